@@ -1,0 +1,85 @@
+//! What passes between the robot's program and the pins of its board.
+
+/// Ticks a second.
+pub const TICK_HZ: u32 = 20;
+
+/// Infrared half cycles a second: the LEDs are modulated at half of this.
+pub const INFRARED_LOOK_HZ: u32 = 250;
+
+/// Encoder counts per inch of wheel travel: 251 a turn of a 5-inch wheel.
+pub const COUNTS_PER_IN: i32 = 16;
+
+/// Full pulse width, either way.
+pub const PWM_MAX: i16 = 255;
+
+/// What tells one robot from another, and one life of it from the next.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Identity {
+    /// 1 to 99; the uplink's checksum is mixed with it.
+    pub robot_id: u8,
+    /// Counted up by the board in memory that survives a reset, before the first tick.
+    pub boots: u16,
+    /// Seed of the robot's own dice (a centre bump turns left or right at random).
+    pub dice_seed: u32,
+}
+
+/// Left or right, as seen by the robot.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Side {
+    /// Left.
+    Left,
+    /// Right.
+    Right,
+}
+
+/// Bumper switches closed at this tick.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct Switches {
+    /// Left pair.
+    pub left: bool,
+    /// Centre pair.
+    pub center: bool,
+    /// Right pair.
+    pub right: bool,
+}
+
+/// A finished sonar ping.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Echo {
+    /// Which ranger pinged.
+    pub side: Side,
+    /// Distance of the first echo, 3 to 420 inches; `None` when none came back.
+    pub range_in: Option<u16>,
+}
+
+/// Everything the robot senses in one tick. A sensor that is not fitted is `None`.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct Inputs {
+    /// Encoder edges since the previous tick. Single-channel encoders do not know their direction.
+    pub counts_left: u16,
+    /// Encoder edges since the previous tick.
+    pub counts_right: u16,
+    /// Bumper switches.
+    pub bumper: Switches,
+    /// The ping that finished since the previous tick, if one did.
+    pub sonar: Option<Echo>,
+    /// Left photocell, 0 very bright to 255 dark.
+    pub photo_left: Option<u8>,
+    /// Right photocell, 0 very bright to 255 dark.
+    pub photo_right: Option<u8>,
+    /// Battery voltage in tenths of a volt.
+    pub battery_dv: u8,
+}
+
+/// Everything the robot does until the next tick.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct Outputs {
+    /// Left motor, [`PWM_MAX`] full forward to its negative full reverse.
+    pub pwm_left: i16,
+    /// Right motor.
+    pub pwm_right: i16,
+    /// Fire this ranger now; its [`Echo`] is due two ticks later.
+    pub ping: Option<Side>,
+    /// What the beeper sounds, in hertz; 0 is silence.
+    pub note_hz: u16,
+}

@@ -1,0 +1,12 @@
+//! The SR04's program, without its board.
+//!
+//! A board reads its pins into [`board::Inputs`], calls [`robot::Robot::tick`] 20 times a second and
+//! applies the [`board::Outputs`]; between ticks it calls [`robot::Robot::infrared_look`] 250 times a
+//! second and carries bytes to and from the radio. The simulator is one such board.
+//!
+//! No heap, no floats, integers of 32 bits and less: the same inputs give the same telemetry on a
+//! host and on an 8-bit microcontroller.
+#![no_std]
+#![deny(clippy::float_arithmetic)]
+
+pub mod board;

@@ -1,0 +1,284 @@
+//! States that travel as one letter each: the vocabulary of line A.
+
+/// Declares an enum whose variants are single ASCII letters on the wire.
+macro_rules! letters {
+    ($(#[$meta:meta])* $name:ident { $($(#[$vmeta:meta])* $variant:ident = $letter:literal),+ $(,)? }) => {
+        $(#[$meta])*
+        #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+        #[repr(u8)]
+        pub enum $name { $($(#[$vmeta])* $variant = $letter),+ }
+
+        impl $name {
+            /// Every state, in the order SPEC.md lists them.
+            pub const ALL: &[Self] = &[$(Self::$variant),+];
+
+            /// The letter on the wire.
+            #[must_use]
+            pub const fn letter(self) -> u8 { self as u8 }
+
+            /// The state a letter stands for; `None` when it stands for nothing.
+            #[must_use]
+            pub const fn from_letter(letter: u8) -> Option<Self> {
+                match letter { $($letter => Some(Self::$variant),)+ _ => None }
+            }
+        }
+    };
+}
+
+letters! {
+    /// Front bumper switches pressed at any tick since the previous line A.
+    Bump {
+        /// Nothing pressed.
+        None = b'.',
+        /// Left.
+        Left = b'L',
+        /// Centre.
+        Center = b'C',
+        /// Right.
+        Right = b'R',
+        /// Left and centre.
+        LeftCenter = b'l',
+        /// Centre and right.
+        RightCenter = b'r',
+        /// Left and right, centre free.
+        Sides = b'S',
+        /// All three.
+        All = b'A',
+        /// Held so long that the jam sequence ignores it.
+        Jammed = b'J',
+        /// No bumper is fitted.
+        NotFitted = b'-',
+    }
+}
+
+letters! {
+    /// Infrared detections at any tick since the previous line A.
+    Infrared {
+        /// Nothing detected.
+        None = b'.',
+        /// Left detector.
+        Left = b'L',
+        /// Right detector.
+        Right = b'R',
+        /// Both detectors.
+        Both = b'B',
+        /// Switched off after 30 s of continuous detection.
+        Jammed = b'J',
+        /// No detectors are fitted.
+        NotFitted = b'-',
+    }
+}
+
+letters! {
+    /// Floor edge sensors since the previous line A.
+    Cliff {
+        /// Floor everywhere.
+        None = b'.',
+        /// No floor under the left sensor.
+        Left = b'L',
+        /// No floor under the centre sensor.
+        Center = b'C',
+        /// No floor under the right sensor.
+        Right = b'R',
+        /// No floor under more than one sensor.
+        Several = b'A',
+        /// No edge sensors are fitted.
+        NotFitted = b'-',
+    }
+}
+
+letters! {
+    /// The servo arm and its passive infrared motion detectors since the previous line A.
+    Arm {
+        /// Stowed behind the bumper.
+        Stowed = b'.',
+        /// Up, detectors settling.
+        Up = b'u',
+        /// Armed, waiting for motion.
+        Armed = b'a',
+        /// Motion on the left.
+        MotionLeft = b'L',
+        /// Motion on the right.
+        MotionRight = b'R',
+        /// Motion on both sides.
+        MotionBoth = b'B',
+        /// The top-hat switch touched something above.
+        TopHat = b'T',
+        /// No arm is fitted.
+        NotFitted = b'-',
+    }
+}
+
+letters! {
+    /// The drive train and its odometer.
+    Drive {
+        /// Wheels follow their orders.
+        Ok = b'.',
+        /// Full pulse width and still slower than ordered.
+        Saturated = b's',
+        /// Full pulse width and no movement.
+        Stalled = b'X',
+        /// The odometer was reset since the previous line A.
+        OdometerReset = b'0',
+        /// X or Y lies beyond what its field can say.
+        OutOfRange = b'o',
+    }
+}
+
+letters! {
+    /// Battery and charger.
+    Power {
+        /// Above the low threshold.
+        Ok = b'.',
+        /// Below the low threshold.
+        Low = b'l',
+        /// Below the critical threshold.
+        Critical = b'!',
+        /// On the dock, not charging.
+        Docked = b'd',
+        /// Charging.
+        Charging = b'+',
+    }
+}
+
+letters! {
+    /// What the robot's receiver is doing.
+    Link {
+        /// Nothing to report.
+        Ok = b'.',
+        /// The robot pauses after this line and listens.
+        Listening = b'>',
+        /// A failsafe acts because the ground has been silent.
+        Failsafe = b'F',
+    }
+}
+
+letters! {
+    /// What the robot has been told to do.
+    Mode {
+        /// Move about at top speed, or to the next waypoint.
+        Prowl = b'P',
+        /// Every sensor layer, no prowl: sits still until something pulls.
+        Reactive = b'R',
+        /// Hide and wait for motion.
+        Passive = b'H',
+        /// Motors off until told otherwise.
+        Stop = b'X',
+        /// Driven by hand.
+        User = b'U',
+        /// Wander for three minutes, then home.
+        Wander = b'W',
+        /// Dead-reckon to the origin.
+        GoHome = b'G',
+        /// Look for the dock.
+        Forage = b'F',
+        /// The guided square path.
+        Calibrate = b'C',
+    }
+}
+
+letters! {
+    /// One subsumption layer at a glance, without its own letter.
+    ///
+    /// On the wire a raised layer shows its letter in lower case and the layer that holds the
+    /// motors in upper case; see [`Layer::letter`].
+    LayerState {
+        /// Not fitted, not allowed, or switched off by the behaviour layer.
+        Off = b'.',
+        /// Running, nothing to say.
+        Quiet = b'-',
+        /// Raised its flag at some tick since the previous line A, and was suppressed.
+        Raised = b'r',
+        /// Holds the motors.
+        Holds = b'H',
+    }
+}
+
+/// The eight layers in priority order, 0 first.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
+#[repr(u8)]
+pub enum Layer {
+    /// 0: hand drive.
+    User = 0,
+    /// 1: bumper switches.
+    Bumpers = 1,
+    /// 2: rotation and scanning.
+    Rotation = 2,
+    /// 3: infrared collision avoidance.
+    Infrared = 3,
+    /// 4: stereo sonar ranging.
+    Sonar = 4,
+    /// 5: photo approach or avoid.
+    Photo = 5,
+    /// 6: motion detector.
+    Motion = 6,
+    /// 7: dead reckoning.
+    DeadReckoning = 7,
+}
+
+impl Layer {
+    /// In priority order.
+    pub const ALL: [Self; 8] = [
+        Self::User,
+        Self::Bumpers,
+        Self::Rotation,
+        Self::Infrared,
+        Self::Sonar,
+        Self::Photo,
+        Self::Motion,
+        Self::DeadReckoning,
+    ];
+
+    /// The layer's letter: `UBTISLMD`, apart from every [`Mode`] letter but `U`.
+    #[must_use]
+    pub const fn letter(self) -> u8 {
+        b"UBTISLMD"[self as usize]
+    }
+}
+
+/// A set of layers.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
+pub struct LayerMask(u8);
+
+impl LayerMask {
+    /// No layer.
+    pub const NONE: Self = Self(0);
+    /// All eight.
+    pub const ALL: Self = Self(0xFF);
+
+    /// The mask whose bit `n` is layer `n`.
+    #[must_use]
+    pub const fn from_bits(bits: u8) -> Self {
+        Self(bits)
+    }
+
+    /// Bit `n` is layer `n`.
+    #[must_use]
+    pub const fn bits(self) -> u8 {
+        self.0
+    }
+
+    /// Whether the layer is in the set.
+    #[must_use]
+    pub const fn contains(self, layer: Layer) -> bool {
+        self.0 & (1 << layer as u8) != 0
+    }
+
+    /// The set with the layer added.
+    #[must_use]
+    pub const fn with(self, layer: Layer) -> Self {
+        Self(self.0 | 1 << layer as u8)
+    }
+
+    /// The set with the layer taken away.
+    #[must_use]
+    pub const fn without(self, layer: Layer) -> Self {
+        Self(self.0 & !(1 << layer as u8))
+    }
+
+    /// What both sets hold.
+    #[must_use]
+    pub const fn and(self, other: Self) -> Self {
+        Self(self.0 & other.0)
+    }
+}
