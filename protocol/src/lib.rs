@@ -13,7 +13,6 @@
 pub mod arq;
 pub mod command;
 pub mod crc;
-pub mod decoder;
 pub mod digest;
 pub mod letters;
 pub mod receiver;

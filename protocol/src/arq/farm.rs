@@ -1,0 +1,155 @@
+//! The robot's end: takes each command exactly once and says so in every line.
+
+use super::Lists;
+use crate::command::{Drive, Key, Message, Open, Order};
+use crate::telemetry::{Ack, Detail, Outcome};
+
+/// What the robot must do about a message.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Action {
+    /// Motors off, at once.
+    Stop,
+    /// Carry out the order, then tell [`Farm::conclude`] what became of it.
+    Execute(Order),
+    /// The active list was replaced.
+    ListReplaced,
+    /// Drive by hand for the next second, if the frame is fresh.
+    Drive(Drive),
+    /// The ground spoke; nothing else.
+    Heard,
+}
+
+/// The Frame Acceptance and Reporting Mechanism.
+#[derive(Clone, Debug, PartialEq, Eq, Hash)]
+pub struct Farm {
+    robot_id: u8,
+    boot: u8,
+    session: u8,
+    /// Whose session it is; `None` when none is open.
+    owner: Option<u16>,
+    /// Of the latest command taken, 6 bits.
+    sequence: u8,
+    outcome: Outcome,
+    drive_count: u8,
+    frames: u8,
+    lists: Lists,
+}
+
+impl Farm {
+    /// A robot that has just booted. `boots` must differ from that of its previous life.
+    #[must_use]
+    pub fn new(robot_id: u8, boots: u16) -> Self {
+        Self {
+            robot_id,
+            boot: (boots & 7) as u8,
+            session: 0,
+            owner: None,
+            sequence: 0,
+            outcome: Outcome::Done,
+            drive_count: 0,
+            frames: 0,
+            lists: Lists::default(),
+        }
+    }
+
+    /// The key that frames of the open session are checked with; `None` when none is open.
+    #[must_use]
+    pub fn key(&self) -> Option<Key> {
+        self.owner
+            .map(|owner| Key::session(self.robot_id, self.boot, self.session, owner))
+    }
+
+    /// What the robot's lines say.
+    #[must_use]
+    pub fn ack(&self) -> Ack {
+        Ack {
+            boot: self.boot,
+            session: self.session,
+            sequence: self.sequence & 7,
+            outcome: self.outcome,
+            detail: self.lists.detail().unwrap_or(Detail::Idle {
+                owner: self.owner.unwrap_or(0),
+                frames: self.frames & 0x3F,
+            }),
+        }
+    }
+
+    /// Both waypoint banks.
+    #[must_use]
+    pub const fn lists(&self) -> &Lists {
+        &self.lists
+    }
+
+    /// Whether a station has opened a session since boot or since the latest STOP.
+    #[must_use]
+    pub const fn is_open(&self) -> bool {
+        self.owner.is_some()
+    }
+
+    /// Takes an intact message; says what the robot must do about it. An order returned by
+    /// [`Action::Execute`] is never returned again.
+    pub fn handle(&mut self, message: &Message) -> Action {
+        self.frames = self.frames.wrapping_add(1);
+        match message {
+            Message::Stop => {
+                if self.owner.is_some() {
+                    self.begin_session(None);
+                }
+                Action::Stop
+            }
+            Message::Open(open) => {
+                self.open(open);
+                Action::Heard
+            }
+            Message::Command(command) if command.sequence == (self.sequence + 1) & 0x3F => {
+                self.sequence = command.sequence;
+                self.outcome = Outcome::Failed;
+                if let Order::Activate { tag, count, digest } = command.order {
+                    self.outcome = self.lists.activate(tag, count, digest);
+                    if self.outcome == Outcome::Done {
+                        Action::ListReplaced
+                    } else {
+                        Action::Heard
+                    }
+                } else {
+                    Action::Execute(command.order)
+                }
+            }
+            Message::Waypoints(slots) => {
+                self.lists.stage(slots);
+                Action::Heard
+            }
+            Message::Drive(drive) => {
+                let ahead = drive.count.wrapping_sub(self.drive_count) & 0xF;
+                if (1..8).contains(&ahead) {
+                    self.drive_count = drive.count;
+                    Action::Drive(*drive)
+                } else {
+                    Action::Heard
+                }
+            }
+            Message::Command(_) | Message::Keepalive(_) => Action::Heard,
+        }
+    }
+
+    /// What became of the order that [`Action::Execute`] handed out.
+    pub fn conclude(&mut self, outcome: Outcome) {
+        self.outcome = outcome;
+    }
+
+    /// A request made for a state that has passed, by delay or by another station, changes nothing.
+    fn open(&mut self, open: &Open) {
+        if open.boot == self.boot && open.replaces == self.session {
+            self.begin_session(Some(open.owner));
+        }
+    }
+
+    fn begin_session(&mut self, owner: Option<u16>) {
+        self.session = self.session % 7 + 1;
+        self.owner = owner;
+        self.sequence = 0;
+        self.outcome = Outcome::Done;
+        self.drive_count = 0;
+        self.lists.abandon();
+    }
+}

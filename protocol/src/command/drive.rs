@@ -1,0 +1,87 @@
+//! `D`: hand drive. `L`: the ground is here.
+//!
+//! ```text
+//! D  dddd  24 bits: velocity (6, signed), rotation (7, signed), line heard (7), count (4)
+//! L  hh    line heard
+//! ```
+//!
+//! Neither has a sequence that would be repeated until it arrives: what counts is the latest. The
+//! number of the line heard last lets the robot reject what has been under way for too long.
+
+use super::{Frame, Parsed, number};
+use crate::telemetry::SEQUENCE_MODULUS;
+use nom::{Parser, combinator::map_opt};
+
+/// A frame that names a line this many lines old is stale: about a second, acknowledgement lines
+/// included.
+pub const HEARD_LINES_MAX: u8 = 6;
+
+/// What the wheels shall do for the next second.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Drive {
+    /// Speed at the centre, -31 to 31 in/s.
+    pub velocity_in_s: i8,
+    /// Left minus right, -63 to 63 in/s.
+    pub rotation_in_s: i8,
+    /// Sequence of the newest line heard.
+    pub heard: u8,
+    /// One more than in the drive frame before, modulo 16.
+    pub count: u8,
+}
+
+/// Keeps a session's link alive and its acknowledgement lines coming.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Keepalive {
+    /// Sequence of the newest line heard.
+    pub heard: u8,
+}
+
+impl Drive {
+    /// Whether the ground had heard a recent line when it sent this, given the line being sent now.
+    #[must_use]
+    pub const fn is_fresh(&self, line_now: u8) -> bool {
+        (line_now + SEQUENCE_MODULUS - self.heard % SEQUENCE_MODULUS) % SEQUENCE_MODULUS
+            <= HEARD_LINES_MAX
+    }
+
+    pub(super) fn write(&self, frame: &mut Frame) {
+        let velocity = self.velocity_in_s.clamp(-31, 31) as u32 & 0x3F;
+        let rotation = self.rotation_in_s.clamp(-63, 63) as u32 & 0x7F;
+        frame.push(b'D');
+        frame.push_sixbit(
+            4,
+            velocity << 18
+                | rotation << 11
+                | u32::from(self.heard & 0x7F) << 4
+                | u32::from(self.count & 0xF),
+        );
+    }
+
+    pub(super) fn parse(input: &[u8]) -> Parsed<'_, Self> {
+        map_opt(number(4), |bits| {
+            let heard = (bits >> 4 & 0x7F) as u8;
+            (heard < SEQUENCE_MODULUS).then_some(Self {
+                // Sign extension by shifting the field to the top of a byte and back.
+                velocity_in_s: (bits >> 18 << 2) as u8 as i8 >> 2,
+                rotation_in_s: (bits >> 11 << 1) as u8 as i8 >> 1,
+                heard,
+                count: (bits & 0xF) as u8,
+            })
+        })
+        .parse(input)
+    }
+}
+
+impl Keepalive {
+    pub(super) fn write(self, frame: &mut Frame) {
+        frame.push(b'L');
+        frame.push_sixbit(2, u32::from(self.heard));
+    }
+
+    pub(super) fn parse(input: &[u8]) -> Parsed<'_, Self> {
+        map_opt(number(2), |heard| {
+            (heard < u32::from(SEQUENCE_MODULUS)).then_some(Self { heard: heard as u8 })
+        })
+        .parse(input)
+    }
+}

@@ -1,0 +1,186 @@
+//! Ground to robot: short frames of printable ASCII between line feeds.
+//!
+//! ```text
+//! LF  type  payload in 6-bit characters  CRC-24 in 4 characters  LF
+//! ```
+//!
+//! The CRC starts from the [`Key`]: a frame for another robot, an earlier boot, another session or
+//! another station fails it, and so does an echo of the robot's own lines. The first LF flushes noise
+//! and aborts a frame in flight.
+
+mod drive;
+mod open;
+mod order;
+mod waypoints;
+
+pub use drive::{Drive, HEARD_LINES_MAX, Keepalive};
+pub use open::Open;
+pub use order::{Command, Order};
+pub use waypoints::{BLOCK_WAYPOINTS, FRAME_WAYPOINTS_MAX, Slots};
+
+use crate::{crc, sixbit};
+use nom::{
+    IResult, Parser,
+    bytes::complete::take,
+    character::complete::char,
+    combinator::{all_consuming, map, map_opt},
+    sequence::preceded,
+};
+
+/// What the parsers of this module return: which of them failed does not matter, the frame is dropped.
+type Parsed<'a, T> = IResult<&'a [u8], T, ()>;
+
+/// Most bytes of a frame, both line feeds included.
+pub const FRAME_BYTES_MAX: usize = 1 + 1 + 3 + 5 * FRAME_WAYPOINTS_MAX + crc::CHARACTERS + 1;
+
+/// What the CRC of a frame starts from, 24 bits.
+///
+/// ```text
+/// bit  23-17     16-14  13-11    10-0
+///      robot id  boot   session  owner
+/// ```
+///
+/// Frames that need no session leave all but the robot id zero; sessions are numbered from 1, so the
+/// two never coincide.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+pub struct Key(u32);
+
+impl Key {
+    /// For frames that need no session: [`Message::Stop`] and [`Message::Open`].
+    #[must_use]
+    pub const fn robot(robot_id: u8) -> Self {
+        Self((robot_id as u32 & 0x7F) << 17)
+    }
+
+    /// For all other frames: robot id, boot counter, session number and owner's nonce (low bits of each).
+    #[must_use]
+    pub const fn session(robot_id: u8, boot: u8, session: u8, owner: u16) -> Self {
+        Self(
+            Self::robot(robot_id).0
+                | (boot as u32 & 7) << 14
+                | (session as u32 & 7) << 11
+                | owner as u32 & 0x7FF,
+        )
+    }
+
+    /// The remainder a frame's CRC starts from.
+    #[must_use]
+    pub const fn init(self) -> u32 {
+        self.0
+    }
+}
+
+/// Everything the ground can say.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Message {
+    /// Motors off, in every state, from anyone; ends the session so that nothing sent before it
+    /// can execute after it.
+    Stop,
+    /// Opens a session.
+    Open(Open),
+    /// A command that executes exactly once.
+    Command(Command),
+    /// Some waypoints of a list being staged.
+    Waypoints(Slots),
+    /// Hand drive, good for a second.
+    Drive(Drive),
+    /// The ground is here.
+    Keepalive(Keepalive),
+}
+
+impl Message {
+    /// Whether the frame is checked with [`Key::robot`] instead of [`Key::session`].
+    #[must_use]
+    pub const fn is_sessionless(&self) -> bool {
+        matches!(self, Self::Stop | Self::Open(_))
+    }
+
+    /// Reads a frame's type and payload, its CRC found to hold and taken away; `None` when they make
+    /// no sense: another version of the wire.
+    #[must_use]
+    pub fn parse(content: &[u8]) -> Option<Self> {
+        all_consuming(nom::branch::alt((
+            map(char('X'), |_| Self::Stop),
+            map(preceded(char('O'), Open::parse), Self::Open),
+            map(preceded(char('C'), Command::parse), Self::Command),
+            map(preceded(char('W'), Slots::parse), Self::Waypoints),
+            map(preceded(char('D'), Drive::parse), Self::Drive),
+            map(preceded(char('L'), Keepalive::parse), Self::Keepalive),
+        )))
+        .parse(content)
+        .ok()
+        .map(|(_, message)| message)
+    }
+
+    /// The frame on the wire. A key of the wrong kind makes a frame that no robot accepts.
+    #[must_use]
+    pub fn encode(&self, key: Key) -> Frame {
+        let mut frame = Frame::default();
+        frame.push(b'\n');
+        match self {
+            Self::Stop => frame.push(b'X'),
+            Self::Open(open) => open.write(&mut frame),
+            Self::Command(command) => command.write(&mut frame),
+            Self::Waypoints(slots) => slots.write(&mut frame),
+            Self::Drive(drive) => drive.write(&mut frame),
+            Self::Keepalive(keepalive) => keepalive.write(&mut frame),
+        }
+        let remainder = crc::update(key.init(), &frame.as_bytes()[1..]);
+        for character in crc::characters(remainder) {
+            frame.push(character);
+        }
+        frame.push(b'\n');
+        frame
+    }
+}
+
+/// An encoded frame.
+#[derive(Clone, Copy, PartialEq, Eq)]
+pub struct Frame {
+    bytes: [u8; FRAME_BYTES_MAX],
+    length: u8,
+}
+
+impl Default for Frame {
+    fn default() -> Self {
+        Self {
+            bytes: [0; FRAME_BYTES_MAX],
+            length: 0,
+        }
+    }
+}
+
+impl core::fmt::Debug for Frame {
+    fn fmt(&self, f: &mut core::fmt::Formatter<'_>) -> core::fmt::Result {
+        write!(f, "Frame({})", self.as_bytes().escape_ascii())
+    }
+}
+
+impl Frame {
+    /// The bytes to send.
+    #[must_use]
+    pub fn as_bytes(&self) -> &[u8] {
+        self.bytes
+            .get(..usize::from(self.length))
+            .unwrap_or_default()
+    }
+
+    fn push(&mut self, byte: u8) {
+        if let Some(slot) = self.bytes.get_mut(usize::from(self.length)) {
+            *slot = byte;
+            self.length += 1;
+        }
+    }
+
+    /// Appends the low `6 * characters` bits of `value`.
+    fn push_sixbit(&mut self, characters: u32, value: u32) {
+        for i in (0..characters).rev() {
+            self.push(sixbit::encode((value >> (6 * i)) as u8));
+        }
+    }
+}
+
+/// A number in 6-bit characters.
+fn number<'a>(characters: usize) -> impl Parser<&'a [u8], Output = u32, Error = ()> {
+    map_opt(take(characters), sixbit::decode_from)
+}

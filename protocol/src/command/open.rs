@@ -1,0 +1,44 @@
+//! `O`: opens a session.
+//!
+//! ```text
+//! O  ppp
+//!    0, boot (3 bits), session replaced (3), owner (11)
+//! ```
+
+use super::{Frame, Parsed, number};
+use nom::{Parser, combinator::map_opt};
+
+/// Asks for a session of one's own. The robot agrees only when `boot` and `replaces` are what it has:
+/// a request that was overtaken by another station, a reboot or its own copy changes nothing.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Open {
+    /// The boot counter seen in the latest acknowledgement, 3 bits.
+    pub boot: u8,
+    /// The session number seen there, 3 bits.
+    pub replaces: u8,
+    /// A random nonce that tells this station from others, 11 bits.
+    pub owner: u16,
+}
+
+impl Open {
+    pub(super) fn write(&self, frame: &mut Frame) {
+        frame.push(b'O');
+        frame.push_sixbit(
+            3,
+            u32::from(self.boot & 7) << 14
+                | u32::from(self.replaces & 7) << 11
+                | u32::from(self.owner & 0x7FF),
+        );
+    }
+
+    pub(super) fn parse(input: &[u8]) -> Parsed<'_, Self> {
+        map_opt(number(3), |bits| {
+            (bits >> 17 == 0).then_some(Self {
+                boot: (bits >> 14 & 7) as u8,
+                replaces: (bits >> 11 & 7) as u8,
+                owner: (bits & 0x7FF) as u16,
+            })
+        })
+        .parse(input)
+    }
+}

@@ -1,0 +1,157 @@
+//! `C`: a command that executes exactly once.
+//!
+//! ```text
+//! C  s         M  m            mode, its letter
+//! C  s         L  ll           layers allowed: bit n is layer n
+//! C  s         P  xxxxx tt     pose: a waypoint, then theta in degrees
+//! C  s         S               scan
+//! C  s         A  t cc dddddd  activate the staged list: tag, count, digest
+//!    sequence  what
+//! ```
+
+use super::waypoints::{point, push_point};
+use super::{Frame, Parsed, number};
+use crate::Waypoint;
+use crate::letters::{LayerMask, Mode};
+use nom::{
+    Parser,
+    bytes::complete::take,
+    character::complete::{char, satisfy},
+    combinator::{map, map_opt, rest},
+    sequence::preceded,
+};
+
+/// A sequenced command.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Command {
+    /// One more than that of the command before, modulo 64; the first of a session is 1.
+    pub sequence: u8,
+    /// What to do.
+    pub order: Order,
+}
+
+/// What a command asks for. Values are absolute: the whole mask, never "toggle".
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Order {
+    /// Enter a mode.
+    Mode(Mode),
+    /// Allow these layers and no others.
+    Layers(LayerMask),
+    /// Take this for the robot's pose.
+    Pose {
+        /// Where it is.
+        position: Waypoint,
+        /// Where it looks, 0 to 359 degrees.
+        theta_deg: u16,
+    },
+    /// Turn on the spot and look around.
+    Scan,
+    /// Make the staged list the active one, if it is the one described here. A count of 0 clears the
+    /// active list and needs nothing staged.
+    Activate {
+        /// The staged list's tag.
+        tag: u8,
+        /// Waypoints in it.
+        count: u16,
+        /// [`crate::digest::digest`] of it.
+        digest: u32,
+    },
+    /// Intact, but nothing this version knows: refused with [`crate::telemetry::Outcome::Unknown`].
+    Unknown,
+}
+
+impl Command {
+    pub(super) fn write(&self, frame: &mut Frame) {
+        frame.push(b'C');
+        frame.push_sixbit(1, u32::from(self.sequence));
+        match self.order {
+            Order::Mode(mode) => {
+                frame.push(b'M');
+                frame.push(mode.letter());
+            }
+            Order::Layers(mask) => {
+                frame.push(b'L');
+                frame.push_sixbit(2, u32::from(mask.bits()));
+            }
+            Order::Pose {
+                position,
+                theta_deg,
+            } => {
+                frame.push(b'P');
+                push_point(frame, position);
+                frame.push_sixbit(2, u32::from(theta_deg));
+            }
+            Order::Scan => frame.push(b'S'),
+            Order::Activate { tag, count, digest } => {
+                frame.push(b'A');
+                frame.push_sixbit(1, u32::from(tag));
+                frame.push_sixbit(2, u32::from(count));
+                // Six characters hold 36 bits: the leading one says the digest's top two.
+                frame.push_sixbit(1, digest >> 30);
+                frame.push_sixbit(5, digest);
+            }
+            Order::Unknown => frame.push(b'?'),
+        }
+    }
+
+    pub(super) fn parse(input: &[u8]) -> Parsed<'_, Self> {
+        map((number(1), Order::parse), |(sequence, order)| Self {
+            sequence: sequence as u8,
+            order,
+        })
+        .parse(input)
+    }
+}
+
+impl Order {
+    /// Anything intact is an order: an unreadable one must be refused in the acknowledgement.
+    fn parse(input: &[u8]) -> Parsed<'_, Self> {
+        map(rest, |content| {
+            Self::known(content).map_or(Self::Unknown, |(_, order)| order)
+        })
+        .parse(input)
+    }
+
+    fn known(content: &[u8]) -> Result<(&[u8], Self), nom::Err<()>> {
+        nom::combinator::all_consuming(nom::branch::alt((
+            preceded(char('M'), map(map_opt(take(1_usize), mode), Self::Mode)),
+            preceded(char('L'), map(map_opt(number(2), mask), Self::Layers)),
+            preceded(
+                char('P'),
+                map(
+                    (point, map_opt(number(2), |t| (t < 360).then_some(t as u16))),
+                    |(position, theta_deg)| Self::Pose {
+                        position,
+                        theta_deg,
+                    },
+                ),
+            ),
+            map(satisfy(|c| c == 'S'), |_| Self::Scan),
+            preceded(
+                char('A'),
+                map(
+                    (
+                        number(1),
+                        number(2),
+                        map_opt(number(1), |top| (top < 4).then_some(top)),
+                        number(5),
+                    ),
+                    |(tag, count, top, low)| Self::Activate {
+                        tag: tag as u8,
+                        count: count as u16,
+                        digest: top << 30 | low,
+                    },
+                ),
+            ),
+        )))
+        .parse(content)
+    }
+}
+
+fn mode(letter: &[u8]) -> Option<Mode> {
+    letter.first().copied().and_then(Mode::from_letter)
+}
+
+fn mask(bits: u32) -> Option<LayerMask> {
+    u8::try_from(bits).ok().map(LayerMask::from_bits)
+}

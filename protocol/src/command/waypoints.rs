@@ -1,0 +1,117 @@
+//! `W`: waypoints of a list being staged.
+//!
+//! ```text
+//! W  t    bb           xxxxx xxxxx ...
+//!    tag  first block  waypoints of one or more blocks of four; only the list's last may be shorter
+//! ```
+//!
+//! A waypoint is 30 bits: X and Y, 15 bits each, with 16384 added.
+
+use super::{Frame, Parsed, number};
+use crate::{WAYPOINTS_MAX, Waypoint};
+use nom::{
+    Parser,
+    combinator::{map_opt, verify},
+    multi::fold_many1,
+};
+
+/// Waypoints in a block, the unit that the acknowledgement tells apart.
+pub const BLOCK_WAYPOINTS: usize = 4;
+
+/// Most waypoints in a frame: four blocks.
+pub const FRAME_WAYPOINTS_MAX: usize = 4 * BLOCK_WAYPOINTS;
+
+const BLOCKS_MAX: usize = WAYPOINTS_MAX.div_ceil(BLOCK_WAYPOINTS);
+const OFFSET: i32 = 1 << 14;
+
+/// Consecutive waypoints of the list with this tag.
+#[derive(Clone, Copy, PartialEq, Eq)]
+pub struct Slots {
+    /// Tells one list of a session from the next, 1 to 31 in turn.
+    pub tag: u8,
+    /// The block that the first waypoint begins.
+    pub first_block: u8,
+    waypoints: [Waypoint; FRAME_WAYPOINTS_MAX],
+    count: u8,
+}
+
+impl core::fmt::Debug for Slots {
+    fn fmt(&self, f: &mut core::fmt::Formatter<'_>) -> core::fmt::Result {
+        f.debug_struct("Slots")
+            .field("tag", &self.tag)
+            .field("first_block", &self.first_block)
+            .field("waypoints", &self.waypoints())
+            .finish()
+    }
+}
+
+impl Slots {
+    /// Slots for a frame; of more than [`FRAME_WAYPOINTS_MAX`] waypoints the first are taken.
+    #[must_use]
+    pub fn new(tag: u8, first_block: u8, waypoints: &[Waypoint]) -> Self {
+        let mut slots = Self {
+            tag,
+            first_block,
+            waypoints: [Waypoint::default(); FRAME_WAYPOINTS_MAX],
+            count: 0,
+        };
+        for &waypoint in waypoints {
+            slots.push(waypoint);
+        }
+        slots
+    }
+
+    /// The waypoints, in order.
+    #[must_use]
+    pub fn waypoints(&self) -> &[Waypoint] {
+        self.waypoints
+            .get(..usize::from(self.count))
+            .unwrap_or_default()
+    }
+
+    fn push(&mut self, waypoint: Waypoint) -> bool {
+        let slot = self.waypoints.get_mut(usize::from(self.count));
+        let fits = slot.is_some();
+        if let Some(slot) = slot {
+            *slot = waypoint;
+            self.count += 1;
+        }
+        fits
+    }
+
+    pub(super) fn write(&self, frame: &mut Frame) {
+        frame.push(b'W');
+        frame.push_sixbit(1, u32::from(self.tag));
+        frame.push_sixbit(2, u32::from(self.first_block));
+        for &waypoint in self.waypoints() {
+            push_point(frame, waypoint);
+        }
+    }
+
+    pub(super) fn parse(input: &[u8]) -> Parsed<'_, Self> {
+        let (input, tag) = number(1).parse(input)?;
+        let (input, first_block) =
+            verify(number(2), |&b| (b as usize) < BLOCKS_MAX).parse(input)?;
+        let empty = || Some(Self::new(tag as u8, first_block as u8, &[]));
+        map_opt(
+            fold_many1(point, empty, |slots, waypoint| {
+                slots.and_then(|mut slots| slots.push(waypoint).then_some(slots))
+            }),
+            |slots| slots,
+        )
+        .parse(input)
+    }
+}
+
+pub(super) fn push_point(frame: &mut Frame, point: Waypoint) {
+    let part = |value: i16| (i32::from(value) + OFFSET) as u32 & 0x7FFF;
+    frame.push_sixbit(5, part(point.x_in) << 15 | part(point.y_in));
+}
+
+pub(super) fn point(input: &[u8]) -> Parsed<'_, Waypoint> {
+    let part = |bits: u32| ((bits & 0x7FFF) as i32 - OFFSET) as i16;
+    map_opt(number(5), |bits| {
+        Waypoint::new(part(bits >> 15), part(bits))
+    })
+    .parse(input)
+}

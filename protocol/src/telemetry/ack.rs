@@ -1,0 +1,209 @@
+//! The robot's receiving end in 30 bits, in every line.
+//!
+//! ```text
+//! bit  29-27  26-24    23-21     20-18    17     16-0
+//!      boot   session  sequence  outcome  kind   detail
+//!                                         0      owner (11 bits), frames heard (6 bits)
+//!                                         1      first missing block (7), window (10)
+//! ```
+//!
+//! All counters are the low bits of larger ones. It is a snapshot, not an event: losing any number of
+//! them loses nothing.
+
+use crate::{crc, sixbit};
+
+/// Bytes of an acknowledgement line, CR LF included.
+pub const ACK_LINE_BYTES: usize = 14;
+
+/// Blocks after the first missing one that a snapshot tells about.
+pub const WINDOW_BLOCKS: u8 = 10;
+
+/// What became of the latest sequenced command.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
+#[repr(u8)]
+pub enum Outcome {
+    /// Executed.
+    #[default]
+    Done = 0,
+    /// Refused: the layer or mode is not fitted.
+    NotFitted = 1,
+    /// Refused: a value is out of range.
+    BadValue = 2,
+    /// Refused: waypoints of the list are missing.
+    ListIncomplete = 3,
+    /// Refused: the staged list is not the one that was announced.
+    DigestMismatch = 4,
+    /// Refused: not in the robot's present state.
+    NotNow = 5,
+    /// Refused: this firmware does not know the command.
+    Unknown = 6,
+    /// Accepted, but the robot could not carry it out.
+    Failed = 7,
+}
+
+impl Outcome {
+    const ALL: [Self; 8] = [
+        Self::Done,
+        Self::NotFitted,
+        Self::BadValue,
+        Self::ListIncomplete,
+        Self::DigestMismatch,
+        Self::NotNow,
+        Self::Unknown,
+        Self::Failed,
+    ];
+}
+
+/// The second half of an acknowledgement.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+pub enum Detail {
+    /// No list is being staged.
+    Idle {
+        /// The nonce of whoever opened the session, 11 bits.
+        owner: u16,
+        /// Intact uplink frames heard since boot, low 6 bits.
+        frames: u8,
+    },
+    /// A list is being staged.
+    Staging {
+        /// The first block of waypoints that has not arrived, 7 bits.
+        first_missing: u8,
+        /// Bit `n` is block `first_missing + 1 + n`; set when it has arrived.
+        window: u16,
+    },
+}
+
+/// The robot's receiving end at one instant.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+pub struct Ack {
+    /// Boot counter, low 3 bits.
+    pub boot: u8,
+    /// Session number, 1 to 7 in turn; 0 until one is opened after a boot.
+    pub session: u8,
+    /// Sequence of the latest command taken in this session, low 3 bits; 0 until the first.
+    pub sequence: u8,
+    /// What became of that command.
+    pub outcome: Outcome,
+    /// Staged list or session owner.
+    pub detail: Detail,
+}
+
+impl Default for Ack {
+    fn default() -> Self {
+        Self {
+            boot: 0,
+            session: 0,
+            sequence: 0,
+            outcome: Outcome::Done,
+            detail: Detail::Idle {
+                owner: 0,
+                frames: 0,
+            },
+        }
+    }
+}
+
+impl Ack {
+    /// Five characters for columns 70 to 74.
+    #[must_use]
+    pub fn encode(&self) -> [u8; 5] {
+        let (kind, detail) = match self.detail {
+            Detail::Idle { owner, frames } => {
+                (0, u32::from(owner & 0x7FF) << 6 | u32::from(frames & 0x3F))
+            }
+            Detail::Staging {
+                first_missing,
+                window,
+            } => (
+                1,
+                u32::from(first_missing & 0x7F) << 10 | u32::from(window & 0x3FF),
+            ),
+        };
+        let bits = u32::from(self.boot & 7) << 27
+            | u32::from(self.session & 7) << 24
+            | u32::from(self.sequence & 7) << 21
+            | (self.outcome as u32) << 18
+            | kind << 17
+            | detail;
+        let mut out = [0; 5];
+        sixbit::encode_into(bits, &mut out);
+        out
+    }
+
+    /// Reads five characters; `None` when one of them carries no six bits.
+    #[must_use]
+    pub fn decode(characters: [u8; 5]) -> Option<Self> {
+        let bits = sixbit::decode_from(&characters)?;
+        let detail = if bits & 1 << 17 == 0 {
+            Detail::Idle {
+                owner: (bits >> 6 & 0x7FF) as u16,
+                frames: (bits & 0x3F) as u8,
+            }
+        } else {
+            Detail::Staging {
+                first_missing: (bits >> 10 & 0x7F) as u8,
+                window: (bits & 0x3FF) as u16,
+            }
+        };
+        Some(Self {
+            boot: (bits >> 27 & 7) as u8,
+            session: (bits >> 24 & 7) as u8,
+            sequence: (bits >> 21 & 7) as u8,
+            outcome: Outcome::ALL[(bits >> 18 & 7) as usize],
+            detail,
+        })
+    }
+}
+
+/// The short line that follows a long one while the ground is talking: `K`, sequence,
+/// acknowledgement, CRC, CR LF.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct AckLine {
+    /// Shares its count with the 80-byte lines.
+    pub sequence: u8,
+    /// The robot's receiving end, latched just before its column was sent.
+    pub ack: Ack,
+}
+
+impl AckLine {
+    /// The 14 bytes on the wire.
+    #[must_use]
+    pub fn encode(&self) -> [u8; ACK_LINE_BYTES] {
+        let mut line = [0; ACK_LINE_BYTES];
+        line[..3].copy_from_slice(&Self::head(self.sequence));
+        line[3..8].copy_from_slice(&self.ack.encode());
+        let remainder = crc::update(crc::DOWNLINK_INIT, &line[..8]);
+        line[8..12].copy_from_slice(&crc::characters(remainder));
+        line[12..].copy_from_slice(b"\r\n");
+        line
+    }
+
+    /// Columns 1 to 3: type and sequence.
+    #[must_use]
+    pub const fn head(sequence: u8) -> [u8; 3] {
+        [b'K', b'0' + sequence / 10 % 10, b'0' + sequence % 10]
+    }
+
+    /// Reads a line whose checksum has been found to hold; `None` when it is no acknowledgement line.
+    #[must_use]
+    pub fn parse(line: &[u8; ACK_LINE_BYTES]) -> Option<Self> {
+        let [
+            b'K',
+            tens @ b'0'..=b'9',
+            ones @ b'0'..=b'9',
+            a,
+            b,
+            c,
+            d,
+            e,
+            ..,
+        ] = *line
+        else {
+            return None;
+        };
+        Some(Self {
+            sequence: (tens - b'0') * 10 + ones - b'0',
+            ack: Ack::decode([a, b, c, d, e])?,
+        })
+    }
+}

@@ -1,0 +1,167 @@
+//! Line B: what the robot is set to do.
+//!
+//! ```text
+//! 1-3  5-6 8-11  13-17 19-23 25-31   33-38  40-41 43-45 47-49 51-58    60-62 64-65  70-74 75-78
+//! B47  07  12.4  +0120 -0036 003/040 "Q8.Z` 12    155   122   UB.IS..D 004   00     !5:HS ^*"+
+//! seq  id  volts target X Y  list    digest max   photo L R   layers   boots odom.  ack   CRC
+//!                                           count                            resets
+//! ```
+
+use super::FieldError;
+use super::columns::{Columns, bad};
+use crate::letters::{Layer, LayerMask};
+
+/// Line B.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct StatusLine {
+    /// 1 to 99.
+    pub robot_id: u8,
+    /// Battery voltage in tenths of a volt, to 999.
+    pub battery_dv: u16,
+    /// The point being driven to, whole inches; `None` when there is none (0, 0 is home).
+    pub target_in: Option<(i16, i16)>,
+    /// Place in the active list.
+    pub list: ListPlace,
+    /// [`crate::digest::digest`] of the active list.
+    pub digest: u32,
+    /// The infrared layer's present `max_count`, 0 to 99.
+    pub max_count: u8,
+    /// Left photocell, 0 very bright to 255 dark; `None` when not fitted.
+    pub photo_left: Option<u8>,
+    /// Right photocell, 0 very bright to 255 dark; `None` when not fitted.
+    pub photo_right: Option<u8>,
+    /// Layers this firmware has.
+    pub fitted: LayerMask,
+    /// Layers the operator allows, among those fitted.
+    pub allowed: LayerMask,
+    /// Boot counter, modulo 1000.
+    pub boots: u16,
+    /// Odometer resets since boot, modulo 100.
+    pub odometer_resets: u8,
+}
+
+/// How far the active list has been driven.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct ListPlace {
+    /// Waypoints reached.
+    pub driven: u16,
+    /// Waypoints in the list.
+    pub count: u16,
+}
+
+impl StatusLine {
+    pub(super) fn write(&self, columns: &mut Columns) {
+        columns.digits(5, 2, u32::from(self.robot_id));
+        let battery_dv = u32::from(self.battery_dv.min(999));
+        columns.digits(8, 2, battery_dv / 10);
+        columns.letter(10, b'.');
+        columns.digits(11, 1, battery_dv % 10);
+        if let Some((x_in, y_in)) = self.target_in {
+            columns.signed(13, 5, i32::from(x_in));
+            columns.signed(19, 5, i32::from(y_in));
+        } else {
+            columns.optional(13, 5, None);
+            columns.optional(19, 5, None);
+        }
+        columns.digits(25, 3, u32::from(self.list.driven));
+        columns.letter(28, b'/');
+        columns.digits(29, 3, u32::from(self.list.count));
+        columns.sixbit(33, 6, self.digest);
+        columns.digits(40, 2, u32::from(self.max_count));
+        columns.optional(43, 3, self.photo_left.map(u32::from));
+        columns.optional(47, 3, self.photo_right.map(u32::from));
+        for (column, layer) in (51..).zip(Layer::ALL) {
+            columns.letter(
+                column,
+                if self.allowed.and(self.fitted).contains(layer) {
+                    layer.letter()
+                } else if self.fitted.contains(layer) {
+                    b'-'
+                } else {
+                    b'.'
+                },
+            );
+        }
+        columns.digits(60, 3, u32::from(self.boots % 1000));
+        columns.digits(64, 2, u32::from(self.odometer_resets % 100));
+    }
+
+    pub(super) fn read(c: &Columns) -> Result<Self, FieldError> {
+        c.spaces(&[4, 7, 12, 18, 24, 32, 39, 42, 46, 50, 59, 63, 66, 67, 68, 69])?;
+        if c.at(10)? != *b"." {
+            return Err(bad(10));
+        }
+        if c.at(28)? != *b"/" {
+            return Err(bad(28));
+        }
+        let robot_id = c.number::<2>(5)? as u8;
+        if robot_id == 0 {
+            return Err(bad(5));
+        }
+        let target_in = if c.at(13)? == *b"-----" {
+            if c.at(19)? != *b"-----" {
+                return Err(bad(19));
+            }
+            None
+        } else {
+            Some((
+                c.signed_number::<4>(13)? as i16,
+                c.signed_number::<4>(19)? as i16,
+            ))
+        };
+        let list = ListPlace {
+            driven: c.number::<3>(25)? as u16,
+            count: c.number::<3>(29)? as u16,
+        };
+        if list.driven > list.count {
+            return Err(bad(25));
+        }
+        let (fitted, allowed) = read_layers(c)?;
+        Ok(Self {
+            robot_id,
+            battery_dv: (c.number::<2>(8)? * 10 + c.number::<1>(11)?) as u16,
+            target_in,
+            list,
+            digest: read_digest(c)?,
+            max_count: c.number::<2>(40)? as u8,
+            photo_left: read_byte(c, 43)?,
+            photo_right: read_byte(c, 47)?,
+            fitted,
+            allowed,
+            boots: c.number::<3>(60)? as u16,
+            odometer_resets: c.number::<2>(64)? as u8,
+        })
+    }
+}
+
+/// Six characters hold 36 bits; a digest has 32.
+fn read_digest(c: &Columns) -> Result<u32, FieldError> {
+    if c.sixbit_number::<1>(33)? > 3 {
+        return Err(bad(33));
+    }
+    c.sixbit_number::<6>(33)
+}
+
+fn read_byte(c: &Columns, column: usize) -> Result<Option<u8>, FieldError> {
+    match c.maybe_number::<3>(column)? {
+        Some(value) => u8::try_from(value).map(Some).map_err(|_| bad(column)),
+        None => Ok(None),
+    }
+}
+
+fn read_layers(c: &Columns) -> Result<(LayerMask, LayerMask), FieldError> {
+    let letters: [u8; 8] = c.at(51)?;
+    let (mut fitted, mut allowed) = (LayerMask::NONE, LayerMask::NONE);
+    for (i, (letter, layer)) in letters.into_iter().zip(Layer::ALL).enumerate() {
+        match letter {
+            b'.' => {}
+            b'-' => fitted = fitted.with(layer),
+            _ if letter == layer.letter() => {
+                fitted = fitted.with(layer);
+                allowed = allowed.with(layer);
+            }
+            _ => return Err(bad(51 + i)),
+        }
+    }
+    Ok((fitted, allowed))
+}
