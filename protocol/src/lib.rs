@@ -13,6 +13,7 @@
 pub mod arq;
 pub mod command;
 pub mod crc;
+pub mod decoder;
 pub mod digest;
 pub mod letters;
 pub mod receiver;

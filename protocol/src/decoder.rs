@@ -1,0 +1,206 @@
+//! The ground's end of the downlink: intact lines found in any stream of bytes, by looking back.
+//!
+//! At each line feed the 80 bytes before it are tried, then the 14 before it. Nothing is trusted that
+//! a checksum does not vouch for, no start character is waited for and no length believed, so an
+//! intact line is found whatever stands before it.
+
+use crate::telemetry::{ACK_LINE_BYTES, Ack, AckLine, FieldError, Line, SEQUENCE_MODULUS};
+use crate::{LINE_BYTES, crc};
+
+/// What came out of the stream.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Received {
+    /// An intact line, and the 80 bytes it was read from.
+    Line(Line, [u8; LINE_BYTES]),
+    /// An intact acknowledgement line.
+    Ack(AckLine),
+}
+
+impl Received {
+    /// The robot's receiving end as this line tells it.
+    #[must_use]
+    pub const fn ack(&self) -> &Ack {
+        match self {
+            Self::Line(line, _) => &line.ack,
+            Self::Ack(line) => &line.ack,
+        }
+    }
+
+    /// The line's number, 0 to 99.
+    #[must_use]
+    pub const fn sequence(&self) -> u8 {
+        match self {
+            Self::Line(line, _) => line.sequence,
+            Self::Ack(line) => line.sequence,
+        }
+    }
+}
+
+/// Everything the decoder has seen, by kind. Every byte is either part of an intact line or noise.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct Counters {
+    /// Bytes taken in.
+    pub bytes: u64,
+    /// Intact 80-byte lines.
+    pub lines: u64,
+    /// Intact acknowledgement lines.
+    pub ack_lines: u64,
+    /// Line feeds that ended 80 bytes of the right shape whose checksum failed.
+    pub crc_rejected: u64,
+    /// Line feeds before which nothing had the shape of a line.
+    pub shape_rejected: u64,
+    /// Lines whose checksum held and whose fields made no sense.
+    pub field_rejected: u64,
+    /// Lines that the sequence says were sent and that did not arrive intact. A gap of more than 99
+    /// lines counts short.
+    pub lines_lost: u64,
+    /// Bytes that belong to no intact line.
+    pub noise_bytes: u64,
+}
+
+/// Finds lines in a stream. Takes any chunking of it with the same result.
+#[derive(Clone, Debug)]
+pub struct Decoder {
+    /// The latest bytes, oldest first in `window[..filled]`.
+    window: [u8; LINE_BYTES],
+    filled: usize,
+    /// Bytes since the end of the latest intact line: what a new line may not reach back over.
+    fresh: usize,
+    last_sequence: Option<u8>,
+    last_field_error: Option<FieldError>,
+    counters: Counters,
+}
+
+impl Default for Decoder {
+    fn default() -> Self {
+        Self {
+            window: [0; LINE_BYTES],
+            filled: 0,
+            fresh: 0,
+            last_sequence: None,
+            last_field_error: None,
+            counters: Counters::default(),
+        }
+    }
+}
+
+impl Decoder {
+    /// What has been seen so far.
+    #[must_use]
+    pub const fn counters(&self) -> &Counters {
+        &self.counters
+    }
+
+    /// Why the latest line with a good checksum could not be read.
+    #[must_use]
+    pub const fn last_field_error(&self) -> Option<FieldError> {
+        self.last_field_error
+    }
+
+    /// Takes bytes up to and including the first that completes an intact line. Returns how many were
+    /// taken, at least one unless `bytes` is empty, and the line.
+    pub fn handle_bytes(&mut self, bytes: &[u8]) -> (usize, Option<Received>) {
+        let mut taken = 0;
+        while let Some(rest) = bytes.get(taken..).filter(|rest| !rest.is_empty()) {
+            let line_feed = rest.iter().position(|&b| b == b'\n');
+            let run = line_feed.map_or(rest.len(), |i| i + 1);
+            self.append(&rest[..run]);
+            taken += run;
+            if line_feed.is_some()
+                && let Some(received) = self.look_back()
+            {
+                return (taken, Some(received));
+            }
+        }
+        (taken, None)
+    }
+
+    fn append(&mut self, run: &[u8]) {
+        self.counters.bytes += run.len() as u64;
+        self.counters.noise_bytes += run.len() as u64;
+        self.fresh = self.fresh.saturating_add(run.len());
+        let run = &run[run.len().saturating_sub(LINE_BYTES)..];
+        let keep = self.filled.min(LINE_BYTES - run.len());
+        self.window.copy_within(self.filled - keep..self.filled, 0);
+        self.window[keep..keep + run.len()].copy_from_slice(run);
+        self.filled = keep + run.len();
+    }
+
+    fn look_back(&mut self) -> Option<Received> {
+        let seen = &self.window[..self.filled.min(self.fresh)];
+        let seen = if self.fresh < self.filled {
+            &self.window[self.filled - self.fresh..self.filled]
+        } else {
+            seen
+        };
+        let mut shaped = false;
+        let mut unreadable = None;
+        let mut found = None;
+        if let Some(line) = seen
+            .last_chunk::<LINE_BYTES>()
+            .filter(|line| ends_a_line(*line))
+        {
+            shaped = true;
+            if checks(line) {
+                match Line::parse(line) {
+                    Ok(parsed) => found = Some((Received::Line(parsed, *line), LINE_BYTES)),
+                    Err(error) => unreadable = Some(error),
+                }
+            }
+        }
+        if found.is_none()
+            && let Some(line) = seen
+                .last_chunk::<ACK_LINE_BYTES>()
+                .filter(|line| ends_a_line(*line))
+            && checks(line)
+            && let Some(parsed) = AckLine::parse(line)
+        {
+            found = Some((Received::Ack(parsed), ACK_LINE_BYTES));
+        }
+        match (found, unreadable) {
+            (Some((received, length)), _) => {
+                self.accept(&received, length);
+                Some(received)
+            }
+            (None, Some(error)) => {
+                self.counters.field_rejected += 1;
+                self.last_field_error = Some(error);
+                None
+            }
+            (None, None) => {
+                if shaped {
+                    self.counters.crc_rejected += 1;
+                } else {
+                    self.counters.shape_rejected += 1;
+                }
+                None
+            }
+        }
+    }
+
+    fn accept(&mut self, received: &Received, length: usize) {
+        self.fresh = 0;
+        self.counters.noise_bytes -= length as u64;
+        match received {
+            Received::Line(..) => self.counters.lines += 1,
+            Received::Ack(_) => self.counters.ack_lines += 1,
+        }
+        let sequence = received.sequence();
+        if let Some(last) = self.last_sequence {
+            let step = (sequence + SEQUENCE_MODULUS - last) % SEQUENCE_MODULUS;
+            // The same number twice is a duplicate, not a gap of a hundred.
+            self.counters.lines_lost += u64::from(step.saturating_sub(1));
+        }
+        self.last_sequence = Some(sequence);
+    }
+}
+
+/// Every line ends with CR LF and holds nothing else that is not printable; the rest is for the CRC.
+fn ends_a_line<const N: usize>(line: &[u8; N]) -> bool {
+    line.ends_with(b"\r\n")
+}
+
+fn checks<const N: usize>(line: &[u8; N]) -> bool {
+    let (content, trailer) = line.split_at(N - 6);
+    trailer.get(..4) == Some(&crc::characters(crc::update(crc::DOWNLINK_INIT, content))[..])
+}

@@ -1,0 +1,198 @@
+//! Facts and wishes: what the station tells the model, and what the operator wants done.
+//!
+//! Facts enter the model only as an [`Event`]; wishes leave it only as an [`Effect`]. The robot's
+//! acknowledgement of a wish comes back as an event like any other.
+
+use std::time::Duration;
+
+use groundwave_protocol::decoder::Counters;
+use groundwave_protocol::telemetry::{AckLine, Line, Outcome};
+
+use crate::request::Request;
+
+/// Something that happened. The time it happened at travels beside it, as the time since the station
+/// started.
+#[derive(Clone, Debug, PartialEq)]
+pub enum Event {
+    /// An intact 80-byte line arrived.
+    Line {
+        /// What it says.
+        line: Box<Line>,
+        /// Its 80 bytes.
+        raw: [u8; 80],
+    },
+    /// An intact acknowledgement line arrived.
+    Ack(AckLine),
+    /// The decoder's totals changed.
+    Counters(Counters),
+    /// The connection to the radio changed.
+    Link(LinkEvent),
+    /// A command went a step further.
+    Command {
+        /// Which command.
+        id: CommandId,
+        /// The step.
+        step: CommandStep,
+    },
+    /// Where the session is being recorded changed.
+    Recording(Recording),
+    /// What only a simulator knows: shown as the simulator's truth, used for nothing.
+    Truth(Truth),
+    /// Something worth a line in the log.
+    Notice {
+        /// How much it matters.
+        level: Level,
+        /// One line for a person.
+        text: String,
+    },
+    /// A key was pressed, repeated or released.
+    Key(crossterm::event::KeyEvent),
+    /// Text was pasted.
+    Paste(String),
+    /// The terminal has this size now.
+    Resize {
+        /// Columns.
+        width: u16,
+        /// Rows.
+        height: u16,
+    },
+    /// Time passed and nothing else happened.
+    Tick,
+}
+
+/// What the operator wants done.
+#[derive(Clone, Debug, PartialEq)]
+pub enum Effect {
+    /// Deliver this and prove it.
+    Send(Request),
+    /// Drive by hand; to be renewed while the operator holds the key, good for a second.
+    Drive {
+        /// Speed at the centre, in/s.
+        velocity_in_s: i8,
+        /// Left minus right, in/s.
+        rotation_in_s: i8,
+    },
+    /// The operator let go: no more drive frames after a final standstill.
+    DriveEnd,
+    /// Forget commands that wait and the one under way.
+    CancelCommands,
+    /// Pause or go on with a replay.
+    ReplayPause(bool),
+    /// Play a replay at this multiple of real time.
+    ReplaySpeed(f64),
+    /// Stop the program and put it in the background.
+    Suspend,
+    /// Leave.
+    Quit,
+}
+
+/// A command of this session, numbered from 1.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
+pub struct CommandId(pub u32);
+
+/// A step in the life of a command. Only [`CommandStep::Proven`] says that the robot has done it.
+#[derive(Clone, Debug, PartialEq)]
+pub enum CommandStep {
+    /// Waits for its turn.
+    Queued(Request),
+    /// Its first byte, or a repetition of it, went to the radio.
+    Sent {
+        /// 1 for the first time.
+        attempt: u32,
+    },
+    /// The robot acknowledged some blocks of a waypoint list.
+    Progress {
+        /// Waypoints acknowledged.
+        acknowledged: u16,
+        /// Waypoints in the list.
+        total: u16,
+    },
+    /// The robot's own acknowledgement says that it was executed; for a list, that the robot verified
+    /// this digest.
+    Proven {
+        /// Digest of the list now active, when the command was a list.
+        digest: Option<u32>,
+    },
+    /// The robot refused.
+    Refused(Outcome),
+    /// Given up without proof.
+    Failed(Failure),
+}
+
+/// Why a command ended without proof.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
+pub enum Failure {
+    /// No acknowledgement came in time.
+    #[error("not confirmed in time: the robot may or may not have heard it")]
+    TimedOut,
+    /// The robot booted in the middle.
+    #[error("the robot restarted before it confirmed")]
+    RobotRestarted,
+    /// Another station opened a session.
+    #[error("another station took over the robot")]
+    TakenOver,
+    /// STOP came first.
+    #[error("cancelled by STOP")]
+    Stopped,
+    /// The operator cancelled it.
+    #[error("cancelled")]
+    Cancelled,
+    /// The link carries nothing to the robot.
+    #[error("the link is receive-only")]
+    ReceiveOnly,
+}
+
+/// The connection to the radio.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub enum LinkEvent {
+    /// Open; the name is what the operator called it.
+    Opened {
+        /// Device, address or file.
+        name: String,
+        /// Whether commands can be sent.
+        can_send: bool,
+    },
+    /// Gone; the station keeps trying.
+    Lost {
+        /// What happened, for a person.
+        reason: String,
+    },
+    /// Over for good: end of a file or of standard input.
+    Ended,
+}
+
+/// Where the session is being recorded.
+#[derive(Clone, Debug, Default, PartialEq, Eq)]
+pub struct Recording {
+    /// Raw bytes go here.
+    pub tee: Option<String>,
+    /// MCAP goes here.
+    pub mcap: Option<String>,
+    /// Bytes recorded.
+    pub bytes: u64,
+    /// Recording failed: what happened and what is lost.
+    pub problem: Option<String>,
+}
+
+/// The simulator's truth, in the robot's own frame.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Truth {
+    /// Walls and obstacles as segments, inches.
+    pub walls: Vec<[(f64, f64); 2]>,
+    /// Round obstacles: centre and radius, inches.
+    pub circles: Vec<((f64, f64), f64)>,
+}
+
+/// How much a notice matters.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+pub enum Level {
+    /// For the record.
+    Info,
+    /// Something to look at.
+    Warning,
+    /// Something to act on.
+    Alarm,
+}
+
+/// Time since the station started.
+pub type Moment = Duration;

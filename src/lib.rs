@@ -1,0 +1,17 @@
+//! Groundwave: a ground station for a small robot on a 2400-baud radio.
+//!
+//! Bytes from the radio become facts ([`event::Event`]) in the sans-IO [`station`], facts become what
+//! the screen says in the [`model`], and the [`view`] draws it. Wishes ([`event::Effect`]) go the other
+//! way, and come back only as the robot's own acknowledgement. [`io`] is the only code that touches the
+//! operating system, [`runtime`] the only one that owns the terminal.
+
+pub mod capture;
+pub mod commands;
+pub mod event;
+pub mod io;
+pub mod model;
+pub mod request;
+pub mod route;
+pub mod runtime;
+pub mod station;
+pub mod view;
