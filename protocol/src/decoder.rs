@@ -138,7 +138,7 @@ impl Decoder {
         let mut found = None;
         if let Some(line) = seen
             .last_chunk::<LINE_BYTES>()
-            .filter(|line| ends_a_line(*line))
+            .filter(|line| ends_a_line(line))
         {
             shaped = true;
             if checks(line) {
@@ -151,7 +151,7 @@ impl Decoder {
         if found.is_none()
             && let Some(line) = seen
                 .last_chunk::<ACK_LINE_BYTES>()
-                .filter(|line| ends_a_line(*line))
+                .filter(|line| ends_a_line(line))
             && checks(line)
             && let Some(parsed) = AckLine::parse(line)
         {

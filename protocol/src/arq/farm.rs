@@ -31,7 +31,6 @@ pub struct Farm {
     sequence: u8,
     outcome: Outcome,
     drive_count: u8,
-    frames: u8,
     lists: Lists,
 }
 
@@ -47,7 +46,6 @@ impl Farm {
             sequence: 0,
             outcome: Outcome::Done,
             drive_count: 0,
-            frames: 0,
             lists: Lists::default(),
         }
     }
@@ -69,7 +67,7 @@ impl Farm {
             outcome: self.outcome,
             detail: self.lists.detail().unwrap_or(Detail::Idle {
                 owner: self.owner.unwrap_or(0),
-                frames: self.frames & 0x3F,
+                robot_id: self.robot_id,
             }),
         }
     }
@@ -89,7 +87,6 @@ impl Farm {
     /// Takes an intact message; says what the robot must do about it. An order returned by
     /// [`Action::Execute`] is never returned again.
     pub fn handle(&mut self, message: &Message) -> Action {
-        self.frames = self.frames.wrapping_add(1);
         match message {
             Message::Stop => {
                 if self.owner.is_some() {
@@ -98,7 +95,7 @@ impl Farm {
                 Action::Stop
             }
             Message::Open(open) => {
-                self.open(open);
+                self.open(*open);
                 Action::Heard
             }
             Message::Command(command) if command.sequence == (self.sequence + 1) & 0x3F => {
@@ -138,7 +135,7 @@ impl Farm {
     }
 
     /// A request made for a state that has passed, by delay or by another station, changes nothing.
-    fn open(&mut self, open: &Open) {
+    fn open(&mut self, open: Open) {
         if open.boot == self.boot && open.replaces == self.session {
             self.begin_session(Some(open.owner));
         }

@@ -157,6 +157,7 @@ impl Lists {
             .fold(0, |window, n| window | 1 << n);
         Some(Detail::Staging {
             first_missing: first_missing as u8,
+            tag: self.staged.tag & 3,
             window,
         })
     }

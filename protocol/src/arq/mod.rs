@@ -1,8 +1,12 @@
 //! Both ends of command delivery, as pure state machines after CCSDS COP-1: the robot's [`Farm`] and
-//! the ground's [`fop::Fop`].
+//! the ground's [`Fop`].
 
 mod farm;
+mod fop;
 mod lists;
+mod pacer;
+mod transfer;
 
 pub use farm::{Action, Farm};
+pub use fop::{Config, Fop, FopEvent, Loss, Task};
 pub use lists::Lists;

@@ -44,7 +44,7 @@ impl Drive {
             <= HEARD_LINES_MAX
     }
 
-    pub(super) fn write(&self, frame: &mut Frame) {
+    pub(super) fn write(self, frame: &mut Frame) {
         let velocity = self.velocity_in_s.clamp(-31, 31) as u32 & 0x3F;
         let rotation = self.rotation_in_s.clamp(-63, 63) as u32 & 0x7F;
         frame.push(b'D');

@@ -41,7 +41,7 @@ impl core::fmt::Debug for Slots {
             .field("tag", &self.tag)
             .field("first_block", &self.first_block)
             .field("waypoints", &self.waypoints())
-            .finish()
+            .finish_non_exhaustive()
     }
 }
 

@@ -3,8 +3,8 @@
 //! ```text
 //! bit  29-27  26-24    23-21     20-18    17     16-0
 //!      boot   session  sequence  outcome  kind   detail
-//!                                         0      owner (11 bits), frames heard (6 bits)
-//!                                         1      first missing block (7), window (10)
+//!                                         0      owner (10 bits), robot id (7)
+//!                                         1      first missing block (7), tag (2), window (8)
 //! ```
 //!
 //! All counters are the low bits of larger ones. It is a snapshot, not an event: losing any number of
@@ -16,7 +16,7 @@ use crate::{crc, sixbit};
 pub const ACK_LINE_BYTES: usize = 14;
 
 /// Blocks after the first missing one that a snapshot tells about.
-pub const WINDOW_BLOCKS: u8 = 10;
+pub const WINDOW_BLOCKS: u8 = 8;
 
 /// What became of the latest sequenced command.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
@@ -59,17 +59,19 @@ impl Outcome {
 pub enum Detail {
     /// No list is being staged.
     Idle {
-        /// The nonce of whoever opened the session, 11 bits.
+        /// The nonce of whoever opened the session, 10 bits; 0 when none is open.
         owner: u16,
-        /// Intact uplink frames heard since boot, low 6 bits.
-        frames: u8,
+        /// Which robot this is, so that a station that has just started can address it at once.
+        robot_id: u8,
     },
     /// A list is being staged.
     Staging {
         /// The first block of waypoints that has not arrived, 7 bits.
         first_missing: u8,
+        /// Which list: the low 2 bits of its tag.
+        tag: u8,
         /// Bit `n` is block `first_missing + 1 + n`; set when it has arrived.
-        window: u16,
+        window: u8,
     },
 }
 
@@ -97,7 +99,7 @@ impl Default for Ack {
             outcome: Outcome::Done,
             detail: Detail::Idle {
                 owner: 0,
-                frames: 0,
+                robot_id: 0,
             },
         }
     }
@@ -108,15 +110,17 @@ impl Ack {
     #[must_use]
     pub fn encode(&self) -> [u8; 5] {
         let (kind, detail) = match self.detail {
-            Detail::Idle { owner, frames } => {
-                (0, u32::from(owner & 0x7FF) << 6 | u32::from(frames & 0x3F))
-            }
+            Detail::Idle { owner, robot_id } => (
+                0,
+                u32::from(owner & 0x3FF) << 7 | u32::from(robot_id & 0x7F),
+            ),
             Detail::Staging {
                 first_missing,
+                tag,
                 window,
             } => (
                 1,
-                u32::from(first_missing & 0x7F) << 10 | u32::from(window & 0x3FF),
+                u32::from(first_missing & 0x7F) << 10 | u32::from(tag & 3) << 8 | u32::from(window),
             ),
         };
         let bits = u32::from(self.boot & 7) << 27
@@ -136,13 +140,14 @@ impl Ack {
         let bits = sixbit::decode_from(&characters)?;
         let detail = if bits & 1 << 17 == 0 {
             Detail::Idle {
-                owner: (bits >> 6 & 0x7FF) as u16,
-                frames: (bits & 0x3F) as u8,
+                owner: (bits >> 7 & 0x3FF) as u16,
+                robot_id: (bits & 0x7F) as u8,
             }
         } else {
             Detail::Staging {
                 first_missing: (bits >> 10 & 0x7F) as u8,
-                window: (bits & 0x3FF) as u16,
+                tag: (bits >> 8 & 3) as u8,
+                window: bits as u8,
             }
         };
         Some(Self {

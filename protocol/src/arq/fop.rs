@@ -1,0 +1,727 @@
+//! The ground's end: delivers one task at a time and claims only what an acknowledgement proves.
+//!
+//! Loss is found by snapshots: an acknowledgement latched after a frame's last byte had left, and
+//! lacking its effect, means that the frame was lost. A timer stands behind that for the time when no
+//! line comes down at all.
+
+use super::pacer::Pacer;
+use super::transfer::Transfer;
+use crate::Waypoint;
+use crate::command::{Command, Drive, Frame, Key, Message, Open, Order};
+use crate::decoder::Received;
+use crate::letters::Mode;
+use crate::telemetry::{Ack, Body, Detail, Outcome};
+use crate::{BYTES_PER_S, LINE_BYTES};
+
+/// How the ground's end behaves.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Config {
+    /// Tells this station from others; 10 bits, not 0. Draw it at random.
+    pub owner: u16,
+    /// The robot's id when it is known beforehand; otherwise learned from what is heard first. Lines
+    /// of another robot are not acted on.
+    pub robot_id: Option<u8>,
+    /// What the link may add to the time on the wire, both ways together.
+    pub latency_us: u64,
+    /// Without any line, what is outstanding is sent again after this.
+    pub silence_us: u64,
+    /// Without any progress, a task fails after this.
+    pub give_up_us: u64,
+}
+
+impl Config {
+    /// Full duplex, robot unknown.
+    #[must_use]
+    pub const fn new(owner: u16) -> Self {
+        Self {
+            owner,
+            robot_id: None,
+            latency_us: 40_000,
+            silence_us: 2_000_000,
+            give_up_us: 15_000_000,
+        }
+    }
+}
+
+/// One thing to deliver.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Task<'a> {
+    /// Any order but [`Order::Activate`].
+    Order(Order),
+    /// Replace the robot's list by this one.
+    List(&'a [Waypoint]),
+}
+
+/// What the ground's end has to tell.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum FopEvent {
+    /// A session was opened; or lost, with the reason why.
+    Session(Result<(), Loss>),
+    /// Frames of the task went out for the first time, or something had to be repeated.
+    Sent {
+        /// Frames of the task sent so far.
+        frames: u32,
+    },
+    /// The robot acknowledged more waypoints.
+    Progress {
+        /// Waypoints acknowledged.
+        acknowledged: u16,
+        /// Waypoints in the list.
+        total: u16,
+    },
+    /// The robot took the command. For a list that is [`Outcome::Done`], it has verified the digest.
+    Concluded {
+        /// What became of it.
+        outcome: Outcome,
+        /// Digest of the list, if it was one.
+        digest: Option<u32>,
+    },
+    /// The task ended without proof.
+    Failed(Loss),
+    /// The robot reported that it is stopped, in a line composed after STOP had gone out.
+    StopProven,
+    /// STOP was given up without proof.
+    StopFailed,
+}
+
+/// Why something ended without proof.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Loss {
+    /// No progress within [`Config::give_up_us`].
+    TimedOut,
+    /// The robot booted.
+    RobotRestarted,
+    /// Another station opened a session.
+    TakenOver,
+    /// STOP, from here or from elsewhere, ended the session.
+    Stopped,
+    /// Given up by the caller.
+    Cancelled,
+}
+
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum Session {
+    None,
+    Opening {
+        boot: u8,
+        replaces: u8,
+        sent_us: Option<u64>,
+    },
+    Open {
+        boot: u8,
+        number: u8,
+        key: Key,
+    },
+}
+
+#[derive(Clone, Debug, PartialEq, Eq)]
+#[expect(
+    clippy::large_enum_variant,
+    reason = "there is one, and no heap to put it on"
+)]
+enum Work {
+    Order(Order),
+    List(Transfer),
+}
+
+/// A sequenced command that has been sent at least once.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+struct Outstanding {
+    command: Command,
+    /// Last byte off at this instant; `None` when it has to go again.
+    ends_us: Option<u64>,
+}
+
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+struct Stopping {
+    began_us: u64,
+    /// Last byte of the first STOP off: what is composed after this and says stopped, is proof.
+    first_ends_us: Option<u64>,
+    /// When it goes again.
+    next_us: u64,
+}
+
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+struct HandDrive {
+    velocity_in_s: i8,
+    rotation_in_s: i8,
+    until_us: u64,
+    next_us: u64,
+}
+
+/// Acknowledgement lines keep coming for four lines after a knock.
+const KNOCK_PERIOD_US: u64 = 1_000_000;
+
+const EVENTS_MAX: usize = 8;
+const DRIVE_PERIOD_US: u64 = 200_000;
+
+/// STOP is repeated until a line says that the robot has stopped: it costs seven bytes.
+const STOP_PERIOD_US: u64 = 300_000;
+
+/// A list that arrives whole and wrong this often is a robot at odds with this protocol.
+const MISMATCHES_MAX: u8 = 3;
+const US_PER_BYTE: u64 = 1_000_000 / BYTES_PER_S as u64;
+
+/// From the latch of an acknowledgement to the end of its line: 5 characters of it, CRC, CR LF.
+const LATCH_TO_END_US: u64 = 11 * US_PER_BYTE;
+
+/// From the moment the fields of a line are fixed to its end.
+const COMPOSED_TO_END_US: u64 = LINE_BYTES as u64 * US_PER_BYTE;
+
+/// The Frame Operation Procedure.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Fop {
+    config: Config,
+    robot_id: Option<u8>,
+    latest_ack: Option<Ack>,
+    latest_line: u8,
+    heard_us: u64,
+    session: Session,
+    sequence: u8,
+    tag: u8,
+    drive_count: u8,
+    work: Option<Work>,
+    outstanding: Option<Outstanding>,
+    frames: u32,
+    mismatches: u8,
+    progress_us: u64,
+    knock_us: u64,
+    stopping: Option<Stopping>,
+    drive: Option<HandDrive>,
+    pacer: Pacer,
+    events: [Option<FopEvent>; EVENTS_MAX],
+}
+
+impl Fop {
+    /// A station that has just started and has heard nothing.
+    #[must_use]
+    pub fn new(config: Config) -> Self {
+        Self {
+            robot_id: config.robot_id,
+            config,
+            latest_ack: None,
+            latest_line: 0,
+            heard_us: 0,
+            session: Session::None,
+            sequence: 0,
+            tag: 0,
+            drive_count: 0,
+            work: None,
+            outstanding: None,
+            frames: 0,
+            mismatches: 0,
+            progress_us: 0,
+            knock_us: 0,
+            stopping: None,
+            drive: None,
+            pacer: Pacer::default(),
+            events: [None; EVENTS_MAX],
+        }
+    }
+
+    /// Whether a task is under way.
+    #[must_use]
+    pub const fn is_busy(&self) -> bool {
+        self.work.is_some()
+    }
+
+    /// Whether a session of ours is open, as far as the latest acknowledgement says.
+    #[must_use]
+    pub const fn is_open(&self) -> bool {
+        matches!(self.session, Session::Open { .. })
+    }
+
+    /// Begins a task; returns whether it was taken, which it is unless one is under way.
+    pub fn start(&mut self, now_us: u64, task: Task<'_>) -> bool {
+        if self.work.is_some() {
+            return false;
+        }
+        self.work = Some(match task {
+            Task::List(waypoints) if !waypoints.is_empty() => {
+                let tag = self.next_tag();
+                Work::List(Transfer::new(waypoints, tag))
+            }
+            Task::List(_) => Work::Order(Order::Activate {
+                tag: 0,
+                count: 0,
+                digest: crate::digest::digest([].iter()),
+            }),
+            Task::Order(order) => Work::Order(order),
+        });
+        self.frames = 0;
+        self.mismatches = 0;
+        self.progress_us = now_us;
+        true
+    }
+
+    /// Gives the task up. What has been sent of it may still be executed.
+    pub fn cancel(&mut self) {
+        self.fail(Loss::Cancelled);
+    }
+
+    /// Stops the robot before anything else. Ends the task, the hand drive and the session.
+    pub fn stop(&mut self, now_us: u64) {
+        self.pacer.abort();
+        self.drive = None;
+        self.stopping = Some(Stopping {
+            began_us: now_us,
+            first_ends_us: None,
+            next_us: now_us,
+        });
+        self.lose_session(Loss::Stopped);
+    }
+
+    /// Drives by hand until `until_us`; to be called again while the operator holds the key.
+    pub fn drive(&mut self, now_us: u64, velocity_in_s: i8, rotation_in_s: i8, until_us: u64) {
+        let changed = self
+            .drive
+            .is_none_or(|d| (d.velocity_in_s, d.rotation_in_s) != (velocity_in_s, rotation_in_s));
+        let next_us = self.drive.map_or(now_us, |d| d.next_us);
+        self.drive = Some(HandDrive {
+            velocity_in_s,
+            rotation_in_s,
+            until_us,
+            next_us: if changed { now_us } else { next_us },
+        });
+    }
+
+    /// Takes an intact line; `arrived_us` is when its last byte was read.
+    pub fn handle_received(&mut self, arrived_us: u64, received: &Received) {
+        self.heard_us = arrived_us;
+        self.latest_line = received.sequence();
+        if !self.is_ours(received.ack()) {
+            return;
+        }
+        if let Received::Line(line, _) = received
+            && let Body::State(state) = &line.body
+            && state.mode == Mode::Stop
+        {
+            self.handle_stopped(arrived_us);
+        }
+        let latched_us = arrived_us.saturating_sub(LATCH_TO_END_US + self.config.latency_us);
+        self.handle_ack(arrived_us, *received.ack(), latched_us);
+    }
+
+    /// Learns which robot is there, and tells its lines from another's.
+    fn is_ours(&mut self, ack: &Ack) -> bool {
+        let Detail::Idle { robot_id, .. } = ack.detail else {
+            return true;
+        };
+        if self.config.robot_id.is_none() && !self.is_open() {
+            self.robot_id = Some(robot_id);
+        }
+        self.robot_id == Some(robot_id)
+    }
+
+    fn handle_stopped(&mut self, arrived_us: u64) {
+        let composed_us = arrived_us.saturating_sub(COMPOSED_TO_END_US);
+        if self
+            .stopping
+            .and_then(|s| s.first_ends_us)
+            .is_some_and(|ends_us| ends_us <= composed_us)
+        {
+            self.stopping = None;
+            self.push(FopEvent::StopProven);
+        }
+    }
+
+    fn handle_ack(&mut self, now_us: u64, ack: Ack, latched_us: u64) {
+        self.latest_ack = Some(ack);
+        self.check_session(now_us, ack, latched_us);
+        let Session::Open { .. } = self.session else {
+            return;
+        };
+        let mut news = false;
+        if let Some(Work::List(transfer)) = &mut self.work {
+            news = transfer.handle_detail(ack.detail, latched_us);
+            if news {
+                let (acknowledged, total) = (transfer.acknowledged(), transfer.count());
+                self.push(FopEvent::Progress {
+                    acknowledged,
+                    total,
+                });
+            }
+        }
+        if let Some(outstanding) = &mut self.outstanding {
+            if ack.sequence == outstanding.command.sequence & 7 {
+                self.outstanding = None;
+                news = true;
+                self.conclude(ack.outcome);
+            } else if outstanding
+                .ends_us
+                .is_some_and(|ends_us| ends_us <= latched_us)
+            {
+                outstanding.ends_us = None;
+            }
+        }
+        if news {
+            self.progress_us = now_us;
+        }
+    }
+
+    fn check_session(&mut self, now_us: u64, ack: Ack, latched_us: u64) {
+        match &mut self.session {
+            Session::None => {}
+            Session::Opening {
+                boot,
+                replaces,
+                sent_us,
+            } => {
+                let ours =
+                    matches!(ack.detail, Detail::Idle { owner, .. } if owner == self.config.owner);
+                if ack.boot != *boot {
+                    // Nothing was at stake yet: ask the robot's new life.
+                    self.session = Session::None;
+                } else if ack.session == *replaces {
+                    if sent_us.is_some_and(|ends_us| ends_us <= latched_us) {
+                        *sent_us = None;
+                    }
+                } else if ack.session == *replaces % 7 + 1 && ours {
+                    self.session = Session::Open {
+                        boot: ack.boot,
+                        number: ack.session,
+                        key: Key::session(
+                            self.robot_id.unwrap_or(0),
+                            ack.boot,
+                            ack.session,
+                            self.config.owner,
+                        ),
+                    };
+                    self.sequence = 0;
+                    self.tag = 0;
+                    self.drive_count = 0;
+                    self.progress_us = now_us;
+                    if let Some(Work::List(transfer)) = &mut self.work {
+                        self.tag = 1;
+                        transfer.restart(1);
+                    }
+                    self.push(FopEvent::Session(Ok(())));
+                } else if matches!(ack.detail, Detail::Idle { owner: 0, .. }) {
+                    // Closed by a STOP in between.
+                    self.session = Session::None;
+                } else {
+                    self.lose_session(Loss::TakenOver);
+                }
+            }
+            Session::Open { boot, number, .. } => {
+                if ack.boot != *boot {
+                    self.lose_session(Loss::RobotRestarted);
+                } else if ack.session != *number {
+                    let closed = matches!(ack.detail, Detail::Idle { owner: 0, .. });
+                    self.lose_session(if closed {
+                        Loss::Stopped
+                    } else {
+                        Loss::TakenOver
+                    });
+                } else if matches!(ack.detail, Detail::Idle { owner, .. } if owner != self.config.owner)
+                {
+                    self.lose_session(Loss::TakenOver);
+                }
+            }
+        }
+    }
+
+    fn lose_session(&mut self, loss: Loss) {
+        if self.is_open() {
+            self.push(FopEvent::Session(Err(loss)));
+        }
+        self.session = Session::None;
+        self.drive = None;
+        self.fail(loss);
+    }
+
+    fn fail(&mut self, loss: Loss) {
+        if self.outstanding.take().is_some() {
+            // The robot may have heard it or not, so its number cannot be used again in this session;
+            // in a new one it can never be executed late.
+            self.session = Session::None;
+        }
+        if self.work.take().is_some() {
+            self.push(FopEvent::Failed(loss));
+        }
+    }
+
+    fn conclude(&mut self, outcome: Outcome) {
+        match (&mut self.work, outcome) {
+            (None, _) | (Some(Work::List(_)), Outcome::ListIncomplete) => {}
+            (Some(Work::List(transfer)), Outcome::DigestMismatch)
+                if self.mismatches < MISMATCHES_MAX =>
+            {
+                self.mismatches += 1;
+                self.tag = next_tag(self.tag);
+                transfer.restart(self.tag);
+            }
+            (Some(work), _) => {
+                let digest = match work {
+                    Work::List(transfer) => Some(transfer.digest()),
+                    Work::Order(Order::Activate { digest, .. }) => Some(*digest),
+                    Work::Order(_) => None,
+                };
+                self.work = None;
+                self.push(FopEvent::Concluded { outcome, digest });
+            }
+        }
+    }
+
+    fn next_tag(&mut self) -> u8 {
+        self.tag = next_tag(self.tag);
+        self.tag
+    }
+
+    /// Bytes that may go to the radio now. Call until it returns `None`.
+    pub fn poll_transmit(&mut self, now_us: u64) -> Option<&[u8]> {
+        if self.pacer.is_idle() {
+            if let Some((message, key)) = self.next_frame(now_us) {
+                let ends_us = self.pacer.begin(now_us, message.encode(key));
+                self.note_sent(&message, ends_us);
+            } else if self.must_knock() && now_us >= self.knock_us {
+                self.pacer.begin(now_us, Frame::knock());
+                self.knock_us = now_us + KNOCK_PERIOD_US;
+            }
+        }
+        self.pacer.poll(now_us)
+    }
+
+    /// Whether there is something to deliver and no robot has been heard.
+    fn must_knock(&self) -> bool {
+        (self.work.is_some() || self.drive.is_some())
+            && (self.latest_ack.is_none() || self.robot_id.is_none())
+    }
+
+    /// What to say next, most urgent first.
+    fn next_frame(&mut self, now_us: u64) -> Option<(Message, Key)> {
+        if self
+            .stopping
+            .is_some_and(|stopping| now_us >= stopping.next_us)
+        {
+            let key = self.robot_id.map_or(Key::EVERY_ROBOT, Key::robot);
+            return Some((Message::Stop, key));
+        }
+        let wants_drive = self.drive.is_some_and(|drive| now_us >= drive.next_us);
+        if self.work.is_none() && !wants_drive {
+            return None;
+        }
+        match self.session {
+            Session::None => {
+                let ack = self.latest_ack?;
+                self.robot_id?;
+                self.session = Session::Opening {
+                    boot: ack.boot,
+                    replaces: ack.session,
+                    sent_us: None,
+                };
+                self.next_frame(now_us)
+            }
+            Session::Opening {
+                boot,
+                replaces,
+                sent_us: None,
+            } => {
+                let open = Open {
+                    boot,
+                    replaces,
+                    owner: self.config.owner,
+                };
+                Some((Message::Open(open), Key::robot(self.robot_id?)))
+            }
+            Session::Opening { .. } => None,
+            Session::Open { key, .. } => {
+                let message = if wants_drive {
+                    self.next_drive(now_us)
+                } else {
+                    self.next_of_work()
+                };
+                message.map(|message| (message, key))
+            }
+        }
+    }
+
+    fn next_drive(&mut self, now_us: u64) -> Option<Message> {
+        let drive = self.drive.as_mut()?;
+        drive.next_us = now_us + DRIVE_PERIOD_US;
+        let message = Message::Drive(Drive {
+            velocity_in_s: drive.velocity_in_s,
+            rotation_in_s: drive.rotation_in_s,
+            heard: self.latest_line,
+            count: (self.drive_count + 1) & 0xF,
+        });
+        self.drive_count = (self.drive_count + 1) & 0xF;
+        if now_us >= drive.until_us {
+            self.drive = None;
+        }
+        Some(message)
+    }
+
+    fn next_of_work(&mut self) -> Option<Message> {
+        let order = match self.work.as_ref()? {
+            Work::List(transfer) => {
+                if let Some((slots, _)) = transfer.next() {
+                    return Some(Message::Waypoints(slots));
+                }
+                Order::Activate {
+                    tag: transfer.tag(),
+                    count: transfer.count(),
+                    digest: transfer.digest(),
+                }
+            }
+            Work::Order(order) => *order,
+        };
+        match self.outstanding {
+            None => Some(Message::Command(Command {
+                sequence: (self.sequence + 1) & 0x3F,
+                order,
+            })),
+            Some(Outstanding {
+                command,
+                ends_us: None,
+            }) => Some(Message::Command(command)),
+            Some(_) => None,
+        }
+    }
+
+    fn note_sent(&mut self, message: &Message, ends_us: u64) {
+        match message {
+            Message::Stop => {
+                if let Some(stopping) = &mut self.stopping {
+                    stopping.first_ends_us = stopping.first_ends_us.or(Some(ends_us));
+                    stopping.next_us = ends_us + STOP_PERIOD_US;
+                }
+                return;
+            }
+            Message::Open(_) => {
+                if let Session::Opening { sent_us, .. } = &mut self.session {
+                    *sent_us = Some(ends_us);
+                }
+            }
+            Message::Command(command) => {
+                self.sequence = command.sequence;
+                self.outstanding = Some(Outstanding {
+                    command: *command,
+                    ends_us: Some(ends_us),
+                });
+            }
+            Message::Waypoints(slots) => {
+                if let Some(Work::List(transfer)) = &mut self.work {
+                    let first = usize::from(slots.first_block);
+                    let blocks = slots
+                        .waypoints()
+                        .len()
+                        .div_ceil(crate::command::BLOCK_WAYPOINTS);
+                    transfer.sent(first..first + blocks, ends_us);
+                }
+            }
+            Message::Drive(_) | Message::Keepalive(_) => return,
+        }
+        if self.work.is_some() {
+            self.frames += 1;
+            self.push(FopEvent::Sent {
+                frames: self.frames,
+            });
+        }
+    }
+
+    /// Lets time pass.
+    pub fn handle_timeout(&mut self, now_us: u64) {
+        if self
+            .stopping
+            .is_some_and(|s| now_us >= s.began_us + self.config.give_up_us)
+        {
+            self.stopping = None;
+            self.push(FopEvent::StopFailed);
+        }
+        if self.work.is_some() && now_us >= self.progress_us + self.config.give_up_us {
+            self.fail(Loss::TimedOut);
+        }
+        if self.drive.is_some_and(|d| now_us >= d.until_us) && !self.is_open() {
+            self.drive = None;
+        }
+        for sent_us in self.waiting().into_iter().flatten() {
+            if now_us >= sent_us.max(self.heard_us) + self.config.silence_us {
+                self.resend();
+                break;
+            }
+        }
+    }
+
+    /// When what is waited for ended, for each thing waited for.
+    fn waiting(&self) -> [Option<u64>; 2] {
+        [
+            self.outstanding.and_then(|o| o.ends_us),
+            match self.session {
+                Session::Opening { sent_us, .. } => sent_us,
+                _ => None,
+            },
+        ]
+    }
+
+    fn resend(&mut self) {
+        if let Some(outstanding) = &mut self.outstanding {
+            outstanding.ends_us = None;
+        }
+        if let Session::Opening { sent_us, .. } = &mut self.session {
+            *sent_us = None;
+        }
+        if let Some(Work::List(transfer)) = &mut self.work {
+            transfer.resend();
+        }
+    }
+
+    /// When to call [`Fop::handle_timeout`] and [`Fop::poll_transmit`] again, if nothing arrives
+    /// before.
+    #[must_use]
+    pub fn poll_timeout(&self) -> Option<u64> {
+        let silence = self
+            .waiting()
+            .into_iter()
+            .flatten()
+            .map(|sent_us| sent_us.max(self.heard_us) + self.config.silence_us)
+            .min();
+        let give_up = [
+            self.work.as_ref().map(|_| self.progress_us),
+            self.stopping.map(|s| s.began_us),
+        ];
+        let give_up = give_up
+            .into_iter()
+            .flatten()
+            .min()
+            .map(|us| us + self.config.give_up_us);
+        let drive = self.drive.map(|d| {
+            if self.is_open() {
+                d.next_us
+            } else {
+                d.until_us
+            }
+        });
+        let knock = self.must_knock().then_some(self.knock_us);
+        let stop = self.stopping.map(|s| s.next_us);
+        [
+            knock,
+            self.pacer.poll_timeout(),
+            silence,
+            give_up,
+            drive,
+            stop,
+        ]
+        .into_iter()
+        .flatten()
+        .min()
+    }
+
+    /// What has happened since the last call.
+    pub fn poll_event(&mut self) -> Option<FopEvent> {
+        let event = self.events[0].take();
+        self.events.rotate_left(1);
+        event
+    }
+
+    /// Events beyond the queue's room are dropped; the caller drains it after every call.
+    fn push(&mut self, event: FopEvent) {
+        if let Some(slot) = self.events.iter_mut().find(|slot| slot.is_none()) {
+            *slot = Some(event);
+        }
+    }
+}
+
+const fn next_tag(tag: u8) -> u8 {
+    tag % 31 + 1
+}
