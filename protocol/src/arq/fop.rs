@@ -133,10 +133,11 @@ struct Outstanding {
 }
 
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[expect(clippy::struct_field_names, reason = "three instants")]
 struct Stopping {
-    began_us: u64,
+    since_us: u64,
     /// Last byte of the first STOP off: what is composed after this and says stopped, is proof.
-    first_ends_us: Option<u64>,
+    off_us: Option<u64>,
     /// When it goes again.
     next_us: u64,
 }
@@ -264,8 +265,8 @@ impl Fop {
         self.pacer.abort();
         self.drive = None;
         self.stopping = Some(Stopping {
-            began_us: now_us,
-            first_ends_us: None,
+            since_us: now_us,
+            off_us: None,
             next_us: now_us,
         });
         self.lose_session(Loss::Stopped);
@@ -289,7 +290,7 @@ impl Fop {
     pub fn handle_received(&mut self, arrived_us: u64, received: &Received) {
         self.heard_us = arrived_us;
         self.latest_line = received.sequence();
-        if !self.is_ours(received.ack()) {
+        if !self.is_ours(*received.ack()) {
             return;
         }
         if let Received::Line(line, _) = received
@@ -303,7 +304,7 @@ impl Fop {
     }
 
     /// Learns which robot is there, and tells its lines from another's.
-    fn is_ours(&mut self, ack: &Ack) -> bool {
+    fn is_ours(&mut self, ack: Ack) -> bool {
         let Detail::Idle { robot_id, .. } = ack.detail else {
             return true;
         };
@@ -317,7 +318,7 @@ impl Fop {
         let composed_us = arrived_us.saturating_sub(COMPOSED_TO_END_US);
         if self
             .stopping
-            .and_then(|s| s.first_ends_us)
+            .and_then(|s| s.off_us)
             .is_some_and(|ends_us| ends_us <= composed_us)
         {
             self.stopping = None;
@@ -583,7 +584,7 @@ impl Fop {
         match message {
             Message::Stop => {
                 if let Some(stopping) = &mut self.stopping {
-                    stopping.first_ends_us = stopping.first_ends_us.or(Some(ends_us));
+                    stopping.off_us = stopping.off_us.or(Some(ends_us));
                     stopping.next_us = ends_us + STOP_PERIOD_US;
                 }
                 return;
@@ -624,7 +625,7 @@ impl Fop {
     pub fn handle_timeout(&mut self, now_us: u64) {
         if self
             .stopping
-            .is_some_and(|s| now_us >= s.began_us + self.config.give_up_us)
+            .is_some_and(|s| now_us >= s.since_us + self.config.give_up_us)
         {
             self.stopping = None;
             self.push(FopEvent::StopFailed);
@@ -678,7 +679,7 @@ impl Fop {
             .min();
         let give_up = [
             self.work.as_ref().map(|_| self.progress_us),
-            self.stopping.map(|s| s.began_us),
+            self.stopping.map(|s| s.since_us),
         ];
         let give_up = give_up
             .into_iter()
