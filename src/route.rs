@@ -1,1 +1,172 @@
-//!
+//! Route files: one waypoint a line, `X,Y` in whole inches; `#` begins a comment.
+
+use std::fmt::Write as _;
+
+use groundwave_protocol::{WAYPOINT_LIMIT_IN, WAYPOINTS_MAX, Waypoint};
+
+/// Why a text is no route.
+#[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
+pub enum RouteError {
+    /// Something that is no coordinate.
+    #[error(
+        "{file}:{line}:{column}: `{found}` is not a whole number of inches from -{WAYPOINT_LIMIT_IN} to {WAYPOINT_LIMIT_IN}; a line reads `X,Y`"
+    )]
+    Coordinate {
+        /// Where the text came from.
+        file: String,
+        /// Counted from 1.
+        line: usize,
+        /// Counted from 1.
+        column: usize,
+        /// What stands there.
+        found: String,
+    },
+    /// Not two numbers.
+    #[error("{file}:{line}:{column}: expected `X,Y`, found {found} number(s)")]
+    Shape {
+        /// Where the text came from.
+        file: String,
+        /// Counted from 1.
+        line: usize,
+        /// Counted from 1.
+        column: usize,
+        /// How many there are.
+        found: usize,
+    },
+    /// More than the robot can hold.
+    #[error("{file}:{line}:1: this is waypoint {}; the robot's list holds {WAYPOINTS_MAX}", WAYPOINTS_MAX + 1)]
+    TooMany {
+        /// Where the text came from.
+        file: String,
+        /// Counted from 1.
+        line: usize,
+    },
+    /// Not a single waypoint.
+    #[error(
+        "{file}: no waypoints; a route has one `X,Y` a line. To clear the robot's list use `clear`"
+    )]
+    Empty {
+        /// Where the text came from.
+        file: String,
+    },
+}
+
+/// Reads a route; `file` is what errors call it.
+///
+/// # Errors
+/// Names the first place that is wrong.
+pub fn parse(file: &str, text: &str) -> Result<Vec<Waypoint>, RouteError> {
+    let mut waypoints = Vec::new();
+    for (number, line) in (1..).zip(text.trim_start_matches('\u{feff}').lines()) {
+        let content = line.split('#').next().unwrap_or_default();
+        if content.trim().is_empty() {
+            continue;
+        }
+        if waypoints.len() == WAYPOINTS_MAX {
+            return Err(RouteError::TooMany {
+                file: file.to_owned(),
+                line: number,
+            });
+        }
+        waypoints.push(parse_line(file, number, content)?);
+    }
+    if waypoints.is_empty() {
+        return Err(RouteError::Empty {
+            file: file.to_owned(),
+        });
+    }
+    Ok(waypoints)
+}
+
+fn parse_line(file: &str, line: usize, content: &str) -> Result<Waypoint, RouteError> {
+    let mut fields = Vec::new();
+    let mut start = 0;
+    for field in content.split(',') {
+        let indent = field.len() - field.trim_start().len();
+        let column = content[..start + indent].chars().count() + 1;
+        fields.push((column, field.trim()));
+        start += field.len() + 1;
+    }
+    let [(x_column, x), (y_column, y)] = fields[..] else {
+        return Err(RouteError::Shape {
+            file: file.to_owned(),
+            line,
+            column: fields
+                .get(2)
+                .or(fields.first())
+                .map_or(1, |(column, _)| *column),
+            found: fields.len(),
+        });
+    };
+    let part = |column, text: &str| {
+        text.parse()
+            .ok()
+            .filter(|value| (-WAYPOINT_LIMIT_IN..=WAYPOINT_LIMIT_IN).contains(value))
+            .ok_or_else(|| RouteError::Coordinate {
+                file: file.to_owned(),
+                line,
+                column,
+                found: text.to_owned(),
+            })
+    };
+    Ok(Waypoint {
+        x_in: part(x_column, x)?,
+        y_in: part(y_column, y)?,
+    })
+}
+
+/// Writes a route that [`parse`] reads back.
+#[must_use]
+pub fn format(waypoints: &[Waypoint]) -> String {
+    waypoints.iter().fold(String::new(), |mut text, waypoint| {
+        // Writing to a string cannot fail.
+        let _ = writeln!(text, "{},{}", waypoint.x_in, waypoint.y_in);
+        text
+    })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn comments_blank_lines_and_spaces_are_skipped() {
+        let text = "\u{feff}# once around the sofa\r\n\r\n 48 , -12 # first\n0,0\n-9999,+9999\n";
+        let wanted = [(48, -12), (0, 0), (-9999, 9999)].map(|(x_in, y_in)| Waypoint { x_in, y_in });
+        assert_eq!(parse("r.txt", text), Ok(wanted.to_vec()));
+    }
+
+    #[test]
+    fn what_is_written_reads_back() {
+        let route: Vec<Waypoint> = (0..300)
+            .map(|n| Waypoint {
+                x_in: n - 150,
+                y_in: 3 * n,
+            })
+            .collect();
+        assert_eq!(parse("r.txt", &format(&route)), Ok(route));
+    }
+
+    #[test]
+    fn a_bad_line_is_named_by_file_line_and_column() {
+        for (text, message) in [
+            ("1,2\n 3, four\n", "r.txt:2:5: `four` is not a whole number"),
+            ("1,2\n10000,0\n", "r.txt:2:1: `10000` is not a whole number"),
+            ("1.5,0\n", "r.txt:1:1: `1.5` is not"),
+            ("1,2\n7\n", "r.txt:2:1: expected `X,Y`, found 1"),
+            ("1,2,3\n", "r.txt:1:5: expected `X,Y`, found 3"),
+            ("# nothing\n", "r.txt: no waypoints"),
+        ] {
+            let error = parse("r.txt", text).expect_err(text).to_string();
+            assert!(error.starts_with(message), "{error}");
+        }
+        let long = "0,0\n".repeat(301);
+        let error = parse("r.txt", &long)
+            .expect_err("301 waypoints")
+            .to_string();
+        assert!(
+            error.starts_with("r.txt:301:1: this is waypoint 301"),
+            "{error}"
+        );
+    }
+}

@@ -1,1 +1,7 @@
-//!
+//! The only code that touches the operating system: ports, sockets, files' ends, the clock, signals
+//! and the terminal.
+
+pub mod link;
+pub mod ports;
+pub mod signals;
+pub mod terminal;

@@ -1,1 +1,367 @@
+//! The station without its ports and clocks: bytes become facts, wishes become bytes.
 //!
+//! `handle_*` takes something in, `poll_*` gives something out; after each `handle_*`, poll until
+//! everything says `None`.
+
+use std::collections::VecDeque;
+use std::time::Duration;
+
+use groundwave_protocol::arq::{Config, Fop, FopEvent, Loss, Task};
+use groundwave_protocol::command::Order;
+use groundwave_protocol::decoder::{Counters, Decoder, Received};
+use groundwave_protocol::letters::LayerMask;
+use groundwave_protocol::telemetry::{Body, Outcome};
+
+use crate::event::{CommandId, CommandStep, Event, Failure, Level, LinkEvent, Moment};
+use crate::request::Request;
+
+/// A press of a drive key counts for this long unless it is renewed.
+const DRIVE_LEASE: Duration = Duration::from_millis(500);
+
+/// A command that cannot even start fails after this.
+const START_LIMIT: Duration = Duration::from_secs(15);
+
+#[derive(Debug)]
+struct Waiting {
+    id: CommandId,
+    request: Request,
+    since: Moment,
+}
+
+/// The ground's end of everything.
+#[derive(Debug)]
+pub struct Station {
+    decoder: Decoder,
+    fop: Fop,
+    can_send: bool,
+    /// Layers the robot is known to allow: it said so, or acknowledged the command.
+    allowed: Option<LayerMask>,
+    waiting: VecDeque<Waiting>,
+    current: Option<CommandId>,
+    /// The mask that the current command asks for.
+    commanded: Option<LayerMask>,
+    /// STOPs that the robot has not confirmed yet.
+    stops: Vec<CommandId>,
+    next_id: u32,
+    told_counters: Counters,
+    events: VecDeque<Event>,
+}
+
+impl Station {
+    /// A station that has heard nothing.
+    #[must_use]
+    pub fn new(config: Config) -> Self {
+        Self {
+            decoder: Decoder::default(),
+            fop: Fop::new(config),
+            can_send: false,
+            allowed: None,
+            waiting: VecDeque::new(),
+            current: None,
+            commanded: None,
+            stops: Vec::new(),
+            next_id: 1,
+            told_counters: Counters::default(),
+            events: VecDeque::new(),
+        }
+    }
+
+    /// Takes a change of the connection.
+    pub fn handle_link(&mut self, event: LinkEvent) {
+        match &event {
+            LinkEvent::Opened { can_send, .. } => self.can_send = *can_send,
+            LinkEvent::Lost { .. } => {}
+            LinkEvent::Ended => self.can_send = false,
+        }
+        self.events.push_back(Event::Link(event));
+    }
+
+    /// Takes bytes from the radio.
+    pub fn handle_bytes(&mut self, now: Moment, mut bytes: &[u8]) {
+        while !bytes.is_empty() {
+            let (taken, received) = self.decoder.handle_bytes(bytes);
+            bytes = &bytes[taken..];
+            if let Some(received) = received {
+                self.handle_received(now, &received);
+            }
+        }
+        let counters = *self.decoder.counters();
+        let rejects = |c: &Counters| (c.crc_rejected, c.shape_rejected, c.field_rejected, c.lines);
+        if rejects(&counters) != rejects(&self.told_counters) {
+            self.told_counters = counters;
+            self.events.push_back(Event::Counters(counters));
+        }
+    }
+
+    fn handle_received(&mut self, now: Moment, received: &Received) {
+        match received {
+            Received::Line(line, raw) => {
+                if let Body::Status(status) = &line.body {
+                    self.allowed = Some(status.allowed);
+                }
+                self.events.push_back(Event::Line {
+                    line: Box::new(*line),
+                    raw: *raw,
+                });
+            }
+            Received::Ack(line) => self.events.push_back(Event::Ack(*line)),
+        }
+        self.fop.handle_received(micros(now), received);
+        self.settle(now);
+    }
+
+    /// Takes a wish; says under which number it will be reported.
+    pub fn handle_request(&mut self, now: Moment, request: Request) -> CommandId {
+        let id = CommandId(self.next_id);
+        self.next_id += 1;
+        self.step(id, CommandStep::Queued(request.clone()));
+        if !self.can_send {
+            self.step(id, CommandStep::Failed(Failure::ReceiveOnly));
+        } else if request == Request::Stop {
+            self.cancel_waiting(Failure::Stopped);
+            self.stops.push(id);
+            self.fop.stop(micros(now));
+            self.step(id, CommandStep::Sent { attempt: 1 });
+        } else {
+            self.waiting.push_back(Waiting {
+                id,
+                request,
+                since: now,
+            });
+        }
+        self.settle(now);
+        id
+    }
+
+    /// Drives by hand for half a second, unless renewed.
+    pub fn handle_drive(&mut self, now: Moment, velocity_in_s: i8, rotation_in_s: i8) {
+        if self.can_send {
+            let until_us = micros(now + DRIVE_LEASE);
+            self.fop
+                .drive(micros(now), velocity_in_s, rotation_in_s, until_us);
+        }
+    }
+
+    /// Ends hand drive with a standstill.
+    pub fn handle_drive_end(&mut self, now: Moment) {
+        if self.can_send {
+            self.fop.drive(micros(now), 0, 0, micros(now));
+        }
+    }
+
+    /// Gives up what waits and what is under way.
+    pub fn handle_cancel(&mut self, now: Moment) {
+        self.cancel_waiting(Failure::Cancelled);
+        self.fop.cancel();
+        self.settle(now);
+    }
+
+    fn cancel_waiting(&mut self, failure: Failure) {
+        for waiting in std::mem::take(&mut self.waiting) {
+            self.step(waiting.id, CommandStep::Failed(failure));
+        }
+    }
+
+    /// Lets time pass.
+    pub fn handle_timeout(&mut self, now: Moment) {
+        self.fop.handle_timeout(micros(now));
+        self.settle(now);
+        self.give_up_waiting(now);
+    }
+
+    /// Bytes for the radio.
+    pub fn poll_transmit(&mut self, now: Moment) -> Option<Vec<u8>> {
+        if !self.can_send {
+            return None;
+        }
+        let bytes = self.fop.poll_transmit(micros(now)).map(<[u8]>::to_vec);
+        self.drain_fop();
+        bytes
+    }
+
+    /// What has happened.
+    pub fn poll_event(&mut self) -> Option<Event> {
+        self.events.pop_front()
+    }
+
+    /// When to call [`Station::handle_timeout`] at the latest.
+    #[must_use]
+    pub fn poll_timeout(&self) -> Option<Moment> {
+        let start = self.waiting.front().filter(|_| self.current.is_none());
+        let start = start.map(|first| first.since + START_LIMIT);
+        let fop = self.fop.poll_timeout().map(Duration::from_micros);
+        [start, fop].into_iter().flatten().min()
+    }
+
+    /// Everything the decoder has seen.
+    #[must_use]
+    pub const fn counters(&self) -> &Counters {
+        self.decoder.counters()
+    }
+
+    /// Whether every command has ended.
+    #[must_use]
+    pub fn is_settled(&self) -> bool {
+        self.waiting.is_empty() && self.current.is_none() && self.stops.is_empty()
+    }
+
+    fn settle(&mut self, now: Moment) {
+        self.drain_fop();
+        while self.current.is_none() && self.begin_next(now) {
+            self.drain_fop();
+        }
+    }
+
+    /// Starts the next command, unless there is none or it cannot start yet.
+    fn begin_next(&mut self, now: Moment) -> bool {
+        let Some(Waiting { request, .. }) = self.waiting.front() else {
+            return false;
+        };
+        let order = match request {
+            Request::Route(waypoints) => {
+                let started = self.fop.start(micros(now), Task::List(waypoints));
+                return started && self.take_first();
+            }
+            Request::Stop => Order::Mode(groundwave_protocol::letters::Mode::Stop),
+            Request::Mode(mode) => Order::Mode(*mode),
+            Request::Enable(_) | Request::Disable(_) => {
+                // The wire carries the whole mask: wait until the robot has said what it has.
+                let Some(allowed) = self.allowed else {
+                    return false;
+                };
+                let mask = match request {
+                    Request::Enable(layers) => LayerMask::from_bits(allowed.bits() | layers.bits()),
+                    Request::Disable(layers) => allowed.and(LayerMask::from_bits(!layers.bits())),
+                    _ => allowed,
+                };
+                self.commanded = Some(mask);
+                Order::Layers(mask)
+            }
+            Request::Pose {
+                position,
+                theta_deg,
+            } => Order::Pose {
+                position: *position,
+                theta_deg: *theta_deg,
+            },
+            Request::Scan => Order::Scan,
+        };
+        self.fop.start(micros(now), Task::Order(order)) && self.take_first()
+    }
+
+    fn take_first(&mut self) -> bool {
+        self.current = self.waiting.pop_front().map(|waiting| waiting.id);
+        self.current.is_some()
+    }
+
+    /// A command that cannot start because the robot has not said which layers it allows.
+    fn give_up_waiting(&mut self, now: Moment) {
+        if self.current.is_some() {
+            return;
+        }
+        while let Some(first) = self
+            .waiting
+            .pop_front_if(|first| now >= first.since + START_LIMIT)
+        {
+            self.step(first.id, CommandStep::Failed(Failure::TimedOut));
+        }
+    }
+
+    fn drain_fop(&mut self) {
+        while let Some(event) = self.fop.poll_event() {
+            match event {
+                FopEvent::Session(Ok(())) => self.notice(Level::Info, "session opened"),
+                FopEvent::Session(Err(loss)) => {
+                    if loss == Loss::RobotRestarted {
+                        self.allowed = None;
+                    }
+                    self.notice(Level::Warning, lost_session(loss));
+                }
+                FopEvent::Sent { frames } => {
+                    self.step_current(CommandStep::Sent { attempt: frames })
+                }
+                FopEvent::Progress {
+                    acknowledged,
+                    total,
+                } => {
+                    self.step_current(CommandStep::Progress {
+                        acknowledged,
+                        total,
+                    });
+                }
+                FopEvent::Concluded { outcome, digest } => self.conclude(outcome, digest),
+                FopEvent::Failed(loss) => {
+                    self.commanded = None;
+                    if let Some(id) = self.current.take() {
+                        self.step(id, CommandStep::Failed(failure(loss)));
+                    }
+                }
+                FopEvent::StopProven => {
+                    for id in std::mem::take(&mut self.stops) {
+                        self.step(id, CommandStep::Proven { digest: None });
+                    }
+                }
+                FopEvent::StopFailed => {
+                    for id in std::mem::take(&mut self.stops) {
+                        self.step(id, CommandStep::Failed(Failure::TimedOut));
+                    }
+                }
+            }
+        }
+    }
+
+    fn conclude(&mut self, outcome: Outcome, digest: Option<u32>) {
+        let commanded = self.commanded.take();
+        let Some(id) = self.current.take() else {
+            return;
+        };
+        if outcome == Outcome::Done {
+            self.allowed = commanded.or(self.allowed);
+            self.step(id, CommandStep::Proven { digest });
+        } else {
+            self.step(id, CommandStep::Refused(outcome));
+        }
+    }
+
+    fn step_current(&mut self, step: CommandStep) {
+        if let Some(id) = self.current {
+            self.step(id, step);
+        }
+    }
+
+    fn step(&mut self, id: CommandId, step: CommandStep) {
+        self.events.push_back(Event::Command { id, step });
+    }
+
+    fn notice(&mut self, level: Level, text: &str) {
+        self.events.push_back(Event::Notice {
+            level,
+            text: text.to_owned(),
+        });
+    }
+}
+
+fn micros(moment: Moment) -> u64 {
+    moment.as_micros() as u64
+}
+
+const fn lost_session(loss: Loss) -> &'static str {
+    match loss {
+        Loss::RobotRestarted => {
+            "the robot restarted: session, staged list and active list are gone"
+        }
+        Loss::TakenOver => "another station opened a session: this one sends nothing until you do",
+        Loss::Stopped => "STOP ended the session",
+        Loss::TimedOut | Loss::Cancelled => "session given up",
+    }
+}
+
+const fn failure(loss: Loss) -> Failure {
+    match loss {
+        Loss::TimedOut => Failure::TimedOut,
+        Loss::RobotRestarted => Failure::RobotRestarted,
+        Loss::TakenOver => Failure::TakenOver,
+        Loss::Stopped => Failure::Stopped,
+        Loss::Cancelled => Failure::Cancelled,
+    }
+}

@@ -1,0 +1,133 @@
+//! The terminal: taken over for the dashboard, and given back whatever happens.
+
+use std::io::{self, Stdout, Write};
+use std::panic;
+use std::sync::Once;
+use std::sync::atomic::{AtomicBool, Ordering};
+use std::thread;
+
+use crossterm::event::{
+    DisableBracketedPaste, EnableBracketedPaste, Event, KeyboardEnhancementFlags,
+    PopKeyboardEnhancementFlags, PushKeyboardEnhancementFlags,
+};
+use crossterm::{cursor, execute, terminal};
+use ratatui::Terminal;
+use ratatui::backend::CrosstermBackend;
+use tokio::sync::mpsc::Receiver;
+
+/// Whether the terminal is ours now: what a panic has to undo.
+static TAKEN: AtomicBool = AtomicBool::new(false);
+
+/// The terminal while the dashboard runs. Dropping it gives the terminal back.
+pub struct Screen {
+    terminal: Terminal<CrosstermBackend<Stdout>>,
+}
+
+impl Screen {
+    /// Takes the terminal over. Nothing is asked of it: a terminal that does not answer would cost
+    /// seconds.
+    ///
+    /// # Errors
+    /// When standard output is no terminal or refuses.
+    pub fn take() -> io::Result<Self> {
+        restore_on_panic();
+        enter()?;
+        let terminal = Terminal::new(CrosstermBackend::new(io::stdout()))?;
+        Ok(Self { terminal })
+    }
+
+    /// Columns and rows.
+    ///
+    /// # Errors
+    /// When the terminal is gone.
+    pub fn size(&self) -> io::Result<(u16, u16)> {
+        self.terminal.size().map(|size| (size.width, size.height))
+    }
+
+    /// Draws one frame; only what changed goes to the terminal.
+    ///
+    /// # Errors
+    /// When the terminal is gone.
+    pub fn draw(&mut self, draw: impl FnOnce(&mut ratatui::Frame<'_>)) -> io::Result<()> {
+        self.terminal.draw(draw).map(|_| ())
+    }
+
+    /// Rings the bell.
+    pub fn ring(&mut self) {
+        // A terminal that is gone has no bell.
+        let _ = io::stdout()
+            .write_all(b"\x07")
+            .and_then(|()| io::stdout().flush());
+    }
+
+    /// Gives the terminal back, runs `meanwhile`, takes it over again and draws everything anew.
+    ///
+    /// # Errors
+    /// When the terminal is gone.
+    pub fn suspend(&mut self, meanwhile: impl FnOnce()) -> io::Result<()> {
+        leave();
+        meanwhile();
+        enter()?;
+        self.terminal.clear()
+    }
+}
+
+impl Drop for Screen {
+    fn drop(&mut self) {
+        leave();
+    }
+}
+
+fn enter() -> io::Result<()> {
+    TAKEN.store(true, Ordering::SeqCst);
+    terminal::enable_raw_mode()?;
+    execute!(
+        io::stdout(),
+        terminal::EnterAlternateScreen,
+        EnableBracketedPaste,
+        PushKeyboardEnhancementFlags(
+            KeyboardEnhancementFlags::DISAMBIGUATE_ESCAPE_CODES
+                | KeyboardEnhancementFlags::REPORT_EVENT_TYPES
+        ),
+        cursor::Hide
+    )
+}
+
+fn leave() {
+    if TAKEN.swap(false, Ordering::SeqCst) {
+        // Each step is tried whatever became of the one before: a closed terminal takes none.
+        let _ = execute!(
+            io::stdout(),
+            PopKeyboardEnhancementFlags,
+            DisableBracketedPaste,
+            terminal::LeaveAlternateScreen,
+            cursor::Show
+        );
+        let _ = terminal::disable_raw_mode();
+    }
+}
+
+fn restore_on_panic() {
+    static ONCE: Once = Once::new();
+    ONCE.call_once(|| {
+        let report = panic::take_hook();
+        panic::set_hook(Box::new(move |info| {
+            leave();
+            report(info);
+        }));
+    });
+}
+
+/// Keys, pastes and sizes, read on a thread of their own.
+#[must_use]
+pub fn events() -> Receiver<Event> {
+    let (sender, receiver) = tokio::sync::mpsc::channel(64);
+    thread::spawn(move || {
+        while let Ok(event) = crossterm::event::read() {
+            if sender.blocking_send(event).is_err() {
+                return;
+            }
+        }
+    });
+    receiver
+}
