@@ -1,1 +1,82 @@
-//!
+//! What the program can be told to do, one file a verb.
+
+pub mod cli;
+mod ports;
+mod send;
+
+use std::io;
+use std::process::ExitCode;
+
+use cli::{Cli, Command};
+
+/// How the program ends; scripts rely on the numbers.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[repr(u8)]
+pub enum Exit {
+    /// Something failed that has no number of its own.
+    Failed = 1,
+    /// Wrong usage or a bad input file.
+    Usage = 2,
+    /// The robot did not confirm in time.
+    NotConfirmed = 3,
+    /// The link cannot be opened.
+    NoLink = 4,
+    /// The robot refused.
+    Refused = 5,
+    /// The link is receive-only.
+    ReceiveOnly = 6,
+}
+
+/// Why a command ended early, for a person and for a script.
+#[derive(Debug, thiserror::Error)]
+#[error("{message}")]
+pub struct Fault {
+    exit: Exit,
+    message: String,
+}
+
+impl Fault {
+    fn new(exit: Exit, message: impl ToString) -> Self {
+        Self {
+            exit,
+            message: message.to_string(),
+        }
+    }
+
+    /// An error of standard output; a reader that has gone away is none.
+    fn output(error: &io::Error) -> Result<(), Self> {
+        if error.kind() == io::ErrorKind::BrokenPipe {
+            return Ok(());
+        }
+        Err(Self::new(
+            Exit::Failed,
+            format!("cannot write to standard output: {error}"),
+        ))
+    }
+}
+
+/// Does what the command line says.
+#[must_use]
+pub fn run(cli: &Cli) -> ExitCode {
+    let result = match &cli.command {
+        Command::Ports(ports) => ports::run(ports),
+        Command::Send(send) => send::run(send),
+        _ => Ok(()),
+    };
+    match result {
+        Ok(()) => ExitCode::SUCCESS,
+        Err(fault) => {
+            eprintln!("groundwave: {fault}");
+            ExitCode::from(fault.exit as u8)
+        }
+    }
+}
+
+/// One thread runs everything that is not a blocking read or write.
+fn block_on<T>(future: impl Future<Output = Result<T, Fault>>) -> Result<T, Fault> {
+    tokio::runtime::Builder::new_current_thread()
+        .enable_all()
+        .build()
+        .map_err(|error| Fault::new(Exit::Failed, format!("cannot start: {error}")))?
+        .block_on(future)
+}

@@ -1,0 +1,323 @@
+//! The command line, as clap sees it.
+
+use std::path::PathBuf;
+use std::time::Duration;
+
+use clap::{Args, Parser, Subcommand, ValueEnum};
+
+use crate::io::link::{BAUD, LinkSpec};
+
+/// Ground station for a small robot on a 2400-baud radio.
+#[derive(Debug, Parser)]
+#[command(
+    name = "groundwave",
+    version,
+    about,
+    max_term_width = 100,
+    after_help = "\
+Try it without a robot:      groundwave demo
+Watch a robot on a radio:    groundwave watch /dev/ttyUSB0 --tee evening.txt
+Send it somewhere:           groundwave send /dev/ttyUSB0 goto 48 0
+
+Exit codes: 0 proven or done; 1 failed; 2 usage or bad input file; 3 not confirmed in time;
+4 the link cannot be opened; 5 the robot refused; 6 the link is receive-only."
+)]
+pub struct Cli {
+    /// What to do.
+    #[command(subcommand)]
+    pub command: Command,
+}
+
+/// The verbs.
+#[derive(Debug, Subcommand)]
+pub enum Command {
+    /// Watch a simulated robot prowl a house, live.
+    Demo(Demo),
+    /// Watch a robot: the live dashboard.
+    Watch(Watch),
+    /// Record what the radio delivers, without a dashboard.
+    Record(Record),
+    /// Send a command and wait for the proof that the robot has executed it.
+    #[command(
+        after_help = "\
+COMMAND is one of:
+  stop                          motors off; needs no session and no proof of who asks
+  mode prowl|reactive|home|...  enter a mode (passive, wander, forage, calibrate, user, stop)
+  enable L,L   disable L,L      layers: user bumpers rotate ir sonar photo motion route
+  goto X Y                      a list of one point, whole inches from the robot's origin
+  route FILE|-                  a list of `X,Y` lines
+  clear                         empty the robot's list
+  set-pose X Y THETA            tell the robot where it is; reset-pose is 0 0 0
+  scan                          look around
+
+Neither goto nor route changes the mode, unless --go: then `mode prowl` follows.
+
+  groundwave send /dev/ttyUSB0 goto -48 120 --go
+  groundwave send tcp:robot.local:4000 route square.txt
+  groundwave send /dev/ttyUSB0 -f evening.txt"
+    )]
+    Send(Send),
+    /// Serve a simulated robot on a pseudo-terminal or a TCP port.
+    Sim(Sim),
+    /// Play a capture in the dashboard.
+    Replay(Replay),
+    /// Decode a capture to JSON lines or CSV.
+    Decode(Decode),
+    /// Say what is in captures.
+    Info(Info),
+    /// List the serial ports of this machine.
+    Ports(Ports),
+}
+
+/// What to simulate.
+#[derive(Clone, Debug, Args)]
+pub struct Simulated {
+    /// A world that comes with the program, or a TOML file
+    #[arg(long, value_name = "NAME|FILE", default_value = "house")]
+    pub world: String,
+    /// Seed of everything random
+    #[arg(long, default_value_t = 1)]
+    pub seed: u64,
+    /// How the radio behaves: ber=1e-3,burst=50,drop=0.01,dup=0.01,delay=0.5s,half-duplex,out=10s..12s
+    #[arg(long, value_name = "SPEC", default_value = "")]
+    pub channel: String,
+    /// Multiple of real time
+    #[arg(long, value_name = "X", default_value_t = 1.0)]
+    pub time_factor: f64,
+}
+
+/// Where received bytes are kept.
+#[derive(Clone, Debug, Default, Args)]
+pub struct Keeping {
+    /// Copy every received byte to FILE, before anything else happens to it
+    #[arg(long, value_name = "FILE")]
+    pub tee: Option<PathBuf>,
+    /// Record to an MCAP file; without FILE under a name made from the date
+    #[arg(long, value_name = "FILE", num_args = 0..=1)]
+    pub record: Option<Option<PathBuf>>,
+    /// Add to an existing --tee file
+    #[arg(long, conflicts_with = "force")]
+    pub append: bool,
+    /// Overwrite existing files
+    #[arg(long)]
+    pub force: bool,
+}
+
+/// `demo`
+#[derive(Debug, Args)]
+#[command(after_help = "\
+  groundwave demo --seed 3 --channel ber=1e-3
+  groundwave demo --world living-room --record")]
+pub struct Demo {
+    /// What to simulate.
+    #[command(flatten)]
+    pub simulated: Simulated,
+    /// Where received bytes are kept.
+    #[command(flatten)]
+    pub keeping: Keeping,
+}
+
+/// `watch`
+#[derive(Debug, Args)]
+#[command(after_help = "\
+  groundwave watch /dev/ttyUSB0 --tee evening.txt --record
+  groundwave watch tcp:robot.local:4000
+  ssh robot cat /dev/ttyS0 | groundwave watch -")]
+pub struct Watch {
+    /// A serial device, tcp:HOST:PORT, - (standard input) or sim
+    pub link: LinkSpec,
+    /// Baud rate of the serial device
+    #[arg(long, default_value_t = BAUD)]
+    pub baud: u32,
+    /// Never send a byte
+    #[arg(long)]
+    pub no_uplink: bool,
+    /// No dashboard: events as JSON lines on standard output
+    #[arg(long)]
+    pub headless: bool,
+    /// Where received bytes are kept.
+    #[command(flatten)]
+    pub keeping: Keeping,
+}
+
+/// `record`
+#[derive(Debug, Args)]
+#[command(after_help = "\
+  groundwave record /dev/ttyUSB0 -o evening.mcap
+  groundwave record /dev/ttyUSB0 -o evening.txt --duration 90m")]
+pub struct Record {
+    /// A serial device, tcp:HOST:PORT, - (standard input) or sim
+    pub link: LinkSpec,
+    /// Where to; .mcap is recorded as MCAP, anything else as the raw bytes
+    #[arg(short, long, value_name = "FILE")]
+    pub output: PathBuf,
+    /// Stop after this long: 30s, 90m, 2h
+    #[arg(long, value_name = "T", value_parser = parse_duration)]
+    pub duration: Option<Duration>,
+    /// Baud rate of the serial device
+    #[arg(long, default_value_t = BAUD)]
+    pub baud: u32,
+    /// Add to an existing raw file
+    #[arg(long, conflicts_with = "force")]
+    pub append: bool,
+    /// Overwrite an existing file
+    #[arg(long)]
+    pub force: bool,
+    /// Say nothing but errors
+    #[arg(short, long)]
+    pub quiet: bool,
+}
+
+/// `send`
+#[derive(Debug, Args)]
+pub struct Send {
+    /// A serial device, tcp:HOST:PORT or sim
+    pub link: LinkSpec,
+    /// The command and its arguments
+    #[arg(value_name = "COMMAND", allow_negative_numbers = true, required_unless_present = "file")]
+    pub words: Vec<String>,
+    /// Read commands from FILE (- is standard input), one a line; stop at the first that fails
+    #[arg(short, long, value_name = "FILE", conflicts_with = "words")]
+    pub file: Option<PathBuf>,
+    /// After goto or route, enter mode prowl so that the robot drives there
+    #[arg(long)]
+    pub go: bool,
+    /// Give up after this long without proof
+    #[arg(long, value_name = "T", value_parser = parse_duration, default_value = "20s")]
+    pub timeout: Duration,
+    /// Baud rate of the serial device
+    #[arg(long, default_value_t = BAUD)]
+    pub baud: u32,
+    /// Each stage as a JSON line on standard output
+    #[arg(long)]
+    pub json: bool,
+    /// Never send a byte: says so and exits with 6
+    #[arg(long)]
+    pub no_uplink: bool,
+    /// Say nothing but errors
+    #[arg(short, long)]
+    pub quiet: bool,
+}
+
+/// `sim`
+#[derive(Debug, Args)]
+#[command(after_help = "\
+  groundwave sim                            prints the path of a pseudo-terminal: cat it, tio it, watch it
+  groundwave sim --listen 127.0.0.1:4000    then: groundwave watch tcp:127.0.0.1:4000")]
+pub struct Sim {
+    /// What to simulate.
+    #[command(flatten)]
+    pub simulated: Simulated,
+    /// Link the pseudo-terminal under this path
+    #[arg(long, value_name = "PATH", conflicts_with = "listen")]
+    pub pty: Option<PathBuf>,
+    /// Serve on a TCP address instead
+    #[arg(long, value_name = "ADDR")]
+    pub listen: Option<String>,
+    /// Stop after this much simulated time: 30s, 90m, 2h
+    #[arg(long, value_name = "T", value_parser = parse_duration)]
+    pub duration: Option<Duration>,
+    /// Keep what the robot remembers over a reset in this file
+    #[arg(long, value_name = "FILE")]
+    pub eeprom: Option<PathBuf>,
+}
+
+/// `replay`
+#[derive(Debug, Args)]
+pub struct Replay {
+    /// A raw capture or an MCAP file
+    pub file: PathBuf,
+    /// Multiple of the speed it was recorded at
+    #[arg(long, value_name = "X", default_value_t = 1.0)]
+    pub speed: f64,
+}
+
+/// `decode`
+#[derive(Debug, Args)]
+#[command(after_help = "\
+  groundwave decode evening.txt --to csv > evening.csv
+  cat /dev/ttyUSB0 | groundwave decode - --to jsonl")]
+pub struct Decode {
+    /// A raw capture, an MCAP file, or - for standard input
+    pub file: PathBuf,
+    /// What to write to standard output
+    #[arg(long, value_enum)]
+    pub to: DecodeFormat,
+}
+
+/// What `decode` writes.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+pub enum DecodeFormat {
+    /// One JSON object a line
+    Jsonl,
+    /// One table with a header
+    Csv,
+}
+
+/// `info`
+#[derive(Debug, Args)]
+pub struct Info {
+    /// Raw captures or MCAP files
+    #[arg(required = true)]
+    pub files: Vec<PathBuf>,
+    /// As JSON, one object a file
+    #[arg(long)]
+    pub json: bool,
+}
+
+/// `ports`
+#[derive(Debug, Args)]
+pub struct Ports {
+    /// As JSON, one object a port
+    #[arg(long)]
+    pub json: bool,
+}
+
+/// `90`, `90s`, `1.5m`, `2h` or `250ms`.
+fn parse_duration(text: &str) -> Result<Duration, String> {
+    let digits = text.trim_end_matches(|c: char| c.is_ascii_alphabetic());
+    let unit_s = match &text[digits.len()..] {
+        "ms" => 0.001,
+        "" | "s" => 1.0,
+        "m" | "min" => 60.0,
+        "h" => 3600.0,
+        _ => return Err(format!("`{text}` is no duration; try 30s, 90m or 2h")),
+    };
+    digits
+        .parse::<f64>()
+        .ok()
+        .and_then(|number| Duration::try_from_secs_f64(number * unit_s).ok())
+        .filter(|duration| !duration.is_zero())
+        .ok_or_else(|| format!("`{text}` is no duration; try 30s, 90m or 2h"))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use clap::CommandFactory;
+
+    #[test]
+    fn the_definitions_agree_with_each_other() {
+        Cli::command().debug_assert();
+    }
+
+    #[test]
+    fn negative_coordinates_need_no_dashes() {
+        let cli = Cli::try_parse_from(["groundwave", "send", "/dev/ttyUSB0", "goto", "-48", "-120", "--go"]);
+        let Ok(Cli { command: Command::Send(send) }) = cli else {
+            panic!("{cli:?}");
+        };
+        assert_eq!(send.words, ["goto", "-48", "-120"]);
+        assert!(send.go);
+    }
+
+    #[test]
+    fn durations_have_units() {
+        assert_eq!(parse_duration("90"), Ok(Duration::from_secs(90)));
+        assert_eq!(parse_duration("1.5m"), Ok(Duration::from_secs(90)));
+        assert_eq!(parse_duration("250ms"), Ok(Duration::from_millis(250)));
+        for wrong in ["", "s", "-1s", "1d", "0s", "1e400s", "ten"] {
+            assert!(parse_duration(wrong).is_err(), "{wrong}");
+        }
+    }
+}

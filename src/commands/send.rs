@@ -1,0 +1,257 @@
+//! `send`: commands from a shell or a script, each with its proof.
+
+use std::fs;
+use std::io::{self, IsTerminal, Read, Write};
+use std::path::Path;
+use std::time::{Duration, Instant};
+
+use groundwave_protocol::letters::Mode;
+use groundwave_protocol::telemetry::Outcome;
+use serde_json::{Value, json};
+
+use super::cli::Send;
+use super::{Exit, Fault, block_on};
+use crate::event::{CommandId, CommandStep, Event, Failure, LinkEvent};
+use crate::io::link::{Link, LinkSpec};
+use crate::request::Request;
+use crate::route;
+use crate::runtime::Driver;
+
+pub(super) fn run(options: &Send) -> Result<(), Fault> {
+    let requests = read_requests(options)?;
+    if options.no_uplink || options.link == LinkSpec::Stdin {
+        return Err(Fault::new(
+            Exit::ReceiveOnly,
+            format!("cannot send to {}: the link is receive-only", options.link),
+        ));
+    }
+    block_on(deliver(options, requests))
+}
+
+/// Everything is read and checked before the link is opened.
+fn read_requests(options: &Send) -> Result<Vec<Request>, Fault> {
+    let mut requests = match &options.file {
+        None => read_words(&options.words).map_err(|message| Fault::new(Exit::Usage, message))?,
+        Some(path) => read_script(path)?,
+    };
+    if options.go {
+        if !matches!(requests.last(), Some(Request::Route(route)) if !route.is_empty()) {
+            return Err(Fault::new(Exit::Usage, "--go goes with `goto` or `route`: it drives the list"));
+        }
+        requests.push(Request::Mode(Mode::Prowl));
+    }
+    Ok(requests)
+}
+
+fn read_script(path: &Path) -> Result<Vec<Request>, Fault> {
+    let name = path.display();
+    let text = read_text(path)?;
+    let mut requests = Vec::new();
+    for (number, line) in (1..).zip(text.lines()) {
+        let words: Vec<&str> = line.split('#').next().unwrap_or_default().split_whitespace().collect();
+        if words.is_empty() {
+            continue;
+        }
+        let request = read_words(&words)
+            .map_err(|message| Fault::new(Exit::Usage, format!("{name}:{number}: {message}")))?;
+        requests.extend(request);
+    }
+    if requests.is_empty() {
+        return Err(Fault::new(Exit::Usage, format!("{name}: no commands; one a line, as after `groundwave send LINK`")));
+    }
+    Ok(requests)
+}
+
+fn read_words<S: AsRef<str>>(words: &[S]) -> Result<Vec<Request>, String> {
+    let words: Vec<&str> = words.iter().map(AsRef::as_ref).collect();
+    let request = match words[..] {
+        ["route", file] => {
+            let text = read_text(Path::new(file)).map_err(|fault| fault.to_string())?;
+            let name = if file == "-" { "standard input" } else { file };
+            let waypoints = route::parse(name, &text).map_err(|error| error.to_string())?;
+            Request::route(waypoints).map_err(|error| error.to_string())?
+        }
+        ["route", ..] => return Err("`route` takes one file of `X,Y` lines, or - for standard input".to_owned()),
+        _ => Request::from_words(&words).map_err(|error| error.to_string())?,
+    };
+    Ok(vec![request])
+}
+
+fn read_text(path: &Path) -> Result<String, Fault> {
+    let read = if path.as_os_str() == "-" {
+        let mut text = String::new();
+        io::stdin().read_to_string(&mut text).map(|_| text)
+    } else {
+        fs::read_to_string(path)
+    };
+    read.map_err(|error| Fault::new(Exit::Usage, format!("cannot read {}: {error}", path.display())))
+}
+
+async fn deliver(options: &Send, requests: Vec<Request>) -> Result<(), Fault> {
+    let (inputs, from_link) = tokio::sync::mpsc::channel(64);
+    let (spec, _simulator) = super::simulated::embed(&options.link)?;
+    let link = Link::open(spec, options.baud, Box::new(|_, _| {}), inputs)
+        .map_err(|error| Fault::new(Exit::NoLink, error))?;
+    let name = options.link.to_string();
+    let mut driver = Driver::new(name, link, from_link, true, Instant::now(), Box::new(|_, _| {}));
+    // The station learns that it can send from the link's first event.
+    driver.step().await;
+    let mut report = Report::new(options);
+    for request in requests {
+        let begun = driver.now();
+        let id = driver.request(request.clone());
+        let deadline = tokio::time::sleep(options.timeout);
+        tokio::pin!(deadline);
+        loop {
+            let mut ended = None;
+            while let Some(event) = driver.poll_event() {
+                ended = ended.or(report.handle(&event, id, &request, driver.now() - begun)?);
+            }
+            match ended {
+                Some(Ok(())) => break,
+                Some(Err(fault)) => return Err(fault),
+                None => {}
+            }
+            tokio::select! {
+                () = driver.step() => {}
+                () = &mut deadline => {
+                    driver.cancel();
+                    return Err(not_confirmed(&request, &driver, options.timeout));
+                }
+            }
+        }
+    }
+    Ok(())
+}
+
+fn not_confirmed(request: &Request, driver: &Driver, waited: Duration) -> Fault {
+    let heard = driver.station().counters();
+    let why = if heard.bytes == 0 {
+        "nothing at all was heard from the robot: is it switched on, and is this the right port?".to_owned()
+    } else if heard.lines + heard.ack_lines == 0 {
+        format!("{} bytes were heard and not one intact line: is the baud rate right?", heard.bytes)
+    } else {
+        "the robot was heard and did not confirm: it may be out of reach of our transmitter".to_owned()
+    };
+    let state = match request {
+        Request::Route(_) => " The robot holds either its old list or the new one, whole.",
+        _ => " The robot may or may not have executed it.",
+    };
+    Fault::new(
+        Exit::NotConfirmed,
+        format!("`{request}` was not confirmed within {} s: {why}.{state}", waited.as_secs()),
+    )
+}
+
+/// What the person or the script is told.
+struct Report {
+    json: bool,
+    quiet: bool,
+    progress: bool,
+}
+
+impl Report {
+    fn new(options: &Send) -> Self {
+        Self {
+            json: options.json,
+            quiet: options.quiet,
+            progress: !options.quiet && !options.json && io::stderr().is_terminal(),
+        }
+    }
+
+    /// Reports an event; returns how the command ended, once it has.
+    fn handle(
+        &mut self,
+        event: &Event,
+        id: CommandId,
+        request: &Request,
+        after: Duration,
+    ) -> Result<Option<Result<(), Fault>>, Fault> {
+        match event {
+            Event::Command { id: of, step } if *of == id => {
+                if self.json {
+                    self.print_json(&to_json(request, step, after))?;
+                }
+                Ok(self.handle_step(request, step, after))
+            }
+            Event::Link(LinkEvent::Lost { reason }) if !self.quiet => {
+                eprintln!("groundwave: link lost: {reason}; trying again");
+                Ok(None)
+            }
+            _ => Ok(None),
+        }
+    }
+
+    fn handle_step(&self, request: &Request, step: &CommandStep, after: Duration) -> Option<Result<(), Fault>> {
+        match step {
+            CommandStep::Queued(_) | CommandStep::Sent { .. } => None,
+            CommandStep::Progress { acknowledged, total } => {
+                if self.progress {
+                    eprint!("\r{acknowledged} of {total} waypoints acknowledged ");
+                    if acknowledged == total {
+                        eprintln!();
+                    }
+                }
+                None
+            }
+            CommandStep::Proven { digest } => {
+                if !self.json && !self.quiet {
+                    let digest = digest.map_or(String::new(), |digest| format!(", digest {digest:08x}"));
+                    println!("{request}: proven after {:.1} s{digest}", after.as_secs_f64());
+                }
+                Some(Ok(()))
+            }
+            CommandStep::Refused(outcome) => Some(Err(Fault::new(
+                Exit::Refused,
+                format!("the robot refused `{request}`: {}", why_refused(*outcome)),
+            ))),
+            CommandStep::Failed(failure) => {
+                let exit = match failure {
+                    Failure::ReceiveOnly => Exit::ReceiveOnly,
+                    Failure::TimedOut => Exit::NotConfirmed,
+                    _ => Exit::Failed,
+                };
+                Some(Err(Fault::new(exit, format!("`{request}`: {failure}"))))
+            }
+        }
+    }
+
+    fn print_json(&self, value: &Value) -> Result<(), Fault> {
+        let mut out = io::stdout().lock();
+        writeln!(out, "{value}")
+            .and_then(|()| out.flush())
+            .or_else(|error| Fault::output(&error))
+    }
+}
+
+fn to_json(request: &Request, step: &CommandStep, after: Duration) -> Value {
+    let mut value = match step {
+        CommandStep::Queued(_) => json!({ "stage": "queued" }),
+        CommandStep::Sent { attempt } => json!({ "stage": "sent", "frames": attempt }),
+        CommandStep::Progress { acknowledged, total } => {
+            json!({ "stage": "progress", "acknowledged": acknowledged, "total": total })
+        }
+        CommandStep::Proven { digest } => {
+            json!({ "stage": "proven", "digest": digest.map(|digest| format!("{digest:08x}")) })
+        }
+        CommandStep::Refused(outcome) => json!({ "stage": "refused", "reason": why_refused(*outcome) }),
+        CommandStep::Failed(failure) => json!({ "stage": "failed", "reason": failure.to_string() }),
+    };
+    value["command"] = json!(request.to_string());
+    value["after_s"] = json!((after.as_secs_f64() * 1000.0).round() / 1000.0);
+    value
+}
+
+/// The robot's reason in words.
+pub(crate) const fn why_refused(outcome: Outcome) -> &'static str {
+    match outcome {
+        Outcome::Done => "it did not refuse",
+        Outcome::NotFitted => "this robot has no such layer or mode",
+        Outcome::BadValue => "a value is out of range",
+        Outcome::ListIncomplete => "waypoints are missing",
+        Outcome::DigestMismatch => "the list it holds is not the one that was announced",
+        Outcome::NotNow => "not in its present state",
+        Outcome::Unknown => "its firmware does not know this command",
+        Outcome::Failed => "it tried and could not",
+    }
+}

@@ -1,0 +1,239 @@
+//! The dashboard's event loop.
+
+use std::fs;
+use std::io;
+use std::time::{Duration, Instant};
+
+use tokio::sync::mpsc::Receiver;
+use tokio::time::{Instant as TokioInstant, sleep_until};
+
+use super::Driver;
+use crate::event::{Effect, Event, Moment, Recording};
+use crate::io::signals::{Signal, Signals, stop_myself};
+use crate::io::terminal::{self, Screen};
+use crate::model::Model;
+use crate::route;
+use crate::view;
+
+/// No two frames come closer than this: a burst of bytes is drawn once.
+const FRAME_PERIOD: Duration = Duration::from_millis(40);
+
+/// How often it is asked what has been recorded.
+const RECORDING_PERIOD: Duration = Duration::from_secs(1);
+
+/// Terminal events taken at one go.
+const BATCH: usize = 32;
+
+/// Pauses a replay or changes its speed.
+pub trait Player {
+    /// Pauses or goes on.
+    fn pause(&mut self, paused: bool);
+    /// Plays at a multiple of the recorded speed.
+    fn speed(&mut self, factor: f64);
+}
+
+/// Everything a dashboard joins together.
+pub struct Dashboard {
+    /// The station on its link.
+    pub driver: Driver,
+    /// What the screen knows.
+    pub model: Model,
+    /// The replay, if this is one.
+    pub player: Option<Box<dyn Player>>,
+    /// Says what has been recorded.
+    pub recording: Box<dyn FnMut() -> Recording>,
+    /// Events to begin with.
+    pub first: Vec<Event>,
+}
+
+/// Runs until the operator leaves, a signal says so or the terminal is gone.
+///
+/// # Errors
+/// When the terminal cannot be taken over or drawn to.
+pub async fn run(dashboard: Dashboard) -> io::Result<()> {
+    let mut signals = Signals::listen()?;
+    let screen = Screen::take()?;
+    let keys = terminal::events();
+    let mut running = Running {
+        driver: dashboard.driver,
+        model: dashboard.model,
+        player: dashboard.player,
+        screen,
+        drawn: None,
+    };
+    let mut recording = dashboard.recording;
+    let mut told = Recording::default();
+    let (width, height) = running.screen.size()?;
+    let mut leave = running.tell(Event::Resize { width, height })?;
+    for event in dashboard.first {
+        leave |= running.tell(event)?;
+    }
+    let mut keys = Some(keys);
+    let mut ask_at = Instant::now();
+    while !leave {
+        if Instant::now() >= ask_at {
+            ask_at = Instant::now() + RECORDING_PERIOD;
+            let now = recording();
+            if now != told {
+                told = now.clone();
+                leave |= running.tell(Event::Recording(now))?;
+            }
+        }
+        leave |= running.tell_all()?;
+        running.draw_if_due()?;
+        let redraw_at = running.redraw_at();
+        leave |= tokio::select! {
+            biased;
+            signal = signals.next() => match signal {
+                Signal::Leave => true,
+                Signal::Suspend => {
+                    running.suspend()?;
+                    false
+                }
+            },
+            event = next_key(keys.as_mut()) => match event {
+                Some(event) => running.take_keys(event, keys.as_mut())?,
+                None => {
+                    keys = None;
+                    // The terminal is gone: nobody can see or steer any more.
+                    true
+                }
+            },
+            () = running.driver.step() => false,
+            () = sleep_until_some(redraw_at) => running.tell(Event::Tick)?,
+            () = sleep_until(TokioInstant::from_std(ask_at)), if told != Recording::default() => false,
+        };
+    }
+    Ok(())
+}
+
+struct Running {
+    driver: Driver,
+    model: Model,
+    player: Option<Box<dyn Player>>,
+    screen: Screen,
+    drawn: Option<Moment>,
+}
+
+impl Running {
+    /// Tells the model of an event and does what it asks for; says whether to leave.
+    fn tell(&mut self, event: Event) -> io::Result<bool> {
+        let effects = self.model.update(self.driver.now(), event);
+        let mut leave = false;
+        for effect in effects {
+            leave |= self.act(effect)?;
+        }
+        Ok(leave)
+    }
+
+    fn tell_all(&mut self) -> io::Result<bool> {
+        let mut leave = false;
+        while let Some(event) = self.driver.poll_event() {
+            leave |= self.tell(event)?;
+        }
+        Ok(leave)
+    }
+
+    fn take_keys(
+        &mut self,
+        first: crossterm::event::Event,
+        keys: Option<&mut Receiver<crossterm::event::Event>>,
+    ) -> io::Result<bool> {
+        let mut leave = self.take_key(first)?;
+        if let Some(keys) = keys {
+            for _ in 1..BATCH {
+                match keys.try_recv() {
+                    Ok(event) => leave |= self.take_key(event)?,
+                    Err(_) => break,
+                }
+            }
+        }
+        Ok(leave)
+    }
+
+    fn take_key(&mut self, event: crossterm::event::Event) -> io::Result<bool> {
+        use crossterm::event::Event as Terminal;
+        match event {
+            Terminal::Key(key) => self.tell(Event::Key(key)),
+            Terminal::Paste(text) => self.tell(Event::Paste(text)),
+            Terminal::Resize(width, height) => self.tell(Event::Resize { width, height }),
+            Terminal::FocusGained | Terminal::FocusLost | Terminal::Mouse(_) => Ok(false),
+        }
+    }
+
+    fn act(&mut self, effect: Effect) -> io::Result<bool> {
+        match effect {
+            Effect::Send(request) => {
+                self.driver.request(request);
+            }
+            Effect::Drive { velocity_in_s, rotation_in_s } => self.driver.drive(velocity_in_s, rotation_in_s),
+            Effect::DriveEnd => self.driver.drive_end(),
+            Effect::CancelCommands => self.driver.cancel(),
+            Effect::LoadRoute(path) => return self.load_route(path),
+            Effect::ReplayPause(paused) => {
+                if let Some(player) = &mut self.player {
+                    player.pause(paused);
+                }
+            }
+            Effect::ReplaySpeed(factor) => {
+                if let Some(player) = &mut self.player {
+                    player.speed(factor);
+                }
+            }
+            Effect::Suspend => self.suspend()?,
+            Effect::Quit => return Ok(true),
+        }
+        Ok(false)
+    }
+
+    fn load_route(&mut self, path: String) -> io::Result<bool> {
+        let loaded = fs::read_to_string(&path)
+            .map_err(|error| format!("cannot read {path}: {error}"))
+            .and_then(|text| route::parse(&path, &text).map_err(|error| error.to_string()));
+        self.tell(Event::RouteLoaded { path, loaded })
+    }
+
+    fn suspend(&mut self) -> io::Result<()> {
+        self.screen.suspend(stop_myself)?;
+        let (width, height) = self.screen.size()?;
+        self.tell(Event::Resize { width, height })?;
+        Ok(())
+    }
+
+    fn redraw_at(&self) -> Option<Instant> {
+        let wanted = self.model.redraw_at(self.driver.now())?;
+        let earliest = self.drawn.map_or(Moment::ZERO, |drawn| drawn + FRAME_PERIOD);
+        let now = self.driver.now();
+        Some(Instant::now() + wanted.max(earliest).saturating_sub(now))
+    }
+
+    fn draw_if_due(&mut self) -> io::Result<()> {
+        let now = self.driver.now();
+        let due = self.model.redraw_at(now).is_some_and(|at| at <= now)
+            && self.drawn.is_none_or(|drawn| now >= drawn + FRAME_PERIOD);
+        if due {
+            let model = &self.model;
+            self.screen.draw(|frame| view::draw(model, now, frame))?;
+            self.model.drawn(now);
+            self.drawn = Some(now);
+            if self.model.take_bell() {
+                self.screen.ring();
+            }
+        }
+        Ok(())
+    }
+}
+
+async fn next_key(keys: Option<&mut Receiver<crossterm::event::Event>>) -> Option<crossterm::event::Event> {
+    match keys {
+        Some(keys) => keys.recv().await,
+        None => std::future::pending().await,
+    }
+}
+
+async fn sleep_until_some(at: Option<Instant>) {
+    match at {
+        Some(at) => sleep_until(TokioInstant::from_std(at)).await,
+        None => std::future::pending().await,
+    }
+}

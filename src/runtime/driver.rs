@@ -1,0 +1,159 @@
+//! A station on a real link and a real clock.
+
+use std::hash::{BuildHasher, RandomState};
+use std::time::Instant;
+
+use groundwave_protocol::arq::Config;
+use tokio::sync::mpsc::Receiver;
+use tokio::time::{Instant as TokioInstant, sleep_until};
+
+use crate::event::{CommandId, Event, LinkEvent, Moment};
+use crate::io::link::{Link, LinkInput};
+use crate::request::Request;
+use crate::station::Station;
+
+/// Inputs taken at one go before others get their turn.
+const BATCH: usize = 32;
+
+/// Takes every byte that is sent, for the recorder.
+pub type SentSink = Box<dyn FnMut(Instant, &[u8])>;
+
+/// Joins a [`Station`] to a [`Link`] and the clock.
+pub struct Driver {
+    station: Station,
+    link: Link,
+    inputs: Receiver<LinkInput>,
+    name: String,
+    uplink: bool,
+    started: Instant,
+    sent: SentSink,
+}
+
+impl Driver {
+    /// A station on an open link. Without `uplink` it never sends a byte.
+    #[must_use]
+    pub fn new(
+        name: String,
+        link: Link,
+        inputs: Receiver<LinkInput>,
+        uplink: bool,
+        started: Instant,
+        sent: SentSink,
+    ) -> Self {
+        Self {
+            station: Station::new(Config::new(random_owner())),
+            link,
+            inputs,
+            name,
+            uplink,
+            started,
+            sent,
+        }
+    }
+
+    /// Time since the station started.
+    #[must_use]
+    pub fn now(&self) -> Moment {
+        self.started.elapsed()
+    }
+
+    /// Whether commands can be sent.
+    #[must_use]
+    pub const fn can_send(&self) -> bool {
+        self.uplink && self.link.can_send()
+    }
+
+    /// The station.
+    #[must_use]
+    pub const fn station(&self) -> &Station {
+        &self.station
+    }
+
+    /// Waits for something to happen on the link, or for the station's next deadline. Nothing is lost
+    /// when the wait is abandoned.
+    pub async fn step(&mut self) {
+        let deadline = self.station.poll_timeout().map(|moment| self.started + moment);
+        tokio::select! {
+            input = self.inputs.recv() => {
+                match input {
+                    Some(input) => self.handle_input(input),
+                    // The reader has ended after it said so.
+                    None => std::future::pending().await,
+                }
+                for _ in 1..BATCH {
+                    match self.inputs.try_recv() {
+                        Ok(input) => self.handle_input(input),
+                        Err(_) => break,
+                    }
+                }
+            }
+            () = sleep_to(deadline) => {}
+        }
+        self.station.handle_timeout(self.now());
+        self.flush();
+    }
+
+    fn handle_input(&mut self, input: LinkInput) {
+        match input {
+            LinkInput::Opened => self.station.handle_link(LinkEvent::Opened {
+                name: self.name.clone(),
+                can_send: self.can_send(),
+            }),
+            LinkInput::Bytes(at, bytes) => {
+                self.station.handle_bytes(at.saturating_duration_since(self.started), &bytes);
+            }
+            LinkInput::Lost(reason) => self.station.handle_link(LinkEvent::Lost { reason }),
+            LinkInput::Ended => self.station.handle_link(LinkEvent::Ended),
+        }
+    }
+
+    /// Delivers a wish; its fate comes as events.
+    pub fn request(&mut self, request: Request) -> CommandId {
+        let id = self.station.handle_request(self.now(), request);
+        self.flush();
+        id
+    }
+
+    /// Drives by hand for half a second.
+    pub fn drive(&mut self, velocity_in_s: i8, rotation_in_s: i8) {
+        self.station.handle_drive(self.now(), velocity_in_s, rotation_in_s);
+        self.flush();
+    }
+
+    /// Ends hand drive with a standstill.
+    pub fn drive_end(&mut self) {
+        self.station.handle_drive_end(self.now());
+        self.flush();
+    }
+
+    /// Gives up what waits and what is under way.
+    pub fn cancel(&mut self) {
+        self.station.handle_cancel(self.now());
+        self.flush();
+    }
+
+    /// What has happened.
+    pub fn poll_event(&mut self) -> Option<Event> {
+        self.station.poll_event()
+    }
+
+    fn flush(&mut self) {
+        let now = self.now();
+        while let Some(bytes) = self.station.poll_transmit(now) {
+            (self.sent)(Instant::now(), &bytes);
+            self.link.send(&bytes);
+        }
+    }
+}
+
+async fn sleep_to(deadline: Option<Instant>) {
+    match deadline {
+        Some(deadline) => sleep_until(TokioInstant::from_std(deadline)).await,
+        None => std::future::pending().await,
+    }
+}
+
+/// Ten bits that tell this station from others; not zero.
+fn random_owner() -> u16 {
+    (RandomState::new().hash_one(std::process::id()) % 0x3FF) as u16 + 1
+}
