@@ -27,6 +27,12 @@ impl Dice {
         Self(Pcg32::new(split_mix(seed ^ split_mix(purpose)), purpose))
     }
 
+    /// A stream of its own, for a part of the same purpose.
+    pub(crate) fn split(&mut self) -> Self {
+        let state = u64::from(self.next_u32()) << 32 | u64::from(self.next_u32());
+        Self(Pcg32::new(split_mix(state), u64::from(self.next_u32())))
+    }
+
     pub(crate) fn next_u32(&mut self) -> u32 {
         self.0.next_u32()
     }
