@@ -16,6 +16,8 @@ mod geometry;
 mod plant;
 mod scene;
 mod sensors;
+mod simulation;
+mod stuck;
 #[cfg(test)]
 mod testing;
 mod walker;
@@ -25,4 +27,5 @@ pub use body::Conditions;
 pub use channel::{ChannelSpec, ChannelSpecError};
 pub use geometry::Pose;
 pub use plant::{LOOK_MS, Plant, TICK_MS, Truth};
+pub use simulation::{Simulation, SimulationConfig};
 pub use world::{Material, Outline, OutlineKind, Point, World, WorldError};

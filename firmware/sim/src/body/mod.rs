@@ -7,6 +7,8 @@
 mod battery;
 mod contact;
 mod motor;
+#[cfg(test)]
+mod tests;
 
 use sr04_firmware::board::{Outputs, PWM_MAX, Switches};
 
@@ -29,7 +31,7 @@ const HALF_TRACK_IN: f64 = 5.0;
 /// Weight on each wheel (the caster carries the rest) times rubber's friction, in kg in/s^2.
 const TRACTION: f64 = MASS_KG * 9.81 * IN_PER_M * 0.38 * 0.7;
 /// Friction of the body along what it touches.
-const RUBBING: f64 = 0.3;
+const RUBBING: f64 = 0.2;
 /// The bumper's springs, in kg in/s^2 per inch: 15 newtons an inch.
 const BUMPER_STIFFNESS: f64 = 15.0 * IN_PER_M;
 /// Passes over touching constraints.
@@ -286,10 +288,6 @@ impl Body {
     /// Whether anything touches the outline anywhere.
     pub(crate) fn is_touching(&self) -> bool {
         self.touches.iter().any(|touch| touch.depth_in > -SKIN_IN)
-    }
-
-    pub(crate) fn forward(&self) -> Vec2 {
-        heading(self.theta_rad)
     }
 
     /// Speed over the floor, backward negative.

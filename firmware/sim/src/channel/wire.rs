@@ -9,6 +9,9 @@ use crate::dice::Dice;
 /// Start, eight data, stop.
 const BITS_PER_BYTE: u64 = 10;
 
+/// Bytes kept for a receiver that does not poll; the oldest go first.
+const ARRIVING_MAX: usize = 1 << 16;
+
 /// A UART's receiving half, one sample a bit.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 enum Receiver {
@@ -111,10 +114,17 @@ impl Wire {
         if self.dice.chance(self.drop) {
             return;
         }
-        self.arriving.push_back((now_ms + self.delay_ms, byte));
+        self.deliver(now_ms, byte);
         if self.dice.chance(self.dup) {
-            self.arriving.push_back((now_ms + self.delay_ms, byte));
+            self.deliver(now_ms, byte);
         }
+    }
+
+    fn deliver(&mut self, now_ms: u64, byte: u8) {
+        if self.arriving.len() == ARRIVING_MAX {
+            self.arriving.pop_front();
+        }
+        self.arriving.push_back((now_ms + self.delay_ms, byte));
     }
 
     /// The next byte that has arrived by now.
