@@ -1,0 +1,94 @@
+//! What the body touches, and the bumper that gives way before the chassis stops.
+
+use crate::geometry::{Vec2, bearing};
+use crate::scene::Near;
+use sr04_firmware::board::Switches;
+
+/// How far the bumper yields.
+pub(crate) const BUMPER_TRAVEL_IN: f64 = 0.25;
+/// How far it must be pressed to close a switch.
+const BUMPER_CLOSES_IN: f64 = 0.1;
+/// Up to here to either side the bumper yields fully, and no more than nothing from there on.
+const BUMPER_FULL_DEG: f64 = 70.0;
+const BUMPER_END_DEG: f64 = 80.0;
+/// The arcs of the three switch pairs, overlapping so that a hit between two closes both.
+const CENTER_ARC_DEG: f64 = 25.0;
+const SIDE_ARC_FROM_DEG: f64 = 15.0;
+
+/// The round body against one solid.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Touch {
+    /// Unit direction from the body's centre to the solid, in the plan.
+    pub(crate) toward: Vec2,
+    /// The same in the body's axes: ahead and to the right.
+    pub(crate) ahead: f64,
+    pub(crate) right: f64,
+    /// How far the solid reaches into the uncompressed outline.
+    pub(crate) depth_in: f64,
+    /// How far it may reach before the chassis stops it.
+    pub(crate) travel_in: f64,
+    bearing_deg: f64,
+    /// Impulses of the present step, along and across the direction.
+    pub(crate) normal_impulse: f64,
+    pub(crate) friction_impulse: f64,
+}
+
+impl Touch {
+    pub(crate) fn new(near: &Near, radius_in: f64, forward: Vec2, rightward: Vec2) -> Self {
+        let ahead = near.toward.dot(forward);
+        let right = near.toward.dot(rightward);
+        let bearing_deg = bearing(Vec2::new(right, ahead)).to_degrees();
+        let taper = (BUMPER_END_DEG - bearing_deg.abs()) / (BUMPER_END_DEG - BUMPER_FULL_DEG);
+        Self {
+            toward: near.toward,
+            ahead,
+            right,
+            depth_in: radius_in - near.distance_in,
+            travel_in: BUMPER_TRAVEL_IN * taper.clamp(0.0, 1.0),
+            bearing_deg,
+            normal_impulse: 0.0,
+            friction_impulse: 0.0,
+        }
+    }
+
+    /// Closes the switches that this touch presses.
+    pub(crate) fn press(&self, switches: &mut Switches) {
+        if self.travel_in < BUMPER_CLOSES_IN || self.depth_in < BUMPER_CLOSES_IN {
+            return;
+        }
+        switches.left |= self.bearing_deg <= -SIDE_ARC_FROM_DEG;
+        switches.center |= self.bearing_deg.abs() <= CENTER_ARC_DEG;
+        switches.right |= self.bearing_deg >= SIDE_ARC_FROM_DEG;
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::geometry::heading;
+    use crate::world::Material;
+
+    fn pressed_at(bearing_deg: f64) -> Switches {
+        let near = Near {
+            distance_in: 5.3,
+            toward: heading(bearing_deg.to_radians()),
+            material: Material::Wall,
+            radius_in: None,
+        };
+        let mut switches = Switches::default();
+        Touch::new(&near, 5.5, Vec2::Y, Vec2::X).press(&mut switches);
+        switches
+    }
+
+    #[test]
+    fn three_contacts_overlap_and_end_with_the_arc() {
+        let closed = |left, center, right| Switches { left, center, right };
+        assert_eq!(pressed_at(0.0), closed(false, true, false));
+        assert_eq!(pressed_at(-20.0), closed(true, true, false));
+        assert_eq!(pressed_at(20.0), closed(false, true, true));
+        assert_eq!(pressed_at(-50.0), closed(true, false, false));
+        assert_eq!(pressed_at(74.0), closed(false, false, true));
+        assert_eq!(pressed_at(90.0), Switches::default());
+        assert_eq!(pressed_at(180.0), Switches::default());
+    }
+}

@@ -1,0 +1,325 @@
+//! The robot's body: two driven wheels, a caster, an 11-inch round outline, at 1 kHz.
+//!
+//! Wheels, floor and obstacles are coupled by impulses with limits: a wheel holds the floor until
+//! its traction is spent and then slips; a wall pushes but never pulls. Free driving needs one
+//! exact pass; only touching bodies iterate.
+
+mod battery;
+mod contact;
+mod motor;
+#[cfg(test)]
+mod tests;
+
+use sr04_firmware::board::{Outputs, PWM_MAX, Switches};
+
+use crate::dice::Dice;
+use crate::geometry::{Vec2, clockwise, heading};
+use crate::scene::Scene;
+use battery::Battery;
+use contact::Touch;
+use motor::{IN_PER_M, Motor, ROTOR_KG};
+
+/// Radius of the round outline, bumper included.
+pub(crate) const RADIUS_IN: f64 = 5.5;
+
+const STEP_S: f64 = 0.001;
+const MASS_KG: f64 = 4.5;
+/// A disc's, in kg in^2.
+const INERTIA: f64 = 0.5 * MASS_KG * RADIUS_IN * RADIUS_IN;
+/// Half of the nominal distance between the wheels.
+const HALF_TRACK_IN: f64 = 5.0;
+/// Weight on each wheel (the caster carries the rest) times rubber's friction, in kg in/s^2.
+const TRACTION: f64 = MASS_KG * 9.81 * IN_PER_M * 0.38 * 0.7;
+/// Friction of the body along what it touches.
+const RUBBING: f64 = 0.2;
+/// The bumper's springs, in kg in/s^2 per inch: 15 newtons an inch.
+const BUMPER_STIFFNESS: f64 = 15.0 * IN_PER_M;
+/// Passes over touching constraints.
+const PASSES: u32 = 8;
+/// Nearer than this counts as touching.
+const SKIN_IN: f64 = 0.02;
+/// Farthest clearance worth knowing.
+const CLEARANCE_MAX_IN: f64 = 36.0;
+/// Overlap beyond the bumper's travel that is never accepted.
+const OVERLAP_MAX_IN: f64 = 0.05;
+
+/// How far real wheels are from the drawing: limits of even spreads.
+const WHEEL_SPREAD: f64 = 0.004;
+const TRACK_SPREAD: f64 = 0.01;
+
+/// What the robot's drive train is up against.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Conditions {
+    /// Battery charge at the start, 0 flat to 1 full.
+    pub charge: f64,
+    /// A supply of this many volts in the battery's place.
+    pub supply_v: Option<f64>,
+    /// Dry friction of each wheel as a share of a stalled motor's force on 12 volts.
+    pub load_share: f64,
+    /// Wheels and track exactly as drawn.
+    pub ideal_wheels: bool,
+}
+
+impl Default for Conditions {
+    fn default() -> Self {
+        Self { charge: 1.0, supply_v: None, load_share: 0.08, ideal_wheels: false }
+    }
+}
+
+/// The body's state.
+pub(crate) struct Body {
+    pub(crate) center: Vec2,
+    pub(crate) theta_rad: f64,
+    /// Speed ahead, to the right, and of turning clockwise.
+    ahead_in_s: f64,
+    right_in_s: f64,
+    turn_rad_s: f64,
+    left: Motor,
+    right: Motor,
+    battery: Battery,
+    friction: f64,
+    half_track_in: f64,
+    /// How far the body may move before it can touch anything that stands still.
+    free_in: f64,
+    /// Distance from the centre that was free of standing solids when last measured, and where.
+    measured: (Vec2, f64),
+    touches: Vec<Touch>,
+    /// Length of the way gone so far.
+    pub(crate) path_in: f64,
+}
+
+impl Body {
+    pub(crate) fn new(center: Vec2, theta_rad: f64, conditions: &Conditions, dice: &mut Dice) -> Self {
+        let spread = if conditions.ideal_wheels { 0.0 } else { 1.0 };
+        Self {
+            center,
+            theta_rad,
+            ahead_in_s: 0.0,
+            right_in_s: 0.0,
+            turn_rad_s: 0.0,
+            left: Motor::new(dice.spread(WHEEL_SPREAD) * spread),
+            right: Motor::new(dice.spread(WHEEL_SPREAD) * spread),
+            half_track_in: HALF_TRACK_IN * (1.0 + dice.spread(TRACK_SPREAD) * spread),
+            battery: Battery::new(conditions.charge, conditions.supply_v),
+            friction: motor::load_friction(conditions.load_share.max(0.0)),
+            free_in: 0.0,
+            measured: (center, 0.0),
+            touches: Vec::new(),
+            path_in: 0.0,
+        }
+    }
+
+    /// One millisecond.
+    pub(crate) fn step(&mut self, scene: &Scene, outputs: &Outputs) {
+        let duty_left = duty(outputs.pwm_left);
+        let duty_right = duty(outputs.pwm_right);
+        let supply_v = self.battery.terminal_v();
+        self.left.drive(duty_left, supply_v, self.friction, STEP_S);
+        self.right.drive(duty_right, supply_v, self.friction, STEP_S);
+        self.battery.draw(
+            duty_left * self.left.current_a + duty_right * self.right.current_a,
+            STEP_S,
+        );
+        self.couple();
+        self.left.turn(STEP_S);
+        self.right.turn(STEP_S);
+        self.advance(scene);
+    }
+
+    /// Rotates the velocity into the turning body and settles wheels, floor and touches.
+    fn couple(&mut self) {
+        let turned = self.turn_rad_s * STEP_S;
+        let (ahead, right) = (self.ahead_in_s, self.right_in_s);
+        self.ahead_in_s += turned * right;
+        self.right_in_s -= turned * ahead;
+        let passes = if self.touches.is_empty() { 1 } else { PASSES };
+        let mut floor = Floor::default();
+        let mut touches = core::mem::take(&mut self.touches);
+        for touch in &mut touches {
+            self.spring(touch);
+        }
+        for _ in 0..passes {
+            self.hold_floor(&mut floor);
+            for touch in &mut touches {
+                self.hold_back(touch);
+            }
+        }
+        self.touches = touches;
+    }
+
+    /// Lets the floor grip both wheels and resist sliding sideways, as far as traction goes.
+    fn hold_floor(&mut self, floor: &mut Floor) {
+        let arm = self.half_track_in;
+        let own = 1.0 / ROTOR_KG + 1.0 / MASS_KG + arm * arm / INERTIA;
+        let other = 1.0 / MASS_KG - arm * arm / INERTIA;
+        let slip_left = self.left.speed_in_s - (self.ahead_in_s + self.turn_rad_s * arm);
+        let slip_right = self.right.speed_in_s - (self.ahead_in_s - self.turn_rad_s * arm);
+        let sum = (slip_left + slip_right) / (own + other);
+        let difference = (slip_left - slip_right) / (own - other);
+        let limit = TRACTION * STEP_S;
+        let left = limited(&mut floor.left, (sum + difference) / 2.0, -limit, limit);
+        let right = limited(&mut floor.right, (sum - difference) / 2.0, -limit, limit);
+        self.left.speed_in_s -= left / ROTOR_KG;
+        self.right.speed_in_s -= right / ROTOR_KG;
+        self.ahead_in_s += (left + right) / MASS_KG;
+        self.turn_rad_s += (left - right) * arm / INERTIA;
+
+        let wanted = -self.right_in_s * MASS_KG;
+        self.right_in_s += limited(&mut floor.across, wanted, -2.0 * limit, 2.0 * limit) / MASS_KG;
+    }
+
+    /// The bumper's springs push back.
+    fn spring(&mut self, touch: &mut Touch) {
+        touch.friction_impulse = 0.0;
+        touch.normal_impulse = 0.0;
+        if touch.travel_in > 0.0 && touch.depth_in > 0.0 {
+            let push = BUMPER_STIFFNESS * touch.depth_in.min(touch.travel_in) * STEP_S;
+            self.ahead_in_s -= touch.ahead * push / MASS_KG;
+            self.right_in_s -= touch.right * push / MASS_KG;
+        }
+    }
+
+    /// Lets a solid stop the body where the bumper's travel ends, and rub along it.
+    fn hold_back(&mut self, touch: &mut Touch) {
+        let approach = self.ahead_in_s * touch.ahead + self.right_in_s * touch.right;
+        let allowed = (touch.travel_in - touch.depth_in).max(0.0) / STEP_S;
+        let push = (approach - allowed) * MASS_KG;
+        let push = limited(&mut touch.normal_impulse, push, 0.0, f64::INFINITY);
+        self.ahead_in_s -= touch.ahead * push / MASS_KG;
+        self.right_in_s -= touch.right * push / MASS_KG;
+
+        // The tangent is the direction to the solid, turned clockwise.
+        let (along_ahead, along_right) = (-touch.right, touch.ahead);
+        let rubbing = self.ahead_in_s * along_ahead
+            + self.right_in_s * along_right
+            + self.turn_rad_s * RADIUS_IN;
+        let grip = 1.0 / MASS_KG + RADIUS_IN * RADIUS_IN / INERTIA;
+        let limit = RUBBING * touch.normal_impulse;
+        let drag = limited(&mut touch.friction_impulse, -rubbing / grip, -limit, limit);
+        self.ahead_in_s += along_ahead * drag / MASS_KG;
+        self.right_in_s += along_right * drag / MASS_KG;
+        self.turn_rad_s += drag * RADIUS_IN / INERTIA;
+    }
+
+    /// Moves, and takes back what would overlap.
+    fn advance(&mut self, scene: &Scene) {
+        let before = (self.center, self.theta_rad);
+        let turned = self.turn_rad_s * STEP_S;
+        let forward = heading(self.theta_rad + turned / 2.0);
+        let moved = (forward * self.ahead_in_s + clockwise(forward) * self.right_in_s) * STEP_S;
+        self.center += moved;
+        self.theta_rad += turned;
+        let gone = moved.length();
+        self.path_in += gone;
+        self.free_in -= gone;
+        if self.free_in > 0.0 && !self.walker_is_close(scene) {
+            self.touches.clear();
+            return;
+        }
+        for _ in 0..PASSES {
+            self.look_around(scene);
+            let Some(deepest) = self.deepest() else { return };
+            let excess = deepest.depth_in - deepest.travel_in;
+            if excess <= SKIN_IN / 2.0 {
+                return;
+            }
+            self.center -= deepest.toward * excess;
+        }
+        self.look_around(scene);
+        let stuck = self.deepest().is_some_and(|touch| touch.depth_in - touch.travel_in > OVERLAP_MAX_IN);
+        if stuck {
+            (self.center, self.theta_rad) = before;
+            self.ahead_in_s = 0.0;
+            self.right_in_s = 0.0;
+            self.turn_rad_s = 0.0;
+            self.look_around(scene);
+        }
+    }
+
+    /// The touch that reaches farthest beyond what the bumper yields.
+    fn deepest(&self) -> Option<Touch> {
+        let excess = |touch: &Touch| touch.depth_in - touch.travel_in;
+        self.touches.iter().copied().max_by(|one, other| excess(one).total_cmp(&excess(other)))
+    }
+
+    fn walker_is_close(&self, scene: &Scene) -> bool {
+        scene.walkers.iter().any(|walking| {
+            let reach = RADIUS_IN + SKIN_IN + walking.radius_in();
+            walking.center().distance_squared(self.center) < reach * reach
+        })
+    }
+
+    /// Finds the touches, and how far the rest is.
+    fn look_around(&mut self, scene: &Scene) {
+        let forward = heading(self.theta_rad);
+        let rightward = clockwise(forward);
+        self.touches.clear();
+        let mut nearest = f64::INFINITY;
+        scene.near(self.center, RADIUS_IN + 1.0, |near| {
+            nearest = nearest.min(near.distance_in);
+            if near.distance_in < RADIUS_IN + SKIN_IN {
+                self.touches.push(Touch::new(&near, RADIUS_IN, forward, rightward));
+            }
+        });
+        if nearest == f64::INFINITY {
+            scene.near(self.center, CLEARANCE_MAX_IN, |near| {
+                nearest = nearest.min(near.distance_in);
+            });
+        }
+        let clear = nearest.min(CLEARANCE_MAX_IN);
+        self.measured = (self.center, clear);
+        self.free_in = clear - RADIUS_IN - SKIN_IN;
+    }
+
+    /// A distance around the centre that is surely free of everything that stands still.
+    pub(crate) fn clearance_in(&self) -> f64 {
+        let (center, clear) = self.measured;
+        clear - center.distance(self.center)
+    }
+
+    pub(crate) fn switches(&self) -> Switches {
+        let mut switches = Switches::default();
+        for touch in &self.touches {
+            touch.press(&mut switches);
+        }
+        switches
+    }
+
+    /// Whether anything touches the outline anywhere.
+    pub(crate) fn is_touching(&self) -> bool {
+        self.touches.iter().any(|touch| touch.depth_in > -SKIN_IN)
+    }
+
+    /// Speed over the floor, backward negative.
+    pub(crate) const fn speed_in_s(&self) -> f64 {
+        self.ahead_in_s
+    }
+
+    pub(crate) const fn battery(&self) -> &Battery {
+        &self.battery
+    }
+
+    /// Encoder edges since the last call, left and right.
+    pub(crate) fn take_edges(&mut self) -> (u16, u16) {
+        (self.left.take_edges(), self.right.take_edges())
+    }
+}
+
+/// The floor's impulses of the present step.
+#[derive(Default)]
+struct Floor {
+    left: f64,
+    right: f64,
+    across: f64,
+}
+
+fn duty(pwm: i16) -> f64 {
+    f64::from(pwm.clamp(-PWM_MAX, PWM_MAX)) / f64::from(PWM_MAX)
+}
+
+/// Adds an impulse to a sum that stays between limits; returns what was really added.
+fn limited(sum: &mut f64, impulse: f64, least: f64, most: f64) -> f64 {
+    let before = *sum;
+    *sum = (before + impulse).clamp(least, most);
+    *sum - before
+}

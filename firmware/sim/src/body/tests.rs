@@ -1,0 +1,185 @@
+use super::*;
+use crate::dice::Stream;
+use crate::testing::room;
+use crate::world::World;
+
+/// The inner face of the north wall of `room(100)`.
+const NORTH_IN: f64 = 594.0;
+
+fn ideal(supply_v: f64) -> Conditions {
+    Conditions { supply_v: Some(supply_v), ideal_wheels: true, ..Conditions::default() }
+}
+
+fn body_at(x_in: f64, y_in: f64, theta_deg: f64, conditions: &Conditions) -> Body {
+    let mut dice = Dice::new(1, Stream::Build);
+    Body::new(Vec2::new(x_in, y_in), theta_deg.to_radians(), conditions, &mut dice)
+}
+
+fn drive(body: &mut Body, scene: &Scene, pwm_left: i16, pwm_right: i16, time_ms: u32) {
+    let outputs = Outputs { pwm_left, pwm_right, ..Outputs::default() };
+    for _ in 0..time_ms {
+        body.step(scene, &outputs);
+    }
+}
+
+#[test]
+fn speed_settles_where_force_meets_friction() {
+    let scene = room(100, &[]);
+    for supply_v in [10.8, 12.0, 13.8] {
+        for load_share in [0.05, 0.25] {
+            for pwm in [120, 200, 255] {
+                let conditions = Conditions { load_share, ..ideal(supply_v) };
+                let mut body = body_at(300.0, 30.0, 0.0, &conditions);
+                drive(&mut body, &scene, pwm, pwm, 3000);
+                let expected = motor::steady_speed_in_s(
+                    f64::from(pwm) / 255.0,
+                    body.battery.terminal_v(),
+                    motor::load_friction(load_share),
+                );
+                let speed = body.speed_in_s();
+                assert!((speed / expected - 1.0).abs() < 0.003, "{speed} for {expected}");
+            }
+        }
+    }
+}
+
+#[test]
+fn top_speed_is_within_reach_on_a_low_battery_and_a_heavy_load() {
+    let scene = room(100, &[]);
+    let conditions = Conditions { load_share: 0.25, ..ideal(10.8) };
+    let mut body = body_at(300.0, 30.0, 0.0, &conditions);
+    drive(&mut body, &scene, 255, 255, 3000);
+    assert!(body.speed_in_s() > 12.2, "{}", body.speed_in_s());
+}
+
+#[test]
+fn a_small_pulse_width_does_not_overcome_friction() {
+    let scene = room(100, &[]);
+    let mut body = body_at(300.0, 300.0, 0.0, &ideal(12.0));
+    drive(&mut body, &scene, 15, 15, 1000);
+    assert!(body.path_in < 1e-9, "{}", body.path_in);
+}
+
+#[test]
+fn encoders_count_sixteen_edges_an_inch_either_way() {
+    let scene = room(100, &[]);
+    let mut body = body_at(300.0, 30.0, 0.0, &ideal(12.0));
+    drive(&mut body, &scene, 200, 200, 4000);
+    drive(&mut body, &scene, -200, -200, 2000);
+    let (left, right) = body.take_edges();
+    let expected = body.path_in * 251.0 / (5.0 * core::f64::consts::PI);
+    assert!((f64::from(left) - expected).abs() <= 3.0, "{left} {expected}");
+    assert_eq!(left, right);
+}
+
+#[test]
+fn real_wheels_differ_a_little_from_the_drawing() {
+    let scene = room(100, &[]);
+    let conditions = Conditions { ideal_wheels: false, ..ideal(12.0) };
+    let mut body = body_at(300.0, 30.0, 0.0, &conditions);
+    drive(&mut body, &scene, 200, 200, 30_000);
+    let (left, right) = body.take_edges();
+    assert_ne!(left, right);
+    let ratio = f64::from(left) / f64::from(right);
+    assert!((ratio - 1.0).abs() < 0.01, "{ratio}");
+}
+
+#[test]
+fn opposite_wheels_turn_on_the_spot() {
+    let scene = room(100, &[]);
+    let mut body = body_at(300.0, 300.0, 0.0, &ideal(12.0));
+    drive(&mut body, &scene, 100, -100, 3000);
+    assert!(body.center.distance(Vec2::new(300.0, 300.0)) < 0.01);
+    let (left, _) = body.take_edges();
+    let rolled_in = f64::from(left) * 5.0 * core::f64::consts::PI / 251.0;
+    assert!(body.theta_rad > 0.0, "positive is clockwise");
+    assert!((body.theta_rad - rolled_in / 5.0).abs() < 0.03, "{} {rolled_in}", body.theta_rad);
+}
+
+#[test]
+fn a_wall_presses_the_bumper_and_stops_the_body() {
+    let scene = room(100, &[]);
+    let mut body = body_at(300.0, NORTH_IN - 20.0, 0.0, &ideal(12.0));
+    drive(&mut body, &scene, 120, 120, 4000);
+    assert_eq!(body.switches(), Switches { left: false, center: true, right: false });
+    let gap = NORTH_IN - RADIUS_IN - body.center.y;
+    assert!((-0.26..-0.1).contains(&gap), "{gap}");
+    // Backing off by the bumper's travel opens the switch.
+    drive(&mut body, &scene, -120, -120, 200);
+    assert_eq!(body.switches(), Switches::default());
+}
+
+#[test]
+fn against_a_wall_little_force_stalls_and_full_force_slips() {
+    let scene = room(100, &[]);
+    let mut body = body_at(300.0, NORTH_IN - 6.0, 0.0, &ideal(12.0));
+    drive(&mut body, &scene, 110, 110, 2000);
+    body.take_edges();
+    let before = body.center;
+    drive(&mut body, &scene, 110, 110, 1000);
+    assert_eq!(body.take_edges(), (0, 0));
+    drive(&mut body, &scene, 255, 255, 1000);
+    assert!(body.take_edges().0 > 20, "the wheels spin");
+    assert!(body.center.distance(before) < 0.2);
+}
+
+#[test]
+fn a_body_whose_wheels_keep_pace_slides_along_a_wall() {
+    let scene = room(100, &[]);
+    let mut body = body_at(200.0, NORTH_IN - 8.0, 82.0, &ideal(12.0));
+    let mut lead: i16 = 0;
+    for _ in 0..160 {
+        let correction = (10 * lead).clamp(-70, 70);
+        drive(&mut body, &scene, 180 - correction, 180 + correction, 50);
+        let (left, right) = body.take_edges();
+        lead += left as i16 - right as i16;
+    }
+    assert!(body.center.x > 260.0, "{}", body.center);
+    assert!(body.center.y < NORTH_IN - RADIUS_IN + 0.3);
+}
+
+#[test]
+fn no_sequence_of_motor_commands_leaves_the_house() {
+    for name in World::built_in_names() {
+        let world = World::built_in(name).unwrap();
+        let scene = Scene::new(&world);
+        for seed in 0..12 {
+            let mut dice = Dice::new(seed, Stream::Robot);
+            let start = Vec2::new(world.start.x_in, world.start.y_in);
+            let mut body = Body::new(start, dice.spread(3.0), &Conditions::default(), &mut dice);
+            for _ in 0..300 {
+                let pwm = |dice: &mut Dice| (dice.spread(1.6).clamp(-1.0, 1.0) * 255.0) as i16;
+                let (left, right) = (pwm(&mut dice), pwm(&mut dice));
+                drive(&mut body, &scene, left, right, 1 + (dice.unit() * 400.0) as u32);
+                scene.near(body.center, RADIUS_IN, |near| {
+                    let overlap = RADIUS_IN - near.distance_in;
+                    assert!(
+                        overlap < contact::BUMPER_TRAVEL_IN + OVERLAP_MAX_IN + 0.01,
+                        "{name}, seed {seed}: {overlap} inches inside something at {}",
+                        body.center
+                    );
+                });
+            }
+        }
+    }
+}
+
+#[test]
+fn walkers_never_push() {
+    let text = "name = \"crossing\"\ncell_in = 6\nplan = '''\n\
+        ############\n#..........#\n#.P...^..Q.#\n#..........#\n#..........#\n############\n'''\n\
+        [[walker]]\nkind = \"person\"\npath = [\"P\", \"Q\"]\n";
+    let world = World::parse("crossing", text).unwrap();
+    let mut scene = Scene::new(&world);
+    let mut body = body_at(world.start.x_in, world.start.y_in, 0.0, &ideal(12.0));
+    let before = body.center;
+    for _ in 0..500 {
+        for walking in &mut scene.walkers {
+            walking.step(body.center, RADIUS_IN);
+        }
+        drive(&mut body, &scene, 0, 0, 20);
+    }
+    assert!(scene.walkers[0].center().x > 16.0, "the person set out");
+    assert!(scene.walkers[0].center().x < before.x, "and waits");
+    assert_eq!(body.center, before);
+}

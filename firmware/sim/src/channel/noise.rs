@@ -1,0 +1,131 @@
+//! Which bits flip.
+
+use super::spec::{BURST_FLIPS, ChannelSpec};
+use crate::dice::Dice;
+
+/// A bit error process that costs nothing while nothing flips: the length of each clean stretch is
+/// drawn at its start.
+#[derive(Debug)]
+pub(super) struct Noise {
+    dice: Dice,
+    /// Chance per clean bit that a burst starts.
+    starts: f64,
+    /// Chance per bit of a burst that it was the last.
+    ends: f64,
+    /// Chance that a bit of a burst flips.
+    flips: f64,
+    clean_left: u64,
+    burst_left: u64,
+}
+
+impl Noise {
+    pub(super) fn new(spec: &ChannelSpec, dice: Dice) -> Self {
+        let (starts, ends, flips) = match spec.burst_bits {
+            // Each error is a burst of one bit.
+            None => (spec.ber, 1.0, 1.0),
+            Some(bits) => {
+                let bad_share = (spec.ber / BURST_FLIPS).min(0.5);
+                (bad_share / (1.0 - bad_share) / bits, 1.0 / bits, BURST_FLIPS)
+            }
+        };
+        let mut noise = Self { dice, starts, ends, flips, clean_left: 0, burst_left: 0 };
+        noise.clean_left = noise.dice.failures_before_success(starts);
+        noise
+    }
+
+    /// Replaces the process and keeps the dice.
+    pub(super) fn set(&mut self, spec: &ChannelSpec) {
+        *self = Self::new(spec, self.dice.clone());
+    }
+
+    /// Passes over this many bits if none of them can flip.
+    pub(super) fn skip(&mut self, bits: u64) -> bool {
+        let is_clean = self.burst_left == 0 && self.clean_left >= bits;
+        if is_clean && self.clean_left != u64::MAX {
+            self.clean_left -= bits;
+        }
+        is_clean
+    }
+
+    /// Whether the next bit flips.
+    pub(super) fn flip(&mut self) -> bool {
+        if self.burst_left == 0 {
+            if self.clean_left > 0 {
+                if self.clean_left != u64::MAX {
+                    self.clean_left -= 1;
+                }
+                return false;
+            }
+            self.burst_left = 1 + self.dice.failures_before_success(self.ends);
+        }
+        self.burst_left -= 1;
+        if self.burst_left == 0 {
+            self.clean_left = self.dice.failures_before_success(self.starts);
+        }
+        self.dice.chance(self.flips)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::dice::Stream;
+
+    const BITS: u32 = 4_000_000;
+
+    fn flips(text: &str) -> Vec<bool> {
+        let spec = text.parse().unwrap();
+        let mut noise = Noise::new(&spec, Dice::new(11, Stream::Downlink));
+        (0..BITS).map(|_| noise.flip()).collect()
+    }
+
+    fn rate(flips: &[bool]) -> f64 {
+        flips.iter().filter(|flip| **flip).count() as f64 / flips.len() as f64
+    }
+
+    #[test]
+    fn the_mean_rate_is_as_ordered_with_and_without_bursts() {
+        for (text, ber, tolerance) in [
+            ("ber=1e-3", 1e-3, 0.08),
+            ("ber=0.05", 0.05, 0.02),
+            ("ber=1e-3,burst=50", 1e-3, 0.4),
+            ("ber=0.02,burst=8", 0.02, 0.05),
+        ] {
+            let measured = rate(&flips(text));
+            assert!((measured / ber - 1.0).abs() < tolerance, "{text}: {measured}");
+        }
+    }
+
+    #[test]
+    fn bursts_cluster_errors() {
+        // Behind a flip, how often is the next bit flipped too?
+        let follow = |flips: &[bool]| {
+            let pairs = flips.windows(2).filter(|pair| pair[0]);
+            let (mut all, mut both) = (0.0, 0.0);
+            for pair in pairs {
+                all += 1.0;
+                both += f64::from(u8::from(pair[1]));
+            }
+            both / all
+        };
+        assert!(follow(&flips("ber=0.01")) < 0.02);
+        let clustered = follow(&flips("ber=0.01,burst=50"));
+        assert!((clustered - 0.49).abs() < 0.03, "{clustered}");
+    }
+
+    #[test]
+    fn skipping_clean_bits_is_the_same_as_walking_them() {
+        let spec = "ber=0.01,burst=5".parse().unwrap();
+        let mut walked = Noise::new(&spec, Dice::new(4, Stream::Uplink));
+        let mut skipped = Noise::new(&spec, Dice::new(4, Stream::Uplink));
+        for _ in 0..100_000 {
+            let bits: Vec<bool> = (0..10).map(|_| walked.flip()).collect();
+            if skipped.skip(10) {
+                assert!(!bits.contains(&true));
+            } else {
+                let again: Vec<bool> = (0..10).map(|_| skipped.flip()).collect();
+                assert_eq!(bits, again);
+            }
+        }
+    }
+}

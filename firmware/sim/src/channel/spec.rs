@@ -1,0 +1,230 @@
+//! What the radio does to bytes, as one line of text.
+
+use std::fmt;
+use std::ops::Range;
+use std::str::FromStr;
+
+/// Faults of the radio, the same each way. The default is a perfect cable.
+///
+/// Its text form is any of these, with commas between:
+/// `ber=1e-3,burst=50,drop=0.01,dup=0.01,delay=0.5s,half-duplex,out=10s..12s`.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct ChannelSpec {
+    /// Share of bits that flip, start and stop bits and idle line included.
+    pub ber: f64,
+    /// Mean length in bits of the bursts that the flips come in (a Gilbert-Elliott channel whose
+    /// bad state flips every other bit); `None` spreads them evenly.
+    pub burst_bits: Option<f64>,
+    /// Share of received bytes that vanish.
+    pub drop: f64,
+    /// Share of received bytes that arrive twice.
+    pub dup: f64,
+    /// Time every byte spends in the modems.
+    pub delay_ms: u64,
+    /// Whether a side that sends is deaf meanwhile.
+    pub half_duplex: bool,
+    /// When nothing passes at all, in milliseconds since the start.
+    pub outages_ms: Vec<Range<u64>>,
+}
+
+/// A channel that cannot be.
+#[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
+#[error("channel option `{option}`: {problem}")]
+pub struct ChannelSpecError {
+    option: String,
+    problem: String,
+}
+
+/// Chance that a bit flips while a burst lasts.
+pub(super) const BURST_FLIPS: f64 = 0.5;
+
+/// Most flips that still leave a line between the two ends.
+const BER_MAX: f64 = 0.25;
+
+impl ChannelSpec {
+    /// Whether nothing passes at this moment.
+    #[must_use]
+    pub fn is_out(&self, now_ms: u64) -> bool {
+        self.outages_ms.iter().any(|outage| outage.contains(&now_ms))
+    }
+}
+
+impl FromStr for ChannelSpec {
+    type Err = ChannelSpecError;
+
+    fn from_str(text: &str) -> Result<Self, Self::Err> {
+        let mut spec = Self::default();
+        for option in text.split(',').map(str::trim).filter(|option| !option.is_empty()) {
+            spec.set(option)
+                .map_err(|problem| ChannelSpecError { option: option.to_owned(), problem })?;
+        }
+        if spec.burst_bits.is_some() && spec.ber == 0.0 {
+            return Err(ChannelSpecError {
+                option: "burst".to_owned(),
+                problem: "says how errors cluster: add how many there are, like ber=1e-3".to_owned(),
+            });
+        }
+        Ok(spec)
+    }
+}
+
+impl ChannelSpec {
+    fn set(&mut self, option: &str) -> Result<(), String> {
+        let (name, value) = option.split_once('=').unwrap_or((option, ""));
+        match name {
+            "ber" => self.ber = share(value, BER_MAX, "ber=1e-3")?,
+            "drop" => self.drop = share(value, 1.0, "drop=0.01")?,
+            "dup" => self.dup = share(value, 1.0, "dup=0.01")?,
+            "burst" => {
+                let bits = value.parse().ok().filter(|bits| (1.0..=1e6).contains(bits));
+                self.burst_bits = Some(bits.ok_or("write a number of bits from 1 up, like burst=50")?);
+            }
+            "delay" => self.delay_ms = time_ms(value).ok_or("write a time, like delay=0.5s or delay=80ms")?,
+            "half-duplex" if value.is_empty() => self.half_duplex = true,
+            "half-duplex" => return Err("it takes no value: write half-duplex".to_owned()),
+            "out" => {
+                let times = value
+                    .split_once("..")
+                    .and_then(|(from, to)| Some(time_ms(from)?..time_ms(to)?))
+                    .filter(|outage| !outage.is_empty());
+                self.outages_ms.push(times.ok_or("write from when to when, like out=10s..12s")?);
+            }
+            _ => {
+                return Err(
+                    "there is no such option: use ber, burst, drop, dup, delay, half-duplex, out"
+                        .to_owned(),
+                );
+            }
+        }
+        Ok(())
+    }
+}
+
+fn share(value: &str, most: f64, example: &str) -> Result<f64, String> {
+    value
+        .parse()
+        .ok()
+        .filter(|share| (0.0..=most).contains(share))
+        .ok_or_else(|| format!("write a share from 0 to {most}, like {example}"))
+}
+
+/// `0.5s` or `80ms`, at most a year.
+fn time_ms(text: &str) -> Option<u64> {
+    let (number, unit_ms) = match text.strip_suffix("ms") {
+        Some(number) => (number, 1.0),
+        None => (text.strip_suffix('s')?, 1000.0),
+    };
+    let time_ms: f64 = number.parse::<f64>().ok()? * unit_ms;
+    (0.0..=3.2e10).contains(&time_ms).then(|| time_ms.round() as u64)
+}
+
+impl fmt::Display for ChannelSpec {
+    fn fmt(&self, formatter: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let mut options = Vec::new();
+        if self.ber != 0.0 {
+            options.push(format!("ber={:e}", self.ber));
+        }
+        if let Some(bits) = self.burst_bits {
+            options.push(format!("burst={bits}"));
+        }
+        if self.drop != 0.0 {
+            options.push(format!("drop={}", self.drop));
+        }
+        if self.dup != 0.0 {
+            options.push(format!("dup={}", self.dup));
+        }
+        if self.delay_ms != 0 {
+            options.push(format!("delay={}", Time(self.delay_ms)));
+        }
+        if self.half_duplex {
+            options.push("half-duplex".to_owned());
+        }
+        for outage in &self.outages_ms {
+            options.push(format!("out={}..{}", Time(outage.start), Time(outage.end)));
+        }
+        formatter.write_str(&options.join(","))
+    }
+}
+
+struct Time(u64);
+
+impl fmt::Display for Time {
+    fn fmt(&self, formatter: &mut fmt::Formatter<'_>) -> fmt::Result {
+        if self.0.is_multiple_of(100) {
+            write!(formatter, "{}s", self.0 as f64 / 1000.0)
+        } else {
+            write!(formatter, "{}ms", self.0)
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use proptest::prelude::*;
+
+    #[test]
+    fn every_option_is_read() {
+        let text = "ber=1e-3,burst=50,drop=0.01,dup=0.02,delay=0.5s,half-duplex,out=10s..12s";
+        let spec: ChannelSpec = text.parse().expect("it is the documented example");
+        let expected = ChannelSpec {
+            ber: 1e-3,
+            burst_bits: Some(50.0),
+            drop: 0.01,
+            dup: 0.02,
+            delay_ms: 500,
+            half_duplex: true,
+            outages_ms: std::iter::once(10_000..12_000).collect(),
+        };
+        assert_eq!(spec, expected);
+        assert_eq!(spec.to_string(), text);
+        assert_eq!("".parse(), Ok(ChannelSpec::default()));
+    }
+
+    #[test]
+    fn mistakes_are_named_with_a_remedy() {
+        for (text, names, remedy) in [
+            ("ber=2", "`ber=2`", "like ber=1e-3"),
+            ("ber", "`ber`", "like ber=1e-3"),
+            ("noise=1", "`noise=1`", "use ber"),
+            ("delay=5", "`delay=5`", "delay=80ms"),
+            ("ber=1e-3,burst=0", "`burst=0`", "burst=50"),
+            ("burst=50", "`burst`", "ber=1e-3"),
+            ("out=12s..10s", "`out=12s..10s`", "out=10s..12s"),
+            ("half-duplex=yes", "`half-duplex=yes`", "no value"),
+            ("drop=NaN", "`drop=NaN`", "drop=0.01"),
+        ] {
+            let error = text.parse::<ChannelSpec>().unwrap_err().to_string();
+            assert!(error.contains(names) && error.contains(remedy), "{text}: {error}");
+        }
+    }
+
+    proptest! {
+        #[test]
+        fn text_and_spec_are_the_same(
+            ber in prop_oneof![Just(0.0), 1e-9..0.2],
+            burst in prop::option::of(1.0..1e5),
+            drop in 0.0..1.0,
+            dup in 0.0..1.0,
+            delay_ms in 0_u64..100_000,
+            half_duplex: bool,
+            outages in prop::collection::vec((0_u64..100_000, 1_u64..100_000), 0..3),
+        ) {
+            let spec = ChannelSpec {
+                ber,
+                burst_bits: burst.filter(|_| ber > 0.0),
+                drop,
+                dup,
+                delay_ms,
+                half_duplex,
+                outages_ms: outages.into_iter().map(|(from, long)| from..from + long).collect(),
+            };
+            prop_assert_eq!(spec.to_string().parse::<ChannelSpec>(), Ok(spec));
+        }
+
+        #[test]
+        fn no_text_panics(text in ".{0,40}") {
+            let _ = text.parse::<ChannelSpec>();
+        }
+    }
+}

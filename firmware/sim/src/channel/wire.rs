@@ -1,0 +1,260 @@
+//! One direction of the radio: from a transmitter's byte times to a receiver's bytes.
+
+use std::collections::VecDeque;
+
+use super::noise::Noise;
+use super::spec::ChannelSpec;
+use crate::dice::Dice;
+
+/// Start, eight data, stop.
+const BITS_PER_BYTE: u64 = 10;
+
+/// Bytes kept for a receiver that does not poll; the oldest go first.
+const ARRIVING_MAX: usize = 1 << 16;
+
+/// A UART's receiving half, one sample a bit.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum Receiver {
+    /// Waits for a start bit.
+    Idle,
+    /// Has so many data bits, the least significant first.
+    Data { count: u8, bits: u8 },
+    /// A broken stop bit: the byte is lost, and the line must rest before the next start.
+    Broken,
+}
+
+impl Receiver {
+    /// Takes a bit; returns the byte that it completes.
+    const fn sample(&mut self, bit: bool) -> Option<u8> {
+        match *self {
+            Self::Idle => {
+                if !bit {
+                    *self = Self::Data { count: 0, bits: 0 };
+                }
+            }
+            Self::Data { count: 8, bits } => {
+                if bit {
+                    *self = Self::Idle;
+                    return Some(bits);
+                }
+                *self = Self::Broken;
+            }
+            Self::Data { count, bits } => {
+                let bits = bits >> 1 | (bit as u8) << 7;
+                *self = Self::Data { count: count + 1, bits };
+            }
+            Self::Broken => {
+                if bit {
+                    *self = Self::Idle;
+                }
+            }
+        }
+        None
+    }
+}
+
+/// One direction.
+#[derive(Debug)]
+pub(crate) struct Wire {
+    noise: Noise,
+    dice: Dice,
+    drop: f64,
+    dup: f64,
+    delay_ms: u64,
+    receiver: Receiver,
+    /// Received bytes and when they leave the modem.
+    arriving: VecDeque<(u64, u8)>,
+}
+
+impl Wire {
+    pub(crate) fn new(spec: &ChannelSpec, mut dice: Dice) -> Self {
+        Self {
+            noise: Noise::new(spec, dice.split()),
+            dice,
+            drop: spec.drop,
+            dup: spec.dup,
+            delay_ms: spec.delay_ms,
+            receiver: Receiver::Idle,
+            arriving: VecDeque::new(),
+        }
+    }
+
+    pub(crate) fn set(&mut self, spec: &ChannelSpec) {
+        self.noise.set(spec);
+        (self.drop, self.dup, self.delay_ms) = (spec.drop, spec.dup, spec.delay_ms);
+    }
+
+    /// One byte time: the transmitter's byte or its idle mark, as far as the receiver can hear it.
+    pub(crate) fn pass(&mut self, now_ms: u64, sent: Option<u8>, is_heard: bool) {
+        let line = sent.filter(|_| is_heard);
+        if !is_heard {
+            // A receiver without a carrier sees a resting line.
+            for _ in 0..BITS_PER_BYTE {
+                self.sample(now_ms, true);
+            }
+        } else if self.receiver == Receiver::Idle && self.noise.skip(BITS_PER_BYTE) {
+            if let Some(byte) = line {
+                self.receive(now_ms, byte);
+            }
+        } else {
+            for index in 0..BITS_PER_BYTE {
+                let bit = line.is_none_or(|byte| bit_of(byte, index)) ^ self.noise.flip();
+                self.sample(now_ms, bit);
+            }
+        }
+    }
+
+    fn sample(&mut self, now_ms: u64, bit: bool) {
+        if let Some(byte) = self.receiver.sample(bit) {
+            self.receive(now_ms, byte);
+        }
+    }
+
+    fn receive(&mut self, now_ms: u64, byte: u8) {
+        if self.dice.chance(self.drop) {
+            return;
+        }
+        self.deliver(now_ms, byte);
+        if self.dice.chance(self.dup) {
+            self.deliver(now_ms, byte);
+        }
+    }
+
+    fn deliver(&mut self, now_ms: u64, byte: u8) {
+        if self.arriving.len() == ARRIVING_MAX {
+            self.arriving.pop_front();
+        }
+        self.arriving.push_back((now_ms + self.delay_ms, byte));
+    }
+
+    /// The next byte that has arrived by now.
+    pub(crate) fn poll(&mut self, now_ms: u64) -> Option<u8> {
+        let (due_ms, byte) = *self.arriving.front()?;
+        if due_ms > now_ms {
+            return None;
+        }
+        self.arriving.pop_front();
+        Some(byte)
+    }
+
+    /// Bytes on their way through the modem.
+    pub(crate) fn in_flight(&self) -> usize {
+        self.arriving.len()
+    }
+}
+
+/// The line's level at a bit of a byte.
+const fn bit_of(byte: u8, index: u64) -> bool {
+    match index {
+        0 => false,
+        1..=8 => byte >> (index - 1) & 1 == 1,
+        _ => true,
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::dice::Stream;
+
+    fn received(text: &str, sent: &[u8]) -> Vec<u8> {
+        let mut wire = Wire::new(&text.parse().unwrap(), Dice::new(2, Stream::Downlink));
+        let mut received = Vec::new();
+        for (slot, byte) in (0..).zip(sent) {
+            wire.pass(slot * 4, Some(*byte), true);
+            received.extend(std::iter::from_fn(|| wire.poll(u64::MAX)));
+        }
+        received
+    }
+
+    /// Feeds bits as they stand on the line.
+    fn decode(bits: &[u8]) -> Vec<u8> {
+        let mut receiver = Receiver::Idle;
+        bits.iter().filter_map(|bit| receiver.sample(*bit == 1)).collect()
+    }
+
+    fn bits(bytes: &[u8]) -> Vec<u8> {
+        bytes
+            .iter()
+            .flat_map(|byte| (0..10).map(|index| u8::from(bit_of(*byte, index))))
+            .collect()
+    }
+
+    #[test]
+    fn a_clean_wire_carries_every_byte() {
+        let all: Vec<u8> = (0..=255).collect();
+        assert_eq!(received("", &all), all);
+        assert_eq!(decode(&bits(&all)), all);
+    }
+
+    #[test]
+    fn a_broken_data_bit_spoils_one_byte() {
+        let mut line = bits(b"ABC");
+        line[12] ^= 1;
+        assert_eq!(decode(&line), [b'A', b'B' ^ 0b10, b'C']);
+    }
+
+    #[test]
+    fn a_broken_stop_bit_loses_the_byte() {
+        let mut line = bits(b"ABC");
+        line[9] ^= 1;
+        line.extend([1; 10]);
+        let bytes = decode(&line);
+        assert!(!bytes.contains(&b'A'), "{bytes:?}");
+    }
+
+    #[test]
+    fn a_broken_start_bit_shifts_what_follows() {
+        let mut line = bits(b"A");
+        line[0] ^= 1;
+        line.extend([1; 10]);
+        // On the line 'A' is 0 1000 0010 1: its second 0 is taken for the start bit.
+        assert_eq!(decode(&line), [0b1101_0000]);
+    }
+
+    #[test]
+    fn noise_on_a_resting_line_makes_bytes_of_ones() {
+        let mut wire = Wire::new(&"ber=0.001".parse().unwrap(), Dice::new(3, Stream::Downlink));
+        for slot in 0..20_000 {
+            wire.pass(slot, None, true);
+        }
+        let bytes: Vec<u8> = std::iter::from_fn(|| wire.poll(u64::MAX)).collect();
+        assert!((120..280).contains(&bytes.len()), "{}", bytes.len());
+        assert!(bytes.iter().filter(|byte| **byte == 0xFF).count() > bytes.len() * 9 / 10);
+    }
+
+    #[test]
+    fn byte_losses_and_echoes_have_the_ordered_rates() {
+        let sent = vec![b'U'; 50_000];
+        let dropped = received("drop=0.1", &sent).len();
+        assert!((44_500..45_500).contains(&dropped), "{dropped}");
+        let doubled = received("dup=0.1", &sent).len();
+        assert!((54_500..55_500).contains(&doubled), "{doubled}");
+    }
+
+    #[test]
+    fn bit_errors_cost_about_ten_times_as_many_bytes() {
+        let sent = vec![b'U'; 50_000];
+        let intact = received("ber=1e-3", &sent).iter().filter(|byte| **byte == b'U').count();
+        let lost = 1.0 - intact as f64 / 50_000.0;
+        assert!((0.008..0.02).contains(&lost), "{lost}");
+    }
+
+    #[test]
+    fn delay_holds_bytes_back() {
+        let mut wire = Wire::new(&"delay=0.5s".parse().unwrap(), Dice::new(1, Stream::Uplink));
+        wire.pass(100, Some(b'x'), true);
+        assert_eq!(wire.poll(599), None);
+        assert_eq!(wire.in_flight(), 1);
+        assert_eq!(wire.poll(600), Some(b'x'));
+    }
+
+    #[test]
+    fn what_is_not_heard_is_silence() {
+        let mut wire = Wire::new(&ChannelSpec::default(), Dice::new(1, Stream::Uplink));
+        wire.pass(0, Some(b'x'), false);
+        wire.pass(4, Some(b'y'), true);
+        assert_eq!(wire.poll(4), Some(b'y'));
+        assert_eq!(wire.poll(4), None);
+    }
+}

@@ -1,0 +1,111 @@
+//! Seeded chance: one independent stream a purpose, so that more noise in one sensor never moves
+//! another's.
+
+use rand_core::Rng as _;
+use rand_pcg::Pcg32;
+
+/// What a stream of numbers is for. The numbers are part of every committed seed.
+#[derive(Clone, Copy, Debug)]
+pub(crate) enum Stream {
+    Build = 1,
+    Sonar = 2,
+    Infrared = 3,
+    Photocells = 4,
+    Uplink = 5,
+    Downlink = 6,
+    Robot = 7,
+}
+
+/// One stream.
+#[derive(Clone, Debug)]
+pub(crate) struct Dice(Pcg32);
+
+impl Dice {
+    pub(crate) fn new(seed: u64, stream: Stream) -> Self {
+        let purpose = stream as u64;
+        // Generators of one state and neighbouring increments resemble each other: mix first.
+        Self(Pcg32::new(split_mix(seed ^ split_mix(purpose)), purpose))
+    }
+
+    /// A stream of its own, for a part of the same purpose.
+    pub(crate) fn split(&mut self) -> Self {
+        let state = u64::from(self.next_u32()) << 32 | u64::from(self.next_u32());
+        Self(Pcg32::new(split_mix(state), u64::from(self.next_u32())))
+    }
+
+    pub(crate) fn next_u32(&mut self) -> u32 {
+        self.0.next_u32()
+    }
+
+    /// Evenly from 0 up to, not including, 1.
+    pub(crate) fn unit(&mut self) -> f64 {
+        f64::from(self.0.next_u32()) / 4_294_967_296.0
+    }
+
+    /// Evenly between minus and plus `limit`.
+    pub(crate) fn spread(&mut self, limit: f64) -> f64 {
+        (2.0 * self.unit() - 1.0) * limit
+    }
+
+    /// Bell-shaped around 0 with a standard deviation of 1, never beyond 3.5.
+    pub(crate) fn bell(&mut self) -> f64 {
+        let sum = self.unit() + self.unit() + self.unit() + self.unit();
+        (sum - 2.0) * SQRT_3
+    }
+
+    pub(crate) fn chance(&mut self, probability: f64) -> bool {
+        probability > 0.0 && self.unit() < probability
+    }
+
+    /// How many trials fail before the first that succeeds with this probability.
+    pub(crate) fn failures_before_success(&mut self, probability: f64) -> u64 {
+        if probability <= 0.0 {
+            return u64::MAX;
+        }
+        if probability >= 1.0 {
+            return 0;
+        }
+        let failures = libm::log(1.0 - self.unit()) / libm::log1p(-probability);
+        failures as u64
+    }
+}
+
+/// The variance of a sum of four even numbers is 4/12.
+const SQRT_3: f64 = 1.732_050_807_568_877_2;
+
+fn split_mix(value: u64) -> u64 {
+    let value = value.wrapping_add(0x9E37_79B9_7F4A_7C15);
+    let value = (value ^ (value >> 30)).wrapping_mul(0xBF58_476D_1CE4_E5B9);
+    let value = (value ^ (value >> 27)).wrapping_mul(0x94D0_49BB_1331_11EB);
+    value ^ (value >> 31)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn streams_of_one_seed_differ() {
+        let draw = |stream| Dice::new(1, stream).next_u32();
+        assert_ne!(draw(Stream::Sonar), draw(Stream::Infrared));
+        assert_ne!(draw(Stream::Uplink), draw(Stream::Downlink));
+    }
+
+    #[test]
+    fn bell_has_the_promised_mean_and_deviation() {
+        let mut dice = Dice::new(7, Stream::Sonar);
+        let draws: Vec<f64> = (0..20_000).map(|_| dice.bell()).collect();
+        let mean = draws.iter().sum::<f64>() / 20_000.0;
+        let variance = draws.iter().map(|draw| draw * draw).sum::<f64>() / 20_000.0;
+        assert!(mean.abs() < 0.03, "mean {mean}");
+        assert!((variance - 1.0).abs() < 0.05, "variance {variance}");
+    }
+
+    #[test]
+    fn waiting_time_is_the_inverse_of_the_probability() {
+        let mut dice = Dice::new(3, Stream::Uplink);
+        let total: u64 = (0..20_000).map(|_| dice.failures_before_success(0.01)).sum();
+        let mean = total as f64 / 20_000.0;
+        assert!((mean - 99.0).abs() < 3.0, "mean {mean}");
+    }
+}

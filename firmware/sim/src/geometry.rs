@@ -1,0 +1,191 @@
+//! Points, frames and solid shapes. Lengths in inches.
+//!
+//! Angles follow the robot: 0 points along +Y and they grow clockwise. Of the standard library's
+//! float functions only those that are exact by definition are used (`sqrt`, `floor`, `round`,
+//! `abs`), the rest comes from `libm`, so that a run is the same on every platform.
+
+use parry2d_f64::bounding_volume::Aabb;
+use parry2d_f64::math::{Pose as Isometry, Rot2};
+use parry2d_f64::query::{PointQuery as _, Ray, RayCast as _};
+use parry2d_f64::shape::{Ball, Cuboid, Shape as _};
+
+/// A point or direction in the plane.
+pub(crate) use parry2d_f64::math::Vector as Vec2;
+
+/// Unit vector that an angle in radians points along.
+pub(crate) fn heading(theta_rad: f64) -> Vec2 {
+    let (sin, cos) = libm::sincos(theta_rad);
+    Vec2::new(sin, cos)
+}
+
+/// The direction a quarter turn clockwise.
+pub(crate) fn clockwise(direction: Vec2) -> Vec2 {
+    Vec2::new(direction.y, -direction.x)
+}
+
+/// The angle of a vector in radians, clockwise from +Y.
+pub(crate) fn bearing(vector: Vec2) -> f64 {
+    libm::atan2(vector.x, vector.y)
+}
+
+/// Where something is and which way it faces.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Pose {
+    /// Inches along X.
+    pub x_in: f64,
+    /// Inches along Y.
+    pub y_in: f64,
+    /// Degrees clockwise from +Y, above -180 up to 180.
+    pub theta_deg: f64,
+}
+
+/// The robot's own coordinates seen from the floor plan: the start pose is their origin.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Frame {
+    origin: Vec2,
+    theta_deg: f64,
+    ahead: Vec2,
+}
+
+impl Frame {
+    pub(crate) fn new(start: Pose) -> Self {
+        Self {
+            origin: Vec2::new(start.x_in, start.y_in),
+            theta_deg: start.theta_deg,
+            ahead: heading(start.theta_deg.to_radians()),
+        }
+    }
+
+    pub(crate) fn point(&self, plan: Vec2) -> Vec2 {
+        let offset = plan - self.origin;
+        Vec2::new(offset.dot(clockwise(self.ahead)), offset.dot(self.ahead))
+    }
+
+    pub(crate) fn pose(&self, plan: Vec2, theta_rad: f64) -> Pose {
+        let point = self.point(plan);
+        Pose {
+            x_in: point.x,
+            y_in: point.y,
+            theta_deg: wrap_deg(theta_rad.to_degrees() - self.theta_deg),
+        }
+    }
+}
+
+/// Into above -180 up to 180.
+pub(crate) fn wrap_deg(angle_deg: f64) -> f64 {
+    let turns = ((angle_deg + 180.0) / 360.0).ceil() - 1.0;
+    angle_deg - turns * 360.0
+}
+
+/// A solid outline on the floor.
+#[derive(Clone, Copy, Debug)]
+pub(crate) enum Solid {
+    Block { place: Isometry, cuboid: Cuboid },
+    Round { center: Vec2, radius_in: f64 },
+}
+
+impl Solid {
+    /// A rectangle of this width and depth about its centre, turned clockwise.
+    pub(crate) fn block(center: Vec2, size_in: Vec2, turned_deg: f64) -> Self {
+        let rotation = if turned_deg == 0.0 {
+            Rot2::identity()
+        } else {
+            let (sin, cos) = libm::sincos(-turned_deg.to_radians());
+            Rot2::from_cos_sin_unchecked(cos, sin)
+        };
+        Self::Block {
+            place: Isometry::from_parts(center, rotation),
+            cuboid: Cuboid::new(size_in * 0.5),
+        }
+    }
+
+    pub(crate) const fn round(center: Vec2, radius_in: f64) -> Self {
+        Self::Round { center, radius_in }
+    }
+
+    pub(crate) fn bounds(&self) -> Aabb {
+        match *self {
+            Self::Block { ref place, ref cuboid } => cuboid.compute_aabb(place),
+            Self::Round { center, radius_in } => {
+                Aabb::from_half_extents(center, Vec2::splat(radius_in))
+            }
+        }
+    }
+
+    /// Distance along a ray of unit direction to the near side.
+    pub(crate) fn cast(&self, ray: &Ray, max_in: f64) -> Option<f64> {
+        match *self {
+            Self::Block { ref place, ref cuboid } => cuboid.cast_ray(place, ray, max_in, true),
+            Self::Round { center, radius_in } => {
+                let ray = Ray::new(ray.origin - center, ray.dir);
+                Ball::new(radius_in).cast_local_ray(&ray, max_in, true)
+            }
+        }
+    }
+
+    /// Outward normal where a ray strikes; `None` when it starts inside.
+    pub(crate) fn normal(&self, ray: &Ray, max_in: f64) -> Option<Vec2> {
+        let normal = match *self {
+            Self::Block { ref place, ref cuboid } => {
+                cuboid.cast_ray_and_get_normal(place, ray, max_in, true)?.normal
+            }
+            Self::Round { center, radius_in } => {
+                let ray = Ray::new(ray.origin - center, ray.dir);
+                Ball::new(radius_in).cast_local_ray_and_get_normal(&ray, max_in, true)?.normal
+            }
+        };
+        (normal.length_squared() > 0.5).then_some(normal)
+    }
+
+    /// Distance from a point to the boundary, negative inside, and the direction to the solid.
+    pub(crate) fn approach(&self, point: Vec2) -> (f64, Vec2) {
+        match *self {
+            Self::Block { ref place, ref cuboid } => {
+                let nearest = cuboid.project_point(place, point, false);
+                let offset = nearest.point - point;
+                let distance = offset.length();
+                let toward = if distance > 1e-9 { offset / distance } else { Vec2::Y };
+                if nearest.is_inside { (-distance, -toward) } else { (distance, toward) }
+            }
+            Self::Round { center, radius_in } => {
+                let offset = center - point;
+                let distance = offset.length();
+                let toward = if distance > 1e-9 { offset / distance } else { Vec2::Y };
+                (distance - radius_in, toward)
+            }
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn angles_grow_clockwise_from_plus_y() {
+        let east = heading(90.0_f64.to_radians());
+        assert!((east - Vec2::X).length() < 1e-12);
+        assert!((bearing(Vec2::X).to_degrees() - 90.0).abs() < 1e-12);
+        assert!((clockwise(Vec2::Y) - Vec2::X).length() < 1e-12);
+        assert!((wrap_deg(270.0) - -90.0).abs() < 1e-12);
+        assert!((wrap_deg(-180.0) - 180.0).abs() < 1e-12);
+    }
+
+    #[test]
+    fn the_start_pose_is_the_origin() {
+        let frame = Frame::new(Pose { x_in: 100.0, y_in: 50.0, theta_deg: 90.0 });
+        let ahead = frame.pose(Vec2::new(110.0, 50.0), 90.0_f64.to_radians());
+        assert!(ahead.x_in.abs() < 1e-9 && (ahead.y_in - 10.0).abs() < 1e-9);
+        assert!(ahead.theta_deg.abs() < 1e-9);
+        let right = frame.point(Vec2::new(100.0, 40.0));
+        assert!((right - Vec2::new(10.0, 0.0)).length() < 1e-9);
+    }
+
+    #[test]
+    fn a_turned_block_is_met_on_its_corner() {
+        let block = Solid::block(Vec2::new(0.0, 20.0), Vec2::new(2.0, 2.0), 45.0);
+        let (distance, toward) = block.approach(Vec2::ZERO);
+        assert!((distance - (20.0 - 2.0_f64.sqrt())).abs() < 1e-9);
+        assert!((toward - Vec2::Y).length() < 1e-9);
+    }
+}

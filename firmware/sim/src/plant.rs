@@ -1,0 +1,184 @@
+//! The world and the robot's body seen from the pins of its board.
+
+use sr04_firmware::board::{Echo, INFRARED_LOOK_HZ, Inputs, Outputs, TICK_HZ};
+
+use crate::body::{Body, Conditions, RADIUS_IN};
+use crate::dice::{Dice, Stream};
+use crate::geometry::{Frame, Pose, Vec2};
+use crate::scene::Scene;
+use crate::sensors::infrared::Infrared;
+use crate::sensors::photocells::Light;
+use crate::sensors::{View, sonar};
+use crate::walker;
+use crate::world::{Outline, Point, World};
+
+/// Milliseconds between two ticks of the robot's program.
+pub const TICK_MS: u64 = 1000 / TICK_HZ as u64;
+
+/// Milliseconds between two infrared looks.
+pub const LOOK_MS: u64 = 1000 / INFRARED_LOOK_HZ as u64;
+
+/// Ticks from a ping to its echo.
+const ECHO_TICKS: u8 = 2;
+
+/// What is really so, whatever the robot believes.
+///
+/// Coordinates are the robot's: the start pose is their origin.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Truth {
+    /// Milliseconds since the start.
+    pub now_ms: u64,
+    /// Where the robot is.
+    pub pose: Pose,
+    /// Whether anything touches its outline, at the front or elsewhere.
+    pub is_touching: bool,
+    /// Speed over the floor, backward negative.
+    pub speed_in_s: f64,
+    /// Length of the way gone since the start.
+    pub path_in: f64,
+    /// Battery charge, 0 flat to 1 full.
+    pub charge: f64,
+}
+
+/// The simulated world with the robot's body in it, without the robot's program.
+pub struct Plant {
+    now_ms: u64,
+    frame: Frame,
+    outlines: Vec<Outline>,
+    scene: Scene,
+    body: Body,
+    light: Light,
+    infrared: Infrared,
+    echo: Option<(u8, Echo)>,
+    outputs: Outputs,
+    sonar_dice: Dice,
+    infrared_dice: Dice,
+    photocell_dice: Dice,
+}
+
+impl Plant {
+    /// A world with the robot at its start; everything by chance follows from the seed.
+    #[must_use]
+    pub fn new(world: &World, conditions: &Conditions, seed: u64) -> Self {
+        let start = world.start;
+        let center = Vec2::new(start.x_in, start.y_in);
+        let mut build_dice = Dice::new(seed, Stream::Build);
+        Self {
+            now_ms: 0,
+            frame: world.frame(),
+            outlines: world.outlines(),
+            scene: Scene::new(world),
+            body: Body::new(center, start.theta_deg.to_radians(), conditions, &mut build_dice),
+            light: Light { lamps: world.lamps.clone(), daylight_lux: world.daylight_lux },
+            infrared: Infrared::new(),
+            echo: None,
+            outputs: Outputs::default(),
+            sonar_dice: Dice::new(seed, Stream::Sonar),
+            infrared_dice: Dice::new(seed, Stream::Infrared),
+            photocell_dice: Dice::new(seed, Stream::Photocells),
+        }
+    }
+
+    /// One millisecond of the world.
+    pub fn step(&mut self) {
+        self.now_ms += 1;
+        if self.now_ms.is_multiple_of(walker::STEP_MS) {
+            for walking in &mut self.scene.walkers {
+                walking.step(self.body.center, RADIUS_IN);
+            }
+        }
+        self.body.step(&self.scene, &self.outputs);
+    }
+
+    /// What the robot senses at a tick. Asked once a tick: it takes the encoder edges and moves a
+    /// pending echo along.
+    pub fn inputs(&mut self) -> Inputs {
+        let (counts_left, counts_right) = self.body.take_edges();
+        let (photo_left, photo_right) =
+            self.light.read(&self.scene, self.view(), &mut self.photocell_dice);
+        Inputs {
+            counts_left,
+            counts_right,
+            bumper: self.body.switches(),
+            sonar: self.finished_echo(),
+            photo_left: Some(photo_left),
+            photo_right: Some(photo_right),
+            battery_dv: self.body.battery().decivolts(),
+        }
+    }
+
+    fn finished_echo(&mut self) -> Option<Echo> {
+        let (ticks_left, echo) = self.echo?;
+        if ticks_left > 1 {
+            self.echo = Some((ticks_left - 1, echo));
+            return None;
+        }
+        self.echo = None;
+        Some(echo)
+    }
+
+    /// Applies what the robot does until the next tick.
+    pub fn apply(&mut self, outputs: Outputs) {
+        self.outputs = outputs;
+        if let Some(side) = outputs.ping {
+            let range_in = sonar::ping(&self.scene, self.view(), side, &mut self.sonar_dice);
+            self.echo = Some((ECHO_TICKS, Echo { side, range_in }));
+        }
+    }
+
+    /// What the left and right infrared detectors read while the LEDs are on or off.
+    pub fn infrared(&mut self, leds_on: bool) -> (bool, bool) {
+        let (view, clearance_in) = (self.view(), self.body.clearance_in());
+        self.infrared.look(&self.scene, view, clearance_in, leds_on, &mut self.infrared_dice)
+    }
+
+    /// Forgets what belongs to the program that just died: encoder edges, an echo, motor orders.
+    pub fn reset_board(&mut self) {
+        self.outputs = Outputs::default();
+        self.echo = None;
+        self.body.take_edges();
+    }
+
+    /// What the robot's outputs are at this moment.
+    #[must_use]
+    pub const fn outputs(&self) -> &Outputs {
+        &self.outputs
+    }
+
+    /// What is really so.
+    #[must_use]
+    pub fn truth(&self) -> Truth {
+        Truth {
+            now_ms: self.now_ms,
+            pose: self.frame.pose(self.body.center, self.body.theta_rad),
+            is_touching: self.body.is_touching(),
+            speed_in_s: self.body.speed_in_s(),
+            path_in: self.body.path_in,
+            charge: self.body.battery().charge(),
+        }
+    }
+
+    /// Walls and things in the robot's coordinates.
+    #[must_use]
+    pub fn outlines(&self) -> &[Outline] {
+        &self.outlines
+    }
+
+    /// Where people and animals are, in the robot's coordinates, with their radius.
+    pub fn walkers(&self) -> impl Iterator<Item = (Point, f64)> {
+        self.scene
+            .walkers
+            .iter()
+            .map(|walking| (Point::from(self.frame.point(walking.center())), walking.radius_in()))
+    }
+
+    /// Switches a lamp by its name; `false` when there is none of that name.
+    pub fn set_lamp(&mut self, name: &str, on: bool) -> bool {
+        let lamp = self.light.lamps.iter_mut().find(|lamp| lamp.name == name);
+        lamp.map(|lamp| lamp.on = on).is_some()
+    }
+
+    fn view(&self) -> View {
+        View { center: self.body.center, theta_rad: self.body.theta_rad }
+    }
+}

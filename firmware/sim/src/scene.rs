@@ -1,0 +1,119 @@
+//! The solid world as rays and bodies meet it: what stands still, and who walks about.
+
+use parry2d_f64::bounding_volume::Aabb;
+use parry2d_f64::partitioning::{Bvh, BvhBuildStrategy};
+use parry2d_f64::query::Ray;
+
+use crate::geometry::{Solid, Vec2};
+use crate::walker::Walking;
+use crate::world::{Material, Obstacle, Surface, World};
+
+/// Where a ray ends.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Hit {
+    pub(crate) distance_in: f64,
+    /// Outward, against the ray.
+    pub(crate) normal: Vec2,
+    pub(crate) material: Material,
+    pub(crate) is_round: bool,
+}
+
+/// A solid near a point.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Near {
+    /// From the point to the boundary, negative inside.
+    pub(crate) distance_in: f64,
+    /// Unit direction to the solid.
+    pub(crate) toward: Vec2,
+    pub(crate) material: Material,
+    /// Of a round solid.
+    pub(crate) radius_in: Option<f64>,
+}
+
+/// Everything solid.
+pub(crate) struct Scene {
+    obstacles: Vec<Obstacle>,
+    tree: Bvh,
+    pub(crate) walkers: Vec<Walking>,
+}
+
+impl Scene {
+    pub(crate) fn new(world: &World) -> Self {
+        let bounds: Vec<Aabb> =
+            world.obstacles.iter().map(|obstacle| obstacle.solid.bounds()).collect();
+        Self {
+            obstacles: world.obstacles.clone(),
+            tree: Bvh::from_leaves(BvhBuildStrategy::Binned, &bounds),
+            walkers: world.walkers.iter().cloned().map(Walking::new).collect(),
+        }
+    }
+
+    /// The first solid along a ray of unit direction whose surface `meets` the ray.
+    pub(crate) fn cast(
+        &self,
+        origin: Vec2,
+        direction: Vec2,
+        max_in: f64,
+        meets: fn(&Surface) -> bool,
+    ) -> Option<Hit> {
+        let ray = Ray::new(origin, direction);
+        let still = self.tree.cast_ray(&ray, max_in, |index, best_in| {
+            let obstacle = self.obstacle(index)?;
+            if meets(&obstacle.material.surface()) { obstacle.solid.cast(&ray, best_in) } else { None }
+        });
+        let mut first = still.and_then(|(index, distance)| Some((distance, *self.obstacle(index)?)));
+        if meets(&Material::Alive.surface()) {
+            for walking in &self.walkers {
+                let limit = first.map_or(max_in, |(distance, _)| distance);
+                if let Some(distance) = walking.solid().cast(&ray, limit) {
+                    first = Some((distance, walking.as_obstacle()));
+                }
+            }
+        }
+        let (distance_in, obstacle) = first?;
+        Some(Hit {
+            distance_in,
+            normal: obstacle.solid.normal(&ray, max_in).unwrap_or(-direction),
+            material: obstacle.material,
+            is_round: matches!(obstacle.solid, Solid::Round { .. }),
+        })
+    }
+
+    /// Whether nothing that throws a shadow stands between two points.
+    pub(crate) fn is_lit(&self, from: Vec2, to: Vec2) -> bool {
+        let way = to - from;
+        let length = way.length();
+        length < 1e-6 || self.cast(from, way / length, length, |surface| surface.shades).is_none()
+    }
+
+    /// Calls `found` with every solid whose boundary lies within `reach_in` of a point.
+    pub(crate) fn near(&self, point: Vec2, reach_in: f64, mut found: impl FnMut(Near)) {
+        let square = Aabb::from_half_extents(point, Vec2::splat(reach_in));
+        for index in self.tree.intersect_aabb(&square) {
+            let Some(obstacle) = self.obstacle(index) else { continue };
+            report(obstacle, point, reach_in, &mut found);
+        }
+        for walking in &self.walkers {
+            report(&walking.as_obstacle(), point, reach_in, &mut found);
+        }
+    }
+
+    fn obstacle(&self, index: u32) -> Option<&Obstacle> {
+        self.obstacles.get(index as usize)
+    }
+}
+
+fn report(obstacle: &Obstacle, point: Vec2, reach_in: f64, found: &mut impl FnMut(Near)) {
+    let (distance_in, toward) = obstacle.solid.approach(point);
+    if distance_in < reach_in {
+        found(Near {
+            distance_in,
+            toward,
+            material: obstacle.material,
+            radius_in: match obstacle.solid {
+                Solid::Round { radius_in, .. } => Some(radius_in),
+                Solid::Block { .. } => None,
+            },
+        });
+    }
+}

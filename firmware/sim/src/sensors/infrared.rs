@@ -1,0 +1,231 @@
+//! Two infrared detectors at 45 degrees and the LEDs between them, looked at 250 times a second.
+
+use super::View;
+use crate::dice::Dice;
+use crate::geometry::{Vec2, bearing};
+use crate::scene::Scene;
+
+const MOUNT_DEG: f64 = 45.0;
+const RIGHT_IN: f64 = 3.5;
+const AHEAD_IN: f64 = 3.5;
+/// A white wall squarely before a detector is seen up to here.
+const REACH_IN: f64 = 30.0;
+/// Reflectivity of that wall.
+const WHITE: f64 = 0.8;
+/// Half of a detector's field of view.
+const LOBE_DEG: f64 = 55.0;
+const RAYS: u32 = 9;
+/// Spread of a single look's strength.
+const NOISE: f64 = 0.1;
+/// The strengths are measured anew after this much movement, or time when something else moves.
+const MOVED_IN: f64 = 0.25;
+const TURNED_RAD: f64 = 0.025;
+const STALE_LOOKS: u32 = 25;
+/// Bursts of ambient infrared: chance that one starts at a look, and how many looks it lasts.
+const BURST_CHANCE: f64 = 1.0 / (20.0 * 250.0);
+const BURST_LOOKS: f64 = 30.0;
+/// Chance that a detector fires at one look of a burst.
+const BURST_FIRES: f64 = 0.6;
+
+/// Both detectors.
+pub(crate) struct Infrared {
+    /// Strength of the reflections, left and right; 1 is the threshold.
+    strengths: [f64; 2],
+    measured: Option<View>,
+    age_looks: u32,
+    burst_looks: u32,
+}
+
+impl Infrared {
+    pub(crate) const fn new() -> Self {
+        Self { strengths: [0.0; 2], measured: None, age_looks: 0, burst_looks: 0 }
+    }
+
+    /// What the left and right detectors read while the LEDs are on or off.
+    ///
+    /// `clearance_in` is a distance from the robot's centre that is free of standing things.
+    pub(crate) fn look(
+        &mut self,
+        scene: &Scene,
+        view: View,
+        clearance_in: f64,
+        lit: bool,
+        dice: &mut Dice,
+    ) -> (bool, bool) {
+        let ambient = self.ambient(dice);
+        if !lit {
+            return ambient;
+        }
+        self.refresh(scene, view, clearance_in, dice);
+        let [left, right] = self.strengths;
+        (ambient.0 | seen(left, dice), ambient.1 | seen(right, dice))
+    }
+
+    fn ambient(&mut self, dice: &mut Dice) -> (bool, bool) {
+        if self.burst_looks == 0 {
+            if dice.chance(BURST_CHANCE) {
+                self.burst_looks = 1 + (2.0 * BURST_LOOKS * dice.unit()) as u32;
+            }
+            return (false, false);
+        }
+        self.burst_looks -= 1;
+        (dice.chance(BURST_FIRES), dice.chance(BURST_FIRES))
+    }
+
+    fn refresh(&mut self, scene: &Scene, view: View, clearance_in: f64, dice: &mut Dice) {
+        self.age_looks += 1;
+        let is_fresh = self.measured.is_some_and(|measured| {
+            measured.center.distance_squared(view.center) < MOVED_IN * MOVED_IN
+                && (measured.theta_rad - view.theta_rad).abs() < TURNED_RAD
+        });
+        if is_fresh && self.age_looks < STALE_LOOKS {
+            return;
+        }
+        self.measured = Some(view);
+        self.age_looks = 0;
+        let out_of_reach = REACH_IN + RIGHT_IN + AHEAD_IN;
+        let walker_near = scene.walkers.iter().any(|walking| {
+            walking.center().distance(view.center) < out_of_reach + walking.radius_in()
+        });
+        self.strengths = if clearance_in > out_of_reach && !walker_near {
+            [0.0; 2]
+        } else {
+            [strength(scene, view, -1.0, dice.unit()), strength(scene, view, 1.0, dice.unit())]
+        };
+    }
+}
+
+fn seen(strength: f64, dice: &mut Dice) -> bool {
+    // Far from the threshold the noise cannot matter.
+    if strength < 0.6 { false } else { strength > 2.0 || strength * (1.0 + NOISE * dice.bell()) > 1.0 }
+}
+
+/// The strongest reflection in one detector's lobe.
+fn strength(scene: &Scene, view: View, side: f64, jitter: f64) -> f64 {
+    let eye = view.point(side * RIGHT_IN, AHEAD_IN);
+    let axis_rad = (side * MOUNT_DEG).to_radians();
+    let mut strongest: f64 = 0.0;
+    for ray in 0..RAYS {
+        let across_deg = ((f64::from(ray) + jitter) / f64::from(RAYS) * 2.0 - 1.0) * LOBE_DEG;
+        let across_rad = across_deg.to_radians();
+        let direction = view.direction(axis_rad + across_rad);
+        let Some(hit) = scene.cast(eye, direction, REACH_IN, |surface| surface.reflectivity > 0.0)
+        else {
+            continue;
+        };
+        if !hit.is_round {
+            let facing = -direction.dot(hit.normal);
+            let reflected = hit.material.surface().reflectivity * facing;
+            strongest = strongest.max(gain(across_rad) * fall_off(reflected, hit.distance_in));
+        }
+    }
+    scene.near(eye, REACH_IN, |near| {
+        let Some(radius_in) = near.radius_in else { return };
+        let across_rad = angle_between(near.toward, view.direction(axis_rad));
+        let distance_in = near.distance_in.max(0.5);
+        // A thin leg fills only part of the view.
+        let share = (4.0 * radius_in / distance_in).min(1.0);
+        let reflected = near.material.surface().reflectivity * share;
+        let strength = gain(across_rad) * fall_off(reflected, distance_in);
+        if strength > strongest && is_in_sight(scene, eye, near.toward, distance_in) {
+            strongest = strength;
+        }
+    });
+    strongest
+}
+
+fn is_in_sight(scene: &Scene, eye: Vec2, toward: Vec2, distance_in: f64) -> bool {
+    scene.cast(eye, toward, distance_in - 0.1, |surface| surface.reflectivity > 0.0).is_none()
+}
+
+/// Sensitivity of a detector off its axis.
+fn gain(across_rad: f64) -> f64 {
+    if across_rad.abs() > LOBE_DEG.to_radians() {
+        return 0.0;
+    }
+    let cos = libm::cos(across_rad);
+    cos * cos
+}
+
+fn fall_off(reflected: f64, distance_in: f64) -> f64 {
+    let nearness = REACH_IN / distance_in.max(0.5);
+    reflected / WHITE * nearness * nearness
+}
+
+fn angle_between(one: Vec2, other: Vec2) -> f64 {
+    crate::geometry::wrap_deg((bearing(one) - bearing(other)).to_degrees()).to_radians()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::dice::Stream;
+    use crate::testing::{room, view_at};
+
+    /// Shares of lit looks at which the left and right detectors fire.
+    fn shares(scene: &Scene, view: View) -> (f64, f64) {
+        let mut dice = Dice::new(5, Stream::Infrared);
+        let mut infrared = Infrared::new();
+        let (mut left, mut right) = (0, 0);
+        for _ in 0..5000 {
+            let (on_left, on_right) = infrared.look(scene, view, 0.0, true, &mut dice);
+            left += u32::from(on_left);
+            right += u32::from(on_right);
+        }
+        (f64::from(left) / 5000.0, f64::from(right) / 5000.0)
+    }
+
+    #[test]
+    fn a_white_wall_on_the_axis_is_seen_to_thirty_inches() {
+        let scene = room(100, &[]);
+        // The left detector's axis points north when the robot faces 45 degrees.
+        let at = |distance_in: f64| {
+            let mut view = view_at(300.0, 300.0, 45.0);
+            let eye = view.point(-RIGHT_IN, AHEAD_IN);
+            view.center.y += 594.0 - distance_in - eye.y;
+            shares(&scene, view).0
+        };
+        assert!(at(24.0) > 0.95, "{}", at(24.0));
+        assert!(at(36.0) < 0.05, "{}", at(36.0));
+    }
+
+    #[test]
+    fn both_see_what_is_ahead_but_less_far() {
+        let scene = room(100, &[]);
+        let near = shares(&scene, view_at(300.0, 594.0 - 15.0, 0.0));
+        assert!(near.0 > 0.9 && near.1 > 0.9, "{near:?}");
+        let far = shares(&scene, view_at(300.0, 594.0 - 34.0, 0.0));
+        assert!(far.0 < 0.1 && far.1 < 0.1, "{far:?}");
+    }
+
+    #[test]
+    fn a_wall_on_the_left_is_not_seen_on_the_right() {
+        let scene = room(100, &[]);
+        let (left, right) = shares(&scene, view_at(20.0, 300.0, 0.0));
+        assert!(left > 0.9 && right < 0.05, "{left} {right}");
+    }
+
+    #[test]
+    fn black_furniture_all_but_vanishes() {
+        let dark = room(100, &["box", "dark"]);
+        let view = view_at(300.0, 300.0 - 25.0, 0.0);
+        let (left, right) = shares(&dark, view);
+        assert!(left < 0.05 && right < 0.05, "{left} {right}");
+        let white = room(100, &["box", "wall"]);
+        let (left, right) = shares(&white, view);
+        assert!(left > 0.9 && right > 0.9, "{left} {right}");
+    }
+
+    #[test]
+    fn ambient_bursts_come_with_the_leds_off_too() {
+        let scene = room(100, &[]);
+        let mut dice = Dice::new(9, Stream::Infrared);
+        let mut infrared = Infrared::new();
+        let view = view_at(300.0, 300.0, 0.0);
+        let fired = (0..250 * 600)
+            .filter(|_| infrared.look(&scene, view, 0.0, false, &mut dice) != (false, false))
+            .count();
+        // Ten minutes hold about thirty bursts of about thirty looks.
+        assert!((300..2000).contains(&fired), "{fired}");
+    }
+}

@@ -1,0 +1,168 @@
+//! A Polaroid ranger: the first echo of a fan of rays.
+//!
+//! Sound leaves a smooth wall like light leaves a mirror unless it arrives nearly square, so that
+//! an oblique wall is silent or answers by way of another wall, too far away.
+
+use sr04_firmware::board::Side;
+
+use super::View;
+use crate::dice::Dice;
+use crate::geometry::Vec2;
+use crate::scene::Scene;
+
+const MOUNT_DEG: f64 = 7.5;
+const BEAM_DEG: f64 = 15.0;
+const RAYS: u32 = 11;
+const BOUNCES: u32 = 4;
+const RIGHT_IN: f64 = 1.5;
+const AHEAD_IN: f64 = 5.0;
+const NEAR_IN: f64 = 3.0;
+const FAR_IN: f64 = 420.0;
+/// A little beyond, because of the noise.
+const HEARD_IN: f64 = 440.0;
+/// Share of the range that one standard deviation of noise is.
+const NOISE: f64 = 0.01;
+/// Share of pings whose echo is not heard.
+const DEAF: f64 = 0.005;
+/// A ray that comes back this near to the transducer is heard.
+const APERTURE_IN: f64 = 2.5;
+
+/// Distance of the first echo in whole inches, `None` when none comes back.
+pub(crate) fn ping(scene: &Scene, view: View, side: Side, dice: &mut Dice) -> Option<u16> {
+    let sign = match side {
+        Side::Left => -1.0,
+        Side::Right => 1.0,
+    };
+    let eye = view.point(sign * RIGHT_IN, AHEAD_IN);
+    // The noise is drawn whatever happens, so that one ping never changes the next one's luck.
+    let (jitter, bell, deaf) = (dice.unit(), dice.bell(), dice.chance(DEAF));
+    let spacing_deg = BEAM_DEG / f64::from(RAYS);
+    let first = (0..RAYS)
+        .filter_map(|ray| {
+            let across_deg = (f64::from(ray) + jitter) * spacing_deg - BEAM_DEG / 2.0;
+            let direction = view.direction((sign * MOUNT_DEG + across_deg).to_radians());
+            echo(scene, eye, direction)
+        })
+        .min_by(f64::total_cmp)?;
+    if deaf {
+        return None;
+    }
+    let range_in = (first * (1.0 + NOISE * bell)).round().max(NEAR_IN);
+    (range_in <= FAR_IN).then_some(range_in as u16)
+}
+
+/// Half of the way that sound takes along one ray and back to the transducer.
+fn echo(scene: &Scene, eye: Vec2, direction: Vec2) -> Option<f64> {
+    let (mut origin, mut direction) = (eye, direction);
+    let mut gone_in = 0.0;
+    for bounce in 0..=BOUNCES {
+        let left_in = 2.0 * HEARD_IN - gone_in;
+        let hit = scene.cast(origin, direction, left_in, |surface| surface.sound);
+        let free_in = hit.map_or(left_in, |hit| hit.distance_in);
+        if bounce > 0
+            && let Some(way_in) = passes(origin, direction, free_in, eye)
+        {
+            return Some((gone_in + way_in) / 2.0);
+        }
+        let hit = hit?;
+        gone_in += hit.distance_in;
+        let surface = hit.material.surface();
+        let squareness = -direction.dot(hit.normal);
+        if squareness >= libm::cos(surface.echo_cone_deg.to_radians()) {
+            return (gone_in <= surface.echo_reach_in.min(HEARD_IN)).then_some(gone_in);
+        }
+        if !surface.mirrors {
+            return None;
+        }
+        origin = origin + direction * hit.distance_in + hit.normal * 0.01;
+        direction += hit.normal * (2.0 * squareness);
+    }
+    None
+}
+
+/// How far along a ray it passes the transducer, when it does.
+fn passes(origin: Vec2, direction: Vec2, length_in: f64, eye: Vec2) -> Option<f64> {
+    let along = (eye - origin).dot(direction);
+    let aside = eye.distance(origin + direction * along);
+    (along > 0.0 && along < length_in && aside < APERTURE_IN).then_some(along)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::dice::Stream;
+    use crate::testing::{room, view_at};
+
+    fn ranges(scene: &Scene, view: View, side: Side) -> Vec<Option<u16>> {
+        let mut dice = Dice::new(1, Stream::Sonar);
+        (0..200).map(|_| ping(scene, view, side, &mut dice)).collect()
+    }
+
+    fn median(mut ranges: Vec<Option<u16>>) -> u16 {
+        ranges.retain(Option::is_some);
+        ranges.sort_unstable();
+        ranges[ranges.len() / 2].expect("the missing ones are gone")
+    }
+
+    #[test]
+    fn a_square_wall_is_as_far_as_it_is() {
+        // The room's north wall is at y = 594.
+        let scene = room(100, &[]);
+        for distance_in in [20.0, 60.0, 200.0, 400.0] {
+            let view = view_at(300.0, 594.0 - distance_in - AHEAD_IN, 0.0);
+            let ranges = ranges(&scene, view, Side::Left);
+            let range = f64::from(median(ranges.clone()));
+            assert!((range - distance_in).abs() <= 1.0 + distance_in * 0.003, "{distance_in}: {range}");
+            for range in ranges.into_iter().flatten() {
+                let error = (f64::from(range) - distance_in).abs();
+                assert!(error <= 0.5 + 0.036 * distance_in, "{distance_in}: {range}");
+            }
+        }
+    }
+
+    #[test]
+    fn noise_is_one_percent() {
+        let scene = room(100, &[]);
+        let view = view_at(300.0, 594.0 - 400.0 - AHEAD_IN, 0.0);
+        let ranges: Vec<f64> =
+            ranges(&scene, view, Side::Right).into_iter().flatten().map(f64::from).collect();
+        let mean = ranges.iter().sum::<f64>() / ranges.len() as f64;
+        let variance = ranges.iter().map(|range| (range - mean) * (range - mean)).sum::<f64>()
+            / ranges.len() as f64;
+        assert!((3.2..4.8).contains(&variance.sqrt()), "deviation {}", variance.sqrt());
+    }
+
+    #[test]
+    fn an_oblique_smooth_wall_answers_from_elsewhere_or_not_at_all() {
+        let scene = room(100, &[]);
+        let view = view_at(300.0, 574.0, 50.0);
+        let straight_in = 15.0 / libm::cos(50.0_f64.to_radians());
+        for range in ranges(&scene, view, Side::Right).into_iter().flatten() {
+            assert!(f64::from(range) > 2.0 * straight_in, "{range}");
+        }
+    }
+
+    #[test]
+    fn a_corner_sends_sound_back_where_it_came_from() {
+        let scene = room(60, &[]);
+        // The north-east corner is at (354, 354); turn the left beam onto it.
+        let view = view_at(284.0, 284.0, 45.0 + MOUNT_DEG);
+        let apex_in = (70.0_f64 * 2.0_f64.sqrt()) - AHEAD_IN;
+        let range = f64::from(median(ranges(&scene, view, Side::Left)));
+        assert!((range - apex_in).abs() < 6.0, "{range} for {apex_in}");
+    }
+
+    #[test]
+    fn nothing_within_reach_is_none() {
+        let scene = room(200, &[]);
+        let view = view_at(600.0, 600.0, 0.0);
+        assert!(ranges(&scene, view, Side::Left).iter().all(Option::is_none));
+    }
+
+    #[test]
+    fn nearer_than_three_inches_reads_three() {
+        let scene = room(100, &[]);
+        let view = view_at(300.0, 594.0 - 6.0, 0.0);
+        assert_eq!(median(ranges(&scene, view, Side::Left)), 3);
+    }
+}

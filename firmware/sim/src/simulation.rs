@@ -1,0 +1,227 @@
+//! The whole: world, body, radio and the robot's real program, in virtual time.
+
+use std::collections::VecDeque;
+
+use groundwave_protocol::BYTES_PER_S;
+use sr04_firmware::board::{Identity, Inputs, Outputs};
+use sr04_firmware::robot::Robot;
+
+use crate::body::Conditions;
+use crate::channel::{ChannelSpec, Wire};
+use crate::dice::{Dice, Stream};
+use crate::plant::{LOOK_MS, Plant, TICK_MS, Truth};
+use crate::stuck::StuckWatch;
+use crate::world::{Outline, Point, World};
+
+/// What a simulation starts from. Two equal ones run the same, byte for byte.
+#[derive(Clone, Debug)]
+pub struct SimulationConfig {
+    /// Where the robot lives.
+    pub world: World,
+    /// Everything that happens by chance follows from this.
+    pub seed: u64,
+    /// The radio.
+    pub channel: ChannelSpec,
+    /// Battery, load and wheels.
+    pub conditions: Conditions,
+    /// 1 to 99.
+    pub robot_id: u8,
+    /// The boot counter at the first boot.
+    pub boots: u16,
+}
+
+impl SimulationConfig {
+    /// A perfect radio and robot 1, at its first boot.
+    #[must_use]
+    pub fn new(world: World, seed: u64) -> Self {
+        Self {
+            world,
+            seed,
+            channel: ChannelSpec::default(),
+            conditions: Conditions::default(),
+            robot_id: 1,
+            boots: 1,
+        }
+    }
+}
+
+/// A running simulation.
+pub struct Simulation {
+    now_ms: u64,
+    plant: Plant,
+    robot: Robot,
+    identity: Identity,
+    robot_dice: Dice,
+    leds_on: bool,
+    inputs: Inputs,
+    channel: ChannelSpec,
+    uplink: Wire,
+    downlink: Wire,
+    /// The ground's bytes that wait for their byte time.
+    queue: VecDeque<u8>,
+    /// Thousandths of a byte time gone since the last one.
+    byte_time: u32,
+    stuck: StuckWatch,
+}
+
+impl Simulation {
+    /// The robot stands at its start and has just booted.
+    #[must_use]
+    pub fn new(config: &SimulationConfig) -> Self {
+        let mut robot_dice = Dice::new(config.seed, Stream::Robot);
+        let identity = Identity {
+            robot_id: config.robot_id,
+            boots: config.boots,
+            dice_seed: robot_dice.next_u32(),
+        };
+        let wire = |stream| Wire::new(&config.channel, Dice::new(config.seed, stream));
+        Self {
+            now_ms: 0,
+            plant: Plant::new(&config.world, &config.conditions, config.seed),
+            robot: Robot::new(identity),
+            identity,
+            robot_dice,
+            leds_on: false,
+            inputs: Inputs::default(),
+            channel: config.channel.clone(),
+            uplink: wire(Stream::Uplink),
+            downlink: wire(Stream::Downlink),
+            queue: VecDeque::new(),
+            byte_time: 0,
+            stuck: StuckWatch::default(),
+        }
+    }
+
+    /// One millisecond.
+    pub fn step(&mut self) {
+        self.now_ms += 1;
+        self.plant.step();
+        if self.now_ms.is_multiple_of(LOOK_MS) {
+            let (left, right) = self.plant.infrared(self.leds_on);
+            self.leds_on = self.robot.infrared_look(left, right);
+        }
+        if self.now_ms.is_multiple_of(TICK_MS) {
+            self.inputs = self.plant.inputs();
+            let outputs = self.robot.tick(&self.inputs);
+            self.plant.apply(outputs);
+            self.stuck.observe(&self.plant.truth(), &outputs);
+        }
+        self.byte_time += BYTES_PER_S;
+        if self.byte_time >= 1000 {
+            self.byte_time -= 1000;
+            self.pass_bytes();
+        }
+        while let Some(byte) = self.uplink.poll(self.now_ms) {
+            self.robot.handle_uplink(byte);
+        }
+    }
+
+    /// So many milliseconds.
+    pub fn run_for_ms(&mut self, time_ms: u64) {
+        for _ in 0..time_ms {
+            self.step();
+        }
+    }
+
+    /// One byte time each way.
+    fn pass_bytes(&mut self) {
+        let down = self.robot.poll_downlink();
+        let up = self.queue.pop_front();
+        let is_out = self.channel.is_out(self.now_ms);
+        let is_deaf = |own: Option<u8>| is_out || self.channel.half_duplex && own.is_some();
+        let (ground_deaf, robot_deaf) = (is_deaf(up), is_deaf(down));
+        self.downlink.pass(self.now_ms, down, !ground_deaf);
+        self.uplink.pass(self.now_ms, up, !robot_deaf);
+    }
+
+    /// Queues what the ground sends; it leaves at 240 bytes a second.
+    pub fn handle_uplink(&mut self, bytes: &[u8]) {
+        self.queue.extend(bytes);
+    }
+
+    /// How many of the ground's bytes the robot cannot have received yet: those that wait for their
+    /// byte time, and those in a modem.
+    #[must_use]
+    pub fn uplink_pending(&self) -> usize {
+        self.queue.len() + self.uplink.in_flight()
+    }
+
+    /// The next byte that the ground has received by now.
+    pub fn poll_downlink(&mut self) -> Option<u8> {
+        self.downlink.poll(self.now_ms)
+    }
+
+    /// Virtual milliseconds since the start.
+    #[must_use]
+    pub const fn now_ms(&self) -> u64 {
+        self.now_ms
+    }
+
+    /// What is really so, whatever the robot believes.
+    #[must_use]
+    pub fn truth(&self) -> Truth {
+        self.plant.truth()
+    }
+
+    /// The true walls and things in the robot's coordinates.
+    #[must_use]
+    pub fn outlines(&self) -> &[Outline] {
+        self.plant.outlines()
+    }
+
+    /// Where people and animals are, in the robot's coordinates, with their radius in inches.
+    pub fn walkers(&self) -> impl Iterator<Item = (Point, f64)> {
+        self.plant.walkers()
+    }
+
+    /// The robot's program.
+    #[must_use]
+    pub const fn robot(&self) -> &Robot {
+        &self.robot
+    }
+
+    /// What the robot sensed at its last tick.
+    #[must_use]
+    pub const fn inputs(&self) -> &Inputs {
+        &self.inputs
+    }
+
+    /// What the robot does since its last tick.
+    #[must_use]
+    pub const fn outputs(&self) -> &Outputs {
+        self.plant.outputs()
+    }
+
+    /// The boot counter of the program that runs.
+    #[must_use]
+    pub const fn boots(&self) -> u16 {
+        self.identity.boots
+    }
+
+    /// Whether the robot has moved less than 12 inches in 5 minutes of being told to move.
+    #[must_use]
+    pub const fn is_stuck(&self) -> bool {
+        self.stuck.is_stuck()
+    }
+
+    /// Resets the robot: its state is gone, its boot counter is one up, the world goes on.
+    pub fn reboot(&mut self) {
+        self.identity.boots = self.identity.boots.wrapping_add(1);
+        self.identity.dice_seed = self.robot_dice.next_u32();
+        self.robot = Robot::new(self.identity);
+        self.leds_on = false;
+        self.plant.reset_board();
+    }
+
+    /// Exchanges the radio's faults from now on; bytes on their way keep their time.
+    pub fn set_channel(&mut self, channel: &ChannelSpec) {
+        self.uplink.set(channel);
+        self.downlink.set(channel);
+        self.channel = channel.clone();
+    }
+
+    /// Switches a lamp by its name; `false` when the world has none of that name.
+    pub fn set_lamp(&mut self, name: &str, on: bool) -> bool {
+        self.plant.set_lamp(name, on)
+    }
+}

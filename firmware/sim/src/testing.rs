@@ -1,0 +1,41 @@
+//! Rooms for unit tests.
+
+use std::fmt::Write as _;
+
+use crate::geometry::Vec2;
+use crate::scene::Scene;
+use crate::sensors::View;
+use crate::world::World;
+
+/// A square room of so many 6-inch cells, walls included; `["box", material]` puts a box of 40 by
+/// 10 inches into its middle.
+pub(crate) fn room(cells: usize, thing: &[&str]) -> Scene {
+    Scene::new(&room_world(cells, thing))
+}
+
+pub(crate) fn room_world(cells: usize, thing: &[&str]) -> World {
+    let wall = "#".repeat(cells);
+    let floor = format!("#{}#", ".".repeat(cells - 2));
+    let start = format!("#..^{}#", ".".repeat(cells - 5));
+    let mut text = format!("name = \"room\"\ncell_in = 6\nplan = '''\n{wall}\n");
+    for row in 1..cells - 1 {
+        let line = if row == cells - 4 { &start } else { &floor };
+        text.push_str(line);
+        text.push('\n');
+    }
+    write!(text, "{wall}\n'''\n").expect("a string takes all");
+    if let [kind, material] = thing {
+        let middle = cells as f64 * 3.0;
+        write!(
+            text,
+            "[[clutter]]\nkind = \"{kind}\"\nat = [{middle:?}, {middle:?}]\n\
+             size_in = [40, 10]\nmade_of = \"{material}\"\n"
+        )
+        .expect("a string takes all");
+    }
+    World::parse("room", &text).expect("the room is drawn right")
+}
+
+pub(crate) fn view_at(x_in: f64, y_in: f64, theta_deg: f64) -> View {
+    View { center: Vec2::new(x_in, y_in), theta_rad: theta_deg.to_radians() }
+}

@@ -1,0 +1,241 @@
+//! The TOML form of a world and its translation.
+
+use serde::Deserialize;
+use toml::Spanned;
+
+use super::clutter::{self, ClutterKind};
+use super::error::{Source, WorldError};
+use super::material::Material;
+use super::outline::Outline;
+use super::plan::Plan;
+use super::{Lamp, Obstacle, Walker, WalkerKind, World};
+use crate::geometry::Vec2;
+
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields)]
+struct File {
+    name: String,
+    #[serde(default)]
+    about: String,
+    cell_in: Spanned<f64>,
+    #[serde(default)]
+    daylight_lux: f64,
+    plan: Spanned<String>,
+    #[serde(default)]
+    lamp: Vec<LampEntry>,
+    #[serde(default)]
+    walker: Vec<WalkerEntry>,
+    #[serde(default)]
+    clutter: Vec<ClutterEntry>,
+}
+
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields)]
+struct LampEntry {
+    name: String,
+    at: Spanned<Place>,
+    candela: Spanned<f64>,
+    #[serde(default = "default_lamp_height")]
+    height_in: f64,
+    #[serde(default = "default_on")]
+    on: bool,
+}
+
+const fn default_lamp_height() -> f64 {
+    48.0
+}
+
+const fn default_on() -> bool {
+    true
+}
+
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields)]
+struct WalkerEntry {
+    kind: WalkerKind,
+    path: Spanned<Vec<Spanned<Place>>>,
+    speed_in_s: Option<Spanned<f64>>,
+    #[serde(default)]
+    pause_s: f64,
+}
+
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields)]
+struct ClutterEntry {
+    kind: ClutterKind,
+    at: Spanned<Place>,
+    size_in: Option<[f64; 2]>,
+    radius_in: Option<f64>,
+    #[serde(default)]
+    turned_deg: f64,
+    made_of: Option<Material>,
+}
+
+/// A mark of the plan, or inches from its south-west corner.
+#[derive(Deserialize)]
+#[serde(untagged, expecting = "a place is a mark of the plan (\"A\") or [x, y] in inches")]
+enum Place {
+    Mark(char),
+    Inches([f64; 2]),
+}
+
+pub(super) fn parse(file: &str, text: &str) -> Result<World, WorldError> {
+    let source = Source { file, text };
+    let entries: File = toml::from_str(text).map_err(|error| {
+        let offset = error.span().map_or(0, |span| span.start);
+        source.error(offset, error.message())
+    })?;
+    let cell_in = *entries.cell_in.get_ref();
+    if !(1.0..=24.0).contains(&cell_in) {
+        return Err(source.error(entries.cell_in.span().start, "cell_in lies between 1 and 24 inches"));
+    }
+    let plan = Plan::parse(&source, entries.plan.span(), cell_in)?;
+    let places = Places { source: &source, plan: &plan };
+
+    let mut obstacles: Vec<Obstacle> = plan
+        .solids()
+        .into_iter()
+        .map(|(solid, material)| Obstacle { solid, material })
+        .collect();
+    let mut outlines = plan.outlines();
+    for entry in &entries.clutter {
+        let parts = clutter::parts(&clutter::Spec {
+            kind: entry.kind,
+            center: places.find(&entry.at)?,
+            size: entry.size_in.map(Vec2::from),
+            radius_in: entry.radius_in,
+            turned_deg: entry.turned_deg,
+            material: entry.made_of,
+        })
+        .map_err(|problem| source.error(entry.at.span().start, problem))?;
+        for part in parts {
+            outlines.extend(Outline::of(&part.solid, part.material));
+            obstacles.push(part);
+        }
+    }
+    let lamps = entries
+        .lamp
+        .iter()
+        .map(|entry| places.lamp(entry))
+        .collect::<Result<Vec<_>, _>>()?;
+    let walkers = entries
+        .walker
+        .iter()
+        .map(|entry| places.walker(entry, &obstacles))
+        .collect::<Result<Vec<_>, _>>()?;
+    let start = Vec2::new(plan.start.x_in, plan.start.y_in);
+    if !is_clear(&obstacles, start, crate::body::RADIUS_IN + START_MARGIN_IN) {
+        return Err(source.error(
+            plan.start_offset,
+            "the robot does not fit at its start: leave 6 inches free all around",
+        ));
+    }
+    let size = plan.size();
+    Ok(World {
+        name: entries.name,
+        about: entries.about,
+        start: plan.start,
+        size_in: [size.x, size.y],
+        daylight_lux: entries.daylight_lux.max(0.0),
+        obstacles,
+        outlines,
+        lamps,
+        walkers,
+    })
+}
+
+const START_MARGIN_IN: f64 = 0.5;
+
+/// Step of the check that a walker's way is free.
+const WALK_CHECK_IN: f64 = 3.0;
+
+fn is_clear(obstacles: &[Obstacle], center: Vec2, radius_in: f64) -> bool {
+    obstacles.iter().all(|obstacle| obstacle.solid.approach(center).0 > radius_in)
+}
+
+/// Resolves the places that a file names.
+struct Places<'a> {
+    source: &'a Source<'a>,
+    plan: &'a Plan,
+}
+
+impl Places<'_> {
+    fn find(&self, place: &Spanned<Place>) -> Result<Vec2, WorldError> {
+        let offset = place.span().start;
+        let size = self.plan.size();
+        match *place.get_ref() {
+            Place::Mark(mark) => self.plan.mark(mark).ok_or_else(|| {
+                self.source.error(
+                    offset,
+                    format!("the plan has no mark {mark}: put the letter on a floor cell"),
+                )
+            }),
+            Place::Inches([x, y]) if (0.0..=size.x).contains(&x) && (0.0..=size.y).contains(&y) => {
+                Ok(Vec2::new(x, y))
+            }
+            Place::Inches([x, y]) => Err(self.source.error(
+                offset,
+                format!(
+                    "[{x}, {y}] lies off the plan, which is {} by {} inches",
+                    size.x, size.y
+                ),
+            )),
+        }
+    }
+
+    fn positive(&self, value: &Spanned<f64>, what: &str) -> Result<f64, WorldError> {
+        let number = *value.get_ref();
+        if number > 0.0 && number.is_finite() {
+            Ok(number)
+        } else {
+            Err(self.source.error(value.span().start, format!("{what} must be above 0")))
+        }
+    }
+
+    fn lamp(&self, entry: &LampEntry) -> Result<Lamp, WorldError> {
+        Ok(Lamp {
+            name: entry.name.clone(),
+            center: self.find(&entry.at)?,
+            candela: self.positive(&entry.candela, "candela")?,
+            height_in: entry.height_in.max(1.0),
+            on: entry.on,
+        })
+    }
+
+    fn walker(&self, entry: &WalkerEntry, obstacles: &[Obstacle]) -> Result<Walker, WorldError> {
+        let places = entry.path.get_ref();
+        if places.len() < 2 {
+            return Err(self.source.error(entry.path.span().start, "a path has at least two places"));
+        }
+        let path = places.iter().map(|place| self.find(place)).collect::<Result<Vec<_>, _>>()?;
+        let radius_in = entry.kind.radius_in();
+        let legs = path.iter().zip(path.iter().cycle().skip(1));
+        for ((from, to), place) in legs.zip(places) {
+            if let Some(at) = blocked(obstacles, *from, *to, radius_in) {
+                return Err(self.source.error(
+                    place.span().start,
+                    format!(
+                        "the way on from here meets something at [{:.0}, {:.0}]: add places to \
+                         the path (it returns from its end to its start) so that {radius_in} \
+                         inches stay free on each side",
+                        at.x, at.y
+                    ),
+                ));
+            }
+        }
+        let speed_in_s = match &entry.speed_in_s {
+            Some(speed) => self.positive(speed, "speed_in_s")?,
+            None => entry.kind.speed_in_s(),
+        };
+        Ok(Walker { kind: entry.kind, path, speed_in_s, pause_s: entry.pause_s.max(0.0) })
+    }
+}
+
+/// Where a round body that goes straight from one place to another first meets something.
+fn blocked(obstacles: &[Obstacle], from: Vec2, to: Vec2, radius_in: f64) -> Option<Vec2> {
+    let way = to - from;
+    let steps = (way.length() / WALK_CHECK_IN).ceil().max(1.0) as u32;
+    (0..=steps)
+        .map(|step| from + way * (f64::from(step) / f64::from(steps)))
+        .find(|at| !is_clear(obstacles, *at, radius_in))
+}

@@ -1,0 +1,86 @@
+//! What things are made of, as far as a sensor can tell.
+
+use serde::Deserialize;
+
+/// What a solid is made of.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum Material {
+    /// A painted wall.
+    Wall,
+    /// A window or mirror: light passes, sound and infrared glance off.
+    Glass,
+    /// Tall smooth furniture: a bookcase, a cupboard, a door.
+    Wood,
+    /// Cloth: a sofa, a bed, a curtain. Light passes above it.
+    Soft,
+    /// Black and matt: infrared all but vanishes in it.
+    Dark,
+    /// Too low for every sensor but the bumper: shoes, books, a door stop.
+    Low,
+    /// A thin round leg of wood.
+    Leg,
+    /// A thin black leg or caster of an office chair.
+    DarkLeg,
+    /// A person's or an animal's legs.
+    Alive,
+}
+
+/// How a material answers the sensors.
+pub(crate) struct Surface {
+    /// Whether sound meets it at all.
+    pub(crate) sound: bool,
+    /// Largest angle from the surface's normal at which sound comes straight back.
+    pub(crate) echo_cone_deg: f64,
+    /// Whether sound that arrives at a larger angle travels on like light from a mirror.
+    pub(crate) mirrors: bool,
+    /// Farthest distance at which its echo is still heard.
+    pub(crate) echo_reach_in: f64,
+    /// Share of infrared thrown back; 0 cannot be seen.
+    pub(crate) reflectivity: f64,
+    /// Whether it throws a shadow at the height of a photocell's view.
+    pub(crate) shades: bool,
+}
+
+impl Material {
+    /// The material a character of the floor plan stands for.
+    pub(super) const fn from_char(character: char) -> Option<Self> {
+        match character {
+            '#' => Some(Self::Wall),
+            '=' => Some(Self::Glass),
+            'w' => Some(Self::Wood),
+            's' => Some(Self::Soft),
+            'k' => Some(Self::Dark),
+            'o' => Some(Self::Low),
+            _ => None,
+        }
+    }
+
+    pub(crate) const fn surface(self) -> Surface {
+        match self {
+            Self::Wall => surface(true, 20.0, true, HEARD_FAR_IN, 0.8, true),
+            Self::Glass => surface(true, 14.0, true, HEARD_FAR_IN, 0.1, false),
+            Self::Wood => surface(true, 30.0, true, HEARD_FAR_IN, 0.5, true),
+            Self::Soft => surface(true, 65.0, false, 180.0, 0.6, false),
+            Self::Dark => surface(true, 55.0, false, 300.0, 0.04, false),
+            Self::Low => surface(false, 0.0, false, 0.0, 0.0, false),
+            Self::Leg => surface(true, 80.0, false, 96.0, 0.4, false),
+            Self::DarkLeg => surface(true, 80.0, false, 60.0, 0.03, false),
+            Self::Alive => surface(true, 70.0, false, 200.0, 0.4, true),
+        }
+    }
+}
+
+/// Beyond what the sonar can time.
+const HEARD_FAR_IN: f64 = 1000.0;
+
+const fn surface(
+    sound: bool,
+    echo_cone_deg: f64,
+    mirrors: bool,
+    echo_reach_in: f64,
+    reflectivity: f64,
+    shades: bool,
+) -> Surface {
+    Surface { sound, echo_cone_deg, mirrors, echo_reach_in, reflectivity, shades }
+}

@@ -1,0 +1,170 @@
+//! Worlds: TOML files with the floor plan drawn in characters. `worlds/README.md` says how to
+//! write one.
+
+mod clutter;
+mod error;
+mod file;
+mod material;
+mod outline;
+mod plan;
+
+use std::path::Path;
+
+use serde::Deserialize;
+
+pub use error::WorldError;
+pub use material::Material;
+pub use outline::{Outline, OutlineKind, Point};
+
+pub(crate) use material::Surface;
+
+use crate::geometry::{Frame, Pose, Solid, Vec2};
+
+/// The worlds that come with the program: name and text.
+const BUILT_IN: &[(&str, &str)] = &[
+    ("house", include_str!("../../worlds/house.toml")),
+    ("living-room", include_str!("../../worlds/living-room.toml")),
+    ("corridor", include_str!("../../worlds/corridor.toml")),
+    ("open-room", include_str!("../../worlds/open-room.toml")),
+];
+
+const BUILT_IN_NAMES: &str = "house, living-room, corridor and open-room";
+
+/// A place for the robot to live in. Lengths are in inches from the plan's south-west corner.
+#[derive(Clone, Debug)]
+pub struct World {
+    pub(crate) name: String,
+    pub(crate) about: String,
+    pub(crate) start: Pose,
+    pub(crate) size_in: [f64; 2],
+    pub(crate) daylight_lux: f64,
+    pub(crate) obstacles: Vec<Obstacle>,
+    pub(crate) outlines: Vec<Outline>,
+    pub(crate) lamps: Vec<Lamp>,
+    pub(crate) walkers: Vec<Walker>,
+}
+
+/// Something that stands still.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Obstacle {
+    pub(crate) solid: Solid,
+    pub(crate) material: Material,
+}
+
+/// A lamp.
+#[derive(Clone, Debug)]
+pub(crate) struct Lamp {
+    pub(crate) name: String,
+    pub(crate) center: Vec2,
+    pub(crate) candela: f64,
+    pub(crate) height_in: f64,
+    pub(crate) on: bool,
+}
+
+/// Someone who walks a closed path again and again.
+#[derive(Clone, Debug)]
+pub(crate) struct Walker {
+    pub(crate) kind: WalkerKind,
+    pub(crate) path: Vec<Vec2>,
+    pub(crate) speed_in_s: f64,
+    pub(crate) pause_s: f64,
+}
+
+/// Who walks.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub(crate) enum WalkerKind {
+    Person,
+    Cat,
+}
+
+impl WalkerKind {
+    pub(crate) const fn radius_in(self) -> f64 {
+        match self {
+            Self::Person => 6.0,
+            Self::Cat => 3.5,
+        }
+    }
+
+    const fn speed_in_s(self) -> f64 {
+        match self {
+            Self::Person => 30.0,
+            Self::Cat => 18.0,
+        }
+    }
+}
+
+impl World {
+    /// The names [`World::built_in`] knows, the default first.
+    pub fn built_in_names() -> impl Iterator<Item = &'static str> {
+        BUILT_IN.iter().map(|(name, _)| *name)
+    }
+
+    /// A world that comes with the program; `None` when there is none of this name.
+    #[must_use]
+    pub fn built_in(name: &str) -> Option<Self> {
+        let (name, text) = BUILT_IN.iter().find(|(known, _)| *known == name)?;
+        Self::parse(name, text).ok()
+    }
+
+    /// A built-in world by name, or else the world in a file.
+    ///
+    /// # Errors
+    ///
+    /// When it is neither, or the file has a mistake.
+    pub fn open(name_or_path: &str) -> Result<Self, WorldError> {
+        if let Some(world) = Self::built_in(name_or_path) {
+            return Ok(world);
+        }
+        let path = Path::new(name_or_path);
+        let text = std::fs::read_to_string(path)
+            .map_err(|source| WorldError::Read { path: path.to_owned(), source })?;
+        Self::parse(name_or_path, &text)
+    }
+
+    /// Reads the text of a world; `file` is how errors call it.
+    ///
+    /// # Errors
+    ///
+    /// Names the first mistake by file, line and column, and says what to do.
+    pub fn parse(file: &str, text: &str) -> Result<Self, WorldError> {
+        file::parse(file, text)
+    }
+
+    /// Its name.
+    #[must_use]
+    pub fn name(&self) -> &str {
+        &self.name
+    }
+
+    /// What it is like, in a sentence.
+    #[must_use]
+    pub fn about(&self) -> &str {
+        &self.about
+    }
+
+    /// East-west and north-south size of the plan.
+    #[must_use]
+    pub const fn size_in(&self) -> [f64; 2] {
+        self.size_in
+    }
+
+    /// Walls and things in the robot's coordinates: its start pose is the origin.
+    #[must_use]
+    pub fn outlines(&self) -> Vec<Outline> {
+        let frame = self.frame();
+        self.outlines.iter().map(|outline| outline.seen_from(&frame)).collect()
+    }
+
+    pub(crate) fn frame(&self) -> Frame {
+        Frame::new(self.start)
+    }
+}
+
+impl Default for World {
+    /// The house.
+    fn default() -> Self {
+        // A test parses every built-in world.
+        Self::built_in(BUILT_IN[0].0).expect("the built-in house has no mistakes")
+    }
+}

@@ -1,0 +1,321 @@
+//! The floor plan: characters to cells, cells to few rectangles and outlines.
+
+use std::ops::Range;
+
+use super::error::{Source, WorldError};
+use super::material::Material;
+use super::outline::{Outline, OutlineKind, Point};
+use crate::geometry::{Pose, Solid, Vec2};
+
+/// Widest and tallest plan, in cells.
+const CELLS_MAX: usize = 1000;
+
+#[derive(Clone, Copy, Debug, PartialEq)]
+enum Cell {
+    Outside,
+    Floor,
+    Solid(Material),
+}
+
+/// A checked floor plan: the floor that the robot can reach is closed on every side.
+pub(super) struct Plan {
+    cell_in: f64,
+    columns: usize,
+    rows: usize,
+    /// North row first.
+    cells: Vec<Cell>,
+    marks: Vec<(char, Vec2)>,
+    pub(super) start: Pose,
+    /// Where the start stands in the file.
+    pub(super) start_offset: usize,
+}
+
+/// One row of the plan: its text and where it starts in the file.
+struct Row<'a> {
+    offset: usize,
+    text: &'a str,
+}
+
+impl Plan {
+    /// Reads the rows between the quotes that `span` covers.
+    pub(super) fn parse(
+        source: &Source<'_>,
+        span: Range<usize>,
+        cell_in: f64,
+    ) -> Result<Self, WorldError> {
+        let rows = rows(source, span.clone())?;
+        let columns = rows.first().map_or(0, |row| row.text.chars().count());
+        let mut plan = Self {
+            cell_in,
+            columns,
+            rows: rows.len(),
+            cells: Vec::with_capacity(columns * rows.len()),
+            marks: Vec::new(),
+            start: Pose::default(),
+            start_offset: span.start,
+        };
+        let mut start = None;
+        for (index, row) in rows.iter().enumerate() {
+            plan.check_width(source, &rows, index)?;
+            for (column, (at, character)) in row.text.char_indices().enumerate() {
+                let offset = row.offset + at;
+                let cell = match character {
+                    ' ' => Cell::Outside,
+                    '.' => Cell::Floor,
+                    'A'..='Z' => {
+                        plan.add_mark(source, offset, character, index, column)?;
+                        Cell::Floor
+                    }
+                    '^' | '>' | 'v' | '<' => {
+                        if start.replace((index, column, offset, character)).is_some() {
+                            return Err(source.error(
+                                offset,
+                                "a second start: keep one of ^ > v <, the robot's nose at the start",
+                            ));
+                        }
+                        Cell::Floor
+                    }
+                    _ => Cell::Solid(Material::from_char(character).ok_or_else(|| {
+                        source.error(
+                            offset,
+                            format!(
+                                "{character:?} means nothing in a floor plan: use . floor, # wall, \
+                                 = glass, w wood, s soft, k dark, o low, ^ > v < start, A to Z a \
+                                 mark, space outside"
+                            ),
+                        )
+                    })?),
+                };
+                plan.cells.push(cell);
+            }
+        }
+        let Some((row, column, offset, character)) = start else {
+            return Err(source.error(
+                span.start,
+                "the plan has no start: put one of ^ > v < on a floor cell, the robot's nose at the start",
+            ));
+        };
+        let center = plan.center(row, column);
+        plan.start = Pose {
+            x_in: center.x,
+            y_in: center.y,
+            theta_deg: match character {
+                '^' => 0.0,
+                '>' => 90.0,
+                'v' => 180.0,
+                _ => -90.0,
+            },
+        };
+        plan.start_offset = offset;
+        plan.check_closed(source, &rows, (row, column))?;
+        Ok(plan)
+    }
+
+    fn check_width(&self, source: &Source<'_>, rows: &[Row<'_>], index: usize) -> Result<(), WorldError> {
+        let row = &rows[index];
+        let width = row.text.chars().count();
+        if width == self.columns {
+            return Ok(());
+        }
+        let end = row.offset + row.text.len();
+        Err(source.error(
+            end,
+            format!(
+                "this row has {width} cells and the first row {}: make all rows equally long, \
+                 with # or with spaces where it is outside",
+                self.columns
+            ),
+        ))
+    }
+
+    fn add_mark(
+        &mut self,
+        source: &Source<'_>,
+        offset: usize,
+        mark: char,
+        row: usize,
+        column: usize,
+    ) -> Result<(), WorldError> {
+        if self.mark(mark).is_some() {
+            return Err(source.error(
+                offset,
+                format!("the mark {mark} is already used: choose another letter from A to Z"),
+            ));
+        }
+        let center = self.center(row, column);
+        self.marks.push((mark, center));
+        Ok(())
+    }
+
+    /// Walks the floor from the start; it must not reach the edge or the outside.
+    fn check_closed(
+        &self,
+        source: &Source<'_>,
+        rows: &[Row<'_>],
+        start: (usize, usize),
+    ) -> Result<(), WorldError> {
+        let mut seen = vec![false; self.cells.len()];
+        let mut open = vec![start];
+        while let Some((row, column)) = open.pop() {
+            let index = row * self.columns + column;
+            match self.cells[index] {
+                Cell::Solid(_) => continue,
+                Cell::Floor if seen[index] => continue,
+                Cell::Floor => seen[index] = true,
+                Cell::Outside => {
+                    return Err(leak(source, rows, row, column, "the floor meets the outside here"));
+                }
+            }
+            if row == 0 || column == 0 || row + 1 == self.rows || column + 1 == self.columns {
+                return Err(leak(source, rows, row, column, "the floor runs off the plan here"));
+            }
+            open.extend([(row - 1, column), (row + 1, column), (row, column - 1), (row, column + 1)]);
+        }
+        Ok(())
+    }
+
+    /// The centre of a cell, in inches from the plan's south-west corner.
+    fn center(&self, row: usize, column: usize) -> Vec2 {
+        Vec2::new(
+            (column as f64 + 0.5) * self.cell_in,
+            ((self.rows - row) as f64 - 0.5) * self.cell_in,
+        )
+    }
+
+    pub(super) fn mark(&self, mark: char) -> Option<Vec2> {
+        self.marks.iter().find(|(letter, _)| *letter == mark).map(|(_, center)| *center)
+    }
+
+    pub(super) fn size(&self) -> Vec2 {
+        Vec2::new(self.columns as f64, self.rows as f64) * self.cell_in
+    }
+
+    fn cell(&self, row: usize, column: usize) -> Cell {
+        self.cells[row * self.columns + column]
+    }
+
+    /// The solid cells as few rectangles: runs along a row, stacked while the next row has the same.
+    pub(super) fn solids(&self) -> Vec<(Solid, Material)> {
+        let mut done = vec![false; self.cells.len()];
+        let mut solids = Vec::new();
+        for row in 0..self.rows {
+            for column in 0..self.columns {
+                let Cell::Solid(material) = self.cell(row, column) else { continue };
+                let free = |row: usize, column: usize, done: &[bool]| {
+                    self.cell(row, column) == Cell::Solid(material)
+                        && !done[row * self.columns + column]
+                };
+                if !free(row, column, &done) {
+                    continue;
+                }
+                let mut end = column + 1;
+                while end < self.columns && free(row, end, &done) {
+                    end += 1;
+                }
+                let mut bottom = row + 1;
+                while bottom < self.rows && (column..end).all(|at| free(bottom, at, &done)) {
+                    bottom += 1;
+                }
+                for covered in row..bottom {
+                    done[covered * self.columns + column..covered * self.columns + end].fill(true);
+                }
+                let west = column as f64 * self.cell_in;
+                let north = (self.rows - row) as f64 * self.cell_in;
+                let size = Vec2::new((end - column) as f64, (bottom - row) as f64) * self.cell_in;
+                let center = Vec2::new(west + size.x / 2.0, north - size.y / 2.0);
+                solids.push((Solid::block(center, size, 0.0), material));
+            }
+        }
+        solids
+    }
+
+    /// The edges between floor and solid cells, joined into long lines, in plan coordinates.
+    pub(super) fn outlines(&self) -> Vec<Outline> {
+        let mut outlines = Vec::new();
+        let at = |row: usize, column: usize| {
+            Point {
+                x_in: column as f64 * self.cell_in,
+                y_in: (self.rows - row) as f64 * self.cell_in,
+            }
+        };
+        for row in 1..self.rows {
+            let edge = |column| edge_kind(self.cell(row - 1, column), self.cell(row, column));
+            runs(self.columns, edge, |from, to, kind| {
+                outlines.push(Outline::Segment { from: at(row, from), to: at(row, to), kind });
+            });
+        }
+        for column in 1..self.columns {
+            let edge = |row| edge_kind(self.cell(row, column - 1), self.cell(row, column));
+            runs(self.rows, edge, |from, to, kind| {
+                outlines.push(Outline::Segment { from: at(from, column), to: at(to, column), kind });
+            });
+        }
+        outlines
+    }
+}
+
+/// Calls `found` with every longest stretch of one kind.
+fn runs(
+    count: usize,
+    kind_at: impl Fn(usize) -> Option<OutlineKind>,
+    mut found: impl FnMut(usize, usize, OutlineKind),
+) {
+    let mut from = 0;
+    while from < count {
+        let kind = kind_at(from);
+        let mut to = from + 1;
+        while to < count && kind_at(to) == kind {
+            to += 1;
+        }
+        if let Some(kind) = kind {
+            found(from, to, kind);
+        }
+        from = to;
+    }
+}
+
+fn edge_kind(one: Cell, other: Cell) -> Option<OutlineKind> {
+    match (one, other) {
+        (Cell::Floor, Cell::Solid(material)) | (Cell::Solid(material), Cell::Floor) => {
+            Some(OutlineKind::of(material))
+        }
+        _ => None,
+    }
+}
+
+fn leak(source: &Source<'_>, rows: &[Row<'_>], row: usize, column: usize, what: &str) -> WorldError {
+    let row = &rows[row];
+    let at = row.text.char_indices().nth(column).map_or(row.text.len(), |(at, _)| at);
+    source.error(
+        row.offset + at,
+        format!("{what} and the robot could leave the house: close the edge with #"),
+    )
+}
+
+fn rows<'a>(source: &Source<'a>, span: Range<usize>) -> Result<Vec<Row<'a>>, WorldError> {
+    let raw = source.text.get(span.clone()).unwrap_or_default();
+    let quote = raw.get(..3).filter(|quote| *quote == "'''" || *quote == "\"\"\"");
+    let Some(body) = quote.and_then(|quote| raw[3..].strip_suffix(quote)) else {
+        return Err(source.error(
+            span.start,
+            "a plan has several rows: write it between two lines of '''",
+        ));
+    };
+    let mut offset = span.start + 3;
+    let mut rows = Vec::new();
+    for line in body.split_inclusive('\n') {
+        let text = line.trim_end_matches(['\r', '\n']);
+        rows.push(Row { offset, text });
+        offset += line.len();
+    }
+    if rows.first().is_some_and(|row| row.text.is_empty()) {
+        rows.remove(0);
+    }
+    if rows.is_empty() || rows.len() > CELLS_MAX || rows[0].text.len() > CELLS_MAX {
+        return Err(source.error(
+            span.start,
+            format!("a plan has 1 to {CELLS_MAX} rows of at most {CELLS_MAX} cells"),
+        ));
+    }
+    Ok(rows)
+}
