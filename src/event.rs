@@ -5,6 +5,7 @@
 
 use std::time::Duration;
 
+use groundwave_protocol::Waypoint;
 use groundwave_protocol::decoder::Counters;
 use groundwave_protocol::telemetry::{AckLine, Line, Outcome};
 
@@ -36,6 +37,15 @@ pub enum Event {
     },
     /// Where the session is being recorded changed.
     Recording(Recording),
+    /// A route file was read for [`Effect::LoadRoute`], or could not be.
+    RouteLoaded {
+        /// The file that was asked for.
+        path: String,
+        /// Its waypoints, or what is wrong with it and where.
+        route: Result<Vec<Waypoint>, String>,
+    },
+    /// A replay was paused, resumed or given another speed.
+    Replay(Replay),
     /// What only a simulator knows: shown as the simulator's truth, used for nothing.
     Truth(Truth),
     /// Something worth a line in the log.
@@ -76,6 +86,8 @@ pub enum Effect {
     DriveEnd,
     /// Forget commands that wait and the one under way.
     CancelCommands,
+    /// Read a route file; the answer is [`Event::RouteLoaded`].
+    LoadRoute(String),
     /// Pause or go on with a replay.
     ReplayPause(bool),
     /// Play a replay at this multiple of real time.
@@ -172,6 +184,15 @@ pub struct Recording {
     pub bytes: u64,
     /// Recording failed: what happened and what is lost.
     pub problem: Option<String>,
+}
+
+/// How a replay is being played.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Replay {
+    /// Time stands still.
+    pub paused: bool,
+    /// Multiple of real time.
+    pub speed: f64,
 }
 
 /// The simulator's truth, in the robot's own frame.
