@@ -16,6 +16,7 @@ mod geometry;
 mod plant;
 mod scene;
 mod sensors;
+pub mod serve;
 mod simulation;
 mod stuck;
 #[cfg(test)]

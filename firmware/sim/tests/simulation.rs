@@ -1,0 +1,77 @@
+//! The robot's real program between world and radio.
+
+use sr04_sim::{ChannelSpec, Simulation, SimulationConfig, World};
+
+fn simulation(world: &str, seed: u64, channel: &str) -> Simulation {
+    let world = World::built_in(world).expect("it comes with the program");
+    let mut config = SimulationConfig::new(world, seed);
+    config.channel = channel.parse().expect("the channel is well formed");
+    Simulation::new(&config)
+}
+
+/// Bytes the ground receives in so many seconds.
+fn received(simulation: &mut Simulation, seconds: u64) -> usize {
+    simulation.run_for_ms(seconds * 1000);
+    std::iter::from_fn(|| simulation.poll_downlink()).count()
+}
+
+#[test]
+fn the_downlink_never_exceeds_its_240_bytes_a_second() {
+    let mut simulation = simulation("house", 1, "");
+    for second in 0..60 {
+        let count = received(&mut simulation, 1);
+        assert!((100..=240).contains(&count), "second {second}: {count} bytes");
+    }
+}
+
+#[test]
+fn the_uplink_drains_at_240_bytes_a_second() {
+    let mut simulation = simulation("house", 1, "");
+    simulation.handle_uplink(&[b'\n'; 480]);
+    simulation.run_for_ms(1000);
+    assert_eq!(simulation.uplink_pending(), 240);
+    simulation.run_for_ms(995);
+    assert!(simulation.uplink_pending() > 0);
+    simulation.run_for_ms(5);
+    assert_eq!(simulation.uplink_pending(), 0);
+}
+
+#[test]
+fn an_outage_is_silence() {
+    let mut simulation = simulation("house", 1, "out=2s..4s");
+    assert!(received(&mut simulation, 2) > 300);
+    assert!(received(&mut simulation, 2) <= 1);
+    assert!(received(&mut simulation, 2) > 300);
+}
+
+#[test]
+fn who_sends_on_a_half_duplex_radio_is_deaf() {
+    let mut simulation = simulation("house", 1, "half-duplex");
+    let quiet = received(&mut simulation, 2);
+    simulation.handle_uplink(&[b'\n'; 480]);
+    let busy = received(&mut simulation, 2);
+    assert!(quiet > 300 && busy == 0, "{quiet} {busy}");
+}
+
+#[test]
+fn a_channel_can_be_exchanged_in_flight() {
+    let mut simulation = simulation("house", 1, "");
+    received(&mut simulation, 2);
+    simulation.set_channel(&"drop=1".parse().expect("it is well formed"));
+    assert_eq!(received(&mut simulation, 2), 0);
+    simulation.set_channel(&ChannelSpec::default());
+    assert!(received(&mut simulation, 2) > 300);
+}
+
+#[test]
+fn a_reboot_forgets_the_robot_and_keeps_the_world() {
+    let mut simulation = simulation("house", 1, "");
+    simulation.run_for_ms(20_000);
+    let before = simulation.truth();
+    assert!(before.path_in > 12.0, "it drives");
+    simulation.reboot();
+    assert_eq!(simulation.boots(), 2);
+    assert_eq!(simulation.truth(), before);
+    simulation.run_for_ms(10_000);
+    assert!(simulation.truth().path_in > before.path_in, "it drives again");
+}
