@@ -7,10 +7,15 @@ use std::time::Instant;
 use sr04_sim::{Simulation, SimulationConfig, World};
 
 fn main() {
-    let minutes = std::env::args().nth(1).and_then(|text| text.parse().ok()).unwrap_or(30);
+    let minutes = std::env::args()
+        .nth(1)
+        .and_then(|text| text.parse().ok())
+        .unwrap_or(30);
     println!("{minutes} simulated minutes each, seed 1");
     for name in World::built_in_names() {
-        let Some(world) = World::built_in(name) else { continue };
+        let Some(world) = World::built_in(name) else {
+            continue;
+        };
         let mut simulation = Simulation::new(&SimulationConfig::new(world, 1));
         let begun = Instant::now();
         for _ in 0..minutes * 60 {

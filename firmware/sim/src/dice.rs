@@ -104,7 +104,9 @@ mod tests {
     #[test]
     fn waiting_time_is_the_inverse_of_the_probability() {
         let mut dice = Dice::new(3, Stream::Uplink);
-        let total: u64 = (0..20_000).map(|_| dice.failures_before_success(0.01)).sum();
+        let total: u64 = (0..20_000)
+            .map(|_| dice.failures_before_success(0.01))
+            .sum();
         let mean = total as f64 / 20_000.0;
         assert!((mean - 99.0).abs() < 3.0, "mean {mean}");
     }

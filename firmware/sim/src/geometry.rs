@@ -105,7 +105,10 @@ impl Solid {
 
     pub(crate) fn bounds(&self) -> Aabb {
         match *self {
-            Self::Block { ref place, ref cuboid } => cuboid.compute_aabb(place),
+            Self::Block {
+                ref place,
+                ref cuboid,
+            } => cuboid.compute_aabb(place),
             Self::Round { center, radius_in } => {
                 Aabb::from_half_extents(center, Vec2::splat(radius_in))
             }
@@ -115,7 +118,10 @@ impl Solid {
     /// Distance along a ray of unit direction to the near side.
     pub(crate) fn cast(&self, ray: &Ray, max_in: f64) -> Option<f64> {
         match *self {
-            Self::Block { ref place, ref cuboid } => cuboid.cast_ray(place, ray, max_in, true),
+            Self::Block {
+                ref place,
+                ref cuboid,
+            } => cuboid.cast_ray(place, ray, max_in, true),
             Self::Round { center, radius_in } => {
                 let ray = Ray::new(ray.origin - center, ray.dir);
                 Ball::new(radius_in).cast_local_ray(&ray, max_in, true)
@@ -126,12 +132,19 @@ impl Solid {
     /// Outward normal where a ray strikes; `None` when it starts inside.
     pub(crate) fn normal(&self, ray: &Ray, max_in: f64) -> Option<Vec2> {
         let normal = match *self {
-            Self::Block { ref place, ref cuboid } => {
-                cuboid.cast_ray_and_get_normal(place, ray, max_in, true)?.normal
+            Self::Block {
+                ref place,
+                ref cuboid,
+            } => {
+                cuboid
+                    .cast_ray_and_get_normal(place, ray, max_in, true)?
+                    .normal
             }
             Self::Round { center, radius_in } => {
                 let ray = Ray::new(ray.origin - center, ray.dir);
-                Ball::new(radius_in).cast_local_ray_and_get_normal(&ray, max_in, true)?.normal
+                Ball::new(radius_in)
+                    .cast_local_ray_and_get_normal(&ray, max_in, true)?
+                    .normal
             }
         };
         (normal.length_squared() > 0.5).then_some(normal)
@@ -140,17 +153,32 @@ impl Solid {
     /// Distance from a point to the boundary, negative inside, and the direction to the solid.
     pub(crate) fn approach(&self, point: Vec2) -> (f64, Vec2) {
         match *self {
-            Self::Block { ref place, ref cuboid } => {
+            Self::Block {
+                ref place,
+                ref cuboid,
+            } => {
                 let nearest = cuboid.project_point(place, point, false);
                 let offset = nearest.point - point;
                 let distance = offset.length();
-                let toward = if distance > 1e-9 { offset / distance } else { Vec2::Y };
-                if nearest.is_inside { (-distance, -toward) } else { (distance, toward) }
+                let toward = if distance > 1e-9 {
+                    offset / distance
+                } else {
+                    Vec2::Y
+                };
+                if nearest.is_inside {
+                    (-distance, -toward)
+                } else {
+                    (distance, toward)
+                }
             }
             Self::Round { center, radius_in } => {
                 let offset = center - point;
                 let distance = offset.length();
-                let toward = if distance > 1e-9 { offset / distance } else { Vec2::Y };
+                let toward = if distance > 1e-9 {
+                    offset / distance
+                } else {
+                    Vec2::Y
+                };
                 (distance - radius_in, toward)
             }
         }
@@ -173,7 +201,11 @@ mod tests {
 
     #[test]
     fn the_start_pose_is_the_origin() {
-        let frame = Frame::new(Pose { x_in: 100.0, y_in: 50.0, theta_deg: 90.0 });
+        let frame = Frame::new(Pose {
+            x_in: 100.0,
+            y_in: 50.0,
+            theta_deg: 90.0,
+        });
         let ahead = frame.pose(Vec2::new(110.0, 50.0), 90.0_f64.to_radians());
         assert!(ahead.x_in.abs() < 1e-9 && (ahead.y_in - 10.0).abs() < 1e-9);
         assert!(ahead.theta_deg.abs() < 1e-9);

@@ -68,8 +68,16 @@ impl Plant {
             frame: world.frame(),
             outlines: world.outlines(),
             scene: Scene::new(world),
-            body: Body::new(center, start.theta_deg.to_radians(), conditions, &mut build_dice),
-            light: Light { lamps: world.lamps.clone(), daylight_lux: world.daylight_lux },
+            body: Body::new(
+                center,
+                start.theta_deg.to_radians(),
+                conditions,
+                &mut build_dice,
+            ),
+            light: Light {
+                lamps: world.lamps.clone(),
+                daylight_lux: world.daylight_lux,
+            },
             infrared: Infrared::new(),
             echo: None,
             outputs: Outputs::default(),
@@ -87,7 +95,7 @@ impl Plant {
                 walking.step(self.body.center, RADIUS_IN);
             }
         }
-        self.body.step(&self.scene, &self.outputs);
+        self.body.step(&self.scene, self.outputs);
     }
 
     /// What the robot senses at a tick. Asked once a tick: it takes the encoder edges and moves a
@@ -95,7 +103,8 @@ impl Plant {
     pub fn inputs(&mut self) -> Inputs {
         let (counts_left, counts_right) = self.body.take_edges();
         let (photo_left, photo_right) =
-            self.light.read(&self.scene, self.view(), &mut self.photocell_dice);
+            self.light
+                .read(&self.scene, self.view(), &mut self.photocell_dice);
         Inputs {
             counts_left,
             counts_right,
@@ -129,7 +138,13 @@ impl Plant {
     /// What the left and right infrared detectors read while the LEDs are on or off.
     pub fn infrared(&mut self, leds_on: bool) -> (bool, bool) {
         let (view, clearance_in) = (self.view(), self.body.clearance_in());
-        self.infrared.look(&self.scene, view, clearance_in, leds_on, &mut self.infrared_dice)
+        self.infrared.look(
+            &self.scene,
+            view,
+            clearance_in,
+            leds_on,
+            &mut self.infrared_dice,
+        )
     }
 
     /// Forgets what belongs to the program that just died: encoder edges, an echo, motor orders.
@@ -141,8 +156,8 @@ impl Plant {
 
     /// What the robot's outputs are at this moment.
     #[must_use]
-    pub const fn outputs(&self) -> &Outputs {
-        &self.outputs
+    pub const fn outputs(&self) -> Outputs {
+        self.outputs
     }
 
     /// What is really so.
@@ -166,10 +181,12 @@ impl Plant {
 
     /// Where people and animals are, in the robot's coordinates, with their radius.
     pub fn walkers(&self) -> impl Iterator<Item = (Point, f64)> {
-        self.scene
-            .walkers
-            .iter()
-            .map(|walking| (Point::from(self.frame.point(walking.center())), walking.radius_in()))
+        self.scene.walkers.iter().map(|walking| {
+            (
+                Point::from(self.frame.point(walking.center())),
+                walking.radius_in(),
+            )
+        })
     }
 
     /// Switches a lamp by its name; `false` when there is none of that name.
@@ -179,6 +196,9 @@ impl Plant {
     }
 
     fn view(&self) -> View {
-        View { center: self.body.center, theta_rad: self.body.theta_rad }
+        View {
+            center: self.body.center,
+            theta_rad: self.body.theta_rad,
+        }
     }
 }

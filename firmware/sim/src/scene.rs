@@ -39,8 +39,11 @@ pub(crate) struct Scene {
 
 impl Scene {
     pub(crate) fn new(world: &World) -> Self {
-        let bounds: Vec<Aabb> =
-            world.obstacles.iter().map(|obstacle| obstacle.solid.bounds()).collect();
+        let bounds: Vec<Aabb> = world
+            .obstacles
+            .iter()
+            .map(|obstacle| obstacle.solid.bounds())
+            .collect();
         Self {
             obstacles: world.obstacles.clone(),
             tree: Bvh::from_leaves(BvhBuildStrategy::Binned, &bounds),
@@ -59,9 +62,14 @@ impl Scene {
         let ray = Ray::new(origin, direction);
         let still = self.tree.cast_ray(&ray, max_in, |index, best_in| {
             let obstacle = self.obstacle(index)?;
-            if meets(&obstacle.material.surface()) { obstacle.solid.cast(&ray, best_in) } else { None }
+            if meets(&obstacle.material.surface()) {
+                obstacle.solid.cast(&ray, best_in)
+            } else {
+                None
+            }
         });
-        let mut first = still.and_then(|(index, distance)| Some((distance, *self.obstacle(index)?)));
+        let mut first =
+            still.and_then(|(index, distance)| Some((distance, *self.obstacle(index)?)));
         if meets(&Material::Alive.surface()) {
             for walking in &self.walkers {
                 let limit = first.map_or(max_in, |(distance, _)| distance);
@@ -83,14 +91,19 @@ impl Scene {
     pub(crate) fn is_lit(&self, from: Vec2, to: Vec2) -> bool {
         let way = to - from;
         let length = way.length();
-        length < 1e-6 || self.cast(from, way / length, length, |surface| surface.shades).is_none()
+        length < 1e-6
+            || self
+                .cast(from, way / length, length, |surface| surface.shades)
+                .is_none()
     }
 
     /// Calls `found` with every solid whose boundary lies within `reach_in` of a point.
     pub(crate) fn near(&self, point: Vec2, reach_in: f64, mut found: impl FnMut(Near)) {
         let square = Aabb::from_half_extents(point, Vec2::splat(reach_in));
         for index in self.tree.intersect_aabb(&square) {
-            let Some(obstacle) = self.obstacle(index) else { continue };
+            let Some(obstacle) = self.obstacle(index) else {
+                continue;
+            };
             report(obstacle, point, reach_in, &mut found);
         }
         for walking in &self.walkers {

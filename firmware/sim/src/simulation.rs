@@ -104,7 +104,7 @@ impl Simulation {
             self.inputs = self.plant.inputs();
             let outputs = self.robot.tick(&self.inputs);
             self.plant.apply(outputs);
-            self.stuck.observe(&self.plant.truth(), &outputs);
+            self.stuck.observe(&self.plant.truth(), outputs);
         }
         self.byte_time += BYTES_PER_S;
         if self.byte_time >= 1000 {
@@ -188,7 +188,7 @@ impl Simulation {
 
     /// What the robot does since its last tick.
     #[must_use]
-    pub const fn outputs(&self) -> &Outputs {
+    pub const fn outputs(&self) -> Outputs {
         self.plant.outputs()
     }
 

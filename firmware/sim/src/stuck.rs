@@ -18,8 +18,11 @@ pub(crate) struct StuckWatch {
 
 impl StuckWatch {
     /// Once a tick.
-    pub(crate) fn observe(&mut self, truth: &Truth, outputs: &Outputs) {
-        let (x, y) = (truth.pose.x_in - self.anchor.x_in, truth.pose.y_in - self.anchor.y_in);
+    pub(crate) fn observe(&mut self, truth: &Truth, outputs: Outputs) {
+        let (x, y) = (
+            truth.pose.x_in - self.anchor.x_in,
+            truth.pose.y_in - self.anchor.y_in,
+        );
         if x * x + y * y >= STUCK_IN * STUCK_IN {
             self.anchor = truth.pose;
             self.told_ms = 0;
@@ -40,7 +43,11 @@ mod tests {
     fn truth_at(y_in: f64) -> Truth {
         Truth {
             now_ms: 0,
-            pose: Pose { x_in: 0.0, y_in, theta_deg: 0.0 },
+            pose: Pose {
+                x_in: 0.0,
+                y_in,
+                theta_deg: 0.0,
+            },
             is_touching: false,
             speed_in_s: 0.0,
             path_in: 0.0,
@@ -50,19 +57,23 @@ mod tests {
 
     #[test]
     fn rocking_in_place_is_stuck_and_resting_is_not() {
-        let driving = Outputs { pwm_left: 100, pwm_right: 100, ..Outputs::default() };
+        let driving = Outputs {
+            pwm_left: 100,
+            pwm_right: 100,
+            ..Outputs::default()
+        };
         let mut watch = StuckWatch::default();
         let ticks = STUCK_MS / TICK_MS;
         for tick in 0..ticks - 1 {
-            watch.observe(&truth_at(if tick % 2 == 0 { 0.0 } else { 11.0 }), &driving);
+            watch.observe(&truth_at(if tick % 2 == 0 { 0.0 } else { 11.0 }), driving);
         }
         assert!(!watch.is_stuck());
-        watch.observe(&truth_at(0.0), &driving);
+        watch.observe(&truth_at(0.0), driving);
         assert!(watch.is_stuck());
-        watch.observe(&truth_at(12.5), &driving);
+        watch.observe(&truth_at(12.5), driving);
         assert!(!watch.is_stuck());
         for _ in 0..2 * ticks {
-            watch.observe(&truth_at(12.5), &Outputs::default());
+            watch.observe(&truth_at(12.5), Outputs::default());
         }
         assert!(!watch.is_stuck());
     }

@@ -37,5 +37,8 @@ pub(crate) fn room_world(cells: usize, thing: &[&str]) -> World {
 }
 
 pub(crate) fn view_at(x_in: f64, y_in: f64, theta_deg: f64) -> View {
-    View { center: Vec2::new(x_in, y_in), theta_rad: theta_deg.to_radians() }
+    View {
+        center: Vec2::new(x_in, y_in),
+        theta_rad: theta_deg.to_radians(),
+    }
 }

@@ -21,7 +21,12 @@ pub(crate) struct Walking {
 impl Walking {
     pub(crate) fn new(walker: Walker) -> Self {
         let center = walker.path.first().copied().unwrap_or(Vec2::ZERO);
-        Self { center, next: 1, pause_left_s: walker.pause_s, walker }
+        Self {
+            center,
+            next: 1,
+            pause_left_s: walker.pause_s,
+            walker,
+        }
     }
 
     pub(crate) const fn center(&self) -> Vec2 {
@@ -37,7 +42,10 @@ impl Walking {
     }
 
     pub(crate) const fn as_obstacle(&self) -> Obstacle {
-        Obstacle { solid: self.solid(), material: Material::Alive }
+        Obstacle {
+            solid: self.solid(),
+            material: Material::Alive,
+        }
     }
 
     /// Takes one step, or waits where it would touch the robot's round body.
@@ -47,12 +55,18 @@ impl Walking {
             self.pause_left_s -= step_s;
             return;
         }
-        let Some(&goal) = self.walker.path.get(self.next) else { return };
+        let Some(&goal) = self.walker.path.get(self.next) else {
+            return;
+        };
         let way = goal - self.center;
         let distance = way.length();
         let stride = self.walker.speed_in_s * step_s;
         let arrives = distance <= stride;
-        let stepped = if arrives { goal } else { self.center + way * (stride / distance) };
+        let stepped = if arrives {
+            goal
+        } else {
+            self.center + way * (stride / distance)
+        };
         let room = robot_radius_in + self.radius_in() + COURTESY_IN;
         let gap = stepped.distance(robot);
         if gap < room && gap < self.center.distance(robot) {

@@ -21,15 +21,25 @@ fn config() -> SimulationConfig {
 }
 
 fn pty(link: Option<&Path>) -> Endpoint {
-    Endpoint::Pty { link: link.map(Path::to_owned), copy_only: false }
+    Endpoint::Pty {
+        link: link.map(Path::to_owned),
+        copy_only: false,
+    }
 }
 
 fn tcp() -> Endpoint {
-    Endpoint::Tcp { address: "127.0.0.1:0".to_owned(), copy_only: false }
+    Endpoint::Tcp {
+        address: "127.0.0.1:0".to_owned(),
+        copy_only: false,
+    }
 }
 
 fn options(endpoint: Endpoint) -> ServeOptions {
-    ServeOptions { endpoints: vec![endpoint], time_factor: 10.0, ..ServeOptions::default() }
+    ServeOptions {
+        endpoints: vec![endpoint],
+        time_factor: 10.0,
+        ..ServeOptions::default()
+    }
 }
 
 fn start(endpoint: Endpoint) -> Server {
@@ -45,7 +55,8 @@ fn is_part_of(received: &[u8]) -> bool {
         simulation.run_for_ms(1000);
         sent.extend(std::iter::from_fn(|| simulation.poll_downlink()));
     }
-    sent.windows(received.len()).any(|window| window == received)
+    sent.windows(received.len())
+        .any(|window| window == received)
 }
 
 fn open(path: impl AsRef<Path>) -> OwnedFd {
@@ -102,7 +113,7 @@ fn a_terminal_takes_bytes_for_the_robot() {
 #[test]
 fn nobody_reading_stops_nothing() {
     let options = ServeOptions {
-        duration: Some(Duration::from_secs(120)),
+        duration: Some(Duration::from_secs(110)),
         time_factor: 1000.0,
         ..options(pty(None))
     };
@@ -118,7 +129,9 @@ fn tcp_clients_all_receive_and_are_merged() {
     let server = start(tcp());
     let connect = || {
         let client = TcpStream::connect(&server.addresses()[0]).expect("it listens");
-        client.set_read_timeout(Some(LIMIT)).expect("a limit can be set");
+        client
+            .set_read_timeout(Some(LIMIT))
+            .expect("a limit can be set");
         client
     };
     let (mut one, mut other) = (connect(), connect());
@@ -131,13 +144,21 @@ fn tcp_clients_all_receive_and_are_merged() {
         one.read_exact(&mut bytes[..1]).expect("bytes come");
     }
     drop(one);
-    other.read_exact(&mut bytes).expect("one client less is no end");
+    other
+        .read_exact(&mut bytes)
+        .expect("one client less is no end");
 }
 
 #[test]
 fn a_copy_ignores_what_it_is_told() {
-    let copy = Endpoint::Pty { link: None, copy_only: true };
-    let options = ServeOptions { endpoints: vec![pty(None), copy], ..options(tcp()) };
+    let copy = Endpoint::Pty {
+        link: None,
+        copy_only: true,
+    };
+    let options = ServeOptions {
+        endpoints: vec![pty(None), copy],
+        ..options(tcp())
+    };
     let server = serve(config(), &options).expect("the endpoints open");
     let terminal = open(&server.addresses()[0]);
     let copy = open(&server.addresses()[1]);
@@ -151,11 +172,19 @@ fn a_copy_ignores_what_it_is_told() {
 fn a_link_appears_and_disappears_with_the_robot() {
     let link = folder("link").join("robot");
     let server = start(pty(Some(&link)));
-    assert_eq!(fs::read_link(&link).expect("it is a link"), Path::new(&server.addresses()[0]));
+    assert_eq!(
+        fs::read_link(&link).expect("it is a link"),
+        Path::new(&server.addresses()[0])
+    );
     read_some(&open(&link), 10);
     drop(server);
     assert!(fs::read_link(&link).is_err());
-    assert_eq!(fs::read_dir(link.parent().expect("it has one")).expect("readable").count(), 0);
+    assert_eq!(
+        fs::read_dir(link.parent().expect("it has one"))
+            .expect("readable")
+            .count(),
+        0
+    );
 }
 
 #[test]
@@ -168,14 +197,20 @@ fn only_a_dead_robots_link_is_replaced() {
     let stale = folder.join("stale");
     std::os::unix::fs::symlink("/dev/pts/999999", &stale).expect("a link can be made");
     let server = start(pty(Some(&stale)));
-    assert_eq!(fs::read_link(&stale).expect("it is a link"), Path::new(&server.addresses()[0]));
+    assert_eq!(
+        fs::read_link(&stale).expect("it is a link"),
+        Path::new(&server.addresses()[0])
+    );
     assert!(refuse(&stale).contains("another simulated robot"));
     read_some(&open(&stale), 10);
 
     let file = folder.join("file");
     fs::write(&file, "precious").expect("a file can be written");
     assert!(refuse(&file).contains("a file is there"));
-    assert_eq!(fs::read_to_string(&file).expect("it is still there"), "precious");
+    assert_eq!(
+        fs::read_to_string(&file).expect("it is still there"),
+        "precious"
+    );
 
     let foreign = folder.join("foreign");
     std::os::unix::fs::symlink(&file, &foreign).expect("a link can be made");
@@ -185,25 +220,46 @@ fn only_a_dead_robots_link_is_replaced() {
 #[test]
 fn the_boot_counter_survives() {
     let path = folder("eeprom").join("eeprom");
-    let options = ServeOptions { eeprom: Some(path.clone()), ..options(tcp()) };
+    let options = ServeOptions {
+        eeprom: Some(path.clone()),
+        ..options(tcp())
+    };
     for boot in 1..=3 {
         let server = serve(config(), &options).expect("the endpoint opens");
         assert_eq!(server.boots(), boot);
     }
-    assert_eq!(fs::read_to_string(&path).expect("it was written"), "boots=3\n");
+    assert_eq!(
+        fs::read_to_string(&path).expect("it was written"),
+        "boots=3\n"
+    );
     fs::write(&path, "seven").expect("a file can be written");
     let error = serve(config(), &options).expect_err("the counter is unreadable");
-    assert!(error.to_string().contains("remove it to start from 1"), "{error}");
+    assert!(
+        error.to_string().contains("remove it to start from 1"),
+        "{error}"
+    );
 }
 
 #[test]
 fn senseless_time_and_taken_ports_are_refused() {
     for time_factor in [0.0, -1.0, f64::NAN, 1e9] {
-        let options = ServeOptions { time_factor, ..options(tcp()) };
-        assert!(matches!(serve(config(), &options), Err(ServeError::TimeFactor(_))));
+        let options = ServeOptions {
+            time_factor,
+            ..options(tcp())
+        };
+        assert!(matches!(
+            serve(config(), &options),
+            Err(ServeError::TimeFactor(_))
+        ));
     }
     let server = start(tcp());
-    let taken = Endpoint::Tcp { address: server.addresses()[0].clone(), copy_only: false };
+    let taken = Endpoint::Tcp {
+        address: server.addresses()[0].clone(),
+        copy_only: false,
+    };
     let error = serve(config(), &options(taken)).expect_err("the port is taken");
-    assert!(error.to_string().contains("cannot listen on 127.0.0.1:"), "{error}");
+    assert!(
+        error.to_string().contains("cannot listen on 127.0.0.1:"),
+        "{error}"
+    );
 }

@@ -20,7 +20,10 @@ fn the_downlink_never_exceeds_its_240_bytes_a_second() {
     let mut simulation = simulation("house", 1, "");
     for second in 0..60 {
         let count = received(&mut simulation, 1);
-        assert!((100..=240).contains(&count), "second {second}: {count} bytes");
+        assert!(
+            (100..=240).contains(&count),
+            "second {second}: {count} bytes"
+        );
     }
 }
 
@@ -73,5 +76,8 @@ fn a_reboot_forgets_the_robot_and_keeps_the_world() {
     assert_eq!(simulation.boots(), 2);
     assert_eq!(simulation.truth(), before);
     simulation.run_for_ms(10_000);
-    assert!(simulation.truth().path_in > before.path_in, "it drives again");
+    assert!(
+        simulation.truth().path_in > before.path_in,
+        "it drives again"
+    );
 }

@@ -6,7 +6,12 @@ use sr04_sim::{Outline, World, WorldError};
 fn mistake(plan: &str, rest: &str) -> (usize, usize, String) {
     let text = format!("name = \"test\"\ncell_in = 6\nplan = '''\n{plan}\n'''\n{rest}\n");
     match World::parse("test.toml", &text) {
-        Err(WorldError::At { file, line, column, problem }) => {
+        Err(WorldError::At {
+            file,
+            line,
+            column,
+            problem,
+        }) => {
             assert_eq!(file, "test.toml");
             (line, column, problem)
         }
@@ -33,7 +38,10 @@ fn every_built_in_world_is_sound() {
 fn a_character_without_a_meaning_is_named() {
     let (line, column, problem) = mistake("#####\n#.^.#\n#..?#\n#####", "");
     assert_eq!((line, column), (6, 4));
-    assert!(problem.contains("'?'") && problem.contains("# wall"), "{problem}");
+    assert!(
+        problem.contains("'?'") && problem.contains("# wall"),
+        "{problem}"
+    );
 }
 
 #[test]
@@ -60,7 +68,10 @@ fn a_leak_is_named_where_it_is() {
 fn ragged_rows_are_named() {
     let (line, column, problem) = mistake("#####\n#.^.#\n#...\n#####", "");
     assert_eq!((line, column), (6, 5));
-    assert!(problem.contains("4 cells") && problem.contains("first row 5"), "{problem}");
+    assert!(
+        problem.contains("4 cells") && problem.contains("first row 5"),
+        "{problem}"
+    );
 }
 
 #[test]
@@ -105,7 +116,10 @@ fn mistakes_of_toml_are_named() {
 #[test]
 fn a_missing_file_says_which_worlds_there_are() {
     let error = World::open("no/such/world.toml").unwrap_err().to_string();
-    assert!(error.contains("no/such/world.toml") && error.contains("living-room"), "{error}");
+    assert!(
+        error.contains("no/such/world.toml") && error.contains("living-room"),
+        "{error}"
+    );
 }
 
 #[test]
@@ -116,7 +130,7 @@ fn the_plan_is_north_up_and_the_start_is_the_origin() {
         "name = \"t\"\ncell_in = 6\nplan = '''\n##########\n#........#\n#...>....#\n#........#\n#........#\n##########\n'''\n",
     )
     .unwrap();
-    assert_eq!(world.size_in(), [60.0, 36.0]);
+    assert_eq!(world.size_in().map(|side| side as u32), [60, 36]);
     let north = world.outlines().into_iter().any(|outline| match outline {
         Outline::Segment { from, to, .. } => {
             (from.x_in + 9.0).abs() < 1e-6

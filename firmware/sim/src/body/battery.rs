@@ -5,8 +5,14 @@ const INTERNAL_OHM: f64 = 0.15;
 /// What the controller, the sonars and the radio draw.
 const ELECTRONICS_A: f64 = 0.3;
 /// Open-circuit voltage by charge, from flat to full.
-const OPEN_CIRCUIT_V: [(f64, f64); 6] =
-    [(0.0, 10.5), (0.1, 11.5), (0.25, 11.9), (0.5, 12.25), (0.75, 12.55), (1.0, 12.85)];
+const OPEN_CIRCUIT_V: [(f64, f64); 6] = [
+    (0.0, 10.5),
+    (0.1, 11.5),
+    (0.25, 11.9),
+    (0.5, 12.25),
+    (0.75, 12.55),
+    (1.0, 12.85),
+];
 
 /// The battery's state.
 #[derive(Clone, Debug)]
@@ -20,7 +26,11 @@ pub(crate) struct Battery {
 
 impl Battery {
     pub(crate) fn new(charge: f64, fixed_v: Option<f64>) -> Self {
-        let mut battery = Self { charge: charge.clamp(0.0, 1.0), fixed_v, terminal_v: 0.0 };
+        let mut battery = Self {
+            charge: charge.clamp(0.0, 1.0),
+            fixed_v,
+            terminal_v: 0.0,
+        };
         battery.terminal_v = battery.open_circuit_v();
         battery
     }

@@ -82,7 +82,11 @@ mod tests {
 
     #[test]
     fn three_contacts_overlap_and_end_with_the_arc() {
-        let closed = |left, center, right| Switches { left, center, right };
+        let closed = |left, center, right| Switches {
+            left,
+            center,
+            right,
+        };
         assert_eq!(pressed_at(0.0), closed(false, true, false));
         assert_eq!(pressed_at(-20.0), closed(true, true, false));
         assert_eq!(pressed_at(20.0), closed(false, true, true));

@@ -62,7 +62,12 @@ pub struct Conditions {
 
 impl Default for Conditions {
     fn default() -> Self {
-        Self { charge: 1.0, supply_v: None, load_share: 0.08, ideal_wheels: false }
+        Self {
+            charge: 1.0,
+            supply_v: None,
+            load_share: 0.08,
+            ideal_wheels: false,
+        }
     }
 }
 
@@ -89,7 +94,12 @@ pub(crate) struct Body {
 }
 
 impl Body {
-    pub(crate) fn new(center: Vec2, theta_rad: f64, conditions: &Conditions, dice: &mut Dice) -> Self {
+    pub(crate) fn new(
+        center: Vec2,
+        theta_rad: f64,
+        conditions: &Conditions,
+        dice: &mut Dice,
+    ) -> Self {
         let spread = if conditions.ideal_wheels { 0.0 } else { 1.0 };
         Self {
             center,
@@ -110,12 +120,13 @@ impl Body {
     }
 
     /// One millisecond.
-    pub(crate) fn step(&mut self, scene: &Scene, outputs: &Outputs) {
+    pub(crate) fn step(&mut self, scene: &Scene, outputs: Outputs) {
         let duty_left = duty(outputs.pwm_left);
         let duty_right = duty(outputs.pwm_right);
         let supply_v = self.battery.terminal_v();
         self.left.drive(duty_left, supply_v, self.friction, STEP_S);
-        self.right.drive(duty_right, supply_v, self.friction, STEP_S);
+        self.right
+            .drive(duty_right, supply_v, self.friction, STEP_S);
         self.battery.draw(
             duty_left * self.left.current_a + duty_right * self.right.current_a,
             STEP_S,
@@ -157,8 +168,18 @@ impl Body {
         let sum = (slip_left + slip_right) / (own + other);
         let difference = (slip_left - slip_right) / (own - other);
         let limit = TRACTION * STEP_S;
-        let left = limited(&mut floor.left, (sum + difference) / 2.0, -limit, limit);
-        let right = limited(&mut floor.right, (sum - difference) / 2.0, -limit, limit);
+        let left = limited(
+            &mut floor.left,
+            f64::midpoint(sum, difference),
+            -limit,
+            limit,
+        );
+        let right = limited(
+            &mut floor.right,
+            f64::midpoint(sum, -difference),
+            -limit,
+            limit,
+        );
         self.left.speed_in_s -= left / ROTOR_KG;
         self.right.speed_in_s -= right / ROTOR_KG;
         self.ahead_in_s += (left + right) / MASS_KG;
@@ -218,7 +239,9 @@ impl Body {
         }
         for _ in 0..PASSES {
             self.look_around(scene);
-            let Some(deepest) = self.deepest() else { return };
+            let Some(deepest) = self.deepest() else {
+                return;
+            };
             let excess = deepest.depth_in - deepest.travel_in;
             if excess <= SKIN_IN / 2.0 {
                 return;
@@ -226,7 +249,9 @@ impl Body {
             self.center -= deepest.toward * excess;
         }
         self.look_around(scene);
-        let stuck = self.deepest().is_some_and(|touch| touch.depth_in - touch.travel_in > OVERLAP_MAX_IN);
+        let stuck = self
+            .deepest()
+            .is_some_and(|touch| touch.depth_in - touch.travel_in > OVERLAP_MAX_IN);
         if stuck {
             (self.center, self.theta_rad) = before;
             self.ahead_in_s = 0.0;
@@ -239,7 +264,10 @@ impl Body {
     /// The touch that reaches farthest beyond what the bumper yields.
     fn deepest(&self) -> Option<Touch> {
         let excess = |touch: &Touch| touch.depth_in - touch.travel_in;
-        self.touches.iter().copied().max_by(|one, other| excess(one).total_cmp(&excess(other)))
+        self.touches
+            .iter()
+            .copied()
+            .max_by(|one, other| excess(one).total_cmp(&excess(other)))
     }
 
     fn walker_is_close(&self, scene: &Scene) -> bool {
@@ -258,7 +286,8 @@ impl Body {
         scene.near(self.center, RADIUS_IN + 1.0, |near| {
             nearest = nearest.min(near.distance_in);
             if near.distance_in < RADIUS_IN + SKIN_IN {
-                self.touches.push(Touch::new(&near, RADIUS_IN, forward, rightward));
+                self.touches
+                    .push(Touch::new(&near, RADIUS_IN, forward, rightward));
             }
         });
         if nearest == f64::INFINITY {

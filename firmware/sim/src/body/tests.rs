@@ -7,18 +7,31 @@ use crate::world::World;
 const NORTH_IN: f64 = 594.0;
 
 fn ideal(supply_v: f64) -> Conditions {
-    Conditions { supply_v: Some(supply_v), ideal_wheels: true, ..Conditions::default() }
+    Conditions {
+        supply_v: Some(supply_v),
+        ideal_wheels: true,
+        ..Conditions::default()
+    }
 }
 
 fn body_at(x_in: f64, y_in: f64, theta_deg: f64, conditions: &Conditions) -> Body {
     let mut dice = Dice::new(1, Stream::Build);
-    Body::new(Vec2::new(x_in, y_in), theta_deg.to_radians(), conditions, &mut dice)
+    Body::new(
+        Vec2::new(x_in, y_in),
+        theta_deg.to_radians(),
+        conditions,
+        &mut dice,
+    )
 }
 
 fn drive(body: &mut Body, scene: &Scene, pwm_left: i16, pwm_right: i16, time_ms: u32) {
-    let outputs = Outputs { pwm_left, pwm_right, ..Outputs::default() };
+    let outputs = Outputs {
+        pwm_left,
+        pwm_right,
+        ..Outputs::default()
+    };
     for _ in 0..time_ms {
-        body.step(scene, &outputs);
+        body.step(scene, outputs);
     }
 }
 
@@ -28,7 +41,10 @@ fn speed_settles_where_force_meets_friction() {
     for supply_v in [10.8, 12.0, 13.8] {
         for load_share in [0.05, 0.25] {
             for pwm in [120, 200, 255] {
-                let conditions = Conditions { load_share, ..ideal(supply_v) };
+                let conditions = Conditions {
+                    load_share,
+                    ..ideal(supply_v)
+                };
                 let mut body = body_at(300.0, 30.0, 0.0, &conditions);
                 drive(&mut body, &scene, pwm, pwm, 3000);
                 let expected = motor::steady_speed_in_s(
@@ -37,7 +53,10 @@ fn speed_settles_where_force_meets_friction() {
                     motor::load_friction(load_share),
                 );
                 let speed = body.speed_in_s();
-                assert!((speed / expected - 1.0).abs() < 0.003, "{speed} for {expected}");
+                assert!(
+                    (speed / expected - 1.0).abs() < 0.003,
+                    "{speed} for {expected}"
+                );
             }
         }
     }
@@ -46,7 +65,10 @@ fn speed_settles_where_force_meets_friction() {
 #[test]
 fn top_speed_is_within_reach_on_a_low_battery_and_a_heavy_load() {
     let scene = room(100, &[]);
-    let conditions = Conditions { load_share: 0.25, ..ideal(10.8) };
+    let conditions = Conditions {
+        load_share: 0.25,
+        ..ideal(10.8)
+    };
     let mut body = body_at(300.0, 30.0, 0.0, &conditions);
     drive(&mut body, &scene, 255, 255, 3000);
     assert!(body.speed_in_s() > 12.2, "{}", body.speed_in_s());
@@ -68,14 +90,20 @@ fn encoders_count_sixteen_edges_an_inch_either_way() {
     drive(&mut body, &scene, -200, -200, 2000);
     let (left, right) = body.take_edges();
     let expected = body.path_in * 251.0 / (5.0 * core::f64::consts::PI);
-    assert!((f64::from(left) - expected).abs() <= 3.0, "{left} {expected}");
+    assert!(
+        (f64::from(left) - expected).abs() <= 3.0,
+        "{left} {expected}"
+    );
     assert_eq!(left, right);
 }
 
 #[test]
 fn real_wheels_differ_a_little_from_the_drawing() {
     let scene = room(100, &[]);
-    let conditions = Conditions { ideal_wheels: false, ..ideal(12.0) };
+    let conditions = Conditions {
+        ideal_wheels: false,
+        ..ideal(12.0)
+    };
     let mut body = body_at(300.0, 30.0, 0.0, &conditions);
     drive(&mut body, &scene, 200, 200, 30_000);
     let (left, right) = body.take_edges();
@@ -93,7 +121,11 @@ fn opposite_wheels_turn_on_the_spot() {
     let (left, _) = body.take_edges();
     let rolled_in = f64::from(left) * 5.0 * core::f64::consts::PI / 251.0;
     assert!(body.theta_rad > 0.0, "positive is clockwise");
-    assert!((body.theta_rad - rolled_in / 5.0).abs() < 0.03, "{} {rolled_in}", body.theta_rad);
+    assert!(
+        (body.theta_rad - rolled_in / 5.0).abs() < 0.03,
+        "{} {rolled_in}",
+        body.theta_rad
+    );
 }
 
 #[test]
@@ -101,7 +133,14 @@ fn a_wall_presses_the_bumper_and_stops_the_body() {
     let scene = room(100, &[]);
     let mut body = body_at(300.0, NORTH_IN - 20.0, 0.0, &ideal(12.0));
     drive(&mut body, &scene, 120, 120, 4000);
-    assert_eq!(body.switches(), Switches { left: false, center: true, right: false });
+    assert_eq!(
+        body.switches(),
+        Switches {
+            left: false,
+            center: true,
+            right: false
+        }
+    );
     let gap = NORTH_IN - RADIUS_IN - body.center.y;
     assert!((-0.26..-0.1).contains(&gap), "{gap}");
     // Backing off by the bumper's travel opens the switch.
@@ -150,7 +189,13 @@ fn no_sequence_of_motor_commands_leaves_the_house() {
             for _ in 0..300 {
                 let pwm = |dice: &mut Dice| (dice.spread(1.6).clamp(-1.0, 1.0) * 255.0) as i16;
                 let (left, right) = (pwm(&mut dice), pwm(&mut dice));
-                drive(&mut body, &scene, left, right, 1 + (dice.unit() * 400.0) as u32);
+                drive(
+                    &mut body,
+                    &scene,
+                    left,
+                    right,
+                    1 + (dice.unit() * 400.0) as u32,
+                );
                 scene.near(body.center, RADIUS_IN, |near| {
                     let overlap = RADIUS_IN - near.distance_in;
                     assert!(

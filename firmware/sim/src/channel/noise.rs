@@ -25,10 +25,21 @@ impl Noise {
             None => (spec.ber, 1.0, 1.0),
             Some(bits) => {
                 let bad_share = (spec.ber / BURST_FLIPS).min(0.5);
-                (bad_share / (1.0 - bad_share) / bits, 1.0 / bits, BURST_FLIPS)
+                (
+                    bad_share / (1.0 - bad_share) / bits,
+                    1.0 / bits,
+                    BURST_FLIPS,
+                )
             }
         };
-        let mut noise = Self { dice, starts, ends, flips, clean_left: 0, burst_left: 0 };
+        let mut noise = Self {
+            dice,
+            starts,
+            ends,
+            flips,
+            clean_left: 0,
+            burst_left: 0,
+        };
         noise.clean_left = noise.dice.failures_before_success(starts);
         noise
     }
@@ -92,7 +103,10 @@ mod tests {
             ("ber=0.02,burst=8", 0.02, 0.05),
         ] {
             let measured = rate(&flips(text));
-            assert!((measured / ber - 1.0).abs() < tolerance, "{text}: {measured}");
+            assert!(
+                (measured / ber - 1.0).abs() < tolerance,
+                "{text}: {measured}"
+            );
         }
     }
 

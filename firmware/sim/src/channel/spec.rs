@@ -45,7 +45,9 @@ impl ChannelSpec {
     /// Whether nothing passes at this moment.
     #[must_use]
     pub fn is_out(&self, now_ms: u64) -> bool {
-        self.outages_ms.iter().any(|outage| outage.contains(&now_ms))
+        self.outages_ms
+            .iter()
+            .any(|outage| outage.contains(&now_ms))
     }
 }
 
@@ -54,14 +56,21 @@ impl FromStr for ChannelSpec {
 
     fn from_str(text: &str) -> Result<Self, Self::Err> {
         let mut spec = Self::default();
-        for option in text.split(',').map(str::trim).filter(|option| !option.is_empty()) {
-            spec.set(option)
-                .map_err(|problem| ChannelSpecError { option: option.to_owned(), problem })?;
+        for option in text
+            .split(',')
+            .map(str::trim)
+            .filter(|option| !option.is_empty())
+        {
+            spec.set(option).map_err(|problem| ChannelSpecError {
+                option: option.to_owned(),
+                problem,
+            })?;
         }
         if spec.burst_bits.is_some() && spec.ber == 0.0 {
             return Err(ChannelSpecError {
                 option: "burst".to_owned(),
-                problem: "says how errors cluster: add how many there are, like ber=1e-3".to_owned(),
+                problem: "says how errors cluster: add how many there are, like ber=1e-3"
+                    .to_owned(),
             });
         }
         Ok(spec)
@@ -77,9 +86,13 @@ impl ChannelSpec {
             "dup" => self.dup = share(value, 1.0, "dup=0.01")?,
             "burst" => {
                 let bits = value.parse().ok().filter(|bits| (1.0..=1e6).contains(bits));
-                self.burst_bits = Some(bits.ok_or("write a number of bits from 1 up, like burst=50")?);
+                self.burst_bits =
+                    Some(bits.ok_or("write a number of bits from 1 up, like burst=50")?);
             }
-            "delay" => self.delay_ms = time_ms(value).ok_or("write a time, like delay=0.5s or delay=80ms")?,
+            "delay" => {
+                let delay_ms = time_ms(value);
+                self.delay_ms = delay_ms.ok_or("write a time, like delay=0.5s or delay=80ms")?;
+            }
             "half-duplex" if value.is_empty() => self.half_duplex = true,
             "half-duplex" => return Err("it takes no value: write half-duplex".to_owned()),
             "out" => {
@@ -87,7 +100,8 @@ impl ChannelSpec {
                     .split_once("..")
                     .and_then(|(from, to)| Some(time_ms(from)?..time_ms(to)?))
                     .filter(|outage| !outage.is_empty());
-                self.outages_ms.push(times.ok_or("write from when to when, like out=10s..12s")?);
+                self.outages_ms
+                    .push(times.ok_or("write from when to when, like out=10s..12s")?);
             }
             _ => {
                 return Err(
@@ -115,7 +129,9 @@ fn time_ms(text: &str) -> Option<u64> {
         None => (text.strip_suffix('s')?, 1000.0),
     };
     let time_ms: f64 = number.parse::<f64>().ok()? * unit_ms;
-    (0.0..=3.2e10).contains(&time_ms).then(|| time_ms.round() as u64)
+    (0.0..=3.2e10)
+        .contains(&time_ms)
+        .then(|| time_ms.round() as u64)
 }
 
 impl fmt::Display for ChannelSpec {
@@ -195,7 +211,10 @@ mod tests {
             ("drop=NaN", "`drop=NaN`", "drop=0.01"),
         ] {
             let error = text.parse::<ChannelSpec>().unwrap_err().to_string();
-            assert!(error.contains(names) && error.contains(remedy), "{text}: {error}");
+            assert!(
+                error.contains(names) && error.contains(remedy),
+                "{text}: {error}"
+            );
         }
     }
 

@@ -41,7 +41,10 @@ impl Receiver {
             }
             Self::Data { count, bits } => {
                 let bits = bits >> 1 | (bit as u8) << 7;
-                *self = Self::Data { count: count + 1, bits };
+                *self = Self::Data {
+                    count: count + 1,
+                    bits,
+                };
             }
             Self::Broken => {
                 if bit {
@@ -167,10 +170,18 @@ mod tests {
         received
     }
 
+    fn count_of(bytes: &[u8], wanted: u8) -> usize {
+        bytes
+            .iter()
+            .fold(0, |count, byte| count + usize::from(*byte == wanted))
+    }
+
     /// Feeds bits as they stand on the line.
     fn decode(bits: &[u8]) -> Vec<u8> {
         let mut receiver = Receiver::Idle;
-        bits.iter().filter_map(|bit| receiver.sample(*bit == 1)).collect()
+        bits.iter()
+            .filter_map(|bit| receiver.sample(*bit == 1))
+            .collect()
     }
 
     fn bits(bytes: &[u8]) -> Vec<u8> {
@@ -214,13 +225,16 @@ mod tests {
 
     #[test]
     fn noise_on_a_resting_line_makes_bytes_of_ones() {
-        let mut wire = Wire::new(&"ber=0.001".parse().unwrap(), Dice::new(3, Stream::Downlink));
+        let mut wire = Wire::new(
+            &"ber=0.001".parse().unwrap(),
+            Dice::new(3, Stream::Downlink),
+        );
         for slot in 0..20_000 {
             wire.pass(slot, None, true);
         }
         let bytes: Vec<u8> = std::iter::from_fn(|| wire.poll(u64::MAX)).collect();
         assert!((120..280).contains(&bytes.len()), "{}", bytes.len());
-        assert!(bytes.iter().filter(|byte| **byte == 0xFF).count() > bytes.len() * 9 / 10);
+        assert!(count_of(&bytes, 0xFF) > bytes.len() * 9 / 10);
     }
 
     #[test]
@@ -235,7 +249,7 @@ mod tests {
     #[test]
     fn bit_errors_cost_about_ten_times_as_many_bytes() {
         let sent = vec![b'U'; 50_000];
-        let intact = received("ber=1e-3", &sent).iter().filter(|byte| **byte == b'U').count();
+        let intact = count_of(&received("ber=1e-3", &sent), b'U');
         let lost = 1.0 - intact as f64 / 50_000.0;
         assert!((0.008..0.02).contains(&lost), "{lost}");
     }

@@ -38,7 +38,12 @@ pub(crate) struct Infrared {
 
 impl Infrared {
     pub(crate) const fn new() -> Self {
-        Self { strengths: [0.0; 2], measured: None, age_looks: 0, burst_looks: 0 }
+        Self {
+            strengths: [0.0; 2],
+            measured: None,
+            age_looks: 0,
+            burst_looks: 0,
+        }
     }
 
     /// What the left and right detectors read while the LEDs are on or off.
@@ -90,14 +95,21 @@ impl Infrared {
         self.strengths = if clearance_in > out_of_reach && !walker_near {
             [0.0; 2]
         } else {
-            [strength(scene, view, -1.0, dice.unit()), strength(scene, view, 1.0, dice.unit())]
+            [
+                strength(scene, view, -1.0, dice.unit()),
+                strength(scene, view, 1.0, dice.unit()),
+            ]
         };
     }
 }
 
 fn seen(strength: f64, dice: &mut Dice) -> bool {
     // Far from the threshold the noise cannot matter.
-    if strength < 0.6 { false } else { strength > 2.0 || strength * (1.0 + NOISE * dice.bell()) > 1.0 }
+    if strength < 0.6 {
+        false
+    } else {
+        strength > 2.0 || strength * (1.0 + NOISE * dice.bell()) > 1.0
+    }
 }
 
 /// The strongest reflection in one detector's lobe.
@@ -109,8 +121,9 @@ fn strength(scene: &Scene, view: View, side: f64, jitter: f64) -> f64 {
         let across_deg = ((f64::from(ray) + jitter) / f64::from(RAYS) * 2.0 - 1.0) * LOBE_DEG;
         let across_rad = across_deg.to_radians();
         let direction = view.direction(axis_rad + across_rad);
-        let Some(hit) = scene.cast(eye, direction, REACH_IN, |surface| surface.reflectivity > 0.0)
-        else {
+        let Some(hit) = scene.cast(eye, direction, REACH_IN, |surface| {
+            surface.reflectivity > 0.0
+        }) else {
             continue;
         };
         if !hit.is_round {
@@ -120,7 +133,9 @@ fn strength(scene: &Scene, view: View, side: f64, jitter: f64) -> f64 {
         }
     }
     scene.near(eye, REACH_IN, |near| {
-        let Some(radius_in) = near.radius_in else { return };
+        let Some(radius_in) = near.radius_in else {
+            return;
+        };
         let across_rad = angle_between(near.toward, view.direction(axis_rad));
         let distance_in = near.distance_in.max(0.5);
         // A thin leg fills only part of the view.
@@ -135,7 +150,11 @@ fn strength(scene: &Scene, view: View, side: f64, jitter: f64) -> f64 {
 }
 
 fn is_in_sight(scene: &Scene, eye: Vec2, toward: Vec2, distance_in: f64) -> bool {
-    scene.cast(eye, toward, distance_in - 0.1, |surface| surface.reflectivity > 0.0).is_none()
+    scene
+        .cast(eye, toward, distance_in - 0.1, |surface| {
+            surface.reflectivity > 0.0
+        })
+        .is_none()
 }
 
 /// Sensitivity of a detector off its axis.

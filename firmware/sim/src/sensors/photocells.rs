@@ -41,8 +41,7 @@ impl Light {
 /// Of a lamp in plain view, by the inverse square of its distance.
 fn illuminance_lux(lamp: &Lamp, at: Vec2) -> f64 {
     let rise_in = lamp.height_in - HEIGHT_IN;
-    let distance_m2 =
-        (lamp.center.distance_squared(at) + rise_in * rise_in) * M_PER_IN * M_PER_IN;
+    let distance_m2 = (lamp.center.distance_squared(at) + rise_in * rise_in) * M_PER_IN * M_PER_IN;
     lamp.candela / distance_m2.max(0.01)
 }
 
@@ -98,7 +97,10 @@ mod tests {
     #[test]
     fn light_falls_with_the_square_of_the_distance() {
         let scene = room(100, &[]);
-        let light = Light { lamps: vec![lamp(300.0, 300.0)], daylight_lux: 0.0 };
+        let light = Light {
+            lamps: vec![lamp(300.0, 300.0)],
+            daylight_lux: 0.0,
+        };
         let near = read(&light, &scene, view_at(300.0, 260.0, 0.0)).0;
         let far = read(&light, &scene, view_at(300.0, 220.0, 0.0)).0;
         assert!((near / far - 4.0).abs() < 0.2, "{near} {far}");
@@ -110,7 +112,10 @@ mod tests {
     #[test]
     fn the_side_of_the_lamp_is_brighter() {
         let scene = room(100, &[]);
-        let light = Light { lamps: vec![lamp(200.0, 300.0)], daylight_lux: 0.0 };
+        let light = Light {
+            lamps: vec![lamp(200.0, 300.0)],
+            daylight_lux: 0.0,
+        };
         let mut dice = Dice::new(1, Stream::Photocells);
         let (left, right) = light.read(&scene, view_at(300.0, 300.0, 0.0), &mut dice);
         assert!(left + 20 < right, "{left} {right}");
@@ -118,7 +123,10 @@ mod tests {
 
     #[test]
     fn a_bookcase_throws_a_shadow_and_a_sofa_does_not() {
-        let light = Light { lamps: vec![lamp(300.0, 500.0)], daylight_lux: 1.0 };
+        let light = Light {
+            lamps: vec![lamp(300.0, 500.0)],
+            daylight_lux: 1.0,
+        };
         let view = view_at(300.0, 200.0, 0.0);
         let mut dice = Dice::new(1, Stream::Photocells);
         let (shaded, _) = light.read(&room(100, &["box", "wood"]), view, &mut dice);
@@ -128,8 +136,14 @@ mod tests {
 
     #[test]
     fn darkness_is_255() {
-        let light = Light { lamps: Vec::new(), daylight_lux: 0.0 };
+        let light = Light {
+            lamps: Vec::new(),
+            daylight_lux: 0.0,
+        };
         let mut dice = Dice::new(1, Stream::Photocells);
-        assert_eq!(light.read(&room(20, &[]), view_at(60.0, 60.0, 0.0), &mut dice), (255, 255));
+        assert_eq!(
+            light.read(&room(20, &[]), view_at(60.0, 60.0, 0.0), &mut dice),
+            (255, 255)
+        );
     }
 }

@@ -62,7 +62,7 @@ fn echo(scene: &Scene, eye: Vec2, direction: Vec2) -> Option<f64> {
         if bounce > 0
             && let Some(way_in) = passes(origin, direction, free_in, eye)
         {
-            return Some((gone_in + way_in) / 2.0);
+            return Some(f64::midpoint(gone_in, way_in));
         }
         let hit = hit?;
         gone_in += hit.distance_in;
@@ -95,7 +95,9 @@ mod tests {
 
     fn ranges(scene: &Scene, view: View, side: Side) -> Vec<Option<u16>> {
         let mut dice = Dice::new(1, Stream::Sonar);
-        (0..200).map(|_| ping(scene, view, side, &mut dice)).collect()
+        (0..200)
+            .map(|_| ping(scene, view, side, &mut dice))
+            .collect()
     }
 
     fn median(mut ranges: Vec<Option<u16>>) -> u16 {
@@ -112,7 +114,10 @@ mod tests {
             let view = view_at(300.0, 594.0 - distance_in - AHEAD_IN, 0.0);
             let ranges = ranges(&scene, view, Side::Left);
             let range = f64::from(median(ranges.clone()));
-            assert!((range - distance_in).abs() <= 1.0 + distance_in * 0.003, "{distance_in}: {range}");
+            assert!(
+                (range - distance_in).abs() <= 1.0 + distance_in * 0.003,
+                "{distance_in}: {range}"
+            );
             for range in ranges.into_iter().flatten() {
                 let error = (f64::from(range) - distance_in).abs();
                 assert!(error <= 0.5 + 0.036 * distance_in, "{distance_in}: {range}");
@@ -124,12 +129,22 @@ mod tests {
     fn noise_is_one_percent() {
         let scene = room(100, &[]);
         let view = view_at(300.0, 594.0 - 400.0 - AHEAD_IN, 0.0);
-        let ranges: Vec<f64> =
-            ranges(&scene, view, Side::Right).into_iter().flatten().map(f64::from).collect();
+        let ranges: Vec<f64> = ranges(&scene, view, Side::Right)
+            .into_iter()
+            .flatten()
+            .map(f64::from)
+            .collect();
         let mean = ranges.iter().sum::<f64>() / ranges.len() as f64;
-        let variance = ranges.iter().map(|range| (range - mean) * (range - mean)).sum::<f64>()
+        let variance = ranges
+            .iter()
+            .map(|range| (range - mean) * (range - mean))
+            .sum::<f64>()
             / ranges.len() as f64;
-        assert!((3.2..4.8).contains(&variance.sqrt()), "deviation {}", variance.sqrt());
+        assert!(
+            (3.2..4.8).contains(&variance.sqrt()),
+            "deviation {}",
+            variance.sqrt()
+        );
     }
 
     #[test]

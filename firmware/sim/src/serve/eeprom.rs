@@ -8,7 +8,10 @@ use super::ServeError;
 
 /// Counts a boot: reads the counter (none yet is 0), adds one, stores and returns it.
 pub(super) fn count_boot(path: &Path) -> Result<u16, ServeError> {
-    let fail = |problem: String| ServeError::Eeprom { path: path.to_owned(), problem };
+    let fail = |problem: String| ServeError::Eeprom {
+        path: path.to_owned(),
+        problem,
+    };
     let boots = match fs::read_to_string(path) {
         Ok(text) => parse(&text).ok_or_else(|| {
             fail("it does not read `boots=NUMBER`; remove it to start from 1".to_owned())

@@ -22,10 +22,16 @@ pub(super) struct LinkFile {
 impl LinkFile {
     /// Makes `link` point to `target`. Only a link to a terminal whose owner is gone is replaced.
     pub(super) fn make(link: &Path, target: &Path) -> Result<Self, ServeError> {
-        let fail = |problem: String| ServeError::Link { path: link.to_owned(), problem };
-        let explain = |error: io::Error| fail(format!("{error}; choose a path in a writable folder"));
+        let fail = |problem: String| ServeError::Link {
+            path: link.to_owned(),
+            problem,
+        };
+        let explain =
+            |error: io::Error| fail(format!("{error}; choose a path in a writable folder"));
         let Some(name) = link.file_name() else {
-            return Err(fail("it names no file; choose a path like ./robot".to_owned()));
+            return Err(fail(
+                "it names no file; choose a path like ./robot".to_owned(),
+            ));
         };
         let lock = link.with_file_name(format!(".{}.lock", name.to_string_lossy()));
         let Some(locked) = lock_file(&lock).map_err(explain)? else {
@@ -34,7 +40,12 @@ impl LinkFile {
             ));
         };
         // Owns the lock file from here on, so that every way out removes it.
-        let made = Self { link: link.to_owned(), target: target.to_owned(), lock, _locked: locked };
+        let made = Self {
+            link: link.to_owned(),
+            target: target.to_owned(),
+            lock,
+            _locked: locked,
+        };
         match fs::read_link(link) {
             Ok(old) if is_terminal(&old) => fs::remove_file(link).map_err(explain)?,
             Ok(old) => {
@@ -68,7 +79,9 @@ impl Drop for LinkFile {
 fn is_terminal(target: &Path) -> bool {
     target.starts_with("/dev/pts")
         || target.parent() == Some(Path::new("/dev"))
-            && target.file_name().is_some_and(|name| name.to_string_lossy().starts_with("tty"))
+            && target
+                .file_name()
+                .is_some_and(|name| name.to_string_lossy().starts_with("tty"))
 }
 
 /// Creates and locks a file; `None` when someone alive holds it.

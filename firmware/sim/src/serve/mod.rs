@@ -59,7 +59,10 @@ impl Default for ServeOptions {
     /// A pseudo-terminal at the speed of life.
     fn default() -> Self {
         Self {
-            endpoints: vec![Endpoint::Pty { link: None, copy_only: false }],
+            endpoints: vec![Endpoint::Pty {
+                link: None,
+                copy_only: false,
+            }],
             time_factor: 1.0,
             duration: None,
             eeprom: None,
@@ -82,7 +85,9 @@ pub enum ServeError {
         problem: String,
     },
     /// The port cannot be listened on.
-    #[error("cannot listen on {address}: {source}; choose another address, or port 0 for a free one")]
+    #[error(
+        "cannot listen on {address}: {source}; choose another address, or port 0 for a free one"
+    )]
     Listen {
         /// The address.
         address: String,
@@ -173,13 +178,21 @@ pub fn serve(mut config: SimulationConfig, options: &ServeOptions) -> Result<Ser
         ports,
         shared: Arc::clone(&shared),
         time_factor: options.time_factor,
-        end_ms: options.duration.map_or(u64::MAX, |duration| duration.as_millis() as u64),
+        end_ms: options
+            .duration
+            .map_or(u64::MAX, |duration| duration.as_millis() as u64),
     };
     let thread = thread::Builder::new()
         .name("simulation".to_owned())
         .spawn(move || runner.run())
         .map_err(ServeError::Thread)?;
-    Ok(Server { addresses, outlines, boots, shared, thread: Some(thread) })
+    Ok(Server {
+        addresses,
+        outlines,
+        boots,
+        shared,
+        thread: Some(thread),
+    })
 }
 
 fn open(endpoint: &Endpoint) -> Result<(Box<dyn Port>, String), ServeError> {
@@ -220,7 +233,11 @@ impl Server {
     /// What is really so, at most a few byte times ago.
     #[must_use]
     pub fn truth(&self) -> Truth {
-        *self.shared.truth.lock().unwrap_or_else(PoisonError::into_inner)
+        *self
+            .shared
+            .truth
+            .lock()
+            .unwrap_or_else(PoisonError::into_inner)
     }
 
     /// Bytes taken from the endpoints for the robot.
@@ -232,7 +249,9 @@ impl Server {
     /// Whether the robot still runs: neither stopped nor at the end of its duration.
     #[must_use]
     pub fn is_running(&self) -> bool {
-        self.thread.as_ref().is_some_and(|thread| !thread.is_finished())
+        self.thread
+            .as_ref()
+            .is_some_and(|thread| !thread.is_finished())
     }
 
     /// Tells the robot's thread to end, without waiting for it.
@@ -275,7 +294,8 @@ impl Runner {
         let mut begun = Instant::now();
         let mut begun_ms = 0.0;
         while !self.shared.stop.load(Ordering::Relaxed) && self.simulation.now_ms() < self.end_ms {
-            let mut target_ms = begun_ms + begun.elapsed().as_secs_f64() * 1000.0 * self.time_factor;
+            let mut target_ms =
+                begun_ms + begun.elapsed().as_secs_f64() * 1000.0 * self.time_factor;
             let late_ms = target_ms - self.simulation.now_ms() as f64;
             let late_max_ms = CATCH_UP_MAX.as_secs_f64() * 1000.0 * self.time_factor;
             if late_ms > late_max_ms {
@@ -284,9 +304,10 @@ impl Runner {
                 target_ms = begun_ms + late_max_ms;
             }
             self.advance((target_ms as u64).min(self.end_ms));
-            let next_ms = (target_ms / (byte_s * 1000.0)).floor() * byte_s * 1000.0 + byte_s * 1000.0;
-            let rest_s = (next_ms - begun_ms) / 1000.0 / self.time_factor
-                - begun.elapsed().as_secs_f64();
+            let next_ms =
+                (target_ms / (byte_s * 1000.0)).floor() * byte_s * 1000.0 + byte_s * 1000.0;
+            let rest_s =
+                (next_ms - begun_ms) / 1000.0 / self.time_factor - begun.elapsed().as_secs_f64();
             thread::sleep(Duration::from_secs_f64(rest_s.max(0.0)).max(REST_MIN));
         }
     }
@@ -298,7 +319,9 @@ impl Runner {
             for port in &mut self.ports {
                 port.read(&mut sent);
             }
-            self.shared.uplink_bytes.fetch_add(sent.len() as u64, Ordering::Relaxed);
+            self.shared
+                .uplink_bytes
+                .fetch_add(sent.len() as u64, Ordering::Relaxed);
             self.simulation.handle_uplink(&sent);
         }
         let mut received = Vec::new();
@@ -310,6 +333,10 @@ impl Runner {
         for port in &mut self.ports {
             port.write(&received, now);
         }
-        *self.shared.truth.lock().unwrap_or_else(PoisonError::into_inner) = self.simulation.truth();
+        *self
+            .shared
+            .truth
+            .lock()
+            .unwrap_or_else(PoisonError::into_inner) = self.simulation.truth();
     }
 }

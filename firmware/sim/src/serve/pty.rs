@@ -35,9 +35,17 @@ impl Pty {
     /// Opens one and returns it with its path.
     pub(super) fn open(link: Option<&Path>, copy_only: bool) -> Result<(Self, String), ServeError> {
         let (master, slave, path) = open_pair().map_err(|errno| ServeError::Pty(errno.into()))?;
-        let link = link.map(|link| LinkFile::make(link, Path::new(&path))).transpose()?;
-        let port =
-            Self { master, slave, copy_only, queued: 0, read_at: Instant::now(), _link: link };
+        let link = link
+            .map(|link| LinkFile::make(link, Path::new(&path)))
+            .transpose()?;
+        let port = Self {
+            master,
+            slave,
+            copy_only,
+            queued: 0,
+            read_at: Instant::now(),
+            _link: link,
+        };
         Ok((port, path))
     }
 
@@ -112,11 +120,23 @@ fn open_pair() -> rustix::io::Result<(OwnedFd, OwnedFd, String)> {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use rustix::event::{PollFd, PollFlags, Timespec};
+
+    fn wait_readable(terminal: &OwnedFd) {
+        let mut poll = [PollFd::new(terminal, PollFlags::IN)];
+        let limit = Timespec {
+            tv_sec: 20,
+            tv_nsec: 0,
+        };
+        assert_eq!(
+            rustix::event::poll(&mut poll, Some(&limit)),
+            Ok(1),
+            "nothing came"
+        );
+    }
 
     fn read(terminal: &OwnedFd) -> Vec<u8> {
-        let mut poll = [rustix::event::PollFd::new(terminal, rustix::event::PollFlags::IN)];
-        let limit = rustix::event::Timespec { tv_sec: 20, tv_nsec: 0 };
-        assert_eq!(rustix::event::poll(&mut poll, Some(&limit)), Ok(1), "nothing came");
+        wait_readable(terminal);
         let mut bytes = [0; 64];
         let count = rustix::io::read(terminal, &mut bytes).unwrap();
         bytes[..count].to_vec()
@@ -125,11 +145,13 @@ mod tests {
     #[test]
     fn a_late_reader_sees_the_present() {
         let (mut pty, path) = Pty::open(None, false).unwrap();
-        let terminal = rustix::fs::open(path, OFlags::RDWR | OFlags::NOCTTY, Mode::empty()).unwrap();
+        let terminal =
+            rustix::fs::open(path, OFlags::RDWR | OFlags::NOCTTY, Mode::empty()).unwrap();
         let begun = Instant::now();
         pty.write(b"fresh", begun);
         assert_eq!(read(&terminal), b"fresh");
         pty.write(b"old", begun + STALE / 2);
+        wait_readable(&terminal);
         pty.write(b"", begun + STALE);
         pty.write(b"", begun + STALE * 3);
         pty.write(b"new", begun + STALE * 3);

@@ -21,11 +21,21 @@ pub(super) struct Tcp {
 impl Tcp {
     /// Listens and returns the port with the address it really has.
     pub(super) fn listen(address: &str, copy_only: bool) -> Result<(Self, String), ServeError> {
-        let fail = |source| ServeError::Listen { address: address.to_owned(), source };
+        let fail = |source| ServeError::Listen {
+            address: address.to_owned(),
+            source,
+        };
         let listener = TcpListener::bind(address).map_err(fail)?;
         listener.set_nonblocking(true).map_err(fail)?;
         let bound = listener.local_addr().map_err(fail)?.to_string();
-        Ok((Self { listener, clients: Vec::new(), copy_only }, bound))
+        Ok((
+            Self {
+                listener,
+                clients: Vec::new(),
+                copy_only,
+            },
+            bound,
+        ))
     }
 
     fn accept(&mut self) {

@@ -39,10 +39,16 @@ const CASTER_RADIUS_IN: f64 = 1.2;
 
 /// The solids of a thing, or what its file left out.
 pub(super) fn parts(spec: &Spec) -> Result<Vec<Obstacle>, String> {
-    if spec.radius_in.is_some_and(|radius| !(0.1..=100.0).contains(&radius)) {
+    if spec
+        .radius_in
+        .is_some_and(|radius| !(0.1..=100.0).contains(&radius))
+    {
         return Err("radius_in lies between 0.1 and 100 inches".to_owned());
     }
-    if spec.size.is_some_and(|size| !(size.min_element() >= 0.1 && size.max_element() <= 1000.0)) {
+    if spec
+        .size
+        .is_some_and(|size| !(size.min_element() >= 0.1 && size.max_element() <= 1000.0))
+    {
         return Err("each number of size_in lies between 0.1 and 1000 inches".to_owned());
     }
     match spec.kind {
@@ -56,7 +62,9 @@ pub(super) fn parts(spec: &Spec) -> Result<Vec<Obstacle>, String> {
         }
         ClutterKind::Chair => Ok(spec.four_legs(spec.size.unwrap_or(CHAIR_IN))),
         ClutterKind::Table => {
-            let size = spec.size.ok_or("a table needs size_in = [width, depth] between its legs")?;
+            let size = spec
+                .size
+                .ok_or("a table needs size_in = [width, depth] between its legs")?;
             Ok(spec.four_legs(size))
         }
         ClutterKind::OfficeChair => Ok(spec.office_chair()),

@@ -73,7 +73,10 @@ struct ClutterEntry {
 
 /// A mark of the plan, or inches from its south-west corner.
 #[derive(Deserialize)]
-#[serde(untagged, expecting = "a place is a mark of the plan (\"A\") or [x, y] in inches")]
+#[serde(
+    untagged,
+    expecting = "a place is a mark of the plan (\"A\") or [x, y] in inches"
+)]
 enum Place {
     Mark(char),
     Inches([f64; 2]),
@@ -87,10 +90,16 @@ pub(super) fn parse(file: &str, text: &str) -> Result<World, WorldError> {
     })?;
     let cell_in = *entries.cell_in.get_ref();
     if !(1.0..=24.0).contains(&cell_in) {
-        return Err(source.error(entries.cell_in.span().start, "cell_in lies between 1 and 24 inches"));
+        return Err(source.error(
+            entries.cell_in.span().start,
+            "cell_in lies between 1 and 24 inches",
+        ));
     }
     let plan = Plan::parse(&source, entries.plan.span(), cell_in)?;
-    let places = Places { source: &source, plan: &plan };
+    let places = Places {
+        source: &source,
+        plan: &plan,
+    };
 
     let mut obstacles: Vec<Obstacle> = plan
         .solids()
@@ -150,7 +159,9 @@ const START_MARGIN_IN: f64 = 0.5;
 const WALK_CHECK_IN: f64 = 3.0;
 
 fn is_clear(obstacles: &[Obstacle], center: Vec2, radius_in: f64) -> bool {
-    obstacles.iter().all(|obstacle| obstacle.solid.approach(center).0 > radius_in)
+    obstacles
+        .iter()
+        .all(|obstacle| obstacle.solid.approach(center).0 > radius_in)
 }
 
 /// Resolves the places that a file names.
@@ -188,7 +199,9 @@ impl Places<'_> {
         if number > 0.0 && number.is_finite() {
             Ok(number)
         } else {
-            Err(self.source.error(value.span().start, format!("{what} must be above 0")))
+            Err(self
+                .source
+                .error(value.span().start, format!("{what} must be above 0")))
         }
     }
 
@@ -205,9 +218,14 @@ impl Places<'_> {
     fn walker(&self, entry: &WalkerEntry, obstacles: &[Obstacle]) -> Result<Walker, WorldError> {
         let places = entry.path.get_ref();
         if places.len() < 2 {
-            return Err(self.source.error(entry.path.span().start, "a path has at least two places"));
+            return Err(self
+                .source
+                .error(entry.path.span().start, "a path has at least two places"));
         }
-        let path = places.iter().map(|place| self.find(place)).collect::<Result<Vec<_>, _>>()?;
+        let path = places
+            .iter()
+            .map(|place| self.find(place))
+            .collect::<Result<Vec<_>, _>>()?;
         let radius_in = entry.kind.radius_in();
         let legs = path.iter().zip(path.iter().cycle().skip(1));
         for ((from, to), place) in legs.zip(places) {
@@ -227,7 +245,12 @@ impl Places<'_> {
             Some(speed) => self.positive(speed, "speed_in_s")?,
             None => entry.kind.speed_in_s(),
         };
-        Ok(Walker { kind: entry.kind, path, speed_in_s, pause_s: entry.pause_s.max(0.0) })
+        Ok(Walker {
+            kind: entry.kind,
+            path,
+            speed_in_s,
+            pause_s: entry.pause_s.max(0.0),
+        })
     }
 }
 

@@ -82,5 +82,12 @@ const fn surface(
     reflectivity: f64,
     shades: bool,
 ) -> Surface {
-    Surface { sound, echo_cone_deg, mirrors, echo_reach_in, reflectivity, shades }
+    Surface {
+        sound,
+        echo_cone_deg,
+        mirrors,
+        echo_reach_in,
+        reflectivity,
+        shades,
+    }
 }

@@ -117,8 +117,10 @@ impl World {
             return Ok(world);
         }
         let path = Path::new(name_or_path);
-        let text = std::fs::read_to_string(path)
-            .map_err(|source| WorldError::Read { path: path.to_owned(), source })?;
+        let text = std::fs::read_to_string(path).map_err(|source| WorldError::Read {
+            path: path.to_owned(),
+            source,
+        })?;
         Self::parse(name_or_path, &text)
     }
 
@@ -153,7 +155,10 @@ impl World {
     #[must_use]
     pub fn outlines(&self) -> Vec<Outline> {
         let frame = self.frame();
-        self.outlines.iter().map(|outline| outline.seen_from(&frame)).collect()
+        self.outlines
+            .iter()
+            .map(|outline| outline.seen_from(&frame))
+            .collect()
     }
 
     pub(crate) fn frame(&self) -> Frame {

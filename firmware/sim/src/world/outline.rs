@@ -62,17 +62,32 @@ impl Outline {
         let kind = OutlineKind::of(material);
         match *solid {
             Solid::Round { center, radius_in } => {
-                vec![Self::Circle { center: Point::from(center), radius_in, kind }]
+                vec![Self::Circle {
+                    center: Point::from(center),
+                    radius_in,
+                    kind,
+                }]
             }
-            Solid::Block { ref place, ref cuboid } => {
+            Solid::Block {
+                ref place,
+                ref cuboid,
+            } => {
                 let half = cuboid.half_extents;
                 let corner = |x: f64, y: f64| {
                     Point::from(place.transform_point(Vec2::new(x * half.x, y * half.y)))
                 };
-                let corners =
-                    [corner(-1.0, -1.0), corner(1.0, -1.0), corner(1.0, 1.0), corner(-1.0, 1.0)];
+                let corners = [
+                    corner(-1.0, -1.0),
+                    corner(1.0, -1.0),
+                    corner(1.0, 1.0),
+                    corner(-1.0, 1.0),
+                ];
                 (0..4)
-                    .map(|at| Self::Segment { from: corners[at], to: corners[(at + 1) % 4], kind })
+                    .map(|at| Self::Segment {
+                        from: corners[at],
+                        to: corners[(at + 1) % 4],
+                        kind,
+                    })
                     .collect()
             }
         }
@@ -82,18 +97,29 @@ impl Outline {
     pub(crate) fn seen_from(self, frame: &Frame) -> Self {
         let turn = |point: Point| Point::from(frame.point(Vec2::new(point.x_in, point.y_in)));
         match self {
-            Self::Segment { from, to, kind } => {
-                Self::Segment { from: turn(from), to: turn(to), kind }
-            }
-            Self::Circle { center, radius_in, kind } => {
-                Self::Circle { center: turn(center), radius_in, kind }
-            }
+            Self::Segment { from, to, kind } => Self::Segment {
+                from: turn(from),
+                to: turn(to),
+                kind,
+            },
+            Self::Circle {
+                center,
+                radius_in,
+                kind,
+            } => Self::Circle {
+                center: turn(center),
+                radius_in,
+                kind,
+            },
         }
     }
 }
 
 impl From<Vec2> for Point {
     fn from(vector: Vec2) -> Self {
-        Self { x_in: vector.x, y_in: vector.y }
+        Self {
+            x_in: vector.x,
+            y_in: vector.y,
+        }
     }
 }

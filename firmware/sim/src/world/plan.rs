@@ -111,7 +111,12 @@ impl Plan {
         Ok(plan)
     }
 
-    fn check_width(&self, source: &Source<'_>, rows: &[Row<'_>], index: usize) -> Result<(), WorldError> {
+    fn check_width(
+        &self,
+        source: &Source<'_>,
+        rows: &[Row<'_>],
+        index: usize,
+    ) -> Result<(), WorldError> {
         let row = &rows[index];
         let width = row.text.chars().count();
         if width == self.columns {
@@ -163,13 +168,30 @@ impl Plan {
                 Cell::Floor if seen[index] => continue,
                 Cell::Floor => seen[index] = true,
                 Cell::Outside => {
-                    return Err(leak(source, rows, row, column, "the floor meets the outside here"));
+                    return Err(leak(
+                        source,
+                        rows,
+                        row,
+                        column,
+                        "the floor meets the outside here",
+                    ));
                 }
             }
             if row == 0 || column == 0 || row + 1 == self.rows || column + 1 == self.columns {
-                return Err(leak(source, rows, row, column, "the floor runs off the plan here"));
+                return Err(leak(
+                    source,
+                    rows,
+                    row,
+                    column,
+                    "the floor runs off the plan here",
+                ));
             }
-            open.extend([(row - 1, column), (row + 1, column), (row, column - 1), (row, column + 1)]);
+            open.extend([
+                (row - 1, column),
+                (row + 1, column),
+                (row, column - 1),
+                (row, column + 1),
+            ]);
         }
         Ok(())
     }
@@ -183,7 +205,10 @@ impl Plan {
     }
 
     pub(super) fn mark(&self, mark: char) -> Option<Vec2> {
-        self.marks.iter().find(|(letter, _)| *letter == mark).map(|(_, center)| *center)
+        self.marks
+            .iter()
+            .find(|(letter, _)| *letter == mark)
+            .map(|(_, center)| *center)
     }
 
     pub(super) fn size(&self) -> Vec2 {
@@ -200,7 +225,9 @@ impl Plan {
         let mut solids = Vec::new();
         for row in 0..self.rows {
             for column in 0..self.columns {
-                let Cell::Solid(material) = self.cell(row, column) else { continue };
+                let Cell::Solid(material) = self.cell(row, column) else {
+                    continue;
+                };
                 let free = |row: usize, column: usize, done: &[bool]| {
                     self.cell(row, column) == Cell::Solid(material)
                         && !done[row * self.columns + column]
@@ -232,22 +259,28 @@ impl Plan {
     /// The edges between floor and solid cells, joined into long lines, in plan coordinates.
     pub(super) fn outlines(&self) -> Vec<Outline> {
         let mut outlines = Vec::new();
-        let at = |row: usize, column: usize| {
-            Point {
-                x_in: column as f64 * self.cell_in,
-                y_in: (self.rows - row) as f64 * self.cell_in,
-            }
+        let at = |row: usize, column: usize| Point {
+            x_in: column as f64 * self.cell_in,
+            y_in: (self.rows - row) as f64 * self.cell_in,
         };
         for row in 1..self.rows {
             let edge = |column| edge_kind(self.cell(row - 1, column), self.cell(row, column));
             runs(self.columns, edge, |from, to, kind| {
-                outlines.push(Outline::Segment { from: at(row, from), to: at(row, to), kind });
+                outlines.push(Outline::Segment {
+                    from: at(row, from),
+                    to: at(row, to),
+                    kind,
+                });
             });
         }
         for column in 1..self.columns {
             let edge = |row| edge_kind(self.cell(row, column - 1), self.cell(row, column));
             runs(self.rows, edge, |from, to, kind| {
-                outlines.push(Outline::Segment { from: at(from, column), to: at(to, column), kind });
+                outlines.push(Outline::Segment {
+                    from: at(from, column),
+                    to: at(to, column),
+                    kind,
+                });
             });
         }
         outlines
@@ -283,9 +316,19 @@ fn edge_kind(one: Cell, other: Cell) -> Option<OutlineKind> {
     }
 }
 
-fn leak(source: &Source<'_>, rows: &[Row<'_>], row: usize, column: usize, what: &str) -> WorldError {
+fn leak(
+    source: &Source<'_>,
+    rows: &[Row<'_>],
+    row: usize,
+    column: usize,
+    what: &str,
+) -> WorldError {
     let row = &rows[row];
-    let at = row.text.char_indices().nth(column).map_or(row.text.len(), |(at, _)| at);
+    let at = row
+        .text
+        .char_indices()
+        .nth(column)
+        .map_or(row.text.len(), |(at, _)| at);
     source.error(
         row.offset + at,
         format!("{what} and the robot could leave the house: close the edge with #"),
@@ -294,7 +337,9 @@ fn leak(source: &Source<'_>, rows: &[Row<'_>], row: usize, column: usize, what: 
 
 fn rows<'a>(source: &Source<'a>, span: Range<usize>) -> Result<Vec<Row<'a>>, WorldError> {
     let raw = source.text.get(span.clone()).unwrap_or_default();
-    let quote = raw.get(..3).filter(|quote| *quote == "'''" || *quote == "\"\"\"");
+    let quote = raw
+        .get(..3)
+        .filter(|quote| *quote == "'''" || *quote == "\"\"\"");
     let Some(body) = quote.and_then(|quote| raw[3..].strip_suffix(quote)) else {
         return Err(source.error(
             span.start,
