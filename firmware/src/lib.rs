@@ -10,3 +10,4 @@
 #![deny(clippy::float_arithmetic)]
 
 pub mod board;
+pub mod robot;

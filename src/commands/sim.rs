@@ -1,0 +1,73 @@
+//! `sim`: a robot for cat, tio, minicom and `watch`.
+
+use std::io::{self, Write};
+use std::time::Duration;
+
+use sr04_sim::serve::{Endpoint, ServeOptions};
+
+use super::cli::Sim;
+use super::{Fault, block_on, simulated};
+use crate::io::signals::{Signal, Signals, stop_myself};
+
+/// How often the end of a simulation with a duration is looked for.
+const LOOK_EVERY: Duration = Duration::from_millis(50);
+
+pub(super) fn run(options: &Sim) -> Result<(), Fault> {
+    let config = simulated::config(&options.simulated)?;
+    let endpoint = match &options.listen {
+        Some(address) => Endpoint::Tcp {
+            address: address.clone(),
+            copy_only: false,
+        },
+        None if cfg!(unix) => Endpoint::Pty {
+            link: options.pty.clone(),
+            copy_only: false,
+        },
+        None => simulated::endpoint(false),
+    };
+    let is_tcp = matches!(endpoint, Endpoint::Tcp { .. });
+    let server = simulated::start(
+        config,
+        &ServeOptions {
+            endpoints: vec![endpoint],
+            time_factor: options.simulated.time_factor,
+            duration: options.duration,
+            eeprom: options.eeprom.clone(),
+        },
+    )?;
+    let address = server.addresses().first().map_or("", String::as_str);
+    let shown = options.pty.as_ref().map_or_else(|| address.to_owned(), |path| path.display().to_string());
+    let link = if is_tcp { format!("tcp:{address}") } else { shown.clone() };
+    // The address alone on standard output, for scripts; the rest is for a person.
+    let mut out = io::stdout().lock();
+    writeln!(out, "{}", if is_tcp { &link } else { &shown })
+        .and_then(|()| out.flush())
+        .or_else(|error| Fault::output(&error))?;
+    drop(out);
+    eprintln!(
+        "SR04 number {} prowls the world `{}`, seed {}, {}",
+        simulated::ROBOT_ID,
+        options.simulated.world,
+        options.simulated.seed,
+        simulated::rate_words(options.simulated.time_factor)
+    );
+    if !is_tcp {
+        eprintln!("look at it:  cat {shown}");
+    }
+    eprintln!("watch it:    groundwave watch {link}");
+    eprintln!("Ctrl-C ends it");
+    block_on(async {
+        let mut signals = Signals::listen()
+            .map_err(|error| Fault::new(super::Exit::Failed, format!("cannot listen for signals: {error}")))?;
+        while server.is_running() {
+            tokio::select! {
+                signal = signals.next() => match signal {
+                    Signal::Leave => break,
+                    Signal::Suspend => stop_myself(),
+                },
+                () = tokio::time::sleep(LOOK_EVERY), if options.duration.is_some() => {}
+            }
+        }
+        Ok(())
+    })
+}

@@ -1,0 +1,100 @@
+//! A simulated robot served from within this program.
+
+use groundwave_protocol::BYTES_PER_S;
+use sr04_sim::channel::ChannelSpec;
+use sr04_sim::serve::{Endpoint, ServeOptions, Server, serve};
+use sr04_sim::simulation::SimulationConfig;
+use sr04_sim::world::{Outline, World};
+
+use super::cli::Simulated;
+use super::{Exit, Fault};
+use crate::event::Truth;
+use crate::io::link::LinkSpec;
+
+/// The house that comes up when nobody chooses.
+const DEFAULT_WORLD: &str = "house";
+
+/// The number of the robot that is simulated.
+pub(super) const ROBOT_ID: u8 = 4;
+
+/// What to simulate, checked.
+pub(super) fn config(options: &Simulated) -> Result<SimulationConfig, Fault> {
+    let world = World::open(&options.world).map_err(|error| Fault::new(Exit::Usage, error))?;
+    let mut config = SimulationConfig::new(world, options.seed);
+    config.robot_id = ROBOT_ID;
+    config.channel = options
+        .channel
+        .parse::<ChannelSpec>()
+        .map_err(|error| Fault::new(Exit::Usage, error))?;
+    Ok(config)
+}
+
+/// Starts a robot on these endpoints.
+pub(super) fn start(config: SimulationConfig, options: &ServeOptions) -> Result<Server, Fault> {
+    serve(config, options).map_err(|error| Fault::new(Exit::Failed, error))
+}
+
+/// A serial line where the system has pseudo-terminals, a TCP port elsewhere.
+pub(super) fn endpoint(copy_only: bool) -> Endpoint {
+    if cfg!(unix) {
+        Endpoint::Pty { link: None, copy_only }
+    } else {
+        Endpoint::Tcp {
+            address: "127.0.0.1:0".to_owned(),
+            copy_only,
+        }
+    }
+}
+
+/// The link to an endpoint's address.
+pub(super) fn link_to(address: &str) -> LinkSpec {
+    if cfg!(unix) {
+        LinkSpec::Serial(address.into())
+    } else {
+        LinkSpec::Tcp(address.to_owned())
+    }
+}
+
+/// Stands in for a link called `sim`: starts a robot and links to it. The robot lives as long as the
+/// server that comes back.
+pub(super) fn embed(link: &LinkSpec) -> Result<(LinkSpec, Option<Server>), Fault> {
+    if *link != LinkSpec::Sim {
+        return Ok((link.clone(), None));
+    }
+    let config = config(&Simulated {
+        world: DEFAULT_WORLD.to_owned(),
+        seed: 1,
+        channel: String::new(),
+        time_factor: 1.0,
+    })?;
+    let options = ServeOptions {
+        endpoints: vec![endpoint(false)],
+        ..ServeOptions::default()
+    };
+    let server = start(config, &options)?;
+    let address = server.addresses().first().map_or("", String::as_str);
+    Ok((link_to(address), Some(server)))
+}
+
+/// The simulator's truth for the map.
+pub(super) fn truth(server: &Server) -> Truth {
+    let mut truth = Truth::default();
+    for outline in server.outlines() {
+        match *outline {
+            Outline::Segment { from, to, .. } => {
+                truth.walls.push([(from.x_in, from.y_in), (to.x_in, to.y_in)]);
+            }
+            Outline::Circle { center, radius_in, .. } => {
+                truth.circles.push(((center.x_in, center.y_in), radius_in));
+            }
+        }
+    }
+    truth
+}
+
+/// How fast the line really is, for a person.
+pub(super) fn rate_words(time_factor: f64) -> String {
+    let bytes_s = f64::from(BYTES_PER_S) * time_factor;
+    format!("2400 baud 8N1, {bytes_s:.0} bytes/s")
+}
+

@@ -1,0 +1,134 @@
+//! `watch` and `demo`: the live dashboard. `watch --headless`: its events as JSON lines.
+
+use std::collections::BTreeMap;
+use std::io::{self, IsTerminal};
+use std::time::Instant;
+
+use sr04_sim::serve::{ServeOptions, Server};
+
+use super::cli::{Demo, Watch};
+use super::{Exit, Fault, block_on, headless, keeping, simulated};
+use crate::event::Event;
+use crate::io::link::{BAUD, Link, LinkSpec};
+use crate::model::{Config, Model};
+use crate::runtime::{Dashboard, Driver, Keeper, run};
+
+pub(super) fn watch(options: &Watch) -> Result<(), Fault> {
+    if !options.headless {
+        needs_terminal("watch --headless")?;
+    }
+    if options.link == LinkSpec::Stdin && !options.headless && !cfg!(unix) {
+        return Err(Fault::new(Exit::Usage, "the dashboard needs the keyboard; use --headless with -"));
+    }
+    let started = Instant::now();
+    let (spec, server) = simulated::embed(&options.link)?;
+    let name = options.link.to_string();
+    let keeper = keeping::open(&options.keeping, &name, BTreeMap::new(), started)?;
+    let station = Plan {
+        name,
+        spec,
+        baud: options.baud,
+        uplink: !options.no_uplink,
+        started,
+    };
+    if options.headless {
+        return block_on(async {
+            let driver = station.open(&keeper)?;
+            let result = headless::run(driver).await;
+            keeper.finish().map_err(keeping::fault)?;
+            result
+        });
+    }
+    let first = server.iter().map(|server| Event::Truth(simulated::truth(server))).collect();
+    show(&station, keeper, Config::from_environment(), first)
+}
+
+pub(super) fn demo(options: &Demo) -> Result<(), Fault> {
+    needs_terminal("groundwave sim")?;
+    let started = Instant::now();
+    let config = simulated::config(&options.simulated)?;
+    let server = simulated::start(
+        config,
+        &ServeOptions {
+            endpoints: vec![simulated::endpoint(false), simulated::endpoint(true)],
+            time_factor: options.simulated.time_factor,
+            ..ServeOptions::default()
+        },
+    )?;
+    let notes = BTreeMap::from([
+        ("world".to_owned(), options.simulated.world.clone()),
+        ("seed".to_owned(), options.simulated.seed.to_string()),
+        ("channel".to_owned(), options.simulated.channel.clone()),
+    ]);
+    let keeper = keeping::open(&options.keeping, "demo", notes, started)?;
+    let station = Plan {
+        name: format!("demo, {} seed {}", options.simulated.world, options.simulated.seed),
+        spec: simulated::link_to(address(&server, 0)),
+        baud: BAUD,
+        uplink: true,
+        started,
+    };
+    let raw = address(&server, 1);
+    let mut model = Config::from_environment();
+    model.hint = Some(if cfg!(unix) {
+        format!("raw in another terminal: cat {raw}")
+    } else {
+        format!("raw on tcp:{raw}")
+    });
+    show(&station, keeper, model, vec![Event::Truth(simulated::truth(&server))])
+}
+
+fn address(server: &Server, index: usize) -> &str {
+    server.addresses().get(index).map_or("", String::as_str)
+}
+
+fn needs_terminal(instead: &str) -> Result<(), Fault> {
+    if io::stdout().is_terminal() {
+        return Ok(());
+    }
+    Err(Fault::new(
+        Exit::Usage,
+        format!("the dashboard needs a terminal, and standard output is none; use `{instead}` instead"),
+    ))
+}
+
+/// What a station is to be opened on.
+struct Plan {
+    name: String,
+    spec: LinkSpec,
+    baud: u32,
+    uplink: bool,
+    started: Instant,
+}
+
+impl Plan {
+    fn open(&self, keeper: &Keeper) -> Result<Driver, Fault> {
+        let (inputs, from_link) = tokio::sync::mpsc::channel(256);
+        let link = Link::open(self.spec.clone(), self.baud, keeper.sink(), inputs)
+            .map_err(|error| Fault::new(Exit::NoLink, error))?;
+        Ok(Driver::new(
+            self.name.clone(),
+            link,
+            from_link,
+            self.uplink,
+            self.started,
+            keeper.sent_sink(),
+        ))
+    }
+}
+
+fn show(plan: &Plan, keeper: Keeper, config: Config, first: Vec<Event>) -> Result<(), Fault> {
+    block_on(async {
+        let status = keeper.clone();
+        let dashboard = Dashboard {
+            driver: plan.open(&keeper)?,
+            model: Model::new(config),
+            player: None,
+            recording: Box::new(move || status.status()),
+            first,
+        };
+        let result = run(dashboard).await;
+        keeper.finish().map_err(keeping::fault)?;
+        result.map_err(|error| Fault::new(Exit::Failed, format!("the terminal failed: {error}")))
+    })
+}

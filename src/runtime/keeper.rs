@@ -1,0 +1,166 @@
+//! Keeps what the radio delivers, before anybody looks at it.
+
+use std::collections::BTreeMap;
+use std::path::PathBuf;
+use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
+use std::time::{Instant, SystemTime};
+
+use groundwave_protocol::decoder::Decoder;
+
+use super::driver::SentSink;
+use crate::capture::{CaptureError, Existing, RawWriter, Recorder, Session};
+use crate::event::{Moment, Recording};
+use crate::io::link::Sink;
+
+/// What to keep, and where.
+#[derive(Clone, Debug)]
+pub struct KeepOptions {
+    /// Raw bytes go here.
+    pub tee: Option<PathBuf>,
+    /// MCAP goes here.
+    pub mcap: Option<PathBuf>,
+    /// What to do with files that exist.
+    pub existing: Existing,
+    /// The link as the operator named it.
+    pub link: String,
+    /// What else the recording shall say about itself.
+    pub notes: BTreeMap<String, String>,
+}
+
+/// The raw tee and the MCAP recorder behind one lock: the reader thread writes received bytes, the
+/// event loop what is sent.
+#[derive(Clone)]
+pub struct Keeper(Arc<Mutex<Inner>>);
+
+struct Inner {
+    tee: Option<RawWriter>,
+    tee_bytes: u64,
+    recorder: Option<Recorder>,
+    decoder: Decoder,
+    started: Instant,
+    started_wall: SystemTime,
+}
+
+impl Keeper {
+    /// Creates the files.
+    ///
+    /// # Errors
+    /// When one of them exists and may not be touched, or cannot be written.
+    pub fn open(options: &KeepOptions, started: Instant) -> Result<Self, CaptureError> {
+        let started_wall = SystemTime::now();
+        let tee = options
+            .tee
+            .as_ref()
+            .map(|path| RawWriter::create(path, options.existing))
+            .transpose()?;
+        let session = Session {
+            link: options.link.clone(),
+            start: started_wall,
+            notes: options.notes.clone(),
+        };
+        // Only raw captures can be written on.
+        let existing = match options.existing {
+            Existing::Append => Existing::Refuse,
+            other => other,
+        };
+        let recorder = options
+            .mcap
+            .as_ref()
+            .map(|path| Recorder::start(path, existing, &session))
+            .transpose()?;
+        Ok(Self(Arc::new(Mutex::new(Inner {
+            tee,
+            tee_bytes: 0,
+            recorder,
+            decoder: Decoder::default(),
+            started,
+            started_wall,
+        }))))
+    }
+
+    fn lock(&self) -> MutexGuard<'_, Inner> {
+        self.0.lock().unwrap_or_else(PoisonError::into_inner)
+    }
+
+    /// For the link's reader thread.
+    #[must_use]
+    pub fn sink(&self) -> Sink {
+        let keeper = self.clone();
+        Box::new(move |at, bytes| keeper.lock().handle_rx(at, bytes))
+    }
+
+    /// For the driver, which sends.
+    #[must_use]
+    pub fn sent_sink(&self) -> SentSink {
+        let keeper = self.clone();
+        Box::new(move |at, bytes| keeper.lock().handle_tx(at, bytes))
+    }
+
+    /// What has been kept so far, and what went wrong.
+    #[must_use]
+    pub fn status(&self) -> Recording {
+        self.lock().status()
+    }
+
+    /// Ends the recording in good order.
+    ///
+    /// # Errors
+    /// Whatever went wrong since the start.
+    pub fn finish(&self) -> Result<(), CaptureError> {
+        let (recorder, synced) = {
+            let mut inner = self.lock();
+            let synced = inner.tee.take().map(|tee| tee.sync());
+            (inner.recorder.take(), synced)
+        };
+        recorder.map_or(Ok(()), Recorder::finish)?;
+        synced.unwrap_or(Ok(()))
+    }
+}
+
+impl Inner {
+    fn times(&self, at: Instant) -> (Moment, SystemTime) {
+        let now = at.saturating_duration_since(self.started);
+        (now, self.started_wall + now)
+    }
+
+    fn handle_rx(&mut self, at: Instant, mut bytes: &[u8]) {
+        if let Some(tee) = &mut self.tee
+            && tee.write(bytes).is_ok()
+        {
+            // A failure is remembered by the writer and told by `status`.
+            self.tee_bytes += bytes.len() as u64;
+        }
+        let (now, wall) = self.times(at);
+        let Some(recorder) = &mut self.recorder else {
+            return;
+        };
+        recorder.handle_rx(now, wall, bytes);
+        while !bytes.is_empty() {
+            let (taken, received) = self.decoder.handle_bytes(bytes);
+            bytes = &bytes[taken..];
+            if let Some(received) = received {
+                recorder.handle_line(now, wall, &received);
+            }
+        }
+        recorder.handle_timeout(now);
+    }
+
+    fn handle_tx(&mut self, at: Instant, bytes: &[u8]) {
+        let (now, wall) = self.times(at);
+        if let Some(recorder) = &mut self.recorder {
+            recorder.handle_tx(now, wall, bytes);
+        }
+    }
+
+    fn status(&self) -> Recording {
+        let name = |path: &std::path::Path| path.display().to_string();
+        let tee_problem = self.tee.as_ref().and_then(|tee| tee.problem().map(str::to_owned));
+        let recorder_problem = self.recorder.as_ref().and_then(Recorder::problem);
+        Recording {
+            tee: self.tee.as_ref().map(|tee| name(tee.path())),
+            mcap: self.recorder.as_ref().map(|recorder| name(recorder.path())),
+            bytes: self.recorder.as_ref().map_or(self.tee_bytes, Recorder::bytes),
+            problem: tee_problem.or(recorder_problem),
+        }
+    }
+}
