@@ -1,0 +1,1 @@
+//! What a capture holds, at a glance.
