@@ -232,7 +232,15 @@ impl<R: Read> McapReader<R> {
                 bytes: &self.current.data,
             }));
         }
+        if self.start_ns.is_none() && !self.has_raw_bytes() {
+            return Err(McapProblem::NoRawBytes);
+        }
         Ok(None)
+    }
+
+    fn has_raw_bytes(&self) -> bool {
+        let mut channels = (0..=u16::MAX).filter_map(|id| self.messages.get_channel(id));
+        channels.any(|channel| channel.topic == RAW_RX)
     }
 
     /// Bytes that the recorder read and could not record.

@@ -66,6 +66,7 @@ enum Order {
 #[derive(Default)]
 struct Shared {
     bytes: AtomicU64,
+    done: AtomicU64,
     problem: Mutex<Option<String>>,
 }
 
@@ -81,6 +82,7 @@ pub struct Recorder {
     shared: Arc<Shared>,
     rx_bytes: u64,
     tx_bytes: u64,
+    queued: u64,
     dropped: u64,
     flush_at: Option<Moment>,
     was_bumped: bool,
@@ -128,7 +130,7 @@ impl Recorder {
             thread::Builder::new()
                 .name("recorder".into())
                 .spawn(move || {
-                    let result = worker.run(&queue, &path, &partial, existing);
+                    let result = worker.run(&queue, &shared, &path, &partial, existing);
                     if let Err(error) = &result {
                         *shared
                             .problem
@@ -149,6 +151,7 @@ impl Recorder {
             shared,
             rx_bytes: 0,
             tx_bytes: 0,
+            queued: 0,
             dropped: 0,
             flush_at: None,
             was_bumped: false,
@@ -212,6 +215,12 @@ impl Recorder {
     #[must_use]
     pub fn bytes(&self) -> u64 {
         self.shared.bytes.load(Ordering::Relaxed)
+    }
+
+    /// Messages that wait for the disk.
+    #[must_use]
+    pub fn backlog(&self) -> u64 {
+        self.queued - self.shared.done.load(Ordering::Acquire)
     }
 
     /// Messages that the disk was too slow for. Dropped bytes leave a step in `stream_offset`.
@@ -295,7 +304,10 @@ impl Recorder {
             return false;
         };
         match orders.try_send(order) {
-            Ok(()) => true,
+            Ok(()) => {
+                self.queued += 1;
+                true
+            }
             Err(TrySendError::Full(_)) => false,
             Err(TrySendError::Disconnected(_)) => {
                 self.flush_at = None;
@@ -323,6 +335,7 @@ impl Worker {
     fn run(
         mut self,
         queue: &Receiver<Order>,
+        shared: &Shared,
         path: &Path,
         partial: &Path,
         existing: Existing,
@@ -330,6 +343,7 @@ impl Worker {
         for order in queue {
             self.carry_out(order)
                 .map_err(|error| write_error(partial, error))?;
+            shared.done.fetch_add(1, Ordering::Release);
         }
         self.writer
             .finish()
