@@ -406,3 +406,31 @@ proptest! {
         prop_assert_eq!(String::from_utf8(piped).unwrap(), whole);
     }
 }
+
+/// Needs Python with `tests/judges/requirements.txt`; `JUDGE_PYTHON` names it.
+#[test]
+#[ignore = "needs Python packages; CI installs them"]
+fn tools_that_others_wrote_agree() {
+    let folder = TempDir::new().unwrap();
+    let file = |name| folder.path().join(name);
+    let stream = streams::noisy(3000, 3);
+    record(folder.path(), &stream, &[80, 33, 1]);
+    fs::write(file("a.jsonl"), decoded(&file("a.mcap"), Format::Jsonl)).unwrap();
+    let python = std::env::var_os("JUDGE_PYTHON").unwrap_or("python3".into());
+    let output = std::process::Command::new(python)
+        .arg(concat!(
+            env!("CARGO_MANIFEST_DIR"),
+            "/tests/judges/judge_mcap.py"
+        ))
+        .arg(file("a.mcap"))
+        .arg("--raw")
+        .arg(file("a.txt"))
+        .arg("--jsonl")
+        .arg(file("a.jsonl"))
+        .output()
+        .unwrap();
+    let said = String::from_utf8_lossy(&output.stdout);
+    let complained = String::from_utf8_lossy(&output.stderr);
+    assert!(output.status.success(), "{said}{complained}");
+    println!("{said}");
+}
