@@ -8,6 +8,7 @@ use std::path::Path;
 use std::time::{Duration, SystemTime, UNIX_EPOCH};
 
 use groundwave::capture::decode::{DecodeError, Format, decode};
+use groundwave::capture::info::Info;
 use groundwave::capture::source::Form;
 use groundwave::capture::{Capture, CaptureError, Existing, RawWriter, Recorder, Session};
 use groundwave_protocol::decoder::Decoder;
@@ -154,6 +155,37 @@ fn every_type_of_line_as_json_and_as_csv() {
     for line in decoded(&path, Format::Jsonl).lines() {
         serde_json::from_str::<serde_json::Value>(line).unwrap();
     }
+}
+
+#[test]
+fn info_tells_what_happened() {
+    let folder = TempDir::new().unwrap();
+    let stream = streams::noisy(900, 4);
+    record(folder.path(), &stream, &[80]);
+    let info = |name| Info::read(&mut Capture::open(folder.path().join(name)).unwrap());
+    let (raw, mcap) = (info("a.txt"), info("a.mcap"));
+    let mut text = Vec::new();
+    raw.write_text(&mut text).unwrap();
+    insta::assert_snapshot!("info_text", String::from_utf8(text).unwrap());
+    insta::assert_snapshot!("info_json", serde_json::to_string_pretty(&mcap).unwrap());
+    assert_eq!(raw.lines, mcap.lines);
+    assert_eq!(raw.rejected, mcap.rejected);
+    assert_eq!(raw.holders, mcap.holders);
+
+    // 3.5 inches a slot, none of them lost: the way is exact.
+    let stream = streams::clean(900);
+    let info = Info::read(&mut Capture::read("", Box::new(Cursor::new(stream))).unwrap());
+    assert!(
+        (info.distance_in - 3.5 * 898.0).abs() < 0.1,
+        "{}",
+        info.distance_in
+    );
+    assert_eq!((info.lines_lost, info.bumps), (0, 14));
+    let share = |i: usize| (info.holders[i].holder, info.holders[i].share_pct.round());
+    assert_eq!(
+        [share(0), share(1), share(2)],
+        [("prowl", 60.0), ("sonar", 30.0), ("bumpers", 10.0)]
+    );
 }
 
 #[test]

@@ -42,6 +42,7 @@ enum Reader {
 pub struct Capture {
     path: PathBuf,
     reader: Reader,
+    end: Duration,
 }
 
 impl Capture {
@@ -85,7 +86,11 @@ impl Capture {
         } else {
             Reader::Raw(RawReader::new(source))
         };
-        Ok(Self { path, reader })
+        Ok(Self {
+            path,
+            reader,
+            end: Duration::ZERO,
+        })
     }
 
     /// What it is stored as.
@@ -106,13 +111,19 @@ impl Capture {
         }
     }
 
+    /// When the latest bytes arrived, since the capture began.
+    #[must_use]
+    pub const fn end(&self) -> Duration {
+        self.end
+    }
+
     /// The next bytes from the robot; `None` at the end.
     ///
     /// # Errors
     /// Says why the rest cannot be read; what came before is good.
     pub fn next_chunk(&mut self) -> Result<Option<Chunk<'_>>, CaptureError> {
         let path = &self.path;
-        match &mut self.reader {
+        let chunk = match &mut self.reader {
             Reader::Raw(reader) => reader.next_chunk().map_err(|error| CaptureError::Read {
                 path: path.clone(),
                 error,
@@ -126,7 +137,9 @@ impl Capture {
                     McapProblem::NoRawBytes => CaptureError::NoRawBytes(path),
                 }
             }),
-        }
+        }?;
+        self.end = chunk.map_or(self.end, |chunk| chunk.at);
+        Ok(chunk)
     }
 
     /// Runs everything through a decoder and calls `take` with each line and the time it was complete.
