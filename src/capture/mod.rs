@@ -1,1 +1,23 @@
+//! Captures: what the radio delivered, kept byte for byte.
 //!
+//! Two forms. The raw text ([`raw`]) is the evidence: exactly the bytes that were read, noise included.
+//! MCAP ([`mcap`], written by the [`recorder`]) holds the same bytes with the time each was read and
+//! every decoded field, indexed and compressed, for other people's tools. A [`source`] reads either,
+//! for replay, [`decode`] and [`info`].
+
+pub mod decode;
+mod error;
+pub mod info;
+pub mod mcap;
+pub mod messages;
+pub mod name;
+pub mod raw;
+pub mod recorder;
+mod robot_clock;
+pub mod schema;
+pub mod source;
+
+pub use error::{CaptureError, Existing};
+pub use raw::RawWriter;
+pub use recorder::{Recorder, Session};
+pub use source::{Capture, Chunk};

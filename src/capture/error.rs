@@ -1,0 +1,137 @@
+//! What can go wrong with a capture.
+
+use std::fs::{File, OpenOptions};
+use std::io;
+use std::path::{Path, PathBuf};
+
+/// What to do when the file to be written exists.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum Existing {
+    /// Leave it alone and say so.
+    #[default]
+    Refuse,
+    /// Write on at its end. Only raw captures can.
+    Append,
+    /// Write over it.
+    Overwrite,
+}
+
+/// A capture could not be written or read.
+#[derive(Debug, thiserror::Error)]
+pub enum CaptureError {
+    /// The file is there and nobody allowed to touch it.
+    #[error(
+        "will not record to {}: the file exists; choose another name, or say --force to lose what is in it{}",
+        path.display(),
+        if *can_append { ", or --append to write on at its end" } else { "" }
+    )]
+    Exists {
+        /// The file.
+        path: PathBuf,
+        /// Whether appending is a way out.
+        can_append: bool,
+    },
+    /// A finished recording cannot take the name it was given.
+    #[error(
+        "cannot name the recording {}: a file of that name has appeared; the recording is complete in {}",
+        path.display(),
+        partial.display()
+    )]
+    Appeared {
+        /// The name.
+        path: PathBuf,
+        /// Where the recording is.
+        partial: PathBuf,
+    },
+    /// An MCAP cannot be written on.
+    #[error("cannot append to {}: only raw captures can be appended to; choose another name", .0.display())]
+    CannotAppend(PathBuf),
+    /// The file cannot be made.
+    #[error("cannot create {}: {error}{}", path.display(), remedy(error))]
+    Create {
+        /// The file.
+        path: PathBuf,
+        /// What the operating system says.
+        error: io::Error,
+    },
+    /// Writing failed in the middle.
+    #[error(
+        "recording to {} stopped: {error}; what was written until then is kept{}",
+        path.display(),
+        remedy(error)
+    )]
+    Write {
+        /// The file.
+        path: PathBuf,
+        /// What the operating system or the format says.
+        error: io::Error,
+    },
+    /// The file cannot be opened.
+    #[error("cannot open {}: {error}", path.display())]
+    Open {
+        /// The file.
+        path: PathBuf,
+        /// What the operating system says.
+        error: io::Error,
+    },
+    /// Reading failed in the middle.
+    #[error("cannot read on in {}: {error}", path.display())]
+    Read {
+        /// The file.
+        path: PathBuf,
+        /// What the operating system says.
+        error: io::Error,
+    },
+    /// An MCAP that ends too soon.
+    #[error(
+        "{} ends in the middle: the recording was interrupted; everything before that has been read",
+        .0.display()
+    )]
+    Unfinished(PathBuf),
+    /// An MCAP whose checksums or structure do not hold.
+    #[error("{} is damaged: {problem}; everything before that has been read", path.display())]
+    Damaged {
+        /// The file.
+        path: PathBuf,
+        /// What does not hold.
+        problem: String,
+    },
+    /// An MCAP of something else.
+    #[error("{} holds no {} channel of groundwave.RawBytes: not a Groundwave recording", .0.display(), super::mcap::RAW_RX)]
+    NoRawBytes(PathBuf),
+}
+
+fn remedy(error: &io::Error) -> &'static str {
+    match error.kind() {
+        io::ErrorKind::StorageFull | io::ErrorKind::QuotaExceeded => {
+            "; make room and start a new recording"
+        }
+        io::ErrorKind::NotFound => "; make the directory first",
+        io::ErrorKind::PermissionDenied | io::ErrorKind::ReadOnlyFilesystem => {
+            "; choose a directory you may write to"
+        }
+        _ => "",
+    }
+}
+
+/// Opens a file for writing and leaves an existing one alone unless told otherwise.
+pub(super) fn create(
+    path: &Path,
+    existing: Existing,
+    can_append: bool,
+) -> Result<File, CaptureError> {
+    let mut options = OpenOptions::new();
+    match existing {
+        Existing::Refuse => options.write(true).create_new(true),
+        Existing::Append => options.append(true).create(true),
+        Existing::Overwrite => options.write(true).create(true).truncate(true),
+    };
+    options.open(path).map_err(|error| {
+        let path = path.to_owned();
+        if error.kind() == io::ErrorKind::AlreadyExists {
+            CaptureError::Exists { path, can_append }
+        } else {
+            CaptureError::Create { path, error }
+        }
+    })
+}

@@ -1,0 +1,323 @@
+//! What a capture holds, at a glance.
+
+use std::io::{self, Write};
+
+use groundwave_protocol::decoder::{Counters, Decoder, Received};
+use groundwave_protocol::letters::{Bump, Drive, Layer};
+use groundwave_protocol::telemetry::{Body, CountersLine, HOLDERS, Line, StateLine};
+use serde::Serialize;
+
+use super::source::Form;
+use super::{Capture, CaptureError};
+use crate::request::layer_word;
+
+/// What a capture holds.
+#[derive(Clone, Debug, Serialize)]
+pub struct Info {
+    /// How it is stored.
+    pub form: Form,
+    /// From its beginning to its last byte, seconds. Of a raw capture, the time that a radio at 2400
+    /// baud takes for as many bytes.
+    pub duration_s: f64,
+    /// Bytes received.
+    pub bytes: u64,
+    /// Bytes that belong to no intact line.
+    pub noise_bytes: u64,
+    /// Bytes that were received and could not be recorded.
+    pub missing_bytes: u64,
+    /// Intact lines.
+    pub lines: LineCounts,
+    /// Lines that the sequence says were sent and that did not arrive intact.
+    pub lines_lost: u64,
+    /// `lines_lost` in per cent of the lines sent.
+    pub loss_pct: f64,
+    /// What was taken for a line and rejected.
+    pub rejected: Rejected,
+    /// Robot and firmware, as it last said.
+    pub robot: Option<Robot>,
+    /// Times the robot booted in the middle.
+    pub restarts: u32,
+    /// Way between the reported positions, inches.
+    pub distance_in: f64,
+    /// Who held the motors, in per cent of the ticks between the first line C and the last.
+    pub holders: Vec<HolderShare>,
+    /// First voltage reported.
+    pub battery_first_v: Option<f64>,
+    /// Last voltage reported.
+    pub battery_last_v: Option<f64>,
+    /// Bumper contacts: by the robot's own count between the first line C and the last, else as seen
+    /// in lines A.
+    pub bumps: u32,
+    /// Why the capture could not be read to its end.
+    pub problem: Option<String>,
+}
+
+/// Intact lines by type.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize)]
+#[serde(rename_all = "UPPERCASE")]
+pub struct LineCounts {
+    /// State.
+    pub a: u64,
+    /// Status.
+    pub b: u64,
+    /// Counters.
+    pub c: u64,
+    /// Text.
+    pub t: u64,
+    /// Acknowledgement.
+    pub k: u64,
+}
+
+/// Candidates for a line, by what was wrong with them.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
+pub struct Rejected {
+    /// The checksum did not hold.
+    pub crc: u64,
+    /// A line feed with nothing like a line before it.
+    pub shape: u64,
+    /// The checksum held and a field made no sense: another version of the wire.
+    pub field: u64,
+}
+
+/// Who sent it.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize)]
+pub struct Robot {
+    /// 1 to 99.
+    pub id: u8,
+    /// Major and minor.
+    pub firmware_version: String,
+}
+
+/// The part of the time that a behaviour held the motors.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct HolderShare {
+    /// A layer or `prowl`.
+    pub holder: &'static str,
+    /// Per cent.
+    pub share_pct: f64,
+}
+
+impl Info {
+    /// Reads a whole capture. A capture that is damaged or ends early is told about up to there.
+    #[must_use]
+    pub fn read(capture: &mut Capture) -> Self {
+        let mut decoder = Decoder::default();
+        let mut survey = Survey::default();
+        let result = capture.for_each_line(&mut decoder, |_, received| {
+            survey.take(received);
+            Ok::<_, CaptureError>(())
+        });
+        survey.into_info(
+            capture,
+            decoder.counters(),
+            result.err().map(|e| e.to_string()),
+        )
+    }
+
+    /// Writes it for a person, a line a fact.
+    ///
+    /// # Errors
+    /// When the output takes no more.
+    pub fn write_text(&self, output: &mut impl Write) -> io::Result<()> {
+        let LineCounts { a, b, c, t, k } = self.lines;
+        let all = a + b + c + t + k;
+        let minutes = self.duration_s as u64 / 60;
+        let seconds = self.duration_s - (minutes * 60) as f64;
+        writeln!(output, "duration   {minutes} min {seconds:.1} s")?;
+        writeln!(
+            output,
+            "bytes      {} received, {} noise",
+            self.bytes, self.noise_bytes
+        )?;
+        if self.missing_bytes > 0 {
+            writeln!(output, "missing    {} bytes", self.missing_bytes)?;
+        }
+        writeln!(
+            output,
+            "lines      {all} intact: A {a}, B {b}, C {c}, T {t}, K {k}"
+        )?;
+        writeln!(
+            output,
+            "loss       {} lines, {:.1} %",
+            self.lines_lost, self.loss_pct
+        )?;
+        let Rejected { crc, shape, field } = self.rejected;
+        writeln!(
+            output,
+            "rejected   {crc} checksum, {shape} shape, {field} field"
+        )?;
+        if let Some(robot) = &self.robot {
+            writeln!(
+                output,
+                "robot      {}, firmware {}, restarts {}",
+                robot.id, robot.firmware_version, self.restarts
+            )?;
+        }
+        writeln!(output, "distance   {:.1} in", self.distance_in)?;
+        writeln!(output, "bumps      {}", self.bumps)?;
+        if let (Some(first), Some(last)) = (self.battery_first_v, self.battery_last_v) {
+            writeln!(output, "battery    {first:.1} V to {last:.1} V")?;
+        }
+        if !self.holders.is_empty() {
+            let shares: Vec<_> = self
+                .holders
+                .iter()
+                .map(|h| format!("{} {:.1} %", h.holder, h.share_pct))
+                .collect();
+            writeln!(output, "behaviours {}", shares.join(", "))?;
+        }
+        if let Some(problem) = &self.problem {
+            writeln!(output, "problem    {problem}")?;
+        }
+        Ok(())
+    }
+}
+
+/// Faster than this between two lines, the odometer was reset and not driven.
+const SPEED_MAX_IN_S: f64 = 24.0;
+
+/// The count of ticks goes round after 4096; a longer silence than this at 20 Hz cannot be told.
+const TICKS_ROUND_S: u32 = 200;
+
+#[derive(Default)]
+struct Survey {
+    lines: LineCounts,
+    robot: Option<Robot>,
+    restarts: u32,
+    place: Option<Place>,
+    distance_in: f64,
+    battery_dv: Option<(u16, u16)>,
+    counters: Option<CountersLine>,
+    ticks: [u64; HOLDERS],
+    bumps_counted: Option<u32>,
+    bumps_seen: u32,
+    was_bumped: bool,
+}
+
+/// Where the robot was, and the sequence of that line.
+#[derive(Clone, Copy)]
+struct Place {
+    x_in: f64,
+    y_in: f64,
+    sequence: u8,
+}
+
+impl Survey {
+    fn take(&mut self, received: &Received) {
+        match received {
+            Received::Ack(_) => self.lines.k += 1,
+            Received::Line(line, _) => self.take_line(line),
+        }
+    }
+
+    fn take_line(&mut self, line: &Line) {
+        match &line.body {
+            Body::State(state) => {
+                self.lines.a += 1;
+                self.take_state(line.sequence, state);
+            }
+            Body::Status(status) => {
+                self.lines.b += 1;
+                let (first, _) = self.battery_dv.unwrap_or((status.battery_dv, 0));
+                self.battery_dv = Some((first, status.battery_dv));
+            }
+            Body::Counters(counters) => {
+                self.lines.c += 1;
+                self.take_counters(counters);
+            }
+            Body::Text(_) => self.lines.t += 1,
+        }
+    }
+
+    fn take_state(&mut self, sequence: u8, state: &StateLine) {
+        let bumped = !matches!(state.bump, Bump::None | Bump::NotFitted);
+        self.bumps_seen += u32::from(bumped && !self.was_bumped);
+        self.was_bumped = bumped;
+
+        let place = Place {
+            x_in: f64::from(state.x_tenths_in) / 10.0,
+            y_in: f64::from(state.y_tenths_in) / 10.0,
+            sequence,
+        };
+        if let Some(last) = self.place
+            && state.drive != Drive::OdometerReset
+        {
+            let slots = (sequence + 100 - last.sequence) % 100;
+            let step_in = (place.x_in - last.x_in).hypot(place.y_in - last.y_in);
+            if step_in <= f64::from(slots) / 3.0 * SPEED_MAX_IN_S {
+                self.distance_in += step_in;
+            }
+        }
+        self.place = Some(place);
+    }
+
+    fn take_counters(&mut self, counters: &CountersLine) {
+        self.robot = Some(Robot {
+            id: counters.robot_id,
+            firmware_version: format!("{}.{:02}", counters.version.major, counters.version.minor),
+        });
+        if let Some(last) = &self.counters {
+            if last.boots != counters.boots {
+                let boots = (counters.boots + 1000 - last.boots) % 1000;
+                self.restarts += u32::from(boots);
+            } else if let Some(passed_s) = counters.uptime_s.checked_sub(last.uptime_s) {
+                let bumps = (counters.bumps + 10_000 - last.bumps) % 10_000;
+                *self.bumps_counted.get_or_insert(0) += u32::from(bumps);
+                if passed_s < TICKS_ROUND_S {
+                    let won = counters.ticks_won.iter().zip(&last.ticks_won);
+                    for (total, (now, then)) in self.ticks.iter_mut().zip(won) {
+                        *total += u64::from(now.wrapping_sub(*then) % 4096);
+                    }
+                }
+            }
+        }
+        self.counters = Some(*counters);
+    }
+
+    fn into_info(self, capture: &Capture, seen: &Counters, problem: Option<String>) -> Info {
+        let ticks: u64 = self.ticks.iter().sum();
+        let names = Layer::ALL.into_iter().map(layer_word).chain(["prowl"]);
+        let mut holders: Vec<HolderShare> = names
+            .zip(self.ticks)
+            .filter(|(_, won)| *won > 0)
+            .map(|(holder, won)| HolderShare {
+                holder,
+                share_pct: per_cent(won, ticks),
+            })
+            .collect();
+        holders.sort_by(|a, b| b.share_pct.total_cmp(&a.share_pct));
+        let lines = seen.lines + seen.ack_lines;
+        let volts = |dv: u16| f64::from(dv) / 10.0;
+        Info {
+            form: capture.form(),
+            duration_s: capture.end().as_secs_f64(),
+            bytes: seen.bytes,
+            noise_bytes: seen.noise_bytes,
+            missing_bytes: capture.missing_bytes(),
+            lines: self.lines,
+            lines_lost: seen.lines_lost,
+            loss_pct: per_cent(seen.lines_lost, lines + seen.lines_lost),
+            rejected: Rejected {
+                crc: seen.crc_rejected,
+                shape: seen.shape_rejected,
+                field: seen.field_rejected,
+            },
+            robot: self.robot,
+            restarts: self.restarts,
+            distance_in: self.distance_in,
+            holders,
+            battery_first_v: self.battery_dv.map(|(first, _)| volts(first)),
+            battery_last_v: self.battery_dv.map(|(_, last)| volts(last)),
+            bumps: self.bumps_counted.unwrap_or(self.bumps_seen),
+            problem,
+        }
+    }
+}
+
+fn per_cent(part: u64, whole: u64) -> f64 {
+    if whole == 0 {
+        0.0
+    } else {
+        part as f64 * 100.0 / whole as f64
+    }
+}

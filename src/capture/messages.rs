@@ -1,0 +1,531 @@
+//! What a capture says: the protobuf messages of the MCAP form, and the same flat fields for JSON lines
+//! and CSV.
+//!
+//! One message a line, whatever its type, with flat fields of which those that the line says are
+//! present: tools that plot reach every value by one short path, and a field has one name in MCAP,
+//! JSON and CSV. `proto/groundwave.proto` says the same for other languages; a test holds them
+//! together.
+
+use groundwave_protocol::decoder::Received;
+use groundwave_protocol::letters::{
+    Arm, Bump, Cliff, Drive, Infrared, Layer, LayerState, Link, Mode, Power,
+};
+use groundwave_protocol::telemetry::{
+    Ack, Body, CountersLine, Detail, StateLine, StatusLine, TextLine,
+};
+
+/// Bytes of a stream as they were read or sent.
+#[derive(Clone, PartialEq, Eq, prost::Message)]
+pub struct RawBytes {
+    /// Bytes of the stream before these; a step means that bytes are missing from the capture.
+    #[prost(uint64, tag = 1)]
+    pub stream_offset: u64,
+    /// The bytes.
+    #[prost(bytes = "vec", tag = 2)]
+    pub data: Vec<u8>,
+}
+
+/// One value of a [`Telemetry`] message.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Value<'a> {
+    /// A whole number.
+    Integer(i64),
+    /// A number with tenths.
+    Decimal(f64),
+    /// A state, in lower case with underscores.
+    Word(&'static str),
+    /// The robot's own words.
+    Text(&'a str),
+}
+
+/// A field of [`Telemetry`] as `proto/groundwave.proto` must declare it.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Field {
+    /// The same in MCAP, JSON and CSV.
+    pub name: &'static str,
+    /// Fixed for ever.
+    pub tag: u32,
+    /// The protobuf type; `int32` for states.
+    pub kind: &'static str,
+    /// Words for the states 0, 1, 2, ...; empty for numbers and text.
+    pub words: &'static [&'static str],
+}
+
+/// Rust's names for the protobuf types in use.
+#[expect(non_camel_case_types, reason = "protobuf's own names")]
+mod kind {
+    pub type double = f64;
+    pub type int32 = i32;
+    pub type sint32 = i32;
+    pub type string = String;
+    pub type uint32 = u32;
+}
+
+trait ToValue {
+    fn value(&self, words: &'static [&'static str]) -> Value<'_>;
+}
+
+impl ToValue for i32 {
+    fn value(&self, words: &'static [&'static str]) -> Value<'_> {
+        match usize::try_from(*self).ok().and_then(|i| words.get(i)) {
+            Some(word) => Value::Word(word),
+            None => Value::Integer((*self).into()),
+        }
+    }
+}
+
+impl ToValue for u32 {
+    fn value(&self, _: &'static [&'static str]) -> Value<'_> {
+        Value::Integer((*self).into())
+    }
+}
+
+impl ToValue for f64 {
+    fn value(&self, _: &'static [&'static str]) -> Value<'_> {
+        Value::Decimal(*self)
+    }
+}
+
+impl ToValue for String {
+    fn value(&self, _: &'static [&'static str]) -> Value<'_> {
+        Value::Text(self)
+    }
+}
+
+macro_rules! telemetry {
+    ($($(#[$doc:meta])+ $tag:tt $name:ident: $kind:ident $(of $words:ident)?;)+) => {
+        /// Everything a line says.
+        #[derive(Clone, PartialEq, prost::Message)]
+        pub struct Telemetry {
+            $($(#[$doc])+ #[prost($kind, optional, tag = $tag)] pub $name: Option<kind::$kind>,)+
+        }
+
+        impl Telemetry {
+            /// Every field there is, in the order of [`Self::for_each`].
+            pub const FIELDS: &[Field] = &[$(Field {
+                name: stringify!($name),
+                tag: $tag,
+                kind: stringify!($kind),
+                words: telemetry!(@words $($words)?),
+            }),+];
+
+            /// Calls `take` with every field's name and its value; `None` where the line does not say it.
+            ///
+            /// # Errors
+            /// The first error of `take`.
+            pub fn for_each<E>(
+                &self,
+                mut take: impl FnMut(&'static str, Option<Value<'_>>) -> Result<(), E>,
+            ) -> Result<(), E> {
+                $(take(
+                    stringify!($name),
+                    self.$name.as_ref().map(|value| value.value(telemetry!(@words $($words)?))),
+                )?;)+
+                Ok(())
+            }
+        }
+    };
+    (@words) => { &[] };
+    (@words $words:ident) => { $words };
+}
+
+const LINE_TYPES: &[&str] = &["A", "B", "C", "T", "K"];
+const OUTCOMES: &[&str] = &[
+    "done",
+    "not_fitted",
+    "bad_value",
+    "list_incomplete",
+    "digest_mismatch",
+    "not_now",
+    "unknown",
+    "failed",
+];
+const BUMPS: &[&str] = &[
+    "none",
+    "left",
+    "center",
+    "right",
+    "left_center",
+    "right_center",
+    "sides",
+    "all",
+    "jammed",
+    "not_fitted",
+];
+const INFRARED: &[&str] = &["none", "left", "right", "both", "jammed", "not_fitted"];
+const CLIFFS: &[&str] = &["none", "left", "center", "right", "several", "not_fitted"];
+const ARMS: &[&str] = &[
+    "stowed",
+    "up",
+    "armed",
+    "motion_left",
+    "motion_right",
+    "motion_both",
+    "top_hat",
+    "not_fitted",
+];
+const DRIVES: &[&str] = &[
+    "ok",
+    "saturated",
+    "stalled",
+    "odometer_reset",
+    "out_of_range",
+];
+const POWERS: &[&str] = &["ok", "low", "critical", "docked", "charging"];
+const LINKS: &[&str] = &["ok", "listening", "failsafe"];
+const MODES: &[&str] = &[
+    "prowl",
+    "reactive",
+    "passive",
+    "stop",
+    "user",
+    "wander",
+    "go_home",
+    "forage",
+    "calibrate",
+];
+const LAYER_STATES: &[&str] = &["off", "quiet", "raised", "holds"];
+const LAYERS: &[&str] = &[
+    "user",
+    "bumpers",
+    "rotation",
+    "infrared",
+    "sonar",
+    "photo",
+    "motion",
+    "dead_reckoning",
+];
+
+telemetry! {
+    /// Type of the line: A state, B status, C counters, T text, K acknowledgement.
+    1 line_type: int32 of LINE_TYPES;
+    /// Number of the line, 0 to 99.
+    2 sequence: uint32;
+    /// Low 3 bits of the boot counter.
+    3 ack_boot: uint32;
+    /// Session, 1 to 7 in turn; 0 before the first.
+    4 ack_session: uint32;
+    /// Sequence of the latest command taken, low 3 bits.
+    5 ack_sequence: uint32;
+    /// What became of that command.
+    6 ack_outcome: int32 of OUTCOMES;
+    /// Nonce of the session's owner, while no list is being staged.
+    7 ack_owner: uint32;
+    /// Intact uplink frames heard since boot, low 6 bits, while no list is being staged.
+    8 ack_frames: uint32;
+    /// First block of the staged list that has not arrived.
+    9 ack_first_missing_block: uint32;
+    /// Bit n: block first missing + 1 + n has arrived.
+    10 ack_window_bits: uint32;
+
+    /// Position, inches.
+    11 x_in: double;
+    /// Position, inches.
+    12 y_in: double;
+    /// Heading, degrees clockwise from +Y.
+    13 theta_deg: uint32;
+    /// Requested speed at the centre, in/s.
+    14 velocity_in_s: sint32;
+    /// Requested difference between the wheels, left minus right, in/s.
+    15 rotation_in_s: sint32;
+    /// Measured left wheel, in/s.
+    16 wheel_left_in_s: sint32;
+    /// Measured right wheel, in/s.
+    17 wheel_right_in_s: sint32;
+    /// Left sonar, inches; absent when no echo came back.
+    18 sonar_left_in: uint32;
+    /// Right sonar, inches; absent when no echo came back.
+    19 sonar_right_in: uint32;
+    /// Left photocell, per cent of full scale, 0 very bright.
+    20 photo_left_pct: uint32;
+    /// Right photocell, per cent of full scale, 0 very bright.
+    21 photo_right_pct: uint32;
+    /// Bumper switches.
+    22 bump: int32 of BUMPS;
+    /// Infrared detectors.
+    23 infrared: int32 of INFRARED;
+    /// Floor edge sensors.
+    24 cliff: int32 of CLIFFS;
+    /// Servo arm and motion detectors.
+    25 arm: int32 of ARMS;
+    /// Drive train and odometer.
+    26 drive: int32 of DRIVES;
+    /// Battery.
+    27 power: int32 of POWERS;
+    /// Receiver.
+    28 link: int32 of LINKS;
+    /// Commanded mode.
+    29 mode: int32 of MODES;
+    /// Layer 1.
+    30 layer_bumpers: int32 of LAYER_STATES;
+    /// Layer 2.
+    31 layer_rotation: int32 of LAYER_STATES;
+    /// Layer 3.
+    32 layer_infrared: int32 of LAYER_STATES;
+    /// Layer 4.
+    33 layer_sonar: int32 of LAYER_STATES;
+    /// Layer 5.
+    34 layer_photo: int32 of LAYER_STATES;
+    /// Layer 6.
+    35 layer_motion: int32 of LAYER_STATES;
+    /// Layer 7.
+    36 layer_dead_reckoning: int32 of LAYER_STATES;
+    /// The layer that holds the motors; absent when prowl or User does.
+    37 holder: int32 of LAYERS;
+
+    /// Robot, 1 to 99.
+    38 robot_id: uint32;
+    /// Battery, volts.
+    39 battery_v: double;
+    /// The point being driven to, inches.
+    40 target_x_in: sint32;
+    /// The point being driven to, inches.
+    41 target_y_in: sint32;
+    /// Waypoints of the active list reached.
+    42 waypoints_driven: uint32;
+    /// Waypoints in the active list.
+    43 waypoints_count: uint32;
+    /// Digest of the active list.
+    44 list_digest: uint32;
+    /// The infrared layer's present threshold.
+    45 max_count: uint32;
+    /// Left photocell, 0 very bright to 255 dark.
+    46 photo_left_raw: uint32;
+    /// Right photocell, 0 very bright to 255 dark.
+    47 photo_right_raw: uint32;
+    /// Bit n: the firmware has layer n.
+    48 layers_fitted_bits: uint32;
+    /// Bit n: layer n is allowed.
+    49 layers_allowed_bits: uint32;
+    /// Boot counter, modulo 1000.
+    50 boots: uint32;
+    /// Odometer resets since boot, modulo 100.
+    51 odometer_resets: uint32;
+
+    /// Seconds since boot by the robot's clock, modulo 1,000,000.
+    52 uptime_s: uint32;
+    /// Firmware version before the point.
+    53 firmware_major: uint32;
+    /// Firmware version after the point.
+    54 firmware_minor: uint32;
+    /// 20 Hz ticks won by layer 0 since boot, modulo 4096.
+    55 ticks_won_user: uint32;
+    /// Ticks won by layer 1.
+    56 ticks_won_bumpers: uint32;
+    /// Ticks won by layer 2.
+    57 ticks_won_rotation: uint32;
+    /// Ticks won by layer 3.
+    58 ticks_won_infrared: uint32;
+    /// Ticks won by layer 4.
+    59 ticks_won_sonar: uint32;
+    /// Ticks won by layer 5.
+    60 ticks_won_photo: uint32;
+    /// Ticks won by layer 6.
+    61 ticks_won_motion: uint32;
+    /// Ticks won by layer 7.
+    62 ticks_won_dead_reckoning: uint32;
+    /// Ticks won by prowl.
+    63 ticks_won_prowl: uint32;
+    /// Intact uplink frames since boot, modulo 1000.
+    64 frames_heard: uint32;
+    /// Uplink frames rejected since boot, modulo 1000.
+    65 frames_rejected: uint32;
+    /// Ticks that began late since boot, modulo 1000.
+    66 ticks_late: uint32;
+    /// Bumper contacts since boot, modulo 10,000.
+    67 bumps: uint32;
+
+    /// A line of text from the robot's program.
+    68 text: string;
+}
+
+impl From<&Received> for Telemetry {
+    fn from(received: &Received) -> Self {
+        let mut message = Self {
+            sequence: Some(received.sequence().into()),
+            ..Self::default()
+        };
+        message.set_ack(received.ack());
+        message.line_type = Some(match received {
+            Received::Ack(_) => 4,
+            Received::Line(line, _) => match &line.body {
+                Body::State(state) => {
+                    message.set_state(state);
+                    0
+                }
+                Body::Status(status) => {
+                    message.set_status(status);
+                    1
+                }
+                Body::Counters(counters) => {
+                    message.set_counters(counters);
+                    2
+                }
+                Body::Text(text) => {
+                    message.set_text(text);
+                    3
+                }
+            },
+        });
+        message
+    }
+}
+
+impl Telemetry {
+    fn set_ack(&mut self, ack: &Ack) {
+        self.ack_boot = Some(ack.boot.into());
+        self.ack_session = Some(ack.session.into());
+        self.ack_sequence = Some(ack.sequence.into());
+        self.ack_outcome = Some(ack.outcome as i32);
+        match ack.detail {
+            Detail::Idle { owner, frames } => {
+                self.ack_owner = Some(owner.into());
+                self.ack_frames = Some(frames.into());
+            }
+            Detail::Staging {
+                first_missing,
+                window,
+            } => {
+                self.ack_first_missing_block = Some(first_missing.into());
+                self.ack_window_bits = Some(window.into());
+            }
+        }
+    }
+
+    fn set_state(&mut self, line: &StateLine) {
+        self.x_in = Some(f64::from(line.x_tenths_in) / 10.0);
+        self.y_in = Some(f64::from(line.y_tenths_in) / 10.0);
+        self.theta_deg = Some(line.theta_deg.into());
+        self.velocity_in_s = Some(line.velocity_in_s.into());
+        self.rotation_in_s = Some(line.rotation_in_s.into());
+        self.wheel_left_in_s = Some(line.wheel_left_in_s.into());
+        self.wheel_right_in_s = Some(line.wheel_right_in_s.into());
+        self.sonar_left_in = line.sonar_left_in.map(u32::from);
+        self.sonar_right_in = line.sonar_right_in.map(u32::from);
+        self.photo_left_pct = line.photo_left_pct.map(u32::from);
+        self.photo_right_pct = line.photo_right_pct.map(u32::from);
+        self.bump = number(Bump::ALL, line.bump);
+        self.infrared = number(Infrared::ALL, line.infrared);
+        self.cliff = number(Cliff::ALL, line.cliff);
+        self.arm = number(Arm::ALL, line.arm);
+        self.drive = number(Drive::ALL, line.drive);
+        self.power = number(Power::ALL, line.power);
+        self.link = number(Link::ALL, line.link);
+        self.mode = number(Mode::ALL, line.mode);
+        let layer = |layer| number(LayerState::ALL, line.layers.get(layer));
+        self.layer_bumpers = layer(Layer::Bumpers);
+        self.layer_rotation = layer(Layer::Rotation);
+        self.layer_infrared = layer(Layer::Infrared);
+        self.layer_sonar = layer(Layer::Sonar);
+        self.layer_photo = layer(Layer::Photo);
+        self.layer_motion = layer(Layer::Motion);
+        self.layer_dead_reckoning = layer(Layer::DeadReckoning);
+        self.holder = line.layers.holder().map(|layer| layer as i32);
+    }
+
+    fn set_status(&mut self, line: &StatusLine) {
+        self.robot_id = Some(line.robot_id.into());
+        self.battery_v = Some(f64::from(line.battery_dv) / 10.0);
+        self.target_x_in = line.target_in.map(|(x_in, _)| x_in.into());
+        self.target_y_in = line.target_in.map(|(_, y_in)| y_in.into());
+        self.waypoints_driven = Some(line.list.driven.into());
+        self.waypoints_count = Some(line.list.count.into());
+        self.list_digest = Some(line.digest);
+        self.max_count = Some(line.max_count.into());
+        self.photo_left_raw = line.photo_left.map(u32::from);
+        self.photo_right_raw = line.photo_right.map(u32::from);
+        self.layers_fitted_bits = Some(line.fitted.bits().into());
+        self.layers_allowed_bits = Some(line.allowed.bits().into());
+        self.boots = Some(line.boots.into());
+        self.odometer_resets = Some(line.odometer_resets.into());
+    }
+
+    fn set_counters(&mut self, line: &CountersLine) {
+        self.robot_id = Some(line.robot_id.into());
+        self.uptime_s = Some(line.uptime_s);
+        self.boots = Some(line.boots.into());
+        self.firmware_major = Some(line.version.major.into());
+        self.firmware_minor = Some(line.version.minor.into());
+        let [
+            user,
+            bumpers,
+            rotation,
+            infrared,
+            sonar,
+            photo,
+            motion,
+            route,
+            prowl,
+        ] = line.ticks_won.map(|ticks| Some(ticks.into()));
+        self.ticks_won_user = user;
+        self.ticks_won_bumpers = bumpers;
+        self.ticks_won_rotation = rotation;
+        self.ticks_won_infrared = infrared;
+        self.ticks_won_sonar = sonar;
+        self.ticks_won_photo = photo;
+        self.ticks_won_motion = motion;
+        self.ticks_won_dead_reckoning = route;
+        self.ticks_won_prowl = prowl;
+        self.frames_heard = Some(line.frames_heard.into());
+        self.frames_rejected = Some(line.frames_rejected.into());
+        self.ticks_late = Some(line.ticks_late.into());
+        self.bumps = Some(line.bumps.into());
+    }
+
+    fn set_text(&mut self, line: &TextLine) {
+        self.text = Some(line.as_str().to_owned());
+    }
+}
+
+/// A state's number in protobuf is its place in the wire's list of states.
+fn number<T: PartialEq>(all: &[T], state: T) -> Option<i32> {
+    all.iter().position(|s| *s == state).map(|i| i as i32)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use groundwave_protocol::telemetry::Outcome;
+    use std::fmt::Debug;
+
+    /// `LeftCenter` as `left_center`.
+    fn words<T: Debug>(all: &[T]) -> Vec<String> {
+        let word = |state: &T| {
+            let mut word = String::new();
+            for c in format!("{state:?}").chars() {
+                if c.is_uppercase() && !word.is_empty() {
+                    word.push('_');
+                }
+                word.extend(c.to_lowercase());
+            }
+            word
+        };
+        all.iter().map(word).collect()
+    }
+
+    #[test]
+    fn every_state_of_the_wire_has_its_word() {
+        assert_eq!(BUMPS, words(Bump::ALL));
+        assert_eq!(INFRARED, words(Infrared::ALL));
+        assert_eq!(CLIFFS, words(Cliff::ALL));
+        assert_eq!(ARMS, words(Arm::ALL));
+        assert_eq!(DRIVES, words(Drive::ALL));
+        assert_eq!(POWERS, words(Power::ALL));
+        assert_eq!(LINKS, words(Link::ALL));
+        assert_eq!(MODES, words(Mode::ALL));
+        assert_eq!(LAYER_STATES, words(LayerState::ALL));
+        assert_eq!(LAYERS, words(&Layer::ALL));
+        let outcomes = [
+            Outcome::Done,
+            Outcome::NotFitted,
+            Outcome::BadValue,
+            Outcome::ListIncomplete,
+            Outcome::DigestMismatch,
+            Outcome::NotNow,
+            Outcome::Unknown,
+            Outcome::Failed,
+        ];
+        assert_eq!(OUTCOMES, words(&outcomes));
+        assert!(outcomes.iter().enumerate().all(|(i, &o)| o as usize == i));
+    }
+}

@@ -1,0 +1,165 @@
+//! A capture to read from, whatever its form.
+
+use std::fs::File;
+use std::io::{self, BufReader, Cursor, Read};
+use std::path::{Path, PathBuf};
+use std::time::Duration;
+
+use groundwave_protocol::decoder::{Decoder, Received};
+
+use super::CaptureError;
+use super::mcap::{McapProblem, McapReader};
+use super::raw::RawReader;
+
+/// Bytes that arrived together.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Chunk<'a> {
+    /// When, since the capture began. Raw captures know no time: theirs is that of a 2400-baud radio
+    /// that never paused.
+    pub at: Duration,
+    /// The bytes.
+    pub bytes: &'a [u8],
+}
+
+/// What a capture is stored as.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, serde::Serialize)]
+#[serde(rename_all = "lowercase")]
+pub enum Form {
+    /// The bytes and nothing else.
+    Raw,
+    /// With times, in MCAP.
+    Mcap,
+}
+
+type Source = io::Chain<Cursor<Vec<u8>>, Box<dyn Read + Send>>;
+
+enum Reader {
+    Raw(RawReader<Source>),
+    Mcap(Box<McapReader<BufReader<Source>>>),
+}
+
+/// A capture that has been opened.
+pub struct Capture {
+    path: PathBuf,
+    reader: Reader,
+    end: Duration,
+}
+
+impl Capture {
+    /// Opens a capture of either form, told apart by content. `-` is standard input.
+    ///
+    /// # Errors
+    /// When it cannot be opened or read.
+    pub fn open(path: impl AsRef<Path>) -> Result<Self, CaptureError> {
+        let path = path.as_ref();
+        if path == Path::new("-") {
+            return Self::read("standard input", Box::new(io::stdin()));
+        }
+        let file = File::open(path).map_err(|error| CaptureError::Open {
+            path: path.to_owned(),
+            error,
+        })?;
+        Self::read(path, Box::new(file))
+    }
+
+    /// Reads a capture from anywhere; the name is for messages.
+    ///
+    /// # Errors
+    /// When its beginning cannot be read.
+    pub fn read(
+        name: impl Into<PathBuf>,
+        mut source: Box<dyn Read + Send>,
+    ) -> Result<Self, CaptureError> {
+        let path = name.into();
+        let mut head = Vec::new();
+        if let Err(error) = source
+            .by_ref()
+            .take(::mcap::MAGIC.len() as u64)
+            .read_to_end(&mut head)
+        {
+            return Err(CaptureError::Read { path, error });
+        }
+        let is_mcap = head == ::mcap::MAGIC;
+        let source = Cursor::new(head).chain(source);
+        let reader = if is_mcap {
+            Reader::Mcap(Box::new(McapReader::new(BufReader::new(source))))
+        } else {
+            Reader::Raw(RawReader::new(source))
+        };
+        Ok(Self {
+            path,
+            reader,
+            end: Duration::ZERO,
+        })
+    }
+
+    /// What it is stored as.
+    #[must_use]
+    pub const fn form(&self) -> Form {
+        match self.reader {
+            Reader::Raw(_) => Form::Raw,
+            Reader::Mcap(_) => Form::Mcap,
+        }
+    }
+
+    /// Bytes that an MCAP says were read and are not in it.
+    #[must_use]
+    pub fn missing_bytes(&self) -> u64 {
+        match &self.reader {
+            Reader::Raw(_) => 0,
+            Reader::Mcap(reader) => reader.missing_bytes(),
+        }
+    }
+
+    /// When the latest bytes arrived, since the capture began.
+    #[must_use]
+    pub const fn end(&self) -> Duration {
+        self.end
+    }
+
+    /// The next bytes from the robot; `None` at the end.
+    ///
+    /// # Errors
+    /// Says why the rest cannot be read; what came before is good.
+    pub fn next_chunk(&mut self) -> Result<Option<Chunk<'_>>, CaptureError> {
+        let path = &self.path;
+        let chunk = match &mut self.reader {
+            Reader::Raw(reader) => reader.next_chunk().map_err(|error| CaptureError::Read {
+                path: path.clone(),
+                error,
+            }),
+            Reader::Mcap(reader) => reader.next_chunk().map_err(|problem| {
+                let path = path.clone();
+                match problem {
+                    McapProblem::Read(error) => CaptureError::Read { path, error },
+                    McapProblem::Unfinished => CaptureError::Unfinished(path),
+                    McapProblem::Damaged(problem) => CaptureError::Damaged { path, problem },
+                    McapProblem::NoRawBytes => CaptureError::NoRawBytes(path),
+                }
+            }),
+        }?;
+        self.end = chunk.map_or(self.end, |chunk| chunk.at);
+        Ok(chunk)
+    }
+
+    /// Runs everything through a decoder and calls `take` with each line and the time it was complete.
+    ///
+    /// # Errors
+    /// The capture's, and those of `take`.
+    pub fn for_each_line<E: From<CaptureError>>(
+        &mut self,
+        decoder: &mut Decoder,
+        mut take: impl FnMut(Duration, &Received) -> Result<(), E>,
+    ) -> Result<(), E> {
+        while let Some(Chunk { at, mut bytes }) = self.next_chunk()? {
+            while !bytes.is_empty() {
+                let (taken, received) = decoder.handle_bytes(bytes);
+                bytes = &bytes[taken..];
+                if let Some(received) = received {
+                    take(at, &received)?;
+                }
+            }
+        }
+        Ok(())
+    }
+}

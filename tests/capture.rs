@@ -1,0 +1,468 @@
+//! Captures from end to end: what was recorded is what was received, byte for byte, in either form.
+
+mod streams;
+
+use std::fs;
+use std::io::{Cursor, Read};
+use std::path::Path;
+use std::time::{Duration, SystemTime, UNIX_EPOCH};
+
+use groundwave::capture::decode::{DecodeError, Format, decode};
+use groundwave::capture::info::Info;
+use groundwave::capture::source::Form;
+use groundwave::capture::{Capture, CaptureError, Existing, RawWriter, Recorder, Session};
+use groundwave_protocol::decoder::Decoder;
+use proptest::prelude::*;
+use tempfile::TempDir;
+
+const START_S: u64 = 1_741_944_413;
+
+fn wall(now: Duration) -> SystemTime {
+    UNIX_EPOCH + Duration::from_secs(START_S) + now
+}
+
+fn session() -> Session {
+    Session {
+        link: "/dev/ttyUSB0".into(),
+        start: wall(Duration::ZERO),
+        notes: [("seed".to_owned(), "42".to_owned())].into(),
+    }
+}
+
+/// Feeds a stream as the station does, `sizes` bytes at a read in turn, at 240 bytes a second.
+fn feed(stream: &[u8], sizes: &[usize], raw: &mut RawWriter, recorder: &mut Recorder) -> Duration {
+    let mut decoder = Decoder::default();
+    let mut sizes = sizes.iter().cycle();
+    let mut rest = stream;
+    let mut now = Duration::ZERO;
+    while !rest.is_empty() {
+        let (mut read, after) = rest.split_at((*sizes.next().unwrap()).min(rest.len()));
+        rest = after;
+        now = Duration::from_secs(stream.len() as u64 - rest.len() as u64) / 240;
+        raw.write(read).unwrap();
+        recorder.handle_rx(now, wall(now), read);
+        while !read.is_empty() {
+            let (taken, received) = decoder.handle_bytes(read);
+            read = &read[taken..];
+            if let Some(received) = received {
+                recorder.handle_line(now, wall(now), &received);
+            }
+        }
+        // Faster than life: let the recorder's thread keep up.
+        while recorder.backlog() > 500 {
+            std::thread::yield_now();
+        }
+    }
+    now
+}
+
+fn record(folder: &Path, stream: &[u8], sizes: &[usize]) {
+    let mut raw = RawWriter::create(folder.join("a.txt"), Existing::Refuse).unwrap();
+    let mut recorder =
+        Recorder::start(folder.join("a.mcap"), Existing::Refuse, &session()).unwrap();
+    let now = feed(stream, sizes, &mut raw, &mut recorder);
+    recorder.handle_tx(now, wall(now), b"\nsent\n");
+    assert_eq!(recorder.dropped(), 0);
+    recorder.finish().unwrap();
+}
+
+/// Everything that can be read, and why that was not all.
+fn read_back(path: &Path) -> (Vec<u8>, Option<CaptureError>) {
+    let mut capture = Capture::open(path).unwrap();
+    let mut content = Vec::new();
+    loop {
+        match capture.next_chunk() {
+            Ok(Some(chunk)) => content.extend(chunk.bytes),
+            Ok(None) => break (content, None),
+            Err(error) => break (content, Some(error)),
+        }
+    }
+}
+
+fn content(path: &Path) -> Vec<u8> {
+    let (content, error) = read_back(path);
+    assert!(error.is_none(), "{error:?}");
+    content
+}
+
+fn decoded(path: &Path, format: Format) -> String {
+    let mut output = Vec::new();
+    decode(&mut Capture::open(path).unwrap(), format, &mut output).unwrap();
+    String::from_utf8(output).unwrap()
+}
+
+/// Records without their times, which only MCAP knows.
+fn timeless(table: &str) -> Vec<&str> {
+    table
+        .lines()
+        .map(|line| line.split_once(',').unwrap().1)
+        .collect()
+}
+
+#[test]
+fn what_was_received_is_what_is_read_back() {
+    let folder = TempDir::new().unwrap();
+    let stream = streams::noisy(600, 1);
+    record(folder.path(), &stream, &[1, 80, 33, 240]);
+    assert!(!folder.path().join("a.mcap.partial").exists());
+    assert_eq!(fs::read(folder.path().join("a.txt")).unwrap(), stream);
+    assert_eq!(content(&folder.path().join("a.txt")), stream);
+    assert_eq!(content(&folder.path().join("a.mcap")), stream);
+    assert_eq!(
+        Capture::open(folder.path().join("a.mcap")).unwrap().form(),
+        Form::Mcap
+    );
+}
+
+#[test]
+fn both_forms_decode_to_what_was_seen_live() {
+    let folder = TempDir::new().unwrap();
+    let stream = streams::noisy(600, 2);
+    record(folder.path(), &stream, &[80]);
+    let (lines, counters) = streams::live(&stream);
+    assert!(counters.crc_rejected > 0 && counters.lines_lost > 0 && counters.noise_bytes > 0);
+    for form in ["a.txt", "a.mcap"] {
+        let mut capture = Capture::open(folder.path().join(form)).unwrap();
+        let mut decoder = Decoder::default();
+        let mut read_back = Vec::new();
+        capture
+            .for_each_line(&mut decoder, |_, received| {
+                read_back.push(*received);
+                Ok::<_, CaptureError>(())
+            })
+            .unwrap();
+        assert_eq!(read_back, lines);
+        assert_eq!(*decoder.counters(), counters);
+    }
+    for format in [Format::Jsonl, Format::Csv] {
+        let raw = decoded(&folder.path().join("a.txt"), format);
+        let mcap = decoded(&folder.path().join("a.mcap"), format);
+        assert_eq!(timeless(&raw), timeless(&mcap));
+        let header = usize::from(format == Format::Csv);
+        assert_eq!(raw.lines().count(), lines.len() + header);
+    }
+}
+
+#[test]
+fn every_type_of_line_as_json_and_as_csv() {
+    let folder = TempDir::new().unwrap();
+    let path = folder.path().join("a.txt");
+    let mut stream = b"noise before the first line\n".to_vec();
+    stream.extend(streams::clean(18));
+    fs::write(&path, stream).unwrap();
+    insta::assert_snapshot!("decoded_jsonl", decoded(&path, Format::Jsonl));
+    insta::assert_snapshot!("decoded_csv", decoded(&path, Format::Csv));
+    for line in decoded(&path, Format::Jsonl).lines() {
+        serde_json::from_str::<serde_json::Value>(line).unwrap();
+    }
+}
+
+#[test]
+fn info_tells_what_happened() {
+    let folder = TempDir::new().unwrap();
+    let stream = streams::noisy(900, 4);
+    record(folder.path(), &stream, &[80]);
+    let info = |name| Info::read(&mut Capture::open(folder.path().join(name)).unwrap());
+    let (raw, mcap) = (info("a.txt"), info("a.mcap"));
+    let mut text = Vec::new();
+    raw.write_text(&mut text).unwrap();
+    insta::assert_snapshot!("info_text", String::from_utf8(text).unwrap());
+    insta::assert_snapshot!("info_json", serde_json::to_string_pretty(&mcap).unwrap());
+    assert_eq!(raw.lines, mcap.lines);
+    assert_eq!(raw.rejected, mcap.rejected);
+    assert_eq!(raw.holders, mcap.holders);
+
+    // 3.5 inches a slot, none of them lost: the way is exact.
+    let stream = streams::clean(900);
+    let info = Info::read(&mut Capture::read("", Box::new(Cursor::new(stream))).unwrap());
+    assert!(
+        (info.distance_in - 3.5 * 898.0).abs() < 0.1,
+        "{}",
+        info.distance_in
+    );
+    assert_eq!((info.lines_lost, info.bumps), (0, 14));
+    let share = |i: usize| (info.holders[i].holder, info.holders[i].share_pct.round());
+    assert_eq!(
+        [share(0), share(1), share(2)],
+        [("prowl", 60.0), ("sonar", 30.0), ("bumpers", 10.0)]
+    );
+}
+
+#[test]
+fn nothing_is_overwritten_unless_asked() {
+    let folder = TempDir::new().unwrap();
+    let (raw, mcap) = (folder.path().join("a.txt"), folder.path().join("a.mcap"));
+    fs::write(&raw, "precious").unwrap();
+    fs::write(&mcap, "precious").unwrap();
+
+    let refused = RawWriter::create(&raw, Existing::Refuse).unwrap_err();
+    assert!(matches!(refused, CaptureError::Exists { .. }));
+    assert!(refused.to_string().contains("--append"), "{refused}");
+    let refused = Recorder::start(&mcap, Existing::Refuse, &session())
+        .err()
+        .unwrap();
+    assert!(matches!(refused, CaptureError::Exists { .. }));
+    assert!(refused.to_string().contains("--force"), "{refused}");
+    let refused = Recorder::start(&mcap, Existing::Append, &session())
+        .err()
+        .unwrap();
+    assert!(matches!(refused, CaptureError::CannotAppend(_)));
+    assert_eq!(fs::read(&mcap).unwrap(), b"precious");
+    assert!(!folder.path().join("a.mcap.partial").exists());
+
+    let mut appended = RawWriter::create(&raw, Existing::Append).unwrap();
+    appended.write(b" and more").unwrap();
+    assert_eq!(fs::read(&raw).unwrap(), b"precious and more");
+    let mut replaced = RawWriter::create(&raw, Existing::Overwrite).unwrap();
+    replaced.write(b"new").unwrap();
+    assert_eq!(fs::read(&raw).unwrap(), b"new");
+    let replaced = Recorder::start(&mcap, Existing::Overwrite, &session()).unwrap();
+    replaced.finish().unwrap();
+    assert_eq!(content(&mcap), b"");
+}
+
+#[test]
+fn an_interrupted_recording_is_left_alone_and_so_is_a_file_that_appears() {
+    let folder = TempDir::new().unwrap();
+    let path = folder.path().join("a.mcap");
+    let recorder = Recorder::start(&path, Existing::Refuse, &session()).unwrap();
+    let second = Recorder::start(&path, Existing::Refuse, &session())
+        .err()
+        .unwrap();
+    assert!(matches!(second, CaptureError::Exists { .. }), "{second}");
+    fs::write(&path, "precious").unwrap();
+    let error = recorder.finish().unwrap_err();
+    assert!(matches!(error, CaptureError::Appeared { .. }), "{error}");
+    assert_eq!(fs::read(&path).unwrap(), b"precious");
+    assert_eq!(content(&folder.path().join("a.mcap.partial")), b"");
+}
+
+#[test]
+fn a_killed_recording_holds_everything_up_to_the_last_flush() {
+    let folder = TempDir::new().unwrap();
+    let stream = streams::clean(90);
+    let mut raw = RawWriter::create(folder.path().join("a.txt"), Existing::Refuse).unwrap();
+    let mut recorder =
+        Recorder::start(folder.path().join("a.mcap"), Existing::Refuse, &session()).unwrap();
+    let now = feed(&stream, &[80], &mut raw, &mut recorder);
+    let flush_at = recorder
+        .poll_timeout()
+        .expect("there is something to flush");
+    assert!(flush_at <= now + Duration::from_secs(10));
+    recorder.handle_timeout(flush_at);
+    assert_eq!(recorder.poll_timeout(), None);
+    while recorder.backlog() > 0 {
+        std::thread::yield_now();
+    }
+    // What a kill would leave, at this moment and in the middle of the next write.
+    let mut killed = fs::read(folder.path().join("a.mcap.partial")).unwrap();
+    for torn in [0, 5, 400] {
+        killed.extend(&[6; 400][..torn]);
+        let copy = folder.path().join("killed.mcap");
+        fs::write(&copy, &killed).unwrap();
+        let (content, error) = read_back(&copy);
+        assert_eq!(content, stream, "{torn} bytes of the next write");
+        let error = error.expect("an unfinished recording passed for a whole one");
+        assert!(
+            torn > 0 || matches!(error, CaptureError::Unfinished(_)),
+            "{error}"
+        );
+    }
+    drop(recorder);
+    assert_eq!(content(&folder.path().join("a.mcap")), stream);
+}
+
+#[test]
+fn a_bump_is_on_the_disk_at_once() {
+    let folder = TempDir::new().unwrap();
+    let stream = streams::clean(21);
+    let mut raw = RawWriter::create(folder.path().join("a.txt"), Existing::Refuse).unwrap();
+    let mut recorder =
+        Recorder::start(folder.path().join("a.mcap"), Existing::Refuse, &session()).unwrap();
+    feed(&stream, &[80], &mut raw, &mut recorder);
+    assert_eq!(
+        recorder.poll_timeout(),
+        None,
+        "the last of these lines is a bump"
+    );
+}
+
+#[test]
+fn damage_is_named_and_never_read_as_good() {
+    let folder = TempDir::new().unwrap();
+    let stream = streams::clean(300);
+    record(folder.path(), &stream, &[80]);
+    let good = fs::read(folder.path().join("a.mcap")).unwrap();
+    let copy = folder.path().join("damaged.mcap");
+    let mut dice = streams::Dice(7);
+    for _ in 0..250 {
+        let (byte, bit) = (8 + dice.roll(good.len() - 8), dice.roll(8));
+        let mut bad = good.clone();
+        bad[byte] ^= 1 << bit;
+        fs::write(&copy, &bad).unwrap();
+        let (content, error) = read_back(&copy);
+        assert!(stream.starts_with(&content), "bit {bit} of byte {byte}");
+        assert!(
+            error.is_some() || content == stream,
+            "bit {bit} of byte {byte}"
+        );
+    }
+    for length in (8..good.len()).step_by(good.len() / 250) {
+        fs::write(&copy, &good[..length]).unwrap();
+        let (content, error) = read_back(&copy);
+        let error = error.expect("a part passed for the whole");
+        assert!(
+            matches!(error, CaptureError::Unfinished(_)),
+            "{length}: {error}"
+        );
+        assert!(stream.starts_with(&content), "{length} bytes");
+    }
+}
+
+#[test]
+fn another_mcap_is_not_taken_for_ours() {
+    let mut foreign = Cursor::new(Vec::new());
+    let mut writer = mcap::Writer::new(&mut foreign).unwrap();
+    writer.finish().unwrap();
+    drop(writer);
+    let path = Path::new("foreign.mcap");
+    let mut capture = Capture::read(path, Box::new(Cursor::new(foreign.into_inner()))).unwrap();
+    let error = capture.next_chunk().unwrap_err();
+    assert!(matches!(error, CaptureError::NoRawBytes(_)), "{error}");
+}
+
+#[test]
+fn a_clock_set_back_leaves_the_times_in_order() {
+    let folder = TempDir::new().unwrap();
+    let path = folder.path().join("a.mcap");
+    let mut recorder = Recorder::start(&path, Existing::Refuse, &session()).unwrap();
+    for (second, byte) in [(100, b"a"), (50, b"b"), (101, b"c")] {
+        let now = Duration::from_secs(second);
+        recorder.handle_rx(now, wall(now), byte);
+    }
+    recorder.finish().unwrap();
+    let mut capture = Capture::open(&path).unwrap();
+    let mut at_s = Vec::new();
+    while let Some(chunk) = capture.next_chunk().unwrap() {
+        at_s.push(chunk.at.as_secs());
+    }
+    assert_eq!(at_s, [0, 0, 1]);
+}
+
+/// Takes a few bytes and then no more.
+struct Closing(usize);
+
+impl std::io::Write for Closing {
+    fn write(&mut self, bytes: &[u8]) -> std::io::Result<usize> {
+        self.0 = self
+            .0
+            .checked_sub(bytes.len())
+            .ok_or(std::io::ErrorKind::BrokenPipe)?;
+        Ok(bytes.len())
+    }
+
+    fn flush(&mut self) -> std::io::Result<()> {
+        Ok(())
+    }
+}
+
+#[test]
+fn a_broken_pipe_is_told_apart() {
+    let stream = streams::clean(30);
+    let mut capture = Capture::read("stream", Box::new(Cursor::new(stream))).unwrap();
+    match decode(&mut capture, Format::Jsonl, &mut Closing(1500)) {
+        Err(DecodeError::Output(error)) => {
+            assert_eq!(error.kind(), std::io::ErrorKind::BrokenPipe);
+        }
+        other => panic!("{other:?}"),
+    }
+}
+
+#[cfg(target_os = "linux")]
+#[test]
+fn a_full_disk_is_said_once_and_remembered() {
+    let mut raw = RawWriter::create("/dev/full", Existing::Overwrite).unwrap();
+    let error = raw.write(b"bytes").unwrap_err().to_string();
+    assert!(error.contains("make room"), "{error}");
+    assert!(raw.write(b"more").is_ok());
+    assert_eq!(raw.problem(), Some(&*error));
+    assert_eq!(raw.bytes(), 0);
+
+    let folder = TempDir::new().unwrap();
+    let path = folder.path().join("a.mcap");
+    std::os::unix::fs::symlink("/dev/full", folder.path().join("a.mcap.partial")).unwrap();
+    let error = Recorder::start(&path, Existing::Overwrite, &session())
+        .err()
+        .unwrap();
+    assert!(error.to_string().contains("make room"), "{error}");
+    let error = Recorder::start("/nowhere/a.mcap", Existing::Refuse, &session())
+        .err()
+        .unwrap();
+    assert!(error.to_string().contains("make the directory"), "{error}");
+}
+
+/// Hands out `sizes` bytes in turn.
+struct Reads {
+    stream: Cursor<Vec<u8>>,
+    sizes: std::iter::Cycle<std::vec::IntoIter<usize>>,
+}
+
+impl Read for Reads {
+    fn read(&mut self, to: &mut [u8]) -> std::io::Result<usize> {
+        let size = self.sizes.next().unwrap().min(to.len());
+        self.stream.read(&mut to[..size])
+    }
+}
+
+proptest! {
+    #![proptest_config(ProptestConfig::with_cases(24))]
+
+    #[test]
+    fn the_chunking_of_a_stream_changes_nothing(
+        seed in any::<u64>(),
+        sizes in prop::collection::vec(1_usize..300, 1..20),
+    ) {
+        let folder = TempDir::new().unwrap();
+        let stream = streams::noisy(60, seed);
+        record(folder.path(), &stream, &sizes);
+        let (raw, mcap) = (folder.path().join("a.txt"), folder.path().join("a.mcap"));
+        prop_assert_eq!(content(&raw), &stream[..]);
+        prop_assert_eq!(content(&mcap), &stream[..]);
+        let whole = decoded(&raw, Format::Jsonl);
+        let recorded = decoded(&mcap, Format::Jsonl);
+        prop_assert_eq!(timeless(&recorded), timeless(&whole));
+
+        let source = Reads { stream: Cursor::new(stream), sizes: sizes.into_iter().cycle() };
+        let mut piped = Vec::new();
+        decode(&mut Capture::read("-", Box::new(source)).unwrap(), Format::Jsonl, &mut piped).unwrap();
+        prop_assert_eq!(String::from_utf8(piped).unwrap(), whole);
+    }
+}
+
+/// Needs Python with `tests/judges/requirements.txt`; `JUDGE_PYTHON` names it.
+#[test]
+#[ignore = "needs Python packages; CI installs them"]
+fn tools_that_others_wrote_agree() {
+    let folder = TempDir::new().unwrap();
+    let file = |name| folder.path().join(name);
+    let stream = streams::noisy(3000, 3);
+    record(folder.path(), &stream, &[80, 33, 1]);
+    fs::write(file("a.jsonl"), decoded(&file("a.mcap"), Format::Jsonl)).unwrap();
+    let python = std::env::var_os("JUDGE_PYTHON").unwrap_or("python3".into());
+    let output = std::process::Command::new(python)
+        .arg(concat!(
+            env!("CARGO_MANIFEST_DIR"),
+            "/tests/judges/judge_mcap.py"
+        ))
+        .arg(file("a.mcap"))
+        .arg("--raw")
+        .arg(file("a.txt"))
+        .arg("--jsonl")
+        .arg(file("a.jsonl"))
+        .output()
+        .unwrap();
+    let said = String::from_utf8_lossy(&output.stdout);
+    let complained = String::from_utf8_lossy(&output.stderr);
+    assert!(output.status.success(), "{said}{complained}");
+    println!("{said}");
+}

@@ -1,0 +1,113 @@
+#!/usr/bin/env python3
+"""Judges a Groundwave recording with the MCAP and protobuf libraries that others wrote.
+
+    judge_mcap.py RECORDING.mcap [--raw TEE] [--jsonl DECODED]
+
+Every checksum must hold. Reading by the index, reading from the front and the statistics must agree.
+The bytes of /raw/rx must be those of the raw capture, and the fields of /telemetry those of
+`groundwave decode --to jsonl`. Says what it found, or fails with the first thing that is wrong.
+"""
+
+import argparse
+import collections
+import json
+
+from mcap.reader import make_reader
+from mcap.records import Message
+from mcap.stream_reader import StreamReader
+from mcap_protobuf.decoder import DecoderFactory
+
+TOPICS = {
+    "/raw/rx": "groundwave.RawBytes",
+    "/raw/tx": "groundwave.RawBytes",
+    "/telemetry": "groundwave.Telemetry",
+}
+
+
+def check(holds, complaint):
+    if not holds:
+        raise SystemExit(f"wrong: {complaint}")
+
+
+def plain(message):
+    """A telemetry message as the JSON lines have it."""
+    record = {}
+    for field, value in message.ListFields():
+        if field.enum_type is not None:
+            names = [v.name for v in field.enum_type.values]
+            # LAYER_STATE_OFF -> off: the prefix is the type's own name.
+            prefix = "".join("_" + c if c.isupper() else c for c in field.enum_type.name)
+            prefix = prefix.lstrip("_").upper() + "_"
+            check(all(n.startswith(prefix) for n in names), f"names of {field.enum_type.name}")
+            word = field.enum_type.values_by_number[value].name.removeprefix(prefix)
+            value = word if field.name == "line_type" else word.lower()
+        record[field.name] = value
+    return record
+
+
+def main():
+    parser = argparse.ArgumentParser(description=__doc__.split("\n")[0])
+    parser.add_argument("recording")
+    parser.add_argument("--raw", help="the raw capture of the same session")
+    parser.add_argument("--jsonl", help="the recording as JSON lines")
+    arguments = parser.parse_args()
+
+    with open(arguments.recording, "rb") as file:
+        reader = make_reader(file, decoder_factories=[DecoderFactory()], validate_crcs=True)
+        check(reader.get_header().profile == "", "the profile is not empty")
+        summary = reader.get_summary()
+        check(summary is not None, "there is no summary")
+        topics = {c.topic: summary.schemas[c.schema_id] for c in summary.channels.values()}
+        check({t: s.name for t, s in topics.items()} == TOPICS, f"topics are {topics}")
+        check(all(s.encoding == "protobuf" for s in topics.values()), "a schema is not protobuf")
+        metadata = {m.name: m.metadata for m in reader.iter_metadata()}
+        check({"link", "start", "software_version"} <= metadata["session"].keys(), f"{metadata}")
+
+        indexed = collections.Counter()
+        received, telemetry, last_time = bytearray(), [], 0
+        for _, channel, message, content in reader.iter_decoded_messages(log_time_order=True):
+            check(message.sequence == indexed[channel.topic], f"sequence on {channel.topic}")
+            indexed[channel.topic] += 1
+            check(message.log_time >= last_time, "log times go back")
+            last_time = message.log_time
+            if channel.topic == "/raw/rx":
+                check(content.stream_offset == len(received), f"bytes missing at {len(received)}")
+                received += content.data
+            elif channel.topic == "/telemetry":
+                telemetry.append(plain(content))
+
+    with open(arguments.recording, "rb") as file:
+        streamed = collections.Counter()
+        for record in StreamReader(file, validate_crcs=True).records:
+            if isinstance(record, Message):
+                streamed[summary.channels[record.channel_id].topic] += 1
+    counted = collections.Counter(
+        {
+            summary.channels[channel].topic: count
+            for channel, count in summary.statistics.channel_message_counts.items()
+        }
+    )
+    check(indexed == streamed == counted, f"indexed {indexed}, streamed {streamed}, counted {counted}")
+    check(summary.statistics.message_count == sum(indexed.values()), "the statistics do not add up")
+
+    if arguments.raw:
+        with open(arguments.raw, "rb") as file:
+            check(received == file.read(), "/raw/rx differs from the raw capture")
+    if arguments.jsonl:
+        with open(arguments.jsonl, encoding="ascii") as file:
+            decoded = [json.loads(line) for line in file]
+        for record in decoded:
+            del record["at_s"]
+        check(len(telemetry) == len(decoded), f"{len(telemetry)} lines, decoded {len(decoded)}")
+        for number, (ours, theirs) in enumerate(zip(decoded, telemetry)):
+            check(ours == theirs, f"line {number}: {ours} differs from {theirs}")
+
+    for name, table in sorted(metadata.items()):
+        print(f"{name}: " + ", ".join(f"{key} {value}" for key, value in sorted(table.items())))
+    for topic, count in sorted(indexed.items()):
+        print(f"{topic}: {count} messages")
+    print(f"{len(received)} bytes received; every checksum holds, index, stream and statistics agree")
+
+
+if __name__ == "__main__":
+    main()
