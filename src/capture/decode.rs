@@ -68,7 +68,11 @@ fn write_header(output: &mut impl Write) -> io::Result<()> {
     output.write_all(b"\n")
 }
 
-fn write_json(output: &mut Vec<u8>, at: Duration, received: &Received) -> io::Result<()> {
+/// Appends one line of the robot as a JSON object and a line feed.
+///
+/// # Errors
+/// None that a vector could cause.
+pub fn write_json(output: &mut Vec<u8>, at: Duration, received: &Received) -> io::Result<()> {
     output.write_all(b"{\"at_s\":")?;
     write_seconds(output, at)?;
     Telemetry::from(received).for_each(|name, value| {

@@ -211,8 +211,8 @@ telemetry! {
     6 ack_outcome: int32 of OUTCOMES;
     /// Nonce of the session's owner, while no list is being staged.
     7 ack_owner: uint32;
-    /// Intact uplink frames heard since boot, low 6 bits, while no list is being staged.
-    8 ack_frames: uint32;
+    /// Which robot acknowledges, while no list is being staged.
+    8 ack_robot_id: uint32;
     /// First block of the staged list that has not arrived.
     9 ack_first_missing_block: uint32;
     /// Bit n: block first missing + 1 + n has arrived.
@@ -378,13 +378,14 @@ impl Telemetry {
         self.ack_sequence = Some(ack.sequence.into());
         self.ack_outcome = Some(ack.outcome as i32);
         match ack.detail {
-            Detail::Idle { owner, frames } => {
+            Detail::Idle { owner, robot_id } => {
                 self.ack_owner = Some(owner.into());
-                self.ack_frames = Some(frames.into());
+                self.ack_robot_id = Some(robot_id.into());
             }
             Detail::Staging {
                 first_missing,
                 window,
+                ..
             } => {
                 self.ack_first_missing_block = Some(first_missing.into());
                 self.ack_window_bits = Some(window.into());

@@ -2,11 +2,12 @@
 
 use std::io::{self, Write};
 
+use groundwave_protocol::decoder::Received;
 use serde_json::{Value, json};
 
 use super::{Exit, Fault};
 use crate::capture::decode;
-use crate::event::{Event, LinkEvent};
+use crate::event::{Event, LinkEvent, Moment};
 use crate::io::signals::{Signal, Signals, stop_myself};
 use crate::runtime::Driver;
 
@@ -23,9 +24,7 @@ pub(super) async fn run(mut driver: Driver) -> Result<(), Fault> {
             () = driver.step() => {}
         }
         while let Some(event) = driver.poll_event() {
-            if let Some(value) = to_json(&driver, &event)
-                && let Err(error) = print(&value)
-            {
+            if let Err(error) = print(driver.now(), &event) {
                 return Fault::output(&error);
             }
             if event == Event::Link(LinkEvent::Ended) {
@@ -35,22 +34,34 @@ pub(super) async fn run(mut driver: Driver) -> Result<(), Fault> {
     }
 }
 
-fn print(value: &Value) -> io::Result<()> {
+fn print(at: Moment, event: &Event) -> io::Result<()> {
+    let mut text = match event {
+        Event::Line { line, raw } => line_json(at, &Received::Line(**line, *raw))?,
+        Event::Ack(line) => line_json(at, &Received::Ack(*line))?,
+        _ => match other_json(at, event) {
+            Some(value) => value.to_string().into_bytes(),
+            None => return Ok(()),
+        },
+    };
+    if text.last() != Some(&b'\n') {
+        text.push(b'\n');
+    }
     let mut out = io::stdout().lock();
-    writeln!(out, "{value}")?;
+    out.write_all(&text)?;
     out.flush()
 }
 
-fn to_json(driver: &Driver, event: &Event) -> Option<Value> {
+/// A line as `decode` writes it, called an event like the others.
+fn line_json(at: Moment, received: &Received) -> io::Result<Vec<u8>> {
+    let mut decoded = Vec::new();
+    decode::write_json(&mut decoded, at, received)?;
+    let mut text = b"{\"event\":\"line\",".to_vec();
+    text.extend_from_slice(decoded.get(1..).unwrap_or_default());
+    Ok(text)
+}
+
+fn other_json(at: Moment, event: &Event) -> Option<Value> {
     let mut value = match event {
-        Event::Line { line, raw } => {
-            let received = groundwave_protocol::decoder::Received::Line(**line, *raw);
-            json!({ "event": "line", "line": decode::to_json(&received) })
-        }
-        Event::Ack(line) => {
-            let received = groundwave_protocol::decoder::Received::Ack(*line);
-            json!({ "event": "line", "line": decode::to_json(&received) })
-        }
         Event::Link(LinkEvent::Opened { name, can_send }) => {
             json!({ "event": "link", "state": "open", "name": name, "can_send": can_send })
         }
@@ -63,6 +74,6 @@ fn to_json(driver: &Driver, event: &Event) -> Option<Value> {
         }
         _ => return None,
     };
-    value["at_s"] = json!((driver.now().as_secs_f64() * 1000.0).round() / 1000.0);
+    value["at_s"] = json!((at.as_secs_f64() * 1000.0).round() / 1000.0);
     Some(value)
 }

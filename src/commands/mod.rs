@@ -1,8 +1,17 @@
 //! What the program can be told to do, one file a verb.
 
 pub mod cli;
+mod decode;
+mod headless;
+mod info;
+mod keeping;
 mod ports;
+mod record;
+mod replay;
 mod send;
+mod sim;
+mod simulated;
+mod watch;
 
 use std::io;
 use std::process::ExitCode;
@@ -59,9 +68,15 @@ impl Fault {
 #[must_use]
 pub fn run(cli: &Cli) -> ExitCode {
     let result = match &cli.command {
-        Command::Ports(ports) => ports::run(ports),
+        Command::Demo(demo) => watch::demo(demo),
+        Command::Watch(watch) => watch::watch(watch),
+        Command::Record(record) => record::run(record),
         Command::Send(send) => send::run(send),
-        _ => Ok(()),
+        Command::Sim(sim) => sim::run(sim),
+        Command::Replay(replay) => replay::run(replay),
+        Command::Decode(decode) => decode::run(decode),
+        Command::Info(info) => info::run(info),
+        Command::Ports(ports) => ports::run(ports),
     };
     match result {
         Ok(()) => ExitCode::SUCCESS,

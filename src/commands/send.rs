@@ -12,7 +12,7 @@ use serde_json::{Value, json};
 use super::cli::Send;
 use super::{Exit, Fault, block_on};
 use crate::event::{CommandId, CommandStep, Event, Failure, LinkEvent};
-use crate::io::link::{Link, LinkSpec};
+use crate::io::link::{Connection, Link, LinkSpec};
 use crate::request::Request;
 use crate::route;
 use crate::runtime::Driver;
@@ -90,8 +90,8 @@ fn read_text(path: &Path) -> Result<String, Fault> {
 async fn deliver(options: &Send, requests: Vec<Request>) -> Result<(), Fault> {
     let (inputs, from_link) = tokio::sync::mpsc::channel(64);
     let (spec, _simulator) = super::simulated::embed(&options.link)?;
-    let link = Link::open(spec, options.baud, Box::new(|_, _| {}), inputs)
-        .map_err(|error| Fault::new(Exit::NoLink, error))?;
+    let connection = Connection::open(&spec, options.baud).map_err(|error| Fault::new(Exit::NoLink, error))?;
+    let link = Link::start(spec, options.baud, connection, Box::new(|_, _| {}), inputs);
     let name = options.link.to_string();
     let mut driver = Driver::new(name, link, from_link, true, Instant::now(), Box::new(|_, _| {}));
     // The station learns that it can send from the link's first event.

@@ -1,10 +1,8 @@
 //! A simulated robot served from within this program.
 
 use groundwave_protocol::BYTES_PER_S;
-use sr04_sim::channel::ChannelSpec;
 use sr04_sim::serve::{Endpoint, ServeOptions, Server, serve};
-use sr04_sim::simulation::SimulationConfig;
-use sr04_sim::world::{Outline, World};
+use sr04_sim::{ChannelSpec, Outline, SimulationConfig, World};
 
 use super::cli::Simulated;
 use super::{Exit, Fault};

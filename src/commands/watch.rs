@@ -6,10 +6,10 @@ use std::time::Instant;
 
 use sr04_sim::serve::{ServeOptions, Server};
 
-use super::cli::{Demo, Watch};
+use super::cli::{Demo, Keeping, Watch};
 use super::{Exit, Fault, block_on, headless, keeping, simulated};
 use crate::event::Event;
-use crate::io::link::{BAUD, Link, LinkSpec};
+use crate::io::link::{BAUD, Connection, Link, LinkSpec};
 use crate::model::{Config, Model};
 use crate::runtime::{Dashboard, Driver, Keeper, run};
 
@@ -23,24 +23,25 @@ pub(super) fn watch(options: &Watch) -> Result<(), Fault> {
     let started = Instant::now();
     let (spec, server) = simulated::embed(&options.link)?;
     let name = options.link.to_string();
-    let keeper = keeping::open(&options.keeping, &name, BTreeMap::new(), started)?;
-    let station = Plan {
+    let plan = Plan {
         name,
         spec,
         baud: options.baud,
         uplink: !options.no_uplink,
         started,
+        keeping: options.keeping.clone(),
+        notes: BTreeMap::new(),
     };
     if options.headless {
         return block_on(async {
-            let driver = station.open(&keeper)?;
+            let (driver, keeper) = plan.open()?;
             let result = headless::run(driver).await;
             keeper.finish().map_err(keeping::fault)?;
             result
         });
     }
     let first = server.iter().map(|server| Event::Truth(simulated::truth(server))).collect();
-    show(&station, keeper, Config::from_environment(), first)
+    show(&plan, Config::from_environment(), first)
 }
 
 pub(super) fn demo(options: &Demo) -> Result<(), Fault> {
@@ -60,13 +61,14 @@ pub(super) fn demo(options: &Demo) -> Result<(), Fault> {
         ("seed".to_owned(), options.simulated.seed.to_string()),
         ("channel".to_owned(), options.simulated.channel.clone()),
     ]);
-    let keeper = keeping::open(&options.keeping, "demo", notes, started)?;
-    let station = Plan {
+    let plan = Plan {
         name: format!("demo, {} seed {}", options.simulated.world, options.simulated.seed),
         spec: simulated::link_to(address(&server, 0)),
         baud: BAUD,
         uplink: true,
         started,
+        keeping: options.keeping.clone(),
+        notes,
     };
     let raw = address(&server, 1);
     let mut model = Config::from_environment();
@@ -75,14 +77,14 @@ pub(super) fn demo(options: &Demo) -> Result<(), Fault> {
     } else {
         format!("raw on tcp:{raw}")
     });
-    show(&station, keeper, model, vec![Event::Truth(simulated::truth(&server))])
+    show(&plan, model, vec![Event::Truth(simulated::truth(&server))])
 }
 
 fn address(server: &Server, index: usize) -> &str {
     server.addresses().get(index).map_or("", String::as_str)
 }
 
-fn needs_terminal(instead: &str) -> Result<(), Fault> {
+pub(super) fn needs_terminal(instead: &str) -> Result<(), Fault> {
     if io::stdout().is_terminal() {
         return Ok(());
     }
@@ -99,29 +101,35 @@ struct Plan {
     baud: u32,
     uplink: bool,
     started: Instant,
+    keeping: Keeping,
+    notes: BTreeMap<String, String>,
 }
 
 impl Plan {
-    fn open(&self, keeper: &Keeper) -> Result<Driver, Fault> {
+    /// The link first: one that cannot be opened leaves no empty file behind.
+    fn open(&self) -> Result<(Driver, Keeper), Fault> {
         let (inputs, from_link) = tokio::sync::mpsc::channel(256);
-        let link = Link::open(self.spec.clone(), self.baud, keeper.sink(), inputs)
-            .map_err(|error| Fault::new(Exit::NoLink, error))?;
-        Ok(Driver::new(
+        let connection = Connection::open(&self.spec, self.baud).map_err(|error| Fault::new(Exit::NoLink, error))?;
+        let keeper = keeping::open(&self.keeping, &self.name, self.notes.clone(), self.started)?;
+        let link = Link::start(self.spec.clone(), self.baud, connection, keeper.sink(), inputs);
+        let driver = Driver::new(
             self.name.clone(),
             link,
             from_link,
             self.uplink,
             self.started,
             keeper.sent_sink(),
-        ))
+        );
+        Ok((driver, keeper))
     }
 }
 
-fn show(plan: &Plan, keeper: Keeper, config: Config, first: Vec<Event>) -> Result<(), Fault> {
+fn show(plan: &Plan, config: Config, first: Vec<Event>) -> Result<(), Fault> {
     block_on(async {
+        let (driver, keeper) = plan.open()?;
         let status = keeper.clone();
         let dashboard = Dashboard {
-            driver: plan.open(&keeper)?,
+            driver,
             model: Model::new(config),
             player: None,
             recording: Box::new(move || status.status()),

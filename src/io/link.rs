@@ -142,18 +142,17 @@ pub struct Link {
 }
 
 impl Link {
-    /// Opens a link and starts its threads. After this first success it stays: a loss is reported as
+    /// Starts the threads of a link that is open. It stays open: a loss is reported as
     /// [`LinkInput::Lost`] and the link is opened again as soon as it can be.
-    ///
-    /// # Errors
-    /// When it cannot be opened now.
-    pub fn open(
+    #[must_use]
+    pub fn start(
         spec: LinkSpec,
         baud: u32,
+        connection: Connection,
         mut sink: Sink,
         inputs: Sender<LinkInput>,
-    ) -> Result<Self, OpenError> {
-        let (mut reading, writing) = connect(&spec, baud)?;
+    ) -> Self {
+        let Connection { mut reading, writing } = connection;
         let can_send = writing.is_some();
         let shared: SharedWriting = Arc::new(Mutex::new(writing));
         let to_writer = can_send.then(|| start_writer(Arc::clone(&shared)));
@@ -172,16 +171,24 @@ impl Link {
                     End::Finished => lose(&inputs, &shared, "unplugged".to_owned()),
                     End::Failed(error) => lose(&inputs, &shared, describe(&error)),
                 }
-                let (again, writing) = reopen(&spec, baud, &inputs);
-                let Some(again) = again else { return };
-                reading = again;
-                *shared.lock().unwrap_or_else(PoisonError::into_inner) = writing;
+                let Some(again) = reopen(&spec, baud, &inputs) else { return };
+                reading = again.reading;
+                *shared.lock().unwrap_or_else(PoisonError::into_inner) = again.writing;
             }
         });
-        Ok(Self {
+        Self {
             to_writer,
             overflowed: 0,
-        })
+        }
+    }
+
+    /// No radio at all: what is received comes from elsewhere.
+    #[must_use]
+    pub const fn receive_only() -> Self {
+        Self {
+            to_writer: None,
+            overflowed: 0,
+        }
     }
 
     /// Whether anything can be sent.
@@ -228,18 +235,14 @@ fn lose(inputs: &Sender<LinkInput>, shared: &SharedWriting, reason: String) {
     let _ = inputs.blocking_send(LinkInput::Lost(reason));
 }
 
-fn reopen(
-    spec: &LinkSpec,
-    baud: u32,
-    inputs: &Sender<LinkInput>,
-) -> (Option<Reading>, Option<Writing>) {
+fn reopen(spec: &LinkSpec, baud: u32, inputs: &Sender<LinkInput>) -> Option<Connection> {
     while !inputs.is_closed() {
-        if let Ok((reading, writing)) = connect(spec, baud) {
-            return (Some(reading), writing);
+        if let Ok(connection) = Connection::open(spec, baud) {
+            return Some(connection);
         }
         thread::sleep(RETRY_EVERY);
     }
-    (None, None)
+    None
 }
 
 enum End {
@@ -287,21 +290,37 @@ fn describe(error: &io::Error) -> String {
     }
 }
 
-fn connect(spec: &LinkSpec, baud: u32) -> Result<(Reading, Option<Writing>), OpenError> {
-    match spec {
-        LinkSpec::Serial(path) => connect_serial(&path.display().to_string(), baud),
-        LinkSpec::Tcp(address) => {
-            let stream = connect_tcp(address).map_err(|e| OpenError::Tcp(address.clone(), e))?;
-            let writing = stream
-                .try_clone()
-                .map_err(|e| OpenError::Tcp(address.clone(), e))?;
-            Ok((Box::new(stream), Some(Box::new(writing))))
+/// An open device or socket.
+pub struct Connection {
+    reading: Reading,
+    writing: Option<Writing>,
+}
+
+impl Connection {
+    /// Opens a link.
+    ///
+    /// # Errors
+    /// When it cannot be opened now.
+    pub fn open(spec: &LinkSpec, baud: u32) -> Result<Self, OpenError> {
+        match spec {
+            LinkSpec::Serial(path) => connect_serial(&path.display().to_string(), baud),
+            LinkSpec::Tcp(address) => {
+                let stream = connect_tcp(address).map_err(|e| OpenError::Tcp(address.clone(), e))?;
+                let writing = stream.try_clone().map_err(|e| OpenError::Tcp(address.clone(), e))?;
+                Ok(Self {
+                    reading: Box::new(stream),
+                    writing: Some(Box::new(writing)),
+                })
+            }
+            LinkSpec::Stdin => Ok(Self {
+                reading: Box::new(io::stdin()),
+                writing: None,
+            }),
+            LinkSpec::Sim => Err(OpenError::Other(
+                spec.to_string(),
+                "the embedded simulator was not started".to_owned(),
+            )),
         }
-        LinkSpec::Stdin => Ok((Box::new(io::stdin()), None)),
-        LinkSpec::Sim => Err(OpenError::Other(
-            spec.to_string(),
-            "the embedded simulator was not started".to_owned(),
-        )),
     }
 }
 
@@ -321,14 +340,17 @@ fn connect_tcp(address: &str) -> io::Result<TcpStream> {
 }
 
 /// Opening leaves DTR as it is: toggling it resets an Arduino.
-fn connect_serial(name: &str, baud: u32) -> Result<(Reading, Option<Writing>), OpenError> {
+fn connect_serial(name: &str, baud: u32) -> Result<Connection, OpenError> {
     let port = serialport::new(name, baud)
         .timeout(READ_TIMEOUT)
         .preserve_dtr_on_open()
         .open()
         .map_err(|error| open_error(name, &error))?;
     let writing = clone_port(name, port.as_ref())?;
-    Ok((Box::new(port), Some(Box::new(writing))))
+    Ok(Connection {
+        reading: Box::new(port),
+        writing: Some(Box::new(writing)),
+    })
 }
 
 fn clone_port(name: &str, port: &dyn SerialPort) -> Result<Box<dyn SerialPort>, OpenError> {
@@ -386,9 +408,8 @@ mod tests {
 
     #[test]
     fn a_missing_device_is_called_missing() {
-        let (inputs, _) = tokio::sync::mpsc::channel(1);
         let spec = LinkSpec::Serial("/dev/groundwave-no-such-device".into());
-        let error = Link::open(spec, BAUD, Box::new(|_, _| {}), inputs).expect_err("opened");
+        let error = Connection::open(&spec, BAUD).err().expect("opened");
         assert!(matches!(error, OpenError::Missing(_)), "{error}");
     }
 }

@@ -187,10 +187,10 @@ impl Running {
     }
 
     fn load_route(&mut self, path: String) -> io::Result<bool> {
-        let loaded = fs::read_to_string(&path)
+        let route = fs::read_to_string(&path)
             .map_err(|error| format!("cannot read {path}: {error}"))
             .and_then(|text| route::parse(&path, &text).map_err(|error| error.to_string()));
-        self.tell(Event::RouteLoaded { path, loaded })
+        self.tell(Event::RouteLoaded { path, route })
     }
 
     fn suspend(&mut self) -> io::Result<()> {

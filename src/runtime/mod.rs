@@ -2,6 +2,8 @@
 
 mod dashboard;
 mod driver;
+mod keeper;
 
-pub use dashboard::{Dashboard, run};
+pub use dashboard::{Dashboard, Player, run};
 pub use driver::Driver;
+pub use keeper::{KeepOptions, Keeper};

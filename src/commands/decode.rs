@@ -1,0 +1,29 @@
+//! `decode`: a capture as JSON lines or CSV.
+
+use std::io::{self, BufWriter};
+use std::path::Path;
+
+use super::cli::{Decode, DecodeFormat};
+use super::{Fault, keeping};
+use crate::capture::Capture;
+use crate::capture::decode::{DecodeError, Format, decode};
+
+pub(super) fn run(options: &Decode) -> Result<(), Fault> {
+    let mut capture = Capture::open(&options.file).map_err(keeping::fault)?;
+    let format = match options.to {
+        DecodeFormat::Jsonl => Format::Jsonl,
+        DecodeFormat::Csv => Format::Csv,
+    };
+    let out = io::stdout().lock();
+    // Of a live stream each line is wanted at once; standard output is flushed at its line feeds.
+    let result = if options.file == Path::new("-") {
+        decode(&mut capture, format, &mut { out })
+    } else {
+        decode(&mut capture, format, &mut BufWriter::with_capacity(1 << 16, out))
+    };
+    match result {
+        Ok(_) => Ok(()),
+        Err(DecodeError::Capture(error)) => Err(keeping::fault(error)),
+        Err(DecodeError::Output(error)) => Fault::output(&error),
+    }
+}

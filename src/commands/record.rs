@@ -1,0 +1,106 @@
+//! `record`: what the radio delivers, into a file, without a dashboard.
+
+use std::collections::BTreeMap;
+use std::io::{self, IsTerminal};
+use std::time::{Duration, Instant};
+
+use super::cli::Record;
+use super::{Exit, Fault, block_on, keeping, simulated};
+use crate::event::{Event, LinkEvent};
+use crate::io::link::{Connection, Link};
+use crate::io::signals::{Signal, Signals, stop_myself};
+use crate::runtime::{Driver, KeepOptions, Keeper};
+
+const REPORT_EVERY: Duration = Duration::from_secs(1);
+
+pub(super) fn run(options: &Record) -> Result<(), Fault> {
+    let started = Instant::now();
+    let is_mcap = options.output.extension().is_some_and(|extension| extension.eq_ignore_ascii_case("mcap"));
+    if is_mcap && options.append {
+        return Err(Fault::new(
+            Exit::Usage,
+            "--append goes with raw files; an MCAP file is closed when it is finished",
+        ));
+    }
+    let (spec, _simulator) = simulated::embed(&options.link)?;
+    let name = options.link.to_string();
+    let (tee, mcap) = if is_mcap {
+        (None, Some(options.output.clone()))
+    } else {
+        (Some(options.output.clone()), None)
+    };
+    let keep = KeepOptions {
+        tee,
+        mcap,
+        existing: keeping::existing(options.append, options.force),
+        link: name.clone(),
+        notes: BTreeMap::new(),
+    };
+    block_on(async {
+        let (inputs, from_link) = tokio::sync::mpsc::channel(256);
+        // The link first: a port that cannot be opened leaves no empty file behind.
+        let connection = Connection::open(&spec, options.baud).map_err(|error| Fault::new(Exit::NoLink, error))?;
+        let keeper = Keeper::open(&keep, started).map_err(keeping::fault)?;
+        let link = Link::start(spec, options.baud, connection, keeper.sink(), inputs);
+        let driver = Driver::new(name, link, from_link, false, started, keeper.sent_sink());
+        let result = until_done(options, driver, &keeper).await;
+        keeper.finish().map_err(keeping::fault)?;
+        result
+    })
+}
+
+async fn until_done(options: &Record, mut driver: Driver, keeper: &Keeper) -> Result<(), Fault> {
+    let mut signals = Signals::listen()
+        .map_err(|error| Fault::new(Exit::Failed, format!("cannot listen for signals: {error}")))?;
+    let shows_progress = !options.quiet && io::stderr().is_terminal();
+    let mut report = tokio::time::interval(REPORT_EVERY);
+    let end = tokio::time::sleep(options.duration.unwrap_or(Duration::MAX));
+    tokio::pin!(end);
+    loop {
+        tokio::select! {
+            signal = signals.next() => match signal {
+                Signal::Leave => break,
+                Signal::Suspend => stop_myself(),
+            },
+            () = &mut end => break,
+            () = driver.step() => {}
+            _ = report.tick() => {
+                let status = keeper.status();
+                if let Some(problem) = status.problem {
+                    return Err(Fault::new(Exit::Failed, problem));
+                }
+                if shows_progress {
+                    let counters = driver.station().counters();
+                    eprint!("\r{} bytes, {} lines, {} lost ", status.bytes, counters.lines, counters.lines_lost);
+                }
+            }
+        }
+        let mut ended = false;
+        while let Some(event) = driver.poll_event() {
+            match event {
+                Event::Link(LinkEvent::Ended) => ended = true,
+                Event::Link(LinkEvent::Lost { reason }) if !options.quiet => {
+                    eprintln!("groundwave: link lost: {reason}; trying again");
+                }
+                _ => {}
+            }
+        }
+        if ended {
+            break;
+        }
+    }
+    if shows_progress {
+        eprintln!();
+    }
+    if !options.quiet {
+        let counters = driver.station().counters();
+        eprintln!(
+            "recorded {}: {} bytes, {} lines, {} lost",
+            options.output.display(),
+            keeper.status().bytes,
+            counters.lines,
+            counters.lines_lost
+        );
+    }
+    Ok(())
+}

@@ -1,0 +1,143 @@
+//! The real station against the real robot program in the simulated world, in one process and in
+//! virtual time.
+#![allow(dead_code, reason = "each test file uses its own part")]
+
+use std::time::Duration;
+
+use groundwave::event::{CommandId, CommandStep, Event, LinkEvent};
+use groundwave::request::Request;
+use groundwave::station::Station;
+use groundwave_protocol::arq::Config;
+use groundwave_protocol::letters::{LayerMask, Mode};
+use groundwave_protocol::telemetry::Body;
+use sr04_sim::{ChannelSpec, Simulation, SimulationConfig, World};
+
+/// One world, one robot, one radio, one station.
+pub struct CoSimulation {
+    pub simulation: Simulation,
+    pub station: Station,
+    pub events: Vec<(Duration, Event)>,
+    /// Every mode that line A has reported, in order, without repetitions.
+    pub modes: Vec<Mode>,
+    /// The latest mask of allowed layers in line B.
+    pub allowed: Option<LayerMask>,
+    /// The latest line B: waypoints driven, waypoints in the list, digest.
+    pub list: Option<(u16, u16, u32)>,
+    context: String,
+}
+
+impl CoSimulation {
+    /// `channel` as on the command line.
+    pub fn new(world: &str, seed: u64, channel: &str) -> Self {
+        let world = World::built_in(world).expect("a world that comes with the program");
+        let mut config = SimulationConfig::new(world, seed);
+        config.channel = channel.parse::<ChannelSpec>().expect("a channel");
+        let mut station = Station::new(Config::new((seed % 1023) as u16 + 1));
+        station.handle_link(LinkEvent::Opened { name: "simulation".to_owned(), can_send: true });
+        Self {
+            simulation: Simulation::new(&config),
+            station,
+            events: Vec::new(),
+            modes: Vec::new(),
+            allowed: None,
+            list: None,
+            context: format!("world {}, seed {seed}, channel `{channel}`", config.world.name()),
+        }
+    }
+
+    /// What to print beside a failure.
+    pub fn context(&self) -> String {
+        format!("{}, at {:.3} s", self.context, self.now().as_secs_f64())
+    }
+
+    pub fn now(&self) -> Duration {
+        Duration::from_millis(self.simulation.now_ms())
+    }
+
+    /// A millisecond.
+    pub fn step(&mut self) {
+        self.simulation.step();
+        let now = self.now();
+        while let Some(byte) = self.simulation.poll_downlink() {
+            self.station.handle_bytes(now, &[byte]);
+        }
+        if self.station.poll_timeout().is_some_and(|at| at <= now) {
+            self.station.handle_timeout(now);
+        }
+        while let Some(bytes) = self.station.poll_transmit(now) {
+            self.simulation.handle_uplink(&bytes);
+        }
+        while let Some(event) = self.station.poll_event() {
+            self.note(&event);
+            self.events.push((now, event));
+        }
+    }
+
+    fn note(&mut self, event: &Event) {
+        match event {
+            Event::Line { line, .. } => match &line.body {
+                Body::State(state) => {
+                    if self.modes.last() != Some(&state.mode) {
+                        self.modes.push(state.mode);
+                    }
+                }
+                Body::Status(status) => {
+                    self.allowed = Some(status.allowed);
+                    self.list = Some((status.list.driven, status.list.count, status.digest));
+                }
+                _ => {}
+            },
+            // What the ledger claims must hold at the robot at this very moment.
+            Event::Command { step: CommandStep::Proven { digest: Some(digest) }, .. } => {
+                let held = self.simulation.robot().lists().active_digest();
+                assert_eq!(held, *digest, "claimed and held differ: {}", self.context());
+            }
+            _ => {}
+        }
+    }
+
+    pub fn run(&mut self, seconds: u64) {
+        for _ in 0..seconds * 1000 {
+            self.step();
+        }
+    }
+
+    /// Runs until something holds; fails after so many virtual seconds.
+    pub fn run_until(&mut self, what: &str, limit_s: u64, mut done: impl FnMut(&Self) -> bool) {
+        for _ in 0..limit_s * 1000 {
+            if done(self) {
+                return;
+            }
+            self.step();
+        }
+        panic!("not within {limit_s} s: {what}; {}", self.context());
+    }
+
+    pub fn request(&mut self, request: Request) -> CommandId {
+        let now = self.now();
+        self.station.handle_request(now, request)
+    }
+
+    /// Delivers a request and returns the step that ended it.
+    pub fn deliver(&mut self, request: Request) -> CommandStep {
+        let what = format!("`{request}` ends");
+        let id = self.request(request);
+        let mut end = None;
+        self.run_until(&what, 120, |co| {
+            end = co.fate(id);
+            end.is_some()
+        });
+        end.expect("run_until has seen it")
+    }
+
+    /// How a command ended, if it has.
+    pub fn fate(&self, id: CommandId) -> Option<CommandStep> {
+        self.events.iter().rev().find_map(|(_, event)| match event {
+            Event::Command { id: of, step } if *of == id => match step {
+                CommandStep::Proven { .. } | CommandStep::Refused(_) | CommandStep::Failed(_) => Some(step.clone()),
+                _ => None,
+            },
+            _ => None,
+        })
+    }
+}

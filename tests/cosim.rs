@@ -1,0 +1,104 @@
+//! Promises about commands, kept over seeds: what is sent arrives, is what the robot holds, and is done.
+
+mod common;
+
+use common::CoSimulation;
+use groundwave::event::CommandStep;
+use groundwave::request::Request;
+use groundwave_protocol::Waypoint;
+use groundwave_protocol::digest::digest;
+use groundwave_protocol::letters::{Layer, LayerMask, Mode};
+
+const SEEDS: u64 = 200;
+
+/// A perfect radio, and one that spoils a line in two.
+const CHANNELS: [&str; 2] = ["", "ber=1e-3"];
+
+const PROVEN: CommandStep = CommandStep::Proven { digest: None };
+
+/// Runs a property over all seeds on both cores.
+fn over_seeds(property: impl Fn(u64, &str) + Sync) {
+    let next = std::sync::atomic::AtomicU64::new(0);
+    std::thread::scope(|scope| {
+        for _ in 0..2 {
+            scope.spawn(|| {
+                loop {
+                    let seed = next.fetch_add(1, std::sync::atomic::Ordering::Relaxed);
+                    if seed >= SEEDS {
+                        break;
+                    }
+                    for channel in CHANNELS {
+                        property(seed, channel);
+                    }
+                }
+            });
+        }
+    });
+}
+
+#[test]
+fn a_mode_change_arrives() {
+    over_seeds(|seed, channel| {
+        let mut co = CoSimulation::new("house", seed, channel);
+        assert_eq!(co.deliver(Request::Mode(Mode::Reactive)), PROVEN, "{}", co.context());
+        assert_eq!(co.simulation.robot().mode(), Mode::Reactive, "{}", co.context());
+        co.run_until("line A reports the mode", 60, |co| co.modes.last() == Some(&Mode::Reactive));
+    });
+}
+
+#[test]
+fn a_layer_is_switched_off_and_on_and_the_others_stay() {
+    over_seeds(|seed, channel| {
+        let mut co = CoSimulation::new("house", seed, channel);
+        let sonar = LayerMask::NONE.with(Layer::Sonar);
+        assert_eq!(co.deliver(Request::Disable(sonar)), PROVEN, "{}", co.context());
+        let without = co.simulation.robot().allowed();
+        assert!(!without.contains(Layer::Sonar), "{}", co.context());
+        assert_eq!(co.deliver(Request::Enable(sonar)), PROVEN, "{}", co.context());
+        assert_eq!(co.simulation.robot().allowed(), without.with(Layer::Sonar), "{}", co.context());
+    });
+}
+
+#[test]
+fn a_route_of_forty_waypoints_is_held_exactly_and_driven() {
+    over_seeds(|seed, channel| {
+        let mut co = CoSimulation::new("open-room", seed, channel);
+        let route = zigzag(seed);
+        let wanted = digest(route.iter());
+        assert_eq!(
+            co.deliver(Request::Route(route.clone())),
+            CommandStep::Proven { digest: Some(wanted) },
+            "{}",
+            co.context()
+        );
+        assert_eq!(co.simulation.robot().lists().active(), route, "{}", co.context());
+        co.run_until("line B says that the list is driven", 600, |co| co.list == Some((40, 40, wanted)));
+        co.run_until("the robot stops at its end", 10, |co| co.simulation.robot().mode() == Mode::Stop);
+    });
+}
+
+/// Forty points around the start, never far from it, different for each seed.
+fn zigzag(seed: u64) -> Vec<Waypoint> {
+    (0..40)
+        .map(|n: i16| {
+            let turn = (seed % 7) as i16;
+            Waypoint { x_in: if n % 2 == 0 { 14 + turn } else { -14 - turn }, y_in: (n % 5) * 6 - 12 }
+        })
+        .collect()
+}
+
+#[test]
+fn stop_stops_and_nothing_sent_before_it_moves_the_robot_again() {
+    over_seeds(|seed, channel| {
+        let mut co = CoSimulation::new("house", seed, channel);
+        co.run(1 + seed % 5);
+        let prowl = co.request(Request::Mode(Mode::Prowl));
+        let stop = co.request(Request::Stop);
+        co.run_until("STOP is proven", 60, |co| co.fate(stop) == Some(PROVEN));
+        assert!(matches!(co.fate(prowl), Some(CommandStep::Failed(_))), "{}", co.context());
+        for _ in 0..5000 {
+            co.step();
+            assert_eq!(co.simulation.robot().mode(), Mode::Stop, "{}", co.context());
+        }
+    });
+}
