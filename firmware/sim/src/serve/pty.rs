@@ -72,7 +72,6 @@ impl Port for Pty {
     fn write(&mut self, bytes: &[u8], now: Instant) {
         self.drop_stale(now);
         let mut left = bytes;
-        let mut flushed = false;
         while !left.is_empty() {
             match rustix::io::write(&self.master, left) {
                 Ok(count) => {
@@ -80,11 +79,11 @@ impl Port for Pty {
                     self.queued += count as u64;
                 }
                 Err(Errno::INTR) => {}
-                Err(Errno::AGAIN) if !flushed => {
+                // Full: only where time runs so fast that bytes cannot grow stale first.
+                Err(_) => {
                     self.drop_unread(now);
-                    flushed = true;
+                    break;
                 }
-                Err(_) => break,
             }
         }
     }
