@@ -1,0 +1,267 @@
+//! The program as people run it: processes, pseudo-terminals, signals and exit codes.
+#![cfg(unix)]
+#![expect(clippy::unwrap_used, reason = "a test stops where something is wrong")]
+
+#[path = "common/pty.rs"]
+mod pty;
+
+use std::fs;
+use std::io::{BufRead, BufReader, Read};
+use std::path::{Path, PathBuf};
+use std::process::{Child, Command, Output, Stdio};
+
+use pty::OnTerminal;
+
+const GROUNDWAVE: &str = env!("CARGO_BIN_EXE_groundwave");
+
+/// A simulated robot in a process of its own.
+struct Sim {
+    child: Child,
+    path: String,
+}
+
+impl Sim {
+    fn start(arguments: &[&str]) -> Self {
+        let mut child = Command::new(GROUNDWAVE)
+            .arg("sim")
+            .args(arguments)
+            .stdout(Stdio::piped())
+            .stderr(Stdio::null())
+            .spawn()
+            .unwrap();
+        let mut path = String::new();
+        BufReader::new(child.stdout.as_mut().unwrap()).read_line(&mut path).unwrap();
+        Self { child, path: path.trim().to_owned() }
+    }
+}
+
+impl Drop for Sim {
+    fn drop(&mut self) {
+        let _ = self.child.kill();
+        let _ = self.child.wait();
+    }
+}
+
+fn groundwave(arguments: &[&str]) -> Output {
+    Command::new(GROUNDWAVE).args(arguments).stdin(Stdio::null()).output().unwrap()
+}
+
+/// Runs to its end; checks the exit code; returns standard output and standard error.
+fn expect(code: i32, arguments: &[&str]) -> (String, String) {
+    let output = groundwave(arguments);
+    let out = String::from_utf8(output.stdout).unwrap();
+    let err = String::from_utf8(output.stderr).unwrap();
+    assert_eq!(output.status.code(), Some(code), "{arguments:?}\n{out}\n{err}");
+    (out, err)
+}
+
+fn scratch(name: &str) -> PathBuf {
+    let folder = Path::new(env!("CARGO_TARGET_TMPDIR")).join(format!("{name}-{}", std::process::id()));
+    let _ = fs::remove_dir_all(&folder);
+    fs::create_dir_all(&folder).unwrap();
+    folder
+}
+
+#[test]
+fn cat_sees_a_robot() {
+    let sim = Sim::start(&[]);
+    let mut cat = Command::new("cat").arg(&sim.path).stdout(Stdio::piped()).spawn().unwrap();
+    let mut lines = BufReader::new(cat.stdout.take().unwrap()).lines();
+    // The first line may be a half; the second is whole.
+    let _ = lines.next();
+    let line = lines.next().unwrap().unwrap();
+    assert_eq!(line.trim_end_matches('\r').len(), 78, "{line}");
+    cat.kill().unwrap();
+    cat.wait().unwrap();
+}
+
+#[test]
+fn commands_are_proven_or_refused_with_the_right_code() {
+    let sim = Sim::start(&["--seed", "5"]);
+    let (out, _) = expect(0, &["send", &sim.path, "mode", "reactive"]);
+    assert!(out.starts_with("mode reactive: proven after"), "{out}");
+    let (_, err) = expect(5, &["send", &sim.path, "scan"]);
+    assert!(err.contains("refused `scan`"), "{err}");
+    let (out, _) = expect(0, &["send", &sim.path, "goto", "-48", "12", "--json"]);
+    assert!(out.lines().last().unwrap().contains("\"stage\":\"proven\""), "{out}");
+    let (out, _) = expect(0, &["send", &sim.path, "stop"]);
+    assert!(out.starts_with("stop: proven after"), "{out}");
+}
+
+#[test]
+fn bad_input_is_refused_before_the_link_is_touched() {
+    let folder = scratch("bad-input");
+    let route = folder.join("route.txt");
+    fs::write(&route, "1,2\n3,four\n").unwrap();
+    let (_, err) = expect(2, &["send", "/dev/nowhere", "route", route.to_str().unwrap()]);
+    assert!(err.contains("route.txt:2:3: `four`"), "{err}");
+    let (_, err) = expect(2, &["send", "/dev/nowhere", "fly"]);
+    assert!(err.contains("unknown command `fly`"), "{err}");
+    expect(2, &["send", "/dev/nowhere"]);
+    expect(6, &["send", "-", "stop"]);
+    expect(6, &["send", "/dev/nowhere", "stop", "--no-uplink"]);
+    let (_, err) = expect(4, &["send", "/dev/nowhere", "stop"]);
+    assert!(err.contains("no such device") && err.contains("groundwave ports"), "{err}");
+    let (_, err) = expect(2, &["sim", "--world", "atlantis"]);
+    assert!(err.contains("atlantis"), "{err}");
+    let (_, err) = expect(2, &["sim", "--channel", "ber=2"]);
+    assert!(err.contains("ber"), "{err}");
+}
+
+#[test]
+fn a_silent_port_is_not_confirmed() {
+    // Nobody ever opens the other side of this one.
+    let sim = Sim::start(&["--channel", "out=0s..10000s"]);
+    let (_, err) = expect(3, &["send", &sim.path, "mode", "prowl", "--timeout", "1s"]);
+    assert!(err.contains("not confirmed within 1 s") && err.contains("nothing at all was heard"), "{err}");
+}
+
+#[test]
+fn a_script_stops_at_the_first_command_that_fails() {
+    let folder = scratch("script");
+    let sim = Sim::start(&[]);
+    let script = folder.join("evening.txt");
+    fs::write(&script, "mode reactive # sit still\n\nscan\nmode prowl\n").unwrap();
+    let output = groundwave(&["send", &sim.path, "-f", script.to_str().unwrap()]);
+    let out = String::from_utf8(output.stdout).unwrap();
+    assert_eq!(output.status.code(), Some(5), "{out}");
+    assert!(out.contains("mode reactive: proven") && !out.contains("mode prowl"), "{out}");
+}
+
+#[test]
+fn the_dashboard_shows_the_robot_obeys_keys_and_gives_the_terminal_back() {
+    let sim = Sim::start(&["--seed", "2"]);
+    let mut watch = OnTerminal::start(GROUNDWAVE, &["watch", &sim.path], 120, 40);
+    watch.wait_for("the motors' holder in words", |text| text.contains("hold"));
+    assert!(watch.is_alternate());
+    watch.type_keys(" ");
+    watch.wait_for("STOP in the ledger and proven", |text| {
+        text.lines().any(|line| line.contains("stop") && line.contains("acknowledged"))
+    });
+    watch.type_keys("p");
+    watch.wait_for("prowl acknowledged", |text| {
+        text.lines().any(|line| line.contains("mode prowl") && line.contains("acknowledged"))
+    });
+    watch.resize(80, 24);
+    watch.wait_for("a small screen", |text| text.lines().count() <= 24 && text.contains("hold"));
+    watch.type_keys("q");
+    assert_eq!(watch.wait(), 0);
+    assert!(!watch.is_alternate());
+}
+
+#[test]
+fn a_robot_that_goes_and_comes_back_needs_no_key() {
+    let folder = scratch("back");
+    let link = folder.join("radio");
+    let link = link.to_str().unwrap();
+    let sim = Sim::start(&["--pty", link]);
+    let mut watch = OnTerminal::start(GROUNDWAVE, &["watch", link], 100, 30);
+    watch.wait_for("the robot", |text| text.contains("hold"));
+    drop(sim);
+    watch.wait_for("the loss", |text| text.to_lowercase().contains("lost"));
+    let _sim = Sim::start(&["--pty", link]);
+    watch.wait_for("the return", |text| !text.lines().next().unwrap_or_default().to_lowercase().contains("lost"));
+    watch.type_keys("q");
+    assert_eq!(watch.wait(), 0);
+}
+
+#[test]
+fn a_port_in_use_is_called_busy() {
+    let sim = Sim::start(&[]);
+    let mut watch = OnTerminal::start(GROUNDWAVE, &["watch", &sim.path], 80, 24);
+    watch.wait_for("the robot", |text| text.contains("hold"));
+    let (_, err) = expect(4, &["send", &sim.path, "stop"]);
+    assert!(err.contains("busy") && err.contains("another program holds it"), "{err}");
+}
+
+#[test]
+fn a_signal_ends_the_dashboard_in_good_order() {
+    let folder = scratch("signal");
+    let sim = Sim::start(&[]);
+    let capture = folder.join("run.mcap");
+    let arguments = ["watch", &sim.path, "--record", capture.to_str().unwrap()];
+    let mut watch = OnTerminal::start(GROUNDWAVE, &arguments, 80, 24);
+    watch.wait_for("the robot", |text| text.contains("hold"));
+    let pid = watch.child.process_id().unwrap();
+    assert!(Command::new("kill").arg(pid.to_string()).status().unwrap().success());
+    assert_eq!(watch.wait(), 0);
+    assert!(!watch.is_alternate());
+    let (info, _) = expect(0, &["info", capture.to_str().unwrap()]);
+    assert!(info.contains("lines"), "{info}");
+}
+
+/// The child half of the next test: takes the terminal over and panics.
+#[test]
+fn panics_on_a_terminal_when_asked() {
+    if std::env::var_os("GROUNDWAVE_TEST_PANIC").is_some() {
+        let _screen = groundwave::io::terminal::Screen::take().unwrap();
+        panic!("this is the panic that was asked for");
+    }
+}
+
+#[test]
+fn a_panic_gives_the_terminal_back_and_is_seen() {
+    let me = std::env::current_exe().unwrap();
+    let arguments = ["GROUNDWAVE_TEST_PANIC=1", me.to_str().unwrap(), "--exact", "panics_on_a_terminal_when_asked", "--nocapture"];
+    let mut child = OnTerminal::start("env", &arguments, 100, 30);
+    assert_ne!(child.wait(), 0);
+    assert!(!child.is_alternate());
+    assert!(child.text().contains("this is the panic that was asked for"), "{}", child.text());
+}
+
+#[test]
+fn recordings_hold_every_byte_and_refuse_to_be_overwritten() {
+    let folder = scratch("record");
+    let raw = folder.join("raw.txt");
+    let raw = raw.to_str().unwrap();
+    let sim = Sim::start(&["--listen", "127.0.0.1:0", "--time-factor", "20", "--channel", "ber=1e-3"]);
+    expect(0, &["record", &sim.path, "-o", raw, "--duration", "2s", "--quiet"]);
+    let bytes = fs::read(raw).unwrap();
+    assert!(bytes.len() > 1000, "{}", bytes.len());
+    let (_, err) = expect(2, &["record", &sim.path, "-o", raw, "--duration", "1s"]);
+    assert!(err.contains("exists") && err.contains("--force"), "{err}");
+    assert_eq!(fs::read(raw).unwrap(), bytes);
+    let (jsonl, _) = expect(0, &["decode", raw, "--to", "jsonl"]);
+    assert!(jsonl.lines().count() > 10, "{jsonl}");
+    let (csv, _) = expect(0, &["decode", raw, "--to", "csv"]);
+    assert_eq!(csv.lines().count(), jsonl.lines().count() + 1);
+}
+
+#[test]
+fn a_reader_that_has_seen_enough_is_no_error() {
+    let folder = scratch("pipe");
+    let raw = folder.join("raw.txt");
+    let sim = Sim::start(&["--listen", "127.0.0.1:0", "--time-factor", "100"]);
+    expect(0, &["record", &sim.path, "-o", raw.to_str().unwrap(), "--duration", "2s", "--quiet"]);
+    let mut decode = Command::new(GROUNDWAVE)
+        .args(["decode", raw.to_str().unwrap(), "--to", "jsonl"])
+        .stdout(Stdio::piped())
+        .stderr(Stdio::piped())
+        .spawn()
+        .unwrap();
+    let mut first = [0; 1];
+    decode.stdout.take().unwrap().read_exact(&mut first).unwrap();
+    let output = decode.wait_with_output().unwrap();
+    assert_eq!(String::from_utf8(output.stderr).unwrap(), "");
+    assert_eq!(output.status.code(), Some(0));
+}
+
+#[test]
+fn headless_watch_speaks_json() {
+    let sim = Sim::start(&[]);
+    let mut watch = Command::new(GROUNDWAVE)
+        .args(["watch", &sim.path, "--headless", "--no-uplink"])
+        .stdout(Stdio::piped())
+        .spawn()
+        .unwrap();
+    let lines = BufReader::new(watch.stdout.take().unwrap()).lines();
+    let mut kinds = Vec::new();
+    for line in lines.take(4) {
+        let value: serde_json::Value = serde_json::from_str(&line.unwrap()).unwrap();
+        kinds.push(value["event"].as_str().unwrap().to_owned());
+    }
+    assert_eq!(kinds[0], "link");
+    assert!(kinds.contains(&"line".to_owned()), "{kinds:?}");
+    watch.kill().unwrap();
+    watch.wait().unwrap();
+}
