@@ -25,7 +25,7 @@ const GAP_AFTER: Moment = Moment::from_secs(2);
 const JUMP_IN: f64 = 60.0;
 
 /// The bounds of what is known grow in steps of this, so that the picture does not creep, inches.
-const BOUNDS_STEP_IN: f64 = 48.0;
+const BOUNDS_STEP_IN: f64 = 24.0;
 
 /// While following, the robot may stray this far from the middle, inches.
 const FOLLOW_SLACK_IN: f64 = 24.0;
@@ -88,8 +88,8 @@ pub(crate) struct Bounds {
 impl Default for Bounds {
     fn default() -> Self {
         Self {
-            min: (-BOUNDS_STEP_IN, -BOUNDS_STEP_IN),
-            max: (BOUNDS_STEP_IN, BOUNDS_STEP_IN),
+            min: (-2.0 * BOUNDS_STEP_IN, -2.0 * BOUNDS_STEP_IN),
+            max: (2.0 * BOUNDS_STEP_IN, 2.0 * BOUNDS_STEP_IN),
         }
     }
 }

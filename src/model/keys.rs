@@ -115,7 +115,7 @@ pub(crate) const TABLE: &[Binding] = &[
         "Space",
         &[plain(' '), ctrl('s')],
         Action::Stop,
-        "STOP: motors off, at once (Ctrl-S while typing)",
+        "STOP (Ctrl-S while typing)",
         "STOP",
     ),
     row(
@@ -123,7 +123,7 @@ pub(crate) const TABLE: &[Binding] = &[
         "p",
         &[plain('p')],
         Action::Mode(Mode::Prowl),
-        "mode prowl: move about",
+        "prowl: move about",
         "prowl",
     ),
     row(
@@ -131,7 +131,7 @@ pub(crate) const TABLE: &[Binding] = &[
         "r",
         &[plain('r')],
         Action::Mode(Mode::Reactive),
-        "mode reactive: sit still until something pulls",
+        "reactive: wait to be pulled",
         "",
     ),
     row(
@@ -139,7 +139,7 @@ pub(crate) const TABLE: &[Binding] = &[
         "h",
         &[plain('h')],
         Action::Mode(Mode::GoHome),
-        "mode home: come back to the origin",
+        "home: back to the origin",
         "home",
     ),
     row(
@@ -147,7 +147,7 @@ pub(crate) const TABLE: &[Binding] = &[
         "W",
         &[plain('W')],
         Action::Mode(Mode::Wander),
-        "mode wander: three minutes out, then home",
+        "wander: 3 minutes, then home",
         "",
     ),
     row(
@@ -155,7 +155,7 @@ pub(crate) const TABLE: &[Binding] = &[
         "1-7",
         &[plain('1')],
         Action::ToggleLayer(Layer::Bumpers),
-        "allow a layer, or no longer",
+        "allow a layer, or forbid it",
         "layers",
     ),
     row(
@@ -163,7 +163,7 @@ pub(crate) const TABLE: &[Binding] = &[
         "0",
         &[plain('0')],
         Action::ToggleLayer(Layer::User),
-        "allow layer 0, driving by hand, or no longer",
+        "the same for driving by hand",
         "",
     ),
     row(
@@ -235,7 +235,7 @@ pub(crate) const TABLE: &[Binding] = &[
         "O",
         &[plain('O')],
         Action::ResetPose,
-        "call this place the origin (asks)",
+        "make this the origin (asks)",
         "",
     ),
     row(
@@ -243,7 +243,7 @@ pub(crate) const TABLE: &[Binding] = &[
         "arrows",
         &[bare(KeyCode::Left)],
         Action::MoveCursor { east: -1, north: 0 },
-        "move the cursor on the map",
+        "map: move the cursor",
         "cursor",
     ),
     row(
@@ -275,7 +275,7 @@ pub(crate) const TABLE: &[Binding] = &[
         "w Enter",
         &[plain('w'), bare(KeyCode::Enter)],
         Action::AddWaypoint,
-        "draft a waypoint at the cursor",
+        "draft a waypoint there",
         "waypoint",
     ),
     row(
@@ -283,7 +283,7 @@ pub(crate) const TABLE: &[Binding] = &[
         "u",
         &[plain('u'), bare(KeyCode::Backspace)],
         Action::UndoWaypoint,
-        "take the last draft waypoint back",
+        "take the last one back",
         "",
     ),
     row(
@@ -307,7 +307,7 @@ pub(crate) const TABLE: &[Binding] = &[
         "l",
         &[plain('l')],
         Action::AskRouteFile,
-        "load a route file into the draft",
+        "load a route file as draft",
         "load",
     ),
     row(
@@ -323,7 +323,7 @@ pub(crate) const TABLE: &[Binding] = &[
         "x",
         &[plain('x')],
         Action::CancelCommands,
-        "give up commands that are under way",
+        "give up commands under way",
         "",
     ),
     row(
@@ -355,7 +355,7 @@ pub(crate) const TABLE: &[Binding] = &[
         "+ -",
         &[plain('+'), plain('=')],
         Action::Zoom(1),
-        "map: zoom in and out",
+        "map: zoom",
         "",
     ),
     row(
@@ -368,8 +368,8 @@ pub(crate) const TABLE: &[Binding] = &[
     ),
     row(
         Dashboard,
-        "Shift-arrows",
-        &[shift(KeyCode::Left)],
+        "HJKL",
+        &[plain('H'), shift(KeyCode::Left)],
         Action::Pan { east: -1, north: 0 },
         "map: look elsewhere",
         "",
@@ -377,7 +377,7 @@ pub(crate) const TABLE: &[Binding] = &[
     row(
         Dashboard,
         "",
-        &[shift(KeyCode::Right)],
+        &[plain('L'), shift(KeyCode::Right)],
         Action::Pan { east: 1, north: 0 },
         "",
         "",
@@ -385,7 +385,7 @@ pub(crate) const TABLE: &[Binding] = &[
     row(
         Dashboard,
         "",
-        &[shift(KeyCode::Up)],
+        &[plain('K'), shift(KeyCode::Up)],
         Action::Pan { east: 0, north: 1 },
         "",
         "",
@@ -393,7 +393,7 @@ pub(crate) const TABLE: &[Binding] = &[
     row(
         Dashboard,
         "",
-        &[shift(KeyCode::Down)],
+        &[plain('J'), shift(KeyCode::Down)],
         Action::Pan { east: 0, north: -1 },
         "",
         "",
@@ -403,7 +403,7 @@ pub(crate) const TABLE: &[Binding] = &[
         "t",
         &[plain('t')],
         Action::ToggleTruth,
-        "map: the simulator's truth on and off",
+        "map: the simulator's truth",
         "",
     ),
     row(
@@ -411,7 +411,7 @@ pub(crate) const TABLE: &[Binding] = &[
         "Tab",
         &[bare(KeyCode::Tab)],
         Action::NextPanel,
-        "next panel, where not all fit",
+        "next panel, where few fit",
         "panel",
     ),
     row(
@@ -419,7 +419,7 @@ pub(crate) const TABLE: &[Binding] = &[
         "k",
         &[plain('k')],
         Action::PauseReplay,
-        "replay: pause and go on",
+        "replay: pause, go on",
         "",
     ),
     row(
@@ -427,7 +427,7 @@ pub(crate) const TABLE: &[Binding] = &[
         "< >",
         &[plain('<')],
         Action::ReplaySpeed(-1),
-        "replay: slower and faster",
+        "replay: slower, faster",
         "",
     ),
     row(Dashboard, "", &[plain('>')], Action::ReplaySpeed(1), "", ""),
@@ -460,7 +460,7 @@ pub(crate) const TABLE: &[Binding] = &[
         "Ctrl-Z",
         &[ctrl('z')],
         Action::Suspend,
-        "to the shell and back with fg",
+        "to the shell; fg comes back",
         "",
     ),
     row(

@@ -27,6 +27,7 @@ use groundwave_protocol::letters::Power;
 use groundwave_protocol::telemetry::{Body, Line, StateLine};
 
 use crate::event::{CommandId, CommandStep, Effect, Event, Level, LinkEvent, Moment, Recording};
+use crate::request::Request;
 use chart::Chart;
 use drive::Stick;
 use keys::Context;
@@ -95,7 +96,7 @@ pub(crate) struct Question {
 /// What a yes leads to.
 #[derive(Clone, Debug, PartialEq)]
 enum Then {
-    Send(crate::request::Request),
+    Send(Request),
     Drive,
 }
 
@@ -273,12 +274,8 @@ impl Model {
         let restarted = self.boot.replace(boot).is_some_and(|last| last != boot);
         if restarted {
             self.ledger.take_restart();
-            self.log.add(
-                now,
-                Level::Alarm,
-                Subject::Robot,
-                "the robot restarted: its list of waypoints is gone",
-            );
+            self.log
+                .add(now, Level::Alarm, Subject::Robot, "the robot restarted");
         }
         restarted
     }
@@ -300,7 +297,7 @@ impl Model {
             let holder = motors::Holder::of(state);
             self.log.add_holder(now, || {
                 let why = why::why(holder, state, robot, now);
-                format!("{}: {why}", words::holds(holder))
+                format!("{}: {why}", words::holder(holder).to_uppercase())
             });
         }
     }
@@ -327,6 +324,13 @@ impl Model {
         let Some(entry) = self.ledger.take_step(now, id, step) else {
             return;
         };
+        if let (Request::Route(waypoints), CommandStep::Refused(_) | CommandStep::Failed(_)) =
+            (&entry.request, step)
+            && self.chart.draft.is_empty()
+        {
+            // What did not arrive goes back to where it can be sent again.
+            self.chart.take_draft(waypoints.clone());
+        }
         let asked = &entry.request;
         let (level, text) = match step {
             CommandStep::Queued(_) | CommandStep::Sent { .. } | CommandStep::Progress { .. } => {

@@ -9,6 +9,8 @@ use super::{Screen, put};
 use crate::model::ledger::{Entry, Stage};
 use crate::model::words;
 
+const ASKED_COLUMNS_MIN: usize = 23;
+
 impl Screen<'_> {
     pub(super) fn commands(&self, buffer: &mut Buffer, area: Rect) {
         let below = self.panel(buffer, area, "commands: asked | the robot says", None);
@@ -27,15 +29,21 @@ impl Screen<'_> {
     }
 
     fn command_lines(&self, width: usize) -> Vec<Line<'static>> {
-        let asked_columns = (width / 2).min(32);
+        let asked_columns = (width / 2).clamp(ASKED_COLUMNS_MIN, 32);
+        let room = width.saturating_sub(asked_columns + 3);
         let mut lines = Vec::new();
         for entry in self.model.ledger.entries() {
             let (glyph, says, style) = self.fate(entry);
             let asked = format!("{} {}", entry.id.0, entry.request);
+            let (first, rest) = split_words(&says, room);
             lines.push(Line::from(vec![
                 Span::raw(format!("{asked:<asked_columns$.asked_columns$} ")),
-                Span::styled(format!("{glyph} {says}"), style),
+                Span::styled(format!("{glyph} {first}"), style),
             ]));
+            if !rest.is_empty() {
+                let says = format!("    {rest}");
+                lines.push(Line::styled(says, style));
+            }
         }
         lines
     }
@@ -114,5 +122,22 @@ impl Screen<'_> {
             lines.push(Line::styled(words, self.theme.draft));
         }
         lines
+    }
+}
+
+/// As many words as there is room for, and the rest.
+fn split_words(text: &str, room: usize) -> (&str, &str) {
+    if text.chars().count() <= room {
+        return (text, "");
+    }
+    let fits = text
+        .char_indices()
+        .enumerate()
+        .take_while(|(n, _)| *n <= room)
+        .filter(|(_, (_, c))| *c == ' ')
+        .last();
+    match fits {
+        Some((_, (at, _))) => (&text[..at], &text[at + 1..]),
+        None => (text, ""),
     }
 }

@@ -35,8 +35,8 @@ struct Rung {
 
 impl Screen<'_> {
     pub(super) fn ladder(&self, buffer: &mut Buffer, area: Rect) {
-        let title = self.ladder_note();
-        let below = self.panel(buffer, area, "who holds the motors", Some(title));
+        let note = self.ladder_note(area.width >= 46);
+        let below = self.panel(buffer, area, "who holds the motors", Some(note));
         let (sentence, rungs) = split_top(below, WORDS_ROWS);
         Paragraph::new(self.sentence())
             .wrap(Wrap { trim: true })
@@ -48,7 +48,7 @@ impl Screen<'_> {
     }
 
     /// Since when, and whether it changes too often.
-    fn ladder_note(&self) -> Span<'static> {
+    fn ladder_note(&self, wide: bool) -> Span<'static> {
         let motors = &self.model.motors;
         let Some(holder) = motors.holder() else {
             return Span::raw("");
@@ -61,7 +61,16 @@ impl Screen<'_> {
             return Span::styled("~ THRASHING", self.theme.warning);
         }
         let since = age::words(holder.age(self.now));
-        Span::styled(format!("for {since}"), self.theme.dim)
+        let shares = if wide { ", % won" } else { "" };
+        Span::styled(format!("for {since}{shares}"), self.theme.dim)
+    }
+
+    /// Whether the robot has not been heard for a while.
+    fn is_stale(&self) -> bool {
+        self.model
+            .robot
+            .state
+            .is_none_or(|state| state.age(self.now) >= STATE_STALE)
     }
 
     fn sentence(&self) -> Line<'static> {
@@ -69,11 +78,10 @@ impl Screen<'_> {
         else {
             return Line::styled("nothing heard from the robot yet", self.theme.dim);
         };
-        let fresh = state.age(self.now) < STATE_STALE;
-        let (plain, strong) = if fresh {
-            (self.theme.plain, self.theme.holder)
-        } else {
+        let (plain, strong) = if self.is_stale() {
             (self.theme.dim, self.theme.dim)
+        } else {
+            (self.theme.plain, self.theme.holder)
         };
         let why = why::why(holder.value, &state.value, &self.model.robot, self.now);
         let suppressed: Vec<String> = motors::suppressed(&state.value)
@@ -122,7 +130,7 @@ impl Screen<'_> {
         } else {
             match state {
                 LayerState::Holds | LayerState::Raised => {
-                    (glyphs.raised, "raised, suppressed", theme.raised)
+                    (glyphs.raised, "suppressed", theme.raised)
                 }
                 LayerState::Quiet => (glyphs.quiet, "quiet", theme.plain),
                 LayerState::Off if layer == Layer::User => (glyphs.quiet, "hands off", theme.plain),
@@ -130,10 +138,11 @@ impl Screen<'_> {
             }
         };
         let says = match model.ledger.asked_of(layer) {
-            Some(true) => format!("{says}; asked: allow"),
-            Some(false) => format!("{says}; asked: forbid"),
+            Some(true) => format!("{says}, asked on"),
+            Some(false) => format!("{says}, asked off"),
             None => says.to_owned(),
         };
+        let style = if self.is_stale() { theme.dim } else { style };
         Rung {
             key: char::from(b'0' + layer as u8),
             glyph,
@@ -155,6 +164,7 @@ impl Screen<'_> {
             Some(mode) if motors::prowls(mode) => (theme.glyphs.raised, "suppressed", theme.raised),
             _ => (theme.glyphs.off, "not in this mode", theme.dim),
         };
+        let style = if self.is_stale() { theme.dim } else { style };
         Rung {
             key: ' ',
             glyph,
@@ -175,7 +185,11 @@ impl Screen<'_> {
             ),
         ]);
         put(buffer, area, row, &line);
-        let Some(share) = rung.share.filter(|share| *share > 0.0) else {
+        let taken = line.width() + " 100 %".len();
+        let Some(share) = rung
+            .share
+            .filter(|share| *share > 0.0 && taken <= usize::from(area.width))
+        else {
             return;
         };
         let mut spans = Vec::new();

@@ -28,9 +28,7 @@ impl Screen<'_> {
             (Level::Info, Subject::Behaviour) => (glyphs.holds, theme.plain),
             (Level::Info, Subject::Robot) => ("\"", theme.strong),
             (Level::Info, Subject::Command) => (glyphs.done, theme.plain),
-            (Level::Info, Subject::Link | Subject::Station | Subject::Bump) => {
-                (glyphs.dot, theme.plain)
-            }
+            (Level::Info, Subject::Link | Subject::Station) => (glyphs.dot, theme.plain),
         };
         let s = entry.at.as_secs();
         let mut text = format!("{glyph} {}", entry.text);

@@ -101,9 +101,9 @@ impl Screen<'_> {
     pub(super) fn map(&self, buffer: &mut Buffer, area: Rect) {
         let chart = &self.model.chart;
         let focus = match chart.focus {
-            Focus::Everything => "everything",
-            Focus::Robot => "following",
-            Focus::Point(..) => "a shows everything",
+            Focus::Everything if chart.zoom == 0 => "",
+            Focus::Robot => "follows",
+            Focus::Everything | Focus::Point(..) => "a: all",
         };
         let right = Span::styled(focus, self.theme.dim);
         let below = self.panel(buffer, area, &self.map_title(), Some(right));
@@ -121,7 +121,7 @@ impl Screen<'_> {
             Some(state) => {
                 let pose = Pose::of(&state.value);
                 format!(
-                    "map: x {:+.0} y {:+.0} in, {:03.0} deg",
+                    "map: x {:+.0} y {:+.0} in, {:.0} deg",
                     pose.x_in, pose.y_in, pose.theta_deg
                 )
             }
@@ -271,8 +271,14 @@ impl Screen<'_> {
         if has_truth && !chart.truth_hidden {
             notes.push("faint: simulator's truth".to_owned());
         }
-        put(buffer, area, 0, &Line::styled(bar, theme.dim));
-        put_right(buffer, area, 0, &Line::styled(notes.join("  "), theme.dim));
+        let bar = Line::styled(bar, theme.dim);
+        let room = usize::from(area.width).saturating_sub(bar.width() + 1);
+        let legend = (0..=notes.len())
+            .map(|dropped| Line::styled(notes[dropped..].join("  "), theme.dim))
+            .find(|legend| legend.width() <= room)
+            .unwrap_or_default();
+        put(buffer, area, 0, &bar);
+        put_right(buffer, area, 0, &legend);
     }
 }
 

@@ -186,9 +186,13 @@ impl Screen<'_> {
         put(buffer, titled, 0, &title);
         if let Some(mut right) = right.filter(|right| !right.content.is_empty()) {
             right.content = format!(" {} ", right.content).into();
-            let width = right.width() as u16;
-            if let Some(x) = top.right().checked_sub(width + 2).filter(|x| *x >= top.x) {
-                put(buffer, Rect { x, width, ..top }, 0, &Line::from(right));
+            let free = titled.width.saturating_sub(title.width() as u16 + 2);
+            if right.width() as u16 <= free {
+                let area = Rect {
+                    width: top.width - 2,
+                    ..top
+                };
+                put_right(buffer, area, 0, &Line::from(right));
             }
         }
         below

@@ -14,7 +14,9 @@ const QUESTION_COLUMNS: u16 = 56;
 const QUESTION_ROWS: u16 = 7;
 
 /// Columns of a key's label in the help.
-const LABEL_COLUMNS: usize = 13;
+const LABEL_COLUMNS: usize = 8;
+
+const HELP_COLUMNS: u16 = 80;
 
 const ASCII_BORDER: border::Set<'_> = border::Set {
     top_left: "+",
@@ -57,21 +59,11 @@ impl Screen<'_> {
             .iter()
             .filter(|binding| binding.context == Context::Dashboard && !binding.help.is_empty())
             .collect();
-        let one_column = area.height >= told.len() as u16 + 4;
-        let rows = if one_column {
-            told.len()
-        } else {
-            told.len().div_ceil(2)
-        } as u16;
-        let columns = if one_column { 70 } else { area.width };
-        let inner = self.window(buffer, area, (columns, rows + 4), " keys ");
-        let width = if one_column {
-            inner.width
-        } else {
-            inner.width / 2
-        };
+        let rows = told.len().div_ceil(2) as u16;
+        let inner = self.window(buffer, area, (HELP_COLUMNS, rows + 2), " keys ");
+        let width = inner.width / 2;
         for (n, binding) in (0..).zip(told) {
-            let (column, row) = (n / rows.max(1), n % rows.max(1));
+            let (column, row) = (n / rows, n % rows);
             let half = Rect {
                 x: inner.x + column * width,
                 width: width.saturating_sub(1),

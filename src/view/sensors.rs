@@ -92,12 +92,12 @@ impl Screen<'_> {
         let sonar_share = |range_in: Option<u16>| range_in.map(|v| f64::from(v) / SONAR_BAR_IN);
         let sonar_words = |range_in: Option<u16>| match range_in {
             Some(range_in) => format!("{range_in:>3} in"),
-            None => "--- in".to_owned(),
+            None => "  none".to_owned(),
         };
         let dark_share = |percent: Option<u8>| percent.map(|v| f64::from(v) / 100.0);
         let dark_words = |percent: Option<u8>| match percent {
-            Some(percent) => format!("{percent:>3} % "),
-            None => "none  ".to_owned(),
+            Some(percent) => format!("{percent:>4} %"),
+            None => "  none".to_owned(),
         };
         let rows = [
             ("bumper", self.bumper(state.bump)),
@@ -273,7 +273,7 @@ impl Screen<'_> {
         let counters = self.model.robot.counters?;
         let c = counters.value;
         let words = format!(
-            "up {}  {} bumps  boot {}  version {}.{:02}",
+            "up {}, {} bumps, boot {}, v{}.{:02}",
             age::words(Moment::from_secs(u64::from(c.uptime_s))),
             c.bumps,
             c.boots,
@@ -283,7 +283,7 @@ impl Screen<'_> {
         Some(Row {
             name: "robot",
             spans: vec![Span::styled(
-                format!("{:02} {words}", c.robot_id),
+                format!("{} {words}", c.robot_id),
                 self.theme.dim,
             )],
             age: Some(counters.age(self.now)),

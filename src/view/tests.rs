@@ -96,3 +96,105 @@ fn look() {
     println!("{}", screen(&scene, 120, 40));
     println!("{}", screen(&scene, 80, 24));
 }
+
+#[test]
+fn look_at_the_rest() {
+    use crate::event::*;
+    use crate::request::Request;
+    use crossterm::event::{KeyCode, KeyEvent, KeyModifiers};
+    let mut scene = flight(Config {
+        colors: crate::model::Colors::Mono,
+        ascii: true,
+        hint: None,
+    });
+    let key = |c| Event::Key(KeyEvent::new(KeyCode::Char(c), KeyModifiers::NONE));
+    let arrow = |c| Event::Key(KeyEvent::new(c, KeyModifiers::NONE));
+    for _ in 0..8 {
+        scene.event(arrow(KeyCode::Left));
+    }
+    scene.event(key('w'));
+    for _ in 0..8 {
+        scene.event(arrow(KeyCode::Down));
+    }
+    scene.event(key('w'));
+    println!("{}", screen(&scene, 120, 40));
+    let effects = scene.event(key('S'));
+    println!("{effects:?}");
+    let Effect::Send(Request::Route(list)) = &effects[0] else {
+        panic!()
+    };
+    let digest = groundwave_protocol::digest::digest(list.iter());
+    scene.event(Event::Command {
+        id: CommandId(1),
+        step: CommandStep::Queued(Request::Mode(groundwave_protocol::letters::Mode::Prowl)),
+    });
+    scene.event(Event::Command {
+        id: CommandId(1),
+        step: CommandStep::Sent { attempt: 1 },
+    });
+    scene.event(Event::Command {
+        id: CommandId(1),
+        step: CommandStep::Proven { digest: None },
+    });
+    scene.event(Event::Command {
+        id: CommandId(2),
+        step: CommandStep::Queued(Request::Route(list.clone())),
+    });
+    scene.event(Event::Command {
+        id: CommandId(2),
+        step: CommandStep::Sent { attempt: 2 },
+    });
+    scene.event(Event::Command {
+        id: CommandId(2),
+        step: CommandStep::Proven {
+            digest: Some(digest),
+        },
+    });
+    scene.event(Event::Command {
+        id: CommandId(3),
+        step: CommandStep::Queued(Request::Route(list.clone())),
+    });
+    scene.event(Event::Command {
+        id: CommandId(3),
+        step: CommandStep::Sent { attempt: 2 },
+    });
+    scene.event(Event::Command {
+        id: CommandId(3),
+        step: CommandStep::Failed(Failure::TimedOut),
+    });
+    scene.status.list.count = 2;
+    scene.status.list.driven = 1;
+    scene.status.target_in = Some((40, 0));
+    scene.status.digest = digest;
+    scene.hear_status();
+    scene.event(key('4'));
+    scene.event(Event::Command {
+        id: CommandId(4),
+        step: CommandStep::Queued(Request::Disable(
+            groundwave_protocol::letters::LayerMask::NONE.with(Layer::Sonar),
+        )),
+    });
+    scene.hear();
+    println!("{}", screen(&scene, 120, 40));
+    scene.event(arrow(KeyCode::Tab));
+    scene.event(key('d'));
+    println!("{}", screen(&scene, 80, 24));
+    scene.event(key('y'));
+    println!("{}", screen(&scene, 80, 24));
+    scene.event(arrow(KeyCode::Esc));
+    scene.event(key('?'));
+    println!("{}", screen(&scene, 80, 24));
+    println!("{}", screen(&scene, 120, 40));
+    scene.event(key('?'));
+    scene.event(key(':'));
+    scene.event(Event::Paste("mode prawl".into()));
+    scene.event(arrow(KeyCode::Enter));
+    scene.event(Event::Link(LinkEvent::Lost {
+        reason: "the device is gone".into(),
+    }));
+    scene.wait_ms(4500);
+    scene.event(key('+'));
+    println!("{}", screen(&scene, 80, 24));
+    println!("{}", screen(&scene, 200, 60));
+    println!("{}", screen(&scene, 40, 10));
+}
