@@ -92,6 +92,8 @@ pub enum Effect {
     ReplayPause(bool),
     /// Play a replay at this multiple of real time.
     ReplaySpeed(f64),
+    /// Draw the whole screen anew: something else wrote on it.
+    Redraw,
     /// Stop the program and put it in the background.
     Suspend,
     /// Leave.

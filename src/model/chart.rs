@@ -1,0 +1,311 @@
+//! The map: trail, marks, the simulator's truth, the draft of a route, and what part of it is seen.
+
+use std::collections::VecDeque;
+
+use groundwave_protocol::letters::{Bump, Drive, Infrared};
+use groundwave_protocol::telemetry::StateLine;
+use groundwave_protocol::{WAYPOINT_LIMIT_IN, WAYPOINTS_MAX, Waypoint};
+
+use super::robot::{Reading, detects, touches};
+use super::trail::Trail;
+use crate::event::{Moment, Truth};
+
+const MARKS_MAX: usize = 256;
+
+/// Radius of the robot, inches.
+pub(crate) const ROBOT_RADIUS_IN: f64 = 5.5;
+
+/// A mark closer than this to the newest of its kind adds nothing, inches.
+const MARK_SPACING_IN: f64 = 6.0;
+
+/// Without a line for this long the trail has a gap.
+const GAP_AFTER: Moment = Moment::from_secs(2);
+
+/// Farther than this between two lines no robot drives, inches.
+const JUMP_IN: f64 = 60.0;
+
+/// The bounds of what is known grow in steps of this, so that the picture does not creep, inches.
+const BOUNDS_STEP_IN: f64 = 24.0;
+
+/// While following, the robot may stray this far from the middle, inches.
+const FOLLOW_SLACK_IN: f64 = 24.0;
+
+/// One press of an arrow moves the cursor this far, inches.
+const CURSOR_STEP_IN: i16 = 6;
+
+const ZOOM_MAX: i8 = 12;
+
+/// Something that happened at a place.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) struct Mark {
+    pub(crate) x_in: f64,
+    pub(crate) y_in: f64,
+}
+
+/// Where the robot is.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) struct Pose {
+    pub(crate) x_in: f64,
+    pub(crate) y_in: f64,
+    pub(crate) theta_deg: f64,
+}
+
+impl Pose {
+    pub(crate) fn of(state: &StateLine) -> Self {
+        Self {
+            x_in: f64::from(state.x_tenths_in) / 10.0,
+            y_in: f64::from(state.y_tenths_in) / 10.0,
+            theta_deg: f64::from(state.theta_deg),
+        }
+    }
+
+    /// The point at a distance in a direction, degrees to the right of straight ahead.
+    pub(crate) fn ahead(&self, right_deg: f64, distance_in: f64) -> (f64, f64) {
+        let (sin, cos) = (self.theta_deg + right_deg).to_radians().sin_cos();
+        (self.x_in + distance_in * sin, self.y_in + distance_in * cos)
+    }
+}
+
+/// What decides the middle of the picture.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub(crate) enum Focus {
+    /// Everything known.
+    #[default]
+    Everything,
+    /// The robot.
+    Robot,
+    /// This point.
+    Point(f64, f64),
+}
+
+/// A rectangle on the floor, inches.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) struct Bounds {
+    pub(crate) min: (f64, f64),
+    pub(crate) max: (f64, f64),
+}
+
+impl Default for Bounds {
+    fn default() -> Self {
+        Self {
+            min: (-2.0 * BOUNDS_STEP_IN, -2.0 * BOUNDS_STEP_IN),
+            max: (2.0 * BOUNDS_STEP_IN, 2.0 * BOUNDS_STEP_IN),
+        }
+    }
+}
+
+impl Bounds {
+    fn include(&mut self, x_in: f64, y_in: f64) {
+        let down = |value: f64| (value / BOUNDS_STEP_IN).floor() * BOUNDS_STEP_IN;
+        let up = |value: f64| (value / BOUNDS_STEP_IN).ceil() * BOUNDS_STEP_IN;
+        if x_in < self.min.0 {
+            self.min.0 = down(x_in);
+        }
+        if y_in < self.min.1 {
+            self.min.1 = down(y_in);
+        }
+        if x_in > self.max.0 {
+            self.max.0 = up(x_in);
+        }
+        if y_in > self.max.1 {
+            self.max.1 = up(y_in);
+        }
+    }
+
+    /// East to west and south to north, inches.
+    pub(crate) fn extent(&self) -> (f64, f64) {
+        (self.max.0 - self.min.0, self.max.1 - self.min.1)
+    }
+
+    fn middle(&self) -> (f64, f64) {
+        (
+            f64::midpoint(self.min.0, self.max.0),
+            f64::midpoint(self.min.1, self.max.1),
+        )
+    }
+}
+
+/// The map.
+#[derive(Clone, Debug, Default)]
+pub(crate) struct Chart {
+    pub(crate) trail: Trail,
+    pub(crate) bumps: VecDeque<Mark>,
+    pub(crate) infrareds: VecDeque<Mark>,
+    pub(crate) truth: Truth,
+    /// A waypoint list that the operator is making; the robot knows nothing of it.
+    pub(crate) draft: Vec<Waypoint>,
+    pub(crate) cursor: Option<Waypoint>,
+    pub(crate) truth_hidden: bool,
+    /// Steps in from the scale that shows everything.
+    pub(crate) zoom: i8,
+    pub(crate) focus: Focus,
+    pub(crate) bounds: Bounds,
+    pose: Option<Reading<Pose>>,
+    /// Where the picture's middle was put while following.
+    followed: (f64, f64),
+    was_touching: bool,
+}
+
+impl Chart {
+    /// Takes a line A; says where a new contact happened.
+    pub(super) fn take_state(&mut self, now: Moment, state: &StateLine) -> Option<(f64, f64)> {
+        if state.drive == Drive::OdometerReset {
+            self.start_afresh();
+        }
+        let pose = Pose::of(state);
+        let joined = self.pose.is_some_and(|last| {
+            let moved_in = (pose.x_in - last.value.x_in).hypot(pose.y_in - last.value.y_in);
+            last.age(now) < GAP_AFTER && moved_in < JUMP_IN
+        });
+        self.trail.push(pose.x_in, pose.y_in, joined);
+        self.bounds.include(pose.x_in, pose.y_in);
+        self.pose = Some(Reading {
+            value: pose,
+            at: now,
+        });
+        self.follow(pose);
+        if detects(state.infrared) {
+            for right_deg in infrared_directions(state.infrared) {
+                let (x_in, y_in) = pose.ahead(*right_deg, 2.0 * ROBOT_RADIUS_IN);
+                add_mark(&mut self.infrareds, x_in, y_in);
+            }
+        }
+        let touching = touches(state.bump);
+        let began = touching && !self.was_touching;
+        self.was_touching = touching;
+        began.then(|| {
+            let (x_in, y_in) = pose.ahead(bump_direction(state.bump), ROBOT_RADIUS_IN);
+            add_mark(&mut self.bumps, x_in, y_in);
+            (x_in, y_in)
+        })
+    }
+
+    /// The robot measures from elsewhere now: what was marked before lies in another frame.
+    fn start_afresh(&mut self) {
+        self.trail = Trail::default();
+        self.bumps.clear();
+        self.infrareds.clear();
+        self.pose = None;
+    }
+
+    fn follow(&mut self, pose: Pose) {
+        let (x_in, y_in) = self.followed;
+        let strayed_in = (pose.x_in - x_in).abs().max((pose.y_in - y_in).abs());
+        if strayed_in > FOLLOW_SLACK_IN {
+            self.followed = (pose.x_in, pose.y_in);
+        }
+    }
+
+    pub(super) fn take_truth(&mut self, truth: Truth) {
+        for &(x_in, y_in) in truth.walls.iter().flatten() {
+            self.bounds.include(x_in, y_in);
+        }
+        self.truth = truth;
+    }
+
+    /// The middle of the picture, inches, before it gives way to the cursor.
+    pub(crate) fn middle(&self) -> (f64, f64) {
+        match self.focus {
+            Focus::Everything => self.bounds.middle(),
+            Focus::Robot => self.followed,
+            Focus::Point(x_in, y_in) => (x_in, y_in),
+        }
+    }
+
+    pub(super) fn zoom_by(&mut self, steps: i8) {
+        self.zoom = (self.zoom + steps).clamp(-4, ZOOM_MAX);
+    }
+
+    /// Moves the picture by so many eighths of what is known.
+    pub(super) fn pan(&mut self, east: f64, north: f64) {
+        let (x_in, y_in) = self.middle();
+        let (width_in, height_in) = self.bounds.extent();
+        let step_in = width_in.max(height_in) / 8.0 / 1.4_f64.powi(i32::from(self.zoom.max(0)));
+        let limit = |value: f64, low: f64, high: f64| value.clamp(low, high);
+        self.focus = Focus::Point(
+            limit(x_in + east * step_in, self.bounds.min.0, self.bounds.max.0),
+            limit(y_in + north * step_in, self.bounds.min.1, self.bounds.max.1),
+        );
+    }
+
+    /// Moves the cursor, which starts at the last draft waypoint, else at the robot.
+    pub(super) fn move_cursor(&mut self, east: i16, north: i16) {
+        let start = self.cursor.unwrap_or_else(|| self.cursor_start());
+        let step = |from: i16, steps: i16| {
+            from.saturating_add(steps.saturating_mul(CURSOR_STEP_IN))
+                .clamp(-WAYPOINT_LIMIT_IN, WAYPOINT_LIMIT_IN)
+        };
+        self.cursor = Some(Waypoint {
+            x_in: step(start.x_in, east),
+            y_in: step(start.y_in, north),
+        });
+    }
+
+    fn cursor_start(&self) -> Waypoint {
+        let limit = f64::from(WAYPOINT_LIMIT_IN);
+        let whole = |value: f64| value.clamp(-limit, limit).round() as i16;
+        self.draft.last().copied().unwrap_or_else(|| {
+            self.pose.map_or_else(Waypoint::default, |pose| Waypoint {
+                x_in: whole(pose.value.x_in),
+                y_in: whole(pose.value.y_in),
+            })
+        })
+    }
+
+    /// Adds a waypoint to the draft at the cursor; `false` when the robot's list would not hold it.
+    pub(super) fn add_waypoint(&mut self) -> bool {
+        let Some(cursor) = self.cursor else {
+            self.move_cursor(0, 0);
+            return true;
+        };
+        if self.draft.len() == WAYPOINTS_MAX {
+            return false;
+        }
+        self.draft.push(cursor);
+        self.bounds
+            .include(f64::from(cursor.x_in), f64::from(cursor.y_in));
+        true
+    }
+
+    pub(super) fn take_draft(&mut self, draft: Vec<Waypoint>) {
+        for waypoint in &draft {
+            self.bounds
+                .include(f64::from(waypoint.x_in), f64::from(waypoint.y_in));
+        }
+        self.draft = draft;
+    }
+}
+
+fn add_mark(marks: &mut VecDeque<Mark>, x_in: f64, y_in: f64) {
+    let known = marks
+        .iter()
+        .rev()
+        .take(8)
+        .any(|mark| (mark.x_in - x_in).hypot(mark.y_in - y_in) < MARK_SPACING_IN);
+    if known {
+        return;
+    }
+    if marks.len() == MARKS_MAX {
+        marks.pop_front();
+    }
+    marks.push_back(Mark { x_in, y_in });
+}
+
+const fn bump_direction(bump: Bump) -> f64 {
+    match bump {
+        Bump::Left => -45.0,
+        Bump::LeftCenter => -22.5,
+        Bump::Right => 45.0,
+        Bump::RightCenter => 22.5,
+        _ => 0.0,
+    }
+}
+
+const fn infrared_directions(infrared: Infrared) -> &'static [f64] {
+    match infrared {
+        Infrared::Left => &[-45.0],
+        Infrared::Right => &[45.0],
+        Infrared::Both => &[-45.0, 45.0],
+        Infrared::None | Infrared::Jammed | Infrared::NotFitted => &[],
+    }
+}

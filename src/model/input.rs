@@ -1,0 +1,355 @@
+//! The operator's keys become changes of the screen and wishes.
+
+use crossterm::event::{KeyCode, KeyEvent, KeyEventKind, KeyModifiers};
+use groundwave_protocol::Waypoint;
+use groundwave_protocol::letters::{Layer, LayerMask, Mode};
+
+use super::chart::Focus;
+use super::drive::Stick;
+use super::keys::{self, Action};
+use super::log::Subject;
+use super::{Model, Overlay, Panel, Purpose, Question, TextEntry, Then, words};
+use crate::event::{Effect, Level, Moment};
+use crate::request::Request;
+
+/// Longest line that can be typed or pasted.
+const TEXT_MAX: usize = 512;
+
+/// Speeds of a replay.
+const REPLAY_SPEEDS: [f64; 8] = [0.25, 0.5, 1.0, 2.0, 4.0, 8.0, 16.0, 32.0];
+
+impl Model {
+    pub(super) fn take_key(&mut self, now: Moment, key: KeyEvent) -> Vec<Effect> {
+        let action = keys::action(self.context(), key);
+        if key.kind == KeyEventKind::Release {
+            return match (&mut self.overlay, action) {
+                (Overlay::Drive(stick), Some(Action::Push { ahead, right })) => {
+                    stick.release(ahead, right).into_iter().collect()
+                }
+                _ => Vec::new(),
+            };
+        }
+        if let Some(action) = action {
+            let repeated = key.kind == KeyEventKind::Repeat;
+            return self.act(now, action, repeated);
+        }
+        if let (Overlay::Text(entry), KeyCode::Char(c)) = (&mut self.overlay, key.code)
+            && !key
+                .modifiers
+                .intersects(KeyModifiers::CONTROL | KeyModifiers::ALT)
+        {
+            entry.append(&c.to_string());
+        }
+        Vec::new()
+    }
+
+    pub(super) fn take_paste(&mut self, text: &str) -> bool {
+        let Overlay::Text(entry) = &mut self.overlay else {
+            return false;
+        };
+        entry.append(text.lines().next().unwrap_or_default());
+        true
+    }
+
+    fn act(&mut self, now: Moment, action: Action, repeated: bool) -> Vec<Effect> {
+        match action {
+            Action::Stop => {
+                self.overlay = Overlay::None;
+                return vec![Effect::Send(Request::Stop)];
+            }
+            Action::Mode(mode) => return vec![Effect::Send(Request::Mode(mode))],
+            Action::ToggleLayer(layer) => return self.toggle(now, layer),
+            Action::Scan => return vec![Effect::Send(Request::Scan)],
+            Action::ResetPose => self.ask_for(Request::Pose {
+                position: Waypoint::default(),
+                theta_deg: 0,
+            }),
+            Action::ClearList => self.ask_for(Request::Route(Vec::new())),
+            Action::SendDraft => return self.send_draft(now),
+            Action::CancelCommands => return vec![Effect::CancelCommands],
+            Action::AskCommand => self.overlay = Overlay::Text(TextEntry::new(Purpose::Command)),
+            Action::AskRouteFile => {
+                self.overlay = Overlay::Text(TextEntry::new(Purpose::RouteFile));
+            }
+            Action::Help => self.overlay = Overlay::Help,
+            Action::EnterDrive => self.ask_to_drive(now),
+            Action::NextPanel => self.next_panel(),
+            Action::PauseReplay => {
+                if let Some(replay) = self.link.replay {
+                    return vec![Effect::ReplayPause(!replay.paused)];
+                }
+            }
+            Action::ReplaySpeed(steps) => return self.replay_speed(steps),
+            Action::Suspend => return vec![Effect::Suspend],
+            Action::Quit => return vec![Effect::Quit],
+            Action::Redraw => return vec![Effect::Redraw],
+            Action::MoveCursor { .. }
+            | Action::AddWaypoint
+            | Action::UndoWaypoint
+            | Action::DiscardDraft
+            | Action::Pan { .. }
+            | Action::Zoom(_)
+            | Action::Follow
+            | Action::ShowEverything
+            | Action::ToggleTruth => self.act_on_map(now, action),
+            Action::Push { .. }
+            | Action::Faster(_)
+            | Action::LeaveDrive
+            | Action::Close
+            | Action::Confirm
+            | Action::Submit
+            | Action::EraseCharacter
+            | Action::EraseAll => return self.act_on_overlay(now, action, repeated),
+        }
+        Vec::new()
+    }
+
+    fn act_on_map(&mut self, now: Moment, action: Action) {
+        let chart = &mut self.chart;
+        match action {
+            Action::MoveCursor { east, north } => chart.move_cursor(east, north),
+            Action::AddWaypoint => {
+                if !chart.add_waypoint() {
+                    self.warn(now, "the robot's list holds no more waypoints");
+                }
+            }
+            Action::UndoWaypoint => {
+                chart.draft.pop();
+            }
+            Action::DiscardDraft => chart.draft.clear(),
+            Action::Pan { east, north } => chart.pan(f64::from(east), f64::from(north)),
+            Action::Zoom(steps) => chart.zoom_by(steps),
+            Action::Follow => {
+                chart.focus = match chart.focus {
+                    Focus::Robot => Focus::Everything,
+                    Focus::Everything | Focus::Point(..) => Focus::Robot,
+                };
+            }
+            Action::ShowEverything => {
+                chart.focus = Focus::Everything;
+                chart.zoom = 0;
+            }
+            Action::ToggleTruth => chart.truth_hidden = !chart.truth_hidden,
+            _ => {}
+        }
+    }
+
+    fn act_on_overlay(&mut self, now: Moment, action: Action, repeated: bool) -> Vec<Effect> {
+        match (action, &mut self.overlay) {
+            (Action::Push { ahead, right }, Overlay::Drive(stick)) => {
+                return vec![stick.push(now, ahead, right, repeated)];
+            }
+            (Action::Faster(steps), Overlay::Drive(stick)) => stick.faster(steps),
+            (Action::LeaveDrive, _) => {
+                self.overlay = Overlay::None;
+                return vec![Effect::DriveEnd];
+            }
+            (Action::Close, Overlay::None) => self.chart.cursor = None,
+            (Action::Close, overlay) => *overlay = Overlay::None,
+            (Action::EraseCharacter, Overlay::Text(entry)) => {
+                entry.text.pop();
+                entry.error = None;
+            }
+            (Action::EraseAll, Overlay::Text(entry)) => {
+                entry.text.clear();
+                entry.error = None;
+            }
+            (Action::Submit, Overlay::Text(entry)) => {
+                let entry = entry.clone();
+                return self.submit(entry);
+            }
+            (Action::Confirm, Overlay::Question(question)) => {
+                let then = question.then.clone();
+                self.overlay = Overlay::None;
+                return vec![match then {
+                    Then::Send(request) => Effect::Send(request),
+                    Then::Drive => {
+                        self.overlay = Overlay::Drive(Stick::default());
+                        Effect::Send(Request::Mode(Mode::User))
+                    }
+                }];
+            }
+            _ => {}
+        }
+        Vec::new()
+    }
+
+    fn submit(&mut self, entry: TextEntry) -> Vec<Effect> {
+        let text = entry.text.trim();
+        self.overlay = Overlay::None;
+        if text.is_empty() {
+            return Vec::new();
+        }
+        let file = match entry.purpose {
+            Purpose::RouteFile => Some(text),
+            Purpose::Command => text.strip_prefix("route ").map(str::trim),
+        };
+        if let Some(file) = file {
+            return vec![Effect::LoadRoute(file.to_owned())];
+        }
+        let words: Vec<&str> = text.split_whitespace().collect();
+        match (Request::from_words(&words), &words[..]) {
+            (Ok(request), _) => self.ask_or_send(request),
+            (Err(_), ["quit" | "q"]) => vec![Effect::Quit],
+            (Err(_), ["help"]) => {
+                self.overlay = Overlay::Help;
+                Vec::new()
+            }
+            (Err(error), _) => {
+                self.overlay = Overlay::Text(TextEntry {
+                    error: Some(error.to_string()),
+                    ..entry
+                });
+                Vec::new()
+            }
+        }
+    }
+
+    fn ask_or_send(&mut self, request: Request) -> Vec<Effect> {
+        let hazardous = match &request {
+            Request::Pose { .. } | Request::Mode(Mode::User) => true,
+            Request::Route(waypoints) => waypoints.is_empty(),
+            _ => false,
+        };
+        if hazardous {
+            self.ask_for(request);
+            return Vec::new();
+        }
+        vec![Effect::Send(request)]
+    }
+
+    fn ask_for(&mut self, request: Request) {
+        let (text, then) = match &request {
+            Request::Mode(Mode::User) => (DRIVE_QUESTION.to_owned(), Then::Drive),
+            Request::Route(_) => (
+                "Clear the robot's list of waypoints?".to_owned(),
+                Then::Send(request),
+            ),
+            Request::Pose {
+                position,
+                theta_deg,
+            } => (
+                format!(
+                    "Tell the robot that it is at ({}, {}), heading {theta_deg}? Its trail starts afresh.",
+                    position.x_in, position.y_in
+                ),
+                Then::Send(request),
+            ),
+            other => (format!("Send `{other}`?"), Then::Send(request)),
+        };
+        self.overlay = Overlay::Question(Question { text, then });
+    }
+
+    fn ask_to_drive(&mut self, now: Moment) {
+        if self.link.can_send {
+            self.ask_for(Request::Mode(Mode::User));
+        } else {
+            self.warn(now, "cannot drive: the link is receive-only");
+        }
+    }
+
+    /// The wire carries the whole mask; what is toggled is what was asked last, else what the robot
+    /// reports.
+    fn toggle(&mut self, now: Moment, layer: Layer) -> Vec<Effect> {
+        let name = words::layer(layer);
+        let Some(allowed) = self.robot.allowed() else {
+            self.warn(now, "the robot has not said yet which layers it has");
+            return Vec::new();
+        };
+        if self.robot.lacks(layer) {
+            self.warn(now, &format!("{name} is not fitted on this robot"));
+            return Vec::new();
+        }
+        let is_allowed = self
+            .ledger
+            .asked_of(layer)
+            .unwrap_or_else(|| allowed.contains(layer));
+        let mask = LayerMask::NONE.with(layer);
+        vec![Effect::Send(if is_allowed {
+            Request::Disable(mask)
+        } else {
+            Request::Enable(mask)
+        })]
+    }
+
+    fn send_draft(&mut self, now: Moment) -> Vec<Effect> {
+        if self.chart.draft.is_empty() {
+            self.warn(now, "nothing drafted: move the cursor, press w");
+            return Vec::new();
+        }
+        self.chart.cursor = None;
+        match Request::route(std::mem::take(&mut self.chart.draft)) {
+            Ok(request) => vec![Effect::Send(request)],
+            Err(error) => {
+                self.warn(now, &error.to_string());
+                Vec::new()
+            }
+        }
+    }
+
+    pub(super) fn take_route(
+        &mut self,
+        now: Moment,
+        path: &str,
+        route: Result<Vec<Waypoint>, String>,
+    ) {
+        match route {
+            Ok(waypoints) => {
+                let text = format!(
+                    "{path}: {} waypoints drafted; S sends them",
+                    waypoints.len()
+                );
+                self.log.add(now, Level::Info, Subject::Station, text);
+                self.chart.take_draft(waypoints);
+            }
+            Err(error) => self.warn(now, &error),
+        }
+    }
+
+    fn replay_speed(&self, steps: i8) -> Vec<Effect> {
+        let Some(replay) = self.link.replay else {
+            return Vec::new();
+        };
+        let at = REPLAY_SPEEDS
+            .iter()
+            .position(|&speed| speed >= replay.speed)
+            .unwrap_or(REPLAY_SPEEDS.len() - 1);
+        REPLAY_SPEEDS
+            .get(at.saturating_add_signed(isize::from(steps)))
+            .map(|&speed| Effect::ReplaySpeed(speed))
+            .into_iter()
+            .collect()
+    }
+
+    fn next_panel(&mut self) {
+        let at = Panel::ALL
+            .iter()
+            .position(|panel| *panel == self.panel)
+            .unwrap_or(0);
+        self.panel = Panel::ALL[(at + 1) % Panel::ALL.len()];
+    }
+
+    fn warn(&mut self, now: Moment, text: &str) {
+        self.log.add(now, Level::Warning, Subject::Station, text);
+    }
+}
+
+const DRIVE_QUESTION: &str =
+    "Drive by hand? The arrows move the robot while you hold them; letting go stops it.";
+
+impl TextEntry {
+    const fn new(purpose: Purpose) -> Self {
+        Self {
+            purpose,
+            text: String::new(),
+            error: None,
+        }
+    }
+
+    fn append(&mut self, text: &str) {
+        let room = TEXT_MAX.saturating_sub(self.text.len());
+        let printable = text.chars().filter(|c| !c.is_control());
+        self.text.extend(printable.take(room));
+        self.error = None;
+    }
+}

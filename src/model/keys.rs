@@ -1,0 +1,677 @@
+//! The keys: one table for dispatch, footer and help.
+
+use crossterm::event::{KeyCode, KeyEvent, KeyModifiers};
+use groundwave_protocol::letters::{Layer, Mode};
+
+/// Where the keyboard goes.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Context {
+    /// The panels.
+    Dashboard,
+    /// Driving by hand.
+    Drive,
+    /// Typing a command or the name of a file.
+    Text,
+    /// A question.
+    Question,
+    /// The list of keys.
+    Help,
+}
+
+/// What a key does.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Action {
+    Stop,
+    Mode(Mode),
+    ToggleLayer(Layer),
+    Scan,
+    ResetPose,
+    ClearList,
+    MoveCursor { east: i16, north: i16 },
+    AddWaypoint,
+    UndoWaypoint,
+    DiscardDraft,
+    SendDraft,
+    AskRouteFile,
+    AskCommand,
+    CancelCommands,
+    Pan { east: i8, north: i8 },
+    Zoom(i8),
+    Follow,
+    ShowEverything,
+    ToggleTruth,
+    NextPanel,
+    EnterDrive,
+    Push { ahead: i8, right: i8 },
+    Faster(i8),
+    LeaveDrive,
+    Help,
+    Close,
+    Confirm,
+    Submit,
+    EraseCharacter,
+    EraseAll,
+    PauseReplay,
+    ReplaySpeed(i8),
+    Redraw,
+    Suspend,
+    Quit,
+}
+
+/// One row of the table.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Binding {
+    pub(crate) context: Context,
+    /// As the help writes it.
+    pub(crate) label: &'static str,
+    keys: &'static [(KeyCode, KeyModifiers)],
+    pub(crate) action: Action,
+    /// What it does, for the help; empty when another row speaks for it.
+    pub(crate) help: &'static str,
+    /// What it does, for the footer; empty when it is not named there.
+    pub(crate) footer: &'static str,
+}
+
+const fn plain(c: char) -> (KeyCode, KeyModifiers) {
+    (KeyCode::Char(c), KeyModifiers::NONE)
+}
+
+const fn ctrl(c: char) -> (KeyCode, KeyModifiers) {
+    (KeyCode::Char(c), KeyModifiers::CONTROL)
+}
+
+const fn bare(code: KeyCode) -> (KeyCode, KeyModifiers) {
+    (code, KeyModifiers::NONE)
+}
+
+const fn shift(code: KeyCode) -> (KeyCode, KeyModifiers) {
+    (code, KeyModifiers::SHIFT)
+}
+
+const fn row(
+    context: Context,
+    label: &'static str,
+    keys: &'static [(KeyCode, KeyModifiers)],
+    action: Action,
+    help: &'static str,
+    footer: &'static str,
+) -> Binding {
+    Binding {
+        context,
+        label,
+        keys,
+        action,
+        help,
+        footer,
+    }
+}
+
+use Context::{Dashboard, Drive, Help, Question, Text};
+
+/// Every key. STOP comes first wherever the keyboard goes: Space, and Ctrl-S where Space is a letter.
+pub(crate) const TABLE: &[Binding] = &[
+    row(
+        Dashboard,
+        "Space",
+        &[plain(' '), ctrl('s')],
+        Action::Stop,
+        "STOP (Ctrl-S while typing)",
+        "STOP",
+    ),
+    row(
+        Dashboard,
+        "p",
+        &[plain('p')],
+        Action::Mode(Mode::Prowl),
+        "prowl: move about",
+        "prowl",
+    ),
+    row(
+        Dashboard,
+        "r",
+        &[plain('r')],
+        Action::Mode(Mode::Reactive),
+        "reactive: wait to be pulled",
+        "",
+    ),
+    row(
+        Dashboard,
+        "h",
+        &[plain('h')],
+        Action::Mode(Mode::GoHome),
+        "home: back to the origin",
+        "home",
+    ),
+    row(
+        Dashboard,
+        "W",
+        &[plain('W')],
+        Action::Mode(Mode::Wander),
+        "wander: 3 minutes, then home",
+        "",
+    ),
+    row(
+        Dashboard,
+        "1-7",
+        &[plain('1')],
+        Action::ToggleLayer(Layer::Bumpers),
+        "allow a layer, or forbid it",
+        "layers",
+    ),
+    row(
+        Dashboard,
+        "0",
+        &[plain('0')],
+        Action::ToggleLayer(Layer::User),
+        "the same for driving by hand",
+        "",
+    ),
+    row(
+        Dashboard,
+        "2",
+        &[plain('2')],
+        Action::ToggleLayer(Layer::Rotation),
+        "",
+        "",
+    ),
+    row(
+        Dashboard,
+        "3",
+        &[plain('3')],
+        Action::ToggleLayer(Layer::Infrared),
+        "",
+        "",
+    ),
+    row(
+        Dashboard,
+        "4",
+        &[plain('4')],
+        Action::ToggleLayer(Layer::Sonar),
+        "",
+        "",
+    ),
+    row(
+        Dashboard,
+        "5",
+        &[plain('5')],
+        Action::ToggleLayer(Layer::Photo),
+        "",
+        "",
+    ),
+    row(
+        Dashboard,
+        "6",
+        &[plain('6')],
+        Action::ToggleLayer(Layer::Motion),
+        "",
+        "",
+    ),
+    row(
+        Dashboard,
+        "7",
+        &[plain('7')],
+        Action::ToggleLayer(Layer::DeadReckoning),
+        "",
+        "",
+    ),
+    row(
+        Dashboard,
+        "d",
+        &[plain('d')],
+        Action::EnterDrive,
+        "drive by hand (asks)",
+        "drive",
+    ),
+    row(
+        Dashboard,
+        "v",
+        &[plain('v')],
+        Action::Scan,
+        "look around once",
+        "",
+    ),
+    row(
+        Dashboard,
+        "O",
+        &[plain('O')],
+        Action::ResetPose,
+        "make this the origin (asks)",
+        "",
+    ),
+    row(
+        Dashboard,
+        "arrows",
+        &[bare(KeyCode::Left)],
+        Action::MoveCursor { east: -1, north: 0 },
+        "map: move the cursor",
+        "cursor",
+    ),
+    row(
+        Dashboard,
+        "",
+        &[bare(KeyCode::Right)],
+        Action::MoveCursor { east: 1, north: 0 },
+        "",
+        "",
+    ),
+    row(
+        Dashboard,
+        "",
+        &[bare(KeyCode::Up)],
+        Action::MoveCursor { east: 0, north: 1 },
+        "",
+        "",
+    ),
+    row(
+        Dashboard,
+        "",
+        &[bare(KeyCode::Down)],
+        Action::MoveCursor { east: 0, north: -1 },
+        "",
+        "",
+    ),
+    row(
+        Dashboard,
+        "w Enter",
+        &[plain('w'), bare(KeyCode::Enter)],
+        Action::AddWaypoint,
+        "draft a waypoint there",
+        "waypoint",
+    ),
+    row(
+        Dashboard,
+        "u",
+        &[plain('u'), bare(KeyCode::Backspace)],
+        Action::UndoWaypoint,
+        "take the last one back",
+        "",
+    ),
+    row(
+        Dashboard,
+        "U",
+        &[plain('U')],
+        Action::DiscardDraft,
+        "discard the draft",
+        "",
+    ),
+    row(
+        Dashboard,
+        "S",
+        &[plain('S')],
+        Action::SendDraft,
+        "send the draft to the robot",
+        "send",
+    ),
+    row(
+        Dashboard,
+        "l",
+        &[plain('l')],
+        Action::AskRouteFile,
+        "load a route file as draft",
+        "load",
+    ),
+    row(
+        Dashboard,
+        "C",
+        &[plain('C')],
+        Action::ClearList,
+        "clear the robot's list (asks)",
+        "",
+    ),
+    row(
+        Dashboard,
+        "x",
+        &[plain('x')],
+        Action::CancelCommands,
+        "give up commands under way",
+        "",
+    ),
+    row(
+        Dashboard,
+        ":",
+        &[plain(':')],
+        Action::AskCommand,
+        "type a command",
+        "command",
+    ),
+    row(
+        Dashboard,
+        "f",
+        &[plain('f')],
+        Action::Follow,
+        "map: follow the robot",
+        "",
+    ),
+    row(
+        Dashboard,
+        "a",
+        &[plain('a')],
+        Action::ShowEverything,
+        "map: show everything",
+        "",
+    ),
+    row(
+        Dashboard,
+        "+ -",
+        &[plain('+'), plain('=')],
+        Action::Zoom(1),
+        "map: zoom",
+        "",
+    ),
+    row(
+        Dashboard,
+        "",
+        &[plain('-'), plain('_')],
+        Action::Zoom(-1),
+        "",
+        "",
+    ),
+    row(
+        Dashboard,
+        "HJKL",
+        &[plain('H'), shift(KeyCode::Left)],
+        Action::Pan { east: -1, north: 0 },
+        "map: look elsewhere",
+        "",
+    ),
+    row(
+        Dashboard,
+        "",
+        &[plain('L'), shift(KeyCode::Right)],
+        Action::Pan { east: 1, north: 0 },
+        "",
+        "",
+    ),
+    row(
+        Dashboard,
+        "",
+        &[plain('K'), shift(KeyCode::Up)],
+        Action::Pan { east: 0, north: 1 },
+        "",
+        "",
+    ),
+    row(
+        Dashboard,
+        "",
+        &[plain('J'), shift(KeyCode::Down)],
+        Action::Pan { east: 0, north: -1 },
+        "",
+        "",
+    ),
+    row(
+        Dashboard,
+        "t",
+        &[plain('t')],
+        Action::ToggleTruth,
+        "map: the simulator's truth",
+        "",
+    ),
+    row(
+        Dashboard,
+        "Tab",
+        &[bare(KeyCode::Tab)],
+        Action::NextPanel,
+        "next panel, where few fit",
+        "panel",
+    ),
+    row(
+        Dashboard,
+        "k",
+        &[plain('k')],
+        Action::PauseReplay,
+        "replay: pause, go on",
+        "",
+    ),
+    row(
+        Dashboard,
+        "< >",
+        &[plain('<')],
+        Action::ReplaySpeed(-1),
+        "replay: slower, faster",
+        "",
+    ),
+    row(Dashboard, "", &[plain('>')], Action::ReplaySpeed(1), "", ""),
+    row(
+        Dashboard,
+        "?",
+        &[plain('?'), bare(KeyCode::F(1))],
+        Action::Help,
+        "these keys",
+        "keys",
+    ),
+    row(
+        Dashboard,
+        "Esc",
+        &[bare(KeyCode::Esc)],
+        Action::Close,
+        "put the cursor away",
+        "",
+    ),
+    row(
+        Dashboard,
+        "Ctrl-L",
+        &[ctrl('l')],
+        Action::Redraw,
+        "draw the screen anew",
+        "",
+    ),
+    row(
+        Dashboard,
+        "Ctrl-Z",
+        &[ctrl('z')],
+        Action::Suspend,
+        "to the shell; fg comes back",
+        "",
+    ),
+    row(
+        Dashboard,
+        "q",
+        &[plain('q'), ctrl('c')],
+        Action::Quit,
+        "leave; the robot carries on",
+        "quit",
+    ),
+    row(
+        Drive,
+        "Space",
+        &[plain(' '), ctrl('s')],
+        Action::Stop,
+        "",
+        "STOP",
+    ),
+    row(
+        Drive,
+        "arrows",
+        &[bare(KeyCode::Up)],
+        Action::Push { ahead: 1, right: 0 },
+        "",
+        "hold to drive",
+    ),
+    row(
+        Drive,
+        "",
+        &[bare(KeyCode::Down)],
+        Action::Push {
+            ahead: -1,
+            right: 0,
+        },
+        "",
+        "",
+    ),
+    row(
+        Drive,
+        "",
+        &[bare(KeyCode::Left)],
+        Action::Push {
+            ahead: 0,
+            right: -1,
+        },
+        "",
+        "",
+    ),
+    row(
+        Drive,
+        "",
+        &[bare(KeyCode::Right)],
+        Action::Push { ahead: 0, right: 1 },
+        "",
+        "",
+    ),
+    row(
+        Drive,
+        "+ -",
+        &[plain('+'), plain('=')],
+        Action::Faster(1),
+        "",
+        "speed",
+    ),
+    row(
+        Drive,
+        "",
+        &[plain('-'), plain('_')],
+        Action::Faster(-1),
+        "",
+        "",
+    ),
+    row(
+        Drive,
+        "Esc",
+        &[bare(KeyCode::Esc), plain('d'), plain('q')],
+        Action::LeaveDrive,
+        "",
+        "let go",
+    ),
+    row(Drive, "Ctrl-C", &[ctrl('c')], Action::Quit, "", ""),
+    row(Text, "Ctrl-S", &[ctrl('s')], Action::Stop, "", "STOP"),
+    row(
+        Text,
+        "Enter",
+        &[bare(KeyCode::Enter)],
+        Action::Submit,
+        "",
+        "do it",
+    ),
+    row(
+        Text,
+        "Esc",
+        &[bare(KeyCode::Esc)],
+        Action::Close,
+        "",
+        "never mind",
+    ),
+    row(
+        Text,
+        "",
+        &[bare(KeyCode::Backspace), ctrl('h')],
+        Action::EraseCharacter,
+        "",
+        "",
+    ),
+    row(Text, "Ctrl-U", &[ctrl('u')], Action::EraseAll, "", "erase"),
+    row(Text, "Ctrl-C", &[ctrl('c')], Action::Quit, "", ""),
+    row(
+        Question,
+        "Space",
+        &[plain(' '), ctrl('s')],
+        Action::Stop,
+        "",
+        "STOP",
+    ),
+    row(
+        Question,
+        "y",
+        &[plain('y'), bare(KeyCode::Enter)],
+        Action::Confirm,
+        "",
+        "yes",
+    ),
+    row(
+        Question,
+        "n",
+        &[plain('n'), plain('q'), bare(KeyCode::Esc)],
+        Action::Close,
+        "",
+        "no",
+    ),
+    row(Question, "Ctrl-C", &[ctrl('c')], Action::Quit, "", ""),
+    row(
+        Help,
+        "Space",
+        &[plain(' '), ctrl('s')],
+        Action::Stop,
+        "",
+        "STOP",
+    ),
+    row(
+        Help,
+        "Esc",
+        &[
+            bare(KeyCode::Esc),
+            plain('?'),
+            plain('q'),
+            bare(KeyCode::Enter),
+            bare(KeyCode::F(1)),
+        ],
+        Action::Close,
+        "",
+        "back",
+    ),
+    row(Help, "Ctrl-C", &[ctrl('c')], Action::Quit, "", ""),
+];
+
+/// What a key does in a context.
+pub(super) fn action(context: Context, key: KeyEvent) -> Option<Action> {
+    TABLE
+        .iter()
+        .find(|binding| binding.context == context && binding.takes(key))
+        .map(|binding| binding.action)
+}
+
+impl Binding {
+    fn takes(&self, key: KeyEvent) -> bool {
+        let mut held = key.modifiers & (KeyModifiers::CONTROL | KeyModifiers::SHIFT);
+        if let KeyCode::Char(_) = key.code {
+            // The character says it: some terminals report Shift beside `W`, some do not.
+            held -= KeyModifiers::SHIFT;
+        }
+        self.keys.contains(&(key.code, held))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn no_key_means_two_things_in_one_context() {
+        for (n, a) in TABLE.iter().enumerate() {
+            for b in TABLE[n + 1..].iter().filter(|b| b.context == a.context) {
+                let shared = a.keys.iter().find(|key| b.keys.contains(key));
+                assert_eq!(shared, None, "{} and {}", a.help, b.help);
+            }
+        }
+    }
+
+    #[test]
+    fn stop_is_one_key_from_anywhere() {
+        let stop = KeyEvent::new(KeyCode::Char('s'), KeyModifiers::CONTROL);
+        for context in [Dashboard, Drive, Text, Question, Help] {
+            assert_eq!(action(context, stop), Some(Action::Stop), "{context:?}");
+        }
+        let space = KeyEvent::new(KeyCode::Char(' '), KeyModifiers::NONE);
+        for context in [Dashboard, Drive, Question, Help] {
+            assert_eq!(action(context, space), Some(Action::Stop), "{context:?}");
+        }
+    }
+
+    #[test]
+    fn every_key_of_the_dashboard_is_in_the_help() {
+        let mut told = "";
+        for binding in TABLE.iter().filter(|binding| binding.context == Dashboard) {
+            if !binding.help.is_empty() {
+                told = binding.help;
+            }
+            assert!(!told.is_empty(), "{}", binding.label);
+        }
+    }
+}

@@ -1,0 +1,177 @@
+//! The command ledger: what was asked, and only as much of its fate as the robot acknowledged.
+
+use std::collections::VecDeque;
+
+use groundwave_protocol::Waypoint;
+use groundwave_protocol::letters::{Layer, LayerMask};
+use groundwave_protocol::telemetry::{ListPlace, Outcome, StatusLine};
+
+use crate::event::{CommandId, CommandStep, Failure, Moment};
+use crate::request::Request;
+
+const ENTRIES_MAX: usize = 64;
+
+/// How far a command has come.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Stage {
+    /// Waits for its turn.
+    Queued,
+    /// Went to the radio; nothing is known of it.
+    Sent,
+    /// The robot acknowledged it.
+    Acknowledged,
+    /// The robot verified this digest and made the list its own.
+    Activated { digest: u32 },
+    /// The robot refused.
+    Refused(Outcome),
+    /// Given up without proof.
+    Failed(Failure),
+}
+
+/// A command.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub(crate) struct Entry {
+    pub(crate) id: CommandId,
+    pub(crate) request: Request,
+    pub(crate) stage: Stage,
+    pub(crate) attempts: u32,
+    /// Waypoints that the robot acknowledged, of how many.
+    pub(crate) progress: Option<(u16, u16)>,
+    /// When the stage changed.
+    pub(crate) at: Moment,
+}
+
+impl Entry {
+    fn is_over(&self) -> bool {
+        !matches!(self.stage, Stage::Queued | Stage::Sent)
+    }
+}
+
+/// The list that the robot acknowledged as its own.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub(crate) struct ActiveList {
+    pub(crate) id: CommandId,
+    pub(crate) digest: u32,
+    pub(crate) waypoints: Vec<Waypoint>,
+    /// How far it has been driven, by a line B that names the same digest; `None` until one came.
+    pub(crate) driven: Option<ListPlace>,
+}
+
+/// What was asked of the robot.
+#[derive(Clone, Debug, Default)]
+pub(crate) struct Ledger {
+    entries: VecDeque<Entry>,
+    active: Option<ActiveList>,
+}
+
+impl Ledger {
+    /// Takes a step; returns the entry it belongs to, if that is known.
+    pub(super) fn take_step(
+        &mut self,
+        now: Moment,
+        id: CommandId,
+        step: &CommandStep,
+    ) -> Option<&Entry> {
+        if let CommandStep::Queued(request) = step {
+            self.add(now, id, request.clone());
+        }
+        let entry = self.entries.iter_mut().rev().find(|entry| entry.id == id)?;
+        match step {
+            CommandStep::Queued(_) => {}
+            CommandStep::Sent { attempt } => {
+                entry.stage = Stage::Sent;
+                entry.attempts = *attempt;
+            }
+            CommandStep::Progress {
+                acknowledged,
+                total,
+            } => entry.progress = Some((*acknowledged, *total)),
+            CommandStep::Proven { digest: None } => entry.stage = Stage::Acknowledged,
+            CommandStep::Proven {
+                digest: Some(digest),
+            } => {
+                entry.stage = Stage::Activated { digest: *digest };
+                if let Request::Route(waypoints) = &entry.request {
+                    self.active = Some(ActiveList {
+                        id,
+                        digest: *digest,
+                        waypoints: waypoints.clone(),
+                        driven: None,
+                    });
+                }
+            }
+            CommandStep::Refused(outcome) => entry.stage = Stage::Refused(*outcome),
+            CommandStep::Failed(failure) => entry.stage = Stage::Failed(*failure),
+        }
+        entry.at = now;
+        Some(entry)
+    }
+
+    fn add(&mut self, now: Moment, id: CommandId, request: Request) {
+        if self.entries.len() == ENTRIES_MAX {
+            // What is still under way outlives what is over.
+            let victim = self.entries.iter().position(Entry::is_over).unwrap_or(0);
+            self.entries.remove(victim);
+        }
+        self.entries.push_back(Entry {
+            id,
+            request,
+            stage: Stage::Queued,
+            attempts: 0,
+            progress: None,
+            at: now,
+        });
+    }
+
+    /// Takes a line B: it confirms the active list, or tells that the robot has another.
+    pub(super) fn take_status(&mut self, status: &StatusLine) {
+        if let Some(active) = &mut self.active {
+            if active.digest == status.digest {
+                active.driven = Some(status.list);
+            } else {
+                self.active = None;
+            }
+        }
+    }
+
+    /// The robot booted: what it had acknowledged is gone.
+    pub(super) fn take_restart(&mut self) {
+        self.active = None;
+    }
+
+    /// Oldest first.
+    pub(crate) fn entries(&self) -> impl DoubleEndedIterator<Item = &Entry> {
+        self.entries.iter()
+    }
+
+    /// The list of this session that the robot acknowledged and has not contradicted since.
+    pub(crate) const fn active(&self) -> Option<&ActiveList> {
+        self.active.as_ref()
+    }
+
+    /// The newest list that is under way.
+    pub(crate) fn pending_route(&self) -> Option<&[Waypoint]> {
+        self.entries
+            .iter()
+            .rev()
+            .filter(|entry| !entry.is_over())
+            .find_map(|entry| match &entry.request {
+                Request::Route(waypoints) => Some(&waypoints[..]),
+                _ => None,
+            })
+    }
+
+    /// What the operator asked of a layer and the robot has not answered yet.
+    pub(crate) fn asked_of(&self, layer: Layer) -> Option<bool> {
+        let asks = |mask: &LayerMask| mask.contains(layer);
+        self.entries
+            .iter()
+            .rev()
+            .filter(|entry| !entry.is_over())
+            .find_map(|entry| match &entry.request {
+                Request::Enable(mask) if asks(mask) => Some(true),
+                Request::Disable(mask) if asks(mask) => Some(false),
+                _ => None,
+            })
+    }
+}

@@ -1,0 +1,214 @@
+//! The link to the robot: is it there, how much comes through, how old is the newest line.
+
+use std::collections::VecDeque;
+
+use groundwave_protocol::LINE_BYTES;
+use groundwave_protocol::decoder::Counters;
+
+use super::age;
+use crate::event::{LinkEvent, Moment, Replay};
+
+/// Rate and loss are taken over this long.
+const WINDOW: Moment = Moment::from_secs(20);
+
+/// No line for this long means that the robot is silent.
+pub(crate) const SILENT_AFTER: Moment = Moment::from_secs(2);
+
+/// Loss above this share of lines is worth a mark.
+const WEAK_LOSS: f64 = 0.05;
+
+/// Where the connection stands.
+#[derive(Clone, Debug, Default, PartialEq, Eq)]
+pub(crate) enum Connection {
+    /// Not open yet.
+    #[default]
+    Opening,
+    /// Bytes can come.
+    Open,
+    /// Gone since then; the station keeps trying.
+    Lost { reason: String, since: Moment },
+    /// Over for good.
+    Ended,
+}
+
+/// The link at a glance.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Health {
+    /// Nothing has come yet.
+    Waiting,
+    /// Lines come and few are missing.
+    Good,
+    /// Lines come and many are missing.
+    Weak,
+    /// The link is open and no line comes.
+    Silent,
+    /// The link is gone; the station keeps trying.
+    Lost,
+    /// The replay stands still.
+    Paused,
+    /// Over for good.
+    Ended,
+}
+
+/// The link to the robot.
+#[derive(Clone, Debug, Default)]
+pub(crate) struct Link {
+    pub(crate) name: String,
+    pub(crate) can_send: bool,
+    pub(crate) connection: Connection,
+    pub(crate) replay: Option<Replay>,
+    /// When time stopped: the session ended or the replay was paused.
+    frozen_at: Option<Moment>,
+    newest_line_at: Option<Moment>,
+    newest_raw: Option<[u8; LINE_BYTES]>,
+    counters: Counters,
+    /// The decoder's totals at most once a second, for as long as the window.
+    totals: VecDeque<(Moment, Counters)>,
+}
+
+impl Link {
+    pub(super) fn take_event(&mut self, now: Moment, event: &LinkEvent) {
+        self.frozen_at = None;
+        match event {
+            LinkEvent::Opened { name, can_send } => {
+                self.name.clone_from(name);
+                self.can_send = *can_send;
+                self.connection = Connection::Open;
+            }
+            LinkEvent::Lost { reason } => {
+                let since = match self.connection {
+                    Connection::Lost { since, .. } => since,
+                    _ => now,
+                };
+                self.connection = Connection::Lost {
+                    reason: reason.clone(),
+                    since,
+                };
+            }
+            LinkEvent::Ended => {
+                self.connection = Connection::Ended;
+                self.frozen_at = Some(now);
+            }
+        }
+    }
+
+    pub(super) fn take_replay(&mut self, now: Moment, replay: Replay) {
+        self.replay = Some(replay);
+        if self.connection != Connection::Ended {
+            self.frozen_at = replay.paused.then_some(now);
+        }
+    }
+
+    pub(super) fn take_line(&mut self, now: Moment, raw: &[u8; LINE_BYTES]) {
+        self.newest_line_at = Some(now);
+        self.newest_raw = Some(*raw);
+    }
+
+    pub(super) fn take_counters(&mut self, now: Moment, counters: &Counters) {
+        self.counters = *counters;
+        let due = self
+            .totals
+            .back()
+            .is_none_or(|(at, _)| now.saturating_sub(*at) >= Moment::from_secs(1));
+        if due {
+            self.totals.push_back((now, *counters));
+        }
+        while self
+            .totals
+            .front()
+            .is_some_and(|(at, _)| now.saturating_sub(*at) > WINDOW)
+        {
+            self.totals.pop_front();
+        }
+    }
+
+    /// The decoder's totals.
+    pub(crate) const fn counters(&self) -> &Counters {
+        &self.counters
+    }
+
+    /// The newest 80 bytes.
+    pub(crate) const fn newest_raw(&self) -> Option<&[u8; LINE_BYTES]> {
+        self.newest_raw.as_ref()
+    }
+
+    /// `now`, or the moment at which the session stopped.
+    pub(crate) fn clock(&self, now: Moment) -> Moment {
+        self.frozen_at.map_or(now, |at| at.min(now))
+    }
+
+    /// Whether time stands still on the screen.
+    pub(crate) const fn is_frozen(&self) -> bool {
+        self.frozen_at.is_some()
+    }
+
+    /// How old the newest line is.
+    pub(crate) fn newest_age(&self, now: Moment) -> Option<Moment> {
+        let at = self.newest_line_at?;
+        Some(self.clock(now).saturating_sub(at))
+    }
+
+    /// 80-byte lines a second over the window.
+    pub(crate) fn lines_per_s(&self, now: Moment) -> f64 {
+        let now = self.clock(now);
+        let Some(&(at, ref then)) = self.window_start(now) else {
+            return 0.0;
+        };
+        let lines = self.counters.lines.saturating_sub(then.lines);
+        let until = if self.newest_age(now).is_some_and(|age| age < SILENT_AFTER) {
+            self.newest_line_at.unwrap_or(now)
+        } else {
+            now
+        };
+        lines as f64 / until.saturating_sub(at).as_secs_f64().max(1.0)
+    }
+
+    /// Share of lines lost over the window, 0 to 1; `None` before there is anything to count.
+    pub(crate) fn loss(&self, now: Moment) -> Option<f64> {
+        let (_, then) = self.window_start(self.clock(now))?;
+        let received = |c: &Counters| c.lines + c.ack_lines;
+        let received = received(&self.counters).saturating_sub(received(then));
+        let lost = self.counters.lines_lost.saturating_sub(then.lines_lost);
+        (received + lost > 0).then(|| lost as f64 / (received + lost) as f64)
+    }
+
+    fn window_start(&self, now: Moment) -> Option<&(Moment, Counters)> {
+        self.totals
+            .iter()
+            .find(|(at, _)| now.saturating_sub(*at) <= WINDOW)
+    }
+
+    /// The link at a glance.
+    pub(crate) fn health(&self, now: Moment) -> Health {
+        match &self.connection {
+            Connection::Lost { .. } => return Health::Lost,
+            Connection::Ended => return Health::Ended,
+            Connection::Opening | Connection::Open => {}
+        }
+        if self.replay.is_some_and(|replay| replay.paused) {
+            return Health::Paused;
+        }
+        match self.newest_age(now) {
+            None => Health::Waiting,
+            Some(age) if age >= SILENT_AFTER => Health::Silent,
+            Some(_) if self.loss(now).is_some_and(|loss| loss > WEAK_LOSS) => Health::Weak,
+            Some(_) => Health::Good,
+        }
+    }
+
+    /// When the ages on the screen change by themselves.
+    pub(super) fn next_tick(&self, now: Moment) -> Option<Moment> {
+        if self.is_frozen() {
+            return None;
+        }
+        let lost = match self.connection {
+            Connection::Lost { since, .. } => Some(since),
+            _ => None,
+        };
+        self.newest_line_at
+            .into_iter()
+            .chain(lost)
+            .map(|since| age::next_change(since, now))
+            .min()
+    }
+}

@@ -1,0 +1,91 @@
+//! The log: the newest things worth a line, in bounded memory.
+
+use std::collections::VecDeque;
+
+use crate::event::{Level, Moment};
+
+const ENTRIES_MAX: usize = 256;
+
+/// Changes of holder closer together than this share a line.
+const HOLDER_REST: Moment = Moment::from_millis(1500);
+
+/// What an entry is about: its mark on the screen.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Subject {
+    /// Somebody else holds the motors, or the mode changed.
+    Behaviour,
+    /// The bumper touched something.
+    Bump,
+    /// The connection.
+    Link,
+    /// A command of the operator's.
+    Command,
+    /// The robot's own words.
+    Robot,
+    /// The station.
+    Station,
+}
+
+/// One line of the log.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub(crate) struct Entry {
+    pub(crate) at: Moment,
+    pub(crate) level: Level,
+    pub(crate) subject: Subject,
+    pub(crate) text: String,
+    /// How often it happened in a row.
+    pub(crate) times: u32,
+}
+
+/// The newest entries, oldest first.
+#[derive(Clone, Debug, Default)]
+pub(crate) struct Log {
+    entries: VecDeque<Entry>,
+    held_at: Option<Moment>,
+}
+
+impl Log {
+    pub(super) fn add(
+        &mut self,
+        at: Moment,
+        level: Level,
+        subject: Subject,
+        text: impl Into<String>,
+    ) {
+        let text = text.into();
+        if let Some(last) = self.entries.back_mut()
+            && last.text == text
+            && last.subject == subject
+        {
+            last.times = last.times.saturating_add(1);
+            last.at = at;
+            return;
+        }
+        if self.entries.len() == ENTRIES_MAX {
+            self.entries.pop_front();
+        }
+        self.entries.push_back(Entry {
+            at,
+            level,
+            subject,
+            text,
+            times: 1,
+        });
+    }
+
+    /// A change of holder, unless the one before has only just been told: the ladder shows each.
+    pub(super) fn add_holder(&mut self, at: Moment, text: impl FnOnce() -> String) {
+        if self
+            .held_at
+            .is_none_or(|last| at.saturating_sub(last) >= HOLDER_REST)
+        {
+            self.held_at = Some(at);
+            self.add(at, Level::Info, Subject::Behaviour, text());
+        }
+    }
+
+    /// Newest first.
+    pub(crate) fn newest_first(&self) -> impl Iterator<Item = &Entry> {
+        self.entries.iter().rev()
+    }
+}

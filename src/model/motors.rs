@@ -1,0 +1,202 @@
+//! Who holds the motors, since when, for what share of the time, and whether it changes too often.
+
+use std::collections::VecDeque;
+
+use groundwave_protocol::letters::{Layer, LayerState, Mode};
+use groundwave_protocol::telemetry::{CountersLine, HOLDERS, StateLine};
+
+use super::robot::Reading;
+use crate::event::Moment;
+
+/// Ticks won travel modulo this.
+const TICKS_MODULUS: u16 = 4096;
+
+/// The robot ticks twenty times a second: after this long a count may have gone round unseen.
+const TICKS_UNAMBIGUOUS: Moment = Moment::from_secs(200);
+
+/// Shares are told over about this long.
+const SHARE_WINDOW: Moment = Moment::from_secs(60);
+
+/// Steps of the share window.
+const SHARE_STEP: Moment = Moment::from_secs(6);
+
+/// So many changes of holder within [`THRASH_WINDOW`] are thrashing.
+const THRASH_CHANGES: usize = 8;
+
+const THRASH_WINDOW: Moment = Moment::from_secs(8);
+
+/// Whoever can hold the motors.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Holder {
+    /// One of the eight layers.
+    Layer(Layer),
+    /// The default behaviour below them.
+    Prowl,
+    /// The motors are off.
+    Nobody,
+}
+
+impl Holder {
+    /// Who holds the motors by one line A.
+    pub(crate) fn of(state: &StateLine) -> Self {
+        match (state.layers.holder(), state.mode) {
+            (Some(layer), _) => Self::Layer(layer),
+            (None, Mode::User) => Self::Layer(Layer::User),
+            (None, mode) if prowls(mode) => Self::Prowl,
+            (None, _) => Self::Nobody,
+        }
+    }
+
+    /// Its place among the ticks won of line C.
+    pub(crate) const fn place(self) -> Option<usize> {
+        match self {
+            Self::Layer(layer) => Some(layer as usize),
+            Self::Prowl => Some(HOLDERS - 1),
+            Self::Nobody => None,
+        }
+    }
+}
+
+/// Whether prowl runs below the layers in a mode.
+pub(crate) const fn prowls(mode: Mode) -> bool {
+    matches!(
+        mode,
+        Mode::Prowl | Mode::Wander | Mode::GoHome | Mode::Forage | Mode::Calibrate
+    )
+}
+
+/// Who wants the motors and does not get them, in priority order.
+pub(crate) fn suppressed(state: &StateLine) -> Vec<Holder> {
+    let mut suppressed: Vec<Holder> = Layer::ALL
+        .into_iter()
+        .filter(|&layer| state.layers.get(layer) == LayerState::Raised)
+        .map(Holder::Layer)
+        .collect();
+    if prowls(state.mode) && Holder::of(state) != Holder::Prowl {
+        suppressed.push(Holder::Prowl);
+    }
+    suppressed
+}
+
+/// The history of who held the motors.
+#[derive(Clone, Debug, Default)]
+pub(crate) struct Motors {
+    holder: Option<Reading<Holder>>,
+    changes: VecDeque<Moment>,
+    samples: Tally,
+    ticks: Tally,
+    newest_counters: Option<Reading<CountersLine>>,
+}
+
+impl Motors {
+    /// Takes a line A; says whether somebody else holds the motors now.
+    pub(super) fn take_state(&mut self, now: Moment, state: &StateLine) -> bool {
+        let holder = Holder::of(state);
+        if let Some(place) = holder.place() {
+            let mut won = [0; HOLDERS];
+            won[place] = 1;
+            self.samples.add(now, &won);
+        }
+        if self.holder.is_some_and(|held| held.value == holder) {
+            return false;
+        }
+        if self.holder.is_some() {
+            self.changes.push_back(now);
+            if self.changes.len() > THRASH_CHANGES {
+                self.changes.pop_front();
+            }
+        }
+        self.holder = Some(Reading {
+            value: holder,
+            at: now,
+        });
+        true
+    }
+
+    /// Takes a line C.
+    pub(super) fn take_counters(&mut self, now: Moment, counters: &CountersLine) {
+        let reading = Reading {
+            value: *counters,
+            at: now,
+        };
+        let Some(last) = self.newest_counters.replace(reading) else {
+            return;
+        };
+        let same_life = last.value.boots == counters.boots
+            && last.value.uptime_s <= counters.uptime_s
+            && last.age(now) < TICKS_UNAMBIGUOUS;
+        if !same_life {
+            self.ticks = Tally::default();
+            return;
+        }
+        let mut won = [0; HOLDERS];
+        for ((won, now), then) in won
+            .iter_mut()
+            .zip(counters.ticks_won)
+            .zip(last.value.ticks_won)
+        {
+            *won = u64::from(now.wrapping_sub(then) % TICKS_MODULUS);
+        }
+        self.ticks.add(now, &won);
+    }
+
+    /// Who holds the motors and since when.
+    pub(crate) const fn holder(&self) -> Option<Reading<Holder>> {
+        self.holder
+    }
+
+    /// Share of the last minute won by a holder, 0 to 1: by the robot's own count of ticks when it has
+    /// told one, else by the lines that arrived.
+    pub(crate) fn share(&self, holder: Holder) -> Option<f64> {
+        let place = holder.place()?;
+        self.ticks
+            .share(place)
+            .or_else(|| self.samples.share(place))
+    }
+
+    /// Whether the motors change hands too often to get anywhere.
+    pub(crate) fn thrashes(&self, now: Moment) -> bool {
+        self.changes.len() == THRASH_CHANGES
+            && self
+                .changes
+                .front()
+                .is_some_and(|at| now.saturating_sub(*at) <= THRASH_WINDOW)
+    }
+}
+
+/// Running totals, and what they were at some moments of the last minute.
+#[derive(Clone, Debug, Default)]
+struct Tally {
+    totals: [u64; HOLDERS],
+    marks: VecDeque<(Moment, [u64; HOLDERS])>,
+}
+
+impl Tally {
+    fn add(&mut self, now: Moment, won: &[u64; HOLDERS]) {
+        if self
+            .marks
+            .back()
+            .is_none_or(|(at, _)| now.saturating_sub(*at) >= SHARE_STEP)
+        {
+            self.marks.push_back((now, self.totals));
+        }
+        while self.marks.len() > 1
+            && self
+                .marks
+                .front()
+                .is_some_and(|(at, _)| now.saturating_sub(*at) > SHARE_WINDOW)
+        {
+            self.marks.pop_front();
+        }
+        for (total, won) in self.totals.iter_mut().zip(won) {
+            *total += won;
+        }
+    }
+
+    fn share(&self, place: usize) -> Option<f64> {
+        let (_, then) = self.marks.front()?;
+        let won = |place: usize| self.totals[place].saturating_sub(then[place]);
+        let all: u64 = (0..HOLDERS).map(won).sum();
+        (all > 0).then(|| won(place) as f64 / all as f64)
+    }
+}

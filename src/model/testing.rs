@@ -1,0 +1,183 @@
+//! A robot made of lines by hand, for the tests of the model and of the screen.
+
+use groundwave_protocol::decoder::Counters;
+use groundwave_protocol::letters::{
+    Arm, Bump, Cliff, Drive, Infrared, Layer, LayerMask, LayerState, Link, Mode, Power,
+};
+use groundwave_protocol::telemetry::{
+    Ack, Body, CountersLine, FirmwareVersion, HOLDERS, LayerStates, Line, ListPlace, StateLine,
+    StatusLine, TextLine,
+};
+
+use super::{Config, Model};
+use crate::event::{Effect, Event, LinkEvent, Moment};
+
+/// A model, the time, and what its lines are made from.
+pub(crate) struct Scene {
+    pub(crate) model: Model,
+    pub(crate) now: Moment,
+    pub(crate) state: StateLine,
+    pub(crate) status: StatusLine,
+    pub(crate) ack: Ack,
+    counters: Counters,
+    sequence: u8,
+}
+
+impl Scene {
+    /// A robot that prowls on an open link and has not been heard yet.
+    pub(crate) fn new(config: Config) -> Self {
+        let mut scene = Self {
+            model: Model::new(config),
+            now: Moment::ZERO,
+            state: state(),
+            status: status(),
+            ack: Ack::default(),
+            counters: Counters::default(),
+            sequence: 0,
+        };
+        scene.event(Event::Link(LinkEvent::Opened {
+            name: "sim".to_owned(),
+            can_send: true,
+        }));
+        scene
+    }
+
+    pub(crate) fn event(&mut self, event: Event) -> Vec<Effect> {
+        self.model.update(self.now, event)
+    }
+
+    pub(crate) fn wait_ms(&mut self, ms: u64) {
+        self.now += Moment::from_millis(ms);
+    }
+
+    /// A third of a second passes and a line A arrives.
+    pub(crate) fn hear(&mut self) {
+        self.hear_body(Body::State(self.state));
+    }
+
+    /// A line B.
+    pub(crate) fn hear_status(&mut self) {
+        self.hear_body(Body::Status(self.status));
+    }
+
+    pub(crate) fn hear_text(&mut self, text: &str) {
+        self.hear_body(Body::Text(TextLine::new(text)));
+    }
+
+    pub(crate) fn hear_ticks(&mut self, uptime_s: u32, ticks_won: [u16; HOLDERS]) {
+        self.hear_body(Body::Counters(CountersLine {
+            robot_id: 7,
+            uptime_s,
+            boots: 4,
+            version: FirmwareVersion { major: 1, minor: 0 },
+            ticks_won,
+            frames_heard: 0,
+            frames_rejected: 0,
+            ticks_late: 0,
+            bumps: 2,
+        }));
+    }
+
+    fn hear_body(&mut self, body: Body) {
+        self.wait_ms(333);
+        let line = Line {
+            sequence: self.sequence,
+            body,
+            ack: self.ack,
+        };
+        self.sequence = (self.sequence + 1) % 100;
+        let raw = line.encode();
+        self.event(Event::Line {
+            line: Box::new(line),
+            raw,
+        });
+        self.counters.lines += 1;
+        self.counters.bytes += 80;
+        self.event(Event::Counters(self.counters));
+    }
+
+    /// Lines that were sent and did not arrive.
+    pub(crate) fn lose(&mut self, lines: u8) {
+        self.wait_ms(333 * u64::from(lines));
+        self.sequence = (self.sequence + lines) % 100;
+        self.counters.lines_lost += u64::from(lines);
+    }
+
+    /// Drives ahead for so many lines.
+    pub(crate) fn drive(&mut self, lines: usize, in_a_line: f64, turn_deg: i32) {
+        for _ in 0..lines {
+            let theta = i32::from(self.state.theta_deg) + turn_deg;
+            self.state.theta_deg = theta.rem_euclid(360) as u16;
+            let (sin, cos) = f64::from(self.state.theta_deg).to_radians().sin_cos();
+            self.state.x_tenths_in += (in_a_line * 10.0 * sin).round() as i32;
+            self.state.y_tenths_in += (in_a_line * 10.0 * cos).round() as i32;
+            self.hear();
+        }
+    }
+
+    pub(crate) fn layers(&mut self, states: &[(Layer, LayerState)]) {
+        for &(layer, state) in states {
+            self.state.layers.set(layer, state);
+        }
+    }
+}
+
+pub(crate) fn state() -> StateLine {
+    let mut layers = LayerStates::OFF;
+    for layer in [
+        Layer::Bumpers,
+        Layer::Infrared,
+        Layer::Sonar,
+        Layer::DeadReckoning,
+    ] {
+        layers.set(layer, LayerState::Quiet);
+    }
+    StateLine {
+        x_tenths_in: 0,
+        y_tenths_in: 0,
+        theta_deg: 0,
+        velocity_in_s: 10,
+        rotation_in_s: 0,
+        wheel_left_in_s: 10,
+        wheel_right_in_s: 10,
+        sonar_left_in: Some(87),
+        sonar_right_in: Some(120),
+        photo_left_pct: Some(61),
+        photo_right_pct: Some(48),
+        bump: Bump::None,
+        infrared: Infrared::None,
+        cliff: Cliff::NotFitted,
+        arm: Arm::NotFitted,
+        drive: Drive::Ok,
+        power: Power::Ok,
+        link: Link::Ok,
+        mode: Mode::Prowl,
+        layers,
+    }
+}
+
+pub(crate) fn status() -> StatusLine {
+    let fitted = [
+        Layer::User,
+        Layer::Bumpers,
+        Layer::Infrared,
+        Layer::Sonar,
+        Layer::DeadReckoning,
+    ]
+    .into_iter()
+    .fold(LayerMask::NONE, LayerMask::with);
+    StatusLine {
+        robot_id: 7,
+        battery_dv: 124,
+        target_in: None,
+        list: ListPlace::default(),
+        digest: 0,
+        max_count: 12,
+        photo_left: Some(155),
+        photo_right: Some(122),
+        fitted,
+        allowed: fitted,
+        boots: 4,
+        odometer_resets: 0,
+    }
+}

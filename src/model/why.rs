@@ -1,0 +1,191 @@
+//! Why somebody holds the motors, in words, from what the robot said.
+
+use groundwave_protocol::letters::{Arm, Bump, Drive, Infrared, Layer, Mode};
+use groundwave_protocol::telemetry::StateLine;
+
+use super::motors::Holder;
+use super::robot::{Robot, detects, touches};
+use crate::event::Moment;
+
+/// Both sonars closer than this make the sonar layer stop and turn, inches.
+const SONAR_CLOSE_IN: u16 = 30;
+
+/// A contact explains what the bumper layer does for this long.
+const CONTACT_EXPLAINS: Moment = Moment::from_secs(20);
+
+/// Why the holder holds the motors.
+pub(crate) fn why(holder: Holder, state: &StateLine, robot: &Robot, now: Moment) -> String {
+    match holder {
+        Holder::Layer(Layer::User) => format!(
+            "driven by hand at {:+} in/s, {}",
+            state.velocity_in_s,
+            turning(state)
+        ),
+        Holder::Layer(Layer::Bumpers) => bumpers(state, robot, now),
+        Holder::Layer(Layer::Rotation) => format!("looks around, {}", turning(state)),
+        Holder::Layer(Layer::Infrared) => infrared(state, robot),
+        Holder::Layer(Layer::Sonar) => sonar(state),
+        Holder::Layer(Layer::Photo) => photo(state),
+        Holder::Layer(Layer::Motion) => arm(state.arm).to_owned(),
+        Holder::Layer(Layer::DeadReckoning) => route(robot),
+        Holder::Prowl => prowl(state, robot),
+        Holder::Nobody => nobody(state.mode).to_owned(),
+    }
+}
+
+fn turning(state: &StateLine) -> &'static str {
+    match state.rotation_in_s {
+        0 => "straight",
+        1.. => "turning right",
+        _ => "turning left",
+    }
+}
+
+fn moving(state: &StateLine) -> &'static str {
+    match (state.velocity_in_s, state.rotation_in_s) {
+        (..0, 0) => "backs off",
+        (..0, 1..) => "backs off to the right",
+        (..0, _) => "backs off to the left",
+        (_, 1..) => "turns right",
+        (_, ..0) => "turns left",
+        (0, 0) => "stands",
+        (1.., 0) => "moves on",
+    }
+}
+
+fn bumpers(state: &StateLine, robot: &Robot, now: Moment) -> String {
+    if state.bump == Bump::Jammed {
+        return "bumper held down: twisting free".to_owned();
+    }
+    if touches(state.bump) {
+        return format!("{} hit; {}", bump(state.bump), moving(state));
+    }
+    match robot.bump.filter(|last| last.age(now) < CONTACT_EXPLAINS) {
+        Some(last) => format!("{} after {} hit", moving(state), bump(last.value)),
+        None => moving(state).to_owned(),
+    }
+}
+
+/// What the bumper felt.
+pub(crate) const fn bump(bump: Bump) -> &'static str {
+    match bump {
+        Bump::None => "free",
+        Bump::Left => "left bumper",
+        Bump::Center => "centre bumper",
+        Bump::Right => "right bumper",
+        Bump::LeftCenter => "left and centre bumper",
+        Bump::RightCenter => "right and centre bumper",
+        Bump::Sides => "both sides of the bumper",
+        Bump::All => "whole bumper",
+        Bump::Jammed => "bumper jammed",
+        Bump::NotFitted => "not fitted",
+    }
+}
+
+fn infrared(state: &StateLine, robot: &Robot) -> String {
+    let seen = if detects(state.infrared) {
+        Some(state.infrared)
+    } else {
+        robot.infrared.map(|last| last.value)
+    };
+    match seen {
+        Some(Infrared::Left) => format!("something near on the left; {}", moving(state)),
+        Some(Infrared::Right) => format!("something near on the right; {}", moving(state)),
+        Some(Infrared::Both) => format!("something near ahead; {}", moving(state)),
+        _ => moving(state).to_owned(),
+    }
+}
+
+fn sonar(state: &StateLine) -> String {
+    match (state.sonar_left_in, state.sonar_right_in) {
+        (Some(left), Some(right)) if left < SONAR_CLOSE_IN && right < SONAR_CLOSE_IN => {
+            format!("{left} in left, {right} in right: too close, turns on the spot")
+        }
+        (left, right) => {
+            // No echo is as clear as it gets.
+            let clear = |range: Option<u16>| range.unwrap_or(u16::MAX);
+            let side = match clear(left).cmp(&clear(right)) {
+                std::cmp::Ordering::Greater => "left is clearer",
+                std::cmp::Ordering::Less => "right is clearer",
+                std::cmp::Ordering::Equal => "both sides alike",
+            };
+            format!("{side} ({} left, {} right)", range(left), range(right))
+        }
+    }
+}
+
+/// A range in words.
+pub(crate) fn range(range_in: Option<u16>) -> String {
+    range_in.map_or_else(|| "no echo".to_owned(), |range_in| format!("{range_in} in"))
+}
+
+fn photo(state: &StateLine) -> String {
+    let side = match (state.photo_left_pct, state.photo_right_pct) {
+        (Some(left), Some(right)) if left < right => "brighter on the left",
+        (Some(left), Some(right)) if left > right => "brighter on the right",
+        _ => "light",
+    };
+    format!("{side}; {}", moving(state))
+}
+
+/// What the arm does.
+pub(crate) const fn arm(arm: Arm) -> &'static str {
+    match arm {
+        Arm::Stowed => "stowed",
+        Arm::Up => "up, detectors settling",
+        Arm::Armed => "armed, waits for motion",
+        Arm::MotionLeft => "motion on the left",
+        Arm::MotionRight => "motion on the right",
+        Arm::MotionBoth => "motion ahead",
+        Arm::TopHat => "something above the arm",
+        Arm::NotFitted => "not fitted",
+    }
+}
+
+fn route(robot: &Robot) -> String {
+    let Some(status) = robot.status.map(|status| status.value) else {
+        return "drives its list of waypoints".to_owned();
+    };
+    match status.target_in {
+        Some((x_in, y_in)) => format!(
+            "heads for ({x_in}, {y_in}), {} of {} reached",
+            status.list.driven, status.list.count
+        ),
+        None if status.list.count > 0 && status.list.driven == status.list.count => {
+            "has finished its list of waypoints".to_owned()
+        }
+        None => "drives its list of waypoints".to_owned(),
+    }
+}
+
+fn prowl(state: &StateLine, robot: &Robot) -> String {
+    let target = robot.status.and_then(|status| status.value.target_in);
+    match (target, state.drive) {
+        (_, Drive::Stalled) => "the wheels do not turn".to_owned(),
+        (Some((0, 0)), _) if state.mode == Mode::GoHome => {
+            format!("on the way home; {} in to go", distance_in(state, (0, 0)))
+        }
+        (Some(target), _) => format!(
+            "to ({}, {}); {} in to go",
+            target.0,
+            target.1,
+            distance_in(state, target)
+        ),
+        (None, _) => "nothing in the way".to_owned(),
+    }
+}
+
+fn distance_in(state: &StateLine, (x_in, y_in): (i16, i16)) -> i32 {
+    let dx = f64::from(x_in) - f64::from(state.x_tenths_in) / 10.0;
+    let dy = f64::from(y_in) - f64::from(state.y_tenths_in) / 10.0;
+    dx.hypot(dy).round() as i32
+}
+
+const fn nobody(mode: Mode) -> &'static str {
+    match mode {
+        Mode::Stop => "stopped: the motors are off",
+        Mode::Reactive => "at rest: nothing pulls",
+        Mode::Passive => "hides and waits for motion",
+        _ => "at rest",
+    }
+}

@@ -1,0 +1,143 @@
+//! The command ledger: what was asked on the left, what the robot says of it on the right.
+
+use ratatui::buffer::Buffer;
+use ratatui::layout::Rect;
+use ratatui::style::Style;
+use ratatui::text::{Line, Span};
+
+use super::{Screen, put};
+use crate::model::ledger::{Entry, Stage};
+use crate::model::words;
+
+const ASKED_COLUMNS_MIN: usize = 23;
+
+impl Screen<'_> {
+    pub(super) fn commands(&self, buffer: &mut Buffer, area: Rect) {
+        let below = self.panel(buffer, area, "commands: asked | the robot says", None);
+        let mut lines = self.command_lines(usize::from(below.width));
+        if lines.is_empty() {
+            lines.push(Line::styled(
+                "none yet; nothing is sent before the first",
+                self.theme.dim,
+            ));
+        }
+        lines.extend(self.list_lines());
+        let hidden = lines.len().saturating_sub(usize::from(below.height));
+        for (row, line) in (0..).zip(lines.iter().skip(hidden)) {
+            put(buffer, below, row, line);
+        }
+    }
+
+    fn command_lines(&self, width: usize) -> Vec<Line<'static>> {
+        let asked_columns = (width / 2).clamp(ASKED_COLUMNS_MIN, 32);
+        let room = width.saturating_sub(asked_columns + 3);
+        let mut lines = Vec::new();
+        for entry in self.model.ledger.entries() {
+            let (glyph, says, style) = self.fate(entry);
+            let asked = format!("{} {}", entry.id.0, entry.request);
+            let (first, rest) = split_words(&says, room);
+            lines.push(Line::from(vec![
+                Span::raw(format!("{asked:<asked_columns$.asked_columns$} ")),
+                Span::styled(format!("{glyph} {first}"), style),
+            ]));
+            if !rest.is_empty() {
+                let says = format!("    {rest}");
+                lines.push(Line::styled(says, style));
+            }
+        }
+        lines
+    }
+
+    /// No more than the robot acknowledged.
+    fn fate(&self, entry: &Entry) -> (&'static str, String, Style) {
+        let theme = &self.theme;
+        let glyphs = theme.glyphs;
+        let sent = || format!("sent {}{}", glyphs.times, entry.attempts);
+        match (entry.stage, entry.progress) {
+            (Stage::Queued, _) => (glyphs.waiting, "waits".to_owned(), theme.dim),
+            (Stage::Sent, None) => (glyphs.waiting, sent(), theme.plain),
+            (Stage::Sent, Some((held, total))) => (
+                glyphs.waiting,
+                format!("holds {held}/{total}, {}", sent()),
+                theme.plain,
+            ),
+            (Stage::Acknowledged, _) => (glyphs.done, "acknowledged".to_owned(), theme.good),
+            (Stage::Activated { digest }, _) => self.list_fate(entry, digest),
+            (Stage::Refused(outcome), _) => (
+                glyphs.bad,
+                format!("REFUSED: {}", words::outcome(outcome)),
+                theme.warning,
+            ),
+            (Stage::Failed(failure), _) => (glyphs.bad, failure.to_string(), theme.warning),
+        }
+    }
+
+    fn list_fate(&self, entry: &Entry, digest: u32) -> (&'static str, String, Style) {
+        let theme = &self.theme;
+        let active = self
+            .model
+            .ledger
+            .active()
+            .filter(|active| active.id == entry.id && active.digest == digest);
+        let Some(active) = active else {
+            let says = format!("verified {digest:08X}, since replaced");
+            return (theme.glyphs.done, says, theme.dim);
+        };
+        let driven = match active.driven {
+            Some(place) if place.count > 0 => {
+                format!(", driven {}/{}", place.driven, place.count)
+            }
+            _ => String::new(),
+        };
+        (
+            theme.glyphs.done,
+            format!("ACTIVE {digest:08X}{driven}"),
+            theme.good,
+        )
+    }
+
+    /// The draft, and a list that the robot has from elsewhere.
+    fn list_lines(&self) -> Vec<Line<'static>> {
+        let mut lines = Vec::new();
+        let model = self.model;
+        if let Some(status) = model
+            .robot
+            .status
+            .filter(|_| model.ledger.active().is_none())
+            && status.value.list.count > 0
+        {
+            let list = status.value.list;
+            let words = format!(
+                "robot's list, not of this session: {:08X}, driven {}/{}",
+                status.value.digest, list.driven, list.count
+            );
+            lines.push(Line::styled(words, self.theme.dim));
+        }
+        if !model.chart.draft.is_empty() {
+            let words = format!(
+                "{} draft: {} waypoints, not sent; S sends, u takes back",
+                self.theme.glyphs.draft,
+                model.chart.draft.len()
+            );
+            lines.push(Line::styled(words, self.theme.draft));
+        }
+        lines
+    }
+}
+
+/// As many words as there is room for, and the rest.
+fn split_words(text: &str, room: usize) -> (&str, &str) {
+    if text.chars().count() <= room {
+        return (text, "");
+    }
+    let fits = text
+        .char_indices()
+        .enumerate()
+        .take_while(|(n, _)| *n <= room)
+        .filter(|(_, (_, c))| *c == ' ')
+        .last();
+    match fits {
+        Some((_, (at, _))) => (&text[..at], &text[at + 1..]),
+        None => (text, ""),
+    }
+}

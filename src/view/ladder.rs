@@ -1,0 +1,226 @@
+//! The subsumption ladder: who holds the motors, why, and whom it suppresses.
+
+use groundwave_protocol::letters::{Layer, LayerState};
+use ratatui::buffer::Buffer;
+use ratatui::layout::Rect;
+use ratatui::style::Style;
+use ratatui::text::{Line, Span};
+use ratatui::widgets::{Paragraph, Widget, Wrap};
+
+use super::{Screen, put, put_right, split_top};
+use crate::model::age;
+use crate::model::motors::{self, Holder};
+use crate::model::robot::STATE_STALE;
+use crate::model::{why, words};
+
+/// Rows of the panel: title, three of words, eight layers and prowl.
+pub(super) const ROWS: u16 = 1 + WORDS_ROWS + 9;
+
+const WORDS_ROWS: u16 = 3;
+
+/// From this width up the shares are drawn as bars too.
+const BARS_WIDTH: u16 = 52;
+
+/// Cells of a share's bar.
+const BAR_CELLS: usize = 8;
+
+struct Rung {
+    key: char,
+    glyph: &'static str,
+    name: String,
+    says: String,
+    style: Style,
+    share: Option<f64>,
+}
+
+impl Screen<'_> {
+    pub(super) fn ladder(&self, buffer: &mut Buffer, area: Rect) {
+        let note = self.ladder_note(area.width >= 46);
+        let below = self.panel(buffer, area, "who holds the motors", Some(note));
+        let (sentence, rungs) = split_top(below, WORDS_ROWS);
+        Paragraph::new(self.sentence())
+            .wrap(Wrap { trim: true })
+            .render(sentence.intersection(buffer.area), buffer);
+        let layers = Layer::ALL.into_iter().map(|layer| self.rung(layer));
+        for (row, rung) in (0..).zip(layers.chain([self.prowl_rung()])) {
+            self.draw_rung(buffer, rungs, row, &rung);
+        }
+    }
+
+    /// Since when, and whether it changes too often.
+    fn ladder_note(&self, wide: bool) -> Span<'static> {
+        let motors = &self.model.motors;
+        let Some(holder) = motors.holder() else {
+            return Span::raw("");
+        };
+        let stale = self.model.robot.state.map(|state| state.age(self.now));
+        if let Some(stale) = self.staleness(stale, STATE_STALE) {
+            return Span::styled(stale, self.theme.warning);
+        }
+        if motors.thrashes(self.now) {
+            return Span::styled("~ THRASHING", self.theme.warning);
+        }
+        let since = age::words(holder.age(self.now));
+        let shares = if wide { ", % won" } else { "" };
+        Span::styled(format!("for {since}{shares}"), self.theme.dim)
+    }
+
+    /// Whether the robot has not been heard for a while.
+    fn is_stale(&self) -> bool {
+        self.model
+            .robot
+            .state
+            .is_none_or(|state| state.age(self.now) >= STATE_STALE)
+    }
+
+    fn sentence(&self) -> Line<'static> {
+        let (Some(state), Some(holder)) = (self.model.robot.state, self.model.motors.holder())
+        else {
+            return Line::styled("nothing heard from the robot yet", self.theme.dim);
+        };
+        let (plain, strong) = if self.is_stale() {
+            (self.theme.dim, self.theme.dim)
+        } else {
+            (self.theme.plain, self.theme.holder)
+        };
+        let why = why::why(holder.value, &state.value, &self.model.robot, self.now);
+        let suppressed: Vec<String> = motors::suppressed(&state.value)
+            .into_iter()
+            .filter(|_| holder.value != Holder::Nobody)
+            .map(|holder| words::holder(holder).to_uppercase())
+            .collect();
+        let mut rest = format!(": {why}");
+        if !suppressed.is_empty() {
+            let verb = if holder.value == Holder::Layer(Layer::Bumpers) {
+                "suppress"
+            } else {
+                "suppresses"
+            };
+            rest += &format!("; {verb} {}", suppressed.join(", "));
+        }
+        Line::from(vec![
+            Span::styled(words::holds(holder.value), strong),
+            Span::styled(rest, plain),
+        ])
+    }
+
+    fn rung(&self, layer: Layer) -> Rung {
+        let theme = &self.theme;
+        let glyphs = theme.glyphs;
+        let model = self.model;
+        let holder = Holder::Layer(layer);
+        let holds = model
+            .motors
+            .holder()
+            .is_some_and(|held| held.value == holder);
+        let state = model
+            .robot
+            .state
+            .map_or(LayerState::Off, |state| state.value.layers.get(layer));
+        let forbidden = model
+            .robot
+            .allowed()
+            .is_some_and(|allowed| !allowed.contains(layer));
+        let (glyph, says, style) = if model.robot.lacks(layer) {
+            (glyphs.missing, "not fitted", theme.rule)
+        } else if holds {
+            (glyphs.holds, "HOLDS", theme.holder)
+        } else if forbidden {
+            (glyphs.forbidden, "not allowed", theme.dim)
+        } else {
+            match state {
+                LayerState::Holds | LayerState::Raised => {
+                    (glyphs.raised, "suppressed", theme.raised)
+                }
+                LayerState::Quiet => (glyphs.quiet, "quiet", theme.plain),
+                LayerState::Off if layer == Layer::User => (glyphs.quiet, "hands off", theme.plain),
+                LayerState::Off => (glyphs.off, "off", theme.dim),
+            }
+        };
+        let says = match model.ledger.asked_of(layer) {
+            Some(true) => format!("{says}, asked on"),
+            Some(false) => format!("{says}, asked off"),
+            None => says.to_owned(),
+        };
+        let style = if self.is_stale() { theme.dim } else { style };
+        Rung {
+            key: char::from(b'0' + layer as u8),
+            glyph,
+            name: named(holder, holds),
+            says,
+            style,
+            share: model.motors.share(holder),
+        }
+    }
+
+    fn prowl_rung(&self) -> Rung {
+        let theme = &self.theme;
+        let model = self.model;
+        let holder = model.motors.holder().map(|held| held.value);
+        let mode = model.robot.state.map(|state| state.value.mode);
+        let holds = holder == Some(Holder::Prowl);
+        let (glyph, says, style) = match mode {
+            _ if holds => (theme.glyphs.holds, "HOLDS", theme.holder),
+            Some(mode) if motors::prowls(mode) => (theme.glyphs.raised, "suppressed", theme.raised),
+            _ => (theme.glyphs.off, "not in this mode", theme.dim),
+        };
+        let style = if self.is_stale() { theme.dim } else { style };
+        Rung {
+            key: ' ',
+            glyph,
+            name: named(Holder::Prowl, holds),
+            says: says.to_owned(),
+            style,
+            share: model.motors.share(Holder::Prowl),
+        }
+    }
+
+    fn draw_rung(&self, buffer: &mut Buffer, area: Rect, row: u16, rung: &Rung) {
+        let theme = &self.theme;
+        let line = Line::from(vec![
+            Span::styled(format!("{} ", rung.key), theme.dim),
+            Span::styled(
+                format!("{} {:<15}{}", rung.glyph, rung.name, rung.says),
+                rung.style,
+            ),
+        ]);
+        put(buffer, area, row, &line);
+        let taken = line.width() + " 100 %".len();
+        let Some(share) = rung
+            .share
+            .filter(|share| *share > 0.0 && taken <= usize::from(area.width))
+        else {
+            return;
+        };
+        let mut spans = Vec::new();
+        if area.width >= BARS_WIDTH {
+            spans.push(Span::styled(self.bar(share, BAR_CELLS), rung.style));
+        }
+        spans.push(Span::styled(
+            format!("{:>4.0} %", share * 100.0),
+            rung.style,
+        ));
+        put_right(buffer, area, row, &Line::from(spans));
+    }
+
+    /// A bar of so many cells, filled to a share of it.
+    pub(super) fn bar(&self, share: f64, cells: usize) -> String {
+        let eighths = (share.clamp(0.0, 1.0) * (cells * 8) as f64).round() as usize;
+        let full = self.theme.glyphs.bar[7].repeat(eighths / 8);
+        let part = match eighths % 8 {
+            0 => "",
+            n => self.theme.glyphs.bar[n - 1],
+        };
+        let drawn = eighths.div_ceil(8);
+        format!("{full}{part}{:1$}", "", cells - drawn)
+    }
+}
+
+fn named(holder: Holder, holds: bool) -> String {
+    let name = words::holder(holder);
+    if holds {
+        name.to_uppercase()
+    } else {
+        name.to_owned()
+    }
+}

@@ -1,0 +1,43 @@
+//! The log, newest at the bottom.
+
+use ratatui::buffer::Buffer;
+use ratatui::layout::Rect;
+use ratatui::text::{Line, Span};
+
+use super::{Screen, put};
+use crate::event::Level;
+use crate::model::log::{Entry, Subject};
+
+impl Screen<'_> {
+    pub(super) fn log(&self, buffer: &mut Buffer, area: Rect) {
+        let below = self.panel(buffer, area, "log", None);
+        let rows = usize::from(below.height);
+        let newest: Vec<&Entry> = self.model.log.newest_first().take(rows).collect();
+        for (row, entry) in (0..).zip(newest.into_iter().rev()) {
+            put(buffer, below, row, &self.log_line(entry));
+        }
+    }
+
+    fn log_line(&self, entry: &Entry) -> Line<'_> {
+        let theme = &self.theme;
+        let glyphs = theme.glyphs;
+        let (glyph, style) = match (entry.level, entry.subject) {
+            (Level::Alarm, _) => (glyphs.bad, theme.alarm),
+            (_, Subject::Bump) => (glyphs.bump, theme.holder),
+            (Level::Warning, _) => ("!", theme.warning),
+            (Level::Info, Subject::Behaviour) => (glyphs.holds, theme.plain),
+            (Level::Info, Subject::Robot) => ("\"", theme.strong),
+            (Level::Info, Subject::Command) => (glyphs.done, theme.plain),
+            (Level::Info, Subject::Link | Subject::Station) => (glyphs.dot, theme.plain),
+        };
+        let s = entry.at.as_secs();
+        let mut text = format!("{glyph} {}", entry.text);
+        if entry.times > 1 {
+            text += &format!(" {}{}", glyphs.times, entry.times);
+        }
+        Line::from(vec![
+            Span::styled(format!("{:02}:{:02} ", s / 60, s % 60), theme.dim),
+            Span::styled(text, style),
+        ])
+    }
+}

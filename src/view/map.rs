@@ -1,0 +1,342 @@
+//! The map: where the robot is, was and goes, and what it met.
+
+use groundwave_protocol::Waypoint;
+use ratatui::buffer::Buffer;
+use ratatui::layout::Rect;
+use ratatui::style::Style;
+use ratatui::text::{Line, Span};
+
+use super::raster::{Ink, Raster};
+use super::{Screen, put, put_right, split_bottom};
+use crate::model::chart::{Chart, Focus, Pose, ROBOT_RADIUS_IN};
+use crate::model::robot::STATE_STALE;
+
+/// Inches to a dot; the picture jumps between these, so that it does not creep.
+const SCALES_IN: [f64; 38] = [
+    0.25, 0.375, 0.5, 0.75, 1.0, 1.25, 1.5, 1.75, 2.0, 2.5, 3.0, 3.5, 4.0, 5.0, 6.0, 7.0, 8.0,
+    10.0, 12.0, 14.0, 16.0, 20.0, 24.0, 28.0, 32.0, 40.0, 48.0, 56.0, 64.0, 96.0, 128.0, 192.0,
+    256.0, 384.0, 512.0, 1024.0, 2048.0, 4096.0,
+];
+
+/// The scale that shows everything is never finer than this.
+const FIT_SCALE_MIN: usize = 4;
+
+/// Lengths of the scale bar.
+const BARS: [(f64, &str); 11] = [
+    (6.0, "6 in"),
+    (12.0, "1 ft"),
+    (24.0, "2 ft"),
+    (60.0, "5 ft"),
+    (120.0, "10 ft"),
+    (240.0, "20 ft"),
+    (600.0, "50 ft"),
+    (1200.0, "100 ft"),
+    (2400.0, "200 ft"),
+    (6000.0, "500 ft"),
+    (12000.0, "1000 ft"),
+];
+
+/// A sonar beam's width, degrees; the two lie side by side.
+const BEAM_DEG: f64 = 15.0;
+
+/// From floor to screen.
+struct Projection {
+    middle: (f64, f64),
+    scale_in: f64,
+    area: Rect,
+}
+
+impl Projection {
+    fn of(chart: &Chart, area: Rect) -> Self {
+        let (columns, rows) = (f64::from(area.width.max(1)), f64::from(area.height.max(1)));
+        let (width_in, height_in) = chart.bounds.extent();
+        let needed_in = (width_in / (2.0 * columns)).max(height_in / (4.0 * rows));
+        let fit = SCALES_IN
+            .iter()
+            .position(|scale_in| *scale_in >= needed_in)
+            .unwrap_or(SCALES_IN.len() - 1)
+            .max(FIT_SCALE_MIN);
+        let zoomed = fit
+            .saturating_add_signed(-2 * isize::from(chart.zoom))
+            .min(SCALES_IN.len() - 1);
+        let mut projection = Self {
+            middle: chart.middle(),
+            scale_in: SCALES_IN[zoomed],
+            area,
+        };
+        if let Some(cursor) = chart.cursor {
+            projection.show(f64::from(cursor.x_in), f64::from(cursor.y_in));
+        }
+        projection
+    }
+
+    /// Moves the middle no more than it takes to show a point.
+    fn show(&mut self, x_in: f64, y_in: f64) {
+        let reach =
+            |cells: u16, dots: f64| (f64::from(cells / 2) - 1.0).max(0.0) * dots * self.scale_in;
+        let (reach_x, reach_y) = (reach(self.area.width, 2.0), reach(self.area.height, 4.0));
+        self.middle.0 = self.middle.0.clamp(x_in - reach_x, x_in + reach_x);
+        self.middle.1 = self.middle.1.clamp(y_in - reach_y, y_in + reach_y);
+    }
+
+    /// The dot of a point on the floor, from the upper left.
+    fn dot(&self, (x_in, y_in): (f64, f64)) -> (f64, f64) {
+        (
+            f64::from(self.area.width) + ((x_in - self.middle.0) / self.scale_in).round(),
+            2.0 * f64::from(self.area.height) - ((y_in - self.middle.1) / self.scale_in).round(),
+        )
+    }
+
+    /// The cell of a point on the floor, if it is on the screen.
+    fn cell(&self, point: (f64, f64)) -> Option<Rect> {
+        let (x, y) = self.dot(point);
+        let (column, row) = ((x / 2.0).floor(), (y / 4.0).floor());
+        let inside = (0.0..f64::from(self.area.width)).contains(&column)
+            && (0.0..f64::from(self.area.height)).contains(&row);
+        inside.then(|| Rect::new(self.area.x + column as u16, self.area.y + row as u16, 1, 1))
+    }
+}
+
+impl Screen<'_> {
+    pub(super) fn map(&self, buffer: &mut Buffer, area: Rect) {
+        let chart = &self.model.chart;
+        let focus = match chart.focus {
+            Focus::Everything if chart.zoom == 0 => "",
+            Focus::Robot => "follows",
+            Focus::Everything | Focus::Point(..) => "a: all",
+        };
+        let right = Span::styled(focus, self.theme.dim);
+        let below = self.panel(buffer, area, &self.map_title(), Some(right));
+        let (picture, legend) = split_bottom(below, 1);
+        let projection = Projection::of(chart, picture);
+        let mut raster = Raster::new(picture);
+        self.lines(&projection, &mut raster);
+        raster.draw(buffer, picture, &self.theme);
+        self.marks(&projection, buffer);
+        self.legend(&projection, buffer, legend);
+    }
+
+    fn map_title(&self) -> String {
+        match self.model.robot.state {
+            Some(state) => {
+                let pose = Pose::of(&state.value);
+                format!(
+                    "map: x {:+.0} y {:+.0} in, {:.0} deg",
+                    pose.x_in, pose.y_in, pose.theta_deg
+                )
+            }
+            None => "map".to_owned(),
+        }
+    }
+
+    fn lines(&self, projection: &Projection, raster: &mut Raster) {
+        let chart = &self.model.chart;
+        let dot = |point| projection.dot(point);
+        if !chart.truth_hidden {
+            for [from, to] in &chart.truth.walls {
+                raster.line(dot(*from), dot(*to), 1, Ink::Wall);
+            }
+            for (center, radius_in) in &chart.truth.circles {
+                circle(raster, projection, *center, *radius_in, Ink::Wall);
+            }
+        }
+        for place in chart.trail.older() {
+            let (x, y) = dot(place);
+            raster.dot(x, y, Ink::OldTrail);
+        }
+        let mut last = None;
+        for point in chart.trail.recent() {
+            let here = dot((point.x_in, point.y_in));
+            match last.filter(|_| point.joined) {
+                Some(last) => raster.line(last, here, 1, Ink::Trail),
+                None => raster.dot(here.0, here.1, Ink::Trail),
+            }
+            last = Some(here);
+        }
+        if let Some(active) = self.model.ledger.active() {
+            polyline(raster, projection, &active.waypoints, 2, Ink::Route);
+        }
+        polyline(raster, projection, &chart.draft, 4, Ink::Draft);
+        if let Some(pending) = self.model.ledger.pending_route() {
+            polyline(raster, projection, pending, 4, Ink::Draft);
+        }
+        self.robot_lines(projection, raster);
+    }
+
+    fn robot_lines(&self, projection: &Projection, raster: &mut Raster) {
+        let Some(state) = self.model.robot.state else {
+            return;
+        };
+        let pose = Pose::of(&state.value);
+        if state.age(self.now) < STATE_STALE {
+            for (range_in, left_edge_deg) in [
+                (state.value.sonar_left_in, -BEAM_DEG),
+                (state.value.sonar_right_in, 0.0),
+            ] {
+                if let Some(range_in) = range_in {
+                    beam(
+                        raster,
+                        projection,
+                        &pose,
+                        f64::from(range_in),
+                        left_edge_deg,
+                    );
+                }
+            }
+        }
+        if projection.scale_in <= ROBOT_RADIUS_IN / 2.5 {
+            let center = (pose.x_in, pose.y_in);
+            circle(raster, projection, center, ROBOT_RADIUS_IN, Ink::Robot);
+            let nose = projection.dot(pose.ahead(0.0, 2.0 * ROBOT_RADIUS_IN));
+            raster.line(projection.dot(center), nose, 1, Ink::Robot);
+        }
+    }
+
+    /// What stands in a cell of its own, the more important over the less.
+    fn marks(&self, projection: &Projection, buffer: &mut Buffer) {
+        let theme = &self.theme;
+        let glyphs = theme.glyphs;
+        let model = self.model;
+        let mut mark = |point: (f64, f64), glyph: &str, style: Style| {
+            if let Some(cell) = projection.cell(point) {
+                put(buffer, cell, 0, &Line::styled(glyph.to_owned(), style));
+            }
+        };
+        for seen in &model.chart.infrareds {
+            mark((seen.x_in, seen.y_in), glyphs.infrared, theme.raised);
+        }
+        mark((0.0, 0.0), glyphs.origin, theme.dim);
+        if let Some(active) = model.ledger.active() {
+            let driven = active.driven.map_or(0, |place| usize::from(place.driven));
+            for (n, waypoint) in active.waypoints.iter().enumerate() {
+                let glyph = if n < driven {
+                    glyphs.reached
+                } else {
+                    glyphs.waypoint
+                };
+                mark(place(waypoint), glyph, theme.route);
+            }
+        }
+        let pending = model.ledger.pending_route().unwrap_or_default();
+        for waypoint in model.chart.draft.iter().chain(pending) {
+            mark(place(waypoint), glyphs.draft, theme.draft);
+        }
+        for hit in &model.chart.bumps {
+            mark((hit.x_in, hit.y_in), glyphs.bump, theme.holder);
+        }
+        let target = model.robot.status.and_then(|status| status.value.target_in);
+        if let Some((x_in, y_in)) = target {
+            let point = (f64::from(x_in), f64::from(y_in));
+            mark(point, glyphs.target, theme.strong);
+        }
+        if let Some(state) = model.robot.state {
+            let pose = Pose::of(&state.value);
+            let eighth = ((pose.theta_deg + 22.5) / 45.0) as usize % 8;
+            let style = if state.age(self.now) < STATE_STALE {
+                theme.robot
+            } else {
+                theme.dim
+            };
+            mark((pose.x_in, pose.y_in), glyphs.arrows[eighth], style);
+        }
+        if let Some(cursor) = &model.chart.cursor {
+            mark(place(cursor), glyphs.cursor, theme.strong);
+        }
+    }
+
+    fn legend(&self, projection: &Projection, buffer: &mut Buffer, area: Rect) {
+        let theme = &self.theme;
+        let glyphs = theme.glyphs;
+        let chart = &self.model.chart;
+        let room_in = f64::from(area.width) / 4.0 * 2.0 * projection.scale_in;
+        let (length_in, name) = BARS
+            .into_iter()
+            .rev()
+            .find(|(length_in, _)| *length_in <= room_in)
+            .unwrap_or(BARS[0]);
+        let cells = (length_in / projection.scale_in / 2.0).round().max(2.0) as usize;
+        let [left, middle, right] = glyphs.scale;
+        let bar = format!("{left}{}{right} {name}", middle.repeat(cells - 2));
+        let mut notes = Vec::new();
+        if let Some(cursor) = &chart.cursor {
+            notes.push(format!("cursor ({}, {})", cursor.x_in, cursor.y_in));
+        }
+        if !chart.bumps.is_empty() {
+            notes.push(format!("{} bump", glyphs.bump));
+        }
+        if !chart.infrareds.is_empty() && chart.cursor.is_none() {
+            notes.push(format!("{} infrared", glyphs.infrared));
+        }
+        let has_truth = !chart.truth.walls.is_empty() || !chart.truth.circles.is_empty();
+        if has_truth && !chart.truth_hidden {
+            notes.push("faint: simulator's truth".to_owned());
+        }
+        let bar = Line::styled(bar, theme.dim);
+        let room = usize::from(area.width).saturating_sub(bar.width() + 1);
+        let legend = (0..=notes.len())
+            .map(|dropped| Line::styled(notes[dropped..].join("  "), theme.dim))
+            .find(|legend| legend.width() <= room)
+            .unwrap_or_default();
+        put(buffer, area, 0, &bar);
+        put_right(buffer, area, 0, &legend);
+    }
+}
+
+fn place(waypoint: &Waypoint) -> (f64, f64) {
+    (f64::from(waypoint.x_in), f64::from(waypoint.y_in))
+}
+
+fn polyline(
+    raster: &mut Raster,
+    projection: &Projection,
+    waypoints: &[Waypoint],
+    every: usize,
+    ink: Ink,
+) {
+    for pair in waypoints.windows(2) {
+        if let [from, to] = pair {
+            let (from, to) = (projection.dot(place(from)), projection.dot(place(to)));
+            raster.line(from, to, every, ink);
+        }
+    }
+}
+
+fn circle(
+    raster: &mut Raster,
+    projection: &Projection,
+    (x_in, y_in): (f64, f64),
+    radius_in: f64,
+    ink: Ink,
+) {
+    let dots = (radius_in / projection.scale_in * 7.0).clamp(8.0, 200.0);
+    for n in 0..dots as u32 {
+        let (sin, cos) = (f64::from(n) / dots * std::f64::consts::TAU).sin_cos();
+        let (x, y) = projection.dot((x_in + radius_in * sin, y_in + radius_in * cos));
+        raster.dot(x, y, ink);
+    }
+}
+
+/// The edges of a sonar beam, thinly, and the arc on which its echo lies.
+fn beam(
+    raster: &mut Raster,
+    projection: &Projection,
+    pose: &Pose,
+    range_in: f64,
+    left_edge_deg: f64,
+) {
+    let nose = projection.dot(pose.ahead(0.0, ROBOT_RADIUS_IN));
+    let at = |deg: f64| projection.dot(pose.ahead(deg, range_in + ROBOT_RADIUS_IN));
+    let right_edge_deg = left_edge_deg + BEAM_DEG;
+    // The edge that the beams share is left out: two lines say as much as three.
+    let outer_deg = if left_edge_deg < 0.0 {
+        left_edge_deg
+    } else {
+        right_edge_deg
+    };
+    raster.line(nose, at(outer_deg), 3, Ink::Sonar);
+    let steps = 6;
+    let degree = |n: i32| left_edge_deg + BEAM_DEG * f64::from(n) / f64::from(steps);
+    for n in 0..steps {
+        raster.line(at(degree(n)), at(degree(n + 1)), 1, Ink::Sonar);
+    }
+}

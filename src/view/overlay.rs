@@ -1,0 +1,102 @@
+//! What lies over the panels: a question, or the list of keys.
+
+use ratatui::buffer::Buffer;
+use ratatui::layout::{Margin, Rect};
+use ratatui::symbols::border;
+use ratatui::text::{Line, Span};
+use ratatui::widgets::{Block, Clear, Paragraph, Widget, Wrap};
+
+use super::{Screen, put};
+use crate::model::keys::{self, Context};
+use crate::model::{Overlay, Question};
+
+const QUESTION_COLUMNS: u16 = 56;
+const QUESTION_ROWS: u16 = 7;
+
+/// Columns of a key's label in the help.
+const LABEL_COLUMNS: usize = 8;
+
+const HELP_COLUMNS: u16 = 80;
+
+const ASCII_BORDER: border::Set<'_> = border::Set {
+    top_left: "+",
+    top_right: "+",
+    bottom_left: "+",
+    bottom_right: "+",
+    vertical_left: "|",
+    vertical_right: "|",
+    horizontal_top: "-",
+    horizontal_bottom: "-",
+};
+
+impl Screen<'_> {
+    pub(super) fn overlay(&self, buffer: &mut Buffer, area: Rect) {
+        match &self.model.overlay {
+            Overlay::Question(question) => self.question(buffer, area, question),
+            Overlay::Help => self.help(buffer, area),
+            Overlay::None | Overlay::Text(_) | Overlay::Drive(_) => {}
+        }
+    }
+
+    fn question(&self, buffer: &mut Buffer, area: Rect, question: &Question) {
+        let inner = self.window(buffer, area, (QUESTION_COLUMNS, QUESTION_ROWS), " sure? ");
+        Paragraph::new(question.text.as_str())
+            .wrap(Wrap { trim: true })
+            .render(inner, buffer);
+        let answers = Line::from(vec![
+            Span::styled("y", self.theme.key),
+            Span::raw(" yes   "),
+            Span::styled("n", self.theme.key),
+            Span::raw(" no   "),
+            Span::styled("Space", self.theme.key),
+            Span::raw(" STOP"),
+        ]);
+        put(buffer, inner, inner.height.saturating_sub(1), &answers);
+    }
+
+    fn help(&self, buffer: &mut Buffer, area: Rect) {
+        let told: Vec<_> = keys::TABLE
+            .iter()
+            .filter(|binding| binding.context == Context::Dashboard && !binding.help.is_empty())
+            .collect();
+        let rows = told.len().div_ceil(2) as u16;
+        let inner = self.window(buffer, area, (HELP_COLUMNS, rows + 2), " keys ");
+        let width = inner.width / 2;
+        for (n, binding) in (0..).zip(told) {
+            let (column, row) = (n / rows, n % rows);
+            let half = Rect {
+                x: inner.x + column * width,
+                width: width.saturating_sub(1),
+                ..inner
+            };
+            let line = Line::from(vec![
+                Span::styled(format!("{:<LABEL_COLUMNS$}", binding.label), self.theme.key),
+                Span::raw(binding.help),
+            ]);
+            put(buffer, half, row, &line);
+        }
+    }
+
+    /// A framed empty window in the middle; returns what is inside.
+    fn window(&self, buffer: &mut Buffer, area: Rect, size: (u16, u16), title: &str) -> Rect {
+        let (width, height) = (size.0.min(area.width), size.1.min(area.height));
+        let window = Rect {
+            x: area.x + (area.width - width) / 2,
+            y: area.y + (area.height - height) / 2,
+            width,
+            height,
+        };
+        Clear.render(window, buffer);
+        let borders = if self.theme.glyphs.ascii {
+            ASCII_BORDER
+        } else {
+            border::ROUNDED
+        };
+        Block::bordered()
+            .border_set(borders)
+            .border_style(self.theme.rule)
+            .title(Span::styled(title, self.theme.title))
+            .render(window, buffer);
+        window.inner(Margin::new(2, 1))
+    }
+}

@@ -1,0 +1,163 @@
+//! Lines and points on a grid of dots: two across and four down to a cell, as braille has them.
+
+use ratatui::buffer::Buffer;
+use ratatui::layout::Rect;
+use ratatui::style::Style;
+
+use super::theme::Theme;
+
+/// What a dot belongs to; where several meet in a cell, the last of this list gives the colour.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, PartialOrd, Ord)]
+pub(super) enum Ink {
+    #[default]
+    None,
+    Wall,
+    Sonar,
+    OldTrail,
+    Draft,
+    Route,
+    Trail,
+    Robot,
+}
+
+impl Ink {
+    fn style(self, theme: &Theme) -> Style {
+        match self {
+            Self::None => theme.plain,
+            Self::Wall => theme.wall,
+            Self::Sonar => theme.sonar,
+            Self::OldTrail => theme.old_trail,
+            Self::Draft => theme.draft,
+            Self::Route => theme.route,
+            Self::Trail => theme.trail,
+            Self::Robot => theme.robot,
+        }
+    }
+
+    const fn ascii(self) -> char {
+        match self {
+            Self::None => ' ',
+            Self::Wall => ':',
+            Self::Sonar => '\'',
+            Self::OldTrail => ',',
+            Self::Draft => '~',
+            Self::Route => '-',
+            Self::Trail => '.',
+            Self::Robot => 'o',
+        }
+    }
+}
+
+/// Bits of a braille character, `[row][column]`.
+const DOTS: [[u8; 2]; 4] = [[0x01, 0x08], [0x02, 0x10], [0x04, 0x20], [0x40, 0x80]];
+
+/// Where the braille characters begin.
+const BRAILLE: u32 = 0x2800;
+
+/// A picture being drawn.
+#[derive(Debug)]
+pub(super) struct Raster {
+    columns: usize,
+    cells: Vec<(u8, Ink)>,
+    width: f64,
+    height: f64,
+}
+
+impl Raster {
+    /// An empty picture of so many cells.
+    pub(super) fn new(area: Rect) -> Self {
+        let (columns, rows) = (usize::from(area.width), usize::from(area.height));
+        Self {
+            columns,
+            cells: vec![(0, Ink::None); columns * rows],
+            width: (2 * columns) as f64,
+            height: (4 * rows) as f64,
+        }
+    }
+
+    /// Sets a dot, counted from the upper left; what lies outside is not drawn.
+    pub(super) fn dot(&mut self, x: f64, y: f64, ink: Ink) {
+        if !(0.0..self.width).contains(&x) || !(0.0..self.height).contains(&y) {
+            return;
+        }
+        let (x, y) = (x as usize, y as usize);
+        if let Some((bits, owner)) = self.cells.get_mut(y / 4 * self.columns + x / 2) {
+            *bits |= DOTS[y % 4][x % 2];
+            *owner = ink.max(*owner);
+        }
+    }
+
+    /// Draws a line, every dot of it or only every so many.
+    pub(super) fn line(&mut self, from: (f64, f64), to: (f64, f64), every: usize, ink: Ink) {
+        let Some((from, to)) = self.clip(from, to) else {
+            return;
+        };
+        let (dx, dy) = (to.0 - from.0, to.1 - from.1);
+        let steps = dx.abs().max(dy.abs()).ceil().max(1.0);
+        for step in (0..=steps as usize).step_by(every.max(1)) {
+            let part = step as f64 / steps;
+            self.dot(from.0 + dx * part, from.1 + dy * part, ink);
+        }
+    }
+
+    /// The part of a line inside the picture.
+    fn clip(&self, from: (f64, f64), to: (f64, f64)) -> Option<((f64, f64), (f64, f64))> {
+        let (dx, dy) = (to.0 - from.0, to.1 - from.1);
+        let (mut enters, mut leaves) = (0.0_f64, 1.0_f64);
+        for (delta, start, limit) in [(dx, from.0, self.width), (dy, from.1, self.height)] {
+            if delta == 0.0 {
+                if !(0.0..=limit).contains(&start) {
+                    return None;
+                }
+                continue;
+            }
+            let (a, b) = (-start / delta, (limit - start) / delta);
+            enters = enters.max(a.min(b));
+            leaves = leaves.min(a.max(b));
+        }
+        let at = |part: f64| (from.0 + dx * part, from.1 + dy * part);
+        (enters <= leaves).then(|| (at(enters), at(leaves)))
+    }
+
+    /// Puts the picture on the screen.
+    pub(super) fn draw(&self, buffer: &mut Buffer, area: Rect, theme: &Theme) {
+        let places = area.positions();
+        for (place, &(bits, ink)) in places.zip(&self.cells) {
+            if bits == 0 {
+                continue;
+            }
+            if let Some(cell) = buffer.cell_mut(place) {
+                let symbol = if theme.glyphs.ascii {
+                    ink.ascii()
+                } else {
+                    char::from_u32(BRAILLE + u32::from(bits)).unwrap_or(' ')
+                };
+                cell.set_char(symbol).set_style(ink.style(theme));
+            }
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_line_from_far_outside_to_far_outside_is_seen_in_between() {
+        let area = Rect::new(0, 0, 4, 2);
+        let mut raster = Raster::new(area);
+        raster.line((-1e6, 3.5), (1e6, 3.5), 1, Ink::Wall);
+        let lit = |cells: &[(u8, Ink)]| cells.iter().map(|(bits, _)| *bits).collect::<Vec<_>>();
+        assert_eq!(lit(&raster.cells), [0xC0, 0xC0, 0xC0, 0xC0, 0, 0, 0, 0]);
+    }
+
+    #[test]
+    fn nothing_outside_is_drawn() {
+        let mut raster = Raster::new(Rect::new(0, 0, 4, 2));
+        raster.line((-5.0, -5.0), (-1.0, 20.0), 1, Ink::Wall);
+        raster.dot(f64::NAN, 1.0, Ink::Wall);
+        raster.line((f64::NAN, 0.0), (3.0, 3.0), 1, Ink::Wall);
+        raster.dot(8.0, 0.0, Ink::Wall);
+        assert!(raster.cells.iter().all(|(bits, _)| *bits == 0));
+    }
+}

@@ -1,0 +1,298 @@
+//! The sensors: what the robot sees, feels and does, each value with its age once it is old.
+
+use groundwave_protocol::letters::{Arm, Bump, Cliff, Drive, Infrared, Power};
+use ratatui::buffer::Buffer;
+use ratatui::layout::Rect;
+use ratatui::style::Style;
+use ratatui::text::{Line, Span};
+
+use super::{Screen, put, put_right};
+use crate::event::Moment;
+use crate::model::robot::{STATE_STALE, STATUS_STALE, detects, touches};
+use crate::model::{age, why, words};
+
+/// Rows of the whole panel.
+pub(super) const ROWS: u16 = 11;
+
+/// Columns of a row's name.
+const NAME_COLUMNS: usize = 9;
+
+/// A sonar bar is full here, inches.
+const SONAR_BAR_IN: f64 = 120.0;
+
+/// The bounds of the battery's plot, decivolts: a flat lead-acid battery and a full one.
+const VOLTS_DV: (u16, u16) = (105, 138);
+
+/// One row, before it is drawn.
+struct Row<'a> {
+    name: &'static str,
+    spans: Vec<Span<'a>>,
+    age: Option<Moment>,
+    stale_after: Moment,
+}
+
+impl Screen<'_> {
+    pub(super) fn sensors(&self, buffer: &mut Buffer, area: Rect) {
+        let below = self.panel(buffer, area, "sensors", None);
+        if self.model.robot.state.is_none() && self.model.robot.status.is_none() {
+            let words = Line::styled("nothing heard yet", self.theme.dim);
+            put(buffer, below, 0, &words);
+            return;
+        }
+        let rows = self.state_rows(below.width).into_iter();
+        let (first, last): (Vec<_>, Vec<_>) = rows.enumerate().partition(|(n, _)| *n < 5);
+        let rows = first
+            .into_iter()
+            .map(|(_, row)| row)
+            .chain(self.battery_row(below.width))
+            .chain(last.into_iter().map(|(_, row)| row))
+            .chain(self.counts_row());
+        for (n, row) in (0..).zip(rows) {
+            self.draw_row(buffer, below, n, row);
+        }
+    }
+
+    fn draw_row(&self, buffer: &mut Buffer, area: Rect, n: u16, row: Row<'_>) {
+        let stale = self.staleness(row.age, row.stale_after);
+        let mut spans = vec![Span::styled(
+            format!("{:<NAME_COLUMNS$}", row.name),
+            self.theme.dim,
+        )];
+        spans.extend(row.spans);
+        if stale.is_some() {
+            for span in &mut spans {
+                span.style = self.theme.dim;
+            }
+        }
+        put(buffer, area, n, &Line::from(spans));
+        if let Some(stale) = stale {
+            put_right(
+                buffer,
+                area,
+                n,
+                &Line::styled(format!(" {stale}"), self.theme.dim),
+            );
+        }
+    }
+
+    fn state_rows(&self, width: u16) -> Vec<Row<'_>> {
+        let Some(state) = self.model.robot.state else {
+            return Vec::new();
+        };
+        let age = state.age(self.now);
+        let state = state.value;
+        let left_in_s = i32::from(state.velocity_in_s) + i32::from(state.rotation_in_s) / 2;
+        let right_in_s = i32::from(state.velocity_in_s) - i32::from(state.rotation_in_s) / 2;
+        let wheel = |measured: i8, wanted: i32| format!("{measured:+3} of {wanted:+3}");
+        let wheels = format!(
+            "L {}  R {} in/s",
+            wheel(state.wheel_left_in_s, left_in_s),
+            wheel(state.wheel_right_in_s, right_in_s)
+        );
+        let sonar_share = |range_in: Option<u16>| range_in.map(|v| f64::from(v) / SONAR_BAR_IN);
+        let sonar_words = |range_in: Option<u16>| match range_in {
+            Some(range_in) => format!("{range_in:>3} in"),
+            None => "  none".to_owned(),
+        };
+        let dark_share = |percent: Option<u8>| percent.map(|v| f64::from(v) / 100.0);
+        let dark_words = |percent: Option<u8>| match percent {
+            Some(percent) => format!("{percent:>4} %"),
+            None => "  none".to_owned(),
+        };
+        let rows = [
+            ("bumper", self.bumper(state.bump)),
+            ("infrared", self.infrared(state.infrared)),
+            (
+                "sonar",
+                self.pair(
+                    width,
+                    [state.sonar_left_in, state.sonar_right_in]
+                        .map(|v| (sonar_words(v), sonar_share(v))),
+                ),
+            ),
+            ("wheels", vec![Span::raw(wheels)]),
+            (
+                "darkness",
+                self.pair(
+                    width,
+                    [state.photo_left_pct, state.photo_right_pct]
+                        .map(|v| (dark_words(v), dark_share(v))),
+                ),
+            ),
+            ("drive", self.drive(state.drive, state.cliff)),
+            ("arm", self.arm(state.arm)),
+        ];
+        rows.into_iter()
+            .map(|(name, spans)| Row {
+                name,
+                spans,
+                age: Some(age),
+                stale_after: STATE_STALE,
+            })
+            .collect()
+    }
+
+    fn bumper(&self, bump: Bump) -> Vec<Span<'_>> {
+        if touches(bump) {
+            let words = format!("{} {}", self.theme.glyphs.bump, why::bump(bump));
+            return vec![Span::styled(words, self.theme.holder)];
+        }
+        let mut spans = vec![Span::styled(
+            why::bump(bump),
+            self.quiet(bump == Bump::NotFitted),
+        )];
+        if let Some(last) = self.model.robot.bump {
+            let ago = age::words(last.age(self.now));
+            let words = format!("  last: {}, {ago} ago", side(why::bump(last.value)));
+            spans.push(Span::styled(words, self.theme.dim));
+        }
+        spans
+    }
+
+    fn infrared(&self, infrared: Infrared) -> Vec<Span<'_>> {
+        if detects(infrared) {
+            let words = format!("{} {}", self.theme.glyphs.raised, words::infrared(infrared));
+            return vec![Span::styled(words, self.theme.raised)];
+        }
+        let style = match infrared {
+            Infrared::Jammed => self.theme.warning,
+            other => self.quiet(other == Infrared::NotFitted),
+        };
+        let mut spans = vec![Span::styled(words::infrared(infrared), style)];
+        if let Some(last) = self.model.robot.infrared {
+            let ago = age::words(last.age(self.now));
+            let words = format!("  last: {}, {ago} ago", words::infrared(last.value));
+            spans.push(Span::styled(words, self.theme.dim));
+        }
+        spans
+    }
+
+    fn quiet(&self, not_fitted: bool) -> Style {
+        if not_fitted {
+            self.theme.dim
+        } else {
+            self.theme.plain
+        }
+    }
+
+    /// Left and right, each with a bar.
+    fn pair(&self, width: u16, values: [(String, Option<f64>); 2]) -> Vec<Span<'_>> {
+        let room = usize::from(width).saturating_sub(NAME_COLUMNS + 10);
+        let cells = (room / 2).saturating_sub(9).clamp(2, 12);
+        let mut spans = Vec::new();
+        for (side, (words, share)) in ["L", " R"].into_iter().zip(values) {
+            spans.push(Span::raw(format!("{side} {words} ")));
+            let bar = match share {
+                Some(share) => self.bar(share, cells),
+                None => " ".repeat(cells),
+            };
+            spans.push(Span::styled(bar, self.theme.trail));
+        }
+        spans
+    }
+
+    fn drive(&self, drive: Drive, cliff: Cliff) -> Vec<Span<'_>> {
+        let theme = &self.theme;
+        let drive_style = match drive {
+            Drive::Ok => theme.plain,
+            Drive::Stalled => theme.alarm,
+            Drive::Saturated | Drive::OdometerReset | Drive::OutOfRange => theme.warning,
+        };
+        let cliff_style = match cliff {
+            Cliff::None => theme.plain,
+            Cliff::NotFitted => theme.dim,
+            Cliff::Left | Cliff::Center | Cliff::Right | Cliff::Several => theme.alarm,
+        };
+        vec![
+            Span::styled(words::drive(drive), drive_style),
+            Span::styled("   edge ", theme.dim),
+            Span::styled(words::cliff(cliff), cliff_style),
+        ]
+    }
+
+    fn arm(&self, arm: Arm) -> Vec<Span<'_>> {
+        let style = match arm {
+            Arm::MotionLeft | Arm::MotionRight | Arm::MotionBoth => self.theme.raised,
+            Arm::TopHat => self.theme.warning,
+            other => self.quiet(other == Arm::NotFitted),
+        };
+        vec![Span::styled(why::arm(arm), style)]
+    }
+
+    fn battery_row(&self, width: u16) -> Option<Row<'_>> {
+        let status = self.model.robot.status?;
+        let volts = status.value.battery_dv;
+        let power = self
+            .model
+            .robot
+            .state
+            .map_or(Power::Ok, |state| state.value.power);
+        let style = match power {
+            Power::Low | Power::Critical => self.theme.alarm,
+            Power::Ok | Power::Docked | Power::Charging => self.theme.plain,
+        };
+        let room = usize::from(width).saturating_sub(NAME_COLUMNS + 18);
+        Some(Row {
+            name: "battery",
+            spans: vec![
+                Span::styled(
+                    format!(
+                        "{:>2}.{} V {} ",
+                        volts / 10,
+                        volts % 10,
+                        words::power(power)
+                    ),
+                    style,
+                ),
+                Span::styled(self.volts_plot(room.min(24)), self.theme.trail),
+            ],
+            age: Some(status.age(self.now)),
+            stale_after: STATUS_STALE,
+        })
+    }
+
+    /// The whole session's battery in so many cells.
+    fn volts_plot(&self, cells: usize) -> String {
+        let samples = self.model.robot.volts.samples();
+        let cells = cells.min(samples.len());
+        let (low, high) = VOLTS_DV;
+        (0..cells)
+            .filter_map(|cell| {
+                let from = cell * samples.len() / cells;
+                let to = (cell + 1) * samples.len() / cells;
+                samples.get(from..to)?.iter().min()
+            })
+            .map(|volts| {
+                let above = usize::from(volts.clamp(&low, &high) - low);
+                self.theme.glyphs.column[above * 7 / usize::from(high - low)]
+            })
+            .collect()
+    }
+
+    fn counts_row(&self) -> Option<Row<'_>> {
+        let counters = self.model.robot.counters?;
+        let c = counters.value;
+        let words = format!(
+            "up {}, {} bumps, boot {}, v{}.{:02}",
+            age::words(Moment::from_secs(u64::from(c.uptime_s))),
+            c.bumps,
+            c.boots,
+            c.version.major,
+            c.version.minor
+        );
+        Some(Row {
+            name: "robot",
+            spans: vec![Span::styled(
+                format!("{} {words}", c.robot_id),
+                self.theme.dim,
+            )],
+            age: Some(counters.age(self.now)),
+            stale_after: Moment::from_secs(60),
+        })
+    }
+}
+
+/// `right bumper` in a row that is about the bumper already.
+fn side(words: &str) -> &str {
+    words.trim_end_matches(" bumper")
+}

@@ -1,0 +1,162 @@
+//! The status line: the link and its health, the recording, the mode, the battery.
+
+use std::path::Path;
+
+use groundwave_protocol::letters::{Mode, Power};
+use ratatui::buffer::Buffer;
+use ratatui::layout::Rect;
+use ratatui::style::Style;
+use ratatui::text::{Line, Span};
+
+use super::{Screen, put, put_right};
+use crate::model::age;
+use crate::model::link::{Connection, Health};
+use crate::model::robot::{STATE_STALE, STATUS_STALE};
+use crate::model::words;
+
+impl Screen<'_> {
+    pub(super) fn status(&self, buffer: &mut Buffer, area: Rect) {
+        let right = Line::from(self.robot_at_a_glance());
+        let right_width = right.width() as u16;
+        let mut spans = self.link_at_a_glance();
+        spans.push(Span::raw("  "));
+        spans.push(self.recording());
+        let left = Rect {
+            width: area.width.saturating_sub(right_width + 2),
+            ..area
+        };
+        put(buffer, left, 0, &Line::from(spans));
+        put_right(buffer, area, 0, &right);
+    }
+
+    fn link_at_a_glance(&self) -> Vec<Span<'_>> {
+        let link = &self.model.link;
+        let theme = &self.theme;
+        let glyphs = theme.glyphs;
+        let name = if link.name.is_empty() {
+            "no link"
+        } else {
+            &link.name
+        };
+        let newest = link.newest_age(self.now).map(age::words);
+        let flow = || {
+            let mut words = format!("  {:.1}/s", link.lines_per_s(self.now));
+            if let Some(loss) = link.loss(self.now) {
+                words += &format!("  loss {:.1} %", loss * 100.0);
+            }
+            if let Some(newest) = &newest {
+                words += &format!("  newest {newest}");
+            }
+            words
+        };
+        let (glyph, style, words): (_, Style, String) = match link.health(self.now) {
+            Health::Waiting => (glyphs.silent, theme.dim, "  no line yet".to_owned()),
+            Health::Good => (glyphs.good, theme.good, flow()),
+            Health::Weak => (glyphs.weak, theme.warning, format!("  WEAK{}", flow())),
+            Health::Silent => (
+                glyphs.silent,
+                theme.alarm,
+                format!("  SILENT for {}", newest.unwrap_or_default()),
+            ),
+            Health::Lost => (glyphs.bad, theme.alarm, self.lost()),
+            Health::Paused => (glyphs.paused, theme.holder, "  PAUSED".to_owned()),
+            Health::Ended => (
+                glyphs.ended,
+                theme.strong,
+                "  session ended; what you see is its last moment".to_owned(),
+            ),
+        };
+        let calm = matches!(
+            link.health(self.now),
+            Health::Good | Health::Waiting | Health::Weak
+        );
+        let mut spans = vec![
+            Span::styled(format!("{glyph} "), style),
+            Span::styled(shortened(name, 24), theme.strong),
+            Span::styled(words, if calm { theme.plain } else { style }),
+        ];
+        if let Some(replay) = link.replay {
+            let speed = format!("  replay {}{}", glyphs.times, replay.speed);
+            spans.push(Span::styled(speed, theme.dim));
+        }
+        spans
+    }
+
+    fn lost(&self) -> String {
+        let Connection::Lost { reason, since } = &self.model.link.connection else {
+            return String::new();
+        };
+        let since = age::words(self.now.saturating_sub(*since));
+        format!("  LINK LOST {since}: {reason}; keeps trying")
+    }
+
+    pub(super) fn recording(&self) -> Span<'_> {
+        let recording = &self.model.recording;
+        let theme = &self.theme;
+        if let Some(problem) = &recording.problem {
+            return Span::styled(
+                format!("{} RECORDING FAILED: {problem}", theme.glyphs.bad),
+                theme.alarm,
+            );
+        }
+        let names: Vec<&str> = [&recording.tee, &recording.mcap]
+            .into_iter()
+            .flatten()
+            .map(|path| file_name(path))
+            .collect();
+        if names.is_empty() {
+            return Span::styled("not recorded", theme.dim);
+        }
+        Span::raw(format!("{} {}", theme.glyphs.recording, names.join(", ")))
+    }
+
+    fn robot_at_a_glance(&self) -> Vec<Span<'_>> {
+        let theme = &self.theme;
+        let robot = &self.model.robot;
+        let mut spans = Vec::new();
+        if let Some(state) = robot.state {
+            let style = match state.value.mode {
+                _ if state.age(self.now) >= STATE_STALE => theme.dim,
+                Mode::Stop => theme.warning,
+                _ => theme.strong,
+            };
+            let mode = words::mode(state.value.mode).to_uppercase();
+            spans.push(Span::styled(mode, style));
+        }
+        if let Some(status) = robot.status {
+            let power = robot.state.map_or(Power::Ok, |state| state.value.power);
+            let style = match power {
+                _ if status.age(self.now) >= STATUS_STALE => theme.dim,
+                Power::Low | Power::Critical => theme.alarm,
+                Power::Ok | Power::Docked | Power::Charging => theme.plain,
+            };
+            let volts = status.value.battery_dv;
+            let words = words::power(power);
+            let gap = if words.is_empty() { "" } else { " " };
+            spans.push(Span::raw("  "));
+            spans.push(Span::styled(
+                format!("{}.{} V{gap}{words}", volts / 10, volts % 10),
+                style,
+            ));
+        }
+        spans
+    }
+}
+
+/// The last part of a path.
+pub(super) fn file_name(path: &str) -> &str {
+    Path::new(path)
+        .file_name()
+        .and_then(|name| name.to_str())
+        .unwrap_or(path)
+}
+
+/// A name that is too long keeps its end, which tells more.
+fn shortened(name: &str, width: usize) -> String {
+    let length = name.chars().count();
+    if length <= width {
+        return name.to_owned();
+    }
+    let end: String = name.chars().skip(length - (width - 2)).collect();
+    format!("..{end}")
+}

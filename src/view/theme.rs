@@ -1,0 +1,209 @@
+//! Colours and glyphs. No meaning rides on colour alone: whatever is coloured has a shape or a word too.
+
+use ratatui::style::{Color, Modifier, Style};
+
+use crate::model::{Colors, Config};
+
+/// Styles by meaning.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Theme {
+    pub(super) plain: Style,
+    pub(super) dim: Style,
+    pub(super) strong: Style,
+    pub(super) title: Style,
+    pub(super) rule: Style,
+    pub(super) key: Style,
+    pub(super) holder: Style,
+    pub(super) raised: Style,
+    pub(super) good: Style,
+    pub(super) warning: Style,
+    pub(super) alarm: Style,
+    pub(super) wall: Style,
+    pub(super) old_trail: Style,
+    pub(super) trail: Style,
+    pub(super) sonar: Style,
+    pub(super) robot: Style,
+    pub(super) route: Style,
+    pub(super) draft: Style,
+    pub(super) glyphs: &'static Glyphs,
+}
+
+/// Shapes by meaning.
+#[derive(Debug)]
+pub(super) struct Glyphs {
+    pub(super) ascii: bool,
+    pub(super) rule: &'static str,
+    pub(super) good: &'static str,
+    pub(super) weak: &'static str,
+    pub(super) silent: &'static str,
+    pub(super) bad: &'static str,
+    pub(super) ended: &'static str,
+    pub(super) paused: &'static str,
+    pub(super) recording: &'static str,
+    pub(super) stale: &'static str,
+    pub(super) holds: &'static str,
+    pub(super) raised: &'static str,
+    pub(super) quiet: &'static str,
+    pub(super) off: &'static str,
+    pub(super) forbidden: &'static str,
+    pub(super) missing: &'static str,
+    pub(super) done: &'static str,
+    pub(super) waiting: &'static str,
+    pub(super) times: &'static str,
+    pub(super) dot: &'static str,
+    pub(super) bump: &'static str,
+    pub(super) infrared: &'static str,
+    pub(super) target: &'static str,
+    pub(super) waypoint: &'static str,
+    pub(super) reached: &'static str,
+    pub(super) draft: &'static str,
+    pub(super) cursor: &'static str,
+    pub(super) origin: &'static str,
+    pub(super) text_cursor: &'static str,
+    /// Clockwise from straight up, 45 degrees apart.
+    pub(super) arrows: [&'static str; 8],
+    /// A cell filled by eighths, from one eighth.
+    pub(super) bar: [&'static str; 8],
+    /// A column filled by eighths, from one eighth.
+    pub(super) column: [&'static str; 8],
+    pub(super) scale: [&'static str; 3],
+}
+
+const UNICODE: Glyphs = Glyphs {
+    ascii: false,
+    rule: "─",
+    good: "●",
+    weak: "◐",
+    silent: "○",
+    bad: "✖",
+    ended: "■",
+    paused: "‖",
+    recording: "◉",
+    stale: "◌",
+    holds: "▶",
+    raised: "△",
+    quiet: "·",
+    off: "○",
+    forbidden: "✕",
+    missing: " ",
+    done: "✔",
+    waiting: "…",
+    times: "×",
+    dot: "·",
+    bump: "✖",
+    infrared: "∘",
+    target: "◎",
+    waypoint: "◆",
+    reached: "✓",
+    draft: "◇",
+    cursor: "╋",
+    origin: "⌂",
+    text_cursor: "▏",
+    arrows: ["▲", "◥", "▶", "◢", "▼", "◣", "◀", "◤"],
+    bar: ["▏", "▎", "▍", "▌", "▋", "▊", "▉", "█"],
+    column: ["▁", "▂", "▃", "▄", "▅", "▆", "▇", "█"],
+    scale: ["├", "─", "┤"],
+};
+
+const ASCII: Glyphs = Glyphs {
+    ascii: true,
+    rule: "-",
+    good: "*",
+    weak: "%",
+    silent: "o",
+    bad: "X",
+    ended: "#",
+    paused: "=",
+    recording: "@",
+    stale: "~",
+    holds: ">",
+    raised: "^",
+    quiet: ".",
+    off: "o",
+    forbidden: "x",
+    missing: " ",
+    done: "+",
+    waiting: "?",
+    times: "x",
+    dot: "-",
+    bump: "X",
+    infrared: "i",
+    target: "@",
+    waypoint: "W",
+    reached: "w",
+    draft: "D",
+    cursor: "+",
+    origin: "H",
+    text_cursor: "_",
+    arrows: ["^", "^", ">", ">", "v", "v", "<", "<"],
+    bar: ["-", "-", "-", "-", "=", "=", "=", "#"],
+    column: ["_", "_", ".", ".", "-", "-", "=", "#"],
+    scale: ["|", "-", "|"],
+};
+
+impl Theme {
+    pub(super) fn of(config: &Config) -> Self {
+        let mut theme = match config.colors {
+            Colors::Dark => colored(Color::Indexed(245), Color::Indexed(240), Color::Yellow),
+            Colors::Light => colored(Color::Indexed(242), Color::Indexed(249), Color::Magenta),
+            Colors::Mono => mono(),
+        };
+        if config.ascii {
+            theme.glyphs = &ASCII;
+        }
+        theme
+    }
+}
+
+fn colored(dim: Color, faint: Color, accent: Color) -> Theme {
+    let plain = Style::new();
+    let bold = plain.add_modifier(Modifier::BOLD);
+    Theme {
+        plain,
+        dim: plain.fg(dim),
+        strong: bold,
+        title: bold.fg(Color::Cyan),
+        rule: plain.fg(faint),
+        key: bold.fg(Color::Cyan),
+        holder: bold.fg(accent),
+        raised: plain.fg(Color::Cyan),
+        good: plain.fg(Color::Cyan),
+        warning: bold.fg(accent),
+        alarm: bold.fg(Color::White).bg(Color::Red),
+        wall: plain.fg(faint),
+        old_trail: plain.fg(Color::Blue),
+        trail: plain.fg(Color::Cyan),
+        sonar: plain.fg(dim),
+        robot: bold.fg(accent),
+        route: bold.fg(Color::Blue),
+        draft: plain.fg(Color::Magenta),
+        glyphs: &UNICODE,
+    }
+}
+
+fn mono() -> Theme {
+    let plain = Style::new();
+    let bold = plain.add_modifier(Modifier::BOLD);
+    let dim = plain.add_modifier(Modifier::DIM);
+    Theme {
+        plain,
+        dim,
+        strong: bold,
+        title: bold,
+        rule: dim,
+        key: bold,
+        holder: bold.add_modifier(Modifier::REVERSED),
+        raised: plain.add_modifier(Modifier::UNDERLINED),
+        good: plain,
+        warning: bold,
+        alarm: bold.add_modifier(Modifier::REVERSED),
+        wall: dim,
+        old_trail: plain,
+        trail: plain,
+        sonar: dim,
+        robot: bold,
+        route: bold,
+        draft: plain,
+        glyphs: &UNICODE,
+    }
+}
