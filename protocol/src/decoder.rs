@@ -5,7 +5,7 @@
 //! intact line is found whatever stands before it.
 
 use crate::telemetry::{ACK_LINE_BYTES, Ack, AckLine, FieldError, Line, SEQUENCE_MODULUS};
-use crate::{LINE_BYTES, crc};
+use crate::{LINE_BYTES, crc, sixbit};
 
 /// What came out of the stream.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -220,7 +220,9 @@ fn ends_a_line<const N: usize>(line: &[u8; N]) -> bool {
 
 fn checks<const N: usize>(line: &[u8; N]) -> bool {
     let (content, trailer) = line.split_at(N - 6);
-    trailer.get(..4) == Some(&crc::characters(crc::update(crc::DOWNLINK_INIT, content))[..])
+    let sent = trailer.first_chunk::<{ crc::CHARACTERS }>();
+    sent.and_then(|sent| sixbit::decode_from(sent))
+        == Some(crc::update(crc::DOWNLINK_INIT, content))
 }
 
 #[cfg(test)]
