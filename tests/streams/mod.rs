@@ -1,4 +1,8 @@
 //! A robot's stream without a robot: lines of every type, and a radio that adds noise.
+#![allow(
+    dead_code,
+    reason = "each of those who include this needs a part of it"
+)]
 
 use groundwave_protocol::decoder::{Counters, Decoder, Received};
 use groundwave_protocol::letters::{
@@ -22,8 +26,17 @@ impl Dice {
     }
 }
 
-/// What the robot sends in `slots` slots: five lines A of six, then B, C or T, and sometimes K.
+/// What the robot sends in `slots` slots: five lines A of six, then B, C or T.
+pub fn lines(slots: u32) -> Vec<u8> {
+    send(slots, false)
+}
+
+/// [`lines`], and a line K after every tenth.
 pub fn clean(slots: u32) -> Vec<u8> {
+    send(slots, true)
+}
+
+fn send(slots: u32, with_acks: bool) -> Vec<u8> {
     let mut stream = Vec::new();
     let mut sequence = 0;
     for slot in 0..slots {
@@ -39,7 +52,7 @@ pub fn clean(slots: u32) -> Vec<u8> {
         };
         stream.extend(line.encode());
         sequence = (sequence + 1) % 100;
-        if slot % 10 == 9 {
+        if with_acks && slot % 10 == 9 {
             let line = AckLine {
                 sequence,
                 ack: ack(slot),

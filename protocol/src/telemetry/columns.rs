@@ -3,16 +3,15 @@
 use super::{FieldError, HEAD_BYTES};
 use crate::{LINE_BYTES, sixbit};
 
-/// The columns of one line, being written or read.
+/// The columns of one line, being written.
 pub(super) struct Columns([u8; LINE_BYTES]);
+
+/// The columns of one line, being read.
+pub(super) struct Fields<'a>(&'a [u8; LINE_BYTES]);
 
 impl Columns {
     pub(super) const fn blank() -> Self {
         Self([b' '; LINE_BYTES])
-    }
-
-    pub(super) fn from_line(line: &[u8]) -> Option<Self> {
-        Some(Self(line.try_into().ok()?))
     }
 
     pub(super) fn into_head(self) -> [u8; HEAD_BYTES] {
@@ -66,6 +65,12 @@ impl Columns {
 
     pub(super) fn sixbit(&mut self, column: usize, width: usize, value: u32) {
         sixbit::encode_into(value, self.field(column, width));
+    }
+}
+
+impl<'a> Fields<'a> {
+    pub(super) fn from_line(line: &'a [u8]) -> Option<Self> {
+        Some(Self(line.try_into().ok()?))
     }
 
     /// The `N` bytes from a column on.

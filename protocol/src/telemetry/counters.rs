@@ -9,7 +9,7 @@
 //! Ticks won: two 6-bit characters for each of [`HOLDERS`] holders.
 
 use super::FieldError;
-use super::columns::{Columns, bad};
+use super::columns::{Columns, Fields, bad};
 
 /// Whoever can hold the motors: layers 0 to 7, then prowl.
 pub const HOLDERS: usize = 9;
@@ -63,7 +63,7 @@ impl CountersLine {
         columns.digits(56, 4, u32::from(self.bumps % 10_000));
     }
 
-    pub(super) fn read(c: &Columns) -> Result<Self, FieldError> {
+    pub(super) fn read(c: &Fields) -> Result<Self, FieldError> {
         c.spaces(&[
             4, 7, 14, 18, 24, 43, 47, 51, 55, 60, 61, 62, 63, 64, 65, 66, 67, 68, 69,
         ])?;

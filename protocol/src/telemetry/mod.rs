@@ -20,7 +20,7 @@ pub use status::{ListPlace, StatusLine};
 pub use text::TextLine;
 
 use crate::{LINE_BYTES, crc};
-use columns::Columns;
+use columns::{Columns, Fields};
 use nom::{IResult, Parser, bytes::complete::take, combinator::map_opt};
 
 /// Columns of a line before its acknowledgement.
@@ -118,7 +118,7 @@ impl Line {
 /// One fixed array in a single nom call: column by column costs three times as much.
 fn nom_line(input: &[u8]) -> IResult<&[u8], Line, FieldError> {
     let (rest, columns) =
-        map_opt(take(LINE_BYTES), |line: &[u8]| Columns::from_line(line)).parse(input)?;
+        map_opt(take(LINE_BYTES), |line: &[u8]| Fields::from_line(line)).parse(input)?;
     let body = match columns.at::<1>(1)? {
         [b'A'] => Body::State(StateLine::read(&columns)?),
         [b'B'] => Body::Status(StatusLine::read(&columns)?),

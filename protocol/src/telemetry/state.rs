@@ -8,7 +8,7 @@
 //! ```
 
 use super::FieldError;
-use super::columns::{Columns, bad};
+use super::columns::{Columns, Fields, bad};
 use crate::letters::{Arm, Bump, Cliff, Drive, Infrared, Layer, LayerState, Link, Mode, Power};
 
 /// Line A.
@@ -136,7 +136,7 @@ impl StateLine {
         }
     }
 
-    pub(super) fn read(c: &Columns) -> Result<Self, FieldError> {
+    pub(super) fn read(c: &Fields) -> Result<Self, FieldError> {
         c.spaces(&[4, 11, 18, 22, 26, 30, 34, 38, 42, 46, 49, 52, 60, 69])?;
         let theta_deg = c.number::<3>(19)?;
         if theta_deg > 359 {
@@ -167,7 +167,7 @@ impl StateLine {
     }
 }
 
-fn read_layers(c: &Columns) -> Result<LayerStates, FieldError> {
+fn read_layers(c: &Fields) -> Result<LayerStates, FieldError> {
     let letters: [u8; 7] = c.at(62)?;
     let mut states = LayerStates::OFF;
     let mut holders = 0;
@@ -201,7 +201,7 @@ fn write_position(columns: &mut Columns, column: usize, tenths_in: i32) {
     }
 }
 
-fn read_position(c: &Columns, column: usize) -> Result<i32, FieldError> {
+fn read_position(c: &Fields, column: usize) -> Result<i32, FieldError> {
     let magnitude = if c.at(column + 4)? == *b"." {
         c.number::<3>(column + 1)? * 10 + c.number::<1>(column + 5)?
     } else {

@@ -8,7 +8,7 @@
 //! ```
 
 use super::FieldError;
-use super::columns::{Columns, bad};
+use super::columns::{Columns, Fields, bad};
 use crate::letters::{Layer, LayerMask};
 
 /// Line B.
@@ -86,7 +86,7 @@ impl StatusLine {
         columns.digits(64, 2, u32::from(self.odometer_resets % 100));
     }
 
-    pub(super) fn read(c: &Columns) -> Result<Self, FieldError> {
+    pub(super) fn read(c: &Fields) -> Result<Self, FieldError> {
         c.spaces(&[4, 7, 12, 18, 24, 32, 39, 42, 46, 50, 59, 63, 66, 67, 68, 69])?;
         if c.at(10)? != *b"." {
             return Err(bad(10));
@@ -135,21 +135,21 @@ impl StatusLine {
 }
 
 /// Six characters hold 36 bits; a digest has 32.
-fn read_digest(c: &Columns) -> Result<u32, FieldError> {
+fn read_digest(c: &Fields) -> Result<u32, FieldError> {
     if c.sixbit_number::<1>(33)? > 3 {
         return Err(bad(33));
     }
     c.sixbit_number::<6>(33)
 }
 
-fn read_byte(c: &Columns, column: usize) -> Result<Option<u8>, FieldError> {
+fn read_byte(c: &Fields, column: usize) -> Result<Option<u8>, FieldError> {
     match c.maybe_number::<3>(column)? {
         Some(value) => u8::try_from(value).map(Some).map_err(|_| bad(column)),
         None => Ok(None),
     }
 }
 
-fn read_layers(c: &Columns) -> Result<(LayerMask, LayerMask), FieldError> {
+fn read_layers(c: &Fields) -> Result<(LayerMask, LayerMask), FieldError> {
     let letters: [u8; 8] = c.at(51)?;
     let (mut fitted, mut allowed) = (LayerMask::NONE, LayerMask::NONE);
     for (i, (letter, layer)) in letters.into_iter().zip(Layer::ALL).enumerate() {

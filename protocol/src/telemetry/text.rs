@@ -6,7 +6,7 @@
 //! ```
 
 use super::FieldError;
-use super::columns::{Columns, bad};
+use super::columns::{Columns, Fields, bad};
 
 /// Characters a line of text holds.
 pub const TEXT_BYTES: usize = 64;
@@ -40,7 +40,7 @@ impl TextLine {
         columns.bytes(5, &self.0);
     }
 
-    pub(super) fn read(c: &Columns) -> Result<Self, FieldError> {
+    pub(super) fn read(c: &Fields) -> Result<Self, FieldError> {
         c.spaces(&[4, 69])?;
         let bytes: [u8; TEXT_BYTES] = c.at(5)?;
         match bytes.iter().position(|b| !matches!(b, b' '..=b'~')) {
