@@ -4,7 +4,9 @@
 //! a checksum does not vouch for, no start character is waited for and no length believed, so an
 //! intact line is found whatever stands before it.
 
-use crate::telemetry::{ACK_LINE_BYTES, Ack, AckLine, FieldError, Line, SEQUENCE_MODULUS};
+use crate::telemetry::{
+    ACK_LINE_BYTES, Ack, AckLine, Body, Detail, FieldError, Line, SEQUENCE_MODULUS,
+};
 use crate::{LINE_BYTES, crc, sixbit};
 
 /// What came out of the stream.
@@ -26,6 +28,20 @@ impl Received {
         }
     }
 
+    /// Which robot sent it; `None` when it does not say.
+    #[must_use]
+    pub const fn robot_id(&self) -> Option<u8> {
+        match (self, self.ack().detail) {
+            (_, Detail::Idle { robot_id, .. }) => Some(robot_id),
+            (Self::Line(line, _), _) => match &line.body {
+                Body::Status(status) => Some(status.robot_id),
+                Body::Counters(counters) => Some(counters.robot_id),
+                Body::State(_) | Body::Text(_) => None,
+            },
+            (Self::Ack(_), _) => None,
+        }
+    }
+
     /// The line's number, 0 to 99.
     #[must_use]
     pub const fn sequence(&self) -> u8 {
@@ -36,7 +52,8 @@ impl Received {
     }
 }
 
-/// Everything the decoder has seen, by kind. Every byte is either part of an intact line or noise.
+/// Everything the decoder has seen, by kind. Every byte is either part of an intact line or noise, and
+/// every line feed ended an intact line or was rejected for one reason.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Counters {
     /// Bytes taken in.
@@ -45,16 +62,17 @@ pub struct Counters {
     pub lines: u64,
     /// Intact acknowledgement lines.
     pub ack_lines: u64,
-    /// Line feeds that ended 80 bytes of the right shape whose checksum failed.
+    /// Line feeds that ended something shaped like a line, its CR LF in place, whose checksum failed.
     pub crc_rejected: u64,
     /// Line feeds before which nothing had the shape of a line.
     pub shape_rejected: u64,
     /// Lines whose checksum held and whose fields made no sense.
     pub field_rejected: u64,
-    /// Lines that the sequence says were sent and that did not arrive intact. A gap of more than 99
-    /// lines counts short.
+    /// Lines that the sequence says were sent and that did not arrive intact. A gap of more than 94
+    /// lines counts short: it may have been 100 lines more, and from 95 on it looks like a late line.
+    /// A reboot begins a new count, what was lost around it is unknown.
     pub lines_lost: u64,
-    /// Bytes that belong to no intact line.
+    /// Bytes that belong to no intact line, or to a line that is not complete yet.
     pub noise_bytes: u64,
 }
 
@@ -66,7 +84,7 @@ pub struct Decoder {
     filled: usize,
     /// Bytes since the end of the latest intact line: what a new line may not reach back over.
     fresh: usize,
-    last_sequence: Option<u8>,
+    newest: Option<Newest>,
     last_field_error: Option<FieldError>,
     counters: Counters,
 }
@@ -77,7 +95,7 @@ impl Default for Decoder {
             window: [0; LINE_BYTES],
             filled: 0,
             fresh: 0,
-            last_sequence: None,
+            newest: None,
             last_field_error: None,
             counters: Counters::default(),
         }
@@ -145,12 +163,7 @@ impl Decoder {
     }
 
     fn look_back(&mut self) -> Option<Received> {
-        let seen = &self.window[..self.filled.min(self.fresh)];
-        let seen = if self.fresh < self.filled {
-            &self.window[self.filled - self.fresh..self.filled]
-        } else {
-            seen
-        };
+        let seen = &self.window[self.filled - self.filled.min(self.fresh)..self.filled];
         let mut shaped = false;
         let mut unreadable = None;
         let mut found = None;
@@ -169,11 +182,15 @@ impl Decoder {
         if found.is_none()
             && let Some(line) = seen
                 .last_chunk::<ACK_LINE_BYTES>()
-                .filter(|line| ends_a_line(line))
-            && checks(line)
-            && let Some(parsed) = AckLine::parse(line)
+                .filter(|line| line[0] == b'K' && ends_a_line(line))
         {
-            found = Some((Received::Ack(parsed), ACK_LINE_BYTES));
+            shaped = true;
+            if checks(line) {
+                match AckLine::parse(line) {
+                    Ok(parsed) => found = Some((Received::Ack(parsed), ACK_LINE_BYTES)),
+                    Err(error) => unreadable = unreadable.or(Some(error)),
+                }
+            }
         }
         match (found, unreadable) {
             (Some((received, length)), _) => {
@@ -203,17 +220,47 @@ impl Decoder {
             Received::Line(..) => self.counters.lines += 1,
             Received::Ack(_) => self.counters.ack_lines += 1,
         }
-        let sequence = received.sequence();
-        if let Some(last) = self.last_sequence {
-            let step = (sequence + SEQUENCE_MODULUS - last) % SEQUENCE_MODULUS;
-            // The same number twice is a duplicate, not a gap of a hundred.
-            self.counters.lines_lost += u64::from(step.saturating_sub(1));
+        self.count_lost(received.sequence(), received.ack().boot);
+    }
+
+    fn count_lost(&mut self, sequence: u8, boot: u8) {
+        let Some(newest) = self.newest.as_mut().filter(|newest| newest.boot == boot) else {
+            // A reboot begins the sequence anew.
+            self.newest = Some(Newest {
+                boot,
+                sequence,
+                arrived: !0,
+            });
+            return;
+        };
+        let ahead = (sequence + SEQUENCE_MODULUS - newest.sequence) % SEQUENCE_MODULUS;
+        let behind = (SEQUENCE_MODULUS - ahead) % SEQUENCE_MODULUS;
+        if behind > LATE_LINES_MAX {
+            self.counters.lines_lost += u64::from(ahead - 1);
+            newest.sequence = sequence;
+            newest.arrived = newest.arrived.unbounded_shl(u32::from(ahead)) | 1;
+        } else if newest.arrived & 1 << behind == 0 {
+            // Taken for lost, and only late.
+            newest.arrived |= 1 << behind;
+            self.counters.lines_lost -= 1;
         }
-        self.last_sequence = Some(sequence);
     }
 }
 
-/// Every line ends with CR LF and holds nothing else that is not printable; the rest is for the CRC.
+/// How far behind the newest a line is taken for late or repeated instead of the end of a long gap.
+const LATE_LINES_MAX: u8 = 5;
+
+/// The newest line by its sequence, from which the next ones are counted.
+#[derive(Clone, Copy, Debug)]
+struct Newest {
+    /// The robot's boot counter as its acknowledgements tell it.
+    boot: u8,
+    sequence: u8,
+    /// Bit `n`: the line `n` before this one arrived, or was sent before the count began.
+    arrived: u8,
+}
+
+/// Every line ends with CR LF; the rest is for the checksum.
 fn ends_a_line<const N: usize>(line: &[u8; N]) -> bool {
     line.ends_with(b"\r\n")
 }

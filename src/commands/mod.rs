@@ -1,5 +1,6 @@
 //! What the program can be told to do, one file a verb.
 
+mod appearance;
 pub mod cli;
 mod decode;
 mod headless;

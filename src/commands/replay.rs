@@ -7,18 +7,18 @@ use std::time::{Duration, Instant};
 use tokio::sync::mpsc::Sender as ToStation;
 
 use super::cli::Replay;
-use super::{Exit, Fault, block_on, keeping, watch};
+use super::{Exit, Fault, appearance, block_on, keeping, watch};
 use crate::capture::{Capture, CaptureError};
-use crate::event::{Event, Recording};
+use crate::event::{self, Event, Recording};
 use crate::io::link::{Link, LinkInput};
-use crate::model::{Config, Model};
+use crate::model::Model;
 use crate::runtime::{Dashboard, Driver, Player, run as run_dashboard};
 
 pub(super) fn run(options: &Replay) -> Result<(), Fault> {
-    if !(options.speed > 0.0 && options.speed <= SPEED_MAX) {
+    if !(SPEED_MIN..=SPEED_MAX).contains(&options.speed) {
         return Err(Fault::new(
             Exit::Usage,
-            format!("--speed {}: choose above 0 up to {SPEED_MAX}", options.speed),
+            format!("--speed {}: choose from {SPEED_MIN} to {SPEED_MAX}", options.speed),
         ));
     }
     watch::needs_terminal("groundwave decode")?;
@@ -31,16 +31,13 @@ pub(super) fn run(options: &Replay) -> Result<(), Fault> {
     let player = thread::spawn(move || play(capture, speed, &for_player, &inputs));
     block_on(async {
         let driver = Driver::new(name, Link::receive_only(), from_player, false, started, Box::new(|_, _| {}));
-        let mut first = Vec::new();
-        if (speed - 1.0).abs() > f64::EPSILON {
-            first.push(Event::Replay(crate::event::Replay { paused: false, speed }));
-        }
+        let state = event::Replay { paused: false, speed };
         let dashboard = Dashboard {
             driver,
-            model: Model::new(Config::from_environment()),
-            player: Some(Box::new(Remote(orders))),
+            model: Model::new(appearance::from_environment()),
+            player: Some(Box::new(Remote { orders, state })),
             recording: Box::new(Recording::default),
-            first,
+            first: vec![Event::Replay(state)],
         };
         run_dashboard(dashboard)
             .await
@@ -53,6 +50,7 @@ pub(super) fn run(options: &Replay) -> Result<(), Fault> {
     }
 }
 
+const SPEED_MIN: f64 = 0.1;
 const SPEED_MAX: f64 = 1000.0;
 
 enum Order {
@@ -60,16 +58,24 @@ enum Order {
     Speed(f64),
 }
 
-struct Remote(Sender<Order>);
+struct Remote {
+    orders: Sender<Order>,
+    state: event::Replay,
+}
 
 impl Player for Remote {
-    fn pause(&mut self, paused: bool) {
+    fn pause(&mut self, paused: bool) -> event::Replay {
         // A player at its end hears nothing more.
-        let _ = self.0.send(Order::Pause(paused));
+        let _ = self.orders.send(Order::Pause(paused));
+        self.state.paused = paused;
+        self.state
     }
 
-    fn speed(&mut self, factor: f64) {
-        let _ = self.0.send(Order::Speed(factor));
+    fn speed(&mut self, factor: f64) -> event::Replay {
+        let speed = factor.clamp(SPEED_MIN, SPEED_MAX);
+        let _ = self.orders.send(Order::Speed(speed));
+        self.state.speed = speed;
+        self.state
     }
 }
 
@@ -160,7 +166,7 @@ impl Clock {
         self.set_at = Instant::now();
         match *order {
             Order::Pause(paused) => self.paused = paused,
-            Order::Speed(speed) => self.speed = speed.clamp(0.1, SPEED_MAX),
+            Order::Speed(speed) => self.speed = speed,
         }
     }
 }

@@ -7,7 +7,7 @@ use std::time::Instant;
 use sr04_sim::serve::{ServeOptions, Server};
 
 use super::cli::{Demo, Keeping, Watch};
-use super::{Exit, Fault, block_on, headless, keeping, simulated};
+use super::{Exit, Fault, appearance, block_on, headless, keeping, simulated};
 use crate::event::Event;
 use crate::io::link::{BAUD, Connection, Link, LinkSpec};
 use crate::model::{Config, Model};
@@ -41,7 +41,7 @@ pub(super) fn watch(options: &Watch) -> Result<(), Fault> {
         });
     }
     let first = server.iter().map(|server| Event::Truth(simulated::truth(server))).collect();
-    show(&plan, Config::from_environment(), first)
+    show(&plan, appearance::from_environment(), first)
 }
 
 pub(super) fn demo(options: &Demo) -> Result<(), Fault> {
@@ -71,7 +71,7 @@ pub(super) fn demo(options: &Demo) -> Result<(), Fault> {
         notes,
     };
     let raw = address(&server, 1);
-    let mut model = Config::from_environment();
+    let mut model = appearance::from_environment();
     model.hint = Some(if cfg!(unix) {
         format!("raw in another terminal: cat {raw}")
     } else {

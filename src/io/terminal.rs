@@ -1,6 +1,6 @@
 //! The terminal: taken over for the dashboard, and given back whatever happens.
 
-use std::io::{self, Stdout, Write};
+use std::io::{self, Stdout};
 use std::panic;
 use std::sync::Once;
 use std::sync::atomic::{AtomicBool, Ordering};
@@ -52,12 +52,12 @@ impl Screen {
         self.terminal.draw(draw).map(|_| ())
     }
 
-    /// Rings the bell.
-    pub fn ring(&mut self) {
-        // A terminal that is gone has no bell.
-        let _ = io::stdout()
-            .write_all(b"\x07")
-            .and_then(|()| io::stdout().flush());
+    /// Forgets what is on the screen: the next frame is drawn whole.
+    ///
+    /// # Errors
+    /// When the terminal is gone.
+    pub fn clear(&mut self) -> io::Result<()> {
+        self.terminal.clear()
     }
 
     /// Gives the terminal back, runs `meanwhile`, takes it over again and draws everything anew.
@@ -68,7 +68,7 @@ impl Screen {
         leave();
         meanwhile();
         enter()?;
-        self.terminal.clear()
+        self.clear()
     }
 }
 

@@ -8,7 +8,7 @@ use tokio::sync::mpsc::Receiver;
 use tokio::time::{Instant as TokioInstant, sleep_until};
 
 use super::Driver;
-use crate::event::{Effect, Event, Moment, Recording};
+use crate::event::{Effect, Event, Moment, Recording, Replay};
 use crate::io::signals::{Signal, Signals, stop_myself};
 use crate::io::terminal::{self, Screen};
 use crate::model::Model;
@@ -26,10 +26,10 @@ const BATCH: usize = 32;
 
 /// Pauses a replay or changes its speed.
 pub trait Player {
-    /// Pauses or goes on.
-    fn pause(&mut self, paused: bool);
-    /// Plays at a multiple of the recorded speed.
-    fn speed(&mut self, factor: f64);
+    /// Pauses or goes on; says how it plays now.
+    fn pause(&mut self, paused: bool) -> Replay;
+    /// Plays at a multiple of the recorded speed; says how it plays now.
+    fn speed(&mut self, factor: f64) -> Replay;
 }
 
 /// Everything a dashboard joins together.
@@ -81,7 +81,7 @@ pub async fn run(dashboard: Dashboard) -> io::Result<()> {
         }
         leave |= running.tell_all()?;
         running.draw_if_due()?;
-        let redraw_at = running.redraw_at();
+        let wake_at = running.wake_at();
         leave |= tokio::select! {
             biased;
             signal = signals.next() => match signal {
@@ -100,7 +100,7 @@ pub async fn run(dashboard: Dashboard) -> io::Result<()> {
                 }
             },
             () = running.driver.step() => false,
-            () = sleep_until_some(redraw_at) => running.tell(Event::Tick)?,
+            () = sleep_until_some(wake_at) => running.tell(Event::Tick)?,
             () = sleep_until(TokioInstant::from_std(ask_at)), if told != Recording::default() => false,
         };
     }
@@ -112,7 +112,15 @@ struct Running {
     model: Model,
     player: Option<Box<dyn Player>>,
     screen: Screen,
-    drawn: Option<Moment>,
+    drawn: Option<Drawn>,
+}
+
+/// The frame that is on the screen.
+struct Drawn {
+    at: Moment,
+    revision: u64,
+    /// When ages on it will be wrong.
+    stale_at: Option<Moment>,
 }
 
 impl Running {
@@ -171,15 +179,16 @@ impl Running {
             Effect::CancelCommands => self.driver.cancel(),
             Effect::LoadRoute(path) => return self.load_route(path),
             Effect::ReplayPause(paused) => {
-                if let Some(player) = &mut self.player {
-                    player.pause(paused);
+                if let Some(replay) = self.player.as_mut().map(|player| player.pause(paused)) {
+                    return self.tell(Event::Replay(replay));
                 }
             }
             Effect::ReplaySpeed(factor) => {
-                if let Some(player) = &mut self.player {
-                    player.speed(factor);
+                if let Some(replay) = self.player.as_mut().map(|player| player.speed(factor)) {
+                    return self.tell(Event::Replay(replay));
                 }
             }
+            Effect::Redraw => self.screen.clear()?,
             Effect::Suspend => self.suspend()?,
             Effect::Quit => return Ok(true),
         }
@@ -200,25 +209,35 @@ impl Running {
         Ok(())
     }
 
-    fn redraw_at(&self) -> Option<Instant> {
-        let wanted = self.model.redraw_at(self.driver.now())?;
-        let earliest = self.drawn.map_or(Moment::ZERO, |drawn| drawn + FRAME_PERIOD);
-        let now = self.driver.now();
-        Some(Instant::now() + wanted.max(earliest).saturating_sub(now))
+    /// When the screen has to be drawn again, if nothing else happens.
+    fn due(&self) -> Option<Moment> {
+        let Some(drawn) = &self.drawn else {
+            return Some(Moment::ZERO);
+        };
+        let earliest = drawn.at + FRAME_PERIOD;
+        if self.model.revision() == drawn.revision {
+            drawn.stale_at.map(|at| at.max(earliest))
+        } else {
+            Some(earliest)
+        }
+    }
+
+    /// When to wake up although nothing happens.
+    fn wake_at(&self) -> Option<Instant> {
+        let at = [self.due(), self.model.poll_timeout()].into_iter().flatten().min()?;
+        Some(Instant::now() + at.saturating_sub(self.driver.now()))
     }
 
     fn draw_if_due(&mut self) -> io::Result<()> {
         let now = self.driver.now();
-        let due = self.model.redraw_at(now).is_some_and(|at| at <= now)
-            && self.drawn.is_none_or(|drawn| now >= drawn + FRAME_PERIOD);
-        if due {
+        if self.due().is_some_and(|at| at <= now) {
             let model = &self.model;
             self.screen.draw(|frame| view::draw(model, now, frame))?;
-            self.model.drawn(now);
-            self.drawn = Some(now);
-            if self.model.take_bell() {
-                self.screen.ring();
-            }
+            self.drawn = Some(Drawn {
+                at: now,
+                revision: model.revision(),
+                stale_at: model.redraw_at(now),
+            });
         }
         Ok(())
     }

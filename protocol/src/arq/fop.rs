@@ -11,15 +11,15 @@ use crate::command::{Command, Drive, Frame, Key, Message, Open, Order};
 use crate::decoder::Received;
 use crate::letters::Mode;
 use crate::telemetry::{Ack, Body, Detail, Outcome};
-use crate::{BYTES_PER_S, LINE_BYTES};
+use crate::{BYTES_PER_S, LINE_BYTES, WAYPOINTS_MAX};
 
 /// How the ground's end behaves.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Config {
     /// Tells this station from others; 10 bits, not 0. Draw it at random.
     pub owner: u16,
-    /// The robot's id when it is known beforehand; otherwise learned from what is heard first. Lines
-    /// of another robot are not acted on.
+    /// The robot's id when it is known beforehand; otherwise learned from what is heard before a
+    /// session opens. Lines that name another robot are not acted on.
     pub robot_id: Option<u8>,
     /// What the link may add to the time on the wire, both ways together.
     pub latency_us: u64,
@@ -48,7 +48,8 @@ impl Config {
 pub enum Task<'a> {
     /// Any order but [`Order::Activate`].
     Order(Order),
-    /// Replace the robot's list by this one.
+    /// Replace the robot's list by this one: at most [`WAYPOINTS_MAX`], each as [`Waypoint::new`] makes
+    /// it.
     List(&'a [Waypoint]),
 }
 
@@ -166,8 +167,8 @@ const US_PER_BYTE: u64 = 1_000_000 / BYTES_PER_S as u64;
 /// From the latch of an acknowledgement to the end of its line: 5 characters of it, CRC, CR LF.
 const LATCH_TO_END_US: u64 = 11 * US_PER_BYTE;
 
-/// From the moment the fields of a line are fixed to its end.
-const COMPOSED_TO_END_US: u64 = LINE_BYTES as u64 * US_PER_BYTE;
+/// From the moment the fields of a line are fixed, at most 50 ms before its first byte, to its end.
+const COMPOSED_TO_END_US: u64 = 50_000 + LINE_BYTES as u64 * US_PER_BYTE;
 
 /// The Frame Operation Procedure.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -232,9 +233,10 @@ impl Fop {
         matches!(self.session, Session::Open { .. })
     }
 
-    /// Begins a task; returns whether it was taken, which it is unless one is under way.
+    /// Begins a task; returns whether it was taken, which it is unless one is under way or it is a
+    /// list that cannot be sent.
     pub fn start(&mut self, now_us: u64, task: Task<'_>) -> bool {
-        if self.work.is_some() {
+        if self.work.is_some() || !can_be_sent(task) {
             return false;
         }
         self.work = Some(match task {
@@ -260,7 +262,8 @@ impl Fop {
         self.fail(Loss::Cancelled);
     }
 
-    /// Stops the robot before anything else. Ends the task, the hand drive and the session.
+    /// Stops the robot before anything else, and says nothing else until a line proves that it has
+    /// stopped. Ends the task, the hand drive and the session.
     pub fn stop(&mut self, now_us: u64) {
         self.pacer.abort();
         self.drive = None;
@@ -272,7 +275,8 @@ impl Fop {
         self.lose_session(Loss::Stopped);
     }
 
-    /// Drives by hand until `until_us`; to be called again while the operator holds the key.
+    /// Drives by hand until `until_us`, then says once to stand still; to be called again while the
+    /// operator holds the key.
     pub fn drive(&mut self, now_us: u64, velocity_in_s: i8, rotation_in_s: i8, until_us: u64) {
         let changed = self
             .drive
@@ -288,11 +292,11 @@ impl Fop {
 
     /// Takes an intact line; `arrived_us` is when its last byte was read.
     pub fn handle_received(&mut self, arrived_us: u64, received: &Received) {
-        self.heard_us = arrived_us;
-        self.latest_line = received.sequence();
-        if !self.is_ours(*received.ack()) {
+        if !self.is_ours(received) {
             return;
         }
+        self.heard_us = arrived_us;
+        self.latest_line = received.sequence();
         if let Received::Line(line, _) = received
             && let Body::State(state) = &line.body
             && state.mode == Mode::Stop
@@ -304,8 +308,8 @@ impl Fop {
     }
 
     /// Learns which robot is there, and tells its lines from another's.
-    fn is_ours(&mut self, ack: Ack) -> bool {
-        let Detail::Idle { robot_id, .. } = ack.detail else {
+    fn is_ours(&mut self, received: &Received) -> bool {
+        let Some(robot_id) = received.robot_id() else {
             return true;
         };
         if self.config.robot_id.is_none() && !self.is_open() {
@@ -315,7 +319,7 @@ impl Fop {
     }
 
     fn handle_stopped(&mut self, arrived_us: u64) {
-        let composed_us = arrived_us.saturating_sub(COMPOSED_TO_END_US);
+        let composed_us = arrived_us.saturating_sub(COMPOSED_TO_END_US + self.config.latency_us);
         if self
             .stopping
             .and_then(|s| s.off_us)
@@ -346,7 +350,8 @@ impl Fop {
         if let Some(outstanding) = &mut self.outstanding {
             if ack.sequence == outstanding.command.sequence & 7 {
                 self.outstanding = None;
-                news = true;
+                // A list may be tried in vain for ever; only waypoints that arrive are progress.
+                news |= ack.outcome != Outcome::ListIncomplete;
                 self.conclude(ack.outcome);
             } else if outstanding
                 .ends_us
@@ -491,14 +496,13 @@ impl Fop {
 
     /// What to say next, most urgent first.
     fn next_frame(&mut self, now_us: u64) -> Option<(Message, Key)> {
-        if self
-            .stopping
-            .is_some_and(|stopping| now_us >= stopping.next_us)
-        {
+        if let Some(stopping) = self.stopping {
             let key = self.robot_id.map_or(Key::EVERY_ROBOT, Key::robot);
-            return Some((Message::Stop, key));
+            return (now_us >= stopping.next_us).then_some((Message::Stop, key));
         }
-        let wants_drive = self.drive.is_some_and(|drive| now_us >= drive.next_us);
+        let wants_drive = self
+            .drive
+            .is_some_and(|drive| now_us >= drive.next_us.min(drive.until_us));
         if self.work.is_none() && !wants_drive {
             return None;
         }
@@ -540,17 +544,18 @@ impl Fop {
     fn next_drive(&mut self, now_us: u64) -> Option<Message> {
         let drive = self.drive.as_mut()?;
         drive.next_us = now_us + DRIVE_PERIOD_US;
-        let message = Message::Drive(Drive {
-            velocity_in_s: drive.velocity_in_s,
-            rotation_in_s: drive.rotation_in_s,
-            heard: self.latest_line,
-            count: (self.drive_count + 1) & 0xF,
-        });
-        self.drive_count = (self.drive_count + 1) & 0xF;
+        let mut speeds = (drive.velocity_in_s, drive.rotation_in_s);
         if now_us >= drive.until_us {
             self.drive = None;
+            speeds = (0, 0);
         }
-        Some(message)
+        self.drive_count = (self.drive_count + 1) & 0xF;
+        Some(Message::Drive(Drive {
+            velocity_in_s: speeds.0,
+            rotation_in_s: speeds.1,
+            heard: self.latest_line,
+            count: self.drive_count,
+        }))
     }
 
     fn next_of_work(&mut self) -> Option<Message> {
@@ -688,7 +693,7 @@ impl Fop {
             .map(|us| us + self.config.give_up_us);
         let drive = self.drive.map(|d| {
             if self.is_open() {
-                d.next_us
+                d.next_us.min(d.until_us)
             } else {
                 d.until_us
             }
@@ -721,6 +726,13 @@ impl Fop {
             *slot = Some(event);
         }
     }
+}
+
+fn can_be_sent(task: Task<'_>) -> bool {
+    let Task::List(list) = task else {
+        return true;
+    };
+    list.len() <= WAYPOINTS_MAX && list.iter().all(|w| Waypoint::new(w.x_in, w.y_in).is_some())
 }
 
 const fn next_tag(tag: u8) -> u8 {

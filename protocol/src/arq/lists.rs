@@ -122,7 +122,8 @@ impl Lists {
         }
     }
 
-    /// Swaps the staged list in when it is whole and is the one described.
+    /// Swaps the staged list in when it is whole and is the one described. A count of 0 clears the
+    /// active list and whatever is staged; its tag says nothing.
     pub(super) fn activate(&mut self, tag: u8, count: u16, wanted: u32) -> Outcome {
         if usize::from(count) > WAYPOINTS_MAX {
             return Outcome::BadValue;
@@ -142,7 +143,7 @@ impl Lists {
         self.active_bank = bank;
         self.active_count = count;
         self.active_digest = wanted;
-        self.staged = Staged::none(tag);
+        self.staged = Staged::none(self.staged.tag);
         Outcome::Done
     }
 

@@ -16,6 +16,9 @@ use nom::{Parser, combinator::map_opt};
 /// included.
 pub const HEARD_LINES_MAX: u8 = 6;
 
+const VELOCITY_MAX_IN_S: i8 = 31;
+const ROTATION_MAX_IN_S: i8 = 63;
+
 /// What the wheels shall do for the next second.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Drive {
@@ -45,8 +48,14 @@ impl Drive {
     }
 
     pub(super) fn write(self, frame: &mut Frame) {
-        let velocity = self.velocity_in_s.clamp(-31, 31) as u32 & 0x3F;
-        let rotation = self.rotation_in_s.clamp(-63, 63) as u32 & 0x7F;
+        let velocity = self
+            .velocity_in_s
+            .clamp(-VELOCITY_MAX_IN_S, VELOCITY_MAX_IN_S) as u32
+            & 0x3F;
+        let rotation = self
+            .rotation_in_s
+            .clamp(-ROTATION_MAX_IN_S, ROTATION_MAX_IN_S) as u32
+            & 0x7F;
         frame.push(b'D');
         frame.push_sixbit(
             4,
@@ -59,14 +68,17 @@ impl Drive {
 
     pub(super) fn parse(input: &[u8]) -> Parsed<'_, Self> {
         map_opt(number(4), |bits| {
-            let heard = (bits >> 4 & 0x7F) as u8;
-            (heard < SEQUENCE_MODULUS).then_some(Self {
+            let drive = Self {
                 // Sign extension by shifting the field to the top of a byte and back.
                 velocity_in_s: (bits >> 18 << 2) as u8 as i8 >> 2,
                 rotation_in_s: (bits >> 11 << 1) as u8 as i8 >> 1,
-                heard,
+                heard: (bits >> 4 & 0x7F) as u8,
                 count: (bits & 0xF) as u8,
-            })
+            };
+            let in_range = drive.heard < SEQUENCE_MODULUS
+                && drive.velocity_in_s >= -VELOCITY_MAX_IN_S
+                && drive.rotation_in_s >= -ROTATION_MAX_IN_S;
+            in_range.then_some(drive)
         })
         .parse(input)
     }

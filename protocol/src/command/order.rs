@@ -21,6 +21,10 @@ use nom::{
     sequence::preceded,
 };
 
+/// The most that two characters hold. What is larger is clamped, not cut to its low bits: still a
+/// value that every robot refuses.
+const FIELD_MAX: u16 = 0xFFF;
+
 /// A sequenced command.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Command {
@@ -79,13 +83,13 @@ impl Command {
             } => {
                 frame.push(b'P');
                 push_point(frame, position);
-                frame.push_sixbit(2, u32::from(theta_deg));
+                frame.push_sixbit(2, u32::from(theta_deg.min(FIELD_MAX)));
             }
             Order::Scan => frame.push(b'S'),
             Order::Activate { tag, count, digest } => {
                 frame.push(b'A');
                 frame.push_sixbit(1, u32::from(tag));
-                frame.push_sixbit(2, u32::from(count));
+                frame.push_sixbit(2, u32::from(count.min(FIELD_MAX)));
                 // Six characters hold 36 bits: the leading one says the digest's top two.
                 frame.push_sixbit(1, digest >> 30);
                 frame.push_sixbit(5, digest);

@@ -23,6 +23,7 @@ pub const FRAME_WAYPOINTS_MAX: usize = 4 * BLOCK_WAYPOINTS;
 
 const BLOCKS_MAX: usize = WAYPOINTS_MAX.div_ceil(BLOCK_WAYPOINTS);
 const OFFSET: i32 = 1 << 14;
+const TAG_MAX: u32 = 31;
 
 /// Consecutive waypoints of the list with this tag.
 #[derive(Clone, Copy, PartialEq, Eq)]
@@ -89,7 +90,7 @@ impl Slots {
     }
 
     pub(super) fn parse(input: &[u8]) -> Parsed<'_, Self> {
-        let (input, tag) = number(1).parse(input)?;
+        let (input, tag) = verify(number(1), |tag| (1..=TAG_MAX).contains(tag)).parse(input)?;
         let (input, first_block) =
             verify(number(2), |&b| (b as usize) < BLOCKS_MAX).parse(input)?;
         let empty = || Some(Self::new(tag as u8, first_block as u8, &[]));
@@ -103,8 +104,9 @@ impl Slots {
     }
 }
 
+/// A coordinate beyond 15 bits is clamped to them: still one that every robot refuses.
 pub(super) fn push_point(frame: &mut Frame, point: Waypoint) {
-    let part = |value: i16| (i32::from(value) + OFFSET) as u32 & 0x7FFF;
+    let part = |value: i16| (i32::from(value).clamp(-OFFSET, OFFSET - 1) + OFFSET) as u32;
     frame.push_sixbit(5, part(point.x_in) << 15 | part(point.y_in));
 }
 

@@ -10,6 +10,7 @@
 //! All counters are the low bits of larger ones. It is a snapshot, not an event: losing any number of
 //! them loses nothing.
 
+use super::FieldError;
 use crate::{crc, sixbit};
 
 /// Bytes of an acknowledgement line, CR LF included.
@@ -189,26 +190,21 @@ impl AckLine {
         [b'K', b'0' + sequence / 10 % 10, b'0' + sequence % 10]
     }
 
-    /// Reads a line whose checksum has been found to hold; `None` when it is no acknowledgement line.
-    #[must_use]
-    pub fn parse(line: &[u8; ACK_LINE_BYTES]) -> Option<Self> {
-        let [
-            b'K',
-            tens @ b'0'..=b'9',
-            ones @ b'0'..=b'9',
-            a,
-            b,
-            c,
-            d,
-            e,
-            ..,
-        ] = *line
-        else {
-            return None;
+    /// Reads a line whose checksum has been found to hold.
+    ///
+    /// # Errors
+    /// Names the first column of the field that cannot be read.
+    pub fn parse(line: &[u8; ACK_LINE_BYTES]) -> Result<Self, FieldError> {
+        let [kind, tens, ones, a, b, c, d, e, ..] = *line;
+        if kind != b'K' {
+            return Err(FieldError { column: 1 });
+        }
+        let (b'0'..=b'9', b'0'..=b'9') = (tens, ones) else {
+            return Err(FieldError { column: 2 });
         };
-        Some(Self {
+        Ok(Self {
             sequence: (tens - b'0') * 10 + ones - b'0',
-            ack: Ack::decode([a, b, c, d, e])?,
+            ack: Ack::decode([a, b, c, d, e]).ok_or(FieldError { column: 4 })?,
         })
     }
 }

@@ -128,19 +128,49 @@ impl<'a> Fields<'a> {
         self.number::<N>(column).map(Some)
     }
 
-    /// A sign and `N` digits; minus zero is nothing the robot sends.
+    /// A sign and `N` digits; minus zero is nothing the robot sends. Blames the sign's column, where
+    /// the field begins.
     #[inline(always)]
     #[expect(
         clippy::inline_always,
         reason = "constant columns make every bounds check vanish"
     )]
     pub(super) fn signed_number<const N: usize>(&self, column: usize) -> Result<i32, FieldError> {
-        let magnitude = self.number::<N>(column + 1)? as i32;
+        let magnitude = self.number::<N>(column + 1).map_err(|_| bad(column))? as i32;
+        self.with_sign(column, magnitude)
+    }
+
+    /// The magnitude with the sign before it; zero has only one form, with a plus.
+    #[inline(always)]
+    #[expect(
+        clippy::inline_always,
+        reason = "constant columns make every bounds check vanish"
+    )]
+    pub(super) fn with_sign(&self, column: usize, magnitude: i32) -> Result<i32, FieldError> {
         match (self.at(column)?, magnitude) {
             ([b'+'], magnitude) => Ok(magnitude),
             ([b'-'], 1..) => Ok(-magnitude),
             _ => Err(bad(column)),
         }
+    }
+
+    /// Two numbers with a mark between them, each of its own width. Blames the field's first column.
+    #[inline(always)]
+    #[expect(
+        clippy::inline_always,
+        reason = "constant columns make every bounds check vanish"
+    )]
+    pub(super) fn pair<const N: usize, const M: usize>(
+        &self,
+        column: usize,
+        mark: u8,
+    ) -> Result<(u32, u32), FieldError> {
+        if self.at(column + N)? != [mark] {
+            return Err(bad(column));
+        }
+        let first = self.number::<N>(column)?;
+        let second = self.number::<M>(column + N + 1).map_err(|_| bad(column))?;
+        Ok((first, second))
     }
 
     pub(super) fn sixbit_number<const N: usize>(&self, column: usize) -> Result<u32, FieldError> {

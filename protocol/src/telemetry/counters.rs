@@ -48,7 +48,7 @@ pub struct FirmwareVersion {
 
 impl CountersLine {
     pub(super) fn write(&self, columns: &mut Columns) {
-        columns.digits(5, 2, u32::from(self.robot_id));
+        columns.digits(5, 2, u32::from(self.robot_id.max(1)));
         columns.digits(8, 6, self.uptime_s % 1_000_000);
         columns.digits(15, 3, u32::from(self.boots % 1000));
         columns.digits(19, 2, u32::from(self.version.major));
@@ -67,13 +67,11 @@ impl CountersLine {
         c.spaces(&[
             4, 7, 14, 18, 24, 43, 47, 51, 55, 60, 61, 62, 63, 64, 65, 66, 67, 68, 69,
         ])?;
-        if c.at(21)? != *b"." {
-            return Err(bad(21));
-        }
         let robot_id = c.number::<2>(5)? as u8;
         if robot_id == 0 {
             return Err(bad(5));
         }
+        let (major, minor) = c.pair::<2, 2>(19, b'.')?;
         let mut ticks_won = [0; HOLDERS];
         for (i, ticks) in ticks_won.iter_mut().enumerate() {
             *ticks = c.sixbit_number::<2>(25 + 2 * i)? as u16;
@@ -83,8 +81,8 @@ impl CountersLine {
             uptime_s: c.number::<6>(8)?,
             boots: c.number::<3>(15)? as u16,
             version: FirmwareVersion {
-                major: c.number::<2>(19)? as u8,
-                minor: c.number::<2>(22)? as u8,
+                major: major as u8,
+                minor: minor as u8,
             },
             ticks_won,
             frames_heard: c.number::<3>(44)? as u16,

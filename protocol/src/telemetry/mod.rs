@@ -56,7 +56,8 @@ pub struct Line {
 /// A line whose checksum holds and whose columns still make no sense: another version of the wire.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct FieldError {
-    /// The first column of the field that cannot be read, counted from 1.
+    /// The first column of the field that cannot be read, or the column that should hold a space;
+    /// counted from 1.
     pub column: u8,
 }
 
@@ -105,7 +106,7 @@ impl Line {
     /// Reads a line whose checksum has been found to hold.
     ///
     /// # Errors
-    /// Names the first column that cannot be read.
+    /// Names the first column of a field that cannot be read.
     pub fn parse(line: &[u8; LINE_BYTES]) -> Result<Self, FieldError> {
         match nom_line(line) {
             Ok((_, line)) => Ok(line),

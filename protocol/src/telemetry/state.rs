@@ -56,8 +56,8 @@ pub struct StateLine {
     pub layers: LayerStates,
 }
 
-/// The states of layers 1 to 7. Layer 0 has no column: it holds the motors while [`Mode::User`] is on
-/// and no other layer does.
+/// The states of layers 1 to 7, of which at most one holds the motors. Layer 0 has no column: it holds
+/// them while [`Mode::User`] is on and no other layer does.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct LayerStates([LayerState; 7]);
 
@@ -74,8 +74,14 @@ impl LayerStates {
             .unwrap_or(LayerState::Off)
     }
 
-    /// Sets the state of a layer; layer 0 has none.
+    /// Sets the state of a layer; layer 0 has none. The motors have one holder: whichever layer held
+    /// them before is left raised.
     pub fn set(&mut self, layer: Layer, state: LayerState) {
+        if state == LayerState::Holds
+            && let Some(before) = self.holder()
+        {
+            self.set(before, LayerState::Raised);
+        }
         if let Some(slot) = (layer as usize)
             .checked_sub(1)
             .and_then(|i| self.0.get_mut(i))
@@ -97,7 +103,7 @@ impl StateLine {
     pub(super) fn write(&self, columns: &mut Columns) {
         write_position(columns, 5, self.x_tenths_in);
         write_position(columns, 12, self.y_tenths_in);
-        columns.digits(19, 3, u32::from(self.theta_deg));
+        columns.digits(19, 3, u32::from(self.theta_deg % 360));
         for (column, speed) in [
             (23, self.velocity_in_s),
             (27, self.rotation_in_s),
@@ -203,17 +209,13 @@ fn write_position(columns: &mut Columns, column: usize, tenths_in: i32) {
 
 fn read_position(c: &Fields, column: usize) -> Result<i32, FieldError> {
     let magnitude = if c.at(column + 4)? == *b"." {
-        c.number::<3>(column + 1)? * 10 + c.number::<1>(column + 5)?
+        let (whole_in, tenths) = c.pair::<3, 1>(column + 1, b'.').map_err(|_| bad(column))?;
+        whole_in * 10 + tenths
     } else {
-        let whole_in = c.number::<5>(column + 1)?;
-        if whole_in < 1000 {
-            return Err(bad(column));
+        match c.number::<5>(column + 1) {
+            Ok(whole_in @ 1000..) => whole_in * 10,
+            _ => return Err(bad(column)),
         }
-        whole_in * 10
-    } as i32;
-    match (c.at(column)?, magnitude) {
-        ([b'+'], _) => Ok(magnitude),
-        ([b'-'], 1..) => Ok(-magnitude),
-        _ => Err(bad(column)),
-    }
+    };
+    c.with_sign(column, magnitude as i32)
 }

@@ -51,7 +51,7 @@ pub struct ListPlace {
 
 impl StatusLine {
     pub(super) fn write(&self, columns: &mut Columns) {
-        columns.digits(5, 2, u32::from(self.robot_id));
+        columns.digits(5, 2, u32::from(self.robot_id.max(1)));
         let battery_dv = u32::from(self.battery_dv.min(999));
         columns.digits(8, 2, battery_dv / 10);
         columns.letter(10, b'.');
@@ -63,7 +63,7 @@ impl StatusLine {
             columns.optional(13, 5, None);
             columns.optional(19, 5, None);
         }
-        columns.digits(25, 3, u32::from(self.list.driven));
+        columns.digits(25, 3, u32::from(self.list.driven.min(self.list.count)));
         columns.letter(28, b'/');
         columns.digits(29, 3, u32::from(self.list.count));
         columns.sixbit(33, 6, self.digest);
@@ -88,12 +88,6 @@ impl StatusLine {
 
     pub(super) fn read(c: &Fields) -> Result<Self, FieldError> {
         c.spaces(&[4, 7, 12, 18, 24, 32, 39, 42, 46, 50, 59, 63, 66, 67, 68, 69])?;
-        if c.at(10)? != *b"." {
-            return Err(bad(10));
-        }
-        if c.at(28)? != *b"/" {
-            return Err(bad(28));
-        }
         let robot_id = c.number::<2>(5)? as u8;
         if robot_id == 0 {
             return Err(bad(5));
@@ -109,19 +103,20 @@ impl StatusLine {
                 c.signed_number::<4>(19)? as i16,
             ))
         };
-        let list = ListPlace {
-            driven: c.number::<3>(25)? as u16,
-            count: c.number::<3>(29)? as u16,
-        };
-        if list.driven > list.count {
+        let (volts, tenths) = c.pair::<2, 1>(8, b'.')?;
+        let (driven, count) = c.pair::<3, 3>(25, b'/')?;
+        if driven > count {
             return Err(bad(25));
         }
         let (fitted, allowed) = read_layers(c)?;
         Ok(Self {
             robot_id,
-            battery_dv: (c.number::<2>(8)? * 10 + c.number::<1>(11)?) as u16,
+            battery_dv: (volts * 10 + tenths) as u16,
             target_in,
-            list,
+            list: ListPlace {
+                driven: driven as u16,
+                count: count as u16,
+            },
             digest: read_digest(c)?,
             max_count: c.number::<2>(40)? as u8,
             photo_left: read_byte(c, 43)?,

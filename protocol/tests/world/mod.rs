@@ -1,0 +1,311 @@
+//! Both ends of command delivery and the wire between them, in virtual time, a byte time a step.
+#![allow(dead_code, reason = "each test binary uses its own part")]
+#![allow(clippy::unwrap_used, reason = "a test stops where something is wrong")]
+
+use groundwave_protocol::Waypoint;
+use groundwave_protocol::arq::{Action, Config, Farm, Fop, FopEvent, Task};
+use groundwave_protocol::command::{Message, Order};
+use groundwave_protocol::decoder::Decoder;
+use groundwave_protocol::letters::{Arm, Bump, Cliff, Drive, Infrared, Link, Mode, Power};
+use groundwave_protocol::receiver::Receiver;
+use groundwave_protocol::telemetry::{
+    AckLine, Body, CountersLine, FirmwareVersion, LayerStates, Line, Outcome, StateLine,
+};
+
+const US_PER_BYTE: u64 = 1_000_000 / 240;
+pub const ROBOT_ID: u8 = 7;
+
+/// A small generator, so that a seed means the same everywhere.
+pub struct Dice(u64);
+
+impl Dice {
+    pub fn next(&mut self) -> u64 {
+        self.0 = self.0.wrapping_add(0x9E37_79B9_7F4A_7C15);
+        let mut z = self.0;
+        z = (z ^ (z >> 30)).wrapping_mul(0xBF58_476D_1CE4_E5B9);
+        z = (z ^ (z >> 27)).wrapping_mul(0x94D0_49BB_1331_11EB);
+        z ^ (z >> 31)
+    }
+
+    pub fn chance(&mut self, probability: f64) -> bool {
+        ((self.next() >> 11) as f64 / (1_u64 << 53) as f64) < probability
+    }
+
+    /// Flips each data bit with this probability.
+    pub fn spoil(&mut self, byte: u8, bit_error_rate: f64) -> u8 {
+        (0..8).fold(byte, |byte, bit| {
+            if self.chance(bit_error_rate) {
+                byte ^ 1 << bit
+            } else {
+                byte
+            }
+        })
+    }
+}
+
+/// The robot's end: a receiver, a FARM and a transmitter that never rests.
+pub struct Robot {
+    pub farm: Farm,
+    pub receiver: Receiver,
+    pub mode: Mode,
+    pub executed: Vec<Order>,
+    pub lists: Vec<u32>,
+    pub line: Vec<u8>,
+    pub sent: usize,
+    pub sequence: u8,
+    pub lines_with_ack: u32,
+    /// Intact messages that get lost all the same.
+    pub deaf_to: fn(&Message) -> bool,
+}
+
+impl Robot {
+    pub fn new(boots: u16) -> Self {
+        Self {
+            farm: Farm::new(ROBOT_ID, boots),
+            receiver: Receiver::default(),
+            mode: Mode::Prowl,
+            executed: Vec::new(),
+            lists: Vec::new(),
+            line: Vec::new(),
+            sent: 0,
+            sequence: 0,
+            lines_with_ack: 0,
+            deaf_to: |_| false,
+        }
+    }
+
+    pub fn handle_byte(&mut self, byte: u8) {
+        self.lines_with_ack = 4;
+        let Some(message) = self.receiver.handle_byte(byte, ROBOT_ID, self.farm.key()) else {
+            return;
+        };
+        if (self.deaf_to)(&message) {
+            return;
+        }
+        match self.farm.handle(&message) {
+            Action::Stop => self.mode = Mode::Stop,
+            Action::Execute(order) => {
+                self.executed.push(order);
+                let outcome = match order {
+                    Order::Mode(Mode::Forage) | Order::Scan => Outcome::NotFitted,
+                    Order::Mode(mode) => {
+                        self.mode = mode;
+                        Outcome::Done
+                    }
+                    _ => Outcome::Done,
+                };
+                self.farm.conclude(outcome);
+            }
+            Action::ListReplaced => self.lists.push(self.farm.lists().active_digest()),
+            Action::Drive(_) | Action::Heard => {}
+        }
+    }
+
+    /// The next byte on the wire; acknowledgements are filled in when their column is due.
+    pub fn next_byte(&mut self) -> u8 {
+        if self.sent == self.line.len() {
+            self.compose();
+        }
+        let long = self.line.len() == 80;
+        if self.sent == if long { 69 } else { 3 } {
+            let ack = self.farm.ack();
+            let sequence = self.sequence_of_line();
+            let whole = if long {
+                let line: [u8; 80] = self.line.clone().try_into().unwrap();
+                Line {
+                    ack,
+                    ..Line::parse(&line).unwrap()
+                }
+                .encode()
+                .to_vec()
+            } else {
+                AckLine { sequence, ack }.encode().to_vec()
+            };
+            self.line = whole;
+        }
+        self.sent += 1;
+        self.line[self.sent - 1]
+    }
+
+    pub fn sequence_of_line(&self) -> u8 {
+        (self.line[1] - b'0') * 10 + self.line[2] - b'0'
+    }
+
+    pub fn compose(&mut self) {
+        let was_long = self.line.len() == 80;
+        self.sent = 0;
+        let sequence = self.sequence;
+        self.sequence = (self.sequence + 1) % 100;
+        if was_long && self.lines_with_ack > 0 {
+            self.lines_with_ack -= 1;
+            self.line = AckLine {
+                sequence,
+                ack: self.farm.ack(),
+            }
+            .encode()
+            .to_vec();
+            return;
+        }
+        let body = if sequence.is_multiple_of(6) {
+            Body::Counters(counters())
+        } else {
+            Body::State(state(self.mode))
+        };
+        self.line = Line {
+            sequence,
+            body,
+            ack: self.farm.ack(),
+        }
+        .encode()
+        .to_vec();
+    }
+}
+
+pub fn counters() -> CountersLine {
+    CountersLine {
+        robot_id: ROBOT_ID,
+        uptime_s: 0,
+        boots: 1,
+        version: FirmwareVersion::default(),
+        ticks_won: [0; 9],
+        frames_heard: 0,
+        frames_rejected: 0,
+        ticks_late: 0,
+        bumps: 0,
+    }
+}
+
+pub fn state(mode: Mode) -> StateLine {
+    StateLine {
+        x_tenths_in: 0,
+        y_tenths_in: 0,
+        theta_deg: 0,
+        velocity_in_s: 0,
+        rotation_in_s: 0,
+        wheel_left_in_s: 0,
+        wheel_right_in_s: 0,
+        sonar_left_in: None,
+        sonar_right_in: None,
+        photo_left_pct: None,
+        photo_right_pct: None,
+        bump: Bump::None,
+        infrared: Infrared::None,
+        cliff: Cliff::NotFitted,
+        arm: Arm::NotFitted,
+        drive: Drive::Ok,
+        power: Power::Ok,
+        link: Link::Ok,
+        mode,
+        layers: LayerStates::OFF,
+    }
+}
+
+/// Both ends and the wire between them, a byte time a step.
+pub struct World {
+    pub robot: Robot,
+    pub fop: Fop,
+    pub decoder: Decoder,
+    pub uplink: std::collections::VecDeque<u8>,
+    pub now_us: u64,
+    pub dice: Dice,
+    pub bit_error_rate: f64,
+    pub deaf: bool,
+    pub events: Vec<FopEvent>,
+}
+
+impl World {
+    pub fn new(seed: u64, bit_error_rate: f64) -> Self {
+        Self {
+            robot: Robot::new(1),
+            fop: Fop::new(Config::new(0x2A5)),
+            decoder: Decoder::default(),
+            uplink: std::collections::VecDeque::new(),
+            now_us: 0,
+            dice: Dice(seed),
+            bit_error_rate,
+            deaf: false,
+            events: Vec::new(),
+        }
+    }
+
+    pub fn step(&mut self) {
+        self.now_us += US_PER_BYTE;
+        if let Some(byte) = self.uplink.pop_front() {
+            let byte = self.dice.spoil(byte, self.bit_error_rate);
+            if !self.deaf {
+                self.robot.handle_byte(byte);
+            }
+        }
+        let byte = self.robot.next_byte();
+        let byte = self.dice.spoil(byte, self.bit_error_rate);
+        if let (_, Some(received)) = self.decoder.handle_bytes(&[byte]) {
+            self.fop.handle_received(self.now_us, &received);
+        }
+        self.fop.handle_timeout(self.now_us);
+        while let Some(chunk) = self.fop.poll_transmit(self.now_us) {
+            let chunk = chunk.to_vec();
+            self.uplink.extend(chunk);
+            assert!(
+                self.uplink.len() <= 17,
+                "STOP must never wait behind more than this"
+            );
+        }
+        while let Some(event) = self.fop.poll_event() {
+            self.check(event);
+            self.events.push(event);
+        }
+    }
+
+    /// Whatever is claimed must be true at the robot at that moment.
+    pub fn check(&self, event: FopEvent) {
+        if let FopEvent::Concluded {
+            outcome: Outcome::Done,
+            digest: Some(digest),
+        } = event
+        {
+            assert_eq!(self.robot.farm.lists().active_digest(), digest);
+        }
+    }
+
+    pub fn run_until(&mut self, limit_s: u64, done: impl Fn(&FopEvent) -> bool) -> FopEvent {
+        let limit_us = self.now_us + limit_s * 1_000_000;
+        while self.now_us < limit_us {
+            let seen = self.events.len();
+            self.step();
+            if let Some(event) = self.events[seen..].iter().find(|event| done(event)) {
+                return *event;
+            }
+        }
+        panic!(
+            "nothing of the kind within {limit_s} s; latest events: {:?}",
+            self.events.iter().rev().take(8).collect::<Vec<_>>()
+        );
+    }
+
+    pub fn finish(&mut self) -> FopEvent {
+        self.run_until(600, |event| {
+            matches!(event, FopEvent::Concluded { .. } | FopEvent::Failed(_))
+        })
+    }
+
+    pub fn deliver(&mut self, task: Task<'_>) -> FopEvent {
+        assert!(self.fop.start(self.now_us, task));
+        self.finish()
+    }
+}
+
+pub fn route(seed: u64, count: usize) -> Vec<Waypoint> {
+    let mut dice = Dice(seed);
+    let mut part = || (dice.next() % 19_999) as i16 - 9999;
+    (0..count)
+        .map(|_| Waypoint {
+            x_in: part(),
+            y_in: part(),
+        })
+        .collect()
+}
+
+pub const DONE: FopEvent = FopEvent::Concluded {
+    outcome: Outcome::Done,
+    digest: None,
+};
