@@ -43,6 +43,14 @@ pub struct Switches {
     pub right: bool,
 }
 
+impl Switches {
+    /// Whether any is closed.
+    #[must_use]
+    pub const fn any(self) -> bool {
+        self.left || self.center || self.right
+    }
+}
+
 /// A finished sonar ping.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Echo {

@@ -4,10 +4,27 @@
 //! applies the [`board::Outputs`]; between ticks it calls [`robot::Robot::infrared_look`] 250 times a
 //! second and carries bytes to and from the radio. The simulator is one such board.
 //!
+//! Start reading at [`robot::Robot::tick`]: it is the whole program from top to bottom.
+//!
 //! No heap, no floats, integers of 32 bits and less: the same inputs give the same telemetry on a
 //! host and on an 8-bit microcontroller.
 #![no_std]
 #![deny(clippy::float_arithmetic)]
 
+#[cfg(test)]
+extern crate std;
+
+pub mod angle;
+pub mod arbiter;
+pub mod behaviours;
 pub mod board;
+pub mod dice;
+pub mod drive;
+pub mod infrared;
+pub mod odometry;
+pub mod pid;
 pub mod robot;
+pub mod sensors;
+pub mod song;
+pub mod telemetry;
+pub mod units;

@@ -1,0 +1,71 @@
+//! Who gets the motors: the highest priority whose flag is up.
+
+use crate::drive::Motion;
+use groundwave_protocol::letters::{Layer, LayerMask};
+use groundwave_protocol::telemetry::HOLDERS;
+
+/// What one behaviour wants in one tick.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct Request {
+    /// Whether it wants the motors.
+    pub flag: bool,
+    /// What for.
+    pub motion: Motion,
+}
+
+impl Request {
+    /// The behaviour has nothing to say.
+    pub const QUIET: Self = Self {
+        flag: false,
+        motion: Motion::STILL,
+    };
+
+    /// The behaviour wants the motors.
+    #[must_use]
+    pub const fn raise(motion: Motion) -> Self {
+        Self { flag: true, motion }
+    }
+}
+
+/// One request a place: layers 0 to 7, then prowl, in falling priority.
+pub type Requests = [Request; HOLDERS];
+
+/// Who holds the motors.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Holder {
+    /// One of the eight layers.
+    Layer(Layer),
+    /// Nobody wants anything else.
+    Prowl,
+}
+
+impl Holder {
+    /// Its place in [`Requests`].
+    #[must_use]
+    pub const fn place(self) -> usize {
+        match self {
+            Self::Layer(layer) => layer as usize,
+            Self::Prowl => HOLDERS - 1,
+        }
+    }
+}
+
+/// The request of the highest priority, and whose it is; `None` when no flag is up.
+#[must_use]
+pub fn arbitrate(requests: &Requests) -> Option<(Holder, Motion)> {
+    let place = requests.iter().position(|request| request.flag)?;
+    let holder = Layer::ALL
+        .get(place)
+        .map_or(Holder::Prowl, |&layer| Holder::Layer(layer));
+    requests.get(place).map(|request| (holder, request.motion))
+}
+
+/// The layers whose flag is up.
+#[must_use]
+pub fn raised(requests: &Requests) -> LayerMask {
+    Layer::ALL
+        .iter()
+        .zip(requests)
+        .filter(|(_, request)| request.flag)
+        .fold(LayerMask::NONE, |mask, (&layer, _)| mask.with(layer))
+}

@@ -1,0 +1,269 @@
+//! Layer 1: the bumper reflex, its escapes, and working free from a jam.
+
+use super::Behaviour;
+use crate::angle::Angle;
+use crate::arbiter::Request;
+use crate::board::{COUNTS_PER_IN, Side, Switches};
+use crate::drive::Motion;
+use crate::sensors::Senses;
+use crate::units::ticks;
+
+/// Backing up: 6 inches clear the bumper and leave room to turn. In counts of both wheels.
+const BACK_COUNTS: i16 = 6 * COUNTS_PER_IN as i16 * 2;
+
+/// Two thirds of top speed, so that what stands behind is not hit hard.
+const BACK: Motion = Motion::new(-8, 0);
+
+/// Backing takes a second; after this something is in the way behind.
+const BACK_TICKS: u8 = 2 * ticks(1) as u8;
+
+/// 92 degrees a second on the spot.
+const TURN_IN_S: i16 = 16;
+
+/// The least turn away, 45 degrees, and how much more chance adds: another 45.
+const TURN_LEAST: u16 = 0x2000;
+
+/// The turn of an escape: half round.
+const ESCAPE_TURN: u16 = 0x8000;
+
+/// The slew limit carries a turn on for about 15 degrees.
+const OVERRUN: u16 = (0x1_0000_u32 / 24) as u16;
+
+/// A turn that takes longer than this has met something: plus a tick for every 512th of a half turn.
+const TURN_TICKS: u8 = 30;
+
+/// Contacts remembered.
+const MEMORY: usize = 5;
+
+/// Right, left, right, left within this time is an inside corner.
+const CORNER_TICKS: u32 = ticks(15) as u32;
+
+/// As many contacts as are remembered within this time, and no progress: caught.
+const CAUGHT_TICKS: u32 = ticks(20) as u32;
+
+/// Less way than this from the first of those contacts is no progress.
+const PROGRESS_IN: i32 = 12;
+
+/// A switch that has been closed for this long is jammed.
+const JAM_TICKS: u8 = ticks(3) as u8;
+
+/// Twisting and rocking, at various speeds, and for how many ticks each.
+const JAM_SEQUENCE: [(Motion, u8); 8] = [
+    (Motion::new(-6, 0), 20),
+    (Motion::new(0, 12), 14),
+    (Motion::new(0, -12), 28),
+    (Motion::new(6, 0), 10),
+    (Motion::new(-12, 0), 16),
+    (Motion::new(0, 20), 24),
+    (Motion::new(10, -6), 10),
+    (Motion::new(-10, -6), 30),
+];
+
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+enum State {
+    #[default]
+    Quiet,
+    /// Backing up before a turn.
+    Back {
+        turn: i32,
+        way_counts: i16,
+        ticks_left: u8,
+    },
+    /// Turning away.
+    Turn {
+        left: i32,
+        heading: Angle,
+        ticks_left: u8,
+    },
+    /// Working free.
+    Jam { step: u8, ticks: u8 },
+}
+
+/// One contact: when, where, and on which side.
+#[derive(Clone, Copy, Debug)]
+struct Contact {
+    at_ticks: u32,
+    x_in: i16,
+    y_in: i16,
+    side: Option<Side>,
+}
+
+/// The bumper behaviour.
+#[derive(Clone, Debug, Default)]
+pub struct Bumpers {
+    state: State,
+    held_ticks: u8,
+    /// Newest first.
+    contacts: [Option<Contact>; MEMORY],
+    pressed_before: bool,
+}
+
+impl Bumpers {
+    /// Whether the jam sequence is under way.
+    #[must_use]
+    pub const fn is_jammed(&self) -> bool {
+        matches!(self.state, State::Jam { .. })
+    }
+
+    /// Forgets where contacts were: the odometer has been set.
+    pub fn forget_places(&mut self) {
+        self.contacts = [None; MEMORY];
+    }
+
+    /// A contact begins the ballistic part: back up, then turn, whatever else is sensed.
+    fn begin(&mut self, senses: &Senses) {
+        let side = side(senses.bumper);
+        self.remember(senses, side);
+        let away = match side {
+            Some(Side::Left) => 1,
+            None if senses.dice & 1 == 0 => 1,
+            Some(Side::Right) | None => -1,
+        };
+        let angle = if self.is_corner() || self.is_caught() {
+            self.forget_places();
+            ESCAPE_TURN
+        } else {
+            // Bits that the choice of the side did not use.
+            TURN_LEAST + ((senses.dice >> 8) as u16 & (TURN_LEAST - 1))
+        };
+        self.state = State::Back {
+            turn: away * i32::from(angle - OVERRUN),
+            way_counts: 0,
+            ticks_left: BACK_TICKS,
+        };
+    }
+
+    fn remember(&mut self, senses: &Senses, side: Option<Side>) {
+        self.contacts.rotate_right(1);
+        if let Some(newest) = self.contacts.first_mut() {
+            *newest = Some(Contact {
+                at_ticks: senses.now_ticks,
+                x_in: (senses.pose.x_tenths_in() / 10) as i16,
+                y_in: (senses.pose.y_tenths_in() / 10) as i16,
+                side,
+            });
+        }
+    }
+
+    /// Right, left, right, left.
+    fn is_corner(&self) -> bool {
+        let [Some(newest), Some(second), Some(third), Some(fourth), _] = self.contacts else {
+            return false;
+        };
+        let alternates = |a: Contact, b: Contact| {
+            matches!(
+                (a.side, b.side),
+                (Some(Side::Left), Some(Side::Right)) | (Some(Side::Right), Some(Side::Left))
+            )
+        };
+        alternates(newest, second)
+            && alternates(second, third)
+            && alternates(third, fourth)
+            && newest.at_ticks.wrapping_sub(fourth.at_ticks) <= CORNER_TICKS
+    }
+
+    /// Too many contacts, too little way.
+    fn is_caught(&self) -> bool {
+        let [Some(newest), .., Some(oldest)] = self.contacts else {
+            return false;
+        };
+        let x_in = i32::from(newest.x_in.wrapping_sub(oldest.x_in));
+        let y_in = i32::from(newest.y_in.wrapping_sub(oldest.y_in));
+        newest.at_ticks.wrapping_sub(oldest.at_ticks) <= CAUGHT_TICKS
+            && x_in.abs() < PROGRESS_IN
+            && y_in.abs() < PROGRESS_IN
+            && x_in * x_in + y_in * y_in < PROGRESS_IN * PROGRESS_IN
+    }
+
+    fn go_on(&mut self, senses: &Senses, pressed: bool) -> Motion {
+        match &mut self.state {
+            State::Quiet => Motion::STILL,
+            State::Back {
+                turn,
+                way_counts,
+                ticks_left,
+            } => {
+                *way_counts = way_counts.saturating_add(senses.way_counts);
+                *ticks_left -= 1;
+                if *way_counts <= -BACK_COUNTS || *ticks_left == 0 {
+                    let ticks = TURN_TICKS + (turn.unsigned_abs() >> 9) as u8;
+                    self.state = State::Turn {
+                        left: *turn,
+                        heading: senses.pose.heading,
+                        ticks_left: ticks,
+                    };
+                }
+                BACK
+            }
+            State::Turn {
+                left,
+                heading,
+                ticks_left,
+            } => {
+                let right = *left > 0;
+                *left -= i32::from(senses.pose.heading.minus(*heading));
+                *heading = senses.pose.heading;
+                *ticks_left -= 1;
+                if *ticks_left == 0 || *left == 0 || (*left > 0) != right {
+                    self.state = State::Quiet;
+                }
+                Motion::new(0, if right { TURN_IN_S } else { -TURN_IN_S })
+            }
+            State::Jam { step, ticks } => {
+                let (motion, length) = JAM_SEQUENCE
+                    .get(usize::from(*step))
+                    .copied()
+                    .unwrap_or_default();
+                *ticks += 1;
+                if *ticks >= length {
+                    *ticks = 0;
+                    *step = (*step + 1) % JAM_SEQUENCE.len() as u8;
+                }
+                if !pressed {
+                    self.state = State::Quiet;
+                }
+                motion
+            }
+        }
+    }
+}
+
+impl Behaviour for Bumpers {
+    fn decide(&mut self, senses: &Senses) -> Request {
+        let pressed = senses.bumper.any();
+        let newly = pressed && !self.pressed_before;
+        self.pressed_before = pressed;
+        self.held_ticks = if pressed {
+            self.held_ticks.saturating_add(1)
+        } else {
+            0
+        };
+        match self.state {
+            State::Jam { .. } => {}
+            _ if self.held_ticks >= JAM_TICKS => {
+                self.state = State::Jam { step: 0, ticks: 0 };
+            }
+            State::Quiet if pressed => self.begin(senses),
+            // Something else was hit while turning away.
+            State::Turn { .. } if newly => self.begin(senses),
+            _ => {}
+        }
+        if self.state == State::Quiet {
+            return Request::QUIET;
+        }
+        Request::raise(self.go_on(senses, pressed))
+    }
+
+    fn rest(&mut self) {
+        *self = Self::default();
+    }
+}
+
+/// The side a press comes from; `None` for the centre, and for both sides at once.
+const fn side(switches: Switches) -> Option<Side> {
+    match (switches.left, switches.right) {
+        (true, false) => Some(Side::Left),
+        (false, true) => Some(Side::Right),
+        _ => None,
+    }
+}

@@ -1,0 +1,69 @@
+//! Prowl, the lowest priority: ahead at top speed, or toward a target.
+
+use crate::angle::{Angle, square_root};
+use crate::arbiter::Request;
+use crate::drive::Motion;
+use crate::odometry::Pose;
+use crate::sensors::Senses;
+use crate::units::cps;
+use groundwave_protocol::Waypoint;
+use groundwave_protocol::letters::Mode;
+
+/// Top speed: 12 in/s, a slow walk, which a low battery still gives.
+pub const TOP_CPS: i16 = cps(12);
+
+/// Slowest approach to a target: below it the wheels begin to stick.
+const CREEP_CPS: i16 = cps(2);
+
+/// From here on the robot slows down: twice the way that it takes to stop.
+const SLOW_DOWN_IN: i32 = 24;
+
+/// Beyond this heading error, 60 degrees, the robot turns on the spot instead of driving a bow.
+const AIM_ERROR: i32 = 0x1_0000 / 6;
+
+/// Heading error for each count a second of rotation: 30 degrees make 8.5 in/s, which settles in about
+/// half a second.
+const ERROR_PER_CPS: i32 = 40;
+
+/// The fastest turn toward a target: 80 degrees a second.
+const TURN_CPS: i32 = cps(14) as i32;
+
+/// Without a target, in mode Prowl: straight ahead.
+#[must_use]
+pub fn freely(senses: &Senses) -> Request {
+    if senses.mode == Mode::Prowl && senses.target.is_none() {
+        Request::raise(Motion {
+            velocity_cps: TOP_CPS,
+            rotation_cps: 0,
+        })
+    } else {
+        Request::QUIET
+    }
+}
+
+/// With a target: turn by the heading error, slow down on approach.
+#[must_use]
+pub fn toward(senses: &Senses, target: Waypoint) -> Motion {
+    let (x, y) = senses.pose.offset_to(target);
+    let error = i32::from(Angle::toward(x, y).minus(senses.pose.heading));
+    let distance_in = distance_in(&senses.pose, target).min(SLOW_DOWN_IN);
+    let speed = (i32::from(TOP_CPS) * distance_in / SLOW_DOWN_IN).max(i32::from(CREEP_CPS));
+    let aimed = (AIM_ERROR - error.abs()).max(0);
+    Motion {
+        velocity_cps: (speed * aimed / AIM_ERROR) as i16,
+        rotation_cps: (error / ERROR_PER_CPS).clamp(-TURN_CPS, TURN_CPS) as i16,
+    }
+}
+
+/// Inches to a target, rounded down; along the longer axis when that alone is more than a hundred.
+#[must_use]
+pub fn distance_in(pose: &Pose, target: Waypoint) -> i32 {
+    const EXACT: i32 = 100 * 16;
+    let (x, y) = pose.offset_to(target);
+    let (x, y) = (x.abs(), y.abs());
+    if x.max(y) > EXACT {
+        x.max(y) / 16
+    } else {
+        square_root((x * x + y * y) as u32) as i32 / 16
+    }
+}

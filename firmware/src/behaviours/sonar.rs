@@ -1,0 +1,61 @@
+//! Layer 4: stereo sonar ranging. Toward the side with the longer view.
+
+use super::{Behaviour, prowl};
+use crate::arbiter::Request;
+use crate::drive::Motion;
+use crate::sensors::Senses;
+use crate::units::cps;
+
+/// Both views shorter than this: no further ahead.
+const CLOSE_IN: i32 = 30;
+
+/// Farther than this is all the same: a doorway 8 ft away must stand out, the end of a hall not.
+const FAR_IN: u16 = 180;
+
+/// Views that differ by less than this share of their sum are equal: sonars scatter by some per cent.
+const DEADZONE_PCT: i32 = 15;
+
+/// Rotation times the shorter view, so that what is near is turned from sharply: 16 in/s at 30 in.
+const SHARPNESS_CPS_IN: i32 = cps(16) as i32 * CLOSE_IN;
+
+/// The gentlest turn that is one.
+const TURN_LEAST_CPS: i32 = cps(3) as i32;
+
+/// The sharpest: 92 degrees a second.
+const TURN_MOST_CPS: i32 = cps(16) as i32;
+
+/// It has no state: what it does follows from the latest echoes.
+#[derive(Clone, Debug, Default)]
+pub struct Sonar;
+
+impl Behaviour for Sonar {
+    fn decide(&mut self, senses: &Senses) -> Request {
+        let view = |range_in: Option<u16>| i32::from(range_in.unwrap_or(FAR_IN).min(FAR_IN));
+        let (left_in, right_in) = (view(senses.sonar.left_in), view(senses.sonar.right_in));
+        let (shorter_in, longer_in) = (left_in.min(right_in), left_in.max(right_in));
+        if shorter_in >= i32::from(senses.horizon_in) {
+            return Request::QUIET;
+        }
+        let is_close = longer_in < CLOSE_IN;
+        let differs = (longer_in - shorter_in) * 100 > DEADZONE_PCT * (longer_in + shorter_in);
+        if !is_close && !differs {
+            return Request::QUIET;
+        }
+        let sharp =
+            (SHARPNESS_CPS_IN / shorter_in.max(1)).clamp(TURN_LEAST_CPS, TURN_MOST_CPS) as i16;
+        let rotation_cps = if !differs {
+            senses.the_way_it_turns(sharp)
+        } else if right_in > left_in {
+            sharp
+        } else {
+            -sharp
+        };
+        let velocity_cps = if is_close { 0 } else { prowl::TOP_CPS };
+        Request::raise(Motion {
+            velocity_cps,
+            rotation_cps,
+        })
+    }
+
+    fn rest(&mut self) {}
+}

@@ -1,0 +1,136 @@
+//! Both wheels: from a speed and a rotation of the robot to two pulse widths.
+
+use crate::board::Inputs;
+use crate::pid::Wheel;
+use crate::units::{TICKS_PER_S, cps};
+
+/// What the robot as a whole shall do.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct Motion {
+    /// Speed at the centre, counts a second.
+    pub velocity_cps: i16,
+    /// Difference between the wheels, left minus right, counts a second: positive turns right.
+    pub rotation_cps: i16,
+}
+
+impl Motion {
+    /// Standing still.
+    pub const STILL: Self = Self::new(0, 0);
+
+    /// Whole inches a second.
+    #[must_use]
+    pub const fn new(velocity_in_s: i16, rotation_in_s: i16) -> Self {
+        Self {
+            velocity_cps: cps(velocity_in_s),
+            rotation_cps: cps(rotation_in_s),
+        }
+    }
+
+    /// What each wheel shall do, left and right. When one would have to turn faster than
+    /// [`WHEEL_MAX_CPS`], the robot goes slower and turns as asked.
+    #[must_use]
+    pub fn wheels(self) -> (i16, i16) {
+        let half = self
+            .rotation_cps
+            .clamp(-2 * WHEEL_MAX_CPS, 2 * WHEEL_MAX_CPS)
+            / 2;
+        let room = WHEEL_MAX_CPS - half.abs();
+        let velocity = self.velocity_cps.clamp(-room, room);
+        (velocity + half, velocity - half)
+    }
+}
+
+/// Fastest that a wheel is ever asked to turn: 12 in/s, which a low battery still gives under load.
+pub const WHEEL_MAX_CPS: i16 = cps(12);
+
+/// Averages of measured speeds are kept in these parts of a count a second.
+const AVERAGE_PARTS: i32 = 64;
+
+/// A measured speed for people follows within about 4 ticks.
+const SPEED_SHIFT: u32 = 2;
+
+/// Which way the wheels have been turning is averaged over about 3 s.
+const TURNING_SHIFT: u32 = 6;
+
+/// The drive train.
+#[derive(Clone, Debug, Default)]
+pub struct DriveTrain {
+    left: Wheel,
+    right: Wheel,
+    left_parts: i32,
+    right_parts: i32,
+    turning_parts: i32,
+}
+
+/// Signed counts of both wheels in one tick.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct Counts {
+    /// Left, backward negative.
+    pub left: i16,
+    /// Right, backward negative.
+    pub right: i16,
+}
+
+impl DriveTrain {
+    /// What the wheels did in the past tick.
+    pub fn measure(&mut self, inputs: &Inputs) -> Counts {
+        let counts = Counts {
+            left: self.left.signed_counts(inputs.counts_left),
+            right: self.right.signed_counts(inputs.counts_right),
+        };
+        let follow = |average: &mut i32, counts: i16, shift: u32| {
+            let now = i32::from(counts) * i32::from(TICKS_PER_S) * AVERAGE_PARTS;
+            *average += (now - *average) >> shift;
+        };
+        follow(&mut self.left_parts, counts.left, SPEED_SHIFT);
+        follow(&mut self.right_parts, counts.right, SPEED_SHIFT);
+        let turning = counts.left.saturating_sub(counts.right);
+        follow(&mut self.turning_parts, turning, TURNING_SHIFT);
+        counts
+    }
+
+    /// The pulse widths that bring the wheels to a motion, left and right.
+    pub fn control(&mut self, motion: Motion, counts: Counts) -> (i16, i16) {
+        let (left, right) = motion.wheels();
+        (
+            self.left.control(left, counts.left),
+            self.right.control(right, counts.right),
+        )
+    }
+
+    /// Both motors off at once.
+    pub fn halt(&mut self) {
+        self.left.halt();
+        self.right.halt();
+    }
+
+    /// Measured speed of the left wheel, counts a second.
+    #[must_use]
+    pub const fn left_cps(&self) -> i16 {
+        (self.left_parts / AVERAGE_PARTS) as i16
+    }
+
+    /// Measured speed of the right wheel, counts a second.
+    #[must_use]
+    pub const fn right_cps(&self) -> i16 {
+        (self.right_parts / AVERAGE_PARTS) as i16
+    }
+
+    /// A long running average of left minus right, counts a second.
+    #[must_use]
+    pub const fn turning_cps(&self) -> i16 {
+        (self.turning_parts / AVERAGE_PARTS) as i16
+    }
+
+    /// Whether a wheel does not reach its speed at full pulse width.
+    #[must_use]
+    pub const fn is_saturated(&self) -> bool {
+        self.left.is_saturated() || self.right.is_saturated()
+    }
+
+    /// Whether a wheel does not turn at full pulse width.
+    #[must_use]
+    pub const fn is_stalled(&self) -> bool {
+        self.left.is_stalled() || self.right.is_stalled()
+    }
+}

@@ -1,0 +1,126 @@
+//! Where the robot is, by its wheels' turns.
+//!
+//! A wheel of 5 inches gives 251 counts a turn and the wheels stand 10 inches apart, so a full turn of
+//! the robot is a difference of exactly 1004 counts. The encoders have one channel: what a count's
+//! sign is, the caller must know from the motor command.
+
+use crate::angle::Angle;
+use groundwave_protocol::Waypoint;
+
+/// Counts of difference between the wheels for one turn of the robot: 2 * 251 * 10 in / 5 in.
+pub const COUNTS_PER_TURN: i32 = 1004;
+
+/// Heading of one count of difference, a full turn being 2^32.
+const TURN_PER_COUNT: i32 = (u32::MAX / COUNTS_PER_TURN as u32) as i32 + 1;
+
+/// Way of the centre for one count of one wheel, in 1/64 of [`STEP_PER_IN`]ths of an inch:
+/// half of pi * 5 in / 251 is 0.0312905 in.
+const STEP_PER_COUNT: i32 = 8203;
+
+/// Steps of the odometer's input: 4096 to an inch.
+const STEP_PER_IN: i32 = 4096;
+
+/// Units of position to an inch: 32 bits reach 131,072 inches.
+pub const UNITS_PER_IN: i32 = 16_384;
+
+/// From a step times a sine of 15 bits to a unit.
+const STEP_SHIFT: u32 = 15 - (UNITS_PER_IN / STEP_PER_IN).trailing_zeros();
+
+/// No wheel turns faster than this in one tick: 4 times the motors' top speed.
+const COUNTS_MAX: i16 = 64;
+
+/// A place and a heading.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct Pose {
+    /// X in [`UNITS_PER_IN`]ths of an inch.
+    pub x_units: i32,
+    /// Y in [`UNITS_PER_IN`]ths of an inch.
+    pub y_units: i32,
+    /// Clockwise from +Y.
+    pub heading: Angle,
+}
+
+impl Pose {
+    /// X in tenths of an inch.
+    #[must_use]
+    pub const fn x_tenths_in(&self) -> i32 {
+        tenths_in(self.x_units)
+    }
+
+    /// Y in tenths of an inch.
+    #[must_use]
+    pub const fn y_tenths_in(&self) -> i32 {
+        tenths_in(self.y_units)
+    }
+
+    /// Heading in whole degrees, 0 to 359.
+    #[must_use]
+    pub const fn theta_deg(&self) -> u16 {
+        self.heading.degrees()
+    }
+
+    /// What is between here and a point, in sixteenths of an inch.
+    #[must_use]
+    pub const fn offset_to(&self, point: Waypoint) -> (i32, i32) {
+        const SHIFT: u32 = (UNITS_PER_IN / 16).trailing_zeros();
+        (
+            point.x_in as i32 * 16 - (self.x_units >> SHIFT),
+            point.y_in as i32 * 16 - (self.y_units >> SHIFT),
+        )
+    }
+}
+
+const fn tenths_in(units: i32) -> i32 {
+    // Whole inches first: ten times the largest position does not fit.
+    let whole = units >> UNITS_PER_IN.trailing_zeros();
+    let part = units & (UNITS_PER_IN - 1);
+    whole * 10 + (part * 10 + UNITS_PER_IN / 2) / UNITS_PER_IN
+}
+
+/// The odometer.
+#[derive(Clone, Debug, Default)]
+pub struct Odometer {
+    x_units: i32,
+    y_units: i32,
+    /// A full turn is 2^32.
+    heading: u32,
+    /// What rounding has left of the way so far, in 1/64 of a step.
+    remainder: i32,
+}
+
+impl Odometer {
+    /// Counts of both wheels during a tick, backward negative.
+    pub fn advance(&mut self, left: i16, right: i16) {
+        let left = i32::from(left.clamp(-COUNTS_MAX, COUNTS_MAX));
+        let right = i32::from(right.clamp(-COUNTS_MAX, COUNTS_MAX));
+        let turn = (left - right) * TURN_PER_COUNT;
+        // The heading half-way through the tick makes an arc's chord of its tangent.
+        let heading = Angle((self.heading.wrapping_add_signed(turn / 2) >> 16) as u16);
+        self.heading = self.heading.wrapping_add_signed(turn);
+        let way = (left + right) * STEP_PER_COUNT + self.remainder;
+        let step = way >> 6;
+        self.remainder = way & 63;
+        let part = |share: i16| (step * i32::from(share) + (1 << (STEP_SHIFT - 1))) >> STEP_SHIFT;
+        self.x_units = self.x_units.saturating_add(part(heading.sin()));
+        self.y_units = self.y_units.saturating_add(part(heading.cos()));
+    }
+
+    /// Where the robot is.
+    #[must_use]
+    pub const fn pose(&self) -> Pose {
+        Pose {
+            x_units: self.x_units,
+            y_units: self.y_units,
+            heading: Angle((self.heading >> 16) as u16),
+        }
+    }
+
+    /// Takes a place and a heading for the robot's own.
+    pub fn set(&mut self, position: Waypoint, heading: Angle) {
+        // A waypoint reaches 9999 inches: far from the limit of 32 bits.
+        self.x_units = i32::from(position.x_in) * UNITS_PER_IN;
+        self.y_units = i32::from(position.y_in) * UNITS_PER_IN;
+        self.heading = u32::from(heading.0) << 16;
+        self.remainder = 0;
+    }
+}

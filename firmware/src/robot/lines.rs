@@ -1,0 +1,142 @@
+//! What the robot's lines say.
+
+use super::Robot;
+use crate::arbiter::Holder;
+use crate::behaviours::FITTED;
+use crate::board::TICK_HZ;
+use crate::telemetry::{Events, Kind};
+use crate::units::in_s;
+use groundwave_protocol::letters::{Arm, Cliff, Layer, LayerMask, LayerState, Link, Power};
+use groundwave_protocol::telemetry::{
+    Body, CountersLine, FirmwareVersion, LayerStates, ListPlace, StateLine, StatusLine, TextLine,
+};
+
+/// Of this program.
+const VERSION: FirmwareVersion = FirmwareVersion { major: 0, minor: 1 };
+
+/// Below this the battery is low: 1.93 V a cell, under load.
+const LOW_DV: u16 = 116;
+
+/// Below this it is harmed.
+const CRITICAL_DV: u16 = 112;
+
+/// Farthest that line A can say.
+const POSITION_MAX_TENTHS_IN: u32 = 999_999;
+
+impl Robot {
+    /// The next byte for the radio, to be asked for once every byte time; `None` leaves the carrier idle
+    /// for that long.
+    pub fn poll_downlink(&mut self) -> Option<u8> {
+        if self.transmitter.wants_line() {
+            let kind = self.schedule.next_kind();
+            let body = self.compose(kind);
+            self.transmitter.begin(&body);
+        }
+        self.transmitter.next_byte(|| self.farm.ack())
+    }
+
+    fn compose(&mut self, kind: Kind) -> Body {
+        match kind {
+            Kind::State => {
+                let events = core::mem::take(&mut self.events);
+                Body::State(self.state_line(&events))
+            }
+            Kind::Status => Body::Status(self.status_line()),
+            Kind::Counters => Body::Counters(self.counters_line()),
+            Kind::Text(text) => Body::Text(TextLine::new(text)),
+        }
+    }
+
+    fn state_line(&self, events: &Events) -> StateLine {
+        let pose = self.odometer.pose();
+        let (x_tenths_in, y_tenths_in) = (pose.x_tenths_in(), pose.y_tenths_in());
+        let percent = |reading: u8| (u16::from(reading) * 100 / 256) as u8;
+        let is_out_of_range =
+            x_tenths_in.unsigned_abs().max(y_tenths_in.unsigned_abs()) > POSITION_MAX_TENTHS_IN;
+        StateLine {
+            x_tenths_in,
+            y_tenths_in,
+            theta_deg: pose.theta_deg(),
+            velocity_in_s: in_s(self.motion.velocity_cps),
+            rotation_in_s: in_s(self.motion.rotation_cps),
+            wheel_left_in_s: in_s(self.drive.left_cps()),
+            wheel_right_in_s: in_s(self.drive.right_cps()),
+            sonar_left_in: self.ranges.left_in,
+            sonar_right_in: self.ranges.right_in,
+            photo_left_pct: self.latest.photo_left.map(percent),
+            photo_right_pct: self.latest.photo_right.map(percent),
+            bump: events.bump(),
+            infrared: events.infrared_letter(self.infrared.is_jammed()),
+            cliff: Cliff::NotFitted,
+            arm: Arm::NotFitted,
+            drive: events.drive_letter(is_out_of_range),
+            power: self.power(),
+            link: Link::Ok,
+            mode: self.mode,
+            layers: self.layer_states(events.layers_raised()),
+        }
+    }
+
+    fn power(&self) -> Power {
+        match self.battery.decivolts() {
+            ..CRITICAL_DV => Power::Critical,
+            CRITICAL_DV..LOW_DV => Power::Low,
+            _ => Power::Ok,
+        }
+    }
+
+    fn layer_states(&self, raised: LayerMask) -> LayerStates {
+        let enabled = self.enabled();
+        let mut states = LayerStates::OFF;
+        for layer in Layer::ALL {
+            let state = if self.holder == Some(Holder::Layer(layer)) {
+                LayerState::Holds
+            } else if raised.contains(layer) {
+                LayerState::Raised
+            } else if enabled.contains(layer) {
+                LayerState::Quiet
+            } else {
+                LayerState::Off
+            };
+            states.set(layer, state);
+        }
+        states
+    }
+
+    fn status_line(&self) -> StatusLine {
+        let lists = self.farm.lists();
+        let count = lists.active().len() as u16;
+        StatusLine {
+            robot_id: self.identity.robot_id,
+            battery_dv: u16::from(self.latest.battery_dv),
+            target_in: self.target().map(|target| (target.x_in, target.y_in)),
+            list: ListPlace {
+                driven: self.driven().min(count),
+                count,
+            },
+            digest: lists.active_digest(),
+            max_count: self.infrared.max_count(),
+            photo_left: self.latest.photo_left,
+            photo_right: self.latest.photo_right,
+            fitted: FITTED,
+            allowed: self.allowed,
+            boots: self.identity.boots,
+            odometer_resets: self.odometer_resets,
+        }
+    }
+
+    fn counters_line(&self) -> CountersLine {
+        let heard = self.receiver.counters();
+        CountersLine {
+            robot_id: self.identity.robot_id,
+            uptime_s: self.now_ticks / TICK_HZ,
+            boots: self.identity.boots,
+            version: VERSION,
+            ticks_won: self.ticks_won,
+            frames_heard: heard.frames,
+            frames_rejected: heard.rejected(),
+            ticks_late: 0,
+            bumps: self.bumps,
+        }
+    }
+}

@@ -1,0 +1,74 @@
+//! The robot's receiving end: bytes to orders, orders to deeds.
+
+use super::Robot;
+use crate::angle::Angle;
+use crate::behaviours::FITTED;
+use crate::drive::Motion;
+use groundwave_protocol::arq::Action;
+use groundwave_protocol::command::{Drive, Order};
+use groundwave_protocol::letters::Mode;
+use groundwave_protocol::telemetry::Outcome;
+
+impl Robot {
+    /// Takes a byte from the radio. An order that it completes is carried out within this call: the
+    /// next tick already acts on it, and the next acknowledgement sent says so.
+    pub fn handle_uplink(&mut self, byte: u8) {
+        self.transmitter.hear();
+        let session = self.farm.key();
+        let Some(message) = self
+            .receiver
+            .handle_byte(byte, self.identity.robot_id, session)
+        else {
+            return;
+        };
+        match self.farm.handle(&message) {
+            Action::Stop => self.enter(Mode::Stop),
+            Action::Execute(order) => {
+                let outcome = self.execute(order);
+                self.farm.conclude(outcome);
+            }
+            Action::ListReplaced => {
+                self.layers.dead_reckoning.restart();
+                self.schedule.status_changed();
+            }
+            Action::Drive(drive) => self.drive_by_hand(drive),
+            Action::Heard => {}
+        }
+    }
+
+    fn execute(&mut self, order: Order) -> Outcome {
+        match order {
+            Order::Mode(mode) if is_fitted(mode) => self.enter(mode),
+            Order::Layers(mask) if mask.and(FITTED) == mask => {
+                self.allowed = mask;
+                self.schedule.status_changed();
+            }
+            Order::Pose {
+                position,
+                theta_deg,
+            } => self.set_pose(position, Angle::from_degrees(theta_deg)),
+            Order::Mode(_) | Order::Layers(_) | Order::Scan => return Outcome::NotFitted,
+            // The receiving end activates lists by itself.
+            Order::Activate { .. } | Order::Unknown => return Outcome::Unknown,
+        }
+        Outcome::Done
+    }
+
+    /// A frame that has been under way for too long must not move the robot, nor any while stopped.
+    fn drive_by_hand(&mut self, drive: Drive) {
+        if self.mode != Mode::Stop && drive.is_fresh(self.transmitter.sequence()) {
+            self.layers.user.drive(Motion::new(
+                i16::from(drive.velocity_in_s),
+                i16::from(drive.rotation_in_s),
+            ));
+        }
+    }
+}
+
+/// Whether every layer that makes the mode what it is, is fitted.
+const fn is_fitted(mode: Mode) -> bool {
+    match mode {
+        Mode::Prowl | Mode::Reactive | Mode::Stop | Mode::User | Mode::GoHome => true,
+        Mode::Passive | Mode::Wander | Mode::Forage | Mode::Calibrate => false,
+    }
+}

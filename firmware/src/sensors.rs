@@ -1,0 +1,100 @@
+//! What the robot knows at a tick: the readings as they last were, ready for the behaviours.
+
+use crate::board::{Echo, Inputs, Side, Switches};
+use crate::infrared::Sides;
+use crate::odometry::Pose;
+use groundwave_protocol::Waypoint;
+use groundwave_protocol::letters::Mode;
+
+/// Everything a behaviour may look at.
+#[derive(Clone, Copy, Debug)]
+pub struct Senses {
+    /// What the robot has been told to do.
+    pub mode: Mode,
+    /// The point being driven to.
+    pub target: Option<Waypoint>,
+    /// Ticks since boot.
+    pub now_ticks: u32,
+    /// By odometry.
+    pub pose: Pose,
+    /// Counts of both wheels together in the past tick, backward negative: twice the way.
+    pub way_counts: i16,
+    /// A long running average of left minus right, counts a second.
+    pub turning_cps: i16,
+    /// Bumper switches that are closed.
+    pub bumper: Switches,
+    /// Infrared detections.
+    pub infrared: Sides,
+    /// The latest echoes.
+    pub sonar: Ranges,
+    /// How far ahead the robot means to go: obstacles beyond are none.
+    pub horizon_in: u16,
+    /// A number rolled for this tick.
+    pub dice: u32,
+}
+
+impl Senses {
+    /// A rotation of this size the way the wheels have been turning: to the right when they have not.
+    #[must_use]
+    pub const fn the_way_it_turns(&self, size_cps: i16) -> i16 {
+        if self.turning_cps < 0 {
+            -size_cps
+        } else {
+            size_cps
+        }
+    }
+}
+
+/// The latest echo of each sonar; `None` when none came back.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct Ranges {
+    /// Left, inches.
+    pub left_in: Option<u16>,
+    /// Right, inches.
+    pub right_in: Option<u16>,
+}
+
+impl Ranges {
+    /// Keeps a finished ping.
+    pub const fn hear(&mut self, echo: Echo) {
+        match echo.side {
+            Side::Left => self.left_in = echo.range_in,
+            Side::Right => self.right_in = echo.range_in,
+        }
+    }
+}
+
+/// Whose turn it is to ping at a tick: left and right in turn, two ticks each.
+#[must_use]
+pub const fn ping_at(now_ticks: u32) -> Option<Side> {
+    match now_ticks & 3 {
+        0 => Some(Side::Left),
+        2 => Some(Side::Right),
+        _ => None,
+    }
+}
+
+/// Battery voltage averaged over about 3 s, so that a start of the motors does not count as flat.
+#[derive(Clone, Debug, Default)]
+pub struct Battery {
+    /// In 64ths of a tenth of a volt; 0 before the first reading.
+    average: u16,
+}
+
+impl Battery {
+    /// Takes a reading in tenths of a volt.
+    pub const fn read(&mut self, inputs: &Inputs) {
+        let now = inputs.battery_dv as u16;
+        self.average = if self.average == 0 {
+            now * 64
+        } else {
+            self.average + now - self.average / 64
+        };
+    }
+
+    /// Tenths of a volt.
+    #[must_use]
+    pub const fn decivolts(&self) -> u16 {
+        self.average / 64
+    }
+}

@@ -1,0 +1,54 @@
+//! What the robot sings at the end of its list.
+
+/// A note's frequency, 0 for a rest, and its length in ticks.
+type Note = (u16, u8);
+
+/// A rising call and its answer, about 4 s.
+const FINISHED: &[Note] = &[
+    (523, 4),
+    (659, 4),
+    (784, 4),
+    (1047, 8),
+    (0, 2),
+    (784, 4),
+    (1047, 4),
+    (1319, 4),
+    (1047, 12),
+    (0, 2),
+    (659, 4),
+    (587, 4),
+    (523, 16),
+];
+
+/// The singer: silent until told.
+#[derive(Clone, Debug, Default)]
+pub struct Singer {
+    rest: &'static [Note],
+    played_ticks: u8,
+}
+
+impl Singer {
+    /// Begins the song.
+    pub const fn begin(&mut self) {
+        self.rest = FINISHED;
+        self.played_ticks = 0;
+    }
+
+    /// Silence.
+    pub const fn hush(&mut self) {
+        self.rest = &[];
+    }
+
+    /// What to sound for the coming tick, in hertz; 0 is silence.
+    pub fn tick(&mut self) -> u16 {
+        let Some((&(hz, length), rest)) = self.rest.split_first() else {
+            return 0;
+        };
+        self.played_ticks += 1;
+        if self.played_ticks >= length {
+            self.played_ticks = 0;
+            self.rest = rest;
+        }
+        hz
+    }
+}

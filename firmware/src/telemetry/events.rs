@@ -1,0 +1,105 @@
+//! What happened since the previous line A: a bump of one tick must not go unseen between two lines.
+
+use crate::board::Switches;
+use crate::drive::DriveTrain;
+use crate::infrared::Sides;
+use groundwave_protocol::letters::{Bump, Drive, Infrared, LayerMask};
+
+/// Everything that happened, at any tick since the events were last taken.
+#[derive(Clone, Debug, Default)]
+#[expect(
+    clippy::struct_excessive_bools,
+    reason = "each is an event of its own, not a state"
+)]
+pub struct Events {
+    bumper: Switches,
+    jammed: bool,
+    infrared: Sides,
+    saturated: bool,
+    stalled: bool,
+    odometer_reset: bool,
+    raised: LayerMask,
+}
+
+impl Events {
+    /// Switches that are closed, and whether the jam sequence ignores them.
+    pub const fn bumper(&mut self, now: Switches, jammed: bool) {
+        self.bumper.left |= now.left;
+        self.bumper.center |= now.center;
+        self.bumper.right |= now.right;
+        self.jammed |= jammed;
+    }
+
+    /// Infrared detections.
+    pub const fn infrared(&mut self, now: Sides) {
+        self.infrared = self.infrared.or(now);
+    }
+
+    /// How the wheels follow.
+    pub const fn drive(&mut self, train: &DriveTrain) {
+        self.saturated |= train.is_saturated();
+        self.stalled |= train.is_stalled();
+    }
+
+    /// The odometer was set.
+    pub const fn odometer_reset(&mut self) {
+        self.odometer_reset = true;
+    }
+
+    /// Layers whose flag is up.
+    pub const fn raised(&mut self, layers: LayerMask) {
+        self.raised = LayerMask::from_bits(self.raised.bits() | layers.bits());
+    }
+
+    /// Layers whose flag was up.
+    #[must_use]
+    pub const fn layers_raised(&self) -> LayerMask {
+        self.raised
+    }
+
+    /// The bumper's letter.
+    #[must_use]
+    pub const fn bump(&self) -> Bump {
+        if self.jammed {
+            return Bump::Jammed;
+        }
+        match (self.bumper.left, self.bumper.center, self.bumper.right) {
+            (false, false, false) => Bump::None,
+            (true, false, false) => Bump::Left,
+            (false, true, false) => Bump::Center,
+            (false, false, true) => Bump::Right,
+            (true, true, false) => Bump::LeftCenter,
+            (false, true, true) => Bump::RightCenter,
+            (true, false, true) => Bump::Sides,
+            (true, true, true) => Bump::All,
+        }
+    }
+
+    /// The infrared detectors' letter.
+    #[must_use]
+    pub const fn infrared_letter(&self, jammed: bool) -> Infrared {
+        match (self.infrared.left, self.infrared.right) {
+            _ if jammed => Infrared::Jammed,
+            (false, false) => Infrared::None,
+            (true, false) => Infrared::Left,
+            (false, true) => Infrared::Right,
+            (true, true) => Infrared::Both,
+        }
+    }
+
+    /// The drive train's letter: what matters most of what happened.
+    #[must_use]
+    pub const fn drive_letter(&self, out_of_range: bool) -> Drive {
+        if self.odometer_reset {
+            Drive::OdometerReset
+        } else if self.stalled {
+            Drive::Stalled
+        } else if self.saturated {
+            Drive::Saturated
+        } else if out_of_range {
+            Drive::OutOfRange
+        } else {
+            Drive::Ok
+        }
+    }
+}

@@ -1,0 +1,9 @@
+//! The robot's transmitter: an endless stream of 80-byte lines.
+
+mod events;
+mod schedule;
+mod transmitter;
+
+pub use events::Events;
+pub use schedule::{Kind, Schedule};
+pub use transmitter::Transmitter;
