@@ -217,126 +217,128 @@ telemetry! {
     9 ack_first_missing_block: uint32;
     /// Bit n: block first missing + 1 + n has arrived.
     10 ack_window_bits: uint32;
+    /// Low 2 bits of the tag of the list being staged.
+    11 ack_list_tag: uint32;
 
     /// Position, inches.
-    11 x_in: double;
+    12 x_in: double;
     /// Position, inches.
-    12 y_in: double;
+    13 y_in: double;
     /// Heading, degrees clockwise from +Y.
-    13 theta_deg: uint32;
+    14 theta_deg: uint32;
     /// Requested speed at the centre, in/s.
-    14 velocity_in_s: sint32;
+    15 velocity_in_s: sint32;
     /// Requested difference between the wheels, left minus right, in/s.
-    15 rotation_in_s: sint32;
+    16 rotation_in_s: sint32;
     /// Measured left wheel, in/s.
-    16 wheel_left_in_s: sint32;
+    17 wheel_left_in_s: sint32;
     /// Measured right wheel, in/s.
-    17 wheel_right_in_s: sint32;
+    18 wheel_right_in_s: sint32;
     /// Left sonar, inches; absent when no echo came back.
-    18 sonar_left_in: uint32;
+    19 sonar_left_in: uint32;
     /// Right sonar, inches; absent when no echo came back.
-    19 sonar_right_in: uint32;
+    20 sonar_right_in: uint32;
     /// Left photocell, per cent of full scale, 0 very bright.
-    20 photo_left_pct: uint32;
+    21 photo_left_pct: uint32;
     /// Right photocell, per cent of full scale, 0 very bright.
-    21 photo_right_pct: uint32;
+    22 photo_right_pct: uint32;
     /// Bumper switches.
-    22 bump: int32 of BUMPS;
+    23 bump: int32 of BUMPS;
     /// Infrared detectors.
-    23 infrared: int32 of INFRARED;
+    24 infrared: int32 of INFRARED;
     /// Floor edge sensors.
-    24 cliff: int32 of CLIFFS;
+    25 cliff: int32 of CLIFFS;
     /// Servo arm and motion detectors.
-    25 arm: int32 of ARMS;
+    26 arm: int32 of ARMS;
     /// Drive train and odometer.
-    26 drive: int32 of DRIVES;
+    27 drive: int32 of DRIVES;
     /// Battery.
-    27 power: int32 of POWERS;
+    28 power: int32 of POWERS;
     /// Receiver.
-    28 link: int32 of LINKS;
+    29 link: int32 of LINKS;
     /// Commanded mode.
-    29 mode: int32 of MODES;
+    30 mode: int32 of MODES;
     /// Layer 1.
-    30 layer_bumpers: int32 of LAYER_STATES;
+    31 layer_bumpers: int32 of LAYER_STATES;
     /// Layer 2.
-    31 layer_rotation: int32 of LAYER_STATES;
+    32 layer_rotation: int32 of LAYER_STATES;
     /// Layer 3.
-    32 layer_infrared: int32 of LAYER_STATES;
+    33 layer_infrared: int32 of LAYER_STATES;
     /// Layer 4.
-    33 layer_sonar: int32 of LAYER_STATES;
+    34 layer_sonar: int32 of LAYER_STATES;
     /// Layer 5.
-    34 layer_photo: int32 of LAYER_STATES;
+    35 layer_photo: int32 of LAYER_STATES;
     /// Layer 6.
-    35 layer_motion: int32 of LAYER_STATES;
+    36 layer_motion: int32 of LAYER_STATES;
     /// Layer 7.
-    36 layer_dead_reckoning: int32 of LAYER_STATES;
+    37 layer_dead_reckoning: int32 of LAYER_STATES;
     /// The layer that holds the motors; absent when prowl or User does.
-    37 holder: int32 of LAYERS;
+    38 holder: int32 of LAYERS;
 
     /// Robot, 1 to 99.
-    38 robot_id: uint32;
+    39 robot_id: uint32;
     /// Battery, volts.
-    39 battery_v: double;
+    40 battery_v: double;
     /// The point being driven to, inches.
-    40 target_x_in: sint32;
+    41 target_x_in: sint32;
     /// The point being driven to, inches.
-    41 target_y_in: sint32;
+    42 target_y_in: sint32;
     /// Waypoints of the active list reached.
-    42 waypoints_driven: uint32;
+    43 waypoints_driven: uint32;
     /// Waypoints in the active list.
-    43 waypoints_count: uint32;
+    44 waypoints_count: uint32;
     /// Digest of the active list.
-    44 list_digest: uint32;
+    45 list_digest: uint32;
     /// The infrared layer's present threshold.
-    45 max_count: uint32;
+    46 max_count: uint32;
     /// Left photocell, 0 very bright to 255 dark.
-    46 photo_left_raw: uint32;
+    47 photo_left_raw: uint32;
     /// Right photocell, 0 very bright to 255 dark.
-    47 photo_right_raw: uint32;
+    48 photo_right_raw: uint32;
     /// Bit n: the firmware has layer n.
-    48 layers_fitted_bits: uint32;
+    49 layers_fitted_bits: uint32;
     /// Bit n: layer n is allowed.
-    49 layers_allowed_bits: uint32;
+    50 layers_allowed_bits: uint32;
     /// Boot counter, modulo 1000.
-    50 boots: uint32;
+    51 boots: uint32;
     /// Odometer resets since boot, modulo 100.
-    51 odometer_resets: uint32;
+    52 odometer_resets: uint32;
 
     /// Seconds since boot by the robot's clock, modulo 1,000,000.
-    52 uptime_s: uint32;
+    53 uptime_s: uint32;
     /// Firmware version before the point.
-    53 firmware_major: uint32;
+    54 firmware_major: uint32;
     /// Firmware version after the point.
-    54 firmware_minor: uint32;
+    55 firmware_minor: uint32;
     /// 20 Hz ticks won by layer 0 since boot, modulo 4096.
-    55 ticks_won_user: uint32;
+    56 ticks_won_user: uint32;
     /// Ticks won by layer 1.
-    56 ticks_won_bumpers: uint32;
+    57 ticks_won_bumpers: uint32;
     /// Ticks won by layer 2.
-    57 ticks_won_rotation: uint32;
+    58 ticks_won_rotation: uint32;
     /// Ticks won by layer 3.
-    58 ticks_won_infrared: uint32;
+    59 ticks_won_infrared: uint32;
     /// Ticks won by layer 4.
-    59 ticks_won_sonar: uint32;
+    60 ticks_won_sonar: uint32;
     /// Ticks won by layer 5.
-    60 ticks_won_photo: uint32;
+    61 ticks_won_photo: uint32;
     /// Ticks won by layer 6.
-    61 ticks_won_motion: uint32;
+    62 ticks_won_motion: uint32;
     /// Ticks won by layer 7.
-    62 ticks_won_dead_reckoning: uint32;
+    63 ticks_won_dead_reckoning: uint32;
     /// Ticks won by prowl.
-    63 ticks_won_prowl: uint32;
+    64 ticks_won_prowl: uint32;
     /// Intact uplink frames since boot, modulo 1000.
-    64 frames_heard: uint32;
+    65 frames_heard: uint32;
     /// Uplink frames rejected since boot, modulo 1000.
-    65 frames_rejected: uint32;
+    66 frames_rejected: uint32;
     /// Ticks that began late since boot, modulo 1000.
-    66 ticks_late: uint32;
+    67 ticks_late: uint32;
     /// Bumper contacts since boot, modulo 10,000.
-    67 bumps: uint32;
+    68 bumps: uint32;
 
     /// A line of text from the robot's program.
-    68 text: string;
+    69 text: string;
 }
 
 impl From<&Received> for Telemetry {
@@ -345,7 +347,7 @@ impl From<&Received> for Telemetry {
             sequence: Some(received.sequence().into()),
             ..Self::default()
         };
-        message.set_ack(received.ack());
+        message.set_ack(*received.ack());
         message.line_type = Some(match received {
             Received::Ack(_) => 4,
             Received::Line(line, _) => match &line.body {
@@ -372,7 +374,7 @@ impl From<&Received> for Telemetry {
 }
 
 impl Telemetry {
-    fn set_ack(&mut self, ack: &Ack) {
+    fn set_ack(&mut self, ack: Ack) {
         self.ack_boot = Some(ack.boot.into());
         self.ack_session = Some(ack.session.into());
         self.ack_sequence = Some(ack.sequence.into());
@@ -384,9 +386,10 @@ impl Telemetry {
             }
             Detail::Staging {
                 first_missing,
+                tag,
                 window,
-                ..
             } => {
+                self.ack_list_tag = Some(tag.into());
                 self.ack_first_missing_block = Some(first_missing.into());
                 self.ack_window_bits = Some(window.into());
             }
@@ -479,7 +482,7 @@ impl Telemetry {
 }
 
 /// A state's number in protobuf is its place in the wire's list of states.
-fn number<T: PartialEq>(all: &[T], state: T) -> Option<i32> {
+fn number<T: Copy + PartialEq>(all: &[T], state: T) -> Option<i32> {
     all.iter().position(|s| *s == state).map(|i| i as i32)
 }
 

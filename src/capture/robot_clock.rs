@@ -95,7 +95,9 @@ impl State {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use groundwave_protocol::telemetry::{Ack, AckLine, CountersLine, Line, TextLine};
+    use groundwave_protocol::telemetry::{
+        Ack, AckLine, CountersLine, FirmwareVersion, Line, TextLine,
+    };
 
     const START_NS: u64 = 1_741_944_413 * S_NS;
 
@@ -119,7 +121,7 @@ mod tests {
                 robot_id: 7,
                 uptime_s,
                 boots,
-                version: Default::default(),
+                version: FirmwareVersion::default(),
                 ticks_won: [0; 9],
                 frames_heard: 0,
                 frames_rejected: 0,

@@ -104,12 +104,13 @@ fn ack(slot: u32) -> Ack {
         },
         detail: if slot % 30 < 20 {
             Detail::Idle {
-                owner: 1234,
-                frames: (slot % 64) as u8,
+                owner: 789,
+                robot_id: 7,
             }
         } else {
             Detail::Staging {
                 first_missing: 3,
+                tag: 2,
                 window: 0b1_0110,
             }
         },
@@ -136,7 +137,7 @@ fn state(slot: u32) -> StateLine {
         rotation_in_s: -6,
         wheel_left_in_s: 9,
         wheel_right_in_s: 15,
-        sonar_left_in: (slot % 4 != 0).then_some(42),
+        sonar_left_in: (!slot.is_multiple_of(4)).then_some(42),
         sonar_right_in: Some(120),
         photo_left_pct: Some(61),
         photo_right_pct: None,
