@@ -282,3 +282,58 @@ impl LayerMask {
         Self(self.0 & other.0)
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    macro_rules! each_letter_is_its_own {
+        ($($name:ident: $letters:literal),+ $(,)?) => {$(
+            let spelt: std::string::String =
+                $name::ALL.iter().map(|state| char::from(state.letter())).collect();
+            assert_eq!(spelt, $letters, stringify!($name));
+            for letter in 0..=255 {
+                let read = $name::from_letter(letter);
+                assert_eq!(read.is_some(), $letters.as_bytes().contains(&letter));
+                assert!(read.is_none_or(|state| state.letter() == letter));
+            }
+        )+};
+    }
+
+    /// The alphabets are the wire: a changed letter is a changed protocol.
+    #[test]
+    fn letters_stand_for_what_they_always_did() {
+        each_letter_is_its_own! {
+            Bump: ".LCRlrSAJ-",
+            Infrared: ".LRBJ-",
+            Cliff: ".LCRA-",
+            Arm: ".uaLRBT-",
+            Drive: ".sX0o",
+            Power: ".l!d+",
+            Link: ".>F",
+            Mode: "PRHXUWGFC",
+            LayerState: ".-rH",
+        }
+    }
+
+    #[test]
+    fn awk_can_tell_a_layer_by_its_letter() {
+        let layers = Layer::ALL.map(|layer| char::from(layer.letter()));
+        assert_eq!(layers, ['U', 'B', 'T', 'I', 'S', 'L', 'M', 'D']);
+        for layer in Layer::ALL.into_iter().skip(1) {
+            assert_eq!(Mode::from_letter(layer.letter()), None);
+        }
+    }
+
+    #[test]
+    fn masks_are_sets() {
+        let mask = LayerMask::NONE.with(Layer::Sonar).with(Layer::User);
+        assert_eq!(mask.bits(), 0b1_0001);
+        assert!(mask.contains(Layer::Sonar) && !mask.contains(Layer::Bumpers));
+        assert_eq!(mask.without(Layer::User).bits(), 0b1_0000);
+        assert_eq!(
+            mask.and(LayerMask::from_bits(0b11)),
+            LayerMask::NONE.with(Layer::User)
+        );
+    }
+}

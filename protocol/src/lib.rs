@@ -10,6 +10,9 @@
 #![no_std]
 #![deny(clippy::float_arithmetic)]
 
+#[cfg(test)]
+extern crate std;
+
 pub mod arq;
 pub mod command;
 pub mod crc;

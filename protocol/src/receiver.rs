@@ -109,3 +109,102 @@ fn check(run: &[u8], robot_id: u8, session: Option<Key>) -> Result<Message, Reje
     }
     Message::parse(content).ok_or(Reject::Unreadable)
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::command::{Command, Order};
+    use crate::letters::Mode;
+    use proptest::prelude::*;
+
+    const ROBOT_ID: u8 = 7;
+    const SESSION: Key = Key::session(ROBOT_ID, 1, 1, 0x2A5);
+    const PROWL: Message = Message::Command(Command {
+        sequence: 1,
+        order: Order::Mode(Mode::Prowl),
+    });
+
+    fn hear(bytes: &[u8], session: Option<Key>) -> (std::vec::Vec<Message>, ReceiverCounters) {
+        let mut receiver = Receiver::default();
+        let messages = bytes
+            .iter()
+            .filter_map(|&byte| receiver.handle_byte(byte, ROBOT_ID, session))
+            .collect();
+        (messages, *receiver.counters())
+    }
+
+    #[test]
+    fn only_the_right_key_opens_a_frame() {
+        let frame = PROWL.encode(SESSION);
+        assert_eq!(hear(frame.as_bytes(), Some(SESSION)).0, [PROWL]);
+        for key in [
+            Key::session(ROBOT_ID + 1, 1, 1, 0x2A5),
+            Key::session(ROBOT_ID, 2, 1, 0x2A5),
+            Key::session(ROBOT_ID, 1, 2, 0x2A5),
+            Key::session(ROBOT_ID, 1, 1, 0x2A4),
+            Key::robot(ROBOT_ID),
+        ] {
+            assert_eq!(hear(frame.as_bytes(), Some(key)).0, []);
+        }
+        assert_eq!(hear(frame.as_bytes(), None).0, []);
+    }
+
+    #[test]
+    fn stop_is_heard_under_the_robots_key_and_under_everybodys() {
+        for (key, heard) in [
+            (Key::robot(ROBOT_ID), true),
+            (Key::EVERY_ROBOT, true),
+            (Key::robot(ROBOT_ID + 1), false),
+        ] {
+            let frame = Message::Stop.encode(key);
+            for session in [None, Some(SESSION)] {
+                assert_eq!(hear(frame.as_bytes(), session).0.len(), usize::from(heard));
+            }
+        }
+    }
+
+    #[test]
+    fn what_is_thrown_away_is_counted_by_its_reason() {
+        let mut bytes = std::vec::Vec::new();
+        bytes.extend(b"\n\n\n");
+        bytes.extend(b"noise\n");
+        bytes.extend([b'x'; 88]);
+        bytes.push(b'\n');
+        bytes.extend([b'x'; 89]);
+        bytes.push(b'\n');
+        bytes.extend([b'x'; 1000]);
+        bytes.push(b'\n');
+        let content = b"Z";
+        bytes.extend(content);
+        bytes.extend(crc::characters(crc::update(SESSION.init(), content)));
+        bytes.extend(PROWL.encode(SESSION).as_bytes());
+        let (messages, counters) = hear(&bytes, Some(SESSION));
+        assert_eq!(messages, [PROWL]);
+        let expected = ReceiverCounters {
+            frames: 1,
+            crc: 2,
+            too_long: 2,
+            unreadable: 1,
+        };
+        assert_eq!(counters, expected);
+        assert_eq!(counters.rejected(), 5);
+    }
+
+    #[test]
+    fn a_leading_line_feed_saves_a_frame_from_noise_and_aborts_one_in_flight() {
+        let stop = Message::Stop.encode(Key::robot(ROBOT_ID));
+        let prowl = PROWL.encode(SESSION);
+        for length in 0..prowl.as_bytes().len() - 1 {
+            let mut bytes = prowl.as_bytes()[..length].to_vec();
+            bytes.extend(stop.as_bytes());
+            assert_eq!(hear(&bytes, Some(SESSION)).0, [Message::Stop]);
+        }
+    }
+
+    proptest! {
+        #[test]
+        fn noise_executes_nothing(noise in prop::collection::vec(any::<u8>(), 0..2000)) {
+            prop_assert_eq!(hear(&noise, Some(SESSION)).0, []);
+        }
+    }
+}

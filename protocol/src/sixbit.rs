@@ -39,3 +39,47 @@ pub fn decode_from(characters: &[u8]) -> Option<u32> {
         .iter()
         .try_fold(0, |value: u32, &c| Some(value << 6 | u32::from(decode(c)?)))
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use proptest::prelude::*;
+
+    #[test]
+    fn sixty_four_characters_carry_six_bits_and_no_other_does() {
+        let mut carried = [0; 64];
+        for character in 0..=255 {
+            if let Some(value) = decode(character) {
+                assert_eq!(encode(value), character);
+                carried[usize::from(value)] += 1;
+            }
+        }
+        assert_eq!(carried, [1; 64]);
+        for refused in [b' ', b'a', b'~', 0x7F, 0, b'\n', b'\r', 0x80, 0xFF] {
+            assert_eq!(decode(refused), None);
+        }
+    }
+
+    /// Otherwise the checksum's Hamming distance would not survive the encoding.
+    #[test]
+    fn characters_differ_in_at_least_as_many_bits_as_their_values() {
+        for a in 0..64_u8 {
+            for b in 0..64_u8 {
+                let on_the_wire = (encode(a) ^ encode(b)).count_ones();
+                assert!(on_the_wire >= (a ^ b).count_ones(), "{a} and {b}");
+            }
+        }
+    }
+
+    proptest! {
+        #[test]
+        fn numbers_survive(value: u32) {
+            let mut characters = [0; 6];
+            encode_into(value, &mut characters);
+            prop_assert_eq!(decode_from(&characters), Some(value));
+            let mut four = [0; 4];
+            encode_into(value, &mut four);
+            prop_assert_eq!(decode_from(&four), Some(value & 0xFF_FFFF));
+        }
+    }
+}

@@ -163,3 +163,133 @@ impl Lists {
         })
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn list(seed: i16, count: usize) -> std::vec::Vec<Waypoint> {
+        (0..count as i16)
+            .map(|i| Waypoint {
+                x_in: seed + i,
+                y_in: seed - i,
+            })
+            .collect()
+    }
+
+    fn stage(lists: &mut Lists, tag: u8, waypoints: &[Waypoint]) {
+        for (block, part) in waypoints.chunks(BLOCK_WAYPOINTS).enumerate() {
+            lists.stage(&Slots::new(tag, block as u8, part));
+        }
+    }
+
+    fn activate(lists: &mut Lists, tag: u8, waypoints: &[Waypoint]) -> Outcome {
+        lists.activate(tag, waypoints.len() as u16, digest(waypoints.iter()))
+    }
+
+    #[test]
+    fn the_active_list_is_the_old_one_until_it_is_the_new_one() {
+        let mut lists = Lists::default();
+        let (old, new) = (list(100, 10), list(200, 300));
+        stage(&mut lists, 1, &old);
+        assert_eq!(lists.active(), []);
+        assert_eq!(activate(&mut lists, 1, &old), Outcome::Done);
+        assert_eq!(lists.active(), old);
+        stage(&mut lists, 2, &new);
+        assert_eq!(lists.active(), old);
+        assert_eq!(
+            lists.activate(2, 300, digest(old.iter())),
+            Outcome::DigestMismatch
+        );
+        assert_eq!(activate(&mut lists, 3, &new), Outcome::ListIncomplete);
+        assert_eq!(lists.active(), old);
+        assert_eq!(activate(&mut lists, 2, &new), Outcome::Done);
+        assert_eq!(lists.active(), new);
+        assert_eq!(lists.active_digest(), digest(new.iter()));
+    }
+
+    #[test]
+    fn nothing_is_activated_with_a_block_missing() {
+        let new = list(5, 17);
+        for missing in 0..5 {
+            let mut lists = Lists::default();
+            for (block, part) in new.chunks(BLOCK_WAYPOINTS).enumerate() {
+                if block != missing {
+                    lists.stage(&Slots::new(1, block as u8, part));
+                }
+            }
+            assert_eq!(activate(&mut lists, 1, &new), Outcome::ListIncomplete);
+            let part = new
+                .chunks(BLOCK_WAYPOINTS)
+                .nth(missing)
+                .expect("five blocks");
+            lists.stage(&Slots::new(1, missing as u8, part));
+            assert_eq!(activate(&mut lists, 1, &new), Outcome::Done);
+        }
+    }
+
+    #[test]
+    fn late_waypoints_of_an_activated_or_older_list_stage_nothing() {
+        let mut lists = Lists::default();
+        let new = list(1, 8);
+        stage(&mut lists, 5, &new);
+        assert_eq!(activate(&mut lists, 5, &new), Outcome::Done);
+        for late in [5, 4, 1, 31, 21] {
+            stage(&mut lists, late, &list(9, 8));
+            assert_eq!(lists.detail(), None, "tag {late}");
+        }
+        stage(&mut lists, 20, &new);
+        assert!(lists.detail().is_some());
+        assert_eq!(lists.active(), new);
+    }
+
+    #[test]
+    fn clearing_needs_nothing_staged_and_keeps_the_count_of_tags() {
+        let mut lists = Lists::default();
+        let old = list(1, 8);
+        stage(&mut lists, 20, &old);
+        lists.abandon();
+        stage(&mut lists, 15, &old);
+        assert_eq!(activate(&mut lists, 15, &old), Outcome::Done);
+        assert_eq!(lists.activate(0, 0, 1), Outcome::DigestMismatch);
+        assert_eq!(activate(&mut lists, 0, &[]), Outcome::Done);
+        assert_eq!(lists.active(), []);
+        stage(&mut lists, 16, &old);
+        assert_eq!(activate(&mut lists, 16, &old), Outcome::Done);
+    }
+
+    #[test]
+    fn what_exceeds_the_banks_is_refused() {
+        let mut lists = Lists::default();
+        assert_eq!(lists.activate(1, 301, 0), Outcome::BadValue);
+        lists.stage(&Slots::new(1, 74, &list(0, 5)));
+        assert_eq!(
+            lists.detail(),
+            Some(Detail::Staging {
+                first_missing: 0,
+                tag: 1,
+                window: 0
+            })
+        );
+    }
+
+    #[test]
+    fn the_snapshot_names_the_first_missing_block_and_the_eight_after_it() {
+        let mut lists = Lists::default();
+        let part = list(0, 4);
+        let mut expect = |block, first_missing, window| {
+            lists.stage(&Slots::new(6, block, &part));
+            let detail = Detail::Staging {
+                first_missing,
+                tag: 2,
+                window,
+            };
+            assert_eq!(lists.detail(), Some(detail), "after block {block}");
+        };
+        expect(1, 0, 0b1);
+        expect(8, 0, 0b1000_0001);
+        expect(9, 0, 0b1000_0001);
+        expect(0, 2, 0b0110_0000);
+        expect(2, 3, 0b0011_0000);
+    }
+}

@@ -97,3 +97,63 @@ impl Keepalive {
         .parse(input)
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::super::Message;
+    use super::super::testing::read_back;
+    use super::*;
+    use crate::sixbit;
+    use proptest::prelude::*;
+
+    proptest! {
+        #[test]
+        fn what_is_written_is_read(
+            velocity_in_s in -31..=31_i8, rotation_in_s in -63..=63_i8,
+            heard in 0..100_u8, count in 0..16_u8,
+        ) {
+            let drive = Message::Drive(Drive { velocity_in_s, rotation_in_s, heard, count });
+            prop_assert_eq!(read_back(drive), Some(drive));
+            let keepalive = Message::Keepalive(Keepalive { heard });
+            prop_assert_eq!(read_back(keepalive), Some(keepalive));
+        }
+
+        #[test]
+        fn speeds_saturate(velocity_in_s: i8, rotation_in_s: i8) {
+            let drive = Drive { velocity_in_s, rotation_in_s, heard: 0, count: 0 };
+            let said = Drive {
+                velocity_in_s: velocity_in_s.clamp(-31, 31),
+                rotation_in_s: rotation_in_s.clamp(-63, 63),
+                ..drive
+            };
+            prop_assert_eq!(read_back(Message::Drive(drive)), Some(Message::Drive(said)));
+        }
+    }
+
+    fn parse(kind: u8, characters: usize, bits: u32) -> Option<Message> {
+        let mut content = [kind; 5];
+        sixbit::encode_into(bits, &mut content[1..=characters]);
+        Message::parse(&content[..=characters])
+    }
+
+    #[test]
+    fn values_without_a_meaning_are_refused() {
+        assert_eq!(parse(b'D', 4, 0b10_0000 << 18), None, "-32 in/s");
+        assert_eq!(parse(b'D', 4, 0b100_0000 << 11), None, "-64 in/s");
+        assert_eq!(parse(b'D', 4, 100 << 4), None, "line 100");
+        assert_eq!(parse(b'L', 2, 100), None, "line 100");
+        assert!(parse(b'D', 4, 99 << 4).is_some() && parse(b'L', 2, 99).is_some());
+    }
+
+    #[test]
+    fn freshness_counts_lines_across_the_wrap() {
+        let drive = |heard| Drive {
+            velocity_in_s: 0,
+            rotation_in_s: 0,
+            heard,
+            count: 1,
+        };
+        assert!(drive(98).is_fresh(98) && drive(98).is_fresh(4));
+        assert!(!drive(98).is_fresh(5) && !drive(98).is_fresh(97));
+    }
+}

@@ -11,6 +11,8 @@
 mod drive;
 mod open;
 mod order;
+#[cfg(test)]
+mod testing;
 mod waypoints;
 
 pub use drive::{Drive, HEARD_LINES_MAX, Keepalive};
@@ -196,4 +198,43 @@ impl Frame {
 /// A number in 6-bit characters.
 fn number<'a>(characters: usize) -> impl Parser<&'a [u8], Output = u32, Error = ()> {
     map_opt(take(characters), sixbit::decode_from)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_key_says_every_part_in_its_own_bits() {
+        assert_eq!(Key::EVERY_ROBOT.init(), 0);
+        assert_eq!(Key::robot(1).init(), 1 << 16);
+        assert_eq!(Key::robot(0x7F).init(), 0x7F << 16);
+        assert_eq!(Key::session(0, 1, 0, 0).init(), 1 << 13);
+        assert_eq!(Key::session(0, 0, 1, 0).init(), 1 << 10);
+        assert_eq!(Key::session(0, 0, 0, 1).init(), 1);
+        assert_eq!(Key::session(0xFF, 0xFF, 0xFF, 0xFFFF).init(), 0x7F_FFFF);
+    }
+
+    #[test]
+    fn no_key_starts_where_a_telemetry_line_starts() {
+        for robot_id in 0..=255 {
+            assert_ne!(
+                Key::session(robot_id, 7, 7, 0x3FF).init(),
+                crc::DOWNLINK_INIT
+            );
+        }
+    }
+
+    #[test]
+    fn a_knock_is_a_line_feed() {
+        assert_eq!(Frame::knock().as_bytes(), b"\n");
+    }
+
+    #[test]
+    fn the_longest_frame_fits() {
+        let waypoints = [crate::Waypoint { x_in: 1, y_in: 2 }; FRAME_WAYPOINTS_MAX];
+        let slots = Slots::new(1, 0, &waypoints);
+        let frame = Message::Waypoints(slots).encode(Key::robot(1));
+        assert_eq!(frame.as_bytes().len(), FRAME_BYTES_MAX);
+    }
 }

@@ -42,3 +42,31 @@ impl Open {
         .parse(input)
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::super::Message;
+    use super::super::testing::read_back;
+    use super::*;
+    use proptest::prelude::*;
+
+    proptest! {
+        #[test]
+        fn what_is_written_is_read(boot in 0..8_u8, replaces in 0..8_u8, owner in 1..1024_u16) {
+            let open = Message::Open(Open { boot, replaces, owner });
+            prop_assert_eq!(read_back(open), Some(open));
+        }
+    }
+
+    #[test]
+    fn nobody_owns_no_session_and_the_leading_bits_are_zero() {
+        assert_eq!(Message::parse(b"O```"), None);
+        assert_eq!(Message::parse(b"O0``"), None, "bit 16 is set");
+        let first = Open {
+            boot: 0,
+            replaces: 0,
+            owner: 1,
+        };
+        assert_eq!(Message::parse(b"O``!"), Some(Message::Open(first)));
+    }
+}

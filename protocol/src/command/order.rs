@@ -159,3 +159,83 @@ fn mode(letter: &[u8]) -> Option<Mode> {
 fn mask(bits: u32) -> Option<LayerMask> {
     u8::try_from(bits).ok().map(LayerMask::from_bits)
 }
+
+#[cfg(test)]
+mod tests {
+    use super::super::Message;
+    use super::super::testing::read_back;
+    use super::*;
+    use proptest::prelude::*;
+
+    fn order() -> impl Strategy<Value = Order> {
+        let coordinate = || -9999..=9999_i16;
+        prop_oneof![
+            prop::sample::select(Mode::ALL).prop_map(Order::Mode),
+            any::<u8>().prop_map(|bits| Order::Layers(LayerMask::from_bits(bits))),
+            (coordinate(), coordinate(), 0..360_u16).prop_map(|(x_in, y_in, theta_deg)| {
+                Order::Pose {
+                    position: Waypoint { x_in, y_in },
+                    theta_deg,
+                }
+            }),
+            Just(Order::Scan),
+            (0..64_u8, 0..4096_u16, any::<u32>())
+                .prop_map(|(tag, count, digest)| Order::Activate { tag, count, digest }),
+            Just(Order::Unknown),
+        ]
+    }
+
+    proptest! {
+        #[test]
+        fn what_is_written_is_read(sequence in 0..64_u8, order in order()) {
+            let command = Message::Command(Command { sequence, order });
+            prop_assert_eq!(read_back(command), Some(command));
+        }
+
+        #[test]
+        fn what_does_not_fit_is_never_read_as_something_else(
+            x_in: i16, y_in: i16, theta_deg: u16, count: u16,
+        ) {
+            let pose = Order::Pose { position: Waypoint { x_in, y_in }, theta_deg };
+            let fits = Waypoint::new(x_in, y_in).is_some() && theta_deg < 360;
+            let said = if fits { pose } else { Order::Unknown };
+            let read = |order| read_back(Message::Command(Command { sequence: 1, order }));
+            prop_assert_eq!(read(pose), Some(Message::Command(Command { sequence: 1, order: said })));
+            let activate = |count| Order::Activate { tag: 1, count, digest: 0 };
+            let said = Order::Activate { tag: 1, count: count.min(4095), digest: 0 };
+            prop_assert_eq!(
+                read(activate(count)),
+                Some(Message::Command(Command { sequence: 1, order: said }))
+            );
+        }
+    }
+
+    #[test]
+    fn an_order_that_cannot_be_read_is_still_a_command_to_refuse() {
+        for content in [
+            &b"C!"[..],
+            b"C!?",
+            b"C!Mp",
+            b"C!M",
+            b"C!MPP",
+            b"C!L$`",
+            b"C!L!",
+            b"C!SS",
+            b"C!P````````",
+            b"C!A!`!$`````",
+            b"C!A!`!``````\xFF",
+        ] {
+            let expected = Command {
+                sequence: 1,
+                order: Order::Unknown,
+            };
+            let shown = content.escape_ascii();
+            assert_eq!(
+                Message::parse(content),
+                Some(Message::Command(expected)),
+                "{shown}"
+            );
+        }
+        assert_eq!(Message::parse(b"C S"), None, "a space is no sequence");
+    }
+}

@@ -117,3 +117,58 @@ pub(super) fn point(input: &[u8]) -> Parsed<'_, Waypoint> {
     })
     .parse(input)
 }
+
+#[cfg(test)]
+mod tests {
+    use super::super::Message;
+    use super::super::testing::{read_back, sixbit_text};
+    use super::*;
+    use crate::WAYPOINT_LIMIT_IN;
+    use proptest::prelude::*;
+
+    fn waypoints() -> impl Strategy<Value = std::vec::Vec<Waypoint>> {
+        let coordinate = || -WAYPOINT_LIMIT_IN..=WAYPOINT_LIMIT_IN;
+        let waypoint =
+            (coordinate(), coordinate()).prop_map(|(x_in, y_in)| Waypoint { x_in, y_in });
+        prop::collection::vec(waypoint, 1..=FRAME_WAYPOINTS_MAX)
+    }
+
+    proptest! {
+        #[test]
+        fn what_is_written_is_read(tag in 1..32_u8, first_block in 0..75_u8, list in waypoints()) {
+            let slots = Message::Waypoints(Slots::new(tag, first_block, &list));
+            prop_assert_eq!(read_back(slots), Some(slots));
+        }
+
+        #[test]
+        fn what_is_out_of_range_is_never_read_as_another_place(x_in: i16, y_in: i16) {
+            let slots = Message::Waypoints(Slots::new(1, 0, &[Waypoint { x_in, y_in }]));
+            let fits = Waypoint::new(x_in, y_in).is_some();
+            prop_assert_eq!(read_back(slots), fits.then_some(slots));
+        }
+
+        #[test]
+        fn a_frame_holds_sixteen_waypoints(points in sixbit_text(17 * 5)) {
+            let mut content = std::vec::Vec::from(*b"W!``");
+            content.extend(points);
+            prop_assert_eq!(Message::parse(&content), None);
+        }
+    }
+
+    #[test]
+    fn tags_and_blocks_that_do_not_exist_are_refused() {
+        let home = [Waypoint { x_in: 0, y_in: 0 }];
+        for (tag, first_block, exists) in [
+            (0, 0, false),
+            (1, 0, true),
+            (31, 74, true),
+            (32, 0, false),
+            (63, 0, false),
+            (1, 75, false),
+            (1, 255, false),
+        ] {
+            let slots = Message::Waypoints(Slots::new(tag, first_block, &home));
+            assert_eq!(read_back(slots).is_some(), exists, "{tag}, {first_block}");
+        }
+    }
+}

@@ -43,7 +43,8 @@ pub enum Outcome {
 }
 
 impl Outcome {
-    const ALL: [Self; 8] = [
+    /// All of them, each at its number.
+    pub const ALL: [Self; 8] = [
         Self::Done,
         Self::NotFitted,
         Self::BadValue,
@@ -206,5 +207,125 @@ impl AckLine {
             sequence: (tens - b'0') * 10 + ones - b'0',
             ack: Ack::decode([a, b, c, d, e]).ok_or(FieldError { column: 4 })?,
         })
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::testing;
+    use super::*;
+    use proptest::prelude::*;
+
+    proptest! {
+        #[test]
+        fn what_is_written_is_read(ack in testing::ack(), sequence in 0..100_u8) {
+            prop_assert_eq!(Ack::decode(ack.encode()), Some(ack));
+            let line = AckLine { sequence, ack };
+            prop_assert_eq!(AckLine::parse(&line.encode()), Ok(line));
+        }
+
+        #[test]
+        fn all_thirty_bits_mean_something(bits in 0..1_u32 << 30) {
+            let mut characters = [0; 5];
+            sixbit::encode_into(bits, &mut characters);
+            let ack = Ack::decode(characters).expect("every 6-bit character is valid");
+            prop_assert_eq!(ack.encode(), characters);
+        }
+
+        #[test]
+        fn what_is_larger_than_its_field_is_cut_to_it(
+            boot: u8, session: u8, sequence: u8, owner: u16, robot_id: u8, line: u8
+        ) {
+            let detail = Detail::Idle { owner, robot_id };
+            let ack = Ack { boot, session, sequence, outcome: Outcome::Done, detail };
+            let cut = Ack {
+                boot: boot % 8,
+                session: session % 8,
+                sequence: sequence % 8,
+                outcome: Outcome::Done,
+                detail: Detail::Idle { owner: owner % 1024, robot_id: robot_id % 128 },
+            };
+            let read = AckLine::parse(&AckLine { sequence: line, ack }.encode());
+            prop_assert_eq!(read, Ok(AckLine { sequence: line % 100, ack: cut }));
+        }
+    }
+
+    /// One field at a time, so that a misplaced bit shows.
+    #[test]
+    fn every_bit_is_where_the_specification_says() {
+        let none = Ack::default();
+        let staging = |first_missing, tag, window| Ack {
+            detail: Detail::Staging {
+                first_missing,
+                tag,
+                window,
+            },
+            ..none
+        };
+        let idle = |owner, robot_id| Ack {
+            detail: Detail::Idle { owner, robot_id },
+            ..none
+        };
+        for (ack, bits) in [
+            (none, 0),
+            (Ack { boot: 1, ..none }, 1 << 27),
+            (Ack { boot: 7, ..none }, 7 << 27),
+            (Ack { session: 1, ..none }, 1 << 24),
+            (
+                Ack {
+                    sequence: 1,
+                    ..none
+                },
+                1 << 21,
+            ),
+            (
+                Ack {
+                    outcome: Outcome::Failed,
+                    ..none
+                },
+                7 << 18,
+            ),
+            (
+                Ack {
+                    outcome: Outcome::NotFitted,
+                    ..none
+                },
+                1 << 18,
+            ),
+            (idle(1, 0), 1 << 7),
+            (idle(0x3FF, 0), 0x3FF << 7),
+            (idle(0, 1), 1),
+            (idle(0, 127), 127),
+            (staging(0, 0, 0), 1 << 17),
+            (staging(1, 0, 0), 1 << 17 | 1 << 10),
+            (staging(127, 0, 0), 1 << 17 | 127 << 10),
+            (staging(0, 1, 0), 1 << 17 | 1 << 8),
+            (staging(0, 3, 0), 1 << 17 | 3 << 8),
+            (staging(0, 0, 1), 1 << 17 | 1),
+            (staging(0, 0, 0x80), 1 << 17 | 0x80),
+        ] {
+            assert_eq!(sixbit::decode_from(&ack.encode()), Some(bits), "{ack:?}");
+        }
+    }
+
+    #[test]
+    fn bad_acknowledgement_lines_are_refused() {
+        let good = AckLine {
+            sequence: 42,
+            ack: Ack::default(),
+        }
+        .encode();
+        for (column, character, blamed) in [
+            (1, b'A', 1),
+            (2, b' ', 2),
+            (3, b'x', 2),
+            (4, b' ', 4),
+            (8, b'a', 4),
+            (6, b'\r', 4),
+        ] {
+            let mut line = good;
+            line[column - 1] = character;
+            assert_eq!(AckLine::parse(&line), Err(FieldError { column: blamed }));
+        }
     }
 }

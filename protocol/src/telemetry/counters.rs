@@ -92,3 +92,131 @@ impl CountersLine {
         })
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::super::Body;
+    use super::super::testing::{blamed, edits, has_one_form, read_back};
+    use super::*;
+    use proptest::prelude::*;
+
+    fn counters(wild: bool) -> impl Strategy<Value = CountersLine> {
+        let upto = move |tame: u16| 0..=if wild { u16::MAX } else { tame };
+        let uptime = 0..=if wild { u32::MAX } else { 999_999 };
+        (
+            (upto(98), uptime, upto(999), upto(99), upto(99)),
+            prop::array::uniform9(upto(4095)),
+            (upto(999), upto(999), upto(999), upto(9999)),
+        )
+            .prop_map(
+                move |(
+                    (robot_id, uptime_s, boots, major, minor),
+                    ticks_won,
+                    (frames_heard, frames_rejected, ticks_late, bumps),
+                )| CountersLine {
+                    robot_id: (if wild { robot_id } else { robot_id + 1 }) as u8,
+                    uptime_s,
+                    boots,
+                    version: FirmwareVersion {
+                        major: major as u8,
+                        minor: minor as u8,
+                    },
+                    ticks_won,
+                    frames_heard,
+                    frames_rejected,
+                    ticks_late,
+                    bumps,
+                },
+            )
+    }
+
+    fn blank() -> CountersLine {
+        CountersLine {
+            robot_id: 7,
+            uptime_s: 412,
+            boots: 4,
+            version: FirmwareVersion { major: 1, minor: 0 },
+            ticks_won: [0; HOLDERS],
+            frames_heard: 133,
+            frames_rejected: 2,
+            ticks_late: 0,
+            bumps: 12,
+        }
+    }
+
+    proptest! {
+        #[test]
+        fn what_is_in_range_is_read_as_it_was_written(line in counters(false)) {
+            prop_assert_eq!(read_back(Body::Counters(line)), Body::Counters(line));
+        }
+
+        #[test]
+        fn whatever_the_robot_holds_can_be_read(line in counters(true)) {
+            read_back(Body::Counters(line));
+        }
+
+        #[test]
+        fn every_reading_has_one_form(line in counters(false), edits in edits()) {
+            has_one_form(Body::Counters(line), &edits);
+        }
+    }
+
+    #[test]
+    fn counters_wrap_and_identities_saturate() {
+        let line = CountersLine {
+            robot_id: 100,
+            uptime_s: 1_000_007,
+            boots: 2001,
+            version: FirmwareVersion {
+                major: 100,
+                minor: 255,
+            },
+            ticks_won: [4097; HOLDERS],
+            frames_heard: 1001,
+            frames_rejected: 65_000,
+            ticks_late: 1000,
+            bumps: 10_001,
+        };
+        let expected = CountersLine {
+            robot_id: 99,
+            uptime_s: 7,
+            boots: 1,
+            version: FirmwareVersion {
+                major: 99,
+                minor: 99,
+            },
+            ticks_won: [1; HOLDERS],
+            frames_heard: 1,
+            frames_rejected: 0,
+            ticks_late: 0,
+            bumps: 1,
+        };
+        assert_eq!(read_back(Body::Counters(line)), Body::Counters(expected));
+    }
+
+    #[test]
+    fn bad_fields_are_blamed_by_their_first_column() {
+        let bad: &[(usize, &[u8], u8)] = &[
+            (5, b"00", 5),
+            (8, b"00041x", 8),
+            (8, b"------", 8),
+            (15, b"+04", 15),
+            (19, b"01,00", 19),
+            (19, b"0x.00", 19),
+            (19, b"01.0x", 19),
+            (25, b" `", 25),
+            (41, b"`a", 41),
+            (44, b"1 3", 44),
+            (48, b"-02", 48),
+            (52, b"  0", 52),
+            (56, b"001x", 56),
+            (60, b"0", 60),
+            (69, b"x", 69),
+        ];
+        for &(column, characters, column_blamed) in bad {
+            let said = blamed(Body::Counters(blank()), column, characters);
+            let shown = characters.escape_ascii();
+            assert_eq!(said, Some(column_blamed), "{shown} at {column}");
+        }
+    }
+}

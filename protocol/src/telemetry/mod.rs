@@ -11,6 +11,8 @@ mod columns;
 mod counters;
 mod state;
 mod status;
+#[cfg(test)]
+mod testing;
 mod text;
 
 pub use ack::{ACK_LINE_BYTES, Ack, AckLine, Detail, Outcome, WINDOW_BLOCKS};

@@ -219,3 +219,230 @@ fn read_position(c: &Fields, column: usize) -> Result<i32, FieldError> {
     };
     c.with_sign(column, magnitude as i32)
 }
+
+#[cfg(test)]
+mod tests {
+    use super::super::Body;
+    use super::super::testing::{blamed, edits, has_one_form, read_back};
+    use super::*;
+    use proptest::prelude::*;
+
+    fn position() -> impl Strategy<Value = i32> {
+        // Below 1000 inches in tenths, from there on in whole inches.
+        prop_oneof![
+            -9999..=9999_i32,
+            (1000..=99_999_i32).prop_map(|v| v * 10),
+            (-99_999..=-1000_i32).prop_map(|v| v * 10)
+        ]
+    }
+
+    fn layers() -> impl Strategy<Value = LayerStates> {
+        let one = prop::sample::select(LayerState::ALL);
+        prop::collection::vec(one, 7).prop_map(|states| {
+            let mut layers = LayerStates::OFF;
+            for (layer, state) in Layer::ALL.into_iter().skip(1).zip(states) {
+                layers.set(layer, state);
+            }
+            layers
+        })
+    }
+
+    prop_compose! {
+        fn letters()(
+            bump in prop::sample::select(Bump::ALL),
+            infrared in prop::sample::select(Infrared::ALL),
+            cliff in prop::sample::select(Cliff::ALL),
+            arm in prop::sample::select(Arm::ALL),
+            drive in prop::sample::select(Drive::ALL),
+            power in prop::sample::select(Power::ALL),
+            link in prop::sample::select(Link::ALL),
+            mode in prop::sample::select(Mode::ALL),
+            layers in layers(),
+        ) -> StateLine {
+            StateLine { bump, infrared, cliff, arm, drive, power, link, mode, layers, ..blank() }
+        }
+    }
+
+    prop_compose! {
+        fn state(
+            position: BoxedStrategy<i32>, theta_max: u16, speed_max: i8, sonar_max: u16, photo_max: u8,
+        )(
+            x_tenths_in in position.clone(),
+            y_tenths_in in position,
+            theta_deg in 0..=theta_max,
+            [velocity_in_s, rotation_in_s, wheel_left_in_s, wheel_right_in_s]
+                in prop::array::uniform4(!speed_max.saturating_sub(1)..=speed_max),
+            [sonar_left_in, sonar_right_in]
+                in prop::array::uniform2(prop::option::of(0..=sonar_max)),
+            [photo_left_pct, photo_right_pct]
+                in prop::array::uniform2(prop::option::of(0..=photo_max)),
+            letters in letters(),
+        ) -> StateLine {
+            StateLine {
+                x_tenths_in, y_tenths_in, theta_deg, velocity_in_s, rotation_in_s, wheel_left_in_s,
+                wheel_right_in_s, sonar_left_in, sonar_right_in, photo_left_pct, photo_right_pct,
+                ..letters
+            }
+        }
+    }
+
+    fn in_range() -> impl Strategy<Value = StateLine> {
+        state(position().boxed(), 359, 99, 999, 99)
+    }
+
+    fn blank() -> StateLine {
+        StateLine {
+            x_tenths_in: 0,
+            y_tenths_in: 0,
+            theta_deg: 0,
+            velocity_in_s: 0,
+            rotation_in_s: 0,
+            wheel_left_in_s: 0,
+            wheel_right_in_s: 0,
+            sonar_left_in: None,
+            sonar_right_in: None,
+            photo_left_pct: None,
+            photo_right_pct: None,
+            bump: Bump::None,
+            infrared: Infrared::None,
+            cliff: Cliff::None,
+            arm: Arm::Stowed,
+            drive: Drive::Ok,
+            power: Power::Ok,
+            link: Link::Ok,
+            mode: Mode::Prowl,
+            layers: LayerStates::OFF,
+        }
+    }
+
+    proptest! {
+        #[test]
+        fn what_is_in_range_is_read_as_it_was_written(line in in_range()) {
+            prop_assert_eq!(read_back(Body::State(line)), Body::State(line));
+        }
+
+        #[test]
+        fn whatever_the_robot_holds_can_be_read(
+            line in state(any::<i32>().boxed(), u16::MAX, i8::MAX, u16::MAX, u8::MAX)
+        ) {
+            read_back(Body::State(line));
+        }
+
+        #[test]
+        fn every_reading_has_one_form(line in in_range(), edits in edits()) {
+            has_one_form(Body::State(line), &edits);
+        }
+    }
+
+    #[test]
+    fn values_beyond_their_field_saturate() {
+        let line = StateLine {
+            x_tenths_in: i32::MIN,
+            y_tenths_in: 9_999_999,
+            theta_deg: 725,
+            velocity_in_s: i8::MIN,
+            rotation_in_s: i8::MAX,
+            sonar_left_in: Some(u16::MAX),
+            photo_left_pct: Some(100),
+            ..blank()
+        };
+        let Body::State(read) = read_back(Body::State(line)) else {
+            panic!("not a line A");
+        };
+        let expected = StateLine {
+            x_tenths_in: -999_990,
+            y_tenths_in: 999_990,
+            theta_deg: 5,
+            velocity_in_s: -99,
+            rotation_in_s: 99,
+            sonar_left_in: Some(999),
+            photo_left_pct: Some(99),
+            ..blank()
+        };
+        assert_eq!(read, expected);
+    }
+
+    #[test]
+    fn bad_fields_are_blamed_by_their_first_column() {
+        let bad: &[(usize, &[u8], u8)] = &[
+            (4, b"x", 4),
+            (5, b"-000.0", 5),
+            (5, b"+00012", 5),
+            (5, b"+00999", 5),
+            (5, b" 000.0", 5),
+            (5, b"+00.00", 5),
+            (5, b"+0000.", 5),
+            (5, b"+12a.4", 5),
+            (5, b"+123.x", 5),
+            (5, b"0123.4", 5),
+            (12, b"-000.0", 12),
+            (12, b"------", 12),
+            (19, b"360", 19),
+            (19, b"999", 19),
+            (19, b"+12", 19),
+            (19, b" 12", 19),
+            (23, b"-00", 23),
+            (23, b" 00", 23),
+            (27, b"+0x", 27),
+            (31, b"012", 31),
+            (35, b"---", 35),
+            (39, b"--1", 39),
+            (39, b"1--", 39),
+            (43, b" 12", 43),
+            (47, b"-1", 47),
+            (50, b"1 ", 50),
+            (53, b"x", 53),
+            (54, b"A", 54),
+            (55, b"J", 55),
+            (56, b"A", 56),
+            (57, b"x", 57),
+            (58, b"-", 58),
+            (59, b"<", 59),
+            (60, b".", 60),
+            (61, b".", 61),
+            (61, b"p", 61),
+            (62, b"T", 62),
+            (63, b"b", 63),
+            (68, b"+", 68),
+            (62, b"B-I", 64),
+            (69, b"0", 69),
+        ];
+        for &(column, characters, column_blamed) in bad {
+            let said = blamed(Body::State(blank()), column, characters);
+            let shown = characters.escape_ascii();
+            assert_eq!(said, Some(column_blamed), "{shown} at {column}");
+        }
+    }
+
+    #[test]
+    fn the_forms_of_a_position_meet_at_a_thousand_inches() {
+        for (tenths, text) in [
+            (0, b"+000.0"),
+            (-1, b"-000.1"),
+            (9999, b"+999.9"),
+            (10_000, b"+01000"),
+            (10_009, b"+01000"),
+            (-123_460, b"-12346"),
+        ] {
+            let line = StateLine {
+                x_tenths_in: tenths,
+                ..blank()
+            };
+            assert_eq!(Body::State(line).head(0)[4..10], *text);
+        }
+    }
+
+    #[test]
+    fn the_motors_have_one_holder() {
+        let mut layers = LayerStates::OFF;
+        layers.set(Layer::Sonar, LayerState::Holds);
+        layers.set(Layer::Bumpers, LayerState::Holds);
+        assert_eq!(layers.holder(), Some(Layer::Bumpers));
+        assert_eq!(layers.get(Layer::Sonar), LayerState::Raised);
+        layers.set(Layer::Bumpers, LayerState::Holds);
+        assert_eq!(layers.holder(), Some(Layer::Bumpers));
+        layers.set(Layer::User, LayerState::Holds);
+        assert_eq!(layers.get(Layer::User), LayerState::Off);
+        assert_eq!(layers.holder(), None);
+    }
+}

@@ -160,3 +160,173 @@ fn read_layers(c: &Fields) -> Result<(LayerMask, LayerMask), FieldError> {
     }
     Ok((fitted, allowed))
 }
+
+#[cfg(test)]
+mod tests {
+    use super::super::Body;
+    use super::super::testing::{blamed, edits, has_one_form, read_back};
+    use super::*;
+    use proptest::prelude::*;
+
+    fn status(wild: bool) -> impl Strategy<Value = StatusLine> {
+        let upto = move |tame: u16, most: u16| 0..=if wild { most } else { tame };
+        let target = if wild { i16::MAX } else { 9999 };
+        let place = (upto(999, u16::MAX), upto(999, u16::MAX)).prop_map(move |(driven, count)| {
+            if wild || driven <= count {
+                ListPlace { driven, count }
+            } else {
+                ListPlace {
+                    driven: count,
+                    count: driven,
+                }
+            }
+        });
+        (
+            (
+                upto(98, 254),
+                upto(999, u16::MAX),
+                prop::option::of((-target..=target, -target..=target)),
+            ),
+            (
+                place,
+                any::<u32>(),
+                upto(99, 255),
+                prop::option::of(any::<u8>()),
+                prop::option::of(any::<u8>()),
+            ),
+            (any::<u8>(), any::<u8>(), upto(999, u16::MAX), upto(99, 255)),
+        )
+            .prop_map(
+                move |(
+                    (robot_id, battery_dv, target_in),
+                    (list, digest, max_count, photo_left, photo_right),
+                    (fitted, allowed, boots, odometer_resets),
+                )| {
+                    StatusLine {
+                        robot_id: if wild { robot_id } else { robot_id + 1 } as u8,
+                        battery_dv,
+                        target_in,
+                        list,
+                        digest,
+                        max_count: max_count as u8,
+                        photo_left,
+                        photo_right,
+                        fitted: LayerMask::from_bits(fitted),
+                        allowed: LayerMask::from_bits(if wild {
+                            allowed
+                        } else {
+                            allowed & fitted
+                        }),
+                        boots,
+                        odometer_resets: odometer_resets as u8,
+                    }
+                },
+            )
+    }
+
+    fn blank() -> StatusLine {
+        StatusLine {
+            robot_id: 7,
+            battery_dv: 124,
+            target_in: None,
+            list: ListPlace::default(),
+            digest: 0,
+            max_count: 12,
+            photo_left: None,
+            photo_right: None,
+            fitted: LayerMask::ALL,
+            allowed: LayerMask::ALL,
+            boots: 4,
+            odometer_resets: 0,
+        }
+    }
+
+    proptest! {
+        #[test]
+        fn what_is_in_range_is_read_as_it_was_written(line in status(false)) {
+            prop_assert_eq!(read_back(Body::Status(line)), Body::Status(line));
+        }
+
+        #[test]
+        fn whatever_the_robot_holds_can_be_read(line in status(true)) {
+            read_back(Body::Status(line));
+        }
+
+        #[test]
+        fn every_reading_has_one_form(line in status(false), edits in edits()) {
+            has_one_form(Body::Status(line), &edits);
+        }
+    }
+
+    #[test]
+    fn values_beyond_their_field_saturate_and_counters_wrap() {
+        let line = StatusLine {
+            robot_id: 0,
+            battery_dv: 1000,
+            target_in: Some((i16::MIN, i16::MAX)),
+            list: ListPlace {
+                driven: 7,
+                count: 5,
+            },
+            max_count: 100,
+            fitted: LayerMask::from_bits(0b11),
+            allowed: LayerMask::from_bits(0b110),
+            boots: 1003,
+            odometer_resets: 101,
+            ..blank()
+        };
+        let expected = StatusLine {
+            robot_id: 1,
+            battery_dv: 999,
+            target_in: Some((-9999, 9999)),
+            list: ListPlace {
+                driven: 5,
+                count: 5,
+            },
+            max_count: 99,
+            fitted: LayerMask::from_bits(0b11),
+            allowed: LayerMask::from_bits(0b10),
+            boots: 3,
+            odometer_resets: 1,
+            ..blank()
+        };
+        assert_eq!(read_back(Body::Status(line)), Body::Status(expected));
+    }
+
+    #[test]
+    fn bad_fields_are_blamed_by_their_first_column() {
+        let bad: &[(usize, &[u8], u8)] = &[
+            (5, b"00", 5),
+            (5, b" 7", 5),
+            (8, b"12,4", 8),
+            (8, b"1x.4", 8),
+            (8, b"12.x", 8),
+            (13, b"----0", 13),
+            (13, b"-0000", 13),
+            (13, b"+0000", 19),
+            (19, b"+0000", 19),
+            (25, b"001/000", 25),
+            (25, b"000-000", 25),
+            (25, b"000/00x", 25),
+            (33, b"$`````", 33),
+            (33, b"~`````", 33),
+            (35, b" ", 33),
+            (40, b"-1", 40),
+            (43, b"256", 43),
+            (47, b"999", 47),
+            (47, b"--0", 47),
+            (51, b"b", 51),
+            (52, b"U", 52),
+            (58, b"d", 58),
+            (60, b"00x", 60),
+            (64, b"--", 64),
+            (66, b"x", 66),
+            (69, b"x", 69),
+        ];
+        for &(column, characters, column_blamed) in bad {
+            let said = blamed(Body::Status(blank()), column, characters);
+            let shown = characters.escape_ascii();
+            assert_eq!(said, Some(column_blamed), "{shown} at {column}");
+        }
+    }
+}

@@ -49,3 +49,47 @@ impl TextLine {
         }
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::super::Body;
+    use super::super::testing::{blamed, edits, has_one_form, read_back};
+    use super::*;
+    use proptest::prelude::*;
+
+    proptest! {
+        #[test]
+        fn printable_text_is_read_as_it_was_written(text in "[ -~]{0,64}") {
+            let line = TextLine::new(&text);
+            prop_assert_eq!(read_back(Body::Text(line)), Body::Text(line));
+            prop_assert_eq!(line.as_str(), text.trim_end_matches(' '));
+        }
+
+        #[test]
+        fn whatever_the_program_prints_can_be_read(text in "\\PC*") {
+            read_back(Body::Text(TextLine::new(&text)));
+        }
+
+        #[test]
+        fn every_reading_has_one_form(edits in edits()) {
+            has_one_form(Body::Text(TextLine::new("I'm finished")), &edits);
+        }
+    }
+
+    #[test]
+    fn what_is_too_long_is_cut_and_what_is_not_printable_replaced() {
+        assert_eq!(TextLine::new("a\tb\u{e9}").as_str(), "a?b??");
+        let long = "x".repeat(70);
+        assert_eq!(TextLine::new(&long).as_str(), &long[..64]);
+    }
+
+    #[test]
+    fn bad_columns_are_blamed() {
+        let body = Body::Text(TextLine::new("good"));
+        for (column, character) in [(4, b"x"), (5, b"\t"), (68, b"\x7f"), (69, b"x")] {
+            assert_eq!(blamed(body, column, character), Some(column as u8));
+        }
+        assert_eq!(blamed(body, 30, b"\r"), Some(30));
+        assert_eq!(blamed(body, 30, b"\x80"), Some(30));
+    }
+}

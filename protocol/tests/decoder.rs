@@ -1,0 +1,308 @@
+//! What the decoder finds in a stream, and what no damage makes it find.
+
+mod damage;
+
+use damage::{Dice, Sample, samples};
+use groundwave_protocol::decoder::{Counters, Decoder, Received};
+use groundwave_protocol::telemetry::{Ack, AckLine, Body, Line, TextLine};
+use proptest::prelude::*;
+
+/// Everything found in a stream fed in one piece.
+fn decode(stream: &[u8]) -> (Vec<Received>, Counters) {
+    decode_chunks([stream])
+}
+
+fn decode_chunks<'a>(chunks: impl IntoIterator<Item = &'a [u8]>) -> (Vec<Received>, Counters) {
+    let mut decoder = Decoder::default();
+    let mut found = Vec::new();
+    for mut chunk in chunks {
+        while !chunk.is_empty() {
+            let (taken, received) = decoder.handle_bytes(chunk);
+            assert!(taken > 0);
+            found.extend(received);
+            chunk = &chunk[taken..];
+        }
+    }
+    let counters = *decoder.counters();
+    balance(&counters);
+    (found, counters)
+}
+
+/// Every byte is in an intact line or noise.
+fn balance(c: &Counters) {
+    let intact = c.lines * 80 + c.ack_lines * 14;
+    assert_eq!(intact + c.noise_bytes, c.bytes, "{c:?}");
+}
+
+fn text(sequence: u8, words: &str) -> Vec<u8> {
+    with_boot(sequence, 1, words)
+}
+
+fn with_boot(sequence: u8, boot: u8, words: &str) -> Vec<u8> {
+    let line = Line {
+        sequence,
+        body: Body::Text(TextLine::new(words)),
+        ack: Ack {
+            boot,
+            ..Ack::default()
+        },
+    };
+    line.encode().to_vec()
+}
+
+fn knocked(sequence: u8) -> Vec<u8> {
+    let ack = Ack {
+        boot: 1,
+        ..Ack::default()
+    };
+    AckLine { sequence, ack }.encode().to_vec()
+}
+
+/// Pieces of a bad day on the radio.
+fn noisy_stream() -> impl Strategy<Value = Vec<u8>> {
+    let line = || prop::sample::select(samples());
+    let piece = prop_oneof![
+        5 => line().prop_map(|s| s.bytes),
+        1 => (line(), 0..80_usize).prop_map(|(s, n)| s.bytes[..n.min(s.bytes.len())].to_vec()),
+        1 => (line(), 0..80_usize).prop_map(|(s, n)| s.bytes[n.min(s.bytes.len())..].to_vec()),
+        2 => (line(), 0..640_usize).prop_map(|(s, bit)| s.flipped(&[bit % s.bits()])),
+        1 => prop::collection::vec(any::<u8>(), 0..100),
+        1 => prop::collection::vec(prop::sample::select(&b"\r\nAK0 "[..]), 0..30),
+    ];
+    prop::collection::vec(piece, 0..12).prop_map(|pieces| pieces.concat())
+}
+
+proptest! {
+    #[test]
+    fn every_chunking_finds_the_same(
+        stream in noisy_stream(),
+        cuts in prop::collection::vec(1..120_usize, 1..60),
+    ) {
+        let whole = decode(&stream);
+        prop_assert_eq!(&decode_chunks(stream.chunks(1)), &whole);
+        let mut rest = &stream[..];
+        let mut chunks = Vec::new();
+        for cut in cuts {
+            let (chunk, after) = rest.split_at(cut.min(rest.len()));
+            chunks.push(chunk);
+            rest = after;
+        }
+        chunks.push(rest);
+        prop_assert_eq!(&decode_chunks(chunks), &whole);
+    }
+
+    #[test]
+    fn every_line_feed_ends_a_line_or_is_rejected_for_one_reason(stream in noisy_stream()) {
+        let (found, c) = decode(&stream);
+        let line_feeds = stream.iter().filter(|&&b| b == b'\n').count() as u64;
+        let rejected = c.crc_rejected + c.shape_rejected + c.field_rejected;
+        prop_assert_eq!(c.lines + c.ack_lines + rejected, line_feeds);
+        prop_assert_eq!(c.lines + c.ack_lines, found.len() as u64);
+    }
+
+    #[test]
+    fn a_good_line_is_found_whatever_stands_before_it(
+        before in noisy_stream(), line in prop::sample::select(samples()),
+    ) {
+        let (earlier, _) = decode(&before);
+        let (found, _) = decode(&[&before[..], &line.bytes].concat());
+        prop_assert_eq!(found.len(), earlier.len() + 1);
+        prop_assert_eq!(found.last().map(damage::bytes_of), Some(line.bytes));
+    }
+}
+
+#[test]
+fn a_good_line_inside_a_corrupt_one_is_found() {
+    for line in samples() {
+        for around in samples() {
+            for at in 1..around.bytes.len() - 2 {
+                let (head, tail) = around.bytes.split_at(at);
+                let stream = [head, &line.bytes, tail].concat();
+                let (found, counters) = decode(&stream);
+                assert_eq!(found.len(), 1, "{} in {} at {at}", line.name, around.name);
+                assert_eq!(damage::bytes_of(&found[0]), line.bytes);
+                assert_eq!(counters.noise_bytes, around.bytes.len() as u64);
+            }
+        }
+    }
+}
+
+/// What follows each damaged line, so that a damaged line feed has a successor to run into.
+fn found_after(damaged: &[u8], next: &[u8]) -> Vec<Received> {
+    let (mut found, counters) = decode(&[damaged, next].concat());
+    assert_eq!(
+        found.pop().map(|received| damage::bytes_of(&received)),
+        Some(next.to_vec()),
+        "the line after the damaged one must be found"
+    );
+    assert_eq!(
+        counters.noise_bytes,
+        damaged.len() as u64 * u64::from(found.is_empty())
+    );
+    found
+}
+
+/// All 8 bits of all 80 (or 14) bytes, CR and LF too: without either the line has no end.
+#[test]
+fn every_flip_of_one_or_two_bits_is_rejected() {
+    for line in samples() {
+        let next = text(7, "the line after it");
+        let judge = |bits: &[usize]| {
+            let damaged = line.flipped(bits);
+            assert_eq!(
+                found_after(&damaged, &next),
+                [],
+                "{} bits {bits:?}",
+                line.name
+            );
+        };
+        for first in 0..line.bits() {
+            judge(&[first]);
+            for second in first + 1..line.bits() {
+                judge(&[first, second]);
+            }
+        }
+    }
+}
+
+#[test]
+fn flips_of_three_to_five_bits_are_rejected() {
+    let seed = damage::seed();
+    let mut dice = Dice(seed);
+    for line in samples() {
+        let next = text(7, "the line after it");
+        for _ in 0..60_000 {
+            let count = 3 + dice.below(3);
+            let bits = dice.different(count, line.bits());
+            let damaged = line.flipped(&bits);
+            assert_eq!(
+                found_after(&damaged, &next),
+                [],
+                "{} bits {bits:?}, seed {seed}",
+                line.name
+            );
+        }
+    }
+}
+
+#[test]
+fn noise_gives_no_line() {
+    let seed = damage::seed();
+    let mut dice = Dice(seed);
+    let mut decoder = Decoder::default();
+    let mut noise = vec![0; 1 << 16];
+    for round in 0..256 {
+        // Plain noise, noise full of line ends, and noise in the characters of a line.
+        let alphabet: &[u8] = match round % 4 {
+            0 => b"\r\n",
+            1 => b"\r\n\r\n\r\n\r\nABCKT+-.0123456789 !LRD",
+            _ => &[],
+        };
+        for byte in &mut noise {
+            *byte = match alphabet.len() {
+                0 => dice.next() as u8,
+                n => alphabet[dice.below(n)],
+            };
+        }
+        let (taken, received) = decoder.handle_bytes(&noise);
+        assert_eq!((taken, received), (noise.len(), None), "seed {seed}");
+    }
+    balance(decoder.counters());
+    assert_eq!(decoder.counters().noise_bytes, 256 << 16);
+}
+
+/// A checksum proves that a line is what was sent, not that it can be read.
+#[test]
+fn an_intact_line_that_cannot_be_read_is_counted_and_its_column_named() {
+    for (type_and_length, column, blamed) in [(0, 1, 1), (0, 19, 19), (4, 1, 1), (4, 2, 2)] {
+        let mut line = samples().swap_remove(type_and_length);
+        line.bytes[column - 1] = b'z';
+        line.seal();
+        let mut decoder = Decoder::default();
+        let (_, received) = decoder.handle_bytes(&line.bytes);
+        assert_eq!(received, None);
+        let is_ack_line_of_no_type = type_and_length == 4 && column == 1;
+        // Fourteen bytes that do not begin with a K are not tried at all.
+        let counters = decoder.counters();
+        assert_eq!(counters.field_rejected, u64::from(!is_ack_line_of_no_type));
+        assert_eq!(counters.shape_rejected, u64::from(is_ack_line_of_no_type));
+        let said = decoder.last_field_error().map(|e| e.column);
+        assert_eq!(said, (!is_ack_line_of_no_type).then_some(blamed));
+        balance(counters);
+    }
+}
+
+#[test]
+fn rejects_are_told_apart() {
+    let good = text(1, "good");
+    let mut bad_crc = good.clone();
+    bad_crc[10] ^= 1;
+    let mut bad_ack_line = knocked(2);
+    bad_ack_line[4] ^= 1;
+    for (stream, reason) in [
+        (bad_crc, "crc"),
+        (bad_ack_line, "crc"),
+        (b"\n".to_vec(), "shape"),
+        (good[1..].to_vec(), "shape"),
+        (b"K".repeat(79).into_iter().chain(*b"\n").collect(), "shape"),
+    ] {
+        let (found, c) = decode(&stream);
+        assert_eq!(found, []);
+        let expected = if reason == "crc" { (1, 0) } else { (0, 1) };
+        assert_eq!(
+            (c.crc_rejected, c.shape_rejected),
+            expected,
+            "{}",
+            stream.escape_ascii()
+        );
+    }
+}
+
+fn lost(lines: &[Vec<u8>]) -> u64 {
+    let (found, counters) = decode(&lines.concat());
+    assert_eq!(found.len(), lines.len());
+    counters.lines_lost
+}
+
+#[test]
+fn lost_lines_are_counted_from_the_sequence() {
+    let line = |sequence| text(sequence, "");
+    assert_eq!(lost(&[line(5), line(6), line(7)]), 0);
+    assert_eq!(lost(&[line(5), knocked(6), line(7)]), 0);
+    assert_eq!(lost(&[line(5), line(8), line(9)]), 2);
+    assert_eq!(lost(&[line(98), line(99), line(0), line(1)]), 0);
+    assert_eq!(lost(&[line(98), line(2)]), 3);
+    assert_eq!(lost(&[line(0), line(94)]), 93);
+}
+
+#[test]
+fn a_late_or_repeated_line_is_not_a_gap_of_a_hundred() {
+    let line = |sequence| text(sequence, "");
+    assert_eq!(lost(&[line(5), line(5), line(6)]), 0);
+    assert_eq!(lost(&[line(5), line(6), line(5), line(7)]), 0);
+    // The late line was lost for a while.
+    assert_eq!(lost(&[line(5), line(7), line(6), line(8)]), 0);
+    assert_eq!(lost(&[line(5), line(7), line(6), line(6), line(8)]), 0);
+    assert_eq!(lost(&[line(99), line(1), line(0), line(2)]), 0);
+    assert_eq!(lost(&[line(5), line(9), line(6), line(10)]), 2);
+    // What came before the first line was never missed.
+    assert_eq!(lost(&[line(5), line(3), line(6)]), 0);
+    assert_eq!(lost(&[line(5), line(10), line(5), line(11)]), 4);
+}
+
+#[test]
+fn a_reboot_begins_a_new_count() {
+    let line = |sequence, boot| with_boot(sequence, boot, "");
+    assert_eq!(lost(&[line(50, 1), line(0, 2), line(1, 2)]), 0);
+    assert_eq!(lost(&[line(50, 1), line(3, 2), line(5, 2)]), 1);
+    assert_eq!(lost(&[line(50, 7), line(51, 0), line(52, 0)]), 0);
+}
+
+#[test]
+fn the_samples_are_of_every_type() {
+    let types: Vec<u8> = samples()
+        .iter()
+        .map(|line: &Sample| line.bytes[0])
+        .collect();
+    assert_eq!(types, b"ABCTK");
+}

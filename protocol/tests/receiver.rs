@@ -1,0 +1,152 @@
+//! What the robot hears, and what no damage makes it hear.
+
+mod damage;
+
+use damage::Dice;
+use groundwave_protocol::Waypoint;
+use groundwave_protocol::command::{
+    Command, Drive, FRAME_WAYPOINTS_MAX, Keepalive, Key, Message, Open, Order, Slots,
+};
+use groundwave_protocol::letters::{LayerMask, Mode};
+use groundwave_protocol::receiver::Receiver;
+
+const ROBOT_ID: u8 = 7;
+const SESSION: Key = Key::session(ROBOT_ID, 1, 1, 0x2A5);
+
+fn key_of(message: &Message) -> Key {
+    if message.is_sessionless() {
+        Key::robot(ROBOT_ID)
+    } else {
+        SESSION
+    }
+}
+
+fn samples() -> Vec<Message> {
+    let command = |order| {
+        Message::Command(Command {
+            sequence: 41,
+            order,
+        })
+    };
+    let point = |i: i16| Waypoint {
+        x_in: 100 - 37 * i,
+        y_in: -9000 + 11 * i,
+    };
+    let list: Vec<Waypoint> = (0..FRAME_WAYPOINTS_MAX as i16).map(point).collect();
+    vec![
+        Message::Stop,
+        Message::Open(Open {
+            boot: 1,
+            replaces: 7,
+            owner: 0x2A5,
+        }),
+        command(Order::Mode(Mode::Wander)),
+        command(Order::Layers(LayerMask::from_bits(0x9A))),
+        command(Order::Pose {
+            position: point(3),
+            theta_deg: 270,
+        }),
+        command(Order::Scan),
+        command(Order::Activate {
+            tag: 3,
+            count: 300,
+            digest: 0xFEDC_BA98,
+        }),
+        Message::Waypoints(Slots::new(3, 74, &list[..1])),
+        Message::Waypoints(Slots::new(3, 8, &list)),
+        Message::Drive(Drive {
+            velocity_in_s: -6,
+            rotation_in_s: 20,
+            heard: 42,
+            count: 5,
+        }),
+        Message::Keepalive(Keepalive { heard: 99 }),
+    ]
+}
+
+fn hear(bytes: &[u8]) -> Vec<Message> {
+    let mut receiver = Receiver::default();
+    bytes
+        .iter()
+        .filter_map(|&byte| receiver.handle_byte(byte, ROBOT_ID, Some(SESSION)))
+        .collect()
+}
+
+/// Flips bits of a frame and lets a good one follow: only the good one may be heard.
+fn judge(message: &Message, bits: &[usize], context: &str) {
+    let next = Message::Keepalive(Keepalive { heard: 1 });
+    let mut bytes = message.encode(key_of(message)).as_bytes().to_vec();
+    for bit in bits {
+        bytes[bit / 8] ^= 1 << (bit % 8);
+    }
+    bytes.extend(next.encode(SESSION).as_bytes());
+    assert_eq!(hear(&bytes), [next], "{message:?} bits {bits:?} {context}");
+}
+
+fn bits_of(message: &Message) -> usize {
+    message.encode(key_of(message)).as_bytes().len() * 8
+}
+
+#[test]
+fn frames_are_heard_one_after_another() {
+    let stream: Vec<u8> = samples()
+        .iter()
+        .flat_map(|message| message.encode(key_of(message)).as_bytes().to_vec())
+        .collect();
+    assert_eq!(hear(&stream), samples());
+}
+
+#[test]
+fn every_flip_of_one_or_two_bits_is_rejected() {
+    for message in samples() {
+        for first in 0..bits_of(&message) {
+            judge(&message, &[first], "");
+            for second in first + 1..bits_of(&message) {
+                judge(&message, &[first, second], "");
+            }
+        }
+    }
+}
+
+#[test]
+fn flips_of_three_to_five_bits_are_rejected() {
+    let seed = damage::seed();
+    let mut dice = Dice(seed);
+    for message in samples() {
+        for _ in 0..30_000 {
+            let count = 3 + dice.below(3);
+            let bits = dice.different(count, bits_of(&message));
+            judge(&message, &bits, &format!("seed {seed}"));
+        }
+    }
+}
+
+/// A radio may return what the robot itself has said.
+#[test]
+fn the_robots_own_lines_are_not_commands() {
+    for line in damage::samples() {
+        let mut stream = b"\n".to_vec();
+        stream.extend(&line.bytes);
+        stream.extend(&line.bytes[..line.bytes.len() - 2]);
+        stream.push(b'\n');
+        assert_eq!(hear(&stream), [], "{}", line.name);
+    }
+}
+
+#[test]
+fn noise_is_not_a_command() {
+    let seed = damage::seed();
+    let mut dice = Dice(seed);
+    let noise: Vec<u8> = (0..4 << 20)
+        .map(|i: u32| {
+            let byte = dice.next() as u8;
+            // Every other stretch is made of the characters of frames, with a line feed now and then.
+            match (i >> 12 & 1, byte) {
+                (0, _) => byte,
+                (_, 0..=15) => b'\n',
+                (_, byte) => byte & 0x3F | 0x20,
+            }
+        })
+        .collect();
+    assert_eq!(hear(&noise), [], "seed {seed}");
+}
