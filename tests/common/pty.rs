@@ -1,6 +1,7 @@
 //! A program on a terminal of its own, and what its screen shows.
 
 use std::io::{Read, Write};
+use std::num::NonZero;
 use std::sync::mpsc::{Receiver, channel};
 use std::time::{Duration, Instant};
 
@@ -39,7 +40,7 @@ impl OnTerminal {
             }
         });
         Self {
-            screen: vt100::Parser::new(rows, columns, 0),
+            screen: vt100::Parser::new(nonzero(rows), nonzero(columns), 0),
             output,
             keys: pair.master.take_writer().expect("its input"),
             child,
@@ -55,7 +56,7 @@ impl OnTerminal {
     pub fn resize(&mut self, columns: u16, rows: u16) {
         let size = PtySize { rows, cols: columns, pixel_width: 0, pixel_height: 0 };
         self.master.resize(size).expect("a new size");
-        self.screen.screen_mut().set_size(rows, columns);
+        self.screen.screen_mut().set_size(nonzero(rows), nonzero(columns));
     }
 
     /// The screen as text.
@@ -91,6 +92,10 @@ impl OnTerminal {
         }
         self.child.wait().expect("an exit code").exit_code()
     }
+}
+
+fn nonzero(cells: u16) -> NonZero<u16> {
+    NonZero::new(cells).expect("a terminal has cells")
 }
 
 impl Drop for OnTerminal {
