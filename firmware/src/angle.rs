@@ -144,8 +144,8 @@ mod tests {
     #[test]
     fn the_shorter_way_round() {
         let (a, b) = (Angle::from_degrees(10), Angle::from_degrees(350));
-        assert_eq!(a.minus(b), (20 * 65_536_i32 / 360) as i16 + 1);
-        assert_eq!(b.minus(a), -((20 * 65_536_i32 / 360) as i16) - 1);
+        assert_eq!(a.minus(b), 3640);
+        assert_eq!(b.minus(a), -3640);
     }
 
     #[test]

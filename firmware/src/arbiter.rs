@@ -69,3 +69,33 @@ pub fn raised(requests: &Requests) -> LayerMask {
         .filter(|(_, request)| request.flag)
         .fold(LayerMask::NONE, |mask, (&layer, _)| mask.with(layer))
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use proptest::prelude::*;
+
+    proptest! {
+        #[test]
+        fn the_highest_flag_wins_with_its_own_motion(
+            flags in any::<[bool; HOLDERS]>(),
+            speeds in any::<[(i16, i16); HOLDERS]>(),
+        ) {
+            let requests: Requests = core::array::from_fn(|place| Request {
+                flag: flags[place],
+                motion: Motion { velocity_cps: speeds[place].0, rotation_cps: speeds[place].1 },
+            });
+            match arbitrate(&requests) {
+                None => prop_assert!(flags.iter().all(|flag| !flag)),
+                Some((holder, motion)) => {
+                    prop_assert!(flags[holder.place()]);
+                    prop_assert!(flags[..holder.place()].iter().all(|flag| !flag));
+                    prop_assert_eq!(motion, requests[holder.place()].motion);
+                }
+            }
+            for layer in Layer::ALL {
+                prop_assert_eq!(raised(&requests).contains(layer), flags[layer as usize]);
+            }
+        }
+    }
+}

@@ -19,3 +19,25 @@ impl Dice {
         self.0
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_seed_means_the_same_rolls_and_none_stands_still() {
+        for seed in [0, 1, u32::MAX] {
+            let (mut a, mut b) = (Dice::new(seed), Dice::new(seed));
+            let first = a.roll();
+            assert_eq!(first, b.roll());
+            assert_ne!(first, a.roll());
+        }
+    }
+
+    #[test]
+    fn the_lowest_bit_is_fair() {
+        let mut dice = Dice::new(7);
+        let ones: u32 = (0..10_000).map(|_| dice.roll() & 1).sum();
+        assert!((4800..5200).contains(&ones), "{ones}");
+    }
+}

@@ -14,8 +14,9 @@ pub const MAX_COUNT_LEAST: u8 = 3;
 /// Pairs in a row that make a detection in the thick of things: a third of a second.
 pub const MAX_COUNT_MOST: u8 = 40;
 
-/// Without a detection `max_count` falls by one in so many ticks: from most to least in 9 s.
-const RELAX_TICKS: u8 = TICKS_PER_S as u8 / 4;
+/// `max_count` changes by one in so many ticks, up when something was detected in them and down when
+/// nothing was: from least to most, and back, in 18 s.
+const ADAPT_TICKS: u8 = TICKS_PER_S as u8 / 2;
 
 /// Something seen in every tick for this long is a jam.
 pub const JAM_TICKS: u16 = ticks(30);
@@ -65,7 +66,8 @@ pub struct Infrared {
     detected: Sides,
     seen_ticks: u16,
     off_ticks: u16,
-    quiet_ticks: u8,
+    adapt_ticks: u8,
+    detected_lately: bool,
 }
 
 impl Default for Infrared {
@@ -80,7 +82,8 @@ impl Default for Infrared {
             detected: Sides::default(),
             seen_ticks: 0,
             off_ticks: 0,
-            quiet_ticks: 0,
+            adapt_ticks: 0,
+            detected_lately: false,
         }
     }
 }
@@ -141,16 +144,17 @@ impl Infrared {
     }
 
     fn adapt(&mut self, detected: bool) {
-        if detected {
-            self.max_count = (self.max_count + 1).min(MAX_COUNT_MOST);
-            self.quiet_ticks = 0;
+        self.detected_lately |= detected;
+        self.adapt_ticks += 1;
+        if self.adapt_ticks < ADAPT_TICKS {
             return;
         }
-        self.quiet_ticks += 1;
-        if self.quiet_ticks >= RELAX_TICKS {
-            self.quiet_ticks = 0;
-            self.max_count = (self.max_count - 1).max(MAX_COUNT_LEAST);
-        }
+        self.adapt_ticks = 0;
+        self.max_count = if core::mem::take(&mut self.detected_lately) {
+            (self.max_count + 1).min(MAX_COUNT_MOST)
+        } else {
+            (self.max_count - 1).max(MAX_COUNT_LEAST)
+        };
     }
 
     /// Pairs in a row that make a detection at present.
@@ -163,5 +167,133 @@ impl Infrared {
     #[must_use]
     pub const fn is_jammed(&self) -> bool {
         self.off_ticks > 0
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Six pairs a tick, of what each half cycle reads.
+    fn tick(infrared: &mut Infrared, lit: Sides, dark: Sides) -> Sides {
+        for _ in 0..12 {
+            let reading = if infrared.leds_on { lit } else { dark };
+            infrared.look(reading.left, reading.right);
+        }
+        infrared.tick(true)
+    }
+
+    const LEFT: Sides = Sides {
+        left: true,
+        right: false,
+    };
+    const NONE: Sides = Sides {
+        left: false,
+        right: false,
+    };
+    const BOTH: Sides = Sides {
+        left: true,
+        right: true,
+    };
+
+    /// Switched on, and the LEDs just lit for the first half cycle of a pair.
+    fn running() -> Infrared {
+        let mut infrared = Infrared::default();
+        infrared.tick(true);
+        infrared.look(false, false);
+        infrared
+    }
+
+    #[test]
+    fn the_leds_blink_at_half_the_rate_of_the_looks_while_the_layer_is_on() {
+        let mut infrared = running();
+        let leds: [bool; 6] = core::array::from_fn(|_| infrared.look(false, false));
+        assert_eq!(leds, [false, true, false, true, false, true]);
+        infrared.tick(false);
+        assert!((0..6).all(|_| !infrared.look(true, true)));
+        assert_eq!(infrared.tick(false), NONE);
+    }
+
+    #[test]
+    fn what_fires_in_the_dark_is_no_reflection() {
+        let mut infrared = running();
+        assert_eq!(tick(&mut infrared, LEFT, NONE), LEFT);
+        assert_eq!(tick(&mut infrared, BOTH, BOTH), NONE);
+        assert_eq!(tick(&mut infrared, NONE, BOTH), NONE);
+        assert_eq!(
+            tick(&mut infrared, BOTH, LEFT),
+            Sides {
+                left: false,
+                right: true
+            }
+        );
+    }
+
+    #[test]
+    fn fewer_pairs_in_a_row_than_max_count_are_nothing() {
+        let mut infrared = running();
+        for pairs in 0..20 {
+            let seen = pairs % 3 != 2;
+            infrared.look(seen, false);
+            infrared.look(false, false);
+        }
+        assert_eq!(infrared.tick(true), NONE);
+        for _ in 0..3 {
+            infrared.look(true, false);
+            infrared.look(false, false);
+        }
+        assert_eq!(infrared.tick(true), LEFT);
+    }
+
+    #[test]
+    fn max_count_grows_with_detections_and_falls_without() {
+        let mut infrared = running();
+        let mut detections = 0;
+        for _ in 0..590 {
+            detections += u32::from(tick(&mut infrared, LEFT, NONE).any());
+        }
+        assert_eq!(infrared.max_count(), MAX_COUNT_MOST);
+        // At most one in 40 pairs, of 6 a tick, by then.
+        assert!(detections < 590 / 2, "{detections}");
+        for _ in 0..380 {
+            tick(&mut infrared, NONE, NONE);
+        }
+        assert_eq!(infrared.max_count(), MAX_COUNT_LEAST);
+    }
+
+    #[test]
+    fn thirty_seconds_of_detection_switch_it_off_for_thirty_seconds_to_the_tick() {
+        let mut infrared = running();
+        for n in 1..600 {
+            tick(&mut infrared, LEFT, NONE);
+            assert!(!infrared.is_jammed(), "tick {n}");
+        }
+        tick(&mut infrared, BOTH, NONE);
+        for n in 1..=600 {
+            assert!(infrared.is_jammed(), "tick {n}");
+            assert!(!infrared.look(true, true));
+            assert_eq!(tick(&mut infrared, LEFT, NONE), NONE);
+        }
+        assert!(!infrared.is_jammed());
+        // And a whole thirty seconds again.
+        for n in 1..600 {
+            tick(&mut infrared, LEFT, NONE);
+            assert!(!infrared.is_jammed(), "tick {n}");
+        }
+        tick(&mut infrared, LEFT, NONE);
+        assert!(infrared.is_jammed());
+    }
+
+    #[test]
+    fn one_tick_without_a_detection_begins_the_thirty_seconds_anew() {
+        let mut infrared = running();
+        for _ in 0..599 {
+            tick(&mut infrared, LEFT, NONE);
+        }
+        tick(&mut infrared, NONE, NONE);
+        for n in 1..600 {
+            tick(&mut infrared, LEFT, NONE);
+            assert!(!infrared.is_jammed(), "tick {n}");
+        }
     }
 }

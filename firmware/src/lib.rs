@@ -9,7 +9,7 @@
 //! No heap, no floats, integers of 32 bits and less: the same inputs give the same telemetry on a
 //! host and on an 8-bit microcontroller.
 #![no_std]
-#![deny(clippy::float_arithmetic)]
+#![cfg_attr(not(test), deny(clippy::float_arithmetic))]
 
 #[cfg(test)]
 extern crate std;

@@ -124,3 +124,106 @@ impl Odometer {
         self.remainder = 0;
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// A 157-inch side is 10 turns of the wheel; a quarter turn is 251 counts of difference.
+    fn drive_square(clockwise: bool) -> Odometer {
+        let mut odometer = Odometer::default();
+        for _ in 0..4 {
+            for _ in 0..251 {
+                odometer.advance(10, 10);
+            }
+            // 251 is odd, so one wheel does one count more.
+            for step in 0..125 {
+                let last = i16::from(step == 124);
+                if clockwise {
+                    odometer.advance(1 + last, -1);
+                } else {
+                    odometer.advance(-1, 1 + last);
+                }
+            }
+        }
+        odometer
+    }
+
+    #[test]
+    fn a_square_ends_where_it_began_both_ways_round() {
+        for clockwise in [true, false] {
+            let pose = drive_square(clockwise).pose();
+            assert_eq!(pose.theta_deg(), 0);
+            // Within the half counts that the odd corners add.
+            assert!(pose.x_tenths_in().abs() <= 2, "{pose:?}");
+            assert!(pose.y_tenths_in().abs() <= 2, "{pose:?}");
+        }
+    }
+
+    #[test]
+    fn a_turn_of_the_wheels_is_their_girth() {
+        let mut odometer = Odometer::default();
+        for _ in 0..251 {
+            odometer.advance(10, 10);
+        }
+        // 10 * pi * 5 in = 157.08 in
+        assert_eq!(odometer.pose().y_tenths_in(), 1571);
+        assert_eq!(odometer.pose().x_units, 0);
+        for _ in 0..251 {
+            odometer.advance(-10, -10);
+        }
+        assert_eq!(odometer.pose().y_tenths_in(), 0);
+    }
+
+    #[test]
+    fn a_quarter_circle_is_round() {
+        // Radius 20 in: the wheels run at 25 and 15 in, 5 to 3; 753 counts to 502 less a quarter turn.
+        let mut odometer = Odometer::default();
+        let (mut left, mut right) = (0, 0);
+        for step in 1..=100_i32 {
+            let (l, r) = (step * 1255 / 200, step * 753 / 200);
+            odometer.advance((l - left) as i16, (r - right) as i16);
+            (left, right) = (l, r);
+        }
+        let pose = odometer.pose();
+        assert_eq!(pose.theta_deg(), 90);
+        assert!((pose.x_tenths_in() - 200).abs() <= 1, "{pose:?}");
+        assert!((pose.y_tenths_in() - 200).abs() <= 1, "{pose:?}");
+    }
+
+    #[test]
+    fn it_can_be_set_and_says_tenths_at_the_edges() {
+        let mut odometer = Odometer::default();
+        odometer.set(
+            Waypoint {
+                x_in: -9999,
+                y_in: 9999,
+            },
+            Angle::from_degrees(270),
+        );
+        let pose = odometer.pose();
+        assert_eq!((pose.x_tenths_in(), pose.y_tenths_in()), (-99_990, 99_990));
+        assert_eq!(pose.theta_deg(), 270);
+        odometer.advance(8, 8);
+        assert_eq!(odometer.pose().x_tenths_in(), -99_995);
+        assert_eq!(
+            odometer
+                .pose()
+                .offset_to(Waypoint {
+                    x_in: -9999,
+                    y_in: 9998
+                })
+                .1,
+            -16
+        );
+    }
+
+    #[test]
+    fn nonsense_from_the_encoders_stays_finite() {
+        let mut odometer = Odometer::default();
+        for _ in 0..10_000 {
+            odometer.advance(i16::MAX, i16::MAX);
+            odometer.advance(i16::MIN, i16::MAX);
+        }
+    }
+}

@@ -98,3 +98,52 @@ impl Battery {
         self.average / 64
     }
 }
+
+#[cfg(test)]
+impl Senses {
+    /// Nothing anywhere, prowling at the origin.
+    pub(crate) fn nothing() -> Self {
+        Self {
+            mode: Mode::Prowl,
+            target: None,
+            now_ticks: 0,
+            pose: Pose::default(),
+            way_counts: 0,
+            turning_cps: 0,
+            bumper: Switches::default(),
+            infrared: Sides::default(),
+            sonar: Ranges::default(),
+            horizon_in: 180,
+            dice: 1,
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn pings_alternate_with_two_ticks_each() {
+        let pings: [Option<Side>; 8] = core::array::from_fn(|tick| ping_at(tick as u32));
+        let (left, right) = (Some(Side::Left), Some(Side::Right));
+        assert_eq!(pings, [left, None, right, None, left, None, right, None]);
+    }
+
+    #[test]
+    fn a_short_dip_of_the_battery_is_averaged_away() {
+        let mut battery = Battery::default();
+        let mut read = |battery_dv, times| {
+            for _ in 0..times {
+                battery.read(&Inputs {
+                    battery_dv,
+                    ..Inputs::default()
+                });
+            }
+            battery.decivolts()
+        };
+        assert_eq!(read(126, 1), 126);
+        assert!(read(100, 4) > 120);
+        assert_eq!(read(110, 1000), 110);
+    }
+}

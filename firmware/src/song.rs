@@ -52,3 +52,25 @@ impl Singer {
         hz
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn it_sings_every_note_for_its_length_and_then_no_more() {
+        let mut singer = Singer::default();
+        assert_eq!(singer.tick(), 0);
+        singer.begin();
+        for &(hz, length) in FINISHED {
+            for _ in 0..length {
+                assert_eq!(singer.tick(), hz);
+            }
+        }
+        assert_eq!(singer.tick(), 0);
+        singer.begin();
+        singer.tick();
+        singer.hush();
+        assert_eq!(singer.tick(), 0);
+    }
+}

@@ -267,3 +267,6 @@ const fn side(switches: Switches) -> Option<Side> {
         _ => None,
     }
 }
+
+#[cfg(test)]
+mod tests;

@@ -67,3 +67,75 @@ impl Behaviour for DeadReckoning {
         self.has_arrived = false;
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::odometry::Odometer;
+
+    const LIST: [Waypoint; 2] = [
+        Waypoint { x_in: 0, y_in: 40 },
+        Waypoint { x_in: 40, y_in: 40 },
+    ];
+
+    fn at(x_in: i16, y_in: i16, mode: Mode, target: Option<Waypoint>) -> Senses {
+        let mut odometer = Odometer::default();
+        odometer.set(Waypoint { x_in, y_in }, crate::angle::Angle(0));
+        Senses {
+            mode,
+            target,
+            pose: odometer.pose(),
+            ..Senses::nothing()
+        }
+    }
+
+    #[test]
+    fn it_walks_the_list_point_by_point() {
+        let mut layer = DeadReckoning::default();
+        let mut arrive = |x_in, y_in| {
+            let target = layer.target(Mode::Prowl, &LIST);
+            let request = layer.decide(&at(x_in, y_in, Mode::Prowl, target));
+            let arrival = layer.take_arrival(Mode::Prowl, &LIST);
+            (request.flag, arrival, layer.driven())
+        };
+        assert_eq!(arrive(0, 0), (true, None, 0));
+        assert_eq!(arrive(0, 34), (true, None, 0));
+        assert_eq!(arrive(0, 35), (true, Some(false), 1));
+        assert_eq!(arrive(0, 35), (true, None, 1));
+        assert_eq!(arrive(42, 43), (true, Some(true), 2));
+        // The list is at its end: nothing more to say.
+        assert_eq!(arrive(42, 43), (false, None, 2));
+        layer.restart();
+        assert_eq!(layer.target(Mode::Prowl, &LIST), Some(LIST[0]));
+    }
+
+    #[test]
+    fn home_is_the_origin_and_costs_no_place_in_the_list() {
+        let mut layer = DeadReckoning::default();
+        let home = layer.target(Mode::GoHome, &LIST);
+        assert_eq!(home, Waypoint::new(0, 0));
+        assert!(layer.decide(&at(3, -3, Mode::GoHome, home)).flag);
+        assert_eq!(layer.take_arrival(Mode::GoHome, &LIST), Some(true));
+        assert_eq!(layer.driven(), 0);
+    }
+
+    #[test]
+    fn other_modes_have_no_target() {
+        let layer = DeadReckoning::default();
+        for mode in [Mode::Stop, Mode::User, Mode::Reactive] {
+            assert_eq!(layer.target(mode, &LIST), None);
+        }
+        assert_eq!(layer.target(Mode::Prowl, &[]), None);
+    }
+
+    #[test]
+    fn an_arrival_is_forgotten_while_the_layer_is_off_but_not_the_place() {
+        let mut layer = DeadReckoning::default();
+        layer.decide(&at(0, 40, Mode::Prowl, Some(LIST[0])));
+        layer.take_arrival(Mode::Prowl, &LIST);
+        layer.decide(&at(40, 40, Mode::Prowl, Some(LIST[1])));
+        layer.rest();
+        assert_eq!(layer.take_arrival(Mode::Prowl, &LIST), None);
+        assert_eq!(layer.driven(), 1);
+    }
+}

@@ -3,6 +3,7 @@
 use super::{Behaviour, prowl};
 use crate::arbiter::Request;
 use crate::drive::Motion;
+use crate::infrared::Sides;
 use crate::sensors::Senses;
 use crate::units::cps;
 
@@ -12,26 +13,95 @@ const TURN_CPS: i16 = cps(10);
 /// Turning on the spot: as fast, because both detectors see something within 30 inches.
 const SPIN_CPS: i16 = cps(10);
 
-/// It has no state: what it does follows from the detections alone.
+/// A detection turns the robot for this long: the rarer they are, the less they turn it.
+const HOLD_TICKS: u8 = 2;
+
+/// The latest detection, while it still turns the robot.
 #[derive(Clone, Debug, Default)]
-pub struct InfraredAvoidance;
+pub struct InfraredAvoidance {
+    sides: Sides,
+    hold_ticks: u8,
+}
 
 impl Behaviour for InfraredAvoidance {
     fn decide(&mut self, senses: &Senses) -> Request {
+        if senses.infrared.any() {
+            self.sides = senses.infrared;
+            self.hold_ticks = HOLD_TICKS;
+        }
+        if self.hold_ticks == 0 {
+            return Request::QUIET;
+        }
+        self.hold_ticks -= 1;
         let turn = |rotation_cps| Motion {
             velocity_cps: prowl::TOP_CPS / 2,
             rotation_cps,
         };
-        match (senses.infrared.left, senses.infrared.right) {
-            (false, false) => Request::QUIET,
-            (true, false) => Request::raise(turn(TURN_CPS)),
-            (false, true) => Request::raise(turn(-TURN_CPS)),
-            (true, true) => Request::raise(Motion {
+        Request::raise(match (self.sides.left, self.sides.right) {
+            (true, false) => turn(TURN_CPS),
+            (false, true) => turn(-TURN_CPS),
+            _ => Motion {
                 velocity_cps: 0,
                 rotation_cps: senses.the_way_it_turns(SPIN_CPS),
-            }),
+            },
+        })
+    }
+
+    fn rest(&mut self) {
+        *self = Self::default();
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn see(left: bool, right: bool) -> Senses {
+        Senses {
+            infrared: Sides { left, right },
+            ..Senses::nothing()
         }
     }
 
-    fn rest(&mut self) {}
+    fn motion(senses: &Senses) -> Motion {
+        let request = InfraredAvoidance::default().decide(senses);
+        assert!(request.flag);
+        request.motion
+    }
+
+    #[test]
+    fn one_side_turns_it_the_other_way_at_half_speed() {
+        let away_from_left = motion(&see(true, false));
+        assert_eq!(away_from_left.velocity_cps, prowl::TOP_CPS / 2);
+        assert!(away_from_left.rotation_cps > 0);
+        let away_from_right = motion(&see(false, true));
+        assert_eq!(away_from_right.velocity_cps, prowl::TOP_CPS / 2);
+        assert_eq!(away_from_right.rotation_cps, -away_from_left.rotation_cps);
+    }
+
+    #[test]
+    fn both_sides_spin_it_the_way_it_has_been_turning() {
+        for (turning_cps, sign) in [(-1, -1), (0, 1), (1, 1)] {
+            let motion = motion(&Senses {
+                turning_cps,
+                ..see(true, true)
+            });
+            assert_eq!(motion.velocity_cps, 0);
+            assert_eq!(motion.rotation_cps.signum(), sign, "turning {turning_cps}");
+        }
+    }
+
+    #[test]
+    fn a_detection_lasts_two_ticks() {
+        let mut layer = InfraredAvoidance::default();
+        let flags = [see(true, false), see(false, false), see(false, false)]
+            .map(|senses| layer.decide(&senses).flag);
+        assert_eq!(flags, [true, true, false]);
+    }
+
+    #[test]
+    fn nothing_seen_raises_nothing() {
+        let mut layer = InfraredAvoidance::default();
+        assert_eq!(layer.decide(&see(false, false)), Request::QUIET);
+    }
 }

@@ -67,3 +67,56 @@ pub fn distance_in(pose: &Pose, target: Waypoint) -> i32 {
         square_root((x * x + y * y) as u32) as i32 / 16
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn toward(x_in: i16, y_in: i16) -> Motion {
+        super::toward(&Senses::nothing(), Waypoint { x_in, y_in })
+    }
+
+    #[test]
+    fn it_prowls_only_in_its_mode_and_without_a_target() {
+        let mut senses = Senses::nothing();
+        let request = freely(&senses);
+        assert_eq!(request, Request::raise(Motion::new(12, 0)));
+        senses.mode = Mode::Reactive;
+        assert_eq!(freely(&senses), Request::QUIET);
+        senses.mode = Mode::Prowl;
+        senses.target = Waypoint::new(0, 0);
+        assert_eq!(freely(&senses), Request::QUIET);
+    }
+
+    #[test]
+    fn it_slows_down_on_approach_and_never_below_a_creep() {
+        let speeds = [1, 4, 6, 12, 23, 24, 1000].map(|y_in| toward(0, y_in).velocity_cps);
+        assert_eq!(
+            speeds,
+            [cps(2), cps(2), cps(3), cps(6), 184, cps(12), cps(12)]
+        );
+    }
+
+    #[test]
+    fn it_turns_by_the_shorter_way() {
+        assert_eq!(toward(0, 50).rotation_cps, 0);
+        assert!(toward(5, 50).rotation_cps > 0);
+        assert!(toward(-5, 50).rotation_cps < 0);
+        assert!(toward(50, -1).rotation_cps > toward(5, 50).rotation_cps);
+    }
+
+    #[test]
+    fn far_off_course_it_turns_on_the_spot() {
+        assert_eq!(toward(50, 0).velocity_cps, 0);
+        assert_eq!(toward(0, -50).velocity_cps, 0);
+        assert!(toward(50, 100).velocity_cps < TOP_CPS);
+    }
+
+    #[test]
+    fn distances_are_whole_inches() {
+        let pose = Pose::default();
+        for (x_in, y_in, distance) in [(3, 4, 5), (0, 0, 0), (-6, 0, 6), (9999, -9999, 9999)] {
+            assert_eq!(distance_in(&pose, Waypoint { x_in, y_in }), distance);
+        }
+    }
+}

@@ -59,3 +59,71 @@ impl Behaviour for Sonar {
 
     fn rest(&mut self) {}
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::sensors::Ranges;
+
+    fn decide(left_in: u16, right_in: u16) -> Request {
+        Sonar.decide(&Senses {
+            sonar: Ranges {
+                left_in: Some(left_in),
+                right_in: Some(right_in),
+            },
+            ..Senses::nothing()
+        })
+    }
+
+    #[test]
+    fn it_turns_to_the_longer_side_when_they_differ_by_more_than_the_deadzone() {
+        assert!(decide(60, 100).motion.rotation_cps > 0);
+        assert!(decide(100, 60).motion.rotation_cps < 0);
+        assert_eq!(decide(60, 100).motion.velocity_cps, prowl::TOP_CPS);
+    }
+
+    #[test]
+    fn the_deadzone_is_a_share_of_the_sum() {
+        // 15 % of 200 is 30: a difference of 30 is within, of 32 is not.
+        assert_eq!(decide(85, 115), Request::QUIET);
+        assert!(decide(84, 116).flag);
+    }
+
+    #[test]
+    fn it_turns_the_sharper_the_nearer() {
+        let rotations = [120, 60, 31].map(|near_in| decide(near_in, 180).motion.rotation_cps);
+        assert!(
+            rotations.is_sorted() && rotations[0] < rotations[2],
+            "{rotations:?}"
+        );
+    }
+
+    #[test]
+    fn both_close_means_no_further_ahead() {
+        let request = decide(29, 20);
+        assert!(request.flag && request.motion.rotation_cps < 0);
+        assert_eq!(request.motion.velocity_cps, 0);
+        // Equal on both sides: it must turn somewhere.
+        assert_eq!(decide(29, 29).motion.velocity_cps, 0);
+        assert_ne!(decide(29, 29).motion.rotation_cps, 0);
+        assert_eq!(decide(31, 31), Request::QUIET);
+    }
+
+    #[test]
+    fn no_echo_is_a_long_view() {
+        let mut senses = Senses::nothing();
+        assert_eq!(Sonar.decide(&senses), Request::QUIET);
+        senses.sonar.left_in = Some(50);
+        assert!(Sonar.decide(&senses).motion.rotation_cps > 0);
+    }
+
+    #[test]
+    fn what_lies_beyond_the_horizon_does_not_matter() {
+        let mut senses = Senses::nothing();
+        senses.sonar.left_in = Some(50);
+        senses.horizon_in = 50;
+        assert_eq!(Sonar.decide(&senses), Request::QUIET);
+        senses.horizon_in = 51;
+        assert!(Sonar.decide(&senses).flag);
+    }
+}

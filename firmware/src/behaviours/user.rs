@@ -50,3 +50,54 @@ impl Behaviour for User {
         self.lease_ticks = 0;
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn senses(mode: Mode) -> Senses {
+        Senses {
+            mode,
+            ..Senses::nothing()
+        }
+    }
+
+    #[test]
+    fn a_drive_frame_is_good_for_exactly_a_second_of_ticks() {
+        let mut user = User::default();
+        let motion = Motion::new(6, -4);
+        user.drive(motion);
+        for tick in 0..20 {
+            let wanted = Request::raise(motion);
+            assert_eq!(user.decide(&senses(Mode::Prowl)), wanted, "tick {tick}");
+        }
+        assert_eq!(user.decide(&senses(Mode::Prowl)), Request::QUIET);
+    }
+
+    #[test]
+    fn each_frame_begins_the_second_anew() {
+        let mut user = User::default();
+        for _ in 0..3 {
+            user.drive(Motion::new(1, 0));
+            for _ in 0..19 {
+                assert!(user.decide(&senses(Mode::Prowl)).flag);
+            }
+        }
+    }
+
+    #[test]
+    fn without_a_hand_mode_user_stands_still_and_other_modes_are_free() {
+        let mut user = User::default();
+        let still = Request::raise(Motion::STILL);
+        assert_eq!(user.decide(&senses(Mode::User)), still);
+        assert_eq!(user.decide(&senses(Mode::Reactive)), Request::QUIET);
+    }
+
+    #[test]
+    fn what_the_hand_wanted_is_forgotten_while_the_layer_is_off() {
+        let mut user = User::default();
+        user.drive(Motion::new(6, 0));
+        user.rest();
+        assert_eq!(user.decide(&senses(Mode::Prowl)), Request::QUIET);
+    }
+}

@@ -1,0 +1,130 @@
+//! Links the whole robot for an ATmega2560: every entry point is called, every input comes from a
+//! register, every output goes to one, so that nothing is optimised away and the size is honest.
+//!
+//! It drives no robot: it knows no timers and no interrupts. It answers what the program takes of the
+//! chip's 8 KB of RAM.
+#![no_std]
+#![no_main]
+
+use core::mem::MaybeUninit;
+use core::panic::PanicInfo;
+use core::ptr::{read_volatile, write_volatile};
+
+use sr04_firmware::board::{Echo, Identity, Inputs, Side, Switches};
+use sr04_firmware::robot::Robot;
+
+/// Port A's input register stands for every sensor.
+const PIN_A: *const u8 = 0x20 as *const u8;
+
+/// Port C's output register stands for every motor.
+const PORT_C: *mut u8 = 0x28 as *mut u8;
+
+/// USART 0's data register.
+const USART_0: *mut u8 = 0xC6 as *mut u8;
+
+/// The robot lies in a static, where `avr-size` counts it; on the stack nobody would.
+struct Place(core::cell::UnsafeCell<MaybeUninit<Robot>>);
+
+// SAFETY: the chip has one core, and no interrupt is ever enabled.
+unsafe impl Sync for Place {}
+
+static PLACE: Place = Place(core::cell::UnsafeCell::new(MaybeUninit::uninit()));
+
+fn read() -> u8 {
+    // SAFETY: a readable register of this chip.
+    unsafe { read_volatile(PIN_A) }
+}
+
+fn read_pair() -> u16 {
+    u16::from_le_bytes([read(), read()])
+}
+
+fn write(byte: u8) {
+    // SAFETY: a writable register of this chip.
+    unsafe { write_volatile(PORT_C, byte) }
+}
+
+fn write_pair(word: u16) {
+    for byte in word.to_le_bytes() {
+        write(byte);
+    }
+}
+
+fn receive() -> u8 {
+    // SAFETY: a readable register of this chip.
+    unsafe { read_volatile(USART_0) }
+}
+
+fn send(byte: u8) {
+    // SAFETY: a writable register of this chip.
+    unsafe { write_volatile(USART_0, byte) }
+}
+
+/// Called by avr-libc's start-up code.
+#[unsafe(no_mangle)]
+pub extern "C" fn main() -> ! {
+    // SAFETY: `main` is entered once, so this is the only reference to the place there ever is.
+    let robot = switch_on(unsafe { &mut *PLACE.0.get() });
+    loop {
+        let outputs = robot.tick(&inputs());
+        for pwm in [outputs.pwm_left, outputs.pwm_right] {
+            write_pair(pwm as u16);
+        }
+        write_pair(outputs.note_hz);
+        write(match outputs.ping {
+            None => 0,
+            Some(Side::Left) => 1,
+            Some(Side::Right) => 2,
+        });
+        let looks = read();
+        write(u8::from(
+            robot.infrared_look(looks & 1 != 0, looks & 2 != 0),
+        ));
+        robot.handle_uplink(receive());
+        if let Some(byte) = robot.poll_downlink() {
+            send(byte);
+        }
+    }
+}
+
+/// A function of its own, so that the main loop's stack does not hold a second robot for ever.
+#[inline(never)]
+fn switch_on(place: &mut MaybeUninit<Robot>) -> &mut Robot {
+    place.write(Robot::new(Identity {
+        robot_id: read(),
+        boots: read_pair(),
+        dice_seed: u32::from(read_pair()),
+    }))
+}
+
+fn inputs() -> Inputs {
+    let switches = read();
+    Inputs {
+        counts_left: read_pair(),
+        counts_right: read_pair(),
+        bumper: Switches {
+            left: switches & 1 != 0,
+            center: switches & 2 != 0,
+            right: switches & 4 != 0,
+        },
+        sonar: (switches & 8 != 0).then(|| Echo {
+            side: if switches & 16 == 0 {
+                Side::Left
+            } else {
+                Side::Right
+            },
+            range_in: Some(read_pair()),
+        }),
+        photo_left: Some(read()),
+        photo_right: Some(read()),
+        battery_dv: read(),
+    }
+}
+
+/// The argument would bring `core::fmt`, which this target miscompiles.
+#[panic_handler]
+fn panic(_: &PanicInfo<'_>) -> ! {
+    loop {
+        write(0);
+    }
+}

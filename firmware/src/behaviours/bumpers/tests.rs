@@ -1,0 +1,230 @@
+use super::*;
+use crate::odometry::Odometer;
+
+const LEFT: Switches = Switches {
+    left: true,
+    center: false,
+    right: false,
+};
+const CENTER: Switches = Switches {
+    left: false,
+    center: true,
+    right: false,
+};
+const RIGHT: Switches = Switches {
+    left: false,
+    center: false,
+    right: true,
+};
+const FREE: Switches = Switches {
+    left: false,
+    center: false,
+    right: false,
+};
+
+/// A robot whose wheels do at once what they are told.
+struct Bench {
+    bumpers: Bumpers,
+    odometer: Odometer,
+    latest: Motion,
+    now_ticks: u32,
+    dice: u32,
+}
+
+impl Bench {
+    fn new() -> Self {
+        Self {
+            bumpers: Bumpers::default(),
+            odometer: Odometer::default(),
+            latest: Motion::STILL,
+            now_ticks: 0,
+            dice: 0,
+        }
+    }
+
+    fn tick(&mut self, bumper: Switches) -> Request {
+        let (left, right) = self.latest.wheels();
+        let (left, right) = (left / 20, right / 20);
+        self.odometer.advance(left, right);
+        self.now_ticks += 1;
+        let request = self.bumpers.decide(&Senses {
+            now_ticks: self.now_ticks,
+            pose: self.odometer.pose(),
+            way_counts: left + right,
+            bumper,
+            dice: self.dice,
+            ..Senses::nothing()
+        });
+        self.latest = request.motion;
+        request
+    }
+
+    /// One tick of contact, then free until the manoeuvre is over. Returns the heading's change in
+    /// degrees, right positive, and the way ahead in inches.
+    fn bump(&mut self, bumper: Switches) -> (i32, i32) {
+        let before = self.odometer.pose();
+        self.tick(bumper);
+        let mut way_counts = 0;
+        for _ in 0..200 {
+            let (left, right) = self.latest.wheels();
+            way_counts += i32::from((left + right) / 20);
+            if !self.tick(FREE).flag {
+                let turned = self.odometer.pose().heading.minus(before.heading);
+                return (i32::from(turned) * 360 / 65_536, way_counts / 32);
+            }
+        }
+        panic!("the manoeuvre does not end");
+    }
+
+    /// Drives ahead without contact, out of every memory.
+    fn drive_on(&mut self, ticks: u32) {
+        for _ in 0..ticks {
+            assert!(!self.tick(FREE).flag);
+            self.latest = Motion::new(12, 0);
+        }
+    }
+}
+
+#[test]
+fn without_contact_it_is_quiet() {
+    let mut bench = Bench::new();
+    assert_eq!(bench.tick(FREE), Request::QUIET);
+}
+
+#[test]
+fn it_backs_up_and_turns_away_from_the_side_that_was_hit() {
+    for dice in [0, 0x0001_0000, 0xFFFF_FFFF] {
+        for (switches, away) in [(LEFT, 1), (RIGHT, -1)] {
+            let mut bench = Bench::new();
+            bench.dice = dice;
+            let (turned_deg, way_in) = bench.bump(switches);
+            assert!((-8..=-5).contains(&way_in), "{way_in} in");
+            let turned_deg = turned_deg * away;
+            assert!((25..=90).contains(&turned_deg), "{turned_deg} degrees");
+        }
+    }
+}
+
+#[test]
+fn the_dice_choose_the_side_of_a_centre_bump() {
+    let turned = [0, 1].map(|dice| {
+        let mut bench = Bench::new();
+        bench.dice = dice;
+        bench.bump(CENTER).0
+    });
+    assert!(turned[0] > 0 && turned[1] < 0, "{turned:?}");
+}
+
+#[test]
+fn backing_is_ballistic_and_a_new_contact_while_turning_begins_anew() {
+    let mut bench = Bench::new();
+    bench.tick(LEFT);
+    // Contacts on the way back change nothing.
+    for switches in [FREE, RIGHT, FREE, CENTER, FREE] {
+        assert_eq!(bench.tick(switches).motion, BACK);
+    }
+    while bench.tick(FREE).motion == BACK {}
+    assert!(bench.latest.rotation_cps > 0);
+    assert_eq!(bench.tick(RIGHT).motion, BACK);
+    while bench.tick(FREE).motion == BACK {}
+    assert!(bench.latest.rotation_cps < 0);
+}
+
+#[test]
+fn blocked_behind_it_turns_all_the_same() {
+    let mut bench = Bench::new();
+    bench.tick(LEFT);
+    let mut ticks = 1;
+    loop {
+        // The wheels stand.
+        bench.latest = Motion::STILL;
+        if bench.tick(FREE).motion != BACK {
+            break;
+        }
+        ticks += 1;
+    }
+    assert_eq!(ticks, u32::from(BACK_TICKS));
+    // And when they cannot turn it either, it gives up.
+    for _ in 0..u32::from(u8::MAX) {
+        bench.latest = Motion::STILL;
+        if !bench.tick(FREE).flag {
+            return;
+        }
+    }
+    panic!("it turns for ever");
+}
+
+#[test]
+fn right_left_right_left_in_a_corner_turns_it_half_round() {
+    for [a, b] in [[RIGHT, LEFT], [LEFT, RIGHT]] {
+        let mut bench = Bench::new();
+        for switches in [a, b, a] {
+            assert!(bench.bump(switches).0.abs() < 100);
+        }
+        assert!(bench.bump(b).0.abs() > 150);
+        // What led to the escape is forgotten with it.
+        assert!(bench.bump(a).0.abs() < 100);
+    }
+}
+
+#[test]
+fn a_slow_zigzag_is_no_corner() {
+    let mut bench = Bench::new();
+    for switches in [RIGHT, LEFT, RIGHT] {
+        bench.bump(switches);
+        bench.drive_on(110);
+    }
+    assert!(bench.bump(LEFT).0.abs() < 100);
+}
+
+#[test]
+fn the_fifth_bump_without_progress_turns_it_half_round() {
+    let mut bench = Bench::new();
+    for bump in 0..4 {
+        bench.dice = bump & 1;
+        assert!(bench.bump(CENTER).0.abs() < 100, "bump {bump}");
+        // Ahead again, about to where it was.
+        bench.drive_on(10);
+    }
+    assert!(bench.bump(CENTER).0.abs() > 150);
+}
+
+#[test]
+fn five_bumps_with_progress_are_nothing_special() {
+    let mut bench = Bench::new();
+    for bump in 0..8 {
+        assert!(bench.bump(LEFT).0.abs() < 100, "bump {bump}");
+        bench.drive_on(60);
+    }
+}
+
+#[test]
+fn a_switch_held_for_three_seconds_starts_the_jam_sequence_until_it_opens() {
+    let mut bench = Bench::new();
+    for tick in 1..u32::from(JAM_TICKS) {
+        bench.tick(CENTER);
+        assert!(!bench.bumpers.is_jammed(), "tick {tick}");
+    }
+    bench.tick(CENTER);
+    assert!(bench.bumpers.is_jammed());
+    let mut motions = std::vec::Vec::new();
+    for _ in 0..400 {
+        let request = bench.tick(CENTER);
+        assert!(request.flag && bench.bumpers.is_jammed());
+        if !motions.contains(&request.motion) {
+            motions.push(request.motion);
+        }
+    }
+    assert_eq!(motions.len(), JAM_SEQUENCE.len());
+    bench.tick(FREE);
+    assert!(!bench.bumpers.is_jammed());
+    assert_eq!(bench.tick(FREE), Request::QUIET);
+}
+
+#[test]
+fn switched_off_in_mid_manoeuvre_it_forgets() {
+    let mut bench = Bench::new();
+    bench.tick(LEFT);
+    bench.bumpers.rest();
+    assert_eq!(bench.tick(FREE), Request::QUIET);
+}
