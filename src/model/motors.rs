@@ -11,11 +11,11 @@ use crate::event::Moment;
 /// Ticks won travel modulo this.
 const TICKS_MODULUS: u16 = 4096;
 
-/// The robot ticks twenty times a second: after this long a count may have gone round unseen.
-const TICKS_UNAMBIGUOUS: Moment = Moment::from_secs(200);
+/// At twenty ticks a second, a count has not gone round unseen within this.
+const TICKS_UNAMBIGUOUS: Moment = Moment::from_mins(3);
 
 /// Shares are told over about this long.
-const SHARE_WINDOW: Moment = Moment::from_secs(60);
+const SHARE_WINDOW: Moment = Moment::from_mins(1);
 
 /// Steps of the share window.
 const SHARE_STEP: Moment = Moment::from_secs(6);

@@ -89,15 +89,13 @@ impl Screen<'_> {
             .filter(|_| holder.value != Holder::Nobody)
             .map(|holder| words::holder(holder).to_uppercase())
             .collect();
-        let mut rest = format!(": {why}");
-        if !suppressed.is_empty() {
-            let verb = if holder.value == Holder::Layer(Layer::Bumpers) {
-                "suppress"
-            } else {
-                "suppresses"
-            };
-            rest += &format!("; {verb} {}", suppressed.join(", "));
-        }
+        let rest = match (&suppressed[..], holder.value) {
+            ([], _) => format!(": {why}"),
+            (names, Holder::Layer(Layer::Bumpers)) => {
+                format!(": {why}; suppress {}", names.join(", "))
+            }
+            (names, _) => format!(": {why}; suppresses {}", names.join(", ")),
+        };
         Line::from(vec![
             Span::styled(words::holds(holder.value), strong),
             Span::styled(rest, plain),

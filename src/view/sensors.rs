@@ -287,7 +287,7 @@ impl Screen<'_> {
                 self.theme.dim,
             )],
             age: Some(counters.age(self.now)),
-            stale_after: Moment::from_secs(60),
+            stale_after: Moment::from_mins(1),
         })
     }
 }
