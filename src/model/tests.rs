@@ -6,7 +6,7 @@ use groundwave_protocol::telemetry::{AckLine, ListPlace};
 use groundwave_protocol::{WAYPOINTS_MAX, Waypoint};
 
 use super::chart::Focus;
-use super::motors::Holder;
+use super::motors::{Holder, suppressed};
 use super::testing::{Scene, state};
 use super::{Config, Overlay};
 use crate::event::{CommandId, CommandStep, Effect, Event, Failure, LinkEvent, Moment, Replay};
@@ -331,19 +331,41 @@ fn shares_come_from_the_robots_count_of_ticks_across_its_wrap() {
 fn motors_that_change_hands_with_every_line_thrash() {
     let mut scene = scene();
     for n in 0..12 {
-        assert_eq!(
-            scene.model.motors.thrashes(scene.now),
-            n >= 8,
-            "{n} changes"
-        );
-        let state = [LayerState::Holds, LayerState::Quiet][n % 2];
-        scene.layers(&[(Layer::Infrared, state)]);
+        let thrashes = scene.model.motors.thrashes(scene.now);
+        assert_eq!(thrashes, n > 6, "{n} holders");
+        let (quiet, holds) = [
+            (Layer::Infrared, Layer::Bumpers),
+            (Layer::Bumpers, Layer::Infrared),
+        ][n % 2];
+        scene.layers(&[(quiet, LayerState::Quiet), (holds, LayerState::Holds)]);
         scene.hear();
     }
     for _ in 0..30 {
         scene.hear();
     }
     assert!(!scene.model.motors.thrashes(scene.now));
+}
+
+#[test]
+fn steering_is_no_thrashing() {
+    let mut scene = scene();
+    for n in 0..40 {
+        let state = [LayerState::Holds, LayerState::Quiet][n % 2];
+        scene.layers(&[(Layer::Sonar, state)]);
+        scene.hear();
+        assert!(!scene.model.motors.thrashes(scene.now));
+    }
+}
+
+#[test]
+fn only_what_is_below_the_holder_is_suppressed() {
+    let mut line = state();
+    line.layers.set(Layer::Infrared, LayerState::Raised);
+    assert_eq!(suppressed(&line), [], "prowl suppresses nobody");
+    line.layers.set(Layer::Sonar, LayerState::Holds);
+    line.layers.set(Layer::DeadReckoning, LayerState::Raised);
+    let below = [Holder::Layer(Layer::DeadReckoning), Holder::Prowl];
+    assert_eq!(suppressed(&line), below);
 }
 
 #[test]

@@ -52,6 +52,9 @@ impl Screen<'_> {
         let places: Vec<&str> = places
             .map(|path| if short { file_name(path) } else { path })
             .collect();
+        if places.is_empty() && !short {
+            facts.push("not recorded".to_owned());
+        }
         if !places.is_empty() {
             let recorded = if short { "" } else { "recorded in " };
             facts.push(format!("{recorded}{}", places.join(", ")));

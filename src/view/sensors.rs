@@ -273,7 +273,7 @@ impl Screen<'_> {
         let counters = self.model.robot.counters?;
         let c = counters.value;
         let words = format!(
-            "up {}, {} bumps, boot {}, v{}.{:02}",
+            "up {}, bumps {}, boot {}, v{}.{:02}",
             age::words(Moment::from_secs(u64::from(c.uptime_s))),
             c.bumps,
             c.boots,

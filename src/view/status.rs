@@ -103,7 +103,7 @@ impl Screen<'_> {
             .map(|path| file_name(path))
             .collect();
         if names.is_empty() {
-            return Span::styled("not recorded", theme.dim);
+            return Span::styled("unrecorded", theme.dim);
         }
         Span::raw(format!("{} {}", theme.glyphs.recording, names.join(", ")))
     }
