@@ -81,7 +81,11 @@ impl Model {
             }
             Action::ReplaySpeed(steps) => return self.replay_speed(steps),
             Action::Suspend => return vec![Effect::Suspend],
-            Action::Quit => return vec![Effect::Quit],
+            Action::Quit => {
+                let drives = matches!(self.overlay, Overlay::Drive(_));
+                let end = drives.then_some(Effect::DriveEnd);
+                return end.into_iter().chain([Effect::Quit]).collect();
+            }
             Action::Redraw => return vec![Effect::Redraw],
             Action::MoveCursor { .. }
             | Action::AddWaypoint
@@ -108,10 +112,8 @@ impl Model {
         let chart = &mut self.chart;
         match action {
             Action::MoveCursor { east, north } => chart.move_cursor(east, north),
-            Action::AddWaypoint => {
-                if !chart.add_waypoint() {
-                    self.warn(now, "the robot's list holds no more waypoints");
-                }
+            Action::AddWaypoint if !chart.add_waypoint() => {
+                self.warn(now, "the robot's list holds no more waypoints");
             }
             Action::UndoWaypoint => {
                 chart.draft.pop();

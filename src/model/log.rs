@@ -9,6 +9,9 @@ const ENTRIES_MAX: usize = 256;
 /// Changes of holder closer together than this share a line.
 const HOLDER_REST: Moment = Moment::from_millis(1500);
 
+/// Steering changes hands all the time: it is told no more often than this.
+const ROUTINE_REST: Moment = Moment::from_secs(6);
+
 /// What an entry is about: its mark on the screen.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Subject {
@@ -74,10 +77,11 @@ impl Log {
     }
 
     /// A change of holder, unless the one before has only just been told: the ladder shows each.
-    pub(super) fn add_holder(&mut self, at: Moment, text: impl FnOnce() -> String) {
+    pub(super) fn add_holder(&mut self, at: Moment, routine: bool, text: impl FnOnce() -> String) {
+        let rest = if routine { ROUTINE_REST } else { HOLDER_REST };
         if self
             .held_at
-            .is_none_or(|last| at.saturating_sub(last) >= HOLDER_REST)
+            .is_none_or(|last| at.saturating_sub(last) >= rest)
         {
             self.held_at = Some(at);
             self.add(at, Level::Info, Subject::Behaviour, text());

@@ -295,7 +295,7 @@ impl Model {
         if self.motors.take_state(now, state) {
             let robot = &self.robot;
             let holder = motors::Holder::of(state);
-            self.log.add_holder(now, || {
+            self.log.add_holder(now, holder.is_routine(), || {
                 let why = why::why(holder, state, robot, now);
                 format!("{}: {why}", words::holder(holder).to_uppercase())
             });

@@ -11,17 +11,18 @@ use crate::event::Moment;
 /// Ticks won travel modulo this.
 const TICKS_MODULUS: u16 = 4096;
 
-/// The robot ticks twenty times a second: after this long a count may have gone round unseen.
-const TICKS_UNAMBIGUOUS: Moment = Moment::from_secs(200);
+/// At twenty ticks a second, a count has not gone round unseen within this.
+const TICKS_UNAMBIGUOUS: Moment = Moment::from_mins(3);
 
 /// Shares are told over about this long.
-const SHARE_WINDOW: Moment = Moment::from_secs(60);
+const SHARE_WINDOW: Moment = Moment::from_mins(1);
 
 /// Steps of the share window.
 const SHARE_STEP: Moment = Moment::from_secs(6);
 
-/// So many changes of holder within [`THRASH_WINDOW`] are thrashing.
-const THRASH_CHANGES: usize = 8;
+/// So many changes from layer to layer within [`THRASH_WINDOW`] are thrashing. Those to and from prowl
+/// are not counted: steering is made of them.
+const THRASH_CHANGES: usize = 6;
 
 const THRASH_WINDOW: Moment = Moment::from_secs(8);
 
@@ -47,6 +48,11 @@ impl Holder {
         }
     }
 
+    /// Whether its coming and going is ordinary steering.
+    pub(super) const fn is_routine(self) -> bool {
+        matches!(self, Self::Prowl | Self::Layer(Layer::Sonar | Layer::Photo))
+    }
+
     /// Its place among the ticks won of line C.
     pub(crate) const fn place(self) -> Option<usize> {
         match self {
@@ -65,14 +71,18 @@ pub(crate) const fn prowls(mode: Mode) -> bool {
     )
 }
 
-/// Who wants the motors and does not get them, in priority order.
+/// Who wants the motors and does not get them, in priority order. A raised flag above the holder was
+/// lowered again before the line was sent: nobody suppresses it.
 pub(crate) fn suppressed(state: &StateLine) -> Vec<Holder> {
+    let Holder::Layer(holder) = Holder::of(state) else {
+        return Vec::new();
+    };
     let mut suppressed: Vec<Holder> = Layer::ALL
         .into_iter()
-        .filter(|&layer| state.layers.get(layer) == LayerState::Raised)
+        .filter(|&layer| layer > holder && state.layers.get(layer) == LayerState::Raised)
         .map(Holder::Layer)
         .collect();
-    if prowls(state.mode) && Holder::of(state) != Holder::Prowl {
+    if prowls(state.mode) {
         suppressed.push(Holder::Prowl);
     }
     suppressed
@@ -100,7 +110,8 @@ impl Motors {
         if self.holder.is_some_and(|held| held.value == holder) {
             return false;
         }
-        if self.holder.is_some() {
+        let last = self.holder.map(|held| held.value);
+        if let (Some(Holder::Layer(_)), Holder::Layer(_)) = (last, holder) {
             self.changes.push_back(now);
             if self.changes.len() > THRASH_CHANGES {
                 self.changes.pop_front();

@@ -9,7 +9,7 @@ use super::{Screen, put};
 use crate::model::ledger::{Entry, Stage};
 use crate::model::words;
 
-const ASKED_COLUMNS_MIN: usize = 23;
+const ASKED_COLUMNS_MIN: usize = 22;
 
 impl Screen<'_> {
     pub(super) fn commands(&self, buffer: &mut Buffer, area: Rect) {

@@ -52,18 +52,28 @@ impl Screen<'_> {
         let places: Vec<&str> = places
             .map(|path| if short { file_name(path) } else { path })
             .collect();
+        if places.is_empty() && !short {
+            facts.push("not recorded".to_owned());
+        }
         if !places.is_empty() {
             let recorded = if short { "" } else { "recorded in " };
             facts.push(format!("{recorded}{}", places.join(", ")));
         }
         facts.extend(self.model.config.hint.clone());
+        let keys: &[(&str, &str)] = if link.replay.is_some() {
+            &[("k", " pauses, "), ("< >", " slower and faster")]
+        } else if link.can_send {
+            &[("h", " sends it home")]
+        } else {
+            &[]
+        };
         let mut spans = vec![Span::styled(facts.join(&separator), theme.plain)];
-        if link.can_send {
-            if !facts.is_empty() {
-                spans.push(Span::raw(separator));
-            }
-            spans.push(Span::styled("h", theme.key));
-            spans.push(Span::raw(" sends it home"));
+        if !facts.is_empty() && !keys.is_empty() {
+            spans.push(Span::raw(separator));
+        }
+        for (key, does) in keys {
+            spans.push(Span::styled(*key, theme.key));
+            spans.push(Span::raw(*does));
         }
         Line::from(spans)
     }

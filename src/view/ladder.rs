@@ -58,7 +58,7 @@ impl Screen<'_> {
             return Span::styled(stale, self.theme.warning);
         }
         if motors.thrashes(self.now) {
-            return Span::styled("~ THRASHING", self.theme.warning);
+            return Span::styled("~ layers thrash", self.theme.warning);
         }
         let since = age::words(holder.age(self.now));
         let shares = if wide { ", % won" } else { "" };
@@ -86,18 +86,15 @@ impl Screen<'_> {
         let why = why::why(holder.value, &state.value, &self.model.robot, self.now);
         let suppressed: Vec<String> = motors::suppressed(&state.value)
             .into_iter()
-            .filter(|_| holder.value != Holder::Nobody)
             .map(|holder| words::holder(holder).to_uppercase())
             .collect();
-        let mut rest = format!(": {why}");
-        if !suppressed.is_empty() {
-            let verb = if holder.value == Holder::Layer(Layer::Bumpers) {
-                "suppress"
-            } else {
-                "suppresses"
-            };
-            rest += &format!("; {verb} {}", suppressed.join(", "));
-        }
+        let rest = match (&suppressed[..], holder.value) {
+            ([], _) => format!(": {why}"),
+            (names, Holder::Layer(Layer::Bumpers)) => {
+                format!(": {why}; suppress {}", names.join(", "))
+            }
+            (names, _) => format!(": {why}; suppresses {}", names.join(", ")),
+        };
         Line::from(vec![
             Span::styled(words::holds(holder.value), strong),
             Span::styled(rest, plain),
@@ -121,6 +118,10 @@ impl Screen<'_> {
             .robot
             .allowed()
             .is_some_and(|allowed| !allowed.contains(layer));
+        let suppressed = model
+            .robot
+            .state
+            .is_some_and(|state| motors::suppressed(&state.value).contains(&holder));
         let (glyph, says, style) = if model.robot.lacks(layer) {
             (glyphs.missing, "not fitted", theme.rule)
         } else if holds {
@@ -129,8 +130,11 @@ impl Screen<'_> {
             (glyphs.forbidden, "not allowed", theme.dim)
         } else {
             match state {
-                LayerState::Holds | LayerState::Raised => {
+                LayerState::Raised | LayerState::Holds if suppressed => {
                     (glyphs.raised, "suppressed", theme.raised)
+                }
+                LayerState::Raised | LayerState::Holds => {
+                    (glyphs.raised, "had it just now", theme.raised)
                 }
                 LayerState::Quiet => (glyphs.quiet, "quiet", theme.plain),
                 LayerState::Off if layer == Layer::User => (glyphs.quiet, "hands off", theme.plain),

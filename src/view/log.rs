@@ -31,10 +31,11 @@ impl Screen<'_> {
             (Level::Info, Subject::Link | Subject::Station) => (glyphs.dot, theme.plain),
         };
         let s = entry.at.as_secs();
-        let mut text = format!("{glyph} {}", entry.text);
-        if entry.times > 1 {
-            text += &format!(" {}{}", glyphs.times, entry.times);
-        }
+        let times = match entry.times {
+            1 => String::new(),
+            times => format!(" {}{times}", glyphs.times),
+        };
+        let text = format!("{glyph} {}{times}", entry.text);
         Line::from(vec![
             Span::styled(format!("{:02}:{:02} ", s / 60, s % 60), theme.dim),
             Span::styled(text, style),

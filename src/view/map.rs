@@ -214,12 +214,12 @@ impl Screen<'_> {
                 } else {
                     glyphs.waypoint
                 };
-                mark(place(waypoint), glyph, theme.route);
+                mark(place(*waypoint), glyph, theme.route);
             }
         }
         let pending = model.ledger.pending_route().unwrap_or_default();
         for waypoint in model.chart.draft.iter().chain(pending) {
-            mark(place(waypoint), glyphs.draft, theme.draft);
+            mark(place(*waypoint), glyphs.draft, theme.draft);
         }
         for hit in &model.chart.bumps {
             mark((hit.x_in, hit.y_in), glyphs.bump, theme.holder);
@@ -240,7 +240,7 @@ impl Screen<'_> {
             mark((pose.x_in, pose.y_in), glyphs.arrows[eighth], style);
         }
         if let Some(cursor) = &model.chart.cursor {
-            mark(place(cursor), glyphs.cursor, theme.strong);
+            mark(place(*cursor), glyphs.cursor, theme.strong);
         }
     }
 
@@ -282,7 +282,7 @@ impl Screen<'_> {
     }
 }
 
-fn place(waypoint: &Waypoint) -> (f64, f64) {
+fn place(waypoint: Waypoint) -> (f64, f64) {
     (f64::from(waypoint.x_in), f64::from(waypoint.y_in))
 }
 
@@ -295,7 +295,7 @@ fn polyline(
 ) {
     for pair in waypoints.windows(2) {
         if let [from, to] = pair {
-            let (from, to) = (projection.dot(place(from)), projection.dot(place(to)));
+            let (from, to) = (projection.dot(place(*from)), projection.dot(place(*to)));
             raster.line(from, to, every, ink);
         }
     }

@@ -90,7 +90,8 @@ impl Screen<'_> {
     fn draw(&self, buffer: &mut Buffer, area: Rect) {
         let full = area.width >= WIDTH_FULL && area.height >= HEIGHT_FULL;
         let typing = matches!(self.model.overlay, Overlay::Text(_));
-        let hint_rows = u16::from(self.model.config.hint.is_some() || full || typing);
+        let hinted = self.model.config.hint.is_some() || self.model.link.replay.is_some();
+        let hint_rows = u16::from(hinted || full || typing);
         let raw_rows = if full { 3 } else { 1 };
         let (status, rest) = split_top(area, 1);
         let (rest, keys) = split_bottom(rest, 1);

@@ -273,7 +273,7 @@ impl Screen<'_> {
         let counters = self.model.robot.counters?;
         let c = counters.value;
         let words = format!(
-            "up {}, {} bumps, boot {}, v{}.{:02}",
+            "up {}, bumps {}, boot {}, v{}.{:02}",
             age::words(Moment::from_secs(u64::from(c.uptime_s))),
             c.bumps,
             c.boots,
@@ -287,7 +287,7 @@ impl Screen<'_> {
                 self.theme.dim,
             )],
             age: Some(counters.age(self.now)),
-            stale_after: Moment::from_secs(60),
+            stale_after: Moment::from_mins(1),
         })
     }
 }

@@ -40,14 +40,12 @@ impl Screen<'_> {
         };
         let newest = link.newest_age(self.now).map(age::words);
         let flow = || {
-            let mut words = format!("  {:.1}/s", link.lines_per_s(self.now));
-            if let Some(loss) = link.loss(self.now) {
-                words += &format!("  loss {:.1} %", loss * 100.0);
-            }
-            if let Some(newest) = &newest {
-                words += &format!("  newest {newest}");
-            }
-            words
+            let rate = format!("  {:.1}/s", link.lines_per_s(self.now));
+            let loss = link
+                .loss(self.now)
+                .map(|loss| format!("  loss {:.1} %", loss * 100.0));
+            let newest = newest.as_ref().map(|newest| format!("  newest {newest}"));
+            [Some(rate), loss, newest].into_iter().flatten().collect()
         };
         let (glyph, style, words): (_, Style, String) = match link.health(self.now) {
             Health::Waiting => (glyphs.silent, theme.dim, "  no line yet".to_owned()),
@@ -105,7 +103,7 @@ impl Screen<'_> {
             .map(|path| file_name(path))
             .collect();
         if names.is_empty() {
-            return Span::styled("not recorded", theme.dim);
+            return Span::styled("unrecorded", theme.dim);
         }
         Span::raw(format!("{} {}", theme.glyphs.recording, names.join(", ")))
     }

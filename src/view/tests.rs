@@ -1,43 +1,61 @@
-//! The screen as text.
+//! The screen as text: pictures of the whole, and the facts that matter beside them.
 
-use groundwave_protocol::letters::{Bump, Infrared, Layer, LayerState};
+use crossterm::event::KeyCode;
+use groundwave_protocol::digest::digest;
+use groundwave_protocol::letters::{Bump, Infrared, Layer, LayerMask, LayerState, Mode};
+use groundwave_protocol::telemetry::{ListPlace, Outcome};
+use groundwave_protocol::{LINE_BYTES, Waypoint};
+use proptest::prelude::*;
 use ratatui::Terminal;
 use ratatui::backend::TestBackend;
+use ratatui::buffer::Buffer;
 
 use super::draw;
-use crate::event::{Event, Recording, Truth};
-use crate::model::Config;
-use crate::model::testing::Scene;
+use crate::event::{
+    CommandId, CommandStep, Effect, Event, Failure, LinkEvent, Recording, Replay, Truth,
+};
+use crate::model::testing::{Scene, any_event};
+use crate::model::{Colors, Config};
+use crate::request::Request;
 
-/// The screen, row by row, without the spaces at the ends of rows.
-fn screen(scene: &Scene, width: u16, height: u16) -> String {
+fn buffer(scene: &Scene, width: u16, height: u16) -> Buffer {
     let mut terminal = Terminal::new(TestBackend::new(width, height)).unwrap();
     terminal
         .draw(|frame| draw(&scene.model, scene.now, frame))
         .unwrap();
-    let buffer = terminal.backend().buffer();
-    let mut text = String::new();
-    for row in 0..height {
+    terminal.backend().buffer().clone()
+}
+
+/// The screen, row by row, without the spaces at the ends of rows.
+fn screen(scene: &Scene, width: u16, height: u16) -> String {
+    let buffer = buffer(scene, width, height);
+    let rows = (0..height).map(|row| {
         let cells = (0..width).map(|column| buffer[(column, row)].symbol());
-        let line: String = cells.collect();
-        text += line.trim_end();
-        text.push('\n');
-    }
-    text
+        cells.collect::<String>().trim_end().to_owned() + "\n"
+    });
+    rows.collect()
+}
+
+/// The row that holds some words.
+fn row<'a>(screen: &'a str, words: &str) -> &'a str {
+    screen
+        .lines()
+        .find(|row| row.contains(words))
+        .unwrap_or_else(|| panic!("no `{words}` in\n{screen}"))
 }
 
 fn house() -> Truth {
-    let (w, e, s, n) = (-120.0, 300.0, -150.0, 180.0);
+    let (west, east, south, north) = (-120.0, 300.0, -150.0, 180.0);
     Truth {
         walls: vec![
-            [(w, s), (e, s)],
-            [(e, s), (e, n)],
-            [(e, n), (w, n)],
-            [(w, n), (w, s)],
-            [(90.0, s), (90.0, -20.0)],
-            [(90.0, 30.0), (90.0, n)],
+            [(west, south), (east, south)],
+            [(east, south), (east, north)],
+            [(east, north), (west, north)],
+            [(west, north), (west, south)],
+            [(90.0, south), (90.0, -20.0)],
+            [(90.0, 30.0), (90.0, north)],
             [(-60.0, 100.0), (0.0, 100.0)],
-            [(0.0, 100.0), (0.0, n)],
+            [(0.0, 100.0), (0.0, north)],
         ],
         circles: vec![((40.0, -60.0), 9.0), ((200.0, 60.0), 14.0)],
     }
@@ -45,6 +63,7 @@ fn house() -> Truth {
 
 /// A robot that has prowled through a house for a while and has just hit something.
 fn flight(config: Config) -> Scene {
+    use LayerState::{Holds, Quiet, Raised};
     let mut scene = Scene::new(config);
     scene.event(Event::Truth(house()));
     scene.event(Event::Recording(Recording {
@@ -55,17 +74,11 @@ fn flight(config: Config) -> Scene {
     scene.hear_text("SR04 1.00 ready");
     scene.drive(12, 3.3, 0);
     scene.state.infrared = Infrared::Left;
-    scene.layers(&[
-        (Layer::Infrared, LayerState::Holds),
-        (Layer::Sonar, LayerState::Raised),
-    ]);
+    scene.layers(&[(Layer::Infrared, Holds), (Layer::Sonar, Raised)]);
     scene.state.rotation_in_s = 8;
     scene.drive(6, 2.5, 14);
     scene.state.infrared = Infrared::None;
-    scene.layers(&[
-        (Layer::Infrared, LayerState::Quiet),
-        (Layer::Sonar, LayerState::Holds),
-    ]);
+    scene.layers(&[(Layer::Infrared, Quiet), (Layer::Sonar, Holds)]);
     scene.hear_ticks(30, [0, 0, 0, 100, 50, 0, 0, 0, 400]);
     scene.drive(20, 3.3, 1);
     scene.lose(2);
@@ -75,126 +88,337 @@ fn flight(config: Config) -> Scene {
     scene.state.velocity_in_s = -6;
     scene.state.wheel_left_in_s = -5;
     scene.state.wheel_right_in_s = -6;
-    scene.layers(&[
-        (Layer::Bumpers, LayerState::Holds),
-        (Layer::Sonar, LayerState::Raised),
-    ]);
     scene.state.rotation_in_s = 0;
     scene.state.sonar_left_in = None;
     scene.state.sonar_right_in = Some(31);
+    scene.layers(&[(Layer::Bumpers, Holds), (Layer::Sonar, Raised)]);
     scene.drive(2, 0.0, 0);
     scene
 }
 
-#[test]
-fn look() {
-    let config = Config {
+fn demo() -> Config {
+    Config {
         hint: Some("raw: cat /dev/pts/5".to_owned()),
         ..Config::default()
+    }
+}
+
+/// Two waypoints set on the map, sent and acknowledged; another command refused, one lost, one waiting.
+fn commanded(scene: &mut Scene) -> u32 {
+    scene.press(&[KeyCode::Left; 8]);
+    scene.type_text("w");
+    scene.press(&[KeyCode::Down; 8]);
+    scene.type_text("w");
+    let effects = scene.type_text("S");
+    let [Effect::Send(Request::Route(route))] = &effects[..] else {
+        panic!("sending the draft gave {effects:?}");
     };
-    let scene = flight(config);
-    println!("{}", screen(&scene, 120, 40));
-    println!("{}", screen(&scene, 80, 24));
+    let digest = digest(route.iter());
+    scene.command(
+        1,
+        Request::Mode(Mode::Prowl),
+        CommandStep::Proven { digest: None },
+    );
+    scene.command(
+        2,
+        Request::Route(route.clone()),
+        CommandStep::Proven {
+            digest: Some(digest),
+        },
+    );
+    scene.command(3, Request::Scan, CommandStep::Refused(Outcome::NotFitted));
+    scene.command(
+        4,
+        Request::Mode(Mode::Reactive),
+        CommandStep::Failed(Failure::TimedOut),
+    );
+    scene.event(Event::Command {
+        id: CommandId(5),
+        step: CommandStep::Queued(Request::Disable(LayerMask::NONE.with(Layer::Sonar))),
+    });
+    scene.hear();
+    digest
 }
 
 #[test]
-fn look_at_the_rest() {
-    use crate::event::*;
-    use crate::request::Request;
-    use crossterm::event::{KeyCode, KeyEvent, KeyModifiers};
+fn a_flight_at_120_by_40() {
+    let scene = flight(demo());
+    let screen = screen(&scene, 120, 40);
+    insta::assert_snapshot!(screen);
+    row(&screen, "BUMPERS hold the motors: right bumper hit; backs");
+    row(&screen, "off; suppress SONAR, PROWL");
+    row(&screen, "newest <1 s");
+    row(&screen, "right bumper hit at (79, 39)");
+    row(&screen, "simulator's truth");
+    row(
+        &screen,
+        "recorded in /tmp/flights/session.mcap · raw: cat /dev/pts/5 · h sends it home",
+    );
+    assert!(row(&screen, "1 ▶ BUMPERS").contains("HOLDS"));
+    assert!(row(&screen, "4 △ sonar").contains("12 %"), "by line C");
+}
+
+#[test]
+fn a_flight_at_80_by_24() {
+    let mut scene = flight(demo());
+    let sensors = screen(&scene, 80, 24);
+    insta::assert_snapshot!(sensors);
+    row(&sensors, "BUMPERS hold the motors: right bumper");
+    row(&sensors, "loss 4.3 %");
+    row(&sensors, "h sends it home");
+    for (panel, words) in [
+        ("commands", "nothing is sent"),
+        ("log", "right bumper hit at"),
+    ] {
+        scene.press(&[KeyCode::Tab]);
+        let screen = screen(&scene, 80, 24);
+        row(&screen, &format!("── {panel}"));
+        row(&screen, words);
+    }
+}
+
+#[test]
+fn commands_at_120_by_40_and_at_80_by_24() {
+    let mut scene = flight(Config::default());
+    let digest = commanded(&mut scene);
+    let active = format!("ACTIVE {digest:08X}");
+    let wide = screen(&scene, 120, 40);
+    insta::assert_snapshot!("commands_wide", wide);
+    row(&wide, &format!("2 route of 2 waypoints        ✔ {active}"));
+    row(&wide, "3 scan                        ✖ REFUSED: not fitted");
+    assert!(row(&wide, "4 △ sonar").contains("asked off"));
+    scene.press(&[KeyCode::Tab]);
+    let narrow = screen(&scene, 80, 24);
+    insta::assert_snapshot!("commands_narrow", narrow);
+    row(&narrow, &active);
+}
+
+#[test]
+fn without_braille_and_color_everything_is_still_told() {
     let mut scene = flight(Config {
-        colors: crate::model::Colors::Mono,
+        colors: Colors::Mono,
         ascii: true,
         hint: None,
     });
-    let key = |c| Event::Key(KeyEvent::new(KeyCode::Char(c), KeyModifiers::NONE));
-    let arrow = |c| Event::Key(KeyEvent::new(c, KeyModifiers::NONE));
-    for _ in 0..8 {
-        scene.event(arrow(KeyCode::Left));
+    commanded(&mut scene);
+    for keys in ["", "?", "?d"] {
+        scene.type_text(keys);
+        let screen = screen(&scene, 120, 40);
+        assert!(screen.is_ascii(), "{screen}");
     }
-    scene.event(key('w'));
-    for _ in 0..8 {
-        scene.event(arrow(KeyCode::Down));
+    scene.type_text("n");
+    insta::assert_snapshot!(screen(&scene, 120, 40));
+    let buffer = buffer(&scene, 120, 40);
+    let colored = buffer.content().iter().find(|cell| {
+        (cell.fg, cell.bg) != (ratatui::style::Color::Reset, ratatui::style::Color::Reset)
+    });
+    assert_eq!(colored, None);
+}
+
+#[test]
+fn dialogs_at_80_by_24() {
+    let mut scene = flight(Config::default());
+    scene.type_text("?");
+    insta::assert_snapshot!("help", screen(&scene, 80, 24));
+    scene.type_text("?d");
+    insta::assert_snapshot!("question", screen(&scene, 80, 24));
+    scene.type_text("y");
+    row(&screen(&scene, 80, 24), "HAND DRIVE 8 in/s");
+    scene.press(&[KeyCode::Esc]);
+    scene.type_text(":mode prawl");
+    scene.press(&[KeyCode::Enter]);
+    let typing = screen(&scene, 80, 24);
+    row(&typing, ":mode prawl▏");
+    row(&typing, "unknown mode `prawl`; modes are prowl, reactive");
+}
+
+#[test]
+fn a_lost_link_is_told_at_once_and_values_age() {
+    let mut scene = flight(demo());
+    scene.event(Event::Link(LinkEvent::Lost {
+        reason: "the device is gone".to_owned(),
+    }));
+    row(
+        &screen(&scene, 120, 40),
+        "✖ sim  LINK LOST <1 s: the device is gone; keeps trying",
+    );
+    scene.wait_ms(4500);
+    let lost = screen(&scene, 120, 40);
+    insta::assert_snapshot!(lost);
+    assert!(row(&lost, "bumper   ✖").contains("◌ 4 s"));
+    row(&lost, "who holds the motors ─────────────── ◌ 4 s");
+}
+
+#[test]
+fn a_silent_robot_is_not_a_lost_link() {
+    let mut scene = flight(demo());
+    scene.wait_ms(3100);
+    let silent = screen(&scene, 80, 24);
+    row(&silent, "○ sim  SILENT for 3 s");
+    assert!(!silent.contains("LOST"));
+}
+
+#[test]
+fn a_paused_replay_is_paused_and_an_ended_one_ended() {
+    let mut scene = flight(Config::default());
+    scene.event(Event::Replay(Replay {
+        paused: true,
+        speed: 2.0,
+    }));
+    let paused = screen(&scene, 80, 24);
+    scene.wait_ms(60_000);
+    assert_eq!(screen(&scene, 80, 24), paused, "time stands still");
+    row(&paused, "‖ sim  PAUSED  replay ×2");
+    scene.event(Event::Link(LinkEvent::Ended));
+    let ended = screen(&scene, 80, 24);
+    row(&ended, "■ sim  session ended");
+    for screen in [paused, ended] {
+        assert!(!screen.contains("LOST") && !screen.contains("SILENT"));
     }
-    scene.event(key('w'));
-    println!("{}", screen(&scene, 120, 40));
-    let effects = scene.event(key('S'));
-    println!("{effects:?}");
-    let Effect::Send(Request::Route(list)) = &effects[0] else {
-        panic!()
+}
+
+#[test]
+fn a_recording_that_failed_is_an_alarm() {
+    let mut scene = flight(Config::default());
+    scene.event(Event::Recording(Recording {
+        mcap: Some("session.mcap".to_owned()),
+        problem: Some("the disk is full".to_owned()),
+        ..Recording::default()
+    }));
+    row(
+        &screen(&scene, 120, 40),
+        "✖ RECORDING FAILED: the disk is full",
+    );
+}
+
+#[test]
+fn the_simulators_truth_can_be_switched_off() {
+    let mut scene = flight(Config::default());
+    scene.type_text("t");
+    let without = screen(&scene, 120, 40);
+    assert!(!without.contains("simulator's truth"));
+    scene.type_text("t");
+    assert_ne!(screen(&scene, 120, 40), without);
+}
+
+#[test]
+fn a_map_is_as_wide_as_it_is_high() {
+    // Walls of a square 160 inches a side.
+    let mut scene = Scene::new(Config::default());
+    let (low, high) = (-80.0, 80.0);
+    let corners = [
+        (low, low),
+        (low, high),
+        (high, high),
+        (high, low),
+        (low, low),
+    ];
+    scene.event(Event::Truth(Truth {
+        walls: corners.windows(2).map(|pair| [pair[0], pair[1]]).collect(),
+        circles: Vec::new(),
+    }));
+    let buffer = buffer(&scene, 120, 40);
+    let braille = |column, row| {
+        let symbol = buffer[(column, row)].symbol().chars().next();
+        symbol.is_some_and(|c| ('\u{2801}'..='\u{28ff}').contains(&c))
     };
-    let digest = groundwave_protocol::digest::digest(list.iter());
-    scene.event(Event::Command {
-        id: CommandId(1),
-        step: CommandStep::Queued(Request::Mode(groundwave_protocol::letters::Mode::Prowl)),
-    });
-    scene.event(Event::Command {
-        id: CommandId(1),
-        step: CommandStep::Sent { attempt: 1 },
-    });
-    scene.event(Event::Command {
-        id: CommandId(1),
-        step: CommandStep::Proven { digest: None },
-    });
-    scene.event(Event::Command {
-        id: CommandId(2),
-        step: CommandStep::Queued(Request::Route(list.clone())),
-    });
-    scene.event(Event::Command {
-        id: CommandId(2),
-        step: CommandStep::Sent { attempt: 2 },
-    });
-    scene.event(Event::Command {
-        id: CommandId(2),
-        step: CommandStep::Proven {
-            digest: Some(digest),
-        },
-    });
-    scene.event(Event::Command {
-        id: CommandId(3),
-        step: CommandStep::Queued(Request::Route(list.clone())),
-    });
-    scene.event(Event::Command {
-        id: CommandId(3),
-        step: CommandStep::Sent { attempt: 2 },
-    });
-    scene.event(Event::Command {
-        id: CommandId(3),
-        step: CommandStep::Failed(Failure::TimedOut),
-    });
-    scene.status.list.count = 2;
-    scene.status.list.driven = 1;
-    scene.status.target_in = Some((40, 0));
+    let columns = (0..120)
+        .filter(|&column| (0..40).any(|row| braille(column, row)))
+        .count();
+    let rows = (0..40)
+        .filter(|&row| (0..120).any(|column| braille(column, row)))
+        .count();
+    assert!(
+        rows > 10 && columns.abs_diff(2 * rows) <= 2,
+        "{columns}x{rows}"
+    );
+}
+
+#[test]
+fn driven_is_told_only_of_the_digest_that_was_acknowledged() {
+    let mut scene = flight(Config::default());
+    let digest = commanded(&mut scene);
+    scene.status.list = ListPlace {
+        driven: 1,
+        count: 2,
+    };
     scene.status.digest = digest;
     scene.hear_status();
-    scene.event(key('4'));
-    scene.event(Event::Command {
-        id: CommandId(4),
-        step: CommandStep::Queued(Request::Disable(
-            groundwave_protocol::letters::LayerMask::NONE.with(Layer::Sonar),
-        )),
+    let same = screen(&scene, 120, 40);
+    row(&same, &format!("ACTIVE {digest:08X}, driven 1/2"));
+    scene.status.digest ^= 1;
+    scene.hear_status();
+    let other = screen(&scene, 120, 40);
+    assert!(!other.contains("ACTIVE"), "{other}");
+    row(
+        &other,
+        &format!("robot's list, not of this session: {:08X}", digest ^ 1),
+    );
+}
+
+proptest! {
+    #![proptest_config(ProptestConfig { cases: 128, failure_persistence: None, ..ProptestConfig::default() })]
+
+    #[test]
+    fn nothing_panics_and_drawing_twice_draws_the_same(
+        events in prop::collection::vec((any_event(), 0_u64..5000), 0..60),
+        width in 1_u16..=250,
+        height in 1_u16..=80,
+        ascii in any::<bool>(),
+    ) {
+        let mut scene = Scene::new(Config { ascii, ..demo() });
+        for (event, wait_ms) in events {
+            scene.wait_ms(wait_ms);
+            scene.event(event);
+        }
+        prop_assert_eq!(buffer(&scene, width, height), buffer(&scene, width, height));
+    }
+
+    #[test]
+    fn a_row_says_active_only_with_a_digest_that_the_robot_acknowledged(
+        events in prop::collection::vec(any_event(), 0..80),
+    ) {
+        let mut scene = Scene::new(Config::default());
+        let mut acknowledged = Vec::new();
+        for event in events {
+            if let Event::Command { id, step: CommandStep::Proven { digest: Some(digest) } } = &event {
+                acknowledged.push((format!("{} ", id.0), format!("ACTIVE {digest:08X}")));
+            }
+            scene.event(event);
+        }
+        let screen = screen(&scene, 200, 80);
+        for row in screen.lines().filter(|row| row.contains("✔ ACTIVE ")) {
+            let known = acknowledged
+                .iter()
+                .any(|(id, active)| row.starts_with(id) && row.contains(active));
+            prop_assert!(known, "{row}");
+        }
+    }
+}
+
+#[test]
+fn the_raw_line_is_under_its_ruler() {
+    let scene = flight(Config::default());
+    let screen = screen(&scene, 120, 40);
+    let rows: Vec<&str> = screen.lines().collect();
+    let at = rows
+        .iter()
+        .position(|row| row.starts_with("1...5...10"))
+        .unwrap();
+    assert_eq!(rows[at].len(), LINE_BYTES);
+    assert_eq!(&rows[at + 1][60..61], "P", "the mode is in column 61");
+}
+
+#[test]
+fn a_waypoint_far_out_is_seen() {
+    let mut scene = flight(Config::default());
+    let far = Waypoint {
+        x_in: 9999,
+        y_in: -9999,
+    };
+    scene.event(Event::RouteLoaded {
+        path: "far.txt".to_owned(),
+        route: Ok(vec![far]),
     });
-    scene.hear();
-    println!("{}", screen(&scene, 120, 40));
-    scene.event(arrow(KeyCode::Tab));
-    scene.event(key('d'));
-    println!("{}", screen(&scene, 80, 24));
-    scene.event(key('y'));
-    println!("{}", screen(&scene, 80, 24));
-    scene.event(arrow(KeyCode::Esc));
-    scene.event(key('?'));
-    println!("{}", screen(&scene, 80, 24));
-    println!("{}", screen(&scene, 120, 40));
-    scene.event(key('?'));
-    scene.event(key(':'));
-    scene.event(Event::Paste("mode prawl".into()));
-    scene.event(arrow(KeyCode::Enter));
-    scene.event(Event::Link(LinkEvent::Lost {
-        reason: "the device is gone".into(),
-    }));
-    scene.wait_ms(4500);
-    scene.event(key('+'));
-    println!("{}", screen(&scene, 80, 24));
-    println!("{}", screen(&scene, 200, 60));
-    println!("{}", screen(&scene, 40, 10));
+    row(&screen(&scene, 120, 40), "◇");
 }
