@@ -171,7 +171,7 @@ fn flips_of_three_to_five_bits_are_rejected() {
     let mut dice = Dice(seed);
     for line in samples() {
         let next = text(7, "the line after it");
-        for _ in 0..60_000 {
+        for _ in 0..300_000 {
             let count = 3 + dice.below(3);
             let bits = dice.different(count, line.bits());
             let damaged = line.flipped(&bits);
