@@ -5,10 +5,14 @@
 mod conversation;
 #[path = "../examples/vectors/describe.rs"]
 mod describe;
-#[path = "../examples/vectors/downlink.rs"]
-mod downlink;
 #[path = "../examples/vectors/judge.rs"]
 mod judge;
+#[path = "../examples/vectors/lines.rs"]
+mod lines;
+#[path = "../examples/vectors/samples.rs"]
+mod samples;
+#[path = "../examples/vectors/streams.rs"]
+mod streams;
 #[path = "../examples/vectors/uplink.rs"]
 mod uplink;
 
@@ -59,9 +63,9 @@ fn is_what_the_generator_writes(name: &str, generated: &[Value]) {
 
 #[test]
 fn the_files_are_what_the_generator_writes() {
-    is_what_the_generator_writes("lines", &downlink::lines());
-    is_what_the_generator_writes("streams", &downlink::streams());
-    is_what_the_generator_writes("checksums", &downlink::checksums());
+    is_what_the_generator_writes("lines", &lines::lines());
+    is_what_the_generator_writes("streams", &streams::streams());
+    is_what_the_generator_writes("checksums", &streams::checksums());
     is_what_the_generator_writes("frames", &uplink::frames());
     is_what_the_generator_writes("digests", &uplink::digests());
     is_what_the_generator_writes("conversation", &conversation::conversation());

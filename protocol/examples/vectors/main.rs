@@ -3,8 +3,10 @@
 
 mod conversation;
 mod describe;
-mod downlink;
 mod judge;
+mod lines;
+mod samples;
+mod streams;
 mod uplink;
 
 use serde_json::Value;
@@ -13,8 +15,8 @@ fn main() -> std::io::Result<()> {
     let folder = concat!(env!("CARGO_MANIFEST_DIR"), "/vectors");
     std::fs::create_dir_all(folder)?;
     for (name, vectors) in all() {
-        let lines: String = vectors.iter().map(|vector| format!("{vector}\n")).collect();
-        std::fs::write(format!("{folder}/{name}.jsonl"), lines)?;
+        let lines: Vec<_> = vectors.iter().map(|vector| format!("{vector}\n")).collect();
+        std::fs::write(format!("{folder}/{name}.jsonl"), lines.concat())?;
         println!("{name}.jsonl: {} vectors", vectors.len());
     }
     Ok(())
@@ -23,9 +25,9 @@ fn main() -> std::io::Result<()> {
 /// The files by name.
 fn all() -> [(&'static str, Vec<Value>); 6] {
     [
-        ("lines", downlink::lines()),
-        ("streams", downlink::streams()),
-        ("checksums", downlink::checksums()),
+        ("lines", lines::lines()),
+        ("streams", streams::streams()),
+        ("checksums", streams::checksums()),
         ("frames", uplink::frames()),
         ("digests", uplink::digests()),
         ("conversation", conversation::conversation()),
