@@ -6,7 +6,7 @@ use groundwave_protocol::letters::{
     Arm, Bump, Cliff, Drive, Infrared, Layer, LayerMask, LayerState, Link, Mode, Power,
 };
 use groundwave_protocol::telemetry::{
-    Ack, Body, CountersLine, FirmwareVersion, HOLDERS, LayerStates, ListPlace, StateLine,
+    Ack, Body, CountersLine, Detail, FirmwareVersion, HOLDERS, LayerStates, ListPlace, StateLine,
     StatusLine,
 };
 use serde_json::Value;
@@ -92,6 +92,13 @@ fn valid_states() -> Vec<Value> {
 }
 
 fn valid_others() -> Vec<Value> {
+    let just_booted = Ack {
+        detail: Detail::Idle {
+            owner: 0,
+            robot_id: 7,
+        },
+        ..Ack::default()
+    };
     let b = |about, line| vector(about, &encode(47, Body::Status(line)));
     let c = |about, line| vector(about, &encode(53, Body::Counters(line)));
     vec![
@@ -179,7 +186,7 @@ fn valid_others() -> Vec<Value> {
         ),
         vector("K: nothing staged", &acknowledge(43, ACK)),
         vector("K: the fourth block is missing", &acknowledge(44, STAGING)),
-        vector("K: just booted", &acknowledge(0, Ack::default())),
+        vector("K: just booted", &acknowledge(0, just_booted)),
     ]
 }
 
