@@ -134,6 +134,15 @@ mod tests {
         }
     }
 
+    /// Computed apart from this code, bit by bit, with the polynomial in its other notation: Koopman's
+    /// leaves out the constant term instead of the leading one.
+    #[test]
+    fn it_is_the_checksum_that_was_chosen() {
+        assert_eq!(0xBD_80DE << 1 & 0xFF_FFFF | 1, POLYNOMIAL);
+        assert_eq!(update(DOWNLINK_INIT, b"123456789"), 0x74_A079);
+        assert_eq!(update(0, b"123456789"), 0x5E_B034);
+    }
+
     #[test]
     fn a_remainder_continues_across_any_split() {
         let bytes = *b"A42 +123.4 -045.0 273 +06 -12";

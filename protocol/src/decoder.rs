@@ -68,8 +68,8 @@ pub struct Counters {
     pub shape_rejected: u64,
     /// Lines whose checksum held and whose fields made no sense.
     pub field_rejected: u64,
-    /// Lines that the sequence says were sent and that did not arrive intact. A gap of more than 94
-    /// lines counts short: it may have been 100 lines more, and from 95 on it looks like a late line.
+    /// Lines that the sequence says were sent and that did not arrive intact. A gap of more than 93
+    /// lines counts short: one of 94 to 98 looks like a late line, and longer ones wrap.
     /// A reboot begins a new count, what was lost around it is unknown.
     pub lines_lost: u64,
     /// Bytes that belong to no intact line, or to a line that is not complete yet.

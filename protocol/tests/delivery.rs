@@ -105,6 +105,7 @@ fn stop_interrupts_a_transfer_and_nothing_sent_before_it_runs_after_it() {
         world.fop.stop(pressed_us);
         while world.robot.mode != Mode::Stop {
             world.step();
+            assert!(world.now_us < 60_000_000, "never stopped, seed {seed}");
         }
         let heard_s = (world.now_us - pressed_us) as f64 / 1e6;
         assert!(seed % 2 == 1 || heard_s < 0.15, "seed {seed}: {heard_s} s");

@@ -26,6 +26,7 @@ fn a_station_that_starts_in_the_middle_of_another_ones_transfer_takes_over() {
         assert!(world.fop.start(0, Task::List(&route(seed, 100))));
         while !matches!(world.robot.farm.ack().detail, Detail::Staging { .. }) {
             world.step();
+            assert!(world.now_us < 10_000_000, "nothing staged, seed {seed}");
         }
         world.fop = Fop::new(Config::new(0x111));
         world.uplink.clear();

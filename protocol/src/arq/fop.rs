@@ -4,13 +4,16 @@
 //! lacking its effect, means that the frame was lost. A timer stands behind that for the time when no
 //! line comes down at all.
 
+mod sending;
+mod session;
+
 use super::pacer::Pacer;
 use super::transfer::Transfer;
 use crate::Waypoint;
-use crate::command::{Command, Drive, Frame, Key, Message, Open, Order};
+use crate::command::{Command, Key, Order};
 use crate::decoder::Received;
 use crate::letters::Mode;
-use crate::telemetry::{Ack, Body, Detail, Outcome};
+use crate::telemetry::{Ack, Body, Outcome};
 use crate::{BYTES_PER_S, LINE_BYTES, WAYPOINTS_MAX};
 
 /// How the ground's end behaves.
@@ -365,88 +368,6 @@ impl Fop {
         }
     }
 
-    fn check_session(&mut self, now_us: u64, ack: Ack, latched_us: u64) {
-        match &mut self.session {
-            Session::None => {}
-            Session::Opening {
-                boot,
-                replaces,
-                sent_us,
-            } => {
-                let ours =
-                    matches!(ack.detail, Detail::Idle { owner, .. } if owner == self.config.owner);
-                if ack.boot != *boot {
-                    // Nothing was at stake yet: ask the robot's new life.
-                    self.session = Session::None;
-                } else if ack.session == *replaces {
-                    if sent_us.is_some_and(|ends_us| ends_us <= latched_us) {
-                        *sent_us = None;
-                    }
-                } else if ack.session == *replaces % 7 + 1 && ours {
-                    self.session = Session::Open {
-                        boot: ack.boot,
-                        number: ack.session,
-                        key: Key::session(
-                            self.robot_id.unwrap_or(0),
-                            ack.boot,
-                            ack.session,
-                            self.config.owner,
-                        ),
-                    };
-                    self.sequence = 0;
-                    self.tag = 0;
-                    self.drive_count = 0;
-                    self.progress_us = now_us;
-                    if let Some(Work::List(transfer)) = &mut self.work {
-                        self.tag = 1;
-                        transfer.restart(1);
-                    }
-                    self.push(FopEvent::Session(Ok(())));
-                } else if matches!(ack.detail, Detail::Idle { owner: 0, .. }) {
-                    // Closed by a STOP in between.
-                    self.session = Session::None;
-                } else {
-                    self.lose_session(Loss::TakenOver);
-                }
-            }
-            Session::Open { boot, number, .. } => {
-                if ack.boot != *boot {
-                    self.lose_session(Loss::RobotRestarted);
-                } else if ack.session != *number {
-                    let closed = matches!(ack.detail, Detail::Idle { owner: 0, .. });
-                    self.lose_session(if closed {
-                        Loss::Stopped
-                    } else {
-                        Loss::TakenOver
-                    });
-                } else if matches!(ack.detail, Detail::Idle { owner, .. } if owner != self.config.owner)
-                {
-                    self.lose_session(Loss::TakenOver);
-                }
-            }
-        }
-    }
-
-    fn lose_session(&mut self, loss: Loss) {
-        if self.is_open() {
-            self.push(FopEvent::Session(Err(loss)));
-        }
-        self.session = Session::None;
-        self.drive = None;
-        self.fail(loss);
-    }
-
-    fn fail(&mut self, loss: Loss) {
-        if self.outstanding.take().is_some() {
-            // The robot may have heard it or not, so its number cannot be used again in this session;
-            // in a new one it can never be executed late.
-            self.session = Session::None;
-        }
-        if self.work.take().is_some() {
-            self.push(FopEvent::Failed(loss));
-        }
-    }
-
     fn conclude(&mut self, outcome: Outcome) {
         match (&mut self.work, outcome) {
             (None, _) | (Some(Work::List(_)), Outcome::ListIncomplete) => {}
@@ -472,158 +393,6 @@ impl Fop {
     fn next_tag(&mut self) -> u8 {
         self.tag = next_tag(self.tag);
         self.tag
-    }
-
-    /// Bytes that may go to the radio now. Call until it returns `None`.
-    pub fn poll_transmit(&mut self, now_us: u64) -> Option<&[u8]> {
-        if self.pacer.is_idle() {
-            if let Some((message, key)) = self.next_frame(now_us) {
-                let ends_us = self.pacer.begin(now_us, message.encode(key));
-                self.note_sent(&message, ends_us);
-            } else if self.must_knock() && now_us >= self.knock_us {
-                self.pacer.begin(now_us, Frame::knock());
-                self.knock_us = now_us + KNOCK_PERIOD_US;
-            }
-        }
-        self.pacer.poll(now_us)
-    }
-
-    /// Whether there is something to deliver and no robot has been heard.
-    fn must_knock(&self) -> bool {
-        (self.work.is_some() || self.drive.is_some())
-            && (self.latest_ack.is_none() || self.robot_id.is_none())
-    }
-
-    /// What to say next, most urgent first.
-    fn next_frame(&mut self, now_us: u64) -> Option<(Message, Key)> {
-        if let Some(stopping) = self.stopping {
-            let key = self.robot_id.map_or(Key::EVERY_ROBOT, Key::robot);
-            return (now_us >= stopping.next_us).then_some((Message::Stop, key));
-        }
-        let wants_drive = self
-            .drive
-            .is_some_and(|drive| now_us >= drive.next_us.min(drive.until_us));
-        if self.work.is_none() && !wants_drive {
-            return None;
-        }
-        match self.session {
-            Session::None => {
-                let ack = self.latest_ack?;
-                self.robot_id?;
-                self.session = Session::Opening {
-                    boot: ack.boot,
-                    replaces: ack.session,
-                    sent_us: None,
-                };
-                self.next_frame(now_us)
-            }
-            Session::Opening {
-                boot,
-                replaces,
-                sent_us: None,
-            } => {
-                let open = Open {
-                    boot,
-                    replaces,
-                    owner: self.config.owner,
-                };
-                Some((Message::Open(open), Key::robot(self.robot_id?)))
-            }
-            Session::Opening { .. } => None,
-            Session::Open { key, .. } => {
-                let message = if wants_drive {
-                    self.next_drive(now_us)
-                } else {
-                    self.next_of_work()
-                };
-                message.map(|message| (message, key))
-            }
-        }
-    }
-
-    fn next_drive(&mut self, now_us: u64) -> Option<Message> {
-        let drive = self.drive.as_mut()?;
-        drive.next_us = now_us + DRIVE_PERIOD_US;
-        let mut speeds = (drive.velocity_in_s, drive.rotation_in_s);
-        if now_us >= drive.until_us {
-            self.drive = None;
-            speeds = (0, 0);
-        }
-        self.drive_count = (self.drive_count + 1) & 0xF;
-        Some(Message::Drive(Drive {
-            velocity_in_s: speeds.0,
-            rotation_in_s: speeds.1,
-            heard: self.latest_line,
-            count: self.drive_count,
-        }))
-    }
-
-    fn next_of_work(&mut self) -> Option<Message> {
-        let order = match self.work.as_ref()? {
-            Work::List(transfer) => {
-                if let Some((slots, _)) = transfer.next() {
-                    return Some(Message::Waypoints(slots));
-                }
-                Order::Activate {
-                    tag: transfer.tag(),
-                    count: transfer.count(),
-                    digest: transfer.digest(),
-                }
-            }
-            Work::Order(order) => *order,
-        };
-        match self.outstanding {
-            None => Some(Message::Command(Command {
-                sequence: (self.sequence + 1) & 0x3F,
-                order,
-            })),
-            Some(Outstanding {
-                command,
-                ends_us: None,
-            }) => Some(Message::Command(command)),
-            Some(_) => None,
-        }
-    }
-
-    fn note_sent(&mut self, message: &Message, ends_us: u64) {
-        match message {
-            Message::Stop => {
-                if let Some(stopping) = &mut self.stopping {
-                    stopping.off_us = stopping.off_us.or(Some(ends_us));
-                    stopping.next_us = ends_us + STOP_PERIOD_US;
-                }
-                return;
-            }
-            Message::Open(_) => {
-                if let Session::Opening { sent_us, .. } = &mut self.session {
-                    *sent_us = Some(ends_us);
-                }
-            }
-            Message::Command(command) => {
-                self.sequence = command.sequence;
-                self.outstanding = Some(Outstanding {
-                    command: *command,
-                    ends_us: Some(ends_us),
-                });
-            }
-            Message::Waypoints(slots) => {
-                if let Some(Work::List(transfer)) = &mut self.work {
-                    let first = usize::from(slots.first_block);
-                    let blocks = slots
-                        .waypoints()
-                        .len()
-                        .div_ceil(crate::command::BLOCK_WAYPOINTS);
-                    transfer.sent(first..first + blocks, ends_us);
-                }
-            }
-            Message::Drive(_) | Message::Keepalive(_) => return,
-        }
-        if self.work.is_some() {
-            self.frames += 1;
-            self.push(FopEvent::Sent {
-                frames: self.frames,
-            });
-        }
     }
 
     /// Lets time pass.

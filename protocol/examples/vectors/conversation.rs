@@ -1,0 +1,283 @@
+//! A robot's day: what it hears and what it acknowledges.
+
+use crate::{describe, judge};
+use groundwave_protocol::arq::{Action, Farm};
+use groundwave_protocol::command::{Command, Drive, Keepalive, Key, Message, Open, Order, Slots};
+use groundwave_protocol::letters::{LayerMask, Mode};
+use groundwave_protocol::receiver::Receiver;
+use groundwave_protocol::telemetry::Outcome;
+use groundwave_protocol::{Waypoint, digest::digest};
+use serde_json::{Value, json};
+
+pub const ROBOT_ID: u8 = 7;
+
+/// The robot's receiving end, as a step of the conversation drives it.
+pub struct Robot {
+    farm: Farm,
+    receiver: Receiver,
+}
+
+impl Robot {
+    pub fn boot(boots: u16) -> Self {
+        Self {
+            farm: Farm::new(ROBOT_ID, boots),
+            receiver: Receiver::default(),
+        }
+    }
+
+    pub fn key(&self) -> Option<Key> {
+        self.farm.key()
+    }
+
+    /// Lets the robot hear a frame; says what it heard, did and acknowledges. Orders other than
+    /// activations end with this outcome.
+    pub fn hear(&mut self, frame: &[u8], outcome: Outcome) -> Value {
+        let mut message = None;
+        for &byte in frame {
+            let key = self.farm.key();
+            message = self.receiver.handle_byte(byte, ROBOT_ID, key).or(message);
+        }
+        let action = message.map(|message| self.farm.handle(&message));
+        let name = match action {
+            None => "not heard",
+            Some(Action::Stop) => "stop",
+            Some(Action::Execute(_)) => "execute",
+            Some(Action::ListReplaced) => "list replaced",
+            Some(Action::Drive(_)) => "drive",
+            Some(Action::Heard) => "nothing",
+        };
+        let mut step = json!({
+            "frame": judge::text(frame),
+            "message": message.map(|message| describe::message(&message)),
+            "action": name,
+        });
+        if name == "execute" {
+            self.farm.conclude(outcome);
+            step["outcome"] = Value::from(outcome as u8);
+        }
+        self.acknowledge(step)
+    }
+
+    /// Adds what every line says from now on, and the list the robot drives.
+    pub fn acknowledge(&self, mut step: Value) -> Value {
+        let ack = self.farm.ack();
+        step["ack"] = describe::ack(ack);
+        step["ack_characters"] = Value::from(judge::text(&ack.encode()));
+        let lists = self.farm.lists();
+        step["active_count"] = Value::from(lists.active().len());
+        step["active_digest"] = Value::from(lists.active_digest());
+        step
+    }
+}
+
+struct Script {
+    robot: Robot,
+    steps: Vec<Value>,
+    /// What a station believes: the key of the session it has opened.
+    key: Key,
+}
+
+impl Script {
+    fn boot(&mut self, about: &str, boots: u16) {
+        self.robot = Robot::boot(boots);
+        let step = json!({ "about": about, "robot_id": ROBOT_ID, "boots": boots });
+        self.steps.push(self.robot.acknowledge(step));
+    }
+
+    fn say_with(&mut self, about: &str, message: Message, outcome: Outcome) {
+        let key = if message.is_sessionless() {
+            Key::robot(ROBOT_ID)
+        } else {
+            self.key
+        };
+        let mut step = self.robot.hear(message.encode(key).as_bytes(), outcome);
+        step["about"] = Value::from(about);
+        self.steps.push(step);
+    }
+
+    fn say(&mut self, about: &str, message: Message) {
+        self.say_with(about, message, Outcome::Done);
+    }
+
+    fn order(&mut self, about: &str, sequence: u8, order: Order, outcome: Outcome) {
+        self.say_with(
+            about,
+            Message::Command(Command { sequence, order }),
+            outcome,
+        );
+    }
+
+    fn activate(&mut self, about: &str, sequence: u8, tag: u8, list: &[Waypoint], digest: u32) {
+        let order = Order::Activate {
+            tag,
+            count: list.len() as u16,
+            digest,
+        };
+        self.order(about, sequence, order, Outcome::Done);
+    }
+
+    fn open(&mut self, about: &str, boot: u8, replaces: u8, owner: u16) {
+        let open = Open {
+            boot,
+            replaces,
+            owner,
+        };
+        self.say(about, Message::Open(open));
+        self.key = self.robot.key().unwrap_or(self.key);
+    }
+}
+
+/// The whole conversation, from the first boot on.
+pub fn conversation() -> Vec<Value> {
+    let mut script = Script {
+        robot: Robot::boot(9),
+        steps: Vec::new(),
+        key: Key::session(ROBOT_ID, 1, 1, 0x2A5),
+    };
+    script.boot("the robot boots for the ninth time", 9);
+    commands(&mut script);
+    lists(&mut script);
+    stop_and_takeover(&mut script);
+    reboot(&mut script);
+    script.steps
+}
+
+fn commands(s: &mut Script) {
+    let reactive = Order::Mode(Mode::Reactive);
+    let layers = Order::Layers(LayerMask::from_bits(0b1001_0010));
+    s.order("a command without a session", 1, reactive, Outcome::Done);
+    s.open("a request for another boot", 2, 0, 0x2A5);
+    s.open(
+        "a request to replace a session that is not there",
+        1,
+        1,
+        0x2A5,
+    );
+    s.open("the first session", 1, 0, 0x2A5);
+    s.open("its request repeated", 1, 0, 0x2A5);
+    s.order("the first command", 1, reactive, Outcome::Done);
+    s.order(
+        "repeated, it has no second effect",
+        1,
+        reactive,
+        Outcome::Done,
+    );
+    s.order("refused: not fitted", 2, Order::Scan, Outcome::NotFitted);
+    s.order("one is missing in between", 4, layers, Outcome::Done);
+    s.order("the missing one", 3, layers, Outcome::Done);
+    s.order(
+        "an unreadable order is refused as unknown",
+        4,
+        Order::Unknown,
+        Outcome::Unknown,
+    );
+    let drive = |count| {
+        Message::Drive(Drive {
+            velocity_in_s: 6,
+            rotation_in_s: 0,
+            heard: 42,
+            count,
+        })
+    };
+    s.say("hand drive", drive(1));
+    s.say("repeated", drive(1));
+    s.say("the next but six", drive(8));
+    s.say("an older one, late", drive(7));
+    s.say("keepalive", Message::Keepalive(Keepalive { heard: 42 }));
+}
+
+fn lists(s: &mut Script) {
+    let list: Vec<_> = (0..10)
+        .map(|i| Waypoint {
+            x_in: 12 * i,
+            y_in: 100 - i,
+        })
+        .collect();
+    let good = digest(list.iter());
+    let slots = |tag, block: usize| {
+        let part = &list[4 * block..list.len().min(4 * block + 4)];
+        Message::Waypoints(Slots::new(tag, block as u8, part))
+    };
+    s.say("the first block of a list", slots(1, 0));
+    s.say("the third", slots(1, 2));
+    s.activate("too early", 5, 1, &list, good);
+    s.say("the second", slots(1, 1));
+    s.activate("with the digest of another list", 6, 1, &list, good ^ 1);
+    s.activate("with another tag", 7, 2, &list, good);
+    s.activate("whole and verified", 8, 1, &list, good);
+    s.activate("repeated", 8, 1, &list, good);
+    s.say("a block that comes late stages nothing", slots(1, 1));
+    s.say("a block of the next list", slots(2, 0));
+    let whole = Message::Waypoints(Slots::new(3, 0, &list));
+    s.say("a newer list in one frame replaces what is staged", whole);
+    s.say("a block of the older list is late", slots(2, 1));
+    let beyond = Order::Activate {
+        tag: 3,
+        count: 301,
+        digest: good,
+    };
+    s.order(
+        "more waypoints than there is room for",
+        9,
+        beyond,
+        Outcome::Done,
+    );
+}
+
+fn stop_and_takeover(s: &mut Script) {
+    let list = [Waypoint { x_in: 5, y_in: 5 }];
+    let slots = |tag| Message::Waypoints(Slots::new(tag, 0, &list));
+    s.say(
+        "STOP ends the session and drops what is staged",
+        Message::Stop,
+    );
+    s.order(
+        "a command of the ended session",
+        10,
+        Order::Scan,
+        Outcome::Done,
+    );
+    s.say("STOP again", Message::Stop);
+    s.open("the request of the ended session, late", 1, 0, 0x2A5);
+    s.open("a new session", 1, 2, 0x2A5);
+    s.order(
+        "commands count from one again",
+        1,
+        Order::Mode(Mode::Prowl),
+        Outcome::Done,
+    );
+    s.say("tags count from one again", slots(1));
+    s.activate(
+        "clearing the list drops what is staged",
+        2,
+        0,
+        &[],
+        digest([].iter()),
+    );
+    s.say("its tag is spent", slots(1));
+    s.say("the next tag is not", slots(2));
+    s.open("another station takes over", 1, 3, 0x111);
+    for (replaces, about) in [(4, "5"), (5, "6"), (6, "7"), (7, "and 1 after 7")] {
+        s.open(&format!("sessions count {about}"), 1, replaces, 0x111);
+    }
+    s.say("a list is staged", slots(1));
+    s.activate("and driven", 1, 1, &list, digest(list.iter()));
+}
+
+fn reboot(s: &mut Script) {
+    s.boot("the robot boots again: no session, no list", 10);
+    s.order(
+        "a command of its former life",
+        2,
+        Order::Scan,
+        Outcome::Done,
+    );
+    s.open("a request made to its former life", 1, 1, 0x2A5);
+    s.open("the first session of the new one", 2, 0, 0x2A5);
+    s.order(
+        "and its first command",
+        1,
+        Order::Mode(Mode::Prowl),
+        Outcome::Done,
+    );
+}

@@ -1,0 +1,195 @@
+//! Lines, frames and counters as JSON, with the names that SPEC.md uses.
+
+use groundwave_protocol::command::{Message, Order};
+use groundwave_protocol::decoder::{Counters, Received};
+use groundwave_protocol::letters::{Layer, LayerState};
+use groundwave_protocol::telemetry::{
+    Ack, Body, CountersLine, Detail, LayerStates, StateLine, StatusLine,
+};
+use serde_json::{Value, json};
+
+fn letter(letter: u8) -> String {
+    char::from(letter).to_string()
+}
+
+fn with(mut object: Value, more: Value) -> Value {
+    if let (Value::Object(object), Value::Object(more)) = (&mut object, more) {
+        object.extend(more);
+    }
+    object
+}
+
+/// Everything a line says.
+pub fn received(received: &Received) -> Value {
+    let head = json!({ "sequence": received.sequence(), "ack": ack(*received.ack()) });
+    let body = match received {
+        Received::Ack(_) => json!({ "type": "K" }),
+        Received::Line(line, _) => match &line.body {
+            Body::State(line) => state(line),
+            Body::Status(line) => status(line),
+            Body::Counters(line) => counters_line(line),
+            Body::Text(line) => json!({ "type": "T", "text": line.as_str() }),
+        },
+    };
+    with(head, body)
+}
+
+fn state(line: &StateLine) -> Value {
+    json!({
+        "type": "A",
+        "x_tenths_in": line.x_tenths_in,
+        "y_tenths_in": line.y_tenths_in,
+        "theta_deg": line.theta_deg,
+        "velocity_in_s": line.velocity_in_s,
+        "rotation_in_s": line.rotation_in_s,
+        "wheel_left_in_s": line.wheel_left_in_s,
+        "wheel_right_in_s": line.wheel_right_in_s,
+        "sonar_left_in": line.sonar_left_in,
+        "sonar_right_in": line.sonar_right_in,
+        "photo_left_pct": line.photo_left_pct,
+        "photo_right_pct": line.photo_right_pct,
+        "bump": letter(line.bump.letter()),
+        "infrared": letter(line.infrared.letter()),
+        "cliff": letter(line.cliff.letter()),
+        "arm": letter(line.arm.letter()),
+        "drive": letter(line.drive.letter()),
+        "power": letter(line.power.letter()),
+        "link": letter(line.link.letter()),
+        "mode": letter(line.mode.letter()),
+        "layers": layers(line.layers),
+    })
+}
+
+/// Layers 1 to 7.
+fn layers(states: LayerStates) -> Vec<&'static str> {
+    let name = |layer| match states.get(layer) {
+        LayerState::Off => "off",
+        LayerState::Quiet => "quiet",
+        LayerState::Raised => "raised",
+        LayerState::Holds => "holds",
+    };
+    Layer::ALL.into_iter().skip(1).map(name).collect()
+}
+
+fn status(line: &StatusLine) -> Value {
+    json!({
+        "type": "B",
+        "robot_id": line.robot_id,
+        "battery_dv": line.battery_dv,
+        "target_in": line.target_in,
+        "list_driven": line.list.driven,
+        "list_count": line.list.count,
+        "digest": line.digest,
+        "max_count": line.max_count,
+        "photo_left": line.photo_left,
+        "photo_right": line.photo_right,
+        "fitted": line.fitted.bits(),
+        "allowed": line.allowed.bits(),
+        "boots": line.boots,
+        "odometer_resets": line.odometer_resets,
+    })
+}
+
+fn counters_line(line: &CountersLine) -> Value {
+    json!({
+        "type": "C",
+        "robot_id": line.robot_id,
+        "uptime_s": line.uptime_s,
+        "boots": line.boots,
+        "version_major": line.version.major,
+        "version_minor": line.version.minor,
+        "ticks_won": line.ticks_won,
+        "frames_heard": line.frames_heard,
+        "frames_rejected": line.frames_rejected,
+        "ticks_late": line.ticks_late,
+        "bumps": line.bumps,
+    })
+}
+
+/// An acknowledgement.
+pub fn ack(ack: Ack) -> Value {
+    let detail = match ack.detail {
+        Detail::Idle { owner, robot_id } => json!({ "owner": owner, "robot_id": robot_id }),
+        Detail::Staging {
+            first_missing,
+            tag,
+            window,
+        } => json!({ "first_missing": first_missing, "tag": tag, "window": window }),
+    };
+    let head = json!({
+        "boot": ack.boot,
+        "session": ack.session,
+        "sequence": ack.sequence,
+        "outcome": ack.outcome as u8,
+    });
+    with(head, detail)
+}
+
+/// What a decoder has counted.
+pub fn counters(c: &Counters) -> Value {
+    json!({
+        "bytes": c.bytes,
+        "lines": c.lines,
+        "ack_lines": c.ack_lines,
+        "crc_rejected": c.crc_rejected,
+        "shape_rejected": c.shape_rejected,
+        "field_rejected": c.field_rejected,
+        "lines_lost": c.lines_lost,
+        "noise_bytes": c.noise_bytes,
+    })
+}
+
+/// Everything a frame says.
+pub fn message(message: &Message) -> Value {
+    match message {
+        Message::Stop => json!({ "type": "X" }),
+        Message::Open(open) => json!({
+            "type": "O",
+            "boot": open.boot,
+            "replaces": open.replaces,
+            "owner": open.owner,
+        }),
+        Message::Command(command) => with(
+            json!({ "type": "C", "sequence": command.sequence }),
+            order(command.order),
+        ),
+        Message::Waypoints(slots) => json!({
+            "type": "W",
+            "tag": slots.tag,
+            "first_block": slots.first_block,
+            "waypoints": slots.waypoints().iter().map(|w| [w.x_in, w.y_in]).collect::<Vec<_>>(),
+        }),
+        Message::Drive(drive) => json!({
+            "type": "D",
+            "velocity_in_s": drive.velocity_in_s,
+            "rotation_in_s": drive.rotation_in_s,
+            "heard": drive.heard,
+            "count": drive.count,
+        }),
+        Message::Keepalive(keepalive) => json!({ "type": "L", "heard": keepalive.heard }),
+    }
+}
+
+fn order(order: Order) -> Value {
+    match order {
+        Order::Mode(mode) => json!({ "order": "M", "mode": letter(mode.letter()) }),
+        Order::Layers(mask) => json!({ "order": "L", "layers": mask.bits() }),
+        Order::Pose {
+            position,
+            theta_deg,
+        } => json!({
+            "order": "P",
+            "x_in": position.x_in,
+            "y_in": position.y_in,
+            "theta_deg": theta_deg,
+        }),
+        Order::Scan => json!({ "order": "S" }),
+        Order::Activate { tag, count, digest } => json!({
+            "order": "A",
+            "tag": tag,
+            "count": count,
+            "digest": digest,
+        }),
+        Order::Unknown => json!({ "order": null }),
+    }
+}

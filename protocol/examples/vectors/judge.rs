@@ -1,0 +1,74 @@
+//! What the code says about a line, a stream or a frame: the generator writes it down, the test compares.
+
+use crate::describe;
+use groundwave_protocol::command::Key;
+use groundwave_protocol::decoder::{Decoder, Received};
+use groundwave_protocol::receiver::Receiver;
+use serde_json::{Value, json};
+
+/// One line by itself: its `fields`, or its `error`.
+pub fn line(bytes: &[u8]) -> Value {
+    let mut decoder = Decoder::default();
+    let (_, received) = decoder.handle_bytes(bytes);
+    let counters = decoder.counters();
+    match (received, decoder.last_field_error()) {
+        (Some(received), _) => json!({ "fields": describe::received(&received) }),
+        (None, Some(error)) => json!({ "error": "field", "column": error.column }),
+        (None, None) if counters.crc_rejected > 0 => json!({ "error": "crc" }),
+        (None, None) => json!({ "error": "shape" }),
+    }
+}
+
+/// The lines found in a stream, and the counters after it.
+pub fn stream(mut bytes: &[u8]) -> Value {
+    let mut decoder = Decoder::default();
+    let mut lines = Vec::new();
+    while !bytes.is_empty() {
+        let (taken, received) = decoder.handle_bytes(bytes);
+        bytes = &bytes[taken..];
+        lines.extend(received.map(|received| match received {
+            Received::Line(_, line) => text(&line),
+            Received::Ack(line) => text(&line.encode()),
+        }));
+    }
+    json!({ "lines": lines, "counters": describe::counters(decoder.counters()) })
+}
+
+/// A robot's ear: who it is and which session is open. Nobody's when the owner is 0.
+#[derive(Clone, Copy)]
+pub struct Ear {
+    pub robot_id: u8,
+    pub boot: u8,
+    pub session: u8,
+    pub owner: u16,
+}
+
+impl Ear {
+    pub fn key(self) -> Option<Key> {
+        (self.owner != 0).then(|| Key::session(self.robot_id, self.boot, self.session, self.owner))
+    }
+
+    /// What is heard in these bytes: the last `message`, the last `error`, or neither.
+    pub fn hear(self, bytes: &[u8]) -> Value {
+        let mut receiver = Receiver::default();
+        let mut message = None;
+        for &byte in bytes {
+            message = receiver
+                .handle_byte(byte, self.robot_id, self.key())
+                .or(message);
+        }
+        let counters = receiver.counters();
+        match message {
+            Some(message) => json!({ "message": describe::message(&message) }),
+            None if counters.crc > 0 => json!({ "error": "crc" }),
+            None if counters.too_long > 0 => json!({ "error": "too_long" }),
+            None if counters.unreadable > 0 => json!({ "error": "unreadable" }),
+            None => json!({ "message": null }),
+        }
+    }
+}
+
+/// ASCII as it is.
+pub fn text(bytes: &[u8]) -> String {
+    bytes.iter().copied().map(char::from).collect()
+}

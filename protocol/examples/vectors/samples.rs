@@ -1,0 +1,125 @@
+//! A line of every type, to be varied.
+
+use groundwave_protocol::crc;
+use groundwave_protocol::letters::{
+    Arm, Bump, Cliff, Drive, Infrared, Layer, LayerMask, LayerState, Link, Mode, Power,
+};
+use groundwave_protocol::telemetry::{
+    Ack, AckLine, Body, CountersLine, Detail, FirmwareVersion, LayerStates, Line, ListPlace,
+    Outcome, StateLine, StatusLine, TextLine,
+};
+
+pub const ACK: Ack = Ack {
+    boot: 4,
+    session: 2,
+    sequence: 5,
+    outcome: Outcome::Done,
+    detail: Detail::Idle {
+        owner: 0x2A5,
+        robot_id: 7,
+    },
+};
+
+pub const STAGING: Ack = Ack {
+    detail: Detail::Staging {
+        first_missing: 3,
+        tag: 1,
+        window: 0b1010_0101,
+    },
+    ..ACK
+};
+
+pub fn encode(sequence: u8, body: Body) -> Vec<u8> {
+    let line = Line {
+        sequence,
+        body,
+        ack: ACK,
+    };
+    line.encode().to_vec()
+}
+
+pub fn acknowledge(sequence: u8, ack: Ack) -> Vec<u8> {
+    AckLine { sequence, ack }.encode().to_vec()
+}
+
+pub fn state() -> StateLine {
+    let mut layers = LayerStates::OFF;
+    for (layer, state) in [
+        (Layer::Bumpers, LayerState::Quiet),
+        (Layer::Rotation, LayerState::Quiet),
+        (Layer::Infrared, LayerState::Holds),
+        (Layer::Sonar, LayerState::Raised),
+        (Layer::DeadReckoning, LayerState::Raised),
+    ] {
+        layers.set(layer, state);
+    }
+    StateLine {
+        x_tenths_in: 1234,
+        y_tenths_in: -450,
+        theta_deg: 273,
+        velocity_in_s: 6,
+        rotation_in_s: -12,
+        wheel_left_in_s: 0,
+        wheel_right_in_s: 12,
+        sonar_left_in: Some(42),
+        sonar_right_in: Some(120),
+        photo_left_pct: Some(61),
+        photo_right_pct: Some(48),
+        bump: Bump::None,
+        infrared: Infrared::Right,
+        cliff: Cliff::NotFitted,
+        arm: Arm::NotFitted,
+        drive: Drive::Ok,
+        power: Power::Ok,
+        link: Link::Ok,
+        mode: Mode::Prowl,
+        layers,
+    }
+}
+
+pub fn status() -> StatusLine {
+    StatusLine {
+        robot_id: 7,
+        battery_dv: 124,
+        target_in: Some((120, -36)),
+        list: ListPlace {
+            driven: 3,
+            count: 40,
+        },
+        digest: 0x1234_5678,
+        max_count: 12,
+        photo_left: Some(155),
+        photo_right: Some(122),
+        fitted: LayerMask::from_bits(0b1001_1011),
+        allowed: LayerMask::from_bits(0b1000_1011),
+        boots: 4,
+        odometer_resets: 0,
+    }
+}
+
+pub fn counters() -> CountersLine {
+    CountersLine {
+        robot_id: 7,
+        uptime_s: 412,
+        boots: 4,
+        version: FirmwareVersion { major: 1, minor: 0 },
+        ticks_won: [0, 210, 0, 733, 1250, 0, 0, 0, 3905],
+        frames_heard: 133,
+        frames_rejected: 2,
+        ticks_late: 0,
+        bumps: 12,
+    }
+}
+
+pub fn text(sequence: u8, words: &str) -> Vec<u8> {
+    encode(sequence, Body::Text(TextLine::new(words)))
+}
+
+/// Writes over a line and makes its checksum right again.
+pub fn altered(mut line: Vec<u8>, column: usize, characters: &[u8]) -> Vec<u8> {
+    line[column - 1..column - 1 + characters.len()].copy_from_slice(characters);
+    let content = line.len() - 6;
+    let remainder = crc::update(crc::DOWNLINK_INIT, &line[..content]);
+    line[content..content + 4].copy_from_slice(&crc::characters(remainder));
+    line
+}

@@ -1,0 +1,89 @@
+//! Sessions: opened, kept, lost.
+
+use super::{Fop, FopEvent, Loss, Session, Work};
+use crate::command::Key;
+use crate::telemetry::{Ack, Detail};
+
+impl Fop {
+    pub(super) fn check_session(&mut self, now_us: u64, ack: Ack, latched_us: u64) {
+        match &mut self.session {
+            Session::None => {}
+            Session::Opening {
+                boot,
+                replaces,
+                sent_us,
+            } => {
+                let ours =
+                    matches!(ack.detail, Detail::Idle { owner, .. } if owner == self.config.owner);
+                if ack.boot != *boot {
+                    // Nothing was at stake yet: ask the robot's new life.
+                    self.session = Session::None;
+                } else if ack.session == *replaces {
+                    if sent_us.is_some_and(|ends_us| ends_us <= latched_us) {
+                        *sent_us = None;
+                    }
+                } else if ack.session == *replaces % 7 + 1 && ours {
+                    self.session = Session::Open {
+                        boot: ack.boot,
+                        number: ack.session,
+                        key: Key::session(
+                            self.robot_id.unwrap_or(0),
+                            ack.boot,
+                            ack.session,
+                            self.config.owner,
+                        ),
+                    };
+                    self.sequence = 0;
+                    self.tag = 0;
+                    self.drive_count = 0;
+                    self.progress_us = now_us;
+                    if let Some(Work::List(transfer)) = &mut self.work {
+                        self.tag = 1;
+                        transfer.restart(1);
+                    }
+                    self.push(FopEvent::Session(Ok(())));
+                } else if matches!(ack.detail, Detail::Idle { owner: 0, .. }) {
+                    // Closed by a STOP in between.
+                    self.session = Session::None;
+                } else {
+                    self.lose_session(Loss::TakenOver);
+                }
+            }
+            Session::Open { boot, number, .. } => {
+                if ack.boot != *boot {
+                    self.lose_session(Loss::RobotRestarted);
+                } else if ack.session != *number {
+                    let closed = matches!(ack.detail, Detail::Idle { owner: 0, .. });
+                    self.lose_session(if closed {
+                        Loss::Stopped
+                    } else {
+                        Loss::TakenOver
+                    });
+                } else if matches!(ack.detail, Detail::Idle { owner, .. } if owner != self.config.owner)
+                {
+                    self.lose_session(Loss::TakenOver);
+                }
+            }
+        }
+    }
+
+    pub(super) fn lose_session(&mut self, loss: Loss) {
+        if self.is_open() {
+            self.push(FopEvent::Session(Err(loss)));
+        }
+        self.session = Session::None;
+        self.drive = None;
+        self.fail(loss);
+    }
+
+    pub(super) fn fail(&mut self, loss: Loss) {
+        if self.outstanding.take().is_some() {
+            // The robot may have heard it or not, so its number cannot be used again in this session;
+            // in a new one it can never be executed late.
+            self.session = Session::None;
+        }
+        if self.work.take().is_some() {
+            self.push(FopEvent::Failed(loss));
+        }
+    }
+}

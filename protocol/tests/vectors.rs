@@ -1,0 +1,181 @@
+//! The golden vectors in `vectors/` against the code. Where they differ, one of them is wrong: the
+//! generator `examples/vectors` writes new ones, never this test.
+
+#[path = "../examples/vectors/conversation.rs"]
+mod conversation;
+#[path = "../examples/vectors/describe.rs"]
+mod describe;
+#[path = "../examples/vectors/judge.rs"]
+mod judge;
+#[path = "../examples/vectors/lines.rs"]
+mod lines;
+#[path = "../examples/vectors/samples.rs"]
+mod samples;
+#[path = "../examples/vectors/streams.rs"]
+mod streams;
+#[path = "../examples/vectors/uplink.rs"]
+mod uplink;
+
+use conversation::Robot;
+use groundwave_protocol::telemetry::Outcome;
+use groundwave_protocol::{Waypoint, crc, digest::digest};
+use judge::Ear;
+use serde_json::{Map, Value};
+
+fn read(name: &str) -> Vec<Value> {
+    let path = format!("{}/vectors/{name}.jsonl", env!("CARGO_MANIFEST_DIR"));
+    let text = std::fs::read_to_string(&path).unwrap_or_else(|e| panic!("cannot read {path}: {e}"));
+    text.lines()
+        .map(|line| serde_json::from_str(line).unwrap_or_else(|e| panic!("{e} in {line}")))
+        .collect()
+}
+
+fn string<'a>(vector: &'a Value, name: &str) -> &'a str {
+    vector[name]
+        .as_str()
+        .unwrap_or_else(|| panic!("no {name} in {vector}"))
+}
+
+fn number(vector: &Value, name: &str) -> u32 {
+    let number = vector[name].as_u64().and_then(|n| n.try_into().ok());
+    number.unwrap_or_else(|| panic!("no {name} in {vector}"))
+}
+
+fn without(vector: &Value, names: &[&str]) -> Value {
+    let fields: Map<_, _> = vector
+        .as_object()
+        .into_iter()
+        .flatten()
+        .filter(|(name, _)| !names.contains(&name.as_str()))
+        .map(|(name, value)| (name.clone(), value.clone()))
+        .collect();
+    Value::Object(fields)
+}
+
+/// The file says what the generator would write, in the same order.
+fn is_what_the_generator_writes(name: &str, generated: &[Value]) {
+    let written = read(name);
+    for (n, (written, generated)) in written.iter().zip(generated).enumerate() {
+        assert_eq!(written, generated, "{name}.jsonl, line {}", n + 1);
+    }
+    assert_eq!(written.len(), generated.len(), "{name}.jsonl");
+}
+
+#[test]
+fn the_files_are_what_the_generator_writes() {
+    is_what_the_generator_writes("lines", &lines::lines());
+    is_what_the_generator_writes("streams", &streams::streams());
+    is_what_the_generator_writes("checksums", &streams::checksums());
+    is_what_the_generator_writes("frames", &uplink::frames());
+    is_what_the_generator_writes("digests", &uplink::digests());
+    is_what_the_generator_writes("conversation", &conversation::conversation());
+}
+
+#[test]
+fn lines_are_read_as_their_vectors_say() {
+    for vector in read("lines") {
+        let judged = judge::line(string(&vector, "line").as_bytes());
+        assert_eq!(judged, without(&vector, &["about", "line"]), "{vector}");
+    }
+}
+
+#[test]
+fn streams_hold_what_their_vectors_say() {
+    for vector in read("streams") {
+        let bytes: Vec<u8> = string(&vector, "bytes")
+            .as_bytes()
+            .chunks(2)
+            .map(|pair| {
+                let pair = str::from_utf8(pair).unwrap_or_default();
+                u8::from_str_radix(pair, 16).unwrap_or_else(|e| panic!("{e} in {vector}"))
+            })
+            .collect();
+        let judged = judge::stream(&bytes);
+        assert_eq!(judged, without(&vector, &["about", "bytes"]), "{vector}");
+    }
+}
+
+#[test]
+fn checksums_are_what_their_vectors_say() {
+    for vector in read("checksums") {
+        let init = u32::from_str_radix(string(&vector, "init"), 16).unwrap_or_default();
+        let remainder = crc::update(init, string(&vector, "text").as_bytes());
+        assert_eq!(format!("{remainder:06x}"), string(&vector, "remainder"));
+        let characters = crc::characters(remainder);
+        assert_eq!(judge::text(&characters), string(&vector, "characters"));
+    }
+}
+
+#[test]
+fn frames_are_heard_as_their_vectors_say() {
+    for vector in read("frames") {
+        let ear = Ear {
+            robot_id: number(&vector, "robot_id") as u8,
+            boot: number(&vector, "boot") as u8,
+            session: number(&vector, "session") as u8,
+            owner: number(&vector, "owner") as u16,
+        };
+        let judged = ear.hear(string(&vector, "frame").as_bytes());
+        let given = ["about", "frame", "robot_id", "boot", "session", "owner"];
+        assert_eq!(judged, without(&vector, &given), "{vector}");
+    }
+}
+
+#[test]
+fn digests_are_what_their_vectors_say() {
+    for vector in read("digests") {
+        let coordinate = |value: &Value| value.as_i64().and_then(|v| v.try_into().ok());
+        let waypoints: Option<Vec<_>> = vector["waypoints"]
+            .as_array()
+            .into_iter()
+            .flatten()
+            .map(|w| Waypoint::new(coordinate(&w[0])?, coordinate(&w[1])?))
+            .collect();
+        let Some(waypoints) = waypoints else {
+            panic!("no waypoints in {vector}");
+        };
+        assert_eq!(digest(waypoints.iter()), number(&vector, "digest"));
+    }
+}
+
+#[test]
+fn the_robot_acknowledges_what_the_conversation_says() {
+    let mut robot = Robot::boot(0);
+    for step in read("conversation") {
+        let judged = if step["boots"].is_null() {
+            let outcome = step["outcome"].as_u64().unwrap_or_default() as usize;
+            let frame = string(&step, "frame").as_bytes();
+            robot.hear(frame, Outcome::ALL[outcome])
+        } else {
+            robot = Robot::boot(number(&step, "boots") as u16);
+            let given = without(&step, &["about", "ack", "ack_characters"]);
+            robot.acknowledge(given)
+        };
+        assert_eq!(judged, without(&step, &["about"]), "{step}");
+    }
+}
+
+/// Otherwise a vector of the wrong kind could be lost without anyone noticing.
+#[test]
+fn both_verdicts_of_every_kind_are_in_the_files() {
+    let count = |name, field: &str, value: &str| {
+        let wanted = |v: &&Value| v[field] == value || value == "*" && !v[field].is_null();
+        read(name).iter().filter(wanted).count()
+    };
+    for (name, field, value, least) in [
+        ("lines", "fields", "*", 60),
+        ("lines", "error", "field", 70),
+        ("lines", "error", "crc", 5),
+        ("lines", "error", "shape", 2),
+        ("frames", "message", "*", 30),
+        ("frames", "error", "crc", 8),
+        ("frames", "error", "too_long", 1),
+        ("frames", "error", "unreadable", 15),
+        ("conversation", "action", "not heard", 2),
+        ("conversation", "action", "execute", 5),
+        ("conversation", "action", "list replaced", 2),
+    ] {
+        let found = count(name, field, value);
+        assert!(found >= least, "{name}: {found} with {field} {value}");
+    }
+}
