@@ -2,7 +2,7 @@
 
 mod common;
 
-use common::CoSimulation;
+use common::{CoSimulation, on_all_cores};
 use groundwave::event::CommandStep;
 use groundwave::request::Request;
 use groundwave_protocol::Waypoint;
@@ -16,22 +16,11 @@ const CHANNELS: [&str; 2] = ["", "ber=1e-3"];
 
 const PROVEN: CommandStep = CommandStep::Proven { digest: None };
 
-/// Runs a property over all seeds on both cores.
+/// Runs a property over all seeds and channels.
 fn over_seeds(property: impl Fn(u64, &str) + Sync) {
-    let next = std::sync::atomic::AtomicU64::new(0);
-    std::thread::scope(|scope| {
-        for _ in 0..2 {
-            scope.spawn(|| {
-                loop {
-                    let seed = next.fetch_add(1, std::sync::atomic::Ordering::Relaxed);
-                    if seed >= SEEDS {
-                        break;
-                    }
-                    for channel in CHANNELS {
-                        property(seed, channel);
-                    }
-                }
-            });
+    on_all_cores(0..SEEDS, |seed| {
+        for channel in CHANNELS {
+            property(seed, channel);
         }
     });
 }

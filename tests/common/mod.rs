@@ -2,6 +2,10 @@
 //! virtual time.
 #![allow(dead_code, reason = "each test file uses its own part")]
 
+use std::ops::Range;
+use std::sync::Mutex;
+use std::sync::atomic::{AtomicU64, Ordering};
+use std::thread;
 use std::time::Duration;
 
 use groundwave::event::{CommandId, CommandStep, Event, LinkEvent};
@@ -11,6 +15,29 @@ use groundwave_protocol::arq::Config;
 use groundwave_protocol::letters::{LayerMask, Mode};
 use groundwave_protocol::telemetry::Body;
 use sr04_sim::{ChannelSpec, Simulation, SimulationConfig, World};
+
+/// Runs something for each seed, on every core; the results come in order.
+pub fn on_all_cores<T: Send>(seeds: Range<u64>, run: impl Fn(u64) -> T + Sync) -> Vec<(u64, T)> {
+    let next = AtomicU64::new(seeds.start);
+    let results = Mutex::new(Vec::new());
+    thread::scope(|scope| {
+        for _ in 0..thread::available_parallelism().map_or(1, usize::from) {
+            scope.spawn(|| {
+                loop {
+                    let seed = next.fetch_add(1, Ordering::Relaxed);
+                    if seed >= seeds.end {
+                        break;
+                    }
+                    let result = run(seed);
+                    results.lock().expect("no other seed has failed").push((seed, result));
+                }
+            });
+        }
+    });
+    let mut results = results.into_inner().expect("no seed has failed");
+    results.sort_by_key(|(seed, _)| *seed);
+    results
+}
 
 /// One world, one robot, one radio, one station.
 pub struct CoSimulation {

@@ -1,0 +1,47 @@
+//! The demo's house: the robot prowls it without getting stuck, and the demo's own seed bumps early.
+
+mod common;
+
+use common::on_all_cores;
+use groundwave_protocol::letters::Layer;
+use sr04_firmware::arbiter::Holder;
+use sr04_sim::{Simulation, SimulationConfig, World};
+
+fn house(seed: u64) -> Simulation {
+    let world = World::built_in("house").expect("it comes with the program");
+    Simulation::new(&SimulationConfig::new(world, seed))
+}
+
+/// Stuck: less than 12 inches moved in 5 minutes while told to move.
+#[test]
+fn ten_minutes_without_a_stuck_on_95_of_100_seeds() {
+    let stuck = on_all_cores(0..100, |seed| {
+        let mut simulation = house(seed);
+        (0..600).any(|_| {
+            simulation.run_for_ms(1000);
+            while simulation.poll_downlink().is_some() {}
+            simulation.is_stuck()
+        })
+    });
+    let seeds: Vec<u64> = stuck.iter().filter(|(_, stuck)| *stuck).map(|(seed, _)| *seed).collect();
+    println!("stuck on {} of {} seeds: {seeds:?}", seeds.len(), stuck.len());
+    assert!(seeds.len() <= 5, "stuck on seeds {seeds:?}");
+}
+
+/// What `groundwave demo` shows without options.
+#[test]
+fn the_demo_moves_at_once_and_bumps_within_ten_seconds() {
+    let mut simulation = house(1);
+    simulation.run_for_ms(2000);
+    assert!(simulation.truth().path_in > 3.0, "{:?}", simulation.truth());
+    let mut winners = vec![];
+    for _ in 0..8000 {
+        simulation.step();
+        let holder = simulation.robot().holder();
+        if winners.last() != Some(&holder) {
+            winners.push(holder);
+        }
+    }
+    assert!(winners.contains(&Some(Holder::Layer(Layer::Bumpers))), "{winners:?}");
+    assert!(winners.len() >= 4, "the ladder's winner hardly changes: {winners:?}");
+}
