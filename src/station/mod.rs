@@ -18,8 +18,9 @@ use crate::request::Request;
 /// A press of a drive key counts for this long unless it is renewed.
 const DRIVE_LEASE: Duration = Duration::from_millis(500);
 
-/// A command that cannot even start fails after this.
-const START_LIMIT: Duration = Duration::from_secs(15);
+/// A command that cannot even start fails after this: one that needs line B waits for it, and on a bad
+/// channel half of those lines are lost.
+const START_LIMIT: Duration = Duration::from_secs(60);
 
 #[derive(Debug)]
 struct Waiting {
