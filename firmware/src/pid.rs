@@ -13,6 +13,10 @@ pub const SLEW_CPS: i16 = cps(24) / TICKS_PER_S;
 /// to get to 20 in/s at full width.
 const FEED_FORWARD: i32 = 204;
 
+/// Pulse width that speeds the robot up by a count a second each tick, in 256ths: the motors follow
+/// with a time constant of 1/6 s.
+const FEED_FORWARD_CHANGE: i32 = FEED_FORWARD * TICKS_PER_S as i32 / 6;
+
 /// Pulse width for each count behind: damps the motors' 1/6 s together with [`PER_CPS`].
 const PER_COUNT: i32 = 3;
 
@@ -70,7 +74,8 @@ impl Wheel {
     /// The pulse width for the coming tick, from the ordered speed and the counts of the past tick.
     pub fn control(&mut self, ordered_cps: i16, counts: i16) -> i16 {
         let change = ordered_cps.saturating_sub(self.slewed_cps);
-        self.slewed_cps += change.clamp(-SLEW_CPS, SLEW_CPS);
+        let change = change.clamp(-SLEW_CPS, SLEW_CPS);
+        self.slewed_cps += change;
         if ordered_cps == 0 && self.slewed_cps == 0 {
             self.release();
             return 0;
@@ -79,6 +84,7 @@ impl Wheel {
         let behind = self.behind_parts + too_slow_cps;
         let limit = BEHIND_MAX_COUNTS * PARTS;
         let wanted = i32::from(self.slewed_cps) * FEED_FORWARD / 256
+            + i32::from(change) * FEED_FORWARD_CHANGE / 256
             + behind * PER_COUNT / PARTS
             + too_slow_cps * PER_CPS / 256;
         let full = i32::from(PWM_MAX);

@@ -1,0 +1,190 @@
+//! The robot on a bench, in virtual time: motors of a tiny model, a radio that loses nothing.
+#![allow(dead_code, reason = "each test uses its own part")]
+
+use groundwave_protocol::command::{Command, Key, Message, Open, Order};
+use groundwave_protocol::decoder::{Decoder, Received};
+use groundwave_protocol::telemetry::{Body, Line, StateLine};
+use sr04_firmware::board::{Identity, Inputs, Outputs};
+use sr04_firmware::robot::Robot;
+
+/// Of every robot here.
+pub const ROBOT_ID: u8 = 7;
+pub const BOOTS: u16 = 13;
+
+/// A gear motor: 1.6 counts a second per volt-free 255th, a time constant of 1/6 s, dry friction.
+#[derive(Default)]
+pub struct Motor {
+    pub speed_cps: f64,
+    position: f64,
+    edges: u16,
+}
+
+impl Motor {
+    /// Counts a second at full pulse width and 12 V without load.
+    const FULL_CPS: f64 = 326.0;
+
+    pub fn step_ms(&mut self, pwm: i16, battery_v: f64, load: f64) {
+        let drive = f64::from(pwm) / 255.0 * (battery_v - 1.8) / 10.2 * Self::FULL_CPS;
+        self.speed_cps += (drive - self.speed_cps) * 0.006;
+        let brake = load * Self::FULL_CPS * 0.006;
+        self.speed_cps -= self.speed_cps.clamp(-brake, brake);
+        let before = self.position.floor();
+        self.position += self.speed_cps / 1000.0;
+        self.edges += (self.position.floor() - before).abs() as u16;
+    }
+
+    pub fn take_edges(&mut self) -> u16 {
+        std::mem::take(&mut self.edges)
+    }
+}
+
+pub struct Bench {
+    pub robot: Robot,
+    pub inputs: Inputs,
+    pub outputs: Outputs,
+    pub left: Motor,
+    pub right: Motor,
+    /// Whether something reflects infrared on the left and on the right.
+    pub reflects: (bool, bool),
+    leds_on: bool,
+    pub battery_v: f64,
+    pub load: f64,
+    pub now_ms: u32,
+    pub decoder: Decoder,
+    /// Long lines, in the order in which they ended, with their last byte's time.
+    pub lines: Vec<(u32, Line)>,
+    pub ack_lines: usize,
+    /// Everything sent; idle byte times are not in it.
+    pub sent: Vec<u8>,
+    pub idle: usize,
+    byte_time: u32,
+    sequence: u8,
+}
+
+impl Bench {
+    pub fn new() -> Self {
+        let identity = Identity {
+            robot_id: ROBOT_ID,
+            boots: BOOTS,
+            dice_seed: 1,
+        };
+        Self {
+            robot: Robot::new(identity),
+            inputs: Inputs {
+                battery_dv: 124,
+                ..Inputs::default()
+            },
+            outputs: Outputs::default(),
+            left: Motor::default(),
+            right: Motor::default(),
+            reflects: (false, false),
+            leds_on: false,
+            battery_v: 12.0,
+            load: 0.08,
+            now_ms: 0,
+            decoder: Decoder::default(),
+            lines: Vec::new(),
+            ack_lines: 0,
+            sent: Vec::new(),
+            idle: 0,
+            byte_time: 0,
+            sequence: 0,
+        }
+    }
+
+    pub fn run_ms(&mut self, time_ms: u32) {
+        for _ in 0..time_ms {
+            self.now_ms += 1;
+            let (battery_v, load) = (self.battery_v, self.load);
+            self.left.step_ms(self.outputs.pwm_left, battery_v, load);
+            self.right.step_ms(self.outputs.pwm_right, battery_v, load);
+            if self.now_ms.is_multiple_of(4) {
+                let (left, right) = self.reflects;
+                let lit = self.leds_on;
+                self.leds_on = self.robot.infrared_look(lit && left, lit && right);
+            }
+            if self.now_ms.is_multiple_of(50) {
+                self.inputs.counts_left = self.left.take_edges();
+                self.inputs.counts_right = self.right.take_edges();
+                self.outputs = self.robot.tick(&self.inputs);
+            }
+            self.byte_time += 240;
+            if self.byte_time >= 1000 {
+                self.byte_time -= 1000;
+                self.pass_byte();
+            }
+        }
+    }
+
+    pub fn run_ticks(&mut self, ticks: u32) {
+        self.run_ms(ticks * 50);
+    }
+
+    fn pass_byte(&mut self) {
+        let Some(byte) = self.robot.poll_downlink() else {
+            self.idle += 1;
+            return;
+        };
+        self.sent.push(byte);
+        match self.decoder.handle_bytes(&[byte]).1 {
+            Some(Received::Line(line, _)) => self.lines.push((self.now_ms, line)),
+            Some(Received::Ack(_)) => self.ack_lines += 1,
+            None => {}
+        }
+    }
+
+    /// Runs until the line being sent has ended and the next has begun.
+    pub fn run_to_line_end(&mut self) {
+        let count = self.lines.len();
+        while self.lines.len() == count {
+            self.run_ms(1);
+        }
+    }
+
+    pub fn states(&self) -> impl Iterator<Item = &StateLine> {
+        self.lines.iter().filter_map(|(_, line)| match &line.body {
+            Body::State(state) => Some(state),
+            _ => None,
+        })
+    }
+
+    pub fn latest_state(&self) -> StateLine {
+        *self.states().last().expect("a line A")
+    }
+
+    /// Sends a frame all at once.
+    pub fn send(&mut self, message: &Message, key: Key) {
+        for &byte in message.encode(key).as_bytes() {
+            self.robot.handle_uplink(byte);
+        }
+    }
+
+    pub fn session_key(&self, owner: u16) -> Key {
+        let ack = self.robot.ack();
+        Key::session(ROBOT_ID, ack.boot, ack.session, owner)
+    }
+
+    /// Opens a session and returns its key.
+    pub fn open(&mut self, owner: u16) -> Key {
+        let ack = self.robot.ack();
+        let open = Open {
+            boot: ack.boot,
+            replaces: ack.session,
+            owner,
+        };
+        self.send(&Message::Open(open), Key::robot(ROBOT_ID));
+        self.sequence = 0;
+        self.session_key(owner)
+    }
+
+    /// Gives the session's next command.
+    pub fn order(&mut self, key: Key, order: Order) -> Message {
+        self.sequence = (self.sequence + 1) % 64;
+        let message = Message::Command(Command {
+            sequence: self.sequence,
+            order,
+        });
+        self.send(&message, key);
+        message
+    }
+}

@@ -1,0 +1,169 @@
+//! What the robot sends, byte by byte.
+
+mod common;
+
+use common::{BOOTS, Bench, ROBOT_ID};
+use groundwave_protocol::letters::{Bump, Drive, Infrared, Layer, LayerState, Mode, Power};
+use groundwave_protocol::telemetry::Body;
+use groundwave_protocol::{LINE_BYTES, telemetry};
+use sr04_firmware::board::{Echo, Side, Switches};
+
+const LEFT: Switches = Switches {
+    left: true,
+    center: false,
+    right: false,
+};
+
+fn kinds(bench: &Bench) -> String {
+    let kind = |body: &Body| match body {
+        Body::State(_) => 'A',
+        Body::Status(_) => 'B',
+        Body::Counters(_) => 'C',
+        Body::Text(_) => 'T',
+    };
+    bench
+        .lines
+        .iter()
+        .map(|(_, line)| kind(&line.body))
+        .collect()
+}
+
+#[test]
+fn the_stream_is_whole_lines_at_240_bytes_a_second_after_one_idle_byte_time() {
+    let mut bench = Bench::new();
+    bench.run_ms(100_000);
+    assert_eq!(bench.idle, 1);
+    assert_eq!(bench.sent.len(), 24_000 - 1);
+    let (lines, rest) = bench.sent.as_chunks::<LINE_BYTES>();
+    assert_eq!((lines.len(), rest.len()), (299, 79));
+    for (n, line) in lines.iter().enumerate() {
+        let parsed = telemetry::Line::parse(line).expect("every field reads");
+        assert_eq!(parsed.encode(), *line);
+        assert_eq!(usize::from(parsed.sequence), n % 100);
+    }
+    assert_eq!(bench.lines.len(), 299);
+}
+
+#[test]
+fn who_it_is_comes_first_and_again_every_sixth_line() {
+    let mut bench = Bench::new();
+    bench.run_ms(12_000);
+    assert_eq!(kinds(&bench), "CBAAAAABAAAAACAAAAABAAAAACAAAAABAAA");
+    let Body::Counters(counters) = bench.lines[13].1.body else {
+        panic!("line C");
+    };
+    assert_eq!(counters.robot_id, ROBOT_ID);
+    assert_eq!(counters.boots, BOOTS);
+    assert_eq!(counters.uptime_s, 4);
+    let Body::Status(status) = bench.lines[1].1.body else {
+        panic!("line B");
+    };
+    assert_eq!(status.robot_id, ROBOT_ID);
+    assert_eq!(status.fitted, status.allowed);
+    assert!(!status.fitted.contains(Layer::Photo));
+}
+
+#[test]
+fn a_bump_of_one_tick_appears_in_exactly_one_line_whenever_it_happens() {
+    for tick in 0..7 {
+        let mut bench = Bench::new();
+        bench.run_ms(3000);
+        bench.run_ticks(tick);
+        bench.lines.clear();
+        bench.inputs.bumper = LEFT;
+        bench.run_ticks(1);
+        bench.inputs.bumper = Switches::default();
+        bench.run_ms(3000);
+        let bumps: Vec<Bump> = bench.states().map(|state| state.bump).collect();
+        let seen = bumps.iter().filter(|&&bump| bump == Bump::Left).count();
+        assert_eq!(seen, 1, "tick {tick}: {bumps:?}");
+        assert!(
+            bumps
+                .iter()
+                .all(|bump| matches!(bump, Bump::Left | Bump::None))
+        );
+        let position = bumps.iter().position(|&bump| bump == Bump::Left);
+        assert!(position <= Some(2), "the next line A composed: {bumps:?}");
+    }
+}
+
+#[test]
+fn the_line_says_who_holds_the_motors_and_who_was_suppressed() {
+    let mut bench = Bench::new();
+    bench.run_ms(1000);
+    bench.inputs.bumper = LEFT;
+    bench.inputs.sonar = Some(Echo {
+        side: Side::Left,
+        range_in: Some(40),
+    });
+    bench.run_ticks(1);
+    bench.inputs.bumper = Switches::default();
+    bench.run_ms(1000);
+    let state = bench.latest_state();
+    assert_eq!(state.layers.get(Layer::Bumpers), LayerState::Holds);
+    assert_eq!(state.layers.get(Layer::Sonar), LayerState::Raised);
+    assert_eq!(state.layers.get(Layer::Infrared), LayerState::Quiet);
+    assert_eq!(state.layers.get(Layer::Photo), LayerState::Off);
+    assert_eq!(state.sonar_left_in, Some(40));
+    assert_eq!(state.sonar_right_in, None);
+    assert_eq!(state.velocity_in_s, -8);
+}
+
+#[test]
+fn photocells_and_battery_are_told_and_absent_ones_are_absent() {
+    let mut bench = Bench::new();
+    bench.inputs.photo_left = Some(255);
+    bench.inputs.battery_dv = 114;
+    bench.run_ms(2000);
+    let state = bench.latest_state();
+    assert_eq!(state.photo_left_pct, Some(99));
+    assert_eq!(state.photo_right_pct, None);
+    assert_eq!(state.power, Power::Low);
+    bench.inputs.battery_dv = 100;
+    bench.run_ms(20_000);
+    assert_eq!(bench.latest_state().power, Power::Critical);
+}
+
+#[test]
+fn a_blocked_wheel_is_told_as_stalled() {
+    let mut bench = Bench::new();
+    bench.load = 10.0;
+    bench.run_ms(6000);
+    assert_eq!(bench.latest_state().drive, Drive::Stalled);
+    assert_eq!(bench.latest_state().wheel_left_in_s, 0);
+}
+
+#[test]
+fn infrared_detections_and_the_jam_are_told() {
+    let mut bench = Bench::new();
+    bench.reflects = (false, true);
+    bench.run_ms(3000);
+    assert_eq!(bench.latest_state().infrared, Infrared::Right);
+    assert!(bench.latest_state().rotation_in_s < 0);
+    bench.run_ms(29_000);
+    assert_eq!(bench.latest_state().infrared, Infrared::Jammed);
+    bench.run_ms(31_000);
+    assert_eq!(bench.latest_state().infrared, Infrared::Right);
+}
+
+#[test]
+fn ticks_won_add_up_to_the_ticks_that_had_a_holder() {
+    let mut bench = Bench::new();
+    bench.run_ms(30_000);
+    let latest = bench
+        .lines
+        .iter()
+        .rev()
+        .find_map(|(_, line)| match line.body {
+            Body::Counters(counters) => Some(counters),
+            _ => None,
+        });
+    let counters = latest.expect("a line C");
+    let total: u32 = counters
+        .ticks_won
+        .iter()
+        .map(|&ticks| u32::from(ticks))
+        .sum();
+    assert!(total.abs_diff(counters.uptime_s * 20) < 20, "{counters:?}");
+    assert_eq!(bench.robot.mode(), Mode::Prowl);
+}

@@ -1,0 +1,391 @@
+//! Orders over bytes: what the robot does about them, once, and when.
+
+mod common;
+
+use common::{Bench, ROBOT_ID};
+use groundwave_protocol::Waypoint;
+use groundwave_protocol::command::{Command, Drive, Keepalive, Key, Message, Order, Slots};
+use groundwave_protocol::digest::digest;
+use groundwave_protocol::letters::{self, Layer, LayerMask, Mode};
+use groundwave_protocol::telemetry::{Body, Outcome};
+use sr04_firmware::arbiter::Holder;
+use sr04_firmware::board::{Outputs, Switches};
+
+const OWNER: u16 = 345;
+
+fn running() -> (Bench, Key) {
+    let mut bench = Bench::new();
+    bench.run_ms(2000);
+    let key = bench.open(OWNER);
+    (bench, key)
+}
+
+fn stop(bench: &mut Bench) {
+    bench.send(&Message::Stop, Key::robot(ROBOT_ID));
+}
+
+/// Sends a whole list and the command that activates it.
+fn activate(bench: &mut Bench, key: Key, tag: u8, list: &[Waypoint]) {
+    for (n, chunk) in list.chunks(16).enumerate() {
+        let slots = Slots::new(tag, n as u8 * 4, chunk);
+        bench.send(&Message::Waypoints(slots), key);
+    }
+    let order = Order::Activate {
+        tag,
+        count: list.len() as u16,
+        digest: digest(list.iter()),
+    };
+    bench.order(key, order);
+}
+
+fn drive(bench: &Bench, count: u8, velocity_in_s: i8, rotation_in_s: i8) -> Message {
+    Message::Drive(Drive {
+        velocity_in_s,
+        rotation_in_s,
+        heard: bench.lines.last().expect("a line").1.sequence,
+        count,
+    })
+}
+
+#[test]
+fn it_boots_prowling_and_needs_no_ground() {
+    let mut bench = Bench::new();
+    bench.run_ms(5000);
+    assert_eq!(bench.robot.mode(), Mode::Prowl);
+    assert_eq!(bench.robot.holder(), Some(Holder::Prowl));
+    assert!(bench.robot.is_told_to_move());
+    assert!(bench.robot.pose().y_tenths_in() > 400);
+}
+
+#[test]
+fn stop_works_without_a_session_and_has_the_motors_off_at_the_next_tick() {
+    let mut bench = Bench::new();
+    bench.run_ms(2000);
+    assert!(bench.outputs.pwm_left > 0);
+    stop(&mut bench);
+    assert_eq!(bench.robot.mode(), Mode::Stop);
+    bench.run_ticks(1);
+    assert_eq!((bench.outputs.pwm_left, bench.outputs.pwm_right), (0, 0));
+    bench.run_ms(20_000);
+    assert_eq!(
+        bench.outputs,
+        Outputs {
+            ping: bench.outputs.ping,
+            ..Outputs::default()
+        }
+    );
+    assert!(!bench.robot.is_told_to_move());
+    assert_eq!(bench.latest_state().mode, Mode::Stop);
+    assert_eq!(bench.left.take_edges(), 0);
+}
+
+#[test]
+fn stop_ends_the_session_so_that_nothing_sent_before_moves_it_again() {
+    let (mut bench, key) = running();
+    stop(&mut bench);
+    bench.order(key, Order::Mode(Mode::Prowl));
+    assert_eq!(bench.robot.mode(), Mode::Stop);
+    let message = drive(&bench, 1, 12, 0);
+    bench.send(&message, key);
+    bench.run_ticks(2);
+    assert_eq!(bench.outputs.pwm_left, 0);
+    // A session opened after it does.
+    let key = bench.open(OWNER);
+    bench.order(key, Order::Mode(Mode::Prowl));
+    assert_eq!(bench.robot.mode(), Mode::Prowl);
+}
+
+#[test]
+fn a_command_is_carried_out_once_however_often_its_frame_arrives() {
+    let (mut bench, key) = running();
+    let set = Order::Pose {
+        position: Waypoint {
+            x_in: 100,
+            y_in: -50,
+        },
+        theta_deg: 90,
+    };
+    let frame = bench.order(key, set);
+    assert_eq!(bench.robot.pose().x_tenths_in(), 1000);
+    bench.run_ms(3000);
+    let driven_to = bench.robot.pose();
+    assert!(driven_to.x_tenths_in() > 1200);
+    for _ in 0..5 {
+        bench.send(&frame, key);
+    }
+    assert_eq!(bench.robot.pose(), driven_to);
+    assert_eq!(bench.robot.ack().sequence, 1);
+    assert_eq!(bench.robot.ack().outcome, Outcome::Done);
+}
+
+#[test]
+fn a_mode_arrives_in_the_line_and_in_line_b() {
+    let (mut bench, key) = running();
+    bench.order(key, Order::Mode(Mode::Reactive));
+    bench.lines.clear();
+    bench.run_ms(1700);
+    assert_eq!(bench.latest_state().mode, Mode::Reactive);
+    let tells_status = |(_, line): &(u32, groundwave_protocol::telemetry::Line)| {
+        matches!(line.body, Body::Status(_))
+    };
+    assert!(bench.lines.iter().any(tells_status));
+    // Nothing near: it stands.
+    bench.run_ms(2000);
+    assert_eq!((bench.outputs.pwm_left, bench.outputs.pwm_right), (0, 0));
+    assert_eq!(bench.robot.holder(), None);
+}
+
+#[test]
+fn what_is_not_fitted_is_refused_and_changes_nothing() {
+    let (mut bench, key) = running();
+    let all = bench.robot.allowed();
+    let mut refuse = |order, outcome| {
+        bench.order(key, order);
+        assert_eq!(bench.robot.ack().outcome, outcome, "{order:?}");
+        assert_eq!(bench.robot.mode(), Mode::Prowl);
+        assert_eq!(bench.robot.allowed(), all);
+    };
+    for mode in [Mode::Passive, Mode::Wander, Mode::Forage, Mode::Calibrate] {
+        refuse(Order::Mode(mode), Outcome::NotFitted);
+    }
+    refuse(Order::Layers(LayerMask::ALL), Outcome::NotFitted);
+    refuse(Order::Layers(all.with(Layer::Photo)), Outcome::NotFitted);
+    refuse(Order::Scan, Outcome::NotFitted);
+    refuse(Order::Unknown, Outcome::Unknown);
+}
+
+#[test]
+fn a_layer_that_is_not_allowed_never_raises() {
+    let (mut bench, key) = running();
+    let mask = bench.robot.allowed().without(Layer::Bumpers);
+    bench.order(key, Order::Layers(mask));
+    assert_eq!(bench.robot.ack().outcome, Outcome::Done);
+    assert_eq!(bench.robot.allowed(), mask);
+    bench.inputs.bumper = Switches {
+        left: true,
+        center: false,
+        right: false,
+    };
+    for _ in 0..100 {
+        bench.run_ticks(1);
+        assert_eq!(bench.robot.holder(), Some(Holder::Prowl));
+    }
+    let state = bench.latest_state();
+    assert_eq!(state.layers.get(Layer::Bumpers), letters::LayerState::Off);
+    // The switch itself is told all the same.
+    assert_eq!(state.bump, letters::Bump::Left);
+}
+
+#[test]
+fn the_hand_overrides_everything_for_a_second_and_a_tick_later_it_is_free() {
+    let (mut bench, key) = running();
+    bench.inputs.bumper.center = true;
+    let message = drive(&bench, 1, -6, 8);
+    bench.send(&message, key);
+    for tick in 0..20 {
+        bench.run_ticks(1);
+        assert_eq!(
+            bench.robot.holder(),
+            Some(Holder::Layer(Layer::User)),
+            "tick {tick}"
+        );
+        assert_eq!(bench.robot.motion().velocity_cps, -96);
+    }
+    bench.run_ticks(1);
+    assert_eq!(bench.robot.holder(), Some(Holder::Layer(Layer::Bumpers)));
+}
+
+#[test]
+fn in_mode_user_a_silent_ground_stops_it_within_a_second() {
+    let (mut bench, key) = running();
+    bench.order(key, Order::Mode(Mode::User));
+    bench.run_ms(2000);
+    assert_eq!((bench.outputs.pwm_left, bench.outputs.pwm_right), (0, 0));
+    let message = drive(&bench, 1, 10, 0);
+    bench.send(&message, key);
+    bench.run_ticks(20);
+    assert_eq!(bench.robot.motion().velocity_cps, 160);
+    bench.run_ticks(1);
+    assert_eq!(bench.robot.motion().velocity_cps, 0);
+    assert_eq!(bench.robot.holder(), Some(Holder::Layer(Layer::User)));
+}
+
+#[test]
+fn a_drive_frame_that_is_late_repeated_or_comes_while_stopped_moves_nothing() {
+    let (mut bench, key) = running();
+    let late = drive(&bench, 1, 10, 0);
+    let holder = |bench: &mut Bench| {
+        bench.run_ticks(1);
+        bench.robot.holder()
+    };
+    bench.run_ms(3000);
+    bench.send(&late, key);
+    assert_eq!(holder(&mut bench), Some(Holder::Prowl));
+    let fresh = drive(&bench, 2, 10, 0);
+    bench.send(&fresh, key);
+    assert_eq!(holder(&mut bench), Some(Holder::Layer(Layer::User)));
+    bench.run_ticks(20);
+    bench.send(&fresh, key);
+    assert_eq!(holder(&mut bench), Some(Holder::Prowl));
+    bench.order(key, Order::Mode(Mode::Stop));
+    let fresh = drive(&bench, 3, 10, 0);
+    bench.send(&fresh, key);
+    assert_eq!(holder(&mut bench), None);
+    assert_eq!(bench.outputs.pwm_left, 0);
+}
+
+#[test]
+fn frames_of_a_session_that_has_passed_are_refused() {
+    let (mut bench, stale) = running();
+    let key = bench.open(OWNER + 1);
+    let order = Message::Command(Command {
+        sequence: 1,
+        order: Order::Mode(Mode::GoHome),
+    });
+    bench.send(&order, stale);
+    bench.send(&order, Key::session(ROBOT_ID, 0, 1, OWNER));
+    bench.send(&order, Key::session(ROBOT_ID + 1, 5, 2, OWNER + 1));
+    assert_eq!(bench.robot.mode(), Mode::Prowl);
+    bench.send(&order, key);
+    assert_eq!(bench.robot.mode(), Mode::GoHome);
+}
+
+#[test]
+fn three_hundred_waypoints_are_staged_activated_and_reported() {
+    let (mut bench, key) = running();
+    let list: Vec<Waypoint> = (0..300)
+        .map(|n| Waypoint {
+            x_in: n * 33 - 5000,
+            y_in: 9999 - n * 66,
+        })
+        .collect();
+    activate(&mut bench, key, 1, &list);
+    assert_eq!(bench.robot.ack().outcome, Outcome::Done);
+    assert_eq!(bench.robot.lists().active(), list);
+    assert_eq!(bench.robot.target(), Some(list[0]));
+    assert_eq!(bench.robot.mode(), Mode::Prowl);
+    bench.run_ms(2000);
+    let status = bench
+        .lines
+        .iter()
+        .rev()
+        .find_map(|(_, line)| match line.body {
+            Body::Status(status) => Some(status),
+            _ => None,
+        });
+    let status = status.expect("an extra line B");
+    assert_eq!((status.list.driven, status.list.count), (0, 300));
+    assert_eq!(status.digest, digest(list.iter()));
+    assert_eq!(status.target_in, Some((-5000, 9999)));
+}
+
+#[test]
+fn a_route_is_driven_to_its_end_where_it_stops_and_sings() {
+    let (mut bench, key) = running();
+    let list = [(60, 60), (60, 0), (-20, -20)].map(|(x_in, y_in)| Waypoint { x_in, y_in });
+    activate(&mut bench, key, 1, &list);
+    let mut seconds = 0;
+    while bench.robot.mode() == Mode::Prowl {
+        let holder = bench.robot.holder();
+        assert!(seconds < 60, "{:?}", bench.robot.pose());
+        bench.run_ms(1000);
+        seconds += 1;
+        assert!(
+            holder == Some(Holder::Prowl) || holder == Some(Holder::Layer(Layer::DeadReckoning))
+        );
+    }
+    assert_eq!(bench.robot.mode(), Mode::Stop);
+    assert_eq!(bench.robot.driven(), 3);
+    let pose = bench.robot.pose();
+    let (x, y) = (pose.x_tenths_in() + 200, pose.y_tenths_in() + 200);
+    assert!(x * x + y * y <= 75 * 75, "{pose:?}");
+    let mut sang = false;
+    for _ in 0..60 {
+        bench.run_ticks(1);
+        sang |= bench.outputs.note_hz > 0;
+        assert_eq!(bench.outputs.pwm_left, 0);
+    }
+    assert!(sang);
+    let text = |bench: &Bench| {
+        bench.lines.iter().any(|(_, line)| match &line.body {
+            Body::Text(text) => text.as_str() == "I'm finished with the co-ordinate list",
+            _ => false,
+        })
+    };
+    assert!(text(&bench));
+    // Prowling on with the list at its end is prowling freely.
+    bench.order(key, Order::Mode(Mode::Prowl));
+    bench.run_ticks(1);
+    assert_eq!(bench.robot.holder(), Some(Holder::Prowl));
+    assert_eq!(bench.outputs.note_hz, 0);
+    // The same list again starts it over.
+    activate(&mut bench, key, 2, &list);
+    assert_eq!(bench.robot.target(), Some(list[0]));
+}
+
+#[test]
+fn home_is_the_origin_wherever_it_is() {
+    let (mut bench, key) = running();
+    bench.run_ms(8000);
+    bench.order(key, Order::Mode(Mode::GoHome));
+    assert_eq!(bench.robot.target(), Waypoint::new(0, 0));
+    bench.run_ms(40_000);
+    assert_eq!(bench.robot.mode(), Mode::Stop);
+    let pose = bench.robot.pose();
+    assert!(
+        pose.x_tenths_in().abs() < 70 && pose.y_tenths_in().abs() < 70,
+        "{pose:?}"
+    );
+}
+
+#[test]
+fn while_the_ground_talks_and_for_four_lines_after_acknowledgement_lines_follow() {
+    let (mut bench, key) = running();
+    bench.run_ms(5000);
+    let before = bench.ack_lines;
+    bench.run_ms(5000);
+    assert_eq!(bench.ack_lines, before);
+    let heard = bench.lines.last().expect("a line").1.sequence;
+    bench.send(&Message::Keepalive(Keepalive { heard }), key);
+    bench.run_ms(5000);
+    assert_eq!(bench.ack_lines - before, 4);
+    for _ in 0..10 {
+        bench.robot.handle_uplink(b'\n');
+        bench.run_ms(400);
+    }
+    let during = bench.ack_lines - before - 4;
+    assert!((9..=11).contains(&during), "{during}");
+}
+
+#[test]
+fn the_acknowledgement_is_latched_just_before_its_columns() {
+    // From the first columns of a line on, until its acknowledgement begins, news still gets into it.
+    for (sent, taken) in [(5, true), (68, true), (69, true), (70, false)] {
+        let (mut bench, _) = running();
+        bench.run_ms(5000);
+        bench.run_to_line_end();
+        let begun = bench.sent.len();
+        while bench.sent.len() < begun + sent {
+            bench.run_ms(1);
+        }
+        bench.open(OWNER + 1);
+        let session = bench.robot.ack().session;
+        bench.run_to_line_end();
+        let line = bench.lines.last().expect("a line").1;
+        assert_eq!(line.ack.session == session, taken, "after {sent} bytes");
+    }
+}
+
+#[test]
+fn garbage_on_the_uplink_changes_nothing() {
+    let (mut bench, _) = running();
+    let mut dice = 1_u32;
+    for _ in 0..100_000 {
+        dice = dice.wrapping_mul(1_664_525).wrapping_add(1_013_904_223);
+        bench.robot.handle_uplink((dice >> 24) as u8);
+    }
+    assert_eq!(bench.robot.mode(), Mode::Prowl);
+    assert_eq!(bench.robot.ack().sequence, 0);
+    bench.run_ms(3000);
+    assert!(bench.outputs.pwm_left > 0);
+}

@@ -1,0 +1,159 @@
+//! The wheels' control against a small motor model.
+
+mod common;
+
+use common::{Bench, Motor};
+use groundwave_protocol::letters::Drive;
+use sr04_firmware::pid::Wheel;
+use sr04_firmware::units::cps;
+
+struct Rig {
+    wheel: Wheel,
+    motor: Motor,
+    pwm: i16,
+    counts: i32,
+    battery_v: f64,
+    load: f64,
+}
+
+impl Rig {
+    fn new(battery_v: f64, load: f64) -> Self {
+        Self {
+            wheel: Wheel::default(),
+            motor: Motor::default(),
+            pwm: 0,
+            counts: 0,
+            battery_v,
+            load,
+        }
+    }
+
+    fn run_ticks(&mut self, ticks: u32, ordered_cps: i16) {
+        for _ in 0..ticks {
+            for _ in 0..50 {
+                self.motor.step_ms(self.pwm, self.battery_v, self.load);
+            }
+            let counts = self.wheel.signed_counts(self.motor.take_edges());
+            self.counts += i32::from(counts);
+            self.pwm = self.wheel.control(ordered_cps, counts);
+        }
+    }
+}
+
+#[test]
+fn the_mean_speed_is_within_two_per_cent_whatever_battery_and_load() {
+    for battery_v in [10.8, 12.0, 13.8] {
+        for load in [0.05, 0.15, 0.25] {
+            for speed_in_s in [-12, -2, 2, 3, 6, 12] {
+                let mut rig = Rig::new(battery_v, load);
+                rig.run_ticks(60, cps(speed_in_s));
+                let before = rig.counts;
+                rig.run_ticks(200, cps(speed_in_s));
+                let mean = f64::from(rig.counts - before) / 10.0;
+                let wanted = f64::from(cps(speed_in_s));
+                assert!(
+                    (mean - wanted).abs() <= wanted.abs() * 0.02,
+                    "{speed_in_s} in/s at {battery_v} V, load {load}: {mean} for {wanted} counts/s"
+                );
+                assert!(!rig.wheel.is_saturated());
+            }
+        }
+    }
+}
+
+#[test]
+fn it_settles_within_a_second_of_the_slew_without_overshoot() {
+    let mut rig = Rig::new(12.0, 0.08);
+    rig.run_ticks(10, cps(12));
+    let mut fastest: f64 = 0.0;
+    for _ in 0..30 {
+        rig.run_ticks(1, cps(12));
+        fastest = fastest.max(rig.motor.speed_cps);
+    }
+    assert!(fastest < f64::from(cps(12)) * 1.15, "{fastest}");
+    for _ in 0..100 {
+        rig.run_ticks(1, cps(12));
+        let error = rig.motor.speed_cps - f64::from(cps(12));
+        assert!(error.abs() < f64::from(cps(1)), "{error}");
+    }
+}
+
+#[test]
+fn counts_lost_to_a_hindrance_are_made_up_for_within_a_limit() {
+    let mut rig = Rig::new(12.0, 0.08);
+    rig.run_ticks(60, cps(6));
+    let speed = cps(6);
+    // Held for a second, then free.
+    for _ in 0..20 {
+        rig.motor.speed_cps = 0.0;
+        rig.pwm = rig.wheel.control(speed, 0);
+    }
+    assert!(rig.wheel.is_saturated() || rig.pwm > 200);
+    let before = rig.counts;
+    rig.run_ticks(80, speed);
+    let gained = rig.counts - before - 4 * i32::from(speed);
+    assert!((20..=96).contains(&gained), "{gained}");
+    rig.run_ticks(20, speed);
+    assert!((rig.motor.speed_cps - f64::from(speed)).abs() < 16.0);
+}
+
+#[test]
+fn a_wheel_that_cannot_keep_up_says_saturated_and_recovers_at_once() {
+    let mut rig = Rig::new(7.0, 0.2);
+    rig.run_ticks(100, cps(12));
+    assert!(rig.wheel.is_saturated() && !rig.wheel.is_stalled());
+    rig.battery_v = 12.0;
+    // Nothing has been wound up: no dash when the voltage returns.
+    rig.run_ticks(20, cps(12));
+    assert!(
+        rig.motor.speed_cps < f64::from(cps(17)),
+        "{}",
+        rig.motor.speed_cps
+    );
+    rig.run_ticks(60, cps(12));
+    assert!(!rig.wheel.is_saturated());
+}
+
+#[test]
+fn a_blocked_wheel_says_stalled_after_a_second_at_full_width() {
+    let mut wheel = Wheel::default();
+    let mut full = 0;
+    for tick in 0..200 {
+        assert_eq!(wheel.is_stalled(), full >= 20, "tick {tick}");
+        full += u32::from(wheel.control(cps(12), 0) == 255);
+    }
+    assert!(wheel.is_stalled());
+    wheel.control(cps(12), 1);
+    assert!(!wheel.is_stalled());
+}
+
+#[test]
+fn the_sign_of_the_counts_is_that_of_the_motor_command() {
+    let mut wheel = Wheel::default();
+    assert_eq!(wheel.signed_counts(5), 5);
+    assert!(wheel.control(cps(-6), 0) < 0);
+    assert_eq!(wheel.signed_counts(5), -5);
+    wheel.halt();
+    // Coasting on after the motor is off.
+    assert_eq!(wheel.signed_counts(2), -2);
+}
+
+#[test]
+fn at_rest_the_motor_is_off() {
+    let mut rig = Rig::new(12.0, 0.08);
+    rig.run_ticks(40, cps(12));
+    rig.run_ticks(40, 0);
+    assert_eq!(rig.pwm, 0);
+    assert!(rig.motor.speed_cps.abs() < 1.0);
+}
+
+#[test]
+fn the_robot_drives_straight_at_top_speed() {
+    let mut bench = Bench::new();
+    bench.run_ms(30_000);
+    let pose = bench.robot.pose();
+    assert!(pose.y_tenths_in() > 3400, "{pose:?}");
+    assert!(pose.x_tenths_in().abs() < 10, "{pose:?}");
+    assert_eq!(bench.latest_state().wheel_left_in_s, 12);
+    assert_eq!(bench.latest_state().drive, Drive::Ok);
+}
