@@ -109,10 +109,10 @@ pub struct CommandId(pub u32);
 pub enum CommandStep {
     /// Waits for its turn.
     Queued(Request),
-    /// Its first byte, or a repetition of it, went to the radio.
+    /// A frame of it went to the radio.
     Sent {
-        /// 1 for the first time.
-        attempt: u32,
+        /// Frames sent for it so far, repetitions included.
+        frames: u32,
     },
     /// The robot acknowledged some blocks of a waypoint list.
     Progress {

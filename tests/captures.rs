@@ -26,16 +26,23 @@ fn each_decodes_to_what_stands_beside_it() {
     for path in captures {
         let info = Info::read(&mut Capture::open(&path).unwrap());
         let found = serde_json::to_value(&info).unwrap();
-        let expected: Value = serde_json::from_str(&fs::read_to_string(path.with_extension("info.json")).unwrap()).unwrap();
+        let expected: Value =
+            serde_json::from_str(&fs::read_to_string(path.with_extension("info.json")).unwrap())
+                .unwrap();
         assert_eq!(found, expected, "{}", path.display());
     }
 }
 
 #[test]
 fn each_has_its_provenance() {
-    let readme = fs::read_to_string(Path::new(env!("CARGO_MANIFEST_DIR")).join("captures/README.md")).unwrap();
+    let readme =
+        fs::read_to_string(Path::new(env!("CARGO_MANIFEST_DIR")).join("captures/README.md"))
+            .unwrap();
     for path in captures() {
         let name = path.file_name().unwrap().to_str().unwrap();
-        assert!(readme.contains(name), "captures/README.md says nothing of {name}");
+        assert!(
+            readme.contains(name),
+            "captures/README.md says nothing of {name}"
+        );
     }
 }

@@ -29,9 +29,21 @@ fn over_seeds(property: impl Fn(u64, &str) + Sync) {
 fn a_mode_change_arrives() {
     over_seeds(|seed, channel| {
         let mut co = CoSimulation::new("house", seed, channel);
-        assert_eq!(co.deliver(Request::Mode(Mode::Reactive)), PROVEN, "{}", co.context());
-        assert_eq!(co.simulation.robot().mode(), Mode::Reactive, "{}", co.context());
-        co.run_until("line A reports the mode", 60, |co| co.modes.last() == Some(&Mode::Reactive));
+        assert_eq!(
+            co.deliver(Request::Mode(Mode::Reactive)),
+            PROVEN,
+            "{}",
+            co.context()
+        );
+        assert_eq!(
+            co.simulation.robot().mode(),
+            Mode::Reactive,
+            "{}",
+            co.context()
+        );
+        co.run_until("line A reports the mode", 60, |co| {
+            co.modes.last() == Some(&Mode::Reactive)
+        });
     });
 }
 
@@ -40,11 +52,26 @@ fn a_layer_is_switched_off_and_on_and_the_others_stay() {
     over_seeds(|seed, channel| {
         let mut co = CoSimulation::new("house", seed, channel);
         let sonar = LayerMask::NONE.with(Layer::Sonar);
-        assert_eq!(co.deliver(Request::Disable(sonar)), PROVEN, "{}", co.context());
+        assert_eq!(
+            co.deliver(Request::Disable(sonar)),
+            PROVEN,
+            "{}",
+            co.context()
+        );
         let without = co.simulation.robot().allowed();
         assert!(!without.contains(Layer::Sonar), "{}", co.context());
-        assert_eq!(co.deliver(Request::Enable(sonar)), PROVEN, "{}", co.context());
-        assert_eq!(co.simulation.robot().allowed(), without.with(Layer::Sonar), "{}", co.context());
+        assert_eq!(
+            co.deliver(Request::Enable(sonar)),
+            PROVEN,
+            "{}",
+            co.context()
+        );
+        assert_eq!(
+            co.simulation.robot().allowed(),
+            without.with(Layer::Sonar),
+            "{}",
+            co.context()
+        );
     });
 }
 
@@ -56,13 +83,24 @@ fn a_route_of_forty_waypoints_is_held_exactly_and_driven() {
         let wanted = digest(route.iter());
         assert_eq!(
             co.deliver(Request::Route(route.clone())),
-            CommandStep::Proven { digest: Some(wanted) },
+            CommandStep::Proven {
+                digest: Some(wanted)
+            },
             "{}",
             co.context()
         );
-        assert_eq!(co.simulation.robot().lists().active(), route, "{}", co.context());
-        co.run_until("line B says that the list is driven", 600, |co| co.list == Some((40, 40, wanted)));
-        co.run_until("the robot stops at its end", 10, |co| co.simulation.robot().mode() == Mode::Stop);
+        assert_eq!(
+            co.simulation.robot().lists().active(),
+            route,
+            "{}",
+            co.context()
+        );
+        co.run_until("line B says that the list is driven", 600, |co| {
+            co.list == Some((40, 40, wanted))
+        });
+        co.run_until("the robot stops at its end", 10, |co| {
+            co.simulation.robot().mode() == Mode::Stop
+        });
     });
 }
 
@@ -71,7 +109,10 @@ fn zigzag(seed: u64) -> Vec<Waypoint> {
     (0..40)
         .map(|n: i16| {
             let turn = (seed % 7) as i16;
-            Waypoint { x_in: if n % 2 == 0 { 14 + turn } else { -14 - turn }, y_in: (n % 5) * 6 - 12 }
+            Waypoint {
+                x_in: if n % 2 == 0 { 14 + turn } else { -14 - turn },
+                y_in: (n % 5) * 6 - 12,
+            }
         })
         .collect()
 }
@@ -84,7 +125,11 @@ fn stop_stops_and_nothing_sent_before_it_moves_the_robot_again() {
         let prowl = co.request(Request::Mode(Mode::Prowl));
         let stop = co.request(Request::Stop);
         co.run_until("STOP is proven", 60, |co| co.fate(stop) == Some(PROVEN));
-        assert!(matches!(co.fate(prowl), Some(CommandStep::Failed(_))), "{}", co.context());
+        assert!(
+            matches!(co.fate(prowl), Some(CommandStep::Failed(_))),
+            "{}",
+            co.context()
+        );
         for _ in 0..5000 {
             co.step();
             assert_eq!(co.simulation.robot().mode(), Mode::Stop, "{}", co.context());

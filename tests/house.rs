@@ -23,8 +23,16 @@ fn ten_minutes_without_a_stuck_on_95_of_100_seeds() {
             simulation.is_stuck()
         })
     });
-    let seeds: Vec<u64> = stuck.iter().filter(|(_, stuck)| *stuck).map(|(seed, _)| *seed).collect();
-    println!("stuck on {} of {} seeds: {seeds:?}", seeds.len(), stuck.len());
+    let seeds: Vec<u64> = stuck
+        .iter()
+        .filter(|(_, stuck)| *stuck)
+        .map(|(seed, _)| *seed)
+        .collect();
+    println!(
+        "stuck on {} of {} seeds: {seeds:?}",
+        seeds.len(),
+        stuck.len()
+    );
     assert!(seeds.len() <= 5, "stuck on seeds {seeds:?}");
 }
 
@@ -42,6 +50,12 @@ fn the_demo_moves_at_once_and_bumps_within_ten_seconds() {
             winners.push(holder);
         }
     }
-    assert!(winners.contains(&Some(Holder::Layer(Layer::Bumpers))), "{winners:?}");
-    assert!(winners.len() >= 4, "the ladder's winner hardly changes: {winners:?}");
+    assert!(
+        winners.contains(&Some(Holder::Layer(Layer::Bumpers))),
+        "{winners:?}"
+    );
+    assert!(
+        winners.len() >= 4,
+        "the ladder's winner hardly changes: {winners:?}"
+    );
 }

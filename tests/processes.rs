@@ -30,8 +30,13 @@ impl Sim {
             .spawn()
             .unwrap();
         let mut path = String::new();
-        BufReader::new(child.stdout.as_mut().unwrap()).read_line(&mut path).unwrap();
-        Self { child, path: path.trim().to_owned() }
+        BufReader::new(child.stdout.as_mut().unwrap())
+            .read_line(&mut path)
+            .unwrap();
+        Self {
+            child,
+            path: path.trim().to_owned(),
+        }
     }
 }
 
@@ -43,7 +48,11 @@ impl Drop for Sim {
 }
 
 fn groundwave(arguments: &[&str]) -> Output {
-    Command::new(GROUNDWAVE).args(arguments).stdin(Stdio::null()).output().unwrap()
+    Command::new(GROUNDWAVE)
+        .args(arguments)
+        .stdin(Stdio::null())
+        .output()
+        .unwrap()
 }
 
 /// Runs to its end; checks the exit code; returns standard output and standard error.
@@ -51,12 +60,17 @@ fn expect(code: i32, arguments: &[&str]) -> (String, String) {
     let output = groundwave(arguments);
     let out = String::from_utf8(output.stdout).unwrap();
     let err = String::from_utf8(output.stderr).unwrap();
-    assert_eq!(output.status.code(), Some(code), "{arguments:?}\n{out}\n{err}");
+    assert_eq!(
+        output.status.code(),
+        Some(code),
+        "{arguments:?}\n{out}\n{err}"
+    );
     (out, err)
 }
 
 fn scratch(name: &str) -> PathBuf {
-    let folder = Path::new(env!("CARGO_TARGET_TMPDIR")).join(format!("{name}-{}", std::process::id()));
+    let folder =
+        Path::new(env!("CARGO_TARGET_TMPDIR")).join(format!("{name}-{}", std::process::id()));
     let _ = fs::remove_dir_all(&folder);
     fs::create_dir_all(&folder).unwrap();
     folder
@@ -65,7 +79,11 @@ fn scratch(name: &str) -> PathBuf {
 #[test]
 fn cat_sees_a_robot() {
     let sim = Sim::start(&[]);
-    let mut cat = Command::new("cat").arg(&sim.path).stdout(Stdio::piped()).spawn().unwrap();
+    let mut cat = Command::new("cat")
+        .arg(&sim.path)
+        .stdout(Stdio::piped())
+        .spawn()
+        .unwrap();
     let mut lines = BufReader::new(cat.stdout.take().unwrap()).lines();
     // The first line may be a half; the second is whole.
     let _ = lines.next();
@@ -83,7 +101,10 @@ fn commands_are_proven_or_refused_with_the_right_code() {
     let (_, err) = expect(5, &["send", &sim.path, "scan"]);
     assert!(err.contains("refused `scan`"), "{err}");
     let (out, _) = expect(0, &["send", &sim.path, "goto", "-48", "12", "--json"]);
-    assert!(out.lines().last().unwrap().contains("\"stage\":\"proven\""), "{out}");
+    assert!(
+        out.lines().last().unwrap().contains("\"stage\":\"proven\""),
+        "{out}"
+    );
     let (out, _) = expect(0, &["send", &sim.path, "stop"]);
     assert!(out.starts_with("stop: proven after"), "{out}");
 }
@@ -93,7 +114,10 @@ fn bad_input_is_refused_before_the_link_is_touched() {
     let folder = scratch("bad-input");
     let route = folder.join("route.txt");
     fs::write(&route, "1,2\n3,four\n").unwrap();
-    let (_, err) = expect(2, &["send", "/dev/nowhere", "route", route.to_str().unwrap()]);
+    let (_, err) = expect(
+        2,
+        &["send", "/dev/nowhere", "route", route.to_str().unwrap()],
+    );
     assert!(err.contains("route.txt:2:3: `four`"), "{err}");
     let (_, err) = expect(2, &["send", "/dev/nowhere", "fly"]);
     assert!(err.contains("unknown command `fly`"), "{err}");
@@ -101,7 +125,10 @@ fn bad_input_is_refused_before_the_link_is_touched() {
     expect(6, &["send", "-", "stop"]);
     expect(6, &["send", "/dev/nowhere", "stop", "--no-uplink"]);
     let (_, err) = expect(4, &["send", "/dev/nowhere", "stop"]);
-    assert!(err.contains("no such device") && err.contains("groundwave ports"), "{err}");
+    assert!(
+        err.contains("no such device") && err.contains("groundwave ports"),
+        "{err}"
+    );
     let (_, err) = expect(2, &["sim", "--world", "atlantis"]);
     assert!(err.contains("atlantis"), "{err}");
     let (_, err) = expect(2, &["sim", "--channel", "ber=2"]);
@@ -113,7 +140,10 @@ fn a_silent_port_is_not_confirmed() {
     // Nobody ever opens the other side of this one.
     let sim = Sim::start(&["--channel", "out=0s..10000s"]);
     let (_, err) = expect(3, &["send", &sim.path, "mode", "prowl", "--timeout", "1s"]);
-    assert!(err.contains("not confirmed within 1 s") && err.contains("nothing at all was heard"), "{err}");
+    assert!(
+        err.contains("not confirmed within 1 s") && err.contains("nothing at all was heard"),
+        "{err}"
+    );
 }
 
 #[test]
@@ -125,7 +155,10 @@ fn a_script_stops_at_the_first_command_that_fails() {
     let output = groundwave(&["send", &sim.path, "-f", script.to_str().unwrap()]);
     let out = String::from_utf8(output.stdout).unwrap();
     assert_eq!(output.status.code(), Some(5), "{out}");
-    assert!(out.contains("mode reactive: proven") && !out.contains("mode prowl"), "{out}");
+    assert!(
+        out.contains("mode reactive: proven") && !out.contains("mode prowl"),
+        "{out}"
+    );
 }
 
 #[test]
@@ -136,14 +169,18 @@ fn the_dashboard_shows_the_robot_obeys_keys_and_gives_the_terminal_back() {
     assert!(watch.is_alternate());
     watch.type_keys(" ");
     watch.wait_for("STOP in the ledger and proven", |text| {
-        text.lines().any(|line| line.contains("stop") && line.contains("acknowledged"))
+        text.lines()
+            .any(|line| line.contains("stop") && line.contains("acknowledged"))
     });
     watch.type_keys("p");
     watch.wait_for("prowl acknowledged", |text| {
-        text.lines().any(|line| line.contains("mode prowl") && line.contains("acknowledged"))
+        text.lines()
+            .any(|line| line.contains("mode prowl") && line.contains("acknowledged"))
     });
     watch.resize(80, 24);
-    watch.wait_for("a small screen", |text| text.lines().count() <= 24 && text.contains("hold"));
+    watch.wait_for("a small screen", |text| {
+        text.lines().count() <= 24 && text.contains("hold")
+    });
     watch.type_keys("q");
     assert_eq!(watch.wait(), 0);
     assert!(!watch.is_alternate());
@@ -160,7 +197,14 @@ fn a_robot_that_goes_and_comes_back_needs_no_key() {
     drop(sim);
     watch.wait_for("the loss", |text| text.to_lowercase().contains("lost"));
     let _sim = Sim::start(&["--pty", link]);
-    watch.wait_for("the return", |text| !text.lines().next().unwrap_or_default().to_lowercase().contains("lost"));
+    watch.wait_for("the return", |text| {
+        !text
+            .lines()
+            .next()
+            .unwrap_or_default()
+            .to_lowercase()
+            .contains("lost")
+    });
     watch.type_keys("q");
     assert_eq!(watch.wait(), 0);
 }
@@ -171,7 +215,10 @@ fn a_port_in_use_is_called_busy() {
     let mut watch = OnTerminal::start(GROUNDWAVE, &["watch", &sim.path], 80, 24);
     watch.wait_for("the robot", |text| text.contains("hold"));
     let (_, err) = expect(4, &["send", &sim.path, "stop"]);
-    assert!(err.contains("busy") && err.contains("another program holds it"), "{err}");
+    assert!(
+        err.contains("busy") && err.contains("another program holds it"),
+        "{err}"
+    );
 }
 
 #[test]
@@ -183,7 +230,13 @@ fn a_signal_ends_the_dashboard_in_good_order() {
     let mut watch = OnTerminal::start(GROUNDWAVE, &arguments, 80, 24);
     watch.wait_for("the robot", |text| text.contains("hold"));
     let pid = watch.child.process_id().unwrap();
-    assert!(Command::new("kill").arg(pid.to_string()).status().unwrap().success());
+    assert!(
+        Command::new("kill")
+            .arg(pid.to_string())
+            .status()
+            .unwrap()
+            .success()
+    );
     assert_eq!(watch.wait(), 0);
     assert!(!watch.is_alternate());
     let (info, _) = expect(0, &["info", capture.to_str().unwrap()]);
@@ -202,11 +255,23 @@ fn panics_on_a_terminal_when_asked() {
 #[test]
 fn a_panic_gives_the_terminal_back_and_is_seen() {
     let me = std::env::current_exe().unwrap();
-    let arguments = ["GROUNDWAVE_TEST_PANIC=1", me.to_str().unwrap(), "--exact", "panics_on_a_terminal_when_asked", "--nocapture"];
+    let arguments = [
+        "GROUNDWAVE_TEST_PANIC=1",
+        me.to_str().unwrap(),
+        "--exact",
+        "panics_on_a_terminal_when_asked",
+        "--nocapture",
+    ];
     let mut child = OnTerminal::start("env", &arguments, 100, 30);
     assert_ne!(child.wait(), 0);
     assert!(!child.is_alternate());
-    assert!(child.text().contains("this is the panic that was asked for"), "{}", child.text());
+    assert!(
+        child
+            .text()
+            .contains("this is the panic that was asked for"),
+        "{}",
+        child.text()
+    );
 }
 
 #[test]
@@ -214,8 +279,26 @@ fn recordings_hold_every_byte_and_refuse_to_be_overwritten() {
     let folder = scratch("record");
     let raw = folder.join("raw.txt");
     let raw = raw.to_str().unwrap();
-    let sim = Sim::start(&["--listen", "127.0.0.1:0", "--time-factor", "20", "--channel", "ber=1e-3"]);
-    expect(0, &["record", &sim.path, "-o", raw, "--duration", "2s", "--quiet"]);
+    let sim = Sim::start(&[
+        "--listen",
+        "127.0.0.1:0",
+        "--time-factor",
+        "20",
+        "--channel",
+        "ber=1e-3",
+    ]);
+    expect(
+        0,
+        &[
+            "record",
+            &sim.path,
+            "-o",
+            raw,
+            "--duration",
+            "2s",
+            "--quiet",
+        ],
+    );
     let bytes = fs::read(raw).unwrap();
     assert!(bytes.len() > 1000, "{}", bytes.len());
     let (_, err) = expect(2, &["record", &sim.path, "-o", raw, "--duration", "1s"]);
@@ -232,7 +315,18 @@ fn a_reader_that_has_seen_enough_is_no_error() {
     let folder = scratch("pipe");
     let raw = folder.join("raw.txt");
     let sim = Sim::start(&["--listen", "127.0.0.1:0", "--time-factor", "100"]);
-    expect(0, &["record", &sim.path, "-o", raw.to_str().unwrap(), "--duration", "2s", "--quiet"]);
+    expect(
+        0,
+        &[
+            "record",
+            &sim.path,
+            "-o",
+            raw.to_str().unwrap(),
+            "--duration",
+            "2s",
+            "--quiet",
+        ],
+    );
     let mut decode = Command::new(GROUNDWAVE)
         .args(["decode", raw.to_str().unwrap(), "--to", "jsonl"])
         .stdout(Stdio::piped())
@@ -240,7 +334,12 @@ fn a_reader_that_has_seen_enough_is_no_error() {
         .spawn()
         .unwrap();
     let mut first = [0; 1];
-    decode.stdout.take().unwrap().read_exact(&mut first).unwrap();
+    decode
+        .stdout
+        .take()
+        .unwrap()
+        .read_exact(&mut first)
+        .unwrap();
     let output = decode.wait_with_output().unwrap();
     assert_eq!(String::from_utf8(output.stderr).unwrap(), "");
     assert_eq!(output.status.code(), Some(0));

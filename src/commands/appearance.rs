@@ -8,7 +8,9 @@ use crate::model::{Colors, Config};
 /// `NO_COLOR`, `COLORFGBG` and the locale.
 pub(super) fn from_environment() -> Config {
     let set = |name| env::var(name).ok().filter(|value| !value.is_empty());
-    let locale = set("LC_ALL").or_else(|| set("LC_CTYPE")).or_else(|| set("LANG"));
+    let locale = set("LC_ALL")
+        .or_else(|| set("LC_CTYPE"))
+        .or_else(|| set("LANG"));
     Config {
         colors: colors(set("NO_COLOR").is_some(), set("COLORFGBG").as_deref()),
         ascii: is_ascii(locale.as_deref()),

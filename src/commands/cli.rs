@@ -38,8 +38,7 @@ pub enum Command {
     /// Record what the radio delivers, without a dashboard.
     Record(Record),
     /// Send a command and wait for the proof that the robot has executed it.
-    #[command(
-        after_help = "\
+    #[command(after_help = "\
 COMMAND is one of:
   stop                          motors off; needs no session and no proof of who asks
   mode prowl|reactive|home|...  enter a mode (passive, wander, forage, calibrate, user, stop)
@@ -54,8 +53,7 @@ Neither goto nor route changes the mode, unless --go: then `mode prowl` follows.
 
   groundwave send /dev/ttyUSB0 goto -48 120 --go
   groundwave send tcp:robot.local:4000 route square.txt
-  groundwave send /dev/ttyUSB0 -f evening.txt"
-    )]
+  groundwave send /dev/ttyUSB0 -f evening.txt")]
     Send(Send),
     /// Serve a simulated robot on a pseudo-terminal or a TCP port.
     Sim(Sim),
@@ -170,11 +168,19 @@ pub struct Record {
 
 /// `send`
 #[derive(Debug, Args)]
+#[expect(
+    clippy::struct_excessive_bools,
+    reason = "each is a flag on the command line"
+)]
 pub struct Send {
     /// A serial device, tcp:HOST:PORT or sim
     pub link: LinkSpec,
     /// The command and its arguments
-    #[arg(value_name = "COMMAND", allow_negative_numbers = true, required_unless_present = "file")]
+    #[arg(
+        value_name = "COMMAND",
+        allow_negative_numbers = true,
+        required_unless_present = "file"
+    )]
     pub words: Vec<String>,
     /// Read commands from FILE (- is standard input), one a line; stop at the first that fails
     #[arg(short, long, value_name = "FILE", conflicts_with = "words")]
@@ -303,8 +309,19 @@ mod tests {
 
     #[test]
     fn negative_coordinates_need_no_dashes() {
-        let cli = Cli::try_parse_from(["groundwave", "send", "/dev/ttyUSB0", "goto", "-48", "-120", "--go"]);
-        let Ok(Cli { command: Command::Send(send) }) = cli else {
+        let cli = Cli::try_parse_from([
+            "groundwave",
+            "send",
+            "/dev/ttyUSB0",
+            "goto",
+            "-48",
+            "-120",
+            "--go",
+        ]);
+        let Ok(Cli {
+            command: Command::Send(send),
+        }) = cli
+        else {
             panic!("{cli:?}");
         };
         assert_eq!(send.words, ["goto", "-48", "-120"]);

@@ -19,7 +19,11 @@ pub(super) fn run(options: &Decode) -> Result<(), Fault> {
     let result = if options.file == Path::new("-") {
         decode(&mut capture, format, &mut { out })
     } else {
-        decode(&mut capture, format, &mut BufWriter::with_capacity(1 << 16, out))
+        decode(
+            &mut capture,
+            format,
+            &mut BufWriter::with_capacity(1 << 16, out),
+        )
     };
     match result {
         Ok(_) => Ok(()),

@@ -46,7 +46,7 @@ pub struct Fault {
 }
 
 impl Fault {
-    fn new(exit: Exit, message: impl ToString) -> Self {
+    fn new(exit: Exit, message: impl std::fmt::Display) -> Self {
         Self {
             exit,
             message: message.to_string(),

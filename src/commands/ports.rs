@@ -13,7 +13,11 @@ pub(super) fn run(options: &Ports) -> Result<(), Fault> {
     if ports.is_empty() && !options.json {
         eprintln!("no serial ports found. Plug a radio in, or try `groundwave demo`");
     }
-    let written = if options.json { write_json(&ports) } else { write_table(&ports) };
+    let written = if options.json {
+        write_json(&ports)
+    } else {
+        write_table(&ports)
+    };
     written.or_else(|error| Fault::output(&error))
 }
 
@@ -34,7 +38,11 @@ fn write_table(ports: &[Port]) -> io::Result<()> {
     let width = ports.iter().map(|port| port.name.len()).max().unwrap_or(0);
     for port in ports {
         let description = port.description.as_deref().unwrap_or("");
-        writeln!(out, "{}", format!("{:width$}  {:13}  {description}", port.name, port.kind).trim_end())?;
+        writeln!(
+            out,
+            "{}",
+            format!("{:width$}  {:13}  {description}", port.name, port.kind).trim_end()
+        )?;
     }
     out.flush()
 }

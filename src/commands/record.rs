@@ -15,7 +15,10 @@ const REPORT_EVERY: Duration = Duration::from_secs(1);
 
 pub(super) fn run(options: &Record) -> Result<(), Fault> {
     let started = Instant::now();
-    let is_mcap = options.output.extension().is_some_and(|extension| extension.eq_ignore_ascii_case("mcap"));
+    let is_mcap = options
+        .output
+        .extension()
+        .is_some_and(|extension| extension.eq_ignore_ascii_case("mcap"));
     if is_mcap && options.append {
         return Err(Fault::new(
             Exit::Usage,
@@ -39,7 +42,8 @@ pub(super) fn run(options: &Record) -> Result<(), Fault> {
     block_on(async {
         let (inputs, from_link) = tokio::sync::mpsc::channel(256);
         // The link first: a port that cannot be opened leaves no empty file behind.
-        let connection = Connection::open(&spec, options.baud).map_err(|error| Fault::new(Exit::NoLink, error))?;
+        let connection = Connection::open(&spec, options.baud)
+            .map_err(|error| Fault::new(Exit::NoLink, error))?;
         let keeper = Keeper::open(&keep, started).map_err(keeping::fault)?;
         let link = Link::start(spec, options.baud, connection, keeper.sink(), inputs);
         let driver = Driver::new(name, link, from_link, false, started, keeper.sent_sink());

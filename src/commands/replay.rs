@@ -18,7 +18,10 @@ pub(super) fn run(options: &Replay) -> Result<(), Fault> {
     if !(SPEED_MIN..=SPEED_MAX).contains(&options.speed) {
         return Err(Fault::new(
             Exit::Usage,
-            format!("--speed {}: choose from {SPEED_MIN} to {SPEED_MAX}", options.speed),
+            format!(
+                "--speed {}: choose from {SPEED_MIN} to {SPEED_MAX}",
+                options.speed
+            ),
         ));
     }
     watch::needs_terminal("groundwave decode")?;
@@ -30,8 +33,18 @@ pub(super) fn run(options: &Replay) -> Result<(), Fault> {
     let speed = options.speed;
     let player = thread::spawn(move || play(capture, speed, &for_player, &inputs));
     block_on(async {
-        let driver = Driver::new(name, Link::receive_only(), from_player, false, started, Box::new(|_, _| {}));
-        let state = event::Replay { paused: false, speed };
+        let driver = Driver::new(
+            name,
+            Link::receive_only(),
+            from_player,
+            false,
+            started,
+            Box::new(|_, _| {}),
+        );
+        let state = event::Replay {
+            paused: false,
+            speed,
+        };
         let dashboard = Dashboard {
             driver,
             model: Model::new(appearance::from_environment()),
@@ -105,7 +118,10 @@ fn play(
         if !clock.wait_until(chunk.at, orders) {
             return Ok(());
         }
-        if inputs.blocking_send(LinkInput::Bytes(Instant::now(), bytes)).is_err() {
+        if inputs
+            .blocking_send(LinkInput::Bytes(Instant::now(), bytes))
+            .is_err()
+        {
             return Ok(());
         }
     }
@@ -151,7 +167,7 @@ impl Clock {
             let order = if self.paused {
                 orders.recv().map_err(|_| RecvTimeoutError::Disconnected)
             } else {
-                orders.recv_timeout((at - now).div_f64(self.speed))
+                orders.recv_timeout(at.saturating_sub(now).div_f64(self.speed))
             };
             match order {
                 Ok(order) => self.obey(&order),

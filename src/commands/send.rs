@@ -36,7 +36,10 @@ fn read_requests(options: &Send) -> Result<Vec<Request>, Fault> {
     };
     if options.go {
         if !matches!(requests.last(), Some(Request::Route(route)) if !route.is_empty()) {
-            return Err(Fault::new(Exit::Usage, "--go goes with `goto` or `route`: it drives the list"));
+            return Err(Fault::new(
+                Exit::Usage,
+                "--go goes with `goto` or `route`: it drives the list",
+            ));
         }
         requests.push(Request::Mode(Mode::Prowl));
     }
@@ -48,7 +51,12 @@ fn read_script(path: &Path) -> Result<Vec<Request>, Fault> {
     let text = read_text(path)?;
     let mut requests = Vec::new();
     for (number, line) in (1..).zip(text.lines()) {
-        let words: Vec<&str> = line.split('#').next().unwrap_or_default().split_whitespace().collect();
+        let words: Vec<&str> = line
+            .split('#')
+            .next()
+            .unwrap_or_default()
+            .split_whitespace()
+            .collect();
         if words.is_empty() {
             continue;
         }
@@ -57,7 +65,10 @@ fn read_script(path: &Path) -> Result<Vec<Request>, Fault> {
         requests.extend(request);
     }
     if requests.is_empty() {
-        return Err(Fault::new(Exit::Usage, format!("{name}: no commands; one a line, as after `groundwave send LINK`")));
+        return Err(Fault::new(
+            Exit::Usage,
+            format!("{name}: no commands; one a line, as after `groundwave send LINK`"),
+        ));
     }
     Ok(requests)
 }
@@ -71,7 +82,11 @@ fn read_words<S: AsRef<str>>(words: &[S]) -> Result<Vec<Request>, String> {
             let waypoints = route::parse(name, &text).map_err(|error| error.to_string())?;
             Request::route(waypoints).map_err(|error| error.to_string())?
         }
-        ["route", ..] => return Err("`route` takes one file of `X,Y` lines, or - for standard input".to_owned()),
+        ["route", ..] => {
+            return Err(
+                "`route` takes one file of `X,Y` lines, or - for standard input".to_owned(),
+            );
+        }
         _ => Request::from_words(&words).map_err(|error| error.to_string())?,
     };
     Ok(vec![request])
@@ -84,16 +99,29 @@ fn read_text(path: &Path) -> Result<String, Fault> {
     } else {
         fs::read_to_string(path)
     };
-    read.map_err(|error| Fault::new(Exit::Usage, format!("cannot read {}: {error}", path.display())))
+    read.map_err(|error| {
+        Fault::new(
+            Exit::Usage,
+            format!("cannot read {}: {error}", path.display()),
+        )
+    })
 }
 
 async fn deliver(options: &Send, requests: Vec<Request>) -> Result<(), Fault> {
     let (inputs, from_link) = tokio::sync::mpsc::channel(64);
     let (spec, _simulator) = super::simulated::embed(&options.link)?;
-    let connection = Connection::open(&spec, options.baud).map_err(|error| Fault::new(Exit::NoLink, error))?;
+    let connection =
+        Connection::open(&spec, options.baud).map_err(|error| Fault::new(Exit::NoLink, error))?;
     let link = Link::start(spec, options.baud, connection, Box::new(|_, _| {}), inputs);
     let name = options.link.to_string();
-    let mut driver = Driver::new(name, link, from_link, true, Instant::now(), Box::new(|_, _| {}));
+    let mut driver = Driver::new(
+        name,
+        link,
+        from_link,
+        true,
+        Instant::now(),
+        Box::new(|_, _| {}),
+    );
     // The station learns that it can send from the link's first event.
     driver.step().await;
     let mut report = Report::new(options);
@@ -105,7 +133,12 @@ async fn deliver(options: &Send, requests: Vec<Request>) -> Result<(), Fault> {
         loop {
             let mut ended = None;
             while let Some(event) = driver.poll_event() {
-                ended = ended.or(report.handle(&event, id, &request, driver.now() - begun)?);
+                ended = ended.or(report.handle(
+                    &event,
+                    id,
+                    &request,
+                    driver.now().saturating_sub(begun),
+                )?);
             }
             match ended {
                 Some(Ok(())) => break,
@@ -127,11 +160,16 @@ async fn deliver(options: &Send, requests: Vec<Request>) -> Result<(), Fault> {
 fn not_confirmed(request: &Request, driver: &Driver, waited: Duration) -> Fault {
     let heard = driver.station().counters();
     let why = if heard.bytes == 0 {
-        "nothing at all was heard from the robot: is it switched on, and is this the right port?".to_owned()
+        "nothing at all was heard from the robot: is it switched on, and is this the right port?"
+            .to_owned()
     } else if heard.lines + heard.ack_lines == 0 {
-        format!("{} bytes were heard and not one intact line: is the baud rate right?", heard.bytes)
+        format!(
+            "{} bytes were heard and not one intact line: is the baud rate right?",
+            heard.bytes
+        )
     } else {
-        "the robot was heard and did not confirm: it may be out of reach of our transmitter".to_owned()
+        "the robot was heard and did not confirm: it may be out of reach of our transmitter"
+            .to_owned()
     };
     let state = match request {
         Request::Route(_) => " The robot holds either its old list or the new one, whole.",
@@ -139,7 +177,10 @@ fn not_confirmed(request: &Request, driver: &Driver, waited: Duration) -> Fault 
     };
     Fault::new(
         Exit::NotConfirmed,
-        format!("`{request}` was not confirmed within {} s: {why}.{state}", waited.as_secs()),
+        format!(
+            "`{request}` was not confirmed within {} s: {why}.{state}",
+            waited.as_secs()
+        ),
     )
 }
 
@@ -170,7 +211,7 @@ impl Report {
         match event {
             Event::Command { id: of, step } if *of == id => {
                 if self.json {
-                    self.print_json(&to_json(request, step, after))?;
+                    Self::print_json(&to_json(request, step, after))?;
                 }
                 Ok(self.handle_step(request, step, after))
             }
@@ -182,10 +223,18 @@ impl Report {
         }
     }
 
-    fn handle_step(&self, request: &Request, step: &CommandStep, after: Duration) -> Option<Result<(), Fault>> {
+    fn handle_step(
+        &self,
+        request: &Request,
+        step: &CommandStep,
+        after: Duration,
+    ) -> Option<Result<(), Fault>> {
         match step {
             CommandStep::Queued(_) | CommandStep::Sent { .. } => None,
-            CommandStep::Progress { acknowledged, total } => {
+            CommandStep::Progress {
+                acknowledged,
+                total,
+            } => {
                 if self.progress {
                     eprint!("\r{acknowledged} of {total} waypoints acknowledged ");
                     if acknowledged == total {
@@ -196,8 +245,12 @@ impl Report {
             }
             CommandStep::Proven { digest } => {
                 if !self.json && !self.quiet {
-                    let digest = digest.map_or(String::new(), |digest| format!(", digest {digest:08x}"));
-                    println!("{request}: proven after {:.1} s{digest}", after.as_secs_f64());
+                    let digest =
+                        digest.map_or(String::new(), |digest| format!(", digest {digest:08x}"));
+                    println!(
+                        "{request}: proven after {:.1} s{digest}",
+                        after.as_secs_f64()
+                    );
                 }
                 Some(Ok(()))
             }
@@ -216,7 +269,7 @@ impl Report {
         }
     }
 
-    fn print_json(&self, value: &Value) -> Result<(), Fault> {
+    fn print_json(value: &Value) -> Result<(), Fault> {
         let mut out = io::stdout().lock();
         writeln!(out, "{value}")
             .and_then(|()| out.flush())
@@ -227,14 +280,19 @@ impl Report {
 fn to_json(request: &Request, step: &CommandStep, after: Duration) -> Value {
     let mut value = match step {
         CommandStep::Queued(_) => json!({ "stage": "queued" }),
-        CommandStep::Sent { attempt } => json!({ "stage": "sent", "frames": attempt }),
-        CommandStep::Progress { acknowledged, total } => {
+        CommandStep::Sent { frames } => json!({ "stage": "sent", "frames": frames }),
+        CommandStep::Progress {
+            acknowledged,
+            total,
+        } => {
             json!({ "stage": "progress", "acknowledged": acknowledged, "total": total })
         }
         CommandStep::Proven { digest } => {
             json!({ "stage": "proven", "digest": digest.map(|digest| format!("{digest:08x}")) })
         }
-        CommandStep::Refused(outcome) => json!({ "stage": "refused", "reason": why_refused(*outcome) }),
+        CommandStep::Refused(outcome) => {
+            json!({ "stage": "refused", "reason": why_refused(*outcome) })
+        }
         CommandStep::Failed(failure) => json!({ "stage": "failed", "reason": failure.to_string() }),
     };
     value["command"] = json!(request.to_string());

@@ -36,8 +36,15 @@ pub(super) fn run(options: &Sim) -> Result<(), Fault> {
         },
     )?;
     let address = server.addresses().first().map_or("", String::as_str);
-    let shown = options.pty.as_ref().map_or_else(|| address.to_owned(), |path| path.display().to_string());
-    let link = if is_tcp { format!("tcp:{address}") } else { shown.clone() };
+    let shown = options
+        .pty
+        .as_ref()
+        .map_or_else(|| address.to_owned(), |path| path.display().to_string());
+    let link = if is_tcp {
+        format!("tcp:{address}")
+    } else {
+        shown.clone()
+    };
     // The address alone on standard output, for scripts; the rest is for a person.
     let mut out = io::stdout().lock();
     writeln!(out, "{}", if is_tcp { &link } else { &shown })
@@ -57,8 +64,12 @@ pub(super) fn run(options: &Sim) -> Result<(), Fault> {
     eprintln!("watch it:    groundwave watch {link}");
     eprintln!("Ctrl-C ends it");
     block_on(async {
-        let mut signals = Signals::listen()
-            .map_err(|error| Fault::new(super::Exit::Failed, format!("cannot listen for signals: {error}")))?;
+        let mut signals = Signals::listen().map_err(|error| {
+            Fault::new(
+                super::Exit::Failed,
+                format!("cannot listen for signals: {error}"),
+            )
+        })?;
         while server.is_running() {
             tokio::select! {
                 signal = signals.next() => match signal {

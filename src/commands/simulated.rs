@@ -35,7 +35,10 @@ pub(super) fn start(config: SimulationConfig, options: &ServeOptions) -> Result<
 /// A serial line where the system has pseudo-terminals, a TCP port elsewhere.
 pub(super) fn endpoint(copy_only: bool) -> Endpoint {
     if cfg!(unix) {
-        Endpoint::Pty { link: None, copy_only }
+        Endpoint::Pty {
+            link: None,
+            copy_only,
+        }
     } else {
         Endpoint::Tcp {
             address: "127.0.0.1:0".to_owned(),
@@ -80,9 +83,13 @@ pub(super) fn truth(server: &Server) -> Truth {
     for outline in server.outlines() {
         match *outline {
             Outline::Segment { from, to, .. } => {
-                truth.walls.push([(from.x_in, from.y_in), (to.x_in, to.y_in)]);
+                truth
+                    .walls
+                    .push([(from.x_in, from.y_in), (to.x_in, to.y_in)]);
             }
-            Outline::Circle { center, radius_in, .. } => {
+            Outline::Circle {
+                center, radius_in, ..
+            } => {
                 truth.circles.push(((center.x_in, center.y_in), radius_in));
             }
         }
@@ -95,4 +102,3 @@ pub(super) fn rate_words(time_factor: f64) -> String {
     let bytes_s = f64::from(BYTES_PER_S) * time_factor;
     format!("2400 baud 8N1, {bytes_s:.0} bytes/s")
 }
-

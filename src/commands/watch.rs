@@ -18,7 +18,10 @@ pub(super) fn watch(options: &Watch) -> Result<(), Fault> {
         needs_terminal("watch --headless")?;
     }
     if options.link == LinkSpec::Stdin && !options.headless && !cfg!(unix) {
-        return Err(Fault::new(Exit::Usage, "the dashboard needs the keyboard; use --headless with -"));
+        return Err(Fault::new(
+            Exit::Usage,
+            "the dashboard needs the keyboard; use --headless with -",
+        ));
     }
     let started = Instant::now();
     let (spec, server) = simulated::embed(&options.link)?;
@@ -40,7 +43,10 @@ pub(super) fn watch(options: &Watch) -> Result<(), Fault> {
             result
         });
     }
-    let first = server.iter().map(|server| Event::Truth(simulated::truth(server))).collect();
+    let first = server
+        .iter()
+        .map(|server| Event::Truth(simulated::truth(server)))
+        .collect();
     show(&plan, appearance::from_environment(), first)
 }
 
@@ -62,7 +68,10 @@ pub(super) fn demo(options: &Demo) -> Result<(), Fault> {
         ("channel".to_owned(), options.simulated.channel.clone()),
     ]);
     let plan = Plan {
-        name: format!("demo, {} seed {}", options.simulated.world, options.simulated.seed),
+        name: format!(
+            "demo, {} seed {}",
+            options.simulated.world, options.simulated.seed
+        ),
         spec: simulated::link_to(address(&server, 0)),
         baud: BAUD,
         uplink: true,
@@ -90,7 +99,9 @@ pub(super) fn needs_terminal(instead: &str) -> Result<(), Fault> {
     }
     Err(Fault::new(
         Exit::Usage,
-        format!("the dashboard needs a terminal, and standard output is none; use `{instead}` instead"),
+        format!(
+            "the dashboard needs a terminal, and standard output is none; use `{instead}` instead"
+        ),
     ))
 }
 
@@ -109,9 +120,16 @@ impl Plan {
     /// The link first: one that cannot be opened leaves no empty file behind.
     fn open(&self) -> Result<(Driver, Keeper), Fault> {
         let (inputs, from_link) = tokio::sync::mpsc::channel(256);
-        let connection = Connection::open(&self.spec, self.baud).map_err(|error| Fault::new(Exit::NoLink, error))?;
+        let connection = Connection::open(&self.spec, self.baud)
+            .map_err(|error| Fault::new(Exit::NoLink, error))?;
         let keeper = keeping::open(&self.keeping, &self.name, self.notes.clone(), self.started)?;
-        let link = Link::start(self.spec.clone(), self.baud, connection, keeper.sink(), inputs);
+        let link = Link::start(
+            self.spec.clone(),
+            self.baud,
+            connection,
+            keeper.sink(),
+            inputs,
+        );
         let driver = Driver::new(
             self.name.clone(),
             link,

@@ -152,7 +152,10 @@ impl Link {
         mut sink: Sink,
         inputs: Sender<LinkInput>,
     ) -> Self {
-        let Connection { mut reading, writing } = connection;
+        let Connection {
+            mut reading,
+            writing,
+        } = connection;
         let can_send = writing.is_some();
         let shared: SharedWriting = Arc::new(Mutex::new(writing));
         let to_writer = can_send.then(|| start_writer(Arc::clone(&shared)));
@@ -171,7 +174,9 @@ impl Link {
                     End::Finished => lose(&inputs, &shared, "unplugged".to_owned()),
                     End::Failed(error) => lose(&inputs, &shared, describe(&error)),
                 }
-                let Some(again) = reopen(&spec, baud, &inputs) else { return };
+                let Some(again) = reopen(&spec, baud, &inputs) else {
+                    return;
+                };
                 reading = again.reading;
                 *shared.lock().unwrap_or_else(PoisonError::into_inner) = again.writing;
             }
@@ -305,8 +310,11 @@ impl Connection {
         match spec {
             LinkSpec::Serial(path) => connect_serial(&path.display().to_string(), baud),
             LinkSpec::Tcp(address) => {
-                let stream = connect_tcp(address).map_err(|e| OpenError::Tcp(address.clone(), e))?;
-                let writing = stream.try_clone().map_err(|e| OpenError::Tcp(address.clone(), e))?;
+                let stream =
+                    connect_tcp(address).map_err(|e| OpenError::Tcp(address.clone(), e))?;
+                let writing = stream
+                    .try_clone()
+                    .map_err(|e| OpenError::Tcp(address.clone(), e))?;
                 Ok(Self {
                     reading: Box::new(stream),
                     writing: Some(Box::new(writing)),
@@ -361,13 +369,12 @@ fn open_error(name: &str, error: &serialport::Error) -> OpenError {
     use serialport::ErrorKind as Kind;
     let name = name.to_owned();
     match error.kind {
-        Kind::Io(io::ErrorKind::NotFound) => OpenError::Missing(name),
         Kind::Io(io::ErrorKind::PermissionDenied) => OpenError::Permission(name),
         // The library says `NoDevice` both for a port that is gone and for one that is locked.
         Kind::NoDevice if cfg!(unix) && std::path::Path::new(&name).exists() => {
             OpenError::Busy(name)
         }
-        Kind::NoDevice => OpenError::Missing(name),
+        Kind::NoDevice | Kind::Io(io::ErrorKind::NotFound) => OpenError::Missing(name),
         Kind::Unknown
             if error.description.contains("ioctl") || error.description.contains("typewriter") =>
         {

@@ -78,7 +78,7 @@ impl Ledger {
         let entry = self.entries.iter_mut().rev().find(|entry| entry.id == id)?;
         match step {
             CommandStep::Queued(_) => {}
-            CommandStep::Sent { attempt } => {
+            CommandStep::Sent { frames: attempt } => {
                 entry.stage = Stage::Sent;
                 entry.attempts = *attempt;
             }

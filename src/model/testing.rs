@@ -137,7 +137,7 @@ impl Scene {
         let id = CommandId(id);
         for step in [
             CommandStep::Queued(request),
-            CommandStep::Sent { attempt: 1 },
+            CommandStep::Sent { frames: 1 },
             last,
         ] {
             self.event(Event::Command { id, step });
@@ -327,7 +327,7 @@ fn any_request() -> impl Strategy<Value = Request> {
 fn any_step() -> impl Strategy<Value = CommandStep> {
     prop_oneof![
         4 => any_request().prop_map(CommandStep::Queued),
-        1 => any::<u32>().prop_map(|attempt| CommandStep::Sent { attempt }),
+        1 => any::<u32>().prop_map(|frames| CommandStep::Sent { frames }),
         1 => any::<(u16, u16)>().prop_map(|(acknowledged, total)| CommandStep::Progress {
             acknowledged,
             total

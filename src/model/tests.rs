@@ -223,7 +223,7 @@ fn active_is_what_the_robot_acknowledged_until_it_says_otherwise() {
     let active = |scene: &Scene| scene.model.ledger.active().map(|a| (a.digest, a.driven));
     for step in [
         CommandStep::Queued(list.clone()),
-        CommandStep::Sent { attempt: 1 },
+        CommandStep::Sent { frames: 1 },
         CommandStep::Progress {
             acknowledged: 2,
             total: 2,

@@ -53,7 +53,7 @@ pub struct Dashboard {
 pub async fn run(dashboard: Dashboard) -> io::Result<()> {
     let mut signals = Signals::listen()?;
     let screen = Screen::take()?;
-    let keys = terminal::events();
+    let mut keys = terminal::events();
     let mut running = Running {
         driver: dashboard.driver,
         model: dashboard.model,
@@ -68,7 +68,6 @@ pub async fn run(dashboard: Dashboard) -> io::Result<()> {
     for event in dashboard.first {
         leave |= running.tell(event)?;
     }
-    let mut keys = Some(keys);
     let mut ask_at = Instant::now();
     while !leave {
         if Instant::now() >= ask_at {
@@ -91,13 +90,10 @@ pub async fn run(dashboard: Dashboard) -> io::Result<()> {
                     false
                 }
             },
-            event = next_key(keys.as_mut()) => match event {
-                Some(event) => running.take_keys(event, keys.as_mut())?,
-                None => {
-                    keys = None;
-                    // The terminal is gone: nobody can see or steer any more.
-                    true
-                }
+            event = keys.recv() => match event {
+                Some(event) => running.take_keys(event, &mut keys)?,
+                // The terminal is gone: nobody can see or steer any more.
+                None => true,
             },
             () = running.driver.step() => false,
             () = sleep_until_some(wake_at) => running.tell(Event::Tick)?,
@@ -145,15 +141,13 @@ impl Running {
     fn take_keys(
         &mut self,
         first: crossterm::event::Event,
-        keys: Option<&mut Receiver<crossterm::event::Event>>,
+        keys: &mut Receiver<crossterm::event::Event>,
     ) -> io::Result<bool> {
         let mut leave = self.take_key(first)?;
-        if let Some(keys) = keys {
-            for _ in 1..BATCH {
-                match keys.try_recv() {
-                    Ok(event) => leave |= self.take_key(event)?,
-                    Err(_) => break,
-                }
+        for _ in 1..BATCH {
+            match keys.try_recv() {
+                Ok(event) => leave |= self.take_key(event)?,
+                Err(_) => break,
             }
         }
         Ok(leave)
@@ -174,7 +168,10 @@ impl Running {
             Effect::Send(request) => {
                 self.driver.request(request);
             }
-            Effect::Drive { velocity_in_s, rotation_in_s } => self.driver.drive(velocity_in_s, rotation_in_s),
+            Effect::Drive {
+                velocity_in_s,
+                rotation_in_s,
+            } => self.driver.drive(velocity_in_s, rotation_in_s),
             Effect::DriveEnd => self.driver.drive_end(),
             Effect::CancelCommands => self.driver.cancel(),
             Effect::LoadRoute(path) => return self.load_route(path),
@@ -224,7 +221,10 @@ impl Running {
 
     /// When to wake up although nothing happens.
     fn wake_at(&self) -> Option<Instant> {
-        let at = [self.due(), self.model.poll_timeout()].into_iter().flatten().min()?;
+        let at = [self.due(), self.model.poll_timeout()]
+            .into_iter()
+            .flatten()
+            .min()?;
         Some(Instant::now() + at.saturating_sub(self.driver.now()))
     }
 
@@ -240,13 +240,6 @@ impl Running {
             });
         }
         Ok(())
-    }
-}
-
-async fn next_key(keys: Option<&mut Receiver<crossterm::event::Event>>) -> Option<crossterm::event::Event> {
-    match keys {
-        Some(keys) => keys.recv().await,
-        None => std::future::pending().await,
     }
 }
 

@@ -72,7 +72,10 @@ impl Driver {
     /// Waits for something to happen on the link, or for the station's next deadline. Nothing is lost
     /// when the wait is abandoned.
     pub async fn step(&mut self) {
-        let deadline = self.station.poll_timeout().map(|moment| self.started + moment);
+        let deadline = self
+            .station
+            .poll_timeout()
+            .map(|moment| self.started + moment);
         tokio::select! {
             input = self.inputs.recv() => {
                 match input {
@@ -100,7 +103,8 @@ impl Driver {
                 can_send: self.can_send(),
             }),
             LinkInput::Bytes(at, bytes) => {
-                self.station.handle_bytes(at.saturating_duration_since(self.started), &bytes);
+                self.station
+                    .handle_bytes(at.saturating_duration_since(self.started), &bytes);
             }
             LinkInput::Lost(reason) => self.station.handle_link(LinkEvent::Lost { reason }),
             LinkInput::Ended => self.station.handle_link(LinkEvent::Ended),
@@ -116,7 +120,8 @@ impl Driver {
 
     /// Drives by hand for half a second.
     pub fn drive(&mut self, velocity_in_s: i8, rotation_in_s: i8) {
-        self.station.handle_drive(self.now(), velocity_in_s, rotation_in_s);
+        self.station
+            .handle_drive(self.now(), velocity_in_s, rotation_in_s);
         self.flush();
     }
 

@@ -154,12 +154,18 @@ impl Inner {
 
     fn status(&self) -> Recording {
         let name = |path: &std::path::Path| path.display().to_string();
-        let tee_problem = self.tee.as_ref().and_then(|tee| tee.problem().map(str::to_owned));
+        let tee_problem = self
+            .tee
+            .as_ref()
+            .and_then(|tee| tee.problem().map(str::to_owned));
         let recorder_problem = self.recorder.as_ref().and_then(Recorder::problem);
         Recording {
             tee: self.tee.as_ref().map(|tee| name(tee.path())),
             mcap: self.recorder.as_ref().map(|recorder| name(recorder.path())),
-            bytes: self.recorder.as_ref().map_or(self.tee_bytes, Recorder::bytes),
+            bytes: self
+                .recorder
+                .as_ref()
+                .map_or(self.tee_bytes, Recorder::bytes),
             problem: tee_problem.or(recorder_problem),
         }
     }

@@ -20,7 +20,7 @@ const DRIVE_LEASE: Duration = Duration::from_millis(500);
 
 /// A command that cannot even start fails after this: one that needs line B waits for it, and on a bad
 /// channel half of those lines are lost.
-const START_LIMIT: Duration = Duration::from_secs(60);
+const START_LIMIT: Duration = Duration::from_mins(1);
 
 #[derive(Debug)]
 struct Waiting {
@@ -122,7 +122,7 @@ impl Station {
             self.cancel_waiting(Failure::Stopped);
             self.stops.push(id);
             self.fop.stop(micros(now));
-            self.step(id, CommandStep::Sent { attempt: 1 });
+            self.step(id, CommandStep::Sent { frames: 1 });
         } else {
             self.waiting.push_back(Waiting {
                 id,
@@ -279,7 +279,7 @@ impl Station {
                     self.notice(Level::Warning, lost_session(loss));
                 }
                 FopEvent::Sent { frames } => {
-                    self.step_current(CommandStep::Sent { attempt: frames })
+                    self.step_current(CommandStep::Sent { frames });
                 }
                 FopEvent::Progress {
                     acknowledged,

@@ -29,7 +29,10 @@ pub fn on_all_cores<T: Send>(seeds: Range<u64>, run: impl Fn(u64) -> T + Sync) -
                         break;
                     }
                     let result = run(seed);
-                    results.lock().expect("no other seed has failed").push((seed, result));
+                    results
+                        .lock()
+                        .expect("no other seed has failed")
+                        .push((seed, result));
                 }
             });
         }
@@ -60,7 +63,10 @@ impl CoSimulation {
         let mut config = SimulationConfig::new(world, seed);
         config.channel = channel.parse::<ChannelSpec>().expect("a channel");
         let mut station = Station::new(Config::new((seed % 1023) as u16 + 1));
-        station.handle_link(LinkEvent::Opened { name: "simulation".to_owned(), can_send: true });
+        station.handle_link(LinkEvent::Opened {
+            name: "simulation".to_owned(),
+            can_send: true,
+        });
         Self {
             simulation: Simulation::new(&config),
             station,
@@ -68,7 +74,10 @@ impl CoSimulation {
             modes: Vec::new(),
             allowed: None,
             list: None,
-            context: format!("world {}, seed {seed}, channel `{channel}`", config.world.name()),
+            context: format!(
+                "world {}, seed {seed}, channel `{channel}`",
+                config.world.name()
+            ),
         }
     }
 
@@ -103,10 +112,8 @@ impl CoSimulation {
     fn note(&mut self, event: &Event) {
         match event {
             Event::Line { line, .. } => match &line.body {
-                Body::State(state) => {
-                    if self.modes.last() != Some(&state.mode) {
-                        self.modes.push(state.mode);
-                    }
+                Body::State(state) if self.modes.last() != Some(&state.mode) => {
+                    self.modes.push(state.mode);
                 }
                 Body::Status(status) => {
                     self.allowed = Some(status.allowed);
@@ -115,7 +122,13 @@ impl CoSimulation {
                 _ => {}
             },
             // What the ledger claims must hold at the robot at this very moment.
-            Event::Command { step: CommandStep::Proven { digest: Some(digest) }, .. } => {
+            Event::Command {
+                step:
+                    CommandStep::Proven {
+                        digest: Some(digest),
+                    },
+                ..
+            } => {
                 let held = self.simulation.robot().lists().active_digest();
                 assert_eq!(held, *digest, "claimed and held differ: {}", self.context());
             }
@@ -161,7 +174,9 @@ impl CoSimulation {
     pub fn fate(&self, id: CommandId) -> Option<CommandStep> {
         self.events.iter().rev().find_map(|(_, event)| match event {
             Event::Command { id: of, step } if *of == id => match step {
-                CommandStep::Proven { .. } | CommandStep::Refused(_) | CommandStep::Failed(_) => Some(step.clone()),
+                CommandStep::Proven { .. } | CommandStep::Refused(_) | CommandStep::Failed(_) => {
+                    Some(step.clone())
+                }
                 _ => None,
             },
             _ => None,

@@ -20,8 +20,15 @@ pub struct OnTerminal {
 
 impl OnTerminal {
     pub fn start(program: &str, arguments: &[&str], columns: u16, rows: u16) -> Self {
-        let size = PtySize { rows, cols: columns, pixel_width: 0, pixel_height: 0 };
-        let pair = native_pty_system().openpty(size).expect("a pseudo-terminal");
+        let size = PtySize {
+            rows,
+            cols: columns,
+            pixel_width: 0,
+            pixel_height: 0,
+        };
+        let pair = native_pty_system()
+            .openpty(size)
+            .expect("a pseudo-terminal");
         let mut command = CommandBuilder::new(program);
         command.args(arguments);
         command.cwd(env!("CARGO_MANIFEST_DIR"));
@@ -49,14 +56,23 @@ impl OnTerminal {
     }
 
     pub fn type_keys(&mut self, keys: &str) {
-        self.keys.write_all(keys.as_bytes()).expect("the terminal takes keys");
+        self.keys
+            .write_all(keys.as_bytes())
+            .expect("the terminal takes keys");
         self.keys.flush().expect("the terminal takes keys");
     }
 
     pub fn resize(&mut self, columns: u16, rows: u16) {
-        let size = PtySize { rows, cols: columns, pixel_width: 0, pixel_height: 0 };
+        let size = PtySize {
+            rows,
+            cols: columns,
+            pixel_width: 0,
+            pixel_height: 0,
+        };
         self.master.resize(size).expect("a new size");
-        self.screen.screen_mut().set_size(nonzero(rows), nonzero(columns));
+        self.screen
+            .screen_mut()
+            .set_size(nonzero(rows), nonzero(columns));
     }
 
     /// The screen as text.
@@ -76,10 +92,10 @@ impl OnTerminal {
                 return;
             }
             let left = deadline.saturating_duration_since(Instant::now());
-            match self.output.recv_timeout(left) {
-                Ok(bytes) => self.screen.process(&bytes),
-                Err(_) => panic!("never saw: {what}. The screen:\n{}", self.text()),
-            }
+            let Ok(bytes) = self.output.recv_timeout(left) else {
+                panic!("never saw: {what}. The screen:\n{}", self.text());
+            };
+            self.screen.process(&bytes);
         }
     }
 
@@ -87,7 +103,10 @@ impl OnTerminal {
     pub fn wait(&mut self) -> u32 {
         let deadline = Instant::now() + PATIENCE;
         // Its output ends when it does.
-        while let Ok(bytes) = self.output.recv_timeout(deadline.saturating_duration_since(Instant::now())) {
+        while let Ok(bytes) = self
+            .output
+            .recv_timeout(deadline.saturating_duration_since(Instant::now()))
+        {
             self.screen.process(&bytes);
         }
         self.child.wait().expect("an exit code").exit_code()

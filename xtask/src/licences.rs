@@ -29,20 +29,29 @@ pub(crate) fn check() -> Result<(), String> {
         .current_dir(super::root())
         .output()
         .map_err(|error| format!("cannot run cargo metadata: {error}"))?;
-    let metadata: Value =
-        serde_json::from_slice(&output.stdout).map_err(|error| format!("cannot read cargo metadata: {error}"))?;
-    let packages = metadata["packages"].as_array().ok_or("cargo metadata lists no packages")?;
+    let metadata: Value = serde_json::from_slice(&output.stdout)
+        .map_err(|error| format!("cannot read cargo metadata: {error}"))?;
+    let packages = metadata["packages"]
+        .as_array()
+        .ok_or("cargo metadata lists no packages")?;
     let wrong: Vec<String> = packages.iter().filter_map(objection).collect();
     if wrong.is_empty() {
         println!("{} packages, all under licences we accept", packages.len());
         Ok(())
     } else {
-        Err(format!("licences we do not accept:\n  {}", wrong.join("\n  ")))
+        Err(format!(
+            "licences we do not accept:\n  {}",
+            wrong.join("\n  ")
+        ))
     }
 }
 
 fn objection(package: &Value) -> Option<String> {
-    let name = format!("{} {}", package["name"].as_str()?, package["version"].as_str()?);
+    let name = format!(
+        "{} {}",
+        package["name"].as_str()?,
+        package["version"].as_str()?
+    );
     let Some(licence) = package["license"].as_str() else {
         return Some(format!("{name}: names no licence"));
     };
@@ -68,7 +77,8 @@ mod tests {
 
     #[test]
     fn gpl_is_found_and_a_choice_is_enough() {
-        let package = |licence: &str| json!({ "name": "x", "version": "1.0.0", "license": licence });
+        let package =
+            |licence: &str| json!({ "name": "x", "version": "1.0.0", "license": licence });
         assert_eq!(objection(&package("MIT OR GPL-3.0-only")), None);
         assert_eq!(objection(&package("MIT/Apache-2.0")), None);
         assert_eq!(objection(&package("Apache-2.0 WITH LLVM-exception")), None);

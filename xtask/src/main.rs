@@ -14,7 +14,15 @@ type Step = (&'static str, fn() -> Result<(), String>);
 const CHECK: &[Step] = &[
     ("format", || cargo(&["fmt", "--all", "--check"])),
     ("clippy", || {
-        cargo(&["clippy", "--workspace", "--all-targets", "--locked", "--", "-D", "warnings"])
+        cargo(&[
+            "clippy",
+            "--workspace",
+            "--all-targets",
+            "--locked",
+            "--",
+            "-D",
+            "warnings",
+        ])
     }),
     ("test", || cargo(&["test", "--workspace", "--locked"])),
     ("doc", || {
@@ -26,9 +34,13 @@ const CHECK: &[Step] = &[
 ];
 
 const OUTSIDE: &[Step] = &[
-    ("avr", || run(Command::new("bash").arg("firmware/boards/check-avr.sh"))),
+    ("avr", || {
+        run(Command::new("bash").arg("firmware/boards/check-avr.sh"))
+    }),
     ("stranger", stranger),
-    ("judges", || run(Command::new("bash").arg("tests/judges/run.sh"))),
+    ("judges", || {
+        run(Command::new("bash").arg("tests/judges/run.sh"))
+    }),
 ];
 
 fn main() -> ExitCode {
@@ -44,7 +56,11 @@ fn main() -> ExitCode {
         None => Vec::new(),
     };
     if steps.is_empty() {
-        let names: Vec<&str> = [CHECK, OUTSIDE].concat().iter().map(|(name, _)| *name).collect();
+        let names: Vec<&str> = [CHECK, OUTSIDE]
+            .concat()
+            .iter()
+            .map(|(name, _)| *name)
+            .collect();
         eprintln!("usage: cargo xtask check | ci | {}", names.join(" | "));
         return ExitCode::from(2);
     }
