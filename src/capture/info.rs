@@ -121,9 +121,10 @@ impl Info {
     pub fn write_text(&self, output: &mut impl Write) -> io::Result<()> {
         let LineCounts { a, b, c, t, k } = self.lines;
         let all = a + b + c + t + k;
-        let minutes = self.duration_s as u64 / 60;
-        let seconds = self.duration_s - (minutes * 60) as f64;
-        writeln!(output, "duration   {minutes} min {seconds:.1} s")?;
+        // Rounded first: 119.97 s are 2 minutes and not 1 minute and 60 seconds.
+        let tenths = (self.duration_s * 10.0).round() as u64;
+        let (minutes, seconds, tenth) = (tenths / 600, tenths / 10 % 60, tenths % 10);
+        writeln!(output, "duration   {minutes} min {seconds}.{tenth} s")?;
         writeln!(
             output,
             "bytes      {} received, {} noise",

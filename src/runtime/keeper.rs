@@ -5,6 +5,7 @@ use std::path::PathBuf;
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use std::time::{Instant, SystemTime};
 
+use groundwave_protocol::LINE_BYTES;
 use groundwave_protocol::decoder::Decoder;
 
 use super::driver::SentSink;
@@ -36,6 +37,8 @@ struct Inner {
     tee: Option<RawWriter>,
     tee_bytes: u64,
     recorder: Option<Recorder>,
+    /// Received and not yet with the recorder: it gets whole lines, however the bytes arrive.
+    pending: Vec<u8>,
     decoder: Decoder,
     started: Instant,
     started_wall: SystemTime,
@@ -72,6 +75,7 @@ impl Keeper {
             tee,
             tee_bytes: 0,
             recorder,
+            pending: Vec::new(),
             decoder: Decoder::default(),
             started,
             started_wall,
@@ -109,6 +113,7 @@ impl Keeper {
     pub fn finish(&self) -> Result<(), CaptureError> {
         let (recorder, synced) = {
             let mut inner = self.lock();
+            inner.hand_over(Instant::now());
             let synced = inner.tee.take().map(|tee| tee.sync());
             (inner.recorder.take(), synced)
         };
@@ -123,18 +128,34 @@ impl Inner {
         (now, self.started_wall + now)
     }
 
-    fn handle_rx(&mut self, at: Instant, mut bytes: &[u8]) {
+    fn handle_rx(&mut self, at: Instant, bytes: &[u8]) {
         if let Some(tee) = &mut self.tee
             && tee.write(bytes).is_ok()
         {
             // A failure is remembered by the writer and told by `status`.
             self.tee_bytes += bytes.len() as u64;
         }
+        if self.recorder.is_none() {
+            return;
+        }
+        for &byte in bytes {
+            self.pending.push(byte);
+            if byte == b'\n' || self.pending.len() >= LINE_BYTES {
+                self.hand_over(at);
+            }
+        }
+    }
+
+    /// One message for each line: a serial port hands over single bytes, and a message each would make
+    /// the file ten times as long.
+    fn hand_over(&mut self, at: Instant) {
         let (now, wall) = self.times(at);
-        let Some(recorder) = &mut self.recorder else {
+        let pending = std::mem::take(&mut self.pending);
+        let Some(recorder) = self.recorder.as_mut().filter(|_| !pending.is_empty()) else {
             return;
         };
-        recorder.handle_rx(now, wall, bytes);
+        recorder.handle_rx(now, wall, &pending);
+        let mut bytes = &pending[..];
         while !bytes.is_empty() {
             let (taken, received) = self.decoder.handle_bytes(bytes);
             bytes = &bytes[taken..];
