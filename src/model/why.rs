@@ -16,11 +16,7 @@ const CONTACT_EXPLAINS: Moment = Moment::from_secs(20);
 /// Why the holder holds the motors.
 pub(crate) fn why(holder: Holder, state: &StateLine, robot: &Robot, now: Moment) -> String {
     match holder {
-        Holder::Layer(Layer::User) => format!(
-            "driven by hand at {:+} in/s, {}",
-            state.velocity_in_s,
-            turning(state)
-        ),
+        Holder::Layer(Layer::User) => by_hand(state),
         Holder::Layer(Layer::Bumpers) => bumpers(state, robot, now),
         Holder::Layer(Layer::Rotation) => format!("looks around, {}", turning(state)),
         Holder::Layer(Layer::Infrared) => infrared(state, robot),
@@ -30,6 +26,14 @@ pub(crate) fn why(holder: Holder, state: &StateLine, robot: &Robot, now: Moment)
         Holder::Layer(Layer::DeadReckoning) => route(robot),
         Holder::Prowl => prowl(state, robot),
         Holder::Nobody => nobody(state.mode).to_owned(),
+    }
+}
+
+fn by_hand(state: &StateLine) -> String {
+    match (state.velocity_in_s, state.rotation_in_s) {
+        (0, 0) => "by hand, standing".to_owned(),
+        (0, _) => format!("by hand, {} on the spot", turning(state)),
+        (velocity_in_s, _) => format!("by hand at {velocity_in_s:+} in/s, {}", turning(state)),
     }
 }
 
@@ -183,7 +187,7 @@ fn distance_in(state: &StateLine, (x_in, y_in): (i16, i16)) -> i32 {
 
 const fn nobody(mode: Mode) -> &'static str {
     match mode {
-        Mode::Stop => "stopped: the motors are off",
+        Mode::Stop => "stopped",
         Mode::Reactive => "at rest: nothing pulls",
         Mode::Passive => "hides and waits for motion",
         _ => "at rest",

@@ -1,5 +1,6 @@
 //! The last lines: the one that says it all, and the keys.
 
+use groundwave_protocol::letters::Mode;
 use ratatui::buffer::Buffer;
 use ratatui::layout::Rect;
 use ratatui::text::{Line, Span};
@@ -60,7 +61,9 @@ impl Screen<'_> {
             facts.push(format!("{recorded}{}", places.join(", ")));
         }
         facts.extend(self.model.config.hint.clone());
-        let keys: &[(&str, &str)] = if link.replay.is_some() {
+        let keys: &[(&str, &str)] = if self.model.context() != Context::Dashboard {
+            &[]
+        } else if link.replay.is_some() {
             &[("k", " pauses, "), ("< >", " slower and faster")]
         } else if link.can_send {
             &[("h", " sends it home")]
@@ -102,7 +105,12 @@ impl Screen<'_> {
         }
         let mut spans = Vec::new();
         if let Overlay::Drive(stick) = &self.model.overlay {
-            let words = format!(" HAND DRIVE {} in/s ", stick.speed_in_s);
+            let state = self.model.robot.state.map(|state| state.value.mode);
+            let words = if state == Some(Mode::User) {
+                format!(" HAND DRIVE {} in/s ", stick.speed_in_s)
+            } else {
+                " HAND DRIVE: the robot is not in mode user yet ".to_owned()
+            };
             spans.push(Span::styled(words, theme.alarm));
             spans.push(Span::raw("  "));
         }
