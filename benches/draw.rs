@@ -1,0 +1,82 @@
+//! What drawing costs: a whole frame from the model to the terminal's difference of cells.
+//!
+//! `cargo bench --bench draw`
+
+use std::time::Duration;
+
+use divan::Bencher;
+use groundwave::event::{Event, LinkEvent};
+use groundwave::model::{Config, Model};
+use groundwave::station::Station;
+use groundwave::view;
+use groundwave_protocol::arq;
+use ratatui::Terminal;
+use ratatui::backend::TestBackend;
+use sr04_sim::{Simulation, SimulationConfig, World};
+
+fn main() {
+    divan::main();
+}
+
+/// A minute of the house, and then line upon line of it.
+struct Watched {
+    simulation: Simulation,
+    station: Station,
+    model: Model,
+}
+
+impl Watched {
+    fn new(width: u16, height: u16) -> Self {
+        let world = World::built_in("house").expect("it comes with the simulator");
+        let mut model = Model::new(Config::default());
+        model.update(Duration::ZERO, Event::Resize { width, height });
+        let mut station = Station::new(arq::Config::new(1));
+        station.handle_link(LinkEvent::Opened { name: "bench".to_owned(), can_send: true });
+        let mut watched = Self { simulation: Simulation::new(&SimulationConfig::new(world, 1)), station, model };
+        for _ in 0..180 {
+            watched.next_line();
+        }
+        watched
+    }
+
+    fn now(&self) -> Duration {
+        Duration::from_millis(self.simulation.now_ms())
+    }
+
+    /// Runs until the model has taken another line.
+    fn next_line(&mut self) {
+        loop {
+            self.simulation.step();
+            let now = self.now();
+            while let Some(byte) = self.simulation.poll_downlink() {
+                self.station.handle_bytes(now, &[byte]);
+            }
+            let mut took = false;
+            while let Some(event) = self.station.poll_event() {
+                took |= matches!(event, Event::Line { .. });
+                self.model.update(now, event);
+            }
+            if took {
+                return;
+            }
+        }
+    }
+}
+
+#[divan::bench(args = [(80, 24), (120, 40), (200, 60)])]
+fn a_frame_after_a_new_line(bencher: Bencher, (width, height): (u16, u16)) {
+    let mut watched = Watched::new(width, height);
+    let mut terminal = Terminal::new(TestBackend::new(width, height)).expect("a buffer");
+    bencher.bench_local(|| {
+        let now = watched.now();
+        terminal.draw(|frame| view::draw(&watched.model, now, frame)).expect("a buffer takes it");
+        watched.next_line();
+    });
+}
+
+/// To be taken off the above: simulating and decoding a line's worth of time.
+#[divan::bench]
+fn a_new_line_without_a_frame(bencher: Bencher) {
+    let mut watched = Watched::new(120, 40);
+    bencher.bench_local(|| watched.next_line());
+}
