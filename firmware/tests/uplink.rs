@@ -358,6 +358,18 @@ fn while_the_ground_talks_and_for_four_lines_after_acknowledgement_lines_follow(
 }
 
 #[test]
+fn noise_on_a_silent_channel_brings_no_acknowledgement_lines() {
+    let (mut bench, _) = running();
+    bench.run_ms(5000);
+    let before = bench.ack_lines;
+    for byte in (0..=255).filter(|byte| *byte != b'\n') {
+        bench.robot.handle_uplink(byte);
+        bench.run_ms(20);
+    }
+    assert_eq!(bench.ack_lines, before);
+}
+
+#[test]
 fn the_acknowledgement_is_latched_just_before_its_columns() {
     // From the first columns of a line on, until its acknowledgement begins, news still gets into it.
     for (sent, taken) in [(5, true), (68, true), (69, true), (70, false)] {

@@ -42,7 +42,7 @@ impl Default for Transmitter {
 }
 
 impl Transmitter {
-    /// A byte came in: whoever sent it would like to see acknowledgements.
+    /// A line feed came in: whoever sent it would like to see acknowledgements.
     pub const fn hear(&mut self) {
         self.ack_lines_due = ECHO_LINES;
     }

@@ -163,7 +163,7 @@ impl core::fmt::Debug for Frame {
 }
 
 impl Frame {
-    /// A lone line feed: it says nothing, but a robot that hears bytes adds acknowledgement lines,
+    /// A lone line feed: it says nothing, but a robot that hears one adds acknowledgement lines,
     /// which survive a bad channel seven times as often as long ones.
     #[must_use]
     pub fn knock() -> Self {
