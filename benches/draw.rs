@@ -31,8 +31,15 @@ impl Watched {
         let mut model = Model::new(Config::default());
         model.update(Duration::ZERO, Event::Resize { width, height });
         let mut station = Station::new(arq::Config::new(1));
-        station.handle_link(LinkEvent::Opened { name: "bench".to_owned(), can_send: true });
-        let mut watched = Self { simulation: Simulation::new(&SimulationConfig::new(world, 1)), station, model };
+        station.handle_link(LinkEvent::Opened {
+            name: "bench".to_owned(),
+            can_send: true,
+        });
+        let mut watched = Self {
+            simulation: Simulation::new(&SimulationConfig::new(world, 1)),
+            station,
+            model,
+        };
         for _ in 0..180 {
             watched.next_line();
         }
@@ -69,7 +76,9 @@ fn a_frame_after_a_new_line(bencher: Bencher, (width, height): (u16, u16)) {
     let mut terminal = Terminal::new(TestBackend::new(width, height)).expect("a buffer");
     bencher.bench_local(|| {
         let now = watched.now();
-        terminal.draw(|frame| view::draw(&watched.model, now, frame)).expect("a buffer takes it");
+        terminal
+            .draw(|frame| view::draw(&watched.model, now, frame))
+            .expect("a buffer takes it");
         watched.next_line();
     });
 }

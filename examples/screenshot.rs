@@ -37,10 +37,16 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
         hint: Some("raw in another terminal: cat /dev/pts/3".to_owned()),
         ..Config::default()
     });
-    let size = Event::Resize { width: COLUMNS, height: ROWS };
+    let size = Event::Resize {
+        width: COLUMNS,
+        height: ROWS,
+    };
     model.update(Duration::ZERO, size);
     model.update(Duration::ZERO, Event::Truth(truth(&simulation)));
-    station.handle_link(LinkEvent::Opened { name: "demo, house seed 1".to_owned(), can_send: true });
+    station.handle_link(LinkEvent::Opened {
+        name: "demo, house seed 1".to_owned(),
+        can_send: true,
+    });
     let mut now = Duration::ZERO;
     while now < Duration::from_secs(PICTURE_AT_S) {
         simulation.step();
@@ -66,7 +72,9 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
 }
 
 fn route() -> Vec<Waypoint> {
-    [(-40, 30), (-90, 50), (-60, 100), (0, 0)].map(|(x_in, y_in)| Waypoint { x_in, y_in }).to_vec()
+    [(-40, 30), (-90, 50), (-60, 100), (0, 0)]
+        .map(|(x_in, y_in)| Waypoint { x_in, y_in })
+        .to_vec()
 }
 
 fn truth(simulation: &Simulation) -> Truth {
@@ -74,9 +82,13 @@ fn truth(simulation: &Simulation) -> Truth {
     for outline in simulation.outlines() {
         match *outline {
             Outline::Segment { from, to, .. } => {
-                truth.walls.push([(from.x_in, from.y_in), (to.x_in, to.y_in)]);
+                truth
+                    .walls
+                    .push([(from.x_in, from.y_in), (to.x_in, to.y_in)]);
             }
-            Outline::Circle { center, radius_in, .. } => {
+            Outline::Circle {
+                center, radius_in, ..
+            } => {
                 truth.circles.push(((center.x_in, center.y_in), radius_in));
             }
         }
@@ -85,7 +97,10 @@ fn truth(simulation: &Simulation) -> Truth {
 }
 
 fn svg(buffer: &Buffer) -> String {
-    let (width, height) = (f64::from(COLUMNS) * CELL_WIDTH, f64::from(ROWS) * CELL_HEIGHT);
+    let (width, height) = (
+        f64::from(COLUMNS) * CELL_WIDTH,
+        f64::from(ROWS) * CELL_HEIGHT,
+    );
     let mut svg = format!(
         "<svg xmlns=\"http://www.w3.org/2000/svg\" viewBox=\"-12 -10 {:.0} {:.0}\" font-family=\"'DejaVu Sans Mono', Menlo, Consolas, monospace\" font-size=\"14\">\n<rect x=\"-12\" y=\"-10\" width=\"100%\" height=\"100%\" rx=\"8\" fill=\"{BACKGROUND}\"/>\n",
         width + 24.0,
@@ -101,17 +116,31 @@ fn svg(buffer: &Buffer) -> String {
             }
             // Writing to a string cannot fail.
             if paper != BACKGROUND {
-                let _ = writeln!(svg, "<rect x=\"{x:.1}\" y=\"{y:.1}\" width=\"{CELL_WIDTH:.1}\" height=\"{CELL_HEIGHT:.1}\" fill=\"{paper}\"/>");
+                let _ = writeln!(
+                    svg,
+                    "<rect x=\"{x:.1}\" y=\"{y:.1}\" width=\"{CELL_WIDTH:.1}\" height=\"{CELL_HEIGHT:.1}\" fill=\"{paper}\"/>"
+                );
             }
             let symbol = cell.symbol();
             if symbol.trim().is_empty() {
                 continue;
             }
-            let bold = if cell.modifier.contains(Modifier::BOLD) { " font-weight=\"bold\"" } else { "" };
-            let dim = if cell.modifier.contains(Modifier::DIM) { " opacity=\"0.6\"" } else { "" };
+            let bold = if cell.modifier.contains(Modifier::BOLD) {
+                " font-weight=\"bold\""
+            } else {
+                ""
+            };
+            let dim = if cell.modifier.contains(Modifier::DIM) {
+                " opacity=\"0.6\""
+            } else {
+                ""
+            };
             let symbol = symbol.replace('&', "&amp;").replace('<', "&lt;");
             let baseline = y + CELL_HEIGHT * 0.78;
-            let _ = writeln!(svg, "<text x=\"{x:.1}\" y=\"{baseline:.1}\" fill=\"{ink}\"{bold}{dim}>{symbol}</text>");
+            let _ = writeln!(
+                svg,
+                "<text x=\"{x:.1}\" y=\"{baseline:.1}\" fill=\"{ink}\"{bold}{dim}>{symbol}</text>"
+            );
         }
     }
     svg.push_str("</svg>\n");

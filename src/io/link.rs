@@ -14,6 +14,7 @@ use std::sync::{Arc, Mutex, PoisonError};
 use std::thread;
 use std::time::{Duration, Instant};
 
+use groundwave_protocol::LINE_BYTES;
 use serialport::SerialPort;
 use tokio::sync::mpsc::Sender;
 
@@ -258,8 +259,11 @@ enum End {
     Failed(io::Error),
 }
 
+/// Reads until there is nothing more to read. The sink gets every chunk at once; the station is woken
+/// when a line may be complete, three times a second instead of at each of a port's small clumps.
 fn read_until_lost(reading: &mut Reading, sink: &mut Sink, inputs: &Sender<LinkInput>) -> End {
     let mut buffer = [0; 4096];
+    let mut held = Vec::new();
     loop {
         match reading.read(&mut buffer) {
             Ok(0) => return End::Finished,
@@ -267,9 +271,12 @@ fn read_until_lost(reading: &mut Reading, sink: &mut Sink, inputs: &Sender<LinkI
                 let now = Instant::now();
                 let bytes = &buffer[..count];
                 sink(now, bytes);
-                if inputs
-                    .blocking_send(LinkInput::Bytes(now, bytes.to_vec()))
-                    .is_err()
+                held.extend_from_slice(bytes);
+                let may_be_whole = bytes.contains(&b'\n') || held.len() >= LINE_BYTES;
+                if may_be_whole
+                    && inputs
+                        .blocking_send(LinkInput::Bytes(now, std::mem::take(&mut held)))
+                        .is_err()
                 {
                     return End::Closed;
                 }
