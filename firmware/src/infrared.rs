@@ -68,7 +68,7 @@ pub struct Infrared {
     seen_ticks: u16,
     off_ticks: u16,
     adapt_ticks: u8,
-    detected_lately: bool,
+    undetected_ticks: u8,
 }
 
 impl Default for Infrared {
@@ -84,7 +84,7 @@ impl Default for Infrared {
             seen_ticks: 0,
             off_ticks: 0,
             adapt_ticks: 0,
-            detected_lately: false,
+            undetected_ticks: ADAPT_TICKS,
         }
     }
 }
@@ -145,13 +145,17 @@ impl Infrared {
     }
 
     fn adapt(&mut self, detected: bool) {
-        self.detected_lately |= detected;
+        self.undetected_ticks = if detected {
+            0
+        } else {
+            self.undetected_ticks.saturating_add(1)
+        };
         self.adapt_ticks += 1;
         if self.adapt_ticks < ADAPT_TICKS {
             return;
         }
         self.adapt_ticks = 0;
-        self.max_count = if core::mem::take(&mut self.detected_lately) {
+        self.max_count = if self.undetected_ticks < ADAPT_TICKS {
             (self.max_count + 1).min(MAX_COUNT_MOST)
         } else {
             (self.max_count - 1).max(MAX_COUNT_LEAST)

@@ -33,6 +33,12 @@ const SATURATED_TICKS: u8 = ticks(1) as u8 / 2;
 /// Full pulse width for this long without one count: stalled.
 const STALLED_TICKS: u8 = ticks(1) as u8;
 
+/// A tick with no more edges than this is one in which the wheel may have turned back.
+const STANDING_COUNTS: u16 = 1;
+
+/// The longest that a command against the wheel's way can be a brake: twice the motors' time constant.
+const BRAKING_TICKS: u8 = 6;
+
 /// The count error is kept in twentieths of a count, the unit in which a speed is one a tick.
 const PARTS: i32 = TICKS_PER_S as i32;
 
@@ -44,14 +50,17 @@ pub struct Wheel {
     /// Counts behind the order, in [`PARTS`].
     behind_parts: i32,
     pwm: i16,
-    /// The way the motor has been driven latest.
+    /// The way the wheel is believed to turn.
     backward: bool,
+    /// How long the motor command has been against it.
+    against_ticks: u8,
     full_ticks: u8,
     still_ticks: u8,
 }
 
 impl Wheel {
-    /// Gives the encoder's edges of the past tick the sign of the motor command.
+    /// Gives the encoder's edges of the past tick the way the wheel is believed to turn: that of the
+    /// motor command, as soon as the wheel can have followed it.
     #[must_use]
     pub fn signed_counts(&self, edges: u16) -> i16 {
         let counts = edges.min(i16::MAX as u16) as i16;
@@ -95,11 +104,24 @@ impl Wheel {
             self.behind_parts = behind.clamp(-limit, limit);
         }
         self.watch(given, counts);
+        self.follow(given, counts);
         self.pwm = given as i16;
-        if given != 0 {
-            self.backward = given < 0;
-        }
         self.pwm
+    }
+
+    /// A wheel cannot turn back without standing still: while edges come fast, a command against its
+    /// way is a brake.
+    fn follow(&mut self, given: i32, counts: i16) {
+        let is_against = given != 0 && (given < 0) != self.backward;
+        if !is_against {
+            self.against_ticks = 0;
+            return;
+        }
+        self.against_ticks += 1;
+        if counts.unsigned_abs() <= STANDING_COUNTS || self.against_ticks >= BRAKING_TICKS {
+            self.backward = !self.backward;
+            self.against_ticks = 0;
+        }
     }
 
     fn watch(&mut self, given: i32, counts: i16) {

@@ -139,6 +139,26 @@ fn the_sign_of_the_counts_is_that_of_the_motor_command() {
 }
 
 #[test]
+fn turning_back_again_and_again_costs_hardly_a_count() {
+    for load in [0.05, 0.25] {
+        let mut rig = Rig::new(12.0, load);
+        let mut true_counts = 0.0;
+        for turn in 0..40 {
+            let speed = [cps(12), cps(-4), cps(7), cps(-7)][turn % 4];
+            for _ in 0..12 {
+                rig.run_ticks(1, speed);
+                true_counts += rig.motor.take_way();
+            }
+        }
+        let error = (f64::from(rig.counts) - true_counts).abs();
+        assert!(
+            error < 40.0 * 0.75,
+            "load {load}: {error} counts in 40 turns"
+        );
+    }
+}
+
+#[test]
 fn at_rest_the_motor_is_off() {
     let mut rig = Rig::new(12.0, 0.08);
     rig.run_ticks(40, cps(12));

@@ -13,6 +13,9 @@ const TURN_CPS: i16 = cps(10);
 /// Turning on the spot: as fast, because both detectors see something within 30 inches.
 const SPIN_CPS: i16 = cps(10);
 
+/// How far the detectors see. With less than that to go, what they see may stand behind the target.
+const REACH_IN: u16 = 30;
+
 /// A detection turns the robot for this long: the rarer they are, the less they turn it.
 const HOLD_TICKS: u8 = 2;
 
@@ -25,7 +28,7 @@ pub struct InfraredAvoidance {
 
 impl Behaviour for InfraredAvoidance {
     fn decide(&mut self, senses: &Senses) -> Request {
-        if senses.infrared.any() {
+        if senses.infrared.any() && senses.horizon_in >= REACH_IN {
             self.sides = senses.infrared;
             self.hold_ticks = HOLD_TICKS;
         }
@@ -97,6 +100,17 @@ mod tests {
         let flags = [see(true, false), see(false, false), see(false, false)]
             .map(|senses| layer.decide(&senses).flag);
         assert_eq!(flags, [true, true, false]);
+    }
+
+    #[test]
+    fn close_to_the_target_what_it_sees_is_no_reason_to_turn() {
+        for (horizon_in, flag) in [(30, true), (29, false)] {
+            let senses = Senses {
+                horizon_in,
+                ..see(true, true)
+            };
+            assert_eq!(InfraredAvoidance::default().decide(&senses).flag, flag);
+        }
     }
 
     #[test]

@@ -17,6 +17,7 @@ pub struct Motor {
     pub speed_cps: f64,
     position: f64,
     edges: u16,
+    taken: f64,
 }
 
 impl Motor {
@@ -31,6 +32,13 @@ impl Motor {
         let before = self.position.floor();
         self.position += self.speed_cps / 1000.0;
         self.edges += (self.position.floor() - before).abs() as u16;
+    }
+
+    /// How far it really turned since the last call, in counts.
+    pub fn take_way(&mut self) -> f64 {
+        let way = self.position - self.taken;
+        self.taken = self.position;
+        way
     }
 
     pub fn take_edges(&mut self) -> u16 {
