@@ -52,7 +52,6 @@ impl Sides {
 
 /// Both detectors and their LEDs.
 #[derive(Clone, Debug)]
-#[expect(clippy::struct_excessive_bools, reason = "each is a state of its own")]
 pub struct Infrared {
     enabled: bool,
     leds_on: bool,
