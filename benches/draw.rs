@@ -30,7 +30,7 @@ impl Watched {
         let world = World::built_in("house").expect("it comes with the simulator");
         let mut model = Model::new(Config::default());
         model.update(Duration::ZERO, Event::Resize { width, height });
-        let mut station = Station::new(arq::Config::new(1));
+        let mut station = Station::new(arq::Config::new(1), true);
         station.handle_link(LinkEvent::Opened {
             name: "bench".to_owned(),
             can_send: true,

@@ -5,7 +5,8 @@
 use std::fmt::Write as _;
 use std::time::Duration;
 
-use groundwave::event::{Event, LinkEvent, Truth};
+use groundwave::commands::simulated::truth;
+use groundwave::event::{Event, LinkEvent};
 use groundwave::model::{Config, Model};
 use groundwave::request::Request;
 use groundwave::station::Station;
@@ -16,7 +17,7 @@ use ratatui::Terminal;
 use ratatui::backend::TestBackend;
 use ratatui::buffer::Buffer;
 use ratatui::style::{Color, Modifier};
-use sr04_sim::{Outline, Simulation, SimulationConfig, World};
+use sr04_sim::{Simulation, SimulationConfig, World};
 
 const COLUMNS: u16 = 120;
 const ROWS: u16 = 40;
@@ -32,7 +33,7 @@ const PICTURE_AT_S: u64 = 40;
 fn main() -> Result<(), Box<dyn std::error::Error>> {
     let world = World::built_in("house").ok_or("the house comes with the simulator")?;
     let mut simulation = Simulation::new(&SimulationConfig::new(world, 1));
-    let mut station = Station::new(arq::Config::new(1));
+    let mut station = Station::new(arq::Config::new(1), true);
     let mut model = Model::new(Config {
         hint: Some("raw in another terminal: cat /dev/pts/3".to_owned()),
         ..Config::default()
@@ -42,7 +43,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
         height: ROWS,
     };
     model.update(Duration::ZERO, size);
-    model.update(Duration::ZERO, Event::Truth(truth(&simulation)));
+    model.update(Duration::ZERO, Event::Truth(truth(simulation.outlines())));
     station.handle_link(LinkEvent::Opened {
         name: "demo, house seed 1".to_owned(),
         can_send: true,
@@ -75,25 +76,6 @@ fn route() -> Vec<Waypoint> {
     [(-40, 30), (-90, 50), (-60, 100), (0, 0)]
         .map(|(x_in, y_in)| Waypoint { x_in, y_in })
         .to_vec()
-}
-
-fn truth(simulation: &Simulation) -> Truth {
-    let mut truth = Truth::default();
-    for outline in simulation.outlines() {
-        match *outline {
-            Outline::Segment { from, to, .. } => {
-                truth
-                    .walls
-                    .push([(from.x_in, from.y_in), (to.x_in, to.y_in)]);
-            }
-            Outline::Circle {
-                center, radius_in, ..
-            } => {
-                truth.circles.push(((center.x_in, center.y_in), radius_in));
-            }
-        }
-    }
-    truth
 }
 
 fn svg(buffer: &Buffer) -> String {

@@ -117,6 +117,17 @@ fn zigzag(seed: u64) -> Vec<Waypoint> {
         .collect()
 }
 
+/// The operator is faster than the port's first word.
+#[test]
+fn a_stop_before_anything_was_heard_goes_out() {
+    over_seeds(|seed, channel| {
+        let mut co = CoSimulation::new("house", seed, channel);
+        let stop = co.request(Request::Stop);
+        co.run_until("STOP is proven", 60, |co| co.fate(stop) == Some(PROVEN));
+        assert_eq!(co.simulation.robot().mode(), Mode::Stop, "{}", co.context());
+    });
+}
+
 #[test]
 fn stop_stops_and_nothing_sent_before_it_moves_the_robot_again() {
     over_seeds(|seed, channel| {

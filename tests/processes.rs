@@ -364,3 +364,27 @@ fn headless_watch_speaks_json() {
     watch.kill().unwrap();
     watch.wait().unwrap();
 }
+
+#[test]
+fn a_capture_plays_in_the_dashboard_to_its_end() {
+    for capture in ["captures/house-clean.txt", "captures/demo-commands.mcap"] {
+        let mut replay =
+            OnTerminal::start(GROUNDWAVE, &["replay", capture, "--speed", "100"], 120, 40);
+        replay.wait_for("the robot", |text| text.contains("hold"));
+        replay.wait_for("the end", |text| text.contains("over"));
+        replay.type_keys("q");
+        assert_eq!(replay.wait(), 0, "{capture}");
+    }
+}
+
+#[test]
+fn a_pipe_can_be_watched_and_is_never_written_to() {
+    let capture = Path::new(env!("CARGO_MANIFEST_DIR")).join("captures/house-clean.txt");
+    let shell = format!(
+        "cat {} | {GROUNDWAVE} watch - --headless | tail -n 1",
+        capture.display()
+    );
+    let output = Command::new("sh").args(["-c", &shell]).output().unwrap();
+    let last: serde_json::Value = serde_json::from_slice(&output.stdout).unwrap();
+    assert_eq!(last["state"], "ended", "{last}");
+}

@@ -11,7 +11,7 @@ mod record;
 mod replay;
 mod send;
 mod sim;
-mod simulated;
+pub mod simulated;
 mod watch;
 
 use std::io;

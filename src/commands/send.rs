@@ -122,8 +122,6 @@ async fn deliver(options: &Send, requests: Vec<Request>) -> Result<(), Fault> {
         Instant::now(),
         Box::new(|_, _| {}),
     );
-    // The station learns that it can send from the link's first event.
-    driver.step().await;
     let mut report = Report::new(options);
     for request in requests {
         let begun = driver.now();

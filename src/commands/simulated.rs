@@ -78,9 +78,10 @@ pub(super) fn embed(link: &LinkSpec) -> Result<(LinkSpec, Option<Server>), Fault
 }
 
 /// The simulator's truth for the map.
-pub(super) fn truth(server: &Server) -> Truth {
+#[must_use]
+pub fn truth(outlines: &[Outline]) -> Truth {
     let mut truth = Truth::default();
-    for outline in server.outlines() {
+    for outline in outlines {
         match *outline {
             Outline::Segment { from, to, .. } => {
                 truth

@@ -45,7 +45,7 @@ pub(super) fn watch(options: &Watch) -> Result<(), Fault> {
     }
     let first = server
         .iter()
-        .map(|server| Event::Truth(simulated::truth(server)))
+        .map(|server| Event::Truth(simulated::truth(server.outlines())))
         .collect();
     show(&plan, appearance::from_environment(), first)
 }
@@ -86,7 +86,11 @@ pub(super) fn demo(options: &Demo) -> Result<(), Fault> {
     } else {
         format!("raw on tcp:{raw}")
     });
-    show(&plan, model, vec![Event::Truth(simulated::truth(&server))])
+    show(
+        &plan,
+        model,
+        vec![Event::Truth(simulated::truth(server.outlines()))],
+    )
 }
 
 fn address(server: &Server, index: usize) -> &str {

@@ -41,7 +41,7 @@ impl Driver {
         sent: SentSink,
     ) -> Self {
         Self {
-            station: Station::new(Config::new(random_owner())),
+            station: Station::new(Config::new(random_owner()), uplink && link.can_send()),
             link,
             inputs,
             name,

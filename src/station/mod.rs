@@ -49,13 +49,14 @@ pub struct Station {
 }
 
 impl Station {
-    /// A station that has heard nothing.
+    /// A station that has heard nothing. Whether it can send is known from the start: a STOP pressed before
+    /// the link's first word must go out.
     #[must_use]
-    pub fn new(config: Config) -> Self {
+    pub fn new(config: Config, can_send: bool) -> Self {
         Self {
             decoder: Decoder::default(),
             fop: Fop::new(config),
-            can_send: false,
+            can_send,
             allowed: None,
             waiting: VecDeque::new(),
             current: None,

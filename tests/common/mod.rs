@@ -8,7 +8,7 @@ use std::sync::atomic::{AtomicU64, Ordering};
 use std::thread;
 use std::time::Duration;
 
-use groundwave::event::{CommandId, CommandStep, Event, LinkEvent};
+use groundwave::event::{CommandId, CommandStep, Event};
 use groundwave::request::Request;
 use groundwave::station::Station;
 use groundwave_protocol::arq::Config;
@@ -62,11 +62,7 @@ impl CoSimulation {
         let world = World::built_in(world).expect("a world that comes with the program");
         let mut config = SimulationConfig::new(world, seed);
         config.channel = channel.parse::<ChannelSpec>().expect("a channel");
-        let mut station = Station::new(Config::new((seed % 1023) as u16 + 1));
-        station.handle_link(LinkEvent::Opened {
-            name: "simulation".to_owned(),
-            can_send: true,
-        });
+        let station = Station::new(Config::new((seed % 1023) as u16 + 1), true);
         Self {
             simulation: Simulation::new(&config),
             station,
