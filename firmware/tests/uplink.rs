@@ -177,6 +177,23 @@ fn a_layer_that_is_not_allowed_never_raises() {
 }
 
 #[test]
+fn a_manoeuvre_ends_when_its_layer_is_no_longer_allowed_and_does_not_come_back() {
+    let (mut bench, key) = running();
+    let all = bench.robot.allowed();
+    bench.inputs.bumper.left = true;
+    bench.run_ticks(1);
+    bench.inputs.bumper.left = false;
+    bench.run_ticks(3);
+    assert_eq!(bench.robot.holder(), Some(Holder::Layer(Layer::Bumpers)));
+    bench.order(key, Order::Layers(all.without(Layer::Bumpers)));
+    bench.run_ticks(1);
+    assert_eq!(bench.robot.holder(), Some(Holder::Prowl));
+    bench.order(key, Order::Layers(all));
+    bench.run_ticks(1);
+    assert_eq!(bench.robot.holder(), Some(Holder::Prowl));
+}
+
+#[test]
 fn the_hand_overrides_everything_for_a_second_and_a_tick_later_it_is_free() {
     let (mut bench, key) = running();
     bench.inputs.bumper.center = true;

@@ -104,13 +104,10 @@ fn a_wheel_that_cannot_keep_up_says_saturated_and_recovers_at_once() {
     assert!(rig.wheel.is_saturated() && !rig.wheel.is_stalled());
     rig.battery_v = 12.0;
     // Nothing has been wound up: no dash when the voltage returns.
-    rig.run_ticks(20, cps(12));
-    assert!(
-        rig.motor.speed_cps < f64::from(cps(17)),
-        "{}",
-        rig.motor.speed_cps
-    );
-    rig.run_ticks(60, cps(12));
+    let before = rig.counts;
+    rig.run_ticks(80, cps(12));
+    let dash = rig.counts - before - 4 * i32::from(cps(12));
+    assert!(dash < 20, "{dash} counts");
     assert!(!rig.wheel.is_saturated());
 }
 
@@ -144,17 +141,15 @@ fn turning_back_again_and_again_costs_hardly_a_count() {
         let mut rig = Rig::new(12.0, load);
         let mut true_counts = 0.0;
         for turn in 0..40 {
-            let speed = [cps(12), cps(-4), cps(7), cps(-7)][turn % 4];
-            for _ in 0..12 {
+            // As when avoidance and a target pull at it in turn: the slew never comes to its end.
+            let speed = [cps(12), cps(-12), cps(7), cps(-9)][turn % 4];
+            for _ in 0..[9, 11, 8, 7][turn % 4] {
                 rig.run_ticks(1, speed);
                 true_counts += rig.motor.take_way();
             }
         }
         let error = (f64::from(rig.counts) - true_counts).abs();
-        assert!(
-            error < 40.0 * 0.75,
-            "load {load}: {error} counts in 40 turns"
-        );
+        assert!(error < 10.0, "load {load}: {error} counts in 40 turns");
     }
 }
 

@@ -57,9 +57,10 @@ impl Robot {
         Outcome::Done
     }
 
-    /// A frame that has been under way for too long must not move the robot, nor any while stopped.
+    /// A frame that has been under way for too long must not move the robot. Nor does any while it is
+    /// stopped: its layers rest, and this one forgets what it was told.
     fn drive_by_hand(&mut self, drive: Drive) {
-        if self.mode != Mode::Stop && drive.is_fresh(self.transmitter.sequence()) {
+        if drive.is_fresh(self.transmitter.sequence()) {
             self.layers.user.drive(Motion::new(
                 i16::from(drive.velocity_in_s),
                 i16::from(drive.rotation_in_s),

@@ -119,3 +119,75 @@ impl Schedule {
         Kind::State
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use std::string::String;
+
+    fn letters(lines: usize, mut before_each: impl FnMut(&mut Schedule, usize)) -> String {
+        let mut schedule = Schedule::default();
+        (0..lines)
+            .map(|line| {
+                before_each(&mut schedule, line);
+                match schedule.next_kind() {
+                    Kind::State => 'A',
+                    Kind::Status => 'B',
+                    Kind::Counters => 'C',
+                    Kind::Text(_) => 'T',
+                }
+            })
+            .collect()
+    }
+
+    #[test]
+    fn five_of_six_are_line_a_and_the_sixth_alternates() {
+        let order = letters(27, |_, _| {});
+        assert_eq!(order, "CBAAAAABAAAAACAAAAABAAAAACA");
+    }
+
+    #[test]
+    fn a_change_brings_a_line_b_at_once_but_not_twice_a_second() {
+        let once = letters(14, |schedule, line| {
+            if line == 4 {
+                schedule.status_changed();
+            }
+        });
+        assert_eq!(once, "CBAABAAABAAAAA");
+        let always = letters(400, |schedule, _| schedule.status_changed());
+        assert!(
+            !always.contains("BAB") && always.contains("BAAB"),
+            "{always}"
+        );
+    }
+
+    #[test]
+    fn whatever_happens_a_line_a_follows_every_other_line() {
+        let order = letters(400, |schedule, line| {
+            schedule.status_changed();
+            if line % 2 == 0 {
+                schedule.say("x");
+            }
+        });
+        let after_boot = order.get(1..).unwrap_or_default();
+        for pair in ["BB", "BC", "BT", "CB", "CT", "TB", "TC", "TT"] {
+            assert!(!after_boot.contains(pair), "{pair} in {after_boot}");
+        }
+        assert!(["T", "B", "C"].iter().all(|kind| after_boot.contains(kind)));
+    }
+
+    #[test]
+    fn texts_go_out_in_order_and_too_many_are_dropped() {
+        let mut schedule = Schedule::default();
+        for text in ["1", "2", "3", "4", "5"] {
+            schedule.say(text);
+        }
+        let mut said = String::new();
+        for _ in 0..100 {
+            if let Kind::Text(text) = schedule.next_kind() {
+                said.push_str(text);
+            }
+        }
+        assert_eq!(said, "1234");
+    }
+}
