@@ -536,10 +536,12 @@ class Farm:
             self.tag, self.staged, self.blocks = message["tag"], {}, set()
         if self.staged is None or message["tag"] != self.tag:
             return "nothing"
-        for number, waypoint in enumerate(message["waypoints"], message["first_block"] * BLOCK):
-            if number < LIST_MAX:
-                self.staged[number] = waypoint
-                self.blocks.add(number // BLOCK)
+        first = message["first_block"] * BLOCK
+        if first + len(message["waypoints"]) > LIST_MAX:
+            return "nothing"
+        for number, waypoint in enumerate(message["waypoints"], first):
+            self.staged[number] = waypoint
+            self.blocks.add(number // BLOCK)
         return "nothing"
 
     def _on_D(self, message: Fields) -> str:
