@@ -98,7 +98,9 @@ impl Schedule {
         if !self.previous_was_state {
             return Kind::State;
         }
-        if self.states >= STATES_PER_OTHER {
+        // Line B and line C in turn; a line B that has just been sent for a change is not sent again.
+        let is_status_turn = self.counters_turn;
+        if self.states >= STATES_PER_OTHER && (!is_status_turn || self.since_status >= RATION) {
             self.states = 0;
             self.counters_turn = !self.counters_turn;
             return if self.counters_turn {
