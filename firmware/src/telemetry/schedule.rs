@@ -157,10 +157,8 @@ mod tests {
         });
         assert_eq!(once, "CBAABAAABAAAAA");
         let always = letters(400, |schedule, _| schedule.status_changed());
-        assert!(
-            !always.contains("BAB") && always.contains("BAAB"),
-            "{always}"
-        );
+        let count = always.matches('B').count();
+        assert!((100..=400 / 3 + 400 / 12).contains(&count), "{always}");
     }
 
     #[test]
