@@ -139,6 +139,11 @@ pub fn conversation() -> Vec<Value> {
     lists(&mut script);
     stop_and_takeover(&mut script);
     reboot(&mut script);
+    drive_counts(&mut script);
+    sequences(&mut script);
+    tags_and_windows(&mut script);
+    longest_list(&mut script);
+    short_blocks(&mut script);
     script.steps
 }
 
@@ -171,19 +176,20 @@ fn commands(s: &mut Script) {
         Order::Unknown,
         Outcome::Unknown,
     );
-    let drive = |count| {
-        Message::Drive(Drive {
-            velocity_in_s: 6,
-            rotation_in_s: 0,
-            heard: 42,
-            count,
-        })
-    };
     s.say("hand drive", drive(1));
     s.say("repeated", drive(1));
     s.say("the next but six", drive(8));
     s.say("an older one, late", drive(7));
     s.say("keepalive", Message::Keepalive(Keepalive { heard: 42 }));
+}
+
+fn drive(count: u8) -> Message {
+    Message::Drive(Drive {
+        velocity_in_s: 6,
+        rotation_in_s: 0,
+        heard: 42,
+        count,
+    })
 }
 
 fn lists(s: &mut Script) {
@@ -280,4 +286,83 @@ fn reboot(s: &mut Script) {
         Order::Mode(Mode::Prowl),
         Outcome::Done,
     );
+}
+
+fn drive_counts(s: &mut Script) {
+    s.say("hand drive, seven ahead", drive(7));
+    s.say("eight ahead is late", drive(15));
+    s.open("a new session", 2, 1, 0x2A5);
+    s.say("drives count from zero again", drive(7));
+}
+
+fn sequences(s: &mut Script) {
+    let reactive = Order::Mode(Mode::Reactive);
+    for sequence in 1..=63 {
+        s.order("commands count on", sequence, reactive, Outcome::Done);
+    }
+    s.order("the last one repeated", 63, reactive, Outcome::Done);
+    s.order("0 follows 63", 0, reactive, Outcome::Done);
+    s.order("and 1 follows 0", 1, reactive, Outcome::Done);
+}
+
+/// A list that is told from others by the numbers in it.
+fn route(count: i16) -> Vec<Waypoint> {
+    (0..count)
+        .map(|i| Waypoint {
+            x_in: 30 * i - 4000,
+            y_in: 17 - i,
+        })
+        .collect()
+}
+
+fn tags_and_windows(s: &mut Script) {
+    let list = route(4);
+    let slots = |tag, block| Message::Waypoints(Slots::new(tag, block, &list));
+    s.say("a tag fifteen ahead is newer", slots(15, 0));
+    s.say("sixteen ahead is older", slots(31, 1));
+    s.say("fifteen ahead again", slots(30, 0));
+    s.say("the last tag", slots(31, 0));
+    s.say("1 follows 31", slots(1, 0));
+    s.say("the last block of the window", slots(1, 9));
+    s.say("beyond the window", slots(1, 10));
+    s.say("the window moves on", slots(1, 1));
+    s.activate(
+        "clearing the list with a wrong digest changes nothing",
+        2,
+        1,
+        &[],
+        digest([].iter()) ^ 1,
+    );
+}
+
+fn longest_list(s: &mut Script) {
+    let list = route(300);
+    let beyond = route(301);
+    let slots = |first_block: usize, end: usize| {
+        let part = &beyond[4 * first_block..end];
+        Message::Waypoints(Slots::new(2, first_block as u8, part))
+    };
+    for frame in 0..18 {
+        let about = format!("part {} of the longest list", frame + 1);
+        s.say(&about, slots(4 * frame, 16 * frame + 16));
+    }
+    s.say(
+        "a frame that reaches beyond the 300th is not stored",
+        slots(73, 301),
+    );
+    s.say("its last part", slots(72, 300));
+    s.activate("300 waypoints", 3, 2, &list, digest(list.iter()));
+}
+
+fn short_blocks(s: &mut Script) {
+    let list = route(10);
+    let good = digest(list.iter());
+    let slots =
+        |first: usize, end| Message::Waypoints(Slots::new(3, (first / 4) as u8, &list[first..end]));
+    s.say("two blocks of three", slots(0, 8));
+    s.activate("the last block, a short one, is missing", 4, 3, &list, good);
+    s.say("it comes, but one waypoint short", slots(8, 9));
+    s.activate("so the digest is another", 5, 3, &list, good);
+    s.say("it comes whole", slots(8, 10));
+    s.activate("and the list is driven", 6, 3, &list, good);
 }

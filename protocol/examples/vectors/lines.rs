@@ -236,9 +236,10 @@ fn bad_fields() -> Vec<Value> {
     let c = encode(53, Body::Counters(counters()));
     let t = text(49, "good");
     let k = acknowledge(43, ACK);
-    let bad: [(&[u8], usize, &[u8]); 70] = [
+    let bad: [(&[u8], usize, &[u8]); 73] = [
         (&a, 1, b"Z"),
         (&a, 1, b"a"),
+        (&a, 1, b"K"),
         (&a, 2, b" 2"),
         (&a, 2, b"4-"),
         (&a, 4, b"_"),
@@ -304,6 +305,8 @@ fn bad_fields() -> Vec<Value> {
         (&c, 56, b"00 2"),
         (&c, 60, b"0"),
         (&t, 4, b"x"),
+        (&t, 30, b"\x07"),
+        (&t, 68, b"\x7F"),
         (&t, 69, b"x"),
         (&k, 2, b" 3"),
         (&k, 4, b"a"),

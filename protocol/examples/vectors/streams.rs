@@ -85,12 +85,24 @@ fn damaged_streams() -> Vec<Value> {
             vec![half, knock(6), line(7)],
         ),
         (
+            "an acknowledgement line at the end of 80 bytes of noise",
+            vec![line(5), vec![b'x'; 66], knock(6), line(7)],
+        ),
+        (
             "a spoilt acknowledgement line",
             vec![line(5), spoilt(knock(6), 5, 2), line(7)],
         ),
         (
             "an intact line that cannot be read, then a good one",
             vec![altered(line(5), 4, b"x"), line(6)],
+        ),
+        (
+            "the sequence of a line that cannot be read counts for nothing",
+            vec![line(5), altered(line(20), 4, b"x"), line(6)],
+        ),
+        (
+            "an acknowledgement in 80 bytes is no line",
+            vec![altered(line(5), 1, b"K"), line(6)],
         ),
         ("bytes of another speed", vec![noise.clone(), noise]),
     ]
@@ -120,6 +132,10 @@ fn counted_streams() -> Vec<Value> {
         (
             "a reboot begins a new count",
             vec![line(50), rebooted(3), rebooted(5)],
+        ),
+        (
+            "what was lost before a reboot stays lost",
+            vec![line(50), line(53), rebooted(3), rebooted(5)],
         ),
     ]
     .map(|(about, pieces)| stream(about, &pieces.concat()))

@@ -5,7 +5,7 @@ use groundwave_protocol::command::{
     Command, Drive, FRAME_WAYPOINTS_MAX, Frame, Keepalive, Key, Message, Open, Order, Slots,
 };
 use groundwave_protocol::letters::{LayerMask, Mode};
-use groundwave_protocol::{Waypoint, crc, digest::digest};
+use groundwave_protocol::{Waypoint, crc, digest::digest, sixbit};
 use serde_json::{Value, json};
 
 const EAR: Ear = Ear {
@@ -202,6 +202,7 @@ fn not_heard() -> Vec<Value> {
     flipped[2] ^= 1;
     let mut no_end = scan.to_vec();
     no_end[8] ^= 0x40;
+    let nobody = Key::session(CLOSED.robot_id, CLOSED.boot, CLOSED.session, CLOSED.owner);
     let long = [b"\n".to_vec(), vec![b'!'; 89], b"\n".to_vec()].concat();
     vec![
         vector("no session is open", CLOSED, scan),
@@ -229,39 +230,83 @@ fn not_heard() -> Vec<Value> {
         ),
         vector("too long to be a frame", EAR, &long),
         vector("shorter than a checksum", EAR, b"\nX!!\n"),
+        vector("the session's key alone", EAR, &sealed(session(), b"")),
+        vector("the robot's key alone", EAR, &sealed(Key::robot(7), b"")),
+        vector(
+            "nobody's key while no session is open",
+            CLOSED,
+            Message::Keepalive(Keepalive { heard: 42 })
+                .encode(nobody)
+                .as_bytes(),
+        ),
     ]
 }
 
-/// Good checksums over what makes no sense. A command is heard all the same: it must be refused.
+/// A number in 6-bit characters, whether a robot would read it or not.
+fn number(characters: usize, value: u32) -> Vec<u8> {
+    let mut written = vec![0; characters];
+    sixbit::encode_into(value, &mut written);
+    written
+}
+
+fn point(x_in: i32, y_in: i32) -> Vec<u8> {
+    number(5, ((x_in + 16384) << 15 | (y_in + 16384)) as u32)
+}
+
+fn pose(x_in: i32, y_in: i32, theta_deg: u32) -> Vec<u8> {
+    [b"C!P".to_vec(), point(x_in, y_in), number(2, theta_deg)].concat()
+}
+
+fn one_waypoint(tag: u32, first_block: u32, waypoint: &[u8]) -> Vec<u8> {
+    [b"W", &number(1, tag)[..], &number(2, first_block), waypoint].concat()
+}
+
+fn drive(velocity_in_s: i32, rotation_in_s: i32, heard: i32) -> Vec<u8> {
+    let bits = (velocity_in_s & 0x3F) << 18 | (rotation_in_s & 0x7F) << 11 | heard << 4 | 1;
+    [b"D".to_vec(), number(4, bits as u32)].concat()
+}
+
+/// Good checksums over what makes no sense: one thing is wrong in each. A command is heard all the
+/// same: it must be refused.
 fn unreadable() -> Vec<Value> {
-    let contents: [(&str, &[u8]); 23] = [
-        ("no such type", b"Z"),
-        ("an acknowledgement is no frame", b"K42`````"),
-        ("a command without an order", b"C!"),
-        ("a space is no sequence", b"C S"),
-        ("no such order", b"C!Z"),
-        ("no such mode", b"C!Mp"),
-        ("a ninth layer", b"C!L$`"),
-        ("theta 360", b"C!P0``0``%H"),
-        ("a pose out of bounds", b"C!P`````%G"),
-        ("a digest of 33 bits", b"C!A!`#$`````"),
-        ("scan takes no argument", b"C!S!"),
-        ("tag 0", b"W```0``0``"),
-        ("tag 32", b"W@``0``0``"),
-        ("block 75", b"W!!+0``0``"),
-        ("no waypoint", b"W!``"),
-        ("a waypoint and a half", b"W!``0``0``0``"),
-        ("a waypoint out of bounds", b"W!`` ````"),
-        ("line 100", b"L!D"),
-        ("drive with line 100", b"D``9```"),
-        ("drive at -32 in/s", b"D@```"),
-        ("drive at -64 in/s", b"D```"),
-        ("keepalive too long", b"L!!!"),
-        ("a letter in lower case", b"l!!"),
+    let origin = point(0, 0);
+    let half = [&origin[..], &origin[..3]].concat();
+    let contents = [
+        ("no such type", b"Z".to_vec()),
+        ("an acknowledgement is no frame", b"K42`````".to_vec()),
+        ("a command without an order", b"C!".to_vec()),
+        ("a space is no sequence", b"C S".to_vec()),
+        ("nor is a letter in lower case", b"CaS".to_vec()),
+        ("no such order", b"C!Z".to_vec()),
+        ("no such mode", b"C!Mp".to_vec()),
+        ("a ninth layer", b"C!L$`".to_vec()),
+        ("theta 360", pose(0, 0, 360)),
+        ("a pose at X 10000", pose(10_000, 0, 0)),
+        ("a pose at Y -10000", pose(0, -10_000, 0)),
+        ("a digest of 33 bits", b"C!A!`#$`````".to_vec()),
+        ("scan takes no argument", b"C!S!".to_vec()),
+        ("tag 0", one_waypoint(0, 0, &origin)),
+        ("tag 32", one_waypoint(32, 0, &origin)),
+        ("block 75", one_waypoint(1, 75, &origin)),
+        ("no waypoint", one_waypoint(1, 0, &[])),
+        ("a waypoint and a half", one_waypoint(1, 0, &half)),
+        ("a space in a waypoint", one_waypoint(1, 0, b"@` @`")),
+        ("X 10000", one_waypoint(1, 0, &point(10_000, 0))),
+        ("X -10000", one_waypoint(1, 0, &point(-10_000, 0))),
+        ("Y 10000", one_waypoint(1, 0, &point(0, 10_000))),
+        ("Y -10000", one_waypoint(1, 0, &point(0, -10_000))),
+        ("line 100", b"L!D".to_vec()),
+        ("drive with line 100", drive(0, 0, 100)),
+        ("drive at -32 in/s", drive(-32, 0, 42)),
+        ("drive turning at -64 in/s", drive(0, -64, 42)),
+        ("keepalive too long", b"L!!!".to_vec()),
+        ("a type in lower case", b"l!!".to_vec()),
+        ("0x61 is no 6-bit character", b"L`a".to_vec()),
+        ("0x7F is no 6-bit character", b"L`\x7F".to_vec()),
     ];
     let mut vectors: Vec<_> = contents
         .iter()
-        .map(|&(about, content)| vector(about, EAR, &sealed(session(), content)))
+        .map(|(about, content)| vector(*about, EAR, &sealed(session(), content)))
         .collect();
     let mine = Key::robot(7);
     vectors.push(vector(
