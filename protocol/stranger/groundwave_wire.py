@@ -227,6 +227,8 @@ def parse_line(line: bytes) -> Fields:
         try:
             value = read(text[start - 1:start - 1 + width], fields)
         except ValueError as error:
+            if name == "text":              # each character is a field of its own
+                start += next(at for at, character in enumerate(text[start - 1:]) if not " " <= character <= "~")
             raise FieldError(start, str(error)) from error
         if name.endswith("[]"):
             fields.setdefault(name[:-2], []).append(value)
