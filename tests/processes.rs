@@ -141,7 +141,7 @@ fn a_silent_port_is_not_confirmed() {
     let sim = Sim::start(&["--channel", "out=0s..10000s"]);
     let (_, err) = expect(3, &["send", &sim.path, "mode", "prowl", "--timeout", "1s"]);
     assert!(
-        err.contains("not confirmed within 1 s") && err.contains("nothing at all was heard"),
+        err.contains("not confirmed within 1.0 s") && err.contains("nothing at all was heard"),
         "{err}"
     );
 }
@@ -165,7 +165,7 @@ fn a_script_stops_at_the_first_command_that_fails() {
 fn the_dashboard_shows_the_robot_obeys_keys_and_gives_the_terminal_back() {
     let sim = Sim::start(&["--seed", "2"]);
     let mut watch = OnTerminal::start(GROUNDWAVE, &["watch", &sim.path], 120, 40);
-    watch.wait_for("the motors' holder in words", |text| text.contains("hold"));
+    watch.wait_for("the motors' holder in words", |text| text.contains("the motors: "));
     assert!(watch.is_alternate());
     watch.type_keys(" ");
     watch.wait_for("STOP in the ledger and proven", |text| {
@@ -179,7 +179,7 @@ fn the_dashboard_shows_the_robot_obeys_keys_and_gives_the_terminal_back() {
     });
     watch.resize(80, 24);
     watch.wait_for("a small screen", |text| {
-        text.lines().count() <= 24 && text.contains("hold")
+        text.lines().count() <= 24 && text.contains("newest <1 s")
     });
     watch.type_keys("q");
     assert_eq!(watch.wait(), 0);
@@ -193,7 +193,7 @@ fn a_robot_that_goes_and_comes_back_needs_no_key() {
     let link = link.to_str().unwrap();
     let sim = Sim::start(&["--pty", link]);
     let mut watch = OnTerminal::start(GROUNDWAVE, &["watch", link], 100, 30);
-    watch.wait_for("the robot", |text| text.contains("hold"));
+    watch.wait_for("the robot", |text| text.contains("newest <1 s"));
     drop(sim);
     watch.wait_for("the loss", |text| text.to_lowercase().contains("lost"));
     let _sim = Sim::start(&["--pty", link]);
@@ -213,7 +213,7 @@ fn a_robot_that_goes_and_comes_back_needs_no_key() {
 fn a_port_in_use_is_called_busy() {
     let sim = Sim::start(&[]);
     let mut watch = OnTerminal::start(GROUNDWAVE, &["watch", &sim.path], 80, 24);
-    watch.wait_for("the robot", |text| text.contains("hold"));
+    watch.wait_for("the robot", |text| text.contains("newest <1 s"));
     let (_, err) = expect(4, &["send", &sim.path, "stop"]);
     assert!(
         err.contains("busy") && err.contains("another program holds it"),
@@ -228,7 +228,7 @@ fn a_signal_ends_the_dashboard_in_good_order() {
     let capture = folder.join("run.mcap");
     let arguments = ["watch", &sim.path, "--record", capture.to_str().unwrap()];
     let mut watch = OnTerminal::start(GROUNDWAVE, &arguments, 80, 24);
-    watch.wait_for("the robot", |text| text.contains("hold"));
+    watch.wait_for("the robot", |text| text.contains("newest <1 s"));
     let pid = watch.child.process_id().unwrap();
     assert!(
         Command::new("kill")
@@ -370,7 +370,7 @@ fn a_capture_plays_in_the_dashboard_to_its_end() {
     for capture in ["captures/house-clean.txt", "captures/demo-commands.mcap"] {
         let mut replay =
             OnTerminal::start(GROUNDWAVE, &["replay", capture, "--speed", "100"], 120, 40);
-        replay.wait_for("the robot", |text| text.contains("hold"));
+        replay.wait_for("the robot", |text| text.contains("the motors: "));
         replay.wait_for("the end", |text| text.contains("over"));
         replay.type_keys("q");
         assert_eq!(replay.wait(), 0, "{capture}");
@@ -387,4 +387,42 @@ fn a_pipe_can_be_watched_and_is_never_written_to() {
     let output = Command::new("sh").args(["-c", &shell]).output().unwrap();
     let last: serde_json::Value = serde_json::from_slice(&output.stdout).unwrap();
     assert_eq!(last["state"], "ended", "{last}");
+}
+
+/// The terminal here answers no question; the dashboard must not ask any.
+#[test]
+fn a_suspended_dashboard_comes_back() {
+    let sim = Sim::start(&[]);
+    let mut watch = OnTerminal::start(GROUNDWAVE, &["watch", &sim.path], 100, 30);
+    watch.wait_for("the robot", |text| text.contains("newest <1 s"));
+    watch.type_keys("\x1a");
+    watch.wait_for_terminal("the terminal given back", |screen| {
+        !screen.alternate_screen()
+    });
+    let pid = watch.child.process_id().unwrap().to_string();
+    let resume = Command::new("kill").args(["-CONT", &pid]).status().unwrap();
+    assert!(resume.success());
+    watch.wait_for_terminal("the dashboard again", |screen| {
+        screen.alternate_screen() && screen.contents().contains("newest <1 s")
+    });
+    watch.type_keys("q");
+    assert_eq!(watch.wait(), 0);
+}
+
+/// A closed ssh: the terminal is gone, and what was recorded is finished all the same.
+#[test]
+fn a_closed_terminal_finishes_the_recording() {
+    let folder = scratch("closed");
+    let sim = Sim::start(&[]);
+    let capture = folder.join("run.mcap");
+    let arguments = ["watch", &sim.path, "--record", capture.to_str().unwrap()];
+    let mut watch = OnTerminal::start(GROUNDWAVE, &arguments, 80, 24);
+    watch.wait_for("the robot", |text| text.contains("newest <1 s"));
+    watch.close();
+    assert!(
+        capture.exists(),
+        "{:?}",
+        fs::read_dir(&folder).unwrap().collect::<Vec<_>>()
+    );
+    expect(0, &["info", capture.to_str().unwrap()]);
 }

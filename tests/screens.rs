@@ -60,7 +60,7 @@ fn a_route_under_way_at_80x24() {
 
 #[test]
 fn a_noisy_radio_at_120x40() {
-    let screen = screen("house-noisy.txt", Duration::from_secs(60), 120, 40);
+    let screen = screen("house-noisy.txt", Duration::from_mins(1), 120, 40);
     insta::assert_snapshot!(screen);
     let loss = screen
         .split("loss ")

@@ -109,6 +109,13 @@ impl Decoder {
         &self.counters
     }
 
+    /// The link was interrupted: the lines sent meanwhile do not count as lost, nor does the first half of
+    /// one that was being received.
+    pub const fn interrupt(&mut self) {
+        self.newest = None;
+        self.fresh = 0;
+    }
+
     /// Why the latest line with a good checksum could not be read.
     #[must_use]
     pub const fn last_field_error(&self) -> Option<FieldError> {

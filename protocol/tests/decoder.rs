@@ -290,3 +290,25 @@ fn the_samples_are_of_every_type() {
         .collect();
     assert_eq!(types, b"ABCTK");
 }
+
+/// What was sent while the link was open nowhere is not loss, and two halves make no line.
+#[test]
+fn an_interrupted_link_loses_no_lines() {
+    let line = |sequence| {
+        let text = groundwave_protocol::telemetry::TextLine::new("here");
+        let body = groundwave_protocol::telemetry::Body::Text(text);
+        groundwave_protocol::telemetry::Line {
+            sequence,
+            body,
+            ack: groundwave_protocol::telemetry::Ack::default(),
+        }
+        .encode()
+    };
+    let mut decoder = groundwave_protocol::decoder::Decoder::default();
+    assert!(decoder.handle_bytes(&line(7)).1.is_some());
+    assert!(decoder.handle_bytes(&line(8)[..40]).1.is_none());
+    decoder.interrupt();
+    assert!(decoder.handle_bytes(&line(60)[40..]).1.is_none());
+    assert!(decoder.handle_bytes(&line(61)).1.is_some());
+    assert_eq!(decoder.counters().lines_lost, 0);
+}

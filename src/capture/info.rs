@@ -68,6 +68,14 @@ pub struct LineCounts {
     pub k: u64,
 }
 
+impl LineCounts {
+    /// Intact lines of every type.
+    #[must_use]
+    pub const fn total(&self) -> u64 {
+        self.a + self.b + self.c + self.t + self.k
+    }
+}
+
 /// Candidates for a line, by what was wrong with them.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
 pub struct Rejected {
@@ -120,7 +128,7 @@ impl Info {
     /// When the output takes no more.
     pub fn write_text(&self, output: &mut impl Write) -> io::Result<()> {
         let LineCounts { a, b, c, t, k } = self.lines;
-        let all = a + b + c + t + k;
+        let all = self.lines.total();
         // Rounded first: 119.97 s are 2 minutes and not 1 minute and 60 seconds.
         let tenths = (self.duration_s * 10.0).round() as u64;
         let (minutes, seconds, tenth) = (tenths / 600, tenths / 10 % 60, tenths % 10);

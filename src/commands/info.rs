@@ -4,7 +4,7 @@ use std::io::{self, Write};
 use std::path::Path;
 
 use super::cli::Info;
-use super::{Fault, keeping};
+use super::{Exit, Fault, keeping};
 use crate::capture::Capture;
 use crate::capture::info;
 
@@ -14,6 +14,17 @@ pub(super) fn run(options: &Info) -> Result<(), Fault> {
         match Capture::open(path) {
             Ok(mut capture) => {
                 let info = info::Info::read(&mut capture);
+                if info.lines.total() == 0 && info.problem.is_none() {
+                    let message = format!(
+                        "{}: not one line of a robot in {} bytes",
+                        path.display(),
+                        info.bytes
+                    );
+                    if let Some(earlier) = fault.replace(Fault::new(Exit::Usage, message)) {
+                        eprintln!("groundwave: {earlier}");
+                    }
+                    continue;
+                }
                 if let Err(error) = write(options, index, path, &info) {
                     return Fault::output(&error);
                 }

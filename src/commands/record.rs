@@ -75,7 +75,7 @@ async fn until_done(options: &Record, mut driver: Driver, keeper: &Keeper) -> Re
                 }
                 if shows_progress {
                     let counters = driver.station().counters();
-                    eprint!("\r{} bytes, {} lines, {} lost ", status.bytes, counters.lines, counters.lines_lost);
+                    eprint!("\r{} bytes heard, {} lines, {} lost ", counters.bytes, counters.lines, counters.lines_lost);
                 }
             }
         }
@@ -99,9 +99,9 @@ async fn until_done(options: &Record, mut driver: Driver, keeper: &Keeper) -> Re
     if !options.quiet {
         let counters = driver.station().counters();
         eprintln!(
-            "recorded {}: {} bytes, {} lines, {} lost",
+            "recorded {}: {} bytes heard, {} lines, {} lost",
             options.output.display(),
-            keeper.status().bytes,
+            counters.bytes,
             counters.lines,
             counters.lines_lost
         );

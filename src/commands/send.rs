@@ -158,11 +158,11 @@ async fn deliver(options: &Send, requests: Vec<Request>) -> Result<(), Fault> {
 fn not_confirmed(request: &Request, driver: &Driver, waited: Duration) -> Fault {
     let heard = driver.station().counters();
     let why = if heard.bytes == 0 {
-        "nothing at all was heard from the robot: is it switched on, and is this the right port?"
+        "nothing at all was heard from the robot (is it switched on, is this the right port?)"
             .to_owned()
     } else if heard.lines + heard.ack_lines == 0 {
         format!(
-            "{} bytes were heard and not one intact line: is the baud rate right?",
+            "{} bytes were heard and not one intact line (is the baud rate right?)",
             heard.bytes
         )
     } else {
@@ -176,8 +176,8 @@ fn not_confirmed(request: &Request, driver: &Driver, waited: Duration) -> Fault 
     Fault::new(
         Exit::NotConfirmed,
         format!(
-            "`{request}` was not confirmed within {} s: {why}.{state}",
-            waited.as_secs()
+            "`{request}` was not confirmed within {:.1} s: {why}.{state}",
+            waited.as_secs_f64()
         ),
     )
 }

@@ -1,7 +1,7 @@
 //! `sim`: a robot for cat, tio, minicom and `watch`.
 
 use std::io::{self, Write};
-use std::time::Duration;
+use std::time::{Duration, SystemTime};
 
 use sr04_sim::serve::{Endpoint, ServeOptions};
 
@@ -12,8 +12,16 @@ use crate::io::signals::{Signal, Signals, stop_myself};
 /// How often the end of a simulation with a duration is looked for.
 const LOOK_EVERY: Duration = Duration::from_millis(50);
 
+/// A boot number that differs from that of a simulator killed a moment ago: without an EEPROM file nothing
+/// else would tell a station that the robot is another.
+fn boots_now() -> u16 {
+    let since_1970 = SystemTime::now().duration_since(SystemTime::UNIX_EPOCH);
+    since_1970.map_or(1, |time| (time.as_secs() % 999) as u16 + 1)
+}
+
 pub(super) fn run(options: &Sim) -> Result<(), Fault> {
-    let config = simulated::config(&options.simulated)?;
+    let mut config = simulated::config(&options.simulated)?;
+    config.boots = boots_now();
     let endpoint = match &options.listen {
         Some(address) => Endpoint::Tcp {
             address: address.clone(),

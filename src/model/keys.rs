@@ -173,7 +173,7 @@ pub(crate) const TABLE: &[Binding] = &[
     row(Text, "Ctrl-U", &[ctrl('u')], Action::EraseAll, "", "erase"),
     row(Text, "Ctrl-C", &[ctrl('c')], Action::Quit, "", ""),
     row(Question, "Space", &[plain(' '), ctrl('s')], Action::Stop, "", "STOP"),
-    row(Question, "y", &[plain('y'), bare(KeyCode::Enter)], Action::Confirm, "", "yes"),
+    row(Question, "y", &[plain('y')], Action::Confirm, "", "yes"),
     row(Question, "n", &[plain('n'), plain('q'), bare(KeyCode::Esc)], Action::Close, "", "no"),
     row(Question, "Ctrl-C", &[ctrl('c')], Action::Quit, "", ""),
     row(Help, "Space", &[plain(' '), ctrl('s')], Action::Stop, "", "STOP"),

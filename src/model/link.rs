@@ -104,6 +104,11 @@ impl Link {
         self.newest_raw = Some(*raw);
     }
 
+    /// Bytes heard.
+    pub(crate) const fn bytes(&self) -> u64 {
+        self.counters.bytes
+    }
+
     pub(super) fn take_counters(&mut self, now: Moment, counters: &Counters) {
         self.counters = *counters;
         let due = self

@@ -167,8 +167,9 @@ impl Model {
             Event::Ack(line) => self.take_boot(now, line.ack.boot),
             Event::Counters(counters) => {
                 self.link.take_counters(now, &counters);
-                // The lines that changed the totals say so themselves; rejects can wait for a line.
-                false
+                // The lines that changed the totals say so themselves; rejects can wait for a line, unless
+                // there is none.
+                counters.lines == 0
             }
             Event::Link(link) => {
                 self.take_link(now, &link);

@@ -72,7 +72,7 @@ impl Station {
     pub fn handle_link(&mut self, event: LinkEvent) {
         match &event {
             LinkEvent::Opened { can_send, .. } => self.can_send = *can_send,
-            LinkEvent::Lost { .. } => {}
+            LinkEvent::Lost { .. } => self.decoder.interrupt(),
             LinkEvent::Ended => self.can_send = false,
         }
         self.events.push_back(Event::Link(event));

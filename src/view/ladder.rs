@@ -41,6 +41,9 @@ impl Screen<'_> {
         Paragraph::new(self.sentence())
             .wrap(Wrap { trim: true })
             .render(sentence.intersection(buffer.area), buffer);
+        if self.model.robot.state.is_none() {
+            return;
+        }
         let layers = Layer::ALL.into_iter().map(|layer| self.rung(layer));
         for (row, rung) in (0..).zip(layers.chain([self.prowl_rung()])) {
             self.draw_rung(buffer, rungs, row, &rung);

@@ -14,9 +14,20 @@ impl Screen<'_> {
     pub(super) fn raw(&self, buffer: &mut Buffer, area: Rect) {
         let line = match self.model.link.newest_raw() {
             Some(raw) => Line::styled(printable(raw), self.theme.plain),
-            None => Line::styled("no line yet", self.theme.dim),
+            None => self.no_line_yet(),
         };
         put(buffer, area, 0, &line);
+    }
+
+    /// Bytes without a line are mostly the wrong baud rate.
+    fn no_line_yet(&self) -> Line<'static> {
+        match self.model.link.bytes() {
+            0 => Line::styled("no line yet", self.theme.dim),
+            bytes => Line::styled(
+                format!("{bytes} bytes and no intact line: is the baud rate right?"),
+                self.theme.warning,
+            ),
+        }
     }
 
     pub(super) fn raw_with_ruler(&self, buffer: &mut Buffer, area: Rect) {

@@ -86,9 +86,18 @@ impl OnTerminal {
 
     /// Waits until the screen shows something.
     pub fn wait_for(&mut self, what: &str, mut shown: impl FnMut(&str) -> bool) {
+        self.wait_for_terminal(what, |screen| shown(&screen.contents()));
+    }
+
+    /// Waits until the terminal is in some state.
+    pub fn wait_for_terminal(
+        &mut self,
+        what: &str,
+        mut reached: impl FnMut(&vt100::Screen) -> bool,
+    ) {
         let deadline = Instant::now() + PATIENCE;
         loop {
-            if shown(&self.text()) {
+            if reached(self.screen.screen()) {
                 return;
             }
             let left = deadline.saturating_duration_since(Instant::now());
@@ -97,6 +106,27 @@ impl OnTerminal {
             };
             self.screen.process(&bytes);
         }
+    }
+
+    /// Takes the terminal away, as a closed window does, and waits for the program to end.
+    pub fn close(mut self) {
+        let (keys, master) = (&mut self.keys, &mut self.master);
+        *keys = Box::new(std::io::sink());
+        let gone = std::mem::replace(
+            master,
+            native_pty_system()
+                .openpty(PtySize::default())
+                .expect("a pseudo-terminal")
+                .master,
+        );
+        drop(gone);
+        // The reader of its output holds the terminal open too, until the hangup.
+        let pid = self.child.process_id().expect("it runs").to_string();
+        std::process::Command::new("kill")
+            .args(["-HUP", &pid])
+            .status()
+            .expect("kill");
+        self.child.wait().expect("an exit code");
     }
 
     /// Waits for the program to end; returns its exit code.
