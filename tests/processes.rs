@@ -165,7 +165,9 @@ fn a_script_stops_at_the_first_command_that_fails() {
 fn the_dashboard_shows_the_robot_obeys_keys_and_gives_the_terminal_back() {
     let sim = Sim::start(&["--seed", "2"]);
     let mut watch = OnTerminal::start(GROUNDWAVE, &["watch", &sim.path], 120, 40);
-    watch.wait_for("the motors' holder in words", |text| text.contains("the motors: "));
+    watch.wait_for("the motors' holder in words", |text| {
+        text.contains("the motors: ")
+    });
     assert!(watch.is_alternate());
     watch.type_keys(" ");
     watch.wait_for("STOP in the ledger and proven", |text| {
