@@ -49,7 +49,6 @@ pub struct Wheel {
     slewed_cps: i16,
     /// Counts behind the order, in [`PARTS`].
     behind_parts: i32,
-    pwm: i16,
     /// The way the wheel is believed to turn.
     backward: bool,
     /// How long the motor command has been against it.
@@ -75,7 +74,6 @@ impl Wheel {
 
     fn release(&mut self) {
         self.behind_parts = 0;
-        self.pwm = 0;
         self.full_ticks = 0;
         self.still_ticks = 0;
     }
@@ -105,8 +103,7 @@ impl Wheel {
         }
         self.watch(given, counts);
         self.follow(given, counts);
-        self.pwm = given as i16;
-        self.pwm
+        given as i16
     }
 
     /// A wheel cannot turn back without standing still: while edges come fast, a command against its

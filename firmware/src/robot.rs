@@ -104,7 +104,9 @@ impl Robot {
 
         // Sensors.
         self.battery.read(inputs);
-        if let Some(echo) = inputs.sonar {
+        if !self.allowed.contains(Layer::Sonar) {
+            self.ranges = Ranges::default();
+        } else if let Some(echo) = inputs.sonar {
             self.ranges.hear(echo);
         }
         let infrared = self.infrared.tick(enabled.contains(Layer::Infrared));

@@ -3,6 +3,7 @@
 mod common;
 
 use common::{BOOTS, Bench, ROBOT_ID};
+use groundwave_protocol::command::Order;
 use groundwave_protocol::letters::{Bump, Drive, Infrared, Layer, LayerState, Mode, Power};
 use groundwave_protocol::telemetry::Body;
 use groundwave_protocol::{LINE_BYTES, telemetry};
@@ -107,6 +108,25 @@ fn the_line_says_who_holds_the_motors_and_who_was_suppressed() {
     assert_eq!(state.sonar_left_in, Some(40));
     assert_eq!(state.sonar_right_in, None);
     assert_eq!(state.velocity_in_s, -8);
+}
+
+#[test]
+fn a_sonar_that_is_not_allowed_neither_pings_nor_tells() {
+    let mut bench = Bench::new();
+    bench.inputs.sonar = Some(Echo {
+        side: Side::Right,
+        range_in: Some(99),
+    });
+    bench.run_ms(2000);
+    assert_eq!(bench.latest_state().sonar_right_in, Some(99));
+    let key = bench.open(1);
+    let mask = bench.robot.allowed().without(Layer::Sonar);
+    bench.order(key, Order::Layers(mask));
+    for _ in 0..40 {
+        bench.run_ticks(1);
+        assert_eq!(bench.outputs.ping, None);
+    }
+    assert_eq!(bench.latest_state().sonar_right_in, None);
 }
 
 #[test]

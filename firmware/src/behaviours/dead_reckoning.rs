@@ -31,7 +31,9 @@ impl DeadReckoning {
         self.driven
     }
 
-    /// Where to go in a mode; `None` when the mode knows no target or the list is at its end.
+    /// Where to go in a mode; `None` when the mode knows no target or the list is at its end. A robot
+    /// that is told to prowl on after that prowls freely; the list begins again when it is activated
+    /// again.
     #[must_use]
     pub fn target(&self, mode: Mode, list: &[Waypoint]) -> Option<Waypoint> {
         match mode {
