@@ -295,16 +295,16 @@ fn the_samples_are_of_every_type() {
 #[test]
 fn an_interrupted_link_loses_no_lines() {
     let line = |sequence| {
-        let text = groundwave_protocol::telemetry::TextLine::new("here");
-        let body = groundwave_protocol::telemetry::Body::Text(text);
-        groundwave_protocol::telemetry::Line {
+        let text = TextLine::new("here");
+        let body = Body::Text(text);
+        Line {
             sequence,
             body,
-            ack: groundwave_protocol::telemetry::Ack::default(),
+            ack: Ack::default(),
         }
         .encode()
     };
-    let mut decoder = groundwave_protocol::decoder::Decoder::default();
+    let mut decoder = Decoder::default();
     assert!(decoder.handle_bytes(&line(7)).1.is_some());
     assert!(decoder.handle_bytes(&line(8)[..40]).1.is_none());
     decoder.interrupt();

@@ -173,7 +173,12 @@ impl Inner {
         }
     }
 
-    fn status(&self) -> Recording {
+    fn status(&mut self) -> Recording {
+        // On a silent link nothing else reminds the recorder of what waits to be flushed.
+        let (now, _) = self.times(Instant::now());
+        if let Some(recorder) = &mut self.recorder {
+            recorder.handle_timeout(now);
+        }
         let name = |path: &std::path::Path| path.display().to_string();
         let tee_problem = self
             .tee
