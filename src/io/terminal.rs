@@ -1,6 +1,6 @@
 //! The terminal: taken over for the dashboard, and given back whatever happens.
 
-use std::io::{self, Stdout};
+use std::io::{self, BufWriter, Stdout};
 use std::panic;
 use std::sync::Once;
 use std::sync::atomic::{AtomicBool, Ordering};
@@ -11,16 +11,22 @@ use crossterm::event::{
     PopKeyboardEnhancementFlags, PushKeyboardEnhancementFlags,
 };
 use crossterm::{cursor, execute, terminal};
-use ratatui::Terminal;
 use ratatui::backend::CrosstermBackend;
+use ratatui::layout::Rect;
+use ratatui::{Terminal, TerminalOptions, Viewport};
 use tokio::sync::mpsc::Receiver;
 
 /// Whether the terminal is ours now: what a panic has to undo.
 static TAKEN: AtomicBool = AtomicBool::new(false);
 
+/// A frame is written with one call.
+const FRAME_BYTES: usize = 16 * 1024;
+
+type Canvas = Terminal<CrosstermBackend<BufWriter<Stdout>>>;
+
 /// The terminal while the dashboard runs. Dropping it gives the terminal back.
 pub struct Screen {
-    terminal: Terminal<CrosstermBackend<Stdout>>,
+    canvas: Canvas,
 }
 
 impl Screen {
@@ -32,16 +38,27 @@ impl Screen {
     pub fn take() -> io::Result<Self> {
         restore_on_panic();
         enter()?;
-        let terminal = Terminal::new(CrosstermBackend::new(io::stdout()))?;
-        Ok(Self { terminal })
+        let (width, height) = terminal::size()?;
+        Ok(Self {
+            canvas: canvas(width, height)?,
+        })
     }
 
     /// Columns and rows.
+    #[must_use]
+    pub fn size(&mut self) -> (u16, u16) {
+        let area = self.canvas.get_frame().area();
+        (area.width, area.height)
+    }
+
+    /// Takes a new size: the next frame is drawn whole.
     ///
     /// # Errors
     /// When the terminal is gone.
-    pub fn size(&self) -> io::Result<(u16, u16)> {
-        self.terminal.size().map(|size| (size.width, size.height))
+    pub fn resize(&mut self, width: u16, height: u16) -> io::Result<()> {
+        execute!(io::stdout(), terminal::Clear(terminal::ClearType::All))?;
+        self.canvas = canvas(width, height)?;
+        Ok(())
     }
 
     /// Draws one frame; only what changed goes to the terminal.
@@ -49,7 +66,7 @@ impl Screen {
     /// # Errors
     /// When the terminal is gone.
     pub fn draw(&mut self, draw: impl FnOnce(&mut ratatui::Frame<'_>)) -> io::Result<()> {
-        self.terminal.draw(draw).map(|_| ())
+        self.canvas.draw(draw).map(|_| ())
     }
 
     /// Forgets what is on the screen: the next frame is drawn whole.
@@ -57,11 +74,8 @@ impl Screen {
     /// # Errors
     /// When the terminal is gone.
     pub fn clear(&mut self) -> io::Result<()> {
-        // `Terminal::clear` would ask the terminal where the cursor is, and wait for an answer that our own
-        // reader takes away. A new one remembers nothing and asks nothing.
-        execute!(io::stdout(), terminal::Clear(terminal::ClearType::All))?;
-        self.terminal = Terminal::new(CrosstermBackend::new(io::stdout()))?;
-        Ok(())
+        let (width, height) = terminal::size()?;
+        self.resize(width, height)
     }
 
     /// Gives the terminal back, runs `meanwhile`, takes it over again and draws everything anew.
@@ -80,6 +94,15 @@ impl Drop for Screen {
     fn drop(&mut self) {
         leave();
     }
+}
+
+/// A canvas that remembers nothing and asks the terminal nothing: its size comes with the resize event,
+/// and `Terminal::clear` would ask where the cursor is and wait for an answer that our own reader takes
+/// away.
+fn canvas(width: u16, height: u16) -> io::Result<Canvas> {
+    let backend = CrosstermBackend::new(BufWriter::with_capacity(FRAME_BYTES, io::stdout()));
+    let viewport = Viewport::Fixed(Rect::new(0, 0, width, height));
+    Terminal::with_options(backend, TerminalOptions { viewport })
 }
 
 fn enter() -> io::Result<()> {

@@ -63,7 +63,7 @@ pub async fn run(dashboard: Dashboard) -> io::Result<()> {
     };
     let mut recording = dashboard.recording;
     let mut told = Recording::default();
-    let (width, height) = running.screen.size()?;
+    let (width, height) = running.screen.size();
     let mut leave = running.tell(Event::Resize { width, height })?;
     for event in dashboard.first {
         leave |= running.tell(event)?;
@@ -158,7 +158,10 @@ impl Running {
         match event {
             Terminal::Key(key) => self.tell(Event::Key(key)),
             Terminal::Paste(text) => self.tell(Event::Paste(text)),
-            Terminal::Resize(width, height) => self.tell(Event::Resize { width, height }),
+            Terminal::Resize(width, height) => {
+                self.screen.resize(width, height)?;
+                self.tell(Event::Resize { width, height })
+            }
             Terminal::FocusGained | Terminal::FocusLost | Terminal::Mouse(_) => Ok(false),
         }
     }
@@ -201,7 +204,7 @@ impl Running {
 
     fn suspend(&mut self) -> io::Result<()> {
         self.screen.suspend(stop_myself)?;
-        let (width, height) = self.screen.size()?;
+        let (width, height) = self.screen.size();
         self.tell(Event::Resize { width, height })?;
         Ok(())
     }
