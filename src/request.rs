@@ -4,6 +4,7 @@
 
 use std::fmt;
 
+use groundwave_protocol::failsafe::{Failsafe, SILENCE_MAX_S, SILENCE_MIN_S};
 use groundwave_protocol::letters::{Layer, LayerMask, Mode};
 use groundwave_protocol::{WAYPOINT_LIMIT_IN, WAYPOINTS_MAX, Waypoint};
 
@@ -29,6 +30,8 @@ pub enum Request {
     },
     /// Look around.
     Scan,
+    /// What to do when the ground falls silent; `None`: carry on.
+    Failsafe(Option<Failsafe>),
 }
 
 /// Why words are no request.
@@ -61,13 +64,18 @@ pub enum RequestError {
         "`{0}` is not a whole number of inches from -{WAYPOINT_LIMIT_IN} to {WAYPOINT_LIMIT_IN}"
     )]
     Coordinate(String),
+    /// A silence or a mode that no robot would take.
+    #[error(
+        "`failsafe {0}`: the silence is {SILENCE_MIN_S} to {SILENCE_MAX_S} seconds, and the mode one that needs no operator; try `failsafe home 30s`"
+    )]
+    Failsafe(String),
     /// Too many waypoints for the robot's memory.
     #[error("{0} waypoints; the robot's list holds {WAYPOINTS_MAX}")]
     TooManyWaypoints(usize),
 }
 
 const COMMANDS: &str =
-    "stop, mode, enable, disable, goto, route, clear, set-pose, reset-pose, scan";
+    "stop, mode, enable, disable, goto, route, clear, set-pose, reset-pose, scan, failsafe";
 const LAYERS: &str = "user, bumpers, rotate, ir, sonar, photo, motion, route";
 const MODES: &str = "prowl, reactive, passive, wander, home, forage, calibrate, user, stop";
 
@@ -149,6 +157,12 @@ impl Request {
             ("reset-pose", _) => Err(wrong("reset-pose", "nothing")),
             ("scan", []) => Ok(Self::Scan),
             ("scan", _) => Err(wrong("scan", "nothing")),
+            ("failsafe", ["off"]) => Ok(Self::Failsafe(None)),
+            ("failsafe", [mode, silence]) => read_failsafe(mode, silence),
+            ("failsafe", _) => Err(wrong(
+                "failsafe",
+                "`off`, or a mode and the silence after which to enter it, like `home 30s`",
+            )),
             _ => Err(RequestError::UnknownCommand(command.to_owned())),
         }
     }
@@ -188,6 +202,10 @@ impl fmt::Display for Request {
                 )
             }
             Self::Scan => f.write_str("scan"),
+            Self::Failsafe(None) => f.write_str("failsafe off"),
+            Self::Failsafe(Some(Failsafe { silence_s, mode })) => {
+                write!(f, "failsafe {} {silence_s}s", mode_word(*mode))
+            }
         }
     }
 }
@@ -215,6 +233,21 @@ fn read_mode(word: &str) -> Result<Request, RequestError> {
             }
         })
         .ok_or_else(|| RequestError::UnknownMode(word.to_owned()))
+}
+
+fn read_failsafe(mode: &str, silence: &str) -> Result<Request, RequestError> {
+    let mode = Mode::ALL
+        .iter()
+        .copied()
+        .find(|known| mode_word(*known) == mode)
+        .ok_or_else(|| RequestError::UnknownMode(mode.to_owned()))?;
+    let silence_s = silence.strip_suffix('s').unwrap_or(silence).parse();
+    silence_s
+        .ok()
+        .map(|silence_s| Failsafe { silence_s, mode })
+        .filter(Failsafe::is_valid)
+        .map(|failsafe| Request::Failsafe(Some(failsafe)))
+        .ok_or_else(|| RequestError::Failsafe(format!("{} {silence}", mode_word(mode))))
 }
 
 fn read_layers(words: &str) -> Result<LayerMask, RequestError> {

@@ -21,7 +21,26 @@ pub struct Identity {
     pub boots: u16,
     /// Seed of the robot's own dice (a centre bump turns left or right at random).
     pub dice_seed: u32,
+    /// The radio that is fitted.
+    pub radio: Radio,
 }
+
+/// What kind of radio the robot talks through.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum Radio {
+    /// Both ends talk at the same time.
+    #[default]
+    FullDuplex,
+    /// One end at a time: the robot says when it listens.
+    HalfDuplex {
+        /// It talks on when it has heard nothing for so many byte times: the ground's delay, and whatever
+        /// its modem adds both ways. [`PATIENCE_BYTES`] for a radio that passes bytes on at once.
+        patience_bytes: u8,
+    },
+}
+
+/// Patience with a half-duplex radio that passes bytes on at once.
+pub const PATIENCE_BYTES: u8 = 16;
 
 /// Left or right, as seen by the robot.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -77,6 +96,8 @@ pub struct Inputs {
     pub photo_right: Option<u8>,
     /// Battery voltage in tenths of a volt.
     pub battery_dv: u8,
+    /// The timer found the previous tick not finished: this one begins late.
+    pub is_late: bool,
 }
 
 /// Everything the robot does until the next tick.

@@ -20,6 +20,7 @@ pub mod behaviours;
 pub mod board;
 pub mod dice;
 pub mod drive;
+pub mod failsafe;
 pub mod infrared;
 pub mod odometry;
 pub mod pid;

@@ -9,6 +9,7 @@ use crate::behaviours::{FITTED, Layers, prowl};
 use crate::board::{Identity, Inputs, Outputs};
 use crate::dice::Dice;
 use crate::drive::{DriveTrain, Motion};
+use crate::failsafe::Guard;
 use crate::infrared::Infrared;
 use crate::odometry::{Odometer, Pose};
 use crate::sensors::{Battery, Ranges, Senses, ping_at};
@@ -31,6 +32,12 @@ const ROUTE_HORIZON_IN: u16 = 40;
 
 /// What the robot says at the end of its list.
 const LIST_FINISHED: &str = "I'm finished with the co-ordinate list";
+
+/// What it says when the ground has been silent for too long.
+const FAILSAFE_ACTS: &str = "failsafe: the ground is silent";
+
+/// What it says when the operator has taken over again.
+const FAILSAFE_OVER: &str = "failsafe is over";
 
 /// What it says when it has come home.
 const HOME_REACHED: &str = "I'm home";
@@ -58,10 +65,12 @@ pub struct Robot {
 
     receiver: Receiver,
     farm: Farm,
+    guard: Guard,
 
     events: Events,
     ticks_won: [u16; HOLDERS],
     bumps: u16,
+    ticks_late: u16,
     odometer_resets: u8,
     schedule: Schedule,
     transmitter: Transmitter,
@@ -88,18 +97,21 @@ impl Robot {
             motion: Motion::STILL,
             singer: Singer::default(),
             receiver: Receiver::default(),
+            guard: Guard::default(),
             farm: Farm::new(identity.robot_id, identity.boots),
             events: Events::default(),
             ticks_won: [0; HOLDERS],
             bumps: 0,
+            ticks_late: 0,
             odometer_resets: 0,
             schedule: Schedule::default(),
-            transmitter: Transmitter::default(),
+            transmitter: Transmitter::new(identity.radio),
         }
     }
 
     /// The program: once every twentieth of a second, from the sensors to the motors.
     pub fn tick(&mut self, inputs: &Inputs) -> Outputs {
+        self.watch_silence();
         let enabled = self.enabled();
 
         // Sensors.
@@ -154,6 +166,7 @@ impl Robot {
         self.events.drive(&self.drive);
         self.events.raised(arbiter::raised(&requests));
         self.count_win();
+        self.ticks_late = self.ticks_late.wrapping_add(u16::from(inputs.is_late));
 
         self.latest = *inputs;
         self.now_ticks = self.now_ticks.wrapping_add(1);
@@ -189,6 +202,21 @@ impl Robot {
             }
             None if self.mode == Mode::Prowl => PROWL_HORIZON_IN,
             None => REACTIVE_HORIZON_IN,
+        }
+    }
+
+    /// A ground that has commanded and fallen silent may have left instructions.
+    fn watch_silence(&mut self) {
+        if let Some(mode) = self.guard.tick(self.farm.is_open(), self.mode) {
+            self.enter(mode);
+            self.schedule.say(FAILSAFE_ACTS);
+        }
+    }
+
+    /// The operator commands: a failsafe that acted is over.
+    fn rearm(&mut self) {
+        if self.guard.rearm() {
+            self.schedule.say(FAILSAFE_OVER);
         }
     }
 

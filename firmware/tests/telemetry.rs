@@ -2,8 +2,7 @@
 
 mod common;
 
-use common::{BOOTS, Bench, ROBOT_ID};
-use groundwave_protocol::command::Order;
+use common::{BOOTS, Bench, ROBOT_ID, only};
 use groundwave_protocol::letters::{Bump, Drive, Infrared, Layer, LayerState, Mode, Power};
 use groundwave_protocol::telemetry::Body;
 use groundwave_protocol::{LINE_BYTES, telemetry};
@@ -121,7 +120,7 @@ fn a_sonar_that_is_not_allowed_neither_pings_nor_tells() {
     assert_eq!(bench.latest_state().sonar_right_in, Some(99));
     let key = bench.open(1);
     let mask = bench.robot.allowed().without(Layer::Sonar);
-    bench.order(key, Order::Layers(mask));
+    bench.order(key, only(mask));
     for _ in 0..40 {
         bench.run_ticks(1);
         assert_eq!(bench.outputs.ping, None);

@@ -2,14 +2,17 @@
 
 mod common;
 
-use common::{Bench, ROBOT_ID};
+use common::{Bench, ROBOT_ID, only};
 use groundwave_protocol::Waypoint;
 use groundwave_protocol::command::{Command, Drive, Keepalive, Key, Message, Order, Slots};
 use groundwave_protocol::digest::digest;
+use groundwave_protocol::failsafe::Failsafe;
 use groundwave_protocol::letters::{self, Layer, LayerMask, Mode};
 use groundwave_protocol::telemetry::{Body, Outcome};
+use std::fmt::Write;
+
 use sr04_firmware::arbiter::Holder;
-use sr04_firmware::board::{Outputs, Switches};
+use sr04_firmware::board::{Outputs, Radio, Switches};
 
 const OWNER: u16 = 345;
 
@@ -148,8 +151,8 @@ fn what_is_not_fitted_is_refused_and_changes_nothing() {
     for mode in [Mode::Passive, Mode::Wander, Mode::Forage, Mode::Calibrate] {
         refuse(Order::Mode(mode), Outcome::NotFitted);
     }
-    refuse(Order::Layers(LayerMask::ALL), Outcome::NotFitted);
-    refuse(Order::Layers(all.with(Layer::Photo)), Outcome::NotFitted);
+    refuse(only(LayerMask::ALL), Outcome::NotFitted);
+    refuse(only(all.with(Layer::Photo)), Outcome::NotFitted);
     refuse(Order::Scan, Outcome::NotFitted);
     refuse(Order::Unknown, Outcome::Unknown);
 }
@@ -158,7 +161,7 @@ fn what_is_not_fitted_is_refused_and_changes_nothing() {
 fn a_layer_that_is_not_allowed_never_raises() {
     let (mut bench, key) = running();
     let mask = bench.robot.allowed().without(Layer::Bumpers);
-    bench.order(key, Order::Layers(mask));
+    bench.order(key, only(mask));
     assert_eq!(bench.robot.ack().outcome, Outcome::Done);
     assert_eq!(bench.robot.allowed(), mask);
     bench.inputs.bumper = Switches {
@@ -185,10 +188,10 @@ fn a_manoeuvre_ends_when_its_layer_is_no_longer_allowed_and_does_not_come_back()
     bench.inputs.bumper.left = false;
     bench.run_ticks(3);
     assert_eq!(bench.robot.holder(), Some(Holder::Layer(Layer::Bumpers)));
-    bench.order(key, Order::Layers(all.without(Layer::Bumpers)));
+    bench.order(key, only(all.without(Layer::Bumpers)));
     bench.run_ticks(1);
     assert_eq!(bench.robot.holder(), Some(Holder::Prowl));
-    bench.order(key, Order::Layers(all));
+    bench.order(key, only(all));
     bench.run_ticks(1);
     assert_eq!(bench.robot.holder(), Some(Holder::Prowl));
 }
@@ -365,13 +368,164 @@ fn while_the_ground_talks_and_for_four_lines_after_acknowledgement_lines_follow(
     let heard = bench.lines.last().expect("a line").1.sequence;
     bench.send(&Message::Keepalive(Keepalive { heard }), key);
     bench.run_ms(5000);
-    assert_eq!(bench.ack_lines - before, 4);
+    assert_eq!(bench.ack_lines - before, 12);
     for _ in 0..10 {
         bench.robot.handle_uplink(b'\n');
-        bench.run_ms(400);
+        bench.run_ms(510);
     }
-    let during = bench.ack_lines - before - 4;
-    assert!((9..=11).contains(&during), "{during}");
+    let during = bench.ack_lines - before - 12;
+    assert!((27..=33).contains(&during), "{during}");
+}
+
+#[test]
+fn a_robot_told_to_goes_home_when_the_ground_falls_silent_and_says_so() {
+    let (mut bench, key) = running();
+    let failsafe = Failsafe {
+        silence_s: 10,
+        mode: Mode::GoHome,
+    };
+    bench.order(key, Order::Failsafe(Some(failsafe)));
+    assert_eq!(bench.robot.ack().outcome, Outcome::Done);
+    bench.run_ms(9_900);
+    assert_eq!(bench.robot.mode(), Mode::Prowl);
+    assert_eq!(bench.latest_state().link, letters::Link::Armed);
+    bench.run_ms(200);
+    assert_eq!(bench.robot.mode(), Mode::GoHome);
+    bench.run_ms(2000);
+    assert_eq!(bench.latest_state().link, letters::Link::Failsafe);
+    assert!(has_said(&bench, "failsafe: the ground is silent"));
+    // Being heard again changes nothing until the operator says what is next.
+    let heard = bench.lines.last().expect("a line").1.sequence;
+    bench.send(&Message::Keepalive(Keepalive { heard }), key);
+    bench.run_ms(2000);
+    assert_eq!(bench.latest_state().link, letters::Link::Failsafe);
+    bench.order(key, Order::Mode(Mode::Prowl));
+    bench.run_ms(2000);
+    assert_eq!(bench.latest_state().link, letters::Link::Armed);
+    assert!(has_said(&bench, "failsafe is over"));
+    let counters = bench
+        .lines
+        .iter()
+        .rev()
+        .find_map(|(_, line)| match &line.body {
+            Body::Counters(counters) => Some(counters.failsafe),
+            _ => None,
+        });
+    assert_eq!(counters, Some(Some(failsafe)));
+}
+
+fn has_said(bench: &Bench, words: &str) -> bool {
+    bench
+        .lines
+        .iter()
+        .any(|(_, line)| matches!(&line.body, Body::Text(text) if text.as_str() == words))
+}
+
+#[test]
+fn a_stopped_robot_stays_where_it_is_however_silent_the_ground() {
+    let (mut bench, key) = running();
+    let home = Order::Failsafe(Some(Failsafe {
+        silence_s: 10,
+        mode: Mode::GoHome,
+    }));
+    bench.order(key, home);
+    bench.send(&Message::Stop, Key::robot(ROBOT_ID));
+    bench.run_ms(30_000);
+    assert_eq!(bench.robot.mode(), Mode::Stop);
+    // A session alone is no reason to move either.
+    bench.open(1);
+    bench.run_ms(30_000);
+    assert_eq!(bench.robot.mode(), Mode::Stop);
+}
+
+#[test]
+fn a_failsafe_that_no_robot_should_follow_is_refused() {
+    let (mut bench, key) = running();
+    for (silence_s, mode, outcome) in [
+        (9, Mode::Stop, Outcome::BadValue),
+        (60, Mode::User, Outcome::BadValue),
+        (60, Mode::Forage, Outcome::NotFitted),
+    ] {
+        let failsafe = Failsafe { silence_s, mode };
+        bench.order(key, Order::Failsafe(Some(failsafe)));
+        assert_eq!(bench.robot.ack().outcome, outcome, "{failsafe:?}");
+    }
+}
+
+/// What a half-duplex robot sends and when it is silent: a letter a line, a number of idle byte times.
+fn conversation(bench: &Bench, from: usize) -> String {
+    let mut told = String::new();
+    let mut silent = 0;
+    let mut position = 0;
+    for byte in &bench.air[from..] {
+        match byte {
+            None => silent += 1,
+            Some(byte) => {
+                if silent > 0 {
+                    write!(told, "{silent} ").expect("a string takes it");
+                    silent = 0;
+                }
+                if position == 0 {
+                    told.push(char::from(*byte));
+                    told.push(' ');
+                }
+                position = if *byte == b'\n' { 0 } else { position + 1 };
+            }
+        }
+    }
+    told
+}
+
+#[test]
+fn a_half_duplex_robot_listens_after_each_line() {
+    let mut bench = Bench::with_radio(Radio::HalfDuplex { patience_bytes: 16 });
+    bench.run_ms(5000);
+    assert!(
+        conversation(&bench, 0).starts_with("1 C G 17 B G 17 A G 17 A G 17 A G 17 "),
+        "{}",
+        conversation(&bench, 0)
+    );
+}
+
+#[test]
+fn a_half_duplex_robot_hears_the_ground_out_and_acknowledges_at_once() {
+    let mut bench = Bench::with_radio(Radio::HalfDuplex { patience_bytes: 16 });
+    bench.run_ms(5000);
+    while bench.air.last() != Some(&None) {
+        bench.run_ms(1);
+    }
+    let begun = bench.air.len();
+    // Noise of a hundred bytes: the turn ends sixteen byte times after the last one.
+    let mut heard = 0;
+    while heard < 100 {
+        let before = bench.air.len();
+        bench.run_ms(1);
+        if bench.air.len() > before {
+            bench
+                .robot
+                .handle_uplink(if heard == 99 { b'\n' } else { b'~' });
+            heard += 1;
+        }
+    }
+    bench.run_ms(1000);
+    let told = conversation(&bench, begun);
+    assert!(told.starts_with("117 G 17 A G 17 "), "{told}");
+}
+
+#[test]
+fn a_half_duplex_robot_listens_to_noise_for_two_lines_and_no_longer() {
+    let mut bench = Bench::with_radio(Radio::HalfDuplex { patience_bytes: 16 });
+    bench.run_ms(5000);
+    let begun = bench.air.len();
+    for _ in 0..10_000 {
+        let before = bench.air.len();
+        bench.run_ms(1);
+        if bench.air.len() > before {
+            bench.robot.handle_uplink(b'~');
+        }
+    }
+    let told = conversation(&bench, begun);
+    assert!(told.contains(" 162 A G 162 "), "{told}");
 }
 
 #[test]

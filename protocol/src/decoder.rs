@@ -189,7 +189,7 @@ impl Decoder {
         if found.is_none()
             && let Some(line) = seen
                 .last_chunk::<ACK_LINE_BYTES>()
-                .filter(|line| line[0] == b'K' && ends_a_line(line))
+                .filter(|line| AckLine::begins_with(line[0]) && ends_a_line(line))
         {
             shaped = true;
             if checks(line) {
@@ -286,7 +286,7 @@ mod tests {
     const HEADS: [&[u8; 74]; 4] = [
         b"A42 +123.4 -045.0 273 +06 -12 +00 +12 042 120 61 48 .R..... P--Is..- !5:HS",
         b"B47 07 12.4 +0120 -0036 003/040 #Q8.Z` 12 155 122 UB.IS..D 004 00    !5:HS",
-        b"C53 07 000412 004 01.00 `````3`````V*4``,0 133 002 000 0012          !5:HS",
+        b"C53 07 000412 004 01.00 `````3`````V*4``,0 133 002 000 0012 0030 G   !5:HS",
         b"T49 I'm finished with the co-ordinate list                           !5:HS",
     ];
 

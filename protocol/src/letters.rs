@@ -142,12 +142,12 @@ letters! {
 }
 
 letters! {
-    /// What the robot's receiver is doing.
+    /// What the robot makes of the ground's silence.
     Link {
         /// Nothing to report.
         Ok = b'.',
-        /// The robot pauses after this line and listens.
-        Listening = b'>',
+        /// It will act when the ground falls silent, and wants to be kept alive.
+        Armed = b'f',
         /// A failsafe acts because the ground has been silent.
         Failsafe = b'F',
     }
@@ -310,7 +310,7 @@ mod tests {
             Arm: ".uaLRBT-",
             Drive: ".sX0o",
             Power: ".l!d+",
-            Link: ".>F",
+            Link: ".fF",
             Mode: "PRHXUWGFC",
             LayerState: ".-rH",
         }

@@ -18,6 +18,7 @@ pub mod command;
 pub mod crc;
 pub mod decoder;
 pub mod digest;
+pub mod failsafe;
 pub mod letters;
 pub mod receiver;
 pub mod sixbit;

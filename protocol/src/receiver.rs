@@ -168,9 +168,9 @@ mod tests {
         let mut bytes = std::vec::Vec::new();
         bytes.extend(b"\n\n\n");
         bytes.extend(b"noise\n");
-        bytes.extend([b'x'; 88]);
+        bytes.extend([b'x'; 87]);
         bytes.push(b'\n');
-        bytes.extend([b'x'; 89]);
+        bytes.extend([b'x'; 88]);
         bytes.push(b'\n');
         bytes.extend([b'x'; 1000]);
         bytes.push(b'\n');

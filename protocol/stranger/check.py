@@ -65,7 +65,7 @@ def check_line(vector: Vector) -> None:
     same("line", got, {name: vector[name] for name in ("fields", "error", "column") if name in vector})
     if "fields" in vector:
         ack = vector["fields"]["ack"]
-        at = 3 if vector["fields"]["type"] == "K" else 69
+        at = 3 if vector["fields"]["type"] in "KG" else 69
         same("acknowledgement encoded", wire.encode_ack(ack).decode(), vector["line"][at:at + 5])
 
 

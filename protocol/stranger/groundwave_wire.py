@@ -18,7 +18,7 @@ Waypoint = list[int]
 CRC_POLYNOMIAL = 0x7B01BD
 LINE_START = 0xFFFFFF
 LINE_BYTES, ACK_LINE_BYTES = 80, 14
-FRAME_BYTES_MAX = 88
+FRAME_BYTES_MAX = 87
 LIST_MAX, BLOCK, BLOCKS = 300, 4, 75
 COORDINATE_MAX = 9999
 MODES = "PRHXUWGFC"
@@ -132,6 +132,15 @@ def _target(text: str, before: Fields) -> int | None:
     return value
 
 
+def _failsafe_mode(text: str, before: Fields) -> str | None:
+    """A mode that needs no operator; a hyphen where the silence is hyphens."""
+    if before["failsafe_silence_s"] is None and text == "-":
+        return None
+    if before["failsafe_silence_s"] is None or text in "UC" or text not in MODES:
+        raise ValueError(f"{text!r} is no mode to fall back to")
+    return text
+
+
 def _letter(letters: str) -> Reader:
     return _choice({letter: letter for letter in letters})
 
@@ -194,7 +203,7 @@ LAYOUTS: dict[str, Layout] = {
         (47, 2, "photo_left_pct", _digits(optional=True)), (50, 2, "photo_right_pct", _digits(optional=True)),
         (53, 1, "bump", _letter(".LCRlrSAJ-")), (54, 1, "infrared", _letter(".LRBJ-")),
         (55, 1, "cliff", _letter(".LCRA-")), (56, 1, "arm", _letter(".uaLRBT-")), (57, 1, "drive", _letter(".sX0o")),
-        (58, 1, "power", _letter(".l!d+")), (59, 1, "link", _letter(".>F")), (61, 1, "mode", _letter(MODES)),
+        (58, 1, "power", _letter(".l!d+")), (59, 1, "link", _letter(".fF")), (61, 1, "mode", _letter(MODES)),
         *((62 + i, 1, "layers[]", _layer(letter)) for i, letter in enumerate("BTISLMD")), *_ACK],
     "B": [
         *_ROBOT, (8, 4, "battery_dv", _volts), (13, 5, "target_in[]", _target), (19, 5, "target_in[]", _target),
@@ -206,9 +215,11 @@ LAYOUTS: dict[str, Layout] = {
         *_ROBOT, (8, 6, "uptime_s", _digits()), (15, 3, "boots", _digits()), (19, 5, "version", _version),
         *((25 + 2 * i, 2, "ticks_won[]", _six(4095)) for i in range(9)),
         (44, 3, "frames_heard", _digits()), (48, 3, "frames_rejected", _digits()), (52, 3, "ticks_late", _digits()),
-        (56, 4, "bumps", _digits()), *_ACK],
+        (56, 4, "bumps", _digits()), (61, 4, "failsafe_silence_s", _digits(10, 4095, True)),
+        (66, 1, "failsafe_mode", _failsafe_mode), *_ACK],
     "T": [(5, 64, "text", _text), *_ACK],
     "K": [(4, 5, "ack", _ack)],
+    "G": [(4, 5, "ack", _ack)],
 }
 
 
@@ -216,7 +227,7 @@ def parse_line(line: bytes) -> Fields:
     """The fields of a line whose checksum holds, CR LF included; FieldError if it cannot be read."""
     text = line[:-6].decode("latin-1")
     kind = text[0]
-    if kind not in LAYOUTS or (kind == "K") != (len(line) == ACK_LINE_BYTES):
+    if kind not in LAYOUTS or (kind in "KG") != (len(line) == ACK_LINE_BYTES):
         raise FieldError(1, f"no line of type {kind!r}")
     fields: Fields = {"type": kind}
     column = 2
@@ -275,7 +286,7 @@ class StreamDecoder:
         reason = "shape"
         for size in (LINE_BYTES, ACK_LINE_BYTES):
             line = tail[-size:]
-            if len(line) < size or line[-2:] != b"\r\n" or size == ACK_LINE_BYTES and line[:1] != b"K":
+            if len(line) < size or line[-2:] != b"\r\n" or size == ACK_LINE_BYTES and line[:1] not in (b"K", b"G"):
                 continue
             if checksum(LINE_START, line[:-6]) == line[-6:-2]:
                 self._since.clear()
@@ -336,13 +347,14 @@ PAYLOADS: dict[str, Bits] = {
     "X": [],
     "O": [("boot", 5, 0, 7, 0), ("replaces", 3, 0, 7, 0), ("owner", 10, 1, 1023, 0)],
     "C": [("sequence", 6, 0, 63, 0)],                                               # then the order
-    "W": [("tag", 6, 1, 31, 0), ("first_block", 12, 0, BLOCKS - 1, 0)],             # then the waypoints
+    "W": [("tag", 5, 1, 31, 0), ("first_block", 7, 0, BLOCKS - 1, 0)],              # then the waypoints
     "D": [("velocity_in_s", 6, -31, 31, 0), ("rotation_in_s", 7, -63, 63, 0), ("heard", 7, *_HEARD),
           ("count", 4, 0, 15, 0)],
     "L": [("heard", 12, *_HEARD)],
 }
+SILENCE: Bits = [("silence_s", 12, 0, 4095, 0)]                                     # then a mode's letter
 ORDERS: dict[str, Bits] = {
-    "L": [("layers", 12, 0, 255, 0)],
+    "L": [("which", 10, 0, 255, 0), ("allowed", 8, 0, 255, 0)],
     "P": [*WAYPOINT, ("theta_deg", 12, 0, 359, 0)],
     "S": [],
     "A": [("tag", 6, 0, 63, 0), ("count", 12, 0, 4095, 0), ("digest", 36, 0, 0xFFFFFFFF, 0)],
@@ -384,6 +396,8 @@ def encode_frame(message: Fields, robot_id: int, boot: int, session: int, owner:
         order = message["order"]
         if order == "M":
             said += b"M" + _letter(MODES)(message["mode"], {}).encode("ascii")
+        elif order == "F":
+            said += b"F" + _pack(SILENCE, message) + _letter(MODES)(message["mode"], {}).encode("ascii")
         elif order in ORDERS:
             said += order.encode("ascii") + _pack(ORDERS[order], message)
         else:
@@ -402,8 +416,17 @@ def _decode_order(order: bytes) -> Fields:
     try:
         if kind == "M":
             return {"order": kind, "mode": _letter(MODES)(rest.decode("latin-1"), {})}
+        if kind == "F":
+            mode = _letter(MODES)(rest[2:].decode("latin-1"), {})
+            silence = _unpack(SILENCE, rest[:2])
+            if silence["silence_s"] == 0 and mode != "X":
+                raise ValueError("no silence goes with stop")
+            return {"order": kind} | silence | {"mode": mode}
         if kind in ORDERS:
-            return {"order": kind} | _unpack(ORDERS[kind], rest)
+            fields = _unpack(ORDERS[kind], rest)
+            if kind == "L" and fields["allowed"] & ~fields["which"]:
+                raise ValueError("allowed and not meant")
+            return {"order": kind} | fields
     except ValueError:
         pass
     return {"order": None}
@@ -413,7 +436,7 @@ def _decode_said(kind: str, payload: bytes) -> Fields:
     """The message of a frame whose checksum holds; ValueError if it cannot be read."""
     if kind not in PAYLOADS:
         raise ValueError("no such type")
-    size = {"C": 1, "W": 3}.get(kind, len(payload))
+    size = {"C": 1, "W": 2}.get(kind, len(payload))
     fields, rest = {"type": kind} | _unpack(PAYLOADS[kind], payload[:size]), payload[size:]
     if kind == "C":
         fields |= _decode_order(rest)
@@ -500,6 +523,8 @@ class Farm:
         self.mode = "X"
         if self.owner:
             self._new_session(0)
+        else:
+            self.sequence = (self.sequence + 1) % 64
         return "stop"
 
     def _on_O(self, message: Fields) -> str:

@@ -55,7 +55,13 @@ fn knocked(sequence: u8) -> Vec<u8> {
         boot: 1,
         ..Ack::default()
     };
-    AckLine { sequence, ack }.encode().to_vec()
+    AckLine {
+        sequence,
+        ack,
+        listens: sequence % 2 == 1,
+    }
+    .encode()
+    .to_vec()
 }
 
 /// Pieces of a bad day on the radio.

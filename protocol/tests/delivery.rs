@@ -20,7 +20,10 @@ fn a_command_is_executed_once_and_proven() {
                 DONE,
                 "seed {seed}, ber {bit_error_rate}"
             );
-            let layers = Order::Layers(LayerMask::from_bits(0x9A));
+            let layers = Order::Layers {
+                which: LayerMask::ALL,
+                allowed: LayerMask::from_bits(0x9A),
+            };
             assert_eq!(
                 world.deliver(Task::Order(layers)),
                 DONE,
@@ -161,7 +164,10 @@ fn a_robot_that_hears_nothing_fails_the_task_and_the_late_command_never_runs() {
     let mut world = World::new(5, 0.0);
     world.deliver(Task::Order(Order::Mode(Mode::Reactive)));
     world.deaf = true;
-    let lost = Order::Layers(LayerMask::NONE);
+    let lost = Order::Layers {
+        which: LayerMask::ALL,
+        allowed: LayerMask::NONE,
+    };
     assert_eq!(
         world.deliver(Task::Order(lost)),
         FopEvent::Failed(Loss::TimedOut)

@@ -41,7 +41,10 @@ fn samples() -> Vec<Message> {
             owner: 0x2A5,
         }),
         command(Order::Mode(Mode::Wander)),
-        command(Order::Layers(LayerMask::from_bits(0x9A))),
+        command(Order::Layers {
+            which: LayerMask::ALL,
+            allowed: LayerMask::from_bits(0x9A),
+        }),
         command(Order::Pose {
             position: point(3),
             theta_deg: 270,

@@ -172,7 +172,7 @@ const DRIVES: &[&str] = &[
     "out_of_range",
 ];
 const POWERS: &[&str] = &["ok", "low", "critical", "docked", "charging"];
-const LINKS: &[&str] = &["ok", "listening", "failsafe"];
+const LINKS: &[&str] = &["ok", "armed", "failsafe"];
 const MODES: &[&str] = &[
     "prowl",
     "reactive",
@@ -339,6 +339,11 @@ telemetry! {
 
     /// A line of text from the robot's program.
     69 text: string;
+
+    /// Silence of the ground after which the robot acts, seconds. Absent: it carries on.
+    70 failsafe_silence_s: uint32;
+    /// The mode it enters then.
+    71 failsafe_mode: int32 of MODES;
 }
 
 impl From<&Received> for Telemetry {
@@ -474,6 +479,10 @@ impl Telemetry {
         self.frames_rejected = Some(line.frames_rejected.into());
         self.ticks_late = Some(line.ticks_late.into());
         self.bumps = Some(line.bumps.into());
+        self.failsafe_silence_s = line.failsafe.map(|failsafe| failsafe.silence_s.into());
+        self.failsafe_mode = line
+            .failsafe
+            .and_then(|failsafe| number(Mode::ALL, failsafe.mode));
     }
 
     fn set_text(&mut self, line: &TextLine) {

@@ -127,6 +127,7 @@ mod tests {
                 frames_rejected: 0,
                 ticks_late: 0,
                 bumps: 0,
+                failsafe: None,
             }),
         )
     }
@@ -147,6 +148,7 @@ mod tests {
         let k = Received::Ack(AckLine {
             sequence: 1,
             ack: Ack::default(),
+            listens: false,
         });
         let k_ns = START_NS + S_NS / 3 + 14 * S_NS / 240;
         assert_eq!(clock.handle_line(clump_ns, &k), Some(k_ns));

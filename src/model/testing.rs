@@ -162,6 +162,7 @@ fn counters(uptime_s: u32, ticks_won: [u16; HOLDERS]) -> CountersLine {
         frames_rejected: 0,
         ticks_late: 0,
         bumps: 2,
+        failsafe: None,
     }
 }
 
@@ -367,7 +368,7 @@ pub(crate) fn any_event() -> impl Strategy<Value = Event> {
             Event::Line { line: Box::new(line), raw: line.encode() }
         }),
         1 => (0_u8..100, 0_u8..8).prop_map(|(sequence, boot)| {
-            Event::Ack(AckLine { sequence, ack: Ack { boot, ..Ack::default() } })
+            Event::Ack(AckLine { sequence, ack: Ack { boot, ..Ack::default() }, listens: false })
         }),
         1 => any::<(u64, u64, u64)>().prop_map(|(lines, lines_lost, bytes)| {
             let (lines, lines_lost) = (lines >> 20, lines_lost >> 20);

@@ -290,12 +290,14 @@ fn what_the_screen_does_not_show_does_not_draw_it() {
     scene.event(Event::Ack(AckLine {
         sequence: 3,
         ack: scene.ack,
+        listens: false,
     }));
     let drawn = scene.model.revision();
     scene.event(Event::Tick);
     scene.event(Event::Ack(AckLine {
         sequence: 4,
         ack: scene.ack,
+        listens: false,
     }));
     assert_eq!(scene.model.revision(), drawn);
     scene.hear();

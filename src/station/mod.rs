@@ -10,7 +10,7 @@ use groundwave_protocol::arq::{Config, Fop, FopEvent, Loss, Task};
 use groundwave_protocol::command::Order;
 use groundwave_protocol::decoder::{Counters, Decoder, Received};
 use groundwave_protocol::letters::LayerMask;
-use groundwave_protocol::telemetry::{Body, Outcome};
+use groundwave_protocol::telemetry::Outcome;
 
 use crate::event::{CommandId, CommandStep, Event, Failure, Level, LinkEvent, Moment};
 use crate::request::Request;
@@ -18,15 +18,10 @@ use crate::request::Request;
 /// A press of a drive key counts for this long unless it is renewed.
 const DRIVE_LEASE: Duration = Duration::from_millis(500);
 
-/// A command that cannot even start fails after this: one that needs line B waits for it, and on a bad
-/// channel half of those lines are lost.
-const START_LIMIT: Duration = Duration::from_mins(1);
-
 #[derive(Debug)]
 struct Waiting {
     id: CommandId,
     request: Request,
-    since: Moment,
 }
 
 /// The ground's end of everything.
@@ -35,12 +30,8 @@ pub struct Station {
     decoder: Decoder,
     fop: Fop,
     can_send: bool,
-    /// Layers the robot is known to allow: it said so, or acknowledged the command.
-    allowed: Option<LayerMask>,
     waiting: VecDeque<Waiting>,
     current: Option<CommandId>,
-    /// The mask that the current command asks for.
-    commanded: Option<LayerMask>,
     /// STOPs that the robot has not confirmed yet.
     stops: Vec<CommandId>,
     next_id: u32,
@@ -57,10 +48,8 @@ impl Station {
             decoder: Decoder::default(),
             fop: Fop::new(config),
             can_send,
-            allowed: None,
             waiting: VecDeque::new(),
             current: None,
-            commanded: None,
             stops: Vec::new(),
             next_id: 1,
             told_counters: Counters::default(),
@@ -97,15 +86,10 @@ impl Station {
 
     fn handle_received(&mut self, now: Moment, received: &Received) {
         match received {
-            Received::Line(line, raw) => {
-                if let Body::Status(status) = &line.body {
-                    self.allowed = Some(status.allowed);
-                }
-                self.events.push_back(Event::Line {
-                    line: Box::new(*line),
-                    raw: *raw,
-                });
-            }
+            Received::Line(line, raw) => self.events.push_back(Event::Line {
+                line: Box::new(*line),
+                raw: *raw,
+            }),
             Received::Ack(line) => self.events.push_back(Event::Ack(*line)),
         }
         self.fop.handle_received(micros(now), received);
@@ -125,11 +109,7 @@ impl Station {
             self.fop.stop(micros(now));
             self.step(id, CommandStep::Sent { frames: 1 });
         } else {
-            self.waiting.push_back(Waiting {
-                id,
-                request,
-                since: now,
-            });
+            self.waiting.push_back(Waiting { id, request });
         }
         self.settle(now);
         id
@@ -168,7 +148,6 @@ impl Station {
     pub fn handle_timeout(&mut self, now: Moment) {
         self.fop.handle_timeout(micros(now));
         self.settle(now);
-        self.give_up_waiting(now);
     }
 
     /// Bytes for the radio.
@@ -189,10 +168,7 @@ impl Station {
     /// When to call [`Station::handle_timeout`] at the latest.
     #[must_use]
     pub fn poll_timeout(&self) -> Option<Moment> {
-        let start = self.waiting.front().filter(|_| self.current.is_none());
-        let start = start.map(|first| first.since + START_LIMIT);
-        let fop = self.fop.poll_timeout().map(Duration::from_micros);
-        [start, fop].into_iter().flatten().min()
+        self.fop.poll_timeout().map(Duration::from_micros)
     }
 
     /// Everything the decoder has seen.
@@ -214,59 +190,25 @@ impl Station {
         }
     }
 
-    /// Starts the next command, unless there is none or it cannot start yet.
+    /// Starts the next command; `false` when there is none.
     fn begin_next(&mut self, now: Moment) -> bool {
-        let Some(Waiting { request, .. }) = self.waiting.front() else {
+        let Some(Waiting { id, request }) = self.waiting.pop_front() else {
             return false;
         };
-        let order = match request {
-            Request::Route(waypoints) => {
-                let started = self.fop.start(micros(now), Task::List(waypoints));
-                return started && self.take_first();
+        let now_us = micros(now);
+        let started = match &request {
+            Request::Route(waypoints) => self.fop.start(now_us, Task::List(waypoints)),
+            request => {
+                order(request).is_some_and(|order| self.fop.start(now_us, Task::Order(order)))
             }
-            Request::Stop => Order::Mode(groundwave_protocol::letters::Mode::Stop),
-            Request::Mode(mode) => Order::Mode(*mode),
-            Request::Enable(_) | Request::Disable(_) => {
-                // The wire carries the whole mask: wait until the robot has said what it has.
-                let Some(allowed) = self.allowed else {
-                    return false;
-                };
-                let mask = match request {
-                    Request::Enable(layers) => LayerMask::from_bits(allowed.bits() | layers.bits()),
-                    Request::Disable(layers) => allowed.and(LayerMask::from_bits(!layers.bits())),
-                    _ => allowed,
-                };
-                self.commanded = Some(mask);
-                Order::Layers(mask)
-            }
-            Request::Pose {
-                position,
-                theta_deg,
-            } => Order::Pose {
-                position: *position,
-                theta_deg: *theta_deg,
-            },
-            Request::Scan => Order::Scan,
         };
-        self.fop.start(micros(now), Task::Order(order)) && self.take_first()
-    }
-
-    fn take_first(&mut self) -> bool {
-        self.current = self.waiting.pop_front().map(|waiting| waiting.id);
-        self.current.is_some()
-    }
-
-    /// A command that cannot start because the robot has not said which layers it allows.
-    fn give_up_waiting(&mut self, now: Moment) {
-        if self.current.is_some() {
-            return;
+        if started {
+            self.current = Some(id);
+        } else {
+            // Nothing is under way, so it is the list that no frame can carry.
+            self.step(id, CommandStep::Refused(Outcome::BadValue));
         }
-        while let Some(first) = self
-            .waiting
-            .pop_front_if(|first| now >= first.since + START_LIMIT)
-        {
-            self.step(first.id, CommandStep::Failed(Failure::TimedOut));
-        }
+        true
     }
 
     fn drain_fop(&mut self) {
@@ -274,9 +216,6 @@ impl Station {
             match event {
                 FopEvent::Session(Ok(())) => self.notice(Level::Info, "session opened"),
                 FopEvent::Session(Err(loss)) => {
-                    if loss == Loss::RobotRestarted {
-                        self.allowed = None;
-                    }
                     self.notice(Level::Warning, lost_session(loss));
                 }
                 FopEvent::Sent { frames } => {
@@ -293,7 +232,6 @@ impl Station {
                 }
                 FopEvent::Concluded { outcome, digest } => self.conclude(outcome, digest),
                 FopEvent::Failed(loss) => {
-                    self.commanded = None;
                     if let Some(id) = self.current.take() {
                         self.step(id, CommandStep::Failed(failure(loss)));
                     }
@@ -313,12 +251,10 @@ impl Station {
     }
 
     fn conclude(&mut self, outcome: Outcome, digest: Option<u32>) {
-        let commanded = self.commanded.take();
         let Some(id) = self.current.take() else {
             return;
         };
         if outcome == Outcome::Done {
-            self.allowed = commanded.or(self.allowed);
             self.step(id, CommandStep::Proven { digest });
         } else {
             self.step(id, CommandStep::Refused(outcome));
@@ -341,6 +277,31 @@ impl Station {
             text: text.to_owned(),
         });
     }
+}
+
+/// The order that a request stands for; `None` for what is no order.
+fn order(request: &Request) -> Option<Order> {
+    Some(match request {
+        Request::Stop | Request::Route(_) => return None,
+        Request::Mode(mode) => Order::Mode(*mode),
+        Request::Enable(layers) => Order::Layers {
+            which: *layers,
+            allowed: *layers,
+        },
+        Request::Disable(layers) => Order::Layers {
+            which: *layers,
+            allowed: LayerMask::NONE,
+        },
+        Request::Failsafe(failsafe) => Order::Failsafe(*failsafe),
+        Request::Pose {
+            position,
+            theta_deg,
+        } => Order::Pose {
+            position: *position,
+            theta_deg: *theta_deg,
+        },
+        Request::Scan => Order::Scan,
+    })
 }
 
 fn micros(moment: Moment) -> u64 {

@@ -56,6 +56,7 @@ fn send(slots: u32, with_acks: bool) -> Vec<u8> {
             let line = AckLine {
                 sequence,
                 ack: ack(slot),
+                listens: false,
             };
             stream.extend(line.encode());
             sequence = (sequence + 1) % 100;
@@ -185,5 +186,6 @@ fn counters(slot: u32) -> CountersLine {
         frames_rejected: 1,
         ticks_late: 0,
         bumps: (slot / 60) as u16,
+        failsafe: None,
     }
 }

@@ -113,6 +113,7 @@ impl Plant {
             photo_left: Some(photo_left),
             photo_right: Some(photo_right),
             battery_dv: self.body.battery().decivolts(),
+            is_late: false,
         }
     }
 

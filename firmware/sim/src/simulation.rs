@@ -3,7 +3,7 @@
 use std::collections::VecDeque;
 
 use groundwave_protocol::BYTES_PER_S;
-use sr04_firmware::board::{Identity, Inputs, Outputs};
+use sr04_firmware::board::{Identity, Inputs, Outputs, Radio};
 use sr04_firmware::robot::Robot;
 
 use crate::body::Conditions;
@@ -28,6 +28,8 @@ pub struct SimulationConfig {
     pub robot_id: u8,
     /// The boot counter at the first boot.
     pub boots: u16,
+    /// The radio that the robot is fitted with; the channel's own faults are apart from it.
+    pub radio: Radio,
 }
 
 impl SimulationConfig {
@@ -41,6 +43,7 @@ impl SimulationConfig {
             conditions: Conditions::default(),
             robot_id: 1,
             boots: 1,
+            radio: Radio::default(),
         }
     }
 }
@@ -73,6 +76,7 @@ impl Simulation {
             robot_id: config.robot_id,
             boots: config.boots,
             dice_seed: robot_dice.next_u32(),
+            radio: config.radio,
         };
         let wire = |stream| Wire::new(&config.channel, Dice::new(config.seed, stream));
         Self {

@@ -6,7 +6,7 @@ use crate::behaviours::FITTED;
 use crate::board::TICK_HZ;
 use crate::telemetry::{Events, Kind};
 use crate::units::in_s;
-use groundwave_protocol::letters::{Arm, Cliff, Layer, LayerMask, LayerState, Link, Power};
+use groundwave_protocol::letters::{Arm, Cliff, Layer, LayerMask, LayerState, Power};
 use groundwave_protocol::telemetry::{
     Body, CountersLine, FirmwareVersion, LayerStates, ListPlace, StateLine, StatusLine, TextLine,
 };
@@ -30,9 +30,10 @@ impl Robot {
         if self.transmitter.wants_line() {
             let kind = self.schedule.next_kind();
             let body = self.compose(kind);
-            self.transmitter.begin(&body);
+            self.transmitter.begin(&body, self.now_ticks);
         }
-        self.transmitter.next_byte(|| self.farm.ack())
+        self.transmitter
+            .next_byte(self.now_ticks, || self.farm.ack())
     }
 
     fn compose(&mut self, kind: Kind) -> Body {
@@ -71,7 +72,7 @@ impl Robot {
             arm: Arm::NotFitted,
             drive: events.drive_letter(is_out_of_range),
             power: self.power(),
-            link: Link::Ok,
+            link: self.guard.letter(self.farm.is_open()),
             mode: self.mode,
             layers: self.layer_states(events.layers_raised()),
         }
@@ -135,8 +136,9 @@ impl Robot {
             ticks_won: self.ticks_won,
             frames_heard: heard.frames,
             frames_rejected: heard.rejected(),
-            ticks_late: 0,
+            ticks_late: self.ticks_late,
             bumps: self.bumps,
+            failsafe: self.guard.setting(),
         }
     }
 }

@@ -6,17 +6,14 @@ use crate::behaviours::FITTED;
 use crate::drive::Motion;
 use groundwave_protocol::arq::Action;
 use groundwave_protocol::command::{Drive, Order};
-use groundwave_protocol::letters::Mode;
+use groundwave_protocol::letters::{LayerMask, Mode};
 use groundwave_protocol::telemetry::Outcome;
 
 impl Robot {
     /// Takes a byte from the radio. An order that it completes is carried out within this call: the
     /// next tick already acts on it, and the next acknowledgement sent says so.
     pub fn handle_uplink(&mut self, byte: u8) {
-        // Every frame begins and ends with one; what noise makes of a silent channel seldom is one.
-        if byte == b'\n' {
-            self.transmitter.hear();
-        }
+        self.transmitter.hear(byte);
         let session = self.farm.key();
         let Some(message) = self
             .receiver
@@ -24,8 +21,12 @@ impl Robot {
         else {
             return;
         };
+        self.guard.hear();
         match self.farm.handle(&message) {
-            Action::Stop => self.enter(Mode::Stop),
+            Action::Stop => {
+                self.rearm();
+                self.enter(Mode::Stop);
+            }
             Action::Execute(order) => {
                 let outcome = self.execute(order);
                 self.farm.conclude(outcome);
@@ -41,16 +42,26 @@ impl Robot {
 
     fn execute(&mut self, order: Order) -> Outcome {
         match order {
-            Order::Mode(mode) if is_fitted(mode) => self.enter(mode),
-            Order::Layers(mask) if mask.and(FITTED) == mask => {
-                self.allowed = mask;
+            Order::Mode(mode) if is_fitted(mode) => {
+                self.rearm();
+                self.enter(mode);
+            }
+            Order::Layers { which, allowed } if allowed.and(FITTED) == allowed => {
+                let others = self.allowed.and(LayerMask::from_bits(!which.bits()));
+                self.allowed = LayerMask::from_bits(others.bits() | allowed.bits());
                 self.schedule.status_changed();
             }
             Order::Pose {
                 position,
                 theta_deg,
             } => self.set_pose(position, Angle::from_degrees(theta_deg)),
-            Order::Mode(_) | Order::Layers(_) | Order::Scan => return Outcome::NotFitted,
+            Order::Failsafe(Some(failsafe)) if !failsafe.is_valid() => return Outcome::BadValue,
+            Order::Failsafe(failsafe) if failsafe.is_none_or(|f| is_fitted(f.mode)) => {
+                self.guard.set(failsafe);
+            }
+            Order::Mode(_) | Order::Layers { .. } | Order::Scan | Order::Failsafe(_) => {
+                return Outcome::NotFitted;
+            }
             // The receiving end activates lists by itself.
             Order::Activate { .. } | Order::Unknown => return Outcome::Unknown,
         }
@@ -60,7 +71,8 @@ impl Robot {
     /// A frame that has been under way for too long must not move the robot. Nor does any while it is
     /// stopped: its layers rest, and this one forgets what it was told.
     fn drive_by_hand(&mut self, drive: Drive) {
-        if drive.is_fresh(self.transmitter.sequence()) {
+        let age_ticks = self.transmitter.age_ticks(drive.heard, self.now_ticks);
+        if age_ticks.is_some_and(|age| age <= HEARD_TICKS_MAX) {
             self.layers.user.drive(Motion::new(
                 i16::from(drive.velocity_in_s),
                 i16::from(drive.rotation_in_s),
@@ -68,6 +80,10 @@ impl Robot {
         }
     }
 }
+
+/// A drive frame that names a line begun longer ago has been under way for too long: a long line takes a
+/// third of a second, and the newest one may be half a second old.
+const HEARD_TICKS_MAX: u8 = 24;
 
 /// Whether every layer that makes the mode what it is, is fitted.
 const fn is_fitted(mode: Mode) -> bool {

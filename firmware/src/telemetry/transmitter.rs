@@ -1,19 +1,40 @@
-//! One line on its way out, byte by byte.
+//! One line on its way out, byte by byte, and whose turn it is to talk.
 
+use crate::board::Radio;
 use groundwave_protocol::telemetry::{
     ACK_LINE_BYTES, Ack, AckLine, Body, HEAD_BYTES, SEQUENCE_MODULUS,
 };
 use groundwave_protocol::{LINE_BYTES, crc};
 
-/// So many lines are followed by an acknowledgement line after the last byte heard.
+/// So many long lines are followed by acknowledgement lines after the last line feed heard.
 const ECHO_LINES: u8 = 4;
+
+/// Acknowledgement lines after a long one while the ground talks in full duplex.
+const ACK_LINES: u8 = 3;
+
+/// A half-duplex robot listens no longer than this at a time, byte times.
+const TURN_BYTES: u8 = 160;
 
 /// The columns of an acknowledgement.
 const ACK_BYTES: usize = 5;
 
+/// Lines whose beginning is remembered.
+const LINES_REMEMBERED: usize = 16;
+
+/// What the transmitter does next.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum Next {
+    LongLine,
+    AckLine,
+    /// An acknowledgement line after which the robot listens.
+    GoAhead,
+    Listen,
+}
+
 /// The transmitter.
 #[derive(Clone, Debug)]
 pub struct Transmitter {
+    radio: Radio,
     line: [u8; LINE_BYTES],
     /// The next byte to go.
     position: u8,
@@ -22,62 +43,124 @@ pub struct Transmitter {
     length: u8,
     /// Of the line being sent.
     sequence: u8,
+    next: Next,
+    /// Long lines that acknowledgement lines still follow.
+    echoes_due: u8,
     ack_lines_due: u8,
+    /// The robot listens, in half duplex.
+    turn: Option<Turn>,
+    /// The line before this turn was a long one.
+    was_long: bool,
     /// Noise just before a line mis-frames a receiver: an idle byte time before the first one cures it.
     has_rested: bool,
+    /// The low bits of the tick each of the latest lines began in, by sequence.
+    begun_ticks: [u8; LINES_REMEMBERED],
 }
 
-impl Default for Transmitter {
-    fn default() -> Self {
+/// What was heard in a turn.
+#[derive(Clone, Copy, Debug, Default)]
+struct Turn {
+    /// Byte times since it began or since the latest byte heard.
+    silent_bytes: u8,
+    /// Byte times since the first byte heard.
+    heard_bytes: u8,
+    has_heard: bool,
+    has_heard_line_feed: bool,
+}
+
+impl Transmitter {
+    /// A transmitter that has sent nothing yet.
+    #[must_use]
+    pub const fn new(radio: Radio) -> Self {
         Self {
+            radio,
             line: [0; LINE_BYTES],
             position: 0,
             head: 0,
             length: 0,
             sequence: SEQUENCE_MODULUS - 1,
+            next: Next::LongLine,
+            echoes_due: 0,
             ack_lines_due: 0,
+            turn: None,
+            was_long: false,
             has_rested: false,
+            begun_ticks: [0; LINES_REMEMBERED],
         }
     }
-}
 
-impl Transmitter {
-    /// A line feed came in: whoever sent it would like to see acknowledgements.
-    pub const fn hear(&mut self) {
-        self.ack_lines_due = ECHO_LINES;
+    /// A byte came in. Whoever sent a line feed would like to see acknowledgements; whoever talks in the
+    /// robot's turn to listen is heard out.
+    pub const fn hear(&mut self, byte: u8) {
+        if byte == b'\n' {
+            self.echoes_due = ECHO_LINES;
+        }
+        if let Some(turn) = &mut self.turn {
+            turn.has_heard = true;
+            turn.has_heard_line_feed |= byte == b'\n';
+            turn.silent_bytes = 0;
+        }
     }
 
-    /// Sequence of the line being sent.
+    /// Ticks since the line of this sequence began; `None` when that is too long ago to be known.
     #[must_use]
-    pub const fn sequence(&self) -> u8 {
-        self.sequence
+    pub fn age_ticks(&self, sequence: u8, now_ticks: u32) -> Option<u8> {
+        let behind =
+            (self.sequence + SEQUENCE_MODULUS - sequence % SEQUENCE_MODULUS) % SEQUENCE_MODULUS;
+        let begun = self
+            .begun_ticks
+            .get(usize::from(sequence) % LINES_REMEMBERED)?;
+        (usize::from(behind) < LINES_REMEMBERED).then(|| (now_ticks as u8).wrapping_sub(*begun))
     }
 
     /// Whether the next byte is the first of a long line, which [`Self::begin`] must be given.
     #[must_use]
     pub const fn wants_line(&self) -> bool {
-        self.has_rested
-            && self.position == self.length
-            && (self.ack_lines_due == 0 || self.length as usize != LINE_BYTES)
+        self.has_rested && self.position == self.length && matches!(self.next, Next::LongLine)
     }
 
     /// Begins a long line.
-    pub fn begin(&mut self, body: &Body) {
-        self.count();
+    pub fn begin(&mut self, body: &Body, now_ticks: u32) {
+        self.count(now_ticks);
         let head = body.head(self.sequence);
         self.load(&head, LINE_BYTES);
+        self.was_long = true;
+        self.next = match self.radio {
+            Radio::HalfDuplex { .. } => Next::GoAhead,
+            Radio::FullDuplex if self.echoes_due > 0 => {
+                self.echoes_due -= 1;
+                self.ack_lines_due = ACK_LINES;
+                Next::AckLine
+            }
+            Radio::FullDuplex => Next::LongLine,
+        };
     }
 
     /// The next byte; `acknowledge` is asked when the acknowledgement's first column is due.
-    pub fn next_byte(&mut self, acknowledge: impl FnOnce() -> Ack) -> Option<u8> {
+    pub fn next_byte(&mut self, now_ticks: u32, acknowledge: impl FnOnce() -> Ack) -> Option<u8> {
         if !self.has_rested {
             self.has_rested = true;
             return None;
         }
         if self.position == self.length {
-            self.ack_lines_due = self.ack_lines_due.saturating_sub(1);
-            self.count();
-            self.load(&AckLine::head(self.sequence), ACK_LINE_BYTES);
+            match self.next {
+                Next::Listen => {
+                    self.listen();
+                    return None;
+                }
+                Next::LongLine => return None,
+                Next::AckLine => {
+                    self.begin_short(false, now_ticks);
+                    self.ack_lines_due = self.ack_lines_due.saturating_sub(1);
+                    if self.ack_lines_due == 0 {
+                        self.next = Next::LongLine;
+                    }
+                }
+                Next::GoAhead => {
+                    self.begin_short(true, now_ticks);
+                    self.next = Next::Listen;
+                }
+            }
         }
         if self.position == self.head {
             self.finish(acknowledge());
@@ -87,8 +170,41 @@ impl Transmitter {
         byte
     }
 
-    fn count(&mut self) {
+    fn begin_short(&mut self, listens: bool, now_ticks: u32) {
+        self.count(now_ticks);
+        self.load(&AckLine::head(self.sequence, listens), ACK_LINE_BYTES);
+    }
+
+    /// A byte time of listening. While the ground has much to say, every second turn follows an
+    /// acknowledgement alone: the list arrives sooner and telemetry goes on.
+    fn listen(&mut self) {
+        let Radio::HalfDuplex { patience_bytes } = self.radio else {
+            self.next = Next::LongLine;
+            return;
+        };
+        let turn = self.turn.get_or_insert_default();
+        turn.silent_bytes = turn.silent_bytes.saturating_add(1);
+        turn.heard_bytes = turn.heard_bytes.saturating_add(u8::from(turn.has_heard));
+        if turn.silent_bytes < patience_bytes && turn.heard_bytes < TURN_BYTES {
+            return;
+        }
+        self.next = if turn.has_heard_line_feed && self.was_long {
+            Next::GoAhead
+        } else {
+            Next::LongLine
+        };
+        self.turn = None;
+        self.was_long = false;
+        // The carrier comes back: a receiver has to find its feet.
+        self.has_rested = false;
+    }
+
+    fn count(&mut self, now_ticks: u32) {
         self.sequence = (self.sequence + 1) % SEQUENCE_MODULUS;
+        let place = usize::from(self.sequence) % LINES_REMEMBERED;
+        if let Some(begun) = self.begun_ticks.get_mut(place) {
+            *begun = now_ticks as u8;
+        }
     }
 
     fn load(&mut self, head: &[u8], length: usize) {

@@ -3,8 +3,9 @@
 
 use groundwave_protocol::command::{Command, Key, Message, Open, Order};
 use groundwave_protocol::decoder::{Decoder, Received};
+use groundwave_protocol::letters::LayerMask;
 use groundwave_protocol::telemetry::{Body, Line, StateLine};
-use sr04_firmware::board::{Identity, Inputs, Outputs};
+use sr04_firmware::board::{Identity, Inputs, Outputs, Radio};
 use sr04_firmware::robot::Robot;
 
 /// Of every robot here.
@@ -65,16 +66,31 @@ pub struct Bench {
     /// Everything sent; idle byte times are not in it.
     pub sent: Vec<u8>,
     pub idle: usize,
+    /// Every byte time: what was sent in it, if anything.
+    pub air: Vec<Option<u8>>,
     byte_time: u32,
     sequence: u8,
 }
 
+/// The order that allows these layers and no others.
+pub fn only(allowed: LayerMask) -> Order {
+    Order::Layers {
+        which: LayerMask::ALL,
+        allowed,
+    }
+}
+
 impl Bench {
     pub fn new() -> Self {
+        Self::with_radio(Radio::FullDuplex)
+    }
+
+    pub fn with_radio(radio: Radio) -> Self {
         let identity = Identity {
             robot_id: ROBOT_ID,
             boots: BOOTS,
             dice_seed: 1,
+            radio,
         };
         Self {
             robot: Robot::new(identity),
@@ -95,6 +111,7 @@ impl Bench {
             ack_lines: 0,
             sent: Vec::new(),
             idle: 0,
+            air: Vec::new(),
             byte_time: 0,
             sequence: 0,
         }
@@ -129,7 +146,9 @@ impl Bench {
     }
 
     fn pass_byte(&mut self) {
-        let Some(byte) = self.robot.poll_downlink() else {
+        let byte = self.robot.poll_downlink();
+        self.air.push(byte);
+        let Some(byte) = byte else {
             self.idle += 1;
             return;
         };

@@ -149,7 +149,10 @@ pub fn conversation() -> Vec<Value> {
 
 fn commands(s: &mut Script) {
     let reactive = Order::Mode(Mode::Reactive);
-    let layers = Order::Layers(LayerMask::from_bits(0b1001_0010));
+    let layers = Order::Layers {
+        which: LayerMask::ALL,
+        allowed: LayerMask::from_bits(0b1001_0010),
+    };
     s.order("a command without a session", 1, reactive, Outcome::Done);
     s.open("a request for another boot", 2, 0, 0x2A5);
     s.open(

@@ -2,7 +2,7 @@
 
 use groundwave_protocol::command::{Message, Order};
 use groundwave_protocol::decoder::{Counters, Received};
-use groundwave_protocol::letters::{Layer, LayerState};
+use groundwave_protocol::letters::{Layer, LayerState, Mode};
 use groundwave_protocol::telemetry::{
     Ack, Body, CountersLine, Detail, LayerStates, StateLine, StatusLine,
 };
@@ -23,7 +23,7 @@ fn with(mut object: Value, more: Value) -> Value {
 pub fn received(received: &Received) -> Value {
     let head = json!({ "sequence": received.sequence(), "ack": ack(*received.ack()) });
     let body = match received {
-        Received::Ack(_) => json!({ "type": "K" }),
+        Received::Ack(line) => json!({ "type": if line.listens { "G" } else { "K" } }),
         Received::Line(line, _) => match &line.body {
             Body::State(line) => state(line),
             Body::Status(line) => status(line),
@@ -103,6 +103,8 @@ fn counters_line(line: &CountersLine) -> Value {
         "frames_rejected": line.frames_rejected,
         "ticks_late": line.ticks_late,
         "bumps": line.bumps,
+        "failsafe_silence_s": line.failsafe.map(|failsafe| failsafe.silence_s),
+        "failsafe_mode": line.failsafe.map(|failsafe| letter(failsafe.mode.letter())),
     })
 }
 
@@ -173,7 +175,16 @@ pub fn message(message: &Message) -> Value {
 fn order(order: Order) -> Value {
     match order {
         Order::Mode(mode) => json!({ "order": "M", "mode": letter(mode.letter()) }),
-        Order::Layers(mask) => json!({ "order": "L", "layers": mask.bits() }),
+        Order::Layers { which, allowed } => json!({
+            "order": "L",
+            "which": which.bits(),
+            "allowed": allowed.bits(),
+        }),
+        Order::Failsafe(failsafe) => json!({
+            "order": "F",
+            "silence_s": failsafe.map_or(0, |failsafe| failsafe.silence_s),
+            "mode": letter(failsafe.map_or(Mode::Stop, |failsafe| failsafe.mode).letter()),
+        }),
         Order::Pose {
             position,
             theta_deg,

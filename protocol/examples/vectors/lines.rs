@@ -1,7 +1,10 @@
 //! Lines by themselves.
 
 use crate::judge;
-use crate::samples::{ACK, STAGING, acknowledge, altered, counters, encode, state, status, text};
+use crate::samples::{
+    ACK, STAGING, acknowledge, altered, counters, encode, go_ahead, state, status, text,
+};
+use groundwave_protocol::failsafe::Failsafe;
 use groundwave_protocol::letters::{
     Arm, Bump, Cliff, Drive, Infrared, Layer, LayerMask, LayerState, Link, Mode, Power,
 };
@@ -92,15 +95,11 @@ fn valid_states() -> Vec<Value> {
 }
 
 fn valid_others() -> Vec<Value> {
-    let just_booted = Ack {
-        detail: Detail::Idle {
-            owner: 0,
-            robot_id: 7,
-        },
-        ..Ack::default()
-    };
+    [status_lines(), counters_lines(), text_and_short_lines()].concat()
+}
+
+fn status_lines() -> Vec<Value> {
     let b = |about, line| vector(about, &encode(47, Body::Status(line)));
-    let c = |about, line| vector(about, &encode(53, Body::Counters(line)));
     vec![
         b("B: third of forty waypoints reached", status()),
         b(
@@ -143,6 +142,16 @@ fn valid_others() -> Vec<Value> {
                 ..status()
             },
         ),
+    ]
+}
+
+fn counters_lines() -> Vec<Value> {
+    let c = |about, line| vector(about, &encode(53, Body::Counters(line)));
+    let failsafe = |silence_s, mode| CountersLine {
+        failsafe: Some(Failsafe { silence_s, mode }),
+        ..counters()
+    };
+    vec![
         c("C: a robot that prowls, mostly", counters()),
         c(
             "C: everything as large as it gets",
@@ -159,6 +168,10 @@ fn valid_others() -> Vec<Value> {
                 frames_rejected: 999,
                 ticks_late: 999,
                 bumps: 9999,
+                failsafe: Some(Failsafe {
+                    silence_s: 4095,
+                    mode: Mode::Forage,
+                }),
             },
         ),
         c(
@@ -168,6 +181,26 @@ fn valid_others() -> Vec<Value> {
                 ..counters()
             },
         ),
+        c(
+            "C: home after half a minute of silence",
+            failsafe(30, Mode::GoHome),
+        ),
+        c(
+            "C: stop after the shortest silence",
+            failsafe(10, Mode::Stop),
+        ),
+    ]
+}
+
+fn text_and_short_lines() -> Vec<Value> {
+    let just_booted = Ack {
+        detail: Detail::Idle {
+            owner: 0,
+            robot_id: 7,
+        },
+        ..Ack::default()
+    };
+    vec![
         vector(
             "T: a line of text",
             &text(49, "I'm finished with the co-ordinate list"),
@@ -187,6 +220,8 @@ fn valid_others() -> Vec<Value> {
         vector("K: nothing staged", &acknowledge(43, ACK)),
         vector("K: the fourth block is missing", &acknowledge(44, STAGING)),
         vector("K: just booted", &acknowledge(0, just_booted)),
+        vector("G: nothing staged", &go_ahead(43, ACK)),
+        vector("G: the fourth block is missing", &go_ahead(44, STAGING)),
     ]
 }
 
@@ -236,10 +271,12 @@ fn bad_fields() -> Vec<Value> {
     let c = encode(53, Body::Counters(counters()));
     let t = text(49, "good");
     let k = acknowledge(43, ACK);
-    let bad: [(&[u8], usize, &[u8]); 73] = [
+    let g = go_ahead(43, ACK);
+    let bad: [(&[u8], usize, &[u8]); 83] = [
         (&a, 1, b"Z"),
         (&a, 1, b"a"),
         (&a, 1, b"K"),
+        (&a, 1, b"G"),
         (&a, 2, b" 2"),
         (&a, 2, b"4-"),
         (&a, 4, b"_"),
@@ -268,7 +305,8 @@ fn bad_fields() -> Vec<Value> {
         (&a, 56, b"A"),
         (&a, 57, b"-"),
         (&a, 58, b"L"),
-        (&a, 59, b"f"),
+        (&a, 59, b"l"),
+        (&a, 59, b">"),
         (&a, 60, b"."),
         (&a, 61, b"p"),
         (&a, 62, b"T"),
@@ -304,12 +342,20 @@ fn bad_fields() -> Vec<Value> {
         (&c, 44, b"1.3"),
         (&c, 56, b"00 2"),
         (&c, 60, b"0"),
+        (&c, 61, b"0009 X"),
+        (&c, 61, b"0030 -"),
+        (&c, 61, b"0030 U"),
+        (&c, 61, b"0030 x"),
+        (&c, 61, b"---- X"),
+        (&c, 61, b"4096 X"),
+        (&c, 67, b"0"),
         (&t, 4, b"x"),
         (&t, 30, b"\x07"),
         (&t, 68, b"\x7F"),
         (&t, 69, b"x"),
         (&k, 2, b" 3"),
         (&k, 4, b"a"),
+        (&g, 2, b" 3"),
     ];
     bad.iter()
         .map(|&(line, column, characters)| {
@@ -349,6 +395,10 @@ fn damaged() -> Vec<Value> {
         vector(
             "an acknowledgement line without its K",
             &change(&ack_line, 1, b'A'),
+        ),
+        vector(
+            "an acknowledgement line that begins with G instead",
+            &change(&ack_line, 1, b'G'),
         ),
     ]
 }

@@ -39,7 +39,22 @@ pub fn encode(sequence: u8, body: Body) -> Vec<u8> {
 }
 
 pub fn acknowledge(sequence: u8, ack: Ack) -> Vec<u8> {
-    AckLine { sequence, ack }.encode().to_vec()
+    let line = AckLine {
+        sequence,
+        ack,
+        listens: false,
+    };
+    line.encode().to_vec()
+}
+
+/// The same, from a robot that listens next.
+pub fn go_ahead(sequence: u8, ack: Ack) -> Vec<u8> {
+    let line = AckLine {
+        sequence,
+        ack,
+        listens: true,
+    };
+    line.encode().to_vec()
 }
 
 pub fn state() -> StateLine {
@@ -108,6 +123,7 @@ pub fn counters() -> CountersLine {
         frames_rejected: 2,
         ticks_late: 0,
         bumps: 12,
+        failsafe: None,
     }
 }
 

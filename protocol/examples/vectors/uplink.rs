@@ -4,6 +4,7 @@ use crate::judge::{self, Ear};
 use groundwave_protocol::command::{
     Command, Drive, FRAME_WAYPOINTS_MAX, Frame, Keepalive, Key, Message, Open, Order, Slots,
 };
+use groundwave_protocol::failsafe::Failsafe;
 use groundwave_protocol::letters::{LayerMask, Mode};
 use groundwave_protocol::{Waypoint, crc, digest::digest, sixbit};
 use serde_json::{Value, json};
@@ -60,15 +61,31 @@ fn orders() -> Vec<(&'static str, Order)> {
         position: Waypoint { x_in, y_in },
         theta_deg,
     };
-    let layers = |bits| Order::Layers(LayerMask::from_bits(bits));
+    let layers = |which, allowed| Order::Layers {
+        which: LayerMask::from_bits(which),
+        allowed: LayerMask::from_bits(allowed),
+    };
+    let failsafe = |silence_s, mode| Order::Failsafe(Some(Failsafe { silence_s, mode }));
     let mut orders: Vec<_> = Mode::ALL
         .iter()
         .map(|&mode| ("mode", Order::Mode(mode)))
         .collect();
     orders.extend([
-        ("no layer", layers(0)),
-        ("bumpers, sonar and dead reckoning", layers(0b1001_0010)),
-        ("every layer", layers(0xFF)),
+        ("no layer at all", layers(0xFF, 0)),
+        (
+            "bumpers, sonar and dead reckoning and no others",
+            layers(0xFF, 0b1001_0010),
+        ),
+        ("every layer", layers(0xFF, 0xFF)),
+        ("sonar on, infrared off", layers(0b0001_1000, 0b0001_0000)),
+        ("about no layer", layers(0, 0)),
+        ("home after half a minute", failsafe(30, Mode::GoHome)),
+        ("stop after the longest silence", failsafe(4095, Mode::Stop)),
+        (
+            "a silence too short, to be refused",
+            failsafe(1, Mode::Stop),
+        ),
+        ("carry on", Order::Failsafe(None)),
         ("the origin, looking ahead", pose(0, 0, 0)),
         ("the farthest pose", pose(-9999, 9999, 359)),
         ("scan", Order::Scan),
@@ -203,7 +220,7 @@ fn not_heard() -> Vec<Value> {
     let mut no_end = scan.to_vec();
     no_end[8] ^= 0x40;
     let nobody = Key::session(CLOSED.robot_id, CLOSED.boot, CLOSED.session, CLOSED.owner);
-    let long = [b"\n".to_vec(), vec![b'!'; 89], b"\n".to_vec()].concat();
+    let long = [b"\n".to_vec(), vec![b'!'; 88], b"\n".to_vec()].concat();
     vec![
         vector("no session is open", CLOSED, scan),
         vector("another robot", ear(8, 1, 3, 0x2A5), scan),
@@ -258,7 +275,7 @@ fn pose(x_in: i32, y_in: i32, theta_deg: u32) -> Vec<u8> {
 }
 
 fn one_waypoint(tag: u32, first_block: u32, waypoint: &[u8]) -> Vec<u8> {
-    [b"W", &number(1, tag)[..], &number(2, first_block), waypoint].concat()
+    [b"W", &number(2, tag << 7 | first_block)[..], waypoint].concat()
 }
 
 fn drive(velocity_in_s: i32, rotation_in_s: i32, heard: i32) -> Vec<u8> {
@@ -279,14 +296,19 @@ fn unreadable() -> Vec<Value> {
         ("nor is a letter in lower case", b"CaS".to_vec()),
         ("no such order", b"C!Z".to_vec()),
         ("no such mode", b"C!Mp".to_vec()),
-        ("a ninth layer", b"C!L$`".to_vec()),
+        ("a ninth layer", b"C!L0``".to_vec()),
+        ("allowed and not among those meant", b"C!L``!".to_vec()),
+        ("a mask without the layers meant", b"C!L\"2".to_vec()),
+        ("no silence, and a mode", b"C!F``G".to_vec()),
+        ("failsafe without a mode", b"C!F`>".to_vec()),
+        ("failsafe with no such mode", b"C!F`>g".to_vec()),
         ("theta 360", pose(0, 0, 360)),
         ("a pose at X 10000", pose(10_000, 0, 0)),
         ("a pose at Y -10000", pose(0, -10_000, 0)),
         ("a digest of 33 bits", b"C!A!`#$`````".to_vec()),
         ("scan takes no argument", b"C!S!".to_vec()),
         ("tag 0", one_waypoint(0, 0, &origin)),
-        ("tag 32", one_waypoint(32, 0, &origin)),
+        ("block 127", one_waypoint(1, 127, &origin)),
         ("block 75", one_waypoint(1, 75, &origin)),
         ("no waypoint", one_waypoint(1, 0, &[])),
         ("a waypoint and a half", one_waypoint(1, 0, &half)),

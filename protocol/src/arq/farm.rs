@@ -27,7 +27,7 @@ pub struct Farm {
     session: u8,
     /// Whose session it is; `None` when none is open.
     owner: Option<u16>,
-    /// Of the latest command taken, 6 bits.
+    /// Of the latest command taken, 6 bits; while no session is open, STOPs taken.
     sequence: u8,
     outcome: Outcome,
     drive_count: u8,
@@ -91,6 +91,9 @@ impl Farm {
             Message::Stop => {
                 if self.owner.is_some() {
                     self.begin_session(None);
+                } else {
+                    // Nobody's sequence: it counts STOPs, so that each shows in the acknowledgement.
+                    self.sequence = (self.sequence + 1) & 0x3F;
                 }
                 Action::Stop
             }

@@ -4,104 +4,22 @@
 //! lacking its effect, means that the frame was lost. A timer stands behind that for the time when no
 //! line comes down at all.
 
+mod hearing;
+mod interface;
 mod sending;
 mod session;
+mod turn;
+
+pub use interface::{Config, FopEvent, Loss, Task};
 
 use super::pacer::Pacer;
+use super::quality::Quality;
 use super::transfer::Transfer;
-use crate::Waypoint;
 use crate::command::{Command, Key, Order};
-use crate::decoder::Received;
-use crate::letters::Mode;
-use crate::telemetry::{Ack, Body, Outcome};
-use crate::{BYTES_PER_S, LINE_BYTES, WAYPOINTS_MAX};
-
-/// How the ground's end behaves.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct Config {
-    /// Tells this station from others; 10 bits, not 0. Draw it at random.
-    pub owner: u16,
-    /// The robot's id when it is known beforehand; otherwise learned from what is heard before a
-    /// session opens. Lines that name another robot are not acted on.
-    pub robot_id: Option<u8>,
-    /// What the link may add to the time on the wire, both ways together.
-    pub latency_us: u64,
-    /// Without any line, what is outstanding is sent again after this.
-    pub silence_us: u64,
-    /// Without any progress, a task fails after this.
-    pub give_up_us: u64,
-}
-
-impl Config {
-    /// Full duplex, robot unknown.
-    #[must_use]
-    pub const fn new(owner: u16) -> Self {
-        Self {
-            owner,
-            robot_id: None,
-            latency_us: 40_000,
-            silence_us: 2_000_000,
-            give_up_us: 15_000_000,
-        }
-    }
-}
-
-/// One thing to deliver.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Task<'a> {
-    /// Any order but [`Order::Activate`].
-    Order(Order),
-    /// Replace the robot's list by this one: at most [`WAYPOINTS_MAX`], each as [`Waypoint::new`] makes
-    /// it.
-    List(&'a [Waypoint]),
-}
-
-/// What the ground's end has to tell.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum FopEvent {
-    /// A session was opened; or lost, with the reason why.
-    Session(Result<(), Loss>),
-    /// Frames of the task went out for the first time, or something had to be repeated.
-    Sent {
-        /// Frames of the task sent so far.
-        frames: u32,
-    },
-    /// The robot acknowledged more waypoints.
-    Progress {
-        /// Waypoints acknowledged.
-        acknowledged: u16,
-        /// Waypoints in the list.
-        total: u16,
-    },
-    /// The robot took the command. For a list that is [`Outcome::Done`], it has verified the digest.
-    Concluded {
-        /// What became of it.
-        outcome: Outcome,
-        /// Digest of the list, if it was one.
-        digest: Option<u32>,
-    },
-    /// The task ended without proof.
-    Failed(Loss),
-    /// The robot reported that it is stopped, in a line composed after STOP had gone out.
-    StopProven,
-    /// STOP was given up without proof.
-    StopFailed,
-}
-
-/// Why something ended without proof.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Loss {
-    /// No progress within [`Config::give_up_us`].
-    TimedOut,
-    /// The robot booted.
-    RobotRestarted,
-    /// Another station opened a session.
-    TakenOver,
-    /// STOP, from here or from elsewhere, ended the session.
-    Stopped,
-    /// Given up by the caller.
-    Cancelled,
-}
+use crate::failsafe::SILENCE_MIN_S;
+use crate::telemetry::Ack;
+use crate::{BYTES_PER_S, LINE_BYTES, WAYPOINTS_MAX, Waypoint};
+use turn::Turn;
 
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 enum Session {
@@ -137,9 +55,10 @@ struct Outstanding {
 }
 
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-#[expect(clippy::struct_field_names, reason = "three instants")]
 struct Stopping {
     since_us: u64,
+    /// The latest acknowledgement before: boot, session and sequence.
+    before: Option<(u8, u8, u8)>,
     /// Last byte of the first STOP off: what is composed after this and says stopped, is proof.
     off_us: Option<u64>,
     /// When it goes again.
@@ -157,8 +76,18 @@ struct HandDrive {
 /// Acknowledgement lines keep coming for four lines after a knock.
 const KNOCK_PERIOD_US: u64 = 1_000_000;
 
+/// A longer silence is an outage and says nothing of single lines.
+const FORGET_BYTES: u64 = 10 * LINE_BYTES as u64;
+
 const EVENTS_MAX: usize = 8;
 const DRIVE_PERIOD_US: u64 = 200_000;
+
+/// A half-duplex robot that has not been heard for so long gets a STOP without having said that it
+/// listens.
+const STOP_BLIND_US: u64 = 700_000;
+
+/// So many frames keep a robot alive through a silence that would make it act: the odd one gets lost.
+const KEEPALIVES_PER_SILENCE: u64 = 5;
 
 /// STOP is repeated until a line says that the robot has stopped: it costs seven bytes.
 const STOP_PERIOD_US: u64 = 300_000;
@@ -181,6 +110,17 @@ pub struct Fop {
     latest_ack: Option<Ack>,
     latest_line: u8,
     heard_us: u64,
+    downlink: Quality,
+    half_duplex: bool,
+    /// The robot's turn to listen, in half duplex.
+    turn: Option<Turn>,
+    /// Byte times that the robot was silent for since the latest line, listening.
+    paused_bytes: u64,
+    /// The robot acts, or will act, when the ground falls silent.
+    wants_keepalive: bool,
+    failsafe_silence_us: u64,
+    /// The latest frame's last byte off.
+    spoke_us: u64,
     session: Session,
     sequence: u8,
     tag: u8,
@@ -207,6 +147,13 @@ impl Fop {
             latest_ack: None,
             latest_line: 0,
             heard_us: 0,
+            downlink: Quality::default(),
+            half_duplex: config.half_duplex,
+            turn: None,
+            paused_bytes: 0,
+            wants_keepalive: false,
+            failsafe_silence_us: u64::from(SILENCE_MIN_S) * 1_000_000,
+            spoke_us: 0,
             session: Session::None,
             sequence: 0,
             tag: 0,
@@ -236,6 +183,12 @@ impl Fop {
         matches!(self.session, Session::Open { .. })
     }
 
+    /// Whether only one end can talk at a time.
+    #[must_use]
+    pub const fn is_half_duplex(&self) -> bool {
+        self.half_duplex
+    }
+
     /// Begins a task; returns whether it was taken, which it is unless one is under way or it is a
     /// list that cannot be sent.
     pub fn start(&mut self, now_us: u64, task: Task<'_>) -> bool {
@@ -245,7 +198,7 @@ impl Fop {
         self.work = Some(match task {
             Task::List(waypoints) if !waypoints.is_empty() => {
                 let tag = self.next_tag();
-                Work::List(Transfer::new(waypoints, tag))
+                Work::List(Transfer::new(waypoints, tag, self.downlink.as_guess()))
             }
             Task::List(_) => Work::Order(Order::Activate {
                 tag: 0,
@@ -272,6 +225,9 @@ impl Fop {
         self.drive = None;
         self.stopping = Some(Stopping {
             since_us: now_us,
+            before: self
+                .latest_ack
+                .map(|ack| (ack.boot, ack.session, ack.sequence)),
             off_us: None,
             next_us: now_us,
         });
@@ -291,103 +247,6 @@ impl Fop {
             until_us,
             next_us: if changed { now_us } else { next_us },
         });
-    }
-
-    /// Takes an intact line; `arrived_us` is when its last byte was read.
-    pub fn handle_received(&mut self, arrived_us: u64, received: &Received) {
-        if !self.is_ours(received) {
-            return;
-        }
-        self.heard_us = arrived_us;
-        self.latest_line = received.sequence();
-        if let Received::Line(line, _) = received
-            && let Body::State(state) = &line.body
-            && state.mode == Mode::Stop
-        {
-            self.handle_stopped(arrived_us);
-        }
-        let latched_us = arrived_us.saturating_sub(LATCH_TO_END_US + self.config.latency_us);
-        self.handle_ack(arrived_us, *received.ack(), latched_us);
-    }
-
-    /// Learns which robot is there, and tells its lines from another's.
-    fn is_ours(&mut self, received: &Received) -> bool {
-        let Some(robot_id) = received.robot_id() else {
-            return true;
-        };
-        if self.config.robot_id.is_none() && !self.is_open() {
-            self.robot_id = Some(robot_id);
-        }
-        self.robot_id == Some(robot_id)
-    }
-
-    fn handle_stopped(&mut self, arrived_us: u64) {
-        let composed_us = arrived_us.saturating_sub(COMPOSED_TO_END_US + self.config.latency_us);
-        if self
-            .stopping
-            .and_then(|s| s.off_us)
-            .is_some_and(|ends_us| ends_us <= composed_us)
-        {
-            self.stopping = None;
-            self.push(FopEvent::StopProven);
-        }
-    }
-
-    fn handle_ack(&mut self, now_us: u64, ack: Ack, latched_us: u64) {
-        self.latest_ack = Some(ack);
-        self.check_session(now_us, ack, latched_us);
-        let Session::Open { .. } = self.session else {
-            return;
-        };
-        let mut news = false;
-        if let Some(Work::List(transfer)) = &mut self.work {
-            news = transfer.handle_detail(ack.detail, latched_us);
-            if news {
-                let (acknowledged, total) = (transfer.acknowledged(), transfer.count());
-                self.push(FopEvent::Progress {
-                    acknowledged,
-                    total,
-                });
-            }
-        }
-        if let Some(outstanding) = &mut self.outstanding {
-            if ack.sequence == outstanding.command.sequence & 7 {
-                self.outstanding = None;
-                // A list may be tried in vain for ever; only waypoints that arrive are progress.
-                news |= ack.outcome != Outcome::ListIncomplete;
-                self.conclude(ack.outcome);
-            } else if outstanding
-                .ends_us
-                .is_some_and(|ends_us| ends_us <= latched_us)
-            {
-                outstanding.ends_us = None;
-            }
-        }
-        if news {
-            self.progress_us = now_us;
-        }
-    }
-
-    fn conclude(&mut self, outcome: Outcome) {
-        match (&mut self.work, outcome) {
-            (None, _) | (Some(Work::List(_)), Outcome::ListIncomplete) => {}
-            (Some(Work::List(transfer)), Outcome::DigestMismatch)
-                if self.mismatches < MISMATCHES_MAX =>
-            {
-                self.mismatches += 1;
-                self.tag = next_tag(self.tag);
-                transfer.restart(self.tag);
-            }
-            (Some(work), _) => {
-                let digest = match work {
-                    Work::List(transfer) => Some(transfer.digest()),
-                    Work::Order(Order::Activate { digest, .. }) => Some(*digest),
-                    Work::Order(_) => None,
-                };
-                self.work = None;
-                self.push(FopEvent::Concluded { outcome, digest });
-            }
-        }
     }
 
     fn next_tag(&mut self) -> u8 {
@@ -460,15 +319,23 @@ impl Fop {
             .flatten()
             .min()
             .map(|us| us + self.config.give_up_us);
+        let may_speak = !self.half_duplex || self.turn.is_some();
         let drive = self.drive.map(|d| {
-            if self.is_open() {
+            if self.is_open() && may_speak {
                 d.next_us.min(d.until_us)
             } else {
                 d.until_us
             }
         });
         let knock = self.must_knock().then_some(self.knock_us);
-        let stop = self.stopping.map(|s| s.next_us);
+        let stop = self.stopping.map(|stopping| {
+            if may_speak {
+                stopping.next_us
+            } else {
+                stopping.next_us.max(stopping.since_us + STOP_BLIND_US)
+            }
+        });
+        let keepalive = self.keepalive_us().filter(|_| may_speak);
         [
             knock,
             self.pacer.poll_timeout(),
@@ -476,6 +343,7 @@ impl Fop {
             give_up,
             drive,
             stop,
+            keepalive,
         ]
         .into_iter()
         .flatten()

@@ -5,6 +5,7 @@ mod farm;
 mod fop;
 mod lists;
 mod pacer;
+mod quality;
 mod transfer;
 
 pub use farm::{Action, Farm};

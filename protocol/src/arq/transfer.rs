@@ -1,15 +1,20 @@
 //! The ground's view of a waypoint list on its way: which blocks have to go, have gone, have arrived.
 
-use crate::command::{BLOCK_WAYPOINTS, FRAME_WAYPOINTS_MAX, Slots};
+use core::ops::Range;
+
+use super::quality::Quality;
+use crate::command::{BLOCK_WAYPOINTS, Slots};
 use crate::digest::digest;
 use crate::telemetry::{Detail, WINDOW_BLOCKS};
 use crate::{WAYPOINTS_MAX, Waypoint};
 
 const BLOCKS: usize = WAYPOINTS_MAX.div_ceil(BLOCK_WAYPOINTS);
-const FRAME_BLOCKS_MAX: u8 = (FRAME_WAYPOINTS_MAX / BLOCK_WAYPOINTS) as u8;
 
-/// Frames that arrive in a row before the next ones are made twice as long.
-const GROW_AFTER: u8 = 6;
+/// Bytes of a block on the wire.
+const BLOCK_BYTES: u32 = 5 * BLOCK_WAYPOINTS as u32;
+
+/// The other bytes of their frame.
+const FRAME_OVERHEAD_BYTES: u64 = 9;
 
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 enum Block {
@@ -27,13 +32,12 @@ pub(super) struct Transfer {
     digest: u32,
     tag: u8,
     blocks: [Block; BLOCKS],
-    /// Blocks in a frame: short frames survive a bad channel, long ones carry more on a good one.
-    frame_blocks: u8,
-    arrivals_in_a_row: u8,
+    /// Of the way up: short frames survive a bad channel, long ones carry more on a good one.
+    quality: Quality,
 }
 
 impl Transfer {
-    pub(super) fn new(waypoints: &[Waypoint], tag: u8) -> Self {
+    pub(super) fn new(waypoints: &[Waypoint], tag: u8, quality: Quality) -> Self {
         let mut list = [Waypoint::default(); WAYPOINTS_MAX];
         let count = waypoints.len().min(WAYPOINTS_MAX);
         list[..count].copy_from_slice(&waypoints[..count]);
@@ -43,8 +47,7 @@ impl Transfer {
             count,
             tag,
             blocks: [Block::ToSend; BLOCKS],
-            frame_blocks: FRAME_BLOCKS_MAX,
-            arrivals_in_a_row: 0,
+            quality,
         }
     }
 
@@ -73,28 +76,55 @@ impl Transfer {
     /// Waypoints that the robot has acknowledged.
     pub(super) fn acknowledged(&self) -> u16 {
         let arrived = |block: &Block| *block == Block::Arrived;
-        let blocks = self.blocks[..self.block_count()]
-            .iter()
-            .filter(|b| arrived(b))
-            .count();
+        let blocks = self.blocks().iter().filter(|b| arrived(b)).count();
         (blocks * BLOCK_WAYPOINTS).min(self.count) as u16
     }
 
-    /// The next frame's content and its blocks; `None` when every block is out or has arrived.
-    pub(super) fn next(&self) -> Option<(Slots, core::ops::Range<usize>)> {
-        let all = &self.blocks[..self.block_count()];
-        let first = all.iter().position(|b| *b == Block::ToSend)?;
-        let run = all[first..]
-            .iter()
-            .take(usize::from(self.frame_blocks))
-            .take_while(|b| **b == Block::ToSend)
-            .count();
-        let waypoints = first * BLOCK_WAYPOINTS..((first + run) * BLOCK_WAYPOINTS).min(self.count);
-        let slots = Slots::new(self.tag, first as u8, &self.waypoints[waypoints]);
-        Some((slots, first..first + run))
+    /// The content of the next frame, of at most `room` bytes; `None` when every block is out or has
+    /// arrived.
+    pub(super) fn next(&self, room: u64) -> Option<Slots> {
+        let first = self.blocks().iter().position(|b| *b == Block::ToSend)?;
+        let fitting = room.saturating_sub(FRAME_OVERHEAD_BYTES) / u64::from(BLOCK_BYTES);
+        Some(self.frame(first, fitting, |block| block == Block::ToSend))
     }
 
-    pub(super) fn sent(&mut self, blocks: core::ops::Range<usize>, ends_us: u64) {
+    /// When the block went out that has waited longest for an acknowledgement; `None` when all have
+    /// arrived.
+    pub(super) fn oldest_us(&self) -> Option<u64> {
+        self.sent_us().map(|(ends_us, _)| ends_us).min()
+    }
+
+    /// A frame of the blocks that have waited longest.
+    pub(super) fn repeat(&self) -> Option<Slots> {
+        let (_, first) = self.sent_us().min()?;
+        Some(self.frame(first, u64::MAX, |block| matches!(block, Block::Sent(_))))
+    }
+
+    fn sent_us(&self) -> impl Iterator<Item = (u64, usize)> {
+        let blocks = self.blocks().iter().zip(0..);
+        blocks.filter_map(|(block, n)| match block {
+            Block::Sent(ends_us) => Some((*ends_us, n)),
+            _ => None,
+        })
+    }
+
+    fn blocks(&self) -> &[Block] {
+        &self.blocks[..self.block_count()]
+    }
+
+    /// A frame from this block on, as long as the channel and the kind of block allow.
+    fn frame(&self, first: usize, fitting: u64, belongs: impl Fn(Block) -> bool) -> Slots {
+        let most = u64::from(self.quality.frame_blocks()).min(fitting);
+        let run = self.blocks()[first..]
+            .iter()
+            .take(most as usize)
+            .take_while(|block| belongs(**block))
+            .count();
+        let waypoints = first * BLOCK_WAYPOINTS..((first + run) * BLOCK_WAYPOINTS).min(self.count);
+        Slots::new(self.tag, first as u8, &self.waypoints[waypoints])
+    }
+
+    pub(super) fn sent(&mut self, blocks: Range<usize>, ends_us: u64) {
         self.blocks[blocks].fill(Block::Sent(ends_us));
     }
 
@@ -111,7 +141,6 @@ impl Transfer {
             _ => (0, 0),
         };
         let mut news = false;
-        let mut lost = false;
         let count = self.block_count();
         for (n, block) in self.blocks[..count].iter_mut().enumerate() {
             let arrived = match n.checked_sub(first_missing + 1) {
@@ -124,23 +153,14 @@ impl Transfer {
                 Block::Arrived => {}
                 _ if arrived => {
                     *block = Block::Arrived;
+                    self.quality.judge(BLOCK_BYTES, BLOCK_BYTES);
                     news = true;
                 }
                 Block::Sent(ends_us) if ends_us <= latched_us => {
                     *block = Block::ToSend;
-                    lost = true;
+                    self.quality.judge(0, BLOCK_BYTES);
                 }
                 Block::Sent(_) | Block::ToSend => {}
-            }
-        }
-        if lost {
-            self.frame_blocks = (self.frame_blocks / 2).max(1);
-            self.arrivals_in_a_row = 0;
-        } else if news {
-            self.arrivals_in_a_row += 1;
-            if self.arrivals_in_a_row >= GROW_AFTER {
-                self.arrivals_in_a_row = 0;
-                self.frame_blocks = (self.frame_blocks * 2).min(FRAME_BLOCKS_MAX);
             }
         }
         news

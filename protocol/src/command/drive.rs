@@ -12,10 +12,6 @@ use super::{Frame, Parsed, number};
 use crate::telemetry::SEQUENCE_MODULUS;
 use nom::{Parser, combinator::map_opt};
 
-/// A frame that names a line this many lines old is stale: about a second, acknowledgement lines
-/// included.
-pub const HEARD_LINES_MAX: u8 = 6;
-
 const VELOCITY_MAX_IN_S: i8 = 31;
 const ROTATION_MAX_IN_S: i8 = 63;
 
@@ -40,13 +36,6 @@ pub struct Keepalive {
 }
 
 impl Drive {
-    /// Whether the ground had heard a recent line when it sent this, given the line being sent now.
-    #[must_use]
-    pub const fn is_fresh(&self, line_now: u8) -> bool {
-        (line_now + SEQUENCE_MODULUS - self.heard % SEQUENCE_MODULUS) % SEQUENCE_MODULUS
-            <= HEARD_LINES_MAX
-    }
-
     pub(super) fn write(self, frame: &mut Frame) {
         let velocity = self
             .velocity_in_s
@@ -143,17 +132,5 @@ mod tests {
         assert_eq!(parse(b'D', 4, 100 << 4), None, "line 100");
         assert_eq!(parse(b'L', 2, 100), None, "line 100");
         assert!(parse(b'D', 4, 99 << 4).is_some() && parse(b'L', 2, 99).is_some());
-    }
-
-    #[test]
-    fn freshness_counts_lines_across_the_wrap() {
-        let drive = |heard| Drive {
-            velocity_in_s: 0,
-            rotation_in_s: 0,
-            heard,
-            count: 1,
-        };
-        assert!(drive(98).is_fresh(98) && drive(98).is_fresh(4));
-        assert!(!drive(98).is_fresh(5) && !drive(98).is_fresh(97));
     }
 }

@@ -15,7 +15,7 @@ mod order;
 mod testing;
 mod waypoints;
 
-pub use drive::{Drive, HEARD_LINES_MAX, Keepalive};
+pub use drive::{Drive, Keepalive};
 pub use open::Open;
 pub use order::{Command, Order};
 pub use waypoints::{BLOCK_WAYPOINTS, FRAME_WAYPOINTS_MAX, Slots};
@@ -33,7 +33,7 @@ use nom::{
 type Parsed<'a, T> = IResult<&'a [u8], T, ()>;
 
 /// Most bytes of a frame, both line feeds included.
-pub const FRAME_BYTES_MAX: usize = 1 + 1 + 3 + 5 * FRAME_WAYPOINTS_MAX + crc::CHARACTERS + 1;
+pub const FRAME_BYTES_MAX: usize = 1 + 1 + 2 + 5 * FRAME_WAYPOINTS_MAX + crc::CHARACTERS + 1;
 
 /// What the CRC of a frame starts from, 24 bits.
 ///

@@ -2,7 +2,8 @@
 //!
 //! ```text
 //! C  s         M  m            mode, its letter
-//! C  s         L  ll           layers allowed: bit n is layer n
+//! C  s         L  lll          layers: 2 zeros, which (8 bits), allowed of them (8); bit n is layer n
+//! C  s         F  ss m         failsafe: silence in seconds, then the mode's letter
 //! C  s         P  xxxxx tt     pose: a waypoint, then theta in degrees
 //! C  s         S               scan
 //! C  s         A  t cc dddddd  activate the staged list: tag, count, digest
@@ -12,6 +13,7 @@
 use super::waypoints::{point, push_point};
 use super::{Frame, Parsed, number};
 use crate::Waypoint;
+use crate::failsafe::Failsafe;
 use crate::letters::{LayerMask, Mode};
 use nom::{
     Parser,
@@ -39,8 +41,13 @@ pub struct Command {
 pub enum Order {
     /// Enter a mode.
     Mode(Mode),
-    /// Allow these layers and no others.
-    Layers(LayerMask),
+    /// Of the layers in `which`, allow exactly those in `allowed`; the others stay as they are.
+    Layers {
+        /// The layers that the order is about.
+        which: LayerMask,
+        /// Those of them that may run.
+        allowed: LayerMask,
+    },
     /// Take this for the robot's pose.
     Pose {
         /// Where it is.
@@ -50,6 +57,8 @@ pub enum Order {
     },
     /// Turn on the spot and look around.
     Scan,
+    /// What to do when the ground falls silent; `None`: carry on.
+    Failsafe(Option<Failsafe>),
     /// Make the staged list the active one, if it is the one described here. A count of 0 clears the
     /// active list and needs nothing staged.
     Activate {
@@ -73,9 +82,10 @@ impl Command {
                 frame.push(b'M');
                 frame.push(mode.letter());
             }
-            Order::Layers(mask) => {
+            Order::Layers { which, allowed } => {
                 frame.push(b'L');
-                frame.push_sixbit(2, u32::from(mask.bits()));
+                let (which, allowed) = (which.bits(), allowed.and(which).bits());
+                frame.push_sixbit(3, u32::from(which) << 8 | u32::from(allowed));
             }
             Order::Pose {
                 position,
@@ -86,6 +96,13 @@ impl Command {
                 frame.push_sixbit(2, u32::from(theta_deg.min(FIELD_MAX)));
             }
             Order::Scan => frame.push(b'S'),
+            Order::Failsafe(failsafe) => {
+                frame.push(b'F');
+                let silence_s = failsafe.map_or(0, |failsafe| failsafe.silence_s);
+                frame.push_sixbit(2, u32::from(silence_s.min(FIELD_MAX)));
+                let mode = failsafe.map_or(Mode::Stop, |failsafe| failsafe.mode);
+                frame.push(mode.letter());
+            }
             Order::Activate { tag, count, digest } => {
                 frame.push(b'A');
                 frame.push_sixbit(1, u32::from(tag));
@@ -119,7 +136,7 @@ impl Order {
     fn known(content: &[u8]) -> Result<(&[u8], Self), nom::Err<()>> {
         nom::combinator::all_consuming(nom::branch::alt((
             preceded(char('M'), map(map_opt(take(1_usize), mode), Self::Mode)),
-            preceded(char('L'), map(map_opt(number(2), mask), Self::Layers)),
+            preceded(char('L'), map_opt(number(3), layers)),
             preceded(
                 char('P'),
                 map(
@@ -131,6 +148,10 @@ impl Order {
                 ),
             ),
             map(satisfy(|c| c == 'S'), |_| Self::Scan),
+            preceded(
+                char('F'),
+                map_opt((number(2), map_opt(take(1_usize), mode)), failsafe),
+            ),
             preceded(
                 char('A'),
                 map(
@@ -156,8 +177,22 @@ fn mode(letter: &[u8]) -> Option<Mode> {
     letter.first().copied().and_then(Mode::from_letter)
 }
 
-fn mask(bits: u32) -> Option<LayerMask> {
-    u8::try_from(bits).ok().map(LayerMask::from_bits)
+/// What is allowed must be among what the order is about.
+fn layers(bits: u32) -> Option<Order> {
+    let (which, allowed) = (
+        LayerMask::from_bits((bits >> 8) as u8),
+        LayerMask::from_bits(bits as u8),
+    );
+    (bits >> 16 == 0 && allowed.and(which) == allowed).then_some(Order::Layers { which, allowed })
+}
+
+/// No silence has one form: it goes with the letter of stop.
+fn failsafe((silence_s, mode): (u32, Mode)) -> Option<Order> {
+    match (silence_s as u16, mode) {
+        (0, Mode::Stop) => Some(Order::Failsafe(None)),
+        (0, _) => None,
+        (silence_s, mode) => Some(Order::Failsafe(Some(Failsafe { silence_s, mode }))),
+    }
 }
 
 #[cfg(test)]
@@ -171,7 +206,14 @@ mod tests {
         let coordinate = || -9999..=9999_i16;
         prop_oneof![
             prop::sample::select(Mode::ALL).prop_map(Order::Mode),
-            any::<u8>().prop_map(|bits| Order::Layers(LayerMask::from_bits(bits))),
+            any::<(u8, u8)>().prop_map(|(which, allowed)| Order::Layers {
+                which: LayerMask::from_bits(which),
+                allowed: LayerMask::from_bits(allowed & which),
+            }),
+            (1..4096_u16, prop::sample::select(Mode::ALL)).prop_map(|(silence_s, mode)| {
+                Order::Failsafe(Some(Failsafe { silence_s, mode }))
+            }),
+            Just(Order::Failsafe(None)),
             (coordinate(), coordinate(), 0..360_u16).prop_map(|(x_in, y_in, theta_deg)| {
                 Order::Pose {
                     position: Waypoint { x_in, y_in },

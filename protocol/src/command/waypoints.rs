@@ -1,19 +1,15 @@
 //! `W`: waypoints of a list being staged.
 //!
 //! ```text
-//! W  t    bb           xxxxx xxxxx ...
-//!    tag  first block  waypoints of one or more blocks of four; only the list's last may be shorter
+//! W  tb                           xxxxx xxxxx ...
+//!    tag (5 bits), first block (7)  waypoints of one or more blocks of four; only the list's last may be shorter
 //! ```
 //!
 //! A waypoint is 30 bits: X and Y, 15 bits each, with 16384 added.
 
 use super::{Frame, Parsed, number};
 use crate::{WAYPOINTS_MAX, Waypoint};
-use nom::{
-    Parser,
-    combinator::{map_opt, verify},
-    multi::fold_many1,
-};
+use nom::{Parser, combinator::map_opt, multi::fold_many1};
 
 /// Waypoints in a block, the unit that the acknowledgement tells apart.
 pub const BLOCK_WAYPOINTS: usize = 4;
@@ -23,7 +19,9 @@ pub const FRAME_WAYPOINTS_MAX: usize = 4 * BLOCK_WAYPOINTS;
 
 const BLOCKS_MAX: usize = WAYPOINTS_MAX.div_ceil(BLOCK_WAYPOINTS);
 const OFFSET: i32 = 1 << 14;
-const TAG_MAX: u32 = 31;
+const TAG_MAX: u8 = 31;
+const BLOCK_BITS: u32 = 7;
+const BLOCK_MASK: u32 = (1 << BLOCK_BITS) - 1;
 
 /// Consecutive waypoints of the list with this tag.
 #[derive(Clone, Copy, PartialEq, Eq)]
@@ -82,18 +80,23 @@ impl Slots {
 
     pub(super) fn write(&self, frame: &mut Frame) {
         frame.push(b'W');
-        frame.push_sixbit(1, u32::from(self.tag));
-        frame.push_sixbit(2, u32::from(self.first_block));
+        // What does not exist is sent as what no robot takes, never as something else.
+        let tag = u32::from(self.tag) * u32::from(self.tag <= TAG_MAX);
+        let first_block = u32::from(self.first_block).min(BLOCK_MASK);
+        frame.push_sixbit(2, tag << BLOCK_BITS | first_block);
         for &waypoint in self.waypoints() {
             push_point(frame, waypoint);
         }
     }
 
     pub(super) fn parse(input: &[u8]) -> Parsed<'_, Self> {
-        let (input, tag) = verify(number(1), |tag| (1..=TAG_MAX).contains(tag)).parse(input)?;
-        let (input, first_block) =
-            verify(number(2), |&b| (b as usize) < BLOCKS_MAX).parse(input)?;
-        let empty = || Some(Self::new(tag as u8, first_block as u8, &[]));
+        let (input, (tag, first_block)) = map_opt(number(2), |bits| {
+            let (tag, first_block) = (bits >> BLOCK_BITS, bits & BLOCK_MASK);
+            (tag > 0 && (first_block as usize) < BLOCKS_MAX)
+                .then_some((tag as u8, first_block as u8))
+        })
+        .parse(input)?;
+        let empty = || Some(Self::new(tag, first_block, &[]));
         map_opt(
             fold_many1(point, empty, |slots, waypoint| {
                 slots.and_then(|mut slots| slots.push(waypoint).then_some(slots))
@@ -149,7 +152,7 @@ mod tests {
 
         #[test]
         fn a_frame_holds_sixteen_waypoints(points in sixbit_text(17 * 5)) {
-            let mut content = std::vec::Vec::from(*b"W!``");
+            let mut content = std::vec::Vec::from(*b"W\"`");
             content.extend(points);
             prop_assert_eq!(Message::parse(&content), None);
         }

@@ -162,14 +162,16 @@ impl Ack {
     }
 }
 
-/// The short line that follows a long one while the ground is talking: `K`, sequence,
-/// acknowledgement, CRC, CR LF.
+/// A short line between the long ones: `K` or `G`, sequence, acknowledgement, CRC, CR LF. `K` comes
+/// while the ground is talking, `G` from a half-duplex robot: go ahead.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct AckLine {
     /// Shares its count with the 80-byte lines.
     pub sequence: u8,
     /// The robot's receiving end, latched just before its column was sent.
     pub ack: Ack,
+    /// After this line the robot is silent and listens.
+    pub listens: bool,
 }
 
 impl AckLine {
@@ -177,7 +179,7 @@ impl AckLine {
     #[must_use]
     pub fn encode(&self) -> [u8; ACK_LINE_BYTES] {
         let mut line = [0; ACK_LINE_BYTES];
-        line[..3].copy_from_slice(&Self::head(self.sequence));
+        line[..3].copy_from_slice(&Self::head(self.sequence, self.listens));
         line[3..8].copy_from_slice(&self.ack.encode());
         let remainder = crc::update(crc::DOWNLINK_INIT, &line[..8]);
         line[8..12].copy_from_slice(&crc::characters(remainder));
@@ -187,8 +189,15 @@ impl AckLine {
 
     /// Columns 1 to 3: type and sequence.
     #[must_use]
-    pub const fn head(sequence: u8) -> [u8; 3] {
-        [b'K', b'0' + sequence / 10 % 10, b'0' + sequence % 10]
+    pub const fn head(sequence: u8, listens: bool) -> [u8; 3] {
+        let kind = if listens { b'G' } else { b'K' };
+        [kind, b'0' + sequence / 10 % 10, b'0' + sequence % 10]
+    }
+
+    /// Whether such a line begins like this.
+    #[must_use]
+    pub const fn begins_with(byte: u8) -> bool {
+        matches!(byte, b'K' | b'G')
     }
 
     /// Reads a line whose checksum has been found to hold.
@@ -197,7 +206,7 @@ impl AckLine {
     /// Names the first column of the field that cannot be read.
     pub fn parse(line: &[u8; ACK_LINE_BYTES]) -> Result<Self, FieldError> {
         let [kind, tens, ones, a, b, c, d, e, ..] = *line;
-        if kind != b'K' {
+        if !Self::begins_with(kind) {
             return Err(FieldError { column: 1 });
         }
         let (b'0'..=b'9', b'0'..=b'9') = (tens, ones) else {
@@ -206,6 +215,7 @@ impl AckLine {
         Ok(Self {
             sequence: (tens - b'0') * 10 + ones - b'0',
             ack: Ack::decode([a, b, c, d, e]).ok_or(FieldError { column: 4 })?,
+            listens: kind == b'G',
         })
     }
 }
@@ -218,9 +228,9 @@ mod tests {
 
     proptest! {
         #[test]
-        fn what_is_written_is_read(ack in testing::ack(), sequence in 0..100_u8) {
+        fn what_is_written_is_read(ack in testing::ack(), sequence in 0..100_u8, listens: bool) {
             prop_assert_eq!(Ack::decode(ack.encode()), Some(ack));
-            let line = AckLine { sequence, ack };
+            let line = AckLine { sequence, ack, listens };
             prop_assert_eq!(AckLine::parse(&line.encode()), Ok(line));
         }
 
@@ -245,8 +255,8 @@ mod tests {
                 outcome: Outcome::Done,
                 detail: Detail::Idle { owner: owner % 1024, robot_id: robot_id % 128 },
             };
-            let read = AckLine::parse(&AckLine { sequence: line, ack }.encode());
-            prop_assert_eq!(read, Ok(AckLine { sequence: line % 100, ack: cut }));
+            let read = AckLine::parse(&AckLine { sequence: line, ack, listens: false }.encode());
+            prop_assert_eq!(read, Ok(AckLine { sequence: line % 100, ack: cut, listens: false }));
         }
     }
 
@@ -313,6 +323,7 @@ mod tests {
         let good = AckLine {
             sequence: 42,
             ack: Ack::default(),
+            listens: false,
         }
         .encode();
         for (column, character, blamed) in [

@@ -1,15 +1,17 @@
 //! Line C: who the robot is and what it has counted.
 //!
 //! ```text
-//! 1-3  5-6 8-13   15-17 19-23 25-42              44-46 48-50 52-54 56-59 70-74 75-78
-//! C53  07  000412 004   01.00 `````3`````V*4``,0 133   002   000   0012  !5:HS ^*"+
-//! seq  id  uptime boots vers. ticks won          heard bad   late  bumps ack   CRC
+//! 1-3  5-6 8-13   15-17 19-23 25-42              44-46 48-50 52-54 56-59 61-64 66 70-74 75-78
+//! C53  07  000412 004   01.00 `````3`````V*4``,0 133   002   000   0012  0030  G  !5:HS ^*"+
+//! seq  id  uptime boots vers. ticks won          heard bad   late  bumps failsafe ack   CRC
 //! ```
 //!
 //! Ticks won: two 6-bit characters for each of [`HOLDERS`] holders.
 
 use super::FieldError;
 use super::columns::{Columns, Fields, bad};
+use crate::failsafe::{Failsafe, SILENCE_MAX_S, SILENCE_MIN_S};
+use crate::letters::Mode;
 
 /// Whoever can hold the motors: layers 0 to 7, then prowl.
 pub const HOLDERS: usize = 9;
@@ -35,6 +37,8 @@ pub struct CountersLine {
     pub ticks_late: u16,
     /// Bumper contacts since boot, modulo 10,000.
     pub bumps: u16,
+    /// What it does when the ground falls silent; `None`: it carries on.
+    pub failsafe: Option<Failsafe>,
 }
 
 /// Two numbers of two digits.
@@ -61,12 +65,13 @@ impl CountersLine {
         columns.digits(48, 3, u32::from(self.frames_rejected % 1000));
         columns.digits(52, 3, u32::from(self.ticks_late % 1000));
         columns.digits(56, 4, u32::from(self.bumps % 10_000));
+        let failsafe = self.failsafe.filter(Failsafe::is_valid);
+        columns.optional(61, 4, failsafe.map(|failsafe| failsafe.silence_s.into()));
+        columns.letter(66, failsafe.map_or(b'-', |failsafe| failsafe.mode.letter()));
     }
 
     pub(super) fn read(c: &Fields) -> Result<Self, FieldError> {
-        c.spaces(&[
-            4, 7, 14, 18, 24, 43, 47, 51, 55, 60, 61, 62, 63, 64, 65, 66, 67, 68, 69,
-        ])?;
+        c.spaces(&[4, 7, 14, 18, 24, 43, 47, 51, 55, 60, 65, 67, 68, 69])?;
         let robot_id = c.number::<2>(5)? as u8;
         if robot_id == 0 {
             return Err(bad(5));
@@ -89,7 +94,30 @@ impl CountersLine {
             frames_rejected: c.number::<3>(48)? as u16,
             ticks_late: c.number::<3>(52)? as u16,
             bumps: c.number::<4>(56)? as u16,
+            failsafe: read_failsafe(c)?,
         })
+    }
+}
+
+/// Both or neither are hyphens.
+fn read_failsafe(c: &Fields) -> Result<Option<Failsafe>, FieldError> {
+    let silence_s = c.maybe_number::<4>(61)?;
+    let [letter] = c.at::<1>(66)?;
+    match (silence_s, letter) {
+        (None, b'-') => Ok(None),
+        (Some(silence_s), _) => {
+            let failsafe = Failsafe {
+                silence_s: silence_s as u16,
+                mode: Mode::from_letter(letter).ok_or(bad(66))?,
+            };
+            let is_silence_bad = !(SILENCE_MIN_S..=SILENCE_MAX_S).contains(&failsafe.silence_s);
+            match failsafe.is_valid() {
+                true => Ok(Some(failsafe)),
+                false if is_silence_bad => Err(bad(61)),
+                false => Err(bad(66)),
+            }
+        }
+        (None, _) => Err(bad(66)),
     }
 }
 
@@ -107,12 +135,14 @@ mod tests {
             (upto(98), uptime, upto(999), upto(99), upto(99)),
             prop::array::uniform9(upto(4095)),
             (upto(999), upto(999), upto(999), upto(9999)),
+            failsafe(wild),
         )
             .prop_map(
                 move |(
                     (robot_id, uptime_s, boots, major, minor),
                     ticks_won,
                     (frames_heard, frames_rejected, ticks_late, bumps),
+                    failsafe,
                 )| CountersLine {
                     robot_id: (if wild { robot_id } else { robot_id + 1 }) as u8,
                     uptime_s,
@@ -126,8 +156,16 @@ mod tests {
                     frames_rejected,
                     ticks_late,
                     bumps,
+                    failsafe,
                 },
             )
+    }
+
+    fn failsafe(wild: bool) -> impl Strategy<Value = Option<Failsafe>> {
+        let any = (any::<u16>(), prop::sample::select(Mode::ALL));
+        let any = any.prop_map(|(silence_s, mode)| Failsafe { silence_s, mode });
+        prop::option::of(any)
+            .prop_map(move |failsafe| failsafe.filter(|failsafe| wild || failsafe.is_valid()))
     }
 
     fn blank() -> CountersLine {
@@ -141,6 +179,10 @@ mod tests {
             frames_rejected: 2,
             ticks_late: 0,
             bumps: 12,
+            failsafe: Some(Failsafe {
+                silence_s: 30,
+                mode: Mode::GoHome,
+            }),
         }
     }
 
@@ -176,6 +218,10 @@ mod tests {
             frames_rejected: 65_000,
             ticks_late: 1000,
             bumps: 10_001,
+            failsafe: Some(Failsafe {
+                silence_s: 9,
+                mode: Mode::Stop,
+            }),
         };
         let expected = CountersLine {
             robot_id: 99,
@@ -190,6 +236,7 @@ mod tests {
             frames_rejected: 0,
             ticks_late: 0,
             bumps: 1,
+            failsafe: None,
         };
         assert_eq!(read_back(Body::Counters(line)), Body::Counters(expected));
     }
@@ -211,6 +258,13 @@ mod tests {
             (52, b"  0", 52),
             (56, b"001x", 56),
             (60, b"0", 60),
+            (61, b"0009", 61),
+            (61, b"3x00", 61),
+            (61, b"----", 66),
+            (66, b"-", 66),
+            (66, b"U", 66),
+            (66, b"?", 66),
+            (67, b"0", 67),
             (69, b"x", 69),
         ];
         for &(column, characters, column_blamed) in bad {

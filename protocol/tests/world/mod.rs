@@ -30,16 +30,45 @@ impl Dice {
     pub fn chance(&mut self, probability: f64) -> bool {
         ((self.next() >> 11) as f64 / (1_u64 << 53) as f64) < probability
     }
+}
 
-    /// Flips each data bit with this probability.
-    pub fn spoil(&mut self, byte: u8, bit_error_rate: f64) -> u8 {
-        (0..8).fold(byte, |byte, bit| {
-            if self.chance(bit_error_rate) {
-                byte ^ 1 << bit
-            } else {
-                byte
+/// A UART's receiving half at the end of a wire that flips bits, start and stop bits too.
+#[derive(Default)]
+pub struct Uart {
+    /// Data bits so far and how many; `None` while it waits for a start bit.
+    data: Option<(u8, u8)>,
+    /// A stop bit was wrong: the line must rest before the next start.
+    broken: bool,
+}
+
+impl Uart {
+    /// One byte time: a byte or an idle line goes in, and what the receiver makes of it comes out.
+    pub fn pass(&mut self, sent: Option<u8>, dice: &mut Dice, bit_error_rate: f64) -> Option<u8> {
+        let mut received = None;
+        for n in 0..10 {
+            let bit = match (sent, n) {
+                (Some(_), 0) => false,
+                (Some(byte), 1..=8) => byte >> (n - 1) & 1 == 1,
+                _ => true,
+            };
+            received = self.sample(bit ^ dice.chance(bit_error_rate)).or(received);
+        }
+        received
+    }
+
+    fn sample(&mut self, bit: bool) -> Option<u8> {
+        match self.data {
+            None if bit => self.broken = false,
+            None if self.broken => {}
+            None => self.data = Some((0, 0)),
+            Some((data, 8)) => {
+                self.data = None;
+                self.broken = !bit;
+                return bit.then_some(data);
             }
-        })
+            Some((data, count)) => self.data = Some((data >> 1 | u8::from(bit) << 7, count + 1)),
+        }
+        None
     }
 }
 
@@ -54,6 +83,7 @@ pub struct Robot {
     pub sent: usize,
     pub sequence: u8,
     pub lines_with_ack: u32,
+    pub ks: u32,
     /// Intact messages that get lost all the same.
     pub deaf_to: fn(&Message) -> bool,
 }
@@ -70,6 +100,7 @@ impl Robot {
             sent: 0,
             sequence: 0,
             lines_with_ack: 0,
+            ks: 0,
             deaf_to: |_| false,
         }
     }
@@ -119,7 +150,13 @@ impl Robot {
                 .encode()
                 .to_vec()
             } else {
-                AckLine { sequence, ack }.encode().to_vec()
+                AckLine {
+                    sequence,
+                    ack,
+                    listens: false,
+                }
+                .encode()
+                .to_vec()
             };
             self.line = whole;
         }
@@ -136,11 +173,16 @@ impl Robot {
         self.sent = 0;
         let sequence = self.sequence;
         self.sequence = (self.sequence + 1) % 100;
-        if was_long && self.lines_with_ack > 0 {
-            self.lines_with_ack -= 1;
+        if (was_long || self.ks > 0) && self.lines_with_ack > 0 {
+            if was_long {
+                self.ks = 2;
+                self.lines_with_ack -= 1;
+            }
+            self.ks -= 1;
             self.line = AckLine {
                 sequence,
                 ack: self.farm.ack(),
+                listens: false,
             }
             .encode()
             .to_vec();
@@ -172,6 +214,7 @@ pub fn counters() -> CountersLine {
         frames_rejected: 0,
         ticks_late: 0,
         bumps: 0,
+        failsafe: None,
     }
 }
 
@@ -206,6 +249,8 @@ pub struct World {
     pub fop: Fop,
     pub decoder: Decoder,
     pub uplink: std::collections::VecDeque<u8>,
+    pub up: Uart,
+    pub down: Uart,
     pub now_us: u64,
     pub dice: Dice,
     pub bit_error_rate: f64,
@@ -220,6 +265,8 @@ impl World {
             fop: Fop::new(Config::new(0x2A5)),
             decoder: Decoder::default(),
             uplink: std::collections::VecDeque::new(),
+            up: Uart::default(),
+            down: Uart::default(),
             now_us: 0,
             dice: Dice(seed),
             bit_error_rate,
@@ -230,15 +277,18 @@ impl World {
 
     pub fn step(&mut self) {
         self.now_us += US_PER_BYTE;
-        if let Some(byte) = self.uplink.pop_front() {
-            let byte = self.dice.spoil(byte, self.bit_error_rate);
-            if !self.deaf {
-                self.robot.handle_byte(byte);
-            }
+        let sent = self.uplink.pop_front();
+        let heard = self.up.pass(sent, &mut self.dice, self.bit_error_rate);
+        if let Some(byte) = heard.filter(|_| !self.deaf) {
+            self.robot.handle_byte(byte);
         }
-        let byte = self.robot.next_byte();
-        let byte = self.dice.spoil(byte, self.bit_error_rate);
-        if let (_, Some(received)) = self.decoder.handle_bytes(&[byte]) {
+        let sent = self.robot.next_byte();
+        let heard = self
+            .down
+            .pass(Some(sent), &mut self.dice, self.bit_error_rate);
+        if let Some(byte) = heard
+            && let (_, Some(received)) = self.decoder.handle_bytes(&[byte])
+        {
             self.fop.handle_received(self.now_us, &received);
         }
         self.fop.handle_timeout(self.now_us);

@@ -1,16 +1,32 @@
 //! What is said next, and when.
 
 use super::{
-    DRIVE_PERIOD_US, Fop, FopEvent, KNOCK_PERIOD_US, Outstanding, STOP_PERIOD_US, Session, Work,
+    DRIVE_PERIOD_US, Fop, FopEvent, KEEPALIVES_PER_SILENCE, KNOCK_PERIOD_US, Outstanding,
+    STOP_BLIND_US, STOP_PERIOD_US, Session, Work,
 };
-use crate::command::{BLOCK_WAYPOINTS, Command, Drive, Frame, Key, Message, Open, Order};
+use crate::command::{
+    BLOCK_WAYPOINTS, Command, Drive, Frame, Keepalive, Key, Message, Open, Order,
+};
+
+/// Room for any frame but a long one of waypoints, which takes what there is.
+const ROOM_MIN: u64 = 29;
 
 impl Fop {
     /// Bytes that may go to the radio now. Call until it returns `None`.
     pub fn poll_transmit(&mut self, now_us: u64) -> Option<&[u8]> {
         if self.pacer.is_idle() {
-            if let Some((message, key)) = self.next_frame(now_us) {
-                let ends_us = self.pacer.begin(now_us, message.encode(key));
+            let room = self.room(now_us);
+            if room < ROOM_MIN {
+                self.turn = None;
+            } else if let Some((message, key)) = self.next_frame(now_us, room) {
+                let frame = message.encode(key);
+                let length = frame.as_bytes().len() as u64;
+                let ends_us = self.pacer.begin(now_us, frame);
+                if let Some(turn) = &mut self.turn {
+                    turn.take(length, ends_us);
+                    self.paused_bytes += length;
+                }
+                self.spoke_us = ends_us;
                 self.note_sent(&message, ends_us);
             } else if self.must_knock() && now_us >= self.knock_us {
                 self.pacer.begin(now_us, Frame::knock());
@@ -20,14 +36,36 @@ impl Fop {
         self.pacer.poll(now_us)
     }
 
+    /// Bytes that may be said without a pause: any number in full duplex.
+    fn room(&self, now_us: u64) -> u64 {
+        if !self.half_duplex {
+            return u64::MAX;
+        }
+        let blind = self
+            .stopping
+            .is_some_and(|stopping| now_us >= stopping.since_us + STOP_BLIND_US);
+        match self.turn {
+            Some(turn) => turn.room(now_us),
+            None if blind => ROOM_MIN,
+            None => 0,
+        }
+    }
+
+    /// When the robot has to hear that the ground is there, if it wants to.
+    pub(super) fn keepalive_us(&self) -> Option<u64> {
+        (self.wants_keepalive && self.is_open())
+            .then(|| self.spoke_us + self.failsafe_silence_us / KEEPALIVES_PER_SILENCE)
+    }
+
     /// Whether there is something to deliver and no robot has been heard.
     pub(super) fn must_knock(&self) -> bool {
-        (self.work.is_some() || self.drive.is_some())
+        !self.half_duplex
+            && (self.work.is_some() || self.drive.is_some())
             && (self.latest_ack.is_none() || self.robot_id.is_none())
     }
 
     /// What to say next, most urgent first.
-    fn next_frame(&mut self, now_us: u64) -> Option<(Message, Key)> {
+    fn next_frame(&mut self, now_us: u64, room: u64) -> Option<(Message, Key)> {
         if let Some(stopping) = self.stopping {
             let key = self.robot_id.map_or(Key::EVERY_ROBOT, Key::robot);
             return (now_us >= stopping.next_us).then_some((Message::Stop, key));
@@ -35,7 +73,8 @@ impl Fop {
         let wants_drive = self
             .drive
             .is_some_and(|drive| now_us >= drive.next_us.min(drive.until_us));
-        if self.work.is_none() && !wants_drive {
+        let wants_keepalive = self.keepalive_us().is_some_and(|at| now_us >= at);
+        if self.work.is_none() && !wants_drive && !wants_keepalive {
             return None;
         }
         match self.session {
@@ -47,7 +86,7 @@ impl Fop {
                     replaces: ack.session,
                     sent_us: None,
                 };
-                self.next_frame(now_us)
+                self.next_frame(now_us, room)
             }
             Session::Opening {
                 boot,
@@ -66,9 +105,11 @@ impl Fop {
                 let message = if wants_drive {
                     self.next_drive(now_us)
                 } else {
-                    self.next_of_work()
+                    self.next_of_work(room)
                 };
-                message.map(|message| (message, key))
+                let heard = self.latest_line;
+                let keepalive = wants_keepalive.then_some(Message::Keepalive(Keepalive { heard }));
+                message.or(keepalive).map(|message| (message, key))
             }
         }
     }
@@ -90,10 +131,10 @@ impl Fop {
         }))
     }
 
-    fn next_of_work(&mut self) -> Option<Message> {
+    fn next_of_work(&mut self, room: u64) -> Option<Message> {
         let order = match self.work.as_ref()? {
             Work::List(transfer) => {
-                if let Some((slots, _)) = transfer.next() {
+                if let Some(slots) = transfer.next(room) {
                     return Some(Message::Waypoints(slots));
                 }
                 Order::Activate {
@@ -113,8 +154,28 @@ impl Fop {
                 command,
                 ends_us: None,
             }) => Some(Message::Command(command)),
-            Some(_) => None,
+            Some(outstanding) => self.repeat(outstanding),
         }
+    }
+
+    /// The way up is free while acknowledgements are on their way down: what has waited longest for
+    /// one goes again before it is known to be lost.
+    fn repeat(&self, outstanding: Outstanding) -> Option<Message> {
+        let Some(Work::List(transfer)) = &self.work else {
+            return None;
+        };
+        // A robot that cannot talk meanwhile would be kept from saying what has arrived.
+        if self.half_duplex {
+            return None;
+        }
+        let oldest_us = transfer.oldest_us()?;
+        if outstanding
+            .ends_us
+            .is_none_or(|ends_us| ends_us < oldest_us)
+        {
+            return Some(Message::Command(outstanding.command));
+        }
+        transfer.repeat().map(Message::Waypoints)
     }
 
     fn note_sent(&mut self, message: &Message, ends_us: u64) {

@@ -1,0 +1,167 @@
+//! What a line from the robot means.
+
+use super::turn::{PATIENCE_BYTES, Turn};
+use super::{
+    COMPOSED_TO_END_US, FORGET_BYTES, Fop, FopEvent, LATCH_TO_END_US, MISMATCHES_MAX, Session,
+    US_PER_BYTE, Work, next_tag,
+};
+use crate::LINE_BYTES;
+use crate::command::Order;
+use crate::decoder::Received;
+use crate::letters::{Link, Mode};
+use crate::telemetry::{ACK_LINE_BYTES, Ack, Body, Detail, Outcome};
+
+impl Fop {
+    /// Takes an intact line; `arrived_us` is when its last byte was read.
+    pub fn handle_received(&mut self, arrived_us: u64, received: &Received) {
+        if !self.is_ours(received) {
+            return;
+        }
+        self.judge_downlink(arrived_us, received);
+        self.heard_us = arrived_us;
+        self.latest_line = received.sequence();
+        match received {
+            Received::Line(line, _) => {
+                self.turn = None;
+                self.paused_bytes = 0;
+                self.handle_body(arrived_us, &line.body);
+            }
+            Received::Ack(line) => {
+                self.half_duplex |= line.listens;
+                self.turn = line.listens.then(|| Turn::begin(arrived_us));
+                self.paused_bytes = if line.listens { PATIENCE_BYTES } else { 0 };
+            }
+        }
+        let latched_us = arrived_us.saturating_sub(LATCH_TO_END_US + self.config.latency_us);
+        self.handle_ack(arrived_us, *received.ack(), latched_us);
+    }
+
+    /// The robot talks without a pause: what is missing between two lines was lost.
+    fn judge_downlink(&mut self, arrived_us: u64, received: &Received) {
+        let intact = match received {
+            Received::Line(..) => LINE_BYTES,
+            Received::Ack(_) => ACK_LINE_BYTES,
+        };
+        if self.latest_ack.is_some() {
+            let elapsed_us = arrived_us.saturating_sub(self.heard_us);
+            let all = (elapsed_us / US_PER_BYTE).saturating_sub(self.paused_bytes);
+            let all = all.min(FORGET_BYTES);
+            self.downlink.judge(intact as u32, all as u32);
+        }
+    }
+
+    fn handle_body(&mut self, arrived_us: u64, body: &Body) {
+        match body {
+            Body::State(state) => {
+                self.wants_keepalive = state.link != Link::Ok;
+                if state.mode == Mode::Stop {
+                    self.handle_stopped(arrived_us);
+                }
+            }
+            Body::Counters(counters) => {
+                if let Some(failsafe) = counters.failsafe {
+                    self.failsafe_silence_us = u64::from(failsafe.silence_s) * 1_000_000;
+                }
+            }
+            Body::Status(_) | Body::Text(_) => {}
+        }
+    }
+
+    /// Learns which robot is there, and tells its lines from another's.
+    fn is_ours(&mut self, received: &Received) -> bool {
+        let Some(robot_id) = received.robot_id() else {
+            return true;
+        };
+        if self.config.robot_id.is_none() && !self.is_open() {
+            self.robot_id = Some(robot_id);
+        }
+        self.robot_id == Some(robot_id)
+    }
+
+    /// A line A of a robot that is stopped.
+    fn handle_stopped(&mut self, arrived_us: u64) {
+        let composed_us = arrived_us.saturating_sub(COMPOSED_TO_END_US + self.config.latency_us);
+        self.prove_stop(composed_us);
+    }
+
+    /// An acknowledgement that only a STOP can have brought about: nobody's session, and not the one from
+    /// before.
+    fn check_stop(&mut self, ack: Ack, latched_us: u64) {
+        let is_closed = matches!(ack.detail, Detail::Idle { owner: 0, .. });
+        let before = self.stopping.and_then(|stopping| stopping.before);
+        if let Some((boot, session, sequence)) = before
+            && is_closed
+            && ack.boot == boot
+            && (ack.session, ack.sequence) != (session, sequence)
+        {
+            self.prove_stop(latched_us);
+        }
+    }
+
+    /// The robot was stopped at this instant; a STOP of ours had left by then, or it proves nothing.
+    fn prove_stop(&mut self, at_us: u64) {
+        let off_us = self.stopping.and_then(|stopping| stopping.off_us);
+        if off_us.is_some_and(|off_us| off_us <= at_us) {
+            self.stopping = None;
+            self.push(FopEvent::StopProven);
+        }
+    }
+
+    fn handle_ack(&mut self, now_us: u64, ack: Ack, latched_us: u64) {
+        self.latest_ack = Some(ack);
+        self.check_stop(ack, latched_us);
+        self.check_session(now_us, ack, latched_us);
+        let Session::Open { .. } = self.session else {
+            return;
+        };
+        let mut news = false;
+        if let Some(Work::List(transfer)) = &mut self.work {
+            news = transfer.handle_detail(ack.detail, latched_us);
+            if news {
+                let (acknowledged, total) = (transfer.acknowledged(), transfer.count());
+                self.push(FopEvent::Progress {
+                    acknowledged,
+                    total,
+                });
+            }
+        }
+        if let Some(outstanding) = &mut self.outstanding {
+            if ack.sequence == outstanding.command.sequence & 7 {
+                self.outstanding = None;
+                // A list may be tried in vain for ever; only waypoints that arrive are progress.
+                news |= ack.outcome != Outcome::ListIncomplete;
+                self.conclude(ack.outcome);
+            } else if outstanding
+                .ends_us
+                .is_some_and(|ends_us| ends_us <= latched_us)
+            {
+                outstanding.ends_us = None;
+            }
+        }
+        if news {
+            self.progress_us = now_us;
+        }
+    }
+
+    fn conclude(&mut self, outcome: Outcome) {
+        match (&mut self.work, outcome) {
+            (None, _) | (Some(Work::List(_)), Outcome::ListIncomplete) => {}
+            (Some(Work::List(transfer)), Outcome::DigestMismatch)
+                if self.mismatches < MISMATCHES_MAX =>
+            {
+                self.mismatches += 1;
+                self.tag = next_tag(self.tag);
+                transfer.restart(self.tag);
+            }
+            (Some(work), _) => {
+                let digest = match work {
+                    Work::List(transfer) => Some(transfer.digest()),
+                    Work::Order(Order::Activate { digest, .. }) => Some(*digest),
+                    Work::Order(_) => None,
+                };
+                self.work = None;
+                self.push(FopEvent::Concluded { outcome, digest });
+            }
+        }
+    }
+}

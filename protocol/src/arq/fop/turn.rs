@@ -1,0 +1,44 @@
+//! When a half-duplex robot listens.
+
+use super::US_PER_BYTE;
+
+/// Byte times after which a robot that hears nothing in its turn to listen talks on.
+pub(super) const PATIENCE_BYTES: u64 = 16;
+
+/// Most bytes of one turn: the robot listens no longer.
+const TURN_BYTES: u64 = 160;
+
+/// The first byte has to leave within this: half the robot's patience, the rest is the link's.
+const BEGIN_WITHIN_US: u64 = PATIENCE_BYTES / 2 * US_PER_BYTE;
+
+/// The robot listens: what may be said, and until when.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) struct Turn {
+    used_bytes: u64,
+    /// The next frame has to begin before this.
+    begin_by_us: u64,
+}
+
+impl Turn {
+    pub(super) const fn begin(now_us: u64) -> Self {
+        Self {
+            used_bytes: 0,
+            begin_by_us: now_us + BEGIN_WITHIN_US,
+        }
+    }
+
+    /// Bytes that may still be said.
+    pub(super) const fn room(self, now_us: u64) -> u64 {
+        if now_us > self.begin_by_us {
+            0
+        } else {
+            TURN_BYTES - self.used_bytes
+        }
+    }
+
+    /// A frame of so many bytes is being sent; its last one leaves at `ends_us`.
+    pub(super) fn take(&mut self, bytes: u64, ends_us: u64) {
+        self.used_bytes = (self.used_bytes + bytes).min(TURN_BYTES);
+        self.begin_by_us = ends_us + BEGIN_WITHIN_US;
+    }
+}
