@@ -175,7 +175,7 @@ impl Robot {
         self.sequence = (self.sequence + 1) % 100;
         if (was_long || self.ks > 0) && self.lines_with_ack > 0 {
             if was_long {
-                self.ks = 2;
+                self.ks = 3;
                 self.lines_with_ack -= 1;
             }
             self.ks -= 1;
