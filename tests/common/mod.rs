@@ -42,6 +42,11 @@ pub fn on_all_cores<T: Send>(seeds: Range<u64>, run: impl Fn(u64) -> T + Sync) -
     results
 }
 
+/// The owner a station draws for itself, from a seed.
+pub const fn owner(seed: u64) -> u16 {
+    (seed % 1023) as u16 + 1
+}
+
 /// One world, one robot, one radio, one station.
 pub struct CoSimulation {
     pub simulation: Simulation,
@@ -62,17 +67,23 @@ impl CoSimulation {
         let world = World::built_in(world).expect("a world that comes with the program");
         let mut config = SimulationConfig::new(world, seed);
         config.channel = channel.parse::<ChannelSpec>().expect("a channel");
-        let station = Station::new(Config::new((seed % 1023) as u16 + 1), true);
+        Self::with(&config, Config::new(owner(seed)))
+    }
+
+    /// Any simulation and any station.
+    pub fn with(config: &SimulationConfig, station: Config) -> Self {
         Self {
-            simulation: Simulation::new(&config),
-            station,
+            simulation: Simulation::new(config),
+            station: Station::new(station, true),
             events: Vec::new(),
             modes: Vec::new(),
             allowed: None,
             list: None,
             context: format!(
-                "world {}, seed {seed}, channel `{channel}`",
-                config.world.name()
+                "world {}, seed {}, channel `{}`",
+                config.world.name(),
+                config.seed,
+                config.channel
             ),
         }
     }
