@@ -14,7 +14,8 @@
 //! moment it was queued; a vehicle that answers at once, sends what the mission needs before any telemetry
 //! that waits, repeats a lost `MISSION_ACK` when the last item comes again, and leaves it to its timer to ask
 //! again after an item out of sequence, as PX4 does: asked for at once, as the guide has it, every doubled item
-//! doubles all that follow until the wire is full of them. No heartbeats, no signature.
+//! doubles all that follow until the wire is full of them; a receiver that looks for another
+//! start byte in what a wrong length made it keep. No heartbeats, no signature.
 //! Its telemetry, when there is any, is that of our robot: 80 bytes three times a second as far as there is
 //! room, a line under way never cut off.
 
@@ -85,10 +86,12 @@ impl Message {
         payload
     }
 
-    fn frame(self) -> Vec<u8> {
+    /// `number` counts the frames of one sender.
+    fn frame(self, number: &mut u8) -> Vec<u8> {
+        *number = number.wrapping_add(1);
         let payload = self.payload();
         let (id, extra) = self.id();
-        let mut frame = vec![START, payload.len() as u8, 0, 0, 0, 1, 1, id, 0, 0];
+        let mut frame = vec![START, payload.len() as u8, 0, 0, *number, 1, 1, id, 0, 0];
         frame.extend(payload);
         frame.extend(crc16(&frame[1..], extra).to_le_bytes());
         frame
@@ -131,21 +134,28 @@ fn crc16(bytes: &[u8], extra: u8) -> u16 {
     })
 }
 
-/// Waits for a start byte and believes the length that follows.
+/// Waits for a start byte and believes the length that follows; if that was wrong, looks for the next start
+/// byte among what it has kept.
 #[derive(Default)]
-struct Parser(Vec<u8>);
+struct Parser(VecDeque<u8>);
 
 impl Parser {
     fn push(&mut self, byte: u8) -> Option<Message> {
-        if self.0.is_empty() && byte != START {
-            return None;
+        self.0.push_back(byte);
+        loop {
+            while self.0.front().is_some_and(|first| *first != START) {
+                self.0.pop_front();
+            }
+            let length = HEADER_BYTES + usize::from(*self.0.get(1)?) + CRC_BYTES;
+            if self.0.len() < length {
+                return None;
+            }
+            if let Some(message) = Message::parse(&self.0.make_contiguous()[..length]) {
+                self.0.drain(..length);
+                return Some(message);
+            }
+            self.0.pop_front();
         }
-        self.0.push(byte);
-        let length = usize::from(*self.0.get(1)?);
-        if self.0.len() < HEADER_BYTES + length + CRC_BYTES {
-            return None;
-        }
-        Message::parse(&std::mem::take(&mut self.0))
     }
 }
 
@@ -176,6 +186,8 @@ struct Vehicle {
     out: VecDeque<u8>,
     queue: VecDeque<Message>,
     is_asking: bool,
+    /// Of the latest frame.
+    number: u8,
 }
 
 impl Vehicle {
@@ -216,7 +228,7 @@ impl Vehicle {
         }
         if self.out.is_empty() {
             if let Some(message) = self.queue.pop_front() {
-                self.out.extend(message.frame());
+                self.out.extend(message.frame(&mut self.number));
                 self.is_asking = true;
             } else if self.sends_telemetry {
                 self.out.extend([b'0'; LINE_BYTES]);
@@ -251,11 +263,13 @@ pub fn upload_s(spec: &str, seed: u64, count: usize, sends_telemetry: bool) -> O
         out: VecDeque::new(),
         queue: VecDeque::new(),
         is_asking: false,
+        number: 0,
     };
+    let mut number = 0;
     let mut ground = Parser::default();
     let announce = Message::Count(count as u16);
     let mut asked = Some(Asked::new(announce, DEFAULT_TIMEOUT_MS));
-    radio.transmit(&announce.frame());
+    radio.transmit(&announce.frame(&mut number));
     for now_ms in 1..LIMIT_MS {
         radio.step(now_ms, || vehicle.next_byte(now_ms));
         while let Some(byte) = radio.poll_uplink(now_ms) {
@@ -273,7 +287,7 @@ pub fn upload_s(spec: &str, seed: u64, count: usize, sends_telemetry: bool) -> O
                     // Of the last one the acknowledgement is awaited; the others are asked for.
                     let is_last = usize::from(seq) + 1 == count;
                     asked = is_last.then(|| Asked::new(item, DEFAULT_TIMEOUT_MS));
-                    radio.transmit(&item.frame());
+                    radio.transmit(&item.frame(&mut number));
                 }
                 Some(Message::Ack) if vehicle.items == waypoints => {
                     return Some(now_ms as f64 / 1000.0);
@@ -287,7 +301,7 @@ pub fn upload_s(spec: &str, seed: u64, count: usize, sends_telemetry: bool) -> O
             let due_ms = *asked.due_ms.get_or_insert(now_ms + asked.timeout_ms);
             if due_ms <= now_ms {
                 asked.due_ms = None;
-                radio.transmit(&asked.message.frame());
+                radio.transmit(&asked.message.frame(&mut number));
             }
         }
     }
