@@ -25,7 +25,7 @@ mod walker;
 mod world;
 
 pub use body::Conditions;
-pub use channel::{ChannelSpec, ChannelSpecError, Radio};
+pub use channel::{ChannelSpec, ChannelSpecError, Modem, Radio, Squelch};
 pub use geometry::Pose;
 pub use plant::{LOOK_MS, Plant, TICK_MS, Truth};
 pub use simulation::{Simulation, SimulationConfig};
