@@ -73,6 +73,10 @@ pub struct Trial {
     list: Vec<Waypoint>,
     pose_in: (i32, i32),
     stops: Vec<(CommandId, Option<CommandStep>)>,
+    /// When a frame or a line had just ended on the wire.
+    pub boundaries_ms: Vec<u64>,
+    /// Bytes of the station that have left the wire.
+    bytes_gone: usize,
     dice: u64,
 }
 
@@ -90,6 +94,8 @@ impl Trial {
             poses_executed: 0,
             list: Vec::new(),
             stops: Vec::new(),
+            boundaries_ms: Vec::new(),
+            bytes_gone: 0,
             dice: seed,
         }
     }
@@ -194,6 +200,7 @@ impl Trial {
     /// A millisecond, and a look.
     pub fn step(&mut self) {
         self.co.step();
+        self.note_boundary();
         self.look();
         self.take_events();
         let now = self.co.now();
@@ -207,6 +214,18 @@ impl Trial {
         }
     }
 
+    /// Notes when the end of a frame has left the wire. What the radio doubles counts as pending, too.
+    fn note_boundary(&mut self) {
+        let pending = self.co.simulation.uplink_pending();
+        let gone = self.co.sent.len().saturating_sub(pending);
+        let now_gone = self.co.sent.get(self.bytes_gone..gone).unwrap_or_default();
+        if now_gone.contains(&b'\n') {
+            self.boundaries_ms.push(self.co.simulation.now_ms());
+        }
+        self.bytes_gone = self.bytes_gone.max(gone);
+    }
+
+    /// So many milliseconds.
     pub fn run_ms(&mut self, time_ms: u64) {
         for _ in 0..time_ms {
             self.step();
@@ -228,8 +247,10 @@ impl Trial {
                 self.run_to_end(number);
             }
         }
-        // What a radio holds back for two seconds must have come out.
-        self.run_ms(4500);
+        if !self.co.claims_hold {
+            // What a radio holds back for two seconds must have come out.
+            self.run_ms(4500);
+        }
         for deed in [self.some_pose(), self.some_list(9)] {
             let number = self.order(deed);
             self.run_to_end(number);
@@ -300,7 +321,10 @@ impl Trial {
     }
 
     fn take_events(&mut self) {
-        for (_, event) in std::mem::take(&mut self.co.events) {
+        for (at, event) in std::mem::take(&mut self.co.events) {
+            if matches!(event, Event::Line { .. } | Event::Ack(_)) {
+                self.boundaries_ms.push(at.as_millis() as u64);
+            }
             let Event::Command { id, step } = event else {
                 continue;
             };
