@@ -21,18 +21,18 @@ pub struct Identity {
     pub boots: u16,
     /// Seed of the robot's own dice (a centre bump turns left or right at random).
     pub dice_seed: u32,
-    /// The radio that is fitted.
-    pub radio: Radio,
+    /// Whether the radio lets both ends talk at once.
+    pub duplex: Duplex,
 }
 
-/// What kind of radio the robot talks through.
+/// Whether the radio lets both ends talk at once.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub enum Radio {
+pub enum Duplex {
     /// Both ends talk at the same time.
     #[default]
-    FullDuplex,
+    Full,
     /// One end at a time: the robot says when it listens.
-    HalfDuplex {
+    Half {
         /// It talks on when it has heard nothing for so many byte times: the ground's delay, and whatever
         /// its modem adds both ways. [`PATIENCE_BYTES`] for a radio that passes bytes on at once.
         patience_bytes: u8,

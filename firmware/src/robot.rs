@@ -105,7 +105,7 @@ impl Robot {
             ticks_late: 0,
             odometer_resets: 0,
             schedule: Schedule::default(),
-            transmitter: Transmitter::new(identity.radio),
+            transmitter: Transmitter::new(identity.duplex),
         }
     }
 

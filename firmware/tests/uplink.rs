@@ -12,7 +12,7 @@ use groundwave_protocol::telemetry::{Body, Outcome};
 use std::fmt::Write;
 
 use sr04_firmware::arbiter::Holder;
-use sr04_firmware::board::{Outputs, Radio, Switches};
+use sr04_firmware::board::{Duplex, Outputs, Switches};
 
 const OWNER: u16 = 345;
 
@@ -478,7 +478,7 @@ fn conversation(bench: &Bench, from: usize) -> String {
 
 #[test]
 fn a_half_duplex_robot_listens_after_each_line() {
-    let mut bench = Bench::with_radio(Radio::HalfDuplex { patience_bytes: 16 });
+    let mut bench = Bench::with_duplex(Duplex::Half { patience_bytes: 16 });
     bench.run_ms(5000);
     assert!(
         conversation(&bench, 0).starts_with("1 C G 17 B G 17 A G 17 A G 17 A G 17 "),
@@ -489,7 +489,7 @@ fn a_half_duplex_robot_listens_after_each_line() {
 
 #[test]
 fn a_half_duplex_robot_hears_the_ground_out_and_acknowledges_at_once() {
-    let mut bench = Bench::with_radio(Radio::HalfDuplex { patience_bytes: 16 });
+    let mut bench = Bench::with_duplex(Duplex::Half { patience_bytes: 16 });
     bench.run_ms(5000);
     while bench.air.last() != Some(&None) {
         bench.run_ms(1);
@@ -514,7 +514,7 @@ fn a_half_duplex_robot_hears_the_ground_out_and_acknowledges_at_once() {
 
 #[test]
 fn a_half_duplex_robot_listens_to_noise_for_two_lines_and_no_longer() {
-    let mut bench = Bench::with_radio(Radio::HalfDuplex { patience_bytes: 16 });
+    let mut bench = Bench::with_duplex(Duplex::Half { patience_bytes: 16 });
     bench.run_ms(5000);
     let begun = bench.air.len();
     for _ in 0..10_000 {

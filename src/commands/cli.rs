@@ -76,7 +76,10 @@ pub struct Simulated {
     /// Seed of everything random
     #[arg(long, default_value_t = 1)]
     pub seed: u64,
-    /// How the radio behaves: ber=1e-3,burst=50,drop=0.01,dup=0.01,delay=0.5s,half-duplex,out=10s..12s
+    /// How the radio behaves, any of these with commas between: ber=1e-3 (bit errors), burst=50 (in clumps of so many
+    /// bits), drop=0.01 and dup=0.01 (bytes lost, doubled), delay=0.5s, half-duplex, squelch (noise while the other
+    /// side is silent; squelch=out: in outages too), modem=hc-12 or modem=xbee (buffered half-duplex modules),
+    /// out=10s..12s (nothing passes)
     #[arg(long, value_name = "SPEC", default_value = "")]
     pub channel: String,
     /// Multiple of real time

@@ -14,6 +14,7 @@ pub(crate) enum Stream {
     Uplink = 5,
     Downlink = 6,
     Robot = 7,
+    Modem = 8,
 }
 
 /// One stream.

@@ -3,7 +3,7 @@
 //!
 //! [`World`] reads a house drawn in characters. [`Plant`] is that house with the robot's body in
 //! it, as the robot's board sees it: motors, encoders, bumper, sonars, infrared, photocells.
-//! [`ChannelSpec`] is the radio. [`Simulation`] puts the robot's real program between them, one
+//! [`ChannelSpec`] says what the [`Radio`] does to bytes. [`Simulation`] puts the robot's real program between them, one
 //! millisecond a step, and [`serve`] runs it against the clock behind a pseudo-terminal or a TCP
 //! port.
 //!
@@ -25,7 +25,7 @@ mod walker;
 mod world;
 
 pub use body::Conditions;
-pub use channel::{ChannelSpec, ChannelSpecError};
+pub use channel::{ChannelSpec, ChannelSpecError, Modem, Radio, Squelch};
 pub use geometry::Pose;
 pub use plant::{LOOK_MS, Plant, TICK_MS, Truth};
 pub use simulation::{Simulation, SimulationConfig};

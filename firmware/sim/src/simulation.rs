@@ -1,13 +1,10 @@
 //! The whole: world, body, radio and the robot's real program, in virtual time.
 
-use std::collections::VecDeque;
-
-use groundwave_protocol::BYTES_PER_S;
-use sr04_firmware::board::{Identity, Inputs, Outputs, Radio};
+use sr04_firmware::board::{Duplex, Identity, Inputs, Outputs};
 use sr04_firmware::robot::Robot;
 
 use crate::body::Conditions;
-use crate::channel::{ChannelSpec, Wire};
+use crate::channel::{ChannelSpec, Radio};
 use crate::dice::{Dice, Stream};
 use crate::plant::{LOOK_MS, Plant, TICK_MS, Truth};
 use crate::stuck::StuckWatch;
@@ -28,8 +25,8 @@ pub struct SimulationConfig {
     pub robot_id: u8,
     /// The boot counter at the first boot.
     pub boots: u16,
-    /// The radio that the robot is fitted with; the channel's own faults are apart from it.
-    pub radio: Radio,
+    /// Whether the robot takes turns with the ground.
+    pub duplex: Duplex,
 }
 
 impl SimulationConfig {
@@ -43,7 +40,7 @@ impl SimulationConfig {
             conditions: Conditions::default(),
             robot_id: 1,
             boots: 1,
-            radio: Radio::default(),
+            duplex: Duplex::default(),
         }
     }
 }
@@ -57,13 +54,7 @@ pub struct Simulation {
     robot_dice: Dice,
     leds_on: bool,
     inputs: Inputs,
-    channel: ChannelSpec,
-    uplink: Wire,
-    downlink: Wire,
-    /// The ground's bytes that wait for their byte time.
-    queue: VecDeque<u8>,
-    /// Thousandths of a byte time gone since the last one.
-    byte_time: u32,
+    radio: Radio,
     stuck: StuckWatch,
 }
 
@@ -76,9 +67,8 @@ impl Simulation {
             robot_id: config.robot_id,
             boots: config.boots,
             dice_seed: robot_dice.next_u32(),
-            radio: config.radio,
+            duplex: config.duplex,
         };
-        let wire = |stream| Wire::new(&config.channel, Dice::new(config.seed, stream));
         Self {
             now_ms: 0,
             plant: Plant::new(&config.world, &config.conditions, config.seed),
@@ -87,11 +77,7 @@ impl Simulation {
             robot_dice,
             leds_on: false,
             inputs: Inputs::default(),
-            channel: config.channel.clone(),
-            uplink: wire(Stream::Uplink),
-            downlink: wire(Stream::Downlink),
-            queue: VecDeque::new(),
-            byte_time: 0,
+            radio: Radio::new(&config.channel, config.seed),
             stuck: StuckWatch::default(),
         }
     }
@@ -110,12 +96,8 @@ impl Simulation {
             self.plant.apply(outputs);
             self.stuck.observe(&self.plant.truth(), outputs);
         }
-        self.byte_time += BYTES_PER_S;
-        if self.byte_time >= 1000 {
-            self.byte_time -= 1000;
-            self.pass_bytes();
-        }
-        while let Some(byte) = self.uplink.poll(self.now_ms) {
+        self.radio.step(self.now_ms, || self.robot.poll_downlink());
+        while let Some(byte) = self.radio.poll_uplink(self.now_ms) {
             self.robot.handle_uplink(byte);
         }
     }
@@ -127,32 +109,21 @@ impl Simulation {
         }
     }
 
-    /// One byte time each way.
-    fn pass_bytes(&mut self) {
-        let down = self.robot.poll_downlink();
-        let up = self.queue.pop_front();
-        let is_out = self.channel.is_out(self.now_ms);
-        let is_deaf = |own: Option<u8>| is_out || self.channel.half_duplex && own.is_some();
-        let (ground_deaf, robot_deaf) = (is_deaf(up), is_deaf(down));
-        self.downlink.pass(self.now_ms, down, !ground_deaf);
-        self.uplink.pass(self.now_ms, up, !robot_deaf);
-    }
-
     /// Queues what the ground sends; it leaves at 240 bytes a second.
     pub fn handle_uplink(&mut self, bytes: &[u8]) {
-        self.queue.extend(bytes);
+        self.radio.transmit(bytes);
     }
 
     /// How many of the ground's bytes the robot cannot have received yet: those that wait for their
     /// byte time, and those in a modem.
     #[must_use]
     pub fn uplink_pending(&self) -> usize {
-        self.queue.len() + self.uplink.in_flight()
+        self.radio.uplink_pending()
     }
 
     /// The next byte that the ground has received by now.
     pub fn poll_downlink(&mut self) -> Option<u8> {
-        self.downlink.poll(self.now_ms)
+        self.radio.poll_downlink(self.now_ms)
     }
 
     /// Virtual milliseconds since the start.
@@ -219,9 +190,7 @@ impl Simulation {
 
     /// Exchanges the radio's faults from now on; bytes on their way keep their time.
     pub fn set_channel(&mut self, channel: &ChannelSpec) {
-        self.uplink.set(channel);
-        self.downlink.set(channel);
-        self.channel = channel.clone();
+        self.radio.set(channel);
     }
 
     /// Switches a lamp by its name; `false` when the world has none of that name.

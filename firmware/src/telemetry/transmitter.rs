@@ -1,6 +1,6 @@
 //! One line on its way out, byte by byte, and whose turn it is to talk.
 
-use crate::board::Radio;
+use crate::board::Duplex;
 use groundwave_protocol::telemetry::{
     ACK_LINE_BYTES, Ack, AckLine, Body, HEAD_BYTES, SEQUENCE_MODULUS,
 };
@@ -34,7 +34,7 @@ enum Next {
 /// The transmitter.
 #[derive(Clone, Debug)]
 pub struct Transmitter {
-    radio: Radio,
+    duplex: Duplex,
     line: [u8; LINE_BYTES],
     /// The next byte to go.
     position: u8,
@@ -71,9 +71,9 @@ struct Turn {
 impl Transmitter {
     /// A transmitter that has sent nothing yet.
     #[must_use]
-    pub const fn new(radio: Radio) -> Self {
+    pub const fn new(duplex: Duplex) -> Self {
         Self {
-            radio,
+            duplex,
             line: [0; LINE_BYTES],
             position: 0,
             head: 0,
@@ -125,14 +125,14 @@ impl Transmitter {
         let head = body.head(self.sequence);
         self.load(&head, LINE_BYTES);
         self.was_long = true;
-        self.next = match self.radio {
-            Radio::HalfDuplex { .. } => Next::GoAhead,
-            Radio::FullDuplex if self.echoes_due > 0 => {
+        self.next = match self.duplex {
+            Duplex::Half { .. } => Next::GoAhead,
+            Duplex::Full if self.echoes_due > 0 => {
                 self.echoes_due -= 1;
                 self.ack_lines_due = ACK_LINES;
                 Next::AckLine
             }
-            Radio::FullDuplex => Next::LongLine,
+            Duplex::Full => Next::LongLine,
         };
     }
 
@@ -178,7 +178,7 @@ impl Transmitter {
     /// A byte time of listening. While the ground has much to say, every second turn follows an
     /// acknowledgement alone: the list arrives sooner and telemetry goes on.
     fn listen(&mut self) {
-        let Radio::HalfDuplex { patience_bytes } = self.radio else {
+        let Duplex::Half { patience_bytes } = self.duplex else {
             self.next = Next::LongLine;
             return;
         };

@@ -5,7 +5,7 @@ use groundwave_protocol::command::{Command, Key, Message, Open, Order};
 use groundwave_protocol::decoder::{Decoder, Received};
 use groundwave_protocol::letters::LayerMask;
 use groundwave_protocol::telemetry::{Body, Line, StateLine};
-use sr04_firmware::board::{Identity, Inputs, Outputs, Radio};
+use sr04_firmware::board::{Duplex, Identity, Inputs, Outputs};
 use sr04_firmware::robot::Robot;
 
 /// Of every robot here.
@@ -82,15 +82,15 @@ pub fn only(allowed: LayerMask) -> Order {
 
 impl Bench {
     pub fn new() -> Self {
-        Self::with_radio(Radio::FullDuplex)
+        Self::with_duplex(Duplex::Full)
     }
 
-    pub fn with_radio(radio: Radio) -> Self {
+    pub fn with_duplex(duplex: Duplex) -> Self {
         let identity = Identity {
             robot_id: ROBOT_ID,
             boots: BOOTS,
             dice_seed: 1,
-            radio,
+            duplex,
         };
         Self {
             robot: Robot::new(identity),

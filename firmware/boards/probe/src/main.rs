@@ -10,7 +10,7 @@ use core::mem::MaybeUninit;
 use core::panic::PanicInfo;
 use core::ptr::{read_volatile, write_volatile};
 
-use sr04_firmware::board::{Echo, Identity, Inputs, Radio, Side, Switches};
+use sr04_firmware::board::{Echo, Identity, Inputs, Duplex, Side, Switches};
 use sr04_firmware::robot::Robot;
 
 /// Port A's input register stands for every sensor.
@@ -94,9 +94,9 @@ fn switch_on(place: &mut MaybeUninit<Robot>) -> &mut Robot {
         robot_id: read(),
         boots: read_pair(),
         dice_seed: u32::from(read_pair()),
-        radio: match read() {
-            0 => Radio::FullDuplex,
-            patience_bytes => Radio::HalfDuplex { patience_bytes },
+        duplex: match read() {
+            0 => Duplex::Full,
+            patience_bytes => Duplex::Half { patience_bytes },
         },
     }))
 }

@@ -7,7 +7,7 @@ use std::str::FromStr;
 /// Faults of the radio, the same each way. The default is a perfect cable.
 ///
 /// Its text form is any of these, with commas between:
-/// `ber=1e-3,burst=50,drop=0.01,dup=0.01,delay=0.5s,half-duplex,out=10s..12s`.
+/// `ber=1e-3,burst=50,drop=0.01,dup=0.01,delay=0.5s,half-duplex,squelch,modem=hc-12,out=10s..12s`.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct ChannelSpec {
     /// Share of bits that flip, start and stop bits and idle line included.
@@ -23,8 +23,48 @@ pub struct ChannelSpec {
     pub delay_ms: u64,
     /// Whether a side that sends is deaf meanwhile.
     pub half_duplex: bool,
+    /// What a receiver makes of a transmitter that is silent.
+    pub squelch: Squelch,
+    /// Radio modules that collect bytes and send them as packets, instead of a radio that passes bits.
+    /// They are half duplex by themselves and never noisy; bit errors cost them whole packets.
+    pub modem: Option<Modem>,
     /// When nothing passes at all, in milliseconds since the start.
     pub outages_ms: Vec<Range<u64>>,
+}
+
+/// Whether a receiver rests when it hears no carrier, or makes random bits of the noise, as an FM radio with
+/// open squelch does.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum Squelch {
+    /// It rests.
+    #[default]
+    Closed,
+    /// Noise whenever the other side is silent; an outage is a cable that was pulled, and quiet.
+    Open,
+    /// Noise in outages, too.
+    OpenInOutages,
+}
+
+/// A radio module with a serial port.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Modem {
+    /// HC-12 in mode FU3 at 2400 baud.
+    Hc12,
+    /// `XBee` 802.15.4 in transparent mode.
+    Xbee,
+}
+
+impl Modem {
+    const ALL: [Self; 2] = [Self::Hc12, Self::Xbee];
+
+    /// As in `modem=`.
+    #[must_use]
+    pub const fn name(self) -> &'static str {
+        match self {
+            Self::Hc12 => "hc-12",
+            Self::Xbee => "xbee",
+        }
+    }
 }
 
 /// A channel that cannot be.
@@ -73,6 +113,14 @@ impl FromStr for ChannelSpec {
                     .to_owned(),
             });
         }
+        if spec.modem.is_some() && (spec.half_duplex || spec.squelch != Squelch::Closed) {
+            return Err(ChannelSpecError {
+                option: "modem".to_owned(),
+                problem:
+                    "is half duplex by itself and never noisy: leave half-duplex and squelch away"
+                        .to_owned(),
+            });
+        }
         Ok(spec)
     }
 }
@@ -95,6 +143,21 @@ impl ChannelSpec {
             }
             "half-duplex" if value.is_empty() => self.half_duplex = true,
             "half-duplex" => return Err("it takes no value: write half-duplex".to_owned()),
+            "squelch" => {
+                self.squelch = match value {
+                    "" => Squelch::Open,
+                    "out" => Squelch::OpenInOutages,
+                    _ => {
+                        return Err(
+                            "write squelch, or squelch=out for noise in outages too".to_owned()
+                        );
+                    }
+                }
+            }
+            "modem" => {
+                let known = Modem::ALL.into_iter().find(|modem| modem.name() == value);
+                self.modem = Some(known.ok_or("write modem=hc-12 or modem=xbee")?);
+            }
             "out" => {
                 let times = value
                     .split_once("..")
@@ -105,7 +168,7 @@ impl ChannelSpec {
             }
             _ => {
                 return Err(
-                    "there is no such option: use ber, burst, drop, dup, delay, half-duplex, out"
+                    "there is no such option: use ber, burst, drop, dup, delay, half-duplex, squelch, modem, out"
                         .to_owned(),
                 );
             }
@@ -155,6 +218,14 @@ impl fmt::Display for ChannelSpec {
         if self.half_duplex {
             options.push("half-duplex".to_owned());
         }
+        match self.squelch {
+            Squelch::Closed => {}
+            Squelch::Open => options.push("squelch".to_owned()),
+            Squelch::OpenInOutages => options.push("squelch=out".to_owned()),
+        }
+        if let Some(modem) = self.modem {
+            options.push(format!("modem={}", modem.name()));
+        }
         for outage in &self.outages_ms {
             options.push(format!("out={}..{}", Time(outage.start), Time(outage.end)));
         }
@@ -181,8 +252,9 @@ mod tests {
 
     #[test]
     fn every_option_is_read() {
-        let text = "ber=1e-3,burst=50,drop=0.01,dup=0.02,delay=0.5s,half-duplex,out=10s..12s";
-        let spec: ChannelSpec = text.parse().expect("it is the documented example");
+        let text =
+            "ber=1e-3,burst=50,drop=0.01,dup=0.02,delay=0.5s,half-duplex,squelch,out=10s..12s";
+        let spec: ChannelSpec = text.parse().expect("it is well formed");
         let expected = ChannelSpec {
             ber: 1e-3,
             burst_bits: Some(50.0),
@@ -190,6 +262,8 @@ mod tests {
             dup: 0.02,
             delay_ms: 500,
             half_duplex: true,
+            squelch: Squelch::Open,
+            modem: None,
             outages_ms: std::iter::once(10_000..12_000).collect(),
         };
         assert_eq!(spec, expected);
@@ -208,6 +282,10 @@ mod tests {
             ("burst=50", "`burst`", "ber=1e-3"),
             ("out=12s..10s", "`out=12s..10s`", "out=10s..12s"),
             ("half-duplex=yes", "`half-duplex=yes`", "no value"),
+            ("squelch=yes", "`squelch=yes`", "squelch=out"),
+            ("modem=sik", "`modem=sik`", "modem=hc-12"),
+            ("modem=xbee,squelch", "`modem`", "leave"),
+            ("modem=hc-12,half-duplex", "`modem`", "leave"),
             ("drop=NaN", "`drop=NaN`", "drop=0.01"),
         ] {
             let error = text.parse::<ChannelSpec>().unwrap_err().to_string();
@@ -227,6 +305,10 @@ mod tests {
             dup in 0.0..1.0,
             delay_ms in 0_u64..100_000,
             half_duplex: bool,
+            squelch in prop::sample::select(vec![
+                Squelch::Closed, Squelch::Open, Squelch::OpenInOutages,
+            ]),
+            modem in prop::option::of(prop::sample::select(Modem::ALL.to_vec())),
             outages in prop::collection::vec((0_u64..100_000, 1_u64..100_000), 0..3),
         ) {
             let spec = ChannelSpec {
@@ -235,7 +317,9 @@ mod tests {
                 drop,
                 dup,
                 delay_ms,
-                half_duplex,
+                half_duplex: half_duplex && modem.is_none(),
+                squelch: if modem.is_none() { squelch } else { Squelch::Closed },
+                modem,
                 outages_ms: outages.into_iter().map(|(from, long)| from..from + long).collect(),
             };
             prop_assert_eq!(spec.to_string().parse::<ChannelSpec>(), Ok(spec));

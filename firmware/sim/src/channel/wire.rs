@@ -3,7 +3,7 @@
 use std::collections::VecDeque;
 
 use super::noise::Noise;
-use super::spec::ChannelSpec;
+use super::spec::{ChannelSpec, Squelch};
 use crate::dice::Dice;
 
 /// Start, eight data, stop.
@@ -56,10 +56,25 @@ impl Receiver {
     }
 }
 
+/// What a receiver can hear of the transmitter during a byte time.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Hearing {
+    /// Everything.
+    Line,
+    /// Nothing: it transmits itself.
+    Deaf,
+    /// Nothing: the link is out.
+    Out,
+}
+
 /// One direction.
 #[derive(Debug)]
-pub(crate) struct Wire {
+pub(super) struct Wire {
     noise: Noise,
+    squelch: Squelch,
+    /// With open squelch, what the transmitter has begun and what it began before that: the carrier comes up
+    /// a byte time before the first byte and goes a byte time after the last one, so all is a byte time late.
+    keyed: [Option<u8>; 2],
     dice: Dice,
     drop: f64,
     dup: f64,
@@ -70,9 +85,11 @@ pub(crate) struct Wire {
 }
 
 impl Wire {
-    pub(crate) fn new(spec: &ChannelSpec, mut dice: Dice) -> Self {
+    pub(super) fn new(spec: &ChannelSpec, mut dice: Dice) -> Self {
         Self {
             noise: Noise::new(spec, dice.split()),
+            squelch: spec.squelch,
+            keyed: [None; 2],
             dice,
             drop: spec.drop,
             dup: spec.dup,
@@ -82,20 +99,37 @@ impl Wire {
         }
     }
 
-    pub(crate) fn set(&mut self, spec: &ChannelSpec) {
+    pub(super) fn set(&mut self, spec: &ChannelSpec) {
         self.noise.set(spec);
+        self.squelch = spec.squelch;
         (self.drop, self.dup, self.delay_ms) = (spec.drop, spec.dup, spec.delay_ms);
     }
 
     /// One byte time: the transmitter's byte or its idle mark, as far as the receiver can hear it.
-    pub(crate) fn pass(&mut self, now_ms: u64, sent: Option<u8>, is_heard: bool) {
-        let line = sent.filter(|_| is_heard);
-        if !is_heard {
-            // A receiver without a carrier sees a resting line.
-            for _ in 0..BITS_PER_BYTE {
-                self.sample(now_ms, true);
+    pub(super) fn pass(&mut self, now_ms: u64, sent: Option<u8>, hearing: Hearing) {
+        let mut line = sent;
+        let mut has_carrier = true;
+        if self.squelch != Squelch::Closed {
+            let [current, previous] = self.keyed;
+            self.keyed = [sent, current];
+            line = current;
+            has_carrier = [sent, current, previous].iter().any(Option::is_some);
+        }
+        match hearing {
+            Hearing::Line if has_carrier => self.pass_line(now_ms, line),
+            Hearing::Line => self.pass_hiss(now_ms),
+            Hearing::Out if self.squelch == Squelch::OpenInOutages => self.pass_hiss(now_ms),
+            // The receiver sees a resting line.
+            Hearing::Deaf | Hearing::Out => {
+                for _ in 0..BITS_PER_BYTE {
+                    self.sample(now_ms, true);
+                }
             }
-        } else if self.receiver == Receiver::Idle && self.noise.skip(BITS_PER_BYTE) {
+        }
+    }
+
+    fn pass_line(&mut self, now_ms: u64, line: Option<u8>) {
+        if self.receiver == Receiver::Idle && self.noise.skip(BITS_PER_BYTE) {
             if let Some(byte) = line {
                 self.receive(now_ms, byte);
             }
@@ -104,6 +138,14 @@ impl Wire {
                 let bit = line.is_none_or(|byte| bit_of(byte, index)) ^ self.noise.flip();
                 self.sample(now_ms, bit);
             }
+        }
+    }
+
+    /// Every bit is a toss of a coin.
+    fn pass_hiss(&mut self, now_ms: u64) {
+        let bits = self.dice.next_u32();
+        for index in 0..BITS_PER_BYTE {
+            self.sample(now_ms, bits >> index & 1 == 1);
         }
     }
 
@@ -131,7 +173,7 @@ impl Wire {
     }
 
     /// The next byte that has arrived by now.
-    pub(crate) fn poll(&mut self, now_ms: u64) -> Option<u8> {
+    pub(super) fn poll(&mut self, now_ms: u64) -> Option<u8> {
         let (due_ms, byte) = *self.arriving.front()?;
         if due_ms > now_ms {
             return None;
@@ -141,7 +183,7 @@ impl Wire {
     }
 
     /// Bytes on their way through the modem.
-    pub(crate) fn in_flight(&self) -> usize {
+    pub(super) fn in_flight(&self) -> usize {
         self.arriving.len()
     }
 }
@@ -164,7 +206,7 @@ mod tests {
         let mut wire = Wire::new(&text.parse().unwrap(), Dice::new(2, Stream::Downlink));
         let mut received = Vec::new();
         for (slot, byte) in (0..).zip(sent) {
-            wire.pass(slot * 4, Some(*byte), true);
+            wire.pass(slot * 4, Some(*byte), Hearing::Line);
             received.extend(std::iter::from_fn(|| wire.poll(u64::MAX)));
         }
         received
@@ -230,7 +272,7 @@ mod tests {
             Dice::new(3, Stream::Downlink),
         );
         for slot in 0..20_000 {
-            wire.pass(slot, None, true);
+            wire.pass(slot, None, Hearing::Line);
         }
         let bytes: Vec<u8> = std::iter::from_fn(|| wire.poll(u64::MAX)).collect();
         assert!((120..280).contains(&bytes.len()), "{}", bytes.len());
@@ -257,7 +299,7 @@ mod tests {
     #[test]
     fn delay_holds_bytes_back() {
         let mut wire = Wire::new(&"delay=0.5s".parse().unwrap(), Dice::new(1, Stream::Uplink));
-        wire.pass(100, Some(b'x'), true);
+        wire.pass(100, Some(b'x'), Hearing::Line);
         assert_eq!(wire.poll(599), None);
         assert_eq!(wire.in_flight(), 1);
         assert_eq!(wire.poll(600), Some(b'x'));
@@ -266,9 +308,50 @@ mod tests {
     #[test]
     fn what_is_not_heard_is_silence() {
         let mut wire = Wire::new(&ChannelSpec::default(), Dice::new(1, Stream::Uplink));
-        wire.pass(0, Some(b'x'), false);
-        wire.pass(4, Some(b'y'), true);
+        wire.pass(0, Some(b'x'), Hearing::Deaf);
+        wire.pass(0, Some(b'x'), Hearing::Out);
+        wire.pass(4, Some(b'y'), Hearing::Line);
         assert_eq!(wire.poll(4), Some(b'y'));
         assert_eq!(wire.poll(4), None);
+    }
+
+    /// Bytes received in so many byte times of silence.
+    fn hiss(text: &str, hearing: Hearing) -> usize {
+        let mut wire = Wire::new(&text.parse().unwrap(), Dice::new(1, Stream::Uplink));
+        for slot in 0..10_000 {
+            wire.pass(slot, None, hearing);
+        }
+        std::iter::from_fn(|| wire.poll(u64::MAX)).count()
+    }
+
+    #[test]
+    fn open_squelch_makes_bytes_of_silence_where_it_was_asked_for() {
+        // A start bit in two, and the stop bit of every other byte is broken.
+        assert!((2_000..5_000).contains(&hiss("squelch", Hearing::Line)));
+        assert!((2_000..5_000).contains(&hiss("squelch=out", Hearing::Out)));
+        for (text, hearing) in [
+            ("", Hearing::Line),
+            ("squelch", Hearing::Out),
+            ("squelch", Hearing::Deaf),
+            ("squelch=out", Hearing::Deaf),
+        ] {
+            assert_eq!(hiss(text, hearing), 0, "{text}, {hearing:?}");
+        }
+    }
+
+    #[test]
+    fn a_carrier_that_comes_up_before_its_bytes_is_understood() {
+        let mut wire = Wire::new(&"squelch".parse().unwrap(), Dice::new(1, Stream::Uplink));
+        for round in 0..200 {
+            let bytes = [None, None, None, Some(b'o'), Some(b'k'), None, None, None];
+            for byte in bytes {
+                wire.pass(round, byte, Hearing::Line);
+            }
+            let heard: Vec<u8> = std::iter::from_fn(|| wire.poll(u64::MAX)).collect();
+            assert!(
+                heard.windows(2).any(|pair| pair == b"ok"),
+                "{round}: {heard:?}"
+            );
+        }
     }
 }

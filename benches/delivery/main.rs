@@ -1,0 +1,167 @@
+//! How long until the robot has proved what it was sent: the real station, the robot's real program and a
+//! radio that flips bits, in virtual time, beside the least that is possible and beside MAVLink's mission
+//! protocol over the same radio. Prints Markdown.
+//!
+//!     cargo bench --bench delivery                                 everything
+//!     cargo bench --bench delivery -- full 100 3e-3 --seeds 50     one cell
+//!     cargo bench --bench delivery -- half 100 mavlink             a row, with MAVLink beside it
+//!     cargo bench --bench delivery -- commands                     one section: lists commands stop cold
+//!
+//! Words choose: `full` or `half`, a number of waypoints (10, 100, 300), a bit error rate (0, 1e-4, 1e-3,
+//! 3e-3 or any other) or `burst`. The same seeds give the same figures on every machine.
+
+#[path = "../../tests/common/mod.rs"]
+mod common;
+mod mavlink;
+mod ours;
+mod report;
+mod wishes;
+
+use report::Times;
+use wishes::{Duplex, Section, Wishes};
+
+fn main() {
+    let wishes = match Wishes::from_words(std::env::args().skip(1)) {
+        Ok(wishes) => wishes,
+        Err(problem) => {
+            eprintln!("{problem}");
+            std::process::exit(2);
+        }
+    };
+    for section in &wishes.sections {
+        match section {
+            Section::Lists => lists(&wishes),
+            Section::Commands => commands(&wishes),
+            Section::Stop => stop(),
+            Section::Cold => cold(&wishes),
+        }
+        println!();
+    }
+}
+
+/// Seconds until proof of a list: mean and 95th percentile.
+fn lists(wishes: &Wishes) {
+    println!(
+        "Lists, {} seeds a cell: mean (95 % within), seconds",
+        wishes.seeds
+    );
+    println!();
+    report::header(&[&["", "waypoints"], &wishes.channel_names()[..]].concat());
+    for count in &wishes.counts {
+        let bounds = wishes
+            .channels
+            .iter()
+            .map(|c| format!("{:.2}", report::bound_s(c, *count)));
+        report::row(
+            ["lower bound".to_owned(), count.to_string()]
+                .into_iter()
+                .chain(bounds),
+        );
+        for duplex in &wishes.duplexes {
+            let cells = wishes.channels.iter().map(|channel| {
+                let spec = duplex.over(channel);
+                let times = common::on_all_cores(0..wishes.seeds, |seed| {
+                    ours::list_s(*duplex, &spec, seed, *count)
+                });
+                Times::of(times).to_string()
+            });
+            report::row(
+                [duplex.to_string(), count.to_string()]
+                    .into_iter()
+                    .chain(cells),
+            );
+        }
+        if wishes.mavlink {
+            for duplex in &wishes.duplexes {
+                mavlink_row(wishes, *duplex, *count);
+            }
+        }
+    }
+}
+
+fn mavlink_row(wishes: &Wishes, duplex: Duplex, count: usize) {
+    // A vehicle that sends its lines all the time is deaf on a radio that cannot do both at once.
+    let telemetry = match duplex {
+        Duplex::Full => &[true, false][..],
+        Duplex::Half => &[false],
+    };
+    for telemetry in telemetry {
+        let cells = wishes.channels.iter().map(|channel| {
+            let spec = duplex.over(channel);
+            let times = common::on_all_cores(0..wishes.seeds, |seed| {
+                mavlink::upload_s(&spec, seed, count, *telemetry)
+            });
+            Times::of(times).to_string()
+        });
+        let silent = if *telemetry { "" } else { ", no telemetry" };
+        let name = format!("MAVLink, {duplex}{silent}");
+        report::row([name, count.to_string()].into_iter().chain(cells));
+    }
+}
+
+/// Seconds until proof of a single order.
+fn commands(wishes: &Wishes) {
+    println!(
+        "One command, session open, {} seeds a cell: seconds",
+        wishes.seeds
+    );
+    println!();
+    report::header(&["", "bit error rate", "mean", "95 % within", "slowest"]);
+    for duplex in &wishes.duplexes {
+        for channel in ["", "ber=1e-3"] {
+            let spec = duplex.over(channel);
+            let times = common::on_all_cores(0..wishes.seeds, |seed| {
+                ours::command_s(*duplex, &spec, seed)
+            });
+            report::row(Times::of(times).columns(&duplex.to_string(), channel));
+        }
+    }
+}
+
+/// The same when nothing has been heard yet and no session is open.
+fn cold(wishes: &Wishes) {
+    println!(
+        "Cold: a station that has heard nothing, no session, {} seeds a cell: seconds",
+        wishes.seeds
+    );
+    println!();
+    report::header(&["", "bit error rate", "mean", "95 % within", "slowest"]);
+    for duplex in &wishes.duplexes {
+        for count in [None, Some(100)] {
+            for channel in ["", "ber=1e-3"] {
+                let spec = duplex.over(channel);
+                let times = common::on_all_cores(0..wishes.seeds, |seed| {
+                    ours::cold_s(*duplex, &spec, seed, count)
+                });
+                let what = count.map_or("one command".to_owned(), |n| format!("{n} waypoints"));
+                let name = format!("{duplex}, {what}");
+                report::row(Times::of(times).columns(&name, channel));
+            }
+        }
+    }
+}
+
+/// From the key to the motors off and the wheels standing, in the middle of a transfer on a clean link.
+fn stop() {
+    const PHASES_MS: u64 = 2000;
+    println!(
+        "STOP in mid-transfer on a clean link, key pressed at each of {PHASES_MS} ms: milliseconds"
+    );
+    println!();
+    report::header(&["", "mean", "slowest"]);
+    let stops = common::on_all_cores(0..PHASES_MS, ours::stop_ms);
+    for (name, of) in [
+        (
+            "robot in mode stop",
+            (|s| s.mode_ms) as fn(&ours::Stopped) -> u64,
+        ),
+        ("motors off", |s| s.motors_ms),
+        ("wheels standing", |s| s.standing_ms),
+        ("proven at the station", |s| s.proven_ms),
+    ] {
+        let all: Vec<u64> = stops.iter().map(|(_, stopped)| of(stopped)).collect();
+        let mean = all.iter().sum::<u64>() / PHASES_MS;
+        let slowest = all.iter().max().copied().unwrap_or_default();
+        report::row([name.to_owned(), mean.to_string(), slowest.to_string()]);
+    }
+}

@@ -1,0 +1,309 @@
+//! MAVLink's mission upload over the same radio, for comparison.
+//!
+//! After the developer guide at mavlink.io, *Packet Serialization* and *Mission Protocol*:
+//!
+//! - MAVLink 2 frames: ten bytes of header, the payload without the zeros at its end, two bytes of CRC-16
+//!   (MCRF4XX, seeded with the message's `CRC_EXTRA` at its end). The receiver waits for the start byte and
+//!   trusts the length behind it.
+//! - `MISSION_COUNT`, then for each waypoint in turn `MISSION_REQUEST_INT` from the vehicle and
+//!   `MISSION_ITEM_INT` from the ground, then `MISSION_ACK`. Items out of sequence are dropped.
+//! - The recommended timeouts: 250 ms for a requested item, 1500 ms for everything else.
+//!
+//! Where there was a choice it is the one that suits MAVLink: retries without end instead of five, since five
+//! would seldom finish on the worse channels; timers that run from the last byte on the wire and not from the
+//! moment it was queued; a vehicle that answers at once, sends what the mission needs before any telemetry
+//! that waits, repeats a lost `MISSION_ACK` when the last item comes again, and leaves it to its timer to ask
+//! again after an item out of sequence, as PX4 does: asked for at once, as the guide has it, every doubled item
+//! doubles all that follow until the wire is full of them; a receiver that looks for another
+//! start byte in what a wrong length made it keep. No heartbeats, no signature.
+//! Its telemetry, when there is any, is that of our robot: 80 bytes three times a second as far as there is
+//! room, a line under way never cut off.
+
+use std::collections::VecDeque;
+
+use sr04_sim::{ChannelSpec, Radio};
+
+use crate::ours::route;
+
+const START: u8 = 0xFD;
+const HEADER_BYTES: usize = 10;
+const CRC_BYTES: usize = 2;
+
+const ITEM_TIMEOUT_MS: u64 = 250;
+const DEFAULT_TIMEOUT_MS: u64 = 1500;
+
+/// Later than this it is given up.
+const LIMIT_MS: u64 = 4 * 3600 * 1000;
+
+const LINE_BYTES: usize = 80;
+
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum Message {
+    Count(u16),
+    RequestInt(u16),
+    ItemInt { seq: u16, x: i32, y: i32 },
+    Ack,
+}
+
+/// Of the vehicle as the addressee of what the ground sends, and of the ground the other way round.
+const ADDRESS: [u8; 2] = [1, 1];
+
+impl Message {
+    /// Message id and `CRC_EXTRA`.
+    const fn id(self) -> (u8, u8) {
+        match self {
+            Self::Count(_) => (44, 221),
+            Self::RequestInt(_) => (51, 196),
+            Self::ItemInt { .. } => (73, 38),
+            Self::Ack => (47, 153),
+        }
+    }
+
+    fn payload(self) -> Vec<u8> {
+        let mut payload = Vec::new();
+        match self {
+            Self::Count(number) | Self::RequestInt(number) => {
+                payload.extend(number.to_le_bytes());
+                payload.extend(ADDRESS);
+            }
+            Self::ItemInt { seq, x, y } => {
+                payload.extend([0; 16]); // four parameters
+                payload.extend(x.to_le_bytes());
+                payload.extend(y.to_le_bytes());
+                payload.extend([0; 4]); // altitude
+                payload.extend(seq.to_le_bytes());
+                payload.extend(16_u16.to_le_bytes()); // a waypoint
+                payload.extend(ADDRESS);
+                payload.extend([1, 0, 1]); // local frame, not the current one, go on by itself
+            }
+            // Accepted is zero.
+            Self::Ack => payload.extend(ADDRESS),
+        }
+        // The mission's type, the last byte of each, is zero and cut off with all other zeros there.
+        while payload.len() > 1 && payload.last() == Some(&0) {
+            payload.pop();
+        }
+        payload
+    }
+
+    /// `number` counts the frames of one sender.
+    fn frame(self, number: &mut u8) -> Vec<u8> {
+        *number = number.wrapping_add(1);
+        let payload = self.payload();
+        let (id, extra) = self.id();
+        let mut frame = vec![START, payload.len() as u8, 0, 0, *number, 1, 1, id, 0, 0];
+        frame.extend(payload);
+        frame.extend(crc16(&frame[1..], extra).to_le_bytes());
+        frame
+    }
+
+    /// Reads a whole frame.
+    fn parse(frame: &[u8]) -> Option<Self> {
+        let (body, crc) = frame.split_at_checked(frame.len() - CRC_BYTES)?;
+        let mut padded = body.get(HEADER_BYTES..)?.to_vec();
+        padded.resize(64, 0);
+        let u16_at = |at: usize| u16::from_le_bytes([padded[at], padded[at + 1]]);
+        let i32_at = |at: usize| {
+            i32::from_le_bytes([padded[at], padded[at + 1], padded[at + 2], padded[at + 3]])
+        };
+        let message = match body.get(7)? {
+            44 => Self::Count(u16_at(0)),
+            51 => Self::RequestInt(u16_at(0)),
+            73 => Self::ItemInt {
+                seq: u16_at(28),
+                x: i32_at(16),
+                y: i32_at(20),
+            },
+            47 => Self::Ack,
+            _ => return None,
+        };
+        (crc == crc16(&body[1..], message.id().1).to_le_bytes()).then_some(message)
+    }
+}
+
+/// CRC-16/MCRF4XX of the bytes and, behind them, the message's own.
+fn crc16(bytes: &[u8], extra: u8) -> u16 {
+    bytes.iter().chain([&extra]).fold(0xFFFF, |crc, byte| {
+        (0..8).fold(crc ^ u16::from(*byte), |crc, _| {
+            if crc & 1 == 1 {
+                crc >> 1 ^ 0x8408
+            } else {
+                crc >> 1
+            }
+        })
+    })
+}
+
+/// Waits for a start byte and believes the length that follows; if that was wrong, looks for the next start
+/// byte among what it has kept.
+#[derive(Default)]
+struct Parser(VecDeque<u8>);
+
+impl Parser {
+    fn push(&mut self, byte: u8) -> Option<Message> {
+        self.0.push_back(byte);
+        loop {
+            while self.0.front().is_some_and(|first| *first != START) {
+                self.0.pop_front();
+            }
+            let length = HEADER_BYTES + usize::from(*self.0.get(1)?) + CRC_BYTES;
+            if self.0.len() < length {
+                return None;
+            }
+            if let Some(message) = Message::parse(&self.0.make_contiguous()[..length]) {
+                self.0.drain(..length);
+                return Some(message);
+            }
+            self.0.pop_front();
+        }
+    }
+}
+
+/// What is to be said again, and when its last byte left.
+struct Asked {
+    message: Message,
+    timeout_ms: u64,
+    due_ms: Option<u64>,
+}
+
+impl Asked {
+    fn new(message: Message, timeout_ms: u64) -> Self {
+        Self {
+            message,
+            timeout_ms,
+            due_ms: None,
+        }
+    }
+}
+
+/// The vehicle.
+struct Vehicle {
+    sends_telemetry: bool,
+    parser: Parser,
+    count: u16,
+    items: Vec<(i32, i32)>,
+    asked: Option<Asked>,
+    out: VecDeque<u8>,
+    queue: VecDeque<Message>,
+    is_asking: bool,
+    /// Of the latest frame.
+    number: u8,
+}
+
+impl Vehicle {
+    fn handle(&mut self, message: Message) {
+        let expected = self.items.len() as u16;
+        match message {
+            Message::Count(count) => {
+                self.count = count;
+                self.items.clear();
+            }
+            Message::ItemInt { seq, x, y } if seq == expected && seq < self.count => {
+                self.items.push((x, y));
+            }
+            // The last one again: its acknowledgement was lost.
+            Message::ItemInt { .. } if expected == self.count => {}
+            Message::ItemInt { .. } | Message::RequestInt(_) | Message::Ack => return,
+        }
+        self.asked = None;
+        self.queue.clear();
+        if self.count > 0 && self.items.len() < usize::from(self.count) {
+            self.ask(Message::RequestInt(self.items.len() as u16));
+        } else {
+            self.queue.push_back(Message::Ack);
+        }
+    }
+
+    fn ask(&mut self, message: Message) {
+        self.queue.push_back(message);
+        self.asked = Some(Asked::new(message, ITEM_TIMEOUT_MS));
+    }
+
+    fn next_byte(&mut self, now_ms: u64) -> Option<u8> {
+        if let Some(asked) = &mut self.asked
+            && asked.due_ms.is_some_and(|due_ms| due_ms <= now_ms)
+        {
+            asked.due_ms = None;
+            self.queue.push_back(asked.message);
+        }
+        if self.out.is_empty() {
+            if let Some(message) = self.queue.pop_front() {
+                self.out.extend(message.frame(&mut self.number));
+                self.is_asking = true;
+            } else if self.sends_telemetry {
+                self.out.extend([b'0'; LINE_BYTES]);
+            }
+        }
+        let byte = self.out.pop_front();
+        if self.is_asking && self.out.is_empty() {
+            self.is_asking = false;
+            if let Some(asked) = &mut self.asked {
+                asked.due_ms = Some(now_ms + asked.timeout_ms);
+            }
+        }
+        byte
+    }
+}
+
+/// Seconds until the ground has the acknowledgement of `count` waypoints. The clock starts when a line of
+/// telemetry has just ended.
+pub fn upload_s(spec: &str, seed: u64, count: usize, sends_telemetry: bool) -> Option<f64> {
+    let spec: ChannelSpec = spec.parse().expect("the bench's own words");
+    let mut radio = Radio::new(&spec, seed);
+    let waypoints: Vec<(i32, i32)> = route(seed, count)
+        .iter()
+        .map(|point| (i32::from(point.x_in) * 254, i32::from(point.y_in) * 254))
+        .collect();
+    let mut vehicle = Vehicle {
+        sends_telemetry,
+        parser: Parser::default(),
+        count: 0,
+        items: Vec::new(),
+        asked: None,
+        out: VecDeque::new(),
+        queue: VecDeque::new(),
+        is_asking: false,
+        number: 0,
+    };
+    let mut number = 0;
+    let mut ground = Parser::default();
+    let announce = Message::Count(count as u16);
+    let mut asked = Some(Asked::new(announce, DEFAULT_TIMEOUT_MS));
+    radio.transmit(&announce.frame(&mut number));
+    for now_ms in 1..LIMIT_MS {
+        radio.step(now_ms, || vehicle.next_byte(now_ms));
+        while let Some(byte) = radio.poll_uplink(now_ms) {
+            if let Some(message) = vehicle.parser.push(byte) {
+                vehicle.handle(message);
+            }
+        }
+        while let Some(byte) = radio.poll_downlink(now_ms) {
+            match ground.push(byte) {
+                Some(Message::RequestInt(seq)) => {
+                    let Some(&(x, y)) = waypoints.get(usize::from(seq)) else {
+                        continue;
+                    };
+                    let item = Message::ItemInt { seq, x, y };
+                    // Of the last one the acknowledgement is awaited; the others are asked for.
+                    let is_last = usize::from(seq) + 1 == count;
+                    asked = is_last.then(|| Asked::new(item, DEFAULT_TIMEOUT_MS));
+                    radio.transmit(&item.frame(&mut number));
+                }
+                Some(Message::Ack) if vehicle.items == waypoints => {
+                    return Some(now_ms as f64 / 1000.0);
+                }
+                _ => {}
+            }
+        }
+        if let Some(asked) = &mut asked
+            && radio.uplink_pending() == 0
+        {
+            let due_ms = *asked.due_ms.get_or_insert(now_ms + asked.timeout_ms);
+            if due_ms <= now_ms {
+                asked.due_ms = None;
+                radio.transmit(&asked.message.frame(&mut number));
+            }
+        }
+    }
+    None
+}

@@ -1,0 +1,150 @@
+//! One run of our own protocol: the real station against the robot's real program.
+
+use groundwave::event::{CommandStep, Event};
+use groundwave::request::Request;
+use groundwave_protocol::Waypoint;
+use groundwave_protocol::arq::Config;
+use groundwave_protocol::letters::Mode;
+use sr04_firmware::board;
+use sr04_sim::{SimulationConfig, World};
+
+use crate::common::{CoSimulation, owner};
+use crate::wishes::Duplex;
+
+/// Later than this nothing has failed but the bench: every task ends before, proven or not.
+const LIMIT_S: u64 = 600;
+
+/// Robot and station with a session open between them over this channel, in the quiet that follows a while
+/// later.
+fn at_rest(duplex: Duplex, spec: &str, seed: u64) -> CoSimulation {
+    let mut co = switched_on(duplex, seed);
+    co.deliver(Request::Mode(Mode::Reactive));
+    co.simulation.set_channel(&channel(&duplex.over(spec)));
+    co.run(5);
+    co
+}
+
+fn switched_on(duplex: Duplex, seed: u64) -> CoSimulation {
+    let world = World::built_in("open-room").expect("it comes with the simulator");
+    let mut config = SimulationConfig::new(world, seed);
+    config.channel = channel(&duplex.over(""));
+    if duplex == Duplex::Half {
+        config.duplex = board::Duplex::Half {
+            patience_bytes: board::PATIENCE_BYTES,
+        };
+    }
+    CoSimulation::with(&config, Config::new(owner(seed)))
+}
+
+fn channel(spec: &str) -> sr04_sim::ChannelSpec {
+    spec.parse().expect("the bench's own words")
+}
+
+/// Seconds from the order to send a list until the robot has proved it; the order comes when a line has
+/// just been heard.
+pub fn list_s(duplex: Duplex, spec: &str, seed: u64, count: usize) -> Option<f64> {
+    let mut co = at_rest(duplex, spec, seed);
+    let seen = co.events.len();
+    co.run_until("a line is heard", 60, |co| {
+        co.events[seen..]
+            .iter()
+            .any(|(_, event)| matches!(event, Event::Line { .. }))
+    });
+    proof_s(&mut co, Request::Route(route(seed, count)))
+}
+
+/// Seconds until a single command is proven, given at any moment.
+pub fn command_s(duplex: Duplex, spec: &str, seed: u64) -> Option<f64> {
+    let mut co = at_rest(duplex, spec, seed);
+    wait(&mut co, seed);
+    proof_s(&mut co, Request::Mode(Mode::Prowl))
+}
+
+/// Seconds until proof for a station that starts beside a robot at work; `count` waypoints, or one command.
+pub fn cold_s(duplex: Duplex, spec: &str, seed: u64, count: Option<usize>) -> Option<f64> {
+    let mut co = switched_on(duplex, seed);
+    co.simulation.run_for_ms(3000 + phase_ms(seed));
+    while co.simulation.poll_downlink().is_some() {}
+    co.simulation.set_channel(&channel(&duplex.over(spec)));
+    let request = count.map_or(Request::Mode(Mode::Reactive), |count| {
+        Request::Route(route(seed, count))
+    });
+    proof_s(&mut co, request)
+}
+
+fn proof_s(co: &mut CoSimulation, request: Request) -> Option<f64> {
+    let begun = co.now();
+    let id = co.request(request);
+    co.run_until("it ends", LIMIT_S, |co| co.fate(id).is_some());
+    matches!(co.fate(id), Some(CommandStep::Proven { .. }))
+        .then(|| (co.now() - begun).as_secs_f64())
+}
+
+/// Milliseconds from the key to what STOP must bring about.
+pub struct Stopped {
+    pub mode_ms: u64,
+    pub motors_ms: u64,
+    pub standing_ms: u64,
+    pub proven_ms: u64,
+}
+
+/// Slower than this is standing.
+const STANDING_IN_S: f64 = 0.05;
+
+/// Presses STOP so many milliseconds into a transfer of 100 waypoints to a robot that drives.
+pub fn stop_ms(phase_ms: u64) -> Stopped {
+    let mut co = switched_on(Duplex::Full, 1);
+    co.deliver(Request::Mode(Mode::Prowl));
+    co.request(Request::Route(route(1, 100)));
+    for _ in 0..300 + phase_ms {
+        co.step();
+    }
+    assert!(!co.station.is_settled(), "STOP must come in mid-transfer");
+    let pressed = co.now();
+    let stop = co.request(Request::Stop);
+    let mut since = |what: &str, done: &mut dyn FnMut(&CoSimulation) -> bool| {
+        co.run_until(what, 30, done);
+        (co.now() - pressed).as_millis() as u64
+    };
+    Stopped {
+        mode_ms: since("the mode is stop", &mut |co| {
+            co.simulation.robot().mode() == Mode::Stop
+        }),
+        motors_ms: since("the motors are off", &mut |co| {
+            let outputs = co.simulation.outputs();
+            outputs.pwm_left == 0 && outputs.pwm_right == 0
+        }),
+        standing_ms: since("the wheels stand", &mut |co| {
+            co.simulation.truth().speed_in_s.abs() < STANDING_IN_S
+        }),
+        proven_ms: since("STOP is proven", &mut |co| co.fate(stop).is_some()),
+    }
+}
+
+/// Any moment within a second, different from seed to seed.
+fn phase_ms(seed: u64) -> u64 {
+    seed * 617 % 1000
+}
+
+fn wait(co: &mut CoSimulation, seed: u64) {
+    for _ in 0..phase_ms(seed) {
+        co.step();
+    }
+}
+
+/// Waypoints all over the plane, different for each seed.
+pub fn route(seed: u64, count: usize) -> Vec<Waypoint> {
+    let mut state = seed;
+    let mut part = || {
+        state = state
+            .wrapping_mul(6_364_136_223_846_793_005)
+            .wrapping_add(1_442_695_040_888_963_407);
+        ((state >> 33) % 19_999) as i16 - 9999
+    };
+    (0..count)
+        .map(|_| Waypoint {
+            x_in: part(),
+            y_in: part(),
+        })
+        .collect()
+}

@@ -1,0 +1,147 @@
+//! Which cells are wanted.
+
+use std::fmt;
+
+/// Whether both sides can send at once.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Duplex {
+    Full,
+    Half,
+}
+
+impl Duplex {
+    /// A channel as on the command line, with this.
+    pub fn over(self, channel: &str) -> String {
+        match self {
+            Self::Full => channel.to_owned(),
+            Self::Half if channel.is_empty() => "half-duplex".to_owned(),
+            Self::Half => format!("{channel},half-duplex"),
+        }
+    }
+}
+
+impl fmt::Display for Duplex {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(match self {
+            Self::Full => "full duplex",
+            Self::Half => "half duplex",
+        })
+    }
+}
+
+/// A part of the report.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Section {
+    Lists,
+    Commands,
+    Stop,
+    Cold,
+}
+
+/// Errors in clumps of 50 bits on average, of which every other one flips: five bytes are spoiled at a time,
+/// and between two such clumps lie 25,000 bits, that is ten seconds.
+pub const BURST: &str = "ber=1e-3,burst=50";
+
+/// Everything that was asked for.
+#[derive(Debug)]
+pub struct Wishes {
+    pub sections: Vec<Section>,
+    pub duplexes: Vec<Duplex>,
+    pub counts: Vec<usize>,
+    /// As on the command line, without the radio's kind.
+    pub channels: Vec<String>,
+    pub mavlink: bool,
+    pub seeds: u64,
+}
+
+impl Wishes {
+    /// Reads the words behind `--`.
+    pub fn from_words(words: impl Iterator<Item = String>) -> Result<Self, String> {
+        let mut wishes = Self {
+            sections: Vec::new(),
+            duplexes: Vec::new(),
+            counts: Vec::new(),
+            channels: Vec::new(),
+            mavlink: false,
+            seeds: 200,
+        };
+        let mut words = words;
+        while let Some(word) = words.next() {
+            match word.as_str() {
+                // Cargo says so to every bench.
+                "--bench" => {}
+                "full" => wishes.duplexes.push(Duplex::Full),
+                "half" => wishes.duplexes.push(Duplex::Half),
+                "lists" => wishes.sections.push(Section::Lists),
+                "commands" => wishes.sections.push(Section::Commands),
+                "stop" => wishes.sections.push(Section::Stop),
+                "cold" => wishes.sections.push(Section::Cold),
+                "mavlink" => wishes.mavlink = true,
+                "burst" => wishes.channels.push(BURST.to_owned()),
+                "0" => wishes.channels.push(String::new()),
+                "--seeds" => {
+                    let seeds = words.next().and_then(|seeds| seeds.parse().ok());
+                    wishes.seeds = seeds.ok_or("--seeds takes a number, like --seeds 50")?;
+                }
+                _ => wishes.number(&word)?,
+            }
+        }
+        let all = wishes.sections.is_empty() && wishes.has_no_filter();
+        if all {
+            wishes.mavlink = true;
+            wishes.sections = vec![
+                Section::Lists,
+                Section::Commands,
+                Section::Stop,
+                Section::Cold,
+            ];
+        } else if wishes.sections.is_empty() {
+            wishes.sections.push(Section::Lists);
+        }
+        if wishes.duplexes.is_empty() {
+            wishes.duplexes = vec![Duplex::Full, Duplex::Half];
+        }
+        if wishes.counts.is_empty() {
+            wishes.counts = vec![10, 100, 300];
+        }
+        if wishes.channels.is_empty() {
+            wishes.channels = ["", "ber=1e-4", "ber=1e-3", "ber=3e-3", BURST]
+                .map(str::to_owned)
+                .into();
+        }
+        Ok(wishes)
+    }
+
+    fn has_no_filter(&self) -> bool {
+        self.duplexes.is_empty() && self.counts.is_empty() && self.channels.is_empty()
+    }
+
+    fn number(&mut self, word: &str) -> Result<(), String> {
+        if let Ok(count @ 1..=300) = word.parse() {
+            self.counts.push(count);
+        } else if word
+            .parse::<f64>()
+            .is_ok_and(|ber| (0.0..0.25).contains(&ber))
+        {
+            self.channels.push(format!("ber={word}"));
+        } else {
+            return Err(format!(
+                "`{word}`: write full, half, 1 to 300 waypoints, a bit error rate like 3e-3, burst, mavlink, \
+                 lists, commands, stop, cold, --seeds N"
+            ));
+        }
+        Ok(())
+    }
+
+    /// For the table's head.
+    pub fn channel_names(&self) -> Vec<&str> {
+        self.channels
+            .iter()
+            .map(|channel| match channel.as_str() {
+                "" => "0",
+                BURST => "1e-3 in bursts of 50 bits",
+                other => other.trim_start_matches("ber="),
+            })
+            .collect()
+    }
+}

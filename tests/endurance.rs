@@ -1,0 +1,218 @@
+//! A day of a link that comes and goes, in virtual time: everything ends, and nothing grows.
+//!
+//! The robot is the real program without its world, so that a day takes seconds: it stands still and feels
+//! nothing. Station, dashboard model and radio are the real ones.
+
+use std::time::Duration;
+
+use groundwave::event::{CommandStep, Event, LinkEvent};
+use groundwave::model::{Config as ModelConfig, Model};
+use groundwave::request::Request;
+use groundwave::station::Station;
+use groundwave_protocol::Waypoint;
+use groundwave_protocol::arq::Config;
+use groundwave_protocol::letters::Mode;
+use sr04_firmware::board::{Duplex, Identity, Inputs};
+use sr04_firmware::robot::Robot;
+use sr04_sim::{ChannelSpec, Radio, TICK_MS};
+
+const HOUR_MS: u64 = 3_600_000;
+
+/// What the radio is like, in turn, and for how many seconds.
+const WEATHER: [(&str, u64); 8] = [
+    ("", 211),
+    ("ber=1e-3", 97),
+    ("out=0s..1000000s", 41),
+    ("ber=3e-3,burst=80", 61),
+    ("out=0s..1000000s", 7),
+    ("squelch,delay=400ms", 47),
+    ("out=0s..1000000s", 173),
+    ("drop=0.01,dup=0.01", 31),
+];
+
+/// An order every so many seconds: sometimes in fair weather, sometimes in foul.
+const ORDER_EVERY_S: u64 = 149;
+
+struct Day {
+    now_ms: u64,
+    robot: Robot,
+    radio: Radio,
+    station: Station,
+    model: Model,
+    orders: u64,
+    proven: u64,
+    failed: u64,
+}
+
+impl Day {
+    fn new() -> Self {
+        let identity = Identity {
+            robot_id: 7,
+            boots: 1,
+            dice_seed: 1,
+            duplex: Duplex::Full,
+        };
+        Self {
+            now_ms: 0,
+            robot: Robot::new(identity),
+            radio: Radio::new(&ChannelSpec::default(), 1),
+            station: Station::new(Config::new(677), true),
+            model: Model::new(ModelConfig::default()),
+            orders: 0,
+            proven: 0,
+            failed: 0,
+        }
+    }
+
+    fn now(&self) -> Duration {
+        Duration::from_millis(self.now_ms)
+    }
+
+    fn run_s(&mut self, seconds: u64) {
+        for _ in 0..seconds * 1000 {
+            self.step();
+        }
+    }
+
+    fn step(&mut self) {
+        self.now_ms += 1;
+        if self.now_ms.is_multiple_of(TICK_MS) {
+            self.robot.tick(&Inputs::default());
+        }
+        self.radio.step(self.now_ms, || self.robot.poll_downlink());
+        while let Some(byte) = self.radio.poll_uplink(self.now_ms) {
+            self.robot.handle_uplink(byte);
+        }
+        let now = self.now();
+        while let Some(byte) = self.radio.poll_downlink(self.now_ms) {
+            self.station.handle_bytes(now, &[byte]);
+        }
+        // A byte time: nothing is due more often.
+        if self.now_ms.is_multiple_of(4) {
+            self.serve_station(now);
+        }
+    }
+
+    fn serve_station(&mut self, now: Duration) {
+        if self.station.poll_timeout().is_some_and(|at| at <= now) {
+            self.station.handle_timeout(now);
+        }
+        while let Some(bytes) = self.station.poll_transmit(now) {
+            self.radio.transmit(&bytes);
+        }
+        while let Some(event) = self.station.poll_event() {
+            if let Event::Command { step, .. } = &event {
+                match step {
+                    CommandStep::Proven { .. } => self.proven += 1,
+                    CommandStep::Refused(_) | CommandStep::Failed(_) => self.failed += 1,
+                    _ => {}
+                }
+            }
+            self.model.update(now, event);
+        }
+        if self.model.poll_timeout().is_some_and(|at| at <= now) {
+            self.model.update(now, Event::Tick);
+        }
+    }
+
+    fn weather(&mut self, channel: &str) {
+        self.radio.set(&channel.parse().expect("a channel"));
+        // Sometimes it is the cable.
+        if channel.starts_with("out") && self.orders.is_multiple_of(2) {
+            self.station.handle_link(LinkEvent::Lost {
+                reason: "unplugged".to_owned(),
+            });
+            self.station.handle_link(LinkEvent::Opened {
+                name: "/dev/ttyUSB0".to_owned(),
+                can_send: true,
+            });
+        }
+    }
+
+    fn order(&mut self) {
+        let n = self.orders as i16;
+        let request = match self.orders % 5 {
+            0 => Request::Mode(Mode::Reactive),
+            1 => Request::Route(points(n, 30)),
+            2 => Request::Pose {
+                position: points(n, 1)[0],
+                theta_deg: 90,
+            },
+            3 => Request::Route(points(n, 300)),
+            _ => Request::Stop,
+        };
+        self.orders += 1;
+        self.station.handle_request(self.now(), request);
+    }
+
+    /// An hour of weather, with orders now and then.
+    fn hour(&mut self) {
+        let end_ms = self.now_ms + HOUR_MS;
+        let (mut weather_s, mut order_s) = (0, ORDER_EVERY_S);
+        let mut turn = WEATHER.iter().cycle();
+        while self.now_ms < end_ms {
+            if weather_s == 0 {
+                let (channel, time_s) = turn.next().expect("it goes round");
+                self.weather(channel);
+                weather_s = *time_s;
+            }
+            if order_s == 0 {
+                self.order();
+                order_s = ORDER_EVERY_S;
+            }
+            let time_s = weather_s.min(order_s);
+            self.run_s(time_s);
+            weather_s -= time_s;
+            order_s -= time_s;
+        }
+    }
+
+    /// Everything that station and model remember, written out.
+    fn size(&self) -> usize {
+        format!("{:?}{:?}{:?}", self.station, self.model, self.radio).len()
+    }
+}
+
+fn points(n: i16, count: i16) -> Vec<Waypoint> {
+    (0..count)
+        .map(|k| Waypoint {
+            x_in: n % 900 * 10 + k,
+            y_in: k - n % 700,
+        })
+        .collect()
+}
+
+/// Resident memory of this process, where the system tells.
+fn resident_kib() -> Option<u64> {
+    let status = std::fs::read_to_string("/proc/self/status").ok()?;
+    let line = status.lines().find(|line| line.starts_with("VmRSS:"))?;
+    line.split_whitespace().nth(1)?.parse().ok()
+}
+
+#[test]
+fn a_day_of_a_link_that_comes_and_goes_leaves_nothing_behind() {
+    let mut day = Day::new();
+    // Logs, trails and charts have filled up by then.
+    for _ in 0..4 {
+        day.hour();
+    }
+    let (early_size, early_kib) = (day.size(), resident_kib());
+    for _ in 4..24 {
+        day.hour();
+    }
+    let (late_size, late_kib) = (day.size(), resident_kib());
+    day.weather("");
+    day.run_s(300);
+    println!(
+        "{} orders, {} proven, {} failed; {early_size} then {late_size} characters of state, resident \
+         {early_kib:?} then {late_kib:?} KiB",
+        day.orders, day.proven, day.failed
+    );
+    assert!(day.station.is_settled(), "everything has ended");
+    assert_eq!(day.proven + day.failed, day.orders);
+    assert!(day.proven > day.orders / 2, "{} proven", day.proven);
+    assert!(late_size < early_size + early_size / 10);
+    if let (Some(early), Some(late)) = (early_kib, late_kib) {
+        assert!(late < early + 1024, "resident {early} then {late} KiB");
+    }
+}

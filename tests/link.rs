@@ -1,0 +1,99 @@
+//! The link under fire: whatever the radio does to the bytes, the robot holds the old list or the new one, does
+//! what was ordered once, and nothing is claimed that is not so. The real station and the robot's real program,
+//! in virtual time, seeds printed.
+
+mod common;
+mod witness;
+
+use common::on_all_cores;
+use witness::Trial;
+
+const SEEDS: u64 = 200;
+
+/// Orders a seed, besides those at its end.
+const ORDERS: usize = 4;
+
+/// Runs a few orders over each seed's channel, with pauses of all lengths between them.
+fn under(channel_of: impl Fn(u64) -> String + Sync) {
+    let proven = on_all_cores(0..SEEDS, |seed| {
+        let mut trial = Trial::new(seed, &channel_of(seed));
+        let mut proven = 0;
+        for _ in 0..ORDERS {
+            let pause_ms = trial.roll(3000);
+            trial.run_ms(pause_ms);
+            let deed = trial.some_deed();
+            let number = trial.order(deed);
+            trial.run_to_end(number);
+            proven += usize::from(trial.is_proven(number));
+        }
+        trial.finish();
+        proven
+    });
+    let proven: usize = proven.iter().map(|(_, proven)| proven).sum();
+    println!("{proven} of {} orders proven", SEEDS as usize * ORDERS);
+}
+
+#[test]
+fn independent_errors() {
+    let rates = ["1e-4", "1e-3", "3e-3", "5e-3"];
+    under(|seed| format!("ber={}", rates[seed as usize % rates.len()]));
+}
+
+#[test]
+fn bursts() {
+    let rates = [
+        "1e-3,burst=50",
+        "3e-3,burst=400",
+        "0.02,burst=3000",
+        "5e-3,burst=8",
+    ];
+    under(|seed| format!("ber={}", rates[seed as usize % rates.len()]));
+}
+
+#[test]
+fn dropouts() {
+    under(|seed| {
+        let outages = (0..6).map(|n| {
+            let from_ms = n * 7000 + seed * 613 % 5000;
+            format!(",out={from_ms}ms..{}ms", from_ms + 200 + seed * 379 % 6000)
+        });
+        format!("drop=0.01{}", outages.collect::<String>())
+    });
+}
+
+#[test]
+fn squelch_noise() {
+    let also = [
+        "",
+        ",ber=1e-3",
+        "=out,out=3s..9s",
+        "=out,out=2s..4s,out=5s..8s,drop=0.01",
+    ];
+    under(|seed| format!("squelch{}", also[seed as usize % also.len()]));
+}
+
+#[test]
+fn duplicates() {
+    let rates = ["0.001", "0.01", "0.05", "0.01,ber=1e-3"];
+    under(|seed| format!("dup={}", rates[seed as usize % rates.len()]));
+}
+
+#[test]
+fn delays_to_two_seconds() {
+    under(|seed| {
+        let errors = if seed % 2 == 0 { "" } else { ",ber=1e-3" };
+        format!("delay={}ms{errors}", 10 + seed * 10)
+    });
+}
+
+#[test]
+fn everything_at_once() {
+    under(|seed| {
+        let out_s = 2 + seed % 9;
+        format!(
+            "ber=1e-3,burst=30,drop=0.002,dup=0.002,delay={}ms,squelch=out,out={out_s}s..{}s",
+            seed * 7 % 900,
+            out_s + 4
+        )
+    });
+}

@@ -1,0 +1,170 @@
+//! Robot or station restart at every frame boundary of a transfer, and STOP comes in every phase of one. In
+//! virtual time; a first run finds the boundaries, then there is one run for each.
+
+mod common;
+mod witness;
+
+use common::{CoSimulation, on_all_cores};
+use groundwave::event::CommandStep;
+use groundwave::request::Request;
+use groundwave_protocol::letters::Mode;
+use witness::Trial;
+
+/// Over a radio that holds bytes back, frames of the life before arrive in the next one.
+const CHANNELS: [&str; 4] = ["", "ber=1e-3", "delay=700ms", "dup=0.02,delay=80ms"];
+
+/// Waypoints of the list that is being replaced, none for a station that has just started, and of the new one.
+const LISTS: [(usize, usize); 3] = [(20, 60), (0, 60), (5, 1)];
+
+#[derive(Clone, Copy, Debug)]
+enum Restart {
+    Robot,
+    Station,
+    Both,
+}
+
+/// Up to the moment at which the new list is ordered; its number.
+fn begin(seed: u64, channel: &str, (old, new): (usize, usize)) -> (Trial, usize) {
+    let mut trial = Trial::new(seed, channel);
+    trial.run_ms(1000 + seed);
+    if old > 0 {
+        let old = trial.some_list(old);
+        let number = trial.order(old);
+        trial.run_to_end(number);
+        trial.run_ms(1500);
+    }
+    let new = trial.some_list(new);
+    let number = trial.order(new);
+    (trial, number)
+}
+
+/// When frames and lines end from the order to a second after its proof.
+fn boundaries_ms(seed: u64, channel: &str, lists: (usize, usize)) -> Vec<u64> {
+    let (mut trial, number) = begin(seed, channel, lists);
+    trial.boundaries_ms.clear();
+    trial.run_to_end(number);
+    trial.run_ms(1000);
+    trial.boundaries_ms
+}
+
+fn restart_at(restart: Restart, at_ms: u64, seed: u64, channel: &str, lists: (usize, usize)) {
+    let (mut trial, number) = begin(seed, channel, lists);
+    while trial.co.simulation.now_ms() < at_ms {
+        trial.step();
+    }
+    if !matches!(restart, Restart::Robot) {
+        trial.restart_station(seed + 500);
+    }
+    if !matches!(restart, Restart::Station) {
+        trial.reboot_robot();
+    }
+    if matches!(restart, Restart::Robot) {
+        trial.run_to_end(number);
+        // Its list was empty when it came back, so whoever says proven says it of the robot's present life
+        // or said it before.
+        assert!(
+            trial.is_executed(number) || !trial.is_proven(number),
+            "{}",
+            trial.co.context()
+        );
+    }
+    trial.finish();
+}
+
+#[test]
+fn whoever_restarts_at_whatever_boundary_nothing_is_mixed_or_done_twice() {
+    for restart in [Restart::Robot, Restart::Station, Restart::Both] {
+        let mut runs = 0;
+        for (seed, channel) in (40..).zip(CHANNELS) {
+            for lists in LISTS {
+                let boundaries = boundaries_ms(seed, channel, lists);
+                let count = boundaries.len() as u64;
+                assert!(count > 5, "a transfer has frames and lines");
+                on_all_cores(0..count, |n| {
+                    restart_at(restart, boundaries[n as usize], seed, channel, lists);
+                });
+                runs += count;
+            }
+        }
+        println!("{restart:?}: {runs} boundaries");
+    }
+}
+
+const PROVEN: CommandStep = CommandStep::Proven { digest: None };
+
+/// The longest that may pass on a clean link from the key until the robot's program stops, in any phase.
+const STOP_MS: u64 = 150;
+
+#[test]
+fn stop_stops_in_every_phase_of_a_transfer() {
+    for (seed, channel) in (60..).zip(CHANNELS) {
+        for lists in [(20, 60), (0, 60)] {
+            on_all_cores(0..130, |phase| stop_at(phase * 31, seed, channel, lists));
+        }
+    }
+}
+
+fn stop_at(phase_ms: u64, seed: u64, channel: &str, lists: (usize, usize)) {
+    let (mut trial, number) = begin(seed, channel, lists);
+    trial.run_ms(phase_ms);
+    let pressed_ms = trial.co.simulation.now_ms();
+    let had_ended = trial.end(number).is_some();
+    trial.stop();
+    let mut is_standing = false;
+    while trial.stopped().is_none() {
+        trial.step();
+        let mode = trial.co.simulation.robot().mode();
+        let since_ms = trial.co.simulation.now_ms() - pressed_ms;
+        is_standing |= mode == Mode::Stop;
+        let must_stand = is_standing || channel.is_empty() && since_ms > STOP_MS;
+        assert!(!must_stand || mode == Mode::Stop, "{}", trial.co.context());
+    }
+    // Only a whole line A proves it. Of those one in five survives where bytes are doubled, and once in a
+    // thousand none within fifteen seconds.
+    assert!(
+        is_standing && (channel.contains("dup") || trial.stopped() == Some(&PROVEN)),
+        "{:?}: {}",
+        trial.stopped(),
+        trial.co.context()
+    );
+    let end = trial.end(number);
+    assert!(
+        had_ended || matches!(end, Some(CommandStep::Failed(_))),
+        "{end:?}: {}",
+        trial.co.context()
+    );
+    let list = trial.co.simulation.robot().lists().active_digest();
+    for _ in 0..3000 {
+        trial.step();
+        let robot = trial.co.simulation.robot();
+        assert_eq!(robot.mode(), Mode::Stop, "{}", trial.co.context());
+        assert_eq!(
+            robot.lists().active_digest(),
+            list,
+            "{}",
+            trial.co.context()
+        );
+    }
+    trial.finish();
+}
+
+#[test]
+fn stop_ends_hand_drive() {
+    for channel in CHANNELS {
+        on_all_cores(0..40, |seed| {
+            let mut co = CoSimulation::new("open-room", seed, channel);
+            co.deliver(Request::Mode(Mode::User));
+            for _ in 0..seed * 40 {
+                let now = co.now();
+                co.station.handle_drive(now, 6, 2);
+                co.step();
+            }
+            let stop = co.request(Request::Stop);
+            co.run_until("STOP is proven", 30, |co| co.fate(stop) == Some(PROVEN));
+            for _ in 0..5000 {
+                assert_eq!(co.simulation.robot().mode(), Mode::Stop, "{}", co.context());
+                co.step();
+            }
+        });
+    }
+}

@@ -1,0 +1,379 @@
+//! A robot, a station and somebody who looks at both every millisecond: what the robot holds and does must be
+//! what was ordered, once, in that order, and what the station claims must be so.
+#![allow(dead_code, reason = "each test file uses its own part")]
+
+use std::time::Duration;
+
+use groundwave::event::{CommandId, CommandStep, Event};
+use groundwave::request::Request;
+use groundwave::station::Station;
+use groundwave_protocol::arq::Config;
+use groundwave_protocol::digest::digest;
+use groundwave_protocol::telemetry::Body;
+use groundwave_protocol::{LINE_BYTES, Waypoint, decoder::Decoder, decoder::Received};
+use sr04_sim::{ChannelSpec, Simulation};
+
+use crate::common::{CoSimulation, owner};
+
+/// Without progress a task is given up after this; what cannot even start, after a minute.
+const GIVE_UP_S: u64 = 15;
+const START_S: u64 = 60;
+
+/// Farther than the robot gets within a millisecond, or a tick.
+const JUMP_IN: i32 = 20;
+
+/// An order whose execution can be seen on the robot.
+#[derive(Clone, Debug, PartialEq)]
+pub enum Deed {
+    /// The active list becomes this; not empty.
+    List(Vec<Waypoint>),
+    /// The robot believes to be here.
+    Pose(Waypoint),
+}
+
+impl Deed {
+    fn request(&self) -> Request {
+        match self {
+            Self::List(waypoints) => Request::Route(waypoints.clone()),
+            Self::Pose(position) => Request::Pose {
+                position: *position,
+                theta_deg: 0,
+            },
+        }
+    }
+
+    /// The time within which it must end, proven or not: fifteen seconds for the session, for each block of
+    /// four waypoints, for the command, and for a list that was staged wrongly and begins anew.
+    pub fn limit(&self) -> Duration {
+        let blocks = match self {
+            Self::List(waypoints) => waypoints.len().div_ceil(4) as u64,
+            Self::Pose(_) => 0,
+        };
+        Duration::from_secs(START_S + GIVE_UP_S * (3 + blocks))
+    }
+}
+
+#[derive(Debug)]
+struct Issued {
+    deed: Deed,
+    at: Duration,
+    /// While its station lives.
+    id: Option<CommandId>,
+    end: Option<CommandStep>,
+}
+
+/// The two and what has been seen of them.
+pub struct Trial {
+    pub co: CoSimulation,
+    issued: Vec<Issued>,
+    /// Which were executed, in order.
+    executed: Vec<usize>,
+    /// Since the robot's latest boot.
+    poses_executed: usize,
+    list: Vec<Waypoint>,
+    pose_in: (i32, i32),
+    stops: Vec<(CommandId, Option<CommandStep>)>,
+    /// When a frame or a line had just ended on the wire.
+    pub boundaries_ms: Vec<u64>,
+    /// Bytes of the station that have left the wire.
+    bytes_gone: usize,
+    dice: u64,
+}
+
+impl Trial {
+    pub fn new(seed: u64, channel: &str) -> Self {
+        Self::of(CoSimulation::new("open-room", seed, channel), seed)
+    }
+
+    pub fn of(co: CoSimulation, seed: u64) -> Self {
+        Self {
+            pose_in: pose_in(&co.simulation),
+            co,
+            issued: Vec::new(),
+            executed: Vec::new(),
+            poses_executed: 0,
+            list: Vec::new(),
+            stops: Vec::new(),
+            boundaries_ms: Vec::new(),
+            bytes_gone: 0,
+            dice: seed,
+        }
+    }
+
+    /// Evenly from 0 up to, not including, this.
+    pub fn roll(&mut self, below: u64) -> u64 {
+        self.dice = self.dice.wrapping_mul(6_364_136_223_846_793_005);
+        self.dice = self.dice.wrapping_add(1_442_695_040_888_963_407);
+        (self.dice >> 33) % below
+    }
+
+    /// A list unlike any other.
+    pub fn some_list(&mut self, count: usize) -> Deed {
+        let mut part = || self.roll(19_999) as i16 - 9999;
+        let point = |_| Waypoint {
+            x_in: part(),
+            y_in: part(),
+        };
+        Deed::List((0..count).map(point).collect())
+    }
+
+    /// A pose far from where any other order of its kind puts the robot.
+    pub fn some_pose(&mut self) -> Deed {
+        let number = self.issued.len() as i16;
+        Deed::Pose(Waypoint {
+            x_in: (number * 37 % 60) * 300 - 9000,
+            y_in: if number % 2 == 0 { 9000 } else { -9000 },
+        })
+    }
+
+    /// A list or a pose, as the dice fall.
+    pub fn some_deed(&mut self) -> Deed {
+        if self.roll(2) == 0 {
+            return self.some_pose();
+        }
+        let count = 1 + self.roll(40) as usize;
+        self.some_list(count)
+    }
+
+    /// Orders something; the number is for [`Trial::end`].
+    pub fn order(&mut self, deed: Deed) -> usize {
+        let id = self.co.request(deed.request());
+        self.issued.push(Issued {
+            deed,
+            at: self.co.now(),
+            id: Some(id),
+            end: None,
+        });
+        self.take_events();
+        self.issued.len() - 1
+    }
+
+    /// How an order ended, if it has.
+    pub fn end(&self, number: usize) -> Option<&CommandStep> {
+        self.issued[number].end.as_ref()
+    }
+
+    pub fn is_proven(&self, number: usize) -> bool {
+        matches!(self.end(number), Some(CommandStep::Proven { .. }))
+    }
+
+    pub fn is_executed(&self, number: usize) -> bool {
+        self.executed.contains(&number)
+    }
+
+    /// Presses STOP.
+    pub fn stop(&mut self) -> CommandId {
+        let id = self.co.request(Request::Stop);
+        self.stops.push((id, None));
+        self.take_events();
+        id
+    }
+
+    /// How the latest STOP ended, if it has.
+    pub fn stopped(&self) -> Option<&CommandStep> {
+        self.stops.last().and_then(|(_, end)| end.as_ref())
+    }
+
+    pub fn set_channel(&mut self, channel: &str) {
+        let spec: ChannelSpec = channel.parse().expect("a channel");
+        self.co.simulation.set_channel(&spec);
+    }
+
+    /// Resets the robot: its list is gone, what it did stays done.
+    pub fn reboot_robot(&mut self) {
+        self.co.simulation.reboot();
+        self.list.clear();
+        self.poses_executed = 0;
+        self.pose_in = pose_in(&self.co.simulation);
+    }
+
+    /// The station dies with all it knows, and another one starts. What it had handed to the operating system
+    /// still goes out.
+    pub fn restart_station(&mut self, seed: u64) {
+        self.co.station = Station::new(Config::new(owner(seed)), true);
+        for issued in &mut self.issued {
+            issued.id = None;
+        }
+        self.stops.clear();
+    }
+
+    /// A millisecond, and a look.
+    pub fn step(&mut self) {
+        self.co.step();
+        self.note_boundary();
+        self.look();
+        self.take_events();
+        let now = self.co.now();
+        for issued in &self.issued {
+            let is_late = now > issued.at + issued.deed.limit();
+            assert!(
+                issued.end.is_some() || issued.id.is_none() || !is_late,
+                "has not ended: {issued:?}; {}",
+                self.co.context()
+            );
+        }
+    }
+
+    /// Notes when the end of a frame has left the wire. What the radio doubles counts as pending, too.
+    fn note_boundary(&mut self) {
+        let pending = self.co.simulation.uplink_pending();
+        let gone = self.co.sent.len().saturating_sub(pending);
+        let now_gone = self.co.sent.get(self.bytes_gone..gone).unwrap_or_default();
+        if now_gone.contains(&b'\n') {
+            self.boundaries_ms.push(self.co.simulation.now_ms());
+        }
+        self.bytes_gone = self.bytes_gone.max(gone);
+    }
+
+    /// So many milliseconds.
+    pub fn run_ms(&mut self, time_ms: u64) {
+        for _ in 0..time_ms {
+            self.step();
+        }
+    }
+
+    /// Until an order has ended.
+    pub fn run_to_end(&mut self, number: usize) {
+        while self.end(number).is_none() {
+            self.step();
+        }
+    }
+
+    /// Once the channel is clean everything works again, and the counts agree.
+    pub fn finish(&mut self) {
+        self.set_channel("");
+        for number in 0..self.issued.len() {
+            if self.issued[number].id.is_some() {
+                self.run_to_end(number);
+            }
+        }
+        if !self.co.claims_hold {
+            // What a radio holds back for two seconds must have come out.
+            self.run_ms(4500);
+        }
+        for deed in [self.some_pose(), self.some_list(9)] {
+            let number = self.order(deed);
+            self.run_to_end(number);
+            let end = self.end(number);
+            assert!(self.is_proven(number), "{end:?}: {}", self.co.context());
+        }
+        assert_eq!(
+            odometer_resets(&self.co.simulation),
+            self.poses_executed % 100,
+            "an order was executed without being seen: {}",
+            self.co.context()
+        );
+    }
+
+    /// Compares the robot with what it was a millisecond ago.
+    fn look(&mut self) {
+        let robot = self.co.simulation.robot();
+        let now_ms = self.co.simulation.now_ms();
+        let held = robot.lists().active_digest();
+        if held != digest(self.list.iter()) {
+            let list = robot.lists().active().to_vec();
+            let number = self
+                .issued
+                .iter()
+                .position(|i| i.deed == Deed::List(list.clone()));
+            let number = number.unwrap_or_else(|| {
+                panic!(
+                    "a list that nobody ordered: {list:?}; {}",
+                    self.co.context()
+                )
+            });
+            self.execute(number);
+            self.list = list;
+        } else if now_ms.is_multiple_of(16) {
+            assert_eq!(robot.lists().active(), self.list, "{}", self.co.context());
+        }
+        let before = self.pose_in;
+        self.pose_in = pose_in(&self.co.simulation);
+        if distance_in(before, self.pose_in) > JUMP_IN {
+            let number = self.issued.iter().position(|issued| match &issued.deed {
+                Deed::Pose(at) => {
+                    distance_in((i32::from(at.x_in), i32::from(at.y_in)), self.pose_in) < 5
+                }
+                Deed::List(_) => false,
+            });
+            let number = number.unwrap_or_else(|| {
+                panic!(
+                    "a pose that nobody ordered: {:?}; {}",
+                    self.pose_in,
+                    self.co.context()
+                )
+            });
+            self.poses_executed += 1;
+            self.execute(number);
+        }
+    }
+
+    fn execute(&mut self, number: usize) {
+        // Each waits for the one before: one that comes after a later one is stale, one that comes again has
+        // been executed twice.
+        assert!(
+            self.executed.last().is_none_or(|latest| *latest < number),
+            "order {number} was executed after {:?}: {}",
+            self.executed,
+            self.co.context()
+        );
+        self.executed.push(number);
+    }
+
+    fn take_events(&mut self) {
+        for (at, event) in std::mem::take(&mut self.co.events) {
+            if matches!(event, Event::Line { .. } | Event::Ack(_)) {
+                self.boundaries_ms.push(at.as_millis() as u64);
+            }
+            let Event::Command { id, step } = event else {
+                continue;
+            };
+            let is_end = matches!(
+                step,
+                CommandStep::Proven { .. } | CommandStep::Refused(_) | CommandStep::Failed(_)
+            );
+            if !is_end {
+                continue;
+            }
+            if let Some((_, end)) = self.stops.iter_mut().find(|(stop, _)| *stop == id) {
+                *end = Some(step);
+            } else if let Some(number) = self.issued.iter().position(|i| i.id == Some(id)) {
+                assert!(
+                    !matches!(step, CommandStep::Proven { .. }) || self.executed.contains(&number),
+                    "claimed and not executed: {:?}; {}",
+                    self.issued[number],
+                    self.co.context()
+                );
+                let end = self.issued[number].end.replace(step);
+                assert_eq!(end, None, "ended twice: {}", self.co.context());
+            }
+        }
+    }
+}
+
+fn pose_in(simulation: &Simulation) -> (i32, i32) {
+    let pose = simulation.robot().pose();
+    (pose.x_tenths_in() / 10, pose.y_tenths_in() / 10)
+}
+
+fn distance_in(a: (i32, i32), b: (i32, i32)) -> i32 {
+    (a.0 - b.0).abs().max((a.1 - b.1).abs())
+}
+
+/// How many poses the robot has taken since its boot, modulo 100, out of the mouth of its twin: the next
+/// line B that it would send.
+fn odometer_resets(simulation: &Simulation) -> usize {
+    let mut twin = simulation.robot().clone();
+    let mut decoder = Decoder::default();
+    for _ in 0..20 * LINE_BYTES {
+        let Some(byte) = twin.poll_downlink() else {
+            continue;
+        };
+        if let (_, Some(Received::Line(line, _))) = decoder.handle_bytes(&[byte])
+            && let Body::Status(status) = line.body
+        {
+            return usize::from(status.odometer_resets);
+        }
+    }
+    panic!("the robot sends no line B");
+}
