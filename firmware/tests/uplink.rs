@@ -509,11 +509,31 @@ fn a_half_duplex_robot_hears_the_ground_out_and_acknowledges_at_once() {
     }
     bench.run_ms(1000);
     let told = conversation(&bench, begun);
-    assert!(told.starts_with("117 G 17 A G 17 "), "{told}");
+    assert!(told.starts_with("117 K G 17 A K G 17 "), "{told}");
 }
 
 #[test]
-fn a_half_duplex_robot_listens_to_noise_for_two_lines_and_no_longer() {
+fn three_line_feeds_in_a_row_end_a_turn_and_two_do_not() {
+    let mut bench = Bench::with_duplex(Duplex::Half { patience_bytes: 16 });
+    bench.run_ms(5000);
+    while bench.air.last() != Some(&None) {
+        bench.run_ms(1);
+    }
+    let begun = bench.air.len();
+    for byte in *b"\n~~~\n\n~~~\n\n\n" {
+        let count = bench.air.len();
+        while bench.air.len() == count {
+            bench.run_ms(1);
+        }
+        bench.robot.handle_uplink(byte);
+    }
+    bench.run_ms(1000);
+    let told = conversation(&bench, begun);
+    assert!(told.starts_with("14 K G 17 "), "{told}");
+}
+
+#[test]
+fn a_half_duplex_robot_listens_to_noise_for_three_lines_and_no_longer() {
     let mut bench = Bench::with_duplex(Duplex::Half { patience_bytes: 16 });
     bench.run_ms(5000);
     let begun = bench.air.len();
@@ -525,7 +545,7 @@ fn a_half_duplex_robot_listens_to_noise_for_two_lines_and_no_longer() {
         }
     }
     let told = conversation(&bench, begun);
-    assert!(told.contains(" 162 A G 162 "), "{told}");
+    assert!(told.contains(" 242 A G 242 "), "{told}");
 }
 
 #[test]

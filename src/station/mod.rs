@@ -69,6 +69,7 @@ impl Station {
 
     /// Takes bytes from the radio.
     pub fn handle_bytes(&mut self, now: Moment, mut bytes: &[u8]) {
+        self.fop.handle_carrier(micros(now));
         while !bytes.is_empty() {
             let (taken, received) = self.decoder.handle_bytes(bytes);
             bytes = &bytes[taken..];

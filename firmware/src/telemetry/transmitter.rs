@@ -13,7 +13,13 @@ const ECHO_LINES: u8 = 4;
 const ACK_LINES: u8 = 3;
 
 /// A half-duplex robot listens no longer than this at a time, byte times.
-const TURN_BYTES: u8 = 160;
+const TURN_BYTES: u8 = 240;
+
+/// So many line feeds in a row say that the ground has no more to say: two stand between frames.
+const OVER_LINE_FEEDS: u8 = 3;
+
+/// While the ground has much to say, a long line comes after so many turns to listen.
+const TURNS_A_LINE: u8 = 3;
 
 /// The columns of an acknowledgement.
 const ACK_BYTES: usize = 5;
@@ -49,8 +55,8 @@ pub struct Transmitter {
     ack_lines_due: u8,
     /// The robot listens, in half duplex.
     turn: Option<Turn>,
-    /// The line before this turn was a long one.
-    was_long: bool,
+    /// Turns to listen since the latest long line.
+    turns: u8,
     /// Noise just before a line mis-frames a receiver: an idle byte time before the first one cures it.
     has_rested: bool,
     /// The low bits of the tick each of the latest lines began in, by sequence.
@@ -66,6 +72,8 @@ struct Turn {
     heard_bytes: u8,
     has_heard: bool,
     has_heard_line_feed: bool,
+    /// The latest so many bytes were line feeds.
+    line_feeds: u8,
 }
 
 impl Transmitter {
@@ -83,7 +91,7 @@ impl Transmitter {
             echoes_due: 0,
             ack_lines_due: 0,
             turn: None,
-            was_long: false,
+            turns: 0,
             has_rested: false,
             begun_ticks: [0; LINES_REMEMBERED],
         }
@@ -97,7 +105,13 @@ impl Transmitter {
         }
         if let Some(turn) = &mut self.turn {
             turn.has_heard = true;
-            turn.has_heard_line_feed |= byte == b'\n';
+            let is_line_feed = byte == b'\n';
+            turn.has_heard_line_feed |= is_line_feed;
+            turn.line_feeds = if is_line_feed {
+                turn.line_feeds.saturating_add(1)
+            } else {
+                0
+            };
             turn.silent_bytes = 0;
         }
     }
@@ -124,11 +138,12 @@ impl Transmitter {
         self.count(now_ticks);
         let head = body.head(self.sequence);
         self.load(&head, LINE_BYTES);
-        self.was_long = true;
+        self.turns = 0;
+        let is_talked_to = self.echoes_due > 0;
+        self.echoes_due = self.echoes_due.saturating_sub(1);
         self.next = match self.duplex {
-            Duplex::Half { .. } => Next::GoAhead,
-            Duplex::Full if self.echoes_due > 0 => {
-                self.echoes_due -= 1;
+            Duplex::Half { .. } => self.end_of_turn(is_talked_to),
+            Duplex::Full if is_talked_to => {
                 self.ack_lines_due = ACK_LINES;
                 Next::AckLine
             }
@@ -153,7 +168,10 @@ impl Transmitter {
                     self.begin_short(false, now_ticks);
                     self.ack_lines_due = self.ack_lines_due.saturating_sub(1);
                     if self.ack_lines_due == 0 {
-                        self.next = Next::LongLine;
+                        self.next = match self.duplex {
+                            Duplex::Full => Next::LongLine,
+                            Duplex::Half { .. } => Next::GoAhead,
+                        };
                     }
                 }
                 Next::GoAhead => {
@@ -175,8 +193,8 @@ impl Transmitter {
         self.load(&AckLine::head(self.sequence, listens), ACK_LINE_BYTES);
     }
 
-    /// A byte time of listening. While the ground has much to say, every second turn follows an
-    /// acknowledgement alone: the list arrives sooner and telemetry goes on.
+    /// A byte time of listening. While the ground has much to say, most turns follow acknowledgements alone:
+    /// the list arrives sooner and telemetry goes on.
     fn listen(&mut self) {
         let Duplex::Half { patience_bytes } = self.duplex else {
             self.next = Next::LongLine;
@@ -185,18 +203,32 @@ impl Transmitter {
         let turn = self.turn.get_or_insert_default();
         turn.silent_bytes = turn.silent_bytes.saturating_add(1);
         turn.heard_bytes = turn.heard_bytes.saturating_add(u8::from(turn.has_heard));
-        if turn.silent_bytes < patience_bytes && turn.heard_bytes < TURN_BYTES {
+        let is_over = turn.line_feeds >= OVER_LINE_FEEDS
+            || turn.silent_bytes >= patience_bytes
+            || turn.heard_bytes >= TURN_BYTES;
+        if !is_over {
             return;
         }
-        self.next = if turn.has_heard_line_feed && self.was_long {
-            Next::GoAhead
+        self.turns += 1;
+        self.next = if turn.has_heard_line_feed && self.turns < TURNS_A_LINE {
+            self.end_of_turn(true)
         } else {
             Next::LongLine
         };
         self.turn = None;
-        self.was_long = false;
         // The carrier comes back: a receiver has to find its feet.
         self.has_rested = false;
+    }
+
+    /// What comes before listening: go ahead, and while the ground talks an acknowledgement that may get
+    /// through where the other does not.
+    const fn end_of_turn(&mut self, is_talked_to: bool) -> Next {
+        if is_talked_to {
+            self.ack_lines_due = 1;
+            Next::AckLine
+        } else {
+            Next::GoAhead
+        }
     }
 
     fn count(&mut self, now_ticks: u32) {

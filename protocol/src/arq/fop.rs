@@ -10,7 +10,7 @@ mod sending;
 mod session;
 mod turn;
 
-pub use interface::{Config, FopEvent, Loss, Task};
+pub use interface::{Config, Duplex, FopEvent, Loss, Task};
 
 use super::pacer::Pacer;
 use super::quality::Quality;
@@ -79,6 +79,9 @@ const KNOCK_PERIOD_US: u64 = 1_000_000;
 /// A longer silence is an outage and says nothing of single lines.
 const FORGET_BYTES: u64 = 10 * LINE_BYTES as u64;
 
+/// So many long lines without a line G among them, and the robot does not take turns.
+const LONG_LINES: u8 = 2;
+
 const EVENTS_MAX: usize = 8;
 const DRIVE_PERIOD_US: u64 = 200_000;
 
@@ -111,7 +114,11 @@ pub struct Fop {
     latest_line: u8,
     heard_us: u64,
     downlink: Quality,
-    half_duplex: bool,
+    duplex: Duplex,
+    /// Long lines heard while it was unknown.
+    long_lines: u8,
+    /// The latest byte from the radio, until its silence has been taken for a turn.
+    carrier_us: Option<u64>,
     /// The robot's turn to listen, in half duplex.
     turn: Option<Turn>,
     /// Byte times that the robot was silent for since the latest line, listening.
@@ -148,7 +155,9 @@ impl Fop {
             latest_line: 0,
             heard_us: 0,
             downlink: Quality::default(),
-            half_duplex: config.half_duplex,
+            duplex: config.duplex,
+            long_lines: 0,
+            carrier_us: None,
             turn: None,
             paused_bytes: 0,
             wants_keepalive: false,
@@ -183,10 +192,14 @@ impl Fop {
         matches!(self.session, Session::Open { .. })
     }
 
-    /// Whether only one end can talk at a time.
+    /// Whether both ends can talk at once, as far as is known.
     #[must_use]
-    pub const fn is_half_duplex(&self) -> bool {
-        self.half_duplex
+    pub const fn duplex(&self) -> Duplex {
+        self.duplex
+    }
+
+    fn is_half_duplex(&self) -> bool {
+        self.duplex == Duplex::Half
     }
 
     /// Begins a task; returns whether it was taken, which it is unless one is under way or it is a
@@ -319,7 +332,7 @@ impl Fop {
             .flatten()
             .min()
             .map(|us| us + self.config.give_up_us);
-        let may_speak = !self.half_duplex || self.turn.is_some();
+        let may_speak = !self.is_half_duplex() || self.turn.is_some();
         let drive = self.drive.map(|d| {
             if self.is_open() && may_speak {
                 d.next_us.min(d.until_us)
@@ -336,6 +349,7 @@ impl Fop {
             }
         });
         let keepalive = self.keepalive_us().filter(|_| may_speak);
+        let turn = self.silent_at_us();
         [
             knock,
             self.pacer.poll_timeout(),
@@ -344,6 +358,7 @@ impl Fop {
             drive,
             stop,
             keepalive,
+            turn,
         ]
         .into_iter()
         .flatten()

@@ -9,5 +9,5 @@ mod quality;
 mod transfer;
 
 pub use farm::{Action, Farm};
-pub use fop::{Config, Fop, FopEvent, Loss, Task};
+pub use fop::{Config, Duplex, Fop, FopEvent, Loss, Task};
 pub use lists::Lists;

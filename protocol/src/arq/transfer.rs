@@ -88,6 +88,11 @@ impl Transfer {
         Some(self.frame(first, fitting, |block| block == Block::ToSend))
     }
 
+    /// Whether frames are as short as they get.
+    pub(super) fn is_lossy(&self) -> bool {
+        self.quality.frame_blocks() == 1
+    }
+
     /// When the block went out that has waited longest for an acknowledgement; `None` when all have
     /// arrived.
     pub(super) fn oldest_us(&self) -> Option<u64> {

@@ -172,6 +172,15 @@ impl Frame {
         frame
     }
 
+    /// Right behind a frame: three line feeds in a row tell a half-duplex robot that it may talk again.
+    #[must_use]
+    pub fn over() -> Self {
+        let mut frame = Self::default();
+        frame.push(b'\n');
+        frame.push(b'\n');
+        frame
+    }
+
     /// The bytes to send.
     #[must_use]
     pub fn as_bytes(&self) -> &[u8] {

@@ -2,8 +2,8 @@
 
 use super::turn::{PATIENCE_BYTES, Turn};
 use super::{
-    COMPOSED_TO_END_US, FORGET_BYTES, Fop, FopEvent, LATCH_TO_END_US, MISMATCHES_MAX, Session,
-    US_PER_BYTE, Work, next_tag,
+    COMPOSED_TO_END_US, Duplex, FORGET_BYTES, Fop, FopEvent, LATCH_TO_END_US, LONG_LINES,
+    MISMATCHES_MAX, Session, US_PER_BYTE, Work, next_tag,
 };
 use crate::LINE_BYTES;
 use crate::command::Order;
@@ -12,6 +12,11 @@ use crate::letters::{Link, Mode};
 use crate::telemetry::{ACK_LINE_BYTES, Ack, Body, Detail, Outcome};
 
 impl Fop {
+    /// Bytes came in, whatever they are: the robot, or noise, is on the air.
+    pub fn handle_carrier(&mut self, now_us: u64) {
+        self.carrier_us = Some(now_us);
+    }
+
     /// Takes an intact line; `arrived_us` is when its last byte was read.
     pub fn handle_received(&mut self, arrived_us: u64, received: &Received) {
         if !self.is_ours(received) {
@@ -24,12 +29,21 @@ impl Fop {
             Received::Line(line, _) => {
                 self.turn = None;
                 self.paused_bytes = 0;
+                self.long_lines = self.long_lines.saturating_add(1);
+                if self.duplex == Duplex::Unknown && self.long_lines >= LONG_LINES {
+                    self.duplex = Duplex::Full;
+                }
                 self.handle_body(arrived_us, &line.body);
             }
             Received::Ack(line) => {
-                self.half_duplex |= line.listens;
+                if line.listens {
+                    self.duplex = Duplex::Half;
+                } else if self.duplex == Duplex::Unknown {
+                    self.duplex = Duplex::Full;
+                }
                 self.turn = line.listens.then(|| Turn::begin(arrived_us));
                 self.paused_bytes = if line.listens { PATIENCE_BYTES } else { 0 };
+                self.carrier_us = self.carrier_us.filter(|_| !line.listens);
             }
         }
         let latched_us = arrived_us.saturating_sub(LATCH_TO_END_US + self.config.latency_us);

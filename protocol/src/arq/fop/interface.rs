@@ -14,9 +14,8 @@ pub struct Config {
     pub robot_id: Option<u8>,
     /// What the link may add to the time on the wire, both ways together.
     pub latency_us: u64,
-    /// Only one end can talk at a time: speak only when the robot has said that it listens. A robot that
-    /// says so is believed without this.
-    pub half_duplex: bool,
+    /// Whether both ends can talk at once.
+    pub duplex: Duplex,
     /// Without any line, what is outstanding is sent again after this.
     pub silence_us: u64,
     /// Without any progress, a task fails after this.
@@ -24,18 +23,29 @@ pub struct Config {
 }
 
 impl Config {
-    /// Full duplex until the robot says otherwise, robot unknown.
+    /// Robot and radio unknown.
     #[must_use]
     pub const fn new(owner: u16) -> Self {
         Self {
             owner,
             robot_id: None,
             latency_us: 40_000,
-            half_duplex: false,
+            duplex: Duplex::Unknown,
             silence_us: 2_000_000,
             give_up_us: 15_000_000,
         }
     }
+}
+
+/// Whether both ends can talk at once.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Duplex {
+    /// To be found out: a half-duplex robot says when it listens.
+    Unknown,
+    /// They can.
+    Full,
+    /// They take turns: this end speaks only when the robot listens.
+    Half,
 }
 
 /// One thing to deliver.

@@ -1,7 +1,8 @@
 //! What is said next, and when.
 
+use super::turn::{SILENCE_LATENCY_MAX_US, SILENCE_US, Turn};
 use super::{
-    DRIVE_PERIOD_US, Fop, FopEvent, KEEPALIVES_PER_SILENCE, KNOCK_PERIOD_US, Outstanding,
+    DRIVE_PERIOD_US, Duplex, Fop, FopEvent, KEEPALIVES_PER_SILENCE, KNOCK_PERIOD_US, Outstanding,
     STOP_BLIND_US, STOP_PERIOD_US, Session, Work,
 };
 use crate::command::{
@@ -15,9 +16,10 @@ impl Fop {
     /// Bytes that may go to the radio now. Call until it returns `None`.
     pub fn poll_transmit(&mut self, now_us: u64) -> Option<&[u8]> {
         if self.pacer.is_idle() {
+            self.take_silence(now_us);
             let room = self.room(now_us);
             if room < ROOM_MIN {
-                self.turn = None;
+                self.end_turn(now_us);
             } else if let Some((message, key)) = self.next_frame(now_us, room) {
                 let frame = message.encode(key);
                 let length = frame.as_bytes().len() as u64;
@@ -31,14 +33,26 @@ impl Fop {
             } else if self.must_knock() && now_us >= self.knock_us {
                 self.pacer.begin(now_us, Frame::knock());
                 self.knock_us = now_us + KNOCK_PERIOD_US;
+            } else {
+                self.end_turn(now_us);
             }
         }
         self.pacer.poll(now_us)
     }
 
+    /// Tells a half-duplex robot that has heard something that there is no more.
+    fn end_turn(&mut self, now_us: u64) {
+        if self.turn.is_some_and(Turn::is_used) {
+            self.turn = None;
+            self.pacer.begin(now_us, Frame::over());
+        } else if self.turn.is_some_and(|turn| turn.room(now_us) == 0) {
+            self.turn = None;
+        }
+    }
+
     /// Bytes that may be said without a pause: any number in full duplex.
     fn room(&self, now_us: u64) -> u64 {
-        if !self.half_duplex {
+        if !self.is_half_duplex() {
             return u64::MAX;
         }
         let blind = self
@@ -51,6 +65,23 @@ impl Fop {
         }
     }
 
+    /// When the robot's silence says that it listens; `None` when that is of no use.
+    pub(super) fn silent_at_us(&self) -> Option<u64> {
+        let is_wanted = self.work.is_some() || self.drive.is_some() || self.stopping.is_some();
+        let is_usable = self.is_half_duplex()
+            && self.turn.is_none()
+            && self.config.latency_us <= SILENCE_LATENCY_MAX_US;
+        self.carrier_us
+            .filter(|_| is_wanted && is_usable)
+            .map(|carrier_us| carrier_us + SILENCE_US)
+    }
+
+    fn take_silence(&mut self, now_us: u64) {
+        if self.silent_at_us().is_some_and(|at_us| now_us >= at_us) {
+            self.turn = self.carrier_us.take().map(Turn::begin);
+        }
+    }
+
     /// When the robot has to hear that the ground is there, if it wants to.
     pub(super) fn keepalive_us(&self) -> Option<u64> {
         (self.wants_keepalive && self.is_open())
@@ -59,9 +90,11 @@ impl Fop {
 
     /// Whether there is something to deliver and no robot has been heard.
     pub(super) fn must_knock(&self) -> bool {
-        !self.half_duplex
+        !self.is_half_duplex()
             && (self.work.is_some() || self.drive.is_some())
-            && (self.latest_ack.is_none() || self.robot_id.is_none())
+            && (self.latest_ack.is_none()
+                || self.robot_id.is_none()
+                || self.duplex == Duplex::Unknown)
     }
 
     /// What to say next, most urgent first.
@@ -81,6 +114,9 @@ impl Fop {
             Session::None => {
                 let ack = self.latest_ack?;
                 self.robot_id?;
+                if self.duplex == Duplex::Unknown {
+                    return None;
+                }
                 self.session = Session::Opening {
                     boot: ack.boot,
                     replaces: ack.session,
@@ -158,24 +194,31 @@ impl Fop {
         }
     }
 
-    /// The way up is free while acknowledgements are on their way down: what has waited longest for
-    /// one goes again before it is known to be lost.
+    /// The way up is free while acknowledgements are on their way down: what has waited longest for one goes
+    /// again before it is known to be lost.
     fn repeat(&self, outstanding: Outstanding) -> Option<Message> {
-        let Some(Work::List(transfer)) = &self.work else {
-            return None;
+        let (oldest_us, is_lossy) = match &self.work {
+            Some(Work::List(transfer)) => (transfer.oldest_us(), transfer.is_lossy()),
+            _ => (None, self.downlink.frame_blocks() == 1),
         };
-        // A robot that cannot talk meanwhile would be kept from saying what has arrived.
-        if self.half_duplex {
+        // A half-duplex robot would be kept from saying what has arrived. That, and repeating what is most
+        // probably there, pays only where much is lost.
+        let is_kept = self
+            .turn
+            .is_some_and(|turn| !is_lossy || !turn.may_repeat());
+        if is_kept || !is_lossy && oldest_us.is_none() {
             return None;
         }
-        let oldest_us = transfer.oldest_us()?;
-        if outstanding
-            .ends_us
-            .is_none_or(|ends_us| ends_us < oldest_us)
-        {
-            return Some(Message::Command(outstanding.command));
+        match (&self.work, oldest_us) {
+            (Some(Work::List(transfer)), Some(oldest_us))
+                if outstanding
+                    .ends_us
+                    .is_some_and(|ends_us| ends_us >= oldest_us) =>
+            {
+                transfer.repeat().map(Message::Waypoints)
+            }
+            _ => Some(Message::Command(outstanding.command)),
         }
-        transfer.repeat().map(Message::Waypoints)
     }
 
     fn note_sent(&mut self, message: &Message, ends_us: u64) {

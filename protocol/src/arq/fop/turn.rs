@@ -6,10 +6,21 @@ use super::US_PER_BYTE;
 pub(super) const PATIENCE_BYTES: u64 = 16;
 
 /// Most bytes of one turn: the robot listens no longer.
-const TURN_BYTES: u64 = 160;
+const TURN_BYTES: u64 = 238;
 
-/// The first byte has to leave within this: half the robot's patience, the rest is the link's.
-const BEGIN_WITHIN_US: u64 = PATIENCE_BYTES / 2 * US_PER_BYTE;
+/// The first byte has to leave within this: most of the robot's patience, the rest is the link's.
+const BEGIN_WITHIN_US: u64 = PATIENCE_BYTES * 5 / 8 * US_PER_BYTE;
+
+/// A robot that has been silent for so long listens, whether its line G arrived or not: it talks without a
+/// pause otherwise.
+pub(super) const SILENCE_US: u64 = 6 * US_PER_BYTE;
+
+/// Buffering modems leave pauses within lines: where the link adds more than this, silence says nothing.
+pub(super) const SILENCE_LATENCY_MAX_US: u64 = 50_000;
+
+/// So much may be said again in one turn where every second frame gets lost: the rest of a turn costs less
+/// than another one.
+const REPEAT_BYTES: u64 = 60;
 
 /// The robot listens: what may be said, and until when.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -34,6 +45,16 @@ impl Turn {
         } else {
             TURN_BYTES - self.used_bytes
         }
+    }
+
+    /// Whether anything has been said in it.
+    pub(super) const fn is_used(self) -> bool {
+        self.used_bytes > 0
+    }
+
+    /// Whether there is time to say something again.
+    pub(super) const fn may_repeat(self) -> bool {
+        self.used_bytes < REPEAT_BYTES
     }
 
     /// A frame of so many bytes is being sent; its last one leaves at `ends_us`.
