@@ -100,7 +100,10 @@ fn play(
     inputs: &ToStation<LinkInput>,
 ) -> Result<(), CaptureError> {
     let mut clock = Clock::new(speed);
-    if inputs.blocking_send(LinkInput::Opened).is_err() {
+    if inputs
+        .blocking_send(LinkInput::Opened { renamed: None })
+        .is_err()
+    {
         return Ok(());
     }
     let mut result = Ok(());

@@ -309,6 +309,9 @@ impl Model {
             Connection::Lost { .. } | Connection::Ended
         );
         let (level, text) = match event {
+            LinkEvent::Opened { name, .. } if again && *name != self.link.name => {
+                (Level::Info, format!("back as {name}"))
+            }
             LinkEvent::Opened { name, .. } if again => (Level::Info, format!("{name} is back")),
             LinkEvent::Opened { name, can_send } => {
                 let only = if *can_send { "" } else { ", receive only" };

@@ -1,19 +1,23 @@
 //! A station on a real link and a real clock.
 
+use std::collections::VecDeque;
 use std::hash::{BuildHasher, RandomState};
-use std::time::Instant;
+use std::time::{Duration, Instant};
 
 use groundwave_protocol::arq::Config;
 use tokio::sync::mpsc::Receiver;
 use tokio::time::{Instant as TokioInstant, sleep_until};
 
-use crate::event::{CommandId, Event, LinkEvent, Moment};
+use crate::event::{CommandId, Event, Level, LinkEvent, Moment};
 use crate::io::link::{Link, LinkInput};
 use crate::request::Request;
 use crate::station::Station;
 
 /// Inputs taken at one go before others get their turn.
 const BATCH: usize = 32;
+
+/// A device that takes no bytes is told about no more often than this.
+const NOT_TAKEN_REST: Duration = Duration::from_secs(10);
 
 /// Takes every byte that is sent, for the recorder.
 pub type SentSink = Box<dyn FnMut(Instant, &[u8])>;
@@ -27,6 +31,10 @@ pub struct Driver {
     uplink: bool,
     started: Instant,
     sent: SentSink,
+    /// Bytes not taken by the device that were told about, and when.
+    told_not_taken: (u64, Option<Moment>),
+    /// What happened besides the station's own events.
+    events: VecDeque<Event>,
 }
 
 impl Driver {
@@ -48,6 +56,8 @@ impl Driver {
             uplink,
             started,
             sent,
+            told_not_taken: (0, None),
+            events: VecDeque::new(),
         }
     }
 
@@ -94,12 +104,26 @@ impl Driver {
         }
         self.station.handle_timeout(self.now());
         self.flush();
+        self.tell_not_taken();
+    }
+
+    fn tell_not_taken(&mut self) {
+        let now = self.now();
+        let bytes = self.link.not_taken();
+        let (told, at) = self.told_not_taken;
+        if bytes > told && at.is_none_or(|at| now.saturating_sub(at) >= NOT_TAKEN_REST) {
+            self.told_not_taken = (bytes, Some(now));
+            self.events.push_back(Event::Notice {
+                level: Level::Warning,
+                text: format!("the device takes no bytes: {bytes} not sent so far"),
+            });
+        }
     }
 
     fn handle_input(&mut self, input: LinkInput) {
         match input {
-            LinkInput::Opened => self.station.handle_link(LinkEvent::Opened {
-                name: self.name.clone(),
+            LinkInput::Opened { renamed } => self.station.handle_link(LinkEvent::Opened {
+                name: renamed.unwrap_or_else(|| self.name.clone()),
                 can_send: self.can_send(),
             }),
             LinkInput::Bytes(at, bytes) => {
@@ -139,7 +163,9 @@ impl Driver {
 
     /// What has happened.
     pub fn poll_event(&mut self) -> Option<Event> {
-        self.station.poll_event()
+        self.station
+            .poll_event()
+            .or_else(|| self.events.pop_front())
     }
 
     fn flush(&mut self) {
