@@ -35,6 +35,13 @@ pub enum Event {
         /// The step.
         step: CommandStep,
     },
+    /// A command was asked for by somebody who shares the link.
+    Asked {
+        /// Which command; its first step was told already.
+        id: CommandId,
+        /// Who it was, for a person.
+        by: String,
+    },
     /// Where the session is being recorded changed.
     Recording(Recording),
     /// A route file was read for [`Effect::LoadRoute`], or could not be.
@@ -154,6 +161,18 @@ pub enum Failure {
     /// The link carries nothing to the robot.
     #[error("the link is receive-only")]
     ReceiveOnly,
+}
+
+impl Failure {
+    /// All of them.
+    pub const ALL: [Self; 6] = [
+        Self::TimedOut,
+        Self::RobotRestarted,
+        Self::TakenOver,
+        Self::Stopped,
+        Self::Cancelled,
+        Self::ReceiveOnly,
+    ];
 }
 
 /// The connection to the radio.

@@ -52,7 +52,7 @@ pub(super) fn run(options: &Replay) -> Result<(), Fault> {
             recording: Box::new(Recording::default),
             first: vec![Event::Replay(state)],
         };
-        run_dashboard(dashboard)
+        Box::pin(run_dashboard(dashboard))
             .await
             .map_err(|error| Fault::new(Exit::Failed, format!("the terminal failed: {error}")))
     })?;

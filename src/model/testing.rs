@@ -385,6 +385,7 @@ pub(crate) fn any_event() -> impl Strategy<Value = Event> {
         1 => any::<Option<String>>().prop_map(|problem| {
             Event::Recording(Recording { problem, tee: Some("a.txt".to_owned()), ..Recording::default() })
         }),
+        1 => (1_u32..6, any::<String>()).prop_map(|(id, by)| Event::Asked { id: CommandId(id), by }),
         1 => any_waypoints().prop_map(|route| {
             Event::RouteLoaded { path: "r.txt".to_owned(), route: Ok(route) }
         }),

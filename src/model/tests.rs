@@ -490,3 +490,18 @@ fn an_adapter_that_is_back_under_another_name_says_so() {
     scene.event(opened("/dev/ttyUSB1"));
     assert_eq!(newest(&scene).as_deref(), Some("back as /dev/ttyUSB1"));
 }
+
+#[test]
+fn a_command_of_somebody_elses_says_whose_it_is() {
+    let mut scene = scene();
+    let (id, by) = (CommandId(1), "shared: pid 7 via ./x.sock".to_owned());
+    scene.command(1, Request::Scan, CommandStep::Sent { frames: 1 });
+    scene.event(Event::Asked { id, by: by.clone() });
+    let entry = scene.model.ledger.entries().next();
+    assert_eq!(entry.and_then(|entry| entry.by.clone()), Some(by.clone()));
+    let newest = scene.model.log.newest_first().next();
+    assert_eq!(
+        newest.map(|entry| entry.text.clone()),
+        Some(format!("scan: asked by {by}"))
+    );
+}

@@ -8,9 +8,12 @@ use groundwave_protocol::arq::Config;
 use tokio::sync::mpsc::Receiver;
 use tokio::time::{Instant as TokioInstant, sleep_until};
 
+use super::desk::{Desk, Wanted};
 use crate::event::{CommandId, Event, Level, LinkEvent, Moment};
 use crate::io::link::{Link, LinkInput};
+use crate::io::share::{FromClient, Share};
 use crate::request::Request;
+use crate::share::Heard;
 use crate::station::Station;
 
 /// Inputs taken at one go before others get their turn.
@@ -33,6 +36,7 @@ pub struct Driver {
     sent: SentSink,
     /// Bytes not taken by the device that were told about, and when.
     told_not_taken: (u64, Option<Moment>),
+    desk: Option<Desk>,
     /// What happened besides the station's own events.
     events: VecDeque<Event>,
 }
@@ -57,8 +61,23 @@ impl Driver {
             started,
             sent,
             told_not_taken: (0, None),
+            desk: None,
             events: VecDeque::new(),
         }
+    }
+
+    /// Lets others use the link too.
+    #[must_use]
+    pub fn shared(mut self, share: Option<Share>) -> Self {
+        if let Some(share) = share {
+            let desk = Desk::new(share, &self.name, self.can_send());
+            self.events.push_back(Event::Notice {
+                level: Level::Info,
+                text: format!("shared on {}", desk.address()),
+            });
+            self.desk = Some(desk);
+        }
+        self
     }
 
     /// Time since the station started.
@@ -82,9 +101,11 @@ impl Driver {
     /// Waits for something to happen on the link, or for the station's next deadline. Nothing is lost
     /// when the wait is abandoned.
     pub async fn step(&mut self) {
-        let deadline = self
-            .station
-            .poll_timeout()
+        let desk = self.desk.as_ref().and_then(Desk::poll_timeout);
+        let deadline = [self.station.poll_timeout(), desk]
+            .into_iter()
+            .flatten()
+            .min()
             .map(|moment| self.started + moment);
         tokio::select! {
             input = self.inputs.recv() => {
@@ -100,11 +121,50 @@ impl Driver {
                     }
                 }
             }
+            input = next_client(self.desk.as_mut()) => self.handle_client(input),
             () = sleep_to(deadline) => {}
         }
-        self.station.handle_timeout(self.now());
+        let now = self.now();
+        self.station.handle_timeout(now);
+        let heard = self.heard();
+        if let Some(desk) = &mut self.desk {
+            desk.handle_timeout(now, heard);
+        }
+        self.serve_desk();
         self.flush();
         self.tell_not_taken();
+    }
+
+    fn handle_client(&mut self, input: FromClient) {
+        let Some(asked) = self.desk.as_mut().and_then(|desk| desk.handle(input)) else {
+            return;
+        };
+        let (now, heard) = (self.now(), self.heard());
+        let id = self.station.handle_request(now, asked.ask.request.clone());
+        if let Some(desk) = &mut self.desk {
+            desk.handle_started(now, id, &asked, heard);
+        }
+        self.events.push_back(Event::Asked { id, by: asked.by });
+    }
+
+    /// What the desk wants done.
+    fn serve_desk(&mut self) {
+        while let Some(wanted) = self.desk.as_mut().and_then(Desk::poll) {
+            match wanted {
+                Wanted::GiveUp(id) => self.station.handle_give_up(self.now(), id),
+                Wanted::Tell(event) => self.events.push_back(event),
+            }
+        }
+    }
+
+    /// What was heard from the robot so far.
+    #[must_use]
+    pub const fn heard(&self) -> Heard {
+        let counters = self.station.counters();
+        Heard {
+            bytes: counters.bytes,
+            lines: counters.lines + counters.ack_lines,
+        }
     }
 
     fn tell_not_taken(&mut self) {
@@ -163,9 +223,13 @@ impl Driver {
 
     /// What has happened.
     pub fn poll_event(&mut self) -> Option<Event> {
-        self.station
-            .poll_event()
-            .or_else(|| self.events.pop_front())
+        let event = self.station.poll_event();
+        let heard = self.heard();
+        if let (Some(event), Some(desk)) = (&event, &mut self.desk) {
+            desk.handle_event(event, heard);
+            self.serve_desk();
+        }
+        event.or_else(|| self.events.pop_front())
     }
 
     fn flush(&mut self) {
@@ -174,6 +238,13 @@ impl Driver {
             (self.sent)(Instant::now(), &bytes);
             self.link.send(&bytes);
         }
+    }
+}
+
+async fn next_client(desk: Option<&mut Desk>) -> FromClient {
+    match desk {
+        Some(desk) => desk.next().await,
+        None => std::future::pending().await,
     }
 }
 

@@ -138,6 +138,20 @@ impl Station {
         self.settle(now);
     }
 
+    /// Gives up one command: its time is over. A STOP is never given up.
+    pub fn handle_give_up(&mut self, now: Moment, id: CommandId) {
+        if self.current == Some(id) {
+            self.current = None;
+            self.fop.cancel();
+        } else if let Some(at) = self.waiting.iter().position(|waiting| waiting.id == id) {
+            self.waiting.remove(at);
+        } else {
+            return;
+        }
+        self.step(id, CommandStep::Failed(Failure::TimedOut));
+        self.settle(now);
+    }
+
     fn cancel_waiting(&mut self, failure: Failure) {
         for waiting in std::mem::take(&mut self.waiting) {
             self.step(waiting.id, CommandStep::Failed(failure));

@@ -226,7 +226,7 @@ mod tests {
         let _peer = listener.accept().expect("a peer that never reads");
         let writing = connection.writing.as_mut().expect("a way to send");
         let error = loop {
-            if let Err(error) = writing.write_all(&[0; 1 << 16]) {
+            if let Err(error) = writing.write_all(&[0; 1 << 12]) {
                 break error;
             }
         };
