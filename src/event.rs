@@ -28,6 +28,13 @@ pub enum Event {
     Counters(Counters),
     /// The connection to the radio changed.
     Link(LinkEvent),
+    /// What comes from the radio is of another kind now.
+    Reception {
+        /// Of which.
+        reception: Reception,
+        /// Since when.
+        since: Moment,
+    },
     /// A command went a step further.
     Command {
         /// Which command.
@@ -192,6 +199,30 @@ pub enum LinkEvent {
     },
     /// Over for good: end of a file or of standard input.
     Ended,
+}
+
+/// What comes from the radio, judged over seconds.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Reception {
+    /// Intact lines.
+    Lines,
+    /// Not a byte.
+    Nothing,
+    /// Bytes without any order.
+    Noise,
+    /// Text, and no line of it intact.
+    Damaged,
+    /// Bytes with an order that makes no text: the port's baud rate is not the radio's.
+    WrongRate(LineRate),
+}
+
+/// How the radio's baud rate differs from the port's.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum LineRate {
+    /// It is lower.
+    Slower,
+    /// It is higher.
+    Faster,
 }
 
 /// Where the session is being recorded.

@@ -163,10 +163,7 @@ fn two_senders_at_once_are_both_proven_one_after_the_other() {
             value["event"] == "asked" && value["id"] == id
         });
         let by = asked["by"].as_str().unwrap();
-        assert!(
-            by.starts_with("shared: pid ") && by.ends_with(&socket),
-            "{by}"
-        );
+        assert!(by.starts_with("pid ") && by.ends_with(&socket), "{by}");
     }
     let sent: Vec<i64> = station
         .said
@@ -305,4 +302,56 @@ fn a_reader_that_stops_reading_is_cut_off_and_stalls_nobody() {
             .is_some_and(|text| text.contains("stopped reading and was cut off"))
     });
     station.wait_for_new("lines all the same", |value| value["event"] == "line");
+}
+
+/// A bridge to a serial port is a TCP server; this one says what the test wants.
+struct Bridge {
+    listener: std::net::TcpListener,
+    link: String,
+}
+
+impl Bridge {
+    fn new() -> Self {
+        let listener = std::net::TcpListener::bind("127.0.0.1:0").unwrap();
+        let link = format!("tcp:{}", listener.local_addr().unwrap());
+        Self { listener, link }
+    }
+
+    fn accept(&self) -> std::net::TcpStream {
+        self.listener.accept().unwrap().0
+    }
+}
+
+#[test]
+fn a_bridge_that_closes_is_connected_to_again() {
+    let bridge = Bridge::new();
+    let mut watch = Telling::start(&["watch", &bridge.link, "--headless"]);
+    drop(bridge.accept());
+    let is_link = |state: &'static str| move |value: &Value| value["state"] == state;
+    watch.wait_for("the loss", is_link("lost"));
+    let _again = bridge.accept();
+    watch.wait_for_new("the return", is_link("open"));
+}
+
+#[test]
+fn what_comes_without_a_line_is_judged() {
+    let bridge = Bridge::new();
+    let mut watch = Telling::start(&["watch", &bridge.link, "--headless"]);
+    let mut stream = bridge.accept();
+    let is_heard = |what: &'static str| move |value: &Value| value["what"] == what;
+    watch.wait_for("nothing", is_heard("nothing"));
+    // Sampled four times too often, each bit becomes four: this is 2400 baud heard at 9600.
+    stream
+        .write_all(&[0x00, 0xF0, 0x0F, 0xF8, 0x80, 0x07].repeat(100))
+        .unwrap();
+    watch.wait_for("the wrong rate", is_heard("wrong-rate"));
+    watch.wait_for_new("the remedy", |value| {
+        let text = value["text"].as_str().unwrap_or_default();
+        value["level"] == "warning" && text.contains("serial server's baud rate")
+    });
+    let capture = Path::new(env!("CARGO_MANIFEST_DIR")).join("captures/house-clean.txt");
+    stream
+        .write_all(&fs::read(capture).unwrap()[..800])
+        .unwrap();
+    watch.wait_for("lines", is_heard("lines"));
 }

@@ -47,9 +47,10 @@ pub(super) fn run(options: &Record) -> Result<(), Fault> {
         let share = sharing::listen(&options.sharing)?;
         let keeper = Keeper::open(&keep, started).map_err(keeping::fault)?;
         let sink = sharing::sink(share.as_ref(), keeper.sink());
+        let port_baud = spec.baud(options.baud);
         let link = Link::start(spec, options.baud, connection, sink, inputs);
         let driver = Driver::new(name, link, from_link, false, started, keeper.sent_sink());
-        let driver = driver.shared(share);
+        let driver = driver.advising(port_baud).shared(share);
         let result = until_done(options, driver, &keeper).await;
         keeper.finish().map_err(keeping::fault)?;
         result
@@ -89,6 +90,7 @@ async fn until_done(options: &Record, mut driver: Driver, keeper: &Keeper) -> Re
                 Event::Link(LinkEvent::Lost { reason }) if !options.quiet => {
                     eprintln!("groundwave: link lost: {reason}; trying again");
                 }
+                Event::Notice { text, .. } if !options.quiet => eprintln!("groundwave: {text}"),
                 _ => {}
             }
         }

@@ -146,6 +146,7 @@ impl Plan {
             self.started,
             keeper.sent_sink(),
         )
+        .advising(self.spec.baud(self.baud))
         .shared(share);
         Ok((driver, keeper))
     }

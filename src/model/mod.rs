@@ -179,6 +179,10 @@ impl Model {
                 self.take_step(now, id, &step);
                 true
             }
+            Event::Reception { reception, since } => {
+                self.link.take_reception(reception, since);
+                true
+            }
             Event::Asked { id, by } => {
                 self.take_asker(now, id, &by);
                 true

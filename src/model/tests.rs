@@ -494,7 +494,7 @@ fn an_adapter_that_is_back_under_another_name_says_so() {
 #[test]
 fn a_command_of_somebody_elses_says_whose_it_is() {
     let mut scene = scene();
-    let (id, by) = (CommandId(1), "shared: pid 7 via ./x.sock".to_owned());
+    let (id, by) = (CommandId(1), "pid 7 via ./x.sock".to_owned());
     scene.command(1, Request::Scan, CommandStep::Sent { frames: 1 });
     scene.event(Event::Asked { id, by: by.clone() });
     let entry = scene.model.ledger.entries().next();

@@ -8,6 +8,7 @@ use groundwave_protocol::arq::Config;
 use tokio::sync::mpsc::Receiver;
 use tokio::time::{Instant as TokioInstant, sleep_until};
 
+use super::advice::advice;
 use super::desk::{Desk, Wanted};
 use crate::event::{CommandId, Event, Level, LinkEvent, Moment};
 use crate::io::link::{Link, LinkInput};
@@ -25,6 +26,11 @@ const NOT_TAKEN_REST: Duration = Duration::from_secs(10);
 /// Takes every byte that is sent, for the recorder.
 pub type SentSink = Box<dyn FnMut(Instant, &[u8])>;
 
+/// Somebody is to be told what to do about a link on which no line comes.
+struct Advising {
+    baud: Option<u32>,
+}
+
 /// Joins a [`Station`] to a [`Link`] and the clock.
 pub struct Driver {
     station: Station,
@@ -37,6 +43,7 @@ pub struct Driver {
     /// Bytes not taken by the device that were told about, and when.
     told_not_taken: (u64, Option<Moment>),
     desk: Option<Desk>,
+    advising: Option<Advising>,
     /// What happened besides the station's own events.
     events: VecDeque<Event>,
 }
@@ -62,8 +69,16 @@ impl Driver {
             sent,
             told_not_taken: (0, None),
             desk: None,
+            advising: None,
             events: VecDeque::new(),
         }
+    }
+
+    /// Says what is wrong when no line comes. `baud` is the port's rate, if it is ours to choose.
+    #[must_use]
+    pub const fn advising(mut self, baud: Option<u32>) -> Self {
+        self.advising = Some(Advising { baud });
+        self
     }
 
     /// Lets others use the link too.
@@ -224,6 +239,11 @@ impl Driver {
     /// What has happened.
     pub fn poll_event(&mut self) -> Option<Event> {
         let event = self.station.poll_event();
+        if let (Some(Event::Reception { reception, .. }), Some(advising)) = (&event, &self.advising)
+        {
+            let (level, text) = advice(*reception, advising.baud);
+            self.events.push_back(Event::Notice { level, text });
+        }
         let heard = self.heard();
         if let (Some(event), Some(desk)) = (&event, &mut self.desk) {
             desk.handle_event(event, heard);

@@ -1,5 +1,6 @@
 //! The one event loop: it owns the terminal, reads the clock and joins ports, station, model and view.
 
+mod advice;
 mod dashboard;
 mod desk;
 mod driver;

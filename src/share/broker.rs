@@ -130,7 +130,7 @@ impl Broker {
                 known.asks += 1;
                 return Some(Asked {
                     client,
-                    by: format!("shared: {}", known.peer),
+                    by: known.peer.clone(),
                     ask,
                 });
             }

@@ -45,7 +45,7 @@ impl Screen<'_> {
                 lines.push(Line::styled(says, style));
             }
             if let Some(by) = &entry.by {
-                lines.push(Line::styled(format!("    {by}"), self.theme.dim));
+                lines.push(Line::styled(format!("    shared: {by}"), self.theme.dim));
             }
         }
         lines

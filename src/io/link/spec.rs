@@ -19,6 +19,17 @@ pub enum LinkSpec {
     Sim,
 }
 
+impl LinkSpec {
+    /// The rate of the port, where there is a port to set one.
+    #[must_use]
+    pub const fn baud(&self, asked: u32) -> Option<u32> {
+        match self {
+            Self::Serial(_) => Some(asked),
+            _ => None,
+        }
+    }
+}
+
 impl FromStr for LinkSpec {
     type Err = String;
 

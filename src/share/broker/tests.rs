@@ -99,8 +99,8 @@ fn who_asks_is_named_and_the_system_is_believed_first() {
         assert_eq!(asked.ask.request, Request::Mode(Mode::Prowl));
         asked.by
     };
-    assert_eq!(by(&mut table, ANNE), "shared: pid 5 via ./x.sock");
-    assert_eq!(by(&mut table, BEN), "shared: pid 77 from 127.0.0.1:9");
+    assert_eq!(by(&mut table, ANNE), "pid 5 via ./x.sock");
+    assert_eq!(by(&mut table, BEN), "pid 77 from 127.0.0.1:9");
 }
 
 #[test]
