@@ -204,3 +204,36 @@ fn what_keeps_a_link_from_coming_back_is_told_once() {
     assert!(bench.next().starts_with("lost it is another USB device"));
     assert_eq!(bench.next(), "opened /dev/ttyUSB1");
 }
+
+/// Takes everything, and reports that it was let go.
+struct LetGo(Feed<()>);
+
+impl Write for LetGo {
+    fn write(&mut self, bytes: &[u8]) -> io::Result<usize> {
+        Ok(bytes.len())
+    }
+
+    fn flush(&mut self) -> io::Result<()> {
+        Ok(())
+    }
+}
+
+impl Drop for LetGo {
+    fn drop(&mut self) {
+        let _ = self.0.send(());
+    }
+}
+
+/// A name that is held is not given again: an adapter that comes back would have to take another.
+#[test]
+fn a_lost_device_is_let_go_before_it_is_back() {
+    let (feed, mut connection) = fed();
+    let (let_go, was_let_go) = channel();
+    connection.writing = Some(Box::new(LetGo(let_go)));
+    let missing = Err(OpenError::Missing("it".to_owned()));
+    let mut bench = Bench::new(connection, vec![missing]);
+    drop(feed);
+    assert_eq!(bench.next(), "opened ");
+    assert_eq!(bench.next(), "lost unplugged");
+    was_let_go.recv_timeout(PATIENCE).expect("it is still held");
+}
