@@ -1,5 +1,6 @@
 //! Lines survive being written and read, and wrong ones are named.
 
+use groundwave_protocol::failsafe::Failsafe;
 use groundwave_protocol::letters::{Layer, LayerMask, Mode};
 use groundwave_protocol::telemetry::Outcome;
 use proptest::prelude::*;
@@ -24,6 +25,11 @@ fn requests() -> Vec<Request> {
             theta_deg: 359,
         },
         Request::Scan,
+        Request::Failsafe(None),
+        Request::Failsafe(Some(Failsafe {
+            silence_s: 30,
+            mode: Mode::GoHome,
+        })),
     ]
 }
 
