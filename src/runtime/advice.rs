@@ -3,18 +3,17 @@
 use crate::event::{Level, LineRate, Reception};
 use crate::io::link::BAUD;
 
-/// A line for the log: what is heard, and what to do. `baud` is the port's rate, if it is ours to
-/// choose.
+/// A line for the log: what is heard, and what to do, first of all where the line may be cut. `baud` is
+/// the port's rate, if it is ours to choose.
 pub(super) fn advice(reception: Reception, baud: Option<u32>) -> (Level, String) {
     let words = match reception {
-        Reception::Lines => return (Level::Info, "intact lines are heard".to_owned()),
+        Reception::Lines => return (Level::Info, "intact lines are heard again".to_owned()),
         Reception::Nothing => "no bytes are heard: is the robot switched on?".to_owned(),
         Reception::Noise => {
-            "only noise is heard: is the robot switched on, and the channel right?".to_owned()
+            "only noise is heard: is the robot on, and the channel right?".to_owned()
         }
         Reception::Damaged => {
-            "text is heard and no line of it is intact: a weak signal, or another kind of robot"
-                .to_owned()
+            "no line is intact, but it is text: a weak signal, or another kind of robot".to_owned()
         }
         Reception::WrongRate(rate) => {
             let remedy = match baud {
@@ -23,7 +22,7 @@ pub(super) fn advice(reception: Reception, baud: Option<u32>) -> (Level, String)
                 Some(baud) => format!("the port is at {baud}: try --baud {BAUD}"),
             };
             format!(
-                "bytes arrive but no line is intact: is the robot's radio at {BAUD} baud? {remedy}"
+                "no line is intact: {remedy}. Bytes arrive, but is the robot's radio at {BAUD} baud?"
             )
         }
     };
@@ -48,10 +47,10 @@ mod tests {
         let faster = words(LineRate::Faster, Some(2400));
         assert_eq!(
             faster,
-            "bytes arrive but no line is intact: is the robot's radio at 2400 baud? try --baud 9600"
+            "no line is intact: try --baud 9600. Bytes arrive, but is the robot's radio at 2400 baud?"
         );
-        assert!(words(LineRate::Slower, Some(2400)).ends_with("try --baud 1200"));
-        assert!(words(LineRate::Slower, Some(9600)).ends_with("try --baud 2400"));
+        assert!(words(LineRate::Slower, Some(2400)).contains("try --baud 1200"));
+        assert!(words(LineRate::Slower, Some(9600)).contains("at 9600: try --baud 2400"));
         assert!(words(LineRate::Faster, None).contains("serial server"));
     }
 }

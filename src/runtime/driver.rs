@@ -10,7 +10,7 @@ use tokio::time::{Instant as TokioInstant, sleep_until};
 
 use super::advice::advice;
 use super::desk::{Desk, Wanted};
-use crate::event::{CommandId, Event, Level, LinkEvent, Moment};
+use crate::event::{CommandId, Event, Level, LinkEvent, Moment, Reception};
 use crate::io::link::{Link, LinkInput};
 use crate::io::share::{FromClient, Share};
 use crate::request::Request;
@@ -29,6 +29,19 @@ pub type SentSink = Box<dyn FnMut(Instant, &[u8])>;
 /// Somebody is to be told what to do about a link on which no line comes.
 struct Advising {
     baud: Option<u32>,
+    /// What was told last was no good news.
+    has_complained: bool,
+}
+
+impl Advising {
+    /// A notice, unless all is well and always was.
+    fn advise(&mut self, reception: Reception) -> Option<Event> {
+        let complains = reception != Reception::Lines;
+        let is_news = complains || self.has_complained;
+        self.has_complained = complains;
+        let (level, text) = advice(reception, self.baud);
+        is_news.then_some(Event::Notice { level, text })
+    }
 }
 
 /// Joins a [`Station`] to a [`Link`] and the clock.
@@ -77,7 +90,10 @@ impl Driver {
     /// Says what is wrong when no line comes. `baud` is the port's rate, if it is ours to choose.
     #[must_use]
     pub const fn advising(mut self, baud: Option<u32>) -> Self {
-        self.advising = Some(Advising { baud });
+        self.advising = Some(Advising {
+            baud,
+            has_complained: false,
+        });
         self
     }
 
@@ -239,10 +255,10 @@ impl Driver {
     /// What has happened.
     pub fn poll_event(&mut self) -> Option<Event> {
         let event = self.station.poll_event();
-        if let (Some(Event::Reception { reception, .. }), Some(advising)) = (&event, &self.advising)
+        if let (Some(Event::Reception { reception, .. }), Some(advising)) =
+            (&event, &mut self.advising)
         {
-            let (level, text) = advice(*reception, advising.baud);
-            self.events.push_back(Event::Notice { level, text });
+            self.events.extend(advising.advise(*reception));
         }
         let heard = self.heard();
         if let (Some(event), Some(desk)) = (&event, &mut self.desk) {
