@@ -56,8 +56,10 @@ pub(super) fn find(name: &str, known: &UsbIdentity, ports: &[Plugged]) -> Wherea
 }
 
 /// macOS gives each adapter two names, `/dev/cu.X` and `/dev/tty.X`, which behave differently.
-fn family(name: &str) -> Option<&str> {
-    name.split_once('.').map(|(family, _)| family)
+fn family(name: &str) -> Option<&'static str> {
+    ["/dev/cu.", "/dev/tty."]
+        .into_iter()
+        .find(|family| name.starts_with(family))
 }
 
 #[cfg(test)]
@@ -142,6 +144,15 @@ mod tests {
             find("/dev/cu.usbserial-10", &known, &ports),
             here("/dev/cu.usbserial-20")
         );
+    }
+
+    /// The system removes such a path with the device, and makes it anew a moment after it.
+    #[test]
+    fn it_is_found_when_it_was_given_by_a_stable_path() {
+        let known = adapter(None);
+        let ports = [port("/dev/ttyUSB1", Some(known.clone()))];
+        let path = "/dev/serial/by-id/usb-1a86_USB2.0-Serial-if00-port0";
+        assert_eq!(find(path, &known, &ports), here("/dev/ttyUSB1"));
     }
 
     #[test]

@@ -96,18 +96,20 @@ impl<R: Reopen> Reader<R> {
     }
 
     fn reopen(&mut self) -> Option<Connection> {
-        let mut told = String::new();
+        let (mut latest, mut told) = (String::new(), String::new());
         while !self.inputs.is_closed() {
             match self.reopener.open() {
                 Ok(connection) => return Some(connection),
                 Err(error) if error.is_absence() => {}
                 Err(error) => {
-                    // It is there and cannot be had: that is news, once.
+                    // It is there and cannot be had: that is news, once, unless it passes. A device that
+                    // has just come back belongs to nobody for a moment.
                     let reason = error.to_string();
-                    if reason != told {
+                    if reason == latest && reason != told {
                         told.clone_from(&reason);
-                        self.tell(LinkInput::Lost(reason))?;
+                        self.tell(LinkInput::Lost(reason.clone()))?;
                     }
+                    latest = reason;
                 }
             }
             thread::sleep(RETRY_EVERY);

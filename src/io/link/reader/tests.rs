@@ -197,7 +197,10 @@ fn what_keeps_a_link_from_coming_back_is_told_once() {
     again.renamed = Some("/dev/ttyUSB1".to_owned());
     let busy = || Err(OpenError::Another("it".to_owned()));
     let missing = Err(OpenError::Missing("it".to_owned()));
-    let mut bench = Bench::new(connection, vec![missing, busy(), busy(), Ok(again)]);
+    // A device that has just come back belongs to nobody for a moment.
+    let denied = Err(OpenError::Permission("it".to_owned()));
+    let openings = vec![missing, denied, busy(), busy(), busy(), Ok(again)];
+    let mut bench = Bench::new(connection, openings);
     drop(feed);
     assert_eq!(bench.next(), "opened ");
     assert_eq!(bench.next(), "lost unplugged");
