@@ -280,3 +280,69 @@ fn a_line_in_five_seconds_is_reception() {
         assert_eq!(listener.told, Some(Reception::Lines), "at {second} s");
     }
 }
+
+/// A window of a damaged stream may look like a wrong rate; a rate that was right stays so for a while.
+#[test]
+fn a_rate_that_was_right_is_trusted_for_a_minute() {
+    let mut listener = open();
+    listener.take(Moment::ZERO, b"\n", true);
+    let slow = || vec![0xF0; 200];
+    let told = listen(&mut listener, 1, 200, slow);
+    let wrong = Reception::WrongRate(LineRate::Slower);
+    assert_eq!(told, [(5, Reception::Damaged), (60, wrong)]);
+}
+
+/// `cargo test --lib looks -- --ignored --nocapture` prints the table that the thresholds are from.
+#[test]
+#[ignore = "prints a table"]
+fn looks_of_everything() {
+    let print = |what: &str, heard: &dyn Fn(bool, bool) -> Vec<u8>| {
+        let looks: Vec<Looks> = RECEIVERS
+            .iter()
+            .flat_map(|&(keeps, waits)| {
+                let bytes = heard(keeps, waits);
+                let windows = bytes
+                    .chunks(WINDOW)
+                    .filter(|window| window.len() >= BYTES_MIN);
+                windows.map(Looks::of).collect::<Vec<_>>()
+            })
+            .collect();
+        let range = |of: fn(&Looks) -> f64| {
+            let low = looks.iter().map(of).fold(1.0, f64::min);
+            let high = looks.iter().map(of).fold(0.0, f64::max);
+            format!("{:5.1} to {:5.1} %", low * 100.0, high * 100.0)
+        };
+        println!(
+            "{what:34} {:3} windows: printable {}, repeats {}, alone {}",
+            looks.len(),
+            range(|l| l.printable),
+            range(|l| l.repeats),
+            range(|l| l.alone)
+        );
+    };
+    let dice = &mut dice(9);
+    let wire = Wire::robot(2400, 0.0, dice);
+    for baud in [300, 600, 1200, 4800, 9600, 19200, 57600, 115_200] {
+        print(&format!("2400 heard at {baud}"), &|k, w| {
+            wire.heard_at(baud, k, w)
+        });
+    }
+    for baud in [4800, 9600, 19200, 57600, 115_200] {
+        let wire = Wire::robot(baud, 0.0, dice);
+        print(&format!("{baud} heard at 2400"), &|k, w| {
+            wire.heard_at(2400, k, w)
+        });
+    }
+    for ber in [0.0, 1e-2, 5e-2] {
+        let wire = Wire::robot(2400, ber, dice);
+        print(&format!("bit error rate {ber}"), &|k, w| {
+            wire.heard_at(2400, k, w)
+        });
+    }
+    for changes_a_bit in [10.0, 1.0, 0.5, 0.25, 0.1] {
+        let wire = Wire::noise(changes_a_bit, dice);
+        print(&format!("noise, {changes_a_bit} changes a bit"), &|k, w| {
+            wire.heard_at(2400, k, w)
+        });
+    }
+}
