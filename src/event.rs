@@ -28,12 +28,26 @@ pub enum Event {
     Counters(Counters),
     /// The connection to the radio changed.
     Link(LinkEvent),
+    /// What comes from the radio is of another kind now.
+    Reception {
+        /// Of which.
+        reception: Reception,
+        /// Since when.
+        since: Moment,
+    },
     /// A command went a step further.
     Command {
         /// Which command.
         id: CommandId,
         /// The step.
         step: CommandStep,
+    },
+    /// A command was asked for by somebody who shares the link.
+    Asked {
+        /// Which command; its first step was told already.
+        id: CommandId,
+        /// Who it was, for a person.
+        by: String,
     },
     /// Where the session is being recorded changed.
     Recording(Recording),
@@ -156,6 +170,18 @@ pub enum Failure {
     ReceiveOnly,
 }
 
+impl Failure {
+    /// All of them.
+    pub const ALL: [Self; 6] = [
+        Self::TimedOut,
+        Self::RobotRestarted,
+        Self::TakenOver,
+        Self::Stopped,
+        Self::Cancelled,
+        Self::ReceiveOnly,
+    ];
+}
+
 /// The connection to the radio.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub enum LinkEvent {
@@ -173,6 +199,30 @@ pub enum LinkEvent {
     },
     /// Over for good: end of a file or of standard input.
     Ended,
+}
+
+/// What comes from the radio, judged over seconds.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Reception {
+    /// Intact lines.
+    Lines,
+    /// Not a byte.
+    Nothing,
+    /// Bytes without any order.
+    Noise,
+    /// Text, and no line of it intact.
+    Damaged,
+    /// Bytes with an order that makes no text: the port's baud rate is not the radio's.
+    WrongRate(LineRate),
+}
+
+/// How the radio's baud rate differs from the port's.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum LineRate {
+    /// It is lower.
+    Slower,
+    /// It is higher.
+    Faster,
 }
 
 /// Where the session is being recorded.

@@ -13,5 +13,6 @@ pub mod model;
 pub mod request;
 pub mod route;
 pub mod runtime;
+pub mod share;
 pub mod station;
 pub mod view;

@@ -3,7 +3,7 @@
 mod common;
 
 use common::{CoSimulation, on_all_cores};
-use groundwave::event::CommandStep;
+use groundwave::event::{CommandStep, Failure};
 use groundwave::request::Request;
 use groundwave_protocol::Waypoint;
 use groundwave_protocol::digest::digest;
@@ -145,5 +145,39 @@ fn stop_stops_and_nothing_sent_before_it_moves_the_robot_again() {
             co.step();
             assert_eq!(co.simulation.robot().mode(), Mode::Stop, "{}", co.context());
         }
+    });
+}
+
+/// What a client of a shared link asked for ends at the client's time, and nobody else's does.
+#[test]
+fn a_command_that_is_given_up_leaves_the_others_alone() {
+    over_seeds(|seed, channel| {
+        let mut co = CoSimulation::new("house", seed, channel);
+        let route = vec![Waypoint { x_in: 9, y_in: 9 }; 100];
+        let first = co.request(Request::Route(route));
+        let second = co.request(Request::Mode(Mode::Passive));
+        let third = co.request(Request::Mode(Mode::Reactive));
+        co.run_until("the list is on its way", 60, |co| {
+            co.events.iter().any(|(_, event)| {
+                matches!(
+                    event,
+                    groundwave::event::Event::Command {
+                        step: CommandStep::Progress { .. },
+                        ..
+                    }
+                )
+            })
+        });
+        let now = co.now();
+        co.station.handle_give_up(now, second);
+        co.station.handle_give_up(now, first);
+        co.run_until("the third ends", 120, |co| co.fate(third).is_some());
+        assert_eq!(co.fate(third), Some(PROVEN), "{}", co.context());
+        for given_up in [first, second] {
+            let fate = co.fate(given_up);
+            let failed = Some(CommandStep::Failed(Failure::TimedOut));
+            assert_eq!(fate, failed, "{}", co.context());
+        }
+        assert!(!co.modes.contains(&Mode::Passive), "{}", co.context());
     });
 }

@@ -6,6 +6,7 @@ use std::time::Duration;
 use clap::{Args, Parser, Subcommand, ValueEnum};
 
 use crate::io::link::{BAUD, LinkSpec};
+use crate::share::Address;
 
 /// Ground station for a small robot on a 2400-baud radio.
 #[derive(Debug, Parser)]
@@ -53,7 +54,8 @@ Neither goto nor route changes the mode, unless --go: then `mode prowl` follows.
 
   groundwave send /dev/ttyUSB0 goto -48 120 --go
   groundwave send tcp:robot.local:4000 route square.txt
-  groundwave send /dev/ttyUSB0 -f evening.txt")]
+  groundwave send /dev/ttyUSB0 -f evening.txt
+  groundwave send --via /tmp/x.sock mode prowl    through a station started with --share /tmp/x.sock")]
     Send(Send),
     /// Serve a simulated robot on a pseudo-terminal or a TCP port.
     Sim(Sim),
@@ -104,6 +106,18 @@ pub struct Keeping {
     pub force: bool,
 }
 
+/// Who else may use the link.
+#[derive(Clone, Debug, Default, Args)]
+pub struct Sharing {
+    /// Share the link on a port of this machine (4001, 127.0.0.1:4001) or a Unix socket (/tmp/x.sock):
+    /// others read the raw bytes there, and `send --via` sends through it
+    #[arg(long, value_name = "ADDR|PATH")]
+    pub share: Option<Address>,
+    /// Let --share be reached from other machines: whoever reaches it can steer the robot
+    #[arg(long, requires = "share")]
+    pub share_open_to_network: bool,
+}
+
 /// `demo`
 #[derive(Debug, Args)]
 #[command(after_help = "\
@@ -116,6 +130,9 @@ pub struct Demo {
     /// Where received bytes are kept.
     #[command(flatten)]
     pub keeping: Keeping,
+    /// Who else may use the link.
+    #[command(flatten)]
+    pub sharing: Sharing,
 }
 
 /// `watch`
@@ -123,9 +140,10 @@ pub struct Demo {
 #[command(after_help = "\
   groundwave watch /dev/ttyUSB0 --tee evening.txt --record
   groundwave watch tcp:robot.local:4000
+  groundwave watch /dev/ttyUSB0 --share /tmp/x.sock     then: groundwave send --via /tmp/x.sock stop
   ssh robot cat /dev/ttyS0 | groundwave watch -")]
 pub struct Watch {
-    /// A serial device, tcp:HOST:PORT, - (standard input) or sim
+    /// A serial device, tcp:HOST:PORT, unix:PATH, - (standard input) or sim
     pub link: LinkSpec,
     /// Baud rate of the serial device
     #[arg(long, default_value_t = BAUD)]
@@ -139,6 +157,9 @@ pub struct Watch {
     /// Where received bytes are kept.
     #[command(flatten)]
     pub keeping: Keeping,
+    /// Who else may use the link.
+    #[command(flatten)]
+    pub sharing: Sharing,
 }
 
 /// `record`
@@ -147,7 +168,7 @@ pub struct Watch {
   groundwave record /dev/ttyUSB0 -o evening.mcap
   groundwave record /dev/ttyUSB0 -o evening.txt --duration 90m")]
 pub struct Record {
-    /// A serial device, tcp:HOST:PORT, - (standard input) or sim
+    /// A serial device, tcp:HOST:PORT, unix:PATH, - (standard input) or sim
     pub link: LinkSpec,
     /// Where to; .mcap is recorded as MCAP, anything else as the raw bytes
     #[arg(short, long, value_name = "FILE")]
@@ -167,6 +188,9 @@ pub struct Record {
     /// Say nothing but errors
     #[arg(short, long)]
     pub quiet: bool,
+    /// Who else may use the link; nobody can send through a recording.
+    #[command(flatten)]
+    pub sharing: Sharing,
 }
 
 /// `send`
@@ -176,15 +200,19 @@ pub struct Record {
     reason = "each is a flag on the command line"
 )]
 pub struct Send {
-    /// A serial device, tcp:HOST:PORT or sim
-    pub link: LinkSpec,
+    /// A serial device, tcp:HOST:PORT or sim; none with --via
+    #[arg(required_unless_present = "via")]
+    link: Option<String>,
     /// The command and its arguments
     #[arg(
         value_name = "COMMAND",
         allow_negative_numbers = true,
-        required_unless_present = "file"
+        required_unless_present_any = ["file", "via"]
     )]
-    pub words: Vec<String>,
+    words: Vec<String>,
+    /// Send through the station that owns the radio and shares it with --share
+    #[arg(long, value_name = "ADDR|PATH")]
+    pub via: Option<Address>,
     /// Read commands from FILE (- is standard input), one a line; stop at the first that fails
     #[arg(short, long, value_name = "FILE", conflicts_with = "words")]
     pub file: Option<PathBuf>,
@@ -206,6 +234,36 @@ pub struct Send {
     /// Say nothing but errors
     #[arg(short, long)]
     pub quiet: bool,
+}
+
+/// How a command gets to the radio.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub enum Way {
+    /// Over a link of our own.
+    Link(LinkSpec),
+    /// Through the station that shares its link here.
+    Via(Address),
+}
+
+impl Send {
+    /// Which way, and the words of the command: with `--via` no link stands before them.
+    ///
+    /// # Errors
+    /// When the link is none.
+    pub fn way(&self) -> Result<(Way, Vec<&str>), String> {
+        let first = self.link.as_deref();
+        let words = self.words.iter().map(String::as_str);
+        match &self.via {
+            Some(address) => Ok((
+                Way::Via(address.clone()),
+                first.into_iter().chain(words).collect(),
+            )),
+            None => Ok((
+                Way::Link(first.unwrap_or_default().parse()?),
+                words.collect(),
+            )),
+        }
+    }
 }
 
 /// `sim`
@@ -327,8 +385,22 @@ mod tests {
         else {
             panic!("{cli:?}");
         };
-        assert_eq!(send.words, ["goto", "-48", "-120"]);
+        let link = Way::Link(LinkSpec::Serial("/dev/ttyUSB0".into()));
+        assert_eq!(send.way(), Ok((link, vec!["goto", "-48", "-120"])));
         assert!(send.go);
+    }
+
+    #[test]
+    fn through_a_station_there_is_no_link_before_the_words() {
+        let cli = Cli::try_parse_from(["groundwave", "send", "--via", "4001", "goto", "-48", "0"]);
+        let Ok(Cli {
+            command: Command::Send(send),
+        }) = cli
+        else {
+            panic!("{cli:?}");
+        };
+        let via = Way::Via(Address::Tcp("127.0.0.1:4001".to_owned()));
+        assert_eq!(send.way(), Ok((via, vec!["goto", "-48", "0"])));
     }
 
     #[test]

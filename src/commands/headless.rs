@@ -7,9 +7,10 @@ use serde_json::{Value, json};
 
 use super::{Exit, Fault};
 use crate::capture::decode;
-use crate::event::{Event, LinkEvent, Moment};
+use crate::event::{CommandStep, Event, LinkEvent, Moment, Reception};
 use crate::io::signals::{Signal, Signals, stop_myself};
 use crate::runtime::Driver;
+use crate::share::Stage;
 
 /// Runs until a signal, the end of standard input, or a reader that has seen enough.
 pub(super) async fn run(mut driver: Driver) -> Result<(), Fault> {
@@ -69,6 +70,21 @@ fn other_json(at: Moment, event: &Event) -> Option<Value> {
             json!({ "event": "link", "state": "lost", "reason": reason })
         }
         Event::Link(LinkEvent::Ended) => json!({ "event": "link", "state": "ended" }),
+        Event::Reception { reception, since } => json!({
+            "event": "reception",
+            "what": reception_word(*reception),
+            "since_s": since.as_secs_f64(),
+        }),
+        Event::Asked { id, by } => json!({ "event": "asked", "id": id.0, "by": by }),
+        Event::Command { id, step } => {
+            let mut value = json!(Stage::of(step));
+            value["event"] = json!("command");
+            value["id"] = json!(id.0);
+            if let CommandStep::Queued(request) = step {
+                value["command"] = json!(request.to_string());
+            }
+            value
+        }
         Event::Notice { level, text } => {
             json!({ "event": "notice", "level": format!("{level:?}").to_lowercase(), "text": text })
         }
@@ -76,4 +92,14 @@ fn other_json(at: Moment, event: &Event) -> Option<Value> {
     };
     value["at_s"] = json!((at.as_secs_f64() * 1000.0).round() / 1000.0);
     Some(value)
+}
+
+const fn reception_word(reception: Reception) -> &'static str {
+    match reception {
+        Reception::Lines => "lines",
+        Reception::Nothing => "nothing",
+        Reception::Noise => "noise",
+        Reception::Damaged => "damaged",
+        Reception::WrongRate(_) => "wrong-rate",
+    }
 }

@@ -10,8 +10,10 @@ mod ports;
 mod record;
 mod replay;
 mod send;
+mod sharing;
 mod sim;
 pub mod simulated;
+mod via;
 mod watch;
 
 use std::io;

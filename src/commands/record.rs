@@ -5,7 +5,7 @@ use std::io::{self, IsTerminal};
 use std::time::{Duration, Instant};
 
 use super::cli::Record;
-use super::{Exit, Fault, block_on, keeping, simulated};
+use super::{Exit, Fault, block_on, keeping, sharing, simulated};
 use crate::event::{Event, LinkEvent};
 use crate::io::link::{Connection, Link};
 use crate::io::signals::{Signal, Signals, stop_myself};
@@ -44,9 +44,13 @@ pub(super) fn run(options: &Record) -> Result<(), Fault> {
         // The link first: a port that cannot be opened leaves no empty file behind.
         let connection = Connection::open(&spec, options.baud)
             .map_err(|error| Fault::new(Exit::NoLink, error))?;
+        let share = sharing::listen(&options.sharing)?;
         let keeper = Keeper::open(&keep, started).map_err(keeping::fault)?;
-        let link = Link::start(spec, options.baud, connection, keeper.sink(), inputs);
+        let sink = sharing::sink(share.as_ref(), keeper.sink());
+        let port_baud = spec.baud(options.baud);
+        let link = Link::start(spec, options.baud, connection, sink, inputs);
         let driver = Driver::new(name, link, from_link, false, started, keeper.sent_sink());
+        let driver = driver.advising(port_baud).shared(share);
         let result = until_done(options, driver, &keeper).await;
         keeper.finish().map_err(keeping::fault)?;
         result
@@ -86,6 +90,7 @@ async fn until_done(options: &Record, mut driver: Driver, keeper: &Keeper) -> Re
                 Event::Link(LinkEvent::Lost { reason }) if !options.quiet => {
                     eprintln!("groundwave: link lost: {reason}; trying again");
                 }
+                Event::Notice { text, .. } if !options.quiet => eprintln!("groundwave: {text}"),
                 _ => {}
             }
         }

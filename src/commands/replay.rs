@@ -52,7 +52,7 @@ pub(super) fn run(options: &Replay) -> Result<(), Fault> {
             recording: Box::new(Recording::default),
             first: vec![Event::Replay(state)],
         };
-        run_dashboard(dashboard)
+        Box::pin(run_dashboard(dashboard))
             .await
             .map_err(|error| Fault::new(Exit::Failed, format!("the terminal failed: {error}")))
     })?;
@@ -100,7 +100,10 @@ fn play(
     inputs: &ToStation<LinkInput>,
 ) -> Result<(), CaptureError> {
     let mut clock = Clock::new(speed);
-    if inputs.blocking_send(LinkInput::Opened).is_err() {
+    if inputs
+        .blocking_send(LinkInput::Opened { renamed: None })
+        .is_err()
+    {
         return Ok(());
     }
     let mut result = Ok(());

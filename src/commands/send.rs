@@ -6,32 +6,45 @@ use std::path::Path;
 use std::time::{Duration, Instant};
 
 use groundwave_protocol::letters::Mode;
-use groundwave_protocol::telemetry::Outcome;
 use serde_json::{Value, json};
 
-use super::cli::Send;
-use super::{Exit, Fault, block_on};
+use super::cli::{Send, Way};
+use super::{Exit, Fault, block_on, via};
 use crate::event::{CommandId, CommandStep, Event, Failure, LinkEvent};
 use crate::io::link::{Connection, Link, LinkSpec};
 use crate::request::Request;
 use crate::route;
 use crate::runtime::Driver;
+use crate::share::{Heard, Stage, why_refused};
 
 pub(super) fn run(options: &Send) -> Result<(), Fault> {
-    let requests = read_requests(options)?;
-    if options.no_uplink || options.link == LinkSpec::Stdin {
-        return Err(Fault::new(
-            Exit::ReceiveOnly,
-            format!("cannot send to {}: the link is receive-only", options.link),
-        ));
+    let (way, words) = options
+        .way()
+        .map_err(|message| Fault::new(Exit::Usage, message))?;
+    let requests = read_requests(options, &words)?;
+    let receive_only = |name: &dyn std::fmt::Display| {
+        let message = format!("cannot send to {name}: the link is receive-only");
+        Err(Fault::new(Exit::ReceiveOnly, message))
+    };
+    match way {
+        Way::Via(address) if options.no_uplink => receive_only(&address),
+        Way::Via(address) => via::deliver(options, &address, &requests),
+        Way::Link(link @ (LinkSpec::Stdin | LinkSpec::Unix(_))) => receive_only(&link),
+        Way::Link(link) if options.no_uplink => receive_only(&link),
+        Way::Link(link) => block_on(deliver(options, &link, requests)),
     }
-    block_on(deliver(options, requests))
 }
 
 /// Everything is read and checked before the link is opened.
-fn read_requests(options: &Send) -> Result<Vec<Request>, Fault> {
+fn read_requests(options: &Send, words: &[&str]) -> Result<Vec<Request>, Fault> {
     let mut requests = match &options.file {
-        None => read_words(&options.words).map_err(|message| Fault::new(Exit::Usage, message))?,
+        Some(_) if !words.is_empty() => {
+            return Err(Fault::new(
+                Exit::Usage,
+                "a command is given both as words and with -f",
+            ));
+        }
+        None => read_words(words).map_err(|message| Fault::new(Exit::Usage, message))?,
         Some(path) => read_script(path)?,
     };
     if options.go {
@@ -107,13 +120,13 @@ fn read_text(path: &Path) -> Result<String, Fault> {
     })
 }
 
-async fn deliver(options: &Send, requests: Vec<Request>) -> Result<(), Fault> {
+async fn deliver(options: &Send, link: &LinkSpec, requests: Vec<Request>) -> Result<(), Fault> {
+    let name = link.to_string();
     let (inputs, from_link) = tokio::sync::mpsc::channel(64);
-    let (spec, _simulator) = super::simulated::embed(&options.link)?;
+    let (spec, _simulator) = super::simulated::embed(link)?;
     let connection =
         Connection::open(&spec, options.baud).map_err(|error| Fault::new(Exit::NoLink, error))?;
     let link = Link::start(spec, options.baud, connection, Box::new(|_, _| {}), inputs);
-    let name = options.link.to_string();
     let mut driver = Driver::new(
         name,
         link,
@@ -147,7 +160,7 @@ async fn deliver(options: &Send, requests: Vec<Request>) -> Result<(), Fault> {
                 () = driver.step() => {}
                 () = &mut deadline => {
                     driver.cancel();
-                    return Err(not_confirmed(&request, &driver, options.timeout));
+                    return Err(not_confirmed(&request, driver.heard(), options.timeout));
                 }
             }
         }
@@ -155,12 +168,12 @@ async fn deliver(options: &Send, requests: Vec<Request>) -> Result<(), Fault> {
     Ok(())
 }
 
-fn not_confirmed(request: &Request, driver: &Driver, waited: Duration) -> Fault {
-    let heard = driver.station().counters();
+/// No proof came in time: says what was heard meanwhile, and what is known of the robot.
+pub(super) fn not_confirmed(request: &Request, heard: Heard, waited: Duration) -> Fault {
     let why = if heard.bytes == 0 {
         "nothing at all was heard from the robot (is it switched on, is this the right port?)"
             .to_owned()
-    } else if heard.lines + heard.ack_lines == 0 {
+    } else if heard.lines == 0 {
         format!(
             "{} bytes were heard and not one intact line (is the baud rate right?)",
             heard.bytes
@@ -183,14 +196,14 @@ fn not_confirmed(request: &Request, driver: &Driver, waited: Duration) -> Fault 
 }
 
 /// What the person or the script is told.
-struct Report {
+pub(super) struct Report {
     json: bool,
     quiet: bool,
     progress: bool,
 }
 
 impl Report {
-    fn new(options: &Send) -> Self {
+    pub(super) fn new(options: &Send) -> Self {
         Self {
             json: options.json,
             quiet: options.quiet,
@@ -207,17 +220,32 @@ impl Report {
         after: Duration,
     ) -> Result<Option<Result<(), Fault>>, Fault> {
         match event {
-            Event::Command { id: of, step } if *of == id => {
-                if self.json {
-                    Self::print_json(&to_json(request, step, after))?;
-                }
-                Ok(self.handle_step(request, step, after))
-            }
-            Event::Link(LinkEvent::Lost { reason }) if !self.quiet => {
-                eprintln!("groundwave: link lost: {reason}; trying again");
+            Event::Command { id: of, step } if *of == id => self.step(request, step, after),
+            Event::Link(LinkEvent::Lost { reason }) => {
+                self.lost(reason);
                 Ok(None)
             }
             _ => Ok(None),
+        }
+    }
+
+    /// Reports a step; returns how the command ended, once it has.
+    pub(super) fn step(
+        &self,
+        request: &Request,
+        step: &CommandStep,
+        after: Duration,
+    ) -> Result<Option<Result<(), Fault>>, Fault> {
+        if self.json {
+            Self::print_json(&to_json(request, step, after))?;
+        }
+        Ok(self.handle_step(request, step, after))
+    }
+
+    /// The link is gone and may come back.
+    pub(super) fn lost(&self, reason: &str) {
+        if !self.quiet {
+            eprintln!("groundwave: link lost: {reason}; trying again");
         }
     }
 
@@ -275,39 +303,10 @@ impl Report {
     }
 }
 
-fn to_json(request: &Request, step: &CommandStep, after: Duration) -> Value {
-    let mut value = match step {
-        CommandStep::Queued(_) => json!({ "stage": "queued" }),
-        CommandStep::Sent { frames } => json!({ "stage": "sent", "frames": frames }),
-        CommandStep::Progress {
-            acknowledged,
-            total,
-        } => {
-            json!({ "stage": "progress", "acknowledged": acknowledged, "total": total })
-        }
-        CommandStep::Proven { digest } => {
-            json!({ "stage": "proven", "digest": digest.map(|digest| format!("{digest:08x}")) })
-        }
-        CommandStep::Refused(outcome) => {
-            json!({ "stage": "refused", "reason": why_refused(*outcome) })
-        }
-        CommandStep::Failed(failure) => json!({ "stage": "failed", "reason": failure.to_string() }),
-    };
+/// A step for a program, beside the command and the time since it was given.
+pub(super) fn to_json(request: &Request, step: &CommandStep, after: Duration) -> Value {
+    let mut value = json!(Stage::of(step));
     value["command"] = json!(request.to_string());
     value["after_s"] = json!((after.as_secs_f64() * 1000.0).round() / 1000.0);
     value
-}
-
-/// The robot's reason in words.
-pub(crate) const fn why_refused(outcome: Outcome) -> &'static str {
-    match outcome {
-        Outcome::Done => "it did not refuse",
-        Outcome::NotFitted => "this robot has no such layer or mode",
-        Outcome::BadValue => "a value is out of range",
-        Outcome::ListIncomplete => "waypoints are missing",
-        Outcome::DigestMismatch => "the list it holds is not the one that was announced",
-        Outcome::NotNow => "not in its present state",
-        Outcome::Unknown => "its firmware does not know this command",
-        Outcome::Failed => "it tried and could not",
-    }
 }

@@ -6,8 +6,8 @@ use std::time::Instant;
 
 use sr04_sim::serve::{ServeOptions, Server};
 
-use super::cli::{Demo, Keeping, Watch};
-use super::{Exit, Fault, appearance, block_on, headless, keeping, simulated};
+use super::cli::{Demo, Keeping, Sharing, Watch};
+use super::{Exit, Fault, appearance, block_on, headless, keeping, sharing, simulated};
 use crate::event::Event;
 use crate::io::link::{BAUD, Connection, Link, LinkSpec};
 use crate::model::{Config, Model};
@@ -33,6 +33,7 @@ pub(super) fn watch(options: &Watch) -> Result<(), Fault> {
         uplink: !options.no_uplink,
         started,
         keeping: options.keeping.clone(),
+        sharing: options.sharing.clone(),
         notes: BTreeMap::new(),
     };
     if options.headless {
@@ -77,6 +78,7 @@ pub(super) fn demo(options: &Demo) -> Result<(), Fault> {
         uplink: true,
         started,
         keeping: options.keeping.clone(),
+        sharing: options.sharing.clone(),
         notes,
     };
     let raw = address(&server, 1);
@@ -117,6 +119,7 @@ struct Plan {
     uplink: bool,
     started: Instant,
     keeping: Keeping,
+    sharing: Sharing,
     notes: BTreeMap<String, String>,
 }
 
@@ -126,12 +129,13 @@ impl Plan {
         let (inputs, from_link) = tokio::sync::mpsc::channel(256);
         let connection = Connection::open(&self.spec, self.baud)
             .map_err(|error| Fault::new(Exit::NoLink, error))?;
+        let share = sharing::listen(&self.sharing)?;
         let keeper = keeping::open(&self.keeping, &self.name, self.notes.clone(), self.started)?;
         let link = Link::start(
             self.spec.clone(),
             self.baud,
             connection,
-            keeper.sink(),
+            sharing::sink(share.as_ref(), keeper.sink()),
             inputs,
         );
         let driver = Driver::new(
@@ -141,7 +145,9 @@ impl Plan {
             self.uplink,
             self.started,
             keeper.sent_sink(),
-        );
+        )
+        .advising(self.spec.baud(self.baud))
+        .shared(share);
         Ok((driver, keeper))
     }
 }
@@ -157,7 +163,7 @@ fn show(plan: &Plan, config: Config, first: Vec<Event>) -> Result<(), Fault> {
             recording: Box::new(move || status.status()),
             first,
         };
-        let result = run(dashboard).await;
+        let result = Box::pin(run(dashboard)).await;
         keeper.finish().map_err(keeping::fault)?;
         result.map_err(|error| Fault::new(Exit::Failed, format!("the terminal failed: {error}")))
     })

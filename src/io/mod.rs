@@ -3,5 +3,7 @@
 
 pub mod link;
 pub mod ports;
+pub mod share;
 pub mod signals;
 pub mod terminal;
+pub mod via;

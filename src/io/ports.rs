@@ -1,6 +1,8 @@
 //! Serial ports that are plugged in.
 
-use serialport::SerialPortType;
+use serialport::{SerialPortInfo, SerialPortType};
+
+use super::link::{Plugged, UsbIdentity};
 
 /// A serial port and what is known of it.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -18,12 +20,7 @@ pub struct Port {
 /// # Errors
 /// When the system cannot list them.
 pub fn list() -> Result<Vec<Port>, String> {
-    // On Linux the library panics where the kernel shows no such folder.
-    if cfg!(target_os = "linux") && !std::path::Path::new("/sys/class/tty").is_dir() {
-        return Ok(Vec::new());
-    }
-    let mut ports: Vec<Port> = serialport::available_ports()
-        .map_err(|error| format!("cannot list serial ports: {error}"))?
+    let mut ports: Vec<Port> = available()?
         .into_iter()
         .map(|port| {
             let (kind, description) = describe(&port.port_type);
@@ -37,6 +34,34 @@ pub fn list() -> Result<Vec<Port>, String> {
     ports.sort_by(|a, b| a.name.cmp(&b.name));
     ports.dedup();
     Ok(ports)
+}
+
+/// The ports of this machine by what their adapters say of themselves; none where the system cannot
+/// list them.
+pub(super) fn plugged() -> Vec<Plugged> {
+    available()
+        .unwrap_or_default()
+        .into_iter()
+        .map(|port| Plugged {
+            name: port.port_name,
+            usb: match port.port_type {
+                SerialPortType::UsbPort(usb) => Some(UsbIdentity {
+                    product: (usb.vid, usb.pid),
+                    serial: usb.serial_number,
+                    interface: usb.interface,
+                }),
+                _ => None,
+            },
+        })
+        .collect()
+}
+
+fn available() -> Result<Vec<SerialPortInfo>, String> {
+    // On Linux the library panics where the kernel shows no such folder.
+    if cfg!(target_os = "linux") && !std::path::Path::new("/sys/class/tty").is_dir() {
+        return Ok(Vec::new());
+    }
+    serialport::available_ports().map_err(|error| format!("cannot list serial ports: {error}"))
 }
 
 fn describe(kind: &SerialPortType) -> (String, Option<String>) {

@@ -33,6 +33,8 @@ pub(crate) enum Stage {
 pub(crate) struct Entry {
     pub(crate) id: CommandId,
     pub(crate) request: Request,
+    /// Who asked for it, if it was not this station's operator.
+    pub(crate) by: Option<String>,
     pub(crate) stage: Stage,
     pub(crate) attempts: u32,
     /// Waypoints that the robot acknowledged, of how many.
@@ -116,11 +118,19 @@ impl Ledger {
         self.entries.push_back(Entry {
             id,
             request,
+            by: None,
             stage: Stage::Queued,
             attempts: 0,
             progress: None,
             at: now,
         });
+    }
+
+    /// Somebody who shares the link asked for this one; returns its entry, if that is known.
+    pub(super) fn take_asker(&mut self, id: CommandId, by: &str) -> Option<&Entry> {
+        let entry = self.entries.iter_mut().rev().find(|entry| entry.id == id)?;
+        entry.by = Some(by.to_owned());
+        Some(entry)
     }
 
     /// Takes a line B: it confirms the active list, or tells that the robot has another.

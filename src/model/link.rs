@@ -6,7 +6,7 @@ use groundwave_protocol::LINE_BYTES;
 use groundwave_protocol::decoder::Counters;
 
 use super::age;
-use crate::event::{LinkEvent, Moment, Replay};
+use crate::event::{LinkEvent, Moment, Reception, Replay};
 
 /// Rate and loss are taken over this long.
 const WINDOW: Moment = Moment::from_secs(20);
@@ -61,6 +61,8 @@ pub(crate) struct Link {
     frozen_at: Option<Moment>,
     newest_line_at: Option<Moment>,
     newest_raw: Option<[u8; LINE_BYTES]>,
+    /// What comes, and since when.
+    reception: Option<(Reception, Moment)>,
     counters: Counters,
     /// The decoder's totals at most once a second, for as long as the window.
     totals: VecDeque<(Moment, Counters)>,
@@ -69,6 +71,7 @@ pub(crate) struct Link {
 impl Link {
     pub(super) fn take_event(&mut self, now: Moment, event: &LinkEvent) {
         self.frozen_at = None;
+        self.reception = None;
         match event {
             LinkEvent::Opened { name, can_send } => {
                 self.name.clone_from(name);
@@ -90,6 +93,17 @@ impl Link {
                 self.frozen_at = Some(now);
             }
         }
+    }
+
+    pub(super) fn take_reception(&mut self, reception: Reception, since: Moment) {
+        self.reception = Some((reception, since));
+    }
+
+    /// What comes instead of lines, and for how long; `None` while lines come and before it is known.
+    pub(crate) fn instead_of_lines(&self, now: Moment) -> Option<(Reception, Moment)> {
+        let (reception, since) = self.reception?;
+        let age = self.clock(now).saturating_sub(since);
+        (reception != Reception::Lines).then_some((reception, age))
     }
 
     pub(super) fn take_replay(&mut self, now: Moment, replay: Replay) {
@@ -210,9 +224,12 @@ impl Link {
             Connection::Lost { since, .. } => Some(since),
             _ => None,
         };
-        self.newest_line_at
+        let instead = self
+            .instead_of_lines(now)
+            .map(|(_, age)| now.saturating_sub(age));
+        [self.newest_line_at, lost, instead]
             .into_iter()
-            .chain(lost)
+            .flatten()
             .map(|since| age::next_change(since, now))
             .min()
     }

@@ -179,6 +179,14 @@ impl Model {
                 self.take_step(now, id, &step);
                 true
             }
+            Event::Reception { reception, since } => {
+                self.link.take_reception(reception, since);
+                true
+            }
+            Event::Asked { id, by } => {
+                self.take_asker(now, id, &by);
+                true
+            }
             Event::Recording(recording) => self.take_recording(now, recording),
             Event::RouteLoaded { path, route } => {
                 self.take_route(now, &path, route);
@@ -309,6 +317,9 @@ impl Model {
             Connection::Lost { .. } | Connection::Ended
         );
         let (level, text) = match event {
+            LinkEvent::Opened { name, .. } if again && *name != self.link.name => {
+                (Level::Info, format!("back as {name}"))
+            }
             LinkEvent::Opened { name, .. } if again => (Level::Info, format!("{name} is back")),
             LinkEvent::Opened { name, can_send } => {
                 let only = if *can_send { "" } else { ", receive only" };
@@ -353,6 +364,13 @@ impl Model {
             CommandStep::Failed(failure) => (Level::Warning, format!("{asked}: {failure}")),
         };
         self.log.add(now, level, Subject::Command, text);
+    }
+
+    fn take_asker(&mut self, now: Moment, id: CommandId, by: &str) {
+        if let Some(entry) = self.ledger.take_asker(id, by) {
+            let text = format!("{}: asked by {by}", entry.request);
+            self.log.add(now, Level::Info, Subject::Command, text);
+        }
     }
 
     fn take_recording(&mut self, now: Moment, recording: Recording) -> bool {

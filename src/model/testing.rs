@@ -16,8 +16,8 @@ use proptest::sample::select;
 
 use super::{Config, Model};
 use crate::event::{
-    CommandId, CommandStep, Effect, Event, Failure, Level, LinkEvent, Moment, Recording, Replay,
-    Truth,
+    CommandId, CommandStep, Effect, Event, Failure, Level, LineRate, LinkEvent, Moment, Reception,
+    Recording, Replay, Truth,
 };
 use crate::request::Request;
 
@@ -385,6 +385,13 @@ pub(crate) fn any_event() -> impl Strategy<Value = Event> {
         1 => any::<Option<String>>().prop_map(|problem| {
             Event::Recording(Recording { problem, tee: Some("a.txt".to_owned()), ..Recording::default() })
         }),
+        1 => prop_oneof![
+            Just(Reception::Lines),
+            Just(Reception::Nothing),
+            Just(Reception::Noise),
+            Just(Reception::WrongRate(LineRate::Faster)),
+        ].prop_map(|reception| Event::Reception { reception, since: Moment::from_secs(1) }),
+        1 => (1_u32..6, any::<String>()).prop_map(|(id, by)| Event::Asked { id: CommandId(id), by }),
         1 => any_waypoints().prop_map(|route| {
             Event::RouteLoaded { path: "r.txt".to_owned(), route: Ok(route) }
         }),

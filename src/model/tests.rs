@@ -461,3 +461,47 @@ fn a_long_session_takes_no_more_room_than_a_short_one() {
     assert!(model.log.newest_first().count() <= 256);
     assert!(model.ledger.entries().count() <= 64);
 }
+
+#[test]
+fn an_adapter_that_is_back_under_another_name_says_so() {
+    let mut scene = scene();
+    let opened = |name: &str| {
+        Event::Link(LinkEvent::Opened {
+            name: name.to_owned(),
+            can_send: true,
+        })
+    };
+    let lost = Event::Link(LinkEvent::Lost {
+        reason: "unplugged".to_owned(),
+    });
+    let newest = |scene: &Scene| {
+        scene
+            .model
+            .log
+            .newest_first()
+            .next()
+            .map(|e| e.text.clone())
+    };
+    scene.event(opened("/dev/ttyUSB0"));
+    scene.event(lost.clone());
+    scene.event(opened("/dev/ttyUSB0"));
+    assert_eq!(newest(&scene).as_deref(), Some("/dev/ttyUSB0 is back"));
+    scene.event(lost);
+    scene.event(opened("/dev/ttyUSB1"));
+    assert_eq!(newest(&scene).as_deref(), Some("back as /dev/ttyUSB1"));
+}
+
+#[test]
+fn a_command_of_somebody_elses_says_whose_it_is() {
+    let mut scene = scene();
+    let (id, by) = (CommandId(1), "pid 7 via ./x.sock".to_owned());
+    scene.command(1, Request::Scan, CommandStep::Sent { frames: 1 });
+    scene.event(Event::Asked { id, by: by.clone() });
+    let entry = scene.model.ledger.entries().next();
+    assert_eq!(entry.and_then(|entry| entry.by.clone()), Some(by.clone()));
+    let newest = scene.model.log.newest_first().next();
+    assert_eq!(
+        newest.map(|entry| entry.text.clone()),
+        Some(format!("scan: asked by {by}"))
+    );
+}

@@ -4,6 +4,7 @@ use groundwave_protocol::letters::{Cliff, Drive, Infrared, Layer, Mode, Power};
 use groundwave_protocol::telemetry::Outcome;
 
 use super::motors::Holder;
+use crate::event::Reception;
 use crate::request;
 
 /// A layer's name.
@@ -101,5 +102,16 @@ pub(crate) const fn outcome(outcome: Outcome) -> &'static str {
         Outcome::NotNow => "not in its present state",
         Outcome::Unknown => "unknown to this firmware",
         Outcome::Failed => "could not carry it out",
+    }
+}
+
+/// What comes when no line does, for so long.
+pub(crate) fn reception(reception: Reception, age: &str) -> String {
+    match reception {
+        Reception::Lines => "lines".to_owned(),
+        Reception::Nothing => format!("no bytes for {age}"),
+        Reception::Noise => format!("only noise for {age}"),
+        Reception::Damaged => format!("no intact line for {age}: weak signal?"),
+        Reception::WrongRate(_) => format!("no intact line for {age}: wrong baud rate?"),
     }
 }

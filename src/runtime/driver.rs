@@ -1,22 +1,48 @@
 //! A station on a real link and a real clock.
 
+use std::collections::VecDeque;
 use std::hash::{BuildHasher, RandomState};
-use std::time::Instant;
+use std::time::{Duration, Instant};
 
 use groundwave_protocol::arq::Config;
 use tokio::sync::mpsc::Receiver;
 use tokio::time::{Instant as TokioInstant, sleep_until};
 
-use crate::event::{CommandId, Event, LinkEvent, Moment};
+use super::advice::advice;
+use super::desk::{Desk, Wanted};
+use crate::event::{CommandId, Event, Level, LinkEvent, Moment, Reception};
 use crate::io::link::{Link, LinkInput};
+use crate::io::share::{FromClient, Share};
 use crate::request::Request;
+use crate::share::Heard;
 use crate::station::Station;
 
 /// Inputs taken at one go before others get their turn.
 const BATCH: usize = 32;
 
+/// A device that takes no bytes is told about no more often than this.
+const NOT_TAKEN_REST: Duration = Duration::from_secs(10);
+
 /// Takes every byte that is sent, for the recorder.
 pub type SentSink = Box<dyn FnMut(Instant, &[u8])>;
+
+/// Somebody is to be told what to do about a link on which no line comes.
+struct Advising {
+    baud: Option<u32>,
+    /// What was told last was no good news.
+    has_complained: bool,
+}
+
+impl Advising {
+    /// A notice, unless all is well and always was.
+    fn advise(&mut self, reception: Reception) -> Option<Event> {
+        let complains = reception != Reception::Lines;
+        let is_news = complains || self.has_complained;
+        self.has_complained = complains;
+        let (level, text) = advice(reception, self.baud);
+        is_news.then_some(Event::Notice { level, text })
+    }
+}
 
 /// Joins a [`Station`] to a [`Link`] and the clock.
 pub struct Driver {
@@ -27,6 +53,12 @@ pub struct Driver {
     uplink: bool,
     started: Instant,
     sent: SentSink,
+    /// Bytes not taken by the device that were told about, and when.
+    told_not_taken: (u64, Option<Moment>),
+    desk: Option<Desk>,
+    advising: Option<Advising>,
+    /// What happened besides the station's own events.
+    events: VecDeque<Event>,
 }
 
 impl Driver {
@@ -48,7 +80,35 @@ impl Driver {
             uplink,
             started,
             sent,
+            told_not_taken: (0, None),
+            desk: None,
+            advising: None,
+            events: VecDeque::new(),
         }
+    }
+
+    /// Says what is wrong when no line comes. `baud` is the port's rate, if it is ours to choose.
+    #[must_use]
+    pub const fn advising(mut self, baud: Option<u32>) -> Self {
+        self.advising = Some(Advising {
+            baud,
+            has_complained: false,
+        });
+        self
+    }
+
+    /// Lets others use the link too.
+    #[must_use]
+    pub fn shared(mut self, share: Option<Share>) -> Self {
+        if let Some(share) = share {
+            let desk = Desk::new(share, &self.name, self.can_send());
+            self.events.push_back(Event::Notice {
+                level: Level::Info,
+                text: format!("shared on {}", desk.address()),
+            });
+            self.desk = Some(desk);
+        }
+        self
     }
 
     /// Time since the station started.
@@ -72,9 +132,11 @@ impl Driver {
     /// Waits for something to happen on the link, or for the station's next deadline. Nothing is lost
     /// when the wait is abandoned.
     pub async fn step(&mut self) {
-        let deadline = self
-            .station
-            .poll_timeout()
+        let desk = self.desk.as_ref().and_then(Desk::poll_timeout);
+        let deadline = [self.station.poll_timeout(), desk]
+            .into_iter()
+            .flatten()
+            .min()
             .map(|moment| self.started + moment);
         tokio::select! {
             input = self.inputs.recv() => {
@@ -90,16 +152,69 @@ impl Driver {
                     }
                 }
             }
+            input = next_client(self.desk.as_mut()) => self.handle_client(input),
             () = sleep_to(deadline) => {}
         }
-        self.station.handle_timeout(self.now());
+        let now = self.now();
+        self.station.handle_timeout(now);
+        let heard = self.heard();
+        if let Some(desk) = &mut self.desk {
+            desk.handle_timeout(now, heard);
+        }
+        self.serve_desk();
         self.flush();
+        self.tell_not_taken();
+    }
+
+    fn handle_client(&mut self, input: FromClient) {
+        let Some(asked) = self.desk.as_mut().and_then(|desk| desk.handle(input)) else {
+            return;
+        };
+        let (now, heard) = (self.now(), self.heard());
+        let id = self.station.handle_request(now, asked.ask.request.clone());
+        if let Some(desk) = &mut self.desk {
+            desk.handle_started(now, id, &asked, heard);
+        }
+        self.events.push_back(Event::Asked { id, by: asked.by });
+    }
+
+    /// What the desk wants done.
+    fn serve_desk(&mut self) {
+        while let Some(wanted) = self.desk.as_mut().and_then(Desk::poll) {
+            match wanted {
+                Wanted::GiveUp(id) => self.station.handle_give_up(self.now(), id),
+                Wanted::Tell(event) => self.events.push_back(event),
+            }
+        }
+    }
+
+    /// What was heard from the robot so far.
+    #[must_use]
+    pub const fn heard(&self) -> Heard {
+        let counters = self.station.counters();
+        Heard {
+            bytes: counters.bytes,
+            lines: counters.lines + counters.ack_lines,
+        }
+    }
+
+    fn tell_not_taken(&mut self) {
+        let now = self.now();
+        let bytes = self.link.not_taken();
+        let (told, at) = self.told_not_taken;
+        if bytes > told && at.is_none_or(|at| now.saturating_sub(at) >= NOT_TAKEN_REST) {
+            self.told_not_taken = (bytes, Some(now));
+            self.events.push_back(Event::Notice {
+                level: Level::Warning,
+                text: format!("the device takes no bytes: {bytes} not sent so far"),
+            });
+        }
     }
 
     fn handle_input(&mut self, input: LinkInput) {
         match input {
-            LinkInput::Opened => self.station.handle_link(LinkEvent::Opened {
-                name: self.name.clone(),
+            LinkInput::Opened { renamed } => self.station.handle_link(LinkEvent::Opened {
+                name: renamed.unwrap_or_else(|| self.name.clone()),
                 can_send: self.can_send(),
             }),
             LinkInput::Bytes(at, bytes) => {
@@ -139,7 +254,18 @@ impl Driver {
 
     /// What has happened.
     pub fn poll_event(&mut self) -> Option<Event> {
-        self.station.poll_event()
+        let event = self.station.poll_event();
+        if let (Some(Event::Reception { reception, .. }), Some(advising)) =
+            (&event, &mut self.advising)
+        {
+            self.events.extend(advising.advise(*reception));
+        }
+        let heard = self.heard();
+        if let (Some(event), Some(desk)) = (&event, &mut self.desk) {
+            desk.handle_event(event, heard);
+            self.serve_desk();
+        }
+        event.or_else(|| self.events.pop_front())
     }
 
     fn flush(&mut self) {
@@ -148,6 +274,13 @@ impl Driver {
             (self.sent)(Instant::now(), &bytes);
             self.link.send(&bytes);
         }
+    }
+}
+
+async fn next_client(desk: Option<&mut Desk>) -> FromClient {
+    match desk {
+        Some(desk) => desk.next().await,
+        None => std::future::pending().await,
     }
 }
 

@@ -1,6 +1,8 @@
 //! The one event loop: it owns the terminal, reads the clock and joins ports, station, model and view.
 
+mod advice;
 mod dashboard;
+mod desk;
 mod driver;
 mod keeper;
 

@@ -3,6 +3,8 @@
 //! `handle_*` takes something in, `poll_*` gives something out; after each `handle_*`, poll until
 //! everything says `None`.
 
+mod reception;
+
 use std::collections::VecDeque;
 use std::time::Duration;
 
@@ -12,8 +14,9 @@ use groundwave_protocol::decoder::{Counters, Decoder, Received};
 use groundwave_protocol::letters::LayerMask;
 use groundwave_protocol::telemetry::Outcome;
 
-use crate::event::{CommandId, CommandStep, Event, Failure, Level, LinkEvent, Moment};
+use crate::event::{CommandId, CommandStep, Event, Failure, Level, LinkEvent, Moment, Reception};
 use crate::request::Request;
+use reception::Listener;
 
 /// A press of a drive key counts for this long unless it is renewed.
 const DRIVE_LEASE: Duration = Duration::from_millis(500);
@@ -28,6 +31,7 @@ struct Waiting {
 #[derive(Debug)]
 pub struct Station {
     decoder: Decoder,
+    listener: Listener,
     fop: Fop,
     can_send: bool,
     waiting: VecDeque<Waiting>,
@@ -46,6 +50,7 @@ impl Station {
     pub fn new(config: Config, can_send: bool) -> Self {
         Self {
             decoder: Decoder::default(),
+            listener: Listener::default(),
             fop: Fop::new(config),
             can_send,
             waiting: VecDeque::new(),
@@ -59,6 +64,8 @@ impl Station {
 
     /// Takes a change of the connection.
     pub fn handle_link(&mut self, event: LinkEvent) {
+        self.listener
+            .open(matches!(event, LinkEvent::Opened { .. }));
         match &event {
             LinkEvent::Opened { can_send, .. } => self.can_send = *can_send,
             LinkEvent::Lost { .. } => self.decoder.interrupt(),
@@ -70,13 +77,18 @@ impl Station {
     /// Takes bytes from the radio.
     pub fn handle_bytes(&mut self, now: Moment, mut bytes: &[u8]) {
         self.fop.handle_carrier(micros(now));
+        let all = bytes;
+        let mut has_line = false;
         while !bytes.is_empty() {
             let (taken, received) = self.decoder.handle_bytes(bytes);
             bytes = &bytes[taken..];
             if let Some(received) = received {
+                has_line = true;
                 self.handle_received(now, &received);
             }
         }
+        let heard = self.listener.take(now, all, has_line);
+        self.tell_reception(heard);
         let counters = *self.decoder.counters();
         let rejects = |c: &Counters| (c.crc_rejected, c.shape_rejected, c.field_rejected, c.lines);
         if rejects(&counters) != rejects(&self.told_counters) {
@@ -139,6 +151,20 @@ impl Station {
         self.settle(now);
     }
 
+    /// Gives up one command: its time is over. A STOP is never given up.
+    pub fn handle_give_up(&mut self, now: Moment, id: CommandId) {
+        if self.current == Some(id) {
+            self.current = None;
+            self.fop.cancel();
+        } else if let Some(at) = self.waiting.iter().position(|waiting| waiting.id == id) {
+            self.waiting.remove(at);
+        } else {
+            return;
+        }
+        self.step(id, CommandStep::Failed(Failure::TimedOut));
+        self.settle(now);
+    }
+
     fn cancel_waiting(&mut self, failure: Failure) {
         for waiting in std::mem::take(&mut self.waiting) {
             self.step(waiting.id, CommandStep::Failed(failure));
@@ -149,6 +175,13 @@ impl Station {
     pub fn handle_timeout(&mut self, now: Moment) {
         self.fop.handle_timeout(micros(now));
         self.settle(now);
+        let heard = self.listener.handle_timeout(now);
+        self.tell_reception(heard);
+    }
+
+    fn tell_reception(&mut self, heard: Option<(Reception, Moment)>) {
+        self.events
+            .extend(heard.map(|(reception, since)| Event::Reception { reception, since }));
     }
 
     /// Bytes for the radio.
@@ -169,7 +202,11 @@ impl Station {
     /// When to call [`Station::handle_timeout`] at the latest.
     #[must_use]
     pub fn poll_timeout(&self) -> Option<Moment> {
-        self.fop.poll_timeout().map(Duration::from_micros)
+        let fop = self.fop.poll_timeout().map(Duration::from_micros);
+        [fop, self.listener.poll_timeout()]
+            .into_iter()
+            .flatten()
+            .min()
     }
 
     /// Everything the decoder has seen.

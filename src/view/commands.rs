@@ -44,6 +44,9 @@ impl Screen<'_> {
                 let says = format!("    {rest}");
                 lines.push(Line::styled(says, style));
             }
+            if let Some(by) = &entry.by {
+                lines.push(Line::styled(format!("    shared: {by}"), self.theme.dim));
+            }
         }
         lines
     }

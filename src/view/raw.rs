@@ -19,14 +19,13 @@ impl Screen<'_> {
         put(buffer, area, 0, &line);
     }
 
-    /// Bytes without a line are mostly the wrong baud rate.
     fn no_line_yet(&self) -> Line<'static> {
-        match self.model.link.bytes() {
-            0 => Line::styled("no line yet", self.theme.dim),
-            bytes => Line::styled(
-                format!("{bytes} bytes and no intact line: is the baud rate right?"),
-                self.theme.warning,
-            ),
+        match (self.model.link.bytes(), self.instead_of_lines()) {
+            (0, _) => Line::styled("no line yet", self.theme.dim),
+            (bytes, Some(words)) => {
+                Line::styled(format!("{bytes} bytes, {words}"), self.theme.warning)
+            }
+            (bytes, None) => Line::styled(format!("{bytes} bytes, no line yet"), self.theme.dim),
         }
     }
 

@@ -48,13 +48,21 @@ impl Screen<'_> {
             [Some(rate), loss, newest].into_iter().flatten().collect()
         };
         let (glyph, style, words): (_, Style, String) = match link.health(self.now) {
-            Health::Waiting => (glyphs.silent, theme.dim, "  no line yet".to_owned()),
+            Health::Waiting => match self.instead_of_lines() {
+                Some(words) => (glyphs.silent, theme.warning, format!("  {words}")),
+                None => (glyphs.silent, theme.dim, "  no line yet".to_owned()),
+            },
             Health::Good => (glyphs.good, theme.good, flow()),
             Health::Weak => (glyphs.weak, theme.warning, format!("  WEAK{}", flow())),
             Health::Silent => (
                 glyphs.silent,
                 theme.alarm,
-                format!("  SILENT for {}", newest.unwrap_or_default()),
+                format!(
+                    "  SILENT for {}{}",
+                    newest.unwrap_or_default(),
+                    self.instead_of_lines()
+                        .map_or(String::new(), |words| format!(": {words}"))
+                ),
             ),
             Health::Lost => (glyphs.bad, theme.alarm, self.lost()),
             Health::Paused => (glyphs.paused, theme.holder, "  PAUSED".to_owned()),
@@ -78,6 +86,12 @@ impl Screen<'_> {
             spans.push(Span::styled(speed, theme.dim));
         }
         spans
+    }
+
+    /// What comes from the radio when no line does.
+    pub(super) fn instead_of_lines(&self) -> Option<String> {
+        let (reception, age) = self.model.link.instead_of_lines(self.now)?;
+        Some(words::reception(reception, &age::words(age)))
     }
 
     fn lost(&self) -> String {

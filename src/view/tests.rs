@@ -12,7 +12,8 @@ use ratatui::buffer::Buffer;
 
 use super::draw;
 use crate::event::{
-    CommandId, CommandStep, Effect, Event, Failure, LinkEvent, Recording, Replay, Truth,
+    CommandId, CommandStep, Effect, Event, Failure, LineRate, LinkEvent, Reception, Recording,
+    Replay, Truth,
 };
 use crate::model::testing::{Scene, any_event};
 use crate::model::{Colors, Config};
@@ -262,6 +263,30 @@ fn a_silent_robot_is_not_a_lost_link() {
     let silent = screen(&scene, 80, 24);
     row(&silent, "○ sim  SILENT for 3 s");
     assert!(!silent.contains("LOST"));
+}
+
+#[test]
+fn what_comes_instead_of_lines_is_told_for_hours() {
+    let mut scene = flight(demo());
+    let since = scene.now;
+    scene.wait_ms(3 * 3600 * 1000);
+    for (reception, words) in [
+        (
+            Reception::Nothing,
+            "SILENT for 3 h 00 m: no bytes for 3 h 00 m",
+        ),
+        (Reception::Noise, ": only noise for 3 h 00 m"),
+        (
+            Reception::WrongRate(LineRate::Slower),
+            ": no intact line for 3 h 00 m: wrong baud rate?",
+        ),
+    ] {
+        scene.event(Event::Reception { reception, since });
+        row(&screen(&scene, 140, 40), words);
+    }
+    let reception = Reception::Lines;
+    scene.event(Event::Reception { reception, since });
+    assert!(!screen(&scene, 140, 40).contains("for 3 h 00 m:"));
 }
 
 #[test]

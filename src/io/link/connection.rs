@@ -1,0 +1,241 @@
+//! Opening what a link is made of: serial devices, sockets, standard input.
+
+use std::fs;
+use std::io::{self, Read, Write};
+use std::net::{TcpStream, ToSocketAddrs};
+use std::path::Path;
+use std::time::Duration;
+
+use super::error::OpenError;
+use super::identity::{self, UsbIdentity, Whereabouts};
+use super::spec::LinkSpec;
+use crate::io::ports;
+
+/// A read that brings nothing returns after this, and a write that is taken by nobody fails: neither
+/// the reader nor the writer waits for a dead device for ever.
+const PATIENCE: Duration = Duration::from_secs(1);
+
+const CONNECT_TIMEOUT: Duration = Duration::from_secs(3);
+
+/// Shorter than the first: a host that is back is to be found within 2 s.
+const RECONNECT_TIMEOUT: Duration = Duration::from_millis(1200);
+
+/// A connection on which nothing comes is probed after this, and so often.
+const PROBE_AFTER: Duration = Duration::from_secs(5);
+const PROBE_EVERY: Duration = Duration::from_secs(2);
+
+/// A peer that acknowledges nothing for so long is gone.
+#[cfg(target_os = "linux")]
+const PEER_TIMEOUT: Duration = Duration::from_secs(10);
+
+pub(super) type Reading = Box<dyn Read + Send>;
+pub(super) type Writing = Box<dyn Write + Send>;
+
+/// An open device or socket.
+pub struct Connection {
+    pub(super) reading: Reading,
+    /// `None` where nothing can be sent.
+    pub(super) writing: Option<Writing>,
+    /// The device's name, where it is another than the operator gave.
+    pub(super) renamed: Option<String>,
+}
+
+impl Connection {
+    /// Opens a link.
+    ///
+    /// # Errors
+    /// When it cannot be opened now.
+    pub fn open(spec: &LinkSpec, baud: u32) -> Result<Self, OpenError> {
+        Self::open_within(spec, baud, CONNECT_TIMEOUT)
+    }
+
+    fn open_within(spec: &LinkSpec, baud: u32, timeout: Duration) -> Result<Self, OpenError> {
+        match spec {
+            LinkSpec::Serial(path) => open_serial(&path.display().to_string(), baud),
+            LinkSpec::Tcp(address) => {
+                open_tcp(address, timeout).map_err(|e| OpenError::Tcp(address.clone(), e))
+            }
+            LinkSpec::Unix(path) => {
+                open_unix(path).map_err(|e| OpenError::Unix(path.display().to_string(), e))
+            }
+            LinkSpec::Stdin => Ok(Self::receive_only(Box::new(io::stdin()))),
+            LinkSpec::Sim => Err(OpenError::Other(
+                spec.to_string(),
+                "the embedded simulator was not started".to_owned(),
+            )),
+        }
+    }
+
+    fn receive_only(reading: Reading) -> Self {
+        Self {
+            reading,
+            writing: None,
+            renamed: None,
+        }
+    }
+}
+
+/// Opens a link again after it was lost, and remembers what is needed for that.
+pub(super) struct Reopener {
+    spec: LinkSpec,
+    baud: u32,
+    usb: Option<UsbIdentity>,
+}
+
+impl Reopener {
+    /// For a link that is open now: what it is made of is looked up while it is there.
+    pub(super) fn new(spec: LinkSpec, baud: u32) -> Self {
+        let usb = match &spec {
+            LinkSpec::Serial(path) => {
+                let name = device_name(path);
+                ports::plugged()
+                    .into_iter()
+                    .find(|port| port.name == name)
+                    .and_then(|port| port.usb)
+            }
+            _ => None,
+        };
+        Self { spec, baud, usb }
+    }
+
+    /// Whether its end is the end of the session.
+    pub(super) fn is_final(&self) -> bool {
+        self.spec == LinkSpec::Stdin
+    }
+
+    /// What to say when the other end is gone without an error.
+    pub(super) const fn end_of_file(&self) -> &'static str {
+        match self.spec {
+            LinkSpec::Serial(_) => "unplugged",
+            _ => "the other end closed the connection",
+        }
+    }
+
+    pub(super) fn open(&mut self) -> Result<Connection, OpenError> {
+        let (LinkSpec::Serial(path), Some(usb)) = (&self.spec, &self.usb) else {
+            return Connection::open_within(&self.spec, self.baud, RECONNECT_TIMEOUT);
+        };
+        let name = device_name(path);
+        match identity::find(&name, usb, &ports::plugged()) {
+            Whereabouts::Here(now) if now == name => {
+                open_serial(&path.display().to_string(), self.baud)
+            }
+            Whereabouts::Here(now) => {
+                let connection = open_serial(&now, self.baud)?;
+                Ok(Connection {
+                    renamed: Some(now),
+                    ..connection
+                })
+            }
+            Whereabouts::Absent => Err(OpenError::Missing(name)),
+            Whereabouts::Replaced => Err(OpenError::Another(name)),
+            Whereabouts::Ambiguous(names) => Err(OpenError::Ambiguous(name, names.join(", "))),
+        }
+    }
+}
+
+/// The name that the system's list of ports uses: a path such as `/dev/serial/by-id/...` points to it.
+fn device_name(path: &Path) -> String {
+    fs::canonicalize(path)
+        .unwrap_or_else(|_| path.to_owned())
+        .display()
+        .to_string()
+}
+
+fn open_tcp(address: &str, timeout: Duration) -> io::Result<Connection> {
+    let mut failure = io::Error::from(io::ErrorKind::AddrNotAvailable);
+    for address in address.to_socket_addrs()? {
+        match TcpStream::connect_timeout(&address, timeout) {
+            Ok(stream) => return prepare_tcp(stream),
+            Err(error) => failure = error,
+        }
+    }
+    Err(failure)
+}
+
+/// A host that vanishes without a word (a bridge that lost its power) is noticed by probes.
+fn prepare_tcp(stream: TcpStream) -> io::Result<Connection> {
+    stream.set_nodelay(true)?;
+    stream.set_read_timeout(Some(PATIENCE))?;
+    stream.set_write_timeout(Some(PATIENCE))?;
+    let socket = socket2::SockRef::from(&stream);
+    let probes = socket2::TcpKeepalive::new()
+        .with_time(PROBE_AFTER)
+        .with_interval(PROBE_EVERY);
+    socket.set_tcp_keepalive(&probes)?;
+    #[cfg(target_os = "linux")]
+    socket.set_tcp_user_timeout(Some(PEER_TIMEOUT))?;
+    let writing = stream.try_clone()?;
+    Ok(Connection {
+        reading: Box::new(stream),
+        writing: Some(Box::new(writing)),
+        renamed: None,
+    })
+}
+
+#[cfg(unix)]
+fn open_unix(path: &Path) -> io::Result<Connection> {
+    let stream = std::os::unix::net::UnixStream::connect(path)?;
+    stream.set_read_timeout(Some(PATIENCE))?;
+    Ok(Connection::receive_only(Box::new(stream)))
+}
+
+#[cfg(not(unix))]
+fn open_unix(_path: &Path) -> io::Result<Connection> {
+    Err(io::Error::new(
+        io::ErrorKind::Unsupported,
+        "this system has no Unix sockets; share on a port instead",
+    ))
+}
+
+/// Opening leaves DTR as it is: toggling it resets an Arduino.
+fn open_serial(name: &str, baud: u32) -> Result<Connection, OpenError> {
+    let failed = |error| OpenError::serial(name, &error);
+    let port = serialport::new(name, baud)
+        .timeout(PATIENCE)
+        .preserve_dtr_on_open()
+        .open()
+        .map_err(failed)?;
+    let writing = port.try_clone().map_err(failed)?;
+    Ok(Connection {
+        reading: Box::new(port),
+        writing: Some(Box::new(writing)),
+        renamed: None,
+    })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::io::link::BAUD;
+
+    #[test]
+    fn a_missing_device_is_called_missing() {
+        let spec = LinkSpec::Serial("/dev/groundwave-no-such-device".into());
+        let error = Connection::open(&spec, BAUD).err().expect("opened");
+        assert!(matches!(error, OpenError::Missing(_)), "{error}");
+    }
+
+    /// Its window shrinks to nothing while nobody reads: without a limit the write would last for ever.
+    #[test]
+    fn a_bridge_that_takes_no_bytes_fails_the_write() {
+        let listener = std::net::TcpListener::bind("127.0.0.1:0").expect("a port");
+        let address = listener.local_addr().expect("its address").to_string();
+        let spec = LinkSpec::Tcp(address);
+        let mut connection = Connection::open(&spec, BAUD).expect("a connection");
+        let _peer = listener.accept().expect("a peer that never reads");
+        let writing = connection.writing.as_mut().expect("a way to send");
+        let error = loop {
+            if let Err(error) = writing.write_all(&[0; 1 << 12]) {
+                break error;
+            }
+        };
+        assert!(
+            matches!(
+                error.kind(),
+                io::ErrorKind::WouldBlock | io::ErrorKind::TimedOut
+            ),
+            "{error}"
+        );
+    }
+}

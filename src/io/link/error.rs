@@ -1,0 +1,131 @@
+//! Why a link cannot be opened, with the remedy.
+
+use std::io;
+use std::path::Path;
+
+use crate::io::ports;
+
+/// Why a link cannot be opened, with the remedy.
+#[derive(Debug, thiserror::Error)]
+pub enum OpenError {
+    /// Nothing of that name.
+    #[error(
+        "cannot open {0}: there is no such device. `groundwave ports` lists what is plugged in"
+    )]
+    Missing(String),
+    /// Another program holds it.
+    #[error(
+        "cannot open {0}: it is busy, another program holds it. Close that program (`fuser {0}` names it on Linux) and try again; or, if it is a groundwave started with --share ADDR, send through it: `groundwave send --via ADDR ...`"
+    )]
+    Busy(String),
+    /// Not ours to open.
+    #[error("cannot open {0}: permission denied. {remedy}", remedy = permission_remedy())]
+    Permission(String),
+    /// It is there and does not behave like a serial device.
+    #[error("cannot open {0}: it is not a serial device")]
+    NotSerial(String),
+    /// The other end of a TCP link does not answer.
+    #[error("cannot connect to {0}: {1}. Is the serial server running and the address right?")]
+    Tcp(String, io::Error),
+    /// The station at a Unix socket does not answer.
+    #[error("cannot connect to {0}: {1}. Is a groundwave running with --share {0}?")]
+    Unix(String, io::Error),
+    /// The name is there, but it is not the device that was unplugged.
+    #[error("{0} is another USB device now; waiting for the one that was unplugged")]
+    Another(String),
+    /// Several devices look like the one that was unplugged.
+    #[error(
+        "{0} is gone and {1} look the same; plug it in where it was, or start again with the right one"
+    )]
+    Ambiguous(String, String),
+    /// Something else.
+    #[error("cannot open {0}: {1}")]
+    Other(String, String),
+}
+
+impl OpenError {
+    /// Whether it only says that the link has not come back yet.
+    pub(super) const fn is_absence(&self) -> bool {
+        matches!(self, Self::Missing(_) | Self::Tcp(..) | Self::Unix(..))
+    }
+
+    pub(super) fn serial(name: &str, error: &serialport::Error) -> Self {
+        use serialport::ErrorKind as Kind;
+        let name = name.to_owned();
+        match error.kind {
+            Kind::Io(io::ErrorKind::PermissionDenied) => Self::Permission(name),
+            // The library says `NoDevice` both for a port that is gone and for one that is locked.
+            Kind::NoDevice if exists(&name) => Self::Busy(name),
+            Kind::NoDevice | Kind::Io(io::ErrorKind::NotFound) => Self::Missing(name),
+            Kind::Unknown
+                if error.description.contains("ioctl")
+                    || error.description.contains("typewriter") =>
+            {
+                Self::NotSerial(name)
+            }
+            _ => Self::Other(name, error.description.clone()),
+        }
+    }
+}
+
+/// A port is a file on Unix and a name in a list elsewhere.
+fn exists(name: &str) -> bool {
+    if cfg!(unix) {
+        return Path::new(name).exists();
+    }
+    ports::list().is_ok_and(|ports| {
+        ports
+            .iter()
+            .any(|port| port.name.eq_ignore_ascii_case(name))
+    })
+}
+
+const fn permission_remedy() -> &'static str {
+    if cfg!(target_os = "linux") {
+        "Serial devices belong to a group, mostly `dialout` or `uucp` (`ls -l` shows which): `sudo usermod -aG dialout $USER`, then log in again"
+    } else if cfg!(target_os = "macos") {
+        "Use the device under /dev/cu.*, and check System Settings for a driver that waits for permission"
+    } else if cfg!(windows) {
+        "Use the port's name from `groundwave ports` (COM3), and check in the Device Manager that its driver is installed"
+    } else {
+        "Check who may use the device"
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn no_device() -> serialport::Error {
+        serialport::Error::new(serialport::ErrorKind::NoDevice, "Device or resource busy")
+    }
+
+    #[test]
+    #[cfg(unix)]
+    fn a_locked_port_is_busy_and_names_both_remedies() {
+        let error = OpenError::serial("/dev/null", &no_device());
+        let words = error.to_string();
+        assert!(matches!(error, OpenError::Busy(_)), "{words}");
+        assert!(
+            words.contains("--via") && words.contains("--share"),
+            "{words}"
+        );
+    }
+
+    #[test]
+    fn a_port_that_is_not_there_is_missing() {
+        let error = OpenError::serial("/dev/groundwave-no-such-device", &no_device());
+        assert!(matches!(error, OpenError::Missing(_)), "{error}");
+    }
+
+    #[test]
+    fn a_port_of_somebody_elses_names_a_remedy() {
+        let denied = serialport::ErrorKind::Io(io::ErrorKind::PermissionDenied);
+        let error = OpenError::serial("/dev/ttyUSB0", &serialport::Error::new(denied, "denied"));
+        let words = error.to_string();
+        assert!(
+            words.contains("permission denied") && words.contains(permission_remedy()),
+            "{words}"
+        );
+    }
+}

@@ -1,0 +1,189 @@
+//! The thread that reads: it hands every chunk to the sink first, and opens the link again by itself.
+
+use std::io;
+use std::thread;
+use std::time::{Duration, Instant};
+
+use groundwave_protocol::LINE_BYTES;
+use tokio::sync::mpsc::Sender;
+
+use super::connection::{Connection, Reading, Reopener};
+use super::error::OpenError;
+use super::writer::Outlet;
+use super::{LinkInput, Sink};
+
+/// How long to wait before a lost link is tried again.
+const RETRY_EVERY: Duration = Duration::from_millis(400);
+
+/// What a lost link is opened again with.
+pub(super) trait Reopen: Send {
+    fn open(&mut self) -> Result<Connection, OpenError>;
+    /// Whether the end of its bytes is the end of the session.
+    fn is_final(&self) -> bool;
+    /// What the end of its bytes means otherwise.
+    fn end_of_file(&self) -> &'static str;
+}
+
+impl Reopen for Reopener {
+    fn open(&mut self) -> Result<Connection, OpenError> {
+        self.open()
+    }
+
+    fn is_final(&self) -> bool {
+        self.is_final()
+    }
+
+    fn end_of_file(&self) -> &'static str {
+        self.end_of_file()
+    }
+}
+
+/// How the reading of one connection ended.
+enum End {
+    /// Nobody listens to us any more.
+    Closed,
+    /// End of file: a closed pty, an unplugged device or the end of standard input.
+    Finished,
+    Failed(io::Error),
+}
+
+pub(super) struct Reader<R> {
+    pub(super) reopener: R,
+    pub(super) sink: Sink,
+    pub(super) inputs: Sender<LinkInput>,
+    pub(super) outlet: Outlet,
+}
+
+impl<R: Reopen> Reader<R> {
+    /// Until nobody listens or nothing more can come.
+    pub(super) fn run(mut self, connection: Connection) {
+        let Connection {
+            mut reading,
+            mut renamed,
+            ..
+        } = connection;
+        loop {
+            if self.tell(LinkInput::Opened { renamed }).is_none() {
+                return;
+            }
+            let reason = match self.read_until_lost(&mut reading) {
+                End::Closed => return,
+                End::Finished if self.reopener.is_final() => {
+                    // The station may be gone already; there is nobody else to tell.
+                    self.tell(LinkInput::Ended);
+                    return;
+                }
+                End::Finished => self.reopener.end_of_file().to_owned(),
+                End::Failed(error) => describe(&error),
+            };
+            // Both halves are let go at once: a system does not give a name free that is held.
+            self.outlet.disconnect();
+            drop(reading);
+            let Some(again) = self
+                .tell(LinkInput::Lost(reason))
+                .and_then(|()| self.reopen())
+            else {
+                return;
+            };
+            self.outlet.connect(again.writing);
+            (reading, renamed) = (again.reading, again.renamed);
+        }
+    }
+
+    /// `None` when nobody listens any more.
+    fn tell(&self, input: LinkInput) -> Option<()> {
+        self.inputs.blocking_send(input).ok()
+    }
+
+    fn reopen(&mut self) -> Option<Connection> {
+        let (mut latest, mut told) = (String::new(), String::new());
+        while !self.inputs.is_closed() {
+            match self.reopener.open() {
+                Ok(connection) => return Some(connection),
+                Err(error) if error.is_absence() => {}
+                Err(error) => {
+                    // It is there and cannot be had: that is news, once, unless it passes. A device that
+                    // has just come back belongs to nobody for a moment.
+                    let reason = error.to_string();
+                    if reason == latest && reason != told {
+                        told.clone_from(&reason);
+                        self.tell(LinkInput::Lost(reason.clone()))?;
+                    }
+                    latest = reason;
+                }
+            }
+            thread::sleep(RETRY_EVERY);
+        }
+        None
+    }
+
+    /// Reads until there is nothing more to read. The sink gets every chunk at once; the station is woken
+    /// when a line may be complete, three times a second instead of at each of a port's small clumps.
+    fn read_until_lost(&mut self, reading: &mut Reading) -> End {
+        let mut buffer = [0; 4096];
+        let mut held = Held::default();
+        let end = loop {
+            match reading.read(&mut buffer) {
+                Ok(0) => break End::Finished,
+                Ok(count) => {
+                    let now = Instant::now();
+                    (self.sink)(now, &buffer[..count]);
+                    held.add(now, &buffer[..count]);
+                    if held.may_be_whole && self.hand_over(&mut held).is_none() {
+                        return End::Closed;
+                    }
+                }
+                Err(error) => match error.kind() {
+                    io::ErrorKind::Interrupted => {}
+                    io::ErrorKind::TimedOut | io::ErrorKind::WouldBlock => {
+                        if self.inputs.is_closed() || self.hand_over(&mut held).is_none() {
+                            return End::Closed;
+                        }
+                    }
+                    _ => break End::Failed(error),
+                },
+            }
+        };
+        match self.hand_over(&mut held) {
+            Some(()) => end,
+            None => End::Closed,
+        }
+    }
+
+    fn hand_over(&self, held: &mut Held) -> Option<()> {
+        let Held {
+            newest_at, bytes, ..
+        } = std::mem::take(held);
+        match newest_at {
+            Some(at) => self.tell(LinkInput::Bytes(at, bytes)),
+            None => Some(()),
+        }
+    }
+}
+
+/// Bytes that the sink has and the station has not.
+#[derive(Default)]
+struct Held {
+    newest_at: Option<Instant>,
+    bytes: Vec<u8>,
+    may_be_whole: bool,
+}
+
+impl Held {
+    fn add(&mut self, at: Instant, bytes: &[u8]) {
+        self.newest_at = Some(at);
+        self.bytes.extend_from_slice(bytes);
+        self.may_be_whole |= bytes.contains(&b'\n') || self.bytes.len() >= LINE_BYTES;
+    }
+}
+
+fn describe(error: &io::Error) -> String {
+    match error.kind() {
+        io::ErrorKind::BrokenPipe => "unplugged".to_owned(),
+        io::ErrorKind::ConnectionReset => "the other end broke the connection".to_owned(),
+        _ => error.to_string(),
+    }
+}
+
+#[cfg(test)]
+mod tests;

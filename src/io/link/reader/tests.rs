@@ -1,0 +1,242 @@
+//! Links made of channels: what they deliver, when they end, and that nothing holds them up.
+
+use std::collections::VecDeque;
+use std::io::{Read, Write};
+use std::sync::mpsc::{Receiver, Sender as Feed, channel};
+
+use tokio::sync::mpsc;
+
+use super::*;
+use crate::io::link::Link;
+
+/// Nothing here takes this long unless it hangs.
+const PATIENCE: Duration = Duration::from_secs(20);
+
+/// Delivers what it is fed; ends when the feed does.
+struct Fed(Receiver<io::Result<Vec<u8>>>);
+
+impl Read for Fed {
+    fn read(&mut self, buffer: &mut [u8]) -> io::Result<usize> {
+        match self.0.recv() {
+            Ok(Ok(bytes)) => {
+                buffer[..bytes.len()].copy_from_slice(&bytes);
+                Ok(bytes.len())
+            }
+            Ok(Err(error)) => Err(error),
+            Err(_) => Ok(0),
+        }
+    }
+}
+
+/// Takes nothing until its other end is dropped, and reports that it was asked.
+struct Stuck {
+    asked: Feed<()>,
+    until: Receiver<()>,
+}
+
+impl Write for Stuck {
+    fn write(&mut self, _: &[u8]) -> io::Result<usize> {
+        let _ = self.asked.send(());
+        let _ = self.until.recv();
+        Err(io::ErrorKind::TimedOut.into())
+    }
+
+    fn flush(&mut self) -> io::Result<()> {
+        Ok(())
+    }
+}
+
+struct Planned {
+    openings: VecDeque<Result<Connection, OpenError>>,
+    is_final: bool,
+}
+
+impl Reopen for Planned {
+    fn open(&mut self) -> Result<Connection, OpenError> {
+        self.openings
+            .pop_front()
+            .unwrap_or_else(|| Err(OpenError::Missing("it".to_owned())))
+    }
+
+    fn is_final(&self) -> bool {
+        self.is_final
+    }
+
+    fn end_of_file(&self) -> &'static str {
+        "unplugged"
+    }
+}
+
+fn fed() -> (Feed<io::Result<Vec<u8>>>, Connection) {
+    let (feed, from_feed) = channel();
+    let connection = Connection {
+        reading: Box::new(Fed(from_feed)),
+        writing: None,
+        renamed: None,
+    };
+    (feed, connection)
+}
+
+struct Bench {
+    link: Link,
+    inputs: mpsc::Receiver<LinkInput>,
+}
+
+impl Bench {
+    fn new(connection: Connection, openings: Vec<Result<Connection, OpenError>>) -> Self {
+        let planned = Planned {
+            is_final: openings.is_empty(),
+            openings: openings.into(),
+        };
+        let (to_station, inputs) = mpsc::channel(64);
+        let link = Link::start_with(planned, connection, Box::new(|_, _| {}), to_station);
+        Self { link, inputs }
+    }
+
+    fn next(&mut self) -> String {
+        let runtime = tokio::runtime::Builder::new_current_thread()
+            .enable_time()
+            .build()
+            .expect("a runtime");
+        let next = runtime.block_on(async {
+            tokio::time::timeout(PATIENCE, self.inputs.recv())
+                .await
+                .expect("nothing came: the link hangs")
+        });
+        match next.expect("the reader has ended") {
+            LinkInput::Opened { renamed } => format!("opened {}", renamed.unwrap_or_default()),
+            LinkInput::Bytes(_, bytes) => format!("bytes {}", String::from_utf8_lossy(&bytes)),
+            LinkInput::Lost(reason) => format!("lost {reason}"),
+            LinkInput::Ended => "ended".to_owned(),
+        }
+    }
+}
+
+#[test]
+fn the_last_half_line_arrives_before_the_end() {
+    let (feed, connection) = fed();
+    let mut bench = Bench::new(connection, vec![]);
+    feed.send(Ok(b"half a line".to_vec())).expect("a reader");
+    drop(feed);
+    assert_eq!(bench.next(), "opened ");
+    assert_eq!(bench.next(), "bytes half a line");
+    assert_eq!(bench.next(), "ended");
+}
+
+#[test]
+fn the_last_half_line_arrives_before_the_loss() {
+    let (feed, connection) = fed();
+    let (_second, again) = fed();
+    let mut bench = Bench::new(connection, vec![Ok(again)]);
+    feed.send(Ok(b"half".to_vec())).expect("a reader");
+    feed.send(Err(io::ErrorKind::BrokenPipe.into()))
+        .expect("a reader");
+    assert_eq!(bench.next(), "opened ");
+    assert_eq!(bench.next(), "bytes half");
+    assert_eq!(bench.next(), "lost unplugged");
+    assert_eq!(bench.next(), "opened ");
+}
+
+/// Otherwise noise without a line feed would be heard late, and a robot that stops in mid-line never.
+#[test]
+fn a_pause_hands_over_what_has_come() {
+    let (feed, connection) = fed();
+    let mut bench = Bench::new(connection, vec![]);
+    feed.send(Ok(b"half".to_vec())).expect("a reader");
+    feed.send(Err(io::ErrorKind::TimedOut.into()))
+        .expect("a reader");
+    assert_eq!(bench.next(), "opened ");
+    assert_eq!(bench.next(), "bytes half");
+}
+
+#[test]
+fn a_device_that_takes_no_bytes_does_not_hold_up_the_loss() {
+    let (feed, mut connection) = fed();
+    let (asked, was_asked) = channel();
+    let (_held, until) = channel();
+    connection.writing = Some(Box::new(Stuck { asked, until }));
+    let (_second, again) = fed();
+    let mut bench = Bench::new(connection, vec![Ok(again)]);
+    bench.link.send(b"\n");
+    was_asked.recv_timeout(PATIENCE).expect("a write");
+    drop(feed);
+    assert_eq!(bench.next(), "opened ");
+    assert_eq!(bench.next(), "lost unplugged");
+    assert_eq!(bench.next(), "opened ");
+}
+
+#[test]
+fn bytes_that_a_stuck_device_does_not_take_are_counted() {
+    let (_feed, mut connection) = fed();
+    let (asked, was_asked) = channel();
+    let (held, until) = channel();
+    connection.writing = Some(Box::new(Stuck { asked, until }));
+    let bench = Bench::new(connection, vec![]);
+    bench.link.send(b"12345");
+    was_asked.recv_timeout(PATIENCE).expect("a write");
+    for _ in 0..9 {
+        bench.link.send(b"12345");
+    }
+    assert_eq!(
+        bench.link.not_taken(),
+        5,
+        "eight wait, the ninth has no room"
+    );
+    drop(held);
+    let deadline = Instant::now() + PATIENCE;
+    while bench.link.not_taken() < 50 {
+        assert!(Instant::now() < deadline, "{}", bench.link.not_taken());
+        thread::yield_now();
+    }
+}
+
+#[test]
+fn what_keeps_a_link_from_coming_back_is_told_once() {
+    let (feed, connection) = fed();
+    let (_second, mut again) = fed();
+    again.renamed = Some("/dev/ttyUSB1".to_owned());
+    let busy = || Err(OpenError::Another("it".to_owned()));
+    let missing = Err(OpenError::Missing("it".to_owned()));
+    // A device that has just come back belongs to nobody for a moment.
+    let denied = Err(OpenError::Permission("it".to_owned()));
+    let openings = vec![missing, denied, busy(), busy(), busy(), Ok(again)];
+    let mut bench = Bench::new(connection, openings);
+    drop(feed);
+    assert_eq!(bench.next(), "opened ");
+    assert_eq!(bench.next(), "lost unplugged");
+    assert!(bench.next().starts_with("lost it is another USB device"));
+    assert_eq!(bench.next(), "opened /dev/ttyUSB1");
+}
+
+/// Takes everything, and reports that it was let go.
+struct LetGo(Feed<()>);
+
+impl Write for LetGo {
+    fn write(&mut self, bytes: &[u8]) -> io::Result<usize> {
+        Ok(bytes.len())
+    }
+
+    fn flush(&mut self) -> io::Result<()> {
+        Ok(())
+    }
+}
+
+impl Drop for LetGo {
+    fn drop(&mut self) {
+        let _ = self.0.send(());
+    }
+}
+
+/// A name that is held is not given again: an adapter that comes back would have to take another.
+#[test]
+fn a_lost_device_is_let_go_before_it_is_back() {
+    let (feed, mut connection) = fed();
+    let (let_go, was_let_go) = channel();
+    connection.writing = Some(Box::new(LetGo(let_go)));
+    let missing = Err(OpenError::Missing("it".to_owned()));
+    let mut bench = Bench::new(connection, vec![missing]);
+    drop(feed);
+    assert_eq!(bench.next(), "opened ");
+    assert_eq!(bench.next(), "lost unplugged");
+    was_let_go.recv_timeout(PATIENCE).expect("it is still held");
+}

@@ -1,0 +1,112 @@
+//! Where a radio is, in the words of the command line.
+
+use std::fmt;
+use std::path::PathBuf;
+use std::str::FromStr;
+
+/// Where the radio is.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub enum LinkSpec {
+    /// A serial device.
+    Serial(PathBuf),
+    /// A serial server, or a station that shares its link: `HOST:PORT`.
+    Tcp(String),
+    /// A station that shares its link on a Unix socket, receive only.
+    Unix(PathBuf),
+    /// Standard input, receive only.
+    Stdin,
+    /// An embedded simulated robot.
+    Sim,
+}
+
+impl LinkSpec {
+    /// The rate of the port, where there is a port to set one.
+    #[must_use]
+    pub const fn baud(&self, asked: u32) -> Option<u32> {
+        match self {
+            Self::Serial(_) => Some(asked),
+            _ => None,
+        }
+    }
+}
+
+impl FromStr for LinkSpec {
+    type Err = String;
+
+    fn from_str(text: &str) -> Result<Self, Self::Err> {
+        if let Some(address) = text.strip_prefix("tcp:") {
+            return if has_port(address) {
+                Ok(Self::Tcp(address.to_owned()))
+            } else {
+                Err(format!(
+                    "`{address}` is not HOST:PORT; try tcp:localhost:4000"
+                ))
+            };
+        }
+        if let Some(path) = text.strip_prefix("unix:").filter(|path| !path.is_empty()) {
+            return Ok(Self::Unix(PathBuf::from(path)));
+        }
+        match text {
+            "" | "unix:" => Err(
+                "a link is a serial device, `tcp:HOST:PORT`, `unix:PATH`, `-` or `sim`".to_owned(),
+            ),
+            "-" => Ok(Self::Stdin),
+            "sim" => Ok(Self::Sim),
+            _ => Ok(Self::Serial(PathBuf::from(text))),
+        }
+    }
+}
+
+/// Whether this is `HOST:PORT`.
+fn has_port(address: &str) -> bool {
+    address
+        .rsplit_once(':')
+        .is_some_and(|(host, port)| !host.is_empty() && port.parse::<u16>().is_ok())
+}
+
+impl fmt::Display for LinkSpec {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::Serial(path) => write!(f, "{}", path.display()),
+            Self::Tcp(address) => write!(f, "tcp:{address}"),
+            Self::Unix(path) => write!(f, "unix:{}", path.display()),
+            Self::Stdin => f.write_str("standard input"),
+            Self::Sim => f.write_str("sim"),
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn links_are_told_apart() {
+        assert_eq!("-".parse(), Ok(LinkSpec::Stdin));
+        assert_eq!("sim".parse(), Ok(LinkSpec::Sim));
+        assert_eq!(
+            "/dev/ttyUSB0".parse(),
+            Ok(LinkSpec::Serial("/dev/ttyUSB0".into()))
+        );
+        assert_eq!("COM3".parse(), Ok(LinkSpec::Serial("COM3".into())));
+        assert_eq!(
+            "tcp:[::1]:4000".parse(),
+            Ok(LinkSpec::Tcp("[::1]:4000".to_owned()))
+        );
+        assert_eq!(
+            "unix:/tmp/x.sock".parse(),
+            Ok(LinkSpec::Unix("/tmp/x.sock".into()))
+        );
+        for wrong in [
+            "",
+            "unix:",
+            "tcp:",
+            "tcp:4000",
+            "tcp::4000",
+            "tcp:robot",
+            "tcp:robot:70000",
+        ] {
+            assert!(wrong.parse::<LinkSpec>().is_err(), "{wrong}");
+        }
+    }
+}

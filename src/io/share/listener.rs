@@ -1,0 +1,94 @@
+//! Opening the socket that others connect to.
+
+use std::net::SocketAddr;
+use std::time::Duration;
+
+use super::ShareError;
+use super::client::Stream;
+#[cfg(unix)]
+use super::socket_file::SocketFile;
+use crate::share::Address;
+
+/// After the system refused a connection (too many open files), it is asked again not before this.
+const REST: Duration = Duration::from_millis(200);
+
+pub(super) struct Opened {
+    pub(super) listener: Listener,
+    /// As others have to name it.
+    pub(super) address: String,
+    #[cfg(unix)]
+    pub(super) file: Option<SocketFile>,
+}
+
+pub(super) enum Listener {
+    Tcp(tokio::net::TcpListener),
+    #[cfg(unix)]
+    Unix {
+        listener: tokio::net::UnixListener,
+        path: String,
+    },
+}
+
+pub(super) fn open(address: &Address, open_to_network: bool) -> Result<Opened, ShareError> {
+    match (address, address.to_listen_on(open_to_network)?) {
+        (_, Some(socket)) => open_tcp(socket),
+        #[cfg(unix)]
+        (Address::Unix(path), None) => {
+            let (file, listener) = SocketFile::bind(path)?;
+            let listener = tokio::net::UnixListener::from_std(listener)
+                .map_err(|error| ShareError::Listen(address.to_string(), error))?;
+            Ok(Opened {
+                listener: Listener::Unix {
+                    listener,
+                    path: address.to_string(),
+                },
+                address: address.to_string(),
+                file: Some(file),
+            })
+        }
+        (_, None) => Err(ShareError::Taken(
+            address.to_string(),
+            "this system has no Unix sockets here; share on a port, such as 4001",
+        )),
+    }
+}
+
+fn open_tcp(socket: SocketAddr) -> Result<Opened, ShareError> {
+    let refused = |error| ShareError::Listen(socket.to_string(), error);
+    let listener = std::net::TcpListener::bind(socket).map_err(refused)?;
+    listener.set_nonblocking(true).map_err(refused)?;
+    let address = listener.local_addr().map_err(refused)?.to_string();
+    let listener = tokio::net::TcpListener::from_std(listener).map_err(refused)?;
+    Ok(Opened {
+        listener: Listener::Tcp(listener),
+        address,
+        #[cfg(unix)]
+        file: None,
+    })
+}
+
+impl Listener {
+    /// The next connection, and who it is for a person.
+    pub(super) async fn accept(&self) -> (Box<dyn Stream>, String) {
+        loop {
+            match self {
+                Self::Tcp(listener) => {
+                    if let Ok((stream, peer)) = listener.accept().await {
+                        // Steps are small and wanted at once; without it they only come later.
+                        let _ = stream.set_nodelay(true);
+                        return (Box::new(stream), peer.to_string());
+                    }
+                }
+                #[cfg(unix)]
+                Self::Unix { listener, path } => {
+                    if let Ok((stream, _)) = listener.accept().await {
+                        let pid = stream.peer_cred().ok().and_then(|who| who.pid());
+                        let who = pid.map_or("somebody".to_owned(), |pid| format!("pid {pid}"));
+                        return (Box::new(stream), format!("{who} via {path}"));
+                    }
+                }
+            }
+            tokio::time::sleep(REST).await;
+        }
+    }
+}

@@ -1,0 +1,113 @@
+//! The file of a Unix socket: for its owner alone, and gone with the station.
+//!
+//! A socket that nobody answers at was left behind by a station that was killed, and is replaced. One
+//! that answers, and any other file, is left alone.
+
+use std::fs;
+use std::io;
+use std::os::unix::fs::{FileTypeExt, MetadataExt};
+use std::os::unix::net::{UnixListener, UnixStream};
+use std::path::{Path, PathBuf};
+
+use rustix::fs::Mode;
+use rustix::process::umask;
+
+use super::ShareError;
+
+/// Removes its file when dropped, if it is still the same.
+#[derive(Debug)]
+pub(super) struct SocketFile {
+    path: PathBuf,
+    /// Device and inode.
+    identity: (u64, u64),
+}
+
+impl SocketFile {
+    pub(super) fn bind(path: &Path) -> Result<(Self, UnixListener), ShareError> {
+        let name = || path.display().to_string();
+        let refused = |error| ShareError::Listen(name(), error);
+        let taken = |why| ShareError::Taken(name(), why);
+        match fs::symlink_metadata(path) {
+            Ok(found) if !found.file_type().is_socket() => {
+                return Err(taken("a file of that name exists and is no socket"));
+            }
+            Ok(_) => match UnixStream::connect(path) {
+                Ok(_) => return Err(taken("another program listens there already")),
+                Err(error) if error.kind() == io::ErrorKind::ConnectionRefused => {
+                    fs::remove_file(path).map_err(refused)?;
+                }
+                Err(error) => return Err(refused(error)),
+            },
+            Err(error) if error.kind() == io::ErrorKind::NotFound => {}
+            Err(error) => return Err(refused(error)),
+        }
+        // There must be no moment at which others may connect.
+        let before = umask(Mode::RWXG | Mode::RWXO | Mode::XUSR);
+        let bound = UnixListener::bind(path);
+        umask(before);
+        let listener = bound.map_err(refused)?;
+        listener.set_nonblocking(true).map_err(refused)?;
+        let file = Self {
+            path: path.to_owned(),
+            identity: identity(path).map_err(refused)?,
+        };
+        Ok((file, listener))
+    }
+}
+
+impl Drop for SocketFile {
+    fn drop(&mut self) {
+        if identity(&self.path).is_ok_and(|now| now == self.identity) {
+            // A file that cannot be removed is found stale by the next station.
+            let _ = fs::remove_file(&self.path);
+        }
+    }
+}
+
+fn identity(path: &Path) -> io::Result<(u64, u64)> {
+    fs::symlink_metadata(path).map(|found| (found.dev(), found.ino()))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use std::os::unix::fs::PermissionsExt;
+
+    #[test]
+    fn it_is_private_and_goes_with_the_station() {
+        let folder = tempfile::tempdir().expect("a folder");
+        let path = folder.path().join("x.sock");
+        let (file, _listener) = SocketFile::bind(&path).expect("a socket");
+        let mode = fs::metadata(&path).expect("it exists").permissions().mode();
+        assert_eq!(mode & 0o777, 0o600);
+        drop(file);
+        assert!(!path.exists());
+    }
+
+    #[test]
+    fn a_stale_one_is_replaced_and_a_live_one_is_not() {
+        let folder = tempfile::tempdir().expect("a folder");
+        let path = folder.path().join("x.sock");
+        drop(UnixListener::bind(&path).expect("a socket that is left behind"));
+        let (first, _listener) = SocketFile::bind(&path).expect("the stale one is replaced");
+        let error = SocketFile::bind(&path).expect_err("the live one is kept");
+        assert!(
+            error.to_string().contains("another program listens"),
+            "{error}"
+        );
+        fs::remove_file(&path).expect("it exists");
+        let (_second, _listener) = SocketFile::bind(&path).expect("a new one");
+        drop(first);
+        assert!(path.exists(), "only its own file is removed");
+    }
+
+    #[test]
+    fn another_kind_of_file_is_left_alone() {
+        let folder = tempfile::tempdir().expect("a folder");
+        let path = folder.path().join("notes.txt");
+        fs::write(&path, "mine").expect("a file");
+        let error = SocketFile::bind(&path).expect_err("refused");
+        assert!(error.to_string().contains("is no socket"), "{error}");
+        assert_eq!(fs::read(&path).expect("it is there"), b"mine");
+    }
+}

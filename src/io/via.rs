@@ -1,0 +1,155 @@
+//! The other side of a shared link: asking the station that owns the radio.
+
+use std::io::{self, Read, Write};
+use std::net::{TcpStream, ToSocketAddrs};
+use std::time::{Duration, Instant};
+
+use crate::share::{Address, ClientLine, Lines, StationLine, Welcome};
+
+/// A station answers a hello at once; this is for one that is stopped or swapped out.
+const HELLO_TIMEOUT: Duration = Duration::from_secs(5);
+
+/// A read that brings nothing returns after this, so that a deadline is noticed.
+const READ_TIMEOUT: Duration = Duration::from_millis(200);
+
+/// Why a station cannot be reached, or no more.
+#[derive(Debug, thiserror::Error)]
+pub enum ViaError {
+    /// Nobody shares there.
+    #[error(
+        "cannot reach a station at {0}: {1}. Start one that shares its link: `groundwave watch LINK --share {0}`"
+    )]
+    Connect(Address, io::Error),
+    /// Something answers that is no station.
+    #[error(
+        "whatever answers at {0} is no groundwave station that shares its link; is the address right?"
+    )]
+    NoStation(Address),
+    /// The connection ended.
+    #[error("the station at {0} closed the connection{1}")]
+    Closed(Address, String),
+    /// Nothing came in time.
+    #[error("the station at {0} does not answer")]
+    Silent(Address),
+}
+
+trait Socket: Read + Write {}
+
+impl<T: Read + Write> Socket for T {}
+
+/// A conversation with a station.
+pub struct Via {
+    address: Address,
+    socket: Box<dyn Socket>,
+    lines: Lines,
+    unread: Vec<u8>,
+}
+
+impl Via {
+    /// Connects and says hello.
+    ///
+    /// # Errors
+    /// When no station answers there.
+    pub fn connect(address: &Address) -> Result<(Self, Welcome), ViaError> {
+        let socket = connect(address).map_err(|error| ViaError::Connect(address.clone(), error))?;
+        let mut via = Self {
+            address: address.clone(),
+            socket,
+            lines: Lines::default(),
+            unread: Vec::new(),
+        };
+        via.send(&ClientLine::Hello {
+            pid: Some(std::process::id()),
+        })?;
+        let deadline = Instant::now() + HELLO_TIMEOUT;
+        loop {
+            match via.next(deadline) {
+                Ok(StationLine::Welcome(welcome)) => return Ok((via, welcome)),
+                Ok(StationLine::Error { error }) => {
+                    return Err(ViaError::Closed(via.address, format!(": {error}")));
+                }
+                Ok(_) => {}
+                Err(ViaError::Silent(address) | ViaError::Closed(address, _)) => {
+                    return Err(ViaError::NoStation(address));
+                }
+                Err(error) => return Err(error),
+            }
+        }
+    }
+
+    /// Tells the station something.
+    ///
+    /// # Errors
+    /// When it is gone.
+    pub fn send(&mut self, line: &ClientLine) -> Result<(), ViaError> {
+        self.socket
+            .write_all(&line.to_line())
+            .map_err(|error| ViaError::Closed(self.address.clone(), format!(": {error}")))
+    }
+
+    /// The station's next line; what is none is passed over, as the raw bytes before its welcome.
+    ///
+    /// # Errors
+    /// When the station is gone or says nothing until the deadline.
+    pub fn next(&mut self, deadline: Instant) -> Result<StationLine, ViaError> {
+        loop {
+            while !self.unread.is_empty() {
+                let (taken, line) = self.lines.take(&self.unread);
+                self.unread.drain(..taken);
+                if let Ok(Some(line)) = line
+                    && let Some(line) = StationLine::parse(&line)
+                {
+                    return Ok(line);
+                }
+            }
+            if Instant::now() >= deadline {
+                return Err(ViaError::Silent(self.address.clone()));
+            }
+            let mut buffer = [0; 4096];
+            match self.socket.read(&mut buffer) {
+                Ok(0) => return Err(ViaError::Closed(self.address.clone(), String::new())),
+                Ok(count) => self.unread.extend_from_slice(&buffer[..count]),
+                Err(error) => match error.kind() {
+                    io::ErrorKind::WouldBlock
+                    | io::ErrorKind::TimedOut
+                    | io::ErrorKind::Interrupted => {}
+                    _ => {
+                        return Err(ViaError::Closed(self.address.clone(), format!(": {error}")));
+                    }
+                },
+            }
+        }
+    }
+}
+
+fn connect(address: &Address) -> io::Result<Box<dyn Socket>> {
+    match address {
+        Address::Tcp(address) => {
+            let mut failure = io::Error::from(io::ErrorKind::AddrNotAvailable);
+            for address in address.to_socket_addrs()? {
+                match TcpStream::connect_timeout(&address, HELLO_TIMEOUT) {
+                    Ok(stream) => {
+                        stream.set_nodelay(true)?;
+                        stream.set_read_timeout(Some(READ_TIMEOUT))?;
+                        stream.set_write_timeout(Some(HELLO_TIMEOUT))?;
+                        return Ok(Box::new(stream));
+                    }
+                    Err(error) => failure = error,
+                }
+            }
+            Err(failure)
+        }
+        #[cfg(unix)]
+        Address::Unix(path) => {
+            let stream = std::os::unix::net::UnixStream::connect(path)?;
+            stream.set_read_timeout(Some(READ_TIMEOUT))?;
+            stream.set_write_timeout(Some(HELLO_TIMEOUT))?;
+            Ok(Box::new(stream))
+        }
+        #[cfg(not(unix))]
+        Address::Unix(_) => Err(io::Error::new(
+            io::ErrorKind::Unsupported,
+            "this system has no Unix sockets here",
+        )),
+    }
+}

@@ -1,0 +1,101 @@
+//! Where those who share a link come to ask: joins the [`Broker`] to its sockets.
+
+use crate::event::{CommandId, Event, Level, LinkEvent, Moment};
+use crate::io::share::{FromClient, Share};
+use crate::share::{Asked, Broker, Heard, Output};
+
+/// A shared link's clients.
+#[derive(Debug)]
+pub(super) struct Desk {
+    share: Share,
+    broker: Broker,
+}
+
+/// What the station has to do for the desk.
+#[derive(Debug)]
+pub(super) enum Wanted {
+    /// Nobody waits for this command any more.
+    GiveUp(CommandId),
+    /// To be logged.
+    Tell(Event),
+}
+
+impl Desk {
+    pub(super) fn new(share: Share, link: &str, can_send: bool) -> Self {
+        Self {
+            share,
+            broker: Broker::new(link.to_owned(), can_send),
+        }
+    }
+
+    pub(super) fn address(&self) -> &str {
+        self.share.address()
+    }
+
+    /// Nothing is lost when the wait is abandoned.
+    pub(super) async fn next(&mut self) -> FromClient {
+        self.share.next().await
+    }
+
+    /// Takes what a client did; returns a wish for the station.
+    pub(super) fn handle(&mut self, input: FromClient) -> Option<Asked> {
+        match input {
+            FromClient::Connected { client, peer } => self.broker.handle_connected(client, peer),
+            FromClient::Line { client, line } => {
+                let line = line.as_deref().map_err(|error| *error);
+                return self.broker.handle_line(client, line);
+            }
+            FromClient::TooSlow {
+                client,
+                unread_bytes,
+            } => self.broker.handle_too_slow(client, unread_bytes),
+            FromClient::Gone { client } => self.broker.handle_gone(client),
+        }
+        None
+    }
+
+    pub(super) fn handle_started(
+        &mut self,
+        now: Moment,
+        id: CommandId,
+        asked: &Asked,
+        heard: Heard,
+    ) {
+        self.broker.handle_started(now, id, asked, heard);
+    }
+
+    /// Takes what happened: those who asked for it are told.
+    pub(super) fn handle_event(&mut self, event: &Event, heard: Heard) {
+        match event {
+            Event::Command { id, step } => self.broker.handle_step(*id, step, heard),
+            Event::Link(LinkEvent::Lost { reason }) => self.broker.handle_lost(reason),
+            _ => {}
+        }
+    }
+
+    pub(super) fn handle_timeout(&mut self, now: Moment, heard: Heard) {
+        self.broker.handle_timeout(now, heard);
+    }
+
+    pub(super) fn poll_timeout(&self) -> Option<Moment> {
+        self.broker.poll_timeout()
+    }
+
+    /// Does what concerns the sockets; returns what concerns the station.
+    pub(super) fn poll(&mut self) -> Option<Wanted> {
+        loop {
+            match self.broker.poll_output()? {
+                Output::EndRaw(client) => self.share.end_raw(client),
+                Output::Line(client, line) => self.share.send_line(client, &line),
+                Output::Close(client) => self.share.close(client),
+                Output::GiveUp(id) => return Some(Wanted::GiveUp(id)),
+                Output::Warning(text) => {
+                    return Some(Wanted::Tell(Event::Notice {
+                        level: Level::Warning,
+                        text: format!("shared link: {text}"),
+                    }));
+                }
+            }
+        }
+    }
+}

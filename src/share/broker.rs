@@ -1,0 +1,252 @@
+//! Who asked for what: clients, their commands and the answers, without sockets and clocks.
+//!
+//! The station keeps the order; a STOP overtakes there. A client that is gone leaves its commands
+//! behind, and each ends at the time its client gave it.
+
+use std::collections::{BTreeMap, VecDeque};
+
+use super::codec::{Ask, ClientLine, Heard, StationLine, Welcome};
+use super::lines::TooLong;
+use super::stage::Stage;
+use crate::event::{CommandId, CommandStep, Failure, Moment};
+
+/// Commands of one client that have not ended.
+const ASKS_MAX: usize = 16;
+
+/// A connection, numbered from 1 and never again.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
+pub struct ClientId(pub u64);
+
+/// What is to be done outside.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub enum Output {
+    /// No raw bytes for this client any more.
+    EndRaw(ClientId),
+    /// This line is for this client.
+    Line(ClientId, Vec<u8>),
+    /// Close this client when it has its lines.
+    Close(ClientId),
+    /// Nobody waits for this command any more: its time is over.
+    GiveUp(CommandId),
+    /// Something to log: a client did not behave.
+    Warning(String),
+}
+
+/// A wish that is to be handed to the station, and whose it is.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Asked {
+    /// The client.
+    pub client: ClientId,
+    /// Who that is, for a person.
+    pub by: String,
+    /// What it wants.
+    pub ask: Ask,
+}
+
+#[derive(Debug)]
+struct Client {
+    peer: String,
+    /// It has said hello.
+    converses: bool,
+    asks: usize,
+}
+
+#[derive(Debug)]
+struct Command {
+    client: ClientId,
+    tag: u32,
+    deadline: Moment,
+    heard_before: Heard,
+}
+
+/// Keeps the clients and their commands apart.
+#[derive(Debug, Default)]
+pub struct Broker {
+    link: String,
+    can_send: bool,
+    clients: BTreeMap<ClientId, Client>,
+    commands: BTreeMap<CommandId, Command>,
+    outputs: VecDeque<Output>,
+}
+
+impl Broker {
+    /// For a link of this name.
+    #[must_use]
+    pub fn new(link: String, can_send: bool) -> Self {
+        Self {
+            link,
+            can_send,
+            ..Self::default()
+        }
+    }
+
+    /// Somebody connected.
+    pub fn handle_connected(&mut self, client: ClientId, peer: String) {
+        self.clients.insert(
+            client,
+            Client {
+                peer,
+                converses: false,
+                asks: 0,
+            },
+        );
+    }
+
+    /// Somebody is gone. What it asked for goes on.
+    pub fn handle_gone(&mut self, client: ClientId) {
+        self.clients.remove(&client);
+    }
+
+    /// Somebody did not take the raw bytes that wait for it and was cut off.
+    pub fn handle_too_slow(&mut self, client: ClientId, unread_bytes: usize) {
+        if let Some(gone) = self.clients.remove(&client) {
+            self.outputs.push_back(Output::Warning(format!(
+                "{} stopped reading and was cut off, {unread_bytes} bytes unread",
+                gone.peer
+            )));
+        }
+    }
+
+    /// Takes a line. Returns a wish for the station; the number it gets there is to be told with
+    /// [`Broker::handle_started`].
+    pub fn handle_line(&mut self, client: ClientId, line: Result<&[u8], TooLong>) -> Option<Asked> {
+        let known = self.clients.get_mut(&client)?;
+        let parsed = line
+            .map_err(|error| error.to_string())
+            .and_then(|line| ClientLine::parse(line).map_err(|error| error.to_string()));
+        let problem = match parsed {
+            Ok(ClientLine::Hello { pid }) if !known.converses => {
+                known.converses = true;
+                // The system's word for who it is counts more than its own.
+                if let Some(pid) = pid.filter(|_| !known.peer.starts_with("pid ")) {
+                    known.peer = format!("pid {pid} from {}", known.peer);
+                }
+                self.outputs.push_back(Output::EndRaw(client));
+                let welcome = Welcome::new(self.link.clone(), self.can_send);
+                self.reply(client, &StationLine::Welcome(welcome));
+                return None;
+            }
+            Ok(ClientLine::Ask(ask)) if known.converses && known.asks < ASKS_MAX => {
+                known.asks += 1;
+                return Some(Asked {
+                    client,
+                    by: known.peer.clone(),
+                    ask,
+                });
+            }
+            Ok(ClientLine::Hello { .. }) => "hello was said already".to_owned(),
+            Ok(ClientLine::Ask(_)) if known.converses => {
+                format!("{ASKS_MAX} commands wait already")
+            }
+            Ok(ClientLine::Ask(_)) => "begin with {\"groundwave\":1}".to_owned(),
+            Err(problem) => problem,
+        };
+        let peer = known.peer.clone();
+        self.refuse(client, &problem);
+        self.outputs.push_back(Output::Warning(format!(
+            "{peer} was closed: it sent what is no request"
+        )));
+        None
+    }
+
+    fn refuse(&mut self, client: ClientId, problem: &str) {
+        self.reply(
+            client,
+            &StationLine::Error {
+                error: problem.to_owned(),
+            },
+        );
+        self.outputs.push_back(Output::Close(client));
+        self.clients.remove(&client);
+    }
+
+    /// The station gave a wish this number.
+    pub fn handle_started(&mut self, now: Moment, id: CommandId, asked: &Asked, heard: Heard) {
+        self.commands.insert(
+            id,
+            Command {
+                client: asked.client,
+                tag: asked.ask.tag,
+                deadline: now + asked.ask.timeout,
+                heard_before: heard,
+            },
+        );
+    }
+
+    /// A command went a step further.
+    pub fn handle_step(&mut self, id: CommandId, step: &CommandStep, heard: Heard) {
+        let Some(command) = self.commands.get(&id) else {
+            return;
+        };
+        let line = StationLine::Step {
+            id: command.tag,
+            stage: Stage::of(step),
+            heard: heard.since(command.heard_before),
+        };
+        self.reply(command.client, &line);
+        if matches!(
+            step,
+            CommandStep::Proven { .. } | CommandStep::Refused(_) | CommandStep::Failed(_)
+        ) {
+            self.forget(id);
+        }
+    }
+
+    /// The link to the robot is gone.
+    pub fn handle_lost(&mut self, reason: &str) {
+        let conversing: Vec<ClientId> = self
+            .clients
+            .iter()
+            .filter(|(_, client)| client.converses)
+            .map(|(id, _)| *id)
+            .collect();
+        let line = StationLine::Lost {
+            lost: reason.to_owned(),
+        };
+        for client in conversing {
+            self.reply(client, &line);
+        }
+    }
+
+    /// Lets time pass: commands whose time is over end without proof.
+    pub fn handle_timeout(&mut self, now: Moment, heard: Heard) {
+        let over: Vec<CommandId> = self
+            .commands
+            .iter()
+            .filter(|(_, command)| command.deadline <= now)
+            .map(|(id, _)| *id)
+            .collect();
+        for id in over {
+            self.handle_step(id, &CommandStep::Failed(Failure::TimedOut), heard);
+            self.outputs.push_back(Output::GiveUp(id));
+        }
+    }
+
+    /// When to call [`Broker::handle_timeout`] at the latest.
+    #[must_use]
+    pub fn poll_timeout(&self) -> Option<Moment> {
+        self.commands.values().map(|command| command.deadline).min()
+    }
+
+    /// What is to be done.
+    pub fn poll_output(&mut self) -> Option<Output> {
+        self.outputs.pop_front()
+    }
+
+    fn reply(&mut self, client: ClientId, line: &StationLine) {
+        if self.clients.contains_key(&client) {
+            self.outputs.push_back(Output::Line(client, line.to_line()));
+        }
+    }
+
+    fn forget(&mut self, id: CommandId) {
+        if let Some(command) = self.commands.remove(&id)
+            && let Some(client) = self.clients.get_mut(&command.client)
+        {
+            client.asks -= 1;
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests;

@@ -1,0 +1,196 @@
+//! Clients come, ask, misbehave and vanish.
+
+use super::*;
+use crate::request::Request;
+use groundwave_protocol::letters::Mode;
+
+const ANNE: ClientId = ClientId(1);
+const BEN: ClientId = ClientId(2);
+const HELLO: &[u8] = b"{\"groundwave\":1,\"pid\":77}";
+
+struct Table {
+    broker: Broker,
+    now: Moment,
+    next: u32,
+}
+
+impl Table {
+    fn new() -> Self {
+        let mut broker = Broker::new("/dev/ttyUSB0".to_owned(), true);
+        broker.handle_connected(ANNE, "pid 5 via ./x.sock".to_owned());
+        broker.handle_connected(BEN, "127.0.0.1:9".to_owned());
+        Self {
+            broker,
+            now: Moment::ZERO,
+            next: 1,
+        }
+    }
+
+    fn hear(&mut self, client: ClientId, line: &[u8]) -> Option<CommandId> {
+        let asked = self.broker.handle_line(client, Ok(line))?;
+        let id = CommandId(self.next);
+        self.next += 1;
+        self.broker
+            .handle_started(self.now, id, &asked, Heard::default());
+        Some(id)
+    }
+
+    fn outputs(&mut self) -> Vec<String> {
+        std::iter::from_fn(|| self.broker.poll_output())
+            .map(|output| match output {
+                Output::Line(ClientId(n), line) => {
+                    format!("{n} < {}", String::from_utf8_lossy(&line).trim_end())
+                }
+                Output::EndRaw(ClientId(n)) => format!("{n} ends raw"),
+                Output::Close(ClientId(n)) => format!("{n} closed"),
+                Output::GiveUp(CommandId(n)) => format!("command {n} given up"),
+                Output::Warning(text) => text,
+            })
+            .collect()
+    }
+}
+
+const PROVEN: CommandStep = CommandStep::Proven { digest: None };
+
+#[test]
+fn each_is_told_the_steps_of_its_own_commands() {
+    let mut table = Table::new();
+    table.hear(ANNE, HELLO);
+    table.hear(BEN, HELLO);
+    assert_eq!(
+        table.outputs(),
+        [
+            "1 ends raw",
+            r#"1 < {"groundwave":1,"link":"/dev/ttyUSB0","can_send":true}"#,
+            "2 ends raw",
+            r#"2 < {"groundwave":1,"link":"/dev/ttyUSB0","can_send":true}"#,
+        ]
+    );
+    let first = table
+        .hear(ANNE, br#"{"id":4,"do":"scan"}"#)
+        .expect("a wish");
+    let second = table.hear(BEN, br#"{"id":4,"do":"stop"}"#).expect("a wish");
+    let heard = Heard {
+        bytes: 80,
+        lines: 1,
+    };
+    table.broker.handle_step(second, &PROVEN, heard);
+    table.broker.handle_step(first, &PROVEN, heard);
+    table.broker.handle_step(first, &PROVEN, heard);
+    let lines = table.outputs();
+    assert_eq!(lines.len(), 2, "each ends once: {lines:?}");
+    assert!(lines[0].starts_with("2 < ") && lines[1].starts_with("1 < "));
+    assert!(
+        lines[0].contains(r#""heard":{"bytes":80,"lines":1}"#),
+        "{lines:?}"
+    );
+}
+
+#[test]
+fn who_asks_is_named_and_the_system_is_believed_first() {
+    let mut table = Table::new();
+    table.hear(ANNE, HELLO);
+    table.hear(BEN, HELLO);
+    let by = |table: &mut Table, client| {
+        let asked = table
+            .broker
+            .handle_line(client, Ok(br#"{"id":1,"do":"mode prowl"}"#));
+        let asked = asked.expect("a wish");
+        assert_eq!(asked.ask.request, Request::Mode(Mode::Prowl));
+        asked.by
+    };
+    assert_eq!(by(&mut table, ANNE), "pid 5 via ./x.sock");
+    assert_eq!(by(&mut table, BEN), "pid 77 from 127.0.0.1:9");
+}
+
+#[test]
+fn garbage_closes_the_client_with_a_reason_and_nobody_else() {
+    for garbage in [
+        &b"GET / HTTP/1.1"[..],
+        b"{\"id\":1,\"do\":\"scan\"}",
+        b"\xFF\x00",
+    ] {
+        let mut table = Table::new();
+        assert_eq!(table.hear(ANNE, garbage), None);
+        let outputs = table.outputs();
+        assert!(outputs[0].starts_with("1 < {\"error\":"), "{outputs:?}");
+        assert_eq!(outputs[1], "1 closed");
+        assert!(
+            outputs[2].contains("pid 5 via ./x.sock was closed"),
+            "{outputs:?}"
+        );
+        assert_eq!(table.hear(ANNE, HELLO), None);
+        assert!(table.outputs().is_empty(), "nothing more is heard from it");
+        table.hear(BEN, HELLO);
+        assert_eq!(table.outputs().len(), 2);
+    }
+    let mut table = Table::new();
+    assert_eq!(table.broker.handle_line(ANNE, Err(TooLong)), None);
+    assert!(table.outputs()[0].contains("a line is longer"));
+}
+
+#[test]
+fn a_flood_of_commands_is_refused() {
+    let mut table = Table::new();
+    table.hear(ANNE, HELLO);
+    for _ in 0..ASKS_MAX {
+        assert!(table.hear(ANNE, br#"{"id":1,"do":"scan"}"#).is_some());
+    }
+    assert_eq!(table.hear(ANNE, br#"{"id":1,"do":"scan"}"#), None);
+    assert!(
+        table
+            .outputs()
+            .iter()
+            .any(|line| line.contains("wait already"))
+    );
+}
+
+#[test]
+fn a_client_that_vanishes_leaves_its_command_until_its_time_is_over() {
+    let mut table = Table::new();
+    table.hear(ANNE, HELLO);
+    table
+        .hear(ANNE, br#"{"id":1,"do":"scan","timeout_ms":5000}"#)
+        .expect("a wish");
+    table.outputs();
+    table.broker.handle_gone(ANNE);
+    assert_eq!(table.broker.poll_timeout(), Some(Moment::from_secs(5)));
+    table
+        .broker
+        .handle_timeout(Moment::from_secs(4), Heard::default());
+    assert!(table.outputs().is_empty());
+    table
+        .broker
+        .handle_timeout(Moment::from_secs(5), Heard::default());
+    assert_eq!(table.outputs(), ["command 1 given up"]);
+    assert_eq!(table.broker.poll_timeout(), None);
+}
+
+#[test]
+fn time_over_is_told_with_what_was_heard() {
+    let mut table = Table::new();
+    table.hear(ANNE, HELLO);
+    table.outputs();
+    table
+        .hear(ANNE, br#"{"id":3,"do":"scan","timeout_ms":1}"#)
+        .expect("a wish");
+    table
+        .broker
+        .handle_timeout(Moment::from_millis(1), Heard { bytes: 9, lines: 0 });
+    let outputs = table.outputs();
+    assert!(
+        outputs[0].contains(r#""code":"timed-out""#) && outputs[0].contains(r#""bytes":9"#),
+        "{outputs:?}"
+    );
+    assert_eq!(outputs[1], "command 1 given up");
+}
+
+#[test]
+fn a_reader_that_is_cut_off_is_logged() {
+    let mut table = Table::new();
+    table.broker.handle_too_slow(BEN, 65_536);
+    assert_eq!(
+        table.outputs(),
+        ["127.0.0.1:9 stopped reading and was cut off, 65536 bytes unread"]
+    );
+}

@@ -1,0 +1,300 @@
+//! The lines of the shared socket: JSON, one object a line.
+//!
+//! A client begins with `{"groundwave":1,"pid":1234}`. It asks with
+//! `{"id":1,"do":"mode prowl","timeout_ms":20000}`, in the words of `groundwave send`, or with
+//! `{"id":2,"route":[[48,0],[48,48]],"timeout_ms":20000}`, and is told every step under that number.
+
+use std::time::Duration;
+
+use groundwave_protocol::Waypoint;
+use serde::{Deserialize, Serialize};
+use serde_json::json;
+
+use super::stage::Stage;
+use crate::request::Request;
+
+/// The version of these lines.
+const VERSION: u32 = 1;
+
+/// A command without a time of its own is given up after this.
+const TIMEOUT_DEFAULT: Duration = Duration::from_secs(20);
+
+/// No command is tried for longer.
+const TIMEOUT_MAX: Duration = Duration::from_hours(24);
+
+/// Why a line is not understood.
+#[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
+pub enum CodecError {
+    /// Not the JSON that is expected here.
+    #[error(
+        "not understood: {0}. This is a groundwave station: begin with {{\"groundwave\":{VERSION}}} or only read"
+    )]
+    Json(String),
+    /// Of another version.
+    #[error(
+        "version {0} is not spoken here, only {VERSION}: use the same groundwave on both sides"
+    )]
+    Version(u32),
+    /// JSON, but no line of ours.
+    #[error("a line holds `groundwave`, or `id` and one of `do` and `route`")]
+    Shape,
+    /// The words of a command are wrong.
+    #[error("{0}")]
+    Request(String),
+    /// Too short or too long to wait.
+    #[error("timeout_ms must be from 1 to {}", TIMEOUT_MAX.as_millis())]
+    Timeout,
+}
+
+/// A line from a client.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub enum ClientLine {
+    /// Speaks JSON from now on.
+    Hello {
+        /// Its process, as it says.
+        pid: Option<u32>,
+    },
+    /// A wish.
+    Ask(Ask),
+}
+
+/// A wish of a client's.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Ask {
+    /// The client's own number for it.
+    pub tag: u32,
+    /// What it wants.
+    pub request: Request,
+    /// Give up after this long without proof.
+    pub timeout: Duration,
+}
+
+#[derive(Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+struct ClientJson {
+    #[serde(skip_serializing_if = "Option::is_none")]
+    groundwave: Option<u32>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pid: Option<u32>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    id: Option<u32>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    r#do: Option<String>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    route: Option<Vec<(i16, i16)>>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    timeout_ms: Option<u64>,
+}
+
+impl ClientLine {
+    /// Reads a line, with or without its line feed. Any bytes may be given.
+    ///
+    /// # Errors
+    /// Says what is wrong with it.
+    pub fn parse(line: &[u8]) -> Result<Self, CodecError> {
+        let json: ClientJson =
+            serde_json::from_slice(line).map_err(|error| CodecError::Json(error.to_string()))?;
+        match json {
+            ClientJson {
+                groundwave: Some(version),
+                pid,
+                id: None,
+                r#do: None,
+                route: None,
+                timeout_ms: None,
+            } => {
+                if version == VERSION {
+                    Ok(Self::Hello { pid })
+                } else {
+                    Err(CodecError::Version(version))
+                }
+            }
+            ClientJson {
+                groundwave: None,
+                pid: None,
+                id: Some(tag),
+                r#do,
+                route,
+                timeout_ms,
+            } => Ok(Self::Ask(Ask {
+                tag,
+                request: read_request(r#do, route)?,
+                timeout: read_timeout(timeout_ms)?,
+            })),
+            _ => Err(CodecError::Shape),
+        }
+    }
+
+    /// The line, with its line feed.
+    #[must_use]
+    pub fn to_line(&self) -> Vec<u8> {
+        let empty = ClientJson {
+            groundwave: None,
+            pid: None,
+            id: None,
+            r#do: None,
+            route: None,
+            timeout_ms: None,
+        };
+        line_of(&match self {
+            Self::Hello { pid } => ClientJson {
+                groundwave: Some(VERSION),
+                pid: *pid,
+                ..empty
+            },
+            Self::Ask(ask) => {
+                let (words, route) = match &ask.request {
+                    Request::Route(waypoints) => (
+                        None,
+                        Some(waypoints.iter().map(|at| (at.x_in, at.y_in)).collect()),
+                    ),
+                    // A request's own words are those that it is read from.
+                    request => (Some(request.to_string()), None),
+                };
+                ClientJson {
+                    id: Some(ask.tag),
+                    r#do: words,
+                    route,
+                    timeout_ms: Some(ask.timeout.as_millis() as u64),
+                    ..empty
+                }
+            }
+        })
+    }
+}
+
+fn read_request(
+    words: Option<String>,
+    route: Option<Vec<(i16, i16)>>,
+) -> Result<Request, CodecError> {
+    let refused = |error: crate::request::RequestError| CodecError::Request(error.to_string());
+    match (words, route) {
+        (Some(words), None) => {
+            let words: Vec<&str> = words.split_whitespace().collect();
+            Request::from_words(&words).map_err(refused)
+        }
+        (None, Some(points)) => {
+            let waypoints: Result<Vec<Waypoint>, CodecError> = points
+                .into_iter()
+                .map(|(x_in, y_in)| {
+                    Waypoint::new(x_in, y_in)
+                        .ok_or_else(|| CodecError::Request(format!("({x_in}, {y_in}) is too far")))
+                })
+                .collect();
+            Request::route(waypoints?).map_err(refused)
+        }
+        _ => Err(CodecError::Shape),
+    }
+}
+
+fn read_timeout(ms: Option<u64>) -> Result<Duration, CodecError> {
+    let timeout = ms.map_or(TIMEOUT_DEFAULT, Duration::from_millis);
+    if timeout.is_zero() || timeout > TIMEOUT_MAX {
+        return Err(CodecError::Timeout);
+    }
+    Ok(timeout)
+}
+
+/// What the station heard from the robot while a command was under way.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+pub struct Heard {
+    /// Bytes of any kind.
+    pub bytes: u64,
+    /// Intact lines, acknowledgement lines among them.
+    pub lines: u64,
+}
+
+impl Heard {
+    /// What was heard since then.
+    #[must_use]
+    pub const fn since(self, then: Self) -> Self {
+        Self {
+            bytes: self.bytes.saturating_sub(then.bytes),
+            lines: self.lines.saturating_sub(then.lines),
+        }
+    }
+}
+
+/// The answer to a hello.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
+pub struct Welcome {
+    groundwave: u32,
+    /// The link as the station's operator calls it.
+    pub link: String,
+    /// Whether it sends commands at all.
+    pub can_send: bool,
+}
+
+impl Welcome {
+    /// To a link of that name.
+    #[must_use]
+    pub const fn new(link: String, can_send: bool) -> Self {
+        Self {
+            groundwave: VERSION,
+            link,
+            can_send,
+        }
+    }
+}
+
+/// A line from the station.
+#[derive(Clone, Debug, PartialEq, Eq, Deserialize)]
+#[serde(untagged)]
+pub enum StationLine {
+    /// The station speaks JSON from here on.
+    Welcome(Welcome),
+    /// A command went a step further.
+    Step {
+        /// The client's number.
+        id: u32,
+        /// The step.
+        #[serde(flatten)]
+        stage: Stage,
+        /// What was heard from the robot since it was asked.
+        heard: Heard,
+    },
+    /// The link to the robot is gone; the station keeps trying.
+    Lost {
+        /// Why.
+        lost: String,
+    },
+    /// The client did something wrong, and the connection is closed.
+    Error {
+        /// What, and what to do.
+        error: String,
+    },
+}
+
+impl StationLine {
+    /// Reads a line, with or without its line feed. Raw bytes from the radio are none.
+    #[must_use]
+    pub fn parse(line: &[u8]) -> Option<Self> {
+        serde_json::from_slice(line).ok()
+    }
+
+    /// The line, with its line feed.
+    #[must_use]
+    pub fn to_line(&self) -> Vec<u8> {
+        match self {
+            Self::Welcome(welcome) => line_of(welcome),
+            Self::Step { id, stage, heard } => {
+                let mut json = json!(stage);
+                json["id"] = json!(id);
+                json["heard"] = json!(heard);
+                line_of(&json)
+            }
+            Self::Lost { lost } => line_of(&json!({ "lost": lost })),
+            Self::Error { error } => line_of(&json!({ "error": error })),
+        }
+    }
+}
+
+fn line_of(value: &impl Serialize) -> Vec<u8> {
+    // Strings, numbers and string keys always serialise.
+    let mut line = serde_json::to_vec(value).unwrap_or_default();
+    line.push(b'\n');
+    line
+}
+
+#[cfg(test)]
+mod tests;

@@ -1,0 +1,130 @@
+//! Lines survive being written and read, and wrong ones are named.
+
+use groundwave_protocol::failsafe::Failsafe;
+use groundwave_protocol::letters::{Layer, LayerMask, Mode};
+use groundwave_protocol::telemetry::Outcome;
+use proptest::prelude::*;
+
+use super::*;
+use crate::event::{CommandStep, Failure};
+use crate::share::LINE_MAX;
+
+fn requests() -> Vec<Request> {
+    let far = Waypoint::new(-1023, 1023).expect("a waypoint");
+    let layers = LayerMask::NONE.with(Layer::Sonar).with(Layer::User);
+    vec![
+        Request::Stop,
+        Request::Mode(Mode::GoHome),
+        Request::Enable(layers),
+        Request::Disable(layers),
+        Request::Route(vec![]),
+        Request::Route(vec![far]),
+        Request::Route(vec![far; groundwave_protocol::WAYPOINTS_MAX]),
+        Request::Pose {
+            position: far,
+            theta_deg: 359,
+        },
+        Request::Scan,
+        Request::Failsafe(None),
+        Request::Failsafe(Some(Failsafe {
+            silence_s: 30,
+            mode: Mode::GoHome,
+        })),
+    ]
+}
+
+#[test]
+fn every_request_comes_back_as_it_was() {
+    for request in requests() {
+        let ask = ClientLine::Ask(Ask {
+            tag: 7,
+            request,
+            timeout: Duration::from_millis(1500),
+        });
+        let line = ask.to_line();
+        assert!(line.len() <= LINE_MAX / 2, "{} bytes", line.len());
+        assert_eq!(ClientLine::parse(&line), Ok(ask));
+    }
+    let hello = ClientLine::Hello { pid: Some(1234) };
+    assert_eq!(ClientLine::parse(&hello.to_line()), Ok(hello));
+}
+
+#[test]
+fn every_step_comes_back_as_it_was() {
+    let mut steps = vec![
+        CommandStep::Queued(Request::Scan),
+        CommandStep::Sent { frames: 3 },
+        CommandStep::Progress {
+            acknowledged: 8,
+            total: 100,
+        },
+        CommandStep::Proven { digest: None },
+        CommandStep::Proven {
+            digest: Some(0xBEEF),
+        },
+    ];
+    steps.extend(Outcome::ALL.map(CommandStep::Refused));
+    steps.extend(Failure::ALL.map(CommandStep::Failed));
+    for step in steps {
+        let line = StationLine::Step {
+            id: 9,
+            stage: Stage::of(&step),
+            heard: Heard { bytes: 5, lines: 1 },
+        };
+        assert_eq!(StationLine::parse(&line.to_line()), Some(line.clone()));
+        let StationLine::Step { stage, .. } = line else {
+            unreachable!("it was made above")
+        };
+        assert_eq!(stage.step(&Request::Scan), Some(step));
+    }
+    for line in [
+        StationLine::Welcome(Welcome::new("/dev/ttyUSB0".to_owned(), true)),
+        StationLine::Lost {
+            lost: "unplugged".to_owned(),
+        },
+        StationLine::Error {
+            error: "no".to_owned(),
+        },
+    ] {
+        assert_eq!(StationLine::parse(&line.to_line()), Some(line));
+    }
+}
+
+#[test]
+fn wrong_lines_are_named() {
+    for (line, words) in [
+        ("", "not understood"),
+        ("GET / HTTP/1.1", "begin with {\"groundwave\":1}"),
+        ("{\"groundwave\":2}", "version 2"),
+        ("{\"groundwave\":1,\"id\":1}", "a line holds"),
+        ("{\"id\":1}", "a line holds"),
+        ("{\"id\":1,\"do\":\"fly\"}", "unknown command `fly`"),
+        ("{\"id\":1,\"do\":\"scan\",\"route\":[]}", "a line holds"),
+        ("{\"id\":1,\"do\":\"scan\",\"timeout_ms\":0}", "timeout_ms"),
+        ("{\"id\":1,\"do\":\"scan\",\"colour\":1}", "colour"),
+        ("{\"id\":1,\"route\":[[30000,0]]}", "(30000, 0) is too far"),
+        ("{\"id\":1,\"route\":[[1]]}", "not understood"),
+    ] {
+        let error = ClientLine::parse(line.as_bytes()).expect_err(line);
+        assert!(error.to_string().contains(words), "{line}: {error}");
+    }
+}
+
+proptest! {
+    #[test]
+    fn any_bytes_are_read_without_a_panic(bytes: Vec<u8>) {
+        let _ = ClientLine::parse(&bytes);
+        prop_assert_eq!(StationLine::parse(&[b"\xFF", &bytes[..]].concat()), None);
+    }
+
+    #[test]
+    fn any_words_give_a_request_or_an_error(words in "[a-z0-9, -]{0,40}", id: u32) {
+        let line = json!({ "id": id, "do": words }).to_string();
+        if let Ok(ClientLine::Ask(ask)) = ClientLine::parse(line.as_bytes()) {
+            prop_assert_eq!(
+                ClientLine::parse(&ClientLine::Ask(ask.clone()).to_line()),
+                Ok(ClientLine::Ask(ask))
+            );
+        }
+    }
+}

@@ -1,0 +1,17 @@
+//! One radio, several users: what a station says to those who share its link, and they to it.
+//!
+//! Whoever connects is handed the raw bytes from the radio, so that any tool can read them. Whoever
+//! sends a [`ClientLine::Hello`] speaks JSON lines from then on: wishes in, their steps out. Nothing
+//! here touches a socket or a clock; [`crate::io::share`] and the runtime do.
+
+mod address;
+mod broker;
+mod codec;
+mod lines;
+mod stage;
+
+pub use address::{Address, Exposed};
+pub use broker::{Asked, Broker, ClientId, Output};
+pub use codec::{Ask, ClientLine, CodecError, Heard, StationLine, Welcome};
+pub use lines::{LINE_MAX, Lines, TooLong};
+pub use stage::{Stage, why_refused};

@@ -1,0 +1,145 @@
+//! The program in processes of its own: robots, stations and what they say.
+#![allow(dead_code, reason = "each test file uses its own part")]
+
+use std::fs;
+use std::io::{BufRead, BufReader};
+use std::path::{Path, PathBuf};
+use std::process::{Child, Command, Output, Stdio};
+use std::sync::mpsc::{Receiver, channel};
+use std::time::{Duration, Instant};
+
+use serde_json::Value;
+
+pub const GROUNDWAVE: &str = env!("CARGO_BIN_EXE_groundwave");
+
+/// Nothing here takes this long unless it hangs.
+const PATIENCE: Duration = Duration::from_mins(1);
+
+/// A process that ends with the test.
+pub struct Running(pub Child);
+
+impl Drop for Running {
+    fn drop(&mut self) {
+        let _ = self.0.kill();
+        let _ = self.0.wait();
+    }
+}
+
+/// A simulated robot in a process of its own.
+pub struct Sim {
+    pub process: Running,
+    pub path: String,
+}
+
+impl Sim {
+    pub fn start(arguments: &[&str]) -> Self {
+        let mut child = Command::new(GROUNDWAVE)
+            .arg("sim")
+            .args(arguments)
+            .stdout(Stdio::piped())
+            .stderr(Stdio::null())
+            .spawn()
+            .unwrap();
+        let mut path = String::new();
+        BufReader::new(child.stdout.as_mut().unwrap())
+            .read_line(&mut path)
+            .unwrap();
+        Self {
+            process: Running(child),
+            path: path.trim().to_owned(),
+        }
+    }
+}
+
+/// A process that writes JSON lines.
+pub struct Telling {
+    pub process: Running,
+    lines: Receiver<Value>,
+    /// Everything it said so far.
+    pub said: Vec<Value>,
+}
+
+impl Telling {
+    pub fn start(arguments: &[&str]) -> Self {
+        let mut child = Command::new(GROUNDWAVE)
+            .args(arguments)
+            .stdin(Stdio::null())
+            .stdout(Stdio::piped())
+            .stderr(Stdio::null())
+            .spawn()
+            .unwrap();
+        let output = BufReader::new(child.stdout.take().unwrap());
+        let (sender, lines) = channel();
+        std::thread::spawn(move || {
+            for line in output.lines().map_while(Result::ok) {
+                if sender.send(serde_json::from_str(&line).unwrap()).is_err() {
+                    break;
+                }
+            }
+        });
+        Self {
+            process: Running(child),
+            lines,
+            said: Vec::new(),
+        }
+    }
+
+    /// Waits until it says something; what was said before counts.
+    pub fn wait_for(&mut self, what: &str, mut is_it: impl FnMut(&Value) -> bool) -> Value {
+        if let Some(said) = self.said.iter().find(|value| is_it(value)) {
+            return said.clone();
+        }
+        self.wait_for_new(what, is_it)
+    }
+
+    /// Waits until it says something from now on.
+    pub fn wait_for_new(&mut self, what: &str, mut is_it: impl FnMut(&Value) -> bool) -> Value {
+        let deadline = Instant::now() + PATIENCE;
+        loop {
+            let left = deadline.saturating_duration_since(Instant::now());
+            let Ok(value) = self.lines.recv_timeout(left) else {
+                let said: Vec<String> = self
+                    .said
+                    .iter()
+                    .filter(|value| value["event"] != "line")
+                    .map(Value::to_string)
+                    .collect();
+                panic!("never said: {what}. It said:\n{}", said.join("\n"));
+            };
+            self.said.push(value.clone());
+            if is_it(&value) {
+                return value;
+            }
+        }
+    }
+}
+
+pub fn groundwave(arguments: &[&str]) -> Output {
+    Command::new(GROUNDWAVE)
+        .args(arguments)
+        .stdin(Stdio::null())
+        .output()
+        .unwrap()
+}
+
+/// Runs to its end; checks the exit code; returns standard output and standard error.
+pub fn expect(code: i32, arguments: &[&str]) -> (String, String) {
+    let output = groundwave(arguments);
+    let out = String::from_utf8(output.stdout).unwrap();
+    let err = String::from_utf8(output.stderr).unwrap();
+    assert_eq!(
+        output.status.code(),
+        Some(code),
+        "{arguments:?}\n{out}\n{err}"
+    );
+    (out, err)
+}
+
+/// An empty folder; its path is short enough for a Unix socket.
+pub fn scratch(name: &str) -> PathBuf {
+    let folder =
+        Path::new(env!("CARGO_TARGET_TMPDIR")).join(format!("{name}-{}", std::process::id()));
+    let _ = fs::remove_dir_all(&folder);
+    fs::create_dir_all(&folder).unwrap();
+    folder
+}

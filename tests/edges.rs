@@ -1,0 +1,357 @@
+//! Real edges: cables that are pulled, stations that are killed, several users of one radio.
+#![cfg(unix)]
+#![expect(clippy::unwrap_used, reason = "a test stops where something is wrong")]
+
+#[path = "common/programs.rs"]
+mod programs;
+#[path = "common/pty.rs"]
+mod pty;
+
+use std::fmt::Write as _;
+use std::fs;
+use std::io::{BufRead, BufReader, Read, Write};
+use std::os::unix::net::UnixStream;
+use std::path::Path;
+
+use programs::{GROUNDWAVE, Sim, Telling, expect, scratch};
+use pty::OnTerminal;
+use serde_json::Value;
+
+/// A list that takes seconds to transfer.
+fn long_route(folder: &Path) -> String {
+    let mut text = String::new();
+    for n in 0..100 {
+        writeln!(text, "{},{}", n, -n).unwrap();
+    }
+    let path = folder.join("long.txt");
+    fs::write(&path, text).unwrap();
+    path.to_str().unwrap().to_owned()
+}
+
+fn path_in(folder: &Path, name: &str) -> String {
+    folder.join(name).to_str().unwrap().to_owned()
+}
+
+/// A station without a terminal that shares its link.
+fn station(link: &str, socket: &str, more: &[&str]) -> Telling {
+    let arguments = [&["watch", link, "--headless", "--share", socket], more].concat();
+    let mut station = Telling::start(&arguments);
+    station.wait_for("that it shares", |value| {
+        value["text"]
+            .as_str()
+            .is_some_and(|text| text.starts_with("shared on "))
+    });
+    station.wait_for("a line", |value| value["event"] == "line");
+    station
+}
+
+fn is_stage(stage: &str) -> impl Fn(&Value) -> bool {
+    let stage = stage.to_owned();
+    move |value| value["stage"] == stage.as_str()
+}
+
+/// A robot with a link that stays the same when it is started again.
+struct Plug {
+    link: String,
+    eeprom: String,
+}
+
+impl Plug {
+    fn new(folder: &Path) -> Self {
+        Self {
+            link: path_in(folder, "radio"),
+            eeprom: path_in(folder, "eeprom"),
+        }
+    }
+
+    fn plug(&self) -> Sim {
+        Sim::start(&["--pty", &self.link, "--eeprom", &self.eeprom])
+    }
+}
+
+/// Pulls the cable at some point of a transfer; the station shows it, comes back by itself and delivers.
+fn pull_at(name: &str, point: &str) {
+    let folder = scratch(name);
+    let plug = Plug::new(&folder);
+    let route = long_route(&folder);
+    let socket = path_in(&folder, "s");
+    let sim = plug.plug();
+    let arguments = ["watch", &plug.link, "--share", &socket];
+    let mut watch = OnTerminal::start(GROUNDWAVE, &arguments, 140, 40);
+    watch.wait_for("the robot", |text| text.contains("newest <1 s"));
+    let mut sender = Telling::start(&["send", "--via", &socket, "route", &route, "--json"]);
+    sender.wait_for(point, |value| match point {
+        // The last blocks are in the air, and the proof is next.
+        "nearly all" => value["acknowledged"].as_i64().is_some_and(|n| n > 90),
+        _ => value["stage"] == point,
+    });
+    drop(sim);
+    watch.wait_for("the loss", |text| text.contains("LINK LOST"));
+    let _sim = plug.plug();
+    watch.wait_for("the return", |text| {
+        text.contains("newest <1 s") && !text.contains("LINK LOST")
+    });
+    expect(0, &["send", "--via", &socket, "route", &route]);
+    watch.type_keys("q");
+    assert_eq!(watch.wait(), 0);
+    assert!(!Path::new(&socket).exists(), "it goes with the station");
+}
+
+#[test]
+fn a_cable_pulled_while_the_session_is_opened() {
+    pull_at("pull-opening", "queued");
+}
+
+#[test]
+fn a_cable_pulled_in_the_middle_of_a_transfer() {
+    pull_at("pull-transfer", "progress");
+}
+
+#[test]
+fn a_cable_pulled_while_the_proof_is_awaited() {
+    pull_at("pull-proof", "nearly all");
+}
+
+#[test]
+fn a_station_killed_in_the_middle_of_a_transfer_sends_anew() {
+    let folder = scratch("killed");
+    let route = long_route(&folder);
+    let sim = Sim::start(&[]);
+    let mut sender = Telling::start(&["send", &sim.path, "route", &route, "--json"]);
+    sender.wait_for("progress", is_stage("progress"));
+    drop(sender);
+    let (out, _) = expect(0, &["send", &sim.path, "route", &route]);
+    assert!(out.contains("proven"), "{out}");
+}
+
+#[test]
+fn a_sharing_station_killed_in_the_middle_leaves_no_obstacle() {
+    let folder = scratch("killed-share");
+    let route = long_route(&folder);
+    let socket = path_in(&folder, "s");
+    let sim = Sim::start(&[]);
+    let first = station(&sim.path, &socket, &[]);
+    let mut sender = Telling::start(&["send", "--via", &socket, "route", &route, "--json"]);
+    sender.wait_for("progress", is_stage("progress"));
+    drop(first);
+    assert_eq!(sender.process.0.wait().unwrap().code(), Some(3));
+    assert!(Path::new(&socket).exists(), "nobody could remove it");
+    let _second = station(&sim.path, &socket, &[]);
+    expect(0, &["send", "--via", &socket, "route", &route]);
+}
+
+#[test]
+fn two_senders_at_once_are_both_proven_one_after_the_other() {
+    let folder = scratch("two");
+    let route = long_route(&folder);
+    let socket = path_in(&folder, "s");
+    let sim = Sim::start(&[]);
+    let mut station = station(&sim.path, &socket, &[]);
+    let mut senders = [
+        Telling::start(&["send", "--via", &socket, "route", &route, "--json"]),
+        Telling::start(&["send", "--via", &socket, "mode", "reactive", "--json"]),
+    ];
+    for sender in &mut senders {
+        sender.wait_for("the proof", is_stage("proven"));
+        assert_eq!(sender.process.0.wait().unwrap().code(), Some(0));
+    }
+    for id in [1, 2] {
+        station.wait_for("the proof", |value| {
+            value["id"] == id && value["stage"] == "proven"
+        });
+        let asked = station.wait_for("who asked", |value| {
+            value["event"] == "asked" && value["id"] == id
+        });
+        let by = asked["by"].as_str().unwrap();
+        assert!(by.starts_with("pid ") && by.ends_with(&socket), "{by}");
+    }
+    let sent: Vec<i64> = station
+        .said
+        .iter()
+        .filter(|value| value["event"] == "command" && value["stage"] != "queued")
+        .map(|value| value["id"].as_i64().unwrap())
+        .collect();
+    assert!(sent.is_sorted(), "the second waits for the first: {sent:?}");
+}
+
+#[test]
+fn a_stop_overtakes_what_others_have_asked_for() {
+    let folder = scratch("overtake");
+    let route = long_route(&folder);
+    let socket = path_in(&folder, "s");
+    let sim = Sim::start(&[]);
+    let _station = station(&sim.path, &socket, &[]);
+    let mut sender = Telling::start(&["send", "--via", &socket, "route", &route, "--json"]);
+    sender.wait_for("progress", is_stage("progress"));
+    expect(0, &["send", "--via", &socket, "stop"]);
+    let failed = sender.wait_for("its end", is_stage("failed"));
+    assert_eq!(failed["code"], "stopped");
+    assert_eq!(sender.process.0.wait().unwrap().code(), Some(1));
+}
+
+#[test]
+fn what_a_client_asked_for_goes_on_without_it() {
+    let folder = scratch("vanish");
+    let route = long_route(&folder);
+    let socket = path_in(&folder, "s");
+    let sim = Sim::start(&[]);
+    let mut station = station(&sim.path, &socket, &[]);
+    let mut sender = Telling::start(&["send", "--via", &socket, "route", &route, "--json"]);
+    sender.wait_for("progress", is_stage("progress"));
+    drop(sender);
+    station.wait_for("the proof", is_stage("proven"));
+}
+
+#[test]
+fn the_exit_codes_are_those_of_a_link_of_ones_own() {
+    let folder = scratch("codes");
+    let socket = path_in(&folder, "s");
+    let sim = Sim::start(&["--seed", "5"]);
+    let station = station(&sim.path, &socket, &[]);
+    let (out, _) = expect(0, &["send", "--via", &socket, "mode", "reactive"]);
+    assert!(out.starts_with("mode reactive: proven after"), "{out}");
+    let (_, err) = expect(5, &["send", "--via", &socket, "scan"]);
+    assert!(
+        err.contains("refused `scan`: this robot has no such"),
+        "{err}"
+    );
+    expect(2, &["send", "--via", &socket, "fly"]);
+    let (_, err) = expect(4, &["send", &sim.path, "stop"]);
+    assert!(err.contains("busy") && err.contains("--via"), "{err}");
+    drop(sim);
+    let arguments = ["send", "--via", &socket, "mode", "prowl", "--timeout", "1s"];
+    let (_, err) = expect(3, &arguments);
+    assert!(err.contains("not confirmed within 1.0 s"), "{err}");
+    drop(station);
+    let (_, err) = expect(4, &["send", "--via", &socket, "stop"]);
+    assert!(err.contains("cannot reach a station at"), "{err}");
+}
+
+#[test]
+fn a_station_that_only_listens_says_so() {
+    let folder = scratch("listens");
+    let socket = path_in(&folder, "s");
+    let sim = Sim::start(&[]);
+    let _station = station(&sim.path, &socket, &["--no-uplink"]);
+    let (_, err) = expect(6, &["send", "--via", &socket, "stop"]);
+    assert!(err.contains("the link is receive-only"), "{err}");
+}
+
+#[test]
+fn anything_that_reads_sees_the_raw_bytes() {
+    let folder = scratch("raw");
+    let socket = path_in(&folder, "s");
+    let sim = Sim::start(&[]);
+    let _station = station(&sim.path, &socket, &[]);
+    let mut second = Telling::start(&["watch", &format!("unix:{socket}"), "--headless"]);
+    second.wait_for("a line", |value| value["event"] == "line");
+    let mut lines = BufReader::new(UnixStream::connect(&socket).unwrap()).lines();
+    // The first line may be a half; the second is whole.
+    let _ = lines.next();
+    let line = lines.next().unwrap().unwrap();
+    assert_eq!(line.trim_end_matches('\r').len(), 78, "{line}");
+}
+
+#[test]
+fn garbage_is_answered_and_closed_and_harms_nobody() {
+    let sim = Sim::start(&[]);
+    let mut station = station(&sim.path, "0", &[]);
+    let told = station.wait_for("where", |value| value["event"] == "notice");
+    let address = told["text"]
+        .as_str()
+        .unwrap()
+        .strip_prefix("shared on ")
+        .unwrap();
+    let address = address.to_owned();
+    let mut browser = std::net::TcpStream::connect(&address).unwrap();
+    browser.write_all(b"GET / HTTP/1.1\r\n\r\n").unwrap();
+    let mut answer = String::new();
+    browser.read_to_string(&mut answer).unwrap();
+    let last: Value = serde_json::from_str(answer.lines().last().unwrap()).unwrap();
+    assert!(
+        last["error"].as_str().unwrap().contains("not understood"),
+        "{last}"
+    );
+    let mut flood = std::net::TcpStream::connect(&address).unwrap();
+    // It may be cut off before it has said all of it.
+    let _ = flood.write_all(&vec![b'x'; 1 << 20]);
+    station.wait_for("that the flood was closed", |value| {
+        value["level"] == "warning"
+    });
+    expect(0, &["send", "--via", &address, "mode", "reactive"]);
+}
+
+#[test]
+fn a_link_is_not_opened_to_a_network_by_accident() {
+    let sim = Sim::start(&[]);
+    let open = ["watch", &sim.path, "--headless", "--share", "0.0.0.0:0"];
+    let (_, err) = expect(2, &open);
+    assert!(err.contains("--share-open-to-network"), "{err}");
+}
+
+#[test]
+fn a_reader_that_stops_reading_is_cut_off_and_stalls_nobody() {
+    let folder = scratch("stalled");
+    let socket = path_in(&folder, "s");
+    let sim = Sim::start(&["--listen", "127.0.0.1:0", "--time-factor", "300"]);
+    let mut station = station(&sim.path, &socket, &[]);
+    let _never_reads = UnixStream::connect(&socket).unwrap();
+    station.wait_for("that it was cut off", |value| {
+        value["text"]
+            .as_str()
+            .is_some_and(|text| text.contains("stopped reading and was cut off"))
+    });
+    station.wait_for_new("lines all the same", |value| value["event"] == "line");
+}
+
+/// A bridge to a serial port is a TCP server; this one says what the test wants.
+struct Bridge {
+    listener: std::net::TcpListener,
+    link: String,
+}
+
+impl Bridge {
+    fn new() -> Self {
+        let listener = std::net::TcpListener::bind("127.0.0.1:0").unwrap();
+        let link = format!("tcp:{}", listener.local_addr().unwrap());
+        Self { listener, link }
+    }
+
+    fn accept(&self) -> std::net::TcpStream {
+        self.listener.accept().unwrap().0
+    }
+}
+
+#[test]
+fn a_bridge_that_closes_is_connected_to_again() {
+    let bridge = Bridge::new();
+    let mut watch = Telling::start(&["watch", &bridge.link, "--headless"]);
+    drop(bridge.accept());
+    let is_link = |state: &'static str| move |value: &Value| value["state"] == state;
+    watch.wait_for("the loss", is_link("lost"));
+    let _again = bridge.accept();
+    watch.wait_for_new("the return", is_link("open"));
+}
+
+#[test]
+fn what_comes_without_a_line_is_judged() {
+    let bridge = Bridge::new();
+    let mut watch = Telling::start(&["watch", &bridge.link, "--headless"]);
+    let mut stream = bridge.accept();
+    let is_heard = |what: &'static str| move |value: &Value| value["what"] == what;
+    watch.wait_for("nothing", is_heard("nothing"));
+    // Sampled four times too often, each bit becomes four: this is 2400 baud heard at 9600.
+    stream
+        .write_all(&[0x00, 0xF0, 0x0F, 0xF8, 0x80, 0x07].repeat(100))
+        .unwrap();
+    watch.wait_for("the wrong rate", is_heard("wrong-rate"));
+    watch.wait_for_new("the remedy", |value| {
+        let text = value["text"].as_str().unwrap_or_default();
+        value["level"] == "warning" && text.contains("serial server's baud rate")
+    });
+    let capture = Path::new(env!("CARGO_MANIFEST_DIR")).join("captures/house-clean.txt");
+    stream
+        .write_all(&fs::read(capture).unwrap()[..800])
+        .unwrap();
+    watch.wait_for("lines", is_heard("lines"));
+}
