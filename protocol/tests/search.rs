@@ -23,10 +23,14 @@ fn alone(wishes: &[ground::Wish]) -> Setting {
         reboots: 0,
         restarts: 0,
         stops: 0,
-        held: usize::MAX,
+        held: (4, 4),
+        commands: 3,
         owners_differ: true,
     }
 }
+
+/// A search that takes more is not the small one that it was meant to be.
+const STEPS_MAX: usize = 6_000_000;
 
 /// Searches all of it; says how much that was.
 fn search(name: &str, setting: Setting) {
@@ -34,6 +38,7 @@ fn search(name: &str, setting: Setting) {
         .checker()
         .threads(1)
         .finish_when(HasDiscoveries::AnyFailures)
+        .target_state_count(STEPS_MAX)
         .spawn_bfs()
         .join();
     println!(
@@ -56,21 +61,100 @@ fn search(name: &str, setting: Setting) {
                 .collect::<String>()
         );
     }
+    let steps = checker.state_count();
+    assert!(steps < STEPS_MAX, "{name}: not searched to its end");
     checker.assert_properties();
 }
 
 #[test]
-fn two_orders() {
-    search("two orders", alone(&[Order, Order]));
+fn orders() {
+    search("three orders", alone(&[Order, Order, Order]));
 }
 
 #[test]
-fn two_orders_and_a_reboot() {
-    search(
-        "two orders and a reboot",
-        Setting {
-            reboots: 1,
-            ..alone(&[Order, Order])
-        },
-    );
+fn reboots() {
+    let setting = Setting {
+        reboots: 2,
+        ..alone(&[Order, Order])
+    };
+    search("two orders, two reboots", setting);
+}
+
+#[test]
+fn lists() {
+    let setting = Setting {
+        held: (2, 2),
+        commands: 2,
+        ..alone(&[List(2), List(1)])
+    };
+    search("two lists", setting);
+}
+
+#[test]
+fn list_and_reboot() {
+    let setting = Setting {
+        reboots: 1,
+        held: (2, 2),
+        commands: 2,
+        ..alone(&[List(1), List(1)])
+    };
+    search("two lists, a reboot", setting);
+}
+
+#[test]
+fn stop() {
+    let setting = Setting {
+        stops: 1,
+        ..alone(&[Order, Order])
+    };
+    search("two orders, STOP", setting);
+}
+
+#[test]
+fn stop_and_reboot() {
+    let setting = Setting {
+        stops: 1,
+        reboots: 1,
+        held: (2, 2),
+        commands: 2,
+        ..alone(&[List(1)])
+    };
+    search("a list, STOP, a reboot", setting);
+}
+
+#[test]
+fn restart() {
+    let setting = Setting {
+        restarts: 1,
+        reboots: 1,
+        held: (3, 2),
+        commands: 2,
+        ..alone(&[Order, List(1)])
+    };
+    search("an order, a list, a restart, a reboot", setting);
+}
+
+#[test]
+fn two_stations() {
+    let setting = Setting {
+        stations: vec![(0x2A5, vec![Order]), (0x111, vec![Order])],
+        held: (2, 1),
+        commands: 1,
+        ..alone(&[])
+    };
+    search("two stations", setting);
+}
+
+/// Owners are drawn at random; once in a thousand two stations draw the same. Then neither knows whose
+/// commands were executed, but lists still do not mix.
+#[test]
+fn two_stations_with_the_same_owner() {
+    let setting = Setting {
+        stations: vec![(0x2A5, vec![List(2)]), (0x2A5, vec![List(1)])],
+        owners_differ: false,
+        held: (2, 1),
+        commands: 1,
+        ..alone(&[])
+    };
+    search("two stations with the same owner", setting);
 }

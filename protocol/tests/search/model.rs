@@ -2,7 +2,7 @@
 //!
 //! The network keeps every frame and every line that was ever said and may deliver any of them at any
 //! time, to any station, in any order, as often as it likes, or never: loss, duplication, reordering
-//! and delay without a bound.
+//! and delay. A frame may be held back for ever, a line until a timer for silence runs out.
 
 use groundwave_protocol::arq::FopEvent;
 use groundwave_protocol::decoder::Received;
@@ -12,7 +12,7 @@ use std::hash::{Hash, Hasher};
 use std::sync::Arc;
 
 use crate::ground::{Ground, WAITS_US, Wish, digest_of};
-use crate::instants::EPOCH_US;
+use crate::instants::{EPOCH_US, Quick};
 use crate::robot::{Epoch, Robot};
 
 /// What there is and what may happen.
@@ -26,8 +26,10 @@ pub struct Setting {
     pub restarts: u8,
     /// Times that the first station's operator may say STOP.
     pub stops: u8,
-    /// Frames and lines that the network holds, each way; what comes later is lost.
-    pub held: usize,
+    /// Frames and lines that the network holds, each way; the oldest are lost.
+    pub held: (usize, usize),
+    /// Commands of a session that are searched.
+    pub commands: u8,
     /// Whether stations know each other's sessions from their own.
     pub owners_differ: bool,
 }
@@ -69,13 +71,8 @@ pub struct State {
     restarts: u8,
     stops: u8,
     stop_said: bool,
-    pub proofs: u8,
-    pub list_proofs: u8,
-    pub proofs_after_reboot: u8,
-    pub stop_proofs: u8,
-    pub refused: u8,
-    /// Names of the properties that did not hold.
-    pub broken: Vec<&'static str>,
+    /// Names of the properties that the latest step broke or showed.
+    pub happened: Vec<&'static str>,
 }
 
 impl Hash for State {
@@ -88,7 +85,7 @@ impl Hash for State {
         self.lines.hash(hasher);
         [self.reboots, self.restarts, self.stops].hash(hasher);
         self.stop_said.hash(hasher);
-        self.broken.hash(hasher);
+        self.happened.hash(hasher);
     }
 }
 
@@ -118,7 +115,34 @@ pub const PROOF: &str = "what is claimed as done was done in the same life";
 pub const REFUSAL: &str = "what is claimed as refused was not done";
 pub const AFTER_STOP: &str = "nothing sent before a STOP executes after it";
 pub const STOP_PROOF: &str = "a proven STOP was heard";
-pub const ENDS: &str = "a good channel ends every task and delivers the next";
+pub const ENDS: &str = "a channel that works again ends every task";
+
+/// One state in so many is continued over a good channel.
+const CONTINUED_ONE_IN: u64 = 64;
+
+/// Rounds of a good channel within which everything must have ended.
+const ROUNDS_MAX: usize = 60;
+
+/// Sessions of a life that are searched.
+const SESSIONS_MAX: u8 = 4;
+
+/// These show that a search gets anywhere.
+const PROVEN: &str = "something is proven";
+const PROVEN_AFTER_REBOOT: &str = "something is proven after a reboot";
+const LIST_PROVEN: &str = "a list is proven";
+const STOP_PROVEN: &str = "STOP is proven";
+
+macro_rules! always {
+    ($name:ident) => {
+        Property::always($name, |_, state: &State| !state.happened.contains(&$name))
+    };
+}
+
+macro_rules! sometimes {
+    ($name:ident) => {
+        Property::sometimes($name, |_, state: &State| state.happened.contains(&$name))
+    };
+}
 
 impl Model for Setting {
     type State = State;
@@ -138,14 +162,9 @@ impl Model for Setting {
             restarts: self.restarts,
             stops: self.stops,
             stop_said: false,
-            proofs: 0,
-            list_proofs: 0,
-            proofs_after_reboot: 0,
-            stop_proofs: 0,
-            refused: 0,
-            broken: Vec::new(),
+            happened: Vec::new(),
         };
-        state.speak(self.held);
+        state.speak();
         vec![state]
     }
 
@@ -172,22 +191,28 @@ impl Model for Setting {
 
     fn next_state(&self, state: &State, step: Step) -> Option<State> {
         let mut next = state.clone();
+        next.happened.clear();
         match step {
             Step::Begin(n) => Arc::make_mut(&mut next.grounds[n]).begin(next.now_us),
-            Step::Transmit(n) => next.transmit(n, self.held)?,
+            Step::Transmit(n) => next.transmit(n, self.held.0)?,
             Step::Hear(n) => {
                 let frame = Arc::clone(&next.frames[n]);
                 next.hear(&frame);
                 if next.robot == state.robot {
                     return None;
                 }
-                next.speak(self.held);
+                next.speak();
             }
             Step::Receive(n, line) => {
                 let line = Arc::clone(&next.lines[line]);
                 next.receive(n, &line, self.owners_differ);
             }
-            Step::Wait(kind) => next.wait(WAITS_US[kind]),
+            Step::Wait(kind) => {
+                if kind > 0 {
+                    next.lines.drain(..next.lines.len() - 1);
+                }
+                next.wait(WAITS_US[kind]);
+            }
             Step::Stop => {
                 next.stops -= 1;
                 next.stop_said = true;
@@ -199,7 +224,7 @@ impl Model for Setting {
             Step::Reboot => {
                 next.reboots -= 1;
                 Arc::make_mut(&mut next.robot).reboot();
-                next.speak(self.held);
+                next.speak();
             }
             Step::Restart => {
                 next.restarts -= 1;
@@ -208,52 +233,62 @@ impl Model for Setting {
             }
         }
         next.drain();
+        let lines = next.lines.len().saturating_sub(self.held.1);
+        next.lines.drain(..lines);
         Some(next)
+    }
+
+    /// Sessions are numbered modulo 7, and no radio holds a frame back until its session's number
+    /// comes round.
+    fn within_boundary(&self, state: &State) -> bool {
+        let ack = state.robot.farm.ack();
+        ack.session <= SESSIONS_MAX && ack.sequence <= self.commands
     }
 
     fn properties(&self) -> Vec<Property<Self>> {
         let mut properties = vec![
-            Property::always(WHOLE, |_, state| state.holds_a_list_that_was_sent()),
-            Property::sometimes("something is proven", |_, state| state.proofs > 0),
+            Property::always(WHOLE, |_, state: &State| state.holds_a_list_that_was_sent()),
+            sometimes!(PROVEN),
         ];
         if self.owners_differ {
             properties.extend([
-                Property::always(ONCE, |_, state: &State| !state.broken.contains(&ONCE)),
-                Property::always(EPOCH, |_, state: &State| !state.broken.contains(&EPOCH)),
-                Property::always(PROOF, |_, state: &State| !state.broken.contains(&PROOF)),
-                Property::always(REFUSAL, |_, state: &State| !state.broken.contains(&REFUSAL)),
+                always!(ONCE),
+                always!(EPOCH),
+                always!(PROOF),
+                always!(REFUSAL),
+                Property::always(ENDS, |_, state: &State| state.ends_well()),
             ]);
         }
         if self.stops > 0 {
             properties.extend([
-                Property::always(AFTER_STOP, |_, s: &State| !s.broken.contains(&AFTER_STOP)),
-                Property::always(STOP_PROOF, |_, s: &State| !s.broken.contains(&STOP_PROOF)),
-                Property::sometimes("STOP is proven", |_, s| s.stop_proofs > 0),
+                always!(AFTER_STOP),
+                always!(STOP_PROOF),
+                sometimes!(STOP_PROVEN),
             ]);
         }
         if self.reboots > 0 {
-            properties.push(Property::sometimes(
-                "something is proven after a reboot",
-                |_, state| state.proofs_after_reboot > 0,
-            ));
+            properties.push(sometimes!(PROVEN_AFTER_REBOOT));
         }
-        let wishes = self.stations.iter().flat_map(|(_, wishes)| wishes);
-        if wishes.clone().any(|wish| matches!(wish, Wish::List(_))) {
-            properties.push(Property::sometimes("a list is proven", |_, state| {
-                state.list_proofs > 0
-            }));
+        let mut wishes = self.stations.iter().flat_map(|(_, wishes)| wishes);
+        if wishes.any(|wish| matches!(wish, Wish::List(_))) {
+            properties.push(sometimes!(LIST_PROVEN));
         }
         properties
     }
 }
 
 impl State {
-    fn speak(&mut self, held: usize) {
-        let said = Said {
-            received: self.robot.say(),
-            boots: self.robot.boots,
+    /// The robot talks without a pause. Lines that say the same are taken for one.
+    fn speak(&mut self) {
+        let boots = self.robot.boots;
+        let latest = self.lines.last().filter(|line| line.boots == boots);
+        let sequence = latest.map_or(0, |line| line.received.sequence());
+        let says = |sequence| Said {
+            received: self.robot.say(sequence),
+            boots,
         };
-        if self.lines.len() < held && !self.lines.iter().any(|line| **line == said) {
+        if latest.is_none_or(|latest| **latest != says(sequence)) {
+            let said = says(sequence + u8::from(latest.is_some()));
             self.lines.push(Arc::new(said));
         }
     }
@@ -271,8 +306,9 @@ impl State {
             .iter()
             .any(|f| (&f.bytes, f.epoch) == (&frame.bytes, frame.epoch));
         // A lone line feed asks for acknowledgement lines, and here they come anyway.
-        if !known && frame.bytes != b"\n" && self.frames.len() < held {
+        if !known && frame.bytes != b"\n" {
             self.frames.push(Arc::new(frame));
+            self.frames.drain(..self.frames.len().saturating_sub(held));
         }
         self.wait(off_us - self.now_us);
         Some(())
@@ -293,13 +329,13 @@ impl State {
         };
         let epoch = robot.epoch();
         if robot.deeds.iter().filter(|deed| deed.task == task).count() > 1 {
-            self.broken.push(ONCE);
+            self.happened.push(ONCE);
         }
         if frame.epoch != Some(epoch) {
-            self.broken.push(EPOCH);
+            self.happened.push(EPOCH);
         }
         if stopped && frame.before_stop {
-            self.broken.push(AFTER_STOP);
+            self.happened.push(AFTER_STOP);
         }
     }
 
@@ -319,26 +355,29 @@ impl State {
                     let deeds = &self.robot.deeds;
                     let deed = deeds.iter().find(|deed| Some(deed.task) == task);
                     if outcome != Outcome::Done {
-                        self.refused += 1;
                         if deed.is_some() {
-                            self.broken.push(REFUSAL);
+                            self.happened.push(REFUSAL);
                         }
                         continue;
                     }
-                    self.proofs += 1;
-                    self.proofs_after_reboot += u8::from(line.boots > 1);
+                    self.happened.push(PROVEN);
+                    if line.boots > 1 {
+                        self.happened.push(PROVEN_AFTER_REBOOT);
+                    }
+                    if digest.is_some() {
+                        self.happened.push(LIST_PROVEN);
+                    }
                     let same = ground.epoch == Some(self.robot.epoch());
                     let active = self.robot.farm.lists().active();
                     let lost = same && digest.is_some_and(|digest| digest != digest_of(active));
                     if deed.map(|deed| deed.epoch) != ground.epoch || lost && owners_differ {
-                        self.broken.push(PROOF);
+                        self.happened.push(PROOF);
                     }
-                    self.list_proofs += u8::from(digest.is_some());
                 }
                 FopEvent::StopProven => {
-                    self.stop_proofs += 1;
+                    self.happened.push(STOP_PROVEN);
                     if !self.robot.stopped {
-                        self.broken.push(STOP_PROOF);
+                        self.happened.push(STOP_PROOF);
                     }
                 }
                 _ => {}
@@ -360,5 +399,44 @@ impl State {
     fn holds_a_list_that_was_sent(&self) -> bool {
         let active = self.robot.farm.lists().active();
         active.is_empty() || self.grounds.iter().any(|ground| ground.sent_list(active))
+    }
+
+    /// Whether every wish is begun and ended when the channel is good from now on. Looks at a sample.
+    fn ends_well(&self) -> bool {
+        let mut hasher = Quick::default();
+        self.hash(&mut hasher);
+        if !hasher.finish().is_multiple_of(CONTINUED_ONE_IN) {
+            return true;
+        }
+        let mut state = self.clone();
+        (0..ROUNDS_MAX).any(|_| {
+            for n in 0..state.grounds.len() {
+                state.talk(n);
+            }
+            let mut grounds = state.grounds.iter();
+            grounds.all(|ground| !ground.fop.is_busy() && !ground.can_begin())
+        })
+    }
+
+    /// A station says what it has to say, and hears what the robot says to it.
+    fn talk(&mut self, n: usize) {
+        let ground = Arc::make_mut(&mut self.grounds[n]);
+        if ground.can_begin() {
+            ground.begin(self.now_us);
+        }
+        self.frames.clear();
+        if self.transmit(n, 1).is_some()
+            && let Some(frame) = self.frames.pop()
+        {
+            Arc::make_mut(&mut self.robot).hear(&frame.bytes);
+        }
+        self.speak();
+        self.wait(WAITS_US[0]);
+        if let Some(line) = self.lines.last().cloned() {
+            for n in 0..self.grounds.len() {
+                self.receive(n, &line, true);
+            }
+        }
+        self.drain();
     }
 }

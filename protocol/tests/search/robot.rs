@@ -7,9 +7,9 @@ use groundwave_protocol::decoder::{Decoder, Received};
 use groundwave_protocol::letters::Mode;
 use groundwave_protocol::receiver::Receiver;
 use groundwave_protocol::telemetry::{Body, Line, Outcome};
-use std::collections::hash_map::DefaultHasher;
 use std::hash::{Hash, Hasher};
 
+use crate::instants::Quick;
 use crate::world::{ROBOT_ID, state};
 
 /// Names one task of one station; an order carries it as its theta, a list in its first waypoint.
@@ -66,7 +66,7 @@ impl Robot {
     }
 
     fn remember(&mut self) {
-        let mut hasher = DefaultHasher::new();
+        let mut hasher = Quick::default();
         self.farm.hash(&mut hasher);
         self.hash = hasher.finish();
     }
@@ -121,9 +121,9 @@ impl Robot {
     }
 
     /// A line as the ground's decoder finds it.
-    pub fn say(&self) -> Received {
+    pub fn say(&self, sequence: u8) -> Received {
         let line = Line {
-            sequence: 0,
+            sequence,
             body: Body::State(state(self.mode)),
             ack: self.farm.ack(),
         };
