@@ -154,6 +154,7 @@ fn fill(copy: &Path) -> Result<(), String> {
     if to.exists() {
         fs::remove_dir_all(&to).map_err(|error| trouble("cannot remove", &to, &error))?;
     }
+    fs::create_dir_all(&to).map_err(|error| trouble("cannot create", &to, &error))?;
     for part in ["Cargo.toml", "src", "tests", "vectors"] {
         copy_all(&from.join(part), &to.join(part))?;
     }

@@ -28,6 +28,9 @@ pub struct Setting {
     pub stops: u8,
     /// Frames and lines that the network holds, each way; the oldest are lost.
     pub held: (usize, usize),
+    /// Sessions of a life that are searched. They are numbered modulo 7, and no radio holds a frame back
+    /// until its session's number comes round.
+    pub sessions: u8,
     /// Commands of a session that are searched.
     pub commands: u8,
     /// Whether stations know each other's sessions from their own.
@@ -122,9 +125,6 @@ const CONTINUED_ONE_IN: u64 = 64;
 
 /// Rounds of a good channel within which everything must have ended.
 const ROUNDS_MAX: usize = 60;
-
-/// Sessions of a life that are searched.
-const SESSIONS_MAX: u8 = 4;
 
 /// These show that a search gets anywhere.
 const PROVEN: &str = "something is proven";
@@ -238,11 +238,9 @@ impl Model for Setting {
         Some(next)
     }
 
-    /// Sessions are numbered modulo 7, and no radio holds a frame back until its session's number
-    /// comes round.
     fn within_boundary(&self, state: &State) -> bool {
         let ack = state.robot.farm.ack();
-        ack.session <= SESSIONS_MAX && ack.sequence <= self.commands
+        ack.session <= self.sessions && ack.sequence <= self.commands
     }
 
     fn properties(&self) -> Vec<Property<Self>> {
