@@ -154,10 +154,10 @@ fn two_stations_with_the_same_owner() {
     let setting = Setting {
         stations: vec![(0x2A5, vec![List(2)]), (0x2A5, vec![List(1)])],
         owners_differ: false,
-        held: (3, 2),
+        held: (3, 1),
         sessions: 1,
         commands: 1,
         ..alone(&[])
     };
-    search_to(14, "two stations with the same owner", setting);
+    search_to(16, "two stations with the same owner", setting);
 }
