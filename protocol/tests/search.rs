@@ -106,6 +106,9 @@ fn list_and_reboot() {
 fn stop() {
     let setting = Setting {
         stops: 1,
+        held: (3, 2),
+        sessions: 3,
+        commands: 2,
         ..alone(&[Order, Order])
     };
     search("two orders, STOP", setting);
@@ -117,7 +120,8 @@ fn stop_and_reboot() {
         stops: 1,
         reboots: 1,
         held: (2, 2),
-        commands: 2,
+        sessions: 3,
+        commands: 1,
         ..alone(&[List(1)])
     };
     search("a list, STOP, a reboot", setting);
@@ -140,7 +144,7 @@ fn two_stations() {
     let setting = Setting {
         stations: vec![(0x2A5, vec![Order]), (0x111, vec![Order])],
         held: (2, 1),
-        sessions: 3,
+        sessions: 2,
         commands: 1,
         ..alone(&[])
     };

@@ -44,6 +44,7 @@ impl Pool {
             let line = AckLine {
                 sequence: dice.below(SEQUENCE_MODULUS.into()) as u8,
                 ack: ack(dice),
+                listens: dice.next() & 1 == 1,
             };
             lines.push(Sent::new(&line.encode()));
         }

@@ -149,7 +149,11 @@ pub fn fop(input: &[u8]) {
 
 /// An acknowledgement line; what other fields it has are as they are by themselves.
 fn ack_line(sequence: u8, ack: Ack) -> AckLine {
-    AckLine { sequence, ack }
+    AckLine {
+        sequence,
+        ack,
+        listens: false,
+    }
 }
 
 /// Fields near those of a robot that talks with this station: sheer chance would never open a session.
@@ -193,7 +197,7 @@ fn check_events(fop: &mut Fop, line: Option<Ack>) {
                 let ours = |ack: Ack| matches!(ack.detail, Detail::Idle { owner: OWNER, .. });
                 assert!(line.is_some_and(ours), "a session that is not ours");
             }
-            FopEvent::StopProven => panic!("a line of acknowledgement does not say what moves"),
+            FopEvent::StopProven => assert!(line.is_some(), "proven without a line"),
             _ => {}
         }
     }

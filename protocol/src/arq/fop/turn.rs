@@ -12,7 +12,7 @@ const TURN_BYTES: u64 = 160;
 const BEGIN_WITHIN_US: u64 = PATIENCE_BYTES / 2 * US_PER_BYTE;
 
 /// The robot listens: what may be said, and until when.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub(super) struct Turn {
     used_bytes: u64,
     /// The next frame has to begin before this.
