@@ -2,6 +2,7 @@
 //! microcontroller and the outside judges.
 
 mod licences;
+mod mutants;
 
 use std::env;
 use std::path::{Path, PathBuf};
@@ -31,6 +32,7 @@ const CHECK: &[Step] = &[
             .env("RUSTDOCFLAGS", "-D warnings"))
     }),
     ("licences", licences::check),
+    ("mutants", mutants::check),
 ];
 
 const OUTSIDE: &[Step] = &[

@@ -6,6 +6,7 @@
 
 mod hearing;
 mod interface;
+mod late;
 mod sending;
 mod session;
 mod turn;
@@ -21,7 +22,7 @@ use crate::telemetry::Ack;
 use crate::{BYTES_PER_S, LINE_BYTES, WAYPOINTS_MAX, Waypoint};
 use turn::Turn;
 
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 enum Session {
     None,
     Opening {
@@ -36,7 +37,7 @@ enum Session {
     },
 }
 
-#[derive(Clone, Debug, PartialEq, Eq)]
+#[derive(Clone, Debug, PartialEq, Eq, Hash)]
 #[expect(
     clippy::large_enum_variant,
     reason = "there is one, and no heap to put it on"
@@ -47,14 +48,14 @@ enum Work {
 }
 
 /// A sequenced command that has been sent at least once.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 struct Outstanding {
     command: Command,
     /// Last byte off at this instant; `None` when it has to go again.
     ends_us: Option<u64>,
 }
 
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 struct Stopping {
     since_us: u64,
     /// The latest acknowledgement before: boot, session and sequence.
@@ -65,7 +66,7 @@ struct Stopping {
     next_us: u64,
 }
 
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 struct HandDrive {
     velocity_in_s: i8,
     rotation_in_s: i8,
@@ -106,7 +107,7 @@ const LATCH_TO_END_US: u64 = 11 * US_PER_BYTE;
 const COMPOSED_TO_END_US: u64 = 50_000 + LINE_BYTES as u64 * US_PER_BYTE;
 
 /// The Frame Operation Procedure.
-#[derive(Clone, Debug, PartialEq, Eq)]
+#[derive(Clone, Debug, PartialEq, Eq, Hash)]
 pub struct Fop {
     config: Config,
     robot_id: Option<u8>,
@@ -350,15 +351,17 @@ impl Fop {
         });
         let keepalive = self.keepalive_us().filter(|_| may_speak);
         let turn = self.silent_at_us();
+        // What is due to be said waits for the frame that is being said.
+        let free = self.pacer.is_idle();
         [
-            knock,
+            knock.filter(|_| free),
             self.pacer.poll_timeout(),
             silence,
             give_up,
-            drive,
-            stop,
-            keepalive,
-            turn,
+            drive.filter(|_| free || !self.is_open()),
+            stop.filter(|_| free),
+            keepalive.filter(|_| free),
+            turn.filter(|_| free),
         ]
         .into_iter()
         .flatten()

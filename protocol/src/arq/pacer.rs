@@ -9,7 +9,7 @@ const QUEUED_BYTES_MAX: u64 = 16;
 const US_PER_BYTE: u64 = 1_000_000 / BYTES_PER_S as u64;
 
 /// A frame on its way out, and the instant at which the wire will be free.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
 pub(super) struct Pacer {
     frame: Frame,
     handed_out: usize,

@@ -16,7 +16,7 @@ const BLOCK_BYTES: u32 = 5 * BLOCK_WAYPOINTS as u32;
 /// The other bytes of their frame.
 const FRAME_OVERHEAD_BYTES: u64 = 9;
 
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 enum Block {
     ToSend,
     /// Last byte off at this instant.
@@ -25,7 +25,7 @@ enum Block {
 }
 
 /// A list under way.
-#[derive(Clone, Debug, PartialEq, Eq)]
+#[derive(Clone, Debug, PartialEq, Eq, Hash)]
 pub(super) struct Transfer {
     waypoints: [Waypoint; WAYPOINTS_MAX],
     count: usize,

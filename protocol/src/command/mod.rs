@@ -141,7 +141,7 @@ impl Message {
 }
 
 /// An encoded frame.
-#[derive(Clone, Copy, PartialEq, Eq)]
+#[derive(Clone, Copy, PartialEq, Eq, Hash)]
 pub struct Frame {
     bytes: [u8; FRAME_BYTES_MAX],
     length: u8,

@@ -28,7 +28,7 @@ use nom::{
 const FIELD_MAX: u16 = 0xFFF;
 
 /// A sequenced command.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub struct Command {
     /// One more than that of the command before, modulo 64; the first of a session is 1.
     pub sequence: u8,
@@ -37,7 +37,7 @@ pub struct Command {
 }
 
 /// What a command asks for. Values are absolute: the whole mask, never "toggle".
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub enum Order {
     /// Enter a mode.
     Mode(Mode),

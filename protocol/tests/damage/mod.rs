@@ -85,10 +85,13 @@ pub fn samples() -> Vec<Sample> {
     let first = |kind: &str| {
         let vector = vectors.iter().find(|v| v["fields"]["type"] == kind);
         let line = vector.and_then(|v| v["line"].as_str());
-        Sample {
+        let mut sample = Sample {
             name: format!("line {kind}"),
             bytes: line.unwrap_or_default().into(),
-        }
+        };
+        // The vectors are tested for themselves; here it is the checksum that there is that counts.
+        sample.seal();
+        sample
     };
     ["A", "B", "C", "T", "K"].map(first).into()
 }

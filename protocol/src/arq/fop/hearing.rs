@@ -19,7 +19,7 @@ impl Fop {
 
     /// Takes an intact line; `arrived_us` is when its last byte was read.
     pub fn handle_received(&mut self, arrived_us: u64, received: &Received) {
-        if !self.is_ours(received) {
+        if !self.is_ours(received) || self.is_late(arrived_us, received) {
             return;
         }
         self.judge_downlink(arrived_us, received);

@@ -5,7 +5,7 @@ use crate::command::Order;
 use crate::telemetry::Outcome;
 
 /// How the ground's end behaves.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub struct Config {
     /// Tells this station from others; 10 bits, not 0. Draw it at random.
     pub owner: u16,
@@ -38,7 +38,7 @@ impl Config {
 }
 
 /// Whether both ends can talk at once.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub enum Duplex {
     /// To be found out: a half-duplex robot says when it listens.
     Unknown,
@@ -49,7 +49,7 @@ pub enum Duplex {
 }
 
 /// One thing to deliver.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub enum Task<'a> {
     /// Any order but [`Order::Activate`].
     Order(Order),
@@ -59,7 +59,7 @@ pub enum Task<'a> {
 }
 
 /// What the ground's end has to tell.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub enum FopEvent {
     /// A session was opened; or lost, with the reason why.
     Session(Result<(), Loss>),
@@ -92,7 +92,7 @@ pub enum FopEvent {
 }
 
 /// Why something ended without proof.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub enum Loss {
     /// No progress within [`Config::give_up_us`].
     TimedOut,

@@ -23,7 +23,7 @@ pub(super) const SILENCE_LATENCY_MAX_US: u64 = 50_000;
 const REPEAT_BYTES: u64 = 60;
 
 /// The robot listens: what may be said, and until when.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub(super) struct Turn {
     used_bytes: u64,
     /// The next frame has to begin before this.

@@ -1,0 +1,138 @@
+//! Good lines of every type to draw from.
+
+use crate::damage::{Dice, Sample, bytes_of};
+use groundwave_protocol::LINE_BYTES;
+use groundwave_protocol::decoder::{Decoder, Received};
+use groundwave_protocol::sixbit;
+use groundwave_protocol::telemetry::{
+    ACK_LINE_BYTES, Ack, AckLine, Body, Line, SEQUENCE_MODULUS, StateLine, TextLine,
+};
+use serde_json::Value;
+
+/// Of each of the five types.
+const LINES_OF_A_TYPE: usize = 2048;
+
+/// A good line.
+pub struct Sent {
+    bytes: [u8; LINE_BYTES],
+    length: usize,
+}
+
+pub struct Pool(Vec<Sent>);
+
+impl Pool {
+    /// Lines of the five types in equal numbers, from the bodies of the golden vectors with other
+    /// sequences, acknowledgements, places, speeds and texts.
+    pub fn new(dice: &mut Dice) -> Self {
+        let bodies = bodies();
+        let mut lines = Vec::new();
+        for kind in [b'A', b'B', b'C', b'T'] {
+            let of_kind: Vec<&Body> = bodies
+                .iter()
+                .filter(|body| body.head(0)[0] == kind)
+                .collect();
+            for _ in 0..LINES_OF_A_TYPE {
+                let line = Line {
+                    sequence: dice.below(SEQUENCE_MODULUS.into()) as u8,
+                    body: varied(of_kind[dice.below(of_kind.len())], dice),
+                    ack: ack(dice),
+                };
+                lines.push(Sent::new(&line.encode()));
+            }
+        }
+        for _ in 0..LINES_OF_A_TYPE {
+            let line = AckLine {
+                sequence: dice.below(SEQUENCE_MODULUS.into()) as u8,
+                ack: ack(dice),
+                listens: dice.next() & 1 == 1,
+            };
+            lines.push(Sent::new(&line.encode()));
+        }
+        Self(lines)
+    }
+
+    pub fn draw(&self, dice: &mut Dice) -> &Sent {
+        &self.0[dice.below(self.0.len())]
+    }
+}
+
+/// What every good line among the golden vectors says.
+fn bodies() -> Vec<Body> {
+    include_str!("../../vectors/lines.jsonl")
+        .lines()
+        .filter_map(|vector| serde_json::from_str::<Value>(vector).ok())
+        .filter_map(|vector| {
+            let line = vector["line"].as_str()?.as_bytes();
+            match Decoder::default().handle_bytes(line) {
+                (_, Some(Received::Line(line, _))) => Some(line.body),
+                _ => None,
+            }
+        })
+        .collect()
+}
+
+fn varied(body: &Body, dice: &mut Dice) -> Body {
+    match body {
+        Body::State(state) => Body::State(StateLine {
+            x_tenths_in: dice.below(19_999) as i32 - 9999,
+            y_tenths_in: dice.below(19_999) as i32 - 9999,
+            theta_deg: dice.below(360) as u16,
+            velocity_in_s: dice.below(25) as i8 - 12,
+            wheel_left_in_s: dice.below(25) as i8 - 12,
+            wheel_right_in_s: dice.below(25) as i8 - 12,
+            ..*state
+        }),
+        Body::Text(_) => {
+            let words: String = (0..dice.below(65))
+                .map(|_| char::from(b' ' + dice.below(95) as u8))
+                .collect();
+            Body::Text(TextLine::new(&words))
+        }
+        Body::Status(_) | Body::Counters(_) => *body,
+    }
+}
+
+fn ack(dice: &mut Dice) -> Ack {
+    let characters = [(); 5].map(|()| sixbit::encode(dice.below(64) as u8));
+    Ack::decode(characters).unwrap_or_default()
+}
+
+impl Sent {
+    fn new(line: &[u8]) -> Self {
+        let mut bytes = [0; LINE_BYTES];
+        bytes[..line.len()].copy_from_slice(line);
+        Self {
+            bytes,
+            length: line.len(),
+        }
+    }
+
+    pub fn as_bytes(&self) -> &[u8] {
+        &self.bytes[..self.length]
+    }
+
+    /// Whether this is what was received.
+    pub fn is(&self, received: &Received) -> bool {
+        bytes_of(received) == self.as_bytes()
+    }
+
+    /// Bits that differ; `None` when the length differs, too.
+    pub fn flips_to(&self, spoiled: &[u8]) -> Option<u32> {
+        let pairs = self.as_bytes().iter().zip(spoiled);
+        (spoiled.len() == self.length).then(|| pairs.map(|(a, b)| (a ^ b).count_ones()).sum())
+    }
+
+    /// Whether the end of these bytes would be taken for a line if only its checksum were right.
+    pub fn is_readable_when_sealed(bytes: &[u8]) -> bool {
+        [LINE_BYTES, ACK_LINE_BYTES].into_iter().any(|length| {
+            bytes.len().checked_sub(length).is_some_and(|start| {
+                let mut line = Sample {
+                    name: String::new(),
+                    bytes: bytes[start..].to_vec(),
+                };
+                line.seal();
+                Decoder::default().handle_bytes(&line.bytes).1.is_some()
+            })
+        })
+    }
+}

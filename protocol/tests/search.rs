@@ -1,0 +1,167 @@
+//! Exhaustive search of the shipping state machines: every order in which a few things can happen.
+//!
+//! Each test is a small setting that is searched to its end. What is searched and what is not is said
+//! in `search/model.rs` and `search/instants.rs`.
+
+#[path = "search/ground.rs"]
+mod ground;
+#[path = "search/instants.rs"]
+mod instants;
+#[path = "search/model.rs"]
+mod model;
+#[path = "search/robot.rs"]
+mod robot;
+mod world;
+
+use ground::Wish::{List, Order};
+use model::Setting;
+use stateright::{Checker, Expectation, HasDiscoveries, Model};
+
+fn alone(wishes: &[ground::Wish]) -> Setting {
+    Setting {
+        stations: vec![(0x2A5, wishes.to_vec())],
+        reboots: 0,
+        restarts: 0,
+        stops: 0,
+        held: (4, 4),
+        sessions: 4,
+        commands: 3,
+        owners_differ: true,
+    }
+}
+
+/// A search that takes more is not the small one that it was meant to be.
+const STEPS_MAX: usize = 6_000_000;
+
+/// Searches all of it; says how much that was.
+fn search(name: &str, setting: Setting) {
+    search_to(usize::MAX, name, setting);
+}
+
+/// Searches everything that takes fewer steps than `depth`.
+fn search_to(depth: usize, name: &str, setting: Setting) {
+    let checker = setting
+        .checker()
+        .target_max_depth(depth)
+        .threads(1)
+        .finish_when(HasDiscoveries::AnyFailures)
+        .target_state_count(STEPS_MAX)
+        .spawn_bfs()
+        .join();
+    println!(
+        "{name}: {} states, {} steps, {} deep",
+        checker.unique_state_count(),
+        checker.state_count(),
+        checker.max_depth()
+    );
+    let properties = checker.model().properties();
+    let broken: Vec<String> = properties
+        .iter()
+        .filter(|property| property.expectation != Expectation::Sometimes)
+        .filter_map(|property| Some((property.name, checker.discovery(property.name)?)))
+        .map(|(name, path)| format!("broken: {name}\n{:?}", path.into_actions()))
+        .collect();
+    assert!(broken.is_empty(), "{}", broken.join("\n"));
+    let steps = checker.state_count();
+    assert!(steps < STEPS_MAX, "{name}: not searched to its end");
+    checker.assert_properties();
+}
+
+#[test]
+fn orders() {
+    search("three orders", alone(&[Order, Order, Order]));
+}
+
+#[test]
+fn reboots() {
+    let setting = Setting {
+        reboots: 2,
+        ..alone(&[Order, Order])
+    };
+    search("two orders, two reboots", setting);
+}
+
+#[test]
+fn lists() {
+    let setting = Setting {
+        held: (2, 2),
+        commands: 2,
+        ..alone(&[List(2), List(1)])
+    };
+    search("two lists", setting);
+}
+
+#[test]
+fn list_and_reboot() {
+    let setting = Setting {
+        reboots: 1,
+        held: (2, 2),
+        commands: 2,
+        ..alone(&[List(1), List(1)])
+    };
+    search("two lists, a reboot", setting);
+}
+
+#[test]
+fn stop() {
+    let setting = Setting {
+        stops: 1,
+        held: (3, 2),
+        sessions: 3,
+        commands: 2,
+        ..alone(&[Order, Order])
+    };
+    search("two orders, STOP", setting);
+}
+
+#[test]
+fn stop_and_reboot() {
+    let setting = Setting {
+        stops: 1,
+        reboots: 1,
+        held: (2, 2),
+        sessions: 3,
+        commands: 1,
+        ..alone(&[List(1)])
+    };
+    search("a list, STOP, a reboot", setting);
+}
+
+#[test]
+fn restart() {
+    let setting = Setting {
+        restarts: 1,
+        reboots: 1,
+        held: (3, 2),
+        commands: 2,
+        ..alone(&[Order, List(1)])
+    };
+    search("an order, a list, a restart, a reboot", setting);
+}
+
+#[test]
+fn two_stations() {
+    let setting = Setting {
+        stations: vec![(0x2A5, vec![Order]), (0x111, vec![Order])],
+        held: (2, 1),
+        sessions: 2,
+        commands: 1,
+        ..alone(&[])
+    };
+    search("two stations", setting);
+}
+
+/// Owners are drawn at random; once in a thousand two stations draw the same. Then neither knows whose
+/// commands were executed, but lists still do not mix. Too much for a search to the end.
+#[test]
+fn two_stations_with_the_same_owner() {
+    let setting = Setting {
+        stations: vec![(0x2A5, vec![List(2)]), (0x2A5, vec![List(1)])],
+        owners_differ: false,
+        held: (3, 1),
+        sessions: 1,
+        commands: 1,
+        ..alone(&[])
+    };
+    search_to(16, "two stations with the same owner", setting);
+}

@@ -1,0 +1,156 @@
+//! A station: the shipping FOP and the operator before it.
+
+use groundwave_protocol::arq::{Config, Fop, FopEvent, Task};
+use groundwave_protocol::command::{BLOCK_WAYPOINTS, Order};
+use groundwave_protocol::digest::digest;
+use groundwave_protocol::{BYTES_PER_S, Waypoint};
+use std::hash::{Hash, Hasher};
+
+use crate::instants::Relative;
+use crate::robot::{Epoch, TaskId};
+use crate::world::ROBOT_ID;
+
+/// What an operator wants, one after the other.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+pub enum Wish {
+    /// An order that can be told from all others.
+    Order,
+    /// A list of so many blocks.
+    List(usize),
+}
+
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Ground {
+    pub fop: Fop,
+    /// Tells the tasks of one station from those of another.
+    number: usize,
+    wishes: Vec<Wish>,
+    /// Wishes begun.
+    pub begun: usize,
+    /// The task under way.
+    pub task: Option<TaskId>,
+    /// The session that the station takes for its own.
+    pub epoch: Option<Epoch>,
+}
+
+/// Longer than everything that happens between two timers in a search.
+const SILENCE_US: u64 = 1_000_000_000;
+
+/// Longer than any number of silences in a search.
+const GIVE_UP_US: u64 = 1_000_000_000_000;
+
+pub const US_PER_BYTE: u64 = 1_000_000 / BYTES_PER_S as u64;
+
+impl Ground {
+    pub fn new(number: usize, owner: u16, wishes: &[Wish]) -> Self {
+        Self {
+            fop: fop(owner),
+            number,
+            wishes: wishes.to_vec(),
+            begun: 0,
+            task: None,
+            epoch: None,
+        }
+    }
+
+    pub fn hash_at<H: Hasher>(&self, now_us: u64, hasher: &mut H) {
+        let mut relative = Relative {
+            inner: hasher,
+            now_us,
+        };
+        self.fop.hash(&mut relative);
+        self.begun.hash(hasher);
+        self.task.hash(hasher);
+        self.epoch.hash(hasher);
+    }
+
+    /// The program ended and was started again; wishes not begun are still wished.
+    pub fn restart(&mut self, owner: u16) {
+        self.fop = fop(owner);
+        self.task = None;
+        self.epoch = None;
+    }
+
+    pub fn can_begin(&self) -> bool {
+        !self.fop.is_busy() && self.begun < self.wishes.len()
+    }
+
+    pub fn begin(&mut self, now_us: u64) {
+        let wish = self.wishes[self.begun];
+        let task = (1 + self.number * 10 + self.begun) as TaskId;
+        let taken = match wish {
+            Wish::Order => self.fop.start(now_us, Task::Order(order(task))),
+            Wish::List(blocks) => self.fop.start(now_us, Task::List(&list(task, blocks))),
+        };
+        assert!(taken, "an idle station takes a task");
+        self.begun += 1;
+        self.task = Some(task);
+    }
+
+    /// Whether this is the digest of a list of this station's.
+    pub fn sent_list(&self, active: &[Waypoint]) -> bool {
+        self.wishes.iter().enumerate().any(|(n, wish)| match wish {
+            Wish::Order => false,
+            Wish::List(blocks) => active == list((1 + self.number * 10 + n) as TaskId, *blocks),
+        })
+    }
+
+    /// One frame, and when its last byte is off; `None` when there is nothing to say now.
+    pub fn transmit(&mut self, now_us: u64) -> Option<(Vec<u8>, u64)> {
+        let mut frame = Vec::new();
+        let mut at_us = now_us;
+        loop {
+            match self.fop.poll_transmit(at_us) {
+                Some(chunk) => frame.extend(chunk),
+                None if frame.is_empty() => return None,
+                None => at_us += US_PER_BYTE,
+            }
+            if frame == b"\n" || frame.len() > 1 && frame.ends_with(b"\n") {
+                let off_us = now_us + frame.len() as u64 * US_PER_BYTE;
+                return Some((frame, off_us.max(at_us)));
+            }
+        }
+    }
+
+    pub fn next_event(&mut self) -> Option<FopEvent> {
+        let event = self.fop.poll_event();
+        if let Some(FopEvent::Failed(_)) = event {
+            self.task = None;
+        }
+        event
+    }
+}
+
+fn fop(owner: u16) -> Fop {
+    Fop::new(Config {
+        robot_id: Some(ROBOT_ID),
+        silence_us: SILENCE_US,
+        give_up_us: GIVE_UP_US,
+        ..Config::new(owner)
+    })
+}
+
+fn order(task: TaskId) -> Order {
+    Order::Pose {
+        position: Waypoint::default(),
+        theta_deg: task,
+    }
+}
+
+/// A list that differs from every other in every waypoint.
+fn list(task: TaskId, blocks: usize) -> Vec<Waypoint> {
+    (0..blocks * BLOCK_WAYPOINTS)
+        .map(|n| Waypoint {
+            x_in: task as i16,
+            y_in: n as i16,
+        })
+        .collect()
+}
+
+/// The digest of what is active now.
+pub fn digest_of(active: &[Waypoint]) -> u32 {
+    digest(active.iter())
+}
+
+/// How long until every timer of a kind has run out, shortest first.
+pub const WAITS_US: [u64; 3] = [500_000, SILENCE_US + 1_000_000, GIVE_UP_US + 1_000_000];

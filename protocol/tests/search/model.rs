@@ -1,0 +1,440 @@
+//! Everything that can happen, one step at a time.
+//!
+//! The network keeps every frame and every line that was ever said and may deliver any of them at any
+//! time, to any station, in any order, as often as it likes, or never: loss, duplication, reordering
+//! and delay. A frame may be held back for ever, a line until a timer for silence runs out.
+
+use groundwave_protocol::arq::FopEvent;
+use groundwave_protocol::decoder::Received;
+use groundwave_protocol::telemetry::Outcome;
+use stateright::{Model, Property};
+use std::hash::{Hash, Hasher};
+use std::sync::Arc;
+
+use crate::ground::{Ground, WAITS_US, Wish, digest_of};
+use crate::instants::{EPOCH_US, Quick};
+use crate::robot::{Epoch, Robot};
+
+/// What there is and what may happen.
+#[derive(Clone, Debug)]
+pub struct Setting {
+    /// Owner and wishes of each station.
+    pub stations: Vec<(u16, Vec<Wish>)>,
+    /// Times that the robot may boot anew.
+    pub reboots: u8,
+    /// Times that the first station may be started anew, with another owner.
+    pub restarts: u8,
+    /// Times that the first station's operator may say STOP.
+    pub stops: u8,
+    /// Frames and lines that the network holds, each way; the oldest are lost.
+    pub held: (usize, usize),
+    /// Sessions of a life that are searched. They are numbered modulo 7, and no radio holds a frame back
+    /// until its session's number comes round.
+    pub sessions: u8,
+    /// Commands of a session that are searched.
+    pub commands: u8,
+    /// Whether stations know each other's sessions from their own.
+    pub owners_differ: bool,
+}
+
+/// A frame on its way.
+#[derive(Clone, Debug, PartialEq, Eq, Hash)]
+pub struct Frame {
+    bytes: Vec<u8>,
+    /// The session that its sender took for its own.
+    epoch: Option<Epoch>,
+    /// Sent before STOP was said.
+    before_stop: bool,
+}
+
+/// A line on its way.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Said {
+    received: Received,
+    boots: u16,
+}
+
+impl Hash for Said {
+    fn hash<H: Hasher>(&self, hasher: &mut H) {
+        self.boots.hash(hasher);
+        if let Received::Line(_, bytes) = &self.received {
+            bytes.hash(hasher);
+        }
+    }
+}
+
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct State {
+    now_us: u64,
+    pub grounds: Vec<Arc<Ground>>,
+    pub robot: Arc<Robot>,
+    frames: Vec<Arc<Frame>>,
+    lines: Vec<Arc<Said>>,
+    reboots: u8,
+    restarts: u8,
+    stops: u8,
+    stop_said: bool,
+    /// Names of the properties that the latest step broke or showed.
+    pub happened: Vec<&'static str>,
+}
+
+impl Hash for State {
+    fn hash<H: Hasher>(&self, hasher: &mut H) {
+        for ground in &self.grounds {
+            ground.hash_at(self.now_us, hasher);
+        }
+        self.robot.hash(hasher);
+        self.frames.hash(hasher);
+        self.lines.hash(hasher);
+        [self.reboots, self.restarts, self.stops].hash(hasher);
+        self.stop_said.hash(hasher);
+        self.happened.hash(hasher);
+    }
+}
+
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Step {
+    /// A station's operator begins what is wished next.
+    Begin(usize),
+    /// A station says its next frame.
+    Transmit(usize),
+    /// The robot hears a frame.
+    Hear(usize),
+    /// A station hears a line: station, line.
+    Receive(usize, usize),
+    /// Time passes, until timers of this kind have run out.
+    Wait(usize),
+    /// The first station's operator says STOP.
+    Stop,
+    Reboot,
+    /// The first station is started anew.
+    Restart,
+}
+
+pub const ONCE: &str = "each command executes at most once";
+pub const EPOCH: &str = "nothing of a stale epoch executes";
+pub const WHOLE: &str = "the active list is one that was sent, whole";
+pub const PROOF: &str = "what is claimed as done was done in the same life";
+pub const REFUSAL: &str = "what is claimed as refused was not done";
+pub const AFTER_STOP: &str = "nothing sent before a STOP executes after it";
+pub const STOP_PROOF: &str = "a proven STOP was heard";
+pub const ENDS: &str = "a channel that works again ends every task";
+
+/// One state in so many is continued over a good channel.
+const CONTINUED_ONE_IN: u64 = 64;
+
+/// Rounds of a good channel within which everything must have ended.
+const ROUNDS_MAX: usize = 60;
+
+/// These show that a search gets anywhere.
+const PROVEN: &str = "something is proven";
+const PROVEN_AFTER_REBOOT: &str = "something is proven after a reboot";
+const LIST_PROVEN: &str = "a list is proven";
+const STOP_PROVEN: &str = "STOP is proven";
+
+macro_rules! always {
+    ($name:ident) => {
+        Property::always($name, |_, state: &State| !state.happened.contains(&$name))
+    };
+}
+
+macro_rules! sometimes {
+    ($name:ident) => {
+        Property::sometimes($name, |_, state: &State| state.happened.contains(&$name))
+    };
+}
+
+impl Model for Setting {
+    type State = State;
+    type Action = Step;
+
+    fn init_states(&self) -> Vec<State> {
+        let stations = self.stations.iter().enumerate();
+        let mut state = State {
+            now_us: EPOCH_US,
+            grounds: stations
+                .map(|(n, (owner, wishes))| Arc::new(Ground::new(n, *owner, wishes)))
+                .collect(),
+            robot: Arc::new(Robot::new()),
+            frames: Vec::new(),
+            lines: Vec::new(),
+            reboots: self.reboots,
+            restarts: self.restarts,
+            stops: self.stops,
+            stop_said: false,
+            happened: Vec::new(),
+        };
+        state.speak();
+        vec![state]
+    }
+
+    fn actions(&self, state: &State, steps: &mut Vec<Step>) {
+        for (n, ground) in state.grounds.iter().enumerate() {
+            if ground.can_begin() {
+                steps.push(Step::Begin(n));
+            }
+            steps.push(Step::Transmit(n));
+            steps.extend((0..state.lines.len()).map(|line| Step::Receive(n, line)));
+        }
+        steps.extend((0..state.frames.len()).map(Step::Hear));
+        steps.extend((0..WAITS_US.len()).map(Step::Wait));
+        if state.stops > 0 {
+            steps.push(Step::Stop);
+        }
+        if state.reboots > 0 {
+            steps.push(Step::Reboot);
+        }
+        if state.restarts > 0 {
+            steps.push(Step::Restart);
+        }
+    }
+
+    fn next_state(&self, state: &State, step: Step) -> Option<State> {
+        let mut next = state.clone();
+        next.happened.clear();
+        match step {
+            Step::Begin(n) => Arc::make_mut(&mut next.grounds[n]).begin(next.now_us),
+            Step::Transmit(n) => next.transmit(n, self.held.0)?,
+            Step::Hear(n) => {
+                let frame = Arc::clone(&next.frames[n]);
+                next.hear(&frame);
+                if next.robot == state.robot {
+                    return None;
+                }
+                next.speak();
+            }
+            Step::Receive(n, line) => {
+                let line = Arc::clone(&next.lines[line]);
+                next.receive(n, &line, self.owners_differ);
+            }
+            Step::Wait(kind) => {
+                if kind > 0 {
+                    next.lines.drain(..next.lines.len() - 1);
+                }
+                next.wait(WAITS_US[kind]);
+            }
+            Step::Stop => {
+                next.stops -= 1;
+                next.stop_said = true;
+                for frame in &mut next.frames {
+                    Arc::make_mut(frame).before_stop = true;
+                }
+                Arc::make_mut(&mut next.grounds[0]).fop.stop(next.now_us);
+            }
+            Step::Reboot => {
+                next.reboots -= 1;
+                Arc::make_mut(&mut next.robot).reboot();
+                next.speak();
+            }
+            Step::Restart => {
+                next.restarts -= 1;
+                let owner = self.stations[0].0 + 100 + u16::from(next.restarts);
+                Arc::make_mut(&mut next.grounds[0]).restart(owner);
+            }
+        }
+        next.drain();
+        let lines = next.lines.len().saturating_sub(self.held.1);
+        next.lines.drain(..lines);
+        Some(next)
+    }
+
+    fn within_boundary(&self, state: &State) -> bool {
+        let ack = state.robot.farm.ack();
+        ack.session <= self.sessions && ack.sequence <= self.commands
+    }
+
+    fn properties(&self) -> Vec<Property<Self>> {
+        let mut properties = vec![
+            Property::always(WHOLE, |_, state: &State| state.holds_a_list_that_was_sent()),
+            sometimes!(PROVEN),
+        ];
+        if self.owners_differ {
+            properties.extend([
+                always!(ONCE),
+                always!(EPOCH),
+                always!(PROOF),
+                always!(REFUSAL),
+                Property::always(ENDS, |_, state: &State| state.ends_well()),
+            ]);
+        }
+        if self.stops > 0 {
+            properties.extend([
+                always!(AFTER_STOP),
+                always!(STOP_PROOF),
+                sometimes!(STOP_PROVEN),
+            ]);
+        }
+        if self.reboots > 0 {
+            properties.push(sometimes!(PROVEN_AFTER_REBOOT));
+        }
+        let mut wishes = self.stations.iter().flat_map(|(_, wishes)| wishes);
+        if wishes.any(|wish| matches!(wish, Wish::List(_))) {
+            properties.push(sometimes!(LIST_PROVEN));
+        }
+        properties
+    }
+}
+
+impl State {
+    /// The robot talks without a pause. Lines that say the same are taken for one.
+    fn speak(&mut self) {
+        let boots = self.robot.boots;
+        let latest = self.lines.last().filter(|line| line.boots == boots);
+        let sequence = latest.map_or(0, |line| line.received.sequence());
+        let says = |sequence| Said {
+            received: self.robot.say(sequence),
+            boots,
+        };
+        if latest.is_none_or(|latest| **latest != says(sequence)) {
+            let said = says(sequence + u8::from(latest.is_some()));
+            self.lines.push(Arc::new(said));
+        }
+    }
+
+    fn transmit(&mut self, n: usize, held: usize) -> Option<()> {
+        let ground = Arc::make_mut(&mut self.grounds[n]);
+        let (bytes, off_us) = ground.transmit(self.now_us)?;
+        let frame = Frame {
+            bytes,
+            epoch: ground.epoch,
+            before_stop: false,
+        };
+        let known = self
+            .frames
+            .iter()
+            .any(|f| (&f.bytes, f.epoch) == (&frame.bytes, frame.epoch));
+        // A lone line feed asks for acknowledgement lines, and here they come anyway.
+        if !known && frame.bytes != b"\n" {
+            self.frames.push(Arc::new(frame));
+            self.frames.drain(..self.frames.len().saturating_sub(held));
+        }
+        self.wait(off_us - self.now_us);
+        Some(())
+    }
+
+    fn wait(&mut self, duration_us: u64) {
+        self.now_us += duration_us;
+        for ground in &mut self.grounds {
+            Arc::make_mut(ground).fop.handle_timeout(self.now_us);
+        }
+    }
+
+    fn hear(&mut self, frame: &Frame) {
+        let stopped = self.robot.stopped;
+        let robot = Arc::make_mut(&mut self.robot);
+        let Some(task) = robot.hear(&frame.bytes) else {
+            return;
+        };
+        let epoch = robot.epoch();
+        if robot.deeds.iter().filter(|deed| deed.task == task).count() > 1 {
+            self.happened.push(ONCE);
+        }
+        if frame.epoch != Some(epoch) {
+            self.happened.push(EPOCH);
+        }
+        if stopped && frame.before_stop {
+            self.happened.push(AFTER_STOP);
+        }
+    }
+
+    fn receive(&mut self, n: usize, line: &Said, owners_differ: bool) {
+        let ground = Arc::make_mut(&mut self.grounds[n]);
+        ground.fop.handle_received(self.now_us, &line.received);
+        while let Some(event) = ground.next_event() {
+            match event {
+                FopEvent::Session(Ok(())) => {
+                    ground.epoch = Some(Epoch {
+                        boots: line.boots,
+                        session: line.received.ack().session,
+                    });
+                }
+                FopEvent::Concluded { outcome, digest } => {
+                    let task = ground.task.take();
+                    let deeds = &self.robot.deeds;
+                    let deed = deeds.iter().find(|deed| Some(deed.task) == task);
+                    if outcome != Outcome::Done {
+                        if deed.is_some() {
+                            self.happened.push(REFUSAL);
+                        }
+                        continue;
+                    }
+                    self.happened.push(PROVEN);
+                    if line.boots > 1 {
+                        self.happened.push(PROVEN_AFTER_REBOOT);
+                    }
+                    if digest.is_some() {
+                        self.happened.push(LIST_PROVEN);
+                    }
+                    let same = ground.epoch == Some(self.robot.epoch());
+                    let active = self.robot.farm.lists().active();
+                    let lost = same && digest.is_some_and(|digest| digest != digest_of(active));
+                    if deed.map(|deed| deed.epoch) != ground.epoch || lost && owners_differ {
+                        self.happened.push(PROOF);
+                    }
+                }
+                FopEvent::StopProven => {
+                    self.happened.push(STOP_PROVEN);
+                    if !self.robot.stopped {
+                        self.happened.push(STOP_PROOF);
+                    }
+                }
+                _ => {}
+            }
+        }
+    }
+
+    /// Events of timers and operators prove nothing; an end of a task is noted.
+    fn drain(&mut self) {
+        for ground in &mut self.grounds {
+            let ground = Arc::make_mut(ground);
+            while let Some(event) = ground.next_event() {
+                let proves = matches!(event, FopEvent::Concluded { .. } | FopEvent::StopProven);
+                assert!(!proves, "{event:?} though no line arrived");
+            }
+        }
+    }
+
+    fn holds_a_list_that_was_sent(&self) -> bool {
+        let active = self.robot.farm.lists().active();
+        active.is_empty() || self.grounds.iter().any(|ground| ground.sent_list(active))
+    }
+
+    /// Whether every wish is begun and ended when the channel is good from now on. Looks at a sample.
+    fn ends_well(&self) -> bool {
+        let mut hasher = Quick::default();
+        self.hash(&mut hasher);
+        if !hasher.finish().is_multiple_of(CONTINUED_ONE_IN) {
+            return true;
+        }
+        let mut state = self.clone();
+        (0..ROUNDS_MAX).any(|_| {
+            for n in 0..state.grounds.len() {
+                state.talk(n);
+            }
+            let mut grounds = state.grounds.iter();
+            grounds.all(|ground| !ground.fop.is_busy() && !ground.can_begin())
+        })
+    }
+
+    /// A station says what it has to say, and hears what the robot says to it.
+    fn talk(&mut self, n: usize) {
+        let ground = Arc::make_mut(&mut self.grounds[n]);
+        if ground.can_begin() {
+            ground.begin(self.now_us);
+        }
+        self.frames.clear();
+        if self.transmit(n, 1).is_some()
+            && let Some(frame) = self.frames.pop()
+        {
+            Arc::make_mut(&mut self.robot).hear(&frame.bytes);
+        }
+        self.speak();
+        self.wait(WAITS_US[0]);
+        if let Some(line) = self.lines.last().cloned() {
+            for n in 0..self.grounds.len() {
+                self.receive(n, &line, true);
+            }
+        }
+        self.drain();
+    }
+}

@@ -1,0 +1,138 @@
+//! The robot's end, as the shipping receiver and FARM make it, and what happened at it.
+
+use groundwave_protocol::Waypoint;
+use groundwave_protocol::arq::{Action, Farm};
+use groundwave_protocol::command::{Message, Order};
+use groundwave_protocol::decoder::{Decoder, Received};
+use groundwave_protocol::letters::Mode;
+use groundwave_protocol::receiver::Receiver;
+use groundwave_protocol::telemetry::{Body, Line, Outcome};
+use std::hash::{Hash, Hasher};
+
+use crate::instants::Quick;
+use crate::world::{ROBOT_ID, state};
+
+/// Names one task of one station; an order carries it as its theta, a list in its first waypoint.
+pub type TaskId = u16;
+
+/// A robot's life and the session that was open in it.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
+pub struct Epoch {
+    pub boots: u16,
+    pub session: u8,
+}
+
+/// Something the robot did, and when.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+pub struct Deed {
+    pub task: TaskId,
+    pub epoch: Epoch,
+}
+
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Robot {
+    pub farm: Farm,
+    pub boots: u16,
+    mode: Mode,
+    /// In the order in which it happened, over all lives.
+    pub deeds: Vec<Deed>,
+    pub stopped: bool,
+    /// Of the FARM, which is long and seldom changes.
+    hash: u64,
+}
+
+impl Hash for Robot {
+    fn hash<H: Hasher>(&self, hasher: &mut H) {
+        self.hash.hash(hasher);
+        self.mode.hash(hasher);
+        self.boots.hash(hasher);
+        self.deeds.hash(hasher);
+        self.stopped.hash(hasher);
+    }
+}
+
+impl Robot {
+    pub fn new() -> Self {
+        let mut robot = Self {
+            farm: Farm::new(ROBOT_ID, 1),
+            boots: 1,
+            mode: Mode::Prowl,
+            deeds: Vec::new(),
+            stopped: false,
+            hash: 0,
+        };
+        robot.remember();
+        robot
+    }
+
+    fn remember(&mut self) {
+        let mut hasher = Quick::default();
+        self.farm.hash(&mut hasher);
+        self.hash = hasher.finish();
+    }
+
+    /// Everything is gone but the count of boots.
+    pub fn reboot(&mut self) {
+        self.boots += 1;
+        self.farm = Farm::new(ROBOT_ID, self.boots);
+        self.mode = Mode::Prowl;
+        self.remember();
+    }
+
+    pub fn epoch(&self) -> Epoch {
+        Epoch {
+            boots: self.boots,
+            session: self.farm.ack().session,
+        }
+    }
+
+    /// Hears a frame; returns the task that it made the robot carry out.
+    pub fn hear(&mut self, frame: &[u8]) -> Option<TaskId> {
+        let mut receiver = Receiver::default();
+        let mut done = None;
+        for &byte in frame {
+            let message = receiver.handle_byte(byte, ROBOT_ID, self.farm.key());
+            done = message.and_then(|message| self.obey(&message)).or(done);
+        }
+        self.remember();
+        done
+    }
+
+    fn obey(&mut self, message: &Message) -> Option<TaskId> {
+        let task = match self.farm.handle(message) {
+            Action::Stop => {
+                self.mode = Mode::Stop;
+                self.stopped = true;
+                None
+            }
+            Action::Execute(order) => {
+                self.farm.conclude(Outcome::Done);
+                match order {
+                    Order::Pose { theta_deg, .. } => Some(theta_deg),
+                    _ => None,
+                }
+            }
+            Action::ListReplaced => Some(task_of_list(self.farm.lists().active())),
+            _ => None,
+        };
+        let epoch = self.epoch();
+        self.deeds.extend(task.map(|task| Deed { task, epoch }));
+        task
+    }
+
+    /// A line as the ground's decoder finds it.
+    pub fn say(&self, sequence: u8) -> Received {
+        let line = Line {
+            sequence,
+            body: Body::State(state(self.mode)),
+            ack: self.farm.ack(),
+        };
+        let (_, received) = Decoder::default().handle_bytes(&line.encode());
+        received.expect("what was encoded is read")
+    }
+}
+
+/// The task that sent this list; `u16::MAX` for none.
+pub fn task_of_list(list: &[Waypoint]) -> TaskId {
+    list.first().map_or(TaskId::MAX, |w| w.x_in as TaskId)
+}
