@@ -14,7 +14,7 @@ use witness::Trial;
 const CHANNELS: [&str; 4] = ["", "ber=1e-3", "delay=700ms", "dup=0.02,delay=80ms"];
 
 /// Waypoints of the list that is being replaced, none for a station that has just started, and of the new one.
-const LISTS: [(usize, usize); 3] = [(20, 60), (0, 60), (5, 1)];
+const LISTS: [(usize, usize); 3] = [(20, 60), (0, 40), (5, 1)];
 
 #[derive(Clone, Copy, Debug)]
 enum Restart {
@@ -76,7 +76,11 @@ fn whoever_restarts_at_whatever_boundary_nothing_is_mixed_or_done_twice() {
     for restart in [Restart::Robot, Restart::Station, Restart::Both] {
         let mut runs = 0;
         for (seed, channel) in (40..).zip(CHANNELS) {
-            for lists in LISTS {
+            let lists = match restart {
+                Restart::Both => &LISTS[..1],
+                Restart::Robot | Restart::Station => &LISTS,
+            };
+            for &lists in lists {
                 let boundaries = boundaries_ms(seed, channel, lists);
                 let count = boundaries.len() as u64;
                 assert!(count > 5, "a transfer has frames and lines");
