@@ -68,6 +68,8 @@ fn restart_at(restart: Restart, at_ms: u64, seed: u64, channel: &str, lists: (us
             trial.co.context()
         );
     }
+    // Until the station has heard of it, what it begins fails.
+    trial.run_ms(3000);
     trial.finish();
 }
 

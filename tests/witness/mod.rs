@@ -365,7 +365,7 @@ fn distance_in(a: (i32, i32), b: (i32, i32)) -> i32 {
 fn odometer_resets(simulation: &Simulation) -> usize {
     let mut twin = simulation.robot().clone();
     let mut decoder = Decoder::default();
-    for _ in 0..20 * LINE_BYTES {
+    for _ in 0..200 * LINE_BYTES {
         let Some(byte) = twin.poll_downlink() else {
             continue;
         };
