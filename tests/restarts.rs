@@ -96,6 +96,38 @@ fn whoever_restarts_at_whatever_boundary_nothing_is_mixed_or_done_twice() {
     }
 }
 
+/// A radio that has kept everything says it all again, when a new session is open and at work.
+#[test]
+fn what_an_earlier_life_sent_does_nothing_in_a_later_one() {
+    for restart in [Restart::Robot, Restart::Station, Restart::Both] {
+        on_all_cores(0..70, |seed| {
+            let (mut trial, number) = begin(seed, "", (20, 30));
+            trial.run_to_end(number);
+            for _ in 0..3 {
+                let pose = trial.some_pose();
+                let number = trial.order(pose);
+                trial.run_to_end(number);
+            }
+            if !matches!(restart, Restart::Robot) {
+                trial.restart_station(seed);
+            }
+            if !matches!(restart, Restart::Station) {
+                trial.reboot_robot();
+            }
+            trial.run_ms(1000 + seed * 7);
+            let earlier = trial.co.sent.clone();
+            let pose = trial.some_pose();
+            let number = trial.order(pose);
+            trial.run_to_end(number);
+            assert!(trial.is_proven(number), "{}", trial.co.context());
+            // Whoever looks every millisecond would see any of it done again.
+            trial.co.simulation.handle_uplink(&earlier);
+            trial.run_ms(5000);
+            trial.finish();
+        });
+    }
+}
+
 const PROVEN: CommandStep = CommandStep::Proven { digest: None };
 
 /// The longest that may pass on a clean link from the key until the robot's program stops, in any phase.
