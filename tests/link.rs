@@ -5,7 +5,10 @@
 mod common;
 mod witness;
 
-use common::on_all_cores;
+use common::{CoSimulation, on_all_cores, owner};
+use groundwave_protocol::arq::Config;
+use sr04_firmware::board::Duplex;
+use sr04_sim::{SimulationConfig, World};
 use witness::Trial;
 
 const SEEDS: u64 = 200;
@@ -15,8 +18,12 @@ const ORDERS: usize = 4;
 
 /// Runs a few orders over each seed's channel, with pauses of all lengths between them.
 fn under(channel_of: impl Fn(u64) -> String + Sync) {
+    over_seeds(|seed| Trial::new(seed, &channel_of(seed)));
+}
+
+fn over_seeds(trial_of: impl Fn(u64) -> Trial + Sync) {
     let proven = on_all_cores(0..SEEDS, |seed| {
-        let mut trial = Trial::new(seed, &channel_of(seed));
+        let mut trial = trial_of(seed);
         let mut proven = 0;
         for _ in 0..ORDERS {
             let pause_ms = trial.roll(3000);
@@ -95,5 +102,50 @@ fn everything_at_once() {
             seed * 7 % 900,
             out_s + 4
         )
+    });
+}
+
+/// Both ends know that they have to take turns; the robot waits so many byte times for the ground's first
+/// word, which the radio may hold back for so long.
+fn taking_turns(seed: u64, channel: &str, patience_bytes: u8, latency_ms: u64) -> Trial {
+    let world = World::built_in("open-room").expect("it comes with the program");
+    let mut config = SimulationConfig::new(world, seed);
+    config.channel = channel.parse().expect("a channel");
+    config.duplex = Duplex::Half { patience_bytes };
+    let station = Config {
+        half_duplex: true,
+        latency_us: latency_ms * 1000,
+        ..Config::new(owner(seed))
+    };
+    Trial::of(CoSimulation::with(&config, station), seed)
+}
+
+#[test]
+fn half_duplex() {
+    let also = [
+        "",
+        ",ber=1e-3",
+        ",drop=0.01,dup=0.01",
+        ",out=2s..5s,out=8s..11s",
+        ",squelch",
+    ];
+    over_seeds(|seed| {
+        let channel = format!("half-duplex{}", also[seed as usize % also.len()]);
+        taking_turns(seed, &channel, 16, 40)
+    });
+}
+
+/// An HC-12 collects 60 bytes, sends them for an eighth of a second and waits: the robot's last word and the
+/// first byte of a long answer are under way for more than half a second, and so long must the robot wait.
+#[test]
+fn buffered_modules() {
+    let also = ["", ",ber=1e-4", ",out=2s..5s,out=8s..11s"];
+    over_seeds(|seed| {
+        let also = also[seed as usize / 2 % also.len()];
+        if seed % 2 == 0 {
+            taking_turns(seed, &format!("modem=xbee{also}"), 60, 200)
+        } else {
+            taking_turns(seed, &format!("modem=hc-12{also}"), 160, 400)
+        }
     });
 }

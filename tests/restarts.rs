@@ -14,7 +14,7 @@ use witness::Trial;
 const CHANNELS: [&str; 4] = ["", "ber=1e-3", "delay=700ms", "dup=0.02,delay=80ms"];
 
 /// Waypoints of the list that is being replaced, none for a station that has just started, and of the new one.
-const LISTS: [(usize, usize); 3] = [(20, 60), (0, 60), (5, 1)];
+const LISTS: [(usize, usize); 3] = [(20, 60), (0, 40), (5, 1)];
 
 #[derive(Clone, Copy, Debug)]
 enum Restart {
@@ -68,6 +68,8 @@ fn restart_at(restart: Restart, at_ms: u64, seed: u64, channel: &str, lists: (us
             trial.co.context()
         );
     }
+    // Until the station has heard of it, what it begins fails.
+    trial.run_ms(3000);
     trial.finish();
 }
 
@@ -76,7 +78,11 @@ fn whoever_restarts_at_whatever_boundary_nothing_is_mixed_or_done_twice() {
     for restart in [Restart::Robot, Restart::Station, Restart::Both] {
         let mut runs = 0;
         for (seed, channel) in (40..).zip(CHANNELS) {
-            for lists in LISTS {
+            let lists = match restart {
+                Restart::Both => &LISTS[..1],
+                Restart::Robot | Restart::Station => &LISTS,
+            };
+            for &lists in lists {
                 let boundaries = boundaries_ms(seed, channel, lists);
                 let count = boundaries.len() as u64;
                 assert!(count > 5, "a transfer has frames and lines");
@@ -87,6 +93,38 @@ fn whoever_restarts_at_whatever_boundary_nothing_is_mixed_or_done_twice() {
             }
         }
         println!("{restart:?}: {runs} boundaries");
+    }
+}
+
+/// A radio that has kept everything says it all again, when a new session is open and at work.
+#[test]
+fn what_an_earlier_life_sent_does_nothing_in_a_later_one() {
+    for restart in [Restart::Robot, Restart::Station, Restart::Both] {
+        on_all_cores(0..70, |seed| {
+            let (mut trial, number) = begin(seed, "", (20, 30));
+            trial.run_to_end(number);
+            for _ in 0..3 {
+                let pose = trial.some_pose();
+                let number = trial.order(pose);
+                trial.run_to_end(number);
+            }
+            if !matches!(restart, Restart::Robot) {
+                trial.restart_station(seed);
+            }
+            if !matches!(restart, Restart::Station) {
+                trial.reboot_robot();
+            }
+            trial.run_ms(1000 + seed * 7);
+            let earlier = trial.co.sent.clone();
+            let pose = trial.some_pose();
+            let number = trial.order(pose);
+            trial.run_to_end(number);
+            assert!(trial.is_proven(number), "{}", trial.co.context());
+            // Whoever looks every millisecond would see any of it done again.
+            trial.co.simulation.handle_uplink(&earlier);
+            trial.run_ms(5000);
+            trial.finish();
+        });
     }
 }
 

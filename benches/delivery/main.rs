@@ -32,7 +32,7 @@ fn main() {
         match section {
             Section::Lists => lists(&wishes),
             Section::Commands => commands(&wishes),
-            Section::Stop => stop(),
+            Section::Stop => stop(&wishes),
             Section::Cold => cold(&wishes),
         }
         println!();
@@ -57,11 +57,10 @@ fn lists(wishes: &Wishes) {
                 .into_iter()
                 .chain(bounds),
         );
-        for duplex in &wishes.duplexes {
+        for &duplex in &wishes.duplexes {
             let cells = wishes.channels.iter().map(|channel| {
-                let spec = duplex.over(channel);
                 let times = common::on_all_cores(0..wishes.seeds, |seed| {
-                    ours::list_s(*duplex, &spec, seed, *count)
+                    ours::list_s(duplex, channel, seed, *count)
                 });
                 Times::of(times).to_string()
             });
@@ -107,11 +106,10 @@ fn commands(wishes: &Wishes) {
     );
     println!();
     report::header(&["", "bit error rate", "mean", "95 % within", "slowest"]);
-    for duplex in &wishes.duplexes {
+    for &duplex in &wishes.duplexes {
         for channel in ["", "ber=1e-3"] {
-            let spec = duplex.over(channel);
             let times = common::on_all_cores(0..wishes.seeds, |seed| {
-                ours::command_s(*duplex, &spec, seed)
+                ours::command_s(duplex, channel, seed)
             });
             report::row(Times::of(times).columns(&duplex.to_string(), channel));
         }
@@ -126,12 +124,11 @@ fn cold(wishes: &Wishes) {
     );
     println!();
     report::header(&["", "bit error rate", "mean", "95 % within", "slowest"]);
-    for duplex in &wishes.duplexes {
+    for &duplex in &wishes.duplexes {
         for count in [None, Some(100)] {
             for channel in ["", "ber=1e-3"] {
-                let spec = duplex.over(channel);
                 let times = common::on_all_cores(0..wishes.seeds, |seed| {
-                    ours::cold_s(*duplex, &spec, seed, count)
+                    ours::cold_s(duplex, channel, seed, count)
                 });
                 let what = count.map_or("one command".to_owned(), |n| format!("{n} waypoints"));
                 let name = format!("{duplex}, {what}");
@@ -141,27 +138,41 @@ fn cold(wishes: &Wishes) {
     }
 }
 
-/// From the key to the motors off and the wheels standing, in the middle of a transfer on a clean link.
-fn stop() {
+/// From the key to the motors off and the wheels standing.
+fn stop(wishes: &Wishes) {
     const PHASES_MS: u64 = 2000;
     println!(
         "STOP in mid-transfer on a clean link, key pressed at each of {PHASES_MS} ms: milliseconds"
     );
     println!();
-    report::header(&["", "mean", "slowest"]);
-    let stops = common::on_all_cores(0..PHASES_MS, ours::stop_ms);
-    for (name, of) in [
-        (
-            "robot in mode stop",
-            (|s| s.mode_ms) as fn(&ours::Stopped) -> u64,
-        ),
-        ("motors off", |s| s.motors_ms),
-        ("wheels standing", |s| s.standing_ms),
-        ("proven at the station", |s| s.proven_ms),
-    ] {
-        let all: Vec<u64> = stops.iter().map(|(_, stopped)| of(stopped)).collect();
-        let mean = all.iter().sum::<u64>() / PHASES_MS;
-        let slowest = all.iter().max().copied().unwrap_or_default();
-        report::row([name.to_owned(), mean.to_string(), slowest.to_string()]);
+    report::header(&["", "what", "mean", "slowest"]);
+    for &duplex in &wishes.duplexes {
+        let stops = common::on_all_cores(0..PHASES_MS, |phase| ours::stop_ms(duplex, phase));
+        for what in 0..4 {
+            let all: Vec<(&str, u64)> = stops.iter().map(|(_, times)| times[what]).collect();
+            let mean_ms = all.iter().map(|(_, ms)| ms).sum::<u64>() / PHASES_MS;
+            let slowest_ms = all.iter().map(|(_, ms)| *ms).max().unwrap_or_default();
+            report::row([
+                duplex.to_string(),
+                all[0].0.to_owned(),
+                mean_ms.to_string(),
+                slowest_ms.to_string(),
+            ]);
+        }
+    }
+    println!();
+    println!("STOP on any channel, {} seeds a row: seconds", wishes.seeds);
+    println!();
+    report::header(&["", "bit error rate", "mean", "95 % within", "slowest"]);
+    for &duplex in &wishes.duplexes {
+        for channel in ["", "ber=1e-3", "ber=3e-3"] {
+            let stops =
+                common::on_all_cores(0..wishes.seeds, |seed| ours::stop_s(duplex, channel, seed));
+            let effect = stops.iter().map(|(seed, (effect, _))| (*seed, *effect));
+            let proof = stops.iter().map(|(seed, (_, proof))| (*seed, *proof));
+            let (effect, proof) = (Times::of(effect.collect()), Times::of(proof.collect()));
+            report::row(effect.columns(&format!("{duplex}, robot in mode stop"), channel));
+            report::row(proof.columns(&format!("{duplex}, proven"), channel));
+        }
     }
 }

@@ -15,7 +15,8 @@
 //! that waits, repeats a lost `MISSION_ACK` when the last item comes again, and leaves it to its timer to ask
 //! again after an item out of sequence, as PX4 does: asked for at once, as the guide has it, every doubled item
 //! doubles all that follow until the wire is full of them; a receiver that looks for another
-//! start byte in what a wrong length made it keep. No heartbeats, no signature.
+//! start byte in what a wrong length made it keep; a vehicle that does not ask again while it is being told, and
+//! a ground that does not queue what is still on its way out. No heartbeats, no signature.
 //! Its telemetry, when there is any, is that of our robot: 80 bytes three times a second as far as there is
 //! room, a line under way never cut off.
 
@@ -34,6 +35,9 @@ const DEFAULT_TIMEOUT_MS: u64 = 1500;
 
 /// Later than this it is given up.
 const LIMIT_MS: u64 = 4 * 3600 * 1000;
+
+/// The vehicle does not ask again while bytes come in: so long after the latest one.
+const QUIET_MS: u64 = 10;
 
 const LINE_BYTES: usize = 80;
 
@@ -186,6 +190,7 @@ struct Vehicle {
     out: VecDeque<u8>,
     queue: VecDeque<Message>,
     is_asking: bool,
+    heard_ms: u64,
     /// Of the latest frame.
     number: u8,
 }
@@ -222,6 +227,7 @@ impl Vehicle {
     fn next_byte(&mut self, now_ms: u64) -> Option<u8> {
         if let Some(asked) = &mut self.asked
             && asked.due_ms.is_some_and(|due_ms| due_ms <= now_ms)
+            && now_ms > self.heard_ms + QUIET_MS
         {
             asked.due_ms = None;
             self.queue.push_back(asked.message);
@@ -263,6 +269,7 @@ pub fn upload_s(spec: &str, seed: u64, count: usize, sends_telemetry: bool) -> O
         out: VecDeque::new(),
         queue: VecDeque::new(),
         is_asking: false,
+        heard_ms: 0,
         number: 0,
     };
     let mut number = 0;
@@ -273,12 +280,14 @@ pub fn upload_s(spec: &str, seed: u64, count: usize, sends_telemetry: bool) -> O
     for now_ms in 1..LIMIT_MS {
         radio.step(now_ms, || vehicle.next_byte(now_ms));
         while let Some(byte) = radio.poll_uplink(now_ms) {
+            vehicle.heard_ms = now_ms;
             if let Some(message) = vehicle.parser.push(byte) {
                 vehicle.handle(message);
             }
         }
         while let Some(byte) = radio.poll_downlink(now_ms) {
             match ground.push(byte) {
+                Some(Message::RequestInt(_)) if radio.uplink_pending() > 0 => {}
                 Some(Message::RequestInt(seq)) => {
                     let Some(&(x, y)) = waypoints.get(usize::from(seq)) else {
                         continue;

@@ -24,6 +24,7 @@ fn at_rest(duplex: Duplex, spec: &str, seed: u64) -> CoSimulation {
     co
 }
 
+/// Both ends set up for the kind of radio.
 fn switched_on(duplex: Duplex, seed: u64) -> CoSimulation {
     let world = World::built_in("open-room").expect("it comes with the simulator");
     let mut config = SimulationConfig::new(world, seed);
@@ -73,52 +74,63 @@ pub fn cold_s(duplex: Duplex, spec: &str, seed: u64, count: Option<usize>) -> Op
 }
 
 fn proof_s(co: &mut CoSimulation, request: Request) -> Option<f64> {
-    let begun = co.now();
+    let begun_ms = co.simulation.now_ms();
     let id = co.request(request);
     co.run_until("it ends", LIMIT_S, |co| co.fate(id).is_some());
     matches!(co.fate(id), Some(CommandStep::Proven { .. }))
-        .then(|| (co.now() - begun).as_secs_f64())
-}
-
-/// Milliseconds from the key to what STOP must bring about.
-pub struct Stopped {
-    pub mode_ms: u64,
-    pub motors_ms: u64,
-    pub standing_ms: u64,
-    pub proven_ms: u64,
+        .then(|| (co.simulation.now_ms() - begun_ms) as f64 / 1000.0)
 }
 
 /// Slower than this is standing.
 const STANDING_IN_S: f64 = 0.05;
 
-/// Presses STOP so many milliseconds into a transfer of 100 waypoints to a robot that drives.
-pub fn stop_ms(phase_ms: u64) -> Stopped {
-    let mut co = switched_on(Duplex::Full, 1);
+/// Presses STOP so many milliseconds into a transfer of 100 waypoints to a robot that drives; what it brings
+/// about, and how many milliseconds after the key.
+pub fn stop_ms(duplex: Duplex, phase_ms: u64) -> [(&'static str, u64); 4] {
+    let mut co = switched_on(duplex, 1);
     co.deliver(Request::Mode(Mode::Prowl));
     co.request(Request::Route(route(1, 100)));
     for _ in 0..300 + phase_ms {
         co.step();
     }
     assert!(!co.station.is_settled(), "STOP must come in mid-transfer");
-    let pressed = co.now();
+    let pressed_ms = co.simulation.now_ms();
     let stop = co.request(Request::Stop);
-    let mut since = |what: &str, done: &mut dyn FnMut(&CoSimulation) -> bool| {
+    let mut since = |what: &'static str, done: &dyn Fn(&CoSimulation) -> bool| {
         co.run_until(what, 30, done);
-        (co.now() - pressed).as_millis() as u64
+        (what, co.simulation.now_ms() - pressed_ms)
     };
-    Stopped {
-        mode_ms: since("the mode is stop", &mut |co| {
+    [
+        since("robot in mode stop", &|co| {
             co.simulation.robot().mode() == Mode::Stop
         }),
-        motors_ms: since("the motors are off", &mut |co| {
+        since("motors off", &|co| {
             let outputs = co.simulation.outputs();
             outputs.pwm_left == 0 && outputs.pwm_right == 0
         }),
-        standing_ms: since("the wheels stand", &mut |co| {
+        since("wheels standing", &|co| {
             co.simulation.truth().speed_in_s.abs() < STANDING_IN_S
         }),
-        proven_ms: since("STOP is proven", &mut |co| co.fate(stop).is_some()),
-    }
+        since("proven at the station", &|co| co.fate(stop).is_some()),
+    ]
+}
+
+/// Seconds from STOP, at any moment of a quiet hour, to its effect on the robot and to its proof.
+pub fn stop_s(duplex: Duplex, spec: &str, seed: u64) -> (Option<f64>, Option<f64>) {
+    let mut co = at_rest(duplex, spec, seed);
+    wait(&mut co, seed);
+    let begun_ms = co.simulation.now_ms();
+    let since_s = |co: &CoSimulation| (co.simulation.now_ms() - begun_ms) as f64 / 1000.0;
+    let stop = co.request(Request::Stop);
+    let mut effect_s = None;
+    co.run_until("it ends", LIMIT_S, |co| {
+        if co.simulation.robot().mode() == Mode::Stop {
+            effect_s.get_or_insert(since_s(co));
+        }
+        co.fate(stop).is_some()
+    });
+    let is_proven = co.fate(stop) == Some(CommandStep::Proven { digest: None });
+    (effect_s, is_proven.then(|| since_s(&co)))
 }
 
 /// Any moment within a second, different from seed to seed.

@@ -63,6 +63,7 @@ pub struct CoSimulation {
     /// Whether a claim must be true of the robot when it is made: it is only when nothing is delayed, since
     /// a robot can restart while the proof is under way.
     pub claims_hold: bool,
+    channel: ChannelSpec,
     context: String,
 }
 
@@ -85,6 +86,7 @@ impl CoSimulation {
             modes: Vec::new(),
             allowed: None,
             list: None,
+            channel: config.channel.clone(),
             claims_hold: config.channel.delay_ms == 0,
             context: format!(
                 "world {}, seed {}, channel `{}`",
@@ -98,6 +100,11 @@ impl CoSimulation {
     /// What to print beside a failure.
     pub fn context(&self) -> String {
         format!("{}, at {:.3} s", self.context, self.now().as_secs_f64())
+    }
+
+    /// The radio that it began with.
+    pub const fn channel(&self) -> &ChannelSpec {
+        &self.channel
     }
 
     pub fn now(&self) -> Duration {

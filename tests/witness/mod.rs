@@ -174,11 +174,6 @@ impl Trial {
         self.stops.last().and_then(|(_, end)| end.as_ref())
     }
 
-    pub fn set_channel(&mut self, channel: &str) {
-        let spec: ChannelSpec = channel.parse().expect("a channel");
-        self.co.simulation.set_channel(&spec);
-    }
-
     /// Resets the robot: its list is gone, what it did stays done.
     pub fn reboot_robot(&mut self) {
         self.co.simulation.reboot();
@@ -241,7 +236,12 @@ impl Trial {
 
     /// Once the channel is clean everything works again, and the counts agree.
     pub fn finish(&mut self) {
-        self.set_channel("");
+        let spec = self.co.channel().clone();
+        self.co.simulation.set_channel(&ChannelSpec {
+            half_duplex: spec.half_duplex,
+            modem: spec.modem,
+            ..ChannelSpec::default()
+        });
         for number in 0..self.issued.len() {
             if self.issued[number].id.is_some() {
                 self.run_to_end(number);
@@ -365,7 +365,7 @@ fn distance_in(a: (i32, i32), b: (i32, i32)) -> i32 {
 fn odometer_resets(simulation: &Simulation) -> usize {
     let mut twin = simulation.robot().clone();
     let mut decoder = Decoder::default();
-    for _ in 0..20 * LINE_BYTES {
+    for _ in 0..200 * LINE_BYTES {
         let Some(byte) = twin.poll_downlink() else {
             continue;
         };

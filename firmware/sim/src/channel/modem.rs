@@ -6,7 +6,7 @@
 //! - HC-12, user manual 2.4, mode FU3: at 2400 baud 5000 bit/s on the air, half duplex, a single byte under
 //!   way for up to 80 ms. It says nothing of how packets are formed: the gap, the packet's size and overhead
 //!   are chosen so that a lone byte takes those 80 ms. Nor of listening first, so overlapping packets are lost.
-//! - `XBee` 802.15.4, user guides by Digi: 250 kbit/s on the air; a packet goes after RO = 3 byte times without
+//! - XBee 802.15.4, user guides by Digi: 250 kbit/s on the air; a packet goes after RO = 3 byte times without
 //!   a byte or when 100 bytes are there; CSMA-CA waits for a free channel; the MAC repeats a packet that is
 //!   not acknowledged up to three times.
 

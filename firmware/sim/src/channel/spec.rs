@@ -50,7 +50,7 @@ pub enum Squelch {
 pub enum Modem {
     /// HC-12 in mode FU3 at 2400 baud.
     Hc12,
-    /// `XBee` 802.15.4 in transparent mode.
+    /// XBee 802.15.4 in transparent mode.
     Xbee,
 }
 
