@@ -420,7 +420,7 @@ fn a_closed_terminal_finishes_the_recording() {
     let arguments = ["watch", &sim.path, "--record", capture.to_str().unwrap()];
     let mut watch = OnTerminal::start(GROUNDWAVE, &arguments, 80, 24);
     watch.wait_for("the robot", |text| text.contains("newest <1 s"));
-    watch.close();
+    assert_eq!(watch.close(), 0, "nobody is left to read an error");
     assert!(
         capture.exists(),
         "{:?}",

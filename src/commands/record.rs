@@ -47,6 +47,7 @@ pub(super) fn run(options: &Record) -> Result<(), Fault> {
         let keeper = Keeper::open(&keep, started).map_err(keeping::fault)?;
         let link = Link::start(spec, options.baud, connection, keeper.sink(), inputs);
         let driver = Driver::new(name, link, from_link, false, started, keeper.sent_sink());
+        let _finish = keeper.finish_on_drop();
         let result = until_done(options, driver, &keeper).await;
         keeper.finish().map_err(keeping::fault)?;
         result

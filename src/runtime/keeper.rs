@@ -120,6 +120,22 @@ impl Keeper {
         recorder.map_or(Ok(()), Recorder::finish)?;
         synced.unwrap_or(Ok(()))
     }
+
+    /// Ends the recording when the guard goes, however its scope is left.
+    #[must_use]
+    pub fn finish_on_drop(&self) -> FinishOnDrop {
+        FinishOnDrop(self.clone())
+    }
+}
+
+/// Ends a recording in good order even when the program panics.
+pub struct FinishOnDrop(Keeper);
+
+impl Drop for FinishOnDrop {
+    fn drop(&mut self) {
+        // Who can report a failure has called `finish` before.
+        let _ = self.0.finish();
+    }
 }
 
 impl Inner {
@@ -194,5 +210,32 @@ impl Inner {
                 .map_or(self.tee_bytes, Recorder::bytes),
             problem: tee_problem.or(recorder_problem),
         }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_panic_leaves_a_finished_recording() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("run.mcap");
+        let options = KeepOptions {
+            tee: None,
+            mcap: Some(path.clone()),
+            existing: Existing::Refuse,
+            link: "sim".to_owned(),
+            notes: BTreeMap::new(),
+        };
+        let keeper = Keeper::open(&options, Instant::now()).unwrap();
+        // The reader thread of the link holds on to this.
+        let _sink = keeper.sink();
+        let panicked = std::panic::catch_unwind(|| {
+            let _finish = keeper.finish_on_drop();
+            panic!("this is the panic that was asked for");
+        });
+        assert!(panicked.is_err());
+        assert!(path.exists());
     }
 }
