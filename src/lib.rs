@@ -5,6 +5,9 @@
 //! way, and come back only as the robot's own acknowledgement. [`io`] is the only code that touches the
 //! operating system, [`runtime`] the only one that owns the terminal.
 
+// They panic when the stream is closed or full, and the exit code is lost. `commands` writes with care.
+#![deny(clippy::print_stdout, clippy::print_stderr)]
+
 pub mod capture;
 pub mod commands;
 pub mod event;

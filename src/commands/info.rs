@@ -4,7 +4,7 @@ use std::io::{self, Write};
 use std::path::Path;
 
 use super::cli::Info;
-use super::{Exit, Fault, keeping};
+use super::{Exit, Fault, keeping, say};
 use crate::capture::Capture;
 use crate::capture::info;
 
@@ -21,7 +21,7 @@ pub(super) fn run(options: &Info) -> Result<(), Fault> {
                         info.bytes
                     );
                     if let Some(earlier) = fault.replace(Fault::new(Exit::Usage, message)) {
-                        eprintln!("groundwave: {earlier}");
+                        say(format_args!("groundwave: {earlier}"));
                     }
                     continue;
                 }
@@ -32,7 +32,7 @@ pub(super) fn run(options: &Info) -> Result<(), Fault> {
             // One bad file does not hide the others: the last fault is left to the caller.
             Err(error) => {
                 if let Some(earlier) = fault.replace(keeping::fault(error)) {
-                    eprintln!("groundwave: {earlier}");
+                    say(format_args!("groundwave: {earlier}"));
                 }
             }
         }

@@ -41,9 +41,10 @@ pub(super) const fn existing(append: bool, force: bool) -> Existing {
 /// A file that may not be touched or read is bad input; a disk that fails is a failure.
 pub(super) fn fault(error: CaptureError) -> Fault {
     let exit = match error {
-        CaptureError::Exists { .. } | CaptureError::CannotAppend(_) | CaptureError::Open { .. } => {
-            Exit::Usage
-        }
+        CaptureError::Exists { .. }
+        | CaptureError::SameFile(_)
+        | CaptureError::CannotAppend(_)
+        | CaptureError::Open { .. } => Exit::Usage,
         _ => Exit::Failed,
     };
     Fault::new(exit, error)

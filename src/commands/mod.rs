@@ -14,7 +14,8 @@ mod sim;
 pub mod simulated;
 mod watch;
 
-use std::io;
+use std::fmt::Display;
+use std::io::{self, Write};
 use std::process::ExitCode;
 
 use cli::{Cli, Command};
@@ -46,7 +47,7 @@ pub struct Fault {
 }
 
 impl Fault {
-    fn new(exit: Exit, message: impl std::fmt::Display) -> Self {
+    fn new(exit: Exit, message: impl Display) -> Self {
         Self {
             exit,
             message: message.to_string(),
@@ -82,10 +83,21 @@ pub fn run(cli: &Cli) -> ExitCode {
     match result {
         Ok(()) => ExitCode::SUCCESS,
         Err(fault) => {
-            eprintln!("groundwave: {fault}");
+            say(format_args!("groundwave: {fault}"));
             ExitCode::from(fault.exit as u8)
         }
     }
+}
+
+/// Tells the person at standard error. One that is closed or full changes neither what is done nor the
+/// exit code.
+fn say(text: impl Display) {
+    let _ = writeln!(io::stderr(), "{text}");
+}
+
+/// Tells the person at a terminal how far it is, over what was told before.
+fn say_progress(text: impl Display) {
+    let _ = write!(io::stderr(), "\r{text} ");
 }
 
 /// One thread runs everything that is not a blocking read or write.

@@ -1,5 +1,6 @@
 //! `send`: commands from a shell or a script, each with its proof.
 
+use std::fmt::Display;
 use std::fs;
 use std::io::{self, IsTerminal, Read, Write};
 use std::path::Path;
@@ -10,7 +11,7 @@ use groundwave_protocol::telemetry::Outcome;
 use serde_json::{Value, json};
 
 use super::cli::Send;
-use super::{Exit, Fault, block_on};
+use super::{Exit, Fault, block_on, say, say_progress};
 use crate::event::{CommandId, CommandStep, Event, Failure, LinkEvent};
 use crate::io::link::{Connection, Link, LinkSpec};
 use crate::request::Request;
@@ -209,12 +210,14 @@ impl Report {
         match event {
             Event::Command { id: of, step } if *of == id => {
                 if self.json {
-                    Self::print_json(&to_json(request, step, after))?;
+                    Self::print(to_json(request, step, after))?;
                 }
                 Ok(self.handle_step(request, step, after))
             }
             Event::Link(LinkEvent::Lost { reason }) if !self.quiet => {
-                eprintln!("groundwave: link lost: {reason}; trying again");
+                say(format_args!(
+                    "groundwave: link lost: {reason}; trying again"
+                ));
                 Ok(None)
             }
             _ => Ok(None),
@@ -234,9 +237,11 @@ impl Report {
                 total,
             } => {
                 if self.progress {
-                    eprint!("\r{acknowledged} of {total} waypoints acknowledged ");
+                    say_progress(format_args!(
+                        "{acknowledged} of {total} waypoints acknowledged"
+                    ));
                     if acknowledged == total {
-                        eprintln!();
+                        say("");
                     }
                 }
                 None
@@ -245,10 +250,10 @@ impl Report {
                 if !self.json && !self.quiet {
                     let digest =
                         digest.map_or(String::new(), |digest| format!(", digest {digest:08x}"));
-                    println!(
+                    return Some(Self::print(format_args!(
                         "{request}: proven after {:.1} s{digest}",
                         after.as_secs_f64()
-                    );
+                    )));
                 }
                 Some(Ok(()))
             }
@@ -267,9 +272,9 @@ impl Report {
         }
     }
 
-    fn print_json(value: &Value) -> Result<(), Fault> {
+    fn print(line: impl Display) -> Result<(), Fault> {
         let mut out = io::stdout().lock();
-        writeln!(out, "{value}")
+        writeln!(out, "{line}")
             .and_then(|()| out.flush())
             .or_else(|error| Fault::output(&error))
     }

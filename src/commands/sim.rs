@@ -6,7 +6,7 @@ use std::time::{Duration, SystemTime};
 use sr04_sim::serve::{Endpoint, ServeOptions};
 
 use super::cli::Sim;
-use super::{Fault, block_on, simulated};
+use super::{Fault, block_on, say, simulated};
 use crate::io::signals::{Signal, Signals, stop_myself};
 
 /// How often the end of a simulation with a duration is looked for.
@@ -59,18 +59,18 @@ pub(super) fn run(options: &Sim) -> Result<(), Fault> {
         .and_then(|()| out.flush())
         .or_else(|error| Fault::output(&error))?;
     drop(out);
-    eprintln!(
+    say(format_args!(
         "SR04 number {} prowls the world `{}`, seed {}, {}",
         simulated::ROBOT_ID,
         options.simulated.world,
         options.simulated.seed,
         simulated::rate_words(options.simulated.time_factor)
-    );
+    ));
     if !is_tcp {
-        eprintln!("look at it:  cat {shown}");
+        say(format_args!("look at it:  cat {shown}"));
     }
-    eprintln!("watch it:    groundwave watch {link}");
-    eprintln!("Ctrl-C ends it");
+    say(format_args!("watch it:    groundwave watch {link}"));
+    say("Ctrl-C ends it");
     block_on(async {
         let mut signals = Signals::listen().map_err(|error| {
             Fault::new(

@@ -40,7 +40,7 @@ pub(super) fn watch(options: &Watch) -> Result<(), Fault> {
         return block_on(async {
             let (driver, keeper) = plan.open()?;
             let _finish = keeper.finish_on_drop();
-            let result = headless::run(driver).await;
+            let result = headless::run(driver, &keeper).await;
             keeper.finish().map_err(keeping::fault)?;
             result
         });
