@@ -83,10 +83,10 @@ pub(super) fn demo(options: &Demo) -> Result<(), Fault> {
     };
     let raw = address(&server, 1);
     let mut model = appearance::from_environment();
-    model.hint = Some(if cfg!(unix) {
-        format!("raw in another terminal: cat {raw}")
+    model.raw_copy = Some(if cfg!(unix) {
+        format!("cat {raw}")
     } else {
-        format!("raw on tcp:{raw}")
+        format!("tcp:{raw}")
     });
     show(
         &plan,

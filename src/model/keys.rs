@@ -58,6 +58,25 @@ pub(crate) enum Action {
     Quit,
 }
 
+impl Action {
+    /// Whether it is for a link that carries something to the robot.
+    pub(crate) const fn asks_the_robot(self) -> bool {
+        matches!(
+            self,
+            Self::Stop
+                | Self::Mode(_)
+                | Self::ToggleLayer(_)
+                | Self::Scan
+                | Self::ResetPose
+                | Self::ClearList
+                | Self::SendDraft
+                | Self::CancelCommands
+                | Self::AskCommand
+                | Self::EnterDrive
+        )
+    }
+}
+
 /// One row of the table.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Binding {

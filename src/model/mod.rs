@@ -44,9 +44,8 @@ pub struct Config {
     pub colors: Colors,
     /// Nothing but ASCII on the screen.
     pub ascii: bool,
-    /// Told in one line above the keys, beside rate, loss and where the session is recorded: how to
-    /// see the raw line from another terminal. `None` leaves that line away.
-    pub hint: Option<String>,
+    /// How to see the raw line from another terminal, told above the keys; `None` where there is no way.
+    pub raw_copy: Option<String>,
 }
 
 /// Colours of the screen.
@@ -115,6 +114,18 @@ pub(crate) enum Purpose {
     Command,
     RouteFile,
 }
+
+/// What became of a wish, while it is news.
+#[derive(Clone, Copy, Debug)]
+pub(crate) enum News<'a> {
+    /// A command went a step further.
+    Command(&'a ledger::Entry),
+    /// The station had something to say, or the robot raised an alarm.
+    Logged(&'a log::Entry),
+}
+
+/// How long something is news.
+const NEWS_FOR: Moment = Moment::from_secs(5);
 
 /// The state of the dashboard.
 #[derive(Clone, Debug)]
@@ -222,10 +233,28 @@ impl Model {
     }
 
     /// When the screen changes although nothing happens, because ages do: every second while the newest
-    /// line is young, later every ten; `None` while time stands still, as after the end of a session.
+    /// line is young, later every ten, and when something is no longer news; `None` while time stands still, as
+    /// after the end of a session.
     #[must_use]
     pub fn redraw_at(&self, now: Moment) -> Option<Moment> {
-        self.link.next_tick(now)
+        let news = self.newest().map(|(at, _)| at + NEWS_FOR);
+        let news = news.filter(|until| *until > now);
+        self.link.next_tick(now).into_iter().chain(news).min()
+    }
+
+    /// What is news now.
+    pub(crate) fn news(&self, now: Moment) -> Option<News<'_>> {
+        let (at, news) = self.newest()?;
+        (now < at + NEWS_FOR).then_some(news)
+    }
+
+    fn newest(&self) -> Option<(Moment, News<'_>)> {
+        let command = self.ledger.newest_step();
+        let command = command.map(|entry| (entry.at, News::Command(entry)));
+        let logged = self.log.newest_first().find(|entry| entry.is_news());
+        let logged = logged.map(|entry| (entry.at, News::Logged(entry)));
+        // A wish that is older than a word of the station's is not about it.
+        command.into_iter().chain(logged).max_by_key(|(at, _)| *at)
     }
 
     /// When to send [`Event::Tick`] at the latest: a lease on the motors ends then.

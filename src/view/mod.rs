@@ -34,6 +34,7 @@
 
 mod commands;
 mod footer;
+mod hint;
 mod ladder;
 mod log;
 mod map;
@@ -52,7 +53,7 @@ use ratatui::layout::Rect;
 use ratatui::text::{Line, Span};
 
 use crate::event::Moment;
-use crate::model::{Model, Overlay, Panel};
+use crate::model::{Model, Panel};
 use theme::Theme;
 
 const WIDTH_MIN: u16 = 80;
@@ -69,6 +70,7 @@ pub fn draw(model: &Model, now: Moment, frame: &mut Frame<'_>) {
     let screen = Screen {
         model,
         now: model.link.clock(now),
+        told_at: now,
         theme: Theme::of(&model.config),
     };
     if area.width < WIDTH_MIN || area.height < HEIGHT_MIN {
@@ -83,19 +85,18 @@ struct Screen<'a> {
     model: &'a Model,
     /// Stands still when the session does.
     now: Moment,
+    /// Never stands still: for what is told in passing.
+    told_at: Moment,
     theme: Theme,
 }
 
 impl Screen<'_> {
     fn draw(&self, buffer: &mut Buffer, area: Rect) {
         let full = area.width >= WIDTH_FULL && area.height >= HEIGHT_FULL;
-        let typing = matches!(self.model.overlay, Overlay::Text(_));
-        let hinted = self.model.config.hint.is_some() || self.model.link.replay.is_some();
-        let hint_rows = u16::from(hinted || full || typing);
         let raw_rows = if full { 3 } else { 1 };
         let (status, rest) = split_top(area, 1);
         let (rest, keys) = split_bottom(rest, 1);
-        let (rest, hint) = split_bottom(rest, hint_rows);
+        let (rest, hint) = split_bottom(rest, 1);
         let (rest, raw) = split_bottom(rest, raw_rows);
         self.status(buffer, status);
         if full {

@@ -67,7 +67,7 @@ fn flight(config: Config) -> Scene {
     let mut scene = Scene::new(config);
     scene.event(Event::Truth(house()));
     scene.event(Event::Recording(Recording {
-        mcap: Some("/tmp/flights/session.mcap".to_owned()),
+        mcap: Some("groundwave-20250314T092653Z.mcap".to_owned()),
         ..Recording::default()
     }));
     scene.hear_status();
@@ -98,7 +98,7 @@ fn flight(config: Config) -> Scene {
 
 fn demo() -> Config {
     Config {
-        hint: Some("raw: cat /dev/pts/5".to_owned()),
+        raw_copy: Some("cat /dev/pts/5".to_owned()),
         ..Config::default()
     }
 }
@@ -152,7 +152,7 @@ fn a_flight_at_120_by_40() {
     row(&screen, "simulator's truth");
     row(
         &screen,
-        "recorded in /tmp/flights/session.mcap · raw: cat /dev/pts/5 · h sends it home",
+        "loss 4.3 % · groundwave-20250314T092653Z.mcap · raw: cat /dev/pts/5 · h sends it home",
     );
     assert!(row(&screen, "1 ▶ BUMPERS").contains("HOLDS"));
     assert!(row(&screen, "4 △ sonar").contains("12 %"), "by line C");
@@ -165,7 +165,11 @@ fn a_flight_at_80_by_24() {
     insta::assert_snapshot!(sensors);
     row(&sensors, "BUMPERS hold the motors: right bumper");
     row(&sensors, "loss 4.3 %");
-    row(&sensors, "h sends it home");
+    row(
+        &sensors,
+        "groundwave-20250314T092653Z.mcap · raw: cat /dev/pts/5 · h sends it home",
+    );
+    assert!(row(&sensors, "● sim").contains("◉ recording "));
     for (panel, words) in [
         ("commands", "nothing is sent"),
         ("log", "right bumper hit at"),
@@ -174,6 +178,126 @@ fn a_flight_at_80_by_24() {
         let screen = screen(&scene, 80, 24);
         row(&screen, &format!("── {panel}"));
         row(&screen, words);
+    }
+}
+
+/// Whatever the size and the recording, the one line is whole.
+#[test]
+fn the_one_line_is_never_cut() {
+    let long = format!("/tmp/{}.txt", "a-very-long-name-".repeat(12));
+    for (tee, named) in [
+        (None, "not recorded"),
+        (
+            Some("groundwave-20250314T092653Z.mcap".to_owned()),
+            "092653Z.mcap",
+        ),
+        (Some(long), "name-.txt"),
+    ] {
+        let mut scene = flight(Config {
+            raw_copy: Some("cat /dev/pts/123".to_owned()),
+            ..Config::default()
+        });
+        scene.event(Event::Recording(Recording {
+            tee,
+            ..Recording::default()
+        }));
+        for (width, height) in [(80, 24), (90, 30), (100, 30), (120, 40), (200, 60)] {
+            let screen = screen(&scene, width, height);
+            let line = row(&screen, "h sends it home");
+            assert!(
+                line.contains(named) && line.contains("cat /dev/pts/123"),
+                "{line}"
+            );
+            let status = row(&screen, "● sim");
+            let told = ["◉ recording ", "unrecorded ", "mcap ", ".txt "];
+            assert!(told.iter().any(|words| status.contains(words)), "{status}");
+        }
+    }
+}
+
+/// No wish goes unanswered where the ledger and the log are behind the Tab key.
+#[test]
+fn what_became_of_a_wish_is_told_on_the_smallest_screen() {
+    let mut scene = flight(demo());
+    let hint = |scene: &Scene| {
+        let screen = screen(scene, 80, 24);
+        screen.lines().rev().nth(1).unwrap().to_owned()
+    };
+    scene.type_text("S");
+    assert_eq!(hint(&scene), "! nothing drafted: move the cursor, press w");
+    scene.wait_ms(4000);
+    scene.hear();
+    assert!(hint(&scene).contains("nothing drafted"));
+    let until = scene.model.redraw_at(scene.now).unwrap();
+    assert!(until <= scene.now + std::time::Duration::from_secs(1));
+    scene.wait_ms(1000);
+    assert!(hint(&scene).contains("h sends it home"));
+
+    scene.event(Event::Command {
+        id: CommandId(1),
+        step: CommandStep::Queued(Request::Scan),
+    });
+    scene.event(Event::Command {
+        id: CommandId(1),
+        step: CommandStep::Sent { frames: 1 },
+    });
+    assert_eq!(hint(&scene), "… scan: sent ×1");
+    scene.wait_ms(700);
+    scene.event(Event::Command {
+        id: CommandId(1),
+        step: CommandStep::Refused(Outcome::NotFitted),
+    });
+    assert_eq!(hint(&scene), "✖ scan: REFUSED: not fitted");
+    scene.event(Event::RouteLoaded {
+        path: "r.txt".to_owned(),
+        route: Err("cannot read r.txt: no such file".to_owned()),
+    });
+    assert_eq!(hint(&scene), "! cannot read r.txt: no such file");
+    scene.type_text("5");
+    assert!(hint(&scene).ends_with("is not fitted on this robot"));
+}
+
+#[test]
+fn a_link_that_carries_nothing_offers_no_commands() {
+    let mut scene = flight(demo());
+    scene.event(Event::Link(LinkEvent::Opened {
+        name: "radio".to_owned(),
+        can_send: false,
+    }));
+    for keys in ["", ":", "l"] {
+        scene.type_text(keys);
+        let screen = screen(&scene, 80, 24);
+        let footer = screen.lines().last().unwrap();
+        for word in ["STOP", "prowl", "drive", "layers", " send", "home"] {
+            assert!(!footer.contains(word), "{footer}");
+        }
+        scene.press(&[KeyCode::Esc]);
+    }
+    scene.command(1, Request::Stop, CommandStep::Failed(Failure::ReceiveOnly));
+    row(&screen(&scene, 80, 24), "✖ stop: the link is receive-only");
+}
+
+#[test]
+fn a_prompt_says_how_to_stop_and_how_to_leave() {
+    let mut scene = flight(demo());
+    for keys in [
+        ":mode prowl",
+        "l/home/somebody/routes/a-route-with-a-long-name-to-the-lamp.txt",
+    ] {
+        scene.type_text(keys);
+        for (width, height) in [(80, 24), (120, 40)] {
+            let screen = screen(&scene, width, height);
+            let footer = screen.lines().last().unwrap();
+            assert!(
+                footer.contains("Ctrl-S STOP  Enter do it  Esc never mind"),
+                "{footer}"
+            );
+            assert!(
+                footer.contains("prowl▏") || footer.contains("lamp.txt▏"),
+                "{footer}"
+            );
+        }
+        scene.press(&[KeyCode::Esc]);
     }
 }
 
@@ -198,7 +322,7 @@ fn without_braille_and_color_everything_is_still_told() {
     let mut scene = flight(Config {
         colors: Colors::Mono,
         ascii: true,
-        hint: None,
+        raw_copy: None,
     });
     commanded(&mut scene);
     for keys in ["", "?", "?d"] {
@@ -280,6 +404,7 @@ fn a_paused_replay_is_paused_and_an_ended_one_ended() {
     row(&ended, "■ sim  session ended");
     for screen in [paused, ended] {
         assert!(!screen.contains("LOST") && !screen.contains("SILENT"));
+        assert!(!screen.contains("unrecorded") && !screen.contains("not recorded"));
     }
 }
 
