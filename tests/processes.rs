@@ -133,21 +133,29 @@ fn a_robot_that_goes_and_comes_back_needs_no_key() {
     let link = folder.join("radio");
     let link = link.to_str().unwrap();
     let sim = Sim::start(&["--pty", link]);
-    let mut watch = OnTerminal::start(GROUNDWAVE, &["watch", link], 100, 30);
+    let mut watch = OnTerminal::start(GROUNDWAVE, &["watch", link], 120, 40);
     watch.wait_for("the robot", |text| text.contains("newest <1 s"));
     drop(sim);
     watch.wait_for("the loss", |text| text.to_lowercase().contains("lost"));
     let _sim = Sim::start(&["--pty", link]);
-    watch.wait_for("the return", |text| {
-        !text
-            .lines()
-            .next()
-            .unwrap_or_default()
-            .to_lowercase()
-            .contains("lost")
+    watch.wait_for("lines again, and that it is another life", |text| {
+        let status = text.lines().next().unwrap_or_default();
+        status.contains("newest <1 s") && text.contains("the robot restarted")
     });
     watch.type_keys("q");
     assert_eq!(watch.wait(), 0);
+}
+
+/// Eight lives later the boot counter in every line agrees: a simulator that is killed must not forget.
+#[test]
+fn a_robot_behind_a_steady_name_counts_its_boots() {
+    let folder = scratch("boots");
+    let link = folder.join("radio");
+    for _ in 0..3 {
+        drop(Sim::start(&["--pty", link.to_str().unwrap()]));
+    }
+    let remembered = fs::read_to_string(folder.join(".radio.eeprom")).unwrap();
+    assert_eq!(remembered, "boots=3\n");
 }
 
 #[test]

@@ -226,7 +226,7 @@ pub struct Sim {
     /// Stop after this much simulated time: 30s, 90m, 2h
     #[arg(long, value_name = "T", value_parser = parse_duration)]
     pub duration: Option<Duration>,
-    /// Keep what the robot remembers over a reset in this file
+    /// Keep what the robot remembers over a reset in this file; --pty PATH keeps it beside PATH
     #[arg(long, value_name = "FILE")]
     pub eeprom: Option<PathBuf>,
 }

@@ -1,6 +1,7 @@
 //! `sim`: a robot for cat, tio, minicom and `watch`.
 
 use std::io::{self, Write};
+use std::path::PathBuf;
 use std::time::{Duration, SystemTime};
 
 use sr04_sim::serve::{Endpoint, ServeOptions};
@@ -17,6 +18,17 @@ const LOOK_EVERY: Duration = Duration::from_millis(50);
 fn boots_now() -> u16 {
     let since_1970 = SystemTime::now().duration_since(SystemTime::UNIX_EPOCH);
     since_1970.map_or(1, |time| (time.as_secs() % 999) as u16 + 1)
+}
+
+/// Where the robot remembers how often it has booted. Under a steady name stations stay while simulators
+/// come and go, and a robot whose boot number happens to agree with the last one's passes for it.
+fn eeprom(options: &Sim) -> Option<PathBuf> {
+    let beside = |link: &PathBuf| {
+        let name = link.file_name()?.to_string_lossy();
+        Some(link.with_file_name(format!(".{name}.eeprom")))
+    };
+    let given = options.eeprom.clone();
+    given.or_else(|| options.pty.as_ref().and_then(beside))
 }
 
 pub(super) fn run(options: &Sim) -> Result<(), Fault> {
@@ -40,7 +52,7 @@ pub(super) fn run(options: &Sim) -> Result<(), Fault> {
             endpoints: vec![endpoint],
             time_factor: options.simulated.time_factor,
             duration: options.duration,
-            eeprom: options.eeprom.clone(),
+            eeprom: eeprom(options),
         },
     )?;
     let address = server.addresses().first().map_or("", String::as_str);

@@ -10,6 +10,7 @@ mod history;
 mod input;
 pub(crate) mod keys;
 pub(crate) mod ledger;
+mod life;
 pub(crate) mod link;
 pub(crate) mod log;
 pub(crate) mod motors;
@@ -32,6 +33,7 @@ use chart::Chart;
 use drive::Stick;
 use keys::Context;
 use ledger::Ledger;
+use life::Life;
 use link::{Connection, Link};
 use log::{Log, Subject};
 use motors::Motors;
@@ -141,7 +143,7 @@ pub struct Model {
     pub(crate) panel: Panel,
     pub(crate) overlay: Overlay,
     size: (u16, u16),
-    boot: Option<u8>,
+    life: Life,
     revision: u64,
 }
 
@@ -161,7 +163,7 @@ impl Model {
             panel: Panel::default(),
             overlay: Overlay::default(),
             size: (0, 0),
-            boot: None,
+            life: Life::default(),
             revision: 0,
         }
     }
@@ -175,7 +177,13 @@ impl Model {
                 self.take_line(now, &line);
                 true
             }
-            Event::Ack(line) => self.take_boot(now, line.ack.boot),
+            Event::Ack(line) => {
+                let restarted = self.life.take_boot(line.ack.boot);
+                if restarted {
+                    self.take_restart(now);
+                }
+                restarted
+            }
             Event::Counters(counters) => {
                 self.link.take_counters(now, &counters);
                 // The lines that changed the totals say so themselves; rejects can wait for a line, unless
@@ -285,7 +293,15 @@ impl Model {
     }
 
     fn take_line(&mut self, now: Moment, line: &Line) {
-        self.take_boot(now, line.ack.boot);
+        let restarted = self.life.take_boot(line.ack.boot)
+            | match &line.body {
+                Body::Status(status) => self.life.take_status(status),
+                Body::Counters(counters) => self.life.take_counters(counters),
+                Body::State(_) | Body::Text(_) => false,
+            };
+        if restarted {
+            self.take_restart(now);
+        }
         let before = self.robot.state.map(|state| state.value);
         self.robot.take(now, line);
         match &line.body {
@@ -299,15 +315,12 @@ impl Model {
         }
     }
 
-    /// The robot's boot counter is in every line: when it moves, the robot has forgotten its list.
-    fn take_boot(&mut self, now: Moment, boot: u8) -> bool {
-        let restarted = self.boot.replace(boot).is_some_and(|last| last != boot);
-        if restarted {
-            self.ledger.take_restart();
-            self.log
-                .add(now, Level::Alarm, Subject::Robot, "the robot restarted");
-        }
-        restarted
+    /// The robot booted: it has forgotten its list, and measures from where it stands.
+    fn take_restart(&mut self, now: Moment) {
+        self.ledger.take_restart();
+        self.chart.start_afresh();
+        self.log
+            .add(now, Level::Alarm, Subject::Robot, "the robot restarted");
     }
 
     fn take_state(&mut self, now: Moment, before: Option<&StateLine>, state: &StateLine) {
