@@ -149,3 +149,49 @@ fn a_reader_of_standard_error_that_goes_away_keeps_the_exit_code() {
     shell(&line);
     assert_eq!(fs::read_to_string(code_file).unwrap().trim(), "5");
 }
+
+#[test]
+fn bad_input_is_called_bad_input() {
+    let folder = scratch("bad");
+    let path = |name: &str| folder.join(name).to_str().unwrap().to_owned();
+    let (prose, cut) = (path("prose.txt"), path("cut.mcap"));
+    fs::write(&prose, "nothing a robot would say\n".repeat(40)).unwrap();
+    let whole = concat!(env!("CARGO_MANIFEST_DIR"), "/captures/demo-commands.mcap");
+    let whole = fs::read(whole).unwrap();
+    fs::write(&cut, &whole[..whole.len() / 2]).unwrap();
+    for arguments in [
+        &["decode", &prose, "--to", "csv"][..],
+        &["decode", &prose, "--to", "jsonl"],
+        &["info", &prose],
+        &["info", "/tmp"],
+        &["decode", "/tmp", "--to", "csv"],
+        &["sim", "--time-factor", "0"],
+        &["sim", "--time-factor", "nan"],
+        &["sim", "--time-factor", "1e9"],
+        &["sim", "--listen", "nonsense"],
+        &["sim", "--eeprom", &prose],
+        &["sim", "--pty", &prose],
+    ] {
+        expect(2, arguments);
+    }
+    // A recording that was interrupted is told as far as it goes, and that it was.
+    for arguments in [&["info", &cut][..], &["decode", &cut, "--to", "csv"]] {
+        let (out, err) = expect(1, arguments);
+        assert!(out.lines().count() > 5 && err.contains("cut.mcap"), "{err}");
+    }
+}
+
+#[test]
+fn what_was_never_sent_is_not_called_doubtful() {
+    let sim = Sim::start(&["--channel", "out=0s..10000s"]);
+    let (_, err) = expect(
+        3,
+        &["send", &sim.path, "mode", "prowl", "--timeout", "10ms"],
+    );
+    assert!(
+        err.contains("within 10 ms") && err.contains("It was not sent."),
+        "{err}"
+    );
+    let (_, err) = expect(3, &["send", &sim.path, "stop", "--timeout", "10ms"]);
+    assert!(err.contains("may or may not"), "{err}");
+}

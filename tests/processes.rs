@@ -158,6 +158,28 @@ fn a_robot_behind_a_steady_name_counts_its_boots() {
     assert_eq!(remembered, "boots=3\n");
 }
 
+/// Nobody ever writes into this pipe: whoever waits for it waits for ever.
+#[test]
+fn a_route_from_a_pipe_that_is_silent_stops_nothing() {
+    let folder = scratch("silent");
+    let pipe = folder.join("pipe");
+    assert!(
+        Command::new("mkfifo")
+            .arg(&pipe)
+            .status()
+            .unwrap()
+            .success()
+    );
+    let mut watch = OnTerminal::start(GROUNDWAVE, &["watch", "sim"], 120, 40);
+    watch.wait_for("the robot", |text| text.contains("newest <1 s"));
+    watch.type_keys(&format!("l{}\r", pipe.display()));
+    watch.wait_for("what is wrong", |text| text.contains("choose a file"));
+    watch.type_keys(" ");
+    watch.wait_for("STOP", |text| text.contains("stop: the robot acknowledged"));
+    watch.type_keys("q");
+    assert_eq!(watch.wait(), 0);
+}
+
 #[test]
 fn a_port_in_use_is_called_busy() {
     let sim = Sim::start(&[]);

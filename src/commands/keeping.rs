@@ -1,6 +1,7 @@
 //! The options that say where received bytes are kept.
 
 use std::collections::BTreeMap;
+use std::io::ErrorKind;
 use std::path::PathBuf;
 use std::time::{Instant, SystemTime};
 
@@ -45,6 +46,9 @@ pub(super) fn fault(error: CaptureError) -> Fault {
         | CaptureError::SameFile(_)
         | CaptureError::CannotAppend(_)
         | CaptureError::Open { .. } => Exit::Usage,
+        CaptureError::Read { ref error, .. } if error.kind() == ErrorKind::IsADirectory => {
+            Exit::Usage
+        }
         _ => Exit::Failed,
     };
     Fault::new(exit, error)

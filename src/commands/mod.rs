@@ -16,6 +16,7 @@ mod watch;
 
 use std::fmt::Display;
 use std::io::{self, Write};
+use std::path::Path;
 use std::process::ExitCode;
 
 use cli::{Cli, Command};
@@ -24,7 +25,7 @@ use cli::{Cli, Command};
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[repr(u8)]
 pub enum Exit {
-    /// Something failed that has no number of its own.
+    /// Something failed that has no number of its own, or a capture ends early: what came before is told.
     Failed = 1,
     /// Wrong usage or a bad input file.
     Usage = 2,
@@ -52,6 +53,17 @@ impl Fault {
             exit,
             message: message.to_string(),
         }
+    }
+
+    /// A file that is no capture of a robot.
+    fn no_lines(path: &Path, bytes: u64) -> Self {
+        Self::new(
+            Exit::Usage,
+            format!(
+                "{}: not one line of a robot in {bytes} bytes",
+                path.display()
+            ),
+        )
     }
 
     /// An error of standard output; a reader that has gone away is none.

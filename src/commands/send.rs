@@ -125,6 +125,7 @@ async fn deliver(options: &Send, requests: Vec<Request>) -> Result<(), Fault> {
     );
     let mut report = Report::new(options);
     for request in requests {
+        report.sent = false;
         let begun = driver.now();
         let id = driver.request(request.clone());
         let deadline = tokio::time::sleep(options.timeout);
@@ -148,7 +149,7 @@ async fn deliver(options: &Send, requests: Vec<Request>) -> Result<(), Fault> {
                 () = driver.step() => {}
                 () = &mut deadline => {
                     driver.cancel();
-                    return Err(not_confirmed(&request, &driver, options.timeout));
+                    return Err(not_confirmed(&request, &driver, options.timeout, report.sent));
                 }
             }
         }
@@ -156,7 +157,7 @@ async fn deliver(options: &Send, requests: Vec<Request>) -> Result<(), Fault> {
     Ok(())
 }
 
-fn not_confirmed(request: &Request, driver: &Driver, waited: Duration) -> Fault {
+fn not_confirmed(request: &Request, driver: &Driver, waited: Duration, sent: bool) -> Fault {
     let heard = driver.station().counters();
     let why = if heard.bytes == 0 {
         "nothing at all was heard from the robot (is it switched on, is this the right port?)"
@@ -171,15 +172,18 @@ fn not_confirmed(request: &Request, driver: &Driver, waited: Duration) -> Fault 
             .to_owned()
     };
     let state = match request {
+        _ if !sent => " It was not sent.",
         Request::Route(_) => " The robot holds either its old list or the new one, whole.",
         _ => " The robot may or may not have executed it.",
     };
+    let waited = if waited < Duration::from_secs(1) {
+        format!("{} ms", waited.as_millis())
+    } else {
+        format!("{:.1} s", waited.as_secs_f64())
+    };
     Fault::new(
         Exit::NotConfirmed,
-        format!(
-            "`{request}` was not confirmed within {:.1} s: {why}.{state}",
-            waited.as_secs_f64()
-        ),
+        format!("`{request}` was not confirmed within {waited}: {why}.{state}"),
     )
 }
 
@@ -188,6 +192,8 @@ struct Report {
     json: bool,
     quiet: bool,
     progress: bool,
+    /// Whether a frame of the present command went out.
+    sent: bool,
 }
 
 impl Report {
@@ -196,6 +202,7 @@ impl Report {
             json: options.json,
             quiet: options.quiet,
             progress: !options.quiet && !options.json && io::stderr().is_terminal(),
+            sent: false,
         }
     }
 
@@ -209,6 +216,7 @@ impl Report {
     ) -> Result<Option<Result<(), Fault>>, Fault> {
         match event {
             Event::Command { id: of, step } if *of == id => {
+                self.sent |= matches!(step, CommandStep::Sent { .. });
                 if self.json {
                     Self::print(to_json(request, step, after))?;
                 }

@@ -214,6 +214,17 @@ fn typed_words_are_those_of_the_command_line() {
         [Effect::Send(Request::Mode(Mode::Prowl))],
         "one line of what was pasted"
     );
+    scene.type_text(":route");
+    scene.press(&[KeyCode::Enter]);
+    let Overlay::Text(entry) = &scene.model.overlay else {
+        panic!("the text stays to be mended");
+    };
+    assert!(
+        entry
+            .error
+            .as_ref()
+            .is_some_and(|e| e.starts_with("`route` takes"))
+    );
 }
 
 #[test]
