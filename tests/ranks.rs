@@ -346,7 +346,7 @@ fn code_lines(file: &Path) -> Vec<(usize, String)> {
         .take_while(|(_, line)| !line.starts_with("mod tests"))
         .filter(|(_, line)| !line.trim_start().starts_with("//"))
         // For tests on a host; the link for a microcontroller proves that nothing else uses it.
-        .filter(|(_, line)| line != "extern crate std;")
+        .filter(|(_, line)| *line != "extern crate std;")
         .map(|(number, line)| (number, line.to_owned()))
         .collect()
 }
