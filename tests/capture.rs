@@ -158,6 +158,21 @@ fn every_type_of_line_as_json_and_as_csv() {
     }
 }
 
+/// Whoever pulls the plug pulls it in the middle of a line; that is no noise.
+#[test]
+fn half_a_line_at_the_end_is_no_noise() {
+    let stream = streams::clean(18);
+    for (cut, unfinished) in [(0, 0), (1, 79), (79, 1), (80, 0)] {
+        let whole = stream[..stream.len() - cut].to_vec();
+        let info = Info::read(&mut Capture::read("", Box::new(Cursor::new(whole))).unwrap());
+        assert_eq!(
+            (info.noise_bytes, info.unfinished_bytes),
+            (0, unfinished),
+            "{cut} bytes short"
+        );
+    }
+}
+
 #[test]
 fn info_tells_what_happened() {
     let folder = TempDir::new().unwrap();

@@ -128,6 +128,26 @@ fn only_the_verbs_that_simulate_know_the_simulator() {
     assert!(broken.is_empty(), "{}", broken.join("\n"));
 }
 
+/// Files, sockets and the environment belong to these.
+const SYSTEM: &[&str] = &["src/io", "src/capture", "src/commands"];
+
+#[test]
+fn the_system_is_touched_at_the_edges_only() {
+    let broken: Vec<String> = rust_files(&root().join("src"))
+        .iter()
+        .filter(|file| {
+            !SYSTEM
+                .iter()
+                .any(|edge| file.starts_with(root().join(edge)))
+        })
+        .flat_map(|file| {
+            let words = ["std::fs", "std::net", "std::env"];
+            words.into_iter().flat_map(|word| found(file, word))
+        })
+        .collect();
+    assert!(broken.is_empty(), "{}", broken.join("\n"));
+}
+
 /// Where a path, or the last parts of one, is imported or named.
 fn found(file: &Path, word: &str) -> Vec<String> {
     let module = module_of(file);

@@ -57,7 +57,7 @@ impl Screen<'_> {
         } else {
             self.one_line(usize::from(area.width))
         };
-        put(buffer, area, 0, &line);
+        put(buffer, area, 0, &self.cut(line, usize::from(area.width)));
     }
 
     fn prompt_help(&self) -> Option<Line<'_>> {

@@ -200,6 +200,34 @@ impl Screen<'_> {
         below
     }
 
+    /// A line that is too wide ends with a mark of that.
+    fn cut<'l>(&self, line: Line<'l>, width: usize) -> Line<'l> {
+        let blanks = line
+            .spans
+            .iter()
+            .rev()
+            .flat_map(|span| span.content.chars().rev());
+        let blanks = blanks.take_while(|c| *c == ' ').count();
+        if line.width() - blanks <= width {
+            return line;
+        }
+        let more = self.theme.glyphs.cut;
+        let mut room = width.saturating_sub(Span::raw(more).width());
+        let mut spans: Vec<Span<'l>> = Vec::new();
+        for mut span in line.spans {
+            let wide = span.width();
+            if wide > room {
+                let fits: String = span.content.chars().take(room).collect();
+                span.content = (fits.trim_end().to_owned() + more).into();
+                spans.push(span);
+                break;
+            }
+            room -= wide;
+            spans.push(span);
+        }
+        Line::from(spans).style(line.style)
+    }
+
     /// The mark and age of a value that has become stale; nothing while it is fresh.
     fn staleness(&self, age: Option<Moment>, stale_after: Moment) -> Option<String> {
         let age = age.filter(|age| *age >= stale_after)?;

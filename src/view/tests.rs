@@ -181,6 +181,22 @@ fn a_flight_at_80_by_24() {
     }
 }
 
+#[test]
+fn words_that_do_not_fit_end_with_a_mark() {
+    let mut scene = flight(demo());
+    scene.state.bump = Bump::None;
+    scene.hear();
+    scene.wait_ms(930_000);
+    let narrow = screen(&scene, 80, 24);
+    let bumper = row(&narrow, "bumper ");
+    assert!(bumper.contains("… ◌ 15 m"), "{bumper}");
+    scene.event(Event::RouteLoaded {
+        path: "r.txt".to_owned(),
+        route: Err("a reason of so many words ".repeat(5)),
+    });
+    assert!(row(&screen(&scene, 80, 24), "! a reason").ends_with('…'));
+}
+
 /// Whatever the size and the recording, the one line is whole.
 #[test]
 fn the_one_line_is_never_cut() {
