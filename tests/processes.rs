@@ -135,7 +135,7 @@ fn a_robot_that_goes_and_comes_back_needs_no_key() {
     let sim = Sim::start(&["--pty", link]);
     let mut watch = OnTerminal::start(GROUNDWAVE, &["watch", link], 120, 40);
     watch.wait_for("the robot", |text| text.contains("newest <1 s"));
-    drop(sim);
+    sim.end();
     watch.wait_for("the loss", |text| text.to_lowercase().contains("lost"));
     let _sim = Sim::start(&["--pty", link]);
     watch.wait_for("lines again, and that it is another life", |text| {

@@ -22,7 +22,7 @@ impl Screen<'_> {
             width: area.width.saturating_sub(right_width + 2),
             ..area
         };
-        let mut spans = self.link_at_a_glance();
+        let mut spans = self.link_at_a_glance(area.width);
         let taken: usize = spans.iter().map(Span::width).sum();
         spans.push(Span::raw("  "));
         let room = usize::from(left.width).saturating_sub(taken + 2);
@@ -31,7 +31,7 @@ impl Screen<'_> {
         put_right(buffer, area, 0, &right);
     }
 
-    fn link_at_a_glance(&self) -> Vec<Span<'_>> {
+    fn link_at_a_glance(&self, width: u16) -> Vec<Span<'_>> {
         let link = &self.model.link;
         let theme = &self.theme;
         let glyphs = theme.glyphs;
@@ -39,6 +39,12 @@ impl Screen<'_> {
             "no link"
         } else {
             &link.name
+        };
+        // The speed of a replay has to be told too.
+        let name_columns = if link.replay.is_some() && width < 100 {
+            14
+        } else {
+            24
         };
         let newest = link.newest_age(self.now).map(age::words);
         let flow = || {
@@ -72,7 +78,7 @@ impl Screen<'_> {
         );
         let mut spans = vec![
             Span::styled(format!("{glyph} "), style),
-            Span::styled(shortened(name, 24), theme.strong),
+            Span::styled(shortened(name, name_columns), theme.strong),
             Span::styled(words, if calm { theme.plain } else { style }),
         ];
         if let Some(replay) = link.replay {

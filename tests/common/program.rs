@@ -34,6 +34,16 @@ impl Sim {
     }
 }
 
+impl Sim {
+    /// Ends it in good order, so that no link is left behind that points to a terminal which somebody
+    /// else is given next.
+    pub fn end(mut self) {
+        let pid = self.child.id().to_string();
+        Command::new("kill").arg(&pid).status().unwrap();
+        self.child.wait().unwrap();
+    }
+}
+
 impl Drop for Sim {
     fn drop(&mut self) {
         let _ = self.child.kill();
