@@ -73,3 +73,31 @@ fn raw_captures_come_again_byte_for_byte() {
     }
     assert_eq!(made, 3);
 }
+
+/// The README's recipes for the tools of 1998, on a capture with every byte a bad radio can make.
+#[cfg(unix)]
+#[test]
+fn the_recipes_work_on_a_noisy_capture() {
+    let root = Path::new(env!("CARGO_MANIFEST_DIR"));
+    let readme = fs::read_to_string(root.join("README.md")).unwrap();
+    let mut tried = 0;
+    for recipe in readme
+        .lines()
+        .filter(|line| line.trim().starts_with("LC_ALL=C "))
+    {
+        let command = recipe.split("  # ").next().unwrap();
+        let command = command.replace(" file", " captures/house-noisy.txt");
+        let output = std::process::Command::new("sh")
+            .args(["-c", &command])
+            .current_dir(root)
+            .output()
+            .unwrap();
+        let lines: Vec<&[u8]> = output.stdout.split(|byte| *byte == b'\n').collect();
+        assert!(lines.len() > 20, "{command}");
+        assert_eq!(output.stderr, b"", "{command}");
+        let is_whole = |line: &&[u8]| line.is_empty() || line[0] != b'B';
+        assert!(lines.iter().all(is_whole), "{command}");
+        tried += 1;
+    }
+    assert_eq!(tried, 2);
+}

@@ -125,7 +125,7 @@ async fn deliver(options: &Send, requests: Vec<Request>) -> Result<(), Fault> {
     );
     let mut report = Report::new(options);
     for request in requests {
-        report.sent = false;
+        report.frames = 0;
         let begun = driver.now();
         let id = driver.request(request.clone());
         let deadline = tokio::time::sleep(options.timeout);
@@ -149,7 +149,7 @@ async fn deliver(options: &Send, requests: Vec<Request>) -> Result<(), Fault> {
                 () = driver.step() => {}
                 () = &mut deadline => {
                     driver.cancel();
-                    return Err(not_confirmed(&request, &driver, options.timeout, report.sent));
+                    return Err(not_confirmed(&request, &driver, options.timeout, report.frames));
                 }
             }
         }
@@ -157,7 +157,7 @@ async fn deliver(options: &Send, requests: Vec<Request>) -> Result<(), Fault> {
     Ok(())
 }
 
-fn not_confirmed(request: &Request, driver: &Driver, waited: Duration, sent: bool) -> Fault {
+fn not_confirmed(request: &Request, driver: &Driver, waited: Duration, frames: u32) -> Fault {
     let heard = driver.station().counters();
     let why = if heard.bytes == 0 {
         "nothing at all was heard from the robot (is it switched on, is this the right port?)"
@@ -172,7 +172,7 @@ fn not_confirmed(request: &Request, driver: &Driver, waited: Duration, sent: boo
             .to_owned()
     };
     let state = match request {
-        _ if !sent => " It was not sent.",
+        _ if frames == 0 => " It was not sent.",
         Request::Route(_) => " The robot holds either its old list or the new one, whole.",
         _ => " The robot may or may not have executed it.",
     };
@@ -192,8 +192,8 @@ struct Report {
     json: bool,
     quiet: bool,
     progress: bool,
-    /// Whether a frame of the present command went out.
-    sent: bool,
+    /// Frames of the present command that went out.
+    frames: u32,
 }
 
 impl Report {
@@ -202,7 +202,7 @@ impl Report {
             json: options.json,
             quiet: options.quiet,
             progress: !options.quiet && !options.json && io::stderr().is_terminal(),
-            sent: false,
+            frames: 0,
         }
     }
 
@@ -216,7 +216,9 @@ impl Report {
     ) -> Result<Option<Result<(), Fault>>, Fault> {
         match event {
             Event::Command { id: of, step } if *of == id => {
-                self.sent |= matches!(step, CommandStep::Sent { .. });
+                if let CommandStep::Sent { frames } = step {
+                    self.frames = *frames;
+                }
                 if self.json {
                     Self::print(to_json(request, step, after))?;
                 }

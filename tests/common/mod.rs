@@ -47,7 +47,7 @@ pub const fn owner(seed: u64) -> u16 {
     (seed % 1023) as u16 + 1
 }
 
-/// Numbers from a seed, the same everywhere: Steele, Lea and Flood's SplitMix64.
+/// Numbers from a seed, the same everywhere, by the `SplitMix64` of Steele, Lea and Flood.
 pub struct Dice(pub u64);
 
 impl Dice {
