@@ -22,9 +22,9 @@ pub struct Info {
     pub duration_s: f64,
     /// Bytes received.
     pub bytes: u64,
-    /// Bytes that belong to no intact line, those of a line under way at the end excepted.
+    /// Bytes that belong to no intact line.
     pub noise_bytes: u64,
-    /// Bytes of a line that was under way when the capture ended.
+    /// Those of them that may be the beginning of a line under way when the capture ended.
     pub unfinished_bytes: u64,
     /// Bytes that were received and could not be recorded.
     pub missing_bytes: u64,
@@ -136,7 +136,8 @@ impl Info {
         writeln!(
             output,
             "bytes      {} received, {} noise",
-            self.bytes, self.noise_bytes
+            self.bytes,
+            self.noise_bytes - self.unfinished_bytes
         )?;
         if self.unfinished_bytes > 0 {
             writeln!(
@@ -336,7 +337,7 @@ impl Survey {
             form: capture.form(),
             duration_s: capture.end().as_secs_f64(),
             bytes: seen.bytes,
-            noise_bytes: seen.noise_bytes - unfinished_bytes,
+            noise_bytes: seen.noise_bytes,
             unfinished_bytes,
             missing_bytes: capture.missing_bytes(),
             lines: self.lines,

@@ -83,7 +83,11 @@ impl Screen<'_> {
 
     /// The keys of a context that the footer names: label and meaning, two spans each. What would ask
     /// something of a robot that cannot be asked is not offered.
-    fn named_keys(&self, context: Context, wanted: fn(Action) -> bool) -> Vec<Span<'static>> {
+    pub(super) fn named_keys(
+        &self,
+        context: Context,
+        wanted: fn(Action) -> bool,
+    ) -> Vec<Span<'static>> {
         let deaf = self.model.link.is_receive_only();
         let named = keys::TABLE.iter().filter(|binding| {
             binding.context == context

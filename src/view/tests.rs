@@ -373,7 +373,13 @@ fn without_braille_and_color_everything_is_still_told() {
 fn dialogs_at_80_by_24() {
     let mut scene = flight(Config::default());
     scene.type_text("?");
-    insta::assert_snapshot!("help", screen(&scene, 80, 24));
+    let help = screen(&scene, 80, 24);
+    insta::assert_snapshot!("help", help);
+    row(
+        &help,
+        "driving Space STOP  arrows hold to drive  + - speed  Esc let go",
+    );
+    row(&help, "typing  Ctrl-S STOP  Enter do it  Esc never mind");
     scene.type_text("?d");
     insta::assert_snapshot!("question", screen(&scene, 80, 24));
     scene.type_text("y");
