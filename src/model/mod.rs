@@ -14,6 +14,7 @@ mod life;
 pub(crate) mod link;
 pub(crate) mod log;
 pub(crate) mod motors;
+pub(crate) mod news;
 pub(crate) mod robot;
 mod trail;
 pub(crate) mod why;
@@ -116,18 +117,6 @@ pub(crate) enum Purpose {
     Command,
     RouteFile,
 }
-
-/// What became of a wish, while it is news.
-#[derive(Clone, Copy, Debug)]
-pub(crate) enum News<'a> {
-    /// A command went a step further.
-    Command(&'a ledger::Entry),
-    /// The station had something to say, or the robot raised an alarm.
-    Logged(&'a log::Entry),
-}
-
-/// How long something is news.
-const NEWS_FOR: Moment = Moment::from_secs(5);
 
 /// The state of the dashboard.
 #[derive(Clone, Debug)]
@@ -245,24 +234,8 @@ impl Model {
     /// after the end of a session.
     #[must_use]
     pub fn redraw_at(&self, now: Moment) -> Option<Moment> {
-        let news = self.newest().map(|(at, _)| at + NEWS_FOR);
-        let news = news.filter(|until| *until > now);
-        self.link.next_tick(now).into_iter().chain(news).min()
-    }
-
-    /// What is news now.
-    pub(crate) fn news(&self, now: Moment) -> Option<News<'_>> {
-        let (at, news) = self.newest()?;
-        (now < at + NEWS_FOR).then_some(news)
-    }
-
-    fn newest(&self) -> Option<(Moment, News<'_>)> {
-        let command = self.ledger.newest_step();
-        let command = command.map(|entry| (entry.at, News::Command(entry)));
-        let logged = self.log.newest_first().find(|entry| entry.is_news());
-        let logged = logged.map(|entry| (entry.at, News::Logged(entry)));
-        // A wish that is older than a word of the station's is not about it.
-        command.into_iter().chain(logged).max_by_key(|(at, _)| *at)
+        let ages = self.link.next_tick(now);
+        ages.into_iter().chain(self.news_until(now)).min()
     }
 
     /// When to send [`Event::Tick`] at the latest: a lease on the motors ends then.

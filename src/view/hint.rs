@@ -8,7 +8,8 @@ use ratatui::text::{Line, Span};
 use super::status::{file_name, shortened};
 use super::{Screen, put};
 use crate::model::keys::Context;
-use crate::model::{News, Overlay, Purpose};
+use crate::model::news::News;
+use crate::model::{Overlay, Purpose};
 
 /// How much the one line says, from everything to what must be there: it takes the first that fits.
 const TERSENESS: [Terseness; 4] = [
