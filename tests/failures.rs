@@ -1,5 +1,5 @@
 //! What goes wrong around the program: full disks, closed streams, odd files.
-#![cfg(unix)]
+#![cfg(target_os = "linux")]
 #![expect(clippy::unwrap_used, reason = "a test stops where something is wrong")]
 
 #[path = "common/program.rs"]
