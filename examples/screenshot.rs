@@ -35,7 +35,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     let mut simulation = Simulation::new(&SimulationConfig::new(world, 1));
     let mut station = Station::new(arq::Config::new(1), true);
     let mut model = Model::new(Config {
-        hint: Some("raw in another terminal: cat /dev/pts/3".to_owned()),
+        raw_copy: Some("cat /dev/pts/3".to_owned()),
         ..Config::default()
     });
     let size = Event::Resize {

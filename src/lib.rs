@@ -2,8 +2,11 @@
 //!
 //! Bytes from the radio become facts ([`event::Event`]) in the sans-IO [`station`], facts become what
 //! the screen says in the [`model`], and the [`view`] draws it. Wishes ([`event::Effect`]) go the other
-//! way, and come back only as the robot's own acknowledgement. [`io`] is the only code that touches the
-//! operating system, [`runtime`] the only one that owns the terminal.
+//! way, and come back only as the robot's own acknowledgement. [`io`] talks to the operating system,
+//! [`capture`] reads and writes recordings, [`runtime`] is the one event loop.
+
+// They panic when the stream is closed or full, and the exit code is lost. `commands` writes with care.
+#![deny(clippy::print_stdout, clippy::print_stderr)]
 
 pub mod capture;
 pub mod commands;

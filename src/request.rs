@@ -135,6 +135,7 @@ impl Request {
             ("disable", _) => Err(wrong("disable", "layers separated by commas")),
             ("goto", [x, y]) => Ok(Self::Route(vec![read_point(x, y)?])),
             ("goto", _) => Err(wrong("goto", "X and Y in inches")),
+            ("route", _) => Err(wrong("route", "the name of one file of `X,Y` lines")),
             ("clear", []) => Ok(Self::Route(Vec::new())),
             ("clear", _) => Err(wrong("clear", "nothing")),
             ("set-pose", [x, y, theta]) => {

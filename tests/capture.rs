@@ -40,7 +40,7 @@ fn feed(stream: &[u8], sizes: &[usize], raw: &mut RawWriter, recorder: &mut Reco
         let (mut read, after) = rest.split_at((*sizes.next().unwrap()).min(rest.len()));
         rest = after;
         now = Duration::from_secs(stream.len() as u64 - rest.len() as u64) / 240;
-        raw.write(read).unwrap();
+        raw.write(read);
         recorder.handle_rx(now, wall(now), read);
         while !read.is_empty() {
             let (taken, received) = decoder.handle_bytes(read);
@@ -158,6 +158,24 @@ fn every_type_of_line_as_json_and_as_csv() {
     }
 }
 
+/// Whoever pulls the plug pulls it in the middle of a line; that is no noise.
+#[test]
+fn half_a_line_at_the_end_is_no_noise() {
+    let stream = streams::clean(18);
+    for (cut, unfinished) in [(0, 0), (1, 79), (79, 1), (80, 0)] {
+        let whole = stream[..stream.len() - cut].to_vec();
+        let info = Info::read(&mut Capture::read("", Box::new(Cursor::new(whole))).unwrap());
+        assert_eq!(info.unfinished_bytes, unfinished, "{cut} bytes short");
+        let mut text = Vec::new();
+        info.write_text(&mut text).unwrap();
+        let text = String::from_utf8(text).unwrap();
+        assert!(
+            text.contains("received, 0 noise"),
+            "{cut} bytes short: {text}"
+        );
+    }
+}
+
 #[test]
 fn info_tells_what_happened() {
     let folder = TempDir::new().unwrap();
@@ -212,10 +230,10 @@ fn nothing_is_overwritten_unless_asked() {
     assert!(!folder.path().join("a.mcap.partial").exists());
 
     let mut appended = RawWriter::create(&raw, Existing::Append).unwrap();
-    appended.write(b" and more").unwrap();
+    appended.write(b" and more");
     assert_eq!(fs::read(&raw).unwrap(), b"precious and more");
     let mut replaced = RawWriter::create(&raw, Existing::Overwrite).unwrap();
-    replaced.write(b"new").unwrap();
+    replaced.write(b"new");
     assert_eq!(fs::read(&raw).unwrap(), b"new");
     let replaced = Recorder::start(&mcap, Existing::Overwrite, &session()).unwrap();
     replaced.finish().unwrap();
@@ -381,13 +399,15 @@ fn a_broken_pipe_is_told_apart() {
 
 #[cfg(target_os = "linux")]
 #[test]
-fn a_full_disk_is_said_once_and_remembered() {
+fn a_full_disk_is_remembered_to_the_end() {
     let mut raw = RawWriter::create("/dev/full", Existing::Overwrite).unwrap();
-    let error = raw.write(b"bytes").unwrap_err().to_string();
-    assert!(error.contains("make room"), "{error}");
-    assert!(raw.write(b"more").is_ok());
-    assert_eq!(raw.problem(), Some(&*error));
+    raw.write(b"bytes");
+    let problem = raw.problem().unwrap();
+    assert!(problem.contains("make room"), "{problem}");
+    raw.write(b"more");
+    assert_eq!(raw.problem(), Some(problem.clone()));
     assert_eq!(raw.bytes(), 0);
+    assert_eq!(raw.finish().unwrap_err().to_string(), problem);
 
     let folder = TempDir::new().unwrap();
     let path = folder.path().join("a.mcap");

@@ -2,7 +2,9 @@
 
 mod common;
 
-use common::{CoSimulation, on_all_cores};
+use std::collections::HashSet;
+
+use common::{CoSimulation, Dice, on_all_cores};
 use groundwave::event::{CommandStep, Failure};
 use groundwave::request::Request;
 use groundwave_protocol::Waypoint;
@@ -104,17 +106,22 @@ fn a_route_of_forty_waypoints_is_held_exactly_and_driven() {
     });
 }
 
-/// Forty points around the start, never far from it, different for each seed.
+/// Forty points around the start, never far from it, drawn from the seed.
 fn zigzag(seed: u64) -> Vec<Waypoint> {
+    let mut dice = Dice(seed);
+    let mut part = || dice.roll(41) as i16 - 20;
     (0..40)
-        .map(|n: i16| {
-            let turn = (seed % 7) as i16;
-            Waypoint {
-                x_in: if n % 2 == 0 { 14 + turn } else { -14 - turn },
-                y_in: (n % 5) * 6 - 12,
-            }
+        .map(|_| Waypoint {
+            x_in: part(),
+            y_in: part(),
         })
         .collect()
+}
+
+#[test]
+fn no_two_seeds_draw_the_same_route() {
+    let routes: HashSet<u32> = (0..SEEDS).map(|seed| digest(zigzag(seed).iter())).collect();
+    assert_eq!(routes.len() as u64, SEEDS);
 }
 
 /// The operator is faster than the port's first word.

@@ -2,11 +2,10 @@
 #![cfg(unix)]
 #![expect(clippy::unwrap_used, reason = "a test stops where something is wrong")]
 
-#[path = "common/pty.rs"]
-mod pty;
-
 #[path = "common/programs.rs"]
 mod programs;
+#[path = "common/pty.rs"]
+mod pty;
 
 use std::fs;
 use std::io::{BufRead, BufReader, Read};
@@ -134,19 +133,49 @@ fn a_robot_that_goes_and_comes_back_needs_no_key() {
     let link = folder.join("radio");
     let link = link.to_str().unwrap();
     let sim = Sim::start(&["--pty", link]);
-    let mut watch = OnTerminal::start(GROUNDWAVE, &["watch", link], 100, 30);
+    let mut watch = OnTerminal::start(GROUNDWAVE, &["watch", link], 120, 40);
     watch.wait_for("the robot", |text| text.contains("newest <1 s"));
-    drop(sim);
+    sim.end();
     watch.wait_for("the loss", |text| text.to_lowercase().contains("lost"));
     let _sim = Sim::start(&["--pty", link]);
-    watch.wait_for("the return", |text| {
-        !text
-            .lines()
-            .next()
-            .unwrap_or_default()
-            .to_lowercase()
-            .contains("lost")
+    watch.wait_for("lines again, and that it is another life", |text| {
+        let status = text.lines().next().unwrap_or_default();
+        status.contains("newest <1 s") && text.contains("the robot restarted")
     });
+    watch.type_keys("q");
+    assert_eq!(watch.wait(), 0);
+}
+
+/// Eight lives later the boot counter in every line agrees: a simulator that is killed must not forget.
+#[test]
+fn a_robot_behind_a_steady_name_counts_its_boots() {
+    let folder = scratch("boots");
+    let link = folder.join("radio");
+    for _ in 0..3 {
+        drop(Sim::start(&["--pty", link.to_str().unwrap()]));
+    }
+    let remembered = fs::read_to_string(folder.join(".radio.eeprom")).unwrap();
+    assert_eq!(remembered, "boots=3\n");
+}
+
+/// Nobody ever writes into this pipe: whoever waits for it waits for ever.
+#[test]
+fn a_route_from_a_pipe_that_is_silent_stops_nothing() {
+    let folder = scratch("silent");
+    let pipe = folder.join("pipe");
+    assert!(
+        Command::new("mkfifo")
+            .arg(&pipe)
+            .status()
+            .unwrap()
+            .success()
+    );
+    let mut watch = OnTerminal::start(GROUNDWAVE, &["watch", "sim"], 120, 40);
+    watch.wait_for("the robot", |text| text.contains("newest <1 s"));
+    watch.type_keys(&format!("l{}\r", pipe.display()));
+    watch.wait_for("what is wrong", |text| text.contains("choose a file"));
+    watch.type_keys(" ");
+    watch.wait_for("STOP", |text| text.contains("stop: the robot acknowledged"));
     watch.type_keys("q");
     assert_eq!(watch.wait(), 0);
 }
@@ -360,7 +389,7 @@ fn a_closed_terminal_finishes_the_recording() {
     let arguments = ["watch", &sim.path, "--record", capture.to_str().unwrap()];
     let mut watch = OnTerminal::start(GROUNDWAVE, &arguments, 80, 24);
     watch.wait_for("the robot", |text| text.contains("newest <1 s"));
-    watch.close();
+    assert_eq!(watch.close(), 0, "nobody is left to read an error");
     assert!(
         capture.exists(),
         "{:?}",

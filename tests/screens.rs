@@ -3,12 +3,15 @@
 use std::path::Path;
 use std::time::Duration;
 
-use groundwave::capture::Capture;
+use groundwave::capture::{Capture, CaptureError};
 use groundwave::event::{Event, LinkEvent};
 use groundwave::model::{Config, Model};
 use groundwave::station::Station;
 use groundwave::view;
 use groundwave_protocol::arq;
+use groundwave_protocol::decoder::{Decoder, Received};
+use groundwave_protocol::letters::{Layer, LayerState};
+use groundwave_protocol::telemetry::Body;
 use ratatui::Terminal;
 use ratatui::backend::TestBackend;
 
@@ -41,21 +44,52 @@ fn screen(capture: &str, until: Duration, width: u16, height: u16) -> String {
     terminal.backend().to_string()
 }
 
+/// When the robot of a capture first drives on a list of which a part is behind it, and the digest of that
+/// list.
+fn under_way(capture: &str) -> (Duration, u32) {
+    let path = Path::new(env!("CARGO_MANIFEST_DIR"))
+        .join("captures")
+        .join(capture);
+    let mut capture = Capture::open(path).expect("a capture of ours");
+    let (mut digest, mut moment) = (None, None);
+    let seen = capture.for_each_line(&mut Decoder::default(), |at, received| {
+        if let Received::Line(line, _) = received {
+            match &line.body {
+                Body::Status(status) if status.list.driven > 0 => digest = Some(status.digest),
+                Body::State(state)
+                    if state.layers.get(Layer::DeadReckoning) == LayerState::Holds =>
+                {
+                    moment = moment.or(digest.map(|digest| (at, digest)));
+                }
+                _ => {}
+            }
+        }
+        Ok::<_, CaptureError>(())
+    });
+    seen.expect("an undamaged capture");
+    moment.expect("a capture in which a route is driven")
+}
+
 #[test]
 fn a_route_under_way_at_120x40() {
-    let screen = screen("demo-commands.mcap", Duration::from_secs(30), 120, 40);
+    let (moment, digest) = under_way("demo-commands.mcap");
+    let screen = screen("demo-commands.mcap", moment, 120, 40);
     insta::assert_snapshot!(screen);
-    assert!(screen.contains("hold the motors") || screen.contains("holds the motors"));
+    assert!(screen.contains("DEAD RECKONING holds the motors"));
     assert!(screen.contains("newest <1 s"));
+    let list = format!("robot's list, not of this session: {digest:08X}, driven 1/4");
+    assert!(screen.contains(&list), "{list}");
     // What this station has not sent, it does not claim.
     assert!(!screen.contains("ACTIVE"));
 }
 
 #[test]
 fn a_route_under_way_at_80x24() {
-    let screen = screen("demo-commands.mcap", Duration::from_secs(30), 80, 24);
+    let (moment, _) = under_way("demo-commands.mcap");
+    let screen = screen("demo-commands.mcap", moment, 80, 24);
     insta::assert_snapshot!(screen);
-    assert!(screen.contains("hold the motors") || screen.contains("holds the motors"));
+    assert!(screen.contains("DEAD RECKONING holds the motors"));
+    assert!(screen.contains("newest <1 s"));
 }
 
 #[test]
@@ -70,11 +104,14 @@ fn a_noisy_radio_at_120x40() {
     assert!(loss.parse::<f64>().is_ok_and(|loss| loss > 30.0), "{loss}");
 }
 
-/// Fifteen seconds of silence: what is old says so.
+/// A quarter of an hour after the last line: what is old says so.
 #[test]
 fn a_silent_radio_at_120x40() {
     let screen = screen("living-room-bursts.txt", Duration::from_secs(1000), 120, 40);
     insta::assert_snapshot!(screen);
-    assert!(!screen.contains("newest <1 s"));
-    assert!(screen.contains("newest"));
+    assert!(screen.contains("○ radio  SILENT for 14 m"));
+    for row in ["who holds", "bumper ", "sonar ", "battery ", "drive "] {
+        let aged = |line: &str| line.contains(row) && line.contains("◌ 14 m");
+        assert!(screen.lines().any(aged), "{row}");
+    }
 }

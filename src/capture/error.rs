@@ -31,6 +31,9 @@ pub enum CaptureError {
         /// Whether appending is a way out.
         can_append: bool,
     },
+    /// Two recordings in one file.
+    #[error("will not record to {} twice: give --tee and --record different names", .0.display())]
+    SameFile(PathBuf),
     /// A finished recording cannot take the name it was given.
     #[error(
         "cannot name the recording {}: a file of that name has appeared; the recording is complete in {}",

@@ -2,12 +2,13 @@
 
 use std::io::{self, Write};
 
+use groundwave_protocol::LINE_BYTES;
 use groundwave_protocol::decoder::{Counters, Decoder, Received};
 use groundwave_protocol::letters::{Bump, Drive, Layer};
 use groundwave_protocol::telemetry::{Body, CountersLine, HOLDERS, Line, StateLine};
 use serde::Serialize;
 
-use super::source::Form;
+use super::source::{Chunk, Form};
 use super::{Capture, CaptureError};
 use crate::request::layer_word;
 
@@ -23,6 +24,8 @@ pub struct Info {
     pub bytes: u64,
     /// Bytes that belong to no intact line.
     pub noise_bytes: u64,
+    /// Those of them that may be the beginning of a line under way when the capture ended.
+    pub unfinished_bytes: u64,
     /// Bytes that were received and could not be recorded.
     pub missing_bytes: u64,
     /// Intact lines.
@@ -111,10 +114,7 @@ impl Info {
     pub fn read(capture: &mut Capture) -> Self {
         let mut decoder = Decoder::default();
         let mut survey = Survey::default();
-        let result = capture.for_each_line(&mut decoder, |_, received| {
-            survey.take(received);
-            Ok::<_, CaptureError>(())
-        });
+        let result = survey.take_all(capture, &mut decoder);
         survey.into_info(
             capture,
             decoder.counters(),
@@ -136,8 +136,16 @@ impl Info {
         writeln!(
             output,
             "bytes      {} received, {} noise",
-            self.bytes, self.noise_bytes
+            self.bytes,
+            self.noise_bytes - self.unfinished_bytes
         )?;
+        if self.unfinished_bytes > 0 {
+            writeln!(
+                output,
+                "end        in the middle of a line, {} bytes of it",
+                self.unfinished_bytes
+            )?;
+        }
         if self.missing_bytes > 0 {
             writeln!(output, "missing    {} bytes", self.missing_bytes)?;
         }
@@ -201,6 +209,7 @@ struct Survey {
     bumps_counted: Option<u32>,
     bumps_seen: u32,
     was_bumped: bool,
+    since_line_feed: u64,
 }
 
 /// Where the robot was, and the sequence of that line.
@@ -212,6 +221,27 @@ struct Place {
 }
 
 impl Survey {
+    fn take_all(
+        &mut self,
+        capture: &mut Capture,
+        decoder: &mut Decoder,
+    ) -> Result<(), CaptureError> {
+        while let Some(Chunk { mut bytes, .. }) = capture.next_chunk()? {
+            self.since_line_feed = match bytes.iter().rposition(|&byte| byte == b'\n') {
+                Some(at) => (bytes.len() - at - 1) as u64,
+                None => self.since_line_feed + bytes.len() as u64,
+            };
+            while !bytes.is_empty() {
+                let (taken, received) = decoder.handle_bytes(bytes);
+                bytes = &bytes[taken..];
+                if let Some(received) = received {
+                    self.take(&received);
+                }
+            }
+        }
+        Ok(())
+    }
+
     fn take(&mut self, received: &Received) {
         match received {
             Received::Ack(_) => self.lines.k += 1,
@@ -297,11 +327,18 @@ impl Survey {
         holders.sort_by(|a, b| b.share_pct.total_cmp(&a.share_pct));
         let lines = seen.lines + seen.ack_lines;
         let volts = |dv: u16| f64::from(dv) / 10.0;
+        let may_become_a_line = self.since_line_feed < LINE_BYTES as u64;
+        let unfinished_bytes = if may_become_a_line {
+            self.since_line_feed.min(seen.noise_bytes)
+        } else {
+            0
+        };
         Info {
             form: capture.form(),
             duration_s: capture.end().as_secs_f64(),
             bytes: seen.bytes,
             noise_bytes: seen.noise_bytes,
+            unfinished_bytes,
             missing_bytes: capture.missing_bytes(),
             lines: self.lines,
             lines_lost: seen.lines_lost,

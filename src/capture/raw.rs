@@ -18,7 +18,7 @@ pub struct RawWriter {
     path: PathBuf,
     file: File,
     bytes: u64,
-    problem: Option<String>,
+    problem: Option<CaptureError>,
 }
 
 impl RawWriter {
@@ -36,38 +36,60 @@ impl RawWriter {
         })
     }
 
-    /// Writes what was just read, before anything else sees it.
-    ///
-    /// # Errors
-    /// Once, when writing fails. From then on nothing is written, so that the file is exactly the
-    /// beginning of the stream, and [`Self::problem`] tells.
-    pub fn write(&mut self, bytes: &[u8]) -> Result<(), CaptureError> {
+    /// Writes what was just read, before anything else sees it. Nothing here fails: after an error
+    /// nothing more is written, so that the file is exactly the beginning of the stream;
+    /// [`Self::problem`] and [`Self::finish`] tell.
+    pub fn write(&mut self, bytes: &[u8]) {
         if self.problem.is_some() {
-            return Ok(());
+            return;
         }
-        match self.file.write_all(bytes) {
-            Ok(()) => {
-                self.bytes += bytes.len() as u64;
-                Ok(())
-            }
-            Err(error) => {
-                let error = CaptureError::Write {
-                    path: self.path.clone(),
-                    error,
-                };
-                self.problem = Some(error.to_string());
-                Err(error)
-            }
+        if let Err(error) = self.write_all(bytes) {
+            self.problem = Some(CaptureError::Write {
+                path: self.path.clone(),
+                error,
+            });
         }
     }
 
-    /// Waits until the disk has everything.
+    fn write_all(&mut self, mut bytes: &[u8]) -> io::Result<()> {
+        while !bytes.is_empty() {
+            match self.file.write(bytes) {
+                Ok(0) => return Err(io::ErrorKind::WriteZero.into()),
+                Ok(written) => {
+                    self.bytes += written as u64;
+                    bytes = &bytes[written..];
+                }
+                Err(error) if error.kind() == io::ErrorKind::Interrupted => {}
+                Err(error) => return Err(error),
+            }
+        }
+        Ok(())
+    }
+
+    /// Waits until the disk has everything; returns how many bytes that is.
     ///
     /// # Errors
-    /// When it will not.
-    pub fn sync(&self) -> Result<(), CaptureError> {
-        self.file.sync_data().map_err(|error| CaptureError::Write {
-            path: self.path.clone(),
+    /// What went wrong since the start, or that the disk will not. A pipe or a device that knows nothing
+    /// of disks has had its bytes when it took them.
+    pub fn finish(self) -> Result<u64, CaptureError> {
+        if let Some(problem) = self.problem {
+            return Err(problem);
+        }
+        let Err(error) = self.file.sync_data() else {
+            return Ok(self.bytes);
+        };
+        let has_no_disk = matches!(
+            error.kind(),
+            io::ErrorKind::InvalidInput
+                | io::ErrorKind::Unsupported
+                | io::ErrorKind::ReadOnlyFilesystem
+        );
+        let is_file = self.file.metadata().is_ok_and(|about| about.is_file());
+        if has_no_disk && !is_file {
+            return Ok(self.bytes);
+        }
+        Err(CaptureError::Write {
+            path: self.path,
             error,
         })
     }
@@ -86,8 +108,8 @@ impl RawWriter {
 
     /// Why writing has ended, if it has.
     #[must_use]
-    pub fn problem(&self) -> Option<&str> {
-        self.problem.as_deref()
+    pub fn problem(&self) -> Option<String> {
+        self.problem.as_ref().map(ToString::to_string)
     }
 }
 

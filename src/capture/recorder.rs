@@ -61,6 +61,7 @@ enum Order {
         received: Box<Received>,
     },
     Flush,
+    Discard,
 }
 
 #[derive(Default)]
@@ -239,12 +240,23 @@ impl Recorder {
             .clone()
     }
 
-    /// Writes the index, waits until the disk has everything and gives the recording its name.
+    /// Writes the index, waits until the disk has everything and gives the recording its name; returns
+    /// the bytes in the file.
     ///
     /// # Errors
     /// Whatever went wrong since the start.
-    pub fn finish(mut self) -> Result<(), CaptureError> {
-        self.stop()
+    pub fn finish(mut self) -> Result<u64, CaptureError> {
+        self.stop()?;
+        Ok(self.bytes())
+    }
+
+    /// Leaves nothing behind: for a session that does not begin after all.
+    pub fn discard(mut self) {
+        if let Some(orders) = &self.orders {
+            // A recorder that has failed has said so and reads no more orders.
+            let _ = orders.send(Order::Discard);
+        }
+        let _ = self.stop();
     }
 
     fn stop(&mut self) -> Result<(), CaptureError> {
@@ -341,6 +353,10 @@ impl Worker {
         existing: Existing,
     ) -> Result<(), CaptureError> {
         for order in queue {
+            if matches!(order, Order::Discard) {
+                return fs::remove_file(partial)
+                    .map_err(|error| write_error(partial, error.into()));
+            }
             self.carry_out(order)
                 .map_err(|error| write_error(partial, error))?;
             shared.done.fetch_add(1, Ordering::Release);
@@ -379,6 +395,7 @@ impl Worker {
                 self.writer.flush()?;
                 Ok(self.file.sync_data()?)
             }
+            Order::Discard => Ok(()),
         }
     }
 

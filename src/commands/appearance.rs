@@ -14,7 +14,7 @@ pub(super) fn from_environment() -> Config {
     Config {
         colors: colors(set("NO_COLOR").is_some(), set("COLORFGBG").as_deref()),
         ascii: is_ascii(locale.as_deref()),
-        hint: None,
+        raw_copy: None,
     }
 }
 

@@ -20,7 +20,7 @@ Try it without a robot:      groundwave demo
 Watch a robot on a radio:    groundwave watch /dev/ttyUSB0 --tee evening.txt
 Send it somewhere:           groundwave send /dev/ttyUSB0 goto 48 0
 
-Exit codes: 0 proven or done; 1 failed; 2 usage or bad input file; 3 not confirmed in time;
+Exit codes: 0 proven or done; 1 failed, or a capture ends early; 2 usage or bad input file; 3 not confirmed in time;
 4 the link cannot be opened; 5 the robot refused; 6 the link is receive-only."
 )]
 pub struct Cli {
@@ -284,7 +284,7 @@ pub struct Sim {
     /// Stop after this much simulated time: 30s, 90m, 2h
     #[arg(long, value_name = "T", value_parser = parse_duration)]
     pub duration: Option<Duration>,
-    /// Keep what the robot remembers over a reset in this file
+    /// Keep what the robot remembers over a reset in this file; --pty PATH keeps it beside PATH
     #[arg(long, value_name = "FILE")]
     pub eeprom: Option<PathBuf>,
 }

@@ -26,6 +26,9 @@ pub(super) fn run(options: &Decode) -> Result<(), Fault> {
         )
     };
     match result {
+        Ok(seen) if seen.lines + seen.ack_lines == 0 => {
+            Err(Fault::no_lines(&options.file, seen.bytes))
+        }
         Ok(_) => Ok(()),
         Err(DecodeError::Capture(error)) => Err(keeping::fault(error)),
         Err(DecodeError::Output(error)) => Fault::output(&error),

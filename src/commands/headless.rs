@@ -1,21 +1,27 @@
 //! `watch --headless`: what happens, as JSON lines on standard output.
 
 use std::io::{self, Write};
+use std::time::Duration;
 
 use groundwave_protocol::decoder::Received;
 use serde_json::{Value, json};
 
 use super::{Exit, Fault};
 use crate::capture::decode;
-use crate::event::{CommandStep, Event, LinkEvent, Moment, Reception};
+use crate::event::{CommandStep, Event, Level, LinkEvent, Moment, Reception};
 use crate::io::signals::{Signal, Signals, stop_myself};
-use crate::runtime::Driver;
+use crate::runtime::{Driver, Keeper};
 use crate::share::Stage;
 
+/// How often it is asked how the recording is.
+const LOOK_EVERY: Duration = Duration::from_secs(1);
+
 /// Runs until a signal, the end of standard input, or a reader that has seen enough.
-pub(super) async fn run(mut driver: Driver) -> Result<(), Fault> {
+pub(super) async fn run(mut driver: Driver, keeper: &Keeper) -> Result<(), Fault> {
     let mut signals = Signals::listen()
         .map_err(|error| Fault::new(Exit::Failed, format!("cannot listen for signals: {error}")))?;
+    let mut look = tokio::time::interval(LOOK_EVERY);
+    let mut told = None;
     loop {
         tokio::select! {
             signal = signals.next() => match signal {
@@ -23,6 +29,17 @@ pub(super) async fn run(mut driver: Driver) -> Result<(), Fault> {
                 Signal::Suspend => stop_myself(),
             },
             () = driver.step() => {}
+            _ = look.tick() => {
+                // Asking also reminds the recorder of what waits to be flushed.
+                let problem = keeper.status().problem;
+                if let Some(text) = problem.clone().filter(|_| problem != told) {
+                    let notice = Event::Notice { level: Level::Alarm, text };
+                    if let Err(error) = print(driver.now(), &notice) {
+                        return Fault::output(&error);
+                    }
+                }
+                told = problem;
+            }
         }
         while let Some(event) = driver.poll_event() {
             if let Err(error) = print(driver.now(), &event) {

@@ -4,37 +4,33 @@ use std::io::{self, Write};
 use std::path::Path;
 
 use super::cli::Info;
-use super::{Exit, Fault, keeping};
+use super::{Exit, Fault, keeping, say};
 use crate::capture::Capture;
 use crate::capture::info;
 
 pub(super) fn run(options: &Info) -> Result<(), Fault> {
-    let mut fault = None;
+    // One bad file does not hide the others: the last fault is left to the caller.
+    let mut fault: Option<Fault> = None;
     for (index, path) in options.files.iter().enumerate() {
-        match Capture::open(path) {
+        let found = match Capture::open(path) {
             Ok(mut capture) => {
                 let info = info::Info::read(&mut capture);
                 if info.lines.total() == 0 && info.problem.is_none() {
-                    let message = format!(
-                        "{}: not one line of a robot in {} bytes",
-                        path.display(),
-                        info.bytes
-                    );
-                    if let Some(earlier) = fault.replace(Fault::new(Exit::Usage, message)) {
-                        eprintln!("groundwave: {earlier}");
-                    }
-                    continue;
-                }
-                if let Err(error) = write(options, index, path, &info) {
+                    Some(Fault::no_lines(path, info.bytes))
+                } else if let Err(error) = write(options, index, path, &info) {
                     return Fault::output(&error);
+                } else {
+                    // As `decode` does: what is there is told, and that it is not all.
+                    info.problem
+                        .map(|problem| Fault::new(Exit::Failed, problem))
                 }
             }
-            // One bad file does not hide the others: the last fault is left to the caller.
-            Err(error) => {
-                if let Some(earlier) = fault.replace(keeping::fault(error)) {
-                    eprintln!("groundwave: {earlier}");
-                }
-            }
+            Err(error) => Some(keeping::fault(error)),
+        };
+        if let Some(found) = found
+            && let Some(earlier) = fault.replace(found)
+        {
+            say(format_args!("groundwave: {earlier}"));
         }
     }
     fault.map_or(Ok(()), Err)

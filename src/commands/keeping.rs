@@ -1,6 +1,7 @@
 //! The options that say where received bytes are kept.
 
 use std::collections::BTreeMap;
+use std::io::ErrorKind;
 use std::path::PathBuf;
 use std::time::{Instant, SystemTime};
 
@@ -41,7 +42,11 @@ pub(super) const fn existing(append: bool, force: bool) -> Existing {
 /// A file that may not be touched or read is bad input; a disk that fails is a failure.
 pub(super) fn fault(error: CaptureError) -> Fault {
     let exit = match error {
-        CaptureError::Exists { .. } | CaptureError::CannotAppend(_) | CaptureError::Open { .. } => {
+        CaptureError::Exists { .. }
+        | CaptureError::SameFile(_)
+        | CaptureError::CannotAppend(_)
+        | CaptureError::Open { .. } => Exit::Usage,
+        CaptureError::Read { ref error, .. } if error.kind() == ErrorKind::IsADirectory => {
             Exit::Usage
         }
         _ => Exit::Failed,

@@ -16,7 +16,9 @@ pub mod simulated;
 mod via;
 mod watch;
 
-use std::io;
+use std::fmt::Display;
+use std::io::{self, Write};
+use std::path::Path;
 use std::process::ExitCode;
 
 use cli::{Cli, Command};
@@ -25,7 +27,7 @@ use cli::{Cli, Command};
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[repr(u8)]
 pub enum Exit {
-    /// Something failed that has no number of its own.
+    /// Something failed that has no number of its own, or a capture ends early: what came before is told.
     Failed = 1,
     /// Wrong usage or a bad input file.
     Usage = 2,
@@ -48,11 +50,22 @@ pub struct Fault {
 }
 
 impl Fault {
-    fn new(exit: Exit, message: impl std::fmt::Display) -> Self {
+    fn new(exit: Exit, message: impl Display) -> Self {
         Self {
             exit,
             message: message.to_string(),
         }
+    }
+
+    /// A file that is no capture of a robot.
+    fn no_lines(path: &Path, bytes: u64) -> Self {
+        Self::new(
+            Exit::Usage,
+            format!(
+                "{}: not one line of a robot in {bytes} bytes",
+                path.display()
+            ),
+        )
     }
 
     /// An error of standard output; a reader that has gone away is none.
@@ -84,10 +97,21 @@ pub fn run(cli: &Cli) -> ExitCode {
     match result {
         Ok(()) => ExitCode::SUCCESS,
         Err(fault) => {
-            eprintln!("groundwave: {fault}");
+            say(format_args!("groundwave: {fault}"));
             ExitCode::from(fault.exit as u8)
         }
     }
+}
+
+/// Tells the person at standard error. One that is closed or full changes neither what is done nor the
+/// exit code.
+fn say(text: impl Display) {
+    let _ = writeln!(io::stderr(), "{text}");
+}
+
+/// Tells the person at a terminal how far it is, over what was told before.
+fn say_progress(text: impl Display) {
+    let _ = write!(io::stderr(), "\r{text} ");
 }
 
 /// One thread runs everything that is not a blocking read or write.

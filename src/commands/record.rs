@@ -4,8 +4,10 @@ use std::collections::BTreeMap;
 use std::io::{self, IsTerminal};
 use std::time::{Duration, Instant};
 
+use groundwave_protocol::decoder::Counters;
+
 use super::cli::Record;
-use super::{Exit, Fault, block_on, keeping, sharing, simulated};
+use super::{Exit, Fault, block_on, keeping, say, say_progress, sharing, simulated};
 use crate::event::{Event, LinkEvent};
 use crate::io::link::{Connection, Link};
 use crate::io::signals::{Signal, Signals, stop_myself};
@@ -51,13 +53,29 @@ pub(super) fn run(options: &Record) -> Result<(), Fault> {
         let link = Link::start(spec, options.baud, connection, sink, inputs);
         let driver = Driver::new(name, link, from_link, false, started, keeper.sent_sink());
         let driver = driver.advising(port_baud).shared(share);
+        let _finish = keeper.finish_on_drop();
         let result = until_done(options, driver, &keeper).await;
-        keeper.finish().map_err(keeping::fault)?;
-        result
+        let written = keeper.finish().map_err(keeping::fault)?;
+        let heard = result?;
+        if !options.quiet {
+            say(format_args!(
+                "recorded {}: {} bytes heard, {written} written, {} lines, {} lost",
+                options.output.display(),
+                heard.bytes,
+                heard.lines,
+                heard.lines_lost
+            ));
+        }
+        Ok(())
     })
 }
 
-async fn until_done(options: &Record, mut driver: Driver, keeper: &Keeper) -> Result<(), Fault> {
+/// Records until somebody or something ends it; returns what was heard.
+async fn until_done(
+    options: &Record,
+    mut driver: Driver,
+    keeper: &Keeper,
+) -> Result<Counters, Fault> {
     let mut signals = Signals::listen()
         .map_err(|error| Fault::new(Exit::Failed, format!("cannot listen for signals: {error}")))?;
     let shows_progress = !options.quiet && io::stderr().is_terminal();
@@ -79,7 +97,10 @@ async fn until_done(options: &Record, mut driver: Driver, keeper: &Keeper) -> Re
                 }
                 if shows_progress {
                     let counters = driver.station().counters();
-                    eprint!("\r{} bytes heard, {} lines, {} lost ", counters.bytes, counters.lines, counters.lines_lost);
+                    say_progress(format_args!(
+                        "{} bytes heard, {} lines, {} lost",
+                        counters.bytes, counters.lines, counters.lines_lost
+                    ));
                 }
             }
         }
@@ -88,7 +109,9 @@ async fn until_done(options: &Record, mut driver: Driver, keeper: &Keeper) -> Re
             match event {
                 Event::Link(LinkEvent::Ended) => ended = true,
                 Event::Link(LinkEvent::Lost { reason }) if !options.quiet => {
-                    eprintln!("groundwave: link lost: {reason}; trying again");
+                    say(format_args!(
+                        "groundwave: link lost: {reason}; trying again"
+                    ));
                 }
                 Event::Notice { text, .. } if !options.quiet => eprintln!("groundwave: {text}"),
                 _ => {}
@@ -99,17 +122,7 @@ async fn until_done(options: &Record, mut driver: Driver, keeper: &Keeper) -> Re
         }
     }
     if shows_progress {
-        eprintln!();
+        say("");
     }
-    if !options.quiet {
-        let counters = driver.station().counters();
-        eprintln!(
-            "recorded {}: {} bytes heard, {} lines, {} lost",
-            options.output.display(),
-            counters.bytes,
-            counters.lines,
-            counters.lines_lost
-        );
-    }
-    Ok(())
+    Ok(*driver.station().counters())
 }

@@ -54,7 +54,7 @@ pub(super) fn run(options: &Replay) -> Result<(), Fault> {
         };
         Box::pin(run_dashboard(dashboard))
             .await
-            .map_err(|error| Fault::new(Exit::Failed, format!("the terminal failed: {error}")))
+            .or_else(|error| watch::terminal_failed(&error))
     })?;
     // The dashboard is gone; a player that met a damaged capture says so on the restored terminal.
     match player.join() {

@@ -1,5 +1,6 @@
 //! `send`: commands from a shell or a script, each with its proof.
 
+use std::fmt::Display;
 use std::fs;
 use std::io::{self, IsTerminal, Read, Write};
 use std::path::Path;
@@ -9,7 +10,7 @@ use groundwave_protocol::letters::Mode;
 use serde_json::{Value, json};
 
 use super::cli::{Send, Way};
-use super::{Exit, Fault, block_on, via};
+use super::{Exit, Fault, block_on, say, say_progress, via};
 use crate::event::{CommandId, CommandStep, Event, Failure, LinkEvent};
 use crate::io::link::{Connection, Link, LinkSpec};
 use crate::request::Request;
@@ -22,7 +23,7 @@ pub(super) fn run(options: &Send) -> Result<(), Fault> {
         .way()
         .map_err(|message| Fault::new(Exit::Usage, message))?;
     let requests = read_requests(options, &words)?;
-    let receive_only = |name: &dyn std::fmt::Display| {
+    let receive_only = |name: &dyn Display| {
         let message = format!("cannot send to {name}: the link is receive-only");
         Err(Fault::new(Exit::ReceiveOnly, message))
     };
@@ -160,7 +161,8 @@ async fn deliver(options: &Send, link: &LinkSpec, requests: Vec<Request>) -> Res
                 () = driver.step() => {}
                 () = &mut deadline => {
                     driver.cancel();
-                    return Err(not_confirmed(&request, driver.heard(), options.timeout));
+                    let heard = driver.heard();
+                    return Err(not_confirmed(&request, heard, options.timeout, report.frames));
                 }
             }
         }
@@ -168,8 +170,13 @@ async fn deliver(options: &Send, link: &LinkSpec, requests: Vec<Request>) -> Res
     Ok(())
 }
 
-/// No proof came in time: says what was heard meanwhile, and what is known of the robot.
-pub(super) fn not_confirmed(request: &Request, heard: Heard, waited: Duration) -> Fault {
+/// No proof came in time: says what was heard meanwhile, what was sent, and what is known of the robot.
+pub(super) fn not_confirmed(
+    request: &Request,
+    heard: Heard,
+    waited: Duration,
+    frames: u32,
+) -> Fault {
     let why = if heard.bytes == 0 {
         "nothing at all was heard from the robot (is it switched on, is this the right port?)"
             .to_owned()
@@ -183,15 +190,18 @@ pub(super) fn not_confirmed(request: &Request, heard: Heard, waited: Duration) -
             .to_owned()
     };
     let state = match request {
+        _ if frames == 0 => " It was not sent.",
         Request::Route(_) => " The robot holds either its old list or the new one, whole.",
         _ => " The robot may or may not have executed it.",
     };
+    let waited = if waited < Duration::from_secs(1) {
+        format!("{} ms", waited.as_millis())
+    } else {
+        format!("{:.1} s", waited.as_secs_f64())
+    };
     Fault::new(
         Exit::NotConfirmed,
-        format!(
-            "`{request}` was not confirmed within {:.1} s: {why}.{state}",
-            waited.as_secs_f64()
-        ),
+        format!("`{request}` was not confirmed within {waited}: {why}.{state}"),
     )
 }
 
@@ -200,6 +210,8 @@ pub(super) struct Report {
     json: bool,
     quiet: bool,
     progress: bool,
+    /// Frames of the present command that went out.
+    pub(super) frames: u32,
 }
 
 impl Report {
@@ -208,6 +220,7 @@ impl Report {
             json: options.json,
             quiet: options.quiet,
             progress: !options.quiet && !options.json && io::stderr().is_terminal(),
+            frames: 0,
         }
     }
 
@@ -231,13 +244,18 @@ impl Report {
 
     /// Reports a step; returns how the command ended, once it has.
     pub(super) fn step(
-        &self,
+        &mut self,
         request: &Request,
         step: &CommandStep,
         after: Duration,
     ) -> Result<Option<Result<(), Fault>>, Fault> {
+        match step {
+            CommandStep::Queued(_) => self.frames = 0,
+            CommandStep::Sent { frames } => self.frames = *frames,
+            _ => {}
+        }
         if self.json {
-            Self::print_json(&to_json(request, step, after))?;
+            Self::print(to_json(request, step, after))?;
         }
         Ok(self.handle_step(request, step, after))
     }
@@ -245,7 +263,9 @@ impl Report {
     /// The link is gone and may come back.
     pub(super) fn lost(&self, reason: &str) {
         if !self.quiet {
-            eprintln!("groundwave: link lost: {reason}; trying again");
+            say(format_args!(
+                "groundwave: link lost: {reason}; trying again"
+            ));
         }
     }
 
@@ -262,9 +282,11 @@ impl Report {
                 total,
             } => {
                 if self.progress {
-                    eprint!("\r{acknowledged} of {total} waypoints acknowledged ");
+                    say_progress(format_args!(
+                        "{acknowledged} of {total} waypoints acknowledged"
+                    ));
                     if acknowledged == total {
-                        eprintln!();
+                        say("");
                     }
                 }
                 None
@@ -273,10 +295,10 @@ impl Report {
                 if !self.json && !self.quiet {
                     let digest =
                         digest.map_or(String::new(), |digest| format!(", digest {digest:08x}"));
-                    println!(
+                    return Some(Self::print(format_args!(
                         "{request}: proven after {:.1} s{digest}",
                         after.as_secs_f64()
-                    );
+                    )));
                 }
                 Some(Ok(()))
             }
@@ -295,9 +317,9 @@ impl Report {
         }
     }
 
-    fn print_json(value: &Value) -> Result<(), Fault> {
+    fn print(line: impl Display) -> Result<(), Fault> {
         let mut out = io::stdout().lock();
-        writeln!(out, "{value}")
+        writeln!(out, "{line}")
             .and_then(|()| out.flush())
             .or_else(|error| Fault::output(&error))
     }

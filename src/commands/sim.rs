@@ -1,12 +1,13 @@
 //! `sim`: a robot for cat, tio, minicom and `watch`.
 
 use std::io::{self, Write};
+use std::path::PathBuf;
 use std::time::{Duration, SystemTime};
 
 use sr04_sim::serve::{Endpoint, ServeOptions};
 
 use super::cli::Sim;
-use super::{Fault, block_on, simulated};
+use super::{Fault, block_on, say, simulated};
 use crate::io::signals::{Signal, Signals, stop_myself};
 
 /// How often the end of a simulation with a duration is looked for.
@@ -17,6 +18,17 @@ const LOOK_EVERY: Duration = Duration::from_millis(50);
 fn boots_now() -> u16 {
     let since_1970 = SystemTime::now().duration_since(SystemTime::UNIX_EPOCH);
     since_1970.map_or(1, |time| (time.as_secs() % 999) as u16 + 1)
+}
+
+/// Where the robot remembers how often it has booted. Under a steady name stations stay while simulators
+/// come and go, and a robot whose boot number happens to agree with the last one's passes for it.
+fn eeprom(options: &Sim) -> Option<PathBuf> {
+    let beside = |link: &PathBuf| {
+        let name = link.file_name()?.to_string_lossy();
+        Some(link.with_file_name(format!(".{name}.eeprom")))
+    };
+    let given = options.eeprom.clone();
+    given.or_else(|| options.pty.as_ref().and_then(beside))
 }
 
 pub(super) fn run(options: &Sim) -> Result<(), Fault> {
@@ -40,7 +52,7 @@ pub(super) fn run(options: &Sim) -> Result<(), Fault> {
             endpoints: vec![endpoint],
             time_factor: options.simulated.time_factor,
             duration: options.duration,
-            eeprom: options.eeprom.clone(),
+            eeprom: eeprom(options),
         },
     )?;
     let address = server.addresses().first().map_or("", String::as_str);
@@ -59,18 +71,18 @@ pub(super) fn run(options: &Sim) -> Result<(), Fault> {
         .and_then(|()| out.flush())
         .or_else(|error| Fault::output(&error))?;
     drop(out);
-    eprintln!(
+    say(format_args!(
         "SR04 number {} prowls the world `{}`, seed {}, {}",
         simulated::ROBOT_ID,
         options.simulated.world,
         options.simulated.seed,
         simulated::rate_words(options.simulated.time_factor)
-    );
+    ));
     if !is_tcp {
-        eprintln!("look at it:  cat {shown}");
+        say(format_args!("look at it:  cat {shown}"));
     }
-    eprintln!("watch it:    groundwave watch {link}");
-    eprintln!("Ctrl-C ends it");
+    say(format_args!("watch it:    groundwave watch {link}"));
+    say("Ctrl-C ends it");
     block_on(async {
         let mut signals = Signals::listen().map_err(|error| {
             Fault::new(

@@ -1,7 +1,9 @@
 //! A simulated robot served from within this program.
 
+use std::io::ErrorKind;
+
 use groundwave_protocol::BYTES_PER_S;
-use sr04_sim::serve::{Endpoint, ServeOptions, Server, serve};
+use sr04_sim::serve::{Endpoint, ServeError, ServeOptions, Server, serve};
 use sr04_sim::{ChannelSpec, Outline, SimulationConfig, World};
 
 use super::cli::Simulated;
@@ -29,7 +31,19 @@ pub(super) fn config(options: &Simulated) -> Result<SimulationConfig, Fault> {
 
 /// Starts a robot on these endpoints.
 pub(super) fn start(config: SimulationConfig, options: &ServeOptions) -> Result<Server, Fault> {
-    serve(config, options).map_err(|error| Fault::new(Exit::Failed, error))
+    serve(config, options).map_err(|error| {
+        let exit = match &error {
+            ServeError::TimeFactor(_) | ServeError::Link { .. } | ServeError::Eeprom { .. } => {
+                Exit::Usage
+            }
+            ServeError::Listen { source, .. } => match source.kind() {
+                ErrorKind::AddrInUse | ErrorKind::PermissionDenied => Exit::Failed,
+                _ => Exit::Usage,
+            },
+            ServeError::Pty(_) | ServeError::Thread(_) => Exit::Failed,
+        };
+        Fault::new(exit, error)
+    })
 }
 
 /// A serial line where the system has pseudo-terminals, a TCP port elsewhere.

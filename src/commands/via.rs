@@ -19,9 +19,9 @@ pub(super) fn deliver(
     requests: &[Request],
 ) -> Result<(), Fault> {
     let (mut via, _) = Via::connect(address).map_err(|error| Fault::new(Exit::NoLink, error))?;
-    let report = Report::new(options);
+    let mut report = Report::new(options);
     for (tag, request) in (1..).zip(requests) {
-        ask(options, &mut via, &report, tag, request)?;
+        ask(options, &mut via, &mut report, tag, request)?;
     }
     Ok(())
 }
@@ -29,7 +29,7 @@ pub(super) fn deliver(
 fn ask(
     options: &Send,
     via: &mut Via,
-    report: &Report,
+    report: &mut Report,
     tag: u32,
     request: &Request,
 ) -> Result<(), Fault> {
@@ -55,7 +55,12 @@ fn ask(
                 let ended = report.step(request, &step, begun.elapsed())?;
                 match (step, ended) {
                     (CommandStep::Failed(Failure::TimedOut), _) => {
-                        return Err(not_confirmed(request, heard, begun.elapsed()));
+                        return Err(not_confirmed(
+                            request,
+                            heard,
+                            begun.elapsed(),
+                            report.frames,
+                        ));
                     }
                     (_, Some(ended)) => return ended,
                     (_, None) => {}

@@ -1,7 +1,7 @@
 //! `watch` and `demo`: the live dashboard. `watch --headless`: its events as JSON lines.
 
 use std::collections::BTreeMap;
-use std::io::{self, IsTerminal};
+use std::io;
 use std::time::Instant;
 
 use sr04_sim::serve::{ServeOptions, Server};
@@ -10,6 +10,7 @@ use super::cli::{Demo, Keeping, Sharing, Watch};
 use super::{Exit, Fault, appearance, block_on, headless, keeping, sharing, simulated};
 use crate::event::Event;
 use crate::io::link::{BAUD, Connection, Link, LinkSpec};
+use crate::io::terminal;
 use crate::model::{Config, Model};
 use crate::runtime::{Dashboard, Driver, Keeper, run};
 
@@ -39,7 +40,8 @@ pub(super) fn watch(options: &Watch) -> Result<(), Fault> {
     if options.headless {
         return block_on(async {
             let (driver, keeper) = plan.open()?;
-            let result = headless::run(driver).await;
+            let _finish = keeper.finish_on_drop();
+            let result = headless::run(driver, &keeper).await;
             keeper.finish().map_err(keeping::fault)?;
             result
         });
@@ -83,10 +85,10 @@ pub(super) fn demo(options: &Demo) -> Result<(), Fault> {
     };
     let raw = address(&server, 1);
     let mut model = appearance::from_environment();
-    model.hint = Some(if cfg!(unix) {
-        format!("raw in another terminal: cat {raw}")
+    model.raw_copy = Some(if cfg!(unix) {
+        format!("cat {raw}")
     } else {
-        format!("raw on tcp:{raw}")
+        format!("tcp:{raw}")
     });
     show(
         &plan,
@@ -100,7 +102,7 @@ fn address(server: &Server, index: usize) -> &str {
 }
 
 pub(super) fn needs_terminal(instead: &str) -> Result<(), Fault> {
-    if io::stdout().is_terminal() {
+    if terminal::is_there() {
         return Ok(());
     }
     Err(Fault::new(
@@ -163,8 +165,20 @@ fn show(plan: &Plan, config: Config, first: Vec<Event>) -> Result<(), Fault> {
             recording: Box::new(move || status.status()),
             first,
         };
+        let _finish = keeper.finish_on_drop();
         let result = Box::pin(run(dashboard)).await;
         keeper.finish().map_err(keeping::fault)?;
-        result.map_err(|error| Fault::new(Exit::Failed, format!("the terminal failed: {error}")))
+        result.or_else(|error| terminal_failed(&error))
     })
+}
+
+/// A terminal that is gone has nobody behind it: the session has ended, as by a hangup.
+pub(super) fn terminal_failed(error: &io::Error) -> Result<(), Fault> {
+    if !terminal::is_there() {
+        return Ok(());
+    }
+    Err(Fault::new(
+        Exit::Failed,
+        format!("the terminal failed: {error}"),
+    ))
 }

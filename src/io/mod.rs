@@ -1,6 +1,7 @@
-//! The only code that touches the operating system: ports, sockets, files' ends, the clock, signals
-//! and the terminal.
+//! The operating system: ports, sockets, signals, the terminal, and files that are named while the
+//! dashboard runs. Recordings are [`crate::capture`]'s.
 
+pub mod files;
 pub mod link;
 pub mod ports;
 pub mod share;

@@ -1,7 +1,9 @@
 //! The terminal: taken over for the dashboard, and given back whatever happens.
 
-use std::io::{self, BufWriter, Stdout};
+use std::cell::RefCell;
+use std::io::{self, IsTerminal, Write};
 use std::panic;
+use std::rc::Rc;
 use std::sync::Once;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::thread;
@@ -19,14 +21,45 @@ use tokio::sync::mpsc::Receiver;
 /// Whether the terminal is ours now: what a panic has to undo.
 static TAKEN: AtomicBool = AtomicBool::new(false);
 
-/// A frame is written with one call.
-const FRAME_BYTES: usize = 16 * 1024;
+type Canvas = Terminal<CrosstermBackend<Sheet>>;
 
-type Canvas = Terminal<CrosstermBackend<BufWriter<Stdout>>>;
+/// A frame in memory, on its way to the terminal. A canvas that wrote to the terminal itself would show
+/// the cursor when it is dropped, and panic when neither the terminal nor standard error is left.
+#[derive(Clone, Default)]
+struct Sheet(Rc<RefCell<Vec<u8>>>);
+
+impl Write for Sheet {
+    fn write(&mut self, bytes: &[u8]) -> io::Result<usize> {
+        self.0.borrow_mut().extend_from_slice(bytes);
+        Ok(bytes.len())
+    }
+
+    fn flush(&mut self) -> io::Result<()> {
+        Ok(())
+    }
+}
+
+impl Sheet {
+    /// One frame, one write.
+    fn print(&self) -> io::Result<()> {
+        let mut frame = self.0.borrow_mut();
+        let mut out = io::stdout().lock();
+        let printed = out.write_all(&frame).and_then(|()| out.flush());
+        frame.clear();
+        printed
+    }
+}
+
+/// Whether there is a terminal to draw on; a window that was closed is none.
+#[must_use]
+pub fn is_there() -> bool {
+    io::stdout().is_terminal()
+}
 
 /// The terminal while the dashboard runs. Dropping it gives the terminal back.
 pub struct Screen {
     canvas: Canvas,
+    sheet: Sheet,
 }
 
 impl Screen {
@@ -39,8 +72,10 @@ impl Screen {
         restore_on_panic();
         enter()?;
         let (width, height) = terminal::size()?;
+        let sheet = Sheet::default();
         Ok(Self {
-            canvas: canvas(width, height)?,
+            canvas: canvas(&sheet, width, height)?,
+            sheet,
         })
     }
 
@@ -57,7 +92,9 @@ impl Screen {
     /// When the terminal is gone.
     pub fn resize(&mut self, width: u16, height: u16) -> io::Result<()> {
         execute!(io::stdout(), terminal::Clear(terminal::ClearType::All))?;
-        self.canvas = canvas(width, height)?;
+        // A sheet of its own: the old canvas writes its farewell on the old one.
+        self.sheet = Sheet::default();
+        self.canvas = canvas(&self.sheet, width, height)?;
         Ok(())
     }
 
@@ -66,7 +103,8 @@ impl Screen {
     /// # Errors
     /// When the terminal is gone.
     pub fn draw(&mut self, draw: impl FnOnce(&mut ratatui::Frame<'_>)) -> io::Result<()> {
-        self.canvas.draw(draw).map(|_| ())
+        self.canvas.draw(draw)?;
+        self.sheet.print()
     }
 
     /// Forgets what is on the screen: the next frame is drawn whole.
@@ -99,8 +137,8 @@ impl Drop for Screen {
 /// A canvas that remembers nothing and asks the terminal nothing: its size comes with the resize event,
 /// and `Terminal::clear` would ask where the cursor is and wait for an answer that our own reader takes
 /// away.
-fn canvas(width: u16, height: u16) -> io::Result<Canvas> {
-    let backend = CrosstermBackend::new(BufWriter::with_capacity(FRAME_BYTES, io::stdout()));
+fn canvas(sheet: &Sheet, width: u16, height: u16) -> io::Result<Canvas> {
+    let backend = CrosstermBackend::new(sheet.clone());
     let viewport = Viewport::Fixed(Rect::new(0, 0, width, height));
     Terminal::with_options(backend, TerminalOptions { viewport })
 }

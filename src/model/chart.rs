@@ -181,11 +181,12 @@ impl Chart {
     }
 
     /// The robot measures from elsewhere now: what was marked before lies in another frame.
-    fn start_afresh(&mut self) {
+    pub(super) fn start_afresh(&mut self) {
         self.trail = Trail::default();
         self.bumps.clear();
         self.infrareds.clear();
         self.pose = None;
+        self.was_touching = false;
     }
 
     fn follow(&mut self, pose: Pose) {

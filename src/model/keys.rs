@@ -58,6 +58,25 @@ pub(crate) enum Action {
     Quit,
 }
 
+impl Action {
+    /// Whether it is for a link that carries something to the robot.
+    pub(crate) const fn asks_the_robot(self) -> bool {
+        matches!(
+            self,
+            Self::Stop
+                | Self::Mode(_)
+                | Self::ToggleLayer(_)
+                | Self::Scan
+                | Self::ResetPose
+                | Self::ClearList
+                | Self::SendDraft
+                | Self::CancelCommands
+                | Self::AskCommand
+                | Self::EnterDrive
+        )
+    }
+}
+
 /// One row of the table.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Binding {
@@ -115,7 +134,7 @@ pub(crate) const TABLE: &[Binding] = &[
     row(Dashboard, "p", &[plain('p')], Action::Mode(Mode::Prowl), "prowl: move about", "prowl"),
     row(Dashboard, "r", &[plain('r')], Action::Mode(Mode::Reactive), "reactive: wait to be pulled", ""),
     row(Dashboard, "h", &[plain('h')], Action::Mode(Mode::GoHome), "home: back to the origin", "home"),
-    row(Dashboard, "W", &[plain('W')], Action::Mode(Mode::Wander), "wander: 3 minutes, then home", ""),
+    row(Dashboard, "W", &[plain('W')], Action::Mode(Mode::Wander), "wander, if the robot can", ""),
     row(Dashboard, "1-7", &[plain('1')], Action::ToggleLayer(Layer::Bumpers), "allow a layer, or forbid it", "layers"),
     row(Dashboard, "0", &[plain('0')], Action::ToggleLayer(Layer::User), "the same for driving by hand", ""),
     row(Dashboard, "2", &[plain('2')], Action::ToggleLayer(Layer::Rotation), "", ""),

@@ -154,6 +154,11 @@ impl Ledger {
         self.entries.iter()
     }
 
+    /// The command that went a step further last.
+    pub(crate) fn newest_step(&self) -> Option<&Entry> {
+        self.entries.iter().max_by_key(|entry| entry.at)
+    }
+
     /// The list of this session that the robot acknowledged and has not contradicted since.
     pub(crate) const fn active(&self) -> Option<&ActiveList> {
         self.active.as_ref()

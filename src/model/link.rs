@@ -118,6 +118,11 @@ impl Link {
         self.newest_raw = Some(*raw);
     }
 
+    /// Whether nothing can be sent, for good; unknown before the link is open.
+    pub(crate) fn is_receive_only(&self) -> bool {
+        !self.can_send && self.connection != Connection::Opening
+    }
+
     /// Bytes heard.
     pub(crate) const fn bytes(&self) -> u64 {
         self.counters.bytes

@@ -40,6 +40,18 @@ pub(crate) struct Entry {
     pub(crate) times: u32,
 }
 
+impl Entry {
+    /// Whether it is worth a place where everybody looks. Commands have their own
+    /// way there, and the status line tells of the link.
+    pub(crate) fn is_news(&self) -> bool {
+        match self.subject {
+            Subject::Station => true,
+            Subject::Robot => self.level == Level::Alarm,
+            Subject::Behaviour | Subject::Bump | Subject::Link | Subject::Command => false,
+        }
+    }
+}
+
 /// The newest entries, oldest first.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct Log {

@@ -10,9 +10,11 @@ mod history;
 mod input;
 pub(crate) mod keys;
 pub(crate) mod ledger;
+mod life;
 pub(crate) mod link;
 pub(crate) mod log;
 pub(crate) mod motors;
+pub(crate) mod news;
 pub(crate) mod robot;
 mod trail;
 pub(crate) mod why;
@@ -32,6 +34,7 @@ use chart::Chart;
 use drive::Stick;
 use keys::Context;
 use ledger::Ledger;
+use life::Life;
 use link::{Connection, Link};
 use log::{Log, Subject};
 use motors::Motors;
@@ -44,9 +47,8 @@ pub struct Config {
     pub colors: Colors,
     /// Nothing but ASCII on the screen.
     pub ascii: bool,
-    /// Told in one line above the keys, beside rate, loss and where the session is recorded: how to
-    /// see the raw line from another terminal. `None` leaves that line away.
-    pub hint: Option<String>,
+    /// How to see the raw line from another terminal, told above the keys; `None` where there is no way.
+    pub raw_copy: Option<String>,
 }
 
 /// Colours of the screen.
@@ -130,7 +132,7 @@ pub struct Model {
     pub(crate) panel: Panel,
     pub(crate) overlay: Overlay,
     size: (u16, u16),
-    boot: Option<u8>,
+    life: Life,
     revision: u64,
 }
 
@@ -150,7 +152,7 @@ impl Model {
             panel: Panel::default(),
             overlay: Overlay::default(),
             size: (0, 0),
-            boot: None,
+            life: Life::default(),
             revision: 0,
         }
     }
@@ -164,7 +166,13 @@ impl Model {
                 self.take_line(now, &line);
                 true
             }
-            Event::Ack(line) => self.take_boot(now, line.ack.boot),
+            Event::Ack(line) => {
+                let restarted = self.life.take_boot(line.ack.boot);
+                if restarted {
+                    self.take_restart(now);
+                }
+                restarted
+            }
             Event::Counters(counters) => {
                 self.link.take_counters(now, &counters);
                 // The lines that changed the totals say so themselves; rejects can wait for a line, unless
@@ -230,10 +238,12 @@ impl Model {
     }
 
     /// When the screen changes although nothing happens, because ages do: every second while the newest
-    /// line is young, later every ten; `None` while time stands still, as after the end of a session.
+    /// line is young, later every ten, and when something is no longer news; `None` while time stands still, as
+    /// after the end of a session.
     #[must_use]
     pub fn redraw_at(&self, now: Moment) -> Option<Moment> {
-        self.link.next_tick(now)
+        let ages = self.link.next_tick(now);
+        ages.into_iter().chain(self.news_until(now)).min()
     }
 
     /// When to send [`Event::Tick`] at the latest: a lease on the motors ends then.
@@ -264,7 +274,15 @@ impl Model {
     }
 
     fn take_line(&mut self, now: Moment, line: &Line) {
-        self.take_boot(now, line.ack.boot);
+        let restarted = self.life.take_boot(line.ack.boot)
+            | match &line.body {
+                Body::Status(status) => self.life.take_status(status),
+                Body::Counters(counters) => self.life.take_counters(counters),
+                Body::State(_) | Body::Text(_) => false,
+            };
+        if restarted {
+            self.take_restart(now);
+        }
         let before = self.robot.state.map(|state| state.value);
         self.robot.take(now, line);
         match &line.body {
@@ -278,15 +296,12 @@ impl Model {
         }
     }
 
-    /// The robot's boot counter is in every line: when it moves, the robot has forgotten its list.
-    fn take_boot(&mut self, now: Moment, boot: u8) -> bool {
-        let restarted = self.boot.replace(boot).is_some_and(|last| last != boot);
-        if restarted {
-            self.ledger.take_restart();
-            self.log
-                .add(now, Level::Alarm, Subject::Robot, "the robot restarted");
-        }
-        restarted
+    /// The robot booted: it has forgotten its list, and measures from where it stands.
+    fn take_restart(&mut self, now: Moment) {
+        self.ledger.take_restart();
+        self.chart.start_afresh();
+        self.log
+            .add(now, Level::Alarm, Subject::Robot, "the robot restarted");
     }
 
     fn take_state(&mut self, now: Moment, before: Option<&StateLine>, state: &StateLine) {

@@ -214,6 +214,17 @@ fn typed_words_are_those_of_the_command_line() {
         [Effect::Send(Request::Mode(Mode::Prowl))],
         "one line of what was pasted"
     );
+    scene.type_text(":route");
+    scene.press(&[KeyCode::Enter]);
+    let Overlay::Text(entry) = &scene.model.overlay else {
+        panic!("the text stays to be mended");
+    };
+    assert!(
+        entry
+            .error
+            .as_ref()
+            .is_some_and(|e| e.starts_with("`route` takes"))
+    );
 }
 
 #[test]
@@ -256,6 +267,55 @@ fn active_is_what_the_robot_acknowledged_until_it_says_otherwise() {
     scene.ack.boot = 1;
     scene.hear();
     assert_eq!(active(&scene), None, "the robot restarted");
+}
+
+/// The boot counter in every line is modulo 8: lines B and C tell the robots apart in which it agrees.
+#[test]
+fn a_restart_is_noticed_although_the_short_boot_counter_agrees() {
+    let restarts = |scene: &Scene| {
+        let told = scene.model.log.newest_first();
+        told.filter(|entry| entry.text == "the robot restarted")
+            .map(|entry| entry.times)
+            .sum::<u32>()
+    };
+    let mut scene = scene();
+    scene.hear_status();
+    scene.hear_ticks(500, [0; 9]);
+    scene.hear_ticks(510, [0; 9]);
+    assert_eq!(restarts(&scene), 0);
+    scene.status.boots += 64;
+    scene.hear_status();
+    assert_eq!(restarts(&scene), 1, "line B says so");
+    scene.status.boots -= 64;
+    scene.hear_ticks(520, [0; 9]);
+    assert_eq!(restarts(&scene), 2, "line C says so");
+    scene.hear_ticks(519, [0; 9]);
+    assert_eq!(restarts(&scene), 3, "time ran backwards");
+    scene.hear_ticks(999_999, [0; 9]);
+    let before = restarts(&scene);
+    scene.hear_ticks(3, [0; 9]);
+    assert_eq!(restarts(&scene), before, "the count of seconds goes round");
+    // One restart is told once, whichever line is the first to tell.
+    scene.ack.boot = (scene.ack.boot + 1) % 8;
+    scene.hear();
+    scene.hear_status();
+    scene.hear_ticks(1, [0; 9]);
+    assert_eq!(restarts(&scene), before + 1);
+}
+
+#[test]
+fn after_a_restart_the_map_starts_afresh() {
+    let mut scene = scene();
+    scene.drive(10, 3.0, 0);
+    scene.state.bump = Bump::Left;
+    scene.hear();
+    assert_eq!(scene.model.chart.bumps.len(), 1);
+    scene.ack.boot = (scene.ack.boot + 1) % 8;
+    scene.state.bump = Bump::None;
+    (scene.state.x_tenths_in, scene.state.y_tenths_in) = (0, 0);
+    scene.hear();
+    assert_eq!(scene.model.chart.bumps.len(), 0, "a mark in another frame");
+    assert_eq!(scene.model.chart.trail.recent().count(), 1);
 }
 
 #[test]

@@ -1,14 +1,15 @@
 //! The dashboard's event loop.
 
-use std::fs;
 use std::io;
+use std::thread;
 use std::time::{Duration, Instant};
 
-use tokio::sync::mpsc::Receiver;
+use tokio::sync::mpsc::{Receiver, Sender, channel};
 use tokio::time::{Instant as TokioInstant, sleep_until};
 
 use super::Driver;
 use crate::event::{Effect, Event, Moment, Recording, Replay};
+use crate::io::files;
 use crate::io::signals::{Signal, Signals, stop_myself};
 use crate::io::terminal::{self, Screen};
 use crate::model::Model;
@@ -54,11 +55,13 @@ pub async fn run(dashboard: Dashboard) -> io::Result<()> {
     let mut signals = Signals::listen()?;
     let screen = Screen::take()?;
     let mut keys = terminal::events();
+    let (readers, mut read) = channel(4);
     let mut running = Running {
         driver: dashboard.driver,
         model: dashboard.model,
         player: dashboard.player,
         screen,
+        readers,
         drawn: None,
     };
     let mut recording = dashboard.recording;
@@ -95,6 +98,7 @@ pub async fn run(dashboard: Dashboard) -> io::Result<()> {
                 // The terminal is gone: nobody can see or steer any more.
                 None => true,
             },
+            Some(event) = read.recv() => running.tell(event)?,
             () = running.driver.step() => false,
             () = sleep_until_some(wake_at) => running.tell(Event::Tick)?,
             () = sleep_until(TokioInstant::from_std(ask_at)), if told != Recording::default() => false,
@@ -108,6 +112,8 @@ struct Running {
     model: Model,
     player: Option<Box<dyn Player>>,
     screen: Screen,
+    /// For threads that read files: what they found comes back as an event.
+    readers: Sender<Event>,
     drawn: Option<Drawn>,
 }
 
@@ -177,7 +183,7 @@ impl Running {
             } => self.driver.drive(velocity_in_s, rotation_in_s),
             Effect::DriveEnd => self.driver.drive_end(),
             Effect::CancelCommands => self.driver.cancel(),
-            Effect::LoadRoute(path) => return self.load_route(path),
+            Effect::LoadRoute(path) => self.load_route(path),
             Effect::ReplayPause(paused) => {
                 if let Some(replay) = self.player.as_mut().map(|player| player.pause(paused)) {
                     return self.tell(Event::Replay(replay));
@@ -195,11 +201,15 @@ impl Running {
         Ok(false)
     }
 
-    fn load_route(&mut self, path: String) -> io::Result<bool> {
-        let route = fs::read_to_string(&path)
-            .map_err(|error| format!("cannot read {path}: {error}"))
-            .and_then(|text| route::parse(&path, &text).map_err(|error| error.to_string()));
-        self.tell(Event::RouteLoaded { path, route })
+    /// On a thread of its own: a disk may take its time, and STOP may not wait for it.
+    fn load_route(&self, path: String) {
+        let readers = self.readers.clone();
+        thread::spawn(move || {
+            let route = files::read_text(&path)
+                .and_then(|text| route::parse(&path, &text).map_err(|error| error.to_string()));
+            // A dashboard that is gone wants no route.
+            let _ = readers.blocking_send(Event::RouteLoaded { path, route });
+        });
     }
 
     fn suspend(&mut self) -> io::Result<()> {

@@ -1,7 +1,7 @@
 //! Keeps what the radio delivers, before anybody looks at it.
 
 use std::collections::BTreeMap;
-use std::path::PathBuf;
+use std::path::{self, PathBuf};
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use std::time::{Instant, SystemTime};
 
@@ -35,7 +35,6 @@ pub struct Keeper(Arc<Mutex<Inner>>);
 
 struct Inner {
     tee: Option<RawWriter>,
-    tee_bytes: u64,
     recorder: Option<Recorder>,
     /// Received and not yet with the recorder: it gets whole lines, however the bytes arrive.
     pending: Vec<u8>,
@@ -45,17 +44,17 @@ struct Inner {
 }
 
 impl Keeper {
-    /// Creates the files.
+    /// Creates the files: all of them or none.
     ///
     /// # Errors
     /// When one of them exists and may not be touched, or cannot be written.
     pub fn open(options: &KeepOptions, started: Instant) -> Result<Self, CaptureError> {
         let started_wall = SystemTime::now();
-        let tee = options
-            .tee
-            .as_ref()
-            .map(|path| RawWriter::create(path, options.existing))
-            .transpose()?;
+        if let (Some(tee), Some(mcap)) = (&options.tee, &options.mcap)
+            && path::absolute(tee).ok() == path::absolute(mcap).ok()
+        {
+            return Err(CaptureError::SameFile(tee.clone()));
+        }
         let session = Session {
             link: options.link.clone(),
             start: started_wall,
@@ -71,9 +70,23 @@ impl Keeper {
             .as_ref()
             .map(|path| Recorder::start(path, existing, &session))
             .transpose()?;
+        // Last, for this one cannot be taken back: it may write over what was there.
+        let tee = options
+            .tee
+            .as_ref()
+            .map(|path| RawWriter::create(path, options.existing))
+            .transpose();
+        let tee = match tee {
+            Ok(tee) => tee,
+            Err(error) => {
+                if let Some(recorder) = recorder {
+                    recorder.discard();
+                }
+                return Err(error);
+            }
+        };
         Ok(Self(Arc::new(Mutex::new(Inner {
             tee,
-            tee_bytes: 0,
             recorder,
             pending: Vec::new(),
             decoder: Decoder::default(),
@@ -106,19 +119,36 @@ impl Keeper {
         self.lock().status()
     }
 
-    /// Ends the recording in good order.
+    /// Ends the recording in good order; returns the bytes that are in the files.
     ///
     /// # Errors
     /// Whatever went wrong since the start.
-    pub fn finish(&self) -> Result<(), CaptureError> {
-        let (recorder, synced) = {
+    pub fn finish(&self) -> Result<u64, CaptureError> {
+        let (recorder, tee) = {
             let mut inner = self.lock();
             inner.hand_over(Instant::now());
-            let synced = inner.tee.take().map(|tee| tee.sync());
-            (inner.recorder.take(), synced)
+            (inner.recorder.take(), inner.tee.take())
         };
-        recorder.map_or(Ok(()), Recorder::finish)?;
-        synced.unwrap_or(Ok(()))
+        // Each is finished whatever became of the other.
+        let teed = tee.map_or(Ok(0), RawWriter::finish);
+        let recorded = recorder.map_or(Ok(0), Recorder::finish);
+        Ok(recorded? + teed?)
+    }
+
+    /// Ends the recording when the guard goes, however its scope is left.
+    #[must_use]
+    pub fn finish_on_drop(&self) -> FinishOnDrop {
+        FinishOnDrop(self.clone())
+    }
+}
+
+/// Ends a recording in good order even when the program panics.
+pub struct FinishOnDrop(Keeper);
+
+impl Drop for FinishOnDrop {
+    fn drop(&mut self) {
+        // Who can report a failure has called `finish` before.
+        let _ = self.0.finish();
     }
 }
 
@@ -129,11 +159,8 @@ impl Inner {
     }
 
     fn handle_rx(&mut self, at: Instant, bytes: &[u8]) {
-        if let Some(tee) = &mut self.tee
-            && tee.write(bytes).is_ok()
-        {
-            // A failure is remembered by the writer and told by `status`.
-            self.tee_bytes += bytes.len() as u64;
+        if let Some(tee) = &mut self.tee {
+            tee.write(bytes);
         }
         if self.recorder.is_none() {
             return;
@@ -179,20 +206,45 @@ impl Inner {
         if let Some(recorder) = &mut self.recorder {
             recorder.handle_timeout(now);
         }
-        let name = |path: &std::path::Path| path.display().to_string();
-        let tee_problem = self
-            .tee
-            .as_ref()
-            .and_then(|tee| tee.problem().map(str::to_owned));
+        let name = |path: &path::Path| path.display().to_string();
+        let tee_problem = self.tee.as_ref().and_then(RawWriter::problem);
         let recorder_problem = self.recorder.as_ref().and_then(Recorder::problem);
         Recording {
             tee: self.tee.as_ref().map(|tee| name(tee.path())),
             mcap: self.recorder.as_ref().map(|recorder| name(recorder.path())),
-            bytes: self
-                .recorder
-                .as_ref()
-                .map_or(self.tee_bytes, Recorder::bytes),
+            bytes: match (&self.recorder, &self.tee) {
+                (Some(recorder), _) => recorder.bytes(),
+                (None, Some(tee)) => tee.bytes(),
+                (None, None) => 0,
+            },
             problem: tee_problem.or(recorder_problem),
         }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_panic_leaves_a_finished_recording() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("run.mcap");
+        let options = KeepOptions {
+            tee: None,
+            mcap: Some(path.clone()),
+            existing: Existing::Refuse,
+            link: "sim".to_owned(),
+            notes: BTreeMap::new(),
+        };
+        let keeper = Keeper::open(&options, Instant::now()).unwrap();
+        // The reader thread of the link holds on to this.
+        let _sink = keeper.sink();
+        let panicked = std::panic::catch_unwind(|| {
+            let _finish = keeper.finish_on_drop();
+            panic!("this is the panic that was asked for");
+        });
+        assert!(panicked.is_err());
+        assert!(path.exists());
     }
 }

@@ -38,6 +38,8 @@ pub struct Station {
     current: Option<CommandId>,
     /// STOPs that the robot has not confirmed yet.
     stops: Vec<CommandId>,
+    /// Whether a STOP of ours went out in this session.
+    stopped: bool,
     next_id: u32,
     told_counters: Counters,
     events: VecDeque<Event>,
@@ -56,6 +58,7 @@ impl Station {
             waiting: VecDeque::new(),
             current: None,
             stops: Vec::new(),
+            stopped: false,
             next_id: 1,
             told_counters: Counters::default(),
             events: VecDeque::new(),
@@ -119,6 +122,7 @@ impl Station {
         } else if request == Request::Stop {
             self.cancel_waiting(Failure::Stopped);
             self.stops.push(id);
+            self.stopped = true;
             self.fop.stop(micros(now));
             self.step(id, CommandStep::Sent { frames: 1 });
         } else {
@@ -252,9 +256,12 @@ impl Station {
     fn drain_fop(&mut self) {
         while let Some(event) = self.fop.poll_event() {
             match event {
-                FopEvent::Session(Ok(())) => self.notice(Level::Info, "session opened"),
+                FopEvent::Session(Ok(())) => {
+                    self.stopped = false;
+                    self.notice(Level::Info, "session opened");
+                }
                 FopEvent::Session(Err(loss)) => {
-                    self.notice(Level::Warning, lost_session(loss));
+                    self.notice(Level::Warning, lost_session(loss, self.stopped));
                 }
                 FopEvent::Sent { frames } => {
                     self.step_current(CommandStep::Sent { frames });
@@ -346,13 +353,14 @@ fn micros(moment: Moment) -> u64 {
     moment.as_micros() as u64
 }
 
-const fn lost_session(loss: Loss) -> &'static str {
+const fn lost_session(loss: Loss, stopped: bool) -> &'static str {
     match loss {
         Loss::RobotRestarted => {
             "the robot restarted: session, staged list and active list are gone"
         }
         Loss::TakenOver => "another station opened a session: this one sends nothing until you do",
-        Loss::Stopped => "STOP ended the session",
+        Loss::Stopped if stopped => "STOP ended the session",
+        Loss::Stopped => "the robot ended the session: somebody else's STOP, or it restarted",
         Loss::TimedOut | Loss::Cancelled => "session given up",
     }
 }

@@ -52,7 +52,7 @@ impl Screen<'_> {
     }
 
     /// No more than the robot acknowledged.
-    fn fate(&self, entry: &Entry) -> (&'static str, String, Style) {
+    pub(super) fn fate(&self, entry: &Entry) -> (&'static str, String, Style) {
         let theme = &self.theme;
         let glyphs = theme.glyphs;
         let sent = || format!("sent {}{}", glyphs.times, entry.attempts);

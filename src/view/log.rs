@@ -2,6 +2,7 @@
 
 use ratatui::buffer::Buffer;
 use ratatui::layout::Rect;
+use ratatui::style::Style;
 use ratatui::text::{Line, Span};
 
 use super::{Screen, put};
@@ -18,10 +19,11 @@ impl Screen<'_> {
         }
     }
 
-    fn log_line(&self, entry: &Entry) -> Line<'_> {
+    /// The glyph and the style of an entry.
+    pub(super) fn mark(&self, entry: &Entry) -> (&'static str, Style) {
         let theme = &self.theme;
         let glyphs = theme.glyphs;
-        let (glyph, style) = match (entry.level, entry.subject) {
+        match (entry.level, entry.subject) {
             (Level::Alarm, _) => (glyphs.bad, theme.alarm),
             (_, Subject::Bump) => (glyphs.bump, theme.holder),
             (Level::Warning, _) => ("!", theme.warning),
@@ -29,11 +31,16 @@ impl Screen<'_> {
             (Level::Info, Subject::Robot) => ("\"", theme.strong),
             (Level::Info, Subject::Command) => (glyphs.done, theme.plain),
             (Level::Info, Subject::Link | Subject::Station) => (glyphs.dot, theme.plain),
-        };
+        }
+    }
+
+    fn log_line(&self, entry: &Entry) -> Line<'_> {
+        let theme = &self.theme;
+        let (glyph, style) = self.mark(entry);
         let s = entry.at.as_secs();
         let times = match entry.times {
             1 => String::new(),
-            times => format!(" {}{times}", glyphs.times),
+            times => format!(" {}{times}", theme.glyphs.times),
         };
         let text = format!("{glyph} {}{times}", entry.text);
         Line::from(vec![

@@ -34,6 +34,7 @@
 
 mod commands;
 mod footer;
+mod hint;
 mod ladder;
 mod log;
 mod map;
@@ -52,7 +53,7 @@ use ratatui::layout::Rect;
 use ratatui::text::{Line, Span};
 
 use crate::event::Moment;
-use crate::model::{Model, Overlay, Panel};
+use crate::model::{Model, Panel};
 use theme::Theme;
 
 const WIDTH_MIN: u16 = 80;
@@ -69,6 +70,7 @@ pub fn draw(model: &Model, now: Moment, frame: &mut Frame<'_>) {
     let screen = Screen {
         model,
         now: model.link.clock(now),
+        told_at: now,
         theme: Theme::of(&model.config),
     };
     if area.width < WIDTH_MIN || area.height < HEIGHT_MIN {
@@ -83,19 +85,18 @@ struct Screen<'a> {
     model: &'a Model,
     /// Stands still when the session does.
     now: Moment,
+    /// Never stands still: for what is told in passing.
+    told_at: Moment,
     theme: Theme,
 }
 
 impl Screen<'_> {
     fn draw(&self, buffer: &mut Buffer, area: Rect) {
         let full = area.width >= WIDTH_FULL && area.height >= HEIGHT_FULL;
-        let typing = matches!(self.model.overlay, Overlay::Text(_));
-        let hinted = self.model.config.hint.is_some() || self.model.link.replay.is_some();
-        let hint_rows = u16::from(hinted || full || typing);
         let raw_rows = if full { 3 } else { 1 };
         let (status, rest) = split_top(area, 1);
         let (rest, keys) = split_bottom(rest, 1);
-        let (rest, hint) = split_bottom(rest, hint_rows);
+        let (rest, hint) = split_bottom(rest, 1);
         let (rest, raw) = split_bottom(rest, raw_rows);
         self.status(buffer, status);
         if full {
@@ -197,6 +198,34 @@ impl Screen<'_> {
             }
         }
         below
+    }
+
+    /// A line that is too wide ends with a mark of that.
+    fn cut<'l>(&self, line: Line<'l>, width: usize) -> Line<'l> {
+        let blanks = line
+            .spans
+            .iter()
+            .rev()
+            .flat_map(|span| span.content.chars().rev());
+        let blanks = blanks.take_while(|c| *c == ' ').count();
+        if line.width() - blanks <= width {
+            return line;
+        }
+        let more = self.theme.glyphs.cut;
+        let mut room = width.saturating_sub(Span::raw(more).width());
+        let mut spans: Vec<Span<'l>> = Vec::new();
+        for mut span in line.spans {
+            let wide = span.width();
+            if wide > room {
+                let fits: String = span.content.chars().take(room).collect();
+                span.content = (fits.trim_end().to_owned() + more).into();
+                spans.push(span);
+                break;
+            }
+            room -= wide;
+            spans.push(span);
+        }
+        Line::from(spans).style(line.style)
     }
 
     /// The mark and age of a value that has become stale; nothing while it is fresh.

@@ -60,7 +60,9 @@ impl Screen<'_> {
             .filter(|binding| binding.context == Context::Dashboard && !binding.help.is_empty())
             .collect();
         let rows = told.len().div_ceil(2) as u16;
-        let inner = self.window(buffer, area, (HELP_COLUMNS, rows + 2), " keys ");
+        let elsewhere = [("driving", Context::Drive), ("typing", Context::Text)];
+        let height = rows + elsewhere.len() as u16 + 2;
+        let inner = self.window(buffer, area, (HELP_COLUMNS, height), " keys ");
         let width = inner.width / 2;
         for (n, binding) in (0..).zip(told) {
             let (column, row) = (n / rows, n % rows);
@@ -74,6 +76,14 @@ impl Screen<'_> {
                 Span::raw(binding.help),
             ]);
             put(buffer, half, row, &line);
+        }
+        for (row, (when, context)) in (rows..).zip(elsewhere) {
+            let mut spans = vec![Span::styled(
+                format!("{when:<LABEL_COLUMNS$}"),
+                self.theme.dim,
+            )];
+            spans.extend(self.named_keys(context, |_| true));
+            put(buffer, inner, row, &Line::from(spans));
         }
     }
 

@@ -64,7 +64,9 @@ impl Screen<'_> {
                 span.style = self.theme.dim;
             }
         }
-        put(buffer, area, n, &Line::from(spans));
+        let taken = stale.as_ref().map_or(0, |stale| stale.chars().count() + 1);
+        let room = usize::from(area.width).saturating_sub(taken);
+        put(buffer, area, n, &self.cut(Line::from(spans), room));
         if let Some(stale) = stale {
             put_right(
                 buffer,

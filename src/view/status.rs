@@ -18,18 +18,20 @@ impl Screen<'_> {
     pub(super) fn status(&self, buffer: &mut Buffer, area: Rect) {
         let right = Line::from(self.robot_at_a_glance());
         let right_width = right.width() as u16;
-        let mut spans = self.link_at_a_glance();
-        spans.push(Span::raw("  "));
-        spans.push(self.recording());
         let left = Rect {
             width: area.width.saturating_sub(right_width + 2),
             ..area
         };
+        let mut spans = self.link_at_a_glance(area.width);
+        let taken: usize = spans.iter().map(Span::width).sum();
+        spans.push(Span::raw("  "));
+        let room = usize::from(left.width).saturating_sub(taken + 2);
+        spans.push(self.recording(room));
         put(buffer, left, 0, &Line::from(spans));
         put_right(buffer, area, 0, &right);
     }
 
-    fn link_at_a_glance(&self) -> Vec<Span<'_>> {
+    fn link_at_a_glance(&self, width: u16) -> Vec<Span<'_>> {
         let link = &self.model.link;
         let theme = &self.theme;
         let glyphs = theme.glyphs;
@@ -37,6 +39,12 @@ impl Screen<'_> {
             "no link"
         } else {
             &link.name
+        };
+        // The speed of a replay has to be told too.
+        let name_columns = if link.replay.is_some() && width < 100 {
+            14
+        } else {
+            24
         };
         let newest = link.newest_age(self.now).map(age::words);
         let flow = || {
@@ -78,7 +86,7 @@ impl Screen<'_> {
         );
         let mut spans = vec![
             Span::styled(format!("{glyph} "), style),
-            Span::styled(shortened(name, 24), theme.strong),
+            Span::styled(shortened(name, name_columns), theme.strong),
             Span::styled(words, if calm { theme.plain } else { style }),
         ];
         if let Some(replay) = link.replay {
@@ -102,12 +110,22 @@ impl Screen<'_> {
         format!("  LINK LOST {since}: {reason}; keeps trying")
     }
 
-    pub(super) fn recording(&self) -> Span<'_> {
+    /// Whether and where it is recorded, in the most words that fit.
+    fn recording(&self, room: usize) -> Span<'_> {
         let recording = &self.model.recording;
         let theme = &self.theme;
+        let longest = |long: String, short: String| {
+            if long.chars().count() <= room {
+                long
+            } else {
+                short
+            }
+        };
         if let Some(problem) = &recording.problem {
+            let bad = theme.glyphs.bad;
+            let long = format!("{bad} RECORDING FAILED: {problem}");
             return Span::styled(
-                format!("{} RECORDING FAILED: {problem}", theme.glyphs.bad),
+                longest(long, format!("{bad} RECORDING FAILED")),
                 theme.alarm,
             );
         }
@@ -117,9 +135,16 @@ impl Screen<'_> {
             .map(|path| file_name(path))
             .collect();
         if names.is_empty() {
-            return Span::styled("unrecorded", theme.dim);
+            let words = if self.model.link.replay.is_some() {
+                ""
+            } else {
+                "unrecorded"
+            };
+            return Span::styled(words, theme.dim);
         }
-        Span::raw(format!("{} {}", theme.glyphs.recording, names.join(", ")))
+        let glyph = theme.glyphs.recording;
+        let long = format!("{glyph} {}", names.join(", "));
+        Span::raw(longest(long, format!("{glyph} recording")))
     }
 
     fn robot_at_a_glance(&self) -> Vec<Span<'_>> {
@@ -164,7 +189,7 @@ pub(super) fn file_name(path: &str) -> &str {
 }
 
 /// A name that is too long keeps its end, which tells more.
-fn shortened(name: &str, width: usize) -> String {
+pub(super) fn shortened(name: &str, width: usize) -> String {
     let length = name.chars().count();
     if length <= width {
         return name.to_owned();

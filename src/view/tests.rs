@@ -10,6 +10,8 @@ use ratatui::Terminal;
 use ratatui::backend::TestBackend;
 use ratatui::buffer::Buffer;
 
+mod narrow;
+
 use super::draw;
 use crate::event::{
     CommandId, CommandStep, Effect, Event, Failure, LineRate, LinkEvent, Reception, Recording,
@@ -68,7 +70,7 @@ fn flight(config: Config) -> Scene {
     let mut scene = Scene::new(config);
     scene.event(Event::Truth(house()));
     scene.event(Event::Recording(Recording {
-        mcap: Some("/tmp/flights/session.mcap".to_owned()),
+        mcap: Some("groundwave-20250314T092653Z.mcap".to_owned()),
         ..Recording::default()
     }));
     scene.hear_status();
@@ -99,7 +101,7 @@ fn flight(config: Config) -> Scene {
 
 fn demo() -> Config {
     Config {
-        hint: Some("raw: cat /dev/pts/5".to_owned()),
+        raw_copy: Some("cat /dev/pts/5".to_owned()),
         ..Config::default()
     }
 }
@@ -153,7 +155,7 @@ fn a_flight_at_120_by_40() {
     row(&screen, "simulator's truth");
     row(
         &screen,
-        "recorded in /tmp/flights/session.mcap · raw: cat /dev/pts/5 · h sends it home",
+        "loss 4.3 % · groundwave-20250314T092653Z.mcap · raw: cat /dev/pts/5 · h sends it home",
     );
     assert!(row(&screen, "1 ▶ BUMPERS").contains("HOLDS"));
     assert!(row(&screen, "4 △ sonar").contains("12 %"), "by line C");
@@ -166,7 +168,11 @@ fn a_flight_at_80_by_24() {
     insta::assert_snapshot!(sensors);
     row(&sensors, "BUMPERS hold the motors: right bumper");
     row(&sensors, "loss 4.3 %");
-    row(&sensors, "h sends it home");
+    row(
+        &sensors,
+        "groundwave-20250314T092653Z.mcap · raw: cat /dev/pts/5 · h sends it home",
+    );
+    assert!(row(&sensors, "● sim").contains("◉ recording "));
     for (panel, words) in [
         ("commands", "nothing is sent"),
         ("log", "right bumper hit at"),
@@ -199,7 +205,7 @@ fn without_braille_and_color_everything_is_still_told() {
     let mut scene = flight(Config {
         colors: Colors::Mono,
         ascii: true,
-        hint: None,
+        raw_copy: None,
     });
     commanded(&mut scene);
     for keys in ["", "?", "?d"] {
@@ -220,7 +226,13 @@ fn without_braille_and_color_everything_is_still_told() {
 fn dialogs_at_80_by_24() {
     let mut scene = flight(Config::default());
     scene.type_text("?");
-    insta::assert_snapshot!("help", screen(&scene, 80, 24));
+    let help = screen(&scene, 80, 24);
+    insta::assert_snapshot!("help", help);
+    row(
+        &help,
+        "driving Space STOP  arrows hold to drive  + - speed  Esc let go",
+    );
+    row(&help, "typing  Ctrl-S STOP  Enter do it  Esc never mind");
     scene.type_text("?d");
     insta::assert_snapshot!("question", screen(&scene, 80, 24));
     scene.type_text("y");
@@ -305,6 +317,7 @@ fn a_paused_replay_is_paused_and_an_ended_one_ended() {
     row(&ended, "■ sim  session ended");
     for screen in [paused, ended] {
         assert!(!screen.contains("LOST") && !screen.contains("SILENT"));
+        assert!(!screen.contains("unrecorded") && !screen.contains("not recorded"));
     }
 }
 

@@ -60,6 +60,8 @@ pub(super) struct Glyphs {
     pub(super) cursor: &'static str,
     pub(super) origin: &'static str,
     pub(super) text_cursor: &'static str,
+    /// Where words were cut off.
+    pub(super) cut: &'static str,
     /// Clockwise from straight up, 45 degrees apart.
     pub(super) arrows: [&'static str; 8],
     /// A cell filled by eighths, from one eighth.
@@ -99,6 +101,7 @@ const UNICODE: Glyphs = Glyphs {
     cursor: "╋",
     origin: "⌂",
     text_cursor: "▏",
+    cut: "…",
     arrows: ["▲", "◥", "▶", "◢", "▼", "◣", "◀", "◤"],
     bar: ["▏", "▎", "▍", "▌", "▋", "▊", "▉", "█"],
     column: ["▁", "▂", "▃", "▄", "▅", "▆", "▇", "█"],
@@ -135,6 +138,7 @@ const ASCII: Glyphs = Glyphs {
     cursor: "+",
     origin: "H",
     text_cursor: "_",
+    cut: "..",
     arrows: ["^", "^", ">", ">", "v", "v", "<", "<"],
     bar: ["-", "-", "-", "-", "=", "=", "=", "#"],
     column: ["_", "_", ".", ".", "-", "-", "=", "#"],

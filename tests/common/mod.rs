@@ -47,6 +47,20 @@ pub const fn owner(seed: u64) -> u16 {
     (seed % 1023) as u16 + 1
 }
 
+/// Numbers from a seed, the same everywhere, by the `SplitMix64` of Steele, Lea and Flood.
+pub struct Dice(pub u64);
+
+impl Dice {
+    /// 0 to `sides` - 1.
+    pub fn roll(&mut self, sides: u64) -> u64 {
+        self.0 = self.0.wrapping_add(0x9E37_79B9_7F4A_7C15);
+        let mut z = self.0;
+        z = (z ^ (z >> 30)).wrapping_mul(0xBF58_476D_1CE4_E5B9);
+        z = (z ^ (z >> 27)).wrapping_mul(0x94D0_49BB_1331_11EB);
+        (z ^ (z >> 31)) % sides
+    }
+}
+
 /// One world, one robot, one radio, one station.
 pub struct CoSimulation {
     pub simulation: Simulation,

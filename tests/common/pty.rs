@@ -3,7 +3,10 @@
 
 use std::io::{Read, Write};
 use std::num::NonZero;
+use std::sync::Arc;
+use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::mpsc::{Receiver, channel};
+use std::thread::{self, JoinHandle};
 use std::time::{Duration, Instant};
 
 use portable_pty::{Child, CommandBuilder, MasterPty, PtySize, native_pty_system};
@@ -14,8 +17,11 @@ pub const PATIENCE: Duration = Duration::from_secs(30);
 pub struct OnTerminal {
     screen: vt100::Parser,
     output: Receiver<Vec<u8>>,
+    reader: JoinHandle<()>,
+    /// Tells the reader to read no more.
+    blind: Arc<AtomicBool>,
     keys: Box<dyn Write + Send>,
-    pub child: Box<dyn Child + Send + Sync>,
+    pub child: Program,
     master: Box<dyn MasterPty + Send>,
 }
 
@@ -39,10 +45,13 @@ impl OnTerminal {
         drop(pair.slave);
         let mut reader = pair.master.try_clone_reader().expect("its output");
         let (sender, output) = channel();
-        std::thread::spawn(move || {
+        let blind = Arc::new(AtomicBool::new(false));
+        let is_blind = Arc::clone(&blind);
+        let reader = thread::spawn(move || {
             let mut buffer = [0; 4096];
             while let Ok(count @ 1..) = reader.read(&mut buffer) {
-                if sender.send(buffer[..count].to_vec()).is_err() {
+                if sender.send(buffer[..count].to_vec()).is_err() || is_blind.load(Ordering::SeqCst)
+                {
                     break;
                 }
             }
@@ -50,8 +59,10 @@ impl OnTerminal {
         Self {
             screen: vt100::Parser::new(nonzero(rows), nonzero(columns), 0),
             output,
+            reader,
+            blind,
             keys: pair.master.take_writer().expect("its input"),
-            child,
+            child: Program(child),
             master: pair.master,
         }
     }
@@ -109,25 +120,22 @@ impl OnTerminal {
         }
     }
 
-    /// Takes the terminal away, as a closed window does, and waits for the program to end.
-    pub fn close(mut self) {
-        let (keys, master) = (&mut self.keys, &mut self.master);
-        *keys = Box::new(std::io::sink());
-        let gone = std::mem::replace(
+    /// Takes the terminal away, as a closed window does: no descriptor of our side of it stays open. The
+    /// program must be drawing, for its output is what wakes the reader up to let go. Returns the exit code.
+    pub fn close(self) -> u32 {
+        let Self {
+            blind,
+            keys,
             master,
-            native_pty_system()
-                .openpty(PtySize::default())
-                .expect("a pseudo-terminal")
-                .master,
-        );
-        drop(gone);
-        // The reader of its output holds the terminal open too, until the hangup.
-        let pid = self.child.process_id().expect("it runs").to_string();
-        std::process::Command::new("kill")
-            .args(["-HUP", &pid])
-            .status()
-            .expect("kill");
-        self.child.wait().expect("an exit code");
+            reader,
+            mut child,
+            ..
+        } = self;
+        blind.store(true, Ordering::SeqCst);
+        drop(keys);
+        drop(master);
+        reader.join().expect("the reader lets go");
+        child.exit_code()
     }
 
     /// Waits for the program to end; returns its exit code.
@@ -140,7 +148,7 @@ impl OnTerminal {
         {
             self.screen.process(&bytes);
         }
-        self.child.wait().expect("an exit code").exit_code()
+        self.child.exit_code()
     }
 }
 
@@ -148,9 +156,22 @@ fn nonzero(cells: u16) -> NonZero<u16> {
     NonZero::new(cells).expect("a terminal has cells")
 }
 
-impl Drop for OnTerminal {
+/// A running program, killed when nobody waits for it any more.
+pub struct Program(Box<dyn Child + Send + Sync>);
+
+impl Program {
+    pub fn process_id(&self) -> Option<u32> {
+        self.0.process_id()
+    }
+
+    fn exit_code(&mut self) -> u32 {
+        self.0.wait().expect("an exit code").exit_code()
+    }
+}
+
+impl Drop for Program {
     fn drop(&mut self) {
         // Gone already, if all went well.
-        let _ = self.child.kill();
+        let _ = self.0.kill();
     }
 }

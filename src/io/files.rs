@@ -1,0 +1,70 @@
+//! Small text files that a person names while the dashboard runs.
+
+use std::env;
+use std::fs::{self, File};
+use std::io::{self, Read};
+use std::path::{Path, PathBuf};
+
+/// No text that a person names here is longer.
+const BYTES_MAX: u64 = 1 << 20;
+
+/// Reads a text file; `~/` is the home folder, as in a shell. Pipes and devices are refused: opening one
+/// can take for ever.
+///
+/// # Errors
+/// One line for a person: the path, what happened, what to do.
+pub fn read_text(path: &str) -> Result<String, String> {
+    let full = expand_home(path, env::home_dir().as_deref());
+    let fail = |error: io::Error| format!("cannot read {path}: {error}");
+    let about = fs::metadata(&full).map_err(fail)?;
+    if !about.is_file() {
+        return Err(format!("cannot read {path}: choose a file; this is none"));
+    }
+    let mut text = String::new();
+    let file = File::open(&full).map_err(fail)?;
+    file.take(BYTES_MAX + 1)
+        .read_to_string(&mut text)
+        .map_err(fail)?;
+    if text.len() as u64 > BYTES_MAX {
+        return Err(format!(
+            "cannot read {path}: it is longer than {BYTES_MAX} bytes"
+        ));
+    }
+    Ok(text)
+}
+
+fn expand_home(path: &str, home: Option<&Path>) -> PathBuf {
+    match (path.strip_prefix("~/"), home) {
+        (Some(rest), Some(home)) => home.join(rest),
+        _ => path.into(),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_home_folder_has_a_short_name() {
+        let home = Some(Path::new("/home/somebody"));
+        assert_eq!(
+            expand_home("~/routes/lamp.txt", home),
+            Path::new("/home/somebody/routes/lamp.txt")
+        );
+        assert_eq!(expand_home("lamp~/a.txt", home), Path::new("lamp~/a.txt"));
+        assert_eq!(expand_home("~/a.txt", None), Path::new("~/a.txt"));
+    }
+
+    #[test]
+    fn what_is_no_short_text_is_refused() {
+        let folder = tempfile::tempdir().unwrap();
+        let long = folder.path().join("long.txt");
+        File::create(&long).unwrap().set_len(BYTES_MAX + 1).unwrap();
+        let error = |path: &Path| read_text(path.to_str().unwrap()).unwrap_err();
+        assert!(error(&long).contains("longer than"));
+        assert!(error(folder.path()).contains("choose a file"));
+        assert!(error(&folder.path().join("none")).starts_with("cannot read"));
+        #[cfg(unix)]
+        assert!(error(Path::new("/dev/zero")).contains("choose a file"));
+    }
+}

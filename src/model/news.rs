@@ -1,0 +1,39 @@
+//! What became of the operator's last wish, while that is news.
+
+use super::{Model, ledger, log};
+use crate::event::Moment;
+
+/// What is told where everybody looks.
+#[derive(Clone, Copy, Debug)]
+pub(crate) enum News<'a> {
+    /// A command went a step further.
+    Command(&'a ledger::Entry),
+    /// The station had something to say, or the robot raised an alarm.
+    Logged(&'a log::Entry),
+}
+
+/// How long something is news.
+const NEWS_FOR: Moment = Moment::from_secs(5);
+
+impl Model {
+    /// What is news now.
+    pub(crate) fn news(&self, now: Moment) -> Option<News<'_>> {
+        let (at, news) = self.newest()?;
+        (now < at + NEWS_FOR).then_some(news)
+    }
+
+    /// When what is news now no longer is.
+    pub(super) fn news_until(&self, now: Moment) -> Option<Moment> {
+        let (at, _) = self.newest()?;
+        Some(at + NEWS_FOR).filter(|until| *until > now)
+    }
+
+    fn newest(&self) -> Option<(Moment, News<'_>)> {
+        let command = self.ledger.newest_step();
+        let command = command.map(|entry| (entry.at, News::Command(entry)));
+        let logged = self.log.newest_first().find(|entry| entry.is_news());
+        let logged = logged.map(|entry| (entry.at, News::Logged(entry)));
+        // A wish that is older than a word of the station's is not about it.
+        command.into_iter().chain(logged).max_by_key(|(at, _)| *at)
+    }
+}

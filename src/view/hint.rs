@@ -1,0 +1,159 @@
+//! The line above the keys: what became of the operator's last wish while that is news, else the one line
+//! that says it all.
+
+use ratatui::buffer::Buffer;
+use ratatui::layout::Rect;
+use ratatui::text::{Line, Span};
+
+use super::status::{file_name, shortened};
+use super::{Screen, put};
+use crate::model::keys::Context;
+use crate::model::news::News;
+use crate::model::{Overlay, Purpose};
+
+/// How much the one line says, from everything to what must be there: it takes the first that fits.
+const TERSENESS: [Terseness; 4] = [
+    Terseness {
+        short: false,
+        flow: true,
+        name_columns: usize::MAX,
+    },
+    Terseness {
+        short: true,
+        flow: true,
+        name_columns: usize::MAX,
+    },
+    // The status line has rate and loss too.
+    Terseness {
+        short: true,
+        flow: false,
+        name_columns: usize::MAX,
+    },
+    Terseness {
+        short: true,
+        flow: false,
+        name_columns: 16,
+    },
+];
+
+/// What to leave away.
+#[derive(Clone, Copy)]
+struct Terseness {
+    /// Fewer words, and files without their folders.
+    short: bool,
+    /// Rate and loss.
+    flow: bool,
+    /// Longest name of a recording.
+    name_columns: usize,
+}
+
+impl Screen<'_> {
+    /// Help for what is being typed; news; else rate, loss, where it is recorded, how to see it raw, the
+    /// way home.
+    pub(super) fn hint(&self, buffer: &mut Buffer, area: Rect) {
+        let line = if let Some(help) = self.prompt_help() {
+            help
+        } else if let Some(news) = self.model.news(self.told_at) {
+            self.news(news)
+        } else {
+            self.one_line(usize::from(area.width))
+        };
+        put(buffer, area, 0, &self.cut(line, usize::from(area.width)));
+    }
+
+    fn prompt_help(&self) -> Option<Line<'_>> {
+        let Overlay::Text(entry) = &self.model.overlay else {
+            return None;
+        };
+        Some(match (&entry.error, entry.purpose) {
+            (Some(error), _) => Line::styled(error.clone(), self.theme.warning),
+            (None, Purpose::Command) => Line::styled(COMMAND_HELP, self.theme.dim),
+            (None, Purpose::RouteFile) => Line::styled(
+                "a route file: one X,Y in inches a line, # comments",
+                self.theme.dim,
+            ),
+        })
+    }
+
+    fn news(&self, news: News<'_>) -> Line<'_> {
+        match news {
+            News::Command(entry) => {
+                let (glyph, says, style) = self.fate(entry);
+                Line::styled(format!("{glyph} {}: {says}", entry.request), style)
+            }
+            News::Logged(entry) => {
+                let (glyph, style) = self.mark(entry);
+                Line::styled(format!("{glyph} {}", entry.text), style)
+            }
+        }
+    }
+
+    fn one_line(&self, room: usize) -> Line<'_> {
+        let mut lines = TERSENESS.iter().map(|terseness| self.facts(*terseness));
+        let fits = lines.find(|line| line.width() <= room);
+        fits.unwrap_or_else(|| self.facts(TERSENESS[TERSENESS.len() - 1]))
+    }
+
+    fn facts(&self, terseness: Terseness) -> Line<'_> {
+        let Terseness {
+            short,
+            flow,
+            name_columns,
+        } = terseness;
+        let theme = &self.theme;
+        let link = &self.model.link;
+        let separator = format!(" {} ", theme.glyphs.dot);
+        let mut facts = Vec::new();
+        if flow {
+            if link.newest_raw().is_some() {
+                let unit = if short { "/s" } else { " lines/s" };
+                facts.push(format!("{:.1}{unit}", link.lines_per_s(self.now)));
+            }
+            if let Some(loss) = link.loss(self.now) {
+                facts.push(format!("loss {:.1} %", loss * 100.0));
+            }
+        }
+        let recording = &self.model.recording;
+        let places: Vec<String> = [&recording.tee, &recording.mcap]
+            .into_iter()
+            .flatten()
+            .map(|path| if short { file_name(path) } else { path })
+            .map(|name| shortened(name, name_columns))
+            .collect();
+        if !places.is_empty() {
+            let recorded = if short { "" } else { "recorded in " };
+            facts.push(format!("{recorded}{}", places.join(", ")));
+        } else if link.replay.is_none() {
+            facts.push("not recorded".to_owned());
+        }
+        if let Some(command) = &self.model.config.raw_copy {
+            let how = if short {
+                "raw"
+            } else {
+                "raw in another terminal"
+            };
+            facts.push(format!("{how}: {command}"));
+        }
+        let keys: &[(&str, &str)] = if self.model.context() != Context::Dashboard {
+            &[]
+        } else if link.replay.is_some() {
+            &[("k", " pauses, "), ("< >", " slower and faster")]
+        } else if link.can_send {
+            &[("h", " sends it home")]
+        } else {
+            &[]
+        };
+        let mut spans = vec![Span::styled(facts.join(&separator), theme.plain)];
+        if !facts.is_empty() && !keys.is_empty() {
+            spans.push(Span::raw(separator));
+        }
+        for (key, does) in keys {
+            spans.push(Span::styled(*key, theme.key));
+            spans.push(Span::raw(*does));
+        }
+        Line::from(spans)
+    }
+}
+
+const COMMAND_HELP: &str =
+    "stop, mode M, enable L,L, disable L,L, goto X Y, route FILE, clear, scan, help";

@@ -1,0 +1,153 @@
+//! What must be told where there is little room.
+
+use super::*;
+
+#[test]
+fn a_replay_tells_its_speed_on_the_smallest_screen() {
+    let mut scene = flight(Config::default());
+    scene.event(Event::Link(LinkEvent::Opened {
+        name: "replay of captures/demo-commands.mcap".to_owned(),
+        can_send: false,
+    }));
+    scene.event(Event::Replay(Replay {
+        paused: false,
+        speed: 0.25,
+    }));
+    row(&screen(&scene, 80, 24), "newest <1 s  replay ×0.25 ");
+}
+
+#[test]
+fn words_that_do_not_fit_end_with_a_mark() {
+    let mut scene = flight(demo());
+    scene.state.bump = Bump::None;
+    scene.hear();
+    scene.wait_ms(930_000);
+    let narrow = screen(&scene, 80, 24);
+    let bumper = row(&narrow, "bumper ");
+    assert!(bumper.contains("… ◌ 15 m"), "{bumper}");
+    scene.event(Event::RouteLoaded {
+        path: "r.txt".to_owned(),
+        route: Err("a reason of so many words ".repeat(5)),
+    });
+    assert!(row(&screen(&scene, 80, 24), "! a reason").ends_with('…'));
+}
+
+/// Whatever the size and the recording, the one line is whole.
+#[test]
+fn the_one_line_is_never_cut() {
+    let long = format!("/tmp/{}.txt", "a-very-long-name-".repeat(12));
+    for (tee, named) in [
+        (None, "not recorded"),
+        (
+            Some("groundwave-20250314T092653Z.mcap".to_owned()),
+            "092653Z.mcap",
+        ),
+        (Some(long), "name-.txt"),
+    ] {
+        let mut scene = flight(Config {
+            raw_copy: Some("cat /dev/pts/123".to_owned()),
+            ..Config::default()
+        });
+        scene.event(Event::Recording(Recording {
+            tee,
+            ..Recording::default()
+        }));
+        for (width, height) in [(80, 24), (90, 30), (100, 30), (120, 40), (200, 60)] {
+            let screen = screen(&scene, width, height);
+            let line = row(&screen, "h sends it home");
+            assert!(
+                line.contains(named) && line.contains("cat /dev/pts/123"),
+                "{line}"
+            );
+            let status = row(&screen, "● sim");
+            let told = ["◉ recording ", "unrecorded ", "mcap ", ".txt "];
+            assert!(told.iter().any(|words| status.contains(words)), "{status}");
+        }
+    }
+}
+
+/// No wish goes unanswered where the ledger and the log are behind the Tab key.
+#[test]
+fn what_became_of_a_wish_is_told_on_the_smallest_screen() {
+    let mut scene = flight(demo());
+    let hint = |scene: &Scene| {
+        let screen = screen(scene, 80, 24);
+        screen.lines().rev().nth(1).unwrap().to_owned()
+    };
+    scene.type_text("S");
+    assert_eq!(hint(&scene), "! nothing drafted: move the cursor, press w");
+    scene.wait_ms(4000);
+    scene.hear();
+    assert!(hint(&scene).contains("nothing drafted"));
+    let until = scene.model.redraw_at(scene.now).unwrap();
+    assert!(until <= scene.now + std::time::Duration::from_secs(1));
+    scene.wait_ms(1000);
+    assert!(hint(&scene).contains("h sends it home"));
+
+    scene.event(Event::Command {
+        id: CommandId(1),
+        step: CommandStep::Queued(Request::Scan),
+    });
+    scene.event(Event::Command {
+        id: CommandId(1),
+        step: CommandStep::Sent { frames: 1 },
+    });
+    assert_eq!(hint(&scene), "… scan: sent ×1");
+    scene.wait_ms(700);
+    scene.event(Event::Command {
+        id: CommandId(1),
+        step: CommandStep::Refused(Outcome::NotFitted),
+    });
+    assert_eq!(hint(&scene), "✖ scan: REFUSED: not fitted");
+    scene.event(Event::RouteLoaded {
+        path: "r.txt".to_owned(),
+        route: Err("cannot read r.txt: no such file".to_owned()),
+    });
+    assert_eq!(hint(&scene), "! cannot read r.txt: no such file");
+    scene.type_text("5");
+    assert!(hint(&scene).ends_with("is not fitted on this robot"));
+}
+
+#[test]
+fn a_link_that_carries_nothing_offers_no_commands() {
+    let mut scene = flight(demo());
+    scene.event(Event::Link(LinkEvent::Opened {
+        name: "radio".to_owned(),
+        can_send: false,
+    }));
+    for keys in ["", ":", "l"] {
+        scene.type_text(keys);
+        let screen = screen(&scene, 80, 24);
+        let footer = screen.lines().last().unwrap();
+        for word in ["STOP", "prowl", "drive", "layers", " send", "home"] {
+            assert!(!footer.contains(word), "{footer}");
+        }
+        scene.press(&[KeyCode::Esc]);
+    }
+    scene.command(1, Request::Stop, CommandStep::Failed(Failure::ReceiveOnly));
+    row(&screen(&scene, 80, 24), "✖ stop: the link is receive-only");
+}
+
+#[test]
+fn a_prompt_says_how_to_stop_and_how_to_leave() {
+    let mut scene = flight(demo());
+    for keys in [
+        ":mode prowl",
+        "l/home/somebody/routes/a-route-with-a-long-name-to-the-lamp.txt",
+    ] {
+        scene.type_text(keys);
+        for (width, height) in [(80, 24), (120, 40)] {
+            let screen = screen(&scene, width, height);
+            let footer = screen.lines().last().unwrap();
+            assert!(
+                footer.contains("Ctrl-S STOP  Enter do it  Esc never mind"),
+                "{footer}"
+            );
+            assert!(
+                footer.contains("prowl▏") || footer.contains("lamp.txt▏"),
+                "{footer}"
+            );
+        }
+        scene.press(&[KeyCode::Esc]);
+    }
+}

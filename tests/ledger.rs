@@ -1,0 +1,209 @@
+//! The command ledger as the operator reads it, beside a robot that knows better: what a row claims is so at
+//! the robot, at every moment at which the row could change.
+
+mod common;
+
+use common::{CoSimulation, Dice, on_all_cores};
+use groundwave::event::{CommandId, CommandStep, Event, LinkEvent};
+use groundwave::model::{Config, Model};
+use groundwave::request::Request;
+use groundwave::view;
+use groundwave_protocol::Waypoint;
+use groundwave_protocol::digest::digest;
+use groundwave_protocol::letters::Mode;
+use groundwave_protocol::telemetry::Body;
+use ratatui::Terminal;
+use ratatui::backend::TestBackend;
+
+const SEEDS: u64 = 200;
+
+const SIZE: (u16, u16) = (160, 50);
+
+/// A robot, a station and the screen of the operator.
+struct Watched {
+    co: CoSimulation,
+    model: Model,
+    taken: usize,
+    terminal: Terminal<TestBackend>,
+    /// The most that a row has claimed to be driven.
+    driven_claimed: u16,
+    active_claimed: bool,
+    /// The lists that were asked for, in order.
+    lists: Vec<(CommandId, u32)>,
+}
+
+impl Watched {
+    fn new(seed: u64, channel: &str) -> Self {
+        let mut model = Model::new(Config::default());
+        let (width, height) = SIZE;
+        let link = LinkEvent::Opened {
+            name: "radio".to_owned(),
+            can_send: true,
+        };
+        let co = CoSimulation::new("open-room", seed, channel);
+        for event in [Event::Resize { width, height }, Event::Link(link)] {
+            model.update(co.now(), event);
+        }
+        Self {
+            co,
+            model,
+            taken: 0,
+            terminal: Terminal::new(TestBackend::new(width, height)).expect("a buffer"),
+            driven_claimed: 0,
+            active_claimed: false,
+            lists: Vec::new(),
+        }
+    }
+
+    fn send_list(&mut self, waypoints: Vec<Waypoint>) -> CommandId {
+        let digest = digest(waypoints.iter());
+        let id = self.co.request(Request::Route(waypoints));
+        self.lists.push((id, digest));
+        id
+    }
+
+    /// Whether the operator may still read that this list is the robot's: it is, or its successor has taken
+    /// its place and the proof of that is under way.
+    fn may_be_active(&self, claimed: &str) -> bool {
+        let held = self.co.simulation.robot().lists().active_digest();
+        let place = |wanted: &dyn Fn(u32) -> bool| {
+            self.lists.iter().position(|(_, digest)| wanted(*digest))
+        };
+        let (Some(claimed), Some(held)) = (
+            place(&|digest| claimed.starts_with(&format!("{digest:08X}"))),
+            place(&|digest| digest == held),
+        ) else {
+            return false;
+        };
+        let (successor, _) = self.lists[held];
+        let proven = self.co.events[..self.taken].iter().any(|(_, event)| {
+            matches!(event, Event::Command { id, step: CommandStep::Proven { .. } } if *id == successor)
+        });
+        claimed == held || (claimed + 1 == held && !proven)
+    }
+
+    fn step(&mut self) {
+        self.co.step();
+        while let Some((at, event)) = self.co.events.get(self.taken).cloned() {
+            self.taken += 1;
+            // Rows change with the steps of a command and with line B.
+            let may_claim = match &event {
+                Event::Command { .. } => true,
+                Event::Line { line, .. } => matches!(line.body, Body::Status(_)),
+                _ => false,
+            };
+            self.model.update(at, event);
+            if may_claim {
+                self.judge();
+            }
+        }
+    }
+
+    fn run_until(&mut self, what: &str, limit_s: u64, mut done: impl FnMut(&Self) -> bool) {
+        for _ in 0..limit_s * 1000 {
+            if done(self) {
+                return;
+            }
+            self.step();
+        }
+        panic!("not within {limit_s} s: {what}; {}", self.co.context());
+    }
+
+    fn rows(&mut self) -> Vec<String> {
+        let now = self.co.now();
+        self.terminal
+            .draw(|frame| view::draw(&self.model, now, frame))
+            .expect("a buffer takes it");
+        let cells = self.terminal.backend().buffer().content();
+        cells
+            .chunks(usize::from(SIZE.0))
+            .map(|row| row.iter().map(ratatui::buffer::Cell::symbol).collect())
+            .collect()
+    }
+
+    /// Holds what the screen claims against the robot.
+    fn judge(&mut self) {
+        let rows = self.rows();
+        let context = self.co.context();
+        let robot = self.co.simulation.robot();
+        let mut active_rows = 0;
+        for row in &rows {
+            let Some((_, claim)) = row.split_once("ACTIVE ") else {
+                continue;
+            };
+            // The row above the keys repeats what is news.
+            active_rows += usize::from(row.starts_with(|c: char| c.is_ascii_digit()));
+            let held = robot.lists().active_digest();
+            assert!(
+                self.may_be_active(claim),
+                "{row}\nthe robot holds {held:08X}; {context}"
+            );
+            if let Some((_, place)) = claim.split_once("driven ") {
+                let place = place.split_whitespace().next().expect("a place");
+                let (driven, count) = place.split_once('/').expect("a place of so many");
+                let driven: u16 = driven.parse().expect("a number");
+                let held = robot.lists().active().len();
+                assert!(
+                    driven <= robot.driven() && count == held.to_string(),
+                    "{row}\nthe robot has driven {} of {held}; {context}",
+                    robot.driven()
+                );
+                self.driven_claimed = self.driven_claimed.max(driven);
+            }
+        }
+        assert!(active_rows <= 1, "{}\n{context}", rows.join("\n"));
+        self.active_claimed = active_rows == 1;
+    }
+}
+
+fn route(dice: &mut Dice) -> Vec<Waypoint> {
+    let mut part = || dice.roll(41) as i16 - 20;
+    (0..6)
+        .map(|_| Waypoint {
+            x_in: part(),
+            y_in: part(),
+        })
+        .collect()
+}
+
+#[test]
+fn no_row_says_more_than_is_so_at_the_robot() {
+    on_all_cores(0..SEEDS, |seed| {
+        let channel = if seed % 2 == 0 { "" } else { "ber=1e-3" };
+        let mut watched = Watched::new(seed, channel);
+        let mut dice = Dice(seed);
+        for _ in 0..2 {
+            let route = route(&mut dice);
+            let id = watched.send_list(route);
+            watched.run_until("the list is active", 120, |watched| {
+                matches!(watched.co.fate(id), Some(CommandStep::Proven { .. }))
+                    && watched.active_claimed
+            });
+        }
+        let prowl = watched.co.request(Request::Mode(Mode::Prowl));
+        watched.run_until(
+            "the screen says that some of it is driven",
+            240,
+            |watched| watched.driven_claimed >= 3,
+        );
+        assert!(matches!(
+            watched.co.fate(prowl),
+            Some(CommandStep::Proven { .. })
+        ));
+        // The robot forgets; as soon as any line of its new life has come, so does the screen.
+        watched.co.simulation.reboot();
+        let heard = watched.taken;
+        watched.run_until("a line of the new life", 30, |watched| {
+            watched.co.events[heard..watched.taken]
+                .iter()
+                .any(|(_, event)| matches!(event, Event::Line { .. } | Event::Ack(_)))
+        });
+        let rows = watched.rows().concat();
+        assert!(!rows.contains("ACTIVE"), "{}", watched.co.context());
+        assert!(
+            rows.contains("the robot restarted"),
+            "{}",
+            watched.co.context()
+        );
+    });
+}
