@@ -51,6 +51,16 @@ impl Sim {
     }
 }
 
+impl Sim {
+    /// Ends it in good order, so that no link is left behind that points to a terminal which somebody
+    /// else is given next.
+    pub fn end(mut self) {
+        let pid = self.process.0.id().to_string();
+        Command::new("kill").arg(&pid).status().unwrap();
+        self.process.0.wait().unwrap();
+    }
+}
+
 /// A process that writes JSON lines.
 pub struct Telling {
     pub process: Running,
