@@ -6,7 +6,7 @@ mod common;
 mod witness;
 
 use common::{CoSimulation, on_all_cores, owner};
-use groundwave_protocol::arq::Config;
+use groundwave_protocol::arq::{self, Config};
 use sr04_firmware::board::Duplex;
 use sr04_sim::{SimulationConfig, World};
 use witness::Trial;
@@ -113,7 +113,7 @@ fn taking_turns(seed: u64, channel: &str, patience_bytes: u8, latency_ms: u64) -
     config.channel = channel.parse().expect("a channel");
     config.duplex = Duplex::Half { patience_bytes };
     let station = Config {
-        half_duplex: true,
+        duplex: arq::Duplex::Half,
         latency_us: latency_ms * 1000,
         ..Config::new(owner(seed))
     };
