@@ -81,8 +81,8 @@ fn pull_at(name: &str, point: &str) {
     watch.wait_for("the robot", |text| text.contains("newest <1 s"));
     let mut sender = Telling::start(&["send", "--via", &socket, "route", &route, "--json"]);
     sender.wait_for(point, |value| match point {
-        // The last blocks are in the air, and the proof is next.
-        "nearly all" => value["acknowledged"].as_i64().is_some_and(|n| n > 90),
+        // The last blocks and the order to activate them are in the air.
+        "nearly all" => value["acknowledged"].as_i64().is_some_and(|n| n > 60),
         _ => value["stage"] == point,
     });
     drop(sim);

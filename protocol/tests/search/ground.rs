@@ -1,6 +1,6 @@
 //! A station: the shipping FOP and the operator before it.
 
-use groundwave_protocol::arq::{Config, Fop, FopEvent, Task};
+use groundwave_protocol::arq::{Config, Duplex, Fop, FopEvent, Task};
 use groundwave_protocol::command::{BLOCK_WAYPOINTS, Order};
 use groundwave_protocol::digest::digest;
 use groundwave_protocol::{BYTES_PER_S, Waypoint};
@@ -126,6 +126,7 @@ fn fop(owner: u16) -> Fop {
         robot_id: Some(ROBOT_ID),
         silence_us: SILENCE_US,
         give_up_us: GIVE_UP_US,
+        duplex: Duplex::Full,
         ..Config::new(owner)
     })
 }

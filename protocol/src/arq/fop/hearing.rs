@@ -29,9 +29,11 @@ impl Fop {
             Received::Line(line, _) => {
                 self.turn = None;
                 self.paused_bytes = 0;
-                self.long_lines = self.long_lines.saturating_add(1);
-                if self.duplex == Duplex::Unknown && self.long_lines >= LONG_LINES {
-                    self.duplex = Duplex::Full;
+                if self.duplex == Duplex::Unknown {
+                    self.long_lines += 1;
+                    if self.long_lines >= LONG_LINES {
+                        self.duplex = Duplex::Full;
+                    }
                 }
                 self.handle_body(arrived_us, &line.body);
             }
