@@ -31,7 +31,7 @@ fn alone(wishes: &[ground::Wish]) -> Setting {
 }
 
 /// A search that takes more is not the small one that it was meant to be.
-const STEPS_MAX: usize = 6_000_000;
+const STEPS_MAX: usize = 12_000_000;
 
 /// Searches all of it; says how much that was.
 fn search(name: &str, setting: Setting) {
