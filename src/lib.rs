@@ -13,6 +13,7 @@ pub mod commands;
 pub mod event;
 pub mod io;
 pub mod model;
+pub mod radio;
 pub mod request;
 pub mod route;
 pub mod runtime;

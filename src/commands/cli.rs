@@ -5,7 +5,9 @@ use std::time::Duration;
 
 use clap::{Args, Parser, Subcommand, ValueEnum};
 
+use super::config::Config;
 use crate::io::link::{BAUD, LinkSpec};
+use crate::radio::{Radio, RadioKind};
 use crate::share::Address;
 
 /// Ground station for a small robot on a 2400-baud radio.
@@ -24,6 +26,9 @@ Exit codes: 0 proven or done; 1 failed, or a capture ends early; 2 usage or bad 
 4 the link cannot be opened; 5 the robot refused; 6 the link is receive-only."
 )]
 pub struct Cli {
+    /// Read this configuration instead of the usual one
+    #[arg(long, value_name = "FILE", global = true)]
+    pub config: Option<PathBuf>,
     /// What to do.
     #[command(subcommand)]
     pub command: Command,
@@ -84,9 +89,51 @@ pub struct Simulated {
     /// out=10s..12s (nothing passes)
     #[arg(long, value_name = "SPEC", default_value = "")]
     pub channel: String,
+    /// What kind of radio the robot has; half, hc-12 and xbee make it take turns with the ground
+    #[arg(long, value_enum, value_name = "KIND", default_value = "full")]
+    pub radio: RadioKind,
     /// Multiple of real time
     #[arg(long, value_name = "X", default_value_t = 1.0)]
     pub time_factor: f64,
+}
+
+/// What is known of the radio.
+#[derive(Clone, Debug, Default, Args)]
+pub struct RadioArgs {
+    /// Baud rate of the serial device [default: 2400]
+    #[arg(long)]
+    pub baud: Option<u32>,
+    /// What kind of radio it is [default: auto]
+    #[arg(long, value_enum, value_name = "KIND")]
+    pub radio: Option<RadioKind>,
+    /// What the radio adds to the time on the wire, both ways together: 80ms
+    #[arg(long, value_name = "T", value_parser = parse_duration)]
+    pub latency: Option<Duration>,
+    /// Never send a byte: as --radio receive-only
+    #[arg(long, conflicts_with = "radio")]
+    pub no_uplink: bool,
+}
+
+impl RadioArgs {
+    /// The port's rate: what is said here outranks the configuration.
+    #[must_use]
+    pub fn baud(&self, config: &Config) -> u32 {
+        self.baud.or(config.link.baud).unwrap_or(BAUD)
+    }
+
+    /// The radio: what is said here outranks the configuration.
+    #[must_use]
+    pub fn radio(&self, config: &Config) -> Radio {
+        let kind = if self.no_uplink {
+            RadioKind::ReceiveOnly
+        } else {
+            self.radio.or(config.link.radio).unwrap_or_default()
+        };
+        Radio {
+            kind,
+            latency: self.latency.or_else(|| config.link.latency()),
+        }
+    }
 }
 
 /// Where received bytes are kept.
@@ -145,12 +192,9 @@ pub struct Demo {
 pub struct Watch {
     /// A serial device, tcp:HOST:PORT, unix:PATH, - (standard input) or sim
     pub link: LinkSpec,
-    /// Baud rate of the serial device
-    #[arg(long, default_value_t = BAUD)]
-    pub baud: u32,
-    /// Never send a byte
-    #[arg(long)]
-    pub no_uplink: bool,
+    /// What is known of the radio.
+    #[command(flatten)]
+    pub radio: RadioArgs,
     /// No dashboard: events as JSON lines on standard output
     #[arg(long)]
     pub headless: bool,
@@ -176,9 +220,9 @@ pub struct Record {
     /// Stop after this long: 30s, 90m, 2h
     #[arg(long, value_name = "T", value_parser = parse_duration)]
     pub duration: Option<Duration>,
-    /// Baud rate of the serial device
-    #[arg(long, default_value_t = BAUD)]
-    pub baud: u32,
+    /// Baud rate of the serial device [default: 2400]
+    #[arg(long)]
+    pub baud: Option<u32>,
     /// Add to an existing raw file
     #[arg(long, conflicts_with = "force")]
     pub append: bool,
@@ -222,15 +266,12 @@ pub struct Send {
     /// Give up after this long without proof
     #[arg(long, value_name = "T", value_parser = parse_duration, default_value = "20s")]
     pub timeout: Duration,
-    /// Baud rate of the serial device
-    #[arg(long, default_value_t = BAUD)]
-    pub baud: u32,
+    /// What is known of the radio.
+    #[command(flatten)]
+    pub radio: RadioArgs,
     /// Each stage as a JSON line on standard output
     #[arg(long)]
     pub json: bool,
-    /// Never send a byte: says so and exits with 6
-    #[arg(long)]
-    pub no_uplink: bool,
     /// Say nothing but errors
     #[arg(short, long)]
     pub quiet: bool,
@@ -381,6 +422,7 @@ mod tests {
         ]);
         let Ok(Cli {
             command: Command::Send(send),
+            ..
         }) = cli
         else {
             panic!("{cli:?}");
@@ -395,6 +437,7 @@ mod tests {
         let cli = Cli::try_parse_from(["groundwave", "send", "--via", "4001", "goto", "-48", "0"]);
         let Ok(Cli {
             command: Command::Send(send),
+            ..
         }) = cli
         else {
             panic!("{cli:?}");

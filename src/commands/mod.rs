@@ -2,6 +2,7 @@
 
 mod appearance;
 pub mod cli;
+pub mod config;
 mod decode;
 mod headless;
 mod info;
@@ -83,11 +84,12 @@ impl Fault {
 /// Does what the command line says.
 #[must_use]
 pub fn run(cli: &Cli) -> ExitCode {
+    let config = || config::load(cli.config.as_deref());
     let result = match &cli.command {
         Command::Demo(demo) => watch::demo(demo),
-        Command::Watch(watch) => watch::watch(watch),
-        Command::Record(record) => record::run(record),
-        Command::Send(send) => send::run(send),
+        Command::Watch(watch) => config().and_then(|config| watch::watch(watch, &config)),
+        Command::Record(record) => config().and_then(|config| record::run(record, &config)),
+        Command::Send(send) => config().and_then(|config| send::run(send, &config)),
         Command::Sim(sim) => sim::run(sim),
         Command::Replay(replay) => replay::run(replay),
         Command::Decode(decode) => decode::run(decode),

@@ -7,15 +7,18 @@ use std::time::{Duration, Instant};
 use groundwave_protocol::decoder::Counters;
 
 use super::cli::Record;
+use super::config::Config;
 use super::{Exit, Fault, block_on, keeping, say, say_progress, sharing, simulated};
 use crate::event::{Event, LinkEvent};
-use crate::io::link::{Connection, Link};
+use crate::io::link::{BAUD, Connection, Link};
 use crate::io::signals::{Signal, Signals, stop_myself};
+use crate::radio::{Radio, RadioKind};
 use crate::runtime::{Driver, KeepOptions, Keeper};
 
 const REPORT_EVERY: Duration = Duration::from_secs(1);
 
-pub(super) fn run(options: &Record) -> Result<(), Fault> {
+pub(super) fn run(options: &Record, config: &Config) -> Result<(), Fault> {
+    let baud = options.baud.or(config.link.baud).unwrap_or(BAUD);
     let started = Instant::now();
     let is_mcap = options
         .output
@@ -27,7 +30,7 @@ pub(super) fn run(options: &Record) -> Result<(), Fault> {
             "--append goes with raw files; an MCAP file is closed when it is finished",
         ));
     }
-    let (spec, _simulator) = simulated::embed(&options.link)?;
+    let (spec, _simulator) = simulated::embed(&options.link, RadioKind::Auto)?;
     let name = options.link.to_string();
     let (tee, mcap) = if is_mcap {
         (None, Some(options.output.clone()))
@@ -44,14 +47,21 @@ pub(super) fn run(options: &Record) -> Result<(), Fault> {
     block_on(async {
         let (inputs, from_link) = tokio::sync::mpsc::channel(256);
         // The link first: a port that cannot be opened leaves no empty file behind.
-        let connection = Connection::open(&spec, options.baud)
-            .map_err(|error| Fault::new(Exit::NoLink, error))?;
+        let connection =
+            Connection::open(&spec, baud).map_err(|error| Fault::new(Exit::NoLink, error))?;
         let share = sharing::listen(&options.sharing)?;
         let keeper = Keeper::open(&keep, started).map_err(keeping::fault)?;
         let sink = sharing::sink(share.as_ref(), keeper.sink());
-        let port_baud = spec.baud(options.baud);
-        let link = Link::start(spec, options.baud, connection, sink, inputs);
-        let driver = Driver::new(name, link, from_link, false, started, keeper.sent_sink());
+        let port_baud = spec.baud(baud);
+        let link = Link::start(spec, baud, connection, sink, inputs);
+        let driver = Driver::new(
+            name,
+            link,
+            from_link,
+            Radio::RECEIVE_ONLY,
+            started,
+            keeper.sent_sink(),
+        );
         let driver = driver.advising(port_baud).shared(share);
         let _finish = keeper.finish_on_drop();
         let result = until_done(options, driver, &keeper).await;

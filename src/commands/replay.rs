@@ -12,6 +12,7 @@ use crate::capture::{Capture, CaptureError};
 use crate::event::{self, Event, Recording};
 use crate::io::link::{Link, LinkInput};
 use crate::model::Model;
+use crate::radio::Radio;
 use crate::runtime::{Dashboard, Driver, Player, run as run_dashboard};
 
 pub(super) fn run(options: &Replay) -> Result<(), Fault> {
@@ -37,7 +38,7 @@ pub(super) fn run(options: &Replay) -> Result<(), Fault> {
             name,
             Link::receive_only(),
             from_player,
-            false,
+            Radio::RECEIVE_ONLY,
             started,
             Box::new(|_, _| {}),
         );

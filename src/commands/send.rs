@@ -10,15 +10,18 @@ use groundwave_protocol::letters::Mode;
 use serde_json::{Value, json};
 
 use super::cli::{Send, Way};
+use super::config::Config;
 use super::{Exit, Fault, block_on, say, say_progress, via};
 use crate::event::{CommandId, CommandStep, Event, Failure, LinkEvent};
 use crate::io::link::{Connection, Link, LinkSpec};
+use crate::radio::Radio;
 use crate::request::Request;
 use crate::route;
 use crate::runtime::Driver;
 use crate::share::{Heard, Stage, why_refused};
 
-pub(super) fn run(options: &Send) -> Result<(), Fault> {
+pub(super) fn run(options: &Send, config: &Config) -> Result<(), Fault> {
+    let radio = options.radio.radio(config);
     let (way, words) = options
         .way()
         .map_err(|message| Fault::new(Exit::Usage, message))?;
@@ -28,11 +31,14 @@ pub(super) fn run(options: &Send) -> Result<(), Fault> {
         Err(Fault::new(Exit::ReceiveOnly, message))
     };
     match way {
-        Way::Via(address) if options.no_uplink => receive_only(&address),
+        Way::Via(address) if !radio.can_send() => receive_only(&address),
         Way::Via(address) => via::deliver(options, &address, &requests),
         Way::Link(link @ (LinkSpec::Stdin | LinkSpec::Unix(_))) => receive_only(&link),
-        Way::Link(link) if options.no_uplink => receive_only(&link),
-        Way::Link(link) => block_on(deliver(options, &link, requests)),
+        Way::Link(link) if !radio.can_send() => receive_only(&link),
+        Way::Link(link) => {
+            let baud = options.radio.baud(config);
+            block_on(deliver(options, &link, baud, radio, requests))
+        }
     }
 }
 
@@ -121,18 +127,24 @@ fn read_text(path: &Path) -> Result<String, Fault> {
     })
 }
 
-async fn deliver(options: &Send, link: &LinkSpec, requests: Vec<Request>) -> Result<(), Fault> {
+async fn deliver(
+    options: &Send,
+    link: &LinkSpec,
+    baud: u32,
+    radio: Radio,
+    requests: Vec<Request>,
+) -> Result<(), Fault> {
     let name = link.to_string();
     let (inputs, from_link) = tokio::sync::mpsc::channel(64);
-    let (spec, _simulator) = super::simulated::embed(link)?;
+    let (spec, _simulator) = super::simulated::embed(link, radio.kind)?;
     let connection =
-        Connection::open(&spec, options.baud).map_err(|error| Fault::new(Exit::NoLink, error))?;
-    let link = Link::start(spec, options.baud, connection, Box::new(|_, _| {}), inputs);
+        Connection::open(&spec, baud).map_err(|error| Fault::new(Exit::NoLink, error))?;
+    let link = Link::start(spec, baud, connection, Box::new(|_, _| {}), inputs);
     let mut driver = Driver::new(
         name,
         link,
         from_link,
-        true,
+        radio,
         Instant::now(),
         Box::new(|_, _| {}),
     );

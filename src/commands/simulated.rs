@@ -4,18 +4,25 @@ use std::io::ErrorKind;
 
 use groundwave_protocol::BYTES_PER_S;
 use sr04_sim::serve::{Endpoint, ServeError, ServeOptions, Server, serve};
-use sr04_sim::{ChannelSpec, Outline, SimulationConfig, World};
+use sr04_sim::{ChannelSpec, Duplex, Modem, Outline, PATIENCE_BYTES, SimulationConfig, World};
 
 use super::cli::Simulated;
 use super::{Exit, Fault};
 use crate::event::Truth;
 use crate::io::link::LinkSpec;
+use crate::radio::RadioKind;
 
 /// The house that comes up when nobody chooses.
 const DEFAULT_WORLD: &str = "house";
 
 /// The number of the robot that is simulated.
 pub(super) const ROBOT_ID: u8 = 4;
+
+/// A robot behind HC-12 modules waits so many byte times for an answer (tests/link.rs).
+const HC_12_PATIENCE_BYTES: u8 = 160;
+
+/// Likewise behind `XBee` modules.
+const XBEE_PATIENCE_BYTES: u8 = 60;
 
 /// What to simulate, checked.
 pub(super) fn config(options: &Simulated) -> Result<SimulationConfig, Fault> {
@@ -26,7 +33,25 @@ pub(super) fn config(options: &Simulated) -> Result<SimulationConfig, Fault> {
         .channel
         .parse::<ChannelSpec>()
         .map_err(|error| Fault::new(Exit::Usage, error))?;
+    fit_radio(&mut config, options.radio);
     Ok(config)
+}
+
+/// The radio that the channel and the robot have in common: a robot on a half-duplex channel takes turns.
+fn fit_radio(config: &mut SimulationConfig, kind: RadioKind) {
+    match kind {
+        RadioKind::Auto | RadioKind::Full | RadioKind::ReceiveOnly => {}
+        RadioKind::Half => config.channel.half_duplex = true,
+        RadioKind::Hc12 => config.channel.modem = Some(Modem::Hc12),
+        RadioKind::Xbee => config.channel.modem = Some(Modem::Xbee),
+    }
+    let patience_bytes = match config.channel.modem {
+        Some(Modem::Hc12) => HC_12_PATIENCE_BYTES,
+        Some(Modem::Xbee) => XBEE_PATIENCE_BYTES,
+        None if config.channel.half_duplex => PATIENCE_BYTES,
+        None => return,
+    };
+    config.duplex = Duplex::Half { patience_bytes };
 }
 
 /// Starts a robot on these endpoints.
@@ -72,7 +97,10 @@ pub(super) fn link_to(address: &str) -> LinkSpec {
 
 /// Stands in for a link called `sim`: starts a robot and links to it. The robot lives as long as the
 /// server that comes back.
-pub(super) fn embed(link: &LinkSpec) -> Result<(LinkSpec, Option<Server>), Fault> {
+pub(super) fn embed(
+    link: &LinkSpec,
+    radio: RadioKind,
+) -> Result<(LinkSpec, Option<Server>), Fault> {
     if *link != LinkSpec::Sim {
         return Ok((link.clone(), None));
     }
@@ -80,6 +108,7 @@ pub(super) fn embed(link: &LinkSpec) -> Result<(LinkSpec, Option<Server>), Fault
         world: DEFAULT_WORLD.to_owned(),
         seed: 1,
         channel: String::new(),
+        radio,
         time_factor: 1.0,
     })?;
     let options = ServeOptions {

@@ -7,14 +7,15 @@ use std::time::Instant;
 use sr04_sim::serve::{ServeOptions, Server};
 
 use super::cli::{Demo, Keeping, Sharing, Watch};
-use super::{Exit, Fault, appearance, block_on, headless, keeping, sharing, simulated};
+use super::{Exit, Fault, appearance, block_on, config, headless, keeping, sharing, simulated};
 use crate::event::Event;
 use crate::io::link::{BAUD, Connection, Link, LinkSpec};
 use crate::io::terminal;
 use crate::model::{Config, Model};
+use crate::radio::Radio;
 use crate::runtime::{Dashboard, Driver, Keeper, run};
 
-pub(super) fn watch(options: &Watch) -> Result<(), Fault> {
+pub(super) fn watch(options: &Watch, config: &config::Config) -> Result<(), Fault> {
     if !options.headless {
         needs_terminal("watch --headless")?;
     }
@@ -25,13 +26,13 @@ pub(super) fn watch(options: &Watch) -> Result<(), Fault> {
         ));
     }
     let started = Instant::now();
-    let (spec, server) = simulated::embed(&options.link)?;
+    let (spec, server) = simulated::embed(&options.link, options.radio.radio(config).kind)?;
     let name = options.link.to_string();
     let plan = Plan {
         name,
         spec,
-        baud: options.baud,
-        uplink: !options.no_uplink,
+        baud: options.radio.baud(config),
+        radio: options.radio.radio(config),
         started,
         keeping: options.keeping.clone(),
         sharing: options.sharing.clone(),
@@ -77,7 +78,10 @@ pub(super) fn demo(options: &Demo) -> Result<(), Fault> {
         ),
         spec: simulated::link_to(address(&server, 0)),
         baud: BAUD,
-        uplink: true,
+        radio: Radio {
+            kind: options.simulated.radio,
+            latency: None,
+        },
         started,
         keeping: options.keeping.clone(),
         sharing: options.sharing.clone(),
@@ -118,7 +122,7 @@ struct Plan {
     name: String,
     spec: LinkSpec,
     baud: u32,
-    uplink: bool,
+    radio: Radio,
     started: Instant,
     keeping: Keeping,
     sharing: Sharing,
@@ -144,7 +148,7 @@ impl Plan {
             self.name.clone(),
             link,
             from_link,
-            self.uplink,
+            self.radio,
             self.started,
             keeper.sent_sink(),
         )

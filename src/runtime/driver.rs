@@ -4,7 +4,6 @@ use std::collections::VecDeque;
 use std::hash::{BuildHasher, RandomState};
 use std::time::{Duration, Instant};
 
-use groundwave_protocol::arq::Config;
 use tokio::sync::mpsc::Receiver;
 use tokio::time::{Instant as TokioInstant, sleep_until};
 
@@ -13,6 +12,7 @@ use super::desk::{Desk, Wanted};
 use crate::event::{CommandId, Event, Level, LinkEvent, Moment, Reception};
 use crate::io::link::{Link, LinkInput};
 use crate::io::share::{FromClient, Share};
+use crate::radio::Radio;
 use crate::request::Request;
 use crate::share::Heard;
 use crate::station::Station;
@@ -50,7 +50,7 @@ pub struct Driver {
     link: Link,
     inputs: Receiver<LinkInput>,
     name: String,
-    uplink: bool,
+    radio: Radio,
     started: Instant,
     sent: SentSink,
     /// Bytes not taken by the device that were told about, and when.
@@ -62,22 +62,25 @@ pub struct Driver {
 }
 
 impl Driver {
-    /// A station on an open link. Without `uplink` it never sends a byte.
+    /// A station on an open link. Over a receive-only radio it never sends a byte.
     #[must_use]
     pub fn new(
         name: String,
         link: Link,
         inputs: Receiver<LinkInput>,
-        uplink: bool,
+        radio: Radio,
         started: Instant,
         sent: SentSink,
     ) -> Self {
         Self {
-            station: Station::new(Config::new(random_owner()), uplink && link.can_send()),
+            station: Station::new(
+                radio.config(random_owner()),
+                radio.can_send() && link.can_send(),
+            ),
             link,
             inputs,
             name,
-            uplink,
+            radio,
             started,
             sent,
             told_not_taken: (0, None),
@@ -119,8 +122,8 @@ impl Driver {
 
     /// Whether commands can be sent.
     #[must_use]
-    pub const fn can_send(&self) -> bool {
-        self.uplink && self.link.can_send()
+    pub fn can_send(&self) -> bool {
+        self.radio.can_send() && self.link.can_send()
     }
 
     /// The station.

@@ -29,4 +29,5 @@ pub use channel::{ChannelSpec, ChannelSpecError, Modem, Radio, Squelch};
 pub use geometry::Pose;
 pub use plant::{LOOK_MS, Plant, TICK_MS, Truth};
 pub use simulation::{Simulation, SimulationConfig};
+pub use sr04_firmware::board::{Duplex, PATIENCE_BYTES};
 pub use world::{Material, Outline, OutlineKind, Point, World, WorldError};

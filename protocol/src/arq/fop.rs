@@ -64,6 +64,8 @@ struct Stopping {
     off_us: Option<u64>,
     /// When it goes again.
     next_us: u64,
+    /// When it goes although a half-duplex robot has not said that it listens.
+    blind_us: u64,
 }
 
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
@@ -87,7 +89,7 @@ const EVENTS_MAX: usize = 8;
 const DRIVE_PERIOD_US: u64 = 200_000;
 
 /// A half-duplex robot that has not been heard for so long gets a STOP without having said that it
-/// listens.
+/// listens. More often, and this end would not hear what it says.
 const STOP_BLIND_US: u64 = 700_000;
 
 /// So many frames keep a robot alive through a silence that would make it act: the odd one gets lost.
@@ -244,6 +246,7 @@ impl Fop {
                 .map(|ack| (ack.boot, ack.session, ack.sequence)),
             off_us: None,
             next_us: now_us,
+            blind_us: now_us + STOP_BLIND_US,
         });
         self.lose_session(Loss::Stopped);
     }
@@ -346,7 +349,7 @@ impl Fop {
             if may_speak {
                 stopping.next_us
             } else {
-                stopping.next_us.max(stopping.since_us + STOP_BLIND_US)
+                stopping.next_us.max(stopping.blind_us)
             }
         });
         let keepalive = self.keepalive_us().filter(|_| may_speak);

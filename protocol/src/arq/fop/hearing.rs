@@ -3,7 +3,7 @@
 use super::turn::{PATIENCE_BYTES, Turn};
 use super::{
     COMPOSED_TO_END_US, Duplex, FORGET_BYTES, Fop, FopEvent, LATCH_TO_END_US, LONG_LINES,
-    MISMATCHES_MAX, Session, US_PER_BYTE, Work, next_tag,
+    MISMATCHES_MAX, STOP_BLIND_US, Session, US_PER_BYTE, Work, next_tag,
 };
 use crate::LINE_BYTES;
 use crate::command::Order;
@@ -39,6 +39,9 @@ impl Fop {
             }
             Received::Ack(line) => {
                 if line.listens {
+                    if let Some(stopping) = &mut self.stopping {
+                        stopping.blind_us = arrived_us + STOP_BLIND_US;
+                    }
                     self.duplex = Duplex::Half;
                 } else if self.duplex == Duplex::Unknown {
                     self.duplex = Duplex::Full;

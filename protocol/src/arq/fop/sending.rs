@@ -57,7 +57,7 @@ impl Fop {
         }
         let blind = self
             .stopping
-            .is_some_and(|stopping| now_us >= stopping.since_us + STOP_BLIND_US);
+            .is_some_and(|stopping| now_us >= stopping.blind_us);
         match self.turn {
             Some(turn) => turn.room(now_us),
             None if blind => ROOM_MIN,
@@ -227,6 +227,7 @@ impl Fop {
                 if let Some(stopping) = &mut self.stopping {
                     stopping.off_us = stopping.off_us.or(Some(ends_us));
                     stopping.next_us = ends_us + STOP_PERIOD_US;
+                    stopping.blind_us = ends_us + STOP_BLIND_US;
                 }
                 return;
             }
