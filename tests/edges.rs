@@ -355,3 +355,45 @@ fn what_comes_without_a_line_is_judged() {
         .unwrap();
     watch.wait_for("lines", is_heard("lines"));
 }
+
+/// A robot that takes turns is recognised by its lines, and told about by option or configuration.
+#[test]
+fn a_half_duplex_radio_is_found_out_or_told_about() {
+    let folder = scratch("half-duplex");
+    let config = path_in(&folder, "config.toml");
+    fs::write(&config, "[link]\nradio = \"half\"\n").unwrap();
+    let sim = Sim::start(&["--radio", "half"]);
+    expect(0, &["send", &sim.path, "mode", "reactive"]);
+    expect(0, &["send", &sim.path, "--radio", "half", "mode", "prowl"]);
+    expect(
+        0,
+        &["send", &sim.path, "--config", &config, "mode", "reactive"],
+    );
+    expect(0, &["send", &sim.path, "stop"]);
+}
+
+#[test]
+fn a_buffered_modem_needs_its_preset_and_delivers() {
+    let sim = Sim::start(&["--radio", "xbee"]);
+    let route = long_route(&scratch("xbee"));
+    expect(0, &["send", &sim.path, "--radio", "xbee", "route", &route]);
+}
+
+#[test]
+fn a_receive_only_radio_sends_nothing_and_says_so() {
+    let sim = Sim::start(&[]);
+    let (_, err) = expect(6, &["send", &sim.path, "--radio", "receive-only", "stop"]);
+    assert!(err.contains("receive-only"), "{err}");
+}
+
+#[test]
+fn a_wrong_configuration_is_named() {
+    let folder = scratch("configuration");
+    let config = path_in(&folder, "config.toml");
+    fs::write(&config, "[link]\nradoi = \"half\"\n").unwrap();
+    let (_, err) = expect(2, &["send", "--config", &config, "sim", "stop"]);
+    assert!(err.contains("radoi") && err.contains(&config), "{err}");
+    let missing = path_in(&folder, "missing.toml");
+    let (_, err) = expect(2, &["send", "--config", &missing, "sim", "stop"]);
+    assert!(err.contains("missing.toml"), "{err}");
+}

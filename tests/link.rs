@@ -6,7 +6,9 @@ mod common;
 mod witness;
 
 use common::{CoSimulation, on_all_cores, owner};
+use groundwave::event::CommandStep;
 use groundwave_protocol::arq::{self, Config};
+use groundwave_protocol::letters::Mode;
 use sr04_firmware::board::Duplex;
 use sr04_sim::{SimulationConfig, World};
 use witness::Trial;
@@ -147,5 +149,23 @@ fn buffered_modules() {
         } else {
             taking_turns(seed, &format!("modem=hc-12{also}"), 160, 400)
         }
+    });
+}
+
+/// An operator who presses STOP before anything was heard, on a radio that takes turns.
+#[test]
+fn a_cold_stop_takes_its_turn() {
+    on_all_cores(0..SEEDS, |seed| {
+        let channel = ["half-duplex", "half-duplex,ber=1e-3"][seed as usize % 2];
+        let mut trial = taking_turns(seed, channel, 16, 40);
+        trial.run_ms(seed * 13 % 1000);
+        trial.stop();
+        for _ in 0..30_000 {
+            trial.step();
+        }
+        let proven = CommandStep::Proven { digest: None };
+        assert_eq!(trial.stopped(), Some(&proven), "seed {seed}");
+        let mode = trial.co.simulation.robot().mode();
+        assert_eq!(mode, Mode::Stop, "seed {seed}");
     });
 }

@@ -159,6 +159,7 @@ impl Driver {
             () = sleep_to(deadline) => {}
         }
         let now = self.now();
+        self.link.hand_over_at_once(self.station.takes_turns());
         self.station.handle_timeout(now);
         let heard = self.heard();
         if let Some(desk) = &mut self.desk {

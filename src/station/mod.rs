@@ -8,7 +8,7 @@ mod reception;
 use std::collections::VecDeque;
 use std::time::Duration;
 
-use groundwave_protocol::arq::{Config, Fop, FopEvent, Loss, Task};
+use groundwave_protocol::arq::{Config, Duplex, Fop, FopEvent, Loss, Task};
 use groundwave_protocol::command::Order;
 use groundwave_protocol::decoder::{Counters, Decoder, Received};
 use groundwave_protocol::letters::LayerMask;
@@ -75,6 +75,12 @@ impl Station {
             LinkEvent::Ended => self.can_send = false,
         }
         self.events.push_back(Event::Link(event));
+    }
+
+    /// Whether it speaks only when the robot is silent, and so wants to know of each byte when it comes.
+    #[must_use]
+    pub fn takes_turns(&self) -> bool {
+        self.fop.duplex() == Duplex::Half
     }
 
     /// Takes bytes from the radio.

@@ -11,6 +11,8 @@ mod reader;
 mod spec;
 mod writer;
 
+use std::sync::Arc;
+use std::sync::atomic::{AtomicBool, Ordering};
 use std::thread;
 use std::time::Instant;
 
@@ -51,6 +53,7 @@ pub type Sink = Box<dyn FnMut(Instant, &[u8]) + Send>;
 #[derive(Debug)]
 pub struct Link {
     outlet: Option<Outlet>,
+    is_eager: Arc<AtomicBool>,
 }
 
 impl Link {
@@ -77,23 +80,35 @@ impl Link {
         let writing = connection.writing.take();
         let can_send = writing.is_some();
         let outlet = Outlet::default();
+        let is_eager = Arc::<AtomicBool>::default();
         outlet.connect(writing);
         let reader = Reader {
             reopener,
             sink,
             inputs,
             outlet: outlet.clone(),
+            is_eager: Arc::clone(&is_eager),
         };
         thread::spawn(move || reader.run(connection));
         Self {
             outlet: can_send.then_some(outlet),
+            is_eager,
         }
     }
 
     /// No radio at all: what is received comes from elsewhere.
     #[must_use]
-    pub const fn receive_only() -> Self {
-        Self { outlet: None }
+    pub fn receive_only() -> Self {
+        Self {
+            outlet: None,
+            is_eager: Arc::default(),
+        }
+    }
+
+    /// Hands every byte over when it comes, instead of waiting until a line may be complete: for a station
+    /// that speaks when the robot is silent.
+    pub fn hand_over_at_once(&self, is_eager: bool) {
+        self.is_eager.store(is_eager, Ordering::Relaxed);
     }
 
     /// Whether anything can be sent.

@@ -1,6 +1,8 @@
 //! The thread that reads: it hands every chunk to the sink first, and opens the link again by itself.
 
 use std::io;
+use std::sync::Arc;
+use std::sync::atomic::{AtomicBool, Ordering};
 use std::thread;
 use std::time::{Duration, Instant};
 
@@ -52,6 +54,8 @@ pub(super) struct Reader<R> {
     pub(super) sink: Sink,
     pub(super) inputs: Sender<LinkInput>,
     pub(super) outlet: Outlet,
+    /// The station wants to know of every byte when it comes: its silence tells it when to speak.
+    pub(super) is_eager: Arc<AtomicBool>,
 }
 
 impl<R: Reopen> Reader<R> {
@@ -129,7 +133,8 @@ impl<R: Reopen> Reader<R> {
                     let now = Instant::now();
                     (self.sink)(now, &buffer[..count]);
                     held.add(now, &buffer[..count]);
-                    if held.may_be_whole && self.hand_over(&mut held).is_none() {
+                    let is_eager = self.is_eager.load(Ordering::Relaxed);
+                    if (is_eager || held.may_be_whole) && self.hand_over(&mut held).is_none() {
                         return End::Closed;
                     }
                 }

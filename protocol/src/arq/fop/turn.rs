@@ -9,11 +9,11 @@ pub(super) const PATIENCE_BYTES: u64 = 16;
 const TURN_BYTES: u64 = 238;
 
 /// The first byte has to leave within this: most of the robot's patience, the rest is the link's.
-const BEGIN_WITHIN_US: u64 = PATIENCE_BYTES * 5 / 8 * US_PER_BYTE;
+const BEGIN_WITHIN_US: u64 = PATIENCE_BYTES * 3 / 4 * US_PER_BYTE;
 
 /// A robot that has been silent for so long listens, whether its line G arrived or not: it talks without a
 /// pause otherwise.
-pub(super) const SILENCE_US: u64 = 6 * US_PER_BYTE;
+pub(super) const SILENCE_US: u64 = 7 * US_PER_BYTE;
 
 /// Buffering modems leave pauses within lines: where the link adds more than this, silence says nothing.
 pub(super) const SILENCE_LATENCY_MAX_US: u64 = 50_000;
