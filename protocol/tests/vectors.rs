@@ -179,3 +179,32 @@ fn both_verdicts_of_every_kind_are_in_the_files() {
         assert!(found >= least, "{name}: {found} with {field} {value}");
     }
 }
+
+/// Version 1 of the wire: what stands in these files is read for ever. New vectors go into new files.
+#[test]
+fn version_1_stays_as_it_is() {
+    let remainders = [
+        "lines",
+        "streams",
+        "checksums",
+        "frames",
+        "digests",
+        "conversation",
+    ]
+    .map(|name| {
+        let path = format!("{}/vectors/{name}.jsonl", env!("CARGO_MANIFEST_DIR"));
+        let text = std::fs::read(&path).unwrap_or_else(|e| panic!("cannot read {path}: {e}"));
+        format!("{name} {:06x}", crc::update(crc::DOWNLINK_INIT, &text))
+    });
+    assert_eq!(
+        remainders,
+        [
+            "lines 04f606",
+            "streams 4eae2f",
+            "checksums 6311c8",
+            "frames 2fa611",
+            "digests 0681a3",
+            "conversation c72bdc",
+        ]
+    );
+}
