@@ -53,7 +53,7 @@ pub enum Duplex {
 pub enum Task<'a> {
     /// Any order but [`Order::Activate`].
     Order(Order),
-    /// Replace the robot's list by this one: at most [`WAYPOINTS_MAX`], each as [`Waypoint::new`] makes
+    /// Replace the robot's list by this one: at most [`crate::WAYPOINTS_MAX`], each as [`Waypoint::new`] makes
     /// it.
     List(&'a [Waypoint]),
 }
