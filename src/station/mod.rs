@@ -3,6 +3,7 @@
 //! `handle_*` takes something in, `poll_*` gives something out; after each `handle_*`, poll until
 //! everything says `None`.
 
+pub mod plan;
 mod reception;
 
 use std::collections::VecDeque;
