@@ -106,10 +106,11 @@ fn a_dry_run_says_the_bytes_and_opens_no_link() {
 fn a_dry_run_of_a_route_is_what_the_encoders_say() {
     let route = scratch("dry-route").join("route.txt");
     let waypoints: Vec<Waypoint> = (0..37).map(|n| Waypoint { x_in: n, y_in: -n }).collect();
-    let text: String = waypoints
+    let rows: Vec<String> = waypoints
         .iter()
-        .map(|waypoint| format!("{},{}\n", waypoint.x_in, waypoint.y_in))
+        .map(|waypoint| format!("{},{}", waypoint.x_in, waypoint.y_in))
         .collect();
+    let text = rows.join("\n");
     fs::write(&route, text).unwrap();
     let arguments = ["send", "--dry-run", "--json", "--go", "route"];
     let (out, _) = expect(0, &[&arguments[..], &[route.to_str().unwrap()]].concat());

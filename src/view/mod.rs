@@ -18,7 +18,8 @@
 //! +--------------------------------------------------------------------+
 //! ```
 //!
-//! Where the lower band is low, the link's figures take the place of the log when Tab has chosen them. Below, down to 80x24, what stands under the ladder is what Tab has chosen, and the others as far as
+//! Where the band of commands and log is low, the link's figures stand in the log's place when Tab has chosen
+//! them. Below, down to 80x24, what stands under the ladder is what Tab has chosen, and the others as far as
 //! there is room:
 //!
 //! ```text
