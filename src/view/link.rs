@@ -10,8 +10,10 @@ use super::{Screen, put};
 use crate::model::failsafe;
 use crate::statistics::{Proof, Rejected, Resync, Statistics};
 
-/// Rows that the panel takes beside others, its title among them.
-pub(super) const ROWS: u16 = 5;
+/// Rows without which the panel says too little beside others.
+pub(super) const ROWS_MIN: u16 = 5;
+
+const TITLE: &str = "link: in all; air of 20 s";
 
 /// From this width up a row says two things.
 const TWO_COLUMNS: u16 = 58;
@@ -20,9 +22,8 @@ const NAME_COLUMNS: usize = 7;
 
 impl Screen<'_> {
     pub(super) fn link(&self, buffer: &mut Buffer, area: Rect) {
-        let below = self.panel(buffer, area, "link", None);
-        let is_wide = below.width >= TWO_COLUMNS;
-        for (row, (name, says, style)) in (0..).zip(self.link_rows(is_wide)) {
+        let below = self.panel(buffer, area, TITLE, None);
+        for (row, (name, says, style)) in (0..).zip(self.link_rows(area.width)) {
             let line = Line::from(vec![
                 Span::styled(format!("{name:<NAME_COLUMNS$}"), self.theme.dim),
                 Span::styled(says, style),
@@ -36,7 +37,12 @@ impl Screen<'_> {
         }
     }
 
-    fn link_rows(&self, is_wide: bool) -> Vec<(&'static str, String, Style)> {
+    /// Rows that the panel would fill, its title among them.
+    pub(super) fn link_height(&self, width: u16) -> u16 {
+        1 + self.link_rows(width).len() as u16
+    }
+
+    fn link_rows(&self, width: u16) -> Vec<(&'static str, String, Style)> {
         let theme = &self.theme;
         let link = &self.model.link;
         let alone = failsafe::standing(&self.model.robot)
@@ -56,9 +62,9 @@ impl Screen<'_> {
             statistics.loss_pct
         );
         let Rejected { crc, shape, field } = statistics.rejected;
-        let errors = format!("{crc} checksum, {shape} shape, {field} field");
+        let errors = format!("{crc} CRC, {shape} shape, {field} field");
         let mut rows = Vec::new();
-        if is_wide {
+        if width >= TWO_COLUMNS {
             down = format!("{down}; {errors}");
             rows.push(("down", down, theme.plain));
         } else {

@@ -132,8 +132,9 @@ impl Screen<'_> {
         self.sensors(buffer, sensors);
         let (commands, log) = split_right(lower, area.width / 2);
         self.commands(buffer, commands);
-        if log.height >= link::ROWS + LOG_ROWS_MIN {
-            let (log, link) = split_bottom(log, link::ROWS);
+        let link_rows = self.link_height(log.width);
+        if log.height >= link_rows.min(link::ROWS_MIN) + LOG_ROWS_MIN {
+            let (log, link) = split_bottom(log, link_rows.min(log.height - LOG_ROWS_MIN));
             self.log(buffer, log);
             self.link(buffer, link);
         } else if self.model.panel == Panel::Link {

@@ -62,7 +62,7 @@ fn the_figures_stand_beside_the_log() {
     row(&wide, "── log");
     row(
         &wide,
-        "down   99 % air, loss 6.0 %; 41 checksum, 17 shape, 0 field",
+        "down   99 % air, loss 6.0 %; 41 CRC, 17 shape, 0 field",
     );
     row(&wide, "resync 80 B last, 96 mean, 412 worst");
     row(&wide, "up     2 % air, 37 frames, 5 again");
@@ -82,7 +82,7 @@ fn the_figures_are_a_few_keys_away_on_the_smallest_screen() {
     insta::assert_snapshot!("link_narrow", narrow);
     row(&narrow, "── link");
     row(&narrow, "down   99 % air, loss 6.0 %");
-    row(&narrow, "errors 41 checksum, 17 shape, 0 field");
+    row(&narrow, "errors 41 CRC, 17 shape, 0 field");
     row(&narrow, "proof  0.4 s last, 0.6 mean, 1.3 worst");
     row(&narrow, "alone  home after 30 s of silence, ar");
     // Where the band below is too low for both, the figures take the log's place.
