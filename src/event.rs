@@ -10,6 +10,7 @@ use groundwave_protocol::decoder::Counters;
 use groundwave_protocol::telemetry::{AckLine, Line, Outcome};
 
 use crate::request::Request;
+use crate::statistics::Statistics;
 
 /// Something that happened. The time it happened at travels beside it, as the time since the station
 /// started.
@@ -26,6 +27,8 @@ pub enum Event {
     Ack(AckLine),
     /// The decoder's totals changed.
     Counters(Counters),
+    /// How the link does, at most once a second.
+    Statistics(Box<Statistics>),
     /// The connection to the radio changed.
     Link(LinkEvent),
     /// What comes from the radio is of another kind now.

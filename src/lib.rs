@@ -19,4 +19,5 @@ pub mod route;
 pub mod runtime;
 pub mod share;
 pub mod station;
+pub mod statistics;
 pub mod view;

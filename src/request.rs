@@ -168,6 +168,12 @@ impl Request {
         }
     }
 
+    /// Whether a command begins with this word.
+    #[must_use]
+    pub fn is_command(word: &str) -> bool {
+        COMMANDS.split(", ").any(|command| command == word)
+    }
+
     /// A waypoint list that fits the robot.
     ///
     /// # Errors

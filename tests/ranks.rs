@@ -15,6 +15,8 @@ const RULES: &[(&str, &[&str])] = &[
     ("src/event.rs", VOCABULARY),
     ("src/request.rs", VOCABULARY),
     ("src/route.rs", VOCABULARY),
+    ("src/statistics.rs", VOCABULARY),
+    ("src/statistics", VOCABULARY),
     (
         "src/station",
         &[

@@ -11,6 +11,7 @@ use serde::Serialize;
 use super::source::{Chunk, Form};
 use super::{Capture, CaptureError};
 use crate::request::layer_word;
+use crate::statistics::{Gaps, Rejected, Resync, per_cent, share_pct};
 
 /// What a capture holds.
 #[derive(Clone, Debug, Serialize)]
@@ -36,6 +37,12 @@ pub struct Info {
     pub loss_pct: f64,
     /// What was taken for a line and rejected.
     pub rejected: Rejected,
+    /// Bytes from an intact line to the next, where there were any between them.
+    pub resync: Option<Resync>,
+    /// Share of the way down in use, per cent; unknown of a raw capture, which knows no time.
+    pub airtime_down_pct: Option<f64>,
+    /// What was sent; unknown of a raw capture.
+    pub sent: Option<Sent>,
     /// Robot and firmware, as it last said.
     pub robot: Option<Robot>,
     /// Times the robot booted in the middle.
@@ -79,15 +86,17 @@ impl LineCounts {
     }
 }
 
-/// Candidates for a line, by what was wrong with them.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
-pub struct Rejected {
-    /// The checksum did not hold.
-    pub crc: u64,
-    /// A line feed with nothing like a line before it.
-    pub shape: u64,
-    /// The checksum held and a field made no sense: another version of the wire.
-    pub field: u64,
+/// What was sent while it was recorded.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+pub struct Sent {
+    /// Bytes handed to the device.
+    pub bytes: u64,
+    /// STOPs, requests for a session, commands and waypoints.
+    pub frames: u64,
+    /// Those of them that had gone before.
+    pub frames_again: u64,
+    /// Share of the way up in use, per cent.
+    pub airtime_up_pct: f64,
 }
 
 /// Who sent it.
@@ -163,6 +172,25 @@ impl Info {
             output,
             "rejected   {crc} checksum, {shape} shape, {field} field"
         )?;
+        if let Some(resync) = self.resync {
+            writeln!(
+                output,
+                "resync     {} times, {:.0} bytes on average, {} at worst",
+                resync.count, resync.mean_bytes, resync.worst_bytes
+            )?;
+        }
+        if let Some(down_pct) = self.airtime_down_pct {
+            write!(output, "airtime    {down_pct:.1} % down")?;
+            let up_pct = self.sent.map(|sent| sent.airtime_up_pct);
+            writeln!(output, ", {:.1} % up", up_pct.unwrap_or_default())?;
+        }
+        if let Some(sent) = self.sent.filter(|sent| sent.bytes > 0) {
+            writeln!(
+                output,
+                "sent       {} bytes, {} frames, {} of them again",
+                sent.bytes, sent.frames, sent.frames_again
+            )?;
+        }
         if let Some(robot) = &self.robot {
             writeln!(
                 output,
@@ -210,6 +238,7 @@ struct Survey {
     bumps_seen: u32,
     was_bumped: bool,
     since_line_feed: u64,
+    gaps: Gaps,
 }
 
 /// Where the robot was, and the sequence of that line.
@@ -235,6 +264,7 @@ impl Survey {
                 let (taken, received) = decoder.handle_bytes(bytes);
                 bytes = &bytes[taken..];
                 if let Some(received) = received {
+                    self.gaps.take_line(decoder.counters());
                     self.take(&received);
                 }
             }
@@ -343,11 +373,17 @@ impl Survey {
             lines: self.lines,
             lines_lost: seen.lines_lost,
             loss_pct: per_cent(seen.lines_lost, lines + seen.lines_lost),
-            rejected: Rejected {
-                crc: seen.crc_rejected,
-                shape: seen.shape_rejected,
-                field: seen.field_rejected,
-            },
+            rejected: Rejected::of(seen),
+            resync: self.gaps.resync(),
+            airtime_down_pct: capture
+                .uplink()
+                .map(|_| share_pct(seen.bytes, capture.end())),
+            sent: capture.uplink().map(|uplink| Sent {
+                bytes: uplink.bytes(),
+                frames: uplink.frames(),
+                frames_again: uplink.frames_again(),
+                airtime_up_pct: share_pct(uplink.bytes(), capture.end()),
+            }),
             robot: self.robot,
             restarts: self.restarts,
             distance_in: self.distance_in,
@@ -357,13 +393,5 @@ impl Survey {
             bumps: self.bumps_counted.unwrap_or(self.bumps_seen),
             problem,
         }
-    }
-}
-
-fn per_cent(part: u64, whole: u64) -> f64 {
-    if whole == 0 {
-        0.0
-    } else {
-        part as f64 * 100.0 / whole as f64
     }
 }

@@ -13,6 +13,7 @@ use prost::Message;
 use super::messages::{RawBytes, Telemetry};
 use super::schema::{DESCRIPTORS, Schema};
 use super::source::Chunk;
+use crate::statistics::Uplink;
 
 /// Every byte read from the radio.
 pub const RAW_RX: &str = "/raw/rx";
@@ -178,13 +179,14 @@ impl From<McapError> for McapProblem {
 /// The largest record that is believed.
 const RECORD_BYTES_MAX: usize = 64 * 1024 * 1024;
 
-/// Reads [`RAW_RX`] from a recording, from the front, and checks every checksum on the way.
+/// Reads [`RAW_RX`] from a recording, and what [`RAW_TX`] says beside it, from the front, and checks every checksum on the way.
 pub struct McapReader<R> {
     messages: ::mcap::io::MessageReader<R>,
     start_ns: Option<u64>,
     current: RawBytes,
     next_offset: u64,
     missing_bytes: u64,
+    uplink: Uplink,
 }
 
 impl<R: Read> McapReader<R> {
@@ -201,6 +203,7 @@ impl<R: Read> McapReader<R> {
             current: RawBytes::default(),
             next_offset: 0,
             missing_bytes: 0,
+            uplink: Uplink::default(),
         }
     }
 
@@ -211,6 +214,12 @@ impl<R: Read> McapReader<R> {
     pub fn next_chunk(&mut self) -> Result<Option<Chunk<'_>>, McapProblem> {
         for message in self.messages.by_ref() {
             let message = message?;
+            if message.channel.topic == RAW_TX {
+                let sent = RawBytes::decode(&*message.data)
+                    .map_err(|error| McapProblem::Damaged(format!("{RAW_TX}: {error}")))?;
+                self.uplink
+                    .take(Duration::from_nanos(message.log_time), &sent.data);
+            }
             if message.channel.topic != RAW_RX {
                 continue;
             }
@@ -244,6 +253,12 @@ impl<R: Read> McapReader<R> {
     fn has_raw_bytes(&self) -> bool {
         let mut channels = (0..=u16::MAX).filter_map(|id| self.messages.get_channel(id));
         channels.any(|channel| channel.topic == RAW_RX)
+    }
+
+    /// What was sent up to the bytes read last.
+    #[must_use]
+    pub const fn uplink(&self) -> &Uplink {
+        &self.uplink
     }
 
     /// Bytes that the recorder read and could not record.

@@ -10,6 +10,7 @@ use groundwave_protocol::decoder::{Decoder, Received};
 use super::CaptureError;
 use super::mcap::{McapProblem, McapReader};
 use super::raw::RawReader;
+use crate::statistics::Uplink;
 
 /// Bytes that arrived together.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -108,6 +109,15 @@ impl Capture {
         match &self.reader {
             Reader::Raw(_) => 0,
             Reader::Mcap(reader) => reader.missing_bytes(),
+        }
+    }
+
+    /// What was sent up to the bytes read last; a raw capture does not know.
+    #[must_use]
+    pub fn uplink(&self) -> Option<&Uplink> {
+        match &self.reader {
+            Reader::Raw(_) => None,
+            Reader::Mcap(reader) => Some(reader.uplink()),
         }
     }
 

@@ -8,6 +8,7 @@ use clap::{Args, Parser, Subcommand, ValueEnum};
 use super::config::Config;
 use crate::io::link::{BAUD, LinkSpec};
 use crate::radio::{Radio, RadioKind};
+use crate::request::Request;
 use crate::share::Address;
 
 /// Ground station for a small robot on a 2400-baud radio.
@@ -54,12 +55,14 @@ COMMAND is one of:
   clear                         empty the robot's list
   set-pose X Y THETA            tell the robot where it is; reset-pose is 0 0 0
   scan                          look around
+  failsafe MODE Ns|off          enter a mode after N seconds (10 to 4095) without a word from the ground
 
 Neither goto nor route changes the mode, unless --go: then `mode prowl` follows.
 
   groundwave send /dev/ttyUSB0 goto -48 120 --go
   groundwave send tcp:robot.local:4000 route square.txt
-  groundwave send /dev/ttyUSB0 -f evening.txt
+  groundwave send /dev/ttyUSB0 -f evening.txt     one command a line, # comments; stops at the first that fails
+  groundwave send --dry-run route square.txt
   groundwave send --via /tmp/x.sock mode prowl    through a station started with --share /tmp/x.sock")]
     Send(Send),
     /// Serve a simulated robot on a pseudo-terminal or a TCP port.
@@ -241,13 +244,13 @@ pub struct Record {
 #[derive(Debug, Args)]
 pub struct Send {
     /// A serial device, tcp:HOST:PORT or sim; none with --via
-    #[arg(required_unless_present = "via")]
+    #[arg(required_unless_present_any = ["via", "dry_run"])]
     link: Option<String>,
     /// The command and its arguments
     #[arg(
         value_name = "COMMAND",
         allow_negative_numbers = true,
-        required_unless_present_any = ["file", "via"]
+        required_unless_present_any = ["file", "via", "dry_run"]
     )]
     words: Vec<String>,
     /// Send through the station that owns the radio and shares it with --share
@@ -256,6 +259,10 @@ pub struct Send {
     /// Read commands from FILE (- is standard input), one a line; stop at the first that fails
     #[arg(short, long, value_name = "FILE", conflicts_with = "words")]
     pub file: Option<PathBuf>,
+    /// Send nothing and open no link: say which bytes would go out, and how long they take at least.
+    /// LINK may be left out
+    #[arg(long)]
+    pub dry_run: bool,
     /// After goto or route, enter mode prowl so that the robot drives there
     #[arg(long)]
     pub go: bool,
@@ -300,6 +307,24 @@ impl Send {
                 words.collect(),
             )),
         }
+    }
+}
+
+impl Send {
+    /// The words of the command for `--dry-run`, before which a link may stand: it is checked and not
+    /// opened. A link that is called like a command is taken for one.
+    ///
+    /// # Errors
+    /// When the link is none.
+    pub fn words_to_plan(&self) -> Result<Vec<&str>, String> {
+        let first = self.link.as_deref();
+        let is_link = self.via.is_none() && !first.is_some_and(Request::is_command);
+        let words = self.words.iter().map(String::as_str);
+        if is_link {
+            first.map(str::parse::<LinkSpec>).transpose()?;
+            return Ok(words.collect());
+        }
+        Ok(first.into_iter().chain(words).collect())
     }
 }
 

@@ -16,19 +16,31 @@ use crate::share::Stage;
 /// How often it is asked how the recording is.
 const LOOK_EVERY: Duration = Duration::from_secs(1);
 
+/// How often it is told how the link does.
+const STATISTICS_EVERY: Duration = Duration::from_secs(10);
+
 /// Runs until a signal, the end of standard input, or a reader that has seen enough.
 pub(super) async fn run(mut driver: Driver, keeper: &Keeper) -> Result<(), Fault> {
     let mut signals = Signals::listen()
         .map_err(|error| Fault::new(Exit::Failed, format!("cannot listen for signals: {error}")))?;
     let mut look = tokio::time::interval(LOOK_EVERY);
+    let begin = tokio::time::Instant::now() + STATISTICS_EVERY;
+    let mut statistics = tokio::time::interval_at(begin, STATISTICS_EVERY);
     let mut told = None;
     loop {
         tokio::select! {
             signal = signals.next() => match signal {
-                Signal::Leave => return Ok(()),
+                Signal::Leave => {
+                    return print_statistics(&driver).or_else(|error| Fault::output(&error));
+                }
                 Signal::Suspend => stop_myself(),
             },
             () = driver.step() => {}
+            _ = statistics.tick() => {
+                if let Err(error) = print_statistics(&driver) {
+                    return Fault::output(&error);
+                }
+            }
             _ = look.tick() => {
                 // Asking also reminds the recorder of what waits to be flushed.
                 let problem = keeper.status().problem;
@@ -42,14 +54,34 @@ pub(super) async fn run(mut driver: Driver, keeper: &Keeper) -> Result<(), Fault
             }
         }
         while let Some(event) = driver.poll_event() {
-            if let Err(error) = print(driver.now(), &event) {
+            let has_ended = event == Event::Link(LinkEvent::Ended);
+            let last = if has_ended {
+                print_statistics(&driver)
+            } else {
+                Ok(())
+            };
+            if let Err(error) = last.and_then(|()| print(driver.now(), &event)) {
                 return Fault::output(&error);
             }
-            if event == Event::Link(LinkEvent::Ended) {
+            if has_ended {
                 return Ok(());
             }
         }
     }
+}
+
+fn print_statistics(driver: &Driver) -> io::Result<()> {
+    let mut value = serde_json::to_value(driver.statistics())?;
+    value["event"] = json!("statistics");
+    value["at_s"] = seconds(driver.now());
+    let mut out = io::stdout().lock();
+    writeln!(out, "{value}")?;
+    out.flush()
+}
+
+/// To the millisecond.
+fn seconds(at: Moment) -> Value {
+    json!((at.as_secs_f64() * 1000.0).round() / 1000.0)
 }
 
 fn print(at: Moment, event: &Event) -> io::Result<()> {
@@ -107,7 +139,7 @@ fn other_json(at: Moment, event: &Event) -> Option<Value> {
         }
         _ => return None,
     };
-    value["at_s"] = json!((at.as_secs_f64() * 1000.0).round() / 1000.0);
+    value["at_s"] = seconds(at);
     Some(value)
 }
 

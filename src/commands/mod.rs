@@ -4,12 +4,14 @@ mod appearance;
 pub mod cli;
 pub mod config;
 mod decode;
+mod dry_run;
 mod headless;
 mod info;
 mod keeping;
 mod ports;
 mod record;
 mod replay;
+mod script;
 mod send;
 mod sharing;
 mod sim;
@@ -55,6 +57,14 @@ impl Fault {
         Self {
             exit,
             message: message.to_string(),
+        }
+    }
+
+    /// The same fault, told with what goes before it and after it.
+    fn within(self, before: impl Display, after: impl Display) -> Self {
+        Self {
+            message: format!("{before}{}{after}", self.message),
+            ..self
         }
     }
 

@@ -1,130 +1,45 @@
 //! `send`: commands from a shell or a script, each with its proof.
 
 use std::fmt::Display;
-use std::fs;
-use std::io::{self, IsTerminal, Read, Write};
-use std::path::Path;
+use std::io::{self, IsTerminal, Write};
 use std::time::{Duration, Instant};
 
-use groundwave_protocol::letters::Mode;
 use serde_json::{Value, json};
 
 use super::cli::{Send, Way};
 use super::config::Config;
-use super::{Exit, Fault, block_on, say, say_progress, via};
+use super::script::{Line, Script};
+use super::{Exit, Fault, block_on, dry_run, say, say_progress, via};
 use crate::event::{CommandId, CommandStep, Event, Failure, LinkEvent};
 use crate::io::link::{Connection, Link, LinkSpec};
 use crate::radio::Radio;
 use crate::request::Request;
-use crate::route;
 use crate::runtime::Driver;
 use crate::share::{Heard, Stage, why_refused};
 
 pub(super) fn run(options: &Send, config: &Config) -> Result<(), Fault> {
+    let usage = |message| Fault::new(Exit::Usage, message);
+    if options.dry_run {
+        let words = options.words_to_plan().map_err(usage)?;
+        return dry_run::run(options, &Script::read(options, &words)?);
+    }
     let radio = options.radio.radio(config);
-    let (way, words) = options
-        .way()
-        .map_err(|message| Fault::new(Exit::Usage, message))?;
-    let requests = read_requests(options, &words)?;
+    let (way, words) = options.way().map_err(usage)?;
+    let script = Script::read(options, &words)?;
     let receive_only = |name: &dyn Display| {
         let message = format!("cannot send to {name}: the link is receive-only");
         Err(Fault::new(Exit::ReceiveOnly, message))
     };
     match way {
         Way::Via(address) if !radio.can_send() => receive_only(&address),
-        Way::Via(address) => via::deliver(options, &address, &requests),
+        Way::Via(address) => via::deliver(options, &address, &script),
         Way::Link(link @ (LinkSpec::Stdin | LinkSpec::Unix(_))) => receive_only(&link),
         Way::Link(link) if !radio.can_send() => receive_only(&link),
         Way::Link(link) => {
             let baud = options.radio.baud(config);
-            block_on(deliver(options, &link, baud, radio, requests))
+            block_on(deliver(options, &link, baud, radio, &script))
         }
     }
-}
-
-/// Everything is read and checked before the link is opened.
-fn read_requests(options: &Send, words: &[&str]) -> Result<Vec<Request>, Fault> {
-    let mut requests = match &options.file {
-        Some(_) if !words.is_empty() => {
-            return Err(Fault::new(
-                Exit::Usage,
-                "a command is given both as words and with -f",
-            ));
-        }
-        None => read_words(words).map_err(|message| Fault::new(Exit::Usage, message))?,
-        Some(path) => read_script(path)?,
-    };
-    if options.go {
-        if !matches!(requests.last(), Some(Request::Route(route)) if !route.is_empty()) {
-            return Err(Fault::new(
-                Exit::Usage,
-                "--go goes with `goto` or `route`: it drives the list",
-            ));
-        }
-        requests.push(Request::Mode(Mode::Prowl));
-    }
-    Ok(requests)
-}
-
-fn read_script(path: &Path) -> Result<Vec<Request>, Fault> {
-    let name = path.display();
-    let text = read_text(path)?;
-    let mut requests = Vec::new();
-    for (number, line) in (1..).zip(text.lines()) {
-        let words: Vec<&str> = line
-            .split('#')
-            .next()
-            .unwrap_or_default()
-            .split_whitespace()
-            .collect();
-        if words.is_empty() {
-            continue;
-        }
-        let request = read_words(&words)
-            .map_err(|message| Fault::new(Exit::Usage, format!("{name}:{number}: {message}")))?;
-        requests.extend(request);
-    }
-    if requests.is_empty() {
-        return Err(Fault::new(
-            Exit::Usage,
-            format!("{name}: no commands; one a line, as after `groundwave send LINK`"),
-        ));
-    }
-    Ok(requests)
-}
-
-fn read_words<S: AsRef<str>>(words: &[S]) -> Result<Vec<Request>, String> {
-    let words: Vec<&str> = words.iter().map(AsRef::as_ref).collect();
-    let request = match words[..] {
-        ["route", file] => {
-            let text = read_text(Path::new(file)).map_err(|fault| fault.to_string())?;
-            let name = if file == "-" { "standard input" } else { file };
-            let waypoints = route::parse(name, &text).map_err(|error| error.to_string())?;
-            Request::route(waypoints).map_err(|error| error.to_string())?
-        }
-        ["route", ..] => {
-            return Err(
-                "`route` takes one file of `X,Y` lines, or - for standard input".to_owned(),
-            );
-        }
-        _ => Request::from_words(&words).map_err(|error| error.to_string())?,
-    };
-    Ok(vec![request])
-}
-
-fn read_text(path: &Path) -> Result<String, Fault> {
-    let read = if path.as_os_str() == "-" {
-        let mut text = String::new();
-        io::stdin().read_to_string(&mut text).map(|_| text)
-    } else {
-        fs::read_to_string(path)
-    };
-    read.map_err(|error| {
-        Fault::new(
-            Exit::Usage,
-            format!("cannot read {}: {error}", path.display()),
-        )
-    })
 }
 
 async fn deliver(
@@ -132,7 +47,7 @@ async fn deliver(
     link: &LinkSpec,
     baud: u32,
     radio: Radio,
-    requests: Vec<Request>,
+    script: &Script,
 ) -> Result<(), Fault> {
     let name = link.to_string();
     let (inputs, from_link) = tokio::sync::mpsc::channel(64);
@@ -149,37 +64,45 @@ async fn deliver(
         Box::new(|_, _| {}),
     );
     let mut report = Report::new(options);
-    for request in requests {
-        let begun = driver.now();
-        let id = driver.request(request.clone());
-        let deadline = tokio::time::sleep(options.timeout);
-        tokio::pin!(deadline);
-        loop {
-            let mut ended = None;
-            while let Some(event) = driver.poll_event() {
-                ended = ended.or(report.handle(
-                    &event,
-                    id,
-                    &request,
-                    driver.now().saturating_sub(begun),
-                )?);
-            }
-            match ended {
-                Some(Ok(())) => break,
-                Some(Err(fault)) => return Err(fault),
-                None => {}
-            }
-            tokio::select! {
-                () = driver.step() => {}
-                () = &mut deadline => {
-                    driver.cancel();
-                    let heard = driver.heard();
-                    return Err(not_confirmed(&request, heard, options.timeout, report.frames));
-                }
+    for (index, line) in script.lines().iter().enumerate() {
+        deliver_one(options, &mut driver, &mut report, line)
+            .await
+            .map_err(|fault| script.blame(index, fault))?;
+    }
+    Ok(())
+}
+
+async fn deliver_one(
+    options: &Send,
+    driver: &mut Driver,
+    report: &mut Report,
+    line: &Line,
+) -> Result<(), Fault> {
+    let begun = driver.now();
+    let id = driver.request(line.request.clone());
+    let deadline = tokio::time::sleep(options.timeout);
+    tokio::pin!(deadline);
+    loop {
+        let mut ended = None;
+        while let Some(event) = driver.poll_event() {
+            let after = driver.now().saturating_sub(begun);
+            ended = ended.or(report.handle(&event, id, line, after)?);
+        }
+        if let Some(ended) = ended {
+            return ended;
+        }
+        tokio::select! {
+            () = driver.step() => {}
+            () = &mut deadline => {
+                driver.cancel();
+                let after = driver.now().saturating_sub(begun);
+                // What it says for a person is known better here.
+                report.step(line, &CommandStep::Failed(Failure::TimedOut), after)?;
+                let heard = driver.heard();
+                return Err(not_confirmed(&line.request, heard, options.timeout, report.frames));
             }
         }
     }
-    Ok(())
 }
 
 /// No proof came in time: says what was heard meanwhile, what was sent, and what is known of the robot.
@@ -241,11 +164,11 @@ impl Report {
         &mut self,
         event: &Event,
         id: CommandId,
-        request: &Request,
+        line: &Line,
         after: Duration,
     ) -> Result<Option<Result<(), Fault>>, Fault> {
         match event {
-            Event::Command { id: of, step } if *of == id => self.step(request, step, after),
+            Event::Command { id: of, step } if *of == id => self.step(line, step, after),
             Event::Link(LinkEvent::Lost { reason }) => {
                 self.lost(reason);
                 Ok(None)
@@ -257,7 +180,7 @@ impl Report {
     /// Reports a step; returns how the command ended, once it has.
     pub(super) fn step(
         &mut self,
-        request: &Request,
+        line: &Line,
         step: &CommandStep,
         after: Duration,
     ) -> Result<Option<Result<(), Fault>>, Fault> {
@@ -267,9 +190,9 @@ impl Report {
             _ => {}
         }
         if self.json {
-            Self::print(to_json(request, step, after))?;
+            Self::print(to_json(line, step, after))?;
         }
-        Ok(self.handle_step(request, step, after))
+        Ok(self.handle_step(&line.request, step, after))
     }
 
     /// The link is gone and may come back.
@@ -329,7 +252,7 @@ impl Report {
         }
     }
 
-    fn print(line: impl Display) -> Result<(), Fault> {
+    pub(super) fn print(line: impl Display) -> Result<(), Fault> {
         let mut out = io::stdout().lock();
         writeln!(out, "{line}")
             .and_then(|()| out.flush())
@@ -337,10 +260,13 @@ impl Report {
     }
 }
 
-/// A step for a program, beside the command and the time since it was given.
-pub(super) fn to_json(request: &Request, step: &CommandStep, after: Duration) -> Value {
+/// A step for a program, beside the command, its line in the script and the time since it was given.
+fn to_json(line: &Line, step: &CommandStep, after: Duration) -> Value {
     let mut value = json!(Stage::of(step));
-    value["command"] = json!(request.to_string());
+    value["command"] = json!(line.request.to_string());
+    if let Some(number) = line.number {
+        value["line"] = json!(number);
+    }
     value["after_s"] = json!((after.as_secs_f64() * 1000.0).round() / 1000.0);
     value
 }

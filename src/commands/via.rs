@@ -3,25 +3,22 @@
 use std::time::{Duration, Instant};
 
 use super::cli::Send;
+use super::script::{Line, Script};
 use super::send::{Report, not_confirmed};
 use super::{Exit, Fault};
 use crate::event::{CommandStep, Failure};
 use crate::io::via::{Via, ViaError};
-use crate::request::Request;
 use crate::share::{Address, Ask, ClientLine, StationLine};
 
 /// The station ends a command at its time; this is for one that is stopped itself.
 const GRACE: Duration = Duration::from_secs(5);
 
-pub(super) fn deliver(
-    options: &Send,
-    address: &Address,
-    requests: &[Request],
-) -> Result<(), Fault> {
+pub(super) fn deliver(options: &Send, address: &Address, script: &Script) -> Result<(), Fault> {
     let (mut via, _) = Via::connect(address).map_err(|error| Fault::new(Exit::NoLink, error))?;
     let mut report = Report::new(options);
-    for (tag, request) in (1..).zip(requests) {
-        ask(options, &mut via, &mut report, tag, request)?;
+    for (index, (tag, line)) in (1..).zip(script.lines()).enumerate() {
+        ask(options, &mut via, &mut report, tag, line)
+            .map_err(|fault| script.blame(index, fault))?;
     }
     Ok(())
 }
@@ -31,8 +28,9 @@ fn ask(
     via: &mut Via,
     report: &mut Report,
     tag: u32,
-    request: &Request,
+    line: &Line,
 ) -> Result<(), Fault> {
+    let request = &line.request;
     let begun = Instant::now();
     let unknown = |error: ViaError| {
         let message = format!("`{request}`: {error}: the robot may or may not have executed it");
@@ -52,7 +50,7 @@ fn ask(
                     let message = format!("`{request}`: the station is newer and says {stage:?}");
                     Fault::new(Exit::Failed, message)
                 })?;
-                let ended = report.step(request, &step, begun.elapsed())?;
+                let ended = report.step(line, &step, begun.elapsed())?;
                 match (step, ended) {
                     (CommandStep::Failed(Failure::TimedOut), _) => {
                         return Err(not_confirmed(

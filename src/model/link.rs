@@ -7,6 +7,7 @@ use groundwave_protocol::decoder::Counters;
 
 use super::age;
 use crate::event::{LinkEvent, Moment, Reception, Replay};
+use crate::statistics::Statistics;
 
 /// Rate and loss are taken over this long.
 const WINDOW: Moment = Moment::from_secs(20);
@@ -64,6 +65,7 @@ pub(crate) struct Link {
     /// What comes, and since when.
     reception: Option<(Reception, Moment)>,
     counters: Counters,
+    statistics: Option<Statistics>,
     /// The decoder's totals at most once a second, for as long as the window.
     totals: VecDeque<(Moment, Counters)>,
 }
@@ -144,6 +146,15 @@ impl Link {
         {
             self.totals.pop_front();
         }
+    }
+
+    pub(super) const fn take_statistics(&mut self, statistics: Statistics) {
+        self.statistics = Some(statistics);
+    }
+
+    /// How it does, not older than a second; `None` before anything was measured.
+    pub(crate) const fn statistics(&self) -> Option<&Statistics> {
+        self.statistics.as_ref()
     }
 
     /// The decoder's totals.

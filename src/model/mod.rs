@@ -6,6 +6,7 @@
 pub(crate) mod age;
 pub(crate) mod chart;
 pub(crate) mod drive;
+pub(crate) mod failsafe;
 mod history;
 mod input;
 pub(crate) mod keys;
@@ -70,11 +71,12 @@ pub(crate) enum Panel {
     Sensors,
     Commands,
     Log,
+    Link,
 }
 
 impl Panel {
     /// In the order of the Tab key.
-    pub(crate) const ALL: [Self; 3] = [Self::Sensors, Self::Commands, Self::Log];
+    pub(crate) const ALL: [Self; 4] = [Self::Sensors, Self::Commands, Self::Log, Self::Link];
 }
 
 /// What lies over the panels and takes the keyboard.
@@ -178,6 +180,11 @@ impl Model {
                 // The lines that changed the totals say so themselves; rejects can wait for a line, unless
                 // there is none.
                 counters.lines == 0
+            }
+            // Drawn with the next line: whoever looks for figures can wait for it.
+            Event::Statistics(statistics) => {
+                self.link.take_statistics(*statistics);
+                false
             }
             Event::Link(link) => {
                 self.take_link(now, &link);
@@ -312,6 +319,14 @@ impl Model {
         if before.is_some_and(|before| before.mode != state.mode) {
             let text = format!("the robot reports mode {}", words::mode(state.mode));
             self.log.add(now, Level::Info, Subject::Behaviour, text);
+        }
+        let linked = before.map(|before| before.link);
+        if let Some((level, text)) = failsafe::news(linked, state.link, &self.robot) {
+            let subject = match level {
+                Level::Alarm => Subject::Robot,
+                Level::Info | Level::Warning => Subject::Behaviour,
+            };
+            self.log.add(now, level, subject, text);
         }
         if let Some(text) = power_alarm(before.map(|before| before.power), state.power) {
             self.log.add(now, Level::Alarm, Subject::Robot, text);

@@ -3,6 +3,7 @@
 use crossterm::event::{KeyCode, KeyEvent, KeyEventKind, KeyModifiers};
 use groundwave_protocol::Waypoint;
 use groundwave_protocol::decoder::Counters;
+use groundwave_protocol::failsafe::Failsafe;
 use groundwave_protocol::letters::{
     Arm, Bump, Cliff, Drive, Infrared, Layer, LayerMask, LayerState, Link, Mode, Power,
 };
@@ -28,6 +29,7 @@ pub(crate) struct Scene {
     pub(crate) state: StateLine,
     pub(crate) status: StatusLine,
     pub(crate) ack: Ack,
+    pub(crate) failsafe: Option<Failsafe>,
     counters: Counters,
     sequence: u8,
 }
@@ -41,6 +43,7 @@ impl Scene {
             state: state(),
             status: status(),
             ack: Ack::default(),
+            failsafe: None,
             counters: Counters::default(),
             sequence: 0,
         };
@@ -74,7 +77,10 @@ impl Scene {
     }
 
     pub(crate) fn hear_ticks(&mut self, uptime_s: u32, ticks_won: [u16; HOLDERS]) {
-        self.hear_body(Body::Counters(counters(uptime_s, ticks_won)));
+        self.hear_body(Body::Counters(CountersLine {
+            failsafe: self.failsafe,
+            ..counters(uptime_s, ticks_won)
+        }));
     }
 
     fn hear_body(&mut self, body: Body) {

@@ -16,6 +16,7 @@ use crate::radio::Radio;
 use crate::request::Request;
 use crate::share::Heard;
 use crate::station::Station;
+use crate::statistics::Statistics;
 
 /// Inputs taken at one go before others get their turn.
 const BATCH: usize = 32;
@@ -202,6 +203,15 @@ impl Driver {
         }
     }
 
+    /// How the link does.
+    #[must_use]
+    pub fn statistics(&self) -> Statistics {
+        Statistics {
+            not_taken_bytes: self.link.not_taken(),
+            ..self.station.statistics(self.now())
+        }
+    }
+
     fn tell_not_taken(&mut self) {
         let now = self.now();
         let bytes = self.link.not_taken();
@@ -258,7 +268,10 @@ impl Driver {
 
     /// What has happened.
     pub fn poll_event(&mut self) -> Option<Event> {
-        let event = self.station.poll_event();
+        let mut event = self.station.poll_event();
+        if let Some(Event::Statistics(statistics)) = &mut event {
+            statistics.not_taken_bytes = self.link.not_taken();
+        }
         if let (Some(Event::Reception { reception, .. }), Some(advising)) =
             (&event, &mut self.advising)
         {

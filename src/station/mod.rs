@@ -3,6 +3,7 @@
 //! `handle_*` takes something in, `poll_*` gives something out; after each `handle_*`, poll until
 //! everything says `None`.
 
+pub mod plan;
 mod reception;
 
 use std::collections::VecDeque;
@@ -16,7 +17,11 @@ use groundwave_protocol::telemetry::Outcome;
 
 use crate::event::{CommandId, CommandStep, Event, Failure, Level, LinkEvent, Moment, Reception};
 use crate::request::Request;
+use crate::statistics::{LinkMeter, Statistics};
 use reception::Listener;
+
+/// Statistics are told no more often than this.
+const STATISTICS_REST: Duration = Duration::from_secs(1);
 
 /// A press of a drive key counts for this long unless it is renewed.
 const DRIVE_LEASE: Duration = Duration::from_millis(500);
@@ -42,6 +47,8 @@ pub struct Station {
     stopped: bool,
     next_id: u32,
     told_counters: Counters,
+    meter: LinkMeter,
+    told_statistics: Option<(Moment, Statistics)>,
     events: VecDeque<Event>,
 }
 
@@ -61,6 +68,8 @@ impl Station {
             stopped: false,
             next_id: 1,
             told_counters: Counters::default(),
+            meter: LinkMeter::default(),
+            told_statistics: None,
             events: VecDeque::new(),
         }
     }
@@ -69,6 +78,7 @@ impl Station {
     pub fn handle_link(&mut self, event: LinkEvent) {
         self.listener
             .open(matches!(event, LinkEvent::Opened { .. }));
+        self.meter.interrupt();
         match &event {
             LinkEvent::Opened { can_send, .. } => self.can_send = *can_send,
             LinkEvent::Lost { .. } => self.decoder.interrupt(),
@@ -86,6 +96,7 @@ impl Station {
     /// Takes bytes from the radio.
     pub fn handle_bytes(&mut self, now: Moment, mut bytes: &[u8]) {
         self.fop.handle_carrier(micros(now));
+        self.meter.take_received(now, bytes.len());
         let all = bytes;
         let mut has_line = false;
         while !bytes.is_empty() {
@@ -93,6 +104,7 @@ impl Station {
             bytes = &bytes[taken..];
             if let Some(received) = received {
                 has_line = true;
+                self.meter.take_line(self.decoder.counters());
                 self.handle_received(now, &received);
             }
         }
@@ -104,6 +116,24 @@ impl Station {
             self.told_counters = counters;
             self.events.push_back(Event::Counters(counters));
         }
+        self.tell_statistics(now);
+    }
+
+    fn tell_statistics(&mut self, now: Moment) {
+        let is_early = self
+            .told_statistics
+            .is_some_and(|(at, _)| now < at + STATISTICS_REST);
+        let statistics = self.statistics(now);
+        if is_early
+            || self
+                .told_statistics
+                .is_some_and(|(_, told)| told == statistics)
+        {
+            return;
+        }
+        self.told_statistics = Some((now, statistics));
+        self.events
+            .push_back(Event::Statistics(Box::new(statistics)));
     }
 
     fn handle_received(&mut self, now: Moment, received: &Received) {
@@ -122,15 +152,16 @@ impl Station {
     pub fn handle_request(&mut self, now: Moment, request: Request) -> CommandId {
         let id = CommandId(self.next_id);
         self.next_id += 1;
-        self.step(id, CommandStep::Queued(request.clone()));
+        self.meter.take_asked(now, id);
+        self.step(now, id, CommandStep::Queued(request.clone()));
         if !self.can_send {
-            self.step(id, CommandStep::Failed(Failure::ReceiveOnly));
+            self.step(now, id, CommandStep::Failed(Failure::ReceiveOnly));
         } else if request == Request::Stop {
-            self.cancel_waiting(Failure::Stopped);
+            self.cancel_waiting(now, Failure::Stopped);
             self.stops.push(id);
             self.stopped = true;
             self.fop.stop(micros(now));
-            self.step(id, CommandStep::Sent { frames: 1 });
+            self.step(now, id, CommandStep::Sent { frames: 1 });
         } else {
             self.waiting.push_back(Waiting { id, request });
         }
@@ -156,7 +187,7 @@ impl Station {
 
     /// Gives up what waits and what is under way.
     pub fn handle_cancel(&mut self, now: Moment) {
-        self.cancel_waiting(Failure::Cancelled);
+        self.cancel_waiting(now, Failure::Cancelled);
         self.fop.cancel();
         self.settle(now);
     }
@@ -171,13 +202,13 @@ impl Station {
         } else {
             return;
         }
-        self.step(id, CommandStep::Failed(Failure::TimedOut));
+        self.step(now, id, CommandStep::Failed(Failure::TimedOut));
         self.settle(now);
     }
 
-    fn cancel_waiting(&mut self, failure: Failure) {
+    fn cancel_waiting(&mut self, now: Moment, failure: Failure) {
         for waiting in std::mem::take(&mut self.waiting) {
-            self.step(waiting.id, CommandStep::Failed(failure));
+            self.step(now, waiting.id, CommandStep::Failed(failure));
         }
     }
 
@@ -187,6 +218,7 @@ impl Station {
         self.settle(now);
         let heard = self.listener.handle_timeout(now);
         self.tell_reception(heard);
+        self.tell_statistics(now);
     }
 
     fn tell_reception(&mut self, heard: Option<(Reception, Moment)>) {
@@ -200,7 +232,10 @@ impl Station {
             return None;
         }
         let bytes = self.fop.poll_transmit(micros(now)).map(<[u8]>::to_vec);
-        self.drain_fop();
+        if let Some(bytes) = &bytes {
+            self.meter.take_sent(now, bytes);
+        }
+        self.drain_fop(now);
         bytes
     }
 
@@ -225,6 +260,12 @@ impl Station {
         self.decoder.counters()
     }
 
+    /// How the link does. What a device did not take is not known here.
+    #[must_use]
+    pub fn statistics(&self, now: Moment) -> Statistics {
+        self.meter.statistics(now, self.decoder.counters())
+    }
+
     /// Whether every command has ended.
     #[must_use]
     pub fn is_settled(&self) -> bool {
@@ -232,9 +273,9 @@ impl Station {
     }
 
     fn settle(&mut self, now: Moment) {
-        self.drain_fop();
+        self.drain_fop(now);
         while self.current.is_none() && self.begin_next(now) {
-            self.drain_fop();
+            self.drain_fop(now);
         }
     }
 
@@ -254,12 +295,12 @@ impl Station {
             self.current = Some(id);
         } else {
             // Nothing is under way, so it is the list that no frame can carry.
-            self.step(id, CommandStep::Refused(Outcome::BadValue));
+            self.step(now, id, CommandStep::Refused(Outcome::BadValue));
         }
         true
     }
 
-    fn drain_fop(&mut self) {
+    fn drain_fop(&mut self, now: Moment) {
         while let Some(event) = self.fop.poll_event() {
             match event {
                 FopEvent::Session(Ok(())) => {
@@ -270,55 +311,63 @@ impl Station {
                     self.notice(Level::Warning, lost_session(loss, self.stopped));
                 }
                 FopEvent::Sent { frames } => {
-                    self.step_current(CommandStep::Sent { frames });
+                    self.step_current(now, CommandStep::Sent { frames });
                 }
                 FopEvent::Progress {
                     acknowledged,
                     total,
                 } => {
-                    self.step_current(CommandStep::Progress {
-                        acknowledged,
-                        total,
-                    });
+                    self.step_current(
+                        now,
+                        CommandStep::Progress {
+                            acknowledged,
+                            total,
+                        },
+                    );
                 }
-                FopEvent::Concluded { outcome, digest } => self.conclude(outcome, digest),
+                FopEvent::Concluded { outcome, digest } => self.conclude(now, outcome, digest),
                 FopEvent::Failed(loss) => {
                     if let Some(id) = self.current.take() {
-                        self.step(id, CommandStep::Failed(failure(loss)));
+                        self.step(now, id, CommandStep::Failed(failure(loss)));
                     }
                 }
                 FopEvent::StopProven => {
                     for id in std::mem::take(&mut self.stops) {
-                        self.step(id, CommandStep::Proven { digest: None });
+                        self.step(now, id, CommandStep::Proven { digest: None });
                     }
                 }
                 FopEvent::StopFailed => {
                     for id in std::mem::take(&mut self.stops) {
-                        self.step(id, CommandStep::Failed(Failure::TimedOut));
+                        self.step(now, id, CommandStep::Failed(Failure::TimedOut));
                     }
                 }
             }
         }
     }
 
-    fn conclude(&mut self, outcome: Outcome, digest: Option<u32>) {
+    fn conclude(&mut self, now: Moment, outcome: Outcome, digest: Option<u32>) {
         let Some(id) = self.current.take() else {
             return;
         };
         if outcome == Outcome::Done {
-            self.step(id, CommandStep::Proven { digest });
+            self.step(now, id, CommandStep::Proven { digest });
         } else {
-            self.step(id, CommandStep::Refused(outcome));
+            self.step(now, id, CommandStep::Refused(outcome));
         }
     }
 
-    fn step_current(&mut self, step: CommandStep) {
+    fn step_current(&mut self, now: Moment, step: CommandStep) {
         if let Some(id) = self.current {
-            self.step(id, step);
+            self.step(now, id, step);
         }
     }
 
-    fn step(&mut self, id: CommandId, step: CommandStep) {
+    fn step(&mut self, now: Moment, id: CommandId, step: CommandStep) {
+        match &step {
+            CommandStep::Proven { .. } => self.meter.take_end(now, id, true),
+            CommandStep::Refused(_) | CommandStep::Failed(_) => self.meter.take_end(now, id, false),
+            CommandStep::Queued(_) | CommandStep::Sent { .. } | CommandStep::Progress { .. } => {}
+        }
         self.events.push_back(Event::Command { id, step });
     }
 

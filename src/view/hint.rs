@@ -156,4 +156,4 @@ impl Screen<'_> {
 }
 
 const COMMAND_HELP: &str =
-    "stop, mode M, enable L,L, disable L,L, goto X Y, route FILE, clear, scan, help";
+    "stop, mode M, enable/disable L,L, goto X Y, route F, clear, scan, failsafe, help";

@@ -10,6 +10,7 @@
 //! |                                        | sensors                   |
 //! +----------------------------------------+---------------------------+
 //! | commands                               | log                       |
+//! |                                        | link                      |
 //! +----------------------------------------+---------------------------+
 //! | raw                                                                |
 //! | hint                                                               |
@@ -17,14 +18,16 @@
 //! +--------------------------------------------------------------------+
 //! ```
 //!
-//! Below, down to 80x24, what stands under the ladder is what Tab has chosen, and the others as far as
+//! Where the band of commands and log is low, the link's figures stand in the log's place when Tab has chosen
+//! them. Below, down to 80x24, what stands under the ladder is what Tab has chosen, and the others as far as
 //! there is room:
 //!
 //! ```text
 //! +----------------------- status -----------------------+
 //! | map                       | ladder                   |
 //! |                           +--------------------------+
-//! |                           | sensors, commands or log |
+//! |                           | sensors, commands, log,  |
+//! |                           | link                     |
 //! +---------------------------+--------------------------+
 //! | raw                                                  |
 //! | hint                                                 |
@@ -36,6 +39,7 @@ mod commands;
 mod footer;
 mod hint;
 mod ladder;
+mod link;
 mod log;
 mod map;
 mod overlay;
@@ -62,6 +66,9 @@ const HEIGHT_MIN: u16 = 24;
 /// From this size up every panel is visible.
 const WIDTH_FULL: u16 = 110;
 const HEIGHT_FULL: u16 = 34;
+
+/// Rows that the log keeps beside the link's figures.
+const LOG_ROWS_MIN: u16 = 5;
 
 /// Draws the whole dashboard.
 pub fn draw(model: &Model, now: Moment, frame: &mut Frame<'_>) {
@@ -125,7 +132,16 @@ impl Screen<'_> {
         self.sensors(buffer, sensors);
         let (commands, log) = split_right(lower, area.width / 2);
         self.commands(buffer, commands);
-        self.log(buffer, log);
+        let link_rows = self.link_height(log.width);
+        if log.height >= link_rows.min(link::ROWS_MIN) + LOG_ROWS_MIN {
+            let (log, link) = split_bottom(log, link_rows.min(log.height - LOG_ROWS_MIN));
+            self.log(buffer, log);
+            self.link(buffer, link);
+        } else if self.model.panel == Panel::Link {
+            self.link(buffer, log);
+        } else {
+            self.log(buffer, log);
+        }
     }
 
     fn some_panels(&self, buffer: &mut Buffer, area: Rect) {
@@ -154,6 +170,7 @@ impl Screen<'_> {
                 Panel::Sensors => self.sensors(buffer, here),
                 Panel::Commands => self.commands(buffer, here),
                 Panel::Log => self.log(buffer, here),
+                Panel::Link => self.link(buffer, here),
             }
             rest = below;
         }

@@ -8,7 +8,7 @@ use ratatui::layout::Rect;
 use ratatui::style::Style;
 use ratatui::text::{Line, Span};
 
-use super::{Screen, put, put_right};
+use super::{Screen, WIDTH_FULL, put, put_right};
 use crate::model::age;
 use crate::model::link::{Connection, Health};
 use crate::model::robot::{STATE_STALE, STATUS_STALE};
@@ -16,7 +16,7 @@ use crate::model::words;
 
 impl Screen<'_> {
     pub(super) fn status(&self, buffer: &mut Buffer, area: Rect) {
-        let right = Line::from(self.robot_at_a_glance());
+        let right = Line::from(self.robot_at_a_glance(area.width));
         let right_width = right.width() as u16;
         let left = Rect {
             width: area.width.saturating_sub(right_width + 2),
@@ -147,10 +147,14 @@ impl Screen<'_> {
         Span::raw(longest(long, format!("{glyph} recording")))
     }
 
-    fn robot_at_a_glance(&self) -> Vec<Span<'_>> {
+    fn robot_at_a_glance(&self, width: u16) -> Vec<Span<'_>> {
         let theme = &self.theme;
         let robot = &self.model.robot;
         let mut spans = Vec::new();
+        let is_wide = width >= WIDTH_FULL;
+        if let Some(failsafe) = self.failsafe_at_a_glance(is_wide) {
+            spans.extend([failsafe, Span::raw("  ")]);
+        }
         if let Some(state) = robot.state {
             let style = match state.value.mode {
                 _ if state.age(self.now) >= STATE_STALE => theme.dim,

@@ -1,0 +1,164 @@
+//! `send --dry-run`: the bytes of each command and the time they need, with nothing sent.
+
+use groundwave_protocol::command::Frame;
+use serde_json::{Value, json};
+
+use super::Fault;
+use super::cli::Send;
+use super::script::{Line, Script};
+use super::send::Report;
+use crate::request::Request;
+use crate::station::plan::{BOOT, OWNER, Plan, Planner, ROBOT_ID};
+
+/// What was measured of a command in full duplex without bit errors. From docs/measurements.md, where it
+/// says how; a test holds the two together.
+#[derive(Clone, Copy)]
+struct Typical {
+    /// Whose figures these are.
+    of: &'static str,
+    mean_s: f64,
+    /// 95 of 100 within this.
+    p95_s: f64,
+}
+
+const fn typical(of: &'static str, mean_s: f64, p95_s: f64) -> Typical {
+    Typical { of, mean_s, p95_s }
+}
+
+const STOP: Typical = typical("STOP", 0.28, 0.43);
+const COMMAND: Typical = typical("one command, session open", 0.25, 0.40);
+const COLD_COMMAND: Typical = typical("one command, nothing heard before", 1.00, 1.15);
+
+/// The lists that were measured; a shorter one takes no longer.
+const LISTS: [(usize, Typical); 3] = [
+    (10, typical("10 waypoints, session open", 0.7, 0.7)),
+    (100, typical("100 waypoints, session open", 2.7, 2.7)),
+    (300, typical("300 waypoints, session open", 7.3, 7.3)),
+];
+const COLD_LIST: (usize, Typical) = (
+    100,
+    typical("100 waypoints, nothing heard before", 3.16, 3.30),
+);
+
+pub(super) fn run(options: &Send, script: &Script) -> Result<(), Fault> {
+    let mut planner = Planner::default();
+    for (index, line) in script.lines().iter().enumerate() {
+        let plan = planner.plan(&line.request);
+        let typical = most_like(&line.request, index == 0);
+        if options.json {
+            Report::print(to_json(line, &plan, typical))?;
+        } else {
+            tell(line, &plan, typical)?;
+        }
+    }
+    if !options.json && !options.quiet {
+        Report::print(format_args!(
+            "nothing was sent. The four characters before each frame's last \\n are a checksum that depends on robot, \
+             boot,\nsession and owner, as does what `open` says: here robot {ROBOT_ID}, boot {BOOT}, owner {OWNER}. \
+             At least: wire time at 240 bytes/s\nand the shortest acknowledgement. Measured: in full duplex without bit \
+             errors, by docs/measurements.md;\na shorter list takes no longer"
+        ))?;
+    }
+    Ok(())
+}
+
+fn tell(line: &Line, plan: &Plan, typical: Typical) -> Result<(), Fault> {
+    let Typical { of, mean_s, p95_s } = typical;
+    let number = line
+        .number
+        .map_or(String::new(), |number| format!("{number}: "));
+    Report::print(format_args!(
+        "{number}{}: {} bytes, at least {:.2} s; measured: {mean_s} s on average, 95 % within {p95_s} s ({of})",
+        line.request,
+        plan.bytes(),
+        plan.at_least_s(),
+    ))?;
+    let opening = plan.opening.iter().map(|frame| ("open", frame));
+    let frames = plan.frames.iter().map(|frame| ("", frame));
+    for (what, frame) in opening.chain(frames) {
+        let bytes = frame.as_bytes();
+        Report::print(format_args!(
+            "  {:>2} bytes  {}{}{what}",
+            bytes.len(),
+            shown(bytes),
+            if what.is_empty() { "" } else { "  " },
+        ))?;
+    }
+    Ok(())
+}
+
+/// As a person reads it: frames are printable but for their line feeds.
+fn shown(bytes: &[u8]) -> String {
+    String::from_utf8_lossy(bytes).replace('\n', "\\n")
+}
+
+fn to_json(line: &Line, plan: &Plan, typical: Typical) -> Value {
+    let Typical { of, mean_s, p95_s } = typical;
+    let text = |frame: &Frame| String::from_utf8_lossy(frame.as_bytes()).into_owned();
+    let mut value = json!({
+        "stage": "dry-run",
+        "command": line.request.to_string(),
+        "opening": plan.opening.as_ref().map(text),
+        "frames": plan.frames.iter().map(text).collect::<Vec<_>>(),
+        "bytes": plan.bytes(),
+        "at_least_s": (plan.at_least_s() * 1000.0).round() / 1000.0,
+        "measured": { "of": of, "mean_s": mean_s, "p95_s": p95_s },
+        "example_key": { "robot_id": ROBOT_ID, "boot": BOOT, "owner": OWNER },
+    });
+    if let Some(number) = line.number {
+        value["line"] = json!(number);
+    }
+    value
+}
+
+/// The measured case that says most of this one. From a cold start there is one of commands and of lists of
+/// 100; of the others it is that with the session open, and says so.
+fn most_like(request: &Request, is_cold: bool) -> Typical {
+    let count = match request {
+        Request::Stop => return STOP,
+        Request::Route(waypoints) => waypoints.len(),
+        _ => 0,
+    };
+    let longer = LISTS.iter().find(|(most, _)| count <= *most);
+    match longer {
+        _ if count == 0 && is_cold => COLD_COMMAND,
+        _ if count == 0 => COMMAND,
+        Some((most, _)) if is_cold && *most == COLD_LIST.0 => COLD_LIST.1,
+        longer => longer.map_or(LISTS[LISTS.len() - 1].1, |(_, typical)| *typical),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const MEASURED: &str = include_str!("../../docs/measurements.md");
+
+    fn says(row: &str) {
+        assert!(
+            MEASURED.lines().any(|line| line.starts_with(row)),
+            "docs/measurements.md has no row `{row}`: measured anew?"
+        );
+    }
+
+    #[test]
+    fn typical_is_what_was_measured() {
+        for (count, Typical { mean_s, p95_s, .. }) in &LISTS {
+            says(&format!("| full duplex | {count} | {mean_s} ({p95_s}) |"));
+        }
+        let (count, Typical { mean_s, p95_s, .. }) = COLD_LIST;
+        says(&format!(
+            "| full duplex, {count} waypoints | 0 | {mean_s:.2} | {p95_s:.2} |"
+        ));
+        let Typical { mean_s, p95_s, .. } = COLD_COMMAND;
+        says(&format!(
+            "| full duplex, one command | 0 | {mean_s:.2} | {p95_s:.2} |"
+        ));
+        let Typical { mean_s, p95_s, .. } = COMMAND;
+        says(&format!("| full duplex | 0 | {mean_s:.2} | {p95_s:.2} |"));
+        let Typical { mean_s, p95_s, .. } = STOP;
+        says(&format!(
+            "| full duplex, proven | 0 | {mean_s:.2} | {p95_s:.2} |"
+        ));
+    }
+}

@@ -1,0 +1,155 @@
+//! What `send` is to deliver: the words of one command, or a script of one command a line.
+
+use std::fs;
+use std::io::{self, Read};
+use std::path::Path;
+
+use groundwave_protocol::letters::Mode;
+
+use super::cli::Send;
+use super::{Exit, Fault};
+use crate::request::Request;
+use crate::route;
+
+/// A command, and where it stands.
+pub(super) struct Line {
+    pub(super) request: Request,
+    /// From 1; none where the command was given as words.
+    pub(super) number: Option<usize>,
+}
+
+/// Commands to be delivered one after the other, until one fails.
+pub(super) struct Script {
+    /// The file they come from.
+    name: Option<String>,
+    lines: Vec<Line>,
+}
+
+impl Script {
+    /// Everything is read and checked before anything is sent.
+    pub(super) fn read(options: &Send, words: &[&str]) -> Result<Self, Fault> {
+        let mut script = match &options.file {
+            Some(_) if !words.is_empty() => {
+                return Err(usage("a command is given both as words and with -f"));
+            }
+            None => Self {
+                name: None,
+                lines: vec![Line {
+                    request: read_words(words).map_err(usage)?,
+                    number: None,
+                }],
+            },
+            Some(path) => Self::read_file(path)?,
+        };
+        if options.go {
+            let number = match script.lines.last() {
+                Some(Line {
+                    request: Request::Route(route),
+                    number,
+                }) if !route.is_empty() => *number,
+                _ => {
+                    return Err(usage(
+                        "--go goes with `goto` or `route`: it drives the list",
+                    ));
+                }
+            };
+            script.lines.push(Line {
+                request: Request::Mode(Mode::Prowl),
+                number,
+            });
+        }
+        Ok(script)
+    }
+
+    fn read_file(path: &Path) -> Result<Self, Fault> {
+        let name = name_of(path);
+        let text = read_text(path)?;
+        let mut lines = Vec::new();
+        for (number, line) in (1..).zip(text.lines()) {
+            let command = line.split('#').next().unwrap_or_default();
+            let words: Vec<&str> = command.split_whitespace().collect();
+            let request = match words[..] {
+                [] => continue,
+                ["route", "-"] if is_standard_input(path) => {
+                    Err("standard input is the script; name the route's file".to_owned())
+                }
+                _ => read_words(&words),
+            };
+            lines.push(Line {
+                request: request.map_err(|message| usage(format!("{name}:{number}: {message}")))?,
+                number: Some(number),
+            });
+        }
+        if lines.is_empty() {
+            return Err(usage(format!(
+                "{name}: no commands; one a line, as after `groundwave send LINK`"
+            )));
+        }
+        Ok(Self {
+            name: Some(name),
+            lines,
+        })
+    }
+
+    /// The commands in their order.
+    pub(super) fn lines(&self) -> &[Line] {
+        &self.lines
+    }
+
+    /// Says of a fault at which line it happened, and that nothing after it was sent.
+    pub(super) fn blame(&self, index: usize, fault: Fault) -> Fault {
+        let number = self.lines.get(index).and_then(|line| line.number);
+        let place = match (&self.name, number) {
+            (Some(name), Some(number)) => format!("{name}:{number}: "),
+            _ => String::new(),
+        };
+        let rest = match self.lines.get(index + 1..).unwrap_or_default() {
+            [] => String::new(),
+            [line] => format!("; `{}` was not sent", line.request),
+            lines => format!("; the {} commands after it were not sent", lines.len()),
+        };
+        fault.within(place, rest)
+    }
+}
+
+fn usage(message: impl std::fmt::Display) -> Fault {
+    Fault::new(Exit::Usage, message)
+}
+
+fn is_standard_input(path: &Path) -> bool {
+    path.as_os_str() == "-"
+}
+
+fn name_of(path: &Path) -> String {
+    if is_standard_input(path) {
+        "standard input".to_owned()
+    } else {
+        path.display().to_string()
+    }
+}
+
+fn read_words(words: &[&str]) -> Result<Request, String> {
+    match words {
+        ["route", file] => {
+            let path = Path::new(file);
+            let text = read_text(path).map_err(|fault| fault.to_string())?;
+            let waypoints =
+                route::parse(&name_of(path), &text).map_err(|error| error.to_string())?;
+            Request::route(waypoints).map_err(|error| error.to_string())
+        }
+        ["route", ..] => {
+            Err("`route` takes one file of `X,Y` lines, or - for standard input".to_owned())
+        }
+        _ => Request::from_words(words).map_err(|error| error.to_string()),
+    }
+}
+
+fn read_text(path: &Path) -> Result<String, Fault> {
+    let read = if is_standard_input(path) {
+        let mut text = String::new();
+        io::stdin().read_to_string(&mut text).map(|_| text)
+    } else {
+        fs::read_to_string(path)
+    };
+    read.map_err(|error| usage(format!("cannot read {}: {error}", name_of(path))))
+}

@@ -1,0 +1,117 @@
+//! What the robot does by itself when the ground falls silent, as it says so.
+
+use groundwave_protocol::failsafe::Failsafe;
+use groundwave_protocol::letters::Link;
+
+use super::robot::Robot;
+use super::words;
+use crate::event::Level;
+
+/// What it is set to by the latest line C.
+fn setting(robot: &Robot) -> Option<Failsafe> {
+    robot.counters.and_then(|counters| counters.value.failsafe)
+}
+
+/// What it does, in words: "home after 30 s of silence".
+fn words_of(setting: Option<Failsafe>) -> String {
+    match setting {
+        Some(Failsafe { silence_s, mode }) => {
+            format!("{} after {silence_s} s of silence", words::mode(mode))
+        }
+        // Line A comes first, and line C every four seconds.
+        None => "not told yet what it does".to_owned(),
+    }
+}
+
+/// How it stands by the latest line A; `None` when it is not set and nothing else is known.
+pub(crate) fn standing(robot: &Robot) -> Option<(Link, String)> {
+    let link = robot.state.map_or(Link::Ok, |state| state.value.link);
+    let does = words_of(setting(robot));
+    match link {
+        Link::Ok => setting(robot).map(|_| (link, format!("{does}, once a session is open"))),
+        Link::Armed => Some((link, format!("{does}, armed"))),
+        Link::Failsafe => Some((link, format!("ACTS: {does}"))),
+    }
+}
+
+/// What a change of line A's letter is worth in the log.
+pub(super) fn news(before: Option<Link>, now: Link, robot: &Robot) -> Option<(Level, String)> {
+    let does = || words_of(setting(robot));
+    match (before.unwrap_or(Link::Ok), now) {
+        (before, now) if before == now => None,
+        (_, Link::Failsafe) => Some((Level::Alarm, format!("FAILSAFE acts: {}", does()))),
+        (Link::Failsafe, Link::Armed) => Some((
+            Level::Warning,
+            "failsafe is over, and armed again".to_owned(),
+        )),
+        (Link::Failsafe, _) => Some((Level::Warning, "failsafe is over".to_owned())),
+        (_, Link::Armed) => Some((Level::Info, format!("failsafe armed: {}", does()))),
+        (_, Link::Ok) => Some((Level::Info, "failsafe no longer armed".to_owned())),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use groundwave_protocol::letters::Mode;
+
+    use super::*;
+    use crate::model::Config;
+    use crate::model::log::Entry;
+    use crate::model::testing::Scene;
+
+    #[test]
+    fn every_entry_and_exit_is_in_the_log() {
+        let mut scene = Scene::new(Config::default());
+        scene.hear();
+        assert_eq!(standing(&scene.model.robot), None);
+        scene.failsafe = Some(Failsafe {
+            silence_s: 30,
+            mode: Mode::GoHome,
+        });
+        scene.hear_ticks(10, [0; 9]);
+        let standing_now = |scene: &Scene| standing(&scene.model.robot).map(|(_, says)| says);
+        assert_eq!(
+            standing_now(&scene).as_deref(),
+            Some("home after 30 s of silence, once a session is open")
+        );
+        for link in [Link::Armed, Link::Armed, Link::Failsafe, Link::Failsafe] {
+            scene.state.link = link;
+            scene.hear();
+        }
+        assert_eq!(
+            standing_now(&scene).as_deref(),
+            Some("ACTS: home after 30 s of silence")
+        );
+        for link in [Link::Armed, Link::Failsafe, Link::Ok] {
+            scene.state.link = link;
+            scene.hear();
+        }
+        let logged = scene.model.log.newest_first();
+        let mut logged: Vec<(Level, &str)> = logged
+            .map(|entry| (entry.level, entry.text.as_str()))
+            .filter(|(_, text)| text.to_lowercase().contains("failsafe"))
+            .collect();
+        logged.reverse();
+        let acts = (Level::Alarm, "FAILSAFE acts: home after 30 s of silence");
+        assert_eq!(
+            logged,
+            [
+                (Level::Info, "failsafe armed: home after 30 s of silence"),
+                acts,
+                (Level::Warning, "failsafe is over, and armed again"),
+                acts,
+                (Level::Warning, "failsafe is over"),
+            ]
+        );
+    }
+
+    #[test]
+    fn a_station_that_comes_late_is_told_at_once() {
+        let mut scene = Scene::new(Config::default());
+        scene.state.link = Link::Failsafe;
+        scene.hear();
+        let mut logged = scene.model.log.newest_first();
+        let entry = logged.find(|entry| entry.level == Level::Alarm);
+        assert!(entry.is_some_and(Entry::is_news));
+    }
+}

@@ -1,0 +1,218 @@
+//! What wishes become on the radio when nothing gets lost: the frames, before any robot has been heard.
+//!
+//! Length and payload are those that go out; the checksum of a frame depends on robot, boot, session and
+//! owner, and so does the payload of the request for a session. They stand here as for an example.
+
+use groundwave_protocol::command::{
+    BLOCK_WAYPOINTS, Command, FRAME_WAYPOINTS_MAX, Frame, Key, Message, Open, Order, Slots,
+};
+use groundwave_protocol::digest::digest;
+use groundwave_protocol::telemetry::ACK_LINE_BYTES;
+use groundwave_protocol::{BYTES_PER_S, Waypoint};
+
+use super::order;
+use crate::request::Request;
+
+/// The robot of the example, 1 to 99.
+pub const ROBOT_ID: u8 = 7;
+
+/// Its boot counter.
+pub const BOOT: u8 = 1;
+
+/// The station's nonce.
+pub const OWNER: u16 = 677;
+
+/// Plans one wish after the other, as one station would send them to a robot that has just booted.
+#[derive(Clone, Debug, Default)]
+pub struct Planner {
+    /// The robot's session, and whether it is ours.
+    session: u8,
+    is_open: bool,
+    sequence: u8,
+    tag: u8,
+}
+
+/// What one wish takes.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Plan {
+    /// The request for a session, where the wish needs one and none is open.
+    pub opening: Option<Frame>,
+    /// The wish itself: on a bad channel in shorter frames, and some of them again.
+    pub frames: Vec<Frame>,
+}
+
+impl Plan {
+    /// Bytes of all frames.
+    #[must_use]
+    pub fn bytes(&self) -> usize {
+        let frames = self.opening.iter().chain(&self.frames);
+        frames.map(|frame| frame.as_bytes().len()).sum()
+    }
+
+    /// No radio of 240 bytes/s is faster: the frames one after the other, and the shortest line that can
+    /// acknowledge them; two of these where a session has to be acknowledged first. Seconds.
+    #[must_use]
+    pub fn at_least_s(&self) -> f64 {
+        let acknowledgements = 1 + usize::from(self.opening.is_some());
+        (self.bytes() + acknowledgements * ACK_LINE_BYTES) as f64 / f64::from(BYTES_PER_S)
+    }
+}
+
+impl Planner {
+    /// The frames of a wish that is delivered after those planned before.
+    pub fn plan(&mut self, request: &Request) -> Plan {
+        if *request == Request::Stop {
+            if self.is_open {
+                self.begin_session(false);
+            }
+            return Plan {
+                opening: None,
+                frames: vec![Message::Stop.encode(Key::robot(ROBOT_ID))],
+            };
+        }
+        let opening = (!self.is_open).then(|| self.open());
+        let key = Key::session(ROBOT_ID, BOOT, self.session, OWNER);
+        let mut messages = Vec::new();
+        let order = match request {
+            Request::Route(waypoints) => Some(self.stage(waypoints, &mut messages)),
+            request => order(request),
+        };
+        if let Some(order) = order {
+            self.sequence = (self.sequence + 1) & 0x3F;
+            messages.push(Message::Command(Command {
+                sequence: self.sequence,
+                order,
+            }));
+        }
+        Plan {
+            opening,
+            frames: messages.iter().map(|message| message.encode(key)).collect(),
+        }
+    }
+
+    fn open(&mut self) -> Frame {
+        let open = Open {
+            boot: BOOT,
+            replaces: self.session,
+            owner: OWNER,
+        };
+        self.begin_session(true);
+        Message::Open(open).encode(Key::robot(ROBOT_ID))
+    }
+
+    fn begin_session(&mut self, is_open: bool) {
+        self.session = self.session % 7 + 1;
+        self.is_open = is_open;
+        self.sequence = 0;
+        self.tag = 0;
+    }
+
+    /// Waypoints in the longest frames, then the order that makes them the robot's list.
+    fn stage(&mut self, waypoints: &[Waypoint], messages: &mut Vec<Message>) -> Order {
+        if !waypoints.is_empty() {
+            self.tag = self.tag % 31 + 1;
+        }
+        let firsts = (0..).step_by(FRAME_WAYPOINTS_MAX / BLOCK_WAYPOINTS);
+        for (first_block, chunk) in firsts.zip(waypoints.chunks(FRAME_WAYPOINTS_MAX)) {
+            messages.push(Message::Waypoints(Slots::new(self.tag, first_block, chunk)));
+        }
+        Order::Activate {
+            tag: if waypoints.is_empty() { 0 } else { self.tag },
+            count: waypoints.len() as u16,
+            digest: digest(waypoints.iter()),
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use groundwave_protocol::arq::{Action, Farm};
+    use groundwave_protocol::letters::{Layer, LayerMask, Mode};
+    use groundwave_protocol::receiver::Receiver;
+    use groundwave_protocol::telemetry::Outcome;
+
+    use super::*;
+
+    /// The robot's own end of the uplink.
+    struct Robot {
+        receiver: Receiver,
+        farm: Farm,
+    }
+
+    impl Robot {
+        fn new() -> Self {
+            Self {
+                receiver: Receiver::default(),
+                farm: Farm::new(ROBOT_ID, u16::from(BOOT)),
+            }
+        }
+
+        fn hear(&mut self, frame: &Frame) -> Action {
+            let key = self.farm.key();
+            let mut bytes = frame.as_bytes().iter();
+            let message = bytes.find_map(|&byte| self.receiver.handle_byte(byte, ROBOT_ID, key));
+            let action = self
+                .farm
+                .handle(&message.unwrap_or_else(|| panic!("{frame:?}")));
+            if matches!(action, Action::Execute(_)) {
+                self.farm.conclude(Outcome::Done);
+            }
+            action
+        }
+    }
+
+    fn line(count: i16) -> Vec<Waypoint> {
+        (0..count).map(|n| Waypoint { x_in: n, y_in: -n }).collect()
+    }
+
+    #[test]
+    fn a_robot_that_hears_the_plan_does_what_was_asked() {
+        let mut robot = Robot::new();
+        let mut planner = Planner::default();
+        let sonar = LayerMask::NONE.with(Layer::Sonar);
+        for request in [
+            Request::Mode(Mode::Reactive),
+            Request::Route(line(1)),
+            Request::Route(line(37)),
+            Request::Disable(sonar),
+            Request::Stop,
+            Request::Stop,
+            Request::Route(line(300)),
+            Request::Route(Vec::new()),
+            Request::Failsafe(None),
+        ] {
+            let plan = planner.plan(&request);
+            if let Some(frame) = &plan.opening {
+                assert_eq!(robot.hear(frame), Action::Heard);
+                assert!(robot.farm.is_open(), "{request}");
+            }
+            let actions: Vec<Action> = plan.frames.iter().map(|frame| robot.hear(frame)).collect();
+            let expected = match &request {
+                Request::Stop => Action::Stop,
+                Request::Route(_) => Action::ListReplaced,
+                request => Action::Execute(order(request).unwrap()),
+            };
+            assert_eq!(actions.last(), Some(&expected), "{request}");
+            if let Request::Route(waypoints) = &request {
+                assert_eq!(robot.farm.lists().active(), waypoints);
+            }
+        }
+    }
+
+    #[test]
+    fn the_least_time_is_that_of_the_wire() {
+        let mut planner = Planner::default();
+        let first = planner.plan(&Request::Mode(Mode::Prowl));
+        // `O` with 3 characters and `C` with 3, checksums of 4 and line feeds; two acknowledgements of 14.
+        assert_eq!(first.bytes(), 10 + 10);
+        assert!((first.at_least_s() - 48.0 / 240.0).abs() < 1e-9);
+        let second = planner.plan(&Request::Mode(Mode::Prowl));
+        assert_eq!((second.opening, second.bytes()), (None, 10));
+        assert!((second.at_least_s() - 24.0 / 240.0).abs() < 1e-9);
+        // 100 waypoints of 5 characters, 9 more bytes in each of 7 frames, and `A` in the end.
+        let list = planner.plan(&Request::Route(line(100)));
+        assert_eq!(list.frames.len(), 8);
+        let activate = list.frames.last().unwrap().as_bytes().len();
+        assert_eq!(list.bytes(), 500 + 7 * 9 + activate);
+    }
+}

@@ -1,0 +1,219 @@
+//! Streams made by hand, and what they come to by pencil.
+
+use groundwave_protocol::Waypoint;
+use groundwave_protocol::command::{Command, Drive, Frame, Key, Message, Open, Order, Slots};
+use groundwave_protocol::decoder::Decoder;
+use groundwave_protocol::letters::Mode;
+use groundwave_protocol::telemetry::{Ack, Body, Line, TextLine};
+
+use super::*;
+
+const KEY: Key = Key::session(7, 1, 1, 677);
+
+fn at_ms(ms: u64) -> Moment {
+    Moment::from_millis(ms)
+}
+
+fn line(sequence: u8) -> [u8; 80] {
+    let line = Line {
+        sequence,
+        body: Body::Text(TextLine::new("a line")),
+        ack: Ack::default(),
+    };
+    line.encode()
+}
+
+fn command(sequence: u8) -> Frame {
+    let order = Order::Mode(Mode::Prowl);
+    Message::Command(Command { sequence, order }).encode(KEY)
+}
+
+fn waypoints(tag: u8, first_block: u8, count: usize) -> Frame {
+    let waypoints = vec![Waypoint::default(); count];
+    Message::Waypoints(Slots::new(tag, first_block, &waypoints)).encode(KEY)
+}
+
+fn hear(meter: &mut LinkMeter, decoder: &mut Decoder, now: Moment, mut bytes: &[u8]) {
+    meter.take_received(now, bytes.len());
+    while !bytes.is_empty() {
+        let (taken, received) = decoder.handle_bytes(bytes);
+        bytes = &bytes[taken..];
+        if received.is_some() {
+            meter.take_line(decoder.counters());
+        }
+    }
+}
+
+#[test]
+fn a_damaged_stream_comes_to_what_a_pencil_says() {
+    let (mut meter, mut decoder) = (LinkMeter::default(), Decoder::default());
+    let mut stream = Vec::new();
+    // Half a line before the first: not an error, but its line feed ended nothing.
+    stream.extend_from_slice(&line(9)[40..]);
+    stream.extend_from_slice(&line(10));
+    // 1: a wrong letter costs the line, 80 bytes.
+    let mut wrong = line(11);
+    wrong[10] ^= 1;
+    stream.extend_from_slice(&wrong);
+    stream.extend_from_slice(&line(12));
+    // 2: one that ends in the middle, and 20 bytes of noise with a line feed: 30 + 20.
+    stream.extend_from_slice(&line(13)[..30]);
+    stream.extend_from_slice(&[b'~'; 19]);
+    stream.push(b'\n');
+    stream.extend_from_slice(&line(14));
+    // 3: two lines without a trace cost no bytes, and three bytes of noise do.
+    stream.extend_from_slice(b"~~~");
+    stream.extend_from_slice(&line(17));
+    hear(&mut meter, &mut decoder, at_ms(3000), &stream);
+    let seen = meter.statistics(at_ms(3000), decoder.counters());
+    assert_eq!((seen.lines, seen.lines_lost), (4, 4));
+    assert!((seen.loss_pct - 50.0).abs() < 1e-9);
+    let rejected = Rejected {
+        crc: 1,
+        shape: 2,
+        field: 0,
+    };
+    assert_eq!(seen.rejected, rejected);
+    let resync = Resync {
+        count: 3,
+        last_bytes: 3,
+        mean_bytes: (80 + 50 + 3) as f64 / 3.0,
+        worst_bytes: 80,
+    };
+    assert_eq!(seen.resync, Some(resync));
+}
+
+#[test]
+fn what_comes_while_a_link_is_found_again_is_no_error() {
+    let (mut meter, mut decoder) = (LinkMeter::default(), Decoder::default());
+    hear(&mut meter, &mut decoder, at_ms(0), &line(1));
+    hear(&mut meter, &mut decoder, at_ms(10), &line(2)[..50]);
+    decoder.interrupt();
+    meter.interrupt();
+    hear(&mut meter, &mut decoder, at_ms(5000), &line(20)[30..]);
+    hear(&mut meter, &mut decoder, at_ms(5300), &line(21));
+    let seen = meter.statistics(at_ms(5300), decoder.counters());
+    assert_eq!((seen.lines, seen.resync), (2, None));
+}
+
+#[test]
+fn frames_that_go_again_are_told_from_new_ones() {
+    let open = |replaces| {
+        let (boot, owner) = (1, 677);
+        let open = Open {
+            boot,
+            replaces,
+            owner,
+        };
+        Message::Open(open).encode(Key::robot(7))
+    };
+    let stop = Message::Stop.encode(Key::robot(7));
+    let drive = Message::Drive(Drive {
+        velocity_in_s: 5,
+        rotation_in_s: 0,
+        heard: 3,
+        count: 1,
+    });
+    let story: [(u64, Frame, bool); 15] = [
+        (0, open(0), false),
+        (2000, open(0), true),
+        (2100, command(1), false),
+        (2500, command(1), true),
+        (2600, command(2), false),
+        (3000, waypoints(1, 0, 16), false),
+        (3400, waypoints(1, 4, 16), false),
+        (3800, waypoints(1, 2, 8), true),
+        (4000, waypoints(1, 8, 3), false),
+        (4200, waypoints(2, 0, 8), false),
+        (5000, stop, false),
+        (5300, stop, true),
+        (9000, stop, false),
+        (9500, open(2), false),
+        (9600, waypoints(2, 0, 8), false),
+    ];
+    let mut uplink = Uplink::default();
+    let mut bytes = 0;
+    for (ms, frame, is_again) in story {
+        let before = (uplink.frames(), uplink.frames_again());
+        // Byte by byte, as a pacer hands them out.
+        for byte in frame.as_bytes() {
+            uplink.take(at_ms(ms), &[*byte]);
+        }
+        let after = (before.0 + 1, before.1 + u64::from(is_again));
+        assert_eq!((uplink.frames(), uplink.frames_again()), after, "{frame:?}");
+        bytes += frame.as_bytes().len() as u64;
+    }
+    // Neither hand drive nor a knock nor half a frame is one.
+    let drive = drive.encode(KEY);
+    for others in [
+        drive.as_bytes(),
+        drive.as_bytes(),
+        b"\n",
+        b"\nC!M\n",
+        &[b'W'; 500],
+    ] {
+        uplink.take(at_ms(10_000), others);
+        bytes += others.len() as u64;
+    }
+    assert_eq!((uplink.frames(), uplink.frames_again()), (15, 4));
+    assert_eq!(uplink.bytes(), bytes);
+}
+
+#[test]
+fn time_to_proof_is_from_the_wish_and_of_what_was_proven() {
+    let mut meter = LinkMeter::default();
+    for (id, at) in [(1, 0), (2, 100), (3, 200)] {
+        meter.take_asked(at_ms(at), CommandId(id));
+    }
+    meter.take_end(at_ms(500), CommandId(1), true);
+    meter.take_end(at_ms(900), CommandId(2), false);
+    meter.take_end(at_ms(1200), CommandId(3), true);
+    meter.take_end(at_ms(1300), CommandId(3), true);
+    let Some(proof) = meter.statistics(at_ms(2000), &Counters::default()).proof else {
+        panic!("two are proven");
+    };
+    assert_eq!(proof.count, 2);
+    for (found, by_pencil) in [
+        (proof.last_s, 1.0),
+        (proof.mean_s, 0.75),
+        (proof.worst_s, 1.0),
+    ] {
+        assert!((found - by_pencil).abs() < 1e-9, "{proof:?}");
+    }
+}
+
+#[test]
+fn airtime_is_of_the_latest_twenty_seconds() {
+    let mut meter = LinkMeter::default();
+    let counters = Counters::default();
+    let share = |meter: &LinkMeter, s| {
+        let seen = meter.statistics(Moment::from_secs(s), &counters);
+        (
+            seen.airtime_down_pct.round() as u32,
+            seen.airtime_up_pct.round() as u32,
+        )
+    };
+    assert_eq!(share(&meter, 5), (0, 0));
+    for second in 10..20 {
+        meter.take_received(Moment::from_secs(second), 240);
+    }
+    meter.take_sent(Moment::from_secs(18), &[b'\n'; 24]);
+    // 2400 bytes in 10 s; 24 in the 2 s since the first.
+    assert_eq!(share(&meter, 20), (100, 5));
+    // The window begins at 16: 4 of the 10 seconds are in it, 19 s of it have passed.
+    assert_eq!(share(&meter, 35), (21, 1));
+    assert_eq!(share(&meter, 60), (0, 0));
+}
+
+#[test]
+fn memory_does_not_grow() {
+    let mut meter = LinkMeter::default();
+    for second in 0..100_000_u32 {
+        let now = Moment::from_secs(second.into());
+        meter.take_received(now, 200);
+        meter.take_sent(now, &[b'W'; 100]);
+        meter.take_asked(now, CommandId(second));
+    }
+    let size = format!("{meter:?}").len();
+    assert!(size < 8000, "{size} characters to print");
+}

@@ -1,0 +1,100 @@
+//! Frames in what was sent, and which of them had gone before.
+
+use groundwave_protocol::command::{BLOCK_WAYPOINTS, FRAME_BYTES_MAX, Message, Open};
+use groundwave_protocol::crc;
+
+use crate::event::Moment;
+
+/// A STOP that follows another within this is the same one.
+const STOP_AGAIN: Moment = Moment::from_secs(1);
+
+/// Reads what was sent, byte for byte, in any chunking.
+#[derive(Clone, Debug, Default)]
+pub struct Uplink {
+    /// Bytes since the latest line feed; one more than a frame holds means too long.
+    run: Vec<u8>,
+    bytes: u64,
+    frames: u64,
+    again: u64,
+    stop_at: Option<Moment>,
+    open: Option<Open>,
+    /// The latest command with its checksum, which tells sessions apart.
+    command: Vec<u8>,
+    /// The list under way and its blocks that have gone.
+    tag: u8,
+    blocks: u128,
+}
+
+impl Uplink {
+    /// Takes bytes that go to the radio.
+    pub fn take(&mut self, now: Moment, bytes: &[u8]) {
+        self.bytes += bytes.len() as u64;
+        for &byte in bytes {
+            if byte != b'\n' {
+                if self.run.len() <= FRAME_BYTES_MAX {
+                    self.run.push(byte);
+                }
+            } else if !self.run.is_empty() {
+                self.end_frame(now);
+                self.run.clear();
+            }
+        }
+    }
+
+    /// Bytes sent.
+    #[must_use]
+    pub const fn bytes(&self) -> u64 {
+        self.bytes
+    }
+
+    /// STOPs, requests for a session, commands and waypoints.
+    #[must_use]
+    pub const fn frames(&self) -> u64 {
+        self.frames
+    }
+
+    /// Those of them that had gone before.
+    #[must_use]
+    pub const fn frames_again(&self) -> u64 {
+        self.again
+    }
+
+    /// What is no frame, like one that a STOP cut short, counts as bytes only.
+    fn end_frame(&mut self, now: Moment) {
+        let content = self.run.len().saturating_sub(crc::CHARACTERS);
+        let Some(message) = Message::parse(&self.run[..content]) else {
+            return;
+        };
+        let is_again = match message {
+            Message::Stop => {
+                let before = self.stop_at.replace(now);
+                before.is_some_and(|at| now.saturating_sub(at) <= STOP_AGAIN)
+            }
+            Message::Open(open) => {
+                let is_again = self.open.replace(open) == Some(open);
+                if !is_again {
+                    self.blocks = 0;
+                }
+                is_again
+            }
+            Message::Command(_) => {
+                let is_again = self.command == self.run;
+                self.command.clone_from(&self.run);
+                is_again
+            }
+            Message::Waypoints(slots) => {
+                if slots.tag != self.tag {
+                    (self.tag, self.blocks) = (slots.tag, 0);
+                }
+                let count = slots.waypoints().len().div_ceil(BLOCK_WAYPOINTS);
+                let blocks = ((1_u128 << count) - 1) << slots.first_block;
+                let is_again = self.blocks & blocks != 0;
+                self.blocks |= blocks;
+                is_again
+            }
+            Message::Drive(_) | Message::Keepalive(_) => return,
+        };
+        self.frames += 1;
+        self.again += u64::from(is_again);
+    }
+}

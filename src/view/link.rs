@@ -1,0 +1,134 @@
+//! How the link does, in figures, and what the robot does without it.
+
+use groundwave_protocol::letters::Link;
+use ratatui::buffer::Buffer;
+use ratatui::layout::Rect;
+use ratatui::style::Style;
+use ratatui::text::{Line, Span};
+
+use super::{Screen, put};
+use crate::model::failsafe;
+use crate::statistics::{Proof, Rejected, Resync, Statistics};
+
+/// Rows without which the panel says too little beside others.
+pub(super) const ROWS_MIN: u16 = 5;
+
+const TITLE: &str = "link: in all; air of 20 s";
+
+/// From this width up a row says two things.
+const TWO_COLUMNS: u16 = 58;
+
+const NAME_COLUMNS: usize = 7;
+
+impl Screen<'_> {
+    pub(super) fn link(&self, buffer: &mut Buffer, area: Rect) {
+        let below = self.panel(buffer, area, TITLE, None);
+        for (row, (name, says, style)) in (0..).zip(self.link_rows(area.width)) {
+            let line = Line::from(vec![
+                Span::styled(format!("{name:<NAME_COLUMNS$}"), self.theme.dim),
+                Span::styled(says, style),
+            ]);
+            put(
+                buffer,
+                below,
+                row,
+                &self.cut(line, usize::from(below.width)),
+            );
+        }
+    }
+
+    /// Rows that the panel would fill, its title among them.
+    pub(super) fn link_height(&self, width: u16) -> u16 {
+        1 + self.link_rows(width).len() as u16
+    }
+
+    fn link_rows(&self, width: u16) -> Vec<(&'static str, String, Style)> {
+        let theme = &self.theme;
+        let link = &self.model.link;
+        let alone = failsafe::standing(&self.model.robot)
+            .map(|(letter, says)| ("alone", says, self.failsafe_style(letter)));
+        let Some(statistics) = link.statistics() else {
+            let nothing = ("", "nothing measured yet".to_owned(), theme.dim);
+            return [nothing].into_iter().chain(alone).collect();
+        };
+        // At another speed than it was recorded the share of time means nothing.
+        let air = |pct: f64| match link.replay {
+            Some(_) => String::new(),
+            None => format!("{pct:.0} % air, "),
+        };
+        let mut down = format!(
+            "{}loss {:.1} %",
+            air(statistics.airtime_down_pct),
+            statistics.loss_pct
+        );
+        let Rejected { crc, shape, field } = statistics.rejected;
+        let errors = format!("{crc} CRC, {shape} shape, {field} field");
+        let mut rows = Vec::new();
+        if width >= TWO_COLUMNS {
+            down = format!("{down}; {errors}");
+            rows.push(("down", down, theme.plain));
+        } else {
+            rows.push(("down", down, theme.plain));
+            rows.push(("errors", errors, theme.plain));
+        }
+        let resync = match statistics.resync {
+            Some(Resync {
+                last_bytes,
+                mean_bytes,
+                worst_bytes,
+                ..
+            }) => format!("{last_bytes} B last, {mean_bytes:.0} mean, {worst_bytes} worst"),
+            None => "never needed".to_owned(),
+        };
+        rows.push(("resync", resync, theme.plain));
+        if !link.is_receive_only() {
+            rows.push(self.up_row(statistics, &air(statistics.airtime_up_pct)));
+            let proof = match statistics.proof {
+                Some(Proof {
+                    last_s,
+                    mean_s,
+                    worst_s,
+                    ..
+                }) => format!("{last_s:.1} s last, {mean_s:.1} mean, {worst_s:.1} worst"),
+                None => "none yet".to_owned(),
+            };
+            rows.push(("proof", proof, theme.plain));
+        }
+        rows.extend(alone);
+        rows
+    }
+
+    fn up_row(&self, statistics: &Statistics, air: &str) -> (&'static str, String, Style) {
+        let frames = format!(
+            "{air}{} frames, {} again",
+            statistics.frames, statistics.frames_again
+        );
+        match statistics.not_taken_bytes {
+            0 => ("up", frames, self.theme.plain),
+            bytes => (
+                "up",
+                format!("{bytes} B NOT TAKEN, {frames}"),
+                self.theme.warning,
+            ),
+        }
+    }
+
+    /// For the status line: whether the robot acts alone, or would.
+    pub(super) fn failsafe_at_a_glance(&self, is_wide: bool) -> Option<Span<'static>> {
+        let (letter, says) = failsafe::standing(&self.model.robot)?;
+        let words = match letter {
+            Link::Ok => return None,
+            Link::Armed if !is_wide => return None,
+            Link::Failsafe if !is_wide => "FAILSAFE".to_owned(),
+            Link::Armed | Link::Failsafe => format!("failsafe {says}"),
+        };
+        Some(Span::styled(words, self.failsafe_style(letter)))
+    }
+
+    const fn failsafe_style(&self, letter: Link) -> Style {
+        match letter {
+            Link::Failsafe => self.theme.alarm,
+            Link::Armed | Link::Ok => self.theme.plain,
+        }
+    }
+}

@@ -1,0 +1,126 @@
+//! How the link does, and what the robot does without it.
+
+use crossterm::event::KeyCode;
+use groundwave_protocol::failsafe::Failsafe;
+use groundwave_protocol::letters::{Link, Mode};
+
+use super::{flight, row, screen};
+use crate::event::{Event, LinkEvent, Replay};
+use crate::model::Config;
+use crate::model::testing::Scene;
+use crate::statistics::{Proof, Rejected, Resync, Statistics};
+
+fn statistics() -> Statistics {
+    Statistics {
+        lines: 940,
+        lines_lost: 60,
+        loss_pct: 6.0,
+        rejected: Rejected {
+            crc: 41,
+            shape: 17,
+            field: 0,
+        },
+        resync: Some(Resync {
+            count: 52,
+            last_bytes: 80,
+            mean_bytes: 96.4,
+            worst_bytes: 412,
+        }),
+        frames: 37,
+        frames_again: 5,
+        proof: Some(Proof {
+            count: 4,
+            last_s: 0.42,
+            mean_s: 0.61,
+            worst_s: 1.27,
+        }),
+        airtime_down_pct: 98.6,
+        airtime_up_pct: 2.4,
+        not_taken_bytes: 0,
+    }
+}
+
+fn measured() -> Scene {
+    let mut scene = flight(Config::default());
+    scene.failsafe = Some(Failsafe {
+        silence_s: 30,
+        mode: Mode::GoHome,
+    });
+    scene.hear_ticks(61, [0, 20, 0, 160, 120, 0, 0, 0, 850]);
+    scene.state.link = Link::Armed;
+    scene.event(Event::Statistics(Box::new(statistics())));
+    scene.hear();
+    scene
+}
+
+#[test]
+fn the_figures_stand_beside_the_log() {
+    let scene = measured();
+    let wide = screen(&scene, 120, 40);
+    insta::assert_snapshot!("link_wide", wide);
+    row(&wide, "── link");
+    row(&wide, "── log");
+    row(
+        &wide,
+        "down   99 % air, loss 6.0 %; 41 CRC, 17 shape, 0 field",
+    );
+    row(&wide, "resync 80 B last, 96 mean, 412 worst");
+    row(&wide, "up     2 % air, 37 frames, 5 again");
+    row(&wide, "proof  0.4 s last, 0.6 mean, 1.3 worst");
+    let status = wide.lines().next().unwrap();
+    assert!(
+        status.contains("failsafe home after 30 s of silence, armed"),
+        "{status}"
+    );
+}
+
+#[test]
+fn the_figures_are_a_few_keys_away_on_the_smallest_screen() {
+    let mut scene = measured();
+    scene.press(&[KeyCode::Tab; 3]);
+    let narrow = screen(&scene, 80, 24);
+    insta::assert_snapshot!("link_narrow", narrow);
+    row(&narrow, "── link");
+    row(&narrow, "down   99 % air, loss 6.0 %");
+    row(&narrow, "errors 41 CRC, 17 shape, 0 field");
+    row(&narrow, "proof  0.4 s last, 0.6 mean, 1.3 worst");
+    row(&narrow, "alone  home after 30 s of silence, ar");
+    // Where the band below is too low for both, the figures take the log's place.
+    assert!(screen(&scene, 110, 34).contains("── link"));
+    scene.press(&[KeyCode::Tab]);
+    assert!(!screen(&scene, 110, 34).contains("── link"));
+}
+
+#[test]
+fn a_failsafe_that_acts_is_seen_on_every_screen() {
+    let mut scene = measured();
+    scene.state.link = Link::Failsafe;
+    scene.hear();
+    for (width, height) in [(80, 24), (100, 30), (120, 40), (200, 60)] {
+        let screen = screen(&scene, width, height);
+        let status = screen.lines().next().unwrap().to_lowercase();
+        assert!(status.contains("failsafe"), "{screen}");
+        row(&screen, "FAILSAFE acts: home after 30 s of silence");
+    }
+}
+
+#[test]
+fn what_means_nothing_is_not_said() {
+    let mut scene = measured();
+    scene.event(Event::Statistics(Box::new(Statistics {
+        not_taken_bytes: 12,
+        ..statistics()
+    })));
+    let told = screen(&scene, 120, 40);
+    row(&told, "up     12 B NOT TAKEN, 2 % air, 37 frames, 5 again");
+    scene.event(Event::Replay(Replay {
+        paused: false,
+        speed: 8.0,
+    }));
+    assert!(!screen(&scene, 120, 40).contains("% air"));
+    scene.event(Event::Link(LinkEvent::Opened {
+        name: "-".to_owned(),
+        can_send: false,
+    }));
+    assert!(!screen(&scene, 120, 40).contains("proof  "));
+}

@@ -1,0 +1,290 @@
+//! `send` as scripts use it: what would go out, commands from a file or a pipe, and who is to blame.
+#![cfg(unix)]
+#![expect(clippy::unwrap_used, reason = "a test stops where something is wrong")]
+
+#[path = "common/programs.rs"]
+mod programs;
+
+use std::fs;
+use std::io::Write;
+use std::path::PathBuf;
+use std::process::{Command, Output, Stdio};
+
+use groundwave_protocol::Waypoint;
+use groundwave_protocol::command::{Key, Message, Order, Slots};
+use groundwave_protocol::digest::digest;
+use groundwave_protocol::letters::Mode;
+use programs::{GROUNDWAVE, Sim, Telling, expect, groundwave, scratch};
+use serde_json::Value;
+
+/// The key that `--dry-run` says it uses.
+const KEY: Key = Key::session(7, 1, 1, 677);
+
+fn frame(message: &Message) -> String {
+    String::from_utf8(message.encode(KEY).as_bytes().to_vec()).unwrap()
+}
+
+fn command(sequence: u8, order: Order) -> String {
+    let command = groundwave_protocol::command::Command { sequence, order };
+    frame(&Message::Command(command))
+}
+
+fn json_lines(text: &str) -> Vec<Value> {
+    text.lines()
+        .map(|line| serde_json::from_str(line).unwrap())
+        .collect()
+}
+
+fn script(name: &str, text: &str) -> PathBuf {
+    let path = scratch(name).join("evening.txt");
+    fs::write(&path, text).unwrap();
+    path
+}
+
+fn with_input(arguments: &[&str], input: &str) -> Output {
+    let mut child = Command::new(GROUNDWAVE)
+        .args(arguments)
+        .stdin(Stdio::piped())
+        .stdout(Stdio::piped())
+        .stderr(Stdio::piped())
+        .spawn()
+        .unwrap();
+    let mut stdin = child.stdin.take().unwrap();
+    stdin.write_all(input.as_bytes()).unwrap();
+    drop(stdin);
+    child.wait_with_output().unwrap()
+}
+
+/// The frame of a vector, by what it is about.
+fn vector(about: &str) -> String {
+    let vectors = include_str!("../protocol/vectors/frames.jsonl");
+    let found = json_lines(vectors)
+        .into_iter()
+        .find(|vector| vector["about"] == about);
+    found.unwrap()["frame"].as_str().unwrap().to_owned()
+}
+
+#[test]
+fn a_dry_run_says_the_bytes_and_opens_no_link() {
+    // Whoever opened this link would say 4.
+    let (out, err) = expect(
+        0,
+        &[
+            "send",
+            "/dev/nowhere",
+            "--dry-run",
+            "--json",
+            "mode",
+            "prowl",
+        ],
+    );
+    assert_eq!(err, "");
+    let [told] = &json_lines(&out)[..] else {
+        panic!("{out}");
+    };
+    assert_eq!(told["command"], "mode prowl");
+    assert_eq!(
+        told["opening"],
+        vector("open the first session after a boot")
+    );
+    assert_eq!(
+        told["frames"],
+        serde_json::json!([command(1, Order::Mode(Mode::Prowl))])
+    );
+    assert_eq!(told["bytes"], 20);
+    assert_eq!(told["at_least_s"], 0.2);
+    let (out, _) = expect(0, &["send", "--dry-run", "stop"]);
+    let stop = vector("STOP without a session").replace('\n', "\\n");
+    assert!(out.contains(&format!("7 bytes  {stop}\n")), "{out}");
+    assert!(
+        out.contains("stop: 7 bytes, at least 0.09 s") && out.contains("nothing was sent"),
+        "{out}"
+    );
+}
+
+#[test]
+fn a_dry_run_of_a_route_is_what_the_encoders_say() {
+    let route = scratch("dry-route").join("route.txt");
+    let waypoints: Vec<Waypoint> = (0..37).map(|n| Waypoint { x_in: n, y_in: -n }).collect();
+    let rows: Vec<String> = waypoints
+        .iter()
+        .map(|waypoint| format!("{},{}", waypoint.x_in, waypoint.y_in))
+        .collect();
+    let text = rows.join("\n");
+    fs::write(&route, text).unwrap();
+    let arguments = ["send", "--dry-run", "--json", "--go", "route"];
+    let (out, _) = expect(0, &[&arguments[..], &[route.to_str().unwrap()]].concat());
+    let [list, go] = &json_lines(&out)[..] else {
+        panic!("{out}");
+    };
+    let slots = |block, range: std::ops::Range<usize>| {
+        frame(&Message::Waypoints(Slots::new(1, block, &waypoints[range])))
+    };
+    let activate = Order::Activate {
+        tag: 1,
+        count: 37,
+        digest: digest(waypoints.iter()),
+    };
+    let expected = [
+        slots(0, 0..16),
+        slots(4, 16..32),
+        slots(8, 32..37),
+        command(1, activate),
+    ];
+    assert_eq!(list["frames"], serde_json::json!(expected));
+    let bytes: usize = expected.iter().map(String::len).sum();
+    assert_eq!(list["bytes"], bytes + 10, "a request for a session too");
+    assert_eq!(go["opening"], Value::Null);
+    assert_eq!(
+        go["frames"],
+        serde_json::json!([command(2, Order::Mode(Mode::Prowl))])
+    );
+}
+
+#[test]
+fn a_dry_run_refuses_what_send_refuses() {
+    for wrong in [
+        &["fly"][..],
+        &["goto", "1"],
+        &["failsafe", "home", "3s"],
+        &["stop", "--go"],
+        &["route", "/nowhere/route.txt"],
+        &[],
+    ] {
+        let without = groundwave(&[&["send", "/dev/nowhere"], wrong].concat());
+        let with = groundwave(&[&["send", "/dev/nowhere", "--dry-run"], wrong].concat());
+        assert_eq!(with.status.code(), Some(2), "{wrong:?}");
+        assert_eq!(without.status.code(), Some(2), "{wrong:?}");
+        assert_eq!(with.stdout, b"", "{wrong:?}");
+    }
+    let path = script("dry-script", "stop\n# a remark\n\nfly\n");
+    let path = path.to_str().unwrap();
+    let (_, err) = expect(2, &["send", "--dry-run", "-f", path]);
+    assert!(
+        err.contains("evening.txt:4: unknown command `fly`"),
+        "{err}"
+    );
+    expect(2, &["send", "tcp:", "--dry-run", "stop"]);
+}
+
+#[test]
+fn a_script_says_which_line_failed_and_what_was_not_sent() {
+    let sim = Sim::start(&["--seed", "5"]);
+    let path = script(
+        "script-fails",
+        "# sit still\nmode reactive\n\nscan # refused\nmode prowl\ngoto 3 4\n",
+    );
+    let path = path.to_str().unwrap();
+    let (out, err) = expect(5, &["send", &sim.path, "-f", path, "--go"]);
+    assert!(
+        out.starts_with("mode reactive: proven") && out.lines().count() == 1,
+        "{out}"
+    );
+    assert!(
+        err.contains("evening.txt:4: the robot refused `scan`")
+            && err.contains("the 3 commands after it were not sent"),
+        "{err}"
+    );
+    let (out, _) = expect(5, &["send", &sim.path, "-f", path, "--go", "--json"]);
+    let steps: Vec<(String, u64, String)> = json_lines(&out)
+        .iter()
+        .map(|step| {
+            (
+                step["command"].as_str().unwrap().to_owned(),
+                step["line"].as_u64().unwrap(),
+                step["stage"].as_str().unwrap().to_owned(),
+            )
+        })
+        .collect();
+    let ends: Vec<_> = steps.iter().filter(|step| step.2 != "sent").collect();
+    let expected = [
+        ("mode reactive", 2, "queued"),
+        ("mode reactive", 2, "proven"),
+        ("scan", 4, "queued"),
+        ("scan", 4, "refused"),
+    ];
+    assert_eq!(
+        ends,
+        expected
+            .map(|(c, n, s)| (c.to_owned(), n, s.to_owned()))
+            .iter()
+            .collect::<Vec<_>>()
+    );
+    assert!(
+        steps.contains(&("scan".to_owned(), 4, "sent".to_owned())),
+        "{out}"
+    );
+}
+
+#[test]
+fn a_script_comes_from_standard_input_too() {
+    let sim = Sim::start(&["--seed", "6"]);
+    let arguments = ["send", &sim.path, "-f", "-", "--go", "--json"];
+    let output = with_input(&arguments, "mode reactive\ngoto 12 -5\n");
+    let out = String::from_utf8(output.stdout).unwrap();
+    assert_eq!(output.status.code(), Some(0), "{out}");
+    let proven: Vec<String> = json_lines(&out)
+        .iter()
+        .filter(|step| step["stage"] == "proven")
+        .map(|step| format!("{} {}", step["line"], step["command"].as_str().unwrap()))
+        .collect();
+    assert_eq!(proven, ["1 mode reactive", "2 goto 12 -5", "2 mode prowl"]);
+    let output = with_input(&["send", &sim.path, "-f", "-"], "scan\nstop\n");
+    let err = String::from_utf8(output.stderr).unwrap();
+    assert_eq!(output.status.code(), Some(5), "{err}");
+    assert!(
+        err.contains("standard input:1: ") && err.contains("`stop` was not sent"),
+        "{err}"
+    );
+    // Its own script cannot be a list of waypoints as well.
+    let output = with_input(&["send", "--dry-run", "-f", "-"], "route -\n1,2\n");
+    assert_eq!(output.status.code(), Some(2));
+}
+
+#[test]
+fn what_was_not_confirmed_in_time_has_failed_for_a_program_too() {
+    let sim = Sim::start(&["--channel", "out=0s..10000s"]);
+    let path = script("script-late", "\nmode prowl\nstop\n");
+    let path = path.to_str().unwrap();
+    let arguments = ["send", &sim.path, "-f", path, "--json", "--timeout", "1s"];
+    let (out, err) = expect(3, &arguments);
+    let last = json_lines(&out).pop().unwrap();
+    assert_eq!(
+        (&last["stage"], &last["code"], &last["line"]),
+        (&"failed".into(), &"timed-out".into(), &2.into())
+    );
+    assert!(
+        err.contains("evening.txt:2: `mode prowl` was not confirmed")
+            && err.contains("`stop` was not sent"),
+        "{err}"
+    );
+}
+
+#[test]
+fn a_script_through_a_station_stops_there_too() {
+    let folder = scratch("via-script");
+    let socket = folder.join("x.sock");
+    let socket = socket.to_str().unwrap();
+    let sim = Sim::start(&["--seed", "7"]);
+    let mut station = Telling::start(&["watch", &sim.path, "--headless", "--share", socket]);
+    station.wait_for("a line of the robot", |said| said["event"] == "line");
+    let path = script("via-evening", "mode reactive\nscan\nmode prowl\n");
+    let arguments = [
+        "send",
+        "--via",
+        socket,
+        "-f",
+        path.to_str().unwrap(),
+        "--json",
+    ];
+    let (out, err) = expect(5, &arguments);
+    let last = json_lines(&out).pop().unwrap();
+    assert_eq!(
+        (&last["stage"], &last["command"], &last["line"]),
+        (&"refused".into(), &"scan".into(), &2.into())
+    );
+    assert!(
+        err.contains("evening.txt:2: ") && err.contains("`mode prowl` was not sent"),
+        "{err}"
+    );
+}

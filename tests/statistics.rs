@@ -1,0 +1,177 @@
+//! How a link did: a recording made by hand, a station in the simulated world, and the program.
+#![cfg(unix)]
+#![expect(clippy::unwrap_used, reason = "a test stops where something is wrong")]
+
+mod common;
+#[path = "common/programs.rs"]
+mod programs;
+
+use std::fs;
+use std::process::Command;
+
+use common::CoSimulation;
+use groundwave::capture::Capture;
+use groundwave::capture::info::Info;
+use groundwave::capture::mcap::{McapWriter, Topic};
+use groundwave::capture::messages::RawBytes;
+use groundwave::event::{CommandStep, Event};
+use groundwave::request::Request;
+use groundwave::statistics::Resync;
+use groundwave_protocol::command::{Command as Sequenced, Key, Message, Order};
+use groundwave_protocol::letters::Mode;
+use groundwave_protocol::telemetry::{Ack, Body, Line, TextLine};
+use programs::{GROUNDWAVE, scratch};
+use serde_json::Value;
+
+fn line(sequence: u8) -> [u8; 80] {
+    let line = Line {
+        sequence,
+        body: Body::Text(TextLine::new("a line")),
+        ack: Ack::default(),
+    };
+    line.encode()
+}
+
+/// Ten seconds: 15 lines down at the beginning and 15 at the end, of which one is damaged; one command
+/// twice, and 4 bytes of knocking.
+#[test]
+fn a_recording_made_by_hand_comes_to_what_a_pencil_says() {
+    let mut mcap = McapWriter::new(Vec::new()).unwrap();
+    let mut offsets = [0, 0];
+    let mut write = |topic, at_s: u64, data: Vec<u8>| {
+        let offset = &mut offsets[usize::from(topic == Topic::RawTx)];
+        let stream_offset = *offset;
+        *offset += data.len() as u64;
+        let bytes = RawBytes {
+            stream_offset,
+            data,
+        };
+        mcap.write(topic, at_s * 1_000_000_000, None, &bytes)
+            .unwrap();
+    };
+    let lines = |range: std::ops::Range<u8>| -> Vec<u8> { range.flat_map(line).collect() };
+    write(Topic::RawRx, 100, lines(0..15));
+    let order = Order::Mode(Mode::Prowl);
+    let frame = Message::Command(Sequenced { sequence: 1, order }).encode(Key::session(7, 1, 1, 1));
+    write(Topic::RawTx, 101, frame.as_bytes().to_vec());
+    write(Topic::RawTx, 103, frame.as_bytes().to_vec());
+    write(Topic::RawTx, 104, b"\n\n\n\n".to_vec());
+    let mut damaged = lines(15..30);
+    damaged[3 * 80 + 20] ^= 4;
+    write(Topic::RawRx, 110, damaged);
+    let path = scratch("by-hand").join("by-hand.mcap");
+    fs::write(&path, mcap.finish().unwrap()).unwrap();
+
+    let info = Info::read(&mut Capture::open(&path).unwrap());
+    assert_eq!(
+        (info.lines.t, info.lines_lost, info.rejected.crc),
+        (29, 1, 1)
+    );
+    let resync = Resync {
+        count: 1,
+        last_bytes: 80,
+        mean_bytes: 80.0,
+        worst_bytes: 80,
+    };
+    assert_eq!(info.resync, Some(resync));
+    // 2400 bytes in 10 s; twice 10 bytes and 4.
+    assert_eq!(info.airtime_down_pct, Some(100.0));
+    let sent = info.sent.unwrap();
+    assert_eq!((sent.bytes, sent.frames, sent.frames_again), (24, 2, 1));
+    assert!((sent.airtime_up_pct - 1.0).abs() < 1e-9, "{sent:?}");
+    let mut text = Vec::new();
+    info.write_text(&mut text).unwrap();
+    let text = String::from_utf8(text).unwrap();
+    for fact in [
+        "resync     1 times, 80 bytes on average, 80 at worst",
+        "airtime    100.0 % down, 1.0 % up",
+        "sent       24 bytes, 2 frames, 1 of them again",
+    ] {
+        assert!(text.contains(fact), "no `{fact}` in\n{text}");
+    }
+}
+
+#[test]
+fn a_station_measures_what_it_does() {
+    let mut co = CoSimulation::new("open-room", 3, "");
+    co.run(2);
+    for mode in [Mode::Reactive, Mode::Prowl, Mode::Reactive] {
+        let end = co.deliver(Request::Mode(mode));
+        assert!(
+            matches!(end, CommandStep::Proven { .. }),
+            "{}",
+            co.context()
+        );
+    }
+    let seen = co.station.statistics(co.now());
+    let proof = seen.proof.unwrap();
+    assert_eq!(proof.count, 3);
+    assert!(
+        proof.worst_s >= proof.mean_s && proof.mean_s > 0.1,
+        "{seen:?}"
+    );
+    // A request for a session and three commands are the least.
+    assert_eq!(seen.frames - seen.frames_again, 4, "{seen:?}");
+    assert_eq!((seen.lines_lost, seen.resync), (0, None));
+    assert!(seen.airtime_down_pct > 90.0, "{seen:?}");
+    // Every byte sent, over the time since the first of them, which the first command began.
+    assert!(
+        seen.airtime_up_pct > 0.0 && seen.airtime_up_pct < 100.0,
+        "{seen:?}"
+    );
+    co.run(5);
+    let told: Vec<_> = co
+        .events
+        .iter()
+        .filter(|(_, event)| matches!(event, Event::Statistics(_)))
+        .map(|(at, _)| *at)
+        .collect();
+    assert!(told.len() > 5, "{told:?}");
+    assert!(
+        told.windows(2)
+            .all(|pair| pair[1] >= pair[0] + std::time::Duration::from_secs(1)),
+        "{told:?}"
+    );
+}
+
+#[test]
+fn a_bad_channel_shows_in_every_figure() {
+    let mut co = CoSimulation::new("open-room", 4, "ber=1e-3");
+    co.run(60);
+    let route = (0..40).map(|n| groundwave_protocol::Waypoint { x_in: n, y_in: n });
+    co.deliver(Request::Route(route.collect()));
+    let seen = co.station.statistics(co.now());
+    assert!(seen.loss_pct > 20.0, "{}: {seen:?}", co.context());
+    assert!(
+        seen.rejected.crc > 10 && seen.frames_again > 0,
+        "{}: {seen:?}",
+        co.context()
+    );
+    let resync = seen.resync.unwrap();
+    assert!(
+        resync.mean_bytes > 20.0 && resync.worst_bytes >= 80,
+        "{resync:?}"
+    );
+}
+
+#[test]
+fn headless_tells_the_figures_at_its_end() {
+    let shell =
+        format!("cat captures/house-noisy.txt | {GROUNDWAVE} watch - --headless | tail -n 2");
+    let output = Command::new("sh")
+        .args(["-c", &shell])
+        .current_dir(env!("CARGO_MANIFEST_DIR"))
+        .output()
+        .unwrap();
+    let text = String::from_utf8(output.stdout).unwrap();
+    let told: Vec<Value> = text
+        .lines()
+        .map(|line| serde_json::from_str(line).unwrap())
+        .collect();
+    assert_eq!(told[0]["event"], "statistics", "{text}");
+    assert_eq!(told[0]["lines"], 159, "{text}");
+    assert_eq!(told[0]["lines_lost"], 200, "{text}");
+    assert_eq!(told[0]["rejected"]["crc"], 168, "{text}");
+    assert_eq!(told[0]["resync"]["worst_bytes"], 712, "{text}");
+    assert_eq!(told[1]["state"], "ended", "{text}");
+}
