@@ -242,6 +242,10 @@ pub struct Record {
 
 /// `send`
 #[derive(Debug, Args)]
+#[expect(
+    clippy::struct_excessive_bools,
+    reason = "each is a flag on the command line"
+)]
 pub struct Send {
     /// A serial device, tcp:HOST:PORT or sim; none with --via
     #[arg(required_unless_present_any = ["via", "dry_run"])]
