@@ -123,7 +123,9 @@ async fn until_done(
                         "groundwave: link lost: {reason}; trying again"
                     ));
                 }
-                Event::Notice { text, .. } if !options.quiet => say(format_args!("groundwave: {text}")),
+                Event::Notice { text, .. } if !options.quiet => {
+                    say(format_args!("groundwave: {text}"))
+                }
                 _ => {}
             }
         }
