@@ -49,6 +49,12 @@ impl Guard {
         Some(setting.mode)
     }
 
+    /// Whether it acts now: then nobody drives by hand until the operator has taken over again.
+    #[must_use]
+    pub const fn acts(&self) -> bool {
+        self.acts
+    }
+
     /// What line A says.
     #[must_use]
     pub const fn letter(&self, is_open: bool) -> Link {

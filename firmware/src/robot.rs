@@ -66,6 +66,8 @@ pub struct Robot {
     receiver: Receiver,
     farm: Farm,
     guard: Guard,
+    /// How long drive frames are obeyed without another sign of the ground.
+    live_ticks: u8,
 
     events: Events,
     ticks_won: [u16; HOLDERS],
@@ -98,6 +100,7 @@ impl Robot {
             singer: Singer::default(),
             receiver: Receiver::default(),
             guard: Guard::default(),
+            live_ticks: 0,
             farm: Farm::new(identity.robot_id, identity.boots),
             events: Events::default(),
             ticks_won: [0; HOLDERS],
@@ -112,6 +115,7 @@ impl Robot {
     /// The program: once every twentieth of a second, from the sensors to the motors.
     pub fn tick(&mut self, inputs: &Inputs) -> Outputs {
         self.watch_silence();
+        self.live_ticks = self.live_ticks.saturating_sub(1);
         let enabled = self.enabled();
 
         // Sensors.

@@ -221,6 +221,7 @@ fn in_mode_user_a_silent_ground_stops_it_within_a_second() {
     bench.order(key, Order::Mode(Mode::User));
     bench.run_ms(2000);
     assert_eq!((bench.outputs.pwm_left, bench.outputs.pwm_right), (0, 0));
+    live(&mut bench, key);
     let message = drive(&bench, 1, 10, 0);
     bench.send(&message, key);
     bench.run_ticks(20);
@@ -243,6 +244,14 @@ fn a_drive_frame_that_is_late_repeated_or_comes_while_stopped_moves_nothing() {
     assert_eq!(holder(&mut bench), Some(Holder::Prowl));
     let fresh = drive(&bench, 2, 10, 0);
     bench.send(&fresh, key);
+    assert_eq!(
+        holder(&mut bench),
+        Some(Holder::Prowl),
+        "no sign of the ground"
+    );
+    live(&mut bench, key);
+    let fresh = drive(&bench, 2, 10, 0);
+    bench.send(&fresh, key);
     assert_eq!(holder(&mut bench), Some(Holder::Layer(Layer::User)));
     bench.run_ticks(20);
     bench.send(&fresh, key);
@@ -252,6 +261,56 @@ fn a_drive_frame_that_is_late_repeated_or_comes_while_stopped_moves_nothing() {
     bench.send(&fresh, key);
     assert_eq!(holder(&mut bench), None);
     assert_eq!(bench.outputs.pwm_left, 0);
+}
+
+/// The ground shows that it is there.
+fn live(bench: &mut Bench, key: Key) {
+    let heard = bench.lines.last().expect("a line").1.sequence;
+    bench.send(&Message::Keepalive(Keepalive { heard }), key);
+}
+
+/// A bridge lets go, after a hundred lines, what it held back: every line it names looks new.
+#[test]
+fn hand_drive_that_was_held_back_for_a_hundred_lines_moves_nothing() {
+    let (mut bench, key) = running();
+    live(&mut bench, key);
+    let mut held = Vec::new();
+    for count in 1..=10 {
+        bench.run_ms(200);
+        held.push(drive(&bench, count, 10, 0));
+    }
+    let from = bench.latest_sequence();
+    bench.run_ms(20_000);
+    while bench.latest_sequence() != from {
+        bench.run_ms(10);
+    }
+    for message in &held {
+        bench.send(message, key);
+        bench.run_ticks(1);
+        assert_eq!(bench.robot.holder(), Some(Holder::Prowl));
+    }
+    live(&mut bench, key);
+    let fresh = drive(&bench, 5, 10, 0);
+    bench.send(&fresh, key);
+    bench.run_ticks(1);
+    assert_eq!(bench.robot.holder(), Some(Holder::Layer(Layer::User)));
+}
+
+#[test]
+fn nobody_drives_by_hand_while_a_failsafe_acts() {
+    let (mut bench, key) = running();
+    let home = Order::Failsafe(Some(Failsafe {
+        silence_s: 10,
+        mode: Mode::GoHome,
+    }));
+    bench.order(key, home);
+    bench.run_ms(11_000);
+    assert_eq!(bench.robot.mode(), Mode::GoHome);
+    live(&mut bench, key);
+    let message = drive(&bench, 1, 10, 0);
+    bench.send(&message, key);
+    bench.run_ticks(1);
+    assert_ne!(bench.robot.holder(), Some(Holder::Layer(Layer::User)));
 }
 
 #[test]

@@ -3,14 +3,14 @@
 mod world;
 
 use groundwave_protocol::Waypoint;
-use groundwave_protocol::arq::{Config, Fop, FopEvent, Loss, Task};
-use groundwave_protocol::command::{Message, Order};
+use groundwave_protocol::arq::{Config, Duplex, Fop, FopEvent, Loss, Task};
+use groundwave_protocol::command::{Key, Message, Order};
 use groundwave_protocol::decoder::{Decoder, Received};
 use groundwave_protocol::digest::digest;
 use groundwave_protocol::letters::Mode;
 use groundwave_protocol::receiver::Receiver;
 use groundwave_protocol::telemetry::{Ack, Body, Detail, Line, Outcome};
-use world::{DONE, ROBOT_ID, World, route, state};
+use world::{DONE, ROBOT_ID, Robot, World, route, state};
 
 fn replaced_by(list: &[Waypoint]) -> FopEvent {
     FopEvent::Concluded {
@@ -119,26 +119,74 @@ fn stopped_line(sequence: u8) -> Received {
     Received::Line(line, line.encode())
 }
 
+/// The robot's line may say stop and be older than an order that set it going: only what a STOP changes in
+/// the acknowledgement counts.
 #[test]
-fn a_line_composed_before_stop_was_off_does_not_prove_it() {
-    let config = Config::new(1);
-    let mut fop = Fop::new(config);
+fn a_late_line_of_a_stopped_robot_proves_no_stop() {
+    let mut fop = Fop::new(Config::new(1));
     fop.handle_received(0, &stopped_line(0));
-    let pressed_us = 1_000_000;
-    fop.stop(pressed_us);
-    assert!(fop.poll_transmit(pressed_us).is_some());
-    // STOP takes 7 bytes. A line takes 80, its fields are up to 50 ms old when it begins, and the
-    // link may hold it back.
-    let byte_us = 1_000_000 / 240;
-    let proof_us = pressed_us + 87 * byte_us + 50_000 + config.latency_us;
-    fop.handle_received(proof_us - 100, &stopped_line(1));
-    assert_eq!(
-        fop.poll_event(),
-        None,
-        "the line may be older than the STOP"
-    );
-    fop.handle_received(proof_us + 100, &stopped_line(2));
-    assert_eq!(fop.poll_event(), Some(FopEvent::StopProven));
+    fop.stop(1_000_000);
+    assert!(fop.poll_transmit(1_000_000).is_some());
+    assert_eq!(fop.poll_event(), Some(FopEvent::StopSent));
+    for sequence in 1..20 {
+        let arrived_us = 1_000_000 + u64::from(sequence) * 333_000;
+        fop.handle_received(arrived_us, &stopped_line(sequence));
+        assert_eq!(fop.poll_event(), None, "line {sequence}");
+    }
+}
+
+/// The way down takes a second and the way up loses every STOP: the robot goes on, and nobody says otherwise.
+#[test]
+fn a_stop_that_never_arrives_is_never_proven() {
+    for seed in 0..50 {
+        let mut world = World::new(seed, 0.0);
+        world.down_delay_us = 1_000_000;
+        world.deliver(Task::Order(Order::Mode(Mode::Stop)));
+        world.deliver(Task::Order(Order::Mode(Mode::Prowl)));
+        world.robot.deaf_to = |message| *message == Message::Stop;
+        for _ in 0..seed * 7 {
+            world.step();
+        }
+        world.fop.stop(world.now_us);
+        let end = world.run_until(60, |event| {
+            matches!(event, FopEvent::StopProven | FopEvent::StopFailed)
+        });
+        assert_eq!(end, FopEvent::StopFailed, "seed {seed}");
+    }
+}
+
+/// A robot that has restarted shows nobody's session, too.
+#[test]
+fn a_restart_proves_no_stop() {
+    let mut world = World::new(1, 0.0);
+    world.deliver(Task::Order(Order::Mode(Mode::Prowl)));
+    world.robot = Robot::new(9);
+    world.robot.deaf_to = |message| *message == Message::Stop;
+    world.fop.stop(world.now_us);
+    let end = world.run_until(60, |event| {
+        matches!(event, FopEvent::StopProven | FopEvent::StopFailed)
+    });
+    assert_eq!(end, FopEvent::StopFailed);
+}
+
+#[test]
+fn an_operator_who_hammers_stop_is_not_kept_from_it() {
+    let mut fop = Fop::new(Config {
+        duplex: Duplex::Half,
+        ..Config::new(1)
+    });
+    let mut sent = Vec::new();
+    for now_us in (0..3_000_000).step_by(10_000) {
+        fop.stop(now_us);
+        fop.handle_timeout(now_us);
+        while let Some(bytes) = fop.poll_transmit(now_us) {
+            sent.extend_from_slice(bytes);
+        }
+        while fop.poll_event().is_some() {}
+    }
+    let stop = Message::Stop.encode(Key::EVERY_ROBOT);
+    let count = sent.windows(7).filter(|w| *w == stop.as_bytes()).count();
+    assert!((3..=5).contains(&count), "{count}");
 }
 
 #[test]

@@ -95,7 +95,13 @@ impl Fault {
 #[must_use]
 pub fn run(cli: &Cli) -> ExitCode {
     let config = || config::load(cli.config.as_deref());
-    let result = match &cli.command {
+    // One that is named is read in any case: a mistake in it is told.
+    let named = if cli.config.is_some() {
+        config().map(|_| ())
+    } else {
+        Ok(())
+    };
+    let result = named.and_then(|()| match &cli.command {
         Command::Demo(demo) => watch::demo(demo),
         Command::Watch(watch) => config().and_then(|config| watch::watch(watch, &config)),
         Command::Record(record) => config().and_then(|config| record::run(record, &config)),
@@ -105,7 +111,7 @@ pub fn run(cli: &Cli) -> ExitCode {
         Command::Decode(decode) => decode::run(decode),
         Command::Info(info) => info::run(info),
         Command::Ports(ports) => ports::run(ports),
-    };
+    });
     match result {
         Ok(()) => ExitCode::SUCCESS,
         Err(fault) => {

@@ -124,7 +124,7 @@ async fn until_done(
                     ));
                 }
                 Event::Notice { text, .. } if !options.quiet => {
-                    say(format_args!("groundwave: {text}"))
+                    say(format_args!("groundwave: {text}"));
                 }
                 _ => {}
             }

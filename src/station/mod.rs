@@ -161,7 +161,6 @@ impl Station {
             self.stops.push(id);
             self.stopped = true;
             self.fop.stop(micros(now));
-            self.step(now, id, CommandStep::Sent { frames: 1 });
         } else {
             self.waiting.push_back(Waiting { id, request });
         }
@@ -329,6 +328,11 @@ impl Station {
                 FopEvent::Failed(loss) => {
                     if let Some(id) = self.current.take() {
                         self.step(now, id, CommandStep::Failed(failure(loss)));
+                    }
+                }
+                FopEvent::StopSent => {
+                    for id in self.stops.clone() {
+                        self.step(now, id, CommandStep::Sent { frames: 1 });
                     }
                 }
                 FopEvent::StopProven => {

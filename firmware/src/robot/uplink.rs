@@ -5,7 +5,7 @@ use crate::angle::Angle;
 use crate::behaviours::FITTED;
 use crate::drive::Motion;
 use groundwave_protocol::arq::Action;
-use groundwave_protocol::command::{Drive, Order};
+use groundwave_protocol::command::{Drive, Message, Order};
 use groundwave_protocol::letters::{LayerMask, Mode};
 use groundwave_protocol::telemetry::Outcome;
 
@@ -22,7 +22,19 @@ impl Robot {
             return;
         };
         self.guard.hear();
-        match self.farm.handle(&message) {
+        let session = self.farm.key();
+        let action = self.farm.handle(&message);
+        // The ground must be there now: it has opened a session, or names a line of just now and asks for
+        // nothing.
+        let is_live = match message {
+            Message::Open(_) => self.farm.key() != session,
+            Message::Keepalive(keepalive) => self.is_fresh(keepalive.heard),
+            _ => false,
+        };
+        if is_live {
+            self.live_ticks = LIVE_TICKS;
+        }
+        match action {
             Action::Stop => {
                 self.rearm();
                 self.enter(Mode::Stop);
@@ -38,6 +50,11 @@ impl Robot {
             Action::Drive(drive) => self.drive_by_hand(drive),
             Action::Heard => {}
         }
+    }
+
+    fn is_fresh(&self, heard: u8) -> bool {
+        let age_ticks = self.transmitter.age_ticks(heard, self.now_ticks);
+        age_ticks.is_some_and(|age| age <= HEARD_TICKS_MAX)
     }
 
     fn execute(&mut self, order: Order) -> Outcome {
@@ -71,8 +88,9 @@ impl Robot {
     /// A frame that has been under way for too long must not move the robot. Nor does any while it is
     /// stopped: its layers rest, and this one forgets what it was told.
     fn drive_by_hand(&mut self, drive: Drive) {
-        let age_ticks = self.transmitter.age_ticks(drive.heard, self.now_ticks);
-        if age_ticks.is_some_and(|age| age <= HEARD_TICKS_MAX) {
+        if self.is_fresh(drive.heard) && self.live_ticks > 0 && !self.guard.acts() {
+            self.farm.take_drive(&drive);
+            self.live_ticks = LIVE_TICKS;
             self.layers.user.drive(Motion::new(
                 i16::from(drive.velocity_in_s),
                 i16::from(drive.rotation_in_s),
@@ -80,6 +98,11 @@ impl Robot {
         }
     }
 }
+
+/// Drive frames are obeyed for so long after the ground has shown that it is there now. Line numbers come
+/// again after a hundred: a burst of drive frames that a bridge held back for half a minute names lines that
+/// look new, but has nothing before it that does.
+const LIVE_TICKS: u8 = 40;
 
 /// A drive frame that names a line begun longer ago has been under way for too long: a long line takes a
 /// third of a second, and the newest one may be half a second old.

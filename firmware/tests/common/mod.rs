@@ -168,6 +168,10 @@ impl Bench {
         }
     }
 
+    pub fn latest_sequence(&self) -> u8 {
+        self.lines.last().expect("a line").1.sequence
+    }
+
     pub fn states(&self) -> impl Iterator<Item = &StateLine> {
         self.lines.iter().filter_map(|(_, line)| match &line.body {
             Body::State(state) => Some(state),

@@ -43,7 +43,10 @@ impl Robot {
             Some(Action::Stop) => "stop",
             Some(Action::Execute(_)) => "execute",
             Some(Action::ListReplaced) => "list replaced",
-            Some(Action::Drive(_)) => "drive",
+            Some(Action::Drive(drive)) => {
+                self.farm.take_drive(&drive);
+                "drive"
+            }
             Some(Action::Heard) => "nothing",
         };
         let mut step = json!({

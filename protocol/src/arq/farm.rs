@@ -13,7 +13,7 @@ pub enum Action {
     Execute(Order),
     /// The active list was replaced.
     ListReplaced,
-    /// Drive by hand for the next second, if the frame is fresh.
+    /// Drive by hand for the next second, if the frame is fresh; then tell [`Farm::take_drive`].
     Drive(Drive),
     /// The ground spoke; nothing else.
     Heard,
@@ -122,7 +122,6 @@ impl Farm {
             Message::Drive(drive) => {
                 let ahead = drive.count.wrapping_sub(self.drive_count) & 0xF;
                 if (1..8).contains(&ahead) {
-                    self.drive_count = drive.count;
                     Action::Drive(*drive)
                 } else {
                     Action::Heard
@@ -130,6 +129,11 @@ impl Farm {
             }
             Message::Command(_) | Message::Keepalive(_) => Action::Heard,
         }
+    }
+
+    /// A drive frame was fresh: it is not obeyed again, nor are those sent before it.
+    pub fn take_drive(&mut self, drive: &Drive) {
+        self.drive_count = drive.count;
     }
 
     /// What became of the order that [`Action::Execute`] handed out.

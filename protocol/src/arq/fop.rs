@@ -20,7 +20,7 @@ use crate::command::{Command, Key, Order};
 use crate::failsafe::SILENCE_MIN_S;
 use crate::telemetry::Ack;
 use crate::{BYTES_PER_S, LINE_BYTES, WAYPOINTS_MAX, Waypoint};
-use turn::Turn;
+use turn::{Promptness, Turn};
 
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 enum Session {
@@ -88,12 +88,18 @@ const LONG_LINES: u8 = 2;
 const EVENTS_MAX: usize = 8;
 const DRIVE_PERIOD_US: u64 = 200_000;
 
+/// A robot obeys drive frames only while it hears that they are not from long ago.
+const ALIVE_PERIOD_US: u64 = 1_000_000;
+
 /// A half-duplex robot that has not been heard for so long gets a STOP without having said that it
 /// listens. More often, and this end would not hear what it says.
 const STOP_BLIND_US: u64 = 700_000;
 
 /// So many frames keep a robot alive through a silence that would make it act: the odd one gets lost.
 const KEEPALIVES_PER_SILENCE: u64 = 5;
+
+/// What was heard longer ago says nothing of the robot before a STOP: it may have booted often since.
+const STOP_BEFORE_US: u64 = 5_000_000;
 
 /// STOP is repeated until a line says that the robot has stopped: it costs seven bytes.
 const STOP_PERIOD_US: u64 = 300_000;
@@ -104,9 +110,6 @@ const US_PER_BYTE: u64 = 1_000_000 / BYTES_PER_S as u64;
 
 /// From the latch of an acknowledgement to the end of its line: 5 characters of it, CRC, CR LF.
 const LATCH_TO_END_US: u64 = 11 * US_PER_BYTE;
-
-/// From the moment the fields of a line are fixed, at most 50 ms before its first byte, to its end.
-const COMPOSED_TO_END_US: u64 = 50_000 + LINE_BYTES as u64 * US_PER_BYTE;
 
 /// The Frame Operation Procedure.
 #[derive(Clone, Debug, PartialEq, Eq, Hash)]
@@ -122,6 +125,9 @@ pub struct Fop {
     long_lines: u8,
     /// The latest byte from the radio, until its silence has been taken for a turn.
     carrier_us: Option<u64>,
+    promptness: Promptness,
+    /// As judged at the latest line: the robot's silence tells something.
+    is_prompt: bool,
     /// The robot's turn to listen, in half duplex.
     turn: Option<Turn>,
     /// Byte times that the robot was silent for since the latest line, listening.
@@ -131,6 +137,8 @@ pub struct Fop {
     failsafe_silence_us: u64,
     /// The latest frame's last byte off.
     spoke_us: u64,
+    /// When a keepalive is due beside hand drive.
+    alive_us: u64,
     session: Session,
     sequence: u8,
     tag: u8,
@@ -161,11 +169,14 @@ impl Fop {
             duplex: config.duplex,
             long_lines: 0,
             carrier_us: None,
+            promptness: Promptness::default(),
+            is_prompt: false,
             turn: None,
             paused_bytes: 0,
             wants_keepalive: false,
             failsafe_silence_us: u64::from(SILENCE_MIN_S) * 1_000_000,
             spoke_us: 0,
+            alive_us: 0,
             session: Session::None,
             sequence: 0,
             tag: 0,
@@ -235,14 +246,20 @@ impl Fop {
     }
 
     /// Stops the robot before anything else, and says nothing else until a line proves that it has
-    /// stopped. Ends the task, the hand drive and the session.
+    /// stopped. Ends the task, the hand drive and the session. Asked again meanwhile, it only tries for longer.
     pub fn stop(&mut self, now_us: u64) {
+        if let Some(stopping) = &mut self.stopping {
+            stopping.since_us = now_us;
+            return;
+        }
         self.pacer.abort();
         self.drive = None;
+        let is_news = now_us < self.heard_us + STOP_BEFORE_US;
         self.stopping = Some(Stopping {
             since_us: now_us,
             before: self
                 .latest_ack
+                .filter(|_| is_news)
                 .map(|ack| (ack.boot, ack.session, ack.sequence)),
             off_us: None,
             next_us: now_us,

@@ -128,7 +128,8 @@ impl Robot {
                 self.farm.conclude(outcome);
             }
             Action::ListReplaced => self.lists.push(self.farm.lists().active_digest()),
-            Action::Drive(_) | Action::Heard => {}
+            Action::Drive(drive) => self.farm.take_drive(&drive),
+            Action::Heard => {}
         }
     }
 
@@ -251,6 +252,9 @@ pub struct World {
     pub uplink: std::collections::VecDeque<u8>,
     pub up: Uart,
     pub down: Uart,
+    /// The way down holds every byte back for so long.
+    pub down_delay_us: u64,
+    pub under_way: std::collections::VecDeque<(u64, u8)>,
     pub now_us: u64,
     pub dice: Dice,
     pub bit_error_rate: f64,
@@ -267,6 +271,8 @@ impl World {
             uplink: std::collections::VecDeque::new(),
             up: Uart::default(),
             down: Uart::default(),
+            down_delay_us: 0,
+            under_way: std::collections::VecDeque::new(),
             now_us: 0,
             dice: Dice(seed),
             bit_error_rate,
@@ -286,7 +292,13 @@ impl World {
         let heard = self
             .down
             .pass(Some(sent), &mut self.dice, self.bit_error_rate);
-        if let Some(byte) = heard
+        if let Some(byte) = heard {
+            self.under_way
+                .push_back((self.now_us + self.down_delay_us, byte));
+        }
+        if let Some((due_us, byte)) = self.under_way.front().copied()
+            && due_us <= self.now_us
+            && self.under_way.pop_front().is_some()
             && let (_, Some(received)) = self.decoder.handle_bytes(&[byte])
         {
             self.fop.handle_received(self.now_us, &received);
@@ -314,6 +326,9 @@ impl World {
         } = event
         {
             assert_eq!(self.robot.farm.lists().active_digest(), digest);
+        }
+        if event == FopEvent::StopProven {
+            assert_eq!(self.robot.mode, Mode::Stop);
         }
     }
 

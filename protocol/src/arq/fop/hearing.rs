@@ -2,19 +2,20 @@
 
 use super::turn::{PATIENCE_BYTES, Turn};
 use super::{
-    COMPOSED_TO_END_US, Duplex, FORGET_BYTES, Fop, FopEvent, LATCH_TO_END_US, LONG_LINES,
-    MISMATCHES_MAX, STOP_BLIND_US, Session, US_PER_BYTE, Work, next_tag,
+    Duplex, FORGET_BYTES, Fop, FopEvent, LATCH_TO_END_US, LONG_LINES, MISMATCHES_MAX,
+    STOP_BLIND_US, Session, US_PER_BYTE, Work, next_tag,
 };
 use crate::LINE_BYTES;
 use crate::command::Order;
 use crate::decoder::Received;
-use crate::letters::{Link, Mode};
+use crate::letters::Link;
 use crate::telemetry::{ACK_LINE_BYTES, Ack, Body, Detail, Outcome};
 
 impl Fop {
     /// Bytes came in, whatever they are: the robot, or noise, is on the air.
     pub fn handle_carrier(&mut self, now_us: u64) {
         self.carrier_us = Some(now_us);
+        self.promptness.handle_carrier(now_us);
     }
 
     /// Takes an intact line; `arrived_us` is when its last byte was read.
@@ -23,6 +24,7 @@ impl Fop {
             return;
         }
         self.judge_downlink(arrived_us, received);
+        self.is_prompt = self.promptness.is_prompt();
         self.heard_us = arrived_us;
         self.latest_line = received.sequence();
         match received {
@@ -35,7 +37,7 @@ impl Fop {
                         self.duplex = Duplex::Full;
                     }
                 }
-                self.handle_body(arrived_us, &line.body);
+                self.handle_body(&line.body);
             }
             Received::Ack(line) => {
                 if line.listens {
@@ -69,13 +71,10 @@ impl Fop {
         }
     }
 
-    fn handle_body(&mut self, arrived_us: u64, body: &Body) {
+    fn handle_body(&mut self, body: &Body) {
         match body {
             Body::State(state) => {
                 self.wants_keepalive = state.link != Link::Ok;
-                if state.mode == Mode::Stop {
-                    self.handle_stopped(arrived_us);
-                }
             }
             Body::Counters(counters) => {
                 if let Some(failsafe) = counters.failsafe {
@@ -97,30 +96,23 @@ impl Fop {
         self.robot_id == Some(robot_id)
     }
 
-    /// A line A of a robot that is stopped.
-    fn handle_stopped(&mut self, arrived_us: u64) {
-        let composed_us = arrived_us.saturating_sub(COMPOSED_TO_END_US + self.config.latency_us);
-        self.prove_stop(composed_us);
-    }
-
-    /// An acknowledgement that only a STOP can have brought about: nobody's session, and not the one from
-    /// before.
-    fn check_stop(&mut self, ack: Ack, latched_us: u64) {
+    /// Nobody's session, and not the state from before: in one life of the robot only a STOP brings that
+    /// about, whatever a radio held back. What a line says of the mode proves nothing: it may be older than
+    /// an order that came before STOP.
+    fn check_stop(&mut self, ack: Ack) {
+        let Some(stopping) = &mut self.stopping else {
+            return;
+        };
+        let now = (ack.boot, ack.session, ack.sequence);
+        let Some(before) = stopping.before.filter(|before| before.0 == ack.boot) else {
+            // What this line tells is what the next STOP has to change.
+            stopping.before = Some(now);
+            return;
+        };
         let is_closed = matches!(ack.detail, Detail::Idle { owner: 0, .. });
-        let before = self.stopping.and_then(|stopping| stopping.before);
-        if let Some((boot, session, sequence)) = before
-            && is_closed
-            && ack.boot == boot
-            && (ack.session, ack.sequence) != (session, sequence)
-        {
-            self.prove_stop(latched_us);
-        }
-    }
-
-    /// The robot was stopped at this instant; a STOP of ours had left by then, or it proves nothing.
-    fn prove_stop(&mut self, at_us: u64) {
-        let off_us = self.stopping.and_then(|stopping| stopping.off_us);
-        if off_us.is_some_and(|off_us| off_us <= at_us) {
+        // A robot that has just booted shows nobody's session 0, and no STOP.
+        let is_booted = (ack.session, ack.sequence) == (0, 0);
+        if is_closed && !is_booted && now != before && stopping.off_us.is_some() {
             self.stopping = None;
             self.push(FopEvent::StopProven);
         }
@@ -128,7 +120,7 @@ impl Fop {
 
     fn handle_ack(&mut self, now_us: u64, ack: Ack, latched_us: u64) {
         self.latest_ack = Some(ack);
-        self.check_stop(ack, latched_us);
+        self.check_stop(ack);
         self.check_session(now_us, ack, latched_us);
         let Session::Open { .. } = self.session else {
             return;

@@ -84,8 +84,9 @@ pub enum FopEvent {
     },
     /// The task ended without proof.
     Failed(Loss),
-    /// The robot said after STOP had gone out that it is stopped: in line A, or by an acknowledgement that
-    /// only a STOP brings about.
+    /// STOP has left for the first time.
+    StopSent,
+    /// An acknowledgement that only a STOP brings about came after STOP had left.
     StopProven,
     /// STOP was given up without proof.
     StopFailed,

@@ -1,9 +1,9 @@
 //! What is said next, and when.
 
-use super::turn::{SILENCE_LATENCY_MAX_US, SILENCE_US, Turn};
+use super::turn::{SILENCE_US, Turn};
 use super::{
-    DRIVE_PERIOD_US, Duplex, Fop, FopEvent, KEEPALIVES_PER_SILENCE, KNOCK_PERIOD_US, Outstanding,
-    STOP_BLIND_US, STOP_PERIOD_US, Session, Work,
+    ALIVE_PERIOD_US, DRIVE_PERIOD_US, Duplex, Fop, FopEvent, KEEPALIVES_PER_SILENCE,
+    KNOCK_PERIOD_US, Outstanding, STOP_BLIND_US, STOP_PERIOD_US, Session, Work,
 };
 use crate::command::{
     BLOCK_WAYPOINTS, Command, Drive, Frame, Keepalive, Key, Message, Open, Order,
@@ -68,9 +68,7 @@ impl Fop {
     /// When the robot's silence says that it listens; `None` when that is of no use.
     pub(super) fn silent_at_us(&self) -> Option<u64> {
         let is_wanted = self.work.is_some() || self.drive.is_some() || self.stopping.is_some();
-        let is_usable = self.is_half_duplex()
-            && self.turn.is_none()
-            && self.config.latency_us <= SILENCE_LATENCY_MAX_US;
+        let is_usable = self.is_half_duplex() && self.turn.is_none() && self.is_prompt;
         self.carrier_us
             .filter(|_| is_wanted && is_usable)
             .map(|carrier_us| carrier_us + SILENCE_US)
@@ -138,14 +136,19 @@ impl Fop {
             }
             Session::Opening { .. } => None,
             Session::Open { key, .. } => {
-                let message = if wants_drive {
+                let heard = self.latest_line;
+                let keepalive = Message::Keepalive(Keepalive { heard });
+                let message = if wants_drive && now_us >= self.alive_us {
+                    self.alive_us = now_us + ALIVE_PERIOD_US;
+                    Some(keepalive)
+                } else if wants_drive {
                     self.next_drive(now_us)
                 } else {
                     self.next_of_work(room)
                 };
-                let heard = self.latest_line;
-                let keepalive = wants_keepalive.then_some(Message::Keepalive(Keepalive { heard }));
-                message.or(keepalive).map(|message| (message, key))
+                message
+                    .or(wants_keepalive.then_some(keepalive))
+                    .map(|message| (message, key))
             }
         }
     }
@@ -224,6 +227,12 @@ impl Fop {
     fn note_sent(&mut self, message: &Message, ends_us: u64) {
         match message {
             Message::Stop => {
+                if self
+                    .stopping
+                    .is_some_and(|stopping| stopping.off_us.is_none())
+                {
+                    self.push(FopEvent::StopSent);
+                }
                 if let Some(stopping) = &mut self.stopping {
                     stopping.off_us = stopping.off_us.or(Some(ends_us));
                     stopping.next_us = ends_us + STOP_PERIOD_US;
@@ -237,6 +246,11 @@ impl Fop {
                 }
             }
             Message::Command(command) => {
+                if let Order::Failsafe(Some(failsafe)) = command.order {
+                    // The robot may follow it long before line C says so.
+                    let silence_us = u64::from(failsafe.silence_s) * 1_000_000;
+                    self.failsafe_silence_us = self.failsafe_silence_us.min(silence_us);
+                }
                 self.sequence = command.sequence;
                 self.outstanding = Some(Outstanding {
                     command: *command,

@@ -2,6 +2,7 @@
 
 use super::{Fop, FopEvent, Loss, Session, Work};
 use crate::command::Key;
+use crate::failsafe::SILENCE_MIN_S;
 use crate::telemetry::{Ack, Detail};
 
 impl Fop {
@@ -73,6 +74,7 @@ impl Fop {
         }
         self.session = Session::None;
         self.drive = None;
+        self.failsafe_silence_us = u64::from(SILENCE_MIN_S) * 1_000_000;
         self.fail(loss);
     }
 

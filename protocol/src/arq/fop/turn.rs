@@ -15,8 +15,15 @@ const BEGIN_WITHIN_US: u64 = PATIENCE_BYTES * 3 / 4 * US_PER_BYTE;
 /// pause otherwise.
 pub(super) const SILENCE_US: u64 = 7 * US_PER_BYTE;
 
-/// Buffering modems leave pauses within lines: where the link adds more than this, silence says nothing.
-pub(super) const SILENCE_LATENCY_MAX_US: u64 = 50_000;
+/// A link that leaves longer pauses within lines (modems, bridges, adapters that collect bytes) says nothing
+/// by its silence.
+const PROMPT_GAP_US: u64 = 5 * US_PER_BYTE;
+
+/// A longer pause stands between lines.
+const PAUSE_US: u64 = 12 * US_PER_BYTE;
+
+/// Chunks of bytes that a link has to hand over in a row before it is trusted.
+const PROMPT_CHUNKS: u8 = 4;
 
 /// So much may be said again in one turn where every second frame gets lost: the rest of a turn costs less
 /// than another one.
@@ -61,5 +68,31 @@ impl Turn {
     pub(super) fn take(&mut self, bytes: u64, ends_us: u64) {
         self.used_bytes = (self.used_bytes + bytes).min(TURN_BYTES);
         self.begin_by_us = ends_us + BEGIN_WITHIN_US;
+    }
+}
+
+/// Whether the link hands bytes over as they come, judged by the pauses between them.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
+pub(super) struct Promptness {
+    latest_us: u64,
+    chunks: u8,
+    gap_us: u64,
+}
+
+impl Promptness {
+    pub(super) fn handle_carrier(&mut self, now_us: u64) {
+        let gap_us = now_us.saturating_sub(self.latest_us);
+        self.latest_us = now_us;
+        if gap_us > PAUSE_US {
+            (self.chunks, self.gap_us) = (1, 0);
+        } else {
+            self.chunks = self.chunks.saturating_add(1);
+            self.gap_us = self.gap_us.max(gap_us);
+        }
+    }
+
+    /// Judged at the end of a line.
+    pub(super) const fn is_prompt(self) -> bool {
+        self.chunks >= PROMPT_CHUNKS && self.gap_us <= PROMPT_GAP_US
     }
 }
