@@ -109,6 +109,7 @@ fn stopped_line(sequence: u8) -> Received {
         body: Body::State(state(Mode::Stop)),
         ack: Ack {
             boot: 1,
+            session: 3,
             detail: Detail::Idle {
                 owner: 0,
                 robot_id: ROBOT_ID,
