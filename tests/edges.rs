@@ -397,3 +397,18 @@ fn a_wrong_configuration_is_named() {
     let (_, err) = expect(2, &["send", "--config", &missing, "sim", "stop"]);
     assert!(err.contains("missing.toml"), "{err}");
 }
+
+/// However many only read, an operator gets through.
+#[test]
+fn idle_readers_do_not_lock_out_a_stop() {
+    let folder = scratch("readers");
+    let socket = path_in(&folder, "s");
+    let sim = Sim::start(&[]);
+    let mut watch = Telling::start(&["watch", &sim.path, "--headless", "--share", &socket]);
+    watch.wait_for("a line", |value| value["event"] == "line");
+    let readers: Vec<UnixStream> = (0..20)
+        .map(|_| UnixStream::connect(&socket).unwrap())
+        .collect();
+    expect(0, &["send", "--via", &socket, "stop"]);
+    drop(readers);
+}

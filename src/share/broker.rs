@@ -9,6 +9,7 @@ use super::codec::{Ask, ClientLine, Heard, StationLine, Welcome};
 use super::lines::TooLong;
 use super::stage::Stage;
 use crate::event::{CommandId, CommandStep, Failure, Moment};
+use crate::request::Request;
 
 /// Commands of one client that have not ended.
 const ASKS_MAX: usize = 16;
@@ -126,7 +127,11 @@ impl Broker {
                 self.reply(client, &StationLine::Welcome(welcome));
                 return None;
             }
-            Ok(ClientLine::Ask(ask)) if known.converses && known.asks < ASKS_MAX => {
+            // A STOP is never one too many.
+            Ok(ClientLine::Ask(ask))
+                if known.converses
+                    && (known.asks < ASKS_MAX || ask.request == Request::Stop) =>
+            {
                 known.asks += 1;
                 return Some(Asked {
                     client,

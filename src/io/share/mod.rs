@@ -77,11 +77,16 @@ impl Outboxes {
         self.0.lock().unwrap_or_else(PoisonError::into_inner)
     }
 
-    /// `None` when there are too many already.
+    /// Where there are too many already, whoever has only read for longest gives way: a STOP must get
+    /// through. `None` when none of them only reads.
     fn add(&self, client: ClientId) -> Option<Arc<Outbox>> {
         let mut all = self.lock();
         if all.len() >= CLIENTS_MAX {
-            return None;
+            let mut readers = all.iter().filter(|(_, outbox)| !outbox.converses());
+            let longest = *readers.next()?.0;
+            if let Some(outbox) = all.remove(&longest) {
+                outbox.cut_off();
+            }
         }
         let outbox = Arc::new(Outbox::default());
         all.insert(client, Arc::clone(&outbox));

@@ -73,6 +73,15 @@ impl Outbox {
         self.filled.notify_one();
     }
 
+    /// At once, whatever waits and whether or not anybody reads.
+    pub(super) fn cut_off(&self) {
+        let mut state = self.lock();
+        state.waiting.clear();
+        state.closes = true;
+        self.filled.notify_one();
+        self.overflowed.notify_one();
+    }
+
     pub(super) fn converses(&self) -> bool {
         self.lock().converses
     }

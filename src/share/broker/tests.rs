@@ -136,6 +136,7 @@ fn a_flood_of_commands_is_refused() {
     for _ in 0..ASKS_MAX {
         assert!(table.hear(ANNE, br#"{"id":1,"do":"scan"}"#).is_some());
     }
+    assert!(table.hear(ANNE, br#"{"id":1,"do":"stop"}"#).is_some());
     assert_eq!(table.hear(ANNE, br#"{"id":1,"do":"scan"}"#), None);
     assert!(
         table
