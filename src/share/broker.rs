@@ -129,8 +129,7 @@ impl Broker {
             }
             // A STOP is never one too many.
             Ok(ClientLine::Ask(ask))
-                if known.converses
-                    && (known.asks < ASKS_MAX || ask.request == Request::Stop) =>
+                if known.converses && (known.asks < ASKS_MAX || ask.request == Request::Stop) =>
             {
                 known.asks += 1;
                 return Some(Asked {
