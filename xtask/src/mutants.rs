@@ -23,7 +23,8 @@ const ONCE: &str = "broken: each command executes at most once";
 const EPOCH: &str = "broken: nothing of a stale epoch executes";
 const WHOLE: &str = "broken: the active list is one that was sent, whole";
 const PROOF: &str = "broken: what is claimed as done was done in the same life";
-const AFTER_STOP: &str = "broken: nothing sent before a STOP executes after it";
+/// The station waits for the end of a session that does not end.
+const ENDS: &str = "broken: a channel that works again ends every task";
 const TAKEN: &str = " bits [";
 
 const MUTANTS: &[Mutant] = &[
@@ -65,7 +66,7 @@ const MUTANTS: &[Mutant] = &[
         from: "self.begin_session(None);",
         to: "",
         test: ("search", "stop"),
-        finds: AFTER_STOP,
+        finds: ENDS,
     },
     Mutant {
         name: "late lines are taken for news",
