@@ -7,7 +7,8 @@ use groundwave_protocol::arq::{Config, Duplex, Fop, FopEvent, Loss, Task};
 use groundwave_protocol::command::{Key, Message, Order};
 use groundwave_protocol::decoder::{Decoder, Received};
 use groundwave_protocol::digest::digest;
-use groundwave_protocol::letters::Mode;
+use groundwave_protocol::failsafe::Failsafe;
+use groundwave_protocol::letters::{Link, Mode};
 use groundwave_protocol::receiver::Receiver;
 use groundwave_protocol::telemetry::{Ack, Body, Detail, Line, Outcome};
 use world::{DONE, ROBOT_ID, Robot, World, route, state};
@@ -168,6 +169,61 @@ fn a_restart_proves_no_stop() {
         matches!(event, FopEvent::StopProven | FopEvent::StopFailed)
     });
     assert_eq!(end, FopEvent::StopFailed);
+}
+
+/// The operator stops, asks for something, thinks better of it and stops again, all before the first STOP is
+/// proven: what was asked for in between is over.
+#[test]
+fn a_second_stop_ends_what_was_asked_for_after_the_first() {
+    for seed in 0..50 {
+        let mut world = World::new(seed, 0.0);
+        world.deliver(Task::Order(Order::Mode(Mode::Reactive)));
+        world.fop.stop(world.now_us);
+        world.step();
+        let prowl = Task::Order(Order::Mode(Mode::Prowl));
+        assert!(world.fop.start(world.now_us, prowl));
+        world
+            .fop
+            .drive(world.now_us, 6, 0, world.now_us + 5_000_000);
+        world.fop.stop(world.now_us);
+        for _ in 0..240 * 5 {
+            world.step();
+            assert_ne!(world.robot.mode, Mode::Prowl, "seed {seed}");
+        }
+        let failed = FopEvent::Failed(Loss::Stopped);
+        assert!(world.events.contains(&failed), "seed {seed}");
+        assert_eq!(world.robot.mode, Mode::Stop, "seed {seed}");
+        assert_eq!(world.robot.drives, 0, "seed {seed}");
+    }
+}
+
+/// A line C that was composed before the order still tells of the longer silence.
+#[test]
+fn a_shorter_failsafe_is_kept_alive_from_the_start() {
+    let mut world = World::new(1, 0.0);
+    let failsafe = |silence_s| {
+        let mode = Mode::GoHome;
+        Task::Order(Order::Failsafe(Some(Failsafe { silence_s, mode })))
+    };
+    world.robot.link = Link::Armed;
+    world.robot.failsafe = Some(Failsafe {
+        silence_s: 300,
+        mode: Mode::GoHome,
+    });
+    world.deliver(failsafe(300));
+    world.deliver(failsafe(10));
+    let mut silent_us = 0;
+    for _ in 0..240 * 60 {
+        let heard = world.robot.receiver.counters().frames;
+        world.step();
+        let is_silent = world.robot.receiver.counters().frames == heard;
+        silent_us = if is_silent {
+            silent_us + 1_000_000 / 240
+        } else {
+            0
+        };
+        assert!(silent_us < 3_000_000, "the robot hears nothing");
+    }
 }
 
 #[test]

@@ -17,10 +17,9 @@ use super::pacer::Pacer;
 use super::quality::Quality;
 use super::transfer::Transfer;
 use crate::command::{Command, Key, Order};
-use crate::failsafe::SILENCE_MIN_S;
 use crate::telemetry::Ack;
 use crate::{BYTES_PER_S, LINE_BYTES, WAYPOINTS_MAX, Waypoint};
-use turn::{Promptness, Turn};
+use turn::{Carrier, Turn};
 
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 enum Session {
@@ -58,10 +57,9 @@ struct Outstanding {
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 struct Stopping {
     since_us: u64,
-    /// The latest acknowledgement before: boot, session and sequence.
+    /// Boot, session and sequence that a STOP has to change.
     before: Option<(u8, u8, u8)>,
-    /// Last byte of the first STOP off: what is composed after this and says stopped, is proof.
-    off_us: Option<u64>,
+    has_left: bool,
     /// When it goes again.
     next_us: u64,
     /// When it goes although a half-duplex robot has not said that it listens.
@@ -101,7 +99,7 @@ const KEEPALIVES_PER_SILENCE: u64 = 5;
 /// What was heard longer ago says nothing of the robot before a STOP: it may have booted often since.
 const STOP_BEFORE_US: u64 = 5_000_000;
 
-/// STOP is repeated until a line says that the robot has stopped: it costs seven bytes.
+/// STOP is repeated until it is proven: it costs seven bytes.
 const STOP_PERIOD_US: u64 = 300_000;
 
 /// A list that arrives whole and wrong this often is a robot at odds with this protocol.
@@ -123,18 +121,15 @@ pub struct Fop {
     duplex: Duplex,
     /// Long lines heard while it was unknown.
     long_lines: u8,
-    /// The latest byte from the radio, until its silence has been taken for a turn.
-    carrier_us: Option<u64>,
-    promptness: Promptness,
-    /// As judged at the latest line: the robot's silence tells something.
-    is_prompt: bool,
+    carrier: Carrier,
     /// The robot's turn to listen, in half duplex.
     turn: Option<Turn>,
     /// Byte times that the robot was silent for since the latest line, listening.
     paused_bytes: u64,
     /// The robot acts, or will act, when the ground falls silent.
     wants_keepalive: bool,
-    failsafe_silence_us: u64,
+    /// The shortest silence it has been ordered, or has said, to act on in this session.
+    failsafe_silence_us: Option<u64>,
     /// The latest frame's last byte off.
     spoke_us: u64,
     /// When a keepalive is due beside hand drive.
@@ -168,13 +163,11 @@ impl Fop {
             downlink: Quality::default(),
             duplex: config.duplex,
             long_lines: 0,
-            carrier_us: None,
-            promptness: Promptness::default(),
-            is_prompt: false,
+            carrier: Carrier::default(),
             turn: None,
             paused_bytes: 0,
             wants_keepalive: false,
-            failsafe_silence_us: u64::from(SILENCE_MIN_S) * 1_000_000,
+            failsafe_silence_us: None,
             spoke_us: 0,
             alive_us: 0,
             session: Session::None,
@@ -246,14 +239,15 @@ impl Fop {
     }
 
     /// Stops the robot before anything else, and says nothing else until a line proves that it has
-    /// stopped. Ends the task, the hand drive and the session. Asked again meanwhile, it only tries for longer.
+    /// stopped. Ends the task, the hand drive and the session. Asked again meanwhile, it tries for longer.
     pub fn stop(&mut self, now_us: u64) {
+        self.lose_session(Loss::Stopped);
+        // An operator who hammers the key must not keep aborting the frame, nor put it off.
         if let Some(stopping) = &mut self.stopping {
             stopping.since_us = now_us;
             return;
         }
         self.pacer.abort();
-        self.drive = None;
         let is_news = now_us < self.heard_us + STOP_BEFORE_US;
         self.stopping = Some(Stopping {
             since_us: now_us,
@@ -261,11 +255,10 @@ impl Fop {
                 .latest_ack
                 .filter(|_| is_news)
                 .map(|ack| (ack.boot, ack.session, ack.sequence)),
-            off_us: None,
+            has_left: false,
             next_us: now_us,
             blind_us: now_us + STOP_BLIND_US,
         });
-        self.lose_session(Loss::Stopped);
     }
 
     /// Drives by hand until `until_us`, then says once to stand still; to be called again while the

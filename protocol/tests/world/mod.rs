@@ -6,6 +6,7 @@ use groundwave_protocol::Waypoint;
 use groundwave_protocol::arq::{Action, Config, Farm, Fop, FopEvent, Task};
 use groundwave_protocol::command::{Message, Order};
 use groundwave_protocol::decoder::Decoder;
+use groundwave_protocol::failsafe::Failsafe;
 use groundwave_protocol::letters::{Arm, Bump, Cliff, Drive, Infrared, Link, Mode, Power};
 use groundwave_protocol::receiver::Receiver;
 use groundwave_protocol::telemetry::{
@@ -79,6 +80,11 @@ pub struct Robot {
     pub mode: Mode,
     pub executed: Vec<Order>,
     pub lists: Vec<u32>,
+    /// Drive frames obeyed.
+    pub drives: u32,
+    /// What lines A and C say of the failsafe.
+    pub link: Link,
+    pub failsafe: Option<Failsafe>,
     pub line: Vec<u8>,
     pub sent: usize,
     pub sequence: u8,
@@ -96,6 +102,9 @@ impl Robot {
             mode: Mode::Prowl,
             executed: Vec::new(),
             lists: Vec::new(),
+            drives: 0,
+            link: Link::Ok,
+            failsafe: None,
             line: Vec::new(),
             sent: 0,
             sequence: 0,
@@ -128,7 +137,10 @@ impl Robot {
                 self.farm.conclude(outcome);
             }
             Action::ListReplaced => self.lists.push(self.farm.lists().active_digest()),
-            Action::Drive(drive) => self.farm.take_drive(&drive),
+            Action::Drive(drive) => {
+                self.farm.take_drive(&drive);
+                self.drives += 1;
+            }
             Action::Heard => {}
         }
     }
@@ -190,9 +202,15 @@ impl Robot {
             return;
         }
         let body = if sequence.is_multiple_of(6) {
-            Body::Counters(counters())
+            Body::Counters(CountersLine {
+                failsafe: self.failsafe,
+                ..counters()
+            })
         } else {
-            Body::State(state(self.mode))
+            Body::State(StateLine {
+                link: self.link,
+                ..state(self.mode)
+            })
         };
         self.line = Line {
             sequence,

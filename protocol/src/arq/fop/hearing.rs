@@ -8,14 +8,14 @@ use super::{
 use crate::LINE_BYTES;
 use crate::command::Order;
 use crate::decoder::Received;
+use crate::failsafe::Failsafe;
 use crate::letters::Link;
 use crate::telemetry::{ACK_LINE_BYTES, Ack, Body, Detail, Outcome};
 
 impl Fop {
     /// Bytes came in, whatever they are: the robot, or noise, is on the air.
     pub fn handle_carrier(&mut self, now_us: u64) {
-        self.carrier_us = Some(now_us);
-        self.promptness.handle_carrier(now_us);
+        self.carrier.hear(now_us);
     }
 
     /// Takes an intact line; `arrived_us` is when its last byte was read.
@@ -24,7 +24,7 @@ impl Fop {
             return;
         }
         self.judge_downlink(arrived_us, received);
-        self.is_prompt = self.promptness.is_prompt();
+        self.carrier.judge();
         self.heard_us = arrived_us;
         self.latest_line = received.sequence();
         match received {
@@ -50,7 +50,9 @@ impl Fop {
                 }
                 self.turn = line.listens.then(|| Turn::begin(arrived_us));
                 self.paused_bytes = if line.listens { PATIENCE_BYTES } else { 0 };
-                self.carrier_us = self.carrier_us.filter(|_| !line.listens);
+                if line.listens {
+                    self.carrier.take();
+                }
             }
         }
         let latched_us = arrived_us.saturating_sub(LATCH_TO_END_US + self.config.latency_us);
@@ -78,11 +80,18 @@ impl Fop {
             }
             Body::Counters(counters) => {
                 if let Some(failsafe) = counters.failsafe {
-                    self.failsafe_silence_us = u64::from(failsafe.silence_s) * 1_000_000;
+                    self.note_failsafe(failsafe);
                 }
             }
             Body::Status(_) | Body::Text(_) => {}
         }
+    }
+
+    /// The shortest one counts: a line may be older than the order, and an order may be lost.
+    pub(super) fn note_failsafe(&mut self, failsafe: Failsafe) {
+        let silence_us = u64::from(failsafe.silence_s) * 1_000_000;
+        let known_us = self.failsafe_silence_us.unwrap_or(silence_us);
+        self.failsafe_silence_us = Some(known_us.min(silence_us));
     }
 
     /// Learns which robot is there, and tells its lines from another's.
@@ -112,7 +121,7 @@ impl Fop {
         let is_closed = matches!(ack.detail, Detail::Idle { owner: 0, .. });
         // A robot that has just booted shows nobody's session 0, and no STOP.
         let is_booted = (ack.session, ack.sequence) == (0, 0);
-        if is_closed && !is_booted && now != before && stopping.off_us.is_some() {
+        if is_closed && !is_booted && now != before && stopping.has_left {
             self.stopping = None;
             self.push(FopEvent::StopProven);
         }

@@ -1,6 +1,6 @@
 //! What is said next, and when.
 
-use super::turn::{SILENCE_US, Turn};
+use super::turn::Turn;
 use super::{
     ALIVE_PERIOD_US, DRIVE_PERIOD_US, Duplex, Fop, FopEvent, KEEPALIVES_PER_SILENCE,
     KNOCK_PERIOD_US, Outstanding, STOP_BLIND_US, STOP_PERIOD_US, Session, Work,
@@ -8,6 +8,7 @@ use super::{
 use crate::command::{
     BLOCK_WAYPOINTS, Command, Drive, Frame, Keepalive, Key, Message, Open, Order,
 };
+use crate::failsafe::SILENCE_MIN_S;
 
 /// Room for any frame but a long one of waypoints, which takes what there is.
 const ROOM_MIN: u64 = 29;
@@ -68,25 +69,26 @@ impl Fop {
     /// When the robot's silence says that it listens; `None` when that is of no use.
     pub(super) fn silent_at_us(&self) -> Option<u64> {
         let is_wanted = self.work.is_some() || self.drive.is_some() || self.stopping.is_some();
-        let is_usable = self.is_half_duplex() && self.turn.is_none() && self.is_prompt;
-        self.carrier_us
-            .filter(|_| is_wanted && is_usable)
-            .map(|carrier_us| carrier_us + SILENCE_US)
+        let is_useful = is_wanted && self.is_half_duplex() && self.turn.is_none();
+        self.carrier.silent_at_us().filter(|_| is_useful)
     }
 
     fn take_silence(&mut self, now_us: u64) {
         if self.silent_at_us().is_some_and(|at_us| now_us >= at_us) {
-            self.turn = self.carrier_us.take().map(Turn::begin);
+            self.turn = self.carrier.take().map(Turn::begin);
         }
     }
 
     /// When the robot has to hear that the ground is there, if it wants to.
     pub(super) fn keepalive_us(&self) -> Option<u64> {
+        let silence_us = self
+            .failsafe_silence_us
+            .unwrap_or(u64::from(SILENCE_MIN_S) * 1_000_000);
         (self.wants_keepalive && self.is_open())
-            .then(|| self.spoke_us + self.failsafe_silence_us / KEEPALIVES_PER_SILENCE)
+            .then(|| self.spoke_us + silence_us / KEEPALIVES_PER_SILENCE)
     }
 
-    /// Whether there is something to deliver and no robot has been heard.
+    /// Whether there is something to deliver and too little is known of the robot.
     pub(super) fn must_knock(&self) -> bool {
         !self.is_half_duplex()
             && (self.work.is_some() || self.drive.is_some())
@@ -227,16 +229,12 @@ impl Fop {
     fn note_sent(&mut self, message: &Message, ends_us: u64) {
         match message {
             Message::Stop => {
-                if self
-                    .stopping
-                    .is_some_and(|stopping| stopping.off_us.is_none())
-                {
-                    self.push(FopEvent::StopSent);
-                }
                 if let Some(stopping) = &mut self.stopping {
-                    stopping.off_us = stopping.off_us.or(Some(ends_us));
                     stopping.next_us = ends_us + STOP_PERIOD_US;
                     stopping.blind_us = ends_us + STOP_BLIND_US;
+                    if !core::mem::replace(&mut stopping.has_left, true) {
+                        self.push(FopEvent::StopSent);
+                    }
                 }
                 return;
             }
@@ -247,9 +245,7 @@ impl Fop {
             }
             Message::Command(command) => {
                 if let Order::Failsafe(Some(failsafe)) = command.order {
-                    // The robot may follow it long before line C says so.
-                    let silence_us = u64::from(failsafe.silence_s) * 1_000_000;
-                    self.failsafe_silence_us = self.failsafe_silence_us.min(silence_us);
+                    self.note_failsafe(failsafe);
                 }
                 self.sequence = command.sequence;
                 self.outstanding = Some(Outstanding {

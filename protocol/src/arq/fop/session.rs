@@ -2,7 +2,6 @@
 
 use super::{Fop, FopEvent, Loss, Session, Work};
 use crate::command::Key;
-use crate::failsafe::SILENCE_MIN_S;
 use crate::telemetry::{Ack, Detail};
 
 impl Fop {
@@ -74,14 +73,13 @@ impl Fop {
         }
         self.session = Session::None;
         self.drive = None;
-        self.failsafe_silence_us = u64::from(SILENCE_MIN_S) * 1_000_000;
+        self.failsafe_silence_us = None;
         self.fail(loss);
     }
 
     pub(super) fn fail(&mut self, loss: Loss) {
         if self.outstanding.take().is_some() {
-            // The robot may have heard it or not, so its number cannot be used again in this session;
-            // in a new one it can never be executed late.
+            // The robot may have heard it or not, so its number cannot be used again in this session.
             self.session = Session::None;
         }
         if self.work.take().is_some() {

@@ -13,7 +13,7 @@ const BEGIN_WITHIN_US: u64 = PATIENCE_BYTES * 3 / 4 * US_PER_BYTE;
 
 /// A robot that has been silent for so long listens, whether its line G arrived or not: it talks without a
 /// pause otherwise.
-pub(super) const SILENCE_US: u64 = 7 * US_PER_BYTE;
+const SILENCE_US: u64 = 7 * US_PER_BYTE;
 
 /// A link that leaves longer pauses within lines (modems, bridges, adapters that collect bytes) says nothing
 /// by its silence.
@@ -71,18 +71,25 @@ impl Turn {
     }
 }
 
-/// Whether the link hands bytes over as they come, judged by the pauses between them.
+/// What is on the air, and what the link makes of it.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
-pub(super) struct Promptness {
-    latest_us: u64,
+pub(super) struct Carrier {
+    /// The latest byte, until the silence after it has been taken for a turn.
+    latest_us: Option<u64>,
+    /// Since the latest pause: chunks of bytes, and the longest gap between two of them.
     chunks: u8,
     gap_us: u64,
+    /// The latest line was handed over as it came.
+    is_prompt: bool,
 }
 
-impl Promptness {
-    pub(super) fn handle_carrier(&mut self, now_us: u64) {
-        let gap_us = now_us.saturating_sub(self.latest_us);
-        self.latest_us = now_us;
+impl Carrier {
+    /// Bytes came in.
+    pub(super) fn hear(&mut self, now_us: u64) {
+        let gap_us = self
+            .latest_us
+            .map_or(u64::MAX, |latest_us| now_us.saturating_sub(latest_us));
+        self.latest_us = Some(now_us);
         if gap_us > PAUSE_US {
             (self.chunks, self.gap_us) = (1, 0);
         } else {
@@ -91,8 +98,20 @@ impl Promptness {
         }
     }
 
-    /// Judged at the end of a line.
-    pub(super) const fn is_prompt(self) -> bool {
-        self.chunks >= PROMPT_CHUNKS && self.gap_us <= PROMPT_GAP_US
+    /// A line has ended: whether a silence tells something is known from how it came.
+    pub(super) fn judge(&mut self) {
+        self.is_prompt = self.chunks >= PROMPT_CHUNKS && self.gap_us <= PROMPT_GAP_US;
+    }
+
+    /// When it will have been silent for so long that the robot must be listening.
+    pub(super) fn silent_at_us(self) -> Option<u64> {
+        self.latest_us
+            .filter(|_| self.is_prompt)
+            .map(|latest_us| latest_us + SILENCE_US)
+    }
+
+    /// Takes the silence since the latest byte for a turn; the same one is not taken twice.
+    pub(super) fn take(&mut self) -> Option<u64> {
+        self.latest_us.take()
     }
 }
