@@ -4,7 +4,8 @@
     cargo build --release && python3 docs/measure.py [SECONDS]
 
 Linux only. Starts a simulated robot in a process of its own and a dashboard at 120x40 that records, hands the radio's bytes
-over in clumps of 16 ms as a USB adapter does, and reads /proc.
+over in clumps of 16 ms as a USB adapter does, and reads /proc. What the machine itself takes is measured beside it: a
+`cat` of the same clumps and a start of `groundwave --version`. Where those are dear, so is everything.
 """
 
 import fcntl
@@ -82,6 +83,30 @@ def start(robot: str, folder: str, silent: threading.Event) -> tuple[int, int, f
     return pid, fd, (time.monotonic() - began - 0.1) * 1000
 
 
+def cat(robot: str, silent: threading.Event, seconds: float) -> float:
+    """Per cent of a core that `cat` takes for the same clumps: the least that any reader takes."""
+    listener = socket.create_server(("127.0.0.1", 0))
+    threading.Thread(target=relay, args=(robot, listener, silent), daemon=True).start()
+    with socket.create_connection(listener.getsockname()) as radio:
+        process = subprocess.Popen(["cat"], stdin=radio, stdout=subprocess.DEVNULL)
+        before = cpu_s(process.pid)
+        time.sleep(seconds)
+        used_s = cpu_s(process.pid) - before
+        process.kill()
+        process.wait()
+    return used_s / seconds * 100
+
+
+def bare_start_ms() -> float:
+    """Milliseconds to start the program, say its version and leave: the median of some."""
+    times = []
+    for _ in range(STARTS):
+        began = time.monotonic()
+        subprocess.run([PROGRAM, "--version"], stdout=subprocess.DEVNULL, check=True)
+        times.append((time.monotonic() - began) * 1000)
+    return sorted(times)[STARTS // 2]
+
+
 def stop(pid: int, fd: int) -> None:
     os.kill(pid, 15)
     os.close(fd)
@@ -94,6 +119,8 @@ def main() -> None:
     sim = subprocess.Popen([PROGRAM, "sim"], stdout=subprocess.PIPE, stderr=subprocess.DEVNULL, text=True)
     robot = sim.stdout.readline().strip()
     silent = threading.Event()
+    print(f"cat of the same      {cat(robot, silent, seconds):8.2f} % of a core")
+    print(f"bare start           {bare_start_ms():8.1f} ms")
     firsts = []
     for _ in range(STARTS):
         pid, fd, first_ms = start(robot, folder, silent)
