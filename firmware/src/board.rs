@@ -51,6 +51,54 @@ pub enum Side {
     Right,
 }
 
+/// What each side says.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct Sides {
+    /// Left.
+    pub left: bool,
+    /// Right.
+    pub right: bool,
+}
+
+impl Sides {
+    /// Whether either does.
+    #[must_use]
+    pub const fn any(self) -> bool {
+        self.left || self.right
+    }
+
+    /// What either of two said.
+    #[must_use]
+    pub const fn or(self, other: Self) -> Self {
+        Self {
+            left: self.left || other.left,
+            right: self.right || other.right,
+        }
+    }
+}
+
+/// Edge sensors that see no floor.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[expect(clippy::struct_excessive_bools, reason = "one a sensor")]
+pub struct Edges {
+    /// Ahead of the left wheel.
+    pub left: bool,
+    /// Under the middle of the bumper.
+    pub center: bool,
+    /// Ahead of the right wheel.
+    pub right: bool,
+    /// Under the tail wheel.
+    pub rear: bool,
+}
+
+impl Edges {
+    /// Whether any does.
+    #[must_use]
+    pub const fn any(self) -> bool {
+        self.left || self.center || self.right || self.rear
+    }
+}
+
 /// Bumper switches closed at this tick.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Switches {
@@ -96,6 +144,16 @@ pub struct Inputs {
     pub photo_right: Option<u8>,
     /// Battery voltage in tenths of a volt.
     pub battery_dv: u8,
+    /// Where the floor ends.
+    pub cliff: Option<Edges>,
+    /// The passive infrared detectors on the servo arm. While it is stowed they see the bumper.
+    pub motion: Option<Sides>,
+    /// The switch on the top of the arm: something is above it.
+    pub top_hat: bool,
+    /// The receivers that see the dock's infrared beacon: it is on that side, on both straight ahead.
+    pub beacon: Option<Sides>,
+    /// The charger's voltage is on the contacts.
+    pub is_docked: bool,
     /// The timer found the previous tick not finished: this one begins late.
     pub is_late: bool,
 }
@@ -111,4 +169,8 @@ pub struct Outputs {
     pub ping: Option<Side>,
     /// What the beeper sounds, in hertz; 0 is silence.
     pub note_hz: u16,
+    /// The servo raises the arm with the motion detectors, or stows it.
+    pub arm_up: bool,
+    /// Write [`crate::robot::Robot::parameters`] to memory that survives a reset.
+    pub keep_parameters: bool,
 }

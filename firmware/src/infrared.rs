@@ -6,6 +6,7 @@
 //! and falls in their absence, which lets the robot keep its distance in the open and still enter a
 //! confined space.
 
+use crate::board::Sides;
 use crate::units::{TICKS_PER_S, ticks};
 
 /// Pairs in a row that make a detection when little has been detected lately: 24 ms.
@@ -23,32 +24,6 @@ pub const JAM_TICKS: u16 = ticks(30);
 
 /// After a jam the detectors are off for this long.
 pub const OFF_TICKS: u16 = ticks(30);
-
-/// What each side says.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub struct Sides {
-    /// Left detector.
-    pub left: bool,
-    /// Right detector.
-    pub right: bool,
-}
-
-impl Sides {
-    /// Whether either does.
-    #[must_use]
-    pub const fn any(self) -> bool {
-        self.left || self.right
-    }
-
-    /// What either of two said.
-    #[must_use]
-    pub const fn or(self, other: Self) -> Self {
-        Self {
-            left: self.left || other.left,
-            right: self.right || other.right,
-        }
-    }
-}
 
 /// Both detectors and their LEDs.
 #[derive(Clone, Debug)]

@@ -23,6 +23,7 @@ pub mod drive;
 pub mod failsafe;
 pub mod infrared;
 pub mod odometry;
+pub mod parameters;
 pub mod pid;
 pub mod robot;
 pub mod sensors;

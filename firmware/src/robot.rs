@@ -12,6 +12,7 @@ use crate::drive::{DriveTrain, Motion};
 use crate::failsafe::Guard;
 use crate::infrared::Infrared;
 use crate::odometry::{Odometer, Pose};
+use crate::parameters::Parameters;
 use crate::sensors::{Battery, Ranges, Senses, ping_at};
 use crate::song::Singer;
 use crate::telemetry::{Events, Schedule, Transmitter};
@@ -46,6 +47,7 @@ const HOME_REACHED: &str = "I'm home";
 #[derive(Clone, Debug)]
 pub struct Robot {
     identity: Identity,
+    parameters: Parameters,
     now_ticks: u32,
     mode: Mode,
     allowed: LayerMask,
@@ -82,8 +84,15 @@ impl Robot {
     /// A robot that has just been switched on. It prowls, with every layer it has.
     #[must_use]
     pub fn new(identity: Identity) -> Self {
+        Self::restored(identity, Parameters::DEFAULT)
+    }
+
+    /// The same, with the parameters that the board has kept.
+    #[must_use]
+    pub fn restored(identity: Identity, parameters: Parameters) -> Self {
         Self {
             identity,
+            parameters,
             now_ticks: 0,
             mode: Mode::Prowl,
             allowed: FITTED,
@@ -135,6 +144,7 @@ impl Robot {
         // Every enabled layer in turn.
         let target = self.target();
         let senses = Senses {
+            parameters: &self.parameters,
             mode: self.mode,
             target,
             now_ticks: self.now_ticks,
@@ -144,6 +154,12 @@ impl Robot {
             bumper: inputs.bumper,
             infrared,
             sonar: self.ranges,
+            photo: inputs.photo_left.zip(inputs.photo_right),
+            cliff: inputs.cliff.unwrap_or_default(),
+            motion: inputs.motion,
+            top_hat: inputs.top_hat,
+            beacon: inputs.beacon,
+            is_docked: inputs.is_docked,
             horizon_in: self.horizon_in(target),
             dice: self.dice.roll(),
         };
@@ -179,6 +195,8 @@ impl Robot {
             pwm_right,
             ping: ping_at(self.now_ticks).filter(|_| self.allowed.contains(Layer::Sonar)),
             note_hz: self.singer.tick(),
+            arm_up: false,
+            keep_parameters: false,
         }
     }
 
@@ -312,6 +330,12 @@ impl Robot {
             .dead_reckoning
             .target(self.mode, list)
             .filter(|_| enabled)
+    }
+
+    /// What the operator may tune, as it is now.
+    #[must_use]
+    pub const fn parameters(&self) -> &Parameters {
+        &self.parameters
     }
 
     /// Both waypoint banks.

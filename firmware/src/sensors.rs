@@ -1,14 +1,16 @@
 //! What the robot knows at a tick: the readings as they last were, ready for the behaviours.
 
-use crate::board::{Echo, Inputs, Side, Switches};
-use crate::infrared::Sides;
+use crate::board::{Echo, Edges, Inputs, Side, Sides, Switches};
 use crate::odometry::Pose;
+use crate::parameters::Parameters;
 use groundwave_protocol::Waypoint;
 use groundwave_protocol::letters::Mode;
 
 /// Everything a behaviour may look at.
 #[derive(Clone, Copy, Debug)]
-pub struct Senses {
+pub struct Senses<'a> {
+    /// What the operator may tune.
+    pub parameters: &'a Parameters,
     /// What the robot has been told to do.
     pub mode: Mode,
     /// The point being driven to.
@@ -27,13 +29,25 @@ pub struct Senses {
     pub infrared: Sides,
     /// The latest echoes.
     pub sonar: Ranges,
+    /// Both photocells, left and right, 0 very bright to 255 dark; `None` when one is not fitted.
+    pub photo: Option<(u8, u8)>,
+    /// Where the floor ends.
+    pub cliff: Edges,
+    /// What the motion detectors say; `None` when there are none.
+    pub motion: Option<Sides>,
+    /// Something is above the arm.
+    pub top_hat: bool,
+    /// Receivers that see the dock's beacon; `None` when there are none.
+    pub beacon: Option<Sides>,
+    /// The charger's voltage is on the contacts.
+    pub is_docked: bool,
     /// How far ahead the robot means to go: obstacles beyond are none.
     pub horizon_in: u16,
     /// A number rolled for this tick.
     pub dice: u32,
 }
 
-impl Senses {
+impl Senses<'_> {
     /// A rotation of this size the way the wheels have been turning: to the right when they have not.
     #[must_use]
     pub const fn the_way_it_turns(&self, size_cps: i16) -> i16 {
@@ -100,10 +114,11 @@ impl Battery {
 }
 
 #[cfg(test)]
-impl Senses {
+impl Senses<'static> {
     /// Nothing anywhere, prowling at the origin.
     pub(crate) fn nothing() -> Self {
         Self {
+            parameters: &Parameters::DEFAULT,
             mode: Mode::Prowl,
             target: None,
             now_ticks: 0,
@@ -113,6 +128,12 @@ impl Senses {
             bumper: Switches::default(),
             infrared: Sides::default(),
             sonar: Ranges::default(),
+            photo: None,
+            cliff: Edges::default(),
+            motion: None,
+            top_hat: false,
+            beacon: None,
+            is_docked: false,
             horizon_in: 180,
             dice: 1,
         }

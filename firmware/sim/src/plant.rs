@@ -113,6 +113,11 @@ impl Plant {
             photo_left: Some(photo_left),
             photo_right: Some(photo_right),
             battery_dv: self.body.battery().decivolts(),
+            cliff: None,
+            motion: None,
+            top_hat: false,
+            beacon: None,
+            is_docked: false,
             is_late: false,
         }
     }

@@ -36,6 +36,7 @@ fn script(tick: u64) -> Outputs {
             _ => None,
         },
         note_hz: 0,
+        ..Outputs::default()
     }
 }
 

@@ -80,7 +80,7 @@ mod tests {
         Waypoint { x_in: 40, y_in: 40 },
     ];
 
-    fn at(x_in: i16, y_in: i16, mode: Mode, target: Option<Waypoint>) -> Senses {
+    fn at(x_in: i16, y_in: i16, mode: Mode, target: Option<Waypoint>) -> Senses<'static> {
         let mut odometer = Odometer::default();
         odometer.set(Waypoint { x_in, y_in }, crate::angle::Angle(0));
         Senses {

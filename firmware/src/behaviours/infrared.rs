@@ -2,8 +2,8 @@
 
 use super::{Behaviour, prowl};
 use crate::arbiter::Request;
+use crate::board::Sides;
 use crate::drive::Motion;
-use crate::infrared::Sides;
 use crate::sensors::Senses;
 use crate::units::cps;
 
@@ -59,7 +59,7 @@ impl Behaviour for InfraredAvoidance {
 mod tests {
     use super::*;
 
-    fn see(left: bool, right: bool) -> Senses {
+    fn see(left: bool, right: bool) -> Senses<'static> {
         Senses {
             infrared: Sides { left, right },
             ..Senses::nothing()

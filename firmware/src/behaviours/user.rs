@@ -55,7 +55,7 @@ impl Behaviour for User {
 mod tests {
     use super::*;
 
-    fn senses(mode: Mode) -> Senses {
+    fn senses(mode: Mode) -> Senses<'static> {
         Senses {
             mode,
             ..Senses::nothing()

@@ -1,8 +1,8 @@
 //! What happened since the previous line A: a bump of one tick must not go unseen between two lines.
 
+use crate::board::Sides;
 use crate::board::Switches;
 use crate::drive::DriveTrain;
-use crate::infrared::Sides;
 use groundwave_protocol::letters::{Bump, Drive, Infrared, LayerMask};
 
 /// Everything that happened, at any tick since the events were last taken.

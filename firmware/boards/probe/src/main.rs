@@ -10,7 +10,8 @@ use core::mem::MaybeUninit;
 use core::panic::PanicInfo;
 use core::ptr::{read_volatile, write_volatile};
 
-use sr04_firmware::board::{Echo, Identity, Inputs, Duplex, Side, Switches};
+use sr04_firmware::board::{Duplex, Echo, Edges, Identity, Inputs, Side, Sides, Switches};
+use sr04_firmware::parameters::Parameter;
 use sr04_firmware::robot::Robot;
 
 /// Port A's input register stands for every sensor.
@@ -71,6 +72,12 @@ pub extern "C" fn main() -> ! {
             write_pair(pwm as u16);
         }
         write_pair(outputs.note_hz);
+        write(u8::from(outputs.arm_up));
+        if outputs.keep_parameters {
+            for &parameter in Parameter::ALL {
+                write_pair(robot.parameters().get(parameter) as u16);
+            }
+        }
         write(match outputs.ping {
             None => 0,
             Some(Side::Left) => 1,
@@ -122,7 +129,30 @@ fn inputs() -> Inputs {
         photo_left: Some(read()),
         photo_right: Some(read()),
         battery_dv: read(),
+        cliff: Some(edges()),
+        motion: Some(sides()),
+        top_hat: switches & 64 != 0,
+        beacon: Some(sides()),
+        is_docked: switches & 128 != 0,
         is_late: switches & 32 != 0,
+    }
+}
+
+fn sides() -> Sides {
+    let bits = read();
+    Sides {
+        left: bits & 1 != 0,
+        right: bits & 2 != 0,
+    }
+}
+
+fn edges() -> Edges {
+    let bits = read();
+    Edges {
+        left: bits & 1 != 0,
+        center: bits & 2 != 0,
+        right: bits & 4 != 0,
+        rear: bits & 8 != 0,
     }
 }
 
