@@ -5,12 +5,9 @@
 mod common;
 mod witness;
 
-use common::{CoSimulation, on_all_cores, owner};
+use common::on_all_cores;
 use groundwave::event::CommandStep;
-use groundwave_protocol::arq::{self, Config};
 use groundwave_protocol::letters::Mode;
-use sr04_firmware::board::Duplex;
-use sr04_sim::{SimulationConfig, World};
 use witness::Trial;
 
 const SEEDS: u64 = 200;
@@ -107,21 +104,6 @@ fn everything_at_once() {
     });
 }
 
-/// Both ends know that they have to take turns; the robot waits so many byte times for the ground's first
-/// word, which the radio may hold back for so long.
-fn taking_turns(seed: u64, channel: &str, patience_bytes: u8, latency_ms: u64) -> Trial {
-    let world = World::built_in("open-room").expect("it comes with the program");
-    let mut config = SimulationConfig::new(world, seed);
-    config.channel = channel.parse().expect("a channel");
-    config.duplex = Duplex::Half { patience_bytes };
-    let station = Config {
-        duplex: arq::Duplex::Half,
-        latency_us: latency_ms * 1000,
-        ..Config::new(owner(seed))
-    };
-    Trial::of(CoSimulation::with(&config, station), seed)
-}
-
 #[test]
 fn half_duplex() {
     let also = [
@@ -133,7 +115,7 @@ fn half_duplex() {
     ];
     over_seeds(|seed| {
         let channel = format!("half-duplex{}", also[seed as usize % also.len()]);
-        taking_turns(seed, &channel, 16, 40)
+        Trial::taking_turns(seed, &channel, 16, 40)
     });
 }
 
@@ -145,9 +127,9 @@ fn buffered_modules() {
     over_seeds(|seed| {
         let also = also[seed as usize / 2 % also.len()];
         if seed % 2 == 0 {
-            taking_turns(seed, &format!("modem=xbee{also}"), 60, 200)
+            Trial::taking_turns(seed, &format!("modem=xbee{also}"), 60, 200)
         } else {
-            taking_turns(seed, &format!("modem=hc-12{also}"), 160, 400)
+            Trial::taking_turns(seed, &format!("modem=hc-12{also}"), 160, 400)
         }
     });
 }
@@ -157,7 +139,7 @@ fn buffered_modules() {
 fn a_cold_stop_takes_its_turn() {
     on_all_cores(0..SEEDS, |seed| {
         let channel = ["half-duplex", "half-duplex,ber=1e-3"][seed as usize % 2];
-        let mut trial = taking_turns(seed, channel, 16, 40);
+        let mut trial = Trial::taking_turns(seed, channel, 16, 40);
         trial.run_ms(seed * 13 % 1000);
         trial.stop();
         for _ in 0..30_000 {

@@ -8,10 +8,14 @@ use common::{CoSimulation, on_all_cores};
 use groundwave::event::CommandStep;
 use groundwave::request::Request;
 use groundwave_protocol::letters::Mode;
+use sr04_firmware::board::PATIENCE_BYTES;
 use witness::Trial;
 
 /// Over a radio that holds bytes back, frames of the life before arrive in the next one.
 const CHANNELS: [&str; 4] = ["", "ber=1e-3", "delay=700ms", "dup=0.02,delay=80ms"];
+
+/// Where the ends take turns. A station that starts anew does not know it and has to find out.
+const TURNING: [&str; 2] = ["half-duplex", "half-duplex,ber=1e-3"];
 
 /// Waypoints of the list that is being replaced, none for a station that has just started, and of the new one.
 const LISTS: [(usize, usize); 3] = [(20, 60), (0, 40), (5, 1)];
@@ -25,7 +29,11 @@ enum Restart {
 
 /// Up to the moment at which the new list is ordered; its number.
 fn begin(seed: u64, channel: &str, (old, new): (usize, usize)) -> (Trial, usize) {
-    let mut trial = Trial::new(seed, channel);
+    let mut trial = if TURNING.contains(&channel) {
+        Trial::taking_turns(seed, channel, PATIENCE_BYTES, 40)
+    } else {
+        Trial::new(seed, channel)
+    };
     trial.run_ms(1000 + seed);
     if old > 0 {
         let old = trial.some_list(old);
@@ -77,10 +85,11 @@ fn restart_at(restart: Restart, at_ms: u64, seed: u64, channel: &str, lists: (us
 fn whoever_restarts_at_whatever_boundary_nothing_is_mixed_or_done_twice() {
     for restart in [Restart::Robot, Restart::Station, Restart::Both] {
         let mut runs = 0;
-        for (seed, channel) in (40..).zip(CHANNELS) {
-            let lists = match restart {
-                Restart::Both => &LISTS[..1],
-                Restart::Robot | Restart::Station => &LISTS,
+        for (seed, channel) in (40..).zip(CHANNELS.into_iter().chain(TURNING)) {
+            let lists = if matches!(restart, Restart::Both) || TURNING.contains(&channel) {
+                &LISTS[..1]
+            } else {
+                &LISTS[..]
             };
             for &lists in lists {
                 let boundaries = boundaries_ms(seed, channel, lists);

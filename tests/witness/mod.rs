@@ -7,11 +7,12 @@ use std::time::Duration;
 use groundwave::event::{CommandId, CommandStep, Event};
 use groundwave::request::Request;
 use groundwave::station::Station;
-use groundwave_protocol::arq::Config;
+use groundwave_protocol::arq::{self, Config};
 use groundwave_protocol::digest::digest;
 use groundwave_protocol::telemetry::Body;
 use groundwave_protocol::{LINE_BYTES, Waypoint, decoder::Decoder, decoder::Received};
-use sr04_sim::{ChannelSpec, Simulation};
+use sr04_firmware::board::Duplex;
+use sr04_sim::{ChannelSpec, Simulation, SimulationConfig, World};
 
 use crate::common::{CoSimulation, owner};
 
@@ -83,6 +84,21 @@ pub struct Trial {
 impl Trial {
     pub fn new(seed: u64, channel: &str) -> Self {
         Self::of(CoSimulation::new("open-room", seed, channel), seed)
+    }
+
+    /// Both ends know that they have to take turns; the robot waits so many byte times for the ground's first
+    /// word, which the radio may hold back for so long.
+    pub fn taking_turns(seed: u64, channel: &str, patience_bytes: u8, latency_ms: u64) -> Self {
+        let world = World::built_in("open-room").expect("it comes with the program");
+        let mut config = SimulationConfig::new(world, seed);
+        config.channel = channel.parse().expect("a channel");
+        config.duplex = Duplex::Half { patience_bytes };
+        let station = Config {
+            duplex: arq::Duplex::Half,
+            latency_us: latency_ms * 1000,
+            ..Config::new(owner(seed))
+        };
+        Self::of(CoSimulation::with(&config, station), seed)
     }
 
     pub fn of(co: CoSimulation, seed: u64) -> Self {

@@ -93,8 +93,9 @@ const ALIVE_PERIOD_US: u64 = 1_000_000;
 /// listens. More often, and this end would not hear what it says.
 const STOP_BLIND_US: u64 = 700_000;
 
-/// So many frames keep a robot alive through a silence that would make it act: the odd one gets lost.
-const KEEPALIVES_PER_SILENCE: u64 = 5;
+/// So many frames keep a robot alive through a silence that would make it act. Where one bit in a thousand
+/// flips, every seventh gets lost, and where the ends take turns a quarter of them has to wait.
+const KEEPALIVES_PER_SILENCE: u64 = 10;
 
 /// What was heard longer ago says nothing of the robot before a STOP: it may have booted often since.
 const STOP_BEFORE_US: u64 = 5_000_000;

@@ -1,0 +1,82 @@
+//! A ground that is there keeps the robot's failsafe from acting, and one that is gone does not: the real station
+//! and the robot's real program, in virtual time.
+
+mod common;
+mod witness;
+
+use common::{CoSimulation, on_all_cores};
+use groundwave::event::CommandStep;
+use groundwave::request::Request;
+use groundwave_protocol::failsafe::Failsafe;
+use groundwave_protocol::letters::Mode;
+use sr04_firmware::board::PATIENCE_BYTES;
+use witness::Trial;
+
+const SILENCE_S: u16 = 10;
+
+/// Left alone for so long, with a station that has nothing to say.
+const QUIET_S: u64 = 300;
+
+/// Orders the failsafe, then prowl; which of both radios, the seed says.
+fn armed(seed: u64) -> CoSimulation {
+    let channel = ["", "ber=1e-3", "half-duplex", "half-duplex,ber=1e-3"][seed as usize % 4];
+    let trial = if channel.starts_with("half-duplex") {
+        Trial::taking_turns(seed, channel, PATIENCE_BYTES, 40)
+    } else {
+        Trial::new(seed, channel)
+    };
+    let mut co = trial.co;
+    let failsafe = Failsafe {
+        silence_s: SILENCE_S,
+        mode: Mode::GoHome,
+    };
+    for request in [
+        Request::Failsafe(Some(failsafe)),
+        Request::Mode(Mode::Prowl),
+    ] {
+        let end = co.deliver(request);
+        assert_eq!(
+            end,
+            CommandStep::Proven { digest: None },
+            "{}",
+            co.context()
+        );
+    }
+    co
+}
+
+#[test]
+fn a_quiet_station_is_not_a_silent_ground() {
+    on_all_cores(0..20, |seed| {
+        let mut co = armed(seed);
+        for _ in 0..QUIET_S * 1000 {
+            co.step();
+            let mode = co.simulation.robot().mode();
+            assert_eq!(mode, Mode::Prowl, "{}", co.context());
+        }
+    });
+}
+
+#[test]
+fn a_ground_that_has_gone_sends_the_robot_home_in_time() {
+    on_all_cores(0..40, |seed| {
+        let mut co = armed(seed);
+        co.run(1 + seed % 20);
+        let gone_ms = co.simulation.now_ms();
+        while co.simulation.robot().mode() == Mode::Prowl {
+            co.simulation.step();
+            while co.simulation.poll_downlink().is_some() {}
+            let silent_s = (co.simulation.now_ms() - gone_ms) / 1000;
+            assert!(silent_s <= u64::from(SILENCE_S), "{}", co.context());
+        }
+        assert_eq!(
+            co.simulation.robot().mode(),
+            Mode::GoHome,
+            "{}",
+            co.context()
+        );
+        // The latest keepalive cannot have been long ago.
+        let silent_ms = co.simulation.now_ms() - gone_ms;
+        assert!(silent_ms >= u64::from(SILENCE_S) * 600, "{}", co.context());
+    });
+}
