@@ -87,7 +87,7 @@ pub struct Edges {
     pub center: bool,
     /// Ahead of the right wheel.
     pub right: bool,
-    /// Under the tail wheel.
+    /// Behind the tail wheel or either drive wheel: these share an input.
     pub rear: bool,
 }
 

@@ -8,7 +8,7 @@ use crate::geometry::{Frame, Pose, Vec2};
 use crate::scene::Scene;
 use crate::sensors::infrared::Infrared;
 use crate::sensors::photocells::Light;
-use crate::sensors::{View, sonar};
+use crate::sensors::{View, edges, sonar};
 use crate::walker;
 use crate::world::{Outline, Point, World};
 
@@ -32,6 +32,8 @@ pub struct Truth {
     pub pose: Pose,
     /// Whether anything touches its outline, at the front or elsewhere.
     pub is_touching: bool,
+    /// Whether it has gone over an edge of the floor; it lies there for good.
+    pub has_fallen: bool,
     /// Speed over the floor, backward negative.
     pub speed_in_s: f64,
     /// Length of the way gone since the start.
@@ -113,7 +115,7 @@ impl Plant {
             photo_left: Some(photo_left),
             photo_right: Some(photo_right),
             battery_dv: self.body.battery().decivolts(),
-            cliff: None,
+            cliff: Some(edges::look(&self.scene, self.view())),
             motion: None,
             top_hat: false,
             beacon: None,
@@ -173,6 +175,7 @@ impl Plant {
             now_ms: self.now_ms,
             pose: self.frame.pose(self.body.center, self.body.theta_rad),
             is_touching: self.body.is_touching(),
+            has_fallen: self.body.has_fallen(),
             speed_in_s: self.body.speed_in_s(),
             path_in: self.body.path_in,
             charge: self.body.battery().charge(),

@@ -6,7 +6,7 @@ use parry2d_f64::query::Ray;
 
 use crate::geometry::{Solid, Vec2};
 use crate::walker::Walking;
-use crate::world::{Material, Obstacle, Surface, World};
+use crate::world::{Drops, Material, Obstacle, Surface, World};
 
 /// Where a ray ends.
 #[derive(Clone, Copy, Debug)]
@@ -30,8 +30,9 @@ pub(crate) struct Near {
     pub(crate) radius_in: Option<f64>,
 }
 
-/// Everything solid.
+/// Everything solid, and where the floor is missing.
 pub(crate) struct Scene {
+    pub(crate) drops: Drops,
     obstacles: Vec<Obstacle>,
     tree: Bvh,
     pub(crate) walkers: Vec<Walking>,
@@ -45,6 +46,7 @@ impl Scene {
             .map(|obstacle| obstacle.solid.bounds())
             .collect();
         Self {
+            drops: world.drops.clone(),
             obstacles: world.obstacles.clone(),
             tree: Bvh::from_leaves(BvhBuildStrategy::Binned, &bounds),
             walkers: world.walkers.iter().cloned().map(Walking::new).collect(),

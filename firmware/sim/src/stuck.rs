@@ -49,6 +49,7 @@ mod tests {
                 theta_deg: 0.0,
             },
             is_touching: false,
+            has_fallen: false,
             speed_in_s: 0.0,
             path_in: 0.0,
             charge: 1.0,

@@ -42,3 +42,16 @@ pub(crate) fn view_at(x_in: f64, y_in: f64, theta_deg: f64) -> View {
         theta_rad: theta_deg.to_radians(),
     }
 }
+
+/// A floor of ten by ten feet without a floor north of y = 120, walled on the other sides.
+pub(crate) fn landing() -> Scene {
+    let drop = format!("#{}#\n", "~".repeat(20)).repeat(3);
+    let floor = format!("#{}#\n", ".".repeat(20));
+    let text = format!(
+        "name = \"landing\"\ncell_in = 6\nplan = '''\n{drop}{}#.........^..........#\n{}{}\n'''\n",
+        floor.repeat(9),
+        floor.repeat(9),
+        "#".repeat(22)
+    );
+    Scene::new(&World::parse("landing", &text).expect("the landing is drawn right"))
+}

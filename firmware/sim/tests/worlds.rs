@@ -1,6 +1,6 @@
 //! Worlds that come with the program are sound, and mistakes in others are named.
 
-use sr04_sim::{Outline, World, WorldError};
+use sr04_sim::{Outline, OutlineKind, World, WorldError};
 
 /// Parses a world with this plan and these lines behind it; returns its error's line, column, text.
 fn mistake(plan: &str, rest: &str) -> (usize, usize, String) {
@@ -24,7 +24,10 @@ const ROOM: &str = "########\n#......#\n#..^...#\n#....A.#\n#......#\n########";
 #[test]
 fn every_built_in_world_is_sound() {
     let names: Vec<&str> = World::built_in_names().collect();
-    assert_eq!(names, ["house", "living-room", "corridor", "open-room"]);
+    assert_eq!(
+        names,
+        ["house", "living-room", "corridor", "open-room", "stairs"]
+    );
     for name in names {
         let world = World::open(name).unwrap_or_else(|error| panic!("{error}"));
         assert_eq!(world.name(), name);
@@ -140,4 +143,23 @@ fn the_plan_is_north_up_and_the_start_is_the_origin() {
         Outline::Circle { .. } => false,
     });
     assert!(north, "{:?}", world.outlines());
+}
+
+#[test]
+fn a_drop_closes_the_floor_and_its_edge_is_drawn() {
+    let world = World::parse(
+        "t",
+        "name = \"t\"\ncell_in = 6\nplan = '''\n~~~~~~~\n#.....#\n#..^..#\n#.....#\n#######\n'''\n",
+    )
+    .unwrap();
+    let edges = world.outlines().into_iter().filter(|outline| {
+        matches!(
+            outline,
+            Outline::Segment {
+                kind: OutlineKind::Edge,
+                ..
+            }
+        )
+    });
+    assert_eq!(edges.count(), 1);
 }

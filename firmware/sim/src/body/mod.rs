@@ -43,6 +43,9 @@ const CLEARANCE_MAX_IN: f64 = 36.0;
 /// Overlap beyond the bumper's travel that is never accepted.
 const OVERLAP_MAX_IN: f64 = 0.05;
 
+/// Where the caster stands, behind the centre.
+const TAIL_IN: f64 = 5.0;
+
 /// How far real wheels are from the drawing: limits of even spreads.
 const WHEEL_SPREAD: f64 = 0.004;
 const TRACK_SPREAD: f64 = 0.01;
@@ -89,6 +92,7 @@ pub(crate) struct Body {
     /// Distance from the centre that was free of standing solids when last measured, and where.
     measured: (Vec2, f64),
     touches: Vec<Touch>,
+    has_fallen: bool,
     /// Length of the way gone so far.
     pub(crate) path_in: f64,
 }
@@ -115,6 +119,7 @@ impl Body {
             free_in: 0.0,
             measured: (center, 0.0),
             touches: Vec::new(),
+            has_fallen: false,
             path_in: 0.0,
         }
     }
@@ -131,10 +136,36 @@ impl Body {
             duty_left * self.left.current_a + duty_right * self.right.current_a,
             STEP_S,
         );
+        if self.has_fallen {
+            self.left.turn(STEP_S);
+            self.right.turn(STEP_S);
+            return;
+        }
         self.couple();
         self.left.turn(STEP_S);
         self.right.turn(STEP_S);
         self.advance(scene);
+        if !scene.drops.is_empty() && self.is_over_an_edge(scene) {
+            self.fall();
+        }
+    }
+
+    /// Whether a wheel or the caster has no floor under it. The weight rests on all three, so that one is
+    /// enough: with the caster gone the robot tips back.
+    fn is_over_an_edge(&self, scene: &Scene) -> bool {
+        let forward = heading(self.theta_rad);
+        let axle = clockwise(forward) * self.half_track_in;
+        [axle, -axle, -forward * TAIL_IN]
+            .iter()
+            .any(|&offset| scene.drops.has(self.center + offset))
+    }
+
+    /// From here on the wheels turn in the air.
+    fn fall(&mut self) {
+        self.has_fallen = true;
+        self.ahead_in_s = 0.0;
+        self.right_in_s = 0.0;
+        self.turn_rad_s = 0.0;
     }
 
     /// Rotates the velocity into the turning body and settles wheels, floor and touches.
@@ -317,6 +348,11 @@ impl Body {
     /// Whether anything touches the outline anywhere.
     pub(crate) fn is_touching(&self) -> bool {
         self.touches.iter().any(|touch| touch.depth_in > -SKIN_IN)
+    }
+
+    /// Whether it has gone over an edge of the floor.
+    pub(crate) const fn has_fallen(&self) -> bool {
+        self.has_fallen
     }
 
     /// Speed over the floor, backward negative.

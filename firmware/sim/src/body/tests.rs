@@ -1,6 +1,6 @@
 use super::*;
 use crate::dice::Stream;
-use crate::testing::room;
+use crate::testing::{landing, room};
 use crate::world::World;
 
 /// The inner face of the north wall of `room(100)`.
@@ -227,4 +227,30 @@ fn walkers_never_push() {
     assert!(scene.walkers[0].center().x > 16.0, "the person set out");
     assert!(scene.walkers[0].center().x < before.x, "and waits");
     assert_eq!(body.center, before);
+}
+
+#[test]
+fn a_wheel_over_an_edge_ends_the_drive() {
+    let scene = landing();
+    // Forward the wheels get there first, backward the caster.
+    for (theta_deg, pwm, reaches_in) in [(0.0, 150, 120.0), (180.0, -150, 115.0)] {
+        let mut body = body_at(60.0, 100.0, theta_deg, &ideal(12.0));
+        drive(&mut body, &scene, pwm, pwm, 5000);
+        assert!(body.has_fallen());
+        assert!((body.center.y - reaches_in).abs() < 0.02, "{}", body.center);
+        let before = body.center;
+        drive(&mut body, &scene, -pwm, -pwm, 1000);
+        assert_eq!(body.center, before, "it lies there");
+        assert!(body.take_edges().0 > 10, "the wheels turn in the air");
+    }
+}
+
+#[test]
+fn along_an_edge_the_outer_wheel_decides() {
+    let scene = landing();
+    for (y_in, falls) in [(114.9, false), (115.1, true)] {
+        let mut body = body_at(30.0, y_in, 90.0, &ideal(12.0));
+        drive(&mut body, &scene, 150, 150, 3000);
+        assert_eq!(body.has_fallen(), falls);
+    }
 }

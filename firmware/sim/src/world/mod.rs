@@ -2,6 +2,7 @@
 //! write one.
 
 mod clutter;
+mod drops;
 mod error;
 mod file;
 mod material;
@@ -16,6 +17,7 @@ pub use error::WorldError;
 pub use material::Material;
 pub use outline::{Outline, OutlineKind, Point};
 
+pub(crate) use drops::Drops;
 pub(crate) use material::Surface;
 
 use crate::geometry::{Frame, Pose, Solid, Vec2};
@@ -26,9 +28,10 @@ const BUILT_IN: &[(&str, &str)] = &[
     ("living-room", include_str!("../../worlds/living-room.toml")),
     ("corridor", include_str!("../../worlds/corridor.toml")),
     ("open-room", include_str!("../../worlds/open-room.toml")),
+    ("stairs", include_str!("../../worlds/stairs.toml")),
 ];
 
-const BUILT_IN_NAMES: &str = "house, living-room, corridor and open-room";
+const BUILT_IN_NAMES: &str = "house, living-room, corridor, open-room and stairs";
 
 /// A place for the robot to live in. Lengths are in inches from the plan's south-west corner.
 #[derive(Clone, Debug)]
@@ -38,6 +41,7 @@ pub struct World {
     pub(crate) start: Pose,
     pub(crate) size_in: [f64; 2],
     pub(crate) daylight_lux: f64,
+    pub(crate) drops: Drops,
     pub(crate) obstacles: Vec<Obstacle>,
     pub(crate) outlines: Vec<Outline>,
     pub(crate) lamps: Vec<Lamp>,

@@ -21,6 +21,8 @@ pub enum OutlineKind {
     Furniture,
     /// Something only the bumper notices.
     Low,
+    /// Where the floor ends.
+    Edge,
 }
 
 impl OutlineKind {

@@ -2,6 +2,7 @@
 
 use std::ops::Range;
 
+use super::drops::Drops;
 use super::error::{Source, WorldError};
 use super::material::Material;
 use super::outline::{Outline, OutlineKind, Point};
@@ -14,6 +15,8 @@ const CELLS_MAX: usize = 1000;
 enum Cell {
     Outside,
     Floor,
+    /// No floor: a stair going down.
+    Drop,
     Solid(Material),
 }
 
@@ -62,6 +65,7 @@ impl Plan {
                 let cell = match character {
                     ' ' => Cell::Outside,
                     '.' => Cell::Floor,
+                    '~' => Cell::Drop,
                     'A'..='Z' => {
                         plan.add_mark(source, offset, character, index, column)?;
                         Cell::Floor
@@ -79,9 +83,9 @@ impl Plan {
                         source.error(
                             offset,
                             format!(
-                                "{character:?} means nothing in a floor plan: use . floor, # wall, \
-                                 = glass, w wood, s soft, k dark, o low, ^ > v < start, A to Z a \
-                                 mark, space outside"
+                                "{character:?} means nothing in a floor plan: use . floor, ~ no floor, \
+                                 # wall, = glass, w wood, s soft, k dark, o low, ^ > v < start, \
+                                 A to Z a mark, space outside"
                             ),
                         )
                     })?),
@@ -152,7 +156,8 @@ impl Plan {
         Ok(())
     }
 
-    /// Walks the floor from the start; it must not reach the edge or the outside.
+    /// Walks the floor from the start; it must not reach the edge or the outside. Who comes to a
+    /// drop stays there.
     fn check_closed(
         &self,
         source: &Source<'_>,
@@ -164,7 +169,7 @@ impl Plan {
         while let Some((row, column)) = open.pop() {
             let index = row * self.columns + column;
             match self.cells[index] {
-                Cell::Solid(_) => continue,
+                Cell::Solid(_) | Cell::Drop => continue,
                 Cell::Floor if seen[index] => continue,
                 Cell::Floor => seen[index] = true,
                 Cell::Outside => {
@@ -217,6 +222,20 @@ impl Plan {
 
     fn cell(&self, row: usize, column: usize) -> Cell {
         self.cells[row * self.columns + column]
+    }
+
+    /// Where the floor is missing.
+    pub(super) fn drops(&self) -> Drops {
+        let is_drop = |cell: &Cell| *cell == Cell::Drop;
+        if !self.cells.iter().any(is_drop) {
+            return Drops::default();
+        }
+        Drops {
+            cell_in: self.cell_in,
+            columns: self.columns,
+            rows: self.rows,
+            cells: self.cells.iter().map(is_drop).collect(),
+        }
     }
 
     /// The solid cells as few rectangles: runs along a row, stacked while the next row has the same.
@@ -312,6 +331,7 @@ fn edge_kind(one: Cell, other: Cell) -> Option<OutlineKind> {
         (Cell::Floor, Cell::Solid(material)) | (Cell::Solid(material), Cell::Floor) => {
             Some(OutlineKind::of(material))
         }
+        (Cell::Floor, Cell::Drop) | (Cell::Drop, Cell::Floor) => Some(OutlineKind::Edge),
         _ => None,
     }
 }
