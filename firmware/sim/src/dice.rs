@@ -15,32 +15,54 @@ pub(crate) enum Stream {
     Downlink = 6,
     Robot = 7,
     Modem = 8,
+    Motion = 9,
 }
 
 /// One stream.
 #[derive(Clone, Debug)]
-pub(crate) struct Dice(Pcg32);
+pub(crate) struct Dice {
+    generator: Pcg32,
+    /// Every roll is the middle one: nothing happens by chance.
+    is_still: bool,
+}
 
 impl Dice {
     pub(crate) fn new(seed: u64, stream: Stream) -> Self {
         let purpose = stream as u64;
-        // Generators of one state and neighbouring increments resemble each other: mix first.
-        Self(Pcg32::new(split_mix(seed ^ split_mix(purpose)), purpose))
+        Self {
+            // Generators of one state and neighbouring increments resemble each other: mix first.
+            generator: Pcg32::new(split_mix(seed ^ split_mix(purpose)), purpose),
+            is_still: false,
+        }
+    }
+
+    /// Dice for a sensor: without `noise` they always show the middle.
+    pub(crate) fn for_sensor(seed: u64, stream: Stream, noise: bool) -> Self {
+        Self {
+            is_still: !noise,
+            ..Self::new(seed, stream)
+        }
     }
 
     /// A stream of its own, for a part of the same purpose.
     pub(crate) fn split(&mut self) -> Self {
         let state = u64::from(self.next_u32()) << 32 | u64::from(self.next_u32());
-        Self(Pcg32::new(split_mix(state), u64::from(self.next_u32())))
+        Self {
+            generator: Pcg32::new(split_mix(state), u64::from(self.next_u32())),
+            is_still: self.is_still,
+        }
     }
 
     pub(crate) fn next_u32(&mut self) -> u32 {
-        self.0.next_u32()
+        if self.is_still {
+            return u32::MAX / 2 + 1;
+        }
+        self.generator.next_u32()
     }
 
     /// Evenly from 0 up to, not including, 1.
     pub(crate) fn unit(&mut self) -> f64 {
-        f64::from(self.0.next_u32()) / 4_294_967_296.0
+        f64::from(self.next_u32()) / 4_294_967_296.0
     }
 
     /// Evenly between minus and plus `limit`.
@@ -90,6 +112,14 @@ mod tests {
         let draw = |stream| Dice::new(1, stream).next_u32();
         assert_ne!(draw(Stream::Sonar), draw(Stream::Infrared));
         assert_ne!(draw(Stream::Uplink), draw(Stream::Downlink));
+    }
+
+    #[test]
+    fn dice_without_noise_show_the_middle() {
+        let mut dice = Dice::for_sensor(1, Stream::Sonar, false);
+        assert!((dice.unit() - 0.5).abs() < f64::EPSILON);
+        assert!(dice.bell().abs() < f64::EPSILON && dice.spread(3.0).abs() < f64::EPSILON);
+        assert!(!dice.chance(0.3) && dice.chance(0.98));
     }
 
     #[test]

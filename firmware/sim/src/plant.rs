@@ -2,11 +2,13 @@
 
 use sr04_firmware::board::{Echo, INFRARED_LOOK_HZ, Inputs, Outputs, TICK_HZ};
 
+use crate::body::arm::{self, Arm};
 use crate::body::{Body, Conditions, RADIUS_IN};
 use crate::dice::{Dice, Stream};
 use crate::geometry::{Frame, Pose, Vec2};
 use crate::scene::Scene;
 use crate::sensors::infrared::Infrared;
+use crate::sensors::motion::{Carrier, MotionDetectors};
 use crate::sensors::photocells::Light;
 use crate::sensors::{View, edges, sonar};
 use crate::walker;
@@ -34,6 +36,8 @@ pub struct Truth {
     pub is_touching: bool,
     /// Whether it has gone over an edge of the floor; it lies there for good.
     pub has_fallen: bool,
+    /// The arm with the motion detectors: 0 stowed to 1 raised.
+    pub arm_raised: f64,
     /// Speed over the floor, backward negative.
     pub speed_in_s: f64,
     /// Length of the way gone since the start.
@@ -49,13 +53,16 @@ pub struct Plant {
     outlines: Vec<Outline>,
     scene: Scene,
     body: Body,
+    arm: Arm,
     light: Light,
     infrared: Infrared,
+    motion: MotionDetectors,
     echo: Option<(u8, Echo)>,
     outputs: Outputs,
     sonar_dice: Dice,
     infrared_dice: Dice,
     photocell_dice: Dice,
+    motion_dice: Dice,
 }
 
 impl Plant {
@@ -64,6 +71,7 @@ impl Plant {
     pub fn new(world: &World, conditions: &Conditions, seed: u64) -> Self {
         let start = world.start;
         let center = Vec2::new(start.x_in, start.y_in);
+        let dice = |stream| Dice::for_sensor(seed, stream, conditions.noise);
         let mut build_dice = Dice::new(seed, Stream::Build);
         Self {
             now_ms: 0,
@@ -76,16 +84,19 @@ impl Plant {
                 conditions,
                 &mut build_dice,
             ),
+            arm: Arm::default(),
             light: Light {
                 lamps: world.lamps.clone(),
                 daylight_lux: world.daylight_lux,
             },
             infrared: Infrared::new(),
+            motion: MotionDetectors::default(),
             echo: None,
             outputs: Outputs::default(),
-            sonar_dice: Dice::new(seed, Stream::Sonar),
-            infrared_dice: Dice::new(seed, Stream::Infrared),
-            photocell_dice: Dice::new(seed, Stream::Photocells),
+            sonar_dice: dice(Stream::Sonar),
+            infrared_dice: dice(Stream::Infrared),
+            photocell_dice: dice(Stream::Photocells),
+            motion_dice: dice(Stream::Motion),
         }
     }
 
@@ -98,6 +109,25 @@ impl Plant {
             }
         }
         self.body.step(&self.scene, self.outputs);
+        if self.now_ms.is_multiple_of(TICK_MS) {
+            self.watch_from_the_arm();
+        }
+    }
+
+    fn watch_from_the_arm(&mut self) {
+        let view = self.view();
+        if self.outputs.arm_up || self.arm.raised() > 0.0 {
+            let base = view.point(0.0, -arm::BEHIND_IN);
+            self.arm
+                .step(self.outputs.arm_up, self.scene.headroom_in(base));
+        }
+        let carrier = Carrier {
+            view,
+            arm_is_up: self.arm.is_up(),
+            robot_moves: self.body.is_moving(),
+        };
+        self.motion
+            .step(&self.scene, carrier, &mut self.motion_dice);
     }
 
     /// What the robot senses at a tick. Asked once a tick: it takes the encoder edges and moves a
@@ -116,8 +146,8 @@ impl Plant {
             photo_right: Some(photo_right),
             battery_dv: self.body.battery().decivolts(),
             cliff: Some(edges::look(&self.scene, self.view())),
-            motion: None,
-            top_hat: false,
+            motion: Some(self.motion.sides()),
+            top_hat: self.arm.top_hat(),
             beacon: None,
             is_docked: false,
             is_late: false,
@@ -176,6 +206,7 @@ impl Plant {
             pose: self.frame.pose(self.body.center, self.body.theta_rad),
             is_touching: self.body.is_touching(),
             has_fallen: self.body.has_fallen(),
+            arm_raised: self.arm.raised(),
             speed_in_s: self.body.speed_in_s(),
             path_in: self.body.path_in,
             charge: self.body.battery().charge(),

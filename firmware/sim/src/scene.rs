@@ -6,7 +6,7 @@ use parry2d_f64::query::Ray;
 
 use crate::geometry::{Solid, Vec2};
 use crate::walker::Walking;
-use crate::world::{Drops, Material, Obstacle, Surface, World};
+use crate::world::{Drops, Material, Obstacle, Overhead, Surface, World};
 
 /// Where a ray ends.
 #[derive(Clone, Copy, Debug)]
@@ -33,6 +33,7 @@ pub(crate) struct Near {
 /// Everything solid, and where the floor is missing.
 pub(crate) struct Scene {
     pub(crate) drops: Drops,
+    overheads: Vec<Overhead>,
     obstacles: Vec<Obstacle>,
     tree: Bvh,
     pub(crate) walkers: Vec<Walking>,
@@ -47,6 +48,7 @@ impl Scene {
             .collect();
         Self {
             drops: world.drops.clone(),
+            overheads: world.overheads.clone(),
             obstacles: world.obstacles.clone(),
             tree: Bvh::from_leaves(BvhBuildStrategy::Binned, &bounds),
             walkers: world.walkers.iter().cloned().map(Walking::new).collect(),
@@ -97,6 +99,15 @@ impl Scene {
             || self
                 .cast(from, way / length, length, |surface| surface.shades)
                 .is_none()
+    }
+
+    /// How much room there is above a point of the floor.
+    pub(crate) fn headroom_in(&self, point: Vec2) -> f64 {
+        let above = self.overheads.iter();
+        above
+            .filter(|overhead| overhead.solid.approach(point).0 <= 0.0)
+            .map(|overhead| overhead.height_in)
+            .fold(f64::INFINITY, f64::min)
     }
 
     /// Calls `found` with every solid whose boundary lies within `reach_in` of a point.

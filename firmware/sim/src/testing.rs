@@ -43,6 +43,11 @@ pub(crate) fn view_at(x_in: f64, y_in: f64, theta_deg: f64) -> View {
     }
 }
 
+/// The scene of a world's text.
+pub(crate) fn scene(text: &str) -> Scene {
+    Scene::new(&World::parse("test", text).expect("the world is drawn right"))
+}
+
 /// A floor of ten by ten feet without a floor north of y = 120, walled on the other sides.
 pub(crate) fn landing() -> Scene {
     let drop = format!("#{}#\n", "~".repeat(20)).repeat(3);

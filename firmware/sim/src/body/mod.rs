@@ -4,6 +4,7 @@
 //! its traction is spent and then slips; a wall pushes but never pulls. Free driving needs one
 //! exact pass; only touching bodies iterate.
 
+pub(crate) mod arm;
 mod battery;
 mod contact;
 mod motor;
@@ -46,6 +47,10 @@ const OVERLAP_MAX_IN: f64 = 0.05;
 /// Where the caster stands, behind the centre.
 const TAIL_IN: f64 = 5.0;
 
+/// Slower than this counts as standing.
+const STILL_IN_S: f64 = 0.1;
+const STILL_RAD_S: f64 = 0.01;
+
 /// How far real wheels are from the drawing: limits of even spreads.
 const WHEEL_SPREAD: f64 = 0.004;
 const TRACK_SPREAD: f64 = 0.01;
@@ -61,6 +66,8 @@ pub struct Conditions {
     pub load_share: f64,
     /// Wheels and track exactly as drawn.
     pub ideal_wheels: bool,
+    /// Whether sensors err by chance. Without it, equal situations read equal.
+    pub noise: bool,
 }
 
 impl Default for Conditions {
@@ -70,6 +77,7 @@ impl Default for Conditions {
             supply_v: None,
             load_share: 0.08,
             ideal_wheels: false,
+            noise: true,
         }
     }
 }
@@ -348,6 +356,12 @@ impl Body {
     /// Whether anything touches the outline anywhere.
     pub(crate) fn is_touching(&self) -> bool {
         self.touches.iter().any(|touch| touch.depth_in > -SKIN_IN)
+    }
+
+    /// Whether it moves or turns enough for a motion detector on it to notice.
+    pub(crate) fn is_moving(&self) -> bool {
+        self.ahead_in_s.abs() + self.right_in_s.abs() > STILL_IN_S
+            || self.turn_rad_s.abs() > STILL_RAD_S
     }
 
     /// Whether it has gone over an edge of the floor.

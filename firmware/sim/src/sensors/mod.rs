@@ -2,6 +2,7 @@
 
 pub(crate) mod edges;
 pub(crate) mod infrared;
+pub(crate) mod motion;
 pub(crate) mod photocells;
 pub(crate) mod sonar;
 

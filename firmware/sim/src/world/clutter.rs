@@ -2,8 +2,8 @@
 
 use serde::Deserialize;
 
-use super::Obstacle;
 use super::material::Material;
+use super::{Obstacle, Overhead};
 use crate::geometry::{Solid, Vec2, heading};
 
 /// A kind of thing.
@@ -18,6 +18,10 @@ pub(super) enum ClutterKind {
     Chair,
     /// Four legs under a top that the robot passes beneath.
     Table,
+    /// The same, low enough to stop the raised arm.
+    LowTable,
+    /// A board without legs, above the robot.
+    Shelf,
     /// A post on five spokes with casters.
     OfficeChair,
 }
@@ -28,17 +32,29 @@ pub(super) struct Spec {
     pub(super) center: Vec2,
     pub(super) size: Option<Vec2>,
     pub(super) radius_in: Option<f64>,
+    pub(super) height_in: Option<f64>,
     pub(super) turned_deg: f64,
     pub(super) material: Option<Material>,
 }
 
 const CHAIR_IN: Vec2 = Vec2::new(15.0, 15.0);
+const CHAIR_SEAT_IN: f64 = 17.0;
+const TABLE_TOP_IN: f64 = 28.0;
+const LOW_TABLE_TOP_IN: f64 = 14.0;
+const SHELF_IN: f64 = 12.0;
 const SPOKES: u32 = 5;
 const SPOKE_IN: f64 = 12.0;
 const CASTER_RADIUS_IN: f64 = 1.2;
 
-/// The solids of a thing, or what its file left out.
-pub(super) fn parts(spec: &Spec) -> Result<Vec<Obstacle>, String> {
+/// What a thing consists of.
+#[derive(Default)]
+pub(super) struct Parts {
+    pub(super) obstacles: Vec<Obstacle>,
+    pub(super) overhead: Option<Overhead>,
+}
+
+/// The parts of a thing, or what its file left out.
+pub(super) fn parts(spec: &Spec) -> Result<Parts, String> {
     if spec
         .radius_in
         .is_some_and(|radius| !(0.1..=100.0).contains(&radius))
@@ -51,25 +67,43 @@ pub(super) fn parts(spec: &Spec) -> Result<Vec<Obstacle>, String> {
     {
         return Err("each number of size_in lies between 0.1 and 1000 inches".to_owned());
     }
+    if spec
+        .height_in
+        .is_some_and(|height| !(OVERHEAD_LEAST_IN..=100.0).contains(&height))
+    {
+        return Err(format!(
+            "height_in lies between {OVERHEAD_LEAST_IN} and 100 inches: the robot passes beneath"
+        ));
+    }
+    let bare = |obstacles| Parts {
+        obstacles,
+        overhead: None,
+    };
     match spec.kind {
-        ClutterKind::Leg => Ok(vec![spec.leg(Vec2::ZERO)]),
+        ClutterKind::Leg => Ok(bare(vec![spec.leg(Vec2::ZERO)])),
         ClutterKind::Box => {
             let size = spec.size.ok_or("a box needs size_in = [width, depth]")?;
-            Ok(vec![Obstacle {
+            Ok(bare(vec![Obstacle {
                 solid: Solid::block(spec.center, size, spec.turned_deg),
                 material: spec.material.unwrap_or(Material::Wood),
-            }])
+            }]))
         }
-        ClutterKind::Chair => Ok(spec.four_legs(spec.size.unwrap_or(CHAIR_IN))),
-        ClutterKind::Table => {
-            let size = spec
-                .size
-                .ok_or("a table needs size_in = [width, depth] between its legs")?;
-            Ok(spec.four_legs(size))
+        ClutterKind::Chair => Ok(spec.on_legs(spec.size.unwrap_or(CHAIR_IN), CHAIR_SEAT_IN)),
+        ClutterKind::Table => Ok(spec.on_legs(spec.between_legs()?, TABLE_TOP_IN)),
+        ClutterKind::LowTable => Ok(spec.on_legs(spec.between_legs()?, LOW_TABLE_TOP_IN)),
+        ClutterKind::Shelf => {
+            let size = spec.size.ok_or("a shelf needs size_in = [width, depth]")?;
+            Ok(Parts {
+                obstacles: Vec::new(),
+                overhead: Some(spec.board(size, SHELF_IN)),
+            })
         }
-        ClutterKind::OfficeChair => Ok(spec.office_chair()),
+        ClutterKind::OfficeChair => Ok(bare(spec.office_chair())),
     }
 }
+
+/// Nothing hangs lower above a way of the robot.
+const OVERHEAD_LEAST_IN: f64 = 9.0;
 
 impl Spec {
     /// A leg at an offset in the thing's own axes.
@@ -83,11 +117,27 @@ impl Spec {
         }
     }
 
-    fn four_legs(&self, size: Vec2) -> Vec<Obstacle> {
+    fn between_legs(&self) -> Result<Vec2, String> {
+        self.size
+            .ok_or_else(|| "a table needs size_in = [width, depth] between its legs".to_owned())
+    }
+
+    /// A board on four legs.
+    fn on_legs(&self, size: Vec2, height_in: f64) -> Parts {
         let half = size * 0.5;
-        [(-1.0, -1.0), (1.0, -1.0), (1.0, 1.0), (-1.0, 1.0)]
-            .map(|(x, y)| self.leg(Vec2::new(x * half.x, y * half.y)))
-            .into()
+        let legs = [(-1.0, -1.0), (1.0, -1.0), (1.0, 1.0), (-1.0, 1.0)]
+            .map(|(x, y)| self.leg(Vec2::new(x * half.x, y * half.y)));
+        Parts {
+            obstacles: legs.into(),
+            overhead: Some(self.board(size, height_in)),
+        }
+    }
+
+    fn board(&self, size: Vec2, height_in: f64) -> Overhead {
+        Overhead {
+            solid: Solid::block(self.center, size, self.turned_deg),
+            height_in: self.height_in.unwrap_or(height_in),
+        }
     }
 
     fn office_chair(&self) -> Vec<Obstacle> {

@@ -66,6 +66,7 @@ struct ClutterEntry {
     at: Spanned<Place>,
     size_in: Option<[f64; 2]>,
     radius_in: Option<f64>,
+    height_in: Option<f64>,
     #[serde(default)]
     turned_deg: f64,
     made_of: Option<Material>,
@@ -107,17 +108,20 @@ pub(super) fn parse(file: &str, text: &str) -> Result<World, WorldError> {
         .map(|(solid, material)| Obstacle { solid, material })
         .collect();
     let mut outlines = plan.outlines();
+    let mut overheads = Vec::new();
     for entry in &entries.clutter {
         let parts = clutter::parts(&clutter::Spec {
             kind: entry.kind,
             center: places.find(&entry.at)?,
             size: entry.size_in.map(Vec2::from),
             radius_in: entry.radius_in,
+            height_in: entry.height_in,
             turned_deg: entry.turned_deg,
             material: entry.made_of,
         })
         .map_err(|problem| source.error(entry.at.span().start, problem))?;
-        for part in parts {
+        overheads.extend(parts.overhead);
+        for part in parts.obstacles {
             outlines.extend(Outline::of(&part.solid, part.material));
             obstacles.push(part);
         }
@@ -148,6 +152,7 @@ pub(super) fn parse(file: &str, text: &str) -> Result<World, WorldError> {
         daylight_lux: entries.daylight_lux.max(0.0),
         drops: plan.drops(),
         obstacles,
+        overheads,
         outlines,
         lamps,
         walkers,

@@ -27,6 +27,7 @@ pub enum Material {
 }
 
 /// How a material answers the sensors.
+#[expect(clippy::struct_excessive_bools, reason = "one a sense")]
 pub(crate) struct Surface {
     /// Whether sound meets it at all.
     pub(crate) sound: bool,
@@ -40,6 +41,11 @@ pub(crate) struct Surface {
     pub(crate) reflectivity: f64,
     /// Whether it throws a shadow at the height of a photocell's view.
     pub(crate) shades: bool,
+    /// Whether a motion detector on the raised arm cannot see a warm body through it.
+    pub(crate) hides_warmth: bool,
+    /// Whether it stops the dock's infrared beam.
+    #[expect(dead_code, reason = "read by the beacon's receivers")]
+    pub(crate) stops_beam: bool,
 }
 
 impl Material {
@@ -58,18 +64,43 @@ impl Material {
 
     pub(crate) const fn surface(self) -> Surface {
         match self {
-            Self::Wall => surface(true, 20.0, true, HEARD_FAR_IN, 0.8, true),
-            Self::Glass => surface(true, 14.0, true, HEARD_FAR_IN, 0.1, false),
-            Self::Wood => surface(true, 30.0, true, HEARD_FAR_IN, 0.5, true),
-            Self::Soft => surface(true, 65.0, false, 180.0, 0.6, false),
-            Self::Dark => surface(true, 55.0, false, 300.0, 0.04, false),
-            Self::Low => surface(false, 0.0, false, 0.0, 0.0, false),
-            Self::Leg => surface(true, 80.0, false, 96.0, 0.4, false),
-            Self::DarkLeg => surface(true, 80.0, false, 60.0, 0.03, false),
-            Self::Alive => surface(true, 70.0, false, 200.0, 0.4, true),
+            Self::Wall => surface(true, 20.0, true, HEARD_FAR_IN, 0.8, true, EVERYTHING),
+            Self::Glass => surface(true, 14.0, true, HEARD_FAR_IN, 0.1, false, WARMTH),
+            Self::Wood => surface(true, 30.0, true, HEARD_FAR_IN, 0.5, true, EVERYTHING),
+            Self::Soft => surface(true, 65.0, false, 180.0, 0.6, false, EVERYTHING),
+            Self::Dark => surface(true, 55.0, false, 300.0, 0.04, false, EVERYTHING),
+            Self::Low => surface(false, 0.0, false, 0.0, 0.0, false, NOTHING),
+            Self::Leg => surface(true, 80.0, false, 96.0, 0.4, false, BEAM),
+            Self::DarkLeg => surface(true, 80.0, false, 60.0, 0.03, false, BEAM),
+            Self::Alive => surface(true, 70.0, false, 200.0, 0.4, true, BEAM),
         }
     }
 }
+
+/// What of others it hides.
+#[derive(Clone, Copy)]
+struct Hides {
+    warmth: bool,
+    beam: bool,
+}
+
+const EVERYTHING: Hides = Hides {
+    warmth: true,
+    beam: true,
+};
+/// Glass is opaque to the heat of a body and clear to a light-emitting diode.
+const WARMTH: Hides = Hides {
+    warmth: true,
+    beam: false,
+};
+const BEAM: Hides = Hides {
+    warmth: false,
+    beam: true,
+};
+const NOTHING: Hides = Hides {
+    warmth: false,
+    beam: false,
+};
 
 /// Beyond what the sonar can time.
 const HEARD_FAR_IN: f64 = 1000.0;
@@ -81,6 +112,7 @@ const fn surface(
     echo_reach_in: f64,
     reflectivity: f64,
     shades: bool,
+    hides: Hides,
 ) -> Surface {
     Surface {
         sound,
@@ -89,5 +121,7 @@ const fn surface(
         echo_reach_in,
         reflectivity,
         shades,
+        hides_warmth: hides.warmth,
+        stops_beam: hides.beam,
     }
 }

@@ -43,6 +43,7 @@ pub struct World {
     pub(crate) daylight_lux: f64,
     pub(crate) drops: Drops,
     pub(crate) obstacles: Vec<Obstacle>,
+    pub(crate) overheads: Vec<Overhead>,
     pub(crate) outlines: Vec<Outline>,
     pub(crate) lamps: Vec<Lamp>,
     pub(crate) walkers: Vec<Walker>,
@@ -53,6 +54,14 @@ pub struct World {
 pub(crate) struct Obstacle {
     pub(crate) solid: Solid,
     pub(crate) material: Material,
+}
+
+/// A board that the robot passes beneath.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Overhead {
+    pub(crate) solid: Solid,
+    /// Of its underside above the floor.
+    pub(crate) height_in: f64,
 }
 
 /// A lamp.

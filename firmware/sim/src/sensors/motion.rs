@@ -1,0 +1,255 @@
+//! Two passive infrared detectors on the raised arm, looking left and right and both ahead.
+//!
+//! Behind its Fresnel lens a detector sees zones; a warm body that passes from one into the next makes it
+//! fire. It feels how fast a body sweeps around it, not how fast it comes.
+
+use sr04_firmware::board::Sides;
+
+use super::View;
+use crate::body::arm;
+use crate::dice::Dice;
+use crate::geometry::{Vec2, bearing, wrap_deg};
+use crate::plant::TICK_MS;
+use crate::scene::Scene;
+
+/// Axes to either side, and half of each field: both see the middle 30 degrees.
+const MOUNT_DEG: f64 = 25.0;
+const HALF_FIELD_DEG: f64 = 40.0;
+/// A body is felt up to so many times its radius: a person 20 ft, a cat 12 ft away.
+const REACH_RADII: f64 = 40.0;
+/// Sweep that makes a detector fire, and its spread: a zone's width.
+const ZONE_DEG: f64 = 4.0;
+const ZONE_SPREAD: f64 = 0.15;
+/// What is left of a sweep after a tick: a zone must be crossed in about a second.
+const KEPT: f64 = 0.95;
+/// How long the output stays on.
+const PULSE_TICKS: f64 = 20.0;
+/// After the robot or the arm has moved: how long until the detectors have calmed, and the chance of firing
+/// in the first tick of it.
+const UNSETTLED_TICKS: u32 = 10_000 / TICK_MS as u32;
+const UNSETTLED_FIRES: f64 = 0.08;
+/// A draught, a heater: one false alarm of each detector in ten hours.
+const FALSE_ALARM: f64 = TICK_MS as f64 / (10.0 * 3_600_000.0);
+
+/// What carries the detectors.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Carrier {
+    pub(crate) view: View,
+    /// The arm stands above the bumper.
+    pub(crate) arm_is_up: bool,
+    pub(crate) robot_moves: bool,
+}
+
+/// Both detectors.
+#[derive(Clone, Debug, Default)]
+pub(crate) struct MotionDetectors {
+    /// Where every warm body was at the last tick.
+    bearings_deg: Vec<f64>,
+    left: Detector,
+    right: Detector,
+    unsettled_ticks: u32,
+}
+
+impl MotionDetectors {
+    /// One tick.
+    pub(crate) fn step(&mut self, scene: &Scene, carrier: Carrier, dice: &mut Dice) {
+        if !carrier.arm_is_up || carrier.robot_moves {
+            self.unsettled_ticks = UNSETTLED_TICKS;
+        }
+        if !carrier.arm_is_up {
+            // The bumper is opaque to the heat of a body.
+            self.left = Detector::default();
+            self.right = Detector::default();
+            self.bearings_deg.clear();
+            return;
+        }
+        let calm = f64::from(self.unsettled_ticks) / f64::from(UNSETTLED_TICKS);
+        self.unsettled_ticks = self.unsettled_ticks.saturating_sub(1);
+        let alarm = FALSE_ALARM + UNSETTLED_FIRES * calm;
+        let (left_deg, right_deg) = self.sweeps(scene, carrier.view);
+        self.left.step(left_deg, alarm, dice);
+        self.right.step(right_deg, alarm, dice);
+    }
+
+    /// How far warm bodies have swept through each field since the last tick.
+    fn sweeps(&mut self, scene: &Scene, view: View) -> (f64, f64) {
+        let eye = view.point(0.0, -arm::BEHIND_IN);
+        let is_new = self.bearings_deg.len() != scene.walkers.len();
+        self.bearings_deg.resize(scene.walkers.len(), 0.0);
+        let (mut left, mut right) = (0.0, 0.0);
+        for (walking, before) in scene.walkers.iter().zip(&mut self.bearings_deg) {
+            let way = walking.center() - eye;
+            let now = wrap_deg((bearing(way) - view.theta_rad).to_degrees());
+            let swept = wrap_deg(now - *before).abs();
+            *before = now;
+            if is_new || swept < 1e-6 || !is_felt(scene, eye, way, walking.radius_in()) {
+                continue;
+            }
+            if (now + MOUNT_DEG).abs() < HALF_FIELD_DEG {
+                left += swept;
+            }
+            if (now - MOUNT_DEG).abs() < HALF_FIELD_DEG {
+                right += swept;
+            }
+        }
+        (left, right)
+    }
+
+    /// What the detectors say.
+    pub(crate) fn sides(&self) -> Sides {
+        Sides {
+            left: self.left.pulse_ticks > 0,
+            right: self.right.pulse_ticks > 0,
+        }
+    }
+}
+
+/// Whether a warm body is large enough in view and nothing hides it.
+fn is_felt(scene: &Scene, eye: Vec2, way: Vec2, radius_in: f64) -> bool {
+    let distance = way.length();
+    distance < REACH_RADII * radius_in
+        && (distance < radius_in
+            || scene
+                .cast(eye, way / distance, distance, |surface| {
+                    surface.hides_warmth
+                })
+                .is_none())
+}
+
+#[derive(Clone, Debug, Default)]
+struct Detector {
+    swept_deg: f64,
+    pulse_ticks: u32,
+}
+
+impl Detector {
+    fn step(&mut self, swept_deg: f64, alarm: f64, dice: &mut Dice) {
+        self.pulse_ticks = self.pulse_ticks.saturating_sub(1);
+        self.swept_deg = self.swept_deg * KEPT + swept_deg;
+        let zone = ZONE_DEG * (1.0 + ZONE_SPREAD * dice.bell());
+        if self.swept_deg > zone || dice.chance(alarm) {
+            self.swept_deg = 0.0;
+            self.pulse_ticks = (PULSE_TICKS * (1.0 + dice.spread(0.2))) as u32;
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::dice::Stream;
+    use crate::testing::{scene, view_at};
+    use crate::walker::STEP_MS;
+
+    const SETTLED: u32 = UNSETTLED_TICKS + 20;
+
+    fn walk(kind: &str, path: &str, rest: &str) -> Scene {
+        let row = format!("#{}#\n", ".".repeat(60));
+        let text = format!(
+            "name = \"t\"\ncell_in = 6\nplan = '''\n{wall}\n{rows}#...^{floor}#\n{row}{row}{wall}\n'''\n\
+             [[walker]]\nkind = \"{kind}\"\npath = {path}\n{rest}\n",
+            wall = "#".repeat(62),
+            rows = row.repeat(54),
+            floor = ".".repeat(56),
+        );
+        scene(&text)
+    }
+
+    /// Ticks at which left and right fired in so many settled ticks, the robot facing north.
+    fn fired(scene: &mut Scene, carrier: Carrier, ticks: u32) -> (u32, u32) {
+        let mut motion = MotionDetectors::default();
+        let mut dice = Dice::new(4, Stream::Motion);
+        let (mut left, mut right) = (0, 0);
+        for tick in 0..SETTLED + ticks {
+            if tick >= SETTLED {
+                for walking in &mut scene.walkers {
+                    for _ in 0..TICK_MS / STEP_MS {
+                        walking.step(carrier.view.center, 5.5);
+                    }
+                }
+            }
+            motion.step(scene, carrier, &mut dice);
+            if tick >= SETTLED {
+                let sides = motion.sides();
+                left += u32::from(sides.left);
+                right += u32::from(sides.right);
+            }
+        }
+        (left, right)
+    }
+
+    fn standing(x_in: f64, y_in: f64) -> Carrier {
+        Carrier {
+            view: view_at(x_in, y_in, 0.0),
+            arm_is_up: true,
+            robot_moves: false,
+        }
+    }
+
+    #[test]
+    fn a_person_who_passes_is_felt_on_the_side_where_it_passes() {
+        let at = standing(180.0, 60.0);
+        let mut on_the_left = walk("person", "[[80, 120], [140, 140]]", "");
+        let (left, right) = fired(&mut on_the_left, at, 40);
+        assert!(left > 15 && right == 0, "{left} {right}");
+        let mut on_the_right = walk("person", "[[280, 120], [220, 140]]", "");
+        let (left, right) = fired(&mut on_the_right, at, 40);
+        assert!(right > 15 && left == 0, "{left} {right}");
+        let mut ahead = walk("cat", "[[174, 130], [186, 130]]", "");
+        let (left, right) = fired(&mut ahead, at, 40);
+        assert!(left > 15 && right > 15, "{left} {right}");
+    }
+
+    #[test]
+    fn who_stands_behind_glass_or_out_of_reach_or_comes_straight_is_not_felt() {
+        let at = standing(180.0, 60.0);
+        let mut behind = walk("person", "[[100, 20], [260, 20]]", "");
+        assert_eq!(fired(&mut behind, at, 60), (0, 0));
+        let mut far = walk("cat", "[[140, 300], [220, 300]]", "");
+        assert_eq!(fired(&mut far, at, 60), (0, 0));
+        let mut straight = walk("person", "[[180, 280], [180, 100]]", "");
+        assert_eq!(fired(&mut straight, at, 60), (0, 0));
+        let glass =
+            "[[clutter]]\nkind = \"box\"\nat = [180, 90]\nsize_in = [300, 4]\nmade_of = \"glass\"";
+        let mut hidden = walk("person", "[[80, 120], [280, 120]]", glass);
+        assert_eq!(fired(&mut hidden, at, 60), (0, 0));
+    }
+
+    #[test]
+    fn a_stowed_arm_is_blind_and_a_moving_robot_sees_ghosts() {
+        let mut nobody = walk("person", "[[20, 300], [340, 300]]", "");
+        nobody.walkers.clear();
+        let at = standing(180.0, 60.0);
+        let moving = Carrier {
+            robot_moves: true,
+            ..at
+        };
+        let (left, right) = fired(&mut nobody, moving, 600);
+        assert!(left > 100 && right > 100, "{left} {right}");
+        let stowed = Carrier {
+            arm_is_up: false,
+            ..at
+        };
+        let mut person = walk("person", "[[80, 120], [280, 120]]", "");
+        assert_eq!(fired(&mut person, stowed, 600), (0, 0));
+    }
+
+    #[test]
+    fn false_alarms_are_rare() {
+        let mut nobody = walk("person", "[[20, 300], [340, 300]]", "");
+        nobody.walkers.clear();
+        let mut motion = MotionDetectors::default();
+        let mut dice = Dice::new(1, Stream::Motion);
+        let at = standing(180.0, 60.0);
+        let (mut alarms, mut was) = (0, false);
+        let hours = 200;
+        for tick in 0..hours * 72_000_u32 {
+            motion.step(&nobody, at, &mut dice);
+            let is = motion.sides().any();
+            alarms += u32::from(is && !was && tick > SETTLED);
+            was = is;
+        }
+        // Two detectors, one alarm of each in ten hours: 40 in 200 hours.
+        assert!((20..60).contains(&alarms), "{alarms}");
+    }
+}
