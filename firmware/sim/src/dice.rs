@@ -16,6 +16,7 @@ pub(crate) enum Stream {
     Robot = 7,
     Modem = 8,
     Motion = 9,
+    Beacon = 10,
 }
 
 /// One stream.

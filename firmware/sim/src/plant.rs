@@ -1,6 +1,6 @@
 //! The world and the robot's body seen from the pins of its board.
 
-use sr04_firmware::board::{Echo, INFRARED_LOOK_HZ, Inputs, Outputs, TICK_HZ};
+use sr04_firmware::board::{Echo, INFRARED_LOOK_HZ, Inputs, Outputs, Sides, TICK_HZ};
 
 use crate::body::arm::{self, Arm};
 use crate::body::{Body, Conditions, RADIUS_IN};
@@ -10,7 +10,7 @@ use crate::scene::Scene;
 use crate::sensors::infrared::Infrared;
 use crate::sensors::motion::{Carrier, MotionDetectors};
 use crate::sensors::photocells::Light;
-use crate::sensors::{View, edges, sonar};
+use crate::sensors::{View, beacon, edges, sonar};
 use crate::walker;
 use crate::world::{Outline, Point, World};
 
@@ -36,6 +36,8 @@ pub struct Truth {
     pub is_touching: bool,
     /// Whether it has gone over an edge of the floor; it lies there for good.
     pub has_fallen: bool,
+    /// Whether the charger's voltage is on its contacts.
+    pub is_docked: bool,
     /// The arm with the motion detectors: 0 stowed to 1 raised.
     pub arm_raised: f64,
     /// Speed over the floor, backward negative.
@@ -63,6 +65,7 @@ pub struct Plant {
     infrared_dice: Dice,
     photocell_dice: Dice,
     motion_dice: Dice,
+    beacon_dice: Dice,
 }
 
 impl Plant {
@@ -97,6 +100,7 @@ impl Plant {
             infrared_dice: dice(Stream::Infrared),
             photocell_dice: dice(Stream::Photocells),
             motion_dice: dice(Stream::Motion),
+            beacon_dice: dice(Stream::Beacon),
         }
     }
 
@@ -111,6 +115,14 @@ impl Plant {
         self.body.step(&self.scene, self.outputs);
         if self.now_ms.is_multiple_of(TICK_MS) {
             self.watch_from_the_arm();
+            self.meet_the_dock();
+        }
+    }
+
+    fn meet_the_dock(&mut self) {
+        if let Some(dock) = &self.scene.dock {
+            let is_held = dock.holds(self.body.center, self.body.theta_rad);
+            self.body.charge(is_held);
         }
     }
 
@@ -148,10 +160,20 @@ impl Plant {
             cliff: Some(edges::look(&self.scene, self.view())),
             motion: Some(self.motion.sides()),
             top_hat: self.arm.top_hat(),
-            beacon: None,
-            is_docked: false,
+            beacon: self.beacon(),
+            is_docked: self.body.is_charging(),
             is_late: false,
         }
+    }
+
+    fn beacon(&mut self) -> Option<Sides> {
+        let dock = self.scene.dock.as_ref()?;
+        Some(beacon::look(
+            &self.scene,
+            dock,
+            self.view(),
+            &mut self.beacon_dice,
+        ))
     }
 
     fn finished_echo(&mut self) -> Option<Echo> {
@@ -206,6 +228,7 @@ impl Plant {
             pose: self.frame.pose(self.body.center, self.body.theta_rad),
             is_touching: self.body.is_touching(),
             has_fallen: self.body.has_fallen(),
+            is_docked: self.body.is_charging(),
             arm_raised: self.arm.raised(),
             speed_in_s: self.body.speed_in_s(),
             path_in: self.body.path_in,

@@ -6,7 +6,7 @@ use parry2d_f64::query::Ray;
 
 use crate::geometry::{Solid, Vec2};
 use crate::walker::Walking;
-use crate::world::{Drops, Material, Obstacle, Overhead, Surface, World};
+use crate::world::{Dock, Drops, Material, Obstacle, Overhead, Surface, World};
 
 /// Where a ray ends.
 #[derive(Clone, Copy, Debug)]
@@ -33,6 +33,7 @@ pub(crate) struct Near {
 /// Everything solid, and where the floor is missing.
 pub(crate) struct Scene {
     pub(crate) drops: Drops,
+    pub(crate) dock: Option<Dock>,
     overheads: Vec<Overhead>,
     obstacles: Vec<Obstacle>,
     tree: Bvh,
@@ -48,6 +49,7 @@ impl Scene {
             .collect();
         Self {
             drops: world.drops.clone(),
+            dock: world.dock,
             overheads: world.overheads.clone(),
             obstacles: world.obstacles.clone(),
             tree: Bvh::from_leaves(BvhBuildStrategy::Binned, &bounds),

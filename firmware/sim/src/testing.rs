@@ -60,3 +60,17 @@ pub(crate) fn landing() -> Scene {
     );
     Scene::new(&World::parse("landing", &text).expect("the landing is drawn right"))
 }
+
+/// A room of twenty by twenty feet with a dock at (120, 12), facing north, and these lines behind.
+pub(crate) fn docking(rest: &str) -> Scene {
+    let row = format!("#{}#\n", ".".repeat(38));
+    let wall = "#".repeat(40);
+    scene(&format!(
+        "name = \"docking\"\ncell_in = 6\nplan = '''\n{wall}\n{}#{}^{}#\n{}{wall}\n'''\n\
+         [dock]\nat = [120, 12]\nfacing_deg = 0\n{rest}\n",
+        row.repeat(8),
+        ".".repeat(19),
+        ".".repeat(18),
+        row.repeat(29),
+    ))
+}

@@ -26,7 +26,16 @@ fn every_built_in_world_is_sound() {
     let names: Vec<&str> = World::built_in_names().collect();
     assert_eq!(
         names,
-        ["house", "living-room", "corridor", "open-room", "stairs"]
+        [
+            "house",
+            "living-room",
+            "corridor",
+            "open-room",
+            "stairs",
+            "flat",
+            "office",
+            "dark-room"
+        ]
     );
     for name in names {
         let world = World::open(name).unwrap_or_else(|error| panic!("{error}"));

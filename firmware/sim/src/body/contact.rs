@@ -2,6 +2,7 @@
 
 use crate::geometry::{Vec2, bearing};
 use crate::scene::Near;
+use crate::world::Material;
 use sr04_firmware::board::Switches;
 
 /// How far the bumper yields.
@@ -14,6 +15,8 @@ const BUMPER_END_DEG: f64 = 80.0;
 /// The arcs of the three switch pairs, overlapping so that a hit between two closes both.
 const CENTER_ARC_DEG: f64 = 25.0;
 const SIDE_ARC_FROM_DEG: f64 = 15.0;
+/// The dock's plate reaches below the bumper, to the chassis, when it is as straight ahead as this.
+const PLATE_ARC_DEG: f64 = 20.0;
 
 /// The round body against one solid.
 #[derive(Clone, Copy, Debug)]
@@ -39,12 +42,17 @@ impl Touch {
         let right = near.toward.dot(rightward);
         let bearing_deg = bearing(Vec2::new(right, ahead)).to_degrees();
         let taper = (BUMPER_END_DEG - bearing_deg.abs()) / (BUMPER_END_DEG - BUMPER_FULL_DEG);
+        let is_below = near.material == Material::Dock && bearing_deg.abs() <= PLATE_ARC_DEG;
         Self {
             toward: near.toward,
             ahead,
             right,
             depth_in: radius_in - near.distance_in,
-            travel_in: BUMPER_TRAVEL_IN * taper.clamp(0.0, 1.0),
+            travel_in: if is_below {
+                0.0
+            } else {
+                BUMPER_TRAVEL_IN * taper.clamp(0.0, 1.0)
+            },
             bearing_deg,
             normal_impulse: 0.0,
             friction_impulse: 0.0,
@@ -66,13 +74,16 @@ impl Touch {
 mod tests {
     use super::*;
     use crate::geometry::heading;
-    use crate::world::Material;
 
     fn pressed_at(bearing_deg: f64) -> Switches {
+        pressed_by(Material::Wall, bearing_deg)
+    }
+
+    fn pressed_by(material: Material, bearing_deg: f64) -> Switches {
         let near = Near {
             distance_in: 5.3,
             toward: heading(bearing_deg.to_radians()),
-            material: Material::Wall,
+            material,
             radius_in: None,
         };
         let mut switches = Switches::default();
@@ -94,5 +105,13 @@ mod tests {
         assert_eq!(pressed_at(74.0), closed(false, false, true));
         assert_eq!(pressed_at(90.0), Switches::default());
         assert_eq!(pressed_at(180.0), Switches::default());
+    }
+
+    #[test]
+    fn the_docks_plate_presses_only_a_robot_that_comes_askew() {
+        for bearing_deg in [-19.0, 0.0, 19.0] {
+            assert!(!pressed_by(Material::Dock, bearing_deg).any());
+        }
+        assert!(pressed_by(Material::Dock, 40.0).right);
     }
 }

@@ -358,6 +358,16 @@ impl Body {
         self.touches.iter().any(|touch| touch.depth_in > -SKIN_IN)
     }
 
+    /// Connects or disconnects the charger.
+    pub(crate) const fn charge(&mut self, on: bool) {
+        self.battery.is_charging = on;
+    }
+
+    /// Whether the charger is connected.
+    pub(crate) const fn is_charging(&self) -> bool {
+        self.battery.is_charging
+    }
+
     /// Whether it moves or turns enough for a motion detector on it to notice.
     pub(crate) fn is_moving(&self) -> bool {
         self.ahead_in_s.abs() + self.right_in_s.abs() > STILL_IN_S

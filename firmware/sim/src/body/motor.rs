@@ -70,9 +70,15 @@ pub(crate) fn load_friction(share: f64) -> f64 {
     share * (12.0 - BRIDGE_DROP_V) / RESISTANCE_OHM * FORCE_PER_A
 }
 
+/// Current that holds against a dry friction.
+#[cfg(test)]
+pub(crate) fn current_for(friction: f64) -> f64 {
+    friction / FORCE_PER_A
+}
+
 /// Steady rim speed under a dry friction: where the motor's force equals it.
 #[cfg(test)]
 pub(crate) fn steady_speed_in_s(duty: f64, supply_v: f64, friction: f64) -> f64 {
-    let current_a = friction / FORCE_PER_A;
+    let current_a = current_for(friction);
     (duty * (supply_v - BRIDGE_DROP_V) - current_a * RESISTANCE_OHM) * IN_S_PER_V
 }

@@ -1,6 +1,6 @@
 use super::*;
 use crate::dice::Stream;
-use crate::testing::{landing, room};
+use crate::testing::{docking, landing, room};
 use crate::world::World;
 
 /// The inner face of the north wall of `room(100)`.
@@ -253,4 +253,49 @@ fn along_an_edge_the_outer_wheel_decides() {
         drive(&mut body, &scene, 150, 150, 3000);
         assert_eq!(body.has_fallen(), falls);
     }
+}
+
+/// Drives straight at the dock from a foot before it; whether it holds, and the switches.
+fn dock_from(aside_in: f64, turned_deg: f64) -> (bool, Switches) {
+    let scene = docking("");
+    let dock = scene.dock.expect("there is a dock");
+    let ahead = heading((180.0 + turned_deg).to_radians());
+    let from = dock.front + Vec2::new(aside_in, 0.0) - ahead * 17.5;
+    let mut body = body_at(from.x, from.y, 180.0 + turned_deg, &ideal(12.0));
+    drive(&mut body, &scene, 80, 80, 6000);
+    (dock.holds(body.center, body.theta_rad), body.switches())
+}
+
+#[test]
+fn who_comes_straight_docks_without_a_bump() {
+    for (aside_in, turned_deg) in [(0.0, 0.0), (1.5, 0.0), (-1.0, 10.0), (0.0, -15.0)] {
+        let (is_held, switches) = dock_from(aside_in, turned_deg);
+        assert!(
+            is_held && !switches.any(),
+            "{aside_in} {turned_deg} {switches:?}"
+        );
+    }
+    assert!(!dock_from(4.0, 0.0).0, "beside the contacts");
+    let (is_held, switches) = dock_from(0.0, 40.0);
+    assert!(!is_held && switches.any(), "askew");
+}
+
+#[test]
+fn an_hour_of_turning_drains_what_the_motors_force_costs() {
+    let scene = room(100, &[]);
+    let conditions = Conditions {
+        ideal_wheels: true,
+        ..Conditions::default()
+    };
+    let mut body = body_at(300.0, 300.0, 0.0, &conditions);
+    drive(&mut body, &scene, 100, -100, 3_600_000);
+    // At a steady speed a motor's force is its friction; the supply gives the motor's current for the
+    // share of time that the bridge conducts.
+    let motor_a = motor::current_for(motor::load_friction(conditions.load_share));
+    let expected_ah = battery::ELECTRONICS_A + 2.0 * 100.0 / 255.0 * motor_a;
+    let drained_ah = (1.0 - body.battery.charge()) * 2.2;
+    assert!(
+        (drained_ah / expected_ah - 1.0).abs() < 0.01,
+        "{drained_ah} for {expected_ah}"
+    );
 }

@@ -1,5 +1,6 @@
 //! What the robot senses of the world, faults included.
 
+pub(crate) mod beacon;
 pub(crate) mod edges;
 pub(crate) mod infrared;
 pub(crate) mod motion;

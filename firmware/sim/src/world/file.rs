@@ -4,6 +4,7 @@ use serde::Deserialize;
 use toml::Spanned;
 
 use super::clutter::{self, ClutterKind};
+use super::dock::Dock;
 use super::error::{Source, WorldError};
 use super::material::Material;
 use super::outline::Outline;
@@ -27,6 +28,7 @@ struct File {
     walker: Vec<WalkerEntry>,
     #[serde(default)]
     clutter: Vec<ClutterEntry>,
+    dock: Option<DockEntry>,
 }
 
 #[derive(Deserialize)]
@@ -70,6 +72,13 @@ struct ClutterEntry {
     #[serde(default)]
     turned_deg: f64,
     made_of: Option<Material>,
+}
+
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields)]
+struct DockEntry {
+    at: Spanned<Place>,
+    facing_deg: f64,
 }
 
 /// A mark of the plan, or inches from its south-west corner.
@@ -126,6 +135,15 @@ pub(super) fn parse(file: &str, text: &str) -> Result<World, WorldError> {
             obstacles.push(part);
         }
     }
+    let dock = match &entries.dock {
+        Some(entry) => Some(Dock::new(places.find(&entry.at)?, entry.facing_deg)),
+        None => None,
+    };
+    if let Some(dock) = &dock {
+        let plate = dock.obstacle();
+        outlines.extend(Outline::of(&plate.solid, plate.material));
+        obstacles.push(plate);
+    }
     let lamps = entries
         .lamp
         .iter()
@@ -154,6 +172,7 @@ pub(super) fn parse(file: &str, text: &str) -> Result<World, WorldError> {
         obstacles,
         overheads,
         outlines,
+        dock,
         lamps,
         walkers,
     })

@@ -24,6 +24,8 @@ pub enum Material {
     DarkLeg,
     /// A person's or an animal's legs.
     Alive,
+    /// The dock: a plate on the floor that reaches below the bumper.
+    Dock,
 }
 
 /// How a material answers the sensors.
@@ -44,7 +46,6 @@ pub(crate) struct Surface {
     /// Whether a motion detector on the raised arm cannot see a warm body through it.
     pub(crate) hides_warmth: bool,
     /// Whether it stops the dock's infrared beam.
-    #[expect(dead_code, reason = "read by the beacon's receivers")]
     pub(crate) stops_beam: bool,
 }
 
@@ -69,7 +70,7 @@ impl Material {
             Self::Wood => surface(true, 30.0, true, HEARD_FAR_IN, 0.5, true, EVERYTHING),
             Self::Soft => surface(true, 65.0, false, 180.0, 0.6, false, EVERYTHING),
             Self::Dark => surface(true, 55.0, false, 300.0, 0.04, false, EVERYTHING),
-            Self::Low => surface(false, 0.0, false, 0.0, 0.0, false, NOTHING),
+            Self::Low | Self::Dock => surface(false, 0.0, false, 0.0, 0.0, false, NOTHING),
             Self::Leg => surface(true, 80.0, false, 96.0, 0.4, false, BEAM),
             Self::DarkLeg => surface(true, 80.0, false, 60.0, 0.03, false, BEAM),
             Self::Alive => surface(true, 70.0, false, 200.0, 0.4, true, BEAM),

@@ -2,6 +2,7 @@
 //! write one.
 
 mod clutter;
+mod dock;
 mod drops;
 mod error;
 mod file;
@@ -17,6 +18,7 @@ pub use error::WorldError;
 pub use material::Material;
 pub use outline::{Outline, OutlineKind, Point};
 
+pub(crate) use dock::Dock;
 pub(crate) use drops::Drops;
 pub(crate) use material::Surface;
 
@@ -29,9 +31,13 @@ const BUILT_IN: &[(&str, &str)] = &[
     ("corridor", include_str!("../../worlds/corridor.toml")),
     ("open-room", include_str!("../../worlds/open-room.toml")),
     ("stairs", include_str!("../../worlds/stairs.toml")),
+    ("flat", include_str!("../../worlds/flat.toml")),
+    ("office", include_str!("../../worlds/office.toml")),
+    ("dark-room", include_str!("../../worlds/dark-room.toml")),
 ];
 
-const BUILT_IN_NAMES: &str = "house, living-room, corridor, open-room and stairs";
+const BUILT_IN_NAMES: &str =
+    "house, living-room, corridor, open-room, stairs, flat, office and dark-room";
 
 /// A place for the robot to live in. Lengths are in inches from the plan's south-west corner.
 #[derive(Clone, Debug)]
@@ -45,6 +51,7 @@ pub struct World {
     pub(crate) obstacles: Vec<Obstacle>,
     pub(crate) overheads: Vec<Overhead>,
     pub(crate) outlines: Vec<Outline>,
+    pub(crate) dock: Option<Dock>,
     pub(crate) lamps: Vec<Lamp>,
     pub(crate) walkers: Vec<Walker>,
 }
@@ -116,8 +123,7 @@ impl World {
     /// A world that comes with the program; `None` when there is none of this name.
     #[must_use]
     pub fn built_in(name: &str) -> Option<Self> {
-        let (name, text) = BUILT_IN.iter().find(|(known, _)| *known == name)?;
-        Self::parse(name, text).ok()
+        Self::parse(name, built_in_text(name)?).ok()
     }
 
     /// A built-in world by name, or else the world in a file.
@@ -126,8 +132,8 @@ impl World {
     ///
     /// When it is neither, or the file has a mistake.
     pub fn open(name_or_path: &str) -> Result<Self, WorldError> {
-        if let Some(world) = Self::built_in(name_or_path) {
-            return Ok(world);
+        if let Some(text) = built_in_text(name_or_path) {
+            return Self::parse(name_or_path, text);
         }
         let path = Path::new(name_or_path);
         let text = std::fs::read_to_string(path).map_err(|source| WorldError::Read {
@@ -177,6 +183,11 @@ impl World {
     pub(crate) fn frame(&self) -> Frame {
         Frame::new(self.start)
     }
+}
+
+fn built_in_text(name: &str) -> Option<&'static str> {
+    let (_, text) = BUILT_IN.iter().find(|(known, _)| *known == name)?;
+    Some(text)
 }
 
 impl Default for World {

@@ -29,7 +29,7 @@ impl OutlineKind {
     pub(super) const fn of(material: Material) -> Self {
         match material {
             Material::Wall | Material::Glass => Self::Wall,
-            Material::Low => Self::Low,
+            Material::Low | Material::Dock => Self::Low,
             _ => Self::Furniture,
         }
     }
