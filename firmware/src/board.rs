@@ -97,6 +97,17 @@ impl Edges {
     pub const fn any(self) -> bool {
         self.left || self.center || self.right || self.rear
     }
+
+    /// What either of two said.
+    #[must_use]
+    pub const fn or(self, other: Self) -> Self {
+        Self {
+            left: self.left || other.left,
+            center: self.center || other.center,
+            right: self.right || other.right,
+            rear: self.rear || other.rear,
+        }
+    }
 }
 
 /// Bumper switches closed at this tick.

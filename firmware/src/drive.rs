@@ -1,7 +1,7 @@
 //! Both wheels: from a speed and a rotation of the robot to two pulse widths.
 
 use crate::board::Inputs;
-use crate::pid::Wheel;
+use crate::pid::{Gains, Wheel};
 use crate::units::{TICKS_PER_S, cps};
 
 /// What the robot as a whole shall do.
@@ -90,12 +90,17 @@ impl DriveTrain {
     }
 
     /// The pulse widths that bring the wheels to a motion, left and right.
-    pub fn control(&mut self, motion: Motion, counts: Counts) -> (i16, i16) {
+    pub fn control(&mut self, motion: Motion, counts: Counts, gains: &Gains) -> (i16, i16) {
         let (left, right) = motion.wheels();
         (
-            self.left.control(left, counts.left),
-            self.right.control(right, counts.right),
+            self.left.control(left, counts.left, gains),
+            self.right.control(right, counts.right, gains),
         )
+    }
+
+    /// The pulse widths that stop both wheels as fast as the motors can.
+    pub fn brake(&mut self, counts: Counts) -> (i16, i16) {
+        (self.left.brake(counts.left), self.right.brake(counts.right))
     }
 
     /// Both motors off at once.

@@ -7,16 +7,11 @@
 //! confined space.
 
 use crate::board::Sides;
+use crate::parameters::{Parameter, Parameters};
 use crate::units::{TICKS_PER_S, ticks};
 
-/// Pairs in a row that make a detection when little has been detected lately: 24 ms.
-pub const MAX_COUNT_LEAST: u8 = 3;
-
-/// Pairs in a row that make a detection in the thick of things: a third of a second.
-pub const MAX_COUNT_MOST: u8 = 40;
-
 /// `max_count` changes by one in so many ticks, up when something was detected in them and down when
-/// nothing was: from least to most, and back, in 18 s.
+/// nothing was: from the default least, 24 ms, to the default most, a third of a second, and back in 18 s.
 const ADAPT_TICKS: u8 = TICKS_PER_S as u8 / 2;
 
 /// Something seen in every tick for this long is a jam.
@@ -52,7 +47,7 @@ impl Default for Infrared {
             leds_on: false,
             lit: Sides::default(),
             runs: [0; 2],
-            max_count: MAX_COUNT_LEAST,
+            max_count: Parameter::InfraredLeast.definition().default as u8,
             seen: false,
             detected: Sides::default(),
             seen_ticks: 0,
@@ -94,12 +89,13 @@ impl Infrared {
         }
     }
 
-    /// Once a tick: what has been detected since the last one. `enabled` is whether the layer is.
-    pub fn tick(&mut self, enabled: bool) -> Sides {
+    /// Once a tick: what has been detected since the last one. `enabled` is whether the layer is. With
+    /// equal limits `max_count` does not adapt.
+    pub fn tick(&mut self, enabled: bool, parameters: &Parameters) -> Sides {
         let detected = core::mem::take(&mut self.detected);
         let seen = core::mem::take(&mut self.seen);
         self.enabled = enabled;
-        self.adapt(detected.any());
+        self.adapt(detected.any(), parameters);
         if self.off_ticks > 0 {
             self.off_ticks -= 1;
             return Sides::default();
@@ -118,7 +114,11 @@ impl Infrared {
         if enabled { detected } else { Sides::default() }
     }
 
-    fn adapt(&mut self, detected: bool) {
+    fn adapt(&mut self, detected: bool, parameters: &Parameters) {
+        let count = |parameter| parameters.get(parameter) as u8;
+        let least = count(Parameter::InfraredLeast);
+        let most = count(Parameter::InfraredMost).max(least);
+        self.max_count = self.max_count.clamp(least, most);
         self.undetected_ticks = if detected {
             0
         } else {
@@ -130,9 +130,9 @@ impl Infrared {
         }
         self.adapt_ticks = 0;
         self.max_count = if self.undetected_ticks < ADAPT_TICKS {
-            (self.max_count + 1).min(MAX_COUNT_MOST)
+            (self.max_count + 1).min(most)
         } else {
-            (self.max_count - 1).max(MAX_COUNT_LEAST)
+            (self.max_count - 1).max(least)
         };
     }
 
@@ -159,7 +159,7 @@ mod tests {
             let reading = if infrared.leds_on { lit } else { dark };
             infrared.look(reading.left, reading.right);
         }
-        infrared.tick(true)
+        infrared.tick(true, &Parameters::DEFAULT)
     }
 
     const LEFT: Sides = Sides {
@@ -178,7 +178,7 @@ mod tests {
     /// Switched on, and the LEDs just lit for the first half cycle of a pair.
     fn running() -> Infrared {
         let mut infrared = Infrared::default();
-        infrared.tick(true);
+        infrared.tick(true, &Parameters::DEFAULT);
         infrared.look(false, false);
         infrared
     }
@@ -188,9 +188,9 @@ mod tests {
         let mut infrared = running();
         let leds: [bool; 6] = core::array::from_fn(|_| infrared.look(false, false));
         assert_eq!(leds, [false, true, false, true, false, true]);
-        infrared.tick(false);
+        infrared.tick(false, &Parameters::DEFAULT);
         assert!((0..6).all(|_| !infrared.look(true, true)));
-        assert_eq!(infrared.tick(false), NONE);
+        assert_eq!(infrared.tick(false, &Parameters::DEFAULT), NONE);
     }
 
     #[test]
@@ -216,12 +216,12 @@ mod tests {
             infrared.look(seen, false);
             infrared.look(false, false);
         }
-        assert_eq!(infrared.tick(true), NONE);
+        assert_eq!(infrared.tick(true, &Parameters::DEFAULT), NONE);
         for _ in 0..3 {
             infrared.look(true, false);
             infrared.look(false, false);
         }
-        assert_eq!(infrared.tick(true), LEFT);
+        assert_eq!(infrared.tick(true, &Parameters::DEFAULT), LEFT);
     }
 
     #[test]
@@ -231,13 +231,31 @@ mod tests {
         for _ in 0..590 {
             detections += u32::from(tick(&mut infrared, LEFT, NONE).any());
         }
-        assert_eq!(infrared.max_count(), MAX_COUNT_MOST);
+        assert_eq!(infrared.max_count(), 40);
         // At most one in 40 pairs, of 6 a tick, by then.
         assert!(detections < 590 / 2, "{detections}");
         for _ in 0..380 {
             tick(&mut infrared, NONE, NONE);
         }
-        assert_eq!(infrared.max_count(), MAX_COUNT_LEAST);
+        assert_eq!(infrared.max_count(), 3);
+    }
+
+    #[test]
+    fn with_equal_limits_it_does_not_adapt() {
+        let mut parameters = Parameters::DEFAULT;
+        assert!(parameters.set(Parameter::InfraredLeast, 12));
+        assert!(parameters.set(Parameter::InfraredMost, 5));
+        let mut infrared = running();
+        for seen in [LEFT, NONE] {
+            for _ in 0..200 {
+                for _ in 0..6 {
+                    infrared.look(seen.left, false);
+                    infrared.look(false, false);
+                }
+                infrared.tick(true, &parameters);
+                assert_eq!(infrared.max_count(), 12, "the larger of two that cross");
+            }
+        }
     }
 
     #[test]

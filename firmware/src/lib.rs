@@ -18,6 +18,7 @@ pub mod angle;
 pub mod arbiter;
 pub mod behaviours;
 pub mod board;
+pub mod cliff;
 pub mod dice;
 pub mod drive;
 pub mod failsafe;

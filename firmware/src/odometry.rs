@@ -1,19 +1,21 @@
 //! Where the robot is, by its wheels' turns.
 //!
 //! A wheel of 5 inches gives 251 counts a turn and the wheels stand 10 inches apart, so a full turn of
-//! the robot is a difference of exactly 1004 counts. The encoders have one channel: what a count's
-//! sign is, the caller must know from the motor command.
+//! the robot is a difference of exactly 1004 counts. What a robot's own wheels and track are, its
+//! parameters say. The encoders have one channel: what a count's sign is, the caller must know from the
+//! motor command.
 
 use crate::angle::Angle;
+use crate::parameters::{Parameter, Parameters};
 use groundwave_protocol::Waypoint;
 
 /// Counts of difference between the wheels for one turn of the robot: 2 * 251 * 10 in / 5 in.
 pub const COUNTS_PER_TURN: i32 = 1004;
 
-/// Heading of one count of difference, a full turn being 2^32.
+/// Heading of one count of difference with the wheels and the track of the drawing, a full turn being 2^32.
 const TURN_PER_COUNT: i32 = (u32::MAX / COUNTS_PER_TURN as u32) as i32 + 1;
 
-/// Way of the centre for one count of one wheel, in 1/64 of [`STEP_PER_IN`]ths of an inch:
+/// Way of the centre for one count of one wheel of the drawing, in 1/64 of [`STEP_PER_IN`]ths of an inch:
 /// half of pi * 5 in / 251 is 0.0312905 in.
 const STEP_PER_COUNT: i32 = 8203;
 
@@ -28,6 +30,54 @@ const STEP_SHIFT: u32 = 15 - (UNITS_PER_IN / STEP_PER_IN).trailing_zeros();
 
 /// No wheel turns faster than this in one tick: 4 times the motors' top speed.
 const COUNTS_MAX: i16 = 64;
+
+/// Diameter of the drawing's wheels, thousandths of an inch.
+const WHEEL: i32 = 5000;
+
+/// What one count of each wheel means.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+struct Gauge {
+    /// Way of the centre, in 1/64 of a step.
+    left_step: i32,
+    right_step: i32,
+    /// Heading, a full turn being 2^32.
+    left_turn: i32,
+    right_turn: i32,
+}
+
+impl Gauge {
+    const DRAWN: Self = Self {
+        left_step: STEP_PER_COUNT,
+        right_step: STEP_PER_COUNT,
+        left_turn: TURN_PER_COUNT,
+        right_turn: TURN_PER_COUNT,
+    };
+
+    fn of(parameters: &Parameters) -> Self {
+        let value = |parameter| i32::from(parameters.get(parameter)).max(1);
+        let (left, right) = (value(Parameter::WheelLeft), value(Parameter::WheelRight));
+        let track = value(Parameter::Track);
+        let step = |wheel: i32| (wheel * STEP_PER_COUNT + WHEEL / 2) / WHEEL;
+        // How much more than the drawing's, in 65,536ths: exactly 65,536 for the drawing's.
+        let turn = |wheel: i32| {
+            let ratio = (((wheel * 2) << 16) + track / 2) / track;
+            (TURN_PER_COUNT >> 16) * ratio
+                + (((TURN_PER_COUNT & 0xFFFF) as u32 * ratio as u32) >> 16) as i32
+        };
+        Self {
+            left_step: step(left),
+            right_step: step(right),
+            left_turn: turn(left),
+            right_turn: turn(right),
+        }
+    }
+}
+
+impl Default for Gauge {
+    fn default() -> Self {
+        Self::DRAWN
+    }
+}
 
 /// A place and a heading.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -86,18 +136,25 @@ pub struct Odometer {
     heading: u32,
     /// What rounding has left of the way so far, in 1/64 of a step.
     remainder: i32,
+    gauge: Gauge,
 }
 
 impl Odometer {
+    /// Takes the wheels and the track from the parameters, from the next tick on.
+    pub fn fit(&mut self, parameters: &Parameters) {
+        self.gauge = Gauge::of(parameters);
+    }
+
     /// Counts of both wheels during a tick, backward negative.
     pub fn advance(&mut self, left: i16, right: i16) {
         let left = i32::from(left.clamp(-COUNTS_MAX, COUNTS_MAX));
         let right = i32::from(right.clamp(-COUNTS_MAX, COUNTS_MAX));
-        let turn = (left - right) * TURN_PER_COUNT;
+        let gauge = &self.gauge;
+        let turn = left * gauge.left_turn - right * gauge.right_turn;
         // The heading half-way through the tick makes an arc's chord of its tangent.
         let heading = Angle((self.heading.wrapping_add_signed(turn / 2) >> 16) as u16);
         self.heading = self.heading.wrapping_add_signed(turn);
-        let way = (left + right) * STEP_PER_COUNT + self.remainder;
+        let way = left * gauge.left_step + right * gauge.right_step + self.remainder;
         let step = way >> 6;
         self.remainder = way & 63;
         let part = |share: i16| (step * i32::from(share) + (1 << (STEP_SHIFT - 1))) >> STEP_SHIFT;
@@ -216,6 +273,54 @@ mod tests {
                 .1,
             -16
         );
+    }
+
+    #[test]
+    fn a_tuned_gauge_is_exact_to_a_hundred_thousandth_and_the_drawing_is_the_drawing() {
+        assert_eq!(Gauge::of(&Parameters::DEFAULT), Gauge::DRAWN);
+        for (left, right, track) in [
+            (4500, 5500, 9000),
+            (5013, 4987, 10_061),
+            (5500, 4500, 11_000),
+        ] {
+            let mut parameters = Parameters::DEFAULT;
+            for (parameter, value) in [
+                (Parameter::WheelLeft, left),
+                (Parameter::WheelRight, right),
+                (Parameter::Track, track),
+            ] {
+                assert!(parameters.set(parameter, value));
+            }
+            let gauge = Gauge::of(&parameters);
+            for (wheel, turn, step) in [
+                (left, gauge.left_turn, gauge.left_step),
+                (right, gauge.right_turn, gauge.right_step),
+            ] {
+                let exact = f64::from(wheel) * 2.0 / f64::from(track) * f64::from(TURN_PER_COUNT);
+                assert!(
+                    (f64::from(turn) / exact - 1.0).abs() < 1e-5,
+                    "{turn} for {exact}"
+                );
+                let exact = f64::from(wheel) / 5000.0 * f64::from(STEP_PER_COUNT);
+                assert!((f64::from(step) - exact).abs() <= 0.5, "{step} for {exact}");
+            }
+        }
+    }
+
+    #[test]
+    fn with_unequal_wheels_equal_counts_are_a_bow() {
+        let mut parameters = Parameters::DEFAULT;
+        assert!(parameters.set(Parameter::WheelLeft, 5020));
+        let mut odometer = Odometer::default();
+        odometer.fit(&parameters);
+        for _ in 0..251 {
+            odometer.advance(10, 10);
+        }
+        // 10 turns, the left wheel 0.2 in more each in girth: 0.628 in over a track of 10 in, 3.6 degrees.
+        let pose = odometer.pose();
+        assert_eq!(pose.theta_deg(), 4);
+        assert!((pose.y_tenths_in() - 1573).abs() <= 2, "{pose:?}");
+        assert!((pose.x_tenths_in() - 49).abs() <= 2, "{pose:?}");
     }
 
     #[test]

@@ -4,28 +4,56 @@
 //! two wheels that shall run alike keep the robot's heading.
 
 use crate::board::PWM_MAX;
+use crate::parameters::{Parameter, Parameters};
 use crate::units::{TICKS_PER_S, cps, ticks};
 
-/// How fast an ordered speed may change, per tick: 24 in/s^2, which the gears bear and rubber holds.
-pub const SLEW_CPS: i16 = cps(24) / TICKS_PER_S;
+/// What the operator may tune of the control. The defaults: 24 in/s^2, which the gears bear and rubber
+/// holds; the pulse width that an unloaded motor needs at 12 V, which gets to 20 in/s at full width; the
+/// same over the motors' time constant of 1/6 s for each change of speed; and what damps the rest.
+#[derive(Clone, Copy, Debug)]
+pub struct Gains {
+    /// How fast an ordered speed may change, per tick.
+    slew_cps: i16,
+    /// Pulse width for each count a second ordered, in 256ths.
+    per_cps_ordered: i32,
+    /// Pulse width for each count a second by which the order changes in a tick, in 256ths.
+    per_cps_changed: i32,
+    /// Pulse width for each count a second too slow, in 256ths.
+    per_cps_slow: i32,
+    /// Pulse width for each count behind.
+    per_count_behind: i32,
+}
 
-/// Pulse width that an unloaded motor needs at 12 V, in 256ths per count a second: what it would take
-/// to get to 20 in/s at full width.
-const FEED_FORWARD: i32 = 204;
+impl Gains {
+    /// As the parameters have it.
+    #[must_use]
+    pub fn of(parameters: &Parameters) -> Self {
+        let value = |parameter| i32::from(parameters.get(parameter));
+        Self {
+            slew_cps: cps(parameters.get(Parameter::Slew)) / TICKS_PER_S,
+            per_cps_ordered: value(Parameter::PidFeed),
+            per_cps_changed: value(Parameter::PidD),
+            per_cps_slow: value(Parameter::PidP),
+            per_count_behind: value(Parameter::PidI),
+        }
+    }
 
-/// Pulse width that speeds the robot up by a count a second each tick, in 256ths: the motors follow
-/// with a time constant of 1/6 s.
-const FEED_FORWARD_CHANGE: i32 = FEED_FORWARD * TICKS_PER_S as i32 / 6;
+    /// Most counts that are made up for: enough to bring full pulse width by itself, and not more, or a
+    /// wheel that comes free would dash on.
+    fn behind_max_counts(&self) -> i32 {
+        i32::from(PWM_MAX) / self.per_count_behind.max(1)
+    }
+}
 
-/// Pulse width for each count behind: damps the motors' 1/6 s together with [`PER_CPS`].
-const PER_COUNT: i32 = 3;
+impl Default for Gains {
+    fn default() -> Self {
+        Self::of(&Parameters::DEFAULT)
+    }
+}
 
-/// Pulse width for each count a second too slow, in 256ths.
-const PER_CPS: i32 = 102;
-
-/// Most counts that are made up for: enough to bring full pulse width by itself, and not more, or a
-/// wheel that comes free would dash on.
-const BEHIND_MAX_COUNTS: i32 = PWM_MAX as i32 / PER_COUNT;
+/// Pulse width that takes a count a tick off an idling wheel in one tick: in 1/20 s a wheel gets a quarter
+/// of the way to what its pulse width would bring.
+const BRAKE_PER_COUNT: i32 = 45;
 
 /// Full pulse width for this long and still too slow: saturated.
 const SATURATED_TICKS: u8 = ticks(1) as u8 / 2;
@@ -55,6 +83,8 @@ pub struct Wheel {
     against_ticks: u8,
     full_ticks: u8,
     still_ticks: u8,
+    /// While it brakes: counts a tick that it still did at the end of the past tick.
+    braked_counts: Option<i16>,
 }
 
 impl Wheel {
@@ -72,6 +102,26 @@ impl Wheel {
         self.release();
     }
 
+    /// The pulse width that stops the wheel within two ticks, whatever it was ordered to do: full power
+    /// against its way, by what it does at the end of a tick rather than during it.
+    pub fn brake(&mut self, counts: i16) -> i16 {
+        self.halt();
+        let during = counts.saturating_abs();
+        let now = match self.braked_counts {
+            Some(before) => during
+                .saturating_mul(2)
+                .saturating_sub(before)
+                .clamp(0, during),
+            None => during,
+        };
+        self.braked_counts = Some(now);
+        if now <= STANDING_COUNTS as i16 {
+            return 0;
+        }
+        let against = (i32::from(now) * BRAKE_PER_COUNT).min(i32::from(PWM_MAX)) as i16;
+        if self.backward { against } else { -against }
+    }
+
     fn release(&mut self) {
         self.behind_parts = 0;
         self.full_ticks = 0;
@@ -79,9 +129,10 @@ impl Wheel {
     }
 
     /// The pulse width for the coming tick, from the ordered speed and the counts of the past tick.
-    pub fn control(&mut self, ordered_cps: i16, counts: i16) -> i16 {
+    pub fn control(&mut self, ordered_cps: i16, counts: i16, gains: &Gains) -> i16 {
+        self.braked_counts = None;
         let change = ordered_cps.saturating_sub(self.slewed_cps);
-        let change = change.clamp(-SLEW_CPS, SLEW_CPS);
+        let change = change.clamp(-gains.slew_cps, gains.slew_cps);
         self.slewed_cps += change;
         if ordered_cps == 0 && self.slewed_cps == 0 {
             self.release();
@@ -89,11 +140,11 @@ impl Wheel {
         }
         let too_slow_cps = i32::from(self.slewed_cps) - i32::from(counts) * PARTS;
         let behind = self.behind_parts + too_slow_cps;
-        let limit = BEHIND_MAX_COUNTS * PARTS;
-        let wanted = i32::from(self.slewed_cps) * FEED_FORWARD / 256
-            + i32::from(change) * FEED_FORWARD_CHANGE / 256
-            + behind * PER_COUNT / PARTS
-            + too_slow_cps * PER_CPS / 256;
+        let limit = gains.behind_max_counts() * PARTS;
+        let wanted = i32::from(self.slewed_cps) * gains.per_cps_ordered / 256
+            + i32::from(change) * gains.per_cps_changed / 256
+            + behind * gains.per_count_behind / PARTS
+            + too_slow_cps * gains.per_cps_slow / 256;
         let full = i32::from(PWM_MAX);
         let given = wanted.clamp(-full, full);
         // Against wind-up: an error that the motor cannot work off any faster is not accumulated.

@@ -1,5 +1,6 @@
 //! The whole robot. [`Robot::tick`] is its program.
 
+mod errands;
 mod lines;
 mod uplink;
 
@@ -7,15 +8,18 @@ use crate::angle::Angle;
 use crate::arbiter::{self, Holder};
 use crate::behaviours::{FITTED, Layers, prowl};
 use crate::board::{Identity, Inputs, Outputs};
+use crate::cliff::{CliffGuard, Command};
 use crate::dice::Dice;
 use crate::drive::{DriveTrain, Motion};
 use crate::failsafe::Guard;
 use crate::infrared::Infrared;
 use crate::odometry::{Odometer, Pose};
 use crate::parameters::Parameters;
+use crate::pid::Gains;
 use crate::sensors::{Battery, Ranges, Senses, ping_at};
-use crate::song::Singer;
+use crate::song::{Singer, Song};
 use crate::telemetry::{Events, Schedule, Transmitter};
+use errands::Errands;
 use groundwave_protocol::Waypoint;
 use groundwave_protocol::arq::{Farm, Lists};
 use groundwave_protocol::letters::{Layer, LayerMask, Mode};
@@ -63,6 +67,8 @@ pub struct Robot {
     layers: Layers,
     holder: Option<Holder>,
     motion: Motion,
+    cliff_guard: CliffGuard,
+    errands: Errands,
     singer: Singer,
 
     receiver: Receiver,
@@ -106,6 +112,8 @@ impl Robot {
             layers: Layers::default(),
             holder: None,
             motion: Motion::STILL,
+            cliff_guard: CliffGuard::default(),
+            errands: Errands::default(),
             singer: Singer::default(),
             receiver: Receiver::default(),
             guard: Guard::default(),
@@ -125,6 +133,7 @@ impl Robot {
     pub fn tick(&mut self, inputs: &Inputs) -> Outputs {
         self.watch_silence();
         self.live_ticks = self.live_ticks.saturating_sub(1);
+        self.run_errands(inputs);
         let enabled = self.enabled();
 
         // Sensors.
@@ -134,11 +143,14 @@ impl Robot {
         } else if let Some(echo) = inputs.sonar {
             self.ranges.hear(echo);
         }
-        let infrared = self.infrared.tick(enabled.contains(Layer::Infrared));
+        let infrared = self
+            .infrared
+            .tick(enabled.contains(Layer::Infrared), &self.parameters);
         self.count_bumps(inputs);
 
         // Odometry.
         let counts = self.drive.measure(inputs);
+        self.odometer.fit(&self.parameters);
         self.odometer.advance(counts.left, counts.right);
 
         // Every enabled layer in turn.
@@ -155,34 +167,50 @@ impl Robot {
             infrared,
             sonar: self.ranges,
             photo: inputs.photo_left.zip(inputs.photo_right),
-            cliff: inputs.cliff.unwrap_or_default(),
+            cliff: inputs.cliff,
             motion: inputs.motion,
             top_hat: inputs.top_hat,
             beacon: inputs.beacon,
             is_docked: inputs.is_docked,
+            is_charged: self.errands.is_charged(),
             horizon_in: self.horizon_in(target),
             dice: self.dice.roll(),
         };
         let requests = self.layers.decide(enabled, &senses);
-        self.take_arrival();
 
         // The arbiter.
         let winner = arbiter::arbitrate(&requests).filter(|_| self.mode != Mode::Stop);
         self.holder = winner.map(|(holder, _)| holder);
-        self.motion = winner.map_or(Motion::STILL, |(_, motion)| motion);
+        let motion = winner.map_or(Motion::STILL, |(_, motion)| motion);
+
+        // The cliff guard.
+        let by_hand = self.holder == Some(Holder::Layer(Layer::User));
+        let command = self.cliff_guard.guard(&senses, counts, motion, by_hand);
+        self.motion = match command {
+            Command::Drive(motion) => motion,
+            Command::Brake => Motion::STILL,
+        };
+
+        self.take_arrival();
 
         // PID to pulse widths.
         let (pwm_left, pwm_right) = if self.mode == Mode::Stop {
+            self.cliff_guard.rest();
             self.drive.halt();
             (0, 0)
+        } else if command == Command::Brake {
+            self.drive.brake(counts)
         } else {
-            self.drive.control(self.motion, counts)
+            let gains = Gains::of(&self.parameters);
+            self.drive.control(self.motion, counts, &gains)
         };
 
         // What telemetry will tell.
         self.events
             .bumper(inputs.bumper, self.layers.bumpers.is_jammed());
         self.events.infrared(infrared);
+        self.events.cliff(inputs.cliff);
+        self.tell_of_cliffs();
         self.events.drive(&self.drive);
         self.events.raised(arbiter::raised(&requests));
         self.count_win();
@@ -212,6 +240,11 @@ impl Robot {
         match self.mode {
             Mode::Stop => LayerMask::NONE,
             Mode::Prowl | Mode::GoHome => allowed,
+            Mode::Forage => self.enabled_foraging(allowed),
+            // By odometry alone: whatever turned it aside would spoil the square.
+            Mode::Calibrate => {
+                allowed.and(LayerMask::NONE.with(Layer::User).with(Layer::DeadReckoning))
+            }
             _ => allowed.without(Layer::DeadReckoning),
         }
     }
@@ -222,7 +255,9 @@ impl Robot {
             Some(target) => {
                 ROUTE_HORIZON_IN.min(prowl::distance_in(&self.odometer.pose(), target) as u16)
             }
-            None if self.mode == Mode::Prowl => PROWL_HORIZON_IN,
+            // Neither sonar nor infrared may turn it from its dock.
+            None if self.mode == Mode::Forage => 0,
+            None if matches!(self.mode, Mode::Prowl | Mode::Wander) => PROWL_HORIZON_IN,
             None => REACTIVE_HORIZON_IN,
         }
     }
@@ -252,12 +287,13 @@ impl Robot {
         self.schedule.status_changed();
         if is_last {
             self.enter(Mode::Stop);
-            self.singer.begin();
-            self.schedule.say(if mode == Mode::GoHome {
-                HOME_REACHED
+            let (song, text) = if mode == Mode::GoHome {
+                (Song::Home, HOME_REACHED)
             } else {
-                LIST_FINISHED
-            });
+                (Song::Finished, LIST_FINISHED)
+            };
+            self.singer.begin(song);
+            self.schedule.say(text);
         }
     }
 
@@ -270,9 +306,13 @@ impl Robot {
             self.holder = None;
         }
         if self.mode != mode {
+            self.errands.leave(self.mode);
             self.mode = mode;
             self.layers.rest();
             self.schedule.status_changed();
+            if mode == Mode::Calibrate {
+                self.set_pose(Waypoint { x_in: 0, y_in: 0 }, Angle(0));
+            }
         }
     }
 
@@ -371,6 +411,7 @@ impl Robot {
     /// Whether it ought to get somewhere: in these modes standing about is being stuck.
     #[must_use]
     pub fn is_told_to_move(&self) -> bool {
-        matches!(self.mode, Mode::Prowl | Mode::GoHome) || self.motion != Motion::STILL
+        matches!(self.mode, Mode::Prowl | Mode::GoHome | Mode::Wander)
+            || self.motion != Motion::STILL
     }
 }

@@ -2,7 +2,8 @@
 
 use crate::board::{Echo, Edges, Inputs, Side, Sides, Switches};
 use crate::odometry::Pose;
-use crate::parameters::Parameters;
+use crate::parameters::{Parameter, Parameters};
+use crate::units::cps;
 use groundwave_protocol::Waypoint;
 use groundwave_protocol::letters::Mode;
 
@@ -31,8 +32,8 @@ pub struct Senses<'a> {
     pub sonar: Ranges,
     /// Both photocells, left and right, 0 very bright to 255 dark; `None` when one is not fitted.
     pub photo: Option<(u8, u8)>,
-    /// Where the floor ends.
-    pub cliff: Edges,
+    /// Where the floor ends; `None` when nothing sees that.
+    pub cliff: Option<Edges>,
     /// What the motion detectors say; `None` when there are none.
     pub motion: Option<Sides>,
     /// Something is above the arm.
@@ -41,6 +42,8 @@ pub struct Senses<'a> {
     pub beacon: Option<Sides>,
     /// The charger's voltage is on the contacts.
     pub is_docked: bool,
+    /// The battery takes no more.
+    pub is_charged: bool,
     /// How far ahead the robot means to go: obstacles beyond are none.
     pub horizon_in: u16,
     /// A number rolled for this tick.
@@ -48,6 +51,12 @@ pub struct Senses<'a> {
 }
 
 impl Senses<'_> {
+    /// The top speed, counts a second.
+    #[must_use]
+    pub fn top_cps(&self) -> i16 {
+        cps(self.parameters.get(Parameter::TopSpeed))
+    }
+
     /// A rotation of this size the way the wheels have been turning: to the right when they have not.
     #[must_use]
     pub const fn the_way_it_turns(&self, size_cps: i16) -> i16 {
@@ -129,11 +138,12 @@ impl Senses<'static> {
             infrared: Sides::default(),
             sonar: Ranges::default(),
             photo: None,
-            cliff: Edges::default(),
+            cliff: None,
             motion: None,
             top_hat: false,
             beacon: None,
             is_docked: false,
+            is_charged: false,
             horizon_in: 180,
             dice: 1,
         }

@@ -1,24 +1,117 @@
-//! What the robot sings at the end of its list.
+//! What the robot sings, and the beeper that sings it.
 
-/// A note's frequency, 0 for a rest, and its length in ticks.
-type Note = (u16, u8);
+/// A note's frequency in hertz, 0 for a rest, and its length in ticks.
+pub type Note = (u16, u8);
 
-/// A rising call and its answer, about 4 s.
-const FINISHED: &[Note] = &[
-    (523, 4),
-    (659, 4),
-    (784, 4),
-    (1047, 8),
-    (0, 2),
-    (784, 4),
-    (1047, 4),
-    (1319, 4),
-    (1047, 12),
-    (0, 2),
-    (659, 4),
-    (587, 4),
-    (523, 16),
-];
+/// The songs it knows. Each fits one telemetry line: at most [`NOTES_MAX`] notes.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Song {
+    /// "I'm finished with the co-ordinate list": a rising call and its answer, about 4 s.
+    Finished,
+    /// It has wandered long enough and goes home: two tones in turn.
+    Alarm,
+    /// Hidden, and waiting for somebody to come by: a lullaby.
+    Passive,
+    /// The battery is low: falling, and asking.
+    LowBattery,
+    /// On the dock.
+    Docked,
+    /// Home again.
+    Home,
+}
+
+/// Most notes of a song.
+pub const NOTES_MAX: usize = 21;
+
+/// Longest note, in ticks.
+pub const NOTE_TICKS_MAX: u8 = 63;
+
+/// Highest note, in hertz.
+pub const NOTE_HZ_MAX: u16 = 4095;
+
+impl Song {
+    /// All of them.
+    pub const ALL: [Self; 6] = [
+        Self::Finished,
+        Self::Alarm,
+        Self::Passive,
+        Self::LowBattery,
+        Self::Docked,
+        Self::Home,
+    ];
+
+    /// Its notes.
+    #[must_use]
+    pub const fn notes(self) -> &'static [Note] {
+        match self {
+            Self::Finished => &[
+                (523, 4),
+                (659, 4),
+                (784, 4),
+                (1047, 8),
+                (0, 2),
+                (784, 4),
+                (1047, 4),
+                (1319, 4),
+                (1047, 12),
+                (0, 2),
+                (659, 4),
+                (587, 4),
+                (523, 16),
+            ],
+            Self::Alarm => &[
+                (1568, 5),
+                (1175, 5),
+                (1568, 5),
+                (1175, 5),
+                (1568, 5),
+                (1175, 5),
+                (0, 5),
+                (1568, 5),
+                (1175, 5),
+                (1568, 5),
+                (1175, 5),
+            ],
+            Self::Passive => &[
+                (659, 6),
+                (659, 4),
+                (784, 14),
+                (0, 2),
+                (659, 6),
+                (659, 4),
+                (784, 14),
+                (0, 2),
+                (659, 5),
+                (784, 5),
+                (1047, 10),
+                (988, 8),
+                (880, 8),
+                (880, 5),
+                (784, 16),
+            ],
+            Self::LowBattery => &[
+                (880, 8),
+                (698, 8),
+                (587, 12),
+                (0, 6),
+                (587, 4),
+                (698, 4),
+                (880, 10),
+            ],
+            Self::Docked => &[(523, 4), (784, 4), (1047, 10)],
+            Self::Home => &[
+                (784, 4),
+                (784, 4),
+                (1047, 8),
+                (988, 4),
+                (880, 4),
+                (784, 8),
+                (659, 4),
+                (784, 16),
+            ],
+        }
+    }
+}
 
 /// The singer: silent until told.
 #[derive(Clone, Debug, Default)]
@@ -28,9 +121,9 @@ pub struct Singer {
 }
 
 impl Singer {
-    /// Begins the song.
-    pub const fn begin(&mut self) {
-        self.rest = FINISHED;
+    /// Begins a song; one that is being sung ends.
+    pub const fn begin(&mut self, song: Song) {
+        self.rest = song.notes();
         self.played_ticks = 0;
     }
 
@@ -61,16 +154,34 @@ mod tests {
     fn it_sings_every_note_for_its_length_and_then_no_more() {
         let mut singer = Singer::default();
         assert_eq!(singer.tick(), 0);
-        singer.begin();
-        for &(hz, length) in FINISHED {
-            for _ in 0..length {
-                assert_eq!(singer.tick(), hz);
+        for song in Song::ALL {
+            singer.begin(song);
+            for &(hz, length) in song.notes() {
+                for _ in 0..length {
+                    assert_eq!(singer.tick(), hz);
+                }
             }
+            assert_eq!(singer.tick(), 0);
+            singer.begin(song);
+            singer.tick();
+            singer.hush();
+            assert_eq!(singer.tick(), 0);
         }
-        assert_eq!(singer.tick(), 0);
-        singer.begin();
-        singer.tick();
-        singer.hush();
-        assert_eq!(singer.tick(), 0);
+    }
+
+    #[test]
+    fn every_song_fits_its_telemetry_line_and_can_be_heard() {
+        for song in Song::ALL {
+            let notes = song.notes();
+            assert!((1..=NOTES_MAX).contains(&notes.len()), "{song:?}");
+            for &(hz, ticks) in notes {
+                assert!(
+                    hz == 0 || (200..=NOTE_HZ_MAX).contains(&hz),
+                    "{song:?}: {hz}"
+                );
+                assert!((1..=NOTE_TICKS_MAX).contains(&ticks), "{song:?}: {ticks}");
+            }
+            assert_ne!(notes.last().map(|note| note.0), Some(0), "{song:?}");
+        }
     }
 }

@@ -148,9 +148,7 @@ fn what_is_not_fitted_is_refused_and_changes_nothing() {
         assert_eq!(bench.robot.mode(), Mode::Prowl);
         assert_eq!(bench.robot.allowed(), all);
     };
-    for mode in [Mode::Passive, Mode::Wander, Mode::Forage, Mode::Calibrate] {
-        refuse(Order::Mode(mode), Outcome::NotFitted);
-    }
+    refuse(Order::Mode(Mode::Passive), Outcome::NotFitted);
     refuse(only(LayerMask::ALL), Outcome::NotFitted);
     refuse(only(all.with(Layer::Photo)), Outcome::NotFitted);
     refuse(Order::Scan, Outcome::NotFitted);
@@ -503,7 +501,7 @@ fn a_failsafe_that_no_robot_should_follow_is_refused() {
     for (silence_s, mode, outcome) in [
         (9, Mode::Stop, Outcome::BadValue),
         (60, Mode::User, Outcome::BadValue),
-        (60, Mode::Forage, Outcome::NotFitted),
+        (60, Mode::Passive, Outcome::NotFitted),
     ] {
         let failsafe = Failsafe { silence_s, mode };
         bench.order(key, Order::Failsafe(Some(failsafe)));

@@ -4,11 +4,13 @@ mod common;
 
 use common::{Bench, Motor};
 use groundwave_protocol::letters::Drive;
-use sr04_firmware::pid::Wheel;
+use sr04_firmware::parameters::{Parameter, Parameters};
+use sr04_firmware::pid::{Gains, Wheel};
 use sr04_firmware::units::cps;
 
 struct Rig {
     wheel: Wheel,
+    gains: Gains,
     motor: Motor,
     pwm: i16,
     counts: i32,
@@ -20,6 +22,7 @@ impl Rig {
     fn new(battery_v: f64, load: f64) -> Self {
         Self {
             wheel: Wheel::default(),
+            gains: Gains::default(),
             motor: Motor::default(),
             pwm: 0,
             counts: 0,
@@ -35,7 +38,7 @@ impl Rig {
             }
             let counts = self.wheel.signed_counts(self.motor.take_edges());
             self.counts += i32::from(counts);
-            self.pwm = self.wheel.control(ordered_cps, counts);
+            self.pwm = self.wheel.control(ordered_cps, counts, &self.gains);
         }
     }
 }
@@ -86,7 +89,7 @@ fn counts_lost_to_a_hindrance_are_made_up_for_within_a_limit() {
     // Held for a second, then free.
     for _ in 0..20 {
         rig.motor.speed_cps = 0.0;
-        rig.pwm = rig.wheel.control(speed, 0);
+        rig.pwm = rig.wheel.control(speed, 0, &Gains::default());
     }
     assert!(rig.wheel.is_saturated() || rig.pwm > 200);
     let before = rig.counts;
@@ -112,15 +115,96 @@ fn a_wheel_that_cannot_keep_up_says_saturated_and_recovers_at_once() {
 }
 
 #[test]
+fn inside_the_envelope_it_never_says_saturated_and_outside_it_does() {
+    for load in [0.05, 0.25] {
+        let mut low = Rig::new(10.8, load);
+        low.run_ticks(400, cps(12));
+        assert!(!low.wheel.is_saturated(), "10.8 V, load {load}");
+    }
+    for (battery_v, load) in [(7.5, 0.05), (10.8, 0.6), (12.0, 0.8)] {
+        let mut rig = Rig::new(battery_v, load);
+        rig.run_ticks(100, cps(12));
+        assert!(rig.wheel.is_saturated(), "{battery_v} V, load {load}");
+        let before = rig.counts;
+        rig.run_ticks(100, cps(12));
+        assert!(
+            rig.counts - before < 5 * i32::from(cps(12)),
+            "it is too slow"
+        );
+    }
+}
+
+#[test]
+fn a_wheel_brakes_within_three_ticks_and_three_quarters_of_an_inch() {
+    for battery_v in [10.8, 12.0, 13.8] {
+        for load in [0.0, 0.08, 0.25] {
+            for speed_in_s in [-12, -8, 5, 12] {
+                let mut rig = Rig::new(battery_v, load);
+                rig.run_ticks(60, cps(speed_in_s));
+                rig.motor.take_way();
+                let mut counts = i16::MAX;
+                for tick in 0..6 {
+                    rig.pwm = if tick == 0 {
+                        let last = (cps(speed_in_s) / 20).abs();
+                        rig.wheel.brake(last)
+                    } else {
+                        rig.wheel.brake(counts)
+                    };
+                    for _ in 0..50 {
+                        rig.motor.step_ms(rig.pwm, battery_v, load);
+                    }
+                    counts = rig.wheel.signed_counts(rig.motor.take_edges());
+                    if tick >= 3 {
+                        assert!(counts.abs() <= 2, "tick {tick}: {counts}");
+                    }
+                }
+                let way = rig.motor.take_way();
+                assert!(
+                    way.abs() <= 12.0 && way.abs() >= 0.0,
+                    "{speed_in_s} in/s at {battery_v} V, load {load}: {way} counts"
+                );
+                assert!(rig.motor.speed_cps.abs() <= 24.0, "{}", rig.motor.speed_cps);
+            }
+        }
+    }
+}
+
+#[test]
+fn the_gains_are_the_parameters() {
+    let mut slow = Parameters::DEFAULT;
+    assert!(slow.set(Parameter::Slew, 6));
+    let mut rig = Rig::new(12.0, 0.08);
+    rig.gains = Gains::of(&slow);
+    rig.run_ticks(20, cps(12));
+    // A second of 6 in/s^2.
+    assert!(
+        (rig.motor.speed_cps - f64::from(cps(6))).abs() < 24.0,
+        "{}",
+        rig.motor.speed_cps
+    );
+    let mut open_loop = Parameters::DEFAULT;
+    for parameter in [
+        Parameter::PidFeed,
+        Parameter::PidP,
+        Parameter::PidI,
+        Parameter::PidD,
+    ] {
+        assert!(open_loop.set(parameter, 0));
+    }
+    let mut wheel = Wheel::default();
+    assert_eq!(wheel.control(cps(12), 0, &Gains::of(&open_loop)), 0);
+}
+
+#[test]
 fn a_blocked_wheel_says_stalled_after_a_second_at_full_width() {
     let mut wheel = Wheel::default();
     let mut full = 0;
     for tick in 0..200 {
         assert_eq!(wheel.is_stalled(), full >= 20, "tick {tick}");
-        full += u32::from(wheel.control(cps(12), 0) == 255);
+        full += u32::from(wheel.control(cps(12), 0, &Gains::default()) == 255);
     }
     assert!(wheel.is_stalled());
-    wheel.control(cps(12), 1);
+    wheel.control(cps(12), 1, &Gains::default());
     assert!(!wheel.is_stalled());
 }
 
@@ -128,7 +212,7 @@ fn a_blocked_wheel_says_stalled_after_a_second_at_full_width() {
 fn the_sign_of_the_counts_is_that_of_the_motor_command() {
     let mut wheel = Wheel::default();
     assert_eq!(wheel.signed_counts(5), 5);
-    assert!(wheel.control(cps(-6), 0) < 0);
+    assert!(wheel.control(cps(-6), 0, &Gains::default()) < 0);
     assert_eq!(wheel.signed_counts(5), -5);
     wheel.halt();
     // Coasting on after the motor is off.

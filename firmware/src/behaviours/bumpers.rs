@@ -5,6 +5,7 @@ use crate::angle::Angle;
 use crate::arbiter::Request;
 use crate::board::{COUNTS_PER_IN, Side, Switches};
 use crate::drive::Motion;
+use crate::parameters::Parameter;
 use crate::sensors::Senses;
 use crate::units::ticks;
 
@@ -119,7 +120,8 @@ impl Bumpers {
             None if senses.dice & 1 == 0 => 1,
             Some(Side::Right) | None => -1,
         };
-        let angle = if self.is_corner() || self.is_caught() {
+        let escapes = senses.parameters.is_on(Parameter::Escapes);
+        let angle = if escapes && (self.is_corner() || self.is_caught()) {
             self.forget_places();
             ESCAPE_TURN
         } else {

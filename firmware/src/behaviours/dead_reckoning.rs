@@ -1,13 +1,14 @@
-//! Layer 7: dead reckoning. Walks a list of points, or home.
+//! Layer 7: dead reckoning. Walks a list of points, home, to the dock, or the square of the calibration.
 
+use super::detour::Detour;
+use super::docking::{Docking, News};
+use super::square::Square;
 use super::{Behaviour, prowl};
 use crate::arbiter::Request;
+use crate::parameters::Parameter;
 use crate::sensors::Senses;
 use groundwave_protocol::Waypoint;
 use groundwave_protocol::letters::Mode;
-
-/// Nearer than this to a point the robot is there: half its own width.
-pub const ARRIVED_IN: i32 = 6;
 
 /// The origin.
 const HOME: Waypoint = Waypoint { x_in: 0, y_in: 0 };
@@ -17,12 +18,16 @@ const HOME: Waypoint = Waypoint { x_in: 0, y_in: 0 };
 pub struct DeadReckoning {
     driven: u16,
     has_arrived: bool,
+    detour: Detour,
+    docking: Docking,
+    square: Square,
 }
 
 impl DeadReckoning {
     /// A new list: begin at its first point.
-    pub fn restart(&mut self) {
-        *self = Self::default();
+    pub const fn restart(&mut self) {
+        self.driven = 0;
+        self.has_arrived = false;
     }
 
     /// Points of the list that have been reached.
@@ -39,6 +44,7 @@ impl DeadReckoning {
         match mode {
             Mode::Prowl => list.get(usize::from(self.driven)).copied(),
             Mode::GoHome => Some(HOME),
+            Mode::Forage => self.docking.target(),
             _ => None,
         }
     }
@@ -48,25 +54,60 @@ impl DeadReckoning {
         if !core::mem::take(&mut self.has_arrived) {
             return None;
         }
-        if mode == Mode::Prowl {
-            self.driven += 1;
+        match mode {
+            Mode::Prowl => self.driven += 1,
+            Mode::Forage => {
+                self.docking.arrive();
+                return None;
+            }
+            _ => {}
         }
         Some(mode == Mode::GoHome || usize::from(self.driven) >= list.len())
     }
 }
 
+impl DeadReckoning {
+    /// The way to the dock.
+    #[must_use]
+    pub const fn docking(&self) -> &Docking {
+        &self.docking
+    }
+
+    /// What has happened at the dock in this tick.
+    pub const fn take_docking_news(&mut self) -> Option<News> {
+        self.docking.take_news()
+    }
+
+    /// Whether the square of the calibration was finished in this tick.
+    pub fn take_square(&mut self) -> bool {
+        self.square.take_done()
+    }
+}
+
 impl Behaviour for DeadReckoning {
     fn decide(&mut self, senses: &Senses) -> Request {
+        if senses.mode == Mode::Calibrate {
+            return self.square.decide(senses);
+        }
+        if senses.mode == Mode::Forage
+            && let Some(request) = self.docking.decide(senses)
+        {
+            return request;
+        }
         let Some(target) = senses.target else {
             return Request::QUIET;
         };
-        self.has_arrived = prowl::distance_in(&senses.pose, target) < ARRIVED_IN;
-        Request::raise(prowl::toward(senses, target))
+        let arrive_in = i32::from(senses.parameters.get(Parameter::Arrive));
+        self.has_arrived = prowl::distance_in(&senses.pose, target) < arrive_in;
+        Request::raise(self.detour.toward(senses, target))
     }
 
     /// The place in the list is kept.
     fn rest(&mut self) {
-        self.has_arrived = false;
+        *self = Self {
+            driven: self.driven,
+            ..Self::default()
+        };
     }
 }
 

@@ -1,6 +1,6 @@
 //! Layer 3: infrared collision avoidance. Away from the side that sees something.
 
-use super::{Behaviour, prowl};
+use super::Behaviour;
 use crate::arbiter::Request;
 use crate::board::Sides;
 use crate::drive::Motion;
@@ -37,7 +37,7 @@ impl Behaviour for InfraredAvoidance {
         }
         self.hold_ticks -= 1;
         let turn = |rotation_cps| Motion {
-            velocity_cps: prowl::TOP_CPS / 2,
+            velocity_cps: senses.top_cps() / 2,
             rotation_cps,
         };
         Request::raise(match (self.sides.left, self.sides.right) {
@@ -75,10 +75,10 @@ mod tests {
     #[test]
     fn one_side_turns_it_the_other_way_at_half_speed() {
         let away_from_left = motion(&see(true, false));
-        assert_eq!(away_from_left.velocity_cps, prowl::TOP_CPS / 2);
+        assert_eq!(away_from_left.velocity_cps, cps(6));
         assert!(away_from_left.rotation_cps > 0);
         let away_from_right = motion(&see(false, true));
-        assert_eq!(away_from_right.velocity_cps, prowl::TOP_CPS / 2);
+        assert_eq!(away_from_right.velocity_cps, cps(6));
         assert_eq!(away_from_right.rotation_cps, -away_from_left.rotation_cps);
     }
 

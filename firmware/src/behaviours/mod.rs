@@ -5,13 +5,17 @@
 
 mod bumpers;
 mod dead_reckoning;
+mod detour;
+mod docking;
 mod infrared;
 pub mod prowl;
 mod sonar;
+mod square;
 mod user;
 
 pub use bumpers::Bumpers;
-pub use dead_reckoning::{ARRIVED_IN, DeadReckoning};
+pub use dead_reckoning::DeadReckoning;
+pub use docking::News;
 pub use infrared::InfraredAvoidance;
 pub use sonar::Sonar;
 pub use user::{DEAD_MAN_TICKS, User};

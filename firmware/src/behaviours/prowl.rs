@@ -9,9 +9,6 @@ use crate::units::cps;
 use groundwave_protocol::Waypoint;
 use groundwave_protocol::letters::Mode;
 
-/// Top speed: 12 in/s, a slow walk, which a low battery still gives.
-pub const TOP_CPS: i16 = cps(12);
-
 /// Slowest approach to a target: below it the wheels begin to stick.
 const CREEP_CPS: i16 = cps(2);
 
@@ -28,12 +25,12 @@ const ERROR_PER_CPS: i32 = 40;
 /// The fastest turn toward a target: 80 degrees a second.
 const TURN_CPS: i32 = cps(14) as i32;
 
-/// Without a target, in mode Prowl: straight ahead.
+/// Without a target, in modes Prowl and Wander: straight ahead.
 #[must_use]
 pub fn freely(senses: &Senses) -> Request {
-    if senses.mode == Mode::Prowl && senses.target.is_none() {
+    if matches!(senses.mode, Mode::Prowl | Mode::Wander) && senses.target.is_none() {
         Request::raise(Motion {
-            velocity_cps: TOP_CPS,
+            velocity_cps: senses.top_cps(),
             rotation_cps: 0,
         })
     } else {
@@ -47,7 +44,8 @@ pub fn toward(senses: &Senses, target: Waypoint) -> Motion {
     let (x, y) = senses.pose.offset_to(target);
     let error = i32::from(Angle::toward(x, y).minus(senses.pose.heading));
     let distance_in = distance_in(&senses.pose, target).min(SLOW_DOWN_IN);
-    let speed = (i32::from(TOP_CPS) * distance_in / SLOW_DOWN_IN).max(i32::from(CREEP_CPS));
+    let speed =
+        (i32::from(senses.top_cps()) * distance_in / SLOW_DOWN_IN).max(i32::from(CREEP_CPS));
     let aimed = (AIM_ERROR - error.abs()).max(0);
     Motion {
         velocity_cps: (speed * aimed / AIM_ERROR) as i16,
@@ -83,6 +81,8 @@ mod tests {
         assert_eq!(request, Request::raise(Motion::new(12, 0)));
         senses.mode = Mode::Reactive;
         assert_eq!(freely(&senses), Request::QUIET);
+        senses.mode = Mode::Wander;
+        assert_eq!(freely(&senses), request);
         senses.mode = Mode::Prowl;
         senses.target = Waypoint::new(0, 0);
         assert_eq!(freely(&senses), Request::QUIET);
@@ -109,7 +109,7 @@ mod tests {
     fn far_off_course_it_turns_on_the_spot() {
         assert_eq!(toward(50, 0).velocity_cps, 0);
         assert_eq!(toward(0, -50).velocity_cps, 0);
-        assert!(toward(50, 100).velocity_cps < TOP_CPS);
+        assert!(toward(50, 100).velocity_cps < cps(12));
     }
 
     #[test]

@@ -1,22 +1,17 @@
 //! Layer 4: stereo sonar ranging. Toward the side with the longer view.
 
-use super::{Behaviour, prowl};
+use super::Behaviour;
 use crate::arbiter::Request;
 use crate::drive::Motion;
+use crate::parameters::Parameter;
 use crate::sensors::Senses;
 use crate::units::cps;
-
-/// Both views shorter than this: no further ahead.
-const CLOSE_IN: i32 = 30;
 
 /// Farther than this is all the same: a doorway 8 ft away must stand out, the end of a hall not.
 const FAR_IN: u16 = 180;
 
-/// Views that differ by less than this share of their sum are equal: sonars scatter by some per cent.
-const DEADZONE_PCT: i32 = 15;
-
 /// Rotation times the shorter view, so that what is near is turned from sharply: 16 in/s at 30 in.
-const SHARPNESS_CPS_IN: i32 = cps(16) as i32 * CLOSE_IN;
+const SHARPNESS_CPS_IN: i32 = cps(16) as i32 * 30;
 
 /// The gentlest turn that is one.
 const TURN_LEAST_CPS: i32 = cps(3) as i32;
@@ -36,8 +31,11 @@ impl Behaviour for Sonar {
         if shorter_in >= i32::from(senses.horizon_in) {
             return Request::QUIET;
         }
-        let is_close = longer_in < CLOSE_IN;
-        let differs = (longer_in - shorter_in) * 100 > DEADZONE_PCT * (longer_in + shorter_in);
+        let close_in = i32::from(senses.parameters.get(Parameter::SonarClose));
+        let is_close = longer_in < close_in;
+        // Sonars scatter by some per cent.
+        let deadzone_pct = i32::from(senses.parameters.get(Parameter::SonarDeadzone));
+        let differs = (longer_in - shorter_in) * 100 > deadzone_pct * (longer_in + shorter_in);
         if !is_close && !differs {
             return Request::QUIET;
         }
@@ -50,7 +48,7 @@ impl Behaviour for Sonar {
         } else {
             -sharp
         };
-        let velocity_cps = if is_close { 0 } else { prowl::TOP_CPS };
+        let velocity_cps = if is_close { 0 } else { senses.top_cps() };
         Request::raise(Motion {
             velocity_cps,
             rotation_cps,
@@ -79,7 +77,7 @@ mod tests {
     fn it_turns_to_the_longer_side_when_they_differ_by_more_than_the_deadzone() {
         assert!(decide(60, 100).motion.rotation_cps > 0);
         assert!(decide(100, 60).motion.rotation_cps < 0);
-        assert_eq!(decide(60, 100).motion.velocity_cps, prowl::TOP_CPS);
+        assert_eq!(decide(60, 100).motion.velocity_cps, cps(12));
     }
 
     #[test]
@@ -107,6 +105,24 @@ mod tests {
         assert_eq!(decide(29, 29).motion.velocity_cps, 0);
         assert_ne!(decide(29, 29).motion.rotation_cps, 0);
         assert_eq!(decide(31, 31), Request::QUIET);
+    }
+
+    #[test]
+    fn the_operator_tunes_what_is_close_and_what_differs() {
+        let mut parameters = crate::parameters::Parameters::DEFAULT;
+        assert!(parameters.set(Parameter::SonarClose, 60));
+        assert!(parameters.set(Parameter::SonarDeadzone, 50));
+        let mut senses = Senses {
+            parameters: &parameters,
+            ..Senses::nothing()
+        };
+        senses.sonar.left_in = Some(59);
+        senses.sonar.right_in = Some(59);
+        assert_eq!(Sonar.decide(&senses).motion.velocity_cps, 0);
+        senses.sonar.right_in = Some(170);
+        assert_eq!(Sonar.decide(&senses), Request::QUIET);
+        senses.sonar.right_in = Some(180);
+        assert!(Sonar.decide(&senses).flag);
     }
 
     #[test]

@@ -4,21 +4,16 @@ use super::Robot;
 use crate::arbiter::Holder;
 use crate::behaviours::FITTED;
 use crate::board::TICK_HZ;
+use crate::parameters::Parameter;
 use crate::telemetry::{Events, Kind};
 use crate::units::in_s;
-use groundwave_protocol::letters::{Arm, Cliff, Layer, LayerMask, LayerState, Power};
+use groundwave_protocol::letters::{Arm, Layer, LayerMask, LayerState, Power};
 use groundwave_protocol::telemetry::{
     Body, CountersLine, FirmwareVersion, LayerStates, ListPlace, StateLine, StatusLine, TextLine,
 };
 
 /// Of this program.
 const VERSION: FirmwareVersion = FirmwareVersion { major: 0, minor: 1 };
-
-/// Below this the battery is low: 1.93 V a cell, under load.
-const LOW_DV: u16 = 116;
-
-/// Below this it is harmed.
-const CRITICAL_DV: u16 = 112;
 
 /// Farthest that line A can say.
 const POSITION_MAX_TENTHS_IN: u32 = 999_999;
@@ -68,7 +63,7 @@ impl Robot {
             photo_right_pct: self.latest.photo_right.map(percent),
             bump: events.bump(),
             infrared: events.infrared_letter(self.infrared.is_jammed()),
-            cliff: Cliff::NotFitted,
+            cliff: events.cliff_letter(),
             arm: Arm::NotFitted,
             drive: events.drive_letter(is_out_of_range),
             power: self.power(),
@@ -79,10 +74,20 @@ impl Robot {
     }
 
     fn power(&self) -> Power {
-        match self.battery.decivolts() {
-            ..CRITICAL_DV => Power::Critical,
-            CRITICAL_DV..LOW_DV => Power::Low,
-            _ => Power::Ok,
+        let below =
+            |limit| i32::from(self.battery.decivolts()) < i32::from(self.parameters.get(limit));
+        if self.latest.is_docked {
+            if self.errands.is_charged() {
+                Power::Docked
+            } else {
+                Power::Charging
+            }
+        } else if below(Parameter::CriticalBattery) {
+            Power::Critical
+        } else if below(Parameter::LowBattery) {
+            Power::Low
+        } else {
+            Power::Ok
         }
     }
 

@@ -111,7 +111,14 @@ const HEARD_TICKS_MAX: u8 = 24;
 /// Whether every layer that makes the mode what it is, is fitted.
 const fn is_fitted(mode: Mode) -> bool {
     match mode {
-        Mode::Prowl | Mode::Reactive | Mode::Stop | Mode::User | Mode::GoHome => true,
-        Mode::Passive | Mode::Wander | Mode::Forage | Mode::Calibrate => false,
+        Mode::Prowl
+        | Mode::Reactive
+        | Mode::Stop
+        | Mode::User
+        | Mode::Wander
+        | Mode::GoHome
+        | Mode::Forage
+        | Mode::Calibrate => true,
+        Mode::Passive => false,
     }
 }

@@ -1,9 +1,10 @@
 //! What happened since the previous line A: a bump of one tick must not go unseen between two lines.
 
+use crate::board::Edges;
 use crate::board::Sides;
 use crate::board::Switches;
 use crate::drive::DriveTrain;
-use groundwave_protocol::letters::{Bump, Drive, Infrared, LayerMask};
+use groundwave_protocol::letters::{Bump, Cliff, Drive, Infrared, LayerMask};
 
 /// Everything that happened, at any tick since the events were last taken.
 #[derive(Clone, Debug, Default)]
@@ -15,6 +16,8 @@ pub struct Events {
     bumper: Switches,
     jammed: bool,
     infrared: Sides,
+    /// `None` when no sensors are fitted.
+    cliff: Option<Edges>,
     saturated: bool,
     stalled: bool,
     odometer_reset: bool,
@@ -33,6 +36,11 @@ impl Events {
     /// Infrared detections.
     pub const fn infrared(&mut self, now: Sides) {
         self.infrared = self.infrared.or(now);
+    }
+
+    /// Where the floor ends; `None` when no sensors are fitted.
+    pub fn cliff(&mut self, now: Option<Edges>) {
+        self.cliff = now.map(|now| now.or(self.cliff.unwrap_or_default()));
     }
 
     /// How the wheels follow.
@@ -84,6 +92,21 @@ impl Events {
             (true, false) => Infrared::Left,
             (false, true) => Infrared::Right,
             (true, true) => Infrared::Both,
+        }
+    }
+
+    /// The edge sensors' letter. The rear one has none of its own: it counts as several.
+    #[must_use]
+    pub fn cliff_letter(&self) -> Cliff {
+        let Some(edges) = self.cliff else {
+            return Cliff::NotFitted;
+        };
+        match (edges.left, edges.center, edges.right, edges.rear) {
+            (false, false, false, false) => Cliff::None,
+            (true, false, false, false) => Cliff::Left,
+            (false, true, false, false) => Cliff::Center,
+            (false, false, true, false) => Cliff::Right,
+            _ => Cliff::Several,
         }
     }
 

@@ -1,0 +1,187 @@
+use super::*;
+use crate::parameters::Parameters;
+use proptest::prelude::*;
+
+const FLOOR: Edges = Edges {
+    left: false,
+    center: false,
+    right: false,
+    rear: false,
+};
+
+fn senses(cliff: Edges) -> Senses<'static> {
+    Senses {
+        cliff: Some(cliff),
+        ..Senses::nothing()
+    }
+}
+
+fn edges(bits: u8) -> Edges {
+    Edges {
+        left: bits & 1 != 0,
+        center: bits & 2 != 0,
+        right: bits & 4 != 0,
+        rear: bits & 8 != 0,
+    }
+}
+
+/// What the guard does tick by tick while the robot stands, seeing the same edges all the time.
+fn reaction(cliff: Edges, wish: Motion) -> impl Iterator<Item = Command> {
+    let mut guard = CliffGuard::default();
+    core::iter::from_fn(move || Some(guard.guard(&senses(cliff), Counts::default(), wish, false)))
+}
+
+#[test]
+fn on_the_floor_what_won_goes_through() {
+    let mut guard = CliffGuard::default();
+    for motion in [Motion::new(12, 0), Motion::new(-8, 4), Motion::new(0, 16)] {
+        let command = guard.guard(&senses(FLOOR), Counts::default(), motion, false);
+        assert_eq!(command, Command::Drive(motion));
+        assert!(!guard.acts() && guard.take_news().is_none());
+    }
+}
+
+#[test]
+fn each_sensor_forbids_what_leads_to_it_and_no_more() {
+    let [ahead, back, right, left] = [
+        Motion::new(6, 0),
+        Motion::new(-6, 0),
+        Motion::new(0, 6),
+        Motion::new(0, -6),
+    ];
+    let cases = [
+        (edges(1), [false, true, false, true]),
+        (edges(2), [false, true, true, true]),
+        (edges(4), [false, true, true, false]),
+        (edges(8), [true, false, false, false]),
+    ];
+    for (cliff, allowed) in cases {
+        for (motion, allowed) in [ahead, back, right, left].into_iter().zip(allowed) {
+            let first = reaction(cliff, motion).next();
+            assert_eq!(
+                first == Some(Command::Drive(motion)),
+                allowed,
+                "{cliff:?} {motion:?}"
+            );
+            assert_eq!(first == Some(Command::Brake), !allowed);
+        }
+    }
+}
+
+#[test]
+fn an_edge_ahead_is_left_backward_and_then_turned_from() {
+    for (cliff, sign) in [(edges(1), 1), (edges(4), -1)] {
+        let mut guard = CliffGuard::default();
+        let wish = Motion::new(12, 0);
+        assert_eq!(
+            guard.guard(&senses(cliff), Counts::default(), wish, false),
+            Command::Brake
+        );
+        assert_eq!(guard.take_news(), Some(false));
+        let mut turned = 0;
+        let mut seen = senses(cliff);
+        for _ in 0..400 {
+            let Command::Drive(motion) = guard.guard(&seen, Counts::default(), wish, false) else {
+                panic!("it brakes again");
+            };
+            if motion == wish {
+                break;
+            }
+            if motion.velocity_cps < 0 {
+                // It rolls back, off the edge.
+                seen.way_counts = -8;
+                seen.cliff = Some(FLOOR);
+            } else {
+                assert_eq!(motion, Motion::new(0, TURN_IN_S * sign));
+                seen.pose.heading.0 = seen.pose.heading.0.wrapping_add_signed(300 * sign);
+                turned += 300;
+            }
+        }
+        assert!((0x2AAB..0x5600).contains(&turned), "{turned}");
+        assert!(!guard.acts());
+    }
+}
+
+#[test]
+fn an_edge_behind_is_left_ahead_and_backing_is_slow() {
+    let mut guard = CliffGuard::default();
+    let command = guard.guard(
+        &senses(FLOOR),
+        Counts::default(),
+        Motion::new(-12, 0),
+        false,
+    );
+    assert_eq!(command, Command::Drive(Motion::new(-8, 0)));
+    let commands: [Option<Command>; 2] = {
+        let mut commands = reaction(edges(8), Motion::new(-8, 0));
+        [commands.next(), commands.next()]
+    };
+    assert_eq!(commands[0], Some(Command::Brake));
+    assert_eq!(commands[1], Some(Command::Drive(Motion::new(5, 0))));
+}
+
+#[test]
+fn the_hand_is_stopped_and_not_led() {
+    let mut guard = CliffGuard::default();
+    let ahead = Motion::new(8, 0);
+    for tick in 0..100 {
+        let command = guard.guard(&senses(edges(2)), Counts::default(), ahead, true);
+        assert_eq!(command, Command::Brake, "tick {tick}");
+        assert_eq!(guard.take_news().is_some(), tick == 0);
+    }
+    let back = Motion::new(-5, 0);
+    for _ in 0..2 {
+        guard.guard(&senses(edges(2)), Counts::default(), back, true);
+    }
+    let command = guard.guard(&senses(edges(2)), Counts::default(), back, true);
+    assert_eq!(command, Command::Drive(back), "the hand may back off");
+}
+
+#[test]
+fn switched_off_or_not_fitted_it_does_nothing() {
+    let mut off = Parameters::DEFAULT;
+    assert!(off.set(Parameter::CliffGuard, 0));
+    let ahead = Motion::new(12, 0);
+    for senses in [
+        Senses {
+            parameters: &off,
+            ..senses(edges(15))
+        },
+        Senses {
+            cliff: None,
+            ..senses(edges(15))
+        },
+    ] {
+        let command = CliffGuard::default().guard(&senses, Counts::default(), ahead, false);
+        assert_eq!(command, Command::Drive(ahead));
+    }
+}
+
+proptest! {
+    /// Whatever is wanted and seen: while a sensor ahead sees no floor nothing drives the robot forward, while
+    /// one behind does nothing drives it backward.
+    #[test]
+    fn no_command_leads_over_an_edge(
+        ticks in proptest::collection::vec(
+            (0_u8..16, -300_i16..300, -300_i16..300, -12_i16..12, -12_i16..12, any::<u32>(), any::<bool>(), any::<bool>()),
+            1..200,
+        ),
+    ) {
+        let mut guard = CliffGuard::default();
+        for (bits, velocity_cps, rotation_cps, left, right, dice, bumped, by_hand) in ticks {
+            let mut seen = senses(edges(bits));
+            seen.dice = dice;
+            seen.bumper.center = bumped;
+            seen.way_counts = left + right;
+            seen.pose.heading.0 = dice as u16;
+            let wish = Motion { velocity_cps, rotation_cps };
+            let command = guard.guard(&seen, Counts { left, right }, wish, by_hand);
+            if let Command::Drive(motion) = command {
+                let front = bits & 7 != 0;
+                prop_assert!(!front || motion.velocity_cps <= 0, "{motion:?} with {bits:04b}");
+                let rear = bits & 8 != 0;
+                prop_assert!(!rear || motion.velocity_cps >= 0, "{motion:?} with {bits:04b}");
+            }
+        }
+    }
+}

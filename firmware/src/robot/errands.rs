@@ -1,0 +1,204 @@
+//! What the robot decides by itself about what it is to do: when wandering ends, when the battery calls for
+//! the operator or for the dock, and what comes after the dock and after the square.
+
+use super::Robot;
+use crate::behaviours::News;
+use crate::board::{Inputs, TICK_HZ};
+use crate::parameters::Parameter;
+use crate::song::Song;
+use groundwave_protocol::letters::{Layer, LayerMask, Mode};
+
+/// What it says when it has wandered long enough.
+const WANDERED: &str = "I have wandered long enough: going home";
+
+/// What it says when the battery is low.
+const BATTERY_LOW: &str = "my battery is low: please charge me";
+
+/// The same when it helps itself.
+const TO_THE_DOCK: &str = "my battery is low: going to my dock";
+
+/// What it says on the dock.
+const ON_THE_DOCK: &str = "I'm on my dock";
+
+/// What it says when it leaves it.
+const CHARGED: &str = "I'm charged";
+
+/// What it says at the end of the square.
+const SQUARE_DRIVEN: &str = "the square is driven: measure where I am";
+
+/// What it says when something was in its way there.
+const SQUARE_SPOILT: &str = "the square is spoilt: I touched something";
+
+/// What it says when the cliff guard takes the motors.
+const EDGE_AHEAD: &str = "cliff guard: there is no floor ahead";
+const EDGE_BEHIND: &str = "cliff guard: there is no floor behind";
+
+/// While the battery stays low it calls again after this time.
+const CALL_TICKS: u16 = 300 * TICK_HZ as u16;
+
+/// Above the low limit by this the battery is no longer low, in tenths of a volt: it recovers at rest.
+const RECOVERED_DV: i32 = 6;
+
+/// On the charger the battery is full when it has reached this voltage, in tenths of a volt: 2.27 V a cell,
+/// what a charger holds a lead-acid battery at for ever.
+const FULL_DV: u16 = 136;
+
+/// And has had it for so long: by then it takes in little.
+const FULL_TICKS: u16 = 600 * TICK_HZ as u16;
+
+/// What it keeps in mind.
+#[derive(Clone, Debug)]
+pub(super) struct Errands {
+    wandered_ticks: u32,
+    /// Until the next call; `None` while the battery is not low.
+    call_ticks: Option<u16>,
+    full_ticks: u16,
+    /// What it was about before it went to its dock.
+    resume: Mode,
+}
+
+impl Default for Errands {
+    fn default() -> Self {
+        Self {
+            wandered_ticks: 0,
+            call_ticks: None,
+            full_ticks: 0,
+            resume: Mode::Stop,
+        }
+    }
+}
+
+impl Errands {
+    /// Whether the charger has done its work.
+    pub(super) const fn is_charged(&self) -> bool {
+        self.full_ticks >= FULL_TICKS
+    }
+
+    /// Another mode begins; this one was the one before.
+    pub(super) const fn leave(&mut self, mode: Mode) {
+        self.wandered_ticks = 0;
+        // A square that was broken off is not driven again.
+        self.resume = if matches!(mode, Mode::Calibrate) {
+            Mode::Stop
+        } else {
+            mode
+        };
+    }
+}
+
+impl Robot {
+    /// Once a tick, before anything else.
+    pub(super) fn run_errands(&mut self, inputs: &Inputs) {
+        self.watch_battery(inputs);
+        match self.mode {
+            Mode::Wander => self.wander_on(),
+            Mode::Forage => self.forage_on(),
+            Mode::Calibrate => self.calibrate_on(inputs),
+            _ => {}
+        }
+    }
+
+    fn watch_battery(&mut self, inputs: &Inputs) {
+        let decivolts = self.battery.decivolts();
+        self.errands.full_ticks = if inputs.is_docked && decivolts >= FULL_DV {
+            self.errands.full_ticks.saturating_add(1)
+        } else {
+            0
+        };
+        // The very first reading has not been averaged yet.
+        if self.now_ticks == 0 {
+            return;
+        }
+        let above_low_dv =
+            i32::from(decivolts) - i32::from(self.parameters.get(Parameter::LowBattery));
+        let is_low = if self.errands.call_ticks.is_some() {
+            above_low_dv < RECOVERED_DV
+        } else {
+            above_low_dv < 0
+        };
+        if !is_low || inputs.is_docked {
+            self.errands.call_ticks = None;
+            return;
+        }
+        let wait = self.errands.call_ticks.unwrap_or(0);
+        if wait > 0 {
+            self.errands.call_ticks = Some(wait - 1);
+            return;
+        }
+        self.errands.call_ticks = Some(CALL_TICKS);
+        if self.parameters.is_on(Parameter::Forage) && may_forage(self.mode) {
+            self.enter(Mode::Forage);
+            self.schedule.say(TO_THE_DOCK);
+        } else {
+            self.schedule.say(BATTERY_LOW);
+        }
+        self.singer.begin(Song::LowBattery);
+    }
+
+    fn wander_on(&mut self) {
+        self.errands.wandered_ticks += 1;
+        let wander_s = self.parameters.get(Parameter::Wander).unsigned_abs();
+        if self.errands.wandered_ticks > u32::from(wander_s) * TICK_HZ {
+            self.enter(Mode::GoHome);
+            self.singer.begin(Song::Alarm);
+            self.schedule.say(WANDERED);
+        }
+    }
+
+    fn forage_on(&mut self) {
+        match self.layers.dead_reckoning.take_docking_news() {
+            Some(News::Docked) => {
+                self.singer.begin(Song::Docked);
+                self.schedule.say(ON_THE_DOCK);
+                self.schedule.status_changed();
+            }
+            Some(News::Left) => {
+                self.enter(self.errands.resume);
+                self.schedule.say(CHARGED);
+            }
+            None => {}
+        }
+    }
+
+    fn calibrate_on(&mut self, inputs: &Inputs) {
+        let is_done = self.layers.dead_reckoning.take_square();
+        let is_spoilt = inputs.bumper.any();
+        if !is_done && !is_spoilt {
+            return;
+        }
+        self.enter(Mode::Stop);
+        if is_done {
+            self.singer.begin(Song::Finished);
+            self.schedule.say(SQUARE_DRIVEN);
+        } else {
+            self.schedule.say(SQUARE_SPOILT);
+        }
+    }
+
+    /// The layers that run on the way to the dock. What the bumper touches there is the dock.
+    pub(super) fn enabled_foraging(&self, allowed: LayerMask) -> LayerMask {
+        let docking = self.layers.dead_reckoning.docking();
+        let allowed = allowed.without(Layer::Photo).without(Layer::Motion);
+        if docking.touches_dock() || self.latest.is_docked {
+            allowed.without(Layer::Bumpers)
+        } else {
+            allowed
+        }
+    }
+
+    /// Says once that the cliff guard has taken the motors.
+    pub(super) fn tell_of_cliffs(&mut self) {
+        if let Some(is_behind) = self.cliff_guard.take_news() {
+            self.schedule
+                .say(if is_behind { EDGE_BEHIND } else { EDGE_AHEAD });
+        }
+    }
+}
+
+/// Whether it may leave what it is about for its dock: not what the operator does with it.
+const fn may_forage(mode: Mode) -> bool {
+    matches!(
+        mode,
+        Mode::Prowl | Mode::Reactive | Mode::Passive | Mode::Wander | Mode::GoHome
+    )
+}
