@@ -20,6 +20,23 @@ const FINISHED: &[Note] = &[
     (523, 16),
 ];
 
+/// A lullaby to hide by, about 6 s.
+const HIDING: &[Note] = &[
+    (784, 6),
+    (659, 6),
+    (784, 12),
+    (0, 2),
+    (880, 6),
+    (784, 6),
+    (659, 12),
+    (0, 2),
+    (587, 6),
+    (659, 6),
+    (698, 6),
+    (587, 6),
+    (523, 24),
+];
+
 /// The singer: silent until told.
 #[derive(Clone, Debug, Default)]
 pub struct Singer {
@@ -31,6 +48,12 @@ impl Singer {
     /// Begins the song.
     pub const fn begin(&mut self) {
         self.rest = FINISHED;
+        self.played_ticks = 0;
+    }
+
+    /// Begins the song of a robot that hides.
+    pub const fn begin_hiding(&mut self) {
+        self.rest = HIDING;
         self.played_ticks = 0;
     }
 
