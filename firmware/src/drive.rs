@@ -121,6 +121,12 @@ impl DriveTrain {
         (self.right_parts / AVERAGE_PARTS) as i16
     }
 
+    /// Whether neither wheel turns, as far as can be measured.
+    #[must_use]
+    pub const fn is_standing(&self) -> bool {
+        self.left_cps() == 0 && self.right_cps() == 0
+    }
+
     /// A long running average of left minus right, counts a second.
     #[must_use]
     pub const fn turning_cps(&self) -> i16 {

@@ -16,6 +16,7 @@ extern crate std;
 
 pub mod angle;
 pub mod arbiter;
+pub mod arm;
 pub mod behaviours;
 pub mod board;
 pub mod cliff;

@@ -6,7 +6,10 @@ mod uplink;
 
 use crate::angle::Angle;
 use crate::arbiter::{self, Holder};
-use crate::behaviours::{FITTED, Layers, prowl};
+use crate::arm::ServoArm;
+use crate::behaviours::{
+    ALLOWED_AT_BOOT, BumpSequence, Ending, FITTED, Layers, Passive, SensorSwitches, Step, prowl,
+};
 use crate::board::{Identity, Inputs, Outputs};
 use crate::cliff::{CliffGuard, Command};
 use crate::dice::Dice;
@@ -14,7 +17,7 @@ use crate::drive::{DriveTrain, Motion};
 use crate::failsafe::Guard;
 use crate::infrared::Infrared;
 use crate::odometry::{Odometer, Pose};
-use crate::parameters::Parameters;
+use crate::parameters::{Parameter, Parameters};
 use crate::pid::Gains;
 use crate::sensors::{Battery, Ranges, Senses, ping_at};
 use crate::song::{Singer, Song};
@@ -35,6 +38,13 @@ const REACTIVE_HORIZON_IN: u16 = 48;
 /// Sonar looks this far ahead on the way to a target: farther walls are no reason to leave the way.
 const ROUTE_HORIZON_IN: u16 = 40;
 
+/// Layers of a robot that hides.
+const HIDING: LayerMask = LayerMask::NONE
+    .with(Layer::User)
+    .with(Layer::Bumpers)
+    .with(Layer::Rotation)
+    .with(Layer::Motion);
+
 /// What the robot says at the end of its list.
 const LIST_FINISHED: &str = "I'm finished with the co-ordinate list";
 
@@ -43,6 +53,9 @@ const FAILSAFE_ACTS: &str = "failsafe: the ground is silent";
 
 /// What it says when the operator has taken over again.
 const FAILSAFE_OVER: &str = "failsafe is over";
+
+/// What it says when somebody or something was in the way of a look around.
+const SCAN_BROKEN_OFF: &str = "scan: broken off";
 
 /// What it says when it has come home.
 const HOME_REACHED: &str = "I'm home";
@@ -54,6 +67,8 @@ pub struct Robot {
     parameters: Parameters,
     now_ticks: u32,
     mode: Mode,
+    /// Where mode Passive goes back to.
+    mode_before: Mode,
     allowed: LayerMask,
     dice: Dice,
 
@@ -65,6 +80,10 @@ pub struct Robot {
     latest: Inputs,
 
     layers: Layers,
+    switches: SensorSwitches,
+    passive: Passive,
+    bump_sequence: BumpSequence,
+    arm: ServoArm,
     holder: Option<Holder>,
     motion: Motion,
     cliff_guard: CliffGuard,
@@ -101,7 +120,8 @@ impl Robot {
             parameters,
             now_ticks: 0,
             mode: Mode::Prowl,
-            allowed: FITTED,
+            mode_before: Mode::Prowl,
+            allowed: ALLOWED_AT_BOOT,
             dice: Dice::new(identity.dice_seed),
             odometer: Odometer::default(),
             drive: DriveTrain::default(),
@@ -110,6 +130,10 @@ impl Robot {
             battery: Battery::default(),
             latest: Inputs::default(),
             layers: Layers::default(),
+            switches: SensorSwitches::default(),
+            passive: Passive::default(),
+            bump_sequence: BumpSequence::default(),
+            arm: ServoArm::default(),
             holder: None,
             motion: Motion::STILL,
             cliff_guard: CliffGuard::default(),
@@ -134,7 +158,7 @@ impl Robot {
         self.watch_silence();
         self.live_ticks = self.live_ticks.saturating_sub(1);
         self.run_errands(inputs);
-        let enabled = self.enabled();
+        let running = self.running();
 
         // Sensors.
         self.battery.read(inputs);
@@ -145,7 +169,7 @@ impl Robot {
         }
         let infrared = self
             .infrared
-            .tick(enabled.contains(Layer::Infrared), &self.parameters);
+            .tick(self.looks_by_infrared(running), &self.parameters);
         self.count_bumps(inputs);
 
         // Odometry.
@@ -162,6 +186,7 @@ impl Robot {
             now_ticks: self.now_ticks,
             pose: self.odometer.pose(),
             way_counts: counts.left.saturating_add(counts.right),
+            is_standing: self.motion == Motion::STILL && self.drive.is_standing(),
             turning_cps: self.drive.turning_cps(),
             bumper: inputs.bumper,
             infrared,
@@ -176,22 +201,30 @@ impl Robot {
             horizon_in: self.horizon_in(target),
             dice: self.dice.roll(),
         };
-        let requests = self.layers.decide(enabled, &senses);
+        let requests = self.layers.decide(running, &senses);
+        self.switches.watch(&senses, running);
+        let is_tempted = self.may_hide() && self.bump_sequence.watch(&senses);
 
         // The arbiter.
         let winner = arbiter::arbitrate(&requests).filter(|_| self.mode != Mode::Stop);
         self.holder = winner.map(|(holder, _)| holder);
         let motion = winner.map_or(Motion::STILL, |(_, motion)| motion);
 
-        // The cliff guard.
+        // What guards the motors: no edge is driven over, and nothing moves with the arm up.
         let by_hand = self.holder == Some(Holder::Layer(Layer::User));
         let command = self.cliff_guard.guard(&senses, counts, motion, by_hand);
-        self.motion = match command {
+        let motion = match command {
             Command::Drive(motion) => motion,
             Command::Brake => Motion::STILL,
         };
+        self.motion = self.guard_arm(inputs, motion);
 
+        // What has come to its end, and what begins.
         self.take_arrival();
+        self.finish_turns();
+        if is_tempted {
+            self.enter(Mode::Passive);
+        }
 
         // PID to pulse widths.
         let (pwm_left, pwm_right) = if self.mode == Mode::Stop {
@@ -212,6 +245,8 @@ impl Robot {
         self.events.cliff(inputs.cliff);
         self.tell_of_cliffs();
         self.events.drive(&self.drive);
+        let motion = &self.layers.motion;
+        self.events.arm(motion.seen(), motion.touched());
         self.events.raised(arbiter::raised(&requests));
         self.count_win();
         self.ticks_late = self.ticks_late.wrapping_add(u16::from(inputs.is_late));
@@ -223,7 +258,7 @@ impl Robot {
             pwm_right,
             ping: ping_at(self.now_ticks).filter(|_| self.allowed.contains(Layer::Sonar)),
             note_hz: self.singer.tick(),
-            arm_up: false,
+            arm_up: self.arm.is_up(),
             keep_parameters: false,
         }
     }
@@ -234,18 +269,104 @@ impl Robot {
         self.infrared.look(left, right)
     }
 
-    /// The layers that run in this mode.
+    /// Layers that the program has and the board has the sensors for.
+    fn fitted(&self) -> LayerMask {
+        let mut fitted = FITTED;
+        if self.latest.photo_left.is_none() || self.latest.photo_right.is_none() {
+            fitted = fitted.without(Layer::Photo);
+        }
+        if self.latest.motion.is_none() {
+            fitted = fitted.without(Layer::Motion);
+        }
+        fitted
+    }
+
+    /// The layers that are on in this mode.
     fn enabled(&self) -> LayerMask {
-        let allowed = self.allowed.and(FITTED);
+        let mut allowed = self.allowed();
+        if !allowed.contains(Layer::Bumpers) {
+            // It looks at nothing but the light.
+            allowed = allowed.without(Layer::Photo);
+        }
         match self.mode {
             Mode::Stop => LayerMask::NONE,
-            Mode::Prowl | Mode::GoHome => allowed,
+            Mode::Prowl | Mode::GoHome => allowed.without(Layer::Motion),
             Mode::Forage => self.enabled_foraging(allowed),
             // By odometry alone: whatever turned it aside would spoil the square.
             Mode::Calibrate => {
                 allowed.and(LayerMask::NONE.with(Layer::User).with(Layer::DeadReckoning))
             }
-            _ => allowed.without(Layer::DeadReckoning),
+            Mode::Passive => allowed.and(HIDING),
+            Mode::Reactive => allowed.without(Layer::DeadReckoning),
+            _ => allowed.without(Layer::DeadReckoning).without(Layer::Motion),
+        }
+    }
+
+    /// Those of them that the robot itself has not switched off.
+    fn running(&self) -> LayerMask {
+        let enabled = self.enabled();
+        if self.parameters.is_on(Parameter::Behaviour) {
+            enabled.and(LayerMask::from_bits(!self.switches.off().bits()))
+        } else {
+            enabled
+        }
+    }
+
+    /// While the robot looks around the detectors look too, whoever may turn it away.
+    fn looks_by_infrared(&self, running: LayerMask) -> bool {
+        running.contains(Layer::Infrared)
+            || self.layers.rotation.is_scanning() && self.allowed.contains(Layer::Infrared)
+    }
+
+    /// Whether bumps may send it into hiding: only while it prowls without an aim.
+    fn may_hide(&self) -> bool {
+        self.mode == Mode::Prowl
+            && self.target().is_none()
+            && self.parameters.is_on(Parameter::Behaviour)
+            && self.allowed().contains(Layer::Motion)
+            && self.allowed().contains(Layer::Rotation)
+    }
+
+    /// Never drives with the arm up: what would move the robot stows it first.
+    fn guard_arm(&mut self, inputs: &Inputs, motion: Motion) -> Motion {
+        if inputs.motion.is_none() {
+            return motion;
+        }
+        let wants_arm = self.layers.motion.wants_arm();
+        if wants_arm && motion != Motion::STILL {
+            self.layers.motion.interrupt();
+        }
+        self.arm.guard(wants_arm, motion)
+    }
+
+    /// A turn or a look around that has ended is told, and mode Passive goes on. Whoever above the
+    /// rotation layer holds the motors ends it.
+    fn finish_turns(&mut self) {
+        let is_free = !matches!(
+            self.holder,
+            Some(Holder::Layer(Layer::User | Layer::Bumpers))
+        );
+        if !is_free {
+            self.layers.rotation.break_off();
+        }
+        let ending = self.layers.rotation.take_ending();
+        match ending {
+            Some(Ending::Scanned) => self.schedule.say_findings(),
+            Some(Ending::BrokenOff) => self.schedule.say(SCAN_BROKEN_OFF),
+            Some(Ending::Turned) | None => {}
+        }
+        if self.mode != Mode::Passive {
+            return;
+        }
+        let heading = self.odometer.pose().heading;
+        let (rotation, motion) = (&mut self.layers.rotation, &self.layers.motion);
+        match self
+            .passive
+            .step(heading, ending, is_free, rotation, motion)
+        {
+            Step::Sing => self.singer.begin_hiding(),
+            Step::Over => self.enter(self.mode_before),
+            Step::Nothing => {}
         }
     }
 
@@ -307,6 +428,11 @@ impl Robot {
         }
         if self.mode != mode {
             self.errands.leave(self.mode);
+            if mode == Mode::Passive {
+                self.mode_before = self.mode;
+                self.passive = Passive::default();
+                self.bump_sequence.forget();
+            }
             self.mode = mode;
             self.layers.rest();
             self.schedule.status_changed();
@@ -392,8 +518,8 @@ impl Robot {
 
     /// Layers that the operator allows, among those fitted.
     #[must_use]
-    pub const fn allowed(&self) -> LayerMask {
-        self.allowed
+    pub fn allowed(&self) -> LayerMask {
+        self.allowed.and(self.fitted())
     }
 
     /// What the acknowledgement says at this moment.

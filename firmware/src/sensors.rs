@@ -9,6 +9,7 @@ use groundwave_protocol::letters::Mode;
 
 /// Everything a behaviour may look at.
 #[derive(Clone, Copy, Debug)]
+#[expect(clippy::struct_excessive_bools, reason = "one a sensor")]
 pub struct Senses<'a> {
     /// What the operator may tune.
     pub parameters: &'a Parameters,
@@ -22,6 +23,8 @@ pub struct Senses<'a> {
     pub pose: Pose,
     /// Counts of both wheels together in the past tick, backward negative: twice the way.
     pub way_counts: i16,
+    /// Nothing drives the wheels, and they do not turn.
+    pub is_standing: bool,
     /// A long running average of left minus right, counts a second.
     pub turning_cps: i16,
     /// Bumper switches that are closed.
@@ -133,6 +136,7 @@ impl Senses<'static> {
             now_ticks: 0,
             pose: Pose::default(),
             way_counts: 0,
+            is_standing: false,
             turning_cps: 0,
             bumper: Switches::default(),
             infrared: Sides::default(),

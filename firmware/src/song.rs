@@ -113,6 +113,23 @@ impl Song {
     }
 }
 
+/// A lullaby to hide by, about 6 s.
+const HIDING: &[Note] = &[
+    (784, 6),
+    (659, 6),
+    (784, 12),
+    (0, 2),
+    (880, 6),
+    (784, 6),
+    (659, 12),
+    (0, 2),
+    (587, 6),
+    (659, 6),
+    (698, 6),
+    (587, 6),
+    (523, 24),
+];
+
 /// The singer: silent until told.
 #[derive(Clone, Debug, Default)]
 pub struct Singer {
@@ -124,6 +141,12 @@ impl Singer {
     /// Begins a song; one that is being sung ends.
     pub const fn begin(&mut self, song: Song) {
         self.rest = song.notes();
+        self.played_ticks = 0;
+    }
+
+    /// Begins the song of a robot that hides.
+    pub const fn begin_hiding(&mut self) {
+        self.rest = HIDING;
         self.played_ticks = 0;
     }
 

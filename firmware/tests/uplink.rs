@@ -151,7 +151,7 @@ fn what_is_not_fitted_is_refused_and_changes_nothing() {
     refuse(Order::Mode(Mode::Passive), Outcome::NotFitted);
     refuse(only(LayerMask::ALL), Outcome::NotFitted);
     refuse(only(all.with(Layer::Photo)), Outcome::NotFitted);
-    refuse(Order::Scan, Outcome::NotFitted);
+    refuse(only(all.with(Layer::Motion)), Outcome::NotFitted);
     refuse(Order::Unknown, Outcome::Unknown);
 }
 

@@ -262,7 +262,7 @@ impl Behaviour for Bumpers {
 }
 
 /// The side a press comes from; `None` for the centre, and for both sides at once.
-const fn side(switches: Switches) -> Option<Side> {
+pub(super) const fn side(switches: Switches) -> Option<Side> {
     match (switches.left, switches.right) {
         (true, false) => Some(Side::Left),
         (false, true) => Some(Side::Right),

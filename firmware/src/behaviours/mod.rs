@@ -3,20 +3,32 @@
 //! A behaviour looks at the [`Senses`] and at its own small state and says what it wants. It knows
 //! nothing of the others: which of them is heard is the arbiter's business.
 
+mod behaviour;
 mod bumpers;
 mod dead_reckoning;
 mod detour;
 mod docking;
 mod infrared;
+mod motion;
+mod panorama;
+mod passive;
+mod photo;
 pub mod prowl;
+mod rotation;
 mod sonar;
 mod square;
 mod user;
 
+pub use behaviour::SensorSwitches;
 pub use bumpers::Bumpers;
 pub use dead_reckoning::DeadReckoning;
 pub use docking::News;
 pub use infrared::InfraredAvoidance;
+pub use motion::MotionDetector;
+pub use panorama::{Findings, Panorama, SAMPLES};
+pub use passive::{BumpSequence, Passive, Step};
+pub use photo::Photo;
+pub use rotation::{Ending, Rotation};
 pub use sonar::Sonar;
 pub use user::{DEAD_MAN_TICKS, User};
 
@@ -33,13 +45,11 @@ pub trait Behaviour {
     fn rest(&mut self);
 }
 
-/// Layers that this firmware has.
-pub const FITTED: LayerMask = LayerMask::NONE
-    .with(Layer::User)
-    .with(Layer::Bumpers)
-    .with(Layer::Infrared)
-    .with(Layer::Sonar)
-    .with(Layer::DeadReckoning);
+/// Layers that this firmware has. Photo and motion need sensors that not every board has.
+pub const FITTED: LayerMask = LayerMask::ALL;
+
+/// Layers that may run after a boot: photo and motion would make of prowling something else.
+pub const ALLOWED_AT_BOOT: LayerMask = FITTED.without(Layer::Photo).without(Layer::Motion);
 
 /// The eight layers' states.
 #[derive(Clone, Debug, Default)]
@@ -48,10 +58,16 @@ pub struct Layers {
     pub user: User,
     /// Layer 1.
     pub bumpers: Bumpers,
+    /// Layer 2.
+    pub rotation: Rotation,
     /// Layer 3.
     pub infrared: InfraredAvoidance,
     /// Layer 4.
     pub sonar: Sonar,
+    /// Layer 5.
+    pub photo: Photo,
+    /// Layer 6.
+    pub motion: MotionDetector,
     /// Layer 7.
     pub dead_reckoning: DeadReckoning,
 }
@@ -70,11 +86,11 @@ impl Layers {
         [
             run(Layer::User, &mut self.user),
             run(Layer::Bumpers, &mut self.bumpers),
-            run(Layer::Rotation, &mut NotFitted),
+            run(Layer::Rotation, &mut self.rotation),
             run(Layer::Infrared, &mut self.infrared),
             run(Layer::Sonar, &mut self.sonar),
-            run(Layer::Photo, &mut NotFitted),
-            run(Layer::Motion, &mut NotFitted),
+            run(Layer::Photo, &mut self.photo),
+            run(Layer::Motion, &mut self.motion),
             run(Layer::DeadReckoning, &mut self.dead_reckoning),
             prowl::freely(senses),
         ]
@@ -84,19 +100,11 @@ impl Layers {
     pub fn rest(&mut self) {
         self.user.rest();
         self.bumpers.rest();
+        self.rotation.rest();
         self.infrared.rest();
         self.sonar.rest();
+        self.photo.rest();
+        self.motion.rest();
         self.dead_reckoning.rest();
     }
-}
-
-/// A layer this firmware does not have.
-struct NotFitted;
-
-impl Behaviour for NotFitted {
-    fn decide(&mut self, _: &Senses) -> Request {
-        Request::QUIET
-    }
-
-    fn rest(&mut self) {}
 }

@@ -2,7 +2,6 @@
 
 use super::Robot;
 use crate::arbiter::Holder;
-use crate::behaviours::FITTED;
 use crate::board::TICK_HZ;
 use crate::parameters::Parameter;
 use crate::telemetry::{Events, Kind};
@@ -40,6 +39,12 @@ impl Robot {
             Kind::Status => Body::Status(self.status_line()),
             Kind::Counters => Body::Counters(self.counters_line()),
             Kind::Text(text) => Body::Text(TextLine::new(text)),
+            Kind::Findings => {
+                let text = self.layers.rotation.panorama().findings().text();
+                Body::Text(TextLine::new(
+                    core::str::from_utf8(&text).unwrap_or_default(),
+                ))
+            }
         }
     }
 
@@ -64,13 +69,26 @@ impl Robot {
             bump: events.bump(),
             infrared: events.infrared_letter(self.infrared.is_jammed()),
             cliff: events.cliff_letter(),
-            arm: Arm::NotFitted,
+            arm: self.arm_letter(events),
             drive: events.drive_letter(is_out_of_range),
             power: self.power(),
             link: self.guard.letter(self.farm.is_open()),
             mode: self.mode,
             layers: self.layer_states(events.layers_raised()),
         }
+    }
+
+    fn arm_letter(&self, events: &Events) -> Arm {
+        if self.latest.motion.is_none() {
+            return Arm::NotFitted;
+        }
+        events.arm_letter(if !self.arm.is_up() {
+            Arm::Stowed
+        } else if self.layers.motion.is_armed() {
+            Arm::Armed
+        } else {
+            Arm::Up
+        })
     }
 
     fn power(&self) -> Power {
@@ -92,14 +110,17 @@ impl Robot {
     }
 
     fn layer_states(&self, raised: LayerMask) -> LayerStates {
-        let enabled = self.enabled();
+        let mut running = self.running();
+        if self.infrared.is_jammed() {
+            running = running.without(Layer::Infrared);
+        }
         let mut states = LayerStates::OFF;
         for layer in Layer::ALL {
             let state = if self.holder == Some(Holder::Layer(layer)) {
                 LayerState::Holds
             } else if raised.contains(layer) {
                 LayerState::Raised
-            } else if enabled.contains(layer) {
+            } else if running.contains(layer) {
                 LayerState::Quiet
             } else {
                 LayerState::Off
@@ -124,8 +145,8 @@ impl Robot {
             max_count: self.infrared.max_count(),
             photo_left: self.latest.photo_left,
             photo_right: self.latest.photo_right,
-            fitted: FITTED,
-            allowed: self.allowed,
+            fitted: self.fitted(),
+            allowed: self.allowed(),
             boots: self.identity.boots,
             odometer_resets: self.odometer_resets,
         }

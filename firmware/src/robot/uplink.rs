@@ -2,11 +2,10 @@
 
 use super::Robot;
 use crate::angle::Angle;
-use crate::behaviours::FITTED;
 use crate::drive::Motion;
 use groundwave_protocol::arq::Action;
 use groundwave_protocol::command::{Drive, Message, Order};
-use groundwave_protocol::letters::{LayerMask, Mode};
+use groundwave_protocol::letters::{Layer, LayerMask, Mode};
 use groundwave_protocol::telemetry::Outcome;
 
 impl Robot {
@@ -59,11 +58,14 @@ impl Robot {
 
     fn execute(&mut self, order: Order) -> Outcome {
         match order {
-            Order::Mode(mode) if is_fitted(mode) => {
+            Order::Mode(mode) if self.is_fitted(mode) => {
                 self.rearm();
+                if mode == Mode::Passive {
+                    self.allow_hiding();
+                }
                 self.enter(mode);
             }
-            Order::Layers { which, allowed } if allowed.and(FITTED) == allowed => {
+            Order::Layers { which, allowed } if allowed.and(self.fitted()) == allowed => {
                 let others = self.allowed.and(LayerMask::from_bits(!which.bits()));
                 self.allowed = LayerMask::from_bits(others.bits() | allowed.bits());
                 self.schedule.status_changed();
@@ -73,16 +75,46 @@ impl Robot {
                 theta_deg,
             } => self.set_pose(position, Angle::from_degrees(theta_deg)),
             Order::Failsafe(Some(failsafe)) if !failsafe.is_valid() => return Outcome::BadValue,
-            Order::Failsafe(failsafe) if failsafe.is_none_or(|f| is_fitted(f.mode)) => {
+            Order::Failsafe(failsafe) if failsafe.is_none_or(|f| self.is_fitted(f.mode)) => {
                 self.guard.set(failsafe);
             }
-            Order::Mode(_) | Order::Layers { .. } | Order::Scan | Order::Failsafe(_) => {
+            Order::Scan if !self.fitted().contains(Layer::Rotation) => return Outcome::NotFitted,
+            // In the operator's hand, hiding or stopped it does not turn by itself.
+            Order::Scan
+                if matches!(self.mode, Mode::User | Mode::Passive)
+                    || !self.running().contains(Layer::Rotation) =>
+            {
+                return Outcome::NotNow;
+            }
+            Order::Scan => self.layers.rotation.scan(),
+            Order::Mode(_) | Order::Layers { .. } | Order::Failsafe(_) => {
                 return Outcome::NotFitted;
             }
             // The receiving end activates lists by itself.
             Order::Activate { .. } | Order::Unknown => return Outcome::Unknown,
         }
         Outcome::Done
+    }
+
+    /// Whether every layer that makes the mode what it is, is fitted.
+    fn is_fitted(&self, mode: Mode) -> bool {
+        match mode {
+            Mode::Prowl
+            | Mode::Reactive
+            | Mode::Stop
+            | Mode::User
+            | Mode::Wander
+            | Mode::GoHome
+            | Mode::Calibrate => true,
+            Mode::Passive => self.fitted().contains(Layer::Motion),
+            Mode::Forage => self.latest.beacon.is_some(),
+        }
+    }
+
+    /// Who orders the robot to hide allows the layers that hiding is made of.
+    fn allow_hiding(&mut self) {
+        self.allowed = self.allowed.with(Layer::Rotation).with(Layer::Motion);
+        self.schedule.status_changed();
     }
 
     /// A frame that has been under way for too long must not move the robot. Nor does any while it is
@@ -107,18 +139,3 @@ const LIVE_TICKS: u8 = 40;
 /// A drive frame that names a line begun longer ago has been under way for too long: a long line takes a
 /// third of a second, and the newest one may be half a second old.
 const HEARD_TICKS_MAX: u8 = 24;
-
-/// Whether every layer that makes the mode what it is, is fitted.
-const fn is_fitted(mode: Mode) -> bool {
-    match mode {
-        Mode::Prowl
-        | Mode::Reactive
-        | Mode::Stop
-        | Mode::User
-        | Mode::Wander
-        | Mode::GoHome
-        | Mode::Forage
-        | Mode::Calibrate => true,
-        Mode::Passive => false,
-    }
-}

@@ -4,7 +4,7 @@ use crate::board::Edges;
 use crate::board::Sides;
 use crate::board::Switches;
 use crate::drive::DriveTrain;
-use groundwave_protocol::letters::{Bump, Cliff, Drive, Infrared, LayerMask};
+use groundwave_protocol::letters::{Arm, Bump, Cliff, Drive, Infrared, LayerMask};
 
 /// Everything that happened, at any tick since the events were last taken.
 #[derive(Clone, Debug, Default)]
@@ -21,6 +21,8 @@ pub struct Events {
     saturated: bool,
     stalled: bool,
     odometer_reset: bool,
+    motion: Sides,
+    top_hat: bool,
     raised: LayerMask,
 }
 
@@ -47,6 +49,12 @@ impl Events {
     pub const fn drive(&mut self, train: &DriveTrain) {
         self.saturated |= train.is_saturated();
         self.stalled |= train.is_stalled();
+    }
+
+    /// What the motion layer believed to move, and whether its arm touched something.
+    pub const fn arm(&mut self, motion: Sides, top_hat: bool) {
+        self.motion = self.motion.or(motion);
+        self.top_hat |= top_hat;
     }
 
     /// The odometer was set.
@@ -107,6 +115,18 @@ impl Events {
             (false, true, false, false) => Cliff::Center,
             (false, false, true, false) => Cliff::Right,
             _ => Cliff::Several,
+        }
+    }
+
+    /// The arm's letter: what happened, or else `now`.
+    #[must_use]
+    pub const fn arm_letter(&self, now: Arm) -> Arm {
+        match (self.motion.left, self.motion.right) {
+            _ if self.top_hat => Arm::TopHat,
+            (true, true) => Arm::MotionBoth,
+            (true, false) => Arm::MotionLeft,
+            (false, true) => Arm::MotionRight,
+            (false, false) => now,
         }
     }
 

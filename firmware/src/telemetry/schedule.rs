@@ -15,6 +15,8 @@ pub enum Kind {
     Counters,
     /// Line T.
     Text(&'static str),
+    /// Line T with what a look around has found.
+    Findings,
 }
 
 /// Lines A between two regular lines of another kind.
@@ -28,6 +30,10 @@ const TEXTS: usize = 4;
 
 /// The order of lines.
 #[derive(Clone, Debug)]
+#[expect(
+    clippy::struct_excessive_bools,
+    reason = "each is due or not by itself"
+)]
 pub struct Schedule {
     /// Lines sent since boot, up to the two that are special.
     begun: u8,
@@ -38,6 +44,7 @@ pub struct Schedule {
     since_status: u8,
     since_text: u8,
     texts: [Option<&'static str>; TEXTS],
+    findings_due: bool,
 }
 
 impl Default for Schedule {
@@ -51,6 +58,7 @@ impl Default for Schedule {
             since_status: RATION,
             since_text: RATION,
             texts: [None; TEXTS],
+            findings_due: false,
         }
     }
 }
@@ -59,6 +67,11 @@ impl Schedule {
     /// Line B would say something new.
     pub const fn status_changed(&mut self) {
         self.status_due = true;
+    }
+
+    /// A look around has found something to tell; the latest one is told.
+    pub const fn say_findings(&mut self) {
+        self.findings_due = true;
     }
 
     /// Queues a text; it is lost when too many wait.
@@ -80,7 +93,7 @@ impl Schedule {
                 self.status_due = false;
                 self.since_status = 0;
             }
-            Kind::Text(_) => self.since_text = 0,
+            Kind::Text(_) | Kind::Findings => self.since_text = 0,
             Kind::Counters => {}
         }
         kind
@@ -112,6 +125,9 @@ impl Schedule {
         if self.status_due && self.since_status >= RATION {
             return Kind::Status;
         }
+        if self.since_text >= RATION && core::mem::take(&mut self.findings_due) {
+            return Kind::Findings;
+        }
         if self.since_text >= RATION
             && let Some(text) = self.texts.first_mut().and_then(Option::take)
         {
@@ -136,7 +152,7 @@ mod tests {
                     Kind::State => 'A',
                     Kind::Status => 'B',
                     Kind::Counters => 'C',
-                    Kind::Text(_) => 'T',
+                    Kind::Text(_) | Kind::Findings => 'T',
                 }
             })
             .collect()
@@ -169,6 +185,9 @@ mod tests {
             schedule.status_changed();
             if line % 2 == 0 {
                 schedule.say("x");
+            }
+            if line % 3 == 0 {
+                schedule.say_findings();
             }
         });
         let after_boot = order.get(1..).unwrap_or_default();

@@ -1,0 +1,283 @@
+//! What a look all around has shown, and which way is which.
+
+use crate::angle::Angle;
+use crate::sensors::Senses;
+
+/// Directions of a look around: one each 7.5 degrees.
+pub const SAMPLES: usize = 48;
+
+/// Farther than this is all the same, as for the sonar layer.
+const FAR_IN: u16 = 180;
+
+/// An echo is heard two ticks after its ping and kept for two more: 9 degrees at 45 a second, a sample's width.
+const SONAR_LAG: usize = 1;
+
+/// Lights that differ by less than this are equal, in 256ths.
+const LIGHT_LEAST: u8 = 8;
+
+/// What was sensed in one direction.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+struct Sample {
+    /// The shorter of both views, inches, at most [`FAR_IN`].
+    view_in: u8,
+    /// Both cells together, 0 very bright to 255 dark.
+    dark: u8,
+    infrared: bool,
+}
+
+/// A look all around, clockwise from where the robot looked when it began.
+#[derive(Clone, Debug)]
+pub struct Panorama {
+    begin: Angle,
+    samples: [Sample; SAMPLES],
+    taken: u8,
+}
+
+impl Default for Panorama {
+    fn default() -> Self {
+        Self {
+            begin: Angle(0),
+            samples: [Sample::default(); SAMPLES],
+            taken: 0,
+        }
+    }
+}
+
+/// Where something is, all by the odometer's headings; `None` where all directions are alike.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct Findings {
+    /// The longest view of the sonar.
+    pub longest: Option<Angle>,
+    /// The brightest light.
+    pub brightest: Option<Angle>,
+    /// The middle of the widest stretch without an infrared detection.
+    pub widest: Option<Angle>,
+}
+
+impl Panorama {
+    /// Takes what is sensed now, `place` samples after the beginning. Infrared counts until the next one.
+    pub fn look(&mut self, senses: &Senses, place: i32) {
+        let place = place.clamp(0, SAMPLES as i32 - 1) as u8;
+        if self.taken == 0 {
+            self.begin = senses.pose.heading;
+        }
+        while self.taken <= place {
+            if let Some(sample) = self.samples.get_mut(usize::from(self.taken)) {
+                let view = |range_in: Option<u16>| range_in.unwrap_or(FAR_IN).min(FAR_IN);
+                let ranges = senses.sonar;
+                sample.view_in = view(ranges.left_in).min(view(ranges.right_in)) as u8;
+                if let Some((left, right)) = senses.photo {
+                    sample.dark = u16::midpoint(u16::from(left), u16::from(right)) as u8;
+                }
+            }
+            self.taken += 1;
+        }
+        if let Some(sample) = self.samples.get_mut(usize::from(place)) {
+            sample.infrared |= senses.infrared.any();
+        }
+    }
+
+    /// Where the robot looked at a sample.
+    fn heading(&self, place: usize) -> Angle {
+        let turned = (place % SAMPLES) as u32 * 0x1_0000 / SAMPLES as u32;
+        Angle(self.begin.0.wrapping_add(turned as u16))
+    }
+
+    fn sample(&self, place: usize) -> Sample {
+        self.samples
+            .get(place % SAMPLES)
+            .copied()
+            .unwrap_or_default()
+    }
+
+    /// Inches of free view in a direction: the mean of three samples, so that one stray echo is not it.
+    fn view_in(&self, place: usize) -> u16 {
+        let at = |offset| u16::from(self.sample(place + SONAR_LAG + offset).view_in);
+        (at(SAMPLES - 1) + at(0) + at(1)) / 3
+    }
+
+    fn brightness(&self, place: usize) -> u8 {
+        u8::MAX - self.sample(place).dark
+    }
+
+    /// Samples to the nearest infrared detection on either side, 24 when there is none at all.
+    fn clearance(&self, place: usize) -> u8 {
+        let is_clear = |&distance: &usize| {
+            !self.sample(place + distance).infrared
+                && !self.sample(place + SAMPLES - distance).infrared
+        };
+        (0..SAMPLES / 2).take_while(is_clear).count() as u8
+    }
+
+    /// What is where.
+    #[must_use]
+    pub fn findings(&self) -> Findings {
+        let (darkest, brightest) = self.lights();
+        Findings {
+            longest: self.most(|place| self.view_in(place)),
+            brightest: self
+                .most(|place| u16::from(self.brightness(place)))
+                .filter(|_| brightest - darkest >= LIGHT_LEAST),
+            widest: self.most(|place| u16::from(self.clearance(place))),
+        }
+    }
+
+    /// Where humans might be: far to see, bright and clear, each as good as the others.
+    #[must_use]
+    pub fn humans(&self) -> Angle {
+        const SHARE: u16 = 100;
+        let (darkest, brightest) = self.lights();
+        let span = u16::from(brightest - darkest);
+        self.most(|place| {
+            let light = if span >= u16::from(LIGHT_LEAST) {
+                u16::from(self.brightness(place) - darkest) * SHARE / span
+            } else {
+                0
+            };
+            let view = self.view_in(place) * SHARE / FAR_IN;
+            let clear = u16::from(self.clearance(place)) * SHARE / (SAMPLES as u16 / 2);
+            view + light + clear
+        })
+        .unwrap_or(self.begin)
+    }
+
+    /// The least and the greatest brightness.
+    fn lights(&self) -> (u8, u8) {
+        (0..SAMPLES).fold((u8::MAX, 0), |(least, most), place| {
+            let now = self.brightness(place);
+            (least.min(now), most.max(now))
+        })
+    }
+
+    /// Where a measure is greatest, in the middle of the first stretch of samples that share it; `None`
+    /// when it is the same everywhere.
+    fn most(&self, measure: impl Fn(usize) -> u16) -> Option<Angle> {
+        let best = (0..SAMPLES).map(&measure).max()?;
+        // Where a stretch of the best begins.
+        let first = (0..SAMPLES)
+            .find(|&place| measure(place) == best && measure(place + SAMPLES - 1) != best)?;
+        let length = (0..SAMPLES)
+            .take_while(|&offset| measure(first + offset) == best)
+            .count();
+        Some(self.heading(first + (length - 1) / 2))
+    }
+}
+
+impl Findings {
+    /// What the robot says of them, in degrees as line A counts them, on a line of 64 characters.
+    #[must_use]
+    pub fn text(&self) -> [u8; 61] {
+        let mut text = *b"scan: longest view ---, brightest light ---, clearest --- deg";
+        let places = [(19, self.longest), (40, self.brightest), (54, self.widest)];
+        for (place, heading) in places {
+            let (Some(heading), Some(columns)) = (heading, text.get_mut(place..place + 3)) else {
+                continue;
+            };
+            let degrees = heading.degrees();
+            for (column, unit) in columns.iter_mut().zip([100, 10, 1]) {
+                *column = b'0' + (degrees / unit % 10) as u8;
+            }
+        }
+        text
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::board::Sides;
+    use crate::sensors::Ranges;
+
+    /// A look around, beginning at a heading, of what `sense` says of each direction.
+    fn look(begin_deg: u16, sense: impl Fn(usize) -> (u16, u8, bool)) -> Panorama {
+        let mut panorama = Panorama::default();
+        for place in 0..SAMPLES {
+            let (view_in, dark, infrared) = sense(place);
+            let mut odometer = crate::odometry::Odometer::default();
+            odometer.set(
+                groundwave_protocol::Waypoint { x_in: 0, y_in: 0 },
+                Angle::from_degrees(begin_deg),
+            );
+            let senses = Senses {
+                pose: odometer.pose(),
+                sonar: Ranges {
+                    left_in: Some(view_in),
+                    right_in: Some(view_in),
+                },
+                photo: Some((dark, dark)),
+                infrared: Sides {
+                    left: infrared,
+                    right: false,
+                },
+                ..Senses::nothing()
+            };
+            panorama.look(&senses, place as i32);
+        }
+        panorama
+    }
+
+    fn degrees(found: Option<Angle>) -> Option<u16> {
+        found.map(Angle::degrees)
+    }
+
+    #[test]
+    fn it_knows_the_longest_the_brightest_and_the_widest() {
+        // The sonar hears a direction one sample after the robot looked there.
+        let panorama = look(90, |place| {
+            let view_in = if (11..=13).contains(&place) { 150 } else { 40 };
+            let dark = if place == 24 { 50 } else { 90 };
+            (view_in, dark, place < 24)
+        });
+        let findings = panorama.findings();
+        assert_eq!(degrees(findings.longest), Some(172));
+        assert_eq!(degrees(findings.brightest), Some(270));
+        // Clear from 24 to 47: the middle is 35 and a half.
+        assert_eq!(degrees(findings.widest), Some(352));
+        let text = findings.text();
+        assert_eq!(
+            core::str::from_utf8(&text).ok(),
+            Some("scan: longest view 172, brightest light 270, clearest 352 deg")
+        );
+    }
+
+    #[test]
+    fn where_all_directions_are_alike_there_is_no_best() {
+        let panorama = look(10, |place| {
+            (200 + place as u16, 90 + place as u8 % 5, false)
+        });
+        let findings = panorama.findings();
+        assert_eq!(findings, Findings::default());
+        assert_eq!(panorama.humans(), Angle::from_degrees(10));
+        let text = findings.text();
+        assert_eq!(
+            core::str::from_utf8(&text).ok(),
+            Some("scan: longest view ---, brightest light ---, clearest --- deg")
+        );
+    }
+
+    #[test]
+    fn humans_are_where_two_of_three_agree() {
+        let panorama = look(0, |place| {
+            let far = if (1..=3).contains(&place) || (29..=31).contains(&place) {
+                180
+            } else {
+                60
+            };
+            (far, if place == 29 { 60 } else { 120 }, place < 10)
+        });
+        assert_eq!(panorama.humans().degrees(), 217);
+    }
+
+    #[test]
+    fn samples_that_a_late_tick_skipped_are_filled() {
+        let mut panorama = Panorama::default();
+        let senses = Senses {
+            photo: Some((60, 60)),
+            ..Senses::nothing()
+        };
+        for place in [-1, 0, 3, 2, 47, 48] {
+            panorama.look(&senses, place);
+        }
+        assert!((0..SAMPLES).all(|place| panorama.sample(place).dark == 60));
+    }
+}
