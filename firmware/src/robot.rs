@@ -4,7 +4,7 @@ mod lines;
 mod uplink;
 
 use crate::angle::Angle;
-use crate::arbiter::{self, Holder};
+use crate::arbiter::{self, Holder, Requests};
 use crate::behaviours::{FITTED, Layers, prowl};
 use crate::board::{Identity, Inputs, Outputs};
 use crate::dice::Dice;
@@ -61,6 +61,7 @@ pub struct Robot {
     latest: Inputs,
 
     layers: Layers,
+    requests: Requests,
     holder: Option<Holder>,
     motion: Motion,
     singer: Singer,
@@ -104,6 +105,7 @@ impl Robot {
             battery: Battery::default(),
             latest: Inputs::default(),
             layers: Layers::default(),
+            requests: Requests::default(),
             holder: None,
             motion: Motion::STILL,
             singer: Singer::default(),
@@ -188,6 +190,7 @@ impl Robot {
         self.count_win();
         self.ticks_late = self.ticks_late.wrapping_add(u16::from(inputs.is_late));
 
+        self.requests = requests;
         self.latest = *inputs;
         self.now_ticks = self.now_ticks.wrapping_add(1);
         Outputs {
@@ -313,6 +316,24 @@ impl Robot {
     #[must_use]
     pub const fn holder(&self) -> Option<Holder> {
         self.holder
+    }
+
+    /// What every layer asked for at the last tick, in falling priority.
+    #[must_use]
+    pub const fn requests(&self) -> &Requests {
+        &self.requests
+    }
+
+    /// Whether the bumper layer works itself free from a switch that stays closed.
+    #[must_use]
+    pub const fn is_bumper_jammed(&self) -> bool {
+        self.layers.bumpers.is_jammed()
+    }
+
+    /// Whether a wheel does not reach its speed at full pulse width.
+    #[must_use]
+    pub const fn is_saturated(&self) -> bool {
+        self.drive.is_saturated()
     }
 
     /// The motion that the holder asked for.
