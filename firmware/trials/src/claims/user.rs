@@ -42,7 +42,7 @@ fn hand(trial: &Trial) -> Vec<Option<Reading>> {
     run.seconds(dice.between(2.0, 60.0));
     run.open();
     let mut obeyed = true;
-    for count in 0..8 {
+    for count in 1..=8 {
         let (velocity_in_s, rotation_in_s) = (dice.below(17) as i8 - 8, dice.below(17) as i8 - 8);
         run.send(&Message::Drive(Drive {
             velocity_in_s,
