@@ -15,8 +15,9 @@ const FAR_IN: u16 = 180;
 /// Views that differ by less than this share of their sum are equal: sonars scatter by some per cent.
 const DEADZONE_PCT: i32 = 15;
 
-/// Rotation times the shorter view, so that what is near is turned from sharply: 16 in/s at 30 in.
-const SHARPNESS_CPS_IN: i32 = cps(16) as i32 * CLOSE_IN;
+/// Rotation times the shorter view, so that what is near is turned from sharply: 8 in/s at 30 in, and no
+/// sharper, or it swings past an opening by the time of the next echo.
+const SHARPNESS_CPS_IN: i32 = cps(8) as i32 * CLOSE_IN;
 
 /// The gentlest turn that is one.
 const TURN_LEAST_CPS: i32 = cps(3) as i32;
