@@ -5,7 +5,7 @@ mod lines;
 mod uplink;
 
 use crate::angle::Angle;
-use crate::arbiter::{self, Holder};
+use crate::arbiter::{self, Holder, Requests};
 use crate::arm::ServoArm;
 use crate::behaviours::{
     ALLOWED_AT_BOOT, BumpSequence, Ending, FITTED, Layers, Passive, SensorSwitches, Step, prowl,
@@ -84,6 +84,7 @@ pub struct Robot {
     passive: Passive,
     bump_sequence: BumpSequence,
     arm: ServoArm,
+    requests: Requests,
     holder: Option<Holder>,
     motion: Motion,
     cliff_guard: CliffGuard,
@@ -134,6 +135,7 @@ impl Robot {
             passive: Passive::default(),
             bump_sequence: BumpSequence::default(),
             arm: ServoArm::default(),
+            requests: Requests::default(),
             holder: None,
             motion: Motion::STILL,
             cliff_guard: CliffGuard::default(),
@@ -251,6 +253,7 @@ impl Robot {
         self.count_win();
         self.ticks_late = self.ticks_late.wrapping_add(u16::from(inputs.is_late));
 
+        self.requests = requests;
         self.latest = *inputs;
         self.now_ticks = self.now_ticks.wrapping_add(1);
         Outputs {
@@ -479,6 +482,24 @@ impl Robot {
     #[must_use]
     pub const fn holder(&self) -> Option<Holder> {
         self.holder
+    }
+
+    /// What every layer asked for at the last tick, in falling priority.
+    #[must_use]
+    pub const fn requests(&self) -> &Requests {
+        &self.requests
+    }
+
+    /// Whether the bumper layer works itself free from a switch that stays closed.
+    #[must_use]
+    pub const fn is_bumper_jammed(&self) -> bool {
+        self.layers.bumpers.is_jammed()
+    }
+
+    /// Whether a wheel does not reach its speed at full pulse width.
+    #[must_use]
+    pub const fn is_saturated(&self) -> bool {
+        self.drive.is_saturated()
     }
 
     /// The motion that the holder asked for.

@@ -21,6 +21,7 @@ mod simulation;
 mod stuck;
 #[cfg(test)]
 mod testing;
+mod trace;
 mod walker;
 mod world;
 
@@ -30,4 +31,5 @@ pub use geometry::Pose;
 pub use plant::{LOOK_MS, Plant, TICK_MS, Truth};
 pub use simulation::{Simulation, SimulationConfig};
 pub use sr04_firmware::board::{Duplex, PATIENCE_BYTES};
+pub use trace::Trace;
 pub use world::{Material, Outline, OutlineKind, Point, World, WorldError};

@@ -1,6 +1,7 @@
 //! The whole: world, body, radio and the robot's real program, in virtual time.
 
 use sr04_firmware::board::{Duplex, Identity, Inputs, Outputs};
+use sr04_firmware::parameters::Parameters;
 use sr04_firmware::robot::Robot;
 
 use crate::body::Conditions;
@@ -27,6 +28,8 @@ pub struct SimulationConfig {
     pub boots: u16,
     /// Whether the robot takes turns with the ground.
     pub duplex: Duplex,
+    /// What the robot's board has kept of its operator's tuning.
+    pub parameters: Parameters,
 }
 
 impl SimulationConfig {
@@ -41,6 +44,7 @@ impl SimulationConfig {
             robot_id: 1,
             boots: 1,
             duplex: Duplex::default(),
+            parameters: Parameters::DEFAULT,
         }
     }
 }
@@ -51,6 +55,7 @@ pub struct Simulation {
     plant: Plant,
     robot: Robot,
     identity: Identity,
+    parameters: Parameters,
     robot_dice: Dice,
     leds_on: bool,
     inputs: Inputs,
@@ -72,8 +77,9 @@ impl Simulation {
         Self {
             now_ms: 0,
             plant: Plant::new(&config.world, &config.conditions, config.seed),
-            robot: Robot::new(identity),
+            robot: Robot::restored(identity, config.parameters.clone()),
             identity,
+            parameters: config.parameters.clone(),
             robot_dice,
             leds_on: false,
             inputs: Inputs::default(),
@@ -112,6 +118,13 @@ impl Simulation {
     /// Queues what the ground sends; it leaves at 240 bytes a second.
     pub fn handle_uplink(&mut self, bytes: &[u8]) {
         self.radio.transmit(bytes);
+    }
+
+    /// Hands bytes to the robot's receiver at once, past the radio: for trials of the robot alone.
+    pub fn hand_over(&mut self, bytes: &[u8]) {
+        for &byte in bytes {
+            self.robot.handle_uplink(byte);
+        }
     }
 
     /// How many of the ground's bytes the robot cannot have received yet: those that wait for their
@@ -183,7 +196,7 @@ impl Simulation {
     pub fn reboot(&mut self) {
         self.identity.boots = self.identity.boots.wrapping_add(1);
         self.identity.dice_seed = self.robot_dice.next_u32();
-        self.robot = Robot::new(self.identity);
+        self.robot = Robot::restored(self.identity, self.parameters.clone());
         self.leds_on = false;
         self.plant.reset_board();
     }

@@ -10,8 +10,9 @@ use crate::units::cps;
 /// Farther than this is all the same: a doorway 8 ft away must stand out, the end of a hall not.
 const FAR_IN: u16 = 180;
 
-/// Rotation times the shorter view, so that what is near is turned from sharply: 16 in/s at 30 in.
-const SHARPNESS_CPS_IN: i32 = cps(16) as i32 * 30;
+/// Rotation times the shorter view, so that what is near is turned from sharply: 8 in/s at 30 in, and no
+/// sharper, or it swings past an opening by the time of the next echo.
+const SHARPNESS_CPS_IN: i32 = cps(8) as i32 * 30;
 
 /// The gentlest turn that is one.
 const TURN_LEAST_CPS: i32 = cps(3) as i32;

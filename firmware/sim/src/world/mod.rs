@@ -180,6 +180,31 @@ impl World {
             .collect()
     }
 
+    /// Where the robot starts, in inches from the plan's south-west corner.
+    #[must_use]
+    pub const fn start(&self) -> Pose {
+        self.start
+    }
+
+    /// From a place of the plan to the nearest thing that stands still; negative inside of one.
+    #[must_use]
+    pub fn clearance_in(&self, x_in: f64, y_in: f64) -> f64 {
+        let place = Vec2::new(x_in, y_in);
+        self.obstacles
+            .iter()
+            .map(|obstacle| obstacle.solid.approach(place).0)
+            .fold(f64::INFINITY, f64::min)
+    }
+
+    /// The same world with the robot starting elsewhere on the plan; `None` when it does not fit there.
+    #[must_use]
+    pub fn started_at(&self, start: Pose) -> Option<Self> {
+        (self.clearance_in(start.x_in, start.y_in) > crate::body::RADIUS_IN).then(|| Self {
+            start,
+            ..self.clone()
+        })
+    }
+
     pub(crate) fn frame(&self) -> Frame {
         Frame::new(self.start)
     }

@@ -1,0 +1,146 @@
+//! The worlds of the trials, and the places in them that a robot can get to.
+
+use std::collections::BTreeMap;
+use std::sync::{Arc, Mutex, PoisonError};
+
+use sr04_sim::{Pose, World};
+
+use crate::seeds::Dice;
+
+/// Worlds that only the trials use: name and text.
+const TRIAL_WORLDS: &[(&str, &str)] = &[
+    ("chair", include_str!("../worlds/chair.toml")),
+    ("corners", include_str!("../worlds/corners.toml")),
+    ("doorway", include_str!("../worlds/doorway.toml")),
+    ("gap", include_str!("../worlds/gap.toml")),
+    ("hall", include_str!("../worlds/hall.toml")),
+];
+
+/// Step of the grid of places.
+const STEP_IN: f64 = 3.0;
+
+/// Room that a place leaves around the robot's centre: half an inch more than it needs.
+const ROOM_IN: f64 = 6.0;
+
+/// A world, and where a robot that starts in it can get to.
+pub(crate) struct Arena {
+    pub(crate) world: World,
+    places: Vec<(f64, f64)>,
+}
+
+impl Arena {
+    fn new(world: World) -> Self {
+        let start = world.start();
+        let is_free = |(column, row): (i32, i32)| {
+            let (x, y) = place(start, (column, row));
+            world.clearance_in(x, y) >= ROOM_IN
+        };
+        let mut seen = std::collections::BTreeSet::from([(0, 0)]);
+        let mut open = vec![(0, 0)];
+        while let Some((column, row)) = open.pop() {
+            for next in [
+                (column + 1, row),
+                (column - 1, row),
+                (column, row + 1),
+                (column, row - 1),
+            ] {
+                if !seen.contains(&next) && is_free(next) {
+                    seen.insert(next);
+                    open.push(next);
+                }
+            }
+        }
+        let places = seen.into_iter().map(|cell| place(start, cell)).collect();
+        Self { world, places }
+    }
+
+    /// A place that the robot can get to, and any heading, in inches on the plan.
+    pub(crate) fn somewhere(&self, dice: &mut Dice) -> Pose {
+        let (x_in, y_in) = self.places[dice.below(self.places.len())];
+        Pose {
+            x_in,
+            y_in,
+            theta_deg: dice.between(0.0, 360.0),
+        }
+    }
+
+    /// The world with the robot at a place; where it does not fit, nowhere is.
+    pub(crate) fn started_at(&self, start: Pose) -> World {
+        self.world.started_at(start).unwrap_or_else(|| {
+            panic!(
+                "the robot does not fit at {start:?} in {}",
+                self.world.name()
+            )
+        })
+    }
+}
+
+/// A place on the plan in the coordinates of a robot that started at `start`.
+pub(crate) fn seen_from(start: Pose, plan: Pose) -> Pose {
+    let (sin, cos) = start.theta_deg.to_radians().sin_cos();
+    let (x, y) = (plan.x_in - start.x_in, plan.y_in - start.y_in);
+    Pose {
+        x_in: x * cos - y * sin,
+        y_in: x * sin + y * cos,
+        theta_deg: plan.theta_deg - start.theta_deg,
+    }
+}
+
+/// A place in the coordinates of a robot that started at `start`, on the plan.
+pub(crate) fn on_plan(start: Pose, seen: Pose) -> Pose {
+    let (sin, cos) = start.theta_deg.to_radians().sin_cos();
+    Pose {
+        x_in: start.x_in + seen.x_in * cos + seen.y_in * sin,
+        y_in: start.y_in - seen.x_in * sin + seen.y_in * cos,
+        theta_deg: seen.theta_deg + start.theta_deg,
+    }
+}
+
+fn place(start: Pose, (column, row): (i32, i32)) -> (f64, f64) {
+    (
+        start.x_in + f64::from(column) * STEP_IN,
+        start.y_in + f64::from(row) * STEP_IN,
+    )
+}
+
+/// A world by its name: one of the trials' or one that comes with the program.
+pub(crate) fn arena(name: &'static str) -> Arc<Arena> {
+    static ARENAS: Mutex<BTreeMap<&str, Arc<Arena>>> = Mutex::new(BTreeMap::new());
+    let mut arenas = ARENAS.lock().unwrap_or_else(PoisonError::into_inner);
+    let arena = arenas.entry(name).or_insert_with(|| {
+        let ours = TRIAL_WORLDS.iter().find(|(known, _)| *known == name);
+        let world = match ours {
+            Some((_, text)) => World::parse(name, text),
+            None => World::open(name),
+        };
+        // Each is opened by a test.
+        Arc::new(Arena::new(world.unwrap_or_else(|error| panic!("{error}"))))
+    });
+    Arc::clone(arena)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_plan_and_the_robot_see_the_same_place() {
+        let pose = |x_in, y_in, theta_deg| Pose {
+            x_in,
+            y_in,
+            theta_deg,
+        };
+        let start = pose(100.0, 50.0, 90.0);
+        let seen = seen_from(start, pose(130.0, 50.0, 90.0));
+        assert!((seen.y_in - 30.0).abs() < 1e-9 && seen.x_in.abs() < 1e-9);
+        let back = on_plan(start, seen);
+        assert!((back.x_in - 130.0).abs() < 1e-9 && (back.y_in - 50.0).abs() < 1e-9);
+    }
+
+    #[test]
+    fn every_world_of_the_trials_is_sound() {
+        for (name, _) in TRIAL_WORLDS {
+            assert!(arena(name).places.len() > 50, "{name}");
+        }
+    }
+}

@@ -1,0 +1,161 @@
+//! Layer 1: the reflex, its escapes, and the office chair.
+
+use super::{loss, success, value};
+use crate::arena::{arena, seen_from};
+use crate::claim::{Claim, Experiment, Figure, Reading, Required, Trial};
+use crate::run::{Setup, distance_in};
+use groundwave_protocol::letters::Layer;
+use sr04_firmware::parameters::Parameter;
+use sr04_sim::Pose;
+
+pub(super) const ALL: &[&Experiment] = &[&CONTACTS, &CHAIR];
+
+/// Where contacts are looked for.
+const WORLDS: [&str; 4] = ["living-room", "house", "corners", "chair"];
+
+/// Freed: this far from where it touched, with no switch closed. About two robots.
+const FREE_IN: f64 = 24.0;
+const FREE_WITHIN_S: f64 = 60.0;
+
+/// The chair in its world.
+const CHAIR_AT: Pose = Pose {
+    x_in: 99.0,
+    y_in: 93.0,
+    theta_deg: 0.0,
+};
+
+/// Its casters reach 13 inches from its post.
+const CHAIR_REACH_IN: f64 = 13.0;
+
+const CONTACTS: Experiment = Experiment {
+    name: "contacts",
+    trials: [80, 1000],
+    run: contacts,
+    claims: &[
+        Claim {
+            part: "1 Bumpers",
+            says: "frozen contacts in four worlds, bumpers and prowl only, escapes off: within 60 s it stands \
+                   24 in from the contact with no switch closed",
+            figure: Figure::Share,
+            required: Required::Between(92.0, 98.0),
+            shortfall: None,
+        },
+        Claim {
+            part: "1 Bumpers",
+            says: "the same with the escapes",
+            figure: Figure::Share,
+            required: Required::AtLeast(99.5),
+            shortfall: None,
+        },
+        Claim {
+            part: "1 Bumpers",
+            says: "the same with the escapes: how long that takes",
+            figure: Figure::Mean {
+                unit: "s",
+                digits: 1,
+            },
+            required: Required::Nothing,
+            shortfall: None,
+        },
+        Claim {
+            part: "ablation",
+            says: "contacts: what switching the escapes off costs",
+            figure: Figure::Mean {
+                unit: "points",
+                digits: 1,
+            },
+            required: Required::MoreThan(0.0),
+            shortfall: None,
+        },
+    ],
+};
+
+const CHAIR: Experiment = Experiment {
+    name: "office-chair",
+    trials: [24, 400],
+    run: chair,
+    claims: &[
+        Claim {
+            part: "1 Bumpers",
+            says: "the five-legged office chair, met from 20 to 40 in, whole robot: within 2 min of the first \
+                   touch it is 24 in clear of the casters",
+            figure: Figure::Share,
+            required: Required::AtLeast(98.0),
+            shortfall: None,
+        },
+        Claim {
+            part: "ablation",
+            says: "office chair: what switching the escapes off costs",
+            figure: Figure::Mean {
+                unit: "points",
+                digits: 1,
+            },
+            required: Required::MoreThan(0.0),
+            shortfall: None,
+        },
+    ],
+};
+
+fn contacts(trial: &Trial) -> Vec<Option<Reading>> {
+    let [without_s, with_s] = [0, 1].map(|escapes| contact(trial, escapes));
+    let freed = |taken_s: Option<f64>| taken_s.map(|taken_s| taken_s <= FREE_WITHIN_S);
+    let (without, with) = (freed(without_s), freed(with_s));
+    vec![
+        without.map(Reading::Success),
+        with.map(Reading::Success),
+        with_s.and_then(value),
+        with.zip(without)
+            .and_then(|(with, without)| loss(with, without)),
+    ]
+}
+
+/// Drives straight ahead from a place of the seed's until it touches something; how long it then takes to
+/// be free, a second more than it has when it does not manage.
+fn contact(trial: &Trial, escapes: i16) -> Option<f64> {
+    let arena = arena(WORLDS[trial.index % WORLDS.len()]);
+    let start = arena.somewhere(&mut trial.dice());
+    let mut run = Setup::new(trial, arena.started_at(start))
+        .only(&[Layer::Bumpers])
+        .with(Parameter::Escapes, escapes)
+        .start();
+    run.until(60.0, |simulation| simulation.inputs().bumper.any())?;
+    let touched = run.pose();
+    let freed = run.until(FREE_WITHIN_S, |simulation| {
+        distance_in(simulation.truth().pose, touched) >= FREE_IN
+            && !simulation.inputs().bumper.any()
+    });
+    Some(freed.unwrap_or(FREE_WITHIN_S + 1.0))
+}
+
+fn chair(trial: &Trial) -> Vec<Option<Reading>> {
+    let [with, without] = [1, 0].map(|escapes| meet_chair(trial, escapes));
+    let Some((with, without)) = with.zip(without) else {
+        return vec![None, None];
+    };
+    vec![success(with), loss(with, without)]
+}
+
+/// `None` when it gets past the chair without touching it.
+fn meet_chair(trial: &Trial, escapes: i16) -> Option<bool> {
+    let mut dice = trial.dice();
+    let (from_deg, distance) = (dice.between(0.0, 360.0), dice.between(20.0, 40.0));
+    let (sin, cos) = from_deg.to_radians().sin_cos();
+    let start = Pose {
+        x_in: CHAIR_AT.x_in - distance * sin,
+        y_in: CHAIR_AT.y_in - distance * cos,
+        theta_deg: from_deg + dice.between(-20.0, 20.0),
+    };
+    let chair = seen_from(start, CHAIR_AT);
+    let mut run = Setup::new(trial, arena("chair").started_at(start))
+        .with(Parameter::Escapes, escapes)
+        .start();
+    let away_in = |pose| distance_in(pose, chair) - CHAIR_REACH_IN;
+    run.until(60.0, |simulation| {
+        let truth = simulation.truth();
+        truth.is_touching && away_in(truth.pose) < 12.0
+    })?;
+    let freed = run.until(120.0, |simulation| {
+        away_in(simulation.truth().pose) >= FREE_IN
+    });
+    Some(freed.is_some())
+}

@@ -1,0 +1,47 @@
+//! The claims, one file a part of the robot.
+
+mod bumpers;
+mod dead_reckoning;
+mod infrared;
+mod odometry;
+mod pid;
+mod prowl;
+mod sonar;
+mod user;
+mod whole;
+
+use crate::claim::{Experiment, Reading};
+
+/// All of them, in the order of the table.
+pub(crate) fn all() -> Vec<&'static Experiment> {
+    [
+        pid::ALL,
+        odometry::ALL,
+        user::ALL,
+        bumpers::ALL,
+        infrared::ALL,
+        sonar::ALL,
+        dead_reckoning::ALL,
+        prowl::ALL,
+        whole::ALL,
+    ]
+    .concat()
+    .iter()
+    .copied()
+    .collect()
+}
+
+/// Whether it came out as claimed.
+fn success(is_so: bool) -> Option<Reading> {
+    Some(Reading::Success(is_so))
+}
+
+/// A measured value.
+fn value(value: f64) -> Option<Reading> {
+    Some(Reading::Value(value))
+}
+
+/// What an ablation costs, in points of percent: the same trial with a part and without it.
+fn loss(with: bool, without: bool) -> Option<Reading> {
+    value(100.0 * (f64::from(u8::from(with)) - f64::from(u8::from(without))))
+}

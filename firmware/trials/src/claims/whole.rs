@@ -1,0 +1,84 @@
+//! The whole robot: the same run twice, and days on end.
+
+use super::success;
+use crate::arena::arena;
+use crate::claim::{Claim, Experiment, Figure, Reading, Required, Trial};
+use crate::run::{Run, Setup};
+
+pub(super) const ALL: &[&Experiment] = &[&DETERMINISM, &SURVIVAL];
+
+const DETERMINISM: Experiment = Experiment {
+    name: "determinism",
+    trials: [4, 20],
+    run: determinism,
+    claims: &[Claim {
+        part: "whole robot",
+        says: "10 min in the house, twice from one seed: every tick's inputs, outputs and pose are the same",
+        figure: Figure::Share,
+        required: Required::AtLeast(100.0),
+        shortfall: None,
+    }],
+};
+
+/// Hours of one survival.
+const HOURS: f64 = 8.0;
+
+const SURVIVAL: Experiment = Experiment {
+    name: "survival",
+    trials: [2, 20],
+    run: survival,
+    claims: &[
+        Claim {
+            part: "whole robot",
+            says: "8 h in a house without being stuck once (less than 12 in in 5 min of being told to move)",
+            figure: Figure::Share,
+            required: Required::AtLeast(90.0),
+            shortfall: None,
+        },
+        Claim {
+            part: "whole robot",
+            says: "the same: time to the first stuck",
+            figure: Figure::HoursTo,
+            required: Required::Nothing,
+            shortfall: None,
+        },
+    ],
+};
+
+fn determinism(trial: &Trial) -> Vec<Option<Reading>> {
+    let start = || {
+        let house = arena("house");
+        let place = house.somewhere(&mut trial.dice());
+        Setup::new(trial, house.started_at(place)).start()
+    };
+    let (mut one, mut other) = (start(), start());
+    let look = |run: &Run| {
+        let simulation = &run.simulation;
+        (
+            *simulation.inputs(),
+            simulation.outputs(),
+            simulation.truth(),
+        )
+    };
+    let same = (0..12_000).all(|_| {
+        one.tick();
+        other.tick();
+        look(&one) == look(&other)
+    });
+    vec![success(same)]
+}
+
+fn survival(trial: &Trial) -> Vec<Option<Reading>> {
+    let worlds = ["house", "living-room"];
+    let arena = arena(worlds[trial.index % worlds.len()]);
+    let place = arena.somewhere(&mut trial.dice());
+    let mut run = Setup::new(trial, arena.started_at(place)).start();
+    let stuck_s = run.until(HOURS * 3600.0, sr04_sim::Simulation::is_stuck);
+    vec![
+        success(stuck_s.is_none()),
+        Some(Reading::Events {
+            count: u32::from(stuck_s.is_some()),
+            hours: stuck_s.map_or(HOURS, |seconds| seconds / 3600.0),
+        }),
+    ]
+}

@@ -1,0 +1,238 @@
+//! A robot in a world under a trial's orders.
+
+use std::fs::File;
+use std::io::BufWriter;
+
+use groundwave_protocol::Waypoint;
+use groundwave_protocol::command::{Command, Key, Message, Open, Order, Slots};
+use groundwave_protocol::decoder::{Decoder, Received};
+use groundwave_protocol::digest::digest;
+use groundwave_protocol::letters::{Layer, LayerMask, Mode};
+use groundwave_protocol::telemetry::Outcome;
+use sr04_firmware::arbiter::Holder;
+use sr04_firmware::parameters::Parameter;
+use sr04_sim::{Pose, Simulation, SimulationConfig, TICK_MS, Trace, World};
+
+use crate::claim::Trial;
+
+/// The simulation's robot.
+const ROBOT_ID: u8 = 1;
+
+/// The trial's own name as the session's owner.
+const OWNER: u16 = 7;
+
+/// What a run starts from.
+pub(crate) struct Setup<'a> {
+    trial: &'a Trial,
+    pub(crate) config: SimulationConfig,
+    allowed: Option<LayerMask>,
+    mode: Mode,
+}
+
+impl<'a> Setup<'a> {
+    /// A robot that has just been switched on: it prowls with every layer it has.
+    pub(crate) fn new(trial: &'a Trial, world: World) -> Self {
+        Self {
+            trial,
+            config: SimulationConfig::new(world, trial.seed.value()),
+            allowed: None,
+            mode: Mode::Prowl,
+        }
+    }
+
+    /// With these layers only (and the operator's).
+    pub(crate) fn only(mut self, layers: &[Layer]) -> Self {
+        let mask = layers
+            .iter()
+            .fold(LayerMask::NONE.with(Layer::User), |mask, &layer| {
+                mask.with(layer)
+            });
+        self.allowed = Some(mask);
+        self
+    }
+
+    /// In this mode from the start.
+    pub(crate) fn mode(mut self, mode: Mode) -> Self {
+        self.mode = mode;
+        self
+    }
+
+    /// With a parameter that differs from the default.
+    pub(crate) fn with(mut self, parameter: Parameter, value: i16) -> Self {
+        assert!(
+            self.config.parameters.set(parameter, value),
+            "{parameter:?} cannot be {value}"
+        );
+        self
+    }
+
+    /// Switches on, and gives the first orders before the first tick.
+    pub(crate) fn start(self) -> Run {
+        let mut run = Run {
+            simulation: Simulation::new(&self.config),
+            decoder: Decoder::default(),
+            heard: 0,
+            key: None,
+            sequence: 0,
+            trace: self.trial.trace.as_ref().map(|path| {
+                let number = self.trial.traced.get() + 1;
+                self.trial.traced.set(number);
+                let path = match number {
+                    1 => path.clone(),
+                    _ => path.with_extension(format!("{number}.csv")),
+                };
+                File::create(&path)
+                    .and_then(|file| Trace::new(BufWriter::new(file)))
+                    .unwrap_or_else(|error| panic!("cannot write {}: {error}", path.display()))
+            }),
+        };
+        if let Some(allowed) = self.allowed {
+            let which = LayerMask::ALL;
+            run.must(Order::Layers { which, allowed });
+        }
+        if self.mode != Mode::Prowl {
+            run.must(Order::Mode(self.mode));
+        }
+        run
+    }
+}
+
+/// A running robot.
+pub(crate) struct Run {
+    pub(crate) simulation: Simulation,
+    decoder: Decoder,
+    /// Number of the newest line heard.
+    heard: u8,
+    /// Of the session, when one is open.
+    key: Option<Key>,
+    sequence: u8,
+    trace: Option<Trace<BufWriter<File>>>,
+}
+
+impl Run {
+    /// One tick of the robot.
+    pub(crate) fn tick(&mut self) {
+        self.simulation.run_for_ms(TICK_MS);
+        while let Some(byte) = self.simulation.poll_downlink() {
+            match self.decoder.handle_bytes(&[byte]).1 {
+                Some(Received::Line(line, _)) => self.heard = line.sequence,
+                Some(Received::Ack(line)) => self.heard = line.sequence,
+                None => {}
+            }
+        }
+        if let Some(trace) = &mut self.trace {
+            trace
+                .observe(&self.simulation)
+                .unwrap_or_else(|error| panic!("cannot write the trace: {error}"));
+        }
+    }
+
+    /// So many seconds.
+    pub(crate) fn seconds(&mut self, seconds: f64) {
+        self.until(seconds, |_| false);
+    }
+
+    /// Until something is so, and not longer than so many seconds; returns the seconds it took.
+    pub(crate) fn until(
+        &mut self,
+        limit_s: f64,
+        mut is_so: impl FnMut(&Simulation) -> bool,
+    ) -> Option<f64> {
+        let ticks = (limit_s * 1000.0) as u64 / TICK_MS;
+        for tick in 1..=ticks {
+            self.tick();
+            if is_so(&self.simulation) {
+                return Some((tick * TICK_MS) as f64 / 1000.0);
+            }
+        }
+        None
+    }
+
+    /// Gives an order past the radio; the next tick acts on it. Opens a session before the first one.
+    pub(crate) fn order(&mut self, order: Order) -> Outcome {
+        self.open();
+        self.sequence = self.sequence % 63 + 1;
+        self.send(&Message::Command(Command {
+            sequence: self.sequence,
+            order,
+        }));
+        self.simulation.robot().ack().outcome
+    }
+
+    /// Likewise; a robot that refuses is a mistake of the trial.
+    pub(crate) fn must(&mut self, order: Order) {
+        let outcome = self.order(order);
+        assert_eq!(outcome, Outcome::Done, "{order:?}");
+    }
+
+    /// Gives the robot a list of waypoints.
+    pub(crate) fn route(&mut self, list: &[Waypoint]) {
+        self.open();
+        for (frame, points) in list.chunks(16).enumerate() {
+            self.send(&Message::Waypoints(Slots::new(1, frame as u8 * 4, points)));
+        }
+        self.must(Order::Activate {
+            tag: 1,
+            count: list.len() as u16,
+            digest: digest(list.iter()),
+        });
+    }
+
+    /// Opens a session if none is open.
+    pub(crate) fn open(&mut self) {
+        if self.key.is_some() {
+            return;
+        }
+        let ack = self.simulation.robot().ack();
+        let open = Message::Open(Open {
+            boot: ack.boot,
+            replaces: ack.session,
+            owner: OWNER,
+        });
+        self.send(&open);
+        let ack = self.simulation.robot().ack();
+        self.key = Some(Key::session(ROBOT_ID, ack.boot, ack.session, OWNER));
+    }
+
+    /// Sends a frame past the radio.
+    pub(crate) fn send(&mut self, message: &Message) {
+        let robot = Key::robot(ROBOT_ID);
+        let key = if message.is_sessionless() {
+            robot
+        } else {
+            self.key.unwrap_or(robot)
+        };
+        self.simulation.hand_over(message.encode(key).as_bytes());
+    }
+
+    /// Number of the newest line heard.
+    pub(crate) const fn heard(&self) -> u8 {
+        self.heard
+    }
+
+    /// Where the robot really is, in its own coordinates.
+    pub(crate) fn pose(&self) -> Pose {
+        self.simulation.truth().pose
+    }
+}
+
+/// Inches between two places.
+pub(crate) fn distance_in(one: Pose, other: Pose) -> f64 {
+    (one.x_in - other.x_in).hypot(one.y_in - other.y_in)
+}
+
+/// Where the robot believes to be.
+pub(crate) fn believed(simulation: &Simulation) -> Pose {
+    let pose = simulation.robot().pose();
+    let inches = |units: i32| f64::from(units) / f64::from(sr04_firmware::odometry::UNITS_PER_IN);
+    Pose {
+        x_in: inches(pose.x_units),
+        y_in: inches(pose.y_units),
+        theta_deg: f64::from(pose.heading.0 as i16) * 360.0 / 65536.0,
+    }
+}
+
+/// Whether a layer has the motors.
+pub(crate) fn is_held_by(simulation: &Simulation, layer: Layer) -> bool {
+    simulation.robot().holder() == Some(Holder::Layer(layer))
+}

@@ -1,0 +1,153 @@
+//! The table: one row a claim.
+
+use crate::claim::{Claim, Figure, Reading, Required, Verdict};
+use crate::statistics::Estimate;
+
+/// A claim and what became of it.
+pub(crate) struct Row {
+    claim: &'static Claim,
+    trials: usize,
+    estimate: Option<Estimate>,
+}
+
+const HEAD: &str = "| part | claim | trials | result | 95 % interval | required | |\n\
+                    |---|---|--:|--:|--:|--:|---|\n";
+
+impl Row {
+    /// From the readings that the trials gave of a claim.
+    pub(crate) fn new(claim: &'static Claim, readings: &[Reading]) -> Self {
+        Self {
+            claim,
+            trials: readings.len(),
+            estimate: claim.figure.of(readings),
+        }
+    }
+
+    /// How the figure compares with what is required; `None` when there is none.
+    pub(crate) fn verdict(&self) -> Option<Verdict> {
+        self.estimate
+            .as_ref()
+            .map(|estimate| self.claim.required.judge(estimate))
+    }
+
+    /// Whether it fails the command: clearly missed, and nobody knew.
+    pub(crate) fn is_alarming(&self) -> bool {
+        self.verdict() == Some(Verdict::ClearFail) && self.claim.shortfall.is_none()
+    }
+
+    /// What the claim is.
+    pub(crate) const fn says(&self) -> &'static str {
+        self.claim.says
+    }
+
+    fn text(&self) -> String {
+        let figure = self.claim.figure;
+        let (result, interval) = self.estimate.as_ref().map_or_else(
+            || ("no trial".to_owned(), String::new()),
+            |estimate| {
+                let interval = match (estimate.low.is_finite(), estimate.high.is_finite()) {
+                    (true, true) => format!(
+                        "{} to {}",
+                        number(figure, estimate.low),
+                        number(figure, estimate.high)
+                    ),
+                    (true, false) => format!("above {}", number(figure, estimate.low)),
+                    _ => String::new(),
+                };
+                (with_unit(figure, estimate.figure), interval)
+            },
+        );
+        let required = match self.claim.required {
+            Required::AtLeast(least) => format!("≥ {}", plain(least)),
+            Required::AtMost(most) => format!("≤ {}", plain(most)),
+            Required::Between(least, most) => format!("{} to {}", plain(least), plain(most)),
+            Required::MoreThan(least) => format!("> {}", plain(least)),
+            Required::Nothing => String::new(),
+        };
+        let verdict = match self.verdict() {
+            _ if self.claim.required == Required::Nothing => "",
+            None => "not shown",
+            Some(Verdict::Pass) => "pass",
+            Some(Verdict::Fail) => "**fail**, within its interval",
+            Some(Verdict::ClearFail) => "**fail**",
+        };
+        let note = match (self.verdict(), self.claim.shortfall) {
+            (Some(Verdict::Fail | Verdict::ClearFail), Some(why)) => format!(": {why}"),
+            _ => String::new(),
+        };
+        format!(
+            "| {} | {} | {} | {result} | {interval} | {required} | {verdict}{note} |\n",
+            self.claim.part, self.claim.says, self.trials
+        )
+    }
+}
+
+/// All rows in Markdown.
+pub(crate) fn markdown(rows: &[Row]) -> String {
+    let rows: String = rows.iter().map(Row::text).collect();
+    format!("{HEAD}{rows}")
+}
+
+fn number(figure: Figure, value: f64) -> String {
+    if value.is_infinite() {
+        return "never".to_owned();
+    }
+    match figure {
+        Figure::Share => format!("{value:.1}"),
+        Figure::Mean { digits, .. } => format!("{value:.digits$}"),
+        Figure::PerHour => format!("{value:.3}"),
+        Figure::HoursTo => format!("{value:.1}"),
+    }
+}
+
+fn with_unit(figure: Figure, value: f64) -> String {
+    let unit = match figure {
+        Figure::Share => "%",
+        Figure::Mean { unit, .. } => unit,
+        Figure::PerHour => "an hour",
+        Figure::HoursTo if value.is_infinite() => "",
+        Figure::HoursTo => "h",
+    };
+    format!("{} {unit}", number(figure, value))
+        .trim_end()
+        .to_owned()
+}
+
+/// Without digits that say nothing.
+fn plain(value: f64) -> String {
+    format!("{value}")
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const CLAIM: Claim = Claim {
+        part: "part",
+        says: "something",
+        figure: Figure::Share,
+        required: Required::AtLeast(95.0),
+        shortfall: Some("the seed is silent"),
+    };
+
+    fn row(successes: usize, trials: usize) -> Row {
+        let readings: Vec<Reading> = (0..trials)
+            .map(|trial| Reading::Success(trial < successes))
+            .collect();
+        Row::new(&CLAIM, &readings)
+    }
+
+    #[test]
+    fn a_row_tells_all() {
+        assert_eq!(
+            row(20, 20).text(),
+            "| part | something | 20 | 100.0 % | 83.9 to 100.0 | ≥ 95 | pass |\n"
+        );
+        assert_eq!(
+            row(10, 20).text(),
+            "| part | something | 20 | 50.0 % | 29.9 to 70.1 | ≥ 95 | **fail**: the seed is silent |\n"
+        );
+        assert!(row(0, 0).text().contains("no trial") && row(0, 0).verdict().is_none());
+        assert!(!row(10, 20).is_alarming(), "its shortfall is known");
+    }
+}
