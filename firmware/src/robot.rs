@@ -13,7 +13,7 @@ use crate::behaviours::{
 use crate::board::{Identity, Inputs, Outputs};
 use crate::cliff::{CliffGuard, Command};
 use crate::dice::Dice;
-use crate::drive::{DriveTrain, Motion};
+use crate::drive::{Counts, DriveTrain, Motion};
 use crate::failsafe::Guard;
 use crate::infrared::Infrared;
 use crate::odometry::{Odometer, Pose};
@@ -37,6 +37,9 @@ const REACTIVE_HORIZON_IN: u16 = 48;
 
 /// Sonar looks this far ahead on the way to a target: farther walls are no reason to leave the way.
 const ROUTE_HORIZON_IN: u16 = 40;
+
+/// A stopped robot brakes for so long: from top speed the wheels stand after two or three ticks.
+const BRAKE_TICKS: u8 = 4;
 
 /// Layers of a robot that hides.
 const HIDING: LayerMask = LayerMask::NONE
@@ -90,6 +93,8 @@ pub struct Robot {
     cliff_guard: CliffGuard,
     errands: Errands,
     singer: Singer,
+    /// Since mode Stop was entered.
+    brake_ticks: u8,
 
     receiver: Receiver,
     farm: Farm,
@@ -141,6 +146,7 @@ impl Robot {
             cliff_guard: CliffGuard::default(),
             errands: Errands::default(),
             singer: Singer::default(),
+            brake_ticks: 0,
             receiver: Receiver::default(),
             guard: Guard::default(),
             live_ticks: 0,
@@ -231,8 +237,7 @@ impl Robot {
         // PID to pulse widths.
         let (pwm_left, pwm_right) = if self.mode == Mode::Stop {
             self.cliff_guard.rest();
-            self.drive.halt();
-            (0, 0)
+            self.stop_motors(counts)
         } else if command == Command::Brake {
             self.drive.brake(counts)
         } else {
@@ -264,6 +269,17 @@ impl Robot {
             arm_up: self.arm.is_up(),
             keep_parameters: false,
         }
+    }
+
+    /// Brakes for as long as it takes the fastest wheels to stand, then has the motors off for good: an encoder
+    /// that lies must not keep a stopped robot's motors running.
+    fn stop_motors(&mut self, counts: Counts) -> (i16, i16) {
+        if self.brake_ticks == 0 {
+            self.drive.halt();
+            return (0, 0);
+        }
+        self.brake_ticks -= 1;
+        self.drive.brake(counts)
     }
 
     /// Takes what the infrared detectors read during the half cycle that just ended, with the LEDs as
@@ -430,6 +446,7 @@ impl Robot {
             self.holder = None;
         }
         if self.mode != mode {
+            self.brake_ticks = BRAKE_TICKS;
             self.errands.leave(self.mode);
             if mode == Mode::Passive {
                 self.mode_before = self.mode;

@@ -61,13 +61,15 @@ fn it_boots_prowling_and_needs_no_ground() {
 }
 
 #[test]
-fn stop_works_without_a_session_and_has_the_motors_off_at_the_next_tick() {
+fn stop_works_without_a_session_brakes_at_the_next_tick_and_then_has_the_motors_off() {
     let mut bench = Bench::new();
     bench.run_ms(2000);
     assert!(bench.outputs.pwm_left > 0);
     stop(&mut bench);
     assert_eq!(bench.robot.mode(), Mode::Stop);
     bench.run_ticks(1);
+    assert!(bench.outputs.pwm_left < 0 && bench.outputs.pwm_right < 0);
+    bench.run_ticks(4);
     assert_eq!((bench.outputs.pwm_left, bench.outputs.pwm_right), (0, 0));
     bench.run_ms(20_000);
     assert_eq!(
@@ -90,7 +92,7 @@ fn stop_ends_the_session_so_that_nothing_sent_before_moves_it_again() {
     assert_eq!(bench.robot.mode(), Mode::Stop);
     let message = drive(&bench, 1, 12, 0);
     bench.send(&message, key);
-    bench.run_ticks(2);
+    bench.run_ticks(5);
     assert_eq!(bench.outputs.pwm_left, 0);
     // A session opened after it does.
     let key = bench.open(OWNER);
@@ -258,6 +260,7 @@ fn a_drive_frame_that_is_late_repeated_or_comes_while_stopped_moves_nothing() {
     let fresh = drive(&bench, 3, 10, 0);
     bench.send(&fresh, key);
     assert_eq!(holder(&mut bench), None);
+    bench.run_ticks(4);
     assert_eq!(bench.outputs.pwm_left, 0);
 }
 

@@ -81,3 +81,33 @@ fn a_reboot_forgets_the_robot_and_keeps_the_world() {
         "it drives again"
     );
 }
+
+/// Pressed at every phase of the robot's tick: from top speed the wheels stand within 150 ms, and
+/// the brake does not drive it back.
+#[test]
+fn a_stopped_robot_stands_at_once() {
+    for phase_ms in 0..50 {
+        let mut simulation = simulation("open-room", 1, "");
+        simulation.run_for_ms(3000 + phase_ms);
+        assert!(simulation.truth().speed_in_s > 11.0);
+        simulation.handle_uplink(b"\nXH6MS\n");
+        while simulation.uplink_pending() > 0 {
+            simulation.step();
+        }
+        let heard_ms = simulation.now_ms();
+        let mut least_in_s: f64 = 0.0;
+        while simulation.truth().speed_in_s.abs() > 0.05 {
+            simulation.step();
+            least_in_s = least_in_s.min(simulation.truth().speed_in_s);
+            assert!(simulation.now_ms() < heard_ms + 1000, "phase {phase_ms}");
+        }
+        let stood_ms = simulation.now_ms() - heard_ms;
+        assert!(stood_ms <= 150, "phase {phase_ms}: {stood_ms} ms");
+        simulation.run_for_ms(1000);
+        assert!(
+            simulation.truth().speed_in_s.abs() < 0.05,
+            "phase {phase_ms}"
+        );
+        assert!(least_in_s > -1.0, "phase {phase_ms}: {least_in_s} in/s");
+    }
+}
