@@ -14,7 +14,7 @@ use crate::infrared::Infrared;
 use crate::odometry::{Odometer, Pose};
 use crate::parameters::Parameters;
 use crate::sensors::{Battery, Ranges, Senses, ping_at};
-use crate::song::Singer;
+use crate::song::{self, Note, Singer};
 use crate::telemetry::{Events, Schedule, Transmitter};
 use groundwave_protocol::Waypoint;
 use groundwave_protocol::arq::{Farm, Lists};
@@ -48,6 +48,10 @@ const HOME_REACHED: &str = "I'm home";
 pub struct Robot {
     identity: Identity,
     parameters: Parameters,
+    /// What a reset brings back.
+    kept: Parameters,
+    /// The board has to write them.
+    must_keep: bool,
     now_ticks: u32,
     mode: Mode,
     allowed: LayerMask,
@@ -92,7 +96,9 @@ impl Robot {
     pub fn restored(identity: Identity, parameters: Parameters) -> Self {
         Self {
             identity,
+            kept: parameters.clone(),
             parameters,
+            must_keep: false,
             now_ticks: 0,
             mode: Mode::Prowl,
             allowed: FITTED,
@@ -196,7 +202,7 @@ impl Robot {
             ping: ping_at(self.now_ticks).filter(|_| self.allowed.contains(Layer::Sonar)),
             note_hz: self.singer.tick(),
             arm_up: false,
-            keep_parameters: false,
+            keep_parameters: core::mem::take(&mut self.must_keep),
         }
     }
 
@@ -252,13 +258,18 @@ impl Robot {
         self.schedule.status_changed();
         if is_last {
             self.enter(Mode::Stop);
-            self.singer.begin();
+            self.sing(song::FINISHED);
             self.schedule.say(if mode == Mode::GoHome {
                 HOME_REACHED
             } else {
                 LIST_FINISHED
             });
         }
+    }
+
+    fn sing(&mut self, song: &'static [Note]) {
+        self.singer.begin(song);
+        self.schedule.sing(song);
     }
 
     /// Enters a mode; whatever was under way in another one is forgotten.

@@ -1,10 +1,10 @@
-//! What the robot sings at the end of its list.
+//! What the robot sings, and the singer.
 
-/// A note's frequency, 0 for a rest, and its length in ticks.
-type Note = (u16, u8);
+/// A note's frequency in hertz, 0 for a rest, and its length in ticks.
+pub type Note = (u16, u8);
 
-/// A rising call and its answer, about 4 s.
-const FINISHED: &[Note] = &[
+/// At the end of a list: a rising call and its answer, about 4 s.
+pub const FINISHED: &[Note] = &[
     (523, 4),
     (659, 4),
     (784, 4),
@@ -28,9 +28,9 @@ pub struct Singer {
 }
 
 impl Singer {
-    /// Begins the song.
-    pub const fn begin(&mut self) {
-        self.rest = FINISHED;
+    /// Begins a song.
+    pub const fn begin(&mut self, song: &'static [Note]) {
+        self.rest = song;
         self.played_ticks = 0;
     }
 
@@ -56,19 +56,32 @@ impl Singer {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use groundwave_protocol::telemetry::{self, SongLine};
+    use std::vec::Vec;
+
+    /// Otherwise line S would say another song than is sung.
+    #[test]
+    fn every_song_fits_into_line_s() {
+        for &song in &[FINISHED] {
+            let note = |&(hz, ticks): &Note| telemetry::Note { hz, ticks };
+            let sung: Vec<_> = song.iter().map(note).collect();
+            let said: Vec<_> = SongLine::new(sung.iter().copied()).notes().collect();
+            assert_eq!(said, sung);
+        }
+    }
 
     #[test]
     fn it_sings_every_note_for_its_length_and_then_no_more() {
         let mut singer = Singer::default();
         assert_eq!(singer.tick(), 0);
-        singer.begin();
+        singer.begin(FINISHED);
         for &(hz, length) in FINISHED {
             for _ in 0..length {
                 assert_eq!(singer.tick(), hz);
             }
         }
         assert_eq!(singer.tick(), 0);
-        singer.begin();
+        singer.begin(FINISHED);
         singer.tick();
         singer.hush();
         assert_eq!(singer.tick(), 0);

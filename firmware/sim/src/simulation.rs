@@ -1,6 +1,7 @@
 //! The whole: world, body, radio and the robot's real program, in virtual time.
 
 use sr04_firmware::board::{Duplex, Identity, Inputs, Outputs};
+use sr04_firmware::parameters::Parameters;
 use sr04_firmware::robot::Robot;
 
 use crate::body::Conditions;
@@ -27,6 +28,8 @@ pub struct SimulationConfig {
     pub boots: u16,
     /// Whether the robot takes turns with the ground.
     pub duplex: Duplex,
+    /// What its board has kept of earlier lives.
+    pub parameters: Parameters,
 }
 
 impl SimulationConfig {
@@ -41,6 +44,7 @@ impl SimulationConfig {
             robot_id: 1,
             boots: 1,
             duplex: Duplex::default(),
+            parameters: Parameters::DEFAULT,
         }
     }
 }
@@ -51,6 +55,7 @@ pub struct Simulation {
     plant: Plant,
     robot: Robot,
     identity: Identity,
+    kept: Parameters,
     robot_dice: Dice,
     leds_on: bool,
     inputs: Inputs,
@@ -72,8 +77,9 @@ impl Simulation {
         Self {
             now_ms: 0,
             plant: Plant::new(&config.world, &config.conditions, config.seed),
-            robot: Robot::new(identity),
+            robot: Robot::restored(identity, config.parameters.clone()),
             identity,
+            kept: config.parameters.clone(),
             robot_dice,
             leds_on: false,
             inputs: Inputs::default(),
@@ -93,6 +99,9 @@ impl Simulation {
         if self.now_ms.is_multiple_of(TICK_MS) {
             self.inputs = self.plant.inputs();
             let outputs = self.robot.tick(&self.inputs);
+            if outputs.keep_parameters {
+                self.kept.clone_from(self.robot.parameters());
+            }
             self.plant.apply(outputs);
             self.stuck.observe(&self.plant.truth(), outputs);
         }
@@ -173,17 +182,24 @@ impl Simulation {
         self.identity.boots
     }
 
+    /// What the board keeps of the parameters over a reset.
+    #[must_use]
+    pub const fn kept_parameters(&self) -> &Parameters {
+        &self.kept
+    }
+
     /// Whether the robot has moved less than 12 inches in 5 minutes of being told to move.
     #[must_use]
     pub const fn is_stuck(&self) -> bool {
         self.stuck.is_stuck()
     }
 
-    /// Resets the robot: its state is gone, its boot counter is one up, the world goes on.
+    /// Resets the robot: its state is gone but for the parameters it has kept, its boot counter is one up,
+    /// the world goes on.
     pub fn reboot(&mut self) {
         self.identity.boots = self.identity.boots.wrapping_add(1);
         self.identity.dice_seed = self.robot_dice.next_u32();
-        self.robot = Robot::new(self.identity);
+        self.robot = Robot::restored(self.identity, self.kept.clone());
         self.leds_on = false;
         self.plant.reset_board();
     }
