@@ -107,6 +107,23 @@ parameters! {
     CriticalBattery: "battery-critical", "V/10", 100..=130, 112;
 }
 
+impl Parameter {
+    /// The one whose name has this key.
+    #[must_use]
+    pub fn with_key(key: u32) -> Option<Self> {
+        let has_key =
+            |one: &&Self| groundwave_protocol::parameter::key(one.definition().name) == key;
+        Self::ALL.iter().find(has_key).copied()
+    }
+
+    /// The one of this name.
+    #[must_use]
+    pub fn with_name(name: &str) -> Option<Self> {
+        let has_name = |one: &&Self| one.definition().name == name;
+        Self::ALL.iter().find(has_name).copied()
+    }
+}
+
 impl Parameters {
     /// The value of one.
     #[must_use]
@@ -143,6 +160,7 @@ impl Default for Parameters {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use groundwave_protocol::parameter as protocol;
 
     #[test]
     fn the_table_is_sound() {
@@ -150,7 +168,15 @@ mod tests {
         for (place, &parameter) in Parameter::ALL.iter().enumerate() {
             let definition = parameter.definition();
             assert_eq!(parameter as usize, place);
-            assert!(definition.name.len() <= 18 && definition.unit.len() <= 11);
+            assert!(protocol::is_name(definition.name), "{}", definition.name);
+            assert!(definition.unit.len() <= protocol::UNIT_BYTES);
+            let key = protocol::key(definition.name);
+            assert_eq!(
+                Parameter::with_key(key),
+                Some(parameter),
+                "no other has its key"
+            );
+            assert_eq!(Parameter::with_name(definition.name), Some(parameter));
             assert_eq!(parameters.get(parameter), definition.default);
             assert!(parameters.set(parameter, definition.most));
             assert!(!parameters.set(parameter, definition.most + 1));
@@ -164,5 +190,7 @@ mod tests {
             assert_eq!(Parameter::ALL.iter().filter(same).count(), 1);
         }
         assert_eq!(parameters, Parameters::DEFAULT);
+        assert!(Parameter::ALL.len() <= usize::from(protocol::PARAMETERS_MAX));
+        assert_eq!(Parameter::with_key(0), None);
     }
 }

@@ -68,6 +68,10 @@ const HOME_REACHED: &str = "I'm home";
 pub struct Robot {
     identity: Identity,
     parameters: Parameters,
+    /// What a reset brings back.
+    kept: Parameters,
+    /// The board has to write them.
+    must_keep: bool,
     now_ticks: u32,
     mode: Mode,
     /// Where mode Passive goes back to.
@@ -123,7 +127,9 @@ impl Robot {
     pub fn restored(identity: Identity, parameters: Parameters) -> Self {
         Self {
             identity,
+            kept: parameters.clone(),
             parameters,
+            must_keep: false,
             now_ticks: 0,
             mode: Mode::Prowl,
             mode_before: Mode::Prowl,
@@ -267,7 +273,7 @@ impl Robot {
             ping: ping_at(self.now_ticks).filter(|_| self.allowed.contains(Layer::Sonar)),
             note_hz: self.singer.tick(),
             arm_up: self.arm.is_up(),
-            keep_parameters: false,
+            keep_parameters: core::mem::take(&mut self.must_keep),
         }
     }
 
@@ -383,7 +389,7 @@ impl Robot {
             .passive
             .step(heading, ending, is_free, rotation, motion)
         {
-            Step::Sing => self.singer.begin_hiding(),
+            Step::Sing => self.sing(Song::Passive),
             Step::Over => self.enter(self.mode_before),
             Step::Nothing => {}
         }
@@ -432,9 +438,14 @@ impl Robot {
             } else {
                 (Song::Finished, LIST_FINISHED)
             };
-            self.singer.begin(song);
+            self.sing(song);
             self.schedule.say(text);
         }
+    }
+
+    fn sing(&mut self, song: Song) {
+        self.singer.begin(song);
+        self.schedule.sing(song);
     }
 
     /// Enters a mode; whatever was under way in another one is forgotten.

@@ -113,23 +113,6 @@ impl Song {
     }
 }
 
-/// A lullaby to hide by, about 6 s.
-const HIDING: &[Note] = &[
-    (784, 6),
-    (659, 6),
-    (784, 12),
-    (0, 2),
-    (880, 6),
-    (784, 6),
-    (659, 12),
-    (0, 2),
-    (587, 6),
-    (659, 6),
-    (698, 6),
-    (587, 6),
-    (523, 24),
-];
-
 /// The singer: silent until told.
 #[derive(Clone, Debug, Default)]
 pub struct Singer {
@@ -141,12 +124,6 @@ impl Singer {
     /// Begins a song; one that is being sung ends.
     pub const fn begin(&mut self, song: Song) {
         self.rest = song.notes();
-        self.played_ticks = 0;
-    }
-
-    /// Begins the song of a robot that hides.
-    pub const fn begin_hiding(&mut self) {
-        self.rest = HIDING;
         self.played_ticks = 0;
     }
 
@@ -172,6 +149,19 @@ impl Singer {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use groundwave_protocol::telemetry::{self, SongLine};
+    use std::vec::Vec;
+
+    /// Otherwise line S would say another song than is sung.
+    #[test]
+    fn every_song_fits_into_line_s() {
+        for &song in &[FINISHED] {
+            let note = |&(hz, ticks): &Note| telemetry::Note { hz, ticks };
+            let sung: Vec<_> = song.iter().map(note).collect();
+            let said: Vec<_> = SongLine::new(sung.iter().copied()).notes().collect();
+            assert_eq!(said, sung);
+        }
+    }
 
     #[test]
     fn it_sings_every_note_for_its_length_and_then_no_more() {

@@ -20,6 +20,8 @@ fn kinds(bench: &Bench) -> String {
         Body::Status(_) => 'B',
         Body::Counters(_) => 'C',
         Body::Text(_) => 'T',
+        Body::Parameter(_) => 'P',
+        Body::Song(_) => 'S',
     };
     bench
         .lines

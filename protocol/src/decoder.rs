@@ -36,7 +36,7 @@ impl Received {
             (Self::Line(line, _), _) => match &line.body {
                 Body::Status(status) => Some(status.robot_id),
                 Body::Counters(counters) => Some(counters.robot_id),
-                Body::State(_) | Body::Text(_) => None,
+                Body::State(_) | Body::Text(_) | Body::Parameter(_) | Body::Song(_) => None,
             },
             (Self::Ack(_), _) => None,
         }

@@ -157,8 +157,10 @@ CHECKS: dict[str, Callable[[], Callable[[Vector], None]]] = {
     "checksums.jsonl": lambda: check_checksum,
     "digests.jsonl": lambda: check_digest,
     "lines.jsonl": lambda: check_line,
+    "lines-2.jsonl": lambda: check_line,
     "streams.jsonl": lambda: check_stream,
     "frames.jsonl": lambda: check_frame,
+    "frames-2.jsonl": lambda: check_frame,
     "conversation.jsonl": lambda: Conversation().check,
 }
 

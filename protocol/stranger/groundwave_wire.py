@@ -185,6 +185,26 @@ def _text(text: str, _: Fields) -> str:
     return _match("[ -~]*", text).rstrip(" ")
 
 
+def _name(text: str, _: Fields) -> str:
+    """A parameter's name: no capital, no space within it."""
+    return _match("[a-z0-9-]+ *", text).rstrip(" ")
+
+
+def _place(text: str, _: Fields) -> list[int]:
+    place, count = (int(part) for part in _match("[0-9]{2}/[0-9]{2}", text).split("/"))
+    return [_within(place, 1, count), count]
+
+
+def _note(text: str, before: Fields) -> list[int] | None:
+    """Frequency and length, or None in what is left free behind the last note."""
+    if text == "   ":
+        return None
+    if None in before.get("notes", []):
+        raise ValueError("a note behind the last one")
+    bits = from_six(text.encode("latin-1"))
+    return [bits >> 6, _within(bits & 63, 1, 63)]
+
+
 def _ack(text: str, _: Fields) -> Fields:
     return decode_ack(text.encode("latin-1"))
 
@@ -218,6 +238,10 @@ LAYOUTS: dict[str, Layout] = {
         (56, 4, "bumps", _digits()), (61, 4, "failsafe_silence_s", _digits(10, 4095, True)),
         (66, 1, "failsafe_mode", _failsafe_mode), *_ACK],
     "T": [(5, 64, "text", _text), *_ACK],
+    "P": [
+        (5, 5, "position", _place), (11, 18, "name", _name), (30, 6, "value", _signed), (37, 6, "kept", _signed),
+        (44, 6, "least", _signed), (51, 6, "most", _signed), (58, 11, "unit", _text), *_ACK],
+    "S": [*((5 + 3 * i, 3, "notes[]", _note) for i in range(21)), *_ACK],
     "K": [(4, 5, "ack", _ack)],
     "G": [(4, 5, "ack", _ack)],
 }
@@ -238,7 +262,7 @@ def parse_line(line: bytes) -> Fields:
         try:
             value = read(text[start - 1:start - 1 + width], fields)
         except ValueError as error:
-            if name == "text":              # each character is a field of its own
+            if name in ("text", "unit"):    # each character is a field of its own
                 start += next(at for at, character in enumerate(text[start - 1:]) if not " " <= character <= "~")
             raise FieldError(start, str(error)) from error
         if name.endswith("[]"):
@@ -253,6 +277,10 @@ def parse_line(line: bytes) -> Fields:
         allowance = fields.pop("allowance")
         fields["fitted"] = sum(fitted << bit for bit, (fitted, _) in enumerate(allowance))
         fields["allowed"] = sum(allowed << bit for bit, (_, allowed) in enumerate(allowance))
+    elif kind == "P":
+        fields["place"], fields["count"] = fields.pop("position")
+    elif kind == "S":
+        fields["notes"] = [note for note in fields["notes"] if note]
     elif kind == "C":
         fields["version_major"], fields["version_minor"] = fields.pop("version")
     return fields
@@ -353,10 +381,14 @@ PAYLOADS: dict[str, Bits] = {
     "L": [("heard", 12, *_HEARD)],
 }
 SILENCE: Bits = [("silence_s", 12, 0, 4095, 0)]                                     # then a mode's letter
+KEY: Bits = [("key", 24, 0, 0xFFFFFF, 0)]
+VALUE: Bits = [("value", 18, -131072, 131071, 0)]                                   # only where there is one
 ORDERS: dict[str, Bits] = {
     "L": [("which", 10, 0, 255, 0), ("allowed", 8, 0, 255, 0)],
     "P": [*WAYPOINT, ("theta_deg", 12, 0, 359, 0)],
     "S": [],
+    "N": [("place", 12, 0, 4095, 0)],
+    "K": [],
     "A": [("tag", 6, 0, 63, 0), ("count", 12, 0, 4095, 0), ("digest", 36, 0, 0xFFFFFFFF, 0)],
 }
 
@@ -398,6 +430,8 @@ def encode_frame(message: Fields, robot_id: int, boot: int, session: int, owner:
             said += b"M" + _letter(MODES)(message["mode"], {}).encode("ascii")
         elif order == "F":
             said += b"F" + _pack(SILENCE, message) + _letter(MODES)(message["mode"], {}).encode("ascii")
+        elif order == "V":
+            said += b"V" + _pack(KEY, message) + (b"" if message["value"] is None else _pack(VALUE, message))
         elif order in ORDERS:
             said += order.encode("ascii") + _pack(ORDERS[order], message)
         else:
@@ -422,6 +456,9 @@ def _decode_order(order: bytes) -> Fields:
             if silence["silence_s"] == 0 and mode != "X":
                 raise ValueError("no silence goes with stop")
             return {"order": kind} | silence | {"mode": mode}
+        if kind == "V":
+            value = _unpack(VALUE, rest[4:]) if rest[4:] else {"value": None}
+            return {"order": kind} | _unpack(KEY, rest[:4]) | value
         if kind in ORDERS:
             fields = _unpack(ORDERS[kind], rest)
             if kind == "L" and fields["allowed"] & ~fields["which"]:

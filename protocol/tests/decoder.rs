@@ -294,7 +294,7 @@ fn the_samples_are_of_every_type() {
         .iter()
         .map(|line: &Sample| line.bytes[0])
         .collect();
-    assert_eq!(types, b"ABCTK");
+    assert_eq!(types, b"ABCTKPS");
 }
 
 /// What was sent while the link was open nowhere is not loss, and two halves make no line.

@@ -50,6 +50,12 @@ fn samples() -> Vec<Message> {
             theta_deg: 270,
         }),
         command(Order::Scan),
+        command(Order::SetParameter {
+            key: 0x12_3456,
+            value: -1,
+        }),
+        command(Order::ReadParameters { place: 0 }),
+        command(Order::KeepParameters),
         command(Order::Activate {
             tag: 3,
             count: 300,

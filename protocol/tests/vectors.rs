@@ -9,6 +9,8 @@ mod describe;
 mod judge;
 #[path = "../examples/vectors/lines.rs"]
 mod lines;
+#[path = "../examples/vectors/parameters.rs"]
+mod parameters;
 #[path = "../examples/vectors/samples.rs"]
 mod samples;
 #[path = "../examples/vectors/streams.rs"]
@@ -69,11 +71,13 @@ fn the_files_are_what_the_generator_writes() {
     is_what_the_generator_writes("frames", &uplink::frames());
     is_what_the_generator_writes("digests", &uplink::digests());
     is_what_the_generator_writes("conversation", &conversation::conversation());
+    is_what_the_generator_writes("lines-2", &parameters::lines());
+    is_what_the_generator_writes("frames-2", &parameters::frames());
 }
 
 #[test]
 fn lines_are_read_as_their_vectors_say() {
-    for vector in read("lines") {
+    for vector in [read("lines"), read("lines-2")].concat() {
         let judged = judge::line(string(&vector, "line").as_bytes());
         assert_eq!(judged, without(&vector, &["about", "line"]), "{vector}");
     }
@@ -108,7 +112,7 @@ fn checksums_are_what_their_vectors_say() {
 
 #[test]
 fn frames_are_heard_as_their_vectors_say() {
-    for vector in read("frames") {
+    for vector in [read("frames"), read("frames-2")].concat() {
         let ear = Ear {
             robot_id: number(&vector, "robot_id") as u8,
             boot: number(&vector, "boot") as u8,
@@ -167,6 +171,9 @@ fn both_verdicts_of_every_kind_are_in_the_files() {
         ("lines", "error", "field", 70),
         ("lines", "error", "crc", 5),
         ("lines", "error", "shape", 2),
+        ("lines-2", "fields", "*", 8),
+        ("lines-2", "error", "field", 30),
+        ("frames-2", "message", "*", 20),
         ("frames", "message", "*", 30),
         ("frames", "error", "crc", 8),
         ("frames", "error", "too_long", 1),

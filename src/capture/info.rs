@@ -76,14 +76,29 @@ pub struct LineCounts {
     pub t: u64,
     /// Acknowledgement.
     pub k: u64,
+    /// Parameter.
+    #[serde(skip_serializing_if = "is_none")]
+    pub p: u64,
+    /// Song.
+    #[serde(skip_serializing_if = "is_none")]
+    pub s: u64,
 }
 
 impl LineCounts {
     /// Intact lines of every type.
     #[must_use]
     pub const fn total(&self) -> u64 {
-        self.a + self.b + self.c + self.t + self.k
+        self.a + self.b + self.c + self.t + self.k + self.p + self.s
     }
+}
+
+/// Lines that most captures have none of are told of only where there are some.
+#[expect(
+    clippy::trivially_copy_pass_by_ref,
+    reason = "serde calls it with a reference"
+)]
+const fn is_none(count: &u64) -> bool {
+    *count == 0
 }
 
 /// What was sent while it was recorded.
@@ -136,7 +151,15 @@ impl Info {
     /// # Errors
     /// When the output takes no more.
     pub fn write_text(&self, output: &mut impl Write) -> io::Result<()> {
-        let LineCounts { a, b, c, t, k } = self.lines;
+        let LineCounts {
+            a,
+            b,
+            c,
+            t,
+            k,
+            p,
+            s,
+        } = self.lines;
         let all = self.lines.total();
         // Rounded first: 119.97 s are 2 minutes and not 1 minute and 60 seconds.
         let tenths = (self.duration_s * 10.0).round() as u64;
@@ -158,9 +181,14 @@ impl Info {
         if self.missing_bytes > 0 {
             writeln!(output, "missing    {} bytes", self.missing_bytes)?;
         }
+        let rare: String = [("P", p), ("S", s)]
+            .iter()
+            .filter(|(_, count)| *count > 0)
+            .map(|(kind, count)| format!(", {kind} {count}"))
+            .collect();
         writeln!(
             output,
-            "lines      {all} intact: A {a}, B {b}, C {c}, T {t}, K {k}"
+            "lines      {all} intact: A {a}, B {b}, C {c}, T {t}, K {k}{rare}"
         )?;
         writeln!(
             output,
@@ -295,6 +323,8 @@ impl Survey {
                 self.take_counters(counters);
             }
             Body::Text(_) => self.lines.t += 1,
+            Body::Parameter(_) => self.lines.p += 1,
+            Body::Song(_) => self.lines.s += 1,
         }
     }
 

@@ -11,7 +11,7 @@ use groundwave_protocol::letters::{
     Arm, Bump, Cliff, Drive, Infrared, Layer, LayerState, Link, Mode, Power,
 };
 use groundwave_protocol::telemetry::{
-    Ack, Body, CountersLine, Detail, StateLine, StatusLine, TextLine,
+    Ack, Body, CountersLine, Detail, Note, ParameterLine, SongLine, StateLine, StatusLine, TextLine,
 };
 
 /// Bytes of a stream as they were read or sent.
@@ -129,7 +129,7 @@ macro_rules! telemetry {
     (@words $words:ident) => { $words };
 }
 
-const LINE_TYPES: &[&str] = &["A", "B", "C", "T", "K"];
+const LINE_TYPES: &[&str] = &["A", "B", "C", "T", "K", "P", "S"];
 const OUTCOMES: &[&str] = &[
     "done",
     "not_fitted",
@@ -197,7 +197,7 @@ const LAYERS: &[&str] = &[
 ];
 
 telemetry! {
-    /// Type of the line: A state, B status, C counters, T text, K acknowledgement.
+    /// Type of the line: A state, B status, C counters, T text, K acknowledgement, P parameter, S song.
     1 line_type: int32 of LINE_TYPES;
     /// Number of the line, 0 to 99.
     2 sequence: uint32;
@@ -344,6 +344,25 @@ telemetry! {
     70 failsafe_silence_s: uint32;
     /// The mode it enters then.
     71 failsafe_mode: int32 of MODES;
+
+    /// Place of a parameter in the robot's table, from 1.
+    72 parameter_place: uint32;
+    /// Parameters that the robot has.
+    73 parameter_count: uint32;
+    /// Its name.
+    74 parameter_name: string;
+    /// What it is now.
+    75 parameter_value: sint32;
+    /// What a reset brings back.
+    76 parameter_kept: sint32;
+    /// Least value that the robot takes.
+    77 parameter_least: sint32;
+    /// Most.
+    78 parameter_most: sint32;
+    /// What it counts.
+    79 parameter_unit: string;
+    /// The notes of a song that begins: Hz, a colon and seconds each, with spaces between; 0 Hz is a rest.
+    80 song: string;
 }
 
 impl From<&Received> for Telemetry {
@@ -371,6 +390,14 @@ impl From<&Received> for Telemetry {
                 Body::Text(text) => {
                     message.set_text(text);
                     3
+                }
+                Body::Parameter(parameter) => {
+                    message.set_parameter(parameter);
+                    5
+                }
+                Body::Song(song) => {
+                    message.song = Some(notes(song));
+                    6
                 }
             },
         });
@@ -488,6 +515,26 @@ impl Telemetry {
     fn set_text(&mut self, line: &TextLine) {
         self.text = Some(line.as_str().to_owned());
     }
+
+    fn set_parameter(&mut self, line: &ParameterLine) {
+        self.parameter_place = Some(line.place.into());
+        self.parameter_count = Some(line.count.into());
+        self.parameter_name = Some(line.name.as_str().to_owned());
+        self.parameter_value = Some(line.value);
+        self.parameter_kept = Some(line.kept);
+        self.parameter_least = Some(line.least);
+        self.parameter_most = Some(line.most);
+        self.parameter_unit = Some(line.unit.as_str().to_owned());
+    }
+}
+
+/// `523:0.20 0:0.10`. A tick is five hundredths of a second, so two decimals are exact.
+fn notes(song: &SongLine) -> String {
+    let note = |note: Note| {
+        let hundredths = u32::from(note.ticks) * 5;
+        format!("{}:{}.{:02}", note.hz, hundredths / 100, hundredths % 100)
+    };
+    song.notes().map(note).collect::<Vec<_>>().join(" ")
 }
 
 /// A state's number in protobuf is its place in the wire's list of states.

@@ -285,7 +285,7 @@ impl Model {
             | match &line.body {
                 Body::Status(status) => self.life.take_status(status),
                 Body::Counters(counters) => self.life.take_counters(counters),
-                Body::State(_) | Body::Text(_) => false,
+                Body::State(_) | Body::Text(_) | Body::Parameter(_) | Body::Song(_) => false,
             };
         if restarted {
             self.take_restart(now);
@@ -300,6 +300,7 @@ impl Model {
                 self.log
                     .add(now, Level::Info, Subject::Robot, text.as_str());
             }
+            Body::Parameter(_) | Body::Song(_) => {}
         }
     }
 

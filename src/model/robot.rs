@@ -57,7 +57,7 @@ impl Robot {
                 self.status = Some(reading(now, status));
             }
             Body::Counters(counters) => self.counters = Some(reading(now, counters)),
-            Body::Text(_) => {}
+            Body::Text(_) | Body::Parameter(_) | Body::Song(_) => {}
         }
     }
 

@@ -28,7 +28,7 @@ pub struct SimulationConfig {
     pub boots: u16,
     /// Whether the robot takes turns with the ground.
     pub duplex: Duplex,
-    /// What the robot's board has kept of its operator's tuning.
+    /// What its board has kept of earlier lives.
     pub parameters: Parameters,
 }
 
@@ -55,7 +55,7 @@ pub struct Simulation {
     plant: Plant,
     robot: Robot,
     identity: Identity,
-    parameters: Parameters,
+    kept: Parameters,
     robot_dice: Dice,
     leds_on: bool,
     inputs: Inputs,
@@ -79,7 +79,7 @@ impl Simulation {
             plant: Plant::new(&config.world, &config.conditions, config.seed),
             robot: Robot::restored(identity, config.parameters.clone()),
             identity,
-            parameters: config.parameters.clone(),
+            kept: config.parameters.clone(),
             robot_dice,
             leds_on: false,
             inputs: Inputs::default(),
@@ -99,6 +99,9 @@ impl Simulation {
         if self.now_ms.is_multiple_of(TICK_MS) {
             self.inputs = self.plant.inputs();
             let outputs = self.robot.tick(&self.inputs);
+            if outputs.keep_parameters {
+                self.kept.clone_from(self.robot.parameters());
+            }
             self.plant.apply(outputs);
             self.stuck.observe(&self.plant.truth(), outputs);
         }
@@ -186,17 +189,24 @@ impl Simulation {
         self.identity.boots
     }
 
+    /// What the board keeps of the parameters over a reset.
+    #[must_use]
+    pub const fn kept_parameters(&self) -> &Parameters {
+        &self.kept
+    }
+
     /// Whether the robot has moved less than 12 inches in 5 minutes of being told to move.
     #[must_use]
     pub const fn is_stuck(&self) -> bool {
         self.stuck.is_stuck()
     }
 
-    /// Resets the robot: its state is gone, its boot counter is one up, the world goes on.
+    /// Resets the robot: its state is gone but for the parameters it has kept, its boot counter is one up,
+    /// the world goes on.
     pub fn reboot(&mut self) {
         self.identity.boots = self.identity.boots.wrapping_add(1);
         self.identity.dice_seed = self.robot_dice.next_u32();
-        self.robot = Robot::restored(self.identity, self.parameters.clone());
+        self.robot = Robot::restored(self.identity, self.kept.clone());
         self.leds_on = false;
         self.plant.reset_board();
     }

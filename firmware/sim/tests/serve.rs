@@ -241,6 +241,22 @@ fn the_boot_counter_survives() {
 }
 
 #[test]
+fn parameters_that_were_kept_come_back() {
+    let path = folder("parameters").join("eeprom");
+    fs::write(&path, "boots=3\ntop-speed=8\n").expect("a file can be written");
+    let options = ServeOptions {
+        eeprom: Some(path.clone()),
+        ..options(tcp())
+    };
+    drop(serve(config(), &options).expect("the endpoint opens"));
+    let kept = fs::read_to_string(&path).expect("it was written");
+    assert_eq!(kept, "boots=4\ntop-speed=8\n");
+    fs::write(&path, "boots=3\ntop-speed=99\n").expect("a file can be written");
+    let error = serve(config(), &options).expect_err("no robot goes that fast");
+    assert!(error.to_string().contains("line 2"), "{error}");
+}
+
+#[test]
 fn senseless_time_and_taken_ports_are_refused() {
     for time_factor in [0.0, -1.0, f64::NAN, 1e9] {
         let options = ServeOptions {

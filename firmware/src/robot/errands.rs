@@ -132,7 +132,7 @@ impl Robot {
         } else {
             self.schedule.say(BATTERY_LOW);
         }
-        self.singer.begin(Song::LowBattery);
+        self.sing(Song::LowBattery);
     }
 
     fn wander_on(&mut self) {
@@ -140,7 +140,7 @@ impl Robot {
         let wander_s = self.parameters.get(Parameter::Wander).unsigned_abs();
         if self.errands.wandered_ticks > u32::from(wander_s) * TICK_HZ {
             self.enter(Mode::GoHome);
-            self.singer.begin(Song::Alarm);
+            self.sing(Song::Alarm);
             self.schedule.say(WANDERED);
         }
     }
@@ -148,7 +148,7 @@ impl Robot {
     fn forage_on(&mut self) {
         match self.layers.dead_reckoning.take_docking_news() {
             Some(News::Docked) => {
-                self.singer.begin(Song::Docked);
+                self.sing(Song::Docked);
                 self.schedule.say(ON_THE_DOCK);
                 self.schedule.status_changed();
             }
@@ -168,7 +168,7 @@ impl Robot {
         }
         self.enter(Mode::Stop);
         if is_done {
-            self.singer.begin(Song::Finished);
+            self.sing(Song::Finished);
             self.schedule.say(SQUARE_DRIVEN);
         } else {
             self.schedule.say(SQUARE_SPOILT);

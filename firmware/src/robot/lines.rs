@@ -4,11 +4,13 @@ use super::Robot;
 use crate::arbiter::Holder;
 use crate::board::TICK_HZ;
 use crate::parameters::Parameter;
+use crate::song::Note;
 use crate::telemetry::{Events, Kind};
 use crate::units::in_s;
 use groundwave_protocol::letters::{Arm, Layer, LayerMask, LayerState, Power};
 use groundwave_protocol::telemetry::{
-    Body, CountersLine, FirmwareVersion, LayerStates, ListPlace, StateLine, StatusLine, TextLine,
+    self, Body, CountersLine, FirmwareVersion, LayerStates, ListPlace, ParameterLine,
+    ParameterName, Printable, SongLine, StateLine, StatusLine, TextLine,
 };
 
 /// Of this program.
@@ -45,6 +47,8 @@ impl Robot {
                     core::str::from_utf8(&text).unwrap_or_default(),
                 ))
             }
+            Kind::Parameter(parameter) => Body::Parameter(self.parameter_line(parameter)),
+            Kind::Song(song) => Body::Song(song_line(song.notes())),
         }
     }
 
@@ -167,4 +171,23 @@ impl Robot {
             failsafe: self.guard.setting(),
         }
     }
+
+    fn parameter_line(&self, parameter: Parameter) -> ParameterLine {
+        let definition = parameter.definition();
+        ParameterLine {
+            place: parameter as u8 + 1,
+            count: Parameter::ALL.len() as u8,
+            name: ParameterName::new(definition.name),
+            value: self.parameters.get(parameter).into(),
+            kept: self.kept.get(parameter).into(),
+            least: definition.least.into(),
+            most: definition.most.into(),
+            unit: Printable::new(definition.unit),
+        }
+    }
+}
+
+fn song_line(song: &[Note]) -> SongLine {
+    let note = |&(hz, ticks): &Note| telemetry::Note { hz, ticks };
+    SongLine::new(song.iter().map(note))
 }

@@ -3,6 +3,7 @@
 use super::Robot;
 use crate::angle::Angle;
 use crate::drive::Motion;
+use crate::parameters::Parameter;
 use groundwave_protocol::arq::Action;
 use groundwave_protocol::command::{Drive, Message, Order};
 use groundwave_protocol::letters::{Layer, LayerMask, Mode};
@@ -87,6 +88,25 @@ impl Robot {
                 return Outcome::NotNow;
             }
             Order::Scan => self.layers.rotation.scan(),
+            Order::SetParameter { key, value } => return self.set_parameter(key, value),
+            Order::ReadParameter { key } => {
+                let Some(parameter) = Parameter::with_key(key) else {
+                    return Outcome::Unknown;
+                };
+                self.schedule.tell(parameter);
+            }
+            Order::ReadParameters { place: 0 } => {
+                for &parameter in Parameter::ALL {
+                    self.schedule.tell(parameter);
+                }
+            }
+            Order::ReadParameters { place } => {
+                let Some(&parameter) = Parameter::ALL.get(usize::from(place) - 1) else {
+                    return Outcome::BadValue;
+                };
+                self.schedule.tell(parameter);
+            }
+            Order::KeepParameters => self.keep_parameters(),
             Order::Mode(_) | Order::Layers { .. } | Order::Failsafe(_) => {
                 return Outcome::NotFitted;
             }
@@ -115,6 +135,31 @@ impl Robot {
     fn allow_hiding(&mut self) {
         self.allowed = self.allowed.with(Layer::Rotation).with(Layer::Motion);
         self.schedule.status_changed();
+    }
+
+    /// The ground hears what became of it, even when it is refused: it may not know the limits.
+    fn set_parameter(&mut self, key: u32, value: i32) -> Outcome {
+        let Some(parameter) = Parameter::with_key(key) else {
+            return Outcome::Unknown;
+        };
+        self.schedule.tell(parameter);
+        let is_set = i16::try_from(value).is_ok_and(|value| self.parameters.set(parameter, value));
+        if is_set {
+            Outcome::Done
+        } else {
+            Outcome::BadValue
+        }
+    }
+
+    /// The board writes them after the coming tick.
+    fn keep_parameters(&mut self) {
+        for &parameter in Parameter::ALL {
+            if self.kept.get(parameter) != self.parameters.get(parameter) {
+                self.schedule.tell(parameter);
+            }
+        }
+        self.kept = self.parameters.clone();
+        self.must_keep = true;
     }
 
     /// A frame that has been under way for too long must not move the robot. Nor does any while it is

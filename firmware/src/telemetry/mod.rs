@@ -1,5 +1,6 @@
 //! The robot's transmitter: an endless stream of 80-byte lines.
 
+mod due;
 mod events;
 mod schedule;
 mod transmitter;

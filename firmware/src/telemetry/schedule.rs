@@ -1,8 +1,12 @@
 //! Which line is next.
 //!
 //! Five slots of six are line A; the sixth is line B and line C in turn. After boot come C and B. A
-//! change of what line B says brings an extra B, and text an extra T; both are rationed, and after
-//! any other line there is always a line A.
+//! change of what line B says brings an extra B, and text an extra T; both are rationed. A song brings
+//! a line S, and what the ground asked for lines P. After any other line there is always a line A.
+
+use super::due::Due;
+use crate::parameters::Parameter;
+use crate::song::Song;
 
 /// What kind of line.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -17,6 +21,10 @@ pub enum Kind {
     Text(&'static str),
     /// Line T with what a look around has found.
     Findings,
+    /// Line P.
+    Parameter(Parameter),
+    /// Line S.
+    Song(Song),
 }
 
 /// Lines A between two regular lines of another kind.
@@ -45,6 +53,8 @@ pub struct Schedule {
     since_text: u8,
     texts: [Option<&'static str>; TEXTS],
     findings_due: bool,
+    song: Option<Song>,
+    parameters: Due,
 }
 
 impl Default for Schedule {
@@ -59,6 +69,8 @@ impl Default for Schedule {
             since_text: RATION,
             texts: [None; TEXTS],
             findings_due: false,
+            song: None,
+            parameters: Due::default(),
         }
     }
 }
@@ -81,6 +93,16 @@ impl Schedule {
         }
     }
 
+    /// A song has begun; one that has not been told of yet is over.
+    pub const fn sing(&mut self, song: Song) {
+        self.song = Some(song);
+    }
+
+    /// The ground shall hear of this parameter.
+    pub fn tell(&mut self, parameter: Parameter) {
+        self.parameters.add(parameter);
+    }
+
     /// What is next.
     pub fn next_kind(&mut self) -> Kind {
         self.since_status = self.since_status.saturating_add(1);
@@ -94,7 +116,7 @@ impl Schedule {
                 self.since_status = 0;
             }
             Kind::Text(_) | Kind::Findings => self.since_text = 0,
-            Kind::Counters => {}
+            Kind::Counters | Kind::Parameter(_) | Kind::Song(_) => {}
         }
         kind
     }
@@ -134,7 +156,10 @@ impl Schedule {
             self.texts.rotate_left(1);
             return Kind::Text(text);
         }
-        Kind::State
+        if let Some(song) = self.song.take() {
+            return Kind::Song(song);
+        }
+        self.parameters.take().map_or(Kind::State, Kind::Parameter)
     }
 }
 
@@ -153,6 +178,8 @@ mod tests {
                     Kind::Status => 'B',
                     Kind::Counters => 'C',
                     Kind::Text(_) | Kind::Findings => 'T',
+                    Kind::Parameter(_) => 'P',
+                    Kind::Song(_) => 'S',
                 }
             })
             .collect()
@@ -195,6 +222,31 @@ mod tests {
             assert!(!after_boot.contains(pair), "{pair} in {after_boot}");
         }
         assert!(["T", "B", "C"].iter().all(|kind| after_boot.contains(kind)));
+    }
+
+    #[test]
+    fn every_parameter_is_told_and_line_a_keeps_every_second_slot() {
+        let order = letters(70, |schedule, line| {
+            if line == 3 {
+                for &parameter in Parameter::ALL {
+                    schedule.tell(parameter);
+                }
+                schedule.sing(Song::Finished);
+            }
+        });
+        let count = |kind| order.chars().filter(|&letter| letter == kind).count();
+        assert_eq!(count('P'), Parameter::ALL.len(), "{order}");
+        assert_eq!(count('S'), 1, "{order}");
+        assert!(order.starts_with("CBASAPAPA"), "{order}");
+        assert!(
+            count('A') >= 34 && count('B') >= 3 && count('C') >= 3,
+            "{order}"
+        );
+        let after_boot = order.get(2..).unwrap_or_default();
+        assert!(
+            !after_boot.contains("PP") && !after_boot.contains("BP"),
+            "{order}"
+        );
     }
 
     #[test]

@@ -5,11 +5,12 @@ use groundwave_protocol::LINE_BYTES;
 use groundwave_protocol::decoder::{Decoder, Received};
 use groundwave_protocol::sixbit;
 use groundwave_protocol::telemetry::{
-    ACK_LINE_BYTES, Ack, AckLine, Body, Line, SEQUENCE_MODULUS, StateLine, TextLine,
+    ACK_LINE_BYTES, Ack, AckLine, Body, Line, Note, ParameterLine, SEQUENCE_MODULUS, SONG_NOTES,
+    SongLine, StateLine, TextLine,
 };
 use serde_json::Value;
 
-/// Of each of the five types.
+/// Of each type.
 const LINES_OF_A_TYPE: usize = 2048;
 
 /// A good line.
@@ -21,12 +22,12 @@ pub struct Sent {
 pub struct Pool(Vec<Sent>);
 
 impl Pool {
-    /// Lines of the five types in equal numbers, from the bodies of the golden vectors with other
+    /// Lines of all types in equal numbers, from the bodies of the golden vectors with other
     /// sequences, acknowledgements, places, speeds and texts.
     pub fn new(dice: &mut Dice) -> Self {
         let bodies = bodies();
         let mut lines = Vec::new();
-        for kind in [b'A', b'B', b'C', b'T'] {
+        for kind in [b'A', b'B', b'C', b'T', b'P', b'S'] {
             let of_kind: Vec<&Body> = bodies
                 .iter()
                 .filter(|body| body.head(0)[0] == kind)
@@ -58,17 +59,21 @@ impl Pool {
 
 /// What every good line among the golden vectors says.
 fn bodies() -> Vec<Body> {
-    include_str!("../../vectors/lines.jsonl")
-        .lines()
-        .filter_map(|vector| serde_json::from_str::<Value>(vector).ok())
-        .filter_map(|vector| {
-            let line = vector["line"].as_str()?.as_bytes();
-            match Decoder::default().handle_bytes(line) {
-                (_, Some(Received::Line(line, _))) => Some(line.body),
-                _ => None,
-            }
-        })
-        .collect()
+    [
+        include_str!("../../vectors/lines.jsonl"),
+        include_str!("../../vectors/lines-2.jsonl"),
+    ]
+    .into_iter()
+    .flat_map(str::lines)
+    .filter_map(|vector| serde_json::from_str::<Value>(vector).ok())
+    .filter_map(|vector| {
+        let line = vector["line"].as_str()?.as_bytes();
+        match Decoder::default().handle_bytes(line) {
+            (_, Some(Received::Line(line, _))) => Some(line.body),
+            _ => None,
+        }
+    })
+    .collect()
 }
 
 fn varied(body: &Body, dice: &mut Dice) -> Body {
@@ -88,6 +93,18 @@ fn varied(body: &Body, dice: &mut Dice) -> Body {
                 .collect();
             Body::Text(TextLine::new(&words))
         }
+        Body::Song(_) => {
+            let notes = (0..=dice.below(SONG_NOTES)).map(|_| Note {
+                hz: dice.below(4096) as u16,
+                ticks: 1 + dice.below(63) as u8,
+            });
+            Body::Song(SongLine::new(notes))
+        }
+        Body::Parameter(parameter) => Body::Parameter(ParameterLine {
+            value: dice.below(199_999) as i32 - 99_999,
+            kept: dice.below(199_999) as i32 - 99_999,
+            ..*parameter
+        }),
         Body::Status(_) | Body::Counters(_) => *body,
     }
 }

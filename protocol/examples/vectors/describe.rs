@@ -4,7 +4,7 @@ use groundwave_protocol::command::{Message, Order};
 use groundwave_protocol::decoder::{Counters, Received};
 use groundwave_protocol::letters::{Layer, LayerState, Mode};
 use groundwave_protocol::telemetry::{
-    Ack, Body, CountersLine, Detail, LayerStates, StateLine, StatusLine,
+    Ack, Body, CountersLine, Detail, LayerStates, ParameterLine, SongLine, StateLine, StatusLine,
 };
 use serde_json::{Value, json};
 
@@ -29,6 +29,8 @@ pub fn received(received: &Received) -> Value {
             Body::Status(line) => status(line),
             Body::Counters(line) => counters_line(line),
             Body::Text(line) => json!({ "type": "T", "text": line.as_str() }),
+            Body::Parameter(line) => parameter(line),
+            Body::Song(line) => song(line),
         },
     };
     with(head, body)
@@ -106,6 +108,25 @@ fn counters_line(line: &CountersLine) -> Value {
         "failsafe_silence_s": line.failsafe.map(|failsafe| failsafe.silence_s),
         "failsafe_mode": line.failsafe.map(|failsafe| letter(failsafe.mode.letter())),
     })
+}
+
+fn parameter(line: &ParameterLine) -> Value {
+    json!({
+        "type": "P",
+        "place": line.place,
+        "count": line.count,
+        "name": line.name.as_str(),
+        "value": line.value,
+        "kept": line.kept,
+        "least": line.least,
+        "most": line.most,
+        "unit": line.unit.as_str(),
+    })
+}
+
+fn song(line: &SongLine) -> Value {
+    let notes: Vec<_> = line.notes().map(|note| (note.hz, note.ticks)).collect();
+    json!({ "type": "S", "notes": notes })
 }
 
 /// An acknowledgement.
@@ -201,6 +222,10 @@ fn order(order: Order) -> Value {
             "count": count,
             "digest": digest,
         }),
+        Order::SetParameter { key, value } => json!({ "order": "V", "key": key, "value": value }),
+        Order::ReadParameter { key } => json!({ "order": "V", "key": key, "value": null }),
+        Order::ReadParameters { place } => json!({ "order": "N", "place": place }),
+        Order::KeepParameters => json!({ "order": "K" }),
         Order::Unknown => json!({ "order": null }),
     }
 }

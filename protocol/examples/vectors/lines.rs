@@ -14,7 +14,7 @@ use groundwave_protocol::telemetry::{
 };
 use serde_json::Value;
 
-fn vector(about: impl Into<String>, line: &[u8]) -> Value {
+pub fn vector(about: impl Into<String>, line: &[u8]) -> Value {
     let mut vector = judge::line(line);
     vector["about"] = Value::from(about.into());
     vector["line"] = Value::from(judge::text(line));

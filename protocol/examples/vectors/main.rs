@@ -5,6 +5,7 @@ mod conversation;
 mod describe;
 mod judge;
 mod lines;
+mod parameters;
 mod samples;
 mod streams;
 mod uplink;
@@ -23,7 +24,7 @@ fn main() -> std::io::Result<()> {
 }
 
 /// The files by name.
-fn all() -> [(&'static str, Vec<Value>); 6] {
+fn all() -> [(&'static str, Vec<Value>); 8] {
     [
         ("lines", lines::lines()),
         ("streams", streams::streams()),
@@ -31,5 +32,7 @@ fn all() -> [(&'static str, Vec<Value>); 6] {
         ("frames", uplink::frames()),
         ("digests", uplink::digests()),
         ("conversation", conversation::conversation()),
+        ("lines-2", parameters::lines()),
+        ("frames-2", parameters::frames()),
     ]
 }

@@ -5,8 +5,8 @@ use groundwave_protocol::letters::{
     Arm, Bump, Cliff, Drive, Infrared, Layer, LayerMask, LayerState, Link, Mode, Power,
 };
 use groundwave_protocol::telemetry::{
-    Ack, AckLine, Body, CountersLine, Detail, FirmwareVersion, LayerStates, Line, ListPlace,
-    Outcome, StateLine, StatusLine, TextLine,
+    Ack, AckLine, Body, CountersLine, Detail, FirmwareVersion, LayerStates, Line, ListPlace, Note,
+    Outcome, ParameterLine, ParameterName, Printable, SongLine, StateLine, StatusLine, TextLine,
 };
 
 pub const ACK: Ack = Ack {
@@ -129,6 +129,24 @@ pub fn counters() -> CountersLine {
 
 pub fn text(sequence: u8, words: &str) -> Vec<u8> {
     encode(sequence, Body::Text(TextLine::new(words)))
+}
+
+pub fn parameter() -> ParameterLine {
+    ParameterLine {
+        place: 1,
+        count: 26,
+        name: ParameterName::new("top-speed"),
+        value: 8,
+        kept: 12,
+        least: 2,
+        most: 12,
+        unit: Printable::new("in/s"),
+    }
+}
+
+pub fn song() -> SongLine {
+    let notes = [(523, 4), (659, 4), (784, 4), (1047, 8), (0, 2), (523, 16)];
+    SongLine::new(notes.map(|(hz, ticks)| Note { hz, ticks }))
 }
 
 /// Writes over a line and makes its checksum right again.

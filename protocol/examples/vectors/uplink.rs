@@ -9,7 +9,7 @@ use groundwave_protocol::letters::{LayerMask, Mode};
 use groundwave_protocol::{Waypoint, crc, digest::digest, sixbit};
 use serde_json::{Value, json};
 
-const EAR: Ear = Ear {
+pub const EAR: Ear = Ear {
     robot_id: 7,
     boot: 1,
     session: 3,
@@ -18,11 +18,11 @@ const EAR: Ear = Ear {
 
 const CLOSED: Ear = Ear { owner: 0, ..EAR };
 
-fn session() -> Key {
+pub fn session() -> Key {
     Key::session(EAR.robot_id, EAR.boot, EAR.session, EAR.owner)
 }
 
-fn vector(about: impl Into<String>, ear: Ear, bytes: &[u8]) -> Value {
+pub fn vector(about: impl Into<String>, ear: Ear, bytes: &[u8]) -> Value {
     let mut vector = ear.hear(bytes);
     vector["about"] = Value::from(about.into());
     vector["robot_id"] = Value::from(ear.robot_id);
@@ -34,7 +34,7 @@ fn vector(about: impl Into<String>, ear: Ear, bytes: &[u8]) -> Value {
 }
 
 /// Any content under a good checksum.
-fn sealed(key: Key, content: &[u8]) -> Vec<u8> {
+pub fn sealed(key: Key, content: &[u8]) -> Vec<u8> {
     let trailer = crc::characters(crc::update(key.init(), content));
     [b"\n", content, &trailer[..], b"\n"].concat()
 }

@@ -7,6 +7,10 @@
 //! C  s         P  xxxxx tt     pose: a waypoint, then theta in degrees
 //! C  s         S               scan
 //! C  s         A  t cc dddddd  activate the staged list: tag, count, digest
+//! C  s         V  kkkk vvv     set a parameter: its key, then 18 bits of two's complement
+//! C  s         V  kkkk         say line P of the parameter with this key
+//! C  s         N  pp           say line P of the parameter at this place, of every one if 0
+//! C  s         K               keep the parameters over a reset
 //!    sequence  what
 //! ```
 
@@ -19,13 +23,19 @@ use nom::{
     Parser,
     bytes::complete::take,
     character::complete::{char, satisfy},
-    combinator::{map, map_opt, rest},
+    combinator::{map, map_opt, opt, rest},
     sequence::preceded,
 };
 
 /// The most that two characters hold. What is larger is clamped, not cut to its low bits: still a
 /// value that every robot refuses.
 const FIELD_MAX: u16 = 0xFFF;
+
+/// The least that 18 bits of two's complement hold.
+const VALUE_LEAST: i32 = -1 << 17;
+
+/// The most that they hold: more than any line P can name as a limit, so that what is clamped is refused.
+const VALUE_MOST: i32 = (1 << 17) - 1;
 
 /// A sequenced command.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
@@ -69,6 +79,25 @@ pub enum Order {
         /// [`crate::digest::digest`] of it.
         digest: u32,
     },
+    /// Set a parameter, until the next reset; the robot says line P of it.
+    SetParameter {
+        /// [`crate::parameter::key`] of its name.
+        key: u32,
+        /// Its new value.
+        value: i32,
+    },
+    /// Say line P of a parameter.
+    ReadParameter {
+        /// [`crate::parameter::key`] of its name.
+        key: u32,
+    },
+    /// Say line P of the parameter at a place, or of every one.
+    ReadParameters {
+        /// Its place, from 1 as in line P; 0: all of them.
+        place: u16,
+    },
+    /// Keep all parameters as they are, so that a reset brings these values back.
+    KeepParameters,
     /// Intact, but nothing this version knows: refused with [`crate::telemetry::Outcome::Unknown`].
     Unknown,
 }
@@ -111,6 +140,20 @@ impl Command {
                 frame.push_sixbit(1, digest >> 30);
                 frame.push_sixbit(5, digest);
             }
+            Order::SetParameter { key, value } => {
+                frame.push(b'V');
+                frame.push_sixbit(4, key);
+                frame.push_sixbit(3, value.clamp(VALUE_LEAST, VALUE_MOST) as u32);
+            }
+            Order::ReadParameter { key } => {
+                frame.push(b'V');
+                frame.push_sixbit(4, key);
+            }
+            Order::ReadParameters { place } => {
+                frame.push(b'N');
+                frame.push_sixbit(2, u32::from(place.min(FIELD_MAX)));
+            }
+            Order::KeepParameters => frame.push(b'K'),
             Order::Unknown => frame.push(b'?'),
         }
     }
@@ -168,6 +211,14 @@ impl Order {
                     },
                 ),
             ),
+            preceded(char('V'), map((number(4), opt(number(3))), parameter)),
+            preceded(
+                char('N'),
+                map(number(2), |place| Self::ReadParameters {
+                    place: place as u16,
+                }),
+            ),
+            map(satisfy(|c| c == 'K'), |_| Self::KeepParameters),
         )))
         .parse(content)
     }
@@ -192,6 +243,18 @@ fn failsafe((silence_s, mode): (u32, Mode)) -> Option<Order> {
         (0, Mode::Stop) => Some(Order::Failsafe(None)),
         (0, _) => None,
         (silence_s, mode) => Some(Order::Failsafe(Some(Failsafe { silence_s, mode }))),
+    }
+}
+
+/// Set when there is a value, otherwise only read.
+fn parameter((key, value): (u32, Option<u32>)) -> Order {
+    match value {
+        // Shifted up and down again, the sign fills the bits above the 18.
+        Some(bits) => Order::SetParameter {
+            key,
+            value: (bits << 14) as i32 >> 14,
+        },
+        None => Order::ReadParameter { key },
     }
 }
 
@@ -223,7 +286,19 @@ mod tests {
             Just(Order::Scan),
             (0..64_u8, 0..4096_u16, any::<u32>())
                 .prop_map(|(tag, count, digest)| Order::Activate { tag, count, digest }),
+            about_parameters(),
             Just(Order::Unknown),
+        ]
+    }
+
+    fn about_parameters() -> impl Strategy<Value = Order> {
+        let key = || 0..1_u32 << 24;
+        prop_oneof![
+            (key(), VALUE_LEAST..=VALUE_MOST)
+                .prop_map(|(key, value)| Order::SetParameter { key, value }),
+            key().prop_map(|key| Order::ReadParameter { key }),
+            (0..4096_u16).prop_map(|place| Order::ReadParameters { place }),
+            Just(Order::KeepParameters),
         ]
     }
 
@@ -236,7 +311,7 @@ mod tests {
 
         #[test]
         fn what_does_not_fit_is_never_read_as_something_else(
-            x_in: i16, y_in: i16, theta_deg: u16, count: u16,
+            x_in: i16, y_in: i16, theta_deg: u16, count: u16, value: i32, place: u16,
         ) {
             let pose = Order::Pose { position: Waypoint { x_in, y_in }, theta_deg };
             let fits = Waypoint::new(x_in, y_in).is_some() && theta_deg < 360;
@@ -249,7 +324,27 @@ mod tests {
                 read(activate(count)),
                 Some(Message::Command(Command { sequence: 1, order: said }))
             );
+            let clamped = value.clamp(VALUE_LEAST, VALUE_MOST);
+            for (order, said) in [
+                (
+                    Order::SetParameter { key: 7, value },
+                    Order::SetParameter { key: 7, value: clamped },
+                ),
+                (
+                    Order::ReadParameters { place },
+                    Order::ReadParameters { place: place.min(4095) },
+                ),
+            ] {
+                let said = Message::Command(Command { sequence: 1, order: said });
+                prop_assert_eq!(read(order), Some(said));
+            }
         }
+    }
+
+    #[test]
+    fn what_is_clamped_is_beyond_every_limit_that_a_robot_can_name() {
+        use crate::parameter::VALUE_MAX;
+        assert!(VALUE_LEAST < -VALUE_MAX && VALUE_MAX < VALUE_MOST);
     }
 
     #[test]
@@ -266,6 +361,14 @@ mod tests {
             b"C!P````````",
             b"C!A!`!$`````",
             b"C!A!`!``````\xFF",
+            b"C!V",
+            b"C!V```",
+            b"C!V`````",
+            b"C!V````````",
+            b"C!Vaaaa",
+            b"C!N!",
+            b"C!N!!!",
+            b"C!K!",
         ] {
             let expected = Command {
                 sequence: 1,

@@ -25,7 +25,7 @@ proptest! {
     #[test]
     fn every_message_has_one_form(
         kind in prop::sample::select(&b"XOCWDL"[..]),
-        order in prop::option::of(prop::sample::select(&b"MLPSA"[..])),
+        order in prop::option::of(prop::sample::select(&b"MLPSFAVNK"[..])),
         rest in sixbit_text(0..12),
     ) {
         let mut bytes = std::vec![kind];

@@ -9,6 +9,9 @@
 mod ack;
 mod columns;
 mod counters;
+mod parameter;
+mod printable;
+mod song;
 mod state;
 mod status;
 #[cfg(test)]
@@ -17,6 +20,9 @@ mod text;
 
 pub use ack::{ACK_LINE_BYTES, Ack, AckLine, Detail, Outcome, WINDOW_BLOCKS};
 pub use counters::{CountersLine, FirmwareVersion, HOLDERS};
+pub use parameter::{ParameterLine, ParameterName};
+pub use printable::Printable;
+pub use song::{Note, SONG_NOTES, SongLine};
 pub use state::{LayerStates, StateLine};
 pub use status::{ListPlace, StatusLine};
 pub use text::TextLine;
@@ -42,6 +48,10 @@ pub enum Body {
     Counters(CountersLine),
     /// Line T.
     Text(TextLine),
+    /// Line P.
+    Parameter(ParameterLine),
+    /// Line S.
+    Song(SongLine),
 }
 
 /// One 80-byte line.
@@ -85,6 +95,14 @@ impl Body {
                 line.write(&mut columns);
                 b'T'
             }
+            Self::Parameter(line) => {
+                line.write(&mut columns);
+                b'P'
+            }
+            Self::Song(line) => {
+                line.write(&mut columns);
+                b'S'
+            }
         };
         columns.letter(1, letter);
         columns.digits(2, 2, u32::from(sequence % SEQUENCE_MODULUS));
@@ -127,6 +145,8 @@ fn nom_line(input: &[u8]) -> IResult<&[u8], Line, FieldError> {
         [b'B'] => Body::Status(StatusLine::read(&columns)?),
         [b'C'] => Body::Counters(CountersLine::read(&columns)?),
         [b'T'] => Body::Text(TextLine::read(&columns)?),
+        [b'P'] => Body::Parameter(ParameterLine::read(&columns)?),
+        [b'S'] => Body::Song(SongLine::read(&columns)?),
         _ => return Err(FieldError { column: 1 }.into()),
     };
     let line = Line {

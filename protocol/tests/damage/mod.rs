@@ -77,11 +77,14 @@ pub fn bytes_of(received: &Received) -> Vec<u8> {
 
 /// One line of each type: the first of it among the golden vectors.
 pub fn samples() -> Vec<Sample> {
-    let vectors = include_str!("../../vectors/lines.jsonl");
-    let vectors: Vec<Value> = vectors
-        .lines()
-        .filter_map(|line| serde_json::from_str(line).ok())
-        .collect();
+    let vectors: Vec<Value> = [
+        include_str!("../../vectors/lines.jsonl"),
+        include_str!("../../vectors/lines-2.jsonl"),
+    ]
+    .into_iter()
+    .flat_map(str::lines)
+    .filter_map(|line| serde_json::from_str(line).ok())
+    .collect();
     let first = |kind: &str| {
         let vector = vectors.iter().find(|v| v["fields"]["type"] == kind);
         let line = vector.and_then(|v| v["line"].as_str());
@@ -93,5 +96,5 @@ pub fn samples() -> Vec<Sample> {
         sample.seal();
         sample
     };
-    ["A", "B", "C", "T", "K"].map(first).into()
+    ["A", "B", "C", "T", "K", "P", "S"].map(first).into()
 }

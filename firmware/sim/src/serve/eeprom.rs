@@ -1,34 +1,136 @@
-//! The boot counter in a file, as a robot keeps it in its EEPROM.
+//! What a robot keeps in its EEPROM, in a file of a `NAME=VALUE` a line: the boot counter and the parameters that
+//! are not as they come.
 
+use std::fmt::Write as _;
 use std::fs;
 use std::io;
-use std::path::Path;
+use std::path::PathBuf;
+
+use sr04_firmware::parameters::{Parameter, Parameters};
 
 use super::ServeError;
 
-/// Counts a boot: reads the counter (none yet is 0), adds one, stores and returns it.
-pub(super) fn count_boot(path: &Path) -> Result<u16, ServeError> {
-    let fail = |problem: String| ServeError::Eeprom {
-        path: path.to_owned(),
-        problem,
-    };
-    let boots = match fs::read_to_string(path) {
-        Ok(text) => parse(&text).ok_or_else(|| {
-            fail("it does not read `boots=NUMBER`; remove it to start from 1".to_owned())
-        })?,
-        Err(error) if error.kind() == io::ErrorKind::NotFound => 0,
-        Err(error) => return Err(fail(error.to_string())),
-    };
-    let boots = boots.wrapping_add(1);
-    // Replaced in one step, so that a crash leaves the old counter or the new one.
-    let mut partial = path.as_os_str().to_owned();
-    partial.push(".partial");
-    fs::write(&partial, format!("boots={boots}\n"))
-        .and_then(|()| fs::rename(&partial, path))
-        .map_err(|error| fail(error.to_string()))?;
-    Ok(boots)
+/// The file and what stands in it.
+#[derive(Debug)]
+pub(super) struct Eeprom {
+    path: PathBuf,
+    boots: u16,
+    parameters: Parameters,
 }
 
-fn parse(text: &str) -> Option<u16> {
-    text.trim().strip_prefix("boots=")?.parse().ok()
+impl Eeprom {
+    /// Reads the file; none yet is a robot that has never booted nor been tuned.
+    pub(super) fn open(path: PathBuf) -> Result<Self, ServeError> {
+        let (boots, parameters) = match fs::read_to_string(&path) {
+            Ok(text) => parse(&text).map_err(|problem| fail(&path, problem))?,
+            Err(error) if error.kind() == io::ErrorKind::NotFound => (0, Parameters::DEFAULT),
+            Err(error) => return Err(fail(&path, error.to_string())),
+        };
+        Ok(Self {
+            path,
+            boots,
+            parameters,
+        })
+    }
+
+    /// What has been kept.
+    pub(super) const fn parameters(&self) -> &Parameters {
+        &self.parameters
+    }
+
+    /// Counts a boot: adds one to the counter, stores and returns it.
+    pub(super) fn count_boot(&mut self) -> Result<u16, ServeError> {
+        self.boots = self.boots.wrapping_add(1);
+        self.store()
+            .map_err(|error| fail(&self.path, error.to_string()))?;
+        Ok(self.boots)
+    }
+
+    /// Stores the parameters if they are others than before. The robot has no way to hear that its memory
+    /// failed, so the person who serves it does.
+    pub(super) fn keep(&mut self, parameters: &Parameters) {
+        if self.parameters == *parameters {
+            return;
+        }
+        self.parameters.clone_from(parameters);
+        if let Err(error) = self.store() {
+            eprintln!("{}", fail(&self.path, error.to_string()));
+        }
+    }
+
+    /// Replaced in one step, so that a crash leaves the old contents or the new ones.
+    fn store(&self) -> io::Result<()> {
+        let mut text = format!("boots={}\n", self.boots);
+        for &parameter in Parameter::ALL {
+            let (definition, value) = (parameter.definition(), self.parameters.get(parameter));
+            if value != definition.default {
+                let _ = writeln!(text, "{}={value}", definition.name);
+            }
+        }
+        let mut partial = self.path.as_os_str().to_owned();
+        partial.push(".partial");
+        fs::write(&partial, text)?;
+        fs::rename(&partial, &self.path)
+    }
+}
+
+fn fail(path: &std::path::Path, problem: String) -> ServeError {
+    ServeError::Eeprom {
+        path: path.to_owned(),
+        problem,
+    }
+}
+
+/// The boot counter and the parameters; those that the text does not name are as they come.
+fn parse(text: &str) -> Result<(u16, Parameters), String> {
+    let mut boots = None;
+    let mut parameters = Parameters::DEFAULT;
+    for (n, line) in (1..).zip(text.lines()) {
+        let (name, value) = line.split_once('=').unwrap_or((line, ""));
+        let is_taken = match (name, Parameter::with_name(name)) {
+            ("boots", _) => {
+                boots = value.parse().ok();
+                boots.is_some()
+            }
+            (_, Some(parameter)) => value
+                .parse()
+                .is_ok_and(|value| parameters.set(parameter, value)),
+            (_, None) => false,
+        };
+        if !is_taken {
+            return Err(format!(
+                "line {n} is neither `boots=NUMBER` nor a parameter with a value within its limits; \
+                 correct it, or remove it to start from 1"
+            ));
+        }
+    }
+    let boots = boots.ok_or("it does not say `boots=NUMBER`; remove it to start from 1")?;
+    Ok((boots, parameters))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_file_of_the_first_version_is_read() {
+        assert_eq!(parse("boots=41\n"), Ok((41, Parameters::DEFAULT)));
+    }
+
+    #[test]
+    fn what_cannot_be_meant_is_refused_by_its_line() {
+        for (text, says) in [
+            ("", "does not say"),
+            ("top-speed=8\n", "does not say"),
+            ("boots=x\n", "line 1"),
+            ("boots=65536\n", "line 1"),
+            ("boots=1\ntop-speed=13\n", "line 2"),
+            ("boots=1\n\n", "line 2"),
+            ("boots=1\nwarp-speed=9\n", "line 2"),
+            ("dear diary", "line 1"),
+        ] {
+            let problem = parse(text).expect_err(text);
+            assert!(problem.contains(says), "{text:?}: {problem}");
+        }
+    }
 }

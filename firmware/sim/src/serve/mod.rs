@@ -10,6 +10,7 @@ mod link_file;
 mod pty;
 mod tcp;
 
+use eeprom::Eeprom;
 use std::path::PathBuf;
 use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
 use std::sync::{Arc, Mutex, PoisonError};
@@ -51,7 +52,7 @@ pub struct ServeOptions {
     pub time_factor: f64,
     /// Virtual time after which the robot is switched off.
     pub duration: Option<Duration>,
-    /// A file in the place of the robot's EEPROM: it keeps the boot counter.
+    /// A file in the place of the robot's EEPROM: it keeps the boot counter and the parameters.
     pub eeprom: Option<PathBuf>,
 }
 
@@ -94,8 +95,8 @@ pub enum ServeError {
         /// Why.
         source: io::Error,
     },
-    /// The boot counter cannot be kept.
-    #[error("cannot keep the boot counter in {}: {problem}", path.display())]
+    /// The boot counter and the parameters cannot be kept.
+    #[error("cannot keep the boot counter and the parameters in {}: {problem}", path.display())]
     Eeprom {
         /// The file.
         path: PathBuf,
@@ -162,8 +163,10 @@ pub fn serve(mut config: SimulationConfig, options: &ServeOptions) -> Result<Ser
         ports.push(port);
         addresses.push(address);
     }
-    if let Some(path) = &options.eeprom {
-        config.boots = eeprom::count_boot(path)?;
+    let mut eeprom = options.eeprom.clone().map(Eeprom::open).transpose()?;
+    if let Some(eeprom) = &mut eeprom {
+        config.boots = eeprom.count_boot()?;
+        config.parameters.clone_from(eeprom.parameters());
     }
     let simulation = Simulation::new(&config);
     let shared = Arc::new(Shared {
@@ -175,6 +178,7 @@ pub fn serve(mut config: SimulationConfig, options: &ServeOptions) -> Result<Ser
     let boots = simulation.boots();
     let runner = Runner {
         simulation,
+        eeprom,
         ports,
         shared: Arc::clone(&shared),
         time_factor: options.time_factor,
@@ -282,6 +286,7 @@ impl Drop for Server {
 /// What the simulation's thread owns.
 struct Runner {
     simulation: Simulation,
+    eeprom: Option<Eeprom>,
     ports: Vec<Box<dyn Port>>,
     shared: Arc<Shared>,
     time_factor: f64,
@@ -328,6 +333,9 @@ impl Runner {
         while self.simulation.now_ms() < target_ms {
             self.simulation.step();
             received.extend(std::iter::from_fn(|| self.simulation.poll_downlink()));
+        }
+        if let Some(eeprom) = &mut self.eeprom {
+            eeprom.keep(self.simulation.kept_parameters());
         }
         let now = Instant::now();
         for port in &mut self.ports {

@@ -83,7 +83,7 @@ impl Fop {
                     self.note_failsafe(failsafe);
                 }
             }
-            Body::Status(_) | Body::Text(_) => {}
+            Body::Status(_) | Body::Text(_) | Body::Parameter(_) | Body::Song(_) => {}
         }
     }
 

@@ -1,0 +1,47 @@
+//! Which parameters the ground still waits to hear of.
+
+use crate::parameters::Parameter;
+
+const BYTES: usize = Parameter::ALL.len().div_ceil(8);
+
+/// A bit for each parameter.
+#[derive(Clone, Debug, Default)]
+pub struct Due([u8; BYTES]);
+
+impl Due {
+    /// Its line is due.
+    pub fn add(&mut self, parameter: Parameter) {
+        let place = parameter as usize;
+        if let Some(bits) = self.0.get_mut(place / 8) {
+            *bits |= 1 << (place % 8);
+        }
+    }
+
+    /// The first of those that are due; it no longer is.
+    pub fn take(&mut self) -> Option<Parameter> {
+        let byte = self.0.iter().position(|&bits| bits != 0)?;
+        let bits = self.0.get_mut(byte)?;
+        let place = 8 * byte + bits.trailing_zeros() as usize;
+        *bits &= *bits - 1;
+        Parameter::ALL.get(place).copied()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn each_that_was_added_is_taken_once_in_the_order_of_the_table() {
+        let mut due = Due::default();
+        assert_eq!(due.take(), None);
+        for &parameter in Parameter::ALL.iter().rev() {
+            due.add(parameter);
+            due.add(parameter);
+        }
+        for &parameter in Parameter::ALL {
+            assert_eq!(due.take(), Some(parameter));
+        }
+        assert_eq!(due.take(), None);
+    }
+}

@@ -1,0 +1,215 @@
+//! Line P: everything about one parameter, so that the ground needs no table of them.
+//!
+//! ```text
+//! 1-3  5-9   11-28              30-35  37-42  44-49  51-56  58-68        70-74 75-78
+//! P48  01/26 top-speed          +00008 +00012 +00002 +00012 in/s         BH5*' ^*"+
+//! seq  place name               value  kept   least  most   unit         ack   CRC
+//! ```
+
+use super::columns::{Columns, Fields, bad};
+use super::{FieldError, Printable};
+use crate::parameter::{self, NAME_BYTES, PARAMETERS_MAX, UNIT_BYTES};
+
+/// Line P.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct ParameterLine {
+    /// Which of them it is, from 1.
+    pub place: u8,
+    /// How many the robot has, at most [`PARAMETERS_MAX`].
+    pub count: u8,
+    /// What people call it.
+    pub name: ParameterName,
+    /// What it is now.
+    pub value: i32,
+    /// What a reset brings back.
+    pub kept: i32,
+    /// Least value that the robot takes.
+    pub least: i32,
+    /// Most.
+    pub most: i32,
+    /// What it counts.
+    pub unit: Printable<UNIT_BYTES>,
+}
+
+/// A parameter's name.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+pub struct ParameterName(Printable<NAME_BYTES>);
+
+impl ParameterName {
+    /// A name; what is too long is cut, and a hyphen stands for what no name may hold, and for no name at all.
+    #[must_use]
+    pub fn new(name: &str) -> Self {
+        let mut bytes = [b' '; NAME_BYTES];
+        let given = if name.is_empty() { "-" } else { name };
+        for (to, from) in bytes.iter_mut().zip(given.bytes()) {
+            *to = if parameter::is_name_byte(from) {
+                from
+            } else {
+                b'-'
+            };
+        }
+        Self(Printable::new(
+            core::str::from_utf8(&bytes).unwrap_or_default(),
+        ))
+    }
+
+    /// The name.
+    #[must_use]
+    pub fn as_str(&self) -> &str {
+        self.0.as_str()
+    }
+}
+
+impl ParameterLine {
+    pub(super) fn write(&self, columns: &mut Columns) {
+        let place = self.place.clamp(1, PARAMETERS_MAX);
+        columns.digits(5, 2, u32::from(place));
+        columns.letter(7, b'/');
+        columns.digits(8, 2, u32::from(self.count.max(place)));
+        self.name.0.write(columns, 11);
+        columns.signed(30, 6, self.value);
+        columns.signed(37, 6, self.kept);
+        columns.signed(44, 6, self.least);
+        columns.signed(51, 6, self.most);
+        self.unit.write(columns, 58);
+    }
+
+    pub(super) fn read(c: &Fields) -> Result<Self, FieldError> {
+        c.spaces(&[4, 10, 29, 36, 43, 50, 57, 69])?;
+        let (place, count) = c.pair::<2, 2>(5, b'/')?;
+        if place == 0 || place > count {
+            return Err(bad(5));
+        }
+        let name = Printable::read(c, 11).map_err(|_| bad(11))?;
+        if !parameter::is_name(name.as_str()) {
+            return Err(bad(11));
+        }
+        Ok(Self {
+            place: place as u8,
+            count: count as u8,
+            name: ParameterName(name),
+            value: c.signed_number::<5>(30)?,
+            kept: c.signed_number::<5>(37)?,
+            least: c.signed_number::<5>(44)?,
+            most: c.signed_number::<5>(51)?,
+            unit: Printable::read(c, 58)?,
+        })
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::Body;
+    use super::super::testing::{blamed, edits, has_one_form, read_back};
+    use super::*;
+    use proptest::prelude::*;
+
+    fn parameter() -> impl Strategy<Value = ParameterLine> {
+        let value = || -99_999..=99_999_i32;
+        (
+            (1..=99_u8, 0..99_u8),
+            "[a-z0-9-]{1,18}",
+            (value(), value(), value(), value()),
+            "[ -~]{0,11}",
+        )
+            .prop_map(|((place, more), name, (value, kept, least, most), unit)| {
+                ParameterLine {
+                    place,
+                    count: place.saturating_add(more).min(PARAMETERS_MAX),
+                    name: ParameterName::new(&name),
+                    value,
+                    kept,
+                    least,
+                    most,
+                    unit: Printable::new(&unit),
+                }
+            })
+    }
+
+    fn blank() -> ParameterLine {
+        ParameterLine {
+            place: 1,
+            count: 26,
+            name: ParameterName::new("top-speed"),
+            value: 8,
+            kept: 12,
+            least: 2,
+            most: 12,
+            unit: Printable::new("in/s"),
+        }
+    }
+
+    proptest! {
+        #[test]
+        fn what_is_in_range_is_read_as_it_was_written(line in parameter()) {
+            prop_assert_eq!(read_back(Body::Parameter(line)), Body::Parameter(line));
+        }
+
+        #[test]
+        fn whatever_the_robot_holds_can_be_read(
+            place: u8, count: u8, name in "\\PC*", value: i32, kept: i32, unit in "\\PC*",
+        ) {
+            let (name, unit) = (ParameterName::new(&name), Printable::new(&unit));
+            read_back(Body::Parameter(ParameterLine {
+                place, count, name, value, kept, unit, least: i32::MIN, most: i32::MAX,
+            }));
+        }
+
+        #[test]
+        fn every_reading_has_one_form(line in parameter(), edits in edits()) {
+            has_one_form(Body::Parameter(line), &edits);
+        }
+    }
+
+    #[test]
+    fn what_does_not_fit_saturates() {
+        let line = ParameterLine {
+            place: 0,
+            count: 0,
+            name: ParameterName::new("Top speed of all the wheels"),
+            value: 100_000,
+            kept: i32::MIN,
+            ..blank()
+        };
+        let expected = ParameterLine {
+            place: 1,
+            count: 1,
+            name: ParameterName::new("-op-speed-of-all-t"),
+            value: 99_999,
+            kept: -99_999,
+            ..blank()
+        };
+        assert_eq!(read_back(Body::Parameter(line)), Body::Parameter(expected));
+        assert_eq!(ParameterName::new("").as_str(), "-");
+    }
+
+    #[test]
+    fn bad_fields_are_blamed_by_their_first_column() {
+        let bad: &[(usize, &[u8], u8)] = &[
+            (4, b"x", 4),
+            (5, b"00/26", 5),
+            (5, b"27/26", 5),
+            (5, b"01.26", 5),
+            (5, b"01/x6", 5),
+            (10, b"0", 10),
+            (11, b" ", 11),
+            (11, b"T", 11),
+            (14, b" ", 11),
+            (11, b"                  ", 11),
+            (29, b"x", 29),
+            (30, b"000008", 30),
+            (30, b"-00000", 30),
+            (37, b"------", 37),
+            (44, b" +0002", 44),
+            (51, b"+0001x", 51),
+            (57, b"i", 57),
+            (60, b"\x07", 60),
+            (69, b"x", 69),
+        ];
+        for &(column, characters, column_blamed) in bad {
+            let said = blamed(Body::Parameter(blank()), column, characters);
+            let shown = characters.escape_ascii();
+            assert_eq!(said, Some(column_blamed), "{shown} at {column}");
+        }
+    }
+}
