@@ -3,8 +3,8 @@
 use crate::drive::Motion;
 use crate::units::ticks;
 
-/// The servo needs less than this from one end to the other.
-pub const SWING_TICKS: u8 = ticks(1) as u8 / 2;
+/// The servo needs half a second from one end to the other; two ticks more are for a tired one.
+pub const SWING_TICKS: u8 = ticks(1) as u8 / 2 + 2;
 
 /// Where the arm is, as far as that follows from what the servo was told.
 ///

@@ -1,15 +1,15 @@
 //! The whole robot. [`Robot::tick`] is its program.
 
 mod errands;
+mod hiding;
+mod layers;
 mod lines;
 mod uplink;
 
 use crate::angle::Angle;
 use crate::arbiter::{self, Holder, Requests};
 use crate::arm::ServoArm;
-use crate::behaviours::{
-    ALLOWED_AT_BOOT, BumpSequence, Ending, FITTED, Layers, Passive, SensorSwitches, Step, prowl,
-};
+use crate::behaviours::{ALLOWED_AT_BOOT, BumpSequence, Layers, Passive, SensorSwitches, prowl};
 use crate::board::{Identity, Inputs, Outputs};
 use crate::cliff::{CliffGuard, Command};
 use crate::dice::Dice;
@@ -17,7 +17,7 @@ use crate::drive::{Counts, DriveTrain, Motion};
 use crate::failsafe::Guard;
 use crate::infrared::Infrared;
 use crate::odometry::{Odometer, Pose};
-use crate::parameters::{Parameter, Parameters};
+use crate::parameters::Parameters;
 use crate::pid::Gains;
 use crate::sensors::{Battery, Ranges, Senses, ping_at};
 use crate::song::{Singer, Song};
@@ -41,13 +41,6 @@ const ROUTE_HORIZON_IN: u16 = 40;
 /// A stopped robot brakes for so long: from top speed the wheels stand after two or three ticks.
 const BRAKE_TICKS: u8 = 4;
 
-/// Layers of a robot that hides.
-const HIDING: LayerMask = LayerMask::NONE
-    .with(Layer::User)
-    .with(Layer::Bumpers)
-    .with(Layer::Rotation)
-    .with(Layer::Motion);
-
 /// What the robot says at the end of its list.
 const LIST_FINISHED: &str = "I'm finished with the co-ordinate list";
 
@@ -56,9 +49,6 @@ const FAILSAFE_ACTS: &str = "failsafe: the ground is silent";
 
 /// What it says when the operator has taken over again.
 const FAILSAFE_OVER: &str = "failsafe is over";
-
-/// What it says when somebody or something was in the way of a look around.
-const SCAN_BROKEN_OFF: &str = "scan: broken off";
 
 /// What it says when it has come home.
 const HOME_REACHED: &str = "I'm home";
@@ -294,107 +284,6 @@ impl Robot {
         self.infrared.look(left, right)
     }
 
-    /// Layers that the program has and the board has the sensors for.
-    fn fitted(&self) -> LayerMask {
-        let mut fitted = FITTED;
-        if self.latest.photo_left.is_none() || self.latest.photo_right.is_none() {
-            fitted = fitted.without(Layer::Photo);
-        }
-        if self.latest.motion.is_none() {
-            fitted = fitted.without(Layer::Motion);
-        }
-        fitted
-    }
-
-    /// The layers that are on in this mode.
-    fn enabled(&self) -> LayerMask {
-        let mut allowed = self.allowed();
-        if !allowed.contains(Layer::Bumpers) {
-            // It looks at nothing but the light.
-            allowed = allowed.without(Layer::Photo);
-        }
-        match self.mode {
-            Mode::Stop => LayerMask::NONE,
-            Mode::Prowl | Mode::GoHome => allowed.without(Layer::Motion),
-            Mode::Forage => self.enabled_foraging(allowed),
-            // By odometry alone: whatever turned it aside would spoil the square.
-            Mode::Calibrate => {
-                allowed.and(LayerMask::NONE.with(Layer::User).with(Layer::DeadReckoning))
-            }
-            Mode::Passive => allowed.and(HIDING),
-            Mode::Reactive => allowed.without(Layer::DeadReckoning),
-            _ => allowed.without(Layer::DeadReckoning).without(Layer::Motion),
-        }
-    }
-
-    /// Those of them that the robot itself has not switched off.
-    fn running(&self) -> LayerMask {
-        let enabled = self.enabled();
-        if self.parameters.is_on(Parameter::Behaviour) {
-            enabled.and(LayerMask::from_bits(!self.switches.off().bits()))
-        } else {
-            enabled
-        }
-    }
-
-    /// While the robot looks around the detectors look too, whoever may turn it away.
-    fn looks_by_infrared(&self, running: LayerMask) -> bool {
-        running.contains(Layer::Infrared)
-            || self.layers.rotation.is_scanning() && self.allowed.contains(Layer::Infrared)
-    }
-
-    /// Whether bumps may send it into hiding: only while it prowls without an aim.
-    fn may_hide(&self) -> bool {
-        self.mode == Mode::Prowl
-            && self.target().is_none()
-            && self.parameters.is_on(Parameter::Behaviour)
-            && self.allowed().contains(Layer::Motion)
-            && self.allowed().contains(Layer::Rotation)
-    }
-
-    /// Never drives with the arm up: what would move the robot stows it first.
-    fn guard_arm(&mut self, inputs: &Inputs, motion: Motion) -> Motion {
-        if inputs.motion.is_none() {
-            return motion;
-        }
-        let wants_arm = self.layers.motion.wants_arm();
-        if wants_arm && motion != Motion::STILL {
-            self.layers.motion.interrupt();
-        }
-        self.arm.guard(wants_arm, motion)
-    }
-
-    /// A turn or a look around that has ended is told, and mode Passive goes on. Whoever above the
-    /// rotation layer holds the motors ends it.
-    fn finish_turns(&mut self) {
-        let is_free = !matches!(
-            self.holder,
-            Some(Holder::Layer(Layer::User | Layer::Bumpers))
-        );
-        if !is_free {
-            self.layers.rotation.break_off();
-        }
-        let ending = self.layers.rotation.take_ending();
-        match ending {
-            Some(Ending::Scanned) => self.schedule.say_findings(),
-            Some(Ending::BrokenOff) => self.schedule.say(SCAN_BROKEN_OFF),
-            Some(Ending::Turned) | None => {}
-        }
-        if self.mode != Mode::Passive {
-            return;
-        }
-        let heading = self.odometer.pose().heading;
-        let (rotation, motion) = (&mut self.layers.rotation, &self.layers.motion);
-        match self
-            .passive
-            .step(heading, ending, is_free, rotation, motion)
-        {
-            Step::Sing => self.sing(Song::Passive),
-            Step::Over => self.enter(self.mode_before),
-            Step::Nothing => {}
-        }
-    }
-
     fn horizon_in(&self, target: Option<Waypoint>) -> u16 {
         match target {
             // What stands behind the target is not in the way.
@@ -460,9 +349,7 @@ impl Robot {
             self.brake_ticks = BRAKE_TICKS;
             self.errands.leave(self.mode);
             if mode == Mode::Passive {
-                self.mode_before = self.mode;
-                self.passive = Passive::default();
-                self.bump_sequence.forget();
+                self.begin_hiding();
             }
             self.mode = mode;
             self.layers.rest();

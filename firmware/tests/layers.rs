@@ -8,7 +8,8 @@ use groundwave_protocol::letters::{Arm, Layer, LayerMask, LayerState, Mode};
 use groundwave_protocol::telemetry::{Body, Outcome};
 use proptest::prelude::*;
 use sr04_firmware::arbiter::Holder;
-use sr04_firmware::board::{Duplex, Identity, Inputs, Sides, Switches};
+use sr04_firmware::arm::SWING_TICKS;
+use sr04_firmware::board::{Duplex, Echo, Identity, Inputs, Side, Sides, Switches};
 use sr04_firmware::parameters::{Parameter, Parameters};
 use sr04_firmware::robot::Robot;
 
@@ -262,7 +263,7 @@ fn the_hand_and_a_bump_stow_the_arm_at_once_and_move_when_it_is_down() {
             held += 1;
             assert!(held < 20, "by hand: {by_hand}");
         }
-        assert_eq!(held, 10, "by hand: {by_hand}");
+        assert_eq!(held, u32::from(SWING_TICKS), "by hand: {by_hand}");
     }
 }
 
@@ -313,17 +314,31 @@ fn bumps_start_hiding_only_while_it_prowls_and_may() {
     }));
 }
 
+/// From the right sonar.
+fn echo(range_in: Option<u16>) -> Echo {
+    Echo {
+        side: Side::Right,
+        range_in,
+    }
+}
+
+/// The longer view is on the side on which infrared sees something.
+fn contradict(bench: &mut Bench) {
+    bench.reflects = (true, false);
+    bench.inputs.sonar = Some(echo(Some(35)));
+}
+
 #[test]
 fn the_sonar_that_the_robot_has_switched_off_is_off_in_line_a_and_still_allowed() {
     let (mut bench, _) = fitted();
-    bench.reflects = (true, false);
+    contradict(&mut bench);
     bench.run_ms(6000);
     assert_eq!(
         bench.latest_state().layers.get(Layer::Sonar),
         LayerState::Off
     );
     assert!(bench.robot.allowed().contains(Layer::Sonar));
-    bench.reflects = (false, false);
+    bench.inputs.sonar = Some(echo(None));
     bench.run_ms(8000);
     assert_eq!(
         bench.latest_state().layers.get(Layer::Sonar),
@@ -337,7 +352,7 @@ fn told_not_to_the_robot_switches_nothing_off() {
     parameters.set(Parameter::Behaviour, 0);
     let mut bench = Bench::new();
     bench.robot = robot(parameters);
-    bench.reflects = (true, false);
+    contradict(&mut bench);
     bench.run_ms(6000);
     assert_ne!(
         bench.latest_state().layers.get(Layer::Sonar),
@@ -383,7 +398,7 @@ fn event() -> impl Strategy<Value = Event> {
 proptest! {
     #![proptest_config(ProptestConfig::with_cases(48))]
 
-    /// Whatever happens: pulse widths only when the arm has been down for half a second.
+    /// Whatever happens: pulse widths only when the arm has had its time to come down.
     #[test]
     fn it_never_drives_with_the_arm_up(
         events in proptest::collection::vec((event(), 1_u32..80), 1..40)
@@ -434,7 +449,7 @@ proptest! {
                 since_up = if outputs.arm_up { 0 } else { since_up.saturating_add(1) };
                 ups += u32::from(outputs.arm_up);
                 let is_driven = outputs.pwm_left != 0 || outputs.pwm_right != 0;
-                prop_assert!(!is_driven || since_up > 10, "{since_up} ticks after it was up");
+                prop_assert!(!is_driven || since_up > u32::from(SWING_TICKS), "{since_up} ticks after it was up");
             }
         }
         prop_assert!(ups > 0, "what is never up proves nothing");

@@ -1,37 +1,58 @@
 //! The behaviour layer: switches sensors off, and on again, for what has been detected lately.
 //!
-//! Not one of the eight: it moves nothing. Two rules, and a third that the infrared detectors keep
+//! Not one of the eight: it moves nothing. Three rules, and a fourth that the infrared detectors keep
 //! themselves (30 s of detection switch them off for 30 s):
 //!
-//! - Sonar rests while infrared has been seeing something for a while. Close to a wall echoes come back
-//!   over two surfaces, and the longer view is the wrong one.
-//! - Photo rests for a minute after six turns more one way than the other: it circles a lamp.
+//! - Sonar rests when it has been leading the robot to the side on which infrared sees something. Close to
+//!   an oblique wall the echo that comes back first comes over two surfaces, and the longer view is the wall's.
+//! - Photo rests for a minute after twelve turns more one way than the other: it circles a lamp.
+//! - Infrared rests when a robot that only reacts has moved for a minute without finding rest, for 30 s and for as
+//!   long as it then stands: between walls four feet apart no place is clear.
 
 use crate::angle::Angle;
+use crate::parameters::Parameter;
 use crate::sensors::Senses;
 use crate::units::ticks;
-use groundwave_protocol::letters::{Layer, LayerMask};
+use groundwave_protocol::letters::{Layer, LayerMask, Mode};
 
 /// No sensor is switched again before this time: line A is sent three times a second and shows each switch.
 const DWELL_TICKS: u16 = ticks(2);
 
-/// What a detection adds to the measure of closeness, which falls by one in each tick without.
-const CLOSE_STEP: u8 = 8;
+/// A side on which infrared saw something is close for this long.
+const CLOSE_TICKS: u8 = ticks(1) as u8;
 
-/// From here on the robot is close to something: five detections in a second.
-const CLOSE_ENOUGH: u8 = 40;
+/// What a tick of contradiction adds to the measure of doubt, which falls by one in each tick without.
+const DOUBT_STEP: u8 = 2;
 
-/// Two seconds and a half after the last detection it no longer is.
-const CLOSE_MOST: u8 = 50;
+/// From here on sonar is not believed: a second of contradiction.
+const DOUBT_ENOUGH: u8 = 40;
+
+/// Two seconds after the last contradiction it is again.
+const DOUBT_MOST: u8 = 40;
+
+/// Only a view as short as this comes from what infrared can see.
+const NEAR_IN: u32 = 40;
+
+/// A view is longer than the other from here on, in per cent of it.
+const LONGER_PCT: u32 = 135;
 
 /// So many turns more to one side: it circles.
-const CIRCLES: i32 = 6 * 0x1_0000;
+const CIRCLES: i32 = 12 * 0x1_0000;
 
 /// Turns are forgotten over about 200 s, 4096 ticks: who wanders turns to both sides.
 const FORGET_SHIFT: u32 = 12;
 
 /// The lamp is left alone for this long.
 const LEFT_ALONE_TICKS: u16 = ticks(60);
+
+/// A robot that only reacts should have found its rest by then.
+const RESTLESS_TICKS: u16 = ticks(60);
+
+/// Standing for this long is rest: longer than a jam, after which the detectors wake it again.
+const RESTED_TICKS: u16 = ticks(40);
+
+/// What it has to find it in without infrared.
+const UNSEEING_TICKS: u16 = ticks(30);
 
 /// A sensor's switch.
 #[derive(Clone, Debug, Default)]
@@ -57,7 +78,12 @@ impl Switch {
 pub struct SensorSwitches {
     sonar: Switch,
     photo: Switch,
-    close: u8,
+    infrared: Switch,
+    /// Since infrared saw something on the left, and on the right.
+    close_ticks: [u8; 2],
+    doubt: u8,
+    stand_ticks: u16,
+    restless_ticks: u16,
     turned: i32,
     heading: Option<Angle>,
 }
@@ -65,19 +91,38 @@ pub struct SensorSwitches {
 impl SensorSwitches {
     /// Once a tick. `running` are the layers that run at this tick.
     pub fn watch(&mut self, senses: &Senses, running: LayerMask) {
-        self.close = if senses.infrared.any() {
-            (self.close + CLOSE_STEP).min(CLOSE_MOST)
+        self.doubt = if self.contradicts(senses) {
+            (self.doubt + DOUBT_STEP).min(DOUBT_MOST)
         } else {
-            self.close.saturating_sub(1)
+            self.doubt.saturating_sub(1)
         };
         // On again only when nothing at all is left of it.
-        let least = if self.sonar.is_off { 1 } else { CLOSE_ENOUGH };
-        self.sonar.set(self.close >= least, DWELL_TICKS);
+        let least = if self.sonar.is_off { 1 } else { DOUBT_ENOUGH };
+        self.sonar.set(self.doubt >= least, DWELL_TICKS);
+
+        self.stand_ticks = if senses.is_standing {
+            self.stand_ticks.saturating_add(1)
+        } else {
+            0
+        };
+        if senses.mode != Mode::Reactive || self.stand_ticks >= RESTED_TICKS {
+            self.restless_ticks = 0;
+        } else if !senses.is_standing {
+            self.restless_ticks = self.restless_ticks.saturating_add(1);
+        }
+        let is_restless = self.restless_ticks >= RESTLESS_TICKS;
+        let stays_off = self.infrared.is_off && senses.is_standing;
+        let dwell_ticks = if is_restless {
+            UNSEEING_TICKS
+        } else {
+            DWELL_TICKS
+        };
+        self.infrared.set(is_restless || stays_off, dwell_ticks);
 
         let heading = senses.pose.heading;
         let before = self.heading.replace(heading).unwrap_or(heading);
         self.turned += i32::from(heading.minus(before)) - (self.turned >> FORGET_SHIFT);
-        if !running.contains(Layer::Photo) {
+        if !running.contains(Layer::Photo) || senses.parameters.is_on(Parameter::PhotoAvoid) {
             self.turned = 0;
         }
         let circles = self.turned.abs() >= CIRCLES;
@@ -89,11 +134,38 @@ impl SensorSwitches {
         self.photo.set(circles, dwell_ticks);
     }
 
+    /// Whether the longer view is on the side, and only on that side, on which infrared sees something.
+    fn contradicts(&mut self, senses: &Senses) -> bool {
+        let seen = [senses.infrared.left, senses.infrared.right];
+        for (ticks, seen) in self.close_ticks.iter_mut().zip(seen) {
+            *ticks = if seen {
+                CLOSE_TICKS
+            } else {
+                ticks.saturating_sub(1)
+            };
+        }
+        let view = |range_in: Option<u16>| u32::from(range_in.unwrap_or(u16::MAX));
+        let (left_in, right_in) = (view(senses.sonar.left_in), view(senses.sonar.right_in));
+        let longer = |this_in: u32, other_in: u32| {
+            other_in < NEAR_IN && this_in * 100 > other_in * LONGER_PCT
+        };
+        match self.close_ticks.map(|ticks| ticks > 0) {
+            [true, false] => longer(left_in, right_in),
+            [false, true] => longer(right_in, left_in),
+            _ => false,
+        }
+    }
+
     /// The sensors that are off.
     #[must_use]
     pub fn off(&self) -> LayerMask {
         let mut off = LayerMask::NONE;
-        for (layer, switch) in [(Layer::Sonar, &self.sonar), (Layer::Photo, &self.photo)] {
+        let switches = [
+            (Layer::Infrared, &self.infrared),
+            (Layer::Sonar, &self.sonar),
+            (Layer::Photo, &self.photo),
+        ];
+        for (layer, switch) in switches {
             if switch.is_off {
                 off = off.with(layer);
             }
@@ -107,6 +179,7 @@ mod tests {
     use super::*;
     use crate::board::Sides;
     use crate::odometry::Odometer;
+    use crate::sensors::Ranges;
     use groundwave_protocol::Waypoint;
     use proptest::prelude::*;
 
@@ -124,36 +197,66 @@ mod tests {
     }
 
     #[test]
-    fn sonar_rests_close_to_a_wall_and_comes_back_in_the_open() {
+    fn sonar_rests_when_it_leads_to_the_side_that_infrared_sees() {
         let mut switches = SensorSwitches::default();
-        let mut tick = |infrared| {
-            switches.watch(&see(infrared, 0), LayerMask::ALL);
+        // Infrared sees something on the left.
+        let mut tick = |left_in, right_in| {
+            let senses = Senses {
+                sonar: Ranges {
+                    left_in: Some(left_in),
+                    right_in: Some(right_in),
+                },
+                ..see(true, 0)
+            };
+            switches.watch(&senses, LayerMask::ALL);
             switches.off().contains(Layer::Sonar)
         };
-        // Now and then a detection is not close.
-        assert!((0..400).all(|now| !tick(now % 20 == 0)));
-        let until_off = (0..100).take_while(|_| !tick(true)).count();
-        assert!((3..10).contains(&until_off), "{until_off}");
-        assert!((0..100).all(|now| tick(now % 6 == 0)));
-        let until_on = (0..100).take_while(|_| tick(false)).count();
-        assert!((40..=60).contains(&until_on), "{until_on}");
+        assert!((0..400).all(|_| !tick(30, 100)), "they agree");
+        assert!((0..400).all(|_| !tick(100, 100)));
+        let until_off = (0..100).take_while(|_| !tick(100, 30)).count();
+        assert!((18..22).contains(&until_off), "{until_off}");
+        assert!((0..400).all(|_| tick(100, 30)));
+        let until_on = (0..100).take_while(|_| tick(30, 100)).count();
+        assert!((38..=42).contains(&until_on), "{until_on}");
     }
 
     #[test]
     fn photo_rests_for_a_minute_after_circling_a_lamp() {
         let mut switches = SensorSwitches::default();
         let mut heading = 0_u16;
-        // A turn in 12 s.
+        // A turn in 8 s.
         let mut tick = || {
-            heading = heading.wrapping_add(273);
+            heading = heading.wrapping_add(410);
             let running = LayerMask::ALL.and(LayerMask::from_bits(!switches.off().bits()));
             switches.watch(&see(false, heading), running);
             switches.off().contains(Layer::Photo)
         };
         let until_off = (0..10_000).take_while(|_| !tick()).count();
-        assert!((6 * 240..9 * 240).contains(&until_off), "{until_off}");
+        assert!((12 * 160..24 * 160).contains(&until_off), "{until_off}");
         let off = (0..10_000).take_while(|_| tick()).count();
         assert_eq!(off, 1199, "a minute, with the tick that switched it off");
+    }
+
+    #[test]
+    fn infrared_rests_when_a_robot_that_only_reacts_finds_no_rest() {
+        for (mode, expected) in [(Mode::Reactive, 1199), (Mode::Prowl, 5000)] {
+            let mut switches = SensorSwitches::default();
+            let mut tick = |is_standing| {
+                let senses = Senses {
+                    mode,
+                    is_standing,
+                    ..see(true, 0)
+                };
+                switches.watch(&senses, LayerMask::ALL);
+                switches.off().contains(Layer::Infrared)
+            };
+            let until_off = (0..5000).take_while(|_| !tick(false)).count();
+            assert_eq!(until_off, expected);
+            if mode == Mode::Reactive {
+                assert!((0..5000).all(|_| tick(true)), "for as long as it stands");
+                assert!(!tick(false));
+            }
+        }
     }
 
     #[test]
@@ -171,16 +274,23 @@ mod tests {
     proptest! {
         #[test]
         fn no_sensor_is_switched_twice_within_two_seconds(
-            seen in proptest::collection::vec((any::<bool>(), -2000_i16..4000, 1_u8..60), 1..60)
+            seen in proptest::collection::vec((any::<bool>(), any::<bool>(), -2000_i16..4000, 1_u8..60), 1..60)
         ) {
             let (mut switches, mut heading, mut now) = (SensorSwitches::default(), 0_u16, 0_u32);
             let mut switched: [Option<u32>; 8] = [None; 8];
-            for (infrared, turn, ticks) in seen {
+            for (infrared, longer, turn, ticks) in seen {
                 for _ in 0..ticks {
                     heading = heading.wrapping_add_signed(turn);
                     now += 1;
                     let before = switches.off();
-                    switches.watch(&see(infrared, heading), LayerMask::ALL);
+                    let senses = Senses {
+                        sonar: Ranges {
+                            left_in: Some(if longer { 100 } else { 30 }),
+                            right_in: Some(35),
+                        },
+                        ..see(infrared, heading)
+                    };
+                    switches.watch(&senses, LayerMask::ALL);
                     let changed = before.bits() ^ switches.off().bits();
                     for (bit, latest) in switched.iter_mut().enumerate() {
                         if changed >> bit & 1 != 0 {

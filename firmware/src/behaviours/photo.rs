@@ -8,73 +8,145 @@ use crate::sensors::Senses;
 use crate::units::{cps, ticks};
 use groundwave_protocol::letters::Mode;
 
-/// Rotation for each 256th by which the cells differ: 32 of them, a lamp well to one side, turn at 8 in/s.
-const TURN_PER_STEP_CPS: i16 = cps(8) / 32;
+/// Rotation for each 256th by which the cells differ.
+const TURN_PER_STEP_CPS: i16 = cps(1) / 4;
 
-/// The sharpest turn, 57 degrees a second, at which the robot still drives on.
-const TURN_MOST_CPS: i16 = cps(10);
+/// The sharpest turn, 34 degrees a second: with the 9 in/s that the wheels have left for it, a circle of 15
+/// inches around the lamp's foot.
+const TURN_MOST_CPS: i16 = cps(6);
 
-/// A change of the light as a whole by so many deadzones is one that somebody has made.
-const STARTLE_DEADZONES: i16 = 2;
+/// Turning about on the spot: 57 degrees a second.
+const SPIN_CPS: i16 = cps(10);
 
-/// It pulls for this long.
-const STARTLE_TICKS: u8 = ticks(1) as u8;
+/// A lamp straight ahead, which both cells see alike, pulls for this long.
+const PULL_TICKS: u8 = ticks(1) as u8;
 
-/// What the light as a whole has been is averaged over about 1.6 s.
-const AMBIENT_SHIFT: u32 = 5;
+/// Half a turn at that rate.
+const ABOUT_TICKS: u8 = ticks(3) as u8;
 
-/// Parts of a step in that average.
-const PARTS: i16 = 32;
+/// What the light as a whole has been is averaged over about 13 s: 12 feet of way.
+const AMBIENT_SHIFT: u32 = 8;
+
+/// The deadzone of a robot that only reacts grows by one in so many ticks of turning, so that it comes to
+/// rest where lamp and walls pull it to and fro.
+const TIRE_TICKS: u16 = ticks(1);
 
 /// What it remembers of the light.
 #[derive(Clone, Debug, Default)]
 pub struct Photo {
     is_turning: bool,
-    /// The mean of both cells, averaged, in [`PARTS`]; `None` before the first reading.
-    ambient: Option<i16>,
-    startle: Option<Startle>,
+    was_standing: bool,
+    /// Both cells, averaged, in 256ths of a step; `None` before the first reading.
+    ambient: Option<[i32; 2]>,
+    /// Turning without coming to rest, in mode Reactive.
+    tired_ticks: u16,
+    impulse: Option<Impulse>,
 }
 
-/// Somebody has switched a light.
+/// What it does about a light straight ahead, where both cells see it alike.
 #[derive(Clone, Copy, Debug)]
-struct Startle {
-    brighter: bool,
+struct Impulse {
+    motion: Motion,
     ticks_left: u8,
 }
 
+/// What the operator has tuned, and what the cells say.
+#[derive(Clone, Copy, Debug)]
+struct Light {
+    deadzone: i16,
+    avoids: bool,
+    cells: [i16; 2],
+    /// Positive is where it shall turn right.
+    difference: i16,
+}
+
+impl Light {
+    fn of(senses: &Senses) -> Option<Self> {
+        let (left, right) = senses.photo?;
+        let avoids = senses.parameters.is_on(Parameter::PhotoAvoid);
+        let (left, right) = (i16::from(left), i16::from(right));
+        Some(Self {
+            deadzone: senses.parameters.get(Parameter::PhotoDeadzone),
+            avoids,
+            cells: [left, right],
+            // 0 is bright: left minus right is positive with light on the right.
+            difference: if avoids { right - left } else { left - right },
+        })
+    }
+}
+
 impl Photo {
-    /// A robot at rest feels a lamp that goes on or off straight ahead, where both cells see it alike.
-    /// One that drives meets shadows all the time.
-    fn feel(&mut self, senses: &Senses, mean: i16, deadzone: i16) {
-        let ambient = self.ambient.get_or_insert(mean * PARTS);
-        let change = *ambient / PARTS - mean;
-        *ambient += (mean * PARTS - *ambient) >> AMBIENT_SHIFT;
-        if !senses.is_standing || senses.mode != Mode::Reactive {
-            return;
+    /// Follows the light as a whole. At rest, in mode Reactive, a change of it is somebody at a switch; a
+    /// robot that avoids light and sees it grow as it drives has it ahead.
+    fn feel(&mut self, senses: &Senses, light: Light) {
+        let now = light.cells.map(|cell| i32::from(cell) << AMBIENT_SHIFT);
+        let begins_to_stand = senses.is_standing && !self.was_standing;
+        self.was_standing = senses.is_standing;
+        let mut ambient = self.ambient.filter(|_| !begins_to_stand).unwrap_or(now);
+        let mut brighter = [0_i16; 2];
+        for ((ambient, now), brighter) in ambient.iter_mut().zip(now).zip(&mut brighter) {
+            *brighter = ((*ambient - now) >> AMBIENT_SHIFT) as i16;
+            *ambient += (now - *ambient) >> AMBIENT_SHIFT;
         }
-        if change.abs() > STARTLE_DEADZONES * deadzone.max(1) {
-            *ambient = mean * PARTS;
-            self.startle = Some(Startle {
-                brighter: change > 0,
-                ticks_left: STARTLE_TICKS,
-            });
+        let [left, right] = brighter;
+        let brighter = left.midpoint(right);
+        let limit = (light.deadzone / 2).max(1);
+        let turn_about = Impulse {
+            motion: Motion {
+                velocity_cps: 0,
+                rotation_cps: if senses.dice & 1 == 0 {
+                    SPIN_CPS
+                } else {
+                    -SPIN_CPS
+                },
+            },
+            ticks_left: ABOUT_TICKS,
+        };
+        if senses.is_standing && senses.mode == Mode::Reactive {
+            if left.abs().max(right.abs()) > limit {
+                ambient = now;
+                self.tired_ticks = 0;
+                let pulls = (brighter > 0) != light.avoids;
+                let ahead = Impulse {
+                    motion: Motion {
+                        velocity_cps: senses.top_cps(),
+                        rotation_cps: 0,
+                    },
+                    ticks_left: PULL_TICKS,
+                };
+                if light.difference.abs() <= light.deadzone {
+                    self.impulse = Some(if pulls { ahead } else { turn_about });
+                }
+            }
+        } else if light.avoids && brighter > limit && self.impulse.is_none() {
+            ambient = now;
+            self.impulse = Some(turn_about);
         }
+        self.ambient = Some(ambient);
     }
 }
 
 impl Behaviour for Photo {
     fn decide(&mut self, senses: &Senses) -> Request {
-        let Some((left, right)) = senses.photo else {
+        let Some(light) = Light::of(senses) else {
             self.rest();
             return Request::QUIET;
         };
-        let deadzone = senses.parameters.get(Parameter::PhotoDeadzone);
-        let avoids = senses.parameters.is_on(Parameter::PhotoAvoid);
-        self.feel(senses, i16::from(u8::midpoint(left, right)), deadzone);
-
-        let (left, right) = (i16::from(left), i16::from(right));
-        // 0 is bright: a positive difference is light on the right.
-        let difference = if avoids { right - left } else { left - right };
+        self.feel(senses, light);
+        if let Some(Impulse { motion, ticks_left }) = self.impulse {
+            self.impulse = (ticks_left > 1).then_some(Impulse {
+                motion,
+                ticks_left: ticks_left - 1,
+            });
+            return Request::raise(motion);
+        }
+        let is_reactive = senses.mode == Mode::Reactive;
+        let tired = if is_reactive {
+            self.tired_ticks / TIRE_TICKS
+        } else {
+            0
+        };
+        let deadzone = light.deadzone.saturating_add_unsigned(tired);
         // Half the deadzone ends a turn that the whole one began, so that noise at its edge does not
         // begin it again and again.
         let enough = if self.is_turning {
@@ -82,32 +154,17 @@ impl Behaviour for Photo {
         } else {
             deadzone
         };
-        self.is_turning = difference.abs() > enough;
-        if self.is_turning {
-            let turn = difference.saturating_mul(TURN_PER_STEP_CPS);
-            return Request::raise(Motion {
-                velocity_cps: senses.top_cps(),
-                rotation_cps: turn.clamp(-TURN_MOST_CPS, TURN_MOST_CPS),
-            });
-        }
-        let Some(startle) = &mut self.startle else {
+        self.is_turning = light.difference.abs() > enough;
+        if !self.is_turning {
             return Request::QUIET;
-        };
-        startle.ticks_left -= 1;
-        let pulls = startle.brighter != avoids;
-        if startle.ticks_left == 0 {
-            self.startle = None;
         }
-        Request::raise(if pulls {
-            Motion {
-                velocity_cps: senses.top_cps(),
-                rotation_cps: 0,
-            }
-        } else {
-            Motion {
-                velocity_cps: 0,
-                rotation_cps: senses.the_way_it_turns(TURN_MOST_CPS),
-            }
+        if is_reactive {
+            self.tired_ticks = self.tired_ticks.saturating_add(1);
+        }
+        let turn = light.difference.saturating_mul(TURN_PER_STEP_CPS);
+        Request::raise(Motion {
+            velocity_cps: senses.top_cps(),
+            rotation_cps: turn.clamp(-TURN_MOST_CPS, TURN_MOST_CPS),
         })
     }
 
@@ -176,8 +233,9 @@ mod tests {
         assert_eq!(flags(&[104, 108, 107, 108]), [false; 4]);
     }
 
-    /// At rest, after the light has been steady at 150 for a while, `mean` on both cells.
-    fn at_rest(mean: u8, mode: Mode, avoid: i16) -> (u32, Motion) {
+    /// At rest, after the light has been steady at 150 for a while, `mean` on both cells: for how long it
+    /// does what.
+    fn at_rest(mean: u8, mode: Mode, avoid: i16) -> (usize, Motion) {
         let mut parameters = Parameters::default();
         parameters.set(Parameter::PhotoAvoid, avoid);
         let mut layer = Photo::default();
@@ -192,23 +250,64 @@ mod tests {
         };
         assert!((0..100).all(|_| !see(150).flag));
         let first = see(mean);
-        let after = (0..100).filter(|_| see(mean).flag).count() as u32;
-        (u32::from(first.flag) + after, first.motion)
+        let after = (0..100).filter(|_| see(mean).flag).count();
+        (usize::from(first.flag) + after, first.motion)
     }
 
     #[test]
-    fn at_rest_a_lamp_that_goes_on_straight_ahead_pulls_for_a_second() {
-        assert_eq!(at_rest(135, Mode::Reactive, 0).0, 0);
+    fn at_rest_a_lamp_that_is_switched_straight_ahead_moves_it() {
+        assert_eq!(at_rest(147, Mode::Reactive, 0).0, 0);
         let ahead = Motion {
             velocity_cps: Senses::nothing().top_cps(),
             rotation_cps: 0,
         };
-        assert_eq!(at_rest(100, Mode::Reactive, 0), (20, ahead));
-        assert_eq!(at_rest(200, Mode::Reactive, 1), (20, ahead));
-        for (mean, avoid) in [(200, 0), (100, 1)] {
+        assert_eq!(at_rest(140, Mode::Reactive, 0), (20, ahead));
+        assert_eq!(at_rest(160, Mode::Reactive, 1), (20, ahead));
+        for (mean, avoid) in [(160, 0), (140, 1)] {
             let (ticks, motion) = at_rest(mean, Mode::Reactive, avoid);
-            assert!(ticks == 20 && motion.velocity_cps == 0 && motion.rotation_cps != 0);
+            assert!(ticks == 60 && motion.velocity_cps == 0 && motion.rotation_cps != 0);
         }
-        assert_eq!(at_rest(100, Mode::Prowl, 0).0, 0);
+        assert_eq!(at_rest(140, Mode::Prowl, 0).0, 0);
+    }
+
+    #[test]
+    fn avoiding_it_turns_about_before_a_light_that_grows_ahead() {
+        for (avoid, ticks) in [(1, 60), (0, 0)] {
+            let mut parameters = Parameters::default();
+            parameters.set(Parameter::PhotoAvoid, avoid);
+            let mut layer = Photo::default();
+            let mut spun = 0;
+            // Brighter by a step in half a second, and steady then.
+            for tick in 0..400_u32 {
+                let mean = 180 - (tick / 10).min(8) as u8;
+                let request = layer.decide(&Senses {
+                    parameters: &parameters,
+                    photo: Some((mean, mean)),
+                    ..Senses::nothing()
+                });
+                spun += u32::from(request.flag && request.motion.velocity_cps == 0);
+            }
+            assert_eq!(spun, ticks, "avoid {avoid}");
+        }
+    }
+
+    #[test]
+    fn a_robot_that_only_reacts_tires_of_turning_until_somebody_switches_a_light() {
+        let mut layer = Photo::default();
+        let mut see = |left, right, is_standing| {
+            layer
+                .decide(&Senses {
+                    photo: Some((left, right)),
+                    mode: Mode::Reactive,
+                    is_standing,
+                    ..Senses::nothing()
+                })
+                .flag
+        };
+        let until_tired = (0..10_000).take_while(|_| see(140, 100, false)).count();
+        // At half of the deadzone, which grows by 20 for a difference of 40.
+        assert!((1300..1600).contains(&until_tired), "{until_tired}");
+        assert!((0..1000).all(|_| !see(140, 100, true)));
+        assert!(see(120, 80, true));
     }
 }

@@ -131,12 +131,6 @@ impl Robot {
         }
     }
 
-    /// Who orders the robot to hide allows the layers that hiding is made of.
-    fn allow_hiding(&mut self) {
-        self.allowed = self.allowed.with(Layer::Rotation).with(Layer::Motion);
-        self.schedule.status_changed();
-    }
-
     /// The ground hears what became of it, even when it is refused: it may not know the limits.
     fn set_parameter(&mut self, key: u32, value: i32) -> Outcome {
         let Some(parameter) = Parameter::with_key(key) else {
