@@ -8,6 +8,7 @@
 // They panic when the stream is closed or full, and the exit code is lost. `commands` writes with care.
 #![cfg_attr(not(test), deny(clippy::print_stdout, clippy::print_stderr))]
 
+pub mod calibration;
 pub mod capture;
 pub mod commands;
 pub mod event;

@@ -108,6 +108,8 @@ impl Wheel {
         self.halt();
         let during = counts.saturating_abs();
         let now = match self.braked_counts {
+            // Faster under the brake: its way is not what was believed, so let it run out.
+            Some(before) if during > before + STANDING_COUNTS as i16 => 0,
             Some(before) => during
                 .saturating_mul(2)
                 .saturating_sub(before)

@@ -1,0 +1,76 @@
+//! Two squares of a robot whose wheels are not as drawn tell what they are.
+
+#[path = "../firmware/sim/tests/common/mod.rs"]
+mod rig;
+
+use groundwave::calibration::{Gauge, Offset, Squares};
+use groundwave_protocol::command::Order;
+use groundwave_protocol::letters::Mode;
+use rig::{Rig, parameters};
+use sr04_firmware::parameters::Parameter;
+use sr04_sim::{Conditions, World};
+
+const SIDE_IN: i16 = 157;
+
+/// An empty hall of 60 feet by 60.
+fn hall() -> World {
+    let floor = format!("#{}#\n", ".".repeat(120));
+    let wall = format!("{}\n", "#".repeat(122));
+    let text = format!(
+        "name = \"hall\"\ncell_in = 6\nplan = '''\n{wall}{}#{}^{}#\n{}{wall}'''\n",
+        floor.repeat(60),
+        ".".repeat(60),
+        ".".repeat(59),
+        floor.repeat(60)
+    );
+    World::parse("hall", &text).expect("the hall is drawn right")
+}
+
+/// Drives a square in mode Calibrate and measures where it ends.
+fn drive(seed: u64, side: i16, gauge: Gauge) -> Offset {
+    let tuned = parameters(&[
+        (Parameter::Square, side),
+        (Parameter::WheelLeft, gauge.wheel_left),
+        (Parameter::WheelRight, gauge.wheel_right),
+        (Parameter::Track, gauge.track),
+    ]);
+    let mut rig = Rig::with(&hall(), seed, tuned, &Conditions::default());
+    rig.order(Order::Mode(Mode::Stop));
+    rig.tick();
+    rig.order(Order::Mode(Mode::Calibrate));
+    rig.tick();
+    rig.run_to(Mode::Stop, 600).expect("the square ends");
+    rig.run_s(2);
+    let (truth, believed) = (rig.plant.truth().pose, rig.robot.pose());
+    Offset {
+        right_in: truth.x_in - f64::from(believed.x_tenths_in()) / 10.0,
+        ahead_in: truth.y_in - f64::from(believed.y_tenths_in()) / 10.0,
+    }
+}
+
+#[test]
+fn after_two_squares_it_is_right_to_one_per_cent_of_the_path_and_five_times_better() {
+    let drawn = Gauge {
+        wheel_left: 5000,
+        wheel_right: 5000,
+        track: 10_000,
+    };
+    for seed in 1..=20 {
+        let squares = |gauge| Squares {
+            side_in: SIDE_IN.into(),
+            clockwise: drive(seed, SIDE_IN, gauge),
+            counter: drive(seed, -SIDE_IN, gauge),
+        };
+        let before = squares(drawn);
+        let gauge = before
+            .correct(drawn)
+            .unwrap_or_else(|error| panic!("seed {seed}: {error}"));
+        let after = squares(gauge);
+        assert!(after.error_share() <= 0.01, "seed {seed}: {after:?}");
+        // A robot that was right by luck cannot get five times better: a parameter's step is an inch and a half.
+        if before.error_share() > 0.01 {
+            let times = before.error_in() / after.error_in();
+            assert!(times >= 5.0, "seed {seed}: {times} times better");
+        }
+    }
+}
