@@ -1,0 +1,102 @@
+//! What the robot decides by itself: calling, going to its dock, charging, and going on.
+
+mod common;
+
+use common::Bench;
+use groundwave_protocol::command::Order;
+use groundwave_protocol::letters::{Cliff, Mode, Power};
+use groundwave_protocol::telemetry::Body;
+use sr04_firmware::board::{Edges, Sides};
+
+fn texts(bench: &Bench) -> Vec<String> {
+    let text = |body: &Body| match body {
+        Body::Text(text) => Some(text.as_str().to_owned()),
+        _ => None,
+    };
+    bench
+        .lines
+        .iter()
+        .filter_map(|(_, line)| text(&line.body))
+        .collect()
+}
+
+#[test]
+fn a_low_battery_calls_the_operator_once_in_five_minutes() {
+    let mut bench = Bench::new();
+    bench.run_ms(2000);
+    assert!(texts(&bench).is_empty());
+    bench.inputs.battery_dv = 110;
+    bench.run_ms(290_000);
+    let calls = texts(&bench);
+    assert_eq!(calls.len(), 1, "{calls:?}");
+    assert!(calls[0].contains("battery is low"), "{calls:?}");
+    assert_eq!(bench.robot.mode(), Mode::Prowl, "it only calls");
+    bench.run_ms(60_000);
+    assert_eq!(texts(&bench).len(), 2);
+}
+
+#[test]
+fn it_forages_docks_charges_and_goes_on_with_what_it_was_about() {
+    let mut bench = Bench::new();
+    bench.inputs.beacon = Some(Sides::default());
+    let key = bench.open(77);
+    bench.order(key, Order::Mode(Mode::Reactive));
+    bench.run_ms(1000);
+    bench.order(key, Order::Mode(Mode::Forage));
+    bench.inputs.beacon = Some(Sides {
+        left: true,
+        right: true,
+    });
+    bench.run_ms(3000);
+    assert_eq!(bench.robot.mode(), Mode::Forage);
+    assert!(
+        bench.robot.motion().velocity_cps > 0,
+        "it follows the beacon"
+    );
+    bench.inputs.is_docked = true;
+    bench.inputs.bumper.center = true;
+    bench.inputs.battery_dv = 130;
+    bench.run_ms(2000);
+    assert_eq!(
+        bench.robot.motion().velocity_cps,
+        0,
+        "dock contact is no bump"
+    );
+    assert_eq!(bench.latest_state().power, Power::Charging);
+    // Ten minutes at the charger's voltage.
+    bench.inputs.battery_dv = 138;
+    bench.run_ms(590_000);
+    assert_eq!(bench.robot.mode(), Mode::Forage);
+    assert_eq!(bench.robot.motion().velocity_cps, 0);
+    bench.run_ms(40_000);
+    bench.inputs.is_docked = false;
+    bench.inputs.bumper.center = false;
+    bench.inputs.beacon = Some(Sides::default());
+    bench.run_ms(20_000);
+    assert_eq!(bench.robot.mode(), Mode::Reactive);
+    assert!(bench.robot.pose().y_tenths_in() < 600);
+}
+
+#[test]
+fn the_guard_is_told_by_the_cliff_letter_and_one_text() {
+    let mut bench = Bench::new();
+    bench.inputs.cliff = Some(Edges::default());
+    bench.run_ms(3000);
+    assert_eq!(bench.latest_state().cliff, Cliff::None);
+    bench.inputs.cliff = Some(Edges {
+        left: true,
+        ..Edges::default()
+    });
+    bench.run_ms(50);
+    assert!(
+        bench.outputs.pwm_left < 0 && bench.outputs.pwm_right < 0,
+        "it brakes"
+    );
+    bench.run_ms(1450);
+    assert_eq!(bench.latest_state().cliff, Cliff::Left);
+    bench.inputs.cliff = Some(Edges::default());
+    bench.run_ms(5000);
+    let said = texts(&bench);
+    assert_eq!(said, ["cliff guard: there is no floor ahead"]);
+    assert_eq!(bench.latest_state().cliff, Cliff::None);
+}
