@@ -63,9 +63,9 @@ fn it_forages_docks_charges_and_goes_on_with_what_it_was_about() {
         "dock contact is no bump"
     );
     assert_eq!(bench.latest_state().power, Power::Charging);
-    // Ten minutes at the charger's voltage.
+    // Three quarters of an hour at the charger's voltage.
     bench.inputs.battery_dv = 138;
-    bench.run_ms(590_000);
+    bench.run_ms(2_690_000);
     assert_eq!(bench.robot.mode(), Mode::Forage);
     assert_eq!(bench.robot.motion().velocity_cps, 0);
     bench.run_ms(40_000);

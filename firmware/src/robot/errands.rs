@@ -39,12 +39,9 @@ const CALL_TICKS: u16 = 300 * TICK_HZ as u16;
 /// Above the low limit by this the battery is no longer low, in tenths of a volt: it recovers at rest.
 const RECOVERED_DV: i32 = 6;
 
-/// On the charger the battery is full when it has reached this voltage, in tenths of a volt: 2.27 V a cell,
-/// what a charger holds a lead-acid battery at for ever.
-const FULL_DV: u16 = 136;
-
-/// And has had it for so long: by then it takes in little.
-const FULL_TICKS: u16 = 600 * TICK_HZ as u16;
+/// On the charger the battery is full when its voltage has not risen for so long: it rises by a tenth of a
+/// volt in a quarter of an hour until the charger holds it, and then takes in less and less.
+const FULL_TICKS: u16 = 2700 * TICK_HZ as u16;
 
 /// What it keeps in mind.
 #[derive(Clone, Debug)]
@@ -52,7 +49,9 @@ pub(super) struct Errands {
     wandered_ticks: u32,
     /// Until the next call; `None` while the battery is not low.
     call_ticks: Option<u16>,
-    full_ticks: u16,
+    /// On the charger: the highest voltage so far, and since when.
+    peak_dv: u16,
+    level_ticks: u16,
     /// What it was about before it went to its dock.
     resume: Mode,
 }
@@ -62,7 +61,8 @@ impl Default for Errands {
         Self {
             wandered_ticks: 0,
             call_ticks: None,
-            full_ticks: 0,
+            peak_dv: 0,
+            level_ticks: 0,
             resume: Mode::Stop,
         }
     }
@@ -71,7 +71,7 @@ impl Default for Errands {
 impl Errands {
     /// Whether the charger has done its work.
     pub(super) const fn is_charged(&self) -> bool {
-        self.full_ticks >= FULL_TICKS
+        self.level_ticks >= FULL_TICKS
     }
 
     /// Another mode begins; this one was the one before.
@@ -100,11 +100,12 @@ impl Robot {
 
     fn watch_battery(&mut self, inputs: &Inputs) {
         let decivolts = self.battery.decivolts();
-        self.errands.full_ticks = if inputs.is_docked && decivolts >= FULL_DV {
-            self.errands.full_ticks.saturating_add(1)
-        } else {
-            0
-        };
+        let errands = &mut self.errands;
+        if !inputs.is_docked || decivolts > errands.peak_dv {
+            errands.level_ticks = 0;
+            errands.peak_dv = if inputs.is_docked { decivolts } else { 0 };
+        }
+        errands.level_ticks = errands.level_ticks.saturating_add(1);
         // The very first reading has not been averaged yet.
         if self.now_ticks == 0 {
             return;
