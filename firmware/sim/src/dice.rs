@@ -17,6 +17,7 @@ pub(crate) enum Stream {
     Modem = 8,
     Motion = 9,
     Beacon = 10,
+    Snags = 11,
 }
 
 /// One stream.

@@ -1,8 +1,9 @@
 //! The world and the robot's body seen from the pins of its board.
 
-use sr04_firmware::board::{Echo, INFRARED_LOOK_HZ, Inputs, Outputs, Sides, TICK_HZ};
+use sr04_firmware::board::{Echo, INFRARED_LOOK_HZ, Inputs, Outputs, Sides, Switches, TICK_HZ};
 
 use crate::body::arm::{self, Arm};
+use crate::body::hook::Hook;
 use crate::body::{Body, Conditions, RADIUS_IN};
 use crate::dice::{Dice, Stream};
 use crate::geometry::{Frame, Pose, Vec2};
@@ -27,6 +28,7 @@ const ECHO_TICKS: u8 = 2;
 ///
 /// Coordinates are the robot's: the start pose is their origin.
 #[derive(Clone, Copy, Debug, PartialEq)]
+#[expect(clippy::struct_excessive_bools, reason = "each is a fact of its own")]
 pub struct Truth {
     /// Milliseconds since the start.
     pub now_ms: u64,
@@ -36,6 +38,8 @@ pub struct Truth {
     pub is_touching: bool,
     /// Whether it has gone over an edge of the floor; it lies there for good.
     pub has_fallen: bool,
+    /// Whether something that hangs on the bumper holds a switch closed.
+    pub is_hooked: bool,
     /// Whether the charger's voltage is on its contacts.
     pub is_docked: bool,
     /// The arm with the motion detectors: 0 stowed to 1 raised.
@@ -56,6 +60,7 @@ pub struct Plant {
     scene: Scene,
     body: Body,
     arm: Arm,
+    hook: Hook,
     light: Light,
     infrared: Infrared,
     motion: MotionDetectors,
@@ -66,6 +71,7 @@ pub struct Plant {
     photocell_dice: Dice,
     motion_dice: Dice,
     beacon_dice: Dice,
+    snag_dice: Dice,
 }
 
 impl Plant {
@@ -88,6 +94,7 @@ impl Plant {
                 &mut build_dice,
             ),
             arm: Arm::default(),
+            hook: Hook::default(),
             light: Light {
                 lamps: world.lamps.clone(),
                 daylight_lux: world.daylight_lux,
@@ -101,6 +108,7 @@ impl Plant {
             photocell_dice: dice(Stream::Photocells),
             motion_dice: dice(Stream::Motion),
             beacon_dice: dice(Stream::Beacon),
+            snag_dice: dice(Stream::Snags),
         }
     }
 
@@ -111,11 +119,25 @@ impl Plant {
             for walking in &mut self.scene.walkers {
                 walking.step(self.body.center, RADIUS_IN);
             }
+            self.body.feel_the_floor(&self.scene);
         }
         self.body.step(&self.scene, self.outputs);
         if self.now_ms.is_multiple_of(TICK_MS) {
             self.watch_from_the_arm();
             self.meet_the_dock();
+            self.catch_on_things();
+        }
+    }
+
+    fn catch_on_things(&mut self) {
+        if !self.scene.snags.is_empty() {
+            self.hook.step(
+                &self.scene,
+                self.body.center,
+                self.body.theta_rad,
+                self.body.going(),
+                &mut self.snag_dice,
+            );
         }
     }
 
@@ -152,7 +174,7 @@ impl Plant {
         Inputs {
             counts_left,
             counts_right,
-            bumper: self.body.switches(),
+            bumper: self.switches(),
             sonar: self.finished_echo(),
             photo_left: Some(photo_left),
             photo_right: Some(photo_right),
@@ -164,6 +186,12 @@ impl Plant {
             is_docked: self.body.is_charging(),
             is_late: false,
         }
+    }
+
+    fn switches(&self) -> Switches {
+        let mut switches = self.body.switches();
+        self.hook.press(&mut switches);
+        switches
     }
 
     fn beacon(&mut self) -> Option<Sides> {
@@ -228,6 +256,7 @@ impl Plant {
             pose: self.frame.pose(self.body.center, self.body.theta_rad),
             is_touching: self.body.is_touching(),
             has_fallen: self.body.has_fallen(),
+            is_hooked: self.hook.holds(),
             is_docked: self.body.is_charging(),
             arm_raised: self.arm.raised(),
             speed_in_s: self.body.speed_in_s(),

@@ -6,7 +6,7 @@ use parry2d_f64::query::Ray;
 
 use crate::geometry::{Solid, Vec2};
 use crate::walker::Walking;
-use crate::world::{Dock, Drops, Material, Obstacle, Overhead, Surface, World};
+use crate::world::{Dock, Drops, Ground, Material, Obstacle, Overhead, Snag, Surface, World};
 
 /// Where a ray ends.
 #[derive(Clone, Copy, Debug)]
@@ -34,6 +34,8 @@ pub(crate) struct Near {
 pub(crate) struct Scene {
     pub(crate) drops: Drops,
     pub(crate) dock: Option<Dock>,
+    pub(crate) grounds: Vec<Ground>,
+    pub(crate) snags: Vec<Snag>,
     overheads: Vec<Overhead>,
     obstacles: Vec<Obstacle>,
     tree: Bvh,
@@ -50,6 +52,8 @@ impl Scene {
         Self {
             drops: world.drops.clone(),
             dock: world.dock,
+            grounds: world.grounds.clone(),
+            snags: world.snags.clone(),
             overheads: world.overheads.clone(),
             obstacles: world.obstacles.clone(),
             tree: Bvh::from_leaves(BvhBuildStrategy::Binned, &bounds),

@@ -50,6 +50,7 @@ mod tests {
             },
             is_touching: false,
             has_fallen: false,
+            is_hooked: false,
             is_docked: false,
             arm_raised: 0.0,
             speed_in_s: 0.0,

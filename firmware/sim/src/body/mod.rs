@@ -7,6 +7,7 @@
 pub(crate) mod arm;
 mod battery;
 mod contact;
+pub(crate) mod hook;
 mod motor;
 #[cfg(test)]
 mod tests;
@@ -16,8 +17,10 @@ use sr04_firmware::board::{Outputs, PWM_MAX, Switches};
 use crate::dice::Dice;
 use crate::geometry::{Vec2, clockwise, heading};
 use crate::scene::Scene;
+use crate::world::GroundKind;
 use battery::Battery;
 use contact::Touch;
+use hook::Going;
 use motor::{IN_PER_M, Motor, ROTOR_KG};
 
 /// Radius of the round outline, bumper included.
@@ -50,6 +53,14 @@ const TAIL_IN: f64 = 5.0;
 /// Slower than this counts as standing.
 const STILL_IN_S: f64 = 0.1;
 const STILL_RAD_S: f64 = 0.01;
+
+/// What holds a wheel back on a sill and on a carpet, as a share of a stalled motor's force.
+const SILL_SHARE: f64 = 0.2;
+const CARPET_SHARE: f64 = 0.06;
+/// Share of the way that wheels lose on a carpet.
+const CARPET_CREEP: f64 = 0.02;
+/// In in/s^2.
+const GRAVITY: f64 = 9.81 * IN_PER_M;
 
 /// How far real wheels are from the drawing: limits of even spreads.
 const WHEEL_SPREAD: f64 = 0.004;
@@ -101,6 +112,7 @@ pub(crate) struct Body {
     measured: (Vec2, f64),
     touches: Vec<Touch>,
     has_fallen: bool,
+    underfoot: Underfoot,
     /// Length of the way gone so far.
     pub(crate) path_in: f64,
 }
@@ -128,6 +140,7 @@ impl Body {
             measured: (center, 0.0),
             touches: Vec::new(),
             has_fallen: false,
+            underfoot: Underfoot::default(),
             path_in: 0.0,
         }
     }
@@ -137,9 +150,11 @@ impl Body {
         let duty_left = duty(outputs.pwm_left);
         let duty_right = duty(outputs.pwm_right);
         let supply_v = self.battery.terminal_v();
-        self.left.drive(duty_left, supply_v, self.friction, STEP_S);
+        let (left_friction, right_friction) = self.underfoot.friction;
+        self.left
+            .drive(duty_left, supply_v, self.friction + left_friction, STEP_S);
         self.right
-            .drive(duty_right, supply_v, self.friction, STEP_S);
+            .drive(duty_right, supply_v, self.friction + right_friction, STEP_S);
         self.battery.draw(
             duty_left * self.left.current_a + duty_right * self.right.current_a,
             STEP_S,
@@ -155,6 +170,41 @@ impl Body {
         self.advance(scene);
         if !scene.drops.is_empty() && self.is_over_an_edge(scene) {
             self.fall();
+        }
+    }
+
+    /// Finds out what floor it stands on.
+    pub(crate) fn feel_the_floor(&mut self, scene: &Scene) {
+        if scene.grounds.is_empty() {
+            return;
+        }
+        let axle = clockwise(heading(self.theta_rad)) * self.half_track_in;
+        let (left, right) = (self.center - axle, self.center + axle);
+        let mut floor = Underfoot::default();
+        for ground in &scene.grounds {
+            let share = match ground.kind {
+                GroundKind::Sill => SILL_SHARE,
+                GroundKind::Carpet => CARPET_SHARE,
+                GroundKind::Ramp => 0.0,
+            };
+            let friction = motor::load_friction(share);
+            floor.friction.0 += if ground.has(left) { friction } else { 0.0 };
+            floor.friction.1 += if ground.has(right) { friction } else { 0.0 };
+            if ground.has(self.center) {
+                floor.downhill -= ground.slope * GRAVITY;
+                if ground.kind == GroundKind::Carpet {
+                    floor.creep = CARPET_CREEP;
+                }
+            }
+        }
+        self.underfoot = floor;
+    }
+
+    /// Its speeds, as something that hangs on the bumper feels them.
+    pub(crate) fn going(&self) -> Going {
+        Going {
+            ahead_in_s: self.ahead_in_s,
+            around_in_s: self.turn_rad_s * RADIUS_IN,
         }
     }
 
@@ -182,6 +232,11 @@ impl Body {
         let (ahead, right) = (self.ahead_in_s, self.right_in_s);
         self.ahead_in_s += turned * right;
         self.right_in_s -= turned * ahead;
+        if self.underfoot.downhill != Vec2::ZERO {
+            let forward = heading(self.theta_rad);
+            self.ahead_in_s += self.underfoot.downhill.dot(forward) * STEP_S;
+            self.right_in_s += self.underfoot.downhill.dot(clockwise(forward)) * STEP_S;
+        }
         let passes = if self.touches.is_empty() { 1 } else { PASSES };
         let mut floor = Floor::default();
         let mut touches = core::mem::take(&mut self.touches);
@@ -264,9 +319,11 @@ impl Body {
     /// Moves, and takes back what would overlap.
     fn advance(&mut self, scene: &Scene) {
         let before = (self.center, self.theta_rad);
-        let turned = self.turn_rad_s * STEP_S;
+        let share = 1.0 - self.underfoot.creep;
+        let turned = self.turn_rad_s * STEP_S * share;
         let forward = heading(self.theta_rad + turned / 2.0);
-        let moved = (forward * self.ahead_in_s + clockwise(forward) * self.right_in_s) * STEP_S;
+        let moved =
+            (forward * self.ahead_in_s + clockwise(forward) * self.right_in_s) * STEP_S * share;
         self.center += moved;
         self.theta_rad += turned;
         let gone = moved.length();
@@ -392,6 +449,17 @@ impl Body {
     pub(crate) fn take_edges(&mut self) -> (u16, u16) {
         (self.left.take_edges(), self.right.take_edges())
     }
+}
+
+/// What the floor where it stands does to it.
+#[derive(Clone, Copy, Debug, Default)]
+struct Underfoot {
+    /// Beside the wheels' own, left and right.
+    friction: (f64, f64),
+    /// Acceleration in the plan.
+    downhill: Vec2,
+    /// Share of the way that the wheels lose.
+    creep: f64,
 }
 
 /// The floor's impulses of the present step.

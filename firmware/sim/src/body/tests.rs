@@ -299,3 +299,68 @@ fn an_hour_of_turning_drains_what_the_motors_force_costs() {
         "{drained_ah} for {expected_ah}"
     );
 }
+
+/// A floor with this piece of ground around (120, 120).
+fn on(ground: &str) -> Scene {
+    docking(&format!("[[ground]]\nat = [120, 120]\n{ground}\n"))
+}
+
+/// Drives for so long from (120, `y_in`), feeling the floor.
+fn roll(body: &mut Body, scene: &Scene, pwm: i16, time_ms: u32) {
+    for _ in 0..time_ms / 20 {
+        body.feel_the_floor(scene);
+        drive(body, scene, pwm, pwm, 20);
+    }
+}
+
+#[test]
+fn a_sill_takes_more_force_than_a_floor() {
+    let scene = on("kind = \"sill\"\nsize_in = [40, 3]");
+    let reached = |pwm| {
+        let mut body = body_at(120.0, 90.0, 0.0, &ideal(12.0));
+        roll(&mut body, &scene, pwm, 12_000);
+        body.center.y
+    };
+    assert!((118.0..120.0).contains(&reached(60)), "{}", reached(60));
+    assert!(reached(100) > 130.0, "{}", reached(100));
+}
+
+#[test]
+fn an_incline_costs_speed_by_the_weight_along_it() {
+    let scene = on("kind = \"ramp\"\nsize_in = [100, 200]\ngrade_percent = 5");
+    let speed = |theta_deg: f64| {
+        let mut body = body_at(120.0, 120.0, theta_deg, &ideal(12.0));
+        roll(&mut body, &scene, 150, 3000);
+        (body.speed_in_s(), body.battery.terminal_v())
+    };
+    let weight = MASS_KG * GRAVITY * 0.05 / 2.0;
+    for (theta_deg, force) in [(0.0, weight), (180.0, -weight)] {
+        let (speed_in_s, supply_v) = speed(theta_deg);
+        let friction = motor::load_friction(Conditions::default().load_share) + force;
+        let expected = motor::steady_speed_in_s(150.0 / 255.0, supply_v, friction);
+        assert!(
+            (speed_in_s / expected - 1.0).abs() < 0.01,
+            "{speed_in_s} for {expected}"
+        );
+    }
+    let mut body = body_at(120.0, 120.0, 0.0, &ideal(12.0));
+    roll(&mut body, &scene, 0, 2000);
+    assert!(
+        body.path_in < 0.04,
+        "the gears all but hold it: {}",
+        body.path_in
+    );
+}
+
+#[test]
+fn wheels_creep_on_a_carpet() {
+    let scene = on("kind = \"carpet\"\nsize_in = [200, 200]");
+    let mut body = body_at(120.0, 60.0, 0.0, &ideal(12.0));
+    roll(&mut body, &scene, 150, 10_000);
+    let rolled_in = f64::from(body.take_edges().0) * 5.0 * core::f64::consts::PI / 251.0;
+    assert!(
+        (body.path_in / rolled_in - 0.98).abs() < 0.002,
+        "{} {rolled_in}",
+        body.path_in
+    );
+}

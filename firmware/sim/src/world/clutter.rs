@@ -3,8 +3,8 @@
 use serde::Deserialize;
 
 use super::material::Material;
-use super::{Obstacle, Overhead};
-use crate::geometry::{Solid, Vec2, heading};
+use super::{Obstacle, Overhead, Snag};
+use crate::geometry::{Solid, Vec2, clockwise, heading};
 
 /// A kind of thing.
 #[derive(Clone, Copy, Debug, Deserialize)]
@@ -24,6 +24,12 @@ pub(super) enum ClutterKind {
     Shelf,
     /// A post on five spokes with casters.
     OfficeChair,
+    /// A cord on the floor: the robot drives over it, and it may hook the bumper.
+    Cord,
+    /// A shoe, which may hook the bumper that meets it.
+    Shoe,
+    /// The feet of someone who sits: two legs, and toes lower than every sensor but the bumper.
+    Feet,
 }
 
 /// One thing as its file describes it.
@@ -42,6 +48,14 @@ const CHAIR_SEAT_IN: f64 = 17.0;
 const TABLE_TOP_IN: f64 = 28.0;
 const LOW_TABLE_TOP_IN: f64 = 14.0;
 const SHELF_IN: f64 = 12.0;
+const CORD_IN: f64 = 48.0;
+const CORD_HOOKS: f64 = 0.25;
+const SHOE_IN: Vec2 = Vec2::new(4.0, 11.0);
+const SHOE_HOOKS: f64 = 0.15;
+/// A sitting person's legs and shoes: how far apart, how thick, how long.
+const STANCE_IN: f64 = 9.0;
+const SHIN_RADIUS_IN: f64 = 2.2;
+const TOES_IN: Vec2 = Vec2::new(3.6, 8.0);
 const SPOKES: u32 = 5;
 const SPOKE_IN: f64 = 12.0;
 const CASTER_RADIUS_IN: f64 = 1.2;
@@ -51,6 +65,7 @@ const CASTER_RADIUS_IN: f64 = 1.2;
 pub(super) struct Parts {
     pub(super) obstacles: Vec<Obstacle>,
     pub(super) overhead: Option<Overhead>,
+    pub(super) snag: Option<Snag>,
 }
 
 /// The parts of a thing, or what its file left out.
@@ -77,7 +92,7 @@ pub(super) fn parts(spec: &Spec) -> Result<Parts, String> {
     }
     let bare = |obstacles| Parts {
         obstacles,
-        overhead: None,
+        ..Parts::default()
     };
     match spec.kind {
         ClutterKind::Leg => Ok(bare(vec![spec.leg(Vec2::ZERO)])),
@@ -94,11 +109,37 @@ pub(super) fn parts(spec: &Spec) -> Result<Parts, String> {
         ClutterKind::Shelf => {
             let size = spec.size.ok_or("a shelf needs size_in = [width, depth]")?;
             Ok(Parts {
-                obstacles: Vec::new(),
                 overhead: Some(spec.board(size, SHELF_IN)),
+                ..Parts::default()
             })
         }
         ClutterKind::OfficeChair => Ok(bare(spec.office_chair())),
+        ClutterKind::Cord => {
+            let length = spec.size.map_or(CORD_IN, |size| size.x);
+            let solid = Solid::block(spec.center, Vec2::new(length, 0.5), spec.turned_deg);
+            Ok(Parts {
+                snag: Some(Snag {
+                    solid,
+                    chance: CORD_HOOKS,
+                }),
+                ..Parts::default()
+            })
+        }
+        ClutterKind::Shoe => {
+            let solid = Solid::block(spec.center, spec.size.unwrap_or(SHOE_IN), spec.turned_deg);
+            Ok(Parts {
+                obstacles: vec![Obstacle {
+                    solid,
+                    material: Material::Low,
+                }],
+                snag: Some(Snag {
+                    solid,
+                    chance: SHOE_HOOKS,
+                }),
+                ..Parts::default()
+            })
+        }
+        ClutterKind::Feet => Ok(bare(spec.feet())),
     }
 }
 
@@ -106,13 +147,15 @@ pub(super) fn parts(spec: &Spec) -> Result<Parts, String> {
 const OVERHEAD_LEAST_IN: f64 = 9.0;
 
 impl Spec {
-    /// A leg at an offset in the thing's own axes.
-    fn leg(&self, offset: Vec2) -> Obstacle {
+    /// A point at an offset in the thing's own axes.
+    fn point(&self, offset: Vec2) -> Vec2 {
         let ahead = heading(self.turned_deg.to_radians());
-        let right = Vec2::new(ahead.y, -ahead.x);
-        let center = self.center + right * offset.x + ahead * offset.y;
+        self.center + clockwise(ahead) * offset.x + ahead * offset.y
+    }
+
+    fn leg(&self, offset: Vec2) -> Obstacle {
         Obstacle {
-            solid: Solid::round(center, self.radius_in.unwrap_or(1.0)),
+            solid: Solid::round(self.point(offset), self.radius_in.unwrap_or(1.0)),
             material: self.material.unwrap_or(Material::Leg),
         }
     }
@@ -130,6 +173,7 @@ impl Spec {
         Parts {
             obstacles: legs.into(),
             overhead: Some(self.board(size, height_in)),
+            snag: None,
         }
     }
 
@@ -138,6 +182,24 @@ impl Spec {
             solid: Solid::block(self.center, size, self.turned_deg),
             height_in: self.height_in.unwrap_or(height_in),
         }
+    }
+
+    fn feet(&self) -> Vec<Obstacle> {
+        let aside = STANCE_IN / 2.0;
+        let foot = |x: f64| {
+            let toes = self.point(Vec2::new(x, TOES_IN.y / 2.0));
+            [
+                Obstacle {
+                    solid: Solid::round(self.point(Vec2::new(x, 0.0)), SHIN_RADIUS_IN),
+                    material: Material::Alive,
+                },
+                Obstacle {
+                    solid: Solid::block(toes, TOES_IN, self.turned_deg),
+                    material: Material::Low,
+                },
+            ]
+        };
+        [foot(-aside), foot(aside)].concat()
     }
 
     fn office_chair(&self) -> Vec<Obstacle> {

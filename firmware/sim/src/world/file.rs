@@ -9,7 +9,7 @@ use super::error::{Source, WorldError};
 use super::material::Material;
 use super::outline::Outline;
 use super::plan::Plan;
-use super::{Lamp, Obstacle, Walker, WalkerKind, World};
+use super::{Ground, GroundKind, Lamp, Obstacle, Walker, WalkerKind, World};
 use crate::geometry::Vec2;
 
 #[derive(Deserialize)]
@@ -29,6 +29,8 @@ struct File {
     #[serde(default)]
     clutter: Vec<ClutterEntry>,
     dock: Option<DockEntry>,
+    #[serde(default)]
+    ground: Vec<GroundEntry>,
 }
 
 #[derive(Deserialize)]
@@ -81,6 +83,17 @@ struct DockEntry {
     facing_deg: f64,
 }
 
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields)]
+struct GroundEntry {
+    kind: GroundKind,
+    at: Spanned<Place>,
+    size_in: [f64; 2],
+    #[serde(default)]
+    turned_deg: f64,
+    grade_percent: Option<f64>,
+}
+
 /// A mark of the plan, or inches from its south-west corner.
 #[derive(Deserialize)]
 #[serde(
@@ -118,6 +131,7 @@ pub(super) fn parse(file: &str, text: &str) -> Result<World, WorldError> {
         .collect();
     let mut outlines = plan.outlines();
     let mut overheads = Vec::new();
+    let mut snags = Vec::new();
     for entry in &entries.clutter {
         let parts = clutter::parts(&clutter::Spec {
             kind: entry.kind,
@@ -130,6 +144,7 @@ pub(super) fn parse(file: &str, text: &str) -> Result<World, WorldError> {
         })
         .map_err(|problem| source.error(entry.at.span().start, problem))?;
         overheads.extend(parts.overhead);
+        snags.extend(parts.snag);
         for part in parts.obstacles {
             outlines.extend(Outline::of(&part.solid, part.material));
             obstacles.push(part);
@@ -144,6 +159,11 @@ pub(super) fn parse(file: &str, text: &str) -> Result<World, WorldError> {
         outlines.extend(Outline::of(&plate.solid, plate.material));
         obstacles.push(plate);
     }
+    let grounds = entries
+        .ground
+        .iter()
+        .map(|entry| places.ground(entry))
+        .collect::<Result<Vec<_>, _>>()?;
     let lamps = entries
         .lamp
         .iter()
@@ -170,6 +190,8 @@ pub(super) fn parse(file: &str, text: &str) -> Result<World, WorldError> {
         daylight_lux: entries.daylight_lux.max(0.0),
         drops: plan.drops(),
         obstacles,
+        grounds,
+        snags,
         overheads,
         outlines,
         dock,
@@ -228,6 +250,17 @@ impl Places<'_> {
                 .source
                 .error(value.span().start, format!("{what} must be above 0")))
         }
+    }
+
+    fn ground(&self, entry: &GroundEntry) -> Result<Ground, WorldError> {
+        Ground::new(
+            entry.kind,
+            self.find(&entry.at)?,
+            Vec2::from(entry.size_in),
+            entry.turned_deg,
+            entry.grade_percent,
+        )
+        .map_err(|problem| self.source.error(entry.at.span().start, problem))
     }
 
     fn lamp(&self, entry: &LampEntry) -> Result<Lamp, WorldError> {

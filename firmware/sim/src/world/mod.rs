@@ -6,6 +6,7 @@ mod dock;
 mod drops;
 mod error;
 mod file;
+mod ground;
 mod material;
 mod outline;
 mod plan;
@@ -20,6 +21,7 @@ pub use outline::{Outline, OutlineKind, Point};
 
 pub(crate) use dock::Dock;
 pub(crate) use drops::Drops;
+pub(crate) use ground::{Ground, GroundKind};
 pub(crate) use material::Surface;
 
 use crate::geometry::{Frame, Pose, Solid, Vec2};
@@ -49,6 +51,8 @@ pub struct World {
     pub(crate) daylight_lux: f64,
     pub(crate) drops: Drops,
     pub(crate) obstacles: Vec<Obstacle>,
+    pub(crate) grounds: Vec<Ground>,
+    pub(crate) snags: Vec<Snag>,
     pub(crate) overheads: Vec<Overhead>,
     pub(crate) outlines: Vec<Outline>,
     pub(crate) dock: Option<Dock>,
@@ -61,6 +65,14 @@ pub struct World {
 pub(crate) struct Obstacle {
     pub(crate) solid: Solid,
     pub(crate) material: Material,
+}
+
+/// Something that may hook the bumper.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Snag {
+    pub(crate) solid: Solid,
+    /// That it does, each time the bumper comes over it.
+    pub(crate) chance: f64,
 }
 
 /// A board that the robot passes beneath.

@@ -1,0 +1,168 @@
+//! Cords and shoes that hang on to the bumper and hold its switch closed.
+
+use sr04_firmware::board::Switches;
+
+use super::RADIUS_IN;
+use crate::dice::Dice;
+use crate::geometry::{Vec2, heading};
+use crate::plant::TICK_MS;
+use crate::scene::Scene;
+use crate::world::Snag;
+
+/// Where along the bumper something may catch, degrees from its middle.
+const CATCHES_DEG: [f64; 5] = [0.0, -30.0, 30.0, -60.0, 60.0];
+/// A thing this near below the bumper's edge catches.
+const REACH_IN: f64 = 0.3;
+/// The bumper catches only while it goes ahead, at this least.
+const AHEAD_IN_S: f64 = 0.5;
+/// Work that frees it, as a way of the bumper: least, and how much more at most.
+const WORK_IN: (f64, f64) = (10.0, 20.0);
+/// What a change of direction, of the drive or of the turn, is worth.
+const JERK_IN: f64 = 3.0;
+/// Slower than this is no direction.
+const STILL_IN_S: f64 = 0.5;
+
+/// Speeds of the body: ahead, and of the bumper around the centre, clockwise.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Going {
+    pub(crate) ahead_in_s: f64,
+    pub(crate) around_in_s: f64,
+}
+
+/// What hangs on the bumper.
+#[derive(Clone, Debug, Default)]
+pub(crate) struct Hook {
+    /// Degrees from the bumper's middle, and the work left.
+    held: Option<(f64, f64)>,
+    /// The robot is over something that had its chance.
+    had_its_chance: bool,
+    /// The latest directions, 1 or -1.
+    ahead: f64,
+    around: f64,
+}
+
+impl Hook {
+    /// One tick.
+    pub(crate) fn step(
+        &mut self,
+        scene: &Scene,
+        center: Vec2,
+        theta_rad: f64,
+        going: Going,
+        dice: &mut Dice,
+    ) {
+        let jerks =
+            turned(&mut self.ahead, going.ahead_in_s) + turned(&mut self.around, going.around_in_s);
+        if let Some((at_deg, work_in)) = self.held {
+            let way_in = going.around_in_s.abs() * TICK_MS as f64 / 1000.0;
+            let left_in = work_in - way_in - JERK_IN * jerks;
+            self.held = (left_in > 0.0).then_some((at_deg, left_in));
+            return;
+        }
+        let is_over = |snag: &Snag| snag.solid.approach(center).0 < RADIUS_IN + REACH_IN;
+        self.had_its_chance &= scene.snags.iter().any(is_over);
+        if self.had_its_chance || going.ahead_in_s < AHEAD_IN_S {
+            return;
+        }
+        let caught = CATCHES_DEG.iter().find_map(|&at_deg| {
+            let edge = center + heading(theta_rad + at_deg.to_radians()) * RADIUS_IN;
+            let mut snags = scene.snags.iter();
+            let snag = snags.find(|snag| snag.solid.approach(edge).0 < REACH_IN)?;
+            Some((at_deg, snag.chance))
+        });
+        let Some((at_deg, chance)) = caught else {
+            return;
+        };
+        self.had_its_chance = true;
+        if dice.chance(chance) {
+            let (least, more) = WORK_IN;
+            self.held = Some((at_deg, least + more * dice.unit()));
+        }
+    }
+
+    /// Whether something hangs on.
+    pub(crate) const fn holds(&self) -> bool {
+        self.held.is_some()
+    }
+
+    /// Closes the switch that it holds.
+    pub(crate) fn press(&self, switches: &mut Switches) {
+        if let Some((at_deg, _)) = self.held {
+            switches.left |= at_deg < 0.0;
+            switches.center |= at_deg == 0.0;
+            switches.right |= at_deg > 0.0;
+        }
+    }
+}
+
+/// 1 when a speed has changed its direction since it last had one.
+fn turned(direction: &mut f64, speed_in_s: f64) -> f64 {
+    if speed_in_s.abs() < STILL_IN_S {
+        return 0.0;
+    }
+    let before = core::mem::replace(direction, speed_in_s.signum());
+    f64::from(u8::from(before * speed_in_s < 0.0))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::dice::Stream;
+    use crate::testing::docking;
+
+    const AHEAD: Going = Going {
+        ahead_in_s: 6.0,
+        around_in_s: 0.0,
+    };
+
+    /// Drives the nose over the cord; a hook if it caught.
+    fn caught(scene: &Scene, seed: u64) -> Option<(Hook, Dice)> {
+        let mut hook = Hook::default();
+        let mut dice = Dice::new(seed, Stream::Snags);
+        for tick in 0..40 {
+            let center = Vec2::new(120.0, 80.0 + 0.3 * f64::from(tick));
+            hook.step(scene, center, 0.0, AHEAD, &mut dice);
+        }
+        hook.holds().then_some((hook, dice))
+    }
+
+    fn with_a_cord() -> Scene {
+        docking("[[clutter]]\nkind = \"cord\"\nat = [120, 90]\n")
+    }
+
+    #[test]
+    fn one_crossing_in_four_hooks() {
+        let scene = with_a_cord();
+        let count = (0..400)
+            .filter(|&seed| caught(&scene, seed).is_some())
+            .count();
+        assert!((70..130).contains(&count), "{count}");
+    }
+
+    #[test]
+    fn a_hook_holds_the_switch_until_it_is_worked_free() {
+        let scene = with_a_cord();
+        let (mut hook, mut dice) = (0..40)
+            .find_map(|seed| caught(&scene, seed))
+            .expect("one hooks");
+        let away = Vec2::new(120.0, 40.0);
+        let mut go = |ahead_in_s: f64, around_in_s: f64, ticks: u32| {
+            for _ in 0..ticks {
+                let going = Going {
+                    ahead_in_s,
+                    around_in_s,
+                };
+                hook.step(&scene, away, 0.0, going, &mut dice);
+            }
+            let mut switches = Switches::default();
+            hook.press(&mut switches);
+            switches
+        };
+        // Backing off drags it along.
+        assert!(go(-6.0, 0.0, 100).any());
+        for twist in 0..10 {
+            go(0.0, if twist % 2 == 0 { 5.0 } else { -5.0 }, 8);
+        }
+        assert!(!go(6.0, 0.0, 1).any());
+    }
+}
