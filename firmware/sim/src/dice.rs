@@ -18,6 +18,7 @@ pub(crate) enum Stream {
     Motion = 9,
     Beacon = 10,
     Snags = 11,
+    House = 12,
 }
 
 /// One stream.

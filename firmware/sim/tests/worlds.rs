@@ -172,3 +172,60 @@ fn a_drop_closes_the_floor_and_its_edge_is_drawn() {
     });
     assert_eq!(edges.count(), 1);
 }
+
+#[test]
+fn generated_houses_are_sound_and_stay_the_same() {
+    let mut texts = std::collections::BTreeSet::new();
+    for seed in 1..=40 {
+        let text = World::generated_text(seed);
+        assert_eq!(text, World::generated_text(seed));
+        let world = World::generated(seed);
+        assert_eq!(world.name(), format!("generated:{seed}"));
+        assert!(world.about().contains("rooms"), "seed {seed} is bare");
+        assert!(world.reach() > 0.95, "seed {seed}: {}", world.reach());
+        assert_eq!(
+            World::open(world.name()).unwrap().outlines(),
+            world.outlines()
+        );
+        assert!(texts.insert(text), "seed {seed} repeats another house");
+    }
+    // The first house, on every platform.
+    let sum = World::generated_text(1).bytes().fold(0_u32, |sum, byte| {
+        sum.wrapping_mul(31).wrapping_add(u32::from(byte))
+    });
+    assert_eq!(sum, 4_273_781_883);
+}
+
+#[test]
+fn built_in_worlds_raise_no_warning() {
+    for name in World::built_in_names() {
+        let world = World::open(name).unwrap();
+        assert_eq!(world.warnings(name), Vec::<String>::new());
+    }
+}
+
+#[test]
+fn what_the_robot_cannot_get_to_is_named() {
+    let row = "#..........#\n";
+    let plan = format!(
+        "############\n{0}#....^.....#\n{0}{0}####.#######\n{1}#.........A#\n############",
+        row,
+        row.repeat(9)
+    );
+    let text = format!(
+        "name = \"t\"\ncell_in = 6\nplan = '''\n{plan}\n'''\n\
+         [[lamp]]\nname = \"far\"\nat = \"A\"\ncandela = 10\n"
+    );
+    let world = World::parse("t.toml", &text).unwrap();
+    let warnings = world.warnings("t.toml");
+    assert_eq!(warnings.len(), 2, "{warnings:?}");
+    assert!(
+        warnings[0].starts_with("t.toml:11:3: the robot cannot get"),
+        "{warnings:?}"
+    );
+    assert!(
+        warnings[1].starts_with("t.toml:19:11: the lamp \"far\""),
+        "{warnings:?}"
+    );
+    assert!(world.reach() < 0.5);
+}

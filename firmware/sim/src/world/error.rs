@@ -18,7 +18,7 @@ pub enum WorldError {
         problem: String,
     },
     /// The file cannot be read.
-    #[error("cannot read the world {}: {source}; the worlds that come with the program are {}", path.display(), super::BUILT_IN_NAMES)]
+    #[error("cannot read the world {}: {source}; the worlds that come with the program are {}, and generated:SEED makes one", path.display(), super::BUILT_IN_NAMES)]
     Read {
         /// The file.
         path: PathBuf,
@@ -34,13 +34,19 @@ pub(super) struct Source<'a> {
 }
 
 impl Source<'_> {
+    /// The line of a byte offset, from 1.
+    pub(super) fn line(&self, offset: usize) -> usize {
+        let before = self.text.get(..offset).unwrap_or(self.text);
+        before.matches('\n').count() + 1
+    }
+
     /// An error at a byte offset.
     pub(super) fn error(&self, offset: usize, problem: impl Into<String>) -> WorldError {
         let before = self.text.get(..offset).unwrap_or(self.text);
         let line_start = before.rfind('\n').map_or(0, |newline| newline + 1);
         WorldError::At {
             file: self.file.to_owned(),
-            line: before.matches('\n').count() + 1,
+            line: self.line(offset),
             column: before[line_start..].chars().count() + 1,
             problem: problem.into(),
         }

@@ -188,6 +188,7 @@ pub(super) fn parse(file: &str, text: &str) -> Result<World, WorldError> {
         start: plan.start,
         size_in: [size.x, size.y],
         daylight_lux: entries.daylight_lux.max(0.0),
+        grid: plan.grid(&source),
         drops: plan.drops(),
         obstacles,
         grounds,

@@ -1,11 +1,14 @@
 //! Worlds: TOML files with the floor plan drawn in characters. `worlds/README.md` says how to
 //! write one.
 
+mod check;
 mod clutter;
 mod dock;
 mod drops;
 mod error;
 mod file;
+mod generate;
+mod grid;
 mod ground;
 mod material;
 mod outline;
@@ -21,6 +24,7 @@ pub use outline::{Outline, OutlineKind, Point};
 
 pub(crate) use dock::Dock;
 pub(crate) use drops::Drops;
+pub(crate) use grid::Grid;
 pub(crate) use ground::{Ground, GroundKind};
 pub(crate) use material::Surface;
 
@@ -49,6 +53,7 @@ pub struct World {
     pub(crate) start: Pose,
     pub(crate) size_in: [f64; 2],
     pub(crate) daylight_lux: f64,
+    pub(crate) grid: Grid,
     pub(crate) drops: Drops,
     pub(crate) obstacles: Vec<Obstacle>,
     pub(crate) grounds: Vec<Ground>,
@@ -138,7 +143,7 @@ impl World {
         Self::parse(name, built_in_text(name)?).ok()
     }
 
-    /// A built-in world by name, or else the world in a file.
+    /// A built-in world by name, the house of a seed as `generated:SEED`, or else the world in a file.
     ///
     /// # Errors
     ///
@@ -146,6 +151,11 @@ impl World {
     pub fn open(name_or_path: &str) -> Result<Self, WorldError> {
         if let Some(text) = built_in_text(name_or_path) {
             return Self::parse(name_or_path, text);
+        }
+        if let Some(seed) = name_or_path.strip_prefix("generated:")
+            && let Ok(seed) = seed.parse()
+        {
+            return Ok(Self::generated(seed));
         }
         let path = Path::new(name_or_path);
         let text = std::fs::read_to_string(path).map_err(|source| WorldError::Read {

@@ -4,6 +4,7 @@ use std::ops::Range;
 
 use super::drops::Drops;
 use super::error::{Source, WorldError};
+use super::grid::Grid;
 use super::material::Material;
 use super::outline::{Outline, OutlineKind, Point};
 use crate::geometry::{Pose, Solid, Vec2};
@@ -27,6 +28,9 @@ pub(super) struct Plan {
     rows: usize,
     /// North row first.
     cells: Vec<Cell>,
+    glyphs: Vec<char>,
+    /// Where the north row stands in the file.
+    offset: usize,
     marks: Vec<(char, Vec2)>,
     pub(super) start: Pose,
     /// Where the start stands in the file.
@@ -53,6 +57,8 @@ impl Plan {
             columns,
             rows: rows.len(),
             cells: Vec::with_capacity(columns * rows.len()),
+            glyphs: Vec::with_capacity(columns * rows.len()),
+            offset: rows.first().map_or(span.start, |row| row.offset),
             marks: Vec::new(),
             start: Pose::default(),
             start_offset: span.start,
@@ -91,6 +97,7 @@ impl Plan {
                     })?),
                 };
                 plan.cells.push(cell);
+                plan.glyphs.push(character);
             }
         }
         let Some((row, column, offset, character)) = start else {
@@ -222,6 +229,17 @@ impl Plan {
 
     fn cell(&self, row: usize, column: usize) -> Cell {
         self.cells[row * self.columns + column]
+    }
+
+    /// The plan as it was drawn.
+    pub(super) fn grid(&self, source: &Source<'_>) -> Grid {
+        Grid {
+            cell_in: self.cell_in,
+            columns: self.columns,
+            rows: self.rows,
+            glyphs: self.glyphs.clone(),
+            first_line: source.line(self.offset),
+        }
     }
 
     /// Where the floor is missing.

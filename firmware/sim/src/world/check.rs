@@ -1,0 +1,158 @@
+//! What looks wrong with a world that can be used all the same: where the robot cannot get, and who is there.
+
+use super::World;
+use crate::body::RADIUS_IN;
+use crate::geometry::Vec2;
+use crate::scene::Scene;
+
+/// Room that the robot needs on each side.
+const MARGIN_IN: f64 = 0.25;
+/// A place is meant to be reached when the robot has so many square feet to stand on there.
+const AREA_LEAST_FT2: f64 = 4.0;
+/// A lamp or a person counts as being where the robot can be within this.
+const NEAR_IN: f64 = 36.0;
+
+/// Where the robot's centre can be, cell by cell, as areas that are not connected.
+struct Areas {
+    /// Number of the area of each cell; `None` where the robot does not fit.
+    of: Vec<Option<usize>>,
+    /// Cells in each, and its first cell. The area of the start comes first.
+    sizes: Vec<(usize, (usize, usize))>,
+}
+
+impl World {
+    /// What looks wrong: areas that the robot cannot get to, lamps, people and a dock that are of no use to
+    /// it. Each begins with `file:line:column:` where the plan shows it; `file` is how they call the world.
+    #[must_use]
+    pub fn warnings(&self, file: &str) -> Vec<String> {
+        let areas = self.areas();
+        let at = |(row, column): (usize, usize)| {
+            format!("{file}:{}:{}", self.grid.first_line + row, column + 1)
+        };
+        let cell_ft2 = self.grid.cell_in * self.grid.cell_in / 144.0;
+        let mut warnings = Vec::new();
+        for &(cells, first) in areas.sizes.iter().skip(1) {
+            let area_ft2 = cells as f64 * cell_ft2;
+            if area_ft2 >= AREA_LEAST_FT2 {
+                warnings.push(format!(
+                    "{}: the robot cannot get from its start to the {area_ft2:.0} square feet that begin \
+                     here: is a doorway too narrow, or shut?",
+                    at(first)
+                ));
+            }
+        }
+        let mut complain = |what: String, place: Vec2| {
+            let cell = self.grid.cell_at(place).unwrap_or_default();
+            warnings.push(format!("{}: {what}", at(cell)));
+        };
+        for lamp in &self.lamps {
+            if !self.is_met(&areas, lamp.center, NEAR_IN) {
+                let what = format!(
+                    "the lamp {:?} is far from every place the robot can get to",
+                    lamp.name
+                );
+                complain(what, lamp.center);
+            }
+        }
+        for walker in &self.walkers {
+            if !walker
+                .path
+                .iter()
+                .any(|&place| self.is_met(&areas, place, NEAR_IN))
+            {
+                let what = "someone walks where the robot cannot get".to_owned();
+                complain(what, walker.path.first().copied().unwrap_or_default());
+            }
+        }
+        if let Some(dock) = &self.dock {
+            let before = dock.front + dock.facing * (RADIUS_IN + self.grid.cell_in);
+            if !self.is_met(&areas, before, self.grid.cell_in) {
+                complain(
+                    "the robot cannot get to the dock's front".to_owned(),
+                    dock.front,
+                );
+            }
+        }
+        warnings
+    }
+
+    /// Share of the floor on which the robot can stand that it can reach from its start, 0 to 1.
+    #[must_use]
+    pub fn reach(&self) -> f64 {
+        let areas = self.areas();
+        let all: usize = areas.sizes.iter().map(|(cells, _)| cells).sum();
+        areas
+            .sizes
+            .first()
+            .map_or(0.0, |(cells, _)| *cells as f64 / all as f64)
+    }
+
+    fn areas(&self) -> Areas {
+        let (rows, columns) = (self.grid.rows, self.grid.columns);
+        let scene = Scene::new(self);
+        let fits = |point: Vec2| {
+            let mut is_free = true;
+            scene.near(point, RADIUS_IN + MARGIN_IN, |_| is_free = false);
+            is_free && !scene.drops.has(point)
+        };
+        let is_floor = |row: usize, column: usize| {
+            matches!(
+                self.grid.glyph(row, column),
+                '.' | '^' | '>' | 'v' | '<' | 'A'..='Z'
+            )
+        };
+        let free: Vec<bool> = (0..rows * columns)
+            .map(|index| {
+                let (row, column) = (index / columns, index % columns);
+                is_floor(row, column) && fits(self.grid.center(row, column))
+            })
+            .collect();
+        let mut areas = Areas {
+            of: vec![None; rows * columns],
+            sizes: Vec::new(),
+        };
+        let start = self
+            .grid
+            .cell_at(Vec2::new(self.start.x_in, self.start.y_in));
+        let cells = (0..rows * columns).map(|index| (index / columns, index % columns));
+        for first in start.into_iter().chain(cells) {
+            let number = areas.sizes.len();
+            let mut open = vec![first];
+            let mut count = 0;
+            while let Some((row, column)) = open.pop() {
+                let index = row * columns + column;
+                if !free[index] || areas.of[index].is_some() {
+                    continue;
+                }
+                areas.of[index] = Some(number);
+                count += 1;
+                // The border of a plan is never free, so that a free cell has four neighbours.
+                let center = self.grid.center(row, column);
+                for next in [
+                    (row - 1, column),
+                    (row + 1, column),
+                    (row, column - 1),
+                    (row, column + 1),
+                ] {
+                    if fits(center.midpoint(self.grid.center(next.0, next.1))) {
+                        open.push(next);
+                    }
+                }
+            }
+            if count > 0 {
+                areas.sizes.push((count, first));
+            }
+        }
+        areas
+    }
+
+    /// Whether the robot can get within so far of a place.
+    fn is_met(&self, areas: &Areas, place: Vec2, reach_in: f64) -> bool {
+        areas.of.iter().enumerate().any(|(index, area)| {
+            let center = self
+                .grid
+                .center(index / self.grid.columns, index % self.grid.columns);
+            *area == Some(0) && center.distance(place) <= reach_in
+        })
+    }
+}

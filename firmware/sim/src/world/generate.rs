@@ -1,0 +1,456 @@
+//! Houses made from a seed: rooms, doors and what stands about, as the text of a world.
+
+use std::fmt::Write as _;
+
+use super::World;
+use crate::dice::{Dice, Stream};
+
+const CELL_IN: usize = 6;
+/// Cells kept free on either side of a doorway.
+const APPROACH: usize = 6;
+/// Cells between pieces of furniture: 18 inches, so that the robot passes.
+const GAP: usize = 3;
+/// Houses drawn before one has every place within reach; nearly always the first has.
+const ATTEMPTS: u64 = 100;
+
+impl World {
+    /// A house by its seed: four or six rooms with furniture, clutter, lamps, a cat and a dock, in which the
+    /// robot can get from its start to every room. The same seed gives the same house on every platform.
+    #[must_use]
+    pub fn generated(seed: u64) -> Self {
+        let text = Self::generated_text(seed);
+        // It has been read before: only a text without a mistake is returned.
+        Self::parse(&format!("generated:{seed}"), &text).unwrap_or_default()
+    }
+
+    /// The same house as the text of a world, to be kept in a file and changed.
+    #[must_use]
+    pub fn generated_text(seed: u64) -> String {
+        let name = format!("generated:{seed}");
+        (0..ATTEMPTS)
+            .map(|attempt| House::draw(seed, attempt).text(&name))
+            .find(|text| {
+                Self::parse(&name, text)
+                    .is_ok_and(|world| world.dock.is_some() && world.warnings(&name).is_empty())
+            })
+            .unwrap_or_else(|| BARE.replace("NAME", &name))
+    }
+}
+
+/// What a seed gets whose every house was a failure.
+const BARE: &str = "name = \"NAME\"\ncell_in = 6\nplan = '''\n########\n#......#\n#......#\n#..^...#\n\
+                    #......#\n#......#\n########\n'''\n";
+
+/// A rectangle of cells: from and past column and row.
+#[derive(Clone, Copy)]
+struct Cells {
+    west: usize,
+    north: usize,
+    east: usize,
+    south: usize,
+}
+
+impl Cells {
+    /// The same with so many cells more on each side.
+    fn grown(self, by: usize) -> Self {
+        Self {
+            west: self.west.saturating_sub(by),
+            north: self.north.saturating_sub(by),
+            east: self.east + by,
+            south: self.south + by,
+        }
+    }
+}
+
+/// A house being drawn.
+struct House {
+    dice: Dice,
+    columns: usize,
+    rows: usize,
+    glyphs: Vec<char>,
+    /// Where nothing more may stand.
+    taken: Vec<bool>,
+    rooms: Vec<Cells>,
+    things: String,
+}
+
+impl House {
+    fn draw(seed: u64, attempt: u64) -> Self {
+        let mut dice = Dice::new(seed ^ attempt.rotate_left(32), Stream::House);
+        let widths: Vec<usize> = (0..2 + pick(&mut dice, 2))
+            .map(|_| 21 + pick(&mut dice, 10))
+            .collect();
+        let heights: Vec<usize> = (0..2).map(|_| 20 + pick(&mut dice, 8)).collect();
+        let columns = widths.iter().sum::<usize>() + widths.len() + 1;
+        let rows = heights.iter().sum::<usize>() + heights.len() + 1;
+        let mut house = Self {
+            dice,
+            columns,
+            rows,
+            glyphs: vec!['#'; columns * rows],
+            taken: vec![false; columns * rows],
+            rooms: Vec::new(),
+            things: String::new(),
+        };
+        let mut north = 1;
+        for height in &heights {
+            let mut west = 1;
+            for width in &widths {
+                let room = Cells {
+                    west,
+                    north,
+                    east: west + width,
+                    south: north + height,
+                };
+                house.fill(room, '.');
+                house.rooms.push(room);
+                west += width + 1;
+            }
+            north += height + 1;
+        }
+        house.doors(widths.len());
+        house.windows();
+        house.start();
+        house.dock();
+        house.cat();
+        for room in house.rooms.clone() {
+            house.furnish(room);
+        }
+        house
+    }
+
+    fn fill(&mut self, cells: Cells, glyph: char) {
+        for row in cells.north..cells.south {
+            for column in cells.west..cells.east {
+                self.glyphs[row * self.columns + column] = glyph;
+            }
+        }
+    }
+
+    fn take(&mut self, cells: Cells) {
+        for row in cells.north..cells.south.min(self.rows) {
+            for column in cells.west..cells.east.min(self.columns) {
+                self.taken[row * self.columns + column] = true;
+            }
+        }
+    }
+
+    fn is_free(&self, cells: Cells) -> bool {
+        (cells.north..cells.south.min(self.rows)).all(|row| {
+            (cells.west..cells.east.min(self.columns))
+                .all(|column| !self.taken[row * self.columns + column])
+        })
+    }
+
+    /// A door in enough walls that every room is reached, and in most others: ways round.
+    fn doors(&mut self, across: usize) {
+        let mut joined: Vec<usize> = (0..self.rooms.len()).collect();
+        let mut walls: Vec<(usize, usize)> = (0..self.rooms.len())
+            .flat_map(|room| [(room, room + 1), (room, room + across)])
+            .filter(|&(one, other)| {
+                other < self.rooms.len() && (other != one + 1 || other % across != 0)
+            })
+            .collect();
+        for last in (1..walls.len()).rev() {
+            let other = pick(&mut self.dice, last + 1);
+            walls.swap(last, other);
+        }
+        for (one, other) in walls {
+            let (from, to) = (joined[one], joined[other]);
+            if from == to && self.dice.chance(0.4) {
+                continue;
+            }
+            for group in &mut joined {
+                if *group == from {
+                    *group = to;
+                }
+            }
+            self.door(self.rooms[one], self.rooms[other]);
+        }
+    }
+
+    /// A doorway of 24 to 36 inches between neighbours, with its approaches kept free.
+    fn door(&mut self, one: Cells, other: Cells) {
+        let width = 4 + pick(&mut self.dice, 3);
+        let (gap, approach) = if one.south == other.south {
+            let north = one.north + 2 + pick(&mut self.dice, one.south - one.north - width - 3);
+            let gap = Cells {
+                west: one.east,
+                north,
+                east: other.west,
+                south: north + width,
+            };
+            (
+                gap,
+                Cells {
+                    west: gap.west - APPROACH,
+                    east: gap.east + APPROACH,
+                    ..gap
+                },
+            )
+        } else {
+            let west = one.west + 2 + pick(&mut self.dice, one.east - one.west - width - 3);
+            let gap = Cells {
+                west,
+                north: one.south,
+                east: west + width,
+                south: other.north,
+            };
+            (
+                gap,
+                Cells {
+                    north: gap.north - APPROACH,
+                    south: gap.south + APPROACH,
+                    ..gap
+                },
+            )
+        };
+        self.fill(gap, '.');
+        self.take(approach);
+        if self.dice.chance(0.3) {
+            let (x, y) = self.middle(gap);
+            let size = if one.south == other.south {
+                format!("[3, {}]", width * CELL_IN)
+            } else {
+                format!("[{}, 3]", width * CELL_IN)
+            };
+            self.add(&format!(
+                "[[ground]]\nkind = \"sill\"\nat = [{x}, {y}]\nsize_in = {size}\n"
+            ));
+        }
+    }
+
+    /// Glass in the outer walls.
+    fn windows(&mut self) {
+        for room in self.rooms.clone() {
+            let west = room.west + 3 + pick(&mut self.dice, 6);
+            let row = if room.north == 1 { 0 } else { self.rows - 1 };
+            if self.dice.chance(0.7) {
+                self.fill(
+                    Cells {
+                        west,
+                        north: row,
+                        east: west + 8,
+                        south: row + 1,
+                    },
+                    '=',
+                );
+            }
+        }
+    }
+
+    /// The robot's start in the middle of the first room, with three feet kept free around it.
+    fn start(&mut self) {
+        let room = self.rooms[0];
+        let row = usize::midpoint(room.north, room.south);
+        let column = usize::midpoint(room.west, room.east);
+        let nose = ['^', '>', 'v', '<'][pick(&mut self.dice, 4)];
+        let cell = Cells {
+            west: column,
+            north: row,
+            east: column + 1,
+            south: row + 1,
+        };
+        self.fill(cell, nose);
+        self.take(cell.grown(3));
+    }
+
+    /// A dock at the outer wall of a room, with its beam kept free.
+    fn dock(&mut self) {
+        let number = pick(&mut self.dice, self.rooms.len());
+        let room = self.rooms[number];
+        let faces_south = room.north == 1;
+        for _ in 0..40 {
+            let west = room.west + 2 + pick(&mut self.dice, room.east - room.west - 9);
+            let beam = if faces_south {
+                Cells {
+                    west,
+                    north: room.north,
+                    east: west + 7,
+                    south: room.north + 12,
+                }
+            } else {
+                Cells {
+                    west,
+                    north: room.south - 12,
+                    east: west + 7,
+                    south: room.south,
+                }
+            };
+            if !self.is_free(beam) {
+                continue;
+            }
+            let row = if faces_south {
+                room.north
+            } else {
+                room.south - 1
+            };
+            let cell = Cells {
+                west: west + 3,
+                north: row,
+                east: west + 4,
+                south: row + 1,
+            };
+            let (x, y) = self.middle(cell);
+            let facing_deg = if faces_south { 180 } else { 0 };
+            self.add(&format!(
+                "[dock]\nat = [{x}, {y}]\nfacing_deg = {facing_deg}\n"
+            ));
+            self.take(beam);
+            return;
+        }
+    }
+
+    /// A cat that walks across a room.
+    fn cat(&mut self) {
+        let number = pick(&mut self.dice, self.rooms.len());
+        let room = self.rooms[number];
+        let row = usize::midpoint(room.north, room.south) + 2;
+        let way = Cells {
+            west: room.west + 4,
+            north: row,
+            east: room.east - 4,
+            south: row + 1,
+        };
+        self.take(way.grown(1));
+        let ends = [way.west, way.east - 1].map(|column| {
+            let (x, y) = self.middle(Cells {
+                west: column,
+                north: row,
+                east: column + 1,
+                south: row + 1,
+            });
+            format!("[{x}, {y}]")
+        });
+        let pause_s = 20 + pick(&mut self.dice, 100);
+        self.add(&format!(
+            "[[walker]]\nkind = \"cat\"\npath = [{}, {}]\nspeed_in_s = 14\npause_s = {pause_s}\n",
+            ends[0], ends[1]
+        ));
+    }
+
+    /// Furniture along the walls, as much as finds room, things that stand about, a lamp.
+    fn furnish(&mut self, room: Cells) {
+        for _ in 0..10 + pick(&mut self.dice, 10) {
+            self.piece(room);
+        }
+        for _ in 0..6 + pick(&mut self.dice, 10) {
+            self.clutter(room);
+        }
+        if self.dice.chance(0.3) {
+            let (x, y) = self.middle(room);
+            self.add(&format!(
+                "[[ground]]\nkind = \"carpet\"\nat = [{x}, {y}]\nsize_in = [72, 54]\n"
+            ));
+        }
+        let (x, y) = self.middle(room);
+        let candela = 40 + pick(&mut self.dice, 100);
+        let on = self.dice.chance(0.8);
+        let name = self.things.matches("[[lamp]]").count() + 1;
+        self.add(&format!(
+            "[[lamp]]\nname = \"room {name}\"\nat = [{x}, {y}]\ncandela = {candela}\nheight_in = 84\non = {on}\n"
+        ));
+    }
+
+    fn piece(&mut self, room: Cells) {
+        let long = 5 + pick(&mut self.dice, 9);
+        let deep = 3 + pick(&mut self.dice, 4);
+        let glyph = ['w', 'w', 's', 'k', 'w'][pick(&mut self.dice, 5)];
+        let along_x = pick(&mut self.dice, 2) == 0;
+        let at_far_side = pick(&mut self.dice, 2) == 0;
+        let (wide, tall) = if along_x { (long, deep) } else { (deep, long) };
+        let (room_wide, room_tall) = (room.east - room.west, room.south - room.north);
+        let room_along = if along_x {
+            room_wide - wide
+        } else {
+            room_tall - tall
+        };
+        // A slit between a piece and a corner is no use to anyone.
+        let shift = match pick(&mut self.dice, room_along + 1) {
+            shift if shift < GAP => 0,
+            shift if shift + GAP > room_along => room_along,
+            shift => shift,
+        };
+        let far = usize::from(at_far_side);
+        let (west, north) = if along_x {
+            (room.west + shift, room.north + far * (room_tall - tall))
+        } else {
+            (room.west + far * (room_wide - wide), room.north + shift)
+        };
+        let piece = Cells {
+            west,
+            north,
+            east: west + wide,
+            south: north + tall,
+        };
+        if self.is_free(piece) {
+            self.fill(piece, glyph);
+            self.take(piece.grown(GAP));
+        }
+    }
+
+    fn clutter(&mut self, room: Cells) {
+        // Kind, half of the cells it needs, and what its entry says besides.
+        const KINDS: [(&str, usize, &str); 9] = [
+            ("chair", 2, ""),
+            ("chair", 2, ""),
+            ("table", 4, "size_in = [36, 24]\n"),
+            ("low-table", 4, "size_in = [36, 20]\n"),
+            ("office-chair", 3, ""),
+            ("leg", 1, "radius_in = 4\nmade_of = \"soft\"\n"),
+            ("box", 1, "size_in = [12, 8]\n"),
+            ("shoe", 1, ""),
+            ("cord", 2, "size_in = [36, 1]\n"),
+        ];
+        let (kind, half, rest) = KINDS[pick(&mut self.dice, KINDS.len())];
+        let turned_deg = pick(&mut self.dice, 180);
+        let margin = half + 2;
+        let column = room.west + margin + pick(&mut self.dice, room.east - room.west - 2 * margin);
+        let row = room.north + margin + pick(&mut self.dice, room.south - room.north - 2 * margin);
+        let cell = Cells {
+            west: column,
+            north: row,
+            east: column + 1,
+            south: row + 1,
+        };
+        if self.is_free(cell.grown(half)) {
+            let (x, y) = self.middle(cell);
+            self.add(&format!(
+                "[[clutter]]\nkind = \"{kind}\"\nat = [{x}, {y}]\nturned_deg = {turned_deg}\n{rest}"
+            ));
+            self.take(cell.grown(half + GAP));
+        }
+    }
+
+    /// The middle of some cells in inches from the south-west corner.
+    fn middle(&self, cells: Cells) -> (usize, usize) {
+        let x = (cells.west + cells.east) * CELL_IN / 2;
+        let y = (2 * self.rows - cells.north - cells.south) * CELL_IN / 2;
+        (x, y)
+    }
+
+    fn add(&mut self, entry: &str) {
+        self.things.push('\n');
+        self.things.push_str(entry);
+    }
+
+    fn text(&self, name: &str) -> String {
+        let mut text = format!(
+            "name = \"{name}\"\nabout = \"A house of {} rooms made from a seed\"\ncell_in = {CELL_IN}\n\
+             daylight_lux = 10\n\nplan = '''\n",
+            self.rooms.len()
+        );
+        for row in self.glyphs.chunks(self.columns) {
+            let row: String = row.iter().collect();
+            let _ = writeln!(text, "{row}");
+        }
+        text.push_str("'''\n");
+        text.push_str(&self.things);
+        text
+    }
+}
+
+/// Evenly from 0 up to, not including, `count`.
+fn pick(dice: &mut Dice, count: usize) -> usize {
+    (u64::from(dice.next_u32()) * count as u64 >> 32) as usize
+}

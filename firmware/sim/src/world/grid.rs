@@ -1,0 +1,41 @@
+//! The plan as it was drawn, cell by cell.
+
+use crate::geometry::Vec2;
+
+/// The characters of a plan and where they stand in the file.
+#[derive(Clone, Debug)]
+pub(crate) struct Grid {
+    pub(super) cell_in: f64,
+    pub(super) columns: usize,
+    pub(super) rows: usize,
+    /// North row first.
+    pub(super) glyphs: Vec<char>,
+    /// The line of the north row in the file, from 1.
+    pub(super) first_line: usize,
+}
+
+impl Grid {
+    /// The character of a cell.
+    pub(super) fn glyph(&self, row: usize, column: usize) -> char {
+        self.glyphs[row * self.columns + column]
+    }
+
+    /// The centre of a cell, in inches from the south-west corner.
+    pub(super) fn center(&self, row: usize, column: usize) -> Vec2 {
+        Vec2::new(
+            (column as f64 + 0.5) * self.cell_in,
+            ((self.rows - row) as f64 - 0.5) * self.cell_in,
+        )
+    }
+
+    /// Row and column of the cell that a point lies in.
+    pub(super) fn cell_at(&self, point: Vec2) -> Option<(usize, usize)> {
+        if point.x < 0.0 || point.y < 0.0 {
+            return None;
+        }
+        let column = (point.x / self.cell_in) as usize;
+        let from_south = (point.y / self.cell_in) as usize;
+        (column < self.columns && from_south < self.rows)
+            .then(|| (self.rows - 1 - from_south, column))
+    }
+}
