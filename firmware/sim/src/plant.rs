@@ -11,7 +11,8 @@ use crate::scene::Scene;
 use crate::sensors::infrared::Infrared;
 use crate::sensors::motion::{Carrier, MotionDetectors};
 use crate::sensors::photocells::Light;
-use crate::sensors::{View, beacon, edges, sonar};
+use crate::sensors::sonar::Sonars;
+use crate::sensors::{View, beacon, edges};
 use crate::walker;
 use crate::world::{Outline, Point, World};
 
@@ -64,6 +65,7 @@ pub struct Plant {
     light: Light,
     infrared: Infrared,
     motion: MotionDetectors,
+    sonars: Sonars,
     echo: Option<(u8, Echo)>,
     outputs: Outputs,
     sonar_dice: Dice,
@@ -101,6 +103,7 @@ impl Plant {
             },
             infrared: Infrared::new(),
             motion: MotionDetectors::default(),
+            sonars: Sonars::default(),
             echo: None,
             outputs: Outputs::default(),
             sonar_dice: dice(Stream::Sonar),
@@ -218,7 +221,10 @@ impl Plant {
     pub fn apply(&mut self, outputs: Outputs) {
         self.outputs = outputs;
         if let Some(side) = outputs.ping {
-            let range_in = sonar::ping(&self.scene, self.view(), side, &mut self.sonar_dice);
+            let view = self.view();
+            let range_in =
+                self.sonars
+                    .ping(&self.scene, view, side, self.now_ms, &mut self.sonar_dice);
             self.echo = Some((ECHO_TICKS, Echo { side, range_in }));
         }
     }

@@ -229,3 +229,49 @@ fn what_the_robot_cannot_get_to_is_named() {
     );
     assert!(world.reach() < 0.5);
 }
+
+#[test]
+fn a_picture_shows_what_is_there_and_explains_it() {
+    let picture = World::open("flat").unwrap().picture();
+    for line in [
+        "  D dock",
+        "  ~ no floor",
+        "  x a black leg or caster",
+        "  - a cord",
+        "  _ sill",
+        "  , carpet",
+        "  ^ start",
+    ] {
+        assert_eq!(
+            picture.contains(line),
+            line != "  ~ no floor",
+            "{line}\n{picture}"
+        );
+    }
+    let rows: Vec<&str> = picture.lines().take(44).collect();
+    assert!(
+        rows.iter().all(|row| row.chars().count() == 60),
+        "{picture}"
+    );
+    assert!(
+        World::open("stairs")
+            .unwrap()
+            .picture()
+            .contains("  ~ no floor")
+    );
+}
+
+#[test]
+fn a_drawing_is_well_formed_to_the_last_tag() {
+    for name in World::built_in_names() {
+        let svg = World::open(name).unwrap().svg();
+        assert!(svg.starts_with("<svg ") && svg.ends_with("</svg>\n"));
+        assert!(
+            svg.lines()
+                .filter(|line| line.starts_with("<polygon"))
+                .count()
+                > 3
+        );
+        assert!(!svg.contains("NaN") && !svg.contains("inf"));
+    }
+}

@@ -7,6 +7,7 @@
 pub(crate) mod arm;
 mod battery;
 mod contact;
+mod floor;
 pub(crate) mod hook;
 mod motor;
 #[cfg(test)]
@@ -17,9 +18,9 @@ use sr04_firmware::board::{Outputs, PWM_MAX, Switches};
 use crate::dice::Dice;
 use crate::geometry::{Vec2, clockwise, heading};
 use crate::scene::Scene;
-use crate::world::GroundKind;
 use battery::Battery;
 use contact::Touch;
+use floor::Underfoot;
 use hook::Going;
 use motor::{IN_PER_M, Motor, ROTOR_KG};
 
@@ -53,14 +54,6 @@ const TAIL_IN: f64 = 5.0;
 /// Slower than this counts as standing.
 const STILL_IN_S: f64 = 0.1;
 const STILL_RAD_S: f64 = 0.01;
-
-/// What holds a wheel back on a sill and on a carpet, as a share of a stalled motor's force.
-const SILL_SHARE: f64 = 0.2;
-const CARPET_SHARE: f64 = 0.06;
-/// Share of the way that wheels lose on a carpet.
-const CARPET_CREEP: f64 = 0.02;
-/// In in/s^2.
-const GRAVITY: f64 = 9.81 * IN_PER_M;
 
 /// How far real wheels are from the drawing: limits of even spreads.
 const WHEEL_SPREAD: f64 = 0.004;
@@ -175,29 +168,10 @@ impl Body {
 
     /// Finds out what floor it stands on.
     pub(crate) fn feel_the_floor(&mut self, scene: &Scene) {
-        if scene.grounds.is_empty() {
-            return;
+        if !scene.grounds.is_empty() {
+            let axle = clockwise(heading(self.theta_rad)) * self.half_track_in;
+            self.underfoot = Underfoot::at(scene, self.center, axle);
         }
-        let axle = clockwise(heading(self.theta_rad)) * self.half_track_in;
-        let (left, right) = (self.center - axle, self.center + axle);
-        let mut floor = Underfoot::default();
-        for ground in &scene.grounds {
-            let share = match ground.kind {
-                GroundKind::Sill => SILL_SHARE,
-                GroundKind::Carpet => CARPET_SHARE,
-                GroundKind::Ramp => 0.0,
-            };
-            let friction = motor::load_friction(share);
-            floor.friction.0 += if ground.has(left) { friction } else { 0.0 };
-            floor.friction.1 += if ground.has(right) { friction } else { 0.0 };
-            if ground.has(self.center) {
-                floor.downhill -= ground.slope * GRAVITY;
-                if ground.kind == GroundKind::Carpet {
-                    floor.creep = CARPET_CREEP;
-                }
-            }
-        }
-        self.underfoot = floor;
     }
 
     /// Its speeds, as something that hangs on the bumper feels them.
@@ -449,17 +423,6 @@ impl Body {
     pub(crate) fn take_edges(&mut self) -> (u16, u16) {
         (self.left.take_edges(), self.right.take_edges())
     }
-}
-
-/// What the floor where it stands does to it.
-#[derive(Clone, Copy, Debug, Default)]
-struct Underfoot {
-    /// Beside the wheels' own, left and right.
-    friction: (f64, f64),
-    /// Acceleration in the plan.
-    downhill: Vec2,
-    /// Share of the way that the wheels lose.
-    creep: f64,
 }
 
 /// The floor's impulses of the present step.

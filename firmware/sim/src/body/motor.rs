@@ -70,6 +70,12 @@ pub(crate) fn load_friction(share: f64) -> f64 {
     share * (12.0 - BRIDGE_DROP_V) / RESISTANCE_OHM * FORCE_PER_A
 }
 
+/// Force that back EMF takes for each inch a second, in kg/s.
+#[cfg(test)]
+pub(crate) fn damping() -> f64 {
+    FORCE_PER_A / (IN_S_PER_V * RESISTANCE_OHM)
+}
+
 /// Current that holds against a dry friction.
 #[cfg(test)]
 pub(crate) fn current_for(friction: f64) -> f64 {

@@ -1,3 +1,4 @@
+use super::floor::GRAVITY;
 use super::*;
 use crate::dice::Stream;
 use crate::testing::{docking, landing, room};
@@ -363,4 +364,27 @@ fn wheels_creep_on_a_carpet() {
         "{} {rolled_in}",
         body.path_in
     );
+}
+
+#[test]
+fn a_step_of_the_pulse_width_is_answered_by_an_exponential() {
+    let scene = room(100, &[]);
+    let conditions = Conditions {
+        load_share: 0.0,
+        ..ideal(12.0)
+    };
+    let mut body = body_at(300.0, 30.0, 0.0, &conditions);
+    // Each motor drives its rotor and half of the robot against back EMF.
+    let moved_kg = ROTOR_KG + MASS_KG / 2.0;
+    let time_constant_s = moved_kg / motor::damping();
+    for step in 1..=1500 {
+        drive(&mut body, &scene, 128, 128, 1);
+        let final_in_s = motor::steady_speed_in_s(128.0 / 255.0, body.battery.terminal_v(), 0.0);
+        let expected = final_in_s * (1.0 - libm::exp(-f64::from(step) * STEP_S / time_constant_s));
+        let speed = body.speed_in_s();
+        assert!(
+            (speed - expected).abs() < 0.12,
+            "after {step} ms: {speed} for {expected}"
+        );
+    }
 }

@@ -27,8 +27,42 @@ const DEAF: f64 = 0.005;
 /// A ray that comes back this near to the transducer is heard.
 const APERTURE_IN: f64 = 2.5;
 
+/// Way of sound in a millisecond.
+const SOUND_IN_MS: f64 = 13.5;
+/// Share of the neighbour's late echoes that a ranger hears.
+const HEARS_NEIGHBOUR: f64 = 0.5;
+
+/// Both rangers: an echo of one's ping that is still under way when the other pings may pass for its own.
+#[derive(Clone, Debug, Default)]
+pub(crate) struct Sonars {
+    /// Who pinged last, when, and the way its sound takes.
+    last: Option<(Side, u64, f64)>,
+}
+
+impl Sonars {
+    /// A ping at a time: what its ranger will report.
+    pub(crate) fn ping(
+        &mut self,
+        scene: &Scene,
+        view: View,
+        side: Side,
+        now_ms: u64,
+        dice: &mut Dice,
+    ) -> Option<u16> {
+        let own = ping(scene, view, side, dice);
+        let before = self.last;
+        self.last = own.map(|range_in| (side, now_ms, 2.0 * f64::from(range_in)));
+        let foreign = before.and_then(|(other, sent_ms, way_in)| {
+            let left_in = way_in - (now_ms - sent_ms) as f64 * SOUND_IN_MS;
+            (other != side && left_in > 0.0 && dice.chance(HEARS_NEIGHBOUR))
+                .then_some((left_in / 2.0).max(NEAR_IN) as u16)
+        });
+        own.into_iter().chain(foreign).min()
+    }
+}
+
 /// Distance of the first echo in whole inches, `None` when none comes back.
-pub(crate) fn ping(scene: &Scene, view: View, side: Side, dice: &mut Dice) -> Option<u16> {
+fn ping(scene: &Scene, view: View, side: Side, dice: &mut Dice) -> Option<u16> {
     let sign = match side {
         Side::Left => -1.0,
         Side::Right => 1.0,
@@ -179,5 +213,37 @@ mod tests {
         let scene = room(100, &[]);
         let view = view_at(300.0, 594.0 - 6.0, 0.0);
         assert_eq!(median(ranges(&scene, view, Side::Left)), 3);
+    }
+
+    #[test]
+    fn without_noise_the_range_is_the_geometry_to_the_inch() {
+        let scene = room(100, &[]);
+        let mut dice = Dice::for_sensor(1, Stream::Sonar, false);
+        for distance_in in 4..=400_u16 {
+            let y_in = 594.0 - f64::from(distance_in) - AHEAD_IN;
+            let range = ping(&scene, view_at(300.0, y_in, 0.0), Side::Left, &mut dice);
+            // The nearest ray of the fan is two thirds of a degree off square.
+            assert_eq!(range, Some(distance_in));
+        }
+    }
+
+    #[test]
+    fn pings_in_quick_succession_hear_each_other_and_patient_ones_do_not() {
+        let scene = room(100, &[]);
+        // The left ranger sees a wall 400 inches away, the right one pings while its echo is under way.
+        let view = view_at(300.0, 594.0 - 400.0 - AHEAD_IN, 0.0);
+        let short = |apart_ms: u64| {
+            let mut dice = Dice::new(2, Stream::Sonar);
+            (0..200)
+                .filter(|_| {
+                    let mut sonars = Sonars::default();
+                    sonars.ping(&scene, view, Side::Left, 0, &mut dice);
+                    let range = sonars.ping(&scene, view, Side::Right, apart_ms, &mut dice);
+                    range.is_some_and(|range_in| range_in < 100)
+                })
+                .count()
+        };
+        assert!((70..130).contains(&short(50)), "{}", short(50));
+        assert_eq!(short(100), 0);
     }
 }

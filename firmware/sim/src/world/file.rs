@@ -129,6 +129,7 @@ pub(super) fn parse(file: &str, text: &str) -> Result<World, WorldError> {
         .into_iter()
         .map(|(solid, material)| Obstacle { solid, material })
         .collect();
+    let plan_solids = obstacles.len();
     let mut outlines = plan.outlines();
     let mut overheads = Vec::new();
     let mut snags = Vec::new();
@@ -191,6 +192,7 @@ pub(super) fn parse(file: &str, text: &str) -> Result<World, WorldError> {
         grid: plan.grid(&source),
         drops: plan.drops(),
         obstacles,
+        plan_solids,
         grounds,
         snags,
         overheads,

@@ -12,7 +12,9 @@ mod grid;
 mod ground;
 mod material;
 mod outline;
+mod picture;
 mod plan;
+mod svg;
 
 use std::path::Path;
 
@@ -56,6 +58,8 @@ pub struct World {
     pub(crate) grid: Grid,
     pub(crate) drops: Drops,
     pub(crate) obstacles: Vec<Obstacle>,
+    /// How many of the obstacles, the first, are the plan's own.
+    pub(crate) plan_solids: usize,
     pub(crate) grounds: Vec<Ground>,
     pub(crate) snags: Vec<Snag>,
     pub(crate) overheads: Vec<Overhead>,
@@ -147,22 +151,29 @@ impl World {
     ///
     /// # Errors
     ///
-    /// When it is neither, or the file has a mistake.
+    /// When it is none of these, or the file has a mistake.
     pub fn open(name_or_path: &str) -> Result<Self, WorldError> {
+        Self::parse(name_or_path, &Self::source(name_or_path)?)
+    }
+
+    /// The text of what [`World::open`] opens, mistakes and all.
+    ///
+    /// # Errors
+    ///
+    /// When there is none.
+    pub fn source(name_or_path: &str) -> Result<String, WorldError> {
         if let Some(text) = built_in_text(name_or_path) {
-            return Self::parse(name_or_path, text);
+            return Ok(text.to_owned());
         }
-        if let Some(seed) = name_or_path.strip_prefix("generated:")
-            && let Ok(seed) = seed.parse()
-        {
-            return Ok(Self::generated(seed));
+        let seed = name_or_path.strip_prefix("generated:");
+        if let Some(seed) = seed.and_then(|seed| seed.parse().ok()) {
+            return Ok(Self::generated_text(seed));
         }
         let path = Path::new(name_or_path);
-        let text = std::fs::read_to_string(path).map_err(|source| WorldError::Read {
+        std::fs::read_to_string(path).map_err(|source| WorldError::Read {
             path: path.to_owned(),
             source,
-        })?;
-        Self::parse(name_or_path, &text)
+        })
     }
 
     /// Reads the text of a world; `file` is how errors call it.

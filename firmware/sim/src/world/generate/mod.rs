@@ -1,5 +1,7 @@
 //! Houses made from a seed: rooms, doors and what stands about, as the text of a world.
 
+mod furnish;
+
 use std::fmt::Write as _;
 
 use super::World;
@@ -8,8 +10,6 @@ use crate::dice::{Dice, Stream};
 const CELL_IN: usize = 6;
 /// Cells kept free on either side of a doorway.
 const APPROACH: usize = 6;
-/// Cells between pieces of furniture: 18 inches, so that the robot passes.
-const GAP: usize = 3;
 /// Houses drawn before one has every place within reach; nearly always the first has.
 const ATTEMPTS: u64 = 100;
 
@@ -239,189 +239,6 @@ impl House {
         }
     }
 
-    /// The robot's start in the middle of the first room, with three feet kept free around it.
-    fn start(&mut self) {
-        let room = self.rooms[0];
-        let row = usize::midpoint(room.north, room.south);
-        let column = usize::midpoint(room.west, room.east);
-        let nose = ['^', '>', 'v', '<'][pick(&mut self.dice, 4)];
-        let cell = Cells {
-            west: column,
-            north: row,
-            east: column + 1,
-            south: row + 1,
-        };
-        self.fill(cell, nose);
-        self.take(cell.grown(3));
-    }
-
-    /// A dock at the outer wall of a room, with its beam kept free.
-    fn dock(&mut self) {
-        let number = pick(&mut self.dice, self.rooms.len());
-        let room = self.rooms[number];
-        let faces_south = room.north == 1;
-        for _ in 0..40 {
-            let west = room.west + 2 + pick(&mut self.dice, room.east - room.west - 9);
-            let beam = if faces_south {
-                Cells {
-                    west,
-                    north: room.north,
-                    east: west + 7,
-                    south: room.north + 12,
-                }
-            } else {
-                Cells {
-                    west,
-                    north: room.south - 12,
-                    east: west + 7,
-                    south: room.south,
-                }
-            };
-            if !self.is_free(beam) {
-                continue;
-            }
-            let row = if faces_south {
-                room.north
-            } else {
-                room.south - 1
-            };
-            let cell = Cells {
-                west: west + 3,
-                north: row,
-                east: west + 4,
-                south: row + 1,
-            };
-            let (x, y) = self.middle(cell);
-            let facing_deg = if faces_south { 180 } else { 0 };
-            self.add(&format!(
-                "[dock]\nat = [{x}, {y}]\nfacing_deg = {facing_deg}\n"
-            ));
-            self.take(beam);
-            return;
-        }
-    }
-
-    /// A cat that walks across a room.
-    fn cat(&mut self) {
-        let number = pick(&mut self.dice, self.rooms.len());
-        let room = self.rooms[number];
-        let row = usize::midpoint(room.north, room.south) + 2;
-        let way = Cells {
-            west: room.west + 4,
-            north: row,
-            east: room.east - 4,
-            south: row + 1,
-        };
-        self.take(way.grown(1));
-        let ends = [way.west, way.east - 1].map(|column| {
-            let (x, y) = self.middle(Cells {
-                west: column,
-                north: row,
-                east: column + 1,
-                south: row + 1,
-            });
-            format!("[{x}, {y}]")
-        });
-        let pause_s = 20 + pick(&mut self.dice, 100);
-        self.add(&format!(
-            "[[walker]]\nkind = \"cat\"\npath = [{}, {}]\nspeed_in_s = 14\npause_s = {pause_s}\n",
-            ends[0], ends[1]
-        ));
-    }
-
-    /// Furniture along the walls, as much as finds room, things that stand about, a lamp.
-    fn furnish(&mut self, room: Cells) {
-        for _ in 0..10 + pick(&mut self.dice, 10) {
-            self.piece(room);
-        }
-        for _ in 0..6 + pick(&mut self.dice, 10) {
-            self.clutter(room);
-        }
-        if self.dice.chance(0.3) {
-            let (x, y) = self.middle(room);
-            self.add(&format!(
-                "[[ground]]\nkind = \"carpet\"\nat = [{x}, {y}]\nsize_in = [72, 54]\n"
-            ));
-        }
-        let (x, y) = self.middle(room);
-        let candela = 40 + pick(&mut self.dice, 100);
-        let on = self.dice.chance(0.8);
-        let name = self.things.matches("[[lamp]]").count() + 1;
-        self.add(&format!(
-            "[[lamp]]\nname = \"room {name}\"\nat = [{x}, {y}]\ncandela = {candela}\nheight_in = 84\non = {on}\n"
-        ));
-    }
-
-    fn piece(&mut self, room: Cells) {
-        let long = 5 + pick(&mut self.dice, 9);
-        let deep = 3 + pick(&mut self.dice, 4);
-        let glyph = ['w', 'w', 's', 'k', 'w'][pick(&mut self.dice, 5)];
-        let along_x = pick(&mut self.dice, 2) == 0;
-        let at_far_side = pick(&mut self.dice, 2) == 0;
-        let (wide, tall) = if along_x { (long, deep) } else { (deep, long) };
-        let (room_wide, room_tall) = (room.east - room.west, room.south - room.north);
-        let room_along = if along_x {
-            room_wide - wide
-        } else {
-            room_tall - tall
-        };
-        // A slit between a piece and a corner is no use to anyone.
-        let shift = match pick(&mut self.dice, room_along + 1) {
-            shift if shift < GAP => 0,
-            shift if shift + GAP > room_along => room_along,
-            shift => shift,
-        };
-        let far = usize::from(at_far_side);
-        let (west, north) = if along_x {
-            (room.west + shift, room.north + far * (room_tall - tall))
-        } else {
-            (room.west + far * (room_wide - wide), room.north + shift)
-        };
-        let piece = Cells {
-            west,
-            north,
-            east: west + wide,
-            south: north + tall,
-        };
-        if self.is_free(piece) {
-            self.fill(piece, glyph);
-            self.take(piece.grown(GAP));
-        }
-    }
-
-    fn clutter(&mut self, room: Cells) {
-        // Kind, half of the cells it needs, and what its entry says besides.
-        const KINDS: [(&str, usize, &str); 9] = [
-            ("chair", 2, ""),
-            ("chair", 2, ""),
-            ("table", 4, "size_in = [36, 24]\n"),
-            ("low-table", 4, "size_in = [36, 20]\n"),
-            ("office-chair", 3, ""),
-            ("leg", 1, "radius_in = 4\nmade_of = \"soft\"\n"),
-            ("box", 1, "size_in = [12, 8]\n"),
-            ("shoe", 1, ""),
-            ("cord", 2, "size_in = [36, 1]\n"),
-        ];
-        let (kind, half, rest) = KINDS[pick(&mut self.dice, KINDS.len())];
-        let turned_deg = pick(&mut self.dice, 180);
-        let margin = half + 2;
-        let column = room.west + margin + pick(&mut self.dice, room.east - room.west - 2 * margin);
-        let row = room.north + margin + pick(&mut self.dice, room.south - room.north - 2 * margin);
-        let cell = Cells {
-            west: column,
-            north: row,
-            east: column + 1,
-            south: row + 1,
-        };
-        if self.is_free(cell.grown(half)) {
-            let (x, y) = self.middle(cell);
-            self.add(&format!(
-                "[[clutter]]\nkind = \"{kind}\"\nat = [{x}, {y}]\nturned_deg = {turned_deg}\n{rest}"
-            ));
-            self.take(cell.grown(half + GAP));
-        }
-    }
-
     /// The middle of some cells in inches from the south-west corner.
     fn middle(&self, cells: Cells) -> (usize, usize) {
         let x = (cells.west + cells.east) * CELL_IN / 2;
@@ -452,5 +269,5 @@ impl House {
 
 /// Evenly from 0 up to, not including, `count`.
 fn pick(dice: &mut Dice, count: usize) -> usize {
-    (u64::from(dice.next_u32()) * count as u64 >> 32) as usize
+    ((u64::from(dice.next_u32()) * count as u64) >> 32) as usize
 }

@@ -1,0 +1,142 @@
+//! A world as a picture of characters.
+
+use std::fmt::Write as _;
+
+use super::material::Material;
+use super::{GroundKind, World};
+use crate::geometry::{Solid, Vec2};
+
+/// What the characters mean, in the order of the legend.
+const LEGEND: &[(char, &str)] = &[
+    ('#', "wall"),
+    ('=', "glass"),
+    ('w', "wood"),
+    ('s', "soft"),
+    ('k', "dark"),
+    ('o', "low: only the bumper meets it"),
+    ('i', "a leg"),
+    ('x', "a black leg or caster"),
+    ('f', "the feet of someone who sits"),
+    ('-', "a cord"),
+    ('~', "no floor"),
+    (',', "carpet"),
+    ('_', "sill"),
+    ('/', "incline"),
+    ('D', "dock"),
+    ('*', "lamp"),
+    ('+', "lamp that is off"),
+    ('p', "a person's or a cat's way"),
+    ('^', "start"),
+    ('>', "start"),
+    ('v', "start"),
+    ('<', "start"),
+];
+
+impl World {
+    /// The world from above, north up, one character a cell, and below it what the characters mean.
+    #[must_use]
+    pub fn picture(&self) -> String {
+        let grid = &self.grid;
+        let mut cells: Vec<char> = grid
+            .glyphs
+            .iter()
+            .map(|glyph| {
+                if glyph.is_ascii_uppercase() {
+                    '.'
+                } else {
+                    *glyph
+                }
+            })
+            .collect();
+        let mut paint = |glyph: char, is_there: &dyn Fn(Vec2) -> bool| {
+            for (index, cell) in cells.iter_mut().enumerate() {
+                let center = grid.center(index / grid.columns, index % grid.columns);
+                if *cell != '#' && is_there(center) {
+                    *cell = glyph;
+                }
+            }
+        };
+        for ground in &self.grounds {
+            let glyph = match ground.kind {
+                GroundKind::Sill => '_',
+                GroundKind::Carpet => ',',
+                GroundKind::Ramp => '/',
+            };
+            paint(glyph, &|center| covers(&ground.solid, center, grid.cell_in));
+        }
+        for snag in &self.snags {
+            paint('-', &|center| covers(&snag.solid, center, grid.cell_in));
+        }
+        for thing in self.obstacles.iter().skip(self.plan_solids) {
+            let glyph = glyph(thing.material);
+            paint(glyph, &|center| covers(&thing.solid, center, grid.cell_in));
+        }
+        let mut put = |glyph: char, place: Vec2| {
+            if let Some((row, column)) = grid.cell_at(place) {
+                cells[row * grid.columns + column] = glyph;
+            }
+        };
+        for place in self.walkers.iter().flat_map(|walker| &walker.path) {
+            put('p', *place);
+        }
+        for lamp in &self.lamps {
+            put(if lamp.on { '*' } else { '+' }, lamp.center);
+        }
+        let start = Vec2::new(self.start.x_in, self.start.y_in);
+        if let Some((row, column)) = grid.cell_at(start) {
+            put(grid.glyph(row, column), start);
+        }
+        let mut picture = String::new();
+        for row in cells.chunks(grid.columns) {
+            picture.extend(row);
+            picture.truncate(picture.trim_end_matches(' ').len());
+            picture.push('\n');
+        }
+        let _ = writeln!(picture, "\n  {} inches a character", grid.cell_in);
+        for (glyph, meaning) in LEGEND {
+            if cells.contains(glyph) {
+                let _ = writeln!(picture, "  {glyph} {meaning}");
+            }
+        }
+        picture
+    }
+}
+
+const fn glyph(material: Material) -> char {
+    match material {
+        Material::Wall => '#',
+        Material::Glass => '=',
+        Material::Wood => 'w',
+        Material::Soft => 's',
+        Material::Dark => 'k',
+        Material::Low => 'o',
+        Material::Leg => 'i',
+        Material::DarkLeg => 'x',
+        Material::Alive => 'f',
+        Material::Dock => 'D',
+    }
+}
+
+/// Whether a solid covers a cell's centre, or is so small that it lies in the cell.
+fn covers(solid: &Solid, center: Vec2, cell_in: f64) -> bool {
+    let half = Vec2::splat(cell_in / 2.0);
+    let is_inside = |point: Vec2| (point - center).abs().cmplt(half).all();
+    match *solid {
+        Solid::Round { center: middle, .. } if is_inside(middle) => true,
+        _ => {
+            solid.approach(center).0
+                <= if is_thin(solid, cell_in) {
+                    cell_in / 2.0
+                } else {
+                    0.0
+                }
+        }
+    }
+}
+
+fn is_thin(solid: &Solid, cell_in: f64) -> bool {
+    match solid {
+        Solid::Block { cuboid, .. } => cuboid.half_extents.min_element() < cell_in / 2.0,
+        Solid::Round { .. } => false,
+    }
+}
