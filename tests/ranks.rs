@@ -111,6 +111,7 @@ const SIMULATING: &[&str] = &[
     "src/commands/sim.rs",
     "src/commands/simulated.rs",
     "src/commands/watch.rs",
+    "src/commands/world.rs",
 ];
 
 /// Clocks may be read here and nowhere else in the station.

@@ -75,6 +75,8 @@ Neither goto nor route changes the mode, unless --go: then `mode prowl` follows.
     Info(Info),
     /// List the serial ports of this machine.
     Ports(Ports),
+    /// Show a world as a picture and check it; without a name, list those that come with the program.
+    World(World),
 }
 
 /// What to simulate.
@@ -396,6 +398,29 @@ pub struct Info {
     /// As JSON, one object a file
     #[arg(long)]
     pub json: bool,
+}
+
+/// `world`
+#[derive(Debug, Args)]
+#[command(after_help = "\
+  groundwave world                          list them
+  groundwave world office                   show one
+  groundwave world my-flat.toml             check and show your own
+  groundwave world generated:7 --text       a house made from a seed, as a file to start from
+  groundwave world house --svg house.svg    draw it to scale")]
+pub struct World {
+    /// A world that comes with the program, generated:SEED or a TOML file
+    #[arg(value_name = "NAME|FILE")]
+    pub world: Option<String>,
+    /// Write it as a drawing
+    #[arg(long, value_name = "FILE", requires = "world")]
+    pub svg: Option<PathBuf>,
+    /// Write the world's own text instead of a picture
+    #[arg(long, requires = "world", conflicts_with = "svg")]
+    pub text: bool,
+    /// Overwrite an existing file
+    #[arg(long, requires = "svg")]
+    pub force: bool,
 }
 
 /// `ports`

@@ -18,6 +18,7 @@ mod sim;
 pub mod simulated;
 mod via;
 mod watch;
+mod world;
 
 use std::fmt::Display;
 use std::io::{self, Write};
@@ -111,6 +112,7 @@ pub fn run(cli: &Cli) -> ExitCode {
         Command::Decode(decode) => decode::run(decode),
         Command::Info(info) => info::run(info),
         Command::Ports(ports) => ports::run(ports),
+        Command::World(world) => world::run(world),
     });
     match result {
         Ok(()) => ExitCode::SUCCESS,

@@ -1,0 +1,78 @@
+//! `world`: the worlds there are, a world as a picture, and what is wrong with it.
+
+use std::fs::File;
+use std::io::{self, Write};
+use std::path::Path;
+
+use sr04_sim::World;
+
+use super::cli;
+use super::{Exit, Fault, say};
+
+pub(super) fn run(options: &cli::World) -> Result<(), Fault> {
+    let Some(name) = &options.world else {
+        return show(&list());
+    };
+    let bad = |error| Fault::new(Exit::Usage, error);
+    if options.text {
+        return show(&World::source(name).map_err(bad)?);
+    }
+    let world = World::open(name).map_err(bad)?;
+    for warning in world.warnings(name) {
+        say(format_args!("{warning}"));
+    }
+    match &options.svg {
+        Some(path) => write_file(path, &world.svg(), options.force),
+        None => show(&described(&world)),
+    }
+}
+
+fn list() -> String {
+    World::built_in_names()
+        .filter_map(|name| Some((name, World::built_in(name)?)))
+        .map(|(name, world)| format!("{name:12}  {}\n", world.about()))
+        .chain(["generated:7   A house made from seed 7, or any other\n".to_owned()])
+        .collect()
+}
+
+fn described(world: &World) -> String {
+    let [width, height] = world.size_in();
+    format!(
+        "{}: {}\n{:.0} by {:.0} ft, the robot can reach {:.0} % of the floor on which it can stand\n\n{}",
+        world.name(),
+        world.about(),
+        width / 12.0,
+        height / 12.0,
+        world.reach() * 100.0,
+        world.picture()
+    )
+}
+
+fn show(text: &str) -> Result<(), Fault> {
+    let mut out = io::stdout().lock();
+    out.write_all(text.as_bytes())
+        .and_then(|()| out.flush())
+        .or_else(|error| Fault::output(&error))
+}
+
+fn write_file(path: &Path, text: &str, force: bool) -> Result<(), Fault> {
+    let file = if force {
+        File::create(path)
+    } else {
+        File::create_new(path)
+    };
+    file.and_then(|mut file| file.write_all(text.as_bytes()))
+        .map_err(|error| match error.kind() {
+            io::ErrorKind::AlreadyExists => Fault::new(
+                Exit::Usage,
+                format!(
+                    "{} exists: choose another name, or say --force to overwrite it",
+                    path.display()
+                ),
+            ),
+            _ => Fault::new(
+                Exit::Failed,
+                format!("cannot write {}: {error}", path.display()),
+            ),
+        })
+}
