@@ -1,6 +1,6 @@
 //! A wish about parameters under way: an acknowledgement is not enough, line P has to come back.
 
-use std::collections::BTreeSet;
+use std::collections::{BTreeSet, VecDeque};
 use std::time::Duration;
 
 use groundwave_protocol::command::Order;
@@ -14,8 +14,8 @@ use crate::request::Tuning;
 /// a second and a half after the order at most.
 const PATIENCE: Duration = Duration::from_millis(2500);
 
-/// So many times it is asked for in vain.
-const ASKS_MAX: u8 = 8;
+/// So many rounds of asking may bring nothing: where one line in two is lost, one wish in a thousand ends so.
+const VAIN_ROUNDS_MAX: u8 = 12;
 
 /// What is known of a wish about parameters.
 #[derive(Debug)]
@@ -26,8 +26,10 @@ pub(super) struct Tuner {
     /// Parameters that the robot has.
     count: Option<u8>,
     state: State,
-    /// Orders in a row that no line followed.
-    asks: u8,
+    /// Places still to be asked for in this round: one order after the other, without waiting for the lines.
+    round: VecDeque<u8>,
+    /// Rounds in a row that brought nothing.
+    vain_rounds: u8,
 }
 
 #[derive(Clone, Copy, Debug)]
@@ -63,7 +65,8 @@ impl Tuner {
             heard: BTreeSet::new(),
             count: None,
             state: State::Ordered,
-            asks: 0,
+            round: VecDeque::new(),
+            vain_rounds: 0,
         };
         (tuner, order(&wish))
     }
@@ -73,6 +76,7 @@ impl Tuner {
         match (outcome, self.wish) {
             (Outcome::Done, Tuning::Save) => Verdict::Proven,
             (Outcome::Done, _) if self.is_complete() => Verdict::Proven,
+            (Outcome::Done, _) if !self.round.is_empty() => self.ask_next(),
             (Outcome::Done, _) => {
                 self.state = State::Listening {
                     again_at: now + PATIENCE,
@@ -109,29 +113,32 @@ impl Tuner {
             return (false, Verdict::Wait);
         }
         self.count = Some(line.count);
-        let was_in_vain = std::mem::take(&mut self.asks) > 0;
+        self.vain_rounds = 0;
         let State::Listening { again_at } = &mut self.state else {
             return (true, Verdict::Wait);
         };
         *again_at = now + PATIENCE;
-        if self.is_complete() {
-            return (true, Verdict::Proven);
-        }
-        // The robot has said all it was asked for once: from then on it is asked for one at a time.
-        if was_in_vain {
-            return (true, self.ask());
-        }
-        (true, Verdict::Wait)
+        let verdict = if self.is_complete() {
+            Verdict::Proven
+        } else {
+            Verdict::Wait
+        };
+        (true, verdict)
     }
 
     /// Lets time pass.
     pub(super) fn handle_timeout(&mut self, now: Moment) -> Verdict {
         match self.state {
             State::Listening { again_at } if now >= again_at => {
-                if self.asks == ASKS_MAX {
+                self.vain_rounds += 1;
+                if self.vain_rounds > VAIN_ROUNDS_MAX {
                     return Verdict::TimedOut;
                 }
-                self.ask()
+                if let (Tuning::List, Some(count)) = (self.wish, self.count) {
+                    let missing = (1..=count).filter(|place| !self.heard.contains(place));
+                    self.round = missing.collect();
+                }
+                self.ask_next()
             }
             State::Refused { outcome, until } if now >= until => Verdict::Refused(outcome),
             _ => Verdict::Wait,
@@ -148,20 +155,15 @@ impl Tuner {
     }
 
     /// Asks for what is missing, and never sets anything again.
-    fn ask(&mut self) -> Verdict {
-        self.asks += 1;
+    fn ask_next(&mut self) -> Verdict {
         self.state = State::Ordered;
         Verdict::Ask(match self.wish {
             Tuning::Get(name) | Tuning::Set(name, _) => Order::ReadParameter {
                 key: key(name.as_str()),
             },
-            Tuning::List | Tuning::Save => {
-                let mut all = 1..=self.count.unwrap_or_default();
-                let missing = all.find(|place| !self.heard.contains(place));
-                Order::ReadParameters {
-                    place: missing.unwrap_or_default().into(),
-                }
-            }
+            Tuning::List | Tuning::Save => Order::ReadParameters {
+                place: self.round.pop_front().unwrap_or_default().into(),
+            },
         })
     }
 
