@@ -400,7 +400,7 @@ fn a_route_is_driven_to_its_end_where_it_stops_and_sings() {
         Body::Song(song) => Some(song.notes().count()),
         _ => None,
     });
-    let notes = sr04_firmware::song::FINISHED.len();
+    let notes = sr04_firmware::song::Song::Finished.notes().len();
     assert_eq!(sung.collect::<Vec<_>>(), [notes], "the song is told once");
     // Prowling on with the list at its end is prowling freely.
     bench.order(key, Order::Mode(Mode::Prowl));
