@@ -1,5 +1,7 @@
 //! Parameters end to end: set, said, kept, brought back by a reset; over seeds, and as people type it.
 
+#![expect(clippy::unwrap_used, reason = "a test stops where something is wrong")]
+
 mod common;
 #[cfg(unix)]
 #[path = "common/programs.rs"]
