@@ -36,6 +36,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     let mut station = Station::new(arq::Config::new(1), true);
     let mut model = Model::new(Config {
         raw_copy: Some("cat /dev/pts/3".to_owned()),
+        silent: false,
         ..Config::default()
     });
     let size = Event::Resize {

@@ -7,7 +7,7 @@ use std::time::Duration;
 
 use groundwave_protocol::Waypoint;
 use groundwave_protocol::decoder::Counters;
-use groundwave_protocol::telemetry::{AckLine, Line, Outcome};
+use groundwave_protocol::telemetry::{AckLine, Line, Outcome, ParameterLine};
 
 use crate::request::Request;
 use crate::statistics::Statistics;
@@ -109,6 +109,8 @@ pub enum Effect {
     ReplayPause(bool),
     /// Play a replay at this multiple of real time.
     ReplaySpeed(f64),
+    /// Ring the bell: the robot sings, or calls.
+    Ring,
     /// Draw the whole screen anew: something else wrote on it.
     Redraw,
     /// Stop the program and put it in the background.
@@ -138,6 +140,8 @@ pub enum CommandStep {
         /// Waypoints in the list.
         total: u16,
     },
+    /// The robot told of a parameter that was asked for.
+    Told(Box<ParameterLine>),
     /// The robot's own acknowledgement says that it was executed; for a list, that the robot verified
     /// this digest.
     Proven {

@@ -2,10 +2,16 @@
 //!
 //! The same words serve `groundwave send`, scripts and the dashboard.
 
+mod preset;
+mod tuning;
+
 use std::fmt;
 
 use groundwave_protocol::failsafe::{Failsafe, SILENCE_MAX_S, SILENCE_MIN_S};
 use groundwave_protocol::letters::{Layer, LayerMask, Mode};
+pub use tuning::Tuning;
+
+use groundwave_protocol::parameter::{NAME_BYTES, VALUE_MAX};
 use groundwave_protocol::{WAYPOINT_LIMIT_IN, WAYPOINTS_MAX, Waypoint};
 
 /// A wish, before it has become frames on the radio.
@@ -19,6 +25,8 @@ pub enum Request {
     Enable(LayerMask),
     /// Allow these layers no longer.
     Disable(LayerMask),
+    /// Allow exactly these layers.
+    Only(LayerMask),
     /// Replace the waypoint list; empty clears it.
     Route(Vec<Waypoint>),
     /// Take this for the robot's pose.
@@ -32,6 +40,8 @@ pub enum Request {
     Scan,
     /// What to do when the ground falls silent; `None`: carry on.
     Failsafe(Option<Failsafe>),
+    /// Read, change or keep the robot's parameters.
+    Parameter(Tuning),
 }
 
 /// Why words are no request.
@@ -69,13 +79,24 @@ pub enum RequestError {
         "`failsafe {0}`: the silence is {SILENCE_MIN_S} to {SILENCE_MAX_S} seconds, and the mode one that needs no operator; try `failsafe home 30s`"
     )]
     Failsafe(String),
+    /// Nothing that a parameter could be called.
+    #[error(
+        "`{0}` is no parameter's name: 1 to {NAME_BYTES} lower case letters, digits and hyphens; `param list` shows them"
+    )]
+    ParameterName(String),
+    /// Nothing that a parameter could be.
+    #[error("`{0}` is not a whole number from -{VALUE_MAX} to {VALUE_MAX}")]
+    ParameterValue(String),
+    /// No preset of that name.
+    #[error("unknown preset `{0}`; presets are {1}")]
+    UnknownPreset(String, String),
     /// Too many waypoints for the robot's memory.
     #[error("{0} waypoints; the robot's list holds {WAYPOINTS_MAX}")]
     TooManyWaypoints(usize),
 }
 
-const COMMANDS: &str =
-    "stop, mode, enable, disable, goto, route, clear, set-pose, reset-pose, scan, failsafe";
+const COMMANDS: &str = "stop, mode, prowl, reactive, passive, wander, home, dock, enable, disable, only, preset, goto, \
+                        route, clear, set-pose, reset-pose, scan, failsafe, param";
 const LAYERS: &str = "user, bumpers, rotate, ir, sonar, photo, motion, route";
 const MODES: &str = "prowl, reactive, passive, wander, home, forage, calibrate, user, stop";
 
@@ -111,6 +132,17 @@ pub const fn mode_word(mode: Mode) -> &'static str {
 }
 
 impl Request {
+    /// Reads what words ask for, one request after the other: `preset` asks for several.
+    ///
+    /// # Errors
+    /// Says which word is wrong and what would be right.
+    pub fn all_from_words<S: AsRef<str>>(words: &[S]) -> Result<Vec<Self>, RequestError> {
+        match words {
+            [preset, name] if preset.as_ref() == "preset" => preset::requests(name.as_ref()),
+            words => Self::from_words(words).map(|request| vec![request]),
+        }
+    }
+
     /// Reads a request from words. `route` is not among them: its words name a file, which the caller
     /// reads with [`crate::route`].
     ///
@@ -129,6 +161,13 @@ impl Request {
             ("stop", _) => Err(wrong("stop", "nothing")),
             ("mode", [mode]) => read_mode(mode),
             ("mode", _) => Err(wrong("mode", "one mode")),
+            ("prowl" | "reactive" | "passive" | "wander" | "home", []) => read_mode(command),
+            ("dock", []) => Ok(Self::Mode(Mode::Forage)),
+            ("preset", _) => Err(wrong("preset", "one name, and stands for several commands")),
+            ("only", ["none"]) => Ok(Self::Only(LayerMask::NONE)),
+            ("only", [layers]) => Ok(Self::Only(read_layers(layers)?)),
+            ("only", _) => Err(wrong("only", "layers separated by commas, or `none`")),
+            ("param", words) => Tuning::from_words(words).map(Self::Parameter),
             ("enable", [layers]) => Ok(Self::Enable(read_layers(layers)?)),
             ("enable", _) => Err(wrong("enable", "layers separated by commas")),
             ("disable", [layers]) => Ok(Self::Disable(read_layers(layers)?)),
@@ -193,6 +232,9 @@ impl fmt::Display for Request {
             Self::Mode(mode) => write!(f, "mode {}", mode_word(*mode)),
             Self::Enable(layers) => write!(f, "enable {}", layer_words(*layers)),
             Self::Disable(layers) => write!(f, "disable {}", layer_words(*layers)),
+            Self::Only(LayerMask::NONE) => f.write_str("only none"),
+            Self::Only(layers) => write!(f, "only {}", layer_words(*layers)),
+            Self::Parameter(tuning) => tuning.fmt(f),
             Self::Route(waypoints) => match waypoints[..] {
                 [] => f.write_str("clear"),
                 [Waypoint { x_in, y_in }] => write!(f, "goto {x_in} {y_in}"),

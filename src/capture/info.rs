@@ -181,11 +181,10 @@ impl Info {
         if self.missing_bytes > 0 {
             writeln!(output, "missing    {} bytes", self.missing_bytes)?;
         }
-        let rare: String = [("P", p), ("S", s)]
-            .iter()
-            .filter(|(_, count)| *count > 0)
-            .map(|(kind, count)| format!(", {kind} {count}"))
-            .collect();
+        let rare = match (p, s) {
+            (0, 0) => String::new(),
+            (p, s) => format!(", P {p}, S {s}"),
+        };
         writeln!(
             output,
             "lines      {all} intact: A {a}, B {b}, C {c}, T {t}, K {k}{rare}"

@@ -15,6 +15,7 @@ pub(super) fn from_environment() -> Config {
         colors: colors(set("NO_COLOR").is_some(), set("COLORFGBG").as_deref()),
         ascii: is_ascii(locale.as_deref()),
         raw_copy: None,
+        silent: false,
     }
 }
 

@@ -49,7 +49,11 @@ pub enum Command {
 COMMAND is one of:
   stop                          motors off; needs no session and no proof of who asks
   mode prowl|reactive|home|...  enter a mode (passive, wander, forage, calibrate, user, stop)
+  prowl reactive passive wander home dock     the same in one word; dock is forage
   enable L,L   disable L,L      layers: user bumpers rotate ir sonar photo motion route
+  only L,L|none                 these layers and no others
+  preset NAME                   layers and mode: all sonar-only sonar-ir moth shy reactive passive wander
+  param NAME VALUE              set a parameter; also param list, get NAME, set NAME VALUE, save
   goto X Y                      a list of one point, whole inches from the robot's origin
   route FILE|-                  a list of `X,Y` lines
   clear                         empty the robot's list
@@ -65,6 +69,15 @@ Neither goto nor route changes the mode, unless --go: then `mode prowl` follows.
   groundwave send --dry-run route square.txt
   groundwave send --via /tmp/x.sock mode prowl    through a station started with --share /tmp/x.sock")]
     Send(Send),
+    /// Read, change or keep the robot's parameters.
+    #[command(after_help = "\
+  groundwave param /dev/ttyUSB0 list
+  groundwave param /dev/ttyUSB0 get top-speed
+  groundwave param /dev/ttyUSB0 set top-speed 8      until the robot's next reset, unless saved
+  groundwave param --via /tmp/x.sock save            over a reset; the same words go after `send`, as `param ...`
+
+A value is proven when the robot acknowledged the order and then said the value itself.")]
+    Param(Param),
     /// Serve a simulated robot on a pseudo-terminal or a TCP port.
     Sim(Sim),
     /// Play a capture in the dashboard.
@@ -179,6 +192,9 @@ pub struct Demo {
     /// What to simulate.
     #[command(flatten)]
     pub simulated: Simulated,
+    /// Never ring the bell: neither for a song nor for a low battery
+    #[arg(long)]
+    pub no_bell: bool,
     /// Where received bytes are kept.
     #[command(flatten)]
     pub keeping: Keeping,
@@ -203,6 +219,9 @@ pub struct Watch {
     /// No dashboard: events as JSON lines on standard output
     #[arg(long)]
     pub headless: bool,
+    /// Never ring the bell: neither for a song nor for a low battery
+    #[arg(long)]
+    pub no_bell: bool,
     /// Where received bytes are kept.
     #[command(flatten)]
     pub keeping: Keeping,
@@ -284,6 +303,68 @@ pub struct Send {
     /// Say nothing but errors
     #[arg(short, long)]
     pub quiet: bool,
+}
+
+/// `param`
+#[derive(Debug, Args)]
+pub struct Param {
+    /// A serial device, tcp:HOST:PORT or sim; none with --via
+    #[arg(required_unless_present = "via")]
+    link: Option<String>,
+    /// list, get NAME, set NAME VALUE or save
+    #[arg(
+        value_name = "WHAT",
+        allow_negative_numbers = true,
+        required_unless_present = "via"
+    )]
+    words: Vec<String>,
+    /// Send through the station that owns the radio and shares it with --share
+    #[arg(long, value_name = "ADDR|PATH")]
+    via: Option<Address>,
+    /// Give up after this long without proof
+    #[arg(long, value_name = "T", value_parser = parse_duration, default_value = "2m")]
+    timeout: Duration,
+    /// What is known of the radio.
+    #[command(flatten)]
+    radio: RadioArgs,
+    /// Each stage as a JSON line on standard output
+    #[arg(long)]
+    json: bool,
+    /// Say nothing but values and errors
+    #[arg(short, long)]
+    quiet: bool,
+}
+
+impl Param {
+    /// The same as `send`, whose words begin with `param`.
+    #[must_use]
+    pub fn to_send(&self) -> Send {
+        let word = || "param".to_owned();
+        let (link, words): (Option<String>, Vec<String>) = match &self.via {
+            Some(_) => (
+                Some(word()),
+                self.link.iter().chain(&self.words).cloned().collect(),
+            ),
+            None => (
+                self.link.clone(),
+                std::iter::once(word())
+                    .chain(self.words.iter().cloned())
+                    .collect(),
+            ),
+        };
+        Send {
+            link,
+            words,
+            via: self.via.clone(),
+            file: None,
+            dry_run: false,
+            go: false,
+            timeout: self.timeout,
+            radio: self.radio.clone(),
+            json: self.json,
+            quiet: self.quiet,
+        }
+    }
 }
 
 /// How a command gets to the radio.

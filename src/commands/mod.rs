@@ -107,6 +107,7 @@ pub fn run(cli: &Cli) -> ExitCode {
         Command::Watch(watch) => config().and_then(|config| watch::watch(watch, &config)),
         Command::Record(record) => config().and_then(|config| record::run(record, &config)),
         Command::Send(send) => config().and_then(|config| send::run(send, &config)),
+        Command::Param(param) => config().and_then(|config| send::run(&param.to_send(), &config)),
         Command::Sim(sim) => sim::run(sim),
         Command::Replay(replay) => replay::run(replay),
         Command::Decode(decode) => decode::run(decode),

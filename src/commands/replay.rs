@@ -11,7 +11,7 @@ use super::{Exit, Fault, appearance, block_on, keeping, watch};
 use crate::capture::{Capture, CaptureError};
 use crate::event::{self, Event, Recording};
 use crate::io::link::{Link, LinkInput};
-use crate::model::Model;
+use crate::model::{Config, Model};
 use crate::radio::Radio;
 use crate::runtime::{Dashboard, Driver, Player, run as run_dashboard};
 
@@ -48,7 +48,11 @@ pub(super) fn run(options: &Replay) -> Result<(), Fault> {
         };
         let dashboard = Dashboard {
             driver,
-            model: Model::new(appearance::from_environment()),
+            // What rang once need not ring again.
+            model: Model::new(Config {
+                silent: true,
+                ..appearance::from_environment()
+            }),
             player: Some(Box::new(Remote { orders, state })),
             recording: Box::new(Recording::default),
             first: vec![Event::Replay(state)],

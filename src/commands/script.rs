@@ -34,10 +34,14 @@ impl Script {
             }
             None => Self {
                 name: None,
-                lines: vec![Line {
-                    request: read_words(words).map_err(usage)?,
-                    number: None,
-                }],
+                lines: read_words(words)
+                    .map_err(usage)?
+                    .into_iter()
+                    .map(|request| Line {
+                        request,
+                        number: None,
+                    })
+                    .collect(),
             },
             Some(path) => Self::read_file(path)?,
         };
@@ -68,17 +72,19 @@ impl Script {
         for (number, line) in (1..).zip(text.lines()) {
             let command = line.split('#').next().unwrap_or_default();
             let words: Vec<&str> = command.split_whitespace().collect();
-            let request = match words[..] {
+            let requests = match words[..] {
                 [] => continue,
                 ["route", "-"] if is_standard_input(path) => {
                     Err("standard input is the script; name the route's file".to_owned())
                 }
                 _ => read_words(&words),
             };
-            lines.push(Line {
-                request: request.map_err(|message| usage(format!("{name}:{number}: {message}")))?,
+            let requests =
+                requests.map_err(|message| usage(format!("{name}:{number}: {message}")))?;
+            lines.extend(requests.into_iter().map(|request| Line {
+                request,
                 number: Some(number),
-            });
+            }));
         }
         if lines.is_empty() {
             return Err(usage(format!(
@@ -128,19 +134,20 @@ fn name_of(path: &Path) -> String {
     }
 }
 
-fn read_words(words: &[&str]) -> Result<Request, String> {
+fn read_words(words: &[&str]) -> Result<Vec<Request>, String> {
     match words {
         ["route", file] => {
             let path = Path::new(file);
             let text = read_text(path).map_err(|fault| fault.to_string())?;
             let waypoints =
                 route::parse(&name_of(path), &text).map_err(|error| error.to_string())?;
-            Request::route(waypoints).map_err(|error| error.to_string())
+            let request = Request::route(waypoints).map_err(|error| error.to_string())?;
+            Ok(vec![request])
         }
         ["route", ..] => {
             Err("`route` takes one file of `X,Y` lines, or - for standard input".to_owned())
         }
-        _ => Request::from_words(words).map_err(|error| error.to_string()),
+        _ => Request::all_from_words(words).map_err(|error| error.to_string()),
     }
 }
 

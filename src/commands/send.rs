@@ -4,6 +4,7 @@ use std::fmt::Display;
 use std::io::{self, IsTerminal, Write};
 use std::time::{Duration, Instant};
 
+use groundwave_protocol::telemetry::{Outcome, ParameterLine};
 use serde_json::{Value, json};
 
 use super::cli::{Send, Way};
@@ -13,7 +14,7 @@ use super::{Exit, Fault, block_on, dry_run, say, say_progress, via};
 use crate::event::{CommandId, CommandStep, Event, Failure, LinkEvent};
 use crate::io::link::{Connection, Link, LinkSpec};
 use crate::radio::Radio;
-use crate::request::Request;
+use crate::request::{Request, Tuning};
 use crate::runtime::Driver;
 use crate::share::{Heard, Stage, why_refused};
 
@@ -147,6 +148,8 @@ pub(super) struct Report {
     progress: bool,
     /// Frames of the present command that went out.
     pub(super) frames: u32,
+    /// What the robot said last of a parameter that the present command is about.
+    told: Option<ParameterLine>,
 }
 
 impl Report {
@@ -156,6 +159,7 @@ impl Report {
             quiet: options.quiet,
             progress: !options.quiet && !options.json && io::stderr().is_terminal(),
             frames: 0,
+            told: None,
         }
     }
 
@@ -185,7 +189,11 @@ impl Report {
         after: Duration,
     ) -> Result<Option<Result<(), Fault>>, Fault> {
         match step {
-            CommandStep::Queued(_) => self.frames = 0,
+            CommandStep::Queued(_) => {
+                self.frames = 0;
+                self.told = None;
+            }
+            CommandStep::Told(line) => self.told = Some(**line),
             CommandStep::Sent { frames } => self.frames = *frames,
             _ => {}
         }
@@ -212,6 +220,12 @@ impl Report {
     ) -> Option<Result<(), Fault>> {
         match step {
             CommandStep::Queued(_) | CommandStep::Sent { .. } => None,
+            CommandStep::Told(line) => match request {
+                Request::Parameter(Tuning::List | Tuning::Get(_)) if !self.json => {
+                    Self::print(parameter_text(line)).err().map(Err)
+                }
+                _ => None,
+            },
             CommandStep::Progress {
                 acknowledged,
                 total,
@@ -227,7 +241,10 @@ impl Report {
                 None
             }
             CommandStep::Proven { digest } => {
-                if !self.json && !self.quiet {
+                // What was asked for has been said: nothing is to be added to the values.
+                let is_question =
+                    matches!(request, Request::Parameter(Tuning::List | Tuning::Get(_)));
+                if !self.json && !self.quiet && !is_question {
                     let digest =
                         digest.map_or(String::new(), |digest| format!(", digest {digest:08x}"));
                     return Some(Self::print(format_args!(
@@ -239,7 +256,10 @@ impl Report {
             }
             CommandStep::Refused(outcome) => Some(Err(Fault::new(
                 Exit::Refused,
-                format!("the robot refused `{request}`: {}", why_refused(*outcome)),
+                format!(
+                    "the robot refused `{request}`: {}",
+                    self.why(request, *outcome)
+                ),
             ))),
             CommandStep::Failed(failure) => {
                 let exit = match failure {
@@ -252,12 +272,46 @@ impl Report {
         }
     }
 
+    /// Why it refused, with what it takes instead, if it said so.
+    fn why(&self, request: &Request, outcome: Outcome) -> String {
+        match (&self.told, request, outcome) {
+            (Some(line), Request::Parameter(_), Outcome::BadValue) => format!(
+                "it takes {} to {} ({})",
+                line.least,
+                line.most,
+                line.unit.as_str()
+            ),
+            (_, Request::Parameter(Tuning::Get(name) | Tuning::Set(name, _)), Outcome::Unknown) => {
+                format!(
+                    "it has no parameter `{}`; `param list` shows those it has",
+                    name.as_str()
+                )
+            }
+            _ => why_refused(outcome).to_owned(),
+        }
+    }
+
     pub(super) fn print(line: impl Display) -> Result<(), Fault> {
         let mut out = io::stdout().lock();
         writeln!(out, "{line}")
             .and_then(|()| out.flush())
             .or_else(|error| Fault::output(&error))
     }
+}
+
+/// A parameter in columns for a person, and for `awk`.
+fn parameter_text(line: &ParameterLine) -> String {
+    let ParameterLine {
+        value,
+        kept,
+        least,
+        most,
+        ..
+    } = line;
+    let (name, unit) = (line.name.as_str(), line.unit.as_str());
+    let text =
+        format!("{name:<18} {value:>6}  kept {kept:>6}  from {least:>6} to {most:>6}  {unit}");
+    text.trim_end().to_owned()
 }
 
 /// A step for a program, beside the command, its line in the script and the time since it was given.

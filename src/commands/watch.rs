@@ -51,7 +51,9 @@ pub(super) fn watch(options: &Watch, config: &config::Config) -> Result<(), Faul
         .iter()
         .map(|server| Event::Truth(simulated::truth(server.outlines())))
         .collect();
-    show(&plan, appearance::from_environment(), first)
+    let mut model = appearance::from_environment();
+    model.silent = options.no_bell;
+    show(&plan, model, first)
 }
 
 pub(super) fn demo(options: &Demo) -> Result<(), Fault> {
@@ -89,6 +91,7 @@ pub(super) fn demo(options: &Demo) -> Result<(), Fault> {
     };
     let raw = address(&server, 1);
     let mut model = appearance::from_environment();
+    model.silent = options.no_bell;
     model.raw_copy = Some(if cfg!(unix) {
         format!("cat {raw}")
     } else {

@@ -56,6 +56,15 @@ pub fn is_there() -> bool {
     io::stdout().is_terminal()
 }
 
+/// Rings the terminal's bell; nothing on the screen changes.
+///
+/// # Errors
+/// When the terminal is gone.
+pub fn ring() -> io::Result<()> {
+    let mut out = io::stdout().lock();
+    out.write_all(b"\x07").and_then(|()| out.flush())
+}
+
 /// The terminal while the dashboard runs. Dropping it gives the terminal back.
 pub struct Screen {
     canvas: Canvas,

@@ -190,8 +190,11 @@ impl Model {
             return vec![Effect::LoadRoute(file.to_owned())];
         }
         let words: Vec<&str> = text.split_whitespace().collect();
-        match (Request::from_words(&words), &words[..]) {
-            (Ok(request), _) => self.ask_or_send(request),
+        match (Request::all_from_words(&words), &words[..]) {
+            (Ok(requests), _) => requests
+                .into_iter()
+                .flat_map(|request| self.ask_or_send(request))
+                .collect(),
             (Err(_), ["quit" | "q"]) => vec![Effect::Quit],
             (Err(_), ["help"]) => {
                 self.overlay = Overlay::Help;

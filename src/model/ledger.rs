@@ -79,7 +79,7 @@ impl Ledger {
         }
         let entry = self.entries.iter_mut().rev().find(|entry| entry.id == id)?;
         match step {
-            CommandStep::Queued(_) => {}
+            CommandStep::Queued(_) | CommandStep::Told(_) => {}
             CommandStep::Sent { frames: attempt } => {
                 entry.stage = Stage::Sent;
                 entry.attempts = *attempt;
@@ -186,6 +186,7 @@ impl Ledger {
             .find_map(|entry| match &entry.request {
                 Request::Enable(mask) if asks(mask) => Some(true),
                 Request::Disable(mask) if asks(mask) => Some(false),
+                Request::Only(mask) => Some(asks(mask)),
                 _ => None,
             })
     }

@@ -50,6 +50,8 @@ pub struct Config {
     pub ascii: bool,
     /// How to see the raw line from another terminal, told above the keys; `None` where there is no way.
     pub raw_copy: Option<String>,
+    /// Never ring the bell.
+    pub silent: bool,
 }
 
 /// Colours of the screen.
@@ -135,6 +137,8 @@ pub struct Model {
     pub(crate) overlay: Overlay,
     size: (u16, u16),
     life: Life,
+    /// The robot sings or calls, and the bell has not rung for it.
+    calls: bool,
     revision: u64,
 }
 
@@ -155,6 +159,7 @@ impl Model {
             overlay: Overlay::default(),
             size: (0, 0),
             life: Life::default(),
+            calls: false,
             revision: 0,
         }
     }
@@ -231,6 +236,9 @@ impl Model {
             }
             Event::Tick => false,
         };
+        if std::mem::take(&mut self.calls) && !self.config.silent {
+            effects.push(Effect::Ring);
+        }
         if changed || !effects.is_empty() {
             self.revision += 1;
         }
@@ -300,7 +308,15 @@ impl Model {
                 self.log
                     .add(now, Level::Info, Subject::Robot, text.as_str());
             }
-            Body::Parameter(_) | Body::Song(_) => {}
+            Body::Parameter(parameter) => {
+                let text = words::parameter(parameter);
+                self.log.add(now, Level::Info, Subject::Robot, text);
+            }
+            Body::Song(song) => {
+                self.calls = true;
+                self.log
+                    .add(now, Level::Info, Subject::Robot, words::song(song));
+            }
         }
     }
 
@@ -330,6 +346,7 @@ impl Model {
             self.log.add(now, level, subject, text);
         }
         if let Some(text) = power_alarm(before.map(|before| before.power), state.power) {
+            self.calls = true;
             self.log.add(now, Level::Alarm, Subject::Robot, text);
         }
         if self.motors.take_state(now, state) {
@@ -376,9 +393,10 @@ impl Model {
         }
         let asked = &entry.request;
         let (level, text) = match step {
-            CommandStep::Queued(_) | CommandStep::Sent { .. } | CommandStep::Progress { .. } => {
-                return;
-            }
+            CommandStep::Queued(_)
+            | CommandStep::Sent { .. }
+            | CommandStep::Progress { .. }
+            | CommandStep::Told(_) => return,
             CommandStep::Proven {
                 digest: Some(digest),
             } => (

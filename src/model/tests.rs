@@ -565,3 +565,40 @@ fn a_command_of_somebody_elses_says_whose_it_is() {
         Some(format!("scan: asked by {by}"))
     );
 }
+
+#[test]
+fn a_song_and_a_low_battery_ring_the_bell_once_unless_it_is_silenced() {
+    use groundwave_protocol::letters::Power;
+    use groundwave_protocol::telemetry::{Ack, Body, Line, Note, SongLine, StateLine};
+    for silent in [false, true] {
+        let mut scene = Scene::new(Config {
+            silent,
+            ..Config::default()
+        });
+        let song = SongLine::new([Note { hz: 523, ticks: 4 }]);
+        let power = |power| Body::State(StateLine { power, ..state() });
+        let mut rings = 0;
+        for (sequence, body) in (0..).zip([
+            power(Power::Ok),
+            Body::Song(song),
+            power(Power::Low),
+            power(Power::Low),
+            power(Power::Critical),
+        ]) {
+            let line = Line {
+                sequence,
+                body,
+                ack: Ack::default(),
+            };
+            let effects = scene.event(Event::Line {
+                line: Box::new(line),
+                raw: line.encode(),
+            });
+            rings += effects
+                .iter()
+                .filter(|&effect| *effect == Effect::Ring)
+                .count();
+        }
+        assert_eq!(rings, if silent { 0 } else { 3 });
+    }
+}

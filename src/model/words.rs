@@ -1,7 +1,7 @@
 //! The robot's states in the words of the screen.
 
 use groundwave_protocol::letters::{Cliff, Drive, Infrared, Layer, Mode, Power};
-use groundwave_protocol::telemetry::Outcome;
+use groundwave_protocol::telemetry::{Note, Outcome, ParameterLine, SongLine};
 
 use super::motors::Holder;
 use crate::event::Reception;
@@ -89,6 +89,34 @@ pub(crate) const fn power(power: Power) -> &'static str {
         Power::Docked => "docked",
         Power::Charging => "charging",
     }
+}
+
+/// A parameter, as the robot tells of it.
+pub(crate) fn parameter(line: &ParameterLine) -> String {
+    let ParameterLine {
+        value,
+        kept,
+        least,
+        most,
+        ..
+    } = line;
+    let kept = if value == kept {
+        String::new()
+    } else {
+        format!(", {kept} after a reset")
+    };
+    let (name, unit) = (line.name.as_str(), line.unit.as_str());
+    format!("{name} is {value} {unit} ({least} to {most}{kept})")
+}
+
+/// What the robot sings: the notes in hertz, a dash for a rest.
+pub(crate) fn song(song: &SongLine) -> String {
+    let note = |note: Note| match note.hz {
+        0 => "-".to_owned(),
+        hz => hz.to_string(),
+    };
+    let notes: Vec<_> = song.notes().map(note).collect();
+    format!("the robot sings {}", notes.join(" "))
 }
 
 /// Why the robot refused.

@@ -194,6 +194,7 @@ impl Running {
                     return self.tell(Event::Replay(replay));
                 }
             }
+            Effect::Ring => terminal::ring()?,
             Effect::Redraw => self.screen.clear()?,
             Effect::Suspend => self.suspend()?,
             Effect::Quit => return Ok(true),

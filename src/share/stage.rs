@@ -1,6 +1,6 @@
 //! The steps of a command as JSON, for programs: on the shared socket and from `send --json`.
 
-use groundwave_protocol::telemetry::Outcome;
+use groundwave_protocol::telemetry::{Outcome, ParameterLine, ParameterName, Printable};
 use serde::{Deserialize, Serialize};
 
 use crate::event::{CommandStep, Failure};
@@ -23,6 +23,25 @@ pub enum Stage {
         acknowledged: u16,
         /// Waypoints in the list.
         total: u16,
+    },
+    /// The robot told of a parameter that was asked for.
+    Told {
+        /// Its name.
+        name: String,
+        /// What it is now.
+        value: i32,
+        /// What a reset brings back.
+        kept: i32,
+        /// Least value that the robot takes.
+        least: i32,
+        /// Most.
+        most: i32,
+        /// What it counts.
+        unit: String,
+        /// Which of them it is, from 1.
+        place: u8,
+        /// How many the robot has.
+        count: u8,
     },
     /// The robot's own acknowledgement says so.
     Proven {
@@ -59,6 +78,16 @@ impl Stage {
                 acknowledged: *acknowledged,
                 total: *total,
             },
+            CommandStep::Told(line) => Self::Told {
+                name: line.name.as_str().to_owned(),
+                value: line.value,
+                kept: line.kept,
+                least: line.least,
+                most: line.most,
+                unit: line.unit.as_str().to_owned(),
+                place: line.place,
+                count: line.count,
+            },
             CommandStep::Proven { digest } => Self::Proven {
                 digest: digest.map(|digest| format!("{digest:08x}")),
             },
@@ -87,6 +116,25 @@ impl Stage {
                 acknowledged: *acknowledged,
                 total: *total,
             },
+            Self::Told {
+                name,
+                value,
+                kept,
+                least,
+                most,
+                unit,
+                place,
+                count,
+            } => CommandStep::Told(Box::new(ParameterLine {
+                place: *place,
+                count: *count,
+                name: ParameterName::new(name),
+                value: *value,
+                kept: *kept,
+                least: *least,
+                most: *most,
+                unit: Printable::new(unit),
+            })),
             Self::Proven { digest } => CommandStep::Proven {
                 digest: match digest {
                     Some(digits) => Some(u32::from_str_radix(digits, 16).ok()?),

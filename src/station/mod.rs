@@ -5,6 +5,7 @@
 
 pub mod plan;
 mod reception;
+mod tuner;
 
 use std::collections::VecDeque;
 use std::time::Duration;
@@ -13,12 +14,13 @@ use groundwave_protocol::arq::{Config, Duplex, Fop, FopEvent, Loss, Task};
 use groundwave_protocol::command::Order;
 use groundwave_protocol::decoder::{Counters, Decoder, Received};
 use groundwave_protocol::letters::LayerMask;
-use groundwave_protocol::telemetry::Outcome;
+use groundwave_protocol::telemetry::{Body, Outcome};
 
 use crate::event::{CommandId, CommandStep, Event, Failure, Level, LinkEvent, Moment, Reception};
 use crate::request::Request;
 use crate::statistics::{LinkMeter, Statistics};
 use reception::Listener;
+use tuner::{Tuner, Verdict};
 
 /// Statistics are told no more often than this.
 const STATISTICS_REST: Duration = Duration::from_secs(1);
@@ -41,6 +43,8 @@ pub struct Station {
     can_send: bool,
     waiting: VecDeque<Waiting>,
     current: Option<CommandId>,
+    /// The present command, when it is about parameters.
+    tuner: Option<Tuner>,
     /// STOPs that the robot has not confirmed yet.
     stops: Vec<CommandId>,
     /// Whether a STOP of ours went out in this session.
@@ -64,6 +68,7 @@ impl Station {
             can_send,
             waiting: VecDeque::new(),
             current: None,
+            tuner: None,
             stops: Vec::new(),
             stopped: false,
             next_id: 1,
@@ -146,6 +151,16 @@ impl Station {
         }
         self.fop.handle_received(micros(now), received);
         self.settle(now);
+        if let Received::Line(line, _) = received
+            && let Body::Parameter(parameter) = &line.body
+            && let Some(tuner) = &mut self.tuner
+        {
+            let (is_meant, verdict) = tuner.take_line(now, parameter);
+            if is_meant {
+                self.step_current(now, CommandStep::Told(Box::new(*parameter)));
+            }
+            self.follow(now, verdict);
+        }
     }
 
     /// Takes a wish; says under which number it will be reported.
@@ -158,6 +173,7 @@ impl Station {
             self.step(now, id, CommandStep::Failed(Failure::ReceiveOnly));
         } else if request == Request::Stop {
             self.cancel_waiting(now, Failure::Stopped);
+            self.give_up_tuning(now, Failure::Stopped);
             self.stops.push(id);
             self.stopped = true;
             self.fop.stop(micros(now));
@@ -187,6 +203,7 @@ impl Station {
     /// Gives up what waits and what is under way.
     pub fn handle_cancel(&mut self, now: Moment) {
         self.cancel_waiting(now, Failure::Cancelled);
+        self.give_up_tuning(now, Failure::Cancelled);
         self.fop.cancel();
         self.settle(now);
     }
@@ -195,6 +212,7 @@ impl Station {
     pub fn handle_give_up(&mut self, now: Moment, id: CommandId) {
         if self.current == Some(id) {
             self.current = None;
+            self.tuner = None;
             self.fop.cancel();
         } else if let Some(at) = self.waiting.iter().position(|waiting| waiting.id == id) {
             self.waiting.remove(at);
@@ -215,6 +233,10 @@ impl Station {
     pub fn handle_timeout(&mut self, now: Moment) {
         self.fop.handle_timeout(micros(now));
         self.settle(now);
+        if let Some(tuner) = &mut self.tuner {
+            let verdict = tuner.handle_timeout(now);
+            self.follow(now, verdict);
+        }
         let heard = self.listener.handle_timeout(now);
         self.tell_reception(heard);
         self.tell_statistics(now);
@@ -247,7 +269,8 @@ impl Station {
     #[must_use]
     pub fn poll_timeout(&self) -> Option<Moment> {
         let fop = self.fop.poll_timeout().map(Duration::from_micros);
-        [fop, self.listener.poll_timeout()]
+        let tuner = self.tuner.as_ref().and_then(Tuner::poll_timeout);
+        [fop, tuner, self.listener.poll_timeout()]
             .into_iter()
             .flatten()
             .min()
@@ -286,6 +309,11 @@ impl Station {
         let now_us = micros(now);
         let started = match &request {
             Request::Route(waypoints) => self.fop.start(now_us, Task::List(waypoints)),
+            Request::Parameter(wish) => {
+                let (tuner, order) = Tuner::begin(*wish);
+                self.tuner = Some(tuner);
+                self.fop.start(now_us, Task::Order(order))
+            }
             request => {
                 order(request).is_some_and(|order| self.fop.start(now_us, Task::Order(order)))
             }
@@ -307,6 +335,7 @@ impl Station {
                     self.notice(Level::Info, "session opened");
                 }
                 FopEvent::Session(Err(loss)) => {
+                    self.give_up_tuning(now, failure(loss));
                     self.notice(Level::Warning, lost_session(loss, self.stopped));
                 }
                 FopEvent::Sent { frames } => {
@@ -326,6 +355,7 @@ impl Station {
                 }
                 FopEvent::Concluded { outcome, digest } => self.conclude(now, outcome, digest),
                 FopEvent::Failed(loss) => {
+                    self.tuner = None;
                     if let Some(id) = self.current.take() {
                         self.step(now, id, CommandStep::Failed(failure(loss)));
                     }
@@ -350,6 +380,11 @@ impl Station {
     }
 
     fn conclude(&mut self, now: Moment, outcome: Outcome, digest: Option<u32>) {
+        if let Some(tuner) = &mut self.tuner {
+            let verdict = tuner.take_outcome(now, outcome);
+            self.follow(now, verdict);
+            return;
+        }
         let Some(id) = self.current.take() else {
             return;
         };
@@ -357,6 +392,35 @@ impl Station {
             self.step(now, id, CommandStep::Proven { digest });
         } else {
             self.step(now, id, CommandStep::Refused(outcome));
+        }
+    }
+
+    /// Goes on with a wish about parameters.
+    fn follow(&mut self, now: Moment, verdict: Verdict) {
+        let end = match verdict {
+            Verdict::Wait => return,
+            Verdict::Ask(order) => {
+                // Nothing else is under way: this wish is.
+                self.fop.start(micros(now), Task::Order(order));
+                return;
+            }
+            Verdict::Proven => CommandStep::Proven { digest: None },
+            Verdict::Refused(outcome) => CommandStep::Refused(outcome),
+            Verdict::TimedOut => CommandStep::Failed(Failure::TimedOut),
+        };
+        self.tuner = None;
+        if let Some(id) = self.current.take() {
+            self.step(now, id, end);
+        }
+        self.settle(now);
+    }
+
+    /// A wish about parameters that waits for a line is nothing that the sending end could lose.
+    fn give_up_tuning(&mut self, now: Moment, failure: Failure) {
+        if self.tuner.take().is_some()
+            && let Some(id) = self.current.take()
+        {
+            self.step(now, id, CommandStep::Failed(failure));
         }
     }
 
@@ -370,7 +434,10 @@ impl Station {
         match &step {
             CommandStep::Proven { .. } => self.meter.take_end(now, id, true),
             CommandStep::Refused(_) | CommandStep::Failed(_) => self.meter.take_end(now, id, false),
-            CommandStep::Queued(_) | CommandStep::Sent { .. } | CommandStep::Progress { .. } => {}
+            CommandStep::Queued(_)
+            | CommandStep::Sent { .. }
+            | CommandStep::Progress { .. }
+            | CommandStep::Told(_) => {}
         }
         self.events.push_back(Event::Command { id, step });
     }
@@ -396,7 +463,12 @@ fn order(request: &Request) -> Option<Order> {
             which: *layers,
             allowed: LayerMask::NONE,
         },
+        Request::Only(layers) => Order::Layers {
+            which: LayerMask::ALL,
+            allowed: *layers,
+        },
         Request::Failsafe(failsafe) => Order::Failsafe(*failsafe),
+        Request::Parameter(wish) => tuner::order(wish),
         Request::Pose {
             position,
             theta_deg,

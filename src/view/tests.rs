@@ -103,6 +103,7 @@ fn flight(config: Config) -> Scene {
 fn demo() -> Config {
     Config {
         raw_copy: Some("cat /dev/pts/5".to_owned()),
+        silent: false,
         ..Config::default()
     }
 }
@@ -207,6 +208,7 @@ fn without_braille_and_color_everything_is_still_told() {
         colors: Colors::Mono,
         ascii: true,
         raw_copy: None,
+        silent: false,
     });
     commanded(&mut scene);
     for keys in ["", "?", "?d"] {

@@ -341,11 +341,10 @@ mod tests {
         }
     }
 
-    #[test]
-    fn what_is_clamped_is_beyond_every_limit_that_a_robot_can_name() {
-        use crate::parameter::VALUE_MAX;
-        assert!(VALUE_LEAST < -VALUE_MAX && VALUE_MAX < VALUE_MOST);
-    }
+    /// What is clamped is beyond every limit that a robot can name.
+    const _: () = assert!(
+        VALUE_LEAST < -crate::parameter::VALUE_MAX && crate::parameter::VALUE_MAX < VALUE_MOST
+    );
 
     #[test]
     fn an_order_that_cannot_be_read_is_still_a_command_to_refuse() {

@@ -80,7 +80,7 @@ impl SongLine {
                 if let Some(i) = note.iter().position(|&c| c != b' ') {
                     return Err(bad(column + i));
                 }
-            } else if sixbit::decode_from(note).is_none_or(|bits| bits & 0x3F == 0) {
+            } else if sixbit::decode_from(note).is_none_or(|bits| bits % 64 == 0) {
                 return Err(bad(column));
             }
         }

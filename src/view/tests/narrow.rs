@@ -46,6 +46,7 @@ fn the_one_line_is_never_cut() {
     ] {
         let mut scene = flight(Config {
             raw_copy: Some("cat /dev/pts/123".to_owned()),
+            silent: false,
             ..Config::default()
         });
         scene.event(Event::Recording(Recording {

@@ -1,0 +1,84 @@
+//! The author's combinations: which layers may run, in which mode.
+
+use groundwave_protocol::letters::{Layer, LayerMask, Mode};
+use groundwave_protocol::telemetry::ParameterName;
+
+use super::{Request, RequestError, Tuning};
+
+struct Preset {
+    name: &'static str,
+    layers: &'static [Layer],
+    mode: Mode,
+    parameter: Option<(&'static str, i32)>,
+}
+
+/// Who holds the hand drive loses it in none of them.
+const PRESETS: [Preset; 8] = [
+    Preset {
+        name: "all",
+        layers: &Layer::ALL,
+        mode: Mode::Prowl,
+        parameter: None,
+    },
+    Preset {
+        name: "sonar-only",
+        layers: &[Layer::User, Layer::Bumpers, Layer::Sonar],
+        mode: Mode::Prowl,
+        parameter: None,
+    },
+    Preset {
+        name: "sonar-ir",
+        layers: &[Layer::User, Layer::Bumpers, Layer::Infrared, Layer::Sonar],
+        mode: Mode::Prowl,
+        parameter: None,
+    },
+    Preset {
+        name: "moth",
+        layers: &[Layer::User, Layer::Bumpers, Layer::Photo],
+        mode: Mode::Prowl,
+        parameter: Some(("photo-avoid", 0)),
+    },
+    Preset {
+        name: "shy",
+        layers: &[Layer::User, Layer::Bumpers, Layer::Photo],
+        mode: Mode::Prowl,
+        parameter: Some(("photo-avoid", 1)),
+    },
+    Preset {
+        name: "reactive",
+        layers: &Layer::ALL,
+        mode: Mode::Reactive,
+        parameter: None,
+    },
+    Preset {
+        name: "passive",
+        layers: &Layer::ALL,
+        mode: Mode::Passive,
+        parameter: None,
+    },
+    Preset {
+        name: "wander",
+        layers: &Layer::ALL,
+        mode: Mode::Wander,
+        parameter: None,
+    },
+];
+
+/// What a preset asks for, one after the other: first how the robot is tuned, then what may run, then what to do.
+pub(super) fn requests(name: &str) -> Result<Vec<Request>, RequestError> {
+    let preset = PRESETS
+        .iter()
+        .find(|preset| preset.name == name)
+        .ok_or_else(|| RequestError::UnknownPreset(name.to_owned(), names()))?;
+    let tune = preset
+        .parameter
+        .map(|(name, value)| Request::Parameter(Tuning::Set(ParameterName::new(name), value)));
+    let layers = preset.layers.iter();
+    let layers = layers.fold(LayerMask::NONE, |mask, layer| mask.with(*layer));
+    let then = [Request::Only(layers), Request::Mode(preset.mode)];
+    Ok(tune.into_iter().chain(then).collect())
+}
+
+fn names() -> String {
+    PRESETS.map(|preset| preset.name).join(", ")
+}

@@ -1,0 +1,66 @@
+//! Wishes about the robot's parameters.
+
+use std::fmt;
+
+use groundwave_protocol::parameter::{self, VALUE_MAX};
+use groundwave_protocol::telemetry::ParameterName;
+
+use super::RequestError;
+
+/// What an operator can ask about parameters.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Tuning {
+    /// Say all of them.
+    List,
+    /// Say one.
+    Get(ParameterName),
+    /// Change one, until the next reset.
+    Set(ParameterName, i32),
+    /// Keep them all over a reset.
+    Save,
+}
+
+impl Tuning {
+    /// The words after `param`.
+    pub(super) fn from_words(words: &[&str]) -> Result<Self, RequestError> {
+        match *words {
+            ["list"] => Ok(Self::List),
+            ["save"] => Ok(Self::Save),
+            ["get", name] => Ok(Self::Get(read_name(name)?)),
+            ["set", name, value] | [name, value] => {
+                Ok(Self::Set(read_name(name)?, read_value(value)?))
+            }
+            _ => Err(RequestError::Arguments {
+                command: "param",
+                takes: "`list`, `get NAME`, `set NAME VALUE` or `save`",
+                got: words.join(" "),
+            }),
+        }
+    }
+}
+
+impl fmt::Display for Tuning {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::List => f.write_str("param list"),
+            Self::Get(name) => write!(f, "param get {}", name.as_str()),
+            Self::Set(name, value) => write!(f, "param set {} {value}", name.as_str()),
+            Self::Save => f.write_str("param save"),
+        }
+    }
+}
+
+fn read_name(word: &str) -> Result<ParameterName, RequestError> {
+    if parameter::is_name(word) {
+        Ok(ParameterName::new(word))
+    } else {
+        Err(RequestError::ParameterName(word.to_owned()))
+    }
+}
+
+fn read_value(word: &str) -> Result<i32, RequestError> {
+    word.parse()
+        .ok()
+        .filter(|value: &i32| value.abs() <= VALUE_MAX)
+        .ok_or_else(|| RequestError::ParameterValue(word.to_owned()))
+}

@@ -1,0 +1,192 @@
+//! A wish about parameters under way: an acknowledgement is not enough, line P has to come back.
+
+use std::collections::{BTreeSet, VecDeque};
+use std::time::Duration;
+
+use groundwave_protocol::command::Order;
+use groundwave_protocol::parameter::key;
+use groundwave_protocol::telemetry::{Outcome, ParameterLine};
+
+use crate::event::Moment;
+use crate::request::Tuning;
+
+/// A line P that has not come by now is lost: the robot says it as its next or next but one, between two acknowledgements
+/// a second and a half after the order at most.
+const PATIENCE: Duration = Duration::from_millis(2500);
+
+/// So many rounds of asking may bring nothing: where one line in two is lost, one wish in a thousand ends so.
+const VAIN_ROUNDS_MAX: u8 = 12;
+
+/// What is known of a wish about parameters.
+#[derive(Debug)]
+pub(super) struct Tuner {
+    wish: Tuning,
+    /// Places of the lines that came.
+    heard: BTreeSet<u8>,
+    /// Parameters that the robot has.
+    count: Option<u8>,
+    state: State,
+    /// Places still to be asked for in this round: one order after the other, without waiting for the lines.
+    round: VecDeque<u8>,
+    /// Rounds in a row that brought nothing.
+    vain_rounds: u8,
+}
+
+#[derive(Clone, Copy, Debug)]
+enum State {
+    /// An order is under way.
+    Ordered,
+    /// The robot has taken it: a line is due.
+    Listening { again_at: Moment },
+    /// The robot has refused it, and its limits are due.
+    Refused { outcome: Outcome, until: Moment },
+}
+
+/// What follows.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Verdict {
+    /// Nothing yet.
+    Wait,
+    /// Another order.
+    Ask(Order),
+    /// The robot has done it and said so.
+    Proven,
+    /// The robot has refused it.
+    Refused(Outcome),
+    /// It never said so.
+    TimedOut,
+}
+
+impl Tuner {
+    /// The wish, and the order it begins with.
+    pub(super) fn begin(wish: Tuning) -> (Self, Order) {
+        let tuner = Self {
+            wish,
+            heard: BTreeSet::new(),
+            count: None,
+            state: State::Ordered,
+            round: VecDeque::new(),
+            vain_rounds: 0,
+        };
+        (tuner, order(&wish))
+    }
+
+    /// What the robot made of an order.
+    pub(super) fn take_outcome(&mut self, now: Moment, outcome: Outcome) -> Verdict {
+        match (outcome, self.wish) {
+            (Outcome::Done, Tuning::Save) => Verdict::Proven,
+            (Outcome::Done, _) if self.is_complete() => Verdict::Proven,
+            (Outcome::Done, _) if !self.round.is_empty() => self.ask_next(),
+            (Outcome::Done, _) => {
+                self.state = State::Listening {
+                    again_at: now + PATIENCE,
+                };
+                Verdict::Wait
+            }
+            // Which values it does take stands in the line that follows.
+            (Outcome::BadValue, Tuning::Set(..)) => {
+                self.state = State::Refused {
+                    outcome,
+                    until: now + PATIENCE,
+                };
+                Verdict::Wait
+            }
+            (outcome, _) => Verdict::Refused(outcome),
+        }
+    }
+
+    /// Takes a line P; says whether the operator waits for it, and what follows.
+    pub(super) fn take_line(&mut self, now: Moment, line: &ParameterLine) -> (bool, Verdict) {
+        if let State::Refused { outcome, .. } = self.state {
+            return match self.wish {
+                Tuning::Set(name, _) if name == line.name => (true, Verdict::Refused(outcome)),
+                _ => (false, Verdict::Wait),
+            };
+        }
+        let is_meant = match self.wish {
+            Tuning::List => true,
+            Tuning::Get(name) => name == line.name,
+            Tuning::Set(name, value) => name == line.name && value == line.value,
+            Tuning::Save => false,
+        };
+        if !is_meant || !self.heard.insert(line.place) {
+            return (false, Verdict::Wait);
+        }
+        self.count = Some(line.count);
+        self.vain_rounds = 0;
+        let State::Listening { again_at } = &mut self.state else {
+            return (true, Verdict::Wait);
+        };
+        *again_at = now + PATIENCE;
+        let verdict = if self.is_complete() {
+            Verdict::Proven
+        } else {
+            Verdict::Wait
+        };
+        (true, verdict)
+    }
+
+    /// Lets time pass.
+    pub(super) fn handle_timeout(&mut self, now: Moment) -> Verdict {
+        match self.state {
+            State::Listening { again_at } if now >= again_at => {
+                self.vain_rounds += 1;
+                if self.vain_rounds > VAIN_ROUNDS_MAX {
+                    return Verdict::TimedOut;
+                }
+                if let (Tuning::List, Some(count)) = (self.wish, self.count) {
+                    let missing = (1..=count).filter(|place| !self.heard.contains(place));
+                    self.round = missing.collect();
+                }
+                self.ask_next()
+            }
+            State::Refused { outcome, until } if now >= until => Verdict::Refused(outcome),
+            _ => Verdict::Wait,
+        }
+    }
+
+    /// When to let time pass at the latest.
+    pub(super) const fn poll_timeout(&self) -> Option<Moment> {
+        match self.state {
+            State::Ordered => None,
+            State::Listening { again_at } => Some(again_at),
+            State::Refused { until, .. } => Some(until),
+        }
+    }
+
+    /// Asks for what is missing, and never sets anything again.
+    fn ask_next(&mut self) -> Verdict {
+        self.state = State::Ordered;
+        Verdict::Ask(match self.wish {
+            Tuning::Get(name) | Tuning::Set(name, _) => Order::ReadParameter {
+                key: key(name.as_str()),
+            },
+            Tuning::List | Tuning::Save => Order::ReadParameters {
+                place: self.round.pop_front().unwrap_or_default().into(),
+            },
+        })
+    }
+
+    fn is_complete(&self) -> bool {
+        match self.wish {
+            Tuning::List => self.count.map(usize::from) == Some(self.heard.len()),
+            Tuning::Get(_) | Tuning::Set(..) => !self.heard.is_empty(),
+            Tuning::Save => true,
+        }
+    }
+}
+
+/// The order that a wish begins with.
+pub(super) fn order(wish: &Tuning) -> Order {
+    match wish {
+        Tuning::List => Order::ReadParameters { place: 0 },
+        Tuning::Get(name) => Order::ReadParameter {
+            key: key(name.as_str()),
+        },
+        Tuning::Set(name, value) => Order::SetParameter {
+            key: key(name.as_str()),
+            value: *value,
+        },
+        Tuning::Save => Order::KeepParameters,
+    }
+}

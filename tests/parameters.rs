@@ -1,0 +1,211 @@
+//! Parameters end to end: set, said, kept, brought back by a reset; over seeds, and as people type it.
+
+#![expect(clippy::unwrap_used, reason = "a test stops where something is wrong")]
+
+mod common;
+#[cfg(unix)]
+#[path = "common/programs.rs"]
+mod programs;
+
+use common::{CoSimulation, on_all_cores};
+use groundwave::event::{CommandStep, Event};
+use groundwave::request::{Request, Tuning};
+use groundwave_protocol::letters::{Layer, LayerMask};
+use groundwave_protocol::telemetry::{Outcome, ParameterLine, ParameterName};
+use sr04_firmware::parameters::Parameter;
+
+const SEEDS: u64 = 20;
+
+/// A perfect radio, and one that spoils a long line in two.
+const CHANNELS: [&str; 2] = ["", "ber=1e-3"];
+
+const PROVEN: CommandStep = CommandStep::Proven { digest: None };
+
+fn over_seeds(property: impl Fn(&mut CoSimulation) + Sync) {
+    on_all_cores(0..SEEDS, |seed| {
+        for channel in CHANNELS {
+            property(&mut CoSimulation::new("open-room", seed, channel));
+        }
+    });
+}
+
+fn set(value: i32) -> Request {
+    Request::Parameter(Tuning::Set(ParameterName::new("top-speed"), value))
+}
+
+fn told(co: &CoSimulation) -> Vec<ParameterLine> {
+    let events = co.events.iter();
+    events
+        .filter_map(|(_, event)| match event {
+            Event::Command {
+                step: CommandStep::Told(line),
+                ..
+            } => Some(**line),
+            _ => None,
+        })
+        .collect()
+}
+
+#[test]
+fn a_parameter_is_set_proven_kept_and_brought_back_by_a_reset() {
+    over_seeds(|co| {
+        assert_eq!(co.deliver(set(8)), PROVEN, "{}", co.context());
+        let parameters = co.simulation.robot().parameters();
+        assert_eq!(parameters.get(Parameter::TopSpeed), 8, "{}", co.context());
+        let said = told(co).last().map(|line| line.value);
+        assert_eq!(said, Some(8), "the robot said so: {}", co.context());
+
+        co.simulation.reboot();
+        let parameters = co.simulation.robot().parameters();
+        assert_eq!(parameters.get(Parameter::TopSpeed), 12, "not kept yet");
+        co.run(3);
+
+        assert_eq!(co.deliver(set(7)), PROVEN, "{}", co.context());
+        let save = Request::Parameter(Tuning::Save);
+        assert_eq!(co.deliver(save), PROVEN, "{}", co.context());
+        co.run(1);
+        co.simulation.reboot();
+        let parameters = co.simulation.robot().parameters();
+        assert_eq!(parameters.get(Parameter::TopSpeed), 7, "{}", co.context());
+    });
+}
+
+#[test]
+fn what_the_robot_does_not_take_is_refused_with_its_limits() {
+    over_seeds(|co| {
+        let refused = CommandStep::Refused(Outcome::BadValue);
+        assert_eq!(co.deliver(set(13)), refused, "{}", co.context());
+        let parameters = co.simulation.robot().parameters();
+        assert_eq!(parameters.get(Parameter::TopSpeed), 12, "{}", co.context());
+        let nobody = Request::Parameter(Tuning::Get(ParameterName::new("warp-speed")));
+        let unknown = CommandStep::Refused(Outcome::Unknown);
+        assert_eq!(co.deliver(nobody), unknown, "{}", co.context());
+    });
+}
+
+#[test]
+fn the_list_is_whole() {
+    over_seeds(|co| {
+        let list = Request::Parameter(Tuning::List);
+        assert_eq!(co.deliver(list), PROVEN, "{}", co.context());
+        let mut names: Vec<_> = told(co)
+            .iter()
+            .map(|line| line.name.as_str().to_owned())
+            .collect();
+        names.sort();
+        let mut all: Vec<_> = Parameter::ALL
+            .iter()
+            .map(|one| one.definition().name)
+            .collect();
+        all.sort_unstable();
+        assert_eq!(names, all, "each once: {}", co.context());
+    });
+}
+
+#[test]
+fn a_stop_ends_a_list_that_is_under_way() {
+    over_seeds(|co| {
+        let id = co.request(Request::Parameter(Tuning::List));
+        co.run(4);
+        assert_eq!(co.fate(id), None, "{}", co.context());
+        assert_eq!(co.deliver(Request::Stop), PROVEN, "{}", co.context());
+        assert!(co.fate(id).is_some(), "{}", co.context());
+        assert_eq!(co.deliver(set(8)), PROVEN, "{}", co.context());
+    });
+}
+
+#[test]
+fn every_layer_is_switched_on_and_off_and_exactly_those_that_are_named_run() {
+    over_seeds(|co| {
+        for layer in Layer::ALL {
+            let mask = LayerMask::NONE.with(layer);
+            let allowed = |co: &CoSimulation| co.simulation.robot().allowed();
+            for (request, is_on) in [
+                (Request::Disable(mask), false),
+                (Request::Enable(mask), true),
+            ] {
+                let end = co.deliver(request);
+                // The simulated robot may lack a sensor: then it says so and nothing changes.
+                if end == PROVEN {
+                    assert_eq!(allowed(co).contains(layer), is_on, "{}", co.context());
+                } else {
+                    assert_eq!(end, CommandStep::Refused(Outcome::NotFitted));
+                }
+            }
+        }
+        let only = LayerMask::NONE.with(Layer::Bumpers).with(Layer::Sonar);
+        assert_eq!(co.deliver(Request::Only(only)), PROVEN, "{}", co.context());
+        assert_eq!(co.simulation.robot().allowed(), only, "{}", co.context());
+    });
+}
+
+#[test]
+fn presets_ask_for_layers_and_a_mode() {
+    let requests = Request::all_from_words(&["preset", "shy"]).expect("a preset");
+    let words: Vec<_> = requests.iter().map(ToString::to_string).collect();
+    let expected = [
+        "param set photo-avoid 1",
+        "only user,bumpers,photo",
+        "mode prowl",
+    ];
+    assert_eq!(words, expected);
+    let error = Request::all_from_words(&["preset", "bold"]).expect_err("no preset");
+    assert!(error.to_string().contains("moth"), "{error}");
+}
+
+#[test]
+fn what_is_said_is_read() {
+    for words in [
+        "param list",
+        "param get top-speed",
+        "param set square -157",
+        "param save",
+        "only none",
+        "only bumpers,photo",
+    ] {
+        let split: Vec<_> = words.split(' ').collect();
+        let request = Request::from_words(&split).expect(words);
+        assert_eq!(request.to_string(), words);
+    }
+    for words in [
+        "param",
+        "param set Top 3",
+        "param top-speed x",
+        "param set a 100000",
+        "only",
+    ] {
+        let split: Vec<_> = words.split(' ').collect();
+        assert!(Request::from_words(&split).is_err(), "{words}");
+    }
+}
+
+#[cfg(unix)]
+#[test]
+fn people_set_save_and_see_parameters() {
+    use programs::{Sim, expect, scratch};
+    let eeprom = scratch("param").join("eeprom");
+    let kept = eeprom.to_str().expect("a plain name");
+    let sim = Sim::start(&["--eeprom", kept, "--time-factor", "4"]);
+    let (out, _) = expect(0, &["param", &sim.path, "set", "top-speed", "8"]);
+    assert!(
+        out.starts_with("param set top-speed 8: proven after"),
+        "{out}"
+    );
+    let (_, err) = expect(5, &["param", &sim.path, "set", "top-speed", "13"]);
+    assert!(err.contains("it takes 2 to 12 (in/s)"), "{err}");
+    let (_, err) = expect(5, &["param", &sim.path, "get", "warp-speed"]);
+    assert!(err.contains("it has no parameter `warp-speed`"), "{err}");
+    let (out, _) = expect(0, &["param", &sim.path, "get", "top-speed", "--json"]);
+    assert!(
+        out.contains("\"stage\":\"told\"") && out.contains("\"value\":8"),
+        "{out}"
+    );
+    expect(0, &["send", &sim.path, "param", "save"]);
+    let (out, _) = expect(0, &["param", &sim.path, "list"]);
+    assert_eq!(out.lines().count(), Parameter::ALL.len(), "{out}");
+    expect(2, &["param", &sim.path, "set", "Top Speed", "8"]);
+    expect(2, &["param", &sim.path, "forget"]);
+    sim.end();
+    let text = std::fs::read_to_string(&eeprom).expect("the robot kept it");
+    assert!(text.contains("top-speed=8"), "{text}");
+}
