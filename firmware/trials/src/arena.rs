@@ -14,6 +14,8 @@ const TRIAL_WORLDS: &[(&str, &str)] = &[
     ("doorway", include_str!("../worlds/doorway.toml")),
     ("gap", include_str!("../worlds/gap.toml")),
     ("hall", include_str!("../worlds/hall.toml")),
+    ("two-doors", include_str!("../worlds/two-doors.toml")),
+    ("walker", include_str!("../worlds/walker.toml")),
 ];
 
 /// Step of the grid of places.
@@ -62,6 +64,17 @@ impl Arena {
             y_in,
             theta_deg: dice.between(0.0, 360.0),
         }
+    }
+
+    /// A third of the places are at least so far from a point of the plan.
+    pub(crate) fn farthest_third_in(&self, from: Pose) -> f64 {
+        let mut distances_in: Vec<f64> = self
+            .places
+            .iter()
+            .map(|(x_in, y_in)| (x_in - from.x_in).hypot(y_in - from.y_in))
+            .collect();
+        distances_in.sort_by(f64::total_cmp);
+        distances_in[distances_in.len() * 2 / 3]
     }
 
     /// The world with the robot at a place; where it does not fit, nowhere is.
