@@ -327,8 +327,9 @@ impl Robot {
         }
     }
 
-    /// Those of them that the robot itself has not switched off.
-    fn running(&self) -> LayerMask {
+    /// Layers that run at present: allowed in this mode, and not switched off by the robot itself.
+    #[must_use]
+    pub fn running(&self) -> LayerMask {
         let enabled = self.enabled();
         if self.parameters.is_on(Parameter::Behaviour) {
             enabled.and(LayerMask::from_bits(!self.switches.off().bits()))

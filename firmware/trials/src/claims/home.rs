@@ -75,7 +75,7 @@ const DAY_H: f64 = 24.0;
 
 const FORAGE: Experiment = Experiment {
     name: "forage-day",
-    trials: [1, 12],
+    trials: [0, 12],
     run: forage,
     claims: &[
         Claim {
