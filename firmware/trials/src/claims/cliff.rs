@@ -1,12 +1,14 @@
 //! The cliff guard.
 
 use super::loss;
-use crate::arena::arena;
+use crate::arena::{Arena, arena};
 use crate::claim::{Claim, Experiment, Figure, Reading, Required, Trial};
 use crate::run::{Run, Setup};
+use crate::seeds::Dice;
 use groundwave_protocol::command::{Drive, Message};
 use groundwave_protocol::letters::Layer;
 use sr04_firmware::parameters::Parameter;
+use sr04_sim::Pose;
 
 pub(super) const ALL: &[&Experiment] = &[&APPROACHES, &BESIDE];
 
@@ -17,8 +19,8 @@ const APPROACHES: Experiment = Experiment {
     claims: &[
         Claim {
             part: "cliff",
-            says: "approaches to an edge on the landing: prowling straight at any speed, prowling with bumpers, \
-                   driven by hand forward or backward in any bow; falls",
+            says: "approaches to an edge 1 to 6 ft away on the landing: prowling at 4 to 12 in/s without and with \
+                   bumpers, by hand forward and backward in any bow; falls",
             figure: Figure::Share,
             required: Required::AtMost(0.0),
             shortfall: None,
@@ -65,7 +67,9 @@ fn approaches(trial: &Trial) -> Vec<Option<Reading>> {
 fn approach(trial: &Trial, guard: i16) -> Option<bool> {
     let stairs = arena("stairs");
     let mut dice = trial.dice();
-    let start = stairs.somewhere(&mut dice);
+    let by_hand = trial.index % 3 == 2;
+    let backward = by_hand && dice.below(2) == 1;
+    let start = before_an_edge(&stairs, &mut dice, backward);
     let top_speed = 4 + dice.below(9) as i16;
     let layers: &[Layer] = match trial.index % 3 {
         0 => &[],
@@ -76,8 +80,7 @@ fn approach(trial: &Trial, guard: i16) -> Option<bool> {
         .with(Parameter::TopSpeed, top_speed)
         .with(Parameter::CliffGuard, guard)
         .start();
-    let by_hand = (trial.index % 3 == 2).then(|| {
-        let backward = dice.below(2) == 1;
+    let by_hand = by_hand.then(|| {
         let speed = top_speed as i8;
         (
             if backward { -speed } else { speed },
@@ -118,6 +121,28 @@ fn approach(trial: &Trial, guard: i16) -> Option<bool> {
     }
     // And some time for what it does next.
     Some(fell || meets(&mut run, 10.0).1)
+}
+
+/// A place with an edge 1 to 6 ft ahead of the nose, or behind the tail, and nothing between.
+fn before_an_edge(stairs: &Arena, dice: &mut Dice, backward: bool) -> Pose {
+    let ahead = if backward { -1.0 } else { 1.0 };
+    loop {
+        let place = stairs.somewhere(dice);
+        let (sin, cos) = place.theta_deg.to_radians().sin_cos();
+        let along = |way_in: f64| Pose {
+            x_in: place.x_in + ahead * way_in * sin,
+            y_in: place.y_in + ahead * way_in * cos,
+            ..place
+        };
+        let has_floor = |at: Pose| stairs.world.has_floor(at.x_in, at.y_in);
+        let edge_in = (4..24).map(|step| f64::from(step) * 3.0).find(|&way_in| {
+            let at = along(way_in);
+            !has_floor(at) || !stairs.has_room(at)
+        });
+        if edge_in.is_some_and(|way_in| !has_floor(along(way_in))) {
+            return place;
+        }
+    }
 }
 
 fn beside(trial: &Trial) -> Vec<Option<Reading>> {

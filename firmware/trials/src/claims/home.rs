@@ -14,7 +14,7 @@ pub(super) const ALL: &[&Experiment] = &[&WANDER, &DETOUR, &DOCK, &FORAGE];
 
 const WANDER: Experiment = Experiment {
     name: "wander-home",
-    trials: [10, 200],
+    trials: [8, 100],
     run: wander,
     claims: &[
         Claim {
@@ -39,7 +39,7 @@ const WANDER: Experiment = Experiment {
 
 const DETOUR: Experiment = Experiment {
     name: "home-detour",
-    trials: [10, 200],
+    trials: [8, 100],
     run: detour,
     claims: &[Claim {
         part: "7 Dead reckoning",
@@ -75,7 +75,7 @@ const DAY_H: f64 = 24.0;
 
 const FORAGE: Experiment = Experiment {
     name: "forage-day",
-    trials: [0, 12],
+    trials: [0, 4],
     run: forage,
     claims: &[
         Claim {

@@ -6,12 +6,16 @@ use crate::claim::{Claim, Experiment, Figure, Reading, Required, Trial};
 use crate::run::{Setup, is_held_by};
 use groundwave_protocol::letters::{Layer, LayerMask, Mode};
 use sr04_firmware::drive::Motion;
+use sr04_firmware::parameters::Parameter;
 use sr04_sim::Simulation;
 
 pub(super) const ALL: &[&Experiment] = &[&REST, &LAMP, &PASSIVE, &CHATTER];
 
 /// Layers that pull or push.
 const SENSORS: [Layer; 4] = [Layer::Bumpers, Layer::Infrared, Layer::Sonar, Layer::Photo];
+
+/// Photocells that differ by less are equal to the robot.
+const PHOTO_DEADZONE: i16 = Parameter::PhotoDeadzone.definition().default;
 
 /// Quiet for this long is at rest.
 const REST_TICKS: u32 = 200;
@@ -35,7 +39,8 @@ const LAMP: Experiment = Experiment {
     run: lamp,
     claims: &[Claim {
         part: "reactive",
-        says: "at rest in the dark room: the other lamp goes on, and it moves within 2 s",
+        says: "at rest in the dark room: the other lamp goes on, a photocell changes by more than two deadzones, \
+               and it moves within 2 s",
         figure: Figure::Share,
         required: Required::AtLeast(99.0),
         shortfall: None,
@@ -58,7 +63,7 @@ const PASSIVE: Experiment = Experiment {
 
 const CHATTER: Experiment = Experiment {
     name: "behaviour",
-    trials: [4, 40],
+    trials: [2, 16],
     run: chatter,
     claims: &[
         Claim {
@@ -109,11 +114,21 @@ fn lamp(trial: &Trial) -> Vec<Option<Reading>> {
     if rested.is_none() {
         return vec![None];
     }
+    let cells = |simulation: &Simulation| {
+        let inputs = simulation.inputs();
+        [inputs.photo_left, inputs.photo_right].map(|cell| i16::from(cell.unwrap_or(0)))
+    };
+    let before = cells(&run.simulation);
     assert!(run.simulation.set_lamp("other lamp", true), "it is there");
+    let mut is_felt = false;
     let moved = run.until(2.0, |simulation| {
+        let changes = before.iter().zip(cells(simulation));
+        is_felt |= changes
+            .into_iter()
+            .any(|(before, now)| (before - now).abs() > 2 * PHOTO_DEADZONE);
         simulation.robot().motion() != Motion::STILL
     });
-    vec![success(moved.is_some())]
+    vec![is_felt.then_some(Reading::Success(moved.is_some()))]
 }
 
 fn passive(trial: &Trial) -> Vec<Option<Reading>> {

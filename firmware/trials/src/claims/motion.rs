@@ -51,7 +51,7 @@ const HOURS: f64 = 4.0;
 
 const FALSE_ALARMS: Experiment = Experiment {
     name: "false-alarms",
-    trials: [2, 25],
+    trials: [1, 12],
     run: false_alarms,
     claims: &[Claim {
         part: "6 Motion",

@@ -9,7 +9,7 @@ pub(super) const ALL: &[&Experiment] = &[&DETERMINISM, &SURVIVAL];
 
 const DETERMINISM: Experiment = Experiment {
     name: "determinism",
-    trials: [4, 20],
+    trials: [2, 20],
     run: determinism,
     claims: &[Claim {
         part: "whole robot",
@@ -28,7 +28,7 @@ const HOURS: f64 = 8.0;
 
 const SURVIVAL: Experiment = Experiment {
     name: "survival",
-    trials: [2, 20],
+    trials: [1, 20],
     run: survival,
     claims: &[
         Claim {
