@@ -436,6 +436,9 @@ pub struct Sim {
     /// Keep what the robot remembers over a reset in this file; --pty PATH keeps it beside PATH
     #[arg(long, value_name = "FILE")]
     pub eeprom: Option<PathBuf>,
+    /// Write here, as CSV, what is really so and why the robot does what it does, tick by tick
+    #[arg(long, value_name = "FILE")]
+    pub trace: Option<PathBuf>,
 }
 
 /// `replay`

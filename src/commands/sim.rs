@@ -53,6 +53,7 @@ pub(super) fn run(options: &Sim) -> Result<(), Fault> {
             time_factor: options.simulated.time_factor,
             duration: options.duration,
             eeprom: eeprom(options),
+            trace: options.trace.clone(),
         },
     )?;
     let address = server.addresses().first().map_or("", String::as_str);

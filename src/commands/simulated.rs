@@ -58,9 +58,10 @@ fn fit_radio(config: &mut SimulationConfig, kind: RadioKind) {
 pub(super) fn start(config: SimulationConfig, options: &ServeOptions) -> Result<Server, Fault> {
     serve(config, options).map_err(|error| {
         let exit = match &error {
-            ServeError::TimeFactor(_) | ServeError::Link { .. } | ServeError::Eeprom { .. } => {
-                Exit::Usage
-            }
+            ServeError::TimeFactor(_)
+            | ServeError::Link { .. }
+            | ServeError::Eeprom { .. }
+            | ServeError::Trace { .. } => Exit::Usage,
             ServeError::Listen { source, .. } => match source.kind() {
                 ErrorKind::AddrInUse | ErrorKind::PermissionDenied => Exit::Failed,
                 _ => Exit::Usage,

@@ -1,5 +1,5 @@
 //! `cargo xtask check`: everything that needs nothing but Rust. `cargo xtask ci`: that, the
-//! microcontroller and the outside judges.
+//! microcontroller and the outside judges. `cargo xtask acceptance` tries what is claimed of the robot.
 
 mod licences;
 mod mutants;
@@ -33,6 +33,7 @@ const CHECK: &[Step] = &[
     }),
     ("licences", licences::check),
     ("mutants", mutants::check),
+    ("acceptance", || acceptance(&["--short".to_owned()])),
 ];
 
 const OUTSIDE: &[Step] = &[
@@ -47,6 +48,16 @@ const OUTSIDE: &[Step] = &[
 
 fn main() -> ExitCode {
     let wanted = env::args().nth(1);
+    if wanted.as_deref() == Some("acceptance") {
+        let arguments: Vec<String> = env::args().skip(2).collect();
+        return match acceptance(&arguments) {
+            Ok(()) => ExitCode::SUCCESS,
+            Err(error) => {
+                eprintln!("xtask: acceptance: {error}");
+                ExitCode::FAILURE
+            }
+        };
+    }
     let steps: Vec<Step> = match wanted.as_deref() {
         Some("check") => CHECK.to_vec(),
         Some("ci") => [CHECK, OUTSIDE].concat(),
@@ -76,6 +87,21 @@ fn main() -> ExitCode {
         println!("== {name}: ok, {:.0} s", began.elapsed().as_secs_f32());
     }
     ExitCode::SUCCESS
+}
+
+/// Tries what is claimed of the robot; `--help` says how.
+fn acceptance(arguments: &[String]) -> Result<(), String> {
+    let run = [
+        "run",
+        "--release",
+        "--quiet",
+        "--locked",
+        "-p",
+        "sr04-trials",
+        "--",
+    ];
+    let arguments = run.into_iter().chain(arguments.iter().map(String::as_str));
+    cargo(&arguments.collect::<Vec<_>>())
 }
 
 /// A decoder written from SPEC.md alone agrees with ours.

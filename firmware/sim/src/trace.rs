@@ -10,7 +10,7 @@ use sr04_firmware::odometry::UNITS_PER_IN;
 use crate::plant::TICK_MS;
 use crate::simulation::Simulation;
 
-/// The columns. README.md of the trials says what each means.
+/// The columns. `firmware/trials/README.md` says what each means.
 const COLUMNS: &str = "time_ms,true_x_in,true_y_in,true_theta_deg,believed_x_in,believed_y_in,believed_theta_deg,\
 mode,target_x_in,target_y_in,counts_left,counts_right,bumper,sonar_side,sonar_in,ir_count,ir_jammed,photo_left,\
 photo_right,cliff,motion,top_hat,beacon,docked,battery_v,flags,winner,velocity_in_s,rotation_in_s,pwm_left,pwm_right,\

@@ -279,3 +279,26 @@ fn senseless_time_and_taken_ports_are_refused() {
         "{error}"
     );
 }
+
+#[test]
+fn the_trace_has_a_row_for_every_tick() {
+    let path = std::env::temp_dir().join(format!("groundwave-trace-{}.csv", std::process::id()));
+    let options = ServeOptions {
+        duration: Some(Duration::from_secs(10)),
+        time_factor: 1000.0,
+        trace: Some(path.clone()),
+        ..options(tcp())
+    };
+    serve(config(), &options)
+        .expect("the endpoint opens")
+        .wait();
+    let text = std::fs::read_to_string(&path).expect("it is there");
+    std::fs::remove_file(&path).expect("it can go");
+    assert_eq!(text.lines().count(), 1 + 200, "a head and ten seconds");
+    let nowhere = ServeOptions {
+        trace: Some("/no/such/folder/trace.csv".into()),
+        ..options
+    };
+    let error = serve(config(), &nowhere).expect_err("there is no such folder");
+    assert!(error.to_string().contains("/no/such/folder"), "{error}");
+}

@@ -50,7 +50,8 @@ impl Robot {
     }
 
     /// Those of them that the robot itself has not switched off.
-    pub(super) fn running(&self) -> LayerMask {
+    #[must_use]
+    pub fn running(&self) -> LayerMask {
         let enabled = self.enabled();
         if self.parameters.is_on(Parameter::Behaviour) {
             enabled.and(LayerMask::from_bits(!self.switches.off().bits()))

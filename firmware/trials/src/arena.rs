@@ -14,6 +14,8 @@ const TRIAL_WORLDS: &[(&str, &str)] = &[
     ("doorway", include_str!("../worlds/doorway.toml")),
     ("gap", include_str!("../worlds/gap.toml")),
     ("hall", include_str!("../worlds/hall.toml")),
+    ("two-doors", include_str!("../worlds/two-doors.toml")),
+    ("walker", include_str!("../worlds/walker.toml")),
 ];
 
 /// Step of the grid of places.
@@ -21,6 +23,18 @@ const STEP_IN: f64 = 3.0;
 
 /// Room that a place leaves around the robot's centre: half an inch more than it needs.
 const ROOM_IN: f64 = 6.0;
+
+/// Where floor must be around a place: the robot does not start with its bumper over an edge.
+const AROUND: [(f64, f64); 8] = [
+    (9.0, 0.0),
+    (-9.0, 0.0),
+    (0.0, 9.0),
+    (0.0, -9.0),
+    (6.5, 6.5),
+    (6.5, -6.5),
+    (-6.5, 6.5),
+    (-6.5, -6.5),
+];
 
 /// A world, and where a robot that starts in it can get to.
 pub(crate) struct Arena {
@@ -34,6 +48,9 @@ impl Arena {
         let is_free = |(column, row): (i32, i32)| {
             let (x, y) = place(start, (column, row));
             world.clearance_in(x, y) >= ROOM_IN
+                && AROUND
+                    .iter()
+                    .all(|(east, north)| world.has_floor(x + east, y + north))
         };
         let mut seen = std::collections::BTreeSet::from([(0, 0)]);
         let mut open = vec![(0, 0)];
@@ -62,6 +79,22 @@ impl Arena {
             y_in,
             theta_deg: dice.between(0.0, 360.0),
         }
+    }
+
+    /// Whether the robot has room at a place.
+    pub(crate) fn has_room(&self, at: Pose) -> bool {
+        self.world.clearance_in(at.x_in, at.y_in) >= ROOM_IN
+    }
+
+    /// A third of the places are at least so far from a point of the plan.
+    pub(crate) fn farthest_third_in(&self, from: Pose) -> f64 {
+        let mut distances_in: Vec<f64> = self
+            .places
+            .iter()
+            .map(|(x_in, y_in)| (x_in - from.x_in).hypot(y_in - from.y_in))
+            .collect();
+        distances_in.sort_by(f64::total_cmp);
+        distances_in[distances_in.len() * 2 / 3]
     }
 
     /// The world with the robot at a place; where it does not fit, nowhere is.

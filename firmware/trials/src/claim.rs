@@ -39,6 +39,8 @@ pub(crate) enum Reading {
     Success(bool),
     /// A measured value.
     Value(f64),
+    /// A value without something, and the same with it.
+    Pair(f64, f64),
     /// Things that happened, and in how many hours.
     Events { count: u32, hours: f64 },
 }
@@ -50,6 +52,8 @@ pub(crate) enum Figure {
     Share,
     /// The mean of the values.
     Mean { unit: &'static str, digits: usize },
+    /// The mean of the first values of pairs over the mean of the second.
+    MeanRatio { unit: &'static str, digits: usize },
     /// Events an hour.
     PerHour,
     /// Hours to an event.
@@ -108,7 +112,7 @@ impl Figure {
                 .iter()
                 .map(|reading| match *reading {
                     Reading::Success(is_so) => f64::from(u8::from(is_so)),
-                    Reading::Value(value) => value,
+                    Reading::Value(value) | Reading::Pair(value, _) => value,
                     Reading::Events { count, .. } => f64::from(count),
                 })
                 .collect()
@@ -117,7 +121,7 @@ impl Figure {
             .iter()
             .fold((0, 0.0), |sum, reading| match *reading {
                 Reading::Events { count, hours } => (sum.0 + count, sum.1 + hours),
-                Reading::Success(_) | Reading::Value(_) => sum,
+                _ => sum,
             });
         Some(match self {
             Self::Share => {
@@ -127,6 +131,13 @@ impl Figure {
                 statistics::share(successes.count(), readings.len())
             }
             Self::Mean { .. } => statistics::mean(&values()),
+            Self::MeanRatio { .. } => {
+                let pairs = readings.iter().filter_map(|reading| match *reading {
+                    Reading::Pair(one, other) => Some((one, other)),
+                    _ => None,
+                });
+                statistics::ratio_of_means(&pairs.collect::<Vec<_>>())
+            }
             Self::PerHour => statistics::per_hour(count, hours),
             Self::HoursTo => statistics::hours_to(count, hours),
         })

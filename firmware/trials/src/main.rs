@@ -151,6 +151,9 @@ fn all(experiment: &'static Experiment, arguments: &Arguments) -> Vec<Row> {
     let [short, long] = experiment.trials;
     let usual = if arguments.short { short } else { long };
     let trials = arguments.seeds.map_or(usual, |seeds| seeds as usize);
+    if trials == 0 {
+        return Vec::new();
+    }
     let cores = || std::thread::available_parallelism().map_or(1, usize::from);
     let threads = arguments
         .threads

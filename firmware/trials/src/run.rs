@@ -66,7 +66,7 @@ impl<'a> Setup<'a> {
         self
     }
 
-    /// Switches on, and gives the first orders before the first tick.
+    /// Switches on, and gives the first orders after the first tick.
     pub(crate) fn start(self) -> Run {
         let mut run = Run {
             simulation: Simulation::new(&self.config),
@@ -86,6 +86,8 @@ impl<'a> Setup<'a> {
                     .unwrap_or_else(|error| panic!("cannot write {}: {error}", path.display()))
             }),
         };
+        // A robot that has not ticked yet does not know which sensors its board has.
+        run.tick();
         if let Some(allowed) = self.allowed {
             let which = LayerMask::ALL;
             run.must(Order::Layers { which, allowed });

@@ -43,6 +43,26 @@ pub(crate) fn mean(values: &[f64]) -> Estimate {
     }
 }
 
+/// The mean of the first values over that of the second, with Student's interval of what each pair
+/// contributes (the delta method).
+pub(crate) fn ratio_of_means(pairs: &[(f64, f64)]) -> Estimate {
+    let count = pairs.len() as f64;
+    let (one, other) = pairs
+        .iter()
+        .fold((0.0, 0.0), |sum, pair| (sum.0 + pair.0, sum.1 + pair.1));
+    let figure = one / other;
+    let parts: Vec<f64> = pairs
+        .iter()
+        .map(|pair| (pair.0 - figure * pair.1) / (other / count))
+        .collect();
+    let around_zero = mean(&parts);
+    Estimate {
+        figure,
+        low: figure + around_zero.low,
+        high: figure + around_zero.high,
+    }
+}
+
 /// Events an hour, with the exact interval of a Poisson process.
 pub(crate) fn per_hour(events: u32, hours: f64) -> Estimate {
     let limit = |freedom: u32, tail: f64| {
@@ -98,6 +118,14 @@ mod tests {
         let never = hours_to(0, 30.0);
         assert!(never.figure.is_infinite() && (never.low - 10.0).abs() < 1e-9);
         is_near(hours_to(10, 100.0), 10.0, 5.438, 20.85);
+    }
+
+    #[test]
+    fn a_ratio_lies_within_its_interval() {
+        let ratio = ratio_of_means(&[(10.0, 1.0), (20.0, 2.0), (30.0, 3.0)]);
+        is_near(ratio, 10.0, 10.0, 10.0);
+        let ratio = ratio_of_means(&[(11.0, 1.0), (9.0, 1.0)]);
+        assert!(ratio.low < 9.0 && ratio.high > 11.0, "{ratio:?}");
     }
 
     #[test]

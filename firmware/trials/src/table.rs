@@ -94,7 +94,9 @@ fn number(figure: Figure, value: f64) -> String {
     }
     match figure {
         Figure::Share => format!("{value:.1}"),
-        Figure::Mean { digits, .. } => format!("{value:.digits$}"),
+        Figure::Mean { digits, .. } | Figure::MeanRatio { digits, .. } => {
+            format!("{value:.digits$}")
+        }
         Figure::PerHour => format!("{value:.3}"),
         Figure::HoursTo => format!("{value:.1}"),
     }
@@ -103,7 +105,7 @@ fn number(figure: Figure, value: f64) -> String {
 fn with_unit(figure: Figure, value: f64) -> String {
     let unit = match figure {
         Figure::Share => "%",
-        Figure::Mean { unit, .. } => unit,
+        Figure::Mean { unit, .. } | Figure::MeanRatio { unit, .. } => unit,
         Figure::PerHour => "an hour",
         Figure::HoursTo if value.is_infinite() => "",
         Figure::HoursTo => "h",

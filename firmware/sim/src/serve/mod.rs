@@ -11,7 +11,9 @@ mod pty;
 mod tcp;
 
 use eeprom::Eeprom;
-use std::path::PathBuf;
+use std::fs::File;
+use std::io::BufWriter;
+use std::path::{Path, PathBuf};
 use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
 use std::sync::{Arc, Mutex, PoisonError};
 use std::thread::JoinHandle;
@@ -22,6 +24,7 @@ use groundwave_protocol::BYTES_PER_S;
 
 use crate::plant::Truth;
 use crate::simulation::{Simulation, SimulationConfig};
+use crate::trace::Trace;
 use crate::world::Outline;
 
 /// Where the robot's radio comes out.
@@ -54,6 +57,8 @@ pub struct ServeOptions {
     pub duration: Option<Duration>,
     /// A file in the place of the robot's EEPROM: it keeps the boot counter and the parameters.
     pub eeprom: Option<PathBuf>,
+    /// A file for a row of [`crate::Trace`] at every tick.
+    pub trace: Option<PathBuf>,
 }
 
 impl Default for ServeOptions {
@@ -67,6 +72,7 @@ impl Default for ServeOptions {
             time_factor: 1.0,
             duration: None,
             eeprom: None,
+            trace: None,
         }
     }
 }
@@ -102,6 +108,14 @@ pub enum ServeError {
         path: PathBuf,
         /// Why, and what to do.
         problem: String,
+    },
+    /// The trace cannot be written.
+    #[error("cannot write the trace to {}: {source}; choose another file", path.display())]
+    Trace {
+        /// The file.
+        path: PathBuf,
+        /// Why.
+        source: io::Error,
     },
     /// Time cannot run like this.
     #[error("time cannot run {0} times as fast: choose a factor above 0 up to 1000")]
@@ -168,6 +182,7 @@ pub fn serve(mut config: SimulationConfig, options: &ServeOptions) -> Result<Ser
         config.boots = eeprom.count_boot()?;
         config.parameters.clone_from(eeprom.parameters());
     }
+    let trace = options.trace.as_deref().map(begin_trace).transpose()?;
     let simulation = Simulation::new(&config);
     let shared = Arc::new(Shared {
         stop: AtomicBool::new(false),
@@ -178,6 +193,7 @@ pub fn serve(mut config: SimulationConfig, options: &ServeOptions) -> Result<Ser
     let boots = simulation.boots();
     let runner = Runner {
         simulation,
+        trace,
         eeprom,
         ports,
         shared: Arc::clone(&shared),
@@ -197,6 +213,15 @@ pub fn serve(mut config: SimulationConfig, options: &ServeOptions) -> Result<Ser
         shared,
         thread: Some(thread),
     })
+}
+
+fn begin_trace(path: &Path) -> Result<Trace<BufWriter<File>>, ServeError> {
+    File::create(path)
+        .and_then(|file| Trace::new(BufWriter::new(file)))
+        .map_err(|source| ServeError::Trace {
+            path: path.to_owned(),
+            source,
+        })
 }
 
 fn open(endpoint: &Endpoint) -> Result<(Box<dyn Port>, String), ServeError> {
@@ -286,6 +311,8 @@ impl Drop for Server {
 /// What the simulation's thread owns.
 struct Runner {
     simulation: Simulation,
+    /// Until a row cannot be written.
+    trace: Option<Trace<BufWriter<File>>>,
     eeprom: Option<Eeprom>,
     ports: Vec<Box<dyn Port>>,
     shared: Arc<Shared>,
@@ -317,6 +344,16 @@ impl Runner {
         }
     }
 
+    /// A full disk ends the trace, not the robot.
+    fn write_trace(&mut self) {
+        if let Some(trace) = &mut self.trace
+            && let Err(error) = trace.observe(&self.simulation)
+        {
+            eprintln!("the trace ends here: {error}");
+            self.trace = None;
+        }
+    }
+
     /// Takes what was sent, runs up to a time, gives out what was received.
     fn advance(&mut self, target_ms: u64) {
         if self.simulation.uplink_pending() < UPLINK_AHEAD {
@@ -332,6 +369,7 @@ impl Runner {
         let mut received = Vec::new();
         while self.simulation.now_ms() < target_ms {
             self.simulation.step();
+            self.write_trace();
             received.extend(std::iter::from_fn(|| self.simulation.poll_downlink()));
         }
         if let Some(eeprom) = &mut self.eeprom {

@@ -229,6 +229,12 @@ impl World {
             .fold(f64::INFINITY, f64::min)
     }
 
+    /// Whether there is floor at a place of the plan.
+    #[must_use]
+    pub fn has_floor(&self, x_in: f64, y_in: f64) -> bool {
+        !self.drops.has(Vec2::new(x_in, y_in))
+    }
+
     /// The same world with the robot starting elsewhere on the plan; `None` when it does not fit there.
     #[must_use]
     pub fn started_at(&self, start: Pose) -> Option<Self> {

@@ -1,11 +1,17 @@
 //! The claims, one file a part of the robot.
 
 mod bumpers;
+mod cliff;
 mod dead_reckoning;
+mod home;
 mod infrared;
+mod modes;
+mod motion;
 mod odometry;
+mod photo;
 mod pid;
 mod prowl;
+mod rotation;
 mod sonar;
 mod user;
 mod whole;
@@ -19,10 +25,16 @@ pub(crate) fn all() -> Vec<&'static Experiment> {
         odometry::ALL,
         user::ALL,
         bumpers::ALL,
+        rotation::ALL,
         infrared::ALL,
         sonar::ALL,
+        photo::ALL,
+        motion::ALL,
         dead_reckoning::ALL,
+        home::ALL,
         prowl::ALL,
+        modes::ALL,
+        cliff::ALL,
         whole::ALL,
     ]
     .concat()

@@ -1,0 +1,161 @@
+//! Layer 6: the arm, the walker, the charge.
+
+use super::success;
+use crate::arena::arena;
+use crate::claim::{Claim, Experiment, Figure, Reading, Required, Trial};
+use crate::run::{Setup, is_held_by};
+use groundwave_protocol::letters::{Layer, Mode};
+use sr04_sim::{Pose, Simulation};
+
+pub(super) const ALL: &[&Experiment] = &[&WALKER, &FALSE_ALARMS];
+
+/// Where the robot waits in the world `walker`, six feet from the way.
+const WAIT_AT: (f64, f64) = (183.0, 75.0);
+
+/// A body within this of straight ahead is ahead.
+const AHEAD_DEG: f64 = 15.0;
+
+const WALKER: Experiment = Experiment {
+    name: "walker",
+    trials: [20, 300],
+    run: walker,
+    claims: &[
+        Claim {
+            part: "6 Motion",
+            says: "a person passes 6 ft away, somewhere within 45 degrees of the nose when nearest: it charges \
+                   while that one passes",
+            figure: Figure::Share,
+            required: Required::AtLeast(95.0),
+            shortfall: None,
+        },
+        Claim {
+            part: "6 Motion",
+            says: "the same, when it charges: to the side on which the person was when it was sure, or forward \
+                   (within 15 degrees of the nose: any way)",
+            figure: Figure::Share,
+            required: Required::AtLeast(90.0),
+            shortfall: None,
+        },
+        Claim {
+            part: "6 Motion",
+            says: "the same: the motors never run while the arm is up",
+            figure: Figure::Share,
+            required: Required::AtLeast(100.0),
+            shortfall: None,
+        },
+    ],
+};
+
+/// Hours that one trial waits in a room without anybody.
+const HOURS: f64 = 4.0;
+
+const FALSE_ALARMS: Experiment = Experiment {
+    name: "false-alarms",
+    trials: [1, 12],
+    run: false_alarms,
+    claims: &[Claim {
+        part: "6 Motion",
+        says: "4 h in an empty room: charges an hour",
+        figure: Figure::PerHour,
+        required: Required::AtMost(1.0),
+        shortfall: None,
+    }],
+};
+
+/// Whether it runs at something.
+fn charges(simulation: &Simulation) -> bool {
+    is_held_by(simulation, Layer::Motion) && simulation.robot().motion().velocity_cps > 0
+}
+
+fn drives_with_arm_up(simulation: &Simulation) -> bool {
+    let outputs = simulation.outputs();
+    (outputs.pwm_left != 0 || outputs.pwm_right != 0) && simulation.truth().arm_raised > 0.1
+}
+
+fn walker(trial: &Trial) -> Vec<Option<Reading>> {
+    let mut dice = trial.dice();
+    let start = Pose {
+        x_in: WAIT_AT.0,
+        y_in: WAIT_AT.1,
+        theta_deg: dice.between(-45.0, 45.0),
+    };
+    let mut run = Setup::new(trial, arena("walker").started_at(start))
+        .only(&[Layer::Motion])
+        .mode(Mode::Reactive)
+        .start();
+    let bearing_deg = |simulation: &Simulation| {
+        let pose = simulation.truth().pose;
+        simulation.walkers().next().map_or(0.0, |(person, _)| {
+            let bearing = (person.x_in - pose.x_in).atan2(person.y_in - pose.y_in);
+            (bearing.to_degrees() - pose.theta_deg + 540.0).rem_euclid(360.0) - 180.0
+        })
+    };
+    // The person sets out after 45 s and is across, 26 ft farther, 8 s later.
+    let mut is_safe = true;
+    let (mut sure_deg, mut was_up) = (None, false);
+    let fired = run.until(56.0, |simulation| {
+        is_safe &= !drives_with_arm_up(simulation);
+        let is_up = simulation.outputs().arm_up;
+        if was_up && !is_up {
+            sure_deg = Some(bearing_deg(simulation));
+        }
+        was_up = is_up;
+        charges(simulation)
+    });
+    let side = fired.and(sure_deg).map(|bearing_deg| {
+        let rotation_cps = run.simulation.robot().motion().rotation_cps;
+        let way = f64::from(rotation_cps.signum());
+        bearing_deg.abs() <= AHEAD_DEG || way == bearing_deg.signum()
+    });
+    run.until(10.0, |simulation| {
+        is_safe &= !drives_with_arm_up(simulation);
+        false
+    });
+    vec![
+        success(fired.is_some_and(|seconds| seconds > 45.0)),
+        side.map(Reading::Success),
+        success(is_safe),
+    ]
+}
+
+fn false_alarms(trial: &Trial) -> Vec<Option<Reading>> {
+    let hall = arena("hall");
+    let start = hall.somewhere(&mut trial.dice());
+    let mut run = Setup::new(trial, hall.started_at(start))
+        .only(&[Layer::Motion])
+        .mode(Mode::Reactive)
+        .start();
+    let (mut count, mut was_charging) = (0, false);
+    run.until(HOURS * 3600.0, |simulation| {
+        let is_charging = charges(simulation);
+        count += u32::from(is_charging && !was_charging);
+        was_charging = is_charging;
+        false
+    });
+    vec![Some(Reading::Events {
+        count,
+        hours: HOURS,
+    })]
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::arena::seen_from;
+
+    #[test]
+    fn the_person_passes_six_feet_away() {
+        let world = &arena("walker").world;
+        let start = world.start();
+        assert_eq!((start.x_in, start.y_in), WAIT_AT);
+        let nearest = seen_from(
+            start,
+            Pose {
+                x_in: 183.0,
+                y_in: 147.0,
+                theta_deg: 0.0,
+            },
+        );
+        assert!((nearest.y_in - 72.0).abs() < 1e-9);
+    }
+}

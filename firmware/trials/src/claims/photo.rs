@@ -1,0 +1,86 @@
+//! Layer 5: the moth, and who shuns the light.
+
+use super::success;
+use crate::arena::{arena, seen_from};
+use crate::claim::{Claim, Experiment, Figure, Reading, Required, Trial};
+use crate::run::{Setup, distance_in};
+use groundwave_protocol::letters::Layer;
+use sr04_firmware::parameters::Parameter;
+use sr04_sim::Pose;
+
+pub(super) const ALL: &[&Experiment] = &[&MOTH, &AVOID];
+
+/// The lamp of the dark room.
+const LAMP: Pose = Pose {
+    x_in: 183.0,
+    y_in: 183.0,
+    theta_deg: 0.0,
+};
+
+/// Farther from it than this is not circling it.
+const CIRCLE_IN: f64 = 72.0;
+
+const LIMIT_S: f64 = 300.0;
+
+const MOTH: Experiment = Experiment {
+    name: "moth",
+    trials: [16, 200],
+    run: moth,
+    claims: &[Claim {
+        part: "5 Photo",
+        says: "from anywhere in the dark room, bumpers and photo only: within 5 min it has gone once round the \
+               lamp without leaving 6 ft",
+        figure: Figure::Share,
+        required: Required::AtLeast(80.0),
+        shortfall: None,
+    }],
+};
+
+const AVOID: Experiment = Experiment {
+    name: "photo-avoid",
+    trials: [16, 200],
+    run: avoid,
+    claims: &[Claim {
+        part: "5 Photo",
+        says: "the same with the avoid flag: after 5 min it is in the third of the floor farthest from the lamp",
+        figure: Figure::Share,
+        required: Required::AtLeast(90.0),
+        shortfall: None,
+    }],
+};
+
+fn moth(trial: &Trial) -> Vec<Option<Reading>> {
+    let room = arena("dark-room");
+    let start = room.somewhere(&mut trial.dice());
+    let lamp = seen_from(start, LAMP);
+    let mut run = Setup::new(trial, room.started_at(start))
+        .only(&[Layer::Bumpers, Layer::Photo])
+        .start();
+    let (mut around_deg, mut before_deg) = (0.0_f64, None);
+    let circled = run.until(LIMIT_S, |simulation| {
+        let pose = simulation.truth().pose;
+        if distance_in(pose, lamp) > CIRCLE_IN {
+            (around_deg, before_deg) = (0.0, None);
+            return false;
+        }
+        let bearing_deg = (pose.x_in - lamp.x_in)
+            .atan2(pose.y_in - lamp.y_in)
+            .to_degrees();
+        let before = before_deg.replace(bearing_deg).unwrap_or(bearing_deg);
+        around_deg += (bearing_deg - before + 540.0).rem_euclid(360.0) - 180.0;
+        around_deg.abs() >= 360.0
+    });
+    vec![success(circled.is_some())]
+}
+
+fn avoid(trial: &Trial) -> Vec<Option<Reading>> {
+    let room = arena("dark-room");
+    let start = room.somewhere(&mut trial.dice());
+    let mut run = Setup::new(trial, room.started_at(start))
+        .only(&[Layer::Bumpers, Layer::Photo])
+        .with(Parameter::PhotoAvoid, 1)
+        .start();
+    run.seconds(LIMIT_S);
+    let here_in = distance_in(run.pose(), seen_from(start, LAMP));
+    vec![success(here_in >= room.farthest_third_in(LAMP))]
+}
