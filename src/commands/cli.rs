@@ -78,6 +78,16 @@ Neither goto nor route changes the mode, unless --go: then `mode prowl` follows.
 
 A value is proven when the robot acknowledged the order and then said the value itself.")]
     Param(Param),
+    /// Drive two squares, and correct what the robot takes its wheels and track for.
+    #[command(after_help = "\
+The robot drives a square clockwise and one counter-clockwise, from a mark on the floor until it believes to be back on
+it. After each you measure where it really is, seen as it stood at the start, and type two numbers of inches: to the
+right of the mark and ahead of it. From these follow the track and the wheels' diameters, which are sent to the robot;
+then it drives both again, and you see what it was good for.
+
+  groundwave calibrate /dev/ttyUSB0 --side 157 --save
+  printf '%s\\n' '3.5 -2' '-4 1.5' '0.2 0' '-0.1 0.3' | groundwave calibrate /dev/ttyUSB0")]
+    Calibrate(Calibrate),
     /// Serve a simulated robot on a pseudo-terminal or a TCP port.
     Sim(Sim),
     /// Play a capture in the dashboard.
@@ -365,6 +375,28 @@ impl Param {
             quiet: self.quiet,
         }
     }
+}
+
+/// `calibrate`
+#[derive(Debug, Args)]
+pub struct Calibrate {
+    /// A serial device, tcp:HOST:PORT or sim
+    pub link: LinkSpec,
+    /// Side of the square in inches; the floor has to be free for a foot more on every side
+    #[arg(long, value_name = "IN", default_value_t = 157, value_parser = clap::value_parser!(i16).range(40..=400))]
+    pub side: i16,
+    /// Let the robot keep the result over a reset
+    #[arg(long)]
+    pub save: bool,
+    /// Do not drive the squares a second time
+    #[arg(long)]
+    pub once: bool,
+    /// Give up after this long without proof of an order
+    #[arg(long, value_name = "T", value_parser = parse_duration, default_value = "20s")]
+    pub timeout: Duration,
+    /// What is known of the radio.
+    #[command(flatten)]
+    pub radio: RadioArgs,
 }
 
 /// How a command gets to the radio.

@@ -1,6 +1,7 @@
 //! What the program can be told to do, one file a verb.
 
 mod appearance;
+mod calibrate;
 pub mod cli;
 pub mod config;
 mod decode;
@@ -108,6 +109,9 @@ pub fn run(cli: &Cli) -> ExitCode {
         Command::Record(record) => config().and_then(|config| record::run(record, &config)),
         Command::Send(send) => config().and_then(|config| send::run(send, &config)),
         Command::Param(param) => config().and_then(|config| send::run(&param.to_send(), &config)),
+        Command::Calibrate(calibrate) => {
+            config().and_then(|config| calibrate::run(calibrate, &config))
+        }
         Command::Sim(sim) => sim::run(sim),
         Command::Replay(replay) => replay::run(replay),
         Command::Decode(decode) => decode::run(decode),

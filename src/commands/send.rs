@@ -6,6 +6,7 @@ use std::time::{Duration, Instant};
 
 use groundwave_protocol::telemetry::{Outcome, ParameterLine};
 use serde_json::{Value, json};
+use sr04_sim::serve::Server;
 
 use super::cli::{Send, Way};
 use super::config::Config;
@@ -50,20 +51,7 @@ async fn deliver(
     radio: Radio,
     script: &Script,
 ) -> Result<(), Fault> {
-    let name = link.to_string();
-    let (inputs, from_link) = tokio::sync::mpsc::channel(64);
-    let (spec, _simulator) = super::simulated::embed(link, radio.kind)?;
-    let connection =
-        Connection::open(&spec, baud).map_err(|error| Fault::new(Exit::NoLink, error))?;
-    let link = Link::start(spec, baud, connection, Box::new(|_, _| {}), inputs);
-    let mut driver = Driver::new(
-        name,
-        link,
-        from_link,
-        radio,
-        Instant::now(),
-        Box::new(|_, _| {}),
-    );
+    let (mut driver, _simulator) = connect(link, baud, radio)?;
     let mut report = Report::new(options);
     for (index, line) in script.lines().iter().enumerate() {
         deliver_one(options, &mut driver, &mut report, line)
@@ -71,6 +59,28 @@ async fn deliver(
             .map_err(|fault| script.blame(index, fault))?;
     }
     Ok(())
+}
+
+/// A station on a link of its own, and the simulated robot behind it if the link is one.
+pub(super) fn connect(
+    link: &LinkSpec,
+    baud: u32,
+    radio: Radio,
+) -> Result<(Driver, Option<Server>), Fault> {
+    let (inputs, from_link) = tokio::sync::mpsc::channel(64);
+    let (spec, simulator) = super::simulated::embed(link, radio.kind)?;
+    let connection =
+        Connection::open(&spec, baud).map_err(|error| Fault::new(Exit::NoLink, error))?;
+    let opened = Link::start(spec, baud, connection, Box::new(|_, _| {}), inputs);
+    let driver = Driver::new(
+        link.to_string(),
+        opened,
+        from_link,
+        radio,
+        Instant::now(),
+        Box::new(|_, _| {}),
+    );
+    Ok((driver, simulator))
 }
 
 async fn deliver_one(
@@ -139,6 +149,16 @@ pub(super) fn not_confirmed(
         Exit::NotConfirmed,
         format!("`{request}` was not confirmed within {waited}: {why}.{state}"),
     )
+}
+
+/// It ended without proof.
+pub(super) fn failed(request: &Request, failure: Failure) -> Fault {
+    let exit = match failure {
+        Failure::ReceiveOnly => Exit::ReceiveOnly,
+        Failure::TimedOut => Exit::NotConfirmed,
+        _ => Exit::Failed,
+    };
+    Fault::new(exit, format!("`{request}`: {failure}"))
 }
 
 /// What the person or the script is told.
@@ -261,14 +281,7 @@ impl Report {
                     self.why(request, *outcome)
                 ),
             ))),
-            CommandStep::Failed(failure) => {
-                let exit = match failure {
-                    Failure::ReceiveOnly => Exit::ReceiveOnly,
-                    Failure::TimedOut => Exit::NotConfirmed,
-                    _ => Exit::Failed,
-                };
-                Some(Err(Fault::new(exit, format!("`{request}`: {failure}"))))
-            }
+            CommandStep::Failed(failure) => Some(Err(failed(request, *failure))),
         }
     }
 

@@ -1,0 +1,333 @@
+//! `calibrate`: two squares, a tape measure, and what follows from them.
+
+use std::io::{self, BufRead, IsTerminal};
+
+use groundwave_protocol::letters::Mode;
+use groundwave_protocol::telemetry::{Body, ParameterName, StateLine};
+use tokio::sync::mpsc::Receiver;
+use tokio::time::{Instant, sleep_until};
+
+use super::cli::Calibrate;
+use super::config::Config;
+use super::send::{connect, failed, not_confirmed};
+use super::{Exit, Fault, block_on, say};
+use crate::calibration::{Gauge, Offset, Squares};
+use crate::event::{CommandStep, Event, Failure};
+use crate::io::link::LinkSpec;
+use crate::request::{Request, Tuning};
+use crate::runtime::Driver;
+use crate::share::why_refused;
+
+/// A robot that believes to be farther than this from its start did not drive the whole square.
+const BROKEN_OFF_IN: f64 = 12.0;
+
+/// Lines A to wait for at the end: by then the wheels stand.
+const SETTLED_LINES: u8 = 4;
+
+pub(super) fn run(options: &Calibrate, config: &Config) -> Result<(), Fault> {
+    let radio = options.radio.radio(config);
+    if !radio.can_send() || matches!(options.link, LinkSpec::Stdin | LinkSpec::Unix(_)) {
+        let message = format!("cannot send to {}: the link is receive-only", options.link);
+        return Err(Fault::new(Exit::ReceiveOnly, message));
+    }
+    let baud = options.radio.baud(config);
+    block_on(async {
+        let (driver, _simulator) = connect(&options.link, baud, radio)?;
+        let mut guide = Guide {
+            options,
+            driver,
+            answers: answers(),
+        };
+        guide.calibrate().await
+    })
+}
+
+/// The lines of standard input, read beside the radio.
+fn answers() -> Receiver<String> {
+    let (send, receive) = tokio::sync::mpsc::channel(1);
+    std::thread::spawn(move || {
+        for line in io::stdin().lock().lines().map_while(Result::ok) {
+            if send.blocking_send(line).is_err() {
+                return;
+            }
+        }
+    });
+    receive
+}
+
+#[derive(Clone, Copy)]
+enum Way {
+    Clockwise,
+    Counter,
+}
+
+impl Way {
+    const fn words(self) -> &'static str {
+        match self {
+            Self::Clockwise => "clockwise",
+            Self::Counter => "counter-clockwise",
+        }
+    }
+}
+
+struct Guide<'a> {
+    options: &'a Calibrate,
+    driver: Driver,
+    answers: Receiver<String>,
+}
+
+impl Guide<'_> {
+    async fn calibrate(&mut self) -> Result<(), Fault> {
+        let before = self.gauge().await?;
+        say(format_args!(
+            "The robot takes its track for {} and its wheels for {} and {} thousandths of an inch.",
+            before.track, before.wheel_left, before.wheel_right
+        ));
+        let squares = self.squares().await?;
+        say(error_text("before", &squares));
+        let gauge = squares
+            .correct(before)
+            .map_err(|error| Fault::new(Exit::Failed, error))?;
+        say(format_args!(
+            "So its track is {} and its wheels are {} and {} thousandths of an inch.",
+            gauge.track, gauge.wheel_left, gauge.wheel_right
+        ));
+        for (name, value) in [
+            ("track", gauge.track),
+            ("wheel-left", gauge.wheel_left),
+            ("wheel-right", gauge.wheel_right),
+        ] {
+            self.set(name, value).await?;
+        }
+        if !self.options.once {
+            let after = self.squares().await?;
+            say(error_text("after", &after));
+            say(format_args!(
+                "{:.1} times better.",
+                squares.error_in() / after.error_in().max(0.1)
+            ));
+        }
+        if self.options.save {
+            self.deliver(Request::Parameter(Tuning::Save)).await?;
+            say("Kept over a reset.");
+        } else {
+            say("Until the robot's next reset; `param save` keeps it for longer.");
+        }
+        Ok(())
+    }
+
+    /// What the robot takes its wheels and track for now.
+    async fn gauge(&mut self) -> Result<Gauge, Fault> {
+        Ok(Gauge {
+            track: self.get("track").await?,
+            wheel_left: self.get("wheel-left").await?,
+            wheel_right: self.get("wheel-right").await?,
+        })
+    }
+
+    /// Drives both squares and has them measured.
+    async fn squares(&mut self) -> Result<Squares, Fault> {
+        Ok(Squares {
+            side_in: self.options.side.into(),
+            clockwise: self.square(Way::Clockwise).await?,
+            counter: self.square(Way::Counter).await?,
+        })
+    }
+
+    async fn square(&mut self, way: Way) -> Result<Offset, Fault> {
+        let side = match way {
+            Way::Clockwise => self.options.side,
+            Way::Counter => -self.options.side,
+        };
+        if io::stdin().is_terminal() {
+            say(format_args!(
+                "Put the robot on its mark, with {} in free ahead and to the {}. Then press Enter.",
+                self.options.side + 12,
+                if side > 0 { "right" } else { "left" }
+            ));
+            self.answer().await?;
+        }
+        self.set("square", side).await?;
+        self.deliver(Request::Mode(Mode::Stop)).await?;
+        self.deliver(Request::Mode(Mode::Calibrate)).await?;
+        say(format_args!("Driving {} …", way.words()));
+        let end = self.until_it_stands().await?;
+        let believed = Offset {
+            right_in: f64::from(end.x_tenths_in) / 10.0,
+            ahead_in: f64::from(end.y_tenths_in) / 10.0,
+        };
+        if believed.length_in() > BROKEN_OFF_IN {
+            return Err(Fault::new(
+                Exit::Failed,
+                format!(
+                    "the {} square was broken off: the robot stands {:.0} in from its start by its own reckoning. \
+                     Clear the floor and begin again",
+                    way.words(),
+                    believed.length_in()
+                ),
+            ));
+        }
+        say(
+            "Where is it now? Inches to the right of its mark and ahead of it, as it stood there (left and behind are \
+             negative):",
+        );
+        let measured = self.measurement().await?;
+        Ok(Offset {
+            right_in: measured.right_in - believed.right_in,
+            ahead_in: measured.ahead_in - believed.ahead_in,
+        })
+    }
+
+    /// Until mode C has ended and the wheels stand.
+    async fn until_it_stands(&mut self) -> Result<StateLine, Fault> {
+        let speed_in_s = 4;
+        let limit_s = 60 + 4 * u64::from(self.options.side.unsigned_abs()) / speed_in_s;
+        let limit = Instant::now() + std::time::Duration::from_secs(limit_s);
+        let (mut has_begun, mut settled) = (false, 0);
+        loop {
+            while let Some(event) = self.driver.poll_event() {
+                let Event::Line { line, .. } = event else {
+                    continue;
+                };
+                match line.body {
+                    Body::Text(text) => say(format_args!("robot: {}", text.as_str())),
+                    Body::State(state) if state.mode == Mode::Calibrate => has_begun = true,
+                    Body::State(state) if has_begun => {
+                        settled += 1;
+                        if settled >= SETTLED_LINES {
+                            return Ok(state);
+                        }
+                    }
+                    _ => {}
+                }
+            }
+            tokio::select! {
+                () = self.driver.step() => {}
+                () = sleep_until(limit) => return Err(Fault::new(
+                    Exit::NotConfirmed,
+                    format!("the end of the square was not heard within {limit_s} s: stop the robot and look at the link"),
+                )),
+            }
+        }
+    }
+
+    /// The next line of standard input; the radio goes on meanwhile.
+    async fn answer(&mut self) -> Result<String, Fault> {
+        loop {
+            while self.driver.poll_event().is_some() {}
+            tokio::select! {
+                () = self.driver.step() => {}
+                answer = self.answers.recv() => return answer.ok_or_else(|| Fault::new(
+                    Exit::Usage,
+                    "standard input has ended before everything was measured; the robot's parameters are as they were said last",
+                )),
+            }
+        }
+    }
+
+    async fn measurement(&mut self) -> Result<Offset, Fault> {
+        loop {
+            let answer = self.answer().await?;
+            match measurement(&answer) {
+                Some(offset) => return Ok(offset),
+                None => say(format_args!(
+                    "`{}` are not two numbers of inches, like `3.5 -2`. Again:",
+                    answer.trim()
+                )),
+            }
+        }
+    }
+
+    async fn get(&mut self, name: &str) -> Result<i16, Fault> {
+        let request = Request::Parameter(Tuning::Get(ParameterName::new(name)));
+        self.deliver(request)
+            .await?
+            .and_then(|value| i16::try_from(value).ok())
+            .ok_or_else(|| {
+                let message = format!("the robot did not say its parameter `{name}`");
+                Fault::new(Exit::Failed, message)
+            })
+    }
+
+    async fn set(&mut self, name: &str, value: i16) -> Result<(), Fault> {
+        let tuning = Tuning::Set(ParameterName::new(name), value.into());
+        self.deliver(Request::Parameter(tuning)).await.map(|_| ())
+    }
+
+    /// Delivers a request; returns the value that the robot told with its proof, if it told one.
+    async fn deliver(&mut self, request: Request) -> Result<Option<i32>, Fault> {
+        let id = self.driver.request(request.clone());
+        let deadline = Instant::now() + self.options.timeout;
+        let (mut told, mut frames) = (None, 0);
+        loop {
+            while let Some(event) = self.driver.poll_event() {
+                let Event::Command { id: of, step } = event else {
+                    continue;
+                };
+                if of != id {
+                    continue;
+                }
+                match step {
+                    CommandStep::Told(line) => told = Some(line.value),
+                    CommandStep::Sent { frames: sent } => frames = sent,
+                    CommandStep::Proven { .. } => return Ok(told),
+                    CommandStep::Refused(outcome) => {
+                        let why = why_refused(outcome);
+                        let message = format!("the robot refused `{request}`: {why}");
+                        return Err(Fault::new(Exit::Refused, message));
+                    }
+                    CommandStep::Failed(Failure::TimedOut) => {
+                        return Err(self.not_confirmed(&request, frames));
+                    }
+                    CommandStep::Failed(failure) => return Err(failed(&request, failure)),
+                    CommandStep::Queued(_) | CommandStep::Progress { .. } => {}
+                }
+            }
+            tokio::select! {
+                () = self.driver.step() => {}
+                () = sleep_until(deadline) => return Err(self.not_confirmed(&request, frames)),
+            }
+        }
+    }
+
+    fn not_confirmed(&self, request: &Request, frames: u32) -> Fault {
+        not_confirmed(request, self.driver.heard(), self.options.timeout, frames)
+    }
+}
+
+/// Two numbers, with spaces or a comma between them.
+fn measurement(answer: &str) -> Option<Offset> {
+    let mut numbers = answer
+        .split([',', ' ', '\t'])
+        .filter(|word| !word.is_empty())
+        .map(|word| word.parse::<f64>().ok().filter(|number| number.is_finite()));
+    let offset = Offset {
+        right_in: numbers.next()??,
+        ahead_in: numbers.next()??,
+    };
+    numbers.next().is_none().then_some(offset)
+}
+
+fn error_text(when: &str, squares: &Squares) -> String {
+    format!(
+        "Error {when}: {:.1} in clockwise, {:.1} in counter-clockwise, {:.2} % of the way.",
+        squares.clockwise.length_in(),
+        squares.counter.length_in(),
+        squares.error_share() * 100.0
+    )
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_measurement_is_two_numbers() {
+        let offset = |right_in, ahead_in| Some(Offset { right_in, ahead_in });
+        assert_eq!(measurement("3.5 -2"), offset(3.5, -2.0));
+        assert_eq!(measurement(" 0,+1.25\t"), offset(0.0, 1.25));
+        for wrong in ["", "3", "3 4 5", "a b", "nan 1", "inf 0", "3..5 1"] {
+            assert_eq!(measurement(wrong), None, "{wrong}");
+        }
+    }
+}
