@@ -37,8 +37,8 @@ fn commands_are_proven_or_refused_with_the_right_code() {
     let sim = Sim::start(&["--seed", "5"]);
     let (out, _) = expect(0, &["send", &sim.path, "mode", "reactive"]);
     assert!(out.starts_with("mode reactive: proven after"), "{out}");
-    let (_, err) = expect(5, &["send", &sim.path, "scan"]);
-    assert!(err.contains("refused `scan`"), "{err}");
+    let (_, err) = expect(5, &["send", &sim.path, "param", "get", "warp-speed"]);
+    assert!(err.contains("refused `param get warp-speed`"), "{err}");
     let (out, _) = expect(0, &["send", &sim.path, "goto", "-48", "12", "--json"]);
     assert!(
         out.lines().last().unwrap().contains("\"stage\":\"proven\""),
@@ -90,7 +90,11 @@ fn a_script_stops_at_the_first_command_that_fails() {
     let folder = scratch("script");
     let sim = Sim::start(&[]);
     let script = folder.join("evening.txt");
-    fs::write(&script, "mode reactive # sit still\n\nscan\nmode prowl\n").unwrap();
+    fs::write(
+        &script,
+        "mode reactive # sit still\n\nparam get warp-speed\nmode prowl\n",
+    )
+    .unwrap();
     let output = groundwave(&["send", &sim.path, "-f", script.to_str().unwrap()]);
     let out = String::from_utf8(output.stdout).unwrap();
     assert_eq!(output.status.code(), Some(5), "{out}");
