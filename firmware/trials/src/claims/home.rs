@@ -47,7 +47,9 @@ const DETOUR: Experiment = Experiment {
                15 min",
         figure: Figure::Share,
         required: Required::AtLeast(60.0),
-        shortfall: None,
+        shortfall: Some(
+            "the way round bows to the side that chance chose and not to where the wall was met, and circles",
+        ),
     }],
 };
 
