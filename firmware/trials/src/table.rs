@@ -93,12 +93,11 @@ fn number(figure: Figure, value: f64) -> String {
         return "never".to_owned();
     }
     match figure {
-        Figure::Share => format!("{value:.1}"),
         Figure::Mean { digits, .. } | Figure::MeanRatio { digits, .. } => {
             format!("{value:.digits$}")
         }
         Figure::PerHour => format!("{value:.3}"),
-        Figure::HoursTo => format!("{value:.1}"),
+        Figure::Share | Figure::HoursTo => format!("{value:.1}"),
     }
 }
 

@@ -7,6 +7,7 @@ use crate::run::{Run, Setup};
 use crate::seeds::Dice;
 use groundwave_protocol::command::{Drive, Message};
 use groundwave_protocol::letters::Layer;
+use sr04_firmware::board::Edges;
 use sr04_firmware::parameters::Parameter;
 use sr04_sim::Pose;
 
@@ -105,7 +106,7 @@ fn approach(trial: &Trial, guard: i16) -> Option<bool> {
             }
             run.tick();
             let edges = run.simulation.inputs().cliff;
-            met |= edges.is_some_and(|edges| edges.any());
+            met |= edges.is_some_and(Edges::any);
             if run.simulation.truth().has_fallen {
                 return (true, true);
             }

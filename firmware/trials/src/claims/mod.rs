@@ -38,17 +38,22 @@ pub(crate) fn all() -> Vec<&'static Experiment> {
         whole::ALL,
     ]
     .concat()
-    .iter()
-    .copied()
-    .collect()
 }
 
 /// Whether it came out as claimed.
+#[expect(
+    clippy::unnecessary_wraps,
+    reason = "a trial lists what it read, or nothing"
+)]
 fn success(is_so: bool) -> Option<Reading> {
     Some(Reading::Success(is_so))
 }
 
 /// A measured value.
+#[expect(
+    clippy::unnecessary_wraps,
+    reason = "a trial lists what it read, or nothing"
+)]
 fn value(value: f64) -> Option<Reading> {
     Some(Reading::Value(value))
 }

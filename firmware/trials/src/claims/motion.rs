@@ -105,7 +105,7 @@ fn walker(trial: &Trial) -> Vec<Option<Reading>> {
     let side = fired.and(sure_deg).map(|bearing_deg| {
         let rotation_cps = run.simulation.robot().motion().rotation_cps;
         let way = f64::from(rotation_cps.signum());
-        bearing_deg.abs() <= AHEAD_DEG || way == bearing_deg.signum()
+        bearing_deg.abs() <= AHEAD_DEG || way * bearing_deg > 0.0
     });
     run.until(10.0, |simulation| {
         is_safe &= !drives_with_arm_up(simulation);

@@ -110,7 +110,7 @@ fn drive(trial: &Trial, parameters: &Parameters, way: i16) -> Option<Miss> {
     })
 }
 
-/// Track and wheels that explain both misses: UMBmark, by Borenstein and Feng (1996), from both axes.
+/// Track and wheels that explain both misses: `UMBmark`, by Borenstein and Feng (1996), from both axes.
 fn corrected(right: Miss, left: Miss) -> Parameters {
     let side = f64::from(SIDE_IN);
     let quarter = -4.0 * side;

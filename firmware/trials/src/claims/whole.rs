@@ -4,6 +4,7 @@ use super::success;
 use crate::arena::arena;
 use crate::claim::{Claim, Experiment, Figure, Reading, Required, Trial};
 use crate::run::{Run, Setup};
+use sr04_sim::World;
 
 pub(super) const ALL: &[&Experiment] = &[&DETERMINISM, &SURVIVAL];
 
@@ -33,7 +34,7 @@ const SURVIVAL: Experiment = Experiment {
     claims: &[
         Claim {
             part: "whole robot",
-            says: "8 h in a house on a bench supply without being stuck once (less than 12 in in 5 min of being told to move)",
+            says: "8 h on a bench supply, each trial in a generated house of its own, without being stuck once (less than 12 in in 5 min of being told to move)",
             figure: Figure::Share,
             required: Required::AtLeast(90.0),
             shortfall: None,
@@ -43,6 +44,13 @@ const SURVIVAL: Experiment = Experiment {
             says: "the same: time to the first stuck",
             figure: Figure::HoursTo,
             required: Required::Nothing,
+            shortfall: None,
+        },
+        Claim {
+            part: "whole robot",
+            says: "the same: falls an hour",
+            figure: Figure::PerHour,
+            required: Required::AtMost(0.0),
             shortfall: None,
         },
     ],
@@ -72,19 +80,22 @@ fn determinism(trial: &Trial) -> Vec<Option<Reading>> {
 }
 
 fn survival(trial: &Trial) -> Vec<Option<Reading>> {
-    let worlds = ["house", "living-room"];
-    let arena = arena(worlds[trial.index % worlds.len()]);
-    let place = arena.somewhere(&mut trial.dice());
-    let mut setup = Setup::new(trial, arena.started_at(place));
+    let name = format!("generated:{}", trial.seed.value());
+    let world = World::open(&name).unwrap_or_else(|error| panic!("{error}"));
+    let mut setup = Setup::new(trial, world);
     // A battery lasts five hours: foraging has trials of its own.
     setup.config.conditions.supply_v = Some(SUPPLY_V);
     let mut run = setup.start();
-    let stuck_s = run.until(HOURS * 3600.0, sr04_sim::Simulation::is_stuck);
-    vec![
-        success(stuck_s.is_none()),
+    let ended_s = run.until(HOURS * 3600.0, |simulation| {
+        simulation.is_stuck() || simulation.truth().has_fallen
+    });
+    let (stuck, fell) = (run.simulation.is_stuck(), run.simulation.truth().has_fallen);
+    let hours = ended_s.map_or(HOURS, |seconds| seconds / 3600.0);
+    let events = |happened: bool| {
         Some(Reading::Events {
-            count: u32::from(stuck_s.is_some()),
-            hours: stuck_s.map_or(HOURS, |seconds| seconds / 3600.0),
-        }),
-    ]
+            count: u32::from(happened),
+            hours,
+        })
+    };
+    vec![success(!stuck), events(stuck), events(fell)]
 }
