@@ -1,0 +1,85 @@
+//! `groundwave calibrate` beside a simulated robot in a process of its own: what a person types in the place of a
+//! tape measure becomes parameters that the robot keeps.
+#![cfg(unix)]
+
+#[path = "common/programs.rs"]
+mod programs;
+
+use std::fs;
+use std::io::{BufRead, BufReader, Write};
+use std::process::{Command, Stdio};
+
+use programs::{GROUNDWAVE, Running, Sim, scratch};
+
+/// Many times faster than real: a square of 40 in takes a minute.
+const TIME_FACTOR: &str = "16";
+
+#[test]
+fn what_is_measured_is_sent_and_kept() {
+    let folder = scratch("calibrate");
+    let hall = folder.join("hall.toml");
+    let floor = format!("#{}#\n", ".".repeat(60)).repeat(30);
+    let wall = format!("{}\n", "#".repeat(62));
+    let start = format!("#{}^{}#\n", ".".repeat(30), ".".repeat(29));
+    let plan = format!("{wall}{floor}{start}{floor}{wall}");
+    let world = format!("name = \"hall\"\ncell_in = 12\nplan = '''\n{plan}'''\n");
+    fs::write(&hall, world).unwrap();
+    let eeprom = folder.join("eeprom");
+    let robot = Sim::start(&[
+        "--world",
+        hall.to_str().unwrap(),
+        "--time-factor",
+        TIME_FACTOR,
+        "--eeprom",
+        eeprom.to_str().unwrap(),
+    ]);
+
+    let child = Command::new(GROUNDWAVE)
+        .args(["calibrate", &robot.path, "--side", "40", "--once", "--save"])
+        .stdin(Stdio::piped())
+        .stderr(Stdio::piped())
+        .spawn()
+        .unwrap();
+    let mut child = Running(child);
+    let mut answers = child.0.stdin.take().unwrap();
+    let told = BufReader::new(child.0.stderr.take().unwrap());
+    // The first is no measurement and is asked for again.
+    let mut measured = ["a bit to the left", "3.0 -2.0", "-3.0 -2.0"].into_iter();
+    let mut said = String::new();
+    for line in told.lines() {
+        let line = line.unwrap();
+        if line.starts_with("Where is it now?") || line.ends_with("Again:") {
+            let answer = measured.next().expect("it asks three times");
+            writeln!(answers, "{answer}").unwrap();
+        }
+        said += &format!("{line}\n");
+    }
+    assert!(child.0.wait().unwrap().success(), "{said}");
+    for words in [
+        "takes its track for 10000",
+        "`a bit to the left` are not two numbers",
+        "Error before: 3.",
+        "Kept over a reset.",
+    ] {
+        assert!(said.contains(words), "`{words}` is not in:\n{said}");
+    }
+    // Both squares ended behind and outside the mark: every corner fell short, as over a wider track.
+    let kept = fs::read_to_string(&eeprom).unwrap();
+    let track = kept.lines().find_map(|line| line.strip_prefix("track="));
+    let track: i32 = track
+        .unwrap_or_else(|| panic!("no track in:\n{kept}"))
+        .parse()
+        .unwrap();
+    assert!(
+        said.contains(&format!("So its track is {track} ")),
+        "{said}"
+    );
+    assert!(track > 10_000, "{said}");
+    robot.end();
+}
+
+#[test]
+fn what_cannot_send_cannot_calibrate() {
+    let (_, told) = programs::expect(6, &["calibrate", "-"]);
+    assert!(told.contains("receive-only"), "{told}");
+}
