@@ -210,9 +210,9 @@ fn the_exit_codes_are_those_of_a_link_of_ones_own() {
     let station = station(&sim.path, &socket, &[]);
     let (out, _) = expect(0, &["send", "--via", &socket, "mode", "reactive"]);
     assert!(out.starts_with("mode reactive: proven after"), "{out}");
-    let (_, err) = expect(5, &["send", "--via", &socket, "scan"]);
+    let (_, err) = expect(5, &["send", "--via", &socket, "dock"]);
     assert!(
-        err.contains("refused `scan`: this robot has no such"),
+        err.contains("refused `mode forage`: this robot has no such"),
         "{err}"
     );
     expect(2, &["send", "--via", &socket, "fly"]);

@@ -143,7 +143,7 @@ fn a_reader_of_standard_error_that_goes_away_keeps_the_exit_code() {
     let folder = scratch("closed-pipe");
     let code_file = folder.join("code");
     let line = format!(
-        "{{ $G send sim scan 2>&1; echo $? > {}; }} | true",
+        "{{ $G send sim dock 2>&1; echo $? > {}; }} | true",
         code_file.display()
     );
     shell(&line);

@@ -172,7 +172,7 @@ fn a_script_says_which_line_failed_and_what_was_not_sent() {
     let sim = Sim::start(&["--seed", "5"]);
     let path = script(
         "script-fails",
-        "# sit still\nmode reactive\n\nscan # refused\nmode prowl\ngoto 3 4\n",
+        "# sit still\nmode reactive\n\ndock # refused\nmode prowl\ngoto 3 4\n",
     );
     let path = path.to_str().unwrap();
     let (out, err) = expect(5, &["send", &sim.path, "-f", path, "--go"]);
@@ -181,7 +181,7 @@ fn a_script_says_which_line_failed_and_what_was_not_sent() {
         "{out}"
     );
     assert!(
-        err.contains("evening.txt:4: the robot refused `scan`")
+        err.contains("evening.txt:4: the robot refused `mode forage`")
             && err.contains("the 3 commands after it were not sent"),
         "{err}"
     );
@@ -200,8 +200,8 @@ fn a_script_says_which_line_failed_and_what_was_not_sent() {
     let expected = [
         ("mode reactive", 2, "queued"),
         ("mode reactive", 2, "proven"),
-        ("scan", 4, "queued"),
-        ("scan", 4, "refused"),
+        ("mode forage", 4, "queued"),
+        ("mode forage", 4, "refused"),
     ];
     assert_eq!(
         ends,
@@ -211,7 +211,7 @@ fn a_script_says_which_line_failed_and_what_was_not_sent() {
             .collect::<Vec<_>>()
     );
     assert!(
-        steps.contains(&("scan".to_owned(), 4, "sent".to_owned())),
+        steps.contains(&("mode forage".to_owned(), 4, "sent".to_owned())),
         "{out}"
     );
 }
@@ -229,7 +229,7 @@ fn a_script_comes_from_standard_input_too() {
         .map(|step| format!("{} {}", step["line"], step["command"].as_str().unwrap()))
         .collect();
     assert_eq!(proven, ["1 mode reactive", "2 goto 12 -5", "2 mode prowl"]);
-    let output = with_input(&["send", &sim.path, "-f", "-"], "scan\nstop\n");
+    let output = with_input(&["send", &sim.path, "-f", "-"], "dock\nstop\n");
     let err = String::from_utf8(output.stderr).unwrap();
     assert_eq!(output.status.code(), Some(5), "{err}");
     assert!(
@@ -268,7 +268,7 @@ fn a_script_through_a_station_stops_there_too() {
     let sim = Sim::start(&["--seed", "7"]);
     let mut station = Telling::start(&["watch", &sim.path, "--headless", "--share", socket]);
     station.wait_for("a line of the robot", |said| said["event"] == "line");
-    let path = script("via-evening", "mode reactive\nscan\nmode prowl\n");
+    let path = script("via-evening", "mode reactive\ndock\nmode prowl\n");
     let arguments = [
         "send",
         "--via",
@@ -281,7 +281,7 @@ fn a_script_through_a_station_stops_there_too() {
     let last = json_lines(&out).pop().unwrap();
     assert_eq!(
         (&last["stage"], &last["command"], &last["line"]),
-        (&"refused".into(), &"scan".into(), &2.into())
+        (&"refused".into(), &"mode forage".into(), &2.into())
     );
     assert!(
         err.contains("evening.txt:2: ") && err.contains("`mode prowl` was not sent"),

@@ -6,11 +6,11 @@ use std::time::{Duration, Instant};
 
 use groundwave_protocol::telemetry::{Outcome, ParameterLine};
 use serde_json::{Value, json};
-use sr04_sim::serve::Server;
 
 use super::cli::{Send, Way};
 use super::config::Config;
 use super::script::{Line, Script};
+use super::simulated::Embedded;
 use super::{Exit, Fault, block_on, dry_run, say, say_progress, via};
 use crate::event::{CommandId, CommandStep, Event, Failure, LinkEvent};
 use crate::io::link::{Connection, Link, LinkSpec};
@@ -66,7 +66,7 @@ pub(super) fn connect(
     link: &LinkSpec,
     baud: u32,
     radio: Radio,
-) -> Result<(Driver, Option<Server>), Fault> {
+) -> Result<(Driver, Embedded), Fault> {
     let (inputs, from_link) = tokio::sync::mpsc::channel(64);
     let (spec, simulator) = super::simulated::embed(link, radio.kind)?;
     let connection =

@@ -96,12 +96,12 @@ pub(super) fn link_to(address: &str) -> LinkSpec {
     }
 }
 
+/// A robot within this program, if there is one; it ends with this value.
+pub(super) type Embedded = Option<Server>;
+
 /// Stands in for a link called `sim`: starts a robot and links to it. The robot lives as long as the
 /// server that comes back.
-pub(super) fn embed(
-    link: &LinkSpec,
-    radio: RadioKind,
-) -> Result<(LinkSpec, Option<Server>), Fault> {
+pub(super) fn embed(link: &LinkSpec, radio: RadioKind) -> Result<(LinkSpec, Embedded), Fault> {
     if *link != LinkSpec::Sim {
         return Ok((link.clone(), None));
     }
