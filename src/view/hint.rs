@@ -156,4 +156,4 @@ impl Screen<'_> {
 }
 
 const COMMAND_HELP: &str =
-    "stop, mode M, enable/disable L,L, goto X Y, route F, clear, scan, failsafe, help";
+    "stop, mode M, preset P, enable/disable L,L, goto X Y, route F, scan, param, help";
