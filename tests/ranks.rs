@@ -106,10 +106,11 @@ const VOCABULARY: &[&str] = &[
     "SystemTime",
 ];
 
-/// The verbs that simulate, and nobody else in the station, know the simulator.
+/// The verbs that simulate the robot or its beeper, and nobody else in the station, know the simulator.
 const SIMULATING: &[&str] = &[
     "src/commands/sim.rs",
     "src/commands/simulated.rs",
+    "src/commands/songs.rs",
     "src/commands/watch.rs",
     "src/commands/world.rs",
 ];

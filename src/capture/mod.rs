@@ -15,6 +15,7 @@ pub mod raw;
 pub mod recorder;
 mod robot_clock;
 pub mod schema;
+pub mod songs;
 pub mod source;
 
 pub use error::{CaptureError, Existing};

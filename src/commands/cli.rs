@@ -96,6 +96,8 @@ then it drives both again, and you see what it was good for.
     Decode(Decode),
     /// Say what is in captures.
     Info(Info),
+    /// List the songs in a capture, and make them audible.
+    Songs(Songs),
     /// List the serial ports of this machine.
     Ports(Ports),
     /// Show a world as a picture and check it; without a name, list those that come with the program.
@@ -471,6 +473,9 @@ pub struct Sim {
     /// Write here, as CSV, what is really so and why the robot does what it does, tick by tick
     #[arg(long, value_name = "FILE")]
     pub trace: Option<PathBuf>,
+    /// Write here what the robot's beeper sounds, in simulated time
+    #[arg(long, value_name = "FILE")]
+    pub wav: Option<PathBuf>,
 }
 
 /// `replay`
@@ -514,6 +519,24 @@ pub struct Info {
     /// As JSON, one object a file
     #[arg(long)]
     pub json: bool,
+}
+
+/// `songs`
+#[derive(Debug, Args)]
+#[command(after_help = "\
+  groundwave songs evening.mcap
+  groundwave songs evening.txt --wav songs      songs/song-01.wav and so on, numbered as listed
+
+A note is named by the nearest key of a piano (A4 is 440 Hz), with its length in seconds; a dash is a rest.")]
+pub struct Songs {
+    /// A raw capture, an MCAP file, or - for standard input
+    pub file: PathBuf,
+    /// Write each song into this folder, which is made if it is not there
+    #[arg(long, value_name = "DIR")]
+    pub wav: Option<PathBuf>,
+    /// Overwrite existing files
+    #[arg(long, requires = "wav")]
+    pub force: bool,
 }
 
 /// `world`

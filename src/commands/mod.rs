@@ -17,6 +17,7 @@ mod send;
 mod sharing;
 mod sim;
 pub mod simulated;
+mod songs;
 mod via;
 mod watch;
 mod world;
@@ -116,6 +117,7 @@ pub fn run(cli: &Cli) -> ExitCode {
         Command::Replay(replay) => replay::run(replay),
         Command::Decode(decode) => decode::run(decode),
         Command::Info(info) => info::run(info),
+        Command::Songs(songs) => songs::run(songs),
         Command::Ports(ports) => ports::run(ports),
         Command::World(world) => world::run(world),
     });

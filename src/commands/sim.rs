@@ -54,6 +54,7 @@ pub(super) fn run(options: &Sim) -> Result<(), Fault> {
             duration: options.duration,
             eeprom: eeprom(options),
             trace: options.trace.clone(),
+            wav: options.wav.clone(),
         },
     )?;
     let address = server.addresses().first().map_or("", String::as_str);

@@ -61,7 +61,7 @@ pub(super) fn start(config: SimulationConfig, options: &ServeOptions) -> Result<
             ServeError::TimeFactor(_)
             | ServeError::Link { .. }
             | ServeError::Eeprom { .. }
-            | ServeError::Trace { .. } => Exit::Usage,
+            | ServeError::Recording { .. } => Exit::Usage,
             ServeError::Listen { source, .. } => match source.kind() {
                 ErrorKind::AddrInUse | ErrorKind::PermissionDenied => Exit::Failed,
                 _ => Exit::Usage,

@@ -18,6 +18,7 @@ mod scene;
 mod sensors;
 pub mod serve;
 mod simulation;
+mod sound;
 mod stuck;
 #[cfg(test)]
 mod testing;
@@ -30,6 +31,7 @@ pub use channel::{ChannelSpec, ChannelSpecError, Modem, Radio, Squelch};
 pub use geometry::Pose;
 pub use plant::{LOOK_MS, Plant, TICK_MS, Truth};
 pub use simulation::{Simulation, SimulationConfig};
+pub use sound::Sound;
 pub use sr04_firmware::board::{Duplex, PATIENCE_BYTES};
 pub use trace::Trace;
 pub use world::{Material, Outline, OutlineKind, Point, World, WorldError};

@@ -292,8 +292,8 @@ fn the_trace_has_a_row_for_every_tick() {
     serve(config(), &options)
         .expect("the endpoint opens")
         .wait();
-    let text = std::fs::read_to_string(&path).expect("it is there");
-    std::fs::remove_file(&path).expect("it can go");
+    let text = fs::read_to_string(&path).expect("it is there");
+    fs::remove_file(&path).expect("it can go");
     assert_eq!(text.lines().count(), 1 + 200, "a head and ten seconds");
     let nowhere = ServeOptions {
         trace: Some("/no/such/folder/trace.csv".into()),
@@ -301,4 +301,16 @@ fn the_trace_has_a_row_for_every_tick() {
     };
     let error = serve(config(), &nowhere).expect_err("there is no such folder");
     assert!(error.to_string().contains("/no/such/folder"), "{error}");
+}
+
+#[test]
+fn a_sound_that_has_no_place_is_refused_before_the_robot_starts() {
+    let options = ServeOptions {
+        wav: Some("/no/such/folder/sound.wav".into()),
+        ..options(tcp())
+    };
+    let error = serve(config(), &options).expect_err("there is no such folder");
+    assert!(matches!(error, ServeError::Recording { .. }));
+    let told = "cannot write the sound to /no/such/folder/sound.wav";
+    assert!(error.to_string().contains(told), "{error}");
 }

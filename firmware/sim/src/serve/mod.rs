@@ -8,12 +8,12 @@ mod eeprom;
 mod link_file;
 #[cfg(unix)]
 mod pty;
+mod recordings;
 mod tcp;
 
 use eeprom::Eeprom;
-use std::fs::File;
-use std::io::BufWriter;
-use std::path::{Path, PathBuf};
+use recordings::Recordings;
+use std::path::PathBuf;
 use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
 use std::sync::{Arc, Mutex, PoisonError};
 use std::thread::JoinHandle;
@@ -24,7 +24,6 @@ use groundwave_protocol::BYTES_PER_S;
 
 use crate::plant::Truth;
 use crate::simulation::{Simulation, SimulationConfig};
-use crate::trace::Trace;
 use crate::world::Outline;
 
 /// Where the robot's radio comes out.
@@ -59,6 +58,8 @@ pub struct ServeOptions {
     pub eeprom: Option<PathBuf>,
     /// A file for a row of [`crate::Trace`] at every tick.
     pub trace: Option<PathBuf>,
+    /// A file for the sound of the beeper, in virtual time.
+    pub wav: Option<PathBuf>,
 }
 
 impl Default for ServeOptions {
@@ -73,6 +74,7 @@ impl Default for ServeOptions {
             duration: None,
             eeprom: None,
             trace: None,
+            wav: None,
         }
     }
 }
@@ -109,9 +111,11 @@ pub enum ServeError {
         /// Why, and what to do.
         problem: String,
     },
-    /// The trace cannot be written.
-    #[error("cannot write the trace to {}: {source}; choose another file", path.display())]
-    Trace {
+    /// The trace or the sound cannot be written.
+    #[error("cannot write the {what} to {}: {source}; choose another file", path.display())]
+    Recording {
+        /// Which of them.
+        what: &'static str,
         /// The file.
         path: PathBuf,
         /// Why.
@@ -182,7 +186,7 @@ pub fn serve(mut config: SimulationConfig, options: &ServeOptions) -> Result<Ser
         config.boots = eeprom.count_boot()?;
         config.parameters.clone_from(eeprom.parameters());
     }
-    let trace = options.trace.as_deref().map(begin_trace).transpose()?;
+    let recordings = Recordings::begin(options)?;
     let simulation = Simulation::new(&config);
     let shared = Arc::new(Shared {
         stop: AtomicBool::new(false),
@@ -193,7 +197,7 @@ pub fn serve(mut config: SimulationConfig, options: &ServeOptions) -> Result<Ser
     let boots = simulation.boots();
     let runner = Runner {
         simulation,
-        trace,
+        recordings,
         eeprom,
         ports,
         shared: Arc::clone(&shared),
@@ -213,15 +217,6 @@ pub fn serve(mut config: SimulationConfig, options: &ServeOptions) -> Result<Ser
         shared,
         thread: Some(thread),
     })
-}
-
-fn begin_trace(path: &Path) -> Result<Trace<BufWriter<File>>, ServeError> {
-    File::create(path)
-        .and_then(|file| Trace::new(BufWriter::new(file)))
-        .map_err(|source| ServeError::Trace {
-            path: path.to_owned(),
-            source,
-        })
 }
 
 fn open(endpoint: &Endpoint) -> Result<(Box<dyn Port>, String), ServeError> {
@@ -311,8 +306,7 @@ impl Drop for Server {
 /// What the simulation's thread owns.
 struct Runner {
     simulation: Simulation,
-    /// Until a row cannot be written.
-    trace: Option<Trace<BufWriter<File>>>,
+    recordings: Recordings,
     eeprom: Option<Eeprom>,
     ports: Vec<Box<dyn Port>>,
     shared: Arc<Shared>,
@@ -342,16 +336,7 @@ impl Runner {
                 (next_ms - begun_ms) / 1000.0 / self.time_factor - begun.elapsed().as_secs_f64();
             thread::sleep(Duration::from_secs_f64(rest_s.max(0.0)).max(REST_MIN));
         }
-    }
-
-    /// A full disk ends the trace, not the robot.
-    fn write_trace(&mut self) {
-        if let Some(trace) = &mut self.trace
-            && let Err(error) = trace.observe(&self.simulation)
-        {
-            eprintln!("the trace ends here: {error}");
-            self.trace = None;
-        }
+        self.recordings.finish();
     }
 
     /// Takes what was sent, runs up to a time, gives out what was received.
@@ -369,7 +354,7 @@ impl Runner {
         let mut received = Vec::new();
         while self.simulation.now_ms() < target_ms {
             self.simulation.step();
-            self.write_trace();
+            self.recordings.observe(&self.simulation);
             received.extend(std::iter::from_fn(|| self.simulation.poll_downlink()));
         }
         if let Some(eeprom) = &mut self.eeprom {

@@ -1,0 +1,72 @@
+//! Files that are written while the robot is served: the trace and the sound.
+
+use std::fs::File;
+use std::io::{self, BufWriter};
+use std::path::Path;
+
+use super::{ServeError, ServeOptions};
+use crate::plant::TICK_MS;
+use crate::simulation::Simulation;
+use crate::sound::Sound;
+use crate::trace::Trace;
+
+/// Each until it cannot be written: a full disk ends the file, not the robot.
+pub(super) struct Recordings {
+    trace: Option<Trace<BufWriter<File>>>,
+    sound: Option<Sound<BufWriter<File>>>,
+}
+
+impl Recordings {
+    /// Begins those that the options name.
+    pub(super) fn begin(options: &ServeOptions) -> Result<Self, ServeError> {
+        Ok(Self {
+            trace: begin(options.trace.as_deref(), "trace", Trace::new)?,
+            sound: begin(options.wav.as_deref(), "sound", Sound::new)?,
+        })
+    }
+
+    /// To be called after every step.
+    pub(super) fn observe(&mut self, simulation: &Simulation) {
+        if let Some(trace) = &mut self.trace
+            && let Err(error) = trace.observe(simulation)
+        {
+            eprintln!("the trace ends here: {error}");
+            self.trace = None;
+        }
+        if simulation.now_ms().is_multiple_of(TICK_MS)
+            && let Some(sound) = &mut self.sound
+            && let Err(error) = sound.tick(simulation.outputs().note_hz)
+        {
+            eprintln!("the sound ends here: {error}");
+            self.sound = None;
+        }
+    }
+
+    /// Completes what is still being written.
+    pub(super) fn finish(self) {
+        if let Some(Err(error)) = self.trace.map(Trace::finish) {
+            eprintln!("the end of the trace is missing: {error}");
+        }
+        if let Some(Err(error)) = self.sound.map(Sound::finish) {
+            eprintln!("the end of the sound is missing: {error}");
+        }
+    }
+}
+
+fn begin<T>(
+    path: Option<&Path>,
+    what: &'static str,
+    start: impl FnOnce(BufWriter<File>) -> io::Result<T>,
+) -> Result<Option<T>, ServeError> {
+    let Some(path) = path else {
+        return Ok(None);
+    };
+    File::create(path)
+        .and_then(|file| start(BufWriter::new(file)))
+        .map(Some)
+        .map_err(|source| ServeError::Recording {
+            what,
+            path: path.to_owned(),
+            source,
+        })
+}

@@ -1,0 +1,104 @@
+//! `songs`: what the robot sang, as notes and as sound.
+
+use std::fs::{self, File};
+use std::io::{self, BufWriter, Write};
+use std::path::Path;
+use std::time::Duration;
+
+use groundwave_protocol::telemetry::SongLine;
+use sr04_sim::Sound;
+
+use super::cli::Songs;
+use super::{Exit, Fault, keeping, say};
+use crate::capture::songs::{Notes, for_each_song, length};
+use crate::capture::{Capture, CaptureError};
+
+/// Why the list ended early.
+enum End {
+    Capture(CaptureError),
+    Output(io::Error),
+    File(Fault),
+}
+
+impl From<CaptureError> for End {
+    fn from(error: CaptureError) -> Self {
+        Self::Capture(error)
+    }
+}
+
+pub(super) fn run(options: &Songs) -> Result<(), Fault> {
+    let mut capture = Capture::open(&options.file).map_err(keeping::fault)?;
+    let mut count = 0;
+    let result = for_each_song(&mut capture, |at, song| {
+        count += 1;
+        list(count, at, song).map_err(End::Output)?;
+        match &options.wav {
+            Some(folder) => save(folder, count, song, options.force).map_err(End::File),
+            None => Ok(()),
+        }
+    });
+    match result {
+        Ok(seen) if seen.lines + seen.ack_lines == 0 => {
+            Err(Fault::no_lines(&options.file, seen.bytes))
+        }
+        Ok(seen) => {
+            if count == 0 {
+                say(format_args!(
+                    "{}: no song in {} lines",
+                    options.file.display(),
+                    seen.lines + seen.ack_lines
+                ));
+            }
+            Ok(())
+        }
+        Err(End::Capture(error)) => Err(keeping::fault(error)),
+        Err(End::Output(error)) => Fault::output(&error),
+        Err(End::File(fault)) => Err(fault),
+    }
+}
+
+/// One song a line; standard output is flushed at its line feeds, so that a live stream shows it at once.
+fn list(number: u32, at: Duration, song: &SongLine) -> io::Result<()> {
+    writeln!(
+        io::stdout().lock(),
+        "{number:02}  at {:.1} s, {:.2} s long:  {}",
+        at.as_secs_f64(),
+        length(song).as_secs_f64(),
+        Notes(song)
+    )
+}
+
+fn save(folder: &Path, number: u32, song: &SongLine, force: bool) -> Result<(), Fault> {
+    let path = folder.join(format!("song-{number:02}.wav"));
+    write_wav(&path, song, force).map_err(|error| match error.kind() {
+        io::ErrorKind::AlreadyExists if path.exists() => Fault::new(
+            Exit::Usage,
+            format!(
+                "{} exists: choose another folder, or say --force to overwrite what is in it",
+                path.display()
+            ),
+        ),
+        _ => Fault::new(
+            Exit::Failed,
+            format!("cannot write {}: {error}", path.display()),
+        ),
+    })
+}
+
+fn write_wav(path: &Path, song: &SongLine, force: bool) -> io::Result<()> {
+    if let Some(folder) = path.parent() {
+        fs::create_dir_all(folder)?;
+    }
+    let file = if force {
+        File::create(path)
+    } else {
+        File::create_new(path)
+    };
+    let mut sound = Sound::new(BufWriter::new(file?))?;
+    for note in song.notes() {
+        for _ in 0..note.ticks {
+            sound.tick(note.hz)?;
+        }
+    }
+    sound.finish()
+}
