@@ -86,7 +86,7 @@ const STANDING_IN_S: f64 = 0.05;
 
 /// Presses STOP so many milliseconds into a transfer of 100 waypoints to a robot that drives; what it brings
 /// about, and how many milliseconds after the key.
-pub fn stop_ms(duplex: Duplex, phase_ms: u64) -> [(&'static str, u64); 4] {
+pub fn stop_ms(duplex: Duplex, phase_ms: u64) -> [(&'static str, u64); 5] {
     let mut co = switched_on(duplex, 1);
     co.deliver(Request::Mode(Mode::Prowl));
     co.request(Request::Route(route(1, 100)));
@@ -103,6 +103,10 @@ pub fn stop_ms(duplex: Duplex, phase_ms: u64) -> [(&'static str, u64); 4] {
     [
         since("robot in mode stop", &|co| {
             co.simulation.robot().mode() == Mode::Stop
+        }),
+        since("motors braking", &|co| {
+            let outputs = co.simulation.outputs();
+            outputs.pwm_left <= 0 && outputs.pwm_right <= 0
         }),
         since("motors off", &|co| {
             let outputs = co.simulation.outputs();
