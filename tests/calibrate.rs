@@ -1,6 +1,7 @@
 //! `groundwave calibrate` beside a simulated robot in a process of its own: what a person types in the place of a
 //! tape measure becomes parameters that the robot keeps.
 #![cfg(unix)]
+#![expect(clippy::unwrap_used, reason = "a test stops where something is wrong")]
 
 #[path = "common/programs.rs"]
 mod programs;
@@ -52,7 +53,7 @@ fn what_is_measured_is_sent_and_kept() {
             let answer = measured.next().expect("it asks three times");
             writeln!(answers, "{answer}").unwrap();
         }
-        said += &format!("{line}\n");
+        said += &(line + "\n");
     }
     assert!(child.0.wait().unwrap().success(), "{said}");
     for words in [
