@@ -148,13 +148,13 @@ fn stop(wishes: &Wishes) {
     report::header(&["", "what", "mean", "slowest"]);
     for &duplex in &wishes.duplexes {
         let stops = common::on_all_cores(0..PHASES_MS, |phase| ours::stop_ms(duplex, phase));
-        for what in 0..4 {
-            let all: Vec<(&str, u64)> = stops.iter().map(|(_, times)| times[what]).collect();
-            let mean_ms = all.iter().map(|(_, ms)| ms).sum::<u64>() / PHASES_MS;
-            let slowest_ms = all.iter().map(|(_, ms)| *ms).max().unwrap_or_default();
+        for (index, (what, _)) in ours::STOP_EFFECTS.iter().enumerate() {
+            let all: Vec<u64> = stops.iter().map(|(_, times)| times[index]).collect();
+            let mean_ms = all.iter().sum::<u64>() / PHASES_MS;
+            let slowest_ms = all.iter().max().copied().unwrap_or_default();
             report::row([
                 duplex.to_string(),
-                all[0].0.to_owned(),
+                (*what).to_owned(),
                 mean_ms.to_string(),
                 slowest_ms.to_string(),
             ]);

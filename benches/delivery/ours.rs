@@ -1,6 +1,6 @@
 //! One run of our own protocol: the real station against the robot's real program.
 
-use groundwave::event::{CommandStep, Event};
+use groundwave::event::{CommandId, CommandStep, Event};
 use groundwave::request::Request;
 use groundwave_protocol::Waypoint;
 use groundwave_protocol::arq::Config;
@@ -84,9 +84,28 @@ fn proof_s(co: &mut CoSimulation, request: Request) -> Option<f64> {
 /// Slower than this is standing.
 const STANDING_IN_S: f64 = 0.05;
 
-/// Presses STOP so many milliseconds into a transfer of 100 waypoints to a robot that drives; what it brings
-/// about, and how many milliseconds after the key.
-pub fn stop_ms(duplex: Duplex, phase_ms: u64) -> [(&'static str, u64); 5] {
+/// What a STOP brings about, in whatever order.
+pub const STOP_EFFECTS: [(&str, fn(&CoSimulation, CommandId) -> bool); 5] = [
+    ("robot in mode stop", |co, _| {
+        co.simulation.robot().mode() == Mode::Stop
+    }),
+    ("motors braking", |co, _| {
+        let outputs = co.simulation.outputs();
+        outputs.pwm_left <= 0 && outputs.pwm_right <= 0
+    }),
+    ("motors off", |co, _| {
+        let outputs = co.simulation.outputs();
+        outputs.pwm_left == 0 && outputs.pwm_right == 0
+    }),
+    ("wheels standing", |co, _| {
+        co.simulation.truth().speed_in_s.abs() < STANDING_IN_S
+    }),
+    ("proven at the station", |co, stop| co.fate(stop).is_some()),
+];
+
+/// Presses STOP so many milliseconds into a transfer of 100 waypoints to a robot that drives; how many
+/// milliseconds after the key each of [`STOP_EFFECTS`] was first seen.
+pub fn stop_ms(duplex: Duplex, phase_ms: u64) -> [u64; 5] {
     let mut co = switched_on(duplex, 1);
     co.deliver(Request::Mode(Mode::Prowl));
     co.request(Request::Route(route(1, 100)));
@@ -96,27 +115,17 @@ pub fn stop_ms(duplex: Duplex, phase_ms: u64) -> [(&'static str, u64); 5] {
     assert!(!co.station.is_settled(), "STOP must come in mid-transfer");
     let pressed_ms = co.simulation.now_ms();
     let stop = co.request(Request::Stop);
-    let mut since = |what: &'static str, done: &dyn Fn(&CoSimulation) -> bool| {
-        co.run_until(what, 30, done);
-        (what, co.simulation.now_ms() - pressed_ms)
-    };
-    [
-        since("robot in mode stop", &|co| {
-            co.simulation.robot().mode() == Mode::Stop
-        }),
-        since("motors braking", &|co| {
-            let outputs = co.simulation.outputs();
-            outputs.pwm_left <= 0 && outputs.pwm_right <= 0
-        }),
-        since("motors off", &|co| {
-            let outputs = co.simulation.outputs();
-            outputs.pwm_left == 0 && outputs.pwm_right == 0
-        }),
-        since("wheels standing", &|co| {
-            co.simulation.truth().speed_in_s.abs() < STANDING_IN_S
-        }),
-        since("proven at the station", &|co| co.fate(stop).is_some()),
-    ]
+    let mut first_ms = [None; 5];
+    co.run_until("STOP has done all that it does", LIMIT_S, |co| {
+        let after_ms = co.simulation.now_ms() - pressed_ms;
+        for (first_ms, (_, is_done)) in first_ms.iter_mut().zip(STOP_EFFECTS) {
+            if first_ms.is_none() && is_done(co, stop) {
+                *first_ms = Some(after_ms);
+            }
+        }
+        first_ms.iter().all(Option::is_some)
+    });
+    first_ms.map(|ms| ms.expect("run_until has seen them all"))
 }
 
 /// Seconds from STOP, at any moment of a quiet hour, to its effect on the robot and to its proof.

@@ -104,6 +104,17 @@ then it drives both again, and you see what it was good for.
     World(World),
 }
 
+impl Command {
+    /// Whether it opens a link, of which the configuration says something.
+    #[must_use]
+    pub const fn uses_config(&self) -> bool {
+        matches!(
+            self,
+            Self::Watch(_) | Self::Record(_) | Self::Send(_) | Self::Param(_) | Self::Calibrate(_)
+        )
+    }
+}
+
 /// What to simulate.
 #[derive(Clone, Debug, Args)]
 pub struct Simulated {

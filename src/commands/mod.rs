@@ -28,6 +28,7 @@ use std::path::Path;
 use std::process::ExitCode;
 
 use cli::{Cli, Command};
+use config::Config;
 
 /// How the program ends; scripts rely on the numbers.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -97,22 +98,29 @@ impl Fault {
 /// Does what the command line says.
 #[must_use]
 pub fn run(cli: &Cli) -> ExitCode {
-    let config = || config::load(cli.config.as_deref());
-    // One that is named is read in any case: a mistake in it is told.
-    let named = if cli.config.is_some() {
-        config().map(|_| ())
-    } else {
-        Ok(())
-    };
-    let result = named.and_then(|()| match &cli.command {
-        Command::Demo(demo) => watch::demo(demo),
-        Command::Watch(watch) => config().and_then(|config| watch::watch(watch, &config)),
-        Command::Record(record) => config().and_then(|config| record::run(record, &config)),
-        Command::Send(send) => config().and_then(|config| send::run(send, &config)),
-        Command::Param(param) => config().and_then(|config| send::run(&param.to_send(), &config)),
-        Command::Calibrate(calibrate) => {
-            config().and_then(|config| calibrate::run(calibrate, &config))
+    match dispatch(cli) {
+        Ok(()) => ExitCode::SUCCESS,
+        Err(fault) => {
+            say(format_args!("groundwave: {fault}"));
+            ExitCode::from(fault.exit as u8)
         }
+    }
+}
+
+fn dispatch(cli: &Cli) -> Result<(), Fault> {
+    // One that is named is read in any case: a mistake in it is told.
+    let config = if cli.config.is_some() || cli.command.uses_config() {
+        config::load(cli.config.as_deref())?
+    } else {
+        Config::default()
+    };
+    match &cli.command {
+        Command::Demo(demo) => watch::demo(demo),
+        Command::Watch(watch) => watch::watch(watch, &config),
+        Command::Record(record) => record::run(record, &config),
+        Command::Send(send) => send::run(send, &config),
+        Command::Param(param) => send::run(&param.to_send(), &config),
+        Command::Calibrate(calibrate) => calibrate::run(calibrate, &config),
         Command::Sim(sim) => sim::run(sim),
         Command::Replay(replay) => replay::run(replay),
         Command::Decode(decode) => decode::run(decode),
@@ -120,13 +128,6 @@ pub fn run(cli: &Cli) -> ExitCode {
         Command::Songs(songs) => songs::run(songs),
         Command::Ports(ports) => ports::run(ports),
         Command::World(world) => world::run(world),
-    });
-    match result {
-        Ok(()) => ExitCode::SUCCESS,
-        Err(fault) => {
-            say(format_args!("groundwave: {fault}"));
-            ExitCode::from(fault.exit as u8)
-        }
     }
 }
 

@@ -1,8 +1,10 @@
 //! The robot on a bench, in virtual time: motors of a tiny model, a radio that loses nothing.
 #![allow(dead_code, reason = "each test uses its own part")]
 
-use groundwave_protocol::command::{Command, Key, Message, Open, Order};
+use groundwave_protocol::Waypoint;
+use groundwave_protocol::command::{Command, Drive, Keepalive, Key, Message, Open, Order, Slots};
 use groundwave_protocol::decoder::{Decoder, Received};
+use groundwave_protocol::digest::digest;
 use groundwave_protocol::letters::LayerMask;
 use groundwave_protocol::telemetry::{Body, Line, StateLine};
 use sr04_firmware::board::{Duplex, Identity, Inputs, Outputs};
@@ -218,4 +220,50 @@ impl Bench {
         self.send(&message, key);
         message
     }
+}
+
+/// Whose session it is.
+pub const OWNER: u16 = 345;
+
+/// A robot that has been on for two seconds, and a session with it.
+pub fn running() -> (Bench, Key) {
+    let mut bench = Bench::new();
+    bench.run_ms(2000);
+    let key = bench.open(OWNER);
+    (bench, key)
+}
+
+/// A STOP to this robot.
+pub fn stop(bench: &mut Bench) {
+    bench.send(&Message::Stop, Key::robot(ROBOT_ID));
+}
+
+/// Sends a whole list and the command that activates it.
+pub fn activate(bench: &mut Bench, key: Key, tag: u8, list: &[Waypoint]) {
+    for (n, chunk) in list.chunks(16).enumerate() {
+        let slots = Slots::new(tag, n as u8 * 4, chunk);
+        bench.send(&Message::Waypoints(slots), key);
+    }
+    let order = Order::Activate {
+        tag,
+        count: list.len() as u16,
+        digest: digest(list.iter()),
+    };
+    bench.order(key, order);
+}
+
+/// A drive frame that quotes the newest line.
+pub fn drive(bench: &Bench, count: u8, velocity_in_s: i8, rotation_in_s: i8) -> Message {
+    Message::Drive(Drive {
+        velocity_in_s,
+        rotation_in_s,
+        heard: bench.lines.last().expect("a line").1.sequence,
+        count,
+    })
+}
+
+/// The ground shows that it is there.
+pub fn live(bench: &mut Bench, key: Key) {
+    let heard = bench.lines.last().expect("a line").1.sequence;
+    bench.send(&Message::Keepalive(Keepalive { heard }), key);
 }
