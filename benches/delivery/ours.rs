@@ -84,8 +84,11 @@ fn proof_s(co: &mut CoSimulation, request: Request) -> Option<f64> {
 /// Slower than this is standing.
 const STANDING_IN_S: f64 = 0.05;
 
+/// Something that a STOP brings about, and whether it has.
+type Effect = (&'static str, fn(&CoSimulation, CommandId) -> bool);
+
 /// What a STOP brings about, in whatever order.
-pub const STOP_EFFECTS: [(&str, fn(&CoSimulation, CommandId) -> bool); 5] = [
+pub const STOP_EFFECTS: [Effect; 5] = [
     ("robot in mode stop", |co, _| {
         co.simulation.robot().mode() == Mode::Stop
     }),
