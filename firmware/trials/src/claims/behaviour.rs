@@ -4,13 +4,15 @@ use super::{success, value};
 use crate::arena::arena;
 use crate::claim::{Claim, Experiment, Figure, Reading, Required, Trial};
 use crate::run::Setup;
-use groundwave_protocol::letters::{Layer, LayerState};
+use groundwave_protocol::letters::{Layer, LayerState, Mode};
 use groundwave_protocol::telemetry::Body;
 
-pub(super) const ALL: &[&Experiment] = &[&CHATTER];
+pub(super) const ALL: &[&Experiment] = &[&CHATTER, &TOLD];
 
 /// The sensors that are switched.
 const SENSORS: [Layer; 3] = [Layer::Infrared, Layer::Sonar, Layer::Photo];
+
+const MINUTES: f64 = 30.0;
 
 /// No sensor is switched again before this time, and what lasts as long must be told.
 const DWELL_TICKS: u32 = 40;
@@ -37,9 +39,26 @@ const CHATTER: Experiment = Experiment {
             required: Required::Nothing,
             shortfall: None,
         },
+    ],
+};
+
+/// Where sensors are switched off for different reasons.
+const PLACES: [(&str, Mode); 4] = [
+    ("house", Mode::Prowl),
+    ("dark-room", Mode::Prowl),
+    ("corridor", Mode::Reactive),
+    ("living-room", Mode::Reactive),
+];
+
+const TOLD: Experiment = Experiment {
+    name: "behaviour-told",
+    trials: [4, 40],
+    run: told,
+    claims: &[
         Claim {
             part: "behaviour",
-            says: "the same: each state of a sensor's switch that lasts 2 s is in a line A that was composed \
+            says: "30 min of prowling in the house and the dark room, of reacting in the corridor and the living room: \
+                   each state of a sensor's switch that lasts 2 s is in a line A that was composed \
                    and arrived meanwhile",
             figure: Figure::Share,
             required: Required::AtLeast(100.0),
@@ -122,10 +141,31 @@ impl Switch {
 }
 
 fn chatter(trial: &Trial) -> Vec<Option<Reading>> {
-    const MINUTES: f64 = 30.0;
-    let house = arena("house");
-    let start = house.somewhere(&mut trial.dice());
-    let mut run = Setup::new(trial, house.started_at(start))
+    let switches = watched(trial, "house", Mode::Prowl);
+    vec![
+        success(switches.iter().all(|switch| switch.is_calm)),
+        Some(Reading::Events {
+            count: switches.iter().map(|switch| switch.switched).sum(),
+            hours: MINUTES / 60.0,
+        }),
+    ]
+}
+
+fn told(trial: &Trial) -> Vec<Option<Reading>> {
+    let (world, mode) = PLACES[trial.index % PLACES.len()];
+    let switches = watched(trial, world, mode);
+    let lasting: u32 = switches.iter().map(|switch| switch.lasting).sum();
+    vec![
+        success(switches.iter().all(|switch| switch.is_told)),
+        value(f64::from(lasting)),
+    ]
+}
+
+/// The switches after half an hour in a world.
+fn watched(trial: &Trial, world: &'static str, mode: Mode) -> [Switch; 3] {
+    let place = arena(world);
+    let start = place.somewhere(&mut trial.dice());
+    let mut run = Setup::new(trial, place.started_at(start))
         .only(&[
             Layer::Bumpers,
             Layer::Rotation,
@@ -134,6 +174,7 @@ fn chatter(trial: &Trial) -> Vec<Option<Reading>> {
             Layer::Photo,
             Layer::DeadReckoning,
         ])
+        .mode(mode)
         .start();
     let mut switches = SENSORS.map(Switch::new);
     for _ in 0..(MINUTES * 1200.0) as u32 {
@@ -152,15 +193,5 @@ fn chatter(trial: &Trial) -> Vec<Option<Reading>> {
             }
         }
     }
-    let all = |is_so: fn(&Switch) -> bool| switches.iter().all(is_so);
-    let sum = |count: fn(&Switch) -> u32| switches.iter().map(count).sum::<u32>();
-    vec![
-        success(all(|switch| switch.is_calm)),
-        Some(Reading::Events {
-            count: sum(|switch| switch.switched),
-            hours: MINUTES / 60.0,
-        }),
-        success(all(|switch| switch.is_told)),
-        value(f64::from(sum(|switch| switch.lasting))),
-    ]
+    switches
 }

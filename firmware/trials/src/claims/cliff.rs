@@ -95,7 +95,7 @@ const STOP_IN: f64 = 1.0;
 struct Approach {
     fell: bool,
     /// Way from the tick that first saw an edge to where the robot first stood; `None` when the edge was seen
-    /// beside its way, which need not stop it.
+    /// as it turned on the spot, or beside its way, which need not stop it.
     stop_in: Option<f64>,
 }
 
@@ -118,12 +118,14 @@ impl Stop {
         match self {
             Self::Before => {
                 let (edges, ahead) = (simulation.inputs().cliff, truth.speed_in_s > 0.0);
+                // Its bows are so wide that both wheels go the same way.
                 let is_on_the_way = edges.is_some_and(|edges| {
-                    if ahead {
-                        edges.center || edges.left && edges.right
-                    } else {
-                        edges.rear
-                    }
+                    truth.speed_in_s.abs() >= DRIVING_IN_S
+                        && if ahead {
+                            edges.left || edges.center || edges.right
+                        } else {
+                            edges.rear
+                        }
                 });
                 match edges.is_some_and(Edges::any) {
                     true if is_on_the_way => Self::Seen {
@@ -150,6 +152,9 @@ impl Stop {
         }
     }
 }
+
+/// Slower than this it turns on the spot.
+const DRIVING_IN_S: f64 = 1.0;
 
 /// Slower than this it stands, or goes back.
 const STANDING_IN_S: f64 = 0.1;
