@@ -74,6 +74,9 @@ const LOSS: Experiment = Experiment {
 /// The station sends a frame every so many ticks while a key is held.
 const FRAME_TICKS: u32 = 5;
 
+/// A second.
+const GONE_TICKS: u32 = 20;
+
 /// What is lost.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 enum Lost {
@@ -84,7 +87,7 @@ enum Lost {
 fn lost(trial: &Trial) -> Vec<Option<Reading>> {
     let [both, hearing] = [Lost::BothWays, Lost::Hearing].map(|what| lose(trial, what));
     vec![
-        both.and_then(|ticks| success(ticks <= u32::from(DEAD_MAN_TICKS))),
+        both.and_then(|ticks| success(ticks <= GONE_TICKS)),
         both.and_then(|ticks| value(f64::from(ticks) / 20.0)),
         hearing.and_then(|ticks| value(f64::from(ticks) / 20.0)),
     ]
