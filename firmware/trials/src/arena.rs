@@ -12,8 +12,11 @@ const TRIAL_WORLDS: &[(&str, &str)] = &[
     ("chair", include_str!("../worlds/chair.toml")),
     ("corners", include_str!("../worlds/corners.toml")),
     ("doorway", include_str!("../worlds/doorway.toml")),
+    ("floors", include_str!("../worlds/floors.toml")),
     ("gap", include_str!("../worlds/gap.toml")),
     ("hall", include_str!("../worlds/hall.toml")),
+    ("snags", include_str!("../worlds/snags.toml")),
+    ("step-in", include_str!("../worlds/step-in.toml")),
     ("two-doors", include_str!("../worlds/two-doors.toml")),
     ("walker", include_str!("../worlds/walker.toml")),
 ];

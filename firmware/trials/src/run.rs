@@ -8,7 +8,7 @@ use groundwave_protocol::command::{Command, Key, Message, Open, Order, Slots};
 use groundwave_protocol::decoder::{Decoder, Received};
 use groundwave_protocol::digest::digest;
 use groundwave_protocol::letters::{Layer, LayerMask, Mode};
-use groundwave_protocol::telemetry::Outcome;
+use groundwave_protocol::telemetry::{Body, Outcome};
 use sr04_firmware::arbiter::Holder;
 use sr04_firmware::parameters::Parameter;
 use sr04_sim::{Pose, Simulation, SimulationConfig, TICK_MS, Trace, World};
@@ -71,6 +71,7 @@ impl<'a> Setup<'a> {
         let mut run = Run {
             simulation: Simulation::new(&self.config),
             decoder: Decoder::default(),
+            said: Vec::new(),
             heard: 0,
             key: None,
             sequence: 0,
@@ -103,6 +104,8 @@ impl<'a> Setup<'a> {
 pub(crate) struct Run {
     pub(crate) simulation: Simulation,
     decoder: Decoder,
+    /// What the lines say whose last byte came in at the latest tick.
+    said: Vec<Body>,
     /// Number of the newest line heard.
     heard: u8,
     /// Of the session, when one is open.
@@ -115,9 +118,13 @@ impl Run {
     /// One tick of the robot.
     pub(crate) fn tick(&mut self) {
         self.simulation.run_for_ms(TICK_MS);
+        self.said.clear();
         while let Some(byte) = self.simulation.poll_downlink() {
             match self.decoder.handle_bytes(&[byte]).1 {
-                Some(Received::Line(line, _)) => self.heard = line.sequence,
+                Some(Received::Line(line, _)) => {
+                    self.heard = line.sequence;
+                    self.said.push(line.body);
+                }
                 Some(Received::Ack(line)) => self.heard = line.sequence,
                 None => {}
             }
@@ -198,13 +205,29 @@ impl Run {
 
     /// Sends a frame past the radio.
     pub(crate) fn send(&mut self, message: &Message) {
+        let key = self.key_for(message);
+        self.simulation.hand_over(message.encode(key).as_bytes());
+    }
+
+    /// Sends a frame by radio.
+    pub(crate) fn transmit(&mut self, message: &Message) {
+        let key = self.key_for(message);
+        self.simulation
+            .handle_uplink(message.encode(key).as_bytes());
+    }
+
+    fn key_for(&self, message: &Message) -> Key {
         let robot = Key::robot(ROBOT_ID);
-        let key = if message.is_sessionless() {
+        if message.is_sessionless() {
             robot
         } else {
             self.key.unwrap_or(robot)
-        };
-        self.simulation.hand_over(message.encode(key).as_bytes());
+        }
+    }
+
+    /// What the lines say whose last byte came in at the latest tick.
+    pub(crate) fn said(&self) -> &[Body] {
+        &self.said
     }
 
     /// Number of the newest line heard.

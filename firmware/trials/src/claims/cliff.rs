@@ -1,6 +1,6 @@
 //! The cliff guard.
 
-use super::loss;
+use super::{loss, success, value};
 use crate::arena::{Arena, arena};
 use crate::claim::{Claim, Experiment, Figure, Reading, Required, Trial};
 use crate::run::{Run, Setup};
@@ -9,7 +9,7 @@ use groundwave_protocol::command::{Drive, Message};
 use groundwave_protocol::letters::Layer;
 use sr04_firmware::board::Edges;
 use sr04_firmware::parameters::Parameter;
-use sr04_sim::Pose;
+use sr04_sim::{Pose, Simulation};
 
 pub(super) const ALL: &[&Experiment] = &[&APPROACHES, &BESIDE];
 
@@ -36,6 +36,24 @@ const APPROACHES: Experiment = Experiment {
             required: Required::MoreThan(0.0),
             shortfall: None,
         },
+        Claim {
+            part: "cliff",
+            says: "approaches: from the tick that first sees the edge before the robot to where it stands, at most \
+                   1 in",
+            figure: Figure::Share,
+            required: Required::AtLeast(100.0),
+            shortfall: None,
+        },
+        Claim {
+            part: "cliff",
+            says: "the same: how far that is",
+            figure: Figure::Mean {
+                unit: "in",
+                digits: 2,
+            },
+            required: Required::AtMost(1.0),
+            shortfall: None,
+        },
     ],
 };
 
@@ -56,16 +74,93 @@ const BESIDE: Experiment = Experiment {
 
 fn approaches(trial: &Trial) -> Vec<Option<Reading>> {
     let [guarded, unguarded] = [1, 0].map(|guard| approach(trial, guard));
+    let stop_in = guarded.and_then(|approach| approach.stop_in);
+    let [guarded, unguarded] =
+        [guarded, unguarded].map(|approach| approach.map(|approach| approach.fell));
     vec![
         guarded.map(Reading::Success),
         guarded
             .zip(unguarded)
             .and_then(|(guarded, unguarded)| loss(!guarded, !unguarded)),
+        stop_in.and_then(|way_in| success(way_in <= STOP_IN)),
+        stop_in.and_then(value),
     ]
 }
 
-/// Whether it falls; `None` when it meets no edge within a minute.
-fn approach(trial: &Trial, guard: i16) -> Option<bool> {
+/// It stops within this.
+const STOP_IN: f64 = 1.0;
+
+/// How an approach ends.
+#[derive(Clone, Copy, Debug)]
+struct Approach {
+    fell: bool,
+    /// Way from the tick that first saw an edge to where the robot first stood; `None` when the edge was seen
+    /// as it turned on the spot, or beside its way, which need not stop it.
+    stop_in: Option<f64>,
+}
+
+/// Follows a robot from the tick that first sees an edge until it stands.
+#[derive(Clone, Copy, Debug, Default)]
+enum Stop {
+    #[default]
+    Before,
+    /// What the way was then, and whether the robot was going ahead.
+    Seen {
+        path_in: f64,
+        ahead: bool,
+    },
+    After(Option<f64>),
+}
+
+impl Stop {
+    fn watch(self, simulation: &Simulation) -> Self {
+        let truth = simulation.truth();
+        match self {
+            Self::Before => {
+                let (edges, ahead) = (simulation.inputs().cliff, truth.speed_in_s > 0.0);
+                // Its bows are so wide that both wheels go the same way.
+                let is_on_the_way = edges.is_some_and(|edges| {
+                    truth.speed_in_s.abs() >= DRIVING_IN_S
+                        && if ahead {
+                            edges.left || edges.center || edges.right
+                        } else {
+                            edges.rear
+                        }
+                });
+                match edges.is_some_and(Edges::any) {
+                    true if is_on_the_way => Self::Seen {
+                        path_in: truth.path_in,
+                        ahead,
+                    },
+                    true => Self::After(None),
+                    false => self,
+                }
+            }
+            Self::Seen { path_in, ahead } => {
+                let onward_in_s = if ahead {
+                    truth.speed_in_s
+                } else {
+                    -truth.speed_in_s
+                };
+                if onward_in_s < STANDING_IN_S {
+                    Self::After(Some(truth.path_in - path_in))
+                } else {
+                    self
+                }
+            }
+            Self::After(_) => self,
+        }
+    }
+}
+
+/// Slower than this it turns on the spot.
+const DRIVING_IN_S: f64 = 1.0;
+
+/// Slower than this it stands, or goes back.
+const STANDING_IN_S: f64 = 0.1;
+
+/// How it ends; `None` when it meets no edge within a minute.
+fn approach(trial: &Trial, guard: i16) -> Option<Approach> {
     let stairs = arena("stairs");
     let mut dice = trial.dice();
     let by_hand = trial.index % 3 == 2;
@@ -88,7 +183,7 @@ fn approach(trial: &Trial, guard: i16) -> Option<bool> {
             dice.below(5) as i8 - 2,
         )
     });
-    let mut count = 0;
+    let (mut count, mut stop) = (0, Stop::default());
     let mut meets = |run: &mut Run, seconds: f64| {
         let mut met = false;
         for tick in 0..(seconds * 20.0) as u32 {
@@ -105,6 +200,7 @@ fn approach(trial: &Trial, guard: i16) -> Option<bool> {
                 }));
             }
             run.tick();
+            stop = stop.watch(&run.simulation);
             let edges = run.simulation.inputs().cliff;
             met |= edges.is_some_and(Edges::any);
             if run.simulation.truth().has_fallen {
@@ -121,7 +217,12 @@ fn approach(trial: &Trial, guard: i16) -> Option<bool> {
         return None;
     }
     // And some time for what it does next.
-    Some(fell || meets(&mut run, 10.0).1)
+    let fell = fell || meets(&mut run, 10.0).1;
+    let stop_in = match stop {
+        Stop::After(way_in) => way_in,
+        Stop::Before | Stop::Seen { .. } => None,
+    };
+    Some(Approach { fell, stop_in })
 }
 
 /// A place with an edge 1 to 6 ft ahead of the nose, or behind the tail, and nothing between.
@@ -174,7 +275,7 @@ mod tests {
                 trace: None,
                 traced: std::cell::Cell::new(0),
             };
-            approach(&trial, 0) == Some(true)
+            approach(&trial, 0).is_some_and(|approach| approach.fell)
         });
         assert!(falls);
     }

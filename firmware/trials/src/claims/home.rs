@@ -54,7 +54,7 @@ const DETOUR: Experiment = Experiment {
 };
 
 /// The dock of the flat, which faces south.
-const DOCK_AT: Pose = Pose {
+pub(super) const DOCK_AT: Pose = Pose {
     x_in: 183.0,
     y_in: 129.0,
     theta_deg: 0.0,
@@ -111,7 +111,7 @@ fn wander(trial: &Trial) -> Vec<Option<Reading>> {
 }
 
 /// What the robot's pose is when this place of the plan is its origin and north its +Y.
-fn pose_from(origin: Pose, start: Pose) -> Order {
+pub(super) fn pose_from(origin: Pose, start: Pose) -> Order {
     Order::Pose {
         position: Waypoint {
             x_in: (start.x_in - origin.x_in).round() as i16,

@@ -1,9 +1,12 @@
 //! The claims, one file a part of the robot.
 
+mod battery;
+mod behaviour;
 mod bumpers;
 mod cliff;
 mod dead_reckoning;
 mod home;
+mod hooks;
 mod infrared;
 mod modes;
 mod motion;
@@ -25,6 +28,7 @@ pub(crate) fn all() -> Vec<&'static Experiment> {
         odometry::ALL,
         user::ALL,
         bumpers::ALL,
+        hooks::ALL,
         rotation::ALL,
         infrared::ALL,
         sonar::ALL,
@@ -32,8 +36,10 @@ pub(crate) fn all() -> Vec<&'static Experiment> {
         motion::ALL,
         dead_reckoning::ALL,
         home::ALL,
+        battery::ALL,
         prowl::ALL,
         modes::ALL,
+        behaviour::ALL,
         cliff::ALL,
         whole::ALL,
     ]

@@ -1,15 +1,15 @@
-//! The modes without a goal: reactive, passive, and the layer that switches sensors.
+//! The modes without a goal: reactive and passive.
 
-use super::success;
+use super::{success, value};
 use crate::arena::arena;
 use crate::claim::{Claim, Experiment, Figure, Reading, Required, Trial};
-use crate::run::{Setup, is_held_by};
-use groundwave_protocol::letters::{Layer, LayerMask, Mode};
+use crate::run::{Run, Setup, is_held_by};
+use groundwave_protocol::letters::{Layer, Mode};
 use sr04_firmware::drive::Motion;
 use sr04_firmware::parameters::Parameter;
-use sr04_sim::Simulation;
+use sr04_sim::{Pose, Simulation};
 
-pub(super) const ALL: &[&Experiment] = &[&REST, &LAMP, &PASSIVE, &CHATTER];
+pub(super) const ALL: &[&Experiment] = &[&REST, &LAMP, &STEP_IN, &PASSIVE, &TEMPTED];
 
 /// Layers that pull or push.
 const SENSORS: [Layer; 4] = [Layer::Bumpers, Layer::Infrared, Layer::Sonar, Layer::Photo];
@@ -47,6 +47,28 @@ const LAMP: Experiment = Experiment {
     }],
 };
 
+/// When somebody sets out in the world `step-in`: by then the robot has come to rest.
+const SETS_OUT_S: f64 = 60.0;
+
+/// Somebody whose middle is as near as this and as far ahead as this has stepped before it: a foot and a half
+/// are between them.
+const BEFORE_IN: f64 = 30.0;
+const BEFORE_DEG: f64 = 45.0;
+
+const STEP_IN: Experiment = Experiment {
+    name: "reactive-step-in",
+    trials: [24, 300],
+    run: step_in,
+    claims: &[Claim {
+        part: "reactive",
+        says: "at rest, bumpers, IR and sonar: somebody steps before it, within 45 degrees of the nose and 30 in \
+                   from its middle, and it moves within 2 s",
+        figure: Figure::Share,
+        required: Required::AtLeast(99.0),
+        shortfall: None,
+    }],
+};
+
 const PASSIVE: Experiment = Experiment {
     name: "passive",
     trials: [16, 200],
@@ -61,23 +83,36 @@ const PASSIVE: Experiment = Experiment {
     }],
 };
 
-const CHATTER: Experiment = Experiment {
-    name: "behaviour",
-    trials: [2, 16],
-    run: chatter,
+/// Bumps may begin it in this time.
+const PROWL_S: f64 = 1800.0;
+
+const TEMPTED: Experiment = Experiment {
+    name: "passive-begun",
+    trials: [8, 100],
+    run: tempted,
     claims: &[
         Claim {
-            part: "behaviour",
-            says: "30 min of prowling in the house: no sensor is switched again within 2 s",
+            part: "passive",
+            says: "prowling in the living room, every layer allowed but photo: bumps begin it within 30 min",
             figure: Figure::Share,
-            required: Required::AtLeast(100.0),
+            required: Required::Nothing,
             shortfall: None,
         },
         Claim {
-            part: "behaviour",
-            says: "the same: switches an hour",
-            figure: Figure::PerHour,
+            part: "passive",
+            says: "the same: after how long",
+            figure: Figure::Mean {
+                unit: "min",
+                digits: 1,
+            },
             required: Required::Nothing,
+            shortfall: None,
+        },
+        Claim {
+            part: "passive",
+            says: "the same: from there on it looks all around, stops, sings, and waits with its arm up within 3 min",
+            figure: Figure::Share,
+            required: Required::AtLeast(95.0),
             shortfall: None,
         },
     ],
@@ -131,13 +166,86 @@ fn lamp(trial: &Trial) -> Vec<Option<Reading>> {
     vec![is_felt.then_some(Reading::Success(moved.is_some()))]
 }
 
+fn step_in(trial: &Trial) -> Vec<Option<Reading>> {
+    let room = arena("step-in");
+    let mut dice = trial.dice();
+    let center = room.world.start();
+    let start = Pose {
+        x_in: center.x_in + dice.between(-6.0, 6.0),
+        y_in: center.y_in + dice.between(-6.0, 6.0),
+        theta_deg: dice.between(-30.0, 30.0),
+    };
+    let mut run = Setup::new(trial, room.started_at(start))
+        .only(&[Layer::Bumpers, Layer::Infrared, Layer::Sonar])
+        .mode(Mode::Reactive)
+        .start();
+    let mut quiet_ticks = 0;
+    run.until(SETS_OUT_S, |simulation| {
+        at_rest(&mut quiet_ticks, simulation);
+        false
+    });
+    if quiet_ticks < REST_TICKS {
+        return vec![None];
+    }
+    let moves = |simulation: &Simulation| simulation.robot().motion() != Motion::STILL;
+    // It may well move before somebody is that near.
+    let mut moved = false;
+    let came = run.until(20.0, |simulation| {
+        moved |= moves(simulation);
+        moved || stands_before(simulation)
+    });
+    if !moved {
+        moved = run.until(2.0, moves).is_some();
+    }
+    vec![came.and_then(|_| success(moved))]
+}
+
+fn stands_before(simulation: &Simulation) -> bool {
+    let pose = simulation.truth().pose;
+    simulation.walkers().any(|(person, _)| {
+        let (x, y) = (person.x_in - pose.x_in, person.y_in - pose.y_in);
+        let from_nose_deg =
+            (x.atan2(y).to_degrees() - pose.theta_deg + 540.0).rem_euclid(360.0) - 180.0;
+        x.hypot(y) <= BEFORE_IN && from_nose_deg.abs() <= BEFORE_DEG
+    })
+}
+
 fn passive(trial: &Trial) -> Vec<Option<Reading>> {
     let room = arena("living-room");
     let start = room.somewhere(&mut trial.dice());
     let mut run = Setup::new(trial, room.started_at(start))
         .mode(Mode::Passive)
         .start();
-    let (mut turned_deg, mut before_deg) = (0.0_f64, 0.0);
+    vec![success(hides(&mut run))]
+}
+
+fn tempted(trial: &Trial) -> Vec<Option<Reading>> {
+    let room = arena("living-room");
+    let start = room.somewhere(&mut trial.dice());
+    let mut run = Setup::new(trial, room.started_at(start))
+        .only(&[
+            Layer::Bumpers,
+            Layer::Rotation,
+            Layer::Infrared,
+            Layer::Sonar,
+            Layer::Motion,
+            Layer::DeadReckoning,
+        ])
+        .start();
+    let begun = run.until(PROWL_S, |simulation| {
+        simulation.robot().mode() == Mode::Passive
+    });
+    let hidden = begun.map(|_| hides(&mut run));
+    vec![
+        success(begun.is_some()),
+        begun.and_then(|seconds| value(seconds / 60.0)),
+        hidden.map(Reading::Success),
+    ]
+}
+
+/// Whether it goes through all of mode Passive up to waiting, in 3 min.
+fn hides(run: &mut Run) -> bool {
+    let (mut turned_deg, mut before_deg) = (0.0_f64, run.pose().theta_deg);
     let (mut has_sung, mut up_ticks) = (false, 0);
     let done = run.until(180.0, |simulation| {
         let now_deg = simulation.truth().pose.theta_deg;
@@ -154,44 +262,5 @@ fn passive(trial: &Trial) -> Vec<Option<Reading>> {
         // Longer than the detectors need to settle.
         turned_deg > 350.0 && has_sung && up_ticks > 20 * 16
     });
-    vec![success(done.is_some())]
-}
-
-fn chatter(trial: &Trial) -> Vec<Option<Reading>> {
-    const MINUTES: f64 = 30.0;
-    let house = arena("house");
-    let start = house.somewhere(&mut trial.dice());
-    let mut run = Setup::new(trial, house.started_at(start))
-        .only(&[
-            Layer::Bumpers,
-            Layer::Rotation,
-            Layer::Infrared,
-            Layer::Sonar,
-            Layer::Photo,
-            Layer::DeadReckoning,
-        ])
-        .start();
-    let mut before = LayerMask::ALL;
-    let mut since_ticks = [u32::MAX; 8];
-    let (mut calm, mut count) = (true, 0);
-    run.until(MINUTES * 60.0, |simulation| {
-        let now = simulation.robot().running();
-        for (layer, since) in Layer::ALL.into_iter().zip(&mut since_ticks) {
-            *since = since.saturating_add(1);
-            if now.contains(layer) != before.contains(layer) {
-                calm &= *since >= 40;
-                count += u32::from(*since != u32::MAX);
-                *since = 0;
-            }
-        }
-        before = now;
-        false
-    });
-    vec![
-        success(calm),
-        Some(Reading::Events {
-            count,
-            hours: MINUTES / 60.0,
-        }),
-    ]
+    done.is_some()
 }

@@ -1,13 +1,14 @@
 //! The wheels' speed control.
 
 use super::{success, value};
-use crate::arena::arena;
+use crate::arena::{arena, on_plan};
 use crate::claim::{Claim, Experiment, Figure, Reading, Required, Trial};
-use crate::run::Setup;
+use crate::run::{Run, Setup};
 use sr04_firmware::board::COUNTS_PER_IN;
 use sr04_firmware::parameters::Parameter;
+use sr04_sim::{Pose, World};
 
-pub(super) const ALL: &[&Experiment] = &[&INSIDE, &OUTSIDE];
+pub(super) const ALL: &[&Experiment] = &[&INSIDE, &OUTSIDE, &INCLINE, &SILL];
 
 /// The envelope that the control must hold its speed in.
 const SUPPLY_V: (f64, f64) = (10.8, 13.8);
@@ -63,9 +64,91 @@ const OUTSIDE: Experiment = Experiment {
     }],
 };
 
+/// The middles of the inclines in the world `floors`, 5 and 10 percent.
+const INCLINES: [Pose; 2] = [plan(100.0, 240.0), plan(380.0, 240.0)];
+
+const INCLINE: Experiment = Experiment {
+    name: "pid-incline",
+    trials: [24, 200],
+    run: incline,
+    claims: &[
+        Claim {
+            part: "PID",
+            says: "inclines of 5 and 10 percent, driven in any direction: mean speed over 10 s within 2 % of the \
+                   ordered one (2 to 7 in/s), in the same envelope",
+            figure: Figure::Share,
+            required: Required::AtLeast(100.0),
+            shortfall: None,
+        },
+        Claim {
+            part: "PID",
+            says: "the same: how far off",
+            figure: Figure::Mean {
+                unit: "%",
+                digits: 2,
+            },
+            required: Required::AtMost(2.0),
+            shortfall: None,
+        },
+    ],
+};
+
+/// The sill of the world `floors`, across the way north.
+const SILL_X_IN: f64 = 240.0;
+const SILL_Y_IN: f64 = 240.0;
+const SILL_DEPTH_IN: f64 = 3.0;
+
+/// Wheel to wheel, and a little: beyond the sill by this it has been climbed.
+const CLIMBED_IN: f64 = 8.0;
+
+/// Slower than this is standing.
+const STANDING_IN_S: f64 = 0.1;
+
+/// Standing for so long is being stopped: half a second.
+const STOPPED_TICKS: u32 = 10;
+
+const SILL: Experiment = Experiment {
+    name: "pid-sill",
+    trials: [24, 200],
+    run: sill,
+    claims: &[
+        Claim {
+            part: "PID",
+            says: "a door sill, met at up to 30 degrees at 2 to 5 in/s, in the same envelope: climbed, and the robot \
+                   never stands for half a second",
+            figure: Figure::Share,
+            required: Required::AtLeast(100.0),
+            shortfall: None,
+        },
+        Claim {
+            part: "PID",
+            says: "the same: the longest tick-by-tick stop on the way",
+            figure: Figure::Mean {
+                unit: "s",
+                digits: 2,
+            },
+            required: Required::Nothing,
+            shortfall: None,
+        },
+    ],
+};
+
+const fn plan(x_in: f64, y_in: f64) -> Pose {
+    Pose {
+        x_in,
+        y_in,
+        theta_deg: 0.0,
+    }
+}
+
 /// A robot that prowls straight ahead in the empty hall.
 fn bench(trial: &Trial, supply_v: f64, load_share: f64) -> Setup<'_> {
-    let mut setup = Setup::new(trial, arena("hall").world.clone()).only(&[]);
+    driven(trial, arena("hall").world.clone(), supply_v, load_share)
+}
+
+/// Likewise in some world.
+fn driven(trial: &Trial, world: World, supply_v: f64, load_share: f64) -> Setup<'_> {
+    let mut setup = Setup::new(trial, world).only(&[]);
     setup.config.conditions.supply_v = Some(supply_v);
     setup.config.conditions.load_share = load_share;
     setup
@@ -91,6 +174,12 @@ fn inside(trial: &Trial) -> Vec<Option<Reading>> {
     let mut run = bench(trial, supply_v, load_share)
         .with(Parameter::TopSpeed, speed_in_s)
         .start();
+    let (off, is_saturated) = off_percent(&mut run);
+    vec![success(off <= 2.0), value(off), success(!is_saturated)]
+}
+
+/// How far the mean speed is from the ordered one, and whether the saturation flag was up.
+fn off_percent(run: &mut Run) -> (f64, bool) {
     run.seconds(SETTLE_S);
     let before_in = run.simulation.truth().path_in;
     let mut is_saturated = false;
@@ -101,8 +190,66 @@ fn inside(trial: &Trial) -> Vec<Option<Reading>> {
     let speed = (run.simulation.truth().path_in - before_in) / MEASURE_S;
     let ordered =
         f64::from(run.simulation.robot().motion().velocity_cps) / f64::from(COUNTS_PER_IN);
-    let off = 100.0 * (speed - ordered).abs() / ordered;
-    vec![success(off <= 2.0), value(off), success(!is_saturated)]
+    (100.0 * (speed - ordered).abs() / ordered, is_saturated)
+}
+
+fn incline(trial: &Trial) -> Vec<Option<Reading>> {
+    let mut dice = trial.dice();
+    // Up and down first, at both ends of the envelope.
+    let theta_deg = if trial.index < 16 {
+        180.0 * f64::from(u8::from(trial.index & 2 > 0))
+    } else {
+        dice.between(0.0, 360.0)
+    };
+    let start = Pose {
+        theta_deg,
+        ..INCLINES[trial.index % 2]
+    };
+    let (supply_v, load_share) = match trial.index / 4 {
+        0 => (SUPPLY_V.0, LOAD_SHARE.1),
+        1 => (SUPPLY_V.1, LOAD_SHARE.0),
+        _ => (
+            dice.between(SUPPLY_V.0, SUPPLY_V.1),
+            dice.between(LOAD_SHARE.0, LOAD_SHARE.1),
+        ),
+    };
+    let speed_in_s = 2 + dice.below(6) as i16;
+    let world = arena("floors").started_at(start);
+    let mut run = driven(trial, world, supply_v, load_share)
+        .with(Parameter::TopSpeed, speed_in_s)
+        .start();
+    let (off, _) = off_percent(&mut run);
+    vec![success(off <= 2.0), value(off)]
+}
+
+fn sill(trial: &Trial) -> Vec<Option<Reading>> {
+    let mut dice = trial.dice();
+    let start = Pose {
+        theta_deg: dice.between(-30.0, 30.0),
+        ..plan(SILL_X_IN, SILL_Y_IN - 36.0)
+    };
+    let (supply_v, load_share) = (
+        dice.between(SUPPLY_V.0, SUPPLY_V.1),
+        dice.between(LOAD_SHARE.0, LOAD_SHARE.1),
+    );
+    let speed_in_s = 2 + dice.below(4) as i16;
+    let world = arena("floors").started_at(start);
+    let mut run = driven(trial, world, supply_v, load_share)
+        .with(Parameter::TopSpeed, speed_in_s)
+        .start();
+    run.seconds(1.0);
+    let (mut standing_ticks, mut longest_ticks) = (0, 0);
+    let climbed = run.until(60.0, |simulation| {
+        let truth = simulation.truth();
+        let is_standing = truth.speed_in_s.abs() < STANDING_IN_S;
+        standing_ticks = if is_standing { standing_ticks + 1 } else { 0 };
+        longest_ticks = longest_ticks.max(standing_ticks);
+        on_plan(start, truth.pose).y_in > SILL_Y_IN + SILL_DEPTH_IN / 2.0 + CLIMBED_IN
+    });
+    vec![
+        success(climbed.is_some() && longest_ticks < STOPPED_TICKS),
+        value(f64::from(longest_ticks) / 20.0),
+    ]
 }
 
 fn outside(trial: &Trial) -> Vec<Option<Reading>> {

@@ -1,6 +1,6 @@
 //! Layer 0: the operator's hand.
 
-use super::success;
+use super::{success, value};
 use crate::arena::arena;
 use crate::claim::{Claim, Experiment, Figure, Reading, Required, Trial};
 use crate::run::{Setup, is_held_by};
@@ -8,8 +8,9 @@ use groundwave_protocol::command::{Drive, Message};
 use groundwave_protocol::letters::Layer;
 use sr04_firmware::behaviours::DEAD_MAN_TICKS;
 use sr04_firmware::drive::Motion;
+use sr04_sim::ChannelSpec;
 
-pub(super) const ALL: &[&Experiment] = &[&HAND];
+pub(super) const ALL: &[&Experiment] = &[&HAND, &LOSS];
 
 const HAND: Experiment = Experiment {
     name: "user",
@@ -33,6 +34,106 @@ const HAND: Experiment = Experiment {
         },
     ],
 };
+
+const LOSS: Experiment = Experiment {
+    name: "user-loss",
+    trials: [20, 200],
+    run: lost,
+    claims: &[
+        Claim {
+            part: "0 User",
+            says: "driven by radio, four frames a second; nothing passes any more, though the ground goes on sending: \
+                   the hand is gone within 1 s",
+            figure: Figure::Share,
+            required: Required::AtLeast(100.0),
+            shortfall: None,
+        },
+        Claim {
+            part: "0 User",
+            says: "the same: how long that takes",
+            figure: Figure::Mean {
+                unit: "s",
+                digits: 2,
+            },
+            required: Required::Nothing,
+            shortfall: None,
+        },
+        Claim {
+            part: "0 User",
+            says: "the ground only no longer hears, its frames still arrive: how long until the hand is gone",
+            figure: Figure::Mean {
+                unit: "s",
+                digits: 2,
+            },
+            required: Required::Nothing,
+            shortfall: None,
+        },
+    ],
+};
+
+/// The station sends a frame every so many ticks while a key is held.
+const FRAME_TICKS: u32 = 5;
+
+/// A second.
+const GONE_TICKS: u32 = 20;
+
+/// What is lost.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum Lost {
+    BothWays,
+    Hearing,
+}
+
+fn lost(trial: &Trial) -> Vec<Option<Reading>> {
+    let [both, hearing] = [Lost::BothWays, Lost::Hearing].map(|what| lose(trial, what));
+    vec![
+        both.and_then(|ticks| success(ticks <= GONE_TICKS)),
+        both.and_then(|ticks| value(f64::from(ticks) / 20.0)),
+        hearing.and_then(|ticks| value(f64::from(ticks) / 20.0)),
+    ]
+}
+
+/// Ticks from the loss until the hand is gone, 200 when it stays; `None` when the hand never had the motors.
+fn lose(trial: &Trial, what: Lost) -> Option<u32> {
+    const PATIENCE_TICKS: u32 = 200;
+    let mut dice = trial.dice();
+    let house = arena("house");
+    let start = house.somewhere(&mut dice);
+    let mut run = Setup::new(trial, house.started_at(start)).start();
+    run.seconds(dice.between(2.0, 60.0));
+    run.open();
+    let lost_at = 40 + dice.below(20) as u32;
+    let mut heard = 0;
+    for tick in 0..lost_at + PATIENCE_TICKS {
+        if tick < lost_at || what == Lost::BothWays {
+            heard = run.heard();
+        }
+        if tick % FRAME_TICKS == 0 {
+            run.transmit(&Message::Drive(Drive {
+                velocity_in_s: 4,
+                rotation_in_s: 1,
+                heard,
+                count: (tick / FRAME_TICKS % 16) as u8,
+            }));
+        }
+        if tick == lost_at {
+            if !is_held_by(&run.simulation, Layer::User) {
+                return None;
+            }
+            if what == Lost::BothWays {
+                run.simulation.set_channel(&ChannelSpec {
+                    outages_ms: std::iter::once(0..u64::MAX).collect(),
+                    ..ChannelSpec::default()
+                });
+            }
+        }
+        run.tick();
+        if tick >= lost_at && !is_held_by(&run.simulation, Layer::User) {
+            return Some(tick - lost_at);
+        }
+    }
+    Some(PATIENCE_TICKS)
+}
 
 fn hand(trial: &Trial) -> Vec<Option<Reading>> {
     let mut dice = trial.dice();

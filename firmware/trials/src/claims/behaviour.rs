@@ -1,0 +1,197 @@
+//! The layer that switches sensors off and on.
+
+use super::{success, value};
+use crate::arena::arena;
+use crate::claim::{Claim, Experiment, Figure, Reading, Required, Trial};
+use crate::run::Setup;
+use groundwave_protocol::letters::{Layer, LayerState, Mode};
+use groundwave_protocol::telemetry::Body;
+
+pub(super) const ALL: &[&Experiment] = &[&CHATTER, &TOLD];
+
+/// The sensors that are switched.
+const SENSORS: [Layer; 3] = [Layer::Infrared, Layer::Sonar, Layer::Photo];
+
+const MINUTES: f64 = 30.0;
+
+/// No sensor is switched again before this time, and what lasts as long must be told.
+const DWELL_TICKS: u32 = 40;
+
+/// A line that has just come in was composed up to so many ticks ago: 80 bytes at 240 a second, and one waited.
+const LINE_TICKS: u32 = 8;
+
+const CHATTER: Experiment = Experiment {
+    name: "behaviour",
+    trials: [2, 16],
+    run: chatter,
+    claims: &[
+        Claim {
+            part: "behaviour",
+            says: "30 min of prowling in the house: no sensor is switched again within 2 s",
+            figure: Figure::Share,
+            required: Required::AtLeast(100.0),
+            shortfall: None,
+        },
+        Claim {
+            part: "behaviour",
+            says: "the same: switches an hour",
+            figure: Figure::PerHour,
+            required: Required::Nothing,
+            shortfall: None,
+        },
+    ],
+};
+
+/// Where sensors are switched off for different reasons.
+const PLACES: [(&str, Mode); 4] = [
+    ("house", Mode::Prowl),
+    ("dark-room", Mode::Prowl),
+    ("corridor", Mode::Reactive),
+    ("living-room", Mode::Reactive),
+];
+
+const TOLD: Experiment = Experiment {
+    name: "behaviour-told",
+    trials: [4, 40],
+    run: told,
+    claims: &[
+        Claim {
+            part: "behaviour",
+            says: "30 min of prowling in the house and the dark room, of reacting in the corridor and the living room: \
+                   each state of a sensor's switch that lasts 2 s is in a line A that was composed \
+                   and arrived meanwhile",
+            figure: Figure::Share,
+            required: Required::AtLeast(100.0),
+            shortfall: None,
+        },
+        Claim {
+            part: "behaviour",
+            says: "the same: such states in a run",
+            figure: Figure::Mean {
+                unit: "",
+                digits: 0,
+            },
+            required: Required::Nothing,
+            shortfall: None,
+        },
+    ],
+};
+
+/// One sensor's switch as it is, and what line A says of it.
+struct Switch {
+    layer: Layer,
+    is_on: Option<bool>,
+    since_ticks: u32,
+    is_calm: bool,
+    switched: u32,
+    /// What line A has to say, since when, and whether it has.
+    shows_on: Option<bool>,
+    shown_ticks: u32,
+    is_seen: bool,
+    /// States that lasted, and whether each was told.
+    lasting: u32,
+    is_told: bool,
+}
+
+impl Switch {
+    const fn new(layer: Layer) -> Self {
+        Self {
+            layer,
+            is_on: None,
+            since_ticks: 0,
+            is_calm: true,
+            switched: 0,
+            shows_on: None,
+            shown_ticks: 0,
+            is_seen: true,
+            lasting: 0,
+            is_told: true,
+        }
+    }
+
+    /// One tick.
+    fn follow(&mut self, is_on: bool, shows_on: bool) {
+        self.since_ticks += 1;
+        if let Some(before) = self.is_on.replace(is_on)
+            && before != is_on
+        {
+            // The first time says nothing of how long it had been so.
+            self.is_calm &= self.switched == 0 || self.since_ticks >= DWELL_TICKS;
+            self.switched += 1;
+            self.since_ticks = 0;
+        }
+        self.shown_ticks += 1;
+        if self.shows_on.replace(shows_on) != Some(shows_on) {
+            if self.shown_ticks > DWELL_TICKS {
+                self.lasting += 1;
+                self.is_told &= self.is_seen;
+            }
+            self.shown_ticks = 0;
+            self.is_seen = false;
+        }
+    }
+
+    /// A line A has come in.
+    fn read(&mut self, is_on: bool) {
+        // What was composed before the switch says nothing of it.
+        if self.shown_ticks >= LINE_TICKS {
+            self.is_seen |= self.shows_on == Some(is_on);
+        }
+    }
+}
+
+fn chatter(trial: &Trial) -> Vec<Option<Reading>> {
+    let switches = watched(trial, "house", Mode::Prowl);
+    vec![
+        success(switches.iter().all(|switch| switch.is_calm)),
+        Some(Reading::Events {
+            count: switches.iter().map(|switch| switch.switched).sum(),
+            hours: MINUTES / 60.0,
+        }),
+    ]
+}
+
+fn told(trial: &Trial) -> Vec<Option<Reading>> {
+    let (world, mode) = PLACES[trial.index % PLACES.len()];
+    let switches = watched(trial, world, mode);
+    let lasting: u32 = switches.iter().map(|switch| switch.lasting).sum();
+    vec![
+        success(switches.iter().all(|switch| switch.is_told)),
+        value(f64::from(lasting)),
+    ]
+}
+
+/// The switches after half an hour in a world.
+fn watched(trial: &Trial, world: &'static str, mode: Mode) -> [Switch; 3] {
+    let place = arena(world);
+    let start = place.somewhere(&mut trial.dice());
+    let mut run = Setup::new(trial, place.started_at(start))
+        .only(&[
+            Layer::Bumpers,
+            Layer::Rotation,
+            Layer::Infrared,
+            Layer::Sonar,
+            Layer::Photo,
+            Layer::DeadReckoning,
+        ])
+        .mode(mode)
+        .start();
+    let mut switches = SENSORS.map(Switch::new);
+    for _ in 0..(MINUTES * 1200.0) as u32 {
+        run.tick();
+        let robot = run.simulation.robot();
+        let (running, is_jammed) = (robot.running(), robot.infrared().is_jammed());
+        for switch in &mut switches {
+            // Line A does not tell what the robot has switched off from what has switched itself off.
+            let is_on = running.contains(switch.layer);
+            let shows_on = is_on && !(is_jammed && switch.layer == Layer::Infrared);
+            switch.follow(is_on, shows_on);
+            for body in run.said() {
+                if let Body::State(line) = body {
+                    switch.read(line.layers.get(switch.layer) != LayerState::Off);
+                }
+            }
+        }
+    }
+    switches
+}

@@ -1,0 +1,99 @@
+//! Layer 1: what hangs on the bumper, and the sequence that works it free.
+
+use super::{success, value};
+use crate::arena::arena;
+use crate::claim::{Claim, Experiment, Figure, Reading, Required, Trial};
+use crate::run::Setup;
+use groundwave_protocol::letters::Layer;
+
+pub(super) const ALL: &[&Experiment] = &[&HOOKED];
+
+/// A switch that is closed for so many ticks is held: 3 s.
+const HELD_TICKS: u32 = 60;
+
+/// Until something hooks.
+const SEARCH_S: f64 = 600.0;
+const FREE_WITHIN_S: f64 = 60.0;
+
+const HOOKED: Experiment = Experiment {
+    name: "hooked",
+    trials: [20, 300],
+    run: hooked,
+    claims: &[
+        Claim {
+            part: "1 Bumpers",
+            says: "a cord or a shoe hooks the bumper, bumpers and prowl only: its switch is free within 60 s",
+            figure: Figure::Share,
+            required: Required::AtLeast(99.5),
+            shortfall: None,
+        },
+        Claim {
+            part: "1 Bumpers",
+            says: "the same, when the switch is held for 3 s: the jam sequence begins then, to the tick",
+            figure: Figure::Share,
+            required: Required::AtLeast(100.0),
+            shortfall: None,
+        },
+        Claim {
+            part: "1 Bumpers",
+            says: "the same: free within 60 s",
+            figure: Figure::Share,
+            required: Required::AtLeast(99.5),
+            shortfall: None,
+        },
+        Claim {
+            part: "1 Bumpers",
+            says: "the same: how long after the beginning of the sequence",
+            figure: Figure::Mean {
+                unit: "s",
+                digits: 1,
+            },
+            required: Required::Nothing,
+            shortfall: None,
+        },
+    ],
+};
+
+fn hooked(trial: &Trial) -> Vec<Option<Reading>> {
+    let room = arena("snags");
+    let start = room.somewhere(&mut trial.dice());
+    let mut run = Setup::new(trial, room.started_at(start))
+        .only(&[Layer::Bumpers])
+        .start();
+    let mut closed_ticks = 0;
+    let mut count_closed = |is_closed: bool| {
+        closed_ticks = if is_closed { closed_ticks + 1 } else { 0 };
+        closed_ticks
+    };
+    let caught = run.until(SEARCH_S, |simulation| {
+        count_closed(simulation.inputs().bumper.any());
+        simulation.truth().is_hooked
+    });
+    if caught.is_none() {
+        return vec![None; 4];
+    }
+    let (mut is_exact, mut began_s) = (true, None);
+    let (mut was_jammed, mut now_s) = (run.simulation.robot().is_bumper_jammed(), 0.0);
+    let freed = run.until(FREE_WITHIN_S, |simulation| {
+        let closed = count_closed(simulation.inputs().bumper.any());
+        let is_jammed = simulation.robot().is_bumper_jammed();
+        // Once begun it lasts until the switch is open.
+        let begins = is_jammed && !was_jammed;
+        is_exact &= begins == (closed == HELD_TICKS);
+        if begins {
+            began_s = Some(now_s);
+        }
+        was_jammed = is_jammed;
+        now_s += 0.05;
+        !simulation.truth().is_hooked
+    });
+    let is_free = success(freed.is_some());
+    vec![
+        is_free,
+        began_s.and_then(|_| success(is_exact)),
+        began_s.and(is_free),
+        began_s
+            .zip(freed)
+            .and_then(|(began_s, freed_s)| value(freed_s - began_s)),
+    ]
+}
