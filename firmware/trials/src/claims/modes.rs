@@ -171,8 +171,8 @@ fn step_in(trial: &Trial) -> Vec<Option<Reading>> {
     let mut dice = trial.dice();
     let center = room.world.start();
     let start = Pose {
-        x_in: center.x_in + dice.between(-6.0, 6.0),
-        y_in: center.y_in + dice.between(-6.0, 6.0),
+        x_in: center.x_in + dice.between(-5.0, 5.0),
+        y_in: center.y_in + dice.between(-5.0, 5.0),
         theta_deg: dice.between(-30.0, 30.0),
     };
     let mut run = Setup::new(trial, room.started_at(start))
@@ -188,7 +188,7 @@ fn step_in(trial: &Trial) -> Vec<Option<Reading>> {
         return vec![None];
     }
     let moves = |simulation: &Simulation| simulation.robot().motion() != Motion::STILL;
-    // It may well move before somebody is that near.
+    // It may well move before somebody is that near; where nothing moves it, somebody comes to stand there.
     let mut moved = false;
     let came = run.until(20.0, |simulation| {
         moved |= moves(simulation);
