@@ -4,7 +4,8 @@
 //! with the LEDs on and not with them off: what fires by itself is ambient light. So many pairs in a
 //! row must agree before the detection counts; that number, `max_count`, grows with every detection
 //! and falls in their absence, which lets the robot keep its distance in the open and still enter a
-//! confined space.
+//! confined space. Where both sides are near it grows at once: between two walls the robot has to get used to
+//! them before they have turned it round.
 
 use crate::board::Sides;
 use crate::parameters::{Parameter, Parameters};
@@ -95,7 +96,7 @@ impl Infrared {
         let detected = core::mem::take(&mut self.detected);
         let seen = core::mem::take(&mut self.seen);
         self.enabled = enabled;
-        self.adapt(detected.any(), parameters);
+        self.adapt(detected, parameters);
         if self.off_ticks > 0 {
             self.off_ticks -= 1;
             return Sides::default();
@@ -114,12 +115,15 @@ impl Infrared {
         if enabled { detected } else { Sides::default() }
     }
 
-    fn adapt(&mut self, detected: bool, parameters: &Parameters) {
+    fn adapt(&mut self, detected: Sides, parameters: &Parameters) {
         let count = |parameter| parameters.get(parameter) as u8;
         let least = count(Parameter::InfraredLeast);
         let most = count(Parameter::InfraredMost).max(least);
         self.max_count = self.max_count.clamp(least, most);
-        self.undetected_ticks = if detected {
+        if detected.left && detected.right {
+            self.max_count = self.max_count.saturating_mul(2).min(most);
+        }
+        self.undetected_ticks = if detected.any() {
             0
         } else {
             self.undetected_ticks.saturating_add(1)
@@ -241,15 +245,26 @@ mod tests {
     }
 
     #[test]
+    fn between_two_walls_max_count_doubles_with_each_detection() {
+        let mut infrared = running();
+        let mut counts = [0; 4];
+        for count in &mut counts {
+            while !tick(&mut infrared, BOTH, NONE).any() {}
+            *count = infrared.max_count();
+        }
+        assert_eq!(counts, [6, 12, 24, 40]);
+    }
+
+    #[test]
     fn with_equal_limits_it_does_not_adapt() {
         let mut parameters = Parameters::DEFAULT;
         assert!(parameters.set(Parameter::InfraredLeast, 12));
         assert!(parameters.set(Parameter::InfraredMost, 5));
         let mut infrared = running();
-        for seen in [LEFT, NONE] {
+        for seen in [LEFT, BOTH, NONE] {
             for _ in 0..200 {
                 for _ in 0..6 {
-                    infrared.look(seen.left, false);
+                    infrared.look(seen.left, seen.right);
                     infrared.look(false, false);
                 }
                 infrared.tick(true, &parameters);

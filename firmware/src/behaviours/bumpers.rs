@@ -21,14 +21,22 @@ const BACK_TICKS: u8 = 2 * ticks(1) as u8;
 /// 92 degrees a second on the spot.
 const TURN_IN_S: i16 = 16;
 
-/// The least turn away, 45 degrees, and how much more chance adds: another 45.
-const TURN_LEAST: u16 = 0x2000;
+/// The least turn away from a glancing contact, 15 degrees. Chance adds as much again at most: in a passage a
+/// wider turn leads into the other wall.
+const GLANCING_TURN: u16 = 0x0b00;
+
+/// The same from one that the centre switch takes part in, 90 degrees.
+const FRONTAL_TURN: u16 = 0x4000;
 
 /// The turn of an escape: half round.
 const ESCAPE_TURN: u16 = 0x8000;
 
 /// The slew limit carries a turn on for about 15 degrees.
 const OVERRUN: u16 = (0x1_0000_u32 / 24) as u16;
+
+/// The wheels stand after so long. A turn that went over into driving on would be 20 degrees wider, because the
+/// slew limit takes longer to bring a wheel from backward to top speed than from backward to rest.
+const SETTLE_TICKS: u8 = 8;
 
 /// A turn that takes longer than this has met something: plus a tick for every 512th of a half turn.
 const TURN_TICKS: u8 = 30;
@@ -76,6 +84,8 @@ enum State {
         heading: Angle,
         ticks_left: u8,
     },
+    /// Coming to rest after the turn.
+    Settle { ticks_left: u8 },
     /// Working free.
     Jam { step: u8, ticks: u8 },
 }
@@ -125,8 +135,13 @@ impl Bumpers {
             self.forget_places();
             ESCAPE_TURN
         } else {
+            let least = if senses.bumper.center {
+                FRONTAL_TURN
+            } else {
+                GLANCING_TURN
+            };
             // Bits that the choice of the side did not use.
-            TURN_LEAST + ((senses.dice >> 8) as u16 & (TURN_LEAST - 1))
+            least + (senses.dice >> 8) as u16 % least
         };
         self.state = State::Back {
             turn: away * i32::from(angle - OVERRUN),
@@ -207,9 +222,18 @@ impl Bumpers {
                 *heading = senses.pose.heading;
                 *ticks_left -= 1;
                 if *ticks_left == 0 || *left == 0 || (*left > 0) != right {
-                    self.state = State::Quiet;
+                    self.state = State::Settle {
+                        ticks_left: SETTLE_TICKS,
+                    };
                 }
                 Motion::new(0, if right { TURN_IN_S } else { -TURN_IN_S })
+            }
+            State::Settle { ticks_left } => {
+                *ticks_left -= 1;
+                if *ticks_left == 0 {
+                    self.state = State::Quiet;
+                }
+                Motion::STILL
             }
             State::Jam { step, ticks } => {
                 let (motion, length) = JAM_SEQUENCE
@@ -247,7 +271,7 @@ impl Behaviour for Bumpers {
             }
             State::Quiet if pressed => self.begin(senses),
             // Something else was hit while turning away.
-            State::Turn { .. } if newly => self.begin(senses),
+            State::Turn { .. } | State::Settle { .. } if newly => self.begin(senses),
             _ => {}
         }
         if self.state == State::Quiet {

@@ -16,8 +16,11 @@ const SPIN_CPS: i16 = cps(10);
 /// How far the detectors see. With less than that to go, what they see may stand behind the target.
 const REACH_IN: u16 = 30;
 
-/// A detection turns the robot for this long: the rarer they are, the less they turn it.
+/// A detection on one side turns the robot for this long: the rarer they are, the less they turn it.
 const HOLD_TICKS: u8 = 2;
+
+/// One on both sides stops it for this long: when they are rare the slew limit carries it on between two walls.
+const STOP_TICKS: u8 = 1;
 
 /// The latest detection, while it still turns the robot.
 #[derive(Clone, Debug, Default)]
@@ -30,7 +33,11 @@ impl Behaviour for InfraredAvoidance {
     fn decide(&mut self, senses: &Senses) -> Request {
         if senses.infrared.any() && senses.horizon_in >= REACH_IN {
             self.sides = senses.infrared;
-            self.hold_ticks = HOLD_TICKS;
+            self.hold_ticks = if self.sides.left && self.sides.right {
+                STOP_TICKS
+            } else {
+                HOLD_TICKS
+            };
         }
         if self.hold_ticks == 0 {
             return Request::QUIET;
@@ -95,11 +102,17 @@ mod tests {
     }
 
     #[test]
-    fn a_detection_lasts_two_ticks() {
-        let mut layer = InfraredAvoidance::default();
-        let flags = [see(true, false), see(false, false), see(false, false)]
-            .map(|senses| layer.decide(&senses).flag);
-        assert_eq!(flags, [true, true, false]);
+    fn a_detection_lasts_two_ticks_and_one_on_both_sides_one() {
+        for (left, right, lasts) in [
+            (true, false, true),
+            (false, true, true),
+            (true, true, false),
+        ] {
+            let mut layer = InfraredAvoidance::default();
+            let flags = [see(left, right), see(false, false), see(false, false)]
+                .map(|senses| layer.decide(&senses).flag);
+            assert_eq!(flags, [true, lasts, false], "{left} {right}");
+        }
     }
 
     #[test]

@@ -100,9 +100,47 @@ fn it_backs_up_and_turns_away_from_the_side_that_was_hit() {
             let (turned_deg, way_in) = bench.bump(switches);
             assert!((-8..=-5).contains(&way_in), "{way_in} in");
             let turned_deg = turned_deg * away;
-            assert!((25..=90).contains(&turned_deg), "{turned_deg} degrees");
+            assert!((0..=45).contains(&turned_deg), "{turned_deg} degrees");
         }
     }
+}
+
+#[test]
+fn a_glancing_contact_turns_it_less_than_a_frontal_one() {
+    let left_and_center = Switches {
+        center: true,
+        ..LEFT
+    };
+    for dice in [0, 0x0010_0000, 0x003F_FF00] {
+        let [glancing_deg, frontal_deg] = [LEFT, left_and_center].map(|switches| {
+            let mut bench = Bench::new();
+            bench.dice = dice;
+            bench.bump(switches).0
+        });
+        assert!(
+            glancing_deg < 45 && frontal_deg > 65,
+            "{dice:x}: {glancing_deg} {frontal_deg}"
+        );
+    }
+}
+
+#[test]
+fn after_the_turn_it_comes_to_rest_before_it_drives_on() {
+    let mut bench = Bench::new();
+    bench.tick(CENTER);
+    let mut still_ticks = 0;
+    loop {
+        let request = bench.tick(FREE);
+        if !request.flag {
+            break;
+        }
+        still_ticks = if request.motion == Motion::STILL {
+            still_ticks + 1
+        } else {
+            0
+        };
+    }
+    assert_eq!(still_ticks, u32::from(SETTLE_TICKS));
 }
 
 #[test]

@@ -68,9 +68,7 @@ const CONTACTS: Experiment = Experiment {
                 digits: 1,
             },
             required: Required::MoreThan(0.0),
-            shortfall: Some(
-                "turns of 45 to 90 degrees by chance leave corners within a minute, escapes or not",
-            ),
+            shortfall: None,
         },
     ],
 };
