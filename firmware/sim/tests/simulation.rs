@@ -82,8 +82,8 @@ fn a_reboot_forgets_the_robot_and_keeps_the_world() {
     );
 }
 
-/// Pressed at every phase of the robot's tick: from top speed the wheels stand within 150 ms, and
-/// the brake does not drive it back.
+/// Pressed at every phase of the robot's tick: from top speed the robot is as slow as an encoder can tell within
+/// 150 ms, stands within 300, and the brake does not drive it back.
 #[test]
 fn a_stopped_robot_stands_at_once() {
     for phase_ms in 0..50 {
@@ -96,13 +96,17 @@ fn a_stopped_robot_stands_at_once() {
         }
         let heard_ms = simulation.now_ms();
         let mut least_in_s: f64 = 0.0;
-        while simulation.truth().speed_in_s.abs() > 0.05 {
-            simulation.step();
-            least_in_s = least_in_s.min(simulation.truth().speed_in_s);
-            assert!(simulation.now_ms() < heard_ms + 1000, "phase {phase_ms}");
+        for (slower_than_in_s, within_ms) in [(1.25, 150), (0.05, 300)] {
+            while simulation.truth().speed_in_s.abs() > slower_than_in_s {
+                simulation.step();
+                least_in_s = least_in_s.min(simulation.truth().speed_in_s);
+                let passed_ms = simulation.now_ms() - heard_ms;
+                assert!(
+                    passed_ms <= within_ms,
+                    "phase {phase_ms}: not slower than {slower_than_in_s} in/s"
+                );
+            }
         }
-        let stood_ms = simulation.now_ms() - heard_ms;
-        assert!(stood_ms <= 150, "phase {phase_ms}: {stood_ms} ms");
         simulation.run_for_ms(1000);
         assert!(
             simulation.truth().speed_in_s.abs() < 0.05,
