@@ -32,6 +32,9 @@ const BOW_RADIUS_IN: i16 = 24;
 /// From wheel to wheel, inches.
 const TRACK_IN: i16 = 10;
 
+/// The wall that was just met is beside the robot for so long: it drives on along it before it bows to it again.
+const ALONG_TICKS: u16 = ticks(1) / 2;
+
 /// Nothing met for so long: more than half a circle of the bow, so there is no wall.
 const LOST_TICKS: u16 = ticks(8);
 
@@ -87,7 +90,11 @@ impl Detour {
         let bow_cps = velocity_cps / BOW_RADIUS_IN * TRACK_IN;
         Motion {
             velocity_cps,
-            rotation_cps: if self.wall_right { bow_cps } else { -bow_cps },
+            rotation_cps: match (self.unmet_ticks >= ALONG_TICKS, self.wall_right) {
+                (false, _) => 0,
+                (true, true) => bow_cps,
+                (true, false) => -bow_cps,
+            },
         }
     }
 
@@ -101,7 +108,7 @@ impl Detour {
         if self.stalled_ticks >= STALLED_TICKS {
             self.follow_ticks = ATTEMPT_TICKS << self.attempts;
             self.attempts = (self.attempts + 1).min(DOUBLINGS_MOST);
-            self.unmet_ticks = 0;
+            self.unmet_ticks = ALONG_TICKS;
         }
     }
 
@@ -176,8 +183,8 @@ mod tests {
         let attempt = |detour: &mut Detour| {
             stall(detour, 50);
             let mut senses = at(50);
-            senses.infrared.left = true;
             let side = detour.toward(&senses, TARGET).rotation_cps.signum();
+            senses.infrared.left = true;
             let mut ticks = 1;
             while detour.is_under_way() {
                 detour.toward(&senses, TARGET);
@@ -194,7 +201,7 @@ mod tests {
     fn where_no_wall_is_it_does_not_circle() {
         let mut detour = Detour::default();
         stall(&mut detour, 50);
-        for _ in 0..LOST_TICKS {
+        for _ in ALONG_TICKS..LOST_TICKS {
             detour.toward(&at(50), TARGET);
         }
         let senses = at(50);
@@ -204,7 +211,12 @@ mod tests {
         );
         let mut met = at(50);
         met.bumper.left = true;
-        assert_ne!(detour.toward(&met, TARGET), prowl::toward(&met, TARGET));
+        // Along what it has met, and then to it.
+        assert_eq!(detour.toward(&met, TARGET).rotation_cps, 0);
+        for _ in 1..ALONG_TICKS {
+            assert_eq!(detour.toward(&at(50), TARGET).rotation_cps, 0);
+        }
+        assert_ne!(detour.toward(&at(50), TARGET).rotation_cps, 0);
     }
 
     #[test]

@@ -48,7 +48,7 @@ const DETOUR: Experiment = Experiment {
         figure: Figure::Share,
         required: Required::AtLeast(60.0),
         shortfall: Some(
-            "the way round bows to the side that chance chose and not to where the wall was met, and circles",
+            "it comes home by its own belief, but contacts on the long way round have put its odometry off",
         ),
     }],
 };
