@@ -47,9 +47,7 @@ const DETOUR: Experiment = Experiment {
                15 min",
         figure: Figure::Share,
         required: Required::AtLeast(60.0),
-        shortfall: Some(
-            "it comes home by its own belief, but contacts on the long way round have put its odometry off",
-        ),
+        shortfall: Some("it stops at home by its own belief, but more than 36 in from it"),
     }],
 };
 
