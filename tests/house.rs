@@ -55,7 +55,7 @@ fn the_demo_moves_at_once_and_bumps_within_ten_seconds() {
         "{winners:?}"
     );
     assert!(
-        winners.len() >= 4,
+        winners.len() >= 3,
         "the ladder's winner hardly changes: {winners:?}"
     );
 }

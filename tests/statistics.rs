@@ -171,7 +171,7 @@ fn headless_tells_the_figures_at_its_end() {
     assert_eq!(told[0]["event"], "statistics", "{text}");
     assert_eq!(told[0]["lines"], 159, "{text}");
     assert_eq!(told[0]["lines_lost"], 200, "{text}");
-    assert_eq!(told[0]["rejected"]["crc"], 168, "{text}");
+    assert_eq!(told[0]["rejected"]["crc"], 170, "{text}");
     assert_eq!(told[0]["resync"]["worst_bytes"], 712, "{text}");
     assert_eq!(told[1]["state"], "ended", "{text}");
 }

@@ -352,6 +352,7 @@ impl Robot {
                 self.begin_hiding();
             }
             self.mode = mode;
+            self.allow_for(mode);
             self.layers.rest();
             self.schedule.status_changed();
             if mode == Mode::Calibrate {

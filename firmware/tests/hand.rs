@@ -2,10 +2,10 @@
 
 mod common;
 
-use common::{Bench, ROBOT_ID, drive, live, running};
+use common::{Bench, ROBOT_ID, drive, live, only, running};
 use groundwave_protocol::command::{Keepalive, Key, Message, Order};
 use groundwave_protocol::failsafe::Failsafe;
-use groundwave_protocol::letters::{self, Layer, Mode};
+use groundwave_protocol::letters::{self, Layer, LayerMask, Mode};
 use groundwave_protocol::telemetry::{Body, Outcome};
 use sr04_firmware::arbiter::Holder;
 
@@ -163,6 +163,28 @@ fn has_said(bench: &Bench, words: &str) -> bool {
         .lines
         .iter()
         .any(|(_, line)| matches!(&line.body, Body::Text(text) if text.as_str() == words))
+}
+
+/// Presets switch layers off that going home is made of.
+#[test]
+fn going_home_allows_what_it_takes_to_get_there() {
+    let (mut bench, key) = running();
+    bench.order(
+        key,
+        only(LayerMask::NONE.with(Layer::Bumpers).with(Layer::Photo)),
+    );
+    let failsafe = Failsafe {
+        silence_s: 10,
+        mode: Mode::GoHome,
+    };
+    bench.order(key, Order::Failsafe(Some(failsafe)));
+    bench.run_ms(12_000);
+    assert_eq!(bench.robot.mode(), Mode::GoHome);
+    assert!(bench.robot.target().is_some());
+    assert_eq!(
+        bench.robot.holder(),
+        Some(Holder::Layer(Layer::DeadReckoning))
+    );
 }
 
 #[test]

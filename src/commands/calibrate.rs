@@ -2,7 +2,7 @@
 
 use std::io::{self, BufRead, IsTerminal};
 
-use groundwave_protocol::letters::Mode;
+use groundwave_protocol::letters::{Bump, Cliff, Drive, Mode};
 use groundwave_protocol::telemetry::{Body, ParameterName, StateLine};
 use tokio::sync::mpsc::Receiver;
 use tokio::time::{Instant, sleep_until};
@@ -12,7 +12,7 @@ use super::config::Config;
 use super::send::{connect, failed, not_confirmed};
 use super::{Exit, Fault, block_on, say};
 use crate::calibration::{Gauge, Offset, Squares};
-use crate::event::{CommandStep, Event, Failure};
+use crate::event::{CommandStep, Event, Failure, LinkEvent};
 use crate::io::link::LinkSpec;
 use crate::request::{Request, Tuning};
 use crate::runtime::Driver;
@@ -37,8 +37,16 @@ pub(super) fn run(options: &Calibrate, config: &Config) -> Result<(), Fault> {
             options,
             driver,
             answers: answers(),
+            has_driven: false,
         };
-        guide.calibrate().await
+        let result = tokio::select! {
+            result = guide.calibrate() => result,
+            _ = tokio::signal::ctrl_c() => Err(Fault::new(Exit::Failed, "interrupted")),
+        };
+        if result.is_err() {
+            guide.stop().await;
+        }
+        result
     })
 }
 
@@ -74,9 +82,21 @@ struct Guide<'a> {
     options: &'a Calibrate,
     driver: Driver,
     answers: Receiver<String>,
+    has_driven: bool,
 }
 
 impl Guide<'_> {
+    /// Whatever went wrong, the robot does not drive on blindly in mode Calibrate.
+    async fn stop(&mut self) {
+        if !self.has_driven {
+            return;
+        }
+        say(match self.deliver(Request::Stop).await {
+            Ok(_) => "The robot has stopped.",
+            Err(_) => "Whether the robot has stopped is NOT known: stop it by hand.",
+        });
+    }
+
     async fn calibrate(&mut self) -> Result<(), Fault> {
         let before = self.gauge().await?;
         say(format_args!(
@@ -149,19 +169,20 @@ impl Guide<'_> {
         }
         self.set("square", side).await?;
         self.deliver(Request::Mode(Mode::Stop)).await?;
+        self.has_driven = true;
         self.deliver(Request::Mode(Mode::Calibrate)).await?;
         say(format_args!("Driving {} …", way.words()));
-        let end = self.until_it_stands().await?;
+        let (end, is_spoilt) = self.until_it_stands().await?;
         let believed = Offset {
             right_in: f64::from(end.x_tenths_in) / 10.0,
             ahead_in: f64::from(end.y_tenths_in) / 10.0,
         };
-        if believed.length_in() > BROKEN_OFF_IN {
+        if is_spoilt || believed.length_in() > BROKEN_OFF_IN {
             return Err(Fault::new(
                 Exit::Failed,
                 format!(
-                    "the {} square was broken off: the robot stands {:.0} in from its start by its own reckoning. \
-                     Clear the floor and begin again",
+                    "the {} square was broken off: the robot touched something, saw no floor, stalled or was stopped, \
+                     {:.0} in from its start by its own reckoning. Clear the floor and begin again",
                     way.words(),
                     believed.length_in()
                 ),
@@ -178,24 +199,34 @@ impl Guide<'_> {
         })
     }
 
-    /// Until mode C has ended and the wheels stand.
-    async fn until_it_stands(&mut self) -> Result<StateLine, Fault> {
+    /// Until mode C has ended and the wheels stand; also whether anything happened on the way that spoils a
+    /// square.
+    async fn until_it_stands(&mut self) -> Result<(StateLine, bool), Fault> {
         let speed_in_s = 4;
         let limit_s = 60 + 4 * u64::from(self.options.side.unsigned_abs()) / speed_in_s;
         let limit = Instant::now() + std::time::Duration::from_secs(limit_s);
-        let (mut has_begun, mut settled) = (false, 0);
+        let (mut is_spoilt, mut settled) = (false, 0);
         loop {
             while let Some(event) = self.driver.poll_event() {
-                let Event::Line { line, .. } = event else {
-                    continue;
+                let line = match event {
+                    Event::Line { line, .. } => line,
+                    Event::Link(LinkEvent::Lost { reason }) => {
+                        say(format_args!("link lost: {reason}; trying again"));
+                        continue;
+                    }
+                    _ => continue,
                 };
                 match line.body {
                     Body::Text(text) => say(format_args!("robot: {}", text.as_str())),
-                    Body::State(state) if state.mode == Mode::Calibrate => has_begun = true,
-                    Body::State(state) if has_begun => {
+                    // The first one may have been composed before the order.
+                    Body::State(state) if state.mode == Mode::Calibrate => {
+                        is_spoilt |= spoils(&state);
+                        settled = 0;
+                    }
+                    Body::State(state) => {
                         settled += 1;
                         if settled >= SETTLED_LINES {
-                            return Ok(state);
+                            return Ok((state, is_spoilt));
                         }
                     }
                     _ => {}
@@ -219,7 +250,7 @@ impl Guide<'_> {
                 () = self.driver.step() => {}
                 answer = self.answers.recv() => return answer.ok_or_else(|| Fault::new(
                     Exit::Usage,
-                    "standard input has ended before everything was measured; the robot's parameters are as they were said last",
+                    "standard input has ended before everything was measured: the robot keeps the parameters that were sent so far",
                 )),
             }
         }
@@ -229,6 +260,9 @@ impl Guide<'_> {
         loop {
             let answer = self.answer().await?;
             match measurement(&answer) {
+                Some(offset) if offset.length_in() > f64::from(self.options.side) => {
+                    say("That is farther than a side is long. Again:");
+                }
                 Some(offset) => return Ok(offset),
                 None => say(format_args!(
                     "`{}` are not two numbers of inches, like `3.5 -2`. Again:",
@@ -293,6 +327,13 @@ impl Guide<'_> {
     fn not_confirmed(&self, request: &Request, frames: u32) -> Fault {
         not_confirmed(request, self.driver.heard(), self.options.timeout, frames)
     }
+}
+
+/// A square on which this happened is none.
+fn spoils(state: &StateLine) -> bool {
+    !matches!(state.bump, Bump::None | Bump::NotFitted)
+        || !matches!(state.cliff, Cliff::None | Cliff::NotFitted)
+        || state.drive == Drive::Stalled
 }
 
 /// Two numbers, with spaces or a comma between them.

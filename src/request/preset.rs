@@ -12,13 +12,16 @@ struct Preset {
     parameter: Option<(&'static str, i32)>,
 }
 
+/// Where light plays a part, a preset says which: none takes over what another one left.
+const TOWARD_LIGHT: Option<(&str, i32)> = Some(("photo-avoid", 0));
+
 /// Who holds the hand drive loses it in none of them.
 const PRESETS: [Preset; 8] = [
     Preset {
         name: "all",
         layers: &Layer::ALL,
         mode: Mode::Prowl,
-        parameter: None,
+        parameter: TOWARD_LIGHT,
     },
     Preset {
         name: "sonar-only",
@@ -36,7 +39,7 @@ const PRESETS: [Preset; 8] = [
         name: "moth",
         layers: &[Layer::User, Layer::Bumpers, Layer::Photo],
         mode: Mode::Prowl,
-        parameter: Some(("photo-avoid", 0)),
+        parameter: TOWARD_LIGHT,
     },
     Preset {
         name: "shy",
@@ -48,19 +51,19 @@ const PRESETS: [Preset; 8] = [
         name: "reactive",
         layers: &Layer::ALL,
         mode: Mode::Reactive,
-        parameter: None,
+        parameter: TOWARD_LIGHT,
     },
     Preset {
         name: "passive",
         layers: &Layer::ALL,
         mode: Mode::Passive,
-        parameter: None,
+        parameter: TOWARD_LIGHT,
     },
     Preset {
         name: "wander",
         layers: &Layer::ALL,
         mode: Mode::Wander,
-        parameter: None,
+        parameter: TOWARD_LIGHT,
     },
 ];
 

@@ -127,7 +127,8 @@ impl Robot {
             return;
         }
         self.errands.call_ticks = Some(CALL_TICKS);
-        if self.parameters.is_on(Parameter::Forage) && may_forage(self.mode) {
+        let may_forage = may_forage(self.mode) && self.is_fitted(Mode::Forage);
+        if self.parameters.is_on(Parameter::Forage) && may_forage {
             self.enter(Mode::Forage);
             self.schedule.say(TO_THE_DOCK);
         } else {

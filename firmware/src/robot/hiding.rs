@@ -22,12 +22,6 @@ impl Robot {
             && self.allowed().contains(Layer::Rotation)
     }
 
-    /// Who orders the robot to hide allows the layers that hiding is made of.
-    pub(super) fn allow_hiding(&mut self) {
-        self.allowed = self.allowed.with(Layer::Rotation).with(Layer::Motion);
-        self.schedule.status_changed();
-    }
-
     /// Mode Passive begins. After the dock it goes on in it, and then back to what was before both.
     pub(super) fn begin_hiding(&mut self) {
         if self.mode != Mode::Forage {

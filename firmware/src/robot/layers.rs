@@ -49,6 +49,19 @@ impl Robot {
         }
     }
 
+    /// Whoever wants a mode, operator, failsafe or the robot itself, wants the layers that it is made of: it
+    /// would stand still otherwise, and call that going home.
+    pub(super) fn allow_for(&mut self, mode: Mode) {
+        let needed = match mode {
+            Mode::GoHome | Mode::Forage | Mode::Calibrate => {
+                LayerMask::NONE.with(Layer::DeadReckoning)
+            }
+            Mode::Passive => LayerMask::NONE.with(Layer::Rotation).with(Layer::Motion),
+            _ => LayerMask::NONE,
+        };
+        self.allowed = LayerMask::from_bits(self.allowed.bits() | needed.bits());
+    }
+
     /// Those of them that the robot itself has not switched off.
     #[must_use]
     pub fn running(&self) -> LayerMask {

@@ -61,9 +61,6 @@ impl Robot {
         match order {
             Order::Mode(mode) if self.is_fitted(mode) => {
                 self.rearm();
-                if mode == Mode::Passive {
-                    self.allow_hiding();
-                }
                 self.enter(mode);
             }
             Order::Layers { which, allowed } if allowed.and(self.fitted()) == allowed => {
@@ -117,7 +114,7 @@ impl Robot {
     }
 
     /// Whether every layer that makes the mode what it is, is fitted.
-    fn is_fitted(&self, mode: Mode) -> bool {
+    pub(super) fn is_fitted(&self, mode: Mode) -> bool {
         match mode {
             Mode::Prowl
             | Mode::Reactive
