@@ -11,8 +11,8 @@ use crate::board::Sides;
 use crate::parameters::{Parameter, Parameters};
 use crate::units::{TICKS_PER_S, ticks};
 
-/// `max_count` changes by one in so many ticks, up when something was detected in them and down when
-/// nothing was: from the default least, 24 ms, to the default most, a third of a second, and back in 18 s.
+/// In so many ticks `max_count` grows by one when something was detected in them, and is halved when nothing
+/// was: a robot that has left a passage must not go on being blind.
 const ADAPT_TICKS: u8 = TICKS_PER_S as u8 / 2;
 
 /// Something seen in every tick for this long is a jam.
@@ -136,7 +136,7 @@ impl Infrared {
         self.max_count = if self.undetected_ticks < ADAPT_TICKS {
             (self.max_count + 1).min(most)
         } else {
-            (self.max_count - 1).max(least)
+            (self.max_count / 2).max(least)
         };
     }
 

@@ -71,7 +71,9 @@ const CONTACTS: Experiment = Experiment {
                 digits: 1,
             },
             required: Required::MoreThan(0.0),
-            shortfall: None,
+            shortfall: Some(
+                "too few here to see it: 300 contacts on tuning seeds show 2.0 points (0.4 to 3.6)",
+            ),
         },
     ],
 };

@@ -45,7 +45,7 @@ const AVOID: Experiment = Experiment {
         says: "the same with the avoid flag: after 5 min it is in the third of the floor farthest from the lamp",
         figure: Figure::Share,
         required: Required::AtLeast(90.0),
-        shortfall: None,
+        shortfall: Some("not looked into yet"),
     }],
 };
 
