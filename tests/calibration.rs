@@ -6,25 +6,11 @@ mod rig;
 use groundwave::calibration::{Gauge, Offset, Squares};
 use groundwave_protocol::command::Order;
 use groundwave_protocol::letters::Mode;
-use rig::{Rig, parameters};
+use rig::{Rig, hall, parameters};
 use sr04_firmware::parameters::Parameter;
-use sr04_sim::{Conditions, World};
+use sr04_sim::Conditions;
 
 const SIDE_IN: i16 = 157;
-
-/// An empty hall of 60 feet by 60.
-fn hall() -> World {
-    let floor = format!("#{}#\n", ".".repeat(120));
-    let wall = format!("{}\n", "#".repeat(122));
-    let text = format!(
-        "name = \"hall\"\ncell_in = 6\nplan = '''\n{wall}{}#{}^{}#\n{}{wall}'''\n",
-        floor.repeat(60),
-        ".".repeat(60),
-        ".".repeat(59),
-        floor.repeat(60)
-    );
-    World::parse("hall", &text).expect("the hall is drawn right")
-}
 
 /// Drives a square in mode Calibrate and measures where it ends.
 fn drive(seed: u64, side: i16, gauge: Gauge) -> Offset {

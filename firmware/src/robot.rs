@@ -87,7 +87,7 @@ pub struct Robot {
     cliff_guard: CliffGuard,
     errands: Errands,
     singer: Singer,
-    /// Since mode Stop was entered.
+    /// How long it still brakes after it was told to stop.
     brake_ticks: u8,
 
     receiver: Receiver,
@@ -106,7 +106,7 @@ pub struct Robot {
 }
 
 impl Robot {
-    /// A robot that has just been switched on. It prowls, with every layer it has.
+    /// A robot that has just been switched on. It prowls, with the layers that are allowed at boot.
     #[must_use]
     pub fn new(identity: Identity) -> Self {
         Self::restored(identity, Parameters::DEFAULT)
@@ -341,12 +341,14 @@ impl Robot {
     fn enter(&mut self, mode: Mode) {
         self.singer.hush();
         if mode == Mode::Stop {
+            if self.mode != mode {
+                self.brake_ticks = BRAKE_TICKS;
+            }
             self.drive.halt();
             self.motion = Motion::STILL;
             self.holder = None;
         }
         if self.mode != mode {
-            self.brake_ticks = BRAKE_TICKS;
             self.errands.leave(self.mode);
             if mode == Mode::Passive {
                 self.begin_hiding();

@@ -2,7 +2,7 @@
 
 mod common;
 
-use common::{Rig, parameters};
+use common::{Rig, hall, parameters};
 use groundwave_protocol::command::Order;
 use groundwave_protocol::letters::Mode;
 use sr04_firmware::parameters::Parameter;
@@ -10,22 +10,12 @@ use sr04_sim::{Conditions, World};
 
 /// Where it stands at the end of a square in truth, and by odometry.
 fn drive(seed: u64, side: i16, ideal_wheels: bool) -> ((f64, f64), (f64, f64), f64) {
-    let floor = format!("#{}#\n", ".".repeat(120));
-    let wall = format!("{}\n", "#".repeat(122));
-    let text = format!(
-        "name = \"hall\"\ncell_in = 6\nplan = '''\n{wall}{}#{}^{}#\n{}{wall}'''\n",
-        floor.repeat(60),
-        ".".repeat(60),
-        ".".repeat(59),
-        floor.repeat(60)
-    );
-    let world = World::parse("hall", &text).expect("the hall is drawn right");
     let conditions = Conditions {
         ideal_wheels,
         ..Conditions::default()
     };
     let mut rig = Rig::with(
-        &world,
+        &hall(),
         seed,
         parameters(&[(Parameter::Square, side)]),
         &conditions,

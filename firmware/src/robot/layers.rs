@@ -49,6 +49,17 @@ impl Robot {
         }
     }
 
+    /// Those of them that the robot itself has not switched off.
+    #[must_use]
+    pub fn running(&self) -> LayerMask {
+        let enabled = self.enabled();
+        if self.parameters.is_on(Parameter::Behaviour) {
+            enabled.and(LayerMask::from_bits(!self.switches.off().bits()))
+        } else {
+            enabled
+        }
+    }
+
     /// Whoever wants a mode, operator, failsafe or the robot itself, wants the layers that it is made of: it
     /// would stand still otherwise, and call that going home.
     pub(super) fn allow_for(&mut self, mode: Mode) {
@@ -60,17 +71,6 @@ impl Robot {
             _ => LayerMask::NONE,
         };
         self.allowed = LayerMask::from_bits(self.allowed.bits() | needed.bits());
-    }
-
-    /// Those of them that the robot itself has not switched off.
-    #[must_use]
-    pub fn running(&self) -> LayerMask {
-        let enabled = self.enabled();
-        if self.parameters.is_on(Parameter::Behaviour) {
-            enabled.and(LayerMask::from_bits(!self.switches.off().bits()))
-        } else {
-            enabled
-        }
     }
 
     /// Whether the infrared detectors look: while the robot looks around they do, whether or not they may

@@ -21,6 +21,20 @@ pub struct Rig {
     sequence: u8,
 }
 
+/// An empty hall of 60 feet by 60.
+pub fn hall() -> World {
+    let floor = format!("#{}#\n", ".".repeat(120));
+    let wall = format!("{}\n", "#".repeat(122));
+    let text = format!(
+        "name = \"hall\"\ncell_in = 6\nplan = '''\n{wall}{}#{}^{}#\n{}{wall}'''\n",
+        floor.repeat(60),
+        ".".repeat(60),
+        ".".repeat(59),
+        floor.repeat(60)
+    );
+    World::parse("hall", &text).expect("the hall is drawn right")
+}
+
 pub fn parameters(changes: &[(Parameter, i16)]) -> Parameters {
     let mut parameters = Parameters::DEFAULT;
     for &(parameter, value) in changes {
