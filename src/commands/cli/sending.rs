@@ -1,0 +1,187 @@
+//! The arguments of the verbs that send: `send`, `param` and `calibrate`.
+
+use std::path::PathBuf;
+use std::time::Duration;
+
+use clap::Args;
+
+use super::{RadioArgs, parse_duration};
+use crate::io::link::LinkSpec;
+use crate::request::Request;
+use crate::share::Address;
+
+/// `send`
+#[derive(Debug, Args)]
+#[expect(
+    clippy::struct_excessive_bools,
+    reason = "each is a flag on the command line"
+)]
+pub struct Send {
+    /// A serial device, tcp:HOST:PORT or sim; none with --via
+    #[arg(required_unless_present_any = ["via", "dry_run"])]
+    link: Option<String>,
+    /// The command and its arguments
+    #[arg(
+        value_name = "COMMAND",
+        allow_negative_numbers = true,
+        required_unless_present_any = ["file", "via", "dry_run"]
+    )]
+    words: Vec<String>,
+    /// Send through the station that owns the radio and shares it with --share
+    #[arg(long, value_name = "ADDR|PATH")]
+    pub via: Option<Address>,
+    /// Read commands from FILE (- is standard input), one a line; stop at the first that fails
+    #[arg(short, long, value_name = "FILE", conflicts_with = "words")]
+    pub file: Option<PathBuf>,
+    /// Send nothing and open no link: say which bytes would go out, and how long they take at least.
+    /// LINK may be left out
+    #[arg(long)]
+    pub dry_run: bool,
+    /// After goto or route, enter mode prowl so that the robot drives there
+    #[arg(long)]
+    pub go: bool,
+    /// Give up after this long without proof
+    #[arg(long, value_name = "T", value_parser = parse_duration, default_value = "20s")]
+    pub timeout: Duration,
+    /// What is known of the radio.
+    #[command(flatten)]
+    pub radio: RadioArgs,
+    /// Each stage as a JSON line on standard output
+    #[arg(long)]
+    pub json: bool,
+    /// Say nothing but errors
+    #[arg(short, long)]
+    pub quiet: bool,
+}
+
+/// `param`
+#[derive(Debug, Args)]
+pub struct Param {
+    /// A serial device, tcp:HOST:PORT or sim; none with --via
+    #[arg(required_unless_present = "via")]
+    link: Option<String>,
+    /// list, get NAME, set NAME VALUE or save
+    #[arg(
+        value_name = "WHAT",
+        allow_negative_numbers = true,
+        required_unless_present = "via"
+    )]
+    words: Vec<String>,
+    /// Send through the station that owns the radio and shares it with --share
+    #[arg(long, value_name = "ADDR|PATH")]
+    via: Option<Address>,
+    /// Give up after this long without proof
+    #[arg(long, value_name = "T", value_parser = parse_duration, default_value = "2m")]
+    timeout: Duration,
+    /// What is known of the radio.
+    #[command(flatten)]
+    radio: RadioArgs,
+    /// Each stage as a JSON line on standard output
+    #[arg(long)]
+    json: bool,
+    /// Say nothing but values and errors
+    #[arg(short, long)]
+    quiet: bool,
+}
+
+impl Param {
+    /// The same as `send`, whose words begin with `param`.
+    #[must_use]
+    pub fn to_send(&self) -> Send {
+        let word = || "param".to_owned();
+        let (link, words): (Option<String>, Vec<String>) = match &self.via {
+            Some(_) => (
+                Some(word()),
+                self.link.iter().chain(&self.words).cloned().collect(),
+            ),
+            None => (
+                self.link.clone(),
+                std::iter::once(word())
+                    .chain(self.words.iter().cloned())
+                    .collect(),
+            ),
+        };
+        Send {
+            link,
+            words,
+            via: self.via.clone(),
+            file: None,
+            dry_run: false,
+            go: false,
+            timeout: self.timeout,
+            radio: self.radio.clone(),
+            json: self.json,
+            quiet: self.quiet,
+        }
+    }
+}
+
+/// `calibrate`
+#[derive(Debug, Args)]
+pub struct Calibrate {
+    /// A serial device, tcp:HOST:PORT or sim
+    pub link: LinkSpec,
+    /// Side of the square in inches; the floor has to be free for a foot more on every side
+    #[arg(long, value_name = "IN", default_value_t = 157, value_parser = clap::value_parser!(i16).range(40..=400))]
+    pub side: i16,
+    /// Let the robot keep the result over a reset
+    #[arg(long)]
+    pub save: bool,
+    /// Do not drive the squares a second time
+    #[arg(long)]
+    pub once: bool,
+    /// Give up after this long without proof of an order
+    #[arg(long, value_name = "T", value_parser = parse_duration, default_value = "20s")]
+    pub timeout: Duration,
+    /// What is known of the radio.
+    #[command(flatten)]
+    pub radio: RadioArgs,
+}
+
+/// How a command gets to the radio.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub enum Way {
+    /// Over a link of our own.
+    Link(LinkSpec),
+    /// Through the station that shares its link here.
+    Via(Address),
+}
+
+impl Send {
+    /// Which way, and the words of the command: with `--via` no link stands before them.
+    ///
+    /// # Errors
+    /// When the link is none.
+    pub fn way(&self) -> Result<(Way, Vec<&str>), String> {
+        let first = self.link.as_deref();
+        let words = self.words.iter().map(String::as_str);
+        match &self.via {
+            Some(address) => Ok((
+                Way::Via(address.clone()),
+                first.into_iter().chain(words).collect(),
+            )),
+            None => Ok((
+                Way::Link(first.unwrap_or_default().parse()?),
+                words.collect(),
+            )),
+        }
+    }
+}
+
+impl Send {
+    /// The words of the command for `--dry-run`, before which a link may stand: it is checked and not
+    /// opened. A link that is called like a command is taken for one.
+    ///
+    /// # Errors
+    /// When the link is none.
+    pub fn words_to_plan(&self) -> Result<Vec<&str>, String> {
+        let first = self.link.as_deref();
+        let is_link = self.via.is_none() && !first.is_some_and(Request::is_command);
+        let words = self.words.iter().map(String::as_str);
+        if is_link {
+            first.map(str::parse::<LinkSpec>).transpose()?;
+            return Ok(words.collect());
+        }
+        Ok(first.into_iter().chain(words).collect())
+    }
+}
