@@ -28,7 +28,7 @@ impl Screen<'_> {
             _ => format!(
                 "route: {count}, {:.0} ft, about {}",
                 total_in / 12.0,
-                time(total_in)
+                time(total_in, count)
             ),
         };
         let below = self.panel(
