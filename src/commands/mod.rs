@@ -3,15 +3,18 @@
 mod appearance;
 mod calibrate;
 pub mod cli;
+mod compare;
 pub mod config;
 mod decode;
 mod dry_run;
 mod headless;
 mod info;
 mod keeping;
+mod label;
 mod ports;
 mod record;
 mod replay;
+mod runs;
 mod script;
 mod send;
 mod sharing;
@@ -126,6 +129,9 @@ fn dispatch(cli: &Cli) -> Result<(), Fault> {
         Command::Decode(decode) => decode::run(decode),
         Command::Info(info) => info::run(info),
         Command::Songs(songs) => songs::run(songs),
+        Command::Runs(runs) => runs::run(runs),
+        Command::Label(label) => label::run(label),
+        Command::Compare(compare) => compare::run(compare),
         Command::Ports(ports) => ports::run(ports),
         Command::World(world) => world::run(world),
     }
