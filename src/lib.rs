@@ -19,6 +19,7 @@ pub mod request;
 pub mod route;
 pub mod runtime;
 pub mod share;
+pub mod song;
 pub mod station;
 pub mod statistics;
 pub mod view;
