@@ -20,6 +20,7 @@ pub mod route;
 pub mod runs;
 pub mod runtime;
 pub mod share;
+pub mod song;
 pub mod station;
 pub mod statistics;
 pub mod view;

@@ -74,9 +74,15 @@ impl Model {
             }
             Action::EditRoute => self.open_editor(),
             Action::Route(action) => return self.edit_route(now, action),
-            Action::Help => self.overlay = Overlay::Help,
+            Action::Help => {
+                self.help_page = 0;
+                self.overlay = Overlay::Help;
+            }
             Action::EnterDrive => self.ask_to_drive(now),
             Action::NextPanel => self.next_panel(),
+            Action::Show(panel) => self.show(panel),
+            Action::Enlarge => self.enlarged = !self.enlarged,
+            Action::TurnPage(pages) => self.turn_page(pages),
             Action::PauseReplay => {
                 if let Some(replay) = self.link.replay {
                     return vec![Effect::ReplayPause(!replay.paused)];
@@ -156,6 +162,7 @@ impl Model {
                 self.overlay = Overlay::None;
                 return vec![Effect::DriveEnd];
             }
+            (Action::Close, Overlay::None) if self.chart.cursor.is_none() => self.enlarged = false,
             (Action::Close, Overlay::None) => self.chart.cursor = None,
             (Action::Close, overlay) => *overlay = Overlay::None,
             (Action::EraseCharacter, Overlay::Text(entry)) => {
@@ -247,7 +254,7 @@ impl Model {
                 theta_deg,
             } => (
                 format!(
-                    "Tell the robot that it is at ({}, {}), heading {theta_deg}? Its trail starts afresh.",
+                    "Tell the robot that it is at ({}, {}), heading {theta_deg}? Its trail starts afresh, and it looks for its dock from there.",
                     position.x_in, position.y_in
                 ),
                 Then::Send(request),
@@ -345,6 +352,25 @@ impl Model {
             .position(|panel| *panel == self.panel)
             .unwrap_or(0);
         self.panel = Panel::ALL[(at + 1) % Panel::ALL.len()];
+        self.page = 0;
+    }
+
+    /// Chooses a panel; the one that is chosen already is enlarged, or no longer.
+    fn show(&mut self, panel: Panel) {
+        if self.panel == panel {
+            self.enlarged = !self.enlarged;
+        } else {
+            self.panel = panel;
+        }
+        self.page = 0;
+    }
+
+    const fn turn_page(&mut self, pages: i32) {
+        let turned = match self.overlay {
+            Overlay::Help => &mut self.help_page,
+            _ => &mut self.page,
+        };
+        *turned = turned.wrapping_add(pages);
     }
 
     fn warn(&mut self, now: Moment, text: &str) {

@@ -3,6 +3,7 @@
 use crossterm::event::{KeyCode, KeyEvent, KeyModifiers};
 use groundwave_protocol::letters::{Layer, Mode};
 
+use super::Panel;
 use super::editor::RouteAction;
 
 /// Where the keyboard goes.
@@ -48,6 +49,9 @@ pub(crate) enum Action {
     ShowEverything,
     ToggleTruth,
     NextPanel,
+    Show(Panel),
+    Enlarge,
+    TurnPage(i32),
     EnterDrive,
     Push { ahead: i8, right: i8 },
     Faster(i8),
@@ -142,7 +146,9 @@ pub(crate) const TABLE: &[Binding] = &[
     row(Dashboard, "p", &[plain('p')], Action::Mode(Mode::Prowl), "prowl: move about", "prowl"),
     row(Dashboard, "r", &[plain('r')], Action::Mode(Mode::Reactive), "reactive: wait to be pulled", ""),
     row(Dashboard, "h", &[plain('h')], Action::Mode(Mode::GoHome), "home: back to the origin", "home"),
-    row(Dashboard, "W", &[plain('W')], Action::Mode(Mode::Wander), "wander, if the robot can", ""),
+    row(Dashboard, "W", &[plain('W')], Action::Mode(Mode::Wander), "wander for a while, then home", ""),
+    row(Dashboard, "P", &[plain('P')], Action::Mode(Mode::Passive), "passive: hide and wait", ""),
+    row(Dashboard, "D", &[plain('D')], Action::Mode(Mode::Forage), "dock: charge the battery", ""),
     row(Dashboard, "1-7", &[plain('1')], Action::ToggleLayer(Layer::Bumpers), "allow a layer, or forbid it", "layers"),
     row(Dashboard, "0", &[plain('0')], Action::ToggleLayer(Layer::User), "the same for driving by hand", ""),
     row(Dashboard, "2", &[plain('2')], Action::ToggleLayer(Layer::Rotation), "", ""),
@@ -178,6 +184,13 @@ pub(crate) const TABLE: &[Binding] = &[
     row(Dashboard, "", &[plain('J'), shift(KeyCode::Down)], Action::Pan { east: 0, north: -1 }, "", ""),
     row(Dashboard, "t", &[plain('t')], Action::ToggleTruth, "map: the simulator's truth", ""),
     row(Dashboard, "Tab", &[bare(KeyCode::Tab)], Action::NextPanel, "next panel, where few fit", "panel"),
+    row(Dashboard, "F2-F5", &[bare(KeyCode::F(2))], Action::Show(Panel::Sensors), "a panel; again: enlarge it", ""),
+    row(Dashboard, "", &[bare(KeyCode::F(3))], Action::Show(Panel::Commands), "", ""),
+    row(Dashboard, "", &[bare(KeyCode::F(4))], Action::Show(Panel::Log), "", ""),
+    row(Dashboard, "", &[bare(KeyCode::F(5))], Action::Show(Panel::Link), "", ""),
+    row(Dashboard, "z", &[plain('z')], Action::Enlarge, "enlarge the panel, and back", ""),
+    row(Dashboard, "PgUp", &[bare(KeyCode::PageUp)], Action::TurnPage(-1), "PgDn: turn the panel's pages", ""),
+    row(Dashboard, "", &[bare(KeyCode::PageDown)], Action::TurnPage(1), "", ""),
     row(Dashboard, "k", &[plain('k')], Action::PauseReplay, "replay: pause, go on", ""),
     row(Dashboard, "< >", &[plain('<')], Action::ReplaySpeed(-1), "replay: slower, faster", ""),
     row(Dashboard, "", &[plain('>')], Action::ReplaySpeed(1), "", ""),
@@ -241,6 +254,8 @@ pub(crate) const TABLE: &[Binding] = &[
     row(Question, "Ctrl-C", &[ctrl('c')], Action::Quit, "", ""),
     row(Help, "Space", &[plain(' '), ctrl('s')], Action::Stop, "", "STOP"),
     row(Help, "Esc", &[bare(KeyCode::Esc), plain('?'), plain('q'), bare(KeyCode::Enter), bare(KeyCode::F(1))], Action::Close, "", "back"),
+    row(Help, "PgDn", &[bare(KeyCode::PageDown), bare(KeyCode::Tab), bare(KeyCode::Down)], Action::TurnPage(1), "", "more keys"),
+    row(Help, "", &[bare(KeyCode::PageUp), bare(KeyCode::Up)], Action::TurnPage(-1), "", ""),
     row(Help, "Ctrl-C", &[ctrl('c')], Action::Quit, "", ""),
 ];
 

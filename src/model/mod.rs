@@ -140,6 +140,12 @@ pub struct Model {
     pub(crate) log: Log,
     pub(crate) recording: Recording,
     pub(crate) panel: Panel,
+    /// Pages turned over in the chosen panel; the view goes round.
+    pub(crate) page: i32,
+    /// The chosen panel has the place of all of them.
+    pub(crate) enlarged: bool,
+    /// Pages turned over in the help.
+    pub(crate) help_page: i32,
     pub(crate) overlay: Overlay,
     /// The route editor, while it is open.
     pub(crate) editor: Option<Editor>,
@@ -164,6 +170,9 @@ impl Model {
             log: Log::default(),
             recording: Recording::default(),
             panel: Panel::default(),
+            page: 0,
+            enlarged: false,
+            help_page: 0,
             overlay: Overlay::default(),
             editor: None,
             size: (0, 0),

@@ -199,7 +199,9 @@ fn commands_at_120_by_40_and_at_80_by_24() {
     scene.press(&[KeyCode::Tab]);
     let narrow = screen(&scene, 80, 24);
     insta::assert_snapshot!("commands_narrow", narrow);
-    row(&narrow, &active);
+    row(&narrow, "── commands");
+    scene.press(&[KeyCode::PageUp]);
+    row(&screen(&scene, 80, 24), &active);
 }
 
 #[test]
