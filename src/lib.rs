@@ -21,4 +21,5 @@ pub mod runtime;
 pub mod share;
 pub mod station;
 pub mod statistics;
+pub mod suggest;
 pub mod view;

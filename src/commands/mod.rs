@@ -12,6 +12,7 @@ mod keeping;
 mod ports;
 mod record;
 mod replay;
+mod report;
 mod script;
 mod send;
 mod sharing;
