@@ -23,4 +23,5 @@ pub mod share;
 pub mod song;
 pub mod station;
 pub mod statistics;
+pub mod suggest;
 pub mod view;

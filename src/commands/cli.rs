@@ -55,7 +55,7 @@ COMMAND is one of:
   stop                          motors off; needs no session and no proof of who asks
   mode prowl|reactive|home|...  enter a mode (passive, wander, forage, calibrate, user, stop)
   prowl reactive passive wander home dock     the same in one word; dock is forage
-  enable L,L   disable L,L      layers: user bumpers rotate ir sonar photo motion route
+  enable L,L   disable L,L      layers: user bumpers rotation infrared (ir) sonar photo motion dead-reckoning (dr)
   only L,L|none                 these layers and no others
   preset NAME                   layers and mode: all sonar-only sonar-ir moth shy reactive passive wander
   param NAME VALUE              set a parameter; also param list, get NAME, set NAME VALUE, save
@@ -322,6 +322,9 @@ pub struct Sim {
     /// Write here what the robot's beeper sounds, in simulated time
     #[arg(long, value_name = "FILE")]
     pub wav: Option<PathBuf>,
+    /// Overwrite existing files
+    #[arg(long)]
+    pub force: bool,
 }
 
 /// `replay`
@@ -391,12 +394,16 @@ pub struct Songs {
   groundwave world                          list them
   groundwave world office                   show one
   groundwave world my-flat.toml             check and show your own
+  groundwave world my-flat.toml --check     say nothing but what is wrong; exit code 1 if something is to be looked at
   groundwave world generated:7 --text       a house made from a seed, as a file to start from
   groundwave world house --svg house.svg    draw it to scale")]
 pub struct World {
     /// A world that comes with the program, generated:SEED or a TOML file
     #[arg(value_name = "NAME|FILE")]
     pub world: Option<String>,
+    /// No picture: warnings alone, and exit code 1 when there is one
+    #[arg(long, requires = "world", conflicts_with_all = ["svg", "text"])]
+    pub check: bool,
     /// Write it as a drawing
     #[arg(long, value_name = "FILE", requires = "world")]
     pub svg: Option<PathBuf>,

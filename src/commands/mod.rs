@@ -14,6 +14,7 @@ mod label;
 mod ports;
 mod record;
 mod replay;
+mod report;
 mod runs;
 mod script;
 mod send;

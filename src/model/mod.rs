@@ -429,10 +429,11 @@ impl Model {
             CommandStep::Proven { digest: None } => {
                 (Level::Info, format!("{asked}: the robot acknowledged"))
             }
-            CommandStep::Refused(outcome) => (
-                Level::Warning,
-                format!("{asked}: refused, {}", words::outcome(*outcome)),
-            ),
+            CommandStep::Refused(outcome) => {
+                let why = self.robot.standing().why(asked, *outcome);
+                let why = why.unwrap_or_else(|| words::outcome(*outcome).to_owned());
+                (Level::Warning, format!("{asked}: refused, {why}"))
+            }
             CommandStep::Failed(failure) => (Level::Warning, format!("{asked}: {failure}")),
         };
         self.log.add(now, level, Subject::Command, text);

@@ -253,7 +253,7 @@ fn dialogs_at_80_by_24() {
     scene.press(&[KeyCode::Enter]);
     let typing = screen(&scene, 80, 24);
     row(&typing, ":mode prawl▏");
-    row(&typing, "unknown mode `prawl`; modes are prowl, reactive");
+    row(&typing, "unknown mode `prawl`; did you mean `prowl`?");
 }
 
 #[test]

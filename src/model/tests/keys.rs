@@ -122,7 +122,10 @@ fn a_route_is_drafted_on_the_map_and_sent() {
     scene.type_text("w");
     scene.press(&[KeyCode::Right, KeyCode::Enter, KeyCode::Right]);
     scene.type_text("wu");
-    assert_eq!(scene.model.chart.draft.waypoints(), route(&[(0, 12), (6, 12)]));
+    assert_eq!(
+        scene.model.chart.draft.waypoints(),
+        route(&[(0, 12), (6, 12)])
+    );
     let sent = Request::Route(route(&[(0, 12), (6, 12)]));
     assert_eq!(scene.type_text("S"), [Effect::Send(sent.clone())]);
     assert!(scene.model.chart.draft.waypoints().is_empty());
@@ -165,7 +168,11 @@ fn a_route_file_is_read_by_somebody_else() {
             path: "tour.txt".to_owned(),
             route: Err("tour.txt:2:1: `x` is not a whole number".to_owned()),
         });
-        assert_eq!(scene.model.chart.draft.waypoints(), waypoints, "the draft stays");
+        assert_eq!(
+            scene.model.chart.draft.waypoints(),
+            waypoints,
+            "the draft stays"
+        );
         let newest = scene.model.log.newest_first().next().expect("a log entry");
         assert!(newest.text.starts_with("tour.txt:2:1"));
     }
