@@ -9,6 +9,7 @@ pub mod decode;
 mod error;
 pub mod info;
 pub mod mcap;
+pub mod mcap_reader;
 pub mod messages;
 pub mod name;
 pub mod raw;
@@ -17,6 +18,7 @@ mod robot_clock;
 pub mod schema;
 pub mod songs;
 pub mod source;
+pub mod walk;
 
 pub use error::{CaptureError, Existing};
 pub use raw::RawWriter;
