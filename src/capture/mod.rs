@@ -6,6 +6,7 @@
 //! for replay, [`decode`] and [`info`].
 
 pub mod block_writer;
+pub mod convert;
 pub mod cut;
 pub mod decode;
 mod error;

@@ -4,12 +4,19 @@ mod appearance;
 mod calibrate;
 pub mod cli;
 pub mod config;
+mod convert;
+mod cut;
 mod decode;
 mod dry_run;
+mod export;
 mod headless;
 mod info;
 mod keeping;
+mod many;
+mod opening;
+mod output;
 mod ports;
+mod progress;
 mod record;
 mod replay;
 mod script;
@@ -18,6 +25,7 @@ mod sharing;
 mod sim;
 pub mod simulated;
 mod songs;
+mod verify;
 mod via;
 mod watch;
 mod world;
@@ -125,6 +133,10 @@ fn dispatch(cli: &Cli) -> Result<(), Fault> {
         Command::Replay(replay) => replay::run(replay),
         Command::Decode(decode) => decode::run(decode),
         Command::Info(info) => info::run(info),
+        Command::Convert(convert) => convert::run(convert),
+        Command::Export(export) => export::run(export),
+        Command::Cut(cut) => cut::run(cut),
+        Command::Verify(verify) => verify::run(verify),
         Command::Songs(songs) => songs::run(songs),
         Command::Ports(ports) => ports::run(ports),
         Command::World(world) => world::run(world),
