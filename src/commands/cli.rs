@@ -1,15 +1,19 @@
 //! The command line, as clap sees it.
 
+mod captures;
 mod runs;
 mod sending;
 
+pub use captures::{
+    Captures, Convert, Cut, Decode, DecodeFormat, Export, ExportFormat, Info, Output, Verify,
+};
 pub use runs::{Compare, Label, Runs};
 pub use sending::{Calibrate, Param, Send, Way};
 
 use std::path::PathBuf;
 use std::time::Duration;
 
-use clap::{Args, Parser, Subcommand, ValueEnum};
+use clap::{Args, Parser, Subcommand};
 
 use super::config::Config;
 use crate::io::link::{BAUD, LinkSpec};
@@ -101,6 +105,14 @@ then it drives both again, and you see what it was good for.
     Decode(Decode),
     /// Say what is in captures.
     Info(Info),
+    /// Turn raw captures into MCAP and back.
+    Convert(Convert),
+    /// Make tables and pictures of captures.
+    Export(Export),
+    /// Cut a part out of captures, by time.
+    Cut(Cut),
+    /// Check captures: checksums, gaps, what was recorded against what it decodes to.
+    Verify(Verify),
     /// List the songs in a capture, and make them audible.
     Songs(Songs),
     /// List the captures there are, with what is said of them.
@@ -335,39 +347,6 @@ pub struct Replay {
     /// Multiple of the speed it was recorded at
     #[arg(long, value_name = "X", default_value_t = 1.0)]
     pub speed: f64,
-}
-
-/// `decode`
-#[derive(Debug, Args)]
-#[command(after_help = "\
-  groundwave decode evening.txt --to csv > evening.csv
-  cat /dev/ttyUSB0 | groundwave decode - --to jsonl")]
-pub struct Decode {
-    /// A raw capture, an MCAP file, or - for standard input
-    pub file: PathBuf,
-    /// What to write to standard output
-    #[arg(long, value_enum)]
-    pub to: DecodeFormat,
-}
-
-/// What `decode` writes.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
-pub enum DecodeFormat {
-    /// One JSON object a line
-    Jsonl,
-    /// One table with a header
-    Csv,
-}
-
-/// `info`
-#[derive(Debug, Args)]
-pub struct Info {
-    /// Raw captures or MCAP files
-    #[arg(required = true)]
-    pub files: Vec<PathBuf>,
-    /// As JSON, one object a file
-    #[arg(long)]
-    pub json: bool,
 }
 
 /// `songs`
