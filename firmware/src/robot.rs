@@ -337,29 +337,32 @@ impl Robot {
         self.schedule.sing(song);
     }
 
-    /// Enters a mode; whatever was under way in another one is forgotten.
+    /// Enters a mode, or begins it anew; whatever was under way is forgotten.
     fn enter(&mut self, mode: Mode) {
         self.singer.hush();
+        let is_new = self.mode != mode;
         if mode == Mode::Stop {
-            if self.mode != mode {
+            if is_new {
                 self.brake_ticks = BRAKE_TICKS;
             }
             self.drive.halt();
             self.motion = Motion::STILL;
             self.holder = None;
         }
-        if self.mode != mode {
+        if is_new {
             self.errands.leave(self.mode);
-            if mode == Mode::Passive {
-                self.begin_hiding();
-            }
-            self.mode = mode;
-            self.allow_for(mode);
-            self.layers.rest();
-            self.schedule.status_changed();
-            if mode == Mode::Calibrate {
-                self.set_pose(Waypoint { x_in: 0, y_in: 0 }, Angle(0));
-            }
+        } else {
+            self.errands.begin_anew();
+        }
+        if mode == Mode::Passive {
+            self.begin_hiding();
+        }
+        self.mode = mode;
+        self.allow_for(mode);
+        self.layers.rest();
+        self.schedule.status_changed();
+        if mode == Mode::Calibrate {
+            self.set_pose(Waypoint { x_in: 0, y_in: 0 }, Angle(0));
         }
     }
 

@@ -74,9 +74,14 @@ impl Errands {
         self.level_ticks >= FULL_TICKS
     }
 
+    /// The same mode begins again.
+    pub(super) const fn begin_anew(&mut self) {
+        self.wandered_ticks = 0;
+    }
+
     /// Another mode begins; this one was the one before.
     pub(super) const fn leave(&mut self, mode: Mode) {
-        self.wandered_ticks = 0;
+        self.begin_anew();
         // A square that was broken off is not driven again.
         self.resume = if matches!(mode, Mode::Calibrate) {
             Mode::Stop

@@ -22,9 +22,10 @@ impl Robot {
             && self.allowed().contains(Layer::Rotation)
     }
 
-    /// Mode Passive begins. After the dock it goes on in it, and then back to what was before both.
+    /// Mode Passive begins. After the dock it goes on in it, and then back to what was before both; begun anew
+    /// it still goes back to what was before.
     pub(super) fn begin_hiding(&mut self) {
-        if self.mode != Mode::Forage {
+        if !matches!(self.mode, Mode::Forage | Mode::Passive) {
             self.mode_before = self.mode;
         }
         self.passive = Passive::default();
