@@ -2,23 +2,10 @@
 
 mod common;
 
-use common::{Bench, only, running};
+use common::{Bench, only, running, texts};
 use groundwave_protocol::command::Order;
-use groundwave_protocol::letters::{Arm, Cliff, Layer, Mode, Power};
-use groundwave_protocol::telemetry::Body;
-use sr04_firmware::board::{Edges, Sides, Switches};
-
-fn texts(bench: &Bench) -> Vec<String> {
-    let text = |body: &Body| match body {
-        Body::Text(text) => Some(text.as_str().to_owned()),
-        _ => None,
-    };
-    bench
-        .lines
-        .iter()
-        .filter_map(|(_, line)| text(&line.body))
-        .collect()
-}
+use groundwave_protocol::letters::{Arm, Layer, Mode, Power};
+use sr04_firmware::board::{Sides, Switches};
 
 #[test]
 fn a_low_battery_calls_the_operator_once_in_five_minutes() {
@@ -75,30 +62,6 @@ fn it_forages_docks_charges_and_goes_on_with_what_it_was_about() {
     bench.run_ms(20_000);
     assert_eq!(bench.robot.mode(), Mode::Reactive);
     assert!(bench.robot.pose().y_tenths_in() < 600);
-}
-
-#[test]
-fn the_guard_is_told_by_the_cliff_letter_and_one_text() {
-    let mut bench = Bench::new();
-    bench.inputs.cliff = Some(Edges::default());
-    bench.run_ms(3000);
-    assert_eq!(bench.latest_state().cliff, Cliff::None);
-    bench.inputs.cliff = Some(Edges {
-        left: true,
-        ..Edges::default()
-    });
-    bench.run_ms(50);
-    assert!(
-        bench.outputs.pwm_left < 0 && bench.outputs.pwm_right < 0,
-        "it brakes"
-    );
-    bench.run_ms(1450);
-    assert_eq!(bench.latest_state().cliff, Cliff::Left);
-    bench.inputs.cliff = Some(Edges::default());
-    bench.run_ms(5000);
-    let said = texts(&bench);
-    assert_eq!(said, ["cliff guard: there is no floor ahead"]);
-    assert_eq!(bench.latest_state().cliff, Cliff::None);
 }
 
 const BUMPED: Switches = Switches {
