@@ -6,15 +6,20 @@
 //! either, for replay, [`decode`] and [`info`]. What was interrupted is made whole by [`recover`], from the
 //! [`journal`] that every recording has while it is written.
 
+pub mod block_writer;
 pub mod composer;
+pub mod convert;
+pub mod cut;
 pub mod decode;
 mod error;
 pub mod info;
 pub mod journal;
 pub mod layout;
 pub mod mcap;
+pub mod mcap_reader;
 pub mod messages;
 pub mod name;
+pub mod picture;
 pub mod raw;
 pub mod recorder;
 pub mod recover;
@@ -24,7 +29,11 @@ pub mod schema;
 pub mod songs;
 pub mod source;
 pub mod topics;
+pub mod track;
 mod uplink_event;
+pub mod verify;
+pub mod walk;
+pub mod when;
 pub mod writer;
 
 pub use error::{CaptureError, Existing};
