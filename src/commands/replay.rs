@@ -56,6 +56,7 @@ pub(super) fn run(options: &Replay) -> Result<(), Fault> {
             player: Some(Box::new(Remote { orders, state })),
             recording: Box::new(Recording::default),
             first: vec![Event::Replay(state)],
+            keeper: None,
         };
         Box::pin(run_dashboard(dashboard))
             .await

@@ -89,6 +89,7 @@ impl Model {
                 }
             }
             Action::ReplaySpeed(steps) => return self.replay_speed(steps),
+            Action::ToggleRecording => return vec![Effect::ToggleRecording],
             Action::Suspend => return vec![Effect::Suspend],
             Action::Quit => {
                 let drives = matches!(self.overlay, Overlay::Drive(_));

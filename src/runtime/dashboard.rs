@@ -7,8 +7,8 @@ use std::time::{Duration, Instant};
 use tokio::sync::mpsc::{Receiver, Sender, channel};
 use tokio::time::{Instant as TokioInstant, sleep_until};
 
-use super::Driver;
-use crate::event::{Effect, Event, Moment, Recording, Replay};
+use super::{Driver, Keeper};
+use crate::event::{Effect, Event, Level, Moment, Recording, Replay};
 use crate::io::files;
 use crate::io::signals::{Signal, Signals, stop_myself};
 use crate::io::terminal::{self, Screen};
@@ -45,6 +45,8 @@ pub struct Dashboard {
     pub recording: Box<dyn FnMut() -> Recording>,
     /// Events to begin with.
     pub first: Vec<Event>,
+    /// Begins and ends recordings; `None` where there is nothing to record.
+    pub keeper: Option<Keeper>,
 }
 
 /// Runs until the operator leaves, a signal says so or the terminal is gone.
@@ -58,6 +60,7 @@ pub async fn run(dashboard: Dashboard) -> io::Result<()> {
     let (readers, mut read) = channel(4);
     let mut running = Running {
         driver: dashboard.driver,
+        keeper: dashboard.keeper,
         model: dashboard.model,
         player: dashboard.player,
         screen,
@@ -80,6 +83,7 @@ pub async fn run(dashboard: Dashboard) -> io::Result<()> {
                 told = now.clone();
                 leave |= running.tell(Event::Recording(now))?;
             }
+            leave |= running.tell_notices()?;
         }
         leave |= running.tell_all()?;
         running.draw_if_due()?;
@@ -101,7 +105,7 @@ pub async fn run(dashboard: Dashboard) -> io::Result<()> {
             Some(event) = read.recv() => running.tell(event)?,
             () = running.driver.step() => false,
             () = sleep_until_some(wake_at) => running.tell(Event::Tick)?,
-            () = sleep_until(TokioInstant::from_std(ask_at)), if told != Recording::default() => false,
+            () = sleep_until(TokioInstant::from_std(ask_at)), if told != Recording::default() || running.keeper.is_some() => false,
         };
     }
     Ok(())
@@ -109,6 +113,7 @@ pub async fn run(dashboard: Dashboard) -> io::Result<()> {
 
 struct Running {
     driver: Driver,
+    keeper: Option<Keeper>,
     model: Model,
     player: Option<Box<dyn Player>>,
     screen: Screen,
@@ -132,6 +137,15 @@ impl Running {
         let mut leave = false;
         for effect in effects {
             leave |= self.act(effect)?;
+        }
+        Ok(leave)
+    }
+
+    /// What became of recordings.
+    fn tell_notices(&mut self) -> io::Result<bool> {
+        let mut leave = false;
+        while let Some((level, text)) = self.keeper.as_ref().and_then(Keeper::poll_notice) {
+            leave |= self.tell(Event::Notice { level, text })?;
         }
         Ok(leave)
     }
@@ -183,6 +197,15 @@ impl Running {
             } => self.driver.drive(velocity_in_s, rotation_in_s),
             Effect::DriveEnd => self.driver.drive_end(),
             Effect::CancelCommands => self.driver.cancel(),
+            Effect::ToggleRecording => match &self.keeper {
+                Some(keeper) => keeper.toggle(),
+                None => {
+                    return self.tell(Event::Notice {
+                        level: Level::Warning,
+                        text: "a capture is shown: there is nothing to record".to_owned(),
+                    });
+                }
+            },
             Effect::LoadRoute(path) => self.load_route(path),
             Effect::SaveRoute {
                 path,

@@ -8,4 +8,4 @@ mod keeper;
 
 pub use dashboard::{Dashboard, Player, run};
 pub use driver::Driver;
-pub use keeper::{FinishOnDrop, KeepOptions, Keeper};
+pub use keeper::{FinishOnDrop, KeepOptions, Keeper, REMEMBERED};
