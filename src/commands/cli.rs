@@ -105,6 +105,15 @@ then it drives both again, and you see what it was good for.
     Decode(Decode),
     /// Say what is in captures.
     Info(Info),
+    /// Make recordings whole that were interrupted or damaged.
+    #[command(after_help = "\
+A recording that was interrupted is FILE.partial with its journal, FILE.journal, beside it: name any of them, or the
+folder. What holds is kept, what came in last is taken from the journal, and you are told what was saved and what was
+not. It can be interrupted and repeated. A damaged file stays as FILE.damaged.
+
+  groundwave recover evening.mcap
+  groundwave recover --json ~/captures")]
+    Recover(Recover),
     /// Turn raw captures into MCAP and back.
     Convert(Convert),
     /// Make tables and pictures of captures.
@@ -347,6 +356,17 @@ pub struct Replay {
     /// Multiple of the speed it was recorded at
     #[arg(long, value_name = "X", default_value_t = 1.0)]
     pub speed: f64,
+}
+
+/// `recover`
+#[derive(Debug, Args)]
+pub struct Recover {
+    /// Recordings, or folders with interrupted ones
+    #[arg(required = true)]
+    pub files: Vec<PathBuf>,
+    /// What was saved as a JSON line for each
+    #[arg(long)]
+    pub json: bool,
 }
 
 /// `songs`

@@ -158,6 +158,7 @@ impl Plan {
             keeper.sent_sink(),
         )
         .advising(self.spec.baud(self.baud))
+        .telling(keeper.event_sink())
         .shared(share);
         Ok((driver, keeper))
     }

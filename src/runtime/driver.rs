@@ -27,6 +27,9 @@ const NOT_TAKEN_REST: Duration = Duration::from_secs(10);
 /// Takes every byte that is sent, for the recorder.
 pub type SentSink = Box<dyn FnMut(Instant, &[u8])>;
 
+/// Takes every event, for the recorder.
+pub type EventSink = Box<dyn FnMut(Instant, &Event)>;
+
 /// Somebody is to be told what to do about a link on which no line comes.
 struct Advising {
     baud: Option<u32>,
@@ -54,6 +57,7 @@ pub struct Driver {
     radio: Radio,
     started: Instant,
     sent: SentSink,
+    told: Option<EventSink>,
     /// Bytes not taken by the device that were told about, and when.
     told_not_taken: (u64, Option<Moment>),
     desk: Option<Desk>,
@@ -84,6 +88,7 @@ impl Driver {
             radio,
             started,
             sent,
+            told: None,
             told_not_taken: (0, None),
             desk: None,
             advising: None,
@@ -98,6 +103,13 @@ impl Driver {
             baud,
             has_complained: false,
         });
+        self
+    }
+
+    /// Tells somebody of every event, in the order in which they are polled.
+    #[must_use]
+    pub fn telling(mut self, told: EventSink) -> Self {
+        self.told = Some(told);
         self
     }
 
@@ -282,7 +294,11 @@ impl Driver {
             desk.handle_event(event, heard);
             self.serve_desk();
         }
-        event.or_else(|| self.events.pop_front())
+        let event = event.or_else(|| self.events.pop_front());
+        if let (Some(event), Some(told)) = (&event, &mut self.told) {
+            told(Instant::now(), event);
+        }
+        event
     }
 
     fn flush(&mut self) {
