@@ -1,11 +1,13 @@
 //! The command line, as clap sees it.
 
 mod captures;
+mod runs;
 mod sending;
 
 pub use captures::{
     Captures, Convert, Cut, Decode, DecodeFormat, Export, ExportFormat, Info, Output, Verify,
 };
+pub use runs::{Compare, Label, Runs};
 pub use sending::{Calibrate, Param, Send, Way};
 
 use std::path::PathBuf;
@@ -113,6 +115,12 @@ then it drives both again, and you see what it was good for.
     Verify(Verify),
     /// List the songs in a capture, and make them audible.
     Songs(Songs),
+    /// List the captures there are, with what is said of them.
+    Runs(Runs),
+    /// Give a run a name and remarks, or say that it does not count.
+    Label(Label),
+    /// Lay two runs over each other.
+    Compare(Compare),
     /// List the serial ports of this machine.
     Ports(Ports),
     /// Show a world as a picture and check it; without a name, list those that come with the program.

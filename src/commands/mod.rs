@@ -3,6 +3,7 @@
 mod appearance;
 mod calibrate;
 pub mod cli;
+mod compare;
 pub mod config;
 mod convert;
 mod cut;
@@ -12,6 +13,7 @@ mod export;
 mod headless;
 mod info;
 mod keeping;
+mod label;
 mod many;
 mod opening;
 mod output;
@@ -19,6 +21,7 @@ mod ports;
 mod progress;
 mod record;
 mod replay;
+mod runs;
 mod script;
 mod send;
 mod sharing;
@@ -138,6 +141,9 @@ fn dispatch(cli: &Cli) -> Result<(), Fault> {
         Command::Cut(cut) => cut::run(cut),
         Command::Verify(verify) => verify::run(verify),
         Command::Songs(songs) => songs::run(songs),
+        Command::Runs(runs) => runs::run(runs),
+        Command::Label(label) => label::run(label),
+        Command::Compare(compare) => compare::run(compare),
         Command::Ports(ports) => ports::run(ports),
         Command::World(world) => world::run(world),
     }

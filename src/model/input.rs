@@ -5,6 +5,7 @@ use groundwave_protocol::Waypoint;
 use groundwave_protocol::letters::{Layer, LayerMask, Mode};
 
 use super::chart::Focus;
+use super::draft::Edit;
 use super::drive::Stick;
 use super::keys::{self, Action};
 use super::log::Subject;
@@ -71,6 +72,8 @@ impl Model {
             Action::AskRouteFile => {
                 self.overlay = Overlay::Text(TextEntry::new(Purpose::RouteFile));
             }
+            Action::EditRoute => self.open_editor(),
+            Action::Route(action) => return self.edit_route(now, action),
             Action::Help => self.overlay = Overlay::Help,
             Action::EnterDrive => self.ask_to_drive(now),
             Action::NextPanel => self.next_panel(),
@@ -89,7 +92,8 @@ impl Model {
             Action::Redraw => return vec![Effect::Redraw],
             Action::MoveCursor { .. }
             | Action::AddWaypoint
-            | Action::UndoWaypoint
+            | Action::UndoDraft
+            | Action::RedoDraft
             | Action::DiscardDraft
             | Action::Pan { .. }
             | Action::Zoom(_)
@@ -115,10 +119,16 @@ impl Model {
             Action::AddWaypoint if !chart.add_waypoint() => {
                 self.warn(now, "the robot's list holds no more waypoints");
             }
-            Action::UndoWaypoint => {
-                chart.draft.pop();
+            // With nothing to take back there is nothing to say either: the map shows it.
+            Action::UndoDraft => {
+                let _ = chart.draft.undo();
             }
-            Action::DiscardDraft => chart.draft.clear(),
+            Action::RedoDraft => {
+                let _ = chart.draft.redo();
+            }
+            Action::DiscardDraft => {
+                let _ = chart.draft.edit(Edit::Clear, None);
+            }
             Action::Pan { east, north } => chart.pan(f64::from(east), f64::from(north)),
             Action::Zoom(steps) => chart.zoom_by(steps),
             Action::Follow => {
@@ -165,6 +175,7 @@ impl Model {
                 self.overlay = Overlay::None;
                 return vec![match then {
                     Then::Send(request) => Effect::Send(request),
+                    Then::SaveRoute(path) => self.save_route(&path, true),
                     Then::Drive => {
                         self.overlay = Overlay::Drive(Stick::default());
                         Effect::Send(Request::Mode(Mode::User))
@@ -183,6 +194,7 @@ impl Model {
             return Vec::new();
         }
         let file = match entry.purpose {
+            Purpose::SaveRoute => return vec![self.save_route(text, false)],
             Purpose::RouteFile => Some(text),
             Purpose::Command => text.strip_prefix("route ").map(str::trim),
         };
@@ -277,13 +289,13 @@ impl Model {
         })]
     }
 
-    fn send_draft(&mut self, now: Moment) -> Vec<Effect> {
-        if self.chart.draft.is_empty() {
+    pub(super) fn send_draft(&mut self, now: Moment) -> Vec<Effect> {
+        if self.chart.draft.waypoints().is_empty() {
             self.warn(now, "nothing drafted: move the cursor, press w");
             return Vec::new();
         }
         self.chart.cursor = None;
-        match Request::route(std::mem::take(&mut self.chart.draft)) {
+        match Request::route(self.chart.draft.take()) {
             Ok(request) => vec![Effect::Send(request)],
             Err(error) => {
                 self.warn(now, &error.to_string());
@@ -305,7 +317,8 @@ impl Model {
                     waypoints.len()
                 );
                 self.log.add(now, Level::Info, Subject::Station, text);
-                self.chart.take_draft(waypoints);
+                self.chart.take_draft(&waypoints);
+                self.show_selected();
             }
             Err(error) => self.warn(now, &error),
         }
@@ -343,7 +356,7 @@ const DRIVE_QUESTION: &str =
     "Drive by hand? The arrows move the robot while you hold them; letting go stops it.";
 
 impl TextEntry {
-    const fn new(purpose: Purpose) -> Self {
+    pub(super) const fn new(purpose: Purpose) -> Self {
         Self {
             purpose,
             text: String::new(),

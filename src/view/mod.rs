@@ -45,6 +45,7 @@ mod map;
 mod overlay;
 mod raster;
 mod raw;
+mod route;
 mod sensors;
 mod status;
 #[cfg(test)]
@@ -127,9 +128,13 @@ impl Screen<'_> {
         let right_columns = (area.width * 2 / 5).clamp(46, 72);
         let (map, right) = split_right(upper, right_columns);
         self.map(buffer, map);
-        let (ladder, sensors) = split_top(right, ladder::ROWS);
-        self.ladder(buffer, ladder);
-        self.sensors(buffer, sensors);
+        if let Some(editor) = &self.model.editor {
+            self.route(buffer, right, editor);
+        } else {
+            let (ladder, sensors) = split_top(right, ladder::ROWS);
+            self.ladder(buffer, ladder);
+            self.sensors(buffer, sensors);
+        }
         let (commands, log) = split_right(lower, area.width / 2);
         self.commands(buffer, commands);
         let link_rows = self.link_height(log.width);
@@ -148,6 +153,10 @@ impl Screen<'_> {
         let right_columns = (area.width * 2 / 5).clamp(40, 60);
         let (map, right) = split_right(area, right_columns);
         self.map(buffer, map);
+        if let Some(editor) = &self.model.editor {
+            self.route(buffer, right, editor);
+            return;
+        }
         let (ladder, mut rest) = split_top(right, ladder::ROWS);
         self.ladder(buffer, ladder);
         let first = Panel::ALL

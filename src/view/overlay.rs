@@ -55,9 +55,14 @@ impl Screen<'_> {
     }
 
     fn help(&self, buffer: &mut Buffer, area: Rect) {
+        let of = if self.model.editor.is_some() {
+            Context::Route
+        } else {
+            Context::Dashboard
+        };
         let told: Vec<_> = keys::TABLE
             .iter()
-            .filter(|binding| binding.context == Context::Dashboard && !binding.help.is_empty())
+            .filter(|binding| binding.context == of && !binding.help.is_empty())
             .collect();
         let rows = told.len().div_ceil(2) as u16;
         let elsewhere = [("driving", Context::Drive), ("typing", Context::Text)];
