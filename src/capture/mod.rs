@@ -17,6 +17,8 @@ mod robot_clock;
 pub mod schema;
 pub mod songs;
 pub mod source;
+pub mod topics;
+mod uplink_event;
 
 pub use error::{CaptureError, Existing};
 pub use raw::RawWriter;
