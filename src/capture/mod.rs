@@ -8,6 +8,7 @@
 pub mod decode;
 mod error;
 pub mod info;
+pub mod layout;
 pub mod mcap;
 pub mod messages;
 pub mod name;

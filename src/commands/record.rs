@@ -50,6 +50,7 @@ pub(super) fn run(options: &Record, config: &Config) -> Result<(), Fault> {
         let connection =
             Connection::open(&spec, baud).map_err(|error| Fault::new(Exit::NoLink, error))?;
         let share = sharing::listen(&options.sharing)?;
+        let foxglove = sharing::foxglove(&options.sharing, &name).await?;
         let keeper = Keeper::open(&keep, started).map_err(keeping::fault)?;
         let sink = sharing::sink(share.as_ref(), keeper.sink());
         let port_baud = spec.baud(baud);
@@ -62,7 +63,7 @@ pub(super) fn run(options: &Record, config: &Config) -> Result<(), Fault> {
             started,
             keeper.sent_sink(),
         );
-        let driver = driver.advising(port_baud).shared(share);
+        let driver = driver.advising(port_baud).shared(share).watched(foxglove);
         let _finish = keeper.finish_on_drop();
         let result = until_done(options, driver, &keeper).await;
         let written = keeper.finish().map_err(keeping::fault)?;

@@ -1,15 +1,18 @@
 //! Calls: who asks once and waits for the end, as tools with services do. A wish in, one answer out.
 //!
 //! A call is JSON: `{"do":"mode prowl"}`, in the words of `groundwave send`, or
-//! `{"route":[[48,0],[48,48]]}`, with `"timeout_ms"` where 20 s are not right. It is answered when the
-//! robot has proven or refused it, or when its time is over. What stands for several commands (`preset`)
-//! is sent one after the other and ends with the first that is not proven.
+//! `{"route":[{"x_in":48,"y_in":0}]}`, with `"timeout_ms"` where 20 s are not right. It is answered when
+//! the robot has proven or refused it, or when its time is over. What stands for several commands
+//! (`preset`) is sent one after the other and ends with the first that is not proven.
+//!
+//! An answer is JSON too, and its `stage` says how it ended: tools show such an answer, and not all of
+//! them show that a call failed.
 
 use std::collections::{BTreeMap, VecDeque};
 use std::time::Duration;
 
 use serde::Deserialize;
-use serde_json::json;
+use serde_json::{Value, json};
 
 use super::codec::{CodecError, read_route, read_timeout};
 use super::stage::Stage;
@@ -25,8 +28,8 @@ pub struct CallId(pub u64);
 pub enum CallError {
     /// Not the JSON that is expected here.
     #[error(
-        "not understood: {0}. A call is {{\"do\":\"mode prowl\"}} or {{\"route\":[[48,0],[48,48]]}}, in whole inches; \
-         \"timeout_ms\" may be added"
+        "not understood: {0}. A call is {{\"do\":\"mode prowl\"}} or {{\"route\":[{{\"x_in\":48,\"y_in\":0}}]}}, in whole \
+         inches; \"timeout_ms\" may be added"
     )]
     Json(String),
     /// It asks for nothing, or for two things at once.
@@ -42,8 +45,8 @@ pub enum CallError {
 pub enum CallOutput {
     /// Hand this to the station, and tell its number with [`Calls::handle_started`].
     Start(CallId, Request),
-    /// The call has ended: what the robot proved, as JSON, or why it is not proven, for a person.
-    Answer(CallId, Result<Vec<u8>, String>),
+    /// The call has ended: tell it this JSON.
+    Answer(CallId, Vec<u8>),
     /// Nobody waits for this command any more: its time is over.
     GiveUp(CommandId),
 }
@@ -52,8 +55,15 @@ pub enum CallOutput {
 #[serde(deny_unknown_fields)]
 struct CallJson {
     r#do: Option<String>,
-    route: Option<Vec<(i16, i16)>>,
+    route: Option<Vec<PointJson>>,
     timeout_ms: Option<u64>,
+}
+
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields)]
+struct PointJson {
+    x_in: i16,
+    y_in: i16,
 }
 
 #[derive(Debug)]
@@ -90,7 +100,13 @@ impl Calls {
                 self.calls.insert(id, call);
                 self.outputs.push_back(CallOutput::Start(id, first));
             }
-            Err(error) => self.answer(id, Err(error.to_string())),
+            Err(error) => {
+                let failed = Stage::Failed {
+                    code: "not-understood".to_owned(),
+                    reason: error.to_string(),
+                };
+                self.answer(id, json!(failed));
+            }
         }
     }
 
@@ -114,30 +130,27 @@ impl Calls {
             return;
         };
         match Stage::of(step) {
-            Stage::Queued | Stage::Sent { .. } | Stage::Progress { .. } => {}
-            told @ Stage::Told { .. } => call.told.push(told),
-            Stage::Proven { digest } => {
+            Stage::Queued | Stage::Sent { .. } | Stage::Progress { .. } => return,
+            told @ Stage::Told { .. } => {
+                call.told.push(told);
+                return;
+            }
+            Stage::Proven { .. } => {
                 if let Some(next) = call.rest.pop_front() {
                     call.request = next.clone();
                     call.command = None;
                     self.outputs.push_back(CallOutput::Start(id, next));
-                } else {
-                    let mut proven = json!(Stage::Proven { digest });
-                    if !call.told.is_empty() {
-                        proven["told"] = json!(call.told);
-                    }
-                    self.answer(id, Ok(proven.to_string().into_bytes()));
+                    return;
                 }
             }
-            Stage::Refused { code, reason } => {
-                let said = format!("{}: refused ({code}): {reason}", call.request);
-                self.answer(id, Err(said));
-            }
-            Stage::Failed { code, reason } => {
-                let said = format!("{}: not proven ({code}): {reason}", call.request);
-                self.answer(id, Err(said));
-            }
+            Stage::Refused { .. } | Stage::Failed { .. } => {}
         }
+        let mut answer = json!(Stage::of(step));
+        answer["command"] = json!(call.request.to_string());
+        if !call.told.is_empty() {
+            answer["told"] = json!(call.told);
+        }
+        self.answer(id, answer);
     }
 
     /// Lets time pass: calls whose time is over end without proof.
@@ -167,8 +180,13 @@ impl Calls {
         self.outputs.pop_front()
     }
 
-    fn answer(&mut self, id: CallId, answer: Result<Vec<u8>, String>) {
+    fn answer(&mut self, id: CallId, mut answer: Value) {
         self.calls.remove(&id);
+        // What is null is not there: schemas of tools know no such alternative.
+        if let Value::Object(fields) = &mut answer {
+            fields.retain(|_, value| !value.is_null());
+        }
+        let answer = answer.to_string().into_bytes();
         self.outputs.push_back(CallOutput::Answer(id, answer));
     }
 }
@@ -185,7 +203,10 @@ fn parse(payload: &[u8]) -> Result<(Request, VecDeque<Request>, Duration), CallE
                 .map_err(|error| CallError::Request(error.to_string()))?
                 .into()
         }
-        (None, Some(points)) => [read_route(points).map_err(refused)?].into(),
+        (None, Some(points)) => {
+            let points = points.iter().map(|at| (at.x_in, at.y_in)).collect();
+            [read_route(points).map_err(refused)?].into()
+        }
         _ => return Err(CallError::Shape),
     };
     let timeout = read_timeout(json.timeout_ms).map_err(refused)?;

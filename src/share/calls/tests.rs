@@ -2,7 +2,6 @@ use super::*;
 use groundwave_protocol::Waypoint;
 use groundwave_protocol::letters::Mode;
 use groundwave_protocol::telemetry::Outcome;
-use serde_json::Value;
 
 const CALL: CallId = CallId(1);
 
@@ -22,24 +21,26 @@ fn start(calls: &mut Calls, command: u32) -> Request {
     request
 }
 
-fn answer(calls: &mut Calls) -> Result<Value, String> {
+fn answer(calls: &mut Calls) -> Value {
     let Some(CallOutput::Answer(CALL, answer)) = calls.poll_output() else {
         panic!("no answer: {calls:?}");
     };
-    answer.map(|json| serde_json::from_slice(&json).unwrap())
+    serde_json::from_slice(&answer).unwrap()
 }
 
 fn refusal(payload: &str) -> String {
     let mut calls = called(payload);
-    let answer = answer(&mut calls).unwrap_err();
+    let answer = answer(&mut calls);
     assert_eq!(calls.poll_output(), None);
     assert_eq!(calls.poll_timeout(), None);
-    answer
+    assert_eq!(answer["stage"], "failed");
+    assert_eq!(answer["code"], "not-understood");
+    answer["reason"].as_str().unwrap().to_owned()
 }
 
 #[test]
 fn a_list_is_answered_when_the_robot_has_proven_it() {
-    let mut calls = called(r#"{"route":[[48,0],[48,-48]]}"#);
+    let mut calls = called(r#"{"route":[{"x_in":48,"y_in":0},{"x_in":48,"y_in":-48}]}"#);
     let points = [(48, 0), (48, -48)].map(|(x, y)| Waypoint::new(x, y).unwrap());
     assert_eq!(start(&mut calls, 7), Request::Route(points.to_vec()));
     let id = CommandId(7);
@@ -54,8 +55,13 @@ fn a_list_is_answered_when_the_robot_has_proven_it() {
     assert_eq!(calls.poll_output(), None);
     let digest = Some(0x89ab_cdef);
     calls.handle_step(id, &CommandStep::Proven { digest });
-    let proof = answer(&mut calls).unwrap();
-    assert_eq!(proof, json!({ "stage": "proven", "digest": "89abcdef" }));
+    let proof = answer(&mut calls);
+    let expected = json!({
+        "stage": "proven",
+        "command": "route of 2 waypoints",
+        "digest": "89abcdef",
+    });
+    assert_eq!(proof, expected);
     calls.handle_step(id, &CommandStep::Proven { digest });
     assert_eq!(calls.poll_output(), None, "answered once");
     assert_eq!(calls.poll_timeout(), None);
@@ -69,11 +75,13 @@ fn a_preset_goes_one_by_one_and_ends_with_the_first_that_is_refused() {
     calls.handle_step(CommandId(1), &CommandStep::Proven { digest: None });
     let next = start(&mut calls, 2);
     calls.handle_step(CommandId(2), &CommandStep::Refused(Outcome::NotNow));
-    let refused = answer(&mut calls).unwrap_err();
-    assert_eq!(
-        refused,
-        format!("{next}: refused (not-now): not in its present state")
-    );
+    let expected = json!({
+        "stage": "refused",
+        "command": next.to_string(),
+        "code": "not-now",
+        "reason": "not in its present state",
+    });
+    assert_eq!(answer(&mut calls), expected);
     assert_eq!(calls.poll_output(), None);
 }
 
@@ -86,11 +94,9 @@ fn without_proof_it_ends_with_its_time_and_is_given_up() {
     calls.handle_timeout(deadline - Duration::from_millis(1));
     assert_eq!(calls.poll_output(), None);
     calls.handle_timeout(deadline);
-    let failed = answer(&mut calls).unwrap_err();
-    assert!(
-        failed.starts_with("mode prowl: not proven (timed-out): "),
-        "{failed}"
-    );
+    let failed = answer(&mut calls);
+    assert_eq!(failed["stage"], "failed");
+    assert_eq!(failed["code"], "timed-out");
     assert_eq!(calls.poll_output(), Some(CallOutput::GiveUp(CommandId(3))));
     assert_eq!(calls.poll_timeout(), None);
 }
@@ -106,17 +112,21 @@ fn every_rubbish_is_answered_with_what_is_wrong() {
         (r#"{"do":""}"#, "no command given"),
         (r#"{"do":"fly"}"#, "unknown command `fly`"),
         (r#"{"do":"mode flying"}"#, "unknown mode `flying`"),
-        (r#"{"route":[[48.5,0]]}"#, "not understood"),
-        (r#"{"route":[[32000,0]]}"#, "(32000, 0) is too far"),
+        (r#"{"route":[[48,0,48]]}"#, "not understood"),
+        (r#"{"route":[{"x_in":48.5,"y_in":0}]}"#, "not understood"),
+        (
+            r#"{"route":[{"x_in":32000,"y_in":0}]}"#,
+            "(32000, 0) is too far",
+        ),
         (r#"{"do":"stop","timeout_ms":0}"#, "timeout_ms must be"),
     ] {
         let said = refusal(rubbish);
         assert!(said.contains(says), "{rubbish}: {said}");
     }
-    let many = format!(r#"{{"route":{:?}}}"#, vec![[0, 0]; 2000]);
-    let said = refusal(&many);
+    let many = json!({ "route": vec![json!({ "x_in": 0, "y_in": 0 }); 2000] });
+    let said = refusal(&many.to_string());
     assert!(said.contains("2000 waypoints"), "{said}");
     let mut calls = Calls::default();
     calls.handle_call(Duration::ZERO, CALL, &[0xFF, 0x00]);
-    assert!(answer(&mut calls).is_err());
+    assert_eq!(answer(&mut calls)["code"], "not-understood");
 }
