@@ -60,6 +60,14 @@ mod tests {
     use serde_json::Value;
     use std::time::Duration;
 
+    #[cfg(not(feature = "foxglove"))]
+    #[tokio::test]
+    async fn without_the_feature_it_says_how_to_build_it() {
+        let address = DEFAULT_ADDRESS.parse().unwrap();
+        let error = Foxglove::listen(&address, false, "sim").await.unwrap_err();
+        assert!(error.to_string().contains("--features foxglove"), "{error}");
+    }
+
     #[test]
     fn the_layout_sends_what_the_service_takes() {
         let layout: Value = serde_json::from_str(LAYOUT).unwrap();
