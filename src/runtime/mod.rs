@@ -5,6 +5,7 @@ mod dashboard;
 mod desk;
 mod driver;
 mod keeper;
+mod live;
 
 pub use dashboard::{Dashboard, Player, run};
 pub use driver::Driver;
