@@ -21,4 +21,6 @@ pub mod runtime;
 pub mod share;
 pub mod station;
 pub mod statistics;
+pub mod timeline;
+pub mod travel;
 pub mod view;

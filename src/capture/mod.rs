@@ -3,10 +3,11 @@
 //! Two forms. The raw text ([`raw`]) is the evidence: exactly the bytes that were read, noise included.
 //! MCAP ([`mcap`], written by the [`recorder`]) holds the same bytes with the time each was read and
 //! every decoded field, indexed and compressed, for other people's tools. A [`source`] reads either,
-//! for replay, [`decode`] and [`info`].
+//! for [`decode`] and [`info`]; the [`index`] reads it from anywhere, for replay.
 
 pub mod decode;
 mod error;
+pub mod index;
 pub mod info;
 pub mod mcap;
 pub mod messages;

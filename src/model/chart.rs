@@ -204,6 +204,19 @@ impl Chart {
         self.truth = truth;
     }
 
+    /// Takes what is the operator's own from the chart of another moment.
+    pub(super) fn take_hands(&mut self, now: &Self) {
+        self.draft.clone_from(&now.draft);
+        self.cursor = now.cursor;
+        self.truth_hidden = now.truth_hidden;
+        self.zoom = now.zoom;
+        self.focus = now.focus;
+        for waypoint in &now.draft {
+            self.bounds
+                .include(f64::from(waypoint.x_in), f64::from(waypoint.y_in));
+        }
+    }
+
     /// The middle of the picture, inches, before it gives way to the cursor.
     pub(crate) fn middle(&self) -> (f64, f64) {
         match self.focus {
