@@ -66,9 +66,7 @@ impl Screen<'_> {
                 !is_named && !ALWAYS_SEEN.contains(&action)
             }));
         } else {
-            others = self.named_keys(context, |action| {
-                !action.moves_in_time() && !ALWAYS_SEEN.contains(&action)
-            });
+            others = self.named_keys(context, |action| !ALWAYS_SEEN.contains(&action));
         }
         for pair in others.chunks(2) {
             let width: usize = pair.iter().map(Span::width).sum();
