@@ -13,7 +13,7 @@ use crate::io::link::{BAUD, Connection, Link, LinkSpec};
 use crate::io::terminal;
 use crate::model::{Config, Model};
 use crate::radio::Radio;
-use crate::runtime::{Dashboard, Driver, Keeper, run};
+use crate::runtime::{Dashboard, Driver, Keeper, Live, Session, run};
 
 pub(super) fn watch(options: &Watch, config: &config::Config) -> Result<(), Fault> {
     if !options.headless {
@@ -170,10 +170,10 @@ fn show(plan: &Plan, config: Config, first: Vec<Event>) -> Result<(), Fault> {
     block_on(async {
         let (driver, keeper) = plan.open().await?;
         let status = keeper.clone();
+        let model = Model::new(config);
         let dashboard = Dashboard {
-            driver,
-            model: Model::new(config),
-            player: None,
+            session: Session::Live(Box::new(Live::new(driver, &model))),
+            model,
             recording: Box::new(move || status.status()),
             first,
         };

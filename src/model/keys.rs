@@ -5,6 +5,7 @@ use groundwave_protocol::letters::{Layer, Mode};
 
 use super::Panel;
 use super::editor::RouteAction;
+use crate::travel::{Landmark, Travel};
 
 /// Where the keyboard goes.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -21,10 +22,12 @@ pub(crate) enum Context {
     Question,
     /// The list of keys.
     Help,
+    /// What to jump to.
+    Jump,
 }
 
 /// What a key does.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) enum Action {
     Stop,
     Mode(Mode),
@@ -62,14 +65,26 @@ pub(crate) enum Action {
     Submit,
     EraseCharacter,
     EraseAll,
-    PauseReplay,
-    ReplaySpeed(i8),
+    Travel(Travel),
+    Speed(i8),
+    AskMoment,
+    AskJump { forward: bool },
+    JumpTo(Landmark),
+    JumpAgain { forward: bool },
     Redraw,
     Suspend,
     Quit,
 }
 
 impl Action {
+    /// Whether it shows another moment.
+    pub(crate) const fn moves_in_time(self) -> bool {
+        matches!(
+            self,
+            Self::Travel(_) | Self::Speed(_) | Self::AskMoment | Self::AskJump { .. }
+        )
+    }
+
     /// Whether it is for a link that carries something to the robot.
     pub(crate) const fn asks_the_robot(self) -> bool {
         matches!(
@@ -137,7 +152,7 @@ const fn row(
     }
 }
 
-use Context::{Dashboard, Drive, Help, Question, Route, Text};
+use Context::{Dashboard, Drive, Help, Jump, Question, Route, Text};
 
 /// Every key. STOP comes first wherever the keyboard goes: Space, and Ctrl-S where Space is a letter.
 #[rustfmt::skip]
@@ -191,9 +206,18 @@ pub(crate) const TABLE: &[Binding] = &[
     row(Dashboard, "z", &[plain('z')], Action::Enlarge, "enlarge the panel, and back", ""),
     row(Dashboard, "PgUp", &[bare(KeyCode::PageUp)], Action::TurnPage(-1), "PgDn: turn the panel's pages", ""),
     row(Dashboard, "", &[bare(KeyCode::PageDown)], Action::TurnPage(1), "", ""),
-    row(Dashboard, "k", &[plain('k')], Action::PauseReplay, "replay: pause, go on", ""),
-    row(Dashboard, "< >", &[plain('<')], Action::ReplaySpeed(-1), "replay: slower, faster", ""),
-    row(Dashboard, "", &[plain('>')], Action::ReplaySpeed(1), "", ""),
+    row(Dashboard, "k", &[plain('k')], Action::Travel(Travel::TogglePause), "time: stand still, go on", "still"),
+    row(Dashboard, ", .", &[plain(',')], Action::Travel(Travel::Step { forward: false }), "time: a line back, a line on", "line"),
+    row(Dashboard, "", &[plain('.')], Action::Travel(Travel::Step { forward: true }), "", ""),
+    row(Dashboard, "< >", &[plain('<')], Action::Speed(-1), "time: slower, faster", "speed"),
+    row(Dashboard, "", &[plain('>')], Action::Speed(1), "", ""),
+    row(Dashboard, "g", &[plain('g')], Action::AskMoment, "time: go to 12:30, +30s, #12", "go to"),
+    row(Dashboard, "n N", &[plain('n')], Action::AskJump { forward: true }, "time: next alarm, bump, ..", "next"),
+    row(Dashboard, "", &[plain('N')], Action::AskJump { forward: false }, "", ""),
+    row(Dashboard, "m", &[plain('m')], Action::Travel(Travel::Mark), "time: mark this moment", "mark"),
+    row(Dashboard, "o", &[plain('o')], Action::Travel(Travel::Loop), "time: loop from here, to here", "loop"),
+    row(Dashboard, "G", &[plain('G'), bare(KeyCode::End)], Action::Travel(Travel::Newest), "time: back to now, or the end", "newest"),
+    row(Dashboard, "", &[bare(KeyCode::Home)], Action::Travel(Travel::Oldest), "", ""),
     row(Dashboard, "?", &[plain('?'), bare(KeyCode::F(1))], Action::Help, "these keys", "keys"),
     row(Dashboard, "Esc", &[bare(KeyCode::Esc)], Action::Close, "put the cursor away", ""),
     row(Dashboard, "Ctrl-L", &[ctrl('l')], Action::Redraw, "draw the screen anew", ""),
@@ -252,6 +276,16 @@ pub(crate) const TABLE: &[Binding] = &[
     row(Question, "y", &[plain('y')], Action::Confirm, "", "yes"),
     row(Question, "n", &[plain('n'), plain('q'), bare(KeyCode::Esc)], Action::Close, "", "no"),
     row(Question, "Ctrl-C", &[ctrl('c')], Action::Quit, "", ""),
+    row(Jump, "Space", &[plain(' '), ctrl('s')], Action::Stop, "", "STOP"),
+    row(Jump, "a", &[plain('a')], Action::JumpTo(Landmark::Alarm), "", "alarm"),
+    row(Jump, "b", &[plain('b')], Action::JumpTo(Landmark::Bump), "", "bump"),
+    row(Jump, "v", &[plain('v')], Action::JumpTo(Landmark::Behaviour), "", "behaviour"),
+    row(Jump, "c", &[plain('c')], Action::JumpTo(Landmark::Command), "", "command"),
+    row(Jump, "m", &[plain('m')], Action::JumpTo(Landmark::Marker), "", "marker"),
+    row(Jump, "n", &[plain('n')], Action::JumpAgain { forward: true }, "", "as before"),
+    row(Jump, "", &[plain('N')], Action::JumpAgain { forward: false }, "", ""),
+    row(Jump, "Esc", &[bare(KeyCode::Esc), plain('q')], Action::Close, "", "never mind"),
+    row(Jump, "Ctrl-C", &[ctrl('c')], Action::Quit, "", ""),
     row(Help, "Space", &[plain(' '), ctrl('s')], Action::Stop, "", "STOP"),
     row(Help, "Esc", &[bare(KeyCode::Esc), plain('?'), plain('q'), bare(KeyCode::Enter), bare(KeyCode::F(1))], Action::Close, "", "back"),
     row(Help, "PgDn", &[bare(KeyCode::PageDown), bare(KeyCode::Tab), bare(KeyCode::Down)], Action::TurnPage(1), "", "more keys"),
@@ -295,11 +329,11 @@ mod tests {
     #[test]
     fn stop_is_one_key_from_anywhere() {
         let stop = KeyEvent::new(KeyCode::Char('s'), KeyModifiers::CONTROL);
-        for context in [Dashboard, Drive, Text, Question, Help] {
+        for context in [Dashboard, Drive, Text, Question, Help, Jump] {
             assert_eq!(action(context, stop), Some(Action::Stop), "{context:?}");
         }
         let space = KeyEvent::new(KeyCode::Char(' '), KeyModifiers::NONE);
-        for context in [Dashboard, Drive, Question, Help] {
+        for context in [Dashboard, Drive, Question, Help, Jump] {
             assert_eq!(action(context, space), Some(Action::Stop), "{context:?}");
         }
     }

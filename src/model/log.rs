@@ -57,6 +57,7 @@ impl Entry {
 pub(crate) struct Log {
     entries: VecDeque<Entry>,
     held_at: Option<Moment>,
+    alarms: u64,
 }
 
 impl Log {
@@ -68,6 +69,7 @@ impl Log {
         text: impl Into<String>,
     ) {
         let text = text.into();
+        self.alarms += u64::from(level == Level::Alarm);
         if let Some(last) = self.entries.back_mut()
             && last.text == text
             && last.subject == subject
@@ -98,6 +100,11 @@ impl Log {
             self.held_at = Some(at);
             self.add(at, Level::Info, Subject::Behaviour, text());
         }
+    }
+
+    /// How many alarms there were.
+    pub(super) const fn alarms(&self) -> u64 {
+        self.alarms
     }
 
     /// Newest first.

@@ -20,6 +20,7 @@ pub(crate) mod motors;
 pub(crate) mod news;
 pub(crate) mod robot;
 mod trail;
+mod travel;
 pub(crate) mod why;
 pub(crate) mod words;
 
@@ -33,6 +34,7 @@ use groundwave_protocol::telemetry::{Body, Line, StateLine};
 
 use crate::event::{CommandId, CommandStep, Effect, Event, Level, LinkEvent, Moment, Recording};
 use crate::request::Request;
+use crate::travel::Playback;
 use chart::Chart;
 use drive::Stick;
 use editor::Editor;
@@ -43,6 +45,7 @@ use link::{Connection, Link};
 use log::{Log, Subject};
 use motors::Motors;
 use robot::Robot;
+use travel::Counted;
 
 /// How the dashboard is to look, fixed for a session.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
@@ -93,6 +96,10 @@ pub(crate) enum Overlay {
     Question(Question),
     Text(TextEntry),
     Drive(Stick),
+    /// Which kind of moment to jump to.
+    Jump {
+        forward: bool,
+    },
 }
 
 /// A question that is answered with yes or no.
@@ -105,7 +112,7 @@ pub(crate) struct Question {
 /// What a yes leads to.
 #[derive(Clone, Debug, PartialEq)]
 enum Then {
-    Send(Request),
+    Send(Vec<Request>),
     Drive,
     /// Write the draft over the file of this name.
     SaveRoute(String),
@@ -126,6 +133,8 @@ pub(crate) enum Purpose {
     Command,
     RouteFile,
     SaveRoute,
+    /// A place in time.
+    Moment,
 }
 
 /// The state of the dashboard.
@@ -151,6 +160,12 @@ pub struct Model {
     pub(crate) editor: Option<Editor>,
     size: (u16, u16),
     life: Life,
+    /// What there was to jump to so far.
+    counted: Counted,
+    /// Where the screen stands in time, unless it shows now.
+    pub(crate) playback: Option<Playback>,
+    /// Told to the operator while the screen shows another moment, until the next key.
+    pub(crate) aside: Option<String>,
     /// The robot sings or calls, and the bell has not rung for it.
     calls: bool,
     revision: u64,
@@ -177,6 +192,9 @@ impl Model {
             editor: None,
             size: (0, 0),
             life: Life::default(),
+            counted: Counted::default(),
+            playback: None,
+            aside: None,
             calls: false,
             revision: 0,
         }
@@ -192,6 +210,7 @@ impl Model {
                 true
             }
             Event::Ack(line) => {
+                self.counted.take_ack(line.ack);
                 let restarted = self.life.take_boot(line.ack.boot);
                 if restarted {
                     self.take_restart(now);
@@ -234,10 +253,7 @@ impl Model {
                 self.take_saved(now, &path, &saved);
                 true
             }
-            Event::Replay(replay) => {
-                self.link.take_replay(now, replay);
-                true
-            }
+            Event::Playback(playback) => self.take_playback(playback),
             Event::Truth(truth) => {
                 self.chart.take_truth(truth);
                 true
@@ -301,6 +317,7 @@ impl Model {
             Overlay::Question(_) => Context::Question,
             Overlay::Text(_) => Context::Text,
             Overlay::Drive(_) => Context::Drive,
+            Overlay::Jump { .. } => Context::Jump,
         }
     }
 
@@ -323,6 +340,8 @@ impl Model {
         }
         let before = self.robot.state.map(|state| state.value);
         self.robot.take(now, line);
+        self.counted.tally.lines += 1;
+        self.counted.take_ack(line.ack);
         match &line.body {
             Body::State(state) => self.take_state(now, before.as_ref(), state),
             Body::Status(status) => self.ledger.take_status(status),
@@ -355,10 +374,12 @@ impl Model {
         if let Some((x_in, y_in)) = self.chart.take_state(now, state) {
             let text = format!("{} hit at ({x_in:.0}, {y_in:.0})", why::bump(state.bump));
             self.log.add(now, Level::Warning, Subject::Bump, text);
+            self.counted.tally.bumps += 1;
         }
         if before.is_some_and(|before| before.mode != state.mode) {
             let text = format!("the robot reports mode {}", words::mode(state.mode));
             self.log.add(now, Level::Info, Subject::Behaviour, text);
+            self.counted.tally.behaviours += 1;
         }
         let linked = before.map(|before| before.link);
         if let Some((level, text)) = failsafe::news(linked, state.link, &self.robot) {
@@ -372,9 +393,13 @@ impl Model {
             self.calls = true;
             self.log.add(now, Level::Alarm, Subject::Robot, text);
         }
+        let held = self.motors.holder().map(|held| held.value);
         if self.motors.take_state(now, state) {
             let robot = &self.robot;
             let holder = motors::Holder::of(state);
+            if held.is_some_and(|held| !(held.is_routine() && holder.is_routine())) {
+                self.counted.tally.behaviours += 1;
+            }
             self.log.add_holder(now, holder.is_routine(), || {
                 let why = why::why(holder, state, robot, now);
                 format!("{}: {why}", words::holder(holder).to_uppercase())
@@ -404,6 +429,7 @@ impl Model {
     }
 
     fn take_step(&mut self, now: Moment, id: CommandId, step: &CommandStep) {
+        self.counted.take_step(step);
         let Some(entry) = self.ledger.take_step(now, id, step) else {
             return;
         };

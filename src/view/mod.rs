@@ -1,6 +1,7 @@
 //! The screen. It sees the model and cannot change it.
 //!
-//! From 110x34 up every panel is on it:
+//! From 110x34 up every panel is on it; a row below the status line says so when another moment than now is
+//! shown:
 //!
 //! ```text
 //! +------------------------------ status ------------------------------+
@@ -53,6 +54,7 @@ mod status;
 mod tests;
 mod text;
 mod theme;
+mod time;
 
 use ratatui::Frame;
 use ratatui::buffer::Buffer;
@@ -103,6 +105,14 @@ impl Screen<'_> {
         let (rest, hint) = split_bottom(rest, 1);
         let (rest, raw) = split_bottom(rest, raw_rows);
         self.status(buffer, status);
+        let rest = match &self.model.playback {
+            Some(playback) => {
+                let (time, rest) = split_top(rest, 1);
+                self.time(buffer, time, playback);
+                rest
+            }
+            None => rest,
+        };
         if full {
             self.raw_with_ruler(buffer, raw);
         } else {

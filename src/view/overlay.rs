@@ -34,7 +34,7 @@ impl Screen<'_> {
         match &self.model.overlay {
             Overlay::Question(question) => self.question(buffer, area, question),
             Overlay::Help => self.help(buffer, area),
-            Overlay::None | Overlay::Text(_) | Overlay::Drive(_) => {}
+            Overlay::None | Overlay::Text(_) | Overlay::Drive(_) | Overlay::Jump { .. } => {}
         }
     }
 

@@ -12,11 +12,12 @@ use ratatui::buffer::Buffer;
 
 mod link;
 mod narrow;
+mod time;
 
 use super::draw;
 use crate::event::{
     CommandId, CommandStep, Effect, Event, Failure, LineRate, LinkEvent, Reception, Recording,
-    Replay, Truth,
+    Truth,
 };
 use crate::model::testing::{Scene, any_event};
 use crate::model::{Colors, Config};
@@ -304,26 +305,6 @@ fn what_comes_instead_of_lines_is_told_for_hours() {
     let reception = Reception::Lines;
     scene.event(Event::Reception { reception, since });
     assert!(!screen(&scene, 140, 40).contains("for 3 h 00 m:"));
-}
-
-#[test]
-fn a_paused_replay_is_paused_and_an_ended_one_ended() {
-    let mut scene = flight(Config::default());
-    scene.event(Event::Replay(Replay {
-        paused: true,
-        speed: 2.0,
-    }));
-    let paused = screen(&scene, 80, 24);
-    scene.wait_ms(60_000);
-    assert_eq!(screen(&scene, 80, 24), paused, "time stands still");
-    row(&paused, "‖ sim  PAUSED  replay ×2");
-    scene.event(Event::Link(LinkEvent::Ended));
-    let ended = screen(&scene, 80, 24);
-    row(&ended, "■ sim  session ended");
-    for screen in [paused, ended] {
-        assert!(!screen.contains("LOST") && !screen.contains("SILENT"));
-        assert!(!screen.contains("unrecorded") && !screen.contains("not recorded"));
-    }
 }
 
 #[test]

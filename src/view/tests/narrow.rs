@@ -3,20 +3,6 @@
 use super::*;
 
 #[test]
-fn a_replay_tells_its_speed_on_the_smallest_screen() {
-    let mut scene = flight(Config::default());
-    scene.event(Event::Link(LinkEvent::Opened {
-        name: "replay of captures/demo-commands.mcap".to_owned(),
-        can_send: false,
-    }));
-    scene.event(Event::Replay(Replay {
-        paused: false,
-        speed: 0.25,
-    }));
-    row(&screen(&scene, 80, 24), "newest <1 s  replay ×0.25 ");
-}
-
-#[test]
 fn words_that_do_not_fit_end_with_a_mark() {
     let mut scene = flight(demo());
     scene.state.bump = Bump::None;
