@@ -8,7 +8,7 @@ use super::chart::Focus;
 use super::drive::Stick;
 use super::keys::{self, Action};
 use super::log::Subject;
-use super::{Model, Overlay, Panel, Purpose, Question, TextEntry, Then, words};
+use super::{Model, Overlay, Panel, Purpose, Question, TextEntry, Then, trace, words};
 use crate::event::{Effect, Level, Moment};
 use crate::request::Request;
 
@@ -75,11 +75,21 @@ impl Model {
                 self.help_page = 0;
                 self.overlay = Overlay::Help;
             }
+            Action::Trace => self.overlay = Overlay::Trace(0),
+            Action::NextValue(steps) => self.trace(|at| trace::step(at, steps)),
+            Action::NextLine(steps) => self.trace(|at| trace::next_line(at, steps)),
+            Action::Why => self.overlay = Overlay::Why,
             Action::EnterDrive => self.ask_to_drive(now),
             Action::NextPanel => self.next_panel(),
             Action::Show(panel) => self.show(panel),
             Action::Enlarge => self.enlarged = !self.enlarged,
             Action::TurnPage(pages) => self.turn_page(pages),
+            Action::NextPlotWindow => self.plots.next_window(),
+            Action::AcknowledgeAlarms => {
+                if !self.alarms.acknowledge() {
+                    self.warn(now, "no alarm waits to be seen");
+                }
+            }
             Action::PauseReplay => {
                 if let Some(replay) = self.link.replay {
                     return vec![Effect::ReplayPause(!replay.paused)];
@@ -331,6 +341,12 @@ impl Model {
             .map(|&speed| Effect::ReplaySpeed(speed))
             .into_iter()
             .collect()
+    }
+
+    fn trace(&mut self, to: impl FnOnce(usize) -> usize) {
+        if let Overlay::Trace(at) = &mut self.overlay {
+            *at = to(*at);
+        }
     }
 
     fn next_panel(&mut self) {

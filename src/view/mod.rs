@@ -35,6 +35,8 @@
 //! +------------------------------------------------------+
 //! ```
 
+mod alarms;
+mod body;
 mod commands;
 mod footer;
 mod hint;
@@ -44,6 +46,7 @@ mod link;
 mod log;
 mod map;
 mod overlay;
+mod plots;
 mod raster;
 mod raw;
 mod sensors;
@@ -52,6 +55,7 @@ mod status;
 mod tests;
 mod text;
 mod theme;
+mod why;
 
 use ratatui::Frame;
 use ratatui::buffer::Buffer;
@@ -102,6 +106,9 @@ impl Screen<'_> {
         let (rest, hint) = split_bottom(rest, 1);
         let (rest, raw) = split_bottom(rest, raw_rows);
         self.status(buffer, status);
+        let calls = !self.model.alarms.calling().is_empty();
+        let (strip, rest) = split_top(rest, u16::from(calls));
+        self.alarm_strip(buffer, strip);
         if full {
             self.raw_with_ruler(buffer, raw);
         } else {
@@ -152,6 +159,15 @@ impl Screen<'_> {
             }
         }
         below
+    }
+
+    /// The mark before a value that has become stale; nothing while it is fresh.
+    fn old_mark(&self, age: Moment, stale_after: Moment) -> String {
+        if age >= stale_after {
+            format!("{} ", self.theme.glyphs.stale)
+        } else {
+            String::new()
+        }
     }
 
     /// The mark and age of a value that has become stale; nothing while it is fresh.
