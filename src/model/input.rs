@@ -6,7 +6,6 @@ use groundwave_protocol::letters::{Layer, LayerMask, Mode};
 
 use super::chart::Focus;
 use super::draft::Edit;
-use super::drive::Stick;
 use super::keys::{self, Action};
 use super::log::Subject;
 use super::travel::NO_ROBOT;
