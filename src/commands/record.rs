@@ -57,6 +57,7 @@ pub(super) fn run(options: &Record, config: &Config) -> Result<(), Fault> {
         let connection =
             Connection::open(&spec, baud).map_err(|error| Fault::new(Exit::NoLink, error))?;
         let share = sharing::listen(&options.sharing)?;
+        let foxglove = sharing::foxglove(&options.sharing, &name).await?;
         let keeper = Keeper::open(&keep, started).map_err(keeping::fault)?;
         let sink = sharing::sink(share.as_ref(), keeper.sink());
         let port_baud = spec.baud(baud);
@@ -72,7 +73,8 @@ pub(super) fn run(options: &Record, config: &Config) -> Result<(), Fault> {
         let driver = driver
             .advising(port_baud)
             .telling(keeper.event_sink())
-            .shared(share);
+            .shared(share)
+            .watched(foxglove);
         let _finish = keeper.finish_on_drop();
         let result = until_done(options, driver, &keeper).await;
         let written = keeper.finish().map_err(keeping::fault);
