@@ -43,7 +43,10 @@ struct Kill {
 /// Records a stream at so many packets a second, or as fast as it goes, and kills the program after
 /// `lines` of them.
 fn kill_after(folder: &Path, seed: u64, lines: usize, packets_s: Option<u32>) -> Kill {
-    let paths = Paths::of(&folder.join(format!("{seed}.mcap")));
+    // Of its own: whoever begins to record recovers what was interrupted beside it.
+    let folder = folder.join(seed.to_string());
+    fs::create_dir_all(&folder).unwrap();
+    let paths = Paths::of(&folder.join("run.mcap"));
     let (reader, mut writer) = pipe().unwrap();
     let mut left_over = reader.try_clone().unwrap();
     let child = Command::new(GROUNDWAVE)

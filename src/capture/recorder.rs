@@ -283,11 +283,9 @@ impl Recorder {
         if !self.rotation.is_due(now.saturating_sub(since), bytes) || self.problem().is_some() {
             return;
         }
-        let free = (self.part + 1..).find(|part| !Paths::of(&part_name(&self.path, *part)).exist());
-        let Some(part) = free else {
+        let Some((part, paths)) = recover::free_part(&self.path, self.part + 1) else {
             return;
         };
-        let paths = Paths::of(&part_name(&self.path, part));
         let mut session = self.session.clone();
         session.start = wall;
         session.notes.insert("part".into(), part.to_string());

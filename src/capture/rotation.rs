@@ -16,7 +16,7 @@ pub struct Rotation {
 }
 
 /// A day: the index of a part takes about 2 MB of memory then.
-pub const PERIOD: Duration = Duration::from_secs(24 * 60 * 60);
+pub const PERIOD: Duration = Duration::from_hours(24);
 
 impl Default for Rotation {
     fn default() -> Self {

@@ -200,7 +200,7 @@ impl Running {
     fn act(&mut self, effect: Effect) -> io::Result<bool> {
         match effect {
             Effect::Send(_) | Effect::Drive { .. } | Effect::DriveEnd | Effect::CancelCommands => {
-                self.send(effect)
+                self.send(effect);
             }
             Effect::Travel(travel) => {
                 let told = self.session.travel(travel);

@@ -13,14 +13,14 @@ use crate::capture::composer::since_1970_ns;
 use crate::capture::journal::{Entry, Kind};
 use crate::capture::topics::StationEvent;
 use crate::capture::{
-    CaptureError, Existing, RawWriter, Recorder, Rotation, Session, name, recover, rotation,
+    CaptureError, Existing, RawWriter, Recorder, Rotation, Session, name, recover,
 };
 use crate::event::{Level, Moment, Recording};
 use crate::io::link::Sink;
 use history::History;
 
 /// How much of what came before is in a recording that is begun from the dashboard.
-pub const REMEMBERED: Duration = Duration::from_secs(10 * 60);
+pub const REMEMBERED: Duration = Duration::from_mins(10);
 
 /// What to keep, and where.
 #[derive(Clone, Debug)]
@@ -313,10 +313,7 @@ fn begin(options: &KeepOptions, path: &Path, start: SystemTime) -> Result<Record
 
 /// The name, or one like it that no recording has.
 fn free_name(path: &Path) -> PathBuf {
-    (1..)
-        .map(|part| rotation::part_name(path, part))
-        .find(|path| !recover::Paths::of(path).exist())
-        .unwrap_or_else(|| path.to_owned())
+    recover::free_part(path, 1).map_or_else(|| path.to_owned(), |(_, paths)| paths.target)
 }
 
 impl Inner {

@@ -35,6 +35,9 @@ use walk::{Found, RECORD_BYTES_MAX, Walker};
 
 const BUFFER_BYTES: usize = 1024 * 1024;
 
+/// Nobody has so many recordings of one name.
+const PARTS_MAX: u32 = 1_000_000;
+
 /// The files of one recording.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Paths {
@@ -184,8 +187,7 @@ pub fn set_aside(path: &Path) -> Result<Option<PathBuf>, CaptureError> {
     if is_in_use(&paths) {
         return Err(CaptureError::InUse(path.to_owned()));
     }
-    let aside = (2..).map(|n| Paths::of(&part_name(path, n)));
-    let Some(aside) = aside.into_iter().find(|aside| !aside.exist()) else {
+    let Some((_, aside)) = free_part(path, 2) else {
         return Ok(None);
     };
     for (from, to) in [
@@ -200,6 +202,14 @@ pub fn set_aside(path: &Path) -> Result<Option<PathBuf>, CaptureError> {
         }
     }
     Ok(Some(aside.target))
+}
+
+/// The first part from this one on of which there is no file: its number, and its files.
+#[must_use]
+pub fn free_part(path: &Path, from: u32) -> Option<(u32, Paths)> {
+    (from..=PARTS_MAX)
+        .map(|part| (part, Paths::of(&part_name(path, part))))
+        .find(|(_, paths)| !paths.exist())
 }
 
 /// Makes a recording whole, whichever of its files is named, and says what was saved.
@@ -691,7 +701,7 @@ fn copy<W: io::Write>(
             let mut fields = Reader(body);
             match (fields.text(), fields.map()) {
                 // What an earlier recovery said is said anew.
-                (Some("recovery"), _) | (None, _) | (_, None) => Ok(()),
+                (Some("recovery") | None, _) | (_, None) => Ok(()),
                 (Some(name), Some(map)) => composer.writer().write_metadata(name, &map),
             }
         }
@@ -823,10 +833,12 @@ fn tidy_up(paths: &Paths) -> Result<(), CaptureError> {
 }
 
 fn set_aside_unlocked(paths: &Paths) -> Result<Paths, CaptureError> {
-    let free = (2..)
-        .map(|n| Paths::of(&part_name(&paths.target, n)))
-        .find(|aside| !aside.exist());
-    let aside = free.unwrap_or_else(|| paths.clone());
+    let Some((_, aside)) = free_part(&paths.target, 2) else {
+        return Err(CaptureError::Exists {
+            path: paths.target.clone(),
+            can_append: false,
+        });
+    };
     for (from, to) in [
         (&paths.journal, &aside.journal),
         (&paths.partial, &aside.partial),

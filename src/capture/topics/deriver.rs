@@ -261,7 +261,7 @@ impl Deriver {
         let robot_ns = self.clock.handle_line(now_ns, received);
         self.encoder.encode(&Telemetry::from(received));
         take(self.encoder.message(Topic::Telemetry, now_ns, robot_ns))?;
-        self.handle_ack(received.ack(), robot_ns, take)?;
+        self.handle_ack(*received.ack(), robot_ns, take)?;
         let Received::Line(line, _) = received else {
             return Ok(());
         };
@@ -287,7 +287,7 @@ impl Deriver {
     /// The robot acknowledges something else than before.
     fn handle_ack<E>(
         &mut self,
-        ack: &Ack,
+        ack: Ack,
         robot_ns: Option<u64>,
         take: &mut impl FnMut(TopicMessage<'_>) -> Result<(), E>,
     ) -> Result<(), E> {

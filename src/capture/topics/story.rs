@@ -6,11 +6,15 @@ use groundwave_protocol::telemetry::{Body, Line, StateLine};
 
 use crate::request::{layer_word, mode_word};
 
+/// The layer that has the motors, if one has.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+struct Holder(Option<Layer>);
+
 /// Notices what changes from line to line.
 #[derive(Debug, Default)]
 pub(super) struct Story {
     mode: Option<Mode>,
-    holder: Option<Option<Layer>>,
+    holder: Option<Holder>,
     bump: Option<Bump>,
     drive: Option<Drive>,
     power: Option<Power>,
@@ -55,9 +59,9 @@ impl Story {
         if self.mode.replace(state.mode) != Some(state.mode) {
             tell(Level::Info, &format!("mode {}", mode_word(state.mode)))?;
         }
-        let holder = state.layers.holder();
+        let holder = Holder(state.layers.holder());
         if self.holder.replace(holder) != Some(holder) {
-            let who = match (holder, state.mode) {
+            let who = match (holder.0, state.mode) {
                 (Some(layer), _) => layer_word(layer),
                 (None, Mode::Prowl) => "prowl",
                 (None, Mode::User) => "user",

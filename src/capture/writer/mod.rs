@@ -122,20 +122,20 @@ impl<W: Write> McapWriter<W> {
         for topic in Topic::ALL {
             let schema = topic.schema();
             let id = topic as u16 + 1;
-            let schema_id = match known.iter().find(|(name, _)| *name == schema.name) {
-                Some((_, schema_id)) => *schema_id,
-                None => {
-                    let mut bytes = Vec::new();
-                    record(&mut bytes, op::SCHEMA, |to| {
-                        to.u16(id);
-                        to.text(&schema.name);
-                        to.text("protobuf");
-                        to.bytes(&schema.descriptors);
-                    });
-                    self.add_schema(&bytes);
-                    known.push((schema.name.into_owned(), id));
-                    id
-                }
+            let first = known.iter().find(|(name, _)| *name == schema.name);
+            let schema_id = if let Some((_, schema_id)) = first {
+                *schema_id
+            } else {
+                let mut bytes = Vec::new();
+                record(&mut bytes, op::SCHEMA, |to| {
+                    to.u16(id);
+                    to.text(&schema.name);
+                    to.text("protobuf");
+                    to.bytes(&schema.descriptors);
+                });
+                self.add_schema(&bytes);
+                known.push((schema.name.into_owned(), id));
+                id
             };
             let mut bytes = Vec::new();
             record(&mut bytes, op::CHANNEL, |to| {
