@@ -6,12 +6,15 @@
 //! is added. The result is written to `run.mcap.recovering`, synced, and renamed in one step; only then do
 //! the others go. Whenever this is interrupted, doing it again gives the same.
 
+mod files;
 mod report;
+mod scan;
+mod survey;
+mod temporary;
 mod walk;
 
 use std::collections::BTreeMap;
-use std::ffi::OsString;
-use std::fs::{self, File, TryLockError};
+use std::fs::{self, File};
 use std::io::{self, BufReader, BufWriter};
 use std::path::{Path, PathBuf};
 use std::time::UNIX_EPOCH;
@@ -21,67 +24,23 @@ use ::mcap::sans_io::LinearReaderOptions;
 use prost::Message;
 use serde::Serialize;
 
+pub use files::{Paths, find_interrupted, free_part, is_in_use, set_aside};
 pub use walk::Damage;
 
 use super::CaptureError;
 use super::composer::{Composer, Session};
-use super::journal::{Entry, JournalReader, Kind};
+use super::journal::{Entry, Kind};
 use super::messages::{RawBytes, UplinkEvent, UplinkStep};
-use super::rotation::part_name;
 use super::topics::{Deriver, StationEvent, Topic};
-use super::writer::records::{HEAD_BYTES, Reader, op};
-use super::writer::{Attachment, LIBRARY, McapWriter, next_record};
+use super::writer::records::{HEAD_BYTES, Reader};
+use super::writer::{Attachment, McapWriter};
+use files::{Locks, with_suffix};
+use scan::{Raw, Scan, Topics};
+use survey::{Survey, for_each_entry};
+use temporary::Temporary;
 use walk::{Found, RECORD_BYTES_MAX, Walker};
 
 const BUFFER_BYTES: usize = 1024 * 1024;
-
-/// Nobody has so many recordings of one name.
-const PARTS_MAX: u32 = 1_000_000;
-
-/// The files of one recording.
-#[derive(Clone, Debug, PartialEq, Eq)]
-pub struct Paths {
-    /// The finished recording.
-    pub target: PathBuf,
-    /// The recording under way.
-    pub partial: PathBuf,
-    /// Its side-car.
-    pub journal: PathBuf,
-}
-
-impl Paths {
-    /// From the name of the recording, or from that of one of the other files.
-    #[must_use]
-    pub fn of(path: &Path) -> Self {
-        let target = match path.extension().and_then(|extension| extension.to_str()) {
-            Some("partial" | "journal") => path.with_extension(""),
-            _ => path.to_owned(),
-        };
-        Self {
-            partial: with_suffix(&target, ".partial"),
-            journal: with_suffix(&target, ".journal"),
-            target,
-        }
-    }
-
-    /// Whether there is any of them.
-    #[must_use]
-    pub fn exist(&self) -> bool {
-        self.are_interrupted() || self.target.exists()
-    }
-
-    /// Whether there is a recording that was never finished.
-    #[must_use]
-    pub fn are_interrupted(&self) -> bool {
-        self.partial.exists() || self.journal.exists()
-    }
-}
-
-fn with_suffix(path: &Path, suffix: &str) -> PathBuf {
-    let mut name = OsString::from(path);
-    name.push(suffix);
-    name.into()
-}
 
 /// What was done.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
@@ -129,87 +88,6 @@ pub struct Missing {
     pub offset: u64,
     /// Bytes missing.
     pub bytes: u64,
-}
-
-/// Whether another program writes this recording now, or makes it whole.
-#[must_use]
-pub fn is_in_use(paths: &Paths) -> bool {
-    [&paths.partial, &paths.journal]
-        .into_iter()
-        .any(|path| File::open(path).is_ok_and(|file| lock(&file).is_none()))
-}
-
-/// `None` when another program has it. A file system that knows no locks has nobody else.
-fn lock(file: &File) -> Option<()> {
-    match file.try_lock() {
-        Err(TryLockError::WouldBlock) => None,
-        Ok(()) | Err(TryLockError::Error(_)) => Some(()),
-    }
-}
-
-/// Recordings in a folder that were interrupted and that nobody writes now, by the names they are to
-/// have.
-#[must_use]
-pub fn find_interrupted(folder: &Path) -> Vec<PathBuf> {
-    let folder = if folder.as_os_str().is_empty() {
-        Path::new(".")
-    } else {
-        folder
-    };
-    let Ok(entries) = fs::read_dir(folder) else {
-        return Vec::new();
-    };
-    let mut found: Vec<PathBuf> = entries
-        .filter_map(|entry| Some(entry.ok()?.path()))
-        .filter(|path| {
-            let name = path.to_string_lossy();
-            name.ends_with(".mcap.partial") || name.ends_with(".mcap.journal")
-        })
-        .map(|path| Paths::of(&path))
-        .filter(|paths| !is_in_use(paths))
-        .map(|paths| paths.target)
-        .collect();
-    found.sort();
-    found.dedup();
-    found
-}
-
-/// Makes room for a recording of that name: an interrupted one gets another, which is returned, and can
-/// be recovered at leisure.
-///
-/// # Errors
-/// When it is being written now, or cannot be renamed.
-pub fn set_aside(path: &Path) -> Result<Option<PathBuf>, CaptureError> {
-    let paths = Paths::of(path);
-    if !paths.are_interrupted() {
-        return Ok(None);
-    }
-    if is_in_use(&paths) {
-        return Err(CaptureError::InUse(path.to_owned()));
-    }
-    let Some((_, aside)) = free_part(path, 2) else {
-        return Ok(None);
-    };
-    for (from, to) in [
-        (&paths.journal, &aside.journal),
-        (&paths.partial, &aside.partial),
-    ] {
-        match fs::rename(from, to) {
-            Err(error) if error.kind() != io::ErrorKind::NotFound => {
-                return Err(write_error(from, error));
-            }
-            _ => {}
-        }
-    }
-    Ok(Some(aside.target))
-}
-
-/// The first part from this one on of which there is no file: its number, and its files.
-#[must_use]
-pub fn free_part(path: &Path, from: u32) -> Option<(u32, Paths)> {
-    (from..=PARTS_MAX)
-        .map(|part| (part, Paths::of(&part_name(path, part))))
-        .find(|(_, paths)| !paths.exist())
 }
 
 /// Makes a recording whole, whichever of its files is named, and says what was saved.
@@ -265,266 +143,6 @@ pub(super) fn sync_folder(path: &Path) {
     if let Ok(folder) = File::open(folder.unwrap_or(Path::new("."))) {
         let _ = folder.sync_all();
     }
-}
-
-/// Keeps other programs away while it lives.
-struct Locks(#[expect(dead_code, reason = "held, not used")] Vec<File>);
-
-impl Locks {
-    fn take(paths: &Paths) -> Self {
-        let files = [&paths.partial, &paths.journal].into_iter();
-        Self(
-            files
-                .filter_map(|path| File::open(path).ok())
-                .inspect(|file| {
-                    // Whoever has it by now is told by the renames that fail.
-                    let _ = lock(file);
-                })
-                .collect(),
-        )
-    }
-}
-
-/// What there is in an MCAP.
-#[derive(Debug, Default)]
-struct Scan {
-    library: String,
-    messages: u64,
-    chunks: u64,
-    rx_end: u64,
-    tx_end: u64,
-    latest_ns: u64,
-    missing: Vec<Missing>,
-    damage: Vec<Damage>,
-    topics: Topics,
-    /// A chunk that holds has them.
-    has_channels: bool,
-    earliest_ns: u64,
-}
-
-impl Scan {
-    fn of(path: &Path) -> Result<Self, CaptureError> {
-        let mut walker = open(path)?;
-        let mut scan = Self::default();
-        let read_error = |error| CaptureError::Read {
-            path: path.to_owned(),
-            error,
-        };
-        while let Some(found) = walker.next().map_err(read_error)? {
-            match found {
-                Found::Header(library) => {
-                    library.clone_into(&mut scan.library);
-                    scan.topics = Topics::of(library);
-                }
-                Found::Chunk(chunk) => {
-                    scan.chunks += 1;
-                    let mut topics = std::mem::take(&mut scan.topics);
-                    topics.for_each_message(chunk.content, |message| scan.take(&message));
-                    scan.topics = topics;
-                    scan.has_channels |= has_channels(chunk.content);
-                }
-                Found::Damage(damage) | Found::Cut(damage) => scan.damage.push(damage),
-                Found::Channel(record) => scan.topics.add(&record[HEAD_BYTES..]),
-                Found::Schema(_) | Found::Metadata(_) | Found::Attachment(_) => {}
-            }
-        }
-        if scan.damage.is_empty() && !walker.data_holds().map_err(read_error)? {
-            scan.damage.push(Damage {
-                offset: 0,
-                bytes: 0,
-                problem: "every chunk holds, and something between them does not: a table or an index",
-            });
-        }
-        Ok(scan)
-    }
-
-    fn take(&mut self, message: &Raw<'_>) {
-        if self.messages == 0 {
-            self.earliest_ns = message.log_time_ns;
-        }
-        self.messages += 1;
-        self.latest_ns = self.latest_ns.max(message.log_time_ns);
-        let end = match message.topic {
-            Some(Topic::RawRx) => &mut self.rx_end,
-            Some(Topic::RawTx) => &mut self.tx_end,
-            _ => return,
-        };
-        let Ok(raw) = RawBytes::decode(message.data) else {
-            return;
-        };
-        if raw.stream_offset > *end && message.topic == Some(Topic::RawRx) {
-            self.missing.push(Missing {
-                offset: *end,
-                bytes: raw.stream_offset - *end,
-            });
-        }
-        *end = raw.stream_offset + raw.data.len() as u64;
-    }
-
-    fn report(self, paths: &Paths, outcome: Outcome) -> Recovery {
-        Recovery {
-            path: paths.target.clone(),
-            outcome,
-            messages: self.messages,
-            rx_bytes: self.rx_end - self.missing.iter().map(|m| m.bytes).sum::<u64>(),
-            tx_bytes: self.tx_end,
-            rx_missing: self.missing,
-            chunks_kept: self.chunks,
-            damage: self.damage,
-            rx_from_journal: 0,
-            journal_damaged_bytes: 0,
-            original: None,
-        }
-    }
-}
-
-/// A message in a chunk.
-struct Raw<'a> {
-    topic: Option<Topic>,
-    log_time_ns: u64,
-    data: &'a [u8],
-}
-
-/// Which topic a channel is.
-#[derive(Debug)]
-enum Topics {
-    /// Ours always have the same numbers, and need not be readable to be known.
-    Fixed,
-    /// As the channels say.
-    Said(BTreeMap<u16, Topic>),
-}
-
-impl Default for Topics {
-    fn default() -> Self {
-        Self::Said(BTreeMap::new())
-    }
-}
-
-impl Topics {
-    fn of(library: &str) -> Self {
-        if library == LIBRARY {
-            Self::Fixed
-        } else {
-            Self::default()
-        }
-    }
-
-    /// Takes what a channel record says.
-    fn add(&mut self, body: &[u8]) {
-        let Self::Said(topics) = self else {
-            return;
-        };
-        let mut fields = Reader(body);
-        if let (Some(id), Some(_), Some(name)) = (fields.u16(), fields.u16(), fields.text())
-            && let Some(topic) = Topic::from_name(name)
-        {
-            topics.insert(id, topic);
-        }
-    }
-
-    fn get(&self, channel_id: u16) -> Option<Topic> {
-        match self {
-            Self::Fixed => {
-                let number = usize::from(channel_id).checked_sub(1)?;
-                Topic::ALL.get(number).copied()
-            }
-            Self::Said(topics) => topics.get(&channel_id).copied(),
-        }
-    }
-
-    fn for_each_message<'a>(&mut self, content: &'a [u8], mut take: impl FnMut(Raw<'a>)) {
-        let mut rest = Reader(content);
-        while let Some((opcode, body)) = next_record(&mut rest) {
-            let mut fields = Reader(body);
-            if opcode == op::CHANNEL {
-                self.add(body);
-            } else if opcode == op::MESSAGE
-                && let (Some(channel_id), Some(_), Some(log_time_ns), Some(_)) =
-                    (fields.u16(), fields.u32(), fields.u64(), fields.u64())
-            {
-                take(Raw {
-                    topic: self.get(channel_id),
-                    log_time_ns,
-                    data: fields.0,
-                });
-            }
-        }
-    }
-}
-
-fn has_channels(content: &[u8]) -> bool {
-    let mut rest = Reader(content);
-    std::iter::from_fn(|| next_record(&mut rest)).any(|(opcode, _)| opcode == op::CHANNEL)
-}
-
-/// What there is in a journal.
-struct Survey {
-    session: Option<Session>,
-    rx_end: u64,
-    tx_end: u64,
-    damaged_bytes: u64,
-    /// Received bytes that its entries do not have.
-    missing: Vec<Missing>,
-    missing_tx: u64,
-}
-
-impl Survey {
-    fn of(path: &Path) -> Result<Self, CaptureError> {
-        let mut survey = Self {
-            session: None,
-            rx_end: 0,
-            tx_end: 0,
-            damaged_bytes: 0,
-            missing: Vec::new(),
-            missing_tx: 0,
-        };
-        survey.damaged_bytes = for_each_entry(path, |entry| {
-            let end = entry.offset + entry.data.len() as u64;
-            match entry.kind {
-                Kind::Session => survey.session = serde_json::from_slice(&entry.data).ok(),
-                Kind::Rx => {
-                    if entry.offset > survey.rx_end {
-                        survey.missing.push(Missing {
-                            offset: survey.rx_end,
-                            bytes: entry.offset - survey.rx_end,
-                        });
-                    }
-                    survey.rx_end = survey.rx_end.max(end);
-                }
-                Kind::Tx => {
-                    survey.missing_tx += entry.offset.saturating_sub(survey.tx_end);
-                    survey.tx_end = survey.tx_end.max(end);
-                }
-                Kind::Uplink | Kind::Log => {}
-            }
-            Ok(())
-        })?;
-        Ok(survey)
-    }
-
-    /// It has everything from the beginning up to its end.
-    const fn is_complete(&self) -> bool {
-        self.session.is_some() && self.missing.is_empty() && self.missing_tx == 0
-    }
-}
-
-/// Returns the bytes that are of no use.
-fn for_each_entry(
-    path: &Path,
-    mut take: impl FnMut(&Entry) -> Result<(), CaptureError>,
-) -> Result<u64, CaptureError> {
-    let read_error = |error| CaptureError::Read {
-        path: path.to_owned(),
-        error,
-    };
-    let mut reader = JournalReader::open(path).map_err(|error| CaptureError::Open {
-        path: path.to_owned(),
-        error,
-    })?;
-    while let Some(entry) = reader.next_entry().map_err(read_error)? {
-        take(&entry)?;
-    }
-    Ok(reader.damaged_bytes())
 }
 
 fn recover_interrupted(paths: &Paths) -> Result<Recovery, CaptureError> {
@@ -779,33 +397,6 @@ fn finish<W: io::Write>(
     let messages = composer.writer().message_count();
     composer.finish().map_err(failed)?;
     Ok(messages)
-}
-
-/// What is being written, until it takes the place of what was there.
-struct Temporary {
-    path: PathBuf,
-    file: File,
-}
-
-impl Temporary {
-    fn create(paths: &Paths) -> Result<Self, CaptureError> {
-        let path = with_suffix(&paths.target, ".recovering");
-        // One that is there was left by a recovery that was interrupted.
-        let file = File::create(&path).map_err(|error| CaptureError::Create {
-            path: path.clone(),
-            error,
-        })?;
-        Ok(Self { path, file })
-    }
-
-    fn put_in_place(self, paths: &Paths) -> Result<(), CaptureError> {
-        self.file
-            .sync_all()
-            .and_then(|()| fs::rename(&self.path, &paths.target))
-            .map_err(|error| write_error(&self.path, error))?;
-        sync_folder(&paths.target);
-        Ok(())
-    }
 }
 
 /// The damaged file under another name: it is evidence.

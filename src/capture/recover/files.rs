@@ -1,0 +1,157 @@
+//! The files of a recording: what they are called, who has them, and what makes room for them.
+
+use std::ffi::OsString;
+use std::fs::{self, File, TryLockError};
+use std::io;
+use std::path::{Path, PathBuf};
+
+use super::write_error;
+use crate::capture::CaptureError;
+use crate::capture::rotation::part_name;
+
+/// Nobody has so many recordings of one name.
+const PARTS_MAX: u32 = 1_000_000;
+
+/// The files of one recording.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Paths {
+    /// The finished recording.
+    pub target: PathBuf,
+    /// The recording under way.
+    pub partial: PathBuf,
+    /// Its side-car.
+    pub journal: PathBuf,
+}
+
+impl Paths {
+    /// From the name of the recording, or from that of one of the other files.
+    #[must_use]
+    pub fn of(path: &Path) -> Self {
+        let target = match path.extension().and_then(|extension| extension.to_str()) {
+            Some("partial" | "journal") => path.with_extension(""),
+            _ => path.to_owned(),
+        };
+        Self {
+            partial: with_suffix(&target, ".partial"),
+            journal: with_suffix(&target, ".journal"),
+            target,
+        }
+    }
+
+    /// Whether there is any of them.
+    #[must_use]
+    pub fn exist(&self) -> bool {
+        self.are_interrupted() || self.target.exists()
+    }
+
+    /// Whether there is a recording that was never finished.
+    #[must_use]
+    pub fn are_interrupted(&self) -> bool {
+        self.partial.exists() || self.journal.exists()
+    }
+}
+
+pub(super) fn with_suffix(path: &Path, suffix: &str) -> PathBuf {
+    let mut name = OsString::from(path);
+    name.push(suffix);
+    name.into()
+}
+
+/// Whether another program writes this recording now, or makes it whole.
+#[must_use]
+pub fn is_in_use(paths: &Paths) -> bool {
+    [&paths.partial, &paths.journal]
+        .into_iter()
+        .any(|path| File::open(path).is_ok_and(|file| lock(&file).is_none()))
+}
+
+/// `None` when another program has it. A file system that knows no locks has nobody else.
+fn lock(file: &File) -> Option<()> {
+    match file.try_lock() {
+        Err(TryLockError::WouldBlock) => None,
+        Ok(()) | Err(TryLockError::Error(_)) => Some(()),
+    }
+}
+
+/// Recordings in a folder that were interrupted and that nobody writes now, by the names they are to
+/// have.
+#[must_use]
+pub fn find_interrupted(folder: &Path) -> Vec<PathBuf> {
+    let folder = if folder.as_os_str().is_empty() {
+        Path::new(".")
+    } else {
+        folder
+    };
+    let Ok(entries) = fs::read_dir(folder) else {
+        return Vec::new();
+    };
+    let mut found: Vec<PathBuf> = entries
+        .filter_map(|entry| Some(entry.ok()?.path()))
+        .filter(|path| {
+            let name = path.to_string_lossy();
+            name.ends_with(".mcap.partial") || name.ends_with(".mcap.journal")
+        })
+        .map(|path| Paths::of(&path))
+        .filter(|paths| !is_in_use(paths))
+        .map(|paths| paths.target)
+        .collect();
+    found.sort();
+    found.dedup();
+    found
+}
+
+/// Makes room for a recording of that name: an interrupted one gets another, which is returned, and can
+/// be recovered at leisure.
+///
+/// # Errors
+/// When it is being written now, or cannot be renamed.
+pub fn set_aside(path: &Path) -> Result<Option<PathBuf>, CaptureError> {
+    let paths = Paths::of(path);
+    if !paths.are_interrupted() {
+        return Ok(None);
+    }
+    if is_in_use(&paths) {
+        return Err(CaptureError::InUse(path.to_owned()));
+    }
+    let Some((_, aside)) = free_part(path, 2) else {
+        return Ok(None);
+    };
+    for (from, to) in [
+        (&paths.journal, &aside.journal),
+        (&paths.partial, &aside.partial),
+    ] {
+        match fs::rename(from, to) {
+            Err(error) if error.kind() != io::ErrorKind::NotFound => {
+                return Err(write_error(from, error));
+            }
+            _ => {}
+        }
+    }
+    Ok(Some(aside.target))
+}
+
+/// The first part from this one on of which there is no file: its number, and its files.
+#[must_use]
+pub fn free_part(path: &Path, from: u32) -> Option<(u32, Paths)> {
+    (from..=PARTS_MAX)
+        .map(|part| (part, Paths::of(&part_name(path, part))))
+        .find(|(_, paths)| !paths.exist())
+}
+
+/// Keeps other programs away while it lives.
+pub(super) struct Locks(#[expect(dead_code, reason = "held, not used")] Vec<File>);
+
+impl Locks {
+    pub(super) fn take(paths: &Paths) -> Self {
+        let files = [&paths.partial, &paths.journal].into_iter();
+        Self(
+            files
+                .filter_map(|path| File::open(path).ok())
+                .inspect(|file| {
+                    // Whoever has it by now is told by the renames that fail.
+                    let _ = lock(file);
+                })
+                .collect(),
+        )
+    }
+}

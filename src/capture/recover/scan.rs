@@ -1,0 +1,190 @@
+//! What there is in an MCAP that may be damaged.
+
+use std::collections::BTreeMap;
+use std::path::Path;
+
+use prost::Message;
+
+use super::walk::{Damage, Found};
+use super::{Missing, Outcome, Paths, Recovery, open};
+use crate::capture::CaptureError;
+use crate::capture::messages::RawBytes;
+use crate::capture::topics::Topic;
+use crate::capture::writer::records::{HEAD_BYTES, Reader, op};
+use crate::capture::writer::{LIBRARY, next_record};
+
+/// What there is in an MCAP.
+#[derive(Debug, Default)]
+pub(super) struct Scan {
+    pub(super) library: String,
+    pub(super) messages: u64,
+    pub(super) chunks: u64,
+    pub(super) rx_end: u64,
+    pub(super) tx_end: u64,
+    pub(super) latest_ns: u64,
+    pub(super) missing: Vec<Missing>,
+    pub(super) damage: Vec<Damage>,
+    pub(super) topics: Topics,
+    /// A chunk that holds has them.
+    pub(super) has_channels: bool,
+    pub(super) earliest_ns: u64,
+}
+
+impl Scan {
+    pub(super) fn of(path: &Path) -> Result<Self, CaptureError> {
+        let mut walker = open(path)?;
+        let mut scan = Self::default();
+        let read_error = |error| CaptureError::Read {
+            path: path.to_owned(),
+            error,
+        };
+        while let Some(found) = walker.next().map_err(read_error)? {
+            match found {
+                Found::Header(library) => {
+                    library.clone_into(&mut scan.library);
+                    scan.topics = Topics::of(library);
+                }
+                Found::Chunk(chunk) => {
+                    scan.chunks += 1;
+                    let mut topics = std::mem::take(&mut scan.topics);
+                    topics.for_each_message(chunk.content, |message| scan.take(&message));
+                    scan.topics = topics;
+                    scan.has_channels |= has_channels(chunk.content);
+                }
+                Found::Damage(damage) | Found::Cut(damage) => scan.damage.push(damage),
+                Found::Channel(record) => scan.topics.add(&record[HEAD_BYTES..]),
+                Found::Schema(_) | Found::Metadata(_) | Found::Attachment(_) => {}
+            }
+        }
+        if scan.damage.is_empty() && !walker.data_holds().map_err(read_error)? {
+            scan.damage.push(Damage {
+                offset: 0,
+                bytes: 0,
+                problem: "every chunk holds, and something between them does not: a table or an index",
+            });
+        }
+        Ok(scan)
+    }
+
+    pub(super) fn take(&mut self, message: &Raw<'_>) {
+        if self.messages == 0 {
+            self.earliest_ns = message.log_time_ns;
+        }
+        self.messages += 1;
+        self.latest_ns = self.latest_ns.max(message.log_time_ns);
+        let end = match message.topic {
+            Some(Topic::RawRx) => &mut self.rx_end,
+            Some(Topic::RawTx) => &mut self.tx_end,
+            _ => return,
+        };
+        let Ok(raw) = RawBytes::decode(message.data) else {
+            return;
+        };
+        if raw.stream_offset > *end && message.topic == Some(Topic::RawRx) {
+            self.missing.push(Missing {
+                offset: *end,
+                bytes: raw.stream_offset - *end,
+            });
+        }
+        *end = raw.stream_offset + raw.data.len() as u64;
+    }
+
+    pub(super) fn report(self, paths: &Paths, outcome: Outcome) -> Recovery {
+        Recovery {
+            path: paths.target.clone(),
+            outcome,
+            messages: self.messages,
+            rx_bytes: self.rx_end - self.missing.iter().map(|m| m.bytes).sum::<u64>(),
+            tx_bytes: self.tx_end,
+            rx_missing: self.missing,
+            chunks_kept: self.chunks,
+            damage: self.damage,
+            rx_from_journal: 0,
+            journal_damaged_bytes: 0,
+            original: None,
+        }
+    }
+}
+
+/// A message in a chunk.
+pub(super) struct Raw<'a> {
+    pub(super) topic: Option<Topic>,
+    pub(super) log_time_ns: u64,
+    pub(super) data: &'a [u8],
+}
+
+/// Which topic a channel is.
+#[derive(Debug)]
+pub(super) enum Topics {
+    /// Ours always have the same numbers, and need not be readable to be known.
+    Fixed,
+    /// As the channels say.
+    Said(BTreeMap<u16, Topic>),
+}
+
+impl Default for Topics {
+    fn default() -> Self {
+        Self::Said(BTreeMap::new())
+    }
+}
+
+impl Topics {
+    pub(super) fn of(library: &str) -> Self {
+        if library == LIBRARY {
+            Self::Fixed
+        } else {
+            Self::default()
+        }
+    }
+
+    /// Takes what a channel record says.
+    pub(super) fn add(&mut self, body: &[u8]) {
+        let Self::Said(topics) = self else {
+            return;
+        };
+        let mut fields = Reader(body);
+        if let (Some(id), Some(_), Some(name)) = (fields.u16(), fields.u16(), fields.text())
+            && let Some(topic) = Topic::from_name(name)
+        {
+            topics.insert(id, topic);
+        }
+    }
+
+    pub(super) fn get(&self, channel_id: u16) -> Option<Topic> {
+        match self {
+            Self::Fixed => {
+                let number = usize::from(channel_id).checked_sub(1)?;
+                Topic::ALL.get(number).copied()
+            }
+            Self::Said(topics) => topics.get(&channel_id).copied(),
+        }
+    }
+
+    pub(super) fn for_each_message<'a>(
+        &mut self,
+        content: &'a [u8],
+        mut take: impl FnMut(Raw<'a>),
+    ) {
+        let mut rest = Reader(content);
+        while let Some((opcode, body)) = next_record(&mut rest) {
+            let mut fields = Reader(body);
+            if opcode == op::CHANNEL {
+                self.add(body);
+            } else if opcode == op::MESSAGE
+                && let (Some(channel_id), Some(_), Some(log_time_ns), Some(_)) =
+                    (fields.u16(), fields.u32(), fields.u64(), fields.u64())
+            {
+                take(Raw {
+                    topic: self.get(channel_id),
+                    log_time_ns,
+                    data: fields.0,
+                });
+            }
+        }
+    }
+}
+
+fn has_channels(content: &[u8]) -> bool {
+    let mut rest = Reader(content);
+    std::iter::from_fn(|| next_record(&mut rest)).any(|(opcode, _)| opcode == op::CHANNEL)
+}
