@@ -3,8 +3,11 @@
 //! The room from above, plots, states, log, and beside the decoded line the bytes it came in. For live
 //! connections there is a panel that sends commands.
 
-/// The layout, for *Layouts → Import from file*.
-pub const LAYOUT: &str = include_str!("layout.json");
+/// The name of the attachment.
+pub const NAME: &str = "groundwave.layout.json";
+
+/// The layout, to be imported as one: `docs/opening-captures.md` shows how.
+pub const JSON: &str = include_str!("layout.json");
 
 #[cfg(test)]
 mod tests {
@@ -46,7 +49,7 @@ mod tests {
 
     #[test]
     fn what_it_shows_is_in_a_capture() {
-        let layout: Value = serde_json::from_str(LAYOUT).unwrap();
+        let layout: Value = serde_json::from_str(JSON).unwrap();
         let mut found = BTreeSet::new();
         paths(&layout, &mut found);
         assert!(found.len() > 10, "{found:?}");
@@ -68,7 +71,7 @@ mod tests {
 
     #[test]
     fn every_panel_has_its_place() {
-        let layout: Value = serde_json::from_str(LAYOUT).unwrap();
+        let layout: Value = serde_json::from_str(JSON).unwrap();
         let configured = layout["configById"].as_object().unwrap();
         let mut placed = BTreeSet::new();
         panels(&layout["layout"], &mut placed);

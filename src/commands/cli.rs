@@ -100,6 +100,15 @@ then it drives both again, and you see what it was good for.
     Decode(Decode),
     /// Say what is in captures.
     Info(Info),
+    /// Make recordings whole that were interrupted or damaged.
+    #[command(after_help = "\
+A recording that was interrupted is FILE.partial with its journal, FILE.journal, beside it: name any of them, or the
+folder. What holds is kept, what came in last is taken from the journal, and you are told what was saved and what was
+not. It can be interrupted and repeated. A damaged file stays as FILE.damaged.
+
+  groundwave recover evening.mcap
+  groundwave recover --json ~/captures")]
+    Recover(Recover),
     /// List the songs in a capture, and make them audible.
     Songs(Songs),
     /// List the serial ports of this machine.
@@ -351,6 +360,17 @@ pub enum DecodeFormat {
     Jsonl,
     /// One table with a header
     Csv,
+}
+
+/// `recover`
+#[derive(Debug, Args)]
+pub struct Recover {
+    /// Recordings, or folders with interrupted ones
+    #[arg(required = true)]
+    pub files: Vec<PathBuf>,
+    /// What was saved as a JSON line for each
+    #[arg(long)]
+    pub json: bool,
 }
 
 /// `info`

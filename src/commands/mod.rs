@@ -11,6 +11,7 @@ mod info;
 mod keeping;
 mod ports;
 mod record;
+mod recover;
 mod replay;
 mod script;
 mod send;
@@ -125,6 +126,7 @@ fn dispatch(cli: &Cli) -> Result<(), Fault> {
         Command::Replay(replay) => replay::run(replay),
         Command::Decode(decode) => decode::run(decode),
         Command::Info(info) => info::run(info),
+        Command::Recover(recover) => recover::run(recover),
         Command::Songs(songs) => songs::run(songs),
         Command::Ports(ports) => ports::run(ports),
         Command::World(world) => world::run(world),

@@ -157,6 +157,7 @@ impl Plan {
             keeper.sent_sink(),
         )
         .advising(self.spec.baud(self.baud))
+        .telling(keeper.event_sink())
         .shared(share)
         .watched(foxglove);
         Ok((driver, keeper))

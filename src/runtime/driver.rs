@@ -29,6 +29,9 @@ const NOT_TAKEN_REST: Duration = Duration::from_secs(10);
 /// Takes every byte that is sent, for the recorder.
 pub type SentSink = Box<dyn FnMut(Instant, &[u8])>;
 
+/// Takes every event, for the recorder.
+pub type EventSink = Box<dyn FnMut(Instant, &Event)>;
+
 /// Somebody is to be told what to do about a link on which no line comes.
 struct Advising {
     baud: Option<u32>,
@@ -56,6 +59,7 @@ pub struct Driver {
     radio: Radio,
     started: Instant,
     sent: SentSink,
+    told: Option<EventSink>,
     /// Bytes not taken by the device that were told about, and when.
     told_not_taken: (u64, Option<Moment>),
     desk: Option<Desk>,
@@ -87,6 +91,7 @@ impl Driver {
             radio,
             started,
             sent,
+            told: None,
             told_not_taken: (0, None),
             desk: None,
             live: None,
@@ -102,6 +107,13 @@ impl Driver {
             baud,
             has_complained: false,
         });
+        self
+    }
+
+    /// Tells somebody of every event, in the order in which they are polled.
+    #[must_use]
+    pub fn telling(mut self, told: EventSink) -> Self {
+        self.told = Some(told);
         self
     }
 
@@ -332,6 +344,9 @@ impl Driver {
             self.serve_desk();
         }
         let event = event.or_else(|| self.events.pop_front());
+        if let (Some(event), Some(told)) = (&event, &mut self.told) {
+            told(Instant::now(), event);
+        }
         let now = self.now();
         if let (Some(event), Some(live)) = (&event, &mut self.live) {
             live.handle_event(now, event);
