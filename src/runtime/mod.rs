@@ -6,7 +6,9 @@ mod desk;
 mod driver;
 mod keeper;
 mod live;
+mod session;
 
-pub use dashboard::{Dashboard, Player, run};
+pub use dashboard::{Dashboard, run};
 pub use driver::Driver;
 pub use keeper::{FinishOnDrop, KeepOptions, Keeper};
+pub use session::{Live, Replay, Session};

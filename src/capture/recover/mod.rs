@@ -12,10 +12,12 @@ mod walk;
 use std::collections::BTreeMap;
 use std::ffi::OsString;
 use std::fs::{self, File, TryLockError};
-use std::io::{self, BufWriter};
+use std::io::{self, BufReader, BufWriter};
 use std::path::{Path, PathBuf};
 use std::time::UNIX_EPOCH;
 
+use ::mcap::io::MessageReader;
+use ::mcap::sans_io::LinearReaderOptions;
 use prost::Message;
 use serde::Serialize;
 
@@ -24,13 +26,12 @@ pub use walk::Damage;
 use super::CaptureError;
 use super::composer::{Composer, Session};
 use super::journal::{Entry, JournalReader, Kind};
-use super::mcap::McapReader;
 use super::messages::{RawBytes, UplinkEvent, UplinkStep};
 use super::rotation::part_name;
 use super::topics::{Deriver, Topic};
 use super::writer::records::{HEAD_BYTES, Reader, op};
 use super::writer::{Attachment, LIBRARY, McapWriter, next_record};
-use walk::{Found, Walker};
+use walk::{Found, RECORD_BYTES_MAX, Walker};
 
 const BUFFER_BYTES: usize = 1024 * 1024;
 
@@ -827,20 +828,18 @@ fn holds_everything(paths: &Paths) -> Result<bool, CaptureError> {
     Ok(holds)
 }
 
-/// Whether every checksum holds and nothing is missing, the index included.
+/// Whether every checksum holds, the index included, by the code of others.
 fn is_whole(path: &Path) -> bool {
     let Ok(file) = File::open(path) else {
         return false;
     };
-    let mut reader = McapReader::new(io::BufReader::new(file));
-    loop {
-        match reader.next_chunk() {
-            Ok(Some(_)) => {}
-            Ok(None) => return true,
-            Err(super::mcap::McapProblem::NoRawBytes) => return true,
-            Err(_) => return false,
-        }
-    }
+    let options = LinearReaderOptions::default()
+        .with_prevalidate_chunk_crcs(true)
+        .with_validate_data_section_crc(true)
+        .with_validate_summary_section_crc(true)
+        .with_record_length_limit(RECORD_BYTES_MAX);
+    let mut reader = MessageReader::new_with_options(BufReader::new(file), options);
+    reader.all(|message| message.is_ok())
 }
 
 fn open(path: &Path) -> Result<Walker, CaptureError> {

@@ -8,7 +8,7 @@ use super::super::writer::CheckedChunk;
 use super::super::writer::records::{HEAD_BYTES, Reader, op};
 
 /// A longer record is not believed.
-const RECORD_BYTES_MAX: u64 = 64 * 1024 * 1024;
+pub(super) const RECORD_BYTES_MAX: usize = 64 * 1024 * 1024;
 
 /// A chunk that says that it holds more is not believed.
 const CONTENT_BYTES_MAX: u64 = 256 * 1024 * 1024;
@@ -237,10 +237,8 @@ impl Walker {
             return Ok(None);
         };
         let is_known = (op::HEADER..=op::DATA_END).contains(&opcode);
-        Ok(
-            (is_known && length <= RECORD_BYTES_MAX)
-                .then_some((opcode, length + HEAD_BYTES as u64)),
-        )
+        Ok((is_known && length <= RECORD_BYTES_MAX as u64)
+            .then_some((opcode, length + HEAD_BYTES as u64)))
     }
 
     /// Has so many bytes of the file in memory; says whether there were so many.
@@ -308,7 +306,7 @@ fn claimed_bytes(from: &[u8]) -> Option<u64> {
     let head = CHUNK_HEAD_BYTES + compression.len() + 8;
     let is_sound = start_ns <= end_ns
         && bytes <= CONTENT_BYTES_MAX
-        && length <= RECORD_BYTES_MAX
+        && length <= RECORD_BYTES_MAX as u64
         && [&b"zstd"[..], b""].contains(&compression)
         && compressed.checked_add(head as u64) == Some(length);
     is_sound.then_some(length + HEAD_BYTES as u64)

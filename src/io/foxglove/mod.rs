@@ -55,7 +55,7 @@ pub enum FoxgloveError {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::capture::layout;
+    use crate::capture::layout::JSON;
     use crate::share::{CallId, CallOutput, Calls};
     use serde_json::Value;
     use std::time::Duration;
@@ -70,8 +70,8 @@ mod tests {
 
     #[test]
     fn the_layout_sends_what_the_service_takes() {
-        let shown: Value = serde_json::from_str(layout::JSON).unwrap();
-        let panel = &shown["configById"]["CallService!send"];
+        let layout: Value = serde_json::from_str(JSON).unwrap();
+        let panel = &layout["configById"]["CallService!send"];
         assert_eq!(panel["serviceName"], SERVICE);
         let payload = panel["requestPayload"].as_str().unwrap();
         let mut calls = Calls::default();
