@@ -9,7 +9,9 @@ use etcetera::BaseStrategy as _;
 use serde::Deserialize;
 
 use super::{Exit, Fault};
+use crate::capture::Rotation;
 use crate::radio::RadioKind;
+use crate::runtime::REMEMBERED;
 
 /// Everything that can be configured; what is not said keeps its default.
 #[derive(Clone, Debug, Default, PartialEq, Deserialize)]
@@ -17,6 +19,11 @@ use crate::radio::RadioKind;
 pub struct Config {
     /// The radio link.
     pub link: Link,
+    /// What is recorded.
+    pub recording: Recording,
+    /// The file as it was read; recordings keep it.
+    #[serde(skip)]
+    pub text: String,
 }
 
 /// `[link]`
@@ -29,6 +36,26 @@ pub struct Link {
     pub latency_ms: Option<u32>,
     /// As `--baud`.
     pub baud: Option<u32>,
+}
+
+/// `[recording]`
+#[derive(Clone, Debug, Default, PartialEq, Eq, Deserialize)]
+#[serde(default, deny_unknown_fields)]
+pub struct Recording {
+    /// How much of what came before is in a recording that is begun from the dashboard.
+    pub keep_minutes: Option<u16>,
+    /// As `--rotate`.
+    pub rotate: Option<Rotation>,
+}
+
+impl Recording {
+    /// How much is remembered while nothing is recorded.
+    #[must_use]
+    pub fn remembered(&self) -> Duration {
+        self.keep_minutes.map_or(REMEMBERED, |minutes| {
+            Duration::from_secs(u64::from(minutes) * 60)
+        })
+    }
 }
 
 impl Link {
@@ -62,10 +89,13 @@ pub(super) fn load(named: Option<&Path>) -> Result<Config, Fault> {
             return Err(Fault::new(Exit::Usage, message));
         }
     };
-    parse(&text).map_err(|error| {
-        let message = format!("the configuration {} is wrong: {error}", path.display());
-        Fault::new(Exit::Usage, message.trim_end())
-    })
+    match parse(&text) {
+        Ok(config) => Ok(Config { text, ..config }),
+        Err(error) => {
+            let message = format!("the configuration {} is wrong: {error}", path.display());
+            Err(Fault::new(Exit::Usage, message.trim_end()))
+        }
+    }
 }
 
 /// `~/.config/groundwave/config.toml`, or where the system keeps such files.
@@ -86,6 +116,10 @@ mod tests {
         assert_eq!(link.radio, Some(RadioKind::Hc12));
         assert_eq!(link.latency(), Some(Duration::from_millis(350)));
         assert_eq!(link.baud, Some(9600));
+        let config = parse("[recording]\nkeep_minutes = 3\nrotate = \"1h,64MB\"\n");
+        let recording = config.expect("it is right").recording;
+        assert_eq!(recording.remembered(), Duration::from_secs(180));
+        assert_eq!(recording.rotate, "1h,64MB".parse().ok());
     }
 
     #[test]
@@ -94,6 +128,7 @@ mod tests {
             ("[link]\nradoi = \"half\"\n", "unknown field `radoi`"),
             ("[link]\nradio = \"hc12\"\n", "`hc-12`"),
             ("[link]\nbaud = -1\n", "line 2"),
+            ("[recording]\nrotate = \"1x\"\n", "--rotate"),
             ("[lnik]\n", "unknown field `lnik`"),
             ("link", "line 1"),
         ] {

@@ -53,6 +53,7 @@ pub(super) fn run(options: &Replay) -> Result<(), Fault> {
             }),
             recording: Box::new(Recording::default),
             first: Vec::new(),
+            keeper: None,
         };
         Box::pin(run_dashboard(dashboard))
             .await

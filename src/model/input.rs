@@ -96,6 +96,7 @@ impl Model {
                     self.warn(now, "no alarm waits to be seen");
                 }
             }
+            Action::ToggleRecording => return vec![Effect::ToggleRecording],
             Action::AskMoment => self.overlay = Overlay::Text(TextEntry::new(Purpose::Moment)),
             Action::AskJump { forward } => self.overlay = Overlay::Jump { forward },
             Action::Travel(_) | Action::Speed(_) | Action::JumpTo(_) | Action::JumpAgain { .. } => {
