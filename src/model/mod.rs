@@ -309,6 +309,7 @@ impl Model {
                     .add(now, Level::Info, Subject::Robot, text.as_str());
             }
             Body::Parameter(parameter) => {
+                self.motors.take_parameter(parameter);
                 let text = words::parameter(parameter);
                 self.log.add(now, Level::Info, Subject::Robot, text);
             }
@@ -323,6 +324,7 @@ impl Model {
     /// The robot booted: it has forgotten its list, and measures from where it stands.
     fn take_restart(&mut self, now: Moment) {
         self.ledger.take_restart();
+        self.motors.take_restart();
         self.chart.start_afresh();
         self.log
             .add(now, Level::Alarm, Subject::Robot, "the robot restarted");
@@ -349,9 +351,10 @@ impl Model {
             self.calls = true;
             self.log.add(now, Level::Alarm, Subject::Robot, text);
         }
-        if self.motors.take_state(now, state) {
-            let robot = &self.robot;
-            let holder = motors::Holder::of(state);
+        if self.motors.take_state(now, state)
+            && let Some(holder) = self.motors.holder()
+        {
+            let (robot, holder) = (&self.robot, holder.value);
             self.log.add_holder(now, holder.is_routine(), || {
                 let why = why::why(holder, state, robot, now);
                 format!("{}: {why}", words::holder(holder).to_uppercase())
