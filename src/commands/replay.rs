@@ -6,8 +6,9 @@ use std::time::{Duration, Instant};
 
 use tokio::sync::mpsc::Sender as ToStation;
 
+use super::appearance::appearance;
 use super::cli::Replay;
-use super::{Exit, Fault, appearance, block_on, keeping, watch};
+use super::{Exit, Fault, block_on, config, keeping, watch};
 use crate::capture::{Capture, CaptureError};
 use crate::event::{self, Event, Recording};
 use crate::io::link::{Link, LinkInput};
@@ -15,7 +16,7 @@ use crate::model::{Config, Model};
 use crate::radio::Radio;
 use crate::runtime::{Dashboard, Driver, Player, run as run_dashboard};
 
-pub(super) fn run(options: &Replay) -> Result<(), Fault> {
+pub(super) fn run(options: &Replay, config: &config::Config) -> Result<(), Fault> {
     if !(SPEED_MIN..=SPEED_MAX).contains(&options.speed) {
         return Err(Fault::new(
             Exit::Usage,
@@ -51,7 +52,7 @@ pub(super) fn run(options: &Replay) -> Result<(), Fault> {
             // What rang once need not ring again.
             model: Model::new(Config {
                 silent: true,
-                ..appearance::from_environment()
+                ..appearance(config)
             }),
             player: Some(Box::new(Remote { orders, state })),
             recording: Box::new(Recording::default),

@@ -9,13 +9,14 @@ pub(crate) mod drive;
 pub(crate) mod failsafe;
 mod history;
 mod input;
-pub(crate) mod keys;
+pub mod keys;
 pub(crate) mod ledger;
 mod life;
 pub(crate) mod link;
 pub(crate) mod log;
 pub(crate) mod motors;
 pub(crate) mod news;
+pub(crate) mod palette;
 pub(crate) mod robot;
 mod trail;
 pub(crate) mod why;
@@ -33,12 +34,13 @@ use crate::event::{CommandId, CommandStep, Effect, Event, Level, LinkEvent, Mome
 use crate::request::Request;
 use chart::Chart;
 use drive::Stick;
-use keys::Context;
+use keys::{Context, Keymap};
 use ledger::Ledger;
 use life::Life;
 use link::{Connection, Link};
 use log::{Log, Subject};
 use motors::Motors;
+use palette::Palette;
 use robot::Robot;
 
 /// How the dashboard is to look, fixed for a session.
@@ -52,6 +54,8 @@ pub struct Config {
     pub raw_copy: Option<String>,
     /// Never ring the bell.
     pub silent: bool,
+    /// What every key does.
+    pub keys: Keymap,
 }
 
 /// Colours of the screen.
@@ -62,6 +66,8 @@ pub enum Colors {
     Dark,
     /// For a light background.
     Light,
+    /// Black, white and yellow.
+    HighContrast,
     /// None: `NO_COLOR`.
     Mono,
 }
@@ -90,6 +96,7 @@ pub(crate) enum Overlay {
     Question(Question),
     Text(TextEntry),
     Drive(Stick),
+    Palette(Palette),
 }
 
 /// A question that is answered with yes or no.
@@ -278,6 +285,7 @@ impl Model {
             Overlay::Question(_) => Context::Question,
             Overlay::Text(_) => Context::Text,
             Overlay::Drive(_) => Context::Drive,
+            Overlay::Palette(_) => Context::Palette,
         }
     }
 

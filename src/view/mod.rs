@@ -43,6 +43,7 @@ mod link;
 mod log;
 mod map;
 mod overlay;
+mod palette;
 mod raster;
 mod raw;
 mod sensors;
@@ -57,7 +58,7 @@ use ratatui::layout::Rect;
 use ratatui::text::{Line, Span};
 
 use crate::event::Moment;
-use crate::model::{Model, Panel};
+use crate::model::{Colors, Model, Panel};
 use theme::Theme;
 
 const WIDTH_MIN: u16 = 80;
@@ -80,6 +81,10 @@ pub fn draw(model: &Model, now: Moment, frame: &mut Frame<'_>) {
         told_at: now,
         theme: Theme::of(&model.config),
     };
+    if model.config.colors == Colors::HighContrast {
+        // It counts on no colour of the terminal's own.
+        buffer.set_style(area, screen.theme.plain);
+    }
     if area.width < WIDTH_MIN || area.height < HEIGHT_MIN {
         screen.too_small(buffer, area);
     } else {

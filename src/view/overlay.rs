@@ -7,7 +7,7 @@ use ratatui::text::{Line, Span};
 use ratatui::widgets::{Block, Clear, Paragraph, Widget, Wrap};
 
 use super::{Screen, put};
-use crate::model::keys::{self, Context};
+use crate::model::keys::Context;
 use crate::model::{Overlay, Question};
 
 const QUESTION_COLUMNS: u16 = 56;
@@ -34,6 +34,7 @@ impl Screen<'_> {
         match &self.model.overlay {
             Overlay::Question(question) => self.question(buffer, area, question),
             Overlay::Help => self.help(buffer, area),
+            Overlay::Palette(palette) => self.palette(buffer, area, palette),
             Overlay::None | Overlay::Text(_) | Overlay::Drive(_) => {}
         }
     }
@@ -55,8 +56,9 @@ impl Screen<'_> {
     }
 
     fn help(&self, buffer: &mut Buffer, area: Rect) {
-        let told: Vec<_> = keys::TABLE
-            .iter()
+        let keymap = &self.model.config.keys;
+        let told: Vec<_> = keymap
+            .rows()
             .filter(|binding| binding.context == Context::Dashboard && !binding.help.is_empty())
             .collect();
         let rows = told.len().div_ceil(2) as u16;
@@ -73,7 +75,7 @@ impl Screen<'_> {
             };
             let line = Line::from(vec![
                 Span::styled(format!("{:<LABEL_COLUMNS$}", binding.label), self.theme.key),
-                Span::raw(binding.help),
+                Span::raw(binding.help.to_string()),
             ]);
             put(buffer, half, row, &line);
         }
@@ -88,7 +90,13 @@ impl Screen<'_> {
     }
 
     /// A framed empty window in the middle; returns what is inside.
-    fn window(&self, buffer: &mut Buffer, area: Rect, size: (u16, u16), title: &str) -> Rect {
+    pub(super) fn window(
+        &self,
+        buffer: &mut Buffer,
+        area: Rect,
+        size: (u16, u16),
+        title: &str,
+    ) -> Rect {
         let (width, height) = (size.0.min(area.width), size.1.min(area.height));
         let window = Rect {
             x: area.x + (area.width - width) / 2,

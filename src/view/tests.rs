@@ -12,6 +12,7 @@ use ratatui::buffer::Buffer;
 
 mod link;
 mod narrow;
+mod palette;
 
 use super::draw;
 use crate::event::{
@@ -207,8 +208,7 @@ fn without_braille_and_color_everything_is_still_told() {
     let mut scene = flight(Config {
         colors: Colors::Mono,
         ascii: true,
-        raw_copy: None,
-        silent: false,
+        ..Config::default()
     });
     commanded(&mut scene);
     for keys in ["", "?", "?d"] {
