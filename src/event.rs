@@ -61,6 +61,13 @@ pub enum Event {
         /// Its waypoints, or what is wrong with it and where.
         route: Result<Vec<Waypoint>, String>,
     },
+    /// A route file was written for [`Effect::SaveRoute`], or not.
+    RouteSaved {
+        /// The file that was asked for.
+        path: String,
+        /// What happened.
+        saved: Result<(), SaveProblem>,
+    },
     /// A replay was paused, resumed or given another speed.
     Replay(Replay),
     /// What only a simulator knows: shown as the simulator's truth, used for nothing.
@@ -105,6 +112,15 @@ pub enum Effect {
     CancelCommands,
     /// Read a route file; the answer is [`Event::RouteLoaded`].
     LoadRoute(String),
+    /// Write a route file; the answer is [`Event::RouteSaved`].
+    SaveRoute {
+        /// The file.
+        path: String,
+        /// What goes into it.
+        text: String,
+        /// Whatever is there may go.
+        overwrite: bool,
+    },
     /// Pause or go on with a replay.
     ReplayPause(bool),
     /// Play a replay at this multiple of real time.
@@ -117,6 +133,15 @@ pub enum Effect {
     Suspend,
     /// Leave.
     Quit,
+}
+
+/// Why a file was not written.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub enum SaveProblem {
+    /// There is one of that name, and nobody said that it may go.
+    Exists,
+    /// One line for a person.
+    Failed(String),
 }
 
 /// A command of this session, numbered from 1.

@@ -3,12 +3,17 @@
 mod captures;
 mod helping;
 mod listening;
+mod runs;
 mod sending;
 mod simulating;
 
-pub use captures::{Decode, DecodeFormat, Info, Replay, Songs};
+pub use captures::{
+    Captures, Convert, Cut, Decode, DecodeFormat, Export, ExportFormat, Info, Output, Replay,
+    Songs, Verify,
+};
 pub use helping::{Completions, ConfigArgs, ConfigVerb, Man, Ports};
 pub use listening::{Keeping, RadioArgs, Record, Sharing, Watch};
+pub use runs::{Compare, Label, Runs};
 pub use sending::{Calibrate, Param, Send, Way};
 pub use simulating::{Demo, Sim, Simulated, World};
 
@@ -105,8 +110,22 @@ Examples:
     Decode(Decode),
     /// Say what is in captures.
     Info(Info),
+    /// Turn raw captures into MCAP and back.
+    Convert(Convert),
+    /// Make tables and pictures of captures.
+    Export(Export),
+    /// Cut a part out of captures, by time.
+    Cut(Cut),
+    /// Check captures: checksums, gaps, what was recorded against what it decodes to.
+    Verify(Verify),
     /// List the songs in a capture, and make them audible.
     Songs(Songs),
+    /// List the captures there are, with what is said of them.
+    Runs(Runs),
+    /// Give a run a name and remarks, or say that it does not count.
+    Label(Label),
+    /// Lay two runs over each other.
+    Compare(Compare),
     /// List the serial ports of this machine.
     Ports(Ports),
     /// Show a world as a picture and check it; without a name, list those that come with the program.

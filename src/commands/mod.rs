@@ -3,17 +3,27 @@
 mod appearance;
 mod calibrate;
 pub mod cli;
+mod compare;
 pub mod config;
+mod convert;
+mod cut;
 mod decode;
 mod dry_run;
+mod export;
 mod headless;
 mod info;
 mod keeping;
+mod label;
 mod manual;
+mod many;
+mod opening;
+mod output;
 mod ports;
+mod progress;
 mod record;
 mod replay;
 mod report;
+mod runs;
 mod script;
 mod send;
 mod settings;
@@ -21,6 +31,7 @@ mod sharing;
 mod sim;
 pub mod simulated;
 mod songs;
+mod verify;
 mod via;
 mod watch;
 mod welcome;
@@ -134,7 +145,14 @@ fn dispatch(cli: &Cli) -> Result<(), Fault> {
         Command::Replay(replay) => replay::run(replay, &config),
         Command::Decode(decode) => decode::run(decode),
         Command::Info(info) => info::run(info),
+        Command::Convert(convert) => convert::run(convert),
+        Command::Export(export) => export::run(export),
+        Command::Cut(cut) => cut::run(cut),
+        Command::Verify(verify) => verify::run(verify),
         Command::Songs(songs) => songs::run(songs),
+        Command::Runs(runs) => runs::run(runs),
+        Command::Label(label) => label::run(label),
+        Command::Compare(compare) => compare::run(compare),
         Command::Ports(ports) => ports::run(ports),
         Command::World(world) => world::run(world),
         Command::Config(what) => settings::run(what, cli.config.as_deref()),

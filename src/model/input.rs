@@ -5,6 +5,7 @@ use groundwave_protocol::Waypoint;
 use groundwave_protocol::letters::{Layer, LayerMask, Mode};
 
 use super::chart::Focus;
+use super::draft::Edit;
 use super::drive::Stick;
 use super::keys::Action;
 use super::log::Subject;
@@ -75,9 +76,17 @@ impl Model {
                 self.overlay = Overlay::Text(TextEntry::new(Purpose::RouteFile));
             }
             Action::AskPalette => self.overlay = Overlay::Palette(Palette::default()),
-            Action::Help => self.overlay = Overlay::Help,
+            Action::EditRoute => self.open_editor(),
+            Action::Route(action) => return self.edit_route(now, action),
+            Action::Help => {
+                self.help_page = 0;
+                self.overlay = Overlay::Help;
+            }
             Action::EnterDrive => self.ask_to_drive(now),
             Action::NextPanel => self.next_panel(),
+            Action::Show(panel) => self.show(panel),
+            Action::Enlarge => self.enlarged = !self.enlarged,
+            Action::TurnPage(pages) => self.turn_page(pages),
             Action::PauseReplay => {
                 if let Some(replay) = self.link.replay {
                     return vec![Effect::ReplayPause(!replay.paused)];
@@ -93,7 +102,8 @@ impl Model {
             Action::Redraw => return vec![Effect::Redraw],
             Action::MoveCursor { .. }
             | Action::AddWaypoint
-            | Action::UndoWaypoint
+            | Action::UndoDraft
+            | Action::RedoDraft
             | Action::DiscardDraft
             | Action::Pan { .. }
             | Action::Zoom(_)
@@ -120,10 +130,16 @@ impl Model {
             Action::AddWaypoint if !chart.add_waypoint() => {
                 self.warn(now, "the robot's list holds no more waypoints");
             }
-            Action::UndoWaypoint => {
-                chart.draft.pop();
+            // With nothing to take back there is nothing to say either: the map shows it.
+            Action::UndoDraft => {
+                let _ = chart.draft.undo();
             }
-            Action::DiscardDraft => chart.draft.clear(),
+            Action::RedoDraft => {
+                let _ = chart.draft.redo();
+            }
+            Action::DiscardDraft => {
+                let _ = chart.draft.edit(Edit::Clear, None);
+            }
             Action::Pan { east, north } => chart.pan(f64::from(east), f64::from(north)),
             Action::Zoom(steps) => chart.zoom_by(steps),
             Action::Follow => {
@@ -151,6 +167,7 @@ impl Model {
                 self.overlay = Overlay::None;
                 return vec![Effect::DriveEnd];
             }
+            (Action::Close, Overlay::None) if self.chart.cursor.is_none() => self.enlarged = false,
             (Action::Close, Overlay::None) => self.chart.cursor = None,
             (Action::Close, overlay) => *overlay = Overlay::None,
             (Action::EraseCharacter, Overlay::Text(entry)) => {
@@ -179,6 +196,7 @@ impl Model {
                 self.overlay = Overlay::None;
                 return vec![match then {
                     Then::Send(request) => Effect::Send(request),
+                    Then::SaveRoute(path) => self.save_route(&path, true),
                     Then::Drive => {
                         self.overlay = Overlay::Drive(Stick::default());
                         Effect::Send(Request::Mode(Mode::User))
@@ -197,6 +215,7 @@ impl Model {
             return Vec::new();
         }
         let file = match entry.purpose {
+            Purpose::SaveRoute => return vec![self.save_route(text, false)],
             Purpose::RouteFile => Some(text),
             Purpose::Command => text.strip_prefix("route ").map(str::trim),
         };
@@ -249,7 +268,7 @@ impl Model {
                 theta_deg,
             } => (
                 format!(
-                    "Tell the robot that it is at ({}, {}), heading {theta_deg}? Its trail starts afresh.",
+                    "Tell the robot that it is at ({}, {}), heading {theta_deg}? Its trail starts afresh, and it looks for its dock from there.",
                     position.x_in, position.y_in
                 ),
                 Then::Send(request),
@@ -291,13 +310,13 @@ impl Model {
         })]
     }
 
-    fn send_draft(&mut self, now: Moment) -> Vec<Effect> {
-        if self.chart.draft.is_empty() {
+    pub(super) fn send_draft(&mut self, now: Moment) -> Vec<Effect> {
+        if self.chart.draft.waypoints().is_empty() {
             self.warn(now, "nothing drafted: move the cursor, press w");
             return Vec::new();
         }
         self.chart.cursor = None;
-        match Request::route(std::mem::take(&mut self.chart.draft)) {
+        match Request::route(self.chart.draft.take()) {
             Ok(request) => vec![Effect::Send(request)],
             Err(error) => {
                 self.warn(now, &error.to_string());
@@ -319,7 +338,8 @@ impl Model {
                     waypoints.len()
                 );
                 self.log.add(now, Level::Info, Subject::Station, text);
-                self.chart.take_draft(waypoints);
+                self.chart.take_draft(&waypoints);
+                self.show_selected();
             }
             Err(error) => self.warn(now, &error),
         }
@@ -346,6 +366,25 @@ impl Model {
             .position(|panel| *panel == self.panel)
             .unwrap_or(0);
         self.panel = Panel::ALL[(at + 1) % Panel::ALL.len()];
+        self.page = 0;
+    }
+
+    /// Chooses a panel; the one that is chosen already is enlarged, or no longer.
+    fn show(&mut self, panel: Panel) {
+        if self.panel == panel {
+            self.enlarged = !self.enlarged;
+        } else {
+            self.panel = panel;
+        }
+        self.page = 0;
+    }
+
+    const fn turn_page(&mut self, pages: i32) {
+        let turned = match self.overlay {
+            Overlay::Help => &mut self.help_page,
+            _ => &mut self.page,
+        };
+        *turned = turned.wrapping_add(pages);
     }
 
     fn warn(&mut self, now: Moment, text: &str) {

@@ -5,7 +5,9 @@
 
 pub(crate) mod age;
 pub(crate) mod chart;
+pub(crate) mod draft;
 pub(crate) mod drive;
+pub(crate) mod editor;
 pub(crate) mod failsafe;
 mod history;
 mod input;
@@ -34,6 +36,7 @@ use crate::event::{CommandId, CommandStep, Effect, Event, Level, LinkEvent, Mome
 use crate::request::Request;
 use chart::Chart;
 use drive::Stick;
+use editor::Editor;
 use keys::{Context, Keymap};
 use ledger::Ledger;
 use life::Life;
@@ -111,6 +114,8 @@ pub(crate) struct Question {
 enum Then {
     Send(Request),
     Drive,
+    /// Write the draft over the file of this name.
+    SaveRoute(String),
 }
 
 /// A line being typed.
@@ -127,6 +132,7 @@ pub(crate) struct TextEntry {
 pub(crate) enum Purpose {
     Command,
     RouteFile,
+    SaveRoute,
 }
 
 /// The state of the dashboard.
@@ -141,7 +147,15 @@ pub struct Model {
     pub(crate) log: Log,
     pub(crate) recording: Recording,
     pub(crate) panel: Panel,
+    /// Pages turned over in the chosen panel; the view goes round.
+    pub(crate) page: i32,
+    /// The chosen panel has the place of all of them.
+    pub(crate) enlarged: bool,
+    /// Pages turned over in the help.
+    pub(crate) help_page: i32,
     pub(crate) overlay: Overlay,
+    /// The route editor, while it is open.
+    pub(crate) editor: Option<Editor>,
     size: (u16, u16),
     life: Life,
     /// The robot sings or calls, and the bell has not rung for it.
@@ -163,7 +177,11 @@ impl Model {
             log: Log::default(),
             recording: Recording::default(),
             panel: Panel::default(),
+            page: 0,
+            enlarged: false,
+            help_page: 0,
             overlay: Overlay::default(),
+            editor: None,
             size: (0, 0),
             life: Life::default(),
             calls: false,
@@ -217,6 +235,10 @@ impl Model {
             Event::Recording(recording) => self.take_recording(now, recording),
             Event::RouteLoaded { path, route } => {
                 self.take_route(now, &path, route);
+                true
+            }
+            Event::RouteSaved { path, saved } => {
+                self.take_saved(now, &path, &saved);
                 true
             }
             Event::Replay(replay) => {
@@ -280,6 +302,7 @@ impl Model {
     /// Where the keyboard goes.
     pub(crate) const fn context(&self) -> Context {
         match self.overlay {
+            Overlay::None if self.editor.is_some() => Context::Route,
             Overlay::None => Context::Dashboard,
             Overlay::Help => Context::Help,
             Overlay::Question(_) => Context::Question,
@@ -394,10 +417,10 @@ impl Model {
         };
         if let (Request::Route(waypoints), CommandStep::Refused(_) | CommandStep::Failed(_)) =
             (&entry.request, step)
-            && self.chart.draft.is_empty()
+            && self.chart.draft.waypoints().is_empty()
         {
             // What did not arrive goes back to where it can be sent again.
-            self.chart.take_draft(waypoints.clone());
+            self.chart.take_draft(waypoints);
         }
         let asked = &entry.request;
         let (level, text) = match step {

@@ -1,11 +1,11 @@
 //! The robot's states in the words of the screen.
 
 use groundwave_protocol::letters::{Cliff, Drive, Infrared, Layer, Mode, Power};
-use groundwave_protocol::telemetry::{Note, Outcome, ParameterLine, SongLine};
+use groundwave_protocol::telemetry::{Outcome, ParameterLine, SongLine};
 
 use super::motors::Holder;
 use crate::event::Reception;
-use crate::request;
+use crate::{request, song};
 
 /// A layer's name.
 pub(crate) const fn layer(layer: Layer) -> &'static str {
@@ -108,14 +108,14 @@ pub(crate) fn parameter(line: &ParameterLine) -> String {
     format!("{name} is {value} {whole} ({least} to {most}{kept})")
 }
 
-/// What the robot sings: the notes in hertz, a dash for a rest.
-pub(crate) fn song(song: &SongLine) -> String {
-    let note = |note: Note| match note.hz {
-        0 => "-".to_owned(),
-        hz => hz.to_string(),
-    };
-    let notes: Vec<_> = song.notes().map(note).collect();
-    format!("the robot sings {}", notes.join(" "))
+/// What the robot sings: what it means, and the notes by name.
+pub(crate) fn song(line: &SongLine) -> String {
+    let notes: Vec<_> = line.notes().map(|note| song::note_name(note.hz)).collect();
+    let notes = notes.join(" ");
+    match song::meaning(line) {
+        Some(meaning) => format!("sings \"{meaning}\": {notes}"),
+        None => format!("sings {notes}"),
+    }
 }
 
 /// Why the robot refused.

@@ -184,6 +184,11 @@ impl Running {
             Effect::DriveEnd => self.driver.drive_end(),
             Effect::CancelCommands => self.driver.cancel(),
             Effect::LoadRoute(path) => self.load_route(path),
+            Effect::SaveRoute {
+                path,
+                text,
+                overwrite,
+            } => self.save_route(path, text, overwrite),
             Effect::ReplayPause(paused) => {
                 if let Some(replay) = self.player.as_mut().map(|player| player.pause(paused)) {
                     return self.tell(Event::Replay(replay));
@@ -210,6 +215,16 @@ impl Running {
                 .and_then(|text| route::parse(&path, &text).map_err(|error| error.to_string()));
             // A dashboard that is gone wants no route.
             let _ = readers.blocking_send(Event::RouteLoaded { path, route });
+        });
+    }
+
+    /// As [`Self::load_route`].
+    fn save_route(&self, path: String, text: String, overwrite: bool) {
+        let readers = self.readers.clone();
+        thread::spawn(move || {
+            let saved = files::write_text(&path, &text, overwrite);
+            // A dashboard that is gone has left the file behind, as it was asked to.
+            let _ = readers.blocking_send(Event::RouteSaved { path, saved });
         });
     }
 

@@ -16,6 +16,7 @@ impl Screen<'_> {
             let prompt = match entry.purpose {
                 Purpose::Command => ":",
                 Purpose::RouteFile => "route file: ",
+                Purpose::SaveRoute => "save as: ",
             };
             let keys = Line::from(self.keys_beside_prompt(area.width));
             let taken = prompt.len() + 1 + keys.width();

@@ -68,6 +68,10 @@ impl Screen<'_> {
         Some(match (&entry.error, entry.purpose) {
             (Some(error), _) => Line::styled(error.clone(), self.theme.warning),
             (None, Purpose::Command) => Line::styled(COMMAND_HELP, self.theme.dim),
+            (None, Purpose::SaveRoute) => Line::styled(
+                "a file for the draft: it is asked before anything is overwritten",
+                self.theme.dim,
+            ),
             (None, Purpose::RouteFile) => Line::styled(
                 "a route file: one X,Y in inches a line, # comments",
                 self.theme.dim,

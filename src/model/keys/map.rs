@@ -141,7 +141,7 @@ fn speak_for_themselves(rows: &mut [Row], at: usize) {
         .count();
     for row in &mut rows[first..first + count] {
         row.label = row.key_names().into();
-        if row.help.is_empty() && row.context == Context::Dashboard {
+        if row.help.is_empty() && matches!(row.context, Context::Dashboard | Context::Route) {
             row.help = row.name().replace('-', " ").into();
         }
     }
@@ -241,7 +241,9 @@ mod tests {
         let keymap = Keymap::default();
         for row in keymap.rows() {
             let name = row.name();
-            let is_word = name.bytes().all(|b| b.is_ascii_lowercase() || b == b'-');
+            let is_word = name
+                .bytes()
+                .all(|b| b.is_ascii_lowercase() || b.is_ascii_digit() || b == b'-');
             assert!(is_word && !name.contains("--"), "{name}");
             let alike = keymap
                 .rows()

@@ -126,9 +126,13 @@ pub(super) fn action_name(action: impl Debug) -> String {
             (Some("east" | "right"), number) => toward(number, "right", "left"),
             (Some("north"), number) => toward(number, "up", "down"),
             (Some("ahead"), number) => toward(number, "ahead", "back"),
-            (Some("forward"), "true") => "on".to_owned(),
             (Some("forward"), "false") => "back".to_owned(),
-            (_, number) if number.parse::<i32>().is_ok() => toward(number, "more", "less"),
+            (Some(_), "false") => continue,
+            (Some(name), "true") => name.to_owned(),
+            (_, number) if number.parse::<i32>().is_ok() => match number.trim_start_matches('-') {
+                "1" => toward(number, "more", "less"),
+                size => format!("{}-{size}", toward(number, "more", "less")),
+            },
             (_, word) => kebab(word),
         };
         words.push(value);
