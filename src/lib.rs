@@ -24,4 +24,6 @@ pub mod song;
 pub mod station;
 pub mod statistics;
 pub mod suggest;
+pub mod timeline;
+pub mod travel;
 pub mod view;

@@ -8,8 +8,8 @@ mod sending;
 mod simulating;
 
 pub use captures::{
-    Captures, Convert, Cut, Decode, DecodeFormat, Export, ExportFormat, Info, Output, Replay,
-    Songs, Verify,
+    Captures, Convert, Cut, Decode, DecodeFormat, Export, ExportFormat, Info, Output, Recover,
+    Replay, Songs, Verify,
 };
 pub use helping::{Completions, ConfigArgs, ConfigVerb, Man, Ports};
 pub use listening::{Keeping, RadioArgs, Record, Sharing, Watch};
@@ -110,6 +110,15 @@ Examples:
     Decode(Decode),
     /// Say what is in captures.
     Info(Info),
+    /// Make recordings whole that were interrupted or damaged.
+    #[command(after_help = "\
+A recording that was interrupted is FILE.partial with its journal, FILE.journal, beside it: name any of them, or the
+folder. What holds is kept, what came in last is taken from the journal, and you are told what was saved and what was
+not. It can be interrupted and repeated. A damaged file stays as FILE.damaged.
+
+  groundwave recover evening.mcap
+  groundwave recover --json ~/captures")]
+    Recover(Recover),
     /// Turn raw captures into MCAP and back.
     Convert(Convert),
     /// Make tables and pictures of captures.

@@ -13,6 +13,7 @@ use etcetera::BaseStrategy as _;
 use serde::Deserialize;
 
 use super::{Exit, Fault};
+use crate::model::Limits;
 use crate::model::keys::Keymap;
 use crate::radio::RadioKind;
 use crate::share::Address;
@@ -28,6 +29,8 @@ pub struct Config {
     pub link: Link,
     /// How the dashboard is.
     pub dashboard: Dashboard,
+    /// When there is an alarm.
+    pub limits: Limits,
     /// What every key does.
     pub keys: Keymap,
     /// Links by the names that the operator gave them.
@@ -81,6 +84,9 @@ pub struct Robot {
     pub bell: Option<bool>,
     /// As in `[dashboard]`.
     pub mouse: Option<bool>,
+    /// `[robot.NAME.limits]` over `[limits]`.
+    #[serde(skip)]
+    pub limits: Limits,
 }
 
 /// Colours of the screen, as they are chosen.

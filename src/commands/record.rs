@@ -1,6 +1,5 @@
 //! `record`: what the radio delivers, into a file, without a dashboard.
 
-use std::collections::BTreeMap;
 use std::io::{self, IsTerminal};
 use std::time::{Duration, Instant};
 
@@ -43,14 +42,16 @@ pub(super) fn run(options: &Record, config: &Config) -> Result<(), Fault> {
         mcap,
         existing: keeping::existing(options.append, options.force),
         link: name.clone(),
-        notes: BTreeMap::new(),
+        ..KeepOptions::default()
     };
     block_on(async {
         let (inputs, from_link) = tokio::sync::mpsc::channel(256);
         // The link first: a port that cannot be opened leaves no empty file behind.
         let connection =
             Connection::open(&spec, baud).map_err(|error| Fault::new(Exit::NoLink, error))?;
-        let share = sharing::listen(&options.sharing.or(config))?;
+        let sharing = options.sharing.or(config);
+        let share = sharing::listen(&sharing)?;
+        let foxglove = sharing::foxglove(&sharing, &name).await?;
         let keeper = Keeper::open(&keep, started).map_err(keeping::fault)?;
         let sink = sharing::sink(share.as_ref(), keeper.sink());
         let port_baud = spec.baud(baud);
@@ -63,10 +64,16 @@ pub(super) fn run(options: &Record, config: &Config) -> Result<(), Fault> {
             started,
             keeper.sent_sink(),
         );
-        let driver = driver.advising(port_baud).shared(share);
+        let driver = driver
+            .advising(port_baud)
+            .telling(keeper.event_sink())
+            .shared(share)
+            .watched(foxglove);
         let _finish = keeper.finish_on_drop();
         let result = until_done(options, driver, &keeper).await;
-        let written = keeper.finish().map_err(keeping::fault)?;
+        let written = keeper.finish().map_err(keeping::fault);
+        say_notices(&keeper, options.quiet);
+        let written = written?;
         let heard = result?;
         if !options.quiet {
             say(format_args!(
@@ -79,6 +86,15 @@ pub(super) fn run(options: &Record, config: &Config) -> Result<(), Fault> {
         }
         Ok(())
     })
+}
+
+/// Says what became of recordings that were interrupted.
+fn say_notices(keeper: &Keeper, quiet: bool) {
+    while let Some((_, text)) = keeper.poll_notice() {
+        if !quiet {
+            say(format_args!("groundwave: {text}"));
+        }
+    }
 }
 
 /// Records until somebody or something ends it; returns what was heard.
@@ -102,6 +118,7 @@ async fn until_done(
             () = &mut end => break,
             () = driver.step() => {}
             _ = report.tick() => {
+                say_notices(keeper, options.quiet);
                 let status = keeper.status();
                 if let Some(problem) = status.problem {
                     return Err(Fault::new(Exit::Failed, problem));

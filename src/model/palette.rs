@@ -18,7 +18,7 @@ pub(crate) struct Palette {
 }
 
 /// Something that can be done.
-#[derive(Clone, Debug, PartialEq, Eq)]
+#[derive(Clone, Debug, PartialEq)]
 pub(crate) struct Entry {
     pub(crate) title: String,
     /// What it does, where the title leaves that open.
@@ -29,7 +29,7 @@ pub(crate) struct Entry {
     pick: Pick,
 }
 
-#[derive(Clone, Debug, PartialEq, Eq)]
+#[derive(Clone, Debug, PartialEq)]
 enum Pick {
     Action(Action),
     /// The words of a command, or its first one.

@@ -18,7 +18,7 @@ const PATIENCE: Duration = Duration::from_millis(2500);
 const VAIN_ROUNDS_MAX: u8 = 12;
 
 /// What is known of a wish about parameters.
-#[derive(Debug)]
+#[derive(Clone, Debug)]
 pub(super) struct Tuner {
     wish: Tuning,
     /// What is to be set in the robot's own counts: a decimal waits for the robot to say its unit.

@@ -8,6 +8,7 @@ use ratatui::text::{Line, Span};
 
 use super::Screen;
 use super::text::First;
+use crate::model::link::SILENT_AFTER;
 use crate::model::{Panel, failsafe};
 use crate::statistics::{Proof, Rejected, Resync, Statistics};
 
@@ -30,8 +31,11 @@ impl Screen<'_> {
             ]);
             self.cut(line, usize::from(area.width))
         };
+        let age = self.model.link.newest_age(self.now);
+        let note = self.staleness(age, SILENT_AFTER);
+        let note = note.map(|note| Span::styled(note, self.theme.warning));
         let lines: Vec<_> = self.link_rows(area.width).into_iter().map(line).collect();
-        self.pages(buffer, area, (Panel::Link, TITLE), None, &lines, First::Top);
+        self.pages(buffer, area, (Panel::Link, TITLE), note, &lines, First::Top);
     }
 
     /// Rows that the panel would fill, its title among them.
@@ -48,11 +52,7 @@ impl Screen<'_> {
             let nothing = ("", "nothing measured yet".to_owned(), theme.dim);
             return [nothing].into_iter().chain(alone).collect();
         };
-        // At another speed than it was recorded the share of time means nothing.
-        let air = |pct: f64| match link.replay {
-            Some(_) => String::new(),
-            None => format!("{pct:.0} % air, "),
-        };
+        let air = |pct: f64| format!("{pct:.0} % air, ");
         let mut down = format!(
             "{}loss {:.1} %",
             air(statistics.airtime_down_pct),

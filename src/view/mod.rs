@@ -1,6 +1,7 @@
 //! The screen. It sees the model and cannot change it.
 //!
-//! From 110x34 up every panel is on it:
+//! From 110x34 up every panel is on it; a row below the status line says so when another moment than now is
+//! shown:
 //!
 //! ```text
 //! +------------------------------ status ------------------------------+
@@ -35,6 +36,8 @@
 //! +------------------------------------------------------+
 //! ```
 
+mod alarms;
+mod body;
 mod commands;
 mod footer;
 mod hint;
@@ -45,6 +48,7 @@ mod log;
 mod map;
 mod overlay;
 mod palette;
+mod plots;
 mod raster;
 mod raw;
 mod route;
@@ -54,6 +58,8 @@ mod status;
 mod tests;
 mod text;
 mod theme;
+mod time;
+mod why;
 
 use ratatui::Frame;
 use ratatui::buffer::Buffer;
@@ -108,6 +114,17 @@ impl Screen<'_> {
         let (rest, hint) = split_bottom(rest, 1);
         let (rest, raw) = split_bottom(rest, raw_rows);
         self.status(buffer, status);
+        let rest = match &self.model.playback {
+            Some(playback) => {
+                let (time, rest) = split_top(rest, 1);
+                self.time(buffer, time, playback);
+                rest
+            }
+            None => rest,
+        };
+        let calls = !self.model.alarms.calling().is_empty();
+        let (strip, rest) = split_top(rest, u16::from(calls));
+        self.alarm_strip(buffer, strip);
         if full {
             self.raw_with_ruler(buffer, raw);
         } else {
@@ -158,6 +175,15 @@ impl Screen<'_> {
             }
         }
         below
+    }
+
+    /// The mark before a value that has become stale; nothing while it is fresh.
+    fn old_mark(&self, age: Moment, stale_after: Moment) -> String {
+        if age >= stale_after {
+            format!("{} ", self.theme.glyphs.stale)
+        } else {
+            String::new()
+        }
     }
 
     /// The mark and age of a value that has become stale; nothing while it is fresh.

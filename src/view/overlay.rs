@@ -35,7 +35,12 @@ impl Screen<'_> {
             Overlay::Question(question) => self.question(buffer, area, question),
             Overlay::Help => self.help(buffer, area),
             Overlay::Palette(palette) => self.palette(buffer, area, palette),
-            Overlay::None | Overlay::Text(_) | Overlay::Drive(_) => {}
+            Overlay::Why => self.why_window(buffer, area),
+            Overlay::None
+            | Overlay::Text(_)
+            | Overlay::Drive(_)
+            | Overlay::Jump { .. }
+            | Overlay::Trace(_) => {}
         }
     }
 

@@ -13,11 +13,13 @@ use ratatui::buffer::Buffer;
 mod link;
 mod narrow;
 mod palette;
+mod panels;
+mod time;
 
 use super::draw;
 use crate::event::{
     CommandId, CommandStep, Effect, Event, Failure, LineRate, LinkEvent, Reception, Recording,
-    Replay, Truth,
+    Truth,
 };
 use crate::model::testing::{Scene, any_event};
 use crate::model::{Colors, Config};
@@ -180,7 +182,9 @@ fn a_flight_at_80_by_24() {
         ("commands", "nothing is sent"),
         ("log", "right bumper hit at"),
     ] {
-        scene.press(&[KeyCode::Tab]);
+        while !screen(&scene, 80, 24).contains(&format!("── {panel}")) {
+            scene.press(&[KeyCode::Tab]);
+        }
         let screen = screen(&scene, 80, 24);
         row(&screen, &format!("── {panel}"));
         row(&screen, words);
@@ -197,7 +201,7 @@ fn commands_at_120_by_40_and_at_80_by_24() {
     row(&wide, &format!("2 route of 2 waypoints        ✔ {active}"));
     row(&wide, "3 scan                        ✖ REFUSED: not fitted");
     assert!(row(&wide, "4 △ sonar").contains("asked off"));
-    scene.press(&[KeyCode::Tab]);
+    scene.press(&[KeyCode::F(5)]);
     let narrow = screen(&scene, 80, 24);
     insta::assert_snapshot!("commands_narrow", narrow);
     row(&narrow, "── commands");
@@ -304,26 +308,6 @@ fn what_comes_instead_of_lines_is_told_for_hours() {
     let reception = Reception::Lines;
     scene.event(Event::Reception { reception, since });
     assert!(!screen(&scene, 140, 40).contains("for 3 h 00 m:"));
-}
-
-#[test]
-fn a_paused_replay_is_paused_and_an_ended_one_ended() {
-    let mut scene = flight(Config::default());
-    scene.event(Event::Replay(Replay {
-        paused: true,
-        speed: 2.0,
-    }));
-    let paused = screen(&scene, 80, 24);
-    scene.wait_ms(60_000);
-    assert_eq!(screen(&scene, 80, 24), paused, "time stands still");
-    row(&paused, "‖ sim  PAUSED  replay ×2");
-    scene.event(Event::Link(LinkEvent::Ended));
-    let ended = screen(&scene, 80, 24);
-    row(&ended, "■ sim  session ended");
-    for screen in [paused, ended] {
-        assert!(!screen.contains("LOST") && !screen.contains("SILENT"));
-        assert!(!screen.contains("unrecorded") && !screen.contains("not recorded"));
-    }
 }
 
 #[test]

@@ -183,6 +183,21 @@ pub struct Verify {
     pub json: bool,
 }
 
+/// `recover`
+#[derive(Debug, Args)]
+#[command(after_help = "\
+Examples:
+  groundwave recover evening.mcap
+  groundwave recover .                    every interrupted recording of this folder")]
+pub struct Recover {
+    /// Recordings, or folders with interrupted ones
+    #[arg(required = true)]
+    pub files: Vec<PathBuf>,
+    /// What was saved as a JSON line for each
+    #[arg(long)]
+    pub json: bool,
+}
+
 /// `songs`
 #[derive(Debug, Args)]
 #[command(after_help = "\

@@ -3,10 +3,11 @@
 use std::path::PathBuf;
 use std::time::Duration;
 
-use clap::Args;
+use clap::{ArgGroup, Args};
 
 use super::super::config::Config;
 use super::parse_duration;
+use crate::io::foxglove::DEFAULT_ADDRESS;
 use crate::io::link::{BAUD, LinkSpec};
 use crate::radio::{Radio, RadioKind};
 use crate::share::Address;
@@ -69,13 +70,17 @@ pub struct Keeping {
 
 /// Who else may use the link.
 #[derive(Clone, Debug, Default, Args)]
+#[command(group = ArgGroup::new("shared").args(["share", "foxglove"]).multiple(true))]
 pub struct Sharing {
     /// Share the link on a port of this machine (4001, 127.0.0.1:4001) or a Unix socket (/tmp/x.sock):
     /// others read the raw bytes there, and `send --via` sends through it
     #[arg(long, value_name = "ADDR|PATH")]
     pub share: Option<Address>,
-    /// Let --share be reached from other machines: whoever reaches it can steer the robot
-    #[arg(long, requires = "share")]
+    /// Let Foxglove, Lichtblick and others watch live and steer, on this port or address
+    #[arg(long, value_name = "ADDR", num_args = 0..=1, default_missing_value = DEFAULT_ADDRESS)]
+    pub foxglove: Option<Address>,
+    /// Let --share and --foxglove be reached from other machines: whoever reaches them can steer the robot
+    #[arg(long, requires = "shared")]
     pub share_open_to_network: bool,
 }
 

@@ -16,6 +16,7 @@ impl Config {
         let mut link = link.clone();
         if let Some(robot) = named(&link).and_then(|name| self.robots.get(name)) {
             config.dashboard = dashboard(robot, &self.dashboard);
+            config.limits = robot.limits.clone();
             link = parse(robot.link.as_deref()).map_err(usage)?;
         }
         if let Some(profile) = named(&link).and_then(|name| self.links.get(name)) {
@@ -96,7 +97,7 @@ mod tests {
 
     const TEXT: &str = "[link]\nbaud = 2400\nradio = \"half\"\n[link.shed]\nport = \"/dev/ttyUSB7\"\nbaud = 9600\n\
                         [robot.marvin]\nlink = \"shed\"\nbell = false\n[robot.arthur]\nlink = \"tcp:robot:4000\"\n\
-                        [dashboard]\nmouse = false\n";
+                        [robot.marvin.limits]\nsilent_s = 9\n[dashboard]\nmouse = false\n[limits]\nloss_pct = 50\n";
 
     fn at(name: &str) -> (LinkSpec, Config) {
         let config = read(TEXT).expect("it is right");
@@ -112,7 +113,9 @@ mod tests {
         assert!(config.link.radio.is_some());
         assert_eq!(config.dashboard.bell, Some(false));
         assert_eq!(config.dashboard.mouse, Some(false));
+        assert_eq!((config.limits.silent_s, config.limits.loss_pct), (9, 50));
         assert_eq!(at("shed").0, link);
+        assert_eq!(at("arthur").1.limits, at("shed").1.limits);
         assert_eq!(at("arthur").0, LinkSpec::Tcp("robot:4000".to_owned()));
         assert_eq!(at("arthur").1.link.baud, Some(2400));
     }

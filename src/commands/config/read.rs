@@ -1,5 +1,6 @@
 //! From the text of a configuration to what it says; what is wrong is named by line and column.
 
+use std::collections::BTreeMap;
 use std::fmt;
 use std::ops::Range;
 
@@ -12,13 +13,26 @@ use crate::model::keys::{Keymap, Rebinding};
 use crate::share::Address;
 use crate::suggest;
 
-const SECTIONS: &[&str] = &["link", "robot", "dashboard", "keys"];
+const SECTIONS: &[&str] = &["link", "robot", "dashboard", "limits", "keys"];
 
 const LINK: &[&str] = &["baud", "radio", "latency_ms", "share"];
 
 const LINK_PROFILE: &[&str] = &["port", "baud", "radio", "latency_ms", "share"];
 
 const DASHBOARD: &[&str] = &["theme", "ascii", "bell", "mouse"];
+
+const LIMITS: &[&str] = &[
+    "battery_low_dv",
+    "battery_critical_dv",
+    "battery_hysteresis_dv",
+    "battery_for_s",
+    "silent_s",
+    "loss_pct",
+    "loss_for_s",
+    "stalled_s",
+    "fallen_s",
+    "thrash_s",
+];
 
 const ROBOT: &[&str] = &["link", "theme", "ascii", "bell", "mouse"];
 
@@ -83,27 +97,16 @@ pub fn parse(text: &str) -> Result<Config, Mistake> {
 }
 
 fn read(text: &str) -> Result<Config, Misplaced> {
-    let table = DeTable::parse(text).map_err(|error| Misplaced::of(&error))?;
+    let document = DeTable::parse(text).map_err(|error| Misplaced::of(&error))?;
     let mut config = Config::default();
-    for (key, value) in table.into_inner() {
+    // What a robot does not limit itself. The table is in alphabetical order: this comes before the robots.
+    let mut limits = DeTable::new();
+    for (key, value) in document.into_inner() {
         match known(&key, SECTIONS, "at the top of the file")? {
             "link" => {
                 let (own, profiles) = apart(&key, value)?;
                 config.link = section(own, LINK, "[link]")?;
-                config.links = profiles
-                    .into_iter()
-                    .map(|(name, profile)| {
-                        let what = format!("[link.{name}]");
-                        let (at, link) = (
-                            profile.span(),
-                            section::<Link>(profile, LINK_PROFILE, &what)?,
-                        );
-                        if link.port.is_none() {
-                            return Err(Misplaced::new(at, format!("{what} needs a port")));
-                        }
-                        Ok((name, link))
-                    })
-                    .collect::<Result<_, _>>()?;
+                config.links = each(profiles, link)?;
             }
             "robot" => {
                 let (own, profiles) = apart(&key, value)?;
@@ -112,24 +115,59 @@ fn read(text: &str) -> Result<Config, Misplaced> {
                     let message = "a robot has a name: [robot.NAME]";
                     return Err(Misplaced::new(stray.span(), message));
                 }
-                config.robots = profiles
-                    .into_iter()
-                    .map(|(name, profile)| {
-                        let what = format!("[robot.{name}]");
-                        let (at, robot) =
-                            (profile.span(), section::<Robot>(profile, ROBOT, &what)?);
-                        if robot.link.is_none() {
-                            return Err(Misplaced::new(at, format!("{what} needs a link")));
-                        }
-                        Ok((name, robot))
-                    })
-                    .collect::<Result<_, _>>()?;
+                config.robots = each(profiles, |name, profile| robot(name, profile, &limits))?;
+            }
+            "limits" => {
+                limits = table(&key, value.clone())?;
+                config.limits = section(value, LIMITS, "[limits]")?;
             }
             "dashboard" => config.dashboard = section(value, DASHBOARD, "[dashboard]")?,
             _ => config.keys = keys(&key, value)?,
         }
     }
     Ok(config)
+}
+
+fn each<'t, T>(
+    profiles: Named<'t>,
+    read: impl Fn(&str, Spanned<DeValue<'t>>) -> Result<T, Misplaced>,
+) -> Result<BTreeMap<String, T>, Misplaced> {
+    let read = |(name, profile): (String, _)| {
+        let profile = read(&name, profile)?;
+        Ok((name, profile))
+    };
+    profiles.into_iter().map(read).collect()
+}
+
+fn link(name: &str, profile: Spanned<DeValue<'_>>) -> Result<Link, Misplaced> {
+    let (what, at) = (format!("[link.{name}]"), profile.span());
+    let link: Link = section(profile, LINK_PROFILE, &what)?;
+    if link.port.is_none() {
+        return Err(Misplaced::new(at, format!("{what} needs a port")));
+    }
+    Ok(link)
+}
+
+fn robot<'t>(
+    name: &str,
+    profile: Spanned<DeValue<'t>>,
+    limits: &DeTable<'t>,
+) -> Result<Robot, Misplaced> {
+    let (what, at) = (format!("[robot.{name}]"), profile.span());
+    let (own, sections) = apart(&Spanned::new(at.clone(), name), profile)?;
+    let mut robot: Robot = section(own, ROBOT, &what)?;
+    let mut all = limits.clone();
+    for (key, value) in sections {
+        let key = Spanned::new(value.span(), key);
+        known(&key, &["limits"], &format!("in {what}"))?;
+        all.extend(table(&key, value)?);
+    }
+    let all = Spanned::new(at.clone(), DeValue::Table(all));
+    robot.limits = section(all, LIMITS, &format!("[robot.{name}.limits]"))?;
+    if robot.link.is_none() {
+        return Err(Misplaced::new(at, format!("{what} needs a link")));
+    }
+    Ok(robot)
 }
 
 /// A key that is one of these.
@@ -266,6 +304,7 @@ mod tests {
 
     use super::super::{DEFAULT, Theme};
     use super::*;
+    use crate::model::Limits;
     use crate::radio::RadioKind;
 
     #[test]
@@ -311,6 +350,14 @@ mod tests {
             (
                 "[link]\nshare = \"nowhere\"\n",
                 "2:9: `nowhere` is neither a port",
+            ),
+            (
+                "[limits]\nsilent = 3\n",
+                "2:1: unknown key `silent` in [limits]; did you mean `silent_s`?",
+            ),
+            (
+                "[robot.r]\nlink = \"sim\"\n[robot.r.limits]\nloss_pct = 300\n",
+                "4:12: ",
             ),
             ("[robot]\nlink = \"x\"\n", "2:1: a robot has a name"),
             ("[robot.r]\n", "[robot.r] needs a link"),
@@ -362,7 +409,8 @@ mod tests {
         let config = parse(&offered).unwrap_or_else(|error| panic!("{error}\n{offered}"));
         assert_eq!(config.links.keys().collect::<Vec<_>>(), ["shed"]);
         assert_eq!(config.robots.keys().collect::<Vec<_>>(), ["marvin"]);
-        for key in [LINK_PROFILE, DASHBOARD, ROBOT].concat() {
+        assert_eq!(config.limits, Limits::default());
+        for key in [LINK_PROFILE, DASHBOARD, LIMITS, ROBOT].concat() {
             assert!(
                 offered
                     .lines()

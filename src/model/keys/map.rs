@@ -33,7 +33,7 @@ pub struct KeyMistake {
 }
 
 /// A row of the table as it is in this session.
-#[derive(Clone, Debug, PartialEq, Eq)]
+#[derive(Clone, Debug, PartialEq)]
 pub(crate) struct Row {
     pub(crate) context: Context,
     pub(crate) label: Cow<'static, str>,
@@ -44,7 +44,7 @@ pub(crate) struct Row {
 }
 
 /// What every key does: dispatch, footer, help, palette and manual read it here.
-#[derive(Clone, Debug, PartialEq, Eq)]
+#[derive(Clone, Debug, PartialEq)]
 pub struct Keymap(Arc<[Row]>);
 
 impl Default for Keymap {
