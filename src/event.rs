@@ -64,6 +64,13 @@ pub enum Event {
     },
     /// The screen stands elsewhere in time than now; `None` when it shows now.
     Playback(Option<Box<Playback>>),
+    /// A route file was written for [`Effect::SaveRoute`], or not.
+    RouteSaved {
+        /// The file that was asked for.
+        path: String,
+        /// What happened.
+        saved: Result<(), SaveProblem>,
+    },
     /// What only a simulator knows: shown as the simulator's truth, used for nothing.
     Truth(Truth),
     /// Something worth a line in the log.
@@ -108,6 +115,15 @@ pub enum Effect {
     LoadRoute(String),
     /// Show another moment of the session or capture.
     Travel(Travel),
+    /// Write a route file; the answer is [`Event::RouteSaved`].
+    SaveRoute {
+        /// The file.
+        path: String,
+        /// What goes into it.
+        text: String,
+        /// Whatever is there may go.
+        overwrite: bool,
+    },
     /// Ring the bell: the robot sings, or calls.
     Ring,
     /// Draw the whole screen anew: something else wrote on it.
@@ -116,6 +132,15 @@ pub enum Effect {
     Suspend,
     /// Leave.
     Quit,
+}
+
+/// Why a file was not written.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub enum SaveProblem {
+    /// There is one of that name, and nobody said that it may go.
+    Exists,
+    /// One line for a person.
+    Failed(String),
 }
 
 /// A command of this session, numbered from 1.

@@ -15,6 +15,7 @@ const RULES: &[(&str, &[&str])] = &[
     ("src/event.rs", VOCABULARY),
     ("src/request.rs", VOCABULARY),
     ("src/route.rs", VOCABULARY),
+    ("src/song.rs", VOCABULARY),
     ("src/statistics.rs", VOCABULARY),
     ("src/statistics", VOCABULARY),
     (
@@ -65,6 +66,18 @@ const RULES: &[(&str, &[&str])] = &[
             "crate::station",
             "crate::view",
             "crate::model",
+            "Instant::now",
+            "SystemTime::now",
+        ],
+    ),
+    (
+        "src/runs",
+        &[
+            "crate::commands",
+            "crate::io",
+            "crate::runtime",
+            "crate::station",
+            "crate::view",
             "Instant::now",
             "SystemTime::now",
         ],

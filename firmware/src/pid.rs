@@ -2,6 +2,9 @@
 //!
 //! The error it accumulates is of counts, not of speeds: a wheel that was held back catches up, and so
 //! two wheels that shall run alike keep the robot's heading.
+//!
+//! A motor that cannot turn its wheel is not heated for ever: its power is taken away for some seconds, again
+//! and again.
 
 use crate::board::PWM_MAX;
 use crate::parameters::{Parameter, Parameters};
@@ -58,8 +61,13 @@ const BRAKE_PER_COUNT: i32 = 45;
 /// Full pulse width for this long and still too slow: saturated.
 const SATURATED_TICKS: u8 = ticks(1) as u8 / 2;
 
-/// Full pulse width for this long without one count: stalled.
+/// So much pulse width for this long without one count: stalled. At three quarters the winding takes more than half
+/// of the heat that it takes at full width.
+const STALLED_PWM: i32 = PWM_MAX as i32 * 3 / 4;
 const STALLED_TICKS: u8 = ticks(1) as u8;
+
+/// A stalled motor has its power taken away for so long before it tries again: it is warm a fifth of the time.
+const REST_TICKS: u8 = 4 * STALLED_TICKS;
 
 /// A tick with no more edges than this is one in which the wheel may have turned back.
 const STANDING_COUNTS: u16 = 1;
@@ -83,6 +91,10 @@ pub struct Wheel {
     against_ticks: u8,
     full_ticks: u8,
     still_ticks: u8,
+    /// It stalled, and has not moved since.
+    is_stalled: bool,
+    /// How long it is left without power for that.
+    rest_ticks: u8,
     /// While it brakes: counts a tick that it still did at the end of the past tick.
     braked_counts: Option<i16>,
 }
@@ -99,6 +111,8 @@ impl Wheel {
     /// Motor off at once; nothing is left to make up for.
     pub fn halt(&mut self) {
         self.slewed_cps = 0;
+        self.is_stalled = false;
+        self.rest_ticks = 0;
         self.release();
     }
 
@@ -133,10 +147,14 @@ impl Wheel {
     /// The pulse width for the coming tick, from the ordered speed and the counts of the past tick.
     pub fn control(&mut self, ordered_cps: i16, counts: i16, gains: &Gains) -> i16 {
         self.braked_counts = None;
+        if self.rests(ordered_cps) {
+            return 0;
+        }
         let change = ordered_cps.saturating_sub(self.slewed_cps);
         let change = change.clamp(-gains.slew_cps, gains.slew_cps);
         self.slewed_cps += change;
         if ordered_cps == 0 && self.slewed_cps == 0 {
+            self.is_stalled = false;
             self.release();
             return 0;
         }
@@ -174,11 +192,34 @@ impl Wheel {
         }
     }
 
+    /// Whether the motor is left without power after a stall. The other way, which escapes take, it tries at once.
+    fn rests(&mut self, ordered_cps: i16) -> bool {
+        if self.rest_ticks == 0 {
+            return false;
+        }
+        self.rest_ticks -= 1;
+        self.slewed_cps = 0;
+        let turns_back = ordered_cps != 0 && (ordered_cps < 0) != self.backward;
+        if turns_back {
+            self.rest_ticks = 0;
+        }
+        !turns_back
+    }
+
     fn watch(&mut self, given: i32, counts: i16) {
-        let is_full = given.abs() == i32::from(PWM_MAX) && (given > 0) == (self.slewed_cps > 0);
+        let is_onward = (given > 0) == (self.slewed_cps > 0);
+        let is_full = is_onward && given.abs() == i32::from(PWM_MAX);
+        let is_high = is_onward && given.abs() >= STALLED_PWM;
         let count = |ticks: u8, goes_on: bool| if goes_on { ticks.saturating_add(1) } else { 0 };
         self.full_ticks = count(self.full_ticks, is_full);
-        self.still_ticks = count(self.still_ticks, is_full && counts == 0);
+        self.still_ticks = count(self.still_ticks, is_high && counts == 0);
+        // A count may be the gears' play.
+        self.is_stalled &= counts.unsigned_abs() <= STANDING_COUNTS;
+        if self.still_ticks >= STALLED_TICKS {
+            self.release();
+            self.is_stalled = true;
+            self.rest_ticks = REST_TICKS;
+        }
     }
 
     /// Whether full pulse width does not bring the ordered speed.
@@ -187,9 +228,10 @@ impl Wheel {
         self.full_ticks >= SATURATED_TICKS
     }
 
-    /// Whether full pulse width does not turn the wheel at all.
+    /// Whether high pulse width does not turn the wheel at all: until it moves, also while the motor is left
+    /// without power for it.
     #[must_use]
     pub const fn is_stalled(&self) -> bool {
-        self.still_ticks >= STALLED_TICKS
+        self.is_stalled
     }
 }

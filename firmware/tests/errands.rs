@@ -2,23 +2,10 @@
 
 mod common;
 
-use common::Bench;
+use common::{Bench, only, running, texts};
 use groundwave_protocol::command::Order;
-use groundwave_protocol::letters::{Cliff, Mode, Power};
-use groundwave_protocol::telemetry::Body;
-use sr04_firmware::board::{Edges, Sides};
-
-fn texts(bench: &Bench) -> Vec<String> {
-    let text = |body: &Body| match body {
-        Body::Text(text) => Some(text.as_str().to_owned()),
-        _ => None,
-    };
-    bench
-        .lines
-        .iter()
-        .filter_map(|(_, line)| text(&line.body))
-        .collect()
-}
+use groundwave_protocol::letters::{Arm, Layer, Mode, Power};
+use sr04_firmware::board::{Sides, Switches};
 
 #[test]
 fn a_low_battery_calls_the_operator_once_in_five_minutes() {
@@ -77,26 +64,77 @@ fn it_forages_docks_charges_and_goes_on_with_what_it_was_about() {
     assert!(bench.robot.pose().y_tenths_in() < 600);
 }
 
+const BUMPED: Switches = Switches {
+    left: false,
+    center: true,
+    right: false,
+};
+
 #[test]
-fn the_guard_is_told_by_the_cliff_letter_and_one_text() {
-    let mut bench = Bench::new();
-    bench.inputs.cliff = Some(Edges::default());
-    bench.run_ms(3000);
-    assert_eq!(bench.latest_state().cliff, Cliff::None);
-    bench.inputs.cliff = Some(Edges {
-        left: true,
-        ..Edges::default()
-    });
-    bench.run_ms(50);
-    assert!(
-        bench.outputs.pwm_left < 0 && bench.outputs.pwm_right < 0,
-        "it brakes"
-    );
-    bench.run_ms(1450);
-    assert_eq!(bench.latest_state().cliff, Cliff::Left);
-    bench.inputs.cliff = Some(Edges::default());
+fn a_mode_that_is_ordered_again_begins_anew() {
+    let (mut bench, key) = running();
+    bench.inputs.beacon = Some(Sides::default());
+    bench.inputs.motion = Some(Sides::default());
+
+    bench.order(key, Order::Mode(Mode::Wander));
+    bench.run_ms(170_000);
+    let again = bench.order(key, Order::Mode(Mode::Wander));
+    bench.run_ms(100_000);
+    // The same frame once more is the same order.
+    bench.send(&again, key);
+    bench.run_ms(79_000);
+    assert_eq!(bench.robot.mode(), Mode::Wander, "three minutes from anew");
+    bench.run_ms(2000);
+    assert_eq!(bench.robot.mode(), Mode::GoHome);
+
+    let without_7 = bench.robot.allowed().without(Layer::DeadReckoning);
+    bench.order(key, only(without_7));
+    bench.run_ms(100);
+    assert_eq!(bench.robot.target(), None);
+    bench.order(key, Order::Mode(Mode::GoHome));
+    assert!(bench.robot.target().is_some(), "home needs layer 7");
+
+    bench.order(key, Order::Mode(Mode::Calibrate));
     bench.run_ms(5000);
-    let said = texts(&bench);
-    assert_eq!(said, ["cliff guard: there is no floor ahead"]);
-    assert_eq!(bench.latest_state().cliff, Cliff::None);
+    assert!(bench.robot.pose().y_tenths_in() > 50);
+    bench.order(key, Order::Mode(Mode::Calibrate));
+    assert_eq!(bench.robot.pose().y_tenths_in(), 0, "the square from anew");
+
+    bench.order(key, Order::Mode(Mode::Reactive));
+    bench.order(key, Order::Mode(Mode::Passive));
+    bench.run_ms(4000);
+    bench.inputs.bumper = BUMPED;
+    bench.order(key, Order::Mode(Mode::Passive));
+    bench.inputs.bumper = Switches::default();
+    // It looks around again, to the end of the sequence, and goes back to what was before both.
+    bench.run_ms(60_000);
+    assert_eq!(bench.latest_state().arm, Arm::Armed);
+    bench.inputs.motion = Some(Sides {
+        left: true,
+        right: true,
+    });
+    bench.run_ms(500);
+    bench.inputs.motion = Some(Sides::default());
+    bench.run_ms(10_000);
+    assert_eq!(bench.robot.mode(), Mode::Reactive);
+}
+
+#[test]
+fn foraging_that_is_ordered_again_still_goes_on_with_what_was_before() {
+    let (mut bench, key) = running();
+    bench.inputs.beacon = Some(Sides::default());
+    bench.order(key, Order::Mode(Mode::Reactive));
+    bench.order(key, Order::Mode(Mode::Forage));
+    bench.inputs.beacon = Some(Sides {
+        left: true,
+        right: true,
+    });
+    bench.run_ms(1000);
+    bench.order(key, Order::Mode(Mode::Forage));
+    bench.inputs.is_docked = true;
+    bench.inputs.battery_dv = 138;
+    bench.run_ms(2_740_000);
+    bench.inputs.is_docked = false;
+    bench.run_ms(20_000);
+    assert_eq!(bench.robot.mode(), Mode::Reactive);
 }

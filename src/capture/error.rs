@@ -92,7 +92,7 @@ pub enum CaptureError {
     )]
     Unfinished(PathBuf),
     /// An MCAP whose checksums or structure do not hold.
-    #[error("{} is damaged: {problem}; everything before that has been read", path.display())]
+    #[error("{} is damaged: {problem}; everything else has been read", path.display())]
     Damaged {
         /// The file.
         path: PathBuf,

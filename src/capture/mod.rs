@@ -5,19 +5,30 @@
 //! every decoded field, indexed and compressed, for other people's tools. A [`source`] reads either,
 //! for [`decode`] and [`info`]; the [`index`] reads it from anywhere, for replay.
 
+pub mod block_writer;
+pub mod convert;
+pub mod cut;
 pub mod decode;
 mod error;
 pub mod index;
 pub mod info;
 pub mod mcap;
+pub mod mcap_reader;
 pub mod messages;
 pub mod name;
+pub mod picture;
 pub mod raw;
 pub mod recorder;
 mod robot_clock;
 pub mod schema;
 pub mod songs;
 pub mod source;
+pub mod topics;
+pub mod track;
+mod uplink_event;
+pub mod verify;
+pub mod walk;
+pub mod when;
 
 pub use error::{CaptureError, Existing};
 pub use raw::RawWriter;

@@ -1,13 +1,19 @@
 //! The command line, as clap sees it.
 
+mod captures;
+mod runs;
 mod sending;
 
+pub use captures::{
+    Captures, Convert, Cut, Decode, DecodeFormat, Export, ExportFormat, Info, Output, Verify,
+};
+pub use runs::{Compare, Label, Runs};
 pub use sending::{Calibrate, Param, Send, Way};
 
 use std::path::PathBuf;
 use std::time::Duration;
 
-use clap::{Args, Parser, Subcommand, ValueEnum};
+use clap::{Args, Parser, Subcommand};
 
 use super::config::Config;
 use crate::io::link::{BAUD, LinkSpec};
@@ -53,7 +59,7 @@ COMMAND is one of:
   stop                          motors off; needs no session and no proof of who asks
   mode prowl|reactive|home|...  enter a mode (passive, wander, forage, calibrate, user, stop)
   prowl reactive passive wander home dock     the same in one word; dock is forage
-  enable L,L   disable L,L      layers: user bumpers rotate ir sonar photo motion route
+  enable L,L   disable L,L      layers: user bumpers rotation infrared (ir) sonar photo motion dead-reckoning (dr)
   only L,L|none                 these layers and no others
   preset NAME                   layers and mode: all sonar-only sonar-ir moth shy reactive passive wander
   param NAME VALUE              set a parameter; also param list, get NAME, set NAME VALUE, save
@@ -99,8 +105,22 @@ then it drives both again, and you see what it was good for.
     Decode(Decode),
     /// Say what is in captures.
     Info(Info),
+    /// Turn raw captures into MCAP and back.
+    Convert(Convert),
+    /// Make tables and pictures of captures.
+    Export(Export),
+    /// Cut a part out of captures, by time.
+    Cut(Cut),
+    /// Check captures: checksums, gaps, what was recorded against what it decodes to.
+    Verify(Verify),
     /// List the songs in a capture, and make them audible.
     Songs(Songs),
+    /// List the captures there are, with what is said of them.
+    Runs(Runs),
+    /// Give a run a name and remarks, or say that it does not count.
+    Label(Label),
+    /// Lay two runs over each other.
+    Compare(Compare),
     /// List the serial ports of this machine.
     Ports(Ports),
     /// Show a world as a picture and check it; without a name, list those that come with the program.
@@ -314,6 +334,9 @@ pub struct Sim {
     /// Write here what the robot's beeper sounds, in simulated time
     #[arg(long, value_name = "FILE")]
     pub wav: Option<PathBuf>,
+    /// Overwrite existing files
+    #[arg(long)]
+    pub force: bool,
 }
 
 /// `replay`
@@ -324,39 +347,6 @@ pub struct Replay {
     /// Multiple of the speed it was recorded at
     #[arg(long, value_name = "X", default_value_t = 1.0)]
     pub speed: f64,
-}
-
-/// `decode`
-#[derive(Debug, Args)]
-#[command(after_help = "\
-  groundwave decode evening.txt --to csv > evening.csv
-  cat /dev/ttyUSB0 | groundwave decode - --to jsonl")]
-pub struct Decode {
-    /// A raw capture, an MCAP file, or - for standard input
-    pub file: PathBuf,
-    /// What to write to standard output
-    #[arg(long, value_enum)]
-    pub to: DecodeFormat,
-}
-
-/// What `decode` writes.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
-pub enum DecodeFormat {
-    /// One JSON object a line
-    Jsonl,
-    /// One table with a header
-    Csv,
-}
-
-/// `info`
-#[derive(Debug, Args)]
-pub struct Info {
-    /// Raw captures or MCAP files
-    #[arg(required = true)]
-    pub files: Vec<PathBuf>,
-    /// As JSON, one object a file
-    #[arg(long)]
-    pub json: bool,
 }
 
 /// `songs`
@@ -383,12 +373,16 @@ pub struct Songs {
   groundwave world                          list them
   groundwave world office                   show one
   groundwave world my-flat.toml             check and show your own
+  groundwave world my-flat.toml --check     say nothing but what is wrong; exit code 1 if something is to be looked at
   groundwave world generated:7 --text       a house made from a seed, as a file to start from
   groundwave world house --svg house.svg    draw it to scale")]
 pub struct World {
     /// A world that comes with the program, generated:SEED or a TOML file
     #[arg(value_name = "NAME|FILE")]
     pub world: Option<String>,
+    /// No picture: warnings alone, and exit code 1 when there is one
+    #[arg(long, requires = "world", conflicts_with_all = ["svg", "text"])]
+    pub check: bool,
     /// Write it as a drawing
     #[arg(long, value_name = "FILE", requires = "world")]
     pub svg: Option<PathBuf>,

@@ -65,6 +65,9 @@ pub(super) fn run(options: &Replay) -> Result<(), Fault> {
             let file = options.file.display();
             Err(Fault::new(Exit::Failed, format!("{file}: {damage}")))
         }
-        Err(_) => Err(Fault::new(Exit::Failed, "the capture could not be read through")),
+        Err(_) => Err(Fault::new(
+            Exit::Failed,
+            "the capture could not be read through",
+        )),
     }
 }

@@ -8,7 +8,7 @@ use sr04_sim::serve::{ServeOptions, Server};
 
 use super::cli::{Demo, Keeping, Sharing, Watch};
 use super::{Exit, Fault, appearance, block_on, config, headless, keeping, sharing, simulated};
-use crate::event::Event;
+use crate::event::{Event, Level};
 use crate::io::link::{BAUD, Connection, Link, LinkSpec};
 use crate::io::terminal;
 use crate::model::{Config, Model};
@@ -60,6 +60,7 @@ pub(super) fn demo(options: &Demo) -> Result<(), Fault> {
     needs_terminal("groundwave sim")?;
     let started = Instant::now();
     let config = simulated::config(&options.simulated)?;
+    let warnings = config.world.warnings(&options.simulated.world);
     let server = simulated::start(
         config,
         &ServeOptions {
@@ -97,11 +98,12 @@ pub(super) fn demo(options: &Demo) -> Result<(), Fault> {
     } else {
         format!("tcp:{raw}")
     });
-    show(
-        &plan,
-        model,
-        vec![Event::Truth(simulated::truth(server.outlines()))],
-    )
+    let truth = Event::Truth(simulated::truth(server.outlines()));
+    let warnings = warnings.into_iter().map(|text| Event::Notice {
+        level: Level::Warning,
+        text,
+    });
+    show(&plan, model, warnings.chain([truth]).collect())
 }
 
 fn address(server: &Server, index: usize) -> &str {

@@ -5,6 +5,7 @@ use groundwave_protocol::Waypoint;
 use groundwave_protocol::letters::{Layer, LayerMask, Mode};
 
 use super::chart::Focus;
+use super::draft::Edit;
 use super::keys::{self, Action};
 use super::log::Subject;
 use super::travel::NO_ROBOT;
@@ -74,15 +75,22 @@ impl Model {
             Action::AskRouteFile => {
                 self.overlay = Overlay::Text(TextEntry::new(Purpose::RouteFile));
             }
-            Action::Help => self.overlay = Overlay::Help,
+            Action::EditRoute => self.open_editor(),
+            Action::Route(action) => return self.edit_route(now, action),
+            Action::Help => {
+                self.help_page = 0;
+                self.overlay = Overlay::Help;
+            }
             Action::EnterDrive => self.ask_to_drive(now),
             Action::NextPanel => self.next_panel(),
             Action::AskMoment => self.overlay = Overlay::Text(TextEntry::new(Purpose::Moment)),
             Action::AskJump { forward } => self.overlay = Overlay::Jump { forward },
-            Action::Travel(_)
-            | Action::Speed(_)
-            | Action::JumpTo(_)
-            | Action::JumpAgain { .. } => return self.act_on_time(action),
+            Action::Travel(_) | Action::Speed(_) | Action::JumpTo(_) | Action::JumpAgain { .. } => {
+                return self.act_on_time(action);
+            }
+            Action::Show(panel) => self.show(panel),
+            Action::Enlarge => self.enlarged = !self.enlarged,
+            Action::TurnPage(pages) => self.turn_page(pages),
             Action::Suspend => return vec![Effect::Suspend],
             Action::Quit => {
                 let drives = matches!(self.overlay, Overlay::Drive(_));
@@ -92,7 +100,8 @@ impl Model {
             Action::Redraw => return vec![Effect::Redraw],
             Action::MoveCursor { .. }
             | Action::AddWaypoint
-            | Action::UndoWaypoint
+            | Action::UndoDraft
+            | Action::RedoDraft
             | Action::DiscardDraft
             | Action::Pan { .. }
             | Action::Zoom(_)
@@ -118,10 +127,16 @@ impl Model {
             Action::AddWaypoint if !chart.add_waypoint() => {
                 self.warn(now, "the robot's list holds no more waypoints");
             }
-            Action::UndoWaypoint => {
-                chart.draft.pop();
+            // With nothing to take back there is nothing to say either: the map shows it.
+            Action::UndoDraft => {
+                let _ = chart.draft.undo();
             }
-            Action::DiscardDraft => chart.draft.clear(),
+            Action::RedoDraft => {
+                let _ = chart.draft.redo();
+            }
+            Action::DiscardDraft => {
+                let _ = chart.draft.edit(Edit::Clear, None);
+            }
             Action::Pan { east, north } => chart.pan(f64::from(east), f64::from(north)),
             Action::Zoom(steps) => chart.zoom_by(steps),
             Action::Follow => {
@@ -149,6 +164,7 @@ impl Model {
                 self.overlay = Overlay::None;
                 return vec![Effect::DriveEnd];
             }
+            (Action::Close, Overlay::None) if self.chart.cursor.is_none() => self.enlarged = false,
             (Action::Close, Overlay::None) => self.chart.cursor = None,
             (Action::Close, overlay) => *overlay = Overlay::None,
             (Action::EraseCharacter, Overlay::Text(entry)) => {
@@ -183,6 +199,7 @@ impl Model {
             return self.submit_moment(entry);
         }
         let file = match entry.purpose {
+            Purpose::SaveRoute => return vec![self.save_route(text, false)],
             Purpose::RouteFile => Some(text),
             Purpose::Command | Purpose::Moment => text.strip_prefix("route ").map(str::trim),
         };
@@ -239,7 +256,7 @@ impl Model {
                 theta_deg,
             } => (
                 format!(
-                    "Tell the robot that it is at ({}, {}), heading {theta_deg}? Its trail starts afresh.",
+                    "Tell the robot that it is at ({}, {}), heading {theta_deg}? Its trail starts afresh, and it looks for its dock from there.",
                     position.x_in, position.y_in
                 ),
                 Then::Send(vec![request]),
@@ -282,13 +299,13 @@ impl Model {
         })]
     }
 
-    fn send_draft(&mut self, now: Moment) -> Vec<Effect> {
-        if self.chart.draft.is_empty() {
+    pub(super) fn send_draft(&mut self, now: Moment) -> Vec<Effect> {
+        if self.chart.draft.waypoints().is_empty() {
             self.warn(now, "nothing drafted: move the cursor, press w");
             return Vec::new();
         }
         self.chart.cursor = None;
-        match Request::route(std::mem::take(&mut self.chart.draft)) {
+        match Request::route(self.chart.draft.take()) {
             Ok(request) => vec![Effect::Send(request)],
             Err(error) => {
                 self.warn(now, &error.to_string());
@@ -310,7 +327,8 @@ impl Model {
                     waypoints.len()
                 );
                 self.log.add(now, Level::Info, Subject::Station, text);
-                self.chart.take_draft(waypoints);
+                self.chart.take_draft(&waypoints);
+                self.show_selected();
             }
             Err(error) => self.warn(now, &error),
         }
@@ -322,6 +340,25 @@ impl Model {
             .position(|panel| *panel == self.panel)
             .unwrap_or(0);
         self.panel = Panel::ALL[(at + 1) % Panel::ALL.len()];
+        self.page = 0;
+    }
+
+    /// Chooses a panel; the one that is chosen already is enlarged, or no longer.
+    fn show(&mut self, panel: Panel) {
+        if self.panel == panel {
+            self.enlarged = !self.enlarged;
+        } else {
+            self.panel = panel;
+        }
+        self.page = 0;
+    }
+
+    const fn turn_page(&mut self, pages: i32) {
+        let turned = match self.overlay {
+            Overlay::Help => &mut self.help_page,
+            _ => &mut self.page,
+        };
+        *turned = turned.wrapping_add(pages);
     }
 
     pub(super) fn warn(&mut self, now: Moment, text: &str) {
@@ -334,7 +371,7 @@ const DRIVE_QUESTION: &str =
     "Drive by hand? The arrows move the robot while you hold them; letting go stops it.";
 
 impl TextEntry {
-    const fn new(purpose: Purpose) -> Self {
+    pub(super) const fn new(purpose: Purpose) -> Self {
         Self {
             purpose,
             text: String::new(),

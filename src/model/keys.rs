@@ -3,6 +3,8 @@
 use crossterm::event::{KeyCode, KeyEvent, KeyModifiers};
 use groundwave_protocol::letters::{Layer, Mode};
 
+use super::Panel;
+use super::editor::RouteAction;
 use crate::travel::{Landmark, Travel};
 
 /// Where the keyboard goes.
@@ -10,6 +12,8 @@ use crate::travel::{Landmark, Travel};
 pub(crate) enum Context {
     /// The panels.
     Dashboard,
+    /// Changing the draft of a route.
+    Route,
     /// Driving by hand.
     Drive,
     /// Typing a command or the name of a file.
@@ -33,7 +37,10 @@ pub(crate) enum Action {
     ClearList,
     MoveCursor { east: i16, north: i16 },
     AddWaypoint,
-    UndoWaypoint,
+    UndoDraft,
+    RedoDraft,
+    EditRoute,
+    Route(RouteAction),
     DiscardDraft,
     SendDraft,
     AskRouteFile,
@@ -45,6 +52,9 @@ pub(crate) enum Action {
     ShowEverything,
     ToggleTruth,
     NextPanel,
+    Show(Panel),
+    Enlarge,
+    TurnPage(i32),
     EnterDrive,
     Push { ahead: i8, right: i8 },
     Faster(i8),
@@ -86,6 +96,7 @@ impl Action {
                 | Self::ResetPose
                 | Self::ClearList
                 | Self::SendDraft
+                | Self::Route(RouteAction::Send)
                 | Self::CancelCommands
                 | Self::AskCommand
                 | Self::EnterDrive
@@ -141,7 +152,7 @@ const fn row(
     }
 }
 
-use Context::{Dashboard, Drive, Help, Jump, Question, Text};
+use Context::{Dashboard, Drive, Help, Jump, Question, Route, Text};
 
 /// Every key. STOP comes first wherever the keyboard goes: Space, and Ctrl-S where Space is a letter.
 #[rustfmt::skip]
@@ -150,7 +161,9 @@ pub(crate) const TABLE: &[Binding] = &[
     row(Dashboard, "p", &[plain('p')], Action::Mode(Mode::Prowl), "prowl: move about", "prowl"),
     row(Dashboard, "r", &[plain('r')], Action::Mode(Mode::Reactive), "reactive: wait to be pulled", ""),
     row(Dashboard, "h", &[plain('h')], Action::Mode(Mode::GoHome), "home: back to the origin", "home"),
-    row(Dashboard, "W", &[plain('W')], Action::Mode(Mode::Wander), "wander, if the robot can", ""),
+    row(Dashboard, "W", &[plain('W')], Action::Mode(Mode::Wander), "wander for a while, then home", ""),
+    row(Dashboard, "P", &[plain('P')], Action::Mode(Mode::Passive), "passive: hide and wait", ""),
+    row(Dashboard, "D", &[plain('D')], Action::Mode(Mode::Forage), "dock: charge the battery", ""),
     row(Dashboard, "1-7", &[plain('1')], Action::ToggleLayer(Layer::Bumpers), "allow a layer, or forbid it", "layers"),
     row(Dashboard, "0", &[plain('0')], Action::ToggleLayer(Layer::User), "the same for driving by hand", ""),
     row(Dashboard, "2", &[plain('2')], Action::ToggleLayer(Layer::Rotation), "", ""),
@@ -167,7 +180,9 @@ pub(crate) const TABLE: &[Binding] = &[
     row(Dashboard, "", &[bare(KeyCode::Up)], Action::MoveCursor { east: 0, north: 1 }, "", ""),
     row(Dashboard, "", &[bare(KeyCode::Down)], Action::MoveCursor { east: 0, north: -1 }, "", ""),
     row(Dashboard, "w Enter", &[plain('w'), bare(KeyCode::Enter)], Action::AddWaypoint, "draft a waypoint there", "waypoint"),
-    row(Dashboard, "u", &[plain('u'), bare(KeyCode::Backspace)], Action::UndoWaypoint, "take the last one back", ""),
+    row(Dashboard, "u", &[plain('u'), bare(KeyCode::Backspace)], Action::UndoDraft, "draft: take a change back", ""),
+    row(Dashboard, "Ctrl-R", &[ctrl('r')], Action::RedoDraft, "draft: make it again", ""),
+    row(Dashboard, "e", &[plain('e')], Action::EditRoute, "draft: edit it in a list", "edit"),
     row(Dashboard, "U", &[plain('U')], Action::DiscardDraft, "discard the draft", ""),
     row(Dashboard, "S", &[plain('S')], Action::SendDraft, "send the draft to the robot", "send"),
     row(Dashboard, "l", &[plain('l')], Action::AskRouteFile, "load a route file as draft", "load"),
@@ -184,6 +199,13 @@ pub(crate) const TABLE: &[Binding] = &[
     row(Dashboard, "", &[plain('J'), shift(KeyCode::Down)], Action::Pan { east: 0, north: -1 }, "", ""),
     row(Dashboard, "t", &[plain('t')], Action::ToggleTruth, "map: the simulator's truth", ""),
     row(Dashboard, "Tab", &[bare(KeyCode::Tab)], Action::NextPanel, "next panel, where few fit", "panel"),
+    row(Dashboard, "F2-F5", &[bare(KeyCode::F(2))], Action::Show(Panel::Sensors), "a panel; again: enlarge it", ""),
+    row(Dashboard, "", &[bare(KeyCode::F(3))], Action::Show(Panel::Commands), "", ""),
+    row(Dashboard, "", &[bare(KeyCode::F(4))], Action::Show(Panel::Log), "", ""),
+    row(Dashboard, "", &[bare(KeyCode::F(5))], Action::Show(Panel::Link), "", ""),
+    row(Dashboard, "z", &[plain('z')], Action::Enlarge, "enlarge the panel, and back", ""),
+    row(Dashboard, "PgUp", &[bare(KeyCode::PageUp)], Action::TurnPage(-1), "PgDn: turn the panel's pages", ""),
+    row(Dashboard, "", &[bare(KeyCode::PageDown)], Action::TurnPage(1), "", ""),
     row(Dashboard, "k", &[plain('k')], Action::Travel(Travel::TogglePause), "time: stand still, go on", "still"),
     row(Dashboard, ", .", &[plain(',')], Action::Travel(Travel::Step { forward: false }), "time: a line back, a line on", "line"),
     row(Dashboard, "", &[plain('.')], Action::Travel(Travel::Step { forward: true }), "", ""),
@@ -201,6 +223,40 @@ pub(crate) const TABLE: &[Binding] = &[
     row(Dashboard, "Ctrl-L", &[ctrl('l')], Action::Redraw, "draw the screen anew", ""),
     row(Dashboard, "Ctrl-Z", &[ctrl('z')], Action::Suspend, "to the shell; fg comes back", ""),
     row(Dashboard, "q", &[plain('q'), ctrl('c')], Action::Quit, "leave; the robot carries on", "quit"),
+    row(Route, "Space", &[plain(' '), ctrl('s')], Action::Stop, "", "STOP"),
+    row(Route, "arrows", &[bare(KeyCode::Left)], Action::Route(RouteAction::Step { east: -1, north: 0, fine: false }), "move the waypoint by 6 in", "move"),
+    row(Route, "", &[bare(KeyCode::Right)], Action::Route(RouteAction::Step { east: 1, north: 0, fine: false }), "", ""),
+    row(Route, "", &[bare(KeyCode::Up)], Action::Route(RouteAction::Step { east: 0, north: 1, fine: false }), "", ""),
+    row(Route, "", &[bare(KeyCode::Down)], Action::Route(RouteAction::Step { east: 0, north: -1, fine: false }), "", ""),
+    row(Route, "HJKL", &[plain('H'), shift(KeyCode::Left)], Action::Route(RouteAction::Step { east: -1, north: 0, fine: true }), "by 1 in", ""),
+    row(Route, "", &[plain('L'), shift(KeyCode::Right)], Action::Route(RouteAction::Step { east: 1, north: 0, fine: true }), "", ""),
+    row(Route, "", &[plain('K'), shift(KeyCode::Up)], Action::Route(RouteAction::Step { east: 0, north: 1, fine: true }), "", ""),
+    row(Route, "", &[plain('J'), shift(KeyCode::Down)], Action::Route(RouteAction::Step { east: 0, north: -1, fine: true }), "", ""),
+    row(Route, "n b", &[plain('n'), bare(KeyCode::Tab), bare(KeyCode::PageDown)], Action::Route(RouteAction::Select(1)), "the next one, the one before", "next"),
+    row(Route, "", &[plain('b'), bare(KeyCode::BackTab), bare(KeyCode::PageUp)], Action::Route(RouteAction::Select(-1)), "", ""),
+    row(Route, "w", &[plain('w'), bare(KeyCode::Enter)], Action::Route(RouteAction::Append), "add one behind it", "add"),
+    row(Route, "i", &[plain('i')], Action::Route(RouteAction::Insert), "insert one before it", "insert"),
+    row(Route, "p", &[plain('p')], Action::Route(RouteAction::AppendAtRobot), "add one where the robot is", "here"),
+    row(Route, "x", &[plain('x'), bare(KeyCode::Delete)], Action::Route(RouteAction::Delete), "delete it", "delete"),
+    row(Route, "u", &[plain('u'), bare(KeyCode::Backspace)], Action::Route(RouteAction::Undo), "take a change back", "undo"),
+    row(Route, "Ctrl-R", &[ctrl('r')], Action::Route(RouteAction::Redo), "make it again", ""),
+    row(Route, "g", &[plain('g')], Action::Route(RouteAction::Whole), "arrows move one, or all", "all"),
+    row(Route, "< >", &[plain('<')], Action::Route(RouteAction::Rotate(-15)), "turn the route by 15 degrees", "turn"),
+    row(Route, "", &[plain('>')], Action::Route(RouteAction::Rotate(15)), "", ""),
+    row(Route, ", .", &[plain(',')], Action::Route(RouteAction::Rotate(-1)), "by 1 degree", ""),
+    row(Route, "", &[plain('.')], Action::Route(RouteAction::Rotate(1)), "", ""),
+    row(Route, "+ -", &[plain('+'), plain('=')], Action::Route(RouteAction::Scale(1)), "larger, smaller", ""),
+    row(Route, "", &[plain('-'), plain('_')], Action::Route(RouteAction::Scale(-1)), "", ""),
+    row(Route, "m", &[plain('m')], Action::Route(RouteAction::Mirror), "mirror it, east for west", ""),
+    row(Route, "R", &[plain('R')], Action::Route(RouteAction::Reverse), "the other way round", ""),
+    row(Route, "y", &[plain('y')], Action::Route(RouteAction::TakeRobots), "copy the robot's list", ""),
+    row(Route, "U", &[plain('U')], Action::Route(RouteAction::Clear), "discard it", ""),
+    row(Route, "l", &[plain('l')], Action::Route(RouteAction::AskToLoad), "load a file", ""),
+    row(Route, "s", &[plain('s')], Action::Route(RouteAction::AskToSave), "save it to a file", "save"),
+    row(Route, "S", &[plain('S')], Action::Route(RouteAction::Send), "send it to the robot", "send"),
+    row(Route, "?", &[plain('?'), bare(KeyCode::F(1))], Action::Help, "these keys", "keys"),
+    row(Route, "Esc", &[bare(KeyCode::Esc), plain('e'), plain('q')], Action::Route(RouteAction::Leave), "back to the panels; the draft stays", "done"),
+    row(Route, "Ctrl-C", &[ctrl('c')], Action::Quit, "", ""),
     row(Drive, "Space", &[plain(' '), ctrl('s')], Action::Stop, "", "STOP"),
     row(Drive, "arrows", &[bare(KeyCode::Up)], Action::Push { ahead: 1, right: 0 }, "", "hold to drive"),
     row(Drive, "", &[bare(KeyCode::Down)], Action::Push { ahead: -1, right: 0 }, "", ""),
@@ -232,6 +288,8 @@ pub(crate) const TABLE: &[Binding] = &[
     row(Jump, "Ctrl-C", &[ctrl('c')], Action::Quit, "", ""),
     row(Help, "Space", &[plain(' '), ctrl('s')], Action::Stop, "", "STOP"),
     row(Help, "Esc", &[bare(KeyCode::Esc), plain('?'), plain('q'), bare(KeyCode::Enter), bare(KeyCode::F(1))], Action::Close, "", "back"),
+    row(Help, "PgDn", &[bare(KeyCode::PageDown), bare(KeyCode::Tab), bare(KeyCode::Down)], Action::TurnPage(1), "", "more keys"),
+    row(Help, "", &[bare(KeyCode::PageUp), bare(KeyCode::Up)], Action::TurnPage(-1), "", ""),
     row(Help, "Ctrl-C", &[ctrl('c')], Action::Quit, "", ""),
 ];
 

@@ -5,7 +5,9 @@
 
 pub(crate) mod age;
 pub(crate) mod chart;
+pub(crate) mod draft;
 pub(crate) mod drive;
+pub(crate) mod editor;
 pub(crate) mod failsafe;
 mod history;
 mod input;
@@ -35,6 +37,7 @@ use crate::request::Request;
 use crate::travel::Playback;
 use chart::Chart;
 use drive::Stick;
+use editor::Editor;
 use keys::Context;
 use ledger::Ledger;
 use life::Life;
@@ -111,6 +114,8 @@ pub(crate) struct Question {
 enum Then {
     Send(Vec<Request>),
     Drive,
+    /// Write the draft over the file of this name.
+    SaveRoute(String),
 }
 
 /// A line being typed.
@@ -129,6 +134,7 @@ pub(crate) enum Purpose {
     RouteFile,
     /// A place in time.
     Moment,
+    SaveRoute,
 }
 
 /// The state of the dashboard.
@@ -143,7 +149,15 @@ pub struct Model {
     pub(crate) log: Log,
     pub(crate) recording: Recording,
     pub(crate) panel: Panel,
+    /// Pages turned over in the chosen panel; the view goes round.
+    pub(crate) page: i32,
+    /// The chosen panel has the place of all of them.
+    pub(crate) enlarged: bool,
+    /// Pages turned over in the help.
+    pub(crate) help_page: i32,
     pub(crate) overlay: Overlay,
+    /// The route editor, while it is open.
+    pub(crate) editor: Option<Editor>,
     size: (u16, u16),
     life: Life,
     /// What there was to jump to so far.
@@ -171,7 +185,11 @@ impl Model {
             log: Log::default(),
             recording: Recording::default(),
             panel: Panel::default(),
+            page: 0,
+            enlarged: false,
+            help_page: 0,
             overlay: Overlay::default(),
+            editor: None,
             size: (0, 0),
             life: Life::default(),
             counted: Counted::default(),
@@ -232,6 +250,10 @@ impl Model {
                 true
             }
             Event::Playback(playback) => self.take_playback(playback),
+            Event::RouteSaved { path, saved } => {
+                self.take_saved(now, &path, &saved);
+                true
+            }
             Event::Truth(truth) => {
                 self.chart.take_truth(truth);
                 true
@@ -289,6 +311,7 @@ impl Model {
     /// Where the keyboard goes.
     pub(crate) const fn context(&self) -> Context {
         match self.overlay {
+            Overlay::None if self.editor.is_some() => Context::Route,
             Overlay::None => Context::Dashboard,
             Overlay::Help => Context::Help,
             Overlay::Question(_) => Context::Question,
@@ -412,10 +435,10 @@ impl Model {
         };
         if let (Request::Route(waypoints), CommandStep::Refused(_) | CommandStep::Failed(_)) =
             (&entry.request, step)
-            && self.chart.draft.is_empty()
+            && self.chart.draft.waypoints().is_empty()
         {
             // What did not arrive goes back to where it can be sent again.
-            self.chart.take_draft(waypoints.clone());
+            self.chart.take_draft(waypoints);
         }
         let asked = &entry.request;
         let (level, text) = match step {
@@ -432,10 +455,11 @@ impl Model {
             CommandStep::Proven { digest: None } => {
                 (Level::Info, format!("{asked}: the robot acknowledged"))
             }
-            CommandStep::Refused(outcome) => (
-                Level::Warning,
-                format!("{asked}: refused, {}", words::outcome(*outcome)),
-            ),
+            CommandStep::Refused(outcome) => {
+                let why = self.robot.standing().why(asked, *outcome);
+                let why = why.unwrap_or_else(|| words::outcome(*outcome).to_owned());
+                (Level::Warning, format!("{asked}: refused, {why}"))
+            }
             CommandStep::Failed(failure) => (Level::Warning, format!("{asked}: {failure}")),
         };
         self.log.add(now, level, Subject::Command, text);

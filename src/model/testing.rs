@@ -356,7 +356,13 @@ fn any_playback() -> impl Strategy<Value = Option<Playback>> {
         prop::option::of(any::<String>()),
     );
     let playback = playback.prop_map(
-        |((is_live, paused, speed, is_partial, packet), (at, from, until), markers, repeat, note)| {
+        |(
+            (is_live, paused, speed, is_partial, packet),
+            (at, from, until),
+            markers,
+            repeat,
+            note,
+        )| {
             Playback {
                 is_live,
                 paused,

@@ -5,6 +5,7 @@ use groundwave_protocol::letters::Mode;
 use groundwave_protocol::telemetry::Ack;
 
 use super::drive::Stick;
+use super::editor::RouteAction;
 use super::keys::Action;
 use super::{Model, Overlay, Question, TextEntry, Then, age};
 use crate::event::{CommandStep, Effect, Moment};
@@ -76,6 +77,10 @@ impl Model {
         self.config.clone_from(&now.config);
         self.recording.clone_from(&now.recording);
         self.panel = now.panel;
+        self.page = now.page;
+        self.enlarged = now.enlarged;
+        self.help_page = now.help_page;
+        self.editor.clone_from(&now.editor);
         self.overlay = now.overlay.clone();
         self.size = now.size;
         self.playback.clone_from(&now.playback);
@@ -182,9 +187,9 @@ impl Model {
             }
         }
         if !asked.is_empty() {
-            if let (Action::SendDraft, [Request::Route(waypoints)]) = (action, &asked[..]) {
-                // Whoever says no has not lost it.
-                self.chart.draft.clone_from(waypoints);
+            if matches!(action, Action::SendDraft | Action::Route(RouteAction::Send)) {
+                // Whoever says no has not lost it; that there is something to take back is certain.
+                let _ = self.chart.draft.undo();
             }
             let words: Vec<String> = asked.iter().map(|request| format!("`{request}`")).collect();
             let text = format!("Send {} to the robot as it is now?", words.join(", "));
@@ -211,12 +216,14 @@ impl Model {
         self.overlay = Overlay::None;
         match then {
             Then::Send(requests) => {
-                let sends_draft = |request: &Request| matches!(request, Request::Route(list) if *list == self.chart.draft);
+                let draft = self.chart.draft.waypoints();
+                let sends_draft = |request: &Request| matches!(request, Request::Route(list) if !list.is_empty() && list == draft);
                 if requests.iter().any(sends_draft) {
-                    self.chart.draft.clear();
+                    self.chart.draft.take();
                 }
                 requests.into_iter().map(Effect::Send).collect()
             }
+            Then::SaveRoute(path) => vec![self.save_route(&path, true)],
             Then::Drive => {
                 self.overlay = Overlay::Drive(Stick::default());
                 // Nobody steers by what has been.
@@ -232,7 +239,6 @@ impl Model {
 #[cfg(test)]
 mod tests {
     use crossterm::event::KeyCode;
-    use groundwave_protocol::Waypoint;
 
     use super::*;
     use crate::event::{CommandId, Event};
@@ -276,7 +282,8 @@ mod tests {
     #[test]
     fn in_the_past_commands_ask_first_and_stop_does_not() {
         let prowl = Effect::Send(Request::Mode(Mode::Prowl));
-        let wanted = "What you see is PAST, 2 m 00 s ago. Send `mode prowl` to the robot as it is now?";
+        let wanted =
+            "What you see is PAST, 2 m 00 s ago. Send `mode prowl` to the robot as it is now?";
         for keys in ["p", ":mode prowl\n"] {
             let mut scene = scene(true);
             let mut typed = || {
@@ -315,13 +322,13 @@ mod tests {
         let mut scene = scene(true);
         scene.press(&[KeyCode::Up]);
         scene.type_text("wS");
-        let draft = scene.model.chart.draft.clone();
+        let draft = scene.model.chart.draft.waypoints().to_vec();
         assert_eq!(draft.len(), 1);
         scene.type_text("n");
-        assert_eq!(scene.model.chart.draft, draft);
+        assert_eq!(scene.model.chart.draft.waypoints(), draft);
         let sent = [Effect::Send(Request::Route(draft))];
         assert_eq!(scene.type_text("Sy"), sent);
-        assert_eq!(scene.model.chart.draft, Vec::<Waypoint>::new());
+        assert_eq!(scene.model.chart.draft.waypoints(), []);
     }
 
     #[test]
@@ -400,7 +407,10 @@ mod tests {
         assert_eq!(seen.robot.state.map(|s| s.value.x_tenths_in), Some(0));
         assert_eq!(seen.panel, now.model.panel);
         assert_eq!(seen.overlay, Overlay::Help);
-        assert_eq!(seen.chart.draft, now.model.chart.draft);
+        assert_eq!(
+            seen.chart.draft.waypoints(),
+            now.model.chart.draft.waypoints()
+        );
         assert_eq!(seen.chart.zoom, 1);
         assert_eq!(seen.chart.cursor, now.model.chart.cursor);
     }
@@ -416,7 +426,10 @@ mod tests {
         scene.hear();
         scene.hear();
         let hit = scene.model.tally();
-        assert_eq!((hit.lines - before.lines, hit.bumps, hit.behaviours), (2, 1, 1));
+        assert_eq!(
+            (hit.lines - before.lines, hit.bumps, hit.behaviours),
+            (2, 1, 1)
+        );
         scene.ack.sequence += 1;
         scene.hear();
         assert_eq!(scene.model.tally().commands, 1, "somebody else's");

@@ -129,7 +129,10 @@ struct Drawn {
 impl Running {
     /// Tells the model of an event and does what it asks for; says whether to leave.
     fn tell(&mut self, event: Event) -> io::Result<bool> {
-        let is_key = matches!(event, Event::Key(_) | Event::Paste(_) | Event::Resize { .. });
+        let is_key = matches!(
+            event,
+            Event::Key(_) | Event::Paste(_) | Event::Resize { .. }
+        );
         let now = self.session.now();
         self.session.remember(now, &event);
         let effects = self.model.update(now, event);
@@ -182,10 +185,9 @@ impl Running {
 
     fn act(&mut self, effect: Effect) -> io::Result<bool> {
         match effect {
-            Effect::Send(_)
-            | Effect::Drive { .. }
-            | Effect::DriveEnd
-            | Effect::CancelCommands => self.send(effect),
+            Effect::Send(_) | Effect::Drive { .. } | Effect::DriveEnd | Effect::CancelCommands => {
+                self.send(effect)
+            }
             Effect::Travel(travel) => {
                 let told = self.session.travel(travel);
                 self.refresh();
@@ -194,6 +196,11 @@ impl Running {
                 }
             }
             Effect::LoadRoute(path) => self.load_route(path),
+            Effect::SaveRoute {
+                path,
+                text,
+                overwrite,
+            } => self.save_route(path, text, overwrite),
             Effect::Ring => terminal::ring()?,
             Effect::Redraw => self.screen.clear()?,
             Effect::Suspend => self.suspend()?,
@@ -237,7 +244,11 @@ impl Running {
 
     /// Differs from what was drawn when the screen has to be drawn again.
     fn revision(&self) -> (u64, u64) {
-        let live = if self.past.is_some() { 0 } else { self.model.revision() };
+        let live = if self.past.is_some() {
+            0
+        } else {
+            self.model.revision()
+        };
         (live, self.refreshed)
     }
 
@@ -249,6 +260,16 @@ impl Running {
                 .and_then(|text| route::parse(&path, &text).map_err(|error| error.to_string()));
             // A dashboard that is gone wants no route.
             let _ = readers.blocking_send(Event::RouteLoaded { path, route });
+        });
+    }
+
+    /// As [`Self::load_route`].
+    fn save_route(&self, path: String, text: String, overwrite: bool) {
+        let readers = self.readers.clone();
+        thread::spawn(move || {
+            let saved = files::write_text(&path, &text, overwrite);
+            // A dashboard that is gone has left the file behind, as it was asked to.
+            let _ = readers.blocking_send(Event::RouteSaved { path, saved });
         });
     }
 
@@ -275,7 +296,10 @@ impl Running {
     /// When to wake up although nothing happens.
     fn wake_at(&mut self) -> Option<Instant> {
         let host = self.session.host_now();
-        let at = [self.due(), self.model.poll_timeout()].into_iter().flatten().min();
+        let at = [self.due(), self.model.poll_timeout()]
+            .into_iter()
+            .flatten()
+            .min();
         let at = at.map(|at| Instant::now() + at.saturating_sub(host));
         [at, self.session.wake_at()].into_iter().flatten().min()
     }
@@ -292,7 +316,11 @@ impl Running {
                 at: host,
                 revision: self.revision(),
                 // Elsewhere in time, time passes as it is played.
-                stale_at: model.playback().is_none().then(|| model.redraw_at(now)).flatten(),
+                stale_at: model
+                    .playback()
+                    .is_none()
+                    .then(|| model.redraw_at(now))
+                    .flatten(),
             });
         }
         Ok(())

@@ -258,6 +258,11 @@ pub enum StationLine {
         /// Why.
         lost: String,
     },
+    /// The robot said something in words.
+    Said {
+        /// What.
+        said: String,
+    },
     /// The client did something wrong, and the connection is closed.
     Error {
         /// What, and what to do.
@@ -284,6 +289,7 @@ impl StationLine {
                 line_of(&json)
             }
             Self::Lost { lost } => line_of(&json!({ "lost": lost })),
+            Self::Said { said } => line_of(&json!({ "said": said })),
             Self::Error { error } => line_of(&json!({ "error": error })),
         }
     }

@@ -127,12 +127,22 @@ mod tests {
         for s in [2, 4, 6] {
             frames.push(Moment::from_secs(s), s);
         }
-        for (s, place) in [(1, None), (2, Some(0)), (3, Some(0)), (6, Some(2)), (9, Some(2))] {
+        for (s, place) in [
+            (1, None),
+            (2, Some(0)),
+            (3, Some(0)),
+            (6, Some(2)),
+            (9, Some(2)),
+        ] {
             assert_eq!(frames.before(Moment::from_secs(s)), place, "{s}");
         }
         assert_eq!(frames.last_where(|s| *s < 5), Some(1));
         assert!(frames.forget_before(Moment::from_secs(5)));
-        assert_eq!(frames.get(0).map(|(_, s)| *s), Some(4), "one is left before it");
+        assert_eq!(
+            frames.get(0).map(|(_, s)| *s),
+            Some(4),
+            "one is left before it"
+        );
         assert!(!frames.forget_before(Moment::from_secs(5)));
     }
 }

@@ -307,7 +307,9 @@ impl<C: Cursor> Player<C> {
             self.markers.remove(place);
             self.note = Some(format!("the mark at {marked} is gone"));
         } else if self.markers.len() == MARKERS_MAX {
-            self.note = Some(format!("there are {MARKERS_MAX} marks already: m on one takes it away"));
+            self.note = Some(format!(
+                "there are {MARKERS_MAX} marks already: m on one takes it away"
+            ));
         } else {
             let place = self.markers.partition_point(|marker| *marker < self.at);
             self.markers.insert(place, self.at);

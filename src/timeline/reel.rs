@@ -270,7 +270,11 @@ impl<C: Cursor> Reel<C> {
             if end.is_none_or(|(_, end)| count(end) > count(frame)) {
                 let until = end.map(|(at, _)| *at);
                 let mut cursor = frame.clone();
-                let mut steps = if until.is_some() { usize::MAX } else { self.reach() };
+                let mut steps = if until.is_some() {
+                    usize::MAX
+                } else {
+                    self.reach()
+                };
                 let last = until.unwrap_or(Moment::MAX);
                 while let Some(at) = cursor.next_at(&mut self.supply).filter(|at| *at <= last) {
                     if steps == 0 {
@@ -305,7 +309,11 @@ impl<C: Cursor> Reel<C> {
                 continue;
             }
             let last = end.map_or(before, |(at, _)| before.min(*at));
-            let mut steps = if end.is_some() { usize::MAX } else { self.reach() };
+            let mut steps = if end.is_some() {
+                usize::MAX
+            } else {
+                self.reach()
+            };
             let mut cursor = frame.clone();
             let mut found = None;
             while let Some(at) = cursor.next_at(&mut self.supply).filter(|at| *at <= last) {

@@ -37,6 +37,7 @@ pub struct Scene {
     /// The station's time has come and changed nothing: it waits for the next piece.
     is_waiting: bool,
     is_over: bool,
+    is_lost: bool,
     /// What could not be read, the first of it.
     damage: Option<String>,
 }
@@ -50,10 +51,7 @@ impl Scene {
 
     fn from(name: &str, place: Place) -> Self {
         let mut station = Station::new(arq::Config::new(1), false);
-        station.handle_link(LinkEvent::Opened {
-            name: name.to_owned(),
-            can_send: false,
-        });
+        station.handle_link(opened(name));
         let mut scene = Self {
             station,
             model: Model::new(Config::default()),
@@ -62,6 +60,7 @@ impl Scene {
             at: place.at(),
             is_waiting: false,
             is_over: false,
+            is_lost: false,
             damage: None,
         };
         scene.listen();
@@ -107,6 +106,7 @@ impl Scene {
         match piece {
             Some(Piece::Received(bytes)) => self.station.handle_bytes(self.at, bytes),
             Some(Piece::Sent(bytes)) => self.station.handle_sent(self.at, bytes),
+            Some(Piece::Told(Event::Link(event))) => self.take_link(event),
             Some(Piece::Told(event)) => self.tell(event),
             Some(Piece::Missing(bytes)) => {
                 self.station.handle_interruption();
@@ -123,8 +123,21 @@ impl Scene {
                     text,
                 });
             }
-            None => {}
+            Some(Piece::Nothing) | None => {}
         }
+    }
+
+    /// The link of the session that was recorded went and came back.
+    fn take_link(&mut self, event: LinkEvent) {
+        match event {
+            LinkEvent::Lost { .. } => self.is_lost = true,
+            LinkEvent::Opened { .. } if self.is_lost => self.is_lost = false,
+            LinkEvent::Opened { .. } | LinkEvent::Ended => return,
+        }
+        self.station.handle_link(match event {
+            LinkEvent::Opened { .. } => opened(&self.name),
+            event => event,
+        });
     }
 }
 
@@ -169,6 +182,14 @@ impl Cursor for Scene {
     fn afresh(&self, tape: &mut Self::Supply, at: Moment) -> Option<Self> {
         let place = tape.find(at.saturating_sub(HEARD_BEFORE));
         Some(Self::from(&self.name, place))
+    }
+}
+
+/// Nobody can send anything into a capture.
+fn opened(name: &str) -> LinkEvent {
+    LinkEvent::Opened {
+        name: name.to_owned(),
+        can_send: false,
     }
 }
 

@@ -54,7 +54,8 @@ impl Session {
         self.model.update(self.now, event);
         if self.reel.wants(self.now) {
             let next = self.reel.supply().count();
-            self.reel.keep(Past::new(self.model.clone(), self.now, next));
+            self.reel
+                .keep(Past::new(self.model.clone(), self.now, next));
         }
         let oldest = self.now.saturating_sub(REMEMBERED);
         if let Some(next) = self.reel.forget_before(oldest).map(Past::next) {
@@ -94,20 +95,33 @@ fn a_live_session_of_hours_is_remembered_in_bounded_memory() {
         robot.state.x_tenths_in = n;
         session.now += Moment::from_millis(333);
         session.take(Event::Notice {
-            level: if n % 10_000 == 9_000 { Level::Alarm } else { Level::Info },
+            level: if n % 10_000 == 9_000 {
+                Level::Alarm
+            } else {
+                Level::Info
+            },
             text: n.to_string(),
         });
     }
     let from = session.reel.oldest_at().unwrap();
     let back = session.now - from;
-    assert!(back >= REMEMBERED && back < REMEMBERED + past::SPACING * 2, "{back:?}");
+    assert!(
+        back >= REMEMBERED && back < REMEMBERED + past::SPACING * 2,
+        "{back:?}"
+    );
     session.reel.seek(Moment::ZERO);
     assert!(session.reel.at() <= from, "no farther than it goes");
     let last = session.reel.find_last(Landmark::Alarm, session.now);
     let alarm = Moment::from_millis(39_001 * 333);
     assert_eq!(last, Found::At(alarm));
-    assert_eq!(session.reel.find_next(Landmark::Alarm, alarm), Found::Nowhere);
-    assert_eq!(session.reel.find_last(Landmark::Bump, session.now), Found::Nowhere);
+    assert_eq!(
+        session.reel.find_next(Landmark::Alarm, alarm),
+        Found::Nowhere
+    );
+    assert_eq!(
+        session.reel.find_last(Landmark::Bump, session.now),
+        Found::Nowhere
+    );
 }
 
 fn capture(name: &str) -> Box<dyn Tape + Send> {
@@ -175,7 +189,9 @@ fn a_seek_shows_what_playing_there_shows() {
         assert_eq!(end, played.last().unwrap().0, "{name}");
         let mut dice = 1_usize;
         for n in 0..60 {
-            dice = dice.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
+            dice = dice
+                .wrapping_mul(6_364_136_223_846_793_005)
+                .wrapping_add(1_442_695_040_888_963_407);
             let place = (dice >> 33) % played.len();
             let (at, shown) = &played[place];
             // Between this and the next thing nothing changes.
@@ -183,7 +199,10 @@ fn a_seek_shows_what_playing_there_shows() {
             let between = *at + (next - *at) * (n % 3) / 4;
             reel.seek(between);
             assert!(!reel.is_partial());
-            assert!(told(reel.model()) == *shown, "{name} at {between:?}, seek {n}");
+            assert!(
+                told(reel.model()) == *shown,
+                "{name} at {between:?}, seek {n}"
+            );
         }
     }
 }
@@ -212,7 +231,12 @@ fn steps_go_back_the_way_they_came() {
 /// All landmarks of a kind found by going through everything are found by jumping, both ways.
 #[test]
 fn jumps_find_every_landmark_and_nothing_else() {
-    let kinds = [Landmark::Alarm, Landmark::Bump, Landmark::Behaviour, Landmark::Command];
+    let kinds = [
+        Landmark::Alarm,
+        Landmark::Bump,
+        Landmark::Behaviour,
+        Landmark::Command,
+    ];
     let mut found_any = 0;
     for name in CAPTURES {
         for kind in kinds {
@@ -287,7 +311,11 @@ fn time_passes_at_any_speed_and_loops() {
     };
     let about = |player: &Player<Scene>, wanted: u64| {
         let off = player.at().abs_diff(s(wanted));
-        assert!(off < Moment::from_millis(5), "{:?}, not {wanted} s", player.at());
+        assert!(
+            off < Moment::from_millis(5),
+            "{:?}, not {wanted} s",
+            player.at()
+        );
     };
     let host = pass(&mut player, 10);
     about(&player, 10);
@@ -342,9 +370,17 @@ fn every_typed_place_is_gone_to() {
     assert_eq!(playback.packet, Some(30));
     assert!(at > s(5) && at < s(20), "{at:?}");
     let (there, playback) = go("#999999");
-    assert_eq!((there, playback.note.as_deref()), (at, Some("there is no packet 999999")));
+    assert_eq!(
+        (there, playback.note.as_deref()),
+        (at, Some("there is no packet 999999"))
+    );
     let second = unix.as_secs() + 10;
-    let clock = format!("{:02}:{:02}:{:02}Z", second / 3600 % 24, second / 60 % 60, second % 60);
+    let clock = format!(
+        "{:02}:{:02}:{:02}Z",
+        second / 3600 % 24,
+        second / 60 % 60,
+        second % 60
+    );
     assert_eq!(go(&clock).0.as_secs_f64().round() as u64, 10);
     let hours = (second / 3600 + 12) % 24;
     assert!(go(&format!("{hours}:00Z")).1.note.is_some());
@@ -363,13 +399,25 @@ fn marks_are_set_gone_to_and_taken_away() {
         player.handle(host, Travel::Mark);
     }
     assert_eq!(player.playback().markers, [s(20), s(40)]);
-    let jump = |forward| Travel::Jump { to: Some(Landmark::Marker), forward };
+    let jump = |forward| Travel::Jump {
+        to: Some(Landmark::Marker),
+        forward,
+    };
     player.handle(host, jump(true));
     assert_eq!(player.at(), s(40));
     assert!(player.is_paused());
     player.handle(host, jump(true));
-    assert_eq!(player.playback().note.as_deref(), Some("there are no later markers"));
-    player.handle(host, Travel::Jump { to: None, forward: false });
+    assert_eq!(
+        player.playback().note.as_deref(),
+        Some("there are no later markers")
+    );
+    player.handle(
+        host,
+        Travel::Jump {
+            to: None,
+            forward: false,
+        },
+    );
     assert_eq!(player.at(), s(20), "as before");
     player.handle(host, Travel::Mark);
     assert_eq!(player.playback().markers, [s(40)]);
@@ -379,7 +427,10 @@ fn marks_are_set_gone_to_and_taken_away() {
 fn jumps_stand_still_where_it_happened() {
     let mut player = player("house-clean.txt");
     let host = Moment::ZERO;
-    let bump = |forward| Travel::Jump { to: Some(Landmark::Bump), forward };
+    let bump = |forward| Travel::Jump {
+        to: Some(Landmark::Bump),
+        forward,
+    };
     player.handle(host, bump(true));
     let first = player.at();
     assert_eq!(player.model().tally().bumps, 1);
@@ -388,7 +439,10 @@ fn jumps_stand_still_where_it_happened() {
     player.handle(host, bump(false));
     assert_eq!(player.at(), first);
     player.handle(host, bump(false));
-    assert_eq!(player.playback().note.as_deref(), Some("there are no earlier bumps"));
+    assert_eq!(
+        player.playback().note.as_deref(),
+        Some("there are no earlier bumps")
+    );
     player.handle(host, Travel::Newest);
     assert!(player.is_at_end());
     player.handle(host, Travel::Oldest);
@@ -398,7 +452,8 @@ fn jumps_stand_still_where_it_happened() {
 /// The same lines with the times of others before them: the same robot, at their times.
 #[test]
 fn stamped_text_is_played_at_its_own_times() {
-    let plain = std::fs::read(Path::new(env!("CARGO_MANIFEST_DIR")).join("captures/house-clean.txt"));
+    let plain =
+        std::fs::read(Path::new(env!("CARGO_MANIFEST_DIR")).join("captures/house-clean.txt"));
     let plain = plain.unwrap();
     let mut stamped = Vec::new();
     for (n, line) in plain.split_inclusive(|&byte| byte == b'\n').enumerate() {
@@ -413,7 +468,10 @@ fn stamped_text_is_played_at_its_own_times() {
     assert_eq!(tape.unix(), Some(Moment::from_secs(1_795_298_400)));
     let length = tape.length();
     let (mut reel, end) = surveyed(tape);
-    assert!(end <= length && end > Moment::from_secs(3600), "{end:?} of {length:?}");
+    assert!(
+        end <= length && end > Moment::from_secs(3600),
+        "{end:?} of {length:?}"
+    );
     let (mut untimed, plain_end) = surveyed(text(&plain));
     reel.seek(end);
     untimed.seek(plain_end);
@@ -421,7 +479,11 @@ fn stamped_text_is_played_at_its_own_times() {
     // In the pause nothing happened, and the link is told to be silent.
     reel.seek(Moment::from_secs(1800));
     let silent = reel.model().tally().lines;
-    assert_eq!(reel.at().as_secs(), 55, "five seconds after the last line it is told");
+    assert_eq!(
+        reel.at().as_secs(),
+        55,
+        "five seconds after the last line it is told"
+    );
     reel.seek(Moment::from_secs(3000));
     assert_eq!(reel.model().tally().lines, silent);
     // Lines with the same stamp follow each other as on the radio.
@@ -445,7 +507,10 @@ fn stamped_text_is_played_at_its_own_times() {
             let from = tape.next_at().unwrap();
             tape.next_piece();
             let next = tape.next_at().unwrap_or(Moment::MAX);
-            assert!(from + Moment::from_secs(1) >= next.min(at) || s >= 2000, "{s}");
+            assert!(
+                from + Moment::from_secs(1) >= next.min(at) || s >= 2000,
+                "{s}"
+            );
         }
     }
 }
@@ -460,15 +525,25 @@ fn what_is_cut_off_or_damaged_is_shown_as_far_as_it_goes_and_says_why() {
         let (mut reel, end) = surveyed(tape);
         reel.seek(end);
         let tally = reel.model().tally();
-        let log: Vec<String> = reel.model().log.newest_first().map(|e| e.text.clone()).collect();
-        assert!(log.iter().any(|text| text.contains("session is over")), "{log:?}");
+        let log: Vec<String> = reel
+            .model()
+            .log
+            .newest_first()
+            .map(|e| e.text.clone())
+            .collect();
+        assert!(
+            log.iter().any(|text| text.contains("session is over")),
+            "{log:?}"
+        );
         Ok::<_, String>((tally.lines, tally.alarms, log))
     };
     let (all, alarms, _) = lines(&whole).unwrap();
     let mut dice = 7_usize;
     let (mut opened, mut before) = (0, 0);
     for n in 0..120 {
-        dice = dice.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
+        dice = dice
+            .wrapping_mul(6_364_136_223_846_793_005)
+            .wrapping_add(1_442_695_040_888_963_407);
         let at = (dice >> 33) % whole.len();
         match lines(&whole[..at]) {
             Ok((some, _, log)) => {
@@ -484,7 +559,10 @@ fn what_is_cut_off_or_damaged_is_shown_as_far_as_it_goes_and_says_why() {
         flipped[at] ^= 1 << (n % 8);
         if let Ok((some, told, log)) = lines(&flipped) {
             assert!(some <= all, "flipped at {at}");
-            assert!(some == all || told > alarms, "flipped at {at}: {some} of {all}: {log:?}");
+            assert!(
+                some == all || told > alarms,
+                "flipped at {at}: {some} of {all}: {log:?}"
+            );
         }
     }
     assert!(opened > 60 && before > 0, "{opened} opened, {before} lines");
@@ -509,7 +587,10 @@ fn a_live_run_in_any_chunks_and_a_replay_know_the_same() {
             let mut tape = capture(name);
             let mut station = Station::new(groundwave_protocol::arq::Config::new(1), false);
             let mut model = Model::new(Config::default());
-            station.handle_link(LinkEvent::Opened { name: "radio".to_owned(), can_send: false });
+            station.handle_link(LinkEvent::Opened {
+                name: "radio".to_owned(),
+                can_send: false,
+            });
             let mut now = Moment::ZERO;
             let listen = |now, station: &mut Station, model: &mut Model| {
                 while let Some(event) = station.poll_event() {

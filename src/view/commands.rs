@@ -5,16 +5,19 @@ use ratatui::layout::Rect;
 use ratatui::style::Style;
 use ratatui::text::{Line, Span};
 
-use super::{Screen, put};
+use super::Screen;
+use super::text::{First, wrap};
+use crate::model::Panel;
 use crate::model::ledger::{Entry, Stage};
 use crate::model::words;
+
+const TITLE: &str = "commands: asked | the robot says";
 
 const ASKED_COLUMNS_MIN: usize = 22;
 
 impl Screen<'_> {
     pub(super) fn commands(&self, buffer: &mut Buffer, area: Rect) {
-        let below = self.panel(buffer, area, "commands: asked | the robot says", None);
-        let mut lines = self.command_lines(usize::from(below.width));
+        let mut lines = self.command_lines(usize::from(area.width));
         if lines.is_empty() {
             lines.push(Line::styled(
                 "none yet; nothing is sent before the first",
@@ -22,10 +25,14 @@ impl Screen<'_> {
             ));
         }
         lines.extend(self.list_lines());
-        let hidden = lines.len().saturating_sub(usize::from(below.height));
-        for (row, line) in (0..).zip(lines.iter().skip(hidden)) {
-            put(buffer, below, row, line);
-        }
+        self.pages(
+            buffer,
+            area,
+            (Panel::Commands, TITLE),
+            None,
+            &lines,
+            First::Bottom,
+        );
     }
 
     fn command_lines(&self, width: usize) -> Vec<Line<'static>> {
@@ -35,15 +42,15 @@ impl Screen<'_> {
         for entry in self.model.ledger.entries() {
             let (glyph, says, style) = self.fate(entry);
             let asked = format!("{} {}", entry.id.0, entry.request);
-            let (first, rest) = split_words(&says, room);
+            let mut says = wrap(&says, room, width.saturating_sub(4)).into_iter();
             lines.push(Line::from(vec![
                 Span::raw(format!("{asked:<asked_columns$.asked_columns$} ")),
-                Span::styled(format!("{glyph} {first}"), style),
+                Span::styled(
+                    format!("{glyph} {}", says.next().unwrap_or_default()),
+                    style,
+                ),
             ]));
-            if !rest.is_empty() {
-                let says = format!("    {rest}");
-                lines.push(Line::styled(says, style));
-            }
+            lines.extend(says.map(|more| Line::styled(format!("    {more}"), style)));
             if let Some(by) = &entry.by {
                 lines.push(Line::styled(format!("    shared: {by}"), self.theme.dim));
             }
@@ -116,31 +123,14 @@ impl Screen<'_> {
             );
             lines.push(Line::styled(words, self.theme.dim));
         }
-        if !model.chart.draft.is_empty() {
+        if !model.chart.draft.waypoints().is_empty() {
             let words = format!(
                 "{} draft: {} waypoints, not sent; S sends, u takes back",
                 self.theme.glyphs.draft,
-                model.chart.draft.len()
+                model.chart.draft.waypoints().len()
             );
             lines.push(Line::styled(words, self.theme.draft));
         }
         lines
-    }
-}
-
-/// As many words as there is room for, and the rest.
-fn split_words(text: &str, room: usize) -> (&str, &str) {
-    if text.chars().count() <= room {
-        return (text, "");
-    }
-    let fits = text
-        .char_indices()
-        .enumerate()
-        .take_while(|(n, _)| *n <= room)
-        .filter(|(_, (_, c))| *c == ' ')
-        .last();
-    match fits {
-        Some((_, (at, _))) => (&text[..at], &text[at + 1..]),
-        None => (text, ""),
     }
 }

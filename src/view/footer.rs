@@ -17,6 +17,7 @@ impl Screen<'_> {
                 Purpose::Command => ":",
                 Purpose::RouteFile => "route file: ",
                 Purpose::Moment => "go to: ",
+                Purpose::SaveRoute => "save as: ",
             };
             let keys = Line::from(self.keys_beside_prompt(area.width));
             let taken = prompt.len() + 1 + keys.width();
@@ -48,7 +49,11 @@ impl Screen<'_> {
             spans.push(Span::raw("  "));
         }
         if let Overlay::Jump { forward } = self.model.overlay {
-            let words = if forward { "to the next " } else { "to the last " };
+            let words = if forward {
+                "to the next "
+            } else {
+                "to the last "
+            };
             spans.push(Span::styled(words, theme.strong));
         }
         let context = self.model.context();

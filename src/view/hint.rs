@@ -9,8 +9,8 @@ use super::status::{file_name, shortened};
 use super::{Screen, put};
 use crate::model::keys::Context;
 use crate::model::news::News;
-use crate::travel::TARGET_HELP;
 use crate::model::{Overlay, Purpose};
+use crate::travel::TARGET_HELP;
 
 /// How much the one line says, from everything to what must be there: it takes the first that fits.
 const TERSENESS: [Terseness; 4] = [
@@ -72,6 +72,10 @@ impl Screen<'_> {
             (Some(error), _) => Line::styled(error.clone(), self.theme.warning),
             (None, Purpose::Moment) => Line::styled(TARGET_HELP, self.theme.dim),
             (None, Purpose::Command) => Line::styled(COMMAND_HELP, self.theme.dim),
+            (None, Purpose::SaveRoute) => Line::styled(
+                "a file for the draft: it is asked before anything is overwritten",
+                self.theme.dim,
+            ),
             (None, Purpose::RouteFile) => Line::styled(
                 "a route file: one X,Y in inches a line, # comments",
                 self.theme.dim,
@@ -87,12 +91,16 @@ impl Screen<'_> {
             return Some(Line::styled(format!("! {said}"), self.theme.warning));
         }
         if playback.is_partial {
-            let text = "what came long before this is still being read: trail and totals begin late";
+            let text =
+                "what came long before this is still being read: trail and totals begin late";
             return Some(Line::styled(text, self.theme.dim));
         }
         playback.is_live.then(|| {
             Line::from(vec![
-                Span::styled("commands go to the robot as it is now, and ask first; ", self.theme.plain),
+                Span::styled(
+                    "commands go to the robot as it is now, and ask first; ",
+                    self.theme.plain,
+                ),
                 Span::styled("G", self.theme.key),
                 Span::styled(" comes back to now", self.theme.plain),
             ])

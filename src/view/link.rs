@@ -6,8 +6,9 @@ use ratatui::layout::Rect;
 use ratatui::style::Style;
 use ratatui::text::{Line, Span};
 
-use super::{Screen, put};
-use crate::model::failsafe;
+use super::Screen;
+use super::text::First;
+use crate::model::{Panel, failsafe};
 use crate::statistics::{Proof, Rejected, Resync, Statistics};
 
 /// Rows without which the panel says too little beside others.
@@ -22,19 +23,15 @@ const NAME_COLUMNS: usize = 7;
 
 impl Screen<'_> {
     pub(super) fn link(&self, buffer: &mut Buffer, area: Rect) {
-        let below = self.panel(buffer, area, TITLE, None);
-        for (row, (name, says, style)) in (0..).zip(self.link_rows(area.width)) {
+        let line = |(name, says, style): (&str, String, Style)| {
             let line = Line::from(vec![
                 Span::styled(format!("{name:<NAME_COLUMNS$}"), self.theme.dim),
                 Span::styled(says, style),
             ]);
-            put(
-                buffer,
-                below,
-                row,
-                &self.cut(line, usize::from(below.width)),
-            );
-        }
+            self.cut(line, usize::from(area.width))
+        };
+        let lines: Vec<_> = self.link_rows(area.width).into_iter().map(line).collect();
+        self.pages(buffer, area, (Panel::Link, TITLE), None, &lines, First::Top);
     }
 
     /// Rows that the panel would fill, its title among them.

@@ -55,16 +55,30 @@ impl Screen<'_> {
     }
 
     fn help(&self, buffer: &mut Buffer, area: Rect) {
+        let of = if self.model.editor.is_some() {
+            Context::Route
+        } else {
+            Context::Dashboard
+        };
         let told: Vec<_> = keys::TABLE
             .iter()
-            .filter(|binding| binding.context == Context::Dashboard && !binding.help.is_empty())
+            .filter(|binding| binding.context == of && !binding.help.is_empty())
             .collect();
-        let rows = told.len().div_ceil(2) as u16;
         let elsewhere = [("driving", Context::Drive), ("typing", Context::Text)];
-        let height = rows + elsewhere.len() as u16 + 2;
-        let inner = self.window(buffer, area, (HELP_COLUMNS, height), " keys ");
+        let others = elsewhere.len() as u16;
+        let rows =
+            (told.len().div_ceil(2) as u16).min(area.height.saturating_sub(others + 2).max(1));
+        let pages = told.len().div_ceil(2 * usize::from(rows)).max(1);
+        let page = self.model.help_page.rem_euclid(pages as i32) as usize;
+        let title = match pages {
+            1 => " keys ".to_owned(),
+            _ => format!(" keys {}/{pages}, PgDn for more ", page + 1),
+        };
+        let height = rows + others + 2;
+        let inner = self.window(buffer, area, (HELP_COLUMNS, height), &title);
         let width = inner.width / 2;
-        for (n, binding) in (0..).zip(told) {
+        let told = told.into_iter().skip(page * 2 * usize::from(rows));
+        for (n, binding) in (0..2 * rows).zip(told) {
             let (column, row) = (n / rows, n % rows);
             let half = Rect {
                 x: inner.x + column * width,

@@ -8,7 +8,8 @@ use ratatui::layout::Rect;
 use ratatui::style::Style;
 use ratatui::text::{Line, Span};
 
-use super::{Screen, WIDTH_FULL, put, put_right};
+use super::layout::WIDTH_FULL;
+use super::{Screen, put, put_right};
 use crate::model::age;
 use crate::model::link::{Connection, Health};
 use crate::model::robot::{STATE_STALE, STATUS_STALE};

@@ -200,7 +200,9 @@ fn commands_at_120_by_40_and_at_80_by_24() {
     scene.press(&[KeyCode::Tab]);
     let narrow = screen(&scene, 80, 24);
     insta::assert_snapshot!("commands_narrow", narrow);
-    row(&narrow, &active);
+    row(&narrow, "── commands");
+    scene.press(&[KeyCode::PageUp]);
+    row(&screen(&scene, 80, 24), &active);
 }
 
 #[test]
@@ -252,7 +254,7 @@ fn dialogs_at_80_by_24() {
     scene.press(&[KeyCode::Enter]);
     let typing = screen(&scene, 80, 24);
     row(&typing, ":mode prawl▏");
-    row(&typing, "unknown mode `prawl`; modes are prowl, reactive");
+    row(&typing, "unknown mode `prawl`; did you mean `prowl`?");
 }
 
 #[test]
@@ -449,4 +451,36 @@ fn a_waypoint_far_out_is_seen() {
         route: Ok(vec![far]),
     });
     row(&screen(&scene, 120, 40), "◇");
+}
+
+/// A robot somewhere and a draft of a square, in the editor.
+fn drafting() -> Scene {
+    let mut scene = flight(Config::default());
+    scene.type_text("e");
+    for (x_in, y_in) in [(0, 0), (48, 0), (48, 48), (0, 48)] {
+        let at = crate::model::draft::Edit::AppendAt(f64::from(x_in), f64::from(y_in));
+        scene.model.chart.draft.edit(at, None).unwrap();
+    }
+    scene
+}
+
+#[test]
+fn the_draft_is_a_list_beside_the_map() {
+    for (name, width, height) in [("route_narrow", 80, 24), ("route_wide", 120, 40)] {
+        let mut scene = drafting();
+        scene.type_text("b>");
+        let shown = screen(&scene, width, height);
+        for fact in [
+            "route: 4, ",
+            "about ",
+            "robot holds",
+            "arrows move",
+            "S send",
+        ] {
+            assert!(shown.contains(fact), "{fact} is not on\n{shown}");
+        }
+        insta::assert_snapshot!(name, shown);
+        scene.type_text("?");
+        assert!(screen(&scene, width, height).contains("insert one before it"));
+    }
 }

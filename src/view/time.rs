@@ -34,7 +34,12 @@ impl Screen<'_> {
         }
         spans.push(Span::raw(right.concat()));
         let text: String = spans.iter().map(|span| span.content.as_ref()).collect();
-        put(buffer, area, 0, &Line::styled(format!("{text:<width$}"), style));
+        put(
+            buffer,
+            area,
+            0,
+            &Line::styled(format!("{text:<width$}"), style),
+        );
     }
 
     /// The past is not told by colour alone: the row is reversed, and arrows point back.
@@ -103,7 +108,13 @@ impl Screen<'_> {
         };
         let here = place(playback.at);
         let mut cells: Vec<&str> = (0..columns)
-            .map(|column| if column < here { glyphs.played } else { glyphs.rule })
+            .map(|column| {
+                if column < here {
+                    glyphs.played
+                } else {
+                    glyphs.rule
+                }
+            })
             .collect();
         for marker in &playback.markers {
             cells[place(*marker)] = glyphs.draft;
@@ -127,5 +138,9 @@ fn words_width(words: &[String]) -> usize {
 fn share(playback: &Playback, at: Moment) -> f64 {
     let all = playback.until.saturating_sub(playback.from).as_secs_f64();
     let part = at.saturating_sub(playback.from).as_secs_f64();
-    if all > 0.0 { (part / all).min(1.0) } else { 1.0 }
+    if all > 0.0 {
+        (part / all).min(1.0)
+    } else {
+        1.0
+    }
 }

@@ -29,10 +29,6 @@ const SQUARE_DRIVEN: &str = "the square is driven: measure where I am";
 /// What it says when something was in its way there.
 const SQUARE_SPOILT: &str = "the square is spoilt: I touched something";
 
-/// What it says when the cliff guard takes the motors.
-const EDGE_AHEAD: &str = "cliff guard: there is no floor ahead";
-const EDGE_BEHIND: &str = "cliff guard: there is no floor behind";
-
 /// While the battery stays low it calls again after this time.
 const CALL_TICKS: u16 = 300 * TICK_HZ as u16;
 
@@ -74,9 +70,14 @@ impl Errands {
         self.level_ticks >= FULL_TICKS
     }
 
+    /// The same mode begins again.
+    pub(super) const fn begin_anew(&mut self) {
+        self.wandered_ticks = 0;
+    }
+
     /// Another mode begins; this one was the one before.
     pub(super) const fn leave(&mut self, mode: Mode) {
-        self.wandered_ticks = 0;
+        self.begin_anew();
         // A square that was broken off is not driven again.
         self.resume = if matches!(mode, Mode::Calibrate) {
             Mode::Stop
@@ -185,14 +186,6 @@ impl Robot {
             allowed.without(Layer::Bumpers)
         } else {
             allowed
-        }
-    }
-
-    /// Says once that the cliff guard has taken the motors.
-    pub(super) fn tell_of_cliffs(&mut self) {
-        if let Some(is_behind) = self.cliff_guard.take_news() {
-            self.schedule
-                .say(if is_behind { EDGE_BEHIND } else { EDGE_AHEAD });
         }
     }
 }

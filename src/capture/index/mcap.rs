@@ -9,13 +9,17 @@ use std::sync::Arc;
 use ::mcap::McapError;
 use ::mcap::records::{Record, op};
 use ::mcap::sans_io::{LinearReadEvent, LinearReader, LinearReaderOptions};
+use foxglove::messages::Log;
 use prost::Message;
 
-use super::{Piece, Place, Source, Tape, read_at};
+use super::{Piece, Place, Source, Tape, read_at, told};
 use crate::capture::CaptureError;
 use crate::capture::mcap::{RAW_RX, RAW_TX};
-use crate::capture::messages::RawBytes;
+use crate::capture::messages::{RawBytes, UplinkEvent};
 use crate::event::Moment;
+
+const UPLINK: &str = "/uplink";
+const LOG: &str = "/log";
 
 /// Opcode and length before every record.
 const HEAD_BYTES: usize = 9;
@@ -49,6 +53,8 @@ enum Item {
 enum Topic {
     Received,
     Sent,
+    Uplink,
+    Log,
 }
 
 /// The messages of one chunk.
@@ -208,7 +214,9 @@ impl McapTape {
         let mut first = None;
         for _ in 0..CHUNKS_BEFORE_BYTES {
             let Some(offset) = next else { break };
-            let Some(block) = self.load(offset) else { break };
+            let Some(block) = self.load(offset) else {
+                break;
+            };
             first = first.or(block.items.first().map(|(at, _)| *at));
             let received = block
                 .items
@@ -239,7 +247,9 @@ impl McapTape {
             };
             match read_at(&*self.source, offset, &mut head) {
                 Ok(HEAD_BYTES) => {}
-                Ok(_) => return damage("the recording was interrupted: the file ends in the middle"),
+                Ok(_) => {
+                    return damage("the recording was interrupted: the file ends in the middle");
+                }
                 Err(error) => return damage(&format!("the capture cannot be read on: {error}")),
             }
             let (opcode, length) = (head[0], u64_at(&head, 1));
@@ -293,7 +303,11 @@ impl McapTape {
     /// Goes to the next message, if there is one.
     fn settle(&mut self) -> Option<&(u64, Item)> {
         loop {
-            if self.block.as_ref().is_none_or(|block| block.offset != self.place.offset) {
+            if self
+                .block
+                .as_ref()
+                .is_none_or(|block| block.offset != self.place.offset)
+            {
                 // The place may be that of a record before the chunk: what was loaded says where it is.
                 let block = self.load(self.place.offset)?;
                 self.place.offset = block.offset;
@@ -326,35 +340,45 @@ impl Tape for McapTape {
         let at = self.next_at()?;
         let block = self.block.as_ref()?;
         let (_, item) = block.items.get(self.place.item as usize)?;
+        self.place.at = at;
         let (topic, message) = match item {
             Item::Damage(text) => {
-                let text = text.clone();
-                self.place.at = at;
                 self.place.item += 1;
                 self.place.stream = None;
-                return Some(Piece::Damaged(text));
+                return Some(Piece::Damaged(text.clone()));
             }
-            Item::Message(topic, range) => (*topic, RawBytes::decode(&block.bytes[range.clone()])),
+            Item::Message(topic, range) => (*topic, &block.bytes[range.clone()]),
         };
-        self.place.at = at;
-        self.current = match message {
-            Ok(current) => current,
-            Err(error) => {
-                self.place.item += 1;
-                return Some(Piece::Damaged(format!("a message makes no sense: {error}")));
-            }
+        let current = match topic {
+            Topic::Received | Topic::Sent => RawBytes::decode(message),
+            Topic::Uplink | Topic::Log => Ok(RawBytes::default()),
         };
-        if topic == Topic::Sent {
-            self.place.item += 1;
-            return Some(Piece::Sent(&self.current.data));
+        let event = match topic {
+            Topic::Uplink => UplinkEvent::decode(message)
+                .ok()
+                .map(|it| told::command(&it)),
+            Topic::Log => Log::decode(message).ok().map(|it| told::notice(&it)),
+            Topic::Received | Topic::Sent => Some(None),
+        };
+        self.place.item += 1;
+        let (Ok(current), Some(event)) = (current, event) else {
+            return Some(Piece::Damaged(
+                "a message makes no sense and is left out".to_owned(),
+            ));
+        };
+        self.current = current;
+        match topic {
+            Topic::Uplink | Topic::Log => return Some(event.map_or(Piece::Nothing, Piece::Told)),
+            Topic::Sent => return Some(Piece::Sent(&self.current.data)),
+            Topic::Received => {}
         }
         let offset = self.current.stream_offset;
         let missing = offset.saturating_sub(self.place.stream.unwrap_or(offset));
         if missing > 0 {
+            self.place.item -= 1;
             self.place.stream = Some(offset);
             return Some(Piece::Missing(missing));
         }
-        self.place.item += 1;
         self.place.stream = Some(offset + self.current.data.len() as u64);
         Some(Piece::Received(&self.current.data))
     }
@@ -370,7 +394,9 @@ impl Tape for McapTape {
     fn find(&mut self, at: Moment) -> Place {
         let wanted_ns = self.start_ns.saturating_add(at.as_nanos() as u64);
         let first = ::mcap::MAGIC.len() as u64;
-        let mark = self.marks.partition_point(|(start_ns, _)| *start_ns < wanted_ns);
+        let mark = self
+            .marks
+            .partition_point(|(start_ns, _)| *start_ns < wanted_ns);
         let (mut found_ns, mut found) = match mark.checked_sub(1).and_then(|n| self.marks.get(n)) {
             Some(&(start_ns, offset)) => (start_ns, offset),
             None => (self.start_ns, first),
@@ -378,7 +404,10 @@ impl Tape for McapTape {
         // Between two marks there may be chunks of which no mark was kept.
         let mut window = Window::default();
         let mut offset = found;
-        let until = self.marks.get(mark).map_or(self.size, |(_, offset)| *offset);
+        let until = self
+            .marks
+            .get(mark)
+            .map_or(self.size, |(_, offset)| *offset);
         while offset < until
             && let Ok(Some(head)) = window.read(&*self.source, offset, HEAD_BYTES + 16)
         {
@@ -393,7 +422,9 @@ impl Tape for McapTape {
                 }
                 (found_ns, found) = (start_ns, offset);
             }
-            let Some(next) = offset.checked_add(HEAD_BYTES as u64 + length) else { break };
+            let Some(next) = offset.checked_add(HEAD_BYTES as u64 + length) else {
+                break;
+            };
             offset = next;
         }
         Place {
@@ -445,7 +476,9 @@ impl Window {
 }
 
 fn u64_at(bytes: &[u8], at: usize) -> u64 {
-    let eight = bytes.get(at..at + 8).and_then(|eight| eight.try_into().ok());
+    let eight = bytes
+        .get(at..at + 8)
+        .and_then(|eight| eight.try_into().ok());
     eight.map_or(0, u64::from_le_bytes)
 }
 
@@ -456,6 +489,8 @@ fn take_channel(topics: &mut BTreeMap<u16, Topic>, body: &[u8]) {
     let topic = match channel.topic.as_str() {
         RAW_RX => Topic::Received,
         RAW_TX => Topic::Sent,
+        UPLINK => Topic::Uplink,
+        LOG => Topic::Log,
         _ => return,
     };
     topics.insert(channel.id, topic);
@@ -493,7 +528,9 @@ fn unpack(
                         let from = block.bytes.len();
                         block.bytes.extend_from_slice(&data);
                         let range = from..block.bytes.len();
-                        block.items.push((header.log_time, Item::Message(*topic, range)));
+                        block
+                            .items
+                            .push((header.log_time, Item::Message(*topic, range)));
                     }
                 }
                 _ => {}

@@ -182,7 +182,11 @@ fn clock(word: &str) -> Option<(i64, Moment)> {
         Some((sign, offset)) => {
             let offset = offset.replace(':', "");
             let (hours, minutes) = offset.split_at_checked(2)?;
-            let minutes = if minutes.is_empty() { 0 } else { digits(minutes)? };
+            let minutes = if minutes.is_empty() {
+                0
+            } else {
+                digits(minutes)?
+            };
             let east = (digits(hours)? * 60 + minutes) as i64;
             if sign == "-" { -east } else { east }
         }
@@ -235,7 +239,11 @@ mod tests {
         let head = format!("{first} A00 line\r\n{second} A01 line\r\n");
         let stamps = Stamps::of(head.as_bytes(), false)?;
         let lines: Vec<&str> = head.split_inclusive('\n').collect();
-        let at = |line: &str| stamps.read(line.as_bytes()).map(|(at, _)| at.as_millis() as u64);
+        let at = |line: &str| {
+            stamps
+                .read(line.as_bytes())
+                .map(|(at, _)| at.as_millis() as u64)
+        };
         Some((at(lines[0])?, at(lines[1])?))
     }
 
@@ -252,7 +260,11 @@ mod tests {
             ("1763758008.125000", "1763758008.500000", 375),
             ("[ 12.500]", "[ 13.000]", 500),
             ("2026-11-21T20:46:48.123Z", "2026-11-21T20:46:49.000Z", 877),
-            ("2026-11-21T20:46:48+0000", "2026-11-21T21:46:49+01:00", 1000),
+            (
+                "2026-11-21T20:46:48+0000",
+                "2026-11-21T21:46:49+01:00",
+                1000,
+            ),
             ("2026-11-21 20:46:48,5", "2026-11-22 00:00:00,0", 11_591_500),
             ("[2026-02-28 23:59:59]", "[2026-03-01 00:00:00]", 1000),
         ] {

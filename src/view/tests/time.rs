@@ -45,7 +45,10 @@ fn the_past_at_120_by_40() {
     let screen = screen(&scene, 120, 40);
     insta::assert_snapshot!(screen);
     let row = row(&screen, "PAST 2 m 00 s ago");
-    assert!(row.contains("#57") && row.matches("◀◀").count() == 2, "{row}");
+    assert!(
+        row.contains("#57") && row.matches("◀◀").count() == 2,
+        "{row}"
+    );
 }
 
 /// By shape alone, and by the reversed row where there are no colours.
@@ -126,5 +129,8 @@ fn a_jump_names_what_can_be_jumped_to() {
     let mut scene = flight(Config::default());
     scene.type_text("n");
     let told = screen(&scene, 80, 24);
-    row(&told, "to the next Space STOP  a alarm  b bump  v behaviour  c command");
+    row(
+        &told,
+        "to the next Space STOP  a alarm  b bump  v behaviour  c command",
+    );
 }
