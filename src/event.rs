@@ -62,8 +62,6 @@ pub enum Event {
         /// Its waypoints, or what is wrong with it and where.
         route: Result<Vec<Waypoint>, String>,
     },
-    /// The screen stands elsewhere in time than now; `None` when it shows now.
-    Playback(Option<Box<Playback>>),
     /// A route file was written for [`Effect::SaveRoute`], or not.
     RouteSaved {
         /// The file that was asked for.
@@ -71,6 +69,8 @@ pub enum Event {
         /// What happened.
         saved: Result<(), SaveProblem>,
     },
+    /// The screen stands elsewhere in time than now; `None` when it shows now.
+    Playback(Option<Box<Playback>>),
     /// What only a simulator knows: shown as the simulator's truth, used for nothing.
     Truth(Truth),
     /// Something worth a line in the log.
@@ -113,8 +113,6 @@ pub enum Effect {
     CancelCommands,
     /// Read a route file; the answer is [`Event::RouteLoaded`].
     LoadRoute(String),
-    /// Show another moment of the session or capture.
-    Travel(Travel),
     /// Write a route file; the answer is [`Event::RouteSaved`].
     SaveRoute {
         /// The file.
@@ -124,6 +122,8 @@ pub enum Effect {
         /// Whatever is there may go.
         overwrite: bool,
     },
+    /// Show another moment of the session or capture.
+    Travel(Travel),
     /// Ring the bell: the robot sings, or calls.
     Ring,
     /// Draw the whole screen anew: something else wrote on it.

@@ -111,8 +111,8 @@ parameters! {
     Forage: "forage", "0 or 1", 0..=1, 0;
     /// Below this the battery is low.
     LowBattery: "battery-low", "V/10", 100..=130, 116;
-    /// Below this it is harmed.
-    CriticalBattery: "battery-critical", "V/10", 100..=130, 112;
+    /// Below this it is harmed: the robot stops, unless it is on the way to its dock, and calls. 0: it never stops.
+    CriticalBattery: "battery-critical", "V/10", 0..=130, 112;
 }
 
 impl Parameter {

@@ -5,6 +5,8 @@ mod common;
 use common::{Bench, only, running, texts};
 use groundwave_protocol::command::Order;
 use groundwave_protocol::letters::{Arm, Layer, Mode, Power};
+use groundwave_protocol::parameter;
+use groundwave_protocol::telemetry::Body;
 use sr04_firmware::board::{Sides, Switches};
 
 #[test]
@@ -12,7 +14,7 @@ fn a_low_battery_calls_the_operator_once_in_five_minutes() {
     let mut bench = Bench::new();
     bench.run_ms(2000);
     assert!(texts(&bench).is_empty());
-    bench.inputs.battery_dv = 110;
+    bench.inputs.battery_dv = 114;
     bench.run_ms(290_000);
     let calls = texts(&bench);
     assert_eq!(calls.len(), 1, "{calls:?}");
@@ -20,6 +22,72 @@ fn a_low_battery_calls_the_operator_once_in_five_minutes() {
     assert_eq!(bench.robot.mode(), Mode::Prowl, "it only calls");
     bench.run_ms(60_000);
     assert_eq!(texts(&bench).len(), 2);
+}
+
+fn songs(bench: &Bench) -> usize {
+    let is_song = |body: &Body| matches!(body, Body::Song(_));
+    bench
+        .lines
+        .iter()
+        .filter(|(_, line)| is_song(&line.body))
+        .count()
+}
+
+#[test]
+fn a_critical_battery_stops_the_robot_and_calls_and_the_operator_may_drive_on() {
+    for mode in [Mode::Prowl, Mode::User, Mode::Reactive] {
+        let (mut bench, key) = running();
+        bench.order(key, Order::Mode(mode));
+        bench.run_ms(1000);
+        bench.inputs.battery_dv = 110;
+        bench.run_ms(20_000);
+        assert_eq!(bench.robot.mode(), Mode::Stop);
+        assert_eq!((bench.outputs.pwm_left, bench.outputs.pwm_right), (0, 0));
+        assert_eq!(bench.latest_state().power, Power::Critical);
+        let last = texts(&bench).pop().expect("it calls");
+        assert!(last.contains("nearly empty"), "{last}");
+        assert!(songs(&bench) >= 1);
+        // Out of the way with it, by order.
+        bench.order(key, Order::Mode(mode));
+        bench.run_ms(30_000);
+        assert_eq!(bench.robot.mode(), mode);
+        // A fresh battery, and in time it is empty too.
+        bench.inputs.battery_dv = 126;
+        bench.run_ms(30_000);
+        assert_eq!(bench.robot.mode(), mode);
+        bench.inputs.battery_dv = 110;
+        bench.run_ms(20_000);
+        assert_eq!(bench.robot.mode(), Mode::Stop);
+    }
+}
+
+#[test]
+fn a_critical_battery_does_not_keep_it_from_its_dock_and_none_is_critical_below_zero() {
+    let (mut bench, key) = running();
+    bench.inputs.beacon = Some(Sides::default());
+    bench.run_ms(100);
+    bench.order(key, Order::Mode(Mode::Forage));
+    bench.inputs.battery_dv = 108;
+    bench.run_ms(30_000);
+    assert_eq!(bench.robot.mode(), Mode::Forage);
+    bench.inputs.is_docked = true;
+    bench.order(key, Order::Mode(Mode::Prowl));
+    bench.run_ms(5000);
+    assert_eq!(bench.robot.mode(), Mode::Prowl, "it is being charged");
+    bench.inputs.is_docked = false;
+    bench.run_ms(1000);
+    assert_eq!(bench.robot.mode(), Mode::Stop);
+
+    let (mut bench, key) = running();
+    let never = Order::SetParameter {
+        key: parameter::key("battery-critical"),
+        value: 0,
+    };
+    bench.order(key, never);
+    bench.inputs.battery_dv = 90;
+    bench.run_ms(30_000);
+    assert_eq!(bench.robot.mode(), Mode::Prowl);
+    assert_eq!(bench.latest_state().power, Power::Low);
 }
 
 #[test]

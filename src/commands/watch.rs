@@ -40,7 +40,7 @@ pub(super) fn watch(options: &Watch, config: &config::Config) -> Result<(), Faul
     };
     if options.headless {
         return block_on(async {
-            let (driver, keeper) = plan.open()?;
+            let (driver, keeper) = plan.open().await?;
             let _finish = keeper.finish_on_drop();
             let result = headless::run(driver, &keeper).await;
             keeper.finish().map_err(keeping::fault)?;
@@ -136,11 +136,12 @@ struct Plan {
 
 impl Plan {
     /// The link first: one that cannot be opened leaves no empty file behind.
-    fn open(&self) -> Result<(Driver, Keeper), Fault> {
+    async fn open(&self) -> Result<(Driver, Keeper), Fault> {
         let (inputs, from_link) = tokio::sync::mpsc::channel(256);
         let connection = Connection::open(&self.spec, self.baud)
             .map_err(|error| Fault::new(Exit::NoLink, error))?;
         let share = sharing::listen(&self.sharing)?;
+        let foxglove = sharing::foxglove(&self.sharing, &self.name).await?;
         let keeper = keeping::open(&self.keeping, &self.name, self.notes.clone(), self.started)?;
         let link = Link::start(
             self.spec.clone(),
@@ -158,14 +159,16 @@ impl Plan {
             keeper.sent_sink(),
         )
         .advising(self.spec.baud(self.baud))
-        .shared(share);
+        .telling(keeper.event_sink())
+        .shared(share)
+        .watched(foxglove);
         Ok((driver, keeper))
     }
 }
 
 fn show(plan: &Plan, config: Config, first: Vec<Event>) -> Result<(), Fault> {
     block_on(async {
-        let (driver, keeper) = plan.open()?;
+        let (driver, keeper) = plan.open().await?;
         let status = keeper.clone();
         let model = Model::new(config);
         let dashboard = Dashboard {

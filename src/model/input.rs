@@ -9,7 +9,7 @@ use super::draft::Edit;
 use super::keys::{self, Action};
 use super::log::Subject;
 use super::travel::NO_ROBOT;
-use super::{Model, Overlay, Panel, Purpose, Question, TextEntry, Then, words};
+use super::{Model, Overlay, Panel, Purpose, Question, TextEntry, Then, trace, words};
 use crate::event::{Effect, Level, Moment};
 use crate::request::Request;
 
@@ -81,16 +81,27 @@ impl Model {
                 self.help_page = 0;
                 self.overlay = Overlay::Help;
             }
+            Action::Trace => self.overlay = Overlay::Trace(0),
+            Action::NextValue(steps) => self.trace(|at| trace::step(at, steps)),
+            Action::NextLine(steps) => self.trace(|at| trace::next_line(at, steps)),
+            Action::Why => self.overlay = Overlay::Why,
             Action::EnterDrive => self.ask_to_drive(now),
             Action::NextPanel => self.next_panel(),
+            Action::Show(panel) => self.show(panel),
+            Action::Enlarge => self.enlarged = !self.enlarged,
+            Action::TurnPage(pages) => self.turn_page(pages),
+            Action::NextPlotWindow => self.plots.next_window(),
+            Action::AcknowledgeAlarms => {
+                self.seen_until = Some(now);
+                if !self.alarms.acknowledge() {
+                    self.warn(now, "no alarm waits to be seen");
+                }
+            }
             Action::AskMoment => self.overlay = Overlay::Text(TextEntry::new(Purpose::Moment)),
             Action::AskJump { forward } => self.overlay = Overlay::Jump { forward },
             Action::Travel(_) | Action::Speed(_) | Action::JumpTo(_) | Action::JumpAgain { .. } => {
                 return self.act_on_time(action);
             }
-            Action::Show(panel) => self.show(panel),
-            Action::Enlarge => self.enlarged = !self.enlarged,
-            Action::TurnPage(pages) => self.turn_page(pages),
             Action::Suspend => return vec![Effect::Suspend],
             Action::Quit => {
                 let drives = matches!(self.overlay, Overlay::Drive(_));
@@ -331,6 +342,12 @@ impl Model {
                 self.show_selected();
             }
             Err(error) => self.warn(now, &error),
+        }
+    }
+
+    fn trace(&mut self, to: impl FnOnce(usize) -> usize) {
+        if let Overlay::Trace(at) = &mut self.overlay {
+            *at = to(*at);
         }
     }
 

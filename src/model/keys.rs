@@ -24,6 +24,10 @@ pub(crate) enum Context {
     Help,
     /// What to jump to.
     Jump,
+    /// From a value to its columns.
+    Trace,
+    /// Why the robot does that.
+    Why,
 }
 
 /// What a key does.
@@ -55,6 +59,12 @@ pub(crate) enum Action {
     Show(Panel),
     Enlarge,
     TurnPage(i32),
+    NextPlotWindow,
+    AcknowledgeAlarms,
+    Trace,
+    NextValue(i8),
+    NextLine(i8),
+    Why,
     EnterDrive,
     Push { ahead: i8, right: i8 },
     Faster(i8),
@@ -152,7 +162,7 @@ const fn row(
     }
 }
 
-use Context::{Dashboard, Drive, Help, Jump, Question, Route, Text};
+use Context::{Dashboard, Drive, Help, Jump, Question, Route, Text, Trace, Why};
 
 /// Every key. STOP comes first wherever the keyboard goes: Space, and Ctrl-S where Space is a letter.
 #[rustfmt::skip]
@@ -199,13 +209,20 @@ pub(crate) const TABLE: &[Binding] = &[
     row(Dashboard, "", &[plain('J'), shift(KeyCode::Down)], Action::Pan { east: 0, north: -1 }, "", ""),
     row(Dashboard, "t", &[plain('t')], Action::ToggleTruth, "map: the simulator's truth", ""),
     row(Dashboard, "Tab", &[bare(KeyCode::Tab)], Action::NextPanel, "next panel, where few fit", "panel"),
-    row(Dashboard, "F2-F5", &[bare(KeyCode::F(2))], Action::Show(Panel::Sensors), "a panel; again: enlarge it", ""),
-    row(Dashboard, "", &[bare(KeyCode::F(3))], Action::Show(Panel::Commands), "", ""),
-    row(Dashboard, "", &[bare(KeyCode::F(4))], Action::Show(Panel::Log), "", ""),
-    row(Dashboard, "", &[bare(KeyCode::F(5))], Action::Show(Panel::Link), "", ""),
+    row(Dashboard, "F2-F8", &[bare(KeyCode::F(2))], Action::Show(Panel::Sensors), "a panel; again: enlarge it", ""),
+    row(Dashboard, "", &[bare(KeyCode::F(3))], Action::Show(Panel::Body), "", ""),
+    row(Dashboard, "", &[bare(KeyCode::F(4))], Action::Show(Panel::Plots), "", ""),
+    row(Dashboard, "", &[bare(KeyCode::F(5))], Action::Show(Panel::Commands), "", ""),
+    row(Dashboard, "", &[bare(KeyCode::F(6))], Action::Show(Panel::Log), "", ""),
+    row(Dashboard, "", &[bare(KeyCode::F(7))], Action::Show(Panel::Link), "", ""),
+    row(Dashboard, "", &[bare(KeyCode::F(8))], Action::Show(Panel::Alarms), "", ""),
     row(Dashboard, "z", &[plain('z')], Action::Enlarge, "enlarge the panel, and back", ""),
     row(Dashboard, "PgUp", &[bare(KeyCode::PageUp)], Action::TurnPage(-1), "PgDn: turn the panel's pages", ""),
     row(Dashboard, "", &[bare(KeyCode::PageDown)], Action::TurnPage(1), "", ""),
+    row(Dashboard, "T", &[plain('T')], Action::NextPlotWindow, "plots: over a longer time", ""),
+    row(Dashboard, "A", &[plain('A')], Action::AcknowledgeAlarms, "alarms: seen", ""),
+    row(Dashboard, "i", &[plain('i')], Action::Trace, "trace a value to its columns", ""),
+    row(Dashboard, "y", &[plain('y')], Action::Why, "explain: why does it do that?", "why"),
     row(Dashboard, "k", &[plain('k')], Action::Travel(Travel::TogglePause), "time: stand still, go on", "still"),
     row(Dashboard, ", .", &[plain(',')], Action::Travel(Travel::Step { forward: false }), "time: a line back, a line on", "line"),
     row(Dashboard, "", &[plain('.')], Action::Travel(Travel::Step { forward: true }), "", ""),
@@ -291,6 +308,16 @@ pub(crate) const TABLE: &[Binding] = &[
     row(Help, "PgDn", &[bare(KeyCode::PageDown), bare(KeyCode::Tab), bare(KeyCode::Down)], Action::TurnPage(1), "", "more keys"),
     row(Help, "", &[bare(KeyCode::PageUp), bare(KeyCode::Up)], Action::TurnPage(-1), "", ""),
     row(Help, "Ctrl-C", &[ctrl('c')], Action::Quit, "", ""),
+    row(Trace, "Space", &[plain(' '), ctrl('s')], Action::Stop, "", "STOP"),
+    row(Trace, "arrows", &[bare(KeyCode::Right), bare(KeyCode::Tab)], Action::NextValue(1), "", "value and line"),
+    row(Trace, "", &[bare(KeyCode::Left)], Action::NextValue(-1), "", ""),
+    row(Trace, "", &[bare(KeyCode::Down)], Action::NextLine(1), "", ""),
+    row(Trace, "", &[bare(KeyCode::Up)], Action::NextLine(-1), "", ""),
+    row(Trace, "Esc", &[bare(KeyCode::Esc), plain('i'), plain('q')], Action::Close, "", "back"),
+    row(Trace, "Ctrl-C", &[ctrl('c')], Action::Quit, "", ""),
+    row(Why, "Space", &[plain(' '), ctrl('s')], Action::Stop, "", "STOP"),
+    row(Why, "Esc", &[bare(KeyCode::Esc), plain('y'), plain('q'), bare(KeyCode::Enter)], Action::Close, "", "back"),
+    row(Why, "Ctrl-C", &[ctrl('c')], Action::Quit, "", ""),
 ];
 
 /// What a key does in a context.
@@ -329,11 +356,13 @@ mod tests {
     #[test]
     fn stop_is_one_key_from_anywhere() {
         let stop = KeyEvent::new(KeyCode::Char('s'), KeyModifiers::CONTROL);
-        for context in [Dashboard, Drive, Text, Question, Help, Jump] {
+        for context in [
+            Dashboard, Drive, Text, Question, Help, Jump, Route, Trace, Why,
+        ] {
             assert_eq!(action(context, stop), Some(Action::Stop), "{context:?}");
         }
         let space = KeyEvent::new(KeyCode::Char(' '), KeyModifiers::NONE);
-        for context in [Dashboard, Drive, Question, Help, Jump] {
+        for context in [Dashboard, Drive, Question, Help, Jump, Route, Trace, Why] {
             assert_eq!(action(context, space), Some(Action::Stop), "{context:?}");
         }
     }

@@ -6,6 +6,8 @@ use groundwave_protocol::LINE_BYTES;
 use groundwave_protocol::decoder::Counters;
 
 use super::age;
+use super::robot::Reading;
+use super::trace::Kind;
 use crate::event::{LinkEvent, Moment, Reception};
 use crate::statistics::Statistics;
 
@@ -59,6 +61,8 @@ pub(crate) struct Link {
     frozen_at: Option<Moment>,
     newest_line_at: Option<Moment>,
     newest_raw: Option<[u8; LINE_BYTES]>,
+    /// The newest of each line whose columns are traced.
+    traced: [Option<Reading<[u8; LINE_BYTES]>>; Kind::ALL.len()],
     /// What comes, and since when.
     reception: Option<(Reception, Moment)>,
     counters: Counters,
@@ -108,6 +112,12 @@ impl Link {
     pub(super) fn take_line(&mut self, now: Moment, raw: &[u8; LINE_BYTES]) {
         self.newest_line_at = Some(now);
         self.newest_raw = Some(*raw);
+        if let Some(kind) = Kind::of(raw) {
+            self.traced[kind as usize] = Some(Reading {
+                value: *raw,
+                at: now,
+            });
+        }
     }
 
     /// Whether nothing can be sent, for good; unknown before the link is open.
@@ -155,6 +165,11 @@ impl Link {
     /// The newest 80 bytes.
     pub(crate) const fn newest_raw(&self) -> Option<&[u8; LINE_BYTES]> {
         self.newest_raw.as_ref()
+    }
+
+    /// The newest line of a kind.
+    pub(crate) const fn newest_of(&self, kind: Kind) -> Option<Reading<[u8; LINE_BYTES]>> {
+        self.traced[kind as usize]
     }
 
     /// `now`, or the moment at which the session stopped.

@@ -25,6 +25,8 @@ pub(crate) enum Subject {
     Command,
     /// The robot's own words.
     Robot,
+    /// A limit that was passed; the alarms have a place of their own where everybody looks.
+    Alarm,
     /// The station.
     Station,
 }
@@ -47,7 +49,11 @@ impl Entry {
         match self.subject {
             Subject::Station => true,
             Subject::Robot => self.level == Level::Alarm,
-            Subject::Behaviour | Subject::Bump | Subject::Link | Subject::Command => false,
+            Subject::Behaviour
+            | Subject::Bump
+            | Subject::Link
+            | Subject::Command
+            | Subject::Alarm => false,
         }
     }
 }

@@ -27,6 +27,9 @@ pub(crate) const STATE_STALE: Moment = Moment::from_secs(2);
 /// A line B is expected every two seconds.
 pub(crate) const STATUS_STALE: Moment = Moment::from_secs(8);
 
+/// A line C is expected every four seconds.
+pub(crate) const COUNTERS_STALE: Moment = Moment::from_mins(1);
+
 /// The newest line of each kind and what outlives it.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct Robot {
@@ -60,6 +63,28 @@ impl Robot {
             Body::Counters(counters) => self.counters = Some(reading(now, counters)),
             Body::Text(_) | Body::Parameter(_) | Body::Song(_) => {}
         }
+    }
+
+    /// What is old by now, by name.
+    pub(crate) fn stale(&self, now: Moment) -> Vec<&'static str> {
+        let old = |age: Option<Moment>, limit| age.is_some_and(|age| age >= limit);
+        [
+            (
+                "sensors",
+                old(self.state.map(|line| line.age(now)), STATE_STALE),
+            ),
+            (
+                "battery",
+                old(self.status.map(|line| line.age(now)), STATUS_STALE),
+            ),
+            (
+                "counters",
+                old(self.counters.map(|line| line.age(now)), COUNTERS_STALE),
+            ),
+        ]
+        .into_iter()
+        .filter_map(|(name, is_old)| is_old.then_some(name))
+        .collect()
     }
 
     /// Layers this firmware has; `None` until it has said so.

@@ -158,7 +158,7 @@ impl Scene {
     }
 }
 
-fn counters(uptime_s: u32, ticks_won: [u16; HOLDERS]) -> CountersLine {
+pub(crate) fn counters(uptime_s: u32, ticks_won: [u16; HOLDERS]) -> CountersLine {
     CountersLine {
         robot_id: 7,
         uptime_s,
@@ -385,11 +385,12 @@ fn any_playback() -> impl Strategy<Value = Option<Playback>> {
 
 fn any_key() -> impl Strategy<Value = KeyEvent> {
     let code = prop_oneof![
-        4 => select(" prh0123457dvOwuUSlCx:faHJKLt+-k<>,.gnNmoGbc?qyn".chars().collect::<Vec<_>>()).prop_map(KeyCode::Char),
+        4 => select(" prhWPD0123457dvOwuUSlCx:faHJKLt+-k<>,.gnNmoGbc?qynzTAie".chars().collect::<Vec<_>>()).prop_map(KeyCode::Char),
         1 => any::<char>().prop_map(KeyCode::Char),
         4 => select(vec![
             KeyCode::Up, KeyCode::Down, KeyCode::Left, KeyCode::Right, KeyCode::Enter,
             KeyCode::Esc, KeyCode::Tab, KeyCode::Backspace,
+            KeyCode::PageUp, KeyCode::PageDown, KeyCode::F(2), KeyCode::F(3), KeyCode::F(4), KeyCode::F(8),
         ]),
     ];
     let kind = select(vec![

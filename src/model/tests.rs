@@ -12,6 +12,7 @@ use super::{Config, Overlay};
 use crate::event::{CommandId, CommandStep, Effect, Event, Failure, LinkEvent, Moment};
 use crate::request::Request;
 
+mod alarms;
 mod chart;
 mod keys;
 mod ledger;

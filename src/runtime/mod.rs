@@ -5,6 +5,7 @@ mod dashboard;
 mod desk;
 mod driver;
 mod keeper;
+mod live;
 mod session;
 
 pub use dashboard::{Dashboard, run};

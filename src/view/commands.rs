@@ -9,6 +9,7 @@ use super::Screen;
 use super::text::{First, wrap};
 use crate::model::Panel;
 use crate::model::ledger::{Entry, Stage};
+use crate::model::robot::STATUS_STALE;
 use crate::model::words;
 
 const TITLE: &str = "commands: asked | the robot says";
@@ -71,7 +72,10 @@ impl Screen<'_> {
                 format!("holds {held}/{total}, {}", sent()),
                 theme.plain,
             ),
-            (Stage::Acknowledged, _) => (glyphs.done, "acknowledged".to_owned(), theme.good),
+            (Stage::Acknowledged, _) => {
+                let says = format!("acknowledged{}", self.proof(entry));
+                (glyphs.done, says, theme.good)
+            }
             (Stage::Activated { digest }, _) => self.list_fate(entry, digest),
             (Stage::Refused(outcome), _) => (
                 glyphs.bad,
@@ -89,21 +93,37 @@ impl Screen<'_> {
             .ledger
             .active()
             .filter(|active| active.id == entry.id && active.digest == digest);
-        let Some(active) = active else {
-            let says = format!("verified {digest:08X}, since replaced");
-            return (theme.glyphs.done, says, theme.dim);
-        };
-        let driven = match active.driven {
-            Some(place) if place.count > 0 => {
-                format!(", driven {}/{}", place.driven, place.count)
+        let driven = entry.driven.filter(|place| place.count > 0);
+        let of = driven.map_or(String::new(), |place| {
+            format!(", driven {}/{}", place.driven, place.count)
+        });
+        let is_over = driven.is_some_and(|place| place.driven == place.count);
+        match active {
+            None => {
+                let says = format!("verified {digest:08X}{of}, since replaced");
+                (theme.glyphs.done, says, theme.dim)
             }
-            _ => String::new(),
+            Some(_) if is_over => {
+                let says = format!("ACTIVE {digest:08X}{of}: done");
+                (theme.glyphs.done, says, theme.good)
+            }
+            Some(_) => {
+                let says = format!("ACTIVE {digest:08X}{of}{}", self.proof(entry));
+                (theme.glyphs.done, says, theme.good)
+            }
+        }
+    }
+
+    /// How long the proof took, and how many frames.
+    fn proof(&self, entry: &Entry) -> String {
+        let Some(proof) = entry.proof else {
+            return String::new();
         };
-        (
-            theme.glyphs.done,
-            format!("ACTIVE {digest:08X}{driven}"),
-            theme.good,
-        )
+        let frames = match entry.attempts {
+            0 | 1 => String::new(),
+            frames => format!(", sent {}{frames}", self.theme.glyphs.times),
+        };
+        format!(" in {:.1} s{frames}", proof.as_secs_f64())
     }
 
     /// The draft, and a list that the robot has from elsewhere.
@@ -118,8 +138,11 @@ impl Screen<'_> {
         {
             let list = status.value.list;
             let words = format!(
-                "robot's list, not of this session: {:08X}, driven {}/{}",
-                status.value.digest, list.driven, list.count
+                "{}robot's list, not of this session: {:08X}, driven {}/{}",
+                self.old_mark(status.age(self.now), STATUS_STALE),
+                status.value.digest,
+                list.driven,
+                list.count
             );
             lines.push(Line::styled(words, self.theme.dim));
         }

@@ -16,8 +16,8 @@ impl Screen<'_> {
             let prompt = match entry.purpose {
                 Purpose::Command => ":",
                 Purpose::RouteFile => "route file: ",
-                Purpose::Moment => "go to: ",
                 Purpose::SaveRoute => "save as: ",
+                Purpose::Moment => "go to: ",
             };
             let keys = Line::from(self.keys_beside_prompt(area.width));
             let taken = prompt.len() + 1 + keys.width();

@@ -56,6 +56,8 @@ impl Screen<'_> {
             help
         } else if let Some(aside) = self.aside() {
             aside
+        } else if let Some(traced) = self.trace_words() {
+            traced
         } else if let Some(news) = self.model.news(self.told_at) {
             self.news(news)
         } else {

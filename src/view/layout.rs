@@ -3,12 +3,22 @@
 use ratatui::buffer::Buffer;
 use ratatui::layout::Rect;
 
-use super::{Screen, ladder, link, sensors, split_bottom, split_right, split_top};
+use super::{Screen, body, ladder, link, sensors, split_bottom, split_right, split_top};
 use crate::model::Panel;
 
 /// From this size up the panels that everybody looks at have a place of their own.
 pub(super) const WIDTH_FULL: u16 = 110;
 pub(super) const HEIGHT_FULL: u16 = 34;
+
+/// From this size up every panel has.
+const WIDTH_ALL: u16 = 170;
+const HEIGHT_ALL: u16 = 44;
+
+/// Columns of the third column, with the robot from above, the plots and the alarms.
+const THIRD_COLUMNS: u16 = 50;
+
+/// Rows of the alarms in it: one for each, and a title.
+const ALARM_ROWS: u16 = 12;
 
 /// Rows that the log keeps beside the link's figures.
 const LOG_ROWS_MIN: u16 = 5;
@@ -25,6 +35,12 @@ impl Screen<'_> {
     }
 
     fn all_panels(&self, buffer: &mut Buffer, area: Rect) {
+        let is_wide = area.width >= WIDTH_ALL && area.height >= HEIGHT_ALL;
+        let (area, third) = if is_wide {
+            split_right(area, THIRD_COLUMNS)
+        } else {
+            (area, Rect::default())
+        };
         let band_rows = (area.height.saturating_sub(ladder::ROWS + sensors::ROWS)).clamp(7, 18);
         let (upper, lower) = split_bottom(area, band_rows);
         let right_columns = (area.width * 2 / 5).clamp(46, 72);
@@ -35,7 +51,12 @@ impl Screen<'_> {
         } else {
             let (ladder, sensors) = split_top(right, ladder::ROWS);
             self.ladder(buffer, ladder);
-            self.sensors(buffer, sensors);
+            match self.model.panel {
+                panel @ (Panel::Body | Panel::Plots | Panel::Alarms) if !is_wide => {
+                    self.draw_panel(buffer, sensors, panel);
+                }
+                _ => self.sensors(buffer, sensors),
+            }
         }
         let (commands, log) = split_right(lower, area.width / 2);
         self.commands(buffer, commands);
@@ -48,6 +69,13 @@ impl Screen<'_> {
             self.link(buffer, log);
         } else {
             self.log(buffer, log);
+        }
+        if is_wide {
+            let (body, third) = split_top(third, body::ROWS);
+            self.body(buffer, body);
+            let (plots, alarms) = split_bottom(third, ALARM_ROWS);
+            self.plots(buffer, plots);
+            self.alarms(buffer, alarms);
         }
     }
 
@@ -88,6 +116,9 @@ impl Screen<'_> {
             Panel::Commands => self.commands(buffer, area),
             Panel::Log => self.log(buffer, area),
             Panel::Link => self.link(buffer, area),
+            Panel::Body => self.body(buffer, area),
+            Panel::Plots => self.plots(buffer, area),
+            Panel::Alarms => self.alarms(buffer, area),
         }
     }
 }

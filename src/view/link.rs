@@ -8,6 +8,7 @@ use ratatui::text::{Line, Span};
 
 use super::Screen;
 use super::text::First;
+use crate::model::link::SILENT_AFTER;
 use crate::model::{Panel, failsafe};
 use crate::statistics::{Proof, Rejected, Resync, Statistics};
 
@@ -30,8 +31,11 @@ impl Screen<'_> {
             ]);
             self.cut(line, usize::from(area.width))
         };
+        let age = self.model.link.newest_age(self.now);
+        let note = self.staleness(age, SILENT_AFTER);
+        let note = note.map(|note| Span::styled(note, self.theme.warning));
         let lines: Vec<_> = self.link_rows(area.width).into_iter().map(line).collect();
-        self.pages(buffer, area, (Panel::Link, TITLE), None, &lines, First::Top);
+        self.pages(buffer, area, (Panel::Link, TITLE), note, &lines, First::Top);
     }
 
     /// Rows that the panel would fill, its title among them.

@@ -41,7 +41,9 @@ impl Screen<'_> {
             (Level::Info, Subject::Behaviour) => (glyphs.holds, theme.plain),
             (Level::Info, Subject::Robot) => ("\"", theme.strong),
             (Level::Info, Subject::Command) => (glyphs.done, theme.plain),
-            (Level::Info, Subject::Link | Subject::Station) => (glyphs.dot, theme.plain),
+            (Level::Info, Subject::Link | Subject::Station | Subject::Alarm) => {
+                (glyphs.dot, theme.plain)
+            }
         }
     }
 

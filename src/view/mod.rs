@@ -36,6 +36,8 @@
 //! +------------------------------------------------------+
 //! ```
 
+mod alarms;
+mod body;
 mod commands;
 mod footer;
 mod hint;
@@ -45,6 +47,7 @@ mod link;
 mod log;
 mod map;
 mod overlay;
+mod plots;
 mod raster;
 mod raw;
 mod route;
@@ -55,6 +58,7 @@ mod tests;
 mod text;
 mod theme;
 mod time;
+mod why;
 
 use ratatui::Frame;
 use ratatui::buffer::Buffer;
@@ -113,6 +117,9 @@ impl Screen<'_> {
             }
             None => rest,
         };
+        let calls = !self.model.alarms.calling().is_empty();
+        let (strip, rest) = split_top(rest, u16::from(calls));
+        self.alarm_strip(buffer, strip);
         if full {
             self.raw_with_ruler(buffer, raw);
         } else {
@@ -163,6 +170,15 @@ impl Screen<'_> {
             }
         }
         below
+    }
+
+    /// The mark before a value that has become stale; nothing while it is fresh.
+    fn old_mark(&self, age: Moment, stale_after: Moment) -> String {
+        if age >= stale_after {
+            format!("{} ", self.theme.glyphs.stale)
+        } else {
+            String::new()
+        }
     }
 
     /// The mark and age of a value that has become stale; nothing while it is fresh.

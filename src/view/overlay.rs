@@ -34,7 +34,12 @@ impl Screen<'_> {
         match &self.model.overlay {
             Overlay::Question(question) => self.question(buffer, area, question),
             Overlay::Help => self.help(buffer, area),
-            Overlay::None | Overlay::Text(_) | Overlay::Drive(_) | Overlay::Jump { .. } => {}
+            Overlay::Why => self.why_window(buffer, area),
+            Overlay::None
+            | Overlay::Text(_)
+            | Overlay::Drive(_)
+            | Overlay::Jump { .. }
+            | Overlay::Trace(_) => {}
         }
     }
 
@@ -102,7 +107,13 @@ impl Screen<'_> {
     }
 
     /// A framed empty window in the middle; returns what is inside.
-    fn window(&self, buffer: &mut Buffer, area: Rect, size: (u16, u16), title: &str) -> Rect {
+    pub(super) fn window(
+        &self,
+        buffer: &mut Buffer,
+        area: Rect,
+        size: (u16, u16),
+        title: &str,
+    ) -> Rect {
         let (width, height) = (size.0.min(area.width), size.1.min(area.height));
         let window = Rect {
             x: area.x + (area.width - width) / 2,

@@ -9,7 +9,9 @@ use ratatui::text::{Line, Span};
 use super::Screen;
 use super::text::First;
 use crate::event::Moment;
-use crate::model::robot::{STATE_STALE, STATUS_STALE, detects, ordered_wheels_in_s, touches};
+use crate::model::robot::{
+    COUNTERS_STALE, STATE_STALE, STATUS_STALE, detects, ordered_wheels_in_s, touches,
+};
 use crate::model::{Panel, age, why, words};
 
 /// Rows of the whole panel.
@@ -45,11 +47,16 @@ impl Screen<'_> {
         if lines.is_empty() {
             lines.push(Line::styled("nothing heard yet", self.theme.dim));
         }
+        let stale = self.model.robot.stale(self.now);
+        let note = (!stale.is_empty()).then(|| {
+            let words = format!("{} old: {}", self.theme.glyphs.stale, stale.join(", "));
+            Span::styled(words, self.theme.warning)
+        });
         self.pages(
             buffer,
             area,
             (Panel::Sensors, "sensors"),
-            None,
+            note,
             &lines,
             First::Top,
         );
@@ -296,7 +303,7 @@ impl Screen<'_> {
                 self.theme.dim,
             )],
             age: Some(counters.age(self.now)),
-            stale_after: Moment::from_mins(1),
+            stale_after: COUNTERS_STALE,
         })
     }
 }

@@ -151,7 +151,8 @@ impl Screen<'_> {
                 _ => theme.strong,
             };
             let mode = words::mode(state.value.mode).to_uppercase();
-            spans.push(Span::styled(mode, style));
+            let old = self.old_mark(state.age(self.now), STATE_STALE);
+            spans.push(Span::styled(format!("{old}{mode}"), style));
         }
         if let Some(status) = robot.status {
             let power = robot.state.map_or(Power::Ok, |state| state.value.power);
@@ -164,8 +165,9 @@ impl Screen<'_> {
             let words = words::power(power);
             let gap = if words.is_empty() { "" } else { " " };
             spans.push(Span::raw("  "));
+            let old = self.old_mark(status.age(self.now), STATUS_STALE);
             spans.push(Span::styled(
-                format!("{}.{} V{gap}{words}", volts / 10, volts % 10),
+                format!("{old}{}.{} V{gap}{words}", volts / 10, volts % 10),
                 style,
             ));
         }

@@ -12,6 +12,7 @@ use ratatui::buffer::Buffer;
 
 mod link;
 mod narrow;
+mod panels;
 mod time;
 
 use super::draw;
@@ -180,7 +181,9 @@ fn a_flight_at_80_by_24() {
         ("commands", "nothing is sent"),
         ("log", "right bumper hit at"),
     ] {
-        scene.press(&[KeyCode::Tab]);
+        while !screen(&scene, 80, 24).contains(&format!("── {panel}")) {
+            scene.press(&[KeyCode::Tab]);
+        }
         let screen = screen(&scene, 80, 24);
         row(&screen, &format!("── {panel}"));
         row(&screen, words);
@@ -197,7 +200,7 @@ fn commands_at_120_by_40_and_at_80_by_24() {
     row(&wide, &format!("2 route of 2 waypoints        ✔ {active}"));
     row(&wide, "3 scan                        ✖ REFUSED: not fitted");
     assert!(row(&wide, "4 △ sonar").contains("asked off"));
-    scene.press(&[KeyCode::Tab]);
+    scene.press(&[KeyCode::F(5)]);
     let narrow = screen(&scene, 80, 24);
     insta::assert_snapshot!("commands_narrow", narrow);
     row(&narrow, "── commands");
@@ -210,8 +213,7 @@ fn without_braille_and_color_everything_is_still_told() {
     let mut scene = flight(Config {
         colors: Colors::Mono,
         ascii: true,
-        raw_copy: None,
-        silent: false,
+        ..Config::default()
     });
     commanded(&mut scene);
     for keys in ["", "?", "?d"] {

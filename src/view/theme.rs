@@ -25,6 +25,8 @@ pub(super) struct Theme {
     pub(super) robot: Style,
     pub(super) route: Style,
     pub(super) draft: Style,
+    /// What has been picked out.
+    pub(super) lit: Style,
     pub(super) glyphs: &'static Glyphs,
 }
 
@@ -189,6 +191,7 @@ fn colored(dim: Color, faint: Color, accent: Color) -> Theme {
         robot: bold.fg(accent),
         route: bold.fg(Color::Blue),
         draft: plain.fg(Color::Magenta),
+        lit: bold.add_modifier(Modifier::REVERSED),
         glyphs: &UNICODE,
     }
 }
@@ -216,6 +219,7 @@ fn mono() -> Theme {
         robot: bold,
         route: bold,
         draft: plain,
+        lit: bold.add_modifier(Modifier::REVERSED),
         glyphs: &UNICODE,
     }
 }

@@ -77,7 +77,7 @@ fn the_figures_stand_beside_the_log() {
 #[test]
 fn the_figures_are_a_few_keys_away_on_the_smallest_screen() {
     let mut scene = measured();
-    scene.press(&[KeyCode::Tab; 3]);
+    scene.press(&[KeyCode::F(7)]);
     let narrow = screen(&scene, 80, 24);
     insta::assert_snapshot!("link_narrow", narrow);
     row(&narrow, "── link");

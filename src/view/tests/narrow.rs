@@ -182,7 +182,15 @@ fn every_panel_is_one_key_away_and_can_be_enlarged() {
     }
 }
 
-const PANELS: [(u8, &str); 4] = [(2, "sensors"), (3, "commands"), (4, "log"), (5, "link")];
+const PANELS: [(u8, &str); 7] = [
+    (2, "sensors"),
+    (3, "from above"),
+    (4, "plots"),
+    (5, "commands"),
+    (6, "log"),
+    (7, "link"),
+    (8, "alarms"),
+];
 
 #[test]
 fn the_log_wraps_and_says_how_often_before_what() {
@@ -190,7 +198,7 @@ fn the_log_wraps_and_says_how_often_before_what() {
     for _ in 0..3 {
         scene.hear_text("scan: longest view 172, brightest light 270, clearest 352 deg");
     }
-    scene.press(&[KeyCode::F(4)]);
+    scene.press(&[KeyCode::F(6)]);
     let narrow = screen(&scene, 80, 24);
     row(&narrow, "\" ×3 scan: longest view 172,");
     row(&narrow, "352 deg");
