@@ -96,6 +96,7 @@ impl Model {
             Action::TurnPage(pages) => self.turn_page(pages),
             Action::NextPlotWindow => self.plots.next_window(),
             Action::AcknowledgeAlarms => {
+                self.seen_until = Some(now);
                 if !self.alarms.acknowledge() {
                     self.warn(now, "no alarm waits to be seen");
                 }
