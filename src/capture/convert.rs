@@ -1,14 +1,11 @@
-//! Raw captures as MCAP.
+//! Raw captures as MCAP, with every topic that a recording has.
 
 use std::collections::BTreeMap;
 use std::io::{self, Read, Write};
 
-use ::mcap::McapError;
-use groundwave_protocol::decoder::Decoder;
-
-use super::mcap::{McapWriter, Topic};
-use super::messages::{RawBytes, Telemetry};
+use super::block_writer::{BlockWriter, Times};
 use super::raw::RawReader;
+use super::topics::{Deriver, Topic};
 
 /// Why a capture was not converted.
 #[derive(Debug, thiserror::Error)]
@@ -21,15 +18,6 @@ pub enum ConvertError {
     Write(io::Error),
 }
 
-impl From<McapError> for ConvertError {
-    fn from(error: McapError) -> Self {
-        Self::Write(match error {
-            McapError::Io(error) => error,
-            error => io::Error::other(error),
-        })
-    }
-}
-
 /// What was converted.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Converted {
@@ -40,41 +28,77 @@ pub struct Converted {
 }
 
 /// Writes a raw capture as MCAP, as if it had been recorded from `start_ns` since 1970 on, from a radio at
-/// 2400 baud that never paused.
+/// 2400 baud that never paused. `notes` is what the capture says about itself.
 ///
 /// # Errors
 /// When reading or writing fails.
 pub fn convert_raw(
     source: impl Read,
     start_ns: u64,
+    notes: &BTreeMap<String, String>,
     output: impl Write,
 ) -> Result<Converted, ConvertError> {
     let mut reader = RawReader::new(source);
-    let mut writer = McapWriter::new(output)?;
-    writer.write_metadata("session", BTreeMap::new())?;
-    let mut decoder = Decoder::default();
-    let mut offset = 0;
+    let mut writer = BlockWriter::new(output).map_err(ConvertError::Write)?;
+    register(&mut writer).map_err(ConvertError::Write)?;
+    writer
+        .write_metadata("session", notes)
+        .map_err(ConvertError::Write)?;
+    let mut deriver = Deriver::new();
+    let mut at_ns = start_ns;
     while let Some(chunk) = reader.next_chunk().map_err(ConvertError::Read)? {
-        let at_ns = start_ns + u64::try_from(chunk.at.as_nanos()).unwrap_or(u64::MAX);
-        let raw = RawBytes {
-            stream_offset: offset,
-            data: chunk.bytes.to_vec(),
+        at_ns = start_ns.saturating_add(u64::try_from(chunk.at.as_nanos()).unwrap_or(u64::MAX));
+        let mut write = |message: super::topics::TopicMessage<'_>| {
+            let times = Times {
+                log: message.log_time_ns,
+                publish: message.publish_time_ns,
+            };
+            let channel = message.topic as u16;
+            writer.write(channel, times, |to| to.extend_from_slice(message.data))
         };
-        writer.write(Topic::RawRx, at_ns, None, &raw)?;
-        offset += chunk.bytes.len() as u64;
-        let mut bytes = chunk.bytes;
-        while !bytes.is_empty() {
-            let (taken, received) = decoder.handle_bytes(bytes);
-            bytes = &bytes[taken..];
-            if let Some(received) = received {
-                writer.write(Topic::Telemetry, at_ns, None, &Telemetry::from(&received))?;
-            }
+        deriver
+            .handle_rx(at_ns, chunk.bytes, &mut write)
+            .map_err(ConvertError::Write)?;
+        if let Some((robot_id, version)) = deriver.take_robot() {
+            let version = format!("{}.{:02}", version.major, version.minor);
+            let table = BTreeMap::from([
+                ("robot_id".to_owned(), robot_id.to_string()),
+                ("firmware_version".to_owned(), version),
+            ]);
+            writer
+                .write_metadata("robot", &table)
+                .map_err(ConvertError::Write)?;
         }
     }
-    writer.finish()?;
-    let counters = decoder.counters();
+    deriver
+        .finish(|message| {
+            let times = Times {
+                log: at_ns,
+                publish: message.publish_time_ns,
+            };
+            let channel = message.topic as u16;
+            writer.write(channel, times, |to| to.extend_from_slice(message.data))
+        })
+        .map_err(ConvertError::Write)?;
+    writer.finish().map_err(ConvertError::Write)?;
+    let counters = deriver.counters();
     Ok(Converted {
         bytes: counters.bytes,
         lines: counters.lines + counters.ack_lines,
     })
+}
+
+/// Every topic there is, under the number it has everywhere, and the types of their messages.
+fn register<W: Write>(writer: &mut BlockWriter<W>) -> io::Result<()> {
+    let mut known = BTreeMap::new();
+    for topic in Topic::ALL {
+        let schema = topic.schema();
+        let id = match known.get(&schema.name) {
+            Some(id) => *id,
+            None => writer.add_schema(&schema.name, "protobuf", &schema.descriptors)?,
+        };
+        known.insert(schema.name, id);
+        writer.add_channel(id, topic.name(), "protobuf", &BTreeMap::new())?;
+    }
+    Ok(())
 }

@@ -13,11 +13,11 @@ use groundwave_protocol::LINE_BYTES;
 use prost::Message as _;
 
 use super::block_writer::{BlockWriter, Times};
-use super::mcap::{RAW_RX, RAW_TX};
 use super::mcap_reader::{Damages, Entries, Entry};
 use super::messages::RawBytes;
 use super::name::utc;
 use super::raw::RawReader;
+use super::topics::Topic;
 use super::when::When;
 
 /// What is decoded from bytes is recorded a moment after them and still belongs to them.
@@ -125,9 +125,9 @@ pub fn cut_mcap(source: impl Read, window: Window, output: impl Write) -> Result
                     log: header.log_time,
                     publish: header.publish_time,
                 };
-                let raw = match channel.topic.as_str() {
-                    RAW_RX => Some(Way::Down),
-                    RAW_TX => Some(Way::Up),
+                let raw = match Topic::from_name(&channel.topic) {
+                    Some(Topic::RawRx) => Some(Way::Down),
+                    Some(Topic::RawTx) => Some(Way::Up),
                     _ => None,
                 };
                 let content = match raw.map(|way| (way, RawBytes::decode(data))) {

@@ -1,8 +1,10 @@
 //! `convert`: raw captures to MCAP and back.
 
+use std::collections::BTreeMap;
 use std::io::Write;
 use std::ops::ControlFlow;
 use std::path::Path;
+use std::time::{Duration, UNIX_EPOCH};
 
 use super::cli::Convert;
 use super::opening::Source;
@@ -10,6 +12,7 @@ use super::output::{Output, Target, targets};
 use super::progress::Progress;
 use super::{Exit, Fault, keeping, many, opening, say};
 use crate::capture::convert::{ConvertError, convert_raw};
+use crate::capture::name::utc;
 use crate::capture::source::Form;
 use crate::capture::when::When;
 use crate::capture::{Capture, CaptureError};
@@ -36,7 +39,7 @@ pub(super) fn run(options: &Convert) -> Result<(), Fault> {
             let (form, source) = opening::tell_form(path, source)?;
             match form {
                 Form::Mcap => to_raw(path, source, target),
-                _ => to_mcap(options, path, source, target),
+                Form::Raw => to_mcap(options, path, source, target),
             }
         },
         |index, made| {
@@ -62,7 +65,7 @@ fn other_form(path: &Path) -> Result<&'static str, Fault> {
     let (form, _) = opening::tell_form(path, source)?;
     Ok(match form {
         Form::Mcap => "txt",
-        _ => "mcap",
+        Form::Raw => "mcap",
     })
 }
 
@@ -105,7 +108,20 @@ fn to_mcap(options: &Convert, path: &Path, source: Source, target: &Target) -> R
         }
     };
     let mut output = Output::create(target)?;
-    match convert_raw(source, start_ns, &mut output) {
+    let notes = BTreeMap::from([
+        ("converted_from".to_owned(), path.display().to_string()),
+        (
+            "start".to_owned(),
+            utc(UNIX_EPOCH + Duration::from_nanos(start_ns)),
+        ),
+        ("software".to_owned(), "groundwave".to_owned()),
+        (
+            "software_version".to_owned(),
+            env!("CARGO_PKG_VERSION").to_owned(),
+        ),
+        ("link".to_owned(), String::new()),
+    ]);
+    match convert_raw(source, start_ns, &notes, &mut output) {
         Ok(converted) => output.finish().map(|()| Made {
             bytes: converted.bytes,
             ..Made::default()
