@@ -11,6 +11,7 @@ use groundwave_protocol::telemetry::{AckLine, Line, Outcome, ParameterLine};
 
 use crate::request::Request;
 use crate::statistics::Statistics;
+use crate::travel::{Playback, Travel};
 
 /// Something that happened. The time it happened at travels beside it, as the time since the station
 /// started.
@@ -68,8 +69,8 @@ pub enum Event {
         /// What happened.
         saved: Result<(), SaveProblem>,
     },
-    /// A replay was paused, resumed or given another speed.
-    Replay(Replay),
+    /// The screen stands elsewhere in time than now; `None` when it shows now.
+    Playback(Option<Box<Playback>>),
     /// What only a simulator knows: shown as the simulator's truth, used for nothing.
     Truth(Truth),
     /// Something worth a line in the log.
@@ -121,10 +122,8 @@ pub enum Effect {
         /// Whatever is there may go.
         overwrite: bool,
     },
-    /// Pause or go on with a replay.
-    ReplayPause(bool),
-    /// Play a replay at this multiple of real time.
-    ReplaySpeed(f64),
+    /// Show another moment of the session or capture.
+    Travel(Travel),
     /// Ring the bell: the robot sings, or calls.
     Ring,
     /// Draw the whole screen anew: something else wrote on it.
@@ -268,15 +267,6 @@ pub struct Recording {
     pub bytes: u64,
     /// Recording failed: what happened and what is lost.
     pub problem: Option<String>,
-}
-
-/// How a replay is being played.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Replay {
-    /// Time stands still.
-    pub paused: bool,
-    /// Multiple of real time.
-    pub speed: f64,
 }
 
 /// The simulator's truth, in the robot's own frame.

@@ -10,9 +10,8 @@
 //!   counted: they are never repeated. The station sends again while it waits for an acknowledgement, before it knows of
 //!   any loss: some frames go again on a link that loses nothing.
 //! - *Proof*: from the moment a command was asked for until it was proven, the wait for its turn included.
-//! - *Airtime*: bytes, noise included, of the 240 that the radio can carry in a second; bytes come in clumps, so
-//!   that a full radio reads as a little more than 100 %. What was handed to the
-//!   device counts as sent.
+//! - *Airtime*: the share of time in which the radio carried bytes, noise included, at 240 a second. Bytes come in
+//!   clumps, each of which was in the air before it is told of. What was handed to the device counts as sent.
 
 mod airtime;
 mod uplink;

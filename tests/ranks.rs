@@ -15,6 +15,7 @@ const RULES: &[(&str, &[&str])] = &[
     ("src/event.rs", VOCABULARY),
     ("src/request.rs", VOCABULARY),
     ("src/route.rs", VOCABULARY),
+    ("src/song.rs", VOCABULARY),
     ("src/statistics.rs", VOCABULARY),
     ("src/statistics", VOCABULARY),
     (
@@ -39,6 +40,7 @@ const RULES: &[(&str, &[&str])] = &[
             "crate::view",
             "crate::capture",
             "crate::station",
+            "crate::timeline",
             "Instant",
             "SystemTime",
         ],
@@ -103,6 +105,19 @@ const RULES: &[(&str, &[&str])] = &[
         ],
     ),
     ("src/runtime", &["crate::commands"]),
+    ("src/travel.rs", VOCABULARY),
+    (
+        "src/timeline",
+        &[
+            "crate::commands",
+            "crate::io",
+            "crate::runtime",
+            "crate::view",
+            "std::fs",
+            "Instant",
+            "SystemTime",
+        ],
+    ),
 ];
 
 /// The words between the parts know none of the parts.

@@ -24,7 +24,7 @@ use proptest::prelude::*;
 
 fn converted(raw: &[u8]) -> Vec<u8> {
     let mut mcap = Vec::new();
-    convert_raw(raw, 1_741_944_413_000_000_000, &BTreeMap::new(), &mut mcap).unwrap();
+    convert_raw(raw, 1_741_944_413_000_000_000, &mut mcap).unwrap();
     mcap
 }
 
@@ -451,7 +451,8 @@ fn nothing_is_overwritten_and_nothing_is_left_behind() {
             "--force",
         ],
     );
-    assert_eq!(fs::metadata(file("a.txt")).unwrap().len(), 1200);
+    let length = fs::metadata(file("a.txt")).unwrap().len();
+    assert!((1121..=1200).contains(&length), "{length} bytes in 5 s");
     let (_, err) = expect(1, &["convert", &file("a.txt"), "-o", &file("none/a.mcap")]);
     assert!(err.contains("make the directory"), "{err}");
     let (_, err) = expect(2, &["convert", &file("a.txt"), &file("a.mcap"), "-o", "x"]);
@@ -570,7 +571,7 @@ struct Received {
 fn a_reader_that_goes_away_is_no_error() {
     let folder = scratch("broken-pipe");
     let file = |name: &str| folder.join(name).to_str().unwrap().to_owned();
-    fs::write(file("a.txt"), streams::clean(20_000)).unwrap();
+    fs::write(file("a.txt"), streams::clean(8000).repeat(3)).unwrap();
     expect(0, &["convert", &file("a.txt")]);
     for words in [
         &["convert", "a.txt", "-o", "-"][..],

@@ -1,11 +1,11 @@
-//! Raw captures as MCAP, with every topic that a recording has.
+//! Raw captures as MCAP.
 
 use std::collections::BTreeMap;
 use std::io::{self, Read, Write};
+use std::time::{Duration, UNIX_EPOCH};
 
-use super::block_writer::{BlockWriter, Times};
+use super::composer::{Composer, Session};
 use super::raw::RawReader;
-use super::topics::{Deriver, Topic};
 
 /// Why a capture was not converted.
 #[derive(Debug, thiserror::Error)]
@@ -27,78 +27,37 @@ pub struct Converted {
     pub lines: u64,
 }
 
-/// Writes a raw capture as MCAP, as if it had been recorded from `start_ns` since 1970 on, from a radio at
-/// 2400 baud that never paused. `notes` is what the capture says about itself.
+/// Writes a raw capture as MCAP with every topic, as if it had been recorded from `start_ns` since 1970 on,
+/// from a radio at 2400 baud that never paused.
 ///
 /// # Errors
 /// When reading or writing fails.
 pub fn convert_raw(
     source: impl Read,
     start_ns: u64,
-    notes: &BTreeMap<String, String>,
     output: impl Write,
 ) -> Result<Converted, ConvertError> {
+    let session = Session {
+        link: "a raw capture".to_owned(),
+        start: UNIX_EPOCH + Duration::from_nanos(start_ns),
+        notes: BTreeMap::new(),
+        configuration: String::new(),
+    };
     let mut reader = RawReader::new(source);
-    let mut writer = BlockWriter::new(output).map_err(ConvertError::Write)?;
-    register(&mut writer).map_err(ConvertError::Write)?;
-    writer
-        .write_metadata("session", notes)
-        .map_err(ConvertError::Write)?;
-    let mut deriver = Deriver::new();
-    let mut at_ns = start_ns;
+    let mut composer = Composer::new(output, &session).map_err(ConvertError::Write)?;
     while let Some(chunk) = reader.next_chunk().map_err(ConvertError::Read)? {
-        at_ns = start_ns.saturating_add(u64::try_from(chunk.at.as_nanos()).unwrap_or(u64::MAX));
-        let mut write = |message: super::topics::TopicMessage<'_>| {
-            let times = Times {
-                log: message.log_time_ns,
-                publish: message.publish_time_ns,
-            };
-            let channel = message.topic as u16;
-            writer.write(channel, times, |to| to.extend_from_slice(message.data))
-        };
-        deriver
-            .handle_rx(at_ns, chunk.bytes, &mut write)
+        let since_ns = u64::try_from(chunk.at.as_nanos()).unwrap_or(u64::MAX);
+        let at_ns = start_ns.saturating_add(since_ns);
+        composer
+            .handle_rx(at_ns, chunk.bytes)
             .map_err(ConvertError::Write)?;
-        if let Some((robot_id, version)) = deriver.take_robot() {
-            let version = format!("{}.{:02}", version.major, version.minor);
-            let table = BTreeMap::from([
-                ("robot_id".to_owned(), robot_id.to_string()),
-                ("firmware_version".to_owned(), version),
-            ]);
-            writer
-                .write_metadata("robot", &table)
-                .map_err(ConvertError::Write)?;
-        }
     }
-    deriver
-        .finish(|message| {
-            let times = Times {
-                log: at_ns,
-                publish: message.publish_time_ns,
-            };
-            let channel = message.topic as u16;
-            writer.write(channel, times, |to| to.extend_from_slice(message.data))
-        })
-        .map_err(ConvertError::Write)?;
-    writer.finish().map_err(ConvertError::Write)?;
-    let counters = deriver.counters();
+    let bytes = composer.deriver().rx_bytes();
+    // Whatever is left over after the last line feed is no line.
+    let counters = *composer.deriver().counters();
+    composer.finish().map_err(ConvertError::Write)?;
     Ok(Converted {
-        bytes: counters.bytes,
+        bytes,
         lines: counters.lines + counters.ack_lines,
     })
-}
-
-/// Every topic there is, under the number it has everywhere, and the types of their messages.
-fn register<W: Write>(writer: &mut BlockWriter<W>) -> io::Result<()> {
-    let mut known = BTreeMap::new();
-    for topic in Topic::ALL {
-        let schema = topic.schema();
-        let id = match known.get(&schema.name) {
-            Some(id) => *id,
-            None => writer.add_schema(&schema.name, "protobuf", &schema.descriptors)?,
-        };
-        known.insert(schema.name, id);
-        writer.add_channel(id, topic.name(), "protobuf", &BTreeMap::new())?;
-    }
-    Ok(())
 }

@@ -7,6 +7,7 @@ use groundwave_protocol::decoder::{Counters, Decoder, Received};
 use groundwave_protocol::telemetry::{Body, Note, SongLine};
 
 use super::{Capture, CaptureError};
+use crate::song::note_name;
 
 /// Calls `take` with each song, and the time since the capture began at which its line was complete. Returns what
 /// was seen.
@@ -47,50 +48,15 @@ impl fmt::Display for Notes<'_> {
         for (place, note) in self.0.notes().enumerate() {
             let gap = if place > 0 { "  " } else { "" };
             let length_s = note_length(note).as_secs_f64();
-            write!(f, "{gap}{} {length_s:.2}", name(note.hz))?;
+            write!(f, "{gap}{} {length_s:.2}", note_name(note.hz))?;
         }
         Ok(())
     }
 }
 
-/// The nearest key of a piano that goes on for ever, A4 at 440 Hz; a dash for a rest.
-fn name(hz: u16) -> String {
-    const NAMES: [&str; 12] = [
-        "C", "C#", "D", "D#", "E", "F", "F#", "G", "G#", "A", "A#", "B",
-    ];
-    /// A4 above C0, in semitones.
-    const A4: i32 = 4 * 12 + 9;
-    if hz == 0 {
-        return "-".to_owned();
-    }
-    let above_a4 = (f64::from(hz) / 440.0).log2() * 12.0;
-    let key = A4 + above_a4.round() as i32;
-    let name = NAMES[key.rem_euclid(12) as usize];
-    format!("{name}{}", key.div_euclid(12))
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
-
-    #[test]
-    fn notes_have_the_names_that_musicians_give_them() {
-        let named = [
-            (440, "A4"),
-            (262, "C4"),
-            (523, "C5"),
-            (466, "A#4"),
-            (494, "B4"),
-            (1568, "G6"),
-            (28, "A0"),
-            (1, "C-4"),
-            (4095, "C8"),
-            (0, "-"),
-        ];
-        for (hz, expected) in named {
-            assert_eq!(name(hz), expected, "{hz} Hz");
-        }
-    }
 
     #[test]
     fn a_song_reads_as_its_notes() {

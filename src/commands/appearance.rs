@@ -3,7 +3,7 @@
 
 use std::env;
 
-use crate::model::{Colors, Config};
+use crate::model::{Colors, Config, Limits};
 
 /// `NO_COLOR`, `COLORFGBG` and the locale.
 pub(super) fn from_environment() -> Config {
@@ -12,6 +12,7 @@ pub(super) fn from_environment() -> Config {
         .or_else(|| set("LC_CTYPE"))
         .or_else(|| set("LANG"));
     Config {
+        limits: Limits::default(),
         colors: colors(set("NO_COLOR").is_some(), set("COLORFGBG").as_deref()),
         ascii: is_ascii(locale.as_deref()),
         raw_copy: None,

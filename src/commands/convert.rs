@@ -1,10 +1,8 @@
 //! `convert`: raw captures to MCAP and back.
 
-use std::collections::BTreeMap;
 use std::io::Write;
 use std::ops::ControlFlow;
 use std::path::Path;
-use std::time::{Duration, UNIX_EPOCH};
 
 use super::cli::Convert;
 use super::opening::Source;
@@ -12,7 +10,6 @@ use super::output::{Output, Target, targets};
 use super::progress::Progress;
 use super::{Exit, Fault, keeping, many, opening, say};
 use crate::capture::convert::{ConvertError, convert_raw};
-use crate::capture::name::utc;
 use crate::capture::source::Form;
 use crate::capture::when::When;
 use crate::capture::{Capture, CaptureError};
@@ -108,20 +105,7 @@ fn to_mcap(options: &Convert, path: &Path, source: Source, target: &Target) -> R
         }
     };
     let mut output = Output::create(target)?;
-    let notes = BTreeMap::from([
-        ("converted_from".to_owned(), path.display().to_string()),
-        (
-            "start".to_owned(),
-            utc(UNIX_EPOCH + Duration::from_nanos(start_ns)),
-        ),
-        ("software".to_owned(), "groundwave".to_owned()),
-        (
-            "software_version".to_owned(),
-            env!("CARGO_PKG_VERSION").to_owned(),
-        ),
-        ("link".to_owned(), String::new()),
-    ]);
-    match convert_raw(source, start_ns, &notes, &mut output) {
+    match convert_raw(source, start_ns, &mut output) {
         Ok(converted) => output.finish().map(|()| Made {
             bytes: converted.bytes,
             ..Made::default()

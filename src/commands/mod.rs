@@ -20,7 +20,9 @@ mod output;
 mod ports;
 mod progress;
 mod record;
+mod recover;
 mod replay;
+mod report;
 mod runs;
 mod script;
 mod send;
@@ -136,6 +138,7 @@ fn dispatch(cli: &Cli) -> Result<(), Fault> {
         Command::Replay(replay) => replay::run(replay),
         Command::Decode(decode) => decode::run(decode),
         Command::Info(info) => info::run(info),
+        Command::Recover(recover) => recover::run(recover),
         Command::Convert(convert) => convert::run(convert),
         Command::Export(export) => export::run(export),
         Command::Cut(cut) => cut::run(cut),

@@ -205,6 +205,16 @@ impl Chart {
         self.truth = truth;
     }
 
+    /// Takes what is the operator's own from the chart of another moment.
+    pub(super) fn take_hands(&mut self, now: &Self) {
+        self.draft.clone_from(&now.draft);
+        self.cursor = now.cursor;
+        self.truth_hidden = now.truth_hidden;
+        self.zoom = now.zoom;
+        self.focus = now.focus;
+        self.include_draft();
+    }
+
     /// The middle of the picture, inches, before it gives way to the cursor.
     pub(crate) fn middle(&self) -> (f64, f64) {
         match self.focus {

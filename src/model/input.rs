@@ -6,18 +6,15 @@ use groundwave_protocol::letters::{Layer, LayerMask, Mode};
 
 use super::chart::Focus;
 use super::draft::Edit;
-use super::drive::Stick;
 use super::keys::{self, Action};
 use super::log::Subject;
-use super::{Model, Overlay, Panel, Purpose, Question, TextEntry, Then, words};
+use super::travel::NO_ROBOT;
+use super::{Model, Overlay, Panel, Purpose, Question, TextEntry, Then, trace, words};
 use crate::event::{Effect, Level, Moment};
 use crate::request::Request;
 
 /// Longest line that can be typed or pasted.
 const TEXT_MAX: usize = 512;
-
-/// Speeds of a replay.
-const REPLAY_SPEEDS: [f64; 8] = [0.25, 0.5, 1.0, 2.0, 4.0, 8.0, 16.0, 32.0];
 
 impl Model {
     pub(super) fn take_key(&mut self, now: Moment, key: KeyEvent) -> Vec<Effect> {
@@ -30,9 +27,15 @@ impl Model {
                 _ => Vec::new(),
             };
         }
+        self.aside = None;
         if let Some(action) = action {
             let repeated = key.kind == KeyEventKind::Repeat;
-            return self.act(now, action, repeated);
+            let effects = self.act(now, action, repeated);
+            return if action == Action::Confirm {
+                effects
+            } else {
+                self.ask_from_the_past(action, effects)
+            };
         }
         if let (Overlay::Text(entry), KeyCode::Char(c)) = (&mut self.overlay, key.code)
             && !key
@@ -74,15 +77,30 @@ impl Model {
             }
             Action::EditRoute => self.open_editor(),
             Action::Route(action) => return self.edit_route(now, action),
-            Action::Help => self.overlay = Overlay::Help,
+            Action::Help => {
+                self.help_page = 0;
+                self.overlay = Overlay::Help;
+            }
+            Action::Trace => self.overlay = Overlay::Trace(0),
+            Action::NextValue(steps) => self.trace(|at| trace::step(at, steps)),
+            Action::NextLine(steps) => self.trace(|at| trace::next_line(at, steps)),
+            Action::Why => self.overlay = Overlay::Why,
             Action::EnterDrive => self.ask_to_drive(now),
             Action::NextPanel => self.next_panel(),
-            Action::PauseReplay => {
-                if let Some(replay) = self.link.replay {
-                    return vec![Effect::ReplayPause(!replay.paused)];
+            Action::Show(panel) => self.show(panel),
+            Action::Enlarge => self.enlarged = !self.enlarged,
+            Action::TurnPage(pages) => self.turn_page(pages),
+            Action::NextPlotWindow => self.plots.next_window(),
+            Action::AcknowledgeAlarms => {
+                if !self.alarms.acknowledge() {
+                    self.warn(now, "no alarm waits to be seen");
                 }
             }
-            Action::ReplaySpeed(steps) => return self.replay_speed(steps),
+            Action::AskMoment => self.overlay = Overlay::Text(TextEntry::new(Purpose::Moment)),
+            Action::AskJump { forward } => self.overlay = Overlay::Jump { forward },
+            Action::Travel(_) | Action::Speed(_) | Action::JumpTo(_) | Action::JumpAgain { .. } => {
+                return self.act_on_time(action);
+            }
             Action::Suspend => return vec![Effect::Suspend],
             Action::Quit => {
                 let drives = matches!(self.overlay, Overlay::Drive(_));
@@ -156,6 +174,7 @@ impl Model {
                 self.overlay = Overlay::None;
                 return vec![Effect::DriveEnd];
             }
+            (Action::Close, Overlay::None) if self.chart.cursor.is_none() => self.enlarged = false,
             (Action::Close, Overlay::None) => self.chart.cursor = None,
             (Action::Close, overlay) => *overlay = Overlay::None,
             (Action::EraseCharacter, Overlay::Text(entry)) => {
@@ -173,14 +192,7 @@ impl Model {
             (Action::Confirm, Overlay::Question(question)) => {
                 let then = question.then.clone();
                 self.overlay = Overlay::None;
-                return vec![match then {
-                    Then::Send(request) => Effect::Send(request),
-                    Then::SaveRoute(path) => self.save_route(&path, true),
-                    Then::Drive => {
-                        self.overlay = Overlay::Drive(Stick::default());
-                        Effect::Send(Request::Mode(Mode::User))
-                    }
-                }];
+                return self.go_ahead(then);
             }
             _ => {}
         }
@@ -193,10 +205,13 @@ impl Model {
         if text.is_empty() {
             return Vec::new();
         }
+        if entry.purpose == Purpose::Moment {
+            return self.submit_moment(entry);
+        }
         let file = match entry.purpose {
             Purpose::SaveRoute => return vec![self.save_route(text, false)],
             Purpose::RouteFile => Some(text),
-            Purpose::Command => text.strip_prefix("route ").map(str::trim),
+            Purpose::Command | Purpose::Moment => text.strip_prefix("route ").map(str::trim),
         };
         if let Some(file) = file {
             return vec![Effect::LoadRoute(file.to_owned())];
@@ -236,24 +251,29 @@ impl Model {
     }
 
     fn ask_for(&mut self, request: Request) {
+        if self.is_replay() {
+            self.aside = Some(NO_ROBOT.to_owned());
+            return;
+        }
         let (text, then) = match &request {
             Request::Mode(Mode::User) => (DRIVE_QUESTION.to_owned(), Then::Drive),
             Request::Route(_) => (
                 "Clear the robot's list of waypoints?".to_owned(),
-                Then::Send(request),
+                Then::Send(vec![request]),
             ),
             Request::Pose {
                 position,
                 theta_deg,
             } => (
                 format!(
-                    "Tell the robot that it is at ({}, {}), heading {theta_deg}? Its trail starts afresh.",
+                    "Tell the robot that it is at ({}, {}), heading {theta_deg}? Its trail starts afresh, and it looks for its dock from there.",
                     position.x_in, position.y_in
                 ),
-                Then::Send(request),
+                Then::Send(vec![request]),
             ),
-            other => (format!("Send `{other}`?"), Then::Send(request)),
+            other => (format!("Send `{other}`?"), Then::Send(vec![request])),
         };
+        let text = self.said_of_the_past(text);
         self.overlay = Overlay::Question(Question { text, then });
     }
 
@@ -324,19 +344,10 @@ impl Model {
         }
     }
 
-    fn replay_speed(&self, steps: i8) -> Vec<Effect> {
-        let Some(replay) = self.link.replay else {
-            return Vec::new();
-        };
-        let at = REPLAY_SPEEDS
-            .iter()
-            .position(|&speed| speed >= replay.speed)
-            .unwrap_or(REPLAY_SPEEDS.len() - 1);
-        REPLAY_SPEEDS
-            .get(at.saturating_add_signed(isize::from(steps)))
-            .map(|&speed| Effect::ReplaySpeed(speed))
-            .into_iter()
-            .collect()
+    fn trace(&mut self, to: impl FnOnce(usize) -> usize) {
+        if let Overlay::Trace(at) = &mut self.overlay {
+            *at = to(*at);
+        }
     }
 
     fn next_panel(&mut self) {
@@ -345,10 +356,30 @@ impl Model {
             .position(|panel| *panel == self.panel)
             .unwrap_or(0);
         self.panel = Panel::ALL[(at + 1) % Panel::ALL.len()];
+        self.page = 0;
     }
 
-    fn warn(&mut self, now: Moment, text: &str) {
+    /// Chooses a panel; the one that is chosen already is enlarged, or no longer.
+    fn show(&mut self, panel: Panel) {
+        if self.panel == panel {
+            self.enlarged = !self.enlarged;
+        } else {
+            self.panel = panel;
+        }
+        self.page = 0;
+    }
+
+    const fn turn_page(&mut self, pages: i32) {
+        let turned = match self.overlay {
+            Overlay::Help => &mut self.help_page,
+            _ => &mut self.page,
+        };
+        *turned = turned.wrapping_add(pages);
+    }
+
+    pub(super) fn warn(&mut self, now: Moment, text: &str) {
         self.log.add(now, Level::Warning, Subject::Station, text);
+        self.aside = Some(text.to_owned());
     }
 }
 

@@ -3,7 +3,9 @@
 use crossterm::event::{KeyCode, KeyEvent, KeyModifiers};
 use groundwave_protocol::letters::{Layer, Mode};
 
+use super::Panel;
 use super::editor::RouteAction;
+use crate::travel::{Landmark, Travel};
 
 /// Where the keyboard goes.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -20,10 +22,16 @@ pub(crate) enum Context {
     Question,
     /// The list of keys.
     Help,
+    /// What to jump to.
+    Jump,
+    /// From a value to its columns.
+    Trace,
+    /// Why the robot does that.
+    Why,
 }
 
 /// What a key does.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) enum Action {
     Stop,
     Mode(Mode),
@@ -48,6 +56,15 @@ pub(crate) enum Action {
     ShowEverything,
     ToggleTruth,
     NextPanel,
+    Show(Panel),
+    Enlarge,
+    TurnPage(i32),
+    NextPlotWindow,
+    AcknowledgeAlarms,
+    Trace,
+    NextValue(i8),
+    NextLine(i8),
+    Why,
     EnterDrive,
     Push { ahead: i8, right: i8 },
     Faster(i8),
@@ -58,14 +75,26 @@ pub(crate) enum Action {
     Submit,
     EraseCharacter,
     EraseAll,
-    PauseReplay,
-    ReplaySpeed(i8),
+    Travel(Travel),
+    Speed(i8),
+    AskMoment,
+    AskJump { forward: bool },
+    JumpTo(Landmark),
+    JumpAgain { forward: bool },
     Redraw,
     Suspend,
     Quit,
 }
 
 impl Action {
+    /// Whether it shows another moment.
+    pub(crate) const fn moves_in_time(self) -> bool {
+        matches!(
+            self,
+            Self::Travel(_) | Self::Speed(_) | Self::AskMoment | Self::AskJump { .. }
+        )
+    }
+
     /// Whether it is for a link that carries something to the robot.
     pub(crate) const fn asks_the_robot(self) -> bool {
         matches!(
@@ -133,7 +162,7 @@ const fn row(
     }
 }
 
-use Context::{Dashboard, Drive, Help, Question, Route, Text};
+use Context::{Dashboard, Drive, Help, Jump, Question, Route, Text, Trace, Why};
 
 /// Every key. STOP comes first wherever the keyboard goes: Space, and Ctrl-S where Space is a letter.
 #[rustfmt::skip]
@@ -142,7 +171,9 @@ pub(crate) const TABLE: &[Binding] = &[
     row(Dashboard, "p", &[plain('p')], Action::Mode(Mode::Prowl), "prowl: move about", "prowl"),
     row(Dashboard, "r", &[plain('r')], Action::Mode(Mode::Reactive), "reactive: wait to be pulled", ""),
     row(Dashboard, "h", &[plain('h')], Action::Mode(Mode::GoHome), "home: back to the origin", "home"),
-    row(Dashboard, "W", &[plain('W')], Action::Mode(Mode::Wander), "wander, if the robot can", ""),
+    row(Dashboard, "W", &[plain('W')], Action::Mode(Mode::Wander), "wander for a while, then home", ""),
+    row(Dashboard, "P", &[plain('P')], Action::Mode(Mode::Passive), "passive: hide and wait", ""),
+    row(Dashboard, "D", &[plain('D')], Action::Mode(Mode::Forage), "dock: charge the battery", ""),
     row(Dashboard, "1-7", &[plain('1')], Action::ToggleLayer(Layer::Bumpers), "allow a layer, or forbid it", "layers"),
     row(Dashboard, "0", &[plain('0')], Action::ToggleLayer(Layer::User), "the same for driving by hand", ""),
     row(Dashboard, "2", &[plain('2')], Action::ToggleLayer(Layer::Rotation), "", ""),
@@ -178,9 +209,32 @@ pub(crate) const TABLE: &[Binding] = &[
     row(Dashboard, "", &[plain('J'), shift(KeyCode::Down)], Action::Pan { east: 0, north: -1 }, "", ""),
     row(Dashboard, "t", &[plain('t')], Action::ToggleTruth, "map: the simulator's truth", ""),
     row(Dashboard, "Tab", &[bare(KeyCode::Tab)], Action::NextPanel, "next panel, where few fit", "panel"),
-    row(Dashboard, "k", &[plain('k')], Action::PauseReplay, "replay: pause, go on", ""),
-    row(Dashboard, "< >", &[plain('<')], Action::ReplaySpeed(-1), "replay: slower, faster", ""),
-    row(Dashboard, "", &[plain('>')], Action::ReplaySpeed(1), "", ""),
+    row(Dashboard, "F2-F8", &[bare(KeyCode::F(2))], Action::Show(Panel::Sensors), "a panel; again: enlarge it", ""),
+    row(Dashboard, "", &[bare(KeyCode::F(3))], Action::Show(Panel::Body), "", ""),
+    row(Dashboard, "", &[bare(KeyCode::F(4))], Action::Show(Panel::Plots), "", ""),
+    row(Dashboard, "", &[bare(KeyCode::F(5))], Action::Show(Panel::Commands), "", ""),
+    row(Dashboard, "", &[bare(KeyCode::F(6))], Action::Show(Panel::Log), "", ""),
+    row(Dashboard, "", &[bare(KeyCode::F(7))], Action::Show(Panel::Link), "", ""),
+    row(Dashboard, "", &[bare(KeyCode::F(8))], Action::Show(Panel::Alarms), "", ""),
+    row(Dashboard, "z", &[plain('z')], Action::Enlarge, "enlarge the panel, and back", ""),
+    row(Dashboard, "PgUp", &[bare(KeyCode::PageUp)], Action::TurnPage(-1), "PgDn: turn the panel's pages", ""),
+    row(Dashboard, "", &[bare(KeyCode::PageDown)], Action::TurnPage(1), "", ""),
+    row(Dashboard, "T", &[plain('T')], Action::NextPlotWindow, "plots: over a longer time", ""),
+    row(Dashboard, "A", &[plain('A')], Action::AcknowledgeAlarms, "alarms: seen", ""),
+    row(Dashboard, "i", &[plain('i')], Action::Trace, "trace a value to its columns", ""),
+    row(Dashboard, "y", &[plain('y')], Action::Why, "explain: why does it do that?", "why"),
+    row(Dashboard, "k", &[plain('k')], Action::Travel(Travel::TogglePause), "time: stand still, go on", "still"),
+    row(Dashboard, ", .", &[plain(',')], Action::Travel(Travel::Step { forward: false }), "time: a line back, a line on", "line"),
+    row(Dashboard, "", &[plain('.')], Action::Travel(Travel::Step { forward: true }), "", ""),
+    row(Dashboard, "< >", &[plain('<')], Action::Speed(-1), "time: slower, faster", "speed"),
+    row(Dashboard, "", &[plain('>')], Action::Speed(1), "", ""),
+    row(Dashboard, "g", &[plain('g')], Action::AskMoment, "time: go to 12:30, +30s, #12", "go to"),
+    row(Dashboard, "n N", &[plain('n')], Action::AskJump { forward: true }, "time: next alarm, bump, ..", "next"),
+    row(Dashboard, "", &[plain('N')], Action::AskJump { forward: false }, "", ""),
+    row(Dashboard, "m", &[plain('m')], Action::Travel(Travel::Mark), "time: mark this moment", "mark"),
+    row(Dashboard, "o", &[plain('o')], Action::Travel(Travel::Loop), "time: loop from here, to here", "loop"),
+    row(Dashboard, "G", &[plain('G'), bare(KeyCode::End)], Action::Travel(Travel::Newest), "time: back to now, or the end", "newest"),
+    row(Dashboard, "", &[bare(KeyCode::Home)], Action::Travel(Travel::Oldest), "", ""),
     row(Dashboard, "?", &[plain('?'), bare(KeyCode::F(1))], Action::Help, "these keys", "keys"),
     row(Dashboard, "Esc", &[bare(KeyCode::Esc)], Action::Close, "put the cursor away", ""),
     row(Dashboard, "Ctrl-L", &[ctrl('l')], Action::Redraw, "draw the screen anew", ""),
@@ -239,9 +293,31 @@ pub(crate) const TABLE: &[Binding] = &[
     row(Question, "y", &[plain('y')], Action::Confirm, "", "yes"),
     row(Question, "n", &[plain('n'), plain('q'), bare(KeyCode::Esc)], Action::Close, "", "no"),
     row(Question, "Ctrl-C", &[ctrl('c')], Action::Quit, "", ""),
+    row(Jump, "Space", &[plain(' '), ctrl('s')], Action::Stop, "", "STOP"),
+    row(Jump, "a", &[plain('a')], Action::JumpTo(Landmark::Alarm), "", "alarm"),
+    row(Jump, "b", &[plain('b')], Action::JumpTo(Landmark::Bump), "", "bump"),
+    row(Jump, "v", &[plain('v')], Action::JumpTo(Landmark::Behaviour), "", "behaviour"),
+    row(Jump, "c", &[plain('c')], Action::JumpTo(Landmark::Command), "", "command"),
+    row(Jump, "m", &[plain('m')], Action::JumpTo(Landmark::Marker), "", "marker"),
+    row(Jump, "n", &[plain('n')], Action::JumpAgain { forward: true }, "", "as before"),
+    row(Jump, "", &[plain('N')], Action::JumpAgain { forward: false }, "", ""),
+    row(Jump, "Esc", &[bare(KeyCode::Esc), plain('q')], Action::Close, "", "never mind"),
+    row(Jump, "Ctrl-C", &[ctrl('c')], Action::Quit, "", ""),
     row(Help, "Space", &[plain(' '), ctrl('s')], Action::Stop, "", "STOP"),
     row(Help, "Esc", &[bare(KeyCode::Esc), plain('?'), plain('q'), bare(KeyCode::Enter), bare(KeyCode::F(1))], Action::Close, "", "back"),
+    row(Help, "PgDn", &[bare(KeyCode::PageDown), bare(KeyCode::Tab), bare(KeyCode::Down)], Action::TurnPage(1), "", "more keys"),
+    row(Help, "", &[bare(KeyCode::PageUp), bare(KeyCode::Up)], Action::TurnPage(-1), "", ""),
     row(Help, "Ctrl-C", &[ctrl('c')], Action::Quit, "", ""),
+    row(Trace, "Space", &[plain(' '), ctrl('s')], Action::Stop, "", "STOP"),
+    row(Trace, "arrows", &[bare(KeyCode::Right), bare(KeyCode::Tab)], Action::NextValue(1), "", "value and line"),
+    row(Trace, "", &[bare(KeyCode::Left)], Action::NextValue(-1), "", ""),
+    row(Trace, "", &[bare(KeyCode::Down)], Action::NextLine(1), "", ""),
+    row(Trace, "", &[bare(KeyCode::Up)], Action::NextLine(-1), "", ""),
+    row(Trace, "Esc", &[bare(KeyCode::Esc), plain('i'), plain('q')], Action::Close, "", "back"),
+    row(Trace, "Ctrl-C", &[ctrl('c')], Action::Quit, "", ""),
+    row(Why, "Space", &[plain(' '), ctrl('s')], Action::Stop, "", "STOP"),
+    row(Why, "Esc", &[bare(KeyCode::Esc), plain('y'), plain('q'), bare(KeyCode::Enter)], Action::Close, "", "back"),
+    row(Why, "Ctrl-C", &[ctrl('c')], Action::Quit, "", ""),
 ];
 
 /// What a key does in a context.
@@ -280,11 +356,13 @@ mod tests {
     #[test]
     fn stop_is_one_key_from_anywhere() {
         let stop = KeyEvent::new(KeyCode::Char('s'), KeyModifiers::CONTROL);
-        for context in [Dashboard, Drive, Text, Question, Help] {
+        for context in [
+            Dashboard, Drive, Text, Question, Help, Jump, Route, Trace, Why,
+        ] {
             assert_eq!(action(context, stop), Some(Action::Stop), "{context:?}");
         }
         let space = KeyEvent::new(KeyCode::Char(' '), KeyModifiers::NONE);
-        for context in [Dashboard, Drive, Question, Help] {
+        for context in [Dashboard, Drive, Question, Help, Jump, Route, Trace, Why] {
             assert_eq!(action(context, space), Some(Action::Stop), "{context:?}");
         }
     }

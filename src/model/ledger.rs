@@ -41,6 +41,12 @@ pub(crate) struct Entry {
     pub(crate) progress: Option<(u16, u16)>,
     /// When the stage changed.
     pub(crate) at: Moment,
+    /// When it was asked for.
+    pub(crate) asked_at: Moment,
+    /// From the wish to the proof.
+    pub(crate) proof: Option<Moment>,
+    /// How far its list was driven when the robot last spoke of it.
+    pub(crate) driven: Option<ListPlace>,
 }
 
 impl Entry {
@@ -105,6 +111,9 @@ impl Ledger {
             CommandStep::Refused(outcome) => entry.stage = Stage::Refused(*outcome),
             CommandStep::Failed(failure) => entry.stage = Stage::Failed(*failure),
         }
+        if let CommandStep::Proven { .. } = step {
+            entry.proof = Some(now.saturating_sub(entry.asked_at));
+        }
         entry.at = now;
         Some(entry)
     }
@@ -123,6 +132,9 @@ impl Ledger {
             attempts: 0,
             progress: None,
             at: now,
+            asked_at: now,
+            proof: None,
+            driven: None,
         });
     }
 
@@ -138,6 +150,10 @@ impl Ledger {
         if let Some(active) = &mut self.active {
             if active.digest == status.digest {
                 active.driven = Some(status.list);
+                let id = active.id;
+                if let Some(entry) = self.entries.iter_mut().find(|entry| entry.id == id) {
+                    entry.driven = Some(status.list);
+                }
             } else {
                 self.active = None;
             }

@@ -6,7 +6,9 @@ use groundwave_protocol::LINE_BYTES;
 use groundwave_protocol::decoder::Counters;
 
 use super::age;
-use crate::event::{LinkEvent, Moment, Reception, Replay};
+use super::robot::Reading;
+use super::trace::Kind;
+use crate::event::{LinkEvent, Moment, Reception};
 use crate::statistics::Statistics;
 
 /// Rate and loss are taken over this long.
@@ -45,8 +47,6 @@ pub(crate) enum Health {
     Silent,
     /// The link is gone; the station keeps trying.
     Lost,
-    /// The replay stands still.
-    Paused,
     /// Over for good.
     Ended,
 }
@@ -57,11 +57,12 @@ pub(crate) struct Link {
     pub(crate) name: String,
     pub(crate) can_send: bool,
     pub(crate) connection: Connection,
-    pub(crate) replay: Option<Replay>,
-    /// When time stopped: the session ended or the replay was paused.
+    /// When the session ended.
     frozen_at: Option<Moment>,
     newest_line_at: Option<Moment>,
     newest_raw: Option<[u8; LINE_BYTES]>,
+    /// The newest of each line whose columns are traced.
+    traced: [Option<Reading<[u8; LINE_BYTES]>>; Kind::ALL.len()],
     /// What comes, and since when.
     reception: Option<(Reception, Moment)>,
     counters: Counters,
@@ -108,16 +109,15 @@ impl Link {
         (reception != Reception::Lines).then_some((reception, age))
     }
 
-    pub(super) fn take_replay(&mut self, now: Moment, replay: Replay) {
-        self.replay = Some(replay);
-        if self.connection != Connection::Ended {
-            self.frozen_at = replay.paused.then_some(now);
-        }
-    }
-
     pub(super) fn take_line(&mut self, now: Moment, raw: &[u8; LINE_BYTES]) {
         self.newest_line_at = Some(now);
         self.newest_raw = Some(*raw);
+        if let Some(kind) = Kind::of(raw) {
+            self.traced[kind as usize] = Some(Reading {
+                value: *raw,
+                at: now,
+            });
+        }
     }
 
     /// Whether nothing can be sent, for good; unknown before the link is open.
@@ -167,6 +167,11 @@ impl Link {
         self.newest_raw.as_ref()
     }
 
+    /// The newest line of a kind.
+    pub(crate) const fn newest_of(&self, kind: Kind) -> Option<Reading<[u8; LINE_BYTES]>> {
+        self.traced[kind as usize]
+    }
+
     /// `now`, or the moment at which the session stopped.
     pub(crate) fn clock(&self, now: Moment) -> Moment {
         self.frozen_at.map_or(now, |at| at.min(now))
@@ -175,6 +180,11 @@ impl Link {
     /// Whether time stands still on the screen.
     pub(crate) const fn is_frozen(&self) -> bool {
         self.frozen_at.is_some()
+    }
+
+    /// When the newest line arrived.
+    pub(crate) const fn newest_line_at(&self) -> Option<Moment> {
+        self.newest_line_at
     }
 
     /// How old the newest line is.
@@ -219,9 +229,6 @@ impl Link {
             Connection::Lost { .. } => return Health::Lost,
             Connection::Ended => return Health::Ended,
             Connection::Opening | Connection::Open => {}
-        }
-        if self.replay.is_some_and(|replay| replay.paused) {
-            return Health::Paused;
         }
         match self.newest_age(now) {
             None => Health::Waiting,

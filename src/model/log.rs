@@ -25,6 +25,8 @@ pub(crate) enum Subject {
     Command,
     /// The robot's own words.
     Robot,
+    /// A limit that was passed; the alarms have a place of their own where everybody looks.
+    Alarm,
     /// The station.
     Station,
 }
@@ -47,7 +49,11 @@ impl Entry {
         match self.subject {
             Subject::Station => true,
             Subject::Robot => self.level == Level::Alarm,
-            Subject::Behaviour | Subject::Bump | Subject::Link | Subject::Command => false,
+            Subject::Behaviour
+            | Subject::Bump
+            | Subject::Link
+            | Subject::Command
+            | Subject::Alarm => false,
         }
     }
 }
@@ -57,6 +63,7 @@ impl Entry {
 pub(crate) struct Log {
     entries: VecDeque<Entry>,
     held_at: Option<Moment>,
+    alarms: u64,
 }
 
 impl Log {
@@ -68,6 +75,7 @@ impl Log {
         text: impl Into<String>,
     ) {
         let text = text.into();
+        self.alarms += u64::from(level == Level::Alarm);
         if let Some(last) = self.entries.back_mut()
             && last.text == text
             && last.subject == subject
@@ -98,6 +106,11 @@ impl Log {
             self.held_at = Some(at);
             self.add(at, Level::Info, Subject::Behaviour, text());
         }
+    }
+
+    /// How many alarms there were.
+    pub(super) const fn alarms(&self) -> u64 {
+        self.alarms
     }
 
     /// Newest first.

@@ -4,11 +4,14 @@
 //! I/O; its size does not grow with the length of a session.
 
 pub(crate) mod age;
+pub(crate) mod alarms;
 pub(crate) mod chart;
 pub(crate) mod draft;
 pub(crate) mod drive;
 pub(crate) mod editor;
+mod facts;
 pub(crate) mod failsafe;
+pub(crate) mod ghost;
 mod history;
 mod input;
 pub(crate) mod keys;
@@ -18,8 +21,11 @@ pub(crate) mod link;
 pub(crate) mod log;
 pub(crate) mod motors;
 pub(crate) mod news;
+pub(crate) mod plots;
 pub(crate) mod robot;
+pub(crate) mod trace;
 mod trail;
+mod travel;
 pub(crate) mod why;
 pub(crate) mod words;
 
@@ -28,21 +34,23 @@ pub(crate) mod testing;
 #[cfg(test)]
 mod tests;
 
-use groundwave_protocol::letters::Power;
-use groundwave_protocol::telemetry::{Body, Line, StateLine};
-
-use crate::event::{CommandId, CommandStep, Effect, Event, Level, LinkEvent, Moment, Recording};
+use crate::event::{Effect, Event, Moment, Recording};
 use crate::request::Request;
+use crate::travel::Playback;
+use alarms::Alarms;
+pub use alarms::Limits;
 use chart::Chart;
 use drive::Stick;
 use editor::Editor;
 use keys::Context;
 use ledger::Ledger;
 use life::Life;
-use link::{Connection, Link};
+use link::Link;
 use log::{Log, Subject};
 use motors::Motors;
+use plots::Plots;
 use robot::Robot;
+use travel::Counted;
 
 /// How the dashboard is to look, fixed for a session.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
@@ -55,6 +63,8 @@ pub struct Config {
     pub raw_copy: Option<String>,
     /// Never ring the bell.
     pub silent: bool,
+    /// When there is an alarm.
+    pub limits: Limits,
 }
 
 /// Colours of the screen.
@@ -74,14 +84,26 @@ pub enum Colors {
 pub(crate) enum Panel {
     #[default]
     Sensors,
+    /// The robot seen from above.
+    Body,
+    Plots,
     Commands,
     Log,
     Link,
+    Alarms,
 }
 
 impl Panel {
     /// In the order of the Tab key.
-    pub(crate) const ALL: [Self; 4] = [Self::Sensors, Self::Commands, Self::Log, Self::Link];
+    pub(crate) const ALL: [Self; 7] = [
+        Self::Sensors,
+        Self::Body,
+        Self::Plots,
+        Self::Commands,
+        Self::Log,
+        Self::Link,
+        Self::Alarms,
+    ];
 }
 
 /// What lies over the panels and takes the keyboard.
@@ -93,6 +115,14 @@ pub(crate) enum Overlay {
     Question(Question),
     Text(TextEntry),
     Drive(Stick),
+    /// Which kind of moment to jump to.
+    Jump {
+        forward: bool,
+    },
+    /// One value and the columns it comes from: its place in [`trace::FIELDS`].
+    Trace(usize),
+    /// Why it does what it does at the shown moment.
+    Why,
 }
 
 /// A question that is answered with yes or no.
@@ -105,7 +135,7 @@ pub(crate) struct Question {
 /// What a yes leads to.
 #[derive(Clone, Debug, PartialEq)]
 enum Then {
-    Send(Request),
+    Send(Vec<Request>),
     Drive,
     /// Write the draft over the file of this name.
     SaveRoute(String),
@@ -126,6 +156,8 @@ pub(crate) enum Purpose {
     Command,
     RouteFile,
     SaveRoute,
+    /// A place in time.
+    Moment,
 }
 
 /// The state of the dashboard.
@@ -138,13 +170,27 @@ pub struct Model {
     pub(crate) chart: Chart,
     pub(crate) ledger: Ledger,
     pub(crate) log: Log,
+    pub(crate) alarms: Alarms,
+    pub(crate) plots: Plots,
     pub(crate) recording: Recording,
     pub(crate) panel: Panel,
+    /// Pages turned over in the chosen panel; the view goes round.
+    pub(crate) page: i32,
+    /// The chosen panel has the place of all of them.
+    pub(crate) enlarged: bool,
+    /// Pages turned over in the help.
+    pub(crate) help_page: i32,
     pub(crate) overlay: Overlay,
     /// The route editor, while it is open.
     pub(crate) editor: Option<Editor>,
     size: (u16, u16),
     life: Life,
+    /// What there was to jump to so far.
+    counted: Counted,
+    /// Where the screen stands in time, unless it shows now.
+    pub(crate) playback: Option<Playback>,
+    /// Told to the operator while the screen shows another moment, until the next key.
+    pub(crate) aside: Option<String>,
     /// The robot sings or calls, and the bell has not rung for it.
     calls: bool,
     revision: u64,
@@ -162,12 +208,20 @@ impl Model {
             chart: Chart::default(),
             ledger: Ledger::default(),
             log: Log::default(),
+            alarms: Alarms::default(),
+            plots: Plots::default(),
             recording: Recording::default(),
             panel: Panel::default(),
+            page: 0,
+            enlarged: false,
+            help_page: 0,
             overlay: Overlay::default(),
             editor: None,
             size: (0, 0),
             life: Life::default(),
+            counted: Counted::default(),
+            playback: None,
+            aside: None,
             calls: false,
             revision: 0,
         }
@@ -176,13 +230,14 @@ impl Model {
     /// Takes what happened; returns what the operator wants done about it.
     pub fn update(&mut self, now: Moment, event: Event) -> Vec<Effect> {
         let mut effects = self.expire(now);
-        let changed = match event {
+        let mut changed = match event {
             Event::Line { line, raw } => {
                 self.link.take_line(now, &raw);
                 self.take_line(now, &line);
                 true
             }
             Event::Ack(line) => {
+                self.counted.take_ack(line.ack);
                 let restarted = self.life.take_boot(line.ack.boot);
                 if restarted {
                     self.take_restart(now);
@@ -225,10 +280,7 @@ impl Model {
                 self.take_saved(now, &path, &saved);
                 true
             }
-            Event::Replay(replay) => {
-                self.link.take_replay(now, replay);
-                true
-            }
+            Event::Playback(playback) => self.take_playback(playback),
             Event::Truth(truth) => {
                 self.chart.take_truth(truth);
                 true
@@ -249,6 +301,7 @@ impl Model {
             }
             Event::Tick => false,
         };
+        changed |= self.watch_alarms(now);
         if std::mem::take(&mut self.calls) && !self.config.silent {
             effects.push(Effect::Ring);
         }
@@ -271,16 +324,29 @@ impl Model {
     #[must_use]
     pub fn redraw_at(&self, now: Moment) -> Option<Moment> {
         let ages = self.link.next_tick(now);
-        ages.into_iter().chain(self.news_until(now)).min()
+        let alarm = self
+            .alarms
+            .next_tick(now)
+            .filter(|_| !self.link.is_frozen());
+        ages.into_iter()
+            .chain(alarm)
+            .chain(self.news_until(now))
+            .min()
     }
 
-    /// When to send [`Event::Tick`] at the latest: a lease on the motors ends then.
+    /// When to send [`Event::Tick`] at the latest: a lease on the motors ends then,
+    /// or something has been wrong for so long that it is an alarm.
     #[must_use]
     pub fn poll_timeout(&self) -> Option<Moment> {
-        match &self.overlay {
+        let lease = match &self.overlay {
             Overlay::Drive(stick) => stick.next_expiry(),
             _ => None,
-        }
+        };
+        let alarm = self.alarms.next_due(&self.config.limits);
+        lease
+            .into_iter()
+            .chain(alarm.filter(|_| !self.link.is_frozen()))
+            .min()
     }
 
     /// Where the keyboard goes.
@@ -292,6 +358,9 @@ impl Model {
             Overlay::Question(_) => Context::Question,
             Overlay::Text(_) => Context::Text,
             Overlay::Drive(_) => Context::Drive,
+            Overlay::Jump { .. } => Context::Jump,
+            Overlay::Trace(_) => Context::Trace,
+            Overlay::Why => Context::Why,
         }
     }
 
@@ -300,163 +369,5 @@ impl Model {
             Overlay::Drive(stick) => stick.expire(now).into_iter().collect(),
             _ => Vec::new(),
         }
-    }
-
-    fn take_line(&mut self, now: Moment, line: &Line) {
-        let restarted = self.life.take_boot(line.ack.boot)
-            | match &line.body {
-                Body::Status(status) => self.life.take_status(status),
-                Body::Counters(counters) => self.life.take_counters(counters),
-                Body::State(_) | Body::Text(_) | Body::Parameter(_) | Body::Song(_) => false,
-            };
-        if restarted {
-            self.take_restart(now);
-        }
-        let before = self.robot.state.map(|state| state.value);
-        self.robot.take(now, line);
-        match &line.body {
-            Body::State(state) => self.take_state(now, before.as_ref(), state),
-            Body::Status(status) => self.ledger.take_status(status),
-            Body::Counters(counters) => self.motors.take_counters(now, counters),
-            Body::Text(text) => {
-                self.log
-                    .add(now, Level::Info, Subject::Robot, text.as_str());
-            }
-            Body::Parameter(parameter) => {
-                let text = words::parameter(parameter);
-                self.log.add(now, Level::Info, Subject::Robot, text);
-            }
-            Body::Song(song) => {
-                self.calls = true;
-                self.log
-                    .add(now, Level::Info, Subject::Robot, words::song(song));
-            }
-        }
-    }
-
-    /// The robot booted: it has forgotten its list, and measures from where it stands.
-    fn take_restart(&mut self, now: Moment) {
-        self.ledger.take_restart();
-        self.chart.start_afresh();
-        self.log
-            .add(now, Level::Alarm, Subject::Robot, "the robot restarted");
-    }
-
-    fn take_state(&mut self, now: Moment, before: Option<&StateLine>, state: &StateLine) {
-        if let Some((x_in, y_in)) = self.chart.take_state(now, state) {
-            let text = format!("{} hit at ({x_in:.0}, {y_in:.0})", why::bump(state.bump));
-            self.log.add(now, Level::Warning, Subject::Bump, text);
-        }
-        if before.is_some_and(|before| before.mode != state.mode) {
-            let text = format!("the robot reports mode {}", words::mode(state.mode));
-            self.log.add(now, Level::Info, Subject::Behaviour, text);
-        }
-        let linked = before.map(|before| before.link);
-        if let Some((level, text)) = failsafe::news(linked, state.link, &self.robot) {
-            let subject = match level {
-                Level::Alarm => Subject::Robot,
-                Level::Info | Level::Warning => Subject::Behaviour,
-            };
-            self.log.add(now, level, subject, text);
-        }
-        if let Some(text) = power_alarm(before.map(|before| before.power), state.power) {
-            self.calls = true;
-            self.log.add(now, Level::Alarm, Subject::Robot, text);
-        }
-        if self.motors.take_state(now, state) {
-            let robot = &self.robot;
-            let holder = motors::Holder::of(state);
-            self.log.add_holder(now, holder.is_routine(), || {
-                let why = why::why(holder, state, robot, now);
-                format!("{}: {why}", words::holder(holder).to_uppercase())
-            });
-        }
-    }
-
-    fn take_link(&mut self, now: Moment, event: &LinkEvent) {
-        let again = matches!(
-            self.link.connection,
-            Connection::Lost { .. } | Connection::Ended
-        );
-        let (level, text) = match event {
-            LinkEvent::Opened { name, .. } if again && *name != self.link.name => {
-                (Level::Info, format!("back as {name}"))
-            }
-            LinkEvent::Opened { name, .. } if again => (Level::Info, format!("{name} is back")),
-            LinkEvent::Opened { name, can_send } => {
-                let only = if *can_send { "" } else { ", receive only" };
-                (Level::Info, format!("listening to {name}{only}"))
-            }
-            LinkEvent::Lost { reason } => (Level::Alarm, format!("link lost: {reason}")),
-            LinkEvent::Ended => (Level::Info, "the session is over".to_owned()),
-        };
-        self.log.add(now, level, Subject::Link, text);
-        self.link.take_event(now, event);
-    }
-
-    fn take_step(&mut self, now: Moment, id: CommandId, step: &CommandStep) {
-        let Some(entry) = self.ledger.take_step(now, id, step) else {
-            return;
-        };
-        if let (Request::Route(waypoints), CommandStep::Refused(_) | CommandStep::Failed(_)) =
-            (&entry.request, step)
-            && self.chart.draft.waypoints().is_empty()
-        {
-            // What did not arrive goes back to where it can be sent again.
-            self.chart.take_draft(waypoints);
-        }
-        let asked = &entry.request;
-        let (level, text) = match step {
-            CommandStep::Queued(_)
-            | CommandStep::Sent { .. }
-            | CommandStep::Progress { .. }
-            | CommandStep::Told(_) => return,
-            CommandStep::Proven {
-                digest: Some(digest),
-            } => (
-                Level::Info,
-                format!("{asked}: the robot verified {digest:08X}"),
-            ),
-            CommandStep::Proven { digest: None } => {
-                (Level::Info, format!("{asked}: the robot acknowledged"))
-            }
-            CommandStep::Refused(outcome) => (
-                Level::Warning,
-                format!("{asked}: refused, {}", words::outcome(*outcome)),
-            ),
-            CommandStep::Failed(failure) => (Level::Warning, format!("{asked}: {failure}")),
-        };
-        self.log.add(now, level, Subject::Command, text);
-    }
-
-    fn take_asker(&mut self, now: Moment, id: CommandId, by: &str) {
-        if let Some(entry) = self.ledger.take_asker(id, by) {
-            let text = format!("{}: asked by {by}", entry.request);
-            self.log.add(now, Level::Info, Subject::Command, text);
-        }
-    }
-
-    fn take_recording(&mut self, now: Moment, recording: Recording) -> bool {
-        if let Some(problem) = &recording.problem
-            && self.recording.problem.as_ref() != Some(problem)
-        {
-            self.log
-                .add(now, Level::Alarm, Subject::Station, problem.as_str());
-        }
-        let shown = |r: &Recording| (r.tee.clone(), r.mcap.clone(), r.problem.clone());
-        let changed = shown(&recording) != shown(&self.recording);
-        self.recording = recording;
-        changed
-    }
-}
-
-fn power_alarm(before: Option<Power>, now: Power) -> Option<&'static str> {
-    if before == Some(now) {
-        return None;
-    }
-    match now {
-        Power::Low => Some("battery low"),
-        Power::Critical => Some("battery critical"),
-        Power::Ok | Power::Docked | Power::Charging => None,
     }
 }

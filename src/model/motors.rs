@@ -92,6 +92,8 @@ pub(crate) fn suppressed(state: &StateLine) -> Vec<Holder> {
 #[derive(Clone, Debug, Default)]
 pub(crate) struct Motors {
     holder: Option<Reading<Holder>>,
+    /// How each layer stands, and since when.
+    rungs: [Option<Reading<LayerState>>; Layer::ALL.len()],
     changes: VecDeque<Moment>,
     samples: Tally,
     ticks: Tally,
@@ -101,6 +103,7 @@ pub(crate) struct Motors {
 impl Motors {
     /// Takes a line A; says whether somebody else holds the motors now.
     pub(super) fn take_state(&mut self, now: Moment, state: &StateLine) -> bool {
+        self.take_rungs(now, state);
         let holder = Holder::of(state);
         if let Some(place) = holder.place() {
             let mut won = [0; HOLDERS];
@@ -122,6 +125,24 @@ impl Motors {
             at: now,
         });
         true
+    }
+
+    fn take_rungs(&mut self, now: Moment, state: &StateLine) {
+        for (layer, rung) in Layer::ALL.into_iter().zip(&mut self.rungs) {
+            let value = state.layers.get(layer);
+            if rung.is_none_or(|known| known.value != value) {
+                *rung = Some(Reading { value, at: now });
+            }
+        }
+    }
+
+    /// Since when a layer has stood as it does; `None` before it was heard of.
+    pub(crate) fn since(&self, layer: Layer) -> Option<Moment> {
+        self.rungs
+            .get(layer as usize)
+            .copied()
+            .flatten()
+            .map(|rung| rung.at)
     }
 
     /// Takes a line C.

@@ -5,6 +5,7 @@ use groundwave_protocol::telemetry::{Body, CountersLine, Line, StateLine, Status
 
 use super::history::History;
 use crate::event::Moment;
+use crate::request::Standing;
 
 /// A value and the moment it arrived.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -25,6 +26,9 @@ pub(crate) const STATE_STALE: Moment = Moment::from_secs(2);
 
 /// A line B is expected every two seconds.
 pub(crate) const STATUS_STALE: Moment = Moment::from_secs(8);
+
+/// A line C is expected every four seconds.
+pub(crate) const COUNTERS_STALE: Moment = Moment::from_mins(1);
 
 /// The newest line of each kind and what outlives it.
 #[derive(Clone, Debug, Default)]
@@ -61,6 +65,28 @@ impl Robot {
         }
     }
 
+    /// What is old by now, by name.
+    pub(crate) fn stale(&self, now: Moment) -> Vec<&'static str> {
+        let old = |age: Option<Moment>, limit| age.is_some_and(|age| age >= limit);
+        [
+            (
+                "sensors",
+                old(self.state.map(|line| line.age(now)), STATE_STALE),
+            ),
+            (
+                "battery",
+                old(self.status.map(|line| line.age(now)), STATUS_STALE),
+            ),
+            (
+                "counters",
+                old(self.counters.map(|line| line.age(now)), COUNTERS_STALE),
+            ),
+        ]
+        .into_iter()
+        .filter_map(|(name, is_old)| is_old.then_some(name))
+        .collect()
+    }
+
     /// Layers this firmware has; `None` until it has said so.
     pub(crate) fn fitted(&self) -> Option<LayerMask> {
         self.status.map(|status| status.value.fitted)
@@ -69,6 +95,11 @@ impl Robot {
     /// Layers the robot says the operator allows.
     pub(crate) fn allowed(&self) -> Option<LayerMask> {
         self.status.map(|status| status.value.allowed)
+    }
+
+    /// What it is set to, for the reason of a refusal.
+    pub(crate) fn standing(&self) -> Standing {
+        Standing::new(self.state.map(|state| state.value.mode), self.allowed())
     }
 
     /// Whether the firmware is known to lack a layer.
@@ -81,6 +112,20 @@ const fn reading<T>(at: Moment, value: T) -> Reading<T> {
     Reading { value, at }
 }
 
+/// Fastest that the robot lets a wheel turn, in/s.
+const WHEEL_MAX_IN_S: i32 = 12;
+
+/// What each wheel was ordered to do, left and right, in/s: as the robot does, speed gives way to turning
+/// where a wheel would have to turn too fast.
+pub(crate) fn ordered_wheels_in_s(state: &StateLine) -> [i32; 2] {
+    let most = 2 * WHEEL_MAX_IN_S;
+    // Doubled, so that half of an odd rotation is whole.
+    let turn = i32::from(state.rotation_in_s).clamp(-most, most);
+    let room = most - turn.abs();
+    let speed = (2 * i32::from(state.velocity_in_s)).clamp(-room, room);
+    [speed + turn, speed - turn].map(|doubled| (doubled + doubled.signum()) / 2)
+}
+
 /// Whether something presses the bumper.
 pub(crate) const fn touches(bump: Bump) -> bool {
     !matches!(bump, Bump::None | Bump::NotFitted)
@@ -89,4 +134,33 @@ pub(crate) const fn touches(bump: Bump) -> bool {
 /// Whether an infrared detector sees something.
 pub(crate) const fn detects(infrared: Infrared) -> bool {
     matches!(infrared, Infrared::Left | Infrared::Right | Infrared::Both)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::model::testing::state;
+
+    /// As the robot's own `Motion::wheels` does it.
+    #[test]
+    fn orders_of_the_wheels_are_held_to_what_the_robot_gives() {
+        for (velocity_in_s, rotation_in_s, wheels) in [
+            (10, 0, [10, 10]),
+            (12, 2, [12, 10]),
+            (-12, 3, [-9, -12]),
+            (12, -30, [-12, 12]),
+            (0, 7, [4, -4]),
+        ] {
+            let state = StateLine {
+                velocity_in_s,
+                rotation_in_s,
+                ..state()
+            };
+            assert_eq!(
+                ordered_wheels_in_s(&state),
+                wheels,
+                "{velocity_in_s} {rotation_in_s}"
+            );
+        }
+    }
 }

@@ -18,9 +18,10 @@ use proptest::sample::select;
 use super::{Config, Model};
 use crate::event::{
     CommandId, CommandStep, Effect, Event, Failure, Level, LineRate, LinkEvent, Moment, Reception,
-    Recording, Replay, Truth,
+    Recording, Truth,
 };
 use crate::request::Request;
+use crate::travel::Playback;
 
 /// A model, the time, and what its lines are made from.
 pub(crate) struct Scene {
@@ -157,7 +158,7 @@ impl Scene {
     }
 }
 
-fn counters(uptime_s: u32, ticks_won: [u16; HOLDERS]) -> CountersLine {
+pub(crate) fn counters(uptime_s: u32, ticks_won: [u16; HOLDERS]) -> CountersLine {
     CountersLine {
         robot_id: 7,
         uptime_s,
@@ -345,13 +346,51 @@ fn any_step() -> impl Strategy<Value = CommandStep> {
     ]
 }
 
+fn any_playback() -> impl Strategy<Value = Option<Playback>> {
+    let seconds = || (0_u64..200_000).prop_map(Moment::from_secs);
+    let playback = (
+        any::<(bool, bool, f64, bool, Option<u64>)>(),
+        (seconds(), seconds(), seconds()),
+        prop::collection::vec(seconds(), 0..5),
+        prop::option::of((seconds(), prop::option::of(seconds()))),
+        prop::option::of(any::<String>()),
+    );
+    let playback = playback.prop_map(
+        |(
+            (is_live, paused, speed, is_partial, packet),
+            (at, from, until),
+            markers,
+            repeat,
+            note,
+        )| {
+            Playback {
+                is_live,
+                paused,
+                speed,
+                at,
+                from,
+                until,
+                unix: packet.map(Moment::from_millis),
+                packet,
+                read_until: is_partial.then_some(at),
+                is_partial,
+                markers,
+                repeat,
+                note,
+            }
+        },
+    );
+    prop::option::of(playback)
+}
+
 fn any_key() -> impl Strategy<Value = KeyEvent> {
     let code = prop_oneof![
-        4 => select(" prh0123457dvOwuUSlCx:faHJKLt+-k<>?qyn".chars().collect::<Vec<_>>()).prop_map(KeyCode::Char),
+        4 => select(" prhWPD0123457dvOwuUSlCx:faHJKLt+-k<>,.gnNmoGbc?qynzTAie".chars().collect::<Vec<_>>()).prop_map(KeyCode::Char),
         1 => any::<char>().prop_map(KeyCode::Char),
         4 => select(vec![
             KeyCode::Up, KeyCode::Down, KeyCode::Left, KeyCode::Right, KeyCode::Enter,
             KeyCode::Esc, KeyCode::Tab, KeyCode::Backspace,
+            KeyCode::PageUp, KeyCode::PageDown, KeyCode::F(2), KeyCode::F(3), KeyCode::F(4), KeyCode::F(8),
         ]),
     ];
     let kind = select(vec![
@@ -401,7 +440,7 @@ pub(crate) fn any_event() -> impl Strategy<Value = Event> {
         1 => any_waypoints().prop_map(|route| {
             Event::RouteLoaded { path: "r.txt".to_owned(), route: Ok(route) }
         }),
-        1 => any::<(bool, f64)>().prop_map(|(paused, speed)| Event::Replay(Replay { paused, speed })),
+        1 => any_playback().prop_map(|playback| Event::Playback(playback.map(Box::new))),
         1 => any::<[f64; 5]>().prop_map(|[a, b, c, d, radius_in]| {
             Event::Truth(Truth { walls: vec![[(a, b), (c, d)]], circles: vec![((c, b), radius_in)] })
         }),

@@ -1,11 +1,11 @@
 //! The robot's states in the words of the screen.
 
 use groundwave_protocol::letters::{Cliff, Drive, Infrared, Layer, Mode, Power};
-use groundwave_protocol::telemetry::{Note, Outcome, ParameterLine, SongLine};
+use groundwave_protocol::telemetry::{Outcome, ParameterLine, SongLine};
 
 use super::motors::Holder;
 use crate::event::Reception;
-use crate::request;
+use crate::{request, song};
 
 /// A layer's name.
 pub(crate) const fn layer(layer: Layer) -> &'static str {
@@ -93,30 +93,29 @@ pub(crate) const fn power(power: Power) -> &'static str {
 
 /// A parameter, as the robot tells of it.
 pub(crate) fn parameter(line: &ParameterLine) -> String {
-    let ParameterLine {
-        value,
-        kept,
-        least,
-        most,
-        ..
-    } = line;
-    let kept = if value == kept {
+    let unit = line.unit.as_str();
+    let number = |value: i32| {
+        request::in_whole_unit(value, unit).map_or(value.to_string(), |(number, _)| number)
+    };
+    let whole = request::in_whole_unit(line.value, unit).map_or(unit, |(_, whole)| whole);
+    let kept = if line.value == line.kept {
         String::new()
     } else {
-        format!(", {kept} after a reset")
+        format!(", {} after a reset", number(line.kept))
     };
-    let (name, unit) = (line.name.as_str(), line.unit.as_str());
-    format!("{name} is {value} {unit} ({least} to {most}{kept})")
+    let (name, value) = (line.name.as_str(), number(line.value));
+    let (least, most) = (number(line.least), number(line.most));
+    format!("{name} is {value} {whole} ({least} to {most}{kept})")
 }
 
-/// What the robot sings: the notes in hertz, a dash for a rest.
-pub(crate) fn song(song: &SongLine) -> String {
-    let note = |note: Note| match note.hz {
-        0 => "-".to_owned(),
-        hz => hz.to_string(),
-    };
-    let notes: Vec<_> = song.notes().map(note).collect();
-    format!("the robot sings {}", notes.join(" "))
+/// What the robot sings: what it means, and the notes by name.
+pub(crate) fn song(line: &SongLine) -> String {
+    let notes: Vec<_> = line.notes().map(|note| song::note_name(note.hz)).collect();
+    let notes = notes.join(" ");
+    match song::meaning(line) {
+        Some(meaning) => format!("sings \"{meaning}\": {notes}"),
+        None => format!("sings {notes}"),
+    }
 }
 
 /// Why the robot refused.

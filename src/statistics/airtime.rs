@@ -6,47 +6,69 @@ use groundwave_protocol::BYTES_PER_S;
 
 use crate::event::Moment;
 
-/// The share is taken over so many seconds, the present one among them.
-const WINDOW_S: u64 = 20;
+/// The share is taken over this long.
+const WINDOW: Moment = Moment::from_secs(20);
 
 /// Bytes of the latest seconds.
 #[derive(Clone, Debug, Default)]
 pub(super) struct Airtime {
-    /// When the first bytes passed.
+    /// When the first bytes began to pass.
     begun: Option<Moment>,
-    /// Bytes of each second in which there were any, oldest first.
-    seconds: VecDeque<(u64, u64)>,
+    /// What passed in each second in which anything did, oldest first.
+    clumps: VecDeque<Clump>,
+}
+
+/// Bytes and the moment at which the last of them had passed.
+#[derive(Clone, Copy, Debug)]
+struct Clump {
+    until: Moment,
+    bytes: u64,
 }
 
 impl Airtime {
     pub(super) fn take(&mut self, now: Moment, bytes: usize) {
-        self.begun.get_or_insert(now);
-        let second = now.as_secs();
+        let bytes = bytes as u64;
+        self.begun.get_or_insert(now.saturating_sub(air(bytes)));
         while self
-            .seconds
+            .clumps
             .front()
-            .is_some_and(|(at, _)| at + WINDOW_S <= second)
+            .is_some_and(|clump| clump.until + WINDOW < now)
         {
-            self.seconds.pop_front();
+            self.clumps.pop_front();
         }
-        match self.seconds.back_mut() {
-            Some((at, sum)) if *at >= second => *sum += bytes as u64,
-            _ => self.seconds.push_back((second, bytes as u64)),
+        match self.clumps.back_mut() {
+            Some(clump) if clump.until.as_secs() >= now.as_secs() => {
+                clump.until = clump.until.max(now);
+                clump.bytes += bytes;
+            }
+            _ => self.clumps.push_back(Clump { until: now, bytes }),
         }
     }
 
-    /// Per cent of what the radio can carry, over the window or since the beginning, at least a second.
+    /// Per cent of the time in which the radio carried something, over the window or since the beginning, at
+    /// least a second. Bytes were in the air before the moment at which they are told of, and before those
+    /// that came after them: so it never exceeds 100, however they clump.
     pub(super) fn share_pct(&self, now: Moment) -> f64 {
         let Some(begun) = self.begun else {
             return 0.0;
         };
-        let first = (now.as_secs() + 1).saturating_sub(WINDOW_S);
-        let inside = self.seconds.iter().filter(|(at, _)| *at >= first);
-        let bytes = inside.map(|(_, bytes)| bytes).sum();
-        let since = begun.max(Moment::from_secs(first));
+        let since = begun.max(now.saturating_sub(WINDOW));
+        let mut free_until = now;
+        let mut busy = Moment::ZERO;
+        for clump in self.clumps.iter().rev() {
+            let ended = clump.until.min(free_until);
+            let began = ended.saturating_sub(air(clump.bytes)).max(since);
+            busy += ended.saturating_sub(began);
+            free_until = began.min(free_until);
+        }
         let passed = now.saturating_sub(since).max(Moment::from_secs(1));
-        share_pct(bytes, passed)
+        busy.div_duration_f64(passed) * 100.0
     }
+}
+
+/// How long the radio takes for so many bytes.
+fn air(bytes: u64) -> Moment {
+    Moment::from_micros(bytes.saturating_mul(1_000_000) / u64::from(BYTES_PER_S))
 }
 
 /// So many bytes in a time, in per cent of what the radio can carry in it; nothing in no time.

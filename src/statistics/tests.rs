@@ -198,11 +198,29 @@ fn airtime_is_of_the_latest_twenty_seconds() {
         meter.take_received(Moment::from_secs(second), 240);
     }
     meter.take_sent(Moment::from_secs(18), &[b'\n'; 24]);
-    // 2400 bytes in 10 s; 24 in the 2 s since the first.
-    assert_eq!(share(&meter, 20), (100, 5));
-    // The window begins at 16: 4 of the 10 seconds are in it, 19 s of it have passed.
-    assert_eq!(share(&meter, 35), (21, 1));
+    // 2400 bytes in the 11 s since the first began to pass; 24 in 2.1 s.
+    assert_eq!(share(&meter, 20), (91, 5));
+    // The window begins at 15: the bytes told of from 16 to 19 were in the air in it.
+    assert_eq!(share(&meter, 35), (20, 1));
     assert_eq!(share(&meter, 60), (0, 0));
+}
+
+/// A reader hands over whole lines: the first had been in the air for a third of a second when it came.
+#[test]
+fn a_full_radio_is_in_use_all_the_time_and_no_more() {
+    let mut meter = LinkMeter::default();
+    let counters = Counters::default();
+    let airtime = |meter: &LinkMeter, ms| meter.statistics(at_ms(ms), &counters).airtime_down_pct;
+    for line in 1..200_u64 {
+        // Held up now and then, and never faster than the radio.
+        let at = line * 1000 / 3 + [0, 0, 150, 0][line as usize % 4];
+        meter.take_received(at_ms(at), 80);
+        let share_pct = airtime(&meter, at);
+        assert!((0.0..=100.0).contains(&share_pct), "{share_pct} at {at} ms");
+        assert!(line < 6 || share_pct > 90.0, "{share_pct} at {at} ms");
+    }
+    meter.take_received(at_ms(70_000), 100_000);
+    assert!((airtime(&meter, 70_000) - 100.0).abs() < 1e-9);
 }
 
 #[test]

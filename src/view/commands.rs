@@ -5,16 +5,20 @@ use ratatui::layout::Rect;
 use ratatui::style::Style;
 use ratatui::text::{Line, Span};
 
-use super::{Screen, put};
+use super::Screen;
+use super::text::{First, wrap};
+use crate::model::Panel;
 use crate::model::ledger::{Entry, Stage};
+use crate::model::robot::STATUS_STALE;
 use crate::model::words;
+
+const TITLE: &str = "commands: asked | the robot says";
 
 const ASKED_COLUMNS_MIN: usize = 22;
 
 impl Screen<'_> {
     pub(super) fn commands(&self, buffer: &mut Buffer, area: Rect) {
-        let below = self.panel(buffer, area, "commands: asked | the robot says", None);
-        let mut lines = self.command_lines(usize::from(below.width));
+        let mut lines = self.command_lines(usize::from(area.width));
         if lines.is_empty() {
             lines.push(Line::styled(
                 "none yet; nothing is sent before the first",
@@ -22,10 +26,14 @@ impl Screen<'_> {
             ));
         }
         lines.extend(self.list_lines());
-        let hidden = lines.len().saturating_sub(usize::from(below.height));
-        for (row, line) in (0..).zip(lines.iter().skip(hidden)) {
-            put(buffer, below, row, line);
-        }
+        self.pages(
+            buffer,
+            area,
+            (Panel::Commands, TITLE),
+            None,
+            &lines,
+            First::Bottom,
+        );
     }
 
     fn command_lines(&self, width: usize) -> Vec<Line<'static>> {
@@ -35,15 +43,15 @@ impl Screen<'_> {
         for entry in self.model.ledger.entries() {
             let (glyph, says, style) = self.fate(entry);
             let asked = format!("{} {}", entry.id.0, entry.request);
-            let (first, rest) = split_words(&says, room);
+            let mut says = wrap(&says, room, width.saturating_sub(4)).into_iter();
             lines.push(Line::from(vec![
                 Span::raw(format!("{asked:<asked_columns$.asked_columns$} ")),
-                Span::styled(format!("{glyph} {first}"), style),
+                Span::styled(
+                    format!("{glyph} {}", says.next().unwrap_or_default()),
+                    style,
+                ),
             ]));
-            if !rest.is_empty() {
-                let says = format!("    {rest}");
-                lines.push(Line::styled(says, style));
-            }
+            lines.extend(says.map(|more| Line::styled(format!("    {more}"), style)));
             if let Some(by) = &entry.by {
                 lines.push(Line::styled(format!("    shared: {by}"), self.theme.dim));
             }
@@ -64,7 +72,10 @@ impl Screen<'_> {
                 format!("holds {held}/{total}, {}", sent()),
                 theme.plain,
             ),
-            (Stage::Acknowledged, _) => (glyphs.done, "acknowledged".to_owned(), theme.good),
+            (Stage::Acknowledged, _) => {
+                let says = format!("acknowledged{}", self.proof(entry));
+                (glyphs.done, says, theme.good)
+            }
             (Stage::Activated { digest }, _) => self.list_fate(entry, digest),
             (Stage::Refused(outcome), _) => (
                 glyphs.bad,
@@ -82,21 +93,37 @@ impl Screen<'_> {
             .ledger
             .active()
             .filter(|active| active.id == entry.id && active.digest == digest);
-        let Some(active) = active else {
-            let says = format!("verified {digest:08X}, since replaced");
-            return (theme.glyphs.done, says, theme.dim);
-        };
-        let driven = match active.driven {
-            Some(place) if place.count > 0 => {
-                format!(", driven {}/{}", place.driven, place.count)
+        let driven = entry.driven.filter(|place| place.count > 0);
+        let of = driven.map_or(String::new(), |place| {
+            format!(", driven {}/{}", place.driven, place.count)
+        });
+        let is_over = driven.is_some_and(|place| place.driven == place.count);
+        match active {
+            None => {
+                let says = format!("verified {digest:08X}{of}, since replaced");
+                (theme.glyphs.done, says, theme.dim)
             }
-            _ => String::new(),
+            Some(_) if is_over => {
+                let says = format!("ACTIVE {digest:08X}{of}: done");
+                (theme.glyphs.done, says, theme.good)
+            }
+            Some(_) => {
+                let says = format!("ACTIVE {digest:08X}{of}{}", self.proof(entry));
+                (theme.glyphs.done, says, theme.good)
+            }
+        }
+    }
+
+    /// How long the proof took, and how many frames.
+    fn proof(&self, entry: &Entry) -> String {
+        let Some(proof) = entry.proof else {
+            return String::new();
         };
-        (
-            theme.glyphs.done,
-            format!("ACTIVE {digest:08X}{driven}"),
-            theme.good,
-        )
+        let frames = match entry.attempts {
+            0 | 1 => String::new(),
+            frames => format!(", sent {}{frames}", self.theme.glyphs.times),
+        };
+        format!(" in {:.1} s{frames}", proof.as_secs_f64())
     }
 
     /// The draft, and a list that the robot has from elsewhere.
@@ -111,8 +138,11 @@ impl Screen<'_> {
         {
             let list = status.value.list;
             let words = format!(
-                "robot's list, not of this session: {:08X}, driven {}/{}",
-                status.value.digest, list.driven, list.count
+                "{}robot's list, not of this session: {:08X}, driven {}/{}",
+                self.old_mark(status.age(self.now), STATUS_STALE),
+                status.value.digest,
+                list.driven,
+                list.count
             );
             lines.push(Line::styled(words, self.theme.dim));
         }
@@ -125,22 +155,5 @@ impl Screen<'_> {
             lines.push(Line::styled(words, self.theme.draft));
         }
         lines
-    }
-}
-
-/// As many words as there is room for, and the rest.
-fn split_words(text: &str, room: usize) -> (&str, &str) {
-    if text.chars().count() <= room {
-        return (text, "");
-    }
-    let fits = text
-        .char_indices()
-        .enumerate()
-        .take_while(|(n, _)| *n <= room)
-        .filter(|(_, (_, c))| *c == ' ')
-        .last();
-    match fits {
-        Some((_, (at, _))) => (&text[..at], &text[at + 1..]),
-        None => (text, ""),
     }
 }

@@ -8,6 +8,7 @@ use ratatui::text::{Line, Span};
 use ratatui::widgets::{Paragraph, Widget, Wrap};
 
 use super::{Screen, put, put_right, split_top};
+use crate::event::Moment;
 use crate::model::age;
 use crate::model::motors::{self, Holder};
 use crate::model::robot::STATE_STALE;
@@ -21,6 +22,9 @@ const WORDS_ROWS: u16 = 3;
 /// From this width up the shares are drawn as bars too.
 const BARS_WIDTH: u16 = 52;
 
+/// Columns of a share in figures.
+const SHARE_COLUMNS: usize = 6;
+
 /// Cells of a share's bar.
 const BAR_CELLS: usize = 8;
 
@@ -31,6 +35,8 @@ struct Rung {
     says: String,
     style: Style,
     share: Option<f64>,
+    /// Since when it has stood like this.
+    since: Option<Moment>,
 }
 
 impl Screen<'_> {
@@ -157,6 +163,11 @@ impl Screen<'_> {
             says,
             style,
             share: model.motors.share(holder),
+            since: if model.robot.lacks(layer) || self.is_stale() {
+                None
+            } else {
+                model.motors.since(layer)
+            },
         }
     }
 
@@ -179,6 +190,7 @@ impl Screen<'_> {
             says: says.to_owned(),
             style,
             share: model.motors.share(Holder::Prowl),
+            since: None,
         }
     }
 
@@ -192,6 +204,7 @@ impl Screen<'_> {
             ),
         ]);
         put(buffer, area, row, &line);
+        self.draw_since(buffer, area, row, &line, rung);
         let taken = line.width() + " 100 %".len();
         let Some(share) = rung
             .share
@@ -208,6 +221,28 @@ impl Screen<'_> {
             rung.style,
         ));
         put_right(buffer, area, row, &Line::from(spans));
+    }
+
+    /// Since when, where there is room for it between the words and the share.
+    fn draw_since(&self, buffer: &mut Buffer, area: Rect, row: u16, line: &Line<'_>, rung: &Rung) {
+        let Some(since) = rung.since else {
+            return;
+        };
+        let words = age::words(self.now.saturating_sub(since));
+        let share_columns = if area.width >= BARS_WIDTH {
+            BAR_CELLS + SHARE_COLUMNS
+        } else {
+            SHARE_COLUMNS
+        };
+        let words = Line::styled(words, self.theme.dim);
+        let room = usize::from(area.width).saturating_sub(share_columns + 1);
+        if line.width() + 1 + words.width() <= room {
+            let here = Rect {
+                width: room as u16,
+                ..area
+            };
+            put_right(buffer, here, row, &words);
+        }
     }
 
     /// A bar of so many cells, filled to a share of it.

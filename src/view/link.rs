@@ -6,8 +6,10 @@ use ratatui::layout::Rect;
 use ratatui::style::Style;
 use ratatui::text::{Line, Span};
 
-use super::{Screen, put};
-use crate::model::failsafe;
+use super::Screen;
+use super::text::First;
+use crate::model::link::SILENT_AFTER;
+use crate::model::{Panel, failsafe};
 use crate::statistics::{Proof, Rejected, Resync, Statistics};
 
 /// Rows without which the panel says too little beside others.
@@ -22,19 +24,18 @@ const NAME_COLUMNS: usize = 7;
 
 impl Screen<'_> {
     pub(super) fn link(&self, buffer: &mut Buffer, area: Rect) {
-        let below = self.panel(buffer, area, TITLE, None);
-        for (row, (name, says, style)) in (0..).zip(self.link_rows(area.width)) {
+        let line = |(name, says, style): (&str, String, Style)| {
             let line = Line::from(vec![
                 Span::styled(format!("{name:<NAME_COLUMNS$}"), self.theme.dim),
                 Span::styled(says, style),
             ]);
-            put(
-                buffer,
-                below,
-                row,
-                &self.cut(line, usize::from(below.width)),
-            );
-        }
+            self.cut(line, usize::from(area.width))
+        };
+        let age = self.model.link.newest_age(self.now);
+        let note = self.staleness(age, SILENT_AFTER);
+        let note = note.map(|note| Span::styled(note, self.theme.warning));
+        let lines: Vec<_> = self.link_rows(area.width).into_iter().map(line).collect();
+        self.pages(buffer, area, (Panel::Link, TITLE), note, &lines, First::Top);
     }
 
     /// Rows that the panel would fill, its title among them.
@@ -51,11 +52,7 @@ impl Screen<'_> {
             let nothing = ("", "nothing measured yet".to_owned(), theme.dim);
             return [nothing].into_iter().chain(alone).collect();
         };
-        // At another speed than it was recorded the share of time means nothing.
-        let air = |pct: f64| match link.replay {
-            Some(_) => String::new(),
-            None => format!("{pct:.0} % air, "),
-        };
+        let air = |pct: f64| format!("{pct:.0} % air, ");
         let mut down = format!(
             "{}loss {:.1} %",
             air(statistics.airtime_down_pct),

@@ -9,6 +9,7 @@ use ratatui::text::{Line, Span};
 use super::raster::{Ink, Raster};
 use super::{Screen, put, put_right, split_bottom};
 use crate::model::chart::{Chart, Focus, Pose, ROBOT_RADIUS_IN};
+use crate::model::ghost::{Ghost, ghost};
 use crate::model::robot::STATE_STALE;
 
 /// Inches to a dot; the picture jumps between these, so that it does not creep.
@@ -120,8 +121,9 @@ impl Screen<'_> {
         match self.model.robot.state {
             Some(state) => {
                 let pose = Pose::of(&state.value);
+                let old = self.old_mark(state.age(self.now), STATE_STALE);
                 format!(
-                    "map: x {:+.0} y {:+.0} in, {:.0} deg",
+                    "map: {old}x {:+.0} y {:+.0} in, {:.0} deg",
                     pose.x_in, pose.y_in, pose.theta_deg
                 )
             }
@@ -161,6 +163,15 @@ impl Screen<'_> {
             polyline(raster, projection, pending, 4, Ink::Draft);
         }
         self.robot_lines(projection, raster);
+        if let Some(ghost) = self.ghost() {
+            let center = (ghost.pose.x_in, ghost.pose.y_in);
+            dashed_circle(raster, projection, center, ghost.radius_in);
+        }
+    }
+
+    /// Where the robot may be by now, while it is not heard.
+    fn ghost(&self) -> Option<Ghost> {
+        ghost(self.model.robot.state.as_ref()?, self.now)
     }
 
     fn robot_lines(&self, projection: &Projection, raster: &mut Raster) {
@@ -239,6 +250,13 @@ impl Screen<'_> {
             };
             mark((pose.x_in, pose.y_in), glyphs.arrows[eighth], style);
         }
+        if let Some(ghost) = self.ghost() {
+            mark(
+                (ghost.pose.x_in, ghost.pose.y_in),
+                glyphs.stale,
+                theme.robot,
+            );
+        }
         if let Some(cursor) = &model.chart.cursor {
             mark(place(*cursor), glyphs.cursor, theme.strong);
         }
@@ -270,6 +288,13 @@ impl Screen<'_> {
         let has_truth = !chart.truth.walls.is_empty() || !chart.truth.circles.is_empty();
         if has_truth && !chart.truth_hidden {
             notes.push("faint: simulator's truth".to_owned());
+        }
+        if let Some(ghost) = self.ghost() {
+            let words = format!(
+                "{} reckoned, within {:.0} in",
+                glyphs.stale, ghost.radius_in
+            );
+            notes.push(words);
         }
         let bar = Line::styled(bar, theme.dim);
         let room = usize::from(area.width).saturating_sub(bar.width() + 1);
@@ -313,6 +338,23 @@ fn circle(
         let (sin, cos) = (f64::from(n) / dots * std::f64::consts::TAU).sin_cos();
         let (x, y) = projection.dot((x_in + radius_in * sin, y_in + radius_in * cos));
         raster.dot(x, y, ink);
+    }
+}
+
+/// A circle of which every other stretch is drawn.
+fn dashed_circle(
+    raster: &mut Raster,
+    projection: &Projection,
+    (x_in, y_in): (f64, f64),
+    radius_in: f64,
+) {
+    const DASHES: u32 = 12;
+    const DOTS: u32 = 6;
+    let whole = f64::from(DASHES * 2 * DOTS);
+    for n in (0..DASHES * 2 * DOTS).filter(|n| n / DOTS % 2 == 0) {
+        let (sin, cos) = (f64::from(n) / whole * std::f64::consts::TAU).sin_cos();
+        let (x, y) = projection.dot((x_in + radius_in * sin, y_in + radius_in * cos));
+        raster.dot(x, y, Ink::Robot);
     }
 }
 

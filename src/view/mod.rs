@@ -1,6 +1,7 @@
 //! The screen. It sees the model and cannot change it.
 //!
-//! From 110x34 up every panel is on it:
+//! From 110x34 up every panel is on it; a row below the status line says so when another moment than now is
+//! shown:
 //!
 //! ```text
 //! +------------------------------ status ------------------------------+
@@ -35,14 +36,18 @@
 //! +------------------------------------------------------+
 //! ```
 
+mod alarms;
+mod body;
 mod commands;
 mod footer;
 mod hint;
 mod ladder;
+mod layout;
 mod link;
 mod log;
 mod map;
 mod overlay;
+mod plots;
 mod raster;
 mod raw;
 mod route;
@@ -50,7 +55,10 @@ mod sensors;
 mod status;
 #[cfg(test)]
 mod tests;
+mod text;
 mod theme;
+mod time;
+mod why;
 
 use ratatui::Frame;
 use ratatui::buffer::Buffer;
@@ -58,18 +66,12 @@ use ratatui::layout::Rect;
 use ratatui::text::{Line, Span};
 
 use crate::event::Moment;
-use crate::model::{Model, Panel};
+use crate::model::Model;
+use layout::{HEIGHT_FULL, WIDTH_FULL};
 use theme::Theme;
 
 const WIDTH_MIN: u16 = 80;
 const HEIGHT_MIN: u16 = 24;
-
-/// From this size up every panel is visible.
-const WIDTH_FULL: u16 = 110;
-const HEIGHT_FULL: u16 = 34;
-
-/// Rows that the log keeps beside the link's figures.
-const LOG_ROWS_MIN: u16 = 5;
 
 /// Draws the whole dashboard.
 pub fn draw(model: &Model, now: Moment, frame: &mut Frame<'_>) {
@@ -107,6 +109,17 @@ impl Screen<'_> {
         let (rest, hint) = split_bottom(rest, 1);
         let (rest, raw) = split_bottom(rest, raw_rows);
         self.status(buffer, status);
+        let rest = match &self.model.playback {
+            Some(playback) => {
+                let (time, rest) = split_top(rest, 1);
+                self.time(buffer, time, playback);
+                rest
+            }
+            None => rest,
+        };
+        let calls = !self.model.alarms.calling().is_empty();
+        let (strip, rest) = split_top(rest, u16::from(calls));
+        self.alarm_strip(buffer, strip);
         if full {
             self.raw_with_ruler(buffer, raw);
         } else {
@@ -114,75 +127,8 @@ impl Screen<'_> {
         }
         self.hint(buffer, hint);
         self.keys(buffer, keys);
-        if full {
-            self.all_panels(buffer, rest);
-        } else {
-            self.some_panels(buffer, rest);
-        }
+        self.panels(buffer, rest, full);
         self.overlay(buffer, area);
-    }
-
-    fn all_panels(&self, buffer: &mut Buffer, area: Rect) {
-        let band_rows = (area.height.saturating_sub(ladder::ROWS + sensors::ROWS)).clamp(7, 18);
-        let (upper, lower) = split_bottom(area, band_rows);
-        let right_columns = (area.width * 2 / 5).clamp(46, 72);
-        let (map, right) = split_right(upper, right_columns);
-        self.map(buffer, map);
-        if let Some(editor) = &self.model.editor {
-            self.route(buffer, right, editor);
-        } else {
-            let (ladder, sensors) = split_top(right, ladder::ROWS);
-            self.ladder(buffer, ladder);
-            self.sensors(buffer, sensors);
-        }
-        let (commands, log) = split_right(lower, area.width / 2);
-        self.commands(buffer, commands);
-        let link_rows = self.link_height(log.width);
-        if log.height >= link_rows.min(link::ROWS_MIN) + LOG_ROWS_MIN {
-            let (log, link) = split_bottom(log, link_rows.min(log.height - LOG_ROWS_MIN));
-            self.log(buffer, log);
-            self.link(buffer, link);
-        } else if self.model.panel == Panel::Link {
-            self.link(buffer, log);
-        } else {
-            self.log(buffer, log);
-        }
-    }
-
-    fn some_panels(&self, buffer: &mut Buffer, area: Rect) {
-        let right_columns = (area.width * 2 / 5).clamp(40, 60);
-        let (map, right) = split_right(area, right_columns);
-        self.map(buffer, map);
-        if let Some(editor) = &self.model.editor {
-            self.route(buffer, right, editor);
-            return;
-        }
-        let (ladder, mut rest) = split_top(right, ladder::ROWS);
-        self.ladder(buffer, ladder);
-        let first = Panel::ALL
-            .iter()
-            .position(|panel| *panel == self.model.panel)
-            .unwrap_or(0);
-        let order = Panel::ALL.iter().cycle().skip(first).take(Panel::ALL.len());
-        for (place, panel) in order.enumerate() {
-            if place > 0 && rest.height < 5 {
-                break;
-            }
-            let last = place + 1 == Panel::ALL.len();
-            let rows = if last || rest.height < sensors::ROWS + 5 {
-                rest.height
-            } else {
-                sensors::ROWS
-            };
-            let (here, below) = split_top(rest, rows);
-            match panel {
-                Panel::Sensors => self.sensors(buffer, here),
-                Panel::Commands => self.commands(buffer, here),
-                Panel::Log => self.log(buffer, here),
-                Panel::Link => self.link(buffer, here),
-            }
-            rest = below;
-        }
     }
 
     fn too_small(&self, buffer: &mut Buffer, area: Rect) {
@@ -226,32 +172,13 @@ impl Screen<'_> {
         below
     }
 
-    /// A line that is too wide ends with a mark of that.
-    fn cut<'l>(&self, line: Line<'l>, width: usize) -> Line<'l> {
-        let blanks = line
-            .spans
-            .iter()
-            .rev()
-            .flat_map(|span| span.content.chars().rev());
-        let blanks = blanks.take_while(|c| *c == ' ').count();
-        if line.width() - blanks <= width {
-            return line;
+    /// The mark before a value that has become stale; nothing while it is fresh.
+    fn old_mark(&self, age: Moment, stale_after: Moment) -> String {
+        if age >= stale_after {
+            format!("{} ", self.theme.glyphs.stale)
+        } else {
+            String::new()
         }
-        let more = self.theme.glyphs.cut;
-        let mut room = width.saturating_sub(Span::raw(more).width());
-        let mut spans: Vec<Span<'l>> = Vec::new();
-        for mut span in line.spans {
-            let wide = span.width();
-            if wide > room {
-                let fits: String = span.content.chars().take(room).collect();
-                span.content = (fits.trim_end().to_owned() + more).into();
-                spans.push(span);
-                break;
-            }
-            room -= wide;
-            spans.push(span);
-        }
-        Line::from(spans).style(line.style)
     }
 
     /// The mark and age of a value that has become stale; nothing while it is fresh.

@@ -34,7 +34,12 @@ impl Screen<'_> {
         match &self.model.overlay {
             Overlay::Question(question) => self.question(buffer, area, question),
             Overlay::Help => self.help(buffer, area),
-            Overlay::None | Overlay::Text(_) | Overlay::Drive(_) => {}
+            Overlay::Why => self.why_window(buffer, area),
+            Overlay::None
+            | Overlay::Text(_)
+            | Overlay::Drive(_)
+            | Overlay::Jump { .. }
+            | Overlay::Trace(_) => {}
         }
     }
 
@@ -64,12 +69,21 @@ impl Screen<'_> {
             .iter()
             .filter(|binding| binding.context == of && !binding.help.is_empty())
             .collect();
-        let rows = told.len().div_ceil(2) as u16;
         let elsewhere = [("driving", Context::Drive), ("typing", Context::Text)];
-        let height = rows + elsewhere.len() as u16 + 2;
-        let inner = self.window(buffer, area, (HELP_COLUMNS, height), " keys ");
+        let others = elsewhere.len() as u16;
+        let rows =
+            (told.len().div_ceil(2) as u16).min(area.height.saturating_sub(others + 2).max(1));
+        let pages = told.len().div_ceil(2 * usize::from(rows)).max(1);
+        let page = self.model.help_page.rem_euclid(pages as i32) as usize;
+        let title = match pages {
+            1 => " keys ".to_owned(),
+            _ => format!(" keys {}/{pages}, PgDn for more ", page + 1),
+        };
+        let height = rows + others + 2;
+        let inner = self.window(buffer, area, (HELP_COLUMNS, height), &title);
         let width = inner.width / 2;
-        for (n, binding) in (0..).zip(told) {
+        let told = told.into_iter().skip(page * 2 * usize::from(rows));
+        for (n, binding) in (0..2 * rows).zip(told) {
             let (column, row) = (n / rows, n % rows);
             let half = Rect {
                 x: inner.x + column * width,
@@ -93,7 +107,13 @@ impl Screen<'_> {
     }
 
     /// A framed empty window in the middle; returns what is inside.
-    fn window(&self, buffer: &mut Buffer, area: Rect, size: (u16, u16), title: &str) -> Rect {
+    pub(super) fn window(
+        &self,
+        buffer: &mut Buffer,
+        area: Rect,
+        size: (u16, u16),
+        title: &str,
+    ) -> Rect {
         let (width, height) = (size.0.min(area.width), size.1.min(area.height));
         let window = Rect {
             x: area.x + (area.width - width) / 2,

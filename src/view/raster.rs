@@ -54,6 +54,12 @@ const DOTS: [[u8; 2]; 4] = [[0x01, 0x08], [0x02, 0x10], [0x04, 0x20], [0x40, 0x8
 /// Where the braille characters begin.
 const BRAILLE: u32 = 0x2800;
 
+#[cfg(test)]
+thread_local! {
+    /// Dots asked for so far, for tests of what a frame costs.
+    pub(super) static DRAWN: std::cell::Cell<u64> = const { std::cell::Cell::new(0) };
+}
+
 /// A picture being drawn.
 #[derive(Debug)]
 pub(super) struct Raster {
@@ -77,6 +83,8 @@ impl Raster {
 
     /// Sets a dot, counted from the upper left; what lies outside is not drawn.
     pub(super) fn dot(&mut self, x: f64, y: f64, ink: Ink) {
+        #[cfg(test)]
+        DRAWN.set(DRAWN.get() + 1);
         if !(0.0..self.width).contains(&x) || !(0.0..self.height).contains(&y) {
             return;
         }

@@ -3,20 +3,74 @@
 use groundwave_protocol::LINE_BYTES;
 use ratatui::buffer::Buffer;
 use ratatui::layout::Rect;
-use ratatui::text::Line;
+use ratatui::text::{Line, Span};
 
 use super::{Screen, put};
+use crate::model::trace::{FIELDS, Field};
+use crate::model::{Overlay, age};
 
 const RULER: &str =
     "1...5...10...15...20...25...30...35...40...45...50...55...60...65...70...75...80";
 
 impl Screen<'_> {
     pub(super) fn raw(&self, buffer: &mut Buffer, area: Rect) {
+        if let Some(field) = self.traced() {
+            put(buffer, area, 0, &self.lit(field));
+            return;
+        }
         let line = match self.model.link.newest_raw() {
             Some(raw) => Line::styled(printable(raw), self.theme.plain),
             None => self.no_line_yet(),
         };
         put(buffer, area, 0, &line);
+    }
+
+    /// The value that is being traced.
+    fn traced(&self) -> Option<&'static Field> {
+        match self.model.overlay {
+            Overlay::Trace(at) => FIELDS.get(at),
+            _ => None,
+        }
+    }
+
+    /// The newest line that has a value, with the columns of it lit.
+    fn lit(&self, field: &Field) -> Line<'static> {
+        let theme = &self.theme;
+        let letter = char::from(field.kind.letter());
+        let Some(raw) = self.model.link.newest_of(field.kind) else {
+            return Line::styled(format!("no line {letter} yet"), theme.dim);
+        };
+        let text = printable(&raw.value);
+        let (first, last) = field.columns;
+        let part = |from: usize, to: usize| text.get(from..to).unwrap_or_default().to_owned();
+        Line::from(vec![
+            Span::styled(part(0, first - 1), theme.dim),
+            Span::styled(part(first - 1, last), theme.lit),
+            Span::styled(part(last, text.len()), theme.dim),
+        ])
+    }
+
+    /// What is being traced, in words.
+    pub(super) fn trace_words(&self) -> Option<Line<'static>> {
+        let field = self.traced()?;
+        let letter = char::from(field.kind.letter());
+        let (first, last) = field.columns;
+        let columns = if first == last {
+            format!("column {first}")
+        } else {
+            format!("columns {first}-{last}")
+        };
+        let says = match self.model.link.newest_of(field.kind) {
+            Some(raw) => {
+                let text = printable(&raw.value);
+                let value = text.get(first - 1..last).unwrap_or_default();
+                let age = age::words(raw.age(self.now));
+                format!("`{value}`, {age} old")
+            }
+            None => "none came yet".to_owned(),
+        };
+        let text = format!("{}: line {letter}, {columns}: {says}", field.name);
+        Some(Line::styled(text, self.theme.strong))
     }
 
     fn no_line_yet(&self) -> Line<'static> {

@@ -6,13 +6,19 @@ use ratatui::layout::Rect;
 use ratatui::style::Style;
 use ratatui::text::{Line, Span};
 
-use super::{Screen, put, put_right};
+use super::Screen;
+use super::text::First;
 use crate::event::Moment;
-use crate::model::robot::{STATE_STALE, STATUS_STALE, detects, touches};
-use crate::model::{age, why, words};
+use crate::model::robot::{
+    COUNTERS_STALE, STATE_STALE, STATUS_STALE, detects, ordered_wheels_in_s, touches,
+};
+use crate::model::{Panel, age, why, words};
 
 /// Rows of the whole panel.
 pub(super) const ROWS: u16 = 11;
+
+/// The battery's row among those of line A.
+const BATTERY_PLACE: usize = 5;
 
 /// Columns of a row's name.
 const NAME_COLUMNS: usize = 9;
@@ -33,48 +39,57 @@ struct Row<'a> {
 
 impl Screen<'_> {
     pub(super) fn sensors(&self, buffer: &mut Buffer, area: Rect) {
-        let below = self.panel(buffer, area, "sensors", None);
-        if self.model.robot.state.is_none() && self.model.robot.status.is_none() {
-            let words = Line::styled("nothing heard yet", self.theme.dim);
-            put(buffer, below, 0, &words);
-            return;
-        }
-        let rows = self.state_rows(below.width).into_iter();
-        let (first, last): (Vec<_>, Vec<_>) = rows.enumerate().partition(|(n, _)| *n < 5);
-        let rows = first
+        let mut lines: Vec<Line<'_>> = self
+            .sensor_rows(area.width)
             .into_iter()
-            .map(|(_, row)| row)
-            .chain(self.battery_row(below.width))
-            .chain(last.into_iter().map(|(_, row)| row))
-            .chain(self.counts_row());
-        for (n, row) in (0..).zip(rows) {
-            self.draw_row(buffer, below, n, row);
+            .map(|row| self.sensor_line(area.width, row))
+            .collect();
+        if lines.is_empty() {
+            lines.push(Line::styled("nothing heard yet", self.theme.dim));
         }
+        let stale = self.model.robot.stale(self.now);
+        let note = (!stale.is_empty()).then(|| {
+            let words = format!("{} old: {}", self.theme.glyphs.stale, stale.join(", "));
+            Span::styled(words, self.theme.warning)
+        });
+        self.pages(
+            buffer,
+            area,
+            (Panel::Sensors, "sensors"),
+            note,
+            &lines,
+            First::Top,
+        );
     }
 
-    fn draw_row(&self, buffer: &mut Buffer, area: Rect, n: u16, row: Row<'_>) {
+    fn sensor_rows(&self, width: u16) -> Vec<Row<'_>> {
+        let mut rows = self.state_rows(width);
+        if let Some(battery) = self.battery_row(width) {
+            rows.insert(rows.len().min(BATTERY_PLACE), battery);
+        }
+        rows.extend(self.counts_row());
+        rows
+    }
+
+    fn sensor_line<'r>(&self, width: u16, row: Row<'r>) -> Line<'r> {
         let stale = self.staleness(row.age, row.stale_after);
         let mut spans = vec![Span::styled(
             format!("{:<NAME_COLUMNS$}", row.name),
             self.theme.dim,
         )];
         spans.extend(row.spans);
-        if stale.is_some() {
-            for span in &mut spans {
-                span.style = self.theme.dim;
-            }
+        let width = usize::from(width);
+        let Some(stale) = stale else {
+            return self.cut(Line::from(spans), width);
+        };
+        for span in &mut spans {
+            span.style = self.theme.dim;
         }
-        let taken = stale.as_ref().map_or(0, |stale| stale.chars().count() + 1);
-        let room = usize::from(area.width).saturating_sub(taken);
-        put(buffer, area, n, &self.cut(Line::from(spans), room));
-        if let Some(stale) = stale {
-            put_right(
-                buffer,
-                area,
-                n,
-                &Line::styled(format!(" {stale}"), self.theme.dim),
-            );
-        }
+        self.with_right(
+            Line::from(spans),
+            Span::styled(stale, self.theme.dim),
+            width,
+        )
     }
 
     fn state_rows(&self, width: u16) -> Vec<Row<'_>> {
@@ -83,8 +98,7 @@ impl Screen<'_> {
         };
         let age = state.age(self.now);
         let state = state.value;
-        let left_in_s = i32::from(state.velocity_in_s) + i32::from(state.rotation_in_s) / 2;
-        let right_in_s = i32::from(state.velocity_in_s) - i32::from(state.rotation_in_s) / 2;
+        let [left_in_s, right_in_s] = ordered_wheels_in_s(&state);
         let wheel = |measured: i8, wanted: i32| format!("{measured:+3} of {wanted:+3}");
         let wheels = format!(
             "L {}  R {} in/s",
@@ -289,7 +303,7 @@ impl Screen<'_> {
                 self.theme.dim,
             )],
             age: Some(counters.age(self.now)),
-            stale_after: Moment::from_mins(1),
+            stale_after: COUNTERS_STALE,
         })
     }
 }

@@ -8,7 +8,8 @@ use ratatui::layout::Rect;
 use ratatui::style::Style;
 use ratatui::text::{Line, Span};
 
-use super::{Screen, WIDTH_FULL, put, put_right};
+use super::layout::WIDTH_FULL;
+use super::{Screen, put, put_right};
 use crate::model::age;
 use crate::model::link::{Connection, Health};
 use crate::model::robot::{STATE_STALE, STATUS_STALE};
@@ -22,7 +23,7 @@ impl Screen<'_> {
             width: area.width.saturating_sub(right_width + 2),
             ..area
         };
-        let mut spans = self.link_at_a_glance(area.width);
+        let mut spans = self.link_at_a_glance();
         let taken: usize = spans.iter().map(Span::width).sum();
         spans.push(Span::raw("  "));
         let room = usize::from(left.width).saturating_sub(taken + 2);
@@ -31,7 +32,7 @@ impl Screen<'_> {
         put_right(buffer, area, 0, &right);
     }
 
-    fn link_at_a_glance(&self, width: u16) -> Vec<Span<'_>> {
+    fn link_at_a_glance(&self) -> Vec<Span<'_>> {
         let link = &self.model.link;
         let theme = &self.theme;
         let glyphs = theme.glyphs;
@@ -39,12 +40,6 @@ impl Screen<'_> {
             "no link"
         } else {
             &link.name
-        };
-        // The speed of a replay has to be told too.
-        let name_columns = if link.replay.is_some() && width < 100 {
-            14
-        } else {
-            24
         };
         let newest = link.newest_age(self.now).map(age::words);
         let flow = || {
@@ -73,7 +68,6 @@ impl Screen<'_> {
                 ),
             ),
             Health::Lost => (glyphs.bad, theme.alarm, self.lost()),
-            Health::Paused => (glyphs.paused, theme.holder, "  PAUSED".to_owned()),
             Health::Ended => (
                 glyphs.ended,
                 theme.strong,
@@ -84,16 +78,11 @@ impl Screen<'_> {
             link.health(self.now),
             Health::Good | Health::Waiting | Health::Weak
         );
-        let mut spans = vec![
+        vec![
             Span::styled(format!("{glyph} "), style),
-            Span::styled(shortened(name, name_columns), theme.strong),
+            Span::styled(shortened(name, NAME_COLUMNS), theme.strong),
             Span::styled(words, if calm { theme.plain } else { style }),
-        ];
-        if let Some(replay) = link.replay {
-            let speed = format!("  replay {}{}", glyphs.times, replay.speed);
-            spans.push(Span::styled(speed, theme.dim));
-        }
-        spans
+        ]
     }
 
     /// What comes from the radio when no line does.
@@ -135,7 +124,7 @@ impl Screen<'_> {
             .map(|path| file_name(path))
             .collect();
         if names.is_empty() {
-            let words = if self.model.link.replay.is_some() {
+            let words = if self.model.is_replay() {
                 ""
             } else {
                 "unrecorded"
@@ -162,7 +151,8 @@ impl Screen<'_> {
                 _ => theme.strong,
             };
             let mode = words::mode(state.value.mode).to_uppercase();
-            spans.push(Span::styled(mode, style));
+            let old = self.old_mark(state.age(self.now), STATE_STALE);
+            spans.push(Span::styled(format!("{old}{mode}"), style));
         }
         if let Some(status) = robot.status {
             let power = robot.state.map_or(Power::Ok, |state| state.value.power);
@@ -175,14 +165,18 @@ impl Screen<'_> {
             let words = words::power(power);
             let gap = if words.is_empty() { "" } else { " " };
             spans.push(Span::raw("  "));
+            let old = self.old_mark(status.age(self.now), STATUS_STALE);
             spans.push(Span::styled(
-                format!("{}.{} V{gap}{words}", volts / 10, volts % 10),
+                format!("{old}{}.{} V{gap}{words}", volts / 10, volts % 10),
                 style,
             ));
         }
         spans
     }
 }
+
+/// Columns of the link's name.
+const NAME_COLUMNS: usize = 24;
 
 /// The last part of a path.
 pub(super) fn file_name(path: &str) -> &str {

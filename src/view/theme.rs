@@ -25,6 +25,8 @@ pub(super) struct Theme {
     pub(super) robot: Style,
     pub(super) route: Style,
     pub(super) draft: Style,
+    /// What has been picked out.
+    pub(super) lit: Style,
     pub(super) glyphs: &'static Glyphs,
 }
 
@@ -39,6 +41,10 @@ pub(super) struct Glyphs {
     pub(super) bad: &'static str,
     pub(super) ended: &'static str,
     pub(super) paused: &'static str,
+    /// Time that is behind the moment shown.
+    pub(super) played: &'static str,
+    /// The past.
+    pub(super) back: &'static str,
     pub(super) recording: &'static str,
     pub(super) stale: &'static str,
     pub(super) holds: &'static str,
@@ -80,6 +86,8 @@ const UNICODE: Glyphs = Glyphs {
     bad: "✖",
     ended: "■",
     paused: "‖",
+    played: "━",
+    back: "◀◀",
     recording: "◉",
     stale: "◌",
     holds: "▶",
@@ -117,6 +125,8 @@ const ASCII: Glyphs = Glyphs {
     bad: "X",
     ended: "#",
     paused: "=",
+    played: "=",
+    back: "<<",
     recording: "@",
     stale: "~",
     holds: ">",
@@ -181,6 +191,7 @@ fn colored(dim: Color, faint: Color, accent: Color) -> Theme {
         robot: bold.fg(accent),
         route: bold.fg(Color::Blue),
         draft: plain.fg(Color::Magenta),
+        lit: bold.add_modifier(Modifier::REVERSED),
         glyphs: &UNICODE,
     }
 }
@@ -208,6 +219,7 @@ fn mono() -> Theme {
         robot: bold,
         route: bold,
         draft: plain,
+        lit: bold.add_modifier(Modifier::REVERSED),
         glyphs: &UNICODE,
     }
 }

@@ -3,20 +3,6 @@
 use super::*;
 
 #[test]
-fn a_replay_tells_its_speed_on_the_smallest_screen() {
-    let mut scene = flight(Config::default());
-    scene.event(Event::Link(LinkEvent::Opened {
-        name: "replay of captures/demo-commands.mcap".to_owned(),
-        can_send: false,
-    }));
-    scene.event(Event::Replay(Replay {
-        paused: false,
-        speed: 0.25,
-    }));
-    row(&screen(&scene, 80, 24), "newest <1 s  replay ×0.25 ");
-}
-
-#[test]
 fn words_that_do_not_fit_end_with_a_mark() {
     let mut scene = flight(demo());
     scene.state.bump = Bump::None;
@@ -150,5 +136,93 @@ fn a_prompt_says_how_to_stop_and_how_to_leave() {
             );
         }
         scene.press(&[KeyCode::Esc]);
+    }
+}
+
+/// Nothing is out of reach for want of rows.
+#[test]
+fn every_row_of_the_sensors_is_within_reach() {
+    let mut scene = flight(Config::default());
+    let first = screen(&scene, 80, 24);
+    row(&first, "── sensors ───────────────── PgDn 1/2 ──");
+    scene.press(&[KeyCode::PageDown]);
+    let second = screen(&scene, 80, 24);
+    insta::assert_snapshot!("sensors_second_page", second);
+    row(&second, "drive    ok   edge not fitted");
+    row(&second, "arm      not fitted");
+    row(&second, "robot    7 up 1 m 00 s, bumps 2");
+    scene.press(&[KeyCode::PageDown]);
+    assert_eq!(screen(&scene, 80, 24), first, "round and round");
+    scene.press(&[KeyCode::PageUp]);
+    assert_eq!(screen(&scene, 80, 24), second);
+    scene.press(&[KeyCode::F(2)]);
+    let large = screen(&scene, 80, 24);
+    row(&large, "wheels   L  -5 of  -6  R  -6 of  -6 in/s");
+    row(&large, "robot    7 up 1 m 00 s");
+    scene.press(&[KeyCode::Esc]);
+    assert_eq!(screen(&scene, 80, 24), first);
+}
+
+#[test]
+fn every_panel_is_one_key_away_and_can_be_enlarged() {
+    let mut scene = flight(Config::default());
+    for (key, title) in PANELS {
+        scene.press(&[KeyCode::F(key)]);
+        if scene.model.enlarged {
+            scene.type_text("z");
+        }
+        for (width, height) in [(80, 24), (100, 30), (110, 34), (120, 40), (200, 60)] {
+            row(&screen(&scene, width, height), &format!("── {title}"));
+        }
+        scene.type_text("z");
+        let large = screen(&scene, 80, 24);
+        row(&large, &format!("── {title}"));
+        assert!(!large.contains("── map"), "{large}");
+        scene.type_text("z");
+    }
+}
+
+const PANELS: [(u8, &str); 7] = [
+    (2, "sensors"),
+    (3, "from above"),
+    (4, "plots"),
+    (5, "commands"),
+    (6, "log"),
+    (7, "link"),
+    (8, "alarms"),
+];
+
+#[test]
+fn the_log_wraps_and_says_how_often_before_what() {
+    let mut scene = flight(Config::default());
+    for _ in 0..3 {
+        scene.hear_text("scan: longest view 172, brightest light 270, clearest 352 deg");
+    }
+    scene.press(&[KeyCode::F(6)]);
+    let narrow = screen(&scene, 80, 24);
+    row(&narrow, "\" ×3 scan: longest view 172,");
+    row(&narrow, "352 deg");
+    let wide = screen(&scene, 120, 40);
+    row(&wide, "×3 scan: longest view 172, brightest light 270,");
+    row(&wide, "        clearest 352 deg");
+}
+
+#[test]
+fn every_key_is_in_the_help_however_small_the_screen() {
+    let mut scene = flight(Config::default());
+    scene.type_text("?");
+    let mut told = String::new();
+    for _ in 0..3 {
+        told += &screen(&scene, 80, 24);
+        scene.press(&[KeyCode::PageDown]);
+    }
+    for binding in crate::model::keys::TABLE {
+        let is_told = told.contains(&format!("{:<8}{}", binding.label, binding.help));
+        assert!(
+            binding.help.is_empty() || is_told,
+            "{}: {}",
+            binding.label,
+            binding.help
+        );
     }
 }

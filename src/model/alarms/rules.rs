@@ -1,0 +1,349 @@
+//! What must not go unnoticed: every alarm in one table, with its limits.
+
+use groundwave_protocol::letters::{Bump, Cliff, Drive, Link as LinkLetter, Power};
+use groundwave_protocol::telemetry::StateLine;
+
+use crate::event::{Level, Moment, Recording};
+use crate::model::link::{Connection, Link};
+use crate::model::motors::Motors;
+use crate::model::robot::Robot;
+
+/// From which values on there is an alarm.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Limits {
+    /// At this voltage the battery is low, decivolts.
+    pub battery_low_dv: u16,
+    /// At this voltage it is all but empty, decivolts.
+    pub battery_critical_dv: u16,
+    /// A battery that is low or critical is not any more this far above, decivolts.
+    pub battery_hysteresis_dv: u16,
+    /// The battery has to be below for so long: motors that start draw it down, s.
+    pub battery_for_s: u16,
+    /// No line for so long is silence, s.
+    pub silent_s: u16,
+    /// This share of lines lost is too much, per cent.
+    pub loss_pct: u8,
+    /// For so long, s.
+    pub loss_for_s: u16,
+    /// Wheels that have to turn and do not for so long are stalled, s.
+    pub stalled_s: u16,
+    /// No floor under several sensors for so long: it fell, or somebody lifted it, s.
+    pub fallen_s: u16,
+    /// Layers have to take the motors from each other for so long, s.
+    pub thrash_s: u16,
+}
+
+impl Default for Limits {
+    /// The thresholds of the SR04's own firmware where it has them.
+    fn default() -> Self {
+        Self {
+            battery_low_dv: 116,
+            battery_critical_dv: 112,
+            battery_hysteresis_dv: 3,
+            battery_for_s: 5,
+            silent_s: 5,
+            loss_pct: 30,
+            loss_for_s: 10,
+            stalled_s: 2,
+            fallen_s: 2,
+            thrash_s: 3,
+        }
+    }
+}
+
+/// What the rules look at.
+pub(in crate::model) struct Facts<'a> {
+    pub(in crate::model) now: Moment,
+    pub(in crate::model) robot: &'a Robot,
+    pub(in crate::model) link: &'a Link,
+    pub(in crate::model) motors: &'a Motors,
+    pub(in crate::model) recording: &'a Recording,
+}
+
+/// What a rule sees.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) enum Sight {
+    /// Nothing is known: it stays as it was.
+    Unknown,
+    No,
+    /// It is so, and counts when it has lasted.
+    Yes,
+    /// It is so by the robot's or the recorder's own judgement, which counts at once.
+    Certain,
+    /// A figure to be compared with the limit.
+    Is(f64),
+}
+
+/// When a rule strikes.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) struct Bounds {
+    /// At this figure.
+    pub(crate) raise: f64,
+    /// No longer at this one; which of the two is greater says in which direction it is bad.
+    clear: f64,
+    /// For so long.
+    pub(super) persists: Moment,
+}
+
+/// One row of the table.
+pub(crate) struct Rule {
+    pub(crate) level: Level,
+    pub(crate) name: &'static str,
+    /// What to do about it.
+    pub(crate) remedy: &'static str,
+    /// Unit of the figure; empty where there is none.
+    pub(crate) unit: &'static str,
+    /// Whether nobody else puts it into the log.
+    logged_here: bool,
+    pub(super) look: fn(&Facts<'_>) -> Sight,
+    bounds: fn(&Limits) -> Bounds,
+}
+
+/// Unit of a figure that says since when: it is told as an age.
+pub(super) const SECONDS: &str = "s";
+
+pub(super) const RULES_COUNT: usize = 11;
+
+/// Every alarm, the worst first.
+pub(crate) const RULES: [Rule; RULES_COUNT] = [
+    Rule {
+        level: Level::Alarm,
+        name: "battery critical",
+        remedy: "switch it off, or let it dock (D)",
+        unit: "V",
+        logged_here: true,
+        look: |facts| battery(facts, &[Power::Critical]),
+        bounds: |limits| below_dv(limits, limits.battery_critical_dv),
+    },
+    Rule {
+        level: Level::Alarm,
+        name: "fallen or lifted",
+        remedy: "no floor under it: go and look",
+        unit: "",
+        logged_here: true,
+        look: |facts| state_is(facts, |state| state.cliff == Cliff::Several),
+        bounds: |limits| lasting(limits.fallen_s),
+    },
+    Rule {
+        level: Level::Alarm,
+        name: "failsafe",
+        remedy: "it hears no ground station and acts by itself",
+        unit: "",
+        logged_here: false,
+        look: |facts| match facts.robot.state {
+            Some(state) if state.value.link == LinkLetter::Failsafe => Sight::Certain,
+            Some(_) => Sight::No,
+            None => Sight::Unknown,
+        },
+        bounds: |_| lasting(0),
+    },
+    Rule {
+        level: Level::Alarm,
+        name: "link lost",
+        remedy: "plug the radio in again; it is looked for all the time",
+        unit: "",
+        logged_here: false,
+        look: |facts| match facts.link.connection {
+            Connection::Lost { .. } => Sight::Certain,
+            Connection::Opening | Connection::Open | Connection::Ended => Sight::No,
+        },
+        bounds: |_| lasting(0),
+    },
+    Rule {
+        level: Level::Alarm,
+        name: "robot silent",
+        remedy: "is it on, and in reach?",
+        unit: SECONDS,
+        logged_here: true,
+        look: silence,
+        bounds: |limits| {
+            let raise = f64::from(limits.silent_s.max(1));
+            Bounds {
+                raise,
+                clear: raise - 0.5,
+                persists: Moment::ZERO,
+            }
+        },
+    },
+    Rule {
+        level: Level::Alarm,
+        name: "recording failed",
+        remedy: "make room on the disk; what comes now is not kept",
+        unit: "",
+        logged_here: false,
+        look: |facts| match facts.recording.problem {
+            Some(_) => Sight::Certain,
+            None => Sight::No,
+        },
+        bounds: |_| lasting(0),
+    },
+    Rule {
+        level: Level::Alarm,
+        name: "battery low",
+        remedy: "let it dock (D), or call it home (h)",
+        unit: "V",
+        logged_here: true,
+        look: |facts| battery(facts, &[Power::Low, Power::Critical]),
+        bounds: |limits| below_dv(limits, limits.battery_low_dv),
+    },
+    Rule {
+        level: Level::Alarm,
+        name: "stalled",
+        remedy: "its wheels do not turn: free it, or STOP (Space)",
+        unit: "",
+        logged_here: true,
+        look: |facts| state_is(facts, |state| state.drive == Drive::Stalled),
+        bounds: |limits| lasting(limits.stalled_s),
+    },
+    Rule {
+        level: Level::Warning,
+        name: "bumper jammed",
+        remedy: "something hooks its bumper: free it if it does not",
+        unit: "",
+        logged_here: true,
+        look: |facts| match facts.robot.state {
+            Some(state) if state.value.bump == Bump::Jammed => Sight::Certain,
+            Some(_) => Sight::No,
+            None => Sight::Unknown,
+        },
+        bounds: |_| lasting(0),
+    },
+    Rule {
+        level: Level::Warning,
+        name: "layers thrash",
+        remedy: "they take the motors from each other: forbid one (1-7)",
+        unit: "",
+        logged_here: true,
+        look: |facts| {
+            if facts.motors.thrashes(facts.now) {
+                Sight::Yes
+            } else {
+                Sight::No
+            }
+        },
+        bounds: |limits| lasting(limits.thrash_s),
+    },
+    Rule {
+        level: Level::Warning,
+        name: "lines lost",
+        remedy: "a weak or disturbed radio: come closer",
+        unit: "%",
+        logged_here: true,
+        look: |facts| match facts.link.loss(facts.now) {
+            Some(share) => Sight::Is((share * 100.0).round()),
+            None => Sight::Unknown,
+        },
+        bounds: |limits| {
+            let raise = f64::from(limits.loss_pct.max(1));
+            Bounds {
+                raise,
+                clear: raise / 2.0,
+                persists: Moment::from_secs(limits.loss_for_s.into()),
+            }
+        },
+    },
+];
+
+fn lasting(s: u16) -> Bounds {
+    Bounds {
+        raise: 1.0,
+        clear: 0.0,
+        persists: Moment::from_secs(s.into()),
+    }
+}
+
+fn below_dv(limits: &Limits, limit_dv: u16) -> Bounds {
+    Bounds {
+        raise: f64::from(limit_dv) / 10.0,
+        clear: f64::from(limit_dv.saturating_add(limits.battery_hysteresis_dv.max(1))) / 10.0,
+        persists: Moment::from_secs(limits.battery_for_s.into()),
+    }
+}
+
+fn battery(facts: &Facts<'_>, letters: &[Power]) -> Sight {
+    let power = facts.robot.state.map(|state| state.value.power);
+    match (power, facts.robot.status) {
+        (Some(Power::Charging | Power::Docked), _) => Sight::No,
+        (Some(power), _) if letters.contains(&power) => Sight::Certain,
+        (_, Some(status)) => Sight::Is(f64::from(status.value.battery_dv) / 10.0),
+        (_, None) => Sight::Unknown,
+    }
+}
+
+fn state_is(facts: &Facts<'_>, bad: fn(&StateLine) -> bool) -> Sight {
+    match facts.robot.state {
+        Some(state) if bad(&state.value) => Sight::Yes,
+        Some(_) => Sight::No,
+        None => Sight::Unknown,
+    }
+}
+
+fn silence(facts: &Facts<'_>) -> Sight {
+    match (&facts.link.connection, facts.link.newest_age(facts.now)) {
+        (Connection::Open, Some(age)) => Sight::Is(age.as_secs_f64()),
+        _ => Sight::Unknown,
+    }
+}
+
+impl Bounds {
+    pub(super) fn is_high_bad(self) -> bool {
+        self.raise > self.clear
+    }
+
+    /// Whether a figure is at the limit or beyond it.
+    pub(super) fn reaches(self, value: f64) -> bool {
+        if self.is_high_bad() {
+            value >= self.raise
+        } else {
+            value <= self.raise
+        }
+    }
+
+    /// Whether a figure is well on the good side.
+    pub(super) fn is_clear(self, value: f64) -> bool {
+        if self.is_high_bad() {
+            value <= self.clear
+        } else {
+            value >= self.clear
+        }
+    }
+}
+
+impl Rule {
+    pub(crate) fn bounds(&self, limits: &Limits) -> Bounds {
+        (self.bounds)(limits)
+    }
+
+    /// Whether a figure is at the limit or beyond it.
+    pub(crate) fn is_beyond(&self, value: f64, limits: &Limits) -> bool {
+        self.bounds(limits).reaches(value)
+    }
+
+    /// Whether its figure is worth telling beside its age.
+    pub(crate) fn has_figure(&self) -> bool {
+        !matches!(self.unit, "" | SECONDS)
+    }
+
+    /// A figure of this rule in words.
+    pub(crate) fn figure(&self, value: f64) -> String {
+        match self.unit {
+            "V" => format!("{value:.1} V"),
+            unit => format!("{value:.0} {unit}"),
+        }
+    }
+}
+
+impl Rule {
+    /// What the log says when it is raised; `None` when somebody else does.
+    pub(in crate::model) fn log_text(&self, value: Option<f64>, limits: &Limits) -> Option<String> {
+        let figures = match value {
+            Some(value) if self.has_figure() => {
+                let limit = self.figure(self.bounds(limits).raise);
+                format!(" {} (limit {limit})", self.figure(value))
+            }
+            _ => String::new(),
+        };
+        self.logged_here
+            .then(|| format!("{}{figures}: {}", self.name, self.remedy))
+    }
+}

@@ -1,0 +1,191 @@
+//! What the station tells becomes what is known, and what is worth a line in the log.
+
+use groundwave_protocol::telemetry::{Body, Line, StateLine};
+
+use super::alarms::Facts;
+use super::link::Connection;
+use super::log::Subject;
+use super::{Model, failsafe, motors, why, words};
+use crate::event::{CommandId, CommandStep, Level, LinkEvent, Moment, Recording};
+use crate::request::Request;
+
+impl Model {
+    /// Raises what is wrong, once; says whether the screen changes. Nothing does while time stands still.
+    pub(super) fn watch_alarms(&mut self, now: Moment) -> bool {
+        if self.link.is_frozen() {
+            return false;
+        }
+        let facts = Facts {
+            now,
+            robot: &self.robot,
+            link: &self.link,
+            motors: &self.motors,
+            recording: &self.recording,
+        };
+        let (raised, changed) = self.alarms.watch(&facts, &self.config.limits);
+        for (rule, value) in raised {
+            self.calls = true;
+            if let Some(text) = rule.log_text(value, &self.config.limits) {
+                self.log.add(now, rule.level, Subject::Alarm, text);
+            }
+        }
+        changed
+    }
+
+    pub(super) fn take_line(&mut self, now: Moment, line: &Line) {
+        let restarted = self.life.take_boot(line.ack.boot)
+            | match &line.body {
+                Body::Status(status) => self.life.take_status(status),
+                Body::Counters(counters) => self.life.take_counters(counters),
+                Body::State(_) | Body::Text(_) | Body::Parameter(_) | Body::Song(_) => false,
+            };
+        if restarted {
+            self.take_restart(now);
+        }
+        let before = self.robot.state.map(|state| state.value);
+        self.robot.take(now, line);
+        self.counted.tally.lines += 1;
+        self.counted.take_ack(line.ack);
+        match &line.body {
+            Body::State(state) => self.take_state(now, before.as_ref(), state),
+            Body::Status(status) => {
+                self.ledger.take_status(status);
+                self.plots.take_status(now, status);
+            }
+            Body::Counters(counters) => self.motors.take_counters(now, counters),
+            Body::Text(text) => {
+                self.log
+                    .add(now, Level::Info, Subject::Robot, text.as_str());
+            }
+            Body::Parameter(parameter) => {
+                let text = words::parameter(parameter);
+                self.log.add(now, Level::Info, Subject::Robot, text);
+            }
+            Body::Song(song) => {
+                self.calls = true;
+                self.log
+                    .add(now, Level::Info, Subject::Robot, words::song(song));
+            }
+        }
+    }
+
+    /// The robot booted: it has forgotten its list, and measures from where it stands.
+    pub(super) fn take_restart(&mut self, now: Moment) {
+        self.ledger.take_restart();
+        self.chart.start_afresh();
+        self.log
+            .add(now, Level::Alarm, Subject::Robot, "the robot restarted");
+    }
+
+    fn take_state(&mut self, now: Moment, before: Option<&StateLine>, state: &StateLine) {
+        if let Some((x_in, y_in)) = self.chart.take_state(now, state) {
+            let text = format!("{} hit at ({x_in:.0}, {y_in:.0})", why::bump(state.bump));
+            self.log.add(now, Level::Warning, Subject::Bump, text);
+            self.counted.tally.bumps += 1;
+        }
+        if before.is_some_and(|before| before.mode != state.mode) {
+            let text = format!("the robot reports mode {}", words::mode(state.mode));
+            self.log.add(now, Level::Info, Subject::Behaviour, text);
+            self.counted.tally.behaviours += 1;
+        }
+        let linked = before.map(|before| before.link);
+        if let Some((level, text)) = failsafe::news(linked, state.link, &self.robot) {
+            let subject = match level {
+                Level::Alarm => Subject::Robot,
+                Level::Info | Level::Warning => Subject::Behaviour,
+            };
+            self.log.add(now, level, subject, text);
+        }
+        self.plots.take_state(now, state, &self.link);
+        let held = self.motors.holder().map(|held| held.value);
+        if self.motors.take_state(now, state) {
+            let robot = &self.robot;
+            let holder = motors::Holder::of(state);
+            if held.is_some_and(|held| !(held.is_routine() && holder.is_routine())) {
+                self.counted.tally.behaviours += 1;
+            }
+            self.log.add_holder(now, holder.is_routine(), || {
+                let why = why::why(holder, state, robot, now);
+                format!("{}: {why}", words::holder(holder).to_uppercase())
+            });
+        }
+    }
+
+    pub(super) fn take_link(&mut self, now: Moment, event: &LinkEvent) {
+        let again = matches!(
+            self.link.connection,
+            Connection::Lost { .. } | Connection::Ended
+        );
+        let (level, text) = match event {
+            LinkEvent::Opened { name, .. } if again && *name != self.link.name => {
+                (Level::Info, format!("back as {name}"))
+            }
+            LinkEvent::Opened { name, .. } if again => (Level::Info, format!("{name} is back")),
+            LinkEvent::Opened { name, can_send } => {
+                let only = if *can_send { "" } else { ", receive only" };
+                (Level::Info, format!("listening to {name}{only}"))
+            }
+            LinkEvent::Lost { reason } => (Level::Alarm, format!("link lost: {reason}")),
+            LinkEvent::Ended => (Level::Info, "the session is over".to_owned()),
+        };
+        self.log.add(now, level, Subject::Link, text);
+        self.link.take_event(now, event);
+    }
+
+    pub(super) fn take_step(&mut self, now: Moment, id: CommandId, step: &CommandStep) {
+        self.counted.take_step(step);
+        let Some(entry) = self.ledger.take_step(now, id, step) else {
+            return;
+        };
+        if let (Request::Route(waypoints), CommandStep::Refused(_) | CommandStep::Failed(_)) =
+            (&entry.request, step)
+            && self.chart.draft.waypoints().is_empty()
+        {
+            // What did not arrive goes back to where it can be sent again.
+            self.chart.take_draft(waypoints);
+        }
+        let asked = &entry.request;
+        let (level, text) = match step {
+            CommandStep::Queued(_)
+            | CommandStep::Sent { .. }
+            | CommandStep::Progress { .. }
+            | CommandStep::Told(_) => return,
+            CommandStep::Proven {
+                digest: Some(digest),
+            } => (
+                Level::Info,
+                format!("{asked}: the robot verified {digest:08X}"),
+            ),
+            CommandStep::Proven { digest: None } => {
+                (Level::Info, format!("{asked}: the robot acknowledged"))
+            }
+            CommandStep::Refused(outcome) => {
+                let why = self.robot.standing().why(asked, *outcome);
+                let why = why.unwrap_or_else(|| words::outcome(*outcome).to_owned());
+                (Level::Warning, format!("{asked}: refused, {why}"))
+            }
+            CommandStep::Failed(failure) => (Level::Warning, format!("{asked}: {failure}")),
+        };
+        self.log.add(now, level, Subject::Command, text);
+    }
+
+    pub(super) fn take_asker(&mut self, now: Moment, id: CommandId, by: &str) {
+        if let Some(entry) = self.ledger.take_asker(id, by) {
+            let text = format!("{}: asked by {by}", entry.request);
+            self.log.add(now, Level::Info, Subject::Command, text);
+        }
+    }
+
+    pub(super) fn take_recording(&mut self, now: Moment, recording: Recording) -> bool {
+        if let Some(problem) = &recording.problem
+            && self.recording.problem.as_ref() != Some(problem)
+        {
+            self.log
+                .add(now, Level::Alarm, Subject::Station, problem.as_str());
+        }
+        let shown = |r: &Recording| (r.tee.clone(), r.mcap.clone(), r.problem.clone());
+        let changed = shown(&recording) != shown(&self.recording);
+        self.recording = recording;
+        changed
+    }
+}

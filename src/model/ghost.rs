@@ -1,0 +1,105 @@
+//! Where a robot that is not heard may be: dead-reckoned from what its wheels did last, with what that is
+//! worth.
+
+use groundwave_protocol::telemetry::StateLine;
+
+use super::chart::{Pose, ROBOT_RADIUS_IN};
+use super::robot::{Reading, STATE_STALE};
+use crate::event::Moment;
+
+/// Between the wheels, inches.
+const TRACK_IN: f64 = 10.0;
+
+/// It may have begun to creep somewhere else at once, in/s.
+const DRIFT_IN_S: f64 = 1.0;
+
+/// It may have turned off its way: so much of the way it would have gone.
+const STRAYING: f64 = 0.5;
+
+/// Later than this nothing is gained by reckoning on.
+const RECKONED_MAX: Moment = Moment::from_mins(1);
+
+/// Where it may be.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) struct Ghost {
+    pub(crate) pose: Pose,
+    /// Within so many inches of there.
+    pub(crate) radius_in: f64,
+}
+
+/// Where a robot may be that was heard last then; `None` while it is heard.
+pub(crate) fn ghost(last: &Reading<StateLine>, now: Moment) -> Option<Ghost> {
+    let age = last.age(now);
+    if age < STATE_STALE {
+        return None;
+    }
+    let s = age.min(RECKONED_MAX).as_secs_f64();
+    let state = &last.value;
+    let left = f64::from(state.wheel_left_in_s);
+    let right = f64::from(state.wheel_right_in_s);
+    let speed_in_s = f64::midpoint(left, right);
+    let turned = (left - right) / TRACK_IN * s;
+    let from = Pose::of(state);
+    // A circle of which the chord is driven.
+    let way_in = speed_in_s * s;
+    let chord_in = if turned.abs() < 1e-6 {
+        way_in
+    } else {
+        way_in * (turned / 2.0).sin() / (turned / 2.0)
+    };
+    let (x_in, y_in) = from.ahead((turned / 2.0).to_degrees(), chord_in);
+    Some(Ghost {
+        pose: Pose {
+            x_in,
+            y_in,
+            theta_deg: (from.theta_deg + turned.to_degrees()).rem_euclid(360.0),
+        },
+        radius_in: ROBOT_RADIUS_IN + DRIFT_IN_S * s + STRAYING * way_in.abs(),
+    })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::model::testing::state;
+
+    fn after(left: i8, right: i8, s: u64) -> Option<Ghost> {
+        let value = StateLine {
+            wheel_left_in_s: left,
+            wheel_right_in_s: right,
+            ..state()
+        };
+        let at = Moment::from_secs(7);
+        ghost(&Reading { value, at }, at + Moment::from_secs(s))
+    }
+
+    #[test]
+    fn it_drives_on_as_it_did_and_grows() {
+        assert_eq!(after(10, 10, 1), None, "it is heard");
+        let ten = after(10, 10, 10).unwrap();
+        assert!((ten.pose.y_in - 100.0).abs() < 1e-6 && ten.pose.x_in.abs() < 1e-6);
+        let mut radius_in = 0.0;
+        for s in 2..=60 {
+            let grown = after(10, 10, s).unwrap().radius_in;
+            assert!(grown > radius_in);
+            radius_in = grown;
+        }
+        assert_eq!(
+            after(10, 10, 60),
+            after(10, 10, 86_400),
+            "a day is no worse"
+        );
+        assert!(after(0, 0, 10).unwrap().radius_in < ten.radius_in);
+    }
+
+    #[test]
+    fn it_turns_on_as_it_did() {
+        // To the right around a point 20 in from its middle, by 10 in/s between wheels 10 in apart.
+        let arc = after(25, 15, 2).unwrap();
+        let radius_in = 20.0;
+        let turned = 2.0 * 10.0 / TRACK_IN;
+        assert!((arc.pose.x_in - radius_in * (1.0 - f64::cos(turned))).abs() < 1e-6);
+        assert!((arc.pose.y_in - radius_in * f64::sin(turned)).abs() < 1e-6);
+        assert!((arc.pose.theta_deg - turned.to_degrees()).abs() < 1e-6);
+    }
+}

@@ -1,0 +1,291 @@
+//! Figures over time in bounded memory: the least and the greatest of each stretch of several windows.
+
+use groundwave_protocol::telemetry::{StateLine, StatusLine};
+
+use super::link::Link;
+use super::robot::{STATE_STALE, STATUS_STALE, ordered_wheels_in_s};
+use crate::event::Moment;
+
+/// Stretches in a window.
+const STRETCHES: usize = 120;
+
+/// The windows to choose from.
+pub(crate) const WINDOWS: [(&str, Moment); 4] = [
+    ("1 min", Moment::from_mins(1)),
+    ("10 min", Moment::from_mins(10)),
+    ("2 h", Moment::from_hours(2)),
+    ("24 h", Moment::from_hours(24)),
+];
+
+/// What is plotted.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Trace {
+    /// In/s.
+    WheelLeft,
+    WheelRight,
+    /// What the wheels were ordered to do, in/s.
+    OrderLeft,
+    OrderRight,
+    /// Inches.
+    SonarLeft,
+    SonarRight,
+    /// Per cent.
+    DarkLeft,
+    DarkRight,
+    /// Decivolts.
+    Battery,
+    /// Lines lost of the latest 20 s, per cent.
+    Loss,
+}
+
+const TRACES: usize = Trace::Loss as usize + 1;
+
+/// The least and the greatest figure of a stretch; the least is greater where there was none.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+struct Stretch {
+    least: i16,
+    greatest: i16,
+}
+
+const NOTHING: Stretch = Stretch {
+    least: i16::MAX,
+    greatest: i16::MIN,
+};
+
+impl Stretch {
+    fn include(&mut self, other: Self) {
+        self.least = self.least.min(other.least);
+        self.greatest = self.greatest.max(other.greatest);
+    }
+
+    const fn is_nothing(self) -> bool {
+        self.least > self.greatest
+    }
+}
+
+/// One figure over one window: a ring of stretches.
+#[derive(Clone, Debug)]
+struct Ring {
+    /// Of one stretch.
+    length: Moment,
+    stretches: Vec<Stretch>,
+    /// The number of the newest stretch, counted from the beginning of time.
+    newest: u64,
+}
+
+impl Ring {
+    const fn new(window: Moment) -> Self {
+        Self {
+            length: Moment::from_millis(window.as_millis() as u64 / STRETCHES as u64),
+            stretches: Vec::new(),
+            newest: 0,
+        }
+    }
+
+    const fn number(&self, at: Moment) -> u64 {
+        (at.as_millis() / self.length.as_millis()) as u64
+    }
+
+    /// `held` is what stands for the time since the figure before, where nothing was missed.
+    fn push(&mut self, now: Moment, value: i16, held: Option<i16>) {
+        if self.stretches.is_empty() {
+            self.stretches = vec![NOTHING; STRETCHES];
+            self.newest = self.number(now);
+        }
+        let number = self.number(now).max(self.newest);
+        let skipped = (number - self.newest).min(STRETCHES as u64);
+        let between = held.map_or(NOTHING, |held| Stretch {
+            least: held,
+            greatest: held,
+        });
+        for back in (0..skipped).rev() {
+            let at = ((number - back) % STRETCHES as u64) as usize;
+            self.stretches[at] = if back == 0 { NOTHING } else { between };
+        }
+        self.newest = number;
+        let at = (number % STRETCHES as u64) as usize;
+        self.stretches[at].include(Stretch {
+            least: value,
+            greatest: value,
+        });
+    }
+
+    /// The stretch so many before the one that holds `now`.
+    fn before(&self, now: Moment, back: u64) -> Stretch {
+        let Some(number) = self.number(now).max(self.newest).checked_sub(back) else {
+            return NOTHING;
+        };
+        if number > self.newest || self.newest - number >= STRETCHES as u64 {
+            return NOTHING;
+        }
+        let at = (number % STRETCHES as u64) as usize;
+        self.stretches.get(at).copied().unwrap_or(NOTHING)
+    }
+}
+
+/// One figure over all windows.
+#[derive(Clone, Debug)]
+struct Series {
+    rings: [Ring; WINDOWS.len()],
+    newest: Option<(Moment, i16)>,
+}
+
+impl Default for Series {
+    fn default() -> Self {
+        Self {
+            rings: WINDOWS.map(|(_, window)| Ring::new(window)),
+            newest: None,
+        }
+    }
+}
+
+impl Series {
+    /// Within `joined` of the one before nothing was missed.
+    fn push(&mut self, now: Moment, value: i16, joined: Moment) {
+        let held = self
+            .newest
+            .filter(|(at, _)| now.saturating_sub(*at) < joined)
+            .map(|(_, value)| value);
+        for ring in &mut self.rings {
+            ring.push(now, value, held);
+        }
+        self.newest = Some((now, value));
+    }
+}
+
+/// All figures over time.
+#[derive(Clone, Debug, Default)]
+pub(crate) struct Plots {
+    series: [Series; TRACES],
+    /// The place of the chosen window in [`WINDOWS`].
+    pub(crate) window: usize,
+}
+
+impl Plots {
+    pub(super) fn take_state(&mut self, now: Moment, state: &StateLine, link: &Link) {
+        let [order_left, order_right] = ordered_wheels_in_s(state).map(|in_s| in_s as i16);
+        let whole = |value: u16| i16::try_from(value).unwrap_or(i16::MAX);
+        let figures = [
+            (Trace::WheelLeft, Some(state.wheel_left_in_s.into())),
+            (Trace::WheelRight, Some(state.wheel_right_in_s.into())),
+            (Trace::OrderLeft, Some(order_left)),
+            (Trace::OrderRight, Some(order_right)),
+            (Trace::SonarLeft, state.sonar_left_in.map(whole)),
+            (Trace::SonarRight, state.sonar_right_in.map(whole)),
+            (Trace::DarkLeft, state.photo_left_pct.map(i16::from)),
+            (Trace::DarkRight, state.photo_right_pct.map(i16::from)),
+            (
+                Trace::Loss,
+                link.loss(now).map(|share| (share * 100.0).round() as i16),
+            ),
+        ];
+        for (trace, value) in figures {
+            if let Some(value) = value {
+                self.series[trace as usize].push(now, value, STATE_STALE);
+            }
+        }
+    }
+
+    pub(super) fn take_status(&mut self, now: Moment, status: &StatusLine) {
+        let value = i16::try_from(status.battery_dv).unwrap_or(i16::MAX);
+        self.series[Trace::Battery as usize].push(now, value, STATUS_STALE);
+    }
+
+    pub(super) const fn next_window(&mut self) {
+        self.window = (self.window + 1) % WINDOWS.len();
+    }
+
+    /// A figure over the chosen window until `now` in so many columns, oldest first: the least and the greatest
+    /// of each, `None` where there was none.
+    pub(crate) fn columns(
+        &self,
+        trace: Trace,
+        now: Moment,
+        columns: usize,
+    ) -> Vec<Option<(i16, i16)>> {
+        let ring = &self.series[trace as usize].rings[self.window];
+        let back = |column: usize| (columns - column) * STRETCHES / columns.max(1);
+        (0..columns)
+            .map(|column| {
+                let mut all = NOTHING;
+                let (oldest, newest) = (back(column), back(column + 1));
+                for back in newest..oldest.max(newest + 1) {
+                    all.include(ring.before(now, back as u64));
+                }
+                (!all.is_nothing()).then_some((all.least, all.greatest))
+            })
+            .collect()
+    }
+
+    /// The newest figure.
+    pub(crate) fn newest(&self, trace: Trace) -> Option<i16> {
+        self.series[trace as usize].newest.map(|(_, value)| value)
+    }
+
+    /// How many stretches are held, for tests of what a session costs.
+    #[cfg(test)]
+    pub(crate) fn size(&self) -> usize {
+        let rings = self.series.iter().flat_map(|series| &series.rings);
+        rings.map(|ring| ring.stretches.len()).sum()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const J: Moment = Moment::from_secs(2);
+
+    #[test]
+    fn a_column_has_the_least_and_the_greatest_of_its_time() {
+        let mut plots = Plots::default();
+        for n in 0..180_u64 {
+            let at = Moment::from_millis(n * 333);
+            plots.series[0].push(at, [5, -3, 7][n as usize % 3], J);
+        }
+        let now = Moment::from_millis(179 * 333);
+        let columns = plots.columns(Trace::WheelLeft, now, 20);
+        assert!(
+            columns[1..].iter().all(|column| *column == Some((-3, 7))),
+            "{columns:?}"
+        );
+        assert_eq!(plots.columns(Trace::WheelLeft, now, 300).len(), 300);
+        assert_eq!(plots.columns(Trace::WheelLeft, now, 0), []);
+    }
+
+    #[test]
+    fn a_gap_is_a_gap_and_a_slow_figure_is_none() {
+        let mut plots = Plots::default();
+        for s in [0_u64, 2, 4, 6, 30, 32] {
+            plots.series[0].push(Moment::from_secs(s), s as i16, STATUS_STALE);
+        }
+        let columns = plots.columns(Trace::WheelLeft, Moment::from_secs(40), 120);
+        let known: Vec<usize> = (0..120)
+            .filter(|&column| columns[column].is_some())
+            .collect();
+        // Half a second a column, the newest at the right.
+        let from = |s: usize| 119 - 2 * (40 - s);
+        let expected: Vec<usize> = (from(0)..=from(6)).chain(from(30)..=from(32)).collect();
+        assert_eq!(known, expected);
+        assert_eq!(columns[from(1)], Some((0, 0)), "held until the next");
+    }
+
+    #[test]
+    fn a_day_takes_no_more_room_than_a_minute() {
+        let mut plots = Plots::default();
+        let push = |plots: &mut Plots, from_s: u64, to_s: u64| {
+            for s in from_s..to_s {
+                for series in &mut plots.series {
+                    series.push(Moment::from_secs(s), (s % 100) as i16, J);
+                }
+            }
+        };
+        push(&mut plots, 0, 60);
+        let minute = plots.size();
+        push(&mut plots, 60, 86_400);
+        assert_eq!(plots.size(), minute);
+        plots.window = 3;
+        let day = plots.columns(Trace::Loss, Moment::from_secs(86_399), 100);
+        assert!(day.iter().all(|column| *column == Some((0, 99))));
+    }
+}

@@ -1,0 +1,183 @@
+//! When there is an alarm, for how long, and what makes it go.
+
+use super::*;
+use crate::event::{Level, Recording};
+use crate::model::Limits;
+use groundwave_protocol::letters::{Cliff, Link, Power};
+
+/// Names of the alarms that are raised, with whether each is still so and whether somebody has seen it.
+fn raised(scene: &Scene) -> Vec<(&'static str, bool, bool)> {
+    let all = scene.model.alarms.all();
+    all.filter_map(|(rule, _, raised)| {
+        let raised = raised?;
+        Some((rule.name, raised.over_at.is_none(), raised.is_acknowledged))
+    })
+    .collect()
+}
+
+fn rings(effects: &[Effect]) -> usize {
+    effects
+        .iter()
+        .filter(|&effect| *effect == Effect::Ring)
+        .count()
+}
+
+#[test]
+fn a_battery_is_low_when_it_has_been_for_a_while_and_until_it_is_well_above() {
+    let mut scene = scene();
+    let volts = |scene: &mut Scene, dv| {
+        scene.status.battery_dv = dv;
+        scene.hear_status();
+    };
+    volts(&mut scene, 115);
+    assert_eq!(raised(&scene), [], "a motor that starts");
+    volts(&mut scene, 119);
+    volts(&mut scene, 116);
+    scene.wait_ms(5000);
+    volts(&mut scene, 115);
+    assert_eq!(raised(&scene), [("battery low", true, false)]);
+    volts(&mut scene, 118);
+    assert_eq!(raised(&scene), [("battery low", true, false)], "hysteresis");
+    volts(&mut scene, 119);
+    assert_eq!(
+        raised(&scene),
+        [("battery low", false, false)],
+        "kept until seen"
+    );
+    scene.type_text(" ");
+    assert_eq!(raised(&scene).len(), 1, "STOP acknowledges nothing");
+    scene.type_text("A");
+    assert_eq!(raised(&scene), []);
+}
+
+#[test]
+fn what_is_seen_and_still_so_stays_without_a_call() {
+    let mut scene = scene();
+    scene.state.power = Power::Critical;
+    scene.hear();
+    let both = [
+        ("battery critical", true, false),
+        ("battery low", true, false),
+    ];
+    assert_eq!(raised(&scene), both);
+    assert_eq!(scene.model.alarms.calling().len(), 2);
+    scene.type_text("A");
+    assert_eq!(raised(&scene).len(), 2, "it is still so");
+    assert!(scene.model.alarms.calling().is_empty());
+    scene.state.power = Power::Charging;
+    scene.hear();
+    assert_eq!(raised(&scene), []);
+}
+
+#[test]
+fn each_rule_strikes_by_its_own_evidence() {
+    type Change = fn(&mut Scene);
+    let cases: [(&str, Change); 8] = [
+        ("stalled", |scene| scene.state.drive = Drive::Stalled),
+        ("fallen or lifted", |scene| {
+            scene.state.cliff = Cliff::Several
+        }),
+        ("bumper jammed", |scene| scene.state.bump = Bump::Jammed),
+        ("failsafe", |scene| scene.state.link = Link::Failsafe),
+        ("battery critical", |scene| {
+            scene.state.power = Power::Critical
+        }),
+        ("lines lost", |scene| scene.lose(1)),
+        ("recording failed", |scene| {
+            scene.event(Event::Recording(Recording {
+                problem: Some("the disk is full".to_owned()),
+                ..Recording::default()
+            }));
+        }),
+        ("link lost", |scene| {
+            let reason = "unplugged".to_owned();
+            scene.event(Event::Link(LinkEvent::Lost { reason }));
+        }),
+    ];
+    for (name, change) in cases {
+        let mut scene = scene();
+        change(&mut scene);
+        for _ in 0..40 {
+            if name == "lines lost" {
+                scene.lose(1);
+            }
+            scene.hear();
+        }
+        let names: Vec<_> = raised(&scene).iter().map(|(name, ..)| *name).collect();
+        assert!(names.contains(&name), "{name}: {names:?}");
+    }
+}
+
+#[test]
+fn silence_and_thrashing_are_alarms_too() {
+    let mut scene = scene();
+    scene.wait_ms(4900);
+    scene.event(Event::Tick);
+    assert_eq!(raised(&scene), []);
+    let due = scene.model.redraw_at(scene.now).expect("ages go on");
+    scene.now = due;
+    let drawn = scene.model.revision();
+    let effects = scene.event(Event::Tick);
+    assert_eq!(raised(&scene), [("robot silent", true, false)]);
+    assert_eq!(rings(&effects), 1);
+    assert_ne!(scene.model.revision(), drawn);
+    scene.hear();
+    assert_eq!(raised(&scene), [("robot silent", false, false)]);
+    scene.type_text("A");
+    for n in 0..30 {
+        let (quiet, holds) = [
+            (Layer::Infrared, Layer::Bumpers),
+            (Layer::Bumpers, Layer::Infrared),
+        ][n % 2];
+        scene.layers(&[(quiet, LayerState::Quiet), (holds, LayerState::Holds)]);
+        scene.hear();
+    }
+    assert_eq!(raised(&scene), [("layers thrash", true, false)]);
+}
+
+#[test]
+fn one_alarm_rings_once_and_is_logged_once() {
+    let mut scene = scene();
+    scene.state.drive = Drive::Stalled;
+    let mut rung = 0;
+    for _ in 0..30 {
+        scene.wait_ms(333);
+        rung += rings(&scene.event(Event::Tick));
+        scene.hear();
+    }
+    let logged = scene.model.log.newest_first();
+    let logged: Vec<_> = logged.filter(|entry| entry.level == Level::Alarm).collect();
+    assert_eq!(logged.len(), 1);
+    assert!(
+        logged[0].text.starts_with("stalled: "),
+        "{}",
+        logged[0].text
+    );
+    assert!(rung <= 1);
+}
+
+#[test]
+fn limits_come_from_the_configuration() {
+    let mut scene = Scene::new(Config {
+        limits: Limits {
+            battery_low_dv: 130,
+            battery_for_s: 0,
+            ..Limits::default()
+        },
+        ..Config::default()
+    });
+    scene.hear_status();
+    assert_eq!(raised(&scene), [("battery low", true, false)]);
+}
+
+#[test]
+fn nothing_is_raised_while_time_stands_still() {
+    let mut scene = scene();
+    scene.event(Event::Replay(Replay {
+        paused: true,
+        speed: 1.0,
+    }));
+    scene.wait_ms(60_000);
+    scene.event(Event::Tick);
+    assert_eq!(raised(&scene), []);
+}

@@ -1,0 +1,60 @@
+//! What the ledger claims of commands.
+
+use super::*;
+
+#[test]
+fn active_is_what_the_robot_acknowledged_until_it_says_otherwise() {
+    let list = Request::Route(route(&[(1, 2), (3, 4)]));
+    let mut scene = scene();
+    let active = |scene: &Scene| scene.model.ledger.active().map(|a| (a.digest, a.driven));
+    for step in [
+        CommandStep::Queued(list.clone()),
+        CommandStep::Sent { frames: 1 },
+        CommandStep::Progress {
+            acknowledged: 2,
+            total: 2,
+        },
+    ] {
+        scene.event(Event::Command {
+            id: CommandId(1),
+            step,
+        });
+        assert_eq!(active(&scene), None, "delivered is not active");
+    }
+    scene.event(Event::Command {
+        id: CommandId(1),
+        step: CommandStep::Proven { digest: Some(7) },
+    });
+    assert_eq!(active(&scene), Some((7, None)), "active is not driven");
+    scene.status.digest = 7;
+    scene.status.list = ListPlace {
+        driven: 1,
+        count: 2,
+    };
+    scene.hear_status();
+    assert_eq!(active(&scene), Some((7, Some(scene.status.list))));
+    scene.status.digest = 8;
+    scene.hear_status();
+    assert_eq!(active(&scene), None, "another list is driven");
+
+    scene.command(2, list, CommandStep::Proven { digest: Some(9) });
+    assert_eq!(active(&scene), Some((9, None)));
+    scene.ack.boot = 1;
+    scene.hear();
+    assert_eq!(active(&scene), None, "the robot restarted");
+}
+
+#[test]
+fn a_command_of_somebody_elses_says_whose_it_is() {
+    let mut scene = scene();
+    let (id, by) = (CommandId(1), "pid 7 via ./x.sock".to_owned());
+    scene.command(1, Request::Scan, CommandStep::Sent { frames: 1 });
+    scene.event(Event::Asked { id, by: by.clone() });
+    let entry = scene.model.ledger.entries().next();
+    assert_eq!(entry.and_then(|entry| entry.by.clone()), Some(by.clone()));
+    let newest = scene.model.log.newest_first().next();
+    assert_eq!(
+        newest.map(|entry| entry.text.clone()),
+        Some(format!("scan: asked by {by}"))
+    );
+}

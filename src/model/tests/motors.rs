@@ -1,0 +1,81 @@
+//! Who holds the motors, for what share, and whether it changes too often.
+
+use super::*;
+
+#[test]
+fn shares_come_from_the_robots_count_of_ticks_across_its_wrap() {
+    let mut scene = scene();
+    for _ in 0..10 {
+        scene.hear();
+    }
+    assert_eq!(
+        scene.model.motors.share(Holder::Prowl),
+        Some(1.0),
+        "by the lines while there is no count"
+    );
+    scene.hear_ticks(10, [0, 4090, 0, 0, 0, 0, 0, 0, 100]);
+    scene.hear_ticks(20, [0, 44, 0, 0, 0, 0, 0, 0, 250]);
+    let share = |layer| scene.model.motors.share(Holder::Layer(layer));
+    assert_eq!(share(Layer::Bumpers), Some(0.25));
+    assert_eq!(share(Layer::Sonar), Some(0.0));
+    assert_eq!(scene.model.motors.share(Holder::Prowl), Some(0.75));
+    scene.hear_ticks(3, [0; 9]);
+    assert_eq!(
+        scene.model.motors.share(Holder::Layer(Layer::Bumpers)),
+        Some(0.0),
+        "after a restart the lines speak again"
+    );
+}
+
+#[test]
+fn motors_that_change_hands_with_every_line_thrash() {
+    let mut scene = scene();
+    for n in 0..12 {
+        let thrashes = scene.model.motors.thrashes(scene.now);
+        assert_eq!(thrashes, n > 6, "{n} holders");
+        let (quiet, holds) = [
+            (Layer::Infrared, Layer::Bumpers),
+            (Layer::Bumpers, Layer::Infrared),
+        ][n % 2];
+        scene.layers(&[(quiet, LayerState::Quiet), (holds, LayerState::Holds)]);
+        scene.hear();
+    }
+    for _ in 0..30 {
+        scene.hear();
+    }
+    assert!(!scene.model.motors.thrashes(scene.now));
+}
+
+#[test]
+fn steering_is_no_thrashing() {
+    let mut scene = scene();
+    for n in 0..40 {
+        let state = [LayerState::Holds, LayerState::Quiet][n % 2];
+        scene.layers(&[(Layer::Sonar, state)]);
+        scene.hear();
+        assert!(!scene.model.motors.thrashes(scene.now));
+    }
+}
+
+#[test]
+fn only_what_is_below_the_holder_is_suppressed() {
+    let mut line = state();
+    line.layers.set(Layer::Infrared, LayerState::Raised);
+    assert_eq!(suppressed(&line), [], "prowl suppresses nobody");
+    line.layers.set(Layer::Sonar, LayerState::Holds);
+    line.layers.set(Layer::DeadReckoning, LayerState::Raised);
+    let below = [Holder::Layer(Layer::DeadReckoning), Holder::Prowl];
+    assert_eq!(suppressed(&line), below);
+}
+
+#[test]
+fn the_holder_is_told_from_layers_and_mode() {
+    let mut line = state();
+    assert_eq!(Holder::of(&line), Holder::Prowl);
+    line.mode = Mode::Reactive;
+    assert_eq!(Holder::of(&line), Holder::Nobody);
+    line.mode = Mode::User;
+    assert_eq!(Holder::of(&line), Holder::Layer(Layer::User));
+    line.layers.set(Layer::Bumpers, LayerState::Holds);
+    assert_eq!(Holder::of(&line), Holder::Layer(Layer::Bumpers));
+}

@@ -1,0 +1,130 @@
+//! Alarms: a strip under the status line while one calls, and the panel with all of them and their limits.
+
+use ratatui::buffer::Buffer;
+use ratatui::layout::Rect;
+use ratatui::style::Style;
+use ratatui::text::{Line, Span};
+
+use super::text::{First, wrap};
+use super::{Screen, put};
+use crate::event::Level;
+use crate::model::alarms::{Raised, Rule};
+use crate::model::{Panel, age};
+
+/// Columns of a rule's name in the list of limits.
+const NAME_COLUMNS: usize = 17;
+
+const INDENT: usize = 2;
+
+impl Screen<'_> {
+    /// The worst of what nobody has seen yet, and how many more there are.
+    pub(super) fn alarm_strip(&self, buffer: &mut Buffer, area: Rect) {
+        let calling = self.model.alarms.calling();
+        let Some((rule, raised)) = calling.first() else {
+            return;
+        };
+        let (glyph, style) = self.alarm_mark(rule, raised);
+        let more = match calling.len() {
+            1 => String::new(),
+            n => format!("+{} more  ", n - 1),
+        };
+        let right = Span::styled(format!("{more}A: seen"), self.theme.key);
+        let text = format!(
+            "{glyph} {}; {}",
+            self.alarm_words(rule, raised),
+            rule.remedy
+        );
+        let line = Line::styled(text, style);
+        let line = self.with_right(line, right, usize::from(area.width));
+        put(buffer, area, 0, &line);
+    }
+
+    pub(super) fn alarms(&self, buffer: &mut Buffer, area: Rect) {
+        let theme = &self.theme;
+        let width = usize::from(area.width);
+        let room = width.saturating_sub(INDENT);
+        let mut lines = Vec::new();
+        let raised = self.model.alarms.all();
+        for (rule, raised) in raised.filter_map(|(rule, _, raised)| Some((rule, raised?))) {
+            let (glyph, style) = self.alarm_mark(rule, &raised);
+            for (n, row) in (0..).zip(wrap(&self.alarm_words(rule, &raised), room, room)) {
+                let glyph = if n == 0 { glyph } else { " " };
+                lines.push(Line::styled(format!("{glyph} {row}"), style));
+            }
+            let remedy = wrap(rule.remedy, room, room).into_iter();
+            lines.extend(
+                remedy.map(|row| Line::styled(format!("{:INDENT$}{row}", ""), theme.plain)),
+            );
+        }
+        let quiet = self.model.alarms.all();
+        for (rule, value, _) in quiet.filter(|(_, _, raised)| raised.is_none()) {
+            let text = format!(
+                "{} {:<NAME_COLUMNS$}{}",
+                theme.glyphs.dot,
+                rule.name,
+                self.limit(rule, value)
+            );
+            lines.push(self.cut(Line::styled(text, theme.dim), width));
+        }
+        let note = Span::styled(self.alarm_note(), theme.dim);
+        let title = (Panel::Alarms, "alarms");
+        self.pages(buffer, area, title, Some(note), &lines, First::Top);
+    }
+
+    fn alarm_note(&self) -> String {
+        let calling = self.model.alarms.calling().len();
+        match calling {
+            0 => String::new(),
+            n => format!("{n} not seen, A: seen"),
+        }
+    }
+
+    /// Shape and style: what is still so, what is over, what somebody has seen.
+    fn alarm_mark(&self, rule: &Rule, raised: &Raised) -> (&'static str, Style) {
+        let theme = &self.theme;
+        let glyphs = theme.glyphs;
+        match (raised.is_acknowledged, raised.over_at, rule.level) {
+            (true, ..) => (glyphs.done, theme.plain),
+            (false, Some(_), _) => (glyphs.off, theme.warning),
+            (false, None, Level::Alarm) => (glyphs.bad, theme.alarm),
+            (false, None, Level::Info | Level::Warning) => ("!", theme.warning),
+        }
+    }
+
+    /// What, how bad and since when.
+    fn alarm_words(&self, rule: &Rule, raised: &Raised) -> String {
+        let figure = match raised.worst.filter(|_| rule.has_figure()) {
+            Some(worst) if rule.is_beyond(worst, &self.model.config.limits) => {
+                format!(" {} ({})", rule.figure(worst), self.limit_words(rule))
+            }
+            Some(worst) => format!(" {}", rule.figure(worst)),
+            None => String::new(),
+        };
+        let times = match raised.times {
+            1 => String::new(),
+            n => format!(" {}{n}", self.theme.glyphs.times),
+        };
+        let since = age::words(self.now.saturating_sub(raised.at));
+        let when = match raised.over_at {
+            Some(over_at) => {
+                let ago = age::words(self.now.saturating_sub(over_at));
+                format!("over, {ago} ago")
+            }
+            None if raised.is_acknowledged => format!("for {since}, seen"),
+            None => format!("for {since}"),
+        };
+        format!("{}{figure}{times} {when}", rule.name.to_uppercase())
+    }
+
+    fn limit(&self, rule: &Rule, value: Option<f64>) -> String {
+        match value.filter(|_| rule.has_figure()) {
+            Some(value) => format!("{} ({})", rule.figure(value), self.limit_words(rule)),
+            None => "quiet".to_owned(),
+        }
+    }
+
+    fn limit_words(&self, rule: &Rule) -> String {
+        let bounds = rule.bounds(&self.model.config.limits);
+        format!("limit {}", rule.figure(bounds.raise))
+    }
+}

@@ -1,0 +1,124 @@
+//! Which panel stands where.
+
+use ratatui::buffer::Buffer;
+use ratatui::layout::Rect;
+
+use super::{Screen, body, ladder, link, sensors, split_bottom, split_right, split_top};
+use crate::model::Panel;
+
+/// From this size up the panels that everybody looks at have a place of their own.
+pub(super) const WIDTH_FULL: u16 = 110;
+pub(super) const HEIGHT_FULL: u16 = 34;
+
+/// From this size up every panel has.
+const WIDTH_ALL: u16 = 170;
+const HEIGHT_ALL: u16 = 44;
+
+/// Columns of the third column, with the robot from above, the plots and the alarms.
+const THIRD_COLUMNS: u16 = 50;
+
+/// Rows of the alarms in it: one for each, and a title.
+const ALARM_ROWS: u16 = 12;
+
+/// Rows that the log keeps beside the link's figures.
+const LOG_ROWS_MIN: u16 = 5;
+
+impl Screen<'_> {
+    pub(super) fn panels(&self, buffer: &mut Buffer, area: Rect, is_full: bool) {
+        if self.model.enlarged {
+            self.draw_panel(buffer, area, self.model.panel);
+        } else if is_full {
+            self.all_panels(buffer, area);
+        } else {
+            self.some_panels(buffer, area);
+        }
+    }
+
+    fn all_panels(&self, buffer: &mut Buffer, area: Rect) {
+        let is_wide = area.width >= WIDTH_ALL && area.height >= HEIGHT_ALL;
+        let (area, third) = if is_wide {
+            split_right(area, THIRD_COLUMNS)
+        } else {
+            (area, Rect::default())
+        };
+        let band_rows = (area.height.saturating_sub(ladder::ROWS + sensors::ROWS)).clamp(7, 18);
+        let (upper, lower) = split_bottom(area, band_rows);
+        let right_columns = (area.width * 2 / 5).clamp(46, 72);
+        let (map, right) = split_right(upper, right_columns);
+        self.map(buffer, map);
+        if let Some(editor) = &self.model.editor {
+            self.route(buffer, right, editor);
+        } else {
+            let (ladder, sensors) = split_top(right, ladder::ROWS);
+            self.ladder(buffer, ladder);
+            match self.model.panel {
+                panel @ (Panel::Body | Panel::Plots | Panel::Alarms) if !is_wide => {
+                    self.draw_panel(buffer, sensors, panel);
+                }
+                _ => self.sensors(buffer, sensors),
+            }
+        }
+        let (commands, log) = split_right(lower, area.width / 2);
+        self.commands(buffer, commands);
+        let link_rows = self.link_height(log.width);
+        if log.height >= link_rows.min(link::ROWS_MIN) + LOG_ROWS_MIN {
+            let (log, link) = split_bottom(log, link_rows.min(log.height - LOG_ROWS_MIN));
+            self.log(buffer, log);
+            self.link(buffer, link);
+        } else if self.model.panel == Panel::Link {
+            self.link(buffer, log);
+        } else {
+            self.log(buffer, log);
+        }
+        if is_wide {
+            let (body, third) = split_top(third, body::ROWS);
+            self.body(buffer, body);
+            let (plots, alarms) = split_bottom(third, ALARM_ROWS);
+            self.plots(buffer, plots);
+            self.alarms(buffer, alarms);
+        }
+    }
+
+    fn some_panels(&self, buffer: &mut Buffer, area: Rect) {
+        let right_columns = (area.width * 2 / 5).clamp(40, 60);
+        let (map, right) = split_right(area, right_columns);
+        self.map(buffer, map);
+        if let Some(editor) = &self.model.editor {
+            self.route(buffer, right, editor);
+            return;
+        }
+        let (ladder, mut rest) = split_top(right, ladder::ROWS);
+        self.ladder(buffer, ladder);
+        let first = Panel::ALL
+            .iter()
+            .position(|panel| *panel == self.model.panel)
+            .unwrap_or(0);
+        let order = Panel::ALL.iter().cycle().skip(first).take(Panel::ALL.len());
+        for (place, panel) in order.enumerate() {
+            if place > 0 && rest.height < 5 {
+                break;
+            }
+            let last = place + 1 == Panel::ALL.len();
+            let rows = if last || rest.height < sensors::ROWS + 5 {
+                rest.height
+            } else {
+                sensors::ROWS
+            };
+            let (here, below) = split_top(rest, rows);
+            self.draw_panel(buffer, here, *panel);
+            rest = below;
+        }
+    }
+
+    fn draw_panel(&self, buffer: &mut Buffer, area: Rect, panel: Panel) {
+        match panel {
+            Panel::Sensors => self.sensors(buffer, area),
+            Panel::Commands => self.commands(buffer, area),
+            Panel::Log => self.log(buffer, area),
+            Panel::Link => self.link(buffer, area),
+            Panel::Body => self.body(buffer, area),
+            Panel::Plots => self.plots(buffer, area),
+            Panel::Alarms => self.alarms(buffer, area),
+        }
+    }
+}

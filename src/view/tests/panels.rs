@@ -1,0 +1,374 @@
+//! Alarms, plots, the robot from above, and what is told of a robot that is not heard.
+
+use groundwave_protocol::letters::{Arm, Cliff, Power};
+
+use super::*;
+
+const SIZES: [(u16, u16); 3] = [(80, 24), (120, 40), (200, 60)];
+
+fn mono() -> Config {
+    Config {
+        colors: Colors::Mono,
+        ascii: true,
+        ..Config::default()
+    }
+}
+
+/// Everything at once: lit from all sides.
+fn busy(config: Config) -> Scene {
+    let mut scene = flight(config);
+    scene.state.bump = Bump::LeftCenter;
+    scene.state.infrared = Infrared::Right;
+    scene.state.sonar_left_in = Some(22);
+    scene.state.sonar_right_in = Some(47);
+    scene.state.cliff = Cliff::Right;
+    scene.state.arm = Arm::MotionLeft;
+    scene.hear();
+    scene
+}
+
+#[test]
+fn an_alarm_is_seen_on_every_screen_until_somebody_says_so() {
+    let mut scene = flight(Config::default());
+    scene.state.power = Power::Low;
+    scene.hear();
+    for (width, height) in SIZES {
+        let screen = screen(&scene, width, height);
+        let strip = screen.lines().nth(1).unwrap();
+        assert!(strip.starts_with("✖ BATTERY LOW"), "{strip}");
+        assert!(strip.ends_with("A: seen"), "{strip}");
+    }
+    scene.press(&[KeyCode::F(8)]);
+    let panel = screen(&scene, 80, 24);
+    insta::assert_snapshot!("alarm_narrow", panel);
+    row(&panel, "── alarms");
+    scene.type_text("z");
+    let large = screen(&scene, 80, 24);
+    insta::assert_snapshot!("alarms_enlarged", large);
+    row(&large, "let it dock (D), or call it home (h)");
+    row(&large, "· battery critical");
+    row(&large, "(limit 11.2 V)");
+    scene.type_text("A");
+    let seen = screen(&scene, 80, 24);
+    assert!(
+        seen.lines().nth(1).unwrap().starts_with("── alarms"),
+        "{seen}"
+    );
+    row(&seen, "✔ BATTERY LOW");
+    row(&seen, ", seen");
+}
+
+#[test]
+fn without_color_an_alarm_has_its_shape() {
+    let mut scene = flight(mono());
+    scene.state.power = Power::Critical;
+    scene.hear();
+    scene.press(&[KeyCode::F(8)]);
+    let screen = screen(&scene, 120, 40);
+    assert!(screen.is_ascii(), "{screen}");
+    insta::assert_snapshot!("alarms_ascii", screen);
+    row(&screen, "X BATTERY CRITICAL");
+    row(&screen, "+1 more  A: seen");
+}
+
+#[test]
+fn the_robot_from_above_is_lit_where_it_feels_something() {
+    for (config, name) in [(Config::default(), "body"), (mono(), "body_ascii")] {
+        let mut scene = busy(config);
+        scene.press(&[KeyCode::F(3)]);
+        let narrow = screen(&scene, 80, 24);
+        insta::assert_snapshot!(format!("{name}_narrow"), narrow);
+        let wide = screen(&scene, 120, 40);
+        insta::assert_snapshot!(format!("{name}_wide"), wide);
+        for screen in [&narrow, &wide] {
+            row(screen, "22 in !");
+            row(screen, "EDGE");
+            row(screen, "motion left");
+            row(screen, "61 %");
+        }
+    }
+    let scene = busy(Config::default());
+    let wide = screen(&scene, 120, 40);
+    assert!(!wide.contains("from above"));
+}
+
+#[test]
+fn every_panel_has_a_place_on_a_large_screen() {
+    let mut scene = busy(Config::default());
+    scene.hear_status();
+    let screen = screen(&scene, 200, 60);
+    insta::assert_snapshot!("large", screen);
+    for title in [
+        "map",
+        "who holds",
+        "sensors",
+        "from above",
+        "plots",
+        "commands",
+        "log",
+        "link",
+        "alarms",
+        "raw",
+    ] {
+        row(&screen, &format!("── {title}"));
+    }
+}
+
+#[test]
+fn plots_have_gaps_where_nothing_was_heard() {
+    let mut scene = flight(Config::default());
+    scene.wait_ms(12_000);
+    scene.drive(30, 3.0, 2);
+    scene.hear_status();
+    scene.press(&[KeyCode::F(4)]);
+    let narrow = screen(&scene, 80, 24);
+    insta::assert_snapshot!("plots_narrow", narrow);
+    row(&narrow, "── plots");
+    row(&narrow, "T: 1 min");
+    row(&narrow, "wheels in/s");
+    scene.type_text("z");
+    let large = screen(&scene, 120, 40);
+    insta::assert_snapshot!("plots_enlarged", large);
+    for name in [
+        "wheels in/s",
+        "sonar in",
+        "darkness %",
+        "battery V",
+        "loss %",
+    ] {
+        row(&large, name);
+    }
+    scene.type_text("T");
+    row(&screen(&scene, 120, 40), "T: 10 min");
+    let mut ascii = flight(mono());
+    ascii.drive(30, 3.0, 2);
+    ascii.press(&[KeyCode::F(4)]);
+    assert!(screen(&ascii, 80, 24).is_ascii());
+}
+
+#[test]
+fn what_is_old_is_dim_marked_and_named() {
+    let mut scene = flight(demo());
+    scene.hear();
+    scene.wait_ms(12_000);
+    scene.event(Event::Tick);
+    let silent = screen(&scene, 120, 40);
+    row(&silent, "◌ PROWL  ◌ 12.4 V");
+    row(&silent, "map: ◌ x ");
+    row(&silent, "◌ old: sensors, battery");
+    row(&silent, "link: in all; air of 20 s ──────");
+    row(&silent, "✖ ROBOT SILENT");
+    for name in ["bumper", "infrared", "wheels", "battery", "drive"] {
+        let aged = |row: &str| row.contains(&format!("{name:<9}")) && row.contains('◌');
+        assert!(silent.lines().any(aged), "{name}");
+    }
+}
+
+/// The words of the legend's radius.
+fn radius(scene: &Scene) -> Option<u32> {
+    let screen = screen(scene, 120, 40);
+    let (_, rest) = screen.split_once("reckoned, within ")?;
+    rest.split(' ').next()?.parse().ok()
+}
+
+#[test]
+fn a_silent_robot_has_a_ghost_that_grows() {
+    let mut scene = flight(Config::default());
+    scene.state.bump = Bump::None;
+    (scene.state.wheel_left_in_s, scene.state.wheel_right_in_s) = (10, 10);
+    scene.hear();
+    assert_eq!(radius(&scene), None, "it is heard");
+    let mut last = 0;
+    for _ in 0..8 {
+        scene.wait_ms(2000);
+        let grown = radius(&scene).unwrap();
+        assert!(grown > last, "{grown} after {last}");
+        last = grown;
+    }
+    insta::assert_snapshot!("ghost", screen(&scene, 120, 40));
+    scene.event(Event::Replay(Replay {
+        paused: true,
+        speed: 1.0,
+    }));
+    let stands = radius(&scene);
+    scene.wait_ms(20_000);
+    assert_eq!(radius(&scene), stands, "time stands still");
+    scene.event(Event::Replay(Replay {
+        paused: false,
+        speed: 1.0,
+    }));
+    scene.hear();
+    assert_eq!(radius(&scene), None);
+}
+
+#[test]
+fn each_rung_says_since_when() {
+    let mut scene = flight(Config::default());
+    for _ in 0..12 {
+        scene.hear();
+    }
+    let wide = screen(&scene, 120, 40);
+    let rung = row(&wide, "1 ▶ BUMPERS");
+    assert!(rung.contains(" 4 s"), "{rung}");
+    let quiet = row(&wide, "7 · dead reckoning");
+    assert!(quiet.contains("18 s"), "{quiet}");
+}
+
+/// The cells of the row that are shown in reverse, as a string.
+fn lit(scene: &Scene, width: u16, height: u16) -> String {
+    let buffer = buffer(scene, width, height);
+    let cells = buffer.content().iter();
+    let lit = cells.filter(|cell| cell.modifier.contains(ratatui::style::Modifier::REVERSED));
+    lit.map(|cell| cell.symbol()).collect()
+}
+
+#[test]
+fn a_value_is_traced_to_its_columns() {
+    let mut scene = flight(Config::default());
+    scene.hear_status();
+    scene.type_text("i");
+    scene.press(&[KeyCode::Right; 6]);
+    let narrow = screen(&scene, 80, 24);
+    insta::assert_snapshot!("trace_narrow", narrow);
+    row(
+        &narrow,
+        "left wheel: line A, columns 31-33: `-05`, <1 s old",
+    );
+    row(&narrow, "A46 +075.9");
+    assert_eq!(lit(&scene, 80, 24), "-05");
+    assert_eq!(lit(&scene, 120, 40), "-05");
+    scene.press(&[KeyCode::Down, KeyCode::Right]);
+    row(
+        &screen(&scene, 80, 24),
+        "battery: line B, columns 8-11: `12.4`",
+    );
+    assert_eq!(lit(&scene, 80, 24), "12.4");
+    scene.press(&[KeyCode::Down, KeyCode::Left]);
+    row(
+        &screen(&scene, 80, 24),
+        "odometer resets: line B, columns 64-65",
+    );
+    scene.press(&[KeyCode::Esc]);
+    assert_eq!(lit(&scene, 80, 24), "");
+}
+
+#[test]
+fn why_it_does_that_is_told_of_the_shown_moment() {
+    let mut scene = flight(Config::default());
+    commanded(&mut scene);
+    scene.type_text("y");
+    let narrow = screen(&scene, 80, 24);
+    insta::assert_snapshot!("why_narrow", narrow);
+    row(&narrow, " why, at 00:15 ");
+    row(
+        &narrow,
+        "BUMPERS hold the motors, for <1 s: right bumper hit; backs off",
+    );
+    row(&narrow, "beaten    sonar, prowl");
+    row(&narrow, "wheels ordered -6 -6, measured -5 -6 in/s");
+    row(&narrow, "command   disable sonar, <1 s ago: waits");
+    row(&narrow, "right bumper hit at (79, 39)");
+    scene.wait_ms(60_000);
+    row(
+        &screen(&scene, 80, 24),
+        "old       ◌ by its last line, 1 m 00 s ago",
+    );
+    let mut ascii = flight(mono());
+    ascii.type_text("y");
+    assert!(screen(&ascii, 80, 24).is_ascii());
+}
+
+#[test]
+fn a_list_is_followed_from_draft_to_driven() {
+    let mut scene = flight(Config::default());
+    scene.press(&[KeyCode::Left; 4]);
+    scene.type_text("w");
+    scene.press(&[KeyCode::F(5)]);
+    let says = |scene: &Scene, words: &str| {
+        row(&screen(scene, 200, 60), words);
+    };
+    says(&scene, "◇ draft: 1 waypoints, not sent");
+    let effects = scene.type_text("S");
+    let [Effect::Send(Request::Route(route))] = &effects[..] else {
+        panic!("sending the draft gave {effects:?}");
+    };
+    let digest = digest(route.iter());
+    let step = |scene: &mut Scene, step| {
+        scene.wait_ms(300);
+        scene.event(Event::Command {
+            id: CommandId(1),
+            step,
+        });
+    };
+    step(
+        &mut scene,
+        CommandStep::Queued(Request::Route(route.clone())),
+    );
+    says(&scene, "… waits");
+    step(&mut scene, CommandStep::Sent { frames: 3 });
+    says(&scene, "… sent ×3");
+    let (acknowledged, total) = (1, 1);
+    step(
+        &mut scene,
+        CommandStep::Progress {
+            acknowledged,
+            total,
+        },
+    );
+    says(&scene, "… holds 1/1, sent ×3");
+    step(
+        &mut scene,
+        CommandStep::Proven {
+            digest: Some(digest),
+        },
+    );
+    says(&scene, &format!("✔ ACTIVE {digest:08X} in 0.9 s"));
+    scene.status.digest = digest;
+    scene.status.list = ListPlace {
+        driven: 1,
+        count: 1,
+    };
+    scene.hear_status();
+    says(&scene, &format!("✔ ACTIVE {digest:08X}, driven 1/1: done"));
+    scene.status.digest ^= 1;
+    scene.hear_status();
+    says(&scene, "driven 1/1, since");
+}
+
+/// What a frame costs is counted, not timed: the dots drawn, and what is kept.
+#[test]
+fn a_day_costs_no_more_than_its_first_hour() {
+    use super::super::raster::DRAWN;
+    let mut scene = flight(Config::default());
+    let drive = |scene: &mut Scene, lines: u32| {
+        for n in 0..lines {
+            // Round and round through a house of 40 by 40 ft.
+            let turn = f64::from(n) / 97.0;
+            scene.state.x_tenths_in = (2400.0 * (turn * 1.5).sin()) as i32;
+            scene.state.y_tenths_in = (2400.0 * turn.cos()) as i32;
+            scene.state.bump = [Bump::None, Bump::Left][n as usize / 50 % 2];
+            scene.hear();
+        }
+    };
+    let cost = |scene: &Scene| {
+        DRAWN.set(0);
+        buffer(scene, 120, 40);
+        let map = DRAWN.replace(0);
+        let kept =
+            scene.model.chart.trail.recent().count() + scene.model.chart.trail.older().count();
+        (
+            map,
+            kept + scene.model.plots.size() + scene.model.log.newest_first().count(),
+        )
+    };
+    drive(&mut scene, 3 * 3600);
+    let (hour_dots, hour_kept) = cost(&scene);
+    drive(&mut scene, 5 * 3 * 3600);
+    let (later_dots, later_kept) = cost(&scene);
+    assert!(later_kept <= hour_kept + 512, "{hour_kept}, {later_kept}");
+    assert!(
+        later_dots <= hour_dots + hour_dots / 4,
+        "{hour_dots}, {later_dots}"
+    );
+    assert!(later_dots < 60_000, "{later_dots}");
+}

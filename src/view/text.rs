@@ -1,0 +1,142 @@
+//! Words in rows: cut, wrapped and turned over by pages.
+
+use ratatui::buffer::Buffer;
+use ratatui::layout::Rect;
+use ratatui::text::{Line, Span};
+
+use super::{Screen, put};
+use crate::model::Panel;
+
+/// Which end of a panel's rows is shown first.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum First {
+    Top,
+    Bottom,
+}
+
+/// A text in rows of so many columns, the first of which may hold fewer. Words stay whole where they can.
+pub(super) fn wrap(text: &str, first: usize, others: usize) -> Vec<String> {
+    let mut rows: Vec<String> = Vec::new();
+    let mut row = String::new();
+    let mut room = first.max(1);
+    for word in text.split(' ').filter(|word| !word.is_empty()) {
+        let mut word: Vec<char> = word.chars().collect();
+        let gap = usize::from(!row.is_empty());
+        if row.chars().count() + gap + word.len() > room && !row.is_empty() {
+            rows.push(std::mem::take(&mut row));
+            room = others.max(1);
+        }
+        while word.len() > room {
+            rows.push(word.drain(..room).collect());
+            room = others.max(1);
+        }
+        if !row.is_empty() {
+            row.push(' ');
+        }
+        row.extend(word);
+    }
+    rows.push(row);
+    rows
+}
+
+impl Screen<'_> {
+    /// A panel of rows; where they do not fit, the page of them that the operator has chosen, and which it is.
+    pub(super) fn pages(
+        &self,
+        buffer: &mut Buffer,
+        area: Rect,
+        (panel, title): (Panel, &str),
+        note: Option<Span<'_>>,
+        lines: &[Line<'_>],
+        first: First,
+    ) {
+        let height = usize::from(area.height.saturating_sub(1)).max(1);
+        let pages = lines.len().div_ceil(height).max(1);
+        let (page, key) = match first {
+            First::Top => (self.page_of(panel, pages), "PgDn"),
+            // What is older is above.
+            First::Bottom => ((pages - self.page_of(panel, pages)) % pages, "PgUp"),
+        };
+        let note = if pages > 1 {
+            let words = note.map_or(String::new(), |note| format!("{}  ", note.content));
+            let words = format!("{words}{key} {}/{pages}", page + 1);
+            Some(Span::styled(words, self.theme.dim))
+        } else {
+            note
+        };
+        let below = self.panel(buffer, area, title, note);
+        let skipped = match first {
+            First::Top => page * height,
+            First::Bottom => lines.len().saturating_sub((page + 1) * height),
+        };
+        let shown = match first {
+            First::Top => height,
+            First::Bottom => lines.len().saturating_sub(page * height) - skipped,
+        };
+        for (row, line) in (0..).zip(lines.iter().skip(skipped).take(shown)) {
+            put(buffer, below, row, line);
+        }
+    }
+
+    /// The page that is shown of so many: the first, unless the panel is the chosen one and was turned over.
+    pub(super) fn page_of(&self, panel: Panel, pages: usize) -> usize {
+        let chosen = if self.model.panel == panel {
+            self.model.page
+        } else {
+            0
+        };
+        chosen.rem_euclid(pages.max(1) as i32) as usize
+    }
+
+    /// A line that is too wide ends with a mark of that.
+    pub(super) fn cut<'l>(&self, line: Line<'l>, width: usize) -> Line<'l> {
+        let blanks = line
+            .spans
+            .iter()
+            .rev()
+            .flat_map(|span| span.content.chars().rev());
+        let blanks = blanks.take_while(|c| *c == ' ').count();
+        if line.width() - blanks <= width {
+            return line;
+        }
+        let more = self.theme.glyphs.cut;
+        let mut room = width.saturating_sub(Span::raw(more).width());
+        let mut spans: Vec<Span<'l>> = Vec::new();
+        for mut span in line.spans {
+            let wide = span.width();
+            if wide > room {
+                let fits: String = span.content.chars().take(room).collect();
+                span.content = (fits.trim_end().to_owned() + more).into();
+                spans.push(span);
+                break;
+            }
+            room -= wide;
+            spans.push(span);
+        }
+        Line::from(spans).style(line.style)
+    }
+
+    /// A line with something flush right after it, which is never cut.
+    pub(super) fn with_right<'l>(&self, line: Line<'l>, right: Span<'l>, width: usize) -> Line<'l> {
+        let taken = right.width();
+        let mut line = self.cut(line, width.saturating_sub(taken + 1));
+        let gap = width.saturating_sub(line.width() + taken);
+        line.spans.push(Span::raw(" ".repeat(gap)));
+        line.spans.push(right);
+        line
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn words_stay_whole_where_they_can() {
+        assert_eq!(wrap("one two three", 8, 5), ["one two", "three"]);
+        assert_eq!(wrap("one", 8, 5), ["one"]);
+        assert_eq!(wrap("", 8, 5), [""]);
+        assert_eq!(wrap("abcdefghij kl", 4, 3), ["abcd", "efg", "hij", "kl"]);
+        assert_eq!(wrap("ab", 0, 0), ["a", "b"]);
+    }
+}

@@ -1,0 +1,143 @@
+//! Why did it do that: what is known of the shown moment, gathered in one place.
+
+use groundwave_protocol::letters::{Layer, LayerState};
+use ratatui::buffer::Buffer;
+use ratatui::layout::Rect;
+use ratatui::style::Style;
+use ratatui::text::{Line, Span};
+
+use super::text::wrap;
+use super::{Screen, put};
+use crate::model::age;
+use crate::model::log::Subject;
+use crate::model::motors;
+use crate::model::robot::{STATE_STALE, ordered_wheels_in_s};
+use crate::model::{why, words};
+
+const COLUMNS: u16 = 78;
+
+/// Rows that the window would have.
+const ROWS: u16 = 22;
+
+const NAME_COLUMNS: usize = 10;
+
+/// Entries of the log that led up to it.
+const BEFORE: usize = 6;
+
+impl Screen<'_> {
+    pub(super) fn why_window(&self, buffer: &mut Buffer, area: Rect) {
+        let s = self.now.as_secs();
+        let title = format!(" why, at {:02}:{:02} ", s / 60, s % 60);
+        let inner = self.window(buffer, area, (COLUMNS, ROWS), &title);
+        let width = usize::from(inner.width);
+        let mut row = 0;
+        for (name, text, style) in self.why_facts() {
+            let room = width.saturating_sub(NAME_COLUMNS);
+            for (n, words) in wrap(&text, room, room).into_iter().enumerate() {
+                let name = if n == 0 { name } else { "" };
+                let line = Line::from(vec![
+                    Span::styled(format!("{name:<NAME_COLUMNS$}"), self.theme.dim),
+                    Span::styled(words, style),
+                ]);
+                put(buffer, inner, row, &line);
+                row += 1;
+            }
+        }
+    }
+
+    fn why_facts(&self) -> Vec<(&'static str, String, Style)> {
+        let theme = &self.theme;
+        let model = self.model;
+        let Some(state) = model.robot.state else {
+            return vec![("", "nothing heard from the robot yet".to_owned(), theme.dim)];
+        };
+        let heard = age::words(state.age(self.now));
+        let state_age = state.age(self.now);
+        let state = state.value;
+        let mut facts = Vec::new();
+        if state_age >= STATE_STALE {
+            let old = format!("{} by its last line, {heard} ago", theme.glyphs.stale);
+            facts.push(("old", old, theme.warning));
+        }
+        if let Some(holder) = model.motors.holder() {
+            let since = age::words(holder.age(self.now));
+            let text = format!(
+                "{}, for {since}: {}",
+                words::holds(holder.value),
+                why::why(holder.value, &state, &model.robot, self.now)
+            );
+            facts.push(("holder", text, theme.holder));
+        }
+        let suppressed: Vec<_> = motors::suppressed(&state)
+            .into_iter()
+            .map(words::holder)
+            .collect();
+        facts.push(("beaten", or_none(&suppressed), theme.plain));
+        let in_state = |wanted| {
+            let layers = Layer::ALL.into_iter().skip(1);
+            let layers = layers.filter(|layer| state.layers.get(*layer) == wanted);
+            or_none(&layers.map(words::layer).collect::<Vec<_>>())
+        };
+        facts.push(("quiet", in_state(LayerState::Quiet), theme.plain));
+        facts.push(("off", in_state(LayerState::Off), theme.dim));
+        let [left, right] = ordered_wheels_in_s(&state);
+        let text = format!(
+            "mode {}; wheels ordered {left:+} {right:+}, measured {:+} {:+} in/s; drive {}",
+            words::mode(state.mode),
+            state.wheel_left_in_s,
+            state.wheel_right_in_s,
+            words::drive(state.drive)
+        );
+        facts.push(("drives", text, theme.plain));
+        let text = format!(
+            "{}; infrared {}; sonar {} left, {} right; floor: {}; arm {}",
+            match why::bump(state.bump) {
+                touched if touched.contains("bumper") => touched.to_owned(),
+                other => format!("bumper {other}"),
+            },
+            words::infrared(state.infrared),
+            why::range(state.sonar_left_in),
+            why::range(state.sonar_right_in),
+            words::cliff(state.cliff),
+            why::arm(state.arm)
+        );
+        facts.push(("senses", text, theme.plain));
+        let command = match model.ledger.newest_step() {
+            Some(entry) => {
+                let (_, says, _) = self.fate(entry);
+                let ago = age::words(self.now.saturating_sub(entry.asked_at));
+                format!("{}, {ago} ago: {says}", entry.request)
+            }
+            None => "none in this session".to_owned(),
+        };
+        facts.push(("command", command, theme.plain));
+        let raised = model.alarms.all();
+        let raised = raised.filter_map(|(rule, _, raised)| {
+            raised
+                .filter(|raised| raised.over_at.is_none())
+                .map(|_| rule.name)
+        });
+        let alarms = or_none(&raised.collect::<Vec<_>>());
+        facts.push(("alarms", alarms, theme.plain));
+        let entries = model.log.newest_first();
+        let before: Vec<_> = entries
+            .filter(|entry| entry.subject != Subject::Station)
+            .take(BEFORE)
+            .collect();
+        for (n, entry) in before.into_iter().rev().enumerate() {
+            let name = if n == 0 { "before" } else { "" };
+            let (glyph, style) = self.mark(entry);
+            let ago = age::words(self.now.saturating_sub(entry.at));
+            facts.push((name, format!("{glyph} {ago} ago: {}", entry.text), style));
+        }
+        facts
+    }
+}
+
+fn or_none(names: &[&str]) -> String {
+    if names.is_empty() {
+        "none".to_owned()
+    } else {
+        names.join(", ")
+    }
+}
