@@ -18,6 +18,7 @@ use crate::runtime::{Driver, KeepOptions, Keeper};
 const REPORT_EVERY: Duration = Duration::from_secs(1);
 
 pub(super) fn run(options: &Record, config: &Config) -> Result<(), Fault> {
+    let (link, config) = &config.at(&options.link)?;
     let baud = options.baud.or(config.link.baud).unwrap_or(BAUD);
     let started = Instant::now();
     let output = options
@@ -33,7 +34,7 @@ pub(super) fn run(options: &Record, config: &Config) -> Result<(), Fault> {
             "--append goes with raw files; an MCAP file is closed when it is finished",
         ));
     }
-    let (spec, _simulator) = simulated::embed(&options.link, RadioKind::Auto)?;
+    let (spec, _simulator) = simulated::embed(link, RadioKind::Auto)?;
     let name = options.link.to_string();
     let (tee, mcap) = if is_mcap {
         (None, Some(output.clone()))
@@ -56,8 +57,9 @@ pub(super) fn run(options: &Record, config: &Config) -> Result<(), Fault> {
         // The link first: a port that cannot be opened leaves no empty file behind.
         let connection =
             Connection::open(&spec, baud).map_err(|error| Fault::new(Exit::NoLink, error))?;
-        let share = sharing::listen(&options.sharing)?;
-        let foxglove = sharing::foxglove(&options.sharing, &name).await?;
+        let sharing = options.sharing.or(config);
+        let share = sharing::listen(&sharing)?;
+        let foxglove = sharing::foxglove(&sharing, &name).await?;
         let keeper = Keeper::open(&keep, started).map_err(keeping::fault)?;
         let sink = sharing::sink(share.as_ref(), keeper.sink());
         let port_baud = spec.baud(baud);

@@ -6,8 +6,9 @@ use std::time::Instant;
 
 use sr04_sim::serve::{ServeOptions, Server};
 
+use super::appearance::appearance;
 use super::cli::{Demo, Keeping, Sharing, Watch};
-use super::{Exit, Fault, appearance, block_on, config, headless, keeping, sharing, simulated};
+use super::{Exit, Fault, block_on, config, headless, keeping, sharing, simulated};
 use crate::event::{Event, Level};
 use crate::io::link::{BAUD, Connection, Link, LinkSpec};
 use crate::io::terminal;
@@ -16,17 +17,18 @@ use crate::radio::Radio;
 use crate::runtime::{Dashboard, Driver, Keeper, Live, Session, run};
 
 pub(super) fn watch(options: &Watch, config: &config::Config) -> Result<(), Fault> {
+    let (link, config) = &config.at(&options.link)?;
     if !options.headless {
         needs_terminal("watch --headless")?;
     }
-    if options.link == LinkSpec::Stdin && !options.headless && !cfg!(unix) {
+    if *link == LinkSpec::Stdin && !options.headless && !cfg!(unix) {
         return Err(Fault::new(
             Exit::Usage,
             "the dashboard needs the keyboard; use --headless with -",
         ));
     }
     let started = Instant::now();
-    let (spec, server) = simulated::embed(&options.link, options.radio.radio(config).kind)?;
+    let (spec, server) = simulated::embed(link, options.radio.radio(config).kind)?;
     let name = options.link.to_string();
     let plan = Plan {
         name,
@@ -35,7 +37,7 @@ pub(super) fn watch(options: &Watch, config: &config::Config) -> Result<(), Faul
         radio: options.radio.radio(config),
         started,
         keeping: options.keeping.clone(),
-        sharing: options.sharing.clone(),
+        sharing: options.sharing.or(config),
         notes: BTreeMap::new(),
         config: config.clone(),
     };
@@ -52,12 +54,12 @@ pub(super) fn watch(options: &Watch, config: &config::Config) -> Result<(), Faul
         .iter()
         .map(|server| Event::Truth(simulated::truth(server.outlines())))
         .collect();
-    let mut model = appearance::from_environment();
-    model.silent = options.no_bell;
+    let mut model = appearance(config);
+    model.silent |= options.no_bell;
     show(&plan, model, first)
 }
 
-pub(super) fn demo(options: &Demo) -> Result<(), Fault> {
+pub(super) fn demo(options: &Demo, settings: &config::Config) -> Result<(), Fault> {
     needs_terminal("groundwave sim")?;
     let started = Instant::now();
     let config = simulated::config(&options.simulated)?;
@@ -93,8 +95,8 @@ pub(super) fn demo(options: &Demo) -> Result<(), Fault> {
         config: config::Config::default(),
     };
     let raw = address(&server, 1);
-    let mut model = appearance::from_environment();
-    model.silent = options.no_bell;
+    let mut model = appearance(settings);
+    model.silent |= options.no_bell;
     model.raw_copy = Some(if cfg!(unix) {
         format!("cat {raw}")
     } else {

@@ -139,7 +139,7 @@ impl Running {
             Event::Key(_) | Event::Paste(_) | Event::Resize { .. }
         );
         let now = self.session.now();
-        self.session.remember(now, &event);
+        self.session.remember(now, &event, &self.model);
         let effects = self.model.update(now, event);
         self.session.keep(now, &self.model);
         if is_key && self.past.is_some() {

@@ -183,6 +183,25 @@ impl<W: Write> McapWriter<W> {
         Ok(())
     }
 
+    /// Writes a message of another recording, whose channels have been added; it is numbered anew.
+    pub(super) fn copy_message(
+        &mut self,
+        channel_id: u16,
+        log_time_ns: u64,
+        publish_time_ns: u64,
+        data: &[u8],
+    ) -> io::Result<()> {
+        let count = self.messages.entry(channel_id).or_default();
+        let sequence = *count as u32;
+        *count += 1;
+        self.chunk
+            .add_message(channel_id, sequence, log_time_ns, publish_time_ns, data);
+        if self.chunk.bytes() >= CHUNK_BYTES {
+            self.end_chunk()?;
+        }
+        Ok(())
+    }
+
     /// Takes over a chunk of another recording as it is: compressed, unread but for its index.
     /// Schemas and channels that are new to this recording are added to the summary.
     pub(super) fn copy_chunk(&mut self, chunk: &CheckedChunk<'_>) -> io::Result<()> {
