@@ -55,7 +55,7 @@ wait $victim 2>/dev/null || true
 
 "$groundwave" convert "$root/captures/house-noisy.txt" -o converted.mcap --quiet
 cp "$root/captures/house-noisy.txt" converted.txt
-"$groundwave" cut live.mcap --from 60 --to 200 -o part.mcap --quiet
+"$groundwave" cut live.mcap --from 2 --to 4 -o part.mcap --quiet
 "$groundwave" convert part.mcap -o part.txt --quiet
 
 for name in live killed converted part; do
