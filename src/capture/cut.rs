@@ -292,10 +292,10 @@ impl<W: Write> Cutter<W> {
         };
         match parse_record(opcode, body) {
             Ok(Record::Schema { header, .. }) if self.schemas.insert(header.id) => {
-                self.writer.add_schema(&copy())?;
+                self.writer.add_schema(&copy());
             }
             Ok(Record::Channel(channel)) if self.channels.insert(channel.id) => {
-                self.writer.add_channel(&copy())?;
+                self.writer.add_channel(&copy());
             }
             Ok(Record::Metadata(table)) => {
                 self.writer.write_metadata(&table.name, &table.metadata)?;
