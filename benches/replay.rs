@@ -56,8 +56,12 @@ fn main() {
 fn make(path: &Path, hours: u64) {
     let world = World::built_in("house").expect("it comes with the simulator");
     let mut simulation = Simulation::new(&SimulationConfig::new(world, 1));
-    simulation.run_for_ms(3_600_000);
-    let hour: Vec<u8> = std::iter::from_fn(|| simulation.poll_downlink()).collect();
+    let mut hour = Vec::new();
+    // The simulated radio holds but a few minutes of what nobody has read.
+    for _ in 0..3600 {
+        simulation.run_for_ms(1000);
+        hour.extend(std::iter::from_fn(|| simulation.poll_downlink()));
+    }
     let mut file = File::create(path).expect("room for a capture");
     for _ in 0..hours {
         file.write_all(&hour).expect("room for a capture");

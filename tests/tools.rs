@@ -199,6 +199,15 @@ fn after_a_damaged_chunk_reading_goes_on() {
 }
 
 #[test]
+fn the_list_of_topics_may_be_damaged() {
+    let raw = streams::clean(8000);
+    let spoilt = spoilt(&converted(&raw), 0);
+    let (left, error) = content(&spoilt);
+    assert!(error.is_some());
+    assert_eq!(left, raw);
+}
+
+#[test]
 fn the_length_of_a_record_may_be_wrong() {
     let raw = streams::clean(8000);
     let mcap = converted(&raw);

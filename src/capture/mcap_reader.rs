@@ -73,6 +73,7 @@ pub struct Entries<R> {
     walker: Walker<R>,
     schemas: HashMap<u16, String>,
     channels: HashMap<u16, Channel>,
+    is_damaged: bool,
 }
 
 impl<R: Read> Entries<R> {
@@ -82,6 +83,7 @@ impl<R: Read> Entries<R> {
             walker: Walker::new(source),
             schemas: HashMap::new(),
             channels: HashMap::new(),
+            is_damaged: false,
         }
     }
 
@@ -94,7 +96,10 @@ impl<R: Read> Entries<R> {
             return Ok(None);
         };
         let (opcode, body) = match step {
-            Step::Damage(damage) => return Ok(Some(Entry::Damage(damage))),
+            Step::Damage(damage) => {
+                self.is_damaged = true;
+                return Ok(Some(Entry::Damage(damage)));
+            }
             Step::Record { opcode, body } => (opcode, body),
         };
         match opcode {
@@ -112,6 +117,9 @@ impl<R: Read> Entries<R> {
                 }
             }
             op::MESSAGE => {
+                if self.is_damaged && self.channels.is_empty() {
+                    self.channels = usual_channels();
+                }
                 if let Some((header, data)) = message(body)
                     && let Some(channel) = self.channels.get(&header.channel_id)
                 {
@@ -137,6 +145,18 @@ impl<R: Read> Entries<R> {
     pub fn is_finished(&self) -> bool {
         self.walker.is_finished()
     }
+}
+
+/// The topics of a recording whose own list of them is damaged: their numbers are always the same.
+fn usual_channels() -> HashMap<u16, Channel> {
+    let channel = |topic: Topic| {
+        let channel = Channel {
+            topic: topic.name().to_owned(),
+            schema: topic.schema().name.into_owned(),
+        };
+        (topic as u16 + 1, channel)
+    };
+    Topic::ALL.into_iter().map(channel).collect()
 }
 
 /// A message record: its header has a fixed length.

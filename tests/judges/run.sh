@@ -55,7 +55,7 @@ wait $victim 2>/dev/null || true
 
 "$groundwave" convert "$root/captures/house-noisy.txt" -o converted.mcap --quiet
 cp "$root/captures/house-noisy.txt" converted.txt
-"$groundwave" cut live.mcap --from 60 --to 200 -o part.mcap --quiet
+"$groundwave" cut live.mcap --from 2 --to 4 -o part.mcap --quiet
 "$groundwave" convert part.mcap -o part.txt --quiet
 
 for name in live killed converted part; do
@@ -65,8 +65,12 @@ for name in live killed converted part; do
   "$root/$environment/bin/python" "$root/tests/judges/judge_mcap.py" "$name.mcap" \
     --raw "$name.txt" $killed --jsonl "$name.jsonl"
   node "$root/$core/judge.mjs" "$name.mcap" "$name.txt"
-  "$root/$environment/bin/rerun" mcap check --full "$name.mcap" > checked.txt 2>&1 ||
-    { cat checked.txt; exit 1; }
+  # It names what is wrong and leaves with 0 all the same.
+  "$root/$environment/bin/rerun" mcap check --full "$name.mcap" > checked.txt 2>&1 || true
+  if grep -q PROBLEM checked.txt || ! grep -q '^ok' checked.txt; then
+    cat checked.txt
+    exit 1
+  fi
   "$root/$environment/bin/rerun" mcap convert "$name.mcap" -o "$name.rrd" > rerun.txt 2>&1 ||
     { cat rerun.txt; exit 1; }
   echo "rerun: $(grep -c '^ok' checked.txt) topics checked, $(stat -c %s "$name.rrd") bytes converted"

@@ -28,8 +28,12 @@ fn capture(arguments: &[String]) -> Result<(), Box<dyn std::error::Error>> {
     config.robot_id = 4;
     config.channel = channel.parse::<ChannelSpec>()?;
     let mut simulation = Simulation::new(&config);
-    simulation.run_for_ms(seconds.parse::<u64>()? * 1000);
-    let bytes: Vec<u8> = std::iter::from_fn(|| simulation.poll_downlink()).collect();
-    io::stdout().write_all(&bytes)?;
+    let mut out = io::stdout().lock();
+    // The simulated radio holds but a few minutes of what nobody has read.
+    for _ in 0..seconds.parse::<u64>()? {
+        simulation.run_for_ms(1000);
+        let bytes: Vec<u8> = std::iter::from_fn(|| simulation.poll_downlink()).collect();
+        out.write_all(&bytes)?;
+    }
     Ok(())
 }

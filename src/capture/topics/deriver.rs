@@ -33,6 +33,9 @@ const COMMANDS_MAX: usize = 64;
 /// leaves the rest of that call undone. Times are nanoseconds since 1970; one that is before the
 /// latest counts as the latest, so that a clock that is set back leaves a capture in order.
 ///
+/// The robot's own time goes with what the robot alone says. `/log` and `/uplink` are told by the station too,
+/// whose clock is another, and have but one time, so that either order of a topic's messages is the same.
+///
 /// `/raw/rx` gets a message for each line feed, or for 80 bytes without one, however the bytes
 /// arrive; call [`Self::finish`] for what is left over.
 #[derive(Debug, Default)]
@@ -261,7 +264,7 @@ impl Deriver {
         let robot_ns = self.clock.handle_line(now_ns, received);
         self.encoder.encode(&Telemetry::from(received));
         take(self.encoder.message(Topic::Telemetry, now_ns, robot_ns))?;
-        self.handle_ack(*received.ack(), robot_ns, take)?;
+        self.handle_ack(*received.ack(), take)?;
         let Received::Line(line, _) = received else {
             return Ok(());
         };
@@ -280,7 +283,7 @@ impl Deriver {
         self.story.handle_line(line, |level, text| {
             *is_urgent |= level as i32 >= Level::Warning as i32;
             encoder.log(now_ns, level, "robot", text);
-            take(encoder.message(Topic::Log, now_ns, robot_ns))
+            take(encoder.message(Topic::Log, now_ns, None))
         })
     }
 
@@ -288,7 +291,6 @@ impl Deriver {
     fn handle_ack<E>(
         &mut self,
         ack: Ack,
-        robot_ns: Option<u64>,
         take: &mut impl FnMut(TopicMessage<'_>) -> Result<(), E>,
     ) -> Result<(), E> {
         let said = (ack.boot, ack.session, ack.sequence, ack.outcome as u8);
@@ -302,7 +304,7 @@ impl Deriver {
             sequence: Some(ack.sequence.into()),
             ..UplinkEvent::new(UplinkStep::Acknowledged)
         });
-        take(self.encoder.message(Topic::Uplink, self.now_ns, robot_ns))
+        take(self.encoder.message(Topic::Uplink, self.now_ns, None))
     }
 
     fn handle_state<E>(
@@ -349,7 +351,7 @@ impl Deriver {
                 total: Some(status.list.count.into()),
                 ..UplinkEvent::new(UplinkStep::List)
             });
-            take(self.encoder.message(Topic::Uplink, self.now_ns, robot_ns))?;
+            take(self.encoder.message(Topic::Uplink, self.now_ns, None))?;
         }
         self.give_scene(robot_ns, take)
     }
