@@ -53,6 +53,7 @@ impl Live {
             event,
             Event::Key(_)
                 | Event::Paste(_)
+                | Event::Pointer { .. }
                 | Event::Resize { .. }
                 | Event::Tick
                 | Event::Recording(_)
