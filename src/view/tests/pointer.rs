@@ -57,5 +57,9 @@ fn a_click_chooses_a_panel_and_the_wheel_zooms_the_map() {
     scene.type_text("?");
     scene.event(Event::Pointer { on: map, gesture });
     assert_eq!(scene.model.chart.zoom, 1);
-    assert_eq!(find(&scene, size, Position::new(0, 0)), None, "the status line");
+    assert_eq!(
+        find(&scene, size, Position::new(0, 0)),
+        None,
+        "the status line"
+    );
 }
