@@ -112,7 +112,7 @@ impl Screen<'_> {
     }
 
     fn draw_panel(&self, buffer: &mut Buffer, area: Rect, panel: Panel) {
-        self.mark(area, Mark::Panel(panel));
+        self.claim(area, Mark::Panel(panel));
         match panel {
             Panel::Sensors => self.sensors(buffer, area),
             Panel::Commands => self.commands(buffer, area),

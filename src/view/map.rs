@@ -131,7 +131,7 @@ impl Screen<'_> {
         raster.draw(buffer, picture, &self.theme);
         self.marks(&projection, buffer);
         self.legend(&projection, buffer, legend);
-        self.mark(picture, Mark::Map(projection));
+        self.claim(picture, Mark::Map(projection));
     }
 
     fn map_title(&self) -> String {

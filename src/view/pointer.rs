@@ -33,8 +33,8 @@ pub fn spot(model: &Model, now: Moment, size: (u16, u16), column: u16, row: u16)
 }
 
 impl Screen<'_> {
-    /// Remembers who drew here.
-    pub(super) fn mark(&self, area: Rect, mark: Mark) {
+    /// Remembers who draws here.
+    pub(super) fn claim(&self, area: Rect, mark: Mark) {
         self.marks.borrow_mut().push((area, mark));
     }
 }
