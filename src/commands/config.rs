@@ -13,9 +13,11 @@ use etcetera::BaseStrategy as _;
 use serde::Deserialize;
 
 use super::{Exit, Fault};
+use crate::capture::Rotation;
 use crate::model::Limits;
 use crate::model::keys::Keymap;
 use crate::radio::RadioKind;
+use crate::runtime::REMEMBERED;
 use crate::share::Address;
 pub use read::{Mistake, parse};
 
@@ -37,6 +39,10 @@ pub struct Config {
     pub links: BTreeMap<String, Link>,
     /// Robots by the names that the operator gave them.
     pub robots: BTreeMap<String, Robot>,
+    /// What is recorded.
+    pub recording: Recording,
+    /// The file as it was read; recordings keep it.
+    pub text: String,
 }
 
 /// `[link]` and `[link.NAME]`
@@ -105,6 +111,26 @@ pub enum Theme {
     Mono,
 }
 
+/// `[recording]`
+#[derive(Clone, Debug, Default, PartialEq, Eq, Deserialize)]
+#[serde(default, deny_unknown_fields)]
+pub struct Recording {
+    /// How much of what came before is in a recording that is begun from the dashboard.
+    pub keep_minutes: Option<u16>,
+    /// As `--rotate`.
+    pub rotate: Option<Rotation>,
+}
+
+impl Recording {
+    /// How much is remembered while nothing is recorded.
+    #[must_use]
+    pub fn remembered(&self) -> Duration {
+        self.keep_minutes.map_or(REMEMBERED, |minutes| {
+            Duration::from_secs(u64::from(minutes) * 60)
+        })
+    }
+}
+
 impl Link {
     /// As `--latency`.
     #[must_use]
@@ -120,6 +146,7 @@ pub(super) fn load(named: Option<&Path>) -> Result<Config, Fault> {
     };
     match fs::read_to_string(&path) {
         Ok(text) => parse(&text)
+            .map(|config| Config { text, ..config })
             .map_err(|mistake| Fault::new(Exit::Usage, format!("{}:{mistake}", path.display()))),
         Err(error) if named.is_none() && error.kind() == ErrorKind::NotFound => {
             Ok(Config::default())

@@ -30,7 +30,12 @@ pub(super) fn run(options: &Replay, config: &config::Config) -> Result<(), Fault
     watch::needs_terminal("groundwave decode")?;
     let tape = index::open(&options.file).map_err(keeping::fault)?;
     let name = format!("replay of {}", options.file.display());
-    let first = Scene::new(&name, &*tape);
+    // What rang once need not ring again.
+    let config = Config {
+        silent: true,
+        ..appearance(config)
+    };
+    let first = Scene::new(&name, config.clone(), &*tape);
     let (tell, findings) = tokio::sync::mpsc::channel(FINDINGS);
     let reader = {
         let (scene, mut tape) = (first.clone(), tape.again());
@@ -47,13 +52,10 @@ pub(super) fn run(options: &Replay, config: &config::Config) -> Result<(), Fault
                 findings,
                 started,
             })),
-            // What rang once need not ring again.
-            model: Model::new(Config {
-                silent: true,
-                ..appearance(config)
-            }),
+            model: Model::new(config),
             recording: Box::new(Recording::default),
             first: Vec::new(),
+            keeper: None,
         };
         Box::pin(run_dashboard(dashboard))
             .await

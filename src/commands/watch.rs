@@ -39,6 +39,7 @@ pub(super) fn watch(options: &Watch, config: &config::Config) -> Result<(), Faul
         keeping: options.keeping.clone(),
         sharing: options.sharing.or(config),
         notes: BTreeMap::new(),
+        config: config.clone(),
     };
     if options.headless {
         return block_on(async {
@@ -91,6 +92,7 @@ pub(super) fn demo(options: &Demo, settings: &config::Config) -> Result<(), Faul
         keeping: options.keeping.clone(),
         sharing: options.sharing.clone(),
         notes,
+        config: config::Config::default(),
     };
     let raw = address(&server, 1);
     let mut model = appearance(settings);
@@ -134,6 +136,7 @@ struct Plan {
     keeping: Keeping,
     sharing: Sharing,
     notes: BTreeMap<String, String>,
+    config: config::Config,
 }
 
 impl Plan {
@@ -144,7 +147,13 @@ impl Plan {
             .map_err(|error| Fault::new(Exit::NoLink, error))?;
         let share = sharing::listen(&self.sharing)?;
         let foxglove = sharing::foxglove(&self.sharing, &self.name).await?;
-        let keeper = keeping::open(&self.keeping, &self.name, self.notes.clone(), self.started)?;
+        let keeper = keeping::open(
+            &self.keeping,
+            &self.name,
+            self.notes.clone(),
+            &self.config,
+            self.started,
+        )?;
         let link = Link::start(
             self.spec.clone(),
             self.baud,
@@ -178,6 +187,7 @@ fn show(plan: &Plan, config: Config, first: Vec<Event>) -> Result<(), Fault> {
             model,
             recording: Box::new(move || status.status()),
             first,
+            keeper: Some(keeper.clone()),
         };
         let _finish = keeper.finish_on_drop();
         let result = Box::pin(run(dashboard)).await;

@@ -75,6 +75,15 @@ impl Alarms {
         any
     }
 
+    /// Somebody has seen what was raised until a moment.
+    pub(super) fn acknowledge_until(&mut self, at: Moment) {
+        for standing in &mut self.standings {
+            if let Some(raised) = &mut standing.raised {
+                raised.is_acknowledged |= raised.at <= at;
+            }
+        }
+    }
+
     /// When something that is beyond its limit has been so for long enough.
     pub(super) fn next_due(&self, limits: &Limits) -> Option<Moment> {
         let due = RULES.iter().zip(&self.standings).map(|(rule, standing)| {

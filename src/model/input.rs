@@ -96,10 +96,12 @@ impl Model {
             Action::TurnPage(pages) => self.turn_page(pages),
             Action::NextPlotWindow => self.plots.next_window(),
             Action::AcknowledgeAlarms => {
+                self.seen_until = Some(now);
                 if !self.alarms.acknowledge() {
                     self.warn(now, "no alarm waits to be seen");
                 }
             }
+            Action::ToggleRecording => return vec![Effect::ToggleRecording],
             Action::AskMoment => self.overlay = Overlay::Text(TextEntry::new(Purpose::Moment)),
             Action::AskJump { forward } => self.overlay = Overlay::Jump { forward },
             Action::Travel(_) | Action::Speed(_) | Action::JumpTo(_) | Action::JumpAgain { .. } => {

@@ -199,6 +199,8 @@ pub struct Model {
     counted: Counted,
     /// Where the screen stands in time, unless it shows now.
     pub(crate) playback: Option<Playback>,
+    /// Alarms of a capture until here have been seen.
+    seen_until: Option<Moment>,
     /// Told to the operator while the screen shows another moment, until the next key.
     pub(crate) aside: Option<String>,
     /// The robot sings or calls, and the bell has not rung for it.
@@ -231,6 +233,7 @@ impl Model {
             life: Life::default(),
             counted: Counted::default(),
             playback: None,
+            seen_until: None,
             aside: None,
             calls: false,
             revision: 0,

@@ -7,6 +7,7 @@ use clap::{ArgGroup, Args};
 
 use super::super::config::Config;
 use super::parse_duration;
+use crate::capture::Rotation;
 use crate::io::foxglove::DEFAULT_ADDRESS;
 use crate::io::link::{BAUD, LinkSpec};
 use crate::radio::{Radio, RadioKind};
@@ -60,6 +61,9 @@ pub struct Keeping {
     /// Record to an MCAP file; without FILE under a name made from the date
     #[arg(long, value_name = "FILE", num_args = 0..=1)]
     pub record: Option<Option<PathBuf>>,
+    /// Go on in another MCAP file after so long or so many bytes: 1h, 64MB, 1h,64MB, never [default: 24h]
+    #[arg(long, value_name = "T|SIZE")]
+    pub rotate: Option<Rotation>,
     /// Add to an existing --tee file
     #[arg(long, conflicts_with = "force")]
     pub append: bool,
@@ -132,9 +136,13 @@ Examples:
 pub struct Record {
     /// A serial device, tcp:HOST:PORT, unix:PATH, - (standard input) or sim
     pub link: LinkSpec,
-    /// Where to; .mcap is recorded as MCAP, anything else as the raw bytes
+    /// Where to; .mcap is recorded as MCAP, anything else as the raw bytes. Without it, as MCAP under a name made
+    /// from the date
     #[arg(short, long, value_name = "FILE")]
-    pub output: PathBuf,
+    pub output: Option<PathBuf>,
+    /// Go on in another MCAP file after so long or so many bytes: 1h, 64MB, 1h,64MB, never [default: 24h]
+    #[arg(long, value_name = "T|SIZE")]
+    pub rotate: Option<Rotation>,
     /// Stop after this long: 30s, 90m, 2h
     #[arg(long, value_name = "T", value_parser = parse_duration)]
     pub duration: Option<Duration>,

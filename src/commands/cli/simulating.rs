@@ -27,6 +27,9 @@ pub struct Simulated {
     /// What kind of radio the robot has; half, hc-12 and xbee make it take turns with the ground
     #[arg(long, value_enum, value_name = "KIND", default_value = "full")]
     pub radio: RadioKind,
+    /// Charge of the robot's battery at the start, per cent: with 15 it soon calls
+    #[arg(long, value_name = "PERCENT", default_value_t = 100, value_parser = clap::value_parser!(u8).range(..=100))]
+    pub battery: u8,
     /// Multiple of real time
     #[arg(long, value_name = "X", default_value_t = 1.0)]
     pub time_factor: f64,

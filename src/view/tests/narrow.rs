@@ -209,12 +209,14 @@ fn the_log_wraps_and_says_how_often_before_what() {
 
 #[test]
 fn every_key_is_in_the_help_however_small_the_screen() {
-    let mut scene = flight(Config::default());
-    scene.type_text("?");
     let mut told = String::new();
-    for _ in 0..3 {
-        told += &screen(&scene, 80, 24);
-        scene.press(&[KeyCode::PageDown]);
+    for keys in ["?", "e?"] {
+        let mut scene = flight(Config::default());
+        scene.type_text(keys);
+        for _ in 0..3 {
+            told += &screen(&scene, 80, 24);
+            scene.press(&[KeyCode::PageDown]);
+        }
     }
     for binding in scene.model.config.keys.rows() {
         let is_told = told.contains(&format!("{:<8}{}", binding.label, binding.help));
