@@ -61,7 +61,7 @@ fn steering_is_no_thrashing() {
 fn only_what_is_below_the_holder_is_suppressed() {
     let mut line = state();
     line.layers.set(Layer::Infrared, LayerState::Raised);
-    let by_holder = |line: &StateLine| suppressed(Holder::of(line), line);
+    let by_holder = |line: &_| suppressed(Holder::of(line), line);
     assert_eq!(by_holder(&line), [], "prowl suppresses nobody");
     line.layers.set(Layer::Sonar, LayerState::Holds);
     line.layers.set(Layer::DeadReckoning, LayerState::Raised);
