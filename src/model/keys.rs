@@ -61,7 +61,7 @@ impl Context {
             Self::Help => "help-screen",
             Self::Palette => "palette",
             Self::Jump => "jump",
-            Self::Trace => "trace",
+            Self::Trace => "trace-window",
             Self::Why => "why-window",
         }
     }
