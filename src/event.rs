@@ -84,6 +84,13 @@ pub enum Event {
     Key(crossterm::event::KeyEvent),
     /// Text was pasted.
     Paste(String),
+    /// The mouse was used on something that the screen shows.
+    Pointer {
+        /// On what.
+        on: Spot,
+        /// How.
+        gesture: Gesture,
+    },
     /// The terminal has this size now.
     Resize {
         /// Columns.
@@ -93,6 +100,29 @@ pub enum Event {
     },
     /// Time passed and nothing else happened.
     Tick,
+}
+
+/// What the screen shows where the mouse points.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Spot {
+    /// A point on the floor, whole inches in the robot's frame.
+    Floor {
+        /// To the right.
+        x_in: i16,
+        /// Ahead.
+        y_in: i16,
+    },
+    /// A panel, by its place in the order of the Tab key.
+    Panel(usize),
+}
+
+/// What the mouse did there.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Gesture {
+    /// The left button.
+    Click,
+    /// The wheel, by steps; away from the hand is positive.
+    Wheel(i8),
 }
 
 /// What the operator wants done.

@@ -3,8 +3,11 @@
 use std::process::ExitCode;
 
 use clap::Parser;
-use groundwave::commands::{cli::Cli, run};
+use groundwave::commands::{cli::Cli, refuse, run};
 
 fn main() -> ExitCode {
-    run(&Cli::parse())
+    match Cli::try_parse() {
+        Ok(cli) => run(&cli),
+        Err(error) => refuse(&error),
+    }
 }

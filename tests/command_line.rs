@@ -24,6 +24,16 @@ fn a_forgotten_link_is_named() {
 }
 
 #[test]
+fn a_verb_without_its_link_says_what_a_link_is() {
+    for verb in ["watch", "record", "send", "param", "calibrate"] {
+        let (_, err) = expect(2, &[verb]);
+        assert!(err.contains("groundwave ports"), "{verb}: {err}");
+    }
+    let (out, _) = expect(0, &["--help"]);
+    assert!(out.contains("groundwave demo"), "{out}");
+}
+
+#[test]
 fn words_that_are_missing_or_too_many_are_named_before_a_link_is_opened() {
     let link = "/dev/no-such-port";
     for (words, told) in [

@@ -28,6 +28,7 @@ pub(super) fn appearance(config: &config::Config) -> Config {
             .ascii
             .unwrap_or_else(|| is_ascii(locale.as_deref())),
         silent: dashboard.bell == Some(false),
+        mouse: dashboard.mouse != Some(false),
         limits: config.limits.clone(),
         keys: config.keys.clone(),
         ..Config::default()

@@ -123,6 +123,21 @@ pub fn run(cli: &Cli) -> ExitCode {
     }
 }
 
+/// Says what is wrong with the command line, or what was asked of it: help and version come this way too.
+#[must_use]
+pub fn refuse(error: &clap::Error) -> ExitCode {
+    let text = error.render().to_string();
+    // A stream that is closed or full changes nothing.
+    let _ = error.print();
+    if error.kind() == clap::error::ErrorKind::MissingRequiredArgument && text.contains("<LINK>") {
+        say(
+            "\n  tip: LINK is a serial device (`groundwave ports` lists them), tcp:HOST:PORT, a name of the configuration, or \
+             sim for a simulated robot",
+        );
+    }
+    u8::try_from(error.exit_code()).map_or(ExitCode::FAILURE, ExitCode::from)
+}
+
 fn dispatch(cli: &Cli) -> Result<(), Fault> {
     let Some(command) = &cli.command else {
         return welcome::run(cli.config.as_deref());

@@ -53,6 +53,12 @@ fn check(file: Option<&Path>) -> Result<(), Fault> {
     let Some(path) = file.map(Path::to_path_buf).or_else(config::usual_place) else {
         return Err(Fault::new(Exit::Usage, "no configuration: name a file"));
     };
+    if file.is_none() && !path.exists() {
+        return show(&format!(
+            "{}: not there, so everything is as it comes; `groundwave config` prints a file to start from\n",
+            path.display()
+        ));
+    }
     let read = config::load(Some(&path))?;
     show(&format!("{}: {}\n", path.display(), summary(&read)))
 }

@@ -18,8 +18,13 @@ use ratatui::layout::Rect;
 use ratatui::{Terminal, TerminalOptions, Viewport};
 use tokio::sync::mpsc::Receiver;
 
+use super::mouse::{DisableClicks, EnableClicks};
+
 /// Whether the terminal is ours now: what a panic has to undo.
 static TAKEN: AtomicBool = AtomicBool::new(false);
+
+/// Whether the mouse is asked for whenever the terminal is taken over.
+static MOUSE: AtomicBool = AtomicBool::new(false);
 
 type Canvas = Terminal<CrosstermBackend<Sheet>>;
 
@@ -86,6 +91,15 @@ impl Screen {
             canvas: canvas(&sheet, width, height)?,
             sheet,
         })
+    }
+
+    /// Asks for clicks and the wheel, from now on and after every suspension.
+    ///
+    /// # Errors
+    /// When the terminal is gone.
+    pub fn use_mouse(&mut self) -> io::Result<()> {
+        MOUSE.store(true, Ordering::SeqCst);
+        execute!(io::stdout(), EnableClicks)
     }
 
     /// Columns and rows.
@@ -164,7 +178,11 @@ fn enter() -> io::Result<()> {
                 | KeyboardEnhancementFlags::REPORT_EVENT_TYPES
         ),
         cursor::Hide
-    )
+    )?;
+    if MOUSE.load(Ordering::SeqCst) {
+        execute!(io::stdout(), EnableClicks)?;
+    }
+    Ok(())
 }
 
 fn leave() {
@@ -172,6 +190,7 @@ fn leave() {
         // Each step is tried whatever became of the one before: a closed terminal takes none.
         let _ = execute!(
             io::stdout(),
+            DisableClicks,
             PopKeyboardEnhancementFlags,
             DisableBracketedPaste,
             terminal::LeaveAlternateScreen,

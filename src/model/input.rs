@@ -376,7 +376,7 @@ impl Model {
     }
 
     /// Chooses a panel; the one that is chosen already is enlarged, or no longer.
-    fn show(&mut self, panel: Panel) {
+    pub(super) fn show(&mut self, panel: Panel) {
         if self.panel == panel {
             self.enlarged = !self.enlarged;
         } else {
@@ -385,7 +385,7 @@ impl Model {
         self.page = 0;
     }
 
-    const fn turn_page(&mut self, pages: i32) {
+    pub(super) const fn turn_page(&mut self, pages: i32) {
         let turned = match self.overlay {
             Overlay::Help => &mut self.help_page,
             _ => &mut self.page,

@@ -23,6 +23,7 @@ pub(crate) mod motors;
 pub(crate) mod news;
 pub(crate) mod palette;
 pub(crate) mod plots;
+mod pointer;
 pub(crate) mod robot;
 pub(crate) mod trace;
 mod trail;
@@ -65,6 +66,8 @@ pub struct Config {
     pub raw_copy: Option<String>,
     /// Never ring the bell.
     pub silent: bool,
+    /// Ask the terminal for the mouse.
+    pub mouse: bool,
     /// What every key does.
     pub keys: Keymap,
     /// When there is an alarm.
@@ -304,6 +307,7 @@ impl Model {
                 true
             }
             Event::Paste(text) => self.take_paste(&text),
+            Event::Pointer { on, gesture } => self.take_pointer(on, gesture),
             Event::Resize { width, height } => {
                 let changed = self.size != (width, height);
                 self.size = (width, height);

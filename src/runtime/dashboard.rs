@@ -4,11 +4,12 @@ use std::io;
 use std::thread;
 use std::time::{Duration, Instant};
 
+use crossterm::event::{MouseButton, MouseEvent, MouseEventKind};
 use tokio::sync::mpsc::{Receiver, Sender, channel};
 use tokio::time::{Instant as TokioInstant, sleep_until};
 
 use super::{Driver, Keeper, Session};
-use crate::event::{Effect, Event, Level, Moment, Recording};
+use crate::event::{Effect, Event, Gesture, Level, Moment, Recording};
 use crate::io::files;
 use crate::io::signals::{Signal, Signals, stop_myself};
 use crate::io::terminal::{self, Screen};
@@ -45,7 +46,10 @@ pub struct Dashboard {
 /// When the terminal cannot be taken over or drawn to.
 pub async fn run(dashboard: Dashboard) -> io::Result<()> {
     let mut signals = Signals::listen()?;
-    let screen = Screen::take()?;
+    let mut screen = Screen::take()?;
+    if dashboard.model.config.mouse {
+        screen.use_mouse()?;
+    }
     let mut keys = terminal::events();
     let (readers, mut read) = channel(4);
     let mut running = Running {
@@ -136,7 +140,7 @@ impl Running {
     fn tell(&mut self, event: Event) -> io::Result<bool> {
         let is_key = matches!(
             event,
-            Event::Key(_) | Event::Paste(_) | Event::Resize { .. }
+            Event::Key(_) | Event::Paste(_) | Event::Pointer { .. } | Event::Resize { .. }
         );
         let now = self.session.now();
         self.session.remember(now, &event, &self.model);
@@ -193,7 +197,31 @@ impl Running {
                 self.screen.resize(width, height)?;
                 self.tell(Event::Resize { width, height })
             }
-            Terminal::FocusGained | Terminal::FocusLost | Terminal::Mouse(_) => Ok(false),
+            Terminal::Mouse(mouse) => self.take_mouse(mouse),
+            Terminal::FocusGained | Terminal::FocusLost => Ok(false),
+        }
+    }
+
+    fn take_mouse(&mut self, mouse: MouseEvent) -> io::Result<bool> {
+        let gesture = match mouse.kind {
+            MouseEventKind::Down(MouseButton::Left) => Gesture::Click,
+            MouseEventKind::ScrollUp => Gesture::Wheel(1),
+            MouseEventKind::ScrollDown => Gesture::Wheel(-1),
+            _ => return Ok(false),
+        };
+        let size = self.screen.size();
+        let (model, now) = self.shown();
+        match view::spot(model, now, size, mouse.column, mouse.row) {
+            Some(on) => self.tell(Event::Pointer { on, gesture }),
+            None => Ok(false),
+        }
+    }
+
+    /// The state on the screen, and its moment.
+    fn shown(&self) -> (&Model, Moment) {
+        match &self.past {
+            Some((model, at)) => (model, *at),
+            None => (&self.model, self.session.now()),
         }
     }
 

@@ -55,6 +55,7 @@ impl Live {
             event,
             Event::Key(_)
                 | Event::Paste(_)
+                | Event::Pointer { .. }
                 | Event::Resize { .. }
                 | Event::Recording(_)
                 | Event::Playback(_)

@@ -3,6 +3,7 @@
 use ratatui::buffer::Buffer;
 use ratatui::layout::Rect;
 
+use super::pointer::Mark;
 use super::{Screen, body, ladder, link, sensors, split_bottom, split_right, split_top};
 use crate::model::Panel;
 
@@ -55,27 +56,27 @@ impl Screen<'_> {
                 panel @ (Panel::Body | Panel::Plots | Panel::Alarms) if !is_wide => {
                     self.draw_panel(buffer, sensors, panel);
                 }
-                _ => self.sensors(buffer, sensors),
+                _ => self.draw_panel(buffer, sensors, Panel::Sensors),
             }
         }
         let (commands, log) = split_right(lower, area.width / 2);
-        self.commands(buffer, commands);
+        self.draw_panel(buffer, commands, Panel::Commands);
         let link_rows = self.link_height(log.width);
         if log.height >= link_rows.min(link::ROWS_MIN) + LOG_ROWS_MIN {
             let (log, link) = split_bottom(log, link_rows.min(log.height - LOG_ROWS_MIN));
-            self.log(buffer, log);
-            self.link(buffer, link);
+            self.draw_panel(buffer, log, Panel::Log);
+            self.draw_panel(buffer, link, Panel::Link);
         } else if self.model.panel == Panel::Link {
-            self.link(buffer, log);
+            self.draw_panel(buffer, log, Panel::Link);
         } else {
-            self.log(buffer, log);
+            self.draw_panel(buffer, log, Panel::Log);
         }
         if is_wide {
             let (body, third) = split_top(third, body::ROWS);
-            self.body(buffer, body);
+            self.draw_panel(buffer, body, Panel::Body);
             let (plots, alarms) = split_bottom(third, ALARM_ROWS);
-            self.plots(buffer, plots);
-            self.alarms(buffer, alarms);
+            self.draw_panel(buffer, plots, Panel::Plots);
+            self.draw_panel(buffer, alarms, Panel::Alarms);
         }
     }
 
@@ -111,6 +112,7 @@ impl Screen<'_> {
     }
 
     fn draw_panel(&self, buffer: &mut Buffer, area: Rect, panel: Panel) {
+        self.claim(area, Mark::Panel(panel));
         match panel {
             Panel::Sensors => self.sensors(buffer, area),
             Panel::Commands => self.commands(buffer, area),

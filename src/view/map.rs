@@ -1,13 +1,15 @@
 //! The map: where the robot is, was and goes, and what it met.
 
-use groundwave_protocol::Waypoint;
+use groundwave_protocol::{WAYPOINT_LIMIT_IN, Waypoint};
 use ratatui::buffer::Buffer;
 use ratatui::layout::Rect;
 use ratatui::style::Style;
 use ratatui::text::{Line, Span};
 
+use super::pointer::Mark;
 use super::raster::{Ink, Raster};
 use super::{Screen, put, put_right, split_bottom};
+use crate::event::Spot;
 use crate::model::chart::{Chart, Focus, Pose, ROBOT_RADIUS_IN};
 use crate::model::ghost::{Ghost, ghost};
 use crate::model::robot::STATE_STALE;
@@ -41,7 +43,7 @@ const BARS: [(f64, &str); 11] = [
 const BEAM_DEG: f64 = 15.0;
 
 /// From floor to screen.
-struct Projection {
+pub(super) struct Projection {
     middle: (f64, f64),
     scale_in: f64,
     area: Rect,
@@ -96,6 +98,20 @@ impl Projection {
             && (0.0..f64::from(self.area.height)).contains(&row);
         inside.then(|| Rect::new(self.area.x + column as u16, self.area.y + row as u16, 1, 1))
     }
+
+    /// The point of the floor in the middle of a cell.
+    pub(super) fn floor(&self, column: u16, row: u16) -> Option<Spot> {
+        let across = 2.0 * f64::from(column.checked_sub(self.area.x)?) + 1.0;
+        let down = 4.0 * f64::from(row.checked_sub(self.area.y)?) + 2.0;
+        let x_in = self.middle.0 + (across - f64::from(self.area.width)) * self.scale_in;
+        let y_in = self.middle.1 + (2.0 * f64::from(self.area.height) - down) * self.scale_in;
+        let limit = f64::from(WAYPOINT_LIMIT_IN);
+        let is_near = x_in.abs() <= limit && y_in.abs() <= limit;
+        is_near.then(|| Spot::Floor {
+            x_in: x_in.round() as i16,
+            y_in: y_in.round() as i16,
+        })
+    }
 }
 
 impl Screen<'_> {
@@ -115,6 +131,7 @@ impl Screen<'_> {
         raster.draw(buffer, picture, &self.theme);
         self.marks(&projection, buffer);
         self.legend(&projection, buffer, legend);
+        self.claim(picture, Mark::Map(projection));
     }
 
     fn map_title(&self) -> String {

@@ -49,6 +49,7 @@ mod map;
 mod overlay;
 mod palette;
 mod plots;
+mod pointer;
 mod raster;
 mod raw;
 mod route;
@@ -61,6 +62,8 @@ mod theme;
 mod time;
 mod why;
 
+use std::cell::RefCell;
+
 use ratatui::Frame;
 use ratatui::buffer::Buffer;
 use ratatui::layout::Rect;
@@ -69,6 +72,8 @@ use ratatui::text::{Line, Span};
 use crate::event::Moment;
 use crate::model::{Colors, Model};
 use layout::{HEIGHT_FULL, WIDTH_FULL};
+use pointer::Mark;
+pub use pointer::spot;
 use theme::Theme;
 
 const WIDTH_MIN: u16 = 80;
@@ -77,22 +82,7 @@ const HEIGHT_MIN: u16 = 24;
 /// Draws the whole dashboard.
 pub fn draw(model: &Model, now: Moment, frame: &mut Frame<'_>) {
     let area = frame.area();
-    let buffer = frame.buffer_mut();
-    let screen = Screen {
-        model,
-        now: model.link.clock(now),
-        told_at: now,
-        theme: Theme::of(&model.config),
-    };
-    if model.config.colors == Colors::HighContrast {
-        // It counts on no colour of the terminal's own.
-        buffer.set_style(area, screen.theme.plain);
-    }
-    if area.width < WIDTH_MIN || area.height < HEIGHT_MIN {
-        screen.too_small(buffer, area);
-    } else {
-        screen.draw(buffer, area);
-    }
+    Screen::of(model, now).draw_all(frame.buffer_mut(), area);
 }
 
 /// What every panel draws from.
@@ -103,9 +93,35 @@ struct Screen<'a> {
     /// Never stands still: for what is told in passing.
     told_at: Moment,
     theme: Theme,
+    /// Who drew where.
+    marks: RefCell<Vec<(Rect, Mark)>>,
+}
+
+impl<'m> Screen<'m> {
+    fn of(model: &'m Model, now: Moment) -> Self {
+        Self {
+            model,
+            now: model.link.clock(now),
+            told_at: now,
+            theme: Theme::of(&model.config),
+            marks: RefCell::default(),
+        }
+    }
 }
 
 impl Screen<'_> {
+    fn draw_all(&self, buffer: &mut Buffer, area: Rect) {
+        if self.model.config.colors == Colors::HighContrast {
+            // It counts on no colour of the terminal's own.
+            buffer.set_style(area, self.theme.plain);
+        }
+        if area.width < WIDTH_MIN || area.height < HEIGHT_MIN {
+            self.too_small(buffer, area);
+        } else {
+            self.draw(buffer, area);
+        }
+    }
+
     fn draw(&self, buffer: &mut Buffer, area: Rect) {
         let full = area.width >= WIDTH_FULL && area.height >= HEIGHT_FULL;
         let raw_rows = if full { 3 } else { 1 };

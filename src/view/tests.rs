@@ -14,6 +14,7 @@ mod link;
 mod narrow;
 mod palette;
 mod panels;
+mod pointer;
 mod time;
 
 use super::draw;

@@ -173,10 +173,7 @@ fn limits_come_from_the_configuration() {
 #[test]
 fn nothing_is_raised_while_time_stands_still() {
     let mut scene = scene();
-    scene.event(Event::Replay(Replay {
-        paused: true,
-        speed: 1.0,
-    }));
+    scene.event(Event::Link(LinkEvent::Ended));
     scene.wait_ms(60_000);
     scene.event(Event::Tick);
     assert_eq!(raised(&scene), []);

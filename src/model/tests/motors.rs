@@ -61,11 +61,12 @@ fn steering_is_no_thrashing() {
 fn only_what_is_below_the_holder_is_suppressed() {
     let mut line = state();
     line.layers.set(Layer::Infrared, LayerState::Raised);
-    assert_eq!(suppressed(&line), [], "prowl suppresses nobody");
+    let by_holder = |line: &_| suppressed(Holder::of(line), line);
+    assert_eq!(by_holder(&line), [], "prowl suppresses nobody");
     line.layers.set(Layer::Sonar, LayerState::Holds);
     line.layers.set(Layer::DeadReckoning, LayerState::Raised);
     let below = [Holder::Layer(Layer::DeadReckoning), Holder::Prowl];
-    assert_eq!(suppressed(&line), below);
+    assert_eq!(by_holder(&line), below);
 }
 
 #[test]
@@ -85,7 +86,7 @@ fn a_guard_that_took_the_motors_is_named_and_not_who_won_them() {
     let mut scene = scene();
     let sentence = |scene: &Scene| {
         let holder = scene.model.motors.holder().expect("a line A came").value;
-        why::why(holder, &scene.state, &scene.model.robot, scene.now)
+        crate::model::why::why(holder, &scene.state, &scene.model.robot, scene.now)
     };
     scene.state.cliff = Cliff::Center;
     scene.layers(&[(Layer::Bumpers, LayerState::Raised)]);

@@ -1,0 +1,121 @@
+//! What a configuration may say, and where a mistake in it is named.
+
+use std::time::Duration;
+
+use super::super::{DEFAULT, Theme};
+use super::*;
+use crate::model::Limits;
+use crate::radio::RadioKind;
+
+#[test]
+fn everything_can_be_said_and_nothing_has_to() {
+    assert_eq!(parse(""), Ok(Config::default()));
+    let text = "[link]\nradio = \"hc-12\"\nlatency_ms = 350\nbaud = 9600\n\
+                [link.shed]\nport = \"usb:0403:6001\"\nshare = \"4001\"\n\
+                [robot.marvin]\nlink = \"shed\"\ntheme = \"high-contrast\"\n\
+                [dashboard]\nbell = false\n[keys]\nscan = \"F9\"\nquit = []\n[keys.drive]\nleave-drive = [\"x\"]\n";
+    let config = parse(text).expect("it is right");
+    assert_eq!(config.link.radio, Some(RadioKind::Hc12));
+    assert_eq!(config.link.latency(), Some(Duration::from_millis(350)));
+    assert_eq!(config.links["shed"].share, "4001".parse().ok());
+    assert_eq!(config.robots["marvin"].theme, Some(Theme::HighContrast));
+    assert_eq!(config.dashboard.bell, Some(false));
+    assert_ne!(config.keys, Keymap::default());
+}
+
+#[test]
+fn mistakes_are_named_with_line_and_column() {
+    for (text, named) in [
+        (
+            "[link]\nradoi = \"half\"\n",
+            "2:1: unknown key `radoi` in [link]; did you mean `radio`?",
+        ),
+        ("[link]\nradio = \"hc12\"\n", "2:9: unknown variant `hc12`"),
+        ("[link]\nbaud = -1\n", "2:8: "),
+        (
+            "\n[lnik]\n",
+            "2:2: unknown key `lnik` at the top of the file; did you mean `link`?",
+        ),
+        ("link", "1:5: "),
+        ("link = 3\n", "1:8: `link` is a section: [link]"),
+        (
+            "[link]\nport = \"x\"\n",
+            "2:1: unknown key `port` in [link]",
+        ),
+        ("[link.shed]\nbaud = 9600\n", "[link.shed] needs a port"),
+        (
+            "[link.shed]\nprot = \"x\"\n",
+            "2:1: unknown key `prot` in [link.shed]; did you mean `port`?",
+        ),
+        (
+            "[link]\nshare = \"nowhere\"\n",
+            "2:9: `nowhere` is neither a port",
+        ),
+        (
+            "[limits]\nsilent = 3\n",
+            "2:1: unknown key `silent` in [limits]; did you mean `silent_s`?",
+        ),
+        (
+            "[robot.r]\nlink = \"sim\"\n[robot.r.limits]\nloss_pct = 300\n",
+            "4:12: ",
+        ),
+        ("[robot]\nlink = \"x\"\n", "2:1: a robot has a name"),
+        ("[robot.r]\n", "[robot.r] needs a link"),
+        (
+            "[dashboard]\nthema = 1\n",
+            "2:1: unknown key `thema` in [dashboard]; did you mean `theme`?",
+        ),
+        (
+            "[dashboard]\ntheme = \"pink\"\n",
+            "2:9: unknown variant `pink`",
+        ),
+        (
+            "[keys]\nscna = \"F9\"\n",
+            "2:1: no key does `scna`; did you mean `scan`?",
+        ),
+        (
+            "[keys]\nscan = \"p\"\n",
+            "2:1: `p` is the key for `mode-prowl` already",
+        ),
+        ("[keys]\nscan = 9\n", "2:8: "),
+        (
+            "[keys.dirve]\nstop = \"x\"\n",
+            "2:1: there are no keys called `dirve`; did you mean `drive`?",
+        ),
+    ] {
+        let error = parse(text).expect_err(text).to_string();
+        assert!(error.contains(named), "{text}: {error}");
+    }
+}
+
+/// What the commented file offers is what is understood: every line of it, without its `#`.
+#[test]
+fn the_default_reads_as_it_is_and_without_its_comments() {
+    assert_eq!(parse(DEFAULT), Ok(Config::default()));
+    let offered: String = DEFAULT
+        .lines()
+        .map(|line| {
+            let rest = line.strip_prefix("# ").unwrap_or(line);
+            let word = rest.split(" = ").next().unwrap_or_default();
+            let is_setting = word.bytes().all(|b| b.is_ascii_lowercase() || b == b'_');
+            if is_setting || rest.starts_with('[') {
+                rest
+            } else {
+                line
+            }
+        })
+        .map(|line| format!("{line}\n"))
+        .collect();
+    let config = parse(&offered).unwrap_or_else(|error| panic!("{error}\n{offered}"));
+    assert_eq!(config.links.keys().collect::<Vec<_>>(), ["shed"]);
+    assert_eq!(config.robots.keys().collect::<Vec<_>>(), ["marvin"]);
+    assert_eq!(config.limits, Limits::default());
+    for key in [LINK_PROFILE, DASHBOARD, LIMITS, ROBOT].concat() {
+        assert!(
+            offered
+                .lines()
+                .any(|line| line.starts_with(&format!("{key} = "))),
+            "{key}"
+        );
+    }
+}

@@ -1,0 +1,40 @@
+//! What stands under the mouse: found by drawing the screen once more and looking who drew there.
+
+use ratatui::buffer::Buffer;
+use ratatui::layout::{Position, Rect};
+
+use super::Screen;
+use super::map::Projection;
+use crate::event::{Moment, Spot};
+use crate::model::{Model, Panel};
+
+/// Who drew in a part of the screen.
+pub(super) enum Mark {
+    Map(Projection),
+    Panel(Panel),
+}
+
+/// What a cell of the screen shows, if it is something to point at.
+#[must_use]
+pub fn spot(model: &Model, now: Moment, size: (u16, u16), column: u16, row: u16) -> Option<Spot> {
+    let area = Rect::new(0, 0, size.0, size.1);
+    let screen = Screen::of(model, now);
+    screen.draw_all(&mut Buffer::empty(area), area);
+    let at = Position { x: column, y: row };
+    let marks = screen.marks.into_inner();
+    let (_, mark) = marks.into_iter().rfind(|(part, _)| part.contains(at))?;
+    match mark {
+        Mark::Map(projection) => projection.floor(column, row),
+        Mark::Panel(panel) => Panel::ALL
+            .iter()
+            .position(|known| *known == panel)
+            .map(Spot::Panel),
+    }
+}
+
+impl Screen<'_> {
+    /// Remembers who draws here.
+    pub(super) fn claim(&self, area: Rect, mark: Mark) {
+        self.marks.borrow_mut().push((area, mark));
+    }
+}

@@ -1,0 +1,65 @@
+//! What a click finds is what stands there.
+
+use crossterm::event::KeyCode;
+use ratatui::layout::Position;
+
+use super::{buffer, demo, flight, screen};
+use crate::event::{Event, Gesture, Spot};
+use crate::model::Panel;
+use crate::model::testing::Scene;
+use crate::view::spot;
+
+fn find(scene: &Scene, size: (u16, u16), at: Position) -> Option<Spot> {
+    spot(&scene.model, scene.now, size, at.x, at.y)
+}
+
+/// Where words stand on the screen.
+fn place(scene: &Scene, (width, height): (u16, u16), words: &str) -> Position {
+    let text = screen(scene, width, height);
+    let (row, line) = (0..)
+        .zip(text.lines())
+        .find(|(_, line)| line.contains(words))
+        .unwrap_or_else(|| panic!("no `{words}` in\n{text}"));
+    let before = line.split(words).next().unwrap_or_default();
+    Position::new(before.chars().count() as u16, row)
+}
+
+#[test]
+fn a_click_on_the_map_puts_the_cursor_there() {
+    for size in [(80, 24), (120, 40), (200, 60)] {
+        let mut scene = flight(demo());
+        for (column, row) in [(10, 8), (17, 12), (30, 15)] {
+            let at = Position::new(column, row);
+            let on = find(&scene, size, at).expect("the map is there");
+            assert!(matches!(on, Spot::Floor { .. }), "{on:?}");
+            let gesture = Gesture::Click;
+            scene.event(Event::Pointer { on, gesture });
+            let drawn = buffer(&scene, size.0, size.1);
+            assert_eq!(drawn[(column, row)].symbol(), "╋", "{size:?} {at}");
+            scene.press(&[KeyCode::Esc]);
+        }
+    }
+}
+
+#[test]
+fn a_click_chooses_a_panel_and_the_wheel_zooms_the_map() {
+    let size = (120, 40);
+    let mut scene = flight(demo());
+    let on = find(&scene, size, place(&scene, size, "log")).expect("the log is there");
+    let gesture = Gesture::Click;
+    scene.event(Event::Pointer { on, gesture });
+    assert_eq!(scene.model.panel, Panel::Log);
+    let map = find(&scene, size, Position::new(20, 12)).expect("the map is there");
+    let gesture = Gesture::Wheel(1);
+    scene.event(Event::Pointer { on: map, gesture });
+    assert_eq!(scene.model.chart.zoom, 1);
+    // What lies over the panels takes no clicks through it.
+    scene.type_text("?");
+    scene.event(Event::Pointer { on: map, gesture });
+    assert_eq!(scene.model.chart.zoom, 1);
+    assert_eq!(
+        find(&scene, size, Position::new(0, 0)),
+        None,
+        "the status line"
+    );
+}
