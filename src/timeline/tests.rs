@@ -600,7 +600,10 @@ fn a_live_run_in_any_chunks_and_a_replay_know_the_same() {
             listen(now, &mut station, &mut model);
             while let Some(at) = tape.next_at() {
                 loop {
-                    let due = station.poll_timeout().into_iter().chain(model.poll_timeout());
+                    let due = station
+                        .poll_timeout()
+                        .into_iter()
+                        .chain(model.poll_timeout());
                     let Some(due) = due.min().filter(|due| *due < at) else {
                         break;
                     };
