@@ -14,13 +14,14 @@ pub(crate) mod failsafe;
 pub(crate) mod ghost;
 mod history;
 mod input;
-pub(crate) mod keys;
+pub mod keys;
 pub(crate) mod ledger;
 mod life;
 pub(crate) mod link;
 pub(crate) mod log;
 pub(crate) mod motors;
 pub(crate) mod news;
+pub(crate) mod palette;
 pub(crate) mod plots;
 pub(crate) mod robot;
 pub(crate) mod trace;
@@ -42,18 +43,19 @@ pub use alarms::Limits;
 use chart::Chart;
 use drive::Stick;
 use editor::Editor;
-use keys::Context;
+use keys::{Context, Keymap};
 use ledger::Ledger;
 use life::Life;
 use link::Link;
 use log::{Log, Subject};
 use motors::Motors;
+use palette::Palette;
 use plots::Plots;
 use robot::Robot;
 use travel::Counted;
 
 /// How the dashboard is to look, fixed for a session.
-#[derive(Clone, Debug, Default, PartialEq, Eq)]
+#[derive(Clone, Debug, Default, PartialEq)]
 pub struct Config {
     /// Colours.
     pub colors: Colors,
@@ -63,6 +65,8 @@ pub struct Config {
     pub raw_copy: Option<String>,
     /// Never ring the bell.
     pub silent: bool,
+    /// What every key does.
+    pub keys: Keymap,
     /// When there is an alarm.
     pub limits: Limits,
 }
@@ -75,6 +79,8 @@ pub enum Colors {
     Dark,
     /// For a light background.
     Light,
+    /// Black, white and yellow.
+    HighContrast,
     /// None: `NO_COLOR`.
     Mono,
 }
@@ -115,6 +121,7 @@ pub(crate) enum Overlay {
     Question(Question),
     Text(TextEntry),
     Drive(Stick),
+    Palette(Palette),
     /// Which kind of moment to jump to.
     Jump {
         forward: bool,
@@ -361,6 +368,7 @@ impl Model {
             Overlay::Question(_) => Context::Question,
             Overlay::Text(_) => Context::Text,
             Overlay::Drive(_) => Context::Drive,
+            Overlay::Palette(_) => Context::Palette,
             Overlay::Jump { .. } => Context::Jump,
             Overlay::Trace(_) => Context::Trace,
             Overlay::Why => Context::Why,

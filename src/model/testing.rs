@@ -9,7 +9,7 @@ use groundwave_protocol::letters::{
 };
 use groundwave_protocol::telemetry::{
     Ack, AckLine, Body, CountersLine, FirmwareVersion, HOLDERS, LayerStates, Line, ListPlace,
-    Outcome, StateLine, StatusLine, TextLine,
+    Outcome, ParameterLine, ParameterName, Printable, StateLine, StatusLine, TextLine,
 };
 
 use proptest::prelude::*;
@@ -75,6 +75,19 @@ impl Scene {
 
     pub(crate) fn hear_text(&mut self, text: &str) {
         self.hear_body(Body::Text(TextLine::new(text)));
+    }
+
+    pub(crate) fn hear_parameter(&mut self, name: &str, value: i32) {
+        self.hear_body(Body::Parameter(ParameterLine {
+            place: 1,
+            count: 1,
+            name: ParameterName::new(name),
+            value,
+            kept: value,
+            least: 0,
+            most: value.max(1),
+            unit: Printable::new(""),
+        }));
     }
 
     pub(crate) fn hear_ticks(&mut self, uptime_s: u32, ticks_won: [u16; HOLDERS]) {

@@ -47,6 +47,7 @@ mod link;
 mod log;
 mod map;
 mod overlay;
+mod palette;
 mod plots;
 mod raster;
 mod raw;
@@ -66,7 +67,7 @@ use ratatui::layout::Rect;
 use ratatui::text::{Line, Span};
 
 use crate::event::Moment;
-use crate::model::Model;
+use crate::model::{Colors, Model};
 use layout::{HEIGHT_FULL, WIDTH_FULL};
 use theme::Theme;
 
@@ -83,6 +84,10 @@ pub fn draw(model: &Model, now: Moment, frame: &mut Frame<'_>) {
         told_at: now,
         theme: Theme::of(&model.config),
     };
+    if model.config.colors == Colors::HighContrast {
+        // It counts on no colour of the terminal's own.
+        buffer.set_style(area, screen.theme.plain);
+    }
     if area.width < WIDTH_MIN || area.height < HEIGHT_MIN {
         screen.too_small(buffer, area);
     } else {

@@ -12,6 +12,7 @@ use ratatui::buffer::Buffer;
 
 mod link;
 mod narrow;
+mod palette;
 mod panels;
 mod time;
 

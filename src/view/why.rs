@@ -68,7 +68,10 @@ impl Screen<'_> {
             );
             facts.push(("holder", text, theme.holder));
         }
-        let suppressed: Vec<_> = motors::suppressed(&state)
+        let beaten = model.motors.holder().map(|holder| holder.value);
+        let suppressed: Vec<_> = beaten
+            .map(|holder| motors::suppressed(holder, &state))
+            .unwrap_or_default()
             .into_iter()
             .map(words::holder)
             .collect();

@@ -2,6 +2,7 @@
 
 use groundwave_protocol::letters::{Bump, Cliff, Drive, Link as LinkLetter, Power};
 use groundwave_protocol::telemetry::StateLine;
+use serde::Deserialize;
 
 use crate::event::{Level, Moment, Recording};
 use crate::model::link::{Connection, Link};
@@ -9,7 +10,8 @@ use crate::model::motors::Motors;
 use crate::model::robot::Robot;
 
 /// From which values on there is an alarm.
-#[derive(Clone, Debug, PartialEq, Eq)]
+#[derive(Clone, Debug, PartialEq, Eq, Deserialize)]
+#[serde(default, deny_unknown_fields)]
 pub struct Limits {
     /// At this voltage the battery is low, decivolts.
     pub battery_low_dv: u16,
