@@ -86,7 +86,7 @@ impl Model {
         if let Some(until) = self.seen_until.filter(|_| now.is_replay()) {
             self.alarms.acknowledge_until(until);
         }
-        self.overlay = now.overlay.clone();
+        self.overlay.clone_from(&now.overlay);
         self.size = now.size;
         self.playback.clone_from(&now.playback);
         self.aside.clone_from(&now.aside);
