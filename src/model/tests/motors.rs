@@ -85,7 +85,7 @@ fn a_guard_that_took_the_motors_is_named_and_not_who_won_them() {
     let mut scene = scene();
     let sentence = |scene: &Scene| {
         let holder = scene.model.motors.holder().expect("a line A came").value;
-        why::why(holder, &scene.state, &scene.model.robot, scene.now)
+        crate::model::why::why(holder, &scene.state, &scene.model.robot, scene.now)
     };
     scene.state.cliff = Cliff::Center;
     scene.layers(&[(Layer::Bumpers, LayerState::Raised)]);

@@ -218,6 +218,7 @@ fn every_key_is_in_the_help_however_small_the_screen() {
             scene.press(&[KeyCode::PageDown]);
         }
     }
+    let scene = flight(Config::default());
     for binding in scene.model.config.keys.rows() {
         let is_told = told.contains(&format!("{:<8}{}", binding.label, binding.help));
         assert!(
