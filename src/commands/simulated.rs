@@ -163,7 +163,7 @@ mod tests {
 
     fn options(line: &[&str]) -> Simulated {
         match Cli::try_parse_from(line).expect("it reads").command {
-            Command::Demo(demo) => demo.simulated,
+            Some(Command::Demo(demo)) => demo.simulated,
             _ => panic!("demo"),
         }
     }
