@@ -61,7 +61,11 @@ fn steering_is_no_thrashing() {
 fn only_what_is_below_the_holder_is_suppressed() {
     let mut line = state();
     line.layers.set(Layer::Infrared, LayerState::Raised);
-    assert_eq!(suppressed(Holder::of(&line), &line), [], "prowl suppresses nobody");
+    assert_eq!(
+        suppressed(Holder::of(&line), &line),
+        [],
+        "prowl suppresses nobody"
+    );
     line.layers.set(Layer::Sonar, LayerState::Holds);
     line.layers.set(Layer::DeadReckoning, LayerState::Raised);
     let below = [Holder::Layer(Layer::DeadReckoning), Holder::Prowl];
