@@ -316,7 +316,7 @@ const TABLE: &[Binding] = &[
     row(Route, "s", &[plain('s')], Action::Route(RouteAction::AskToSave), "save it to a file", "save"),
     row(Route, "S", &[plain('S')], Action::Route(RouteAction::Send), "send it to the robot", "send"),
     row(Route, "?", &[plain('?'), bare(KeyCode::F(1))], Action::Help, "these keys", "keys"),
-    row(Route, "Esc", &[bare(KeyCode::Esc), plain('e'), plain('q')], Action::Route(RouteAction::Leave), "back to the panels; the draft stays", "done"),
+    row(Route, "Esc", &[bare(KeyCode::Esc), plain('e'), plain('q')], Action::Route(RouteAction::Leave), "leave; the draft stays", "done"),
     row(Route, "Ctrl-C", &[ctrl('c')], Action::Quit, "", ""),
     row(Drive, "Space", &[plain(' '), ctrl('s')], Action::Stop, "", "STOP"),
     row(Drive, "arrows", &[bare(KeyCode::Up)], Action::Push { ahead: 1, right: 0 }, "", "hold to drive"),

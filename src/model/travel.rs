@@ -86,7 +86,7 @@ impl Model {
         if let Some(until) = self.seen_until.filter(|_| now.is_replay()) {
             self.alarms.acknowledge_until(until);
         }
-        self.overlay = now.overlay.clone();
+        self.overlay.clone_from(&now.overlay);
         self.size = now.size;
         self.playback.clone_from(&now.playback);
         self.aside.clone_from(&now.aside);
@@ -194,7 +194,14 @@ impl Model {
                     self.aside = Some(NO_ROBOT.to_owned());
                 }
                 Effect::Send(request) if request != Request::Stop => asked.push(request),
-                other => rest.push(other),
+                other => {
+                    if other == Effect::Send(Request::Stop) {
+                        self.aside = Some(
+                            "STOP goes to the robot now; G shows what becomes of it".to_owned(),
+                        );
+                    }
+                    rest.push(other);
+                }
             }
         }
         if !asked.is_empty() {
@@ -231,6 +238,10 @@ impl Model {
                 let sends_draft = |request: &Request| matches!(request, Request::Route(list) if !list.is_empty() && list == draft);
                 if requests.iter().any(sends_draft) {
                     self.chart.draft.take();
+                }
+                if self.shows_past() {
+                    self.aside =
+                        Some("it goes to the robot now; G shows what becomes of it".to_owned());
                 }
                 requests.into_iter().map(Effect::Send).collect()
             }

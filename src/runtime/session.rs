@@ -29,6 +29,8 @@ pub struct Live {
     player: Player<Past>,
     /// The screen shows the past.
     is_away: bool,
+    /// When the past on the screen was last looked after.
+    advanced_at: Moment,
 }
 
 impl Live {
@@ -44,6 +46,7 @@ impl Live {
             driver,
             player: Player::of_session(reel, unix),
             is_away: false,
+            advanced_at: now,
         }
     }
 
@@ -82,13 +85,30 @@ impl Live {
         if let Some(next) = reel.forget_before(oldest).map(Past::next) {
             reel.supply_mut().forget_before(next);
         }
-        let from = reel.oldest_at().unwrap_or(now);
+        self.stretch(now);
+    }
+
+    /// What can be shown reaches from the oldest that is remembered until now.
+    fn stretch(&mut self, now: Moment) {
+        let from = self.player.reel().oldest_at().unwrap_or(now);
         self.player.set_span(from, now);
+    }
+
+    fn advance(&mut self, now: Moment) {
+        self.stretch(now);
+        self.advanced_at = now;
+        let plays = !self.player.is_paused();
+        self.player.advance(now);
+        if plays && self.player.is_at_end() {
+            self.come_back();
+        }
     }
 
     fn travel(&mut self, travel: Travel) -> Option<Event> {
         let now = self.driver.now();
+        self.stretch(now);
         if !self.is_away {
+            self.advanced_at = now;
             self.player.rest();
             match travel {
                 Travel::Speed(_) | Travel::Newest => return None,
@@ -215,11 +235,7 @@ impl Session {
         let host = self.host_now();
         match self {
             Self::Live(live) if live.is_away => {
-                let plays = !live.player.is_paused();
-                live.player.advance(host);
-                if plays && live.player.is_at_end() {
-                    live.come_back();
-                }
+                live.advance(host);
                 true
             }
             Self::Live(_) => false,
@@ -237,7 +253,7 @@ impl Session {
             // How long ago it is goes on by the second.
             Self::Live(live) if live.is_away => {
                 let plays = live.player.wake_at();
-                Some(plays.unwrap_or(host + Duration::from_secs(1)))
+                Some(plays.unwrap_or(live.advanced_at + Duration::from_secs(1)))
             }
             Self::Live(_) => None,
             Self::Replay(replay) if replay.player.reel().is_partial() => Some(host),

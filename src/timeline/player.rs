@@ -40,6 +40,7 @@ pub struct Player<C: Cursor> {
 
 impl<C: Cursor> Player<C> {
     /// Plays a capture from its beginning.
+    #[must_use]
     pub const fn of_capture(
         reel: Reel<C>,
         host: Moment,
@@ -67,6 +68,7 @@ impl<C: Cursor> Player<C> {
 
     /// Shows what was in a live session, of which the beginning was at a time of day; it stands at its
     /// newest moment until told otherwise.
+    #[must_use]
     pub fn of_session(mut reel: Reel<C>, unix: Option<Moment>) -> Self {
         reel.complete();
         Self {
@@ -78,11 +80,13 @@ impl<C: Cursor> Player<C> {
     }
 
     /// What is known at the moment shown.
+    #[must_use]
     pub fn model(&self) -> &Model {
         self.reel.model()
     }
 
     /// What is played.
+    #[must_use]
     pub const fn reel(&self) -> &Reel<C> {
         &self.reel
     }
@@ -93,16 +97,19 @@ impl<C: Cursor> Player<C> {
     }
 
     /// The moment shown.
+    #[must_use]
     pub const fn at(&self) -> Moment {
         self.at
     }
 
     /// Whether it stands at the newest moment.
+    #[must_use]
     pub fn is_at_end(&self) -> bool {
         self.at >= self.until
     }
 
     /// Whether time stands still.
+    #[must_use]
     pub const fn is_paused(&self) -> bool {
         self.paused
     }
@@ -338,6 +345,7 @@ impl<C: Cursor> Player<C> {
     }
 
     /// Where the screen stands.
+    #[must_use]
     pub fn playback(&self) -> Playback {
         Playback {
             is_live: self.is_live,

@@ -54,6 +54,7 @@ pub struct Reel<C: Cursor> {
 
 impl<C: Cursor> Reel<C> {
     /// A reel that shows a first moment, before which nothing happened.
+    #[must_use]
     pub fn new(supply: C::Supply, first: C, spacing: Moment) -> Self {
         let mut frames = Keyframes::new(spacing);
         frames.push(first.at(), first.clone());
@@ -67,16 +68,19 @@ impl<C: Cursor> Reel<C> {
     }
 
     /// What is known at the shown moment.
+    #[must_use]
     pub fn model(&self) -> &Model {
         self.shown.model()
     }
 
     /// When the last thing shown happened.
+    #[must_use]
     pub fn at(&self) -> Moment {
         self.shown.at()
     }
 
     /// Where things come from.
+    #[must_use]
     pub const fn supply(&self) -> &C::Supply {
         &self.supply
     }
@@ -87,11 +91,13 @@ impl<C: Cursor> Reel<C> {
     }
 
     /// Number of the newest line shown; `None` while that is not known.
+    #[must_use]
     pub fn packet(&self) -> Option<u64> {
         self.chase.is_none().then(|| self.model().tally().lines)
     }
 
     /// Whether what happened long before the shown moment is missing from it.
+    #[must_use]
     pub const fn is_partial(&self) -> bool {
         self.chase.is_some()
     }
@@ -107,11 +113,13 @@ impl<C: Cursor> Reel<C> {
     }
 
     /// Whether a state is wanted at a moment.
+    #[must_use]
     pub fn wants(&self, at: Moment) -> bool {
         self.frames.wants(at)
     }
 
     /// The oldest moment that can be shown.
+    #[must_use]
     pub fn oldest_at(&self) -> Option<Moment> {
         self.frames.get(0).map(|(at, _)| *at)
     }

@@ -36,9 +36,13 @@ pub struct Output {
 #[command(after_help = "\
 Examples:
   groundwave replay evening.mcap
-  groundwave replay evening.txt --speed 10")]
+  groundwave replay evening.txt --speed 10
+
+In the dashboard k stands still and goes on, comma and full stop step a line back and on, < and > change the
+speed, g goes to 12:30, +30s, 90% or packet #1234, n and N go to the next and last alarm, bump, behaviour
+change or command, m marks, o loops, ? shows every key.")]
 pub struct Replay {
-    /// A raw capture or an MCAP file
+    /// A raw capture, with times before its lines or without, or an MCAP file
     pub file: PathBuf,
     /// Multiple of the speed it was recorded at
     #[arg(long, value_name = "X", default_value_t = 1.0)]

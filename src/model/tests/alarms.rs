@@ -1,7 +1,7 @@
 //! When there is an alarm, for how long, and what makes it go.
 
 use super::*;
-use crate::event::{Level, Recording};
+use crate::event::{Level, LinkEvent, Recording};
 use crate::model::Limits;
 use groundwave_protocol::letters::{Cliff, Link, Power};
 
@@ -171,7 +171,7 @@ fn limits_come_from_the_configuration() {
 }
 
 #[test]
-fn nothing_is_raised_while_time_stands_still() {
+fn nothing_is_raised_after_the_session() {
     let mut scene = scene();
     scene.event(Event::Link(LinkEvent::Ended));
     scene.wait_ms(60_000);

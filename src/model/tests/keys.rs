@@ -91,7 +91,7 @@ fn nobody_drives_over_a_link_that_only_receives() {
         name: "radio".to_owned(),
         can_send: false,
     }));
-    assert_eq!(scene.type_text("dy"), []);
+    assert_eq!(scene.type_text("d"), []);
     assert_eq!(scene.model.overlay, Overlay::None);
 }
 
