@@ -163,7 +163,7 @@ impl Screen<'_> {
             says,
             style,
             share: model.motors.share(holder),
-            since: if model.robot.lacks(layer) || self.is_stale() {
+            since: if model.robot.lacks(layer) || forbidden || self.is_stale() {
                 None
             } else {
                 model.motors.since(layer)

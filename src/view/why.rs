@@ -14,7 +14,7 @@ use crate::model::motors;
 use crate::model::robot::{STATE_STALE, ordered_wheels_in_s};
 use crate::model::{why, words};
 
-const COLUMNS: u16 = 78;
+const COLUMNS: u16 = 80;
 
 /// Rows that the window would have.
 const ROWS: u16 = 22;
@@ -90,7 +90,7 @@ impl Screen<'_> {
         );
         facts.push(("drives", text, theme.plain));
         let text = format!(
-            "{}; infrared {}; sonar {} left, {} right; floor: {}; arm {}",
+            "{}; infrared {}; sonar {} left, {} right; edge sensors: {}; arm {}",
             match why::bump(state.bump) {
                 touched if touched.contains("bumper") => touched.to_owned(),
                 other => format!("bumper {other}"),
