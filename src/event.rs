@@ -11,6 +11,7 @@ use groundwave_protocol::telemetry::{AckLine, Line, Outcome, ParameterLine};
 
 use crate::request::Request;
 use crate::statistics::Statistics;
+use crate::travel::{Playback, Travel};
 
 /// Something that happened. The time it happened at travels beside it, as the time since the station
 /// started.
@@ -61,8 +62,15 @@ pub enum Event {
         /// Its waypoints, or what is wrong with it and where.
         route: Result<Vec<Waypoint>, String>,
     },
-    /// A replay was paused, resumed or given another speed.
-    Replay(Replay),
+    /// A route file was written for [`Effect::SaveRoute`], or not.
+    RouteSaved {
+        /// The file that was asked for.
+        path: String,
+        /// What happened.
+        saved: Result<(), SaveProblem>,
+    },
+    /// The screen stands elsewhere in time than now; `None` when it shows now.
+    Playback(Option<Box<Playback>>),
     /// What only a simulator knows: shown as the simulator's truth, used for nothing.
     Truth(Truth),
     /// Something worth a line in the log.
@@ -105,10 +113,17 @@ pub enum Effect {
     CancelCommands,
     /// Read a route file; the answer is [`Event::RouteLoaded`].
     LoadRoute(String),
-    /// Pause or go on with a replay.
-    ReplayPause(bool),
-    /// Play a replay at this multiple of real time.
-    ReplaySpeed(f64),
+    /// Write a route file; the answer is [`Event::RouteSaved`].
+    SaveRoute {
+        /// The file.
+        path: String,
+        /// What goes into it.
+        text: String,
+        /// Whatever is there may go.
+        overwrite: bool,
+    },
+    /// Show another moment of the session or capture.
+    Travel(Travel),
     /// Ring the bell: the robot sings, or calls.
     Ring,
     /// Draw the whole screen anew: something else wrote on it.
@@ -117,6 +132,15 @@ pub enum Effect {
     Suspend,
     /// Leave.
     Quit,
+}
+
+/// Why a file was not written.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub enum SaveProblem {
+    /// There is one of that name, and nobody said that it may go.
+    Exists,
+    /// One line for a person.
+    Failed(String),
 }
 
 /// A command of this session, numbered from 1.
@@ -243,15 +267,6 @@ pub struct Recording {
     pub bytes: u64,
     /// Recording failed: what happened and what is lost.
     pub problem: Option<String>,
-}
-
-/// How a replay is being played.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Replay {
-    /// Time stands still.
-    pub paused: bool,
-    /// Multiple of real time.
-    pub speed: f64,
 }
 
 /// The simulator's truth, in the robot's own frame.

@@ -2,17 +2,27 @@
 //!
 //! The same words serve `groundwave send`, scripts and the dashboard.
 
+mod amount;
 mod preset;
+mod refusal;
 mod tuning;
+mod words;
 
 use std::fmt;
 
-use groundwave_protocol::failsafe::{Failsafe, SILENCE_MAX_S, SILENCE_MIN_S};
-use groundwave_protocol::letters::{Layer, LayerMask, Mode};
+pub use amount::{Amount, in_whole_unit};
+pub use preset::names as preset_names;
+pub use refusal::Standing;
 pub use tuning::Tuning;
+pub use words::{layer_word, mode_word};
 
+use groundwave_protocol::failsafe::{Failsafe, SILENCE_MAX_S, SILENCE_MIN_S};
+use groundwave_protocol::letters::{LayerMask, Mode};
 use groundwave_protocol::parameter::{NAME_BYTES, VALUE_MAX};
 use groundwave_protocol::{WAYPOINT_LIMIT_IN, WAYPOINTS_MAX, Waypoint};
+
+use crate::suggest;
+use words::{find_mode, layer_words, read_layers, read_mode};
 
 /// A wish, before it has become frames on the radio.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -51,7 +61,7 @@ pub enum RequestError {
     #[error("no command given; try `mode prowl`, `goto 48 0` or `stop`")]
     Empty,
     /// The first word is none of ours.
-    #[error("unknown command `{0}`; commands are {COMMANDS}")]
+    #[error("unknown command `{0}`{near}", near = told(.0, "commands", COMMANDS))]
     UnknownCommand(String),
     /// A word in the wrong place or too few of them.
     #[error("`{command}` takes {takes}; got `{got}`")]
@@ -64,10 +74,10 @@ pub enum RequestError {
         got: String,
     },
     /// No layer of that name.
-    #[error("unknown layer `{0}`; layers are {LAYERS}")]
+    #[error("unknown layer `{0}`{near}", near = told(.0, "layers", LAYERS))]
     UnknownLayer(String),
     /// No mode of that name.
-    #[error("unknown mode `{0}`; modes are {MODES}")]
+    #[error("unknown mode `{0}`{near}", near = told(.0, "modes", MODES))]
     UnknownMode(String),
     /// A coordinate too far out.
     #[error(
@@ -85,11 +95,21 @@ pub enum RequestError {
     )]
     ParameterName(String),
     /// Nothing that a parameter could be.
-    #[error("`{0}` is not a whole number from -{VALUE_MAX} to {VALUE_MAX}")]
+    #[error(
+        "`{0}` is not a number that a parameter could have: a whole one from -{VALUE_MAX} to {VALUE_MAX}, or one like 11.6 in the whole unit"
+    )]
     ParameterValue(String),
+    /// No parameter is named.
+    #[error("`param {0}` needs a name, as in `param {0} {1}`; `param list` shows them")]
+    ParameterMissing(&'static str, &'static str),
+    /// No value is given.
+    #[error(
+        "`param set {0}` needs a value; `param get {0}` says what it is now and what the robot takes"
+    )]
+    ValueMissing(String),
     /// No preset of that name.
-    #[error("unknown preset `{0}`; presets are {1}")]
-    UnknownPreset(String, String),
+    #[error("unknown preset `{0}`{near}", near = suggest::question_or(.0, preset_names(), format_args!("presets are {}", preset::names_text())))]
+    UnknownPreset(String),
     /// Too many waypoints for the robot's memory.
     #[error("{0} waypoints; the robot's list holds {WAYPOINTS_MAX}")]
     TooManyWaypoints(usize),
@@ -97,38 +117,17 @@ pub enum RequestError {
 
 const COMMANDS: &str = "stop, mode, prowl, reactive, passive, wander, home, dock, enable, disable, only, preset, goto, \
                         route, clear, set-pose, reset-pose, scan, failsafe, param";
-const LAYERS: &str = "user, bumpers, rotate, ir, sonar, photo, motion, route";
+const LAYERS: &str = "user, bumpers, rotation, infrared, sonar, photo, motion, dead-reckoning";
 const MODES: &str = "prowl, reactive, passive, wander, home, forage, calibrate, user, stop";
 
-/// The word for a layer.
-#[must_use]
-pub const fn layer_word(layer: Layer) -> &'static str {
-    match layer {
-        Layer::User => "user",
-        Layer::Bumpers => "bumpers",
-        Layer::Rotation => "rotate",
-        Layer::Infrared => "ir",
-        Layer::Sonar => "sonar",
-        Layer::Photo => "photo",
-        Layer::Motion => "motion",
-        Layer::DeadReckoning => "route",
-    }
+/// What somebody who used another word may have meant, or all the words there are.
+fn told(word: &str, what: &str, list: &'static str) -> String {
+    suggest::question_or(word, words_of(list), format_args!("{what} are {list}"))
 }
 
-/// The word for a mode.
-#[must_use]
-pub const fn mode_word(mode: Mode) -> &'static str {
-    match mode {
-        Mode::Prowl => "prowl",
-        Mode::Reactive => "reactive",
-        Mode::Passive => "passive",
-        Mode::Stop => "stop",
-        Mode::User => "user",
-        Mode::Wander => "wander",
-        Mode::GoHome => "home",
-        Mode::Forage => "forage",
-        Mode::Calibrate => "calibrate",
-    }
+/// The words of a list with commas.
+fn words_of(list: &'static str) -> impl Iterator<Item = &'static str> {
+    list.split(", ")
 }
 
 impl Request {
@@ -162,7 +161,13 @@ impl Request {
             ("mode", [mode]) => read_mode(mode),
             ("mode", _) => Err(wrong("mode", "one mode")),
             ("prowl" | "reactive" | "passive" | "wander" | "home", []) => read_mode(command),
+            ("prowl", _) => Err(wrong("prowl", "nothing")),
+            ("reactive", _) => Err(wrong("reactive", "nothing")),
+            ("passive", _) => Err(wrong("passive", "nothing")),
+            ("wander", _) => Err(wrong("wander", "nothing")),
+            ("home", _) => Err(wrong("home", "nothing")),
             ("dock", []) => Ok(Self::Mode(Mode::Forage)),
+            ("dock", _) => Err(wrong("dock", "nothing")),
             ("preset", _) => Err(wrong("preset", "one name, and stands for several commands")),
             ("only", ["none"]) => Ok(Self::Only(LayerMask::NONE)),
             ("only", [layers]) => Ok(Self::Only(read_layers(layers)?)),
@@ -207,10 +212,15 @@ impl Request {
         }
     }
 
+    /// The words that a command begins with.
+    pub fn commands() -> impl Iterator<Item = &'static str> {
+        words_of(COMMANDS)
+    }
+
     /// Whether a command begins with this word.
     #[must_use]
     pub fn is_command(word: &str) -> bool {
-        COMMANDS.split(", ").any(|command| command == word)
+        Self::commands().any(|command| command == word)
     }
 
     /// A waypoint list that fits the robot.
@@ -259,37 +269,8 @@ impl fmt::Display for Request {
     }
 }
 
-fn layer_words(layers: LayerMask) -> String {
-    let words: Vec<&str> = Layer::ALL
-        .into_iter()
-        .filter(|layer| layers.contains(*layer))
-        .map(layer_word)
-        .collect();
-    words.join(",")
-}
-
-/// `mode stop` is STOP: there is one way to stop, the safest.
-fn read_mode(word: &str) -> Result<Request, RequestError> {
-    Mode::ALL
-        .iter()
-        .copied()
-        .find(|mode| mode_word(*mode) == word)
-        .map(|mode| {
-            if mode == Mode::Stop {
-                Request::Stop
-            } else {
-                Request::Mode(mode)
-            }
-        })
-        .ok_or_else(|| RequestError::UnknownMode(word.to_owned()))
-}
-
 fn read_failsafe(mode: &str, silence: &str) -> Result<Request, RequestError> {
-    let mode = Mode::ALL
-        .iter()
-        .copied()
-        .find(|known| mode_word(*known) == mode)
-        .ok_or_else(|| RequestError::UnknownMode(mode.to_owned()))?;
+    let mode = find_mode(mode)?;
     let silence_s = silence.strip_suffix('s').unwrap_or(silence).parse();
     silence_s
         .ok()
@@ -299,16 +280,6 @@ fn read_failsafe(mode: &str, silence: &str) -> Result<Request, RequestError> {
         .ok_or_else(|| RequestError::Failsafe(format!("{} {silence}", mode_word(mode))))
 }
 
-fn read_layers(words: &str) -> Result<LayerMask, RequestError> {
-    words.split(',').try_fold(LayerMask::NONE, |layers, word| {
-        Layer::ALL
-            .into_iter()
-            .find(|layer| layer_word(*layer) == word)
-            .map(|layer| layers.with(layer))
-            .ok_or_else(|| RequestError::UnknownLayer(word.to_owned()))
-    })
-}
-
 fn read_point(x: &str, y: &str) -> Result<Waypoint, RequestError> {
     let part = |word: &str| {
         word.parse()
@@ -316,4 +287,40 @@ fn read_point(x: &str, y: &str) -> Result<Waypoint, RequestError> {
     };
     let (x_in, y_in) = (part(x)?, part(y)?);
     Waypoint::new(x_in, y_in).ok_or_else(|| RequestError::Coordinate(format!("{x} {y}")))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn error(words: &str) -> String {
+        let words: Vec<&str> = words.split(' ').collect();
+        let error = Request::all_from_words(&words).expect_err("it is wrong");
+        error.to_string()
+    }
+
+    /// Whoever knows the word and says too much is not told that the word is unknown.
+    #[test]
+    fn a_known_command_with_a_word_too_many_is_called_by_its_name() {
+        for command in Request::commands() {
+            let told = error(&format!("{command} one too many words"));
+            assert!(told.starts_with(&format!("`{command}` takes ")), "{told}");
+        }
+    }
+
+    #[test]
+    fn a_mistyped_word_is_answered_with_the_one_that_was_meant() {
+        assert!(error("porwl").starts_with("unknown command `porwl`; did you mean `prowl`?"));
+        assert!(error("mode hoem").contains("did you mean `home`?"));
+        assert!(error("enable sonra").contains("did you mean `sonar`?"));
+        assert!(error("preset mtoh").contains("did you mean `moth`?"));
+    }
+
+    #[test]
+    fn what_is_missing_is_named() {
+        assert!(error("param set top-speed").contains("`param get top-speed` says"));
+        assert!(error("param set").contains("needs a name, as in `param set top-speed 8`"));
+        assert!(error("param get").contains("needs a name"));
+        assert!(error("param top-speed").contains("`get NAME`"));
+    }
 }

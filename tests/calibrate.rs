@@ -8,16 +8,16 @@ mod programs;
 
 use std::fs;
 use std::io::{BufRead, BufReader, Write};
+use std::path::{Path, PathBuf};
 use std::process::{Command, Stdio};
 
-use programs::{GROUNDWAVE, Running, Sim, scratch};
+use programs::{GROUNDWAVE, Running, Sim, Telling, expect, scratch};
 
 /// Many times faster than real: a square of 40 in takes a minute.
 const TIME_FACTOR: &str = "16";
 
-#[test]
-fn what_is_measured_is_sent_and_kept() {
-    let folder = scratch("calibrate");
+/// A robot in a hall in which it can drive its squares, and what it remembers.
+fn robot_in_a_hall(folder: &Path) -> (Sim, PathBuf) {
     let hall = folder.join("hall.toml");
     let floor = format!("#{}#\n", ".".repeat(60)).repeat(30);
     let wall = format!("{}\n", "#".repeat(62));
@@ -29,14 +29,22 @@ fn what_is_measured_is_sent_and_kept() {
     let robot = Sim::start(&[
         "--world",
         hall.to_str().unwrap(),
+        "--listen",
+        "127.0.0.1:0",
         "--time-factor",
         TIME_FACTOR,
         "--eeprom",
         eeprom.to_str().unwrap(),
     ]);
+    (robot, eeprom)
+}
 
+/// Calibrates and answers its questions; returns what it said.
+fn calibrate(way: &[&str]) -> String {
     let child = Command::new(GROUNDWAVE)
-        .args(["calibrate", &robot.path, "--side", "40", "--once", "--save"])
+        .arg("calibrate")
+        .args(way)
+        .args(["--side", "40", "--once", "--save"])
         .stdin(Stdio::piped())
         .stderr(Stdio::piped())
         .spawn()
@@ -56,11 +64,22 @@ fn what_is_measured_is_sent_and_kept() {
         said += &(line + "\n");
     }
     assert!(child.0.wait().unwrap().success(), "{said}");
+    said
+}
+
+#[test]
+fn what_is_measured_is_sent_and_kept() {
+    let folder = scratch("calibrate");
+    let (robot, eeprom) = robot_in_a_hall(&folder);
+    // Somebody tries another speed, and does not mean it to stay.
+    expect(0, &["param", &robot.path, "set", "top-speed", "8"]);
+    let said = calibrate(&[&robot.path]);
     for words in [
         "takes its track for 10000",
         "`a bit to the left` are not two numbers",
         "Error before: 3.",
         "Kept over a reset.",
+        "Not kept, as before: top-speed 8.",
     ] {
         assert!(said.contains(words), "`{words}` is not in:\n{said}");
     }
@@ -76,11 +95,42 @@ fn what_is_measured_is_sent_and_kept() {
         "{said}"
     );
     assert!(track > 10_000, "{said}");
+    let (out, _) = expect(0, &["param", &robot.path, "list"]);
+    for (name, value, kept) in [
+        ("square", 157, 157),
+        ("top-speed", 8, 12),
+        ("track", track, track),
+    ] {
+        let row = out
+            .lines()
+            .find(|line| line.starts_with(&format!("{name} ")));
+        let row: Vec<&str> = row.unwrap().split_whitespace().collect();
+        let wanted = [name, &value.to_string(), "kept", &kept.to_string()];
+        assert_eq!(row[..4], wanted, "{out}");
+    }
+    robot.end();
+}
+
+#[test]
+fn a_station_that_shares_its_link_can_be_calibrated_through() {
+    let folder = scratch("calibrate-via");
+    let (robot, eeprom) = robot_in_a_hall(&folder);
+    let socket = folder.join("s");
+    let socket = socket.to_str().unwrap();
+    let mut station = Telling::start(&["watch", &robot.path, "--headless", "--share", socket]);
+    station.wait_for("a line", |value| value["event"] == "line");
+    let said = calibrate(&["--via", socket]);
+    assert!(said.contains("Kept over a reset."), "{said}");
+    let kept = fs::read_to_string(&eeprom).unwrap();
+    assert!(
+        kept.contains("track=1") && !kept.contains("square=-"),
+        "{kept}"
+    );
     robot.end();
 }
 
 #[test]
 fn what_cannot_send_cannot_calibrate() {
-    let (_, told) = programs::expect(6, &["calibrate", "-"]);
+    let (_, told) = expect(6, &["calibrate", "-"]);
     assert!(told.contains("receive-only"), "{told}");
 }

@@ -9,7 +9,7 @@ mod programs;
 
 use common::{CoSimulation, on_all_cores};
 use groundwave::event::{CommandStep, Event};
-use groundwave::request::{Request, Tuning};
+use groundwave::request::{Amount, Request, Tuning};
 use groundwave_protocol::letters::{Layer, LayerMask};
 use groundwave_protocol::telemetry::{Outcome, ParameterLine, ParameterName};
 use sr04_firmware::parameters::Parameter;
@@ -30,7 +30,10 @@ fn over_seeds(property: impl Fn(&mut CoSimulation) + Sync) {
 }
 
 fn set(value: i32) -> Request {
-    Request::Parameter(Tuning::Set(ParameterName::new("top-speed"), value))
+    Request::Parameter(Tuning::Set(
+        ParameterName::new("top-speed"),
+        Amount::Counts(value),
+    ))
 }
 
 fn told(co: &CoSimulation) -> Vec<ParameterLine> {
@@ -80,6 +83,39 @@ fn what_the_robot_does_not_take_is_refused_with_its_limits() {
         let nobody = Request::Parameter(Tuning::Get(ParameterName::new("warp-speed")));
         let unknown = CommandStep::Refused(Outcome::Unknown);
         assert_eq!(co.deliver(nobody), unknown, "{}", co.context());
+    });
+}
+
+/// What the robot counts is not known here: it is asked first.
+#[test]
+fn a_decimal_is_of_the_whole_unit() {
+    let set = |name, word| {
+        let words = ["param", "set", name, word];
+        Request::from_words(&words).expect("it reads")
+    };
+    over_seeds(|co| {
+        let low = set("battery-low", "11.8");
+        assert_eq!(co.deliver(low), PROVEN, "{}", co.context());
+        let charge = set("motion-charge", "2.0");
+        assert_eq!(co.deliver(charge), PROVEN, "{}", co.context());
+        let parameters = co.simulation.robot().parameters();
+        let values = [Parameter::LowBattery, Parameter::Charge].map(|one| parameters.get(one));
+        assert_eq!(values, [118, 20], "{}", co.context());
+        let refused = CommandStep::Refused(Outcome::BadValue);
+        for (name, word) in [
+            ("battery-low", "20.0"),
+            ("battery-low", "11.65"),
+            ("top-speed", "8.5"),
+            ("battery-low", "99999.9"),
+        ] {
+            let end = co.deliver(set(name, word));
+            assert_eq!(end, refused, "{name} {word}: {}", co.context());
+        }
+        let nobody = co.deliver(set("warp-speed", "9.9"));
+        let unknown = CommandStep::Refused(Outcome::Unknown);
+        assert_eq!(nobody, unknown, "{}", co.context());
+        let parameters = co.simulation.robot().parameters();
+        assert_eq!(parameters.get(Parameter::LowBattery), 118);
     });
 }
 

@@ -40,6 +40,7 @@ const RULES: &[(&str, &[&str])] = &[
             "crate::view",
             "crate::capture",
             "crate::station",
+            "crate::timeline",
             "Instant",
             "SystemTime",
         ],
@@ -70,6 +71,18 @@ const RULES: &[(&str, &[&str])] = &[
         ],
     ),
     (
+        "src/runs",
+        &[
+            "crate::commands",
+            "crate::io",
+            "crate::runtime",
+            "crate::station",
+            "crate::view",
+            "Instant::now",
+            "SystemTime::now",
+        ],
+    ),
+    (
         "src/share",
         &[
             "crate::io",
@@ -92,6 +105,19 @@ const RULES: &[(&str, &[&str])] = &[
         ],
     ),
     ("src/runtime", &["crate::commands"]),
+    ("src/travel.rs", VOCABULARY),
+    (
+        "src/timeline",
+        &[
+            "crate::commands",
+            "crate::io",
+            "crate::runtime",
+            "crate::view",
+            "std::fs",
+            "Instant",
+            "SystemTime",
+        ],
+    ),
 ];
 
 /// The words between the parts know none of the parts.

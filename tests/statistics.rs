@@ -12,8 +12,9 @@ use std::process::Command;
 use common::CoSimulation;
 use groundwave::capture::Capture;
 use groundwave::capture::info::Info;
-use groundwave::capture::mcap::{McapWriter, Topic};
 use groundwave::capture::messages::RawBytes;
+use groundwave::capture::topics::{Topic, TopicMessage};
+use groundwave::capture::writer::McapWriter;
 use groundwave::event::{CommandStep, Event};
 use groundwave::request::Request;
 use groundwave::statistics::Resync;
@@ -21,6 +22,7 @@ use groundwave_protocol::command::{Command as Sequenced, Key, Message, Order};
 use groundwave_protocol::letters::Mode;
 use groundwave_protocol::telemetry::{Ack, Body, Line, TextLine};
 use programs::{GROUNDWAVE, scratch};
+use prost::Message as _;
 use serde_json::Value;
 
 fn line(sequence: u8) -> [u8; 80] {
@@ -46,8 +48,14 @@ fn a_recording_made_by_hand_comes_to_what_a_pencil_says() {
             stream_offset,
             data,
         };
-        mcap.write(topic, at_s * 1_000_000_000, None, &bytes)
-            .unwrap();
+        let at_ns = at_s * 1_000_000_000;
+        mcap.write(&TopicMessage {
+            topic,
+            log_time_ns: at_ns,
+            publish_time_ns: at_ns,
+            data: &bytes.encode_to_vec(),
+        })
+        .unwrap();
     };
     let lines = |range: std::ops::Range<u8>| -> Vec<u8> { range.flat_map(line).collect() };
     write(Topic::RawRx, 100, lines(0..15));

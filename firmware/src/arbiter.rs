@@ -30,7 +30,7 @@ impl Request {
 /// One request a place: layers 0 to 7, then prowl, in falling priority.
 pub type Requests = [Request; HOLDERS];
 
-/// Who holds the motors.
+/// Who won the motors.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Holder {
     /// One of the eight layers.
@@ -48,6 +48,15 @@ impl Holder {
             Self::Prowl => HOLDERS - 1,
         }
     }
+}
+
+/// What stands behind the arbiter and may take the motors from whoever won them.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum MotorGuard {
+    /// There is no floor where the robot would go.
+    Cliff,
+    /// The arm is not stowed yet.
+    Arm,
 }
 
 /// The request of the highest priority, and whose it is; `None` when no flag is up.

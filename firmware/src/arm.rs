@@ -40,6 +40,12 @@ impl ServoArm {
         motion
     }
 
+    /// Whether it has had its time to come down.
+    #[must_use]
+    pub const fn is_stowed(&self) -> bool {
+        !self.is_up && self.swing_ticks == 0
+    }
+
     /// Whether the servo is told to raise it.
     #[must_use]
     pub const fn is_up(&self) -> bool {

@@ -3,7 +3,8 @@
 //! It stands behind the arbiter, above even the operator's hand: backing off a bumper can back down the
 //! stairs. What would carry a wheel toward a place without floor is stopped with full braking power, and
 //! then the guard moves the robot away from the edge, so that it does not stand there for ever. By hand it
-//! only stops: the operator sees why and decides.
+//! only stops: the operator sees why and decides. Where there is no floor anywhere the robot is in somebody's
+//! hand, or has fallen: the wheels stand until it has been put down.
 //!
 //! The sensors ahead of the wheels and under the bumper's middle look at what the wheels come to next; the
 //! rear input covers the tail wheel and what is behind both drive wheels. Turning on the spot moves one
@@ -49,6 +50,9 @@ const VEER: u16 = 0x2000;
 /// Most that a turn takes.
 const TURN_TICKS: u8 = 5 * ticks(1) as u8;
 
+/// Put down, it waits for so long: hands are still on it.
+const PUT_DOWN_TICKS: u8 = ticks(1) as u8 / 2;
+
 /// With an edge behind and a bumper pressed, one wheel pushes on for so long.
 const PIVOT_TICKS: u8 = 24;
 
@@ -56,12 +60,8 @@ const PIVOT_TICKS: u8 = 24;
 enum State {
     #[default]
     Watch,
-    /// Braking; what has been seen meanwhile, and whether the guard moves the robot away after that.
-    Brake {
-        seen: Edges,
-        by_hand: bool,
-        ticks_left: u8,
-    },
+    /// Braking; by hand the guard does not move the robot away after that.
+    Brake { by_hand: bool, ticks_left: u8 },
     Retreat {
         forward: bool,
         then: Option<Turn>,
@@ -75,6 +75,8 @@ enum State {
     },
     /// One wheel ahead, the other still.
     Pivot { right: bool, ticks_left: u8 },
+    /// No floor anywhere, or put down just now.
+    Lifted { ticks_left: u8 },
 }
 
 /// A turn on the spot.
@@ -95,14 +97,26 @@ pub enum Command {
     Brake,
 }
 
+/// Where there is no floor.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Missing {
+    /// Ahead.
+    Ahead,
+    /// Behind and not ahead.
+    Behind,
+    /// Anywhere.
+    Below,
+}
+
 /// The guard.
 #[derive(Clone, Debug, Default)]
 pub struct CliffGuard {
     state: State,
+    /// What it acts for.
+    seen: Edges,
     /// Until it says again that it acts.
     told_ticks: u8,
-    /// Something to tell: whether the edge was behind.
-    news: Option<bool>,
+    news: Option<Missing>,
 }
 
 /// So long after the last time it acted it says so again.
@@ -120,8 +134,18 @@ impl CliffGuard {
         self.state != State::Watch
     }
 
-    /// Whether it began to act in this tick, and whether for an edge behind.
-    pub fn take_news(&mut self) -> Option<bool> {
+    /// The edges for which it holds the motors; none while it does not.
+    #[must_use]
+    pub fn acts_for(&self) -> Edges {
+        if self.acts() {
+            self.seen
+        } else {
+            Edges::default()
+        }
+    }
+
+    /// Why it began to act in this tick, if it did.
+    pub fn take_news(&mut self) -> Option<Missing> {
         self.news.take()
     }
 
@@ -139,6 +163,9 @@ impl CliffGuard {
             return Command::Drive(motion);
         };
         self.told_ticks = self.told_ticks.saturating_sub(1);
+        if self.is_lifted(edges) {
+            return Command::Brake;
+        }
         if by_hand && !matches!(self.state, State::Brake { .. }) {
             self.state = State::Watch;
         }
@@ -167,13 +194,38 @@ impl CliffGuard {
         Command::Drive(motion)
     }
 
+    fn is_lifted(&mut self, edges: Edges) -> bool {
+        let ticks_left = if edges.left && edges.center && edges.right && edges.rear {
+            if !matches!(self.state, State::Lifted { .. }) {
+                self.news = Some(Missing::Below);
+            }
+            self.seen = edges;
+            PUT_DOWN_TICKS
+        } else if let State::Lifted { ticks_left } = self.state {
+            ticks_left.saturating_sub(1)
+        } else {
+            return false;
+        };
+        self.state = if ticks_left > 0 {
+            State::Lifted { ticks_left }
+        } else {
+            State::Watch
+        };
+        ticks_left > 0
+    }
+
     fn begin(&mut self, edges: Edges, by_hand: bool) {
         if self.told_ticks == 0 {
-            self.news = Some(!(edges.left || edges.center || edges.right));
+            let ahead = edges.left || edges.center || edges.right;
+            self.news = Some(if ahead {
+                Missing::Ahead
+            } else {
+                Missing::Behind
+            });
         }
         self.told_ticks = TELL_TICKS;
+        self.seen = edges;
         self.state = State::Brake {
-            seen: edges,
             by_hand,
             ticks_left: BRAKE_TICKS,
         };
@@ -181,22 +233,21 @@ impl CliffGuard {
 
     fn brake(&mut self, senses: &Senses, edges: Edges, counts: Counts) -> Command {
         self.told_ticks = TELL_TICKS;
+        self.seen = self.seen.or(edges);
         let State::Brake {
-            seen,
             by_hand,
             ticks_left,
         } = &mut self.state
         else {
             return Command::Brake;
         };
-        *seen = seen.or(edges);
         *ticks_left = ticks_left.saturating_sub(1);
         let stands = counts.left.abs() <= STANDING_COUNTS && counts.right.abs() <= STANDING_COUNTS;
         if stands || *ticks_left == 0 {
             self.state = if *by_hand {
                 State::Watch
             } else {
-                retreat(*seen, senses)
+                retreat(self.seen, senses)
             };
         }
         Command::Brake
@@ -206,7 +257,7 @@ impl CliffGuard {
     const fn wanted(&self, motion: Motion) -> Motion {
         match self.state {
             State::Watch => motion,
-            State::Brake { .. } => Motion::STILL,
+            State::Brake { .. } | State::Lifted { .. } => Motion::STILL,
             State::Retreat { forward, .. } => {
                 Motion::new(if forward { RETREAT_IN_S } else { -RETREAT_IN_S }, 0)
             }
@@ -222,7 +273,7 @@ impl CliffGuard {
     /// Lets a tick of the retreat pass.
     fn go_on(&mut self, senses: &Senses) {
         let next = match &mut self.state {
-            State::Watch | State::Brake { .. } => return,
+            State::Watch | State::Brake { .. } | State::Lifted { .. } => return,
             State::Retreat {
                 forward,
                 then,

@@ -139,7 +139,7 @@ impl DriveTrain {
         self.left.is_saturated() || self.right.is_saturated()
     }
 
-    /// Whether a wheel does not turn at full pulse width.
+    /// Whether a wheel does not turn at high pulse width.
     #[must_use]
     pub const fn is_stalled(&self) -> bool {
         self.left.is_stalled() || self.right.is_stalled()

@@ -15,12 +15,12 @@ pub struct Definition {
     pub default: i16,
 }
 
-/// Declares the parameters: variant, name, unit, limits, default.
+/// Declares the parameters: what it is, variant, name, unit, limits, default.
 macro_rules! parameters {
-    ($($(#[$meta:meta])* $variant:ident: $name:literal, $unit:literal, $least:literal..=$most:literal, $default:literal;)+) => {
+    ($(#[doc = $about:literal] $variant:ident: $name:literal, $unit:literal, $least:literal..=$most:literal, $default:literal;)+) => {
         /// What may be tuned.
         #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-        pub enum Parameter { $($(#[$meta])* $variant),+ }
+        pub enum Parameter { $(#[doc = $about] $variant),+ }
 
         impl Parameter {
             /// All of them, in the table's order.
@@ -37,6 +37,14 @@ macro_rules! parameters {
                         most: $most,
                         default: $default,
                     }),+
+                }
+            }
+
+            /// What it is, for people. Apart from the table: no robot needs it in its memory.
+            #[must_use]
+            pub const fn about(self) -> &'static str {
+                match self {
+                    $(Self::$variant => $about.trim_ascii_start()),+
                 }
             }
         }
@@ -103,8 +111,8 @@ parameters! {
     Forage: "forage", "0 or 1", 0..=1, 0;
     /// Below this the battery is low.
     LowBattery: "battery-low", "V/10", 100..=130, 116;
-    /// Below this it is harmed.
-    CriticalBattery: "battery-critical", "V/10", 100..=130, 112;
+    /// Below this it is harmed: the robot stops, unless it is on the way to its dock, and calls. 0: it never stops.
+    CriticalBattery: "battery-critical", "V/10", 0..=130, 112;
 }
 
 impl Parameter {

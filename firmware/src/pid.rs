@@ -2,6 +2,9 @@
 //!
 //! The error it accumulates is of counts, not of speeds: a wheel that was held back catches up, and so
 //! two wheels that shall run alike keep the robot's heading.
+//!
+//! A motor that cannot turn its wheel is not heated for ever: its power is taken away for some seconds, again
+//! and again.
 
 use crate::board::PWM_MAX;
 use crate::parameters::{Parameter, Parameters};
@@ -58,14 +61,37 @@ const BRAKE_PER_COUNT: i32 = 45;
 /// Full pulse width for this long and still too slow: saturated.
 const SATURATED_TICKS: u8 = ticks(1) as u8 / 2;
 
-/// Full pulse width for this long without one count: stalled.
+/// So much pulse width for this long without one count: stalled. At three quarters the winding takes more than half
+/// of the heat that it takes at full width.
+const STALLED_PWM: i32 = PWM_MAX as i32 * 3 / 4;
 const STALLED_TICKS: u8 = ticks(1) as u8;
+
+/// A stalled motor has its power taken away for so long before it tries again: it is warm a fifth of the time.
+const REST_TICKS: u8 = 4 * STALLED_TICKS;
 
 /// A tick with no more edges than this is one in which the wheel may have turned back.
 const STANDING_COUNTS: u16 = 1;
 
-/// The longest that a command against the wheel's way can be a brake: twice the motors' time constant.
-const BRAKING_TICKS: u8 = 6;
+/// No wheel does more edges in a tick: the fastest does 16.
+const COUNTS_MAX: u16 = 255;
+
+/// The speed of a wheel is kept in these parts of a count a tick.
+const SPEED_PARTS: i32 = 256;
+
+/// What one step of pulse width brings a motor to, in [`SPEED_PARTS`]: 20 in/s, 16 counts a tick, at full width.
+const SPEED_PER_STEP: i32 = 16 * SPEED_PARTS / PWM_MAX as i32;
+
+/// What the gears take of that.
+const DRAG: i32 = SPEED_PARTS * 9 / 8;
+
+/// How much of the way to what is left its mean speed gets in a tick, and its speed at the end of the tick, in
+/// 256ths: of the motors' time constant of 1/6 s a tick is 3 tenths.
+const FOLLOWS_DURING: i32 = 40;
+const FOLLOWS_AFTER: i32 = 66;
+
+/// The edges correct the expected speed by so many 256ths of what they differ by. A wheel that was believed to turn
+/// the wrong way would for ever seem to turn so if they were believed alone, its motor against it.
+const CORRECTS: i32 = 64;
 
 /// The count error is kept in twentieths of a count, the unit in which a speed is one a tick.
 const PARTS: i32 = TICKS_PER_S as i32;
@@ -79,26 +105,49 @@ pub struct Wheel {
     behind_parts: i32,
     /// The way the wheel is believed to turn.
     backward: bool,
-    /// How long the motor command has been against it.
-    against_ticks: u8,
+    /// Its speed at the end of the past tick, in [`SPEED_PARTS`].
+    speed_parts: i32,
+    /// The pulse width of the present tick.
+    given: i16,
     full_ticks: u8,
     still_ticks: u8,
+    /// It stalled, and has not moved since.
+    is_stalled: bool,
+    /// How long it is left without power for that.
+    rest_ticks: u8,
     /// While it brakes: counts a tick that it still did at the end of the past tick.
     braked_counts: Option<i16>,
 }
 
 impl Wheel {
-    /// Gives the encoder's edges of the past tick the way the wheel is believed to turn: that of the
-    /// motor command, as soon as the wheel can have followed it.
+    /// Gives the encoder's edges of the past tick the way that the wheel must have turned: from the speed it had
+    /// and the pulse width it was given, as a motor follows it. A command against its way is a brake at first.
     #[must_use]
-    pub fn signed_counts(&self, edges: u16) -> i16 {
-        let counts = edges.min(i16::MAX as u16) as i16;
-        if self.backward { -counts } else { counts }
+    pub fn signed_counts(&mut self, edges: u16) -> i16 {
+        let given = i32::from(self.given) * SPEED_PER_STEP;
+        let drag = if self.speed_parts.abs() > DRAG / 4 {
+            DRAG * self.speed_parts.signum()
+        } else {
+            given.clamp(-DRAG, DRAG)
+        };
+        let pull = given - drag - self.speed_parts;
+        let during = self.speed_parts + pull * FOLLOWS_DURING / SPEED_PARTS;
+        if during != 0 {
+            self.backward = during < 0;
+        }
+        let counts = edges.min(COUNTS_MAX) as i16;
+        let counts = if self.backward { -counts } else { counts };
+        let missed = i32::from(counts) * SPEED_PARTS - during;
+        self.speed_parts += (pull * FOLLOWS_AFTER + missed * CORRECTS) / SPEED_PARTS;
+        counts
     }
 
     /// Motor off at once; nothing is left to make up for.
     pub fn halt(&mut self) {
         self.slewed_cps = 0;
+        self.is_stalled = false;
+        self.rest_ticks = 0;
+        self.given = 0;
         self.release();
     }
 
@@ -121,7 +170,8 @@ impl Wheel {
             return 0;
         }
         let against = (i32::from(now) * BRAKE_PER_COUNT).min(i32::from(PWM_MAX)) as i16;
-        if self.backward { against } else { -against }
+        self.given = if self.backward { against } else { -against };
+        self.given
     }
 
     fn release(&mut self) {
@@ -133,10 +183,16 @@ impl Wheel {
     /// The pulse width for the coming tick, from the ordered speed and the counts of the past tick.
     pub fn control(&mut self, ordered_cps: i16, counts: i16, gains: &Gains) -> i16 {
         self.braked_counts = None;
+        if self.rests(ordered_cps) {
+            self.given = 0;
+            return 0;
+        }
         let change = ordered_cps.saturating_sub(self.slewed_cps);
         let change = change.clamp(-gains.slew_cps, gains.slew_cps);
         self.slewed_cps += change;
         if ordered_cps == 0 && self.slewed_cps == 0 {
+            self.is_stalled = false;
+            self.given = 0;
             self.release();
             return 0;
         }
@@ -155,30 +211,38 @@ impl Wheel {
             self.behind_parts = behind.clamp(-limit, limit);
         }
         self.watch(given, counts);
-        self.follow(given, counts);
-        given as i16
+        self.given = given as i16;
+        self.given
     }
 
-    /// A wheel cannot turn back without standing still: while edges come fast, a command against its
-    /// way is a brake.
-    fn follow(&mut self, given: i32, counts: i16) {
-        let is_against = given != 0 && (given < 0) != self.backward;
-        if !is_against {
-            self.against_ticks = 0;
-            return;
+    /// Whether the motor is left without power after a stall. The other way, which escapes take, it tries at once.
+    fn rests(&mut self, ordered_cps: i16) -> bool {
+        if self.rest_ticks == 0 {
+            return false;
         }
-        self.against_ticks += 1;
-        if counts.unsigned_abs() <= STANDING_COUNTS || self.against_ticks >= BRAKING_TICKS {
-            self.backward = !self.backward;
-            self.against_ticks = 0;
+        self.rest_ticks -= 1;
+        self.slewed_cps = 0;
+        let turns_back = ordered_cps != 0 && (ordered_cps < 0) != self.backward;
+        if turns_back {
+            self.rest_ticks = 0;
         }
+        !turns_back
     }
 
     fn watch(&mut self, given: i32, counts: i16) {
-        let is_full = given.abs() == i32::from(PWM_MAX) && (given > 0) == (self.slewed_cps > 0);
+        let is_onward = (given > 0) == (self.slewed_cps > 0);
+        let is_full = is_onward && given.abs() == i32::from(PWM_MAX);
+        let is_high = is_onward && given.abs() >= STALLED_PWM;
         let count = |ticks: u8, goes_on: bool| if goes_on { ticks.saturating_add(1) } else { 0 };
         self.full_ticks = count(self.full_ticks, is_full);
-        self.still_ticks = count(self.still_ticks, is_full && counts == 0);
+        self.still_ticks = count(self.still_ticks, is_high && counts == 0);
+        // A count may be the gears' play.
+        self.is_stalled &= counts.unsigned_abs() <= STANDING_COUNTS;
+        if self.still_ticks >= STALLED_TICKS {
+            self.release();
+            self.is_stalled = true;
+            self.rest_ticks = REST_TICKS;
+        }
     }
 
     /// Whether full pulse width does not bring the ordered speed.
@@ -187,9 +251,10 @@ impl Wheel {
         self.full_ticks >= SATURATED_TICKS
     }
 
-    /// Whether full pulse width does not turn the wheel at all.
+    /// Whether high pulse width does not turn the wheel at all: until it moves, also while the motor is left
+    /// without power for it.
     #[must_use]
     pub const fn is_stalled(&self) -> bool {
-        self.still_ticks >= STALLED_TICKS
+        self.is_stalled
     }
 }

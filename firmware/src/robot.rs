@@ -1,13 +1,14 @@
 //! The whole robot. [`Robot::tick`] is its program.
 
 mod errands;
+mod guards;
 mod hiding;
 mod layers;
 mod lines;
 mod uplink;
 
 use crate::angle::Angle;
-use crate::arbiter::{self, Holder, Requests};
+use crate::arbiter::{self, Holder, MotorGuard, Requests};
 use crate::arm::ServoArm;
 use crate::behaviours::{ALLOWED_AT_BOOT, BumpSequence, Layers, Passive, SensorSwitches, prowl};
 use crate::board::{Identity, Inputs, Outputs};
@@ -85,6 +86,10 @@ pub struct Robot {
     holder: Option<Holder>,
     motion: Motion,
     cliff_guard: CliffGuard,
+    /// Who took the motors from the holder.
+    guarded: Option<MotorGuard>,
+    /// While the cliff guard is off: until the robot says so again.
+    unguarded_ticks: u16,
     errands: Errands,
     singer: Singer,
     /// How long it still brakes after it was told to stop.
@@ -140,6 +145,8 @@ impl Robot {
             holder: None,
             motion: Motion::STILL,
             cliff_guard: CliffGuard::default(),
+            guarded: None,
+            unguarded_ticks: 0,
             errands: Errands::default(),
             singer: Singer::default(),
             brake_ticks: 0,
@@ -222,6 +229,7 @@ impl Robot {
             Command::Brake => Motion::STILL,
         };
         self.motion = self.guard_arm(inputs, motion);
+        self.guarded = self.guarded_by(command, motion);
 
         // What has come to its end, and what begins.
         self.take_arrival();
@@ -245,8 +253,9 @@ impl Robot {
         self.events
             .bumper(inputs.bumper, self.layers.bumpers.is_jammed());
         self.events.infrared(infrared);
-        self.events.cliff(inputs.cliff);
-        self.tell_of_cliffs();
+        let acts_for = self.cliff_guard.acts_for();
+        self.events.cliff(inputs.cliff.map(|now| now.or(acts_for)));
+        self.tell_of_cliffs(inputs);
         self.events.drive(&self.drive);
         let motion = &self.layers.motion;
         self.events.arm(motion.seen(), motion.touched());
@@ -337,29 +346,32 @@ impl Robot {
         self.schedule.sing(song);
     }
 
-    /// Enters a mode; whatever was under way in another one is forgotten.
+    /// Enters a mode, or begins it anew; whatever was under way is forgotten.
     fn enter(&mut self, mode: Mode) {
         self.singer.hush();
+        let is_new = self.mode != mode;
         if mode == Mode::Stop {
-            if self.mode != mode {
+            if is_new {
                 self.brake_ticks = BRAKE_TICKS;
             }
             self.drive.halt();
             self.motion = Motion::STILL;
             self.holder = None;
         }
-        if self.mode != mode {
+        if is_new {
             self.errands.leave(self.mode);
-            if mode == Mode::Passive {
-                self.begin_hiding();
-            }
-            self.mode = mode;
-            self.allow_for(mode);
-            self.layers.rest();
-            self.schedule.status_changed();
-            if mode == Mode::Calibrate {
-                self.set_pose(Waypoint { x_in: 0, y_in: 0 }, Angle(0));
-            }
+        } else {
+            self.errands.begin_anew();
+        }
+        if mode == Mode::Passive {
+            self.begin_hiding();
+        }
+        self.mode = mode;
+        self.allow_for(mode);
+        self.layers.rest();
+        self.schedule.status_changed();
+        if mode == Mode::Calibrate {
+            self.set_pose(Waypoint { x_in: 0, y_in: 0 }, Angle(0));
         }
     }
 
@@ -378,7 +390,8 @@ impl Robot {
     }
 
     fn count_win(&mut self) {
-        let won = self.holder.map(Holder::place);
+        let holder = self.holder.filter(|_| self.guarded.is_none());
+        let won = holder.map(Holder::place);
         if let Some(ticks) = won.and_then(|place| self.ticks_won.get_mut(place)) {
             *ticks = ticks.wrapping_add(1);
         }
@@ -396,10 +409,16 @@ impl Robot {
         self.odometer.pose()
     }
 
-    /// Who holds the motors; `None` while they are off.
+    /// Who won the motors, whether or not a guard has taken them; `None` while they are off.
     #[must_use]
     pub const fn holder(&self) -> Option<Holder> {
         self.holder
+    }
+
+    /// The guard that holds the motors instead of who won them.
+    #[must_use]
+    pub const fn guarded(&self) -> Option<MotorGuard> {
+        self.guarded
     }
 
     /// What every layer asked for at the last tick, in falling priority.
@@ -420,7 +439,7 @@ impl Robot {
         self.drive.is_saturated()
     }
 
-    /// The motion that the holder asked for.
+    /// The motion that the holder, or a guard in its place, asked for.
     #[must_use]
     pub const fn motion(&self) -> Motion {
         self.motion

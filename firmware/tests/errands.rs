@@ -2,30 +2,19 @@
 
 mod common;
 
-use common::Bench;
+use common::{Bench, only, running, texts};
 use groundwave_protocol::command::Order;
-use groundwave_protocol::letters::{Cliff, Mode, Power};
+use groundwave_protocol::letters::{Arm, Layer, Mode, Power};
+use groundwave_protocol::parameter;
 use groundwave_protocol::telemetry::Body;
-use sr04_firmware::board::{Edges, Sides};
-
-fn texts(bench: &Bench) -> Vec<String> {
-    let text = |body: &Body| match body {
-        Body::Text(text) => Some(text.as_str().to_owned()),
-        _ => None,
-    };
-    bench
-        .lines
-        .iter()
-        .filter_map(|(_, line)| text(&line.body))
-        .collect()
-}
+use sr04_firmware::board::{Sides, Switches};
 
 #[test]
 fn a_low_battery_calls_the_operator_once_in_five_minutes() {
     let mut bench = Bench::new();
     bench.run_ms(2000);
     assert!(texts(&bench).is_empty());
-    bench.inputs.battery_dv = 110;
+    bench.inputs.battery_dv = 114;
     bench.run_ms(290_000);
     let calls = texts(&bench);
     assert_eq!(calls.len(), 1, "{calls:?}");
@@ -33,6 +22,72 @@ fn a_low_battery_calls_the_operator_once_in_five_minutes() {
     assert_eq!(bench.robot.mode(), Mode::Prowl, "it only calls");
     bench.run_ms(60_000);
     assert_eq!(texts(&bench).len(), 2);
+}
+
+fn songs(bench: &Bench) -> usize {
+    let is_song = |body: &Body| matches!(body, Body::Song(_));
+    bench
+        .lines
+        .iter()
+        .filter(|(_, line)| is_song(&line.body))
+        .count()
+}
+
+#[test]
+fn a_critical_battery_stops_the_robot_and_calls_and_the_operator_may_drive_on() {
+    for mode in [Mode::Prowl, Mode::User, Mode::Reactive] {
+        let (mut bench, key) = running();
+        bench.order(key, Order::Mode(mode));
+        bench.run_ms(1000);
+        bench.inputs.battery_dv = 110;
+        bench.run_ms(20_000);
+        assert_eq!(bench.robot.mode(), Mode::Stop);
+        assert_eq!((bench.outputs.pwm_left, bench.outputs.pwm_right), (0, 0));
+        assert_eq!(bench.latest_state().power, Power::Critical);
+        let last = texts(&bench).pop().expect("it calls");
+        assert!(last.contains("nearly empty"), "{last}");
+        assert!(songs(&bench) >= 1);
+        // Out of the way with it, by order.
+        bench.order(key, Order::Mode(mode));
+        bench.run_ms(30_000);
+        assert_eq!(bench.robot.mode(), mode);
+        // A fresh battery, and in time it is empty too.
+        bench.inputs.battery_dv = 126;
+        bench.run_ms(30_000);
+        assert_eq!(bench.robot.mode(), mode);
+        bench.inputs.battery_dv = 110;
+        bench.run_ms(20_000);
+        assert_eq!(bench.robot.mode(), Mode::Stop);
+    }
+}
+
+#[test]
+fn a_critical_battery_does_not_keep_it_from_its_dock_and_none_is_critical_below_zero() {
+    let (mut bench, key) = running();
+    bench.inputs.beacon = Some(Sides::default());
+    bench.run_ms(100);
+    bench.order(key, Order::Mode(Mode::Forage));
+    bench.inputs.battery_dv = 108;
+    bench.run_ms(30_000);
+    assert_eq!(bench.robot.mode(), Mode::Forage);
+    bench.inputs.is_docked = true;
+    bench.order(key, Order::Mode(Mode::Prowl));
+    bench.run_ms(5000);
+    assert_eq!(bench.robot.mode(), Mode::Prowl, "it is being charged");
+    bench.inputs.is_docked = false;
+    bench.run_ms(1000);
+    assert_eq!(bench.robot.mode(), Mode::Stop);
+
+    let (mut bench, key) = running();
+    let never = Order::SetParameter {
+        key: parameter::key("battery-critical"),
+        value: 0,
+    };
+    bench.order(key, never);
+    bench.inputs.battery_dv = 90;
+    bench.run_ms(30_000);
+    assert_eq!(bench.robot.mode(), Mode::Prowl);
+    assert_eq!(bench.latest_state().power, Power::Low);
 }
 
 #[test]
@@ -77,26 +132,77 @@ fn it_forages_docks_charges_and_goes_on_with_what_it_was_about() {
     assert!(bench.robot.pose().y_tenths_in() < 600);
 }
 
+const BUMPED: Switches = Switches {
+    left: false,
+    center: true,
+    right: false,
+};
+
 #[test]
-fn the_guard_is_told_by_the_cliff_letter_and_one_text() {
-    let mut bench = Bench::new();
-    bench.inputs.cliff = Some(Edges::default());
-    bench.run_ms(3000);
-    assert_eq!(bench.latest_state().cliff, Cliff::None);
-    bench.inputs.cliff = Some(Edges {
-        left: true,
-        ..Edges::default()
-    });
-    bench.run_ms(50);
-    assert!(
-        bench.outputs.pwm_left < 0 && bench.outputs.pwm_right < 0,
-        "it brakes"
-    );
-    bench.run_ms(1450);
-    assert_eq!(bench.latest_state().cliff, Cliff::Left);
-    bench.inputs.cliff = Some(Edges::default());
+fn a_mode_that_is_ordered_again_begins_anew() {
+    let (mut bench, key) = running();
+    bench.inputs.beacon = Some(Sides::default());
+    bench.inputs.motion = Some(Sides::default());
+
+    bench.order(key, Order::Mode(Mode::Wander));
+    bench.run_ms(170_000);
+    let again = bench.order(key, Order::Mode(Mode::Wander));
+    bench.run_ms(100_000);
+    // The same frame once more is the same order.
+    bench.send(&again, key);
+    bench.run_ms(79_000);
+    assert_eq!(bench.robot.mode(), Mode::Wander, "three minutes from anew");
+    bench.run_ms(2000);
+    assert_eq!(bench.robot.mode(), Mode::GoHome);
+
+    let without_7 = bench.robot.allowed().without(Layer::DeadReckoning);
+    bench.order(key, only(without_7));
+    bench.run_ms(100);
+    assert_eq!(bench.robot.target(), None);
+    bench.order(key, Order::Mode(Mode::GoHome));
+    assert!(bench.robot.target().is_some(), "home needs layer 7");
+
+    bench.order(key, Order::Mode(Mode::Calibrate));
     bench.run_ms(5000);
-    let said = texts(&bench);
-    assert_eq!(said, ["cliff guard: there is no floor ahead"]);
-    assert_eq!(bench.latest_state().cliff, Cliff::None);
+    assert!(bench.robot.pose().y_tenths_in() > 50);
+    bench.order(key, Order::Mode(Mode::Calibrate));
+    assert_eq!(bench.robot.pose().y_tenths_in(), 0, "the square from anew");
+
+    bench.order(key, Order::Mode(Mode::Reactive));
+    bench.order(key, Order::Mode(Mode::Passive));
+    bench.run_ms(4000);
+    bench.inputs.bumper = BUMPED;
+    bench.order(key, Order::Mode(Mode::Passive));
+    bench.inputs.bumper = Switches::default();
+    // It looks around again, to the end of the sequence, and goes back to what was before both.
+    bench.run_ms(60_000);
+    assert_eq!(bench.latest_state().arm, Arm::Armed);
+    bench.inputs.motion = Some(Sides {
+        left: true,
+        right: true,
+    });
+    bench.run_ms(500);
+    bench.inputs.motion = Some(Sides::default());
+    bench.run_ms(10_000);
+    assert_eq!(bench.robot.mode(), Mode::Reactive);
+}
+
+#[test]
+fn foraging_that_is_ordered_again_still_goes_on_with_what_was_before() {
+    let (mut bench, key) = running();
+    bench.inputs.beacon = Some(Sides::default());
+    bench.order(key, Order::Mode(Mode::Reactive));
+    bench.order(key, Order::Mode(Mode::Forage));
+    bench.inputs.beacon = Some(Sides {
+        left: true,
+        right: true,
+    });
+    bench.run_ms(1000);
+    bench.order(key, Order::Mode(Mode::Forage));
+    bench.inputs.is_docked = true;
+    bench.inputs.battery_dv = 138;
+    bench.run_ms(2_740_000);
+    bench.inputs.is_docked = false;
+    bench.run_ms(20_000);
+    assert_eq!(bench.robot.mode(), Mode::Reactive);
 }

@@ -46,6 +46,23 @@ pub enum CaptureError {
         /// Where the recording is.
         partial: PathBuf,
     },
+    /// Another program records under that name now.
+    #[error("will not record to {}: another groundwave is recording it; choose another name", .0.display())]
+    InUse(PathBuf),
+    /// Not one chunk of a recording holds.
+    #[error("nothing of {} can be saved: not one of its chunks holds, and there is no journal", .0.display())]
+    NothingLeft(PathBuf),
+    /// A finished recording does not read back as what was received.
+    #[error(
+        "{} does not hold everything that was received; the journal {} does: groundwave recover {}",
+        path.display(), journal.display(), path.display()
+    )]
+    NotProven {
+        /// The recording.
+        path: PathBuf,
+        /// Its journal.
+        journal: PathBuf,
+    },
     /// An MCAP cannot be written on.
     #[error("cannot append to {}: only raw captures can be appended to; choose another name", .0.display())]
     CannotAppend(PathBuf),
@@ -92,7 +109,7 @@ pub enum CaptureError {
     )]
     Unfinished(PathBuf),
     /// An MCAP whose checksums or structure do not hold.
-    #[error("{} is damaged: {problem}; everything before that has been read", path.display())]
+    #[error("{} is damaged: {problem}; everything else has been read", path.display())]
     Damaged {
         /// The file.
         path: PathBuf,

@@ -14,6 +14,8 @@ use groundwave_protocol::telemetry::{
     Ack, Body, CountersLine, Detail, Note, ParameterLine, SongLine, StateLine, StatusLine, TextLine,
 };
 
+pub use super::uplink_event::{UplinkEvent, UplinkStep};
+
 /// Bytes of a stream as they were read or sent.
 #[derive(Clone, PartialEq, Eq, prost::Message)]
 pub struct RawBytes {
@@ -23,6 +25,11 @@ pub struct RawBytes {
     /// The bytes.
     #[prost(bytes = "vec", tag = 2)]
     pub data: Vec<u8>,
+}
+
+impl RawBytes {
+    pub(super) const STREAM_OFFSET_TAG: u32 = 1;
+    pub(super) const DATA_TAG: u32 = 2;
 }
 
 /// One value of a [`Telemetry`] message.

@@ -1,24 +1,44 @@
 //! Captures: what the radio delivered, kept byte for byte.
 //!
 //! Two forms. The raw text ([`raw`]) is the evidence: exactly the bytes that were read, noise included.
-//! MCAP ([`mcap`], written by the [`recorder`]) holds the same bytes with the time each was read and
-//! every decoded field, indexed and compressed, for other people's tools. A [`source`] reads either,
-//! for replay, [`decode`] and [`info`].
+//! MCAP ([`mcap`], written by the [`recorder`]) holds the same bytes with the time each was read, and all
+//! that follows from them ([`topics`]), indexed and compressed, for other people's tools. A [`source`] reads
+//! either, for [`decode`] and [`info`]; the [`index`] reads it from anywhere, for replay. What was interrupted is
+//! made whole by [`recover`], from the [`journal`] that every recording has while it is written.
 
+pub mod block_writer;
+pub mod composer;
+pub mod convert;
+pub mod cut;
 pub mod decode;
 mod error;
+pub mod index;
 pub mod info;
+pub mod journal;
+pub mod layout;
 pub mod mcap;
+pub mod mcap_reader;
 pub mod messages;
 pub mod name;
+pub mod picture;
 pub mod raw;
 pub mod recorder;
+pub mod recover;
 mod robot_clock;
+pub mod rotation;
 pub mod schema;
 pub mod songs;
 pub mod source;
+pub mod topics;
+pub mod track;
+mod uplink_event;
+pub mod verify;
+pub mod walk;
+pub mod when;
+pub mod writer;
 
 pub use error::{CaptureError, Existing};
 pub use raw::RawWriter;
 pub use recorder::{Recorder, Session};
+pub use rotation::Rotation;
 pub use source::{Capture, Chunk};

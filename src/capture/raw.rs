@@ -184,7 +184,7 @@ impl<R: Read> RawReader<R> {
 }
 
 /// How long so many bytes take at 2400 baud.
-fn on_the_wire(bytes: u64) -> Duration {
+pub(super) fn on_the_wire(bytes: u64) -> Duration {
     const RATE: u64 = BYTES_PER_S as u64;
     let part = Duration::from_nanos(bytes % RATE * 1_000_000_000 / RATE);
     Duration::from_secs(bytes / RATE) + part

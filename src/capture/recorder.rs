@@ -1,103 +1,81 @@
-//! Records a session to MCAP on a thread of its own.
+//! Records a session: the journal at once, MCAP on a thread of its own.
 
-use std::collections::BTreeMap;
+mod worker;
+
 use std::fs::{self, File};
-use std::io::{self, Write};
+use std::io;
 use std::path::{Path, PathBuf};
-use std::sync::atomic::{AtomicU64, Ordering};
-use std::sync::mpsc::{Receiver, SyncSender, TrySendError, sync_channel};
-use std::sync::{Arc, Mutex, PoisonError};
+use std::sync::atomic::Ordering;
+use std::sync::mpsc::{SyncSender, TrySendError, sync_channel};
+use std::sync::{Arc, PoisonError};
 use std::thread::{self, JoinHandle};
-use std::time::{Duration, SystemTime, UNIX_EPOCH};
+use std::time::{Duration, SystemTime};
 
-use ::mcap::{McapError, McapResult};
-use groundwave_protocol::decoder::Received;
-use groundwave_protocol::letters::Bump;
-use groundwave_protocol::telemetry::Body;
+pub use super::composer::Session;
 
+use super::composer::since_1970_ns;
 use super::error::create;
-use super::mcap::{McapWriter, Topic};
-use super::messages::{RawBytes, Telemetry};
-use super::robot_clock::RobotClock;
-use super::{CaptureError, Existing, name};
+use super::journal::{Entry, JournalWriter, Kind};
+use super::recover::{self, Paths};
+use super::rotation::{Rotation, part_name};
+use super::topics::StationEvent;
+use super::{CaptureError, Existing};
 use crate::event::Moment;
+use worker::{Order, Part, Shared, Worker, write_error};
 
 /// The most that a power cut takes from a recording.
 const FLUSH_PERIOD: Duration = Duration::from_secs(10);
 
-/// A disk may stall for minutes at 3 lines a second before anything is dropped.
+/// A disk may stall for minutes at 3 lines a second before the MCAP has to be made anew from the journal.
 const QUEUE_LENGTH: usize = 1024;
-
-/// What a recording says about itself from the start.
-#[derive(Clone, Debug)]
-pub struct Session {
-    /// The link as the operator named it.
-    pub link: String,
-    /// When recording began.
-    pub start: SystemTime,
-    /// Anything else worth keeping: world, seed, command line.
-    pub notes: BTreeMap<String, String>,
-}
-
-impl Session {
-    fn metadata(&self) -> BTreeMap<String, String> {
-        let mut metadata = self.notes.clone();
-        metadata.insert("link".into(), self.link.clone());
-        metadata.insert("start".into(), name::utc(self.start));
-        metadata.insert("software".into(), "groundwave".into());
-        metadata.insert("software_version".into(), env!("CARGO_PKG_VERSION").into());
-        metadata
-    }
-}
-
-enum Order {
-    Bytes {
-        topic: Topic,
-        log_time_ns: u64,
-        bytes: RawBytes,
-    },
-    Line {
-        log_time_ns: u64,
-        received: Box<Received>,
-    },
-    Flush,
-    Discard,
-}
-
-#[derive(Default)]
-struct Shared {
-    bytes: AtomicU64,
-    done: AtomicU64,
-    problem: Mutex<Option<String>>,
-}
 
 /// A recording under way.
 ///
-/// Nothing here blocks or fails: what the disk does happens on the recorder's thread, and what went
-/// wrong is told by [`Self::problem`]. The file is called `NAME.partial` until [`Self::finish`], or
-/// until the recorder is dropped.
+/// What comes in is in the journal, `NAME.journal`, when a call returns. Nothing here fails, and nothing but
+/// that one write blocks: what else the disk does happens on the recorder's thread, and what went wrong is
+/// told by [`Self::problem`]. The file is called `NAME.partial` until [`Self::finish`], or until the recorder
+/// is dropped; then it has been read back, and the journal is gone.
 pub struct Recorder {
+    /// The name of the first part.
     path: PathBuf,
+    existing: Existing,
+    session: Session,
+    rotation: Rotation,
+    part: u32,
+    part_since: Option<Moment>,
+    journal: JournalWriter,
     orders: Option<SyncSender<Order>>,
     thread: Option<JoinHandle<Result<(), CaptureError>>>,
     shared: Arc<Shared>,
-    rx_bytes: u64,
-    tx_bytes: u64,
     queued: u64,
     dropped: u64,
     flush_at: Option<Moment>,
-    was_bumped: bool,
 }
 
 impl Recorder {
-    /// Creates the file, writes what a reader needs first and waits until the disk has it.
+    /// Creates the files, writes what a reader needs first and waits until the disk has it.
+    ///
+    /// An interrupted recording of that name must have been moved away: [`recover::set_aside`].
     ///
     /// # Errors
-    /// When the file or its `.partial` exists and may not be touched, or cannot be written.
+    /// When the file or its `.partial` or `.journal` exists and may not be touched, or cannot be written.
     pub fn start(
         path: impl Into<PathBuf>,
         existing: Existing,
         session: &Session,
+    ) -> Result<Self, CaptureError> {
+        Self::start_rotating(path, existing, session, Rotation::default())
+    }
+
+    /// Likewise, with parts of another length than a day.
+    ///
+    /// # Errors
+    /// As [`Self::start`].
+    pub fn start_rotating(
+        path: impl Into<PathBuf>,
+        existing: Existing,
+        session: &Session,
+        rotation: Rotation,
     ) -> Result<Self, CaptureError> {
         let path = path.into();
         if existing == Existing::Append {
@@ -109,139 +87,166 @@ impl Recorder {
                 can_append: false,
             });
         }
-        let partial = partial(&path);
+        let paths = Paths::of(&path);
+        if recover::is_in_use(&paths) {
+            return Err(CaptureError::InUse(path));
+        }
         let shared = Arc::<Shared>::default();
-        let output = Output {
-            file: Arc::new(create(&partial, existing, false)?),
-            shared: Arc::clone(&shared),
-        };
-        let file = Arc::clone(&output.file);
-        let writer = begin(output, session)
-            .and_then(|writer| Ok(file.sync_data().map(|()| writer)?))
-            .map_err(|error| write_error(&partial, error))?;
+        let journal = new_journal(&paths, session)?;
+        let worker = create_partial(&paths.partial, existing).and_then(|file| {
+            let part = Part {
+                paths: paths.clone(),
+                session: session.clone(),
+                existing,
+                journal: journal.handle().ok(),
+            };
+            Worker::begin(part, file, Arc::clone(&shared)).inspect_err(|_| {
+                // It has nothing in it yet that could be lost.
+                let _ = fs::remove_file(&paths.partial);
+            })
+        });
         let (orders, queue) = sync_channel(QUEUE_LENGTH);
-        let worker = Worker {
-            writer,
-            file,
-            clock: RobotClock::default(),
-            robot: BTreeMap::new(),
-        };
-        let thread = {
-            let (path, shared) = (path.clone(), Arc::clone(&shared));
+        let thread = worker.and_then(|worker| {
             thread::Builder::new()
                 .name("recorder".into())
-                .spawn(move || {
-                    let result = worker.run(&queue, &shared, &path, &partial, existing);
-                    if let Err(error) = &result {
-                        *shared
-                            .problem
-                            .lock()
-                            .unwrap_or_else(PoisonError::into_inner) = Some(error.to_string());
-                    }
-                    result
+                .spawn(move || worker.run(&queue))
+                .map_err(|error| CaptureError::Create {
+                    path: path.clone(),
+                    error,
                 })
-        };
-        let thread = thread.map_err(|error| CaptureError::Create {
-            path: path.clone(),
-            error,
+        });
+        let thread = thread.inspect_err(|_| {
+            let _ = fs::remove_file(&paths.journal);
         })?;
         Ok(Self {
             path,
+            existing,
+            session: session.clone(),
+            rotation,
+            part: 1,
+            part_since: None,
+            journal,
             orders: Some(orders),
             thread: Some(thread),
             shared,
-            rx_bytes: 0,
-            tx_bytes: 0,
             queued: 0,
             dropped: 0,
             flush_at: None,
-            was_bumped: false,
         })
     }
 
     /// Records bytes from the radio, read at `wall`.
     pub fn handle_rx(&mut self, now: Moment, wall: SystemTime, bytes: &[u8]) {
-        let stream_offset = self.rx_bytes;
-        self.rx_bytes += bytes.len() as u64;
-        self.record_bytes(now, wall, Topic::RawRx, stream_offset, bytes);
+        if bytes.is_empty() {
+            return;
+        }
+        let entry = Entry {
+            kind: Kind::Rx,
+            at_ns: since_1970_ns(wall),
+            offset: self.journal.rx_bytes(),
+            data: bytes.to_vec(),
+        };
+        self.journal.rx(entry.at_ns, bytes);
+        self.push(now, Order::Entry(entry));
+        self.part_since.get_or_insert(now);
+        if bytes.ends_with(b"\n") {
+            self.rotate_if_due(now, wall);
+        }
     }
 
     /// Records bytes to the radio, sent at `wall`.
     pub fn handle_tx(&mut self, now: Moment, wall: SystemTime, bytes: &[u8]) {
-        let stream_offset = self.tx_bytes;
-        self.tx_bytes += bytes.len() as u64;
-        self.record_bytes(now, wall, Topic::RawTx, stream_offset, bytes);
+        if bytes.is_empty() {
+            return;
+        }
+        let entry = Entry {
+            kind: Kind::Tx,
+            at_ns: since_1970_ns(wall),
+            offset: self.journal.tx_bytes(),
+            data: bytes.to_vec(),
+        };
+        self.journal.tx(entry.at_ns, bytes);
+        self.push(now, Order::Entry(entry));
     }
 
-    /// Records what an intact line says. A bump goes to the disk at once.
-    pub fn handle_line(&mut self, now: Moment, wall: SystemTime, received: &Received) {
-        self.push(
-            now,
-            Order::Line {
-                log_time_ns: since_1970_ns(wall),
-                received: Box::new(*received),
-            },
-        );
-        if let Received::Line(line, _) = received
-            && let Body::State(state) = &line.body
-        {
-            let bumped = !matches!(state.bump, Bump::None | Bump::NotFitted);
-            if bumped && !self.was_bumped {
-                self.flush();
+    /// Records an event of the station's. The beginning and the end of a command and an alarm go to the disk
+    /// at once, as a bump does.
+    pub fn handle_event(&mut self, now: Moment, wall: SystemTime, event: &StationEvent) {
+        let entry = Entry::of_event(since_1970_ns(wall), event);
+        self.journal.entry(&entry);
+        self.push(now, Order::Entry(entry));
+    }
+
+    /// Records what was remembered from before it began, oldest first, with its times since 1970. To be
+    /// called before anything else; offsets are set here.
+    pub fn handle_backlog(&mut self, now: Moment, mut entries: Vec<Entry>) {
+        for entry in &mut entries {
+            match entry.kind {
+                Kind::Rx => {
+                    entry.offset = self.journal.rx_bytes();
+                    self.journal.rx(entry.at_ns, &entry.data);
+                }
+                Kind::Tx => {
+                    entry.offset = self.journal.tx_bytes();
+                    self.journal.tx(entry.at_ns, &entry.data);
+                }
+                Kind::Session | Kind::Uplink | Kind::Log => self.journal.entry(entry),
             }
-            self.was_bumped = bumped;
         }
+        self.push(now, Order::Entries(entries));
     }
 
     /// When [`Self::handle_timeout`] wants to be called; `None` when the disk has everything.
     #[must_use]
-    pub const fn poll_timeout(&self) -> Option<Moment> {
-        self.flush_at
+    pub fn poll_timeout(&self) -> Option<Moment> {
+        let is_dirty = self.backlog() > 0 || self.shared.is_dirty.load(Ordering::Acquire);
+        self.flush_at.filter(|_| is_dirty)
     }
 
     /// Flushes what has waited long enough.
     pub fn handle_timeout(&mut self, now: Moment) {
-        if self.flush_at.is_some_and(|at| now >= at) {
-            self.flush();
+        if self.flush_at.is_some_and(|at| now >= at) && self.try_push(Order::Flush) {
+            self.flush_at = None;
         }
     }
 
-    /// The name the recording will have.
+    /// The name that the present part will have.
     #[must_use]
-    pub fn path(&self) -> &Path {
-        &self.path
+    pub fn path(&self) -> PathBuf {
+        part_name(&self.path, self.part)
     }
 
-    /// Bytes in the file.
+    /// Bytes in the files.
     #[must_use]
     pub fn bytes(&self) -> u64 {
         self.shared.bytes.load(Ordering::Relaxed)
     }
 
-    /// Messages that wait for the disk.
+    /// Orders that wait for the disk.
     #[must_use]
     pub fn backlog(&self) -> u64 {
         self.queued - self.shared.done.load(Ordering::Acquire)
     }
 
-    /// Messages that the disk was too slow for. Dropped bytes leave a step in `stream_offset`.
+    /// What the disk was too slow for. It is in the journal, and the MCAP is made anew from that in the end.
     #[must_use]
     pub const fn dropped(&self) -> u64 {
         self.dropped
     }
 
-    /// Why recording has ended, if it has.
+    /// What went wrong, if anything did.
     #[must_use]
     pub fn problem(&self) -> Option<String> {
-        self.shared
+        let told = self
+            .shared
             .problem
             .lock()
-            .unwrap_or_else(PoisonError::into_inner)
-            .clone()
+            .unwrap_or_else(PoisonError::into_inner);
+        told.clone().or_else(|| self.journal.problem())
     }
 
-    /// Writes the index, waits until the disk has everything and gives the recording its name; returns
-    /// the bytes in the file.
+    /// Writes the index, waits until the disk has everything, reads it back and gives the recording its
+    /// name; returns the bytes in the files.
     ///
     /// # Errors
     /// Whatever went wrong since the start.
@@ -265,34 +270,45 @@ impl Recorder {
             thread.join().unwrap_or_else(|_| {
                 Err(write_error(
                     &self.path,
-                    McapError::Io(io::Error::other("the recorder stopped unexpectedly")),
+                    io::Error::other("the recorder stopped unexpectedly"),
                 ))
             })
         })
     }
 
-    fn record_bytes(
-        &mut self,
-        now: Moment,
-        wall: SystemTime,
-        topic: Topic,
-        stream_offset: u64,
-        bytes: &[u8],
-    ) {
-        if bytes.is_empty() {
+    /// At the end of a line, so that no line is torn in two.
+    fn rotate_if_due(&mut self, now: Moment, wall: SystemTime) {
+        let since = self.part_since.unwrap_or(now);
+        let bytes = self.shared.part_bytes.load(Ordering::Relaxed);
+        if !self.rotation.is_due(now.saturating_sub(since), bytes) || self.problem().is_some() {
             return;
         }
-        self.push(
-            now,
-            Order::Bytes {
-                topic,
-                log_time_ns: since_1970_ns(wall),
-                bytes: RawBytes {
-                    stream_offset,
-                    data: bytes.to_vec(),
-                },
-            },
-        );
+        let free = (self.part + 1..).find(|part| !Paths::of(&part_name(&self.path, *part)).exist());
+        let Some(part) = free else {
+            return;
+        };
+        let paths = Paths::of(&part_name(&self.path, part));
+        let mut session = self.session.clone();
+        session.start = wall;
+        session.notes.insert("part".into(), part.to_string());
+        let journal = match new_journal(&paths, &session) {
+            Ok(journal) => journal,
+            Err(error) => return self.shared.set_problem(error.to_string()),
+        };
+        let order = Order::Rotate(Box::new(Part {
+            paths: paths.clone(),
+            session,
+            existing: self.existing,
+            journal: journal.handle().ok(),
+        }));
+        // The part goes on for a while when the disk is behind.
+        if self.try_push(order) {
+            self.journal = journal;
+            self.part = part;
+            self.part_since = Some(now);
+        } else {
+            let _ = fs::remove_file(&paths.journal);
+        }
     }
 
     fn push(&mut self, now: Moment, order: Order) {
@@ -301,13 +317,7 @@ impl Recorder {
             self.flush_at.get_or_insert(now + FLUSH_PERIOD);
         } else {
             self.dropped += 1;
-        }
-    }
-
-    fn flush(&mut self) {
-        // A full queue is flushed when it has become shorter.
-        if self.try_push(Order::Flush) {
-            self.flush_at = None;
+            self.shared.has_dropped.store(true, Ordering::Release);
         }
     }
 
@@ -336,136 +346,24 @@ impl Drop for Recorder {
     }
 }
 
-struct Worker {
-    writer: McapWriter<Output>,
-    file: Arc<File>,
-    clock: RobotClock,
-    robot: BTreeMap<String, String>,
-}
-
-impl Worker {
-    fn run(
-        mut self,
-        queue: &Receiver<Order>,
-        shared: &Shared,
-        path: &Path,
-        partial: &Path,
-        existing: Existing,
-    ) -> Result<(), CaptureError> {
-        for order in queue {
-            if matches!(order, Order::Discard) {
-                return fs::remove_file(partial)
-                    .map_err(|error| write_error(partial, error.into()));
-            }
-            self.carry_out(order)
-                .map_err(|error| write_error(partial, error))?;
-            shared.done.fetch_add(1, Ordering::Release);
+fn new_journal(paths: &Paths, session: &Session) -> Result<JournalWriter, CaptureError> {
+    let mut journal = JournalWriter::create(&paths.journal)?;
+    // A table of words is always JSON.
+    let about = serde_json::to_vec(session).unwrap_or_default();
+    journal.session(since_1970_ns(session.start), &about);
+    match journal.take_problem() {
+        Some(problem) => {
+            let _ = fs::remove_file(&paths.journal);
+            Err(problem)
         }
-        self.writer
-            .finish()
-            .and_then(|_| Ok(self.file.sync_all()?))
-            .map_err(|error| write_error(partial, error))?;
-        if existing == Existing::Refuse && fs::exists(path).unwrap_or(false) {
-            return Err(CaptureError::Appeared {
-                path: path.to_owned(),
-                partial: partial.to_owned(),
-            });
-        }
-        fs::rename(partial, path).map_err(|error| write_error(partial, error.into()))
-    }
-
-    fn carry_out(&mut self, order: Order) -> McapResult<()> {
-        match order {
-            Order::Bytes {
-                topic,
-                log_time_ns,
-                bytes,
-            } => self.writer.write(topic, log_time_ns, None, &bytes),
-            Order::Line {
-                log_time_ns,
-                received,
-            } => {
-                self.introduce_robot(&received)?;
-                let robot_ns = self.clock.handle_line(log_time_ns, &received);
-                let message = Telemetry::from(&*received);
-                self.writer
-                    .write(Topic::Telemetry, log_time_ns, robot_ns, &message)
-            }
-            Order::Flush => {
-                self.writer.flush()?;
-                Ok(self.file.sync_data()?)
-            }
-            Order::Discard => Ok(()),
-        }
-    }
-
-    /// Says who the robot is, when a line first does and whenever that changes.
-    fn introduce_robot(&mut self, received: &Received) -> McapResult<()> {
-        let Received::Line(line, _) = received else {
-            return Ok(());
-        };
-        let Body::Counters(counters) = &line.body else {
-            return Ok(());
-        };
-        let version = counters.version;
-        let robot = BTreeMap::from([
-            ("robot_id".to_owned(), counters.robot_id.to_string()),
-            (
-                "firmware_version".to_owned(),
-                format!("{}.{:02}", version.major, version.minor),
-            ),
-        ]);
-        if robot == self.robot {
-            return Ok(());
-        }
-        self.robot.clone_from(&robot);
-        self.writer.write_metadata("robot", robot)
+        None => Ok(journal),
     }
 }
 
-fn begin(output: Output, session: &Session) -> McapResult<McapWriter<Output>> {
-    let mut writer = McapWriter::new(output)?;
-    writer.write_metadata("session", session.metadata())?;
-    Ok(writer)
-}
-
-fn partial(path: &Path) -> PathBuf {
-    let mut name = path.as_os_str().to_owned();
-    name.push(".partial");
-    name.into()
-}
-
-fn since_1970_ns(wall: SystemTime) -> u64 {
-    let since_1970 = wall.duration_since(UNIX_EPOCH).unwrap_or_default();
-    u64::try_from(since_1970.as_nanos()).unwrap_or(u64::MAX)
-}
-
-fn write_error(path: &Path, error: McapError) -> CaptureError {
-    CaptureError::Write {
-        path: path.to_owned(),
-        error: match error {
-            McapError::Io(error) => error,
-            error => io::Error::other(error),
-        },
-    }
-}
-
-/// The file, without a buffer, counting.
-struct Output {
-    file: Arc<File>,
-    shared: Arc<Shared>,
-}
-
-impl Write for Output {
-    fn write(&mut self, bytes: &[u8]) -> io::Result<usize> {
-        let written = (&*self.file).write(bytes)?;
-        self.shared
-            .bytes
-            .fetch_add(written as u64, Ordering::Relaxed);
-        Ok(written)
-    }
-
-    fn flush(&mut self) -> io::Result<()> {
-        Ok(())
-    }
+/// Creates the file that is written, and keeps others from taking it for an interrupted one.
+fn create_partial(path: &Path, existing: Existing) -> Result<File, CaptureError> {
+    let file = create(path, existing, false)?;
+    // A file system that knows no locks keeps nobody away; the recording goes on all the same.
+    let _ = file.try_lock();
+    Ok(file)
 }

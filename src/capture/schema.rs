@@ -1,6 +1,6 @@
 //! The protobuf schemas that an MCAP carries, as other tools want them.
 
-use super::messages::{RawBytes, Telemetry};
+use super::messages::{RawBytes, Telemetry, UplinkEvent};
 
 /// `proto/groundwave.proto`, compiled: a `FileDescriptorSet`. A test compiles the text and compares.
 pub const DESCRIPTORS: &[u8] = include_bytes!("proto/groundwave.binpb");
@@ -17,6 +17,10 @@ impl Schema for RawBytes {
 
 impl Schema for Telemetry {
     const NAME: &str = "groundwave.Telemetry";
+}
+
+impl Schema for UplinkEvent {
+    const NAME: &str = "groundwave.UplinkEvent";
 }
 
 #[cfg(test)]

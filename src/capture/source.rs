@@ -1,14 +1,14 @@
 //! A capture to read from, whatever its form.
 
 use std::fs::File;
-use std::io::{self, BufReader, Cursor, Read};
+use std::io::{self, Cursor, Read};
 use std::path::{Path, PathBuf};
 use std::time::Duration;
 
 use groundwave_protocol::decoder::{Decoder, Received};
 
 use super::CaptureError;
-use super::mcap::{McapProblem, McapReader};
+use super::mcap_reader::{McapProblem, McapReader};
 use super::raw::RawReader;
 use crate::statistics::Uplink;
 
@@ -36,7 +36,7 @@ type Source = io::Chain<Cursor<Vec<u8>>, Box<dyn Read + Send>>;
 
 enum Reader {
     Raw(RawReader<Source>),
-    Mcap(Box<McapReader<BufReader<Source>>>),
+    Mcap(Box<McapReader<Source>>),
 }
 
 /// A capture that has been opened.
@@ -83,7 +83,7 @@ impl Capture {
         let is_mcap = head == ::mcap::MAGIC;
         let source = Cursor::new(head).chain(source);
         let reader = if is_mcap {
-            Reader::Mcap(Box::new(McapReader::new(BufReader::new(source))))
+            Reader::Mcap(Box::new(McapReader::new(source)))
         } else {
             Reader::Raw(RawReader::new(source))
         };

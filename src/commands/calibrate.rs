@@ -1,22 +1,27 @@
 //! `calibrate`: two squares, a tape measure, and what follows from them.
 
+mod operator;
+
 use std::io::{self, BufRead, IsTerminal};
 
 use groundwave_protocol::letters::{Bump, Cliff, Drive, Mode};
-use groundwave_protocol::telemetry::{Body, ParameterName, StateLine};
+use groundwave_protocol::telemetry::{Body, ParameterLine, StateLine};
 use tokio::sync::mpsc::Receiver;
 use tokio::time::{Instant, sleep_until};
 
 use super::cli::Calibrate;
 use super::config::Config;
-use super::send::{connect, failed, not_confirmed};
 use super::{Exit, Fault, block_on, say};
 use crate::calibration::{Gauge, Offset, Squares};
-use crate::event::{CommandStep, Event, Failure, LinkEvent};
-use crate::io::link::LinkSpec;
+use crate::event::{Event, LinkEvent};
 use crate::request::{Request, Tuning};
-use crate::runtime::Driver;
-use crate::share::why_refused;
+use operator::Operator;
+
+/// What is corrected, in the order of a [`Gauge`].
+const CORRECTED: [&str; 3] = ["track", "wheel-left", "wheel-right"];
+
+/// How the robot is told which square to drive.
+const SQUARE: &str = "square";
 
 /// A robot that believes to be farther than this from its start did not drive the whole square.
 const BROKEN_OFF_IN: f64 = 12.0;
@@ -25,19 +30,13 @@ const BROKEN_OFF_IN: f64 = 12.0;
 const SETTLED_LINES: u8 = 4;
 
 pub(super) fn run(options: &Calibrate, config: &Config) -> Result<(), Fault> {
-    let radio = options.radio.radio(config);
-    if !radio.can_send() || matches!(options.link, LinkSpec::Stdin | LinkSpec::Unix(_)) {
-        let message = format!("cannot send to {}: the link is receive-only", options.link);
-        return Err(Fault::new(Exit::ReceiveOnly, message));
-    }
-    let baud = options.radio.baud(config);
     block_on(async {
-        let (driver, _simulator) = connect(&options.link, baud, radio)?;
         let mut guide = Guide {
             options,
-            driver,
+            operator: Operator::connect(options, config)?,
             answers: answers(),
             has_driven: false,
+            square: None,
         };
         let result = tokio::select! {
             result = guide.calibrate() => result,
@@ -80,21 +79,38 @@ impl Way {
 
 struct Guide<'a> {
     options: &'a Calibrate,
-    driver: Driver,
+    operator: Operator,
     answers: Receiver<String>,
     has_driven: bool,
+    /// What the robot's square was before, while it is another.
+    square: Option<i16>,
 }
 
 impl Guide<'_> {
-    /// Whatever went wrong, the robot does not drive on blindly in mode Calibrate.
+    /// Whatever went wrong, the robot does not drive on blindly in mode Calibrate, and its square is what it was.
     async fn stop(&mut self) {
-        if !self.has_driven {
-            return;
+        if self.has_driven {
+            if self.operator.deliver(Request::Stop).await.is_err() {
+                say("Whether the robot has stopped is NOT known: stop it by hand.");
+                return;
+            }
+            say("The robot has stopped.");
         }
-        say(match self.deliver(Request::Stop).await {
-            Ok(_) => "The robot has stopped.",
-            Err(_) => "Whether the robot has stopped is NOT known: stop it by hand.",
-        });
+        if let Some(square) = self.square
+            && self.put_square_back().await.is_err()
+        {
+            say(format_args!(
+                "Its parameter `{SQUARE}` was {square} before: `param set {SQUARE} {square}` puts that back."
+            ));
+        }
+    }
+
+    async fn put_square_back(&mut self) -> Result<(), Fault> {
+        if let Some(square) = self.square {
+            self.operator.set(SQUARE, square.into()).await?;
+            self.square = None;
+        }
+        Ok(())
     }
 
     async fn calibrate(&mut self) -> Result<(), Fault> {
@@ -112,12 +128,9 @@ impl Guide<'_> {
             "So its track is {} and its wheels are {} and {} thousandths of an inch.",
             gauge.track, gauge.wheel_left, gauge.wheel_right
         ));
-        for (name, value) in [
-            ("track", gauge.track),
-            ("wheel-left", gauge.wheel_left),
-            ("wheel-right", gauge.wheel_right),
-        ] {
-            self.set(name, value).await?;
+        let values = [gauge.track, gauge.wheel_left, gauge.wheel_right];
+        for (name, value) in CORRECTED.into_iter().zip(values) {
+            self.operator.set(name, value.into()).await?;
         }
         if !self.options.once {
             let after = self.squares().await?;
@@ -127,11 +140,45 @@ impl Guide<'_> {
                 squares.error_in() / after.error_in().max(0.1)
             ));
         }
+        self.put_square_back().await?;
         if self.options.save {
-            self.deliver(Request::Parameter(Tuning::Save)).await?;
-            say("Kept over a reset.");
-        } else {
-            say("Until the robot's next reset; `param save` keeps it for longer.");
+            return self.save().await;
+        }
+        say("Until the robot's next reset; `param save` keeps it for longer.");
+        Ok(())
+    }
+
+    /// The robot keeps all its parameters or none: what somebody else changed and has not kept is put back for the
+    /// moment.
+    async fn save(&mut self) -> Result<(), Fault> {
+        let list = Request::Parameter(Tuning::List);
+        let mut others = self.operator.deliver(list).await?;
+        others.retain(|line| line.value != line.kept && !CORRECTED.contains(&line.name.as_str()));
+        let result = self.save_without(&others).await;
+        let names: Vec<String> = others
+            .iter()
+            .map(|line| format!("{} {}", line.name.as_str(), line.value))
+            .collect();
+        let names = names.join(", ");
+        result.map_err(|fault| match others[..] {
+            [] => fault,
+            _ => fault.within("", format_args!("; set before and not kept were {names}")),
+        })?;
+        say("Kept over a reset.");
+        if !others.is_empty() {
+            say(format_args!("Not kept, as before: {names}."));
+        }
+        Ok(())
+    }
+
+    async fn save_without(&mut self, others: &[ParameterLine]) -> Result<(), Fault> {
+        for line in others {
+            self.operator.set(line.name.as_str(), line.kept).await?;
+        }
+        let save = Request::Parameter(Tuning::Save);
+        self.operator.deliver(save).await?;
+        for line in others {
+            self.operator.set(line.name.as_str(), line.value).await?;
         }
         Ok(())
     }
@@ -139,9 +186,9 @@ impl Guide<'_> {
     /// What the robot takes its wheels and track for now.
     async fn gauge(&mut self) -> Result<Gauge, Fault> {
         Ok(Gauge {
-            track: self.get("track").await?,
-            wheel_left: self.get("wheel-left").await?,
-            wheel_right: self.get("wheel-right").await?,
+            track: self.operator.get("track").await?,
+            wheel_left: self.operator.get("wheel-left").await?,
+            wheel_right: self.operator.get("wheel-right").await?,
         })
     }
 
@@ -167,10 +214,15 @@ impl Guide<'_> {
             ));
             self.answer().await?;
         }
-        self.set("square", side).await?;
-        self.deliver(Request::Mode(Mode::Stop)).await?;
+        if self.square.is_none() {
+            self.square = Some(self.operator.get(SQUARE).await?);
+        }
+        self.operator.set(SQUARE, side.into()).await?;
+        self.operator.deliver(Request::Mode(Mode::Stop)).await?;
         self.has_driven = true;
-        self.deliver(Request::Mode(Mode::Calibrate)).await?;
+        self.operator
+            .deliver(Request::Mode(Mode::Calibrate))
+            .await?;
         say(format_args!("Driving {} …", way.words()));
         let (end, is_spoilt) = self.until_it_stands().await?;
         let believed = Offset {
@@ -207,7 +259,7 @@ impl Guide<'_> {
         let limit = Instant::now() + std::time::Duration::from_secs(limit_s);
         let (mut is_spoilt, mut settled) = (false, 0);
         loop {
-            while let Some(event) = self.driver.poll_event() {
+            while let Some(event) = self.operator.poll_event() {
                 let line = match event {
                     Event::Line { line, .. } => line,
                     Event::Link(LinkEvent::Lost { reason }) => {
@@ -233,7 +285,7 @@ impl Guide<'_> {
                 }
             }
             tokio::select! {
-                () = self.driver.step() => {}
+                () = self.operator.step() => {}
                 () = sleep_until(limit) => return Err(Fault::new(
                     Exit::NotConfirmed,
                     format!("the end of the square was not heard within {limit_s} s: stop the robot and look at the link"),
@@ -245,12 +297,12 @@ impl Guide<'_> {
     /// The next line of standard input; the radio goes on meanwhile.
     async fn answer(&mut self) -> Result<String, Fault> {
         loop {
-            while self.driver.poll_event().is_some() {}
+            while self.operator.poll_event().is_some() {}
             tokio::select! {
-                () = self.driver.step() => {}
+                () = self.operator.step() => {}
                 answer = self.answers.recv() => return answer.ok_or_else(|| Fault::new(
                     Exit::Usage,
-                    "standard input has ended before everything was measured: the robot keeps the parameters that were sent so far",
+                    "standard input has ended before everything was measured: two numbers a line, one line a square",
                 )),
             }
         }
@@ -270,62 +322,6 @@ impl Guide<'_> {
                 )),
             }
         }
-    }
-
-    async fn get(&mut self, name: &str) -> Result<i16, Fault> {
-        let request = Request::Parameter(Tuning::Get(ParameterName::new(name)));
-        self.deliver(request)
-            .await?
-            .and_then(|value| i16::try_from(value).ok())
-            .ok_or_else(|| {
-                let message = format!("the robot did not say its parameter `{name}`");
-                Fault::new(Exit::Failed, message)
-            })
-    }
-
-    async fn set(&mut self, name: &str, value: i16) -> Result<(), Fault> {
-        let tuning = Tuning::Set(ParameterName::new(name), value.into());
-        self.deliver(Request::Parameter(tuning)).await.map(|_| ())
-    }
-
-    /// Delivers a request; returns the value that the robot told with its proof, if it told one.
-    async fn deliver(&mut self, request: Request) -> Result<Option<i32>, Fault> {
-        let id = self.driver.request(request.clone());
-        let deadline = Instant::now() + self.options.timeout;
-        let (mut told, mut frames) = (None, 0);
-        loop {
-            while let Some(event) = self.driver.poll_event() {
-                let Event::Command { id: of, step } = event else {
-                    continue;
-                };
-                if of != id {
-                    continue;
-                }
-                match step {
-                    CommandStep::Told(line) => told = Some(line.value),
-                    CommandStep::Sent { frames: sent } => frames = sent,
-                    CommandStep::Proven { .. } => return Ok(told),
-                    CommandStep::Refused(outcome) => {
-                        let why = why_refused(outcome);
-                        let message = format!("the robot refused `{request}`: {why}");
-                        return Err(Fault::new(Exit::Refused, message));
-                    }
-                    CommandStep::Failed(Failure::TimedOut) => {
-                        return Err(self.not_confirmed(&request, frames));
-                    }
-                    CommandStep::Failed(failure) => return Err(failed(&request, failure)),
-                    CommandStep::Queued(_) | CommandStep::Progress { .. } => {}
-                }
-            }
-            tokio::select! {
-                () = self.driver.step() => {}
-                () = sleep_until(deadline) => return Err(self.not_confirmed(&request, frames)),
-            }
-        }
-    }
-
-    fn not_confirmed(&self, request: &Request, frames: u32) -> Fault {
-        not_confirmed(request, self.driver.heard(), self.options.timeout, frames)
     }
 }
 

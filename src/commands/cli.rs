@@ -1,15 +1,22 @@
 //! The command line, as clap sees it.
 
+mod captures;
+mod runs;
 mod sending;
 
+pub use captures::{
+    Captures, Convert, Cut, Decode, DecodeFormat, Export, ExportFormat, Info, Output, Verify,
+};
+pub use runs::{Compare, Label, Runs};
 pub use sending::{Calibrate, Param, Send, Way};
 
 use std::path::PathBuf;
 use std::time::Duration;
 
-use clap::{Args, Parser, Subcommand, ValueEnum};
+use clap::{ArgGroup, Args, Parser, Subcommand};
 
 use super::config::Config;
+use crate::io::foxglove::DEFAULT_ADDRESS;
 use crate::io::link::{BAUD, LinkSpec};
 use crate::radio::{Radio, RadioKind};
 use crate::share::Address;
@@ -53,7 +60,7 @@ COMMAND is one of:
   stop                          motors off; needs no session and no proof of who asks
   mode prowl|reactive|home|...  enter a mode (passive, wander, forage, calibrate, user, stop)
   prowl reactive passive wander home dock     the same in one word; dock is forage
-  enable L,L   disable L,L      layers: user bumpers rotate ir sonar photo motion route
+  enable L,L   disable L,L      layers: user bumpers rotation infrared (ir) sonar photo motion dead-reckoning (dr)
   only L,L|none                 these layers and no others
   preset NAME                   layers and mode: all sonar-only sonar-ir moth shy reactive passive wander
   param NAME VALUE              set a parameter; also param list, get NAME, set NAME VALUE, save
@@ -99,8 +106,31 @@ then it drives both again, and you see what it was good for.
     Decode(Decode),
     /// Say what is in captures.
     Info(Info),
+    /// Make recordings whole that were interrupted or damaged.
+    #[command(after_help = "\
+A recording that was interrupted is FILE.partial with its journal, FILE.journal, beside it: name any of them, or the
+folder. What holds is kept, what came in last is taken from the journal, and you are told what was saved and what was
+not. It can be interrupted and repeated. A damaged file stays as FILE.damaged.
+
+  groundwave recover evening.mcap
+  groundwave recover --json ~/captures")]
+    Recover(Recover),
+    /// Turn raw captures into MCAP and back.
+    Convert(Convert),
+    /// Make tables and pictures of captures.
+    Export(Export),
+    /// Cut a part out of captures, by time.
+    Cut(Cut),
+    /// Check captures: checksums, gaps, what was recorded against what it decodes to.
+    Verify(Verify),
     /// List the songs in a capture, and make them audible.
     Songs(Songs),
+    /// List the captures there are, with what is said of them.
+    Runs(Runs),
+    /// Give a run a name and remarks, or say that it does not count.
+    Label(Label),
+    /// Lay two runs over each other.
+    Compare(Compare),
     /// List the serial ports of this machine.
     Ports(Ports),
     /// Show a world as a picture and check it; without a name, list those that come with the program.
@@ -199,13 +229,17 @@ pub struct Keeping {
 
 /// Who else may use the link.
 #[derive(Clone, Debug, Default, Args)]
+#[command(group = ArgGroup::new("shared").args(["share", "foxglove"]).multiple(true))]
 pub struct Sharing {
     /// Share the link on a port of this machine (4001, 127.0.0.1:4001) or a Unix socket (/tmp/x.sock):
     /// others read the raw bytes there, and `send --via` sends through it
     #[arg(long, value_name = "ADDR|PATH")]
     pub share: Option<Address>,
-    /// Let --share be reached from other machines: whoever reaches it can steer the robot
-    #[arg(long, requires = "share")]
+    /// Let Foxglove, Lichtblick and others watch live and steer, on this port or address
+    #[arg(long, value_name = "ADDR", num_args = 0..=1, default_missing_value = DEFAULT_ADDRESS)]
+    pub foxglove: Option<Address>,
+    /// Let --share and --foxglove be reached from other machines: whoever reaches them can steer the robot
+    #[arg(long, requires = "shared")]
     pub share_open_to_network: bool,
 }
 
@@ -314,6 +348,9 @@ pub struct Sim {
     /// Write here what the robot's beeper sounds, in simulated time
     #[arg(long, value_name = "FILE")]
     pub wav: Option<PathBuf>,
+    /// Overwrite existing files
+    #[arg(long)]
+    pub force: bool,
 }
 
 /// `replay`
@@ -326,35 +363,13 @@ pub struct Replay {
     pub speed: f64,
 }
 
-/// `decode`
+/// `recover`
 #[derive(Debug, Args)]
-#[command(after_help = "\
-  groundwave decode evening.txt --to csv > evening.csv
-  cat /dev/ttyUSB0 | groundwave decode - --to jsonl")]
-pub struct Decode {
-    /// A raw capture, an MCAP file, or - for standard input
-    pub file: PathBuf,
-    /// What to write to standard output
-    #[arg(long, value_enum)]
-    pub to: DecodeFormat,
-}
-
-/// What `decode` writes.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
-pub enum DecodeFormat {
-    /// One JSON object a line
-    Jsonl,
-    /// One table with a header
-    Csv,
-}
-
-/// `info`
-#[derive(Debug, Args)]
-pub struct Info {
-    /// Raw captures or MCAP files
+pub struct Recover {
+    /// Recordings, or folders with interrupted ones
     #[arg(required = true)]
     pub files: Vec<PathBuf>,
-    /// As JSON, one object a file
+    /// What was saved as a JSON line for each
     #[arg(long)]
     pub json: bool,
 }
@@ -383,12 +398,16 @@ pub struct Songs {
   groundwave world                          list them
   groundwave world office                   show one
   groundwave world my-flat.toml             check and show your own
+  groundwave world my-flat.toml --check     say nothing but what is wrong; exit code 1 if something is to be looked at
   groundwave world generated:7 --text       a house made from a seed, as a file to start from
   groundwave world house --svg house.svg    draw it to scale")]
 pub struct World {
     /// A world that comes with the program, generated:SEED or a TOML file
     #[arg(value_name = "NAME|FILE")]
     pub world: Option<String>,
+    /// No picture: warnings alone, and exit code 1 when there is one
+    #[arg(long, requires = "world", conflicts_with_all = ["svg", "text"])]
+    pub check: bool,
     /// Write it as a drawing
     #[arg(long, value_name = "FILE", requires = "world")]
     pub svg: Option<PathBuf>,

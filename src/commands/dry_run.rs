@@ -5,8 +5,8 @@ use serde_json::{Value, json};
 
 use super::Fault;
 use super::cli::Send;
+use super::report::Report;
 use super::script::{Line, Script};
-use super::send::Report;
 use crate::request::Request;
 use crate::station::plan::{BOOT, OWNER, Plan, Planner, ROBOT_ID};
 

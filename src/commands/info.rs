@@ -1,48 +1,50 @@
 //! `info`: what is in captures.
 
 use std::io::{self, Write};
+use std::ops::ControlFlow;
 use std::path::Path;
 
 use super::cli::Info;
-use super::{Exit, Fault, keeping, say};
-use crate::capture::Capture;
+use super::{Exit, Fault, many, opening};
 use crate::capture::info;
 
 pub(super) fn run(options: &Info) -> Result<(), Fault> {
-    // One bad file does not hide the others: the last fault is left to the caller.
-    let mut fault: Option<Fault> = None;
-    for (index, path) in options.files.iter().enumerate() {
-        let found = match Capture::open(path) {
-            Ok(mut capture) => {
-                let info = info::Info::read(&mut capture);
-                if info.lines.total() == 0 && info.problem.is_none() {
-                    Some(Fault::no_lines(path, info.bytes))
-                } else if let Err(error) = write(options, index, path, &info) {
-                    return Fault::output(&error);
-                } else {
-                    // As `decode` does: what is there is told, and that it is not all.
-                    info.problem
-                        .map(|problem| Fault::new(Exit::Failed, problem))
-                }
+    let files = many::files(&options.captures)?;
+    let mut is_first = true;
+    many::each(
+        &files,
+        options.captures.quiet,
+        |index, progress| {
+            let path = &files[index];
+            let mut capture = opening::open_capture(path, progress)?;
+            let info = info::Info::read(&mut capture);
+            if info.lines.total() == 0 && info.problem.is_none() {
+                return Err(Fault::no_lines(path, info.bytes));
             }
-            Err(error) => Some(keeping::fault(error)),
-        };
-        if let Some(found) = found
-            && let Some(earlier) = fault.replace(found)
-        {
-            say(format_args!("groundwave: {earlier}"));
-        }
-    }
-    fault.map_or(Ok(()), Err)
+            Ok(info)
+        },
+        |index, info| {
+            let gap = if is_first { "" } else { "\n" };
+            is_first = false;
+            if let Err(error) = write(options, gap, &files[index], &info) {
+                Fault::output(&error)?;
+                return Ok(ControlFlow::Break(()));
+            }
+            // As `decode` does: what is there is told, and that it is not all.
+            match info.problem {
+                Some(problem) => Err(Fault::new(Exit::Failed, problem)),
+                None => Ok(ControlFlow::Continue(())),
+            }
+        },
+    )
 }
 
-fn write(options: &Info, index: usize, path: &Path, info: &info::Info) -> io::Result<()> {
+fn write(options: &Info, gap: &str, path: &Path, info: &info::Info) -> io::Result<()> {
     let mut out = io::stdout().lock();
     if options.json {
         serde_json::to_writer(&mut out, &info)?;
         writeln!(out)?;
     } else {
-        let gap = if index > 0 { "\n" } else { "" };
         writeln!(out, "{gap}{}", path.display())?;
         info.write_text(&mut out)?;
     }

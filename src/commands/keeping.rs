@@ -27,6 +27,7 @@ pub(super) fn open(
         existing: existing(options.append, options.force),
         link: link.to_owned(),
         notes,
+        ..KeepOptions::default()
     };
     Keeper::open(&keep, started).map_err(fault)
 }
@@ -44,6 +45,7 @@ pub(super) fn fault(error: CaptureError) -> Fault {
     let exit = match error {
         CaptureError::Exists { .. }
         | CaptureError::SameFile(_)
+        | CaptureError::InUse(_)
         | CaptureError::CannotAppend(_)
         | CaptureError::Open { .. } => Exit::Usage,
         CaptureError::Read { ref error, .. } if error.kind() == ErrorKind::IsADirectory => {

@@ -3,21 +3,34 @@
 mod appearance;
 mod calibrate;
 pub mod cli;
+mod compare;
 pub mod config;
+mod convert;
+mod cut;
 mod decode;
 mod dry_run;
+mod export;
 mod headless;
 mod info;
 mod keeping;
+mod label;
+mod many;
+mod opening;
+mod output;
 mod ports;
+mod progress;
 mod record;
+mod recover;
 mod replay;
+mod report;
+mod runs;
 mod script;
 mod send;
 mod sharing;
 mod sim;
 pub mod simulated;
 mod songs;
+mod verify;
 mod via;
 mod watch;
 mod world;
@@ -125,7 +138,15 @@ fn dispatch(cli: &Cli) -> Result<(), Fault> {
         Command::Replay(replay) => replay::run(replay),
         Command::Decode(decode) => decode::run(decode),
         Command::Info(info) => info::run(info),
+        Command::Recover(recover) => recover::run(recover),
+        Command::Convert(convert) => convert::run(convert),
+        Command::Export(export) => export::run(export),
+        Command::Cut(cut) => cut::run(cut),
+        Command::Verify(verify) => verify::run(verify),
         Command::Songs(songs) => songs::run(songs),
+        Command::Runs(runs) => runs::run(runs),
+        Command::Label(label) => label::run(label),
+        Command::Compare(compare) => compare::run(compare),
         Command::Ports(ports) => ports::run(ports),
         Command::World(world) => world::run(world),
     }

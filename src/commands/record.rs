@@ -1,6 +1,5 @@
 //! `record`: what the radio delivers, into a file, without a dashboard.
 
-use std::collections::BTreeMap;
 use std::io::{self, IsTerminal};
 use std::time::{Duration, Instant};
 
@@ -42,7 +41,7 @@ pub(super) fn run(options: &Record, config: &Config) -> Result<(), Fault> {
         mcap,
         existing: keeping::existing(options.append, options.force),
         link: name.clone(),
-        notes: BTreeMap::new(),
+        ..KeepOptions::default()
     };
     block_on(async {
         let (inputs, from_link) = tokio::sync::mpsc::channel(256);
@@ -50,6 +49,7 @@ pub(super) fn run(options: &Record, config: &Config) -> Result<(), Fault> {
         let connection =
             Connection::open(&spec, baud).map_err(|error| Fault::new(Exit::NoLink, error))?;
         let share = sharing::listen(&options.sharing)?;
+        let foxglove = sharing::foxglove(&options.sharing, &name).await?;
         let keeper = Keeper::open(&keep, started).map_err(keeping::fault)?;
         let sink = sharing::sink(share.as_ref(), keeper.sink());
         let port_baud = spec.baud(baud);
@@ -62,10 +62,16 @@ pub(super) fn run(options: &Record, config: &Config) -> Result<(), Fault> {
             started,
             keeper.sent_sink(),
         );
-        let driver = driver.advising(port_baud).shared(share);
+        let driver = driver
+            .advising(port_baud)
+            .telling(keeper.event_sink())
+            .shared(share)
+            .watched(foxglove);
         let _finish = keeper.finish_on_drop();
         let result = until_done(options, driver, &keeper).await;
-        let written = keeper.finish().map_err(keeping::fault)?;
+        let written = keeper.finish().map_err(keeping::fault);
+        say_notices(&keeper, options.quiet);
+        let written = written?;
         let heard = result?;
         if !options.quiet {
             say(format_args!(
@@ -78,6 +84,15 @@ pub(super) fn run(options: &Record, config: &Config) -> Result<(), Fault> {
         }
         Ok(())
     })
+}
+
+/// Says what became of recordings that were interrupted.
+fn say_notices(keeper: &Keeper, quiet: bool) {
+    while let Some((_, text)) = keeper.poll_notice() {
+        if !quiet {
+            say(format_args!("groundwave: {text}"));
+        }
+    }
 }
 
 /// Records until somebody or something ends it; returns what was heard.
@@ -101,6 +116,7 @@ async fn until_done(
             () = &mut end => break,
             () = driver.step() => {}
             _ = report.tick() => {
+                say_notices(keeper, options.quiet);
                 let status = keeper.status();
                 if let Some(problem) = status.problem {
                     return Err(Fault::new(Exit::Failed, problem));

@@ -1,23 +1,30 @@
 //! `send`: commands from a shell or a script, each with its proof.
 
 use std::fmt::Display;
-use std::io::{self, IsTerminal, Write};
+use std::ops::ControlFlow;
 use std::time::{Duration, Instant};
 
-use groundwave_protocol::telemetry::{Outcome, ParameterLine};
-use serde_json::{Value, json};
+use groundwave_protocol::telemetry::Body;
+use tokio::time::{Instant as TokioInstant, sleep_until};
 
 use super::cli::{Send, Way};
 use super::config::Config;
+use super::report::Report;
 use super::script::{Line, Script};
 use super::simulated::Embedded;
-use super::{Exit, Fault, block_on, dry_run, say, say_progress, via};
-use crate::event::{CommandId, CommandStep, Event, Failure, LinkEvent};
+use super::{Exit, Fault, block_on, dry_run, via};
+use crate::event::{CommandStep, Event, Failure};
 use crate::io::link::{Connection, Link, LinkSpec};
 use crate::radio::Radio;
-use crate::request::{Request, Tuning};
+use crate::request::Request;
 use crate::runtime::Driver;
-use crate::share::{Heard, Stage, why_refused};
+use crate::share::Heard;
+
+/// The lines that tell of mode and layers come within this, unless the channel is bad.
+const WHY_PATIENCE: Duration = Duration::from_secs(6);
+
+/// A look around takes nine seconds, and no robot goes on with one for longer than sixteen.
+pub(super) const FINDINGS_PATIENCE: Duration = Duration::from_secs(25);
 
 pub(super) fn run(options: &Send, config: &Config) -> Result<(), Fault> {
     let usage = |message| Fault::new(Exit::Usage, message);
@@ -96,11 +103,42 @@ async fn deliver_one(
     loop {
         let mut ended = None;
         while let Some(event) = driver.poll_event() {
+            if let Event::Command {
+                id: of,
+                step: CommandStep::Refused(outcome),
+            } = &event
+                && *of == id
+                && report.robot.wants_more(&line.request, *outcome)
+            {
+                let until = TokioInstant::now() + WHY_PATIENCE;
+                listen(driver, until, |body| {
+                    report.robot.take(body);
+                    if report.robot.wants_more(&line.request, *outcome) {
+                        ControlFlow::Continue(())
+                    } else {
+                        ControlFlow::Break(())
+                    }
+                })
+                .await;
+            }
             let after = driver.now().saturating_sub(begun);
             ended = ended.or(report.handle(&event, id, line, after)?);
         }
-        if let Some(ended) = ended {
-            return ended;
+        match ended {
+            Some(Ok(())) if line.request == Request::Scan => {
+                let until = TokioInstant::now() + FINDINGS_PATIENCE;
+                let findings = listen(driver, until, |body| match body {
+                    Body::Text(text) if is_finding(text.as_str()) => {
+                        ControlFlow::Break(text.as_str().to_owned())
+                    }
+                    _ => ControlFlow::Continue(()),
+                })
+                .await;
+                let after = driver.now().saturating_sub(begun);
+                return tell_findings(report, line, findings.as_deref(), after);
+            }
+            Some(ended) => return ended,
+            None => {}
         }
         tokio::select! {
             () = driver.step() => {}
@@ -114,6 +152,55 @@ async fn deliver_one(
             }
         }
     }
+}
+
+/// Listens to the robot until something has been heard; `None` when the time is over.
+async fn listen<T>(
+    driver: &mut Driver,
+    until: TokioInstant,
+    mut take: impl FnMut(&Body) -> ControlFlow<T>,
+) -> Option<T> {
+    loop {
+        while let Some(event) = driver.poll_event() {
+            if let Event::Line { line, .. } = &event
+                && let ControlFlow::Break(heard) = take(&line.body)
+            {
+                return Some(heard);
+            }
+        }
+        tokio::select! {
+            () = driver.step() => {}
+            () = sleep_until(until) => return None,
+        }
+    }
+}
+
+/// Whether the robot says what its look around found, or that there was none.
+pub(super) fn is_finding(text: &str) -> bool {
+    text.starts_with("scan: ")
+}
+
+/// Tells what the robot found when it looked around, as it said it.
+pub(super) fn tell_findings(
+    report: &Report,
+    line: &Line,
+    findings: Option<&str>,
+    after: Duration,
+) -> Result<(), Fault> {
+    let Some(findings) = findings else {
+        let message = format!(
+            "the robot looks around, and what it found was not heard within {} s: ask again, or read its lines T",
+            FINDINGS_PATIENCE.as_secs()
+        );
+        return Err(Fault::new(Exit::Failed, message));
+    };
+    report.said(line, findings, after)?;
+    if findings.ends_with("broken off") {
+        let message =
+            "the robot broke the look around off: something was in its way, or somebody stopped it";
+        return Err(Fault::new(Exit::Failed, message));
+    }
+    Ok(())
 }
 
 /// No proof came in time: says what was heard meanwhile, what was sent, and what is known of the robot.
@@ -159,181 +246,4 @@ pub(super) fn failed(request: &Request, failure: Failure) -> Fault {
         _ => Exit::Failed,
     };
     Fault::new(exit, format!("`{request}`: {failure}"))
-}
-
-/// What the person or the script is told.
-pub(super) struct Report {
-    json: bool,
-    quiet: bool,
-    progress: bool,
-    /// Frames of the present command that went out.
-    pub(super) frames: u32,
-    /// What the robot said last of a parameter that the present command is about.
-    told: Option<ParameterLine>,
-}
-
-impl Report {
-    pub(super) fn new(options: &Send) -> Self {
-        Self {
-            json: options.json,
-            quiet: options.quiet,
-            progress: !options.quiet && !options.json && io::stderr().is_terminal(),
-            frames: 0,
-            told: None,
-        }
-    }
-
-    /// Reports an event; returns how the command ended, once it has.
-    fn handle(
-        &mut self,
-        event: &Event,
-        id: CommandId,
-        line: &Line,
-        after: Duration,
-    ) -> Result<Option<Result<(), Fault>>, Fault> {
-        match event {
-            Event::Command { id: of, step } if *of == id => self.step(line, step, after),
-            Event::Link(LinkEvent::Lost { reason }) => {
-                self.lost(reason);
-                Ok(None)
-            }
-            _ => Ok(None),
-        }
-    }
-
-    /// Reports a step; returns how the command ended, once it has.
-    pub(super) fn step(
-        &mut self,
-        line: &Line,
-        step: &CommandStep,
-        after: Duration,
-    ) -> Result<Option<Result<(), Fault>>, Fault> {
-        match step {
-            CommandStep::Queued(_) => {
-                self.frames = 0;
-                self.told = None;
-            }
-            CommandStep::Told(line) => self.told = Some(**line),
-            CommandStep::Sent { frames } => self.frames = *frames,
-            _ => {}
-        }
-        if self.json {
-            Self::print(to_json(line, step, after))?;
-        }
-        Ok(self.handle_step(&line.request, step, after))
-    }
-
-    /// The link is gone and may come back.
-    pub(super) fn lost(&self, reason: &str) {
-        if !self.quiet {
-            say(format_args!(
-                "groundwave: link lost: {reason}; trying again"
-            ));
-        }
-    }
-
-    fn handle_step(
-        &self,
-        request: &Request,
-        step: &CommandStep,
-        after: Duration,
-    ) -> Option<Result<(), Fault>> {
-        match step {
-            CommandStep::Queued(_) | CommandStep::Sent { .. } => None,
-            CommandStep::Told(line) => match request {
-                Request::Parameter(Tuning::List | Tuning::Get(_)) if !self.json => {
-                    Self::print(parameter_text(line)).err().map(Err)
-                }
-                _ => None,
-            },
-            CommandStep::Progress {
-                acknowledged,
-                total,
-            } => {
-                if self.progress {
-                    say_progress(format_args!(
-                        "{acknowledged} of {total} waypoints acknowledged"
-                    ));
-                    if acknowledged == total {
-                        say("");
-                    }
-                }
-                None
-            }
-            CommandStep::Proven { digest } => {
-                // What was asked for has been said: nothing is to be added to the values.
-                let is_question =
-                    matches!(request, Request::Parameter(Tuning::List | Tuning::Get(_)));
-                if !self.json && !self.quiet && !is_question {
-                    let digest =
-                        digest.map_or(String::new(), |digest| format!(", digest {digest:08x}"));
-                    return Some(Self::print(format_args!(
-                        "{request}: proven after {:.1} s{digest}",
-                        after.as_secs_f64()
-                    )));
-                }
-                Some(Ok(()))
-            }
-            CommandStep::Refused(outcome) => Some(Err(Fault::new(
-                Exit::Refused,
-                format!(
-                    "the robot refused `{request}`: {}",
-                    self.why(request, *outcome)
-                ),
-            ))),
-            CommandStep::Failed(failure) => Some(Err(failed(request, *failure))),
-        }
-    }
-
-    /// Why it refused, with what it takes instead, if it said so.
-    fn why(&self, request: &Request, outcome: Outcome) -> String {
-        match (&self.told, request, outcome) {
-            (Some(line), Request::Parameter(_), Outcome::BadValue) => format!(
-                "it takes {} to {} ({})",
-                line.least,
-                line.most,
-                line.unit.as_str()
-            ),
-            (_, Request::Parameter(Tuning::Get(name) | Tuning::Set(name, _)), Outcome::Unknown) => {
-                format!(
-                    "it has no parameter `{}`; `param list` shows those it has",
-                    name.as_str()
-                )
-            }
-            _ => why_refused(outcome).to_owned(),
-        }
-    }
-
-    pub(super) fn print(line: impl Display) -> Result<(), Fault> {
-        let mut out = io::stdout().lock();
-        writeln!(out, "{line}")
-            .and_then(|()| out.flush())
-            .or_else(|error| Fault::output(&error))
-    }
-}
-
-/// A parameter in columns for a person, and for `awk`.
-fn parameter_text(line: &ParameterLine) -> String {
-    let ParameterLine {
-        value,
-        kept,
-        least,
-        most,
-        ..
-    } = line;
-    let (name, unit) = (line.name.as_str(), line.unit.as_str());
-    let text =
-        format!("{name:<18} {value:>6}  kept {kept:>6}  from {least:>6} to {most:>6}  {unit}");
-    text.trim_end().to_owned()
-}
-
-/// A step for a program, beside the command, its line in the script and the time since it was given.
-fn to_json(line: &Line, step: &CommandStep, after: Duration) -> Value {
-    let mut value = json!(Stage::of(step));
-    value["command"] = json!(line.request.to_string());
-    if let Some(number) = line.number {
-        value["line"] = json!(number);
-    }
-    value["after_s"] = json!((after.as_secs_f64() * 1000.0).round() / 1000.0);
-    value
 }

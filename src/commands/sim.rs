@@ -1,13 +1,13 @@
 //! `sim`: a robot for cat, tio, minicom and `watch`.
 
 use std::io::{self, Write};
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 use std::time::{Duration, SystemTime};
 
 use sr04_sim::serve::{Endpoint, ServeOptions};
 
 use super::cli::Sim;
-use super::{Fault, block_on, say, simulated};
+use super::{Exit, Fault, block_on, say, simulated};
 use crate::io::signals::{Signal, Signals, stop_myself};
 
 /// How often the end of a simulation with a duration is looked for.
@@ -31,8 +31,26 @@ fn eeprom(options: &Sim) -> Option<PathBuf> {
     given.or_else(|| options.pty.as_ref().and_then(beside))
 }
 
+/// A file that is there holds something; a pipe or a device holds nothing.
+fn refuse_to_overwrite(path: &Path, force: bool) -> Result<(), Fault> {
+    if force || !path.is_file() {
+        return Ok(());
+    }
+    let message = format!(
+        "{} exists: choose another name, or say --force to overwrite it",
+        path.display()
+    );
+    Err(Fault::new(Exit::Usage, message))
+}
+
 pub(super) fn run(options: &Sim) -> Result<(), Fault> {
+    for path in [&options.trace, &options.wav].into_iter().flatten() {
+        refuse_to_overwrite(path, options.force)?;
+    }
     let mut config = simulated::config(&options.simulated)?;
+    for warning in config.world.warnings(&options.simulated.world) {
+        say(format_args!("{warning}"));
+    }
     config.boots = boots_now();
     let endpoint = match &options.listen {
         Some(address) => Endpoint::Tcp {
@@ -87,10 +105,7 @@ pub(super) fn run(options: &Sim) -> Result<(), Fault> {
     say("Ctrl-C ends it");
     block_on(async {
         let mut signals = Signals::listen().map_err(|error| {
-            Fault::new(
-                super::Exit::Failed,
-                format!("cannot listen for signals: {error}"),
-            )
+            Fault::new(Exit::Failed, format!("cannot listen for signals: {error}"))
         })?;
         while server.is_running() {
             tokio::select! {

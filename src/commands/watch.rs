@@ -8,12 +8,12 @@ use sr04_sim::serve::{ServeOptions, Server};
 
 use super::cli::{Demo, Keeping, Sharing, Watch};
 use super::{Exit, Fault, appearance, block_on, config, headless, keeping, sharing, simulated};
-use crate::event::Event;
+use crate::event::{Event, Level};
 use crate::io::link::{BAUD, Connection, Link, LinkSpec};
 use crate::io::terminal;
 use crate::model::{Config, Model};
 use crate::radio::Radio;
-use crate::runtime::{Dashboard, Driver, Keeper, run};
+use crate::runtime::{Dashboard, Driver, Keeper, Live, Session, run};
 
 pub(super) fn watch(options: &Watch, config: &config::Config) -> Result<(), Fault> {
     if !options.headless {
@@ -40,7 +40,7 @@ pub(super) fn watch(options: &Watch, config: &config::Config) -> Result<(), Faul
     };
     if options.headless {
         return block_on(async {
-            let (driver, keeper) = plan.open()?;
+            let (driver, keeper) = plan.open().await?;
             let _finish = keeper.finish_on_drop();
             let result = headless::run(driver, &keeper).await;
             keeper.finish().map_err(keeping::fault)?;
@@ -60,6 +60,7 @@ pub(super) fn demo(options: &Demo) -> Result<(), Fault> {
     needs_terminal("groundwave sim")?;
     let started = Instant::now();
     let config = simulated::config(&options.simulated)?;
+    let warnings = config.world.warnings(&options.simulated.world);
     let server = simulated::start(
         config,
         &ServeOptions {
@@ -97,11 +98,12 @@ pub(super) fn demo(options: &Demo) -> Result<(), Fault> {
     } else {
         format!("tcp:{raw}")
     });
-    show(
-        &plan,
-        model,
-        vec![Event::Truth(simulated::truth(server.outlines()))],
-    )
+    let truth = Event::Truth(simulated::truth(server.outlines()));
+    let warnings = warnings.into_iter().map(|text| Event::Notice {
+        level: Level::Warning,
+        text,
+    });
+    show(&plan, model, warnings.chain([truth]).collect())
 }
 
 fn address(server: &Server, index: usize) -> &str {
@@ -134,11 +136,12 @@ struct Plan {
 
 impl Plan {
     /// The link first: one that cannot be opened leaves no empty file behind.
-    fn open(&self) -> Result<(Driver, Keeper), Fault> {
+    async fn open(&self) -> Result<(Driver, Keeper), Fault> {
         let (inputs, from_link) = tokio::sync::mpsc::channel(256);
         let connection = Connection::open(&self.spec, self.baud)
             .map_err(|error| Fault::new(Exit::NoLink, error))?;
         let share = sharing::listen(&self.sharing)?;
+        let foxglove = sharing::foxglove(&self.sharing, &self.name).await?;
         let keeper = keeping::open(&self.keeping, &self.name, self.notes.clone(), self.started)?;
         let link = Link::start(
             self.spec.clone(),
@@ -156,19 +159,21 @@ impl Plan {
             keeper.sent_sink(),
         )
         .advising(self.spec.baud(self.baud))
-        .shared(share);
+        .telling(keeper.event_sink())
+        .shared(share)
+        .watched(foxglove);
         Ok((driver, keeper))
     }
 }
 
 fn show(plan: &Plan, config: Config, first: Vec<Event>) -> Result<(), Fault> {
     block_on(async {
-        let (driver, keeper) = plan.open()?;
+        let (driver, keeper) = plan.open().await?;
         let status = keeper.clone();
+        let model = Model::new(config);
         let dashboard = Dashboard {
-            driver,
-            model: Model::new(config),
-            player: None,
+            session: Session::Live(Box::new(Live::new(driver, &model))),
+            model,
             recording: Box::new(move || status.status()),
             first,
         };

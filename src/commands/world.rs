@@ -18,8 +18,17 @@ pub(super) fn run(options: &cli::World) -> Result<(), Fault> {
         return show(&World::source(name).map_err(bad)?);
     }
     let world = World::open(name).map_err(bad)?;
-    for warning in world.warnings(name) {
+    let warnings = world.warnings(name);
+    for warning in &warnings {
         say(format_args!("{warning}"));
+    }
+    if options.check {
+        let count = warnings.len();
+        let message = format!("{name}: {count} to look at; it can be simulated as it is");
+        return match count {
+            0 => Ok(()),
+            _ => Err(Fault::new(Exit::Failed, message)),
+        };
     }
     match &options.svg {
         Some(path) => write_file(path, &world.svg(), options.force),

@@ -5,6 +5,8 @@ use std::fs::{self, File};
 use std::io::{self, Read};
 use std::path::{Path, PathBuf};
 
+use crate::event::SaveProblem;
+
 /// No text that a person names here is longer.
 const BYTES_MAX: u64 = 1 << 20;
 
@@ -33,6 +35,27 @@ pub fn read_text(path: &str) -> Result<String, String> {
     Ok(text)
 }
 
+/// Writes a text file whole or not at all; `~/` is the home folder. What is there stays, unless it may go.
+///
+/// # Errors
+/// Says whether there is a file already, or in one line what else happened.
+pub fn write_text(path: &str, text: &str, overwrite: bool) -> Result<(), SaveProblem> {
+    let full = expand_home(path, env::home_dir().as_deref());
+    if !overwrite && fs::symlink_metadata(&full).is_ok() {
+        return Err(SaveProblem::Exists);
+    }
+    let mut new = full.clone().into_os_string();
+    new.push(".new");
+    let new = PathBuf::from(new);
+    fs::write(&new, text)
+        .and_then(|()| fs::rename(&new, &full))
+        .map_err(|error| {
+            // What could not be finished is of no use to anybody.
+            let _ = fs::remove_file(&new);
+            SaveProblem::Failed(format!("cannot write {path}: {error}"))
+        })
+}
+
 fn expand_home(path: &str, home: Option<&Path>) -> PathBuf {
     match (path.strip_prefix("~/"), home) {
         (Some(rest), Some(home)) => home.join(rest),
@@ -53,6 +76,22 @@ mod tests {
         );
         assert_eq!(expand_home("lamp~/a.txt", home), Path::new("lamp~/a.txt"));
         assert_eq!(expand_home("~/a.txt", None), Path::new("~/a.txt"));
+    }
+
+    #[test]
+    fn what_is_there_stays_unless_it_may_go() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("tour.txt");
+        let path = path.to_str().unwrap();
+        assert_eq!(write_text(path, "1,2\n", false), Ok(()));
+        assert_eq!(write_text(path, "3,4\n", false), Err(SaveProblem::Exists));
+        assert_eq!(read_text(path).unwrap(), "1,2\n");
+        assert_eq!(write_text(path, "3,4\n", true), Ok(()));
+        assert_eq!(read_text(path).unwrap(), "3,4\n");
+        assert_eq!(fs::read_dir(folder.path()).unwrap().count(), 1);
+        let nowhere = folder.path().join("none").join("tour.txt");
+        let error = write_text(nowhere.to_str().unwrap(), "", false).unwrap_err();
+        assert!(matches!(error, SaveProblem::Failed(text) if text.starts_with("cannot write")));
     }
 
     #[test]

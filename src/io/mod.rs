@@ -2,6 +2,7 @@
 //! dashboard runs. Recordings are [`crate::capture`]'s.
 
 pub mod files;
+pub mod foxglove;
 pub mod link;
 pub mod ports;
 pub mod share;

@@ -37,34 +37,55 @@ struct Standing {
 #[derive(Clone, Debug, Default)]
 pub(crate) struct Alarms {
     standings: [Standing; RULES_COUNT],
+    /// Until when somebody has seen all of them.
+    seen_until: Option<Moment>,
+}
+
+/// A rule that has struck just now.
+pub(super) struct Struck {
+    pub(super) rule: &'static Rule,
+    pub(super) value: Option<f64>,
+    /// When it had lasted long enough, which may have been noticed later.
+    pub(super) at: Moment,
 }
 
 impl Alarms {
     /// Looks whether anything is wrong; returns what is newly so, and whether anything changed.
-    pub(super) fn watch(
-        &mut self,
-        facts: &Facts<'_>,
-        limits: &Limits,
-    ) -> (Vec<(&'static Rule, Option<f64>)>, bool) {
+    pub(super) fn watch(&mut self, facts: &Facts<'_>, limits: &Limits) -> (Vec<Struck>, bool) {
         let mut new = Vec::new();
         let mut changed = false;
         for (rule, standing) in RULES.iter().zip(&mut self.standings) {
             let before = standing.raised.map(|raised| (raised.over_at, raised.times));
-            if standing.look(rule, facts, limits) {
-                new.push((rule, standing.value));
+            if let Some(at) = standing.look(rule, facts, limits) {
+                let value = standing.value;
+                new.push(Struck { rule, value, at });
             }
             let after = standing.raised.map(|raised| (raised.over_at, raised.times));
             changed |= before != after;
         }
+        // In the order in which they struck, however late somebody looked.
+        new.sort_by_key(|struck| struck.at);
         (new, changed)
     }
 
     /// Somebody has seen them: what is over goes, what is still so stays without a call. Says whether there
     /// was any.
-    pub(super) fn acknowledge(&mut self) -> bool {
+    pub(super) fn acknowledge(&mut self, now: Moment) -> bool {
+        self.see_until(Some(now))
+    }
+
+    /// What was raised until then has been seen, whatever moment this is.
+    pub(super) fn see_like(&mut self, other: &Self) {
+        self.see_until(other.seen_until);
+    }
+
+    fn see_until(&mut self, until: Option<Moment>) -> bool {
+        self.seen_until = until;
         let mut any = false;
         for standing in &mut self.standings {
-            if let Some(raised) = &mut standing.raised {
+            if let Some(raised) = &mut standing.raised
+                && until.is_some_and(|until| raised.at <= until)
+            {
                 any |= !raised.is_acknowledged;
                 raised.is_acknowledged = true;
                 if raised.over_at.is_some() {
@@ -117,18 +138,21 @@ impl Alarms {
 }
 
 impl Standing {
-    /// Says whether it was raised just now.
-    fn look(&mut self, rule: &Rule, facts: &Facts<'_>, limits: &Limits) -> bool {
+    /// Says since when it has lasted long enough, if it is raised just now. It does not depend on how often
+    /// it is asked: states of the past are made again from events alone.
+    fn look(&mut self, rule: &Rule, facts: &Facts<'_>, limits: &Limits) -> Option<Moment> {
         let bounds = rule.bounds(limits);
         let sight = (rule.look)(facts);
-        if let Sight::Is(value) = sight {
+        if let Sight::Is(value) = sight
+            && rule.has_figure()
+        {
             self.value = Some(value);
         }
         let is_up = self.raised.is_some_and(|raised| raised.over_at.is_none());
         let (is_bad, persists) = match sight {
             Sight::Unknown => {
                 self.pending_since = None;
-                return false;
+                return None;
             }
             Sight::No => (false, bounds.persists),
             Sight::Yes => (true, bounds.persists),
@@ -145,23 +169,24 @@ impl Standing {
                     self.raised = None;
                 }
             }
-            return false;
+            return None;
         }
         if is_up {
             self.note_worst(bounds.is_high_bad());
-            return false;
+            return None;
         }
         let since = *self.pending_since.get_or_insert(facts.now);
         if facts.now.saturating_sub(since) < persists {
-            return false;
+            return None;
         }
         self.pending_since = None;
-        let began = match sight {
+        let (began, due) = match sight {
             // The figure is the time itself.
             Sight::Is(s) if rule.unit == SECONDS => {
-                facts.now.saturating_sub(Moment::from_secs_f64(s.max(0.0)))
+                let began = facts.now.saturating_sub(Moment::from_secs_f64(s.max(0.0)));
+                (began, began + Moment::from_secs_f64(bounds.raise))
             }
-            _ => since,
+            _ => (since, since + persists),
         };
         let times = self.raised.map_or(0, |raised| raised.times);
         self.raised = Some(Raised {
@@ -171,7 +196,7 @@ impl Standing {
             worst: self.value,
             times: times.saturating_add(1),
         });
-        true
+        Some(due)
     }
 
     fn note_worst(&mut self, is_high_bad: bool) {

@@ -4,8 +4,9 @@ use std::collections::VecDeque;
 
 use groundwave_protocol::letters::{Bump, Drive, Infrared};
 use groundwave_protocol::telemetry::StateLine;
-use groundwave_protocol::{WAYPOINT_LIMIT_IN, WAYPOINTS_MAX, Waypoint};
+use groundwave_protocol::{WAYPOINT_LIMIT_IN, Waypoint};
 
+use super::draft::{Draft, Edit};
 use super::robot::{Reading, detects, touches};
 use super::trail::Trail;
 use crate::event::{Moment, Truth};
@@ -133,7 +134,7 @@ pub(crate) struct Chart {
     pub(crate) infrareds: VecDeque<Mark>,
     pub(crate) truth: Truth,
     /// A waypoint list that the operator is making; the robot knows nothing of it.
-    pub(crate) draft: Vec<Waypoint>,
+    pub(crate) draft: Draft,
     pub(crate) cursor: Option<Waypoint>,
     pub(crate) truth_hidden: bool,
     /// Steps in from the scale that shows everything.
@@ -204,6 +205,16 @@ impl Chart {
         self.truth = truth;
     }
 
+    /// Takes what is the operator's own from the chart of another moment.
+    pub(super) fn take_hands(&mut self, now: &Self) {
+        self.draft.clone_from(&now.draft);
+        self.cursor = now.cursor;
+        self.truth_hidden = now.truth_hidden;
+        self.zoom = now.zoom;
+        self.focus = now.focus;
+        self.include_draft();
+    }
+
     /// The middle of the picture, inches, before it gives way to the cursor.
     pub(crate) fn middle(&self) -> (f64, f64) {
         match self.focus {
@@ -245,7 +256,7 @@ impl Chart {
     fn cursor_start(&self) -> Waypoint {
         let limit = f64::from(WAYPOINT_LIMIT_IN);
         let whole = |value: f64| value.clamp(-limit, limit).round() as i16;
-        self.draft.last().copied().unwrap_or_else(|| {
+        self.draft.waypoints().last().copied().unwrap_or_else(|| {
             self.pose.map_or_else(Waypoint::default, |pose| Waypoint {
                 x_in: whole(pose.value.x_in),
                 y_in: whole(pose.value.y_in),
@@ -259,21 +270,29 @@ impl Chart {
             self.move_cursor(0, 0);
             return true;
         };
-        if self.draft.len() == WAYPOINTS_MAX {
-            return false;
-        }
-        self.draft.push(cursor);
-        self.bounds
-            .include(f64::from(cursor.x_in), f64::from(cursor.y_in));
-        true
+        let at = Edit::AppendAt(f64::from(cursor.x_in), f64::from(cursor.y_in));
+        self.draft.select(isize::MAX);
+        let added = self.draft.edit(at, self.pose()).is_ok();
+        self.include_draft();
+        added
     }
 
-    pub(super) fn take_draft(&mut self, draft: Vec<Waypoint>) {
-        for waypoint in &draft {
+    pub(super) fn take_draft(&mut self, draft: &[Waypoint]) {
+        self.draft.replace(draft);
+        self.include_draft();
+    }
+
+    /// Where the robot reported to be last.
+    pub(crate) fn pose(&self) -> Option<Pose> {
+        self.pose.map(|pose| pose.value)
+    }
+
+    /// All of the draft is to be seen.
+    pub(super) fn include_draft(&mut self) {
+        for waypoint in self.draft.waypoints() {
             self.bounds
                 .include(f64::from(waypoint.x_in), f64::from(waypoint.y_in));
         }
-        self.draft = draft;
     }
 }
 

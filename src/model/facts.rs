@@ -2,7 +2,7 @@
 
 use groundwave_protocol::telemetry::{Body, Line, StateLine};
 
-use super::alarms::Facts;
+use super::alarms::{Facts, Struck};
 use super::link::Connection;
 use super::log::Subject;
 use super::{Model, failsafe, motors, why, words};
@@ -23,10 +23,10 @@ impl Model {
             recording: &self.recording,
         };
         let (raised, changed) = self.alarms.watch(&facts, &self.config.limits);
-        for (rule, value) in raised {
+        for Struck { rule, value, at } in raised {
             self.calls = true;
             if let Some(text) = rule.log_text(value, &self.config.limits) {
-                self.log.add(now, rule.level, Subject::Alarm, text);
+                self.log.add(at, rule.level, Subject::Alarm, text);
             }
         }
         changed
@@ -44,6 +44,8 @@ impl Model {
         }
         let before = self.robot.state.map(|state| state.value);
         self.robot.take(now, line);
+        self.counted.tally.lines += 1;
+        self.counted.take_ack(line.ack);
         match &line.body {
             Body::State(state) => self.take_state(now, before.as_ref(), state),
             Body::Status(status) => {
@@ -79,10 +81,12 @@ impl Model {
         if let Some((x_in, y_in)) = self.chart.take_state(now, state) {
             let text = format!("{} hit at ({x_in:.0}, {y_in:.0})", why::bump(state.bump));
             self.log.add(now, Level::Warning, Subject::Bump, text);
+            self.counted.tally.bumps += 1;
         }
         if before.is_some_and(|before| before.mode != state.mode) {
             let text = format!("the robot reports mode {}", words::mode(state.mode));
             self.log.add(now, Level::Info, Subject::Behaviour, text);
+            self.counted.tally.behaviours += 1;
         }
         let linked = before.map(|before| before.link);
         if let Some((level, text)) = failsafe::news(linked, state.link, &self.robot) {
@@ -93,9 +97,13 @@ impl Model {
             self.log.add(now, level, subject, text);
         }
         self.plots.take_state(now, state, &self.link);
+        let held = self.motors.holder().map(|held| held.value);
         if self.motors.take_state(now, state) {
             let robot = &self.robot;
             let holder = motors::Holder::of(state);
+            if held.is_some_and(|held| !(held.is_routine() && holder.is_routine())) {
+                self.counted.tally.behaviours += 1;
+            }
             self.log.add_holder(now, holder.is_routine(), || {
                 let why = why::why(holder, state, robot, now);
                 format!("{}: {why}", words::holder(holder).to_uppercase())
@@ -125,15 +133,16 @@ impl Model {
     }
 
     pub(super) fn take_step(&mut self, now: Moment, id: CommandId, step: &CommandStep) {
+        self.counted.take_step(step);
         let Some(entry) = self.ledger.take_step(now, id, step) else {
             return;
         };
         if let (Request::Route(waypoints), CommandStep::Refused(_) | CommandStep::Failed(_)) =
             (&entry.request, step)
-            && self.chart.draft.is_empty()
+            && self.chart.draft.waypoints().is_empty()
         {
             // What did not arrive goes back to where it can be sent again.
-            self.chart.take_draft(waypoints.clone());
+            self.chart.take_draft(waypoints);
         }
         let asked = &entry.request;
         let (level, text) = match step {
@@ -150,10 +159,11 @@ impl Model {
             CommandStep::Proven { digest: None } => {
                 (Level::Info, format!("{asked}: the robot acknowledged"))
             }
-            CommandStep::Refused(outcome) => (
-                Level::Warning,
-                format!("{asked}: refused, {}", words::outcome(*outcome)),
-            ),
+            CommandStep::Refused(outcome) => {
+                let why = self.robot.standing().why(asked, *outcome);
+                let why = why.unwrap_or_else(|| words::outcome(*outcome).to_owned());
+                (Level::Warning, format!("{asked}: refused, {why}"))
+            }
             CommandStep::Failed(failure) => (Level::Warning, format!("{asked}: {failure}")),
         };
         self.log.add(now, level, Subject::Command, text);

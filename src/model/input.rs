@@ -5,18 +5,16 @@ use groundwave_protocol::Waypoint;
 use groundwave_protocol::letters::{Layer, LayerMask, Mode};
 
 use super::chart::Focus;
-use super::drive::Stick;
+use super::draft::Edit;
 use super::keys::{self, Action};
 use super::log::Subject;
-use super::{Model, Overlay, Panel, Purpose, Question, TextEntry, Then, trace, words};
+use super::travel::NO_ROBOT;
+use super::{Model, Overlay, Purpose, Question, TextEntry, Then, trace, words};
 use crate::event::{Effect, Level, Moment};
 use crate::request::Request;
 
 /// Longest line that can be typed or pasted.
 const TEXT_MAX: usize = 512;
-
-/// Speeds of a replay.
-const REPLAY_SPEEDS: [f64; 8] = [0.25, 0.5, 1.0, 2.0, 4.0, 8.0, 16.0, 32.0];
 
 impl Model {
     pub(super) fn take_key(&mut self, now: Moment, key: KeyEvent) -> Vec<Effect> {
@@ -29,9 +27,15 @@ impl Model {
                 _ => Vec::new(),
             };
         }
+        self.aside = None;
         if let Some(action) = action {
             let repeated = key.kind == KeyEventKind::Repeat;
-            return self.act(now, action, repeated);
+            let effects = self.act(now, action, repeated);
+            return if action == Action::Confirm {
+                effects
+            } else {
+                self.ask_from_the_past(action, effects)
+            };
         }
         if let (Overlay::Text(entry), KeyCode::Char(c)) = (&mut self.overlay, key.code)
             && !key
@@ -71,6 +75,8 @@ impl Model {
             Action::AskRouteFile => {
                 self.overlay = Overlay::Text(TextEntry::new(Purpose::RouteFile));
             }
+            Action::EditRoute => self.open_editor(),
+            Action::Route(action) => return self.edit_route(now, action),
             Action::Help => {
                 self.help_page = 0;
                 self.overlay = Overlay::Help;
@@ -86,16 +92,15 @@ impl Model {
             Action::TurnPage(pages) => self.turn_page(pages),
             Action::NextPlotWindow => self.plots.next_window(),
             Action::AcknowledgeAlarms => {
-                if !self.alarms.acknowledge() {
+                if !self.alarms.acknowledge(now) {
                     self.warn(now, "no alarm waits to be seen");
                 }
             }
-            Action::PauseReplay => {
-                if let Some(replay) = self.link.replay {
-                    return vec![Effect::ReplayPause(!replay.paused)];
-                }
+            Action::AskMoment => self.overlay = Overlay::Text(TextEntry::new(Purpose::Moment)),
+            Action::AskJump { forward } => self.overlay = Overlay::Jump { forward },
+            Action::Travel(_) | Action::Speed(_) | Action::JumpTo(_) | Action::JumpAgain { .. } => {
+                return self.act_on_time(action);
             }
-            Action::ReplaySpeed(steps) => return self.replay_speed(steps),
             Action::Suspend => return vec![Effect::Suspend],
             Action::Quit => {
                 let drives = matches!(self.overlay, Overlay::Drive(_));
@@ -105,7 +110,8 @@ impl Model {
             Action::Redraw => return vec![Effect::Redraw],
             Action::MoveCursor { .. }
             | Action::AddWaypoint
-            | Action::UndoWaypoint
+            | Action::UndoDraft
+            | Action::RedoDraft
             | Action::DiscardDraft
             | Action::Pan { .. }
             | Action::Zoom(_)
@@ -131,10 +137,16 @@ impl Model {
             Action::AddWaypoint if !chart.add_waypoint() => {
                 self.warn(now, "the robot's list holds no more waypoints");
             }
-            Action::UndoWaypoint => {
-                chart.draft.pop();
+            // With nothing to take back there is nothing to say either: the map shows it.
+            Action::UndoDraft => {
+                let _ = chart.draft.undo();
             }
-            Action::DiscardDraft => chart.draft.clear(),
+            Action::RedoDraft => {
+                let _ = chart.draft.redo();
+            }
+            Action::DiscardDraft => {
+                let _ = chart.draft.edit(Edit::Clear, None);
+            }
             Action::Pan { east, north } => chart.pan(f64::from(east), f64::from(north)),
             Action::Zoom(steps) => chart.zoom_by(steps),
             Action::Follow => {
@@ -180,13 +192,7 @@ impl Model {
             (Action::Confirm, Overlay::Question(question)) => {
                 let then = question.then.clone();
                 self.overlay = Overlay::None;
-                return vec![match then {
-                    Then::Send(request) => Effect::Send(request),
-                    Then::Drive => {
-                        self.overlay = Overlay::Drive(Stick::default());
-                        Effect::Send(Request::Mode(Mode::User))
-                    }
-                }];
+                return self.go_ahead(then);
             }
             _ => {}
         }
@@ -199,9 +205,13 @@ impl Model {
         if text.is_empty() {
             return Vec::new();
         }
+        if entry.purpose == Purpose::Moment {
+            return self.submit_moment(entry);
+        }
         let file = match entry.purpose {
+            Purpose::SaveRoute => return vec![self.save_route(text, false)],
             Purpose::RouteFile => Some(text),
-            Purpose::Command => text.strip_prefix("route ").map(str::trim),
+            Purpose::Command | Purpose::Moment => text.strip_prefix("route ").map(str::trim),
         };
         if let Some(file) = file {
             return vec![Effect::LoadRoute(file.to_owned())];
@@ -241,11 +251,15 @@ impl Model {
     }
 
     fn ask_for(&mut self, request: Request) {
+        if self.is_replay() {
+            self.aside = Some(NO_ROBOT.to_owned());
+            return;
+        }
         let (text, then) = match &request {
             Request::Mode(Mode::User) => (DRIVE_QUESTION.to_owned(), Then::Drive),
             Request::Route(_) => (
                 "Clear the robot's list of waypoints?".to_owned(),
-                Then::Send(request),
+                Then::Send(vec![request]),
             ),
             Request::Pose {
                 position,
@@ -255,10 +269,11 @@ impl Model {
                     "Tell the robot that it is at ({}, {}), heading {theta_deg}? Its trail starts afresh, and it looks for its dock from there.",
                     position.x_in, position.y_in
                 ),
-                Then::Send(request),
+                Then::Send(vec![request]),
             ),
-            other => (format!("Send `{other}`?"), Then::Send(request)),
+            other => (format!("Send `{other}`?"), Then::Send(vec![request])),
         };
+        let text = self.said_of_the_past(text);
         self.overlay = Overlay::Question(Question { text, then });
     }
 
@@ -294,13 +309,13 @@ impl Model {
         })]
     }
 
-    fn send_draft(&mut self, now: Moment) -> Vec<Effect> {
-        if self.chart.draft.is_empty() {
+    pub(super) fn send_draft(&mut self, now: Moment) -> Vec<Effect> {
+        if self.chart.draft.waypoints().is_empty() {
             self.warn(now, "nothing drafted: move the cursor, press w");
             return Vec::new();
         }
         self.chart.cursor = None;
-        match Request::route(std::mem::take(&mut self.chart.draft)) {
+        match Request::route(self.chart.draft.take()) {
             Ok(request) => vec![Effect::Send(request)],
             Err(error) => {
                 self.warn(now, &error.to_string());
@@ -322,62 +337,16 @@ impl Model {
                     waypoints.len()
                 );
                 self.log.add(now, Level::Info, Subject::Station, text);
-                self.chart.take_draft(waypoints);
+                self.chart.take_draft(&waypoints);
+                self.show_selected();
             }
             Err(error) => self.warn(now, &error),
         }
     }
 
-    fn replay_speed(&self, steps: i8) -> Vec<Effect> {
-        let Some(replay) = self.link.replay else {
-            return Vec::new();
-        };
-        let at = REPLAY_SPEEDS
-            .iter()
-            .position(|&speed| speed >= replay.speed)
-            .unwrap_or(REPLAY_SPEEDS.len() - 1);
-        REPLAY_SPEEDS
-            .get(at.saturating_add_signed(isize::from(steps)))
-            .map(|&speed| Effect::ReplaySpeed(speed))
-            .into_iter()
-            .collect()
-    }
-
-    fn trace(&mut self, to: impl FnOnce(usize) -> usize) {
-        if let Overlay::Trace(at) = &mut self.overlay {
-            *at = to(*at);
-        }
-    }
-
-    fn next_panel(&mut self) {
-        let at = Panel::ALL
-            .iter()
-            .position(|panel| *panel == self.panel)
-            .unwrap_or(0);
-        self.panel = Panel::ALL[(at + 1) % Panel::ALL.len()];
-        self.page = 0;
-    }
-
-    /// Chooses a panel; the one that is chosen already is enlarged, or no longer.
-    fn show(&mut self, panel: Panel) {
-        if self.panel == panel {
-            self.enlarged = !self.enlarged;
-        } else {
-            self.panel = panel;
-        }
-        self.page = 0;
-    }
-
-    const fn turn_page(&mut self, pages: i32) {
-        let turned = match self.overlay {
-            Overlay::Help => &mut self.help_page,
-            _ => &mut self.page,
-        };
-        *turned = turned.wrapping_add(pages);
-    }
-
-    fn warn(&mut self, now: Moment, text: &str) {
+    pub(super) fn warn(&mut self, now: Moment, text: &str) {
         self.log.add(now, Level::Warning, Subject::Station, text);
+        self.aside = Some(text.to_owned());
     }
 }
 
@@ -385,7 +354,7 @@ const DRIVE_QUESTION: &str =
     "Drive by hand? The arrows move the robot while you hold them; letting go stops it.";
 
 impl TextEntry {
-    const fn new(purpose: Purpose) -> Self {
+    pub(super) const fn new(purpose: Purpose) -> Self {
         Self {
             purpose,
             text: String::new(),

@@ -4,12 +4,16 @@ use crossterm::event::{KeyCode, KeyEvent, KeyModifiers};
 use groundwave_protocol::letters::{Layer, Mode};
 
 use super::Panel;
+use super::editor::RouteAction;
+use crate::travel::{Landmark, Travel};
 
 /// Where the keyboard goes.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Context {
     /// The panels.
     Dashboard,
+    /// Changing the draft of a route.
+    Route,
     /// Driving by hand.
     Drive,
     /// Typing a command or the name of a file.
@@ -22,10 +26,12 @@ pub(crate) enum Context {
     Trace,
     /// Why the robot does that.
     Why,
+    /// What to jump to.
+    Jump,
 }
 
 /// What a key does.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) enum Action {
     Stop,
     Mode(Mode),
@@ -35,7 +41,10 @@ pub(crate) enum Action {
     ClearList,
     MoveCursor { east: i16, north: i16 },
     AddWaypoint,
-    UndoWaypoint,
+    UndoDraft,
+    RedoDraft,
+    EditRoute,
+    Route(RouteAction),
     DiscardDraft,
     SendDraft,
     AskRouteFile,
@@ -66,14 +75,26 @@ pub(crate) enum Action {
     Submit,
     EraseCharacter,
     EraseAll,
-    PauseReplay,
-    ReplaySpeed(i8),
+    Travel(Travel),
+    Speed(i8),
+    AskMoment,
+    AskJump { forward: bool },
+    JumpTo(Landmark),
+    JumpAgain { forward: bool },
     Redraw,
     Suspend,
     Quit,
 }
 
 impl Action {
+    /// Whether it shows another moment.
+    pub(crate) const fn moves_in_time(self) -> bool {
+        matches!(
+            self,
+            Self::Travel(_) | Self::Speed(_) | Self::AskMoment | Self::AskJump { .. }
+        )
+    }
+
     /// Whether it is for a link that carries something to the robot.
     pub(crate) const fn asks_the_robot(self) -> bool {
         matches!(
@@ -85,6 +106,7 @@ impl Action {
                 | Self::ResetPose
                 | Self::ClearList
                 | Self::SendDraft
+                | Self::Route(RouteAction::Send)
                 | Self::CancelCommands
                 | Self::AskCommand
                 | Self::EnterDrive
@@ -140,7 +162,7 @@ const fn row(
     }
 }
 
-use Context::{Dashboard, Drive, Help, Question, Text, Trace, Why};
+use Context::{Dashboard, Drive, Help, Jump, Question, Route, Text, Trace, Why};
 
 /// Every key. STOP comes first wherever the keyboard goes: Space, and Ctrl-S where Space is a letter.
 #[rustfmt::skip]
@@ -168,7 +190,9 @@ pub(crate) const TABLE: &[Binding] = &[
     row(Dashboard, "", &[bare(KeyCode::Up)], Action::MoveCursor { east: 0, north: 1 }, "", ""),
     row(Dashboard, "", &[bare(KeyCode::Down)], Action::MoveCursor { east: 0, north: -1 }, "", ""),
     row(Dashboard, "w Enter", &[plain('w'), bare(KeyCode::Enter)], Action::AddWaypoint, "draft a waypoint there", "waypoint"),
-    row(Dashboard, "u", &[plain('u'), bare(KeyCode::Backspace)], Action::UndoWaypoint, "take the last one back", ""),
+    row(Dashboard, "u", &[plain('u'), bare(KeyCode::Backspace)], Action::UndoDraft, "draft: take a change back", ""),
+    row(Dashboard, "Ctrl-R", &[ctrl('r')], Action::RedoDraft, "draft: make it again", ""),
+    row(Dashboard, "e", &[plain('e')], Action::EditRoute, "draft: edit it in a list", "edit"),
     row(Dashboard, "U", &[plain('U')], Action::DiscardDraft, "discard the draft", ""),
     row(Dashboard, "S", &[plain('S')], Action::SendDraft, "send the draft to the robot", "send"),
     row(Dashboard, "l", &[plain('l')], Action::AskRouteFile, "load a route file as draft", "load"),
@@ -198,15 +222,58 @@ pub(crate) const TABLE: &[Binding] = &[
     row(Dashboard, "T", &[plain('T')], Action::NextPlotWindow, "plots: over a longer time", ""),
     row(Dashboard, "A", &[plain('A')], Action::AcknowledgeAlarms, "alarms: seen", ""),
     row(Dashboard, "i", &[plain('i')], Action::Trace, "trace a value to its columns", ""),
-    row(Dashboard, "e", &[plain('e')], Action::Why, "explain: why does it do that?", "why"),
-    row(Dashboard, "k", &[plain('k')], Action::PauseReplay, "replay: pause, go on", ""),
-    row(Dashboard, "< >", &[plain('<')], Action::ReplaySpeed(-1), "replay: slower, faster", ""),
-    row(Dashboard, "", &[plain('>')], Action::ReplaySpeed(1), "", ""),
+    row(Dashboard, "E", &[plain('E')], Action::Why, "explain: why does it do that?", "why"),
+    row(Dashboard, "k", &[plain('k')], Action::Travel(Travel::TogglePause), "time: stand still, go on", "still"),
+    row(Dashboard, ", .", &[plain(',')], Action::Travel(Travel::Step { forward: false }), "time: a line back, a line on", "line"),
+    row(Dashboard, "", &[plain('.')], Action::Travel(Travel::Step { forward: true }), "", ""),
+    row(Dashboard, "< >", &[plain('<')], Action::Speed(-1), "time: slower, faster", "speed"),
+    row(Dashboard, "", &[plain('>')], Action::Speed(1), "", ""),
+    row(Dashboard, "g", &[plain('g')], Action::AskMoment, "time: go to 12:30, +30s, #12", "go to"),
+    row(Dashboard, "n N", &[plain('n')], Action::AskJump { forward: true }, "time: next alarm, bump, ..", "next"),
+    row(Dashboard, "", &[plain('N')], Action::AskJump { forward: false }, "", ""),
+    row(Dashboard, "m", &[plain('m')], Action::Travel(Travel::Mark), "time: mark this moment", "mark"),
+    row(Dashboard, "o", &[plain('o')], Action::Travel(Travel::Loop), "time: loop from here, to here", "loop"),
+    row(Dashboard, "G", &[plain('G'), bare(KeyCode::End)], Action::Travel(Travel::Newest), "time: back to now, or the end", "newest"),
+    row(Dashboard, "", &[bare(KeyCode::Home)], Action::Travel(Travel::Oldest), "", ""),
     row(Dashboard, "?", &[plain('?'), bare(KeyCode::F(1))], Action::Help, "these keys", "keys"),
     row(Dashboard, "Esc", &[bare(KeyCode::Esc)], Action::Close, "put the cursor away", ""),
     row(Dashboard, "Ctrl-L", &[ctrl('l')], Action::Redraw, "draw the screen anew", ""),
     row(Dashboard, "Ctrl-Z", &[ctrl('z')], Action::Suspend, "to the shell; fg comes back", ""),
     row(Dashboard, "q", &[plain('q'), ctrl('c')], Action::Quit, "leave; the robot carries on", "quit"),
+    row(Route, "Space", &[plain(' '), ctrl('s')], Action::Stop, "", "STOP"),
+    row(Route, "arrows", &[bare(KeyCode::Left)], Action::Route(RouteAction::Step { east: -1, north: 0, fine: false }), "move the waypoint by 6 in", "move"),
+    row(Route, "", &[bare(KeyCode::Right)], Action::Route(RouteAction::Step { east: 1, north: 0, fine: false }), "", ""),
+    row(Route, "", &[bare(KeyCode::Up)], Action::Route(RouteAction::Step { east: 0, north: 1, fine: false }), "", ""),
+    row(Route, "", &[bare(KeyCode::Down)], Action::Route(RouteAction::Step { east: 0, north: -1, fine: false }), "", ""),
+    row(Route, "HJKL", &[plain('H'), shift(KeyCode::Left)], Action::Route(RouteAction::Step { east: -1, north: 0, fine: true }), "by 1 in", ""),
+    row(Route, "", &[plain('L'), shift(KeyCode::Right)], Action::Route(RouteAction::Step { east: 1, north: 0, fine: true }), "", ""),
+    row(Route, "", &[plain('K'), shift(KeyCode::Up)], Action::Route(RouteAction::Step { east: 0, north: 1, fine: true }), "", ""),
+    row(Route, "", &[plain('J'), shift(KeyCode::Down)], Action::Route(RouteAction::Step { east: 0, north: -1, fine: true }), "", ""),
+    row(Route, "n b", &[plain('n'), bare(KeyCode::Tab), bare(KeyCode::PageDown)], Action::Route(RouteAction::Select(1)), "the next one, the one before", "next"),
+    row(Route, "", &[plain('b'), bare(KeyCode::BackTab), bare(KeyCode::PageUp)], Action::Route(RouteAction::Select(-1)), "", ""),
+    row(Route, "w", &[plain('w'), bare(KeyCode::Enter)], Action::Route(RouteAction::Append), "add one behind it", "add"),
+    row(Route, "i", &[plain('i')], Action::Route(RouteAction::Insert), "insert one before it", "insert"),
+    row(Route, "p", &[plain('p')], Action::Route(RouteAction::AppendAtRobot), "add one where the robot is", "here"),
+    row(Route, "x", &[plain('x'), bare(KeyCode::Delete)], Action::Route(RouteAction::Delete), "delete it", "delete"),
+    row(Route, "u", &[plain('u'), bare(KeyCode::Backspace)], Action::Route(RouteAction::Undo), "take a change back", "undo"),
+    row(Route, "Ctrl-R", &[ctrl('r')], Action::Route(RouteAction::Redo), "make it again", ""),
+    row(Route, "g", &[plain('g')], Action::Route(RouteAction::Whole), "arrows move one, or all", "all"),
+    row(Route, "< >", &[plain('<')], Action::Route(RouteAction::Rotate(-15)), "turn the route by 15 degrees", "turn"),
+    row(Route, "", &[plain('>')], Action::Route(RouteAction::Rotate(15)), "", ""),
+    row(Route, ", .", &[plain(',')], Action::Route(RouteAction::Rotate(-1)), "by 1 degree", ""),
+    row(Route, "", &[plain('.')], Action::Route(RouteAction::Rotate(1)), "", ""),
+    row(Route, "+ -", &[plain('+'), plain('=')], Action::Route(RouteAction::Scale(1)), "larger, smaller", ""),
+    row(Route, "", &[plain('-'), plain('_')], Action::Route(RouteAction::Scale(-1)), "", ""),
+    row(Route, "m", &[plain('m')], Action::Route(RouteAction::Mirror), "mirror it, east for west", ""),
+    row(Route, "R", &[plain('R')], Action::Route(RouteAction::Reverse), "the other way round", ""),
+    row(Route, "y", &[plain('y')], Action::Route(RouteAction::TakeRobots), "copy the robot's list", ""),
+    row(Route, "U", &[plain('U')], Action::Route(RouteAction::Clear), "discard it", ""),
+    row(Route, "l", &[plain('l')], Action::Route(RouteAction::AskToLoad), "load a file", ""),
+    row(Route, "s", &[plain('s')], Action::Route(RouteAction::AskToSave), "save it to a file", "save"),
+    row(Route, "S", &[plain('S')], Action::Route(RouteAction::Send), "send it to the robot", "send"),
+    row(Route, "?", &[plain('?'), bare(KeyCode::F(1))], Action::Help, "these keys", "keys"),
+    row(Route, "Esc", &[bare(KeyCode::Esc), plain('e'), plain('q')], Action::Route(RouteAction::Leave), "back to the panels; the draft stays", "done"),
+    row(Route, "Ctrl-C", &[ctrl('c')], Action::Quit, "", ""),
     row(Drive, "Space", &[plain(' '), ctrl('s')], Action::Stop, "", "STOP"),
     row(Drive, "arrows", &[bare(KeyCode::Up)], Action::Push { ahead: 1, right: 0 }, "", "hold to drive"),
     row(Drive, "", &[bare(KeyCode::Down)], Action::Push { ahead: -1, right: 0 }, "", ""),
@@ -226,6 +293,16 @@ pub(crate) const TABLE: &[Binding] = &[
     row(Question, "y", &[plain('y')], Action::Confirm, "", "yes"),
     row(Question, "n", &[plain('n'), plain('q'), bare(KeyCode::Esc)], Action::Close, "", "no"),
     row(Question, "Ctrl-C", &[ctrl('c')], Action::Quit, "", ""),
+    row(Jump, "Space", &[plain(' '), ctrl('s')], Action::Stop, "", "STOP"),
+    row(Jump, "a", &[plain('a')], Action::JumpTo(Landmark::Alarm), "", "alarm"),
+    row(Jump, "b", &[plain('b')], Action::JumpTo(Landmark::Bump), "", "bump"),
+    row(Jump, "v", &[plain('v')], Action::JumpTo(Landmark::Behaviour), "", "behaviour"),
+    row(Jump, "c", &[plain('c')], Action::JumpTo(Landmark::Command), "", "command"),
+    row(Jump, "m", &[plain('m')], Action::JumpTo(Landmark::Marker), "", "marker"),
+    row(Jump, "n", &[plain('n')], Action::JumpAgain { forward: true }, "", "as before"),
+    row(Jump, "", &[plain('N')], Action::JumpAgain { forward: false }, "", ""),
+    row(Jump, "Esc", &[bare(KeyCode::Esc), plain('q')], Action::Close, "", "never mind"),
+    row(Jump, "Ctrl-C", &[ctrl('c')], Action::Quit, "", ""),
     row(Help, "Space", &[plain(' '), ctrl('s')], Action::Stop, "", "STOP"),
     row(Help, "Esc", &[bare(KeyCode::Esc), plain('?'), plain('q'), bare(KeyCode::Enter), bare(KeyCode::F(1))], Action::Close, "", "back"),
     row(Help, "PgDn", &[bare(KeyCode::PageDown), bare(KeyCode::Tab), bare(KeyCode::Down)], Action::TurnPage(1), "", "more keys"),
@@ -239,7 +316,7 @@ pub(crate) const TABLE: &[Binding] = &[
     row(Trace, "Esc", &[bare(KeyCode::Esc), plain('i'), plain('q')], Action::Close, "", "back"),
     row(Trace, "Ctrl-C", &[ctrl('c')], Action::Quit, "", ""),
     row(Why, "Space", &[plain(' '), ctrl('s')], Action::Stop, "", "STOP"),
-    row(Why, "Esc", &[bare(KeyCode::Esc), plain('e'), plain('q'), bare(KeyCode::Enter)], Action::Close, "", "back"),
+    row(Why, "Esc", &[bare(KeyCode::Esc), plain('E'), plain('q'), bare(KeyCode::Enter)], Action::Close, "", "back"),
     row(Why, "Ctrl-C", &[ctrl('c')], Action::Quit, "", ""),
 ];
 
@@ -279,11 +356,11 @@ mod tests {
     #[test]
     fn stop_is_one_key_from_anywhere() {
         let stop = KeyEvent::new(KeyCode::Char('s'), KeyModifiers::CONTROL);
-        for context in [Dashboard, Drive, Text, Question, Help, Trace, Why] {
+        for context in [Dashboard, Drive, Text, Question, Help, Jump, Trace, Why] {
             assert_eq!(action(context, stop), Some(Action::Stop), "{context:?}");
         }
         let space = KeyEvent::new(KeyCode::Char(' '), KeyModifiers::NONE);
-        for context in [Dashboard, Drive, Question, Help, Trace, Why] {
+        for context in [Dashboard, Drive, Question, Help, Jump, Trace, Why] {
             assert_eq!(action(context, space), Some(Action::Stop), "{context:?}");
         }
     }

@@ -8,7 +8,7 @@ use groundwave_protocol::decoder::Counters;
 use super::age;
 use super::robot::Reading;
 use super::trace::Kind;
-use crate::event::{LinkEvent, Moment, Reception, Replay};
+use crate::event::{LinkEvent, Moment, Reception};
 use crate::statistics::Statistics;
 
 /// Rate and loss are taken over this long.
@@ -47,8 +47,6 @@ pub(crate) enum Health {
     Silent,
     /// The link is gone; the station keeps trying.
     Lost,
-    /// The replay stands still.
-    Paused,
     /// Over for good.
     Ended,
 }
@@ -59,8 +57,7 @@ pub(crate) struct Link {
     pub(crate) name: String,
     pub(crate) can_send: bool,
     pub(crate) connection: Connection,
-    pub(crate) replay: Option<Replay>,
-    /// When time stopped: the session ended or the replay was paused.
+    /// When the session ended.
     frozen_at: Option<Moment>,
     newest_line_at: Option<Moment>,
     newest_raw: Option<[u8; LINE_BYTES]>,
@@ -110,13 +107,6 @@ impl Link {
         let (reception, since) = self.reception?;
         let age = self.clock(now).saturating_sub(since);
         (reception != Reception::Lines).then_some((reception, age))
-    }
-
-    pub(super) fn take_replay(&mut self, now: Moment, replay: Replay) {
-        self.replay = Some(replay);
-        if self.connection != Connection::Ended {
-            self.frozen_at = replay.paused.then_some(now);
-        }
     }
 
     pub(super) fn take_line(&mut self, now: Moment, raw: &[u8; LINE_BYTES]) {
@@ -192,6 +182,11 @@ impl Link {
         self.frozen_at.is_some()
     }
 
+    /// When the newest line arrived.
+    pub(crate) const fn newest_line_at(&self) -> Option<Moment> {
+        self.newest_line_at
+    }
+
     /// How old the newest line is.
     pub(crate) fn newest_age(&self, now: Moment) -> Option<Moment> {
         let at = self.newest_line_at?;
@@ -234,9 +229,6 @@ impl Link {
             Connection::Lost { .. } => return Health::Lost,
             Connection::Ended => return Health::Ended,
             Connection::Opening | Connection::Open => {}
-        }
-        if self.replay.is_some_and(|replay| replay.paused) {
-            return Health::Paused;
         }
         match self.newest_age(now) {
             None => Health::Waiting,

@@ -63,6 +63,7 @@ impl Entry {
 pub(crate) struct Log {
     entries: VecDeque<Entry>,
     held_at: Option<Moment>,
+    alarms: u64,
 }
 
 impl Log {
@@ -74,6 +75,7 @@ impl Log {
         text: impl Into<String>,
     ) {
         let text = text.into();
+        self.alarms += u64::from(level == Level::Alarm);
         if let Some(last) = self.entries.back_mut()
             && last.text == text
             && last.subject == subject
@@ -104,6 +106,11 @@ impl Log {
             self.held_at = Some(at);
             self.add(at, Level::Info, Subject::Behaviour, text());
         }
+    }
+
+    /// How many alarms there were.
+    pub(super) const fn alarms(&self) -> u64 {
+        self.alarms
     }
 
     /// Newest first.

@@ -6,7 +6,9 @@
 pub(crate) mod age;
 pub(crate) mod alarms;
 pub(crate) mod chart;
+pub(crate) mod draft;
 pub(crate) mod drive;
+pub(crate) mod editor;
 mod facts;
 pub(crate) mod failsafe;
 pub(crate) mod ghost;
@@ -19,10 +21,12 @@ pub(crate) mod link;
 pub(crate) mod log;
 pub(crate) mod motors;
 pub(crate) mod news;
+mod panels;
 pub(crate) mod plots;
 pub(crate) mod robot;
 pub(crate) mod trace;
 mod trail;
+mod travel;
 pub(crate) mod why;
 pub(crate) mod words;
 
@@ -33,10 +37,12 @@ mod tests;
 
 use crate::event::{Effect, Event, Moment, Recording};
 use crate::request::Request;
+use crate::travel::Playback;
 use alarms::Alarms;
 pub use alarms::Limits;
 use chart::Chart;
 use drive::Stick;
+use editor::Editor;
 use keys::Context;
 use ledger::Ledger;
 use life::Life;
@@ -45,6 +51,7 @@ use log::{Log, Subject};
 use motors::Motors;
 use plots::Plots;
 use robot::Robot;
+use travel::Counted;
 
 /// How the dashboard is to look, fixed for a session.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
@@ -113,6 +120,10 @@ pub(crate) enum Overlay {
     Trace(usize),
     /// Why it does what it does at the shown moment.
     Why,
+    /// Which kind of moment to jump to.
+    Jump {
+        forward: bool,
+    },
 }
 
 /// A question that is answered with yes or no.
@@ -125,8 +136,10 @@ pub(crate) struct Question {
 /// What a yes leads to.
 #[derive(Clone, Debug, PartialEq)]
 enum Then {
-    Send(Request),
+    Send(Vec<Request>),
     Drive,
+    /// Write the draft over the file of this name.
+    SaveRoute(String),
 }
 
 /// A line being typed.
@@ -143,6 +156,9 @@ pub(crate) struct TextEntry {
 pub(crate) enum Purpose {
     Command,
     RouteFile,
+    SaveRoute,
+    /// A place in time.
+    Moment,
 }
 
 /// The state of the dashboard.
@@ -156,6 +172,8 @@ pub struct Model {
     pub(crate) ledger: Ledger,
     pub(crate) log: Log,
     pub(crate) alarms: Alarms,
+    /// What calls now, while another moment of a live session is shown.
+    pub(crate) alarms_now: Option<Box<Alarms>>,
     pub(crate) plots: Plots,
     pub(crate) recording: Recording,
     pub(crate) panel: Panel,
@@ -166,8 +184,16 @@ pub struct Model {
     /// Pages turned over in the help.
     pub(crate) help_page: i32,
     pub(crate) overlay: Overlay,
+    /// The route editor, while it is open.
+    pub(crate) editor: Option<Editor>,
     size: (u16, u16),
     life: Life,
+    /// What there was to jump to so far.
+    counted: Counted,
+    /// Where the screen stands in time, unless it shows now.
+    pub(crate) playback: Option<Playback>,
+    /// Told to the operator while the screen shows another moment, until the next key.
+    pub(crate) aside: Option<String>,
     /// The robot sings or calls, and the bell has not rung for it.
     calls: bool,
     revision: u64,
@@ -186,6 +212,7 @@ impl Model {
             ledger: Ledger::default(),
             log: Log::default(),
             alarms: Alarms::default(),
+            alarms_now: None,
             plots: Plots::default(),
             recording: Recording::default(),
             panel: Panel::default(),
@@ -193,8 +220,12 @@ impl Model {
             enlarged: false,
             help_page: 0,
             overlay: Overlay::default(),
+            editor: None,
             size: (0, 0),
             life: Life::default(),
+            counted: Counted::default(),
+            playback: None,
+            aside: None,
             calls: false,
             revision: 0,
         }
@@ -203,13 +234,16 @@ impl Model {
     /// Takes what happened; returns what the operator wants done about it.
     pub fn update(&mut self, now: Moment, event: Event) -> Vec<Effect> {
         let mut effects = self.expire(now);
-        let mut changed = match event {
+        // What became an alarm before this is told before it.
+        let mut changed = self.watch_alarms(now);
+        changed |= match event {
             Event::Line { line, raw } => {
                 self.link.take_line(now, &raw);
                 self.take_line(now, &line);
                 true
             }
             Event::Ack(line) => {
+                self.counted.take_ack(line.ack);
                 let restarted = self.life.take_boot(line.ack.boot);
                 if restarted {
                     self.take_restart(now);
@@ -248,10 +282,11 @@ impl Model {
                 self.take_route(now, &path, route);
                 true
             }
-            Event::Replay(replay) => {
-                self.link.take_replay(now, replay);
+            Event::RouteSaved { path, saved } => {
+                self.take_saved(now, &path, &saved);
                 true
             }
+            Event::Playback(playback) => self.take_playback(playback),
             Event::Truth(truth) => {
                 self.chart.take_truth(truth);
                 true
@@ -323,6 +358,7 @@ impl Model {
     /// Where the keyboard goes.
     pub(crate) const fn context(&self) -> Context {
         match self.overlay {
+            Overlay::None if self.editor.is_some() => Context::Route,
             Overlay::None => Context::Dashboard,
             Overlay::Help => Context::Help,
             Overlay::Question(_) => Context::Question,
@@ -330,6 +366,7 @@ impl Model {
             Overlay::Drive(_) => Context::Drive,
             Overlay::Trace(_) => Context::Trace,
             Overlay::Why => Context::Why,
+            Overlay::Jump { .. } => Context::Jump,
         }
     }
 

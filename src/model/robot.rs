@@ -5,6 +5,7 @@ use groundwave_protocol::telemetry::{Body, CountersLine, Line, StateLine, Status
 
 use super::history::History;
 use crate::event::Moment;
+use crate::request::Standing;
 
 /// A value and the moment it arrived.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -94,6 +95,11 @@ impl Robot {
     /// Layers the robot says the operator allows.
     pub(crate) fn allowed(&self) -> Option<LayerMask> {
         self.status.map(|status| status.value.allowed)
+    }
+
+    /// What it is set to, for the reason of a refusal.
+    pub(crate) fn standing(&self) -> Standing {
+        Standing::new(self.state.map(|state| state.value.mode), self.allowed())
     }
 
     /// Whether the firmware is known to lack a layer.

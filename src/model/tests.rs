@@ -9,7 +9,7 @@ use super::chart::Focus;
 use super::motors::{Holder, suppressed};
 use super::testing::{Scene, state};
 use super::{Config, Overlay};
-use crate::event::{CommandId, CommandStep, Effect, Event, Failure, LinkEvent, Moment, Replay};
+use crate::event::{CommandId, CommandStep, Effect, Event, Failure, LinkEvent, Moment};
 use crate::request::Request;
 
 mod alarms;
@@ -78,16 +78,6 @@ fn ages_tick_on_a_silent_link_and_stand_still_on_a_closed_one() {
         ticks += 1;
     }
     assert_eq!(ticks, 60 + 6, "by the second, then by ten");
-    scene.event(Event::Replay(Replay {
-        paused: true,
-        speed: 1.0,
-    }));
-    assert_eq!(scene.model.redraw_at(scene.now), None);
-    scene.event(Event::Replay(Replay {
-        paused: false,
-        speed: 1.0,
-    }));
-    assert!(scene.model.redraw_at(scene.now).is_some());
     scene.event(Event::Link(LinkEvent::Ended));
     assert_eq!(scene.model.redraw_at(scene.now), None);
 }

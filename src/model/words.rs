@@ -93,20 +93,19 @@ pub(crate) const fn power(power: Power) -> &'static str {
 
 /// A parameter, as the robot tells of it.
 pub(crate) fn parameter(line: &ParameterLine) -> String {
-    let ParameterLine {
-        value,
-        kept,
-        least,
-        most,
-        ..
-    } = line;
-    let kept = if value == kept {
+    let unit = line.unit.as_str();
+    let number = |value: i32| {
+        request::in_whole_unit(value, unit).map_or(value.to_string(), |(number, _)| number)
+    };
+    let whole = request::in_whole_unit(line.value, unit).map_or(unit, |(_, whole)| whole);
+    let kept = if line.value == line.kept {
         String::new()
     } else {
-        format!(", {kept} after a reset")
+        format!(", {} after a reset", number(line.kept))
     };
-    let (name, unit) = (line.name.as_str(), line.unit.as_str());
-    format!("{name} is {value} {unit} ({least} to {most}{kept})")
+    let (name, value) = (line.name.as_str(), number(line.value));
+    let (least, most) = (number(line.least), number(line.most));
+    format!("{name} is {value} {whole} ({least} to {most}{kept})")
 }
 
 /// What the robot sings: what it means, and the notes by name.

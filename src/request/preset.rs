@@ -3,7 +3,7 @@
 use groundwave_protocol::letters::{Layer, LayerMask, Mode};
 use groundwave_protocol::telemetry::ParameterName;
 
-use super::{Request, RequestError, Tuning};
+use super::{Amount, Request, RequestError, Tuning};
 
 struct Preset {
     name: &'static str,
@@ -72,16 +72,23 @@ pub(super) fn requests(name: &str) -> Result<Vec<Request>, RequestError> {
     let preset = PRESETS
         .iter()
         .find(|preset| preset.name == name)
-        .ok_or_else(|| RequestError::UnknownPreset(name.to_owned(), names()))?;
+        .ok_or_else(|| RequestError::UnknownPreset(name.to_owned()))?;
     let tune = preset
         .parameter
-        .map(|(name, value)| Request::Parameter(Tuning::Set(ParameterName::new(name), value)));
+        .map(|(name, value)| Tuning::Set(ParameterName::new(name), Amount::Counts(value)))
+        .map(Request::Parameter);
     let layers = preset.layers.iter();
     let layers = layers.fold(LayerMask::NONE, |mask, layer| mask.with(*layer));
     let then = [Request::Only(layers), Request::Mode(preset.mode)];
     Ok(tune.into_iter().chain(then).collect())
 }
 
-fn names() -> String {
-    PRESETS.map(|preset| preset.name).join(", ")
+/// What they are called.
+pub fn names() -> impl Iterator<Item = &'static str> {
+    PRESETS.iter().map(|preset| preset.name)
+}
+
+/// The same in one line.
+pub(super) fn names_text() -> String {
+    names().collect::<Vec<_>>().join(", ")
 }

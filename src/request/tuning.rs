@@ -5,7 +5,7 @@ use std::fmt;
 use groundwave_protocol::parameter::{self, VALUE_MAX};
 use groundwave_protocol::telemetry::ParameterName;
 
-use super::RequestError;
+use super::{Amount, RequestError};
 
 /// What an operator can ask about parameters.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -15,7 +15,7 @@ pub enum Tuning {
     /// Say one.
     Get(ParameterName),
     /// Change one, until the next reset.
-    Set(ParameterName, i32),
+    Set(ParameterName, Amount),
     /// Keep them all over a reset.
     Save,
 }
@@ -26,8 +26,14 @@ impl Tuning {
         match *words {
             ["list"] => Ok(Self::List),
             ["save"] => Ok(Self::Save),
+            ["get"] => Err(RequestError::ParameterMissing("get", "top-speed")),
+            ["set"] => Err(RequestError::ParameterMissing("set", "top-speed 8")),
             ["get", name] => Ok(Self::Get(read_name(name)?)),
-            ["set", name, value] | [name, value] => {
+            ["set", name] => Err(RequestError::ValueMissing(
+                read_name(name)?.as_str().to_owned(),
+            )),
+            ["set", name, value] => Ok(Self::Set(read_name(name)?, read_value(value)?)),
+            [name, value] if !VERBS.contains(&name) => {
                 Ok(Self::Set(read_name(name)?, read_value(value)?))
             }
             _ => Err(RequestError::Arguments {
@@ -38,6 +44,9 @@ impl Tuning {
         }
     }
 }
+
+/// No parameter is called so.
+const VERBS: [&str; 4] = ["list", "get", "set", "save"];
 
 impl fmt::Display for Tuning {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
@@ -58,9 +67,13 @@ fn read_name(word: &str) -> Result<ParameterName, RequestError> {
     }
 }
 
-fn read_value(word: &str) -> Result<i32, RequestError> {
-    word.parse()
-        .ok()
-        .filter(|value: &i32| value.abs() <= VALUE_MAX)
+fn read_value(word: &str) -> Result<Amount, RequestError> {
+    let fits = |amount: &Amount| match amount {
+        Amount::Counts(value) => value.abs() <= VALUE_MAX,
+        // How many that is, the robot has to say.
+        Amount::Decimal { .. } => true,
+    };
+    Amount::read(word)
+        .filter(fits)
         .ok_or_else(|| RequestError::ParameterValue(word.to_owned()))
 }

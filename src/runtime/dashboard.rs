@@ -7,8 +7,8 @@ use std::time::{Duration, Instant};
 use tokio::sync::mpsc::{Receiver, Sender, channel};
 use tokio::time::{Instant as TokioInstant, sleep_until};
 
-use super::Driver;
-use crate::event::{Effect, Event, Moment, Recording, Replay};
+use super::{Driver, Session};
+use crate::event::{Effect, Event, Moment, Recording};
 use crate::io::files;
 use crate::io::signals::{Signal, Signals, stop_myself};
 use crate::io::terminal::{self, Screen};
@@ -25,22 +25,12 @@ const RECORDING_PERIOD: Duration = Duration::from_secs(1);
 /// Terminal events taken at one go.
 const BATCH: usize = 32;
 
-/// Pauses a replay or changes its speed.
-pub trait Player {
-    /// Pauses or goes on; says how it plays now.
-    fn pause(&mut self, paused: bool) -> Replay;
-    /// Plays at a multiple of the recorded speed; says how it plays now.
-    fn speed(&mut self, factor: f64) -> Replay;
-}
-
 /// Everything a dashboard joins together.
 pub struct Dashboard {
-    /// The station on its link.
-    pub driver: Driver,
+    /// Where its facts come from.
+    pub session: Session,
     /// What the screen knows.
     pub model: Model,
-    /// The replay, if this is one.
-    pub player: Option<Box<dyn Player>>,
     /// Says what has been recorded.
     pub recording: Box<dyn FnMut() -> Recording>,
     /// Events to begin with.
@@ -57,9 +47,10 @@ pub async fn run(dashboard: Dashboard) -> io::Result<()> {
     let mut keys = terminal::events();
     let (readers, mut read) = channel(4);
     let mut running = Running {
-        driver: dashboard.driver,
+        session: dashboard.session,
         model: dashboard.model,
-        player: dashboard.player,
+        past: None,
+        refreshed: 0,
         screen,
         readers,
         drawn: None,
@@ -71,6 +62,7 @@ pub async fn run(dashboard: Dashboard) -> io::Result<()> {
     for event in dashboard.first {
         leave |= running.tell(event)?;
     }
+    running.refresh();
     let mut ask_at = Instant::now();
     while !leave {
         if Instant::now() >= ask_at {
@@ -99,8 +91,13 @@ pub async fn run(dashboard: Dashboard) -> io::Result<()> {
                 None => true,
             },
             Some(event) = read.recv() => running.tell(event)?,
-            () = running.driver.step() => false,
-            () = sleep_until_some(wake_at) => running.tell(Event::Tick)?,
+            changed = running.session.step() => {
+                if changed {
+                    running.refresh();
+                }
+                false
+            }
+            () = sleep_until_some(wake_at) => running.tick()?,
             () = sleep_until(TokioInstant::from_std(ask_at)), if told != Recording::default() => false,
         };
     }
@@ -108,9 +105,13 @@ pub async fn run(dashboard: Dashboard) -> io::Result<()> {
 }
 
 struct Running {
-    driver: Driver,
+    session: Session,
+    /// The operator's hands and, in a live session, what is known now.
     model: Model,
-    player: Option<Box<dyn Player>>,
+    /// What the screen shows instead, and its moment.
+    past: Option<(Model, Moment)>,
+    /// How often what the screen shows was brought to another moment.
+    refreshed: u64,
     screen: Screen,
     /// For threads that read files: what they found comes back as an event.
     readers: Sender<Event>,
@@ -120,7 +121,7 @@ struct Running {
 /// The frame that is on the screen.
 struct Drawn {
     at: Moment,
-    revision: u64,
+    revision: (u64, u64),
     /// When ages on it will be wrong.
     stale_at: Option<Moment>,
 }
@@ -128,7 +129,17 @@ struct Drawn {
 impl Running {
     /// Tells the model of an event and does what it asks for; says whether to leave.
     fn tell(&mut self, event: Event) -> io::Result<bool> {
-        let effects = self.model.update(self.driver.now(), event);
+        let is_key = matches!(
+            event,
+            Event::Key(_) | Event::Paste(_) | Event::Resize { .. }
+        );
+        let now = self.session.now();
+        self.session.remember(now, &event);
+        let effects = self.model.update(now, event);
+        self.session.keep(now, &self.model);
+        if is_key && self.past.is_some() {
+            self.refresh();
+        }
         let mut leave = false;
         for effect in effects {
             leave |= self.act(effect)?;
@@ -138,7 +149,7 @@ impl Running {
 
     fn tell_all(&mut self) -> io::Result<bool> {
         let mut leave = false;
-        while let Some(event) = self.driver.poll_event() {
+        while let Some(event) = self.session.driver().and_then(Driver::poll_event) {
             leave |= self.tell(event)?;
         }
         Ok(leave)
@@ -174,32 +185,71 @@ impl Running {
 
     fn act(&mut self, effect: Effect) -> io::Result<bool> {
         match effect {
-            Effect::Send(request) => {
-                self.driver.request(request);
+            Effect::Send(_) | Effect::Drive { .. } | Effect::DriveEnd | Effect::CancelCommands => {
+                self.send(effect)
             }
-            Effect::Drive {
-                velocity_in_s,
-                rotation_in_s,
-            } => self.driver.drive(velocity_in_s, rotation_in_s),
-            Effect::DriveEnd => self.driver.drive_end(),
-            Effect::CancelCommands => self.driver.cancel(),
+            Effect::Travel(travel) => {
+                let told = self.session.travel(travel);
+                self.refresh();
+                if let Some(event) = told {
+                    return self.tell(event);
+                }
+            }
             Effect::LoadRoute(path) => self.load_route(path),
-            Effect::ReplayPause(paused) => {
-                if let Some(replay) = self.player.as_mut().map(|player| player.pause(paused)) {
-                    return self.tell(Event::Replay(replay));
-                }
-            }
-            Effect::ReplaySpeed(factor) => {
-                if let Some(replay) = self.player.as_mut().map(|player| player.speed(factor)) {
-                    return self.tell(Event::Replay(replay));
-                }
-            }
+            Effect::SaveRoute {
+                path,
+                text,
+                overwrite,
+            } => self.save_route(path, text, overwrite),
             Effect::Ring => terminal::ring()?,
             Effect::Redraw => self.screen.clear()?,
             Effect::Suspend => self.suspend()?,
             Effect::Quit => return Ok(true),
         }
         Ok(false)
+    }
+
+    /// A capture has no robot: there the model asks for nothing of this.
+    fn send(&mut self, effect: Effect) {
+        let Some(driver) = self.session.driver() else {
+            return;
+        };
+        match effect {
+            Effect::Send(request) => {
+                driver.request(request);
+            }
+            Effect::Drive {
+                velocity_in_s,
+                rotation_in_s,
+            } => driver.drive(velocity_in_s, rotation_in_s),
+            Effect::DriveEnd => driver.drive_end(),
+            Effect::CancelCommands => driver.cancel(),
+            _ => {}
+        }
+    }
+
+    /// Time passed and nothing else happened.
+    fn tick(&mut self) -> io::Result<bool> {
+        if self.session.advance() {
+            self.refresh();
+        }
+        self.tell(Event::Tick)
+    }
+
+    /// Brings what the screen shows to the moment that it is to show.
+    fn refresh(&mut self) {
+        self.past = self.session.refresh(&mut self.model);
+        self.refreshed += 1;
+    }
+
+    /// Differs from what was drawn when the screen has to be drawn again.
+    fn revision(&self) -> (u64, u64) {
+        let live = if self.past.is_some() {
+            0
+        } else {
+            self.model.revision()
+        };
+        (live, self.refreshed)
     }
 
     /// On a thread of its own: a disk may take its time, and STOP may not wait for it.
@@ -210,6 +260,16 @@ impl Running {
                 .and_then(|text| route::parse(&path, &text).map_err(|error| error.to_string()));
             // A dashboard that is gone wants no route.
             let _ = readers.blocking_send(Event::RouteLoaded { path, route });
+        });
+    }
+
+    /// As [`Self::load_route`].
+    fn save_route(&self, path: String, text: String, overwrite: bool) {
+        let readers = self.readers.clone();
+        thread::spawn(move || {
+            let saved = files::write_text(&path, &text, overwrite);
+            // A dashboard that is gone has left the file behind, as it was asked to.
+            let _ = readers.blocking_send(Event::RouteSaved { path, saved });
         });
     }
 
@@ -226,7 +286,7 @@ impl Running {
             return Some(Moment::ZERO);
         };
         let earliest = drawn.at + FRAME_PERIOD;
-        if self.model.revision() == drawn.revision {
+        if self.revision() == drawn.revision {
             drawn.stale_at.map(|at| at.max(earliest))
         } else {
             Some(earliest)
@@ -234,23 +294,33 @@ impl Running {
     }
 
     /// When to wake up although nothing happens.
-    fn wake_at(&self) -> Option<Instant> {
+    fn wake_at(&mut self) -> Option<Instant> {
+        let host = self.session.host_now();
         let at = [self.due(), self.model.poll_timeout()]
             .into_iter()
             .flatten()
-            .min()?;
-        Some(Instant::now() + at.saturating_sub(self.driver.now()))
+            .min();
+        let at = at.map(|at| Instant::now() + at.saturating_sub(host));
+        [at, self.session.wake_at()].into_iter().flatten().min()
     }
 
     fn draw_if_due(&mut self) -> io::Result<()> {
-        let now = self.driver.now();
-        if self.due().is_some_and(|at| at <= now) {
-            let model = &self.model;
+        let host = self.session.host_now();
+        if self.due().is_some_and(|at| at <= host) {
+            let (model, now) = match &self.past {
+                Some((model, at)) => (model, *at),
+                None => (&self.model, self.session.now()),
+            };
             self.screen.draw(|frame| view::draw(model, now, frame))?;
             self.drawn = Some(Drawn {
-                at: now,
-                revision: model.revision(),
-                stale_at: model.redraw_at(now),
+                at: host,
+                revision: self.revision(),
+                // Elsewhere in time, time passes as it is played.
+                stale_at: model
+                    .playback()
+                    .is_none()
+                    .then(|| model.redraw_at(now))
+                    .flatten(),
             });
         }
         Ok(())

@@ -69,6 +69,7 @@ impl Desk {
         match event {
             Event::Command { id, step } => self.broker.handle_step(*id, step, heard),
             Event::Link(LinkEvent::Lost { reason }) => self.broker.handle_lost(reason),
+            Event::Line { line, .. } => self.broker.handle_body(&line.body),
             _ => {}
         }
     }

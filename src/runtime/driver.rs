@@ -9,7 +9,9 @@ use tokio::time::{Instant as TokioInstant, sleep_until};
 
 use super::advice::advice;
 use super::desk::{Desk, Wanted};
+use super::live::{self, Live};
 use crate::event::{CommandId, Event, Level, LinkEvent, Moment, Reception};
+use crate::io::foxglove::{Call, Foxglove};
 use crate::io::link::{Link, LinkInput};
 use crate::io::share::{FromClient, Share};
 use crate::radio::Radio;
@@ -26,6 +28,9 @@ const NOT_TAKEN_REST: Duration = Duration::from_secs(10);
 
 /// Takes every byte that is sent, for the recorder.
 pub type SentSink = Box<dyn FnMut(Instant, &[u8])>;
+
+/// Takes every event, for the recorder.
+pub type EventSink = Box<dyn FnMut(Instant, &Event)>;
 
 /// Somebody is to be told what to do about a link on which no line comes.
 struct Advising {
@@ -54,9 +59,11 @@ pub struct Driver {
     radio: Radio,
     started: Instant,
     sent: SentSink,
+    told: Option<EventSink>,
     /// Bytes not taken by the device that were told about, and when.
     told_not_taken: (u64, Option<Moment>),
     desk: Option<Desk>,
+    live: Option<Live>,
     advising: Option<Advising>,
     /// What happened besides the station's own events.
     events: VecDeque<Event>,
@@ -84,8 +91,10 @@ impl Driver {
             radio,
             started,
             sent,
+            told: None,
             told_not_taken: (0, None),
             desk: None,
+            live: None,
             advising: None,
             events: VecDeque::new(),
         }
@@ -101,6 +110,13 @@ impl Driver {
         self
     }
 
+    /// Tells somebody of every event, in the order in which they are polled.
+    #[must_use]
+    pub fn telling(mut self, told: EventSink) -> Self {
+        self.told = Some(told);
+        self
+    }
+
     /// Lets others use the link too.
     #[must_use]
     pub fn shared(mut self, share: Option<Share>) -> Self {
@@ -111,6 +127,20 @@ impl Driver {
                 text: format!("shared on {}", desk.address()),
             });
             self.desk = Some(desk);
+        }
+        self
+    }
+
+    /// Lets tools watch live and ask.
+    #[must_use]
+    pub fn watched(mut self, server: Option<Foxglove>) -> Self {
+        if let Some(server) = server {
+            let live = Live::new(server, self.now());
+            self.events.push_back(Event::Notice {
+                level: Level::Info,
+                text: format!("Foxglove at {}", live.address()),
+            });
+            self.live = Some(live);
         }
         self
     }
@@ -137,7 +167,8 @@ impl Driver {
     /// when the wait is abandoned.
     pub async fn step(&mut self) {
         let desk = self.desk.as_ref().and_then(Desk::poll_timeout);
-        let deadline = [self.station.poll_timeout(), desk]
+        let live = self.live.as_ref().and_then(Live::poll_timeout);
+        let deadline = [self.station.poll_timeout(), desk, live]
             .into_iter()
             .flatten()
             .min()
@@ -157,6 +188,7 @@ impl Driver {
                 }
             }
             input = next_client(self.desk.as_mut()) => self.handle_client(input),
+            call = next_call(self.live.as_mut()) => self.handle_call(call),
             () = sleep_to(deadline) => {}
         }
         let now = self.now();
@@ -167,6 +199,10 @@ impl Driver {
             desk.handle_timeout(now, heard);
         }
         self.serve_desk();
+        if let Some(live) = &mut self.live {
+            live.handle_timeout(now);
+        }
+        self.serve_live();
         self.flush();
         self.tell_not_taken();
     }
@@ -181,6 +217,28 @@ impl Driver {
             desk.handle_started(now, id, &asked, heard);
         }
         self.events.push_back(Event::Asked { id, by: asked.by });
+    }
+
+    fn handle_call(&mut self, call: Call) {
+        let now = self.now();
+        if let Some(live) = &mut self.live {
+            live.handle_call(now, call);
+        }
+    }
+
+    /// What those who call want done.
+    fn serve_live(&mut self) {
+        while let Some(wanted) = self.live.as_mut().and_then(Live::poll) {
+            match wanted {
+                live::Wanted::Start(call, request) => {
+                    let id = self.station.handle_request(self.now(), request);
+                    let live = self.live.as_mut();
+                    let asked = live.and_then(|live| live.handle_started(call, id));
+                    self.events.extend(asked);
+                }
+                live::Wanted::GiveUp(id) => self.station.handle_give_up(self.now(), id),
+            }
+        }
     }
 
     /// What the desk wants done.
@@ -232,8 +290,11 @@ impl Driver {
                 can_send: self.can_send(),
             }),
             LinkInput::Bytes(at, bytes) => {
-                self.station
-                    .handle_bytes(at.saturating_duration_since(self.started), &bytes);
+                let at = at.saturating_duration_since(self.started);
+                if let Some(live) = &mut self.live {
+                    live.handle_rx(at, &bytes);
+                }
+                self.station.handle_bytes(at, &bytes);
             }
             LinkInput::Lost(reason) => self.station.handle_link(LinkEvent::Lost { reason }),
             LinkInput::Ended => self.station.handle_link(LinkEvent::Ended),
@@ -282,13 +343,26 @@ impl Driver {
             desk.handle_event(event, heard);
             self.serve_desk();
         }
-        event.or_else(|| self.events.pop_front())
+        let event = event.or_else(|| self.events.pop_front());
+        if let (Some(event), Some(told)) = (&event, &mut self.told) {
+            told(Instant::now(), event);
+        }
+        let now = self.now();
+        if let (Some(event), Some(live)) = (&event, &mut self.live) {
+            live.handle_event(now, event);
+            self.serve_live();
+            self.flush();
+        }
+        event
     }
 
     fn flush(&mut self) {
         let now = self.now();
         while let Some(bytes) = self.station.poll_transmit(now) {
             (self.sent)(Instant::now(), &bytes);
+            if let Some(live) = &mut self.live {
+                live.handle_tx(now, &bytes);
+            }
             self.link.send(&bytes);
         }
     }
@@ -297,6 +371,13 @@ impl Driver {
 async fn next_client(desk: Option<&mut Desk>) -> FromClient {
     match desk {
         Some(desk) => desk.next().await,
+        None => std::future::pending().await,
+    }
+}
+
+async fn next_call(live: Option<&mut Live>) -> Call {
+    match live {
+        Some(live) => live.next().await,
         None => std::future::pending().await,
     }
 }

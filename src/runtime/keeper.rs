@@ -1,17 +1,26 @@
 //! Keeps what the radio delivers, before anybody looks at it.
 
-use std::collections::BTreeMap;
-use std::path::{self, PathBuf};
+mod history;
+
+use std::collections::{BTreeMap, VecDeque};
+use std::path::{self, Path, PathBuf};
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
-use std::time::{Instant, SystemTime};
+use std::thread::{self, JoinHandle};
+use std::time::{Duration, Instant, SystemTime, UNIX_EPOCH};
 
-use groundwave_protocol::LINE_BYTES;
-use groundwave_protocol::decoder::Decoder;
-
-use super::driver::SentSink;
-use crate::capture::{CaptureError, Existing, RawWriter, Recorder, Session};
-use crate::event::{Moment, Recording};
+use super::driver::{EventSink, SentSink};
+use crate::capture::composer::since_1970_ns;
+use crate::capture::journal::{Entry, Kind};
+use crate::capture::topics::StationEvent;
+use crate::capture::{
+    CaptureError, Existing, RawWriter, Recorder, Rotation, Session, name, recover, rotation,
+};
+use crate::event::{Level, Moment, Recording};
 use crate::io::link::Sink;
+use history::History;
+
+/// How much of what came before is in a recording that is begun from the dashboard.
+pub const REMEMBERED: Duration = Duration::from_secs(10 * 60);
 
 /// What to keep, and where.
 #[derive(Clone, Debug)]
@@ -26,25 +35,53 @@ pub struct KeepOptions {
     pub link: String,
     /// What else the recording shall say about itself.
     pub notes: BTreeMap<String, String>,
+    /// The configuration in force, as text.
+    pub configuration: String,
+    /// When a recording goes on in another file.
+    pub rotation: Rotation,
+    /// How much is remembered while nothing is recorded.
+    pub remembered: Duration,
+}
+
+impl Default for KeepOptions {
+    fn default() -> Self {
+        Self {
+            tee: None,
+            mcap: None,
+            existing: Existing::Refuse,
+            link: String::new(),
+            notes: BTreeMap::new(),
+            configuration: String::new(),
+            rotation: Rotation::default(),
+            remembered: REMEMBERED,
+        }
+    }
 }
 
 /// The raw tee and the MCAP recorder behind one lock: the reader thread writes received bytes, the
-/// event loop what is sent.
+/// event loop what is sent and what happens.
 #[derive(Clone)]
 pub struct Keeper(Arc<Mutex<Inner>>);
 
 struct Inner {
     tee: Option<RawWriter>,
     recorder: Option<Recorder>,
-    /// Received and not yet with the recorder: it gets whole lines, however the bytes arrive.
-    pending: Vec<u8>,
-    decoder: Decoder,
+    /// What came in while nothing was recorded.
+    history: History,
+    options: KeepOptions,
     started: Instant,
     started_wall: SystemTime,
+    /// A recording is being begun on another thread.
+    is_beginning: bool,
+    /// Threads that begin, end or recover a recording.
+    threads: Vec<JoinHandle<()>>,
+    /// What they have to say.
+    notices: VecDeque<(Level, String)>,
 }
 
 impl Keeper {
-    /// Creates the files: all of them or none.
+    /// Creates the files: all of them or none. Recordings in the same folder that were interrupted are
+    /// recovered meanwhile; [`Self::poll_notice`] tells.
     ///
     /// # Errors
     /// When one of them exists and may not be touched, or cannot be written.
@@ -55,20 +92,10 @@ impl Keeper {
         {
             return Err(CaptureError::SameFile(tee.clone()));
         }
-        let session = Session {
-            link: options.link.clone(),
-            start: started_wall,
-            notes: options.notes.clone(),
-        };
-        // Only raw captures can be written on.
-        let existing = match options.existing {
-            Existing::Append => Existing::Refuse,
-            other => other,
-        };
         let recorder = options
             .mcap
             .as_ref()
-            .map(|path| Recorder::start(path, existing, &session))
+            .map(|path| begin(options, path, started_wall))
             .transpose()?;
         // Last, for this one cannot be taken back: it may write over what was there.
         let tee = options
@@ -85,14 +112,21 @@ impl Keeper {
                 return Err(error);
             }
         };
-        Ok(Self(Arc::new(Mutex::new(Inner {
+        let keeper = Self(Arc::new(Mutex::new(Inner {
             tee,
             recorder,
-            pending: Vec::new(),
-            decoder: Decoder::default(),
+            history: History::new(options.remembered),
+            options: options.clone(),
             started,
             started_wall,
-        }))))
+            is_beginning: false,
+            threads: Vec::new(),
+            notices: VecDeque::new(),
+        })));
+        if let Some(path) = &options.mcap {
+            keeper.recover_beside(path);
+        }
+        Ok(keeper)
     }
 
     fn lock(&self) -> MutexGuard<'_, Inner> {
@@ -113,10 +147,49 @@ impl Keeper {
         Box::new(move |at, bytes| keeper.lock().handle_tx(at, bytes))
     }
 
+    /// For the driver, which knows what happens.
+    #[must_use]
+    pub fn event_sink(&self) -> EventSink {
+        let keeper = self.clone();
+        Box::new(move |at, event| {
+            if let Some(event) = StationEvent::from_event(event) {
+                keeper.lock().handle_event(at, &event);
+            }
+        })
+    }
+
     /// What has been kept so far, and what went wrong.
     #[must_use]
     pub fn status(&self) -> Recording {
         self.lock().status()
+    }
+
+    /// Begins a recording with what is remembered, under a name of its own making, or ends the one under
+    /// way. Waits for no disk: [`Self::poll_notice`] tells what became of it.
+    pub fn toggle(&self) {
+        let mut inner = self.lock();
+        if let Some(recorder) = inner.recorder.take() {
+            let path = recorder.path();
+            self.spawn(&mut inner, move |keeper| {
+                let notice = match recorder.finish() {
+                    Ok(bytes) => (
+                        Level::Info,
+                        format!("recorded {}: {bytes} bytes", path.display()),
+                    ),
+                    Err(error) => (Level::Alarm, error.to_string()),
+                };
+                keeper.lock().notices.push_back(notice);
+            });
+        } else if !inner.is_beginning {
+            inner.is_beginning = true;
+            self.spawn(&mut inner, Self::begin_now);
+        }
+    }
+
+    /// What has become of recordings begun, ended or recovered, once.
+    #[must_use]
+    pub fn poll_notice(&self) -> Option<(Level, String)> {
+        self.lock().notices.pop_front()
     }
 
     /// Ends the recording in good order; returns the bytes that are in the files.
@@ -126,12 +199,25 @@ impl Keeper {
     pub fn finish(&self) -> Result<u64, CaptureError> {
         let (recorder, tee) = {
             let mut inner = self.lock();
-            inner.hand_over(Instant::now());
             (inner.recorder.take(), inner.tee.take())
         };
         // Each is finished whatever became of the other.
         let teed = tee.map_or(Ok(0), RawWriter::finish);
         let recorded = recorder.map_or(Ok(0), Recorder::finish);
+        loop {
+            let threads = std::mem::take(&mut self.lock().threads);
+            if threads.is_empty() {
+                break;
+            }
+            for thread in threads {
+                // One that has panicked has nothing more to say.
+                let _ = thread.join();
+            }
+        }
+        if let Some(recorder) = self.lock().recorder.take() {
+            // It was being begun just now.
+            recorder.finish()?;
+        }
         Ok(recorded? + teed?)
     }
 
@@ -139,6 +225,62 @@ impl Keeper {
     #[must_use]
     pub fn finish_on_drop(&self) -> FinishOnDrop {
         FinishOnDrop(self.clone())
+    }
+
+    fn spawn(&self, inner: &mut Inner, work: impl FnOnce(&Self) + Send + 'static) {
+        let keeper = self.clone();
+        let thread = thread::Builder::new()
+            .name("keeper".into())
+            .spawn(move || work(&keeper));
+        match thread {
+            Ok(thread) => inner.threads.push(thread),
+            Err(error) => inner
+                .notices
+                .push_back((Level::Alarm, format!("cannot start a thread: {error}"))),
+        }
+    }
+
+    /// On a thread of its own. What comes in until the files are there is remembered with the rest.
+    fn begin_now(&self) {
+        let (options, first_ns) = {
+            let inner = self.lock();
+            (inner.options.clone(), inner.history.first_ns())
+        };
+        let start =
+            first_ns.map_or_else(SystemTime::now, |ns| UNIX_EPOCH + Duration::from_nanos(ns));
+        let path = free_name(&PathBuf::from(name::automatic(SystemTime::now())));
+        let begun = begin(&options, &path, start);
+        let mut inner = self.lock();
+        inner.is_beginning = false;
+        match begun {
+            Ok(mut recorder) => {
+                let (now, _) = inner.times(Instant::now());
+                recorder.handle_backlog(now, inner.history.take());
+                inner.recorder = Some(recorder);
+                let text = format!("recording to {}", path.display());
+                inner.notices.push_back((Level::Info, text));
+                drop(inner);
+                self.recover_beside(&path);
+            }
+            Err(error) => inner.notices.push_back((Level::Alarm, error.to_string())),
+        }
+    }
+
+    /// Recovers what was interrupted in the folder of a recording.
+    fn recover_beside(&self, path: &Path) {
+        let folder = path.parent().unwrap_or(Path::new("")).to_owned();
+        let mut inner = self.lock();
+        self.spawn(&mut inner, move |keeper| {
+            for path in recover::find_interrupted(&folder) {
+                let notice = match recover::recover(&path) {
+                    Ok(recovery) => (recovery.level(), recovery.headline()),
+                    // Somebody else was faster.
+                    Err(CaptureError::InUse(_)) => continue,
+                    Err(error) => (Level::Warning, error.to_string()),
+                };
+                keeper.lock().notices.push_back(notice);
+            }
+        });
     }
 }
 
@@ -152,6 +294,31 @@ impl Drop for FinishOnDrop {
     }
 }
 
+/// Begins a recording; an interrupted one of its name makes room.
+fn begin(options: &KeepOptions, path: &Path, start: SystemTime) -> Result<Recorder, CaptureError> {
+    // Only raw captures can be written on.
+    let existing = match options.existing {
+        Existing::Append => Existing::Refuse,
+        other => other,
+    };
+    let session = Session {
+        link: options.link.clone(),
+        start,
+        notes: options.notes.clone(),
+        configuration: options.configuration.clone(),
+    };
+    recover::set_aside(path)?;
+    Recorder::start_rotating(path, existing, &session, options.rotation)
+}
+
+/// The name, or one like it that no recording has.
+fn free_name(path: &Path) -> PathBuf {
+    (1..)
+        .map(|part| rotation::part_name(path, part))
+        .find(|path| !recover::Paths::of(path).exist())
+        .unwrap_or_else(|| path.to_owned())
+}
+
 impl Inner {
     fn times(&self, at: Instant) -> (Moment, SystemTime) {
         let now = at.saturating_duration_since(self.started);
@@ -162,41 +329,28 @@ impl Inner {
         if let Some(tee) = &mut self.tee {
             tee.write(bytes);
         }
-        if self.recorder.is_none() {
-            return;
-        }
-        for &byte in bytes {
-            self.pending.push(byte);
-            if byte == b'\n' || self.pending.len() >= LINE_BYTES {
-                self.hand_over(at);
-            }
-        }
-    }
-
-    /// One message for each line: a serial port hands over single bytes, and a message each would make
-    /// the file ten times as long.
-    fn hand_over(&mut self, at: Instant) {
         let (now, wall) = self.times(at);
-        let pending = std::mem::take(&mut self.pending);
-        let Some(recorder) = self.recorder.as_mut().filter(|_| !pending.is_empty()) else {
-            return;
-        };
-        recorder.handle_rx(now, wall, &pending);
-        let mut bytes = &pending[..];
-        while !bytes.is_empty() {
-            let (taken, received) = self.decoder.handle_bytes(bytes);
-            bytes = &bytes[taken..];
-            if let Some(received) = received {
-                recorder.handle_line(now, wall, &received);
-            }
+        match &mut self.recorder {
+            Some(recorder) => recorder.handle_rx(now, wall, bytes),
+            None => self.history.push(entry(Kind::Rx, wall, bytes)),
         }
-        recorder.handle_timeout(now);
     }
 
     fn handle_tx(&mut self, at: Instant, bytes: &[u8]) {
         let (now, wall) = self.times(at);
-        if let Some(recorder) = &mut self.recorder {
-            recorder.handle_tx(now, wall, bytes);
+        match &mut self.recorder {
+            Some(recorder) => recorder.handle_tx(now, wall, bytes),
+            None => self.history.push(entry(Kind::Tx, wall, bytes)),
+        }
+    }
+
+    fn handle_event(&mut self, at: Instant, event: &StationEvent) {
+        let (now, wall) = self.times(at);
+        match &mut self.recorder {
+            Some(recorder) => recorder.handle_event(now, wall, event),
+            None => self
+                .history
+                .push(Entry::of_event(since_1970_ns(wall), event)),
         }
     }
 
@@ -206,12 +360,15 @@ impl Inner {
         if let Some(recorder) = &mut self.recorder {
             recorder.handle_timeout(now);
         }
-        let name = |path: &path::Path| path.display().to_string();
+        let name = |path: &Path| path.display().to_string();
         let tee_problem = self.tee.as_ref().and_then(RawWriter::problem);
         let recorder_problem = self.recorder.as_ref().and_then(Recorder::problem);
         Recording {
             tee: self.tee.as_ref().map(|tee| name(tee.path())),
-            mcap: self.recorder.as_ref().map(|recorder| name(recorder.path())),
+            mcap: self
+                .recorder
+                .as_ref()
+                .map(|recorder| name(&recorder.path())),
             bytes: match (&self.recorder, &self.tee) {
                 (Some(recorder), _) => recorder.bytes(),
                 (None, Some(tee)) => tee.bytes(),
@@ -219,6 +376,15 @@ impl Inner {
             },
             problem: tee_problem.or(recorder_problem),
         }
+    }
+}
+
+fn entry(kind: Kind, wall: SystemTime, bytes: &[u8]) -> Entry {
+    Entry {
+        kind,
+        at_ns: since_1970_ns(wall),
+        offset: 0,
+        data: bytes.to_vec(),
     }
 }
 
@@ -231,11 +397,9 @@ mod tests {
         let folder = tempfile::tempdir().unwrap();
         let path = folder.path().join("run.mcap");
         let options = KeepOptions {
-            tee: None,
             mcap: Some(path.clone()),
-            existing: Existing::Refuse,
             link: "sim".to_owned(),
-            notes: BTreeMap::new(),
+            ..KeepOptions::default()
         };
         let keeper = Keeper::open(&options, Instant::now()).unwrap();
         // The reader thread of the link holds on to this.

@@ -5,7 +5,10 @@ mod dashboard;
 mod desk;
 mod driver;
 mod keeper;
+mod live;
+mod session;
 
-pub use dashboard::{Dashboard, Player, run};
+pub use dashboard::{Dashboard, run};
 pub use driver::Driver;
 pub use keeper::{FinishOnDrop, KeepOptions, Keeper};
+pub use session::{Live, Replay, Session};

@@ -5,11 +5,13 @@
 
 use std::collections::{BTreeMap, VecDeque};
 
+use groundwave_protocol::telemetry::Body;
+
 use super::codec::{Ask, ClientLine, Heard, StationLine, Welcome};
 use super::lines::TooLong;
 use super::stage::Stage;
 use crate::event::{CommandId, CommandStep, Failure, Moment};
-use crate::request::Request;
+use crate::request::{Request, Standing};
 
 /// Commands of one client that have not ended.
 const ASKS_MAX: usize = 16;
@@ -56,6 +58,7 @@ struct Client {
 struct Command {
     client: ClientId,
     tag: u32,
+    request: Request,
     deadline: Moment,
     heard_before: Heard,
 }
@@ -65,6 +68,7 @@ struct Command {
 pub struct Broker {
     link: String,
     can_send: bool,
+    robot: Standing,
     clients: BTreeMap<ClientId, Client>,
     commands: BTreeMap<CommandId, Command>,
     outputs: VecDeque<Output>,
@@ -171,6 +175,7 @@ impl Broker {
             Command {
                 client: asked.client,
                 tag: asked.ask.tag,
+                request: asked.ask.request.clone(),
                 deadline: now + asked.ask.timeout,
                 heard_before: heard,
             },
@@ -182,9 +187,15 @@ impl Broker {
         let Some(command) = self.commands.get(&id) else {
             return;
         };
+        let mut stage = Stage::of(step);
+        if let (Stage::Refused { reason, .. }, CommandStep::Refused(outcome)) = (&mut stage, step)
+            && let Some(why) = self.robot.why(&command.request, *outcome)
+        {
+            *reason = why;
+        }
         let line = StationLine::Step {
             id: command.tag,
-            stage: Stage::of(step),
+            stage,
             heard: heard.since(command.heard_before),
         };
         self.reply(command.client, &line);
@@ -196,19 +207,32 @@ impl Broker {
         }
     }
 
+    /// The robot told something.
+    pub fn handle_body(&mut self, body: &Body) {
+        self.robot.take(body);
+        if let Body::Text(text) = body {
+            self.tell_all(&StationLine::Said {
+                said: text.as_str().to_owned(),
+            });
+        }
+    }
+
     /// The link to the robot is gone.
     pub fn handle_lost(&mut self, reason: &str) {
+        self.tell_all(&StationLine::Lost {
+            lost: reason.to_owned(),
+        });
+    }
+
+    fn tell_all(&mut self, line: &StationLine) {
         let conversing: Vec<ClientId> = self
             .clients
             .iter()
             .filter(|(_, client)| client.converses)
             .map(|(id, _)| *id)
             .collect();
-        let line = StationLine::Lost {
-            lost: reason.to_owned(),
-        };
         for client in conversing {
-            self.reply(client, &line);
+            self.reply(client, line);
         }
     }
 

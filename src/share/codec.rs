@@ -173,21 +173,25 @@ fn read_request(
             let words: Vec<&str> = words.split_whitespace().collect();
             Request::from_words(&words).map_err(refused)
         }
-        (None, Some(points)) => {
-            let waypoints: Result<Vec<Waypoint>, CodecError> = points
-                .into_iter()
-                .map(|(x_in, y_in)| {
-                    Waypoint::new(x_in, y_in)
-                        .ok_or_else(|| CodecError::Request(format!("({x_in}, {y_in}) is too far")))
-                })
-                .collect();
-            Request::route(waypoints?).map_err(refused)
-        }
+        (None, Some(points)) => read_route(points),
         _ => Err(CodecError::Shape),
     }
 }
 
-fn read_timeout(ms: Option<u64>) -> Result<Duration, CodecError> {
+/// A waypoint list that fits the robot, from whole inches.
+pub(super) fn read_route(points: Vec<(i16, i16)>) -> Result<Request, CodecError> {
+    let waypoints: Result<Vec<Waypoint>, CodecError> = points
+        .into_iter()
+        .map(|(x_in, y_in)| {
+            Waypoint::new(x_in, y_in)
+                .ok_or_else(|| CodecError::Request(format!("({x_in}, {y_in}) is too far")))
+        })
+        .collect();
+    Request::route(waypoints?).map_err(|error| CodecError::Request(error.to_string()))
+}
+
+/// How long a command may take; 20 s unless it says so.
+pub(super) fn read_timeout(ms: Option<u64>) -> Result<Duration, CodecError> {
     let timeout = ms.map_or(TIMEOUT_DEFAULT, Duration::from_millis);
     if timeout.is_zero() || timeout > TIMEOUT_MAX {
         return Err(CodecError::Timeout);
@@ -258,6 +262,11 @@ pub enum StationLine {
         /// Why.
         lost: String,
     },
+    /// The robot said something in words.
+    Said {
+        /// What.
+        said: String,
+    },
     /// The client did something wrong, and the connection is closed.
     Error {
         /// What, and what to do.
@@ -284,6 +293,7 @@ impl StationLine {
                 line_of(&json)
             }
             Self::Lost { lost } => line_of(&json!({ "lost": lost })),
+            Self::Said { said } => line_of(&json!({ "said": said })),
             Self::Error { error } => line_of(&json!({ "error": error })),
         }
     }

@@ -6,12 +6,14 @@
 
 mod address;
 mod broker;
+mod calls;
 mod codec;
 mod lines;
 mod stage;
 
 pub use address::{Address, Exposed};
 pub use broker::{Asked, Broker, ClientId, Output};
+pub use calls::{CallError, CallId, CallOutput, Calls};
 pub use codec::{Ask, ClientLine, CodecError, Heard, StationLine, Welcome};
 pub use lines::{LINE_MAX, Lines, TooLong};
 pub use stage::{Stage, why_refused};

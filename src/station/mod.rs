@@ -28,14 +28,14 @@ const STATISTICS_REST: Duration = Duration::from_secs(1);
 /// A press of a drive key counts for this long unless it is renewed.
 const DRIVE_LEASE: Duration = Duration::from_millis(500);
 
-#[derive(Debug)]
+#[derive(Clone, Debug)]
 struct Waiting {
     id: CommandId,
     request: Request,
 }
 
 /// The ground's end of everything.
-#[derive(Debug)]
+#[derive(Clone, Debug)]
 pub struct Station {
     decoder: Decoder,
     listener: Listener,
@@ -98,11 +98,18 @@ impl Station {
         self.fop.duplex() == Duplex::Half
     }
 
-    /// Takes bytes from the radio.
-    pub fn handle_bytes(&mut self, now: Moment, mut bytes: &[u8]) {
+    /// Takes bytes from the radio. What it tells does not depend on how they were cut into pieces.
+    pub fn handle_bytes(&mut self, now: Moment, bytes: &[u8]) {
         self.fop.handle_carrier(micros(now));
-        self.meter.take_received(now, bytes.len());
-        let all = bytes;
+        for run in bytes.split_inclusive(|byte| *byte == b'\n') {
+            self.handle_run(now, run);
+        }
+    }
+
+    /// Takes bytes of which none but the last is a line feed: whatever there is to tell, a line feed ends.
+    fn handle_run(&mut self, now: Moment, run: &[u8]) {
+        self.meter.take_received(now, run.len());
+        let mut bytes = run;
         let mut has_line = false;
         while !bytes.is_empty() {
             let (taken, received) = self.decoder.handle_bytes(bytes);
@@ -113,8 +120,11 @@ impl Station {
                 self.handle_received(now, &received);
             }
         }
-        let heard = self.listener.take(now, all, has_line);
+        let heard = self.listener.take(now, run, has_line);
         self.tell_reception(heard);
+        if run.last() != Some(&b'\n') {
+            return;
+        }
         let counters = *self.decoder.counters();
         let rejects = |c: &Counters| (c.crc_rejected, c.shape_rejected, c.field_rejected, c.lines);
         if rejects(&counters) != rejects(&self.told_counters) {
@@ -122,6 +132,17 @@ impl Station {
             self.events.push_back(Event::Counters(counters));
         }
         self.tell_statistics(now);
+    }
+
+    /// Takes bytes that were sent when what is heard now was heard: a recording has them.
+    pub fn handle_sent(&mut self, now: Moment, bytes: &[u8]) {
+        self.meter.take_sent(now, bytes);
+    }
+
+    /// Bytes are missing between what was heard and what will be: no line is read across the gap.
+    pub const fn handle_interruption(&mut self) {
+        self.decoder.interrupt();
+        self.meter.interrupt();
     }
 
     fn tell_statistics(&mut self, now: Moment) {

@@ -45,7 +45,7 @@ const ALONE_MAX: f64 = 0.1;
 const TRUST: Duration = Duration::from_mins(1);
 
 /// Listens to everything that comes.
-#[derive(Debug, Default)]
+#[derive(Clone, Debug, Default)]
 pub(super) struct Listener {
     is_open: bool,
     told: Option<Reception>,

@@ -4,11 +4,11 @@ use std::collections::{BTreeSet, VecDeque};
 use std::time::Duration;
 
 use groundwave_protocol::command::Order;
-use groundwave_protocol::parameter::key;
+use groundwave_protocol::parameter::{VALUE_MAX, key};
 use groundwave_protocol::telemetry::{Outcome, ParameterLine};
 
 use crate::event::Moment;
-use crate::request::Tuning;
+use crate::request::{Amount, Tuning};
 
 /// A line P that has not come by now is lost: the robot says it as its next or next but one, between two acknowledgements
 /// a second and a half after the order at most.
@@ -18,9 +18,11 @@ const PATIENCE: Duration = Duration::from_millis(2500);
 const VAIN_ROUNDS_MAX: u8 = 12;
 
 /// What is known of a wish about parameters.
-#[derive(Debug)]
+#[derive(Clone, Debug)]
 pub(super) struct Tuner {
     wish: Tuning,
+    /// What is to be set in the robot's own counts: a decimal waits for the robot to say its unit.
+    counts: Option<i32>,
     /// Places of the lines that came.
     heard: BTreeSet<u8>,
     /// Parameters that the robot has.
@@ -62,6 +64,10 @@ impl Tuner {
     pub(super) fn begin(wish: Tuning) -> (Self, Order) {
         let tuner = Self {
             wish,
+            counts: match wish {
+                Tuning::Set(_, Amount::Counts(counts)) => Some(counts),
+                _ => None,
+            },
             heard: BTreeSet::new(),
             count: None,
             state: State::Ordered,
@@ -103,10 +109,13 @@ impl Tuner {
                 _ => (false, Verdict::Wait),
             };
         }
+        if let Some(followed) = self.learn_unit(line) {
+            return followed;
+        }
         let is_meant = match self.wish {
             Tuning::List => true,
             Tuning::Get(name) => name == line.name,
-            Tuning::Set(name, value) => name == line.name && value == line.value,
+            Tuning::Set(name, _) => name == line.name && self.counts == Some(line.value),
             Tuning::Save => false,
         };
         if !is_meant || !self.heard.insert(line.place) {
@@ -124,6 +133,27 @@ impl Tuner {
             Verdict::Wait
         };
         (true, verdict)
+    }
+
+    /// The robot has said what it counts, as it was asked to where a decimal is to be set: what that comes to is set now.
+    fn learn_unit(&mut self, line: &ParameterLine) -> Option<(bool, Verdict)> {
+        let (Tuning::Set(name, amount), None, State::Listening { .. }) =
+            (self.wish, self.counts, self.state)
+        else {
+            return None;
+        };
+        if name != line.name {
+            return None;
+        }
+        let counts = amount.counts(line.unit.as_str());
+        let Some(value) = counts.filter(|counts| counts.abs() <= VALUE_MAX) else {
+            return Some((true, Verdict::Refused(Outcome::BadValue)));
+        };
+        self.counts = Some(value);
+        self.vain_rounds = 0;
+        self.state = State::Ordered;
+        let key = key(name.as_str());
+        Some((false, Verdict::Ask(Order::SetParameter { key, value })))
     }
 
     /// Lets time pass.
@@ -176,14 +206,14 @@ impl Tuner {
     }
 }
 
-/// The order that a wish begins with.
+/// The order that a wish begins with: whoever sets a decimal asks first what the robot counts.
 pub(super) fn order(wish: &Tuning) -> Order {
     match wish {
         Tuning::List => Order::ReadParameters { place: 0 },
-        Tuning::Get(name) => Order::ReadParameter {
+        Tuning::Get(name) | Tuning::Set(name, Amount::Decimal { .. }) => Order::ReadParameter {
             key: key(name.as_str()),
         },
-        Tuning::Set(name, value) => Order::SetParameter {
+        Tuning::Set(name, Amount::Counts(value)) => Order::SetParameter {
             key: key(name.as_str()),
             value: *value,
         },

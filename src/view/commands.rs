@@ -146,11 +146,11 @@ impl Screen<'_> {
             );
             lines.push(Line::styled(words, self.theme.dim));
         }
-        if !model.chart.draft.is_empty() {
+        if !model.chart.draft.waypoints().is_empty() {
             let words = format!(
                 "{} draft: {} waypoints, not sent; S sends, u takes back",
                 self.theme.glyphs.draft,
-                model.chart.draft.len()
+                model.chart.draft.waypoints().len()
             );
             lines.push(Line::styled(words, self.theme.draft));
         }

@@ -16,6 +16,8 @@ impl Screen<'_> {
             let prompt = match entry.purpose {
                 Purpose::Command => ":",
                 Purpose::RouteFile => "route file: ",
+                Purpose::SaveRoute => "save as: ",
+                Purpose::Moment => "go to: ",
             };
             let keys = Line::from(self.keys_beside_prompt(area.width));
             let taken = prompt.len() + 1 + keys.width();
@@ -46,15 +48,32 @@ impl Screen<'_> {
             spans.push(Span::styled(words, theme.alarm));
             spans.push(Span::raw("  "));
         }
+        if let Overlay::Jump { forward } = self.model.overlay {
+            let words = if forward {
+                "to the next "
+            } else {
+                "to the last "
+            };
+            spans.push(Span::styled(words, theme.strong));
+        }
         let context = self.model.context();
         let always = self.named_keys(context, |action| ALWAYS_SEEN.contains(&action));
         let always_width: usize = always.iter().map(Span::width).sum();
         let mut room = usize::from(area.width).saturating_sub(always_width);
         room = room.saturating_sub(spans.iter().map(Span::width).sum());
-        for pair in self
-            .named_keys(context, |action| !ALWAYS_SEEN.contains(&action))
-            .chunks(2)
-        {
+        // Whoever looks at another moment moves in time first of all.
+        let mut others = Vec::new();
+        if self.model.playback.is_some() {
+            others.extend(self.named_keys(context, |action| action == Action::Stop));
+            others.extend(self.named_keys(context, Action::moves_in_time));
+            others.extend(self.named_keys(context, |action| {
+                let is_named = action == Action::Stop || action.moves_in_time();
+                !is_named && !ALWAYS_SEEN.contains(&action)
+            }));
+        } else {
+            others = self.named_keys(context, |action| !ALWAYS_SEEN.contains(&action));
+        }
+        for pair in others.chunks(2) {
             let width: usize = pair.iter().map(Span::width).sum();
             if width > room {
                 break;

@@ -10,6 +10,7 @@ use super::{Screen, put};
 use crate::model::keys::Context;
 use crate::model::news::News;
 use crate::model::{Overlay, Purpose};
+use crate::travel::TARGET_HELP;
 
 /// How much the one line says, from everything to what must be there: it takes the first that fits.
 const TERSENESS: [Terseness; 4] = [
@@ -55,6 +56,8 @@ impl Screen<'_> {
             help
         } else if let Some(traced) = self.trace_words() {
             traced
+        } else if let Some(aside) = self.aside() {
+            aside
         } else if let Some(news) = self.model.news(self.told_at) {
             self.news(news)
         } else {
@@ -69,11 +72,40 @@ impl Screen<'_> {
         };
         Some(match (&entry.error, entry.purpose) {
             (Some(error), _) => Line::styled(error.clone(), self.theme.warning),
+            (None, Purpose::Moment) => Line::styled(TARGET_HELP, self.theme.dim),
             (None, Purpose::Command) => Line::styled(COMMAND_HELP, self.theme.dim),
+            (None, Purpose::SaveRoute) => Line::styled(
+                "a file for the draft: it is asked before anything is overwritten",
+                self.theme.dim,
+            ),
             (None, Purpose::RouteFile) => Line::styled(
                 "a route file: one X,Y in inches a line, # comments",
                 self.theme.dim,
             ),
+        })
+    }
+
+    /// While the screen shows another moment: what the operator is told now, and where commands go.
+    fn aside(&self) -> Option<Line<'_>> {
+        let playback = self.model.playback.as_ref()?;
+        let said = self.model.aside.as_ref().or(playback.note.as_ref());
+        if let Some(said) = said {
+            return Some(Line::styled(format!("! {said}"), self.theme.warning));
+        }
+        if playback.is_partial {
+            let text =
+                "what came long before this is still being read: trail and totals begin late";
+            return Some(Line::styled(text, self.theme.dim));
+        }
+        playback.is_live.then(|| {
+            Line::from(vec![
+                Span::styled(
+                    "commands go to the robot as it is now, and ask first; ",
+                    self.theme.plain,
+                ),
+                Span::styled("G", self.theme.key),
+                Span::styled(" comes back to now", self.theme.plain),
+            ])
         })
     }
 
@@ -125,7 +157,7 @@ impl Screen<'_> {
         if !places.is_empty() {
             let recorded = if short { "" } else { "recorded in " };
             facts.push(format!("{recorded}{}", places.join(", ")));
-        } else if link.replay.is_none() {
+        } else if !self.model.is_replay() {
             facts.push("not recorded".to_owned());
         }
         if let Some(command) = &self.model.config.raw_copy {
@@ -138,8 +170,12 @@ impl Screen<'_> {
         }
         let keys: &[(&str, &str)] = if self.model.context() != Context::Dashboard {
             &[]
-        } else if link.replay.is_some() {
-            &[("k", " pauses, "), ("< >", " slower and faster")]
+        } else if self.model.is_replay() {
+            &[
+                ("k", " stands still, "),
+                (", .", " a line back or on, "),
+                ("g", " goes to a time"),
+            ]
         } else if link.can_send {
             &[("h", " sends it home")]
         } else {

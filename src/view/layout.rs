@@ -46,13 +46,17 @@ impl Screen<'_> {
         let right_columns = (area.width * 2 / 5).clamp(46, 72);
         let (map, right) = split_right(upper, right_columns);
         self.map(buffer, map);
-        let (ladder, sensors) = split_top(right, ladder::ROWS);
-        self.ladder(buffer, ladder);
-        match self.model.panel {
-            panel @ (Panel::Body | Panel::Plots | Panel::Alarms) if !is_wide => {
-                self.draw_panel(buffer, sensors, panel);
+        if let Some(editor) = &self.model.editor {
+            self.route(buffer, right, editor);
+        } else {
+            let (ladder, sensors) = split_top(right, ladder::ROWS);
+            self.ladder(buffer, ladder);
+            match self.model.panel {
+                panel @ (Panel::Body | Panel::Plots | Panel::Alarms) if !is_wide => {
+                    self.draw_panel(buffer, sensors, panel);
+                }
+                _ => self.sensors(buffer, sensors),
             }
-            _ => self.sensors(buffer, sensors),
         }
         let (commands, log) = split_right(lower, area.width / 2);
         self.commands(buffer, commands);
@@ -79,6 +83,10 @@ impl Screen<'_> {
         let right_columns = (area.width * 2 / 5).clamp(40, 60);
         let (map, right) = split_right(area, right_columns);
         self.map(buffer, map);
+        if let Some(editor) = &self.model.editor {
+            self.route(buffer, right, editor);
+            return;
+        }
         let (ladder, mut rest) = split_top(right, ladder::ROWS);
         self.ladder(buffer, ladder);
         let first = Panel::ALL

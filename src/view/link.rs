@@ -52,11 +52,7 @@ impl Screen<'_> {
             let nothing = ("", "nothing measured yet".to_owned(), theme.dim);
             return [nothing].into_iter().chain(alone).collect();
         };
-        // At another speed than it was recorded the share of time means nothing.
-        let air = |pct: f64| match link.replay {
-            Some(_) => String::new(),
-            None => format!("{pct:.0} % air, "),
-        };
+        let air = |pct: f64| format!("{pct:.0} % air, ");
         let mut down = format!(
             "{}loss {:.1} %",
             air(statistics.airtime_down_pct),

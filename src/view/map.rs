@@ -158,7 +158,7 @@ impl Screen<'_> {
         if let Some(active) = self.model.ledger.active() {
             polyline(raster, projection, &active.waypoints, 2, Ink::Route);
         }
-        polyline(raster, projection, &chart.draft, 4, Ink::Draft);
+        polyline(raster, projection, chart.draft.waypoints(), 4, Ink::Draft);
         if let Some(pending) = self.model.ledger.pending_route() {
             polyline(raster, projection, pending, 4, Ink::Draft);
         }
@@ -229,7 +229,7 @@ impl Screen<'_> {
             }
         }
         let pending = model.ledger.pending_route().unwrap_or_default();
-        for waypoint in model.chart.draft.iter().chain(pending) {
+        for waypoint in model.chart.draft.waypoints().iter().chain(pending) {
             mark(place(*waypoint), glyphs.draft, theme.draft);
         }
         for hit in &model.chart.bumps {

@@ -1,6 +1,7 @@
 //! The screen. It sees the model and cannot change it.
 //!
-//! From 110x34 up every panel is on it:
+//! A row below the status line says so when another moment than now is shown, and another one calls while nobody
+//! has seen an alarm. From 110x34 up:
 //!
 //! ```text
 //! +------------------------------ status ------------------------------+
@@ -18,16 +19,17 @@
 //! +--------------------------------------------------------------------+
 //! ```
 //!
-//! Where the band of commands and log is low, the link's figures stand in the log's place when Tab has chosen
-//! them. Below, down to 80x24, what stands under the ladder is what Tab has chosen, and the others as far as
-//! there is room:
+//! The robot from above, the plots and the alarms take the sensors' place when they are chosen (F2 to F8, Tab); from
+//! 170x44 up they have a column of their own at the right. Where the band of commands and log is low, the link's
+//! figures stand in the log's place when they are chosen. Whatever is chosen can be enlarged to the whole middle.
+//! Below, down to 80x24, what stands under the ladder is what was chosen, and the others as far as there is room:
 //!
 //! ```text
 //! +----------------------- status -----------------------+
 //! | map                       | ladder                   |
 //! |                           +--------------------------+
-//! |                           | sensors, commands, log,  |
-//! |                           | link                     |
+//! |                           | the chosen panel         |
+//! |                           |                          |
 //! +---------------------------+--------------------------+
 //! | raw                                                  |
 //! | hint                                                 |
@@ -49,12 +51,14 @@ mod overlay;
 mod plots;
 mod raster;
 mod raw;
+mod route;
 mod sensors;
 mod status;
 #[cfg(test)]
 mod tests;
 mod text;
 mod theme;
+mod time;
 mod why;
 
 use ratatui::Frame;
@@ -106,9 +110,17 @@ impl Screen<'_> {
         let (rest, hint) = split_bottom(rest, 1);
         let (rest, raw) = split_bottom(rest, raw_rows);
         self.status(buffer, status);
-        let calls = !self.model.alarms.calling().is_empty();
+        let calls = !self.calling().is_empty();
         let (strip, rest) = split_top(rest, u16::from(calls));
         self.alarm_strip(buffer, strip);
+        let rest = match &self.model.playback {
+            Some(playback) => {
+                let (time, rest) = split_top(rest, 1);
+                self.time(buffer, time, playback);
+                rest
+            }
+            None => rest,
+        };
         if full {
             self.raw_with_ruler(buffer, raw);
         } else {

@@ -35,7 +35,11 @@ impl Screen<'_> {
             Overlay::Question(question) => self.question(buffer, area, question),
             Overlay::Help => self.help(buffer, area),
             Overlay::Why => self.why_window(buffer, area),
-            Overlay::None | Overlay::Text(_) | Overlay::Drive(_) | Overlay::Trace(_) => {}
+            Overlay::None
+            | Overlay::Text(_)
+            | Overlay::Drive(_)
+            | Overlay::Trace(_)
+            | Overlay::Jump { .. } => {}
         }
     }
 
@@ -56,9 +60,14 @@ impl Screen<'_> {
     }
 
     fn help(&self, buffer: &mut Buffer, area: Rect) {
+        let of = if self.model.editor.is_some() {
+            Context::Route
+        } else {
+            Context::Dashboard
+        };
         let told: Vec<_> = keys::TABLE
             .iter()
-            .filter(|binding| binding.context == Context::Dashboard && !binding.help.is_empty())
+            .filter(|binding| binding.context == of && !binding.help.is_empty())
             .collect();
         let elsewhere = [("driving", Context::Drive), ("typing", Context::Text)];
         let others = elsewhere.len() as u16;

@@ -23,7 +23,7 @@ impl Screen<'_> {
             width: area.width.saturating_sub(right_width + 2),
             ..area
         };
-        let mut spans = self.link_at_a_glance(area.width);
+        let mut spans = self.link_at_a_glance();
         let taken: usize = spans.iter().map(Span::width).sum();
         spans.push(Span::raw("  "));
         let room = usize::from(left.width).saturating_sub(taken + 2);
@@ -32,7 +32,7 @@ impl Screen<'_> {
         put_right(buffer, area, 0, &right);
     }
 
-    fn link_at_a_glance(&self, width: u16) -> Vec<Span<'_>> {
+    fn link_at_a_glance(&self) -> Vec<Span<'_>> {
         let link = &self.model.link;
         let theme = &self.theme;
         let glyphs = theme.glyphs;
@@ -40,12 +40,6 @@ impl Screen<'_> {
             "no link"
         } else {
             &link.name
-        };
-        // The speed of a replay has to be told too.
-        let name_columns = if link.replay.is_some() && width < 100 {
-            14
-        } else {
-            24
         };
         let newest = link.newest_age(self.now).map(age::words);
         let flow = || {
@@ -74,7 +68,6 @@ impl Screen<'_> {
                 ),
             ),
             Health::Lost => (glyphs.bad, theme.alarm, self.lost()),
-            Health::Paused => (glyphs.paused, theme.holder, "  PAUSED".to_owned()),
             Health::Ended => (
                 glyphs.ended,
                 theme.strong,
@@ -85,16 +78,11 @@ impl Screen<'_> {
             link.health(self.now),
             Health::Good | Health::Waiting | Health::Weak
         );
-        let mut spans = vec![
+        vec![
             Span::styled(format!("{glyph} "), style),
-            Span::styled(shortened(name, name_columns), theme.strong),
+            Span::styled(shortened(name, NAME_COLUMNS), theme.strong),
             Span::styled(words, if calm { theme.plain } else { style }),
-        ];
-        if let Some(replay) = link.replay {
-            let speed = format!("  replay {}{}", glyphs.times, replay.speed);
-            spans.push(Span::styled(speed, theme.dim));
-        }
-        spans
+        ]
     }
 
     /// What comes from the radio when no line does.
@@ -136,7 +124,7 @@ impl Screen<'_> {
             .map(|path| file_name(path))
             .collect();
         if names.is_empty() {
-            let words = if self.model.link.replay.is_some() {
+            let words = if self.model.is_replay() {
                 ""
             } else {
                 "unrecorded"
@@ -186,6 +174,9 @@ impl Screen<'_> {
         spans
     }
 }
+
+/// Columns of the link's name.
+const NAME_COLUMNS: usize = 24;
 
 /// The last part of a path.
 pub(super) fn file_name(path: &str) -> &str {

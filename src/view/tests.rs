@@ -5,7 +5,6 @@ use groundwave_protocol::digest::digest;
 use groundwave_protocol::letters::{Bump, Infrared, Layer, LayerMask, LayerState, Mode};
 use groundwave_protocol::telemetry::{ListPlace, Outcome};
 use groundwave_protocol::{LINE_BYTES, Waypoint};
-use proptest::prelude::*;
 use ratatui::Terminal;
 use ratatui::backend::TestBackend;
 use ratatui::buffer::Buffer;
@@ -13,13 +12,15 @@ use ratatui::buffer::Buffer;
 mod link;
 mod narrow;
 mod panels;
+mod property;
+mod time;
 
 use super::draw;
 use crate::event::{
     CommandId, CommandStep, Effect, Event, Failure, LineRate, LinkEvent, Reception, Recording,
-    Replay, Truth,
+    Truth,
 };
-use crate::model::testing::{Scene, any_event};
+use crate::model::testing::Scene;
 use crate::model::{Colors, Config};
 use crate::request::Request;
 
@@ -255,7 +256,7 @@ fn dialogs_at_80_by_24() {
     scene.press(&[KeyCode::Enter]);
     let typing = screen(&scene, 80, 24);
     row(&typing, ":mode prawl▏");
-    row(&typing, "unknown mode `prawl`; modes are prowl, reactive");
+    row(&typing, "unknown mode `prawl`; did you mean `prowl`?");
 }
 
 #[test]
@@ -306,26 +307,6 @@ fn what_comes_instead_of_lines_is_told_for_hours() {
     let reception = Reception::Lines;
     scene.event(Event::Reception { reception, since });
     assert!(!screen(&scene, 140, 40).contains("for 3 h 00 m:"));
-}
-
-#[test]
-fn a_paused_replay_is_paused_and_an_ended_one_ended() {
-    let mut scene = flight(Config::default());
-    scene.event(Event::Replay(Replay {
-        paused: true,
-        speed: 2.0,
-    }));
-    let paused = screen(&scene, 80, 24);
-    scene.wait_ms(60_000);
-    assert_eq!(screen(&scene, 80, 24), paused, "time stands still");
-    row(&paused, "‖ sim  PAUSED  replay ×2");
-    scene.event(Event::Link(LinkEvent::Ended));
-    let ended = screen(&scene, 80, 24);
-    row(&ended, "■ sim  session ended");
-    for screen in [paused, ended] {
-        assert!(!screen.contains("LOST") && !screen.contains("SILENT"));
-        assert!(!screen.contains("unrecorded") && !screen.contains("not recorded"));
-    }
 }
 
 #[test]
@@ -407,46 +388,6 @@ fn driven_is_told_only_of_the_digest_that_was_acknowledged() {
     );
 }
 
-proptest! {
-    #![proptest_config(ProptestConfig { cases: 128, failure_persistence: None, ..ProptestConfig::default() })]
-
-    #[test]
-    fn nothing_panics_and_drawing_twice_draws_the_same(
-        events in prop::collection::vec((any_event(), 0_u64..5000), 0..60),
-        width in 1_u16..=250,
-        height in 1_u16..=80,
-        ascii in any::<bool>(),
-    ) {
-        let mut scene = Scene::new(Config { ascii, ..demo() });
-        for (event, wait_ms) in events {
-            scene.wait_ms(wait_ms);
-            scene.event(event);
-        }
-        prop_assert_eq!(buffer(&scene, width, height), buffer(&scene, width, height));
-    }
-
-    #[test]
-    fn a_row_says_active_only_with_a_digest_that_the_robot_acknowledged(
-        events in prop::collection::vec(any_event(), 0..80),
-    ) {
-        let mut scene = Scene::new(Config::default());
-        let mut acknowledged = Vec::new();
-        for event in events {
-            if let Event::Command { id, step: CommandStep::Proven { digest: Some(digest) } } = &event {
-                acknowledged.push((format!("{} ", id.0), format!("ACTIVE {digest:08X}")));
-            }
-            scene.event(event);
-        }
-        let screen = screen(&scene, 200, 80);
-        for row in screen.lines().filter(|row| row.contains("✔ ACTIVE ")) {
-            let known = acknowledged
-                .iter()
-                .any(|(id, active)| row.starts_with(id) && row.contains(active));
-            prop_assert!(known, "{row}");
-        }
-    }
-}
-
 #[test]
 fn the_raw_line_is_under_its_ruler() {
     let scene = flight(Config::default());
@@ -472,4 +413,36 @@ fn a_waypoint_far_out_is_seen() {
         route: Ok(vec![far]),
     });
     row(&screen(&scene, 120, 40), "◇");
+}
+
+/// A robot somewhere and a draft of a square, in the editor.
+fn drafting() -> Scene {
+    let mut scene = flight(Config::default());
+    scene.type_text("e");
+    for (x_in, y_in) in [(0, 0), (48, 0), (48, 48), (0, 48)] {
+        let at = crate::model::draft::Edit::AppendAt(f64::from(x_in), f64::from(y_in));
+        scene.model.chart.draft.edit(at, None).unwrap();
+    }
+    scene
+}
+
+#[test]
+fn the_draft_is_a_list_beside_the_map() {
+    for (name, width, height) in [("route_narrow", 80, 24), ("route_wide", 120, 40)] {
+        let mut scene = drafting();
+        scene.type_text("b>");
+        let shown = screen(&scene, width, height);
+        for fact in [
+            "route: 4, ",
+            "about ",
+            "robot holds",
+            "arrows move",
+            "S send",
+        ] {
+            assert!(shown.contains(fact), "{fact} is not on\n{shown}");
+        }
+        insta::assert_snapshot!(name, shown);
+        scene.type_text("?");
+        assert!(screen(&scene, width, height).contains("insert one before it"));
+    }
 }

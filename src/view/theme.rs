@@ -41,6 +41,10 @@ pub(super) struct Glyphs {
     pub(super) bad: &'static str,
     pub(super) ended: &'static str,
     pub(super) paused: &'static str,
+    /// Time that is behind the moment shown.
+    pub(super) played: &'static str,
+    /// The past.
+    pub(super) back: &'static str,
     pub(super) recording: &'static str,
     pub(super) stale: &'static str,
     pub(super) holds: &'static str,
@@ -82,6 +86,8 @@ const UNICODE: Glyphs = Glyphs {
     bad: "✖",
     ended: "■",
     paused: "‖",
+    played: "━",
+    back: "◀◀",
     recording: "◉",
     stale: "◌",
     holds: "▶",
@@ -119,6 +125,8 @@ const ASCII: Glyphs = Glyphs {
     bad: "X",
     ended: "#",
     paused: "=",
+    played: "=",
+    back: "<<",
     recording: "@",
     stale: "~",
     holds: ">",

@@ -25,7 +25,13 @@ const ALLOWED: &[&str] = &[
 
 pub(crate) fn check() -> Result<(), String> {
     let output = Command::new(super::cargo_path())
-        .args(["metadata", "--format-version", "1", "--locked"])
+        .args([
+            "metadata",
+            "--all-features",
+            "--format-version",
+            "1",
+            "--locked",
+        ])
         .current_dir(super::root())
         .output()
         .map_err(|error| format!("cannot run cargo metadata: {error}"))?;

@@ -19,6 +19,7 @@ const CHECK: &[Step] = &[
             "clippy",
             "--workspace",
             "--all-targets",
+            "--all-features",
             "--locked",
             "--",
             "-D",
@@ -43,6 +44,9 @@ const OUTSIDE: &[Step] = &[
     ("stranger", stranger),
     ("judges", || {
         run(Command::new("bash").arg("tests/judges/run.sh"))
+    }),
+    ("live", || {
+        run(Command::new("bash").arg("tests/judges/live/run.sh"))
     }),
 ];
 

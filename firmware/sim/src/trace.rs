@@ -14,7 +14,7 @@ use crate::simulation::Simulation;
 const COLUMNS: &str = "time_ms,true_x_in,true_y_in,true_theta_deg,believed_x_in,believed_y_in,believed_theta_deg,\
 mode,target_x_in,target_y_in,counts_left,counts_right,bumper,sonar_side,sonar_in,ir_count,ir_jammed,photo_left,\
 photo_right,cliff,motion,top_hat,beacon,docked,battery_v,flags,winner,velocity_in_s,rotation_in_s,pwm_left,pwm_right,\
-note_hz,arm_up,touching,charge";
+note_hz,arm_up,touching,charge,guard,fallen";
 
 /// Writes one row a tick.
 #[derive(Debug)]
@@ -116,7 +116,7 @@ impl<W: Write> Trace<W> {
         let in_s = |cps: i16| f64::from(cps) / f64::from(COUNTS_PER_IN);
         writeln!(
             self.out,
-            "{flags},{winner},{:.2},{:.2},{},{},{},{},{},{:.5}",
+            "{flags},{winner},{:.2},{:.2},{},{},{},{},{},{:.5},{},{}",
             in_s(motion.velocity_cps),
             in_s(motion.rotation_cps),
             outputs.pwm_left,
@@ -125,6 +125,10 @@ impl<W: Write> Trace<W> {
             u8::from(outputs.arm_up),
             u8::from(truth.is_touching),
             truth.charge,
+            robot
+                .guarded()
+                .map_or(String::new(), |guard| format!("{guard:?}")),
+            u8::from(truth.has_fallen),
         )
     }
 
@@ -163,6 +167,7 @@ mod tests {
     use super::*;
     use crate::simulation::SimulationConfig;
     use crate::world::World;
+    use sr04_firmware::parameters::Parameter;
 
     #[test]
     fn one_row_a_tick_with_every_column() {
@@ -182,5 +187,29 @@ mod tests {
         assert_eq!(rows[40][column("bumper")], "---");
         let ahead: f64 = rows[40][column("true_y_in")].parse().unwrap();
         assert!(ahead > 3.0, "{ahead}");
+    }
+
+    #[test]
+    fn it_tells_the_guard_that_acts_and_a_fall() {
+        let world = World::built_in("stairs").unwrap();
+        for guard in [1, 0] {
+            let mut config = SimulationConfig::new(world.clone(), 3);
+            assert!(config.parameters.set(Parameter::CliffGuard, guard));
+            let mut simulation = Simulation::new(&config);
+            let mut trace = Trace::new(Vec::new()).unwrap();
+            for _ in 0..600_000 {
+                simulation.step();
+                trace.observe(&simulation).unwrap();
+                if simulation.truth().has_fallen {
+                    simulation.run_for_ms(TICK_MS);
+                    trace.observe(&simulation).unwrap();
+                    break;
+                }
+            }
+            let text = String::from_utf8(trace.finish().unwrap()).unwrap();
+            let ends = |end: &str| text.lines().any(|row| row.ends_with(end));
+            assert_eq!(ends(",Cliff,0"), guard == 1);
+            assert_eq!(ends(",1"), guard == 0);
+        }
     }
 }

@@ -234,7 +234,7 @@ fn what_the_robot_cannot_get_to_is_named() {
 fn a_picture_shows_what_is_there_and_explains_it() {
     let picture = World::open("flat").unwrap().picture();
     for line in [
-        "  D dock",
+        "  d dock",
         "  ~ no floor",
         "  x a black leg or caster",
         "  - a cord",

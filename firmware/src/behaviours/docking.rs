@@ -66,7 +66,12 @@ enum State {
     /// On the dock.
     Docked { open_ticks: u8 },
     /// Backing off it.
-    Leave { way_counts: i16, ticks_left: u8 },
+    Leave {
+        way_counts: i16,
+        ticks_left: u8,
+        /// What the bumper touched on the dock it touches still.
+        touches: bool,
+    },
     /// Turning round.
     TurnAway {
         left_to_go: i32,
@@ -127,13 +132,14 @@ impl Docking {
     #[must_use]
     pub const fn touches_dock(&self) -> bool {
         match self.state {
-            State::Go(_) | State::Look { .. } => false,
+            State::Go(_) | State::Look { .. } | State::TurnAway { .. } => false,
             State::Follow {
                 unseen_ticks,
                 pushed_ticks,
                 ..
             } => unseen_ticks == 0 && pushed_ticks < PUSH_TICKS,
-            State::Docked { .. } | State::Leave { .. } | State::TurnAway { .. } => true,
+            State::Docked { .. } => true,
+            State::Leave { touches, .. } => touches,
         }
     }
 
@@ -165,6 +171,7 @@ impl Docking {
                     self.state = State::Leave {
                         way_counts: 0,
                         ticks_left: LEAVE_TICKS,
+                        touches: senses.bumper.any(),
                     };
                 }
                 Motion::STILL
@@ -172,7 +179,9 @@ impl Docking {
             State::Leave {
                 way_counts,
                 ticks_left,
+                touches,
             } => {
+                *touches &= senses.bumper.any();
                 *way_counts = way_counts.saturating_add(senses.way_counts);
                 *ticks_left -= 1;
                 if *way_counts <= -LEAVE_COUNTS || *ticks_left == 0 {
@@ -382,6 +391,25 @@ mod tests {
         }
         assert!((105..=112).contains(&ticks), "{ticks} ticks of 300");
         assert_eq!(docking.target(), Some(DOCK), "next time from the beginning");
+    }
+
+    #[test]
+    fn on_its_way_off_only_what_it_touched_on_the_dock_is_the_dock() {
+        let mut docking = Docking::default();
+        let mut senses = beacon(true, true);
+        senses.is_docked = true;
+        senses.is_charged = true;
+        senses.bumper.center = true;
+        docking.decide(&senses);
+        assert_eq!(motion(&mut docking, &senses), LEAVE);
+        assert!(docking.touches_dock(), "not yet off it");
+        senses.bumper.center = false;
+        docking.decide(&senses);
+        senses.bumper.left = true;
+        docking.decide(&senses);
+        assert!(!docking.touches_dock(), "somebody in its way");
+        while motion(&mut docking, &senses) == LEAVE {}
+        assert!(!docking.touches_dock(), "nor while it turns away");
     }
 
     #[test]

@@ -77,7 +77,7 @@ fn an_edge_ahead_is_left_backward_and_then_turned_from() {
             guard.guard(&senses(cliff), Counts::default(), wish, false),
             Command::Brake
         );
-        assert_eq!(guard.take_news(), Some(false));
+        assert_eq!(guard.take_news(), Some(Missing::Ahead));
         let mut turned = 0;
         let mut seen = senses(cliff);
         for _ in 0..400 {
@@ -135,6 +135,24 @@ fn the_hand_is_stopped_and_not_led() {
     }
     let command = guard.guard(&senses(edges(2)), Counts::default(), back, true);
     assert_eq!(command, Command::Drive(back), "the hand may back off");
+}
+
+#[test]
+fn without_floor_anywhere_the_wheels_stand_until_it_is_put_down() {
+    let mut guard = CliffGuard::default();
+    let ahead = Motion::new(12, 0);
+    let mut step = |bits, by_hand| {
+        let command = guard.guard(&senses(edges(bits)), Counts::default(), ahead, by_hand);
+        (command, guard.take_news())
+    };
+    assert_eq!(step(15, false), (Command::Brake, Some(Missing::Below)));
+    for tick in 0..400 {
+        assert_eq!(step(15, tick % 2 == 0), (Command::Brake, None));
+    }
+    for _ in 1..PUT_DOWN_TICKS {
+        assert_eq!(step(0, false), (Command::Brake, None));
+    }
+    assert_eq!(step(0, false), (Command::Drive(ahead), None));
 }
 
 #[test]

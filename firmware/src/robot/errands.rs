@@ -14,7 +14,10 @@ const WANDERED: &str = "I have wandered long enough: going home";
 /// What it says when the battery is low.
 const BATTERY_LOW: &str = "my battery is low: please charge me";
 
-/// The same when it helps itself.
+/// What it says when it must not take any more from the battery.
+const BATTERY_CRITICAL: &str = "my battery is nearly empty: I stop here, please charge me";
+
+/// What it says of a low battery when it helps itself.
 const TO_THE_DOCK: &str = "my battery is low: going to my dock";
 
 /// What it says on the dock.
@@ -29,14 +32,10 @@ const SQUARE_DRIVEN: &str = "the square is driven: measure where I am";
 /// What it says when something was in its way there.
 const SQUARE_SPOILT: &str = "the square is spoilt: I touched something";
 
-/// What it says when the cliff guard takes the motors.
-const EDGE_AHEAD: &str = "cliff guard: there is no floor ahead";
-const EDGE_BEHIND: &str = "cliff guard: there is no floor behind";
-
 /// While the battery stays low it calls again after this time.
 const CALL_TICKS: u16 = 300 * TICK_HZ as u16;
 
-/// Above the low limit by this the battery is no longer low, in tenths of a volt: it recovers at rest.
+/// Above a limit by this the battery is no longer below it, in tenths of a volt: it recovers at rest.
 const RECOVERED_DV: i32 = 6;
 
 /// On the charger the battery is full when its voltage has not risen for so long: it rises by a tenth of a
@@ -49,6 +48,8 @@ pub(super) struct Errands {
     wandered_ticks: u32,
     /// Until the next call; `None` while the battery is not low.
     call_ticks: Option<u16>,
+    /// It has stopped for a critical battery: what the operator orders after that is obeyed.
+    has_stopped: bool,
     /// On the charger: the highest voltage so far, and since when.
     peak_dv: u16,
     level_ticks: u16,
@@ -61,6 +62,7 @@ impl Default for Errands {
         Self {
             wandered_ticks: 0,
             call_ticks: None,
+            has_stopped: false,
             peak_dv: 0,
             level_ticks: 0,
             resume: Mode::Stop,
@@ -74,9 +76,14 @@ impl Errands {
         self.level_ticks >= FULL_TICKS
     }
 
+    /// The same mode begins again.
+    pub(super) const fn begin_anew(&mut self) {
+        self.wandered_ticks = 0;
+    }
+
     /// Another mode begins; this one was the one before.
     pub(super) const fn leave(&mut self, mode: Mode) {
-        self.wandered_ticks = 0;
+        self.begin_anew();
         // A square that was broken off is not driven again.
         self.resume = if matches!(mode, Mode::Calibrate) {
             Mode::Stop
@@ -90,6 +97,7 @@ impl Robot {
     /// Once a tick, before anything else.
     pub(super) fn run_errands(&mut self, inputs: &Inputs) {
         self.watch_battery(inputs);
+        self.watch_critical_battery(inputs);
         match self.mode {
             Mode::Wander => self.wander_on(),
             Mode::Forage => self.forage_on(),
@@ -135,6 +143,28 @@ impl Robot {
             self.schedule.say(BATTERY_LOW);
         }
         self.sing(Song::LowBattery);
+    }
+
+    /// Stops the motors before the battery is harmed. On the way to its dock it goes on: standing would empty the
+    /// battery too.
+    fn watch_critical_battery(&mut self, inputs: &Inputs) {
+        if self.now_ticks == 0 {
+            return;
+        }
+        let above_dv = i32::from(self.battery.decivolts())
+            - i32::from(self.parameters.get(Parameter::CriticalBattery));
+        if inputs.is_docked || above_dv >= RECOVERED_DV {
+            self.errands.has_stopped = false;
+        }
+        let stops = above_dv < 0 && !inputs.is_docked && !self.errands.has_stopped;
+        if stops && self.mode != Mode::Forage {
+            self.errands.has_stopped = true;
+            if self.mode != Mode::Stop {
+                self.enter(Mode::Stop);
+                self.schedule.say(BATTERY_CRITICAL);
+                self.sing(Song::LowBattery);
+            }
+        }
     }
 
     fn wander_on(&mut self) {
@@ -185,14 +215,6 @@ impl Robot {
             allowed.without(Layer::Bumpers)
         } else {
             allowed
-        }
-    }
-
-    /// Says once that the cliff guard has taken the motors.
-    pub(super) fn tell_of_cliffs(&mut self) {
-        if let Some(is_behind) = self.cliff_guard.take_news() {
-            self.schedule
-                .say(if is_behind { EDGE_BEHIND } else { EDGE_AHEAD });
         }
     }
 }

@@ -1,10 +1,8 @@
-//! Mode Passive as the robot enters, goes through and leaves it, the turns it asks for, and the arm.
+//! Mode Passive as the robot enters, goes through and leaves it, and the turns it asks for.
 
 use super::Robot;
 use crate::arbiter::Holder;
 use crate::behaviours::{Ending, Passive, Step};
-use crate::board::Inputs;
-use crate::drive::Motion;
 use crate::parameters::Parameter;
 use crate::song::Song;
 use groundwave_protocol::letters::{Layer, Mode};
@@ -22,9 +20,10 @@ impl Robot {
             && self.allowed().contains(Layer::Rotation)
     }
 
-    /// Mode Passive begins. After the dock it goes on in it, and then back to what was before both.
+    /// Mode Passive begins. After the dock it goes on in it, and then back to what was before both; begun anew
+    /// it still goes back to what was before.
     pub(super) fn begin_hiding(&mut self) {
-        if self.mode != Mode::Forage {
+        if !matches!(self.mode, Mode::Forage | Mode::Passive) {
             self.mode_before = self.mode;
         }
         self.passive = Passive::default();
@@ -60,17 +59,5 @@ impl Robot {
             Step::Over => self.enter(self.mode_before),
             Step::Nothing => {}
         }
-    }
-
-    /// Never drives with the arm up: what would move the robot stows it first.
-    pub(super) fn guard_arm(&mut self, inputs: &Inputs, motion: Motion) -> Motion {
-        if inputs.motion.is_none() {
-            return motion;
-        }
-        let wants_arm = self.layers.motion.wants_arm();
-        if wants_arm && motion != Motion::STILL {
-            self.layers.motion.interrupt();
-        }
-        self.arm.guard(wants_arm, motion)
     }
 }

@@ -86,9 +86,9 @@ impl Robot {
         if self.latest.motion.is_none() {
             return Arm::NotFitted;
         }
-        events.arm_letter(if !self.arm.is_up() {
+        events.arm_letter(if self.arm.is_stowed() {
             Arm::Stowed
-        } else if self.layers.motion.is_armed() {
+        } else if self.arm.is_up() && self.layers.motion.is_armed() {
             Arm::Armed
         } else {
             Arm::Up
@@ -120,7 +120,8 @@ impl Robot {
         }
         let mut states = LayerStates::OFF;
         for layer in Layer::ALL {
-            let state = if self.holder == Some(Holder::Layer(layer)) {
+            let holds = self.guarded.is_none() && self.holder == Some(Holder::Layer(layer));
+            let state = if holds {
                 LayerState::Holds
             } else if raised.contains(layer) {
                 LayerState::Raised

@@ -267,3 +267,16 @@ pub fn live(bench: &mut Bench, key: Key) {
     let heard = bench.lines.last().expect("a line").1.sequence;
     bench.send(&Message::Keepalive(Keepalive { heard }), key);
 }
+
+/// All that the robot has said in lines T.
+pub fn texts(bench: &Bench) -> Vec<String> {
+    let text = |body: &Body| match body {
+        Body::Text(text) => Some(text.as_str().to_owned()),
+        _ => None,
+    };
+    bench
+        .lines
+        .iter()
+        .filter_map(|(_, line)| text(&line.body))
+        .collect()
+}

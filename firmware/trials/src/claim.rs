@@ -99,6 +99,16 @@ impl Trial {
     pub(crate) fn dice(&self) -> Dice {
         self.seed.dice()
     }
+
+    /// The same trial for what goes before it and is not to be traced.
+    pub(crate) fn untraced(&self) -> Self {
+        Self {
+            index: self.index,
+            seed: self.seed,
+            trace: None,
+            traced: Cell::new(0),
+        }
+    }
 }
 
 impl Figure {

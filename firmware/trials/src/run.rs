@@ -14,6 +14,7 @@ use sr04_firmware::parameters::Parameter;
 use sr04_sim::{Pose, Simulation, SimulationConfig, TICK_MS, Trace, World};
 
 use crate::claim::Trial;
+use crate::claims::odometry;
 
 /// The simulation's robot.
 const ROBOT_ID: u8 = 1;
@@ -54,6 +55,12 @@ impl<'a> Setup<'a> {
     /// In this mode from the start.
     pub(crate) fn mode(mut self, mode: Mode) -> Self {
         self.mode = mode;
+        self
+    }
+
+    /// With what a calibration has found of its wheels and its track.
+    pub(crate) fn calibrated(mut self) -> Self {
+        self.config.parameters = odometry::calibrated(self.trial);
         self
     }
 

@@ -1,6 +1,6 @@
 //! The arguments of the verbs that send: `send`, `param` and `calibrate`.
 
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 use std::time::Duration;
 
 use clap::Args;
@@ -21,11 +21,7 @@ pub struct Send {
     #[arg(required_unless_present_any = ["via", "dry_run"])]
     link: Option<String>,
     /// The command and its arguments
-    #[arg(
-        value_name = "COMMAND",
-        allow_negative_numbers = true,
-        required_unless_present_any = ["file", "via", "dry_run"]
-    )]
+    #[arg(value_name = "COMMAND", allow_negative_numbers = true)]
     words: Vec<String>,
     /// Send through the station that owns the radio and shares it with --share
     #[arg(long, value_name = "ADDR|PATH")]
@@ -61,11 +57,7 @@ pub struct Param {
     #[arg(required_unless_present = "via")]
     link: Option<String>,
     /// list, get NAME, set NAME VALUE or save
-    #[arg(
-        value_name = "WHAT",
-        allow_negative_numbers = true,
-        required_unless_present = "via"
-    )]
+    #[arg(value_name = "WHAT", allow_negative_numbers = true)]
     words: Vec<String>,
     /// Send through the station that owns the radio and shares it with --share
     #[arg(long, value_name = "ADDR|PATH")]
@@ -119,8 +111,12 @@ impl Param {
 /// `calibrate`
 #[derive(Debug, Args)]
 pub struct Calibrate {
-    /// A serial device, tcp:HOST:PORT or sim
-    pub link: LinkSpec,
+    /// A serial device, tcp:HOST:PORT or sim; none with --via
+    #[arg(required_unless_present = "via", conflicts_with = "via")]
+    link: Option<LinkSpec>,
+    /// Send through the station that owns the radio and shares it with --share
+    #[arg(long, value_name = "ADDR|PATH")]
+    via: Option<Address>,
     /// Side of the square in inches; the floor has to be free for a foot more on every side
     #[arg(long, value_name = "IN", default_value_t = 157, value_parser = clap::value_parser!(i16).range(40..=400))]
     pub side: i16,
@@ -136,6 +132,20 @@ pub struct Calibrate {
     /// What is known of the radio.
     #[command(flatten)]
     pub radio: RadioArgs,
+}
+
+impl Calibrate {
+    /// Which way.
+    ///
+    /// # Errors
+    /// When there is none.
+    pub fn way(&self) -> Result<Way, String> {
+        match (&self.via, &self.link) {
+            (Some(address), _) => Ok(Way::Via(address.clone())),
+            (None, Some(link)) => Ok(Way::Link(link.clone())),
+            (None, None) => Err("no link given".to_owned()),
+        }
+    }
 }
 
 /// How a command gets to the radio.
@@ -160,12 +170,30 @@ impl Send {
                 Way::Via(address.clone()),
                 first.into_iter().chain(words).collect(),
             )),
-            None => Ok((
-                Way::Link(first.unwrap_or_default().parse()?),
-                words.collect(),
-            )),
+            None => {
+                let words: Vec<&str> = words.collect();
+                Ok((
+                    Way::Link(read_link(first.unwrap_or_default(), &words)?),
+                    words,
+                ))
+            }
         }
     }
+}
+
+/// Reads a link. A command's own word in its place is more likely a link forgotten than a file of that name.
+fn read_link(first: &str, words: &[&str]) -> Result<LinkSpec, String> {
+    let is_forgotten = match words.first() {
+        Some(&"param") => matches!(first, "list" | "get" | "set" | "save"),
+        _ => Request::is_command(first),
+    };
+    if is_forgotten && !Path::new(first).exists() {
+        return Err(format!(
+            "`{first}` stands where the link belongs: LINK comes first, as in /dev/ttyUSB0 or tcp:HOST:PORT; \
+             `groundwave ports` lists what is plugged in, and --via ADDR needs none"
+        ));
+    }
+    first.parse()
 }
 
 impl Send {

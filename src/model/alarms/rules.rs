@@ -60,6 +60,13 @@ pub(in crate::model) struct Facts<'a> {
     pub(in crate::model) recording: &'a Recording,
 }
 
+impl Facts<'_> {
+    /// When the newest line came: what only lines change is judged then.
+    fn heard_at(&self) -> Moment {
+        self.link.newest_line_at().unwrap_or(self.now)
+    }
+}
+
 /// What a rule sees.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) enum Sight {
@@ -215,7 +222,7 @@ pub(crate) const RULES: [Rule; RULES_COUNT] = [
         unit: "",
         logged_here: true,
         look: |facts| {
-            if facts.motors.thrashes(facts.now) {
+            if facts.motors.thrashes(facts.heard_at()) {
                 Sight::Yes
             } else {
                 Sight::No
@@ -229,7 +236,7 @@ pub(crate) const RULES: [Rule; RULES_COUNT] = [
         remedy: "a weak or disturbed radio: come closer",
         unit: "%",
         logged_here: true,
-        look: |facts| match facts.link.loss(facts.now) {
+        look: |facts| match facts.link.loss(facts.heard_at()) {
             Some(share) => Sight::Is((share * 100.0).round()),
             None => Sight::Unknown,
         },

@@ -122,14 +122,17 @@ fn a_route_is_drafted_on_the_map_and_sent() {
     scene.type_text("w");
     scene.press(&[KeyCode::Right, KeyCode::Enter, KeyCode::Right]);
     scene.type_text("wu");
-    assert_eq!(scene.model.chart.draft, route(&[(0, 12), (6, 12)]));
+    assert_eq!(
+        scene.model.chart.draft.waypoints(),
+        route(&[(0, 12), (6, 12)])
+    );
     let sent = Request::Route(route(&[(0, 12), (6, 12)]));
     assert_eq!(scene.type_text("S"), [Effect::Send(sent.clone())]);
-    assert!(scene.model.chart.draft.is_empty());
+    assert!(scene.model.chart.draft.waypoints().is_empty());
     assert_eq!(scene.type_text("S"), [], "nothing is left to send");
     scene.command(1, sent, CommandStep::Failed(Failure::TimedOut));
     assert_eq!(
-        scene.model.chart.draft,
+        scene.model.chart.draft.waypoints(),
         route(&[(0, 12), (6, 12)]),
         "what did not arrive can be sent again"
     );
@@ -142,7 +145,7 @@ fn a_draft_never_outgrows_the_robots_list() {
     for _ in 0..WAYPOINTS_MAX + 5 {
         scene.type_text("w");
     }
-    assert_eq!(scene.model.chart.draft.len(), WAYPOINTS_MAX);
+    assert_eq!(scene.model.chart.draft.waypoints().len(), WAYPOINTS_MAX);
     assert_eq!(scene.type_text("S").len(), 1);
 }
 
@@ -160,12 +163,16 @@ fn a_route_file_is_read_by_somebody_else() {
             path: "tour.txt".to_owned(),
             route: Ok(waypoints.clone()),
         });
-        assert_eq!(scene.model.chart.draft, waypoints);
+        assert_eq!(scene.model.chart.draft.waypoints(), waypoints);
         scene.event(Event::RouteLoaded {
             path: "tour.txt".to_owned(),
             route: Err("tour.txt:2:1: `x` is not a whole number".to_owned()),
         });
-        assert_eq!(scene.model.chart.draft, waypoints, "the draft stays");
+        assert_eq!(
+            scene.model.chart.draft.waypoints(),
+            waypoints,
+            "the draft stays"
+        );
         let newest = scene.model.log.newest_first().next().expect("a log entry");
         assert!(newest.text.starts_with("tour.txt:2:1"));
     }
@@ -226,4 +233,79 @@ fn the_question_of_the_origin_names_the_dock() {
         panic!("it asks");
     };
     assert!(question.text.contains("looks for its dock from there"));
+}
+
+#[test]
+fn a_route_is_edited_in_a_list_undone_and_sent() {
+    let mut scene = scene();
+    scene.type_text("ewww");
+    let three = scene.model.chart.draft.waypoints().to_vec();
+    assert_eq!(three.len(), 3);
+    scene.press(&[KeyCode::Right]);
+    assert_eq!(
+        scene.model.chart.draft.waypoints()[2].x_in,
+        three[2].x_in + 6
+    );
+    scene.type_text("L");
+    assert_eq!(
+        scene.model.chart.draft.waypoints()[2].x_in,
+        three[2].x_in + 7
+    );
+    scene.type_text("uu");
+    assert_eq!(scene.model.chart.draft.waypoints(), three);
+    scene.ctrl('r');
+    assert_eq!(
+        scene.model.chart.draft.waypoints()[2].x_in,
+        three[2].x_in + 6
+    );
+    scene.type_text("ug");
+    scene.press(&[KeyCode::Up]);
+    let shifted: Vec<i16> = scene
+        .model
+        .chart
+        .draft
+        .waypoints()
+        .iter()
+        .map(|w| w.y_in)
+        .collect();
+    let wanted: Vec<i16> = three.iter().map(|w| w.y_in + 6).collect();
+    assert_eq!(shifted, wanted, "all of it");
+    let draft = scene.model.chart.draft.waypoints().to_vec();
+    assert_eq!(scene.type_text("S"), [Effect::Send(Request::Route(draft))]);
+    assert!(
+        scene.model.editor.is_none(),
+        "what is sent is no draft any more"
+    );
+    scene.type_text("e");
+    assert_eq!(
+        scene.type_text(" "),
+        [Effect::Send(Request::Stop)],
+        "STOP from here too"
+    );
+}
+
+#[test]
+fn a_draft_is_saved_and_nothing_is_overwritten_unasked() {
+    let mut scene = scene();
+    scene.type_text("ew");
+    let text = crate::route::format(scene.model.chart.draft.waypoints());
+    scene.type_text("stour.txt");
+    let save = |overwrite| Effect::SaveRoute {
+        path: "tour.txt".to_owned(),
+        text: text.clone(),
+        overwrite,
+    };
+    assert_eq!(scene.press(&[KeyCode::Enter]), [save(false)]);
+    scene.event(Event::RouteSaved {
+        path: "tour.txt".to_owned(),
+        saved: Err(crate::event::SaveProblem::Exists),
+    });
+    assert_eq!(scene.type_text("y"), [save(true)]);
+    scene.event(Event::RouteSaved {
+        path: "tour.txt".to_owned(),
+        saved: Ok(()),
+    });
+    let newest = scene.model.log.newest_first().next().expect("a log entry");
+    assert_eq!(newest.text, "tour.txt: 1 waypoints saved");
+    assert!(scene.model.editor.is_some(), "back in the editor");
 }

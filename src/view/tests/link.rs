@@ -5,7 +5,7 @@ use groundwave_protocol::failsafe::Failsafe;
 use groundwave_protocol::letters::{Link, Mode};
 
 use super::{flight, row, screen};
-use crate::event::{Event, LinkEvent, Replay};
+use crate::event::{Event, LinkEvent};
 use crate::model::Config;
 use crate::model::testing::Scene;
 use crate::statistics::{Proof, Rejected, Resync, Statistics};
@@ -113,11 +113,6 @@ fn what_means_nothing_is_not_said() {
     })));
     let told = screen(&scene, 120, 40);
     row(&told, "up     12 B NOT TAKEN, 2 % air, 37 frames, 5 again");
-    scene.event(Event::Replay(Replay {
-        paused: false,
-        speed: 8.0,
-    }));
-    assert!(!screen(&scene, 120, 40).contains("% air"));
     scene.event(Event::Link(LinkEvent::Opened {
         name: "-".to_owned(),
         can_send: false,

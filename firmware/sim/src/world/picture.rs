@@ -22,7 +22,7 @@ const LEGEND: &[(char, &str)] = &[
     (',', "carpet"),
     ('_', "sill"),
     ('/', "incline"),
-    ('D', "dock"),
+    ('d', "dock"),
     ('*', "lamp"),
     ('+', "lamp that is off"),
     ('p', "a person's or a cat's way"),
@@ -37,17 +37,7 @@ impl World {
     #[must_use]
     pub fn picture(&self) -> String {
         let grid = &self.grid;
-        let mut cells: Vec<char> = grid
-            .glyphs
-            .iter()
-            .map(|glyph| {
-                if glyph.is_ascii_uppercase() {
-                    '.'
-                } else {
-                    *glyph
-                }
-            })
-            .collect();
+        let mut cells = grid.glyphs.clone();
         let mut paint = |glyph: char, is_there: &dyn Fn(Vec2) -> bool| {
             for (index, cell) in cells.iter_mut().enumerate() {
                 let center = grid.center(index / grid.columns, index % grid.columns);
@@ -98,7 +88,26 @@ impl World {
                 let _ = writeln!(picture, "  {glyph} {meaning}");
             }
         }
-        picture
+        picture + &self.marks(&cells)
+    }
+
+    /// The plan's marks: those that are seen, and those that something stands on.
+    fn marks(&self, cells: &[char]) -> String {
+        let marks = self.grid.glyphs.iter().zip(cells);
+        let marks = marks.filter(|(mark, _)| mark.is_ascii_uppercase());
+        let (seen, covered): (Vec<_>, Vec<_>) = marks.partition(|(mark, cell)| mark == cell);
+        let mut text = String::new();
+        if !seen.is_empty() {
+            text += "  A to Z marks of the plan\n";
+        }
+        if !covered.is_empty() {
+            let covered: Vec<String> = covered
+                .iter()
+                .map(|(mark, cell)| format!("{mark} under {cell}"))
+                .collect();
+            let _ = writeln!(text, "  marks that are not seen: {}", covered.join(", "));
+        }
+        text
     }
 }
 
@@ -113,7 +122,7 @@ const fn glyph(material: Material) -> char {
         Material::Leg => 'i',
         Material::DarkLeg => 'x',
         Material::Alive => 'f',
-        Material::Dock => 'D',
+        Material::Dock => 'd',
     }
 }
 

@@ -144,6 +144,7 @@ fn by_itself(trial: &Trial) -> Vec<Option<Reading>> {
     let start = flat.somewhere(&mut dice);
     let wander_s = Parameter::Wander.definition().most;
     let mut setup = Setup::new(trial, flat.started_at(start))
+        .calibrated()
         .with(Parameter::Forage, 1)
         .with(Parameter::Wander, wander_s)
         .mode(Mode::Wander);

@@ -57,7 +57,9 @@ fn route(trial: &Trial) -> Vec<Option<Reading>> {
         y_in: point.y_in.into(),
         theta_deg: 0.0,
     });
-    let mut run = Setup::new(trial, room.started_at(start)).start();
+    let mut run = Setup::new(trial, room.started_at(start))
+        .calibrated()
+        .start();
     run.route(&points);
     let ended = run.until(LIMIT_S, |simulation| {
         simulation.robot().mode() == Mode::Stop

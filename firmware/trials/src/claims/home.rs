@@ -99,6 +99,7 @@ fn wander(trial: &Trial) -> Vec<Option<Reading>> {
     let house = arena("house");
     let start = house.somewhere(&mut trial.dice());
     let mut run = Setup::new(trial, house.started_at(start))
+        .calibrated()
         .mode(Mode::Wander)
         .start();
     let home = run.until((3.0 + 15.0) * 60.0, |simulation| {
@@ -134,6 +135,7 @@ fn detour(trial: &Trial) -> Vec<Option<Reading>> {
         theta_deg: 0.0,
     };
     let mut run = Setup::new(trial, arena("two-doors").started_at(start))
+        .calibrated()
         .mode(Mode::Stop)
         .start();
     run.must(pose_from(home, start));

@@ -10,7 +10,7 @@ mod hooks;
 mod infrared;
 mod modes;
 mod motion;
-mod odometry;
+pub(crate) mod odometry;
 mod photo;
 mod pid;
 mod prowl;

@@ -148,7 +148,10 @@ fn bench(trial: &Trial, supply_v: f64, load_share: f64) -> Setup<'_> {
 
 /// Likewise in some world.
 fn driven(trial: &Trial, world: World, supply_v: f64, load_share: f64) -> Setup<'_> {
-    let mut setup = Setup::new(trial, world).only(&[]);
+    // A supply is no battery that wants sparing.
+    let mut setup = Setup::new(trial, world)
+        .only(&[])
+        .with(Parameter::CriticalBattery, 0);
     setup.config.conditions.supply_v = Some(supply_v);
     setup.config.conditions.load_share = load_share;
     setup

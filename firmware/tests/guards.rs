@@ -1,0 +1,216 @@
+//! What stands behind the arbiter, and how whoever reads the lines can tell.
+
+mod common;
+
+use common::{Bench, OWNER, only, running, texts};
+use groundwave_protocol::command::Order;
+use groundwave_protocol::letters::{Arm, Cliff, Layer, LayerState, Mode};
+use groundwave_protocol::parameter;
+use groundwave_protocol::telemetry::{Body, StateLine};
+use sr04_firmware::arbiter::{Holder, MotorGuard};
+use sr04_firmware::board::{Edges, Sides, Switches};
+
+const FLOOR: Edges = Edges {
+    left: false,
+    center: false,
+    right: false,
+    rear: false,
+};
+
+const ON_THE_LEFT: Edges = Edges {
+    left: true,
+    ..FLOOR
+};
+
+const NOWHERE: Edges = Edges {
+    left: true,
+    center: true,
+    right: true,
+    rear: true,
+};
+
+fn on_floor() -> Bench {
+    let mut bench = Bench::new();
+    bench.inputs.cliff = Some(FLOOR);
+    bench.run_ms(3000);
+    bench
+}
+
+/// By line A alone.
+fn cliff_guard_holds(state: &StateLine) -> bool {
+    state.layers.holder().is_none() && !matches!(state.cliff, Cliff::None | Cliff::NotFitted)
+}
+
+#[test]
+fn whoever_reads_line_a_alone_sees_the_cliff_guard_hold_the_motors_to_its_end() {
+    let mut bench = on_floor();
+    assert_eq!(bench.latest_state().cliff, Cliff::None);
+    bench.inputs.cliff = Some(ON_THE_LEFT);
+    // A bump at the edge: bumpers win, and the guard takes the motors from them.
+    bench.inputs.bumper = Switches {
+        center: true,
+        ..Switches::default()
+    };
+    bench.run_ms(50);
+    assert!(
+        bench.outputs.pwm_left < 0 && bench.outputs.pwm_right < 0,
+        "it brakes"
+    );
+    bench.inputs.bumper = Switches::default();
+    let (mut held, at_edge) = (0, bench.robot.pose().y_tenths_in());
+    for _ in 0..200 {
+        let guarded = bench.robot.guarded();
+        let count = bench.lines.len();
+        bench.run_ticks(1);
+        if bench.robot.pose().y_tenths_in() < at_edge - 30 {
+            bench.inputs.cliff = Some(FLOOR);
+        }
+        let Some((_, line)) = bench.lines.get(count..).and_then(<[_]>::last) else {
+            continue;
+        };
+        // The line was composed a third of a second ago: look where the guard has held all the time.
+        if let Body::State(state) = line.body
+            && guarded == Some(MotorGuard::Cliff)
+            && held > 8
+        {
+            assert!(cliff_guard_holds(&state), "{state:?}");
+            assert_eq!(state.cliff, Cliff::Left);
+        }
+        held = if guarded.is_some() { held + 1 } else { 0 };
+    }
+    assert!(held == 0 && bench.robot.guarded().is_none());
+    bench.run_ms(5000);
+    assert_eq!(bench.latest_state().cliff, Cliff::None);
+    assert_eq!(texts(&bench), ["cliff guard: there is no floor ahead"]);
+}
+
+#[test]
+fn what_the_guard_takes_nobody_wins() {
+    let mut bench = on_floor();
+    let won = |bench: &mut Bench| {
+        bench.run_ms(10_000);
+        let counters = bench
+            .lines
+            .iter()
+            .rev()
+            .find_map(|(_, line)| match line.body {
+                Body::Counters(counters) => Some(counters),
+                _ => None,
+            });
+        counters.expect("a line C").ticks_won[8]
+    };
+    bench.inputs.cliff = Some(NOWHERE);
+    bench.run_ms(10_000);
+    let before = won(&mut bench);
+    assert_eq!(won(&mut bench), before);
+    assert_eq!(bench.robot.holder(), Some(Holder::Prowl));
+}
+
+#[test]
+fn the_arm_that_comes_down_holds_the_motors_and_line_a_tells() {
+    let (mut bench, key) = running();
+    bench.inputs.motion = Some(Sides::default());
+    bench.run_ms(100);
+    let all = bench.robot.allowed().with(Layer::Motion);
+    bench.order(key, only(all));
+    bench.order(key, Order::Mode(Mode::Reactive));
+    bench.run_ms(20_000);
+    assert_eq!(bench.latest_state().arm, Arm::Armed);
+    // As long as a line takes, from just before it is composed.
+    bench.run_to_line_end();
+    bench.run_ms(50);
+    bench.inputs.bumper.left = true;
+    let mut told = false;
+    for _ in 0..11 {
+        bench.run_ticks(1);
+        assert_eq!(bench.robot.guarded(), Some(MotorGuard::Arm));
+    }
+    for _ in 0..20 {
+        bench.run_ticks(1);
+        let state = bench.latest_state();
+        told |= state.arm == Arm::Up && state.layers.get(Layer::Bumpers) == LayerState::Raised;
+        assert!(
+            state.arm != Arm::Up || state.layers.get(Layer::Bumpers) != LayerState::Holds,
+            "{state:?}"
+        );
+    }
+    assert!(told);
+    assert_eq!(bench.robot.guarded(), None);
+    bench.run_ms(700);
+    assert_eq!(
+        bench.latest_state().layers.get(Layer::Bumpers),
+        LayerState::Holds
+    );
+}
+
+#[test]
+fn a_robot_in_the_hand_stops_its_wheels_and_goes_on_when_it_is_put_down() {
+    let (mut bench, key) = running();
+    bench.inputs.cliff = Some(FLOOR);
+    bench.run_ms(2000);
+    for mode in [Mode::Prowl, Mode::Wander] {
+        bench.order(key, Order::Mode(mode));
+        bench.run_ms(2000);
+        bench.inputs.cliff = Some(NOWHERE);
+        bench.run_ms(500);
+        for _ in 0..400 {
+            bench.run_ticks(1);
+            assert_eq!((bench.outputs.pwm_left, bench.outputs.pwm_right), (0, 0));
+        }
+        let state = bench.latest_state();
+        assert!(cliff_guard_holds(&state) && state.cliff == Cliff::Several);
+        assert_eq!((state.velocity_in_s, state.rotation_in_s), (0, 0));
+        bench.inputs.cliff = Some(FLOOR);
+        bench.run_ms(400);
+        assert_eq!(bench.outputs.pwm_left, 0, "hands are still on it");
+        bench.run_ms(2000);
+        assert_eq!(bench.robot.mode(), mode);
+        assert_eq!(bench.robot.motion().velocity_cps, 192);
+    }
+    let said = texts(&bench);
+    assert_eq!(said, ["cliff guard: there is no floor under me"; 2]);
+}
+
+#[test]
+fn a_guard_that_is_switched_off_is_told_at_once_and_every_minute() {
+    let (mut bench, _) = running();
+    bench.inputs.cliff = Some(FLOOR);
+    let key = bench.open(OWNER);
+    let set = |value| Order::SetParameter {
+        key: parameter::key("cliff-guard"),
+        value,
+    };
+    bench.order(key, set(0));
+    bench.lines.clear();
+    bench.run_ms(150_000);
+    let said = |bench: &Bench| {
+        let is_off = |line: &&groundwave_protocol::telemetry::Line| match line.body {
+            Body::Parameter(parameter) => {
+                parameter.name.as_str() == "cliff-guard" && parameter.value == 0
+            }
+            _ => false,
+        };
+        let lines = bench.lines.iter().map(|(_, line)| line);
+        (lines.filter(is_off).count(), texts(bench).len())
+    };
+    let (parameters, told) = said(&bench);
+    // The order is answered too.
+    assert!(
+        told == 3 && (3..=4).contains(&parameters),
+        "{parameters}, {told}"
+    );
+    assert!(texts(&bench)[0].contains("guard is switched off"));
+    bench.inputs.cliff = Some(ON_THE_LEFT);
+    bench.run_ms(2000);
+    assert_eq!(
+        bench.latest_state().cliff,
+        Cliff::Left,
+        "what the sensors see"
+    );
+    assert_eq!(bench.robot.guarded(), None);
+    bench.order(key, set(1));
+    bench.run_ms(1000);
+    bench.lines.clear();
+    bench.run_ms(150_000);
+    assert_eq!(said(&bench).0, 0);
+}

@@ -1,0 +1,431 @@
+//! A part of a capture, by time, as a capture of the same form.
+//!
+//! A line belongs to the part in which it ends, with all of its bytes; so parts that meet make up the
+//! whole, and each of them decodes and verifies by itself.
+
+use std::collections::{BTreeMap, HashMap, VecDeque};
+use std::io::{self, Read, Write};
+use std::time::{Duration, UNIX_EPOCH};
+
+use ::mcap::parse_record;
+use ::mcap::records::{Record, op};
+use groundwave_protocol::LINE_BYTES;
+use prost::Message as _;
+
+use super::block_writer::{BlockWriter, Times};
+use super::mcap::{RAW_RX, RAW_TX};
+use super::mcap_reader::{Damages, Entries, Entry};
+use super::messages::RawBytes;
+use super::name::utc;
+use super::raw::RawReader;
+use super::when::When;
+
+/// What is decoded from bytes is recorded a moment after them and still belongs to them.
+const LAG_NS: u64 = 1_000_000_000;
+
+/// From when to when; the end is not part of it.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct Window {
+    /// `None`: from the beginning.
+    pub from: Option<When>,
+    /// `None`: to the end.
+    pub to: Option<When>,
+}
+
+/// Why a part could not be cut out.
+#[derive(Debug, thiserror::Error)]
+pub enum CutError {
+    /// A raw capture was to be cut by the clock.
+    #[error("a raw capture knows no clock: say --from and --to since its beginning, as 1:30")]
+    NoWallTime,
+    /// The capture cannot be read.
+    #[error("{0}")]
+    Read(io::Error),
+    /// The part cannot be written.
+    #[error("{0}")]
+    Write(io::Error),
+}
+
+/// What has been cut out.
+#[derive(Clone, Debug, Default)]
+pub struct Part {
+    /// Bytes received.
+    pub bytes: u64,
+    /// Messages; none in a raw capture.
+    pub messages: u64,
+    /// Why the capture could not be read whole.
+    pub problem: Option<String>,
+}
+
+/// Cuts a raw capture. Its time is that of a 2400-baud radio that never paused.
+///
+/// # Errors
+/// Where the clock is asked for, and when reading or writing fails.
+pub fn cut_raw(
+    source: impl Read,
+    window: Window,
+    output: &mut impl Write,
+) -> Result<Part, CutError> {
+    let since = |when: Option<When>| match when {
+        None => Ok(None),
+        Some(When::Since(since)) => Ok(Some(since)),
+        Some(When::Wall(_)) => Err(CutError::NoWallTime),
+    };
+    let (from, to) = (since(window.from)?.unwrap_or_default(), since(window.to)?);
+    let mut reader = RawReader::new(source);
+    let mut part = Part::default();
+    while let Some(chunk) = reader.next_chunk().map_err(CutError::Read)? {
+        if to.is_some_and(|to| chunk.at >= to) {
+            break;
+        }
+        if chunk.at >= from {
+            output.write_all(chunk.bytes).map_err(CutError::Write)?;
+            part.bytes += chunk.bytes.len() as u64;
+        }
+    }
+    output.flush().map_err(CutError::Write)?;
+    Ok(part)
+}
+
+/// Cuts an MCAP: the messages of all topics, with every table and attachment. `/raw/rx` and `/raw/tx` begin
+/// again at offset 0; the table `cut` says where they began.
+///
+/// # Errors
+/// When reading or writing fails.
+pub fn cut_mcap(source: impl Read, window: Window, output: impl Write) -> Result<Part, CutError> {
+    let mut entries = Entries::new(source);
+    let mut damages = Damages::default();
+    let mut cutter = Cutter {
+        writer: BlockWriter::new(output).map_err(CutError::Write)?,
+        window,
+        start_ns: None,
+        place: Place::Before,
+        schemas: HashMap::new(),
+        channels: HashMap::new(),
+        held: Held::default(),
+        offsets: BTreeMap::new(),
+        part: Part::default(),
+    };
+    let mut in_summary = false;
+    while let Some(entry) = entries.next_entry().map_err(CutError::Read)? {
+        match entry {
+            Entry::Damage(damage) => damages.push(damage),
+            Entry::Other { opcode, body } => {
+                in_summary |= opcode == op::DATA_END;
+                if !in_summary {
+                    cutter.copy_record(opcode, body).map_err(CutError::Write)?;
+                }
+            }
+            Entry::Message {
+                channel,
+                header,
+                data,
+            } => {
+                let times = Times {
+                    log: header.log_time,
+                    publish: header.publish_time,
+                };
+                let raw = match channel.topic.as_str() {
+                    RAW_RX => Some(Way::Down),
+                    RAW_TX => Some(Way::Up),
+                    _ => None,
+                };
+                let content = match raw.map(|way| (way, RawBytes::decode(data))) {
+                    None => Content::Other(data.to_vec()),
+                    Some((way, Ok(raw))) => Content::Raw(way, raw),
+                    Some((_, Err(error))) => {
+                        damages.push(format_args!("{}: {error}", channel.topic));
+                        continue;
+                    }
+                };
+                let message = Message {
+                    channel: header.channel_id,
+                    times,
+                    content,
+                };
+                cutter.take(message).map_err(CutError::Write)?;
+            }
+        }
+    }
+    let mut part = cutter.finish().map_err(CutError::Write)?;
+    part.problem = if !damages.is_empty() {
+        Some(damages.in_words())
+    } else if entries.is_finished() {
+        None
+    } else {
+        Some("the recording was interrupted: its end is missing".to_owned())
+    };
+    Ok(part)
+}
+
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+enum Way {
+    Down,
+    Up,
+}
+
+enum Content {
+    Raw(Way, RawBytes),
+    Other(Vec<u8>),
+}
+
+struct Message {
+    channel: u16,
+    times: Times,
+    content: Content,
+}
+
+impl Message {
+    /// The bytes received, if it is such.
+    const fn received(&self) -> Option<&RawBytes> {
+        match &self.content {
+            Content::Raw(Way::Down, raw) => Some(raw),
+            _ => None,
+        }
+    }
+
+    const fn received_mut(&mut self) -> Option<&mut RawBytes> {
+        match &mut self.content {
+            Content::Raw(Way::Down, raw) => Some(raw),
+            _ => None,
+        }
+    }
+}
+
+/// The latest messages: from the one with the first byte that may belong to an unfinished line.
+#[derive(Default)]
+struct Held {
+    messages: VecDeque<Message>,
+    /// Bytes received that are in `messages`.
+    bytes: usize,
+    /// Those of them, at the end, that no line feed follows; never a whole line.
+    unfinished: usize,
+}
+
+impl Held {
+    fn push(&mut self, message: Message) {
+        if let Some(raw) = message.received() {
+            let line_feed = raw.data.iter().rposition(|byte| *byte == b'\n');
+            let unfinished = match line_feed {
+                Some(place) => raw.data.len() - place - 1,
+                None => self.unfinished + raw.data.len(),
+            };
+            self.unfinished = unfinished.min(LINE_BYTES - 1);
+            self.bytes += raw.data.len();
+        }
+        self.messages.push_back(message);
+    }
+
+    /// The oldest message, unless it may hold a byte of an unfinished line.
+    fn pop(&mut self) -> Option<Message> {
+        let oldest = self.messages.front()?;
+        let bytes = oldest.received().map_or(0, |raw| raw.data.len());
+        if oldest.received().is_some() && self.bytes - bytes < self.unfinished {
+            return None;
+        }
+        self.bytes -= bytes;
+        self.messages.pop_front()
+    }
+
+    /// Splits at the unfinished line: what is before it stays here, and what is of it is returned.
+    fn split(&mut self) -> Self {
+        let mut rest = VecDeque::new();
+        let mut missing = self.unfinished;
+        for message in self.messages.iter_mut().rev() {
+            let (channel, times) = (message.channel, message.times);
+            let Some(raw) = message.received_mut() else {
+                continue;
+            };
+            let taken = missing.min(raw.data.len());
+            missing -= taken;
+            if taken > 0 {
+                let data = raw.data.split_off(raw.data.len() - taken);
+                let stream_offset = raw.stream_offset + raw.data.len() as u64;
+                let raw = RawBytes {
+                    stream_offset,
+                    data,
+                };
+                rest.push_front(Message {
+                    channel,
+                    times,
+                    content: Content::Raw(Way::Down, raw),
+                });
+            }
+        }
+        Self {
+            messages: rest,
+            bytes: self.unfinished,
+            unfinished: self.unfinished,
+        }
+    }
+}
+
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum Place {
+    Before,
+    Inside,
+    After,
+}
+
+struct Cutter<W: Write> {
+    writer: BlockWriter<W>,
+    window: Window,
+    start_ns: Option<u64>,
+    place: Place,
+    /// Numbers in the capture and here.
+    schemas: HashMap<u16, u16>,
+    channels: HashMap<u16, u16>,
+    held: Held,
+    /// Where each way began in the capture.
+    offsets: BTreeMap<Way, u64>,
+    part: Part,
+}
+
+impl<W: Write> Cutter<W> {
+    fn copy_record(&mut self, opcode: u8, body: &[u8]) -> io::Result<()> {
+        match opcode {
+            op::SCHEMA | op::CHANNEL | op::METADATA | op::ATTACHMENT => {}
+            _ => return Ok(()),
+        }
+        match parse_record(opcode, body) {
+            Ok(Record::Schema { header, data }) if !self.schemas.contains_key(&header.id) => {
+                let id = self
+                    .writer
+                    .add_schema(&header.name, &header.encoding, &data)?;
+                self.schemas.insert(header.id, id);
+            }
+            Ok(Record::Channel(channel)) if !self.channels.contains_key(&channel.id) => {
+                let schema = self.schemas.get(&channel.schema_id).copied();
+                let id = self.writer.add_channel(
+                    schema.unwrap_or(0),
+                    &channel.topic,
+                    &channel.message_encoding,
+                    &channel.metadata,
+                )?;
+                self.channels.insert(channel.id, id);
+            }
+            Ok(Record::Metadata(table)) => {
+                self.writer.write_metadata(&table.name, &table.metadata)?;
+            }
+            Ok(Record::Attachment { header, data, .. }) => {
+                let times = Times {
+                    log: header.log_time,
+                    publish: header.create_time,
+                };
+                self.writer
+                    .attach(&header.name, &header.media_type, times, &data)?;
+            }
+            _ => {}
+        }
+        Ok(())
+    }
+
+    fn take(&mut self, message: Message) -> io::Result<()> {
+        if message.received().is_some() {
+            self.start_ns.get_or_insert(message.times.log);
+        }
+        let has_come = |when: Option<When>| when.is_some_and(|when| self.has_come(when, &message));
+        let is_after = has_come(self.window.to);
+        let is_inside = self.window.from.is_none() || has_come(self.window.from);
+        match self.place {
+            Place::Before if is_after => self.place = Place::After,
+            Place::Before if is_inside => {
+                self.held = self.held.split();
+                self.place = Place::Inside;
+            }
+            Place::Inside if is_after => self.leave()?,
+            _ => {}
+        }
+        match self.place {
+            Place::After => return Ok(()),
+            Place::Before => {
+                self.held.push(message);
+                while self.held.pop().is_some() {}
+            }
+            Place::Inside => {
+                self.held.push(message);
+                while let Some(message) = self.held.pop() {
+                    self.write(message)?;
+                }
+            }
+        }
+        Ok(())
+    }
+
+    /// Whether a moment has come with this message. Bytes received say so at once; anything else may have been
+    /// decoded from bytes that came before the moment.
+    fn has_come(&self, when: When, message: &Message) -> bool {
+        let moment_ns = match when {
+            When::Wall(ns) => ns,
+            // Before the first bytes nothing has come but the beginning.
+            When::Since(since) => match self.start_ns {
+                None if since.is_zero() => 0,
+                None => u64::MAX,
+                Some(start_ns) => start_ns.saturating_add(nanoseconds(since)),
+            },
+        };
+        let lag_ns = if message.received().is_some() || moment_ns == 0 {
+            0
+        } else {
+            LAG_NS
+        };
+        message.times.log >= moment_ns.saturating_add(lag_ns)
+    }
+
+    fn leave(&mut self) -> io::Result<()> {
+        self.held.split();
+        self.place = Place::After;
+        for message in std::mem::take(&mut self.held.messages) {
+            self.write(message)?;
+        }
+        Ok(())
+    }
+
+    fn write(&mut self, message: Message) -> io::Result<()> {
+        let Some(&channel) = self.channels.get(&message.channel) else {
+            return Ok(());
+        };
+        let times = message.times;
+        match message.content {
+            Content::Other(data) => self.writer.write(channel, times, |to| to.extend(data))?,
+            Content::Raw(_, raw) if raw.data.is_empty() => return Ok(()),
+            Content::Raw(way, mut raw) => {
+                raw.stream_offset -= *self.offsets.entry(way).or_insert(raw.stream_offset);
+                if way == Way::Down {
+                    self.part.bytes += raw.data.len() as u64;
+                }
+                let encode = |to: &mut Vec<u8>| raw.encode_raw(to);
+                self.writer.write(channel, times, encode)?;
+            }
+        }
+        self.part.messages += 1;
+        Ok(())
+    }
+
+    fn finish(mut self) -> io::Result<Part> {
+        if self.place == Place::Inside {
+            for message in std::mem::take(&mut self.held.messages) {
+                self.write(message)?;
+            }
+        }
+        let in_words = |when: Option<When>| match when {
+            None => "-".to_owned(),
+            Some(When::Since(since)) => format!("{} s", since.as_secs_f64()),
+            Some(When::Wall(ns)) => utc(UNIX_EPOCH + Duration::from_nanos(ns)),
+        };
+        let offset = |way| self.offsets.get(&way).unwrap_or(&0).to_string();
+        let table = BTreeMap::from([
+            ("from".to_owned(), in_words(self.window.from)),
+            ("to".to_owned(), in_words(self.window.to)),
+            ("rx_offset".to_owned(), offset(Way::Down)),
+            ("tx_offset".to_owned(), offset(Way::Up)),
+        ]);
+        self.writer.write_metadata("cut", &table)?;
+        self.writer.finish()?;
+        Ok(self.part)
+    }
+}
+
+fn nanoseconds(duration: Duration) -> u64 {
+    u64::try_from(duration.as_nanos()).unwrap_or(u64::MAX)
+}

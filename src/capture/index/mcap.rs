@@ -1,0 +1,523 @@
+//! MCAP recordings from any place.
+
+use std::collections::BTreeMap;
+use std::io;
+use std::ops::Range;
+use std::path::Path;
+use std::sync::Arc;
+
+use ::mcap::McapError;
+use ::mcap::records::{Record, op};
+use ::mcap::sans_io::{LinearReadEvent, LinearReader, LinearReaderOptions};
+use prost::Message;
+
+use super::{Piece, Place, Source, Tape, read_at};
+use crate::capture::CaptureError;
+use crate::capture::mcap::{RAW_RX, RAW_TX};
+use crate::capture::messages::RawBytes;
+use crate::event::Moment;
+
+/// Opcode and length before every record.
+const HEAD_BYTES: usize = 9;
+
+/// Footer and magic at the end of a finished file.
+const END_BYTES: usize = HEAD_BYTES + 20 + 8;
+
+/// Chunks whose times are kept; of more, every other is forgotten.
+const MARKS_MAX: usize = 4096;
+
+/// The largest chunk that is believed.
+const CHUNK_BYTES_MAX: u64 = 64 * 1024 * 1024;
+
+/// The first bytes from the radio are looked for in so many chunks.
+const CHUNKS_BEFORE_BYTES: usize = 64;
+
+/// Records are walked through with reads of this size.
+const WALK_BYTES: usize = 4096;
+
+/// A message of a chunk.
+#[derive(Clone, Debug)]
+enum Item {
+    /// A message of one of our topics: which, and where its bytes are.
+    Message(Topic, Range<usize>),
+    /// The chunk, or what follows it, cannot be read.
+    Damage(String),
+}
+
+/// The topics that say what happened.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum Topic {
+    Received,
+    Sent,
+}
+
+/// The messages of one chunk.
+#[derive(Clone, Debug, Default)]
+struct Block {
+    offset: u64,
+    /// Where the record after it begins; `None` where nothing can follow.
+    next: Option<u64>,
+    items: Vec<(u64, Item)>,
+    bytes: Vec<u8>,
+}
+
+/// A recording.
+#[derive(Clone)]
+pub struct McapTape {
+    source: Arc<dyn Source>,
+    size: u64,
+    /// Log times at which chunks begin, and where they are.
+    marks: Vec<(u64, u64)>,
+    /// Of so many chunks one is kept.
+    stride: u64,
+    /// Chunks seen so far.
+    chunks: u64,
+    start_ns: u64,
+    end_ns: u64,
+    topics: BTreeMap<u16, Topic>,
+    block: Option<Block>,
+    place: Place,
+    /// The message given out last.
+    current: RawBytes,
+}
+
+impl McapTape {
+    /// A recording from its beginning.
+    ///
+    /// # Errors
+    /// When it cannot be read or has no channel of received bytes.
+    pub fn new(source: Arc<dyn Source>, name: &Path) -> Result<Self, CaptureError> {
+        let read_error = |error| CaptureError::Read {
+            path: name.to_owned(),
+            error,
+        };
+        let size = source.size().map_err(read_error)?;
+        let mut tape = Self {
+            source,
+            size,
+            marks: Vec::new(),
+            stride: 1,
+            chunks: 0,
+            start_ns: 0,
+            end_ns: 0,
+            topics: BTreeMap::new(),
+            block: None,
+            place: Place::default(),
+            current: RawBytes::default(),
+        };
+        let has_summary = tape.read_summary().map_err(read_error)?;
+        if !has_summary {
+            tape.walk(::mcap::MAGIC.len() as u64, None)
+                .map_err(read_error)?;
+        }
+        tape.place.offset = ::mcap::MAGIC.len() as u64;
+        tape.start_ns = tape.first_bytes_ns();
+        tape.end_ns = tape.end_ns.max(tape.start_ns);
+        if !tape.topics.values().any(|topic| *topic == Topic::Received) {
+            return Err(CaptureError::NoRawBytes(name.to_owned()));
+        }
+        tape.go(Place {
+            offset: ::mcap::MAGIC.len() as u64,
+            stream: Some(0),
+            ..Place::default()
+        });
+        Ok(tape)
+    }
+
+    /// Reads the chunks' times and the channels from the end of a finished file; whether there was such an end.
+    fn read_summary(&mut self) -> io::Result<bool> {
+        let mut end = [0; END_BYTES];
+        let Some(end_at) = self.size.checked_sub(END_BYTES as u64) else {
+            return Ok(false);
+        };
+        read_at(&*self.source, end_at, &mut end)?;
+        let (footer, magic) = end.split_at(END_BYTES - 8);
+        if footer[0] != op::FOOTER || magic != ::mcap::MAGIC {
+            return Ok(false);
+        }
+        let summary_at = u64_at(footer, HEAD_BYTES);
+        if summary_at == 0 || summary_at >= end_at {
+            return Ok(false);
+        }
+        self.walk(summary_at, Some(end_at))?;
+        Ok(!self.marks.is_empty())
+    }
+
+    /// Goes from record to record without reading chunks, and keeps what says where they are; to the end
+    /// of the data, or to the given end.
+    fn walk(&mut self, from: u64, until: Option<u64>) -> io::Result<()> {
+        let until = until.unwrap_or(self.size);
+        let mut window = Window::default();
+        let mut offset = from;
+        while let Some(head) = window.read(&*self.source, offset, HEAD_BYTES)? {
+            let (opcode, length) = (head[0], u64_at(head, 1));
+            let body_at = offset + HEAD_BYTES as u64;
+            let Some(end) = body_at.checked_add(length).filter(|end| *end <= until) else {
+                break;
+            };
+            match opcode {
+                op::CHUNK | op::CHUNK_INDEX => {
+                    let wanted = (length as usize).min(24);
+                    if let Some(body) = window.read(&*self.source, body_at, wanted)?
+                        && body.len() == 24
+                    {
+                        let (start_ns, end_ns) = (u64_at(body, 0), u64_at(body, 8));
+                        let at = if opcode == op::CHUNK {
+                            offset
+                        } else {
+                            u64_at(body, 16)
+                        };
+                        self.mark(start_ns, end_ns, at);
+                    }
+                }
+                op::CHANNEL if length < WALK_BYTES as u64 => {
+                    if let Some(body) = window.read(&*self.source, body_at, length as usize)? {
+                        take_channel(&mut self.topics, body);
+                    }
+                }
+                op::DATA_END | op::FOOTER => break,
+                _ => {}
+            }
+            offset = end;
+        }
+        Ok(())
+    }
+
+    fn mark(&mut self, start_ns: u64, end_ns: u64, offset: u64) {
+        self.end_ns = self.end_ns.max(end_ns);
+        // A chunk without messages says no time.
+        if end_ns == 0 || offset >= self.size {
+            return;
+        }
+        if self.chunks.is_multiple_of(self.stride) {
+            self.marks.push((start_ns, offset));
+        }
+        self.chunks += 1;
+        if self.marks.len() > MARKS_MAX {
+            let mut keep = false;
+            self.marks.retain(|_| {
+                keep = !keep;
+                keep
+            });
+            self.stride *= 2;
+        }
+    }
+
+    fn first_bytes_ns(&mut self) -> u64 {
+        let mut next = Some(::mcap::MAGIC.len() as u64);
+        let mut first = None;
+        for _ in 0..CHUNKS_BEFORE_BYTES {
+            let Some(offset) = next else { break };
+            let Some(block) = self.load(offset) else {
+                break;
+            };
+            first = first.or(block.items.first().map(|(at, _)| *at));
+            let received = block
+                .items
+                .iter()
+                .find(|(_, item)| matches!(item, Item::Message(Topic::Received, _)));
+            let found = received.map(|(at, _)| *at);
+            next = block.next;
+            self.block = Some(block);
+            if let Some(at) = found {
+                return at;
+            }
+        }
+        let first = first.or_else(|| self.marks.first().map(|(at, _)| *at));
+        first.unwrap_or_default()
+    }
+
+    /// The messages of the first chunk at an offset or after it; `None` at the end of the data.
+    fn load(&mut self, mut offset: u64) -> Option<Block> {
+        let mut head = [0; HEAD_BYTES];
+        loop {
+            let damage = |text: &str| {
+                Some(Block {
+                    offset,
+                    next: None,
+                    items: vec![(0, Item::Damage(text.to_owned()))],
+                    bytes: Vec::new(),
+                })
+            };
+            match read_at(&*self.source, offset, &mut head) {
+                Ok(HEAD_BYTES) => {}
+                Ok(_) => {
+                    return damage("the recording was interrupted: the file ends in the middle");
+                }
+                Err(error) => return damage(&format!("the capture cannot be read on: {error}")),
+            }
+            let (opcode, length) = (head[0], u64_at(&head, 1));
+            if matches!(opcode, op::DATA_END | op::FOOTER) {
+                return None;
+            }
+            let body_at = offset + HEAD_BYTES as u64;
+            let Some(next) = body_at.checked_add(length).filter(|end| *end <= self.size) else {
+                return damage("the recording was interrupted: the file ends in the middle");
+            };
+            match opcode {
+                op::CHUNK | op::MESSAGE | op::CHANNEL if length <= CHUNK_BYTES_MAX => {
+                    let mut record = vec![0; HEAD_BYTES + length as usize];
+                    match read_at(&*self.source, offset, &mut record) {
+                        Ok(read) if read == record.len() => {}
+                        _ => return damage("the capture cannot be read on"),
+                    }
+                    if opcode == op::CHANNEL {
+                        take_channel(&mut self.topics, &record[HEAD_BYTES..]);
+                    } else {
+                        return Some(self.unpack(offset, next, &record));
+                    }
+                }
+                op::CHUNK => return damage("a chunk is too large to be one"),
+                0 => return damage("what follows is no record"),
+                _ => {}
+            }
+            offset = next;
+        }
+    }
+
+    fn unpack(&mut self, offset: u64, next: u64, record: &[u8]) -> Block {
+        let mut block = Block {
+            offset,
+            next: Some(next),
+            ..Block::default()
+        };
+        if let Err(error) = unpack(&mut self.topics, record, &mut block) {
+            let text = format!("a part of the recording is damaged and left out: {error}");
+            let at = if record[0] == op::CHUNK && record.len() >= HEAD_BYTES + 8 {
+                u64_at(record, HEAD_BYTES)
+            } else {
+                0
+            };
+            block.bytes.clear();
+            block.items = vec![(at, Item::Damage(text))];
+        }
+        block
+    }
+
+    /// Goes to the next message, if there is one.
+    fn settle(&mut self) -> Option<&(u64, Item)> {
+        loop {
+            if self
+                .block
+                .as_ref()
+                .is_none_or(|block| block.offset != self.place.offset)
+            {
+                // The place may be that of a record before the chunk: what was loaded says where it is.
+                let block = self.load(self.place.offset)?;
+                self.place.offset = block.offset;
+                self.block = Some(block);
+            }
+            let block = self.block.as_ref()?;
+            if (self.place.item as usize) < block.items.len() {
+                break;
+            }
+            self.place.offset = block.next?;
+            self.place.item = 0;
+            self.block = None;
+        }
+        self.block.as_ref()?.items.get(self.place.item as usize)
+    }
+
+    fn since_start(&self, log_time_ns: u64) -> Moment {
+        let at = Moment::from_nanos(log_time_ns.saturating_sub(self.start_ns));
+        at.max(self.place.at)
+    }
+}
+
+impl Tape for McapTape {
+    fn next_at(&mut self) -> Option<Moment> {
+        let (log_time_ns, _) = *self.settle()?;
+        Some(self.since_start(log_time_ns))
+    }
+
+    fn next_piece(&mut self) -> Option<Piece<'_>> {
+        let at = self.next_at()?;
+        let block = self.block.as_ref()?;
+        let (_, item) = block.items.get(self.place.item as usize)?;
+        let (topic, message) = match item {
+            Item::Damage(text) => {
+                let text = text.clone();
+                self.place.at = at;
+                self.place.item += 1;
+                self.place.stream = None;
+                return Some(Piece::Damaged(text));
+            }
+            Item::Message(topic, range) => (*topic, RawBytes::decode(&block.bytes[range.clone()])),
+        };
+        self.place.at = at;
+        self.current = match message {
+            Ok(current) => current,
+            Err(error) => {
+                self.place.item += 1;
+                return Some(Piece::Damaged(format!("a message makes no sense: {error}")));
+            }
+        };
+        if topic == Topic::Sent {
+            self.place.item += 1;
+            return Some(Piece::Sent(&self.current.data));
+        }
+        let offset = self.current.stream_offset;
+        let missing = offset.saturating_sub(self.place.stream.unwrap_or(offset));
+        if missing > 0 {
+            self.place.stream = Some(offset);
+            return Some(Piece::Missing(missing));
+        }
+        self.place.item += 1;
+        self.place.stream = Some(offset + self.current.data.len() as u64);
+        Some(Piece::Received(&self.current.data))
+    }
+
+    fn place(&self) -> Place {
+        self.place
+    }
+
+    fn go(&mut self, place: Place) {
+        self.place = place;
+    }
+
+    fn find(&mut self, at: Moment) -> Place {
+        let wanted_ns = self.start_ns.saturating_add(at.as_nanos() as u64);
+        let first = ::mcap::MAGIC.len() as u64;
+        let mark = self
+            .marks
+            .partition_point(|(start_ns, _)| *start_ns < wanted_ns);
+        let (mut found_ns, mut found) = match mark.checked_sub(1).and_then(|n| self.marks.get(n)) {
+            Some(&(start_ns, offset)) => (start_ns, offset),
+            None => (self.start_ns, first),
+        };
+        // Between two marks there may be chunks of which no mark was kept.
+        let mut window = Window::default();
+        let mut offset = found;
+        let until = self
+            .marks
+            .get(mark)
+            .map_or(self.size, |(_, offset)| *offset);
+        while offset < until
+            && let Ok(Some(head)) = window.read(&*self.source, offset, HEAD_BYTES + 16)
+        {
+            let (opcode, length) = (head[0], u64_at(head, 1));
+            let (start_ns, end_ns) = (u64_at(head, HEAD_BYTES), u64_at(head, HEAD_BYTES + 8));
+            if matches!(opcode, op::DATA_END | op::FOOTER) {
+                break;
+            }
+            if opcode == op::CHUNK && end_ns > 0 {
+                if start_ns >= wanted_ns {
+                    break;
+                }
+                (found_ns, found) = (start_ns, offset);
+            }
+            let Some(next) = offset.checked_add(HEAD_BYTES as u64 + length) else {
+                break;
+            };
+            offset = next;
+        }
+        Place {
+            offset: found,
+            item: 0,
+            stream: (found == first).then_some(0),
+            at: Moment::from_nanos(found_ns.saturating_sub(self.start_ns)),
+        }
+    }
+
+    fn length(&self) -> Moment {
+        Moment::from_nanos(self.end_ns - self.start_ns)
+    }
+
+    fn again(&self) -> Box<dyn Tape + Send> {
+        Box::new(self.clone())
+    }
+
+    fn unix(&self) -> Option<Moment> {
+        Some(Moment::from_nanos(self.start_ns))
+    }
+}
+
+/// A few bytes of a file at a time, read with few calls.
+#[derive(Default)]
+struct Window {
+    at: u64,
+    bytes: Vec<u8>,
+}
+
+impl Window {
+    /// So many bytes at an offset; `None` where the file has fewer.
+    fn read(
+        &mut self,
+        source: &dyn Source,
+        offset: u64,
+        length: usize,
+    ) -> io::Result<Option<&[u8]>> {
+        let end = offset + length as u64;
+        if offset < self.at || end > self.at + self.bytes.len() as u64 {
+            self.bytes.resize(WALK_BYTES.max(length), 0);
+            let read = read_at(source, offset, &mut self.bytes)?;
+            self.bytes.truncate(read);
+            self.at = offset;
+        }
+        let from = (offset - self.at) as usize;
+        Ok(self.bytes.get(from..from + length))
+    }
+}
+
+fn u64_at(bytes: &[u8], at: usize) -> u64 {
+    let eight = bytes
+        .get(at..at + 8)
+        .and_then(|eight| eight.try_into().ok());
+    eight.map_or(0, u64::from_le_bytes)
+}
+
+fn take_channel(topics: &mut BTreeMap<u16, Topic>, body: &[u8]) {
+    let Ok(Record::Channel(channel)) = ::mcap::parse_record(op::CHANNEL, body) else {
+        return;
+    };
+    let topic = match channel.topic.as_str() {
+        RAW_RX => Topic::Received,
+        RAW_TX => Topic::Sent,
+        _ => return,
+    };
+    topics.insert(channel.id, topic);
+}
+
+/// Takes the messages of our topics out of a record, with every checksum checked.
+fn unpack(
+    topics: &mut BTreeMap<u16, Topic>,
+    record: &[u8],
+    block: &mut Block,
+) -> Result<(), McapError> {
+    let options = LinearReaderOptions::default()
+        .with_skip_start_magic(true)
+        .with_skip_end_magic(true)
+        .with_prevalidate_chunk_crcs(true)
+        .with_record_length_limit(CHUNK_BYTES_MAX as usize);
+    let mut reader = LinearReader::new_with_options(options);
+    let mut unread = record;
+    while let Some(event) = reader.next_event() {
+        match event? {
+            LinearReadEvent::ReadRequest(wanted) => {
+                let length = wanted.min(unread.len());
+                reader.insert(wanted)[..length].copy_from_slice(&unread[..length]);
+                reader.notify_read(length);
+                unread = &unread[length..];
+            }
+            LinearReadEvent::Record { opcode, data } => match opcode {
+                op::CHANNEL => take_channel(topics, data),
+                op::MESSAGE => {
+                    let Record::Message { header, data } = ::mcap::parse_record(opcode, data)?
+                    else {
+                        continue;
+                    };
+                    if let Some(topic) = topics.get(&header.channel_id) {
+                        let from = block.bytes.len();
+                        block.bytes.extend_from_slice(&data);
+                        let range = from..block.bytes.len();
+                        block
+                            .items
+                            .push((header.log_time, Item::Message(*topic, range)));
+                    }
+                }
+                _ => {}
+            },
+        }
+    }
+    Ok(())
+}

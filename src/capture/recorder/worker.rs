@@ -1,0 +1,241 @@
+//! The recorder's thread: everything that a slow disk may hold up.
+
+use std::fs::{self, File};
+use std::io::{self, Write};
+use std::path::{Path, PathBuf};
+use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
+use std::sync::mpsc::Receiver;
+use std::sync::{Arc, Mutex, PoisonError};
+
+use super::super::composer::{Composer, Session};
+use super::super::error::{CaptureError, Existing};
+use super::super::journal::Entry;
+use super::super::recover::{self, Paths};
+use super::super::topics::Deriver;
+
+/// What the thread is told to do, in order.
+pub(super) enum Order {
+    /// Something that is in the journal already.
+    Entry(Entry),
+    /// What was remembered from before the recording began.
+    Entries(Vec<Entry>),
+    /// Everything onto the disk.
+    Flush,
+    /// Finish this part and go on in another.
+    Rotate(Box<Part>),
+    /// Leave nothing behind.
+    Discard,
+}
+
+/// A file of a recording.
+pub(super) struct Part {
+    pub(super) paths: Paths,
+    pub(super) session: Session,
+    pub(super) existing: Existing,
+    /// Its journal, to be kept by the disk with it.
+    pub(super) journal: Option<File>,
+}
+
+/// What the thread says about itself.
+#[derive(Default)]
+pub(super) struct Shared {
+    /// Bytes in the files.
+    pub(super) bytes: AtomicU64,
+    /// Bytes in the present part.
+    pub(super) part_bytes: AtomicU64,
+    pub(super) done: AtomicU64,
+    /// Something waits to be flushed.
+    pub(super) is_dirty: AtomicBool,
+    /// Something could not be handed over: it is in the journal only.
+    pub(super) has_dropped: AtomicBool,
+    pub(super) problem: Mutex<Option<String>>,
+}
+
+impl Shared {
+    pub(super) fn set_problem(&self, problem: String) {
+        let mut told = self.problem.lock().unwrap_or_else(PoisonError::into_inner);
+        told.get_or_insert(problem);
+    }
+}
+
+/// The file, without a buffer, counting.
+pub(super) struct Output {
+    file: Arc<File>,
+    shared: Arc<Shared>,
+}
+
+impl Write for Output {
+    fn write(&mut self, bytes: &[u8]) -> io::Result<usize> {
+        let written = (&*self.file).write(bytes)?;
+        let count = written as u64;
+        self.shared.bytes.fetch_add(count, Ordering::Relaxed);
+        self.shared.part_bytes.fetch_add(count, Ordering::Relaxed);
+        Ok(written)
+    }
+
+    fn flush(&mut self) -> io::Result<()> {
+        Ok(())
+    }
+}
+
+pub(super) struct Worker {
+    part: Part,
+    file: Arc<File>,
+    composer: Option<Composer<Output>>,
+    shared: Arc<Shared>,
+}
+
+impl Worker {
+    /// Begins the first part: when this returns, the disk has it.
+    pub(super) fn begin(part: Part, file: File, shared: Arc<Shared>) -> Result<Self, CaptureError> {
+        let (composer, file) = begin_part(&part, file, &shared, Deriver::new())?;
+        Ok(Self {
+            part,
+            file,
+            composer: Some(composer),
+            shared,
+        })
+    }
+
+    /// Carries out orders until there are no more, then finishes the recording.
+    pub(super) fn run(mut self, queue: &Receiver<Order>) -> Result<(), CaptureError> {
+        let result = self.carry_out_all(queue);
+        if let Err(error) = &result {
+            self.shared.set_problem(error.to_string());
+        }
+        result
+    }
+
+    fn carry_out_all(&mut self, queue: &Receiver<Order>) -> Result<(), CaptureError> {
+        for order in queue {
+            match order {
+                Order::Discard => {
+                    self.composer = None;
+                    for path in [&self.part.paths.partial, &self.part.paths.journal] {
+                        remove(path)?;
+                    }
+                    return Ok(());
+                }
+                Order::Rotate(next) => {
+                    let deriver = self.finish_part()?;
+                    if let Some(deriver) = deriver {
+                        self.go_on(*next, deriver)?;
+                    }
+                }
+                Order::Entry(entry) => self.take(std::slice::from_ref(&entry))?,
+                Order::Entries(entries) => self.take(&entries)?,
+                Order::Flush => self.flush()?,
+            }
+            self.shared.done.fetch_add(1, Ordering::Release);
+        }
+        self.finish_part().map(|_| ())
+    }
+
+    fn take(&mut self, entries: &[Entry]) -> Result<(), CaptureError> {
+        let Some(composer) = &mut self.composer else {
+            return Ok(());
+        };
+        for entry in entries {
+            composer
+                .handle_entry(entry)
+                .map_err(|error| write_error(&self.part.paths.partial, error))?;
+        }
+        self.shared.is_dirty.store(true, Ordering::Release);
+        if composer.take_urgent() {
+            self.flush()?;
+        }
+        Ok(())
+    }
+
+    fn flush(&mut self) -> Result<(), CaptureError> {
+        let Some(composer) = &mut self.composer else {
+            return Ok(());
+        };
+        self.shared.is_dirty.store(false, Ordering::Release);
+        let journal = self.part.journal.as_ref().map_or(Ok(()), File::sync_data);
+        composer
+            .flush()
+            .and_then(|()| self.file.sync_data())
+            .and(journal)
+            .map_err(|error| write_error(&self.part.paths.partial, error))
+    }
+
+    /// Writes the index, waits for the disk, reads everything back, and only then gives the file its
+    /// name and lets the journal go.
+    fn finish_part(&mut self) -> Result<Option<Deriver>, CaptureError> {
+        let Some(composer) = self.composer.take() else {
+            return Ok(None);
+        };
+        let paths = &self.part.paths;
+        let received = composer.deriver().rx_bytes();
+        let (_, deriver) = composer
+            .finish_part()
+            .and_then(|done| self.file.sync_all().map(|()| done))
+            .map_err(|error| write_error(&paths.partial, error))?;
+        if self.part.existing == Existing::Refuse && fs::exists(&paths.target).unwrap_or(false) {
+            return Err(CaptureError::Appeared {
+                path: paths.target.clone(),
+                partial: paths.partial.clone(),
+            });
+        }
+        fs::rename(&paths.partial, &paths.target)
+            .map_err(|error| write_error(&paths.partial, error))?;
+        recover::sync_folder(&paths.target);
+        let has_dropped = self.shared.has_dropped.swap(false, Ordering::AcqRel);
+        if self.part.journal.is_none() {
+            return Ok(Some(deriver));
+        }
+        if has_dropped {
+            // The journal has what the disk was too slow for.
+            recover::rebuild(paths)?;
+        } else if recover::received_bytes(&paths.target) == Some(received) {
+            remove(&paths.journal)?;
+        } else {
+            return Err(CaptureError::NotProven {
+                path: paths.target.clone(),
+                journal: paths.journal.clone(),
+            });
+        }
+        Ok(Some(deriver))
+    }
+
+    fn go_on(&mut self, next: Part, deriver: Deriver) -> Result<(), CaptureError> {
+        let file = super::create_partial(&next.paths.partial, next.existing)?;
+        self.shared.part_bytes.store(0, Ordering::Relaxed);
+        let (composer, file) = begin_part(&next, file, &self.shared, deriver)?;
+        self.part = next;
+        self.file = file;
+        self.composer = Some(composer);
+        Ok(())
+    }
+}
+
+fn begin_part(
+    part: &Part,
+    file: File,
+    shared: &Arc<Shared>,
+    deriver: Deriver,
+) -> Result<(Composer<Output>, Arc<File>), CaptureError> {
+    let file = Arc::new(file);
+    let output = Output {
+        file: Arc::clone(&file),
+        shared: Arc::clone(shared),
+    };
+    Composer::go_on(output, &part.session, deriver)
+        .and_then(|composer| file.sync_data().map(|()| (composer, file)))
+        .map_err(|error| write_error(&part.paths.partial, error))
+}
+
+fn remove(path: &Path) -> Result<(), CaptureError> {
+    match fs::remove_file(path) {
+        Err(error) if error.kind() != io::ErrorKind::NotFound => Err(write_error(path, error)),
+        _ => Ok(()),
+    }
+}
+
+pub(super) fn write_error(path: &Path, error: io::Error) -> CaptureError {
+    CaptureError::Write {
+        path: PathBuf::from(path),
+        error,
+    }
+}

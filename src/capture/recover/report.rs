@@ -1,0 +1,83 @@
+//! What was saved and what was not, for a person.
+
+use std::io::{self, Write};
+
+use super::{Outcome, Recovery};
+use crate::event::Level;
+
+impl Recovery {
+    /// One line.
+    #[must_use]
+    pub fn headline(&self) -> String {
+        let path = self.path.display();
+        let (messages, bytes) = (self.messages, self.rx_bytes);
+        let missing: u64 = self.rx_missing.iter().map(|missing| missing.bytes).sum();
+        match self.outcome {
+            Outcome::Whole => {
+                format!("{path} is whole: {messages} messages, {bytes} bytes received")
+            }
+            Outcome::Recovered => {
+                format!("recovered {path}: {messages} messages, all {bytes} bytes received")
+            }
+            Outcome::Partly if missing > 0 => format!(
+                "saved part of {path}: {messages} messages, {bytes} bytes received; {missing} bytes are lost"
+            ),
+            Outcome::Partly => format!(
+                "saved what holds of {path}: {messages} messages, {bytes} bytes received; what came after them is lost"
+            ),
+        }
+    }
+
+    /// How much it matters to an operator.
+    #[must_use]
+    pub const fn level(&self) -> Level {
+        match self.outcome {
+            Outcome::Whole | Outcome::Recovered => Level::Info,
+            Outcome::Partly => Level::Warning,
+        }
+    }
+
+    /// Everything, a line a fact.
+    ///
+    /// # Errors
+    /// When the output takes no more.
+    pub fn write_text(&self, output: &mut impl Write) -> io::Result<()> {
+        writeln!(output, "{}", self.headline())?;
+        if self.rx_from_journal > 0 {
+            writeln!(
+                output,
+                "  {} bytes received came from the journal",
+                self.rx_from_journal
+            )?;
+        }
+        for missing in &self.rx_missing {
+            writeln!(
+                output,
+                "  lost: {} bytes received, after the first {} of them",
+                missing.bytes, missing.offset
+            )?;
+        }
+        for damage in &self.damage {
+            writeln!(
+                output,
+                "  of no use: {} bytes from byte {} of the file: {}",
+                damage.bytes, damage.offset, damage.problem
+            )?;
+        }
+        if self.journal_damaged_bytes > 0 {
+            writeln!(
+                output,
+                "  of no use: {} bytes of the journal",
+                self.journal_damaged_bytes
+            )?;
+        }
+        if let Some(original) = &self.original {
+            writeln!(
+                output,
+                "  the damaged file is kept as {}",
+                original.display()
+            )?;
+        }
+        Ok(())
+    }
+}

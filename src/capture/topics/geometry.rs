@@ -1,0 +1,105 @@
+//! The robot's inches and degrees as metres, radians and quaternions.
+
+use foxglove::messages::{Point3, Pose, Quaternion, Timestamp, Vector3};
+
+/// The frame in which the robot reckons: its origin is where the odometer was last reset.
+pub const ODOM: &str = "odom";
+
+/// The frame of the robot itself.
+pub const BASE: &str = "base_link";
+
+pub(super) const M_PER_IN: f64 = 0.0254;
+
+const S_NS: u64 = 1_000_000_000;
+
+/// The robot's place on the floor.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub(super) struct Place {
+    pub(super) x_m: f64,
+    pub(super) y_m: f64,
+    /// Counter-clockwise from x.
+    pub(super) yaw_rad: f64,
+}
+
+impl Place {
+    /// From the robot's own words: +Y is ahead, +X to the right, degrees clockwise from +Y.
+    pub(super) fn of_robot(x_tenths_in: i32, y_tenths_in: i32, theta_deg: u16) -> Self {
+        let (x_m, y_m) = odom(f64::from(x_tenths_in) / 10.0, f64::from(y_tenths_in) / 10.0);
+        Self {
+            x_m,
+            y_m,
+            yaw_rad: -f64::from(theta_deg).to_radians(),
+        }
+    }
+
+    pub(super) fn translation(self) -> Vector3 {
+        Vector3 {
+            x: self.x_m,
+            y: self.y_m,
+            z: 0.0,
+        }
+    }
+
+    pub(super) fn rotation(self) -> Quaternion {
+        yaw(self.yaw_rad)
+    }
+
+    pub(super) fn pose(self) -> Pose {
+        Pose {
+            position: Some(self.translation()),
+            orientation: Some(self.rotation()),
+        }
+    }
+
+    /// A point so far ahead.
+    pub(super) fn ahead(self, distance_m: f64) -> (f64, f64) {
+        let (sin, cos) = self.yaw_rad.sin_cos();
+        (self.x_m + cos * distance_m, self.y_m + sin * distance_m)
+    }
+}
+
+/// A point of the robot's floor plan, in metres of [`ODOM`].
+pub(super) fn odom(x_in: f64, y_in: f64) -> (f64, f64) {
+    // Subtracted, because a negated zero would be written as -0.
+    (y_in * M_PER_IN, 0.0 - x_in * M_PER_IN)
+}
+
+pub(super) fn yaw(yaw_rad: f64) -> Quaternion {
+    let (sin, cos) = (yaw_rad / 2.0).sin_cos();
+    Quaternion {
+        x: 0.0,
+        y: 0.0,
+        z: sin,
+        w: cos,
+    }
+}
+
+pub(super) const fn point(x_m: f64, y_m: f64, z_m: f64) -> Point3 {
+    Point3 {
+        x: x_m,
+        y: y_m,
+        z: z_m,
+    }
+}
+
+/// Upright at a point.
+pub(super) const fn upright(x_m: f64, y_m: f64, z_m: f64) -> Pose {
+    Pose {
+        position: Some(Vector3 {
+            x: x_m,
+            y: y_m,
+            z: z_m,
+        }),
+        orientation: Some(Quaternion {
+            x: 0.0,
+            y: 0.0,
+            z: 0.0,
+            w: 1.0,
+        }),
+    }
+}
+
+pub(super) fn timestamp(since_1970_ns: u64) -> Timestamp {
+    let s = u32::try_from(since_1970_ns / S_NS).unwrap_or(u32::MAX);
+    Timestamp::new(s, (since_1970_ns % S_NS) as u32)
+}

@@ -1,0 +1,224 @@
+//! Delivers the calibration's orders and hears the robot meanwhile: over a link of its own, or through the station that
+//! shares its link.
+
+use std::time::Duration;
+
+use groundwave_protocol::telemetry::{Outcome, ParameterLine, ParameterName};
+use tokio::time::{Instant, sleep_until};
+
+use super::super::cli::{Calibrate, Way};
+use super::super::config::Config;
+use super::super::send::{connect, failed, not_confirmed};
+use super::super::simulated::Embedded;
+use super::super::via::{converse, step_of};
+use super::super::{Exit, Fault};
+use crate::event::{CommandStep, Event, Failure};
+use crate::io::link::LinkSpec;
+use crate::io::via::Via;
+use crate::radio::Radio;
+use crate::request::{Amount, Request, Tuning};
+use crate::runtime::Driver;
+use crate::share::{Address, Ask, Heard, StationLine, why_refused};
+
+/// A command that lists all parameters takes this much longer than another.
+const LIST_TIMES: u32 = 6;
+
+/// What the robot does with an order, and what it says besides.
+pub(super) struct Operator {
+    driver: Driver,
+    _simulator: Embedded,
+    /// The station that sends for us; the driver only listens then.
+    via: Option<Address>,
+    timeout: Duration,
+}
+
+impl Operator {
+    /// Opens the link, or the way through a station: its raw bytes are heard like those of a radio.
+    pub(super) fn connect(options: &Calibrate, config: &Config) -> Result<Self, Fault> {
+        let receive_only = |name: &str| {
+            let message = format!("cannot send to {name}: the link is receive-only");
+            Fault::new(Exit::ReceiveOnly, message)
+        };
+        let way = options
+            .way()
+            .map_err(|error| Fault::new(Exit::Usage, error))?;
+        let radio = options.radio.radio(config);
+        let (link, radio, via) = match way {
+            Way::Link(link) => {
+                if !radio.can_send() || matches!(link, LinkSpec::Stdin | LinkSpec::Unix(_)) {
+                    return Err(receive_only(&link.to_string()));
+                }
+                (link, radio, None)
+            }
+            Way::Via(address) => {
+                let (_, welcome) =
+                    Via::connect(&address).map_err(|error| Fault::new(Exit::NoLink, error))?;
+                if !welcome.can_send || !radio.can_send() {
+                    return Err(receive_only(&welcome.link));
+                }
+                let link = match &address {
+                    Address::Tcp(address) => LinkSpec::Tcp(address.clone()),
+                    Address::Unix(path) => LinkSpec::Unix(path.clone()),
+                };
+                (link, Radio::RECEIVE_ONLY, Some(address))
+            }
+        };
+        let (driver, simulator) = connect(&link, options.radio.baud(config), radio)?;
+        Ok(Self {
+            driver,
+            _simulator: simulator,
+            via,
+            timeout: options.timeout,
+        })
+    }
+
+    /// Waits for something to happen; nothing is lost when the wait is abandoned.
+    pub(super) async fn step(&mut self) {
+        self.driver.step().await;
+    }
+
+    /// What has happened.
+    pub(super) fn poll_event(&mut self) -> Option<Event> {
+        self.driver.poll_event()
+    }
+
+    /// What the robot says of one parameter.
+    pub(super) async fn get(&mut self, name: &str) -> Result<i16, Fault> {
+        let request = Request::Parameter(Tuning::Get(ParameterName::new(name)));
+        let told = self.deliver(request).await?;
+        told.last()
+            .and_then(|line| i16::try_from(line.value).ok())
+            .ok_or_else(|| {
+                let message = format!("the robot did not say its parameter `{name}`");
+                Fault::new(Exit::Failed, message)
+            })
+    }
+
+    /// Sets a parameter until the robot's next reset.
+    pub(super) async fn set(&mut self, name: &str, value: i32) -> Result<(), Fault> {
+        let tuning = Tuning::Set(ParameterName::new(name), Amount::Counts(value));
+        self.deliver(Request::Parameter(tuning)).await.map(|_| ())
+    }
+
+    /// Delivers a request; returns what the robot told of its parameters with the proof.
+    pub(super) async fn deliver(&mut self, request: Request) -> Result<Vec<ParameterLine>, Fault> {
+        let times = match request {
+            Request::Parameter(Tuning::List) => LIST_TIMES,
+            _ => 1,
+        };
+        let timeout = self.timeout * times;
+        match self.via.clone() {
+            Some(address) => self.deliver_via(address, request, timeout).await,
+            None => self.deliver_ourselves(request, timeout).await,
+        }
+    }
+
+    async fn deliver_ourselves(
+        &mut self,
+        request: Request,
+        timeout: Duration,
+    ) -> Result<Vec<ParameterLine>, Fault> {
+        let id = self.driver.request(request.clone());
+        let deadline = Instant::now() + timeout;
+        let mut progress = Progress::default();
+        loop {
+            while let Some(event) = self.driver.poll_event() {
+                let Event::Command { id: of, step } = event else {
+                    continue;
+                };
+                if of == id && progress.take(&request, &step, self.driver.heard(), timeout)? {
+                    return Ok(progress.told);
+                }
+            }
+            tokio::select! {
+                () = self.driver.step() => {}
+                () = sleep_until(deadline) => {
+                    let heard = self.driver.heard();
+                    return Err(not_confirmed(&request, heard, timeout, progress.frames));
+                }
+            }
+        }
+    }
+
+    async fn deliver_via(
+        &mut self,
+        address: Address,
+        request: Request,
+        timeout: Duration,
+    ) -> Result<Vec<ParameterLine>, Fault> {
+        // A conversation blocks; the robot is listened to meanwhile.
+        let asked = tokio::task::spawn_blocking(move || ask(&address, request, timeout));
+        tokio::pin!(asked);
+        loop {
+            tokio::select! {
+                told = &mut asked => {
+                    let failed = |error| Fault::new(Exit::Failed, error);
+                    return told.map_err(failed)?;
+                }
+                () = self.driver.step() => while self.driver.poll_event().is_some() {},
+            }
+        }
+    }
+}
+
+fn ask(
+    address: &Address,
+    request: Request,
+    timeout: Duration,
+) -> Result<Vec<ParameterLine>, Fault> {
+    let (mut via, _) = Via::connect(address).map_err(|error| Fault::new(Exit::NoLink, error))?;
+    let ask = Ask {
+        tag: 1,
+        request,
+        timeout,
+    };
+    let mut progress = Progress::default();
+    converse(&mut via, &ask, |said| {
+        let StationLine::Step { stage, heard, .. } = said else {
+            return Ok(None);
+        };
+        let step = step_of(&stage, &ask.request)?;
+        let ended = progress.take(&ask.request, &step, heard, timeout)?;
+        Ok(ended.then_some(()))
+    })?;
+    Ok(progress.told)
+}
+
+/// How far a command is.
+#[derive(Default)]
+struct Progress {
+    told: Vec<ParameterLine>,
+    frames: u32,
+}
+
+impl Progress {
+    /// Takes a step; says whether it is proven.
+    fn take(
+        &mut self,
+        request: &Request,
+        step: &CommandStep,
+        heard: Heard,
+        timeout: Duration,
+    ) -> Result<bool, Fault> {
+        match step {
+            CommandStep::Told(line) => self.told.push(**line),
+            CommandStep::Sent { frames } => self.frames = *frames,
+            CommandStep::Proven { .. } => return Ok(true),
+            CommandStep::Refused(outcome) => return Err(refused(request, *outcome)),
+            CommandStep::Failed(Failure::TimedOut) => {
+                return Err(not_confirmed(request, heard, timeout, self.frames));
+            }
+            CommandStep::Failed(failure) => return Err(failed(request, *failure)),
+            CommandStep::Queued(_) | CommandStep::Progress { .. } => {}
+        }
+        Ok(false)
+    }
+}
+
+fn refused(request: &Request, outcome: Outcome) -> Fault {
+    let why = why_refused(outcome);
+    Fault::new(
+        Exit::Refused,
+        format!("the robot refused `{request}`: {why}"),
+    )
+}

@@ -1,0 +1,164 @@
+//! The arguments of the verbs that work on captures.
+
+use std::path::PathBuf;
+
+use clap::{Args, ValueEnum};
+
+use crate::capture::when::When;
+
+/// Which captures.
+#[derive(Clone, Debug, Args)]
+pub struct Captures {
+    /// Raw captures or MCAP files, patterns in quotes ('*.mcap'), or - for standard input
+    #[arg(required = true, value_name = "FILE")]
+    pub files: Vec<PathBuf>,
+    /// Say nothing but results and errors
+    #[arg(short, long)]
+    pub quiet: bool,
+}
+
+/// Where results go.
+#[derive(Clone, Debug, Args)]
+pub struct Output {
+    /// Write to FILE, or to standard output for -
+    #[arg(short, long, value_name = "FILE", conflicts_with = "output_dir")]
+    pub output: Option<PathBuf>,
+    /// Write into DIR, which is made if it is not there, under names made from those of the captures
+    #[arg(long, value_name = "DIR")]
+    pub output_dir: Option<PathBuf>,
+    /// Overwrite existing files
+    #[arg(long)]
+    pub force: bool,
+}
+
+/// `decode`
+#[derive(Debug, Args)]
+#[command(after_help = "\
+  groundwave decode evening.txt --to csv > evening.csv
+  cat /dev/ttyUSB0 | groundwave decode - --to jsonl")]
+pub struct Decode {
+    /// A raw capture, an MCAP file, or - for standard input
+    pub file: PathBuf,
+    /// What to write to standard output
+    #[arg(long, value_enum)]
+    pub to: DecodeFormat,
+}
+
+/// What `decode` writes.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+pub enum DecodeFormat {
+    /// One JSON object a line
+    Jsonl,
+    /// One table with a header
+    Csv,
+}
+
+/// `info`
+#[derive(Debug, Args)]
+#[command(after_help = "\
+  groundwave info evening.mcap
+  groundwave info --json 'evenings/*.mcap' | jq .distance_in")]
+pub struct Info {
+    /// Which captures.
+    #[command(flatten)]
+    pub captures: Captures,
+    /// As JSON, one object a file
+    #[arg(long)]
+    pub json: bool,
+}
+
+/// `convert`
+#[derive(Debug, Args)]
+#[command(after_help = "\
+  groundwave convert evening.txt                   evening.mcap, with every topic a recording has
+  groundwave convert evening.mcap                  evening.txt, the bytes of the radio as they came
+  groundwave convert 'evenings/*.txt' --output-dir converted
+  ssh robot cat evening.txt | groundwave convert - -o evening.mcap
+
+A raw capture knows no time: its lines are given that of a radio at 2400 baud which never paused, from --start on.")]
+pub struct Convert {
+    /// Which captures.
+    #[command(flatten)]
+    pub captures: Captures,
+    /// Where results go; beside each capture if nothing is said.
+    #[command(flatten)]
+    pub output: Output,
+    /// When a raw capture began: 2025-03-14T09:26:53Z [default: 1970]
+    #[arg(long, value_name = "TIME")]
+    pub start: Option<When>,
+}
+
+/// `export`
+#[derive(Debug, Args)]
+#[command(after_help = "\
+  groundwave export evening.mcap --to svg              evening.svg: the track with its events
+  groundwave export 'evenings/*.mcap' --to csv --output-dir tables
+  groundwave export evening.txt --to jsonl -o -")]
+pub struct Export {
+    /// Which captures.
+    #[command(flatten)]
+    pub captures: Captures,
+    /// What to make
+    #[arg(long, value_enum)]
+    pub to: ExportFormat,
+    /// Where results go; beside each capture if nothing is said.
+    #[command(flatten)]
+    pub output: Output,
+}
+
+/// What `export` makes.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+pub enum ExportFormat {
+    /// One table with a header, a row a line of the robot
+    Csv,
+    /// One JSON object a line of the robot
+    Jsonl,
+    /// The track with its events, as a drawing
+    Svg,
+    /// The track with its events, as pixels
+    Png,
+}
+
+/// `cut`
+#[derive(Debug, Args)]
+#[command(after_help = "\
+  groundwave cut evening.mcap --from 1:30 --to 2m -o bump.mcap
+  groundwave cut evening.mcap --from 2025-03-14T20:15:00Z      evening.cut.mcap
+  groundwave cut evening.txt --to 10m -o -
+
+The part has the form of the capture. A line belongs to the part in which it ends, so parts that meet make up the whole.")]
+pub struct Cut {
+    /// Which captures.
+    #[command(flatten)]
+    pub captures: Captures,
+    /// Where the part begins: 90s, 1:30, 1:02:03 since the beginning, or by the clock, 2025-03-14T09:26:53Z
+    #[arg(long, value_name = "TIME")]
+    pub from: Option<When>,
+    /// Where it ends, likewise
+    #[arg(long, value_name = "TIME")]
+    pub to: Option<When>,
+    /// Where results go; beside each capture, as NAME.cut.mcap, if nothing is said.
+    #[command(flatten)]
+    pub output: Output,
+}
+
+/// `verify`
+#[derive(Debug, Args)]
+#[command(after_help = "\
+  groundwave verify 'evenings/*.mcap'
+  groundwave verify evening.mcap --raw evening.txt
+
+Every checksum, the numbers of the messages, the offsets of the bytes, the statistics; and that each message of
+/telemetry is what decoding the bytes gives today. What the radio lost is told and no fault of the capture.
+Exit code 0: all good; 1: not; 2: not a capture at all.")]
+pub struct Verify {
+    /// Which captures.
+    #[command(flatten)]
+    pub captures: Captures,
+    /// The raw file with the same bytes [default: NAME.txt beside NAME.mcap, where there is one]
+    #[arg(long, value_name = "FILE")]
+    pub raw: Option<PathBuf>,
+    /// As JSON, one object a file
+    #[arg(long)]
+    pub json: bool,
+}

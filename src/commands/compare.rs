@@ -1,0 +1,78 @@
+//! `compare`: two runs over each other.
+
+use std::fs::File;
+use std::io::{self, Write};
+use std::path::Path;
+
+use super::cli::Compare;
+use super::runs::labelled;
+use super::{Exit, Fault, keeping};
+use crate::capture::Capture;
+use crate::runs::comparison::{Apart, Figures};
+use crate::runs::overlay::overlay;
+use crate::runs::sketch::sketch;
+use crate::runs::{Comparison, Track};
+
+/// What a page and a terminal hold.
+const SKETCH: (usize, usize) = (78, 30);
+
+pub(super) fn run(options: &Compare) -> Result<(), Fault> {
+    let (first, a) = read(&options.first)?;
+    let (second, b) = read(&options.second)?;
+    let names = [&first, &second].map(|run| run.name.clone().unwrap_or(run.capture.clone()));
+    if let Some(path) = &options.svg {
+        let drawing = overlay([&a, &b], [&names[0], &names[1]]);
+        write_drawing(path, &drawing, options.force)?;
+    }
+    let comparison = Comparison {
+        runs: [first, second],
+        apart: Apart::between(&a, &b),
+    };
+    show(&comparison, [&a, &b], options.json).or_else(|error| Fault::output(&error))
+}
+
+fn read(path: &Path) -> Result<(Figures, Track), Fault> {
+    let label = labelled(path)?;
+    let mut capture = Capture::open(path).map_err(keeping::fault)?;
+    let (track, seen) = Track::read(&mut capture).map_err(keeping::fault)?;
+    if track.points().is_empty() {
+        return Err(Fault::no_lines(path, seen.bytes));
+    }
+    let figures = Figures::of(path.display().to_string(), label, &track);
+    Ok((figures, track))
+}
+
+fn show(comparison: &Comparison, tracks: [&Track; 2], json: bool) -> io::Result<()> {
+    let mut out = io::stdout().lock();
+    if json {
+        serde_json::to_writer(&mut out, comparison)?;
+        writeln!(out)?;
+        return out.flush();
+    }
+    comparison.write_text(&mut out)?;
+    let (columns, rows) = SKETCH;
+    write!(out, "\n{}", sketch(tracks, columns, rows))?;
+    out.flush()
+}
+
+fn write_drawing(path: &Path, drawing: &str, force: bool) -> Result<(), Fault> {
+    let file = if force {
+        File::create(path)
+    } else {
+        File::create_new(path)
+    };
+    file.and_then(|mut file| file.write_all(drawing.as_bytes()))
+        .map_err(|error| match error.kind() {
+            io::ErrorKind::AlreadyExists => Fault::new(
+                Exit::Usage,
+                format!(
+                    "{} exists: choose another name, or say --force to overwrite it",
+                    path.display()
+                ),
+            ),
+            _ => Fault::new(
+                Exit::Failed,
+                format!("cannot write {}: {error}", path.display()),
+            ),
+        })
+}

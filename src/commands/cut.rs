@@ -1,0 +1,78 @@
+//! `cut`: a part of captures, by time.
+
+use std::ops::ControlFlow;
+
+use super::cli::Cut;
+use super::output::{Output, Target, targets};
+use super::{Exit, Fault, many, opening, say};
+use crate::capture::cut::{CutError, Part, Window, cut_mcap, cut_raw};
+use crate::capture::source::Form;
+use crate::capture::when::When;
+
+pub(super) fn run(options: &Cut) -> Result<(), Fault> {
+    let window = Window {
+        from: options.from,
+        to: options.to,
+    };
+    check(window)?;
+    let files = many::files(&options.captures)?;
+    let targets = targets(&files, &options.output, |path| {
+        let extension = path.extension().unwrap_or_default();
+        Ok(format!("cut.{}", extension.display())
+            .trim_end_matches('.')
+            .to_owned())
+    })?;
+    many::each(
+        &files,
+        options.captures.quiet,
+        |index, progress| {
+            let (path, target) = (&files[index], &targets[index]);
+            let source = opening::open(path, progress)?;
+            let (form, source) = opening::tell_form(path, source)?;
+            let mut output = Output::create(target)?;
+            let part = match form {
+                Form::Mcap => cut_mcap(source, window, &mut output),
+                _ => cut_raw(source, window, &mut output),
+            };
+            match part {
+                Ok(part) => output.finish().map(|()| part),
+                Err(CutError::Write(error)) => output.fault(&error).map(|()| Part::default()),
+                Err(CutError::Read(error)) => Err(opening::cannot_read(path, error)),
+                Err(error @ CutError::NoWallTime) => {
+                    let path = path.display();
+                    Err(Fault::new(Exit::Usage, format!("{path}: {error}")))
+                }
+            }
+        },
+        |index, part| {
+            if let Target::File(made, _) = &targets[index]
+                && !options.captures.quiet
+            {
+                let (bytes, made) = (part.bytes, made.display());
+                say(format_args!("{made}: {bytes} bytes of the radio"));
+            }
+            match part.problem {
+                Some(problem) => Err(opening::not_whole(&files[index], &problem)),
+                None => Ok(ControlFlow::Continue(())),
+            }
+        },
+    )
+}
+
+/// A part has a beginning before its end.
+fn check(window: Window) -> Result<(), Fault> {
+    let is_empty = match (window.from, window.to) {
+        (None, None) => {
+            let problem = "say --from or --to: where the part begins and ends";
+            return Err(Fault::new(Exit::Usage, problem));
+        }
+        (Some(When::Since(from)), Some(When::Since(to))) => from >= to,
+        (Some(When::Wall(from)), Some(When::Wall(to))) => from >= to,
+        _ => false,
+    };
+    if is_empty {
+        let problem = "--from is not before --to";
+        return Err(Fault::new(Exit::Usage, problem));
+    }
+    Ok(())
+}

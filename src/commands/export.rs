@@ -1,0 +1,112 @@
+//! `export`: tables and pictures of captures.
+
+use std::io::Write;
+use std::ops::ControlFlow;
+use std::path::Path;
+
+use super::cli::{Export, ExportFormat};
+use super::output::{Output, Target, targets};
+use super::progress::Progress;
+use super::{Exit, Fault, keeping, many, opening, say};
+use crate::capture::decode::{DecodeError, Format, decode};
+use crate::capture::picture::Picture;
+use crate::capture::track::Track;
+
+/// What became of a capture.
+#[derive(Default)]
+struct Made {
+    /// In a few words.
+    what: String,
+    /// Why it is not all.
+    problem: Option<Fault>,
+}
+
+pub(super) fn run(options: &Export) -> Result<(), Fault> {
+    let files = many::files(&options.captures)?;
+    let extension = match options.to {
+        ExportFormat::Csv => "csv",
+        ExportFormat::Jsonl => "jsonl",
+        ExportFormat::Svg => "svg",
+        ExportFormat::Png => "png",
+    };
+    let targets = targets(&files, &options.output, |_| Ok(extension.to_owned()))?;
+    many::each(
+        &files,
+        options.captures.quiet,
+        |index, progress| {
+            let (path, target) = (&files[index], &targets[index]);
+            match options.to {
+                ExportFormat::Csv => table(path, progress, Format::Csv, target),
+                ExportFormat::Jsonl => table(path, progress, Format::Jsonl, target),
+                ExportFormat::Svg => picture(path, progress, target, |picture| {
+                    Ok(picture.svg().into_bytes())
+                }),
+                ExportFormat::Png => picture(path, progress, target, Picture::png),
+            }
+        },
+        |index, made| {
+            if let Target::File(file, _) = &targets[index]
+                && !options.captures.quiet
+            {
+                say(format_args!("{}: {}", file.display(), made.what));
+            }
+            made.problem.map_or(Ok(ControlFlow::Continue(())), Err)
+        },
+    )
+}
+
+fn table(path: &Path, progress: &Progress, format: Format, target: &Target) -> Result<Made, Fault> {
+    let mut capture = opening::open_capture(path, progress)?;
+    let mut output = Output::create(target)?;
+    let mut lines = 0;
+    let problem = match decode(&mut capture, format, &mut output) {
+        Ok(seen) if seen.lines + seen.ack_lines == 0 => {
+            return Err(Fault::no_lines(path, seen.bytes));
+        }
+        Ok(seen) => {
+            lines = seen.lines + seen.ack_lines;
+            None
+        }
+        Err(DecodeError::Output(error)) => return output.fault(&error).map(|()| Made::default()),
+        // What could be read is written, and it is said that it is not all.
+        Err(DecodeError::Capture(error)) => Some(keeping::fault(error)),
+    };
+    output.finish()?;
+    let what = match lines {
+        0 => "written as far as it could be read".to_owned(),
+        lines => format!("{lines} lines of the robot"),
+    };
+    Ok(Made { what, problem })
+}
+
+fn picture(
+    path: &Path,
+    progress: &Progress,
+    target: &Target,
+    draw: impl Fn(&Picture) -> Result<Vec<u8>, String>,
+) -> Result<Made, Fault> {
+    let mut capture = opening::open_capture(path, progress)?;
+    let track = Track::read(&mut capture);
+    let name = path.file_stem().unwrap_or_default().display().to_string();
+    let Some(picture) = Picture::new(&name, &track) else {
+        let problem = track.problem.unwrap_or_else(|| {
+            let name = path.display();
+            format!("{name}: not one position of a robot: there is nothing to draw")
+        });
+        return Err(Fault::new(Exit::Usage, problem));
+    };
+    let failed = |problem| Fault::new(Exit::Failed, format!("{}: {problem}", path.display()));
+    let bytes = draw(&picture).map_err(failed)?;
+    let mut output = Output::create(target)?;
+    if let Err(error) = output.write_all(&bytes) {
+        return output.fault(&error).map(|()| Made::default());
+    }
+    output.finish()?;
+    let feet = track.distance_in / 12.0;
+    Ok(Made {
+        what: format!("{feet:.0} ft of track"),
+        problem: track
+            .problem
+            .map(|problem| Fault::new(Exit::Failed, problem)),
+    })
+}

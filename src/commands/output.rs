@@ -1,0 +1,209 @@
+//! Files that a verb makes: named after captures, whole or not there at all.
+
+use std::fs::{self, File};
+use std::io::{self, BufWriter, Write};
+use std::path::{Path, PathBuf};
+use std::process;
+
+use super::{Exit, Fault, cli};
+
+/// Where the result of a capture goes.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub(super) enum Target {
+    /// Standard output.
+    Standard,
+    /// A file, and whether it may be overwritten.
+    File(PathBuf, bool),
+}
+
+/// Says where the result of each capture goes, before any work is done. `extension` comes in place of the
+/// capture's own.
+///
+/// # Errors
+/// When two results would have one name, or a file is there that may not be overwritten.
+pub(super) fn targets(
+    files: &[PathBuf],
+    options: &cli::Output,
+    extension: impl Fn(&Path) -> Result<String, Fault>,
+) -> Result<Vec<Target>, Fault> {
+    let usage = |problem: String| Err(Fault::new(Exit::Usage, problem));
+    if let Some(path) = &options.output
+        && files.len() > 1
+    {
+        let path = path.display();
+        return usage(format!(
+            "{} captures cannot all go to {path}: say --output-dir",
+            files.len()
+        ));
+    }
+    if let Some(folder) = &options.output_dir {
+        fs::create_dir_all(folder).map_err(|error| {
+            let folder = folder.display();
+            Fault::new(Exit::Failed, format!("cannot make {folder}: {error}"))
+        })?;
+    }
+    let mut targets: Vec<Target> = Vec::new();
+    for file in files {
+        let target = match &options.output {
+            Some(path) if path == Path::new("-") => Target::Standard,
+            Some(path) => Target::File(path.clone(), options.force),
+            None if file == Path::new("-") => Target::Standard,
+            None => {
+                let mut path = file.with_extension(extension(file)?);
+                if let (Some(folder), Some(name)) = (&options.output_dir, path.file_name()) {
+                    path = folder.join(name);
+                }
+                Target::File(path, options.force)
+            }
+        };
+        if let Target::File(path, force) = &target {
+            if targets.contains(&target) {
+                let path = path.display();
+                return usage(format!("two captures would both become {path}"));
+            }
+            if !force && is_in_the_way(path) {
+                return Err(exists(path));
+            }
+        }
+        targets.push(target);
+    }
+    Ok(targets)
+}
+
+/// A pipe or a device can be written to as often as one likes.
+fn is_in_the_way(path: &Path) -> bool {
+    fs::metadata(path).is_ok_and(|about| about.is_file() || about.is_dir())
+}
+
+fn exists(path: &Path) -> Fault {
+    let path = path.display();
+    Fault::new(
+        Exit::Usage,
+        format!("{path} exists: choose another name, or say --force to overwrite it"),
+    )
+}
+
+/// A result under way. What is not finished leaves nothing behind.
+pub(super) struct Output {
+    writer: Option<BufWriter<Box<dyn Write + Send>>>,
+    file: Option<Unfinished>,
+}
+
+/// A file that has not got its name yet.
+struct Unfinished {
+    path: PathBuf,
+    made: PathBuf,
+    force: bool,
+}
+
+impl Drop for Unfinished {
+    fn drop(&mut self) {
+        // Once it has its name it is gone from here.
+        let _ = fs::remove_file(&self.made);
+    }
+}
+
+impl Output {
+    /// Begins.
+    pub(super) fn create(target: &Target) -> Result<Self, Fault> {
+        let (sink, file): (Box<dyn Write + Send>, _) = match target {
+            Target::Standard => (Box::new(io::stdout()), None),
+            Target::File(path, force) => {
+                let is_device = fs::metadata(path).is_ok_and(|about| !about.is_file());
+                let made = if is_device {
+                    path.clone()
+                } else {
+                    beside(path)
+                };
+                let file = if is_device {
+                    File::options().write(true).open(&made)
+                } else {
+                    File::create_new(&made)
+                };
+                let file = file.map_err(|error| cannot_write(path, &error))?;
+                let unfinished = (!is_device).then(|| Unfinished {
+                    path: path.clone(),
+                    made,
+                    force: *force,
+                });
+                (Box::new(file), unfinished)
+            }
+        };
+        Ok(Self {
+            writer: Some(BufWriter::with_capacity(1 << 16, sink)),
+            file,
+        })
+    }
+
+    /// Gives it its name, now that it is whole.
+    pub(super) fn finish(mut self) -> Result<(), Fault> {
+        let flushed = self.flush();
+        let Some(file) = self.file.take() else {
+            return flushed.or_else(|error| Fault::output(&error));
+        };
+        self.writer = None;
+        let named = flushed.and_then(|()| {
+            if file.force {
+                return fs::rename(&file.made, &file.path);
+            }
+            // A link never overwrites what has appeared in the meantime; not every file system has links.
+            match fs::hard_link(&file.made, &file.path) {
+                Err(error) if error.kind() != io::ErrorKind::AlreadyExists => {
+                    if fs::exists(&file.path)? {
+                        return Err(io::ErrorKind::AlreadyExists.into());
+                    }
+                    fs::rename(&file.made, &file.path)
+                }
+                linked => linked,
+            }
+        });
+        named.map_err(|error| match error.kind() {
+            io::ErrorKind::AlreadyExists => exists(&file.path),
+            _ => cannot_write(&file.path, &error),
+        })
+    }
+
+    /// An error of writing: a reader of standard output that has gone away is none.
+    pub(super) fn fault(self, error: &io::Error) -> Result<(), Fault> {
+        match &self.file {
+            None => Fault::output(error),
+            Some(file) => Err(cannot_write(&file.path, error)),
+        }
+    }
+}
+
+impl Write for Output {
+    fn write(&mut self, bytes: &[u8]) -> io::Result<usize> {
+        match &mut self.writer {
+            Some(writer) => writer.write(bytes),
+            None => Err(io::ErrorKind::BrokenPipe.into()),
+        }
+    }
+
+    fn flush(&mut self) -> io::Result<()> {
+        self.writer.as_mut().map_or(Ok(()), Write::flush)
+    }
+}
+
+/// A name beside the one that the file shall have, so that it gets it at one stroke.
+fn beside(path: &Path) -> PathBuf {
+    let mut name = path.as_os_str().to_owned();
+    name.push(format!(".unfinished-{}", process::id()));
+    name.into()
+}
+
+fn cannot_write(path: &Path, error: &io::Error) -> Fault {
+    let remedy = match error.kind() {
+        io::ErrorKind::NotFound => "; make the directory first",
+        io::ErrorKind::StorageFull | io::ErrorKind::QuotaExceeded => "; make room",
+        io::ErrorKind::PermissionDenied | io::ErrorKind::ReadOnlyFilesystem => {
+            "; choose a directory you may write to"
+        }
+        _ => "",
+    };
+    let path = path.display();
+    Fault::new(
+        Exit::Failed,
+        format!("cannot write {path}: {error}{remedy}"),
+    )
+}

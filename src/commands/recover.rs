@@ -1,0 +1,56 @@
+//! `recover`: recordings that were interrupted or damaged.
+
+use std::io::{self, Write};
+use std::path::PathBuf;
+
+use super::cli::Recover;
+use super::{Exit, Fault, keeping, say};
+use crate::capture::recover::{Outcome, Recovery, find_interrupted, recover};
+
+pub(super) fn run(options: &Recover) -> Result<(), Fault> {
+    let mut paths: Vec<PathBuf> = Vec::new();
+    for file in &options.files {
+        if file.is_dir() {
+            let found = find_interrupted(file);
+            if found.is_empty() && !options.json {
+                say(format_args!(
+                    "groundwave: {}: no recording there was interrupted",
+                    file.display()
+                ));
+            }
+            paths.extend(found);
+        } else {
+            paths.push(file.clone());
+        }
+    }
+    let mut fault = None;
+    for path in paths {
+        match recover(&path) {
+            Ok(recovery) => {
+                if let Err(error) = print(&recovery, options.json) {
+                    return Fault::output(&error);
+                }
+                if recovery.outcome == Outcome::Partly {
+                    fault.get_or_insert(Fault::new(Exit::Failed, recovery.headline()));
+                }
+            }
+            Err(error) => {
+                // The others get their turn all the same.
+                say(format_args!("groundwave: {error}"));
+                fault = Some(keeping::fault(error));
+            }
+        }
+    }
+    fault.map_or(Ok(()), Err)
+}
+
+fn print(recovery: &Recovery, json: bool) -> io::Result<()> {
+    let mut output = io::stdout().lock();
+    if json {
+        serde_json::to_writer(&mut output, recovery)?;
+        writeln!(output)?;
+    } else {
+        recovery.write_text(&mut output)?;
+    }
+    output.flush()
+}

@@ -1,0 +1,90 @@
+//! `verify`: whether captures are what they should be.
+
+use std::fs::File;
+use std::io::{self, BufReader, Read, Write};
+use std::ops::ControlFlow;
+use std::path::{Path, PathBuf};
+
+use super::cli::Verify;
+use super::{Exit, Fault, keeping, many, opening};
+use crate::capture::CaptureError;
+use crate::capture::source::Form;
+use crate::capture::verify::{Verdict, verify_mcap, verify_raw};
+
+pub(super) fn run(options: &Verify) -> Result<(), Fault> {
+    let files = many::files(&options.captures)?;
+    if options.raw.is_some() && files.len() > 1 {
+        let problem =
+            "--raw goes with one capture; of many, each is compared with the raw file beside it";
+        return Err(Fault::new(Exit::Usage, problem));
+    }
+    many::each(
+        &files,
+        options.captures.quiet,
+        |index, progress| {
+            let path = &files[index];
+            let source = opening::open(path, progress)?;
+            let (form, source) = opening::tell_form(path, source)?;
+            let verdict = match form {
+                Form::Mcap => verify_mcap(source, side_car(options, path)?),
+                _ => verify_raw(source),
+            };
+            let verdict = verdict.map_err(|error| opening::cannot_read(path, error))?;
+            if form == Form::Raw && verdict.lines == 0 {
+                return Err(Fault::no_lines(path, verdict.bytes));
+            }
+            Ok(verdict)
+        },
+        |index, verdict| {
+            if let Err(error) = write(options, &files[index], &verdict) {
+                Fault::output(&error)?;
+                return Ok(ControlFlow::Break(()));
+            }
+            if verdict.is_good() {
+                return Ok(ControlFlow::Continue(()));
+            }
+            let count = verdict.fault_count;
+            let things = if count == 1 { "thing" } else { "things" };
+            Err(opening::not_whole(
+                &files[index],
+                &format!("{count} {things} wrong"),
+            ))
+        },
+    )
+}
+
+/// The raw file with the same bytes: the one that was named, or the one beside it.
+fn side_car(options: &Verify, path: &Path) -> Result<Option<Box<dyn Read>>, Fault> {
+    let beside = || -> Option<PathBuf> {
+        let raw = path.with_extension("txt");
+        (path != Path::new("-") && raw.is_file()).then_some(raw)
+    };
+    let Some(raw) = options.raw.clone().or_else(beside) else {
+        return Ok(None);
+    };
+    match File::open(&raw) {
+        Ok(file) => Ok(Some(Box::new(BufReader::with_capacity(1 << 16, file)))),
+        Err(error) => Err(keeping::fault(CaptureError::Open { path: raw, error })),
+    }
+}
+
+fn write(options: &Verify, path: &Path, verdict: &Verdict) -> io::Result<()> {
+    let mut out = io::stdout().lock();
+    if options.json {
+        let mut value = serde_json::to_value(verdict)?;
+        value["file"] = path.display().to_string().into();
+        value["good"] = verdict.is_good().into();
+        writeln!(out, "{value}")?;
+    } else {
+        let good = if verdict.is_good() {
+            "good"
+        } else {
+            "NOT GOOD"
+        };
+        writeln!(out, "{}: {good}", path.display())?;
+        if !options.captures.quiet || !verdict.is_good() {
+            verdict.write_text(&mut out)?;
+        }
+    }
+    out.flush()
+}

@@ -1,0 +1,84 @@
+//! A Foxglove WebSocket server: the topics of a capture live, for Foxglove, Lichtblick and programs that
+//! speak its protocol, and a service by which they ask for what an operator could.
+//!
+//! The protocol is the `foxglove` crate's. Without the cargo feature of that name nothing here listens.
+
+#[cfg(not(feature = "foxglove"))]
+#[path = "absent.rs"]
+mod server;
+#[cfg(feature = "foxglove")]
+mod server;
+
+use std::io;
+
+use crate::share::{Address, Exposed};
+pub use server::{Answer, Foxglove};
+
+/// Where it listens unless told otherwise: Foxglove's own default.
+pub const DEFAULT_ADDRESS: &str = "127.0.0.1:8765";
+
+/// The service by which clients ask.
+pub const SERVICE: &str = "/groundwave/send";
+
+/// A client asked for something.
+#[derive(Debug)]
+pub struct Call {
+    /// Who it is, for a person.
+    pub by: String,
+    /// What it asks for, as JSON: see [`crate::share::Calls`].
+    pub payload: Vec<u8>,
+    /// Where the answer goes.
+    pub answer: Answer,
+}
+
+/// Why Foxglove cannot be served.
+#[derive(Debug, thiserror::Error)]
+pub enum FoxgloveError {
+    /// It would be open to a network.
+    #[error(transparent)]
+    Exposed(#[from] Exposed),
+    /// The address is a path.
+    #[error(
+        "cannot serve Foxglove on {0}: it connects to a port, such as {DEFAULT_ADDRESS}, and not to a path"
+    )]
+    Path(Address),
+    /// The system refuses.
+    #[error("cannot serve Foxglove on {0}: {1}; choose another address, or port 0 for a free one")]
+    Listen(String, io::Error),
+    /// The program has no such server.
+    #[error(
+        "this groundwave was built without the Foxglove server; build it with: cargo install --path . --features foxglove"
+    )]
+    Absent,
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::capture::layout::JSON;
+    use crate::share::{CallId, CallOutput, Calls};
+    use serde_json::Value;
+    use std::time::Duration;
+
+    #[cfg(not(feature = "foxglove"))]
+    #[tokio::test]
+    async fn without_the_feature_it_says_how_to_build_it() {
+        let address = DEFAULT_ADDRESS.parse().unwrap();
+        let error = Foxglove::listen(&address, false, "sim").await.unwrap_err();
+        assert!(error.to_string().contains("--features foxglove"), "{error}");
+    }
+
+    #[test]
+    fn the_layout_sends_what_the_service_takes() {
+        let layout: Value = serde_json::from_str(JSON).unwrap();
+        let panel = &layout["configById"]["CallService!send"];
+        assert_eq!(panel["serviceName"], SERVICE);
+        let payload = panel["requestPayload"].as_str().unwrap();
+        let mut calls = Calls::default();
+        calls.handle_call(Duration::ZERO, CallId(1), payload.as_bytes());
+        assert!(matches!(
+            calls.poll_output(),
+            Some(CallOutput::Start(CallId(1), _))
+        ));
+    }
+}

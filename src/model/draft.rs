@@ -1,0 +1,459 @@
+//! The draft of a route: a waypoint list that the operator is making, of which the robot knows nothing.
+
+use std::collections::VecDeque;
+
+use groundwave_protocol::{WAYPOINT_LIMIT_IN, WAYPOINTS_MAX, Waypoint};
+
+use super::chart::Pose;
+
+/// Changes that can be taken back.
+const UNDO_MAX: usize = 64;
+
+/// A new waypoint without a direction to go on in lies this far ahead, inches.
+const STEP_IN: f64 = 12.0;
+
+/// A change of the draft that cannot be made; the draft is as it was.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
+pub(crate) enum DraftError {
+    #[error("the robot's list holds no more than {WAYPOINTS_MAX} waypoints")]
+    Full,
+    #[error("a waypoint would lie farther than {WAYPOINT_LIMIT_IN} in from the origin")]
+    TooFar,
+    #[error("the draft is empty: w adds a waypoint, l loads a file")]
+    Empty,
+    #[error("nothing to take back")]
+    NothingToUndo,
+    #[error("nothing to do again")]
+    NothingToRedo,
+}
+
+/// What is done to the draft.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) enum Edit {
+    /// Adds one behind the selected, as far on as the last leg was long.
+    Append,
+    /// Adds one halfway between the one before and the selected.
+    Insert,
+    /// Adds one here, behind the selected.
+    AppendAt(f64, f64),
+    Delete,
+    /// Moves the selected one, inches east and north.
+    Move(f64, f64),
+    /// Moves all of it.
+    Shift(f64, f64),
+    /// Turns it about its middle, degrees clockwise.
+    Rotate(f64),
+    /// Swaps east and west about its middle.
+    Mirror,
+    /// About its middle.
+    Scale(f64),
+    /// Last first.
+    Reverse,
+    Clear,
+}
+
+/// A place on the floor, inches. Fractions are kept, so that turning a route to and fro leaves it as it was.
+type Place = (f64, f64);
+
+#[derive(Clone, Debug, Default, PartialEq)]
+struct Version {
+    places: Vec<Place>,
+    selected: usize,
+}
+
+/// The draft, with what it was before.
+#[derive(Clone, Debug, Default)]
+pub(crate) struct Draft {
+    present: Version,
+    waypoints: Vec<Waypoint>,
+    past: VecDeque<Version>,
+    future: Vec<Version>,
+}
+
+impl Draft {
+    /// The waypoints as they would be sent.
+    pub(crate) fn waypoints(&self) -> &[Waypoint] {
+        &self.waypoints
+    }
+
+    /// Which of them is selected, from 0; `None` when there is none.
+    pub(crate) fn selected(&self) -> Option<usize> {
+        (!self.waypoints.is_empty()).then_some(self.present.selected)
+    }
+
+    /// The selected waypoint.
+    pub(crate) fn selected_waypoint(&self) -> Option<Waypoint> {
+        self.waypoints.get(self.present.selected).copied()
+    }
+
+    /// Selects the next one, or the one so many on or back; stays within the list.
+    pub(super) fn select(&mut self, steps: isize) {
+        let last = self.waypoints.len().saturating_sub(1);
+        self.present.selected = self.present.selected.saturating_add_signed(steps).min(last);
+    }
+
+    /// Another list in place of this one.
+    pub(super) fn replace(&mut self, waypoints: &[Waypoint]) {
+        let places = waypoints.iter().copied().map(place).collect();
+        self.change(Version {
+            places,
+            selected: waypoints.len().saturating_sub(1),
+        });
+    }
+
+    /// It has been sent: the robot's list from now on, and no longer a draft. It can be taken back.
+    pub(super) fn take(&mut self) -> Vec<Waypoint> {
+        let waypoints = self.waypoints.clone();
+        self.change(Version::default());
+        waypoints
+    }
+
+    /// Changes it; `robot` is where a route would begin.
+    ///
+    /// # Errors
+    /// Says why it stays as it was.
+    pub(crate) fn edit(&mut self, edit: Edit, robot: Option<Pose>) -> Result<(), DraftError> {
+        let mut next = self.present.clone();
+        next.apply(edit, robot)?;
+        let limit = f64::from(WAYPOINT_LIMIT_IN) + 0.5;
+        let reachable = |(x, y): &Place| x.abs() < limit && y.abs() < limit;
+        if !next.places.iter().all(reachable) {
+            return Err(DraftError::TooFar);
+        }
+        self.change(next);
+        Ok(())
+    }
+
+    /// Takes the last change back.
+    ///
+    /// # Errors
+    /// When there is none.
+    pub(super) fn undo(&mut self) -> Result<(), DraftError> {
+        let before = self.past.pop_back().ok_or(DraftError::NothingToUndo)?;
+        self.future
+            .push(std::mem::replace(&mut self.present, before));
+        self.round();
+        Ok(())
+    }
+
+    /// Makes the change again that was taken back last.
+    ///
+    /// # Errors
+    /// When there is none.
+    pub(super) fn redo(&mut self) -> Result<(), DraftError> {
+        let after = self.future.pop().ok_or(DraftError::NothingToRedo)?;
+        self.past
+            .push_back(std::mem::replace(&mut self.present, after));
+        self.round();
+        Ok(())
+    }
+
+    fn change(&mut self, next: Version) {
+        if next.places == self.present.places {
+            self.present = next;
+            return;
+        }
+        if self.past.len() == UNDO_MAX {
+            self.past.pop_front();
+        }
+        self.past
+            .push_back(std::mem::replace(&mut self.present, next));
+        self.future.clear();
+        self.round();
+    }
+
+    fn round(&mut self) {
+        let limit = f64::from(WAYPOINT_LIMIT_IN);
+        let whole = |value: f64| value.round().clamp(-limit, limit) as i16;
+        self.waypoints = self
+            .present
+            .places
+            .iter()
+            .map(|(x, y)| Waypoint {
+                x_in: whole(*x),
+                y_in: whole(*y),
+            })
+            .collect();
+    }
+
+    /// From the robot, if its place is known, to each waypoint in turn, inches.
+    pub(crate) fn legs_in(&self, robot: Option<Pose>) -> Vec<f64> {
+        let start = robot.map(|pose| (pose.x_in, pose.y_in));
+        let mut from = start.or_else(|| self.waypoints.first().copied().map(place));
+        self.waypoints
+            .iter()
+            .copied()
+            .map(place)
+            .map(|to| {
+                let leg = from.map_or(0.0, |(x, y)| (to.0 - x).hypot(to.1 - y));
+                from = Some(to);
+                leg
+            })
+            .collect()
+    }
+}
+
+impl Version {
+    fn apply(&mut self, edit: Edit, robot: Option<Pose>) -> Result<(), DraftError> {
+        match edit {
+            Edit::Append => self.add(self.after(), self.onward(robot))?,
+            Edit::AppendAt(x, y) => self.add(self.after(), (x, y))?,
+            Edit::Insert => self.add(self.selected, self.halfway(robot))?,
+            Edit::Clear => *self = Self::default(),
+            _ if self.places.is_empty() => return Err(DraftError::Empty),
+            Edit::Delete => {
+                self.places.remove(self.selected);
+                self.selected = self.selected.min(self.places.len().saturating_sub(1));
+            }
+            Edit::Move(east, north) => {
+                if let Some((x, y)) = self.places.get_mut(self.selected) {
+                    (*x, *y) = (*x + east, *y + north);
+                }
+            }
+            Edit::Shift(east, north) => self.map(|(x, y)| (x + east, y + north)),
+            Edit::Rotate(deg) => {
+                let (sin, cos) = deg.to_radians().sin_cos();
+                self.about_middle(|(x, y)| (x * cos + y * sin, y * cos - x * sin));
+            }
+            Edit::Mirror => self.about_middle(|(x, y)| (-x, y)),
+            Edit::Scale(factor) => self.about_middle(|(x, y)| (x * factor, y * factor)),
+            Edit::Reverse => {
+                self.places.reverse();
+                self.selected = self.places.len() - 1 - self.selected;
+            }
+        }
+        Ok(())
+    }
+
+    fn add(&mut self, at: usize, place: Place) -> Result<(), DraftError> {
+        if self.places.len() >= WAYPOINTS_MAX {
+            return Err(DraftError::Full);
+        }
+        self.places.insert(at, place);
+        self.selected = at;
+        Ok(())
+    }
+
+    fn after(&self) -> usize {
+        (self.selected + 1).min(self.places.len())
+    }
+
+    /// On in the direction of the leg that leads to the selected one; the first lies where the robot is.
+    fn onward(&self, robot: Option<Pose>) -> Place {
+        let here = robot.map(|pose| (pose.x_in, pose.y_in));
+        let Some(&(x, y)) = self.places.get(self.selected) else {
+            return here.unwrap_or_default();
+        };
+        let before = self
+            .selected
+            .checked_sub(1)
+            .map(|n| self.places[n])
+            .or(here);
+        let (dx, dy) = before.map_or((0.0, 0.0), |(from_x, from_y)| (x - from_x, y - from_y));
+        if dx.hypot(dy) < 1.0 {
+            return (x, y + STEP_IN);
+        }
+        (x + dx, y + dy)
+    }
+
+    fn halfway(&self, robot: Option<Pose>) -> Place {
+        let here = robot.map(|pose| (pose.x_in, pose.y_in));
+        let Some(&(x, y)) = self.places.get(self.selected) else {
+            return here.unwrap_or_default();
+        };
+        let before = self
+            .selected
+            .checked_sub(1)
+            .map(|n| self.places[n])
+            .or(here);
+        let (from_x, from_y) = before.unwrap_or((x, y - 2.0 * STEP_IN));
+        (f64::midpoint(x, from_x), f64::midpoint(y, from_y))
+    }
+
+    fn map(&mut self, f: impl Fn(Place) -> Place) {
+        for place in &mut self.places {
+            *place = f(*place);
+        }
+    }
+
+    /// The middle is that of its bounds: it stays where it is when the route is turned by quarters.
+    fn about_middle(&mut self, f: impl Fn(Place) -> Place) {
+        let Some(&first) = self.places.first() else {
+            return;
+        };
+        let (low, high) = self
+            .places
+            .iter()
+            .fold((first, first), |(low, high), &(x, y)| {
+                ((low.0.min(x), low.1.min(y)), (high.0.max(x), high.1.max(y)))
+            });
+        let (middle_x, middle_y) = (f64::midpoint(low.0, high.0), f64::midpoint(low.1, high.1));
+        self.map(|(x, y)| {
+            let (x, y) = f((x - middle_x, y - middle_y));
+            (x + middle_x, y + middle_y)
+        });
+    }
+}
+
+fn place(waypoint: Waypoint) -> Place {
+    (f64::from(waypoint.x_in), f64::from(waypoint.y_in))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use proptest::prelude::*;
+
+    fn waypoints(places: &[(i16, i16)]) -> Vec<Waypoint> {
+        places
+            .iter()
+            .map(|&(x_in, y_in)| Waypoint { x_in, y_in })
+            .collect()
+    }
+
+    fn drafted(places: &[(i16, i16)]) -> Draft {
+        let mut draft = Draft::default();
+        draft.replace(&waypoints(places));
+        draft
+    }
+
+    #[expect(clippy::unnecessary_wraps, reason = "what an edit asks for")]
+    fn robot(x_in: f64, y_in: f64) -> Option<Pose> {
+        Some(Pose {
+            x_in,
+            y_in,
+            theta_deg: 0.0,
+        })
+    }
+
+    #[test]
+    fn the_first_lies_where_the_robot_is_and_the_next_go_on() {
+        let mut draft = Draft::default();
+        let here = robot(5.0, 7.0);
+        draft.edit(Edit::Append, here).unwrap();
+        draft.edit(Edit::Append, here).unwrap();
+        draft.edit(Edit::Move(6.0, 0.0), here).unwrap();
+        draft.edit(Edit::Append, here).unwrap();
+        assert_eq!(draft.waypoints(), waypoints(&[(5, 7), (11, 19), (17, 31)]));
+        draft.select(-1);
+        draft.edit(Edit::Insert, here).unwrap();
+        assert_eq!(draft.waypoints()[1], Waypoint { x_in: 8, y_in: 13 });
+        assert_eq!(draft.selected(), Some(1));
+        draft.edit(Edit::Delete, here).unwrap();
+        assert_eq!(draft.waypoints(), waypoints(&[(5, 7), (11, 19), (17, 31)]));
+    }
+
+    #[test]
+    fn a_square_is_turned_mirrored_scaled_shifted_and_reversed() {
+        let mut draft = drafted(&[(0, 0), (10, 0), (10, 20), (0, 20)]);
+        draft.edit(Edit::Rotate(90.0), None).unwrap();
+        assert_eq!(
+            draft.waypoints(),
+            waypoints(&[(-5, 15), (-5, 5), (15, 5), (15, 15)])
+        );
+        draft.edit(Edit::Rotate(-90.0), None).unwrap();
+        draft.edit(Edit::Mirror, None).unwrap();
+        assert_eq!(
+            draft.waypoints(),
+            waypoints(&[(10, 0), (0, 0), (0, 20), (10, 20)])
+        );
+        draft.edit(Edit::Scale(2.0), None).unwrap();
+        assert_eq!(
+            draft.waypoints(),
+            waypoints(&[(15, -10), (-5, -10), (-5, 30), (15, 30)])
+        );
+        draft.edit(Edit::Shift(5.0, 10.0), None).unwrap();
+        draft.edit(Edit::Reverse, None).unwrap();
+        assert_eq!(
+            draft.waypoints(),
+            waypoints(&[(20, 40), (0, 40), (0, 0), (20, 0)])
+        );
+    }
+
+    #[test]
+    fn what_cannot_be_done_says_why_and_changes_nothing() {
+        let mut draft = Draft::default();
+        assert_eq!(draft.edit(Edit::Delete, None), Err(DraftError::Empty));
+        assert_eq!(draft.undo(), Err(DraftError::NothingToUndo));
+        assert_eq!(draft.redo(), Err(DraftError::NothingToRedo));
+        let mut draft = drafted(&[(9990, 0), (0, 0)]);
+        assert_eq!(
+            draft.edit(Edit::Shift(10.0, 0.0), None),
+            Err(DraftError::TooFar)
+        );
+        assert_eq!(draft.waypoints(), waypoints(&[(9990, 0), (0, 0)]));
+        let mut draft = drafted(&[(0, 0); WAYPOINTS_MAX]);
+        assert_eq!(draft.edit(Edit::Append, None), Err(DraftError::Full));
+    }
+
+    #[test]
+    fn legs_begin_at_the_robot() {
+        let draft = drafted(&[(0, 10), (30, 50)]);
+        assert_eq!(draft.legs_in(robot(0.0, 0.0)), [10.0, 50.0]);
+        assert_eq!(draft.legs_in(None), [0.0, 50.0]);
+    }
+
+    fn any_edit() -> impl Strategy<Value = Edit> {
+        prop_oneof![
+            Just(Edit::Append),
+            Just(Edit::Insert),
+            (-9000.0..9000.0, -9000.0..9000.0).prop_map(|(x, y)| Edit::AppendAt(x, y)),
+            Just(Edit::Delete),
+            (-50.0..50.0, -50.0..50.0).prop_map(|(x, y)| Edit::Move(x, y)),
+            (-50.0..50.0, -50.0..50.0).prop_map(|(x, y)| Edit::Shift(x, y)),
+            (-180.0..180.0).prop_map(Edit::Rotate),
+            Just(Edit::Mirror),
+            (0.5..2.0).prop_map(Edit::Scale),
+            Just(Edit::Reverse),
+            Just(Edit::Clear),
+        ]
+    }
+
+    proptest! {
+        #[test]
+        fn every_change_can_be_taken_back_and_made_again(
+            edits in proptest::collection::vec(any_edit(), 1..UNDO_MAX),
+        ) {
+            let mut draft = Draft::default();
+            let mut versions = vec![draft.waypoints().to_vec()];
+            for edit in edits {
+                let before = draft.past.len();
+                let _ = draft.edit(edit, robot(0.0, 0.0));
+                if draft.past.len() > before {
+                    versions.push(draft.waypoints().to_vec());
+                }
+                prop_assert!(draft.selected().is_none_or(|n| n < draft.waypoints().len()));
+            }
+            for version in versions.iter().rev().skip(1) {
+                draft.undo().unwrap();
+                prop_assert_eq!(draft.waypoints(), &version[..]);
+            }
+            prop_assert_eq!(draft.undo(), Err(DraftError::NothingToUndo));
+            for version in &versions[1..] {
+                draft.redo().unwrap();
+                prop_assert_eq!(draft.waypoints(), &version[..]);
+            }
+        }
+
+        #[test]
+        fn turning_to_and_fro_leaves_a_route_as_it_was(
+            places in proptest::collection::vec((-500_i16..500, -500_i16..500), 1..40),
+            turns in proptest::collection::vec(-90.0..90.0_f64, 1..12),
+        ) {
+            let mut draft = drafted(&places);
+            // About a middle that moves when the bounds do, only the same way back leads back.
+            for deg in &turns {
+                draft.edit(Edit::Rotate(*deg), None).unwrap();
+            }
+            // A single place does not turn: there is nothing to take back then.
+            while draft.past.len() > 1 {
+                draft.undo().unwrap();
+            }
+            prop_assert_eq!(draft.waypoints(), waypoints(&places));
+            let sum: f64 = draft.legs_in(None).iter().sum();
+            draft.edit(Edit::Rotate(37.0), None).unwrap();
+            let turned: f64 = draft.legs_in(None).iter().sum();
+            prop_assert!((sum - turned).abs() <= 2.0 * places.len() as f64);
+        }
+    }
+}

@@ -1,0 +1,451 @@
+//! When the screen shows another moment than now: what its keys ask for, and what is the operator's own
+//! and does not travel.
+
+use groundwave_protocol::letters::Mode;
+use groundwave_protocol::telemetry::Ack;
+
+use super::drive::Stick;
+use super::editor::RouteAction;
+use super::keys::Action;
+use super::{Model, Overlay, Question, TextEntry, Then, age};
+use crate::event::{CommandStep, Effect, Moment};
+use crate::request::Request;
+use crate::travel::{Playback, SPEED_MAX, SPEED_MIN, Tally, Target, Travel};
+
+/// The speeds that a key goes through.
+const SPEEDS: [f64; 14] = [
+    SPEED_MIN, 0.25, 0.5, 1.0, 2.0, 4.0, 8.0, 16.0, 32.0, 64.0, 128.0, 250.0, 500.0, SPEED_MAX,
+];
+
+/// What whoever commands a capture is told.
+pub(super) const NO_ROBOT: &str = "a capture has no robot: nothing is sent";
+
+/// What counts as a landmark and is not told by what the model shows.
+#[derive(Clone, Copy, Debug, Default)]
+pub(super) struct Counted {
+    pub(super) tally: Tally,
+    ack: Option<Ack>,
+    /// The session's own commands are known: the robot's acknowledgements need not speak for them.
+    knows_commands: bool,
+}
+
+impl Counted {
+    /// Takes the acknowledgement in any line.
+    pub(super) fn take_ack(&mut self, ack: Ack) {
+        let told = |ack: Ack| (ack.boot, ack.session, ack.sequence, ack.outcome);
+        let before = self.ack.replace(ack);
+        let is_new = before.is_some_and(|before| told(before) != told(ack));
+        if is_new && !self.knows_commands {
+            self.tally.commands += 1;
+        }
+    }
+
+    /// Takes a step of a command.
+    pub(super) fn take_step(&mut self, step: &CommandStep) {
+        self.knows_commands = true;
+        let is_landmark = match step {
+            CommandStep::Queued(_)
+            | CommandStep::Proven { .. }
+            | CommandStep::Refused(_)
+            | CommandStep::Failed(_) => true,
+            CommandStep::Sent { .. } | CommandStep::Progress { .. } | CommandStep::Told(_) => false,
+        };
+        self.tally.commands += u64::from(is_landmark);
+    }
+}
+
+impl Model {
+    /// How many landmarks there were so far.
+    #[must_use]
+    pub const fn tally(&self) -> Tally {
+        Tally {
+            alarms: self.log.alarms(),
+            ..self.counted.tally
+        }
+    }
+
+    /// When the newest line arrived.
+    #[must_use]
+    pub const fn newest_line_at(&self) -> Option<Moment> {
+        self.link.newest_line_at()
+    }
+
+    /// This model's moment as the operator of `now` looks at it: with their panel, prompt, cursor, draft and part of
+    /// the map, and what is recorded now.
+    #[must_use]
+    pub fn seen_by(mut self, now: &Self) -> Self {
+        self.config.clone_from(&now.config);
+        self.recording.clone_from(&now.recording);
+        self.panel = now.panel;
+        self.page = now.page;
+        self.enlarged = now.enlarged;
+        self.help_page = now.help_page;
+        self.plots.window = now.plots.window;
+        self.alarms.see_like(&now.alarms);
+        self.alarms_now = now.shows_past().then(|| Box::new(now.alarms.clone()));
+        self.editor.clone_from(&now.editor);
+        self.overlay = now.overlay.clone();
+        self.size = now.size;
+        self.playback.clone_from(&now.playback);
+        self.aside.clone_from(&now.aside);
+        self.chart.take_hands(&now.chart);
+        self.revision = now.revision;
+        self
+    }
+
+    /// Where the screen stands in time; `None` when it shows now.
+    #[must_use]
+    pub const fn playback(&self) -> Option<&Playback> {
+        self.playback.as_ref()
+    }
+
+    /// Whether the session is live and the screen shows an earlier moment of it.
+    pub(crate) fn shows_past(&self) -> bool {
+        self.playback.as_ref().is_some_and(|p| p.is_live)
+    }
+
+    /// Whether this is a capture, and no robot can hear.
+    pub(crate) fn is_replay(&self) -> bool {
+        self.playback.as_ref().is_some_and(|p| !p.is_live)
+    }
+
+    pub(super) fn take_playback(&mut self, playback: Option<Box<Playback>>) -> bool {
+        let playback = playback.map(|playback| *playback);
+        let changed = self.playback != playback;
+        self.playback = playback;
+        changed
+    }
+
+    pub(super) fn act_on_time(&mut self, action: Action) -> Vec<Effect> {
+        let travel = match (action, &self.overlay) {
+            (Action::Travel(travel), _) => travel,
+            (Action::Speed(steps), _) => return self.speed(steps),
+            (Action::JumpTo(landmark), &Overlay::Jump { forward }) => {
+                self.overlay = Overlay::None;
+                Travel::Jump {
+                    to: Some(landmark),
+                    forward,
+                }
+            }
+            (Action::JumpAgain { forward }, _) => {
+                self.overlay = Overlay::None;
+                Travel::Jump { to: None, forward }
+            }
+            _ => return Vec::new(),
+        };
+        vec![Effect::Travel(travel)]
+    }
+
+    fn speed(&self, steps: i8) -> Vec<Effect> {
+        let Some(playback) = &self.playback else {
+            return Vec::new();
+        };
+        let at = SPEEDS
+            .iter()
+            .position(|&speed| speed >= playback.speed)
+            .unwrap_or(SPEEDS.len() - 1);
+        SPEEDS
+            .get(at.saturating_add_signed(isize::from(steps)))
+            .map(|&speed| Effect::Travel(Travel::Speed(speed)))
+            .into_iter()
+            .collect()
+    }
+
+    pub(super) fn submit_moment(&mut self, entry: TextEntry) -> Vec<Effect> {
+        match entry.text.parse::<Target>() {
+            Ok(target) => {
+                self.overlay = Overlay::None;
+                vec![Effect::Travel(Travel::Seek(target))]
+            }
+            Err(error) => {
+                self.overlay = Overlay::Text(TextEntry {
+                    error: Some(error.to_string()),
+                    ..entry
+                });
+                Vec::new()
+            }
+        }
+    }
+
+    /// What a key asks of the robot goes to the robot as it is now: whoever looks at another moment is asked
+    /// first. STOP never asks.
+    pub(super) fn ask_from_the_past(
+        &mut self,
+        action: Action,
+        effects: Vec<Effect>,
+    ) -> Vec<Effect> {
+        if self.playback.is_none() {
+            return effects;
+        }
+        let is_replay = self.is_replay();
+        let mut asked = Vec::new();
+        let mut rest = Vec::new();
+        for effect in effects {
+            match effect {
+                Effect::Send(_) | Effect::CancelCommands if is_replay => {
+                    self.aside = Some(NO_ROBOT.to_owned());
+                }
+                Effect::Send(request) if request != Request::Stop => asked.push(request),
+                other => rest.push(other),
+            }
+        }
+        if !asked.is_empty() {
+            if matches!(action, Action::SendDraft | Action::Route(RouteAction::Send)) {
+                // Whoever says no has not lost it; there is a change to take back, the sending.
+                let _ = self.chart.draft.undo();
+            }
+            let words: Vec<String> = asked.iter().map(|request| format!("`{request}`")).collect();
+            let text = format!("Send {} to the robot as it is now?", words.join(", "));
+            let text = self.said_of_the_past(text);
+            let then = Then::Send(asked);
+            self.overlay = Overlay::Question(Question { text, then });
+        }
+        rest
+    }
+
+    /// A question, and before it how old what the operator sees is.
+    pub(super) fn said_of_the_past(&self, question: String) -> String {
+        match &self.playback {
+            Some(playback) if playback.is_live => {
+                let behind = age::words(playback.behind());
+                format!("What you see is PAST, {behind} ago. {question}")
+            }
+            _ => question,
+        }
+    }
+
+    /// A yes was said.
+    pub(super) fn go_ahead(&mut self, then: Then) -> Vec<Effect> {
+        self.overlay = Overlay::None;
+        match then {
+            Then::Send(requests) => {
+                let sends_draft = |request: &Request| matches!(request, Request::Route(list) if list[..] == *self.chart.draft.waypoints());
+                if requests.iter().any(sends_draft) {
+                    self.chart.draft.take();
+                }
+                requests.into_iter().map(Effect::Send).collect()
+            }
+            Then::SaveRoute(path) => vec![self.save_route(&path, true)],
+            Then::Drive => {
+                self.overlay = Overlay::Drive(Stick::default());
+                // Nobody steers by what has been.
+                let back = self.shows_past().then_some(Effect::Travel(Travel::Newest));
+                back.into_iter()
+                    .chain([Effect::Send(Request::Mode(Mode::User))])
+                    .collect()
+            }
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use crossterm::event::KeyCode;
+
+    use super::*;
+    use crate::event::{CommandId, Event};
+    use crate::model::Config;
+    use crate::model::testing::Scene;
+    use crate::travel::Landmark;
+
+    fn playback(is_live: bool) -> Playback {
+        Playback {
+            is_live,
+            paused: true,
+            speed: 1.0,
+            at: Moment::from_secs(60),
+            from: Moment::ZERO,
+            until: Moment::from_secs(185),
+            unix: None,
+            packet: Some(180),
+            read_until: None,
+            is_partial: false,
+            markers: Vec::new(),
+            repeat: None,
+            note: None,
+        }
+    }
+
+    fn scene(is_live: bool) -> Scene {
+        let mut scene = Scene::new(Config::default());
+        scene.hear_status();
+        scene.hear();
+        scene.event(Event::Playback(Some(Box::new(playback(is_live)))));
+        scene
+    }
+
+    fn question(scene: &Scene) -> String {
+        match &scene.model.overlay {
+            Overlay::Question(question) => question.text.clone(),
+            other => format!("{other:?}"),
+        }
+    }
+
+    #[test]
+    fn in_the_past_commands_ask_first_and_stop_does_not() {
+        let prowl = Effect::Send(Request::Mode(Mode::Prowl));
+        let wanted =
+            "What you see is PAST, 2 m 00 s ago. Send `mode prowl` to the robot as it is now?";
+        for keys in ["p", ":mode prowl\n"] {
+            let mut scene = scene(true);
+            let mut typed = || {
+                let mut effects = scene.type_text(keys.trim_end());
+                if keys.ends_with('\n') {
+                    effects.extend(scene.press(&[KeyCode::Enter]));
+                }
+                effects
+            };
+            assert_eq!(typed(), []);
+            assert_eq!(question(&scene), wanted);
+            assert_eq!(scene.type_text("n"), []);
+            scene.type_text("p");
+            assert_eq!(scene.type_text("y"), [prowl.clone()]);
+        }
+        for keys in [" ", "p ", "n ", "? "] {
+            let stop = Effect::Send(Request::Stop);
+            assert_eq!(scene(true).type_text(keys), [stop], "{keys}");
+        }
+    }
+
+    #[test]
+    fn every_wish_of_the_keyboard_asks_in_the_past() {
+        for key in "prhWv4CO".chars() {
+            let mut scene = scene(true);
+            assert_eq!(scene.type_text(&key.to_string()), [], "{key}");
+            let asked = question(&scene);
+            assert!(asked.contains("PAST, 2 m 00 s ago"), "{key}: {asked}");
+            let effects = scene.type_text("y");
+            assert!(matches!(effects[..], [Effect::Send(_)]), "{key}");
+        }
+    }
+
+    #[test]
+    fn a_draft_is_not_lost_by_saying_no() {
+        let mut scene = scene(true);
+        scene.press(&[KeyCode::Up]);
+        scene.type_text("wS");
+        let draft = scene.model.chart.draft.waypoints().to_vec();
+        assert_eq!(draft.len(), 1);
+        scene.type_text("n");
+        assert_eq!(scene.model.chart.draft.waypoints(), draft);
+        let sent = [Effect::Send(Request::Route(draft))];
+        assert_eq!(scene.type_text("Sy"), sent);
+        assert_eq!(scene.model.chart.draft.waypoints(), []);
+    }
+
+    #[test]
+    fn whoever_drives_comes_back_to_now() {
+        let mut scene = scene(true);
+        scene.type_text("d");
+        assert!(question(&scene).contains("PAST"));
+        let effects = [
+            Effect::Travel(Travel::Newest),
+            Effect::Send(Request::Mode(Mode::User)),
+        ];
+        assert_eq!(scene.type_text("y"), effects);
+    }
+
+    #[test]
+    fn a_capture_has_no_robot() {
+        for keys in ["p", " ", "4", ":stop\n", "x", "C"] {
+            let mut scene = scene(false);
+            let mut effects = scene.type_text(keys.trim_end_matches('\n'));
+            if keys.ends_with('\n') {
+                effects.extend(scene.press(&[KeyCode::Enter]));
+            }
+            effects.extend(scene.type_text("y"));
+            effects.retain(|effect| matches!(effect, Effect::Send(_) | Effect::CancelCommands));
+            assert_eq!(effects, [], "{keys}");
+        }
+    }
+
+    #[test]
+    fn keys_ask_for_moments() {
+        let travel = |travel| vec![Effect::Travel(travel)];
+        let jump = |to, forward| travel(Travel::Jump { to, forward });
+        for (keys, wanted) in [
+            ("k", travel(Travel::TogglePause)),
+            (",", travel(Travel::Step { forward: false })),
+            (".", travel(Travel::Step { forward: true })),
+            ("<", travel(Travel::Speed(0.5))),
+            (">", travel(Travel::Speed(2.0))),
+            ("m", travel(Travel::Mark)),
+            ("o", travel(Travel::Loop)),
+            ("G", travel(Travel::Newest)),
+            ("na", jump(Some(Landmark::Alarm), true)),
+            ("Nb", jump(Some(Landmark::Bump), false)),
+            ("nv", jump(Some(Landmark::Behaviour), true)),
+            ("Nc", jump(Some(Landmark::Command), false)),
+            ("nm", jump(Some(Landmark::Marker), true)),
+            ("nn", jump(None, true)),
+            ("NN", jump(None, false)),
+        ] {
+            for is_live in [false, true] {
+                assert_eq!(scene(is_live).type_text(keys), wanted, "{keys}");
+            }
+        }
+        let mut scene = scene(true);
+        scene.type_text("g+30s");
+        let ahead = Target::Ahead(Moment::from_secs(30));
+        assert_eq!(scene.press(&[KeyCode::Enter]), travel(Travel::Seek(ahead)));
+        scene.type_text("gsoon");
+        assert_eq!(scene.press(&[KeyCode::Enter]), []);
+        let Overlay::Text(entry) = &scene.model.overlay else {
+            panic!("the text stays to be mended");
+        };
+        assert!(entry.error.as_ref().is_some_and(|e| e.contains("`soon`")));
+    }
+
+    #[test]
+    fn the_operator_keeps_panel_draft_and_prompt() {
+        let mut now = Scene::new(Config::default());
+        now.hear();
+        let then = now.model.clone();
+        now.state.x_tenths_in = 500;
+        now.hear();
+        now.press(&[KeyCode::Tab, KeyCode::Up]);
+        now.type_text("w+?");
+        let seen = then.clone().seen_by(&now.model);
+        assert_eq!(seen.robot.state.map(|s| s.value.x_tenths_in), Some(0));
+        assert_eq!(seen.panel, now.model.panel);
+        assert_eq!(seen.overlay, Overlay::Help);
+        assert_eq!(
+            seen.chart.draft.waypoints(),
+            now.model.chart.draft.waypoints()
+        );
+        assert_eq!(seen.chart.zoom, 1);
+        assert_eq!(seen.chart.cursor, now.model.chart.cursor);
+    }
+
+    #[test]
+    fn landmarks_are_counted() {
+        use groundwave_protocol::letters::{Bump, Layer, LayerState};
+        let mut scene = Scene::new(Config::default());
+        scene.hear();
+        let before = scene.model.tally();
+        scene.state.bump = Bump::Left;
+        scene.layers(&[(Layer::Bumpers, LayerState::Holds)]);
+        scene.hear();
+        scene.hear();
+        let hit = scene.model.tally();
+        assert_eq!(
+            (hit.lines - before.lines, hit.bumps, hit.behaviours),
+            (2, 1, 1)
+        );
+        scene.ack.sequence += 1;
+        scene.hear();
+        assert_eq!(scene.model.tally().commands, 1, "somebody else's");
+        scene.event(Event::Command {
+            id: CommandId(1),
+            step: CommandStep::Queued(Request::Scan),
+        });
+        scene.ack.sequence += 1;
+        scene.hear();
+        assert_eq!(scene.model.tally().commands, 2, "one's own is told once");
+        scene.event(Event::Notice {
+            level: crate::event::Level::Alarm,
+            text: "x".to_owned(),
+        });
+        assert_eq!(scene.model.tally().alarms, 1);
+    }
+}

@@ -1,0 +1,107 @@
+//! The words for layers and modes.
+
+use groundwave_protocol::letters::{Layer, LayerMask, Mode};
+
+use super::{Request, RequestError};
+
+/// The word for a layer.
+#[must_use]
+pub const fn layer_word(layer: Layer) -> &'static str {
+    match layer {
+        Layer::User => "user",
+        Layer::Bumpers => "bumpers",
+        Layer::Rotation => "rotation",
+        Layer::Infrared => "infrared",
+        Layer::Sonar => "sonar",
+        Layer::Photo => "photo",
+        Layer::Motion => "motion",
+        Layer::DeadReckoning => "dead-reckoning",
+    }
+}
+
+/// What is understood besides, because it is shorter or is what people say.
+const OTHER_WORDS: [(&str, Layer); 6] = [
+    ("rotate", Layer::Rotation),
+    ("ir", Layer::Infrared),
+    ("route", Layer::DeadReckoning),
+    ("dr", Layer::DeadReckoning),
+    ("bumper", Layer::Bumpers),
+    ("light", Layer::Photo),
+];
+
+/// The word for a mode.
+#[must_use]
+pub const fn mode_word(mode: Mode) -> &'static str {
+    match mode {
+        Mode::Prowl => "prowl",
+        Mode::Reactive => "reactive",
+        Mode::Passive => "passive",
+        Mode::Stop => "stop",
+        Mode::User => "user",
+        Mode::Wander => "wander",
+        Mode::GoHome => "home",
+        Mode::Forage => "forage",
+        Mode::Calibrate => "calibrate",
+    }
+}
+
+/// Layers with commas between.
+pub(super) fn layer_words(layers: LayerMask) -> String {
+    let words: Vec<&str> = Layer::ALL
+        .into_iter()
+        .filter(|layer| layers.contains(*layer))
+        .map(layer_word)
+        .collect();
+    words.join(",")
+}
+
+pub(super) fn read_layers(words: &str) -> Result<LayerMask, RequestError> {
+    words.split(',').try_fold(LayerMask::NONE, |layers, word| {
+        read_layer(word)
+            .map(|layer| layers.with(layer))
+            .ok_or_else(|| RequestError::UnknownLayer(word.to_owned()))
+    })
+}
+
+fn read_layer(word: &str) -> Option<Layer> {
+    let first = Layer::ALL.into_iter();
+    let named = first.map(|layer| (layer_word(layer), layer));
+    named
+        .chain(OTHER_WORDS)
+        .find_map(|(known, layer)| (known == word).then_some(layer))
+}
+
+/// `mode stop` is STOP: there is one way to stop, the safest.
+pub(super) fn read_mode(word: &str) -> Result<Request, RequestError> {
+    Ok(match find_mode(word)? {
+        Mode::Stop => Request::Stop,
+        mode => Request::Mode(mode),
+    })
+}
+
+pub(super) fn find_mode(word: &str) -> Result<Mode, RequestError> {
+    let known = Mode::ALL.iter().copied();
+    known
+        .into_iter()
+        .find(|mode| mode_word(*mode) == word)
+        .ok_or_else(|| RequestError::UnknownMode(word.to_owned()))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_layer_has_the_screens_word_and_shorter_ones() {
+        for layer in Layer::ALL {
+            let mask = LayerMask::NONE.with(layer);
+            assert_eq!(read_layers(layer_word(layer)), Ok(mask));
+            assert_eq!(read_layers(&layer_words(mask)), Ok(mask));
+        }
+        let both = LayerMask::NONE.with(Layer::Infrared).with(Layer::Rotation);
+        assert_eq!(read_layers("ir,rotate"), Ok(both));
+        assert_eq!(read_layers("infrared,rotation"), Ok(both));
+        assert_eq!(layer_words(both), "rotation,infrared");
+        assert!(read_layers("infrared,").is_err());
+    }
+}

@@ -1,0 +1,169 @@
+//! What an operator says of a run, in a small TOML file beside its capture.
+
+use std::fs::{self, File};
+use std::io::{self, ErrorKind, Write};
+use std::path::{Path, PathBuf};
+
+use serde::{Deserialize, Serialize};
+
+/// A name, remarks, and whether the run counts.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Label {
+    /// What to call the run.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub name: Option<String>,
+    /// Why the run does not count; one that counts says nothing.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub void: Option<String>,
+    /// Remarks, in the order they were made.
+    #[serde(default, rename = "note", skip_serializing_if = "Vec::is_empty")]
+    pub notes: Vec<Note>,
+}
+
+/// A remark.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Note {
+    /// The moment it is about, seconds since the capture began; none when it is about all of it.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub at_s: Option<f64>,
+    /// The remark.
+    pub text: String,
+}
+
+/// A label could not be read or written.
+#[derive(Debug, thiserror::Error)]
+pub enum LabelError {
+    /// The operating system.
+    #[error("cannot {action} {}: {error}", path.display())]
+    File {
+        /// What was tried.
+        action: &'static str,
+        /// The label's file.
+        path: PathBuf,
+        /// What the operating system says.
+        error: io::Error,
+    },
+    /// Somebody wrote in it what this program does not understand; it is left as it is.
+    #[error("{} is no label of a run: {problem}; mend it by hand, or delete it to start anew", path.display())]
+    Malformed {
+        /// The label's file.
+        path: PathBuf,
+        /// What is wrong, and where.
+        problem: String,
+    },
+}
+
+/// The file beside a capture: `evening.mcap.run.toml`.
+#[must_use]
+pub fn file_of(capture: &Path) -> PathBuf {
+    let mut name = capture.as_os_str().to_owned();
+    name.push(".run.toml");
+    name.into()
+}
+
+impl Label {
+    /// The label of a capture; an empty one where nobody has said anything.
+    ///
+    /// # Errors
+    /// When there is one that cannot be read or understood.
+    pub fn of(capture: &Path) -> Result<Self, LabelError> {
+        let path = file_of(capture);
+        let text = match fs::read_to_string(&path) {
+            Ok(text) => text,
+            Err(error) if error.kind() == ErrorKind::NotFound => return Ok(Self::default()),
+            Err(error) => {
+                return Err(LabelError::File {
+                    action: "read",
+                    path,
+                    error,
+                });
+            }
+        };
+        toml::from_str(&text).map_err(|error| LabelError::Malformed {
+            path,
+            problem: error.to_string().trim_end().replace('\n', "; "),
+        })
+    }
+
+    /// Puts it beside the capture. Whatever happens on the way, the old label or the new one is there,
+    /// whole.
+    ///
+    /// # Errors
+    /// When it cannot be written.
+    pub fn keep(&self, capture: &Path) -> Result<(), LabelError> {
+        let path = file_of(capture);
+        self.write(&path).map_err(|error| LabelError::File {
+            action: "write",
+            path,
+            error,
+        })
+    }
+
+    fn write(&self, path: &Path) -> io::Result<()> {
+        let text = toml::to_string(self).map_err(io::Error::other)?;
+        let mut new = path.as_os_str().to_owned();
+        new.push(".new");
+        let new = PathBuf::from(new);
+        let mut file = File::create(&new)?;
+        file.write_all(text.as_bytes())
+            .and_then(|()| file.sync_all())
+            .and_then(|()| fs::rename(&new, path))
+            .inspect_err(|_| {
+                // What could not be finished is of no use to anybody.
+                let _ = fs::remove_file(&new);
+            })
+    }
+
+    /// Adds a remark, of a moment or of the whole run.
+    pub fn remark(&mut self, at_s: Option<f64>, text: &str) {
+        self.notes.push(Note {
+            at_s,
+            text: text.to_owned(),
+        });
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use proptest::prelude::*;
+
+    proptest! {
+        #[test]
+        fn what_is_kept_is_read_again(
+            name in proptest::option::of(".{0,40}"),
+            void in proptest::option::of(".{0,40}"),
+            notes in proptest::collection::vec((proptest::option::of(0.0..1e6_f64), ".{0,60}"), 0..5),
+        ) {
+            let folder = tempfile::tempdir().unwrap();
+            let capture = folder.path().join("evening.mcap");
+            let mut label = Label { name, void, notes: Vec::new() };
+            for (at_s, text) in notes {
+                label.remark(at_s, &text);
+            }
+            label.keep(&capture).unwrap();
+            prop_assert_eq!(Label::of(&capture).unwrap(), label);
+            prop_assert_eq!(fs::read_dir(folder.path()).unwrap().count(), 1);
+        }
+    }
+
+    #[test]
+    fn without_a_label_there_is_nothing_to_say() {
+        let folder = tempfile::tempdir().unwrap();
+        let label = Label::of(&folder.path().join("none.mcap")).unwrap();
+        assert_eq!(label, Label::default());
+    }
+
+    #[test]
+    fn a_label_that_nobody_understands_is_named_and_left_alone() {
+        let folder = tempfile::tempdir().unwrap();
+        let capture = folder.path().join("evening.mcap");
+        fs::write(file_of(&capture), "name = \"x\"\nvoide = \"y\"\n").unwrap();
+        let error = Label::of(&capture).unwrap_err().to_string();
+        assert!(error.contains("evening.mcap.run.toml"), "{error}");
+        assert!(error.contains("line 2"), "{error}");
+        assert!(error.contains("voide"), "{error}");
+    }
+}

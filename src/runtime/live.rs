@@ -1,0 +1,139 @@
+//! Tools that watch live and ask by calls: joins [`Deriver`] and [`Calls`] to their server.
+
+use std::collections::BTreeMap;
+use std::convert::Infallible;
+use std::time::{Duration, SystemTime, UNIX_EPOCH};
+
+use crate::capture::topics::{Deriver, StationEvent, TopicMessage};
+use crate::event::{CommandId, Event, Moment};
+use crate::io::foxglove::{Answer, Call, Foxglove};
+use crate::request::Request;
+use crate::share::{CallId, CallOutput, Calls};
+
+/// What the station has to do for those who call.
+#[derive(Debug)]
+pub(super) enum Wanted {
+    /// Deliver this; its number is to be told with [`Live::handle_started`].
+    Start(CallId, Request),
+    /// Nobody waits for this command any more.
+    GiveUp(CommandId),
+}
+
+/// A call that has not been answered.
+struct Waiting {
+    by: String,
+    answer: Answer,
+}
+
+/// A server and what goes through it.
+pub(super) struct Live {
+    server: Foxglove,
+    deriver: Deriver,
+    calls: Calls,
+    waiting: BTreeMap<CallId, Waiting>,
+    newest_call: u64,
+    /// The wall clock at the station's start.
+    started_since_1970: Duration,
+}
+
+impl Live {
+    /// `now` is the station's time at this moment.
+    pub(super) fn new(server: Foxglove, now: Moment) -> Self {
+        let since_1970 = SystemTime::now().duration_since(UNIX_EPOCH);
+        Self {
+            server,
+            deriver: Deriver::default(),
+            calls: Calls::default(),
+            waiting: BTreeMap::new(),
+            newest_call: 0,
+            started_since_1970: since_1970.unwrap_or_default().saturating_sub(now),
+        }
+    }
+
+    pub(super) fn address(&self) -> &str {
+        self.server.address()
+    }
+
+    /// Nothing is lost when the wait is abandoned.
+    pub(super) async fn next(&mut self) -> Call {
+        self.server.next().await
+    }
+
+    pub(super) fn handle_rx(&mut self, now: Moment, bytes: &[u8]) {
+        let at_ns = self.since_1970_ns(now);
+        let publish = publish_to(&self.server);
+        let Ok(()) = self.deriver.handle_rx(at_ns, bytes, publish);
+    }
+
+    pub(super) fn handle_tx(&mut self, now: Moment, bytes: &[u8]) {
+        let at_ns = self.since_1970_ns(now);
+        let publish = publish_to(&self.server);
+        let Ok(()) = self.deriver.handle_tx(at_ns, bytes, publish);
+    }
+
+    /// Takes what happened: those who asked for it are told when it has ended.
+    pub(super) fn handle_event(&mut self, now: Moment, event: &Event) {
+        if let Event::Command { id, step } = event {
+            self.calls.handle_step(*id, step);
+        }
+        if let Some(event) = StationEvent::from_event(event) {
+            let at_ns = self.since_1970_ns(now);
+            let publish = publish_to(&self.server);
+            let Ok(()) = self.deriver.handle_event(at_ns, &event, publish);
+        }
+    }
+
+    pub(super) fn handle_call(&mut self, now: Moment, call: Call) {
+        self.newest_call += 1;
+        let id = CallId(self.newest_call);
+        let Call {
+            by,
+            payload,
+            answer,
+        } = call;
+        self.waiting.insert(id, Waiting { by, answer });
+        self.calls.handle_call(now, id, &payload);
+    }
+
+    /// Who asked, for a person.
+    pub(super) fn handle_started(&mut self, call: CallId, command: CommandId) -> Option<Event> {
+        self.calls.handle_started(call, command);
+        let by = self.waiting.get(&call)?.by.clone();
+        Some(Event::Asked { id: command, by })
+    }
+
+    pub(super) fn handle_timeout(&mut self, now: Moment) {
+        self.calls.handle_timeout(now);
+    }
+
+    pub(super) fn poll_timeout(&self) -> Option<Moment> {
+        self.calls.poll_timeout()
+    }
+
+    /// Answers whoever can be answered; returns what concerns the station.
+    pub(super) fn poll(&mut self) -> Option<Wanted> {
+        loop {
+            match self.calls.poll_output()? {
+                CallOutput::Answer(id, answer) => {
+                    if let Some(waiting) = self.waiting.remove(&id) {
+                        waiting.answer.give(&answer);
+                    }
+                }
+                CallOutput::Start(id, request) => return Some(Wanted::Start(id, request)),
+                CallOutput::GiveUp(id) => return Some(Wanted::GiveUp(id)),
+            }
+        }
+    }
+
+    fn since_1970_ns(&self, now: Moment) -> u64 {
+        let since_1970 = self.started_since_1970 + now;
+        u64::try_from(since_1970.as_nanos()).unwrap_or(u64::MAX)
+    }
+}
+
+fn publish_to(server: &Foxglove) -> impl FnMut(TopicMessage<'_>) -> Result<(), Infallible> {
+    |message| {
+        server.publish(message);
+        Ok(())
+    }
+}

@@ -1,0 +1,268 @@
+//! Where a dashboard's facts come from, and which moment of them is on the screen.
+
+use std::time::{Duration, Instant, SystemTime, UNIX_EPOCH};
+
+use tokio::sync::mpsc::Receiver;
+
+use super::Driver;
+use crate::event::{Event, Level, Moment};
+use crate::model::Model;
+use crate::timeline::past::{self, REMEMBERED};
+use crate::timeline::{Finding, History, Past, Player, Reel, Scene};
+use crate::travel::Travel;
+
+/// Things of a capture worked on at one go, so that keys get their turn.
+const STEPS: usize = 512;
+
+/// Facts come from here.
+pub enum Session {
+    /// A station on its link.
+    Live(Box<Live>),
+    /// A capture.
+    Replay(Box<Replay>),
+}
+
+/// A station on its link, and what is remembered of the session.
+pub struct Live {
+    /// The station.
+    pub driver: Driver,
+    player: Player<Past>,
+    /// The screen shows the past.
+    is_away: bool,
+}
+
+impl Live {
+    /// A session that begins with a model.
+    #[must_use]
+    pub fn new(driver: Driver, model: &Model) -> Self {
+        let now = driver.now();
+        let unix = SystemTime::now().duration_since(UNIX_EPOCH).ok();
+        let unix = unix.and_then(|unix| unix.checked_sub(now));
+        let first = Past::new(model.clone(), now, 0);
+        let reel = Reel::new(History::default(), first, past::SPACING);
+        Self {
+            driver,
+            player: Player::of_session(reel, unix),
+            is_away: false,
+        }
+    }
+
+    /// Remembers what happens to the robot and its link; what the operator does is not travelled through.
+    fn remember(&mut self, now: Moment, event: &Event) {
+        let is_fact = !matches!(
+            event,
+            Event::Key(_)
+                | Event::Paste(_)
+                | Event::Resize { .. }
+                | Event::Tick
+                | Event::Recording(_)
+                | Event::Playback(_)
+        );
+        if is_fact {
+            let history = self.player.reel_mut().supply_mut();
+            history.push(now, event.clone());
+        }
+    }
+
+    /// Keeps a state now and then, and forgets what is old.
+    fn keep(&mut self, now: Moment, model: &Model) {
+        let reel = self.player.reel_mut();
+        let history = reel.supply();
+        let mut oldest = now.saturating_sub(REMEMBERED);
+        if history.is_full() {
+            oldest = oldest.max(history.quarter_at().unwrap_or(oldest));
+        }
+        if reel.wants(now) {
+            let next = history.count();
+            reel.keep(Past::new(model.clone(), now, next));
+        }
+        if let Some(next) = reel.forget_before(oldest).map(Past::next) {
+            reel.supply_mut().forget_before(next);
+        }
+        let from = reel.oldest_at().unwrap_or(now);
+        self.player.set_span(from, now);
+    }
+
+    fn travel(&mut self, travel: Travel) -> Option<Event> {
+        let now = self.driver.now();
+        if !self.is_away {
+            self.player.rest();
+            match travel {
+                Travel::Speed(_) | Travel::Newest => return None,
+                Travel::Mark => {
+                    self.player.handle(now, travel);
+                    let text = self.player.playback().note?;
+                    return Some(Event::Notice {
+                        level: Level::Info,
+                        text,
+                    });
+                }
+                Travel::TogglePause => {
+                    self.player.handle(now, Travel::Newest);
+                    self.is_away = true;
+                    return None;
+                }
+                _ => self.player.handle(now, Travel::Newest),
+            }
+            self.is_away = true;
+        }
+        self.player.handle(now, travel);
+        if travel == Travel::Newest {
+            self.come_back();
+        }
+        None
+    }
+
+    fn come_back(&mut self) {
+        self.player.rest();
+        self.is_away = false;
+    }
+}
+
+/// A capture that is played, and the findings of the thread that reads it through.
+pub struct Replay {
+    /// The capture.
+    pub player: Player<Scene>,
+    /// What is found meanwhile.
+    pub findings: Receiver<Finding>,
+    /// The host's time counts from here.
+    pub started: Instant,
+}
+
+impl Replay {
+    fn take(&mut self, finding: Finding) {
+        match finding {
+            Finding::State(scene) => {
+                self.player.set_read(scene.moment());
+                self.player.reel_mut().keep(*scene);
+            }
+            Finding::End(at) => self.player.set_read_through(at),
+        }
+    }
+}
+
+impl Session {
+    /// The time that facts have: since the session began, or in the capture.
+    pub(super) fn now(&self) -> Moment {
+        match self {
+            Self::Live(live) => live.driver.now(),
+            Self::Replay(replay) => replay.player.at(),
+        }
+    }
+
+    /// The time of the host.
+    pub(super) fn host_now(&self) -> Moment {
+        match self {
+            Self::Live(live) => live.driver.now(),
+            Self::Replay(replay) => replay.started.elapsed(),
+        }
+    }
+
+    /// The station, if there is one.
+    pub(super) fn driver(&mut self) -> Option<&mut Driver> {
+        match self {
+            Self::Live(live) => Some(&mut live.driver),
+            Self::Replay(_) => None,
+        }
+    }
+
+    /// Waits for something to happen; says whether what the screen shows changed by itself. Nothing is lost when
+    /// the wait is abandoned.
+    pub(super) async fn step(&mut self) -> bool {
+        match self {
+            Self::Live(live) => {
+                live.driver.step().await;
+                false
+            }
+            Self::Replay(replay) => match replay.findings.recv().await {
+                Some(finding) => {
+                    replay.take(finding);
+                    true
+                }
+                None => std::future::pending().await,
+            },
+        }
+    }
+
+    pub(super) fn remember(&mut self, now: Moment, event: &Event) {
+        if let Self::Live(live) = self {
+            live.remember(now, event);
+        }
+    }
+
+    pub(super) fn keep(&mut self, now: Moment, model: &Model) {
+        if let Self::Live(live) = self {
+            live.keep(now, model);
+        }
+    }
+
+    /// Shows another moment; returns what the operator is told about it.
+    pub(super) fn travel(&mut self, travel: Travel) -> Option<Event> {
+        match self {
+            Self::Live(live) => live.travel(travel),
+            Self::Replay(replay) => {
+                replay.player.handle(replay.started.elapsed(), travel);
+                None
+            }
+        }
+    }
+
+    /// Lets time pass in what is shown of the past; says whether the screen has to follow.
+    pub(super) fn advance(&mut self) -> bool {
+        let host = self.host_now();
+        match self {
+            Self::Live(live) if live.is_away => {
+                let plays = !live.player.is_paused();
+                live.player.advance(host);
+                if plays && live.player.is_at_end() {
+                    live.come_back();
+                }
+                true
+            }
+            Self::Live(_) => false,
+            Self::Replay(replay) => {
+                let is_whole = replay.player.reel_mut().work(STEPS);
+                replay.player.advance(host) || is_whole
+            }
+        }
+    }
+
+    /// When to call [`Self::advance`].
+    pub(super) fn wake_at(&mut self) -> Option<Instant> {
+        let host = self.host_now();
+        let at = match self {
+            // How long ago it is goes on by the second.
+            Self::Live(live) if live.is_away => {
+                let plays = live.player.wake_at();
+                Some(plays.unwrap_or(host + Duration::from_secs(1)))
+            }
+            Self::Live(_) => None,
+            Self::Replay(replay) if replay.player.reel().is_partial() => Some(host),
+            Self::Replay(replay) => replay.player.wake_at(),
+        };
+        at.map(|at| Instant::now() + at.saturating_sub(host))
+    }
+
+    /// Brings what the screen shows up to date. `model` has the operator's hands and, in a live session, what
+    /// is known now; a moment of the past is returned beside it.
+    pub(super) fn refresh(&self, model: &mut Model) -> Option<(Model, Moment)> {
+        match self {
+            Self::Live(live) if live.is_away => {
+                let playback = Some(Box::new(live.player.playback()));
+                model.update(live.driver.now(), Event::Playback(playback));
+                let shown = live.player.model().clone().seen_by(model);
+                Some((shown, live.player.at()))
+            }
+            Self::Live(live) => {
+                model.update(live.driver.now(), Event::Playback(None));
+                None
+            }
+            Self::Replay(replay) => {
+                let playback = Some(Box::new(replay.player.playback()));
+                model.update(replay.player.at(), Event::Playback(playback));
+                *model = replay.player.model().clone().seen_by(model);
+                None
+            }
+        }
+    }
+}

@@ -1,0 +1,218 @@
+//! Calls: who asks once and waits for the end, as tools with services do. A wish in, one answer out.
+//!
+//! A call is JSON: `{"do":"mode prowl"}`, in the words of `groundwave send`, or
+//! `{"route":[{"x_in":48,"y_in":0}]}`, with `"timeout_ms"` where 20 s are not right. It is answered when
+//! the robot has proven or refused it, or when its time is over. What stands for several commands
+//! (`preset`) is sent one after the other and ends with the first that is not proven.
+//!
+//! An answer is JSON too, and its `stage` says how it ended: tools show such an answer, and not all of
+//! them show that a call failed.
+
+use std::collections::{BTreeMap, VecDeque};
+use std::time::Duration;
+
+use serde::Deserialize;
+use serde_json::{Value, json};
+
+use super::codec::{CodecError, read_route, read_timeout};
+use super::stage::Stage;
+use crate::event::{CommandId, CommandStep, Failure, Moment};
+use crate::request::Request;
+
+/// A call, numbered from 1 and never again.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
+pub struct CallId(pub u64);
+
+/// Why a call is none.
+#[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
+pub enum CallError {
+    /// Not the JSON that is expected here.
+    #[error(
+        "not understood: {0}. A call is {{\"do\":\"mode prowl\"}} or {{\"route\":[{{\"x_in\":48,\"y_in\":0}}]}}, in whole \
+         inches; \"timeout_ms\" may be added"
+    )]
+    Json(String),
+    /// It asks for nothing, or for two things at once.
+    #[error("a call holds one of \"do\" and \"route\"")]
+    Shape,
+    /// The words are wrong, or there are too many waypoints.
+    #[error("{0}")]
+    Request(String),
+}
+
+/// What is to be done outside.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub enum CallOutput {
+    /// Hand this to the station, and tell its number with [`Calls::handle_started`].
+    Start(CallId, Request),
+    /// The call has ended: tell it this JSON.
+    Answer(CallId, Vec<u8>),
+    /// Nobody waits for this command any more: its time is over.
+    GiveUp(CommandId),
+}
+
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields)]
+struct CallJson {
+    r#do: Option<String>,
+    route: Option<Vec<PointJson>>,
+    timeout_ms: Option<u64>,
+}
+
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields)]
+struct PointJson {
+    x_in: i16,
+    y_in: i16,
+}
+
+#[derive(Debug)]
+struct Call {
+    /// Under way.
+    request: Request,
+    command: Option<CommandId>,
+    /// To be sent when it is proven.
+    rest: VecDeque<Request>,
+    deadline: Moment,
+    /// Parameters that the robot told of.
+    told: Vec<Stage>,
+}
+
+/// Keeps the calls apart that have not been answered.
+#[derive(Debug, Default)]
+pub struct Calls {
+    calls: BTreeMap<CallId, Call>,
+    outputs: VecDeque<CallOutput>,
+}
+
+impl Calls {
+    /// Takes a call. Any bytes may be given.
+    pub fn handle_call(&mut self, now: Moment, id: CallId, payload: &[u8]) {
+        match parse(payload) {
+            Ok((first, rest, timeout)) => {
+                let call = Call {
+                    request: first.clone(),
+                    command: None,
+                    rest,
+                    deadline: now + timeout,
+                    told: Vec::new(),
+                };
+                self.calls.insert(id, call);
+                self.outputs.push_back(CallOutput::Start(id, first));
+            }
+            Err(error) => {
+                let failed = Stage::Failed {
+                    code: "not-understood".to_owned(),
+                    reason: error.to_string(),
+                };
+                self.answer(id, json!(failed));
+            }
+        }
+    }
+
+    /// The station gave a call's request this number.
+    pub fn handle_started(&mut self, id: CallId, command: CommandId) {
+        if let Some(call) = self.calls.get_mut(&id) {
+            call.command = Some(command);
+        }
+    }
+
+    /// A command went a step further.
+    pub fn handle_step(&mut self, command: CommandId, step: &CommandStep) {
+        let mut calls = self.calls.iter();
+        if let Some((&id, _)) = calls.find(|(_, call)| call.command == Some(command)) {
+            self.step(id, step);
+        }
+    }
+
+    fn step(&mut self, id: CallId, step: &CommandStep) {
+        let Some(call) = self.calls.get_mut(&id) else {
+            return;
+        };
+        match Stage::of(step) {
+            Stage::Queued | Stage::Sent { .. } | Stage::Progress { .. } => return,
+            told @ Stage::Told { .. } => {
+                call.told.push(told);
+                return;
+            }
+            Stage::Proven { .. } => {
+                if let Some(next) = call.rest.pop_front() {
+                    call.request = next.clone();
+                    call.command = None;
+                    self.outputs.push_back(CallOutput::Start(id, next));
+                    return;
+                }
+            }
+            Stage::Refused { .. } | Stage::Failed { .. } => {}
+        }
+        let mut answer = json!(Stage::of(step));
+        answer["command"] = json!(call.request.to_string());
+        if !call.told.is_empty() {
+            answer["told"] = json!(call.told);
+        }
+        self.answer(id, answer);
+    }
+
+    /// Lets time pass: calls whose time is over end without proof.
+    pub fn handle_timeout(&mut self, now: Moment) {
+        let over: Vec<CallId> = self
+            .calls
+            .iter()
+            .filter(|(_, call)| call.deadline <= now)
+            .map(|(id, _)| *id)
+            .collect();
+        for id in over {
+            let command = self.calls.get(&id).and_then(|call| call.command);
+            self.step(id, &CommandStep::Failed(Failure::TimedOut));
+            let given_up = command.map(CallOutput::GiveUp);
+            self.outputs.extend(given_up);
+        }
+    }
+
+    /// When to call [`Calls::handle_timeout`] at the latest.
+    #[must_use]
+    pub fn poll_timeout(&self) -> Option<Moment> {
+        self.calls.values().map(|call| call.deadline).min()
+    }
+
+    /// What is to be done.
+    pub fn poll_output(&mut self) -> Option<CallOutput> {
+        self.outputs.pop_front()
+    }
+
+    fn answer(&mut self, id: CallId, mut answer: Value) {
+        self.calls.remove(&id);
+        // What is null is not there: schemas of tools know no such alternative.
+        if let Value::Object(fields) = &mut answer {
+            fields.retain(|_, value| !value.is_null());
+        }
+        let answer = answer.to_string().into_bytes();
+        self.outputs.push_back(CallOutput::Answer(id, answer));
+    }
+}
+
+/// The first request, those that follow it, and how long they may take together.
+fn parse(payload: &[u8]) -> Result<(Request, VecDeque<Request>, Duration), CallError> {
+    let json: CallJson =
+        serde_json::from_slice(payload).map_err(|error| CallError::Json(error.to_string()))?;
+    let refused = |error: CodecError| CallError::Request(error.to_string());
+    let mut requests: VecDeque<Request> = match (json.r#do, json.route) {
+        (Some(words), None) => {
+            let words: Vec<&str> = words.split_whitespace().collect();
+            Request::all_from_words(&words)
+                .map_err(|error| CallError::Request(error.to_string()))?
+                .into()
+        }
+        (None, Some(points)) => {
+            let points = points.iter().map(|at| (at.x_in, at.y_in)).collect();
+            [read_route(points).map_err(refused)?].into()
+        }
+        _ => return Err(CallError::Shape),
+    };
+    let timeout = read_timeout(json.timeout_ms).map_err(refused)?;
+    let first = requests.pop_front().ok_or(CallError::Shape)?;
+    Ok((first, requests, timeout))
+}
+
+#[cfg(test)]
+mod tests;

@@ -1,0 +1,148 @@
+//! States kept of a time that may be long, evenly spaced, in bounded memory.
+
+use std::collections::VecDeque;
+
+use crate::event::Moment;
+
+/// No more than so many are kept.
+const FRAMES_MAX: usize = 128;
+
+/// Things of moments in their order, `spacing` apart. When there is no room for another, every other one
+/// is dropped and the spacing doubles.
+#[derive(Clone, Debug)]
+pub struct Keyframes<T> {
+    frames: VecDeque<(Moment, T)>,
+    spacing: Moment,
+}
+
+impl<T> Keyframes<T> {
+    /// None yet, and the spacing to begin with.
+    #[must_use]
+    pub const fn new(spacing: Moment) -> Self {
+        Self {
+            frames: VecDeque::new(),
+            spacing,
+        }
+    }
+
+    /// Whether the newest is so old at a moment that another is wanted.
+    #[must_use]
+    pub fn wants(&self, at: Moment) -> bool {
+        let newest = self.frames.back();
+        newest.is_none_or(|(newest, _)| at.saturating_sub(*newest) >= self.spacing)
+    }
+
+    /// Takes one that is newer than all others; one that is not is left.
+    pub fn push(&mut self, at: Moment, frame: T) {
+        if self.frames.back().is_some_and(|(newest, _)| *newest >= at) {
+            return;
+        }
+        if self.frames.len() == FRAMES_MAX {
+            let mut keep = false;
+            self.frames.retain(|_| {
+                keep = !keep;
+                keep
+            });
+            self.spacing *= 2;
+            // The newest may have been dropped just now, and this one come too early.
+            if !self.wants(at) {
+                return;
+            }
+        }
+        self.frames.push_back((at, frame));
+    }
+
+    /// Place of the newest that is not after a moment.
+    #[must_use]
+    pub fn before(&self, at: Moment) -> Option<usize> {
+        self.frames
+            .partition_point(|(frame, _)| *frame <= at)
+            .checked_sub(1)
+    }
+
+    /// Place of the newest for which something holds that holds for all before it, too.
+    #[must_use]
+    pub fn last_where(&self, holds: impl Fn(&T) -> bool) -> Option<usize> {
+        self.frames
+            .partition_point(|(_, frame)| holds(frame))
+            .checked_sub(1)
+    }
+
+    /// The one at a place, oldest first.
+    #[must_use]
+    pub fn get(&self, place: usize) -> Option<&(Moment, T)> {
+        self.frames.get(place)
+    }
+
+    /// How many there are.
+    #[must_use]
+    pub fn len(&self) -> usize {
+        self.frames.len()
+    }
+
+    /// Whether there is none.
+    #[must_use]
+    pub fn is_empty(&self) -> bool {
+        self.frames.is_empty()
+    }
+
+    /// Drops the oldest for as long as another is left that is not after a moment; says whether any went.
+    pub fn forget_before(&mut self, at: Moment) -> bool {
+        let mut has_gone = false;
+        while self.frames.get(1).is_some_and(|(second, _)| *second <= at) {
+            self.frames.pop_front();
+            has_gone = true;
+        }
+        has_gone
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_month_takes_no_more_room_than_an_hour() {
+        let mut frames = Keyframes::new(Moment::from_secs(20));
+        for s in 0..30 * 86_400 {
+            let at = Moment::from_secs(s);
+            if frames.wants(at) {
+                frames.push(at, s);
+            }
+            assert!(frames.len() <= FRAMES_MAX);
+        }
+        assert!(frames.len() >= FRAMES_MAX / 2);
+        assert_eq!(frames.get(0).map(|(_, s)| *s), Some(0));
+        let spacing = frames.spacing;
+        for place in 1..frames.len() {
+            let at = |place| frames.get(place).unwrap().0;
+            assert_eq!(at(place) - at(place - 1), spacing);
+        }
+    }
+
+    #[test]
+    fn the_nearest_earlier_one_is_found() {
+        let mut frames = Keyframes::new(Moment::from_secs(1));
+        assert_eq!(frames.before(Moment::MAX), None);
+        for s in [2, 4, 6] {
+            frames.push(Moment::from_secs(s), s);
+        }
+        for (s, place) in [
+            (1, None),
+            (2, Some(0)),
+            (3, Some(0)),
+            (6, Some(2)),
+            (9, Some(2)),
+        ] {
+            assert_eq!(frames.before(Moment::from_secs(s)), place, "{s}");
+        }
+        assert_eq!(frames.last_where(|s| *s < 5), Some(1));
+        assert!(frames.forget_before(Moment::from_secs(5)));
+        assert_eq!(
+            frames.get(0).map(|(_, s)| *s),
+            Some(4),
+            "one is left before it"
+        );
+        assert!(!frames.forget_before(Moment::from_secs(5)));
+    }
+}

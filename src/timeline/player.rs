@@ -1,0 +1,358 @@
+//! Lets time pass in a reel and obeys the operator. The host's time is a parameter.
+
+use super::reel::{Cursor, Found, Reel};
+use crate::event::Moment;
+use crate::model::Model;
+use crate::travel::{
+    Landmark, MARKERS_MAX, Playback, SPEED_MAX, SPEED_MIN, Target, Travel, clock_words,
+};
+
+/// A mark closer than this to another is the same one.
+const MARKER_REACH: Moment = Moment::from_millis(250);
+
+/// The screen is brought up to date no more often than this, and no less often than [`SLOWEST`] while time
+/// passes.
+const FASTEST: Moment = Moment::from_millis(40);
+
+const SLOWEST: Moment = Moment::from_secs(1);
+
+const DAY: Moment = Moment::from_hours(24);
+
+/// Plays a reel.
+pub struct Player<C: Cursor> {
+    reel: Reel<C>,
+    is_live: bool,
+    paused: bool,
+    speed: f64,
+    /// The moment shown, and the host's time then.
+    at: Moment,
+    set_at: Moment,
+    from: Moment,
+    until: Moment,
+    unix: Option<Moment>,
+    /// While the reel is not complete: how far it goes.
+    read_until: Option<Moment>,
+    markers: Vec<Moment>,
+    repeat: Option<(Moment, Option<Moment>)>,
+    note: Option<String>,
+    sought: Landmark,
+}
+
+impl<C: Cursor> Player<C> {
+    /// Plays a capture from its beginning.
+    pub const fn of_capture(
+        reel: Reel<C>,
+        host: Moment,
+        speed: f64,
+        length: Moment,
+        unix: Option<Moment>,
+    ) -> Self {
+        Self {
+            reel,
+            is_live: false,
+            paused: false,
+            speed,
+            at: Moment::ZERO,
+            set_at: host,
+            from: Moment::ZERO,
+            until: length,
+            unix,
+            read_until: Some(Moment::ZERO),
+            markers: Vec::new(),
+            repeat: None,
+            note: None,
+            sought: Landmark::Alarm,
+        }
+    }
+
+    /// Shows what was in a live session, of which the beginning was at a time of day; it stands at its
+    /// newest moment until told otherwise.
+    pub fn of_session(mut reel: Reel<C>, unix: Option<Moment>) -> Self {
+        reel.complete();
+        Self {
+            is_live: true,
+            paused: true,
+            read_until: None,
+            ..Self::of_capture(reel, Moment::ZERO, 1.0, Moment::ZERO, unix)
+        }
+    }
+
+    /// What is known at the moment shown.
+    pub fn model(&self) -> &Model {
+        self.reel.model()
+    }
+
+    /// What is played.
+    pub const fn reel(&self) -> &Reel<C> {
+        &self.reel
+    }
+
+    /// What is played.
+    pub const fn reel_mut(&mut self) -> &mut Reel<C> {
+        &mut self.reel
+    }
+
+    /// The moment shown.
+    pub const fn at(&self) -> Moment {
+        self.at
+    }
+
+    /// Whether it stands at the newest moment.
+    pub fn is_at_end(&self) -> bool {
+        self.at >= self.until
+    }
+
+    /// Whether time stands still.
+    pub const fn is_paused(&self) -> bool {
+        self.paused
+    }
+
+    /// Goes to the newest moment and stands still there.
+    pub fn rest(&mut self) {
+        self.paused = true;
+        self.speed = 1.0;
+        self.repeat = None;
+        self.at = self.until;
+    }
+
+    /// What can be shown begins and ends then.
+    pub fn set_span(&mut self, from: Moment, until: Moment) {
+        (self.from, self.until) = (from, until);
+        self.markers.retain(|marker| *marker >= from);
+    }
+
+    /// The capture has been read so far.
+    pub fn set_read(&mut self, until: Moment) {
+        self.read_until = Some(until);
+    }
+
+    /// The capture has been read to its end.
+    pub fn set_read_through(&mut self, end: Moment) {
+        self.read_until = None;
+        self.until = end;
+        self.reel.complete();
+        if self.at > end {
+            self.at = end;
+        }
+    }
+
+    /// Lets time pass until the host's time; says whether anything on the screen changed.
+    pub fn advance(&mut self, host: Moment) -> bool {
+        if self.paused {
+            return false;
+        }
+        let passed = host.saturating_sub(self.set_at).mul_f64(self.speed);
+        let mut to = self.at.saturating_add(passed);
+        self.set_at = host;
+        if let Some((begin, Some(end))) = self.repeat
+            && self.at <= end
+            && to > end
+        {
+            let length = (end - begin).max(FASTEST);
+            let over = (to - end).as_nanos() % length.as_nanos();
+            self.go(begin + Moment::from_nanos(over as u64));
+            return true;
+        }
+        if to >= self.until {
+            to = self.until;
+            self.paused = true;
+        }
+        self.reel.run_to(to);
+        self.at = to;
+        true
+    }
+
+    /// When, in the host's time, to let time pass again: when something happens, or the clock on the
+    /// screen goes on.
+    pub fn wake_at(&mut self) -> Option<Moment> {
+        if self.paused {
+            return None;
+        }
+        let next = self.reel.next_at().unwrap_or(Moment::MAX);
+        let tick = Moment::from_secs(self.at.as_secs() + 1);
+        let mut next = next.min(tick).min(self.until);
+        if let Some((_, Some(end))) = self.repeat {
+            next = next.min(end.max(self.at));
+        }
+        let wait = next.saturating_sub(self.at).div_f64(self.speed);
+        Some(self.set_at + wait.clamp(FASTEST, SLOWEST))
+    }
+
+    /// Does what the operator asks for.
+    pub fn handle(&mut self, host: Moment, travel: Travel) {
+        self.advance(host);
+        self.set_at = host;
+        self.note = None;
+        match travel {
+            Travel::TogglePause => {
+                self.paused = !self.paused;
+                if !self.paused && !self.is_live && self.is_at_end() {
+                    self.go(self.from);
+                }
+            }
+            Travel::Speed(speed) if speed.is_finite() => {
+                self.speed = speed.clamp(SPEED_MIN, SPEED_MAX);
+            }
+            Travel::Speed(_) => {}
+            Travel::Step { forward } => self.step(forward),
+            Travel::Seek(target) => self.seek(target),
+            Travel::Jump { to, forward } => {
+                self.sought = to.unwrap_or(self.sought);
+                self.jump(forward);
+            }
+            Travel::Mark => self.mark(),
+            Travel::Loop => self.set_loop(),
+            Travel::Newest => self.go(self.until),
+            Travel::Oldest => self.go(self.from),
+        }
+    }
+
+    fn go(&mut self, at: Moment) {
+        let at = at.clamp(self.from, self.until.max(self.from));
+        self.reel.seek(at);
+        self.at = at;
+    }
+
+    fn step(&mut self, forward: bool) {
+        self.paused = true;
+        let is_there = if forward {
+            self.reel.step_forward()
+        } else {
+            self.reel.step_back()
+        };
+        if is_there {
+            self.at = self.reel.at().min(self.until);
+        } else {
+            let end = if forward { "last" } else { "first" };
+            self.note = Some(format!("this is the {end} line"));
+        }
+    }
+
+    fn seek(&mut self, target: Target) {
+        match target {
+            Target::At(at) => self.go(at),
+            Target::Ahead(span) => self.go(self.at.saturating_add(span)),
+            Target::Back(span) => self.go(self.at.saturating_sub(span)),
+            Target::Percent(percent) => {
+                let span = self.until.saturating_sub(self.from);
+                self.go(self.from + span.mul_f64(percent / 100.0));
+            }
+            Target::Packet(number) => match self.reel.seek_line(number) {
+                Found::At(at) => {
+                    self.paused = true;
+                    self.at = at.min(self.until);
+                }
+                Found::Nowhere => self.note = Some(format!("there is no packet {number}")),
+                Found::NotYet => self.not_yet(),
+            },
+            Target::Utc(since_midnight) => match self.moment_of_utc(since_midnight) {
+                Some(at) => self.go(at),
+                None => self.note = Some("it does not reach to that time of day".to_owned()),
+            },
+        }
+    }
+
+    /// The time of day on the day shown, else on the first day that has it.
+    fn moment_of_utc(&mut self, since_midnight: Moment) -> Option<Moment> {
+        let unix = self.unix?;
+        let midnight = |at: Moment| Moment::from_secs(at.as_secs() / DAY.as_secs() * DAY.as_secs());
+        let today = midnight(unix + self.at) + since_midnight;
+        let first = midnight(unix + self.from) + since_midnight;
+        [today, first, first + DAY]
+            .into_iter()
+            .filter_map(|at| at.checked_sub(unix))
+            .find(|at| (self.from..=self.until).contains(at))
+    }
+
+    fn jump(&mut self, forward: bool) {
+        let found = match (self.sought, forward) {
+            (Landmark::Marker, true) => {
+                let mut markers = self.markers.iter();
+                let next = markers.find(|marker| **marker > self.at);
+                next.map_or(Found::Nowhere, |at| Found::At(*at))
+            }
+            (Landmark::Marker, false) => {
+                let mut markers = self.markers.iter().rev();
+                let last = markers.find(|marker| **marker < self.at);
+                last.map_or(Found::Nowhere, |at| Found::At(*at))
+            }
+            (landmark, true) => self.reel.find_next(landmark, self.at),
+            (landmark, false) => self.reel.find_last(landmark, self.at),
+        };
+        match found {
+            Found::At(at) => {
+                self.paused = true;
+                self.go(at);
+            }
+            Found::Nowhere => {
+                let (direction, what) = (if forward { "later" } else { "earlier" }, self.sought);
+                self.note = Some(format!("there are no {direction} {}", what.words()));
+            }
+            Found::NotYet => self.not_yet(),
+        }
+    }
+
+    fn not_yet(&mut self) {
+        let read = self.read_until.unwrap_or(self.until);
+        self.note = Some(format!(
+            "the capture is read up to {} so far: not found yet, try again",
+            clock_words(read)
+        ));
+    }
+
+    fn mark(&mut self) {
+        let near = |marker: &Moment| marker.abs_diff(self.at) < MARKER_REACH;
+        let marked = clock_words(self.at);
+        if let Some(place) = self.markers.iter().position(near) {
+            self.markers.remove(place);
+            self.note = Some(format!("the mark at {marked} is gone"));
+        } else if self.markers.len() == MARKERS_MAX {
+            self.note = Some(format!(
+                "there are {MARKERS_MAX} marks already: m on one takes it away"
+            ));
+        } else {
+            let place = self.markers.partition_point(|marker| *marker < self.at);
+            self.markers.insert(place, self.at);
+            self.note = Some(format!("marked {marked}; n m and N m go to marks"));
+        }
+    }
+
+    fn set_loop(&mut self) {
+        let at = clock_words(self.at);
+        (self.repeat, self.note) = match self.repeat {
+            None => (
+                Some((self.at, None)),
+                Some(format!("the loop begins at {at}; o where it ends")),
+            ),
+            Some((begin, None)) if self.at > begin => {
+                let begins = clock_words(begin);
+                let note = format!("loops from {begins} to {at}; o ends that");
+                (Some((begin, Some(self.at))), Some(note))
+            }
+            Some((begin, None)) => (
+                Some((begin, None)),
+                Some("a loop ends later than it begins".to_owned()),
+            ),
+            Some((_, Some(_))) => (None, Some("no loop any more".to_owned())),
+        };
+    }
+
+    /// Where the screen stands.
+    pub fn playback(&self) -> Playback {
+        Playback {
+            is_live: self.is_live,
+            paused: self.paused,
+            speed: self.speed,
+            at: self.at,
+            from: self.from,
+            until: self.until,
+            unix: self.unix,
+            packet: self.reel.packet(),
+            read_until: self.read_until,
+            is_partial: self.reel.is_partial(),
+            markers: self.markers.clone(),
+            repeat: self.repeat,
+            note: self.note.clone(),
+        }
+    }
+}

@@ -1,0 +1,387 @@
+//! Finds moments: by time, by line, by landmark.
+
+use super::keyframes::Keyframes;
+use crate::event::Moment;
+use crate::model::Model;
+use crate::travel::{Landmark, Tally};
+
+/// A state that goes forward in time, thing by thing.
+pub trait Cursor: Clone {
+    /// Where it takes what happens next from.
+    type Supply;
+
+    /// What is known at its moment.
+    fn model(&self) -> &Model;
+
+    /// When the last thing happened.
+    fn at(&self) -> Moment;
+
+    /// When the next thing happens; `None` at the end.
+    fn next_at(&self, supply: &mut Self::Supply) -> Option<Moment>;
+
+    /// Lets the next thing happen.
+    fn step(&mut self, supply: &mut Self::Supply);
+
+    /// A state that knows nothing of what happened long before a moment and so is there at once; `None`
+    /// where no state is ever far away.
+    fn afresh(&self, supply: &mut Self::Supply, at: Moment) -> Option<Self>;
+}
+
+/// Going somewhere takes no more things than this before something less than exact is shown.
+const STEPS_MAX: usize = 8192;
+
+/// What became of a search.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Found {
+    /// It is here.
+    At(Moment),
+    /// There is none.
+    Nowhere,
+    /// Nobody has read as far as it may be.
+    NotYet,
+}
+
+/// All that can be shown of a capture or a session.
+pub struct Reel<C: Cursor> {
+    supply: C::Supply,
+    frames: Keyframes<C>,
+    shown: C,
+    /// On its way to the shown moment with everything that happened before, while `shown` lacks that.
+    chase: Option<C>,
+    /// Keyframes reach to the end.
+    is_complete: bool,
+}
+
+impl<C: Cursor> Reel<C> {
+    /// A reel that shows a first moment, before which nothing happened.
+    pub fn new(supply: C::Supply, first: C, spacing: Moment) -> Self {
+        let mut frames = Keyframes::new(spacing);
+        frames.push(first.at(), first.clone());
+        Self {
+            supply,
+            frames,
+            shown: first,
+            chase: None,
+            is_complete: false,
+        }
+    }
+
+    /// What is known at the shown moment.
+    pub fn model(&self) -> &Model {
+        self.shown.model()
+    }
+
+    /// When the last thing shown happened.
+    pub fn at(&self) -> Moment {
+        self.shown.at()
+    }
+
+    /// Where things come from.
+    pub const fn supply(&self) -> &C::Supply {
+        &self.supply
+    }
+
+    /// Where things come from.
+    pub const fn supply_mut(&mut self) -> &mut C::Supply {
+        &mut self.supply
+    }
+
+    /// Number of the newest line shown; `None` while that is not known.
+    pub fn packet(&self) -> Option<u64> {
+        self.chase.is_none().then(|| self.model().tally().lines)
+    }
+
+    /// Whether what happened long before the shown moment is missing from it.
+    pub const fn is_partial(&self) -> bool {
+        self.chase.is_some()
+    }
+
+    /// When the next thing happens.
+    pub fn next_at(&mut self) -> Option<Moment> {
+        self.shown.next_at(&mut self.supply)
+    }
+
+    /// Takes a state of the reel, newer than those it has.
+    pub fn keep(&mut self, frame: C) {
+        self.frames.push(frame.at(), frame);
+    }
+
+    /// Whether a state is wanted at a moment.
+    pub fn wants(&self, at: Moment) -> bool {
+        self.frames.wants(at)
+    }
+
+    /// The oldest moment that can be shown.
+    pub fn oldest_at(&self) -> Option<Moment> {
+        self.frames.get(0).map(|(at, _)| *at)
+    }
+
+    /// Everything has been read: its states are here.
+    pub const fn complete(&mut self) {
+        self.is_complete = true;
+    }
+
+    /// Forgets states that are not needed to show a moment or later; returns the oldest that is left.
+    pub fn forget_before(&mut self, at: Moment) -> Option<&C> {
+        let has_gone = self.frames.forget_before(at);
+        let oldest = self.frames.get(0).map(|(_, frame)| frame);
+        oldest.filter(|_| has_gone)
+    }
+
+    /// Shows a moment: everything that happened until then, it included.
+    pub fn seek(&mut self, at: Moment) {
+        let mut cursor = self.exact_before(at);
+        if run(&mut cursor, &mut self.supply, at, STEPS_MAX) {
+            self.show(cursor);
+            return;
+        }
+        match cursor.afresh(&mut self.supply, at) {
+            Some(mut fresh) if fresh.at() > cursor.at() => {
+                run(&mut fresh, &mut self.supply, at, usize::MAX);
+                self.shown = fresh;
+                self.chase = Some(cursor);
+            }
+            _ => {
+                run(&mut cursor, &mut self.supply, at, usize::MAX);
+                self.show(cursor);
+            }
+        }
+    }
+
+    /// Lets time pass until a moment.
+    pub fn run_to(&mut self, at: Moment) {
+        run(&mut self.shown, &mut self.supply, at, usize::MAX);
+    }
+
+    fn show(&mut self, cursor: C) {
+        self.shown = cursor;
+        self.chase = None;
+    }
+
+    /// The nearest state that lacks nothing and is not after a moment.
+    fn exact_before(&self, at: Moment) -> C {
+        let frame = self.frames.before(at).or(Some(0));
+        let frame = frame.and_then(|place| self.frames.get(place));
+        let near = [self.chase.as_ref(), Some(&self.shown)]
+            .into_iter()
+            .flatten()
+            .next()
+            .filter(|cursor| cursor.at() <= at);
+        match (frame, near) {
+            (Some((frame_at, _)), Some(near)) if near.at() >= *frame_at => near.clone(),
+            (Some((_, frame)), _) => frame.clone(),
+            (None, _) => self.shown.clone(),
+        }
+    }
+
+    /// Works on what is missing from the shown moment, for so many things; says whether it is there now.
+    pub fn work(&mut self, steps: usize) -> bool {
+        let Some(mut chase) = self.chase.take() else {
+            return false;
+        };
+        let target = self.shown.at();
+        if let Some((at, frame)) = self.frames.before(target).and_then(|n| self.frames.get(n))
+            && *at > chase.at()
+        {
+            chase = frame.clone();
+        }
+        let is_there = run(&mut chase, &mut self.supply, target, steps);
+        if is_there {
+            self.shown = chase;
+        } else {
+            self.chase = Some(chase);
+        }
+        is_there
+    }
+
+    /// Shows the line after the newest one shown; `false` when there is none.
+    pub fn step_forward(&mut self) -> bool {
+        let lines = self.model().tally().lines;
+        let mut cursor = self.shown.clone();
+        let is_there = run_until(&mut cursor, &mut self.supply, usize::MAX, |tally| {
+            tally.lines > lines
+        });
+        if is_there {
+            self.shown = cursor;
+        }
+        is_there
+    }
+
+    /// Shows the line before the newest one shown; `false` when there is none.
+    pub fn step_back(&mut self) -> bool {
+        if self.is_partial() {
+            return self.step_back_by_time();
+        }
+        let lines = self.model().tally().lines;
+        lines > 1 && self.seek_line(lines - 1) != Found::Nowhere
+    }
+
+    /// Where the number of a line is not known, its time says which it is.
+    fn step_back_by_time(&mut self) -> bool {
+        let Some(line_at) = self.model().newest_line_at() else {
+            return false;
+        };
+        let Some(mut cursor) = self.shown.afresh(&mut self.supply, line_at) else {
+            return false;
+        };
+        let mut before = None;
+        while let Some(at) = cursor.next_at(&mut self.supply).filter(|at| *at < line_at) {
+            let lines = cursor.model().tally().lines;
+            cursor.step(&mut self.supply);
+            if cursor.model().tally().lines > lines {
+                before = Some((at, cursor.clone()));
+            }
+        }
+        let Some((_, cursor)) = before else {
+            return false;
+        };
+        self.shown = cursor;
+        true
+    }
+
+    /// Shows the line of a number, from 1, at its moment.
+    pub fn seek_line(&mut self, number: u64) -> Found {
+        let lines = |cursor: &C| cursor.model().tally().lines;
+        let place = self.frames.last_where(|frame| lines(frame) < number);
+        let Some((_, frame)) = place.and_then(|place| self.frames.get(place)) else {
+            return Found::Nowhere;
+        };
+        let mut cursor = frame.clone();
+        if !self.is_partial() && lines(&self.shown) < number && self.shown.at() > cursor.at() {
+            cursor = self.shown.clone();
+        }
+        let reach = self.reach();
+        if run_until(&mut cursor, &mut self.supply, reach, |tally| {
+            tally.lines >= number
+        }) {
+            let at = cursor.at();
+            self.show(cursor);
+            return Found::At(at);
+        }
+        self.missed(&cursor)
+    }
+
+    /// The first of a kind after a moment.
+    pub fn find_next(&mut self, landmark: Landmark, after: Moment) -> Found {
+        let mut place = self.frames.before(after).unwrap_or(0);
+        while let Some((_, frame)) = self.frames.get(place) {
+            let end = self.frames.get(place + 1);
+            let count = |cursor: &C| cursor.model().tally().of(landmark);
+            if end.is_none_or(|(_, end)| count(end) > count(frame)) {
+                let until = end.map(|(at, _)| *at);
+                let mut cursor = frame.clone();
+                let mut steps = if until.is_some() {
+                    usize::MAX
+                } else {
+                    self.reach()
+                };
+                let last = until.unwrap_or(Moment::MAX);
+                while let Some(at) = cursor.next_at(&mut self.supply).filter(|at| *at <= last) {
+                    if steps == 0 {
+                        return Found::NotYet;
+                    }
+                    steps -= 1;
+                    let before = count(&cursor);
+                    cursor.step(&mut self.supply);
+                    if at > after && count(&cursor) > before {
+                        return Found::At(at);
+                    }
+                }
+                if until.is_none() {
+                    return self.missed(&cursor);
+                }
+            }
+            place += 1;
+        }
+        Found::Nowhere
+    }
+
+    /// The last of a kind before a moment.
+    pub fn find_last(&mut self, landmark: Landmark, before: Moment) -> Found {
+        let count = |cursor: &C| cursor.model().tally().of(landmark);
+        let mut places = 0..=self.frames.before(before).unwrap_or(0);
+        while let Some(place) = places.next_back() {
+            let Some((_, frame)) = self.frames.get(place) else {
+                break;
+            };
+            let end = self.frames.get(place + 1);
+            if end.is_some_and(|(at, end)| *at < before && count(end) == count(frame)) {
+                continue;
+            }
+            let last = end.map_or(before, |(at, _)| before.min(*at));
+            let mut steps = if end.is_some() {
+                usize::MAX
+            } else {
+                self.reach()
+            };
+            let mut cursor = frame.clone();
+            let mut found = None;
+            while let Some(at) = cursor.next_at(&mut self.supply).filter(|at| *at <= last) {
+                if at >= before {
+                    break;
+                }
+                if steps == 0 {
+                    return Found::NotYet;
+                }
+                steps -= 1;
+                let counted = count(&cursor);
+                cursor.step(&mut self.supply);
+                if count(&cursor) > counted {
+                    found = Some(at);
+                }
+            }
+            if let Some(at) = found {
+                return Found::At(at);
+            }
+        }
+        Found::Nowhere
+    }
+
+    /// How many things are worth going through in search of something.
+    const fn reach(&self) -> usize {
+        if self.is_complete {
+            usize::MAX
+        } else {
+            STEPS_MAX
+        }
+    }
+
+    /// What it means that a search ended without success where a state stands now.
+    fn missed(&mut self, cursor: &C) -> Found {
+        match cursor.next_at(&mut self.supply) {
+            Some(_) => Found::NotYet,
+            None => Found::Nowhere,
+        }
+    }
+}
+
+/// Lets everything happen up to a moment; `false` when there were more things than that.
+fn run<C: Cursor>(cursor: &mut C, supply: &mut C::Supply, until: Moment, steps: usize) -> bool {
+    let mut left = steps;
+    while cursor.next_at(supply).is_some_and(|at| at <= until) {
+        if left == 0 {
+            return false;
+        }
+        left -= 1;
+        cursor.step(supply);
+    }
+    true
+}
+
+/// Lets things happen until something holds; `false` when it did not come to that.
+fn run_until<C: Cursor>(
+    cursor: &mut C,
+    supply: &mut C::Supply,
+    steps: usize,
+    holds: impl Fn(&Tally) -> bool,
+) -> bool {
+    let mut left = steps;
+    while !holds(&cursor.model().tally()) {
+        if left == 0 || cursor.next_at(supply).is_none() {
+            return false;
+        }
+        left -= 1;
+        cursor.step(supply);
+    }
+    true
+}

@@ -1,0 +1,204 @@
+//! A capture's state: a station that hears what was heard, and what it tells.
+
+use groundwave_protocol::arq;
+
+use super::keyframes::Keyframes;
+use super::reel::Cursor;
+use crate::capture::index::{Piece, Place, Tape};
+use crate::event::{Event, Level, LinkEvent, Moment};
+use crate::model::{Config, Model};
+use crate::station::Station;
+
+/// The spacing of states that a capture begins with; a day ends with some of twenty minutes.
+pub const SPACING: Moment = Moment::from_secs(20);
+
+/// A state that is to be there at once has heard so much of what came before: what is told of the latest
+/// minute is as it was.
+const HEARD_BEFORE: Moment = Moment::from_mins(3);
+
+/// What happens next.
+enum Next {
+    /// The station waited for this.
+    Timeout,
+    /// The capture goes on.
+    Piece,
+    /// The capture ends.
+    End,
+}
+
+/// Station and model at a moment of a capture.
+#[derive(Clone, Debug)]
+pub struct Scene {
+    station: Station,
+    model: Model,
+    name: String,
+    place: Place,
+    at: Moment,
+    /// The station's time has come and changed nothing: it waits for the next piece.
+    is_waiting: bool,
+    is_over: bool,
+    /// What could not be read, the first of it.
+    damage: Option<String>,
+}
+
+impl Scene {
+    /// The beginning of a capture, of which the screen says the name.
+    #[must_use]
+    pub fn new(name: &str, tape: &dyn Tape) -> Self {
+        Self::from(name, tape.place())
+    }
+
+    fn from(name: &str, place: Place) -> Self {
+        let mut station = Station::new(arq::Config::new(1), false);
+        station.handle_link(LinkEvent::Opened {
+            name: name.to_owned(),
+            can_send: false,
+        });
+        let mut scene = Self {
+            station,
+            model: Model::new(Config::default()),
+            name: name.to_owned(),
+            place,
+            at: place.at(),
+            is_waiting: false,
+            is_over: false,
+            damage: None,
+        };
+        scene.listen();
+        scene
+    }
+
+    /// When the last thing happened.
+    #[must_use]
+    pub const fn moment(&self) -> Moment {
+        self.at
+    }
+
+    fn listen(&mut self) {
+        while let Some(event) = self.station.poll_event() {
+            self.tell(event);
+        }
+    }
+
+    /// What the model wants done about it was done when it happened.
+    fn tell(&mut self, event: Event) {
+        let _ = self.model.update(self.at, event);
+    }
+
+    fn next(&self, tape: &mut dyn Tape) -> Option<(Moment, Next)> {
+        if self.is_over {
+            return None;
+        }
+        if tape.place() != self.place {
+            tape.go(self.place);
+        }
+        let Some(piece_at) = tape.next_at() else {
+            return Some((self.at, Next::End));
+        };
+        // At the same time bytes come first, however they are cut into pieces.
+        let timeout = self.station.poll_timeout().filter(|_| !self.is_waiting);
+        match timeout.map(|at| at.max(self.at)) {
+            Some(at) if at < piece_at => Some((at, Next::Timeout)),
+            _ => Some((piece_at, Next::Piece)),
+        }
+    }
+
+    fn take_piece(&mut self, piece: Option<Piece<'_>>) {
+        match piece {
+            Some(Piece::Received(bytes)) => self.station.handle_bytes(self.at, bytes),
+            Some(Piece::Sent(bytes)) => self.station.handle_sent(self.at, bytes),
+            Some(Piece::Told(event)) => self.tell(event),
+            Some(Piece::Missing(bytes)) => {
+                self.station.handle_interruption();
+                self.tell(Event::Notice {
+                    level: Level::Warning,
+                    text: format!("{bytes} bytes are missing from the capture here"),
+                });
+            }
+            Some(Piece::Damaged(text)) => {
+                self.station.handle_interruption();
+                self.damage.get_or_insert_with(|| text.clone());
+                self.tell(Event::Notice {
+                    level: Level::Alarm,
+                    text,
+                });
+            }
+            None => {}
+        }
+    }
+}
+
+impl Cursor for Scene {
+    type Supply = Box<dyn Tape + Send>;
+
+    fn model(&self) -> &Model {
+        &self.model
+    }
+
+    fn at(&self) -> Moment {
+        self.at
+    }
+
+    fn next_at(&self, tape: &mut Self::Supply) -> Option<Moment> {
+        self.next(&mut **tape).map(|(at, _)| at)
+    }
+
+    fn step(&mut self, tape: &mut Self::Supply) {
+        let Some((at, next)) = self.next(&mut **tape) else {
+            return;
+        };
+        self.at = at;
+        match next {
+            Next::Timeout => {
+                self.station.handle_timeout(at);
+                self.is_waiting = self.station.poll_timeout().is_some_and(|next| next <= at);
+            }
+            Next::Piece => {
+                self.is_waiting = false;
+                self.take_piece(tape.next_piece());
+                self.place = tape.place();
+            }
+            Next::End => {
+                self.is_over = true;
+                self.station.handle_link(LinkEvent::Ended);
+            }
+        }
+        self.listen();
+    }
+
+    fn afresh(&self, tape: &mut Self::Supply, at: Moment) -> Option<Self> {
+        let place = tape.find(at.saturating_sub(HEARD_BEFORE));
+        Some(Self::from(&self.name, place))
+    }
+}
+
+/// What was found when a capture was read through.
+#[derive(Debug)]
+pub enum Finding {
+    /// A state to be kept.
+    State(Box<Scene>),
+    /// There is no more; the last of it happened then.
+    End(Moment),
+}
+
+/// Reads a capture through and tells of states to keep, as many as are wanted of a capture of its length,
+/// until nobody wants to know. Returns what could not be read, the first of it.
+pub fn survey(
+    mut scene: Scene,
+    tape: &mut Box<dyn Tape + Send>,
+    mut tell: impl FnMut(Finding) -> bool,
+) -> Option<String> {
+    let mut told = Keyframes::new(SPACING);
+    told.push(scene.at, ());
+    while scene.next_at(tape).is_some() {
+        scene.step(tape);
+        if told.wants(scene.at) {
+            told.push(scene.at, ());
+            if !tell(Finding::State(Box::new(scene.clone()))) {
+                return scene.damage;
+            }
+        }
+    }
+    tell(Finding::End(scene.at));
+    scene.damage
+}

@@ -1,0 +1,334 @@
+//! Words for moving through the time of a session or a capture: what may be asked for, and where the
+//! screen stands.
+
+use std::str::FromStr;
+
+use crate::event::Moment;
+
+/// The slowest that time passes, as a multiple of real time.
+pub const SPEED_MIN: f64 = 0.1;
+
+/// The fastest.
+pub const SPEED_MAX: f64 = 1000.0;
+
+/// Moments that the operator can mark.
+pub const MARKERS_MAX: usize = 32;
+
+/// What the operator asks for.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Travel {
+    /// Stand still, or go on.
+    TogglePause,
+    /// Let time pass at this multiple of real time.
+    Speed(f64),
+    /// To the line after this one, or before it, and stand still.
+    Step {
+        /// After.
+        forward: bool,
+    },
+    /// To a place that was typed.
+    Seek(Target),
+    /// To the next of a kind, or the one before.
+    Jump {
+        /// Which kind; the one of the last jump where there is none.
+        to: Option<Landmark>,
+        /// Next.
+        forward: bool,
+    },
+    /// Mark this moment, or take the mark away.
+    Mark,
+    /// Begin a loop here, end it here, or take it away: in this order.
+    Loop,
+    /// To the newest there is: back to now in a live session.
+    Newest,
+    /// To the oldest there is.
+    Oldest,
+}
+
+/// What can be jumped to.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Landmark {
+    /// A line of the robot.
+    Line,
+    /// Something to act on.
+    Alarm,
+    /// The bumper touched something.
+    Bump,
+    /// Somebody else holds the motors, steering aside, or the mode changed.
+    Behaviour,
+    /// A command was asked for or came to its end; where a capture does not say, the robot acknowledged another.
+    Command,
+    /// A moment that the operator marked.
+    Marker,
+}
+
+impl Landmark {
+    /// In the plural.
+    #[must_use]
+    pub const fn words(self) -> &'static str {
+        match self {
+            Self::Line => "lines",
+            Self::Alarm => "alarms",
+            Self::Bump => "bumps",
+            Self::Behaviour => "behaviour changes",
+            Self::Command => "commands",
+            Self::Marker => "markers",
+        }
+    }
+}
+
+/// How many landmarks of each kind there were up to a moment; markers are not counted.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct Tally {
+    /// Intact 80-byte lines.
+    pub lines: u64,
+    /// Alarms.
+    pub alarms: u64,
+    /// Contacts.
+    pub bumps: u64,
+    /// Changes of behaviour.
+    pub behaviours: u64,
+    /// Commands.
+    pub commands: u64,
+}
+
+impl Tally {
+    /// How many of a kind.
+    #[must_use]
+    pub const fn of(&self, landmark: Landmark) -> u64 {
+        match landmark {
+            Landmark::Line => self.lines,
+            Landmark::Alarm => self.alarms,
+            Landmark::Bump => self.bumps,
+            Landmark::Behaviour => self.behaviours,
+            Landmark::Command => self.commands,
+            Landmark::Marker => 0,
+        }
+    }
+}
+
+/// A place in time that can be typed.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Target {
+    /// Since the beginning: `12:30`, `1:02:30`, `90s`.
+    At(Moment),
+    /// From here on: `+30s`.
+    Ahead(Moment),
+    /// Before here: `-2m`.
+    Back(Moment),
+    /// Of what there is, 0 to 100: `90%`.
+    Percent(f64),
+    /// The line of this number, from 1: `#1234`.
+    Packet(u64),
+    /// The time of day at Greenwich, since midnight: `14:05Z`.
+    Utc(Moment),
+}
+
+/// How to type a place, for a person.
+pub const TARGET_HELP: &str =
+    "to 12:30, 1:02:30, +30s, -2m, 90%, #1234 (a packet) or 14:05Z (time of day, UTC)";
+
+/// What was typed is no place in time.
+#[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
+#[error("`{0}` is no time: say 12:30, +30s, -2m, 90%, #1234 or 14:05Z")]
+pub struct NoTarget(String);
+
+impl FromStr for Target {
+    type Err = NoTarget;
+
+    fn from_str(text: &str) -> Result<Self, NoTarget> {
+        let text = text.trim();
+        parse(text).ok_or_else(|| NoTarget(text.to_owned()))
+    }
+}
+
+fn parse(text: &str) -> Option<Target> {
+    if let Some(number) = text.strip_prefix('#') {
+        let number = number.trim().parse().ok()?;
+        return (number > 0).then_some(Target::Packet(number));
+    }
+    if let Some(number) = text.strip_suffix('%') {
+        let percent = decimal(number.trim())?;
+        return (percent <= 100.0).then_some(Target::Percent(percent));
+    }
+    if let Some(span) = text.strip_prefix('+') {
+        return Some(Target::Ahead(time_span(span.trim())?));
+    }
+    if let Some(span) = text.strip_prefix('-') {
+        return Some(Target::Back(time_span(span.trim())?));
+    }
+    if let Some(clock) = text.strip_suffix(['Z', 'z']) {
+        let (hours, rest) = clock.split_once(':')?;
+        let (minutes, seconds) = rest.split_once(':').unwrap_or((rest, "0"));
+        let (hours, minutes) = (whole(hours)?, whole(minutes)?);
+        let seconds = decimal(seconds)?;
+        let is_clock = hours < 24 && minutes < 60 && seconds < 60.0;
+        let since_midnight = Moment::from_secs(hours * 3600 + minutes * 60);
+        return is_clock.then(|| Target::Utc(since_midnight + Moment::from_secs_f64(seconds)));
+    }
+    time_span(text).map(Target::At)
+}
+
+/// `12:30`, `1:02:30`, `30s`, `2m`, `1h`, or seconds alone.
+fn time_span(text: &str) -> Option<Moment> {
+    let parts: Vec<&str> = text.split(':').collect();
+    let seconds = match parts[..] {
+        [hours, minutes, seconds] => {
+            let (minutes, seconds) = (whole(minutes)?, decimal(seconds)?);
+            if minutes >= 60 || seconds >= 60.0 {
+                return None;
+            }
+            whole(hours)? as f64 * 3600.0 + minutes as f64 * 60.0 + seconds
+        }
+        [minutes, seconds] => {
+            let seconds = decimal(seconds)?;
+            if seconds >= 60.0 {
+                return None;
+            }
+            whole(minutes)? as f64 * 60.0 + seconds
+        }
+        [one] => {
+            let (number, factor) = match one.char_indices().next_back()? {
+                (at, 's') => (&one[..at], 1.0),
+                (at, 'm') => (&one[..at], 60.0),
+                (at, 'h') => (&one[..at], 3600.0),
+                _ => (one, 1.0),
+            };
+            decimal(number.trim())? * factor
+        }
+        _ => return None,
+    };
+    Moment::try_from_secs_f64(seconds).ok()
+}
+
+fn is_digits(text: &str) -> bool {
+    !text.is_empty() && text.bytes().all(|byte| byte.is_ascii_digit())
+}
+
+fn whole(text: &str) -> Option<u64> {
+    is_digits(text).then(|| text.parse().ok()).flatten()
+}
+
+/// Without sign or exponent.
+fn decimal(text: &str) -> Option<f64> {
+    let (before, after) = text.split_once('.').unwrap_or((text, "0"));
+    let is_number = is_digits(before) && is_digits(after);
+    is_number.then(|| text.parse().ok()).flatten()
+}
+
+/// Where the screen stands in time, when it does not show now.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Playback {
+    /// A live session goes on underneath; else this is a capture.
+    pub is_live: bool,
+    /// Time stands still on the screen.
+    pub paused: bool,
+    /// Multiple of real time.
+    pub speed: f64,
+    /// The moment shown.
+    pub at: Moment,
+    /// The oldest moment that can be shown.
+    pub from: Moment,
+    /// The newest.
+    pub until: Moment,
+    /// Time of day at moment zero, since 1970, where it is known.
+    pub unix: Option<Moment>,
+    /// Number of the newest line shown, from 1; `None` while it is not known.
+    pub packet: Option<u64>,
+    /// A capture is still being read through: up to here landmarks are known.
+    pub read_until: Option<Moment>,
+    /// What came long before this moment is not on the screen yet.
+    pub is_partial: bool,
+    /// Marked moments, in order.
+    pub markers: Vec<Moment>,
+    /// Where a loop begins, and where it ends.
+    pub repeat: Option<(Moment, Option<Moment>)>,
+    /// What became of what was asked for last, when that is worth a word.
+    pub note: Option<String>,
+}
+
+impl Playback {
+    /// How long before the newest moment the screen stands.
+    #[must_use]
+    pub fn behind(&self) -> Moment {
+        self.until.saturating_sub(self.at)
+    }
+}
+
+/// `12:30`, from an hour on `1:02:30`.
+#[must_use]
+pub fn clock_words(at: Moment) -> String {
+    let s = at.as_secs();
+    match s / 3600 {
+        0 => format!("{:02}:{:02}", s / 60, s % 60),
+        hours => format!("{hours}:{:02}:{:02}", s / 60 % 60, s % 60),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const fn ms(ms: u64) -> Moment {
+        Moment::from_millis(ms)
+    }
+
+    #[test]
+    fn a_place_is_typed_as_people_write_it() {
+        for (text, target) in [
+            ("12:30", Target::At(ms(750_000))),
+            (" 1:02:30 ", Target::At(ms(3_750_000))),
+            ("90:00", Target::At(ms(5_400_000))),
+            ("0:07.5", Target::At(ms(7_500))),
+            ("45", Target::At(ms(45_000))),
+            ("45s", Target::At(ms(45_000))),
+            ("+30s", Target::Ahead(ms(30_000))),
+            ("+1:30", Target::Ahead(ms(90_000))),
+            ("-2m", Target::Back(ms(120_000))),
+            ("-0.5h", Target::Back(ms(1_800_000))),
+            ("90%", Target::Percent(90.0)),
+            ("#1234", Target::Packet(1234)),
+            ("14:05Z", Target::Utc(ms(50_700_000))),
+            ("14:05:07z", Target::Utc(ms(50_707_000))),
+        ] {
+            assert_eq!(text.parse(), Ok(target), "{text}");
+        }
+    }
+
+    #[test]
+    fn what_is_no_place_is_refused_with_the_way_out() {
+        for text in [
+            "",
+            "x",
+            ":",
+            "1:",
+            "1:60",
+            "1:2:3:4",
+            "#0",
+            "#",
+            "101%",
+            "%",
+            "+",
+            "--3",
+            "1e9",
+            "inf",
+            "25:00Z",
+            "Z",
+            "14Z",
+            "1:60:00",
+            "9999999999999999999999h",
+            "+ -3",
+        ] {
+            let error = text.parse::<Target>().expect_err(text);
+            assert!(error.to_string().contains("+30s"), "{text}");
+        }
+    }
+
+    #[test]
+    fn times_are_told_as_they_are_typed() {
+        for s in [0, 59, 60, 3599, 3600, 86_399] {
+            let at = Moment::from_secs(s);
+            assert_eq!(clock_words(at).parse(), Ok(Target::At(at)));
+        }
+    }
+}

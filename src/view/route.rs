@@ -1,0 +1,104 @@
+//! The route editor: the draft as a list, beside the map on which it lies.
+
+use groundwave_protocol::digest::digest;
+use ratatui::buffer::Buffer;
+use ratatui::layout::Rect;
+use ratatui::text::{Line, Span};
+
+use super::{Screen, put, split_bottom};
+use crate::model::editor::Editor;
+
+/// What the robot takes for a way and for each waypoint at which it turns. Measured in `sim --world open-room`: a
+/// square of 8 legs of 96 in takes 85 s, two rounds of a ring with 40 legs of 19 in 149 s.
+const SPEED_IN_S: f64 = 11.0;
+const TURN_S: f64 = 2.0;
+
+/// Lines below the list: against the robot's list, what the arrows do, why a key did nothing.
+const NOTES: u16 = 3;
+
+impl Screen<'_> {
+    pub(super) fn route(&self, buffer: &mut Buffer, area: Rect, editor: &Editor) {
+        let theme = &self.theme;
+        let draft = &self.model.chart.draft;
+        let legs_in = draft.legs_in(self.model.chart.pose());
+        let count = draft.waypoints().len();
+        let total_in: f64 = legs_in.iter().sum();
+        let title = match count {
+            0 => "route: empty".to_owned(),
+            _ => format!(
+                "route: {count}, {:.0} ft, about {}",
+                total_in / 12.0,
+                time(total_in, count)
+            ),
+        };
+        let below = self.panel(
+            buffer,
+            area,
+            &title,
+            Some(Span::styled("draft", theme.draft)),
+        );
+        let (list, notes) = split_bottom(below, NOTES);
+        let heading = Line::styled("    n      x      y    leg", theme.dim);
+        put(buffer, list, 0, &heading);
+        let rows = usize::from(list.height.saturating_sub(1));
+        let selected = draft.selected().unwrap_or(0);
+        let first = selected
+            .saturating_sub(rows / 2)
+            .min(count.saturating_sub(rows));
+        let shown = draft.waypoints().iter().zip(&legs_in).enumerate();
+        for (row, (n, (waypoint, leg_in))) in (1..).zip(shown.skip(first).take(rows)) {
+            let (mark, style) = if n == selected {
+                (theme.glyphs.cursor, theme.strong)
+            } else {
+                (" ", theme.plain)
+            };
+            let text = format!(
+                "{mark} {:>3} {:>6} {:>6} {leg_in:>6.0}",
+                n + 1,
+                waypoint.x_in,
+                waypoint.y_in
+            );
+            put(buffer, list, row, &Line::styled(text, style));
+        }
+        if count == 0 {
+            let text = "w adds one where the robot is, l loads a file";
+            put(buffer, list, 1, &Line::styled(text, theme.dim));
+        }
+        let width = usize::from(notes.width);
+        let against = Line::styled(self.against_robot(), theme.dim);
+        put(buffer, notes, 0, &self.cut(against, width));
+        let arrows = if editor.whole {
+            Line::styled("arrows move all of it (g: only one)", theme.strong)
+        } else {
+            Line::styled("arrows move the marked one (g: all)", theme.dim)
+        };
+        put(buffer, notes, 1, &arrows);
+        if let Some(problem) = &editor.problem {
+            let problem = Line::styled(problem.clone(), theme.warning);
+            put(buffer, notes, 2, &self.cut(problem, width));
+        }
+    }
+
+    /// The draft against what the robot says it holds.
+    fn against_robot(&self) -> String {
+        let draft = self.model.chart.draft.waypoints();
+        let Some(status) = self.model.robot.status else {
+            return "what the robot holds is not known yet".to_owned();
+        };
+        let status = status.value;
+        let (driven, count) = (status.list.driven, status.list.count);
+        if !draft.is_empty() && status.digest == digest(draft.iter()) {
+            return format!("the robot holds just this, {driven} of {count} driven");
+        }
+        match count {
+            0 => "the robot holds no list; S sends this".to_owned(),
+            _ => format!("the robot holds another list of {count}, {driven} driven; S replaces it"),
+        }
+    }
+}
+
+/// `0:45` or `12:05`.
+fn time(way_in: f64, waypoints: usize) -> String {
+    let seconds = (way_in / SPEED_IN_S + TURN_S * waypoints as f64).round() as u64;
+    format!("{}:{:02}", seconds / 60, seconds % 60)
+}

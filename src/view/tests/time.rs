@@ -1,0 +1,136 @@
+//! Another moment than now.
+
+use super::*;
+use crate::event::Moment;
+use crate::travel::Playback;
+
+fn playback(scene: &Scene, is_live: bool) -> Playback {
+    Playback {
+        is_live,
+        paused: true,
+        speed: 1.0,
+        at: scene.now,
+        from: Moment::ZERO,
+        until: scene.now + Moment::from_secs(125),
+        unix: Some(Moment::from_secs(1_795_294_008)),
+        packet: Some(57),
+        read_until: None,
+        is_partial: false,
+        markers: vec![Moment::from_secs(70)],
+        repeat: None,
+        note: None,
+    }
+}
+
+fn flight_at(playback: impl FnOnce(&Scene) -> Playback) -> Scene {
+    let mut scene = flight(Config::default());
+    let playback = Box::new(playback(&scene));
+    scene.event(Event::Playback(Some(playback)));
+    scene
+}
+
+#[test]
+fn the_past_at_80_by_24() {
+    let scene = flight_at(|scene| playback(scene, true));
+    let screen = screen(&scene, 80, 24);
+    insta::assert_snapshot!(screen);
+    let row = row(&screen, "PAST 2 m 00 s ago");
+    assert!(row.contains("◀◀") && row.contains('‖'), "{row}");
+    assert!(screen.contains("commands go to the robot as it is now, and ask first; G comes back"));
+}
+
+#[test]
+fn the_past_at_120_by_40() {
+    let scene = flight_at(|scene| playback(scene, true));
+    let screen = screen(&scene, 120, 40);
+    insta::assert_snapshot!(screen);
+    let row = row(&screen, "PAST 2 m 00 s ago");
+    assert!(
+        row.contains("#57") && row.matches("◀◀").count() == 2,
+        "{row}"
+    );
+}
+
+/// By shape alone, and by the reversed row where there are no colours.
+#[test]
+fn the_past_is_told_without_colours_and_braille() {
+    let mut scene = flight(Config {
+        colors: Colors::Mono,
+        ascii: true,
+        ..Config::default()
+    });
+    let past = playback(&scene, true);
+    scene.event(Event::Playback(Some(Box::new(past))));
+    let buffer = buffer(&scene, 80, 24);
+    let reversed = |x: u16| {
+        let modifier = buffer[(x, 1)].modifier;
+        modifier.contains(ratatui::style::Modifier::REVERSED)
+    };
+    assert!((0..80).all(reversed), "the whole row");
+    let screen = screen(&scene, 80, 24);
+    assert!(row(&screen, "<< PAST").is_ascii(), "{screen}");
+}
+
+#[test]
+fn a_replay_at_80_by_24() {
+    let scene = flight_at(|scene| Playback {
+        paused: false,
+        speed: 0.25,
+        repeat: Some((Moment::from_secs(100), Some(Moment::from_secs(130)))),
+        ..playback(scene, false)
+    });
+    let screen = screen(&scene, 80, 24);
+    insta::assert_snapshot!(screen);
+    let row = row(&screen, "REPLAY");
+    for told in ["×0.25", "#57", "◇", "[", "]", "╋"] {
+        assert!(row.contains(told), "{told}: {row}");
+    }
+    assert!(!screen.contains("PAST") && !screen.contains("recorded"));
+}
+
+#[test]
+fn a_replay_that_is_still_read_at_120_by_40() {
+    let scene = flight_at(|scene| Playback {
+        read_until: Some(scene.now / 2),
+        is_partial: true,
+        packet: None,
+        ..playback(scene, false)
+    });
+    let screen = screen(&scene, 120, 40);
+    insta::assert_snapshot!(screen);
+    let row = row(&screen, "REPLAY");
+    assert!(row.contains("reading ") && row.contains('Z'), "{row}");
+    assert!(screen.contains("still being read"));
+}
+
+/// Time that stands still loses no link and makes nothing older.
+#[test]
+fn a_moment_is_drawn_the_same_however_long_one_looks_at_it() {
+    for is_live in [false, true] {
+        let scene = flight_at(|scene| playback(scene, is_live));
+        let drawn = screen(&scene, 120, 40);
+        assert_eq!(screen(&scene, 120, 40), drawn);
+        assert!(!drawn.contains("LOST") && !drawn.contains("SILENT"));
+        assert!(drawn.contains("newest <1 s"));
+    }
+}
+
+#[test]
+fn what_became_of_a_jump_is_told() {
+    let scene = flight_at(|scene| Playback {
+        note: Some("there are no later alarms".to_owned()),
+        ..playback(scene, true)
+    });
+    row(&screen(&scene, 80, 24), "! there are no later alarms");
+}
+
+#[test]
+fn a_jump_names_what_can_be_jumped_to() {
+    let mut scene = flight(Config::default());
+    scene.type_text("n");
+    let told = screen(&scene, 80, 24);
+    row(
+        &told,
+        "to the next Space STOP  a alarm  b bump  v behaviour  c command",
+    );
+}

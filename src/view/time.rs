@@ -1,0 +1,146 @@
+//! The row that says which moment is on the screen, when it is not now.
+
+use ratatui::buffer::Buffer;
+use ratatui::layout::Rect;
+use ratatui::style::{Modifier, Style};
+use ratatui::text::{Line, Span};
+
+use super::{Screen, put};
+use crate::event::Moment;
+use crate::model::age;
+use crate::travel::{Playback, clock_words};
+
+/// The time line is left out where there is less room for it.
+const LINE_COLUMNS_MIN: usize = 8;
+
+impl Screen<'_> {
+    /// Where in time the screen stands: how far back, the moment, a line of all there is with marks and
+    /// loop, its length, the packet, the speed and the time of day.
+    pub(super) fn time(&self, buffer: &mut Buffer, area: Rect, playback: &Playback) {
+        let style = self.time_style(playback);
+        let width = usize::from(area.width);
+        let left = self.moment_words(playback);
+        let mut right = self.end_words(playback);
+        // What is told last goes first.
+        while right.len() > 1
+            && left.chars().count() + words_width(&right) + LINE_COLUMNS_MIN > width
+        {
+            right.pop();
+        }
+        let room = width.saturating_sub(left.chars().count() + words_width(&right));
+        let mut spans = vec![Span::raw(left)];
+        if room >= LINE_COLUMNS_MIN {
+            spans.push(Span::raw(self.time_line(playback, room)));
+        }
+        spans.push(Span::raw(right.concat()));
+        let text: String = spans.iter().map(|span| span.content.as_ref()).collect();
+        put(
+            buffer,
+            area,
+            0,
+            &Line::styled(format!("{text:<width$}"), style),
+        );
+    }
+
+    /// The past is not told by colour alone: the row is reversed, and arrows point back.
+    fn time_style(&self, playback: &Playback) -> Style {
+        if playback.is_live {
+            let style = self.theme.warning;
+            style.add_modifier(Modifier::REVERSED | Modifier::BOLD)
+        } else {
+            self.theme.strong
+        }
+    }
+
+    fn moment_words(&self, playback: &Playback) -> String {
+        let glyphs = self.theme.glyphs;
+        let plays = if playback.paused {
+            glyphs.paused
+        } else {
+            glyphs.holds
+        };
+        let at = playback.at;
+        let tenths = if playback.paused {
+            format!(".{}", at.subsec_millis() / 100)
+        } else {
+            String::new()
+        };
+        let at = clock_words(at);
+        if playback.is_live {
+            let behind = age::words(playback.behind());
+            format!(" {} PAST {behind} ago {plays} {at}{tenths} ", glyphs.back)
+        } else {
+            format!("{plays} REPLAY {at}{tenths} ")
+        }
+    }
+
+    /// What stands at the right, what can be left out last.
+    fn end_words(&self, playback: &Playback) -> Vec<String> {
+        let glyphs = self.theme.glyphs;
+        let mut words = vec![format!(" {}", clock_words(playback.until))];
+        if !playback.paused || (playback.speed - 1.0).abs() > f64::EPSILON {
+            words.push(format!(" {}{}", glyphs.times, playback.speed));
+        }
+        if let Some(packet) = playback.packet {
+            words.push(format!(" #{packet}"));
+        }
+        if let Some(read) = playback.read_until {
+            let percent = 100.0 * share(playback, read);
+            words.push(format!(" reading {percent:.0} %"));
+        }
+        if let Some(unix) = playback.unix {
+            let s = (unix + playback.at).as_secs();
+            let (h, m, s) = (s / 3600 % 24, s / 60 % 60, s % 60);
+            words.push(format!(" {h:02}:{m:02}:{s:02}Z"));
+        }
+        if playback.is_live {
+            words.push(format!(" {} ", glyphs.back));
+        }
+        words
+    }
+
+    /// All the time there is as a line: what is behind the moment, what is ahead, marks, and a loop's ends.
+    fn time_line(&self, playback: &Playback, columns: usize) -> String {
+        let glyphs = self.theme.glyphs;
+        let place = |at: Moment| {
+            let last = columns.saturating_sub(1);
+            ((share(playback, at) * last as f64).round() as usize).min(last)
+        };
+        let here = place(playback.at);
+        let mut cells: Vec<&str> = (0..columns)
+            .map(|column| {
+                if column < here {
+                    glyphs.played
+                } else {
+                    glyphs.rule
+                }
+            })
+            .collect();
+        for marker in &playback.markers {
+            cells[place(*marker)] = glyphs.draft;
+        }
+        if let Some((begin, end)) = playback.repeat {
+            cells[place(begin)] = "[";
+            if let Some(end) = end {
+                cells[place(end)] = "]";
+            }
+        }
+        cells[here] = glyphs.cursor;
+        cells.concat()
+    }
+}
+
+fn words_width(words: &[String]) -> usize {
+    words.iter().map(|word| word.chars().count()).sum()
+}
+
+/// Where a moment lies in all there is, 0 to 1.
+fn share(playback: &Playback, at: Moment) -> f64 {
+    let all = playback.until.saturating_sub(playback.from).as_secs_f64();
+    let part = at.saturating_sub(playback.from).as_secs_f64();
+    if all > 0.0 {
+        (part / all).min(1.0)
+    } else {
+        1.0
+    }
+}

@@ -1,0 +1,163 @@
+//! What the command line says to somebody who is new to it, or who made a slip.
+#![cfg(unix)]
+#![expect(clippy::unwrap_used, reason = "a test stops where something is wrong")]
+
+#[path = "common/programs.rs"]
+mod programs;
+
+use std::fs;
+
+use programs::{Sim, Telling, expect, groundwave, scratch};
+
+#[test]
+fn a_forgotten_link_is_named() {
+    for arguments in [
+        &["send", "mode", "prowl"][..],
+        &["send", "stop"],
+        &["param", "list"],
+        &["param", "set", "top-speed", "8"],
+    ] {
+        let (_, err) = expect(2, arguments);
+        assert!(err.contains("LINK comes first"), "{arguments:?}: {err}");
+        assert!(err.contains("groundwave ports"), "{arguments:?}: {err}");
+    }
+}
+
+#[test]
+fn words_that_are_missing_or_too_many_are_named_before_a_link_is_opened() {
+    let link = "/dev/no-such-port";
+    for (words, told) in [
+        (&["send", link][..], "no command given; try `mode prowl`"),
+        (
+            &["send", link, "prowl", "extra"],
+            "`prowl` takes nothing; got `extra`",
+        ),
+        (&["send", link, "porwl"], "did you mean `prowl`?"),
+        (
+            &["param", link],
+            "`list`, `get NAME`, `set NAME VALUE` or `save`",
+        ),
+        (
+            &["param", link, "set", "top-speed"],
+            "needs a value; `param get top-speed`",
+        ),
+    ] {
+        let (_, err) = expect(2, words);
+        assert!(err.contains(told), "{words:?}: {err}");
+    }
+}
+
+#[test]
+fn a_trace_and_a_sound_are_not_overwritten() {
+    let folder = scratch("sim-files");
+    for option in ["--trace", "--wav"] {
+        let path = folder.join("evening");
+        fs::write(&path, "yesterday").unwrap();
+        let name = path.to_str().unwrap();
+        let arguments = [
+            "sim",
+            "--listen",
+            "127.0.0.1:0",
+            "--duration",
+            "1s",
+            "--time-factor",
+            "50",
+            option,
+            name,
+        ];
+        let (_, err) = expect(2, &arguments);
+        assert!(err.contains("exists") && err.contains("--force"), "{err}");
+        assert_eq!(fs::read_to_string(&path).unwrap(), "yesterday");
+        expect(0, &[&arguments[..], &["--force"]].concat());
+        assert_ne!(fs::read(&path).unwrap(), b"yesterday");
+    }
+}
+
+const SHUT_ROOM: &str = "name = \"shut\"\ncell_in = 12\nplan = '''\n\
+##############\n#.....#......#\n#..^..#......#\n#.....#......#\n#.....#......#\n#.....#......#\n##############\n'''\n";
+
+#[test]
+fn a_room_that_cannot_be_reached_is_told_by_all_who_open_the_world() {
+    let folder = scratch("shut-room");
+    let path = folder.join("shut.toml");
+    fs::write(&path, SHUT_ROOM).unwrap();
+    let name = path.to_str().unwrap();
+    let told = "cannot get from its start";
+    let (out, err) = expect(0, &["world", name]);
+    assert!(
+        err.contains(told) && out.contains("12 inches a character"),
+        "{err}{out}"
+    );
+    let (out, err) = expect(1, &["world", name, "--check"]);
+    assert!(err.contains(told) && out.is_empty(), "{err}{out}");
+    expect(0, &["world", "house", "--check"]);
+    let sim = [
+        "sim",
+        "--world",
+        name,
+        "--listen",
+        "127.0.0.1:0",
+        "--duration",
+        "1s",
+        "--time-factor",
+        "50",
+    ];
+    let (_, err) = expect(0, &sim);
+    assert!(err.contains(told), "{err}");
+}
+
+#[test]
+fn a_scan_tells_what_was_found_and_a_refused_one_why() {
+    let folder = scratch("scan");
+    let socket = folder.join("s");
+    let socket = socket.to_str().unwrap();
+    let sim = Sim::start(&[
+        "--listen",
+        "127.0.0.1:0",
+        "--time-factor",
+        "10",
+        "--world",
+        "open-room",
+    ]);
+    let link = sim.path.as_str();
+    expect(0, &["send", link, "mode", "reactive"]);
+    let (out, _) = expect(0, &["send", link, "scan"]);
+    assert!(
+        out.contains("scan: proven") && out.contains("scan: longest view "),
+        "{out}"
+    );
+    expect(0, &["send", link, "disable", "rotate"]);
+    let (_, err) = expect(5, &["send", link, "scan"]);
+    let why = "layer rotation, which is not allowed: `enable rotation` first";
+    assert!(err.contains(why), "{err}");
+
+    // The station that shares its link knows, and tells its clients.
+    let mut station = Telling::start(&["watch", link, "--headless", "--share", socket]);
+    station.wait_for("line B", |value| value["line_type"] == "B");
+    let (_, err) = expect(5, &["send", "--via", socket, "scan"]);
+    assert!(err.contains(why), "{err}");
+    expect(0, &["send", "--via", socket, "enable", "rotation"]);
+    let found = groundwave(&["send", "--via", socket, "scan", "--json"]);
+    let found = String::from_utf8(found.stdout).unwrap();
+    let last: serde_json::Value = serde_json::from_str(found.lines().last().unwrap()).unwrap();
+    assert_eq!(last["stage"], "said", "{found}");
+    assert!(
+        last["text"].as_str().unwrap().starts_with("scan: longest"),
+        "{found}"
+    );
+}
+
+#[test]
+fn a_parameter_is_told_and_taken_in_the_whole_unit() {
+    let sim = Sim::start(&["--listen", "127.0.0.1:0", "--time-factor", "10"]);
+    let (out, _) = expect(0, &["param", &sim.path, "get", "battery-low"]);
+    assert!(out.contains("V/10") && out.contains("= 11.6 V"), "{out}");
+    expect(0, &["param", &sim.path, "set", "battery-low", "11.9"]);
+    let (out, _) = expect(0, &["param", &sim.path, "get", "battery-low"]);
+    assert!(out.contains(" 119 ") && out.contains("= 11.9 V"), "{out}");
+    let (_, err) = expect(5, &["param", &sim.path, "set", "battery-low", "20.5"]);
+    assert!(
+        err.contains("100 to 130 (V/10), or 10.0 to 13.0 V"),
+        "{err}"
+    );
+}

@@ -1,0 +1,515 @@
+//! Recordings that were killed, cut, damaged or left in the middle: what was received is saved, and what is
+//! lost is named.
+#![expect(clippy::unwrap_used, reason = "a test stops where something is wrong")]
+
+mod streams;
+
+use std::collections::BTreeMap;
+use std::fs::{self, File};
+use std::path::{Path, PathBuf};
+use std::time::{Duration, SystemTime, UNIX_EPOCH};
+
+use groundwave::capture::messages::RawBytes;
+use groundwave::capture::recover::{
+    Outcome, Paths, Recovery, find_interrupted, recover, set_aside,
+};
+use groundwave::capture::topics::StationEvent;
+use groundwave::capture::{Capture, CaptureError, Existing, Recorder, Rotation, Session};
+use groundwave::event::{CommandId, CommandStep, Event};
+use groundwave::request::Request;
+use mcap::sans_io::LinearReaderOptions;
+use prost::Message;
+use streams::Dice;
+use tempfile::TempDir;
+
+const START_S: u64 = 1_741_944_413;
+
+fn wall(now: Duration) -> SystemTime {
+    UNIX_EPOCH + Duration::from_secs(START_S) + now
+}
+
+fn session() -> Session {
+    Session {
+        link: "/dev/ttyUSB0".into(),
+        start: wall(Duration::ZERO),
+        notes: BTreeMap::new(),
+        configuration: "[link]\nbaud = 2400\n".into(),
+    }
+}
+
+/// Feeds a stream at 240 bytes a second, with a command now and then, and waits for the disk.
+fn feed(recorder: &mut Recorder, stream: &[u8]) -> Duration {
+    let mut now = Duration::ZERO;
+    for (n, read) in (0_u32..).zip(stream.chunks(33)) {
+        now += Duration::from_millis(137);
+        recorder.handle_rx(now, wall(now), read);
+        if n % 97 == 50 {
+            let id = CommandId(n);
+            let queued = CommandStep::Queued(Request::Scan);
+            for step in [queued, CommandStep::Proven { digest: None }] {
+                let event = StationEvent::from_event(&Event::Command { id, step }).unwrap();
+                recorder.handle_event(now, wall(now), &event);
+            }
+            recorder.handle_tx(now, wall(now), b"\nframe\n");
+        }
+        settle(recorder);
+    }
+    now
+}
+
+fn settle(recorder: &Recorder) {
+    while recorder.backlog() > 0 {
+        std::thread::yield_now();
+    }
+}
+
+/// What a kill would leave after this stream: the files of a recording under way, copied.
+fn killed(folder: &Path, stream: &[u8]) -> Paths {
+    let live = folder.join("live.mcap");
+    let mut recorder = Recorder::start(&live, Existing::Refuse, &session()).unwrap();
+    feed(&mut recorder, stream);
+    let (from, to) = (Paths::of(&live), Paths::of(&folder.join("killed.mcap")));
+    fs::copy(&from.partial, &to.partial).unwrap();
+    fs::copy(&from.journal, &to.journal).unwrap();
+    recorder.discard();
+    assert!(!from.exist(), "something is left of a discarded recording");
+    to
+}
+
+fn finished(folder: &Path, stream: &[u8]) -> PathBuf {
+    let path = folder.join("finished.mcap");
+    let mut recorder = Recorder::start(&path, Existing::Refuse, &session()).unwrap();
+    feed(&mut recorder, stream);
+    recorder.finish().unwrap();
+    path
+}
+
+/// Every message by its topic, read by others' code with every checksum on; that the index and the
+/// statistics say the same.
+fn messages(path: &Path) -> BTreeMap<String, Vec<Vec<u8>>> {
+    let bytes = fs::read(path).unwrap();
+    let options = LinearReaderOptions::default()
+        .with_prevalidate_chunk_crcs(true)
+        .with_validate_data_section_crc(true)
+        .with_validate_summary_section_crc(true);
+    let mut messages = BTreeMap::<_, Vec<Vec<u8>>>::new();
+    let mut count = 0;
+    let mut last_ns = 0;
+    for message in mcap::io::MessageReader::new_with_options(&bytes[..], options) {
+        let message = message.unwrap();
+        assert!(message.log_time >= last_ns, "time runs backwards");
+        last_ns = message.log_time;
+        messages
+            .entry(message.channel.topic.clone())
+            .or_default()
+            .push(message.data.to_vec());
+        count += 1;
+    }
+    let summary = mcap::Summary::read(&bytes).unwrap().unwrap();
+    let statistics = summary.stats.as_ref().unwrap();
+    assert_eq!(statistics.message_count, count);
+    assert_eq!(statistics.chunk_count as usize, summary.chunk_indexes.len());
+    for (id, indexed) in &statistics.channel_message_counts {
+        let streamed = messages
+            .get(&summary.channels[id].topic)
+            .map_or(0, Vec::len);
+        assert_eq!(*indexed, streamed as u64, "channel {id}");
+    }
+    let mut indexed = 0;
+    for chunk in &summary.chunk_indexes {
+        indexed += summary.stream_chunk(&bytes, chunk).unwrap().count() as u64;
+        for (channel_id, entries) in summary.read_message_indexes(&bytes, chunk).unwrap() {
+            assert!(channel_id.id > 0 && !entries.is_empty());
+        }
+    }
+    assert_eq!(indexed, count, "indexed and streamed");
+    messages
+}
+
+/// What came from the radio, in pieces: the first byte's place in the stream and the bytes.
+fn received(path: &Path) -> Vec<(u64, Vec<u8>)> {
+    let messages = messages(path);
+    let raw = messages.get("/raw/rx").cloned().unwrap_or_default();
+    raw.iter()
+        .map(|data| {
+            let raw = RawBytes::decode(&**data).unwrap();
+            (raw.stream_offset, raw.data)
+        })
+        .collect()
+}
+
+fn concatenated(path: &Path) -> Vec<u8> {
+    received(path)
+        .into_iter()
+        .flat_map(|piece| piece.1)
+        .collect()
+}
+
+/// Every piece is what was received there, in order, and each step is named.
+fn assert_honest(recovery: &Recovery, stream: &[u8], what: &str) {
+    let mut steps = Vec::new();
+    let mut end = 0;
+    for (offset, data) in received(&recovery.path) {
+        let at = offset as usize;
+        assert_eq!(stream.get(at..at + data.len()), Some(&*data), "{what}");
+        assert!(offset >= end, "{what}: out of order");
+        if offset > end {
+            steps.push((end, offset - end));
+        }
+        end = offset + data.len() as u64;
+    }
+    let named: Vec<_> = recovery
+        .rx_missing
+        .iter()
+        .map(|missing| (missing.offset, missing.bytes))
+        .collect();
+    assert_eq!(named, steps, "{what}");
+    let lost: u64 = steps.iter().map(|step| step.1).sum();
+    assert_eq!(recovery.rx_bytes, end - lost, "{what}");
+    if end < stream.len() as u64 || lost > 0 {
+        assert_eq!(recovery.outcome, Outcome::Partly, "{what}: {recovery:?}");
+    }
+}
+
+#[test]
+fn a_killed_recording_has_everything_again() {
+    let folder = TempDir::new().unwrap();
+    let stream = streams::noisy(200, 1);
+    let paths = killed(folder.path(), &stream);
+    assert_eq!(find_interrupted(folder.path()), [paths.target.clone()]);
+    let recovery = recover(&paths.partial).unwrap();
+    assert_eq!(recovery.outcome, Outcome::Recovered);
+    assert_eq!(recovery.rx_bytes, stream.len() as u64);
+    assert_honest(&recovery, &stream, "killed");
+    assert!(!paths.are_interrupted());
+    // The same as if it had been finished, but for the note about it.
+    let whole = finished(folder.path(), &stream);
+    assert_eq!(messages(&paths.target), messages(&whole));
+    let again = recover(&paths.target).unwrap();
+    assert_eq!(again.outcome, Outcome::Whole);
+    assert_eq!(again.rx_bytes, stream.len() as u64);
+    assert_eq!(find_interrupted(folder.path()), [PathBuf::new(); 0]);
+}
+
+/// The end of either file is wherever the disk had got to.
+#[test]
+fn a_cut_anywhere_costs_what_was_behind_both_cuts() {
+    let folder = TempDir::new().unwrap();
+    let stream = streams::noisy(120, 2);
+    let paths = killed(folder.path(), &stream);
+    let partial = fs::read(&paths.partial).unwrap();
+    let journal = fs::read(&paths.journal).unwrap();
+    let mut dice = Dice(1);
+    for round in 0..250 {
+        let copy = Paths::of(&folder.path().join(format!("cut-{round}.mcap")));
+        let partial_bytes = dice.roll(partial.len() + 1);
+        let journal_bytes = if round % 2 == 0 {
+            dice.roll(journal.len() + 1)
+        } else {
+            journal.len()
+        };
+        fs::write(&copy.partial, &partial[..partial_bytes]).unwrap();
+        fs::write(&copy.journal, &journal[..journal_bytes]).unwrap();
+        let what = format!("{partial_bytes} and {journal_bytes} bytes");
+        let recovery = recover(&copy.target).unwrap();
+        let have = concatenated(&copy.target);
+        assert!(stream.starts_with(&have), "{what}");
+        if journal_bytes == journal.len() {
+            assert_eq!(have, stream, "{what}");
+            assert_eq!(recovery.outcome, Outcome::Recovered, "{what}");
+        }
+        assert_eq!(recovery.rx_bytes, have.len() as u64, "{what}");
+        assert_eq!(
+            recover(&copy.target).unwrap().outcome,
+            Outcome::Whole,
+            "{what}"
+        );
+        fs::remove_file(&copy.target).unwrap();
+    }
+}
+
+/// A recording from elsewhere has no journal: what was flushed is all there is.
+#[test]
+fn a_cut_without_a_journal_keeps_every_whole_chunk() {
+    let folder = TempDir::new().unwrap();
+    let stream = streams::noisy(120, 3);
+    let paths = killed(folder.path(), &stream);
+    let partial = fs::read(&paths.partial).unwrap();
+    let mut dice = Dice(2);
+    let mut longest = 0;
+    for round in 0..250 {
+        let copy = Paths::of(&folder.path().join(format!("cut-{round}.mcap")));
+        let bytes = dice.roll(partial.len() + 1);
+        fs::write(&copy.partial, &partial[..bytes]).unwrap();
+        match recover(&copy.target) {
+            Ok(_) => {
+                let have = concatenated(&copy.target);
+                assert!(stream.starts_with(&have), "{bytes} bytes");
+                longest = longest.max(have.len());
+            }
+            Err(error) => {
+                assert!(matches!(error, CaptureError::NothingLeft(_)), "{error}");
+                assert!(copy.partial.exists(), "what cannot be saved is left alone");
+            }
+        }
+    }
+    assert!(
+        longest * 10 > stream.len() * 5,
+        "{longest} of {}",
+        stream.len()
+    );
+}
+
+#[test]
+fn a_flipped_bit_of_a_finished_recording_is_found_and_costs_little() {
+    let folder = TempDir::new().unwrap();
+    let stream = streams::noisy(120, 4);
+    let good = fs::read(finished(folder.path(), &stream)).unwrap();
+    let mut dice = Dice(3);
+    let mut kept = 0;
+    for round in 0..250 {
+        let path = folder.path().join(format!("flipped-{round}.mcap"));
+        let (byte, bit) = (dice.roll(good.len()), dice.roll(8));
+        let mut bad = good.clone();
+        bad[byte] ^= 1 << bit;
+        fs::write(&path, &bad).unwrap();
+        let what = format!("bit {bit} of byte {byte}");
+        let recovery = recover(&path).unwrap_or_else(|error| panic!("{what}: {error}"));
+        assert_ne!(recovery.outcome, Outcome::Whole, "{what}");
+        assert_honest(&recovery, &stream, &what);
+        kept += recovery.rx_bytes;
+        if let Some(original) = &recovery.original {
+            assert_eq!(fs::read(original).unwrap(), bad, "{what}");
+        }
+        let again = recover(&path).unwrap();
+        assert_eq!(again.rx_bytes, recovery.rx_bytes, "{what}");
+    }
+    let share = kept as f64 / 250.0 / stream.len() as f64;
+    assert!(share > 0.8, "{share} of the bytes are kept on average");
+}
+
+#[test]
+fn a_flipped_bit_in_the_journal_or_the_unfinished_file_costs_nothing() {
+    let folder = TempDir::new().unwrap();
+    let stream = streams::noisy(120, 5);
+    let paths = killed(folder.path(), &stream);
+    let partial = fs::read(&paths.partial).unwrap();
+    let journal = fs::read(&paths.journal).unwrap();
+    let mut dice = Dice(4);
+    for round in 0..250 {
+        let copy = Paths::of(&folder.path().join(format!("flipped-{round}.mcap")));
+        let (mut partial, mut journal) = (partial.clone(), journal.clone());
+        let file = if round % 2 == 0 {
+            &mut partial
+        } else {
+            &mut journal
+        };
+        let (byte, bit) = (dice.roll(file.len()), dice.roll(8));
+        file[byte] ^= 1 << bit;
+        fs::write(&copy.partial, &partial).unwrap();
+        fs::write(&copy.journal, &journal).unwrap();
+        let what = format!("round {round}: bit {bit} of byte {byte}");
+        let recovery = recover(&copy.target).unwrap_or_else(|error| panic!("{what}: {error}"));
+        assert_honest(&recovery, &stream, &what);
+        if round % 2 == 0 {
+            assert_eq!(recovery.rx_bytes, stream.len() as u64, "{what}");
+        }
+        fs::remove_file(&copy.target).unwrap();
+    }
+}
+
+/// Whatever a recovery has got done when it is interrupted, another makes the same of it.
+#[test]
+fn recovery_can_be_interrupted_anywhere() {
+    let folder = TempDir::new().unwrap();
+    let stream = streams::noisy(60, 6);
+    let paths = killed(folder.path(), &stream);
+    let (partial, journal) = (&paths.partial, &paths.journal);
+    let (partial_bytes, journal_bytes) = (fs::read(partial).unwrap(), fs::read(journal).unwrap());
+    recover(&paths.target).unwrap();
+    let done = fs::read(&paths.target).unwrap();
+    let recovering = folder.path().join("killed.mcap.recovering");
+    for state in ["half written", "renamed", "partial gone", "journal only"] {
+        fs::remove_file(&paths.target).unwrap();
+        match state {
+            "half written" => {
+                fs::write(&recovering, &done[..done.len() / 2]).unwrap();
+                fs::write(partial, &partial_bytes).unwrap();
+                fs::write(journal, &journal_bytes).unwrap();
+            }
+            "renamed" => {
+                fs::write(&paths.target, &done).unwrap();
+                fs::write(partial, &partial_bytes).unwrap();
+                fs::write(journal, &journal_bytes).unwrap();
+            }
+            "partial gone" => {
+                fs::write(&paths.target, &done).unwrap();
+                fs::write(journal, &journal_bytes).unwrap();
+            }
+            _ => fs::write(journal, &journal_bytes).unwrap(),
+        }
+        recover(&paths.target).unwrap();
+        assert_eq!(fs::read(&paths.target).unwrap(), done, "{state}");
+        let files = fs::read_dir(folder.path()).unwrap().count();
+        assert_eq!(files, 1, "{state}");
+    }
+}
+
+#[test]
+fn a_recording_under_way_is_left_alone() {
+    let folder = TempDir::new().unwrap();
+    let path = folder.path().join("live.mcap");
+    let mut recorder = Recorder::start(&path, Existing::Refuse, &session()).unwrap();
+    feed(&mut recorder, &streams::clean(10));
+    assert_eq!(find_interrupted(folder.path()), [PathBuf::new(); 0]);
+    for error in [recover(&path).unwrap_err(), set_aside(&path).unwrap_err()] {
+        assert!(matches!(error, CaptureError::InUse(_)), "{error}");
+    }
+    recorder.finish().unwrap();
+    assert_eq!(recover(&path).unwrap().outcome, Outcome::Whole);
+}
+
+#[test]
+fn an_interrupted_recording_makes_room_for_one_of_its_name() {
+    let folder = TempDir::new().unwrap();
+    let stream = streams::clean(30);
+    let paths = killed(folder.path(), &stream);
+    let aside = set_aside(&paths.target).unwrap().unwrap();
+    assert_eq!(aside, folder.path().join("killed-2.mcap"));
+    let recorder = Recorder::start(&paths.target, Existing::Refuse, &session()).unwrap();
+    recorder.finish().unwrap();
+    assert_eq!(recover(&aside).unwrap().outcome, Outcome::Recovered);
+    assert_eq!(concatenated(&aside), stream);
+    assert_eq!(set_aside(&paths.target).unwrap(), None);
+}
+
+/// Two recordings have a claim to the name: both are kept.
+#[test]
+fn a_finished_recording_is_not_replaced_by_an_interrupted_one() {
+    let folder = TempDir::new().unwrap();
+    let stream = streams::clean(30);
+    let paths = killed(folder.path(), &stream);
+    let other = streams::clean(12);
+    let whole = finished(folder.path(), &other);
+    fs::rename(whole, &paths.target).unwrap();
+    let recovery = recover(&paths.target).unwrap();
+    assert_eq!(recovery.path, folder.path().join("killed-2.mcap"));
+    assert_eq!(concatenated(&recovery.path), stream);
+    assert_eq!(concatenated(&paths.target), other);
+}
+
+#[test]
+fn days_are_recorded_in_parts_that_are_whole_by_themselves() {
+    let folder = TempDir::new().unwrap();
+    let path = folder.path().join("long.mcap");
+    let rotation: Rotation = "50s".parse().unwrap();
+    let mut recorder =
+        Recorder::start_rotating(&path, Existing::Refuse, &session(), rotation).unwrap();
+    let stream = streams::lines(600);
+    feed(&mut recorder, &stream);
+    recorder.finish().unwrap();
+    let parts: Vec<PathBuf> = ["long.mcap", "long-2.mcap", "long-3.mcap", "long-4.mcap"]
+        .iter()
+        .map(|name| folder.path().join(name))
+        .collect();
+    assert_eq!(fs::read_dir(folder.path()).unwrap().count(), parts.len());
+    let mut all = Vec::new();
+    for part in &parts {
+        assert_eq!(recover(part).unwrap().outcome, Outcome::Whole);
+        let pieces = received(part);
+        assert_eq!(pieces[0].0, 0, "each part counts from its own beginning");
+        all.extend(pieces.into_iter().flat_map(|piece| piece.1));
+        let messages = messages(part);
+        for topic in [
+            "/telemetry",
+            "/tf",
+            "/pose",
+            "/path",
+            "/sonar",
+            "/markers",
+            "/log",
+        ] {
+            assert!(
+                messages.contains_key(topic),
+                "{topic} in {}",
+                part.display()
+            );
+        }
+    }
+    assert_eq!(all, stream);
+}
+
+#[test]
+fn what_was_remembered_comes_first_with_its_times() {
+    use groundwave::capture::journal::{Entry, Kind};
+    let folder = TempDir::new().unwrap();
+    let path = folder.path().join("late.mcap");
+    let stream = streams::clean(30);
+    let mut recorder = Recorder::start(&path, Existing::Refuse, &session()).unwrap();
+    let remembered = stream[..1600].chunks(80).zip(0..).map(|(line, n)| Entry {
+        kind: Kind::Rx,
+        at_ns: (START_S - 600 + n) * 1_000_000_000,
+        offset: 0,
+        data: line.to_vec(),
+    });
+    recorder.handle_backlog(Duration::ZERO, remembered.collect());
+    recorder.handle_rx(Duration::ZERO, wall(Duration::ZERO), &stream[1600..]);
+    recorder.finish().unwrap();
+    assert_eq!(concatenated(&path), stream);
+    let mut capture = Capture::open(&path).unwrap();
+    let mut at_s = Vec::new();
+    while let Some(chunk) = capture.next_chunk().unwrap() {
+        at_s.push(chunk.at.as_secs());
+    }
+    assert_eq!(at_s[..20], (0..20).collect::<Vec<_>>());
+    assert_eq!(at_s[20], 600);
+}
+
+/// What nobody can read any more is named, and nothing is made of it.
+#[test]
+fn what_is_no_recording_is_refused() {
+    let folder = TempDir::new().unwrap();
+    let path = folder.path().join("a.mcap");
+    assert!(matches!(recover(&path), Err(CaptureError::Open { .. })));
+    for content in [&b""[..], b"text", &[0; 4096], &[6; 4096]] {
+        fs::write(&path, content).unwrap();
+        let error = recover(&path).unwrap_err();
+        assert!(matches!(error, CaptureError::NothingLeft(_)), "{error}");
+        assert_eq!(fs::read(&path).unwrap(), content);
+    }
+}
+
+/// The folder goes away under a recording: it says so, and what is open stays open.
+#[cfg(unix)]
+#[test]
+fn a_folder_that_is_removed_is_told_of_in_the_end() {
+    let folder = TempDir::new().unwrap();
+    let inner = folder.path().join("gone");
+    fs::create_dir(&inner).unwrap();
+    let path = inner.join("a.mcap");
+    let mut recorder = Recorder::start(&path, Existing::Refuse, &session()).unwrap();
+    fs::remove_dir_all(&inner).unwrap();
+    feed(&mut recorder, &streams::clean(30));
+    let error = recorder.finish().unwrap_err().to_string();
+    assert!(error.contains("a.mcap.partial"), "{error}");
+    let error = Recorder::start(&path, Existing::Refuse, &session()).err();
+    let error = error.unwrap().to_string();
+    assert!(error.contains("make the directory first"), "{error}");
+}
+
+#[cfg(unix)]
+#[test]
+fn a_folder_that_may_not_be_written_is_told_of_at_once() {
+    use std::os::unix::fs::PermissionsExt;
+    let folder = TempDir::new().unwrap();
+    let closed = folder.path().join("closed");
+    fs::create_dir(&closed).unwrap();
+    fs::set_permissions(&closed, fs::Permissions::from_mode(0o555)).unwrap();
+    if File::create(closed.join("probe")).is_ok() {
+        // Whoever runs this may do everything.
+        return;
+    }
+    let error = Recorder::start(closed.join("a.mcap"), Existing::Refuse, &session()).err();
+    let error = error.unwrap().to_string();
+    assert!(error.contains("choose a directory"), "{error}");
+}

@@ -1,0 +1,133 @@
+//! Runs: what is said of a capture, the list of them, and two laid over each other.
+#![expect(clippy::unwrap_used, reason = "a test stops where something is wrong")]
+
+use std::fs;
+use std::path::Path;
+use std::process::{Command, Output};
+
+use serde_json::Value;
+
+fn groundwave(folder: &Path, arguments: &[&str]) -> Output {
+    Command::new(env!("CARGO_BIN_EXE_groundwave"))
+        .args(arguments)
+        .current_dir(folder)
+        .output()
+        .unwrap()
+}
+
+fn told(output: &Output) -> String {
+    assert!(output.status.success(), "{output:?}");
+    String::from_utf8(output.stdout.clone()).unwrap()
+}
+
+/// A folder with two of the project's captures and something that is none.
+fn folder() -> tempfile::TempDir {
+    let folder = tempfile::tempdir().unwrap();
+    let captures = Path::new(env!("CARGO_MANIFEST_DIR")).join("captures");
+    fs::copy(
+        captures.join("demo-commands.mcap"),
+        folder.path().join("b.mcap"),
+    )
+    .unwrap();
+    fs::copy(
+        captures.join("house-clean.txt"),
+        folder.path().join("a.txt"),
+    )
+    .unwrap();
+    fs::write(folder.path().join("shopping.txt"), "milk\n").unwrap();
+    folder
+}
+
+#[test]
+fn the_list_has_every_capture_and_nothing_else() {
+    let folder = folder();
+    let list = told(&groundwave(folder.path(), &["runs"]));
+    let captures: Vec<&str> = list
+        .lines()
+        .skip(1)
+        .map(|row| row.split_whitespace().last().unwrap())
+        .collect();
+    assert_eq!(captures, ["a.txt", "b.mcap"], "{list}");
+}
+
+#[test]
+fn what_is_said_of_a_run_is_kept_beside_it_and_told_in_the_list() {
+    let folder = folder();
+    let capture = folder.path().join("b.mcap");
+    let before = fs::read(&capture).unwrap();
+    for words in [
+        &["--name", "new wheels"][..],
+        &["--note", "the glass door", "--at", "1:30"],
+        &["--void", "the cat"],
+    ] {
+        told(&groundwave(
+            folder.path(),
+            &[&["label", "b.mcap"], words].concat(),
+        ));
+    }
+    let said = told(&groundwave(folder.path(), &["label", "b.mcap"]));
+    for fact in ["new wheels", "VOID   the cat", "at 90.0 s: the glass door"] {
+        assert!(said.contains(fact), "{fact} is not in\n{said}");
+    }
+    let list = told(&groundwave(folder.path(), &["runs"]));
+    assert!(
+        list.contains("VOID  b.mcap  new wheels  (void: the cat)"),
+        "{list}"
+    );
+    told(&groundwave(folder.path(), &["label", "b.mcap", "--counts"]));
+    let list = told(&groundwave(folder.path(), &["runs"]));
+    assert!(
+        !list.contains("VOID") && list.contains("new wheels"),
+        "{list}"
+    );
+    assert_eq!(
+        fs::read(&capture).unwrap(),
+        before,
+        "the capture was touched"
+    );
+}
+
+#[test]
+fn a_label_needs_its_capture_and_one_that_is_broken_is_left_alone() {
+    let folder = folder();
+    let missing = groundwave(folder.path(), &["label", "none.mcap", "--name", "x"]);
+    assert_eq!(missing.status.code(), Some(2));
+    assert!(!folder.path().join("none.mcap.run.toml").exists());
+    let label = folder.path().join("b.mcap.run.toml");
+    fs::write(&label, "nam = 1\n").unwrap();
+    let broken = groundwave(folder.path(), &["label", "b.mcap", "--name", "x"]);
+    assert_eq!(broken.status.code(), Some(2));
+    let told = String::from_utf8(broken.stderr).unwrap();
+    assert!(
+        told.contains("b.mcap.run.toml") && told.contains("nam"),
+        "{told}"
+    );
+    assert_eq!(fs::read_to_string(&label).unwrap(), "nam = 1\n");
+}
+
+#[test]
+fn two_runs_are_laid_over_each_other() {
+    let folder = folder();
+    told(&groundwave(
+        folder.path(),
+        &["label", "a.txt", "--name", "before"],
+    ));
+    let compare = ["compare", "a.txt", "b.mcap", "--svg", "both.svg"];
+    let text = told(&groundwave(folder.path(), &compare));
+    for fact in ["before", "closing error", "apart", "#"] {
+        assert!(text.contains(fact), "{fact} is not in\n{text}");
+    }
+    let svg = fs::read_to_string(folder.path().join("both.svg")).unwrap();
+    assert_eq!(svg.matches("<polyline").count(), 2);
+    let again = groundwave(folder.path(), &compare);
+    assert_eq!(again.status.code(), Some(2), "a drawing was overwritten");
+
+    let own = told(&groundwave(
+        folder.path(),
+        &["compare", "a.txt", "a.txt", "--json"],
+    ));
+    let own: Value = serde_json::from_str(&own).unwrap();
+    assert_eq!(own["apart"]["worst_in"], 0.0);
+    assert_eq!(own["runs"][0]["distance_in"], own["runs"][1]["distance_in"]);
+    assert_eq!(own["runs"][0]["name"], "before");
+}

@@ -1,0 +1,310 @@
+//! What other tools see of a capture: every topic, in metres and radians, in order and of bounded size.
+#![expect(clippy::unwrap_used, reason = "a test stops where something is wrong")]
+
+mod streams;
+
+use std::collections::BTreeMap;
+use std::f64::consts::FRAC_PI_2;
+
+use foxglove::messages::{FrameTransforms, LaserScan, Log, PoseInFrame, PosesInFrame, SceneUpdate};
+use groundwave::capture::messages::{RawBytes, Telemetry, UplinkEvent, UplinkStep};
+use groundwave::capture::topics::{Deriver, StationEvent, Topic, TopicMessage};
+use groundwave::event::{CommandId, CommandStep, Event, LinkEvent};
+use groundwave::request::Request;
+use groundwave_protocol::Waypoint;
+use groundwave_protocol::decoder::Received;
+use groundwave_protocol::telemetry::Body;
+use proptest::prelude::*;
+use prost::Message;
+
+const START_NS: u64 = 1_741_944_413_000_000_000;
+const LINE_NS: u64 = 1_000_000_000 / 3;
+
+#[derive(Clone, Debug, PartialEq)]
+struct Kept {
+    topic: Topic,
+    log_time_ns: u64,
+    publish_time_ns: u64,
+    data: Vec<u8>,
+}
+
+fn keep(kept: &mut Vec<Kept>) -> impl FnMut(TopicMessage<'_>) -> Result<(), ()> {
+    |message| {
+        kept.push(Kept {
+            topic: message.topic,
+            log_time_ns: message.log_time_ns,
+            publish_time_ns: message.publish_time_ns,
+            data: message.data.to_vec(),
+        });
+        Ok(())
+    }
+}
+
+/// Everything that follows from a stream which comes in reads of these sizes, each at the time at which
+/// its line ends.
+fn derive(stream: &[u8], sizes: &[usize]) -> Vec<Kept> {
+    let mut deriver = Deriver::new();
+    let mut kept = Vec::new();
+    let mut sizes = sizes.iter().cycle();
+    let mut offset = 0;
+    while offset < stream.len() {
+        let size = *sizes.next().unwrap();
+        let read = &stream[offset..stream.len().min(offset + size)];
+        offset += read.len();
+        let at_ns = START_NS + (offset as u64).div_ceil(80) * LINE_NS;
+        deriver.handle_rx(at_ns, read, keep(&mut kept)).unwrap();
+    }
+    deriver.finish(keep(&mut kept)).unwrap();
+    kept
+}
+
+fn of(kept: &[Kept], topic: Topic) -> Vec<&Kept> {
+    kept.iter()
+        .filter(|message| message.topic == topic)
+        .collect()
+}
+
+fn decoded<M: Message + Default>(kept: &[Kept], topic: Topic) -> Vec<M> {
+    of(kept, topic)
+        .into_iter()
+        .map(|message| M::decode(&*message.data).unwrap())
+        .collect()
+}
+
+#[test]
+fn raw_bytes_are_the_stream_and_telemetry_is_every_line() {
+    let stream = streams::noisy(600, 5);
+    let kept = derive(&stream, &[80]);
+    let mut concatenated = Vec::new();
+    for raw in decoded::<RawBytes>(&kept, Topic::RawRx) {
+        assert_eq!(raw.stream_offset, concatenated.len() as u64);
+        assert!(raw.data.len() <= 80);
+        concatenated.extend(raw.data);
+    }
+    assert_eq!(concatenated, stream);
+    let (lines, _) = streams::live(&stream);
+    let expected: Vec<Telemetry> = lines.iter().map(Telemetry::from).collect();
+    assert_eq!(decoded::<Telemetry>(&kept, Topic::Telemetry), expected);
+    for pair in kept.windows(2) {
+        assert!(pair[0].log_time_ns <= pair[1].log_time_ns);
+    }
+}
+
+/// The robot says inches, and degrees clockwise from +Y; others want x ahead, y left, counter-clockwise.
+#[test]
+fn poses_are_in_the_conventions_of_others() {
+    let stream = streams::lines(60);
+    let kept = derive(&stream, &[80]);
+    let (lines, _) = streams::live(&stream);
+    let states: Vec<_> = lines
+        .iter()
+        .filter_map(|received| match received {
+            Received::Line(line, _) => match line.body {
+                Body::State(state) => Some(state),
+                _ => None,
+            },
+            Received::Ack(_) => None,
+        })
+        .collect();
+    let transforms = decoded::<FrameTransforms>(&kept, Topic::Tf);
+    let poses = decoded::<PoseInFrame>(&kept, Topic::Pose);
+    let scans = decoded::<LaserScan>(&kept, Topic::Sonar);
+    assert_eq!(states.len(), 50);
+    assert_eq!([transforms.len(), poses.len(), scans.len()], [50; 3]);
+    for (((state, transforms), pose), scan) in
+        states.iter().zip(&transforms).zip(&poses).zip(&scans)
+    {
+        let transform = &transforms.transforms[0];
+        assert_eq!(transform.parent_frame_id, "odom");
+        assert_eq!(transform.child_frame_id, "base_link");
+        let at = transform.translation.unwrap();
+        assert!((at.x - f64::from(state.y_tenths_in) * 0.00254).abs() < 1e-9);
+        assert!((at.y + f64::from(state.x_tenths_in) * 0.00254).abs() < 1e-9);
+        let turn = transform.rotation.unwrap();
+        let yaw_rad = 2.0 * turn.z.atan2(turn.w);
+        let expected = -f64::from(state.theta_deg).to_radians();
+        assert!(
+            ((yaw_rad - expected).sin()).abs() < 1e-9,
+            "{yaw_rad} {expected}"
+        );
+        assert!(((yaw_rad - expected).cos() - 1.0).abs() < 1e-9);
+        let pose = pose.pose.unwrap();
+        assert_eq!(pose.position, Some(at));
+        assert_eq!(pose.orientation, Some(turn));
+        let range_m = |inches: Option<u16>| inches.map_or(f64::INFINITY, |i| f64::from(i) * 0.0254);
+        assert_eq!(
+            scan.ranges,
+            [range_m(state.sonar_right_in), range_m(state.sonar_left_in)]
+        );
+        assert!((scan.start_angle + 7.5 * FRAC_PI_2 / 90.0).abs() < 1e-12);
+        assert!((scan.end_angle - 7.5 * FRAC_PI_2 / 90.0).abs() < 1e-12);
+        assert_eq!(scan.frame_id, "base_link");
+    }
+}
+
+#[test]
+fn the_robots_own_time_is_the_publish_time() {
+    let kept = derive(&streams::lines(60), &[80]);
+    let telemetry = of(&kept, Topic::Telemetry);
+    // The first line C is the sixth line.
+    for message in &telemetry[..5] {
+        assert_eq!(message.publish_time_ns, message.log_time_ns);
+    }
+    let zero_ns = telemetry[5].publish_time_ns;
+    for (n, message) in (0..).zip(&telemetry[5..11]) {
+        let expected = zero_ns + n * LINE_NS;
+        assert!(message.publish_time_ns.abs_diff(expected) < 10, "line {n}");
+    }
+    for raw in of(&kept, Topic::RawRx) {
+        assert_eq!(raw.publish_time_ns, raw.log_time_ns);
+    }
+}
+
+/// 3.5 inches a line, for an hour.
+#[test]
+fn the_path_is_bounded_and_told_now_and_then() {
+    let kept = derive(&streams::lines(10_000), &[80]);
+    let paths = decoded::<PosesInFrame>(&kept, Topic::Path);
+    assert!((100..1000).contains(&paths.len()), "{}", paths.len());
+    assert!(paths.iter().all(|path| path.poses.len() <= 512));
+    assert_eq!(paths.last().unwrap().poses.len(), 512);
+    let bytes: usize = of(&kept, Topic::Path).iter().map(|m| m.data.len()).sum();
+    let all: usize = kept.iter().map(|message| message.data.len()).sum();
+    assert!(bytes * 2 < all, "the path takes {bytes} of {all} bytes");
+    let scenes = of(&kept, Topic::Markers);
+    assert!(scenes.iter().all(|scene| scene.data.len() < 20_000));
+    assert!(scenes.len() > 150, "{}", scenes.len());
+}
+
+#[test]
+fn markers_show_body_bumps_and_the_list_that_was_proven() {
+    let mut deriver = Deriver::new();
+    let mut kept = Vec::new();
+    let waypoints = [(0, 0), (0, 48), (48, 48)].map(|(x, y)| Waypoint::new(x, y).unwrap());
+    let steps = [
+        CommandStep::Queued(Request::Route(waypoints.to_vec())),
+        CommandStep::Sent { frames: 1 },
+        CommandStep::Sent { frames: 2 },
+        CommandStep::Progress {
+            acknowledged: 2,
+            total: 3,
+        },
+        CommandStep::Proven { digest: Some(99) },
+    ];
+    for step in steps {
+        let event = Event::Command {
+            id: CommandId(7),
+            step,
+        };
+        let event = StationEvent::from_event(&event).unwrap();
+        deriver
+            .handle_event(START_NS, &event, keep(&mut kept))
+            .unwrap();
+    }
+    assert!(deriver.take_urgent());
+    assert!(!deriver.take_urgent());
+    deriver
+        .handle_rx(START_NS, &streams::lines(30), keep(&mut kept))
+        .unwrap();
+    assert!(deriver.take_urgent(), "there is a bump in it");
+    let uplink = decoded::<UplinkEvent>(&kept, Topic::Uplink);
+    let told: Vec<_> = uplink[..5].iter().map(UplinkEvent::step).collect();
+    assert_eq!(
+        told,
+        [
+            UplinkStep::Queued,
+            UplinkStep::Sent,
+            UplinkStep::Sent,
+            UplinkStep::Progress,
+            UplinkStep::Proven
+        ]
+    );
+    assert_eq!(uplink[0].waypoints_y_in, [0, 48, 48]);
+    assert_eq!(uplink[4].list_digest, Some(99));
+    let robot_says = |step| uplink.iter().any(|event| event.step() == step);
+    assert!(robot_says(UplinkStep::Acknowledged) && robot_says(UplinkStep::List));
+    let scene = decoded::<SceneUpdate>(&kept, Topic::Markers).pop().unwrap();
+    let entity = |id: &str| scene.entities.iter().find(|e| e.id == id).unwrap();
+    assert_eq!(entity("robot").frame_id, "base_link");
+    assert_eq!(entity("robot").cylinders.len(), 1);
+    let route = &entity("waypoints").lines[0].points;
+    assert_eq!(route.len(), 3);
+    assert!((route[2].x - 1.2192).abs() < 1e-9 && (route[2].y + 1.2192).abs() < 1e-9);
+    assert_eq!(entity("bumps").spheres.len(), 1);
+    let log: Vec<String> = decoded::<Log>(&kept, Topic::Log)
+        .into_iter()
+        .map(|log| format!("{}: {}", log.name, log.message))
+        .collect();
+    assert_eq!(log[0], "command: route of 3 waypoints: proven");
+    assert!(log.contains(&"robot: bump left".to_owned()), "{log:?}");
+}
+
+#[test]
+fn every_topic_has_a_schema_that_others_can_use() {
+    for topic in Topic::ALL {
+        let schema = topic.schema();
+        assert!(!schema.descriptors.is_empty(), "{topic:?}");
+        let set = prost_types::FileDescriptorSet::decode(&*schema.descriptors).unwrap();
+        let (package, name) = schema.name.split_once('.').unwrap();
+        let has_it = set.file.iter().any(|file| {
+            file.package() == package && file.message_type.iter().any(|m| m.name() == name)
+        });
+        assert!(has_it, "{}", schema.name);
+        assert_eq!(Topic::from_name(topic.name()), Some(topic));
+    }
+}
+
+#[test]
+fn a_part_begins_anew_and_knows_the_robot() {
+    let mut deriver = Deriver::new();
+    let mut kept = Vec::new();
+    let stream = streams::lines(60);
+    deriver
+        .handle_rx(START_NS, &stream, keep(&mut kept))
+        .unwrap();
+    assert!(deriver.take_robot().is_some());
+    assert!(deriver.take_robot().is_none());
+    deriver.begin_part();
+    assert!(deriver.take_robot().is_some());
+    kept.clear();
+    deriver
+        .handle_rx(START_NS, &stream[..160], keep(&mut kept))
+        .unwrap();
+    let mut topics = BTreeMap::new();
+    for message in &kept {
+        *topics.entry(message.topic).or_insert(0) += 1;
+    }
+    assert_eq!(topics.get(&Topic::Markers), Some(&1), "{topics:?}");
+    assert_eq!(topics.get(&Topic::Path), Some(&1), "{topics:?}");
+    let raw = decoded::<RawBytes>(&kept, Topic::RawRx);
+    assert_eq!(raw[0].stream_offset, 0);
+}
+
+#[test]
+fn what_is_no_part_of_a_capture_is_left_out() {
+    assert_eq!(StationEvent::from_event(&Event::Tick), None);
+    let lost = Event::Link(LinkEvent::Lost {
+        reason: "unplugged".to_owned(),
+    });
+    assert!(StationEvent::from_event(&lost).unwrap().is_urgent());
+}
+
+proptest! {
+    #![proptest_config(ProptestConfig::with_cases(32))]
+
+    /// Every message but for its time is the same however the bytes arrive.
+    #[test]
+    fn reads_of_any_size_give_the_same_messages(
+        seed in any::<u64>(),
+        sizes in prop::collection::vec(1_usize..300, 1..20),
+    ) {
+        let stream = streams::noisy(60, seed);
+        let topics = |kept: &[Kept]| -> Vec<(Topic, Vec<u8>)> {
+            kept.iter()
+                .filter(|m| matches!(m.topic, Topic::RawRx | Topic::Telemetry | Topic::Uplink))
+                .map(|m| (m.topic, m.data.clone()))
+                .collect()
+        };
+        prop_assert_eq!(topics(&derive(&stream, &sizes)), topics(&derive(&stream, &[80])));
+    }
+}
