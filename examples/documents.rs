@@ -6,11 +6,21 @@ use std::fmt::Write as _;
 use std::fs;
 use std::path::{Path, PathBuf};
 
+use clap::CommandFactory as _;
+use groundwave::commands::cli::Cli;
+use groundwave::model::keys::Keymap;
 use groundwave::request::in_whole_unit;
 use sr04_firmware::parameters::Parameter;
 
 /// Each document's name below `docs/`, and what makes it.
-pub const DOCUMENTS: &[(&str, fn() -> String)] = &[("parameters.md", parameters)];
+pub const DOCUMENTS: &[(&str, fn() -> String)] = &[
+    ("commands.md", commands),
+    ("keys.md", keys),
+    ("parameters.md", parameters),
+];
+
+/// Columns of the help texts.
+const HELP_COLUMNS: usize = 100;
 
 /// Where a document is.
 pub fn path(name: &str) -> PathBuf {
@@ -25,6 +35,61 @@ fn main() -> Result<(), Box<dyn Error>> {
         fs::write(path(name), make())?;
     }
     Ok(())
+}
+
+/// Every verb with its help.
+fn commands() -> String {
+    let mut text = String::from(
+        "# Commands\n\n\
+         Made from the definitions in `src/commands/cli` by `cargo run --example documents`. `groundwave VERB --help` prints the same,\n\
+         `groundwave man` as a manual page, and `groundwave completions SHELL` what a shell needs to complete it.\n",
+    );
+    let mut command = Cli::command().term_width(HELP_COLUMNS);
+    command.build();
+    let mut add = |title: &str, command: &clap::Command| {
+        let help = command.clone().render_long_help().to_string();
+        let help: Vec<&str> = help.lines().map(str::trim_end).collect();
+        // Writing to a string cannot fail.
+        let _ = writeln!(
+            text,
+            "\n## {title}\n\n```text\n{}\n```",
+            help.join("\n").trim_end()
+        );
+    };
+    add("groundwave", &command);
+    for verb in command
+        .get_subcommands()
+        .filter(|verb| verb.get_name() != "help")
+    {
+        add(verb.get_name(), verb);
+    }
+    text
+}
+
+/// Every key, from the table that the dashboard reads.
+fn keys() -> String {
+    let mut text = String::from(
+        "# Keys\n\n\
+         Made from the table in `src/model/keys.rs` by `cargo run --example documents`. `?` shows them in the dashboard. Another key is\n\
+         chosen in the configuration, under the name in the third column; `groundwave config` prints them all:\n\n\
+         ```toml\n[keys]\nscan = [\"v\", \"F9\"]\n[keys.drive]\nleave-drive = \"x\"\n```\n",
+    );
+    let mut place = String::new();
+    for [context, keys, name, does] in Keymap::default().manual() {
+        if context != place {
+            let _ = writeln!(
+                text,
+                "\n## {context}\n\n| keys | what they do | name |\n|---|---|---|"
+            );
+            place = context.into_owned();
+        }
+        let keys: Vec<String> = keys
+            .split(' ')
+            .map(|key| format!("`{}`", key.replace('|', "\\|")))
+            .collect();
+        let _ = writeln!(text, "| {} | {does} | `{name}` |", keys.join(" "));
+    }
+    text
 }
 
 /// The robot's parameters, from the table of its program.

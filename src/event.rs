@@ -111,6 +111,8 @@ pub enum Effect {
     DriveEnd,
     /// Forget commands that wait and the one under way.
     CancelCommands,
+    /// Begin a recording with what is remembered, or end the one under way.
+    ToggleRecording,
     /// Read a route file; the answer is [`Event::RouteLoaded`].
     LoadRoute(String),
     /// Write a route file; the answer is [`Event::RouteSaved`].

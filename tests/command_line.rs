@@ -161,3 +161,89 @@ fn a_parameter_is_told_and_taken_in_the_whole_unit() {
         "{err}"
     );
 }
+
+#[test]
+fn alone_it_says_what_can_be_done_next() {
+    let (out, err) = expect(0, &[]);
+    assert!(
+        out.contains("groundwave demo") && out.contains("--help"),
+        "{out}"
+    );
+    assert_eq!(err, "");
+}
+
+#[test]
+fn shells_and_man_are_served_from_the_definitions() {
+    for shell in ["bash", "zsh", "fish", "elvish", "powershell"] {
+        let (out, _) = expect(0, &["completions", shell]);
+        assert!(
+            out.contains("calibrate") && out.contains("share-open-to-network"),
+            "{shell}"
+        );
+    }
+    let (page, _) = expect(0, &["man"]);
+    assert!(
+        page.starts_with(".ie") && page.contains("calibrate"),
+        "{page}"
+    );
+    let folder = scratch("man");
+    let pages = folder.join("man1");
+    expect(0, &["man", pages.to_str().unwrap()]);
+    for name in ["groundwave.1", "groundwave-send.1", "groundwave-config.1"] {
+        let page = fs::read_to_string(pages.join(name)).unwrap();
+        assert!(page.contains("groundwave"), "{name}");
+    }
+    let send = fs::read_to_string(pages.join("groundwave-send.1")).unwrap();
+    assert!(send.contains("\\fBgroundwave send\\fR"), "{send}");
+}
+
+#[test]
+fn a_configuration_is_printed_checked_and_blamed() {
+    let folder = scratch("config");
+    let path = folder.join("config.toml");
+    let name = path.to_str().unwrap();
+    let (printed, told) = expect(0, &["--config", name, "config"]);
+    assert!(told.contains("is not there yet"), "{told}");
+    fs::write(&path, &printed).unwrap();
+    let (out, _) = expect(0, &["config", "check", name]);
+    assert!(
+        out.contains("good: no links, no robots, keys as they come"),
+        "{out}"
+    );
+    fs::write(&path, "[link]\nradoi = \"half\"\n").unwrap();
+    for arguments in [
+        &["config", "check", name][..],
+        &["--config", name, "send", "/dev/no-such-port", "stop"],
+        &["--config", name],
+    ] {
+        let (_, err) = expect(2, arguments);
+        let told = format!("{name}:2:1: unknown key `radoi` in [link]; did you mean `radio`?");
+        assert!(err.contains(&told), "{err}");
+    }
+    let (out, _) = expect(0, &["--config", name, "config", "path"]);
+    assert_eq!(out.trim(), name);
+}
+
+#[test]
+fn a_robot_is_known_by_the_name_that_the_configuration_gives_it() {
+    let folder = scratch("profile");
+    let sim = Sim::start(&["--listen", "127.0.0.1:0"]);
+    let path = folder.join("config.toml");
+    let text = format!(
+        "[link.shed]\nport = \"{}\"\n[robot.marvin]\nlink = \"shed\"\n",
+        sim.path
+    );
+    fs::write(&path, text).unwrap();
+    let config = ["--config", path.to_str().unwrap()];
+    for name in ["marvin", "shed"] {
+        let (out, _) = expect(
+            0,
+            &[&config[..], &["send", name, "mode", "reactive"]].concat(),
+        );
+        assert!(out.contains("proven"), "{out}");
+    }
+    let (_, err) = expect(2, &[&config[..], &["send", "marvn", "stop"]].concat());
+    assert!(err.contains("did you mean `marvin`?"), "{err}");
+    let (out, _) = expect(0, &config);
+    assert!(out.contains("groundwave watch marvin "), "{out}");
+}

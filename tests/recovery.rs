@@ -445,7 +445,11 @@ fn what_was_remembered_comes_first_with_its_times() {
     let folder = TempDir::new().unwrap();
     let path = folder.path().join("late.mcap");
     let stream = streams::clean(30);
-    let mut recorder = Recorder::start(&path, Existing::Refuse, &session()).unwrap();
+    let session = Session {
+        start: wall(Duration::ZERO) - Duration::from_secs(600),
+        ..session()
+    };
+    let mut recorder = Recorder::start(&path, Existing::Refuse, &session).unwrap();
     let remembered = stream[..1600].chunks(80).zip(0..).map(|(line, n)| Entry {
         kind: Kind::Rx,
         at_ns: (START_S - 600 + n) * 1_000_000_000,

@@ -113,8 +113,9 @@ pub struct Wheel {
     still_ticks: u8,
     /// It stalled, and has not moved since.
     is_stalled: bool,
-    /// How long it is left without power for that.
+    /// How long it is left without power for that, and which way it was to turn.
     rest_ticks: u8,
+    rests_from_backward: bool,
     /// While it brakes: counts a tick that it still did at the end of the past tick.
     braked_counts: Option<i16>,
 }
@@ -222,7 +223,7 @@ impl Wheel {
         }
         self.rest_ticks -= 1;
         self.slewed_cps = 0;
-        let turns_back = ordered_cps != 0 && (ordered_cps < 0) != self.backward;
+        let turns_back = ordered_cps != 0 && (ordered_cps < 0) != self.rests_from_backward;
         if turns_back {
             self.rest_ticks = 0;
         }
@@ -242,6 +243,7 @@ impl Wheel {
             self.release();
             self.is_stalled = true;
             self.rest_ticks = REST_TICKS;
+            self.rests_from_backward = given < 0;
         }
     }
 

@@ -81,6 +81,85 @@ fn it_settles_within_a_second_of_the_slew_without_overshoot() {
     }
 }
 
+/// The closed loop by analysis: the motor's differential equation solved from tick to tick, and the control's
+/// law in real numbers, with an encoder that knows fractions of a count.
+#[derive(Default)]
+struct Analytic {
+    speed_cps: f64,
+    ordered_cps: f64,
+    behind: f64,
+    pwm: f64,
+}
+
+impl Analytic {
+    const TICK_S: f64 = 0.05;
+    /// Counts a second for each 255th of the pulse width on 12 volts without load.
+    const GAIN: f64 = 326.0 / 255.0;
+    /// Of the motor, in seconds.
+    const TIME_CONSTANT_S: f64 = 1.0 / 6.0;
+
+    fn tick(&mut self, order_cps: i16, parameters: &Parameters) {
+        let gain = |parameter| f64::from(parameters.get(parameter));
+        let lasts = (-Self::TICK_S / Self::TIME_CONSTANT_S).exp();
+        let settled_cps = Self::GAIN * self.pwm;
+        let apart_cps = self.speed_cps - settled_cps;
+        let counts = settled_cps * Self::TICK_S + apart_cps * Self::TIME_CONSTANT_S * (1.0 - lasts);
+        self.speed_cps = settled_cps + apart_cps * lasts;
+
+        let slew_cps = f64::from(cps(parameters.get(Parameter::Slew)) / 20);
+        let change = (f64::from(order_cps) - self.ordered_cps).clamp(-slew_cps, slew_cps);
+        self.ordered_cps += change;
+        let slow_cps = self.ordered_cps - counts / Self::TICK_S;
+        self.behind += slow_cps * Self::TICK_S;
+        self.pwm = self.ordered_cps * gain(Parameter::PidFeed) / 256.0
+            + change * gain(Parameter::PidD) / 256.0
+            + self.behind * gain(Parameter::PidI)
+            + slow_cps * gain(Parameter::PidP) / 256.0;
+        assert!(
+            self.pwm.abs() < 255.0,
+            "a law without a limit: {}",
+            self.pwm
+        );
+    }
+}
+
+#[test]
+fn the_closed_loops_step_response_is_the_analytic_one() {
+    let mut tuned = Parameters::DEFAULT;
+    for (parameter, value) in [
+        (Parameter::PidFeed, 160),
+        (Parameter::PidP, 60),
+        (Parameter::PidI, 6),
+        (Parameter::PidD, 400),
+        (Parameter::Slew, 40),
+    ] {
+        assert!(tuned.set(parameter, value));
+    }
+    for parameters in [Parameters::DEFAULT, tuned] {
+        for steps in [[12, 3], [4, 10], [8, 2]] {
+            let mut rig = Rig::new(12.0, 0.0);
+            rig.gains = Gains::of(&parameters);
+            let mut analytic = Analytic::default();
+            let mut way = 0.0;
+            let mut squares = 0.0;
+            for (tick, speed_in_s) in steps.into_iter().flat_map(|step| [step; 40]).enumerate() {
+                rig.run_ticks(1, cps(speed_in_s));
+                analytic.tick(cps(speed_in_s), &parameters);
+                let apart_cps = rig.motor.speed_cps - analytic.speed_cps;
+                squares += apart_cps * apart_cps;
+                way += apart_cps * Analytic::TICK_S;
+                // A count a tick is 20 counts a second: what the encoder cannot tell.
+                assert!(
+                    apart_cps.abs() < 12.0 && way.abs() < 3.0,
+                    "tick {tick} of {steps:?}: {apart_cps} counts/s, {way} counts"
+                );
+            }
+            let rms_cps = (squares / 80.0_f64).sqrt();
+            assert!(rms_cps < 4.0, "{steps:?}: {rms_cps}");
+        }
+    }
+}
+
 #[test]
 fn counts_lost_to_a_hindrance_are_made_up_for_within_a_limit() {
     let mut rig = Rig::new(12.0, 0.08);

@@ -63,10 +63,13 @@ impl<W: Write> Composer<W> {
     pub(super) fn go_on(output: W, session: &Session, mut deriver: Deriver) -> io::Result<Self> {
         deriver.begin_part();
         let mut composer = Self::around(McapWriter::new(output)?, deriver);
+        let time_ns = since_1970_ns(session.start);
+        // Every chunk has a message, the first too.
+        let begun = StationEvent::note(format!("recording of {} begins", session.link));
+        composer.handle_event(time_ns, &begun)?;
         composer
             .writer
             .write_metadata("session", &session.metadata())?;
-        let time_ns = since_1970_ns(session.start);
         composer.writer.attach(&Attachment {
             name: layout::NAME,
             media_type: "application/json",

@@ -46,15 +46,18 @@ pub fn convert_raw(
     let mut reader = RawReader::new(source);
     let mut composer = Composer::new(output, &session).map_err(ConvertError::Write)?;
     while let Some(chunk) = reader.next_chunk().map_err(ConvertError::Read)? {
-        let at_ns = start_ns + u64::try_from(chunk.at.as_nanos()).unwrap_or(u64::MAX);
+        let since_ns = u64::try_from(chunk.at.as_nanos()).unwrap_or(u64::MAX);
+        let at_ns = start_ns.saturating_add(since_ns);
         composer
             .handle_rx(at_ns, chunk.bytes)
             .map_err(ConvertError::Write)?;
     }
+    let bytes = composer.deriver().rx_bytes();
+    // Whatever is left over after the last line feed is no line.
     let counters = *composer.deriver().counters();
     composer.finish().map_err(ConvertError::Write)?;
     Ok(Converted {
-        bytes: counters.bytes,
+        bytes,
         lines: counters.lines + counters.ack_lines,
     })
 }

@@ -3,7 +3,7 @@
 //! A line belongs to the part in which it ends, with all of its bytes; so parts that meet make up the
 //! whole, and each of them decodes and verifies by itself.
 
-use std::collections::{BTreeMap, HashMap, VecDeque};
+use std::collections::{BTreeMap, HashSet, VecDeque};
 use std::io::{self, Read, Write};
 use std::time::{Duration, UNIX_EPOCH};
 
@@ -12,13 +12,14 @@ use ::mcap::records::{Record, op};
 use groundwave_protocol::LINE_BYTES;
 use prost::Message as _;
 
-use super::block_writer::{BlockWriter, Times};
-use super::mcap::{RAW_RX, RAW_TX};
 use super::mcap_reader::{Damages, Entries, Entry};
 use super::messages::RawBytes;
 use super::name::utc;
 use super::raw::RawReader;
+use super::topics::Topic;
 use super::when::When;
+use super::writer::records::record;
+use super::writer::{Attachment, LIBRARY, McapWriter};
 
 /// What is decoded from bytes is recorded a moment after them and still belongs to them.
 const LAG_NS: u64 = 1_000_000_000;
@@ -96,12 +97,12 @@ pub fn cut_mcap(source: impl Read, window: Window, output: impl Write) -> Result
     let mut entries = Entries::new(source);
     let mut damages = Damages::default();
     let mut cutter = Cutter {
-        writer: BlockWriter::new(output).map_err(CutError::Write)?,
+        writer: McapWriter::empty(output, LIBRARY).map_err(CutError::Write)?,
         window,
         start_ns: None,
         place: Place::Before,
-        schemas: HashMap::new(),
-        channels: HashMap::new(),
+        schemas: HashSet::new(),
+        channels: HashSet::new(),
         held: Held::default(),
         offsets: BTreeMap::new(),
         part: Part::default(),
@@ -121,13 +122,9 @@ pub fn cut_mcap(source: impl Read, window: Window, output: impl Write) -> Result
                 header,
                 data,
             } => {
-                let times = Times {
-                    log: header.log_time,
-                    publish: header.publish_time,
-                };
-                let raw = match channel.topic.as_str() {
-                    RAW_RX => Some(Way::Down),
-                    RAW_TX => Some(Way::Up),
+                let raw = match Topic::from_name(&channel.topic) {
+                    Some(Topic::RawRx) => Some(Way::Down),
+                    Some(Topic::RawTx) => Some(Way::Up),
                     _ => None,
                 };
                 let content = match raw.map(|way| (way, RawBytes::decode(data))) {
@@ -140,7 +137,7 @@ pub fn cut_mcap(source: impl Read, window: Window, output: impl Write) -> Result
                 };
                 let message = Message {
                     channel: header.channel_id,
-                    times,
+                    times: (header.log_time, header.publish_time),
                     content,
                 };
                 cutter.take(message).map_err(CutError::Write)?;
@@ -171,7 +168,8 @@ enum Content {
 
 struct Message {
     channel: u16,
-    times: Times,
+    /// Received and made, nanoseconds.
+    times: (u64, u64),
     content: Content,
 }
 
@@ -268,13 +266,13 @@ enum Place {
 }
 
 struct Cutter<W: Write> {
-    writer: BlockWriter<W>,
+    writer: McapWriter<W>,
     window: Window,
     start_ns: Option<u64>,
     place: Place,
-    /// Numbers in the capture and here.
-    schemas: HashMap<u16, u16>,
-    channels: HashMap<u16, u16>,
+    /// Those that have been copied, by their numbers.
+    schemas: HashSet<u16>,
+    channels: HashSet<u16>,
     held: Held,
     /// Where each way began in the capture.
     offsets: BTreeMap<Way, u64>,
@@ -287,33 +285,28 @@ impl<W: Write> Cutter<W> {
             op::SCHEMA | op::CHANNEL | op::METADATA | op::ATTACHMENT => {}
             _ => return Ok(()),
         }
+        let copy = || {
+            let mut bytes = Vec::with_capacity(body.len() + 16);
+            record(&mut bytes, opcode, |to| to.extend_from_slice(body));
+            bytes
+        };
         match parse_record(opcode, body) {
-            Ok(Record::Schema { header, data }) if !self.schemas.contains_key(&header.id) => {
-                let id = self
-                    .writer
-                    .add_schema(&header.name, &header.encoding, &data)?;
-                self.schemas.insert(header.id, id);
+            Ok(Record::Schema { header, .. }) if self.schemas.insert(header.id) => {
+                self.writer.add_schema(&copy());
             }
-            Ok(Record::Channel(channel)) if !self.channels.contains_key(&channel.id) => {
-                let schema = self.schemas.get(&channel.schema_id).copied();
-                let id = self.writer.add_channel(
-                    schema.unwrap_or(0),
-                    &channel.topic,
-                    &channel.message_encoding,
-                    &channel.metadata,
-                )?;
-                self.channels.insert(channel.id, id);
+            Ok(Record::Channel(channel)) if self.channels.insert(channel.id) => {
+                self.writer.add_channel(&copy());
             }
             Ok(Record::Metadata(table)) => {
                 self.writer.write_metadata(&table.name, &table.metadata)?;
             }
             Ok(Record::Attachment { header, data, .. }) => {
-                let times = Times {
-                    log: header.log_time,
-                    publish: header.create_time,
-                };
-                self.writer
-                    .attach(&header.name, &header.media_type, times, &data)?;
+                self.writer.attach(&Attachment {
+                    name: &header.name,
+                    media_type: &header.media_type,
+                    time_ns: header.log_time,
+                    data: &data,
+                })?;
             }
             _ => {}
         }
@@ -322,7 +315,7 @@ impl<W: Write> Cutter<W> {
 
     fn take(&mut self, message: Message) -> io::Result<()> {
         if message.received().is_some() {
-            self.start_ns.get_or_insert(message.times.log);
+            self.start_ns.get_or_insert(message.times.0);
         }
         let has_come = |when: Option<When>| when.is_some_and(|when| self.has_come(when, &message));
         let is_after = has_come(self.window.to);
@@ -369,7 +362,7 @@ impl<W: Write> Cutter<W> {
         } else {
             LAG_NS
         };
-        message.times.log >= moment_ns.saturating_add(lag_ns)
+        message.times.0 >= moment_ns.saturating_add(lag_ns)
     }
 
     fn leave(&mut self) -> io::Result<()> {
@@ -382,22 +375,24 @@ impl<W: Write> Cutter<W> {
     }
 
     fn write(&mut self, message: Message) -> io::Result<()> {
-        let Some(&channel) = self.channels.get(&message.channel) else {
-            return Ok(());
-        };
-        let times = message.times;
-        match message.content {
-            Content::Other(data) => self.writer.write(channel, times, |to| to.extend(data))?,
+        let Message {
+            channel,
+            times: (log_ns, publish_ns),
+            content,
+        } = message;
+        let data = match content {
+            Content::Other(data) => data,
             Content::Raw(_, raw) if raw.data.is_empty() => return Ok(()),
             Content::Raw(way, mut raw) => {
                 raw.stream_offset -= *self.offsets.entry(way).or_insert(raw.stream_offset);
                 if way == Way::Down {
                     self.part.bytes += raw.data.len() as u64;
                 }
-                let encode = |to: &mut Vec<u8>| raw.encode_raw(to);
-                self.writer.write(channel, times, encode)?;
+                raw.encode_to_vec()
             }
-        }
+        };
+        self.writer
+            .copy_message(channel, log_ns, publish_ns, &data)?;
         self.part.messages += 1;
         Ok(())
     }

@@ -8,6 +8,7 @@
 mod mcap;
 mod raw;
 mod stamps;
+mod told;
 
 use std::fs::File;
 use std::io::{self, Read};
@@ -50,6 +51,8 @@ pub enum Piece<'a> {
     Sent(&'a [u8]),
     /// What the station knew besides them.
     Told(Event),
+    /// What follows from the bytes anyway.
+    Nothing,
     /// So many received bytes are not in the capture.
     Missing(u64),
     /// A part of the capture cannot be read: which, and why.

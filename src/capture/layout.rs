@@ -6,7 +6,7 @@
 /// The name of the attachment.
 pub const NAME: &str = "groundwave.layout.json";
 
-/// The layout, for *Layouts → Import from file*.
+/// The layout, to be imported as one: `docs/opening-captures.md` shows how.
 pub const JSON: &str = include_str!("layout.json");
 
 #[cfg(test)]

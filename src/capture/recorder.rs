@@ -23,8 +23,8 @@ use super::{CaptureError, Existing};
 use crate::event::Moment;
 use worker::{Order, Part, Shared, Worker, write_error};
 
-/// The most that a power cut takes from a recording.
-const FLUSH_PERIOD: Duration = Duration::from_secs(10);
+/// So that a power cut takes no more than the last 10 s, with a disk that needs its time.
+const FLUSH_PERIOD: Duration = Duration::from_secs(8);
 
 /// A disk may stall for minutes at 3 lines a second before the MCAP has to be made anew from the journal.
 const QUEUE_LENGTH: usize = 1024;

@@ -6,7 +6,8 @@ use std::time::Duration;
 
 /// A recording of days is a row of files: each is of use by itself, is finished while the next is
 /// written, and what has to be remembered of it for its index is forgotten.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, serde::Deserialize)]
+#[serde(try_from = "String")]
 pub struct Rotation {
     /// A part is no longer than this.
     pub period: Option<Duration>,
@@ -32,6 +33,14 @@ impl Default for Rotation {
     "`{0}` is neither a time like 1h nor a size like 64MB; `--rotate 24h`, `--rotate 1h,64MB`, `--rotate never`"
 )]
 pub struct RotationError(String);
+
+impl TryFrom<String> for Rotation {
+    type Error = RotationError;
+
+    fn try_from(words: String) -> Result<Self, RotationError> {
+        words.parse()
+    }
+}
 
 impl FromStr for Rotation {
     type Err = RotationError;

@@ -15,11 +15,14 @@ use groundwave_protocol::decoder::{Counters, Decoder};
 use prost::Message as _;
 use serde::Serialize;
 
-use super::mcap::{RAW_RX, TELEMETRY};
 use super::mcap_reader::{Channel, Entries, Entry};
 use super::messages::{RawBytes, Telemetry};
 use super::raw::RawReader;
 use super::source::Form;
+use super::topics::Topic;
+
+const RAW_RX: &str = Topic::RawRx.name();
+const TELEMETRY: &str = Topic::Telemetry.name();
 
 /// Faults that are told one by one.
 const FAULTS_TOLD: usize = 10;

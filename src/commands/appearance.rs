@@ -1,29 +1,40 @@
-//! How the dashboard is to look, from the environment. Nothing is asked of the terminal: one that does
-//! not answer would cost seconds.
+//! How the dashboard is to look: what the configuration says, else what the environment does. Nothing is asked of the
+//! terminal: one that does not answer would cost seconds.
 
 use std::env;
 
-use crate::model::{Colors, Config, Limits};
+use super::config::{self, Theme};
+use crate::model::{Colors, Config};
 
-/// `NO_COLOR`, `COLORFGBG` and the locale.
-pub(super) fn from_environment() -> Config {
+/// The configuration, else `NO_COLOR`, `COLORFGBG` and the locale.
+pub(super) fn appearance(config: &config::Config) -> Config {
     let set = |name| env::var(name).ok().filter(|value| !value.is_empty());
     let locale = set("LC_ALL")
         .or_else(|| set("LC_CTYPE"))
         .or_else(|| set("LANG"));
+    let no_color = set("NO_COLOR").is_some();
+    let dashboard = &config.dashboard;
     Config {
-        limits: Limits::default(),
-        colors: colors(set("NO_COLOR").is_some(), set("COLORFGBG").as_deref()),
-        ascii: is_ascii(locale.as_deref()),
-        raw_copy: None,
-        silent: false,
+        colors: match dashboard.theme {
+            // Who says that there are to be no colours is believed, whatever the file says.
+            _ if no_color => Colors::Mono,
+            None | Some(Theme::Auto) => colors(set("COLORFGBG").as_deref()),
+            Some(Theme::Dark) => Colors::Dark,
+            Some(Theme::Light) => Colors::Light,
+            Some(Theme::HighContrast) => Colors::HighContrast,
+            Some(Theme::Mono) => Colors::Mono,
+        },
+        ascii: dashboard
+            .ascii
+            .unwrap_or_else(|| is_ascii(locale.as_deref())),
+        silent: dashboard.bell == Some(false),
+        limits: config.limits.clone(),
+        keys: config.keys.clone(),
+        ..Config::default()
     }
 }
 
-fn colors(no_color: bool, foreground_background: Option<&str>) -> Colors {
-    if no_color {
-        return Colors::Mono;
-    }
+fn colors(foreground_background: Option<&str>) -> Colors {
     // `15;0` is white on black. Of the sixteen colours 7 and 9 to 15 are light.
     let background = foreground_background
         .and_then(|value| value.rsplit(';').next())
@@ -51,12 +62,11 @@ mod tests {
     use super::*;
 
     #[test]
-    fn no_color_wins_and_light_backgrounds_are_known() {
-        assert_eq!(colors(true, Some("0;15")), Colors::Mono);
-        assert_eq!(colors(false, Some("0;15")), Colors::Light);
-        assert_eq!(colors(false, Some("15;0")), Colors::Dark);
-        assert_eq!(colors(false, Some("12;default;8")), Colors::Dark);
-        assert_eq!(colors(false, Some("rubbish")), Colors::Dark);
+    fn light_backgrounds_are_known() {
+        assert_eq!(colors(Some("0;15")), Colors::Light);
+        assert_eq!(colors(Some("15;0")), Colors::Dark);
+        assert_eq!(colors(Some("12;default;8")), Colors::Dark);
+        assert_eq!(colors(Some("rubbish")), Colors::Dark);
     }
 
     #[cfg(unix)]

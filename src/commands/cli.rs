@@ -1,25 +1,26 @@
 //! The command line, as clap sees it.
 
 mod captures;
+mod helping;
+mod listening;
 mod runs;
 mod sending;
+mod simulating;
 
 pub use captures::{
-    Captures, Convert, Cut, Decode, DecodeFormat, Export, ExportFormat, Info, Output, Verify,
+    Captures, Convert, Cut, Decode, DecodeFormat, Export, ExportFormat, Info, Output, Recover,
+    Replay, Songs, Verify,
 };
+pub use helping::{Completions, ConfigArgs, ConfigVerb, Man, Ports};
+pub use listening::{Keeping, RadioArgs, Record, Sharing, Watch};
 pub use runs::{Compare, Label, Runs};
 pub use sending::{Calibrate, Param, Send, Way};
+pub use simulating::{Demo, Sim, Simulated, World};
 
 use std::path::PathBuf;
 use std::time::Duration;
 
-use clap::{ArgGroup, Args, Parser, Subcommand};
-
-use super::config::Config;
-use crate::io::foxglove::DEFAULT_ADDRESS;
-use crate::io::link::{BAUD, LinkSpec};
-use crate::radio::{Radio, RadioKind};
-use crate::share::Address;
+use clap::{Parser, Subcommand};
 
 /// Ground station for a small robot on a 2400-baud radio.
 #[derive(Debug, Parser)]
@@ -40,9 +41,9 @@ pub struct Cli {
     /// Read this configuration instead of the usual one
     #[arg(long, value_name = "FILE", global = true)]
     pub config: Option<PathBuf>,
-    /// What to do.
+    /// What to do; nothing shows what can be done next.
     #[command(subcommand)]
-    pub command: Command,
+    pub command: Option<Command>,
 }
 
 /// The verbs.
@@ -73,6 +74,7 @@ COMMAND is one of:
 
 Neither goto nor route changes the mode, unless --go: then `mode prowl` follows.
 
+Examples:
   groundwave send /dev/ttyUSB0 goto -48 120 --go
   groundwave send tcp:robot.local:4000 route square.txt
   groundwave send /dev/ttyUSB0 -f evening.txt     one command a line, # comments; stops at the first that fails
@@ -81,6 +83,7 @@ Neither goto nor route changes the mode, unless --go: then `mode prowl` follows.
     Send(Send),
     /// Read, change or keep the robot's parameters.
     #[command(after_help = "\
+Examples:
   groundwave param /dev/ttyUSB0 list
   groundwave param /dev/ttyUSB0 get top-speed
   groundwave param /dev/ttyUSB0 set top-speed 8      until the robot's next reset, unless saved
@@ -95,6 +98,7 @@ it. After each you measure where it really is, seen as it stood at the start, an
 right of the mark and ahead of it. From these follow the track and the wheels' diameters, which are sent to the robot;
 then it drives both again, and you see what it was good for.
 
+Examples:
   groundwave calibrate /dev/ttyUSB0 --side 157 --save
   printf '%s\\n' '3.5 -2' '-4 1.5' '0.2 0' '-0.1 0.3' | groundwave calibrate /dev/ttyUSB0")]
     Calibrate(Calibrate),
@@ -135,296 +139,29 @@ not. It can be interrupted and repeated. A damaged file stays as FILE.damaged.
     Ports(Ports),
     /// Show a world as a picture and check it; without a name, list those that come with the program.
     World(World),
+    /// Print the configuration as it comes, say where it is read from, or check one.
+    Config(ConfigArgs),
+    /// Print what a shell needs to complete this command line.
+    Completions(Completions),
+    /// Print the manual page, or write one for each verb into a folder.
+    Man(Man),
 }
 
 impl Command {
-    /// Whether it opens a link, of which the configuration says something.
+    /// Whether it opens a link or a dashboard, of which the configuration says something.
     #[must_use]
     pub const fn uses_config(&self) -> bool {
         matches!(
             self,
-            Self::Watch(_) | Self::Record(_) | Self::Send(_) | Self::Param(_) | Self::Calibrate(_)
+            Self::Demo(_)
+                | Self::Watch(_)
+                | Self::Record(_)
+                | Self::Send(_)
+                | Self::Param(_)
+                | Self::Calibrate(_)
+                | Self::Replay(_)
         )
     }
-}
-
-/// What to simulate.
-#[derive(Clone, Debug, Args)]
-pub struct Simulated {
-    /// A world that comes with the program, or a TOML file
-    #[arg(long, value_name = "NAME|FILE", default_value = "house")]
-    pub world: String,
-    /// Seed of everything random
-    #[arg(long, default_value_t = 1)]
-    pub seed: u64,
-    /// How the radio behaves, any of these with commas between: ber=1e-3 (bit errors), burst=50 (in clumps of so many
-    /// bits), drop=0.01 and dup=0.01 (bytes lost, doubled), delay=0.5s, half-duplex, squelch (noise while the other
-    /// side is silent; squelch=out: in outages too), modem=hc-12 or modem=xbee (buffered half-duplex modules),
-    /// out=10s..12s (nothing passes)
-    #[arg(long, value_name = "SPEC", default_value = "")]
-    pub channel: String,
-    /// What kind of radio the robot has; half, hc-12 and xbee make it take turns with the ground
-    #[arg(long, value_enum, value_name = "KIND", default_value = "full")]
-    pub radio: RadioKind,
-    /// Multiple of real time
-    #[arg(long, value_name = "X", default_value_t = 1.0)]
-    pub time_factor: f64,
-}
-
-/// What is known of the radio.
-#[derive(Clone, Debug, Default, Args)]
-pub struct RadioArgs {
-    /// Baud rate of the serial device [default: 2400]
-    #[arg(long)]
-    pub baud: Option<u32>,
-    /// What kind of radio it is [default: auto]
-    #[arg(long, value_enum, value_name = "KIND")]
-    pub radio: Option<RadioKind>,
-    /// What the radio adds to the time on the wire, both ways together: 80ms
-    #[arg(long, value_name = "T", value_parser = parse_duration)]
-    pub latency: Option<Duration>,
-    /// Never send a byte: as --radio receive-only
-    #[arg(long, conflicts_with = "radio")]
-    pub no_uplink: bool,
-}
-
-impl RadioArgs {
-    /// The port's rate: what is said here outranks the configuration.
-    #[must_use]
-    pub fn baud(&self, config: &Config) -> u32 {
-        self.baud.or(config.link.baud).unwrap_or(BAUD)
-    }
-
-    /// The radio: what is said here outranks the configuration.
-    #[must_use]
-    pub fn radio(&self, config: &Config) -> Radio {
-        let kind = if self.no_uplink {
-            RadioKind::ReceiveOnly
-        } else {
-            self.radio.or(config.link.radio).unwrap_or_default()
-        };
-        Radio {
-            kind,
-            latency: self.latency.or_else(|| config.link.latency()),
-        }
-    }
-}
-
-/// Where received bytes are kept.
-#[derive(Clone, Debug, Default, Args)]
-pub struct Keeping {
-    /// Copy every received byte to FILE, before anything else happens to it
-    #[arg(long, value_name = "FILE")]
-    pub tee: Option<PathBuf>,
-    /// Record to an MCAP file; without FILE under a name made from the date
-    #[arg(long, value_name = "FILE", num_args = 0..=1)]
-    pub record: Option<Option<PathBuf>>,
-    /// Add to an existing --tee file
-    #[arg(long, conflicts_with = "force")]
-    pub append: bool,
-    /// Overwrite existing files
-    #[arg(long)]
-    pub force: bool,
-}
-
-/// Who else may use the link.
-#[derive(Clone, Debug, Default, Args)]
-#[command(group = ArgGroup::new("shared").args(["share", "foxglove"]).multiple(true))]
-pub struct Sharing {
-    /// Share the link on a port of this machine (4001, 127.0.0.1:4001) or a Unix socket (/tmp/x.sock):
-    /// others read the raw bytes there, and `send --via` sends through it
-    #[arg(long, value_name = "ADDR|PATH")]
-    pub share: Option<Address>,
-    /// Let Foxglove, Lichtblick and others watch live and steer, on this port or address
-    #[arg(long, value_name = "ADDR", num_args = 0..=1, default_missing_value = DEFAULT_ADDRESS)]
-    pub foxglove: Option<Address>,
-    /// Let --share and --foxglove be reached from other machines: whoever reaches them can steer the robot
-    #[arg(long, requires = "shared")]
-    pub share_open_to_network: bool,
-}
-
-/// `demo`
-#[derive(Debug, Args)]
-#[command(after_help = "\
-  groundwave demo --seed 3 --channel ber=1e-3
-  groundwave demo --world living-room --record")]
-pub struct Demo {
-    /// What to simulate.
-    #[command(flatten)]
-    pub simulated: Simulated,
-    /// Never ring the bell: neither for a song nor for a low battery
-    #[arg(long)]
-    pub no_bell: bool,
-    /// Where received bytes are kept.
-    #[command(flatten)]
-    pub keeping: Keeping,
-    /// Who else may use the link.
-    #[command(flatten)]
-    pub sharing: Sharing,
-}
-
-/// `watch`
-#[derive(Debug, Args)]
-#[command(after_help = "\
-  groundwave watch /dev/ttyUSB0 --tee evening.txt --record
-  groundwave watch tcp:robot.local:4000
-  groundwave watch /dev/ttyUSB0 --share /tmp/x.sock     then: groundwave send --via /tmp/x.sock stop
-  ssh robot cat /dev/ttyS0 | groundwave watch -")]
-pub struct Watch {
-    /// A serial device, tcp:HOST:PORT, unix:PATH, - (standard input) or sim
-    pub link: LinkSpec,
-    /// What is known of the radio.
-    #[command(flatten)]
-    pub radio: RadioArgs,
-    /// No dashboard: events as JSON lines on standard output
-    #[arg(long)]
-    pub headless: bool,
-    /// Never ring the bell: neither for a song nor for a low battery
-    #[arg(long)]
-    pub no_bell: bool,
-    /// Where received bytes are kept.
-    #[command(flatten)]
-    pub keeping: Keeping,
-    /// Who else may use the link.
-    #[command(flatten)]
-    pub sharing: Sharing,
-}
-
-/// `record`
-#[derive(Debug, Args)]
-#[command(after_help = "\
-  groundwave record /dev/ttyUSB0 -o evening.mcap
-  groundwave record /dev/ttyUSB0 -o evening.txt --duration 90m")]
-pub struct Record {
-    /// A serial device, tcp:HOST:PORT, unix:PATH, - (standard input) or sim
-    pub link: LinkSpec,
-    /// Where to; .mcap is recorded as MCAP, anything else as the raw bytes
-    #[arg(short, long, value_name = "FILE")]
-    pub output: PathBuf,
-    /// Stop after this long: 30s, 90m, 2h
-    #[arg(long, value_name = "T", value_parser = parse_duration)]
-    pub duration: Option<Duration>,
-    /// Baud rate of the serial device [default: 2400]
-    #[arg(long)]
-    pub baud: Option<u32>,
-    /// Add to an existing raw file
-    #[arg(long, conflicts_with = "force")]
-    pub append: bool,
-    /// Overwrite an existing file
-    #[arg(long)]
-    pub force: bool,
-    /// Say nothing but errors
-    #[arg(short, long)]
-    pub quiet: bool,
-    /// Who else may use the link; nobody can send through a recording.
-    #[command(flatten)]
-    pub sharing: Sharing,
-}
-
-/// `sim`
-#[derive(Debug, Args)]
-#[command(after_help = "\
-  groundwave sim                            prints the path of a pseudo-terminal: cat it, tio it, watch it
-  groundwave sim --listen 127.0.0.1:4000    then: groundwave watch tcp:127.0.0.1:4000")]
-pub struct Sim {
-    /// What to simulate.
-    #[command(flatten)]
-    pub simulated: Simulated,
-    /// Link the pseudo-terminal under this path
-    #[arg(long, value_name = "PATH", conflicts_with = "listen")]
-    pub pty: Option<PathBuf>,
-    /// Serve on a TCP address instead
-    #[arg(long, value_name = "ADDR")]
-    pub listen: Option<String>,
-    /// Stop after this much simulated time: 30s, 90m, 2h
-    #[arg(long, value_name = "T", value_parser = parse_duration)]
-    pub duration: Option<Duration>,
-    /// Keep what the robot remembers over a reset in this file; --pty PATH keeps it beside PATH
-    #[arg(long, value_name = "FILE")]
-    pub eeprom: Option<PathBuf>,
-    /// Write here, as CSV, what is really so and why the robot does what it does, tick by tick
-    #[arg(long, value_name = "FILE")]
-    pub trace: Option<PathBuf>,
-    /// Write here what the robot's beeper sounds, in simulated time
-    #[arg(long, value_name = "FILE")]
-    pub wav: Option<PathBuf>,
-    /// Overwrite existing files
-    #[arg(long)]
-    pub force: bool,
-}
-
-/// `replay`
-#[derive(Debug, Args)]
-pub struct Replay {
-    /// A raw capture or an MCAP file
-    pub file: PathBuf,
-    /// Multiple of the speed it was recorded at
-    #[arg(long, value_name = "X", default_value_t = 1.0)]
-    pub speed: f64,
-}
-
-/// `recover`
-#[derive(Debug, Args)]
-pub struct Recover {
-    /// Recordings, or folders with interrupted ones
-    #[arg(required = true)]
-    pub files: Vec<PathBuf>,
-    /// What was saved as a JSON line for each
-    #[arg(long)]
-    pub json: bool,
-}
-
-/// `songs`
-#[derive(Debug, Args)]
-#[command(after_help = "\
-  groundwave songs evening.mcap
-  groundwave songs evening.txt --wav songs      songs/song-01.wav and so on, numbered as listed
-
-A note is named by the nearest key of a piano (A4 is 440 Hz), with its length in seconds; a dash is a rest.")]
-pub struct Songs {
-    /// A raw capture, an MCAP file, or - for standard input
-    pub file: PathBuf,
-    /// Write each song into this folder, which is made if it is not there
-    #[arg(long, value_name = "DIR")]
-    pub wav: Option<PathBuf>,
-    /// Overwrite existing files
-    #[arg(long, requires = "wav")]
-    pub force: bool,
-}
-
-/// `world`
-#[derive(Debug, Args)]
-#[command(after_help = "\
-  groundwave world                          list them
-  groundwave world office                   show one
-  groundwave world my-flat.toml             check and show your own
-  groundwave world my-flat.toml --check     say nothing but what is wrong; exit code 1 if something is to be looked at
-  groundwave world generated:7 --text       a house made from a seed, as a file to start from
-  groundwave world house --svg house.svg    draw it to scale")]
-pub struct World {
-    /// A world that comes with the program, generated:SEED or a TOML file
-    #[arg(value_name = "NAME|FILE")]
-    pub world: Option<String>,
-    /// No picture: warnings alone, and exit code 1 when there is one
-    #[arg(long, requires = "world", conflicts_with_all = ["svg", "text"])]
-    pub check: bool,
-    /// Write it as a drawing
-    #[arg(long, value_name = "FILE", requires = "world")]
-    pub svg: Option<PathBuf>,
-    /// Write the world's own text instead of a picture
-    #[arg(long, requires = "world", conflicts_with = "svg")]
-    pub text: bool,
-    /// Overwrite an existing file
-    #[arg(long, requires = "svg")]
-    pub force: bool,
-}
-
-/// `ports`
-#[derive(Debug, Args)]
-pub struct Ports {
-    /// As JSON, one object a port
-    #[arg(long)]
-    pub json: bool,
 }
 
 /// `90`, `90s`, `1.5m`, `2h` or `250ms`.
@@ -448,11 +185,26 @@ fn parse_duration(text: &str) -> Result<Duration, String> {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::io::link::LinkSpec;
+    use crate::share::Address;
     use clap::CommandFactory;
 
     #[test]
     fn the_definitions_agree_with_each_other() {
         Cli::command().debug_assert();
+    }
+
+    /// Whoever asks for help sees a line to begin with.
+    #[test]
+    fn every_verb_shows_an_example_of_itself() {
+        for verb in Cli::command().get_subcommands() {
+            let help = verb
+                .get_after_help()
+                .map(ToString::to_string)
+                .unwrap_or_default();
+            let example = format!("  groundwave {}", verb.get_name());
+            assert!(help.contains(&example), "{}", verb.get_name());
+        }
     }
 
     #[test]
@@ -467,7 +219,7 @@ mod tests {
             "--go",
         ]);
         let Ok(Cli {
-            command: Command::Send(send),
+            command: Some(Command::Send(send)),
             ..
         }) = cli
         else {
@@ -482,7 +234,7 @@ mod tests {
     fn through_a_station_there_is_no_link_before_the_words() {
         let cli = Cli::try_parse_from(["groundwave", "send", "--via", "4001", "goto", "-48", "0"]);
         let Ok(Cli {
-            command: Command::Send(send),
+            command: Some(Command::Send(send)),
             ..
         }) = cli
         else {

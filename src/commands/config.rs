@@ -1,5 +1,9 @@
 //! The configuration file: what the operator does not want to say each time.
 
+mod profile;
+mod read;
+
+use std::collections::BTreeMap;
 use std::fs;
 use std::io::ErrorKind;
 use std::path::{Path, PathBuf};
@@ -9,26 +13,122 @@ use etcetera::BaseStrategy as _;
 use serde::Deserialize;
 
 use super::{Exit, Fault};
+use crate::capture::Rotation;
+use crate::model::Limits;
+use crate::model::keys::Keymap;
 use crate::radio::RadioKind;
+use crate::runtime::REMEMBERED;
+use crate::share::Address;
+pub use read::{Mistake, parse};
+
+/// The file as it comes, every line commented out, the keys apart.
+pub(super) const DEFAULT: &str = include_str!("config/default.toml");
 
 /// Everything that can be configured; what is not said keeps its default.
-#[derive(Clone, Debug, Default, PartialEq, Deserialize)]
-#[serde(default, deny_unknown_fields)]
+#[derive(Clone, Debug, Default, PartialEq)]
 pub struct Config {
-    /// The radio link.
+    /// What holds for every link.
     pub link: Link,
+    /// How the dashboard is.
+    pub dashboard: Dashboard,
+    /// When there is an alarm.
+    pub limits: Limits,
+    /// What every key does.
+    pub keys: Keymap,
+    /// Links by the names that the operator gave them.
+    pub links: BTreeMap<String, Link>,
+    /// Robots by the names that the operator gave them.
+    pub robots: BTreeMap<String, Robot>,
+    /// What is recorded.
+    pub recording: Recording,
+    /// The file as it was read; recordings keep it.
+    pub text: String,
 }
 
-/// `[link]`
+/// `[link]` and `[link.NAME]`
 #[derive(Clone, Debug, Default, PartialEq, Deserialize)]
 #[serde(default, deny_unknown_fields)]
 pub struct Link {
+    /// As `LINK` on the command line; only in `[link.NAME]`.
+    pub port: Option<String>,
     /// As `--radio`.
     pub radio: Option<RadioKind>,
     /// As `--latency`, in milliseconds.
     pub latency_ms: Option<u32>,
     /// As `--baud`.
     pub baud: Option<u32>,
+    /// As `--share`.
+    #[serde(deserialize_with = "read::address")]
+    pub share: Option<Address>,
+}
+
+/// `[dashboard]`
+#[derive(Clone, Debug, Default, PartialEq, Eq, Deserialize)]
+#[serde(default, deny_unknown_fields)]
+pub struct Dashboard {
+    /// Colours.
+    pub theme: Option<Theme>,
+    /// Nothing but ASCII on the screen.
+    pub ascii: Option<bool>,
+    /// Whether the bell rings for songs and alarms.
+    pub bell: Option<bool>,
+    /// Whether the mouse selects and zooms.
+    pub mouse: Option<bool>,
+}
+
+/// `[robot.NAME]`
+#[derive(Clone, Debug, Default, PartialEq, Eq, Deserialize)]
+#[serde(default, deny_unknown_fields)]
+pub struct Robot {
+    /// The name of a `[link.NAME]`, or what `LINK` is on the command line.
+    pub link: Option<String>,
+    /// As in `[dashboard]`.
+    pub theme: Option<Theme>,
+    /// As in `[dashboard]`.
+    pub ascii: Option<bool>,
+    /// As in `[dashboard]`.
+    pub bell: Option<bool>,
+    /// As in `[dashboard]`.
+    pub mouse: Option<bool>,
+    /// `[robot.NAME.limits]` over `[limits]`.
+    #[serde(skip)]
+    pub limits: Limits,
+}
+
+/// Colours of the screen, as they are chosen.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum Theme {
+    /// By `NO_COLOR` and `COLORFGBG`.
+    Auto,
+    /// For a dark background.
+    Dark,
+    /// For a light background.
+    Light,
+    /// Black, white and yellow.
+    HighContrast,
+    /// None.
+    Mono,
+}
+
+/// `[recording]`
+#[derive(Clone, Debug, Default, PartialEq, Eq, Deserialize)]
+#[serde(default, deny_unknown_fields)]
+pub struct Recording {
+    /// How much of what came before is in a recording that is begun from the dashboard.
+    pub keep_minutes: Option<u16>,
+    /// As `--rotate`.
+    pub rotate: Option<Rotation>,
+}
+
+impl Recording {
+    /// How much is remembered while nothing is recorded.
+    #[must_use]
+    pub fn remembered(&self) -> Duration {
+        self.keep_minutes.map_or(REMEMBERED, |minutes| {
+            Duration::from_secs(u64::from(minutes) * 60)
+        })
+    }
 }
 
 impl Link {
@@ -39,66 +139,27 @@ impl Link {
     }
 }
 
-/// Reads a configuration.
-///
-/// # Errors
-/// Says where what is wrong.
-pub fn parse(text: &str) -> Result<Config, toml::de::Error> {
-    toml::from_str(text)
-}
-
 /// Reads the file that was named, or the one in the usual place if there is one.
 pub(super) fn load(named: Option<&Path>) -> Result<Config, Fault> {
     let Some(path) = named.map(Path::to_path_buf).or_else(usual_place) else {
         return Ok(Config::default());
     };
-    let text = match fs::read_to_string(&path) {
-        Ok(text) => text,
+    match fs::read_to_string(&path) {
+        Ok(text) => parse(&text)
+            .map(|config| Config { text, ..config })
+            .map_err(|mistake| Fault::new(Exit::Usage, format!("{}:{mistake}", path.display()))),
         Err(error) if named.is_none() && error.kind() == ErrorKind::NotFound => {
-            return Ok(Config::default());
+            Ok(Config::default())
         }
         Err(error) => {
             let message = format!("cannot read the configuration {}: {error}", path.display());
-            return Err(Fault::new(Exit::Usage, message));
+            Err(Fault::new(Exit::Usage, message))
         }
-    };
-    parse(&text).map_err(|error| {
-        let message = format!("the configuration {} is wrong: {error}", path.display());
-        Fault::new(Exit::Usage, message.trim_end())
-    })
+    }
 }
 
 /// `~/.config/groundwave/config.toml`, or where the system keeps such files.
-fn usual_place() -> Option<PathBuf> {
+pub(super) fn usual_place() -> Option<PathBuf> {
     let strategy = etcetera::choose_base_strategy().ok()?;
     Some(strategy.config_dir().join("groundwave").join("config.toml"))
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn everything_can_be_said_and_nothing_has_to() {
-        assert_eq!(parse(""), Ok(Config::default()));
-        let config = parse("[link]\nradio = \"hc-12\"\nlatency_ms = 350\nbaud = 9600\n");
-        let link = config.expect("it is right").link;
-        assert_eq!(link.radio, Some(RadioKind::Hc12));
-        assert_eq!(link.latency(), Some(Duration::from_millis(350)));
-        assert_eq!(link.baud, Some(9600));
-    }
-
-    #[test]
-    fn mistakes_are_named_with_their_line() {
-        for (text, named) in [
-            ("[link]\nradoi = \"half\"\n", "unknown field `radoi`"),
-            ("[link]\nradio = \"hc12\"\n", "`hc-12`"),
-            ("[link]\nbaud = -1\n", "line 2"),
-            ("[lnik]\n", "unknown field `lnik`"),
-            ("link", "line 1"),
-        ] {
-            let error = parse(text).expect_err(text).to_string();
-            assert!(error.contains(named), "{text}: {error}");
-        }
-    }
 }

@@ -36,7 +36,7 @@ pub(super) fn run(options: &Convert) -> Result<(), Fault> {
             let (form, source) = opening::tell_form(path, source)?;
             match form {
                 Form::Mcap => to_raw(path, source, target),
-                _ => to_mcap(options, path, source, target),
+                Form::Raw => to_mcap(options, path, source, target),
             }
         },
         |index, made| {
@@ -62,7 +62,7 @@ fn other_form(path: &Path) -> Result<&'static str, Fault> {
     let (form, _) = opening::tell_form(path, source)?;
     Ok(match form {
         Form::Mcap => "txt",
-        _ => "mcap",
+        Form::Raw => "mcap",
     })
 }
 

@@ -32,7 +32,7 @@ pub(super) fn run(options: &Cut) -> Result<(), Fault> {
             let mut output = Output::create(target)?;
             let part = match form {
                 Form::Mcap => cut_mcap(source, window, &mut output),
-                _ => cut_raw(source, window, &mut output),
+                Form::Raw => cut_raw(source, window, &mut output),
             };
             match part {
                 Ok(part) => output.finish().map(|()| part),

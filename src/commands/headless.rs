@@ -51,6 +51,11 @@ pub(super) async fn run(mut driver: Driver, keeper: &Keeper) -> Result<(), Fault
                     }
                 }
                 told = problem;
+                while let Some((level, text)) = keeper.poll_notice() {
+                    if let Err(error) = print(driver.now(), &Event::Notice { level, text }) {
+                        return Fault::output(&error);
+                    }
+                }
             }
         }
         while let Some(event) = driver.poll_event() {

@@ -6,8 +6,9 @@ use std::path::PathBuf;
 use std::time::{Instant, SystemTime};
 
 use super::cli::Keeping;
+use super::config::Config;
 use super::{Exit, Fault};
-use crate::capture::{CaptureError, Existing, name};
+use crate::capture::{CaptureError, Existing, Rotation, name};
 use crate::runtime::{KeepOptions, Keeper};
 
 /// Opens what the options name.
@@ -15,21 +16,34 @@ pub(super) fn open(
     options: &Keeping,
     link: &str,
     notes: BTreeMap<String, String>,
+    config: &Config,
     started: Instant,
 ) -> Result<Keeper, Fault> {
-    let mcap = options.record.as_ref().map(|file| {
-        file.clone()
-            .unwrap_or_else(|| PathBuf::from(name::automatic(SystemTime::now())))
-    });
+    let mcap = options
+        .record
+        .as_ref()
+        .map(|file| file.clone().unwrap_or_else(automatic_name));
     let keep = KeepOptions {
         tee: options.tee.clone(),
         mcap,
         existing: existing(options.append, options.force),
         link: link.to_owned(),
         notes,
-        ..KeepOptions::default()
+        configuration: config.text.clone(),
+        rotation: rotation(options.rotate, config),
+        remembered: config.recording.remembered(),
     };
     Keeper::open(&keep, started).map_err(fault)
+}
+
+/// When a recording goes on in another file: as it was said, or as it is configured.
+pub(super) fn rotation(said: Option<Rotation>, config: &Config) -> Rotation {
+    said.or(config.recording.rotate).unwrap_or_default()
+}
+
+/// For a recording that nobody named.
+pub(super) fn automatic_name() -> PathBuf {
+    PathBuf::from(name::automatic(SystemTime::now()))
 }
 
 pub(super) const fn existing(append: bool, force: bool) -> Existing {

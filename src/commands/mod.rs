@@ -14,6 +14,7 @@ mod headless;
 mod info;
 mod keeping;
 mod label;
+mod manual;
 mod many;
 mod opening;
 mod output;
@@ -26,6 +27,7 @@ mod report;
 mod runs;
 mod script;
 mod send;
+mod settings;
 mod sharing;
 mod sim;
 pub mod simulated;
@@ -33,6 +35,7 @@ mod songs;
 mod verify;
 mod via;
 mod watch;
+mod welcome;
 mod world;
 
 use std::fmt::Display;
@@ -121,21 +124,26 @@ pub fn run(cli: &Cli) -> ExitCode {
 }
 
 fn dispatch(cli: &Cli) -> Result<(), Fault> {
-    // One that is named is read in any case: a mistake in it is told.
-    let config = if cli.config.is_some() || cli.command.uses_config() {
+    let Some(command) = &cli.command else {
+        return welcome::run(cli.config.as_deref());
+    };
+    // One that is named is read in any case: a mistake in it is told. The verb that is about it does so itself.
+    let is_about_it = matches!(command, Command::Config(_));
+    let is_named = cli.config.is_some() && !is_about_it;
+    let config = if is_named || command.uses_config() {
         config::load(cli.config.as_deref())?
     } else {
         Config::default()
     };
-    match &cli.command {
-        Command::Demo(demo) => watch::demo(demo),
+    match command {
+        Command::Demo(demo) => watch::demo(demo, &config),
         Command::Watch(watch) => watch::watch(watch, &config),
         Command::Record(record) => record::run(record, &config),
         Command::Send(send) => send::run(send, &config),
         Command::Param(param) => send::run(&param.to_send(), &config),
         Command::Calibrate(calibrate) => calibrate::run(calibrate, &config),
         Command::Sim(sim) => sim::run(sim),
-        Command::Replay(replay) => replay::run(replay),
+        Command::Replay(replay) => replay::run(replay, &config),
         Command::Decode(decode) => decode::run(decode),
         Command::Info(info) => info::run(info),
         Command::Recover(recover) => recover::run(recover),
@@ -149,6 +157,9 @@ fn dispatch(cli: &Cli) -> Result<(), Fault> {
         Command::Compare(compare) => compare::run(compare),
         Command::Ports(ports) => ports::run(ports),
         Command::World(world) => world::run(world),
+        Command::Config(what) => settings::run(what, cli.config.as_deref()),
+        Command::Completions(completions) => manual::completions(completions),
+        Command::Man(man) => manual::pages(man),
     }
 }
 

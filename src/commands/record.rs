@@ -1,5 +1,6 @@
 //! `record`: what the radio delivers, into a file, without a dashboard.
 
+use std::collections::BTreeMap;
 use std::io::{self, IsTerminal};
 use std::time::{Duration, Instant};
 
@@ -17,10 +18,14 @@ use crate::runtime::{Driver, KeepOptions, Keeper};
 const REPORT_EVERY: Duration = Duration::from_secs(1);
 
 pub(super) fn run(options: &Record, config: &Config) -> Result<(), Fault> {
+    let (link, config) = &config.at(&options.link)?;
     let baud = options.baud.or(config.link.baud).unwrap_or(BAUD);
     let started = Instant::now();
-    let is_mcap = options
+    let output = options
         .output
+        .clone()
+        .unwrap_or_else(keeping::automatic_name);
+    let is_mcap = output
         .extension()
         .is_some_and(|extension| extension.eq_ignore_ascii_case("mcap"));
     if is_mcap && options.append {
@@ -29,27 +34,32 @@ pub(super) fn run(options: &Record, config: &Config) -> Result<(), Fault> {
             "--append goes with raw files; an MCAP file is closed when it is finished",
         ));
     }
-    let (spec, _simulator) = simulated::embed(&options.link, RadioKind::Auto)?;
+    let (spec, _simulator) = simulated::embed(link, RadioKind::Auto)?;
     let name = options.link.to_string();
     let (tee, mcap) = if is_mcap {
-        (None, Some(options.output.clone()))
+        (None, Some(output.clone()))
     } else {
-        (Some(options.output.clone()), None)
+        (Some(output.clone()), None)
     };
     let keep = KeepOptions {
         tee,
         mcap,
         existing: keeping::existing(options.append, options.force),
         link: name.clone(),
-        ..KeepOptions::default()
+        notes: BTreeMap::new(),
+        configuration: config.text.clone(),
+        rotation: keeping::rotation(options.rotate, config),
+        // A recording under way remembers nothing besides.
+        remembered: Duration::ZERO,
     };
     block_on(async {
         let (inputs, from_link) = tokio::sync::mpsc::channel(256);
         // The link first: a port that cannot be opened leaves no empty file behind.
         let connection =
             Connection::open(&spec, baud).map_err(|error| Fault::new(Exit::NoLink, error))?;
-        let share = sharing::listen(&options.sharing)?;
-        let foxglove = sharing::foxglove(&options.sharing, &name).await?;
+        let sharing = options.sharing.or(config);
+        let share = sharing::listen(&sharing)?;
+        let foxglove = sharing::foxglove(&sharing, &name).await?;
         let keeper = Keeper::open(&keep, started).map_err(keeping::fault)?;
         let sink = sharing::sink(share.as_ref(), keeper.sink());
         let port_baud = spec.baud(baud);
@@ -76,7 +86,7 @@ pub(super) fn run(options: &Record, config: &Config) -> Result<(), Fault> {
         if !options.quiet {
             say(format_args!(
                 "recorded {}: {} bytes heard, {written} written, {} lines, {} lost",
-                options.output.display(),
+                output.display(),
                 heard.bytes,
                 heard.lines,
                 heard.lines_lost

@@ -3,8 +3,9 @@
 use std::thread;
 use std::time::Instant;
 
+use super::appearance::appearance;
 use super::cli::Replay;
-use super::{Exit, Fault, appearance, block_on, keeping, watch};
+use super::{Exit, Fault, block_on, config, keeping, watch};
 use crate::capture::index;
 use crate::event::{Moment, Recording};
 use crate::model::{Config, Model};
@@ -16,7 +17,7 @@ use crate::travel::{SPEED_MAX, SPEED_MIN};
 /// States on their way from the thread that reads the capture through.
 const FINDINGS: usize = 4;
 
-pub(super) fn run(options: &Replay) -> Result<(), Fault> {
+pub(super) fn run(options: &Replay, config: &config::Config) -> Result<(), Fault> {
     if !(SPEED_MIN..=SPEED_MAX).contains(&options.speed) {
         return Err(Fault::new(
             Exit::Usage,
@@ -29,7 +30,12 @@ pub(super) fn run(options: &Replay) -> Result<(), Fault> {
     watch::needs_terminal("groundwave decode")?;
     let tape = index::open(&options.file).map_err(keeping::fault)?;
     let name = format!("replay of {}", options.file.display());
-    let first = Scene::new(&name, &*tape);
+    // What rang once need not ring again.
+    let config = Config {
+        silent: true,
+        ..appearance(config)
+    };
+    let first = Scene::new(&name, config.clone(), &*tape);
     let (tell, findings) = tokio::sync::mpsc::channel(FINDINGS);
     let reader = {
         let (scene, mut tape) = (first.clone(), tape.again());
@@ -46,13 +52,10 @@ pub(super) fn run(options: &Replay) -> Result<(), Fault> {
                 findings,
                 started,
             })),
-            // What rang once need not ring again.
-            model: Model::new(Config {
-                silent: true,
-                ..appearance::from_environment()
-            }),
+            model: Model::new(config),
             recording: Box::new(Recording::default),
             first: Vec::new(),
+            keeper: None,
         };
         Box::pin(run_dashboard(dashboard))
             .await

@@ -32,21 +32,22 @@ pub(super) fn run(options: &Send, config: &Config) -> Result<(), Fault> {
         let words = options.words_to_plan().map_err(usage)?;
         return dry_run::run(options, &Script::read(options, &words)?);
     }
-    let radio = options.radio.radio(config);
     let (way, words) = options.way().map_err(usage)?;
+    let (way, config) = &way.at(config)?;
+    let radio = options.radio.radio(config);
     let script = Script::read(options, &words)?;
     let receive_only = |name: &dyn Display| {
         let message = format!("cannot send to {name}: the link is receive-only");
         Err(Fault::new(Exit::ReceiveOnly, message))
     };
     match way {
-        Way::Via(address) if !radio.can_send() => receive_only(&address),
-        Way::Via(address) => via::deliver(options, &address, &script),
-        Way::Link(link @ (LinkSpec::Stdin | LinkSpec::Unix(_))) => receive_only(&link),
-        Way::Link(link) if !radio.can_send() => receive_only(&link),
+        Way::Via(address) if !radio.can_send() => receive_only(address),
+        Way::Via(address) => via::deliver(options, address, &script),
+        Way::Link(link @ (LinkSpec::Stdin | LinkSpec::Unix(_))) => receive_only(link),
+        Way::Link(link) if !radio.can_send() => receive_only(link),
         Way::Link(link) => {
             let baud = options.radio.baud(config);
-            block_on(deliver(options, &link, baud, radio, &script))
+            block_on(deliver(options, link, baud, radio, &script))
         }
     }
 }

@@ -29,6 +29,7 @@ pub(super) fn config(options: &Simulated) -> Result<SimulationConfig, Fault> {
     let world = World::open(&options.world).map_err(|error| Fault::new(Exit::Usage, error))?;
     let mut config = SimulationConfig::new(world, options.seed);
     config.robot_id = ROBOT_ID;
+    config.conditions.charge = f64::from(options.battery) / 100.0;
     config.channel = options
         .channel
         .parse::<ChannelSpec>()
@@ -110,6 +111,7 @@ pub(super) fn embed(link: &LinkSpec, radio: RadioKind) -> Result<(LinkSpec, Embe
         seed: 1,
         channel: String::new(),
         radio,
+        battery: 100,
         time_factor: 1.0,
     })?;
     let options = ServeOptions {
@@ -146,4 +148,46 @@ pub fn truth(outlines: &[Outline]) -> Truth {
 pub(super) fn rate_words(time_factor: f64) -> String {
     let bytes_s = f64::from(BYTES_PER_S) * time_factor;
     format!("2400 baud 8N1, {bytes_s:.0} bytes/s")
+}
+
+#[cfg(test)]
+mod tests {
+    use clap::Parser;
+    use groundwave_protocol::decoder::{Decoder, Received};
+    use groundwave_protocol::letters::Power;
+    use groundwave_protocol::telemetry::Body;
+    use sr04_sim::Simulation;
+
+    use super::*;
+    use crate::commands::cli::{Cli, Command};
+
+    fn options(line: &[&str]) -> Simulated {
+        match Cli::try_parse_from(line).expect("it reads").command {
+            Command::Demo(demo) => demo.simulated,
+            _ => panic!("demo"),
+        }
+    }
+
+    #[test]
+    fn a_battery_of_a_few_per_cent_calls_within_a_minute_and_a_full_one_does_not() {
+        for (line, power) in [
+            (&["groundwave", "demo", "--battery", "14"][..], Power::Low),
+            (&["groundwave", "demo"][..], Power::Ok),
+        ] {
+            let config = config(&options(line)).expect("it can be simulated");
+            let mut simulation = Simulation::new(&config);
+            let (mut decoder, mut told) = (Decoder::default(), Power::Ok);
+            simulation.run_for_ms(60_000);
+            while let Some(byte) = simulation.poll_downlink() {
+                if let Some(Received::Line(line, _)) = decoder.handle_bytes(&[byte]).1
+                    && let Body::State(state) = line.body
+                {
+                    told = state.power;
+                }
+            }
+            assert_eq!(told, power);
+        }
+        let too_full = ["groundwave", "demo", "--battery", "101"];
+        assert!(Cli::try_parse_from(too_full).is_err());
+    }
 }

@@ -27,7 +27,7 @@ pub(super) fn run(options: &Verify) -> Result<(), Fault> {
             let (form, source) = opening::tell_form(path, source)?;
             let verdict = match form {
                 Form::Mcap => verify_mcap(source, side_car(options, path)?),
-                _ => verify_raw(source),
+                Form::Raw => verify_raw(source),
             };
             let verdict = verdict.map_err(|error| opening::cannot_read(path, error))?;
             if form == Form::Raw && verdict.lines == 0 {

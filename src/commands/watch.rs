@@ -6,8 +6,9 @@ use std::time::Instant;
 
 use sr04_sim::serve::{ServeOptions, Server};
 
+use super::appearance::appearance;
 use super::cli::{Demo, Keeping, Sharing, Watch};
-use super::{Exit, Fault, appearance, block_on, config, headless, keeping, sharing, simulated};
+use super::{Exit, Fault, block_on, config, headless, keeping, sharing, simulated};
 use crate::event::{Event, Level};
 use crate::io::link::{BAUD, Connection, Link, LinkSpec};
 use crate::io::terminal;
@@ -16,17 +17,18 @@ use crate::radio::Radio;
 use crate::runtime::{Dashboard, Driver, Keeper, Live, Session, run};
 
 pub(super) fn watch(options: &Watch, config: &config::Config) -> Result<(), Fault> {
+    let (link, config) = &config.at(&options.link)?;
     if !options.headless {
         needs_terminal("watch --headless")?;
     }
-    if options.link == LinkSpec::Stdin && !options.headless && !cfg!(unix) {
+    if *link == LinkSpec::Stdin && !options.headless && !cfg!(unix) {
         return Err(Fault::new(
             Exit::Usage,
             "the dashboard needs the keyboard; use --headless with -",
         ));
     }
     let started = Instant::now();
-    let (spec, server) = simulated::embed(&options.link, options.radio.radio(config).kind)?;
+    let (spec, server) = simulated::embed(link, options.radio.radio(config).kind)?;
     let name = options.link.to_string();
     let plan = Plan {
         name,
@@ -35,8 +37,9 @@ pub(super) fn watch(options: &Watch, config: &config::Config) -> Result<(), Faul
         radio: options.radio.radio(config),
         started,
         keeping: options.keeping.clone(),
-        sharing: options.sharing.clone(),
+        sharing: options.sharing.or(config),
         notes: BTreeMap::new(),
+        config: config.clone(),
     };
     if options.headless {
         return block_on(async {
@@ -51,12 +54,12 @@ pub(super) fn watch(options: &Watch, config: &config::Config) -> Result<(), Faul
         .iter()
         .map(|server| Event::Truth(simulated::truth(server.outlines())))
         .collect();
-    let mut model = appearance::from_environment();
-    model.silent = options.no_bell;
+    let mut model = appearance(config);
+    model.silent |= options.no_bell;
     show(&plan, model, first)
 }
 
-pub(super) fn demo(options: &Demo) -> Result<(), Fault> {
+pub(super) fn demo(options: &Demo, settings: &config::Config) -> Result<(), Fault> {
     needs_terminal("groundwave sim")?;
     let started = Instant::now();
     let config = simulated::config(&options.simulated)?;
@@ -89,10 +92,11 @@ pub(super) fn demo(options: &Demo) -> Result<(), Fault> {
         keeping: options.keeping.clone(),
         sharing: options.sharing.clone(),
         notes,
+        config: config::Config::default(),
     };
     let raw = address(&server, 1);
-    let mut model = appearance::from_environment();
-    model.silent = options.no_bell;
+    let mut model = appearance(settings);
+    model.silent |= options.no_bell;
     model.raw_copy = Some(if cfg!(unix) {
         format!("cat {raw}")
     } else {
@@ -132,6 +136,7 @@ struct Plan {
     keeping: Keeping,
     sharing: Sharing,
     notes: BTreeMap<String, String>,
+    config: config::Config,
 }
 
 impl Plan {
@@ -142,7 +147,13 @@ impl Plan {
             .map_err(|error| Fault::new(Exit::NoLink, error))?;
         let share = sharing::listen(&self.sharing)?;
         let foxglove = sharing::foxglove(&self.sharing, &self.name).await?;
-        let keeper = keeping::open(&self.keeping, &self.name, self.notes.clone(), self.started)?;
+        let keeper = keeping::open(
+            &self.keeping,
+            &self.name,
+            self.notes.clone(),
+            &self.config,
+            self.started,
+        )?;
         let link = Link::start(
             self.spec.clone(),
             self.baud,
@@ -176,6 +187,7 @@ fn show(plan: &Plan, config: Config, first: Vec<Event>) -> Result<(), Fault> {
             model,
             recording: Box::new(move || status.status()),
             first,
+            keeper: Some(keeper.clone()),
         };
         let _finish = keeper.finish_on_drop();
         let result = Box::pin(run(dashboard)).await;

@@ -56,6 +56,44 @@ pub(super) fn plugged() -> Vec<Plugged> {
         .collect()
 }
 
+/// The port of the one adapter that is called so: `VID:PID` in hexadecimal digits, with `:SERIAL` where several are alike.
+///
+/// # Errors
+/// When that is no identity, no adapter has it, or several have.
+pub fn find_usb(identity: &str) -> Result<String, String> {
+    let ports = plugged();
+    find_identity(identity, &ports)
+}
+
+fn find_identity(identity: &str, ports: &[Plugged]) -> Result<String, String> {
+    let mut parts = identity.splitn(3, ':');
+    let mut number = || u16::from_str_radix(parts.next()?, 16).ok();
+    let (Some(vendor), Some(product)) = (number(), number()) else {
+        return Err(format!(
+            "`usb:{identity}` is not usb:VID:PID or usb:VID:PID:SERIAL; `groundwave ports` shows them"
+        ));
+    };
+    let serial = parts.next();
+    let is_it = |usb: &UsbIdentity| {
+        usb.product == (vendor, product)
+            && serial.is_none_or(|serial| usb.serial.as_deref() == Some(serial))
+    };
+    let found = ports
+        .iter()
+        .filter(|port| port.usb.as_ref().is_some_and(is_it));
+    let names: Vec<&str> = found.map(|port| port.name.as_str()).collect();
+    match names[..] {
+        [only] => Ok(only.to_owned()),
+        [] => Err(format!(
+            "no adapter usb:{identity} is plugged in; `groundwave ports` lists those that are"
+        )),
+        _ => Err(format!(
+            "several adapters are usb:{identity}: {}; add :SERIAL, or name the port",
+            names.join(", ")
+        )),
+    }
+}
+
 fn available() -> Result<Vec<SerialPortInfo>, String> {
     // On Linux the library panics where the kernel shows no such folder.
     if cfg!(target_os = "linux") && !std::path::Path::new("/sys/class/tty").is_dir() {
@@ -78,5 +116,42 @@ fn describe(kind: &SerialPortType) -> (String, Option<String>) {
         SerialPortType::PciPort => ("PCI".to_owned(), None),
         SerialPortType::BluetoothPort => ("Bluetooth".to_owned(), None),
         SerialPortType::Unknown => ("serial".to_owned(), None),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn an_adapter_is_found_by_what_it_says_of_itself() {
+        let port = |name: &str, serial: Option<&str>| Plugged {
+            name: name.to_owned(),
+            usb: Some(UsbIdentity {
+                product: (0x0403, 0x6001),
+                serial: serial.map(str::to_owned),
+                interface: None,
+            }),
+        };
+        let ports = [port("/dev/ttyUSB0", Some("A5")), port("/dev/ttyUSB1", None)];
+        let find = |identity| find_identity(identity, &ports);
+        assert_eq!(find("0403:6001:A5"), Ok("/dev/ttyUSB0".to_owned()));
+        assert_eq!(
+            find_identity("0403:6001", &ports[1..]),
+            Ok("/dev/ttyUSB1".to_owned())
+        );
+        for (identity, told) in [
+            (
+                "0403:6001",
+                "several adapters are usb:0403:6001: /dev/ttyUSB0, /dev/ttyUSB1",
+            ),
+            ("0403:6001:B7", "no adapter usb:0403:6001:B7"),
+            ("1a86:7523", "no adapter"),
+            ("0403", "is not usb:VID:PID"),
+            ("ftdi:6001", "is not usb:VID:PID"),
+        ] {
+            let error = find(identity).expect_err(identity);
+            assert!(error.contains(told), "{error}");
+        }
     }
 }

@@ -37,55 +37,34 @@ struct Standing {
 #[derive(Clone, Debug, Default)]
 pub(crate) struct Alarms {
     standings: [Standing; RULES_COUNT],
-    /// Until when somebody has seen all of them.
-    seen_until: Option<Moment>,
-}
-
-/// A rule that has struck just now.
-pub(super) struct Struck {
-    pub(super) rule: &'static Rule,
-    pub(super) value: Option<f64>,
-    /// When it had lasted long enough, which may have been noticed later.
-    pub(super) at: Moment,
 }
 
 impl Alarms {
     /// Looks whether anything is wrong; returns what is newly so, and whether anything changed.
-    pub(super) fn watch(&mut self, facts: &Facts<'_>, limits: &Limits) -> (Vec<Struck>, bool) {
+    pub(super) fn watch(
+        &mut self,
+        facts: &Facts<'_>,
+        limits: &Limits,
+    ) -> (Vec<(&'static Rule, Option<f64>)>, bool) {
         let mut new = Vec::new();
         let mut changed = false;
         for (rule, standing) in RULES.iter().zip(&mut self.standings) {
             let before = standing.raised.map(|raised| (raised.over_at, raised.times));
-            if let Some(at) = standing.look(rule, facts, limits) {
-                let value = standing.value;
-                new.push(Struck { rule, value, at });
+            if standing.look(rule, facts, limits) {
+                new.push((rule, standing.value));
             }
             let after = standing.raised.map(|raised| (raised.over_at, raised.times));
             changed |= before != after;
         }
-        // In the order in which they struck, however late somebody looked.
-        new.sort_by_key(|struck| struck.at);
         (new, changed)
     }
 
     /// Somebody has seen them: what is over goes, what is still so stays without a call. Says whether there
     /// was any.
-    pub(super) fn acknowledge(&mut self, now: Moment) -> bool {
-        self.see_until(Some(now))
-    }
-
-    /// What was raised until then has been seen, whatever moment this is.
-    pub(super) fn see_like(&mut self, other: &Self) {
-        self.see_until(other.seen_until);
-    }
-
-    fn see_until(&mut self, until: Option<Moment>) -> bool {
-        self.seen_until = until;
+    pub(super) fn acknowledge(&mut self) -> bool {
         let mut any = false;
         for standing in &mut self.standings {
-            if let Some(raised) = &mut standing.raised
-                && until.is_some_and(|until| raised.at <= until)
-            {
+            if let Some(raised) = &mut standing.raised {
                 any |= !raised.is_acknowledged;
                 raised.is_acknowledged = true;
                 if raised.over_at.is_some() {
@@ -94,6 +73,15 @@ impl Alarms {
             }
         }
         any
+    }
+
+    /// Somebody has seen what was raised until a moment.
+    pub(super) fn acknowledge_until(&mut self, at: Moment) {
+        for standing in &mut self.standings {
+            if let Some(raised) = &mut standing.raised {
+                raised.is_acknowledged |= raised.at <= at;
+            }
+        }
     }
 
     /// When something that is beyond its limit has been so for long enough.
@@ -138,21 +126,18 @@ impl Alarms {
 }
 
 impl Standing {
-    /// Says since when it has lasted long enough, if it is raised just now. It does not depend on how often
-    /// it is asked: states of the past are made again from events alone.
-    fn look(&mut self, rule: &Rule, facts: &Facts<'_>, limits: &Limits) -> Option<Moment> {
+    /// Says whether it was raised just now.
+    fn look(&mut self, rule: &Rule, facts: &Facts<'_>, limits: &Limits) -> bool {
         let bounds = rule.bounds(limits);
         let sight = (rule.look)(facts);
-        if let Sight::Is(value) = sight
-            && rule.has_figure()
-        {
+        if let Sight::Is(value) = sight {
             self.value = Some(value);
         }
         let is_up = self.raised.is_some_and(|raised| raised.over_at.is_none());
         let (is_bad, persists) = match sight {
             Sight::Unknown => {
                 self.pending_since = None;
-                return None;
+                return false;
             }
             Sight::No => (false, bounds.persists),
             Sight::Yes => (true, bounds.persists),
@@ -169,24 +154,23 @@ impl Standing {
                     self.raised = None;
                 }
             }
-            return None;
+            return false;
         }
         if is_up {
             self.note_worst(bounds.is_high_bad());
-            return None;
+            return false;
         }
         let since = *self.pending_since.get_or_insert(facts.now);
         if facts.now.saturating_sub(since) < persists {
-            return None;
+            return false;
         }
         self.pending_since = None;
-        let (began, due) = match sight {
+        let began = match sight {
             // The figure is the time itself.
             Sight::Is(s) if rule.unit == SECONDS => {
-                let began = facts.now.saturating_sub(Moment::from_secs_f64(s.max(0.0)));
-                (began, began + Moment::from_secs_f64(bounds.raise))
+                facts.now.saturating_sub(Moment::from_secs_f64(s.max(0.0)))
             }
-            _ => (since, since + persists),
+            _ => since,
         };
         let times = self.raised.map_or(0, |raised| raised.times);
         self.raised = Some(Raised {
@@ -196,7 +180,7 @@ impl Standing {
             worst: self.value,
             times: times.saturating_add(1),
         });
-        Some(due)
+        true
     }
 
     fn note_worst(&mut self, is_high_bad: bool) {

@@ -2,10 +2,10 @@
 
 use groundwave_protocol::telemetry::{Body, Line, StateLine};
 
-use super::alarms::{Facts, Struck};
+use super::alarms::Facts;
 use super::link::Connection;
 use super::log::Subject;
-use super::{Model, failsafe, motors, why, words};
+use super::{Model, failsafe, why, words};
 use crate::event::{CommandId, CommandStep, Level, LinkEvent, Moment, Recording};
 use crate::request::Request;
 
@@ -23,10 +23,10 @@ impl Model {
             recording: &self.recording,
         };
         let (raised, changed) = self.alarms.watch(&facts, &self.config.limits);
-        for Struck { rule, value, at } in raised {
+        for (rule, value) in raised {
             self.calls = true;
             if let Some(text) = rule.log_text(value, &self.config.limits) {
-                self.log.add(at, rule.level, Subject::Alarm, text);
+                self.log.add(now, rule.level, Subject::Alarm, text);
             }
         }
         changed
@@ -58,6 +58,7 @@ impl Model {
                     .add(now, Level::Info, Subject::Robot, text.as_str());
             }
             Body::Parameter(parameter) => {
+                self.motors.take_parameter(parameter);
                 let text = words::parameter(parameter);
                 self.log.add(now, Level::Info, Subject::Robot, text);
             }
@@ -72,6 +73,7 @@ impl Model {
     /// The robot booted: it has forgotten its list, and measures from where it stands.
     pub(super) fn take_restart(&mut self, now: Moment) {
         self.ledger.take_restart();
+        self.motors.take_restart();
         self.chart.start_afresh();
         self.log
             .add(now, Level::Alarm, Subject::Robot, "the robot restarted");
@@ -98,9 +100,10 @@ impl Model {
         }
         self.plots.take_state(now, state, &self.link);
         let held = self.motors.holder().map(|held| held.value);
-        if self.motors.take_state(now, state) {
-            let robot = &self.robot;
-            let holder = motors::Holder::of(state);
+        if self.motors.take_state(now, state)
+            && let Some(holder) = self.motors.holder()
+        {
+            let (robot, holder) = (&self.robot, holder.value);
             if held.is_some_and(|held| !(held.is_routine() && holder.is_routine())) {
                 self.counted.tally.behaviours += 1;
             }

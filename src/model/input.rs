@@ -6,19 +6,20 @@ use groundwave_protocol::letters::{Layer, LayerMask, Mode};
 
 use super::chart::Focus;
 use super::draft::Edit;
-use super::keys::{self, Action};
+use super::keys::Action;
 use super::log::Subject;
+use super::palette::Palette;
 use super::travel::NO_ROBOT;
-use super::{Model, Overlay, Purpose, Question, TextEntry, Then, trace, words};
+use super::{Model, Overlay, Panel, Purpose, Question, TextEntry, Then, trace, words};
 use crate::event::{Effect, Level, Moment};
 use crate::request::Request;
 
 /// Longest line that can be typed or pasted.
-const TEXT_MAX: usize = 512;
+pub(super) const TEXT_MAX: usize = 512;
 
 impl Model {
     pub(super) fn take_key(&mut self, now: Moment, key: KeyEvent) -> Vec<Effect> {
-        let action = keys::action(self.context(), key);
+        let action = self.config.keys.action(self.context(), key);
         if key.kind == KeyEventKind::Release {
             return match (&mut self.overlay, action) {
                 (Overlay::Drive(stick), Some(Action::Push { ahead, right })) => {
@@ -37,25 +38,27 @@ impl Model {
                 self.ask_from_the_past(action, effects)
             };
         }
-        if let (Overlay::Text(entry), KeyCode::Char(c)) = (&mut self.overlay, key.code)
+        if let KeyCode::Char(c) = key.code
             && !key
                 .modifiers
                 .intersects(KeyModifiers::CONTROL | KeyModifiers::ALT)
         {
-            entry.append(&c.to_string());
+            self.take_paste(&c.to_string());
         }
         Vec::new()
     }
 
     pub(super) fn take_paste(&mut self, text: &str) -> bool {
-        let Overlay::Text(entry) = &mut self.overlay else {
-            return false;
-        };
-        entry.append(text.lines().next().unwrap_or_default());
+        let line = text.lines().next().unwrap_or_default();
+        match &mut self.overlay {
+            Overlay::Text(entry) => entry.append(line),
+            Overlay::Palette(palette) => palette.append(line),
+            _ => return false,
+        }
         true
     }
 
-    fn act(&mut self, now: Moment, action: Action, repeated: bool) -> Vec<Effect> {
+    pub(super) fn act(&mut self, now: Moment, action: Action, repeated: bool) -> Vec<Effect> {
         match action {
             Action::Stop => {
                 self.overlay = Overlay::None;
@@ -75,6 +78,7 @@ impl Model {
             Action::AskRouteFile => {
                 self.overlay = Overlay::Text(TextEntry::new(Purpose::RouteFile));
             }
+            Action::AskPalette => self.overlay = Overlay::Palette(Palette::default()),
             Action::EditRoute => self.open_editor(),
             Action::Route(action) => return self.edit_route(now, action),
             Action::Help => {
@@ -92,10 +96,12 @@ impl Model {
             Action::TurnPage(pages) => self.turn_page(pages),
             Action::NextPlotWindow => self.plots.next_window(),
             Action::AcknowledgeAlarms => {
-                if !self.alarms.acknowledge(now) {
+                self.seen_until = Some(now);
+                if !self.alarms.acknowledge() {
                     self.warn(now, "no alarm waits to be seen");
                 }
             }
+            Action::ToggleRecording => return vec![Effect::ToggleRecording],
             Action::AskMoment => self.overlay = Overlay::Text(TextEntry::new(Purpose::Moment)),
             Action::AskJump { forward } => self.overlay = Overlay::Jump { forward },
             Action::Travel(_) | Action::Speed(_) | Action::JumpTo(_) | Action::JumpAgain { .. } => {
@@ -124,6 +130,7 @@ impl Model {
             | Action::Close
             | Action::Confirm
             | Action::Submit
+            | Action::Choose(_)
             | Action::EraseCharacter
             | Action::EraseAll => return self.act_on_overlay(now, action, repeated),
         }
@@ -185,6 +192,15 @@ impl Model {
                 entry.text.clear();
                 entry.error = None;
             }
+            (Action::EraseCharacter, Overlay::Palette(palette)) => palette.erase(1),
+            (Action::EraseAll, Overlay::Palette(palette)) => palette.erase(usize::MAX),
+            (Action::Choose(steps), Overlay::Palette(palette)) => {
+                palette.choose(palette.found(&self.config.keys).len(), steps);
+            }
+            (Action::Submit, Overlay::Palette(palette)) => {
+                let palette = palette.clone();
+                return self.pick(now, &palette);
+            }
             (Action::Submit, Overlay::Text(entry)) => {
                 let entry = entry.clone();
                 return self.submit(entry);
@@ -237,7 +253,7 @@ impl Model {
         }
     }
 
-    fn ask_or_send(&mut self, request: Request) -> Vec<Effect> {
+    pub(super) fn ask_or_send(&mut self, request: Request) -> Vec<Effect> {
         let hazardous = match &request {
             Request::Pose { .. } | Request::Mode(Mode::User) => true,
             Request::Route(waypoints) => waypoints.is_empty(),
@@ -342,6 +358,39 @@ impl Model {
             }
             Err(error) => self.warn(now, &error),
         }
+    }
+
+    fn trace(&mut self, to: impl FnOnce(usize) -> usize) {
+        if let Overlay::Trace(at) = &mut self.overlay {
+            *at = to(*at);
+        }
+    }
+
+    fn next_panel(&mut self) {
+        let at = Panel::ALL
+            .iter()
+            .position(|panel| *panel == self.panel)
+            .unwrap_or(0);
+        self.panel = Panel::ALL[(at + 1) % Panel::ALL.len()];
+        self.page = 0;
+    }
+
+    /// Chooses a panel; the one that is chosen already is enlarged, or no longer.
+    fn show(&mut self, panel: Panel) {
+        if self.panel == panel {
+            self.enlarged = !self.enlarged;
+        } else {
+            self.panel = panel;
+        }
+        self.page = 0;
+    }
+
+    const fn turn_page(&mut self, pages: i32) {
+        let turned = match self.overlay {
+            Overlay::Help => &mut self.help_page,
+            _ => &mut self.page,
+        };
+        *turned = turned.wrapping_add(pages);
     }
 
     pub(super) fn warn(&mut self, now: Moment, text: &str) {

@@ -1,6 +1,9 @@
-//! The keys: one table for dispatch, footer and help.
+//! The keys: one table for dispatch, footer, help, palette and manual.
 
-use crossterm::event::{KeyCode, KeyEvent, KeyModifiers};
+mod map;
+mod notation;
+
+use crossterm::event::{KeyCode, KeyModifiers};
 use groundwave_protocol::letters::{Layer, Mode};
 
 use super::Panel;
@@ -22,12 +25,46 @@ pub(crate) enum Context {
     Question,
     /// The list of keys.
     Help,
+    /// Looking for something to do.
+    Palette,
+    /// What to jump to.
+    Jump,
     /// From a value to its columns.
     Trace,
     /// Why the robot does that.
     Why,
-    /// What to jump to.
-    Jump,
+}
+
+impl Context {
+    /// All of them.
+    pub(crate) const ALL: [Self; 10] = [
+        Self::Dashboard,
+        Self::Route,
+        Self::Drive,
+        Self::Text,
+        Self::Question,
+        Self::Help,
+        Self::Palette,
+        Self::Jump,
+        Self::Trace,
+        Self::Why,
+    ];
+
+    /// What the configuration calls it.
+    pub(crate) const fn name(self) -> &'static str {
+        match self {
+            Self::Dashboard => "dashboard",
+            Self::Route => "route",
+            Self::Drive => "drive",
+            Self::Text => "text",
+            Self::Question => "question",
+            Self::Help => "help-screen",
+            Self::Palette => "palette",
+            Self::Jump => "jump",
+            Self::Trace => "trace",
+            Self::Why => "why-window",
+        }
+    }
 }
 
 /// What a key does.
@@ -49,12 +86,15 @@ pub(crate) enum Action {
     SendDraft,
     AskRouteFile,
     AskCommand,
+    AskPalette,
+    Choose(i8),
     CancelCommands,
     Pan { east: i8, north: i8 },
     Zoom(i8),
     Follow,
     ShowEverything,
     ToggleTruth,
+    ToggleRecording,
     NextPanel,
     Show(Panel),
     Enlarge,
@@ -114,18 +154,20 @@ impl Action {
     }
 }
 
+pub use map::{KeyMistake, Keymap, Rebinding};
+
 /// One row of the table.
 #[derive(Clone, Copy, Debug)]
-pub(crate) struct Binding {
-    pub(crate) context: Context,
+struct Binding {
+    context: Context,
     /// As the help writes it.
-    pub(crate) label: &'static str,
+    label: &'static str,
     keys: &'static [(KeyCode, KeyModifiers)],
-    pub(crate) action: Action,
+    action: Action,
     /// What it does, for the help; empty when another row speaks for it.
-    pub(crate) help: &'static str,
+    help: &'static str,
     /// What it does, for the footer; empty when it is not named there.
-    pub(crate) footer: &'static str,
+    footer: &'static str,
 }
 
 const fn plain(c: char) -> (KeyCode, KeyModifiers) {
@@ -162,11 +204,11 @@ const fn row(
     }
 }
 
-use Context::{Dashboard, Drive, Help, Jump, Question, Route, Text, Trace, Why};
+use Context::{Dashboard, Drive, Help, Jump, Palette, Question, Route, Text, Trace, Why};
 
 /// Every key. STOP comes first wherever the keyboard goes: Space, and Ctrl-S where Space is a letter.
 #[rustfmt::skip]
-pub(crate) const TABLE: &[Binding] = &[
+const TABLE: &[Binding] = &[
     row(Dashboard, "Space", &[plain(' '), ctrl('s')], Action::Stop, "STOP (Ctrl-S while typing)", "STOP"),
     row(Dashboard, "p", &[plain('p')], Action::Mode(Mode::Prowl), "prowl: move about", "prowl"),
     row(Dashboard, "r", &[plain('r')], Action::Mode(Mode::Reactive), "reactive: wait to be pulled", ""),
@@ -175,13 +217,13 @@ pub(crate) const TABLE: &[Binding] = &[
     row(Dashboard, "P", &[plain('P')], Action::Mode(Mode::Passive), "passive: hide and wait", ""),
     row(Dashboard, "D", &[plain('D')], Action::Mode(Mode::Forage), "dock: charge the battery", ""),
     row(Dashboard, "1-7", &[plain('1')], Action::ToggleLayer(Layer::Bumpers), "allow a layer, or forbid it", "layers"),
-    row(Dashboard, "0", &[plain('0')], Action::ToggleLayer(Layer::User), "the same for driving by hand", ""),
     row(Dashboard, "2", &[plain('2')], Action::ToggleLayer(Layer::Rotation), "", ""),
     row(Dashboard, "3", &[plain('3')], Action::ToggleLayer(Layer::Infrared), "", ""),
     row(Dashboard, "4", &[plain('4')], Action::ToggleLayer(Layer::Sonar), "", ""),
     row(Dashboard, "5", &[plain('5')], Action::ToggleLayer(Layer::Photo), "", ""),
     row(Dashboard, "6", &[plain('6')], Action::ToggleLayer(Layer::Motion), "", ""),
     row(Dashboard, "7", &[plain('7')], Action::ToggleLayer(Layer::DeadReckoning), "", ""),
+    row(Dashboard, "0", &[plain('0')], Action::ToggleLayer(Layer::User), "the same for driving by hand", ""),
     row(Dashboard, "d", &[plain('d')], Action::EnterDrive, "drive by hand (asks)", "drive"),
     row(Dashboard, "v", &[plain('v')], Action::Scan, "look around once", ""),
     row(Dashboard, "O", &[plain('O')], Action::ResetPose, "make this the origin (asks)", ""),
@@ -199,6 +241,7 @@ pub(crate) const TABLE: &[Binding] = &[
     row(Dashboard, "C", &[plain('C')], Action::ClearList, "clear the robot's list (asks)", ""),
     row(Dashboard, "x", &[plain('x')], Action::CancelCommands, "give up commands under way", ""),
     row(Dashboard, ":", &[plain(':')], Action::AskCommand, "type a command", "command"),
+    row(Dashboard, "Ctrl-P", &[ctrl('p')], Action::AskPalette, "find it by a few letters", ""),
     row(Dashboard, "f", &[plain('f')], Action::Follow, "map: follow the robot", ""),
     row(Dashboard, "a", &[plain('a')], Action::ShowEverything, "map: show everything", ""),
     row(Dashboard, "+ -", &[plain('+'), plain('=')], Action::Zoom(1), "map: zoom", ""),
@@ -208,6 +251,7 @@ pub(crate) const TABLE: &[Binding] = &[
     row(Dashboard, "", &[plain('K'), shift(KeyCode::Up)], Action::Pan { east: 0, north: 1 }, "", ""),
     row(Dashboard, "", &[plain('J'), shift(KeyCode::Down)], Action::Pan { east: 0, north: -1 }, "", ""),
     row(Dashboard, "t", &[plain('t')], Action::ToggleTruth, "map: the simulator's truth", ""),
+    row(Dashboard, "R", &[plain('R')], Action::ToggleRecording, "record, or stop recording", ""),
     row(Dashboard, "Tab", &[bare(KeyCode::Tab)], Action::NextPanel, "next panel, where few fit", "panel"),
     row(Dashboard, "F2-F8", &[bare(KeyCode::F(2))], Action::Show(Panel::Sensors), "a panel; again: enlarge it", ""),
     row(Dashboard, "", &[bare(KeyCode::F(3))], Action::Show(Panel::Body), "", ""),
@@ -222,7 +266,7 @@ pub(crate) const TABLE: &[Binding] = &[
     row(Dashboard, "T", &[plain('T')], Action::NextPlotWindow, "plots: over a longer time", ""),
     row(Dashboard, "A", &[plain('A')], Action::AcknowledgeAlarms, "alarms: seen", ""),
     row(Dashboard, "i", &[plain('i')], Action::Trace, "trace a value to its columns", ""),
-    row(Dashboard, "E", &[plain('E')], Action::Why, "explain: why does it do that?", "why"),
+    row(Dashboard, "y", &[plain('y')], Action::Why, "explain: why does it do that?", "why"),
     row(Dashboard, "k", &[plain('k')], Action::Travel(Travel::TogglePause), "time: stand still, go on", "still"),
     row(Dashboard, ", .", &[plain(',')], Action::Travel(Travel::Step { forward: false }), "time: a line back, a line on", "line"),
     row(Dashboard, "", &[plain('.')], Action::Travel(Travel::Step { forward: true }), "", ""),
@@ -308,6 +352,14 @@ pub(crate) const TABLE: &[Binding] = &[
     row(Help, "PgDn", &[bare(KeyCode::PageDown), bare(KeyCode::Tab), bare(KeyCode::Down)], Action::TurnPage(1), "", "more keys"),
     row(Help, "", &[bare(KeyCode::PageUp), bare(KeyCode::Up)], Action::TurnPage(-1), "", ""),
     row(Help, "Ctrl-C", &[ctrl('c')], Action::Quit, "", ""),
+    row(Palette, "Ctrl-S", &[ctrl('s')], Action::Stop, "", "STOP"),
+    row(Palette, "Enter", &[bare(KeyCode::Enter)], Action::Submit, "", "do it"),
+    row(Palette, "arrows", &[bare(KeyCode::Up), ctrl('p')], Action::Choose(-1), "", "choose"),
+    row(Palette, "", &[bare(KeyCode::Down), ctrl('n'), bare(KeyCode::Tab)], Action::Choose(1), "", ""),
+    row(Palette, "Esc", &[bare(KeyCode::Esc)], Action::Close, "", "never mind"),
+    row(Palette, "", &[bare(KeyCode::Backspace), ctrl('h')], Action::EraseCharacter, "", ""),
+    row(Palette, "Ctrl-U", &[ctrl('u')], Action::EraseAll, "", "erase"),
+    row(Palette, "Ctrl-C", &[ctrl('c')], Action::Quit, "", ""),
     row(Trace, "Space", &[plain(' '), ctrl('s')], Action::Stop, "", "STOP"),
     row(Trace, "arrows", &[bare(KeyCode::Right), bare(KeyCode::Tab)], Action::NextValue(1), "", "value and line"),
     row(Trace, "", &[bare(KeyCode::Left)], Action::NextValue(-1), "", ""),
@@ -316,32 +368,18 @@ pub(crate) const TABLE: &[Binding] = &[
     row(Trace, "Esc", &[bare(KeyCode::Esc), plain('i'), plain('q')], Action::Close, "", "back"),
     row(Trace, "Ctrl-C", &[ctrl('c')], Action::Quit, "", ""),
     row(Why, "Space", &[plain(' '), ctrl('s')], Action::Stop, "", "STOP"),
-    row(Why, "Esc", &[bare(KeyCode::Esc), plain('E'), plain('q'), bare(KeyCode::Enter)], Action::Close, "", "back"),
+    row(Why, "Esc", &[bare(KeyCode::Esc), plain('y'), plain('q'), bare(KeyCode::Enter)], Action::Close, "", "back"),
     row(Why, "Ctrl-C", &[ctrl('c')], Action::Quit, "", ""),
 ];
-
-/// What a key does in a context.
-pub(super) fn action(context: Context, key: KeyEvent) -> Option<Action> {
-    TABLE
-        .iter()
-        .find(|binding| binding.context == context && binding.takes(key))
-        .map(|binding| binding.action)
-}
-
-impl Binding {
-    fn takes(&self, key: KeyEvent) -> bool {
-        let mut held = key.modifiers & (KeyModifiers::CONTROL | KeyModifiers::SHIFT);
-        if let KeyCode::Char(_) = key.code {
-            // The character says it: some terminals report Shift beside `W`, some do not.
-            held -= KeyModifiers::SHIFT;
-        }
-        self.keys.contains(&(key.code, held))
-    }
-}
 
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crossterm::event::KeyEvent;
+
+    fn action(context: Context, key: KeyEvent) -> Option<Action> {
+        Keymap::default().action(context, key)
+    }
 
     #[test]
     fn no_key_means_two_things_in_one_context() {
@@ -356,11 +394,11 @@ mod tests {
     #[test]
     fn stop_is_one_key_from_anywhere() {
         let stop = KeyEvent::new(KeyCode::Char('s'), KeyModifiers::CONTROL);
-        for context in [Dashboard, Drive, Text, Question, Help, Jump, Trace, Why] {
+        for context in Context::ALL {
             assert_eq!(action(context, stop), Some(Action::Stop), "{context:?}");
         }
         let space = KeyEvent::new(KeyCode::Char(' '), KeyModifiers::NONE);
-        for context in [Dashboard, Drive, Question, Help, Jump, Trace, Why] {
+        for context in [Dashboard, Drive, Question, Help, Jump, Route, Trace, Why] {
             assert_eq!(action(context, space), Some(Action::Stop), "{context:?}");
         }
     }

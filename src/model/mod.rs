@@ -14,14 +14,14 @@ pub(crate) mod failsafe;
 pub(crate) mod ghost;
 mod history;
 mod input;
-pub(crate) mod keys;
+pub mod keys;
 pub(crate) mod ledger;
 mod life;
 pub(crate) mod link;
 pub(crate) mod log;
 pub(crate) mod motors;
 pub(crate) mod news;
-mod panels;
+pub(crate) mod palette;
 pub(crate) mod plots;
 pub(crate) mod robot;
 pub(crate) mod trace;
@@ -43,18 +43,19 @@ pub use alarms::Limits;
 use chart::Chart;
 use drive::Stick;
 use editor::Editor;
-use keys::Context;
+use keys::{Context, Keymap};
 use ledger::Ledger;
 use life::Life;
 use link::Link;
 use log::{Log, Subject};
 use motors::Motors;
+use palette::Palette;
 use plots::Plots;
 use robot::Robot;
 use travel::Counted;
 
 /// How the dashboard is to look, fixed for a session.
-#[derive(Clone, Debug, Default, PartialEq, Eq)]
+#[derive(Clone, Debug, Default, PartialEq)]
 pub struct Config {
     /// Colours.
     pub colors: Colors,
@@ -64,6 +65,8 @@ pub struct Config {
     pub raw_copy: Option<String>,
     /// Never ring the bell.
     pub silent: bool,
+    /// What every key does.
+    pub keys: Keymap,
     /// When there is an alarm.
     pub limits: Limits,
 }
@@ -76,6 +79,8 @@ pub enum Colors {
     Dark,
     /// For a light background.
     Light,
+    /// Black, white and yellow.
+    HighContrast,
     /// None: `NO_COLOR`.
     Mono,
 }
@@ -116,14 +121,15 @@ pub(crate) enum Overlay {
     Question(Question),
     Text(TextEntry),
     Drive(Stick),
-    /// One value and the columns it comes from: its place in [`trace::FIELDS`].
-    Trace(usize),
-    /// Why it does what it does at the shown moment.
-    Why,
+    Palette(Palette),
     /// Which kind of moment to jump to.
     Jump {
         forward: bool,
     },
+    /// One value and the columns it comes from: its place in [`trace::FIELDS`].
+    Trace(usize),
+    /// Why it does what it does at the shown moment.
+    Why,
 }
 
 /// A question that is answered with yes or no.
@@ -172,8 +178,6 @@ pub struct Model {
     pub(crate) ledger: Ledger,
     pub(crate) log: Log,
     pub(crate) alarms: Alarms,
-    /// What calls now, while another moment of a live session is shown.
-    pub(crate) alarms_now: Option<Box<Alarms>>,
     pub(crate) plots: Plots,
     pub(crate) recording: Recording,
     pub(crate) panel: Panel,
@@ -192,6 +196,8 @@ pub struct Model {
     counted: Counted,
     /// Where the screen stands in time, unless it shows now.
     pub(crate) playback: Option<Playback>,
+    /// Alarms of a capture until here have been seen.
+    seen_until: Option<Moment>,
     /// Told to the operator while the screen shows another moment, until the next key.
     pub(crate) aside: Option<String>,
     /// The robot sings or calls, and the bell has not rung for it.
@@ -212,7 +218,6 @@ impl Model {
             ledger: Ledger::default(),
             log: Log::default(),
             alarms: Alarms::default(),
-            alarms_now: None,
             plots: Plots::default(),
             recording: Recording::default(),
             panel: Panel::default(),
@@ -225,6 +230,7 @@ impl Model {
             life: Life::default(),
             counted: Counted::default(),
             playback: None,
+            seen_until: None,
             aside: None,
             calls: false,
             revision: 0,
@@ -234,9 +240,7 @@ impl Model {
     /// Takes what happened; returns what the operator wants done about it.
     pub fn update(&mut self, now: Moment, event: Event) -> Vec<Effect> {
         let mut effects = self.expire(now);
-        // What became an alarm before this is told before it.
-        let mut changed = self.watch_alarms(now);
-        changed |= match event {
+        let mut changed = match event {
             Event::Line { line, raw } => {
                 self.link.take_line(now, &raw);
                 self.take_line(now, &line);
@@ -364,9 +368,10 @@ impl Model {
             Overlay::Question(_) => Context::Question,
             Overlay::Text(_) => Context::Text,
             Overlay::Drive(_) => Context::Drive,
+            Overlay::Palette(_) => Context::Palette,
+            Overlay::Jump { .. } => Context::Jump,
             Overlay::Trace(_) => Context::Trace,
             Overlay::Why => Context::Why,
-            Overlay::Jump { .. } => Context::Jump,
         }
     }
 

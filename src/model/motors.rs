@@ -2,8 +2,8 @@
 
 use std::collections::VecDeque;
 
-use groundwave_protocol::letters::{Layer, LayerState, Mode};
-use groundwave_protocol::telemetry::{CountersLine, HOLDERS, StateLine};
+use groundwave_protocol::letters::{Arm, Cliff, Layer, LayerState, Mode};
+use groundwave_protocol::telemetry::{CountersLine, HOLDERS, ParameterLine, StateLine};
 
 use super::robot::Reading;
 use crate::event::Moment;
@@ -26,6 +26,9 @@ const THRASH_CHANGES: usize = 6;
 
 const THRASH_WINDOW: Moment = Moment::from_secs(8);
 
+/// The robot's parameter that switches its cliff guard on and off.
+const CLIFF_GUARD: &str = "cliff-guard";
+
 /// Whoever can hold the motors.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Holder {
@@ -33,13 +36,26 @@ pub(crate) enum Holder {
     Layer(Layer),
     /// The default behaviour below them.
     Prowl,
+    /// Behind the layers: there is no floor where the winner would go.
+    CliffGuard,
+    /// Behind the layers: the arm is not stowed yet.
+    ArmGuard,
     /// The motors are off.
     Nobody,
 }
 
 impl Holder {
-    /// Who holds the motors by one line A.
+    /// Who holds the motors by one line A, of a robot whose cliff guard is switched on.
     pub(crate) fn of(state: &StateLine) -> Self {
+        match (state.layers.holder(), state.mode) {
+            (None, mode) if mode != Mode::Stop && lacks_floor(state) => Self::CliffGuard,
+            (None, mode) if mode != Mode::Stop && state.arm == Arm::Up => Self::ArmGuard,
+            _ => Self::unguarded(state),
+        }
+    }
+
+    /// The same where only layers and prowl can hold them.
+    fn unguarded(state: &StateLine) -> Self {
         match (state.layers.holder(), state.mode) {
             (Some(layer), _) => Self::Layer(layer),
             (None, Mode::User) => Self::Layer(Layer::User),
@@ -58,7 +74,7 @@ impl Holder {
         match self {
             Self::Layer(layer) => Some(layer as usize),
             Self::Prowl => Some(HOLDERS - 1),
-            Self::Nobody => None,
+            Self::CliffGuard | Self::ArmGuard | Self::Nobody => None,
         }
     }
 }
@@ -71,15 +87,23 @@ pub(crate) const fn prowls(mode: Mode) -> bool {
     )
 }
 
-/// Who wants the motors and does not get them, in priority order. A raised flag above the holder was
-/// lowered again before the line was sent: nobody suppresses it.
-pub(crate) fn suppressed(state: &StateLine) -> Vec<Holder> {
-    let Holder::Layer(holder) = Holder::of(state) else {
-        return Vec::new();
+/// Whether an edge sensor sees no floor, or the cliff guard acts for what one saw.
+pub(crate) const fn lacks_floor(state: &StateLine) -> bool {
+    !matches!(state.cliff, Cliff::None | Cliff::NotFitted)
+}
+
+/// Who wants the motors and does not get them from this holder, in priority order. A raised flag above the
+/// holder was lowered again before the line was sent: nobody suppresses it.
+pub(crate) fn suppressed(holder: Holder, state: &StateLine) -> Vec<Holder> {
+    let above = match holder {
+        Holder::Layer(holder) => Some(holder),
+        Holder::CliffGuard | Holder::ArmGuard => None,
+        Holder::Prowl | Holder::Nobody => return Vec::new(),
     };
     let mut suppressed: Vec<Holder> = Layer::ALL
         .into_iter()
-        .filter(|&layer| layer > holder && state.layers.get(layer) == LayerState::Raised)
+        .filter(|&layer| above.is_none_or(|above| layer > above))
+        .filter(|&layer| state.layers.get(layer) == LayerState::Raised)
         .map(Holder::Layer)
         .collect();
     if prowls(state.mode) {
@@ -98,13 +122,30 @@ pub(crate) struct Motors {
     samples: Tally,
     ticks: Tally,
     newest_counters: Option<Reading<CountersLine>>,
+    /// The robot has said that its cliff guard is switched off.
+    is_unguarded: bool,
 }
 
 impl Motors {
+    /// Takes a line P, of which one tells of the cliff guard.
+    pub(super) fn take_parameter(&mut self, parameter: &ParameterLine) {
+        if parameter.name.as_str() == CLIFF_GUARD {
+            self.is_unguarded = parameter.value == 0;
+        }
+    }
+
+    /// The robot restarted: one whose guard is off says so again.
+    pub(super) fn take_restart(&mut self) {
+        self.is_unguarded = false;
+    }
+
     /// Takes a line A; says whether somebody else holds the motors now.
     pub(super) fn take_state(&mut self, now: Moment, state: &StateLine) -> bool {
         self.take_rungs(now, state);
-        let holder = Holder::of(state);
+        let holder = match Holder::of(state) {
+            Holder::CliffGuard if self.is_unguarded => Holder::unguarded(state),
+            holder => holder,
+        };
         if let Some(place) = holder.place() {
             let mut won = [0; HOLDERS];
             won[place] = 1;

@@ -1,7 +1,7 @@
 //! What the model says and wants, from lines and keys made by hand.
 
 use crossterm::event::{KeyCode, KeyEvent, KeyEventKind, KeyModifiers};
-use groundwave_protocol::letters::{Bump, Drive, Layer, LayerMask, LayerState, Mode};
+use groundwave_protocol::letters::{Arm, Bump, Cliff, Drive, Layer, LayerMask, LayerState, Mode};
 use groundwave_protocol::telemetry::{AckLine, ListPlace};
 use groundwave_protocol::{WAYPOINTS_MAX, Waypoint};
 

@@ -7,7 +7,7 @@ use groundwave_protocol::telemetry::Ack;
 use super::drive::Stick;
 use super::editor::RouteAction;
 use super::keys::Action;
-use super::{Model, Overlay, Question, TextEntry, Then, age};
+use super::{Config, Model, Overlay, Question, TextEntry, Then, age};
 use crate::event::{CommandStep, Effect, Moment};
 use crate::request::Request;
 use crate::travel::{Playback, SPEED_MAX, SPEED_MIN, Tally, Target, Travel};
@@ -81,9 +81,11 @@ impl Model {
         self.enlarged = now.enlarged;
         self.help_page = now.help_page;
         self.plots.window = now.plots.window;
-        self.alarms.see_like(&now.alarms);
-        self.alarms_now = now.shows_past().then(|| Box::new(now.alarms.clone()));
         self.editor.clone_from(&now.editor);
+        self.seen_until = now.seen_until;
+        if let Some(until) = self.seen_until.filter(|_| now.is_replay()) {
+            self.alarms.acknowledge_until(until);
+        }
         self.overlay = now.overlay.clone();
         self.size = now.size;
         self.playback.clone_from(&now.playback);
@@ -91,6 +93,12 @@ impl Model {
         self.chart.take_hands(&now.chart);
         self.revision = now.revision;
         self
+    }
+
+    /// How the dashboard is to look, and when it is alarmed.
+    #[must_use]
+    pub const fn config(&self) -> &Config {
+        &self.config
     }
 
     /// Where the screen stands in time; `None` when it shows now.
@@ -191,7 +199,7 @@ impl Model {
         }
         if !asked.is_empty() {
             if matches!(action, Action::SendDraft | Action::Route(RouteAction::Send)) {
-                // Whoever says no has not lost it; there is a change to take back, the sending.
+                // Whoever says no has not lost it; that there is something to take back is certain.
                 let _ = self.chart.draft.undo();
             }
             let words: Vec<String> = asked.iter().map(|request| format!("`{request}`")).collect();
@@ -219,7 +227,8 @@ impl Model {
         self.overlay = Overlay::None;
         match then {
             Then::Send(requests) => {
-                let sends_draft = |request: &Request| matches!(request, Request::Route(list) if list[..] == *self.chart.draft.waypoints());
+                let draft = self.chart.draft.waypoints();
+                let sends_draft = |request: &Request| matches!(request, Request::Route(list) if !list.is_empty() && list == draft);
                 if requests.iter().any(sends_draft) {
                     self.chart.draft.take();
                 }
@@ -244,7 +253,6 @@ mod tests {
 
     use super::*;
     use crate::event::{CommandId, Event};
-    use crate::model::Config;
     use crate::model::testing::Scene;
     use crate::travel::Landmark;
 

@@ -1,9 +1,9 @@
 //! Why somebody holds the motors, in words, from what the robot said.
 
-use groundwave_protocol::letters::{Arm, Bump, Drive, Infrared, Layer, Mode};
+use groundwave_protocol::letters::{Arm, Bump, Cliff, Drive, Infrared, Layer, Mode};
 use groundwave_protocol::telemetry::StateLine;
 
-use super::motors::Holder;
+use super::motors::{Holder, lacks_floor};
 use super::robot::{Robot, detects, touches};
 use crate::event::Moment;
 
@@ -25,6 +25,8 @@ pub(crate) fn why(holder: Holder, state: &StateLine, robot: &Robot, now: Moment)
         Holder::Layer(Layer::Motion) => arm(state.arm).to_owned(),
         Holder::Layer(Layer::DeadReckoning) => route(robot),
         Holder::Prowl => prowl(state, robot),
+        Holder::CliffGuard => no_floor(state),
+        Holder::ArmGuard => "stands until the arm is down".to_owned(),
         Holder::Nobody => nobody(state.mode).to_owned(),
     }
 }
@@ -165,6 +167,7 @@ fn route(robot: &Robot) -> String {
 fn prowl(state: &StateLine, robot: &Robot) -> String {
     let target = robot.status.and_then(|status| status.value.target_in);
     match (target, state.drive) {
+        _ if lacks_floor(state) => format!("{}, and nothing guards", edge(state.cliff)),
         (_, Drive::Stalled) => "the wheels do not turn".to_owned(),
         (Some((0, 0)), _) if state.mode == Mode::GoHome => {
             format!("on the way home; {} in to go", distance_in(state, (0, 0)))
@@ -176,6 +179,21 @@ fn prowl(state: &StateLine, robot: &Robot) -> String {
             distance_in(state, target)
         ),
         (None, _) => "nothing in the way".to_owned(),
+    }
+}
+
+fn no_floor(state: &StateLine) -> String {
+    format!("{}; {}", edge(state.cliff), moving(state))
+}
+
+/// Where there is no floor.
+const fn edge(cliff: Cliff) -> &'static str {
+    match cliff {
+        Cliff::Left => "no floor on the left",
+        Cliff::Center => "no floor ahead",
+        Cliff::Right => "no floor on the right",
+        Cliff::Several => "no floor on several sides",
+        Cliff::None | Cliff::NotFitted => "floor",
     }
 }
 

@@ -26,6 +26,8 @@ pub(crate) const fn holder(holder: Holder) -> &'static str {
     match holder {
         Holder::Layer(holder) => layer(holder),
         Holder::Prowl => "prowl",
+        Holder::CliffGuard => "cliff guard",
+        Holder::ArmGuard => "arm guard",
         Holder::Nobody => "nobody",
     }
 }

@@ -7,8 +7,8 @@ use std::time::{Duration, Instant};
 use tokio::sync::mpsc::{Receiver, Sender, channel};
 use tokio::time::{Instant as TokioInstant, sleep_until};
 
-use super::{Driver, Session};
-use crate::event::{Effect, Event, Moment, Recording};
+use super::{Driver, Keeper, Session};
+use crate::event::{Effect, Event, Level, Moment, Recording};
 use crate::io::files;
 use crate::io::signals::{Signal, Signals, stop_myself};
 use crate::io::terminal::{self, Screen};
@@ -35,6 +35,8 @@ pub struct Dashboard {
     pub recording: Box<dyn FnMut() -> Recording>,
     /// Events to begin with.
     pub first: Vec<Event>,
+    /// Begins and ends recordings; `None` where there is nothing to record.
+    pub keeper: Option<Keeper>,
 }
 
 /// Runs until the operator leaves, a signal says so or the terminal is gone.
@@ -47,6 +49,7 @@ pub async fn run(dashboard: Dashboard) -> io::Result<()> {
     let mut keys = terminal::events();
     let (readers, mut read) = channel(4);
     let mut running = Running {
+        keeper: dashboard.keeper,
         session: dashboard.session,
         model: dashboard.model,
         past: None,
@@ -72,6 +75,7 @@ pub async fn run(dashboard: Dashboard) -> io::Result<()> {
                 told = now.clone();
                 leave |= running.tell(Event::Recording(now))?;
             }
+            leave |= running.tell_notices()?;
         }
         leave |= running.tell_all()?;
         running.draw_if_due()?;
@@ -98,13 +102,14 @@ pub async fn run(dashboard: Dashboard) -> io::Result<()> {
                 false
             }
             () = sleep_until_some(wake_at) => running.tick()?,
-            () = sleep_until(TokioInstant::from_std(ask_at)), if told != Recording::default() => false,
+            () = sleep_until(TokioInstant::from_std(ask_at)), if told != Recording::default() || running.keeper.is_some() => false,
         };
     }
     Ok(())
 }
 
 struct Running {
+    keeper: Option<Keeper>,
     session: Session,
     /// The operator's hands and, in a live session, what is known now.
     model: Model,
@@ -134,7 +139,7 @@ impl Running {
             Event::Key(_) | Event::Paste(_) | Event::Resize { .. }
         );
         let now = self.session.now();
-        self.session.remember(now, &event);
+        self.session.remember(now, &event, &self.model);
         let effects = self.model.update(now, event);
         self.session.keep(now, &self.model);
         if is_key && self.past.is_some() {
@@ -143,6 +148,15 @@ impl Running {
         let mut leave = false;
         for effect in effects {
             leave |= self.act(effect)?;
+        }
+        Ok(leave)
+    }
+
+    /// What became of recordings.
+    fn tell_notices(&mut self) -> io::Result<bool> {
+        let mut leave = false;
+        while let Some((level, text)) = self.keeper.as_ref().and_then(Keeper::poll_notice) {
+            leave |= self.tell(Event::Notice { level, text })?;
         }
         Ok(leave)
     }
@@ -195,6 +209,15 @@ impl Running {
                     return self.tell(event);
                 }
             }
+            Effect::ToggleRecording => match &self.keeper {
+                Some(keeper) => keeper.toggle(),
+                None => {
+                    return self.tell(Event::Notice {
+                        level: Level::Warning,
+                        text: "a capture is shown: there is nothing to record".to_owned(),
+                    });
+                }
+            },
             Effect::LoadRoute(path) => self.load_route(path),
             Effect::SaveRoute {
                 path,

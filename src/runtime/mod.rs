@@ -10,5 +10,5 @@ mod session;
 
 pub use dashboard::{Dashboard, run};
 pub use driver::Driver;
-pub use keeper::{FinishOnDrop, KeepOptions, Keeper};
+pub use keeper::{FinishOnDrop, KeepOptions, Keeper, REMEMBERED};
 pub use session::{Live, Replay, Session};

@@ -48,16 +48,18 @@ impl Live {
     }
 
     /// Remembers what happens to the robot and its link; what the operator does is not travelled through.
-    fn remember(&mut self, now: Moment, event: &Event) {
+    fn remember(&mut self, now: Moment, event: &Event, model: &Model) {
+        // Time alone raises alarms.
+        let is_due = model.poll_timeout().is_some_and(|at| at <= now);
         let is_fact = !matches!(
             event,
             Event::Key(_)
                 | Event::Paste(_)
                 | Event::Resize { .. }
-                | Event::Tick
                 | Event::Recording(_)
                 | Event::Playback(_)
         );
+        let is_fact = is_fact && (*event != Event::Tick || is_due);
         if is_fact {
             let history = self.player.reel_mut().supply_mut();
             history.push(now, event.clone());
@@ -184,9 +186,9 @@ impl Session {
         }
     }
 
-    pub(super) fn remember(&mut self, now: Moment, event: &Event) {
+    pub(super) fn remember(&mut self, now: Moment, event: &Event, model: &Model) {
         if let Self::Live(live) = self {
-            live.remember(now, event);
+            live.remember(now, event, model);
         }
     }
 

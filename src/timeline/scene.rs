@@ -18,7 +18,7 @@ const HEARD_BEFORE: Moment = Moment::from_mins(3);
 
 /// What happens next.
 enum Next {
-    /// The station waited for this.
+    /// Station or model waited for this.
     Timeout,
     /// The capture goes on.
     Piece,
@@ -34,34 +34,33 @@ pub struct Scene {
     name: String,
     place: Place,
     at: Moment,
-    /// The station's time has come and changed nothing: it waits for the next piece.
+    /// A time has come and changed nothing: the next piece is waited for.
     is_waiting: bool,
     is_over: bool,
+    is_lost: bool,
     /// What could not be read, the first of it.
     damage: Option<String>,
 }
 
 impl Scene {
-    /// The beginning of a capture, of which the screen says the name.
+    /// The beginning of a capture, of which the screen says the name. Limits of alarms are the configuration's.
     #[must_use]
-    pub fn new(name: &str, tape: &dyn Tape) -> Self {
-        Self::from(name, tape.place())
+    pub fn new(name: &str, config: Config, tape: &dyn Tape) -> Self {
+        Self::from(name, config, tape.place())
     }
 
-    fn from(name: &str, place: Place) -> Self {
+    fn from(name: &str, config: Config, place: Place) -> Self {
         let mut station = Station::new(arq::Config::new(1), false);
-        station.handle_link(LinkEvent::Opened {
-            name: name.to_owned(),
-            can_send: false,
-        });
+        station.handle_link(opened(name));
         let mut scene = Self {
             station,
-            model: Model::new(Config::default()),
+            model: Model::new(config),
             name: name.to_owned(),
             place,
             at: place.at(),
             is_waiting: false,
             is_over: false,
+            is_lost: false,
             damage: None,
         };
         scene.listen();
@@ -96,17 +95,24 @@ impl Scene {
             return Some((self.at, Next::End));
         };
         // At the same time bytes come first, however they are cut into pieces.
-        let timeout = self.station.poll_timeout().filter(|_| !self.is_waiting);
+        let timeout = self.poll_timeout().filter(|_| !self.is_waiting);
         match timeout.map(|at| at.max(self.at)) {
             Some(at) if at < piece_at => Some((at, Next::Timeout)),
             _ => Some((piece_at, Next::Piece)),
         }
     }
 
+    /// When time alone changes something: what the station hears, or what has been wrong for too long.
+    fn poll_timeout(&self) -> Option<Moment> {
+        let station = self.station.poll_timeout();
+        station.into_iter().chain(self.model.poll_timeout()).min()
+    }
+
     fn take_piece(&mut self, piece: Option<Piece<'_>>) {
         match piece {
             Some(Piece::Received(bytes)) => self.station.handle_bytes(self.at, bytes),
             Some(Piece::Sent(bytes)) => self.station.handle_sent(self.at, bytes),
+            Some(Piece::Told(Event::Link(event))) => self.take_link(event),
             Some(Piece::Told(event)) => self.tell(event),
             Some(Piece::Missing(bytes)) => {
                 self.station.handle_interruption();
@@ -123,8 +129,21 @@ impl Scene {
                     text,
                 });
             }
-            None => {}
+            Some(Piece::Nothing) | None => {}
         }
+    }
+
+    /// The link of the session that was recorded went and came back.
+    fn take_link(&mut self, event: LinkEvent) {
+        match event {
+            LinkEvent::Lost { .. } => self.is_lost = true,
+            LinkEvent::Opened { .. } if self.is_lost => self.is_lost = false,
+            LinkEvent::Opened { .. } | LinkEvent::Ended => return,
+        }
+        self.station.handle_link(match event {
+            LinkEvent::Opened { .. } => opened(&self.name),
+            event => event,
+        });
     }
 }
 
@@ -151,7 +170,9 @@ impl Cursor for Scene {
         match next {
             Next::Timeout => {
                 self.station.handle_timeout(at);
-                self.is_waiting = self.station.poll_timeout().is_some_and(|next| next <= at);
+                self.listen();
+                self.tell(Event::Tick);
+                self.is_waiting = self.poll_timeout().is_some_and(|next| next <= at);
             }
             Next::Piece => {
                 self.is_waiting = false;
@@ -168,7 +189,15 @@ impl Cursor for Scene {
 
     fn afresh(&self, tape: &mut Self::Supply, at: Moment) -> Option<Self> {
         let place = tape.find(at.saturating_sub(HEARD_BEFORE));
-        Some(Self::from(&self.name, place))
+        Some(Self::from(&self.name, self.model.config().clone(), place))
+    }
+}
+
+/// Nobody can send anything into a capture.
+fn opened(name: &str) -> LinkEvent {
+    LinkEvent::Opened {
+        name: name.to_owned(),
+        can_send: false,
     }
 }
 

@@ -135,7 +135,7 @@ fn text(bytes: &[u8]) -> Box<dyn Tape + Send> {
 
 /// A capture with all its states.
 fn surveyed(tape: Box<dyn Tape + Send>) -> (Reel<Scene>, Moment) {
-    let first = Scene::new("radio", &*tape);
+    let first = Scene::new("radio", Config::default(), &*tape);
     let mut again = tape.again();
     let mut reel = Reel::new(tape, first.clone(), SPACING);
     let mut end = Moment::ZERO;
@@ -169,7 +169,7 @@ const CAPTURES: [&str; 4] = [
 /// Every moment at which something happened, and what was shown then by playing there from the beginning.
 fn played(name: &str) -> Vec<(Moment, String)> {
     let mut tape = capture(name);
-    let mut scene = Scene::new("radio", &*tape);
+    let mut scene = Scene::new("radio", Config::default(), &*tape);
     let mut shown = vec![(Moment::ZERO, told(scene.model()))];
     while let Some(at) = scene.next_at(&mut tape) {
         scene.step(&mut tape);
@@ -241,7 +241,7 @@ fn jumps_find_every_landmark_and_nothing_else() {
     for name in CAPTURES {
         for kind in kinds {
             let mut tape = capture(name);
-            let mut scene = Scene::new("radio", &*tape);
+            let mut scene = Scene::new("radio", Config::default(), &*tape);
             let mut all = Vec::new();
             while let Some(at) = scene.next_at(&mut tape) {
                 let before = scene.model().tally().of(kind);
@@ -281,7 +281,7 @@ fn before_a_long_capture_is_read_a_moment_is_partial_and_then_exact() {
     let at = end / 10 * 9;
     whole.seek(at);
     let tape = text(&day);
-    let first = Scene::new("radio", &*tape);
+    let first = Scene::new("radio", Config::default(), &*tape);
     let mut reel = Reel::new(tape, first, SPACING);
     reel.seek(at);
     assert!(reel.is_partial() && reel.packet().is_none());
@@ -599,10 +599,18 @@ fn a_live_run_in_any_chunks_and_a_replay_know_the_same() {
             };
             listen(now, &mut station, &mut model);
             while let Some(at) = tape.next_at() {
-                while let Some(due) = station.poll_timeout().filter(|due| *due < at) {
+                loop {
+                    let due = station
+                        .poll_timeout()
+                        .into_iter()
+                        .chain(model.poll_timeout());
+                    let Some(due) = due.min().filter(|due| *due < at) else {
+                        break;
+                    };
                     now = due.max(now);
                     station.handle_timeout(now);
                     listen(now, &mut station, &mut model);
+                    model.update(now, Event::Tick);
                 }
                 now = at;
                 match tape.next_piece().unwrap() {
@@ -616,6 +624,7 @@ fn a_live_run_in_any_chunks_and_a_replay_know_the_same() {
                         }
                     }
                     Piece::Sent(bytes) => station.handle_sent(now, bytes),
+                    Piece::Nothing => {}
                     other => panic!("{other:?}"),
                 }
                 listen(now, &mut station, &mut model);

@@ -17,15 +17,9 @@ const NAME_COLUMNS: usize = 17;
 const INDENT: usize = 2;
 
 impl Screen<'_> {
-    /// What nobody has seen yet: of now, even while the screen shows another moment of a live session.
-    pub(super) fn calling(&self) -> Vec<(&'static Rule, Raised)> {
-        let now = self.model.alarms_now.as_deref();
-        now.unwrap_or(&self.model.alarms).calling()
-    }
-
     /// The worst of what nobody has seen yet, and how many more there are.
     pub(super) fn alarm_strip(&self, buffer: &mut Buffer, area: Rect) {
-        let calling = self.calling();
+        let calling = self.model.alarms.calling();
         let Some((rule, raised)) = calling.first() else {
             return;
         };

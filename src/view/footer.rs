@@ -6,7 +6,7 @@ use ratatui::layout::Rect;
 use ratatui::text::{Line, Span};
 
 use super::{Screen, put, put_right};
-use crate::model::keys::{self, Action, Context};
+use crate::model::keys::{Action, Context};
 use crate::model::{Overlay, Purpose};
 
 impl Screen<'_> {
@@ -108,7 +108,7 @@ impl Screen<'_> {
         wanted: fn(Action) -> bool,
     ) -> Vec<Span<'static>> {
         let deaf = self.model.link.is_receive_only();
-        let named = keys::TABLE.iter().filter(|binding| {
+        let named = self.model.config.keys.rows().filter(|binding| {
             binding.context == context
                 && !binding.footer.is_empty()
                 && wanted(binding.action)
@@ -117,7 +117,7 @@ impl Screen<'_> {
         named
             .flat_map(|binding| {
                 [
-                    Span::styled(binding.label, self.theme.key),
+                    Span::styled(binding.label.to_string(), self.theme.key),
                     Span::styled(format!(" {}  ", binding.footer), self.theme.dim),
                 ]
             })

@@ -54,10 +54,10 @@ impl Screen<'_> {
     pub(super) fn hint(&self, buffer: &mut Buffer, area: Rect) {
         let line = if let Some(help) = self.prompt_help() {
             help
-        } else if let Some(traced) = self.trace_words() {
-            traced
         } else if let Some(aside) = self.aside() {
             aside
+        } else if let Some(traced) = self.trace_words() {
+            traced
         } else if let Some(news) = self.model.news(self.told_at) {
             self.news(news)
         } else {

@@ -93,7 +93,7 @@ impl Screen<'_> {
             (self.theme.plain, self.theme.holder)
         };
         let why = why::why(holder.value, &state.value, &self.model.robot, self.now);
-        let suppressed: Vec<String> = motors::suppressed(&state.value)
+        let suppressed: Vec<String> = motors::suppressed(holder.value, &state.value)
             .into_iter()
             .map(|holder| words::holder(holder).to_uppercase())
             .collect();
@@ -115,10 +115,8 @@ impl Screen<'_> {
         let glyphs = theme.glyphs;
         let model = self.model;
         let holder = Holder::Layer(layer);
-        let holds = model
-            .motors
-            .holder()
-            .is_some_and(|held| held.value == holder);
+        let held_by = model.motors.holder().map(|held| held.value);
+        let holds = held_by == Some(holder);
         let state = model
             .robot
             .state
@@ -130,7 +128,8 @@ impl Screen<'_> {
         let suppressed = model
             .robot
             .state
-            .is_some_and(|state| motors::suppressed(&state.value).contains(&holder));
+            .zip(held_by)
+            .is_some_and(|(state, by)| motors::suppressed(by, &state.value).contains(&holder));
         let (glyph, says, style) = if model.robot.lacks(layer) {
             (glyphs.missing, "not fitted", theme.rule)
         } else if holds {
@@ -163,7 +162,7 @@ impl Screen<'_> {
             says,
             style,
             share: model.motors.share(holder),
-            since: if model.robot.lacks(layer) || forbidden || self.is_stale() {
+            since: if model.robot.lacks(layer) || self.is_stale() {
                 None
             } else {
                 model.motors.since(layer)

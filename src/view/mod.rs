@@ -48,6 +48,7 @@ mod link;
 mod log;
 mod map;
 mod overlay;
+mod palette;
 mod plots;
 mod raster;
 mod raw;
@@ -67,7 +68,7 @@ use ratatui::layout::Rect;
 use ratatui::text::{Line, Span};
 
 use crate::event::Moment;
-use crate::model::Model;
+use crate::model::{Colors, Model};
 use layout::{HEIGHT_FULL, WIDTH_FULL};
 use theme::Theme;
 
@@ -84,6 +85,10 @@ pub fn draw(model: &Model, now: Moment, frame: &mut Frame<'_>) {
         told_at: now,
         theme: Theme::of(&model.config),
     };
+    if model.config.colors == Colors::HighContrast {
+        // It counts on no colour of the terminal's own.
+        buffer.set_style(area, screen.theme.plain);
+    }
     if area.width < WIDTH_MIN || area.height < HEIGHT_MIN {
         screen.too_small(buffer, area);
     } else {
@@ -110,9 +115,6 @@ impl Screen<'_> {
         let (rest, hint) = split_bottom(rest, 1);
         let (rest, raw) = split_bottom(rest, raw_rows);
         self.status(buffer, status);
-        let calls = !self.calling().is_empty();
-        let (strip, rest) = split_top(rest, u16::from(calls));
-        self.alarm_strip(buffer, strip);
         let rest = match &self.model.playback {
             Some(playback) => {
                 let (time, rest) = split_top(rest, 1);
@@ -121,6 +123,9 @@ impl Screen<'_> {
             }
             None => rest,
         };
+        let calls = !self.model.alarms.calling().is_empty();
+        let (strip, rest) = split_top(rest, u16::from(calls));
+        self.alarm_strip(buffer, strip);
         if full {
             self.raw_with_ruler(buffer, raw);
         } else {

@@ -7,7 +7,7 @@ use ratatui::text::{Line, Span};
 use ratatui::widgets::{Block, Clear, Paragraph, Widget, Wrap};
 
 use super::{Screen, put};
-use crate::model::keys::{self, Context};
+use crate::model::keys::Context;
 use crate::model::{Overlay, Question};
 
 const QUESTION_COLUMNS: u16 = 56;
@@ -34,12 +34,13 @@ impl Screen<'_> {
         match &self.model.overlay {
             Overlay::Question(question) => self.question(buffer, area, question),
             Overlay::Help => self.help(buffer, area),
+            Overlay::Palette(palette) => self.palette(buffer, area, palette),
             Overlay::Why => self.why_window(buffer, area),
             Overlay::None
             | Overlay::Text(_)
             | Overlay::Drive(_)
-            | Overlay::Trace(_)
-            | Overlay::Jump { .. } => {}
+            | Overlay::Jump { .. }
+            | Overlay::Trace(_) => {}
         }
     }
 
@@ -65,8 +66,9 @@ impl Screen<'_> {
         } else {
             Context::Dashboard
         };
-        let told: Vec<_> = keys::TABLE
-            .iter()
+        let keymap = &self.model.config.keys;
+        let told: Vec<_> = keymap
+            .rows()
             .filter(|binding| binding.context == of && !binding.help.is_empty())
             .collect();
         let elsewhere = [("driving", Context::Drive), ("typing", Context::Text)];
@@ -92,7 +94,7 @@ impl Screen<'_> {
             };
             let line = Line::from(vec![
                 Span::styled(format!("{:<LABEL_COLUMNS$}", binding.label), self.theme.key),
-                Span::raw(binding.help),
+                Span::raw(binding.help.to_string()),
             ]);
             put(buffer, half, row, &line);
         }

@@ -159,7 +159,7 @@ impl Screen<'_> {
         )];
         if let Some(last) = self.model.robot.bump {
             let ago = age::words(last.age(self.now));
-            let words = format!(", {ago} ago {}", side(why::bump(last.value)));
+            let words = format!("  last: {}, {ago} ago", side(why::bump(last.value)));
             spans.push(Span::styled(words, self.theme.dim));
         }
         spans
@@ -177,7 +177,7 @@ impl Screen<'_> {
         let mut spans = vec![Span::styled(words::infrared(infrared), style)];
         if let Some(last) = self.model.robot.infrared {
             let ago = age::words(last.age(self.now));
-            let words = format!(", {ago} ago {}", words::infrared(last.value));
+            let words = format!("  last: {}, {ago} ago", words::infrared(last.value));
             spans.push(Span::styled(words, self.theme.dim));
         }
         spans

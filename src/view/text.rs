@@ -57,7 +57,6 @@ impl Screen<'_> {
             // What is older is above.
             First::Bottom => ((pages - self.page_of(panel, pages)) % pages, "PgUp"),
         };
-        let note = note.filter(|note| !note.content.is_empty());
         let note = if pages > 1 {
             let words = note.map_or(String::new(), |note| format!("{}  ", note.content));
             let words = format!("{words}{key} {}/{pages}", page + 1);

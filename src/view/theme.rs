@@ -160,6 +160,7 @@ impl Theme {
         let mut theme = match config.colors {
             Colors::Dark => colored(Color::Indexed(245), Color::Indexed(240), Color::Yellow),
             Colors::Light => colored(Color::Indexed(242), Color::Indexed(249), Color::Magenta),
+            Colors::HighContrast => high_contrast(),
             Colors::Mono => mono(),
         };
         if config.ascii {
@@ -191,6 +192,35 @@ fn colored(dim: Color, faint: Color, accent: Color) -> Theme {
         robot: bold.fg(accent),
         route: bold.fg(Color::Blue),
         draft: plain.fg(Color::Magenta),
+        lit: bold.add_modifier(Modifier::REVERSED),
+        glyphs: &UNICODE,
+    }
+}
+
+/// Nothing dim, nothing dark: white and yellow on black, whatever the terminal's own colours are.
+fn high_contrast() -> Theme {
+    let plain = Style::new().fg(Color::Indexed(231)).bg(Color::Indexed(16));
+    let bold = plain.add_modifier(Modifier::BOLD);
+    let yellow = Color::Indexed(226);
+    Theme {
+        plain,
+        dim: plain,
+        strong: bold,
+        title: bold.fg(yellow),
+        rule: plain,
+        key: bold.fg(yellow),
+        holder: bold.add_modifier(Modifier::REVERSED),
+        raised: bold.add_modifier(Modifier::UNDERLINED),
+        good: plain,
+        warning: bold.fg(yellow),
+        alarm: bold.fg(Color::Indexed(16)).bg(yellow),
+        wall: plain,
+        old_trail: plain,
+        trail: bold,
+        sonar: plain,
+        robot: bold.fg(yellow),
+        route: bold.fg(yellow),
+        draft: bold.fg(Color::Indexed(51)),
         lit: bold.add_modifier(Modifier::REVERSED),
         glyphs: &UNICODE,
     }

@@ -14,7 +14,7 @@ use crate::model::motors;
 use crate::model::robot::{STATE_STALE, ordered_wheels_in_s};
 use crate::model::{why, words};
 
-const COLUMNS: u16 = 80;
+const COLUMNS: u16 = 78;
 
 /// Rows that the window would have.
 const ROWS: u16 = 22;
@@ -68,7 +68,10 @@ impl Screen<'_> {
             );
             facts.push(("holder", text, theme.holder));
         }
-        let suppressed: Vec<_> = motors::suppressed(&state)
+        let beaten = model.motors.holder().map(|holder| holder.value);
+        let suppressed: Vec<_> = beaten
+            .map(|holder| motors::suppressed(holder, &state))
+            .unwrap_or_default()
             .into_iter()
             .map(words::holder)
             .collect();
@@ -90,7 +93,7 @@ impl Screen<'_> {
         );
         facts.push(("drives", text, theme.plain));
         let text = format!(
-            "{}; infrared {}; sonar {} left, {} right; edge sensors: {}; arm {}",
+            "{}; infrared {}; sonar {} left, {} right; floor: {}; arm {}",
             match why::bump(state.bump) {
                 touched if touched.contains("bumper") => touched.to_owned(),
                 other => format!("bumper {other}"),

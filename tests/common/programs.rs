@@ -71,7 +71,12 @@ pub struct Telling {
 
 impl Telling {
     pub fn start(arguments: &[&str]) -> Self {
-        let mut child = Command::new(GROUNDWAVE)
+        Self::start_as(GROUNDWAVE, arguments)
+    }
+
+    /// Likewise through another program.
+    pub fn start_as(program: &str, arguments: &[&str]) -> Self {
+        let mut child = Command::new(program)
             .args(arguments)
             .stdin(Stdio::null())
             .stdout(Stdio::piped())

@@ -1,16 +1,18 @@
 #!/usr/bin/env python3
 """Judges a Groundwave recording with the MCAP and protobuf libraries that others wrote.
 
-    judge_mcap.py RECORDING.mcap [--raw TEE] [--jsonl DECODED]
+    judge_mcap.py RECORDING.mcap [--raw TEE [--killed]] [--jsonl DECODED]
 
 Every checksum must hold. Reading by the index, reading from the front and the statistics must agree.
-The bytes of /raw/rx must be those of the raw capture, and the fields of /telemetry those of
+The bytes of /raw/rx must be those of the raw capture (of a killed one, its beginning but for the last
+read: the raw file is written first), every pose must be where the line before it says, and the fields of /telemetry those of
 `groundwave decode --to jsonl`. Says what it found, or fails with the first thing that is wrong.
 """
 
 import argparse
 import collections
 import json
+import math
 
 from mcap.reader import make_reader
 from mcap.records import Message
@@ -21,7 +23,20 @@ TOPICS = {
     "/raw/rx": "groundwave.RawBytes",
     "/raw/tx": "groundwave.RawBytes",
     "/telemetry": "groundwave.Telemetry",
+    "/uplink": "groundwave.UplinkEvent",
+    "/tf": "foxglove.FrameTransforms",
+    "/pose": "foxglove.PoseInFrame",
+    "/path": "foxglove.PosesInFrame",
+    "/sonar": "foxglove.LaserScan",
+    "/map": "foxglove.Grid",
+    "/markers": "foxglove.SceneUpdate",
+    "/log": "foxglove.Log",
 }
+
+M_PER_IN = 0.0254
+
+# The most that the station reads at a time.
+READ_BYTES = 4096
 
 
 def check(holds, complaint):
@@ -49,6 +64,7 @@ def main():
     parser = argparse.ArgumentParser(description=__doc__.split("\n")[0])
     parser.add_argument("recording")
     parser.add_argument("--raw", help="the raw capture of the same session")
+    parser.add_argument("--killed", action="store_true", help="the session was killed and recovered")
     parser.add_argument("--jsonl", help="the recording as JSON lines")
     arguments = parser.parse_args()
 
@@ -64,7 +80,7 @@ def main():
         check({"link", "start", "software_version"} <= metadata["session"].keys(), f"{metadata}")
 
         indexed = collections.Counter()
-        received, telemetry, last_time = bytearray(), [], 0
+        received, telemetry, last_time, poses = bytearray(), [], 0, 0
         for _, channel, message, content in reader.iter_decoded_messages(log_time_order=True):
             check(message.sequence == indexed[channel.topic], f"sequence on {channel.topic}")
             indexed[channel.topic] += 1
@@ -75,6 +91,11 @@ def main():
                 received += content.data
             elif channel.topic == "/telemetry":
                 telemetry.append(plain(content))
+            elif channel.topic == "/pose":
+                poses += 1
+                said = math.hypot(telemetry[-1]["x_in"], telemetry[-1]["y_in"]) * M_PER_IN
+                place = math.hypot(content.pose.position.x, content.pose.position.y)
+                check(abs(said - place) < 1e-6, f"pose {poses} is {place} m off, line {said} m")
 
     with open(arguments.recording, "rb") as file:
         streamed = collections.Counter()
@@ -88,11 +109,16 @@ def main():
         }
     )
     check(indexed == streamed == counted, f"indexed {indexed}, streamed {streamed}, counted {counted}")
+    check(poses == sum(line["line_type"] == "A" for line in telemetry), f"{poses} poses")
     check(summary.statistics.message_count == sum(indexed.values()), "the statistics do not add up")
 
     if arguments.raw:
         with open(arguments.raw, "rb") as file:
-            check(received == file.read(), "/raw/rx differs from the raw capture")
+            raw = file.read()
+        if arguments.killed:
+            check(len(raw) - len(received) <= READ_BYTES, f"{len(raw) - len(received)} bytes lost")
+            raw = raw[: len(received)]
+        check(received == raw, "/raw/rx differs from the raw capture")
     if arguments.jsonl:
         with open(arguments.jsonl, encoding="ascii") as file:
             decoded = [json.loads(line) for line in file]

@@ -1,15 +1,75 @@
 #!/usr/bin/env bash
-# Lets the tools that others wrote judge recordings, in a Python environment of their own.
+# Lets the tools that others wrote judge recordings: one that ran to its end, one that was killed and
+# recovered, a converted capture, and a part of one.
 set -euo pipefail
 cd "$(dirname "$0")/../.."
+root=$PWD
 
-environment=target/judges
+environment=target/judges/python
 requirements=tests/judges/requirements.txt
-if ! cmp -s "$requirements" "$environment/installed.txt"; then
+# Of rerun-sdk only the program is wanted, without the 300 MB of libraries that its Python half needs.
+rerun=tests/judges/rerun.txt
+if ! cat "$requirements" "$rerun" | cmp -s - "$environment/installed.txt"; then
   python3 -m venv --clear "$environment"
-  "$environment/bin/pip" install --quiet --disable-pip-version-check -r "$requirements"
-  cp "$requirements" "$environment/installed.txt"
+  pip=("$environment/bin/pip" install --quiet --disable-pip-version-check)
+  "${pip[@]}" -r "$requirements"
+  "${pip[@]}" --no-deps -r "$rerun"
+  cat "$requirements" "$rerun" > "$environment/installed.txt"
 fi
+core=target/judges/core
+lock=tests/judges/core/package-lock.json
+mkdir -p "$core"
+if ! cmp -s "$lock" "$core/installed.json"; then
+  cp tests/judges/core/package.json "$lock" "$core"
+  (cd "$core" && npm ci --ignore-scripts --no-audit --no-fund --silent)
+  cp "$lock" "$core/installed.json"
+fi
+cp tests/judges/core/judge.mjs "$core"
 
-JUDGE_PYTHON="$PWD/$environment/bin/python" \
+JUDGE_PYTHON="$root/$environment/bin/python" \
   cargo test --locked --test capture -- --ignored --nocapture tools_that_others_wrote_agree
+cargo build --locked
+groundwave=$root/target/debug/groundwave
+
+work=$(mktemp -d)
+trap 'kill "${pids[@]}" 2>/dev/null || true; rm -rf "$work"' EXIT
+pids=()
+cd "$work"
+
+# A live recording, and one that is killed in the middle, of robots that live fifty times as fast.
+for name in live killed; do
+  channel=$([ $name = live ] && echo ber=3e-4 || echo ber=1e-3)
+  "$groundwave" sim --seed 7 --pty "$name.pty" --time-factor 50 --channel "$channel" > /dev/null &
+  pids+=($!)
+done
+for name in live killed; do
+  until [ -e "$name.pty" ]; do sleep 0.1; done
+done
+"$groundwave" watch killed.pty --headless --tee killed.txt --record killed.mcap > /dev/null &
+victim=$!
+"$groundwave" record live.pty -o live.mcap --duration 6s --quiet
+"$groundwave" convert live.mcap -o live.txt --quiet
+kill -9 $victim
+wait $victim 2>/dev/null || true
+"$groundwave" recover killed.mcap
+
+"$groundwave" convert "$root/captures/house-noisy.txt" -o converted.mcap --quiet
+cp "$root/captures/house-noisy.txt" converted.txt
+"$groundwave" cut live.mcap --from 60 --to 200 -o part.mcap --quiet
+"$groundwave" convert part.mcap -o part.txt --quiet
+
+for name in live killed converted part; do
+  killed=$([ $name = killed ] && echo --killed || true)
+  "$groundwave" decode "$name.mcap" --to jsonl > "$name.jsonl"
+  echo "-- $name"
+  "$root/$environment/bin/python" "$root/tests/judges/judge_mcap.py" "$name.mcap" \
+    --raw "$name.txt" $killed --jsonl "$name.jsonl"
+  node "$root/$core/judge.mjs" "$name.mcap" "$name.txt"
+  "$root/$environment/bin/rerun" mcap check --full "$name.mcap" > checked.txt 2>&1 ||
+    { cat checked.txt; exit 1; }
+  "$root/$environment/bin/rerun" mcap convert "$name.mcap" -o "$name.rrd" > rerun.txt 2>&1 ||
+    { cat rerun.txt; exit 1; }
+  echo "rerun: $(grep -c '^ok' checked.txt) topics checked, $(stat -c %s "$name.rrd") bytes converted"
+  [ $name = killed ] || "$groundwave" verify "$name.mcap" --raw "$name.txt" --quiet
+done
+echo "4 recordings, each judged by mcap, @mcap/core and rerun"

@@ -26,10 +26,18 @@ const CHECK: &[Step] = &[
             "warnings",
         ])
     }),
-    ("test", || cargo(&["test", "--workspace", "--locked"])),
+    ("test", || {
+        cargo(&["test", "--workspace", "--all-features", "--locked"])
+    }),
     ("doc", || {
         run(Command::new(cargo_path())
-            .args(["doc", "--workspace", "--no-deps", "--locked"])
+            .args([
+                "doc",
+                "--workspace",
+                "--all-features",
+                "--no-deps",
+                "--locked",
+            ])
             .env("RUSTDOCFLAGS", "-D warnings"))
     }),
     ("licences", licences::check),

@@ -9,13 +9,17 @@ use std::sync::Arc;
 use ::mcap::McapError;
 use ::mcap::records::{Record, op};
 use ::mcap::sans_io::{LinearReadEvent, LinearReader, LinearReaderOptions};
+use foxglove::messages::Log;
 use prost::Message;
 
-use super::{Piece, Place, Source, Tape, read_at};
+use super::{Piece, Place, Source, Tape, read_at, told};
 use crate::capture::CaptureError;
 use crate::capture::mcap::{RAW_RX, RAW_TX};
-use crate::capture::messages::RawBytes;
+use crate::capture::messages::{RawBytes, UplinkEvent};
 use crate::event::Moment;
+
+const UPLINK: &str = "/uplink";
+const LOG: &str = "/log";
 
 /// Opcode and length before every record.
 const HEAD_BYTES: usize = 9;
@@ -49,6 +53,8 @@ enum Item {
 enum Topic {
     Received,
     Sent,
+    Uplink,
+    Log,
 }
 
 /// The messages of one chunk.
@@ -334,35 +340,45 @@ impl Tape for McapTape {
         let at = self.next_at()?;
         let block = self.block.as_ref()?;
         let (_, item) = block.items.get(self.place.item as usize)?;
+        self.place.at = at;
         let (topic, message) = match item {
             Item::Damage(text) => {
-                let text = text.clone();
-                self.place.at = at;
                 self.place.item += 1;
                 self.place.stream = None;
-                return Some(Piece::Damaged(text));
+                return Some(Piece::Damaged(text.clone()));
             }
-            Item::Message(topic, range) => (*topic, RawBytes::decode(&block.bytes[range.clone()])),
+            Item::Message(topic, range) => (*topic, &block.bytes[range.clone()]),
         };
-        self.place.at = at;
-        self.current = match message {
-            Ok(current) => current,
-            Err(error) => {
-                self.place.item += 1;
-                return Some(Piece::Damaged(format!("a message makes no sense: {error}")));
-            }
+        let current = match topic {
+            Topic::Received | Topic::Sent => RawBytes::decode(message),
+            Topic::Uplink | Topic::Log => Ok(RawBytes::default()),
         };
-        if topic == Topic::Sent {
-            self.place.item += 1;
-            return Some(Piece::Sent(&self.current.data));
+        let event = match topic {
+            Topic::Uplink => UplinkEvent::decode(message)
+                .ok()
+                .map(|it| told::command(&it)),
+            Topic::Log => Log::decode(message).ok().map(|it| told::notice(&it)),
+            Topic::Received | Topic::Sent => Some(None),
+        };
+        self.place.item += 1;
+        let (Ok(current), Some(event)) = (current, event) else {
+            return Some(Piece::Damaged(
+                "a message makes no sense and is left out".to_owned(),
+            ));
+        };
+        self.current = current;
+        match topic {
+            Topic::Uplink | Topic::Log => return Some(event.map_or(Piece::Nothing, Piece::Told)),
+            Topic::Sent => return Some(Piece::Sent(&self.current.data)),
+            Topic::Received => {}
         }
         let offset = self.current.stream_offset;
         let missing = offset.saturating_sub(self.place.stream.unwrap_or(offset));
         if missing > 0 {
+            self.place.item -= 1;
             self.place.stream = Some(offset);
             return Some(Piece::Missing(missing));
         }
-        self.place.item += 1;
         self.place.stream = Some(offset + self.current.data.len() as u64);
         Some(Piece::Received(&self.current.data))
     }
@@ -473,6 +489,8 @@ fn take_channel(topics: &mut BTreeMap<u16, Topic>, body: &[u8]) {
     let topic = match channel.topic.as_str() {
         RAW_RX => Topic::Received,
         RAW_TX => Topic::Sent,
+        UPLINK => Topic::Uplink,
+        LOG => Topic::Log,
         _ => return,
     };
     topics.insert(channel.id, topic);

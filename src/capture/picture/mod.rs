@@ -100,6 +100,7 @@ impl Picture {
 }
 
 /// From inches to pixels.
+#[expect(clippy::struct_field_names, reason = "units come last")]
 struct Scale {
     pixels_per_in: f32,
     left_in: f32,

@@ -28,7 +28,7 @@ use super::composer::{Composer, Session};
 use super::journal::{Entry, JournalReader, Kind};
 use super::messages::{RawBytes, UplinkEvent, UplinkStep};
 use super::rotation::part_name;
-use super::topics::{Deriver, Topic};
+use super::topics::{Deriver, StationEvent, Topic};
 use super::writer::records::{HEAD_BYTES, Reader, op};
 use super::writer::{Attachment, LIBRARY, McapWriter, next_record};
 use walk::{Found, RECORD_BYTES_MAX, Walker};
@@ -287,6 +287,9 @@ struct Scan {
     missing: Vec<Missing>,
     damage: Vec<Damage>,
     topics: Topics,
+    /// A chunk that holds has them.
+    has_channels: bool,
+    earliest_ns: u64,
 }
 
 impl Scan {
@@ -308,16 +311,27 @@ impl Scan {
                     let mut topics = std::mem::take(&mut scan.topics);
                     topics.for_each_message(chunk.content, |message| scan.take(&message));
                     scan.topics = topics;
+                    scan.has_channels |= has_channels(chunk.content);
                 }
                 Found::Damage(damage) | Found::Cut(damage) => scan.damage.push(damage),
                 Found::Channel(record) => scan.topics.add(&record[HEAD_BYTES..]),
                 Found::Schema(_) | Found::Metadata(_) | Found::Attachment(_) => {}
             }
         }
+        if scan.damage.is_empty() && !walker.data_holds().map_err(read_error)? {
+            scan.damage.push(Damage {
+                offset: 0,
+                bytes: 0,
+                problem: "every chunk holds, and something between them does not: a table or an index",
+            });
+        }
         Ok(scan)
     }
 
     fn take(&mut self, message: &Raw<'_>) {
+        if self.messages == 0 {
+            self.earliest_ns = message.log_time_ns;
+        }
         self.messages += 1;
         self.latest_ns = self.latest_ns.max(message.log_time_ns);
         let end = match message.topic {
@@ -426,6 +440,11 @@ impl Topics {
             }
         }
     }
+}
+
+fn has_channels(content: &[u8]) -> bool {
+    let mut rest = Reader(content);
+    std::iter::from_fn(|| next_record(&mut rest)).any(|(opcode, _)| opcode == op::CHANNEL)
 }
 
 /// What there is in a journal.
@@ -583,10 +602,17 @@ fn repair(paths: &Paths, source: &Path, scan: Scan) -> Result<Recovery, CaptureE
     let output = BufWriter::with_capacity(BUFFER_BYTES, &temporary.file);
     let mut writer = McapWriter::empty(output, &scan.library).map_err(failed)?;
     let mut topics = Topics::of(&scan.library);
-    if matches!(topics, Topics::Fixed) {
-        writer.register_topics().map_err(failed)?;
+    let has_lost_topics = matches!(topics, Topics::Fixed) && !scan.has_channels;
+    if has_lost_topics {
+        writer.register_topics();
     }
     let mut composer = Composer::around(writer, Deriver::new());
+    if has_lost_topics {
+        let note = StationEvent::note("the beginning of this recording could not be saved");
+        composer
+            .handle_event(scan.earliest_ns, &note)
+            .map_err(failed)?;
+    }
     let mut walker = open(source)?;
     let read_error = |error| CaptureError::Read {
         path: source.to_owned(),
@@ -615,7 +641,7 @@ fn repair(paths: &Paths, source: &Path, scan: Scan) -> Result<Recovery, CaptureE
     }
     let after = composer.deriver().rx_bytes();
     let mut recovery = scan.report(paths, Outcome::Partly);
-    let is_clean = recovery.damage.is_empty();
+    let is_clean = recovery.damage.iter().all(|damage| damage.bytes == 0);
     let stepped: u64 = late.iter().map(|missing| missing.bytes).sum();
     recovery.rx_missing.extend(late);
     recovery.rx_from_journal = after.saturating_sub(before + stepped);
@@ -652,12 +678,14 @@ fn copy<W: io::Write>(
             topics.for_each_message(chunk.content, |message| recall(composer, &message));
             Ok(())
         }
-        // Those of ours are there already, and undamaged.
-        Found::Schema(_) | Found::Channel(_) if matches!(topics, Topics::Fixed) => Ok(()),
-        Found::Schema(record) => composer.writer().add_schema(record),
+        Found::Schema(record) => {
+            composer.writer().add_schema(record);
+            Ok(())
+        }
         Found::Channel(record) => {
             topics.add(&record[HEAD_BYTES..]);
-            composer.writer().add_channel(record)
+            composer.writer().add_channel(record);
+            Ok(())
         }
         Found::Metadata(body) => {
             let mut fields = Reader(body);

@@ -23,7 +23,7 @@ impl Recovery {
                 "saved part of {path}: {messages} messages, {bytes} bytes received; {missing} bytes are lost"
             ),
             Outcome::Partly => format!(
-                "saved what holds of {path}: {messages} messages, {bytes} bytes received; what came after them is lost"
+                "saved what holds of {path}: {messages} messages, {bytes} bytes received; what was in the damaged places is lost"
             ),
         }
     }
@@ -58,6 +58,10 @@ impl Recovery {
             )?;
         }
         for damage in &self.damage {
+            if damage.bytes == 0 {
+                writeln!(output, "  {}", damage.problem)?;
+                continue;
+            }
             writeln!(
                 output,
                 "  of no use: {} bytes from byte {} of the file: {}",

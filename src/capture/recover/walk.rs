@@ -58,6 +58,8 @@ pub(super) struct Walker {
     record: Vec<u8>,
     content: Vec<u8>,
     has_begun: bool,
+    /// Where the data section ends, and the checksum that it is to have.
+    data_end: Option<(u64, u32)>,
 }
 
 impl Walker {
@@ -70,12 +72,31 @@ impl Walker {
             record: Vec::new(),
             content: Vec::new(),
             has_begun: false,
+            data_end: None,
         })
     }
 
     /// Bytes in the file.
     pub(super) const fn length(&self) -> u64 {
         self.length
+    }
+
+    /// Whether the checksum over everything holds, which covers what has none of its own: tables, schemas,
+    /// indexes. An unfinished file has none.
+    pub(super) fn data_holds(&mut self) -> io::Result<bool> {
+        let Some((length, crc)) = self.data_end.filter(|(_, crc)| *crc != 0) else {
+            return Ok(true);
+        };
+        self.file.seek(SeekFrom::Start(0))?;
+        let mut rest = self.file.by_ref().take(length);
+        let mut hasher = crc32fast::Hasher::new();
+        let mut buffer = vec![0; SEARCH_BYTES];
+        loop {
+            match rest.read(&mut buffer)? {
+                0 => return Ok(hasher.finalize() == crc),
+                read => hasher.update(&buffer[..read]),
+            }
+        }
     }
 
     /// The next thing in the file that matters; `None` at its end.
@@ -169,6 +190,7 @@ impl Walker {
             op::HEADER | op::SCHEMA | op::CHANNEL => None,
             // Everything after this can be made anew.
             op::DATA_END => {
+                self.data_end = Reader(body).u32().map(|crc| (start, crc));
                 self.position = self.length;
                 return Ok(Judged::End);
             }

@@ -61,6 +61,12 @@ impl StationEvent {
         }
     }
 
+    /// Something that the station does, for the log.
+    #[must_use]
+    pub fn note(text: impl Into<String>) -> Self {
+        Self::log(LogLevel::Info, "station", text)
+    }
+
     /// Whether it shall be on the disk at once: a command begins or ends, or something is wrong.
     #[must_use]
     pub fn is_urgent(&self) -> bool {

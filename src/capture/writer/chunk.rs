@@ -52,6 +52,11 @@ impl Chunk {
         self.records.is_empty()
     }
 
+    /// A schema or a channel.
+    pub(super) fn add_record(&mut self, record: &[u8]) {
+        self.records.extend_from_slice(record);
+    }
+
     pub(super) fn add_message(
         &mut self,
         channel_id: u16,

@@ -77,15 +77,14 @@ pub(super) struct CheckedChunk<'a> {
 }
 
 impl<W: Write> McapWriter<W> {
-    /// Begins a recording with every topic there is, so that a reader knows them from the start, and
-    /// flushes.
+    /// Begins a recording with every topic there is, so that a reader knows them from the start. They are
+    /// part of the first chunk, whose checksum covers them.
     ///
     /// # Errors
     /// When writing fails.
     pub fn new(output: W) -> io::Result<Self> {
         let mut writer = Self::empty(output, LIBRARY)?;
-        writer.register_topics()?;
-        writer.flush()?;
+        writer.register_topics();
         Ok(writer)
     }
 
@@ -118,7 +117,7 @@ impl<W: Write> McapWriter<W> {
     }
 
     /// Adds every topic of ours, under the numbers that it always has.
-    pub(super) fn register_topics(&mut self) -> io::Result<()> {
+    pub(super) fn register_topics(&mut self) {
         let mut known: Vec<(String, u16)> = Vec::new();
         for topic in Topic::ALL {
             let schema = topic.schema();
@@ -133,7 +132,7 @@ impl<W: Write> McapWriter<W> {
                         to.text("protobuf");
                         to.bytes(&schema.descriptors);
                     });
-                    self.add_schema(&bytes)?;
+                    self.add_schema(&bytes);
                     known.push((schema.name.into_owned(), id));
                     id
                 }
@@ -146,23 +145,20 @@ impl<W: Write> McapWriter<W> {
                 to.text("protobuf");
                 to.map(&BTreeMap::new());
             });
-            self.add_channel(&bytes)?;
+            self.add_channel(&bytes);
         }
-        Ok(())
     }
 
-    /// Adds a schema record, to the data section and the summary.
-    pub(super) fn add_schema(&mut self, record: &[u8]) -> io::Result<()> {
+    /// Adds a schema record, to the chunk being filled and the summary.
+    pub(super) fn add_schema(&mut self, record: &[u8]) {
+        self.chunk.add_record(record);
         self.schemas.add(record);
-        self.scratch.extend_from_slice(record);
-        self.output.write(&mut self.scratch)
     }
 
     /// Adds a channel record likewise.
-    pub(super) fn add_channel(&mut self, record: &[u8]) -> io::Result<()> {
+    pub(super) fn add_channel(&mut self, record: &[u8]) {
+        self.chunk.add_record(record);
         self.channels.add(record);
-        self.scratch.extend_from_slice(record);
-        self.output.write(&mut self.scratch)
     }
 
     /// Writes a message.
@@ -181,6 +177,25 @@ impl<W: Write> McapWriter<W> {
         );
         *sequence = sequence.wrapping_add(1);
         *self.messages.entry(channel_id).or_default() += 1;
+        if self.chunk.bytes() >= CHUNK_BYTES {
+            self.end_chunk()?;
+        }
+        Ok(())
+    }
+
+    /// Writes a message of another recording, whose channels have been added; it is numbered anew.
+    pub(super) fn copy_message(
+        &mut self,
+        channel_id: u16,
+        log_time_ns: u64,
+        publish_time_ns: u64,
+        data: &[u8],
+    ) -> io::Result<()> {
+        let count = self.messages.entry(channel_id).or_default();
+        let sequence = *count as u32;
+        *count += 1;
+        self.chunk
+            .add_message(channel_id, sequence, log_time_ns, publish_time_ns, data);
         if self.chunk.bytes() >= CHUNK_BYTES {
             self.end_chunk()?;
         }

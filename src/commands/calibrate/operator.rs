@@ -42,25 +42,26 @@ impl Operator {
         let way = options
             .way()
             .map_err(|error| Fault::new(Exit::Usage, error))?;
+        let (way, config) = &way.at(config)?;
         let radio = options.radio.radio(config);
         let (link, radio, via) = match way {
             Way::Link(link) => {
                 if !radio.can_send() || matches!(link, LinkSpec::Stdin | LinkSpec::Unix(_)) {
                     return Err(receive_only(&link.to_string()));
                 }
-                (link, radio, None)
+                (link.clone(), radio, None)
             }
             Way::Via(address) => {
                 let (_, welcome) =
-                    Via::connect(&address).map_err(|error| Fault::new(Exit::NoLink, error))?;
+                    Via::connect(address).map_err(|error| Fault::new(Exit::NoLink, error))?;
                 if !welcome.can_send || !radio.can_send() {
                     return Err(receive_only(&welcome.link));
                 }
-                let link = match &address {
+                let link = match address {
                     Address::Tcp(address) => LinkSpec::Tcp(address.clone()),
                     Address::Unix(path) => LinkSpec::Unix(path.clone()),
                 };
-                (link, Radio::RECEIVE_ONLY, Some(address))
+                (link, Radio::RECEIVE_ONLY, Some(address.clone()))
             }
         };
         let (driver, simulator) = connect(&link, options.radio.baud(config), radio)?;

@@ -31,9 +31,24 @@ pub struct Output {
     pub force: bool,
 }
 
+/// `replay`
+#[derive(Debug, Args)]
+#[command(after_help = "\
+Examples:
+  groundwave replay evening.mcap
+  groundwave replay evening.txt --speed 10")]
+pub struct Replay {
+    /// A raw capture or an MCAP file
+    pub file: PathBuf,
+    /// Multiple of the speed it was recorded at
+    #[arg(long, value_name = "X", default_value_t = 1.0)]
+    pub speed: f64,
+}
+
 /// `decode`
 #[derive(Debug, Args)]
 #[command(after_help = "\
+Examples:
   groundwave decode evening.txt --to csv > evening.csv
   cat /dev/ttyUSB0 | groundwave decode - --to jsonl")]
 pub struct Decode {
@@ -56,6 +71,7 @@ pub enum DecodeFormat {
 /// `info`
 #[derive(Debug, Args)]
 #[command(after_help = "\
+Examples:
   groundwave info evening.mcap
   groundwave info --json 'evenings/*.mcap' | jq .distance_in")]
 pub struct Info {
@@ -70,6 +86,7 @@ pub struct Info {
 /// `convert`
 #[derive(Debug, Args)]
 #[command(after_help = "\
+Examples:
   groundwave convert evening.txt                   evening.mcap, with every topic a recording has
   groundwave convert evening.mcap                  evening.txt, the bytes of the radio as they came
   groundwave convert 'evenings/*.txt' --output-dir converted
@@ -91,6 +108,7 @@ pub struct Convert {
 /// `export`
 #[derive(Debug, Args)]
 #[command(after_help = "\
+Examples:
   groundwave export evening.mcap --to svg              evening.svg: the track with its events
   groundwave export 'evenings/*.mcap' --to csv --output-dir tables
   groundwave export evening.txt --to jsonl -o -")]
@@ -122,6 +140,7 @@ pub enum ExportFormat {
 /// `cut`
 #[derive(Debug, Args)]
 #[command(after_help = "\
+Examples:
   groundwave cut evening.mcap --from 1:30 --to 2m -o bump.mcap
   groundwave cut evening.mcap --from 2025-03-14T20:15:00Z      evening.cut.mcap
   groundwave cut evening.txt --to 10m -o -
@@ -145,6 +164,7 @@ pub struct Cut {
 /// `verify`
 #[derive(Debug, Args)]
 #[command(after_help = "\
+Examples:
   groundwave verify 'evenings/*.mcap'
   groundwave verify evening.mcap --raw evening.txt
 
@@ -161,4 +181,38 @@ pub struct Verify {
     /// As JSON, one object a file
     #[arg(long)]
     pub json: bool,
+}
+
+/// `recover`
+#[derive(Debug, Args)]
+#[command(after_help = "\
+Examples:
+  groundwave recover evening.mcap
+  groundwave recover .                    every interrupted recording of this folder")]
+pub struct Recover {
+    /// Recordings, or folders with interrupted ones
+    #[arg(required = true)]
+    pub files: Vec<PathBuf>,
+    /// What was saved as a JSON line for each
+    #[arg(long)]
+    pub json: bool,
+}
+
+/// `songs`
+#[derive(Debug, Args)]
+#[command(after_help = "\
+Examples:
+  groundwave songs evening.mcap
+  groundwave songs evening.txt --wav songs      songs/song-01.wav and so on, numbered as listed
+
+A note is named by the nearest key of a piano (A4 is 440 Hz), with its length in seconds; a dash is a rest.")]
+pub struct Songs {
+    /// A raw capture, an MCAP file, or - for standard input
+    pub file: PathBuf,
+    /// Write each song into this folder, which is made if it is not there
+    #[arg(long, value_name = "DIR")]
+    pub wav: Option<PathBuf>,
+    /// Overwrite existing files
+    #[arg(long, requires = "wav")]
+    pub force: bool,
 }

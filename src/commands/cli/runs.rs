@@ -7,6 +7,7 @@ use clap::Args;
 /// `runs`
 #[derive(Debug, Args)]
 #[command(after_help = "\
+Examples:
   groundwave runs                         the captures in this folder
   groundwave runs contest/ evening.mcap
   groundwave runs --json | jq 'select(.void == null)'
@@ -25,6 +26,7 @@ pub struct Runs {
 /// `label`
 #[derive(Debug, Args)]
 #[command(after_help = "\
+Examples:
   groundwave label run7.mcap                            what is said of it
   groundwave label run7.mcap --name 'new wheels, third try'
   groundwave label run7.mcap --note 'sonar sees the glass door' --at 1:30
@@ -58,6 +60,7 @@ pub struct Label {
 /// `compare`
 #[derive(Debug, Args)]
 #[command(after_help = "\
+Examples:
   groundwave compare before.mcap after.mcap
   groundwave compare before.mcap after.mcap --svg both.svg
 

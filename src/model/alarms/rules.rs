@@ -2,6 +2,7 @@
 
 use groundwave_protocol::letters::{Bump, Cliff, Drive, Link as LinkLetter, Power};
 use groundwave_protocol::telemetry::StateLine;
+use serde::Deserialize;
 
 use crate::event::{Level, Moment, Recording};
 use crate::model::link::{Connection, Link};
@@ -9,7 +10,8 @@ use crate::model::motors::Motors;
 use crate::model::robot::Robot;
 
 /// From which values on there is an alarm.
-#[derive(Clone, Debug, PartialEq, Eq)]
+#[derive(Clone, Debug, PartialEq, Eq, Deserialize)]
+#[serde(default, deny_unknown_fields)]
 pub struct Limits {
     /// At this voltage the battery is low, decivolts.
     pub battery_low_dv: u16,
@@ -58,13 +60,6 @@ pub(in crate::model) struct Facts<'a> {
     pub(in crate::model) link: &'a Link,
     pub(in crate::model) motors: &'a Motors,
     pub(in crate::model) recording: &'a Recording,
-}
-
-impl Facts<'_> {
-    /// When the newest line came: what only lines change is judged then.
-    fn heard_at(&self) -> Moment {
-        self.link.newest_line_at().unwrap_or(self.now)
-    }
 }
 
 /// What a rule sees.
@@ -222,7 +217,7 @@ pub(crate) const RULES: [Rule; RULES_COUNT] = [
         unit: "",
         logged_here: true,
         look: |facts| {
-            if facts.motors.thrashes(facts.heard_at()) {
+            if facts.motors.thrashes(facts.now) {
                 Sight::Yes
             } else {
                 Sight::No
@@ -236,7 +231,7 @@ pub(crate) const RULES: [Rule; RULES_COUNT] = [
         remedy: "a weak or disturbed radio: come closer",
         unit: "%",
         logged_here: true,
-        look: |facts| match facts.link.loss(facts.heard_at()) {
+        look: |facts| match facts.link.loss(facts.now) {
             Some(share) => Sight::Is((share * 100.0).round()),
             None => Sight::Unknown,
         },

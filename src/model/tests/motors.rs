@@ -79,3 +79,40 @@ fn the_holder_is_told_from_layers_and_mode() {
     line.layers.set(Layer::Bumpers, LayerState::Holds);
     assert_eq!(Holder::of(&line), Holder::Layer(Layer::Bumpers));
 }
+
+#[test]
+fn a_guard_that_took_the_motors_is_named_and_not_who_won_them() {
+    let mut scene = scene();
+    let sentence = |scene: &Scene| {
+        let holder = scene.model.motors.holder().expect("a line A came").value;
+        why::why(holder, &scene.state, &scene.model.robot, scene.now)
+    };
+    scene.state.cliff = Cliff::Center;
+    scene.layers(&[(Layer::Bumpers, LayerState::Raised)]);
+    scene.hear();
+    assert_eq!(Holder::of(&scene.state), Holder::CliffGuard);
+    assert!(sentence(&scene).starts_with("no floor ahead; "));
+    let both = [Holder::Layer(Layer::Bumpers), Holder::Prowl];
+    assert_eq!(suppressed(Holder::CliffGuard, &scene.state), both);
+
+    // With the guard switched off it was prowl that drove the robot there.
+    scene.hear_parameter("cliff-guard", 0);
+    scene.state.cliff = Cliff::Several;
+    scene.hear();
+    let holder = scene.model.motors.holder().map(|held| held.value);
+    assert_eq!(holder, Some(Holder::Prowl));
+    assert_eq!(
+        sentence(&scene),
+        "no floor on several sides, and nothing guards"
+    );
+    scene.hear_parameter("cliff-guard", 1);
+    scene.state.cliff = Cliff::None;
+    scene.hear();
+    assert_eq!(sentence(&scene), "nothing in the way");
+
+    scene.state.arm = Arm::Up;
+    scene.hear();
+    assert_eq!(sentence(&scene), "stands until the arm is down");
+    scene.layers(&[(Layer::Bumpers, LayerState::Holds)]);
+    assert_eq!(Holder::of(&scene.state), Holder::Layer(Layer::Bumpers));
+}

@@ -1,7 +1,6 @@
 //! What must be told where there is little room.
 
 use super::*;
-use crate::model::keys::Context;
 
 #[test]
 fn words_that_do_not_fit_end_with_a_mark() {
@@ -210,15 +209,16 @@ fn the_log_wraps_and_says_how_often_before_what() {
 
 #[test]
 fn every_key_is_in_the_help_however_small_the_screen() {
-    let mut scene = flight(Config::default());
-    scene.type_text("?");
     let mut told = String::new();
-    for _ in 0..3 {
-        told += &screen(&scene, 80, 24);
-        scene.press(&[KeyCode::PageDown]);
+    for keys in ["?", "e?"] {
+        let mut scene = flight(Config::default());
+        scene.type_text(keys);
+        for _ in 0..3 {
+            told += &screen(&scene, 80, 24);
+            scene.press(&[KeyCode::PageDown]);
+        }
     }
-    let table = crate::model::keys::TABLE.iter();
-    for binding in table.filter(|binding| binding.context == Context::Dashboard) {
+    for binding in scene.model.config.keys.rows() {
         let is_told = told.contains(&format!("{:<8}{}", binding.label, binding.help));
         assert!(
             binding.help.is_empty() || is_told,

@@ -5,7 +5,8 @@ set -euo pipefail
 cd "$(dirname "$0")/../../.."
 
 if [ -z "${GROUNDWAVE:-}" ]; then
-  cargo build --locked --features foxglove
+  # With the whole workspace's features, as CI's tests: what they built is not built again.
+  cargo build --locked --workspace --all-features --bin groundwave
   GROUNDWAVE=target/debug/groundwave
 fi
 

@@ -1,0 +1,131 @@
+//! What replay costs: opening a capture, going anywhere in it, reading it through, and memory.
+//!
+//! `cargo bench --bench replay` makes a day of the house with the simulator, as raw text and as MCAP, in a
+//! temporary folder; `cargo bench --bench replay -- 1 24 240` captures of so many hours. Peak memory is
+//! that of the whole process, in the order of the rows.
+
+use std::fs::{self, File};
+use std::io::{BufWriter, Write};
+use std::path::Path;
+use std::time::{Duration, Instant};
+
+use groundwave::capture::convert::convert_raw;
+use groundwave::capture::index;
+use groundwave::model::Config;
+use groundwave::timeline::scene::SPACING;
+use groundwave::timeline::{Finding, Reel, Scene, survey};
+use groundwave::travel::Landmark;
+use sr04_sim::{Simulation, SimulationConfig, World};
+
+const SEEKS: u32 = 500;
+
+fn main() {
+    let hours: Vec<u64> = std::env::args()
+        .filter_map(|word| word.parse().ok())
+        .collect();
+    let hours = if hours.is_empty() { vec![24] } else { hours };
+    let folder = tempfile::tempdir().expect("a temporary folder");
+    println!(
+        "{:>5} {:>5} {:>8} {:>8} {:>9} {:>9} {:>9} {:>9} {:>9} {:>9} {:>8}",
+        "hours",
+        "form",
+        "MB",
+        "open ms",
+        "first ms",
+        "read s",
+        "seek ms",
+        "worst ms",
+        "back ms",
+        "jump ms",
+        "peak MB"
+    );
+    for hours in hours {
+        let raw = folder.path().join(format!("{hours}.txt"));
+        let mcap = raw.with_extension("mcap");
+        make(&raw, hours);
+        let output = BufWriter::new(File::create(&mcap).expect("room for a capture"));
+        let source = File::open(&raw).expect("it was just made");
+        convert_raw(source, 1_742_000_000_000_000_000, output).expect("a day converts");
+        for (form, path) in [("raw", &raw), ("mcap", &mcap)] {
+            measure(hours, form, path);
+        }
+    }
+}
+
+/// An hour of the house over and over, which is as good as a day of it to whoever reads it.
+fn make(path: &Path, hours: u64) {
+    let world = World::built_in("house").expect("it comes with the simulator");
+    let mut simulation = Simulation::new(&SimulationConfig::new(world, 1));
+    simulation.run_for_ms(3_600_000);
+    let hour: Vec<u8> = std::iter::from_fn(|| simulation.poll_downlink()).collect();
+    let mut file = File::create(path).expect("room for a capture");
+    for _ in 0..hours {
+        file.write_all(&hour).expect("room for a capture");
+    }
+}
+
+fn ms(time: Duration) -> f64 {
+    time.as_secs_f64() * 1000.0
+}
+
+fn measure(hours: u64, form: &str, path: &Path) {
+    let begun = Instant::now();
+    let tape = index::open(path).expect("a capture");
+    let opened = begun.elapsed();
+    let length = tape.length();
+    let first = Scene::new("bench", Config::default(), &*tape);
+    let mut again = tape.again();
+    let mut reel = Reel::new(tape, first.clone(), SPACING);
+    let begun = Instant::now();
+    reel.seek(length.mul_f64(0.9));
+    let unread = begun.elapsed();
+    let begun = Instant::now();
+    survey(first, &mut again, |finding| {
+        if let Finding::State(scene) = finding {
+            reel.keep(*scene);
+        }
+        true
+    });
+    reel.complete();
+    let read = begun.elapsed();
+    let (mut all, mut worst, mut back) = (Duration::ZERO, Duration::ZERO, Duration::ZERO);
+    let mut place = 0.5;
+    for _ in 0..SEEKS {
+        // The golden section goes everywhere and never twice.
+        place = (place + 0.618_033_988_749_895_f64).fract();
+        let begun = Instant::now();
+        reel.seek(length.mul_f64(place));
+        let took = begun.elapsed();
+        all += took;
+        worst = worst.max(took);
+        let begun = Instant::now();
+        reel.step_back();
+        back = back.max(begun.elapsed());
+    }
+    let mut jump = Duration::ZERO;
+    for n in 0..50 {
+        let begun = Instant::now();
+        reel.find_next(Landmark::Bump, length.mul_f64(f64::from(n) / 50.0));
+        jump = jump.max(begun.elapsed());
+    }
+    println!(
+        "{hours:>5} {form:>5} {:>8.1} {:>8.2} {:>9.2} {:>9.2} {:>9.2} {:>9.2} {:>9.2} {:>9.2} {:>8.1}",
+        fs::metadata(path).map_or(0.0, |about| about.len() as f64 / 1e6),
+        ms(opened),
+        ms(unread),
+        read.as_secs_f64(),
+        ms(all / SEEKS),
+        ms(worst),
+        ms(back),
+        ms(jump),
+        peak_mb()
+    );
+}
+
+/// Peak memory of this process where the system tells it.
+fn peak_mb() -> f64 {
+    let status = fs::read_to_string("/proc/self/status").unwrap_or_default();
+    let peak = status.lines().find_map(|line| line.strip_prefix("VmHWM:"));
+    let kib = peak.and_then(|rest| rest.split_whitespace().next()?.parse::<f64>().ok());
+    kib.map_or(f64::NAN, |kib| kib * 1024.0 / 1e6)
+}

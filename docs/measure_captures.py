@@ -1,0 +1,74 @@
+#!/usr/bin/env python3
+"""What the tools take for a day of capture and for a month: time, CPU and peak memory.
+
+    cargo build --release && python3 docs/measure_captures.py [--month]
+
+Linux only. The day is made by the simulator: 86,400 s of prowling in the default house, 259,200 lines. The month is the day
+30 times over: the same robot, so that what grows does so because of the length alone.
+"""
+
+import os
+import shutil
+import subprocess
+import sys
+import tempfile
+import time
+
+ROOT = os.path.join(os.path.dirname(os.path.abspath(__file__)), "..")
+PROGRAM = os.path.join(ROOT, "target", "release", "groundwave")
+DAY_S = 86_400
+DAYS_OF_A_MONTH = 30
+
+
+def measure(*words):
+    """Wall seconds, CPU seconds and peak memory in MB of a run of the program."""
+    began = time.monotonic()
+    process = subprocess.Popen([PROGRAM, *words], stdout=subprocess.DEVNULL, stderr=subprocess.PIPE)
+    complaint = process.stderr.read().decode()
+    _, status, usage = os.wait4(process.pid, 0)
+    took_s = time.monotonic() - began
+    if os.waitstatus_to_exitcode(status) != 0:
+        raise SystemExit(f"{words}: {complaint}")
+    return took_s, usage.ru_utime + usage.ru_stime, usage.ru_maxrss / 1024
+
+
+def table(folder, raw):
+    mcap = os.path.join(folder, "a.mcap")
+    runs = [
+        ("`convert`, to MCAP", ["convert", raw, "-o", mcap, "-q", "--force"]),
+        ("`convert`, to raw", ["convert", mcap, "-o", os.path.join(folder, "b.txt"), "-q", "--force"]),
+        ("`verify`, raw", ["verify", raw]),
+        ("`verify`, MCAP against its raw file", ["verify", mcap, "--raw", raw]),
+        ("`info`, MCAP", ["info", mcap]),
+        ("`export`, CSV", ["export", mcap, "--to", "csv", "-o", os.path.join(folder, "a.csv"), "-q", "--force"]),
+        ("`export`, JSON lines", ["export", mcap, "--to", "jsonl", "-o", os.path.join(folder, "a.jsonl"), "-q", "--force"]),
+        ("`export`, SVG", ["export", mcap, "--to", "svg", "-o", os.path.join(folder, "a.svg"), "-q", "--force"]),
+        ("`export`, PNG", ["export", mcap, "--to", "png", "-o", os.path.join(folder, "a.png"), "-q", "--force"]),
+        ("`cut`, an hour of it", ["cut", mcap, "--from", "6h", "--to", "7h", "-o", os.path.join(folder, "c.mcap"), "-q", "--force"]),
+    ]
+    size = f"{os.path.getsize(raw) / 1e6:.1f} MB raw"
+    print(f"| {size} | s | CPU s | peak MB |\n|---|---|---|---|")
+    for name, words in runs:
+        took_s, cpu_s, peak_mb = min(measure(*words) for _ in range(3))
+        print(f"| {name} | {took_s:.2f} | {cpu_s:.2f} | {peak_mb:.0f} |", flush=True)
+    print(f"\nThe MCAP has {os.path.getsize(mcap) / 1e6:.1f} MB.\n")
+
+
+def main():
+    with tempfile.TemporaryDirectory() as folder:
+        day = os.path.join(folder, "day.txt")
+        with open(day, "wb") as file:
+            simulate = ["cargo", "run", "--release", "--quiet", "-p", "sr04-sim", "--example", "capture"]
+            subprocess.run([*simulate, "--", "house", "1", str(DAY_S)], stdout=file, cwd=ROOT, check=True)
+        table(folder, day)
+        if "--month" in sys.argv:
+            month = os.path.join(folder, "month.txt")
+            with open(month, "wb") as to:
+                for _ in range(DAYS_OF_A_MONTH):
+                    with open(day, "rb") as file:
+                        shutil.copyfileobj(file, to)
+            table(folder, month)
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,186 @@
+//! Screens as SVG: one of them, or several that follow each other.
+
+use std::fmt::Write as _;
+
+use ratatui::buffer::{Buffer, Cell};
+use ratatui::style::{Color, Modifier};
+
+const CELL_WIDTH: f64 = 8.4;
+const CELL_HEIGHT: f64 = 17.0;
+const MARGIN: f64 = 12.0;
+const BACKGROUND: &str = "#14171c";
+const FOREGROUND: &str = "#c8ccd4";
+
+/// One screen.
+#[allow(dead_code, reason = "each picture uses its own part")]
+pub fn still(screen: &Buffer) -> String {
+    let mut svg = head(screen);
+    for row in 0..screen.area.height {
+        svg += &row_text(screen, row);
+    }
+    svg + "</svg>\n"
+}
+
+/// Screens of one size, each seen for so many seconds, over and over. A row that stays the same is drawn once.
+#[allow(dead_code, reason = "each picture uses its own part")]
+pub fn moving(screens: &[Buffer], each_s: f64) -> String {
+    let Some(first) = screens.first() else {
+        return String::new();
+    };
+    let total_s = each_s * screens.len() as f64;
+    let mut spans: Vec<(usize, usize)> = Vec::new();
+    let mut rows = String::new();
+    for row in 0..first.area.height {
+        let texts: Vec<String> = screens.iter().map(|screen| row_text(screen, row)).collect();
+        let mut begin = 0;
+        while let Some(text) = texts.get(begin) {
+            let same = texts[begin..]
+                .iter()
+                .take_while(|other| *other == text)
+                .count();
+            let span = (begin, begin + same);
+            // Writing to a string cannot fail.
+            let _ = match span {
+                (0, end) if end == texts.len() => write!(rows, "{text}"),
+                (from, to) => {
+                    spans.push(span);
+                    write!(rows, "<g class=\"f{from}-{to}\">\n{text}</g>\n")
+                }
+            };
+            begin += same;
+        }
+    }
+    spans.sort_unstable();
+    spans.dedup();
+    let mut style = String::from("<style>\n");
+    for (from, to) in spans {
+        let percent = |frame: usize| 100.0 * frame as f64 / screens.len() as f64;
+        let mut steps = String::new();
+        if from > 0 {
+            steps += "0%{visibility:hidden}";
+        }
+        let _ = write!(steps, "{:.2}%{{visibility:visible}}", percent(from));
+        if to < screens.len() {
+            let _ = write!(steps, "{:.2}%{{visibility:hidden}}", percent(to));
+        }
+        let _ = writeln!(
+            style,
+            ".f{from}-{to}{{visibility:{};animation:k{from}-{to} {total_s}s step-end infinite}}\n@keyframes k{from}-{to}{{{steps}}}",
+            if from == 0 { "visible" } else { "hidden" }
+        );
+    }
+    head(first) + &style + "</style>\n" + &rows + "</svg>\n"
+}
+
+fn head(screen: &Buffer) -> String {
+    let width = f64::from(screen.area.width) * CELL_WIDTH + 2.0 * MARGIN;
+    let height = f64::from(screen.area.height) * CELL_HEIGHT + 2.0 * MARGIN;
+    format!(
+        "<svg xmlns=\"http://www.w3.org/2000/svg\" viewBox=\"-{MARGIN} -{MARGIN} {width:.0} {height:.0}\" \
+         font-family=\"'DejaVu Sans Mono', Menlo, Consolas, monospace\" font-size=\"14\" xml:space=\"preserve\">\n\
+         <rect x=\"-{MARGIN}\" y=\"-{MARGIN}\" width=\"{width:.0}\" height=\"{height:.0}\" rx=\"8\" fill=\"{BACKGROUND}\"/>\n"
+    )
+}
+
+/// How a cell looks, apart from what is in it.
+#[derive(Clone, Copy, PartialEq)]
+struct Look {
+    ink: &'static str,
+    paper: &'static str,
+    bold: bool,
+    dim: bool,
+    underlined: bool,
+}
+
+impl Look {
+    fn of(cell: &Cell) -> Self {
+        let (mut ink, mut paper) = (color(cell.fg, FOREGROUND), color(cell.bg, BACKGROUND));
+        if cell.modifier.contains(Modifier::REVERSED) {
+            std::mem::swap(&mut ink, &mut paper);
+        }
+        Self {
+            ink,
+            paper,
+            bold: cell.modifier.contains(Modifier::BOLD),
+            dim: cell.modifier.contains(Modifier::DIM),
+            underlined: cell.modifier.contains(Modifier::UNDERLINED),
+        }
+    }
+}
+
+/// A row: cells that look alike and stand side by side are one text, stretched to their columns.
+fn row_text(screen: &Buffer, row: u16) -> String {
+    let cell = |column: u16| &screen[(column, row)];
+    let width = screen.area.width;
+    let mut svg = String::new();
+    let mut begin = 0;
+    while begin < width {
+        let look = Look::of(cell(begin));
+        let alike = (begin..width).take_while(|&column| Look::of(cell(column)) == look);
+        let end = begin + alike.count() as u16;
+        let text: String = (begin..end).map(|column| cell(column).symbol()).collect();
+        draw(&mut svg, look, &text, begin, row);
+        begin = end;
+    }
+    svg
+}
+
+fn draw(svg: &mut String, look: Look, text: &str, column: u16, row: u16) {
+    let columns = text.chars().count();
+    let (x, y) = (f64::from(column) * CELL_WIDTH, f64::from(row) * CELL_HEIGHT);
+    if look.paper != BACKGROUND {
+        let width = columns as f64 * CELL_WIDTH;
+        let _ = writeln!(
+            svg,
+            "<rect x=\"{x:.1}\" y=\"{y:.1}\" width=\"{width:.1}\" height=\"{CELL_HEIGHT:.1}\" fill=\"{}\"/>",
+            look.paper
+        );
+    }
+    // Blank columns at either end need no text.
+    let blank = text.chars().take_while(|c| *c == ' ').count();
+    let text = text.trim_matches(' ');
+    if text.is_empty() {
+        return;
+    }
+    let x = x + blank as f64 * CELL_WIDTH;
+    let width = text.chars().count() as f64 * CELL_WIDTH;
+    let bold = if look.bold {
+        " font-weight=\"bold\""
+    } else {
+        ""
+    };
+    let dim = if look.dim { " opacity=\"0.6\"" } else { "" };
+    let line = if look.underlined {
+        " text-decoration=\"underline\""
+    } else {
+        ""
+    };
+    let text = text.replace('&', "&amp;").replace('<', "&lt;");
+    let baseline = y + CELL_HEIGHT * 0.78;
+    let _ = writeln!(
+        svg,
+        "<text x=\"{x:.1}\" y=\"{baseline:.1}\" textLength=\"{width:.1}\" fill=\"{}\"{bold}{dim}{line}>{text}</text>",
+        look.ink
+    );
+}
+
+fn color(color: Color, default: &'static str) -> &'static str {
+    match color {
+        Color::Black => BACKGROUND,
+        Color::Red => "#e06c75",
+        Color::Green => "#8fbf7f",
+        Color::Yellow => "#e5c07b",
+        Color::Blue => "#61a0e8",
+        Color::Magenta => "#c98bdb",
+        Color::Cyan => "#5fc0c8",
+        Color::Gray | Color::White => "#e6e8ec",
+        Color::DarkGray | Color::Indexed(240..=245) => "#7d8590",
+        Color::LightRed => "#ff8a93",
+        Color::LightGreen => "#b2e39b",
+        Color::LightYellow => "#ffd98f",
+        Color::LightBlue => "#8fc1ff",
+        Color::LightMagenta => "#e2aef0",
+        Color::LightCyan => "#8be4ea",
+        _ => default,
+    }
+}

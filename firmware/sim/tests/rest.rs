@@ -1,0 +1,102 @@
+//! A robot at rest, and what moves it: a new obstacle, and a low battery.
+
+mod common;
+
+use common::{Rig, parameters};
+use groundwave_protocol::command::Order;
+use groundwave_protocol::letters::{Layer, LayerMask, Mode};
+use sr04_firmware::parameters::Parameter;
+use sr04_sim::{Conditions, World};
+
+/// A room of 20 feet by 20 with the robot in its middle. Somebody
+/// stands at the north end and walks up to it after a while.
+fn room() -> World {
+    let wall = "#".repeat(40);
+    let floor = format!("#{}#\n", ".".repeat(38));
+    let start = format!("#{}^{}#\n", ".".repeat(19), ".".repeat(18));
+    let plan = [
+        format!("{wall}\n"),
+        floor.repeat(19),
+        start,
+        floor.repeat(18),
+        wall,
+    ]
+    .concat();
+    let text = format!(
+        "name = \"room\"\ndaylight_lux = 3\ncell_in = 6\nplan = '''\n{plan}\n'''\n[[walker]]\nkind = \"person\"\n\
+         path = [[120, 225], [120, 148]]\nspeed_in_s = 40\npause_s = {PAUSE_S}\n"
+    );
+    World::parse("room", &text).unwrap_or_else(|error| panic!("{error}"))
+}
+
+/// So long the person stands before walking up.
+const PAUSE_S: u32 = 60;
+
+#[test]
+fn at_rest_a_new_obstacle_moves_it_within_two_seconds() {
+    let world = room();
+    // Neither the arm, which sees a person far away, nor the light.
+    let allowed = LayerMask::ALL.without(Layer::Motion).without(Layer::Photo);
+    for seed in 0..20 {
+        let mut rig = Rig::new(&world, seed, parameters(&[]));
+        rig.tick();
+        rig.order(Order::Layers {
+            which: LayerMask::ALL,
+            allowed,
+        });
+        rig.order(Order::Mode(Mode::Reactive));
+        while room_to_person_in(&rig) > NEAR_IN {
+            rig.tick();
+        }
+        let path_in = rig.plant.truth().path_in;
+        assert_eq!(rig.outputs.pwm_left, 0, "seed {seed}: it rests");
+        rig.run_s(2);
+        let truth = rig.plant.truth();
+        assert!(truth.path_in > path_in + 0.5, "seed {seed}: {truth:?}");
+    }
+}
+
+/// From the robot's bumper to the person.
+fn room_to_person_in(rig: &Rig) -> f64 {
+    let (person, radius_in) = rig.plant.walkers().next().expect("somebody is there");
+    rig.distance_in(person.x_in, person.y_in) - radius_in - ROBOT_IN
+}
+
+/// To its bumper.
+const ROBOT_IN: f64 = 7.0;
+
+/// As near an obstacle is seen by sonar, and soon by infrared.
+const NEAR_IN: f64 = 48.0;
+
+#[test]
+fn by_itself_it_goes_to_its_dock_when_the_battery_is_low_and_then_on() {
+    let world = World::built_in("flat").expect("it comes with the program");
+    for seed in 1..=2 {
+        let conditions = Conditions {
+            charge: 0.85,
+            ..Conditions::default()
+        };
+        // Low early, so that there is not half a night to charge.
+        let forages = parameters(&[(Parameter::Forage, 1), (Parameter::LowBattery, 125)]);
+        let mut rig = Rig::with(&world, seed, forages, &conditions);
+        let begun_s = rig.run_to(Mode::Forage, 3600);
+        assert!(begun_s.is_some(), "seed {seed}: the battery gets low");
+        let docks = (0..20 * 1200).any(|_| {
+            rig.tick();
+            rig.inputs.is_docked
+        });
+        assert!(docks, "seed {seed}: {:?}", rig.plant.truth());
+        assert!(rig.run_to(Mode::Prowl, 8 * 3600).is_some(), "seed {seed}");
+        let truth = rig.plant.truth();
+        assert!(
+            truth.charge > 0.9 && !truth.is_docked,
+            "seed {seed}: {truth:?}"
+        );
+        let before_in = truth.path_in;
+        rig.run_s(60);
+        assert!(
+            rig.plant.truth().path_in > before_in + 60.0,
+            "seed {seed}: it goes on"
+        );
+    }
+}

@@ -1,0 +1,425 @@
+//! From the text of a configuration to what it says; what is wrong is named by line and column.
+
+use std::collections::BTreeMap;
+use std::fmt;
+use std::ops::Range;
+
+use serde::{Deserialize, Deserializer};
+use toml::Spanned;
+use toml::de::{DeTable, DeValue, ValueDeserializer};
+
+use super::{Config, Link, Robot};
+use crate::model::keys::{Keymap, Rebinding};
+use crate::share::Address;
+use crate::suggest;
+
+const SECTIONS: &[&str] = &["link", "robot", "dashboard", "recording", "limits", "keys"];
+
+const LINK: &[&str] = &["baud", "radio", "latency_ms", "share"];
+
+const LINK_PROFILE: &[&str] = &["port", "baud", "radio", "latency_ms", "share"];
+
+const DASHBOARD: &[&str] = &["theme", "ascii", "bell", "mouse"];
+
+const RECORDING: &[&str] = &["keep_minutes", "rotate"];
+
+const LIMITS: &[&str] = &[
+    "battery_low_dv",
+    "battery_critical_dv",
+    "battery_hysteresis_dv",
+    "battery_for_s",
+    "silent_s",
+    "loss_pct",
+    "loss_for_s",
+    "stalled_s",
+    "fallen_s",
+    "thrash_s",
+];
+
+const ROBOT: &[&str] = &["link", "theme", "ascii", "bell", "mouse"];
+
+/// What is wrong with a configuration, and where.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Mistake {
+    /// From 1.
+    pub line: usize,
+    /// From 1, in characters.
+    pub column: usize,
+    /// What is wrong, and what would be right.
+    pub message: String,
+}
+
+impl fmt::Display for Mistake {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(f, "{}:{}: {}", self.line, self.column, self.message)
+    }
+}
+
+impl std::error::Error for Mistake {}
+
+/// A mistake at bytes of the text.
+struct Misplaced {
+    at: Option<Range<usize>>,
+    message: String,
+}
+
+impl Misplaced {
+    fn new(at: Range<usize>, message: impl Into<String>) -> Self {
+        Self {
+            at: Some(at),
+            message: message.into(),
+        }
+    }
+
+    fn of(error: &toml::de::Error) -> Self {
+        Self {
+            at: error.span(),
+            message: error.message().to_owned(),
+        }
+    }
+
+    fn place(self, text: &str) -> Mistake {
+        let at = self.at.map_or(0, |at| at.start).min(text.len());
+        let before = text.get(..at).unwrap_or_default();
+        let line_start = before.rfind('\n').map_or(0, |end| end + 1);
+        Mistake {
+            line: before.matches('\n').count() + 1,
+            column: before[line_start..].chars().count() + 1,
+            message: self.message,
+        }
+    }
+}
+
+/// Reads a configuration.
+///
+/// # Errors
+/// Says where what is wrong.
+pub fn parse(text: &str) -> Result<Config, Mistake> {
+    read(text).map_err(|misplaced| misplaced.place(text))
+}
+
+fn read(text: &str) -> Result<Config, Misplaced> {
+    let document = DeTable::parse(text).map_err(|error| Misplaced::of(&error))?;
+    let mut config = Config::default();
+    // What a robot does not limit itself. The table is in alphabetical order: this comes before the robots.
+    let mut limits = DeTable::new();
+    for (key, value) in document.into_inner() {
+        match known(&key, SECTIONS, "at the top of the file")? {
+            "link" => {
+                let (own, profiles) = apart(&key, value)?;
+                config.link = section(own, LINK, "[link]")?;
+                config.links = each(profiles, link)?;
+            }
+            "robot" => {
+                let (own, profiles) = apart(&key, value)?;
+                if let Some((stray, _)) = own.get_ref().as_table().and_then(|own| own.iter().next())
+                {
+                    let message = "a robot has a name: [robot.NAME]";
+                    return Err(Misplaced::new(stray.span(), message));
+                }
+                config.robots = each(profiles, |name, profile| robot(name, profile, &limits))?;
+            }
+            "limits" => {
+                limits = table(&key, value.clone())?;
+                config.limits = section(value, LIMITS, "[limits]")?;
+            }
+            "recording" => config.recording = section(value, RECORDING, "[recording]")?,
+            "dashboard" => config.dashboard = section(value, DASHBOARD, "[dashboard]")?,
+            _ => config.keys = keys(&key, value)?,
+        }
+    }
+    Ok(config)
+}
+
+fn each<'t, T>(
+    profiles: Named<'t>,
+    read: impl Fn(&str, Spanned<DeValue<'t>>) -> Result<T, Misplaced>,
+) -> Result<BTreeMap<String, T>, Misplaced> {
+    let read = |(name, profile): (String, _)| {
+        let profile = read(&name, profile)?;
+        Ok((name, profile))
+    };
+    profiles.into_iter().map(read).collect()
+}
+
+fn link(name: &str, profile: Spanned<DeValue<'_>>) -> Result<Link, Misplaced> {
+    let (what, at) = (format!("[link.{name}]"), profile.span());
+    let link: Link = section(profile, LINK_PROFILE, &what)?;
+    if link.port.is_none() {
+        return Err(Misplaced::new(at, format!("{what} needs a port")));
+    }
+    Ok(link)
+}
+
+fn robot<'t>(
+    name: &str,
+    profile: Spanned<DeValue<'t>>,
+    limits: &DeTable<'t>,
+) -> Result<Robot, Misplaced> {
+    let (what, at) = (format!("[robot.{name}]"), profile.span());
+    let (own, sections) = apart(&Spanned::new(at.clone(), name), profile)?;
+    let mut robot: Robot = section(own, ROBOT, &what)?;
+    let mut all = limits.clone();
+    for (key, value) in sections {
+        let key = Spanned::new(value.span(), key);
+        known(&key, &["limits"], &format!("in {what}"))?;
+        all.extend(table(&key, value)?);
+    }
+    let all = Spanned::new(at.clone(), DeValue::Table(all));
+    robot.limits = section(all, LIMITS, &format!("[robot.{name}.limits]"))?;
+    if robot.link.is_none() {
+        return Err(Misplaced::new(at, format!("{what} needs a link")));
+    }
+    Ok(robot)
+}
+
+/// A key that is one of these.
+fn known<'k>(
+    key: &'k Spanned<impl AsRef<str>>,
+    all: &[&'static str],
+    place: &str,
+) -> Result<&'k str, Misplaced> {
+    let word = key.get_ref().as_ref();
+    if all.contains(&word) {
+        return Ok(word);
+    }
+    let near = suggest::question_or(
+        word,
+        all.iter().copied(),
+        format_args!("there are {}", all.join(", ")),
+    );
+    Err(Misplaced::new(
+        key.span(),
+        format!("unknown key `{word}` {place}{near}"),
+    ))
+}
+
+/// Tables by their names.
+type Named<'t> = Vec<(String, Spanned<DeValue<'t>>)>;
+
+/// A section's own keys, and the tables that are named in it.
+fn apart<'t>(
+    key: &Spanned<impl AsRef<str>>,
+    value: Spanned<DeValue<'t>>,
+) -> Result<(Spanned<DeValue<'t>>, Named<'t>), Misplaced> {
+    let span = value.span();
+    let mut own = DeTable::new();
+    let mut named = Vec::new();
+    for (key, value) in table(key, value)? {
+        if value.get_ref().is_table() {
+            named.push((key.into_inner().into_owned(), value));
+        } else {
+            own.insert(key, value);
+        }
+    }
+    Ok((Spanned::new(span, DeValue::Table(own)), named))
+}
+
+fn table<'t>(
+    key: &Spanned<impl AsRef<str>>,
+    value: Spanned<DeValue<'t>>,
+) -> Result<DeTable<'t>, Misplaced> {
+    let span = value.span();
+    match value.into_inner() {
+        DeValue::Table(table) => Ok(table),
+        _ => {
+            let name = key.get_ref().as_ref();
+            Err(Misplaced::new(
+                span,
+                format!("`{name}` is a section: [{name}]"),
+            ))
+        }
+    }
+}
+
+fn section<'t, T: Deserialize<'t>>(
+    value: Spanned<DeValue<'t>>,
+    keys: &[&'static str],
+    place: &str,
+) -> Result<T, Misplaced> {
+    for (key, _) in value.get_ref().as_table().into_iter().flatten() {
+        known(key, keys, &format!("in {place}"))?;
+    }
+    T::deserialize(ValueDeserializer::from(value)).map_err(|error| Misplaced::of(&error))
+}
+
+/// `[keys]` is about the dashboard, `[keys.drive]` and the like about other places.
+fn keys(key: &Spanned<impl AsRef<str>>, value: Spanned<DeValue<'_>>) -> Result<Keymap, Misplaced> {
+    let (own, elsewhere) = apart(key, value)?;
+    let mut rebindings = Vec::new();
+    let mut spans = Vec::new();
+    let places = [("dashboard".to_owned(), own)];
+    for (context, value) in places.into_iter().chain(elsewhere) {
+        let named = Spanned::new(value.span(), &context);
+        for (name, keys) in table(&named, value)? {
+            spans.push(name.span());
+            rebindings.push(Rebinding {
+                context: context.clone(),
+                name: name.into_inner().into_owned(),
+                keys: chosen(keys)?,
+            });
+        }
+    }
+    Keymap::with(&rebindings).map_err(|mistake| {
+        let at = spans.get(mistake.index).cloned().unwrap_or_default();
+        Misplaced::new(at, mistake.message)
+    })
+}
+
+fn chosen(keys: Spanned<DeValue<'_>>) -> Result<Vec<String>, Misplaced> {
+    let span = keys.span();
+    // A choice of two shapes does not say where it fails.
+    OneOrMore::deserialize(ValueDeserializer::from(keys))
+        .map(Vec::from)
+        .map_err(|error| Misplaced::new(span, error.message()))
+}
+
+#[derive(Deserialize)]
+#[serde(
+    untagged,
+    expecting = "a key such as \"F9\", or several such as [\"F9\", \"Ctrl-B\"]"
+)]
+enum OneOrMore {
+    One(String),
+    More(Vec<String>),
+}
+
+impl From<OneOrMore> for Vec<String> {
+    fn from(keys: OneOrMore) -> Self {
+        match keys {
+            OneOrMore::One(key) => vec![key],
+            OneOrMore::More(keys) => keys,
+        }
+    }
+}
+
+/// An address to share on.
+pub(super) fn address<'de, D: Deserializer<'de>>(
+    deserializer: D,
+) -> Result<Option<Address>, D::Error> {
+    let text = String::deserialize(deserializer)?;
+    text.parse().map(Some).map_err(serde::de::Error::custom)
+}
+
+#[cfg(test)]
+mod tests {
+    use std::time::Duration;
+
+    use super::super::{DEFAULT, Theme};
+    use super::*;
+    use crate::model::Limits;
+    use crate::radio::RadioKind;
+
+    #[test]
+    fn everything_can_be_said_and_nothing_has_to() {
+        assert_eq!(parse(""), Ok(Config::default()));
+        let text = "[link]\nradio = \"hc-12\"\nlatency_ms = 350\nbaud = 9600\n\
+                    [link.shed]\nport = \"usb:0403:6001\"\nshare = \"4001\"\n\
+                    [robot.marvin]\nlink = \"shed\"\ntheme = \"high-contrast\"\n\
+                    [dashboard]\nbell = false\n[keys]\nscan = \"F9\"\nquit = []\n[keys.drive]\nleave-drive = [\"x\"]\n";
+        let config = parse(text).expect("it is right");
+        assert_eq!(config.link.radio, Some(RadioKind::Hc12));
+        assert_eq!(config.link.latency(), Some(Duration::from_millis(350)));
+        assert_eq!(config.links["shed"].share, "4001".parse().ok());
+        assert_eq!(config.robots["marvin"].theme, Some(Theme::HighContrast));
+        assert_eq!(config.dashboard.bell, Some(false));
+        assert_ne!(config.keys, Keymap::default());
+    }
+
+    #[test]
+    fn mistakes_are_named_with_line_and_column() {
+        for (text, named) in [
+            (
+                "[link]\nradoi = \"half\"\n",
+                "2:1: unknown key `radoi` in [link]; did you mean `radio`?",
+            ),
+            ("[link]\nradio = \"hc12\"\n", "2:9: unknown variant `hc12`"),
+            ("[link]\nbaud = -1\n", "2:8: "),
+            (
+                "\n[lnik]\n",
+                "2:2: unknown key `lnik` at the top of the file; did you mean `link`?",
+            ),
+            ("link", "1:5: "),
+            ("link = 3\n", "1:8: `link` is a section: [link]"),
+            (
+                "[link]\nport = \"x\"\n",
+                "2:1: unknown key `port` in [link]",
+            ),
+            ("[link.shed]\nbaud = 9600\n", "[link.shed] needs a port"),
+            (
+                "[link.shed]\nprot = \"x\"\n",
+                "2:1: unknown key `prot` in [link.shed]; did you mean `port`?",
+            ),
+            (
+                "[link]\nshare = \"nowhere\"\n",
+                "2:9: `nowhere` is neither a port",
+            ),
+            (
+                "[limits]\nsilent = 3\n",
+                "2:1: unknown key `silent` in [limits]; did you mean `silent_s`?",
+            ),
+            (
+                "[robot.r]\nlink = \"sim\"\n[robot.r.limits]\nloss_pct = 300\n",
+                "4:12: ",
+            ),
+            ("[robot]\nlink = \"x\"\n", "2:1: a robot has a name"),
+            ("[robot.r]\n", "[robot.r] needs a link"),
+            (
+                "[dashboard]\nthema = 1\n",
+                "2:1: unknown key `thema` in [dashboard]; did you mean `theme`?",
+            ),
+            (
+                "[dashboard]\ntheme = \"pink\"\n",
+                "2:9: unknown variant `pink`",
+            ),
+            (
+                "[keys]\nscna = \"F9\"\n",
+                "2:1: no key does `scna`; did you mean `scan`?",
+            ),
+            (
+                "[keys]\nscan = \"p\"\n",
+                "2:1: `p` is the key for `mode-prowl` already",
+            ),
+            ("[keys]\nscan = 9\n", "2:8: "),
+            (
+                "[keys.dirve]\nstop = \"x\"\n",
+                "2:1: there are no keys called `dirve`; did you mean `drive`?",
+            ),
+        ] {
+            let error = parse(text).expect_err(text).to_string();
+            assert!(error.contains(named), "{text}: {error}");
+        }
+    }
+
+    /// What the commented file offers is what is understood: every line of it, without its `#`.
+    #[test]
+    fn the_default_reads_as_it_is_and_without_its_comments() {
+        assert_eq!(parse(DEFAULT), Ok(Config::default()));
+        let offered: String = DEFAULT
+            .lines()
+            .map(|line| {
+                let rest = line.strip_prefix("# ").unwrap_or(line);
+                let word = rest.split(" = ").next().unwrap_or_default();
+                let is_setting = word.bytes().all(|b| b.is_ascii_lowercase() || b == b'_');
+                if is_setting || rest.starts_with('[') {
+                    rest
+                } else {
+                    line
+                }
+            })
+            .map(|line| format!("{line}\n"))
+            .collect();
+        let config = parse(&offered).unwrap_or_else(|error| panic!("{error}\n{offered}"));
+        assert_eq!(config.links.keys().collect::<Vec<_>>(), ["shed"]);
+        assert_eq!(config.robots.keys().collect::<Vec<_>>(), ["marvin"]);
+        assert_eq!(config.limits, Limits::default());
+        for key in [LINK_PROFILE, DASHBOARD, LIMITS, ROBOT].concat() {
+            assert!(
+                offered
+                    .lines()
+                    .any(|line| line.starts_with(&format!("{key} = "))),
+                "{key}"
+            );
+        }
+    }
+}

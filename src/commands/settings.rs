@@ -1,0 +1,135 @@
+//! `config`: the configuration as it comes, where it is read from, and what is wrong with one.
+
+use std::fmt::Write as _;
+use std::io::{self, Write as _};
+use std::path::Path;
+
+use super::cli::{ConfigArgs, ConfigVerb};
+use super::config::{self, Config};
+use super::{Exit, Fault, say};
+use crate::model::keys::Keymap;
+
+pub(super) fn run(options: &ConfigArgs, named: Option<&Path>) -> Result<(), Fault> {
+    match &options.what {
+        None => {
+            say(place(named));
+            show(&commented())
+        }
+        Some(ConfigVerb::Path) => {
+            let path = named
+                .map(Path::to_path_buf)
+                .or_else(config::usual_place)
+                .ok_or_else(|| {
+                    Fault::new(
+                        Exit::Failed,
+                        "this system has no place for it: use --config FILE",
+                    )
+                })?;
+            show(&format!("{}\n", path.display()))
+        }
+        Some(ConfigVerb::Check { file }) => check(file.as_deref().or(named)),
+    }
+}
+
+/// Where it is read from, for a person.
+fn place(named: Option<&Path>) -> String {
+    match named.map(Path::to_path_buf).or_else(config::usual_place) {
+        Some(path) => {
+            let is_there = if path.exists() {
+                "is there"
+            } else {
+                "is not there yet"
+            };
+            format!(
+                "read from {}, which {is_there}; or from --config FILE",
+                path.display()
+            )
+        }
+        None => "read from --config FILE".to_owned(),
+    }
+}
+
+fn check(file: Option<&Path>) -> Result<(), Fault> {
+    let Some(path) = file.map(Path::to_path_buf).or_else(config::usual_place) else {
+        return Err(Fault::new(Exit::Usage, "no configuration: name a file"));
+    };
+    let read = config::load(Some(&path))?;
+    show(&format!("{}: {}\n", path.display(), summary(&read)))
+}
+
+fn summary(config: &Config) -> String {
+    let names = |what: &str, names: Vec<&str>| match names[..] {
+        [] => format!("no {what}s"),
+        _ => format!("{what}s {}", names.join(", ")),
+    };
+    let links = config.links.keys().map(String::as_str).collect();
+    let robots = config.robots.keys().map(String::as_str).collect();
+    let table = Keymap::default();
+    let others = config.keys.manual().zip(table.manual());
+    let changed = others.filter(|(now, then)| now[1] != then[1]).count();
+    let keys = match changed {
+        0 => "keys as they come".to_owned(),
+        1 => "1 key of your own".to_owned(),
+        count => format!("{count} keys of your own"),
+    };
+    format!(
+        "good: {}, {}, {keys}",
+        names("link", links),
+        names("robot", robots)
+    )
+}
+
+/// The whole file, with the keys from their table.
+fn commented() -> String {
+    let mut text = config::DEFAULT.to_owned();
+    text += "\n# Keys by what they do; one such as \"F9\", several such as [\"F9\", \"Ctrl-B\"], or none: []. What is not named keeps\n\
+             # its keys. STOP always has Space and Ctrl-S besides.\n[keys]\n";
+    let mut place = String::from("dashboard");
+    for [context, keys, name, does] in Keymap::default().manual() {
+        if context != place {
+            let _ = writeln!(text, "\n[keys.{context}]");
+            place = context.into_owned();
+        }
+        let keys: Vec<String> = keys.split(' ').map(|key| format!("{key:?}")).collect();
+        let keys = match &keys[..] {
+            [only] => only.clone(),
+            several => format!("[{}]", several.join(", ")),
+        };
+        let _ = writeln!(text, "{:<44}  # {does}", format!("# {name} = {keys}"));
+    }
+    text
+}
+
+fn show(text: &str) -> Result<(), Fault> {
+    let mut out = io::stdout().lock();
+    out.write_all(text.as_bytes())
+        .and_then(|()| out.flush())
+        .or_else(|error| Fault::output(&error))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// A file made of what is printed, with every key's line in force, is read and changes nothing.
+    #[test]
+    fn the_printed_keys_are_those_of_the_table() {
+        let text = commented();
+        let (_, keys) = text.split_once("\n[keys]\n").expect("there are keys");
+        let said: String = keys
+            .lines()
+            .map(|line| format!("{}\n", line.trim_start_matches("# ")))
+            .collect();
+        let config = config::parse(&format!("[keys]\n{said}"))
+            .unwrap_or_else(|error| panic!("{error}\n{said}"));
+        let keys = |config: &Config| {
+            let rows = config
+                .keys
+                .manual()
+                .map(|[_, keys, name, _]| (name.into_owned(), keys.into_owned()));
+            rows.filter(|(name, _)| name != "stop").collect::<Vec<_>>()
+        };
+        assert_eq!(keys(&config), keys(&Config::default()));
+        assert_eq!(config::parse(&text), Ok(Config::default()));
+    }
+}

@@ -1,0 +1,196 @@
+//! The palette: a few letters find whatever a key or a command can do.
+
+use nucleo_matcher::pattern::{CaseMatching, Normalization, Pattern};
+use nucleo_matcher::{Config, Matcher};
+
+use super::input::TEXT_MAX;
+use super::keys::{Action, Context, Keymap};
+use super::{Model, Overlay, Purpose, TextEntry};
+use crate::event::{Effect, Moment};
+use crate::request::{Request, preset_names};
+
+/// What is being looked for.
+#[derive(Clone, Debug, Default, PartialEq, Eq)]
+pub(crate) struct Palette {
+    pub(crate) text: String,
+    /// Place among what was found.
+    chosen: usize,
+}
+
+/// Something that can be done.
+#[derive(Clone, Debug, PartialEq)]
+pub(crate) struct Entry {
+    pub(crate) title: String,
+    /// What it does, where the title leaves that open.
+    pub(crate) does: String,
+    /// The key that does it too.
+    pub(crate) key: String,
+    searched: String,
+    pick: Pick,
+}
+
+#[derive(Clone, Debug, PartialEq)]
+enum Pick {
+    Action(Action),
+    /// The words of a command, or its first one.
+    Words(String),
+}
+
+impl AsRef<str> for Entry {
+    fn as_ref(&self) -> &str {
+        &self.searched
+    }
+}
+
+impl Palette {
+    /// What is found, the best first: everything as long as nothing is typed.
+    pub(crate) fn found(&self, keymap: &Keymap) -> Vec<Entry> {
+        let pattern = Pattern::parse(&self.text, CaseMatching::Ignore, Normalization::Smart);
+        let mut matcher = Matcher::new(Config::DEFAULT);
+        let found = pattern.match_list(entries(keymap), &mut matcher);
+        found.into_iter().map(|(entry, _)| entry).collect()
+    }
+
+    /// The chosen one among so many.
+    pub(crate) fn chosen(&self, found: usize) -> usize {
+        self.chosen.min(found.saturating_sub(1))
+    }
+
+    pub(super) fn choose(&mut self, found: usize, steps: i8) {
+        let chosen = self.chosen(found).saturating_add_signed(steps.into());
+        self.chosen = chosen.min(found.saturating_sub(1));
+    }
+
+    /// More is typed: the best is chosen anew.
+    pub(super) fn append(&mut self, text: &str) {
+        let room = TEXT_MAX.saturating_sub(self.text.len());
+        let printable = text.chars().filter(|c| !c.is_control());
+        self.text.extend(printable.take(room));
+        self.chosen = 0;
+    }
+
+    /// So many characters are taken back.
+    pub(super) fn erase(&mut self, characters: usize) {
+        let count = self.text.chars().count().saturating_sub(characters);
+        self.text = self.text.chars().take(count).collect();
+        self.chosen = 0;
+    }
+}
+
+/// The rows of the dashboard's keys, then the commands.
+fn entries(keymap: &Keymap) -> Vec<Entry> {
+    let keys = keymap
+        .rows()
+        .filter(|row| row.context == Context::Dashboard);
+    let keys = keys
+        .filter(|row| row.action != Action::AskPalette)
+        .map(|row| {
+            let title = row.name().replace('-', " ");
+            Entry {
+                searched: format!("{title} {}", row.help),
+                does: row.help.to_string(),
+                key: row.key_names(),
+                pick: Pick::Action(row.action),
+                title,
+            }
+        });
+    let presets = preset_names().map(|name| format!("preset {name}"));
+    let commands = Request::commands().map(str::to_owned).chain(presets);
+    let commands = commands.map(|words| Entry {
+        title: format!(":{words}"),
+        does: String::new(),
+        key: String::new(),
+        searched: words.clone(),
+        pick: Pick::Words(words),
+    });
+    keys.chain(commands).collect()
+}
+
+impl Model {
+    /// Does what is chosen; a command that needs more words is left to be typed on.
+    pub(super) fn pick(&mut self, now: Moment, palette: &Palette) -> Vec<Effect> {
+        let mut found = palette.found(&self.config.keys);
+        self.overlay = Overlay::None;
+        if found.is_empty() {
+            return Vec::new();
+        }
+        match found.swap_remove(palette.chosen(found.len())).pick {
+            Pick::Action(action) => self.act(now, action, false),
+            Pick::Words(words) => {
+                let split: Vec<&str> = words.split(' ').collect();
+                if let Ok(requests) = Request::all_from_words(&split) {
+                    return requests
+                        .into_iter()
+                        .flat_map(|request| self.ask_or_send(request))
+                        .collect();
+                }
+                self.overlay = Overlay::Text(TextEntry {
+                    text: format!("{words} "),
+                    ..TextEntry::new(Purpose::Command)
+                });
+                Vec::new()
+            }
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn best(text: &str) -> Option<String> {
+        let palette = Palette {
+            text: text.to_owned(),
+            chosen: 0,
+        };
+        let mut found = palette.found(&Keymap::default());
+        (!found.is_empty()).then(|| found.swap_remove(0).title)
+    }
+
+    #[test]
+    fn a_few_letters_are_enough() {
+        for (text, title) in [
+            ("go home", "mode go home"),
+            ("lysonar", "toggle layer sonar"),
+            ("moth", ":preset moth"),
+            ("failsafe", ":failsafe"),
+            ("truth", "toggle truth"),
+        ] {
+            assert_eq!(best(text).as_deref(), Some(title), "{text}");
+        }
+        assert_eq!(best("zzzz"), None);
+    }
+
+    #[test]
+    fn nothing_typed_offers_every_key_and_every_command() {
+        let all = Palette::default().found(&Keymap::default());
+        let rows = Keymap::default();
+        for row in rows.rows().filter(|row| row.context == Context::Dashboard) {
+            let is_it = |entry: &Entry| entry.pick == Pick::Action(row.action);
+            assert_eq!(
+                all.iter().any(is_it),
+                row.action != Action::AskPalette,
+                "{row:?}"
+            );
+        }
+        for command in Request::commands() {
+            assert!(
+                all.iter().any(|entry| entry.title == format!(":{command}")),
+                "{command}"
+            );
+        }
+    }
+
+    #[test]
+    fn the_choice_stays_within_what_is_found() {
+        let mut palette = Palette::default();
+        palette.choose(3, -1);
+        assert_eq!(palette.chosen(3), 0);
+        for _ in 0..5 {
+            palette.choose(3, 1);
+        }
+        assert_eq!(palette.chosen(3), 2);
+        assert_eq!(palette.chosen(1), 0);
+        assert_eq!(palette.chosen(0), 0);
+    }
+}

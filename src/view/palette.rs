@@ -1,0 +1,48 @@
+//! The palette: what is typed, and what it finds.
+
+use ratatui::buffer::Buffer;
+use ratatui::layout::Rect;
+use ratatui::text::{Line, Span};
+
+use super::{Screen, put, put_right};
+use crate::model::palette::Palette;
+
+const COLUMNS: u16 = 72;
+const ROWS: u16 = 16;
+
+impl Screen<'_> {
+    pub(super) fn palette(&self, buffer: &mut Buffer, area: Rect, palette: &Palette) {
+        let theme = &self.theme;
+        let inner = self.window(buffer, area, (COLUMNS, ROWS), " what to do ");
+        let prompt = Line::from(vec![
+            Span::styled(format!("{} ", theme.glyphs.holds), theme.key),
+            Span::styled(palette.text.as_str(), theme.strong),
+            Span::styled(theme.glyphs.text_cursor, theme.key),
+        ]);
+        put(buffer, inner, 0, &prompt);
+        let found = palette.found(&self.model.config.keys);
+        if found.is_empty() {
+            let nothing = Line::styled("nothing is called so", theme.dim);
+            put(buffer, inner, 1, &nothing);
+            return;
+        }
+        let rows = usize::from(inner.height.saturating_sub(1)).max(1);
+        let chosen = palette.chosen(found.len());
+        let first = chosen.saturating_sub(rows - 1);
+        for (row, (place, entry)) in (1..).zip(found.iter().enumerate().skip(first).take(rows)) {
+            let (mark, style) = if place == chosen {
+                (theme.glyphs.holds, theme.holder)
+            } else {
+                (" ", theme.plain)
+            };
+            let line = Line::from(vec![
+                Span::styled(format!("{mark} {}", entry.title), style),
+                Span::styled(format!("  {}", entry.does), theme.dim),
+            ]);
+            let key = Line::styled(format!(" {}", entry.key), theme.key);
+            let room = usize::from(inner.width).saturating_sub(key.width());
+            put(buffer, inner, row, &self.cut(line, room));
+            put_right(buffer, inner, row, &key);
+        }
+    }
+}

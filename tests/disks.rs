@@ -1,0 +1,116 @@
+//! What the program does about a disk that takes no more, and about recordings it finds.
+#![cfg(unix)]
+#![expect(clippy::unwrap_used, reason = "a test stops where something is wrong")]
+
+#[path = "common/programs.rs"]
+mod programs;
+
+use std::fs;
+use std::io::Write;
+use std::process::{Command, Stdio};
+
+use groundwave::capture::recover::{Outcome, Paths, recover};
+use programs::{GROUNDWAVE, Sim, Telling, expect, scratch};
+
+/// A limit on the size of files does what a full disk does, and needs no rights.
+#[test]
+fn a_full_disk_is_told_and_the_robot_is_watched_on() {
+    let folder = scratch("full");
+    let sim = Sim::start(&["--listen", "127.0.0.1:0", "--time-factor", "50"]);
+    let path = folder.join("run.mcap");
+    let script = "trap '' XFSZ; ulimit -f 60; exec \"$0\" \"$@\"";
+    let mut watch = Telling::start_as(
+        "sh",
+        &[
+            "-c",
+            script,
+            GROUNDWAVE,
+            "watch",
+            &sim.path,
+            "--headless",
+            "--no-uplink",
+            "--record",
+            path.to_str().unwrap(),
+        ],
+    );
+    let told = watch.wait_for("that the disk is full", |value| {
+        value["event"] == "notice" && value["level"] == "alarm"
+    });
+    let text = told["text"].as_str().unwrap();
+    assert!(text.contains("run.mcap."), "{text}");
+    assert!(
+        text.contains("what was written until then is kept"),
+        "{text}"
+    );
+    watch.wait_for_new("another line", |value| value["event"] == "line");
+    drop(watch);
+    let paths = Paths::of(&path);
+    let recovery = recover(&path).unwrap();
+    assert!(recovery.rx_bytes > 5000, "{recovery:?}");
+    assert!(path.exists() && !paths.are_interrupted());
+}
+
+#[test]
+fn an_interrupted_recording_is_recovered_when_the_next_begins() {
+    let folder = scratch("next");
+    let path = folder.join("run.mcap");
+    let name = path.to_str().unwrap();
+    let sim = Sim::start(&["--listen", "127.0.0.1:0", "--time-factor", "50"]);
+    let arguments = [
+        "watch",
+        &sim.path,
+        "--headless",
+        "--no-uplink",
+        "--record",
+        name,
+    ];
+    let mut killed = Telling::start(&arguments);
+    for _ in 0..20 {
+        killed.wait_for_new("a line", |value| value["event"] == "line");
+    }
+    drop(killed);
+    assert!(Paths::of(&path).are_interrupted());
+    // The name is wanted for another: both are kept.
+    let (_, err) = expect(0, &["record", &sim.path, "-o", name, "--duration", "1s"]);
+    assert!(err.contains("recovered"), "{err}");
+    assert!(err.contains("run-2.mcap"), "{err}");
+    for name in ["run.mcap", "run-2.mcap"] {
+        let paths = Paths::of(&folder.join(name));
+        assert!(paths.target.exists() && !paths.are_interrupted(), "{name}");
+        assert_eq!(recover(&paths.target).unwrap().outcome, Outcome::Whole);
+    }
+    let (_, err) = expect(2, &["record", &sim.path, "-o", name, "--duration", "1s"]);
+    assert!(err.contains("exists") && err.contains("--force"), "{err}");
+}
+
+#[test]
+fn recover_says_what_it_did_to_people_and_to_programs() {
+    let folder = scratch("says");
+    let path = folder.join("run.mcap");
+    let mut child = Command::new(GROUNDWAVE)
+        .args(["record", "-", "--quiet", "-o"])
+        .arg(&path)
+        .stdin(Stdio::piped())
+        .spawn()
+        .unwrap();
+    let text = fs::read("captures/house-noisy.txt").unwrap();
+    child.stdin.take().unwrap().write_all(&text).unwrap();
+    assert!(child.wait().unwrap().success());
+    let name = path.to_str().unwrap();
+    let (out, _) = expect(0, &["recover", name]);
+    assert!(out.contains("is whole"), "{out}");
+    let good = fs::read(&path).unwrap();
+    let mut bad = good.clone();
+    let middle = bad.len() / 2;
+    bad[middle] ^= 1;
+    fs::write(&path, bad).unwrap();
+    let (out, err) = expect(1, &["recover", "--json", name]);
+    let said: serde_json::Value = serde_json::from_str(&out).unwrap();
+    assert_eq!(said["outcome"], "partly");
+    assert_eq!(said["damage"].as_array().unwrap().len(), 1, "{said}");
+    assert!(err.contains("saved"), "{err}");
+    let (_, err) = expect(2, &["recover", "nowhere.mcap"]);
+    assert!(err.contains("cannot open nowhere.mcap"), "{err}");
+    let (_, err) = expect(0, &["recover", folder.to_str().unwrap()]);
+    assert!(err.contains("no recording there was interrupted"), "{err}");
+}

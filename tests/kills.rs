@@ -1,0 +1,217 @@
+//! The program is killed while it records: what it had read is in the journal, and is in the recording when
+//! that has been recovered.
+//!
+//! A few kills as fast as the machine goes; `GROUNDWAVE_KILLS=200 cargo test --test kills -- --nocapture`
+//! kills it as often at 3 and again at 200 packets a second, some at a time, and prints what it found.
+#![cfg(unix)]
+#![expect(clippy::unwrap_used, reason = "a test stops where something is wrong")]
+
+#[path = "common/programs.rs"]
+mod programs;
+mod streams;
+
+use std::fs;
+use std::io::{PipeReader, Read, Write, pipe};
+use std::path::Path;
+use std::process::{Command, Stdio};
+use std::thread;
+use std::time::{Duration, Instant};
+
+use groundwave::capture::Capture;
+use groundwave::capture::journal::{JournalReader, Kind};
+use groundwave::capture::recover::{Outcome, Paths, recover};
+use programs::{GROUNDWAVE, Running, scratch};
+use streams::Dice;
+
+/// What a read of the program brings at most.
+const READ_BYTES: usize = 4096;
+
+/// What may be missing from the MCAP before it is recovered.
+const UNFLUSHED: Duration = Duration::from_secs(10);
+
+/// What one kill did.
+#[derive(Clone, Copy, Debug, Default)]
+struct Kill {
+    /// Bytes that the program had read.
+    read: usize,
+    /// Those of them that are not in the journal.
+    lost: usize,
+    /// Those of them that were not in the MCAP before it was recovered.
+    unflushed: usize,
+}
+
+/// Records a stream at so many packets a second, or as fast as it goes, and kills the program after
+/// `lines` of them.
+fn kill_after(folder: &Path, seed: u64, lines: usize, packets_s: Option<u32>) -> Kill {
+    let paths = Paths::of(&folder.join(format!("{seed}.mcap")));
+    let (reader, mut writer) = pipe().unwrap();
+    let mut left_over = reader.try_clone().unwrap();
+    let child = Command::new(GROUNDWAVE)
+        .args(["record", "-", "--quiet", "-o"])
+        .arg(&paths.target)
+        .stdin(reader)
+        .stderr(Stdio::null())
+        .spawn()
+        .unwrap();
+    let mut child = Running(child);
+    let stream = streams::noisy(lines as u32 + 1, seed);
+    let stream = &stream[..(lines * 80).min(stream.len())];
+    // As fast as it goes, it could all be over before there is a file.
+    let deadline = Instant::now() + Duration::from_mins(1);
+    while !paths.journal.exists() {
+        assert!(Instant::now() < deadline, "it never began to record");
+        thread::yield_now();
+    }
+    let mut sent_at = Vec::new();
+    let mut radio = packets_s.map(Radio::new);
+    for packet in stream.chunks(80) {
+        if let Some(radio) = &mut radio {
+            radio.tick();
+        }
+        writer.write_all(packet).unwrap();
+        sent_at.push(Instant::now());
+    }
+    child.0.kill().unwrap();
+    let killed_at = Instant::now();
+    child.0.wait().unwrap();
+    drop(writer);
+    let read = stream.len() - rest_of(&mut left_over);
+    check(&paths, &stream[..read], &sent_at, killed_at)
+}
+
+/// The clock of a radio.
+struct Radio {
+    runtime: tokio::runtime::Runtime,
+    interval: tokio::time::Interval,
+}
+
+impl Radio {
+    fn new(packets_s: u32) -> Self {
+        let runtime = tokio::runtime::Builder::new_current_thread()
+            .enable_time()
+            .build()
+            .unwrap();
+        let period = Duration::from_secs(1) / packets_s;
+        let interval = runtime.block_on(async { tokio::time::interval(period) });
+        Self { runtime, interval }
+    }
+
+    fn tick(&mut self) {
+        self.runtime.block_on(self.interval.tick());
+    }
+}
+
+/// Bytes that nobody has read.
+fn rest_of(pipe: &mut PipeReader) -> usize {
+    let mut rest = Vec::new();
+    pipe.read_to_end(&mut rest).unwrap();
+    rest.len()
+}
+
+fn check(paths: &Paths, read: &[u8], sent_at: &[Instant], killed_at: Instant) -> Kill {
+    let journal = journalled(&paths.journal);
+    assert!(read.starts_with(&journal), "the journal has something else");
+    let lost = read.len() - journal.len();
+    // Between the read and the write there is nothing but the way from one to the other.
+    assert!(lost <= READ_BYTES, "{lost} bytes are not in the journal");
+    let flushed = if paths.partial.exists() {
+        received(&paths.partial)
+    } else {
+        Vec::new()
+    };
+    assert!(read.starts_with(&flushed));
+    let due = sent_at
+        .iter()
+        .filter(|at| killed_at.saturating_duration_since(**at) > UNFLUSHED)
+        .count();
+    assert!(
+        flushed.len() / 80 + 2 >= due.min(journal.len() / 80),
+        "{} of {due} lines",
+        flushed.len() / 80
+    );
+    let recovery = recover(&paths.target).unwrap();
+    assert_eq!(recovery.outcome, Outcome::Recovered);
+    assert_eq!(received(&paths.target), journal, "recovery lost something");
+    assert_eq!(recover(&paths.target).unwrap().outcome, Outcome::Whole);
+    Kill {
+        read: read.len(),
+        lost,
+        unflushed: read.len() - flushed.len(),
+    }
+}
+
+fn journalled(path: &Path) -> Vec<u8> {
+    let mut reader = JournalReader::open(path).unwrap();
+    let mut bytes = Vec::new();
+    while let Some(entry) = reader.next_entry().unwrap() {
+        if entry.kind == Kind::Rx {
+            bytes.extend(entry.data);
+        }
+    }
+    bytes
+}
+
+/// As much as can be read; a recording that was killed has no end.
+fn received(path: &Path) -> Vec<u8> {
+    let mut bytes = Vec::new();
+    let Ok(mut capture) = Capture::open(path) else {
+        return bytes;
+    };
+    while let Ok(Some(chunk)) = capture.next_chunk() {
+        bytes.extend(chunk.bytes);
+    }
+    bytes
+}
+
+#[test]
+fn a_kill_at_any_moment_costs_nothing_that_was_read() {
+    let folder = scratch("kills");
+    let Some(kills) = std::env::var("GROUNDWAVE_KILLS")
+        .ok()
+        .and_then(|kills| kills.parse::<u64>().ok())
+    else {
+        let mut dice = Dice(12);
+        for seed in 0..12 {
+            let kill = kill_after(&folder, seed, dice.roll(400), None);
+            println!("seed {seed}: {kill:?}");
+        }
+        return;
+    };
+    for packets_s in [3, 200] {
+        let all = at_a_rate(&folder, kills, packets_s);
+        let sum = |of: fn(&Kill) -> usize| all.iter().map(of).sum::<usize>();
+        let with_loss = all.iter().filter(|kill| kill.lost > 0).count();
+        let worst = all.iter().map(|kill| kill.unflushed).max().unwrap_or(0);
+        println!(
+            "{} kills at {packets_s} packets/s: {} bytes read, {} not in the journal ({with_loss} kills); \
+             not in the MCAP before recovery: {worst} bytes at worst",
+            all.len(),
+            sum(|kill| kill.read),
+            sum(|kill| kill.lost),
+        );
+        assert_eq!(with_loss, 0);
+    }
+}
+
+/// Twenty at a time: they hardly do anything but wait for their radio.
+fn at_a_rate(folder: &Path, kills: u64, packets_s: u32) -> Vec<Kill> {
+    let folder = folder.join(packets_s.to_string());
+    fs::create_dir_all(&folder).unwrap();
+    let mut done = Vec::new();
+    for first in (0..kills).step_by(20) {
+        thread::scope(|scope| {
+            let seeds = first..kills.min(first + 20);
+            let running: Vec<_> = seeds
+                .map(|seed| {
+                    let folder = &folder;
+                    let lines = 1 + Dice(seed).roll(20 * packets_s as usize);
+                    scope.spawn(move || kill_after(folder, seed, lines, Some(packets_s)))
+                })
+                .collect();
+            for thread in running {
+                done.push(thread.join().unwrap());
+            }
+        });
+    }
+    done
+}
