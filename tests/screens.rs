@@ -17,6 +17,16 @@ use ratatui::backend::TestBackend;
 
 /// Plays a capture until a time and draws the screen then.
 fn screen(capture: &str, until: Duration, width: u16, height: u16) -> String {
+    screen_of(capture, until, (width, height), |_| true)
+}
+
+/// The same of a model that hears only some of the events.
+fn screen_of(
+    capture: &str,
+    until: Duration,
+    (width, height): (u16, u16),
+    hears: fn(&Event) -> bool,
+) -> String {
     let path = Path::new(env!("CARGO_MANIFEST_DIR"))
         .join("captures")
         .join(capture);
@@ -34,7 +44,9 @@ fn screen(capture: &str, until: Duration, width: u16, height: u16) -> String {
         }
         station.handle_bytes(chunk.at, chunk.bytes);
         while let Some(event) = station.poll_event() {
-            model.update(chunk.at, event);
+            if hears(&event) {
+                model.update(chunk.at, event);
+            }
         }
     }
     let mut terminal = Terminal::new(TestBackend::new(width, height)).expect("a buffer");
@@ -113,5 +125,34 @@ fn a_silent_radio_at_120x40() {
     for row in ["who holds", "bumper ", "sonar ", "battery ", "drive "] {
         let aged = |line: &str| line.contains(row) && line.contains("◌ 14 m");
         assert!(screen.lines().any(aged), "{row}");
+    }
+}
+
+/// Shares by the robot's own count of ticks (line C) and by the lines that arrived (line A) agree: they are two
+/// ways to count the same.
+#[test]
+fn shares_by_line_c_are_those_by_line_a() {
+    let shares = |hears| {
+        let at = Duration::from_secs(100);
+        let screen = screen_of("living-room-bursts.txt", at, (120, 40), hears);
+        let share = |name: &str| {
+            let rung = |row: &&str| row.to_lowercase().contains(&format!(" {name} "));
+            let row = screen
+                .lines()
+                .filter(rung)
+                .find(|row| row.contains(" %\""))?;
+            let words: Vec<&str> = row.trim_end_matches(" %\"").split(' ').collect();
+            words.last()?.parse::<i32>().ok()
+        };
+        ["bumpers", "infrared", "sonar", "prowl"].map(|name| share(name).unwrap_or(0))
+    };
+    let by_c = shares(|_| true);
+    let by_a = shares(
+        |event| !matches!(event, Event::Line { line, .. } if matches!(line.body, Body::Counters(_))),
+    );
+    assert!(by_c.iter().sum::<i32>() >= 95, "{by_c:?}");
+    assert_ne!(by_c, by_a, "two counts");
+    for (c, a) in by_c.into_iter().zip(by_a) {
+        assert!(c.abs_diff(a) <= 8, "{by_c:?} {by_a:?}");
     }
 }

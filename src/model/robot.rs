@@ -123,7 +123,7 @@ pub(crate) fn ordered_wheels_in_s(state: &StateLine) -> [i32; 2] {
     let turn = i32::from(state.rotation_in_s).clamp(-most, most);
     let room = most - turn.abs();
     let speed = (2 * i32::from(state.velocity_in_s)).clamp(-room, room);
-    [speed + turn, speed - turn].map(|doubled| (doubled + doubled.signum()) / 2)
+    [speed + turn, speed - turn].map(|doubled| i32::midpoint(doubled, doubled.signum()))
 }
 
 /// Whether something presses the bumper.

@@ -368,7 +368,7 @@ fn dashed_circle(
     const DASHES: u32 = 12;
     const DOTS: u32 = 6;
     let whole = f64::from(DASHES * 2 * DOTS);
-    for n in (0..DASHES * 2 * DOTS).filter(|n| n / DOTS % 2 == 0) {
+    for n in (0..DASHES * 2 * DOTS).filter(|n| (n / DOTS).is_multiple_of(2)) {
         let (sin, cos) = (f64::from(n) / whole * std::f64::consts::TAU).sin_cos();
         let (x, y) = projection.dot((x_in + radius_in * sin, y_in + radius_in * cos));
         raster.dot(x, y, Ink::Robot);

@@ -1,7 +1,7 @@
 //! The screen. It sees the model and cannot change it.
 //!
-//! From 110x34 up every panel is on it; a row below the status line says so when another moment than now is
-//! shown:
+//! A row below the status line says so when another moment than now is shown, and another one calls while nobody
+//! has seen an alarm. From 110x34 up:
 //!
 //! ```text
 //! +------------------------------ status ------------------------------+
@@ -19,16 +19,17 @@
 //! +--------------------------------------------------------------------+
 //! ```
 //!
-//! Where the band of commands and log is low, the link's figures stand in the log's place when Tab has chosen
-//! them. Below, down to 80x24, what stands under the ladder is what Tab has chosen, and the others as far as
-//! there is room:
+//! The robot from above, the plots and the alarms take the sensors' place when they are chosen (F2 to F8, Tab); from
+//! 170x44 up they have a column of their own at the right. Where the band of commands and log is low, the link's
+//! figures stand in the log's place when they are chosen. Whatever is chosen can be enlarged to the whole middle.
+//! Below, down to 80x24, what stands under the ladder is what was chosen, and the others as far as there is room:
 //!
 //! ```text
 //! +----------------------- status -----------------------+
 //! | map                       | ladder                   |
 //! |                           +--------------------------+
-//! |                           | sensors, commands, log,  |
-//! |                           | link                     |
+//! |                           | the chosen panel         |
+//! |                           |                          |
 //! +---------------------------+--------------------------+
 //! | raw                                                  |
 //! | hint                                                 |

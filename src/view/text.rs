@@ -120,6 +120,15 @@ impl Screen<'_> {
     pub(super) fn with_right<'l>(&self, line: Line<'l>, right: Span<'l>, width: usize) -> Line<'l> {
         let taken = right.width();
         let mut line = self.cut(line, width.saturating_sub(taken + 1));
+        // Blanks at its end give way to what is right of it.
+        while let Some(last) = line.spans.last_mut() {
+            let trimmed = last.content.trim_end().len();
+            if trimmed > 0 {
+                last.content.to_mut().truncate(trimmed);
+                break;
+            }
+            line.spans.pop();
+        }
         let gap = width.saturating_sub(line.width() + taken);
         line.spans.push(Span::raw(" ".repeat(gap)));
         line.spans.push(right);
