@@ -17,7 +17,6 @@ pub mod model;
 pub mod radio;
 pub mod request;
 pub mod route;
-pub mod runs;
 pub mod runtime;
 pub mod share;
 pub mod song;

@@ -71,18 +71,6 @@ const RULES: &[(&str, &[&str])] = &[
         ],
     ),
     (
-        "src/runs",
-        &[
-            "crate::commands",
-            "crate::io",
-            "crate::runtime",
-            "crate::station",
-            "crate::view",
-            "Instant::now",
-            "SystemTime::now",
-        ],
-    ),
-    (
         "src/share",
         &[
             "crate::io",

@@ -25,6 +25,7 @@ pub mod recorder;
 pub mod recover;
 mod robot_clock;
 pub mod rotation;
+pub mod runs;
 pub mod schema;
 pub mod songs;
 pub mod source;

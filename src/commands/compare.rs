@@ -8,10 +8,10 @@ use super::cli::Compare;
 use super::runs::labelled;
 use super::{Exit, Fault, keeping};
 use crate::capture::Capture;
-use crate::runs::comparison::{Apart, Figures};
-use crate::runs::overlay::overlay;
-use crate::runs::sketch::sketch;
-use crate::runs::{Comparison, Track};
+use crate::capture::runs::comparison::{Apart, Figures};
+use crate::capture::runs::overlay::overlay;
+use crate::capture::runs::sketch::sketch;
+use crate::capture::runs::{Comparison, Track};
 
 /// What a page and a terminal hold.
 const SKETCH: (usize, usize) = (78, 30);

@@ -5,7 +5,7 @@ use std::io::{self, Write};
 use super::cli;
 use super::{Exit, Fault, keeping};
 use crate::capture::Capture;
-use crate::runs::Label;
+use crate::capture::runs::Label;
 
 pub(super) fn run(options: &cli::Label) -> Result<(), Fault> {
     // A label without its capture would never be found again.

@@ -9,8 +9,8 @@ use groundwave_protocol::decoder::Decoder;
 use super::cli::Runs;
 use super::{Exit, Fault, keeping, say};
 use crate::capture::Capture;
-use crate::runs::comparison::Figures;
-use crate::runs::{Label, Track};
+use crate::capture::runs::comparison::Figures;
+use crate::capture::runs::{Label, Track};
 
 /// A file without one line of a robot in so many bytes is something else.
 const LOOK_BYTES: usize = 64 * 1024;
