@@ -35,7 +35,7 @@ fn main() -> Result<(), Box<dyn Error>> {
 
     let before = cpu();
     record(&folder.path().join("live.mcap"), &day, 1, messages)?;
-    let per_message = (cpu() - before) / u32::try_from(messages)?;
+    let per_message = cpu().saturating_sub(before) / u32::try_from(messages)?;
     println!("record: {per_message:.2?} of CPU a message, all threads, reading back included");
 
     let paths = Paths::of(&folder.path().join("killed.mcap"));

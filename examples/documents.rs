@@ -12,8 +12,11 @@ use groundwave::model::keys::Keymap;
 use groundwave::request::in_whole_unit;
 use sr04_firmware::parameters::Parameter;
 
+/// A name below `docs/`, and what makes the text.
+pub type Document = (&'static str, fn() -> String);
+
 /// Each document's name below `docs/`, and what makes it.
-pub const DOCUMENTS: &[(&str, fn() -> String)] = &[
+pub const DOCUMENTS: &[Document] = &[
     ("commands.md", commands),
     ("keys.md", keys),
     ("parameters.md", parameters),
@@ -23,6 +26,7 @@ pub const DOCUMENTS: &[(&str, fn() -> String)] = &[
 const HELP_COLUMNS: usize = 100;
 
 /// Where a document is.
+#[must_use]
 pub fn path(name: &str) -> PathBuf {
     Path::new(env!("CARGO_MANIFEST_DIR"))
         .join("docs")

@@ -176,7 +176,10 @@ fn a_killed_recording_has_everything_again() {
     let folder = TempDir::new().unwrap();
     let stream = streams::noisy(200, 1);
     let paths = killed(folder.path(), &stream);
-    assert_eq!(find_interrupted(folder.path()), [paths.target.clone()]);
+    assert_eq!(
+        find_interrupted(folder.path()),
+        std::slice::from_ref(&paths.target)
+    );
     let recovery = recover(&paths.partial).unwrap();
     assert_eq!(recovery.outcome, Outcome::Recovered);
     assert_eq!(recovery.rx_bytes, stream.len() as u64);
@@ -188,7 +191,7 @@ fn a_killed_recording_has_everything_again() {
     let again = recover(&paths.target).unwrap();
     assert_eq!(again.outcome, Outcome::Whole);
     assert_eq!(again.rx_bytes, stream.len() as u64);
-    assert_eq!(find_interrupted(folder.path()), [PathBuf::new(); 0]);
+    assert!(find_interrupted(folder.path()).is_empty());
 }
 
 /// The end of either file is wherever the disk had got to.
@@ -361,7 +364,7 @@ fn a_recording_under_way_is_left_alone() {
     let path = folder.path().join("live.mcap");
     let mut recorder = Recorder::start(&path, Existing::Refuse, &session()).unwrap();
     feed(&mut recorder, &streams::clean(10));
-    assert_eq!(find_interrupted(folder.path()), [PathBuf::new(); 0]);
+    assert!(find_interrupted(folder.path()).is_empty());
     for error in [recover(&path).unwrap_err(), set_aside(&path).unwrap_err()] {
         assert!(matches!(error, CaptureError::InUse(_)), "{error}");
     }
@@ -446,7 +449,7 @@ fn what_was_remembered_comes_first_with_its_times() {
     let path = folder.path().join("late.mcap");
     let stream = streams::clean(30);
     let session = Session {
-        start: wall(Duration::ZERO) - Duration::from_secs(600),
+        start: wall(Duration::ZERO) - Duration::from_mins(10),
         ..session()
     };
     let mut recorder = Recorder::start(&path, Existing::Refuse, &session).unwrap();

@@ -152,6 +152,7 @@ fn a_recording_and_a_pipe_are_read_as_well() {
         link: "/dev/ttyUSB0".into(),
         start: SystemTime::UNIX_EPOCH,
         notes: [].into(),
+        configuration: String::new(),
     };
     let mut recorder = Recorder::start(path.clone(), Existing::Refuse, &session).unwrap();
     let received = stream(&songs);

@@ -111,7 +111,7 @@ mod tests {
 
     #[test]
     fn words_for_rotation() {
-        let hour = Some(Duration::from_secs(3600));
+        let hour = Some(Duration::from_hours(1));
         let rotation = |period, bytes| Ok(Rotation { period, bytes });
         assert_eq!("1h".parse(), rotation(hour, None));
         assert_eq!("64MB".parse(), rotation(None, Some(64_000_000)));

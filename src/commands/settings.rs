@@ -122,10 +122,11 @@ mod tests {
     fn the_printed_keys_are_those_of_the_table() {
         let text = commented();
         let (_, keys) = text.split_once("\n[keys]\n").expect("there are keys");
-        let said: String = keys
+        let said: Vec<&str> = keys
             .lines()
-            .map(|line| format!("{}\n", line.trim_start_matches("# ")))
+            .map(|line| line.trim_start_matches("# "))
             .collect();
+        let said = said.join("\n");
         let config = config::parse(&format!("[keys]\n{said}"))
             .unwrap_or_else(|error| panic!("{error}\n{said}"));
         let keys = |config: &Config| {

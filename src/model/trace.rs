@@ -192,7 +192,7 @@ mod tests {
             ("failsafe", |line| line.link = Link::Armed),
             ("mode", |line| line.mode = Mode::Stop),
             ("layers 1 to 7", |line| {
-                line.layers.set(Layer::Sonar, LayerState::Holds)
+                line.layers.set(Layer::Sonar, LayerState::Holds);
             }),
         ];
         for (name, change) in of_state {

@@ -272,7 +272,7 @@ mod tests {
             is_live,
             paused: true,
             speed: 1.0,
-            at: Moment::from_secs(60),
+            at: Moment::from_mins(1),
             from: Moment::ZERO,
             until: Moment::from_secs(185),
             unix: None,
@@ -318,7 +318,7 @@ mod tests {
             assert_eq!(question(&scene), wanted);
             assert_eq!(scene.type_text("n"), []);
             scene.type_text("p");
-            assert_eq!(scene.type_text("y"), [prowl.clone()]);
+            assert_eq!(scene.type_text("y"), std::slice::from_ref(&prowl));
         }
         for keys in [" ", "p ", "n ", "? "] {
             let stop = Effect::Send(Request::Stop);

@@ -116,7 +116,7 @@ mod tests {
         let spacing = frames.spacing;
         for place in 1..frames.len() {
             let at = |place| frames.get(place).unwrap().0;
-            assert_eq!(at(place) - at(place - 1), spacing);
+            assert_eq!(at(place).checked_sub(at(place - 1)).unwrap(), spacing);
         }
     }
 

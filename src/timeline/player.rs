@@ -155,8 +155,8 @@ impl<C: Cursor> Player<C> {
             && self.at <= end
             && to > end
         {
-            let length = (end - begin).max(FASTEST);
-            let over = (to - end).as_nanos() % length.as_nanos();
+            let length = end.saturating_sub(begin).max(FASTEST);
+            let over = to.saturating_sub(end).as_nanos() % length.as_nanos();
             self.go(begin + Moment::from_nanos(over as u64));
             return true;
         }

@@ -165,18 +165,17 @@ impl Send {
     pub fn way(&self) -> Result<(Way, Vec<&str>), String> {
         let first = self.link.as_deref();
         let words = self.words.iter().map(String::as_str);
-        match &self.via {
-            Some(address) => Ok((
+        if let Some(address) = &self.via {
+            Ok((
                 Way::Via(address.clone()),
                 first.into_iter().chain(words).collect(),
-            )),
-            None => {
-                let words: Vec<&str> = words.collect();
-                Ok((
-                    Way::Link(read_link(first.unwrap_or_default(), &words)?),
-                    words,
-                ))
-            }
+            ))
+        } else {
+            let words: Vec<&str> = words.collect();
+            Ok((
+                Way::Link(read_link(first.unwrap_or_default(), &words)?),
+                words,
+            ))
         }
     }
 }

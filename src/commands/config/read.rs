@@ -220,15 +220,14 @@ fn table<'t>(
     value: Spanned<DeValue<'t>>,
 ) -> Result<DeTable<'t>, Misplaced> {
     let span = value.span();
-    match value.into_inner() {
-        DeValue::Table(table) => Ok(table),
-        _ => {
-            let name = key.get_ref().as_ref();
-            Err(Misplaced::new(
-                span,
-                format!("`{name}` is a section: [{name}]"),
-            ))
-        }
+    if let DeValue::Table(table) = value.into_inner() {
+        Ok(table)
+    } else {
+        let name = key.get_ref().as_ref();
+        Err(Misplaced::new(
+            span,
+            format!("`{name}` is a section: [{name}]"),
+        ))
     }
 }
 

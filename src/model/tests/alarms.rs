@@ -75,12 +75,12 @@ fn each_rule_strikes_by_its_own_evidence() {
     let cases: [(&str, Change); 8] = [
         ("stalled", |scene| scene.state.drive = Drive::Stalled),
         ("fallen or lifted", |scene| {
-            scene.state.cliff = Cliff::Several
+            scene.state.cliff = Cliff::Several;
         }),
         ("bumper jammed", |scene| scene.state.bump = Bump::Jammed),
         ("failsafe", |scene| scene.state.link = Link::Failsafe),
         ("battery critical", |scene| {
-            scene.state.power = Power::Critical
+            scene.state.power = Power::Critical;
         }),
         ("lines lost", |scene| scene.lose(1)),
         ("recording failed", |scene| {

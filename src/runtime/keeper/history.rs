@@ -92,7 +92,7 @@ mod tests {
 
     #[test]
     fn the_newest_minutes_are_kept() {
-        let mut history = History::new(Duration::from_secs(600));
+        let mut history = History::new(Duration::from_mins(10));
         for second in 0..3600 {
             history.push(rx(second * S_NS, b"line\n"));
         }
@@ -104,7 +104,7 @@ mod tests {
 
     #[test]
     fn single_bytes_share_an_entry_up_to_the_end_of_the_line() {
-        let mut history = History::new(Duration::from_secs(600));
+        let mut history = History::new(Duration::from_mins(10));
         for (at_ns, byte) in (0..).zip(b"one\ntwo\n") {
             history.push(rx(at_ns, &[*byte]));
         }
@@ -113,7 +113,7 @@ mod tests {
 
     #[test]
     fn it_is_bounded_however_much_comes_in() {
-        let mut history = History::new(Duration::from_secs(600));
+        let mut history = History::new(Duration::from_mins(10));
         for _ in 0..5000 {
             history.push(rx(0, &[0; 4096]));
         }

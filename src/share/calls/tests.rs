@@ -91,7 +91,7 @@ fn without_proof_it_ends_with_its_time_and_is_given_up() {
     assert_eq!(start(&mut calls, 3), Request::Mode(Mode::Prowl));
     let deadline = calls.poll_timeout().unwrap();
     assert_eq!(deadline, Duration::from_millis(2500));
-    calls.handle_timeout(deadline - Duration::from_millis(1));
+    calls.handle_timeout(deadline.checked_sub(Duration::from_millis(1)).unwrap());
     assert_eq!(calls.poll_output(), None);
     calls.handle_timeout(deadline);
     let failed = answer(&mut calls);

@@ -213,7 +213,7 @@ fn lit(scene: &Scene, width: u16, height: u16) -> String {
     let buffer = buffer(scene, width, height);
     let cells = buffer.content().iter();
     let lit = cells.filter(|cell| cell.modifier.contains(ratatui::style::Modifier::REVERSED));
-    lit.map(|cell| cell.symbol()).collect()
+    lit.map(ratatui::buffer::Cell::symbol).collect()
 }
 
 #[test]
