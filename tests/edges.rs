@@ -89,8 +89,11 @@ fn pull_at(name: &str, point: &str) {
     watch.wait_for("the loss", |text| text.contains("LINK LOST"));
     let _sim = plug.plug();
     watch.wait_for("the return", |text| {
-        text.contains("newest <1 s") && !text.contains("LINK LOST")
+        text.contains("newest <1 s") && text.contains("LINK LOST over")
     });
+    // It stays until the operator has seen it.
+    watch.type_keys("A");
+    watch.wait_for("no alarm", |text| !text.contains("LINK LOST"));
     expect(0, &["send", "--via", &socket, "route", &route]);
     watch.type_keys("q");
     assert_eq!(watch.wait(), 0);

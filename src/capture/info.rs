@@ -265,6 +265,8 @@ struct Survey {
     bumps_seen: u32,
     was_bumped: bool,
     since_line_feed: u64,
+    /// Bytes that came before the clock of the capture began to run.
+    first_bytes: Option<u64>,
     gaps: Gaps,
 }
 
@@ -283,6 +285,7 @@ impl Survey {
         decoder: &mut Decoder,
     ) -> Result<(), CaptureError> {
         while let Some(Chunk { mut bytes, .. }) = capture.next_chunk()? {
+            self.first_bytes.get_or_insert(bytes.len() as u64);
             self.since_line_feed = match bytes.iter().rposition(|&byte| byte == b'\n') {
                 Some(at) => (bytes.len() - at - 1) as u64,
                 None => self.since_line_feed + bytes.len() as u64,
@@ -406,7 +409,7 @@ impl Survey {
             resync: self.gaps.resync(),
             airtime_down_pct: capture
                 .uplink()
-                .map(|_| share_pct(seen.bytes, capture.end())),
+                .map(|_| share_pct(seen.bytes - self.first_bytes.unwrap_or(0), capture.end())),
             sent: capture.uplink().map(|uplink| Sent {
                 bytes: uplink.bytes(),
                 frames: uplink.frames(),

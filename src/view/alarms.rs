@@ -29,11 +29,11 @@ impl Screen<'_> {
             n => format!("+{} more  ", n - 1),
         };
         let right = Span::styled(format!("{more}A: seen"), self.theme.key);
-        let text = format!(
-            "{glyph} {}; {}",
-            self.alarm_words(rule, raised),
-            rule.remedy
-        );
+        let words = self.alarm_words(rule, raised);
+        let text = match raised.over_at {
+            Some(_) => format!("{glyph} {words}"),
+            None => format!("{glyph} {words}; {}", rule.remedy),
+        };
         let line = Line::styled(text, style);
         let line = self.with_right(line, right, usize::from(area.width));
         put(buffer, area, 0, &line);
