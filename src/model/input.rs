@@ -11,7 +11,7 @@ use super::log::Subject;
 use super::palette::Palette;
 use super::travel::NO_ROBOT;
 use super::{Model, Overlay, Panel, Purpose, Question, SIZE_MIN, TextEntry, Then, trace, words};
-use crate::event::{Effect, Level, Moment};
+use crate::event::{Effect, Level, Moment, Remark};
 use crate::request::Request;
 use crate::route;
 
@@ -263,6 +263,9 @@ impl Model {
             return vec![Effect::LoadRoute(file.to_owned())];
         }
         let words: Vec<&str> = text.split_whitespace().collect();
+        if let Some(remark) = Remark::from_words(&words) {
+            return self.label(remark, entry);
+        }
         match (Request::all_from_words(&words), &words[..]) {
             (Ok(requests), _) => requests
                 .into_iter()
@@ -281,6 +284,20 @@ impl Model {
                 Vec::new()
             }
         }
+    }
+
+    /// What is said of the run that is being recorded.
+    fn label(&mut self, remark: Remark, entry: TextEntry) -> Vec<Effect> {
+        let recording = &self.recording;
+        let Some(capture) = recording.mcap.clone().or_else(|| recording.tee.clone()) else {
+            let error = "nothing is recorded: R begins a recording, with what came before it";
+            self.overlay = Overlay::Text(TextEntry {
+                error: Some(error.to_owned()),
+                ..entry
+            });
+            return Vec::new();
+        };
+        vec![Effect::Label { capture, remark }]
     }
 
     pub(super) fn ask_or_send(&mut self, request: Request) -> Vec<Effect> {

@@ -1,6 +1,7 @@
 //! What keys, typed words and dialogs want done.
 
 use super::*;
+use crate::event::Remark;
 
 #[test]
 fn stop_never_asks_and_works_under_everything() {
@@ -349,4 +350,38 @@ fn a_pasted_route_is_a_draft_and_what_is_none_says_so() {
     scene.event(Event::Paste("milk\n".to_owned()));
     let newest = scene.model.log.newest_first().next().expect("a log entry");
     assert!(newest.text.starts_with("pasted:1:1"), "{}", newest.text);
+}
+
+#[test]
+fn what_is_said_of_a_run_is_kept_beside_its_recording() {
+    let mut scene = scene();
+    scene.type_text(":note the glass door");
+    assert_eq!(scene.press(&[KeyCode::Enter]), []);
+    let Overlay::Text(entry) = &scene.model.overlay else {
+        panic!("the text stays to be mended");
+    };
+    assert!(entry.error.as_ref().is_some_and(|e| e.contains("R begins")));
+    scene.press(&[KeyCode::Esc]);
+    scene.event(Event::Recording(crate::event::Recording {
+        mcap: Some("evening.mcap".to_owned()),
+        ..crate::event::Recording::default()
+    }));
+    for (text, remark) in [
+        ("name new wheels", Remark::Name("new wheels".to_owned())),
+        (
+            "note the glass door",
+            Remark::Note("the glass door".to_owned()),
+        ),
+        ("void the cat", Remark::Void("the cat".to_owned())),
+        ("void", Remark::Void(String::new())),
+        ("counts", Remark::Counts),
+    ] {
+        scene.type_text(":");
+        scene.type_text(text);
+        let label = Effect::Label {
+            capture: "evening.mcap".to_owned(),
+            remark,
+        };
+        assert_eq!(scene.press(&[KeyCode::Enter]), [label], "{text}");
+    }
 }
