@@ -171,6 +171,11 @@ impl Model {
         let chart = &mut self.chart;
         match action {
             Action::MoveCursor { east, north } => chart.move_cursor(east, north),
+            Action::AddWaypoint if chart.cursor.is_none() => {
+                chart.move_cursor(0, 0);
+                let text = "the cursor is up: arrows move it, w drafts a waypoint there";
+                self.log.add(now, Level::Info, Subject::Station, text);
+            }
             Action::AddWaypoint if !chart.add_waypoint() => {
                 self.warn(now, "the robot's list holds no more waypoints");
             }
