@@ -48,7 +48,7 @@ impl Default for Limits {
             loss_for_s: 10,
             stalled_s: 2,
             fallen_s: 2,
-            thrash_s: 3,
+            thrash_s: 15,
         }
     }
 }
