@@ -124,6 +124,7 @@ fn silence_and_thrashing_are_alarms_too() {
     scene.hear();
     assert_eq!(raised(&scene), [("robot silent", false, false)]);
     scene.type_text("A");
+    let before = scene.model.tally().alarms;
     for n in 0..30 {
         let (quiet, holds) = [
             (Layer::Infrared, Layer::Bumpers),
@@ -133,6 +134,7 @@ fn silence_and_thrashing_are_alarms_too() {
         scene.hear();
     }
     assert_eq!(raised(&scene), [("layers thrash", true, false)]);
+    assert_eq!(scene.model.tally().alarms, before + 1, "to be jumped to");
 }
 
 #[test]
