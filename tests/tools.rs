@@ -614,3 +614,48 @@ fn the_text_for_people_names_the_file() {
     let name = Path::new(out.lines().next().unwrap().trim_end_matches(": good"));
     assert_eq!(name, path);
 }
+
+#[test]
+fn a_part_outside_of_the_capture_is_an_error_and_makes_no_file() {
+    let folder = scratch("outside");
+    let file = |name: &str| folder.join(name).to_str().unwrap().to_owned();
+    fs::write(file("a.txt"), streams::clean(570)).unwrap();
+    expect(0, &["convert", &file("a.txt")]);
+    let made = file("part");
+    let (raw, mcap) = (file("a.txt"), file("a.mcap"));
+    for (name, window) in [
+        (&raw, ["--from", "5h"].as_slice()),
+        (&raw, &["--from", "0", "--to", "1ms"]),
+        (&mcap, &["--from", "5h"]),
+    ] {
+        let (_, err) = expect(2, &[&["cut", name, "-o", &made], window].concat());
+        assert!(err.contains("is 3:"), "{err}");
+        assert!(err.contains("nothing of it lies there"), "{err}");
+        assert!(!Path::new(&made).exists());
+    }
+    let wall = ["cut", &file("a.mcap"), "--from", "2099-01-01T00:00:00Z"];
+    let (_, err) = expect(2, &wall);
+    assert!(err.contains("nothing of it lies there"), "{err}");
+    assert_eq!(fs::read_dir(&folder).unwrap().count(), 2);
+}
+
+#[test]
+fn nothing_is_recorded_to_a_file_called_dash() {
+    let folder = scratch("dash");
+    for arguments in [
+        ["record", "-", "-o", "-"].as_slice(),
+        &["watch", "-", "--headless", "--tee", "-"],
+        &["watch", "-", "--headless", "--record=-"],
+    ] {
+        let output = Command::new(GROUNDWAVE)
+            .args(arguments)
+            .current_dir(&folder)
+            .stdin(Stdio::null())
+            .output()
+            .unwrap();
+        let err = String::from_utf8(output.stderr).unwrap();
+        assert_eq!(output.status.code(), Some(2), "{arguments:?}: {err}");
+        assert!(err.contains("watch - --headless"), "{err}");
+    }
+    assert_eq!(fs::read_dir(&folder).unwrap().count(), 0);
+}
