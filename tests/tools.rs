@@ -15,7 +15,9 @@ use std::time::Duration;
 use groundwave::capture::convert::convert_raw;
 use groundwave::capture::cut::{Window, cut_mcap, cut_raw};
 use groundwave::capture::decode::{Format, decode};
+use groundwave::capture::index;
 use groundwave::capture::info::Info;
+use groundwave::capture::journal::JournalWriter;
 use groundwave::capture::verify::verify_mcap;
 use groundwave::capture::when::When;
 use groundwave::capture::{Capture, CaptureError};
@@ -658,4 +660,34 @@ fn nothing_is_recorded_to_a_file_called_dash() {
         assert!(err.contains("watch - --headless"), "{err}");
     }
     assert_eq!(fs::read_dir(&folder).unwrap().count(), 0);
+}
+
+#[test]
+fn a_journal_is_not_taken_for_a_raw_capture() {
+    let folder = scratch("journal");
+    let path = folder.join("a.mcap.journal");
+    let mut journal = JournalWriter::create(&path).unwrap();
+    journal.session(1, b"{}");
+    journal.rx(2, &streams::clean(30));
+    assert_eq!(journal.problem(), None);
+    drop(journal);
+    let name = path.to_str().unwrap();
+    for verb in [
+        ["info"].as_slice(),
+        &["decode", "--to", "csv"],
+        &["convert"],
+        &["verify"],
+        &["songs"],
+        &["cut", "--from", "1s"],
+        &["export", "--to", "csv"],
+    ] {
+        let (_, err) = expect(2, &[verb, &[name]].concat());
+        let told = "is the journal of a recording: groundwave recover ";
+        assert!(err.contains(told), "{verb:?}: {err}");
+    }
+    // What `replay` opens.
+    let error = index::open(&path).err().unwrap();
+    assert!(matches!(error, CaptureError::Journal(_)), "{error}");
+    expect(0, &["recover", name]);
+    expect(0, &["info", folder.join("a.mcap").to_str().unwrap()]);
 }

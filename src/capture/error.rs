@@ -159,6 +159,9 @@ pub enum CaptureError {
         /// What does not hold.
         problem: String,
     },
+    /// The side-car of a recording in the place of a recording.
+    #[error("{} is the journal of a recording: groundwave recover {}", .0.display(), .0.display())]
+    Journal(PathBuf),
     /// An MCAP of something else.
     #[error("{} holds no {} channel of groundwave.RawBytes: not a Groundwave recording", .0.display(), super::mcap::RAW_RX)]
     NoRawBytes(PathBuf),

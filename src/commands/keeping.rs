@@ -76,6 +76,7 @@ pub(super) fn fault(error: CaptureError) -> Fault {
         | CaptureError::SameFile(_)
         | CaptureError::InUse(_)
         | CaptureError::CannotAppend(_)
+        | CaptureError::Journal(_)
         | CaptureError::Open { .. } => Exit::Usage,
         CaptureError::Read { ref error, .. } if error.kind() == ErrorKind::IsADirectory => {
             Exit::Usage
