@@ -6,10 +6,13 @@
 mod programs;
 
 use std::fs;
-use std::io::Write;
+use std::io::{Read, Write};
+use std::path::Path;
 use std::process::{Command, Stdio};
+use std::time::{Duration, Instant, SystemTime};
 
 use groundwave::capture::recover::{Outcome, Paths, recover};
+use groundwave::capture::{Existing, RawWriter, Recorder, Session};
 use programs::{GROUNDWAVE, Sim, Telling, expect, scratch};
 
 /// A limit on the size of files does what a full disk does, and needs no rights.
@@ -101,8 +104,9 @@ fn recover_says_what_it_did_to_people_and_to_programs() {
     assert!(out.contains("is whole"), "{out}");
     let good = fs::read(&path).unwrap();
     let mut bad = good.clone();
-    let middle = bad.len() / 2;
-    bad[middle] ^= 1;
+    // In a chunk, not between them.
+    let inside = bad.len() / 4;
+    bad[inside] ^= 1;
     fs::write(&path, bad).unwrap();
     let (out, err) = expect(1, &["recover", "--json", name]);
     let said: serde_json::Value = serde_json::from_str(&out).unwrap();
@@ -113,4 +117,117 @@ fn recover_says_what_it_did_to_people_and_to_programs() {
     assert!(err.contains("cannot open nowhere.mcap"), "{err}");
     let (_, err) = expect(0, &["recover", folder.to_str().unwrap()]);
     assert!(err.contains("no recording there was interrupted"), "{err}");
+}
+
+/// A file in a folder, until the folder is taken away.
+fn recording_that_is_removed(name: &str) -> (i32, String) {
+    let folder = scratch(&format!("removed-{name}"));
+    let mut child = Command::new(GROUNDWAVE)
+        .args(["record", "-", "-o"])
+        .arg(folder.join(name))
+        .stdin(Stdio::piped())
+        .stderr(Stdio::piped())
+        .spawn()
+        .unwrap();
+    let deadline = Instant::now() + Duration::from_mins(1);
+    let text = fs::read("captures/house-noisy.txt").unwrap();
+    child.stdin.as_mut().unwrap().write_all(&text).unwrap();
+    let is_written = || {
+        let entries = fs::read_dir(&folder).unwrap();
+        let bytes = |entry: fs::DirEntry| entry.metadata().map_or(0, |about| about.len());
+        entries
+            .map_while(Result::ok)
+            .any(|entry| bytes(entry) > 1000)
+    };
+    while !is_written() && Instant::now() < deadline {
+        std::thread::yield_now();
+    }
+    fs::remove_dir_all(&folder).unwrap();
+    drop(child.stdin.take());
+    let mut err = String::new();
+    let mut said = child.stderr.take().unwrap();
+    said.read_to_string(&mut err).unwrap();
+    (child.wait().unwrap().code().unwrap(), err)
+}
+
+#[test]
+fn a_recording_whose_folder_was_removed_has_failed() {
+    for name in ["a.txt", "a.mcap"] {
+        let (code, err) = recording_that_is_removed(name);
+        assert_eq!(code, 1, "{name}: {err}");
+        assert!(err.contains("the file is gone; it was removed"), "{err}");
+        assert!(err.contains("cannot be reached"), "{err}");
+        assert!(!err.contains("recorded"), "{err}");
+    }
+}
+
+/// What the recorder says once it has looked.
+fn problem(recorder: &Recorder) -> String {
+    let deadline = Instant::now() + Duration::from_mins(1);
+    while recorder.problem().is_none() && Instant::now() < deadline {
+        std::thread::yield_now();
+    }
+    recorder.problem().unwrap()
+}
+
+fn recorder(path: &Path) -> Recorder {
+    let session = Session {
+        link: "sim".to_owned(),
+        start: SystemTime::now(),
+        notes: [].into(),
+        configuration: String::new(),
+    };
+    let mut recorder = Recorder::start(path, Existing::Refuse, &session).unwrap();
+    recorder.handle_rx(Duration::ZERO, SystemTime::now(), b"noise\n");
+    recorder.handle_timeout(Duration::ZERO);
+    recorder
+}
+
+#[test]
+fn files_that_are_taken_away_are_told_within_seconds() {
+    const SOON: Duration = Duration::from_secs(10);
+    let folder = scratch("taken");
+    let path = |name: &str| folder.join(name);
+    let paths = |name: &str| Paths::of(&path(name));
+
+    let mut all = recorder(&path("all.mcap"));
+    fs::remove_file(paths("all.mcap").journal).unwrap();
+    fs::remove_file(paths("all.mcap").partial).unwrap();
+    all.handle_timeout(SOON);
+    assert!(problem(&all).contains("cannot be reached"));
+    assert!(all.finish().is_err());
+
+    let mut partial = recorder(&path("partial.mcap"));
+    fs::remove_file(paths("partial.mcap").partial).unwrap();
+    partial.handle_timeout(SOON);
+    assert!(problem(&partial).contains("groundwave recover"));
+    assert!(partial.finish().is_err());
+    assert_eq!(recover(&path("partial.mcap")).unwrap().rx_bytes, 6);
+
+    let mut journal = recorder(&path("journal.mcap"));
+    fs::remove_file(paths("journal.mcap").journal).unwrap();
+    journal.handle_timeout(SOON);
+    assert!(problem(&journal).contains("goes on without it"));
+    journal.finish().unwrap();
+    assert_eq!(
+        recover(&path("journal.mcap")).unwrap().outcome,
+        Outcome::Whole
+    );
+
+    let mut replaced = RawWriter::create(path("a.txt"), Existing::Refuse).unwrap();
+    replaced.look();
+    assert_eq!(replaced.problem(), None);
+    fs::rename(path("a.txt"), path("b.txt")).unwrap();
+    fs::write(path("a.txt"), "somebody else's").unwrap();
+    replaced.look();
+    assert!(replaced.problem().unwrap().contains("moved or renamed"));
+    replaced.write(b"more");
+    assert!(replaced.finish().is_err());
+    assert_eq!(fs::read(path("b.txt")).unwrap(), b"more");
+
+    // A device holds nothing that could be lost.
+    let mut device = RawWriter::create("/dev/null", Existing::Append).unwrap();
+    device.look();
+    assert_eq!(device.problem(), None);
+    device.finish().unwrap();
 }

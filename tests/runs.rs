@@ -5,6 +5,8 @@ use std::fs;
 use std::path::Path;
 use std::process::{Command, Output};
 
+use groundwave::capture::convert::convert_raw;
+use groundwave_protocol::telemetry::{Ack, Body, Line, Note, SongLine};
 use serde_json::Value;
 
 fn groundwave(folder: &Path, arguments: &[&str]) -> Output {
@@ -130,4 +132,43 @@ fn two_runs_are_laid_over_each_other() {
     assert_eq!(own["apart"]["worst_in"], 0.0);
     assert_eq!(own["runs"][0]["distance_in"], own["runs"][1]["distance_in"]);
     assert_eq!(own["runs"][0]["name"], "before");
+}
+
+/// A capture with a spoilt chunk in its middle.
+fn spoilt() -> Vec<u8> {
+    let captures = Path::new(env!("CARGO_MANIFEST_DIR")).join("captures");
+    let raw = fs::read(captures.join("house-clean.txt")).unwrap();
+    let song = Line {
+        sequence: 0,
+        body: Body::Song(SongLine::new([Note { hz: 440, ticks: 4 }])),
+        ack: Ack::default(),
+    };
+    let stream = [&song.encode()[..], &raw.repeat(40), &song.encode()].concat();
+    let mut mcap = Vec::new();
+    convert_raw(&stream[..], 1_741_944_413_000_000_000, &mut mcap).unwrap();
+    let summary = mcap::Summary::read(&mcap).unwrap().unwrap();
+    let chunks = &summary.chunk_indexes;
+    assert!(chunks.len() >= 3, "{}", chunks.len());
+    let chunk = &chunks[chunks.len() / 2];
+    mcap[(chunk.chunk_start_offset + chunk.chunk_length / 2) as usize] ^= 0x10;
+    mcap
+}
+
+#[test]
+fn of_a_damaged_capture_the_rest_is_told_and_the_problem() {
+    let folder = folder();
+    fs::write(folder.path().join("c.mcap"), spoilt()).unwrap();
+    let check = |arguments: &[&str], facts: &[&str]| {
+        let output = groundwave(folder.path(), arguments);
+        let [out, err] =
+            [output.stdout, output.stderr].map(|said| String::from_utf8(said).unwrap());
+        assert_eq!(output.status.code(), Some(1), "{arguments:?}\n{out}\n{err}");
+        for fact in facts {
+            assert!(out.contains(fact), "{fact} is not in\n{out}");
+        }
+        assert!(err.contains("c.mcap is damaged"), "{err}");
+    };
+    check(&["runs"], &["a.txt", "b.mcap", "c.mcap"]);
+    check(&["compare", "a.txt", "c.mcap"], &["closing error", "apart"]);
+    check(&["songs", "c.mcap"], &["01  at", "02  at"]);
 }

@@ -86,7 +86,10 @@ fn a_recording_made_by_hand_comes_to_what_a_pencil_says() {
     assert_eq!(info.airtime_down_pct, Some(100.0));
     let sent = info.sent.unwrap();
     assert_eq!((sent.bytes, sent.frames, sent.frames_again), (24, 2, 1));
-    assert!((sent.airtime_up_pct - 1.0).abs() < 1e-9, "{sent:?}");
+    assert!(
+        (sent.airtime_up_pct.unwrap() - 1.0).abs() < 1e-9,
+        "{sent:?}"
+    );
     let mut text = Vec::new();
     info.write_text(&mut text).unwrap();
     let text = String::from_utf8(text).unwrap();
@@ -186,4 +189,36 @@ fn headless_tells_the_figures_at_its_end() {
         assert_eq!(told[0][figure], info[figure], "{figure}: {text}");
     }
     assert_eq!(told[1]["state"], "ended", "{text}");
+}
+
+#[test]
+fn a_clock_that_could_not_have_carried_the_bytes_tells_no_airtime() {
+    // 100 lines in 10 s, as from a simulator that runs three times as fast.
+    let mut mcap = McapWriter::new(Vec::new()).unwrap();
+    for n in 0..100_u8 {
+        let at_ns = u64::from(n) * 100_000_000;
+        let bytes = RawBytes {
+            stream_offset: u64::from(n) * 80,
+            data: line(n).to_vec(),
+        };
+        mcap.write(&TopicMessage {
+            topic: Topic::RawRx,
+            log_time_ns: at_ns,
+            publish_time_ns: at_ns,
+            data: &bytes.encode_to_vec(),
+        })
+        .unwrap();
+    }
+    let path = scratch("too-fast").join("too-fast.mcap");
+    fs::write(&path, mcap.finish().unwrap()).unwrap();
+    let info = Info::read(&mut Capture::open(&path).unwrap());
+    assert_eq!(info.airtime_down_pct, None);
+    assert_eq!(info.sent.unwrap().airtime_up_pct, None);
+    let mut text = Vec::new();
+    info.write_text(&mut text).unwrap();
+    let text = String::from_utf8(text).unwrap();
+    assert!(
+        text.contains("100 intact") && !text.contains("airtime"),
+        "{text}"
+    );
 }

@@ -15,7 +15,9 @@ use std::time::Duration;
 use groundwave::capture::convert::convert_raw;
 use groundwave::capture::cut::{Window, cut_mcap, cut_raw};
 use groundwave::capture::decode::{Format, decode};
+use groundwave::capture::index;
 use groundwave::capture::info::Info;
+use groundwave::capture::journal::JournalWriter;
 use groundwave::capture::verify::verify_mcap;
 use groundwave::capture::when::When;
 use groundwave::capture::{Capture, CaptureError};
@@ -613,4 +615,79 @@ fn the_text_for_people_names_the_file() {
     let (out, _) = expect(0, &["verify", path.to_str().unwrap()]);
     let name = Path::new(out.lines().next().unwrap().trim_end_matches(": good"));
     assert_eq!(name, path);
+}
+
+#[test]
+fn a_part_outside_of_the_capture_is_an_error_and_makes_no_file() {
+    let folder = scratch("outside");
+    let file = |name: &str| folder.join(name).to_str().unwrap().to_owned();
+    fs::write(file("a.txt"), streams::clean(570)).unwrap();
+    expect(0, &["convert", &file("a.txt")]);
+    let made = file("part");
+    let (raw, mcap) = (file("a.txt"), file("a.mcap"));
+    for (name, window) in [
+        (&raw, ["--from", "5h"].as_slice()),
+        (&raw, &["--from", "0", "--to", "1ms"]),
+        (&mcap, &["--from", "5h"]),
+    ] {
+        let (_, err) = expect(2, &[&["cut", name, "-o", &made], window].concat());
+        assert!(err.contains("is 3:"), "{err}");
+        assert!(err.contains("nothing of it lies there"), "{err}");
+        assert!(!Path::new(&made).exists());
+    }
+    let wall = ["cut", &file("a.mcap"), "--from", "2099-01-01T00:00:00Z"];
+    let (_, err) = expect(2, &wall);
+    assert!(err.contains("nothing of it lies there"), "{err}");
+    assert_eq!(fs::read_dir(&folder).unwrap().count(), 2);
+}
+
+#[test]
+fn nothing_is_recorded_to_a_file_called_dash() {
+    let folder = scratch("dash");
+    for arguments in [
+        ["record", "-", "-o", "-"].as_slice(),
+        &["watch", "-", "--headless", "--tee", "-"],
+        &["watch", "-", "--headless", "--record=-"],
+    ] {
+        let output = Command::new(GROUNDWAVE)
+            .args(arguments)
+            .current_dir(&folder)
+            .stdin(Stdio::null())
+            .output()
+            .unwrap();
+        let err = String::from_utf8(output.stderr).unwrap();
+        assert_eq!(output.status.code(), Some(2), "{arguments:?}: {err}");
+        assert!(err.contains("watch - --headless"), "{err}");
+    }
+    assert_eq!(fs::read_dir(&folder).unwrap().count(), 0);
+}
+
+#[test]
+fn a_journal_is_not_taken_for_a_raw_capture() {
+    let folder = scratch("journal");
+    let path = folder.join("a.mcap.journal");
+    let mut journal = JournalWriter::create(&path).unwrap();
+    journal.session(1, b"{}");
+    journal.rx(2, &streams::clean(30));
+    assert_eq!(journal.problem(), None);
+    drop(journal);
+    let name = path.to_str().unwrap();
+    for verb in [
+        ["info"].as_slice(),
+        &["decode", "--to", "csv"],
+        &["convert"],
+        &["verify"],
+        &["songs"],
+        &["cut", "--from", "1s"],
+        &["export", "--to", "csv"],
+    ] {
+        let (_, err) = expect(2, &[verb, &[name]].concat());
+        let told = "is the journal of a recording: groundwave recover ";
+        assert!(err.contains(told), "{verb:?}: {err}");
+    }
+    // What `replay` opens.
+    let error = index::open(&path).err().unwrap();
+    assert!(matches!(error, CaptureError::Journal(_)), "{error}");
+    expect(0, &["recover", name]);
+    expect(0, &["info", folder.join("a.mcap").to_str().unwrap()]);
 }

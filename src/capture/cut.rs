@@ -54,6 +54,8 @@ pub struct Part {
     pub bytes: u64,
     /// Messages; none in a raw capture.
     pub messages: u64,
+    /// From the first bytes of the whole capture to its last; of a raw one only as far as it had to be read.
+    pub whole: Duration,
     /// Why the capture could not be read whole.
     pub problem: Option<String>,
 }
@@ -76,10 +78,13 @@ pub fn cut_raw(
     let mut reader = RawReader::new(source);
     let mut part = Part::default();
     while let Some(chunk) = reader.next_chunk().map_err(CutError::Read)? {
-        if to.is_some_and(|to| chunk.at >= to) {
+        part.whole = chunk.at;
+        let is_after = to.is_some_and(|to| chunk.at >= to);
+        // Where nothing was found, what is there is worth knowing.
+        if is_after && part.bytes > 0 {
             break;
         }
-        if chunk.at >= from {
+        if chunk.at >= from && !is_after {
             output.write_all(chunk.bytes).map_err(CutError::Write)?;
             part.bytes += chunk.bytes.len() as u64;
         }
@@ -279,6 +284,14 @@ struct Cutter<W: Write> {
     part: Part,
 }
 
+impl Part {
+    /// Whether nothing of the capture lies in the window.
+    #[must_use]
+    pub const fn is_empty(&self) -> bool {
+        self.bytes == 0 && self.messages == 0
+    }
+}
+
 impl<W: Write> Cutter<W> {
     fn copy_record(&mut self, opcode: u8, body: &[u8]) -> io::Result<()> {
         match opcode {
@@ -315,7 +328,9 @@ impl<W: Write> Cutter<W> {
 
     fn take(&mut self, message: Message) -> io::Result<()> {
         if message.received().is_some() {
-            self.start_ns.get_or_insert(message.times.0);
+            let start_ns = *self.start_ns.get_or_insert(message.times.0);
+            let passed = Duration::from_nanos(message.times.0.saturating_sub(start_ns));
+            self.part.whole = self.part.whole.max(passed);
         }
         let has_come = |when: Option<When>| when.is_some_and(|when| self.has_come(when, &message));
         let is_after = has_come(self.window.to);

@@ -1,5 +1,6 @@
 //! What can go wrong with a capture.
 
+use std::fmt;
 use std::fs::{File, OpenOptions};
 use std::io;
 use std::path::{Path, PathBuf};
@@ -14,6 +15,40 @@ pub enum Existing {
     Append,
     /// Write over it.
     Overwrite,
+}
+
+/// What became of a file that was taken away while it was written.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub enum Fate {
+    /// It has no name any more.
+    Removed,
+    /// It has another name.
+    Moved,
+    /// It has gone; the journal of that recording has not.
+    InJournal(PathBuf),
+    /// The journal alone has gone.
+    NoJournal,
+}
+
+impl fmt::Display for Fate {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::Removed => f.write_str(
+                "it was removed, and what was written until then cannot be reached: start a new recording",
+            ),
+            Self::Moved => f.write_str(
+                "it was moved or renamed, and what was written until then is where it is now: start a new recording",
+            ),
+            Self::InJournal(target) => write!(
+                f,
+                "its journal holds everything that was received: groundwave recover {}",
+                target.display()
+            ),
+            Self::NoJournal => f.write_str(
+                "the recording goes on without it, and a power cut would cost its last seconds",
+            ),
+        }
+    }
 }
 
 /// A capture could not be written or read.
@@ -86,6 +121,14 @@ pub enum CaptureError {
         /// What the operating system or the format says.
         error: io::Error,
     },
+    /// Somebody took the file away while it was written.
+    #[error("recording to {}: the file is gone; {fate}", path.display())]
+    Gone {
+        /// The file.
+        path: PathBuf,
+        /// What that means for what was written.
+        fate: Fate,
+    },
     /// The file cannot be opened.
     #[error("cannot open {}: {error}", path.display())]
     Open {
@@ -116,6 +159,9 @@ pub enum CaptureError {
         /// What does not hold.
         problem: String,
     },
+    /// The side-car of a recording in the place of a recording.
+    #[error("{} is the journal of a recording: groundwave recover {}", .0.display(), .0.display())]
+    Journal(PathBuf),
     /// An MCAP of something else.
     #[error("{} holds no {} channel of groundwave.RawBytes: not a Groundwave recording", .0.display(), super::mcap::RAW_RX)]
     NoRawBytes(PathBuf),

@@ -16,6 +16,7 @@ use std::path::Path;
 use std::sync::Arc;
 
 use super::CaptureError;
+use super::source::{Form, HEAD_BYTES};
 use crate::event::{Event, Moment};
 
 pub use mcap::McapTape;
@@ -191,12 +192,12 @@ pub fn read(source: Arc<dyn Source>, name: &Path) -> Result<Box<dyn Tape + Send>
         path: name.to_owned(),
         error,
     };
-    let mut head = [0; ::mcap::MAGIC.len()];
+    let mut head = [0; HEAD_BYTES];
     let length = read_at(&*source, 0, &mut head).map_err(read_error)?;
-    if length == head.len() && head == ::mcap::MAGIC {
-        return Ok(Box::new(McapTape::new(source, name)?));
-    }
-    Ok(Box::new(RawTape::new(source).map_err(read_error)?))
+    Ok(match Form::tell(&head[..length], name)? {
+        Form::Mcap => Box::new(McapTape::new(source, name)?),
+        Form::Raw => Box::new(RawTape::new(source).map_err(read_error)?),
+    })
 }
 
 /// As many bytes as there are from a place on, up to the length of the buffer.

@@ -1,6 +1,7 @@
 //! What a capture holds, at a glance.
 
 use std::io::{self, Write};
+use std::time::Duration;
 
 use groundwave_protocol::LINE_BYTES;
 use groundwave_protocol::decoder::{Counters, Decoder, Received};
@@ -39,7 +40,8 @@ pub struct Info {
     pub rejected: Rejected,
     /// Bytes from an intact line to the next, where there were any between them.
     pub resync: Option<Resync>,
-    /// Share of the way down in use, per cent; unknown of a raw capture, which knows no time.
+    /// Share of the way down in use, per cent; unknown of a raw capture, which knows no time, and where the
+    /// clock of the capture is not that of the radio: read from a pipe, or from a simulator that runs faster.
     pub airtime_down_pct: Option<f64>,
     /// What was sent; unknown of a raw capture.
     pub sent: Option<Sent>,
@@ -110,8 +112,8 @@ pub struct Sent {
     pub frames: u64,
     /// Those of them that had gone before.
     pub frames_again: u64,
-    /// Share of the way up in use, per cent.
-    pub airtime_up_pct: f64,
+    /// Share of the way up in use, per cent; unknown where that of the way down is.
+    pub airtime_up_pct: Option<f64>,
 }
 
 /// Who sent it.
@@ -208,8 +210,10 @@ impl Info {
         }
         if let Some(down_pct) = self.airtime_down_pct {
             write!(output, "airtime    {down_pct:.1} % down")?;
-            let up_pct = self.sent.map(|sent| sent.airtime_up_pct);
-            writeln!(output, ", {:.1} % up", up_pct.unwrap_or_default())?;
+            if let Some(up_pct) = self.sent.and_then(|sent| sent.airtime_up_pct) {
+                write!(output, ", {up_pct:.1} % up")?;
+            }
+            writeln!(output)?;
         }
         if let Some(sent) = self.sent.filter(|sent| sent.bytes > 0) {
             writeln!(
@@ -250,6 +254,17 @@ const SPEED_MAX_IN_S: f64 = 24.0;
 
 /// The count of ticks goes round after 4096; a longer silence than this at 20 Hz cannot be told.
 const TICKS_ROUND_S: u32 = 200;
+
+/// More of the radio than this cannot have been in use: clocks of serial ports differ by a few per cent.
+const SHARE_MAX_PCT: f64 = 105.0;
+
+/// So many bytes in a time, in per cent of what the radio can carry, if it can.
+fn plausible_share_pct(bytes: u64, time: Duration) -> Option<f64> {
+    if time.is_zero() && bytes > 0 {
+        return None;
+    }
+    Some(share_pct(bytes, time)).filter(|share_pct| *share_pct <= SHARE_MAX_PCT)
+}
 
 #[derive(Default)]
 struct Survey {
@@ -395,6 +410,10 @@ impl Survey {
         } else {
             0
         };
+        let after_first = seen.bytes - self.first_bytes.unwrap_or(0);
+        let airtime_down_pct = capture
+            .uplink()
+            .and_then(|_| plausible_share_pct(after_first, capture.end()));
         Info {
             form: capture.form(),
             duration_s: capture.end().as_secs_f64(),
@@ -407,14 +426,13 @@ impl Survey {
             loss_pct: per_cent(seen.lines_lost, lines + seen.lines_lost),
             rejected: Rejected::of(seen),
             resync: self.gaps.resync(),
-            airtime_down_pct: capture
-                .uplink()
-                .map(|_| share_pct(seen.bytes - self.first_bytes.unwrap_or(0), capture.end())),
+            airtime_down_pct,
             sent: capture.uplink().map(|uplink| Sent {
                 bytes: uplink.bytes(),
                 frames: uplink.frames(),
                 frames_again: uplink.frames_again(),
-                airtime_up_pct: share_pct(uplink.bytes(), capture.end()),
+                airtime_up_pct: airtime_down_pct
+                    .and_then(|_| plausible_share_pct(uplink.bytes(), capture.end())),
             }),
             robot: self.robot,
             restarts: self.restarts,

@@ -20,6 +20,7 @@ pub mod mcap_reader;
 pub mod messages;
 pub mod name;
 pub mod picture;
+mod presence;
 pub mod raw;
 pub mod recorder;
 pub mod recover;
@@ -37,7 +38,7 @@ pub mod walk;
 pub mod when;
 pub mod writer;
 
-pub use error::{CaptureError, Existing};
+pub use error::{CaptureError, Existing, Fate};
 pub use raw::RawWriter;
 pub use recorder::{Recorder, Session};
 pub use rotation::Rotation;

@@ -9,7 +9,7 @@ use groundwave_protocol::{BYTES_PER_S, LINE_BYTES};
 
 use super::error::create;
 use super::source::Chunk;
-use super::{CaptureError, Existing};
+use super::{CaptureError, Existing, presence};
 
 /// Appends what is read from the radio to a file, each read in one write and without a buffer, so that
 /// a killed program has lost nothing.
@@ -19,6 +19,8 @@ pub struct RawWriter {
     file: File,
     bytes: u64,
     problem: Option<CaptureError>,
+    /// The file is not where its name says.
+    gone: Option<CaptureError>,
 }
 
 impl RawWriter {
@@ -33,6 +35,7 @@ impl RawWriter {
             path,
             bytes: 0,
             problem: None,
+            gone: None,
         })
     }
 
@@ -66,13 +69,22 @@ impl RawWriter {
         Ok(())
     }
 
+    /// Looks whether the file is still where its name says; [`Self::problem`] tells. What comes is written
+    /// on even if it is not, for a file that was only moved has it.
+    pub fn look(&mut self) {
+        if self.gone.is_none() {
+            self.gone = presence::check(&self.file, &self.path).err();
+        }
+    }
+
     /// Waits until the disk has everything; returns how many bytes that is.
     ///
     /// # Errors
-    /// What went wrong since the start, or that the disk will not. A pipe or a device that knows nothing
+    /// What went wrong since the start, that the file was taken away, or that the disk will not. A pipe or a device that knows nothing
     /// of disks has had its bytes when it took them.
-    pub fn finish(self) -> Result<u64, CaptureError> {
-        if let Some(problem) = self.problem {
+    pub fn finish(mut self) -> Result<u64, CaptureError> {
+        self.look();
+        if let Some(problem) = self.problem.or(self.gone) {
             return Err(problem);
         }
         let Err(error) = self.file.sync_data() else {
@@ -106,10 +118,11 @@ impl RawWriter {
         self.bytes
     }
 
-    /// Why writing has ended, if it has.
+    /// Why writing has ended, or why it leads nowhere.
     #[must_use]
     pub fn problem(&self) -> Option<String> {
-        self.problem.as_ref().map(ToString::to_string)
+        let problem = self.problem.as_ref().or(self.gone.as_ref());
+        problem.map(ToString::to_string)
     }
 }
 

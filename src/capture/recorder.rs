@@ -50,6 +50,7 @@ pub struct Recorder {
     queued: u64,
     dropped: u64,
     flush_at: Option<Moment>,
+    look_at: Option<Moment>,
 }
 
 impl Recorder {
@@ -132,6 +133,7 @@ impl Recorder {
             queued: 0,
             dropped: 0,
             flush_at: None,
+            look_at: None,
         })
     }
 
@@ -203,8 +205,13 @@ impl Recorder {
         self.flush_at.filter(|_| is_dirty)
     }
 
-    /// Flushes what has waited long enough.
+    /// Flushes what has waited long enough, and looks now and then whether the files are still there. To be
+    /// called every second or so, also while nothing comes in.
     pub fn handle_timeout(&mut self, now: Moment) {
+        let look_at = *self.look_at.get_or_insert(now + FLUSH_PERIOD);
+        if now >= look_at && self.try_push(Order::Look) {
+            self.look_at = Some(now + FLUSH_PERIOD);
+        }
         if self.flush_at.is_some_and(|at| now >= at) && self.try_push(Order::Flush) {
             self.flush_at = None;
         }

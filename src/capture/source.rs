@@ -8,6 +8,7 @@ use std::time::Duration;
 use groundwave_protocol::decoder::{Decoder, Received};
 
 use super::CaptureError;
+use super::journal::Kind;
 use super::mcap_reader::{McapProblem, McapReader};
 use super::raw::RawReader;
 use crate::statistics::Uplink;
@@ -30,6 +31,34 @@ pub enum Form {
     Raw,
     /// With times, in MCAP.
     Mcap,
+}
+
+/// Bytes from the beginning of a capture that tell what it is.
+pub const HEAD_BYTES: usize = ::mcap::MAGIC.len();
+
+/// The first entry of every journal begins so; its length, a number of 32 bits, follows.
+const JOURNAL_HEAD: [u8; 2] = [0x1E, Kind::Session as u8];
+
+/// No station says so much about a session.
+const SESSION_BYTES_MAX: u32 = 1024 * 1024;
+
+impl Form {
+    /// Tells the form by the first [`HEAD_BYTES`], or all there are; the name is for messages.
+    ///
+    /// # Errors
+    /// When it is the journal of a recording, which must not be taken for what the radio delivered.
+    pub fn tell(head: &[u8], name: &Path) -> Result<Self, CaptureError> {
+        if head == ::mcap::MAGIC {
+            return Ok(Self::Mcap);
+        }
+        let length = head
+            .strip_prefix(&JOURNAL_HEAD)
+            .and_then(|rest| rest.first_chunk());
+        if length.is_some_and(|length| u32::from_le_bytes(*length) <= SESSION_BYTES_MAX) {
+            return Err(CaptureError::Journal(name.to_owned()));
+        }
+        Ok(Self::Raw)
+    }
 }
 
 type Source = io::Chain<Cursor<Vec<u8>>, Box<dyn Read + Send>>;
@@ -66,7 +95,7 @@ impl Capture {
     /// Reads a capture from anywhere; the name is for messages.
     ///
     /// # Errors
-    /// When its beginning cannot be read.
+    /// When its beginning cannot be read, or is that of a journal.
     pub fn read(
         name: impl Into<PathBuf>,
         mut source: Box<dyn Read + Send>,
@@ -75,17 +104,16 @@ impl Capture {
         let mut head = Vec::new();
         if let Err(error) = source
             .by_ref()
-            .take(::mcap::MAGIC.len() as u64)
+            .take(HEAD_BYTES as u64)
             .read_to_end(&mut head)
         {
             return Err(CaptureError::Read { path, error });
         }
-        let is_mcap = head == ::mcap::MAGIC;
+        let form = Form::tell(&head, &path)?;
         let source = Cursor::new(head).chain(source);
-        let reader = if is_mcap {
-            Reader::Mcap(Box::new(McapReader::new(source)))
-        } else {
-            Reader::Raw(RawReader::new(source))
+        let reader = match form {
+            Form::Mcap => Reader::Mcap(Box::new(McapReader::new(source))),
+            Form::Raw => Reader::Raw(RawReader::new(source)),
         };
         Ok(Self {
             path,

@@ -6,7 +6,7 @@ use std::path::Path;
 
 use super::cli::Compare;
 use super::runs::labelled;
-use super::{Exit, Fault, keeping};
+use super::{Exit, Fault, keeping, say};
 use crate::capture::Capture;
 use crate::capture::runs::comparison::{Apart, Figures};
 use crate::capture::runs::overlay::overlay;
@@ -17,8 +17,8 @@ use crate::capture::runs::{Comparison, Track};
 const SKETCH: (usize, usize) = (78, 30);
 
 pub(super) fn run(options: &Compare) -> Result<(), Fault> {
-    let (first, a) = read(&options.first)?;
-    let (second, b) = read(&options.second)?;
+    let (first, a, first_problem) = read(&options.first)?;
+    let (second, b, second_problem) = read(&options.second)?;
     let names = [&first, &second].map(|run| run.name.clone().unwrap_or(run.capture.clone()));
     if let Some(path) = &options.svg {
         let drawing = overlay([&a, &b], [&names[0], &names[1]]);
@@ -28,18 +28,29 @@ pub(super) fn run(options: &Compare) -> Result<(), Fault> {
         runs: [first, second],
         apart: Apart::between(&a, &b),
     };
-    show(&comparison, [&a, &b], options.json).or_else(|error| Fault::output(&error))
+    show(&comparison, [&a, &b], options.json).or_else(|error| Fault::output(&error))?;
+    // What could be read has been compared, and that it is not all is told.
+    match (first_problem, second_problem) {
+        (None, None) => Ok(()),
+        (Some(problem), None) | (None, Some(problem)) => Err(problem),
+        (Some(first), Some(second)) => {
+            say(format_args!("groundwave: {first}"));
+            Err(second)
+        }
+    }
 }
 
-fn read(path: &Path) -> Result<(Figures, Track), Fault> {
+/// What could be read, and why that is not all.
+fn read(path: &Path) -> Result<(Figures, Track, Option<Fault>), Fault> {
     let label = labelled(path)?;
     let mut capture = Capture::open(path).map_err(keeping::fault)?;
-    let (track, seen) = Track::read(&mut capture).map_err(keeping::fault)?;
+    let (track, seen, problem) = Track::read(&mut capture);
+    let problem = problem.map(keeping::fault);
     if track.points().is_empty() {
-        return Err(Fault::no_lines(path, seen.bytes));
+        return Err(problem.unwrap_or_else(|| Fault::no_lines(path, seen.bytes)));
     }
     let figures = Figures::of(path.display().to_string(), label, &track);
-    Ok((figures, track))
+    Ok((figures, track, problem))
 }
 
 fn show(comparison: &Comparison, tracks: [&Track; 2], json: bool) -> io::Result<()> {

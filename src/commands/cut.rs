@@ -1,6 +1,7 @@
 //! `cut`: a part of captures, by time.
 
 use std::ops::ControlFlow;
+use std::path::Path;
 
 use super::cli::Cut;
 use super::output::{Output, Target, targets};
@@ -35,6 +36,7 @@ pub(super) fn run(options: &Cut) -> Result<(), Fault> {
                 Form::Raw => cut_raw(source, window, &mut output),
             };
             match part {
+                Ok(part) if part.is_empty() => Err(nothing(path, &part)),
                 Ok(part) => output.finish().map(|()| part),
                 Err(CutError::Write(error)) => output.fault(&error).map(|()| Part::default()),
                 Err(CutError::Read(error)) => Err(opening::cannot_read(path, error)),
@@ -56,6 +58,20 @@ pub(super) fn run(options: &Cut) -> Result<(), Fault> {
                 None => Ok(ControlFlow::Continue(())),
             }
         },
+    )
+}
+
+/// A part without anything in it is no capture.
+fn nothing(path: &Path, part: &Part) -> Fault {
+    if let Some(problem) = &part.problem {
+        return opening::not_whole(path, problem);
+    }
+    let seconds = part.whole.as_secs();
+    let (minutes, seconds) = (seconds / 60, seconds % 60);
+    let path = path.display();
+    Fault::new(
+        Exit::Usage,
+        format!("{path}: the capture is {minutes}:{seconds:02} long; nothing of it lies there"),
     )
 }
 

@@ -2,7 +2,7 @@
 
 use std::collections::BTreeMap;
 use std::io::ErrorKind;
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 use std::time::{Instant, SystemTime};
 
 use super::cli::Keeping;
@@ -23,6 +23,9 @@ pub(super) fn open(
         .record
         .as_ref()
         .map(|file| file.clone().unwrap_or_else(automatic_name));
+    for path in [&options.tee, &mcap].into_iter().flatten() {
+        check_name(path)?;
+    }
     let keep = KeepOptions {
         tee: options.tee.clone(),
         mcap,
@@ -34,6 +37,18 @@ pub(super) fn open(
         remembered: config.recording.remembered(),
     };
     Keeper::open(&keep, started).map_err(fault)
+}
+
+/// A recording is a file; elsewhere `-` is standard output, and a file of that name would surprise.
+pub(super) fn check_name(path: &Path) -> Result<(), Fault> {
+    if path != Path::new("-") {
+        return Ok(());
+    }
+    Err(Fault::new(
+        Exit::Usage,
+        "nothing is recorded to standard output: what arrives there is shown by `groundwave watch - --headless` \
+         or passed on by `cat`; a file of that name is ./-",
+    ))
 }
 
 /// When a recording goes on in another file: as it was said, or as it is configured.
@@ -61,6 +76,7 @@ pub(super) fn fault(error: CaptureError) -> Fault {
         | CaptureError::SameFile(_)
         | CaptureError::InUse(_)
         | CaptureError::CannotAppend(_)
+        | CaptureError::Journal(_)
         | CaptureError::Open { .. } => Exit::Usage,
         CaptureError::Read { ref error, .. } if error.kind() == ErrorKind::IsADirectory => {
             Exit::Usage

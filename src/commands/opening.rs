@@ -6,7 +6,7 @@ use std::path::Path;
 
 use super::progress::Progress;
 use super::{Exit, Fault, keeping};
-use crate::capture::source::Form;
+use crate::capture::source::{Form, HEAD_BYTES};
 use crate::capture::{Capture, CaptureError};
 
 /// A file or a stream.
@@ -40,14 +40,10 @@ pub(super) fn tell_form(path: &Path, mut source: Source) -> Result<(Form, Source
     let mut head = Vec::new();
     source
         .by_ref()
-        .take(::mcap::MAGIC.len() as u64)
+        .take(HEAD_BYTES as u64)
         .read_to_end(&mut head)
         .map_err(|error| cannot_read(path, error))?;
-    let form = if head == ::mcap::MAGIC {
-        Form::Mcap
-    } else {
-        Form::Raw
-    };
+    let form = Form::tell(&head, path).map_err(keeping::fault)?;
     Ok((form, Box::new(Cursor::new(head).chain(source))))
 }
 

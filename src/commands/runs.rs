@@ -22,18 +22,14 @@ pub(super) fn run(options: &Runs) -> Result<(), Fault> {
     for path in &options.paths {
         for capture in captures(path)? {
             match read(&capture) {
-                Ok(figures) => {
+                Ok((figures, problem)) => {
                     if let Err(error) = write(&mut out, &figures, options.json, shown == 0) {
                         return Fault::output(&error);
                     }
                     shown += 1;
+                    note(&mut fault, problem);
                 }
-                // One bad file does not hide the others: the last fault is left to the caller.
-                Err(found) => {
-                    if let Some(earlier) = fault.replace(found) {
-                        say(format_args!("groundwave: {earlier}"));
-                    }
-                }
+                Err(found) => note(&mut fault, Some(found)),
             }
         }
     }
@@ -43,16 +39,33 @@ pub(super) fn run(options: &Runs) -> Result<(), Fault> {
     fault.map_or(Ok(()), Err)
 }
 
+/// One bad file does not hide the others: the last fault is left to the caller.
+fn note(fault: &mut Option<Fault>, found: Option<Fault>) {
+    if let Some(found) = found
+        && let Some(earlier) = fault.replace(found)
+    {
+        say(format_args!("groundwave: {earlier}"));
+    }
+}
+
 /// What is said of a capture.
 pub(super) fn labelled(capture: &Path) -> Result<Label, Fault> {
     Label::of(capture).map_err(|error| Fault::new(Exit::Usage, error))
 }
 
-fn read(path: &Path) -> Result<Figures, Fault> {
+/// What could be read, and why that is not all.
+fn read(path: &Path) -> Result<(Figures, Option<Fault>), Fault> {
     let label = labelled(path)?;
     let mut capture = Capture::open(path).map_err(keeping::fault)?;
-    let (track, _) = Track::read(&mut capture).map_err(keeping::fault)?;
-    Ok(Figures::of(path.display().to_string(), label, &track))
+    let (track, _, problem) = Track::read(&mut capture);
+    let problem = problem.map(keeping::fault);
+    match problem {
+        Some(problem) if track.points().is_empty() => Err(problem),
+        problem => Ok((
+            Figures::of(path.display().to_string(), label, &track),
+            problem,
+        )),
+    }
 }
 
 /// A file as it is named; of a folder the captures in it, by name.

@@ -25,6 +25,8 @@ impl Model {
         let (raised, changed) = self.alarms.watch(&facts, &self.config.limits);
         for (rule, value) in raised {
             self.calls = true;
+            // One of the highest level counts where it is logged.
+            self.counted.tally.alarms += u64::from(rule.level != Level::Alarm);
             if let Some(text) = rule.log_text(value, &self.config.limits) {
                 self.log.add(now, rule.level, Subject::Alarm, text);
             }

@@ -20,7 +20,7 @@ const SPEEDS: [f64; 14] = [
 /// What whoever commands a capture is told.
 pub(super) const NO_ROBOT: &str = "a capture has no robot: nothing is sent";
 
-/// What counts as a landmark and is not told by what the model shows.
+/// What counts as a landmark and is not told by what the model shows: of alarms, those that are logged as less.
 #[derive(Clone, Copy, Debug, Default)]
 pub(super) struct Counted {
     pub(super) tally: Tally,
@@ -59,7 +59,7 @@ impl Model {
     #[must_use]
     pub const fn tally(&self) -> Tally {
         Tally {
-            alarms: self.log.alarms(),
+            alarms: self.log.alarms() + self.counted.tally.alarms,
             ..self.counted.tally
         }
     }

@@ -22,6 +22,9 @@ use history::History;
 /// How much of what came before is in a recording that is begun from the dashboard.
 pub const REMEMBERED: Duration = Duration::from_mins(10);
 
+/// How soon somebody is told that the file of the tee was taken away.
+const LOOK_PERIOD: Duration = Duration::from_secs(8);
+
 /// What to keep, and where.
 #[derive(Clone, Debug)]
 pub struct KeepOptions {
@@ -71,6 +74,8 @@ struct Inner {
     options: KeepOptions,
     started: Instant,
     started_wall: SystemTime,
+    /// When the tee is looked for again.
+    look_at: Moment,
     /// A recording is being begun on another thread.
     is_beginning: bool,
     /// Threads that begin, end or recover a recording.
@@ -119,6 +124,7 @@ impl Keeper {
             options: options.clone(),
             started,
             started_wall,
+            look_at: LOOK_PERIOD,
             is_beginning: false,
             threads: Vec::new(),
             notices: VecDeque::new(),
@@ -356,6 +362,12 @@ impl Inner {
         let (now, _) = self.times(Instant::now());
         if let Some(recorder) = &mut self.recorder {
             recorder.handle_timeout(now);
+        }
+        if let Some(tee) = &mut self.tee
+            && now >= self.look_at
+        {
+            tee.look();
+            self.look_at = now + LOOK_PERIOD;
         }
         let name = |path: &Path| path.display().to_string();
         let tee_problem = self.tee.as_ref().and_then(RawWriter::problem);

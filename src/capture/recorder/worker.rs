@@ -8,8 +8,9 @@ use std::sync::mpsc::Receiver;
 use std::sync::{Arc, Mutex, PoisonError};
 
 use super::super::composer::{Composer, Session};
-use super::super::error::{CaptureError, Existing};
+use super::super::error::{CaptureError, Existing, Fate};
 use super::super::journal::Entry;
+use super::super::presence;
 use super::super::recover::{self, Paths};
 use super::super::topics::Deriver;
 
@@ -21,6 +22,8 @@ pub(super) enum Order {
     Entries(Vec<Entry>),
     /// Everything onto the disk.
     Flush,
+    /// Are the files still where their names say?
+    Look,
     /// Finish this part and go on in another.
     Rotate(Box<Part>),
     /// Leave nothing behind.
@@ -125,6 +128,7 @@ impl Worker {
                 Order::Entry(entry) => self.take(std::slice::from_ref(&entry))?,
                 Order::Entries(entries) => self.take(&entries)?,
                 Order::Flush => self.flush()?,
+                Order::Look => self.look()?,
             }
             self.shared.done.fetch_add(1, Ordering::Release);
         }
@@ -160,9 +164,36 @@ impl Worker {
             .map_err(|error| write_error(&self.part.paths.partial, error))
     }
 
+    /// A recording whose file is gone ends; without its journal it goes on, and says so.
+    fn look(&self) -> Result<(), CaptureError> {
+        if self.composer.is_none() {
+            return Ok(());
+        }
+        let paths = &self.part.paths;
+        let journal = self.part.journal.as_ref();
+        let journal = journal.map(|journal| presence::check(journal, &paths.journal));
+        match (presence::check(&self.file, &paths.partial), journal) {
+            (Ok(()), None | Some(Ok(()))) => Ok(()),
+            (Ok(()), Some(Err(_))) => {
+                let gone = CaptureError::Gone {
+                    path: paths.journal.clone(),
+                    fate: Fate::NoJournal,
+                };
+                self.shared.set_problem(gone.to_string());
+                Ok(())
+            }
+            (Err(_), Some(Ok(()))) => Err(CaptureError::Gone {
+                path: paths.partial.clone(),
+                fate: Fate::InJournal(paths.target.clone()),
+            }),
+            (Err(gone), None | Some(Err(_))) => Err(gone),
+        }
+    }
+
     /// Writes the index, waits for the disk, reads everything back, and only then gives the file its
     /// name and lets the journal go.
     fn finish_part(&mut self) -> Result<Option<Deriver>, CaptureError> {
+        self.look()?;
         let Some(composer) = self.composer.take() else {
             return Ok(None);
         };

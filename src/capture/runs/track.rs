@@ -63,22 +63,20 @@ impl Default for Track {
 }
 
 impl Track {
-    /// Reads a whole capture; returns what was seen beside it.
-    ///
-    /// # Errors
-    /// When the capture cannot be read to its end.
-    pub fn read(capture: &mut Capture) -> Result<(Self, Counters), CaptureError> {
+    /// Reads a whole capture; returns what was seen beside it, and why that is not all. A capture that is
+    /// damaged gives the rest of it.
+    pub fn read(capture: &mut Capture) -> (Self, Counters, Option<CaptureError>) {
         let mut track = Self::default();
         let mut decoder = Decoder::default();
-        capture.for_each_line(&mut decoder, |at, received| {
+        let read = capture.for_each_line(&mut decoder, |at, received| {
             if let Received::Line(line, _) = received
                 && let Body::State(state) = &line.body
             {
                 track.take(at, line.sequence, state);
             }
             Ok::<(), CaptureError>(())
-        })?;
-        Ok((track, *decoder.counters()))
+        });
+        (track, *decoder.counters(), read.err())
     }
 
     /// Takes a line A with its number.

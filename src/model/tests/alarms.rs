@@ -124,6 +124,7 @@ fn silence_and_thrashing_are_alarms_too() {
     scene.hear();
     assert_eq!(raised(&scene), [("robot silent", false, false)]);
     scene.type_text("A");
+    let before = scene.model.tally().alarms;
     // Sixteen seconds of it, at three lines a second.
     for n in 0..54 {
         let (quiet, holds) = [
@@ -134,6 +135,7 @@ fn silence_and_thrashing_are_alarms_too() {
         scene.hear();
     }
     assert_eq!(raised(&scene), [("layers thrash", true, false)]);
+    assert_eq!(scene.model.tally().alarms, before + 1, "to be jumped to");
 }
 
 #[test]

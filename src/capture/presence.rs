@@ -1,0 +1,63 @@
+//! Whether a file under way is still where its name says.
+//!
+//! Writing to a file that somebody has removed fails on no system: the bytes go where nobody can reach them.
+
+use std::fs::{self, File, Metadata};
+use std::io;
+use std::path::Path;
+
+use super::CaptureError;
+use super::error::Fate;
+
+/// Checks that the name still leads to the open file. Pipes and devices hold nothing that could go, and
+/// what cannot be looked at just now is not called gone.
+///
+/// # Errors
+/// [`CaptureError::Gone`].
+pub(super) fn check(file: &File, path: &Path) -> Result<(), CaptureError> {
+    let Some(open) = file.metadata().ok().filter(Metadata::is_file) else {
+        return Ok(());
+    };
+    let is_there = match fs::metadata(path) {
+        Ok(named) => is_same(&open, &named),
+        Err(error) => !matches!(
+            error.kind(),
+            io::ErrorKind::NotFound | io::ErrorKind::NotADirectory
+        ),
+    };
+    if is_there {
+        return Ok(());
+    }
+    Err(CaptureError::Gone {
+        path: path.to_owned(),
+        fate: if has_name(&open) {
+            Fate::Moved
+        } else {
+            Fate::Removed
+        },
+    })
+}
+
+#[cfg(unix)]
+fn is_same(a: &Metadata, b: &Metadata) -> bool {
+    use std::os::unix::fs::MetadataExt;
+    (a.dev(), a.ino()) == (b.dev(), b.ino())
+}
+
+/// Elsewhere a file that is open keeps its name, as a rule; that there is one has to do.
+#[cfg(not(unix))]
+fn is_same(_: &Metadata, _: &Metadata) -> bool {
+    true
+}
+
+/// Whether the file has any name left.
+#[cfg(unix)]
+fn has_name(open: &Metadata) -> bool {
+    use std::os::unix::fs::MetadataExt;
+    open.nlink() > 0
+}
+
+#[cfg(not(unix))]
+fn has_name(_: &Metadata) -> bool {
+    false
+}
