@@ -321,6 +321,86 @@ fn a_flipped_bit_in_the_journal_or_the_unfinished_file_costs_nothing() {
     }
 }
 
+/// Byte and length of every chunk that holds, by others' code.
+fn chunks(path: &Path) -> Vec<(usize, usize)> {
+    let bytes = fs::read(path).unwrap();
+    let mut reader = mcap::sans_io::LinearReader::new_with_options(
+        LinearReaderOptions::default().with_emit_chunks(true),
+    );
+    let mut found = Vec::new();
+    let mut at = mcap::MAGIC.len();
+    let mut rest = &bytes[..];
+    while let Some(event) = reader.next_event() {
+        match event.unwrap() {
+            mcap::sans_io::LinearReadEvent::ReadRequest(need) => {
+                let have = need.min(rest.len());
+                if have == 0 {
+                    break;
+                }
+                reader.insert(have).copy_from_slice(&rest[..have]);
+                reader.notify_read(have);
+                rest = &rest[have..];
+            }
+            mcap::sans_io::LinearReadEvent::Record { data, opcode } => {
+                if opcode == mcap::records::op::CHUNK {
+                    found.push((at, data.len() + 9));
+                }
+                at += data.len() + 9;
+            }
+        }
+    }
+    found
+}
+
+/// Both files are damaged, and each has what the other lacks: nothing is lost, unless it is lost in both,
+/// and the rest is as if nothing had happened.
+#[test]
+fn what_either_file_has_is_saved() {
+    let folder = TempDir::new().unwrap();
+    let stream = streams::noisy(400, 7);
+    let paths = killed(folder.path(), &stream);
+    let whole = messages(&finished(folder.path(), &stream));
+    let partial = fs::read(&paths.partial).unwrap();
+    let journal = fs::read(&paths.journal).unwrap();
+    let chunks = chunks(&paths.partial);
+    assert!(chunks.len() > 5, "{} chunks", chunks.len());
+    let mut dice = Dice(5);
+    let mut complete = 0;
+    for round in 0..120 {
+        let copy = Paths::of(&folder.path().join(format!("both-{round}.mcap")));
+        let (mut partial, mut journal) = (partial.clone(), journal.clone());
+        for _ in 0..=round % 2 {
+            let (start, length) = chunks[dice.roll(chunks.len())];
+            partial[start + length / 2] ^= 4;
+        }
+        for _ in 0..=round % 3 {
+            let byte = dice.roll(journal.len());
+            journal[byte] ^= 1 << dice.roll(8);
+        }
+        fs::write(&copy.partial, &partial).unwrap();
+        fs::write(&copy.journal, &journal).unwrap();
+        let recovery = recover(&copy.target).unwrap();
+        let what = format!("round {round}: {recovery:?}");
+        assert_honest(&recovery, &stream, &what);
+        let lost = stream.len() as u64 - recovery.rx_bytes;
+        assert!(lost <= 33 * (round as u64 % 3 + 1), "{what}");
+        let have = messages(&copy.target);
+        if lost == 0 {
+            complete += 1;
+            let lines = (have["/telemetry"].len(), whole["/telemetry"].len());
+            assert!(lines.0 + 3 >= lines.1, "{lines:?} {what}");
+        }
+        let uplinks = (have["/uplink"].len(), whole["/uplink"].len());
+        assert!(
+            uplinks.0 <= uplinks.1 && uplinks.0 + 3 >= uplinks.1,
+            "{uplinks:?} {what}"
+        );
+        let kept = recovery.journal_kept.unwrap();
+        assert_eq!(fs::read(kept).unwrap(), journal, "{what}");
+    }
+    assert!(complete > 60, "{complete} of 120 are complete");
+}
+
 /// Whatever a recovery has got done when it is interrupted, another makes the same of it.
 #[test]
 fn recovery_can_be_interrupted_anywhere() {

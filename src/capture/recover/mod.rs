@@ -2,11 +2,12 @@
 //!
 //! A recording called `run.mcap` is `run.mcap.partial` while it is written, with everything that came in, in
 //! `run.mcap.journal`. After a crash both are there. Where the journal holds, the recording is made anew
-//! from it; otherwise every chunk that holds is taken over as it is, and what the journal has beyond them
-//! is added. The result is written to `run.mcap.recovering`, synced, and renamed in one step; only then do
+//! from it; otherwise every chunk that holds is taken over as it is, and what the journal has before,
+//! between and behind them is put there. The result is written to `run.mcap.recovering`, synced, and renamed in one step; only then do
 //! the others go. Whenever this is interrupted, doing it again gives the same.
 
 mod files;
+mod fill;
 mod report;
 mod scan;
 mod survey;
@@ -29,12 +30,13 @@ pub use walk::Damage;
 
 use super::CaptureError;
 use super::composer::{Composer, Session};
-use super::journal::{Entry, Kind};
+use super::journal::{Entry, Kind, Waste};
 use super::messages::{RawBytes, UplinkEvent, UplinkStep};
 use super::topics::{Deriver, StationEvent, Topic};
 use super::writer::records::{HEAD_BYTES, Reader};
 use super::writer::{Attachment, McapWriter};
 use files::{Locks, with_suffix};
+use fill::{Balance, ChunkStart, Filler};
 use scan::{Raw, Scan, Topics};
 use survey::{Survey, for_each_entry};
 use temporary::Temporary;
@@ -79,6 +81,8 @@ pub struct Recovery {
     pub journal_damaged_bytes: u64,
     /// Where the old file is, when something of it was of no use.
     pub original: Option<PathBuf>,
+    /// Where its journal is, when something of that was damaged.
+    pub journal_kept: Option<PathBuf>,
 }
 
 /// A step in the stream of received bytes.
@@ -161,7 +165,11 @@ fn recover_interrupted(paths: &Paths) -> Result<Recovery, CaptureError> {
         .map_or((0, 0), |scan| (scan.rx_end, scan.tx_end));
     match (survey, scan) {
         (Some(survey), scan)
-            if survey.is_complete() && survey.rx_end >= rx_end && survey.tx_end >= tx_end =>
+            if scan.as_ref().is_none_or(|scan| scan.chunks == 0)
+                || (survey.is_complete()
+                    && !survey.waste.has_damage()
+                    && survey.rx_end >= rx_end
+                    && survey.tx_end >= tx_end) =>
         {
             let mut recovery = from_journal(paths, &survey)?;
             recovery.damage = scan.map(|scan| scan.damage).unwrap_or_default();
@@ -169,12 +177,7 @@ fn recover_interrupted(paths: &Paths) -> Result<Recovery, CaptureError> {
             Ok(recovery)
         }
         (_, Some(scan)) => repair(paths, &paths.partial, scan),
-        (Some(survey), None) => {
-            let recovery = from_journal(paths, &survey)?;
-            tidy_up(paths)?;
-            Ok(recovery)
-        }
-        (None, None) => Err(CaptureError::Open {
+        (_, None) => Err(CaptureError::Open {
             path: paths.target.clone(),
             error: io::ErrorKind::NotFound.into(),
         }),
@@ -212,8 +215,9 @@ fn from_journal(paths: &Paths, survey: &Survey) -> Result<Recovery, CaptureError
         chunks_kept: 0,
         damage: Vec::new(),
         rx_from_journal: survey.rx_end - missing,
-        journal_damaged_bytes: survey.damaged_bytes,
+        journal_damaged_bytes: survey.waste.bytes,
         original: None,
+        journal_kept: keep_journal(paths, survey.waste)?,
     };
     recovery.messages = finish(composer, &recovery, &temporary)?;
     temporary.put_in_place(paths)?;
@@ -221,7 +225,7 @@ fn from_journal(paths: &Paths, survey: &Survey) -> Result<Recovery, CaptureError
 }
 
 /// Takes over what holds of `source`, and adds what a journal has beyond it.
-fn repair(paths: &Paths, source: &Path, scan: Scan) -> Result<Recovery, CaptureError> {
+fn repair(paths: &Paths, source: &Path, mut scan: Scan) -> Result<Recovery, CaptureError> {
     if scan.chunks == 0 && !paths.journal.exists() {
         return Err(CaptureError::NothingLeft(source.to_owned()));
     }
@@ -241,44 +245,42 @@ fn repair(paths: &Paths, source: &Path, scan: Scan) -> Result<Recovery, CaptureE
             .handle_event(scan.earliest_ns, &note)
             .map_err(failed)?;
     }
+    let mut filler = Filler::open(&paths.journal, std::mem::take(&mut scan.events))?;
+    let mut starts = std::mem::take(&mut scan.starts).into_iter();
+    let mut balance = Balance::default();
     let mut walker = open(source)?;
     let read_error = |error| CaptureError::Read {
         path: source.to_owned(),
         error,
     };
     while let Some(found) = walker.next().map_err(read_error)? {
-        copy(&mut composer, &mut topics, &found).map_err(failed)?;
+        if matches!(found, Found::Chunk(_))
+            && let Some(start) = starts.next()
+        {
+            filler.fill_up_to(&mut composer, &start, &mut balance, &temporary.path)?;
+        }
+        copy(&mut composer, &mut topics, &found, &mut balance).map_err(failed)?;
     }
-    let before = composer.deriver().rx_bytes();
-    let mut journal_damaged_bytes = 0;
-    let mut late = Vec::new();
-    if paths.journal.exists() {
-        journal_damaged_bytes = for_each_entry(&paths.journal, |entry| {
-            let is_event = matches!(entry.kind, Kind::Uplink | Kind::Log);
-            if is_event && entry.at_ns <= scan.latest_ns {
-                return Ok(());
-            }
-            if entry.kind == Kind::Rx && entry.offset > composer.deriver().rx_bytes() {
-                late.push(Missing {
-                    offset: composer.deriver().rx_bytes(),
-                    bytes: entry.offset - composer.deriver().rx_bytes(),
-                });
-            }
-            composer.handle_entry(entry).map_err(failed)
-        })?;
-    }
-    let after = composer.deriver().rx_bytes();
+    filler.fill_up_to(
+        &mut composer,
+        &ChunkStart::END,
+        &mut balance,
+        &temporary.path,
+    )?;
+    let waste = filler.waste();
     let mut recovery = scan.report(paths, Outcome::Partly);
     let is_clean = recovery.damage.iter().all(|damage| damage.bytes == 0);
-    let stepped: u64 = late.iter().map(|missing| missing.bytes).sum();
-    recovery.rx_missing.extend(late);
-    recovery.rx_from_journal = after.saturating_sub(before + stepped);
-    recovery.rx_bytes += recovery.rx_from_journal;
-    recovery.journal_damaged_bytes = journal_damaged_bytes;
+    let missing: u64 = balance.rx_missing.iter().map(|missing| missing.bytes).sum();
+    recovery.rx_bytes = composer.deriver().rx_bytes() - missing;
+    recovery.tx_bytes = composer.deriver().tx_bytes() - balance.tx_missing;
+    recovery.rx_missing = balance.rx_missing;
+    recovery.rx_from_journal = balance.rx_from_journal;
+    recovery.journal_damaged_bytes = waste.map_or(0, |waste| waste.bytes);
     // A record that was being written when everything stopped is no loss if the journal has what was in it.
     let is_interrupted = source == paths.partial;
     let has_journal = is_interrupted && paths.journal.exists();
-    if recovery.rx_missing.is_empty() && (is_clean || has_journal) {
+    let is_held = is_clean || (has_journal && waste.is_some_and(|waste| !waste.has_damage()));
+    if recovery.rx_missing.is_empty() && balance.tx_missing == 0 && is_held {
         recovery.outcome = Outcome::Recovered;
     }
     let has_damage = recovery
@@ -286,7 +288,10 @@ fn repair(paths: &Paths, source: &Path, scan: Scan) -> Result<Recovery, CaptureE
         .iter()
         .any(|damage| !is_interrupted || damage.offset + damage.bytes < walker.length());
     if has_damage {
-        recovery.original = Some(keep_original(paths, source)?);
+        recovery.original = Some(keep(source, &paths.target)?);
+    }
+    if let Some(waste) = waste {
+        recovery.journal_kept = keep_journal(paths, waste)?;
     }
     recovery.messages = finish(composer, &recovery, &temporary)?;
     temporary.put_in_place(paths)?;
@@ -299,11 +304,14 @@ fn copy<W: io::Write>(
     composer: &mut Composer<W>,
     topics: &mut Topics,
     found: &Found<'_>,
+    balance: &mut Balance,
 ) -> io::Result<()> {
     match found {
         Found::Chunk(chunk) => {
             composer.writer().copy_chunk(chunk)?;
-            topics.for_each_message(chunk.content, |message| recall(composer, &message));
+            topics.for_each_message(chunk.content, |message| {
+                recall(composer, &message, balance);
+            });
             Ok(())
         }
         Found::Schema(record) => {
@@ -346,7 +354,7 @@ fn copy<W: io::Write>(
     }
 }
 
-fn recall<W: io::Write>(composer: &mut Composer<W>, message: &Raw<'_>) {
+fn recall<W: io::Write>(composer: &mut Composer<W>, message: &Raw<'_>, balance: &mut Balance) {
     let entry = |kind, offset, data| Entry {
         kind,
         at_ns: message.log_time_ns,
@@ -367,6 +375,11 @@ fn recall<W: io::Write>(composer: &mut Composer<W>, message: &Raw<'_>) {
         _ => None,
     };
     if let Some(entry) = entry {
+        let have = match entry.kind {
+            Kind::Tx => composer.deriver().tx_bytes(),
+            _ => composer.deriver().rx_bytes(),
+        };
+        balance.step(entry.kind, have, entry.offset);
         composer.recall(&entry);
     }
 }
@@ -399,9 +412,9 @@ fn finish<W: io::Write>(
     Ok(messages)
 }
 
-/// The damaged file under another name: it is evidence.
-fn keep_original(paths: &Paths, source: &Path) -> Result<PathBuf, CaptureError> {
-    let kept = with_suffix(&paths.target, ".damaged");
+/// A damaged file under another name, `.damaged` behind `name`: it is evidence.
+fn keep(source: &Path, name: &Path) -> Result<PathBuf, CaptureError> {
+    let kept = with_suffix(name, ".damaged");
     if kept.exists() {
         return Ok(kept);
     }
@@ -409,6 +422,15 @@ fn keep_original(paths: &Paths, source: &Path) -> Result<PathBuf, CaptureError> 
         .or_else(|_| fs::copy(source, &kept).map(|_| ()))
         .map_err(|error| write_error(&kept, error))?;
     Ok(kept)
+}
+
+/// Keeps a journal of which something cannot be read; one that only ends in the middle of an entry has
+/// given all it has.
+fn keep_journal(paths: &Paths, waste: Waste) -> Result<Option<PathBuf>, CaptureError> {
+    waste
+        .has_damage()
+        .then(|| keep(&paths.journal, &paths.journal))
+        .transpose()
 }
 
 fn tidy_up(paths: &Paths) -> Result<(), CaptureError> {

@@ -75,6 +75,13 @@ impl Recovery {
                 self.journal_damaged_bytes
             )?;
         }
+        if let Some(journal) = &self.journal_kept {
+            writeln!(
+                output,
+                "  the damaged journal is kept as {}",
+                journal.display()
+            )?;
+        }
         if let Some(original) = &self.original {
             writeln!(
                 output,
