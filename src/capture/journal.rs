@@ -23,6 +23,9 @@ use super::topics::StationEvent;
 use super::{CaptureError, Existing};
 
 const MARK: u8 = 0x1E;
+/// What every journal begins with: the mark and the kind of its first entry.
+pub(super) const BEGIN: [u8; 2] = [MARK, Kind::Session as u8];
+
 const HEAD_BYTES: usize = 22;
 const CRC_BYTES: usize = 4;
 

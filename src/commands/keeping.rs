@@ -60,6 +60,8 @@ pub(super) fn fault(error: CaptureError) -> Fault {
         CaptureError::Exists { .. }
         | CaptureError::SameFile(_)
         | CaptureError::InUse(_)
+        | CaptureError::OwnName(_)
+        | CaptureError::Foreign(_)
         | CaptureError::CannotAppend(_)
         | CaptureError::Open { .. } => Exit::Usage,
         CaptureError::Read { ref error, .. } if error.kind() == ErrorKind::IsADirectory => {

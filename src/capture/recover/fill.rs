@@ -10,7 +10,8 @@ use std::hash::{DefaultHasher, Hash, Hasher};
 use std::io::{self, BufReader, Write};
 use std::path::{Path, PathBuf};
 
-use super::{Missing, write_error};
+use super::Missing;
+use super::temporary::Temporary;
 use crate::capture::CaptureError;
 use crate::capture::composer::Composer;
 use crate::capture::journal::{Entry, JournalReader, Kind, Waste};
@@ -85,6 +86,7 @@ pub(super) struct Filler {
     /// `None` when there is no journal.
     reader: Option<JournalReader<BufReader<File>>>,
     next: Option<Entry>,
+    rx_end: u64,
     /// The events that the chunks have.
     known: HashSet<u64>,
 }
@@ -105,6 +107,7 @@ impl Filler {
             path: path.to_owned(),
             reader,
             next: None,
+            rx_end: 0,
             known,
         })
     }
@@ -114,15 +117,20 @@ impl Filler {
         self.reader.as_ref().map(JournalReader::waste)
     }
 
+    /// Where the stream of received bytes ends in the journal, as far as it has been read.
+    pub(super) const fn rx_end(&self) -> u64 {
+        self.rx_end
+    }
+
     /// Writes everything that comes before a chunk and is not there yet.
     pub(super) fn fill_up_to<W: Write>(
         &mut self,
         composer: &mut Composer<W>,
         start: &ChunkStart,
         balance: &mut Balance,
-        output: &Path,
+        output: &Temporary,
     ) -> Result<(), CaptureError> {
-        let failed = |error| write_error(output, error);
+        let failed = |error| output.failed(error);
         while let Some(mut entry) = self.take_next()? {
             let (have, limit) = match entry.kind {
                 Kind::Session => continue,
@@ -141,6 +149,9 @@ impl Filler {
                 Kind::Tx => (composer.deriver().tx_bytes(), start.tx),
             };
             let end = entry.offset + entry.data.len() as u64;
+            if entry.kind == Kind::Rx {
+                self.rx_end = self.rx_end.max(end);
+            }
             if end <= have {
                 continue;
             }

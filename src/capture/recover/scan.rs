@@ -7,7 +7,7 @@ use prost::Message;
 
 use super::fill::{ChunkStart, StreamStart, event_key};
 use super::walk::{Damage, Found};
-use super::{Missing, Outcome, Paths, Recovery, open};
+use super::{End, Missing, Outcome, Paths, Recovery, open};
 use crate::capture::CaptureError;
 use crate::capture::journal::Kind;
 use crate::capture::messages::RawBytes;
@@ -139,6 +139,7 @@ impl Scan {
             damage: self.damage,
             rx_from_journal: 0,
             journal_damaged_bytes: 0,
+            end: End::Known,
             original: None,
             journal_kept: None,
         }
