@@ -87,18 +87,64 @@ fn an_interrupted_recording_is_recovered_when_the_next_begins() {
 }
 
 #[test]
-fn recover_says_what_it_did_to_people_and_to_programs() {
-    let folder = scratch("says");
+fn a_disk_that_is_full_stops_a_recovery_and_changes_nothing() {
+    let folder = scratch("room");
     let path = folder.join("run.mcap");
+    let name = path.to_str().unwrap();
+    record(&path);
+    let mut bad = fs::read(&path).unwrap();
+    let middle = bad.len() / 2;
+    bad[middle] ^= 1;
+    fs::write(&path, &bad).unwrap();
+    let script = "trap '' XFSZ; ulimit -f 4; exec \"$0\" \"$@\"";
+    let output = Command::new("sh")
+        .args(["-c", script, GROUNDWAVE, "recover", name])
+        .output()
+        .unwrap();
+    let err = String::from_utf8(output.stderr).unwrap();
+    assert_eq!(output.status.code(), Some(1), "{err}");
+    assert!(
+        err.contains("run recover again; nothing was changed"),
+        "{err}"
+    );
+    assert!(err.contains("run.mcap failed"), "{err}");
+    assert_eq!(fs::read(&path).unwrap(), bad);
+    assert_eq!(fs::read_dir(&folder).unwrap().count(), 1);
+}
+
+#[test]
+fn names_of_unfinished_recordings_are_refused() {
+    let folder = scratch("names");
+    for name in [
+        "x.mcap.journal",
+        "x.mcap.partial",
+        "x.damaged",
+        "x.recovering",
+    ] {
+        let path = folder.join(name);
+        let (_, err) = expect(2, &["record", "-", "-o", path.to_str().unwrap()]);
+        assert!(err.contains(name) && err.contains("another name"), "{err}");
+        assert!(!path.exists());
+    }
+}
+
+fn record(path: &Path) {
     let mut child = Command::new(GROUNDWAVE)
         .args(["record", "-", "--quiet", "-o"])
-        .arg(&path)
+        .arg(path)
         .stdin(Stdio::piped())
         .spawn()
         .unwrap();
     let text = fs::read("captures/house-noisy.txt").unwrap();
     child.stdin.take().unwrap().write_all(&text).unwrap();
     assert!(child.wait().unwrap().success());
+}
+
+#[test]
+fn recover_says_what_it_did_to_people_and_to_programs() {
+    let folder = scratch("says");
+    let path = folder.join("run.mcap");
+    record(&path);
     let name = path.to_str().unwrap();
     let (out, _) = expect(0, &["recover", name]);
     assert!(out.contains("is whole"), "{out}");
@@ -107,6 +153,9 @@ fn recover_says_what_it_did_to_people_and_to_programs() {
     // In a chunk, not between them.
     let inside = bad.len() / 4;
     bad[inside] ^= 1;
+    // Chunks come first, and what stands between them is shorter.
+    let place = bad.len() / 4;
+    bad[place] ^= 1;
     fs::write(&path, bad).unwrap();
     let (out, err) = expect(1, &["recover", "--json", name]);
     let said: serde_json::Value = serde_json::from_str(&out).unwrap();

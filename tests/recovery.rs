@@ -11,7 +11,7 @@ use std::time::{Duration, SystemTime, UNIX_EPOCH};
 
 use groundwave::capture::messages::RawBytes;
 use groundwave::capture::recover::{
-    Outcome, Paths, Recovery, find_interrupted, recover, set_aside,
+    End, Outcome, Paths, Recovery, find_interrupted, recover, set_aside,
 };
 use groundwave::capture::topics::StationEvent;
 use groundwave::capture::{Capture, CaptureError, Existing, Recorder, Rotation, Session};
@@ -318,6 +318,188 @@ fn a_flipped_bit_in_the_journal_or_the_unfinished_file_costs_nothing() {
             assert_eq!(recovery.rx_bytes, stream.len() as u64, "{what}");
         }
         fs::remove_file(&copy.target).unwrap();
+    }
+}
+
+/// Byte and length of every chunk that holds, by others' code.
+fn chunks(path: &Path) -> Vec<(usize, usize)> {
+    let bytes = fs::read(path).unwrap();
+    let mut reader = mcap::sans_io::LinearReader::new_with_options(
+        LinearReaderOptions::default().with_emit_chunks(true),
+    );
+    let mut found = Vec::new();
+    let mut at = mcap::MAGIC.len();
+    let mut rest = &bytes[..];
+    while let Some(event) = reader.next_event() {
+        match event.unwrap() {
+            mcap::sans_io::LinearReadEvent::ReadRequest(need) => {
+                let have = need.min(rest.len());
+                if have == 0 {
+                    break;
+                }
+                reader.insert(have).copy_from_slice(&rest[..have]);
+                reader.notify_read(have);
+                rest = &rest[have..];
+            }
+            mcap::sans_io::LinearReadEvent::Record { data, opcode } => {
+                if opcode == mcap::records::op::CHUNK {
+                    found.push((at, data.len() + 9));
+                }
+                at += data.len() + 9;
+            }
+        }
+    }
+    found
+}
+
+/// Both files are damaged, and each has what the other lacks: nothing is lost, unless it is lost in both,
+/// and the rest is as if nothing had happened.
+#[test]
+fn what_either_file_has_is_saved() {
+    let folder = TempDir::new().unwrap();
+    let stream = streams::noisy(400, 7);
+    let paths = killed(folder.path(), &stream);
+    let whole = messages(&finished(folder.path(), &stream));
+    let partial = fs::read(&paths.partial).unwrap();
+    let journal = fs::read(&paths.journal).unwrap();
+    let chunks = chunks(&paths.partial);
+    assert!(chunks.len() > 5, "{} chunks", chunks.len());
+    let mut dice = Dice(5);
+    let mut complete = 0;
+    for round in 0..120 {
+        let copy = Paths::of(&folder.path().join(format!("both-{round}.mcap")));
+        let (mut partial, mut journal) = (partial.clone(), journal.clone());
+        for _ in 0..=round % 2 {
+            let (start, length) = chunks[dice.roll(chunks.len())];
+            partial[start + length / 2] ^= 4;
+        }
+        for _ in 0..=round % 3 {
+            let byte = dice.roll(journal.len());
+            journal[byte] ^= 1 << dice.roll(8);
+        }
+        fs::write(&copy.partial, &partial).unwrap();
+        fs::write(&copy.journal, &journal).unwrap();
+        let recovery = recover(&copy.target).unwrap();
+        let what = format!("round {round}: {recovery:?}");
+        assert_honest(&recovery, &stream, &what);
+        let lost = stream.len() as u64 - recovery.rx_bytes;
+        assert!(lost <= 33 * (round as u64 % 3 + 1), "{what}");
+        let have = messages(&copy.target);
+        if lost == 0 {
+            complete += 1;
+            let lines = (have["/telemetry"].len(), whole["/telemetry"].len());
+            assert!(lines.0 + 3 >= lines.1, "{lines:?} {what}");
+        }
+        let uplinks = (have["/uplink"].len(), whole["/uplink"].len());
+        assert!(
+            uplinks.0 <= uplinks.1 && uplinks.0 + 3 >= uplinks.1,
+            "{uplinks:?} {what}"
+        );
+        let kept = recovery.journal_kept.unwrap();
+        assert_eq!(fs::read(kept).unwrap(), journal, "{what}");
+    }
+    assert!(complete > 60, "{complete} of 120 are complete");
+}
+
+/// An older file of that name is another's evidence.
+#[test]
+fn a_damaged_file_is_kept_under_a_name_that_is_free() {
+    let folder = TempDir::new().unwrap();
+    let path = finished(folder.path(), &streams::clean(60));
+    let mut bad = fs::read(&path).unwrap();
+    let (start, length) = chunks(&path)[2];
+    bad[start + length / 2] ^= 1;
+    fs::write(&path, &bad).unwrap();
+    let older = folder.path().join("finished.mcap.damaged");
+    fs::write(&older, "older").unwrap();
+    let recovery = recover(&path).unwrap();
+    let kept = folder.path().join("finished.mcap.damaged-2");
+    assert_eq!(recovery.original.as_deref(), Some(&*kept));
+    assert_eq!(fs::read(&older).unwrap(), b"older");
+    assert_eq!(fs::read(&kept).unwrap(), bad);
+}
+
+/// "All" is said only of what the journal proves.
+#[test]
+fn an_end_that_nobody_knows_is_told() {
+    let folder = TempDir::new().unwrap();
+    let stream = streams::clean(60);
+    let paths = killed(folder.path(), &stream);
+    let partial = fs::read(&paths.partial).unwrap();
+    let journal = fs::read(&paths.journal).unwrap();
+    for (kept, end, said) in [
+        (Some(journal.len()), End::Known, "bytes received"),
+        (
+            Some(journal.len() - 1),
+            End::JournalCut,
+            "the journal ends in the middle of an entry: what came after byte",
+        ),
+        (
+            None,
+            End::NoJournal,
+            "the journal is missing: what came after byte",
+        ),
+        (
+            Some(0),
+            End::JournalShort,
+            "the journal ends before the recording",
+        ),
+    ] {
+        fs::write(&paths.partial, &partial).unwrap();
+        if let Some(bytes) = kept {
+            fs::write(&paths.journal, &journal[..bytes]).unwrap();
+        }
+        let recovery = recover(&paths.target).unwrap();
+        let headline = recovery.headline();
+        assert_eq!(recovery.end, end, "{headline}");
+        assert_eq!(recovery.outcome, Outcome::Recovered, "{headline}");
+        assert!(headline.contains(said), "{headline}");
+        assert_eq!(headline.contains(" all "), end == End::Known, "{headline}");
+        fs::remove_file(&paths.target).unwrap();
+    }
+}
+
+/// A name is no proof that a file is ours.
+#[test]
+fn files_of_others_with_such_names_are_left_alone() {
+    let folder = TempDir::new().unwrap();
+    let paths = Paths::of(&folder.path().join("notes.mcap"));
+    for foreign in [&paths.journal, &paths.partial] {
+        fs::write(foreign, "Tuesday: it rained.\n").unwrap();
+        for error in [
+            recover(&paths.target).unwrap_err(),
+            set_aside(&paths.target).unwrap_err(),
+        ] {
+            let error = error.to_string();
+            assert!(error.contains(foreign.to_str().unwrap()), "{error}");
+            assert!(error.contains("left alone"), "{error}");
+        }
+        assert_eq!(fs::read(foreign).unwrap(), b"Tuesday: it rained.\n");
+        assert_eq!(fs::read_dir(folder.path()).unwrap().count(), 1);
+        fs::remove_file(foreign).unwrap();
+    }
+}
+
+/// A recovered recording is not more at risk than one under way was.
+#[test]
+fn a_flipped_bit_of_a_recovered_recording_costs_little() {
+    let folder = TempDir::new().unwrap();
+    let stream = streams::noisy(120, 8);
+    let paths = killed(folder.path(), &stream);
+    recover(&paths.target).unwrap();
+    let good = fs::read(&paths.target).unwrap();
+    for (start, length) in chunks(&paths.target) {
+        let mut bad = good.clone();
+        bad[start + length / 2] ^= 1;
+        fs::write(&paths.target, bad).unwrap();
+        let recovery = recover(&paths.target).unwrap();
+        assert_honest(&recovery, &stream, "recovered");
+        let lost = stream.len() as u64 - recovery.rx_bytes;
+        assert!(
+            lost * 4 < stream.len() as u64,
+            "{lost} of {} bytes",
+            stream.len()
+        );
     }
 }
 

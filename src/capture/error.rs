@@ -81,6 +81,36 @@ pub enum CaptureError {
         /// Where the recording is.
         partial: PathBuf,
     },
+    /// A name that the recorder gives to files of its own.
+    #[error(
+        "will not record to {}: names that end in .partial, .journal, .recovering or .damaged are those of \
+         unfinished and damaged recordings; choose another name",
+        .0.display()
+    )]
+    OwnName(PathBuf),
+    /// A file has the name of an unfinished recording and is none.
+    #[error(
+        "{} has the name of an unfinished recording and does not begin as one does: it was left alone, and \
+         so was what belongs to it; give it another name and run groundwave recover again",
+        .0.display()
+    )]
+    Foreign(PathBuf),
+    /// A recovery could not write its result.
+    #[error(
+        "recovering {} failed: {error}; {}nothing was changed",
+        path.display(),
+        match error.kind() {
+            io::ErrorKind::StorageFull | io::ErrorKind::QuotaExceeded | io::ErrorKind::FileTooLarge =>
+                "make room and run recover again; ",
+            _ => "",
+        }
+    )]
+    Recovering {
+        /// The recording.
+        path: PathBuf,
+        /// What the operating system says.
+        error: io::Error,
+    },
     /// Another program records under that name now.
     #[error("will not record to {}: another groundwave is recording it; choose another name", .0.display())]
     InUse(PathBuf),

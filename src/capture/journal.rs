@@ -23,6 +23,9 @@ use super::topics::StationEvent;
 use super::{CaptureError, Existing};
 
 const MARK: u8 = 0x1E;
+/// What every journal begins with: the mark and the kind of its first entry.
+pub(super) const BEGIN: [u8; 2] = [MARK, Kind::Session as u8];
+
 const HEAD_BYTES: usize = 22;
 const CRC_BYTES: usize = 4;
 
@@ -222,13 +225,32 @@ impl JournalWriter {
     }
 }
 
+/// Bytes of a journal that are of no use.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct Waste {
+    /// Bytes that belong to no entry, all of them.
+    pub bytes: u64,
+    /// How many of them stand behind the last entry.
+    pub tail_bytes: u64,
+    /// Those behind it are the beginning of an entry: the program was ended while it wrote.
+    pub is_cut: bool,
+}
+
+impl Waste {
+    /// Something of it was not what it should be, and nobody can say what it held.
+    #[must_use]
+    pub const fn has_damage(&self) -> bool {
+        self.bytes > self.tail_bytes || (self.tail_bytes > 0 && !self.is_cut)
+    }
+}
+
 /// Reads a journal, and steps over what is damaged.
 pub struct JournalReader<R> {
     source: R,
     buffer: Vec<u8>,
     start: usize,
     has_ended: bool,
-    damaged_bytes: u64,
+    waste: Waste,
 }
 
 impl JournalReader<BufReader<File>> {
@@ -252,14 +274,18 @@ impl<R: Read> JournalReader<R> {
             buffer: Vec::new(),
             start: 0,
             has_ended: false,
-            damaged_bytes: 0,
+            waste: Waste {
+                bytes: 0,
+                tail_bytes: 0,
+                is_cut: false,
+            },
         }
     }
 
     /// Bytes that belong to no entry, up to the entry read last.
     #[must_use]
-    pub const fn damaged_bytes(&self) -> u64 {
-        self.damaged_bytes
+    pub const fn waste(&self) -> Waste {
+        self.waste
     }
 
     /// The next entry; `None` at the end.
@@ -278,10 +304,15 @@ impl<R: Read> JournalReader<R> {
                 let rest = &self.buffer[self.start..];
                 if let Some(entry) = rest.get(..length).and_then(parse) {
                     self.start += length;
+                    self.waste.tail_bytes = 0;
                     return Ok(Some(entry));
                 }
             }
-            self.damaged_bytes += 1;
+            if self.waste.tail_bytes == 0 {
+                self.waste.is_cut = is_cut(&self.buffer[self.start..]);
+            }
+            self.waste.bytes += 1;
+            self.waste.tail_bytes += 1;
             self.start += 1;
         }
     }
@@ -314,6 +345,17 @@ fn claimed_bytes(from: &[u8]) -> Option<usize> {
     Kind::from_letter(head[1])?;
     let data_bytes = u32::from_le_bytes(head[2..6].try_into().ok()?) as usize;
     (data_bytes <= DATA_BYTES_MAX).then_some(HEAD_BYTES + data_bytes + CRC_BYTES)
+}
+
+/// Whether this, up to the end of the journal, can be the beginning of an entry.
+fn is_cut(rest: &[u8]) -> bool {
+    match claimed_bytes(rest) {
+        Some(bytes) => bytes > rest.len(),
+        None => {
+            let has_kind = rest.get(1).is_none_or(|l| Kind::from_letter(*l).is_some());
+            rest.len() < HEAD_BYTES && rest.first() == Some(&MARK) && has_kind
+        }
+    }
 }
 
 fn parse(entry: &[u8]) -> Option<Entry> {
@@ -353,7 +395,7 @@ mod tests {
                 received.push((entry.offset, entry.data));
             }
         }
-        (received, reader.damaged_bytes())
+        (received, reader.waste().bytes)
     }
 
     #[test]

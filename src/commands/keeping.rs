@@ -75,6 +75,8 @@ pub(super) fn fault(error: CaptureError) -> Fault {
         CaptureError::Exists { .. }
         | CaptureError::SameFile(_)
         | CaptureError::InUse(_)
+        | CaptureError::OwnName(_)
+        | CaptureError::Foreign(_)
         | CaptureError::CannotAppend(_)
         | CaptureError::Journal(_)
         | CaptureError::Open { .. } => Exit::Usage,

@@ -97,6 +97,9 @@ impl Keeper {
         {
             return Err(CaptureError::SameFile(tee.clone()));
         }
+        for path in options.tee.iter().chain(&options.mcap) {
+            recover::refuse_own_name(path)?;
+        }
         let recorder = options
             .mcap
             .as_ref()
@@ -313,6 +316,7 @@ fn begin(options: &KeepOptions, path: &Path, start: SystemTime) -> Result<Record
         notes: options.notes.clone(),
         configuration: options.configuration.clone(),
     };
+    recover::refuse_own_name(path)?;
     recover::set_aside(path)?;
     Recorder::start_rotating(path, existing, &session, options.rotation)
 }

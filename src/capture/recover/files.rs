@@ -5,7 +5,7 @@ use std::fs::{self, File, TryLockError};
 use std::io;
 use std::path::{Path, PathBuf};
 
-use super::write_error;
+use super::{refuse_foreign, write_error};
 use crate::capture::CaptureError;
 use crate::capture::rotation::part_name;
 
@@ -100,6 +100,19 @@ pub fn find_interrupted(folder: &Path) -> Vec<PathBuf> {
     found
 }
 
+/// Refuses a name for a recording that the files of unfinished and damaged ones have.
+///
+/// # Errors
+/// When it is one.
+pub fn refuse_own_name(path: &Path) -> Result<(), CaptureError> {
+    match path.extension().and_then(|extension| extension.to_str()) {
+        Some("partial" | "journal" | "recovering" | "damaged") => {
+            Err(CaptureError::OwnName(path.to_owned()))
+        }
+        _ => Ok(()),
+    }
+}
+
 /// Makes room for a recording of that name: an interrupted one gets another, which is returned, and can
 /// be recovered at leisure.
 ///
@@ -113,6 +126,7 @@ pub fn set_aside(path: &Path) -> Result<Option<PathBuf>, CaptureError> {
     if is_in_use(&paths) {
         return Err(CaptureError::InUse(path.to_owned()));
     }
+    refuse_foreign(&paths)?;
     let Some((_, aside)) = free_part(path, 2) else {
         return Ok(None);
     };

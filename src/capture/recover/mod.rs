@@ -2,11 +2,12 @@
 //!
 //! A recording called `run.mcap` is `run.mcap.partial` while it is written, with everything that came in, in
 //! `run.mcap.journal`. After a crash both are there. Where the journal holds, the recording is made anew
-//! from it; otherwise every chunk that holds is taken over as it is, and what the journal has beyond them
-//! is added. The result is written to `run.mcap.recovering`, synced, and renamed in one step; only then do
+//! from it; otherwise every chunk that holds is taken over as it is, and what the journal has before,
+//! between and behind them is put there. The result is written to `run.mcap.recovering`, synced, and renamed in one step; only then do
 //! the others go. Whenever this is interrupted, doing it again gives the same.
 
 mod files;
+mod fill;
 mod report;
 mod scan;
 mod survey;
@@ -15,7 +16,7 @@ mod walk;
 
 use std::collections::BTreeMap;
 use std::fs::{self, File};
-use std::io::{self, BufReader, BufWriter};
+use std::io::{self, BufReader, BufWriter, Read};
 use std::path::{Path, PathBuf};
 use std::time::UNIX_EPOCH;
 
@@ -24,23 +25,28 @@ use ::mcap::sans_io::LinearReaderOptions;
 use prost::Message;
 use serde::Serialize;
 
-pub use files::{Paths, find_interrupted, free_part, is_in_use, set_aside};
+pub use files::{Paths, find_interrupted, free_part, is_in_use, refuse_own_name, set_aside};
 pub use walk::Damage;
 
 use super::CaptureError;
 use super::composer::{Composer, Session};
-use super::journal::{Entry, Kind};
+use super::journal::{BEGIN, Entry, Kind, Waste};
 use super::messages::{RawBytes, UplinkEvent, UplinkStep};
 use super::topics::{Deriver, StationEvent, Topic};
 use super::writer::records::{HEAD_BYTES, Reader};
 use super::writer::{Attachment, McapWriter};
 use files::{Locks, with_suffix};
+use fill::{Balance, ChunkStart, Filler};
 use scan::{Raw, Scan, Topics};
 use survey::{Survey, for_each_entry};
 use temporary::Temporary;
 use walk::{Found, RECORD_BYTES_MAX, Walker};
 
 const BUFFER_BYTES: usize = 1024 * 1024;
+
+/// Uncompressed bytes of a chunk that is made anew. A recording under way ends one with every flush; what
+/// replaces it shall not lose much more by a flipped bit.
+const CHUNK_BYTES: usize = 8 * 1024;
 
 /// What was done.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
@@ -77,8 +83,40 @@ pub struct Recovery {
     pub rx_from_journal: u64,
     /// Bytes of the journal that are of no use.
     pub journal_damaged_bytes: u64,
+    /// Whether it is known what came last.
+    pub end: End,
     /// Where the old file is, when something of it was of no use.
     pub original: Option<PathBuf>,
+    /// Where its journal is, when something of that was damaged.
+    pub journal_kept: Option<PathBuf>,
+}
+
+/// What proves that nothing was received after the last byte of a recording.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
+#[serde(rename_all = "snake_case")]
+pub enum End {
+    /// The journal ends with a whole entry, or the file is finished.
+    Known,
+    /// There is no journal.
+    NoJournal,
+    /// The journal ends in the middle of an entry.
+    JournalCut,
+    /// The last bytes of the journal are damaged.
+    JournalDamaged,
+    /// The journal ends before the recording does.
+    JournalShort,
+    /// A finished file ends before its end.
+    FileCut,
+}
+
+impl End {
+    const fn of_journal(waste: Waste) -> Self {
+        match waste {
+            Waste { tail_bytes: 0, .. } => Self::Known,
+            Waste { is_cut: true, .. } => Self::JournalCut,
+            Waste { .. } => Self::JournalDamaged,
+        }
+    }
 }
 
 /// A step in the stream of received bytes.
@@ -96,6 +134,7 @@ pub struct Missing {
 /// When there is no such recording, it is being written now, or a disk fails. Nothing is lost then.
 pub fn recover(path: &Path) -> Result<Recovery, CaptureError> {
     let paths = Paths::of(path);
+    refuse_foreign(&paths)?;
     if is_in_use(&paths) {
         return Err(CaptureError::InUse(paths.target));
     }
@@ -161,7 +200,11 @@ fn recover_interrupted(paths: &Paths) -> Result<Recovery, CaptureError> {
         .map_or((0, 0), |scan| (scan.rx_end, scan.tx_end));
     match (survey, scan) {
         (Some(survey), scan)
-            if survey.is_complete() && survey.rx_end >= rx_end && survey.tx_end >= tx_end =>
+            if scan.as_ref().is_none_or(|scan| scan.chunks == 0)
+                || (survey.is_complete()
+                    && !survey.waste.has_damage()
+                    && survey.rx_end >= rx_end
+                    && survey.tx_end >= tx_end) =>
         {
             let mut recovery = from_journal(paths, &survey)?;
             recovery.damage = scan.map(|scan| scan.damage).unwrap_or_default();
@@ -169,12 +212,7 @@ fn recover_interrupted(paths: &Paths) -> Result<Recovery, CaptureError> {
             Ok(recovery)
         }
         (_, Some(scan)) => repair(paths, &paths.partial, scan),
-        (Some(survey), None) => {
-            let recovery = from_journal(paths, &survey)?;
-            tidy_up(paths)?;
-            Ok(recovery)
-        }
-        (None, None) => Err(CaptureError::Open {
+        (_, None) => Err(CaptureError::Open {
             path: paths.target.clone(),
             error: io::ErrorKind::NotFound.into(),
         }),
@@ -191,16 +229,17 @@ fn from_journal(paths: &Paths, survey: &Survey) -> Result<Recovery, CaptureError
     };
     let session = survey.session.as_ref().unwrap_or(&fallback);
     let temporary = Temporary::create(paths)?;
-    let failed = |error| write_error(&temporary.path, error);
+    let failed = |error| temporary.failed(error);
     let output = BufWriter::with_capacity(BUFFER_BYTES, &temporary.file);
     let mut composer = Composer::new(output, session).map_err(failed)?;
+    composer.writer().limit_chunks(CHUNK_BYTES);
     for_each_entry(&paths.journal, |entry| {
         composer.handle_entry(entry).map_err(failed)
     })?;
     let missing: u64 = survey.missing.iter().map(|missing| missing.bytes).sum();
     let mut recovery = Recovery {
         path: paths.target.clone(),
-        outcome: if missing == 0 {
+        outcome: if missing == 0 && survey.missing_tx == 0 && !survey.waste.has_damage() {
             Outcome::Recovered
         } else {
             Outcome::Partly
@@ -212,23 +251,27 @@ fn from_journal(paths: &Paths, survey: &Survey) -> Result<Recovery, CaptureError
         chunks_kept: 0,
         damage: Vec::new(),
         rx_from_journal: survey.rx_end - missing,
-        journal_damaged_bytes: survey.damaged_bytes,
+        journal_damaged_bytes: survey.waste.bytes,
+        end: End::of_journal(survey.waste),
         original: None,
+        journal_kept: None,
     };
     recovery.messages = finish(composer, &recovery, &temporary)?;
+    recovery.journal_kept = keep_journal(paths, survey.waste)?;
     temporary.put_in_place(paths)?;
     Ok(recovery)
 }
 
 /// Takes over what holds of `source`, and adds what a journal has beyond it.
-fn repair(paths: &Paths, source: &Path, scan: Scan) -> Result<Recovery, CaptureError> {
+fn repair(paths: &Paths, source: &Path, mut scan: Scan) -> Result<Recovery, CaptureError> {
     if scan.chunks == 0 && !paths.journal.exists() {
         return Err(CaptureError::NothingLeft(source.to_owned()));
     }
     let temporary = Temporary::create(paths)?;
-    let failed = |error| write_error(&temporary.path, error);
+    let failed = |error| temporary.failed(error);
     let output = BufWriter::with_capacity(BUFFER_BYTES, &temporary.file);
     let mut writer = McapWriter::empty(output, &scan.library).map_err(failed)?;
+    writer.limit_chunks(CHUNK_BYTES);
     let mut topics = Topics::of(&scan.library);
     let has_lost_topics = matches!(topics, Topics::Fixed) && !scan.has_channels;
     if has_lost_topics {
@@ -241,54 +284,58 @@ fn repair(paths: &Paths, source: &Path, scan: Scan) -> Result<Recovery, CaptureE
             .handle_event(scan.earliest_ns, &note)
             .map_err(failed)?;
     }
+    let mut filler = Filler::open(&paths.journal, std::mem::take(&mut scan.events))?;
+    let mut starts = std::mem::take(&mut scan.starts).into_iter();
+    let mut balance = Balance::default();
     let mut walker = open(source)?;
     let read_error = |error| CaptureError::Read {
         path: source.to_owned(),
         error,
     };
     while let Some(found) = walker.next().map_err(read_error)? {
-        copy(&mut composer, &mut topics, &found).map_err(failed)?;
+        if matches!(found, Found::Chunk(_))
+            && let Some(start) = starts.next()
+        {
+            filler.fill_up_to(&mut composer, &start, &mut balance, &temporary)?;
+        }
+        copy(&mut composer, &mut topics, &found, &mut balance).map_err(failed)?;
     }
-    let before = composer.deriver().rx_bytes();
-    let mut journal_damaged_bytes = 0;
-    let mut late = Vec::new();
-    if paths.journal.exists() {
-        journal_damaged_bytes = for_each_entry(&paths.journal, |entry| {
-            let is_event = matches!(entry.kind, Kind::Uplink | Kind::Log);
-            if is_event && entry.at_ns <= scan.latest_ns {
-                return Ok(());
-            }
-            if entry.kind == Kind::Rx && entry.offset > composer.deriver().rx_bytes() {
-                late.push(Missing {
-                    offset: composer.deriver().rx_bytes(),
-                    bytes: entry.offset - composer.deriver().rx_bytes(),
-                });
-            }
-            composer.handle_entry(entry).map_err(failed)
-        })?;
-    }
-    let after = composer.deriver().rx_bytes();
+    filler.fill_up_to(&mut composer, &ChunkStart::END, &mut balance, &temporary)?;
+    let waste = filler.waste();
+    let scan_rx_end = scan.rx_end;
     let mut recovery = scan.report(paths, Outcome::Partly);
     let is_clean = recovery.damage.iter().all(|damage| damage.bytes == 0);
-    let stepped: u64 = late.iter().map(|missing| missing.bytes).sum();
-    recovery.rx_missing.extend(late);
-    recovery.rx_from_journal = after.saturating_sub(before + stepped);
-    recovery.rx_bytes += recovery.rx_from_journal;
-    recovery.journal_damaged_bytes = journal_damaged_bytes;
+    let missing: u64 = balance.rx_missing.iter().map(|missing| missing.bytes).sum();
+    recovery.rx_bytes = composer.deriver().rx_bytes() - missing;
+    recovery.tx_bytes = composer.deriver().tx_bytes() - balance.tx_missing;
+    recovery.rx_missing = balance.rx_missing;
+    recovery.rx_from_journal = balance.rx_from_journal;
+    recovery.journal_damaged_bytes = waste.map_or(0, |waste| waste.bytes);
     // A record that was being written when everything stopped is no loss if the journal has what was in it.
     let is_interrupted = source == paths.partial;
     let has_journal = is_interrupted && paths.journal.exists();
-    if recovery.rx_missing.is_empty() && (is_clean || has_journal) {
+    let is_held = is_clean || (has_journal && waste.is_some_and(|waste| !waste.has_damage()));
+    if recovery.rx_missing.is_empty() && balance.tx_missing == 0 && is_held {
         recovery.outcome = Outcome::Recovered;
     }
     let has_damage = recovery
         .damage
         .iter()
         .any(|damage| !is_interrupted || damage.offset + damage.bytes < walker.length());
-    if has_damage {
-        recovery.original = Some(keep_original(paths, source)?);
-    }
+    recovery.end = match waste {
+        Some(_) if filler.rx_end() < scan_rx_end => End::JournalShort,
+        Some(waste) => End::of_journal(waste),
+        None if is_interrupted => End::NoJournal,
+        None if walker.has_data_end() => End::Known,
+        None => End::FileCut,
+    };
     recovery.messages = finish(composer, &recovery, &temporary)?;
+    if has_damage {
+        recovery.original = Some(keep(paths, source, &paths.target)?);
+    }
+    if let Some(waste) = waste {
+        recovery.journal_kept = keep_journal(paths, waste)?;
+    }
     temporary.put_in_place(paths)?;
     tidy_up(paths)?;
     Ok(recovery)
@@ -299,11 +346,14 @@ fn copy<W: io::Write>(
     composer: &mut Composer<W>,
     topics: &mut Topics,
     found: &Found<'_>,
+    balance: &mut Balance,
 ) -> io::Result<()> {
     match found {
         Found::Chunk(chunk) => {
             composer.writer().copy_chunk(chunk)?;
-            topics.for_each_message(chunk.content, |message| recall(composer, &message));
+            topics.for_each_message(chunk.content, |message| {
+                recall(composer, &message, balance);
+            });
             Ok(())
         }
         Found::Schema(record) => {
@@ -346,7 +396,7 @@ fn copy<W: io::Write>(
     }
 }
 
-fn recall<W: io::Write>(composer: &mut Composer<W>, message: &Raw<'_>) {
+fn recall<W: io::Write>(composer: &mut Composer<W>, message: &Raw<'_>, balance: &mut Balance) {
     let entry = |kind, offset, data| Entry {
         kind,
         at_ns: message.log_time_ns,
@@ -367,6 +417,11 @@ fn recall<W: io::Write>(composer: &mut Composer<W>, message: &Raw<'_>) {
         _ => None,
     };
     if let Some(entry) = entry {
+        let have = match entry.kind {
+            Kind::Tx => composer.deriver().tx_bytes(),
+            _ => composer.deriver().rx_bytes(),
+        };
+        balance.step(entry.kind, have, entry.offset);
         composer.recall(&entry);
     }
 }
@@ -377,7 +432,7 @@ fn finish<W: io::Write>(
     recovery: &Recovery,
     temporary: &Temporary,
 ) -> Result<u64, CaptureError> {
-    let failed = |error| write_error(&temporary.path, error);
+    let failed = |error| temporary.failed(error);
     let missing: u64 = recovery.rx_missing.iter().map(|m| m.bytes).sum();
     let about = [
         ("rx_bytes_missing", missing.to_string()),
@@ -399,16 +454,58 @@ fn finish<W: io::Write>(
     Ok(messages)
 }
 
-/// The damaged file under another name: it is evidence.
-fn keep_original(paths: &Paths, source: &Path) -> Result<PathBuf, CaptureError> {
-    let kept = with_suffix(&paths.target, ".damaged");
-    if kept.exists() {
-        return Ok(kept);
+/// A damaged file under another name, the first free of `.damaged`, `.damaged-2` and so on behind `name`:
+/// it is evidence. One that a recovery kept before it was interrupted is not kept twice.
+fn keep(paths: &Paths, source: &Path, name: &Path) -> Result<PathBuf, CaptureError> {
+    let mut kept = with_suffix(name, ".damaged");
+    for number in 2.. {
+        match fs::symlink_metadata(&kept) {
+            Err(error) if error.kind() == io::ErrorKind::NotFound => break,
+            _ if is_same(source, &kept).unwrap_or(false) => return Ok(kept),
+            _ => kept = with_suffix(name, &format!(".damaged-{number}")),
+        }
     }
-    fs::hard_link(source, &kept)
-        .or_else(|_| fs::copy(source, &kept).map(|_| ()))
-        .map_err(|error| write_error(&kept, error))?;
+    if fs::hard_link(source, &kept).is_err() {
+        fs::copy(source, &kept).map_err(|error| {
+            let _ = fs::remove_file(&kept);
+            CaptureError::Recovering {
+                path: paths.target.clone(),
+                error,
+            }
+        })?;
+    }
     Ok(kept)
+}
+
+fn is_same(one: &Path, other: &Path) -> io::Result<bool> {
+    let (mut one, mut other) = (File::open(one)?, File::open(other)?);
+    if one.metadata()?.len() != other.metadata()?.len() {
+        return Ok(false);
+    }
+    let (mut left, mut right) = (Vec::new(), Vec::new());
+    loop {
+        left.clear();
+        right.clear();
+        one.by_ref()
+            .take(BUFFER_BYTES as u64)
+            .read_to_end(&mut left)?;
+        other
+            .by_ref()
+            .take(BUFFER_BYTES as u64)
+            .read_to_end(&mut right)?;
+        if left.is_empty() || left != right {
+            return Ok(left == right);
+        }
+    }
+}
+
+/// Keeps a journal of which something cannot be read; one that only ends in the middle of an entry has
+/// given all it has.
+fn keep_journal(paths: &Paths, waste: Waste) -> Result<Option<PathBuf>, CaptureError> {
+    waste
+        .has_damage()
+        .then(|| keep(paths, &paths.journal, &paths.journal))
+        .transpose()
 }
 
 fn tidy_up(paths: &Paths) -> Result<(), CaptureError> {
@@ -471,6 +568,33 @@ fn is_whole(path: &Path) -> bool {
         .with_record_length_limit(RECORD_BYTES_MAX);
     let mut reader = MessageReader::new_with_options(BufReader::new(file), options);
     reader.all(|message| message.is_ok())
+}
+
+/// Files that only have the names of ours are somebody else's.
+fn refuse_foreign(paths: &Paths) -> Result<(), CaptureError> {
+    let begins_with = |path: &Path, magic: &[u8]| {
+        let mut begin = Vec::new();
+        let read = File::open(path).and_then(|file| {
+            let mut file = file.take(magic.len() as u64);
+            file.read_to_end(&mut begin)
+        });
+        // One that cannot be read is told of by whoever reads on; one that was cut is ours.
+        read.is_err() || magic.starts_with(&begin)
+    };
+    if !begins_with(&paths.partial, ::mcap::MAGIC) && Scan::of(&paths.partial)?.chunks == 0 {
+        return Err(CaptureError::Foreign(paths.partial.clone()));
+    }
+    if !begins_with(&paths.journal, &BEGIN) {
+        let mut entries = 0;
+        for_each_entry(&paths.journal, |_| {
+            entries += 1;
+            Ok(())
+        })?;
+        if entries == 0 {
+            return Err(CaptureError::Foreign(paths.journal.clone()));
+        }
+    }
+    Ok(())
 }
 
 fn open(path: &Path) -> Result<Walker, CaptureError> {

@@ -2,7 +2,7 @@
 
 use std::io::{self, Write};
 
-use super::{Outcome, Recovery};
+use super::{End, Outcome, Recovery};
 use crate::event::Level;
 
 impl Recovery {
@@ -16,9 +16,14 @@ impl Recovery {
             Outcome::Whole => {
                 format!("{path} is whole: {messages} messages, {bytes} bytes received")
             }
-            Outcome::Recovered => {
-                format!("recovered {path}: {messages} messages, all {bytes} bytes received")
-            }
+            Outcome::Recovered => match self.unknown_end() {
+                None => {
+                    format!("recovered {path}: {messages} messages, all {bytes} bytes received")
+                }
+                Some(unknown) => format!(
+                    "recovered {path}: {messages} messages, {bytes} bytes received; {unknown}"
+                ),
+            },
             Outcome::Partly if missing > 0 => format!(
                 "saved part of {path}: {messages} messages, {bytes} bytes received; {missing} bytes are lost"
             ),
@@ -26,6 +31,23 @@ impl Recovery {
                 "saved what holds of {path}: {messages} messages, {bytes} bytes received; what was in the damaged places is lost"
             ),
         }
+    }
+
+    /// What is not known about the end, if it is not.
+    fn unknown_end(&self) -> Option<String> {
+        let why = match self.end {
+            End::Known => return None,
+            End::NoJournal => "the journal is missing",
+            End::JournalCut => "the journal ends in the middle of an entry",
+            End::JournalDamaged => "the end of the journal is damaged",
+            End::JournalShort => "the journal ends before the recording does",
+            End::FileCut => "the file was cut",
+        };
+        let missing: u64 = self.rx_missing.iter().map(|missing| missing.bytes).sum();
+        let end = self.rx_bytes + missing;
+        Some(format!(
+            "{why}: what came after byte {end}, if anything, is not known"
+        ))
     }
 
     /// How much it matters to an operator.
@@ -43,6 +65,11 @@ impl Recovery {
     /// When the output takes no more.
     pub fn write_text(&self, output: &mut impl Write) -> io::Result<()> {
         writeln!(output, "{}", self.headline())?;
+        if self.outcome == Outcome::Partly
+            && let Some(unknown) = self.unknown_end()
+        {
+            writeln!(output, "  {unknown}")?;
+        }
         if self.rx_from_journal > 0 {
             writeln!(
                 output,
@@ -73,6 +100,13 @@ impl Recovery {
                 output,
                 "  of no use: {} bytes of the journal",
                 self.journal_damaged_bytes
+            )?;
+        }
+        if let Some(journal) = &self.journal_kept {
+            writeln!(
+                output,
+                "  the damaged journal is kept as {}",
+                journal.display()
             )?;
         }
         if let Some(original) = &self.original {

@@ -1,13 +1,15 @@
 //! What there is in an MCAP that may be damaged.
 
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, HashSet};
 use std::path::Path;
 
 use prost::Message;
 
+use super::fill::{ChunkStart, StreamStart, event_key};
 use super::walk::{Damage, Found};
-use super::{Missing, Outcome, Paths, Recovery, open};
+use super::{End, Missing, Outcome, Paths, Recovery, open};
 use crate::capture::CaptureError;
+use crate::capture::journal::Kind;
 use crate::capture::messages::RawBytes;
 use crate::capture::topics::Topic;
 use crate::capture::writer::records::{HEAD_BYTES, Reader, op};
@@ -21,7 +23,10 @@ pub(super) struct Scan {
     pub(super) chunks: u64,
     pub(super) rx_end: u64,
     pub(super) tx_end: u64,
-    pub(super) latest_ns: u64,
+    /// Of the chunks that hold, in their order.
+    pub(super) starts: Vec<ChunkStart>,
+    /// What [`event_key`] says of the events in them.
+    pub(super) events: HashSet<u64>,
     pub(super) missing: Vec<Missing>,
     pub(super) damage: Vec<Damage>,
     pub(super) topics: Topics,
@@ -46,6 +51,7 @@ impl Scan {
                 }
                 Found::Chunk(chunk) => {
                     scan.chunks += 1;
+                    scan.starts.push(ChunkStart::END);
                     let mut topics = std::mem::take(&mut scan.topics);
                     topics.for_each_message(chunk.content, |message| scan.take(&message));
                     scan.topics = topics;
@@ -56,6 +62,7 @@ impl Scan {
                 Found::Schema(_) | Found::Metadata(_) | Found::Attachment(_) => {}
             }
         }
+        scan.look_ahead();
         if scan.damage.is_empty() && !walker.data_holds().map_err(read_error)? {
             scan.damage.push(Damage {
                 offset: 0,
@@ -71,15 +78,33 @@ impl Scan {
             self.earliest_ns = message.log_time_ns;
         }
         self.messages += 1;
-        self.latest_ns = self.latest_ns.max(message.log_time_ns);
-        let end = match message.topic {
-            Some(Topic::RawRx) => &mut self.rx_end,
-            Some(Topic::RawTx) => &mut self.tx_end,
+        let Some(chunk) = self.starts.last_mut() else {
+            return;
+        };
+        chunk.at_ns = chunk.at_ns.min(message.log_time_ns);
+        let (start, end) = match message.topic {
+            Some(Topic::RawRx) => (&mut chunk.rx, &mut self.rx_end),
+            Some(Topic::RawTx) => (&mut chunk.tx, &mut self.tx_end),
+            Some(topic @ (Topic::Uplink | Topic::Log)) => {
+                let kind = match topic {
+                    Topic::Uplink => Kind::Uplink,
+                    _ => Kind::Log,
+                };
+                let key = event_key(kind, message.log_time_ns, message.data);
+                self.events.insert(key);
+                return;
+            }
             _ => return,
         };
         let Ok(raw) = RawBytes::decode(message.data) else {
             return;
         };
+        if !start.is_here {
+            *start = StreamStart {
+                offset: raw.stream_offset,
+                is_here: true,
+            };
+        }
         if raw.stream_offset > *end && message.topic == Some(Topic::RawRx) {
             self.missing.push(Missing {
                 offset: *end,
@@ -87,6 +112,19 @@ impl Scan {
             });
         }
         *end = raw.stream_offset + raw.data.len() as u64;
+    }
+
+    /// Tells each chunk that has none of a stream where a later one goes on with it.
+    fn look_ahead(&mut self) {
+        let (mut rx, mut tx) = (StreamStart::END, StreamStart::END);
+        for start in self.starts.iter_mut().rev() {
+            for (here, later) in [(&mut start.rx, &mut rx), (&mut start.tx, &mut tx)] {
+                if !here.is_here {
+                    here.offset = later.offset;
+                }
+                *later = *here;
+            }
+        }
     }
 
     pub(super) fn report(self, paths: &Paths, outcome: Outcome) -> Recovery {
@@ -101,7 +139,9 @@ impl Scan {
             damage: self.damage,
             rx_from_journal: 0,
             journal_damaged_bytes: 0,
+            end: End::Known,
             original: None,
+            journal_kept: None,
         }
     }
 }

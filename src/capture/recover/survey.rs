@@ -5,14 +5,14 @@ use std::path::Path;
 use super::Missing;
 use crate::capture::CaptureError;
 use crate::capture::composer::Session;
-use crate::capture::journal::{Entry, JournalReader, Kind};
+use crate::capture::journal::{Entry, JournalReader, Kind, Waste};
 
 /// What there is in a journal.
 pub(super) struct Survey {
     pub(super) session: Option<Session>,
     pub(super) rx_end: u64,
     pub(super) tx_end: u64,
-    pub(super) damaged_bytes: u64,
+    pub(super) waste: Waste,
     /// Received bytes that its entries do not have.
     pub(super) missing: Vec<Missing>,
     pub(super) missing_tx: u64,
@@ -24,11 +24,11 @@ impl Survey {
             session: None,
             rx_end: 0,
             tx_end: 0,
-            damaged_bytes: 0,
+            waste: Waste::default(),
             missing: Vec::new(),
             missing_tx: 0,
         };
-        survey.damaged_bytes = for_each_entry(path, |entry| {
+        survey.waste = for_each_entry(path, |entry| {
             let end = entry.offset + entry.data.len() as u64;
             match entry.kind {
                 Kind::Session => survey.session = serde_json::from_slice(&entry.data).ok(),
@@ -58,11 +58,11 @@ impl Survey {
     }
 }
 
-/// Returns the bytes that are of no use.
+/// Returns what is of no use.
 pub(super) fn for_each_entry(
     path: &Path,
     mut take: impl FnMut(&Entry) -> Result<(), CaptureError>,
-) -> Result<u64, CaptureError> {
+) -> Result<Waste, CaptureError> {
     let read_error = |error| CaptureError::Read {
         path: path.to_owned(),
         error,
@@ -74,5 +74,5 @@ pub(super) fn for_each_entry(
     while let Some(entry) = reader.next_entry().map_err(read_error)? {
         take(&entry)?;
     }
-    Ok(reader.damaged_bytes())
+    Ok(reader.waste())
 }

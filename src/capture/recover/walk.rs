@@ -76,6 +76,11 @@ impl Walker {
         })
     }
 
+    /// Whether the file was finished, as far as it has been read.
+    pub(super) const fn has_data_end(&self) -> bool {
+        self.data_end.is_some()
+    }
+
     /// Bytes in the file.
     pub(super) const fn length(&self) -> u64 {
         self.length

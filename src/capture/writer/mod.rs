@@ -15,7 +15,7 @@ use chunk::Chunk;
 use records::{Fields, Reader, op, record};
 
 /// Uncompressed bytes of a chunk. Seeking has to decompress one; compression gains little by more.
-const CHUNK_BYTES: usize = 1024 * 1024;
+const CHUNK_BYTES: usize = 256 * 1024;
 
 /// What a file says wrote it, if its topics have the numbers that they always have here.
 pub(super) const LIBRARY: &str =
@@ -29,6 +29,8 @@ pub(super) const LIBRARY: &str =
 pub struct McapWriter<W> {
     output: Output<W>,
     chunk: Chunk,
+    /// Uncompressed, at which a chunk ends.
+    chunk_bytes: usize,
     /// One after the other, as they stand in the data section and again in the summary.
     schemas: Group,
     channels: Group,
@@ -97,6 +99,7 @@ impl<W: Write> McapWriter<W> {
                 crc: crc32fast::Hasher::new(),
             },
             chunk: Chunk::new()?,
+            chunk_bytes: CHUNK_BYTES,
             schemas: Group::default(),
             channels: Group::default(),
             sequences: [0; Topic::ALL.len()],
@@ -114,6 +117,11 @@ impl<W: Write> McapWriter<W> {
         });
         writer.output.write(&mut writer.scratch)?;
         Ok(writer)
+    }
+
+    /// Ends chunks at so many uncompressed bytes from now on.
+    pub(super) const fn limit_chunks(&mut self, bytes: usize) {
+        self.chunk_bytes = bytes;
     }
 
     /// Adds every topic of ours, under the numbers that it always has.
@@ -177,7 +185,7 @@ impl<W: Write> McapWriter<W> {
         );
         *sequence = sequence.wrapping_add(1);
         *self.messages.entry(channel_id).or_default() += 1;
-        if self.chunk.bytes() >= CHUNK_BYTES {
+        if self.chunk.bytes() >= self.chunk_bytes {
             self.end_chunk()?;
         }
         Ok(())
@@ -196,7 +204,7 @@ impl<W: Write> McapWriter<W> {
         *count += 1;
         self.chunk
             .add_message(channel_id, sequence, log_time_ns, publish_time_ns, data);
-        if self.chunk.bytes() >= CHUNK_BYTES {
+        if self.chunk.bytes() >= self.chunk_bytes {
             self.end_chunk()?;
         }
         Ok(())
