@@ -211,7 +211,7 @@ impl Damages {
     }
 }
 
-/// Reads [`RAW_RX`] from a recording, and what [`RAW_TX`] says beside it.
+/// Reads `/raw/rx` from a recording, and what `/raw/tx` says beside it.
 ///
 /// Damaged parts are skipped: their bytes are counted as missing, and at the end it is told what they
 /// were.
