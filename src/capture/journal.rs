@@ -349,13 +349,11 @@ fn claimed_bytes(from: &[u8]) -> Option<usize> {
 
 /// Whether this, up to the end of the journal, can be the beginning of an entry.
 fn is_cut(rest: &[u8]) -> bool {
-    match claimed_bytes(rest) {
-        Some(bytes) => bytes > rest.len(),
-        None => {
-            let has_kind = rest.get(1).is_none_or(|l| Kind::from_letter(*l).is_some());
-            rest.len() < HEAD_BYTES && rest.first() == Some(&MARK) && has_kind
-        }
+    if let Some(bytes) = claimed_bytes(rest) {
+        return bytes > rest.len();
     }
+    let has_kind = rest.get(1).is_none_or(|l| Kind::from_letter(*l).is_some());
+    rest.len() < HEAD_BYTES && rest.first() == Some(&MARK) && has_kind
 }
 
 fn parse(entry: &[u8]) -> Option<Entry> {

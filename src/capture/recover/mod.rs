@@ -6,6 +6,7 @@
 //! between and behind them is put there. The result is written to `run.mcap.recovering`, synced, and renamed in one step; only then do
 //! the others go. Whenever this is interrupted, doing it again gives the same.
 
+mod evidence;
 mod files;
 mod fill;
 mod report;
@@ -35,7 +36,8 @@ use super::messages::{RawBytes, UplinkEvent, UplinkStep};
 use super::topics::{Deriver, StationEvent, Topic};
 use super::writer::records::{HEAD_BYTES, Reader};
 use super::writer::{Attachment, McapWriter};
-use files::{Locks, with_suffix};
+use evidence::{keep, keep_journal};
+use files::Locks;
 use fill::{Balance, ChunkStart, Filler};
 use scan::{Raw, Scan, Topics};
 use survey::{Survey, for_each_entry};
@@ -452,60 +454,6 @@ fn finish<W: io::Write>(
     let messages = composer.writer().message_count();
     composer.finish().map_err(failed)?;
     Ok(messages)
-}
-
-/// A damaged file under another name, the first free of `.damaged`, `.damaged-2` and so on behind `name`:
-/// it is evidence. One that a recovery kept before it was interrupted is not kept twice.
-fn keep(paths: &Paths, source: &Path, name: &Path) -> Result<PathBuf, CaptureError> {
-    let mut kept = with_suffix(name, ".damaged");
-    for number in 2.. {
-        match fs::symlink_metadata(&kept) {
-            Err(error) if error.kind() == io::ErrorKind::NotFound => break,
-            _ if is_same(source, &kept).unwrap_or(false) => return Ok(kept),
-            _ => kept = with_suffix(name, &format!(".damaged-{number}")),
-        }
-    }
-    if fs::hard_link(source, &kept).is_err() {
-        fs::copy(source, &kept).map_err(|error| {
-            let _ = fs::remove_file(&kept);
-            CaptureError::Recovering {
-                path: paths.target.clone(),
-                error,
-            }
-        })?;
-    }
-    Ok(kept)
-}
-
-fn is_same(one: &Path, other: &Path) -> io::Result<bool> {
-    let (mut one, mut other) = (File::open(one)?, File::open(other)?);
-    if one.metadata()?.len() != other.metadata()?.len() {
-        return Ok(false);
-    }
-    let (mut left, mut right) = (Vec::new(), Vec::new());
-    loop {
-        left.clear();
-        right.clear();
-        one.by_ref()
-            .take(BUFFER_BYTES as u64)
-            .read_to_end(&mut left)?;
-        other
-            .by_ref()
-            .take(BUFFER_BYTES as u64)
-            .read_to_end(&mut right)?;
-        if left.is_empty() || left != right {
-            return Ok(left == right);
-        }
-    }
-}
-
-/// Keeps a journal of which something cannot be read; one that only ends in the middle of an entry has
-/// given all it has.
-fn keep_journal(paths: &Paths, waste: Waste) -> Result<Option<PathBuf>, CaptureError> {
-    waste
-        .has_damage()
-        .then(|| keep(paths, &paths.journal, &paths.journal))
-        .transpose()
 }
 
 fn tidy_up(paths: &Paths) -> Result<(), CaptureError> {
