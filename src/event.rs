@@ -143,6 +143,13 @@ pub enum Effect {
     CancelCommands,
     /// Begin a recording with what is remembered, or end the one under way.
     ToggleRecording,
+    /// Keep beside the capture of this name what is said of its run.
+    Label {
+        /// The capture.
+        capture: String,
+        /// What is said.
+        remark: Remark,
+    },
     /// Read a route file; the answer is [`Event::RouteLoaded`].
     LoadRoute(String),
     /// Write a route file; the answer is [`Event::RouteSaved`].
@@ -164,6 +171,47 @@ pub enum Effect {
     Suspend,
     /// Leave.
     Quit,
+}
+
+/// What an operator says of a run.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub enum Remark {
+    /// What to call it.
+    Name(String),
+    /// Something worth keeping.
+    Note(String),
+    /// It does not count, and why.
+    Void(String),
+    /// It counts after all.
+    Counts,
+}
+
+impl Remark {
+    /// `name TEXT`, `note TEXT`, `void [REASON]` or `counts`; `None` for other words.
+    #[must_use]
+    pub fn from_words(words: &[&str]) -> Option<Self> {
+        let (first, rest) = words.split_first()?;
+        let text = rest.join(" ");
+        match *first {
+            "name" if !rest.is_empty() => Some(Self::Name(text)),
+            "note" if !rest.is_empty() => Some(Self::Note(text)),
+            "void" => Some(Self::Void(text)),
+            "counts" if rest.is_empty() => Some(Self::Counts),
+            _ => None,
+        }
+    }
+}
+
+impl std::fmt::Display for Remark {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        match self {
+            Self::Name(text) => write!(f, "the run is called {text}"),
+            Self::Note(text) => write!(f, "note: {text}"),
+            Self::Void(reason) if reason.is_empty() => write!(f, "the run is void"),
+            Self::Void(reason) => write!(f, "the run is void: {reason}"),
+            Self::Counts => write!(f, "the run counts"),
+        }
+    }
 }
 
 /// Why a file was not written.

@@ -10,9 +10,10 @@ use super::keys::Action;
 use super::log::Subject;
 use super::palette::Palette;
 use super::travel::NO_ROBOT;
-use super::{Model, Overlay, Panel, Purpose, Question, TextEntry, Then, trace, words};
-use crate::event::{Effect, Level, Moment};
+use super::{Model, Overlay, Panel, Purpose, Question, SIZE_MIN, TextEntry, Then, trace, words};
+use crate::event::{Effect, Level, Moment, Remark};
 use crate::request::Request;
+use crate::route;
 
 /// Longest line that can be typed or pasted.
 pub(super) const TEXT_MAX: usize = 512;
@@ -29,6 +30,14 @@ impl Model {
             };
         }
         self.aside = None;
+        if self.is_too_small() {
+            let stop = key.code == KeyCode::Char(' ');
+            return match action {
+                _ if stop => self.act(now, Action::Stop, false),
+                Some(action @ (Action::Stop | Action::Quit)) => self.act(now, action, false),
+                _ => Vec::new(),
+            };
+        }
         if let Some(action) = action {
             let repeated = key.kind == KeyEventKind::Repeat;
             let effects = self.act(now, action, repeated);
@@ -43,12 +52,33 @@ impl Model {
                 .modifiers
                 .intersects(KeyModifiers::CONTROL | KeyModifiers::ALT)
         {
-            self.take_paste(&c.to_string());
+            self.take_text(&c.to_string());
         }
         Vec::new()
     }
 
-    pub(super) fn take_paste(&mut self, text: &str) -> bool {
+    /// Whether there is no room to show what a key would do; nobody has said how large it is at the start.
+    const fn is_too_small(&self) -> bool {
+        let (width, height) = self.size;
+        (width > 0 && width < SIZE_MIN.0) || (height > 0 && height < SIZE_MIN.1)
+    }
+
+    /// Takes what was pasted: into what is being typed its first line, else a route as the draft.
+    pub(super) fn take_paste(&mut self, now: Moment, text: &str) -> bool {
+        if self.is_too_small() {
+            return false;
+        }
+        // Terminals send the ends of lines as the Enter key would.
+        let text = text.replace("\r\n", "\n").replace('\r', "\n");
+        if self.overlay == Overlay::None {
+            let route = route::parse("pasted", &text).map_err(|error| error.to_string());
+            self.take_route(now, "pasted", route);
+            return true;
+        }
+        self.take_text(&text)
+    }
+
+    fn take_text(&mut self, text: &str) -> bool {
         let line = text.lines().next().unwrap_or_default();
         match &mut self.overlay {
             Overlay::Text(entry) => entry.append(line),
@@ -141,6 +171,11 @@ impl Model {
         let chart = &mut self.chart;
         match action {
             Action::MoveCursor { east, north } => chart.move_cursor(east, north),
+            Action::AddWaypoint if chart.cursor.is_none() => {
+                chart.move_cursor(0, 0);
+                let text = "the cursor is up: arrows move it, w drafts a waypoint there";
+                self.log.add(now, Level::Info, Subject::Station, text);
+            }
             Action::AddWaypoint if !chart.add_waypoint() => {
                 self.warn(now, "the robot's list holds no more waypoints");
             }
@@ -233,6 +268,9 @@ impl Model {
             return vec![Effect::LoadRoute(file.to_owned())];
         }
         let words: Vec<&str> = text.split_whitespace().collect();
+        if let Some(remark) = Remark::from_words(&words) {
+            return self.label(remark, entry);
+        }
         match (Request::all_from_words(&words), &words[..]) {
             (Ok(requests), _) => requests
                 .into_iter()
@@ -251,6 +289,20 @@ impl Model {
                 Vec::new()
             }
         }
+    }
+
+    /// What is said of the run that is being recorded.
+    fn label(&mut self, remark: Remark, entry: TextEntry) -> Vec<Effect> {
+        let recording = &self.recording;
+        let Some(capture) = recording.mcap.clone().or_else(|| recording.tee.clone()) else {
+            let error = "nothing is recorded: R begins a recording, with what came before it";
+            self.overlay = Overlay::Text(TextEntry {
+                error: Some(error.to_owned()),
+                ..entry
+            });
+            return Vec::new();
+        };
+        vec![Effect::Label { capture, remark }]
     }
 
     pub(super) fn ask_or_send(&mut self, request: Request) -> Vec<Effect> {

@@ -115,6 +115,10 @@ impl Panel {
     ];
 }
 
+/// Columns and rows below which there is no room for a dashboard: only STOP and leaving work then, for nobody sees
+/// what else a key would do.
+pub(crate) const SIZE_MIN: (u16, u16) = (80, 24);
+
 /// What lies over the panels and takes the keyboard.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub(crate) enum Overlay {
@@ -306,7 +310,7 @@ impl Model {
                 effects.extend(self.take_key(now, key));
                 true
             }
-            Event::Paste(text) => self.take_paste(&text),
+            Event::Paste(text) => self.take_paste(now, &text),
             Event::Pointer { on, gesture } => self.take_pointer(on, gesture),
             Event::Resize { width, height } => {
                 let changed = self.size != (width, height);

@@ -141,16 +141,17 @@ impl Motors {
 
     /// Takes a line A; says whether somebody else holds the motors now.
     pub(super) fn take_state(&mut self, now: Moment, state: &StateLine) -> bool {
-        self.take_rungs(now, state);
         let holder = match Holder::of(state) {
             Holder::CliffGuard if self.is_unguarded => Holder::unguarded(state),
             holder => holder,
         };
+        self.take_rungs(now, holder, state);
+        let mut won = [0; HOLDERS];
         if let Some(place) = holder.place() {
-            let mut won = [0; HOLDERS];
             won[place] = 1;
-            self.samples.add(now, &won);
         }
+        // Also of a line in which nobody held them: what was won longer ago goes out of the window.
+        self.samples.add(now, &won);
         if self.holder.is_some_and(|held| held.value == holder) {
             return false;
         }
@@ -168,9 +169,13 @@ impl Motors {
         true
     }
 
-    fn take_rungs(&mut self, now: Moment, state: &StateLine) {
+    fn take_rungs(&mut self, now: Moment, holder: Holder, state: &StateLine) {
         for (layer, rung) in Layer::ALL.into_iter().zip(&mut self.rungs) {
-            let value = state.layers.get(layer);
+            let value = match layer {
+                Layer::User if holder == Holder::Layer(Layer::User) => LayerState::Holds,
+                Layer::User => LayerState::Quiet,
+                layer => state.layers.get(layer),
+            };
             if rung.is_none_or(|known| known.value != value) {
                 *rung = Some(Reading { value, at: now });
             }

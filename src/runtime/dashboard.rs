@@ -1,6 +1,7 @@
 //! The dashboard's event loop.
 
 use std::io;
+use std::path::Path;
 use std::thread;
 use std::time::{Duration, Instant};
 
@@ -9,7 +10,8 @@ use tokio::sync::mpsc::{Receiver, Sender, channel};
 use tokio::time::{Instant as TokioInstant, sleep_until};
 
 use super::{Driver, Keeper, Session};
-use crate::event::{Effect, Event, Gesture, Level, Moment, Recording};
+use crate::capture::runs::Label;
+use crate::event::{Effect, Event, Gesture, Level, Moment, Recording, Remark};
 use crate::io::files;
 use crate::io::signals::{Signal, Signals, stop_myself};
 use crate::io::terminal::{self, Screen};
@@ -246,6 +248,7 @@ impl Running {
                     });
                 }
             },
+            Effect::Label { capture, remark } => self.label(capture, remark),
             Effect::LoadRoute(path) => self.load_route(path),
             Effect::SaveRoute {
                 path,
@@ -311,6 +314,34 @@ impl Running {
                 .and_then(|text| route::parse(&path, &text).map_err(|error| error.to_string()));
             // A dashboard that is gone wants no route.
             let _ = readers.blocking_send(Event::RouteLoaded { path, route });
+        });
+    }
+
+    /// Beside the capture, and in its log at this moment.
+    fn label(&self, capture: String, remark: Remark) {
+        let said = Event::Notice {
+            level: Level::Info,
+            text: remark.to_string(),
+        };
+        if let Some(keeper) = &self.keeper {
+            keeper.event_sink()(Instant::now(), &said);
+        }
+        let readers = self.readers.clone();
+        thread::spawn(move || {
+            let path = Path::new(&capture);
+            let kept = Label::of(path).and_then(|mut label| {
+                label.take(&remark);
+                label.keep(path)
+            });
+            let told = kept.map_or_else(
+                |error| Event::Notice {
+                    level: Level::Warning,
+                    text: error.to_string(),
+                },
+                |()| said,
+            );
+            // A dashboard that is gone has kept it all the same.
+            let _ = readers.blocking_send(told);
         });
     }
 

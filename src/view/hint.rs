@@ -194,4 +194,4 @@ impl Screen<'_> {
 }
 
 const COMMAND_HELP: &str =
-    "stop, mode M, preset P, enable/disable L,L, goto X Y, route F, scan, param, help";
+    "stop, mode M, preset P, enable/disable L,L, goto X Y, route F, scan, param, note, void, help";

@@ -26,7 +26,8 @@ const LOG_ROWS_MIN: u16 = 5;
 
 impl Screen<'_> {
     pub(super) fn panels(&self, buffer: &mut Buffer, area: Rect, is_full: bool) {
-        if self.model.enlarged {
+        // What is being edited is seen.
+        if self.model.enlarged && self.model.editor.is_none() {
             self.draw_panel(buffer, area, self.model.panel);
         } else if is_full {
             self.all_panels(buffer, area);

@@ -71,14 +71,12 @@ use ratatui::layout::Rect;
 use ratatui::text::{Line, Span};
 
 use crate::event::Moment;
+use crate::model::SIZE_MIN;
 use crate::model::{Colors, Model};
 use layout::{HEIGHT_FULL, WIDTH_FULL};
 use pointer::Mark;
 pub use pointer::spot;
 use theme::Theme;
-
-const WIDTH_MIN: u16 = 80;
-const HEIGHT_MIN: u16 = 24;
 
 /// Draws the whole dashboard.
 pub fn draw(model: &Model, now: Moment, frame: &mut Frame<'_>) {
@@ -116,7 +114,7 @@ impl Screen<'_> {
             // It counts on no colour of the terminal's own.
             buffer.set_style(area, self.theme.plain);
         }
-        if area.width < WIDTH_MIN || area.height < HEIGHT_MIN {
+        if area.width < SIZE_MIN.0 || area.height < SIZE_MIN.1 {
             self.too_small(buffer, area);
         } else {
             self.draw(buffer, area);
@@ -156,7 +154,7 @@ impl Screen<'_> {
     fn too_small(&self, buffer: &mut Buffer, area: Rect) {
         let text = [
             "groundwave".to_owned(),
-            format!("needs {WIDTH_MIN}x{HEIGHT_MIN}"),
+            format!("needs {}x{}", SIZE_MIN.0, SIZE_MIN.1),
             format!("this is {}x{}", area.width, area.height),
             "Space: STOP".to_owned(),
         ];

@@ -103,18 +103,21 @@ impl Screen<'_> {
     fn recording(&self, room: usize) -> Span<'_> {
         let recording = &self.model.recording;
         let theme = &self.theme;
-        let longest = |long: String, short: String| {
-            if long.chars().count() <= room {
-                long
-            } else {
-                short
-            }
+        // The last is a mark alone: whether it is recorded is told in any room.
+        let longest = |words: [String; 3]| {
+            let [.., least] = words.clone();
+            let mut fitting = words.into_iter().filter(|w| w.chars().count() <= room);
+            fitting.next().unwrap_or(least)
         };
         if let Some(problem) = &recording.problem {
             let bad = theme.glyphs.bad;
             let long = format!("{bad} RECORDING FAILED: {problem}");
             return Span::styled(
-                longest(long, format!("{bad} RECORDING FAILED")),
+                longest([
+                    long,
+                    format!("{bad} RECORDING FAILED"),
+                    format!("{bad} REC"),
+                ]),
                 theme.alarm,
             );
         }
@@ -125,15 +128,19 @@ impl Screen<'_> {
             .collect();
         if names.is_empty() {
             let words = if self.model.is_replay() {
-                ""
+                String::new()
             } else {
-                "unrecorded"
+                longest(["unrecorded", "no rec", ""].map(str::to_owned))
             };
             return Span::styled(words, theme.dim);
         }
         let glyph = theme.glyphs.recording;
         let long = format!("{glyph} {}", names.join(", "));
-        Span::raw(longest(long, format!("{glyph} recording")))
+        Span::raw(longest([
+            long,
+            format!("{glyph} recording"),
+            glyph.to_owned(),
+        ]))
     }
 
     fn robot_at_a_glance(&self, width: u16) -> Vec<Span<'_>> {

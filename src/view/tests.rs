@@ -484,6 +484,11 @@ fn the_draft_is_a_list_beside_the_map() {
             assert!(shown.contains(fact), "{fact} is not on\n{shown}");
         }
         insta::assert_snapshot!(name, shown);
+        scene.model.enlarged = true;
+        assert!(
+            screen(&scene, width, height).contains("route: 4, "),
+            "what is edited is seen"
+        );
         scene.type_text("?");
         assert!(screen(&scene, width, height).contains("insert one before it"));
     }

@@ -6,6 +6,8 @@ use std::path::{Path, PathBuf};
 
 use serde::{Deserialize, Serialize};
 
+use crate::event::Remark;
+
 /// A name, remarks, and whether the run counts.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
@@ -114,6 +116,16 @@ impl Label {
                 // What could not be finished is of no use to anybody.
                 let _ = fs::remove_file(&new);
             })
+    }
+
+    /// Takes what an operator said while it was recorded.
+    pub fn take(&mut self, remark: &Remark) {
+        match remark {
+            Remark::Name(name) => self.name = Some(name.clone()),
+            Remark::Note(text) => self.remark(None, text),
+            Remark::Void(reason) => self.void = Some(reason.clone()),
+            Remark::Counts => self.void = None,
+        }
     }
 
     /// Adds a remark, of a moment or of the whole run.

@@ -9,6 +9,7 @@ use toml::Spanned;
 use toml::de::{DeTable, DeValue, ValueDeserializer};
 
 use super::{Config, Link, Robot};
+use crate::model::Limits;
 use crate::model::keys::{Keymap, Rebinding};
 use crate::share::Address;
 use crate::suggest;
@@ -107,7 +108,9 @@ fn read(text: &str) -> Result<Config, Misplaced> {
         match known(&key, SECTIONS, "at the top of the file")? {
             "link" => {
                 let (own, profiles) = apart(&key, value)?;
+                let at = own.span();
                 config.link = section(own, LINK, "[link]")?;
+                carries(&config.link, at, "[link]")?;
                 config.links = each(profiles, link)?;
             }
             "robot" => {
@@ -117,11 +120,15 @@ fn read(text: &str) -> Result<Config, Misplaced> {
                     let message = "a robot has a name: [robot.NAME]";
                     return Err(Misplaced::new(stray.span(), message));
                 }
-                config.robots = each(profiles, |name, profile| robot(name, profile, &limits))?;
+                config.robots = each(profiles, |name, profile| {
+                    robot(name, profile, &limits, &config.links)
+                })?;
             }
             "limits" => {
                 limits = table(&key, value.clone())?;
+                let at = value.span();
                 config.limits = section(value, LIMITS, "[limits]")?;
+                in_order(&config.limits, at, "[limits]")?;
             }
             "recording" => config.recording = section(value, RECORDING, "[recording]")?,
             "dashboard" => config.dashboard = section(value, DASHBOARD, "[dashboard]")?,
@@ -145,6 +152,7 @@ fn each<'t, T>(
 fn link(name: &str, profile: Spanned<DeValue<'_>>) -> Result<Link, Misplaced> {
     let (what, at) = (format!("[link.{name}]"), profile.span());
     let link: Link = section(profile, LINK_PROFILE, &what)?;
+    carries(&link, at.clone(), &what)?;
     if link.port.is_none() {
         return Err(Misplaced::new(at, format!("{what} needs a port")));
     }
@@ -155,6 +163,7 @@ fn robot<'t>(
     name: &str,
     profile: Spanned<DeValue<'t>>,
     limits: &DeTable<'t>,
+    links: &BTreeMap<String, Link>,
 ) -> Result<Robot, Misplaced> {
     let (what, at) = (format!("[robot.{name}]"), profile.span());
     let (own, sections) = apart(&Spanned::new(at.clone(), name), profile)?;
@@ -167,10 +176,37 @@ fn robot<'t>(
     }
     let all = Spanned::new(at.clone(), DeValue::Table(all));
     robot.limits = section(all, LIMITS, &format!("[robot.{name}.limits]"))?;
-    if robot.link.is_none() {
+    let Some(link) = &robot.link else {
         return Err(Misplaced::new(at, format!("{what} needs a link")));
+    };
+    let names = links.keys().map(String::as_str);
+    let may_be_a_name = link != "sim" && !link.contains(['/', ':']);
+    let near = suggest::nearest(link, names).filter(|near| near != link);
+    if let Some(near) = near.filter(|_| may_be_a_name) {
+        let message = format!("{what}: there is no [link.{link}]; did you mean `{near}`?");
+        return Err(Misplaced::new(at, message));
     }
+    in_order(&robot.limits, at, &format!("[robot.{name}.limits]"))?;
     Ok(robot)
+}
+
+fn carries(link: &Link, at: Range<usize>, what: &str) -> Result<(), Misplaced> {
+    if link.baud == Some(0) {
+        let message = format!("{what}: nothing passes at 0 baud; the SR04's radio has 2400");
+        return Err(Misplaced::new(at, message));
+    }
+    Ok(())
+}
+
+fn in_order(limits: &Limits, at: Range<usize>, what: &str) -> Result<(), Misplaced> {
+    if limits.battery_low_dv < limits.battery_critical_dv {
+        let message = format!(
+            "{what}: battery_low_dv = {} lies below battery_critical_dv = {}: it would never be told",
+            limits.battery_low_dv, limits.battery_critical_dv
+        );
+        return Err(Misplaced::new(at, message));
+    }
+    Ok(())
 }
 
 /// A key that is one of these.

@@ -48,7 +48,7 @@ impl Default for Limits {
             loss_for_s: 10,
             stalled_s: 2,
             fallen_s: 2,
-            thrash_s: 3,
+            thrash_s: 15,
         }
     }
 }
@@ -111,7 +111,7 @@ pub(crate) const RULES: [Rule; RULES_COUNT] = [
     Rule {
         level: Level::Alarm,
         name: "battery critical",
-        remedy: "switch it off, or let it dock (D)",
+        remedy: "switch it off, or dock it (D)",
         unit: "V",
         logged_here: true,
         look: |facts| battery(facts, &[Power::Critical]),
@@ -182,7 +182,7 @@ pub(crate) const RULES: [Rule; RULES_COUNT] = [
     Rule {
         level: Level::Alarm,
         name: "battery low",
-        remedy: "let it dock (D), or call it home (h)",
+        remedy: "call it home (h) or to a dock (D)",
         unit: "V",
         logged_here: true,
         look: |facts| battery(facts, &[Power::Low, Power::Critical]),

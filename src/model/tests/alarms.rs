@@ -125,7 +125,8 @@ fn silence_and_thrashing_are_alarms_too() {
     assert_eq!(raised(&scene), [("robot silent", false, false)]);
     scene.type_text("A");
     let before = scene.model.tally().alarms;
-    for n in 0..30 {
+    // Sixteen seconds of it, at three lines a second.
+    for n in 0..54 {
         let (quiet, holds) = [
             (Layer::Infrared, Layer::Bumpers),
             (Layer::Bumpers, Layer::Infrared),

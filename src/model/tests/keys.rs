@@ -1,6 +1,7 @@
 //! What keys, typed words and dialogs want done.
 
 use super::*;
+use crate::event::Remark;
 
 #[test]
 fn stop_never_asks_and_works_under_everything() {
@@ -308,4 +309,79 @@ fn a_draft_is_saved_and_nothing_is_overwritten_unasked() {
     let newest = scene.model.log.newest_first().next().expect("a log entry");
     assert_eq!(newest.text, "tour.txt: 1 waypoints saved");
     assert!(scene.model.editor.is_some(), "back in the editor");
+}
+
+/// Nobody answers a question or drives where there is no room to show it.
+#[test]
+fn on_a_screen_too_small_only_stop_and_leaving_work() {
+    for keys in ["", ":go", "C", "dy", "e", "?"] {
+        let mut scene = scene();
+        scene.type_text(keys);
+        scene.event(Event::Resize {
+            width: 60,
+            height: 15,
+        });
+        assert_eq!(scene.type_text("yw"), [], "after `{keys}`");
+        assert_eq!(
+            scene.press(&[KeyCode::Up, KeyCode::Enter]),
+            [],
+            "after `{keys}`"
+        );
+        scene.event(Event::Paste("1,2".to_owned()));
+        assert!(scene.model.chart.draft.waypoints().is_empty());
+        assert_eq!(scene.type_text(" "), [STOP], "after `{keys}`");
+        scene.event(Event::Resize {
+            width: 80,
+            height: 24,
+        });
+        assert_eq!(scene.model.overlay, Overlay::None, "after `{keys}`");
+    }
+}
+
+#[test]
+fn a_pasted_route_is_a_draft_and_what_is_none_says_so() {
+    let mut scene = scene();
+    for text in ["10,20\n30,40\n# end\n", "10,20\r30,40\r", "10,20\r\n30,40"] {
+        scene.event(Event::Paste(text.to_owned()));
+        let wanted = route(&[(10, 20), (30, 40)]);
+        assert_eq!(scene.model.chart.draft.waypoints(), wanted, "{text:?}");
+        scene.type_text("u");
+    }
+    scene.event(Event::Paste("milk\n".to_owned()));
+    let newest = scene.model.log.newest_first().next().expect("a log entry");
+    assert!(newest.text.starts_with("pasted:1:1"), "{}", newest.text);
+}
+
+#[test]
+fn what_is_said_of_a_run_is_kept_beside_its_recording() {
+    let mut scene = scene();
+    scene.type_text(":note the glass door");
+    assert_eq!(scene.press(&[KeyCode::Enter]), []);
+    let Overlay::Text(entry) = &scene.model.overlay else {
+        panic!("the text stays to be mended");
+    };
+    assert!(entry.error.as_ref().is_some_and(|e| e.contains("R begins")));
+    scene.press(&[KeyCode::Esc]);
+    scene.event(Event::Recording(crate::event::Recording {
+        mcap: Some("evening.mcap".to_owned()),
+        ..crate::event::Recording::default()
+    }));
+    for (text, remark) in [
+        ("name new wheels", Remark::Name("new wheels".to_owned())),
+        (
+            "note the glass door",
+            Remark::Note("the glass door".to_owned()),
+        ),
+        ("void the cat", Remark::Void("the cat".to_owned())),
+        ("void", Remark::Void(String::new())),
+        ("counts", Remark::Counts),
+    ] {
+        scene.type_text(":");
+        scene.type_text(text);
+        let label = Effect::Label {
+            capture: "evening.mcap".to_owned(),
+            remark,
+        };
+        assert_eq!(scene.press(&[KeyCode::Enter]), [label], "{text}");
+    }
 }

@@ -117,3 +117,20 @@ fn a_guard_that_took_the_motors_is_named_and_not_who_won_them() {
     scene.layers(&[(Layer::Bumpers, LayerState::Holds)]);
     assert_eq!(Holder::of(&scene.state), Holder::Layer(Layer::Bumpers));
 }
+
+#[test]
+fn what_was_won_before_goes_out_of_the_window_while_nobody_holds() {
+    let mut scene = scene();
+    for _ in 0..30 {
+        scene.hear();
+    }
+    assert_eq!(scene.model.motors.share(Holder::Prowl), Some(1.0));
+    scene.state.mode = Mode::Stop;
+    for _ in 0..300 {
+        scene.hear();
+    }
+    assert_eq!(scene.model.motors.share(Holder::Prowl), None);
+    scene.state.mode = Mode::User;
+    scene.hear();
+    assert_eq!(scene.model.motors.since(Layer::User), Some(scene.now));
+}

@@ -45,7 +45,7 @@ fn an_alarm_is_seen_on_every_screen_until_somebody_says_so() {
     scene.type_text("z");
     let large = screen(&scene, 80, 24);
     insta::assert_snapshot!("alarms_enlarged", large);
-    row(&large, "let it dock (D), or call it home (h)");
+    row(&large, "call it home (h) or to a dock (D)");
     row(&large, "· battery critical");
     row(&large, "(limit 11.2 V)");
     scene.type_text("A");

@@ -62,6 +62,15 @@ fn mistakes_are_named_with_line_and_column() {
         ("[robot]\nlink = \"x\"\n", "2:1: a robot has a name"),
         ("[robot.r]\n", "[robot.r] needs a link"),
         (
+            "[link.shed]\nport = \"sim\"\n[robot.r]\nlink = \"shd\"\n",
+            "there is no [link.shd]; did you mean `shed`?",
+        ),
+        ("[link]\nbaud = 0\n", "nothing passes at 0 baud"),
+        (
+            "[limits]\nbattery_low_dv = 100\nbattery_critical_dv = 120\n",
+            "battery_low_dv = 100 lies below",
+        ),
+        (
             "[dashboard]\nthema = 1\n",
             "2:1: unknown key `thema` in [dashboard]; did you mean `theme`?",
         ),
