@@ -42,7 +42,9 @@ const APPROACHES: Experiment = Experiment {
                    1 in",
             figure: Figure::Share,
             required: Required::AtLeast(100.0),
-            shortfall: Some("one approach in a thousand goes farther: not looked into yet"),
+            shortfall: Some(
+                "in one of a thousand, by hand in a bow, the edge is grazed and out of sight before the wheels stand; the hand drives on, and the way to its second stop is counted with the first",
+            ),
         },
         Claim {
             part: "cliff",
