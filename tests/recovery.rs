@@ -58,7 +58,7 @@ fn feed(recorder: &mut Recorder, stream: &[u8]) -> Duration {
 }
 
 fn settle(recorder: &Recorder) {
-    while recorder.backlog() > 0 {
+    while recorder.backlog() > 0 && recorder.problem().is_none() {
         std::thread::yield_now();
     }
 }
