@@ -2,7 +2,7 @@
 
 mod common;
 
-use common::{BOOTS, Bench, ROBOT_ID, only};
+use common::{BOOTS, Bench, ROBOT_ID, only, texts};
 use groundwave_protocol::command::{Drive, Key, Message, Order};
 use groundwave_protocol::letters::{Arm, Layer, LayerMask, LayerState, Mode};
 use groundwave_protocol::telemetry::{Body, Outcome};
@@ -50,18 +50,6 @@ fn fitted() -> (Bench, Key) {
     let key = bench.open(5);
     bench.run_ms(500);
     (bench, key)
-}
-
-fn said(bench: &Bench) -> Vec<String> {
-    let text = |body: &Body| match body {
-        Body::Text(text) => Some(text.as_str().to_owned()),
-        _ => None,
-    };
-    bench
-        .lines
-        .iter()
-        .filter_map(|(_, line)| text(&line.body))
-        .collect()
 }
 
 fn drive(bench: &mut Bench, key: Key, velocity_in_s: i8) {
@@ -121,7 +109,7 @@ fn a_look_around_is_a_full_turn_and_tells_what_it_found() {
     let turned = turned_deg(&mut bench);
     assert!((turned - 360.0).abs() <= 5.0, "{turned}");
     assert_eq!(bench.robot.holder(), Some(Holder::Prowl));
-    let said = said(&bench);
+    let said = texts(&bench);
     assert_eq!(
         said,
         ["scan: longest view ---, brightest light ---, clearest --- deg"]
@@ -142,7 +130,7 @@ fn a_look_around_yields_to_a_bump_within_the_tick_and_is_over() {
         bench.run_ticks(1);
         assert_ne!(bench.robot.holder(), Some(Holder::Layer(Layer::Rotation)));
     }
-    assert_eq!(said(&bench), ["scan: broken off"]);
+    assert_eq!(texts(&bench), ["scan: broken off"]);
 }
 
 #[test]
@@ -212,7 +200,7 @@ fn passive_looks_around_faces_stops_sings_waits_charges_and_goes_back() {
         sang += u32::from(bench.outputs.note_hz > 0);
     }
     assert!(sang > 80, "{sang}");
-    assert_eq!(said(&bench).len(), 1);
+    assert_eq!(texts(&bench).len(), 1);
     bench.run_ms(20_000);
     assert_eq!(bench.latest_state().arm, Arm::Armed);
     bench.lines.clear();

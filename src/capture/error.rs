@@ -193,7 +193,7 @@ pub enum CaptureError {
     #[error("{} is the journal of a recording: groundwave recover {}", .0.display(), .0.display())]
     Journal(PathBuf),
     /// An MCAP of something else.
-    #[error("{} holds no {} channel of groundwave.RawBytes: not a Groundwave recording", .0.display(), super::mcap::RAW_RX)]
+    #[error("{} holds no {} channel of groundwave.RawBytes: not a Groundwave recording", .0.display(), super::topics::RAW_RX)]
     NoRawBytes(PathBuf),
 }
 

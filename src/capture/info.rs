@@ -9,6 +9,7 @@ use groundwave_protocol::letters::{Bump, Drive, Layer};
 use groundwave_protocol::telemetry::{Body, CountersLine, HOLDERS, Line, StateLine};
 use serde::Serialize;
 
+use super::odometer::{can_be_driven, seconds_of, slots_between};
 use super::source::{Chunk, Form};
 use super::{Capture, CaptureError};
 use crate::request::layer_word;
@@ -249,9 +250,6 @@ impl Info {
     }
 }
 
-/// Faster than this between two lines, the odometer was reset and not driven.
-const SPEED_MAX_IN_S: f64 = 24.0;
-
 /// The count of ticks goes round after 4096; a longer silence than this at 20 Hz cannot be told.
 const TICKS_ROUND_S: u32 = 200;
 
@@ -358,9 +356,9 @@ impl Survey {
         if let Some(last) = self.place
             && state.drive != Drive::OdometerReset
         {
-            let slots = (sequence + 100 - last.sequence) % 100;
             let step_in = (place.x_in - last.x_in).hypot(place.y_in - last.y_in);
-            if step_in <= f64::from(slots) / 3.0 * SPEED_MAX_IN_S {
+            let passed_s = seconds_of(slots_between(last.sequence, sequence));
+            if can_be_driven(step_in, passed_s) {
                 self.distance_in += step_in;
             }
         }

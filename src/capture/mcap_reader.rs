@@ -12,12 +12,9 @@ use prost::Message as _;
 use super::messages::RawBytes;
 use super::schema::Schema;
 use super::source::Chunk;
-use super::topics::Topic;
+use super::topics::{RAW_RX, RAW_TX, Topic};
 use super::walk::{Damage, Step, Walker};
 use crate::statistics::Uplink;
-
-const RAW_RX: &str = Topic::RawRx.name();
-const RAW_TX: &str = Topic::RawTx.name();
 
 /// Why an MCAP could not be read whole.
 #[derive(Debug, thiserror::Error)]

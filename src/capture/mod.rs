@@ -1,7 +1,7 @@
 //! Captures: what the radio delivered, kept byte for byte.
 //!
 //! Two forms. The raw text ([`raw`]) is the evidence: exactly the bytes that were read, noise included.
-//! MCAP ([`mcap`], written by the [`recorder`]) holds the same bytes with the time each was read, and all
+//! MCAP (written by the [`recorder`]) holds the same bytes with the time each was read, and all
 //! that follows from them ([`topics`]), indexed and compressed, for other people's tools. A [`source`] reads
 //! either, for [`decode`] and [`info`]; the [`index`] reads it from anywhere, for replay. What was interrupted is
 //! made whole by [`recover`], from the [`journal`] that every recording has while it is written.
@@ -15,10 +15,10 @@ pub mod index;
 pub mod info;
 pub mod journal;
 pub mod layout;
-pub mod mcap;
 pub mod mcap_reader;
 pub mod messages;
 pub mod name;
+mod odometer;
 pub mod picture;
 mod presence;
 pub mod raw;

@@ -6,6 +6,7 @@ use groundwave_protocol::decoder::{Decoder, Received};
 use groundwave_protocol::letters::{Bump, Cliff, Drive, Layer};
 use groundwave_protocol::telemetry::{Body, Line, StateLine};
 
+use super::odometer::{can_be_driven, seconds_of, slots_between};
 use super::{Capture, CaptureError};
 use crate::request::layer_word;
 
@@ -17,9 +18,6 @@ const EVENTS_MAX: usize = 2_000;
 
 /// Steps shorter than this are told as one, inches.
 const STEP_IN: f32 = 0.4;
-
-/// Faster than this between two lines, the odometer was reset and not driven.
-const SPEED_MAX_IN_S: f32 = 24.0;
 
 /// Who held the motors.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
@@ -192,10 +190,10 @@ impl Fold {
         };
         self.track.heading_deg = state.theta_deg;
         if let Some((last, before)) = self.last {
-            let slots = (sequence + 100 - before) % 100;
+            let slots = slots_between(before, sequence);
             let step_in = (point.x_in - last.x_in).hypot(point.y_in - last.y_in);
             if state.drive != Drive::OdometerReset
-                && step_in <= f32::from(slots) / 3.0 * SPEED_MAX_IN_S
+                && can_be_driven(step_in.into(), seconds_of(slots))
             {
                 self.track.distance_in += f64::from(step_in);
                 // Two lines in six carry no position.

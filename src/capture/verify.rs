@@ -19,9 +19,8 @@ use super::mcap_reader::{Channel, Entries, Entry};
 use super::messages::{RawBytes, Telemetry};
 use super::raw::RawReader;
 use super::source::Form;
-use super::topics::Topic;
+use super::topics::{RAW_RX, Topic};
 
-const RAW_RX: &str = Topic::RawRx.name();
 const TELEMETRY: &str = Topic::Telemetry.name();
 
 /// Faults that are told one by one.

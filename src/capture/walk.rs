@@ -11,8 +11,8 @@ use std::ops::Range;
 use ::mcap::records::{ChunkHeader, Record, op};
 use ::mcap::{MAGIC, parse_record};
 
-/// The largest record that is believed, and the largest chunk when it is unpacked. Recordings have
-/// chunks of up to 1 MiB.
+/// The largest record that is believed, and the largest chunk when it is unpacked: many times what a
+/// recording has.
 const RECORD_BYTES_MAX: usize = 16 << 20;
 
 /// Operation code and length.

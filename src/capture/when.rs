@@ -32,8 +32,9 @@ impl FromStr for When {
     }
 }
 
-/// A number and its unit.
-fn span(text: &str) -> Option<Duration> {
+/// `90`, `90s`, `1.5m`, `2h` or `250ms`; `None` for anything else.
+#[must_use]
+pub fn span(text: &str) -> Option<Duration> {
     let digits = text.trim_end_matches(|c: char| c.is_ascii_alphabetic());
     let unit_s = match &text[digits.len()..] {
         "ms" => 0.001,

@@ -22,6 +22,8 @@ use std::time::Duration;
 
 use clap::{Parser, Subcommand};
 
+use crate::capture::when;
+
 /// Ground station for a small robot on a 2400-baud radio.
 #[derive(Debug, Parser)]
 #[command(
@@ -166,18 +168,7 @@ impl Command {
 
 /// `90`, `90s`, `1.5m`, `2h` or `250ms`.
 fn parse_duration(text: &str) -> Result<Duration, String> {
-    let digits = text.trim_end_matches(|c: char| c.is_ascii_alphabetic());
-    let unit_s = match &text[digits.len()..] {
-        "ms" => 0.001,
-        "" | "s" => 1.0,
-        "m" | "min" => 60.0,
-        "h" => 3600.0,
-        _ => return Err(format!("`{text}` is no duration; try 30s, 90m or 2h")),
-    };
-    digits
-        .parse::<f64>()
-        .ok()
-        .and_then(|number| Duration::try_from_secs_f64(number * unit_s).ok())
+    when::span(text)
         .filter(|duration| !duration.is_zero())
         .ok_or_else(|| format!("`{text}` is no duration; try 30s, 90m or 2h"))
 }

@@ -1,17 +1,17 @@
 //! `compare`: two runs over each other.
 
-use std::fs::File;
 use std::io::{self, Write};
 use std::path::Path;
 
 use super::cli::Compare;
+use super::output::write_file;
 use super::runs::labelled;
-use super::{Exit, Fault, keeping, say};
+use super::{Fault, keeping, say};
 use crate::capture::Capture;
 use crate::capture::runs::comparison::{Apart, Figures};
 use crate::capture::runs::overlay::overlay;
 use crate::capture::runs::sketch::sketch;
-use crate::capture::runs::{Comparison, Track};
+use crate::capture::runs::{Comparison, Course};
 
 /// What a page and a terminal hold.
 const SKETCH: (usize, usize) = (78, 30);
@@ -22,7 +22,7 @@ pub(super) fn run(options: &Compare) -> Result<(), Fault> {
     let names = [&first, &second].map(|run| run.name.clone().unwrap_or(run.capture.clone()));
     if let Some(path) = &options.svg {
         let drawing = overlay([&a, &b], [&names[0], &names[1]]);
-        write_drawing(path, &drawing, options.force)?;
+        write_file(path, &drawing, options.force)?;
     }
     let comparison = Comparison {
         runs: [first, second],
@@ -41,19 +41,19 @@ pub(super) fn run(options: &Compare) -> Result<(), Fault> {
 }
 
 /// What could be read, and why that is not all.
-fn read(path: &Path) -> Result<(Figures, Track, Option<Fault>), Fault> {
+fn read(path: &Path) -> Result<(Figures, Course, Option<Fault>), Fault> {
     let label = labelled(path)?;
     let mut capture = Capture::open(path).map_err(keeping::fault)?;
-    let (track, seen, problem) = Track::read(&mut capture);
+    let (course, seen, problem) = Course::read(&mut capture);
     let problem = problem.map(keeping::fault);
-    if track.points().is_empty() {
+    if course.points().is_empty() {
         return Err(problem.unwrap_or_else(|| Fault::no_lines(path, seen.bytes)));
     }
-    let figures = Figures::of(path.display().to_string(), label, &track);
-    Ok((figures, track, problem))
+    let figures = Figures::of(path.display().to_string(), label, &course);
+    Ok((figures, course, problem))
 }
 
-fn show(comparison: &Comparison, tracks: [&Track; 2], json: bool) -> io::Result<()> {
+fn show(comparison: &Comparison, courses: [&Course; 2], json: bool) -> io::Result<()> {
     let mut out = io::stdout().lock();
     if json {
         serde_json::to_writer(&mut out, comparison)?;
@@ -62,28 +62,6 @@ fn show(comparison: &Comparison, tracks: [&Track; 2], json: bool) -> io::Result<
     }
     comparison.write_text(&mut out)?;
     let (columns, rows) = SKETCH;
-    write!(out, "\n{}", sketch(tracks, columns, rows))?;
+    write!(out, "\n{}", sketch(courses, columns, rows))?;
     out.flush()
-}
-
-fn write_drawing(path: &Path, drawing: &str, force: bool) -> Result<(), Fault> {
-    let file = if force {
-        File::create(path)
-    } else {
-        File::create_new(path)
-    };
-    file.and_then(|mut file| file.write_all(drawing.as_bytes()))
-        .map_err(|error| match error.kind() {
-            io::ErrorKind::AlreadyExists => Fault::new(
-                Exit::Usage,
-                format!(
-                    "{} exists: choose another name, or say --force to overwrite it",
-                    path.display()
-                ),
-            ),
-            _ => Fault::new(
-                Exit::Failed,
-                format!("cannot write {}: {error}", path.display()),
-            ),
-        })
 }

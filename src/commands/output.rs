@@ -83,6 +83,18 @@ fn exists(path: &Path) -> Fault {
     )
 }
 
+/// Writes a file at one stroke.
+pub(super) fn write_file(path: &Path, text: &str, force: bool) -> Result<(), Fault> {
+    if !force && is_in_the_way(path) {
+        return Err(exists(path));
+    }
+    let mut output = Output::create(&Target::File(path.to_owned(), force))?;
+    match output.write_all(text.as_bytes()) {
+        Ok(()) => output.finish(),
+        Err(error) => output.fault(&error),
+    }
+}
+
 /// A result under way. What is not finished leaves nothing behind.
 pub(super) struct Output {
     writer: Option<BufWriter<Box<dyn Write + Send>>>,

@@ -10,7 +10,7 @@ use super::cli::Runs;
 use super::{Exit, Fault, keeping, say};
 use crate::capture::Capture;
 use crate::capture::runs::comparison::Figures;
-use crate::capture::runs::{Label, Track};
+use crate::capture::runs::{Course, Label};
 
 /// A file without one line of a robot in so many bytes is something else.
 const LOOK_BYTES: usize = 64 * 1024;
@@ -57,12 +57,12 @@ pub(super) fn labelled(capture: &Path) -> Result<Label, Fault> {
 fn read(path: &Path) -> Result<(Figures, Option<Fault>), Fault> {
     let label = labelled(path)?;
     let mut capture = Capture::open(path).map_err(keeping::fault)?;
-    let (track, _, problem) = Track::read(&mut capture);
+    let (course, _, problem) = Course::read(&mut capture);
     let problem = problem.map(keeping::fault);
     match problem {
-        Some(problem) if track.points().is_empty() => Err(problem),
+        Some(problem) if course.points().is_empty() => Err(problem),
         problem => Ok((
-            Figures::of(path.display().to_string(), label, &track),
+            Figures::of(path.display().to_string(), label, &course),
             problem,
         )),
     }

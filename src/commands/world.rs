@@ -1,12 +1,11 @@
 //! `world`: the worlds there are, a world as a picture, and what is wrong with it.
 
-use std::fs::File;
 use std::io::{self, Write};
-use std::path::Path;
 
 use sr04_sim::World;
 
 use super::cli;
+use super::output::write_file;
 use super::{Exit, Fault, say};
 
 pub(super) fn run(options: &cli::World) -> Result<(), Fault> {
@@ -62,26 +61,4 @@ fn show(text: &str) -> Result<(), Fault> {
     out.write_all(text.as_bytes())
         .and_then(|()| out.flush())
         .or_else(|error| Fault::output(&error))
-}
-
-fn write_file(path: &Path, text: &str, force: bool) -> Result<(), Fault> {
-    let file = if force {
-        File::create(path)
-    } else {
-        File::create_new(path)
-    };
-    file.and_then(|mut file| file.write_all(text.as_bytes()))
-        .map_err(|error| match error.kind() {
-            io::ErrorKind::AlreadyExists => Fault::new(
-                Exit::Usage,
-                format!(
-                    "{} exists: choose another name, or say --force to overwrite it",
-                    path.display()
-                ),
-            ),
-            _ => Fault::new(
-                Exit::Failed,
-                format!("cannot write {}: {error}", path.display()),
-            ),
-        })
 }

@@ -130,9 +130,8 @@ impl Draft {
     /// When there is none.
     pub(super) fn undo(&mut self) -> Result<(), DraftError> {
         let before = self.past.pop_back().ok_or(DraftError::NothingToUndo)?;
-        self.future
-            .push(std::mem::replace(&mut self.present, before));
-        self.round();
+        let present = self.show(before);
+        self.future.push(present);
         Ok(())
     }
 
@@ -142,9 +141,8 @@ impl Draft {
     /// When there is none.
     pub(super) fn redo(&mut self) -> Result<(), DraftError> {
         let after = self.future.pop().ok_or(DraftError::NothingToRedo)?;
-        self.past
-            .push_back(std::mem::replace(&mut self.present, after));
-        self.round();
+        let present = self.show(after);
+        self.past.push_back(present);
         Ok(())
     }
 
@@ -156,10 +154,16 @@ impl Draft {
         if self.past.len() == UNDO_MAX {
             self.past.pop_front();
         }
-        self.past
-            .push_back(std::mem::replace(&mut self.present, next));
+        let present = self.show(next);
+        self.past.push_back(present);
         self.future.clear();
+    }
+
+    /// Another version in place of the present one, which is returned.
+    fn show(&mut self, version: Version) -> Version {
+        let shown = std::mem::replace(&mut self.present, version);
         self.round();
+        shown
     }
 
     fn round(&mut self) {

@@ -14,12 +14,12 @@ use prost::Message;
 
 use super::{Piece, Place, Source, Tape, read_at, told};
 use crate::capture::CaptureError;
-use crate::capture::mcap::{RAW_RX, RAW_TX};
 use crate::capture::messages::{RawBytes, UplinkEvent};
+use crate::capture::topics::{self, RAW_RX, RAW_TX};
 use crate::event::Moment;
 
-const UPLINK: &str = "/uplink";
-const LOG: &str = "/log";
+const UPLINK: &str = topics::Topic::Uplink.name();
+const LOG: &str = topics::Topic::Log.name();
 
 /// Opcode and length before every record.
 const HEAD_BYTES: usize = 9;

@@ -4,7 +4,7 @@
 //! colours differently tell apart; every event has a shape of its own besides.
 
 mod png;
-mod svg;
+pub(super) mod svg;
 
 use super::track::{Event, Holder, Joint, Track};
 use groundwave_protocol::letters::Layer;

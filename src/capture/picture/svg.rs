@@ -76,7 +76,7 @@ fn hex([red, green, blue]: Color) -> String {
 }
 
 /// Words as XML takes them.
-fn escaped(words: &str) -> String {
+pub(in super::super) fn escaped(words: &str) -> String {
     let mut text = String::with_capacity(words.len());
     for c in words.chars() {
         match c {

@@ -130,10 +130,13 @@ pub fn set_aside(path: &Path) -> Result<Option<PathBuf>, CaptureError> {
     let Some((_, aside)) = free_part(path, 2) else {
         return Ok(None);
     };
-    for (from, to) in [
-        (&paths.journal, &aside.journal),
-        (&paths.partial, &aside.partial),
-    ] {
+    rename_both(&paths, &aside)?;
+    Ok(Some(aside.target))
+}
+
+/// Gives both files of an interrupted recording other names, as far as they are there.
+pub(super) fn rename_both(from: &Paths, to: &Paths) -> Result<(), CaptureError> {
+    for (from, to) in [(&from.journal, &to.journal), (&from.partial, &to.partial)] {
         match fs::rename(from, to) {
             Err(error) if error.kind() != io::ErrorKind::NotFound => {
                 return Err(write_error(from, error));
@@ -141,7 +144,7 @@ pub fn set_aside(path: &Path) -> Result<Option<PathBuf>, CaptureError> {
             _ => {}
         }
     }
-    Ok(Some(aside.target))
+    Ok(())
 }
 
 /// The first part from this one on of which there is no file: its number, and its files.

@@ -37,7 +37,7 @@ use super::topics::{Deriver, StationEvent, Topic};
 use super::writer::records::{HEAD_BYTES, Reader};
 use super::writer::{Attachment, McapWriter};
 use evidence::{keep, keep_journal};
-use files::Locks;
+use files::{Locks, rename_both};
 use fill::{Balance, ChunkStart, Filler};
 use scan::{Raw, Scan, Topics};
 use survey::{Survey, for_each_entry};
@@ -475,17 +475,7 @@ fn set_aside_unlocked(paths: &Paths) -> Result<Paths, CaptureError> {
             can_append: false,
         });
     };
-    for (from, to) in [
-        (&paths.journal, &aside.journal),
-        (&paths.partial, &aside.partial),
-    ] {
-        match fs::rename(from, to) {
-            Err(error) if error.kind() != io::ErrorKind::NotFound => {
-                return Err(write_error(from, error));
-            }
-            _ => {}
-        }
-    }
+    rename_both(paths, &aside)?;
     Ok(aside)
 }
 

@@ -4,8 +4,8 @@ use std::io::{self, Write};
 
 use serde::Serialize;
 
-use super::Track;
-use super::track::{Place, way};
+use super::Course;
+use super::course::{Place, way};
 
 /// Places compared; more would say nothing new and take time by the square.
 const PLACES_MAX: usize = 2048;
@@ -19,7 +19,7 @@ pub struct Figures {
     pub name: Option<String>,
     /// Why it does not count.
     pub void: Option<String>,
-    /// From the first report of its track to the last, seconds.
+    /// From the first report of its course to the last, seconds.
     pub duration_s: f64,
     /// Way driven, inches.
     pub distance_in: f64,
@@ -32,26 +32,26 @@ pub struct Figures {
 }
 
 impl Figures {
-    /// Those of a track.
+    /// Those of a course.
     #[must_use]
-    pub fn of(capture: String, label: super::Label, track: &Track) -> Self {
+    pub fn of(capture: String, label: super::Label, course: &Course) -> Self {
         Self {
             capture,
             name: label.name,
             void: label.void,
-            duration_s: track.duration().as_secs_f64(),
-            distance_in: track.distance_in,
-            closing_error_in: track.closing_error_in(),
-            bumps: track.bumps,
-            restarts: track.restarts,
+            duration_s: course.duration().as_secs_f64(),
+            distance_in: course.distance_in,
+            closing_error_in: course.closing_error_in(),
+            bumps: course.bumps,
+            restarts: course.restarts,
         }
     }
 }
 
-/// How far two tracks are from each other.
+/// How far two courses are from each other.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 pub struct Apart {
-    /// On average over both tracks, inches.
+    /// On average over both courses, inches.
     pub mean_in: f64,
     /// At most, inches.
     pub worst_in: f64,
@@ -60,11 +60,11 @@ pub struct Apart {
 }
 
 impl Apart {
-    /// From each place of either track to the nearest of the other; `None` when one has no place.
+    /// From each place of either course to the nearest of the other; `None` when one has no place.
     ///
     /// Both are taken as they were reported: in the robot's own frame, as it was last set.
     #[must_use]
-    pub fn between(a: &Track, b: &Track) -> Option<Self> {
+    pub fn between(a: &Course, b: &Course) -> Option<Self> {
         let (a, b) = (places(a), places(b));
         if a.is_empty() || b.is_empty() {
             return None;
@@ -88,8 +88,8 @@ impl Apart {
     }
 }
 
-fn places(track: &Track) -> Vec<Place> {
-    let points = track.points();
+fn places(course: &Course) -> Vec<Place> {
+    let points = course.points();
     let every = points.len().div_ceil(PLACES_MAX).max(1);
     points.iter().copied().step_by(every).collect()
 }
@@ -118,7 +118,7 @@ fn from_piece_in(place: Place, from: Place, to: Place) -> f64 {
 pub struct Comparison {
     /// The one and the other.
     pub runs: [Figures; 2],
-    /// Between their tracks.
+    /// Between their courses.
     pub apart: Option<Apart>,
 }
 
@@ -226,12 +226,12 @@ fn short(name: &str) -> String {
 #[cfg(test)]
 mod tests {
     use super::super::Label;
-    use super::super::track::tests::through;
+    use super::super::course::tests::through;
     use super::*;
     use proptest::prelude::*;
 
     #[test]
-    fn parallel_tracks_are_as_far_apart_as_they_are_drawn() {
+    fn parallel_courses_are_as_far_apart_as_they_are_drawn() {
         let a = through(&[(0.0, 0.0), (10.0, 0.0), (20.0, 0.0)]);
         let b = through(&[(0.0, 4.0), (10.0, 4.0), (20.0, 4.0)]);
         let apart = Apart::between(&a, &b).unwrap();

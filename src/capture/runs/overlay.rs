@@ -1,9 +1,10 @@
-//! Two tracks over each other as a drawing in SVG.
+//! Two courses over each other as a drawing in SVG.
 
 use std::fmt::Write as _;
 
-use super::Track;
-use super::track::Place;
+use super::Course;
+use super::course::Place;
+use crate::capture::picture::svg::escaped;
 
 /// Told apart by colour-blind people and, by the dashes, in print.
 const STYLES: [&str; 2] = [
@@ -11,7 +12,7 @@ const STYLES: [&str; 2] = [
     "stroke=\"#d55e00\" stroke-dasharray=\"3 2\"",
 ];
 
-/// Room around the tracks, inches.
+/// Room around the courses, inches.
 const MARGIN_IN: f64 = 12.0;
 
 /// Room for the legend below them, inches.
@@ -20,11 +21,11 @@ const LEGEND_IN: f64 = 26.0;
 /// Pixels to the inch.
 const SCALE: f64 = 4.0;
 
-/// An SVG document: both tracks to one scale, north up, with their names, a circle where each began, a
+/// An SVG document: both courses to one scale, north up, with their names, a circle where each began, a
 /// square where it ended, and a bar of a length that is said.
 #[must_use]
-pub fn overlay(tracks: [&Track; 2], names: [&str; 2]) -> String {
-    let all = || tracks.iter().flat_map(|track| track.points());
+pub fn overlay(courses: [&Course; 2], names: [&str; 2]) -> String {
+    let all = || courses.iter().flat_map(|course| course.points());
     let first = all().next().copied().unwrap_or_default();
     let (low, high) = all().fold((first, first), |(low, high), &(x, y)| {
         ((low.0.min(x), low.1.min(y)), (high.0.max(x), high.1.max(y)))
@@ -41,9 +42,10 @@ pub fn overlay(tracks: [&Track; 2], names: [&str; 2]) -> String {
         escaped(names[0]),
         escaped(names[1]),
     );
-    for (number, ((track, name), style)) in tracks.into_iter().zip(names).zip(STYLES).enumerate() {
+    for (number, ((course, name), style)) in courses.into_iter().zip(names).zip(STYLES).enumerate()
+    {
         let mut points = String::new();
-        for &place in track.points() {
+        for &place in course.points() {
             let (x, y) = at(place);
             // A string takes everything.
             let _ = write!(points, "{x:.1},{y:.1} ");
@@ -59,7 +61,7 @@ pub fn overlay(tracks: [&Track; 2], names: [&str; 2]) -> String {
             number + 1,
             escaped(name),
         );
-        if let (Some(start), Some(end)) = (track.start(), track.end()) {
+        if let (Some(start), Some(end)) = (course.start(), course.end()) {
             let ((x, y), (to_x, to_y)) = (at(start), at(end));
             let _ = writeln!(
                 svg,
@@ -82,19 +84,13 @@ pub fn overlay(tracks: [&Track; 2], names: [&str; 2]) -> String {
     svg
 }
 
-fn escaped(text: &str) -> String {
-    text.replace('&', "&amp;")
-        .replace('<', "&lt;")
-        .replace('>', "&gt;")
-}
-
 #[cfg(test)]
 mod tests {
-    use super::super::track::tests::through;
+    use super::super::course::tests::through;
     use super::*;
 
     #[test]
-    fn both_tracks_are_there_with_their_names_and_north_is_up() {
+    fn both_courses_are_there_with_their_names_and_north_is_up() {
         let a = through(&[(0.0, 0.0), (0.0, 20.0)]);
         let b = through(&[(0.0, 0.0), (20.0, 0.0)]);
         let svg = overlay([&a, &b], ["one & only", "two"]);

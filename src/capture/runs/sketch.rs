@@ -1,16 +1,16 @@
-//! Two tracks over each other in characters, for a terminal or a text file.
+//! Two courses over each other in characters, for a terminal or a text file.
 
-use super::Track;
-use super::track::Place;
+use super::Course;
+use super::course::Place;
 
 /// A character is about twice as high as it is wide.
 const CELL_RATIO: f64 = 2.0;
 
-/// Draws tracks to one scale, north up, in at most so many columns and rows: `1` where only the first
+/// Draws courses to one scale, north up, in at most so many columns and rows: `1` where only the first
 /// passed, `2` where only the second did, `#` where both did. Empty when neither has a place.
 #[must_use]
-pub fn sketch(tracks: [&Track; 2], columns: usize, rows: usize) -> String {
-    let all = || tracks.iter().flat_map(|track| track.points());
+pub fn sketch(courses: [&Course; 2], columns: usize, rows: usize) -> String {
+    let all = || courses.iter().flat_map(|course| course.points());
     let Some(&first) = all().next() else {
         return String::new();
     };
@@ -31,9 +31,9 @@ pub fn sketch(tracks: [&Track; 2], columns: usize, rows: usize) -> String {
     };
     let (last_row, _) = cell((low.0, low.1));
     let mut cells = vec![vec![0_u8; columns.max(2)]; last_row + 1];
-    for (bit, track) in [1, 2].into_iter().zip(tracks) {
+    for (bit, course) in [1, 2].into_iter().zip(courses) {
         let mut last: Option<Place> = None;
-        for &to in track.points() {
+        for &to in course.points() {
             let from = last.unwrap_or(to);
             let steps = ((to.0 - from.0).hypot(to.1 - from.1) / scale)
                 .ceil()
@@ -66,7 +66,7 @@ pub fn sketch(tracks: [&Track; 2], columns: usize, rows: usize) -> String {
 
 #[cfg(test)]
 mod tests {
-    use super::super::track::tests::through;
+    use super::super::course::tests::through;
     use super::*;
 
     #[test]
@@ -81,7 +81,7 @@ mod tests {
 
     #[test]
     fn nothing_and_a_point_can_be_drawn() {
-        let (none, point) = (Track::default(), through(&[(3.0, 3.0)]));
+        let (none, point) = (Course::default(), through(&[(3.0, 3.0)]));
         assert_eq!(sketch([&none, &none], 80, 24), "");
         assert_eq!(sketch([&none, &point], 80, 24), "2\n");
     }

@@ -30,6 +30,11 @@ pub use station_event::StationEvent;
 use super::messages::{RawBytes, Telemetry, UplinkEvent};
 use super::schema::{DESCRIPTORS, Schema};
 
+/// Every byte read from the radio.
+pub const RAW_RX: &str = Topic::RawRx.name();
+/// Every byte sent to the radio.
+pub const RAW_TX: &str = Topic::RawTx.name();
+
 /// The topics of a capture. Their numbers are those of their channels and of their schemas, and stay.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
 #[repr(u8)]

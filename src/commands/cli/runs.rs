@@ -4,6 +4,8 @@ use std::path::PathBuf;
 
 use clap::Args;
 
+use crate::capture::when::When;
+
 /// `runs`
 #[derive(Debug, Args)]
 #[command(after_help = "\
@@ -81,22 +83,14 @@ pub struct Compare {
     pub json: bool,
 }
 
-/// Seconds of `1:02:30`, `1:30`, `90` or `90s`.
+/// Seconds since the capture began.
 fn parse_moment(text: &str) -> Result<f64, String> {
-    let wrong = || format!("`{text}` is no moment; try 90s, 1:30 or 1:02:30");
-    let parts: Vec<&str> = text.trim_end_matches('s').split(':').collect();
-    if parts.len() > 3 {
-        return Err(wrong());
+    match text.parse::<When>().map_err(|error| error.to_string())? {
+        When::Since(since) => Ok(since.as_secs_f64()),
+        When::Wall(_) => Err(format!(
+            "`{text}` is a time of day; say when since the capture began: 90s, 1:30"
+        )),
     }
-    let mut seconds = 0.0;
-    for (place, part) in parts.iter().enumerate() {
-        let value: f64 = part.parse().map_err(|_| wrong())?;
-        if !value.is_finite() || value < 0.0 || (place > 0 && value >= 60.0) {
-            return Err(wrong());
-        }
-        seconds = seconds * 60.0 + value;
-    }
-    Ok(seconds)
 }
 
 #[cfg(test)]
@@ -104,17 +98,9 @@ mod tests {
     use super::*;
 
     #[test]
-    fn moments_are_read_as_people_write_them() {
-        for (text, seconds) in [
-            ("90", 90.0),
-            ("90s", 90.0),
-            ("1:30", 90.0),
-            ("1:02:30.5", 3750.5),
-        ] {
-            assert_eq!(parse_moment(text), Ok(seconds), "{text}");
-        }
-        for wrong in ["", "x", "1:60", "-1", "1:2:3:4", "1e999"] {
-            assert!(parse_moment(wrong).is_err(), "{wrong}");
-        }
+    fn a_remark_is_about_a_moment_since_the_beginning() {
+        assert_eq!(parse_moment("1:30"), Ok(90.0));
+        let wrong = parse_moment("2025-03-14T09:26:53Z").unwrap_err();
+        assert!(wrong.contains("since the capture began"), "{wrong}");
     }
 }

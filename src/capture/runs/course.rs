@@ -4,8 +4,9 @@ use std::time::Duration;
 
 use groundwave_protocol::decoder::{Counters, Decoder, Received};
 use groundwave_protocol::letters::{Bump, Drive};
-use groundwave_protocol::telemetry::{Body, SEQUENCE_MODULUS, StateLine};
+use groundwave_protocol::telemetry::{Body, StateLine};
 
+use crate::capture::odometer::{can_be_driven, seconds_of, slots_between};
 use crate::capture::{Capture, CaptureError};
 
 /// Points kept; a longer way is kept more coarsely.
@@ -14,12 +15,6 @@ const POINTS_MAX: usize = 4096;
 /// Distance between two points at the start, inches.
 const SPACING_IN: f64 = 1.0;
 
-/// Faster than this between two lines, the odometer was set and nothing driven.
-const SPEED_MAX_IN_S: f64 = 24.0;
-
-/// Long lines that 2400 baud carry.
-const LINES_PER_S: f64 = 3.0;
-
 /// A place on the floor in the robot's own frame: east and north, inches.
 pub type Place = (f64, f64);
 
@@ -27,7 +22,7 @@ pub type Place = (f64, f64);
 ///
 /// What came before lies in another frame and cannot be laid over it.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Track {
+pub struct Course {
     points: Vec<Place>,
     spacing_in: f64,
     /// Where it began and ended, and when, since the beginning of the capture.
@@ -36,7 +31,7 @@ pub struct Track {
     pub distance_in: f64,
     /// Contacts of the bumper.
     pub bumps: u32,
-    /// How often the odometer was set in the middle: each time the track began anew.
+    /// How often the odometer was set in the middle: each time the course began anew.
     pub restarts: u32,
     was_bumped: bool,
 }
@@ -48,7 +43,7 @@ struct Fix {
     place: Place,
 }
 
-impl Default for Track {
+impl Default for Course {
     fn default() -> Self {
         Self {
             points: Vec::new(),
@@ -62,21 +57,21 @@ impl Default for Track {
     }
 }
 
-impl Track {
+impl Course {
     /// Reads a whole capture; returns what was seen beside it, and why that is not all. A capture that is
     /// damaged gives the rest of it.
     pub fn read(capture: &mut Capture) -> (Self, Counters, Option<CaptureError>) {
-        let mut track = Self::default();
+        let mut course = Self::default();
         let mut decoder = Decoder::default();
         let read = capture.for_each_line(&mut decoder, |at, received| {
             if let Received::Line(line, _) = received
                 && let Body::State(state) = &line.body
             {
-                track.take(at, line.sequence, state);
+                course.take(at, line.sequence, state);
             }
             Ok::<(), CaptureError>(())
         });
-        (track, *decoder.counters(), read.err())
+        (course, *decoder.counters(), read.err())
     }
 
     /// Takes a line A with its number.
@@ -93,15 +88,13 @@ impl Track {
         let bumped = !matches!(state.bump, Bump::None | Bump::NotFitted);
         let step_in = self.ends.map_or(0.0, |(_, last)| way(last.place, place));
         let could_be_driven = self.ends.is_none_or(|(_, last)| {
-            // A raw capture knows nothing of a silence; the numbers do.
-            let slots = (sequence + SEQUENCE_MODULUS - last.sequence) % SEQUENCE_MODULUS;
-            let by_number_s = f64::from(slots) / LINES_PER_S;
+            let by_number_s = seconds_of(slots_between(last.sequence, sequence));
             let passed_s = at
                 .saturating_sub(last.at)
                 .as_secs_f64()
                 .max(by_number_s)
                 .max(1.0);
-            step_in <= passed_s * SPEED_MAX_IN_S
+            can_be_driven(step_in, passed_s)
         });
         if self.ends.is_some() && (state.drive == Drive::OdometerReset || !could_be_driven) {
             *self = Self {
@@ -204,64 +197,64 @@ pub(super) mod tests {
         }
     }
 
-    /// A track through places, one a second.
-    pub(crate) fn through(places: &[Place]) -> Track {
-        let mut track = Track::default();
+    /// A course through places, one a second.
+    pub(crate) fn through(places: &[Place]) -> Course {
+        let mut course = Course::default();
         for (second, place) in places.iter().enumerate() {
-            track.take(
+            course.take(
                 Duration::from_secs(second as u64),
                 0,
                 &state(place.0, place.1),
             );
         }
-        track
+        course
     }
 
     #[test]
     fn a_round_has_a_way_and_a_closing_error() {
-        let track = through(&[
+        let course = through(&[
             (0.0, 0.0),
             (10.0, 0.0),
             (10.0, 10.0),
             (0.0, 10.0),
             (0.0, 3.0),
         ]);
-        assert!((track.distance_in - 37.0).abs() < 1e-9);
-        assert_eq!(track.closing_error_in(), Some(3.0));
-        assert_eq!(track.duration(), Duration::from_secs(4));
-        assert_eq!(track.restarts, 0);
+        assert!((course.distance_in - 37.0).abs() < 1e-9);
+        assert_eq!(course.closing_error_in(), Some(3.0));
+        assert_eq!(course.duration(), Duration::from_secs(4));
+        assert_eq!(course.restarts, 0);
     }
 
     #[test]
     fn a_jump_begins_a_new_track() {
-        let track = through(&[(0.0, 0.0), (10.0, 0.0), (200.0, 0.0), (205.0, 0.0)]);
-        assert_eq!(track.restarts, 1);
-        assert_eq!(track.points(), [(200.0, 0.0), (205.0, 0.0)]);
-        assert!((track.distance_in - 5.0).abs() < 1e-9);
+        let course = through(&[(0.0, 0.0), (10.0, 0.0), (200.0, 0.0), (205.0, 0.0)]);
+        assert_eq!(course.restarts, 1);
+        assert_eq!(course.points(), [(200.0, 0.0), (205.0, 0.0)]);
+        assert!((course.distance_in - 5.0).abs() < 1e-9);
     }
 
     #[test]
     fn a_silence_that_a_raw_capture_does_not_know_of_is_no_jump() {
-        let mut track = Track::default();
-        track.take(Duration::from_secs(40), 19, &state(-8.0, 30.0));
-        track.take(Duration::from_millis(40_333), 65, &state(98.0, 30.0));
-        assert_eq!(track.restarts, 0);
+        let mut course = Course::default();
+        course.take(Duration::from_secs(40), 19, &state(-8.0, 30.0));
+        course.take(Duration::from_millis(40_333), 65, &state(98.0, 30.0));
+        assert_eq!(course.restarts, 0);
     }
 
     #[test]
     fn a_long_way_takes_no_more_memory_than_a_short_one() {
-        let mut track = Track::default();
+        let mut course = Course::default();
         for second in 0..100_000_u32 {
             let angle = f64::from(second) * 0.05;
             let radius_in = 20.0 + f64::from(second) * 0.001;
             let place = (radius_in * angle.cos(), radius_in * angle.sin());
-            track.take(
+            course.take(
                 Duration::from_secs(second.into()),
                 0,
                 &state(place.0, place.1),
             );
         }
-        assert_eq!(track.restarts, 0);
-        assert!((POINTS_MAX / 4..POINTS_MAX).contains(&track.points().len()));
+        assert_eq!(course.restarts, 0);
+        assert!((POINTS_MAX / 4..POINTS_MAX).contains(&course.points().len()));
     }
 }
