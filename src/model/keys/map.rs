@@ -104,6 +104,15 @@ impl Keymap {
         self.0.iter()
     }
 
+    /// How the first key for something is written; empty where it has none.
+    pub(crate) fn label(&self, context: Context, action: Action) -> String {
+        let row = self
+            .rows()
+            .find(|row| row.context == context && row.action == action);
+        let first = row.and_then(|row| row.keys.first());
+        first.map_or_else(String::new, |key| notation::name(*key))
+    }
+
     /// What a key does in a context.
     pub(crate) fn action(&self, context: Context, key: KeyEvent) -> Option<Action> {
         let found = self
@@ -142,7 +151,7 @@ fn speak_for_themselves(rows: &mut [Row], at: usize) {
     for row in &mut rows[first..first + count] {
         row.label = row.key_names().into();
         if row.help.is_empty() && matches!(row.context, Context::Dashboard | Context::Route) {
-            row.help = row.name().replace('-', " ").into();
+            row.help = row.words().into();
         }
     }
 }
@@ -189,6 +198,14 @@ impl Row {
     /// What the configuration calls it.
     pub(crate) fn name(&self) -> String {
         notation::action_name(self.action)
+    }
+
+    /// What it does, in words of its own even where another row of the table speaks for it.
+    pub(crate) fn words(&self) -> String {
+        let own = self.action.words();
+        let told = || (!self.help.is_empty()).then(|| self.help.to_string());
+        own.or_else(told)
+            .unwrap_or_else(|| self.name().replace('-', " "))
     }
 
     /// Its keys with spaces between.
@@ -275,9 +292,9 @@ mod tests {
             let row = keymap.rows().find(|row| row.name() == name);
             row.map(|row| (row.label.to_string(), row.help.to_string()))
         };
-        let sonar = ("F10".to_owned(), "toggle layer sonar".to_owned());
+        let sonar = ("F10".to_owned(), "allow or forbid layer sonar".to_owned());
         assert_eq!(told("toggle-layer-sonar"), Some(sonar));
-        let photo = ("5".to_owned(), "toggle layer photo".to_owned());
+        let photo = ("5".to_owned(), "allow or forbid layer photo".to_owned());
         assert_eq!(told("toggle-layer-photo"), Some(photo));
     }
 
