@@ -29,7 +29,7 @@ fn main() -> Result<(), Box<dyn Error>> {
     let mcap = folder.path().join("day.mcap");
     let began = Instant::now();
     let output = BufWriter::with_capacity(1 << 20, fs::File::create(&mcap)?);
-    convert_raw(&day[..], 0, output)?;
+    convert_raw(&day[..], None, output)?;
     let took = began.elapsed();
     println!("convert: {took:.2?}, {} bytes", fs::metadata(&mcap)?.len());
 

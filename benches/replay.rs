@@ -45,7 +45,7 @@ fn main() {
         make(&raw, hours);
         let output = BufWriter::new(File::create(&mcap).expect("room for a capture"));
         let source = File::open(&raw).expect("it was just made");
-        convert_raw(source, 1_742_000_000_000_000_000, output).expect("a day converts");
+        convert_raw(source, Some(1_742_000_000_000_000_000), output).expect("a day converts");
         for (form, path) in [("raw", &raw), ("mcap", &mcap)] {
             measure(hours, form, path);
         }

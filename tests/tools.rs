@@ -26,7 +26,7 @@ use proptest::prelude::*;
 
 fn converted(raw: &[u8]) -> Vec<u8> {
     let mut mcap = Vec::new();
-    convert_raw(raw, 1_741_944_413_000_000_000, &mut mcap).unwrap();
+    convert_raw(raw, Some(1_741_944_413_000_000_000), &mut mcap).unwrap();
     mcap
 }
 

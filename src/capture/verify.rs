@@ -17,8 +17,8 @@ use serde::Serialize;
 
 use super::mcap_reader::{Channel, Entries, Entry};
 use super::messages::{RawBytes, Telemetry};
-use super::raw::RawReader;
 use super::source::Form;
+use super::text::TextReader;
 use super::topics::{RAW_RX, Topic};
 
 const TELEMETRY: &str = Topic::Telemetry.name();
@@ -158,10 +158,10 @@ impl Verdict {
 /// When it cannot be read.
 pub fn verify_raw(source: impl Read) -> io::Result<Verdict> {
     let mut verdict = Verdict::new(Form::Raw);
-    let mut reader = RawReader::new(source);
+    let mut reader = TextReader::new(source);
     let mut lines = Lines::default();
-    while let Some(chunk) = reader.next_chunk()? {
-        lines.take(chunk.bytes, chunk.at, &mut verdict, |_| {});
+    while let Some(piece) = reader.next_piece()? {
+        lines.take(piece.radio, piece.at, &mut verdict, |_| {});
     }
     lines.finish(&mut verdict);
     if verdict.lines == 0 {
