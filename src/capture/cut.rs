@@ -54,7 +54,7 @@ pub struct Part {
     pub bytes: u64,
     /// Messages; none in a raw capture.
     pub messages: u64,
-    /// From the first bytes of the whole capture to its last; of a raw one only as far as it had to be read.
+    /// From the beginning of the whole capture to its last bytes; of a raw one only as far as it had to be read.
     pub whole: Duration,
     /// Why the capture could not be read whole.
     pub problem: Option<String>,
@@ -331,8 +331,8 @@ impl<W: Write> Cutter<W> {
     }
 
     fn take(&mut self, message: Message) -> io::Result<()> {
+        let start_ns = *self.start_ns.get_or_insert(message.times.0);
         if message.received().is_some() {
-            let start_ns = *self.start_ns.get_or_insert(message.times.0);
             let passed = Duration::from_nanos(message.times.0.saturating_sub(start_ns));
             self.part.whole = self.part.whole.max(passed);
         }
@@ -369,12 +369,11 @@ impl<W: Write> Cutter<W> {
     fn has_come(&self, when: When, message: &Message) -> bool {
         let moment_ns = match when {
             When::Wall(ns) => ns,
-            // Before the first bytes nothing has come but the beginning.
-            When::Since(since) => match self.start_ns {
-                None if since.is_zero() => 0,
-                None => u64::MAX,
-                Some(start_ns) => start_ns.saturating_add(nanoseconds(since)),
-            },
+            When::Since(since) if since.is_zero() => 0,
+            When::Since(since) => {
+                let start_ns = self.start_ns.unwrap_or(message.times.0);
+                start_ns.saturating_add(nanoseconds(since))
+            }
         };
         let lag_ns = if message.received().is_some() || moment_ns == 0 {
             0

@@ -131,6 +131,15 @@ impl Capture {
         }
     }
 
+    /// What of a raw capture is not as the radio delivered it, in words; known when some of it has been read.
+    #[must_use]
+    pub fn stored(&self) -> Option<String> {
+        match &self.reader {
+            Reader::Raw(reader) => reader.judged()?.words(),
+            Reader::Mcap(_) => None,
+        }
+    }
+
     /// Bytes that an MCAP says were read and are not in it.
     #[must_use]
     pub fn missing_bytes(&self) -> u64 {

@@ -74,6 +74,12 @@ impl<R: Read> TextReader<R> {
         }
     }
 
+    /// Likewise, as far as has been read.
+    #[must_use]
+    pub const fn judged(&self) -> Option<Style> {
+        self.style
+    }
+
     /// The next piece.
     ///
     /// # Errors
