@@ -109,7 +109,11 @@ fn measure(hours: u64, form: &str, path: &Path) {
     let mut jump = Duration::ZERO;
     for n in 0..50 {
         let begun = Instant::now();
-        reel.find_next(Landmark::Bump, length.mul_f64(f64::from(n) / 50.0));
+        reel.find_next(
+            Landmark::Bump,
+            length.mul_f64(f64::from(n) / 50.0),
+            usize::MAX,
+        );
         jump = jump.max(begun.elapsed());
     }
     println!(

@@ -14,6 +14,7 @@ use super::{Model, Overlay, Panel, Purpose, Question, SIZE_MIN, TextEntry, Then,
 use crate::event::{Effect, Level, Moment, Remark};
 use crate::request::Request;
 use crate::route;
+use crate::travel::Travel;
 
 /// Longest line that can be typed or pasted.
 pub(super) const TEXT_MAX: usize = 512;
@@ -207,6 +208,7 @@ impl Model {
     }
 
     fn act_on_overlay(&mut self, now: Moment, action: Action, repeated: bool) -> Vec<Effect> {
+        let is_looking = self.is_looking();
         match (action, &mut self.overlay) {
             (Action::Push { ahead, right }, Overlay::Drive(stick)) => {
                 return vec![stick.push(now, ahead, right, repeated)];
@@ -215,6 +217,9 @@ impl Model {
             (Action::LeaveDrive, _) => {
                 self.overlay = Overlay::None;
                 return vec![Effect::DriveEnd];
+            }
+            (Action::Close, Overlay::None) if is_looking => {
+                return vec![Effect::Travel(Travel::GiveUp)];
             }
             (Action::Close, Overlay::None) if self.chart.cursor.is_none() => self.enlarged = false,
             (Action::Close, Overlay::None) => self.chart.cursor = None,
