@@ -2,6 +2,7 @@
 
 mod map;
 mod notation;
+mod words;
 
 use crossterm::event::{KeyCode, KeyModifiers};
 use groundwave_protocol::letters::{Layer, Mode};
