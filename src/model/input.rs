@@ -15,6 +15,7 @@ use super::{Model, Overlay, Purpose, Question, SIZE_MIN, TextEntry, Then, trace,
 use crate::event::{Effect, Level, Moment};
 use crate::request::Request;
 use crate::route;
+use crate::travel::Travel;
 
 impl Model {
     pub(super) fn take_key(&mut self, now: Moment, key: KeyEvent) -> Vec<Effect> {
@@ -230,6 +231,7 @@ impl Model {
     }
 
     fn act_on_overlay(&mut self, now: Moment, action: Action, repeated: bool) -> Vec<Effect> {
+        let is_looking = self.is_looking();
         match (action, &mut self.overlay) {
             (Action::Push { ahead, right }, Overlay::Drive(stick)) => {
                 return vec![stick.push(now, ahead, right, repeated)];
@@ -239,6 +241,9 @@ impl Model {
                 self.overlay = Overlay::None;
                 self.tell_what_follows_driving(now);
                 return vec![Effect::DriveEnd];
+            }
+            (Action::Close, Overlay::None) if is_looking => {
+                return vec![Effect::Travel(Travel::GiveUp)];
             }
             (Action::Close, Overlay::None) if self.chart.cursor.is_none() => self.enlarged = false,
             (Action::Close, Overlay::None) => self.chart.cursor = None,

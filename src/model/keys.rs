@@ -3,6 +3,7 @@
 mod action;
 mod map;
 mod notation;
+mod words;
 
 use crossterm::event::{KeyCode, KeyModifiers};
 use groundwave_protocol::letters::{Layer, Mode};

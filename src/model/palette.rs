@@ -83,7 +83,7 @@ fn entries(keymap: &Keymap) -> Vec<Entry> {
     let keys = keys
         .filter(|row| row.action != Action::AskPalette)
         .map(|row| {
-            let title = row.words();
+            let title = row.does().into_owned();
             Entry {
                 searched: format!("{title} {}", row.name().replace('-', " ")),
                 key: row.key_names(),
@@ -147,7 +147,7 @@ mod tests {
     fn a_few_letters_are_enough() {
         for (text, title) in [
             ("go home", "home: back to the origin"),
-            ("lysonar", "allow or forbid layer sonar"),
+            ("lysonar", "allow the layer sonar, or forbid it"),
             ("moth", ":preset moth"),
             ("failsafe", ":failsafe"),
             ("truth", "map: the simulator's truth"),

@@ -2,8 +2,8 @@
 
 use groundwave_protocol::letters::{Layer, Mode};
 
+use crate::model::Panel;
 use crate::model::editor::RouteAction;
-use crate::model::{Panel, words};
 use crate::travel::{Landmark, Travel};
 
 /// What a key does.
@@ -85,41 +85,6 @@ impl Action {
                 | Self::SendDraft
                 | Self::EditRoute
         )
-    }
-
-    /// What it does, where one row of the table speaks for several; `None` for all others.
-    pub(super) fn words(self) -> Option<String> {
-        let toward = |east: i16, north: i16| match (east.signum(), north) {
-            (1, _) => "right",
-            (-1, _) => "left",
-            (_, 1..) => "up",
-            (_, _) => "down",
-        };
-        let text = match self {
-            Self::ToggleLayer(layer) => {
-                return Some(format!("allow or forbid layer {}", words::layer(layer)));
-            }
-            Self::MoveCursor { east, north } => {
-                return Some(format!("map: the cursor {}", toward(east, north)));
-            }
-            Self::Pan { east, north } => {
-                let toward = toward(east.into(), north.into());
-                return Some(format!("map: look {toward}"));
-            }
-            Self::Zoom(1..) => "map: larger",
-            Self::Zoom(_) => "map: smaller",
-            Self::TurnPage(1..) => "the panel's next page",
-            Self::TurnPage(_) => "the panel's page before",
-            Self::Travel(Travel::Step { forward: true }) => "time: a line on",
-            Self::Travel(Travel::Step { forward: false }) => "time: a line back",
-            Self::Travel(Travel::Oldest) => "time: to the beginning",
-            Self::Speed(1..) => "time: faster",
-            Self::Speed(_) => "time: slower",
-            Self::AskJump { forward: true } => "time: to the next alarm, bump, ..",
-            Self::AskJump { forward: false } => "time: to the last alarm, bump, ..",
-            _ => return None,
-        };
-        Some(text.to_owned())
     }
 
     /// Whether it is about what a panel shows.

@@ -16,6 +16,7 @@ pub(super) fn playback(scene: &Scene, is_live: bool) -> Playback {
         packet: Some(57),
         read_until: None,
         is_partial: false,
+        is_looking: false,
         markers: vec![Moment::from_secs(70)],
         repeat: None,
         note: None,
