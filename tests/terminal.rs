@@ -196,6 +196,7 @@ fn a_stopped_dashboard_gives_the_terminal_back_and_goes_on() {
     watch.wait_for_terminal("the terminal given back", |screen| {
         !screen.alternate_screen()
     });
+    watch.wait_until_stopped();
     watch.resize(80, 24);
     signal(&watch, "-CONT");
     watch.wait_for_terminal("the dashboard again, at the new size", |screen| {

@@ -350,9 +350,15 @@ mod tests {
             let row = keymap.rows().find(|row| row.name() == name);
             row.map(|row| (row.label.to_string(), row.help.to_string()))
         };
-        let sonar = ("F10".to_owned(), "allow the layer sonar, or forbid it".to_owned());
+        let sonar = (
+            "F10".to_owned(),
+            "allow the layer sonar, or forbid it".to_owned(),
+        );
         assert_eq!(told("toggle-layer-sonar"), Some(sonar));
-        let photo = ("5".to_owned(), "allow the layer photo, or forbid it".to_owned());
+        let photo = (
+            "5".to_owned(),
+            "allow the layer photo, or forbid it".to_owned(),
+        );
         assert_eq!(told("toggle-layer-photo"), Some(photo));
     }
 
