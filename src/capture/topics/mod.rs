@@ -25,6 +25,7 @@ use foxglove::messages::{
 
 pub use deriver::Deriver;
 pub use geometry::{BASE, ODOM};
+pub(super) use station_event::MARK;
 pub use station_event::StationEvent;
 
 use super::messages::{RawBytes, Telemetry, UplinkEvent};
