@@ -254,6 +254,7 @@ fn decimal(text: &str) -> Option<f64> {
 }
 
 /// Where the screen stands in time, when it does not show now.
+#[expect(clippy::struct_excessive_bools, reason = "each is a fact of its own")]
 #[derive(Clone, Debug, PartialEq)]
 pub struct Playback {
     /// A live session goes on underneath; else this is a capture.

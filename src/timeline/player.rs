@@ -240,7 +240,6 @@ impl<C: Cursor> Player<C> {
             Travel::Speed(speed) if speed.is_finite() => {
                 self.speed = speed.clamp(SPEED_MIN, SPEED_MAX);
             }
-            Travel::Speed(_) => {}
             Travel::Step { forward } => self.step(forward),
             Travel::Seek(target) => self.seek(target),
             Travel::Jump { to, forward } => {
@@ -249,7 +248,8 @@ impl<C: Cursor> Player<C> {
             }
             Travel::Mark => self.mark(),
             Travel::Loop => self.set_loop(),
-            Travel::GiveUp => {}
+            // No such speed; and a quest is given up by whatever is done.
+            Travel::Speed(_) | Travel::GiveUp => {}
             Travel::Newest => self.go(self.until),
             Travel::Oldest => self.go(self.from),
         }

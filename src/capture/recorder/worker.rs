@@ -167,9 +167,7 @@ impl Worker {
         };
         let journal = self.part.journal.as_ref();
         let waits = until == Until::OnDisk || journal.is_none();
-        if waits {
-            self.shared.is_dirty.store(false, Ordering::Release);
-        }
+        self.shared.is_dirty.store(false, Ordering::Release);
         let journal = journal.map_or(Ok(()), File::sync_data);
         let file = || if waits { self.file.sync_data() } else { Ok(()) };
         composer

@@ -1,5 +1,7 @@
 //! A live session again: by what is remembered of it, and by its recording.
 
+use std::fmt::Write;
+
 use proptest::prelude::*;
 
 use ratatui::Terminal;
@@ -136,14 +138,14 @@ fn screen(model: &Model, now: Moment) -> String {
 /// What a model knows, but for the last digits of the airtime: that counts bytes as they come, of which a recording has
 /// the time of the line they end in.
 fn known(model: &Model) -> String {
+    const AIRTIME: &str = "airtime_down_pct: ";
     let told = told(model);
     let mut known = String::new();
     let mut rest = &*told;
-    const AIRTIME: &str = "airtime_down_pct: ";
     while let Some((before, after)) = rest.split_once(AIRTIME) {
         let end = after.find(',').unwrap();
         let percent: f64 = after[..end].parse().unwrap();
-        known += &format!("{before}{AIRTIME}{percent:.0}");
+        write!(known, "{before}{AIRTIME}{percent:.0}").unwrap();
         rest = &after[end..];
     }
     known + rest
@@ -255,7 +257,8 @@ fn a_live_run_in_any_chunks_and_its_replay_are_the_same_to_the_last_character() 
                         while !rest.is_empty() {
                             let cut = 1 + dice.below(rest.len());
                             let left = (rest.len() - cut) as u32;
-                            let then = at - at.saturating_sub(from) * left / bytes.len() as u32;
+                            let early = at.saturating_sub(from) * left / bytes.len() as u32;
+                            let then = at.saturating_sub(early);
                             live.pass_to(then.max(live.session.now));
                             live.hear(&rest[..cut]);
                             rest = &rest[cut..];
