@@ -397,7 +397,7 @@ fn rust_files(place: &Path) -> Vec<PathBuf> {
 fn is_test_module(path: &Path) -> bool {
     path.file_name()
         .is_some_and(|name| name == "tests.rs" || name == "testing.rs")
-        || file
+        || path
             .parent()
             .is_some_and(|folder| folder.ends_with("tests"))
 }
