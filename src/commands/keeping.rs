@@ -81,7 +81,9 @@ pub(super) fn fault(error: CaptureError) -> Fault {
         | CaptureError::CannotAppend(_)
         | CaptureError::Journal(_)
         | CaptureError::Open { .. } => Exit::Usage,
-        CaptureError::Read { ref error, .. } if error.kind() == ErrorKind::IsADirectory => {
+        CaptureError::Read { ref error, .. } | CaptureError::Create { ref error, .. }
+            if error.kind() == ErrorKind::IsADirectory =>
+        {
             Exit::Usage
         }
         _ => Exit::Failed,

@@ -41,7 +41,13 @@ pub(super) fn targets(
     if let Some(folder) = &options.output_dir {
         fs::create_dir_all(folder).map_err(|error| {
             let folder = folder.display();
-            Fault::new(Exit::Failed, format!("cannot make {folder}: {error}"))
+            let remedy = match error.kind() {
+                io::ErrorKind::AlreadyExists => {
+                    "a file has that name; choose another one".to_owned()
+                }
+                _ => format!("{error}; choose a directory you may write to"),
+            };
+            Fault::new(Exit::Failed, format!("cannot make {folder}: {remedy}"))
         })?;
     }
     let mut targets: Vec<Target> = Vec::new();
@@ -69,7 +75,7 @@ pub(super) fn targets(
                 let path = path.display();
                 return usage(format!("two captures would both become {path}"));
             }
-            if !force && is_in_the_way(path) {
+            if path.is_dir() || !force && is_in_the_way(path) {
                 return Err(exists(path));
             }
         }
@@ -92,16 +98,17 @@ fn is_in_the_way(path: &Path) -> bool {
 }
 
 fn exists(path: &Path) -> Fault {
-    let path = path.display();
-    Fault::new(
-        Exit::Usage,
-        format!("{path} exists: choose another name, or say --force to overwrite it"),
-    )
+    let remedy = if path.is_dir() {
+        "is a folder: name a file in it"
+    } else {
+        "exists: choose another name, or say --force to overwrite it"
+    };
+    Fault::new(Exit::Usage, format!("{} {remedy}", path.display()))
 }
 
 /// Writes a file at one stroke.
 pub(super) fn write_file(path: &Path, text: &str, force: bool) -> Result<(), Fault> {
-    if !force && is_in_the_way(path) {
+    if path.is_dir() || !force && is_in_the_way(path) {
         return Err(exists(path));
     }
     let mut output = Output::create(&Target::File(path.to_owned(), force))?;
@@ -250,6 +257,9 @@ fn beside(path: &Path) -> PathBuf {
 fn cannot_write(path: &Path, error: &io::Error) -> Fault {
     let remedy = match error.kind() {
         io::ErrorKind::NotFound => "; make the directory first",
+        io::ErrorKind::NotADirectory | io::ErrorKind::AlreadyExists => {
+            "; a file stands where the directory should be"
+        }
         io::ErrorKind::StorageFull | io::ErrorKind::QuotaExceeded => "; make room",
         io::ErrorKind::PermissionDenied | io::ErrorKind::ReadOnlyFilesystem => {
             "; choose a directory you may write to"
