@@ -3,8 +3,8 @@
 use nucleo_matcher::pattern::{CaseMatching, Normalization, Pattern};
 use nucleo_matcher::{Config, Matcher};
 
-use super::input::TEXT_MAX;
 use super::keys::{Action, Context, Keymap};
+use super::prompt::TEXT_MAX;
 use super::{Model, Overlay, Purpose, TextEntry};
 use crate::event::{Effect, Moment};
 use crate::request::{Request, preset_names};
@@ -147,7 +147,7 @@ mod tests {
     fn a_few_letters_are_enough() {
         for (text, title) in [
             ("go home", "home: back to the origin"),
-            ("lysonar", "allow or forbid layer sonar"),
+            ("lysonar", "allow the layer sonar, or forbid it"),
             ("moth", ":preset moth"),
             ("failsafe", ":failsafe"),
             ("truth", "map: the simulator's truth"),
