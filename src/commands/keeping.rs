@@ -29,6 +29,7 @@ pub(super) fn open(
     let keep = KeepOptions {
         tee: options.tee.clone(),
         mcap,
+        is_unnamed: options.record == Some(None),
         existing: existing(options.append, options.force),
         link: link.to_owned(),
         notes,

@@ -119,9 +119,9 @@ pub struct Watch {
     /// No dashboard: events as JSON lines on standard output
     #[arg(long)]
     pub headless: bool,
-    /// Never ring the bell: neither for a song nor for a low battery
+    /// Ring the bell for alarms and songs; key b switches it while it runs
     #[arg(long)]
-    pub no_bell: bool,
+    pub bell: bool,
     /// Where received bytes are kept.
     #[command(flatten)]
     pub keeping: Keeping,

@@ -47,9 +47,9 @@ pub struct Demo {
     /// What to simulate.
     #[command(flatten)]
     pub simulated: Simulated,
-    /// Never ring the bell: neither for a song nor for a low battery
+    /// Ring the bell for alarms and songs; key b switches it while it runs
     #[arg(long)]
-    pub no_bell: bool,
+    pub bell: bool,
     /// Where received bytes are kept.
     #[command(flatten)]
     pub keeping: Keeping,

@@ -83,6 +83,15 @@ impl Keymap {
         self.0.iter()
     }
 
+    /// How the first key for something is written; empty where it has none.
+    pub(crate) fn label(&self, context: Context, action: Action) -> String {
+        let row = self
+            .rows()
+            .find(|row| row.context == context && row.action == action);
+        let first = row.and_then(|row| row.keys.first());
+        first.map_or_else(String::new, |key| notation::name(*key))
+    }
+
     /// What a key does in a context.
     pub(crate) fn action(&self, context: Context, key: KeyEvent) -> Option<Action> {
         let found = self
@@ -154,7 +163,7 @@ fn speak_for_themselves(rows: &mut [Row], at: usize) {
     for row in &mut rows[first..first + count] {
         row.label = row.key_names().into();
         if row.help.is_empty() && matches!(row.context, Context::Dashboard | Context::Route) {
-            row.help = row.name().replace('-', " ").into();
+            row.help = row.does().into_owned().into();
         }
     }
 }
@@ -240,8 +249,8 @@ impl Row {
         notation::names(&self.keys)
     }
 
-    /// What it does by itself.
-    fn does(&self) -> Cow<'_, str> {
+    /// What it does, in words of its own even where another row of the table speaks for it.
+    pub(crate) fn does(&self) -> Cow<'_, str> {
         match words::alone(self.action) {
             Some(words) => words.into(),
             None if !self.help.is_empty() => self.help.as_ref().into(),
@@ -341,9 +350,9 @@ mod tests {
             let row = keymap.rows().find(|row| row.name() == name);
             row.map(|row| (row.label.to_string(), row.help.to_string()))
         };
-        let sonar = ("F10".to_owned(), "toggle layer sonar".to_owned());
+        let sonar = ("F10".to_owned(), "allow or forbid layer sonar".to_owned());
         assert_eq!(told("toggle-layer-sonar"), Some(sonar));
-        let photo = ("5".to_owned(), "toggle layer photo".to_owned());
+        let photo = ("5".to_owned(), "allow or forbid layer photo".to_owned());
         assert_eq!(told("toggle-layer-photo"), Some(photo));
     }
 
