@@ -234,9 +234,14 @@ impl Running {
             Effect::Travel(travel) => {
                 let told = self.session.travel(travel);
                 self.refresh();
-                if let Some(event) = told {
-                    return self.tell(event);
+                let mut leave = false;
+                for event in told {
+                    if let (Event::Mark(_), Some(keeper)) = (&event, &self.keeper) {
+                        keeper.event_sink()(Instant::now(), &event);
+                    }
+                    leave |= self.tell(event)?;
                 }
+                return Ok(leave);
             }
             Effect::ToggleRecording => match &self.keeper {
                 Some(keeper) => keeper.toggle(),
