@@ -45,7 +45,7 @@ fn main() {
         make(&raw, hours);
         let output = BufWriter::new(File::create(&mcap).expect("room for a capture"));
         let source = File::open(&raw).expect("it was just made");
-        convert_raw(source, 1_742_000_000_000_000_000, output).expect("a day converts");
+        convert_raw(source, Some(1_742_000_000_000_000_000), output).expect("a day converts");
         for (form, path) in [("raw", &raw), ("mcap", &mcap)] {
             measure(hours, form, path);
         }
@@ -109,7 +109,11 @@ fn measure(hours: u64, form: &str, path: &Path) {
     let mut jump = Duration::ZERO;
     for n in 0..50 {
         let begun = Instant::now();
-        reel.find_next(Landmark::Bump, length.mul_f64(f64::from(n) / 50.0));
+        reel.find_next(
+            Landmark::Bump,
+            length.mul_f64(f64::from(n) / 50.0),
+            usize::MAX,
+        );
         jump = jump.max(begun.elapsed());
     }
     println!(

@@ -1,149 +1,183 @@
 #!/usr/bin/env python3
-"""What `groundwave watch` costs: CPU, memory, bytes to the terminal, time to the first frame.
+"""What `groundwave watch` costs and how prompt it is, as a Markdown table; with --beside next to other programs.
 
-    cargo build --release && python3 docs/measure.py [SECONDS]
+    cargo build --release
+    python3 -m venv /tmp/measuring && /tmp/measuring/bin/pip install -r docs/measuring/requirements.txt
+    /tmp/measuring/bin/python docs/measure.py                  about 8 minutes
+    /tmp/measuring/bin/python docs/measure.py --beside         half an hour; MAVProxy, gpsmon, picocom and btm too
 
-Linux only. Starts a simulated robot in a process of its own and a dashboard at 120x40 that records, hands the radio's bytes
-over in clumps of 16 ms as a USB adapter does, and reads /proc. What the machine itself takes is measured beside it: a
-`cat` of the same clumps and a start of `groundwave --version`. Where those are dear, so is everything.
+Linux only. A packet comes down a pseudo-terminal three times a second, in clumps of 16 ms as a USB adapter hands them over; the
+terminal has 120x40. For CPU, memory and processes /proc is read, times are those of the monotonic clock. --only NAME
+measures one program, --seconds and --keys say how long. As root the measuring itself has precedence over what it measures;
+without, its own wait for a core is in the times while both are busy.
 """
 
-import fcntl
+import argparse
+import datetime
 import os
-import pty
-import select
-import shutil
-import socket
-import struct
+import statistics
 import subprocess
 import sys
 import tempfile
-import termios
-import threading
 import time
 
-PROGRAM = os.path.join(os.path.dirname(__file__), "..", "target", "release", "groundwave")
-CLUMP_S = 0.016
+sys.path.insert(0, os.path.join(os.path.dirname(os.path.abspath(__file__)), "measuring"))
+
+import machine
+import times
+from line import SerialLine
+from programs import CONTESTANTS, Contestant
+from terminal import Program
+
 STARTS = 9
-TICKS_PER_S = os.sysconf("SC_CLK_TCK")
+SETTLE_S = 6.0
+SILENCE_S = 62.0
+
+#: What is measured, and what is to be reached.
+ROWS = {
+    "cpu": ("CPU, % of a core", "0.3"),
+    "bytes": ("bytes/s to the terminal", ""),
+    "memory": ("resident, MiB", "12"),
+    "threads": ("threads", ""),
+    "bare": ("bare start (`--version`), ms", ""),
+    "paint": (f"first paint, ms (median of {STARTS}, slowest)", "10"),
+    "screen quiet": ("last byte to screen, ms (p50, p99)", "1"),
+    "screen busy": ("the same with every core busy", "5"),
+    "key quiet": ("key to serial byte, ms (p50, p99)", "1"),
+    "key busy": ("the same with every core busy", "5"),
+    "silent": ("silent for a minute: CPU, %; bytes/s", ""),
+}
 
 
-def relay(robot: str, listener: socket.socket, silent: threading.Event) -> None:
-    """Passes the robot's bytes on in clumps; a silent radio passes nothing."""
-    client, _ = listener.accept()
-    fd = os.open(robot, os.O_RDONLY | os.O_NOCTTY | os.O_NONBLOCK)
-    while True:
-        time.sleep(CLUMP_S)
-        try:
-            data = os.read(fd, 4096)
-        except BlockingIOError:
-            continue
-        if data and not silent.is_set():
-            try:
-                client.sendall(data)
-            except OSError:
-                return
+class Trial:
+    """One program, measured: what came out, by the row it belongs to."""
+
+    def __init__(self, contestant: Contestant, seconds: float, keys: int, folder: str) -> None:
+        self.contestant, self.seconds, self.keys, self.folder = contestant, seconds, keys, folder
+        self.cells: dict[str, str] = {}
+        self._started = 0
+
+    def run(self) -> dict[str, str]:
+        self.cells["bare"] = f"{self._bare_start_ms():.1f}"
+        self._starts()
+        serial, program = self._start()
+        if self.contestant.setup:
+            time.sleep(2.0)
+            program.type(self.contestant.setup)
+        time.sleep(SETTLE_S)
+        self._costs(program)
+        self._prompt(program, serial, "quiet")
+        with machine.every_core_busy():
+            time.sleep(self.seconds)
+            self._prompt(program, serial, "busy")
+        if self.contestant.name.startswith("groundwave"):
+            self._silence(program, serial)
+        program.stop()
+        serial.end()
+        return self.cells
+
+    def _start(self) -> tuple[SerialLine, Program]:
+        serial = SerialLine()
+        if self.contestant.feed:
+            self.contestant.feed(serial)
+        self._started += 1
+        file = os.path.join(self.folder, f"run-{self._started}")
+        return serial, Program(self.contestant.words(serial.path, file), self.folder, {"HOME": self.folder})
+
+    def _bare_start_ms(self) -> float:
+        words = [self.contestant.words("", "")[0], *self.contestant.version]
+        took_ms = []
+        for _ in range(STARTS):
+            began = time.monotonic()
+            subprocess.run(words, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL, check=False, cwd=self.folder)
+            took_ms.append((time.monotonic() - began) * 1000)
+        return statistics.median(took_ms)
+
+    def _starts(self) -> None:
+        took_ms = []
+        for _ in range(STARTS):
+            serial, program = self._start()
+            took_ms.append((program.wait_for(self.contestant.first_paint) - program.began) * 1000)
+            program.stop()
+            serial.end()
+        self.cells["paint"] = f"{statistics.median(took_ms):.1f}, {max(took_ms):.1f}"
+
+    def _costs(self, program: Program) -> None:
+        begin, before_s = time.monotonic(), machine.cpu_s(program.pid)
+        time.sleep(self.seconds)
+        end, after_s = time.monotonic(), machine.cpu_s(program.pid)
+        self.cells["cpu"] = f"{(after_s - before_s) / (end - begin) * 100:.2f}"
+        self.cells["bytes"] = f"{program.bytes_between(begin, end) / (end - begin):.0f}"
+        self.cells["memory"] = f"{machine.resident_mib(program.pid):.1f}"
+        self.cells["threads"] = f"{machine.threads(program.pid)}"
+
+    def _prompt(self, program: Program, serial: SerialLine, when: str) -> None:
+        it = self.contestant
+        if it.shown:
+            since = time.monotonic() - self.seconds
+            self.cells[f"screen {when}"] = _two(times.to_screen(program, serial, it.shown, since))
+        if it.key:
+            self.cells[f"key {when}"] = _two(times.to_line(program, serial, it.ahead, it.key, it.answer, self.keys))
+
+    def _silence(self, program: Program, serial: SerialLine) -> None:
+        serial.is_silent.set()
+        time.sleep(SILENCE_S)
+        begin, before_s = time.monotonic(), machine.cpu_s(program.pid)
+        time.sleep(self.seconds)
+        used_s, took_s = machine.cpu_s(program.pid) - before_s, time.monotonic() - begin
+        self.cells["silent"] = f"{used_s / took_s * 100:.2f}; {program.bytes_between(begin, begin + took_s) / took_s:.0f}"
 
 
-def cpu_s(pid: int) -> float:
-    with open(f"/proc/{pid}/stat", encoding="ascii") as stat:
-        fields = stat.read().rsplit(")", 1)[1].split()
-    return (int(fields[11]) + int(fields[12])) / TICKS_PER_S
+def _two(times_s: list[float]) -> str:
+    if not times_s:
+        return "none came"
+    p50, p99 = (times.percentile(times_s, share) * 1000 for share in (0.5, 0.99))
+    return f"{p50:.2f}, {p99:.2f} ({len(times_s)})"
 
 
-def status_kib(pid: int, key: str) -> int:
-    with open(f"/proc/{pid}/status", encoding="ascii") as status:
-        return next(int(line.split()[1]) for line in status if line.startswith(key))
+def version(contestant: Contestant) -> str:
+    words = [contestant.words("", "")[0], *contestant.version]
+    told = subprocess.run(words, capture_output=True, text=True, check=False)
+    lines = [line.strip() for line in (told.stdout + told.stderr).splitlines() if any(c.isdigit() for c in line)]
+    return lines[0] if lines else contestant.name
 
 
-def drain(fd: int, seconds: float) -> int:
-    """Reads what the dashboard writes; returns how many bytes it was."""
-    total, end = 0, time.monotonic() + seconds
-    while (left := end - time.monotonic()) > 0:
-        if select.select([fd], [], [], left)[0]:
-            total += len(os.read(fd, 65536))
-    return total
-
-
-def start(robot: str, folder: str, silent: threading.Event) -> tuple[int, int, float]:
-    """A dashboard on a radio of its own: its process, its terminal, milliseconds until its first frame."""
-    listener = socket.create_server(("127.0.0.1", 0))
-    threading.Thread(target=relay, args=(robot, listener, silent), daemon=True).start()
-    link = f"tcp:127.0.0.1:{listener.getsockname()[1]}"
-    began = time.monotonic()
-    pid, fd = pty.fork()
-    if pid == 0:
-        os.environ.update(TERM="xterm-256color", LANG="C.UTF-8", LINES="40", COLUMNS="120")
-        time.sleep(0.1)
-        os.execv(PROGRAM, [PROGRAM, "watch", link, "--record", os.path.join(folder, "run.mcap"), "--force"])
-    fcntl.ioctl(fd, termios.TIOCSWINSZ, struct.pack("HHHH", 40, 120, 0, 0))
-    seen = b""
-    while b"motors" not in seen:
-        seen += os.read(fd, 65536)
-    return pid, fd, (time.monotonic() - began - 0.1) * 1000
-
-
-def cat(robot: str, silent: threading.Event, seconds: float) -> float:
-    """Per cent of a core that `cat` takes for the same clumps: the least that any reader takes."""
-    listener = socket.create_server(("127.0.0.1", 0))
-    threading.Thread(target=relay, args=(robot, listener, silent), daemon=True).start()
-    with socket.create_connection(listener.getsockname()) as radio:
-        process = subprocess.Popen(["cat"], stdin=radio, stdout=subprocess.DEVNULL)
-        before = cpu_s(process.pid)
-        time.sleep(seconds)
-        used_s = cpu_s(process.pid) - before
-        process.kill()
-        process.wait()
-    return used_s / seconds * 100
-
-
-def bare_start_ms() -> float:
-    """Milliseconds to start the program, say its version and leave: the median of some."""
-    times = []
-    for _ in range(STARTS):
-        began = time.monotonic()
-        subprocess.run([PROGRAM, "--version"], stdout=subprocess.DEVNULL, check=True)
-        times.append((time.monotonic() - began) * 1000)
-    return sorted(times)[STARTS // 2]
-
-
-def stop(pid: int, fd: int) -> None:
-    os.kill(pid, 15)
-    os.close(fd)
-    os.waitpid(pid, 0)
+def table(columns: dict[str, dict[str, str]]) -> str:
+    lines = [
+        "| | " + " | ".join(columns) + " | goal |",
+        "|---" * (len(columns) + 2) + "|",
+    ]
+    for row, (name, goal) in ROWS.items():
+        cells = [column.get(row, "–") for column in columns.values()]
+        lines.append(f"| {name} | " + " | ".join(cells) + f" | {goal} |")
+    return "\n".join(lines)
 
 
 def main() -> None:
-    seconds = float(sys.argv[1]) if len(sys.argv) > 1 else 30.0
-    folder = tempfile.mkdtemp()
-    sim = subprocess.Popen([PROGRAM, "sim"], stdout=subprocess.PIPE, stderr=subprocess.DEVNULL, text=True)
-    robot = sim.stdout.readline().strip()
-    silent = threading.Event()
-    print(f"cat of the same      {cat(robot, silent, seconds):8.2f} % of a core")
-    print(f"bare start           {bare_start_ms():8.1f} ms")
-    firsts = []
-    for _ in range(STARTS):
-        pid, fd, first_ms = start(robot, folder, silent)
-        stop(pid, fd)
-        firsts.append(first_ms)
-    print(f"first frame          {sorted(firsts)[STARTS // 2]:8.1f} ms after exec, median of {STARTS}")
-    pid, fd, _ = start(robot, folder, silent)
-
-    drain(fd, 5.0)
-    before = cpu_s(pid)
-    written = drain(fd, seconds)
-    print(f"3 lines/s, 120x40    {(cpu_s(pid) - before) / seconds * 100:8.2f} % of a core")
-    print(f"to the terminal      {written / seconds / 1000:8.2f} kB/s")
-    print(f"resident, recording  {status_kib(pid, 'VmRSS') / 1024:8.1f} MiB, {status_kib(pid, 'Threads')} threads")
-
-    silent.set()
-    drain(fd, 65.0)
-    before = cpu_s(pid)
-    written = drain(fd, seconds)
-    print(f"silent for a minute  {(cpu_s(pid) - before) / seconds * 100:8.2f} % of a core, {written / seconds:.0f} bytes/s")
-    stop(pid, fd)
-    sim.terminate()
-    shutil.rmtree(folder)
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("--beside", action="store_true", help="measure the other programs too")
+    parser.add_argument("--only", metavar="NAME", help="measure this program alone")
+    parser.add_argument("--seconds", type=float, default=60.0, help="for how long each figure is taken (60)")
+    parser.add_argument("--keys", type=int, default=100, help="how many keys are pressed (100)")
+    options = parser.parse_args()
+    chosen = [it for it in CONTESTANTS if options.beside or it is CONTESTANTS[0]]
+    if options.only:
+        chosen = [it for it in CONTESTANTS if options.only in it.name]
+    about = machine.describe()
+    is_prompt = machine.be_prompt()
+    columns, notes = {}, []
+    for contestant in chosen:
+        if not contestant.is_here():
+            notes.append(f"{contestant.name}: not installed here")
+            continue
+        print(f"measuring {contestant.name} ...", file=sys.stderr)
+        with tempfile.TemporaryDirectory() as folder:
+            columns[contestant.name] = Trial(contestant, options.seconds, options.keys, folder).run()
+        notes.append(f"{contestant.name}: {version(contestant)}; {contestant.remark}")
+    print(f"Machine: {about}. {datetime.date.today()}, commit {machine.commit()}. Each figure over {options.seconds:.0f} s or")
+    print(f"{options.keys} keys; in brackets how many times there are. The measuring {'has' if is_prompt else 'has no'} precedence.\n")
+    print(table(columns) + "\n")
+    print("\n".join(f"- {note}." for note in notes))
 
 
 if __name__ == "__main__":

@@ -15,6 +15,7 @@ pub mod event;
 pub mod io;
 pub mod model;
 pub mod radio;
+pub mod remedy;
 pub mod request;
 pub mod route;
 pub mod runtime;

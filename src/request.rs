@@ -3,6 +3,7 @@
 //! The same words serve `groundwave send`, scripts and the dashboard.
 
 mod amount;
+mod listing;
 mod preset;
 mod refusal;
 mod tuning;
@@ -11,6 +12,7 @@ mod words;
 use std::fmt;
 
 pub use amount::{Amount, in_whole_unit};
+pub use listing::LISTING;
 pub use preset::names as preset_names;
 pub use refusal::Standing;
 pub use tuning::Tuning;
@@ -138,6 +140,11 @@ impl Request {
     pub fn all_from_words<S: AsRef<str>>(words: &[S]) -> Result<Vec<Self>, RequestError> {
         match words {
             [preset, name] if preset.as_ref() == "preset" => preset::requests(name.as_ref()),
+            [goto @ .., go]
+                if goto.len() == 3 && goto[0].as_ref() == "goto" && go.as_ref() == "--go" =>
+            {
+                Ok(vec![Self::from_words(goto)?, Self::Mode(Mode::Prowl)])
+            }
             words => Self::from_words(words).map(|request| vec![request]),
         }
     }
@@ -314,6 +321,15 @@ mod tests {
         assert!(error("mode hoem").contains("did you mean `home`?"));
         assert!(error("enable sonra").contains("did you mean `sonar`?"));
         assert!(error("preset mtoh").contains("did you mean `moth`?"));
+    }
+
+    #[test]
+    fn a_point_is_gone_to_at_once_when_that_is_said() {
+        let went = Request::all_from_words(&["goto", "12", "-8", "--go"]);
+        let list = Request::all_from_words(&["goto", "12", "-8"]).expect("a list of one");
+        let both = [&list[..], &[Request::Mode(Mode::Prowl)]].concat();
+        assert_eq!(went, Ok(both));
+        assert!(error("goto 12 --go").contains("`--go` is not a whole number"));
     }
 
     #[test]

@@ -39,6 +39,8 @@ pub enum Travel {
     Mark,
     /// Begin a loop here, end it here, or take it away: in this order.
     Loop,
+    /// No more of what is looked for.
+    GiveUp,
     /// To the newest there is: back to now in a live session.
     Newest,
     /// To the oldest there is.
@@ -245,6 +247,8 @@ pub struct Playback {
     pub repeat: Option<(Moment, Option<Moment>)>,
     /// What became of what was asked for last, when that is worth a word.
     pub note: Option<String>,
+    /// Something is looked for where the capture has not been read yet.
+    pub is_looking: bool,
 }
 
 impl Playback {

@@ -6,8 +6,9 @@
 mod programs;
 
 use std::fs;
+use std::process::Command;
 
-use programs::{Sim, Telling, expect, groundwave, scratch};
+use programs::{GROUNDWAVE, Sim, Telling, expect, groundwave, scratch};
 
 #[test]
 fn a_forgotten_link_is_named() {
@@ -187,15 +188,16 @@ fn shells_and_man_are_served_from_the_definitions() {
     for shell in ["bash", "zsh", "fish", "elvish", "powershell"] {
         let (out, _) = expect(0, &["completions", shell]);
         assert!(
-            out.contains("calibrate") && out.contains("share-open-to-network"),
-            "{shell}"
+            out.contains("COMPLETE") && out.contains("groundwave"),
+            "{shell}: {out}"
         );
     }
     let (page, _) = expect(0, &["man"]);
-    assert!(
-        page.starts_with(".ie") && page.contains("calibrate"),
-        "{page}"
-    );
+    assert!(page.contains("calibrate"), "{page}");
+    for section in ["EXAMPLES", "KEYS", "EXIT STATUS", "FILES"] {
+        assert!(page.contains(section), "{section}: {page}");
+    }
+    assert!(page.contains("look around once [scan]"), "{page}");
     let folder = scratch("man");
     let pages = folder.join("man1");
     expect(0, &["man", pages.to_str().unwrap()]);
@@ -205,6 +207,18 @@ fn shells_and_man_are_served_from_the_definitions() {
     }
     let send = fs::read_to_string(pages.join("groundwave-send.1")).unwrap();
     assert!(send.contains("\\fBgroundwave send\\fR"), "{send}");
+    // Each page that another names is there.
+    for page in fs::read_dir(&pages).unwrap() {
+        let text = fs::read_to_string(page.unwrap().path()).unwrap();
+        let named = text.split_whitespace().filter_map(|word| {
+            let (name, _) = word.split_once("(1)")?;
+            name.starts_with("groundwave")
+                .then(|| name.replace("\\-", "-"))
+        });
+        for name in named {
+            assert!(pages.join(format!("{name}.1")).exists(), "{name}");
+        }
+    }
 }
 
 #[test]
@@ -229,6 +243,18 @@ fn a_configuration_is_printed_checked_and_blamed() {
         let (_, err) = expect(2, arguments);
         let told = format!("{name}:2:1: unknown key `radoi` in [link]; did you mean `radio`?");
         assert!(err.contains(&told), "{err}");
+    }
+    fs::write(&path, "[link]\nbaud = \"x\"\n[keys]\nstop = \"y\"\n").unwrap();
+    let (_, err) = expect(2, &["config", "check", name]);
+    assert!(
+        err.contains("2 mistakes") && err.contains("with what it takes"),
+        "{err}"
+    );
+    for told in [
+        ":2:8: `baud` takes",
+        ":4:1: `y` cannot be the key for `stop`",
+    ] {
+        assert!(err.contains(&format!("{name}{told}")), "{err}");
     }
     let (out, _) = expect(0, &["--config", name, "config", "path"]);
     assert_eq!(out.trim(), name);
@@ -256,4 +282,50 @@ fn a_robot_is_known_by_the_name_that_the_configuration_gives_it() {
     assert!(err.contains("did you mean `marvin`?"), "{err}");
     let (out, _) = expect(0, &config);
     assert!(out.contains("groundwave watch marvin "), "{out}");
+}
+
+/// Whoever asks a shell gets what there is: the program's own words, files and the names of the configuration.
+#[test]
+fn a_shell_is_offered_what_there_is() {
+    let folder = scratch("completions");
+    fs::write(folder.join("square.csv"), "1,2\n").unwrap();
+    fs::write(folder.join("flat.toml"), "").unwrap();
+    let config = folder.join("config.txt");
+    fs::write(&config, "[robot.marvin]\nlink = \"sim\"\n").unwrap();
+    let config = config.to_str().unwrap();
+    let offered = |words: &[&str]| {
+        let output = Command::new(GROUNDWAVE)
+            .args([&["--", "groundwave"], words].concat())
+            .env("COMPLETE", "bash")
+            .env("_CLAP_IFS", "\n")
+            .env("_CLAP_COMPLETE_INDEX", words.len().to_string())
+            .current_dir(&folder)
+            .output()
+            .unwrap();
+        String::from_utf8(output.stdout).unwrap()
+    };
+    for (words, wanted) in [
+        (&["wat"][..], &["watch"][..]),
+        (&["demo", "--world", ""], &["house", "office", "flat.toml"]),
+        (&["world", "dark"], &["dark-room"]),
+        (&["demo", "--channel", "ber=1e-3,bu"], &["ber=1e-3,burst="]),
+        (&["send", "sim", ""], &["goto", "preset", "failsafe"]),
+        (&["send", "sim", "mode", ""], &["prowl", "home"]),
+        (&["send", "sim", "enable", "ir,so"], &["ir,sonar"]),
+        (&["send", "sim", "only", "n"], &["none"]),
+        (&["send", "sim", "preset", "mo"], &["moth"]),
+        (&["send", "sim", "route", "sq"], &["square.csv"]),
+        (&["send", "--via", "4001", "pre"], &["preset"]),
+        (&["param", "sim", ""], &["list", "get", "set", "save"]),
+        (&["watch", "sim", "--radio", "h"], &["half", "hc-12"]),
+        (&["--config", config, "watch", "mar"], &["marvin"]),
+        (&["watch", "t"], &["tcp:"]),
+        (&["replay", "sq"], &["square.csv"]),
+    ] {
+        let said = offered(words);
+        for word in wanted {
+            assert!(said.lines().any(|line| line == *word), "{words:?}: {said}");
+        }
+    }
+    assert!(!offered(&["send", "sim", "mode", ""]).contains("goto"));
 }

@@ -76,8 +76,8 @@ fn an_interrupted_recording_is_recovered_when_the_next_begins() {
     // The name is wanted for another: both are kept.
     let (_, err) = expect(0, &["record", &sim.path, "-o", name, "--duration", "1s"]);
     assert!(err.contains("recovered"), "{err}");
-    assert!(err.contains("run-2.mcap"), "{err}");
-    for name in ["run.mcap", "run-2.mcap"] {
+    assert!(err.contains("run.interrupted.mcap"), "{err}");
+    for name in ["run.mcap", "run.interrupted.mcap"] {
         let paths = Paths::of(&folder.join(name));
         assert!(paths.target.exists() && !paths.are_interrupted(), "{name}");
         assert_eq!(recover(&paths.target).unwrap().outcome, Outcome::Whole);

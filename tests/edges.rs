@@ -215,7 +215,7 @@ fn the_exit_codes_are_those_of_a_link_of_ones_own() {
     assert!(out.starts_with("mode reactive: proven after"), "{out}");
     let (_, err) = expect(5, &["send", "--via", &socket, "dock"]);
     assert!(
-        err.contains("refused `mode forage`: this robot has no such"),
+        err.contains("refused `mode forage`: it has no sensor for a dock's beacon"),
         "{err}"
     );
     expect(2, &["send", "--via", &socket, "fly"]);

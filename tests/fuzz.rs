@@ -38,7 +38,10 @@ fn fuzz_configuration() {
                     config.link.latency_ms.is_some(),
                     config.link.latency().is_some()
                 ),
-                Err(error) => assert!(!error.to_string().is_empty()),
+                Err(mistakes) => {
+                    assert!(!mistakes.is_empty());
+                    assert!(mistakes.iter().all(|mistake| !mistake.message.is_empty()));
+                }
             },
         );
 }

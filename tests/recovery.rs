@@ -560,7 +560,7 @@ fn an_interrupted_recording_makes_room_for_one_of_its_name() {
     let stream = streams::clean(30);
     let paths = killed(folder.path(), &stream);
     let aside = set_aside(&paths.target).unwrap().unwrap();
-    assert_eq!(aside, folder.path().join("killed-2.mcap"));
+    assert_eq!(aside, folder.path().join("killed.interrupted.mcap"));
     let recorder = Recorder::start(&paths.target, Existing::Refuse, &session()).unwrap();
     recorder.finish().unwrap();
     assert_eq!(recover(&aside).unwrap().outcome, Outcome::Recovered);
@@ -578,7 +578,7 @@ fn a_finished_recording_is_not_replaced_by_an_interrupted_one() {
     let whole = finished(folder.path(), &other);
     fs::rename(whole, &paths.target).unwrap();
     let recovery = recover(&paths.target).unwrap();
-    assert_eq!(recovery.path, folder.path().join("killed-2.mcap"));
+    assert_eq!(recovery.path, folder.path().join("killed.interrupted.mcap"));
     assert_eq!(concatenated(&recovery.path), stream);
     assert_eq!(concatenated(&paths.target), other);
 }

@@ -145,7 +145,7 @@ fn spoilt() -> Vec<u8> {
     };
     let stream = [&song.encode()[..], &raw.repeat(40), &song.encode()].concat();
     let mut mcap = Vec::new();
-    convert_raw(&stream[..], 1_741_944_413_000_000_000, &mut mcap).unwrap();
+    convert_raw(&stream[..], Some(1_741_944_413_000_000_000), &mut mcap).unwrap();
     let summary = mcap::Summary::read(&mcap).unwrap().unwrap();
     let chunks = &summary.chunk_indexes;
     assert!(chunks.len() >= 3, "{}", chunks.len());

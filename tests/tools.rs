@@ -18,7 +18,7 @@ use groundwave::capture::decode::{Format, decode};
 use groundwave::capture::index;
 use groundwave::capture::info::Info;
 use groundwave::capture::journal::JournalWriter;
-use groundwave::capture::verify::verify_mcap;
+use groundwave::capture::verify::{Beside, verify_mcap};
 use groundwave::capture::when::When;
 use groundwave::capture::{Capture, CaptureError};
 use programs::{GROUNDWAVE, expect, scratch};
@@ -26,7 +26,7 @@ use proptest::prelude::*;
 
 fn converted(raw: &[u8]) -> Vec<u8> {
     let mut mcap = Vec::new();
-    convert_raw(raw, 1_741_944_413_000_000_000, &mut mcap).unwrap();
+    convert_raw(raw, Some(1_741_944_413_000_000_000), &mut mcap).unwrap();
     mcap
 }
 
@@ -94,11 +94,19 @@ proptest! {
         let raw = streams::noisy(slots, seed);
         let mcap = converted(&raw);
         let side_car: Box<dyn std::io::Read> = Box::new(Cursor::new(raw.clone()));
-        let verdict = verify_mcap(&mcap[..], Some(side_car)).unwrap();
+        let beside = Beside {
+            raw: Some(side_car),
+            journal: None,
+        };
+        let verdict = verify_mcap(&mcap[..], beside).unwrap();
         prop_assert!(verdict.is_good(), "{:?}", verdict.faults);
         prop_assert_eq!(verdict.is_as_side_car, Some(true));
         let (lines, _) = streams::live(&raw);
-        prop_assert_eq!(verdict.telemetry_equal, lines.len() as u64);
+        prop_assert_eq!(verdict.messages.get("/telemetry").copied().unwrap_or(0), lines.len() as u64);
+        // All but the bytes and the word that the recording begins.
+        let messages: u64 = verdict.messages.values().sum();
+        let told = verdict.messages.get("/raw/rx").copied().unwrap_or(0) + 1;
+        prop_assert_eq!((verdict.derived_equal, verdict.derived_unchecked), (messages - told, 0));
         prop_assert_eq!(whole(&mcap), raw);
     }
 
@@ -118,16 +126,16 @@ proptest! {
         let mut counted = BTreeMap::<String, u64>::new();
         let mut lines = 0;
         for piece in pieces(&mcap, &at) {
-            let verdict = verify_mcap(&piece[..], None).unwrap();
+            let verdict = verify_mcap(&piece[..], Beside::default()).unwrap();
             prop_assert!(verdict.is_good(), "{:?}", verdict.faults);
-            prop_assert_eq!(verdict.telemetry_equal, verdict.lines);
+            prop_assert!(verdict.derived_equal >= verdict.lines);
             for (topic, count) in verdict.messages {
                 *counted.entry(topic).or_default() += count;
             }
             lines += verdict.lines;
             bytes.extend(whole(&piece));
         }
-        let verdict = verify_mcap(&mcap[..], None).unwrap();
+        let verdict = verify_mcap(&mcap[..], Beside::default()).unwrap();
         prop_assert_eq!(bytes, raw);
         prop_assert_eq!(lines, verdict.lines);
         // Where a message with bytes is cut in two there is one more.
@@ -191,12 +199,12 @@ fn after_a_damaged_chunk_reading_goes_on() {
         "what follows the chunk is there"
     );
 
-    let verdict = verify_mcap(&spoilt[..], None).unwrap();
+    let verdict = verify_mcap(&spoilt[..], Beside::default()).unwrap();
     assert!(!verdict.is_good());
     assert_eq!(verdict.bytes, left.len() as u64);
     assert_eq!(verdict.missing_bytes, (raw.len() - left.len()) as u64);
     // Beside the line that was cut in two at either end everything still agrees.
-    assert!(verdict.telemetry_equal + 2 >= verdict.lines);
+    assert!(verdict.derived_equal + 2 >= verdict.lines);
     assert!(verdict.faults[0].contains("chunk"), "{:?}", verdict.faults);
 }
 
@@ -236,6 +244,87 @@ fn messages<'a>(mcap: &'a [u8], topic: &str) -> Vec<mcap::Message<'a>> {
 
 /// A message that says something else than the bytes.
 #[test]
+fn what_does_not_follow_from_the_bytes_is_found_on_every_topic() {
+    let mcap = converted(&streams::clean(300));
+    let topics = [
+        "/telemetry",
+        "/uplink",
+        "/tf",
+        "/pose",
+        "/path",
+        "/sonar",
+        "/markers",
+        "/log",
+    ];
+    for wrong in topics {
+        let mut spoilt = Vec::new();
+        let mut writer = mcap::WriteOptions::new()
+            .library(concat!(
+                "groundwave ",
+                env!("CARGO_PKG_VERSION"),
+                ", fixed topics"
+            ))
+            .create(Cursor::new(&mut spoilt))
+            .unwrap();
+        let mut count = 0;
+        for message in mcap::MessageStream::new(&mcap).unwrap() {
+            let mut message = message.unwrap();
+            if message.channel.topic == wrong {
+                count += 1;
+                // Not the first of `/log`, which is the station's.
+                if count == 2 {
+                    let mut data = message.data.into_owned();
+                    *data.last_mut().unwrap() ^= 1;
+                    message.data = data.into();
+                }
+            }
+            writer.write(&message).unwrap();
+        }
+        writer.finish().unwrap();
+        drop(writer);
+        assert!(count >= 2, "{wrong}");
+        let verdict = verify_mcap(&spoilt[..], Beside::default()).unwrap();
+        let is_found = |fault: &String| {
+            fault.starts_with(wrong) && fault.ends_with("is not what /raw/rx decodes to")
+        };
+        assert!(
+            verdict.faults.iter().any(is_found),
+            "{wrong}: {:?}",
+            verdict.faults
+        );
+    }
+}
+
+#[test]
+fn a_journal_beside_a_recording_is_compared_with_it() {
+    let folder = scratch("verify-journal");
+    let file = |name: &str| folder.join(name).display().to_string();
+    let raw = streams::clean(300);
+    fs::write(folder.join("a.mcap"), converted(&raw)).unwrap();
+    for (spoilt, code) in [(None, 0), (Some(4000), 1)] {
+        let journal = folder.join("a.mcap.journal");
+        let mut writer = JournalWriter::create(&journal).unwrap();
+        writer.session(0, b"{}");
+        let mut bytes = raw.clone();
+        if let Some(place) = spoilt {
+            bytes[place] ^= 1;
+        }
+        for read in bytes.chunks(37) {
+            writer.rx(0, read);
+        }
+        drop(writer);
+        let (out, _) = expect(code, &["verify", &file("a.mcap")]);
+        let says = match spoilt {
+            None => "side-car   holds the same bytes",
+            Some(_) => "the journal differs from byte 4000 on",
+        };
+        assert!(out.contains(says), "{out}");
+        fs::remove_file(journal).unwrap();
+    }
+    fs::remove_dir_all(folder).unwrap();
+}
+
+#[test]
 fn telemetry_that_is_not_what_was_received_is_found() {
     let raw = streams::clean(60);
     let other = streams::noisy(60, 5);
@@ -252,7 +341,7 @@ fn telemetry_that_is_not_what_was_received_is_found() {
     }
     writer.finish().unwrap();
     drop(writer);
-    let verdict = verify_mcap(&mcap[..], None).unwrap();
+    let verdict = verify_mcap(&mcap[..], Beside::default()).unwrap();
     let found = verdict
         .faults
         .iter()
@@ -434,7 +523,7 @@ fn exit_codes_say_how_good_a_capture_is() {
         2,
         &["cut", &file("good.txt"), "--from", "2025-03-14T09:26:53Z"],
     );
-    assert!(err.contains("knows no clock"), "{err}");
+    assert!(err.contains("says the day"), "{err}");
     expect(2, &["cut", &file("good.txt"), "--from", "soon"]);
 }
 

@@ -5,6 +5,7 @@ use std::convert::Infallible;
 use std::io::{self, Write};
 use std::time::{SystemTime, UNIX_EPOCH};
 
+use foxglove::messages::Log;
 use groundwave_protocol::telemetry::FirmwareVersion;
 use serde::{Deserialize, Serialize};
 
@@ -65,7 +66,7 @@ impl<W: Write> Composer<W> {
         let mut composer = Self::around(McapWriter::new(output)?, deriver);
         let time_ns = since_1970_ns(session.start);
         // Every chunk has a message, the first too.
-        let begun = StationEvent::note(format!("recording of {} begins", session.link));
+        let begun = StationEvent::note(format!("{BEGINS}{} begins", session.link));
         composer.handle_event(time_ns, &begun)?;
         composer
             .writer
@@ -237,6 +238,14 @@ impl<W: Write> Composer<W> {
         self.end_line()?;
         Ok((self.writer.finish()?, self.deriver))
     }
+}
+
+/// How the first message of every recording begins.
+const BEGINS: &str = "recording of ";
+
+/// Whether this is the first message of a recording.
+pub(super) fn is_beginning(log: &Log) -> bool {
+    log.name == "station" && log.message.starts_with(BEGINS)
 }
 
 fn about((robot_id, version): (u8, FirmwareVersion)) -> BTreeMap<String, String> {

@@ -5,7 +5,7 @@ use std::io::{self, Read, Write};
 use std::time::{Duration, UNIX_EPOCH};
 
 use super::composer::{Composer, Session};
-use super::raw::RawReader;
+use super::text::TextReader;
 
 /// Why a capture was not converted.
 #[derive(Debug, thiserror::Error)]
@@ -27,29 +27,36 @@ pub struct Converted {
     pub lines: u64,
 }
 
-/// Writes a raw capture as MCAP with every topic, as if it had been recorded from `start_ns` since 1970 on,
-/// from a radio at 2400 baud that never paused.
+/// Writes a raw capture as MCAP with every topic, as if it had been recorded from `start_ns` since 1970 on. Where nobody
+/// says when that was, lines that say the day do; else it is 1970. `/raw/rx` holds what the radio delivered, also where the
+/// file has times before the lines or other line ends.
 ///
 /// # Errors
 /// When reading or writing fails.
 pub fn convert_raw(
     source: impl Read,
-    start_ns: u64,
+    start_ns: Option<u64>,
     output: impl Write,
 ) -> Result<Converted, ConvertError> {
+    let mut reader = TextReader::new(source);
+    let style = reader.style().map_err(ConvertError::Read)?;
+    let start_ns = start_ns
+        .or_else(|| style.unix().map(nanoseconds))
+        .unwrap_or_default();
     let session = Session {
-        link: "a raw capture".to_owned(),
+        link: match style.words() {
+            None => "a raw capture".to_owned(),
+            Some(words) => format!("a raw capture {words}"),
+        },
         start: UNIX_EPOCH + Duration::from_nanos(start_ns),
         notes: BTreeMap::new(),
         configuration: String::new(),
     };
-    let mut reader = RawReader::new(source);
     let mut composer = Composer::new(output, &session).map_err(ConvertError::Write)?;
-    while let Some(chunk) = reader.next_chunk().map_err(ConvertError::Read)? {
-        let since_ns = u64::try_from(chunk.at.as_nanos()).unwrap_or(u64::MAX);
-        let at_ns = start_ns.saturating_add(since_ns);
+    while let Some(piece) = reader.next_piece().map_err(ConvertError::Read)? {
+        let at_ns = start_ns.saturating_add(nanoseconds(piece.at));
         composer
-            .handle_rx(at_ns, chunk.bytes)
+            .handle_rx(at_ns, piece.radio)
             .map_err(ConvertError::Write)?;
     }
     let bytes = composer.deriver().rx_bytes();
@@ -60,4 +67,8 @@ pub fn convert_raw(
         bytes,
         lines: counters.lines + counters.ack_lines,
     })
+}
+
+fn nanoseconds(duration: Duration) -> u64 {
+    u64::try_from(duration.as_nanos()).unwrap_or(u64::MAX)
 }

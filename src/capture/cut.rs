@@ -15,7 +15,7 @@ use prost::Message as _;
 use super::mcap_reader::{Damages, Entries, Entry};
 use super::messages::RawBytes;
 use super::name::utc;
-use super::raw::RawReader;
+use super::text::TextReader;
 use super::topics::Topic;
 use super::when::When;
 use super::writer::records::record;
@@ -37,7 +37,7 @@ pub struct Window {
 #[derive(Debug, thiserror::Error)]
 pub enum CutError {
     /// A raw capture was to be cut by the clock.
-    #[error("a raw capture knows no clock: say --from and --to since its beginning, as 1:30")]
+    #[error("no line of it says the day: say --from and --to since its beginning, as 1:30")]
     NoWallTime,
     /// The capture cannot be read.
     #[error("{0}")]
@@ -54,39 +54,43 @@ pub struct Part {
     pub bytes: u64,
     /// Messages; none in a raw capture.
     pub messages: u64,
-    /// From the first bytes of the whole capture to its last; of a raw one only as far as it had to be read.
+    /// From the beginning of the whole capture to its last bytes; of a raw one only as far as it had to be read.
     pub whole: Duration,
     /// Why the capture could not be read whole.
     pub problem: Option<String>,
 }
 
-/// Cuts a raw capture. Its time is that of a 2400-baud radio that never paused.
+/// Cuts a raw capture: lines as they stand in it.
 ///
 /// # Errors
-/// Where the clock is asked for, and when reading or writing fails.
+/// Where the clock is asked for and no line says the day, and when reading or writing fails.
 pub fn cut_raw(
     source: impl Read,
     window: Window,
     output: &mut impl Write,
 ) -> Result<Part, CutError> {
-    let since = |when: Option<When>| match when {
-        None => Ok(None),
-        Some(When::Since(since)) => Ok(Some(since)),
-        Some(When::Wall(_)) => Err(CutError::NoWallTime),
+    let mut reader = TextReader::new(source);
+    let unix = reader.style().map_err(CutError::Read)?.unix();
+    let since = |when: Option<When>| match (when, unix) {
+        (None, _) => Ok(None),
+        (Some(When::Since(since)), _) => Ok(Some(since)),
+        (Some(When::Wall(ns)), Some(unix)) => {
+            Ok(Some(Duration::from_nanos(ns).saturating_sub(unix)))
+        }
+        (Some(When::Wall(_)), None) => Err(CutError::NoWallTime),
     };
     let (from, to) = (since(window.from)?.unwrap_or_default(), since(window.to)?);
-    let mut reader = RawReader::new(source);
     let mut part = Part::default();
-    while let Some(chunk) = reader.next_chunk().map_err(CutError::Read)? {
-        part.whole = chunk.at;
-        let is_after = to.is_some_and(|to| chunk.at >= to);
+    while let Some(piece) = reader.next_piece().map_err(CutError::Read)? {
+        part.whole = piece.at;
+        let is_after = to.is_some_and(|to| piece.at >= to);
         // Where nothing was found, what is there is worth knowing.
         if is_after && part.bytes > 0 {
             break;
         }
-        if chunk.at >= from && !is_after {
-            output.write_all(chunk.bytes).map_err(CutError::Write)?;
-            part.bytes += chunk.bytes.len() as u64;
+        if piece.at >= from && !is_after {
+            output.write_all(piece.stored).map_err(CutError::Write)?;
+            part.bytes += piece.radio.len() as u64;
         }
     }
     output.flush().map_err(CutError::Write)?;
@@ -327,8 +331,8 @@ impl<W: Write> Cutter<W> {
     }
 
     fn take(&mut self, message: Message) -> io::Result<()> {
+        let start_ns = *self.start_ns.get_or_insert(message.times.0);
         if message.received().is_some() {
-            let start_ns = *self.start_ns.get_or_insert(message.times.0);
             let passed = Duration::from_nanos(message.times.0.saturating_sub(start_ns));
             self.part.whole = self.part.whole.max(passed);
         }
@@ -365,12 +369,11 @@ impl<W: Write> Cutter<W> {
     fn has_come(&self, when: When, message: &Message) -> bool {
         let moment_ns = match when {
             When::Wall(ns) => ns,
-            // Before the first bytes nothing has come but the beginning.
-            When::Since(since) => match self.start_ns {
-                None if since.is_zero() => 0,
-                None => u64::MAX,
-                Some(start_ns) => start_ns.saturating_add(nanoseconds(since)),
-            },
+            When::Since(since) if since.is_zero() => 0,
+            When::Since(since) => {
+                let start_ns = self.start_ns.unwrap_or(message.times.0);
+                start_ns.saturating_add(nanoseconds(since))
+            }
         };
         let lag_ns = if message.received().is_some() || moment_ns == 0 {
             0

@@ -5,6 +5,8 @@ use std::fs::{File, OpenOptions};
 use std::io;
 use std::path::{Path, PathBuf};
 
+use crate::remedy;
+
 /// What to do when the file to be written exists.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Existing {
@@ -160,7 +162,7 @@ pub enum CaptureError {
         fate: Fate,
     },
     /// The file cannot be opened.
-    #[error("cannot open {}: {error}", path.display())]
+    #[error("cannot open {}: {}", path.display(), remedy::of_reading(error))]
     Open {
         /// The file.
         path: PathBuf,
@@ -168,7 +170,7 @@ pub enum CaptureError {
         error: io::Error,
     },
     /// Reading failed in the middle.
-    #[error("cannot read on in {}: {error}", path.display())]
+    #[error("cannot read {}: {}", path.display(), remedy::of_reading(error))]
     Read {
         /// The file.
         path: PathBuf,
@@ -203,6 +205,7 @@ fn remedy(error: &io::Error) -> &'static str {
             "; make room and start a new recording"
         }
         io::ErrorKind::NotFound => "; make the directory first",
+        io::ErrorKind::IsADirectory => "; name a file in it",
         io::ErrorKind::PermissionDenied | io::ErrorKind::ReadOnlyFilesystem => {
             "; choose a directory you may write to"
         }
@@ -224,7 +227,10 @@ pub(super) fn create(
     };
     options.open(path).map_err(|error| {
         let path = path.to_owned();
-        if error.kind() == io::ErrorKind::AlreadyExists {
+        if path.is_dir() {
+            let error = io::ErrorKind::IsADirectory.into();
+            CaptureError::Create { path, error }
+        } else if error.kind() == io::ErrorKind::AlreadyExists {
             CaptureError::Exists { path, can_append }
         } else {
             CaptureError::Create { path, error }

@@ -1,13 +1,12 @@
 //! Captures that are read from anywhere: opening one and going to a place in it take the same time and
 //! memory however long it is.
 //!
-//! A raw capture needs no index: a byte's place is its time on a 2400-baud radio, and the stamps of one
-//! that has them are in order. An MCAP has its chunks' times in the summary at its end; of those of a very
+//! A text needs no index: a byte's place is its time on a 2400-baud radio, and the times of one that has them are in
+//! order. An MCAP has its chunks' times in the summary at its end; of those of a very
 //! long one some are kept, and the headers between them say the rest.
 
 mod mcap;
-mod raw;
-mod stamps;
+mod text;
 mod told;
 
 use std::fs::File;
@@ -20,7 +19,7 @@ use super::source::{Form, HEAD_BYTES};
 use crate::event::{Event, Moment};
 
 pub use mcap::McapTape;
-pub use raw::RawTape;
+pub use text::TextTape;
 
 /// Where something begins in a capture.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -196,7 +195,7 @@ pub fn read(source: Arc<dyn Source>, name: &Path) -> Result<Box<dyn Tape + Send>
     let length = read_at(&*source, 0, &mut head).map_err(read_error)?;
     Ok(match Form::tell(&head[..length], name)? {
         Form::Mcap => Box::new(McapTape::new(source, name)?),
-        Form::Raw => Box::new(RawTape::new(source).map_err(read_error)?),
+        Form::Raw => Box::new(TextTape::new(source).map_err(read_error)?),
     })
 }
 

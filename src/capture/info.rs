@@ -20,8 +20,11 @@ use crate::statistics::{Gaps, Rejected, Resync, per_cent, share_pct};
 pub struct Info {
     /// How it is stored.
     pub form: Form,
-    /// From its beginning to its last byte, seconds. Of a raw capture, the time that a radio at 2400
-    /// baud takes for as many bytes.
+    /// What of a raw capture is not as the radio delivered it, in words: times before the lines, other line ends.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub stored: Option<String>,
+    /// From its beginning to its last byte, seconds. Of a raw capture whose lines say no time, the time that a radio at
+    /// 2400 baud takes for as many bytes.
     pub duration_s: f64,
     /// Bytes received.
     pub bytes: u64,
@@ -167,6 +170,9 @@ impl Info {
         // Rounded first: 119.97 s are 2 minutes and not 1 minute and 60 seconds.
         let tenths = (self.duration_s * 10.0).round() as u64;
         let (minutes, seconds, tenth) = (tenths / 600, tenths / 10 % 60, tenths % 10);
+        if let Some(words) = &self.stored {
+            writeln!(output, "stored     {words}")?;
+        }
         writeln!(output, "duration   {minutes} min {seconds}.{tenth} s")?;
         writeln!(
             output,
@@ -279,7 +285,7 @@ struct Survey {
     was_bumped: bool,
     since_line_feed: u64,
     /// Bytes that came before the clock of the capture began to run.
-    first_bytes: Option<u64>,
+    first_bytes: u64,
     gaps: Gaps,
 }
 
@@ -297,8 +303,10 @@ impl Survey {
         capture: &mut Capture,
         decoder: &mut Decoder,
     ) -> Result<(), CaptureError> {
-        while let Some(Chunk { mut bytes, .. }) = capture.next_chunk()? {
-            self.first_bytes.get_or_insert(bytes.len() as u64);
+        while let Some(Chunk { at, mut bytes }) = capture.next_chunk()? {
+            if at.is_zero() {
+                self.first_bytes += bytes.len() as u64;
+            }
             self.since_line_feed = match bytes.iter().rposition(|&byte| byte == b'\n') {
                 Some(at) => (bytes.len() - at - 1) as u64,
                 None => self.since_line_feed + bytes.len() as u64,
@@ -408,12 +416,13 @@ impl Survey {
         } else {
             0
         };
-        let after_first = seen.bytes - self.first_bytes.unwrap_or(0);
+        let after_first = seen.bytes - self.first_bytes;
         let airtime_down_pct = capture
             .uplink()
             .and_then(|_| plausible_share_pct(after_first, capture.end()));
         Info {
             form: capture.form(),
+            stored: capture.stored(),
             duration_s: capture.end().as_secs_f64(),
             bytes: seen.bytes,
             noise_bytes: seen.noise_bytes,

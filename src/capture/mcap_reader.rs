@@ -238,7 +238,7 @@ impl<R: Read> McapReader<R> {
         }
     }
 
-    /// The next bytes, and when they were read, counted from the first of them.
+    /// The next bytes, and when they were read, counted from the first message of the recording.
     ///
     /// # Errors
     /// When the source cannot be read; and once, when everything else has been read, what was damaged or
@@ -257,6 +257,7 @@ impl<R: Read> McapReader<R> {
                     data,
                 } => (channel, header, data),
             };
+            let start_ns = *self.start_ns.get_or_insert(header.log_time);
             if channel.topic == RAW_TX {
                 match RawBytes::decode(data) {
                     Ok(sent) => {
@@ -288,7 +289,6 @@ impl<R: Read> McapReader<R> {
             self.missing_bytes += step;
             self.next_offset = bytes.stream_offset + bytes.data.len() as u64;
             self.current = bytes;
-            let start_ns = *self.start_ns.get_or_insert(header.log_time);
             return Ok(Some(Chunk {
                 at: Duration::from_nanos(header.log_time.saturating_sub(start_ns)),
                 bytes: &self.current.data,

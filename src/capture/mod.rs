@@ -1,6 +1,7 @@
 //! Captures: what the radio delivered, kept byte for byte.
 //!
-//! Two forms. The raw text ([`raw`]) is the evidence: exactly the bytes that were read, noise included.
+//! Two forms. The raw text ([`raw`] writes it, [`text`] reads it, also as others store it) is the evidence: exactly the bytes that
+//! were read, noise included.
 //! MCAP (written by the [`recorder`]) holds the same bytes with the time each was read, and all
 //! that follows from them ([`topics`]), indexed and compressed, for other people's tools. A [`source`] reads
 //! either, for [`decode`] and [`info`]; the [`index`] reads it from anywhere, for replay. What was interrupted is
@@ -30,6 +31,7 @@ pub mod runs;
 pub mod schema;
 pub mod songs;
 pub mod source;
+pub mod text;
 pub mod topics;
 pub mod track;
 mod uplink_event;

@@ -1,11 +1,25 @@
 //! A name for a recording that nobody named.
 
+use std::path::{Path, PathBuf};
 use std::time::{SystemTime, UNIX_EPOCH};
 
 /// `groundwave-20250314T092653Z.mcap`: sorts by time, and is a file name everywhere.
 #[must_use]
 pub fn automatic(start: SystemTime) -> String {
     format!("groundwave-{}.mcap", utc(start).replace(['-', ':'], ""))
+}
+
+/// The name of a recording, or one like it where that is taken: `run.mcap` as `run.2.mcap`, which is no part of it.
+#[must_use]
+pub fn another(path: &Path, number: u32) -> PathBuf {
+    if number == 1 {
+        return path.to_owned();
+    }
+    let number = number.to_string();
+    match path.extension() {
+        Some(extension) => path.with_extension(number).with_added_extension(extension),
+        None => path.with_added_extension(number),
+    }
 }
 
 /// `2025-03-14T09:26:53Z`. A time before 1970 counts as 1970.
@@ -63,6 +77,14 @@ mod tests {
             automatic(at(1_741_944_413)),
             "groundwave-20250314T092653Z.mcap"
         );
+    }
+
+    #[test]
+    fn another_name_is_no_part() {
+        let name = |path: &str, number| another(Path::new(path), number);
+        assert_eq!(name("a/run.mcap", 1), Path::new("a/run.mcap"));
+        assert_eq!(name("a/run.mcap", 2), Path::new("a/run.2.mcap"));
+        assert_eq!(name("v1.2/run", 3), Path::new("v1.2/run.3"));
     }
 
     #[test]

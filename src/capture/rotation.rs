@@ -11,7 +11,8 @@ use std::time::Duration;
 pub struct Rotation {
     /// A part is no longer than this.
     pub period: Option<Duration>,
-    /// A part is hardly larger than this.
+    /// A part ends at the end of a line when the disk has this much of it: it is larger by what is written in the next 10 s
+    /// and by its index.
     pub bytes: Option<u64>,
 }
 

@@ -10,16 +10,16 @@ use groundwave_protocol::decoder::{Decoder, Received};
 use super::CaptureError;
 use super::journal::Kind;
 use super::mcap_reader::{McapProblem, McapReader};
-use super::raw::RawReader;
+use super::text::TextReader;
 use crate::statistics::Uplink;
 
 /// Bytes that arrived together.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Chunk<'a> {
-    /// When, since the capture began. Raw captures know no time: theirs is that of a 2400-baud radio
-    /// that never paused.
+    /// When, since the capture began. A raw capture whose lines do not say it knows no time: it is that of a 2400-baud
+    /// radio that never paused.
     pub at: Duration,
-    /// The bytes.
+    /// What the radio delivered.
     pub bytes: &'a [u8],
 }
 
@@ -64,7 +64,7 @@ impl Form {
 type Source = io::Chain<Cursor<Vec<u8>>, Box<dyn Read + Send>>;
 
 enum Reader {
-    Raw(RawReader<Source>),
+    Raw(TextReader<Source>),
     Mcap(Box<McapReader<Source>>),
 }
 
@@ -113,7 +113,7 @@ impl Capture {
         let source = Cursor::new(head).chain(source);
         let reader = match form {
             Form::Mcap => Reader::Mcap(Box::new(McapReader::new(source))),
-            Form::Raw => Reader::Raw(RawReader::new(source)),
+            Form::Raw => Reader::Raw(TextReader::new(source)),
         };
         Ok(Self {
             path,
@@ -128,6 +128,15 @@ impl Capture {
         match self.reader {
             Reader::Raw(_) => Form::Raw,
             Reader::Mcap(_) => Form::Mcap,
+        }
+    }
+
+    /// What of a raw capture is not as the radio delivered it, in words; known when some of it has been read.
+    #[must_use]
+    pub fn stored(&self) -> Option<String> {
+        match &self.reader {
+            Reader::Raw(reader) => reader.judged()?.words(),
+            Reader::Mcap(_) => None,
         }
     }
 
@@ -162,10 +171,16 @@ impl Capture {
     pub fn next_chunk(&mut self) -> Result<Option<Chunk<'_>>, CaptureError> {
         let path = &self.path;
         let chunk = match &mut self.reader {
-            Reader::Raw(reader) => reader.next_chunk().map_err(|error| CaptureError::Read {
-                path: path.clone(),
-                error,
-            }),
+            Reader::Raw(reader) => match reader.next_piece() {
+                Ok(piece) => Ok(piece.map(|piece| Chunk {
+                    at: piece.at,
+                    bytes: piece.radio,
+                })),
+                Err(error) => Err(CaptureError::Read {
+                    path: path.clone(),
+                    error,
+                }),
+            },
             Reader::Mcap(reader) => reader.next_chunk().map_err(|problem| {
                 let path = path.clone();
                 match problem {

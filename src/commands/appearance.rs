@@ -27,7 +27,7 @@ pub(super) fn appearance(config: &config::Config) -> Config {
         ascii: dashboard
             .ascii
             .unwrap_or_else(|| is_ascii(locale.as_deref())),
-        silent: dashboard.bell == Some(false),
+        bell: dashboard.bell == Some(true),
         mouse: dashboard.mouse != Some(false),
         limits: config.limits.clone(),
         keys: config.keys.clone(),

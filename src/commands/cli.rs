@@ -31,13 +31,7 @@ use crate::capture::when;
     version,
     about,
     max_term_width = 100,
-    after_help = "\
-Try it without a robot:      groundwave demo
-Watch a robot on a radio:    groundwave watch /dev/ttyUSB0 --tee evening.txt
-Send it somewhere:           groundwave send /dev/ttyUSB0 goto 48 0
-
-Exit codes: 0 proven or done; 1 failed, or a capture ends early; 2 usage or bad input file; 3 not confirmed in time;
-4 the link cannot be opened; 5 the robot refused; 6 the link is receive-only."
+    after_help = after_help()
 )]
 pub struct Cli {
     /// Read this configuration instead of the usual one
@@ -166,11 +160,46 @@ impl Command {
     }
 }
 
+/// Where to begin, and how it ends.
+fn after_help() -> String {
+    let codes: Vec<String> = super::Exit::meanings()
+        .map(|(code, meaning)| format!("  {code}  {meaning}"))
+        .collect();
+    let codes = codes.join("\n");
+    format!(
+        "Examples:
+  groundwave demo                                    without a robot
+  groundwave watch /dev/ttyUSB0 --tee evening.txt    a robot on a radio
+  groundwave send /dev/ttyUSB0 goto 48 0             send it somewhere
+
+Exit codes:
+{codes}"
+    )
+}
+
 /// `90`, `90s`, `1.5m`, `2h` or `250ms`.
 fn parse_duration(text: &str) -> Result<Duration, String> {
     when::span(text)
         .filter(|duration| !duration.is_zero())
         .ok_or_else(|| format!("`{text}` is no duration; try 30s, 90m or 2h"))
+}
+
+/// `2400`
+fn parse_baud(text: &str) -> Result<u32, String> {
+    let baud = text.parse().ok().filter(|baud| *baud > 0);
+    baud.ok_or_else(|| format!("`{text}` is no baud rate; try 2400, as the SR04's radio has"))
+}
+
+/// `4`, `0.5`
+fn parse_factor(text: &str) -> Result<f64, String> {
+    text.parse()
+        .map_err(|_| format!("`{text}` is no number; try 10 or 0.5"))
+}
+
+/// `7`
+fn parse_seed(text: &str) -> Result<u64, String> {
+    text.parse()
+        .map_err(|_| format!("`{text}` is no seed; try a whole number such as 7"))
 }
 
 #[cfg(test)]

@@ -146,16 +146,37 @@ pub(super) fn load(named: Option<&Path>) -> Result<Config, Fault> {
     };
     match fs::read_to_string(&path) {
         Ok(text) => parse(&text)
-            .map(|config| Config { text, ..config })
-            .map_err(|mistake| Fault::new(Exit::Usage, format!("{}:{mistake}", path.display()))),
+            .map_err(|mistakes| blame(&path, &mistakes))
+            .map(|config| Config { text, ..config }),
         Err(error) if named.is_none() && error.kind() == ErrorKind::NotFound => {
             Ok(Config::default())
         }
         Err(error) => {
-            let message = format!("cannot read the configuration {}: {error}", path.display());
+            let path = path.display();
+            let message = format!(
+                "cannot read the configuration {path}: {error}; `groundwave config > {path}` makes one to start from"
+            );
             Err(Fault::new(Exit::Usage, message))
         }
     }
+}
+
+/// Every mistake on a line of its own, as editors jump to them.
+fn blame(path: &Path, mistakes: &[Mistake]) -> Fault {
+    let path = path.display();
+    let count = match mistakes.len() {
+        1 => String::new(),
+        count => format!("{count} mistakes in the configuration:\n"),
+    };
+    let lines: Vec<String> = mistakes
+        .iter()
+        .map(|mistake| format!("{path}:{mistake}"))
+        .collect();
+    let message = format!(
+        "{count}{}\n`groundwave config` prints every key with what it takes",
+        lines.join("\n")
+    );
+    Fault::new(Exit::Usage, message)
 }
 
 /// `~/.config/groundwave/config.toml`, or where the system keeps such files.

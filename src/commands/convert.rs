@@ -97,8 +97,8 @@ fn to_raw(path: &Path, source: Source, target: &Target) -> Result<Made, Fault> {
 /// Every topic that a recording has.
 fn to_mcap(options: &Convert, path: &Path, source: Source, target: &Target) -> Result<Made, Fault> {
     let start_ns = match options.start {
-        None => 0,
-        Some(When::Wall(ns)) => ns,
+        None => None,
+        Some(When::Wall(ns)) => Some(ns),
         Some(When::Since(_)) => {
             let problem = "--start is a time by the clock: 2025-03-14T09:26:53Z";
             return Err(Fault::new(Exit::Usage, problem));

@@ -29,6 +29,7 @@ pub(super) fn open(
     let keep = KeepOptions {
         tee: options.tee.clone(),
         mcap,
+        is_unnamed: options.record == Some(None),
         existing: existing(options.append, options.force),
         link: link.to_owned(),
         notes,
@@ -80,7 +81,9 @@ pub(super) fn fault(error: CaptureError) -> Fault {
         | CaptureError::CannotAppend(_)
         | CaptureError::Journal(_)
         | CaptureError::Open { .. } => Exit::Usage,
-        CaptureError::Read { ref error, .. } if error.kind() == ErrorKind::IsADirectory => {
+        CaptureError::Read { ref error, .. } | CaptureError::Create { ref error, .. }
+            if error.kind() == ErrorKind::IsADirectory =>
+        {
             Exit::Usage
         }
         _ => Exit::Failed,

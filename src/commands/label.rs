@@ -1,15 +1,21 @@
 //! `label`: what is said of a run.
 
 use std::io::{self, Write};
+use std::path::Path;
 
 use super::cli;
 use super::{Exit, Fault, keeping};
 use crate::capture::Capture;
+use crate::capture::index;
 use crate::capture::runs::Label;
+use crate::travel::clock_words;
 
 pub(super) fn run(options: &cli::Label) -> Result<(), Fault> {
     // A label without its capture would never be found again.
     Capture::open(&options.file).map_err(keeping::fault)?;
+    if let Some(at_s) = options.at {
+        check_moment(&options.file, at_s)?;
+    }
     let mut label = Label::of(&options.file).map_err(|error| Fault::new(Exit::Usage, error))?;
     if change(&mut label, options) {
         return label
@@ -17,6 +23,19 @@ pub(super) fn run(options: &cli::Label) -> Result<(), Fault> {
             .map_err(|error| Fault::new(Exit::Failed, error));
     }
     show(&label, options.json).or_else(|error| Fault::output(&error))
+}
+
+/// A remark about a moment that never came would be found nowhere.
+fn check_moment(file: &Path, at_s: f64) -> Result<(), Fault> {
+    let length = index::open(file).map_err(keeping::fault)?.length();
+    if at_s <= length.as_secs_f64().ceil() {
+        return Ok(());
+    }
+    let (file, length) = (file.display(), clock_words(length));
+    Err(Fault::new(
+        Exit::Usage,
+        format!("{file} is {length} long: there is no moment {at_s} s since its beginning"),
+    ))
 }
 
 fn change(label: &mut Label, options: &cli::Label) -> bool {

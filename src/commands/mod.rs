@@ -4,6 +4,7 @@ mod appearance;
 mod calibrate;
 pub mod cli;
 mod compare;
+mod completing;
 pub mod config;
 mod convert;
 mod cut;
@@ -44,6 +45,7 @@ use std::path::Path;
 use std::process::ExitCode;
 
 use cli::{Cli, Command};
+pub use completing::answer as answer_shell;
 use config::Config;
 
 /// How the program ends; scripts rely on the numbers.
@@ -62,6 +64,37 @@ pub enum Exit {
     Refused = 5,
     /// The link is receive-only.
     ReceiveOnly = 6,
+}
+
+impl Exit {
+    /// Every number with which the program ends, and what it means.
+    pub fn meanings() -> impl Iterator<Item = (u8, &'static str)> {
+        let all = [
+            Self::Failed,
+            Self::Usage,
+            Self::NotConfirmed,
+            Self::NoLink,
+            Self::Refused,
+            Self::ReceiveOnly,
+        ];
+        let failures = all.into_iter().map(|exit| (exit as u8, exit.meaning()));
+        [(0, "done; what was sent is proven")]
+            .into_iter()
+            .chain(failures)
+    }
+
+    const fn meaning(self) -> &'static str {
+        match self {
+            Self::Failed => "failed, or a capture ends early: what came before is told",
+            Self::Usage => "wrong usage, or a bad input file",
+            Self::NotConfirmed => {
+                "the robot did not confirm in time: its list is the old one or the new one, whole"
+            }
+            Self::NoLink => "the link cannot be opened: missing, busy, no permission",
+            Self::Refused => "the robot refused, with its reason",
+            Self::ReceiveOnly => "the link is receive-only",
+        }
+    }
 }
 
 /// Why a command ended early, for a person and for a script.
@@ -93,7 +126,8 @@ impl Fault {
         Self::new(
             Exit::Usage,
             format!(
-                "{}: not one line of a robot in {bytes} bytes",
+                "{}: not one line of a robot in {bytes} bytes; it is no capture, or one of nothing but noise, as at a wrong \
+                 baud rate",
                 path.display()
             ),
         )
@@ -173,9 +207,17 @@ fn dispatch(cli: &Cli) -> Result<(), Fault> {
         Command::Ports(ports) => ports::run(ports),
         Command::World(world) => world::run(world),
         Command::Config(what) => settings::run(what, cli.config.as_deref()),
-        Command::Completions(completions) => manual::completions(completions),
-        Command::Man(man) => manual::pages(man),
+        Command::Completions(completions) => completing::run(completions),
+        Command::Man(man) => manual::run(man),
     }
+}
+
+/// Writes a result to standard output.
+fn show(text: impl AsRef<[u8]>) -> Result<(), Fault> {
+    let mut out = io::stdout().lock();
+    out.write_all(text.as_ref())
+        .and_then(|()| out.flush())
+        .or_else(|error| Fault::output(&error))
 }
 
 /// Tells the person at standard error. One that is closed or full changes neither what is done nor the

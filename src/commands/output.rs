@@ -4,8 +4,10 @@ use std::fs::{self, File};
 use std::io::{self, BufWriter, Write};
 use std::path::{Path, PathBuf};
 use std::process;
+use std::sync::{Mutex, MutexGuard, Once, PoisonError};
 
 use super::{Exit, Fault, cli};
+use crate::io::signals;
 
 /// Where the result of a capture goes.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -39,7 +41,13 @@ pub(super) fn targets(
     if let Some(folder) = &options.output_dir {
         fs::create_dir_all(folder).map_err(|error| {
             let folder = folder.display();
-            Fault::new(Exit::Failed, format!("cannot make {folder}: {error}"))
+            let remedy = match error.kind() {
+                io::ErrorKind::AlreadyExists => {
+                    "a file has that name; choose another one".to_owned()
+                }
+                _ => format!("{error}; choose a directory you may write to"),
+            };
+            Fault::new(Exit::Failed, format!("cannot make {folder}: {remedy}"))
         })?;
     }
     let mut targets: Vec<Target> = Vec::new();
@@ -57,11 +65,17 @@ pub(super) fn targets(
             }
         };
         if let Target::File(path, force) = &target {
+            if let Some(input) = files.iter().find(|input| is_same(input, path)) {
+                let input = input.display();
+                return usage(format!(
+                    "{input} would be overwritten by what is made of it: choose another name"
+                ));
+            }
             if targets.contains(&target) {
                 let path = path.display();
                 return usage(format!("two captures would both become {path}"));
             }
-            if !force && is_in_the_way(path) {
+            if path.is_dir() || !force && is_in_the_way(path) {
                 return Err(exists(path));
             }
         }
@@ -70,22 +84,31 @@ pub(super) fn targets(
     Ok(targets)
 }
 
+/// Whether both names lead to one file.
+fn is_same(one: &Path, other: &Path) -> bool {
+    match (fs::canonicalize(one), fs::canonicalize(other)) {
+        (Ok(one), Ok(other)) => one == other && one.is_file(),
+        _ => false,
+    }
+}
+
 /// A pipe or a device can be written to as often as one likes.
 fn is_in_the_way(path: &Path) -> bool {
     fs::metadata(path).is_ok_and(|about| about.is_file() || about.is_dir())
 }
 
 fn exists(path: &Path) -> Fault {
-    let path = path.display();
-    Fault::new(
-        Exit::Usage,
-        format!("{path} exists: choose another name, or say --force to overwrite it"),
-    )
+    let remedy = if path.is_dir() {
+        "is a folder: name a file in it"
+    } else {
+        "exists: choose another name, or say --force to overwrite it"
+    };
+    Fault::new(Exit::Usage, format!("{} {remedy}", path.display()))
 }
 
 /// Writes a file at one stroke.
 pub(super) fn write_file(path: &Path, text: &str, force: bool) -> Result<(), Fault> {
-    if !force && is_in_the_way(path) {
+    if path.is_dir() || !force && is_in_the_way(path) {
         return Err(exists(path));
     }
     let mut output = Output::create(&Target::File(path.to_owned(), force))?;
@@ -108,11 +131,42 @@ struct Unfinished {
     force: bool,
 }
 
+/// Files that are to go when the program is told to leave.
+static UNFINISHED: Mutex<Vec<PathBuf>> = Mutex::new(Vec::new());
+
+impl Unfinished {
+    fn new(path: &Path, made: PathBuf, force: bool) -> Self {
+        static LISTENS: Once = Once::new();
+        LISTENS.call_once(|| signals::when_told_to_leave(remove_all));
+        all_unfinished().push(made.clone());
+        Self {
+            path: path.to_owned(),
+            made,
+            force,
+        }
+    }
+}
+
 impl Drop for Unfinished {
     fn drop(&mut self) {
         // Once it has its name it is gone from here.
         let _ = fs::remove_file(&self.made);
+        all_unfinished().retain(|path| *path != self.made);
     }
+}
+
+fn all_unfinished() -> MutexGuard<'static, Vec<PathBuf>> {
+    UNFINISHED.lock().unwrap_or_else(PoisonError::into_inner)
+}
+
+/// Holds on to the list, so that nothing is begun any more.
+fn remove_all() -> MutexGuard<'static, Vec<PathBuf>> {
+    let unfinished = all_unfinished();
+    for path in &*unfinished {
+        // What is gone already is as good.
+        let _ = fs::remove_file(path);
+    }
+    unfinished
 }
 
 impl Output {
@@ -133,11 +187,7 @@ impl Output {
                     File::create_new(&made)
                 };
                 let file = file.map_err(|error| cannot_write(path, &error))?;
-                let unfinished = (!is_device).then(|| Unfinished {
-                    path: path.clone(),
-                    made,
-                    force: *force,
-                });
+                let unfinished = (!is_device).then(|| Unfinished::new(path, made, *force));
                 (Box::new(file), unfinished)
             }
         };
@@ -207,6 +257,9 @@ fn beside(path: &Path) -> PathBuf {
 fn cannot_write(path: &Path, error: &io::Error) -> Fault {
     let remedy = match error.kind() {
         io::ErrorKind::NotFound => "; make the directory first",
+        io::ErrorKind::NotADirectory | io::ErrorKind::AlreadyExists => {
+            "; a file stands where the directory should be"
+        }
         io::ErrorKind::StorageFull | io::ErrorKind::QuotaExceeded => "; make room",
         io::ErrorKind::PermissionDenied | io::ErrorKind::ReadOnlyFilesystem => {
             "; choose a directory you may write to"

@@ -2,6 +2,7 @@
 
 use std::collections::BTreeMap;
 use std::io::{self, IsTerminal};
+use std::path::PathBuf;
 use std::time::{Duration, Instant};
 
 use groundwave_protocol::decoder::Counters;
@@ -45,6 +46,7 @@ pub(super) fn run(options: &Record, config: &Config) -> Result<(), Fault> {
     let keep = KeepOptions {
         tee,
         mcap,
+        is_unnamed: options.output.is_none(),
         existing: keeping::existing(options.append, options.force),
         link: name.clone(),
         notes: BTreeMap::new(),
@@ -80,6 +82,7 @@ pub(super) fn run(options: &Record, config: &Config) -> Result<(), Fault> {
             .watched(foxglove);
         let _finish = keeper.finish_on_drop();
         let result = until_done(options, driver, &keeper).await;
+        let mcap = keeper.status().mcap.map(PathBuf::from);
         let written = keeper.finish().map_err(keeping::fault);
         say_notices(&keeper, options.quiet);
         let written = written?;
@@ -87,7 +90,7 @@ pub(super) fn run(options: &Record, config: &Config) -> Result<(), Fault> {
         if !options.quiet {
             say(format_args!(
                 "recorded {}: {} bytes heard, {written} written, {} lines, {} lost",
-                output.display(),
+                mcap.as_ref().unwrap_or(&output).display(),
                 heard.bytes,
                 heard.lines,
                 heard.lines_lost

@@ -35,9 +35,10 @@ pub(super) fn run(options: &Recover) -> Result<(), Fault> {
                 }
             }
             Err(error) => {
-                // The others get their turn all the same.
-                say(format_args!("groundwave: {error}"));
-                fault = Some(keeping::fault(error));
+                // The others get their turn all the same; the last is told on leaving.
+                if let Some(before) = fault.replace(keeping::fault(error)) {
+                    say(format_args!("groundwave: {before}"));
+                }
             }
         }
     }

@@ -32,7 +32,7 @@ pub(super) fn run(options: &Replay, config: &config::Config) -> Result<(), Fault
     let name = format!("replay of {}", options.file.display());
     // What rang once need not ring again.
     let config = Config {
-        silent: true,
+        bell: false,
         ..appearance(config)
     };
     let first = Scene::new(&name, config.clone(), &*tape);

@@ -11,6 +11,7 @@ use super::{Exit, Fault, keeping, say};
 use crate::capture::Capture;
 use crate::capture::runs::comparison::Figures;
 use crate::capture::runs::{Course, Label};
+use crate::remedy;
 
 /// A file without one line of a robot in so many bytes is something else.
 const LOOK_BYTES: usize = 64 * 1024;
@@ -76,7 +77,11 @@ fn captures(path: &Path) -> Result<Vec<PathBuf>, Fault> {
     let unreadable = |error: io::Error| {
         Fault::new(
             Exit::Usage,
-            format!("cannot read {}: {error}", path.display()),
+            format!(
+                "cannot read {}: {}",
+                path.display(),
+                remedy::of_reading(&error)
+            ),
         )
     };
     let mut found = Vec::new();

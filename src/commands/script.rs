@@ -8,6 +8,7 @@ use groundwave_protocol::letters::Mode;
 
 use super::cli::Send;
 use super::{Exit, Fault};
+use crate::remedy;
 use crate::request::Request;
 use crate::route;
 
@@ -158,5 +159,8 @@ fn read_text(path: &Path) -> Result<String, Fault> {
     } else {
         fs::read_to_string(path)
     };
-    read.map_err(|error| usage(format!("cannot read {}: {error}", name_of(path))))
+    read.map_err(|error| {
+        let why = remedy::of_reading(&error);
+        usage(format!("cannot read {}: {why}", name_of(path)))
+    })
 }

@@ -37,7 +37,10 @@ pub(super) fn run(options: &Send, config: &Config) -> Result<(), Fault> {
     let radio = options.radio.radio(config);
     let script = Script::read(options, &words)?;
     let receive_only = |name: &dyn Display| {
-        let message = format!("cannot send to {name}: the link is receive-only");
+        let message = format!(
+            "cannot send to {name}: the link is receive-only; name the radio's own link, or the station that has it: \
+             --via ADDR"
+        );
         Err(Fault::new(Exit::ReceiveOnly, message))
     };
     match way {

@@ -1,19 +1,18 @@
 //! `config`: the configuration as it comes, where it is read from, and what is wrong with one.
 
 use std::fmt::Write as _;
-use std::io::{self, Write as _};
 use std::path::Path;
 
 use super::cli::{ConfigArgs, ConfigVerb};
 use super::config::{self, Config};
-use super::{Exit, Fault, say};
+use super::{Exit, Fault, say, show};
 use crate::model::keys::Keymap;
 
 pub(super) fn run(options: &ConfigArgs, named: Option<&Path>) -> Result<(), Fault> {
     match &options.what {
         None => {
             say(place(named));
-            show(&commented())
+            show(commented())
         }
         Some(ConfigVerb::Path) => {
             let path = named
@@ -25,7 +24,7 @@ pub(super) fn run(options: &ConfigArgs, named: Option<&Path>) -> Result<(), Faul
                         "this system has no place for it: use --config FILE",
                     )
                 })?;
-            show(&format!("{}\n", path.display()))
+            show(format!("{}\n", path.display()))
         }
         Some(ConfigVerb::Check { file }) => check(file.as_deref().or(named)),
     }
@@ -54,13 +53,13 @@ fn check(file: Option<&Path>) -> Result<(), Fault> {
         return Err(Fault::new(Exit::Usage, "no configuration: name a file"));
     };
     if file.is_none() && !path.exists() {
-        return show(&format!(
+        return show(format!(
             "{}: not there, so everything is as it comes; `groundwave config` prints a file to start from\n",
             path.display()
         ));
     }
     let read = config::load(Some(&path))?;
-    show(&format!("{}: {}\n", path.display(), summary(&read)))
+    show(format!("{}: {}\n", path.display(), summary(&read)))
 }
 
 fn summary(config: &Config) -> String {
@@ -106,13 +105,6 @@ fn commented() -> String {
     text
 }
 
-fn show(text: &str) -> Result<(), Fault> {
-    let mut out = io::stdout().lock();
-    out.write_all(text.as_bytes())
-        .and_then(|()| out.flush())
-        .or_else(|error| Fault::output(&error))
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -128,7 +120,7 @@ mod tests {
             .collect();
         let said = said.join("\n");
         let config = config::parse(&format!("[keys]\n{said}"))
-            .unwrap_or_else(|error| panic!("{error}\n{said}"));
+            .unwrap_or_else(|mistakes| panic!("{mistakes:?}\n{said}"));
         let keys = |config: &Config| {
             let rows = config
                 .keys

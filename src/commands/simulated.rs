@@ -55,6 +55,11 @@ fn fit_radio(config: &mut SimulationConfig, kind: RadioKind) {
     config.duplex = Duplex::Half { patience_bytes };
 }
 
+/// The worlds that come with the program.
+pub(super) fn world_names() -> impl Iterator<Item = &'static str> {
+    World::built_in_names()
+}
+
 /// Starts a robot on these endpoints.
 pub(super) fn start(config: SimulationConfig, options: &ServeOptions) -> Result<Server, Fault> {
     serve(config, options).map_err(|error| {

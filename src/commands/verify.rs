@@ -1,15 +1,16 @@
 //! `verify`: whether captures are what they should be.
 
 use std::fs::File;
-use std::io::{self, BufReader, Read, Write};
+use std::io::{self, Read, Write};
 use std::ops::ControlFlow;
-use std::path::{Path, PathBuf};
+use std::path::Path;
 
 use super::cli::Verify;
 use super::{Exit, Fault, keeping, many, opening};
 use crate::capture::CaptureError;
+use crate::capture::recover::Paths;
 use crate::capture::source::Form;
-use crate::capture::verify::{Verdict, verify_mcap, verify_raw};
+use crate::capture::verify::{Beside, Verdict, verify_mcap, verify_raw};
 
 pub(super) fn run(options: &Verify) -> Result<(), Fault> {
     let files = many::files(&options.captures)?;
@@ -26,7 +27,7 @@ pub(super) fn run(options: &Verify) -> Result<(), Fault> {
             let source = opening::open(path, progress)?;
             let (form, source) = opening::tell_form(path, source)?;
             let verdict = match form {
-                Form::Mcap => verify_mcap(source, side_car(options, path)?),
+                Form::Mcap => verify_mcap(source, beside(options, path)?),
                 Form::Raw => verify_raw(source),
             };
             let verdict = verdict.map_err(|error| opening::cannot_read(path, error))?;
@@ -53,19 +54,22 @@ pub(super) fn run(options: &Verify) -> Result<(), Fault> {
     )
 }
 
-/// The raw file with the same bytes: the one that was named, or the one beside it.
-fn side_car(options: &Verify, path: &Path) -> Result<Option<Box<dyn Read>>, Fault> {
-    let beside = || -> Option<PathBuf> {
-        let raw = path.with_extension("txt");
-        (path != Path::new("-") && raw.is_file()).then_some(raw)
+/// What should hold the same bytes: the raw file that was named, or the one beside it, and the recording's journal.
+fn beside(options: &Verify, path: &Path) -> Result<Beside, Fault> {
+    let is_file = path != Path::new("-");
+    let raw = || Some(path.with_extension("txt")).filter(|raw| is_file && raw.is_file());
+    let raw = match options.raw.clone().or_else(raw) {
+        None => None,
+        Some(raw) => match File::open(&raw) {
+            Ok(file) => Some(Box::new(file) as Box<dyn Read>),
+            Err(error) => return Err(keeping::fault(CaptureError::Open { path: raw, error })),
+        },
     };
-    let Some(raw) = options.raw.clone().or_else(beside) else {
-        return Ok(None);
-    };
-    match File::open(&raw) {
-        Ok(file) => Ok(Some(Box::new(BufReader::with_capacity(1 << 16, file)))),
-        Err(error) => Err(keeping::fault(CaptureError::Open { path: raw, error })),
-    }
+    let journal = Paths::of(path).journal;
+    Ok(Beside {
+        raw,
+        journal: (is_file && journal.is_file()).then_some(journal),
+    })
 }
 
 fn write(options: &Verify, path: &Path, verdict: &Verdict) -> io::Result<()> {

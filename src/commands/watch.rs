@@ -55,7 +55,7 @@ pub(super) fn watch(options: &Watch, config: &config::Config) -> Result<(), Faul
         .map(|server| Event::Truth(simulated::truth(server.outlines())))
         .collect();
     let mut model = appearance(config);
-    model.silent |= options.no_bell;
+    model.bell |= options.bell;
     show(&plan, model, first)
 }
 
@@ -96,7 +96,7 @@ pub(super) fn demo(options: &Demo, settings: &config::Config) -> Result<(), Faul
     };
     let raw = address(&server, 1);
     let mut model = appearance(settings);
-    model.silent |= options.no_bell;
+    model.bell |= options.bell;
     model.raw_copy = Some(if cfg!(unix) {
         format!("cat {raw}")
     } else {

@@ -2,7 +2,6 @@
 
 use std::fmt::Write as _;
 use std::fs;
-use std::io::{self, Write as _};
 use std::path::{Path, PathBuf};
 use std::time::SystemTime;
 
@@ -18,55 +17,85 @@ pub(super) fn run(named: Option<&Path>) -> Result<(), Fault> {
     let text = text(
         &profiles.map(String::as_str).collect::<Vec<_>>(),
         &list().unwrap_or_default(),
-        newest_capture().as_deref(),
+        &Captures::here(),
     );
-    let mut out = io::stdout().lock();
-    out.write_all(text.as_bytes())
-        .and_then(|()| out.flush())
-        .or_else(|error| Fault::output(&error))
+    super::show(text)
 }
 
-fn text(profiles: &[&str], ports: &[Port], capture: Option<&Path>) -> String {
-    let mut text =
-        String::from("Groundwave: a ground station for a small robot. What can be done next:\n\n");
-    let mut offer = |what: &str, command: &str| {
-        // Writing to a string cannot fail.
-        let _ = writeln!(text, "  {command:<44}  {what}");
-    };
+fn text(profiles: &[&str], ports: &[Port], captures: &Captures) -> String {
+    let mut offers: Vec<(String, &str)> = Vec::new();
+    let mut offer = |what, command: &str| offers.push((format!("groundwave {command}"), what));
     for name in profiles {
-        offer("as it is configured", &format!("groundwave watch {name}"));
+        offer("as it is configured", &format!("watch {name}"));
     }
     // What was plugged in comes first; a machine's own ports are rarely a radio.
     let (usb, others): (Vec<_>, Vec<_>) =
         ports.iter().partition(|port| port.kind.starts_with("USB"));
     let shown = if usb.is_empty() { others } else { usb };
     for port in shown.iter().take(PORTS_MAX) {
-        let what = port.description.as_deref().unwrap_or(&port.kind);
-        offer(what, &format!("groundwave watch {}", port.name));
+        let what = match (&port.description, port.kind.as_str()) {
+            (Some(description), _) => description,
+            (None, "serial") => "a serial port of this machine",
+            (None, kind) => kind,
+        };
+        offer(what, &format!("watch {}", port.name));
     }
     if ports.is_empty() {
-        offer("no serial port is plugged in now", "groundwave ports");
+        offer("no serial port was found: look again", "ports");
     }
-    if let Some(path) = capture {
+    if let Some(path) = &captures.newest {
         offer(
             "the newest capture here",
-            &format!("groundwave replay {}", path.display()),
+            &format!("replay {}", path.display()),
         );
     }
-    offer("a simulated robot prowls a house", "groundwave demo");
-    offer("everything else", "groundwave --help");
+    if let Some(path) = &captures.interrupted {
+        let command = format!("recover {}", path.display());
+        offer("a recording that was interrupted", &command);
+    }
+    offer("a simulated robot prowls a house", "demo");
+    offer("everything else", "--help");
+    let width = offers
+        .iter()
+        .map(|(command, _)| command.chars().count())
+        .max();
+    let width = width.unwrap_or_default();
+    let mut text =
+        String::from("Groundwave: a ground station for a small robot. What can be done next:\n\n");
+    for (command, what) in offers {
+        // Writing to a string cannot fail.
+        let _ = writeln!(text, "  {command:width$}  {what}");
+    }
     text
 }
 
-/// The capture in this folder that was written last.
-fn newest_capture() -> Option<PathBuf> {
-    let captures = fs::read_dir(".").ok()?.filter_map(|entry| {
+/// What was recorded in this folder.
+#[derive(Debug, Default)]
+struct Captures {
+    /// The whole one that was written last.
+    newest: Option<PathBuf>,
+    /// The interrupted one that was written last.
+    interrupted: Option<PathBuf>,
+}
+
+impl Captures {
+    fn here() -> Self {
+        Self {
+            newest: newest("mcap"),
+            interrupted: newest("partial"),
+        }
+    }
+}
+
+/// The file of a kind in this folder that was written last.
+fn newest(extension: &str) -> Option<PathBuf> {
+    let files = fs::read_dir(".").ok()?.filter_map(|entry| {
         let path = PathBuf::from(entry.ok()?.file_name());
-        let is_capture = path.extension()?.eq_ignore_ascii_case("mcap");
+        let is_it = path.extension()?.eq_ignore_ascii_case(extension);
         let written = fs::metadata(&path).and_then(|file| file.modified());
-        is_capture.then(|| (written.unwrap_or(SystemTime::UNIX_EPOCH), path))
+        is_it.then(|| (written.unwrap_or(SystemTime::UNIX_EPOCH), path))
     });
-    captures.max().map(|(_, path)| path)
+    files.max().map(|(_, path)| path)
 }
 
 #[cfg(test)]
@@ -80,7 +109,8 @@ mod tests {
             kind: kind.to_owned(),
             description: None,
         };
-        let bare = text(&[], &[], None);
+        let none = Captures::default();
+        let bare = text(&[], &[], &none);
         assert!(
             bare.contains("groundwave demo") && bare.contains("no serial port"),
             "{bare}"
@@ -89,11 +119,16 @@ mod tests {
             port("/dev/ttyS0", "serial"),
             port("/dev/ttyUSB0", "USB 0403:6001"),
         ];
-        let all = text(&["marvin"], &ports, Some(Path::new("evening.mcap")));
+        let captures = Captures {
+            newest: Some("evening.mcap".into()),
+            interrupted: Some("late.mcap.partial".into()),
+        };
+        let all = text(&["marvin"], &ports, &captures);
         for command in [
             "watch marvin",
             "watch /dev/ttyUSB0",
             "replay evening.mcap",
+            "recover late.mcap.partial",
             "demo",
         ] {
             assert!(
@@ -102,6 +137,9 @@ mod tests {
             );
         }
         assert!(!all.contains("ttyS0"), "{all}");
-        assert!(text(&[], &ports[..1], None).contains("watch /dev/ttyS0"));
+        assert!(text(&[], &ports[..1], &none).contains("watch /dev/ttyS0"));
+        let columns = all.lines().filter_map(|line| line.rfind("  ")).skip(1);
+        let columns: Vec<usize> = columns.collect();
+        assert!(columns.windows(2).all(|pair| pair[0] == pair[1]), "{all}");
     }
 }

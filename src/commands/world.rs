@@ -1,20 +1,18 @@
 //! `world`: the worlds there are, a world as a picture, and what is wrong with it.
 
-use std::io::{self, Write};
-
 use sr04_sim::World;
 
 use super::cli;
 use super::output::write_file;
-use super::{Exit, Fault, say};
+use super::{Exit, Fault, say, show};
 
 pub(super) fn run(options: &cli::World) -> Result<(), Fault> {
     let Some(name) = &options.world else {
-        return show(&list());
+        return show(list());
     };
     let bad = |error| Fault::new(Exit::Usage, error);
     if options.text {
-        return show(&World::source(name).map_err(bad)?);
+        return show(World::source(name).map_err(bad)?);
     }
     let world = World::open(name).map_err(bad)?;
     let warnings = world.warnings(name);
@@ -31,7 +29,7 @@ pub(super) fn run(options: &cli::World) -> Result<(), Fault> {
     }
     match &options.svg {
         Some(path) => write_file(path, &world.svg(), options.force),
-        None => show(&described(&world)),
+        None => show(described(&world)),
     }
 }
 
@@ -54,11 +52,4 @@ fn described(world: &World) -> String {
         world.reach() * 100.0,
         world.picture()
     )
-}
-
-fn show(text: &str) -> Result<(), Fault> {
-    let mut out = io::stdout().lock();
-    out.write_all(text.as_bytes())
-        .and_then(|()| out.flush())
-        .or_else(|error| Fault::output(&error))
 }

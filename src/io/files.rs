@@ -6,6 +6,7 @@ use std::io::{self, Read};
 use std::path::{Path, PathBuf};
 
 use crate::event::SaveProblem;
+use crate::remedy;
 
 /// No text that a person names here is longer.
 const BYTES_MAX: u64 = 1 << 20;
@@ -17,7 +18,7 @@ const BYTES_MAX: u64 = 1 << 20;
 /// One line for a person: the path, what happened, what to do.
 pub fn read_text(path: &str) -> Result<String, String> {
     let full = expand_home(path, env::home_dir().as_deref());
-    let fail = |error: io::Error| format!("cannot read {path}: {error}");
+    let fail = |error: io::Error| format!("cannot read {path}: {}", remedy::of_reading(&error));
     let about = fs::metadata(&full).map_err(fail)?;
     if !about.is_file() {
         return Err(format!("cannot read {path}: choose a file; this is none"));

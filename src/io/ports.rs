@@ -36,6 +36,16 @@ pub fn list() -> Result<Vec<Port>, String> {
     Ok(ports)
 }
 
+/// Whether a port is called so.
+#[must_use]
+pub fn is_there(name: &str) -> bool {
+    list().is_ok_and(|ports| {
+        ports
+            .iter()
+            .any(|port| port.name.eq_ignore_ascii_case(name))
+    })
+}
+
 /// The ports of this machine by what their adapters say of themselves; none where the system cannot
 /// list them.
 pub(super) fn plugged() -> Vec<Plugged> {

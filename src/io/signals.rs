@@ -69,6 +69,34 @@ impl Signals {
     }
 }
 
+/// What a shell says of a program that was interrupted.
+const INTERRUPTED: i32 = 130;
+
+/// On a thread of its own: does something when the program is told to leave, and ends it then. What is returned is held
+/// to the end. A system that tells nothing changes nothing.
+pub fn when_told_to_leave<T>(work: impl FnOnce() -> T + Send + 'static) {
+    let listen = move || {
+        let runtime = tokio::runtime::Builder::new_current_thread()
+            .enable_io()
+            .build();
+        let Ok(runtime) = runtime else { return };
+        runtime.block_on(async {
+            let Ok(mut signals) = Signals::listen() else {
+                return;
+            };
+            while signals.next().await == Signal::Suspend {
+                stop_myself();
+            }
+            let _held = work();
+            std::process::exit(INTERRUPTED);
+        });
+    };
+    // Without a thread the program leaves as it would have.
+    let _ = std::thread::Builder::new()
+        .name("signals".into())
+        .spawn(listen);
+}
+
 /// Stops this process until the shell continues it.
 pub fn stop_myself() {
     #[cfg(unix)]

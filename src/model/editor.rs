@@ -172,6 +172,7 @@ impl Model {
                     self.chart.draft.waypoints().len()
                 );
                 self.log.add(now, Level::Info, Subject::Station, text);
+                self.end_waiting(None);
             }
             Err(SaveProblem::Exists) => {
                 self.overlay = Overlay::Question(Question {
@@ -181,6 +182,7 @@ impl Model {
             }
             Err(SaveProblem::Failed(problem)) => {
                 self.tell_editor(problem);
+                self.end_waiting(Some(problem));
                 self.log
                     .add(now, Level::Warning, Subject::Station, problem.as_str());
             }

@@ -165,9 +165,11 @@ impl Model {
                 (Level::Info, format!("{asked}: the robot acknowledged"))
             }
             CommandStep::Refused(outcome) => {
-                let why = self.robot.standing().why(asked, *outcome);
-                let why = why.unwrap_or_else(|| words::outcome(*outcome).to_owned());
-                (Level::Warning, format!("{asked}: refused, {why}"))
+                let reason = self.robot.standing().why(asked, *outcome);
+                let why = reason.as_deref().unwrap_or(words::outcome(*outcome));
+                let text = format!("{asked}: refused, {why}");
+                self.ledger.take_reason(id, reason);
+                (Level::Warning, text)
             }
             CommandStep::Failed(failure) => (Level::Warning, format!("{asked}: {failure}")),
         };

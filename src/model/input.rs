@@ -6,14 +6,16 @@ use groundwave_protocol::letters::{Layer, LayerMask, Mode};
 
 use super::chart::Focus;
 use super::draft::Edit;
-use super::keys::Action;
+use super::keys::{Action, Context};
 use super::log::Subject;
+use super::news::Passing;
 use super::palette::Palette;
 use super::travel::NO_ROBOT;
 use super::{Model, Overlay, Panel, Purpose, Question, SIZE_MIN, TextEntry, Then, trace, words};
 use crate::event::{Effect, Level, Moment, Remark};
 use crate::request::Request;
 use crate::route;
+use crate::travel::Travel;
 
 /// Longest line that can be typed or pasted.
 pub(super) const TEXT_MAX: usize = 512;
@@ -30,6 +32,7 @@ impl Model {
             };
         }
         self.aside = None;
+        self.passing = None;
         if self.is_too_small() {
             let stop = key.code == KeyCode::Char(' ');
             return match action {
@@ -46,6 +49,15 @@ impl Model {
             } else {
                 self.ask_from_the_past(action, effects)
             };
+        }
+        if let Overlay::Drive(_) = self.overlay {
+            let key = |action| self.config.keys.label(Context::Drive, action);
+            let words = format!(
+                "hand drive: arrows drive, {} stops, {} lets go; other keys do nothing",
+                key(Action::Stop),
+                key(Action::LeaveDrive)
+            );
+            self.pass_on(now, Passing::Words(words));
         }
         if let KeyCode::Char(c) = key.code
             && !key
@@ -120,8 +132,14 @@ impl Model {
             Action::NextLine(steps) => self.trace(|at| trace::next_line(at, steps)),
             Action::Why => self.overlay = Overlay::Why,
             Action::EnterDrive => self.ask_to_drive(now),
-            Action::NextPanel => self.next_panel(),
-            Action::Show(panel) => self.show(panel),
+            Action::NextPanel => {
+                self.next_panel();
+                self.pass_on(now, Passing::Panels);
+            }
+            Action::Show(panel) => {
+                self.show(panel);
+                self.pass_on(now, Passing::Panels);
+            }
             Action::Enlarge => self.enlarged = !self.enlarged,
             Action::TurnPage(pages) => self.turn_page(pages),
             Action::NextPlotWindow => self.plots.next_window(),
@@ -130,6 +148,15 @@ impl Model {
                 if !self.alarms.acknowledge() {
                     self.warn(now, "no alarm waits to be seen");
                 }
+            }
+            Action::ToggleBell => {
+                self.config.bell = !self.config.bell;
+                let words = if self.config.bell {
+                    "the bell rings for alarms and songs"
+                } else {
+                    "the bell is silent"
+                };
+                self.pass_on(now, Passing::Words(words.to_owned()));
             }
             Action::ToggleRecording => return vec![Effect::ToggleRecording],
             Action::AskMoment => self.overlay = Overlay::Text(TextEntry::new(Purpose::Moment)),
@@ -207,6 +234,7 @@ impl Model {
     }
 
     fn act_on_overlay(&mut self, now: Moment, action: Action, repeated: bool) -> Vec<Effect> {
+        let is_looking = self.is_looking();
         match (action, &mut self.overlay) {
             (Action::Push { ahead, right }, Overlay::Drive(stick)) => {
                 return vec![stick.push(now, ahead, right, repeated)];
@@ -214,18 +242,22 @@ impl Model {
             (Action::Faster(steps), Overlay::Drive(stick)) => stick.faster(steps),
             (Action::LeaveDrive, _) => {
                 self.overlay = Overlay::None;
+                self.tell_what_follows_driving(now);
                 return vec![Effect::DriveEnd];
+            }
+            (Action::Close, Overlay::None) if is_looking => {
+                return vec![Effect::Travel(Travel::GiveUp)];
             }
             (Action::Close, Overlay::None) if self.chart.cursor.is_none() => self.enlarged = false,
             (Action::Close, Overlay::None) => self.chart.cursor = None,
             (Action::Close, overlay) => *overlay = Overlay::None,
             (Action::EraseCharacter, Overlay::Text(entry)) => {
                 entry.text.pop();
-                entry.error = None;
+                entry.changed();
             }
             (Action::EraseAll, Overlay::Text(entry)) => {
                 entry.text.clear();
-                entry.error = None;
+                entry.changed();
             }
             (Action::EraseCharacter, Overlay::Palette(palette)) => palette.erase(1),
             (Action::EraseAll, Overlay::Palette(palette)) => palette.erase(usize::MAX),
@@ -250,6 +282,18 @@ impl Model {
         Vec::new()
     }
 
+    /// The mode stays: nothing drives the robot until somebody says what shall.
+    fn tell_what_follows_driving(&mut self, now: Moment) {
+        let key = |action| self.config.keys.label(Context::Dashboard, action);
+        let text = format!(
+            "it stands in mode user: {} prowls, {} goes home, {} drives on",
+            key(Action::Mode(Mode::Prowl)),
+            key(Action::Mode(Mode::GoHome)),
+            key(Action::EnterDrive)
+        );
+        self.log.add(now, Level::Info, Subject::Station, text);
+    }
+
     fn submit(&mut self, entry: TextEntry) -> Vec<Effect> {
         let text = entry.text.trim();
         self.overlay = Overlay::None;
@@ -259,13 +303,21 @@ impl Model {
         if entry.purpose == Purpose::Moment {
             return self.submit_moment(entry);
         }
-        let file = match entry.purpose {
-            Purpose::SaveRoute => return vec![self.save_route(text, false)],
-            Purpose::RouteFile => Some(text),
-            Purpose::Command | Purpose::Moment => text.strip_prefix("route ").map(str::trim),
+        let named = match entry.purpose {
+            Purpose::SaveRoute => Some(self.save_route(text, false)),
+            Purpose::RouteFile => Some(Effect::LoadRoute(text.to_owned())),
+            Purpose::Command | Purpose::Moment => text
+                .strip_prefix("route ")
+                .map(|file| Effect::LoadRoute(file.trim().to_owned())),
         };
-        if let Some(file) = file {
-            return vec![Effect::LoadRoute(file.to_owned())];
+        if let Some(effect) = named {
+            // The prompt stays until the file turns out to be right: what is wrong with its name can be mended.
+            self.overlay = Overlay::Text(TextEntry {
+                waits: true,
+                error: None,
+                ..entry
+            });
+            return vec![effect];
         }
         let words: Vec<&str> = text.split_whitespace().collect();
         if let Some(remark) = Remark::from_words(&words) {
@@ -278,6 +330,7 @@ impl Model {
                 .collect(),
             (Err(_), ["quit" | "q"]) => vec![Effect::Quit],
             (Err(_), ["help"]) => {
+                self.help_page = HELP_OF_COMMANDS;
                 self.overlay = Overlay::Help;
                 Vec::new()
             }
@@ -407,8 +460,24 @@ impl Model {
                 self.log.add(now, Level::Info, Subject::Station, text);
                 self.chart.take_draft(&waypoints);
                 self.show_selected();
+                self.end_waiting(None);
             }
-            Err(error) => self.warn(now, &error),
+            Err(error) => {
+                self.warn(now, &error);
+                self.end_waiting(Some(&error));
+            }
+        }
+    }
+
+    /// What became of the file that a prompt waits for: the prompt goes, or says what is wrong.
+    pub(super) fn end_waiting(&mut self, error: Option<&str>) {
+        match (&mut self.overlay, error) {
+            (Overlay::Text(entry), Some(error)) if entry.waits => {
+                entry.error = Some(error.to_owned());
+                entry.waits = false;
+            }
+            (Overlay::Text(entry), None) if entry.waits => self.overlay = Overlay::None,
+            _ => {}
         }
     }
 
@@ -451,6 +520,9 @@ impl Model {
     }
 }
 
+/// The commands are the last page of the help, counted from its first one backwards.
+const HELP_OF_COMMANDS: i32 = -1;
+
 const DRIVE_QUESTION: &str =
     "Drive by hand? The arrows move the robot while you hold them; letting go stops it.";
 
@@ -460,13 +532,20 @@ impl TextEntry {
             purpose,
             text: String::new(),
             error: None,
+            waits: false,
         }
+    }
+
+    /// What was said of the text before does not hold for another one.
+    fn changed(&mut self) {
+        self.error = None;
+        self.waits = false;
     }
 
     fn append(&mut self, text: &str) {
         let room = TEXT_MAX.saturating_sub(self.text.len());
         let printable = text.chars().filter(|c| !c.is_control());
         self.text.extend(printable.take(room));
-        self.error = None;
+        self.changed();
     }
 }

@@ -2,6 +2,7 @@
 
 mod map;
 mod notation;
+mod words;
 
 use crossterm::event::{KeyCode, KeyModifiers};
 use groundwave_protocol::letters::{Layer, Mode};
@@ -101,6 +102,7 @@ pub(crate) enum Action {
     TurnPage(i32),
     NextPlotWindow,
     AcknowledgeAlarms,
+    ToggleBell,
     Trace,
     NextValue(i8),
     NextLine(i8),
@@ -135,6 +137,43 @@ impl Action {
         )
     }
 
+    /// Whether it is about the draft of a route on the map.
+    pub(crate) const fn drafts(self) -> bool {
+        matches!(
+            self,
+            Self::MoveCursor { .. }
+                | Self::AddWaypoint
+                | Self::UndoDraft
+                | Self::SendDraft
+                | Self::EditRoute
+        )
+    }
+
+    /// Whether it is about what a panel shows.
+    pub(crate) const fn is_for(self, panel: Panel) -> bool {
+        matches!(
+            (panel, self),
+            (Panel::Sensors, Self::Trace)
+                | (Panel::Body, Self::Why)
+                | (Panel::Plots, Self::NextPlotWindow)
+                | (Panel::Commands, Self::CancelCommands | Self::AskCommand)
+                | (Panel::Log, Self::AskJump { .. })
+                | (Panel::Link, Self::ToggleRecording)
+                | (Panel::Alarms, Self::AcknowledgeAlarms | Self::ToggleBell)
+        )
+    }
+
+    /// What the footer names first of what is not about one panel; the rest follows as in the table.
+    pub(crate) const COMMON: [Self; 7] = [
+        Self::Mode(Mode::Prowl),
+        Self::Mode(Mode::GoHome),
+        Self::NextPanel,
+        Self::EditRoute,
+        Self::AskCommand,
+        Self::EnterDrive,
+        Self::ToggleLayer(Layer::Bumpers),
+    ];
+
     /// Whether it is for a link that carries something to the robot.
     pub(crate) const fn asks_the_robot(self) -> bool {
         matches!(
@@ -154,6 +193,7 @@ impl Action {
     }
 }
 
+pub(crate) use map::Row;
 pub use map::{KeyMistake, Keymap, Rebinding};
 
 /// One row of the table.
@@ -231,17 +271,17 @@ const TABLE: &[Binding] = &[
     row(Dashboard, "", &[bare(KeyCode::Right)], Action::MoveCursor { east: 1, north: 0 }, "", ""),
     row(Dashboard, "", &[bare(KeyCode::Up)], Action::MoveCursor { east: 0, north: 1 }, "", ""),
     row(Dashboard, "", &[bare(KeyCode::Down)], Action::MoveCursor { east: 0, north: -1 }, "", ""),
-    row(Dashboard, "w Enter", &[plain('w'), bare(KeyCode::Enter)], Action::AddWaypoint, "draft a waypoint there", "waypoint"),
-    row(Dashboard, "u", &[plain('u'), bare(KeyCode::Backspace)], Action::UndoDraft, "draft: take a change back", ""),
+    row(Dashboard, "w", &[plain('w'), bare(KeyCode::Enter)], Action::AddWaypoint, "draft a waypoint (Enter)", "waypoint"),
+    row(Dashboard, "u", &[plain('u'), bare(KeyCode::Backspace)], Action::UndoDraft, "draft: take a change back", "undo"),
     row(Dashboard, "Ctrl-R", &[ctrl('r')], Action::RedoDraft, "draft: make it again", ""),
-    row(Dashboard, "e", &[plain('e')], Action::EditRoute, "draft: edit it in a list", "edit"),
+    row(Dashboard, "e", &[plain('e')], Action::EditRoute, "draft: edit it in a list", "route"),
     row(Dashboard, "U", &[plain('U')], Action::DiscardDraft, "discard the draft", ""),
     row(Dashboard, "S", &[plain('S')], Action::SendDraft, "send the draft to the robot", "send"),
     row(Dashboard, "l", &[plain('l')], Action::AskRouteFile, "load a route file as draft", "load"),
     row(Dashboard, "C", &[plain('C')], Action::ClearList, "clear the robot's list (asks)", ""),
-    row(Dashboard, "x", &[plain('x')], Action::CancelCommands, "give up commands under way", ""),
+    row(Dashboard, "x", &[plain('x')], Action::CancelCommands, "give up commands under way", "give up"),
     row(Dashboard, ":", &[plain(':')], Action::AskCommand, "type a command", "command"),
-    row(Dashboard, "Ctrl-P", &[ctrl('p')], Action::AskPalette, "find it by a few letters", ""),
+    row(Dashboard, "Ctrl-P", &[ctrl('p')], Action::AskPalette, "find it by a few letters", "find"),
     row(Dashboard, "f", &[plain('f')], Action::Follow, "map: follow the robot", ""),
     row(Dashboard, "a", &[plain('a')], Action::ShowEverything, "map: show everything", ""),
     row(Dashboard, "+ -", &[plain('+'), plain('=')], Action::Zoom(1), "map: zoom", ""),
@@ -251,21 +291,22 @@ const TABLE: &[Binding] = &[
     row(Dashboard, "", &[plain('K'), shift(KeyCode::Up)], Action::Pan { east: 0, north: 1 }, "", ""),
     row(Dashboard, "", &[plain('J'), shift(KeyCode::Down)], Action::Pan { east: 0, north: -1 }, "", ""),
     row(Dashboard, "t", &[plain('t')], Action::ToggleTruth, "map: the simulator's truth", ""),
-    row(Dashboard, "R", &[plain('R')], Action::ToggleRecording, "record, or stop recording", ""),
-    row(Dashboard, "Tab", &[bare(KeyCode::Tab)], Action::NextPanel, "next panel, where few fit", "panel"),
-    row(Dashboard, "F2-F8", &[bare(KeyCode::F(2))], Action::Show(Panel::Sensors), "a panel; again: enlarge it", ""),
-    row(Dashboard, "", &[bare(KeyCode::F(3))], Action::Show(Panel::Body), "", ""),
-    row(Dashboard, "", &[bare(KeyCode::F(4))], Action::Show(Panel::Plots), "", ""),
-    row(Dashboard, "", &[bare(KeyCode::F(5))], Action::Show(Panel::Commands), "", ""),
-    row(Dashboard, "", &[bare(KeyCode::F(6))], Action::Show(Panel::Log), "", ""),
-    row(Dashboard, "", &[bare(KeyCode::F(7))], Action::Show(Panel::Link), "", ""),
-    row(Dashboard, "", &[bare(KeyCode::F(8))], Action::Show(Panel::Alarms), "", ""),
-    row(Dashboard, "z", &[plain('z')], Action::Enlarge, "enlarge the panel, and back", ""),
-    row(Dashboard, "PgUp", &[bare(KeyCode::PageUp)], Action::TurnPage(-1), "PgDn: turn the panel's pages", ""),
+    row(Dashboard, "R", &[plain('R')], Action::ToggleRecording, "record, or stop recording", "record"),
+    row(Dashboard, "Tab", &[bare(KeyCode::Tab)], Action::NextPanel, "choose the next panel", "panel"),
+    row(Dashboard, "F2", &[bare(KeyCode::F(2))], Action::Show(Panel::Sensors), "panel: sensors; again: larger", ""),
+    row(Dashboard, "F3", &[bare(KeyCode::F(3))], Action::Show(Panel::Body), "panel: the robot from above", ""),
+    row(Dashboard, "F4", &[bare(KeyCode::F(4))], Action::Show(Panel::Plots), "panel: plots", ""),
+    row(Dashboard, "F5", &[bare(KeyCode::F(5))], Action::Show(Panel::Commands), "panel: commands", ""),
+    row(Dashboard, "F6", &[bare(KeyCode::F(6))], Action::Show(Panel::Log), "panel: log", ""),
+    row(Dashboard, "F7", &[bare(KeyCode::F(7))], Action::Show(Panel::Link), "panel: link", ""),
+    row(Dashboard, "F8", &[bare(KeyCode::F(8))], Action::Show(Panel::Alarms), "panel: alarms", ""),
+    row(Dashboard, "z", &[plain('z')], Action::Enlarge, "enlarge the panel, and back", "enlarge"),
+    row(Dashboard, "PgUp", &[bare(KeyCode::PageUp)], Action::TurnPage(-1), "PgDn: turn the panel's pages", "pages"),
     row(Dashboard, "", &[bare(KeyCode::PageDown)], Action::TurnPage(1), "", ""),
-    row(Dashboard, "T", &[plain('T')], Action::NextPlotWindow, "plots: over a longer time", ""),
-    row(Dashboard, "A", &[plain('A')], Action::AcknowledgeAlarms, "alarms: seen", ""),
-    row(Dashboard, "i", &[plain('i')], Action::Trace, "trace a value to its columns", ""),
+    row(Dashboard, "T", &[plain('T')], Action::NextPlotWindow, "plots: over a longer time", "longer"),
+    row(Dashboard, "A", &[plain('A')], Action::AcknowledgeAlarms, "alarms: seen", "seen"),
+    row(Dashboard, "b", &[plain('b')], Action::ToggleBell, "bell for alarms: on, or off", "bell"),
+    row(Dashboard, "i", &[plain('i')], Action::Trace, "trace a value to its columns", "trace"),
     row(Dashboard, "y", &[plain('y')], Action::Why, "explain: why does it do that?", "why"),
     row(Dashboard, "k", &[plain('k')], Action::Travel(Travel::TogglePause), "time: stand still, go on", "still"),
     row(Dashboard, ", .", &[plain(',')], Action::Travel(Travel::Step { forward: false }), "time: a line back, a line on", "line"),
@@ -340,16 +381,16 @@ const TABLE: &[Binding] = &[
     row(Jump, "Space", &[plain(' '), ctrl('s')], Action::Stop, "", "STOP"),
     row(Jump, "a", &[plain('a')], Action::JumpTo(Landmark::Alarm), "", "alarm"),
     row(Jump, "b", &[plain('b')], Action::JumpTo(Landmark::Bump), "", "bump"),
-    row(Jump, "v", &[plain('v')], Action::JumpTo(Landmark::Behaviour), "", "behaviour"),
+    row(Jump, "v", &[plain('v')], Action::JumpTo(Landmark::Behaviour), "", "layer"),
     row(Jump, "c", &[plain('c')], Action::JumpTo(Landmark::Command), "", "command"),
-    row(Jump, "m", &[plain('m')], Action::JumpTo(Landmark::Marker), "", "marker"),
+    row(Jump, "m", &[plain('m')], Action::JumpTo(Landmark::Marker), "", "mark"),
     row(Jump, "n", &[plain('n')], Action::JumpAgain { forward: true }, "", "as before"),
     row(Jump, "", &[plain('N')], Action::JumpAgain { forward: false }, "", ""),
-    row(Jump, "Esc", &[bare(KeyCode::Esc), plain('q')], Action::Close, "", "never mind"),
+    row(Jump, "Esc", &[bare(KeyCode::Esc), plain('q')], Action::Close, "", "back"),
     row(Jump, "Ctrl-C", &[ctrl('c')], Action::Quit, "", ""),
     row(Help, "Space", &[plain(' '), ctrl('s')], Action::Stop, "", "STOP"),
     row(Help, "Esc", &[bare(KeyCode::Esc), plain('?'), plain('q'), bare(KeyCode::Enter), bare(KeyCode::F(1))], Action::Close, "", "back"),
-    row(Help, "PgDn", &[bare(KeyCode::PageDown), bare(KeyCode::Tab), bare(KeyCode::Down)], Action::TurnPage(1), "", "more keys"),
+    row(Help, "PgDn", &[bare(KeyCode::PageDown), bare(KeyCode::Tab), bare(KeyCode::Down)], Action::TurnPage(1), "", "next page"),
     row(Help, "", &[bare(KeyCode::PageUp), bare(KeyCode::Up)], Action::TurnPage(-1), "", ""),
     row(Help, "Ctrl-C", &[ctrl('c')], Action::Quit, "", ""),
     row(Palette, "Ctrl-S", &[ctrl('s')], Action::Stop, "", "STOP"),

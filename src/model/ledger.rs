@@ -45,6 +45,8 @@ pub(crate) struct Entry {
     pub(crate) asked_at: Moment,
     /// From the wish to the proof.
     pub(crate) proof: Option<Moment>,
+    /// Why the robot refused and what to do instead, where more is known than its outcome.
+    pub(crate) reason: Option<String>,
     /// How far its list was driven when the robot last spoke of it.
     pub(crate) driven: Option<ListPlace>,
 }
@@ -73,6 +75,11 @@ pub(crate) struct Ledger {
 }
 
 impl Ledger {
+    /// Whether anything waits for its proof.
+    pub(crate) fn is_busy(&self) -> bool {
+        self.entries.iter().any(|entry| !entry.is_over())
+    }
+
     /// Takes a step; returns the entry it belongs to, if that is known.
     pub(super) fn take_step(
         &mut self,
@@ -134,6 +141,7 @@ impl Ledger {
             at: now,
             asked_at: now,
             proof: None,
+            reason: None,
             driven: None,
         });
     }
@@ -173,6 +181,13 @@ impl Ledger {
     /// The command that went a step further last.
     pub(crate) fn newest_step(&self) -> Option<&Entry> {
         self.entries.iter().max_by_key(|entry| entry.at)
+    }
+
+    /// Takes why the robot refused one.
+    pub(super) fn take_reason(&mut self, id: CommandId, reason: Option<String>) {
+        if let Some(entry) = self.entries.iter_mut().rev().find(|entry| entry.id == id) {
+            entry.reason = reason;
+        }
     }
 
     /// The list of this session that the robot acknowledged and has not contradicted since.

@@ -50,6 +50,7 @@ use life::Life;
 use link::Link;
 use log::{Log, Subject};
 use motors::Motors;
+use news::Passing;
 use palette::Palette;
 use plots::Plots;
 use robot::Robot;
@@ -64,8 +65,8 @@ pub struct Config {
     pub ascii: bool,
     /// How to see the raw line from another terminal, told above the keys; `None` where there is no way.
     pub raw_copy: Option<String>,
-    /// Never ring the bell.
-    pub silent: bool,
+    /// Ring the bell for alarms and songs.
+    pub bell: bool,
     /// Ask the terminal for the mouse.
     pub mouse: bool,
     /// What every key does.
@@ -103,6 +104,19 @@ pub(crate) enum Panel {
 }
 
 impl Panel {
+    /// What it is called where it is chosen.
+    pub(crate) const fn name(self) -> &'static str {
+        match self {
+            Self::Sensors => "sensors",
+            Self::Body => "above",
+            Self::Plots => "plots",
+            Self::Commands => "commands",
+            Self::Log => "log",
+            Self::Link => "link",
+            Self::Alarms => "alarms",
+        }
+    }
+
     /// In the order of the Tab key.
     pub(crate) const ALL: [Self; 7] = [
         Self::Sensors,
@@ -162,6 +176,8 @@ pub(crate) struct TextEntry {
     pub(crate) text: String,
     /// Why the text as it was submitted does not do.
     pub(crate) error: Option<String>,
+    /// The file that was named is being read or written.
+    pub(crate) waits: bool,
 }
 
 /// What a typed line is for.
@@ -209,6 +225,8 @@ pub struct Model {
     pub(crate) aside: Option<String>,
     /// The robot sings or calls, and the bell has not rung for it.
     calls: bool,
+    /// Told in passing, and since when.
+    passing: Option<(Moment, Passing)>,
     revision: u64,
 }
 
@@ -240,6 +258,7 @@ impl Model {
             seen_until: None,
             aside: None,
             calls: false,
+            passing: None,
             revision: 0,
         }
     }
@@ -320,7 +339,7 @@ impl Model {
             Event::Tick => false,
         };
         changed |= self.watch_alarms(now);
-        if std::mem::take(&mut self.calls) && !self.config.silent {
+        if std::mem::take(&mut self.calls) && self.config.bell {
             effects.push(Effect::Ring);
         }
         if changed || !effects.is_empty() {

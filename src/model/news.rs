@@ -10,12 +10,28 @@ pub(crate) enum News<'a> {
     Command(&'a ledger::Entry),
     /// The station had something to say, or the robot raised an alarm.
     Logged(&'a log::Entry),
+    /// Something about the keys.
+    Passing(&'a Passing),
+}
+
+/// What is told once about the keys and is not worth a line in the log.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub(crate) enum Passing {
+    /// Another panel was chosen: which there are.
+    Panels,
+    /// These words.
+    Words(String),
 }
 
 /// How long something is news.
 const NEWS_FOR: Moment = Moment::from_secs(5);
 
 impl Model {
+    /// Tells something in passing.
+    pub(super) fn pass_on(&mut self, now: Moment, what: Passing) {
+        self.passing = Some((now, what));
+    }
+
     /// What is news now.
     pub(crate) fn news(&self, now: Moment) -> Option<News<'_>> {
         let (at, news) = self.newest()?;
@@ -33,7 +49,13 @@ impl Model {
         let command = command.map(|entry| (entry.at, News::Command(entry)));
         let logged = self.log.newest_first().find(|entry| entry.is_news());
         let logged = logged.map(|entry| (entry.at, News::Logged(entry)));
+        let passing = self.passing.as_ref();
+        let passing = passing.map(|(at, what)| (*at, News::Passing(what)));
         // A wish that is older than a word of the station's is not about it.
-        command.into_iter().chain(logged).max_by_key(|(at, _)| *at)
+        command
+            .into_iter()
+            .chain(logged)
+            .chain(passing)
+            .max_by_key(|(at, _)| *at)
     }
 }

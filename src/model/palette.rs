@@ -21,8 +21,6 @@ pub(crate) struct Palette {
 #[derive(Clone, Debug, PartialEq)]
 pub(crate) struct Entry {
     pub(crate) title: String,
-    /// What it does, where the title leaves that open.
-    pub(crate) does: String,
     /// The key that does it too.
     pub(crate) key: String,
     searched: String,
@@ -85,10 +83,9 @@ fn entries(keymap: &Keymap) -> Vec<Entry> {
     let keys = keys
         .filter(|row| row.action != Action::AskPalette)
         .map(|row| {
-            let title = row.name().replace('-', " ");
+            let title = row.does().into_owned();
             Entry {
-                searched: format!("{title} {}", row.help),
-                does: row.help.to_string(),
+                searched: format!("{title} {}", row.name().replace('-', " ")),
                 key: row.key_names(),
                 pick: Pick::Action(row.action),
                 title,
@@ -98,7 +95,6 @@ fn entries(keymap: &Keymap) -> Vec<Entry> {
     let commands = Request::commands().map(str::to_owned).chain(presets);
     let commands = commands.map(|words| Entry {
         title: format!(":{words}"),
-        does: String::new(),
         key: String::new(),
         searched: words.clone(),
         pick: Pick::Words(words),
@@ -150,15 +146,26 @@ mod tests {
     #[test]
     fn a_few_letters_are_enough() {
         for (text, title) in [
-            ("go home", "mode go home"),
-            ("lysonar", "toggle layer sonar"),
+            ("go home", "home: back to the origin"),
+            ("lysonar", "allow or forbid layer sonar"),
             ("moth", ":preset moth"),
             ("failsafe", ":failsafe"),
-            ("truth", "toggle truth"),
+            ("truth", "map: the simulator's truth"),
         ] {
             assert_eq!(best(text).as_deref(), Some(title), "{text}");
         }
         assert_eq!(best("zzzz"), None);
+    }
+
+    /// Two rows that read the same would leave open which is which.
+    #[test]
+    fn what_is_offered_is_written_for_people_and_told_apart() {
+        let all = Palette::default().found(&Keymap::default());
+        for (n, entry) in all.iter().enumerate() {
+            assert!(!entry.title.trim().is_empty(), "{entry:?}");
+            let twin = all[n + 1..].iter().find(|other| other.title == entry.title);
+            assert_eq!(twin, None);
+        }
     }
 
     #[test]

@@ -217,9 +217,9 @@ impl Plots {
             .collect()
     }
 
-    /// The newest figure.
-    pub(crate) fn newest(&self, trace: Trace) -> Option<i16> {
-        self.series[trace as usize].newest.map(|(_, value)| value)
+    /// The newest figure and its moment.
+    pub(crate) fn newest(&self, trace: Trace) -> Option<(Moment, i16)> {
+        self.series[trace as usize].newest
     }
 
     /// How many stretches are held, for tests of what a session costs.

@@ -27,8 +27,8 @@ pub(crate) const STATE_STALE: Moment = Moment::from_secs(2);
 /// A line B is expected every two seconds.
 pub(crate) const STATUS_STALE: Moment = Moment::from_secs(8);
 
-/// A line C is expected every four seconds.
-pub(crate) const COUNTERS_STALE: Moment = Moment::from_mins(1);
+/// A line C is expected every four seconds, and a weak link loses some.
+pub(crate) const COUNTERS_STALE: Moment = Moment::from_secs(16);
 
 /// The newest line of each kind and what outlives it.
 #[derive(Clone, Debug, Default)]
@@ -78,7 +78,7 @@ impl Robot {
                 old(self.status.map(|line| line.age(now)), STATUS_STALE),
             ),
             (
-                "counters",
+                "robot",
                 old(self.counters.map(|line| line.age(now)), COUNTERS_STALE),
             ),
         ]

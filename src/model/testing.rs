@@ -387,6 +387,7 @@ fn any_playback() -> impl Strategy<Value = Option<Playback>> {
                 packet,
                 read_until: is_partial.then_some(at),
                 is_partial,
+                is_looking: is_partial,
                 markers,
                 repeat,
                 note,

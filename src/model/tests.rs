@@ -155,14 +155,13 @@ fn an_adapter_that_is_back_under_another_name_says_so() {
 }
 
 #[test]
-fn a_song_and_a_low_battery_ring_the_bell_once_unless_it_is_silenced() {
+fn a_song_and_a_low_battery_ring_the_bell_once_when_it_was_asked_for() {
     use groundwave_protocol::letters::Power;
     use groundwave_protocol::telemetry::{Ack, Body, Line, Note, SongLine, StateLine};
-    for silent in [false, true] {
-        let mut scene = Scene::new(Config {
-            silent,
-            ..Config::default()
-        });
+    assert!(!Config::default().bell, "nobody asked for it");
+    for keys in ["", "b", "bb"] {
+        let mut scene = Scene::new(Config::default());
+        scene.type_text(keys);
         let song = SongLine::new([Note { hz: 523, ticks: 4 }]);
         let power = |power| Body::State(StateLine { power, ..state() });
         let mut rings = 0;
@@ -187,6 +186,6 @@ fn a_song_and_a_low_battery_ring_the_bell_once_unless_it_is_silenced() {
                 .filter(|&effect| *effect == Effect::Ring)
                 .count();
         }
-        assert_eq!(rings, if silent { 0 } else { 3 });
+        assert_eq!(rings, if keys == "b" { 3 } else { 0 });
     }
 }

@@ -117,6 +117,11 @@ impl Model {
         self.playback.as_ref().is_some_and(|p| !p.is_live)
     }
 
+    /// Whether something is looked for where a capture has not been read yet.
+    pub(super) fn is_looking(&self) -> bool {
+        self.playback.as_ref().is_some_and(|p| p.is_looking)
+    }
+
     pub(super) fn take_playback(&mut self, playback: Option<Box<Playback>>) -> bool {
         let playback = playback.map(|playback| *playback);
         let changed = self.playback != playback;
@@ -282,6 +287,7 @@ mod tests {
             markers: Vec::new(),
             repeat: None,
             note: None,
+            is_looking: false,
         }
     }
 
@@ -413,6 +419,20 @@ mod tests {
             panic!("the text stays to be mended");
         };
         assert!(entry.error.as_ref().is_some_and(|e| e.contains("`soon`")));
+    }
+
+    #[test]
+    fn esc_gives_up_a_search_before_anything_else() {
+        let mut scene = scene(false);
+        scene.press(&[KeyCode::Up]);
+        let looking = Playback {
+            is_looking: true,
+            ..playback(false)
+        };
+        scene.event(Event::Playback(Some(Box::new(looking))));
+        let give_up = [Effect::Travel(Travel::GiveUp)];
+        assert_eq!(scene.press(&[KeyCode::Esc]), give_up);
+        assert!(scene.model.chart.cursor.is_some());
     }
 
     #[test]

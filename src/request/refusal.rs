@@ -40,8 +40,15 @@ impl Standing {
     /// Why the robot refused, and what to do about it; `None` where the outcome alone says all there is.
     #[must_use]
     pub fn why(&self, request: &Request, outcome: Outcome) -> Option<String> {
-        if !matches!((request, outcome), (Request::Scan, Outcome::NotNow)) {
-            return None;
+        match (request, outcome) {
+            (Request::Scan, Outcome::NotNow) => {}
+            (Request::Mode(Mode::Forage), Outcome::NotFitted) => {
+                return Some("it has no sensor for a dock's beacon; try `home`".to_owned());
+            }
+            (Request::Mode(Mode::Passive), Outcome::NotFitted) => {
+                return Some("it has no motion detector to wait with; try `reactive`".to_owned());
+            }
+            _ => return None,
         }
         let rotation = layer_word(Layer::Rotation);
         if self
@@ -83,6 +90,18 @@ mod tests {
         assert!(stopped.starts_with("in mode stop"), "{stopped}");
         let unknown = standing(None, None);
         assert!(unknown.contains("`mode prowl`"), "{unknown}");
+    }
+
+    #[test]
+    fn a_mode_without_its_sensor_is_refused_with_the_one_to_take_instead() {
+        let why = |mode| Standing::default().why(&Request::Mode(mode), Outcome::NotFitted);
+        let dock = why(Mode::Forage).expect("there is a reason");
+        assert!(dock.contains("beacon") && dock.contains("`home`"), "{dock}");
+        let hide = why(Mode::Passive).expect("there is a reason");
+        assert!(
+            hide.contains("motion detector") && hide.contains("`reactive`"),
+            "{hide}"
+        );
     }
 
     #[test]

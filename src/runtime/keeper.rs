@@ -22,6 +22,9 @@ use history::History;
 /// How much of what came before is in a recording that is begun from the dashboard.
 pub const REMEMBERED: Duration = Duration::from_mins(10);
 
+/// Nobody begins so many recordings in a second.
+const NAMES_MAX: u32 = 100;
+
 /// How soon somebody is told that the file of the tee was taken away.
 const LOOK_PERIOD: Duration = Duration::from_secs(8);
 
@@ -32,6 +35,8 @@ pub struct KeepOptions {
     pub tee: Option<PathBuf>,
     /// MCAP goes here.
     pub mcap: Option<PathBuf>,
+    /// Nobody named the MCAP: where another has its name it gets one like it.
+    pub is_unnamed: bool,
     /// What to do with files that exist.
     pub existing: Existing,
     /// The link as the operator named it.
@@ -51,6 +56,7 @@ impl Default for KeepOptions {
         Self {
             tee: None,
             mcap: None,
+            is_unnamed: false,
             existing: Existing::Refuse,
             link: String::new(),
             notes: BTreeMap::new(),
@@ -103,7 +109,13 @@ impl Keeper {
         let recorder = options
             .mcap
             .as_ref()
-            .map(|path| begin(options, path, started_wall))
+            .map(|path| {
+                if options.is_unnamed {
+                    begin_unnamed(options, path, started_wall)
+                } else {
+                    begin(options, path, started_wall)
+                }
+            })
             .transpose()?;
         // Last, for this one cannot be taken back: it may write over what was there.
         let tee = options
@@ -257,12 +269,13 @@ impl Keeper {
         };
         let start =
             first_ns.map_or_else(SystemTime::now, |ns| UNIX_EPOCH + Duration::from_nanos(ns));
-        let path = free_name(&PathBuf::from(name::automatic(SystemTime::now())));
-        let begun = begin(&options, &path, start);
+        let path = PathBuf::from(name::automatic(SystemTime::now()));
+        let begun = begin_unnamed(&options, &path, start);
         let mut inner = self.lock();
         inner.is_beginning = false;
         match begun {
             Ok(mut recorder) => {
+                let path = recorder.path();
                 let (now, _) = inner.times(Instant::now());
                 recorder.handle_backlog(now, inner.history.take());
                 inner.recorder = Some(recorder);
@@ -321,9 +334,19 @@ fn begin(options: &KeepOptions, path: &Path, start: SystemTime) -> Result<Record
     Recorder::start_rotating(path, existing, &session, options.rotation)
 }
 
-/// The name, or one like it that no recording has.
-fn free_name(path: &Path) -> PathBuf {
-    recover::free_part(path, 1).map_or_else(|| path.to_owned(), |(_, paths)| paths.target)
+/// Begins a recording that nobody named: somebody may have begun one in the same second.
+fn begin_unnamed(
+    options: &KeepOptions,
+    path: &Path,
+    start: SystemTime,
+) -> Result<Recorder, CaptureError> {
+    for number in 1..NAMES_MAX {
+        match begin(options, &name::another(path, number), start) {
+            Err(CaptureError::Exists { .. } | CaptureError::InUse(_)) => {}
+            begun => return begun,
+        }
+    }
+    begin(options, &name::another(path, NAMES_MAX), start)
 }
 
 impl Inner {
@@ -404,6 +427,28 @@ fn entry(kind: Kind, wall: SystemTime, bytes: &[u8]) -> Entry {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use std::fs;
+
+    #[test]
+    fn two_recordings_that_nobody_named_begin_in_one_second() {
+        let folder = tempfile::tempdir().unwrap();
+        let options = KeepOptions {
+            mcap: Some(folder.path().join("groundwave-20250314T092653Z.mcap")),
+            is_unnamed: true,
+            ..KeepOptions::default()
+        };
+        let keepers = [(); 3].map(|()| Keeper::open(&options, Instant::now()).unwrap());
+        for keeper in keepers {
+            keeper.finish().unwrap();
+        }
+        let mut names: Vec<String> = fs::read_dir(folder.path())
+            .unwrap()
+            .map(|entry| entry.unwrap().file_name().into_string().unwrap())
+            .collect();
+        names.sort();
+        let name = |number| format!("groundwave-20250314T092653Z{number}.mcap");
+        assert_eq!(names, [".2", ".3", ""].map(name));
+    }
 
     #[test]
     fn a_panic_leaves_a_finished_recording() {

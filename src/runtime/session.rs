@@ -111,7 +111,7 @@ impl Live {
             self.advanced_at = now;
             self.player.rest();
             match travel {
-                Travel::Speed(_) | Travel::Newest => return None,
+                Travel::Speed(_) | Travel::Newest | Travel::GiveUp => return None,
                 Travel::Mark => {
                     self.player.handle(now, travel);
                     let text = self.player.playback().note?;
@@ -156,8 +156,9 @@ impl Replay {
     fn take(&mut self, finding: Finding) {
         match finding {
             Finding::State(scene) => {
-                self.player.set_read(scene.moment());
+                let at = scene.moment();
                 self.player.reel_mut().keep(*scene);
+                self.player.set_read(at);
             }
             Finding::End(at) => self.player.set_read_through(at),
         }

@@ -191,6 +191,31 @@ impl Calls {
     }
 }
 
+/// Whether a call asks for STOP, which must get through whatever else is asked.
+#[must_use]
+pub fn is_stop(payload: &[u8]) -> bool {
+    matches!(parse(payload), Ok((Request::Stop, _, _)))
+}
+
+/// The answer to a call that is not taken on because too many wait.
+#[must_use]
+pub fn busy() -> Vec<u8> {
+    let busy = Stage::Failed {
+        code: "busy".to_owned(),
+        reason: "too many calls of yours wait for the robot; try again when some are answered"
+            .to_owned(),
+    };
+    json!(busy).to_string().into_bytes()
+}
+
+/// The answer to one more STOP while others of the same client wait for their proof: it goes out like them.
+#[must_use]
+pub fn stop_queued() -> Vec<u8> {
+    let mut answer = json!(Stage::Queued);
+    answer["command"] = json!(Request::Stop.to_string());
+    answer.to_string().into_bytes()
+}
+
 /// The first request, those that follow it, and how long they may take together.
 fn parse(payload: &[u8]) -> Result<(Request, VecDeque<Request>, Duration), CallError> {
     let json: CallJson =

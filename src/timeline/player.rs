@@ -1,6 +1,6 @@
 //! Lets time pass in a reel and obeys the operator. The host's time is a parameter.
 
-use super::reel::{Cursor, Found, Reel};
+use super::reel::{Cursor, Found, Reel, STEPS_MAX};
 use crate::event::Moment;
 use crate::model::Model;
 use crate::travel::{
@@ -17,6 +17,19 @@ const FASTEST: Moment = Moment::from_millis(40);
 const SLOWEST: Moment = Moment::from_secs(1);
 
 const DAY: Moment = Moment::from_hours(24);
+
+/// What is looked for.
+#[derive(Clone, Copy, Debug)]
+enum Quest {
+    /// The line of this number.
+    Packet(u64),
+    /// A landmark, from a moment on.
+    Landmark {
+        sought: Landmark,
+        from: Moment,
+        forward: bool,
+    },
+}
 
 /// Plays a reel.
 pub struct Player<C: Cursor> {
@@ -36,6 +49,8 @@ pub struct Player<C: Cursor> {
     repeat: Option<(Moment, Option<Moment>)>,
     note: Option<String>,
     sought: Landmark,
+    /// What was asked for and may lie where nobody has read yet.
+    quest: Option<Quest>,
 }
 
 impl<C: Cursor> Player<C> {
@@ -63,6 +78,7 @@ impl<C: Cursor> Player<C> {
             repeat: None,
             note: None,
             sought: Landmark::Alarm,
+            quest: None,
         }
     }
 
@@ -128,9 +144,10 @@ impl<C: Cursor> Player<C> {
         self.markers.retain(|marker| *marker >= from);
     }
 
-    /// The capture has been read so far.
+    /// The capture has been read so far, and the reel has its states; what is looked for may be among them.
     pub fn set_read(&mut self, until: Moment) {
         self.read_until = Some(until);
+        self.look_on();
     }
 
     /// The capture has been read to its end.
@@ -141,6 +158,7 @@ impl<C: Cursor> Player<C> {
         if self.at > end {
             self.at = end;
         }
+        self.look_on();
     }
 
     /// Lets time pass until the host's time; says whether anything on the screen changed.
@@ -190,6 +208,7 @@ impl<C: Cursor> Player<C> {
         self.advance(host);
         self.set_at = host;
         self.note = None;
+        self.quest = None;
         match travel {
             Travel::TogglePause => {
                 self.paused = !self.paused;
@@ -209,6 +228,7 @@ impl<C: Cursor> Player<C> {
             }
             Travel::Mark => self.mark(),
             Travel::Loop => self.set_loop(),
+            Travel::GiveUp => {}
             Travel::Newest => self.go(self.until),
             Travel::Oldest => self.go(self.from),
         }
@@ -244,14 +264,7 @@ impl<C: Cursor> Player<C> {
                 let span = self.until.saturating_sub(self.from);
                 self.go(self.from + span.mul_f64(percent / 100.0));
             }
-            Target::Packet(number) => match self.reel.seek_line(number) {
-                Found::At(at) => {
-                    self.paused = true;
-                    self.at = at.min(self.until);
-                }
-                Found::Nowhere => self.note = Some(format!("there is no packet {number}")),
-                Found::NotYet => self.not_yet(),
-            },
+            Target::Packet(number) => self.look_for(Quest::Packet(number), STEPS_MAX),
             Target::Utc(since_midnight) => match self.moment_of_utc(since_midnight) {
                 Some(at) => self.go(at),
                 None => self.note = Some("it does not reach to that time of day".to_owned()),
@@ -272,39 +285,84 @@ impl<C: Cursor> Player<C> {
     }
 
     fn jump(&mut self, forward: bool) {
-        let found = match (self.sought, forward) {
-            (Landmark::Marker, true) => {
-                let mut markers = self.markers.iter();
-                let next = markers.find(|marker| **marker > self.at);
-                next.map_or(Found::Nowhere, |at| Found::At(*at))
-            }
-            (Landmark::Marker, false) => {
-                let mut markers = self.markers.iter().rev();
-                let last = markers.find(|marker| **marker < self.at);
-                last.map_or(Found::Nowhere, |at| Found::At(*at))
-            }
-            (landmark, true) => self.reel.find_next(landmark, self.at),
-            (landmark, false) => self.reel.find_last(landmark, self.at),
+        let quest = Quest::Landmark {
+            sought: self.sought,
+            from: self.at,
+            forward,
         };
-        match found {
-            Found::At(at) => {
-                self.paused = true;
-                self.go(at);
-            }
-            Found::Nowhere => {
-                let (direction, what) = (if forward { "later" } else { "earlier" }, self.sought);
-                self.note = Some(format!("there are no {direction} {}", what.words()));
-            }
-            Found::NotYet => self.not_yet(),
+        self.look_for(quest, STEPS_MAX);
+    }
+
+    /// More has been read: looks there.
+    fn look_on(&mut self) {
+        if let Some(quest) = self.quest.take() {
+            self.look_for(quest, 0);
         }
     }
 
-    fn not_yet(&mut self) {
-        let read = self.read_until.unwrap_or(self.until);
-        self.note = Some(format!(
-            "the capture is read up to {} so far: not found yet, try again",
-            clock_words(read)
-        ));
+    /// Goes to what is looked for and stands still there; what may lie where nobody has read yet is waited for.
+    fn look_for(&mut self, quest: Quest, beyond: usize) {
+        match self.find(quest, beyond) {
+            Found::At(at) => {
+                self.paused = true;
+                match quest {
+                    // The reel is there, which may be one of several lines of that moment.
+                    Quest::Packet(_) => self.at = at.min(self.until),
+                    Quest::Landmark { .. } => self.go(at),
+                }
+            }
+            Found::Nowhere => {
+                self.note = Some(match quest {
+                    Quest::Packet(number) => format!("there is no packet {number}"),
+                    Quest::Landmark {
+                        sought, forward, ..
+                    } => {
+                        let direction = if forward { "later" } else { "earlier" };
+                        format!("there are no {direction} {}", sought.words())
+                    }
+                });
+            }
+            Found::NotYet => {
+                self.paused = true;
+                self.quest = Some(quest);
+            }
+        }
+    }
+
+    fn find(&mut self, quest: Quest, beyond: usize) -> Found {
+        let (landmark, from, forward) = match quest {
+            Quest::Packet(number) => return self.reel.seek_line(number, beyond),
+            Quest::Landmark {
+                sought,
+                from,
+                forward,
+            } => (sought, from, forward),
+        };
+        match (landmark, forward) {
+            (Landmark::Marker, true) => {
+                let next = self.markers.iter().find(|marker| **marker > from);
+                next.map_or(Found::Nowhere, |at| Found::At(*at))
+            }
+            (Landmark::Marker, false) => {
+                let last = self.markers.iter().rev().find(|marker| **marker < from);
+                last.map_or(Found::Nowhere, |at| Found::At(*at))
+            }
+            (landmark, true) => self.reel.find_next(landmark, from, beyond),
+            (landmark, false) => self.reel.find_last(landmark, from, beyond),
+        }
+    }
+
+    /// How far the search is, if there is one.
+    fn progress(&self) -> Option<String> {
+        let what = match self.quest? {
+            Quest::Packet(number) => format!("packet {number}"),
+            Quest::Landmark { sought, .. } => sought.words().to_owned(),
+        };
+        let read = clock_words(self.read_until.unwrap_or(self.until));
+        let until = clock_words(self.until);
+        Some(format!(
+            "looking for {what}: read up to {read} of {until}; Esc gives up"
+        ))
     }
 
     fn mark(&mut self) {
@@ -360,7 +418,8 @@ impl<C: Cursor> Player<C> {
             is_partial: self.reel.is_partial(),
             markers: self.markers.clone(),
             repeat: self.repeat,
-            note: self.note.clone(),
+            is_looking: self.quest.is_some(),
+            note: self.progress().or_else(|| self.note.clone()),
         }
     }
 }

@@ -28,7 +28,7 @@ pub trait Cursor: Clone {
 }
 
 /// Going somewhere takes no more things than this before something less than exact is shown.
-const STEPS_MAX: usize = 8192;
+pub const STEPS_MAX: usize = 4096;
 
 /// What became of a search.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -221,7 +221,7 @@ impl<C: Cursor> Reel<C> {
             return self.step_back_by_time();
         }
         let lines = self.model().tally().lines;
-        lines > 1 && self.seek_line(lines - 1) != Found::Nowhere
+        lines > 1 && self.seek_line(lines - 1, usize::MAX) != Found::Nowhere
     }
 
     /// Where the number of a line is not known, its time says which it is.
@@ -247,8 +247,9 @@ impl<C: Cursor> Reel<C> {
         true
     }
 
-    /// Shows the line of a number, from 1, at its moment.
-    pub fn seek_line(&mut self, number: u64) -> Found {
+    /// Shows the line of a number, from 1, at its moment. While the reel is not complete, so many things behind its
+    /// newest state are looked through.
+    pub fn seek_line(&mut self, number: u64, beyond: usize) -> Found {
         let lines = |cursor: &C| cursor.model().tally().lines;
         let place = self.frames.last_where(|frame| lines(frame) < number);
         let Some((_, frame)) = place.and_then(|place| self.frames.get(place)) else {
@@ -258,7 +259,8 @@ impl<C: Cursor> Reel<C> {
         if !self.is_partial() && lines(&self.shown) < number && self.shown.at() > cursor.at() {
             cursor = self.shown.clone();
         }
-        let reach = self.reach();
+        let is_newest = place.is_none_or(|place| self.frames.get(place + 1).is_none());
+        let reach = self.reach(is_newest, beyond);
         if run_until(&mut cursor, &mut self.supply, reach, |tally| {
             tally.lines >= number
         }) {
@@ -269,8 +271,8 @@ impl<C: Cursor> Reel<C> {
         self.missed(&cursor)
     }
 
-    /// The first of a kind after a moment.
-    pub fn find_next(&mut self, landmark: Landmark, after: Moment) -> Found {
+    /// The first of a kind after a moment, found as [`Self::seek_line`] finds a line.
+    pub fn find_next(&mut self, landmark: Landmark, after: Moment, beyond: usize) -> Found {
         let mut place = self.frames.before(after).unwrap_or(0);
         while let Some((_, frame)) = self.frames.get(place) {
             let end = self.frames.get(place + 1);
@@ -278,11 +280,7 @@ impl<C: Cursor> Reel<C> {
             if end.is_none_or(|(_, end)| count(end) > count(frame)) {
                 let until = end.map(|(at, _)| *at);
                 let mut cursor = frame.clone();
-                let mut steps = if until.is_some() {
-                    usize::MAX
-                } else {
-                    self.reach()
-                };
+                let mut steps = self.reach(until.is_none(), beyond);
                 let last = until.unwrap_or(Moment::MAX);
                 while let Some(at) = cursor.next_at(&mut self.supply).filter(|at| *at <= last) {
                     if steps == 0 {
@@ -304,8 +302,8 @@ impl<C: Cursor> Reel<C> {
         Found::Nowhere
     }
 
-    /// The last of a kind before a moment.
-    pub fn find_last(&mut self, landmark: Landmark, before: Moment) -> Found {
+    /// The last of a kind before a moment, likewise.
+    pub fn find_last(&mut self, landmark: Landmark, before: Moment, beyond: usize) -> Found {
         let count = |cursor: &C| cursor.model().tally().of(landmark);
         let mut places = 0..=self.frames.before(before).unwrap_or(0);
         while let Some(place) = places.next_back() {
@@ -317,11 +315,7 @@ impl<C: Cursor> Reel<C> {
                 continue;
             }
             let last = end.map_or(before, |(at, _)| before.min(*at));
-            let mut steps = if end.is_some() {
-                usize::MAX
-            } else {
-                self.reach()
-            };
+            let mut steps = self.reach(end.is_none(), beyond);
             let mut cursor = frame.clone();
             let mut found = None;
             while let Some(at) = cursor.next_at(&mut self.supply).filter(|at| *at <= last) {
@@ -345,12 +339,12 @@ impl<C: Cursor> Reel<C> {
         Found::Nowhere
     }
 
-    /// How many things are worth going through in search of something.
-    const fn reach(&self) -> usize {
-        if self.is_complete {
+    /// How many things are worth going through from a state on in search of something.
+    const fn reach(&self, is_newest: bool, beyond: usize) -> usize {
+        if self.is_complete || !is_newest {
             usize::MAX
         } else {
-            STEPS_MAX
+            beyond
         }
     }
 

@@ -9,7 +9,7 @@ use crate::event::{Event, Level, LinkEvent, Moment};
 use crate::model::{Config, Model};
 use crate::station::Station;
 
-/// The spacing of states that a capture begins with; a day ends with some of twenty minutes.
+/// The spacing of states that a capture begins with; a day ends with some of five minutes.
 pub const SPACING: Moment = Moment::from_secs(20);
 
 /// A state that is to be there at once has heard so much of what came before: what is told of the latest

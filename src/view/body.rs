@@ -9,7 +9,7 @@ use ratatui::text::{Line, Span};
 
 use super::{Screen, put};
 use crate::model::robot::{STATE_STALE, ordered_wheels_in_s};
-use crate::model::{why, words};
+use crate::model::{Panel, why, words};
 
 /// Columns of the picture.
 const COLUMNS: u16 = 38;
@@ -48,7 +48,7 @@ impl Screen<'_> {
         let state = self.model.robot.state;
         let note = self.staleness(state.map(|state| state.age(self.now)), STATE_STALE);
         let note = note.map(|note| Span::styled(note, self.theme.warning));
-        let below = self.panel(buffer, area, "from above", note);
+        let below = self.panel(buffer, area, &self.titled(Panel::Body, "from above"), note);
         let Some(state) = state else {
             put(
                 buffer,

@@ -42,10 +42,11 @@ impl Screen<'_> {
         let mut lines = Vec::new();
         for entry in self.model.ledger.entries() {
             let (glyph, says, style) = self.fate(entry);
-            let asked = format!("{} {}", entry.id.0, entry.request);
+            let asked = Line::raw(format!("{} {}", entry.id.0, entry.request));
+            let asked = self.cut(asked, asked_columns).to_string();
             let mut says = wrap(&says, room, width.saturating_sub(4)).into_iter();
             lines.push(Line::from(vec![
-                Span::raw(format!("{asked:<asked_columns$.asked_columns$} ")),
+                Span::raw(format!("{asked:<asked_columns$} ")),
                 Span::styled(
                     format!("{glyph} {}", says.next().unwrap_or_default()),
                     style,
@@ -79,7 +80,10 @@ impl Screen<'_> {
             (Stage::Activated { digest }, _) => self.list_fate(entry, digest),
             (Stage::Refused(outcome), _) => (
                 glyphs.bad,
-                format!("REFUSED: {}", words::outcome(outcome)),
+                format!(
+                    "REFUSED: {}",
+                    entry.reason.as_deref().unwrap_or(words::outcome(outcome))
+                ),
                 theme.warning,
             ),
             (Stage::Failed(failure), _) => (glyphs.bad, failure.to_string(), theme.warning),

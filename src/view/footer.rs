@@ -6,7 +6,8 @@ use ratatui::layout::Rect;
 use ratatui::text::{Line, Span};
 
 use super::{Screen, put, put_right};
-use crate::model::keys::{Action, Context};
+use crate::model::editor::RouteAction;
+use crate::model::keys::{Action, Context, Row};
 use crate::model::{Overlay, Purpose};
 
 impl Screen<'_> {
@@ -61,28 +62,47 @@ impl Screen<'_> {
         let always_width: usize = always.iter().map(Span::width).sum();
         let mut room = usize::from(area.width).saturating_sub(always_width);
         room = room.saturating_sub(spans.iter().map(Span::width).sum());
-        // Whoever looks at another moment moves in time first of all.
-        let mut others = Vec::new();
-        if self.model.playback.is_some() {
-            others.extend(self.named_keys(context, |action| action == Action::Stop));
-            others.extend(self.named_keys(context, Action::moves_in_time));
-            others.extend(self.named_keys(context, |action| {
-                let is_named = action == Action::Stop || action.moves_in_time();
-                !is_named && !ALWAYS_SEEN.contains(&action)
-            }));
-        } else {
-            others = self.named_keys(context, |action| !ALWAYS_SEEN.contains(&action));
-        }
-        for pair in others.chunks(2) {
+        for pair in self.others(context).chunks(2) {
             let width: usize = pair.iter().map(Span::width).sum();
-            if width > room {
-                break;
+            if width <= room {
+                room -= width;
+                spans.extend_from_slice(pair);
             }
-            room -= width;
-            spans.extend_from_slice(pair);
         }
         put(buffer, area, 0, &Line::from(spans));
         put_right(buffer, area, 0, &Line::from(always));
+    }
+
+    /// The keys that are named as far as there is room, what matters most first.
+    fn others(&self, context: Context) -> Vec<Span<'static>> {
+        let mut rows: Vec<_> = self
+            .named_rows(context)
+            .filter(|row| !ALWAYS_SEEN.contains(&row.action))
+            .filter(|row| self.is_drafting() || !DRAFT_NEEDED.contains(&row.action))
+            .collect();
+        rows.sort_by_key(|row| self.place_in_footer(row.action));
+        rows.into_iter().flat_map(|row| self.named(row)).collect()
+    }
+
+    /// Whether a route is being put together on the map.
+    fn is_drafting(&self) -> bool {
+        let chart = &self.model.chart;
+        chart.cursor.is_some() || !chart.draft.waypoints().is_empty()
+    }
+
+    /// STOP, what belongs to what is looked at, then what is for everything.
+    fn place_in_footer(&self, action: Action) -> usize {
+        let model = self.model;
+        let common = Action::COMMON.iter().position(|known| *known == action);
+        match action {
+            Action::Stop => 0,
+            // Whoever looks at another moment moves in time first of all.
+            _ if model.playback.is_some() && action.moves_in_time() => 1,
+            Action::CancelCommands if model.ledger.is_busy() => 2,
+            _ if self.is_drafting() && action.drafts() => 3,
+            _ if action.is_for(model.panel) => 4,
+            _ => 5 + common.unwrap_or(Action::COMMON.len()),
+        }
     }
 
     /// The keys of the prompt, STOP first, as many as leave room to type.
@@ -100,33 +120,45 @@ impl Screen<'_> {
         spans
     }
 
-    /// The keys of a context that the footer names: label and meaning, two spans each. What would ask
-    /// something of a robot that cannot be asked is not offered.
+    /// The keys of a context that the footer names: label and meaning, two spans each.
     pub(super) fn named_keys(
         &self,
         context: Context,
         wanted: fn(Action) -> bool,
     ) -> Vec<Span<'static>> {
+        let rows = self.named_rows(context).filter(|row| wanted(row.action));
+        rows.flat_map(|row| self.named(row)).collect()
+    }
+
+    /// What would ask something of a robot that cannot be asked is not offered.
+    fn named_rows(&self, context: Context) -> impl Iterator<Item = &Row> {
         let deaf = self.model.link.is_receive_only();
-        let named = self.model.config.keys.rows().filter(|binding| {
-            binding.context == context
-                && !binding.footer.is_empty()
-                && wanted(binding.action)
-                && !(deaf && binding.action.asks_the_robot())
-        });
-        named
-            .flat_map(|binding| {
-                [
-                    Span::styled(binding.label.to_string(), self.theme.key),
-                    Span::styled(format!(" {}  ", binding.footer), self.theme.dim),
-                ]
-            })
-            .collect()
+        self.model.config.keys.rows().filter(move |row| {
+            row.context == context
+                && !row.footer.is_empty()
+                && !(deaf && row.action.asks_the_robot())
+        })
+    }
+
+    fn named(&self, row: &Row) -> [Span<'static>; 2] {
+        [
+            Span::styled(row.label.to_string(), self.theme.key),
+            Span::styled(format!(" {}  ", row.footer), self.theme.dim),
+        ]
     }
 }
 
+/// Without a draft they do nothing.
+const DRAFT_NEEDED: &[Action] = &[Action::UndoDraft, Action::SendDraft];
+
 /// Named at the right end of the footer however narrow it is.
-const ALWAYS_SEEN: &[Action] = &[Action::Help, Action::Quit];
+const ALWAYS_SEEN: &[Action] = &[
+    Action::Help,
+    Action::Quit,
+    Action::Close,
+    Action::LeaveDrive,
+    Action::Route(RouteAction::Leave),
+];
 
 /// Columns of the prompt row that its keys leave free.
 const TYPING_COLUMNS: usize = 34;

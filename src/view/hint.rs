@@ -8,8 +8,9 @@ use ratatui::text::{Line, Span};
 use super::status::{file_name, shortened};
 use super::{Screen, put};
 use crate::model::keys::Context;
-use crate::model::news::News;
-use crate::model::{Overlay, Purpose};
+use crate::model::link::Health;
+use crate::model::news::{News, Passing};
+use crate::model::{Overlay, Panel, Purpose};
 use crate::travel::TARGET_HELP;
 
 /// How much the one line says, from everything to what must be there: it takes the first that fits.
@@ -71,6 +72,9 @@ impl Screen<'_> {
             return None;
         };
         Some(match (&entry.error, entry.purpose) {
+            (None, _) if entry.waits => {
+                Line::styled("waits for that file; Esc never mind", self.theme.plain)
+            }
             (Some(error), _) => Line::styled(error.clone(), self.theme.warning),
             (None, Purpose::Moment) => Line::styled(TARGET_HELP, self.theme.dim),
             (None, Purpose::Command) => Line::styled(COMMAND_HELP, self.theme.dim),
@@ -109,7 +113,7 @@ impl Screen<'_> {
         })
     }
 
-    fn news(&self, news: News<'_>) -> Line<'_> {
+    fn news<'n>(&'n self, news: News<'n>) -> Line<'n> {
         match news {
             News::Command(entry) => {
                 let (glyph, says, style) = self.fate(entry);
@@ -119,7 +123,29 @@ impl Screen<'_> {
                 let (glyph, style) = self.mark(entry);
                 Line::styled(format!("{glyph} {}", entry.text), style)
             }
+            News::Passing(Passing::Words(words)) => Line::styled(words.as_str(), self.theme.plain),
+            News::Passing(Passing::Panels) => self.panel_keys(),
         }
+    }
+
+    /// Which key shows which panel.
+    fn panel_keys(&self) -> Line<'_> {
+        let theme = &self.theme;
+        let chosen = self.model.panel;
+        let panels = Panel::ALL.into_iter().flat_map(|panel| {
+            let style = if panel == chosen {
+                theme.lit
+            } else {
+                theme.plain
+            };
+            [
+                Span::styled(self.panel_key(panel), theme.key),
+                Span::raw(" "),
+                Span::styled(panel.name(), style),
+                Span::raw("  "),
+            ]
+        });
+        Line::from(panels.collect::<Vec<_>>())
     }
 
     fn one_line(&self, room: usize) -> Line<'_> {
@@ -138,7 +164,8 @@ impl Screen<'_> {
         let link = &self.model.link;
         let separator = format!(" {} ", theme.glyphs.dot);
         let mut facts = Vec::new();
-        if flow {
+        // Figures of the last seconds are none of a link on which nothing comes.
+        if flow && matches!(link.health(self.now), Health::Good | Health::Weak) {
             if link.newest_raw().is_some() {
                 let unit = if short { "/s" } else { " lines/s" };
                 facts.push(format!("{:.1}{unit}", link.lines_per_s(self.now)));

@@ -5,13 +5,13 @@ use ratatui::buffer::Buffer;
 use ratatui::layout::Rect;
 use ratatui::style::Style;
 use ratatui::text::{Line, Span};
-use ratatui::widgets::{Paragraph, Widget, Wrap};
 
+use super::text::wrap;
 use super::{Screen, put, put_right, split_top};
 use crate::event::Moment;
 use crate::model::age;
 use crate::model::motors::{self, Holder};
-use crate::model::robot::STATE_STALE;
+use crate::model::robot::{COUNTERS_STALE, STATE_STALE};
 use crate::model::{why, words};
 
 /// Rows of the panel: title, three of words, eight layers and prowl.
@@ -44,9 +44,7 @@ impl Screen<'_> {
         let note = self.ladder_note(area.width >= 46);
         let below = self.panel(buffer, area, "who holds the motors", Some(note));
         let (sentence, rungs) = split_top(below, WORDS_ROWS);
-        Paragraph::new(self.sentence())
-            .wrap(Wrap { trim: true })
-            .render(sentence.intersection(buffer.area), buffer);
+        self.put_sentence(buffer, sentence);
         if self.model.robot.state.is_none() {
             return;
         }
@@ -82,10 +80,19 @@ impl Screen<'_> {
             .is_none_or(|state| state.age(self.now) >= STATE_STALE)
     }
 
-    fn sentence(&self) -> Line<'static> {
+    /// Whether what the shares are counted by has not come for a while.
+    fn are_shares_stale(&self) -> bool {
+        let counters = self.model.robot.counters;
+        self.is_stale() || counters.is_some_and(|line| line.age(self.now) >= COUNTERS_STALE)
+    }
+
+    /// Who holds the motors and why, in as many rows as there are; the last one ends with a mark if that is not all.
+    fn put_sentence(&self, buffer: &mut Buffer, area: Rect) {
         let (Some(state), Some(holder)) = (self.model.robot.state, self.model.motors.holder())
         else {
-            return Line::styled("nothing heard from the robot yet", self.theme.dim);
+            let nothing = Line::styled("nothing heard from the robot yet", self.theme.dim);
+            put(buffer, area, 0, &nothing);
+            return;
         };
         let (plain, strong) = if self.is_stale() {
             (self.theme.dim, self.theme.dim)
@@ -104,10 +111,27 @@ impl Screen<'_> {
             }
             (names, _) => format!(": {why}; suppresses {}", names.join(", ")),
         };
-        Line::from(vec![
-            Span::styled(words::holds(holder.value), strong),
-            Span::styled(rest, plain),
-        ])
+        let holds = words::holds(holder.value);
+        let width = usize::from(area.width);
+        let rows = wrap(&format!("{holds}{rest}"), width, width);
+        let last = usize::from(area.height).saturating_sub(1);
+        let mut named = holds.chars().count();
+        for (row, text) in (0..).zip(rows.iter().take(last + 1)) {
+            let (head, tail): (String, String) = {
+                let at = text
+                    .char_indices()
+                    .nth(named)
+                    .map_or(text.len(), |(at, _)| at);
+                (text[..at].to_owned(), text[at..].to_owned())
+            };
+            named = named.saturating_sub(text.chars().count() + 1);
+            let mut line = Line::from(vec![Span::styled(head, strong), Span::styled(tail, plain)]);
+            if usize::from(row) == last && rows.len() > last + 1 {
+                line.push_span(Span::styled(" ".repeat(width) + ".", plain));
+                line = self.cut(line, width);
+            }
+            put(buffer, area, row, &line);
+        }
     }
 
     fn rung(&self, layer: Layer) -> Rung {
@@ -215,10 +239,13 @@ impl Screen<'_> {
         if area.width >= BARS_WIDTH {
             spans.push(Span::styled(self.bar(share, BAR_CELLS), rung.style));
         }
-        spans.push(Span::styled(
-            format!("{:>4.0} %", share * 100.0),
-            rung.style,
-        ));
+        let old = if self.are_shares_stale() {
+            theme.glyphs.stale
+        } else {
+            ""
+        };
+        let figures = format!("{old}{:>1$.0} %", share * 100.0, 4 - old.chars().count());
+        spans.push(Span::styled(figures, rung.style));
         put_right(buffer, area, row, &Line::from(spans));
     }
 

@@ -21,8 +21,10 @@ const THIRD_COLUMNS: u16 = 50;
 /// Rows of the alarms in it: one for each, and a title.
 const ALARM_ROWS: u16 = 12;
 
-/// Rows that the log keeps beside the link's figures.
-const LOG_ROWS_MIN: u16 = 5;
+/// Rows that the log has beside the link's figures, and those that it keeps where the screen gives up some for
+/// what calls.
+const LOG_ROWS: u16 = 5;
+const LOG_ROWS_MIN: u16 = 3;
 
 impl Screen<'_> {
     pub(super) fn panels(&self, buffer: &mut Buffer, area: Rect, is_full: bool) {
@@ -63,8 +65,10 @@ impl Screen<'_> {
         let (commands, log) = split_right(lower, area.width / 2);
         self.draw_panel(buffer, commands, Panel::Commands);
         let link_rows = self.link_height(log.width);
-        if log.height >= link_rows.min(link::ROWS_MIN) + LOG_ROWS_MIN {
-            let (log, link) = split_bottom(log, link_rows.min(log.height - LOG_ROWS_MIN));
+        let link_rows_min = link_rows.min(link::ROWS_MIN);
+        if log.height >= link_rows_min + LOG_ROWS_MIN {
+            let beside_log = log.height.saturating_sub(LOG_ROWS).max(link_rows_min);
+            let (log, link) = split_bottom(log, link_rows.min(beside_log));
             self.draw_panel(buffer, log, Panel::Log);
             self.draw_panel(buffer, link, Panel::Link);
         } else if self.model.panel == Panel::Link {

@@ -72,7 +72,8 @@ use ratatui::text::{Line, Span};
 
 use crate::event::Moment;
 use crate::model::SIZE_MIN;
-use crate::model::{Colors, Model};
+use crate::model::keys::{Action, Context};
+use crate::model::{Colors, Model, Panel};
 use layout::{HEIGHT_FULL, WIDTH_FULL};
 use pointer::Mark;
 pub use pointer::spot;
@@ -166,8 +167,29 @@ impl Screen<'_> {
         }
     }
 
-    /// A rule with a title at its left and something short at its right; returns what is below.
+    /// The key that shows a panel.
+    fn panel_key(&self, panel: Panel) -> String {
+        let keys = &self.model.config.keys;
+        keys.label(Context::Dashboard, Action::Show(panel))
+    }
+
+    /// The title of a panel, with its key.
+    fn titled(&self, panel: Panel, title: &str) -> String {
+        format!("{} {title}", self.panel_key(panel))
+            .trim()
+            .to_owned()
+    }
+
+    /// A rule with a title at its left and something short at its right; returns what is below. What the title
+    /// says after a colon gives way to what is at the right.
     fn panel(&self, buffer: &mut Buffer, area: Rect, title: &str, right: Option<Span<'_>>) -> Rect {
+        let right = right.filter(|right| !right.content.is_empty());
+        let needed = right.as_ref().map_or(0, |right| right.width() + 4);
+        let room = usize::from(area.width).saturating_sub(4 + needed);
+        let title = match title.split_once(':') {
+            Some((short, _)) if title.chars().count() > room => short,
+            _ => title,
+        };
         let (top, below) = split_top(area, 1);
         let rule = self.theme.glyphs.rule.repeat(usize::from(top.width));
         put(buffer, top, 0, &Line::styled(rule, self.theme.rule));
@@ -178,7 +200,7 @@ impl Screen<'_> {
         };
         let title = Line::styled(format!(" {title} "), self.theme.title);
         put(buffer, titled, 0, &title);
-        if let Some(mut right) = right.filter(|right| !right.content.is_empty()) {
+        if let Some(mut right) = right {
             right.content = format!(" {} ", right.content).into();
             let free = titled.width.saturating_sub(title.width() as u16 + 2);
             if right.width() as u16 <= free {
@@ -209,11 +231,31 @@ impl Screen<'_> {
     }
 }
 
-/// Writes a line into a row of an area, clipped to it.
+#[cfg(test)]
+thread_local! {
+    /// Words that were cut off without a mark of it, for tests that there are none.
+    static CLIPPED: RefCell<Vec<String>> = const { RefCell::new(Vec::new()) };
+}
+
+/// Writes a line into a row of an area, clipped to it: whoever may have more to say than fits cuts it with a mark.
 fn put(buffer: &mut Buffer, area: Rect, row: u16, line: &Line<'_>) {
     let area = area.intersection(buffer.area);
     if row < area.height {
+        #[cfg(test)]
+        note_clipped(line, area.width);
         buffer.set_line(area.x, area.y + row, line, area.width);
+    }
+}
+
+#[cfg(test)]
+fn note_clipped(line: &Line<'_>, width: u16) {
+    let text: String = line
+        .spans
+        .iter()
+        .map(|span| span.content.as_ref())
+        .collect();
+    if Line::raw(text.trim_end()).width() > usize::from(width) {
+        CLIPPED.with_borrow_mut(|clipped| clipped.push(text));
     }
 }
 

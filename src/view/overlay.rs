@@ -7,8 +7,9 @@ use ratatui::text::{Line, Span};
 use ratatui::widgets::{Block, Clear, Paragraph, Widget, Wrap};
 
 use super::{Screen, put};
-use crate::model::keys::Context;
+use crate::model::keys::{Action, Context};
 use crate::model::{Overlay, Question};
+use crate::request::LISTING;
 
 const QUESTION_COLUMNS: u16 = 56;
 const QUESTION_ROWS: u16 = 7;
@@ -17,6 +18,12 @@ const QUESTION_ROWS: u16 = 7;
 const LABEL_COLUMNS: usize = 8;
 
 const HELP_COLUMNS: u16 = 80;
+
+/// Columns of a command in the help.
+const COMMAND_COLUMNS: usize = 18;
+
+/// Whose keys the help names besides, in a row each.
+const ELSEWHERE: [(&str, Context); 2] = [("driving", Context::Drive), ("typing", Context::Text)];
 
 const ASCII_BORDER: border::Set<'_> = border::Set {
     top_left: "+",
@@ -71,18 +78,29 @@ impl Screen<'_> {
             .rows()
             .filter(|binding| binding.context == of && !binding.help.is_empty())
             .collect();
-        let elsewhere = [("driving", Context::Drive), ("typing", Context::Text)];
-        let others = elsewhere.len() as u16;
+        let others = ELSEWHERE.len() as u16;
         let rows =
             (told.len().div_ceil(2) as u16).min(area.height.saturating_sub(others + 2).max(1));
-        let pages = told.len().div_ceil(2 * usize::from(rows)).max(1);
+        let pages_of_keys = told.len().div_ceil(2 * usize::from(rows)).max(1);
+        let pages = pages_of_keys + 1;
         let page = self.model.help_page.rem_euclid(pages as i32) as usize;
-        let title = match pages {
-            1 => " keys ".to_owned(),
-            _ => format!(" keys {}/{pages}, PgDn for more ", page + 1),
-        };
         let height = rows + others + 2;
+        let (what, next) = match page {
+            _ if page + 1 == pages => ("commands, typed after :", "keys"),
+            _ if page + 2 == pages => ("keys", "commands"),
+            _ => ("keys", "more"),
+        };
+        let title = format!(
+            " {what} ({}/{pages}); {}: {next}; {}: back ",
+            page + 1,
+            keymap.label(Context::Help, Action::TurnPage(1)),
+            keymap.label(Context::Help, Action::Close)
+        );
         let inner = self.window(buffer, area, (HELP_COLUMNS, height), &title);
+        if page == pages_of_keys {
+            self.commands_help(buffer, inner);
+            return;
+        }
         let width = inner.width / 2;
         let told = told.into_iter().skip(page * 2 * usize::from(rows));
         for (n, binding) in (0..2 * rows).zip(told) {
@@ -96,15 +114,25 @@ impl Screen<'_> {
                 Span::styled(format!("{:<LABEL_COLUMNS$}", binding.label), self.theme.key),
                 Span::raw(binding.help.to_string()),
             ]);
-            put(buffer, half, row, &line);
+            put(buffer, half, row, &self.cut(line, usize::from(half.width)));
         }
-        for (row, (when, context)) in (rows..).zip(elsewhere) {
+        for (row, (when, context)) in (rows..).zip(ELSEWHERE) {
             let mut spans = vec![Span::styled(
                 format!("{when:<LABEL_COLUMNS$}"),
                 self.theme.dim,
             )];
             spans.extend(self.named_keys(context, |_| true));
             put(buffer, inner, row, &Line::from(spans));
+        }
+    }
+
+    fn commands_help(&self, buffer: &mut Buffer, area: Rect) {
+        for (row, (words, does)) in (0..).zip(LISTING) {
+            let line = Line::from(vec![
+                Span::styled(format!("{words:<COMMAND_COLUMNS$}"), self.theme.key),
+                Span::raw(does),
+            ]);
+            put(buffer, area, row, &self.cut(line, usize::from(area.width)));
         }
     }
 

@@ -35,10 +35,7 @@ impl Screen<'_> {
             } else {
                 (" ", theme.plain)
             };
-            let line = Line::from(vec![
-                Span::styled(format!("{mark} {}", entry.title), style),
-                Span::styled(format!("  {}", entry.does), theme.dim),
-            ]);
+            let line = Line::styled(format!("{mark} {}", entry.title), style);
             let key = Line::styled(format!(" {}", entry.key), theme.key);
             let room = usize::from(inner.width).saturating_sub(key.width());
             put(buffer, inner, row, &self.cut(line, room));

@@ -1,13 +1,18 @@
 //! Figures over time. A gap in the telemetry is a gap in the plot.
+//!
+//! Left and right are told apart without colours: the left one is drawn through, the right one in dots, and each has its
+//! letter at its newest end. What was asked for is fainter dots still. Where there is only ASCII they are letters.
 
 use ratatui::buffer::Buffer;
 use ratatui::layout::Rect;
 use ratatui::text::{Line, Span};
 
 use super::raster::{Ink, Raster};
-use super::{Screen, put, split_right};
+use super::{Screen, put, put_right, split_right, split_top};
+use crate::event::Moment;
 use crate::model::Panel;
 use crate::model::plots::{Trace, WINDOWS};
+use crate::model::robot::{STATE_STALE, STATUS_STALE};
 
 /// Columns of names and figures at the left.
 const LABEL_COLUMNS: u16 = 15;
@@ -16,6 +21,16 @@ const LABEL_COLUMNS: u16 = 15;
 const ROWS_MIN: u16 = 3;
 
 const ROWS_MAX: u16 = 9;
+
+/// Columns right of the plots, for the letters of their traces.
+const LETTER_COLUMNS: u16 = 2;
+
+/// From so many columns up the time has closer labels.
+const CLOSE_LABELS_WIDTH: u16 = 44;
+
+/// Seconds from one label of the time to the next for each window: far apart, and close.
+const LABELS_EVERY_S: [[u64; 2]; WINDOWS.len()] =
+    [[30, 15], [300, 120], [3600, 1800], [43_200, 21_600]];
 
 struct Plot {
     name: &'static str,
@@ -39,8 +54,8 @@ const PLOTS: [Plot; 5] = [
         traces: &[
             ("", Trace::OrderLeft, Ink::Wall),
             ("", Trace::OrderRight, Ink::Wall),
-            ("L", Trace::WheelLeft, Ink::Trail),
-            ("R", Trace::WheelRight, Ink::Draft),
+            ("L", Trace::WheelLeft, Ink::Left),
+            ("R", Trace::WheelRight, Ink::Right),
         ],
     },
     Plot {
@@ -50,8 +65,8 @@ const PLOTS: [Plot; 5] = [
         high: 60,
         divisor: 1,
         traces: &[
-            ("L", Trace::SonarLeft, Ink::Trail),
-            ("R", Trace::SonarRight, Ink::Draft),
+            ("L", Trace::SonarLeft, Ink::Left),
+            ("R", Trace::SonarRight, Ink::Right),
         ],
     },
     Plot {
@@ -61,8 +76,8 @@ const PLOTS: [Plot; 5] = [
         high: 100,
         divisor: 1,
         traces: &[
-            ("L", Trace::DarkLeft, Ink::Trail),
-            ("R", Trace::DarkRight, Ink::Draft),
+            ("L", Trace::DarkLeft, Ink::Left),
+            ("R", Trace::DarkRight, Ink::Right),
         ],
     },
     Plot {
@@ -85,7 +100,7 @@ const PLOTS: [Plot; 5] = [
 
 impl Screen<'_> {
     pub(super) fn plots(&self, buffer: &mut Buffer, area: Rect) {
-        let room = area.height.saturating_sub(1);
+        let room = area.height.saturating_sub(2);
         let together = (room / ROWS_MIN).clamp(1, PLOTS.len() as u16);
         let pages = PLOTS.len().div_ceil(usize::from(together));
         let page = self.page_of(Panel::Plots, pages);
@@ -96,80 +111,169 @@ impl Screen<'_> {
         };
         let (window, _) = WINDOWS[self.model.plots.window];
         let note = Span::styled(format!("T: {window}{turn}"), self.theme.dim);
-        let mut below = self.panel(buffer, area, "plots", Some(note));
+        let title = self.titled(Panel::Plots, "plots");
+        let mut below = self.panel(buffer, area, &title, Some(note));
         let rows = (room / together).min(ROWS_MAX);
         let shown = PLOTS.iter().skip(page * usize::from(together));
         for plot in shown.take(usize::from(together)) {
-            let (here, rest) = super::split_top(below, rows);
+            let (here, rest) = split_top(below, rows);
             self.plot(buffer, here, plot);
             below = rest;
         }
+        // What is left is the axis and perhaps some free rows.
+        let (axis, _) = split_top(below, 1);
+        let (_, axis) = split_picture(axis);
+        self.time_labels(buffer, axis);
     }
 
     fn plot(&self, buffer: &mut Buffer, area: Rect, plot: &Plot) {
-        let theme = &self.theme;
-        let (label, picture) = split_right(area, area.width.saturating_sub(LABEL_COLUMNS));
+        let (label, picture) = split_picture(area);
         let dots = usize::from(picture.width) * 2;
+        let plots = &self.model.plots;
         let traces: Vec<_> = plot
             .traces
             .iter()
-            .map(|&(_, trace, ink)| (self.model.plots.columns(trace, self.now, dots), ink))
+            .map(|&(letter, trace, ink)| (letter, plots.columns(trace, self.now, dots), ink))
             .collect();
-        let seen = traces.iter().flat_map(|(columns, _)| columns).flatten();
-        let high = seen
-            .map(|&(_, greatest)| greatest)
-            .max()
-            .unwrap_or(plot.high)
-            .max(plot.high);
-        let lowest = traces.iter().flat_map(|(columns, _)| columns).flatten();
-        let low = lowest
-            .map(|&(least, _)| least)
-            .min()
-            .unwrap_or(plot.low)
-            .min(plot.low);
-        let mut raster = Raster::new(picture);
+        let seen = || traces.iter().flat_map(|(_, columns, _)| columns).flatten();
+        let high = seen().map(|&(_, greatest)| greatest).max();
+        let high = high.unwrap_or(plot.high).max(plot.high);
+        let low = seen().map(|&(least, _)| least).min();
+        let low = low.unwrap_or(plot.low).min(plot.low);
         let height = f64::from(picture.height) * 4.0 - 1.0;
         let y = |value: i16| {
             let share = f64::from(value) - f64::from(low);
             (height - share / (f64::from(high) - f64::from(low)).max(1.0) * height).round()
         };
-        for (columns, ink) in &traces {
-            let mut last = None;
-            for (x, column) in (0..).zip(columns) {
-                let x = f64::from(x);
-                if let Some((least, greatest)) = *column {
-                    raster.line((x, y(least)), (x, y(greatest)), 1, *ink);
-                    if let Some(last) = last {
-                        raster.line((x - 1.0, y(last)), (x, y(least)), 1, *ink);
-                    }
-                }
-                last = column.map(|(least, _)| least);
+        let mut raster = Raster::new(picture);
+        let mut letters = vec![String::new(); usize::from(picture.height)];
+        for (letter, columns, ink) in &traces {
+            draw_trace(&mut raster, columns, *ink, y);
+            let newest = columns.iter().rev().flatten().next();
+            let row = newest.map(|&(_, value)| (y(value) / 4.0) as usize);
+            if let Some(at) = row.and_then(|row| letters.get_mut(row)) {
+                at.push_str(letter);
             }
         }
-        raster.draw(buffer, picture, theme);
+        raster.draw(buffer, picture, &self.theme);
+        let beside = Rect {
+            x: picture.right(),
+            width: LETTER_COLUMNS,
+            ..picture
+        };
+        for (row, letters) in (0..).zip(letters) {
+            put(
+                buffer,
+                beside,
+                row,
+                &Line::styled(letters, self.theme.strong),
+            );
+        }
+        self.plot_label(buffer, label, plot, (low, high));
+    }
+
+    /// What it is, the newest figures and how far the plot reaches.
+    fn plot_label(&self, buffer: &mut Buffer, area: Rect, plot: &Plot, (low, high): (i16, i16)) {
+        let theme = &self.theme;
         let figure = |value: i16| match plot.divisor {
             1 => value.to_string(),
             divisor => format!("{:.1}", f64::from(value) / f64::from(divisor)),
         };
-        let values = plot
+        let named = plot
             .traces
             .iter()
-            .filter(|(side, ..)| !side.is_empty() || plot.traces.len() == 1);
-        let now: Vec<String> = values
-            .map(|(side, trace, _)| {
-                let newest = self
-                    .model
-                    .plots
-                    .newest(*trace)
-                    .map_or("none".to_owned(), figure);
-                format!("{side} {newest}").trim().to_owned()
+            .filter(|(letter, ..)| !letter.is_empty() || plot.traces.len() == 1);
+        let mut is_stale = false;
+        let newest: Vec<String> = named
+            .map(|(letter, trace, _)| {
+                let Some((at, value)) = self.model.plots.newest(*trace) else {
+                    return format!("{letter} none").trim().to_owned();
+                };
+                let stale_after = match trace {
+                    Trace::Battery => STATUS_STALE,
+                    _ => STATE_STALE,
+                };
+                is_stale |= self.now.saturating_sub(at) >= stale_after;
+                format!("{letter} {}", figure(value)).trim().to_owned()
             })
             .collect();
         let name = format!("{} {}", plot.name, plot.unit);
-        put(buffer, label, 0, &Line::styled(name, theme.plain));
-        put(buffer, label, 1, &Line::styled(now.join(" "), theme.strong));
+        put(buffer, area, 0, &Line::styled(name, theme.plain));
+        let mut words = newest.join(" ");
+        let mut style = theme.strong;
+        if is_stale {
+            words = format!("{} {words}", theme.glyphs.stale);
+            style = theme.dim;
+        }
+        put(buffer, area, 1, &Line::styled(words, style));
         let range = format!("{} to {}", figure(low), figure(high));
-        let last = label.height.saturating_sub(1).max(2);
-        put(buffer, label, last, &Line::styled(range, theme.dim));
+        let last = area.height.saturating_sub(1).max(2);
+        put(buffer, area, last, &Line::styled(range, theme.dim));
+    }
+
+    /// How long ago, under the plots.
+    fn time_labels(&self, buffer: &mut Buffer, area: Rect) {
+        let chosen = self.model.plots.window;
+        let (_, window) = WINDOWS[chosen];
+        let is_close = usize::from(area.width >= CLOSE_LABELS_WIDTH);
+        let every = Moment::from_secs(LABELS_EVERY_S[chosen][is_close]);
+        let mut ago = window;
+        while ago > Moment::ZERO {
+            let share = 1.0 - ago.as_secs_f64() / window.as_secs_f64();
+            let column = (share * f64::from(area.width)).round() as u16;
+            let here = Rect {
+                x: area.x + column,
+                width: area.width.saturating_sub(column),
+                ..area
+            };
+            let words = format!("|-{}", length_words(ago));
+            put(buffer, here, 0, &Line::styled(words, self.theme.dim));
+            ago = ago.saturating_sub(every);
+        }
+        put_right(buffer, area, 0, &Line::styled("now|", self.theme.dim));
+    }
+}
+
+/// The labels' columns and the picture's, with room for letters right of it.
+fn split_picture(area: Rect) -> (Rect, Rect) {
+    let (label, picture) = split_right(area, area.width.saturating_sub(LABEL_COLUMNS));
+    let width = picture.width.saturating_sub(LETTER_COLUMNS);
+    (label, Rect { width, ..picture })
+}
+
+/// A line through what is known. Where it is level, a trace that is not the left one of a pair is only dots.
+fn draw_trace(
+    raster: &mut Raster,
+    columns: &[Option<(i16, i16)>],
+    ink: Ink,
+    y: impl Fn(i16) -> f64,
+) {
+    let every = match ink {
+        Ink::Right => 2,
+        Ink::Wall => 4,
+        _ => 1,
+    };
+    let mut last = None;
+    for (n, column) in columns.iter().enumerate() {
+        let x = n as f64;
+        if let Some((least, greatest)) = *column {
+            let is_level = least == greatest && last.is_none_or(|last| last == least);
+            if !is_level || n % every == 0 {
+                raster.line((x, y(least)), (x, y(greatest)), 1, ink);
+                if let Some(last) = last.filter(|_| !is_level || every == 1) {
+                    raster.line((x - 1.0, y(last)), (x, y(least)), 1, ink);
+                }
+            }
+        }
+        last = column.map(|(least, _)| least);
+    }
+}
+
+/// A length of time in its own unit.
+fn length_words(length: Moment) -> String {
+    match length.as_secs() {
+        s if s % 3600 == 0 => format!("{} h", s / 3600),
+        s if s % 60 == 0 => format!("{} min", s / 60),
+        s => format!("{s} s"),
     }
 }

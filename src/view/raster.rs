@@ -17,6 +17,9 @@ pub(super) enum Ink {
     Draft,
     Route,
     Trail,
+    /// Of a pair, the left one.
+    Left,
+    Right,
     Robot,
 }
 
@@ -27,9 +30,9 @@ impl Ink {
             Self::Wall => theme.wall,
             Self::Sonar => theme.sonar,
             Self::OldTrail => theme.old_trail,
-            Self::Draft => theme.draft,
+            Self::Draft | Self::Right => theme.draft,
             Self::Route => theme.route,
-            Self::Trail => theme.trail,
+            Self::Trail | Self::Left => theme.trail,
             Self::Robot => theme.robot,
         }
     }
@@ -43,6 +46,8 @@ impl Ink {
             Self::Draft => '~',
             Self::Route => '-',
             Self::Trail => '.',
+            Self::Left => 'L',
+            Self::Right => 'R',
             Self::Robot => 'o',
         }
     }

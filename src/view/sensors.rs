@@ -49,7 +49,11 @@ impl Screen<'_> {
         }
         let stale = self.model.robot.stale(self.now);
         let note = (!stale.is_empty()).then(|| {
-            let words = format!("{} old: {}", self.theme.glyphs.stale, stale.join(", "));
+            let which = match stale[..] {
+                [_, _, _] => "all".to_owned(),
+                _ => stale.join(", "),
+            };
+            let words = format!("{} old: {which}", self.theme.glyphs.stale);
             Span::styled(words, self.theme.warning)
         });
         self.pages(

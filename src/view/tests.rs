@@ -10,6 +10,7 @@ use ratatui::Terminal;
 use ratatui::backend::TestBackend;
 use ratatui::buffer::Buffer;
 
+mod every;
 mod link;
 mod narrow;
 mod palette;
@@ -107,7 +108,6 @@ fn flight(config: Config) -> Scene {
 fn demo() -> Config {
     Config {
         raw_copy: Some("cat /dev/pts/5".to_owned()),
-        silent: false,
         ..Config::default()
     }
 }
@@ -180,8 +180,8 @@ fn a_flight_at_80_by_24() {
     );
     assert!(row(&sensors, "● sim").contains("◉ recording "));
     for (panel, words) in [
-        ("commands", "nothing is sent"),
-        ("log", "right bumper hit at"),
+        ("F5 commands", "nothing is sent"),
+        ("F6 log", "right bumper hit at"),
     ] {
         while !screen(&scene, 80, 24).contains(&format!("── {panel}")) {
             scene.press(&[KeyCode::Tab]);
@@ -205,7 +205,7 @@ fn commands_at_120_by_40_and_at_80_by_24() {
     scene.press(&[KeyCode::F(5)]);
     let narrow = screen(&scene, 80, 24);
     insta::assert_snapshot!("commands_narrow", narrow);
-    row(&narrow, "── commands");
+    row(&narrow, "── F5 commands");
     scene.press(&[KeyCode::PageUp]);
     row(&screen(&scene, 80, 24), &active);
 }
@@ -458,8 +458,8 @@ fn a_waypoint_far_out_is_seen() {
 }
 
 /// A robot somewhere and a draft of a square, in the editor.
-fn drafting() -> Scene {
-    let mut scene = flight(Config::default());
+fn drafting(config: Config) -> Scene {
+    let mut scene = flight(config);
     scene.type_text("e");
     for (x_in, y_in) in [(0, 0), (48, 0), (48, 48), (0, 48)] {
         let at = crate::model::draft::Edit::AppendAt(f64::from(x_in), f64::from(y_in));
@@ -471,7 +471,7 @@ fn drafting() -> Scene {
 #[test]
 fn the_draft_is_a_list_beside_the_map() {
     for (name, width, height) in [("route_narrow", 80, 24), ("route_wide", 120, 40)] {
-        let mut scene = drafting();
+        let mut scene = drafting(Config::default());
         scene.type_text("b>");
         let shown = screen(&scene, width, height);
         for fact in [

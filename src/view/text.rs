@@ -58,13 +58,19 @@ impl Screen<'_> {
             First::Bottom => ((pages - self.page_of(panel, pages)) % pages, "PgUp"),
         };
         let note = if pages > 1 {
-            let words = note.map_or(String::new(), |note| format!("{}  ", note.content));
-            let words = format!("{words}{key} {}/{pages}", page + 1);
+            let turn = format!("{key} {}/{pages}", page + 1);
+            let words =
+                note.map_or_else(|| turn.clone(), |note| format!("{}  {turn}", note.content));
+            // How to come to the rest is what must be told.
+            let short = title.split(':').next().unwrap_or_default();
+            let taken = self.titled(panel, short).chars().count() + 8;
+            let fits = taken + words.chars().count() <= usize::from(area.width);
+            let words = if fits { words } else { turn };
             Some(Span::styled(words, self.theme.dim))
         } else {
             note
         };
-        let below = self.panel(buffer, area, title, note);
+        let below = self.panel(buffer, area, &self.titled(panel, title), note);
         let skipped = match first {
             First::Top => page * height,
             First::Bottom => lines.len().saturating_sub((page + 1) * height),

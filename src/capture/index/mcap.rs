@@ -33,8 +33,8 @@ const MARKS_MAX: usize = 4096;
 /// The largest chunk that is believed.
 const CHUNK_BYTES_MAX: u64 = 64 * 1024 * 1024;
 
-/// The first bytes from the radio are looked for in so many chunks.
-const CHUNKS_BEFORE_BYTES: usize = 64;
+/// The first message is looked for in so many chunks.
+const CHUNKS_BEFORE_MESSAGES: usize = 64;
 
 /// Records are walked through with reads of this size.
 const WALK_BYTES: usize = 4096;
@@ -63,6 +63,8 @@ struct Block {
     offset: u64,
     /// Where the record after it begins; `None` where nothing can follow.
     next: Option<u64>,
+    /// Log time of its first message, of whatever topic.
+    first_ns: Option<u64>,
     items: Vec<(u64, Item)>,
     bytes: Vec<u8>,
 }
@@ -117,7 +119,7 @@ impl McapTape {
                 .map_err(read_error)?;
         }
         tape.place.offset = ::mcap::MAGIC.len() as u64;
-        tape.start_ns = tape.first_bytes_ns();
+        tape.start_ns = tape.first_message_ns();
         tape.end_ns = tape.end_ns.max(tape.start_ns);
         if !tape.topics.values().any(|topic| *topic == Topic::Received) {
             return Err(CaptureError::NoRawBytes(name.to_owned()));
@@ -209,28 +211,19 @@ impl McapTape {
         }
     }
 
-    fn first_bytes_ns(&mut self) -> u64 {
+    /// The time of the first message that can be read.
+    fn first_message_ns(&mut self) -> u64 {
         let mut next = Some(::mcap::MAGIC.len() as u64);
-        let mut first = None;
-        for _ in 0..CHUNKS_BEFORE_BYTES {
-            let Some(offset) = next else { break };
-            let Some(block) = self.load(offset) else {
+        for _ in 0..CHUNKS_BEFORE_MESSAGES {
+            let Some(block) = next.and_then(|offset| self.load(offset)) else {
                 break;
             };
-            first = first.or(block.items.first().map(|(at, _)| *at));
-            let received = block
-                .items
-                .iter()
-                .find(|(_, item)| matches!(item, Item::Message(Topic::Received, _)));
-            let found = received.map(|(at, _)| *at);
-            next = block.next;
-            self.block = Some(block);
-            if let Some(at) = found {
-                return at;
+            if let Some(at_ns) = block.first_ns {
+                return at_ns;
             }
+            next = block.next;
         }
-        let first = first.or_else(|| self.marks.first().map(|(at, _)| *at));
-        first.unwrap_or_default()
+        self.marks.first().map_or(0, |(at_ns, _)| *at_ns)
     }
 
     /// The messages of the first chunk at an offset or after it; `None` at the end of the data.
@@ -240,9 +233,8 @@ impl McapTape {
             let damage = |text: &str| {
                 Some(Block {
                     offset,
-                    next: None,
                     items: vec![(0, Item::Damage(text.to_owned()))],
-                    bytes: Vec::new(),
+                    ..Block::default()
                 })
             };
             match read_at(&*self.source, offset, &mut head) {
@@ -295,6 +287,7 @@ impl McapTape {
                 0
             };
             block.bytes.clear();
+            block.first_ns = None;
             block.items = vec![(at, Item::Damage(text))];
         }
         block
@@ -524,6 +517,7 @@ fn unpack(
                     else {
                         continue;
                     };
+                    block.first_ns.get_or_insert(header.log_time);
                     if let Some(topic) = topics.get(&header.channel_id) {
                         let from = block.bytes.len();
                         block.bytes.extend_from_slice(&data);

@@ -7,6 +7,7 @@ use std::path::{Path, PathBuf};
 
 use super::{refuse_foreign, write_error};
 use crate::capture::CaptureError;
+use crate::capture::name::another;
 use crate::capture::rotation::part_name;
 
 /// Nobody has so many recordings of one name.
@@ -127,9 +128,7 @@ pub fn set_aside(path: &Path) -> Result<Option<PathBuf>, CaptureError> {
         return Err(CaptureError::InUse(path.to_owned()));
     }
     refuse_foreign(&paths)?;
-    let Some((_, aside)) = free_part(path, 2) else {
-        return Ok(None);
-    };
+    let aside = free_aside(path);
     rename_both(&paths, &aside)?;
     Ok(Some(aside.target))
 }
@@ -145,6 +144,20 @@ pub(super) fn rename_both(from: &Paths, to: &Paths) -> Result<(), CaptureError> 
         }
     }
     Ok(())
+}
+
+/// The files of an interrupted recording that makes room for another of its name: `run.interrupted.mcap`.
+#[must_use]
+pub(super) fn free_aside(path: &Path) -> Paths {
+    let aside = match path.extension() {
+        Some(extension) => path
+            .with_extension("interrupted")
+            .with_added_extension(extension),
+        None => path.with_added_extension("interrupted"),
+    };
+    let mut names = (1..=PARTS_MAX).map(|number| Paths::of(&another(&aside, number)));
+    let free = names.find(|paths| !paths.exist());
+    free.unwrap_or_else(|| Paths::of(&aside))
 }
 
 /// The first part from this one on of which there is no file: its number, and its files.

@@ -37,7 +37,7 @@ use super::topics::{Deriver, StationEvent, Topic};
 use super::writer::records::{HEAD_BYTES, Reader};
 use super::writer::{Attachment, McapWriter};
 use evidence::{keep, keep_journal};
-use files::{Locks, rename_both};
+use files::{Locks, free_aside, rename_both};
 use fill::{Balance, ChunkStart, Filler};
 use scan::{Raw, Scan, Topics};
 use survey::{Survey, for_each_entry};
@@ -469,12 +469,7 @@ fn tidy_up(paths: &Paths) -> Result<(), CaptureError> {
 }
 
 fn set_aside_unlocked(paths: &Paths) -> Result<Paths, CaptureError> {
-    let Some((_, aside)) = free_part(&paths.target, 2) else {
-        return Err(CaptureError::Exists {
-            path: paths.target.clone(),
-            can_append: false,
-        });
-    };
+    let aside = free_aside(&paths.target);
     rename_both(paths, &aside)?;
     Ok(aside)
 }

@@ -36,7 +36,10 @@ impl Operator {
     /// Opens the link, or the way through a station: its raw bytes are heard like those of a radio.
     pub(super) fn connect(options: &Calibrate, config: &Config) -> Result<Self, Fault> {
         let receive_only = |name: &str| {
-            let message = format!("cannot send to {name}: the link is receive-only");
+            let message = format!(
+                "cannot send to {name}: the link is receive-only; name the radio's own link, or the station that has it: \
+                 --via ADDR"
+            );
             Fault::new(Exit::ReceiveOnly, message)
         };
         let way = options

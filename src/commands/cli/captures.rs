@@ -4,6 +4,7 @@ use std::path::PathBuf;
 
 use clap::{Args, ValueEnum};
 
+use super::parse_factor;
 use crate::capture::when::When;
 
 /// Which captures.
@@ -45,7 +46,7 @@ pub struct Replay {
     /// A raw capture, with times before its lines or without, or an MCAP file
     pub file: PathBuf,
     /// Multiple of the speed it was recorded at
-    #[arg(long, value_name = "X", default_value_t = 1.0)]
+    #[arg(long, value_name = "X", default_value_t = 1.0, value_parser = parse_factor)]
     pub speed: f64,
 }
 

@@ -48,9 +48,12 @@ pub enum ConfigVerb {
 #[derive(Debug, Args)]
 #[command(after_help = "\
 Examples:
-  groundwave completions bash > ~/.local/share/bash-completion/completions/groundwave
-  groundwave completions zsh > ~/.zfunc/_groundwave
-  groundwave completions fish > ~/.config/fish/completions/groundwave.fish")]
+  echo 'source <(groundwave completions bash)' >> ~/.bashrc
+  echo 'source <(groundwave completions zsh)' >> ~/.zshrc
+  groundwave completions fish > ~/.config/fish/completions/groundwave.fish
+
+The shell asks the program itself, so that worlds, modes, layers, presets, ports and the names of your configuration are
+offered as they are.")]
 pub struct Completions {
     /// For which shell
     pub shell: Shell,

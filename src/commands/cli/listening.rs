@@ -4,9 +4,11 @@ use std::path::PathBuf;
 use std::time::Duration;
 
 use clap::{ArgGroup, Args};
+use clap_complete::engine::ArgValueCompleter;
 
+use super::super::completing;
 use super::super::config::Config;
-use super::parse_duration;
+use super::{parse_baud, parse_duration};
 use crate::capture::Rotation;
 use crate::io::foxglove::DEFAULT_ADDRESS;
 use crate::io::link::{BAUD, LinkSpec};
@@ -17,7 +19,7 @@ use crate::share::Address;
 #[derive(Clone, Debug, Default, Args)]
 pub struct RadioArgs {
     /// Baud rate of the serial device [default: 2400]
-    #[arg(long)]
+    #[arg(long, value_parser = parse_baud)]
     pub baud: Option<u32>,
     /// What kind of radio it is [default: auto]
     #[arg(long, value_enum, value_name = "KIND")]
@@ -109,6 +111,7 @@ Examples:
   ssh robot cat /dev/ttyS0 | groundwave watch -")]
 pub struct Watch {
     /// A serial device, tcp:HOST:PORT, unix:PATH, - (standard input) or sim
+    #[arg(add = ArgValueCompleter::new(completing::links))]
     pub link: LinkSpec,
     /// What is known of the radio.
     #[command(flatten)]
@@ -116,9 +119,9 @@ pub struct Watch {
     /// No dashboard: events as JSON lines on standard output
     #[arg(long)]
     pub headless: bool,
-    /// Never ring the bell: neither for a song nor for a low battery
+    /// Ring the bell for alarms and songs; key b switches it while it runs
     #[arg(long)]
-    pub no_bell: bool,
+    pub bell: bool,
     /// Where received bytes are kept.
     #[command(flatten)]
     pub keeping: Keeping,
@@ -135,6 +138,7 @@ Examples:
   groundwave record /dev/ttyUSB0 -o evening.txt --duration 90m")]
 pub struct Record {
     /// A serial device, tcp:HOST:PORT, unix:PATH, - (standard input) or sim
+    #[arg(add = ArgValueCompleter::new(completing::links))]
     pub link: LinkSpec,
     /// Where to; .mcap is recorded as MCAP, anything else as the raw bytes. Without it, as MCAP under a name made
     /// from the date
@@ -147,7 +151,7 @@ pub struct Record {
     #[arg(long, value_name = "T", value_parser = parse_duration)]
     pub duration: Option<Duration>,
     /// Baud rate of the serial device [default: 2400]
-    #[arg(long)]
+    #[arg(long, value_parser = parse_baud)]
     pub baud: Option<u32>,
     /// Add to an existing raw file
     #[arg(long, conflicts_with = "force")]

@@ -4,25 +4,27 @@ use std::path::PathBuf;
 use std::time::Duration;
 
 use clap::Args;
+use clap_complete::engine::ArgValueCompleter;
 
 use super::listening::{Keeping, Sharing};
-use super::parse_duration;
+use super::{parse_duration, parse_factor, parse_seed};
+use crate::commands::completing;
 use crate::radio::RadioKind;
 
 /// What to simulate.
 #[derive(Clone, Debug, Args)]
 pub struct Simulated {
     /// A world that comes with the program, or a TOML file
-    #[arg(long, value_name = "NAME|FILE", default_value = "house")]
+    #[arg(long, value_name = "NAME|FILE", default_value = "house", add = ArgValueCompleter::new(completing::worlds))]
     pub world: String,
     /// Seed of everything random
-    #[arg(long, default_value_t = 1)]
+    #[arg(long, default_value_t = 1, value_parser = parse_seed, allow_negative_numbers = true)]
     pub seed: u64,
     /// How the radio behaves, any of these with commas between: ber=1e-3 (bit errors), burst=50 (in clumps of so many
     /// bits), drop=0.01 and dup=0.01 (bytes lost, doubled), delay=0.5s, half-duplex, squelch (noise while the other
     /// side is silent; squelch=out: in outages too), modem=hc-12 or modem=xbee (buffered half-duplex modules),
     /// out=10s..12s (nothing passes)
-    #[arg(long, value_name = "SPEC", default_value = "")]
+    #[arg(long, value_name = "SPEC", default_value = "", add = ArgValueCompleter::new(completing::channel))]
     pub channel: String,
     /// What kind of radio the robot has; half, hc-12 and xbee make it take turns with the ground
     #[arg(long, value_enum, value_name = "KIND", default_value = "full")]
@@ -31,7 +33,7 @@ pub struct Simulated {
     #[arg(long, value_name = "PERCENT", default_value_t = 100, value_parser = clap::value_parser!(u8).range(..=100))]
     pub battery: u8,
     /// Multiple of real time
-    #[arg(long, value_name = "X", default_value_t = 1.0)]
+    #[arg(long, value_name = "X", default_value_t = 1.0, value_parser = parse_factor)]
     pub time_factor: f64,
 }
 
@@ -45,9 +47,9 @@ pub struct Demo {
     /// What to simulate.
     #[command(flatten)]
     pub simulated: Simulated,
-    /// Never ring the bell: neither for a song nor for a low battery
+    /// Ring the bell for alarms and songs; key b switches it while it runs
     #[arg(long)]
-    pub no_bell: bool,
+    pub bell: bool,
     /// Where received bytes are kept.
     #[command(flatten)]
     pub keeping: Keeping,
@@ -101,7 +103,7 @@ Examples:
   groundwave world house --svg house.svg    draw it to scale")]
 pub struct World {
     /// A world that comes with the program, generated:SEED or a TOML file
-    #[arg(value_name = "NAME|FILE")]
+    #[arg(value_name = "NAME|FILE", add = ArgValueCompleter::new(completing::worlds))]
     pub world: Option<String>,
     /// No picture: warnings alone, and exit code 1 when there is one
     #[arg(long, requires = "world", conflicts_with_all = ["svg", "text"])]

@@ -2,6 +2,8 @@
 //! it stands.
 
 use super::super::cli::Way;
+use std::path::Path;
+
 use super::{Config, Dashboard, Exit, Fault, Link, Robot};
 use crate::io::link::LinkSpec;
 use crate::io::ports;
@@ -29,20 +31,38 @@ impl Config {
                     ports::find_usb(adapter).map_err(|error| Fault::new(Exit::NoLink, error))?;
                 return Ok((LinkSpec::Serial(port.into()), config));
             }
-            self.no_profile(name).map_err(usage)?;
+            self.is_port(name)?;
         }
         Ok((link, config))
     }
 
-    /// A name that is almost that of a profile, and of nothing else.
-    fn no_profile(&self, name: &str) -> Result<(), String> {
-        let names = self.robots.keys().chain(self.links.keys());
-        match suggest::nearest(name, names.map(String::as_str)) {
-            Some(near) if !std::path::Path::new(name).exists() => Err(format!(
-                "no link and no robot is called `{name}` in the configuration; did you mean `{near}`?"
-            )),
-            _ => Ok(()),
+    /// A word without a path that is nothing here is a name that nobody gave.
+    fn is_port(&self, name: &str) -> Result<(), Fault> {
+        let may_be = Path::new(name).exists() || !cfg!(unix) && ports::is_there(name);
+        if may_be {
+            return Ok(());
         }
+        let names: Vec<&str> = self
+            .robots
+            .keys()
+            .chain(self.links.keys())
+            .map(String::as_str)
+            .collect();
+        if let Some(near) = suggest::nearest(name, names.iter().copied()) {
+            let message = format!(
+                "no link and no robot is called `{name}` in the configuration; did you mean `{near}`?"
+            );
+            return Err(Fault::new(Exit::Usage, message));
+        }
+        let there_are = match names[..] {
+            [] => "the configuration names none yet".to_owned(),
+            _ => format!("the configuration has {}", names.join(", ")),
+        };
+        let message = format!(
+            "cannot open {name}: there is no such device here, and no link or robot of that name ({there_are}). `groundwave \
+             ports` lists the devices, `groundwave config` shows how a name is given: [robot.{name}], link = \"/dev/ttyUSB0\""
+        );
+        Err(Fault::new(Exit::NoLink, message))
     }
 }
 
@@ -122,7 +142,7 @@ mod tests {
 
     #[test]
     fn what_is_no_profile_stays_what_it_is() {
-        for name in ["/dev/ttyUSB0", "COM3", "sim", "tcp:x:1", "./shed"] {
+        for name in ["/dev/ttyUSB0", "sim", "tcp:x:1", "./shed"] {
             assert_eq!(at(name).0, name.parse::<LinkSpec>().expect("a link"));
         }
         let config = read(TEXT).expect("it is right");
@@ -133,5 +153,10 @@ mod tests {
             error.to_string().contains("did you mean `shed`?"),
             "{error}"
         );
+        let error = config
+            .at(&LinkSpec::Serial("trillian".into()))
+            .expect_err("none is called so");
+        let told = "the configuration has arthur, marvin, shed";
+        assert!(error.to_string().contains(told), "{error}");
     }
 }

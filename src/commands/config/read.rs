@@ -1,7 +1,9 @@
-//! From the text of a configuration to what it says; what is wrong is named by line and column.
+//! From the text of a configuration to what it says.
+
+mod entries;
+mod mistakes;
 
 use std::collections::BTreeMap;
-use std::fmt;
 use std::ops::Range;
 
 use serde::{Deserialize, Deserializer};
@@ -13,319 +15,293 @@ use crate::model::Limits;
 use crate::model::keys::{Keymap, Rebinding};
 use crate::share::Address;
 use crate::suggest;
-
-const SECTIONS: &[&str] = &["link", "robot", "dashboard", "recording", "limits", "keys"];
-
-const LINK: &[&str] = &["baud", "radio", "latency_ms", "share"];
-
-const LINK_PROFILE: &[&str] = &["port", "baud", "radio", "latency_ms", "share"];
-
-const DASHBOARD: &[&str] = &["theme", "ascii", "bell", "mouse"];
-
-const RECORDING: &[&str] = &["keep_minutes", "rotate"];
-
-const LIMITS: &[&str] = &[
-    "battery_low_dv",
-    "battery_critical_dv",
-    "battery_hysteresis_dv",
-    "battery_for_s",
-    "silent_s",
-    "loss_pct",
-    "loss_for_s",
-    "stalled_s",
-    "fallen_s",
-    "thrash_s",
-];
-
-const ROBOT: &[&str] = &["link", "theme", "ascii", "bell", "mouse"];
-
-/// What is wrong with a configuration, and where.
-#[derive(Clone, Debug, PartialEq, Eq)]
-pub struct Mistake {
-    /// From 1.
-    pub line: usize,
-    /// From 1, in characters.
-    pub column: usize,
-    /// What is wrong, and what would be right.
-    pub message: String,
-}
-
-impl fmt::Display for Mistake {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        write!(f, "{}:{}: {}", self.line, self.column, self.message)
-    }
-}
-
-impl std::error::Error for Mistake {}
-
-/// A mistake at bytes of the text.
-struct Misplaced {
-    at: Option<Range<usize>>,
-    message: String,
-}
-
-impl Misplaced {
-    fn new(at: Range<usize>, message: impl Into<String>) -> Self {
-        Self {
-            at: Some(at),
-            message: message.into(),
-        }
-    }
-
-    fn of(error: &toml::de::Error) -> Self {
-        Self {
-            at: error.span(),
-            message: error.message().to_owned(),
-        }
-    }
-
-    fn place(self, text: &str) -> Mistake {
-        let at = self.at.map_or(0, |at| at.start).min(text.len());
-        let before = text.get(..at).unwrap_or_default();
-        let line_start = before.rfind('\n').map_or(0, |end| end + 1);
-        Mistake {
-            line: before.matches('\n').count() + 1,
-            column: before[line_start..].chars().count() + 1,
-            message: self.message,
-        }
-    }
-}
+use entries::{DASHBOARD, Entry, LIMITS, LINK, LINK_PROFILE, RECORDING, ROBOT, SECTIONS};
+use mistakes::Found;
+pub use mistakes::Mistake;
 
 /// Reads a configuration.
 ///
 /// # Errors
-/// Says where what is wrong.
-pub fn parse(text: &str) -> Result<Config, Mistake> {
-    read(text).map_err(|misplaced| misplaced.place(text))
+/// Everything that is wrong with it, in the order of the text.
+pub fn parse(text: &str) -> Result<Config, Vec<Mistake>> {
+    let mut found = Found::in_text(text);
+    let (document, errors) = DeTable::parse_recoverable(text);
+    if errors.is_empty() {
+        let config = read(document.into_inner(), &mut found);
+        return found.or(config);
+    }
+    // What follows from a slip in the notation is no mistake of its own: nothing else is looked at.
+    for error in &errors {
+        found.say_syntax(error);
+    }
+    found.or(Config::default())
 }
 
-fn read(text: &str) -> Result<Config, Misplaced> {
-    let document = DeTable::parse(text).map_err(|error| Misplaced::of(&error))?;
+fn read(document: DeTable<'_>, found: &mut Found<'_>) -> Config {
     let mut config = Config::default();
     // What a robot does not limit itself. The table is in alphabetical order: this comes before the robots.
     let mut limits = DeTable::new();
-    for (key, value) in document.into_inner() {
-        match known(&key, SECTIONS, "at the top of the file")? {
+    for (key, value) in document {
+        let Some(section) = found.known(&key, SECTIONS, "at the top of the file") else {
+            continue;
+        };
+        let at = value.span();
+        let Some(table) = table(&key, value, found) else {
+            continue;
+        };
+        match section {
             "link" => {
-                let (own, profiles) = apart(&key, value)?;
-                let at = own.span();
-                config.link = section(own, LINK, "[link]")?;
-                carries(&config.link, at, "[link]")?;
-                config.links = each(profiles, link)?;
+                let (own, profiles) = apart(table);
+                config.link = section_of(own, LINK, "[link]", found);
+                carries(&config.link, &at, "[link]", found);
+                let profiles = profiles.into_iter().filter_map(|(name, at, profile)| {
+                    link(&name, &at, profile, found).map(|link| (name, link))
+                });
+                config.links = profiles.collect();
             }
             "robot" => {
-                let (own, profiles) = apart(&key, value)?;
-                if let Some((stray, _)) = own.get_ref().as_table().and_then(|own| own.iter().next())
-                {
-                    let message = "a robot has a name: [robot.NAME]";
-                    return Err(Misplaced::new(stray.span(), message));
+                let (own, profiles) = apart(table);
+                for (stray, _) in own {
+                    found.say(&stray.span(), "a robot has a name: [robot.NAME]");
                 }
-                config.robots = each(profiles, |name, profile| {
-                    robot(name, profile, &limits, &config.links)
-                })?;
+                let profiles = profiles.into_iter().filter_map(|(name, at, profile)| {
+                    let robot = robot(&name, &at, profile, &limits, &config.links, found);
+                    robot.map(|robot| (name, robot))
+                });
+                config.robots = profiles.collect();
             }
             "limits" => {
-                limits = table(&key, value.clone())?;
-                let at = value.span();
-                config.limits = section(value, LIMITS, "[limits]")?;
-                in_order(&config.limits, at, "[limits]")?;
+                limits = good::<Limits>(table, LIMITS, "[limits]", found);
+                config.limits = whole(limits.clone());
+                in_order(&config.limits, &at, "[limits]", found);
             }
-            "recording" => config.recording = section(value, RECORDING, "[recording]")?,
-            "dashboard" => config.dashboard = section(value, DASHBOARD, "[dashboard]")?,
-            _ => config.keys = keys(&key, value)?,
+            "recording" => config.recording = section_of(table, RECORDING, "[recording]", found),
+            "dashboard" => config.dashboard = section_of(table, DASHBOARD, "[dashboard]", found),
+            _ => config.keys = keys(table, found),
         }
     }
-    Ok(config)
+    config
 }
 
-fn each<'t, T>(
-    profiles: Named<'t>,
-    read: impl Fn(&str, Spanned<DeValue<'t>>) -> Result<T, Misplaced>,
-) -> Result<BTreeMap<String, T>, Misplaced> {
-    let read = |(name, profile): (String, _)| {
-        let profile = read(&name, profile)?;
-        Ok((name, profile))
-    };
-    profiles.into_iter().map(read).collect()
-}
-
-fn link(name: &str, profile: Spanned<DeValue<'_>>) -> Result<Link, Misplaced> {
-    let (what, at) = (format!("[link.{name}]"), profile.span());
-    let link: Link = section(profile, LINK_PROFILE, &what)?;
-    carries(&link, at.clone(), &what)?;
-    if link.port.is_none() {
-        return Err(Misplaced::new(at, format!("{what} needs a port")));
+fn link(
+    name: &str,
+    at: &Range<usize>,
+    profile: DeTable<'_>,
+    found: &mut Found<'_>,
+) -> Option<Link> {
+    let what = format!("[link.{name}]");
+    let (has_port, before) = (profile.contains_key("port"), found.count());
+    let link: Link = section_of(profile, LINK_PROFILE, &what, found);
+    carries(&link, at, &what, found);
+    // A slip in the section may be the port that was meant.
+    if !has_port && found.count() == before {
+        found.say(
+            at,
+            format!("{what} needs a port, such as port = \"/dev/ttyUSB0\""),
+        );
     }
-    Ok(link)
+    has_port.then_some(link)
 }
 
 fn robot<'t>(
     name: &str,
-    profile: Spanned<DeValue<'t>>,
+    at: &Range<usize>,
+    profile: DeTable<'t>,
     limits: &DeTable<'t>,
     links: &BTreeMap<String, Link>,
-) -> Result<Robot, Misplaced> {
-    let (what, at) = (format!("[robot.{name}]"), profile.span());
-    let (own, sections) = apart(&Spanned::new(at.clone(), name), profile)?;
-    let mut robot: Robot = section(own, ROBOT, &what)?;
+    found: &mut Found<'_>,
+) -> Option<Robot> {
+    let what = format!("[robot.{name}]");
+    let (own, sections) = apart(profile);
+    let (has_link, before) = (own.contains_key("link"), found.count());
+    let mut robot: Robot = section_of(own, ROBOT, &what, found);
     let mut all = limits.clone();
-    for (key, value) in sections {
-        let key = Spanned::new(value.span(), key);
-        known(&key, &["limits"], &format!("in {what}"))?;
-        all.extend(table(&key, value)?);
+    for (section, at, own) in sections {
+        let section = Spanned::new(at, section);
+        if found
+            .known(&section, &["limits"], &format!("in {what}"))
+            .is_some()
+        {
+            let place = format!("[robot.{name}.limits]");
+            all.extend(good::<Limits>(own, LIMITS, &place, found));
+        }
     }
-    let all = Spanned::new(at.clone(), DeValue::Table(all));
-    robot.limits = section(all, LIMITS, &format!("[robot.{name}.limits]"))?;
+    robot.limits = whole(all);
+    in_order(&robot.limits, at, &format!("[robot.{name}.limits]"), found);
     let Some(link) = &robot.link else {
-        return Err(Misplaced::new(at, format!("{what} needs a link")));
+        if !has_link && found.count() == before {
+            found.say(
+                at,
+                format!("{what} needs a link, such as link = \"/dev/ttyUSB0\""),
+            );
+        }
+        return None;
     };
     let names = links.keys().map(String::as_str);
     let may_be_a_name = link != "sim" && !link.contains(['/', ':']);
     let near = suggest::nearest(link, names).filter(|near| near != link);
     if let Some(near) = near.filter(|_| may_be_a_name) {
         let message = format!("{what}: there is no [link.{link}]; did you mean `{near}`?");
-        return Err(Misplaced::new(at, message));
+        found.say(at, message);
     }
-    in_order(&robot.limits, at, &format!("[robot.{name}.limits]"))?;
-    Ok(robot)
+    Some(robot)
 }
 
-fn carries(link: &Link, at: Range<usize>, what: &str) -> Result<(), Misplaced> {
+fn carries(link: &Link, at: &Range<usize>, what: &str, found: &mut Found<'_>) {
     if link.baud == Some(0) {
         let message = format!("{what}: nothing passes at 0 baud; the SR04's radio has 2400");
-        return Err(Misplaced::new(at, message));
+        found.say(at, message);
     }
-    Ok(())
 }
 
-fn in_order(limits: &Limits, at: Range<usize>, what: &str) -> Result<(), Misplaced> {
+fn in_order(limits: &Limits, at: &Range<usize>, what: &str, found: &mut Found<'_>) {
     if limits.battery_low_dv < limits.battery_critical_dv {
         let message = format!(
             "{what}: battery_low_dv = {} lies below battery_critical_dv = {}: it would never be told",
             limits.battery_low_dv, limits.battery_critical_dv
         );
-        return Err(Misplaced::new(at, message));
+        found.say(at, message);
     }
-    Ok(())
+    if limits.loss_pct > 100 {
+        let message = format!(
+            "{what}: loss_pct = {} would never be told: at most 100",
+            limits.loss_pct
+        );
+        found.say(at, message);
+    }
 }
 
-/// A key that is one of these.
-fn known<'k>(
-    key: &'k Spanned<impl AsRef<str>>,
-    all: &[&'static str],
-    place: &str,
-) -> Result<&'k str, Misplaced> {
-    let word = key.get_ref().as_ref();
-    if all.contains(&word) {
-        return Ok(word);
-    }
-    let near = suggest::question_or(
-        word,
-        all.iter().copied(),
-        format_args!("there are {}", all.join(", ")),
-    );
-    Err(Misplaced::new(
-        key.span(),
-        format!("unknown key `{word}` {place}{near}"),
-    ))
-}
-
-/// Tables by their names.
-type Named<'t> = Vec<(String, Spanned<DeValue<'t>>)>;
+/// Tables by their names, and where they are.
+type Named<'t> = Vec<(String, Range<usize>, DeTable<'t>)>;
 
 /// A section's own keys, and the tables that are named in it.
-fn apart<'t>(
-    key: &Spanned<impl AsRef<str>>,
-    value: Spanned<DeValue<'t>>,
-) -> Result<(Spanned<DeValue<'t>>, Named<'t>), Misplaced> {
-    let span = value.span();
+fn apart(table: DeTable<'_>) -> (DeTable<'_>, Named<'_>) {
     let mut own = DeTable::new();
     let mut named = Vec::new();
-    for (key, value) in table(key, value)? {
-        if value.get_ref().is_table() {
-            named.push((key.into_inner().into_owned(), value));
-        } else {
-            own.insert(key, value);
+    for (key, value) in table {
+        let at = value.span();
+        match value.into_inner() {
+            DeValue::Table(table) => named.push((key.into_inner().into_owned(), at, table)),
+            value => {
+                own.insert(key, Spanned::new(at, value));
+            }
         }
     }
-    Ok((Spanned::new(span, DeValue::Table(own)), named))
+    (own, named)
 }
 
 fn table<'t>(
     key: &Spanned<impl AsRef<str>>,
     value: Spanned<DeValue<'t>>,
-) -> Result<DeTable<'t>, Misplaced> {
-    let span = value.span();
+    found: &mut Found<'_>,
+) -> Option<DeTable<'t>> {
+    let at = value.span();
     if let DeValue::Table(table) = value.into_inner() {
-        Ok(table)
-    } else {
-        let name = key.get_ref().as_ref();
-        Err(Misplaced::new(
-            span,
-            format!("`{name}` is a section: [{name}]"),
-        ))
+        return Some(table);
     }
+    let name = key.get_ref().as_ref();
+    found.say(&at, format!("`{name}` is a section: [{name}]"));
+    None
 }
 
-fn section<'t, T: Deserialize<'t>>(
-    value: Spanned<DeValue<'t>>,
-    keys: &[&'static str],
+/// What a section says; what is wrong in it is as if it were not there.
+fn section_of<'t, T: Deserialize<'t> + Default>(
+    table: DeTable<'t>,
+    entries: &[Entry],
     place: &str,
-) -> Result<T, Misplaced> {
-    for (key, _) in value.get_ref().as_table().into_iter().flatten() {
-        known(key, keys, &format!("in {place}"))?;
+    found: &mut Found<'_>,
+) -> T {
+    whole(good::<T>(table, entries, place, found))
+}
+
+/// The entries that can be read, each tried by itself.
+fn good<'t, T: Deserialize<'t>>(
+    table: DeTable<'t>,
+    entries: &[Entry],
+    place: &str,
+    found: &mut Found<'_>,
+) -> DeTable<'t> {
+    let names: Vec<&str> = entries.iter().map(|(name, _)| *name).collect();
+    let mut good = DeTable::new();
+    for (key, value) in table {
+        let Some(name) = found.known(&key, &names, &format!("in {place}")) else {
+            continue;
+        };
+        let Some(entry) = entries.iter().find(|(known, _)| *known == name) else {
+            continue;
+        };
+        let (at, alone) = (
+            value.span(),
+            DeTable::from_iter([(key.clone(), value.clone())]),
+        );
+        match T::deserialize(deserializer(alone)) {
+            Ok(_) => {
+                good.insert(key, value);
+            }
+            Err(error) => found.say_value(entry, &at, &error),
+        }
     }
-    T::deserialize(ValueDeserializer::from(value)).map_err(|error| Misplaced::of(&error))
+    good
+}
+
+/// Entries that can be read one by one can be read together.
+fn whole<'t, T: Deserialize<'t> + Default>(good: DeTable<'t>) -> T {
+    T::deserialize(deserializer(good)).unwrap_or_default()
+}
+
+fn deserializer(table: DeTable<'_>) -> ValueDeserializer<'_> {
+    ValueDeserializer::from(Spanned::new(0..0, DeValue::Table(table)))
 }
 
 /// `[keys]` is about the dashboard, `[keys.drive]` and the like about other places.
-fn keys(key: &Spanned<impl AsRef<str>>, value: Spanned<DeValue<'_>>) -> Result<Keymap, Misplaced> {
-    let (own, elsewhere) = apart(key, value)?;
+fn keys(table: DeTable<'_>, found: &mut Found<'_>) -> Keymap {
+    let (own, elsewhere) = apart(table);
     let mut rebindings = Vec::new();
     let mut spans = Vec::new();
     let places = [("dashboard".to_owned(), own)];
-    for (context, value) in places.into_iter().chain(elsewhere) {
-        let named = Spanned::new(value.span(), &context);
-        for (name, keys) in table(&named, value)? {
+    let elsewhere = elsewhere.into_iter().map(|(place, _, keys)| (place, keys));
+    for (context, table) in places.into_iter().chain(elsewhere) {
+        for (name, keys) in table {
+            let Some(keys) = chosen(keys, found) else {
+                continue;
+            };
             spans.push(name.span());
             rebindings.push(Rebinding {
                 context: context.clone(),
                 name: name.into_inner().into_owned(),
-                keys: chosen(keys)?,
+                keys,
             });
         }
     }
-    Keymap::with(&rebindings).map_err(|mistake| {
-        let at = spans.get(mistake.index).cloned().unwrap_or_default();
-        Misplaced::new(at, mistake.message)
+    Keymap::with(&rebindings).unwrap_or_else(|mistakes| {
+        for mistake in mistakes {
+            let at = spans.get(mistake.index).cloned().unwrap_or_default();
+            found.say(&at, mistake.message);
+        }
+        Keymap::default()
     })
 }
 
-fn chosen(keys: Spanned<DeValue<'_>>) -> Result<Vec<String>, Misplaced> {
-    let span = keys.span();
+fn chosen(keys: Spanned<DeValue<'_>>, found: &mut Found<'_>) -> Option<Vec<String>> {
+    let at = keys.span();
     // A choice of two shapes does not say where it fails.
-    OneOrMore::deserialize(ValueDeserializer::from(keys))
-        .map(Vec::from)
-        .map_err(|error| Misplaced::new(span, error.message()))
+    match OneOrMore::deserialize(ValueDeserializer::from(keys)) {
+        Ok(OneOrMore::One(key)) => Some(vec![key]),
+        Ok(OneOrMore::More(keys)) => Some(keys),
+        Err(_) => {
+            let message =
+                "give a key such as \"F9\", several such as [\"F9\", \"Ctrl-B\"], or none: []";
+            found.say(&at, message);
+            None
+        }
+    }
 }
 
 #[derive(Deserialize)]
-#[serde(
-    untagged,
-    expecting = "a key such as \"F9\", or several such as [\"F9\", \"Ctrl-B\"]"
-)]
+#[serde(untagged)]
 enum OneOrMore {
     One(String),
     More(Vec<String>),
-}
-
-impl From<OneOrMore> for Vec<String> {
-    fn from(keys: OneOrMore) -> Self {
-        match keys {
-            OneOrMore::One(key) => vec![key],
-            OneOrMore::More(keys) => keys,
-        }
-    }
 }
 
 /// An address to share on.

@@ -4,12 +4,12 @@
 //! not read: messages are handed over without waiting, and the sockets are served between the
 //! station's own turns.
 
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, HashMap};
 use std::fmt;
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 
 use foxglove::websocket::service::{Handler, Request, Responder, Service, ServiceSchema};
-use foxglove::websocket::{ChannelView, Client, ServerListener};
+use foxglove::websocket::{ChannelView, Client, ClientId, ServerListener};
 use foxglove::{
     ChannelBuilder, Context, FoxgloveError as SdkError, PartialMetadata, RawChannel, Schema,
     WebSocketServer, WebSocketServerHandle,
@@ -18,13 +18,20 @@ use tokio::sync::mpsc;
 
 use super::{Call, FoxgloveError, SERVICE};
 use crate::capture::topics::{Topic, TopicMessage};
-use crate::share::Address;
+use crate::share::{Address, busy, is_stop, stop_queued};
 
 /// Messages that wait for a client that does not read: half a minute of all topics.
 const BACKLOG: usize = 1024;
 
 /// Calls that wait for the station.
 const CALLS: usize = 32;
+
+/// Of each client so many calls may wait for their answer, and STOPs besides: the `foxglove` crate refuses the
+/// thirty-third, which must never be a STOP.
+const CALLS_OF_CLIENT: usize = 24;
+
+/// With so many waiting a STOP is answered at once, so that there is room for the next.
+const STOPS_OF_CLIENT: usize = 30;
 
 const REQUEST_SCHEMA: &str = include_str!("request.schema.json");
 const RESPONSE_SCHEMA: &str = include_str!("response.schema.json");
@@ -35,6 +42,8 @@ pub struct Foxglove {
     channels: BTreeMap<Topic, Arc<RawChannel>>,
     newest: Newest,
     calls: mpsc::Receiver<Call>,
+    /// STOPs do not wait behind other calls.
+    stops: mpsc::UnboundedReceiver<Call>,
     /// Channels and clients find each other here.
     _context: Arc<Context>,
     server: Option<WebSocketServerHandle>,
@@ -69,6 +78,12 @@ impl Foxglove {
         }
         let newest = Newest::default();
         let (to_station, calls) = mpsc::channel(CALLS);
+        let (stop_station, stops) = mpsc::unbounded_channel();
+        let counter = Counter {
+            calls: to_station,
+            stops: stop_station,
+            waiting: Waiting::default(),
+        };
         let host = socket.to_string();
         let host = host.rsplit_once(':').map_or(&*host, |(host, _)| host);
         let server = WebSocketServer::new()
@@ -80,7 +95,7 @@ impl Foxglove {
                 newest: newest.clone(),
                 channels: channels.clone(),
             }))
-            .services([Service::builder(SERVICE, service_schema()).handler(Counter(to_station))])
+            .services([Service::builder(SERVICE, service_schema()).handler(counter)])
             .start()
             .await
             .map_err(|error| match error {
@@ -92,6 +107,7 @@ impl Foxglove {
             channels,
             newest,
             calls,
+            stops,
             _context: context,
             server: Some(server),
         })
@@ -119,7 +135,12 @@ impl Foxglove {
 
     /// What clients ask for. Nothing is lost when the wait is abandoned.
     pub async fn next(&mut self) -> Call {
-        match self.calls.recv().await {
+        let call = tokio::select! {
+            biased;
+            stop = self.stops.recv() => stop,
+            call = self.calls.recv() => call,
+        };
+        match call {
             Some(call) => call,
             // The server has ended, with the runtime.
             None => std::future::pending().await,
@@ -185,30 +206,88 @@ fn at(log_time_ns: u64) -> PartialMetadata {
 }
 
 /// Where clients come to ask.
-struct Counter(mpsc::Sender<Call>);
+struct Counter {
+    calls: mpsc::Sender<Call>,
+    stops: mpsc::UnboundedSender<Call>,
+    waiting: Waiting,
+}
 
 impl Handler for Counter {
     fn call(&self, request: Request, responder: Responder) {
-        let call = Call {
+        let payload = request.payload().to_vec();
+        let is_stop = is_stop(&payload);
+        let (place, before) = self.waiting.take(request.client_id());
+        let mut call = Call {
             by: format!("Foxglove client {}", request.client_id()),
-            payload: request.payload().to_vec(),
-            answer: Answer(responder),
+            payload,
+            answer: Answer(Some((responder, place))),
         };
-        if let Err(error) = self.0.try_send(call) {
-            let busy = "the station is busy; try again in a moment".to_owned();
-            error.into_inner().answer.0.respond_err(busy);
+        if is_stop {
+            if before >= STOPS_OF_CLIENT {
+                let answered = Answer(call.answer.0.take());
+                answered.give(&stop_queued());
+            }
+            // Only a station that has ended takes no more.
+            let _ = self.stops.send(call);
+        } else if before >= CALLS_OF_CLIENT {
+            call.answer.give(&busy());
+        } else if let Err(error) = self.calls.try_send(call) {
+            error.into_inner().answer.give(&busy());
         }
     }
 }
 
-/// Where the answer to a call goes.
+/// Calls of each client that have not been answered.
+#[derive(Clone, Debug, Default)]
+struct Waiting(Arc<Mutex<HashMap<ClientId, usize>>>);
+
+impl Waiting {
+    /// A place for one more, and how many there were.
+    fn take(&self, client: ClientId) -> (Place, usize) {
+        let mut waiting = self.0.lock().unwrap_or_else(PoisonError::into_inner);
+        let count = waiting.entry(client).or_default();
+        *count += 1;
+        let place = Place {
+            waiting: self.clone(),
+            client,
+        };
+        (place, *count - 1)
+    }
+}
+
+/// One call that has not been answered.
 #[derive(Debug)]
-pub struct Answer(Responder);
+struct Place {
+    waiting: Waiting,
+    client: ClientId,
+}
+
+impl Drop for Place {
+    fn drop(&mut self) {
+        let mut waiting = self
+            .waiting
+            .0
+            .lock()
+            .unwrap_or_else(PoisonError::into_inner);
+        if let Some(count) = waiting.get_mut(&self.client) {
+            *count -= 1;
+            if *count == 0 {
+                waiting.remove(&self.client);
+            }
+        }
+    }
+}
+
+/// Where the answer to a call goes; nowhere, if it has been answered.
+#[derive(Debug)]
+pub struct Answer(Option<(Responder, Place)>);
 
 impl Answer {
     /// Answers with JSON. A client that is gone hears nothing.
     pub fn give(self, answer: &[u8]) {
-        self.0.respond_ok(answer);
+        if let Some((responder, _)) = self.0 {
+            responder.respond_ok(answer);
+        }
     }
 }
 

@@ -22,7 +22,9 @@ pub enum OpenError {
     #[error("cannot open {0}: permission denied. {remedy}", remedy = permission_remedy())]
     Permission(String),
     /// It is there and does not behave like a serial device.
-    #[error("cannot open {0}: it is not a serial device")]
+    #[error(
+        "cannot open {0}: it is not a serial device. `groundwave ports` lists those there are; a capture is shown with `groundwave replay {0}`"
+    )]
     NotSerial(String),
     /// The other end of a TCP link does not answer.
     #[error("cannot connect to {0}: {1}. Is the serial server running and the address right?")]
@@ -63,6 +65,7 @@ impl OpenError {
             {
                 Self::NotSerial(name)
             }
+            _ if Path::new(&name).is_dir() => Self::NotSerial(name),
             _ => Self::Other(name, error.description.clone()),
         }
     }
@@ -73,11 +76,7 @@ fn exists(name: &str) -> bool {
     if cfg!(unix) {
         return Path::new(name).exists();
     }
-    ports::list().is_ok_and(|ports| {
-        ports
-            .iter()
-            .any(|port| port.name.eq_ignore_ascii_case(name))
-    })
+    ports::is_there(name)
 }
 
 const fn permission_remedy() -> &'static str {

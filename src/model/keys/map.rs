@@ -1,12 +1,11 @@
 //! The keys of a session: those of the table, and what the configuration says instead.
 
 use std::borrow::Cow;
-use std::mem::discriminant;
 use std::sync::Arc;
 
 use crossterm::event::{KeyCode, KeyEvent, KeyModifiers};
 
-use super::{Action, Binding, Context, TABLE, notation};
+use super::{Action, Binding, Context, TABLE, notation, words};
 use crate::suggest;
 
 /// A key and what is held with it.
@@ -57,51 +56,40 @@ impl Keymap {
     /// The table with some keys chosen otherwise. What is not named keeps its keys.
     ///
     /// # Errors
-    /// Names the first that does not do: an unknown name or key, a key that has two meanings, a STOP without its keys.
-    pub fn with(rebindings: &[Rebinding]) -> Result<Self, KeyMistake> {
+    /// Names all that do not do: unknown names and keys, keys that have two meanings.
+    pub fn with(rebindings: &[Rebinding]) -> Result<Self, Vec<KeyMistake>> {
         let mut rows: Vec<Row> = TABLE.iter().map(Row::of).collect();
         let mut chosen = vec![None; rows.len()];
+        let mut mistakes = Vec::new();
         for (index, rebinding) in rebindings.iter().enumerate() {
-            let mistake = |message| KeyMistake { index, message };
-            let context = context(&rebinding.context).map_err(mistake)?;
-            let named = find(&rows, context, &rebinding.name).map_err(mistake)?;
-            let keys = rebinding.keys.iter().map(|word| notation::read(word));
-            let mut keys = keys
-                .collect::<Result<Vec<Key>, String>>()
-                .map_err(mistake)?;
-            if rows[named].action == Action::Stop {
-                keys.extend(rows[named].keys.iter().copied());
-            }
-            speak_for_themselves(&mut rows, named);
-            chosen[named] = Some(index);
-            rows[named].keys = keys;
-            rows[named].label = rows[named].key_names().into();
-        }
-        for (at, row) in rows.iter().enumerate() {
-            for (other, twin) in rows.iter().enumerate().skip(at + 1) {
-                let shared = row.keys.iter().find(|key| twin.keys.contains(key));
-                let (Some(key), true) = (shared, row.context == twin.context) else {
-                    continue;
-                };
-                // The table itself has no such pair.
-                let (index, against) = match (chosen[at], chosen[other]) {
-                    (Some(index), Some(later)) if index < later => (later, row),
-                    (Some(index), _) => (index, twin),
-                    (None, later) => (later.unwrap_or_default(), row),
-                };
-                let (key, name) = (notation::name(*key), against.name());
-                let message = format!(
-                    "`{key}` is the key for `{name}` already: give `{name}` another one, or none with `{name} = []`"
-                );
-                return Err(KeyMistake { index, message });
+            match read(&rows, rebinding) {
+                Ok((at, keys)) => {
+                    rebind(&mut rows, at, keys);
+                    chosen[at] = Some(index);
+                }
+                Err(message) => mistakes.push(KeyMistake { index, message }),
             }
         }
-        Ok(Self(rows.into()))
+        mistakes.extend(clashes(&rows, &chosen));
+        if mistakes.is_empty() {
+            Ok(Self(rows.into()))
+        } else {
+            Err(mistakes)
+        }
     }
 
     /// All rows, in the order of the help.
     pub(crate) fn rows(&self) -> impl Iterator<Item = &Row> {
         self.0.iter()
+    }
+
+    /// How the first key for something is written; empty where it has none.
+    pub(crate) fn label(&self, context: Context, action: Action) -> String {
+        let row = self
+            .rows()
+            .find(|row| row.context == context && row.action == action);
+        let first = row.and_then(|row| row.keys.first());
+        first.map_or_else(String::new, |key| notation::name(*key))
     }
 
     /// What a key does in a context.
@@ -114,21 +102,54 @@ impl Keymap {
 
     /// Everything for a manual: where, the keys, the name in the configuration and what it does.
     pub fn manual(&self) -> impl Iterator<Item = [Cow<'_, str>; 4]> {
-        let mut head: Option<&Row> = None;
-        self.rows().map(move |row| {
-            if row.is_told() {
-                head = Some(row);
-            }
-            let alike = |head: &&Row| discriminant(&head.action) == discriminant(&row.action);
-            let does = match head.filter(alike) {
-                Some(Row { help, footer, .. }) if help.is_empty() => (*footer).into(),
-                Some(Row { help, .. }) => help.as_ref().into(),
-                None => row.name().replace('-', " ").into(),
-            };
+        self.rows().map(|row| {
             let (context, name) = (row.context.name().into(), row.name().into());
-            [context, row.key_names().into(), name, does]
+            [context, row.key_names().into(), name, row.does()]
         })
     }
+}
+
+/// Which row is meant, and the keys for it.
+fn read(rows: &[Row], rebinding: &Rebinding) -> Result<(usize, Vec<Key>), String> {
+    let at = find(rows, context(&rebinding.context)?, &rebinding.name)?;
+    let keys = rebinding.keys.iter().map(|word| notation::read(word));
+    let mut keys = keys.collect::<Result<Vec<Key>, String>>()?;
+    if rows[at].action == Action::Stop {
+        keys.extend(rows[at].keys.iter().copied());
+    }
+    Ok((at, keys))
+}
+
+fn rebind(rows: &mut [Row], at: usize, keys: Vec<Key>) {
+    speak_for_themselves(rows, at);
+    rows[at].keys = keys;
+    rows[at].label = rows[at].key_names().into();
+}
+
+/// Keys that mean two things in one place; the choice is blamed that came last.
+fn clashes(rows: &[Row], chosen: &[Option<usize>]) -> Vec<KeyMistake> {
+    let mut clashes = Vec::new();
+    for (at, row) in rows.iter().enumerate() {
+        for (other, twin) in rows.iter().enumerate().skip(at + 1) {
+            let shared = row.keys.iter().find(|key| twin.keys.contains(key));
+            let (Some(key), true) = (shared, row.context == twin.context) else {
+                continue;
+            };
+            // The table itself has no such pair.
+            let (index, taker, owner) = match (chosen[at], chosen[other]) {
+                (Some(index), Some(later)) if index < later => (later, twin, row),
+                (Some(index), _) => (index, row, twin),
+                (None, later) => (later.unwrap_or_default(), twin, row),
+            };
+            let (key, taker, owner) = (notation::name(*key), taker.name(), owner.name());
+            let message = format!(
+                "`{key}` cannot be the key for `{taker}`: it is the key for `{owner}`. Choose another one, or take it from \
+                 `{owner}` first: {owner} = []"
+            );
+            clashes.push(KeyMistake { index, message });
+        }
+    }
+    clashes
 }
 
 /// A row whose keys are chosen otherwise is told by itself, and so are those that it spoke for, or that spoke for it.
@@ -142,7 +163,7 @@ fn speak_for_themselves(rows: &mut [Row], at: usize) {
     for row in &mut rows[first..first + count] {
         row.label = row.key_names().into();
         if row.help.is_empty() && matches!(row.context, Context::Dashboard | Context::Route) {
-            row.help = row.name().replace('-', " ").into();
+            row.help = row.does().into_owned().into();
         }
     }
 }
@@ -163,15 +184,47 @@ fn context(name: &str) -> Result<Context, String> {
 
 fn find(rows: &[Row], context: Context, name: &str) -> Result<usize, String> {
     let is_it = |row: &Row| row.context == context && row.name() == name;
-    rows.iter().position(is_it).ok_or_else(|| {
-        let names: Vec<String> = rows
+    rows.iter()
+        .position(is_it)
+        .ok_or_else(|| format!("no key does `{name}`{}", instead(rows, context, name)))
+}
+
+/// What may have been meant by a name that is none: the same or a near one here, then elsewhere, then names with a word
+/// in common.
+fn instead(rows: &[Row], context: Context, name: &str) -> String {
+    let names: Vec<(Context, String)> = rows.iter().map(|row| (row.context, row.name())).collect();
+    let of = |here: bool| {
+        let names = names.iter().filter(move |(at, _)| (*at == context) == here);
+        names.map(|(_, name)| name.as_str())
+    };
+    if let Some(near) = suggest::nearest(name, of(true)) {
+        return format!("; did you mean `{near}`?");
+    }
+    if let Some(near) = suggest::nearest(name, of(false)) {
+        let place = names
             .iter()
-            .filter(|row| row.context == context)
-            .map(Row::name)
-            .collect();
-        let near = suggest::question(name, names.iter().map(String::as_str));
-        format!("no key does `{name}`{near}; `groundwave config` lists what keys do")
-    })
+            .find(|(at, name)| *at != context && name == near);
+        let place = place.map_or("", |(place, _)| place.name());
+        let section = match place {
+            "dashboard" => "[keys]".to_owned(),
+            place => format!("[keys.{place}]"),
+        };
+        return format!(" here; did you mean `{near}` in {section}?");
+    }
+    let is_alike = |known: &&str| {
+        known
+            .split('-')
+            .any(|word| name.split('-').any(|part| part == word))
+    };
+    let alike: Vec<&str> = of(true).filter(is_alike).collect();
+    if alike.is_empty() {
+        "; `groundwave config` lists what keys do".to_owned()
+    } else {
+        format!(
+            "; there are {}; `groundwave config` lists all",
+            alike.join(", ")
+        )
+    }
 }
 
 impl Row {
@@ -196,6 +249,16 @@ impl Row {
         notation::names(&self.keys)
     }
 
+    /// What it does, in words of its own even where another row of the table speaks for it.
+    pub(crate) fn does(&self) -> Cow<'_, str> {
+        match words::alone(self.action) {
+            Some(words) => words.into(),
+            None if !self.help.is_empty() => self.help.as_ref().into(),
+            None if !self.footer.is_empty() => self.footer.into(),
+            None => self.name().replace('-', " ").into(),
+        }
+    }
+
     /// Whether it says what it does, for itself and for those that follow it without a word.
     fn is_told(&self) -> bool {
         !self.help.is_empty() || !self.footer.is_empty()
@@ -215,7 +278,7 @@ impl Row {
 mod tests {
     use super::*;
 
-    fn with(pairs: &[(&str, &str, &[&str])]) -> Result<Keymap, KeyMistake> {
+    fn with(pairs: &[(&str, &str, &[&str])]) -> Result<Keymap, Vec<KeyMistake>> {
         let rebindings: Vec<Rebinding> = pairs
             .iter()
             .map(|(context, name, keys)| Rebinding {
@@ -258,6 +321,18 @@ mod tests {
     }
 
     #[test]
+    fn no_two_rows_of_a_place_are_told_in_the_same_words() {
+        let keymap = Keymap::default();
+        let manual: Vec<_> = keymap.manual().collect();
+        for (at, [context, _, name, does]) in manual.iter().enumerate() {
+            assert!(!does.is_empty(), "{name}");
+            let mut others = manual[at + 1..].iter().filter(|other| other[0] == *context);
+            let twin = others.find(|other| other[3] == *does);
+            assert_eq!(twin, None, "{name}");
+        }
+    }
+
+    #[test]
     fn a_key_is_chosen_otherwise_and_told_so() {
         let keymap = with(&[("dashboard", "scan", &["F9", "Ctrl-V"])]).expect("it is free");
         assert_eq!(press(&keymap, KeyCode::F(9)), Some(Action::Scan));
@@ -275,9 +350,9 @@ mod tests {
             let row = keymap.rows().find(|row| row.name() == name);
             row.map(|row| (row.label.to_string(), row.help.to_string()))
         };
-        let sonar = ("F10".to_owned(), "toggle layer sonar".to_owned());
+        let sonar = ("F10".to_owned(), "allow or forbid layer sonar".to_owned());
         assert_eq!(told("toggle-layer-sonar"), Some(sonar));
-        let photo = ("5".to_owned(), "toggle layer photo".to_owned());
+        let photo = ("5".to_owned(), "allow or forbid layer photo".to_owned());
         assert_eq!(told("toggle-layer-photo"), Some(photo));
     }
 
@@ -290,29 +365,68 @@ mod tests {
 
     #[test]
     fn what_does_not_do_is_named() {
-        let error = |pairs: &[(&str, &str, &[&str])]| with(pairs).expect_err("it is wrong");
+        let errors = |pairs: &[(&str, &str, &[&str])]| with(pairs).expect_err("it is wrong");
+        let error = |pairs: &[(&str, &str, &[&str])]| match &errors(pairs)[..] {
+            [only] => only.clone(),
+            all => panic!("{all:?}"),
+        };
         let taken = error(&[
             ("dashboard", "quit", &["F9"]),
             ("dashboard", "scan", &["p"]),
         ]);
         assert_eq!(taken.index, 1);
         assert!(
-            taken.message.contains("`p` is the key for `mode-prowl`"),
+            taken
+                .message
+                .contains("`p` cannot be the key for `scan`: it is the key for `mode-prowl`"),
             "{}",
             taken.message
+        );
+        let stop = error(&[("dashboard", "stop", &["y"])]);
+        assert!(
+            stop.message
+                .starts_with("`y` cannot be the key for `stop`: it is the key for `why`"),
+            "{}",
+            stop.message
         );
         let both = error(&[
             ("dashboard", "scan", &["F9"]),
             ("dashboard", "quit", &["F9"]),
         ]);
         assert_eq!(both.index, 1);
-        assert!(both.message.contains("`scan`"), "{}", both.message);
+        assert!(
+            both.message
+                .starts_with("`F9` cannot be the key for `quit`: it is the key for `scan`"),
+            "{}",
+            both.message
+        );
         let unknown = error(&[("dashboard", "scna", &["F9"])]);
         assert!(
             unknown.message.contains("did you mean `scan`?"),
             "{}",
             unknown.message
         );
+        let elsewhere = error(&[("dashboard", "leave-drive", &["F9"])]);
+        assert!(
+            elsewhere
+                .message
+                .contains("did you mean `leave-drive` in [keys.drive]?"),
+            "{}",
+            elsewhere.message
+        );
+        let alike = error(&[("dashboard", "layer-light", &["F9"])]);
+        assert!(
+            alike.message.contains("toggle-layer-photo"),
+            "{}",
+            alike.message
+        );
+        let several = errors(&[
+            ("dashboard", "scna", &["F9"]),
+            ("dashboard", "scan", &["p"]),
+            ("dashboard", "why", &["Alt-x"]),
+        ]);
+        let indices: Vec<usize> = several.iter().map(|mistake| mistake.index).collect();
+        assert_eq!(indices, [0, 2, 1], "{several:?}");
         let context = error(&[("dashbord", "scan", &["F9"])]);
         assert!(
             context.message.contains("did you mean `dashboard`?"),

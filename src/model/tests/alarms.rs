@@ -111,6 +111,7 @@ fn each_rule_strikes_by_its_own_evidence() {
 #[test]
 fn silence_and_thrashing_are_alarms_too() {
     let mut scene = scene();
+    scene.type_text("b");
     scene.wait_ms(4900);
     scene.event(Event::Tick);
     assert_eq!(raised(&scene), []);

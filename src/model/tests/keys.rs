@@ -1,7 +1,7 @@
 //! What keys, typed words and dialogs want done.
 
 use super::*;
-use crate::event::Remark;
+use crate::event::{Remark, SaveProblem};
 
 #[test]
 fn stop_never_asks_and_works_under_everything() {
@@ -179,6 +179,67 @@ fn a_route_file_is_read_by_somebody_else() {
     }
 }
 
+/// What is wrong with a name can be mended where it was typed.
+#[test]
+fn a_prompt_for_a_file_stays_until_the_file_is_right() {
+    for keys in ["ltuor.txt", ":route tuor.txt"] {
+        let mut scene = scene();
+        scene.type_text(keys);
+        scene.press(&[KeyCode::Enter]);
+        scene.event(Event::RouteLoaded {
+            path: "tuor.txt".to_owned(),
+            route: Err("cannot read tuor.txt: no such file".to_owned()),
+        });
+        let Overlay::Text(entry) = &scene.model.overlay else {
+            panic!("{keys}: {:?}", scene.model.overlay);
+        };
+        assert!(entry.text.ends_with("tuor.txt"));
+        assert_eq!(
+            entry.error.as_deref(),
+            Some("cannot read tuor.txt: no such file")
+        );
+        scene.press(&[KeyCode::Backspace; 8]);
+        scene.type_text("tour.txt");
+        scene.press(&[KeyCode::Enter]);
+        scene.event(Event::RouteLoaded {
+            path: "tour.txt".to_owned(),
+            route: Ok(route(&[(48, 0)])),
+        });
+        assert_eq!(scene.model.overlay, Overlay::None, "{keys}");
+    }
+    let mut scene = scene();
+    scene.type_text("w");
+    scene.type_text("wes/nowhere/a.txt");
+    scene.press(&[KeyCode::Enter]);
+    let (path, saved) = (
+        "/nowhere/a.txt".to_owned(),
+        Err(SaveProblem::Failed("no such folder".to_owned())),
+    );
+    scene.event(Event::RouteSaved { path, saved });
+    let Overlay::Text(entry) = &scene.model.overlay else {
+        panic!("{:?}", scene.model.overlay);
+    };
+    assert_eq!(entry.error.as_deref(), Some("no such folder"));
+    // Whoever has gone on to something else is not called back.
+    scene.press(&[KeyCode::Esc]);
+    scene.event(Event::RouteSaved {
+        path: "a.txt".to_owned(),
+        saved: Ok(()),
+    });
+    assert_eq!(scene.model.overlay, Overlay::None);
+}
+
+#[test]
+fn a_point_is_gone_to_at_once_when_that_is_typed() {
+    let mut scene = scene();
+    scene.type_text(":goto 48 -36 --go");
+    let list = Request::Route(route(&[(48, -36)]));
+    assert_eq!(
+        scene.press(&[KeyCode::Enter]),
+        [Effect::Send(list), Effect::Send(Request::Mode(Mode::Prowl))]
+    );
+}
+
 #[test]
 fn typed_words_are_those_of_the_command_line() {
     let mut scene = scene();
@@ -299,7 +360,7 @@ fn a_draft_is_saved_and_nothing_is_overwritten_unasked() {
     assert_eq!(scene.press(&[KeyCode::Enter]), [save(false)]);
     scene.event(Event::RouteSaved {
         path: "tour.txt".to_owned(),
-        saved: Err(crate::event::SaveProblem::Exists),
+        saved: Err(SaveProblem::Exists),
     });
     assert_eq!(scene.type_text("y"), [save(true)]);
     scene.event(Event::RouteSaved {

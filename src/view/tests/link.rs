@@ -40,8 +40,8 @@ fn statistics() -> Statistics {
     }
 }
 
-fn measured() -> Scene {
-    let mut scene = flight(Config::default());
+pub(super) fn measured(config: Config) -> Scene {
+    let mut scene = flight(config);
     scene.failsafe = Some(Failsafe {
         silence_s: 30,
         mode: Mode::GoHome,
@@ -55,11 +55,11 @@ fn measured() -> Scene {
 
 #[test]
 fn the_figures_stand_beside_the_log() {
-    let scene = measured();
+    let scene = measured(Config::default());
     let wide = screen(&scene, 120, 40);
     insta::assert_snapshot!("link_wide", wide);
-    row(&wide, "── link");
-    row(&wide, "── log");
+    row(&wide, "── F7 link");
+    row(&wide, "── F6 log");
     row(
         &wide,
         "down   99 % air, loss 6.0 %; 41 CRC, 17 shape, 0 field",
@@ -76,24 +76,24 @@ fn the_figures_stand_beside_the_log() {
 
 #[test]
 fn the_figures_are_a_few_keys_away_on_the_smallest_screen() {
-    let mut scene = measured();
+    let mut scene = measured(Config::default());
     scene.press(&[KeyCode::F(7)]);
     let narrow = screen(&scene, 80, 24);
     insta::assert_snapshot!("link_narrow", narrow);
-    row(&narrow, "── link");
+    row(&narrow, "── F7 link");
     row(&narrow, "down   99 % air, loss 6.0 %");
     row(&narrow, "errors 41 CRC, 17 shape, 0 field");
     row(&narrow, "proof  0.4 s last, 0.6 mean, 1.3 worst");
     row(&narrow, "alone  home after 30 s of silence, ar");
     // Where the band below is too low for both, the figures take the log's place.
-    assert!(screen(&scene, 110, 34).contains("── link"));
+    assert!(screen(&scene, 110, 34).contains("── F7 link"));
     scene.press(&[KeyCode::Tab]);
-    assert!(!screen(&scene, 110, 34).contains("── link"));
+    assert!(!screen(&scene, 110, 34).contains("── F7 link"));
 }
 
 #[test]
 fn a_failsafe_that_acts_is_seen_on_every_screen() {
-    let mut scene = measured();
+    let mut scene = measured(Config::default());
     scene.state.link = Link::Failsafe;
     scene.hear();
     for (width, height) in [(80, 24), (100, 30), (120, 40), (200, 60)] {
@@ -106,7 +106,7 @@ fn a_failsafe_that_acts_is_seen_on_every_screen() {
 
 #[test]
 fn what_means_nothing_is_not_said() {
-    let mut scene = measured();
+    let mut scene = measured(Config::default());
     scene.event(Event::Statistics(Box::new(Statistics {
         not_taken_bytes: 12,
         ..statistics()

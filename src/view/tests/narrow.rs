@@ -32,7 +32,6 @@ fn the_one_line_is_never_cut() {
     ] {
         let mut scene = flight(Config {
             raw_copy: Some("cat /dev/pts/123".to_owned()),
-            silent: false,
             ..Config::default()
         });
         scene.event(Event::Recording(Recording {
@@ -139,12 +138,116 @@ fn a_prompt_says_how_to_stop_and_how_to_leave() {
     }
 }
 
+/// The footer is of what is looked at, whichever panel that is.
+#[test]
+fn the_footer_names_the_keys_of_the_panel_that_is_looked_at() {
+    let footer = |scene: &Scene| screen(scene, 80, 24).lines().last().unwrap().to_owned();
+    let mut scene = flight(demo());
+    for (key, named) in [
+        (4, "Space STOP  T longer  p prowl"),
+        (5, "Space STOP  x give up  : command  p prowl"),
+        (8, "Space STOP  A seen  b bell  p prowl"),
+    ] {
+        scene.press(&[KeyCode::F(key)]);
+        assert!(footer(&scene).starts_with(named), "{}", footer(&scene));
+        let tabs = "F2 sensors  F3 above  F4 plots  F5 commands  F6 log  F7 link  F8 alarms";
+        row(&screen(&scene, 80, 24), tabs);
+    }
+    scene.press(&[KeyCode::F(6)]);
+    assert!(!footer(&scene).contains("give up"), "nothing is under way");
+    scene.event(Event::Command {
+        id: CommandId(1),
+        step: CommandStep::Queued(Request::Scan),
+    });
+    assert!(footer(&scene).starts_with("Space STOP  x give up  "));
+    scene.event(Event::Command {
+        id: CommandId(1),
+        step: CommandStep::Proven { digest: None },
+    });
+    scene.press(&[KeyCode::Left]);
+    for named in ["arrows cursor", "w waypoint", "u undo", "S send", "e route"] {
+        assert!(footer(&scene).contains(named), "{}", footer(&scene));
+    }
+}
+
+#[test]
+fn what_no_robot_can_do_is_refused_with_what_to_do_instead() {
+    let mut scene = flight(demo());
+    let dock = Request::Mode(Mode::Forage);
+    scene.command(1, dock, CommandStep::Refused(Outcome::NotFitted));
+    let words = "REFUSED: it has no sensor for a dock's beacon; try `home`";
+    for (width, height) in [(80, 24), (120, 40)] {
+        row(&screen(&scene, width, height), words);
+    }
+}
+
+#[test]
+fn driving_by_hand_says_what_keys_do_and_what_follows() {
+    let mut scene = flight(demo());
+    scene.type_text("dy");
+    scene.state.mode = Mode::User;
+    scene.hear();
+    assert_eq!(scene.type_text("p"), [], "the keys drive");
+    row(
+        &screen(&scene, 80, 24),
+        "hand drive: arrows drive, Space stops, Esc lets go; other keys do nothing",
+    );
+    scene.press(&[KeyCode::Esc]);
+    row(
+        &screen(&scene, 80, 24),
+        "it stands in mode user: p prowls, h goes home, d drives on",
+    );
+    scene.press(&[KeyCode::F(6)]);
+    row(&screen(&scene, 80, 24), "it stands in mode user");
+}
+
+#[test]
+fn a_silent_link_has_no_rate() {
+    let mut scene = flight(demo());
+    row(&screen(&scene, 120, 40), "2.9/s · loss 4.3 %");
+    scene.wait_ms(10_000);
+    scene.event(Event::Tick);
+    let silent = screen(&scene, 120, 40);
+    let hint = silent.lines().rev().nth(1).unwrap();
+    assert!(!hint.contains("/s") && !hint.contains("loss"), "{hint}");
+}
+
+/// What calls takes a row, what is shown of the past another one.
+#[test]
+fn the_links_figures_stay_when_something_calls() {
+    let mut scene = time::flight_at(demo(), |scene| time::playback(scene, true));
+    scene.event(Event::Link(LinkEvent::Lost {
+        reason: "gone".to_owned(),
+    }));
+    let screen = screen(&scene, 120, 40);
+    row(&screen, "PAST");
+    row(&screen, "LINK LOST <1 s: gone");
+    row(&screen, "── F7 link");
+    row(&screen, "── F6 log");
+}
+
+#[test]
+fn a_share_that_is_not_counted_any_more_is_marked() {
+    let mut scene = flight(demo());
+    let share = |scene: &Scene| row(&screen(scene, 120, 40), "4 △ sonar").to_owned();
+    assert!(share(&scene).ends_with("  12 %"));
+    for _ in 0..60 {
+        scene.hear();
+    }
+    assert!(share(&scene).ends_with("◌ 12 %"), "{}", share(&scene));
+    scene.hear_ticks(90, [0, 20, 0, 160, 120, 0, 0, 0, 850]);
+    assert!(!share(&scene).contains('◌'), "{}", share(&scene));
+    scene.wait_ms(20_000);
+    let robot = row(&screen(&scene, 120, 40), "robot    7 up").to_owned();
+    assert!(robot.contains("◌ 20 s"), "{robot}");
+}
+
 /// Nothing is out of reach for want of rows.
 #[test]
 fn every_row_of_the_sensors_is_within_reach() {
     let mut scene = flight(Config::default());
     let first = screen(&scene, 80, 24);
-    row(&first, "── sensors ───────────────── PgDn 1/2 ──");
+    row(&first, "── F2 sensors ────────────── PgDn 1/2 ──");
     scene.press(&[KeyCode::PageDown]);
     let second = screen(&scene, 80, 24);
     insta::assert_snapshot!("sensors_second_page", second);
@@ -160,7 +263,14 @@ fn every_row_of_the_sensors_is_within_reach() {
     row(&large, "wheels   L  -5 of  -6  R  -6 of  -6 in/s");
     row(&large, "robot    7 up 1 m 00 s");
     scene.press(&[KeyCode::Esc]);
-    assert_eq!(screen(&scene, 80, 24), first);
+    let panels = |screen: &str| {
+        screen
+            .lines()
+            .take(22)
+            .map(str::to_owned)
+            .collect::<Vec<_>>()
+    };
+    assert_eq!(panels(&screen(&scene, 80, 24)), panels(&first));
 }
 
 #[test]
@@ -172,11 +282,14 @@ fn every_panel_is_one_key_away_and_can_be_enlarged() {
             scene.type_text("z");
         }
         for (width, height) in [(80, 24), (100, 30), (110, 34), (120, 40), (200, 60)] {
-            row(&screen(&scene, width, height), &format!("── {title}"));
+            row(
+                &screen(&scene, width, height),
+                &format!("── F{key} {title}"),
+            );
         }
         scene.type_text("z");
         let large = screen(&scene, 80, 24);
-        row(&large, &format!("── {title}"));
+        row(&large, &format!("── F{key} {title}"));
         assert!(!large.contains("── map"), "{large}");
         scene.type_text("z");
     }

@@ -18,7 +18,7 @@ fn a_few_letters_find_what_to_do_and_enter_does_it() {
     }
     scene.type_text("go home");
     let found = screen(&scene, 80, 24);
-    row(&found, "▶ mode go home");
+    row(&found, "▶ home: back to the origin");
     row(&found, "Ctrl-S STOP");
     let effects = scene.press(&[KeyCode::Enter]);
     let home = Effect::Send(Request::Mode(Mode::GoHome));

@@ -41,7 +41,7 @@ fn an_alarm_is_seen_on_every_screen_until_somebody_says_so() {
     scene.press(&[KeyCode::F(8)]);
     let panel = screen(&scene, 80, 24);
     insta::assert_snapshot!("alarm_narrow", panel);
-    row(&panel, "── alarms");
+    row(&panel, "── F8 alarms");
     scene.type_text("z");
     let large = screen(&scene, 80, 24);
     insta::assert_snapshot!("alarms_enlarged", large);
@@ -51,7 +51,7 @@ fn an_alarm_is_seen_on_every_screen_until_somebody_says_so() {
     scene.type_text("A");
     let seen = screen(&scene, 80, 24);
     assert!(
-        seen.lines().nth(1).unwrap().starts_with("── alarms"),
+        seen.lines().nth(1).unwrap().starts_with("── F8 alarms"),
         "{seen}"
     );
     row(&seen, "✔ BATTERY LOW");
@@ -101,13 +101,13 @@ fn every_panel_has_a_place_on_a_large_screen() {
     for title in [
         "map",
         "who holds",
-        "sensors",
-        "from above",
-        "plots",
-        "commands",
-        "log",
-        "link",
-        "alarms",
+        "F2 sensors",
+        "F3 from above",
+        "F4 plots",
+        "F5 commands",
+        "F6 log",
+        "F7 link",
+        "F8 alarms",
         "raw",
     ] {
         row(&screen, &format!("── {title}"));
@@ -123,7 +123,7 @@ fn plots_have_gaps_where_nothing_was_heard() {
     scene.press(&[KeyCode::F(4)]);
     let narrow = screen(&scene, 80, 24);
     insta::assert_snapshot!("plots_narrow", narrow);
-    row(&narrow, "── plots");
+    row(&narrow, "── F4 plots");
     row(&narrow, "T: 1 min");
     row(&narrow, "wheels in/s");
     scene.type_text("z");

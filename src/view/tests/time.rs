@@ -4,7 +4,7 @@ use super::*;
 use crate::event::Moment;
 use crate::travel::Playback;
 
-fn playback(scene: &Scene, is_live: bool) -> Playback {
+pub(super) fn playback(scene: &Scene, is_live: bool) -> Playback {
     Playback {
         is_live,
         paused: true,
@@ -16,14 +16,15 @@ fn playback(scene: &Scene, is_live: bool) -> Playback {
         packet: Some(57),
         read_until: None,
         is_partial: false,
+        is_looking: false,
         markers: vec![Moment::from_secs(70)],
         repeat: None,
         note: None,
     }
 }
 
-fn flight_at(playback: impl FnOnce(&Scene) -> Playback) -> Scene {
-    let mut scene = flight(Config::default());
+pub(super) fn flight_at(config: Config, playback: impl FnOnce(&Scene) -> Playback) -> Scene {
+    let mut scene = flight(config);
     let playback = Box::new(playback(&scene));
     scene.event(Event::Playback(Some(playback)));
     scene
@@ -31,7 +32,7 @@ fn flight_at(playback: impl FnOnce(&Scene) -> Playback) -> Scene {
 
 #[test]
 fn the_past_at_80_by_24() {
-    let scene = flight_at(|scene| playback(scene, true));
+    let scene = flight_at(Config::default(), |scene| playback(scene, true));
     let screen = screen(&scene, 80, 24);
     insta::assert_snapshot!(screen);
     let row = row(&screen, "PAST 2 m 00 s ago");
@@ -41,7 +42,7 @@ fn the_past_at_80_by_24() {
 
 #[test]
 fn the_past_at_120_by_40() {
-    let scene = flight_at(|scene| playback(scene, true));
+    let scene = flight_at(Config::default(), |scene| playback(scene, true));
     let screen = screen(&scene, 120, 40);
     insta::assert_snapshot!(screen);
     let row = row(&screen, "PAST 2 m 00 s ago");
@@ -73,7 +74,7 @@ fn the_past_is_told_without_colours_and_braille() {
 
 #[test]
 fn a_replay_at_80_by_24() {
-    let scene = flight_at(|scene| Playback {
+    let scene = flight_at(Config::default(), |scene| Playback {
         paused: false,
         speed: 0.25,
         repeat: Some((Moment::from_secs(100), Some(Moment::from_secs(130)))),
@@ -90,7 +91,7 @@ fn a_replay_at_80_by_24() {
 
 #[test]
 fn a_replay_that_is_still_read_at_120_by_40() {
-    let scene = flight_at(|scene| Playback {
+    let scene = flight_at(Config::default(), |scene| Playback {
         read_until: Some(scene.now / 2),
         is_partial: true,
         packet: None,
@@ -107,7 +108,7 @@ fn a_replay_that_is_still_read_at_120_by_40() {
 #[test]
 fn a_moment_is_drawn_the_same_however_long_one_looks_at_it() {
     for is_live in [false, true] {
-        let scene = flight_at(|scene| playback(scene, is_live));
+        let scene = flight_at(Config::default(), |scene| playback(scene, is_live));
         let drawn = screen(&scene, 120, 40);
         assert_eq!(screen(&scene, 120, 40), drawn);
         assert!(!drawn.contains("LOST") && !drawn.contains("SILENT"));
@@ -117,7 +118,7 @@ fn a_moment_is_drawn_the_same_however_long_one_looks_at_it() {
 
 #[test]
 fn what_became_of_a_jump_is_told() {
-    let scene = flight_at(|scene| Playback {
+    let scene = flight_at(Config::default(), |scene| Playback {
         note: Some("there are no later alarms".to_owned()),
         ..playback(scene, true)
     });
@@ -131,6 +132,6 @@ fn a_jump_names_what_can_be_jumped_to() {
     let told = screen(&scene, 80, 24);
     row(
         &told,
-        "to the next Space STOP  a alarm  b bump  v behaviour  c command",
+        "to the next Space STOP  a alarm  b bump  v layer  c command  m mark",
     );
 }

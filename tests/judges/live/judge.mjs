@@ -214,6 +214,17 @@ async function main(folder) {
   const hurried = await client.call({ do: "mode wander", timeout_ms: 1 });
   check(hurried.stage === "failed" && hurried.code === "timed-out", JSON.stringify(hurried));
 
+  // More calls than may wait at once: those in excess are told so, and a STOP gets through all the same.
+  const crowd = Array.from({ length: 60 }, () => client.call({ do: "mode prowl", timeout_ms: 5000 }));
+  const stops = Array.from({ length: 12 }, () => client.call({ do: "stop" }));
+  const stopped = await Promise.all(stops);
+  check(stopped[0].stage === "proven" && stopped[0].command === "stop", JSON.stringify(stopped[0]));
+  const went = stopped.filter(({ stage, command }) => command === "stop" && (stage === "proven" || stage === "queued"));
+  check(went.length === stops.length, JSON.stringify(stopped));
+  const crowded = await Promise.all(crowd);
+  check(crowded.some(({ code }) => code === "busy"), "nobody was told that too many wait");
+  check(crowded.every(({ stage }) => stage === "failed" || stage === "proven"), JSON.stringify(crowded));
+
   // The same proof goes to everybody, and what the robot holds is drawn.
   await until("the proof among the commands", () =>
     client.on("/uplink").some(({ content }) => content.list_digest === parseInt(list.digest, 16)),

@@ -30,8 +30,14 @@ fn mistakes_are_named_with_line_and_column() {
             "[link]\nradoi = \"half\"\n",
             "2:1: unknown key `radoi` in [link]; did you mean `radio`?",
         ),
-        ("[link]\nradio = \"hc12\"\n", "2:9: unknown variant `hc12`"),
-        ("[link]\nbaud = -1\n", "2:8: "),
+        (
+            "[link]\nradio = \"hc12\"\n",
+            "2:9: `radio` takes one of \"auto\", \"full\", \"half\", \"hc-12\", \"xbee\", \"receive-only\", not \"hc12\"; did you mean \"hc-12\"?",
+        ),
+        (
+            "[link]\nbaud = -1\n",
+            "2:8: `baud` takes a whole number such as 2400, not -1",
+        ),
         (
             "\n[lnik]\n",
             "2:2: unknown key `lnik` at the top of the file; did you mean `link`?",
@@ -57,7 +63,15 @@ fn mistakes_are_named_with_line_and_column() {
         ),
         (
             "[robot.r]\nlink = \"sim\"\n[robot.r.limits]\nloss_pct = 300\n",
-            "4:12: ",
+            "4:12: `loss_pct` takes a whole number from 0 to 100, not 300",
+        ),
+        (
+            "[limits]\nloss_pct = 101\n",
+            "loss_pct = 101 would never be told",
+        ),
+        (
+            "[recording]\nrotate = \"3 weeks\"\n",
+            "; `rotate` takes \"1h\", \"64MB\"",
         ),
         ("[robot]\nlink = \"x\"\n", "2:1: a robot has a name"),
         ("[robot.r]\n", "[robot.r] needs a link"),
@@ -76,7 +90,7 @@ fn mistakes_are_named_with_line_and_column() {
         ),
         (
             "[dashboard]\ntheme = \"pink\"\n",
-            "2:9: unknown variant `pink`",
+            "2:9: `theme` takes one of \"auto\", \"dark\", \"light\", \"high-contrast\", \"mono\", not \"pink\"",
         ),
         (
             "[keys]\nscna = \"F9\"\n",
@@ -84,16 +98,56 @@ fn mistakes_are_named_with_line_and_column() {
         ),
         (
             "[keys]\nscan = \"p\"\n",
-            "2:1: `p` is the key for `mode-prowl` already",
+            "2:1: `p` cannot be the key for `scan`: it is the key for `mode-prowl`",
         ),
-        ("[keys]\nscan = 9\n", "2:8: "),
+        (
+            "[keys]\nleave-drive = \"x\"\n",
+            "2:1: no key does `leave-drive` here; did you mean `leave-drive` in [keys.drive]?",
+        ),
+        ("[keys]\nscan = 9\n", "2:8: give a key such as \"F9\""),
         (
             "[keys.dirve]\nstop = \"x\"\n",
             "2:1: there are no keys called `dirve`; did you mean `drive`?",
         ),
     ] {
-        let error = parse(text).expect_err(text).to_string();
+        let mistakes = parse(text).expect_err(text);
+        let [error] = &mistakes[..] else {
+            panic!("{text}: {mistakes:?}");
+        };
+        let error = error.to_string();
         assert!(error.contains(named), "{text}: {error}");
+    }
+}
+
+#[test]
+fn all_mistakes_are_named_at_once_in_the_order_of_the_text() {
+    let text = "[keys]\nstop = \"y\"\nquit = 9\n[link]\nradoi = \"half\"\nbaud = \"x\"\n\
+                [robot.r]\nlink = 3\n[robot.r.limits]\nsilent = 3\n[limits]\nloss_pct = -1\n";
+    let mistakes = parse(text).expect_err("nearly all of it is wrong");
+    let places: Vec<(usize, usize)> = mistakes
+        .iter()
+        .map(|mistake| (mistake.line, mistake.column))
+        .collect();
+    let expected = [(2, 1), (3, 8), (5, 1), (6, 8), (8, 8), (10, 1), (12, 12)];
+    assert_eq!(places, expected, "{mistakes:?}");
+    let notation = parse("[link\nbaud = 2400\n[dashboard]\nbell = tru\n").expect_err("no TOML");
+    let lines: Vec<usize> = notation.iter().map(|mistake| mistake.line).collect();
+    assert_eq!(lines, [1, 4], "{notation:?}");
+}
+
+/// What is offered for a key is understood.
+#[test]
+fn every_word_that_is_named_is_taken() {
+    for (section, entries) in [("link", LINK), ("dashboard", DASHBOARD)] {
+        for (key, takes) in entries {
+            let entries::Takes::OneOf(words) = takes else {
+                continue;
+            };
+            for word in *words {
+                let text = format!("[{section}]\n{key} = \"{word}\"\n");
+                assert!(parse(&text).is_ok(), "{text}");
+            }
+        }
     }
 }
 
@@ -115,11 +169,12 @@ fn the_default_reads_as_it_is_and_without_its_comments() {
         })
         .collect();
     let offered = offered.join("\n");
-    let config = parse(&offered).unwrap_or_else(|error| panic!("{error}\n{offered}"));
+    let config = parse(&offered).unwrap_or_else(|mistakes| panic!("{mistakes:?}\n{offered}"));
     assert_eq!(config.links.keys().collect::<Vec<_>>(), ["shed"]);
     assert_eq!(config.robots.keys().collect::<Vec<_>>(), ["marvin"]);
     assert_eq!(config.limits, Limits::default());
-    for key in [LINK_PROFILE, DASHBOARD, LIMITS, ROBOT].concat() {
+    let entries = [LINK_PROFILE, DASHBOARD, LIMITS, ROBOT, RECORDING];
+    for (key, _) in entries.into_iter().flatten() {
         assert!(
             offered
                 .lines()

@@ -1,37 +1,32 @@
-//! Raw captures from any place.
+//! Captures that are text, from any place.
 
+use std::borrow::Cow;
 use std::io;
 use std::ops::Range;
 use std::sync::Arc;
 
-use groundwave_protocol::{BYTES_PER_S, LINE_BYTES};
-
-use super::stamps::{STAMP_BYTES_MAX, Stamps};
 use super::{Piece, Place, Source, Tape, read_at};
-use crate::capture::raw::on_the_wire;
+use crate::capture::text::{HEAD_BYTES, Style};
 use crate::event::Moment;
 
-const BUFFER_BYTES: usize = 64 * 1024;
-
-/// Of so much at the beginning it is judged whether lines are stamped.
-const HEAD_BYTES: usize = 16 * 1024;
-
-/// The longest line with a stamp; what is longer is taken apart.
-const STAMPED_BYTES_MAX: usize = STAMP_BYTES_MAX + LINE_BYTES;
-
-/// The last stamp is looked for in so much of the end.
+/// The last time is looked for in so much of the end.
 const TAIL_BYTES: u64 = 4096;
 
-/// A raw capture.
-///
-/// Its pieces are its lines, noise or not, or 80 bytes without a line feed. Where most lines begin with a
-/// time that is when they happened, and lines with the same time follow each other at 2400 baud; else the
-/// times are those of a 2400-baud radio that never paused.
+/// Where the clock of the lines has no date, days are counted with a look every so many bytes: four minutes of lines,
+/// and no day.
+const DAYS_STEP_BYTES: usize = 64 * 1024;
+
+/// A look at so many, in which a line begins.
+const DAYS_LOOK_BYTES: usize = 512;
+
+/// A capture that is text.
 #[derive(Clone)]
-pub struct RawTape {
+pub struct TextTape {
     source: Arc<dyn Source>,
     size: u64,
-    stamps: Option<Stamps>,
+    style: Style,
+    /// Places and times from which days are counted.
+    days: Vec<(u64, Moment)>,
     length: Moment,
     buffer: Box<[u8]>,
     /// Where in the file the buffer begins.
@@ -40,45 +35,80 @@ pub struct RawTape {
     place: Place,
     /// The next piece: where it is in the buffer, and when it happened.
     ahead: Option<(Range<usize>, Moment)>,
+    /// What the radio delivered of the piece given out last.
+    current: Vec<u8>,
     /// Reading failed: what is told once.
     problem: Option<String>,
 }
 
-impl RawTape {
+impl TextTape {
     /// A capture from its beginning.
     ///
     /// # Errors
     /// When reading fails.
     pub fn new(source: Arc<dyn Source>) -> io::Result<Self> {
         let size = source.size()?;
-        let mut buffer = vec![0; BUFFER_BYTES].into_boxed_slice();
-        let head = read_at(&*source, 0, &mut buffer[..HEAD_BYTES])?;
-        let is_longer_than_a_day = size > 86_400 * u64::from(BYTES_PER_S);
+        let mut buffer = vec![0; HEAD_BYTES].into_boxed_slice();
+        let head = read_at(&*source, 0, &mut buffer)?;
+        let style = Style::of(&buffer[..head]).unwrap_or_default();
         let mut tape = Self {
-            stamps: Stamps::of(&buffer[..head], is_longer_than_a_day),
             source,
             size,
-            length: on_the_wire(size),
+            style,
+            days: Vec::new(),
+            length: style.on_the_wire(size),
             buffer,
             buffered_at: 0,
             filled: head,
             place: Place::default(),
             ahead: None,
+            current: Vec::new(),
             problem: None,
         };
-        if let Some(stamps) = tape.stamps {
-            tape.length = tape.last_stamp(stamps)?;
+        if style.goes_round() {
+            tape.count_days()?;
+        }
+        if style.is_stamped() {
+            tape.length = tape.last_time()?;
         }
         Ok(tape)
     }
 
-    fn last_stamp(&mut self, stamps: Stamps) -> io::Result<Moment> {
+    fn count_days(&mut self) -> io::Result<()> {
+        let mut lines = [0; DAYS_LOOK_BYTES];
+        let mut last = Moment::ZERO;
+        for offset in (0..self.size).step_by(DAYS_STEP_BYTES) {
+            let read = read_at(&*self.source, offset, &mut lines)?;
+            let mut at = offset;
+            for line in lines[..read].split_inclusive(|&byte| byte == b'\n') {
+                // The first one may be the end of a line.
+                let is_whole = at > offset || offset == 0;
+                if let Some(said) = self.style.said(line, last).filter(|_| is_whole) {
+                    last = said;
+                    self.days.push((at, said));
+                    break;
+                }
+                at += line.len() as u64;
+            }
+        }
+        Ok(())
+    }
+
+    /// A moment not long before the piece at an offset.
+    fn about(&self, offset: u64) -> Moment {
+        let after = self.days.partition_point(|(from, _)| *from <= offset);
+        let day = after.checked_sub(1).and_then(|n| self.days.get(n));
+        day.map_or(Moment::ZERO, |(_, at)| *at)
+    }
+
+    fn last_time(&mut self) -> io::Result<Moment> {
         let mut tail = [0; TAIL_BYTES as usize];
         let from = self.size.saturating_sub(TAIL_BYTES);
         let read = read_at(&*self.source, from, &mut tail)?;
+        let about = self.about(from);
         let lines = tail[..read].split_inclusive(|&byte| byte == b'\n');
-        let last = lines.filter_map(|line| stamps.read(line)).next_back();
-        Ok(last.map_or(Moment::ZERO, |(at, resolution)| at + resolution))
+        let last = lines.filter_map(|line| self.style.said_until(line, about));
+        Ok(last.last().unwrap_or(Moment::ZERO))
     }
 
     /// Makes the buffer hold what there is from an offset on, so many bytes at least.
@@ -107,30 +137,11 @@ impl RawTape {
 
     fn look_ahead(&mut self) -> Option<&(Range<usize>, Moment)> {
         if self.ahead.is_none() && self.problem.is_none() {
-            let offset = self.place.offset;
-            let reach = if self.stamps.is_some() {
-                STAMPED_BYTES_MAX
-            } else {
-                LINE_BYTES
-            };
-            let (stamps, last) = (self.stamps, self.place.at);
-            let bytes = self.fill(offset, reach);
-            let reach = bytes.len().min(reach);
-            let line_feed = bytes[..reach].iter().position(|&byte| byte == b'\n');
-            let length = line_feed.map_or(reach, |at| at + 1);
+            let (offset, last, style) = (self.place.offset, self.place.at, self.style);
+            let bytes = self.fill(offset, style.reach());
+            let length = style.piece_bytes(bytes);
             if length > 0 {
-                let wire = on_the_wire(length as u64);
-                let at = match stamps {
-                    None => on_the_wire(offset + length as u64),
-                    Some(stamps) => match stamps.read(&bytes[..length]) {
-                        Some((stamp, _)) if stamp > last => stamp,
-                        Some((stamp, resolution)) => {
-                            let latest = stamp + resolution * 9 / 10;
-                            last.max(latest.min(last + wire))
-                        }
-                        None => last,
-                    },
-                };
+                let at = style.time(&bytes[..length], offset + length as u64, last);
                 let from = (offset - self.buffered_at) as usize;
                 self.ahead = Some((from..from + length, at));
             }
@@ -140,8 +151,7 @@ impl RawTape {
 
     /// The beginning of the line in which an offset lies; the offset itself, where no line is.
     fn line_start(&mut self, offset: u64) -> u64 {
-        const REACH: u64 = 4 * STAMPED_BYTES_MAX as u64;
-        let from = offset.saturating_sub(REACH);
+        let from = offset.saturating_sub(4 * self.style.reach() as u64);
         if from == 0 && offset == 0 {
             return 0;
         }
@@ -155,18 +165,17 @@ impl RawTape {
         }
     }
 
-    /// The stamp of the first line with one at an offset or after it, and where the line begins.
-    fn stamp_after(&mut self, mut offset: u64, until: u64) -> Option<(Moment, u64)> {
-        let stamps = self.stamps?;
+    /// The time of the first line that says one at an offset or after it, and where the line begins.
+    fn time_after(&mut self, mut offset: u64, until: u64) -> Option<(Moment, u64)> {
+        let style = self.style;
         while offset < until {
-            let bytes = self.fill(offset, STAMPED_BYTES_MAX);
-            let reach = bytes.len().min(STAMPED_BYTES_MAX);
-            let line_feed = bytes[..reach].iter().position(|&byte| byte == b'\n');
-            let length = line_feed.map_or(reach, |at| at + 1);
+            let about = self.about(offset);
+            let bytes = self.fill(offset, style.reach());
+            let length = style.piece_bytes(bytes);
             if length == 0 {
                 return None;
             }
-            if let Some((at, _)) = stamps.read(&bytes[..length]) {
+            if let Some(at) = style.said(&bytes[..length], about) {
                 return Some((at, offset));
             }
             offset += length as u64;
@@ -174,24 +183,23 @@ impl RawTape {
         None
     }
 
-    /// The last line whose stamp is before a moment.
-    fn find_stamp(&mut self, at: Moment) -> Place {
+    /// The last line whose time is before a moment.
+    fn find_time(&mut self, at: Moment) -> Place {
         let (mut low, mut high) = (0, self.size);
         let mut found = Place::default();
         while low < high {
             let middle = self.line_start(low + (high - low) / 2).max(low);
-            match self.stamp_after(middle, high) {
-                Some((stamp, offset)) if stamp < at => {
+            match self.time_after(middle, high) {
+                Some((said, offset)) if said < at => {
                     found = Place {
                         offset,
-                        at: Moment::ZERO,
+                        // A moment before it: it is taken at its word.
+                        at: said.saturating_sub(Moment::from_nanos(1)),
                         ..Place::default()
                     };
                     // The line after it, whatever it is.
-                    low = offset + 1;
-                    let line = self.fill(offset, STAMPED_BYTES_MAX);
-                    let line_feed = line.iter().position(|&byte| byte == b'\n');
-                    low += line_feed.unwrap_or_default() as u64;
+                    let style = self.style;
+                    low = offset + style.piece_bytes(self.fill(offset, style.reach())) as u64;
                 }
                 _ => high = middle,
             }
@@ -200,7 +208,7 @@ impl RawTape {
     }
 }
 
-impl Tape for RawTape {
+impl Tape for TextTape {
     fn next_at(&mut self) -> Option<Moment> {
         let last = self.place.at;
         let ahead = self.look_ahead().map(|(_, at)| *at);
@@ -215,7 +223,13 @@ impl Tape for RawTape {
         let (range, at) = self.ahead.take()?;
         self.place.offset += range.len() as u64;
         self.place.at = at;
-        Some(Piece::Received(&self.buffer[range]))
+        match self.style.radio(&self.buffer[range]) {
+            Cow::Borrowed(bytes) => Some(Piece::Received(bytes)),
+            Cow::Owned(bytes) => {
+                self.current = bytes;
+                Some(Piece::Received(&self.current))
+            }
+        }
     }
 
     fn place(&self) -> Place {
@@ -231,14 +245,22 @@ impl Tape for RawTape {
 
     fn find(&mut self, at: Moment) -> Place {
         self.ahead = None;
-        if self.stamps.is_some() {
-            return self.find_stamp(at);
+        if self.style.is_stamped() {
+            return self.find_time(at);
         }
-        let byte = (at.as_secs_f64() * f64::from(BYTES_PER_S)) as u64;
-        let offset = self.line_start(byte.min(self.size));
+        let (mut low, mut high) = (0, self.size);
+        while low < high {
+            let middle = low + (high - low) / 2;
+            if self.style.on_the_wire(middle) < at {
+                low = middle + 1;
+            } else {
+                high = middle;
+            }
+        }
+        let offset = self.line_start(low.saturating_sub(1));
         Place {
             offset,
-            at: on_the_wire(offset),
+            at: self.style.on_the_wire(offset),
             ..Place::default()
         }
     }
@@ -252,6 +274,6 @@ impl Tape for RawTape {
     }
 
     fn unix(&self) -> Option<Moment> {
-        self.stamps.and_then(|stamps| stamps.unix())
+        self.style.unix()
     }
 }

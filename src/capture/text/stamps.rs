@@ -4,6 +4,9 @@ use crate::event::Moment;
 
 const DAY: Moment = Moment::from_hours(24);
 
+/// A clock is set back by no more than this; what is farther back is another day.
+const BACK_MAX: Moment = Moment::from_hours(1);
+
 /// Bytes of a line in which its stamp must end.
 pub(super) const STAMP_BYTES_MAX: usize = 48;
 
@@ -37,47 +40,102 @@ struct Stamp {
     at: Moment,
     /// What the last digit stands for.
     resolution: Moment,
+    /// Bytes of the line that belong to it.
+    length: usize,
 }
 
 /// The stamps of a capture that has them.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) struct Stamps {
     kind: Kind,
     base: Moment,
 }
 
+/// A line's own time.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) struct Stamped {
+    /// Since the capture began.
+    pub(super) at: Moment,
+    /// What its last digit stands for.
+    pub(super) resolution: Moment,
+    /// Bytes of the line that say it.
+    pub(super) length: usize,
+}
+
 impl Stamps {
-    /// How the lines are stamped, if most of these are. Time of day alone says nothing of a capture longer
-    /// than a day.
-    pub(super) fn of(head: &[u8], is_longer_than_a_day: bool) -> Option<Self> {
-        let lines: Vec<&[u8]> = head
-            .split_inclusive(|&byte| byte == b'\n')
-            .filter(|line| line.len() > 2)
-            .collect();
-        let first = lines.iter().find_map(|line| parse(line))?;
-        let is_like_first = |line: &&&[u8]| parse(line).is_some_and(|s| s.kind == first.kind);
-        let stamped = lines.iter().filter(is_like_first).count();
-        let is_told_apart = first.kind != Kind::Day || !is_longer_than_a_day;
-        (is_told_apart && stamped * 3 >= lines.len() * 2).then_some(Self {
-            kind: first.kind,
-            base: first.at,
+    /// Stamps like the one of this line, which is the first, counted from it.
+    pub(super) fn like(first: &[u8]) -> Option<Self> {
+        let Stamp { kind, at, .. } = parse(first)?;
+        Some(Self { kind, base: at })
+    }
+
+    /// The time at the beginning of a line, after one that came at `last`: a clock that shows no more than the
+    /// time of day has gone round then.
+    pub(super) fn read(&self, line: &[u8], last: Moment) -> Option<Stamped> {
+        let stamp = parse(line).filter(|stamp| stamp.kind == self.kind)?;
+        let at = match self.kind.round() {
+            None => stamp.at.saturating_sub(self.base),
+            Some(round) => {
+                let phase = match stamp.at.checked_sub(self.base) {
+                    Some(phase) => phase,
+                    None => (stamp.at + round).saturating_sub(self.base),
+                };
+                if phase + BACK_MAX >= round + last {
+                    // A moment before the first line.
+                    Moment::ZERO
+                } else {
+                    let behind = last.saturating_sub(phase + BACK_MAX);
+                    phase + round * behind.as_nanos().div_ceil(round.as_nanos()) as u32
+                }
+            }
+        };
+        Some(Stamped {
+            at,
+            resolution: stamp.resolution,
+            length: stamp.length,
         })
     }
 
-    /// The time at the beginning of a line, since the capture began, and how exact it is.
-    pub(super) fn read(&self, line: &[u8]) -> Option<(Moment, Moment)> {
-        let stamp = parse(line).filter(|stamp| stamp.kind == self.kind)?;
-        let at = match (stamp.at.checked_sub(self.base), self.kind.round()) {
-            (Some(at), _) => at,
-            (None, Some(round)) => (stamp.at + round).saturating_sub(self.base),
-            (None, None) => Moment::ZERO,
-        };
-        Some((at, stamp.resolution))
+    /// Whether these are of the same kind.
+    pub(super) fn is_like(&self, other: &Self) -> bool {
+        self.kind == other.kind
+    }
+
+    /// Whether the clock that they are of goes round.
+    pub(super) const fn go_round(&self) -> bool {
+        self.kind.round().is_some()
     }
 
     /// Time of day at the beginning of the capture, since 1970.
     pub(super) fn unix(&self) -> Option<Moment> {
-        (self.kind == Kind::Unix).then_some(self.base)
+        matches!(self.kind, Kind::Unix).then_some(self.base)
+    }
+}
+
+/// Words of a text, and how much of it they have taken.
+struct Words<'a> {
+    text: &'a str,
+    taken: usize,
+}
+
+impl<'a> Words<'a> {
+    /// What stands before a word is passed over.
+    fn next(&mut self) -> Option<&'a str> {
+        const BETWEEN: [char; 5] = [' ', '\t', ']', ')', ';'];
+        let rest = &self.text[self.taken..];
+        let rest = rest.trim_start_matches(BETWEEN);
+        let begin = self.text.len() - rest.len();
+        let length = rest.find(BETWEEN).unwrap_or(rest.len());
+        self.taken = begin + length;
+        (length > 0).then(|| rest[..length].trim_end_matches([':', ',']))
+    }
+
+    /// With the brackets and the one space or tab that end it.
+    fn length(&self) -> usize {
+        let rest = &self.text[self.taken..];
+        let line = rest.trim_start_matches([']', ')', ';']);
+        let line = line.strip_prefix([' ', '\t']).unwrap_or(line);
+        self.text.len() - line.len()
     }
 }
 
@@ -85,11 +143,20 @@ fn parse(line: &[u8]) -> Option<Stamp> {
     let head = &line[..line.len().min(STAMP_BYTES_MAX)];
     let ascii = head.iter().take_while(|b| matches!(b, b' '..=b'~' | b'\t'));
     let head = std::str::from_utf8(&head[..ascii.count()]).ok()?;
-    let head = head.trim_start();
-    let head = head.strip_prefix(['[', '(']).unwrap_or(head).trim_start();
-    let mut words = head.split([' ', '\t', ']', ')', ';']);
-    let end = [':', ','];
-    let first = words.next()?.trim_end_matches(end);
+    let text = head.trim_start();
+    let text = text.strip_prefix(['[', '(']).unwrap_or(text).trim_start();
+    let before = head.len() - text.len();
+    let mut words = Words { text, taken: 0 };
+    let stamp = read(&mut words)?;
+    Some(Stamp {
+        length: before + words.length(),
+        ..stamp
+    })
+}
+
+/// A stamp, but for its length.
+fn read(words: &mut Words<'_>) -> Option<Stamp> {
+    let first = words.next()?;
     if let Some(stamp) = number(first).or_else(|| date_and_time(first)) {
         return Some(stamp);
     }
@@ -98,22 +165,23 @@ fn parse(line: &[u8]) -> Option<Stamp> {
             kind: Kind::Day,
             at,
             resolution,
+            length: 0,
         });
     }
-    let mut rest = words.filter(|word| !word.is_empty());
-    let second = rest.next()?;
+    let second = words.next()?;
     if let Some(days) = date(first) {
-        let (at, resolution) = clock(second.trim_end_matches(end))?;
+        let (at, resolution) = clock(second)?;
         return unix(days, at, resolution);
     }
     let month = MONTHS.iter().position(|month| *month == first)?;
     let day = digits(second)?;
-    let (at, resolution) = time(rest.next()?.trim_end_matches(end))?;
+    let (at, resolution) = time(words.next()?)?;
     let is_day = (1..=31).contains(&day);
     is_day.then(|| Stamp {
         kind: Kind::Year,
         at: DAY * (DAYS_BEFORE[month] + day as u32) + at,
         resolution,
+        length: 0,
     })
 }
 
@@ -140,6 +208,7 @@ fn number(word: &str) -> Option<Stamp> {
         kind,
         at,
         resolution,
+        length: 0,
     })
 }
 
@@ -169,6 +238,7 @@ fn unix(days: i64, at: i64, resolution: Moment) -> Option<Stamp> {
         kind: Kind::Unix,
         at: Moment::from_nanos(u64::try_from(at_ns).ok()?),
         resolution,
+        length: 0,
     })
 }
 
@@ -235,16 +305,15 @@ fn digits(text: &str) -> Option<u64> {
 mod tests {
     use super::*;
 
-    fn read(first: &str, second: &str) -> Option<(u64, u64)> {
-        let head = format!("{first} A00 line\r\n{second} A01 line\r\n");
-        let stamps = Stamps::of(head.as_bytes(), false)?;
-        let lines: Vec<&str> = head.split_inclusive('\n').collect();
-        let at = |line: &str| {
-            stamps
-                .read(line.as_bytes())
-                .map(|(at, _)| at.as_millis() as u64)
-        };
-        Some((at(lines[0])?, at(lines[1])?))
+    /// Milliseconds from one stamp to the next, and what is left of the second line without it.
+    fn read(first: &str, second: &str) -> Option<(u64, String)> {
+        let line = format!("{second} A01 line\r\n");
+        let stamps = Stamps::like(format!("{first} A00 line\r\n").as_bytes())?;
+        let stamped = stamps.read(line.as_bytes(), Moment::ZERO)?;
+        Some((
+            stamped.at.as_millis() as u64,
+            line[stamped.length..].to_owned(),
+        ))
     }
 
     #[test]
@@ -259,6 +328,7 @@ mod tests {
             ("1763758008", "1763758010", 2000),
             ("1763758008.125000", "1763758008.500000", 375),
             ("[ 12.500]", "[ 13.000]", 500),
+            ("(12.500):", "(13.000):", 500),
             ("2026-11-21T20:46:48.123Z", "2026-11-21T20:46:49.000Z", 877),
             (
                 "2026-11-21T20:46:48+0000",
@@ -268,13 +338,38 @@ mod tests {
             ("2026-11-21 20:46:48,5", "2026-11-22 00:00:00,0", 11_591_500),
             ("[2026-02-28 23:59:59]", "[2026-03-01 00:00:00]", 1000),
         ] {
-            assert_eq!(read(first, second), Some((0, passed_ms)), "{first}");
+            let line = if first.starts_with('(') {
+                ": A01 line\r\n"
+            } else {
+                "A01 line\r\n"
+            };
+            assert_eq!(
+                read(first, second),
+                Some((passed_ms, line.to_owned())),
+                "{first}"
+            );
         }
     }
 
     #[test]
+    fn a_clock_without_a_date_goes_round_as_often_as_it_must() {
+        let stamps = Stamps::like(b"23:00:00 A00\r\n").unwrap();
+        let mut last = Moment::ZERO;
+        for hour in 1..100_u64 {
+            let line = format!("{:02}:00:00 A00\r\n", (23 + hour) % 24);
+            last = stamps.read(line.as_bytes(), last).unwrap().at;
+            assert_eq!(last, Moment::from_hours(hour));
+        }
+        // Set back by a second at the very beginning: no day has passed.
+        let back = stamps
+            .read(b"22:59:59 A00\r\n", Moment::from_millis(333))
+            .unwrap();
+        assert_eq!(back.at, Moment::ZERO);
+    }
+
+    #[test]
     fn a_date_with_its_year_tells_the_time_of_day() {
-        let stamps = Stamps::of(b"2026-11-21T20:46:48Z A00\r\n", false).unwrap();
+        let stamps = Stamps::like(b"2026-11-21T20:46:48Z A00\r\n").unwrap();
         assert_eq!(stamps.unix(), Some(Moment::from_secs(1_795_294_008)));
     }
 
@@ -288,10 +383,11 @@ mod tests {
             "Nov x 20:46:48 line",
             "2026-13-01T00:00:00Z line",
             "",
+            "]",
+            "[",
             "\u{fc}",
         ] {
-            assert!(Stamps::of(head.as_bytes(), false).is_none(), "{head}");
+            assert!(Stamps::like(head.as_bytes()).is_none(), "{head}");
         }
-        assert!(Stamps::of(b"20:46:48 A00 line\n", true).is_none(), "days");
     }
 }

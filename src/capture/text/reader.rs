@@ -1,0 +1,133 @@
+//! Reads a capture that is text from its front.
+
+use std::borrow::Cow;
+use std::io::{self, Read};
+
+use super::{HEAD_BYTES, Style};
+use crate::event::Moment;
+
+/// A line, noise or not, or 80 bytes without an end.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Piece<'a> {
+    /// When it came, since the capture began.
+    pub at: Moment,
+    /// What the radio delivered.
+    pub radio: &'a [u8],
+    /// What stands in the file.
+    pub stored: &'a [u8],
+}
+
+/// Reads pieces; they are the same however the bytes arrive.
+///
+/// Nothing is given out before it is known how the capture is stored, which its first intact line says.
+pub struct TextReader<R> {
+    source: R,
+    buffer: Box<[u8]>,
+    /// What has been read and not yet given out.
+    unread: std::ops::Range<usize>,
+    has_ended: bool,
+    style: Option<Style>,
+    offset: u64,
+    last: Moment,
+    /// What the radio delivered of the latest piece, where the file has something else.
+    radio: Vec<u8>,
+}
+
+impl<R: Read> TextReader<R> {
+    /// A reader from the beginning of `source`.
+    pub fn new(source: R) -> Self {
+        Self {
+            source,
+            buffer: vec![0; HEAD_BYTES].into(),
+            unread: 0..0,
+            has_ended: false,
+            style: None,
+            offset: 0,
+            last: Moment::ZERO,
+            radio: Vec::new(),
+        }
+    }
+
+    /// How the capture is stored.
+    ///
+    /// # Errors
+    /// When reading fails.
+    pub fn style(&mut self) -> io::Result<Style> {
+        let mut judged = 0;
+        loop {
+            if let Some(style) = self.style {
+                return Ok(style);
+            }
+            let unread = &self.buffer[self.unread.clone()];
+            // A beginning is judged anew when there is another line of it.
+            if unread[judged..].contains(&b'\n') {
+                self.style = Style::of(unread);
+            }
+            judged = unread.len();
+            if self.style.is_none() {
+                if self.has_ended || judged == self.buffer.len() {
+                    self.style = Some(Style::default());
+                } else {
+                    self.fill()?;
+                }
+            }
+        }
+    }
+
+    /// Likewise, as far as has been read.
+    #[must_use]
+    pub const fn judged(&self) -> Option<Style> {
+        self.style
+    }
+
+    /// The next piece.
+    ///
+    /// # Errors
+    /// When reading fails.
+    pub fn next_piece(&mut self) -> io::Result<Option<Piece<'_>>> {
+        let style = self.style()?;
+        let length = loop {
+            let unread = &self.buffer[self.unread.clone()];
+            let length = style.piece_bytes(unread);
+            let is_whole = length == style.reach() || unread[..length].ends_with(b"\n");
+            if is_whole || self.has_ended {
+                break length;
+            }
+            self.fill()?;
+        };
+        if length == 0 {
+            return Ok(None);
+        }
+        let start = self.unread.start;
+        self.unread.start += length;
+        self.offset += length as u64;
+        let stored = &self.buffer[start..start + length];
+        self.last = style.time(stored, self.offset, self.last);
+        let radio = match style.radio(stored) {
+            Cow::Borrowed(radio) => radio,
+            Cow::Owned(radio) => {
+                self.radio = radio;
+                &self.radio
+            }
+        };
+        Ok(Some(Piece {
+            at: self.last,
+            radio,
+            stored,
+        }))
+    }
+
+    fn fill(&mut self) -> io::Result<()> {
+        self.buffer.copy_within(self.unread.clone(), 0);
+        self.unread = 0..self.unread.len();
+        let read = loop {
+            match self.source.read(&mut self.buffer[self.unread.end..]) {
+                Err(error) if error.kind() == io::ErrorKind::Interrupted => {}
+                read => break read?,
+            }
+        };
+        self.unread.end += read;
+        self.has_ended = read == 0;
+        Ok(())
+    }
+}

@@ -1,0 +1,98 @@
+//! What one key does by itself, where the help tells several in one line.
+
+use super::super::editor::RouteAction;
+use super::Action;
+use super::notation;
+use crate::request::layer_word;
+use crate::travel::Travel;
+
+/// In words; `None` for what the help tells by itself anyhow.
+pub(super) fn alone(action: Action) -> Option<String> {
+    let words = match action {
+        Action::ToggleLayer(layer) => {
+            format!("allow or forbid layer {}", layer_word(layer))
+        }
+        Action::MoveCursor { east, north } => {
+            format!("map: move the cursor {}", way(east.into(), north.into()))
+        }
+        Action::Pan { east, north } => {
+            format!("map: look further {}", way(east.into(), north.into()))
+        }
+        Action::Zoom(steps) => pick(steps, "map: zoom in", "map: zoom out"),
+        Action::Show(panel) => {
+            format!(
+                "the panel {}; again: enlarge it",
+                notation::action_name(panel)
+            )
+        }
+        Action::TurnPage(steps) => pick(steps, "the next page", "the page before"),
+        Action::Travel(Travel::Step { forward }) => {
+            format!("time: a line {}", if forward { "on" } else { "back" })
+        }
+        Action::Travel(Travel::Newest) => "time: back to now, or to the end".to_owned(),
+        Action::Travel(Travel::Oldest) => "time: to the beginning".to_owned(),
+        Action::Speed(steps) => pick(steps, "time: faster", "time: slower"),
+        Action::AskJump { forward } => {
+            let which = if forward { "after" } else { "before" };
+            format!("time: the alarm, bump, behaviour change, command or marker {which} this")
+        }
+        Action::JumpAgain { forward } => {
+            let which = if forward { "after" } else { "before" };
+            format!("the one {which} this of the same kind")
+        }
+        Action::Route(route) => return alone_in_route(route),
+        Action::Push { ahead, right } => match (ahead, right) {
+            (1.., _) => "hold to drive ahead".to_owned(),
+            (..=-1, _) => "hold to drive back".to_owned(),
+            _ => format!("hold to turn {}", way(right.into(), 0)),
+        },
+        Action::Faster(steps) => pick(steps, "drive faster", "drive slower"),
+        Action::Choose(steps) => pick(steps, "choose the one below", "choose the one above"),
+        Action::NextValue(steps) => pick(steps, "the next value", "the value before"),
+        Action::NextLine(steps) => pick(steps, "the next kind of line", "the kind of line before"),
+        Action::EraseCharacter => "erase a character".to_owned(),
+        Action::EraseAll => "erase everything".to_owned(),
+        _ => return None,
+    };
+    Some(words)
+}
+
+fn alone_in_route(action: RouteAction) -> Option<String> {
+    let words = match action {
+        RouteAction::Step { east, north, fine } => {
+            let step_in = if fine { 1 } else { 6 };
+            format!(
+                "move the waypoint {step_in} in {}",
+                way(east.into(), north.into())
+            )
+        }
+        RouteAction::Select(1..) => "the next waypoint".to_owned(),
+        RouteAction::Select(_) => "the waypoint before".to_owned(),
+        RouteAction::Rotate(deg) => {
+            let way = if deg > 0 {
+                "clockwise"
+            } else {
+                "counter-clockwise"
+            };
+            let degrees = if deg.abs() == 1 { "degree" } else { "degrees" };
+            format!("turn the route by {} {degrees} {way}", deg.abs())
+        }
+        RouteAction::Scale(steps) => pick(steps, "make the route larger", "make the route smaller"),
+        _ => return None,
+    };
+    Some(words)
+}
+
+fn pick(steps: impl Into<i32>, more: &str, less: &str) -> String {
+    if steps.into() > 0 { more } else { less }.to_owned()
+}
+
+/// A direction on the screen.
+fn way(east: i32, north: i32) -> &'static str {
+    match (east, north) {
+        (1.., _) => "right",
+        (..=-1, _) => "left",
+        (_, 1..) => "up",
+        _ => "down",
+    }
+}

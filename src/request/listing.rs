@@ -1,0 +1,78 @@
+//! What every command is for, as the dashboard lists it.
+
+/// The words of commands and what they are for, in the order of the list.
+pub const LISTING: [(&str, &str); 20] = [
+    ("stop", "motors off"),
+    (
+        "mode M",
+        "prowl reactive passive wander home forage calibrate user",
+    ),
+    (
+        "prowl reactive ..",
+        "a mode in one word: passive, wander, home; dock is forage",
+    ),
+    (
+        "enable L,L",
+        "layers: user bumpers rotation ir sonar photo motion dr",
+    ),
+    ("disable L,L", "forbid them"),
+    ("only L,L", "allow these and no others; or none"),
+    (
+        "preset P",
+        "all sonar-only sonar-ir moth shy reactive passive wander",
+    ),
+    (
+        "goto X Y",
+        "one waypoint, inches; with --go it prowls there at once",
+    ),
+    (
+        "route FILE",
+        "load a file of X,Y lines as the draft; S sends it",
+    ),
+    ("clear", "empty the robot's list (asks)"),
+    ("set-pose X Y DEG", "tell the robot where it is (asks)"),
+    ("reset-pose", "the same for 0 0 0 (asks)"),
+    ("scan", "look around once"),
+    (
+        "failsafe M 30s",
+        "a mode after so long without a word from here; or off",
+    ),
+    (
+        "param NAME VALUE",
+        "set it; also param list, get NAME, save",
+    ),
+    ("name TEXT", "call the run that is being recorded"),
+    ("note TEXT", "add a note to it"),
+    ("void WHY", "it does not count; counts takes that back"),
+    ("help", "this list"),
+    ("quit", "leave; the robot carries on"),
+];
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::request::{Request, preset_names};
+
+    #[test]
+    fn every_command_and_preset_is_listed() {
+        let listed: Vec<String> = LISTING
+            .iter()
+            .flat_map(|(words, does)| {
+                format!("{words} {does}")
+                    .split([' ', ',', ':', ';'])
+                    .map(str::to_owned)
+                    .collect::<Vec<_>>()
+            })
+            .collect();
+        let presets: Vec<&str> = preset_names().collect();
+        for word in Request::commands().chain(presets) {
+            assert!(listed.iter().any(|listed| listed == word), "{word}");
+        }
+        for (words, does) in LISTING {
+            assert!(
+                words.len() < 18 && does.len() <= 58,
+                "{words} fits a row of 80 columns"
+            );
+        }
+    }
+}

@@ -1,0 +1,116 @@
+//! What was tried, what happened, what to do: each verb, given what it cannot use, says all three and leaves with the exit
+//! code for it.
+#![cfg(unix)]
+#![expect(clippy::unwrap_used, reason = "a test stops where something is wrong")]
+
+#[path = "common/programs.rs"]
+mod programs;
+
+use std::fs;
+use std::process::{Command, Stdio};
+
+use programs::{GROUNDWAVE, scratch};
+
+const CAPTURE: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/captures/demo-commands.mcap");
+const NO_FILE: &str = "there is no such file; look whether";
+const IS_FOLDER: &str = "it is a folder; name a file in it";
+const NO_LINE: &str = "not one line of a robot in 6 bytes; it is no capture";
+
+/// The exit code, the words, and what has to be said.
+#[rustfmt::skip]
+const CASES: &[(i32, &[&str], &str)] = &[
+    (2, &["info", "gone"], NO_FILE),
+    (2, &["info", "."], IS_FOLDER),
+    (2, &["info", "a.txt"], NO_LINE),
+    (2, &["info", "empty.txt"], "in 0 bytes; it is no capture"),
+    (2, &["info", "no*such.mcap"], "no file matches"),
+    (2, &["decode", "gone", "--to", "csv"], NO_FILE),
+    (2, &["decode", "a.txt", "--to", "jsonl"], NO_LINE),
+    (2, &["decode", "a.txt", "--to", "xml"], "possible values: jsonl, csv"),
+    (2, &["convert", "gone"], NO_FILE),
+    (1, &["convert", CAPTURE, "--output-dir", "a.txt"], "a file has that name; choose another"),
+    (2, &["convert", CAPTURE, "-o", "."], "is a folder: name a file in it"),
+    (2, &["convert", CAPTURE, "--start", "noon"], "is no moment; try 90s"),
+    (2, &["verify", "gone"], NO_FILE),
+    (2, &["verify", CAPTURE, "--raw", "gone"], NO_FILE),
+    (2, &["songs", "."], IS_FOLDER),
+    (2, &["export", "a.txt", "--to", "svg"], "there is nothing to draw"),
+    (2, &["cut", CAPTURE, "--from", "x"], "is no moment; try 90s"),
+    (2, &["cut", CAPTURE, "--from", "2m", "--to", "1m"], "--from is not before --to"),
+    (1, &["cut", CAPTURE, "--from", "1s", "-o", "gone/a.mcap"], "make the directory first"),
+    (2, &["replay", CAPTURE, "--speed", "fast"], "`fast` is no number; try 10 or 0.5"),
+    (2, &["replay", CAPTURE], "needs a terminal"),
+    (2, &["demo"], "use `groundwave sim` instead"),
+    (2, &["watch", "sim"], "use `watch --headless` instead"),
+    (2, &["recover", "gone"], NO_FILE),
+    (1, &["recover", "a.txt"], "there is no journal"),
+    (2, &["label", "gone"], NO_FILE),
+    (2, &["label", "."], IS_FOLDER),
+    (2, &["compare", CAPTURE, "gone"], NO_FILE),
+    (2, &["runs", "gone"], NO_FILE),
+    (4, &["send", "trillian", "stop"], "[robot.trillian]"),
+    (4, &["watch", "trillian", "--headless"], "`groundwave ports` lists the devices"),
+    (4, &["send", "/dev/gone", "stop"], "`groundwave ports` lists what is plugged in"),
+    (4, &["send", "./", "stop"], "it is not a serial device"),
+    (4, &["record", "a.txt"], "a capture is shown with `groundwave replay"),
+    (4, &["send", "tcp:127.0.0.1:1", "stop"], "Is the serial server running"),
+    (2, &["send", "tcp:localhost", "stop"], "try tcp:localhost:4000"),
+    (4, &["send", "usb:1:2", "stop"], "`groundwave ports` lists those that are"),
+    (4, &["send", "--via", "./gone", "stop"], "Start one that shares its link"),
+    (6, &["send", "-", "stop"], "--via ADDR"),
+    (6, &["send", "sim", "--no-uplink", "stop"], "--via ADDR"),
+    (2, &["send", "sim", "route", "gone"], NO_FILE),
+    (2, &["send", "sim", "route", "bad.csv"], "bad.csv:2:1: expected `X,Y`"),
+    (2, &["send", "sim", "-f", "gone"], NO_FILE),
+    (2, &["send", "sim", "-f", "."], IS_FOLDER),
+    (2, &["send", "sim", "goto", "1", "x"], "whole number of inches from"),
+    (2, &["send", "sim", "enable", "sonr"], "did you mean `sonar`?"),
+    (2, &["send", "sim", "--timeout", "soon", "stop"], "is no duration; try 30s"),
+    (2, &["send", "sim", "--baud", "fast", "stop"], "`fast` is no baud rate; try 2400"),
+    (2, &["calibrate", "sim", "--side", "10"], "10 is not in 40..=400"),
+    (2, &["record", "sim", "--duration", "0"], "is no duration; try 30s"),
+    (1, &["record", "sim", "-o", "gone/a.mcap", "--duration", "1s"], "make the directory first"),
+    (2, &["record", "sim", "-o", "a.txt", "--duration", "1s"], "say --force to lose what is in it"),
+    (2, &["record", "sim", "-o", ".", "--duration", "1s"], "name a file in it"),
+    (1, &["watch", "sim", "--headless", "--share", "gone/a.mcap"], "make the folder first"),
+    (2, &["watch", "sim", "--headless", "--share", "99999"], "neither a port (4001)"),
+    (2, &["watch", "sim", "--headless", "--rotate", "5x"], "a size like 64MB"),
+    (2, &["sim", "--world", "huose"], "that come with the program are house"),
+    (2, &["sim", "--channel", "ber=2"], "like ber=1e-3"),
+    (2, &["sim", "--listen", "127.0.0.1:99999"], "choose another address"),
+    (2, &["sim", "--time-factor", "0"], "choose a factor above 0"),
+    (2, &["sim", "--seed", "-1"], "try a whole number such as 7"),
+    (2, &["world", "house", "--svg", "."], "is a folder: name a file in it"),
+    (2, &["--config", "gone", "ports"], "makes one to start from"),
+    (2, &["config", "check", "gone"], "makes one to start from"),
+    (2, &["completions", "tcsh"], "possible values: bash"),
+    (1, &["man", "a.txt"], "name a folder you may write to"),
+    (2, &["wach", "sim"], "a similar subcommand exists: 'watch'"),
+    (2, &["watch", "sim", "--headles"], "a similar argument exists: '--headless'"),
+];
+
+#[test]
+fn what_cannot_be_done_is_told_with_its_remedy() {
+    let folder = scratch("remedies");
+    for (name, text) in [
+        ("a.txt", "hello\n"),
+        ("empty.txt", ""),
+        ("bad.csv", "1,2\n3;4\n"),
+    ] {
+        fs::write(folder.join(name), text).unwrap();
+    }
+    for (code, words, told) in CASES {
+        let output = Command::new(GROUNDWAVE)
+            .args(*words)
+            .current_dir(&folder)
+            .stdin(Stdio::null())
+            .output()
+            .unwrap();
+        let said = String::from_utf8(output.stderr).unwrap();
+        assert_eq!(output.status.code(), Some(*code), "{words:?}: {said}");
+        assert!(said.contains(told), "{words:?}: {said}");
+        let lines: Vec<&str> = said.lines().collect();
+        let is_said_twice = lines.windows(2).any(|pair| pair[0] == pair[1]);
+        assert!(!is_said_twice, "{words:?}: {said}");
+    }
+}
