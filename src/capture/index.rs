@@ -16,7 +16,7 @@ use std::sync::Arc;
 
 use super::CaptureError;
 use super::source::{Form, HEAD_BYTES, ROUTE_HEAD_BYTES, is_route};
-use crate::event::{Event, Moment};
+use crate::event::{Event, Moment, Truth};
 
 pub use mcap::McapTape;
 pub use text::TextTape;
@@ -81,6 +81,11 @@ pub trait Tape {
 
     /// Time of day at its beginning, since 1970, if it knows.
     fn unix(&self) -> Option<Moment>;
+
+    /// The simulator's truth, where the capture is of a simulated robot and has it.
+    fn truth(&self) -> Option<Truth> {
+        None
+    }
 
     /// The same capture once more, for somebody else to read.
     fn again(&self) -> Box<dyn Tape + Send>;

@@ -341,7 +341,8 @@ impl Model {
                 self.size = (width, height);
                 changed
             }
-            Event::Tick => false,
+            // Marks are the player's.
+            Event::Mark(_) | Event::Tick => false,
         };
         changed |= self.watch_alarms(now);
         if std::mem::take(&mut self.calls) && self.config.bell {

@@ -14,9 +14,10 @@ use prost::Message;
 
 use super::{Piece, Place, Source, Tape, read_at, told};
 use crate::capture::CaptureError;
+use crate::capture::composer::Session;
 use crate::capture::messages::{RawBytes, UplinkEvent};
 use crate::capture::topics::{self, RAW_RX, RAW_TX};
-use crate::event::Moment;
+use crate::event::{Moment, Truth};
 
 const UPLINK: &str = topics::Topic::Uplink.name();
 const LOG: &str = topics::Topic::Log.name();
@@ -35,6 +36,9 @@ const CHUNK_BYTES_MAX: u64 = 64 * 1024 * 1024;
 
 /// The first message is looked for in so many chunks.
 const CHUNKS_BEFORE_MESSAGES: usize = 64;
+
+/// A longer table is not believed.
+const METADATA_BYTES_MAX: u64 = 1024 * 1024;
 
 /// Records are walked through with reads of this size.
 const WALK_BYTES: usize = 4096;
@@ -83,6 +87,7 @@ pub struct McapTape {
     start_ns: u64,
     end_ns: u64,
     topics: BTreeMap<u16, Topic>,
+    truth: Option<Truth>,
     block: Option<Block>,
     place: Place,
     /// The message given out last.
@@ -109,6 +114,7 @@ impl McapTape {
             start_ns: 0,
             end_ns: 0,
             topics: BTreeMap::new(),
+            truth: None,
             block: None,
             place: Place::default(),
             current: RawBytes::default(),
@@ -183,12 +189,38 @@ impl McapTape {
                         take_channel(&mut self.topics, body);
                     }
                 }
+                op::METADATA if length <= METADATA_BYTES_MAX => {
+                    if let Some(body) = window.read(&*self.source, body_at, length as usize)? {
+                        self.take_metadata(body);
+                    }
+                }
+                op::METADATA_INDEX if length < WALK_BYTES as u64 => {
+                    if let Some(body) = window.read(&*self.source, body_at, length as usize)?
+                        && let Ok(Record::MetadataIndex(index)) = ::mcap::parse_record(opcode, body)
+                        && index.name == Session::TABLE
+                        && index.length <= METADATA_BYTES_MAX
+                    {
+                        let mut record = vec![0; index.length as usize];
+                        read_at(&*self.source, index.offset, &mut record)?;
+                        self.take_metadata(record.get(HEAD_BYTES..).unwrap_or_default());
+                    }
+                }
                 op::DATA_END | op::FOOTER => break,
                 _ => {}
             }
             offset = end;
         }
         Ok(())
+    }
+
+    /// What the recording says of itself.
+    fn take_metadata(&mut self, body: &[u8]) {
+        if let Ok(Record::Metadata(table)) = ::mcap::parse_record(op::METADATA, body)
+            && table.name == Session::TABLE
+        {
+            let truth = table.metadata.get(Session::TRUTH);
+            self.truth = truth.and_then(|truth| serde_json::from_str(truth).ok());
+        }
     }
 
     fn mark(&mut self, start_ns: u64, end_ns: u64, offset: u64) {
@@ -434,6 +466,10 @@ impl Tape for McapTape {
 
     fn again(&self) -> Box<dyn Tape + Send> {
         Box::new(self.clone())
+    }
+
+    fn truth(&self) -> Option<Truth> {
+        self.truth.clone()
     }
 
     fn unix(&self) -> Option<Moment> {

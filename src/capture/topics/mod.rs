@@ -25,7 +25,9 @@ use foxglove::messages::{
 
 pub use deriver::Deriver;
 pub use geometry::{BASE, ODOM};
+pub(super) use station_event::MARK;
 pub use station_event::StationEvent;
+pub(super) use story::is_contact;
 
 use super::messages::{RawBytes, Telemetry, UplinkEvent};
 use super::schema::{DESCRIPTORS, Schema};

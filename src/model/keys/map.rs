@@ -249,7 +249,7 @@ impl Row {
         notation::names(&self.keys)
     }
 
-    /// What it does by itself.
+    /// What it does, in words of its own even where another row of the table speaks for it.
     pub(crate) fn does(&self) -> Cow<'_, str> {
         match words::alone(self.action) {
             Some(words) => words.into(),
@@ -350,15 +350,9 @@ mod tests {
             let row = keymap.rows().find(|row| row.name() == name);
             row.map(|row| (row.label.to_string(), row.help.to_string()))
         };
-        let sonar = (
-            "F10".to_owned(),
-            "allow the layer sonar, or forbid it".to_owned(),
-        );
+        let sonar = ("F10".to_owned(), "allow or forbid layer sonar".to_owned());
         assert_eq!(told("toggle-layer-sonar"), Some(sonar));
-        let photo = (
-            "5".to_owned(),
-            "allow the layer photo, or forbid it".to_owned(),
-        );
+        let photo = ("5".to_owned(), "allow or forbid layer photo".to_owned());
         assert_eq!(told("toggle-layer-photo"), Some(photo));
     }
 

@@ -10,7 +10,7 @@ use crate::travel::Travel;
 pub(super) fn alone(action: Action) -> Option<String> {
     let words = match action {
         Action::ToggleLayer(layer) => {
-            format!("allow the layer {}, or forbid it", layer_word(layer))
+            format!("allow or forbid layer {}", layer_word(layer))
         }
         Action::MoveCursor { east, north } => {
             format!("map: move the cursor {}", way(east.into(), north.into()))
