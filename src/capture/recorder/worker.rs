@@ -20,8 +20,8 @@ pub(super) enum Order {
     Entry(Entry),
     /// What was remembered from before the recording began.
     Entries(Vec<Entry>),
-    /// Everything onto the disk.
-    Flush,
+    /// Everything to the system, and onto the disk.
+    Flush(Until),
     /// Are the files still where their names say?
     Look,
     /// Finish this part and go on in another.
@@ -32,8 +32,8 @@ pub(super) enum Order {
 
 /// What the disk is waited for.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-enum Until {
-    /// The journal has it, of which the recording can be made: half the work of the disk, for what happens often.
+pub(super) enum Until {
+    /// The journal has it, of which the recording can be made.
     InJournal,
     /// Both files have it.
     OnDisk,
@@ -136,7 +136,7 @@ impl Worker {
                 }
                 Order::Entry(entry) => self.take(std::slice::from_ref(&entry))?,
                 Order::Entries(entries) => self.take(&entries)?,
-                Order::Flush => self.flush(Until::OnDisk)?,
+                Order::Flush(until) => self.flush(until)?,
                 Order::Look => self.look()?,
             }
             self.shared.done.fetch_add(1, Ordering::Release);
