@@ -147,7 +147,7 @@ mod tests {
     fn a_few_letters_are_enough() {
         for (text, title) in [
             ("go home", "home: back to the origin"),
-            ("lysonar", "allow the layer sonar, or forbid it"),
+            ("lysonar", "allow or forbid layer sonar"),
             ("moth", ":preset moth"),
             ("failsafe", ":failsafe"),
             ("truth", "map: the simulator's truth"),
