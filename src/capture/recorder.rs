@@ -33,6 +33,9 @@ const SYNC_PERIOD: Duration = Duration::from_mins(1);
 /// A disk may stall for minutes at 3 lines a second before the MCAP has to be made anew from the journal.
 const QUEUE_LENGTH: usize = 1024;
 
+/// Clumps of bytes without the end of a line that wait for more: half a second of them.
+const HELD_MAX: usize = 32;
+
 /// A recording under way.
 ///
 /// What comes in is in the journal, `NAME.journal`, when a call returns. Nothing here fails, and nothing but
@@ -48,6 +51,8 @@ pub struct Recorder {
     part: u32,
     part_since: Option<Moment>,
     journal: JournalWriter,
+    /// In the journal, and not yet with the thread: waking it costs more than what it does with a few bytes.
+    held: Vec<Entry>,
     orders: Option<SyncSender<Order>>,
     thread: Option<JoinHandle<Result<(), CaptureError>>>,
     shared: Arc<Shared>,
@@ -132,6 +137,7 @@ impl Recorder {
             part: 1,
             part_since: None,
             journal,
+            held: Vec::new(),
             orders: Some(orders),
             thread: Some(thread),
             shared,
@@ -155,7 +161,10 @@ impl Recorder {
             data: bytes.to_vec(),
         };
         self.journal.rx(entry.at_ns, bytes);
-        self.push(now, Order::Entry(entry));
+        self.hold(now, [entry]);
+        if bytes.contains(&b'\n') || self.held.len() >= HELD_MAX {
+            self.handle_timeout(now);
+        }
         self.part_since.get_or_insert(now);
         if bytes.ends_with(b"\n") {
             self.rotate_if_due(now, wall);
@@ -174,7 +183,8 @@ impl Recorder {
             data: bytes.to_vec(),
         };
         self.journal.tx(entry.at_ns, bytes);
-        self.push(now, Order::Entry(entry));
+        self.hold(now, [entry]);
+        self.handle_timeout(now);
     }
 
     /// Records an event of the station's. The beginning and the end of a command and an alarm go to the disk
@@ -182,7 +192,8 @@ impl Recorder {
     pub fn handle_event(&mut self, now: Moment, wall: SystemTime, event: &StationEvent) {
         let entry = Entry::of_event(since_1970_ns(wall), event);
         self.journal.entry(&entry);
-        self.push(now, Order::Entry(entry));
+        self.hold(now, [entry]);
+        self.handle_timeout(now);
     }
 
     /// Records what was remembered from before it began, oldest first, with its times since 1970. To be
@@ -201,19 +212,23 @@ impl Recorder {
                 Kind::Session | Kind::Uplink | Kind::Log => self.journal.entry(entry),
             }
         }
-        self.push(now, Order::Entries(entries));
+        self.hold(now, entries);
+        self.handle_timeout(now);
     }
 
     /// When [`Self::handle_timeout`] wants to be called; `None` when the disk has everything.
     #[must_use]
     pub fn poll_timeout(&self) -> Option<Moment> {
-        let is_dirty = self.backlog() > 0 || self.shared.is_dirty.load(Ordering::Acquire);
+        let is_dirty = !self.held.is_empty()
+            || self.backlog() > 0
+            || self.shared.is_dirty.load(Ordering::Acquire);
         self.flush_at.filter(|_| is_dirty)
     }
 
     /// Flushes what has waited long enough, and looks now and then whether the files are still there. To be
     /// called every second or so, also while nothing comes in.
     pub fn handle_timeout(&mut self, now: Moment) {
+        self.hand_over();
         let look_at = *self.look_at.get_or_insert(now + FLUSH_PERIOD);
         if now >= look_at && self.try_push(Order::Look) {
             self.look_at = Some(now + FLUSH_PERIOD);
@@ -287,6 +302,7 @@ impl Recorder {
     }
 
     fn stop(&mut self) -> Result<(), CaptureError> {
+        self.hand_over();
         self.orders = None;
         self.thread.take().map_or(Ok(()), |thread| {
             thread.join().unwrap_or_else(|_| {
@@ -331,12 +347,20 @@ impl Recorder {
         }
     }
 
-    fn push(&mut self, now: Moment, order: Order) {
-        self.handle_timeout(now);
-        if self.try_push(order) {
-            self.flush_at.get_or_insert(now + FLUSH_PERIOD);
-        } else {
-            self.dropped += 1;
+    /// The disk has it in good time, whether more comes or not.
+    fn hold(&mut self, now: Moment, entries: impl IntoIterator<Item = Entry>) {
+        self.held.extend(entries);
+        self.flush_at.get_or_insert(now + FLUSH_PERIOD);
+    }
+
+    fn hand_over(&mut self) {
+        if self.held.is_empty() {
+            return;
+        }
+        let held = std::mem::take(&mut self.held);
+        let count = held.len() as u64;
+        if !self.try_push(Order::Entries(held)) {
+            self.dropped += count;
             self.shared.has_dropped.store(true, Ordering::Release);
         }
     }

@@ -16,9 +16,7 @@ use super::super::topics::Deriver;
 
 /// What the thread is told to do, in order.
 pub(super) enum Order {
-    /// Something that is in the journal already.
-    Entry(Entry),
-    /// What was remembered from before the recording began.
+    /// What is in the journal already.
     Entries(Vec<Entry>),
     /// Everything to the system, and onto the disk.
     Flush(Until),
@@ -134,7 +132,6 @@ impl Worker {
                         self.go_on(*next, deriver)?;
                     }
                 }
-                Order::Entry(entry) => self.take(std::slice::from_ref(&entry))?,
                 Order::Entries(entries) => self.take(&entries)?,
                 Order::Flush(until) => self.flush(until)?,
                 Order::Look => self.look()?,
