@@ -5,6 +5,7 @@
 //! order. An MCAP has its chunks' times in the summary at its end; of those of a very
 //! long one some are kept, and the headers between them say the rest.
 
+mod block;
 mod mcap;
 mod text;
 mod told;

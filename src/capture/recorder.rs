@@ -21,10 +21,14 @@ use super::rotation::{Rotation, part_name};
 use super::topics::StationEvent;
 use super::{CaptureError, Existing};
 use crate::event::Moment;
-use worker::{Order, Part, Shared, Worker, write_error};
+use worker::{Order, Part, Shared, Until, Worker, write_error};
 
 /// So that a power cut takes no more than the last 10 s, with a disk that needs its time.
 const FLUSH_PERIOD: Duration = Duration::from_secs(8);
+
+/// The journal is enough for that. The disk is made to keep the MCAP too only so often: waiting for a disk is most of
+/// what a recording costs.
+const SYNC_PERIOD: Duration = Duration::from_mins(1);
 
 /// A disk may stall for minutes at 3 lines a second before the MCAP has to be made anew from the journal.
 const QUEUE_LENGTH: usize = 1024;
@@ -56,6 +60,9 @@ pub struct Recorder {
     dropped: u64,
     flush_at: Option<Moment>,
     look_at: Option<Moment>,
+    sync_at: Option<Moment>,
+    /// Time of the newest entry, or of the beginning; nanoseconds since 1970.
+    last_ns: u64,
 }
 
 impl Recorder {
@@ -140,6 +147,8 @@ impl Recorder {
             dropped: 0,
             flush_at: None,
             look_at: None,
+            sync_at: None,
+            last_ns: since_1970_ns(session.start),
         })
     }
 
@@ -150,7 +159,7 @@ impl Recorder {
         }
         let entry = Entry {
             kind: Kind::Rx,
-            at_ns: since_1970_ns(wall),
+            at_ns: self.time_ns(since_1970_ns(wall)),
             offset: self.journal.rx_bytes(),
             data: bytes.to_vec(),
         };
@@ -172,7 +181,7 @@ impl Recorder {
         }
         let entry = Entry {
             kind: Kind::Tx,
-            at_ns: since_1970_ns(wall),
+            at_ns: self.time_ns(since_1970_ns(wall)),
             offset: self.journal.tx_bytes(),
             data: bytes.to_vec(),
         };
@@ -184,7 +193,7 @@ impl Recorder {
     /// Records an event of the station's. The beginning and the end of a command and an alarm go to the disk
     /// at once, as a bump does.
     pub fn handle_event(&mut self, now: Moment, wall: SystemTime, event: &StationEvent) {
-        let entry = Entry::of_event(since_1970_ns(wall), event);
+        let entry = Entry::of_event(self.time_ns(since_1970_ns(wall)), event);
         self.journal.entry(&entry);
         self.hold(now, [entry]);
         self.handle_timeout(now);
@@ -194,6 +203,7 @@ impl Recorder {
     /// called before anything else; offsets are set here.
     pub fn handle_backlog(&mut self, now: Moment, mut entries: Vec<Entry>) {
         for entry in &mut entries {
+            entry.at_ns = self.time_ns(entry.at_ns);
             match entry.kind {
                 Kind::Rx => {
                     entry.offset = self.journal.rx_bytes();
@@ -208,6 +218,13 @@ impl Recorder {
         }
         self.hold(now, entries);
         self.handle_timeout(now);
+    }
+
+    /// Time of an entry: never before the one before it. Recovery knows an event again by its time, and a recording's
+    /// messages have theirs in order.
+    fn time_ns(&mut self, at_ns: u64) -> u64 {
+        self.last_ns = self.last_ns.max(at_ns);
+        self.last_ns
     }
 
     /// When [`Self::handle_timeout`] wants to be called; `None` when the disk has everything.
@@ -227,8 +244,17 @@ impl Recorder {
         if now >= look_at && self.try_push(Order::Look) {
             self.look_at = Some(now + FLUSH_PERIOD);
         }
-        if self.flush_at.is_some_and(|at| now >= at) && self.try_push(Order::Flush) {
-            self.flush_at = None;
+        if self.flush_at.is_some_and(|at| now >= at) {
+            let is_due = now >= *self.sync_at.get_or_insert(now + SYNC_PERIOD);
+            let until = if is_due || self.journal.problem().is_some() {
+                Until::OnDisk
+            } else {
+                Until::InJournal
+            };
+            if self.try_push(Order::Flush(until)) {
+                self.flush_at = None;
+                self.sync_at = self.sync_at.filter(|_| until == Until::InJournal);
+            }
         }
     }
 
