@@ -75,6 +75,9 @@ impl Palette {
     }
 }
 
+/// What is asked of the station, not of the robot.
+const OTHER_COMMANDS: [&str; 6] = ["runs", "compare", "name", "note", "void", "counts"];
+
 /// The rows of the dashboard's keys, then the commands.
 fn entries(keymap: &Keymap) -> Vec<Entry> {
     let keys = keymap
@@ -92,7 +95,9 @@ fn entries(keymap: &Keymap) -> Vec<Entry> {
             }
         });
     let presets = preset_names().map(|name| format!("preset {name}"));
-    let commands = Request::commands().map(str::to_owned).chain(presets);
+    let others = OTHER_COMMANDS.map(str::to_owned);
+    let commands = Request::commands().map(str::to_owned);
+    let commands = commands.chain(presets).chain(others);
     let commands = commands.map(|words| Entry {
         title: format!(":{words}"),
         key: String::new(),
@@ -119,6 +124,9 @@ impl Model {
                         .into_iter()
                         .flat_map(|request| self.ask_or_send(request))
                         .collect();
+                }
+                if let Some(effects) = self.ask_for_runs(&split) {
+                    return effects;
                 }
                 self.overlay = Overlay::Text(TextEntry {
                     text: format!("{words} "),

@@ -62,6 +62,8 @@ impl Live {
                 | Event::Resize { .. }
                 | Event::Recording(_)
                 | Event::Playback(_)
+                | Event::Runs(_)
+                | Event::Overlaid(_)
         );
         let is_fact = is_fact && (*event != Event::Tick || is_due);
         if is_fact {

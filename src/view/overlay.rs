@@ -43,6 +43,7 @@ impl Screen<'_> {
             Overlay::Help => self.help(buffer, area),
             Overlay::Palette(palette) => self.palette(buffer, area, palette),
             Overlay::Why => self.why_window(buffer, area),
+            Overlay::Runs(runs) => self.runs_window(buffer, area, runs),
             Overlay::None
             | Overlay::Text(_)
             | Overlay::Drive(_)

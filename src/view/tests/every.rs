@@ -298,6 +298,27 @@ const STATES: &[State] = &[
         ],
     },
     State {
+        name: "runs",
+        make: |config| {
+            let mut scene = typed(config, ":runs runs");
+            scene.press(&[KeyCode::Enter]);
+            scene.event(Event::Runs(Ok(listed())));
+            scene.press(&[KeyCode::Enter, KeyCode::Down]);
+            scene
+        },
+        facts: &["runs in runs", "evening.mcap  ne", "VOID", "Enter compare"],
+    },
+    State {
+        name: "comparison",
+        make: |config| {
+            let mut scene = typed(config, ":compare a.mcap b.mcap");
+            scene.press(&[KeyCode::Enter]);
+            scene.event(Event::Overlaid(Ok(overlaid())));
+            scene
+        },
+        facts: &["closing error", "+9.0 in", "on average", "Esc back"],
+    },
+    State {
         name: "route",
         make: |config| {
             let mut scene = drafting(config);
