@@ -164,7 +164,7 @@ const STATES: &[State] = &[
             scene.wait_ms(4500);
             scene
         },
-        facts: &["LINK LOST 4 s", "the device is gone", "plug the radio in"],
+        facts: &["LINK LOST 4 s", "the device is gone", "see to plug, cable"],
     },
     State {
         name: "ended",
