@@ -9,7 +9,8 @@
 Linux only. A packet comes down a pseudo-terminal three times a second, in clumps of 16 ms as a USB adapter hands them over; the
 terminal has 120x40. For CPU, memory and processes /proc is read, times are those of the monotonic clock. --only NAME
 measures one program, --seconds and --keys say how long. As root the measuring itself has precedence over what it measures;
-without, its own wait for a core is in the times while both are busy.
+without, its own wait for a core is in the times. On a machine that is not idle --first lets the quiet figures be taken as if it
+were, as far as waiting for a core goes.
 """
 
 import argparse
@@ -52,8 +53,9 @@ ROWS = {
 class Trial:
     """One program, measured: what came out, by the row it belongs to."""
 
-    def __init__(self, contestant: Contestant, seconds: float, keys: int, folder: str) -> None:
-        self.contestant, self.seconds, self.keys, self.folder = contestant, seconds, keys, folder
+    def __init__(self, contestant: Contestant, options: argparse.Namespace, folder: str) -> None:
+        self.contestant, self.folder, self.is_first = contestant, folder, options.first
+        self.seconds, self.keys = options.seconds, options.keys
         self.cells: dict[str, str] = {}
         self._started = 0
 
@@ -67,6 +69,7 @@ class Trial:
         time.sleep(SETTLE_S)
         self._costs(program)
         self._prompt(program, serial, "quiet")
+        machine.give_precedence(program.pid, False)
         with machine.every_core_busy():
             time.sleep(self.seconds)
             self._prompt(program, serial, "busy")
@@ -82,7 +85,7 @@ class Trial:
             self.contestant.feed(serial)
         self._started += 1
         file = os.path.join(self.folder, f"run-{self._started}")
-        return serial, Program(self.contestant.words(serial.path, file), self.folder, {"HOME": self.folder})
+        return serial, Program(self.contestant.words(serial.path, file), self.folder, {"HOME": self.folder}, self.is_first)
 
     def _bare_start_ms(self) -> float:
         words = [self.contestant.words("", "")[0], *self.contestant.version]
@@ -159,6 +162,7 @@ def main() -> None:
     parser.add_argument("--only", metavar="NAME", help="measure this program alone")
     parser.add_argument("--seconds", type=float, default=60.0, help="for how long each figure is taken (60)")
     parser.add_argument("--keys", type=int, default=100, help="how many keys are pressed (100)")
+    parser.add_argument("--first", action="store_true", help="while quiet, let what is measured run before all else on the machine")
     options = parser.parse_args()
     chosen = [it for it in CONTESTANTS if options.beside or it is CONTESTANTS[0]]
     if options.only:
@@ -172,10 +176,10 @@ def main() -> None:
             continue
         print(f"measuring {contestant.name} ...", file=sys.stderr)
         with tempfile.TemporaryDirectory() as folder:
-            columns[contestant.name] = Trial(contestant, options.seconds, options.keys, folder).run()
+            columns[contestant.name] = Trial(contestant, options, folder).run()
         notes.append(f"{contestant.name}: {version(contestant)}; {contestant.remark}")
     print(f"Machine: {about}. {datetime.date.today()}, commit {machine.commit()}. Each figure over {options.seconds:.0f} s or")
-    print(f"{options.keys} keys; in brackets how many times there are. The measuring {'has' if is_prompt else 'has no'} precedence.\n")
+    print(f"{options.keys} keys; in brackets how many times there are. The measuring {'has' if is_prompt else 'has no'} precedence{', and so has what is measured while quiet' if options.first else ''}.\n")
     print(table(columns) + "\n")
     print("\n".join(f"- {note}." for note in notes))
 

@@ -8,10 +8,11 @@ use std::time::Duration;
 use groundwave_protocol::Waypoint;
 use groundwave_protocol::decoder::Counters;
 use groundwave_protocol::telemetry::{AckLine, Line, Outcome, ParameterLine};
+use serde::{Deserialize, Serialize};
 
 use crate::request::Request;
 use crate::statistics::Statistics;
-use crate::travel::{Playback, Travel};
+use crate::travel::{Mark, Playback, Travel};
 
 /// Something that happened. The time it happened at travels beside it, as the time since the station
 /// started.
@@ -71,6 +72,8 @@ pub enum Event {
     },
     /// The screen stands elsewhere in time than now; `None` when it shows now.
     Playback(Option<Box<Playback>>),
+    /// The operator marked a moment, for whoever plays the recording.
+    Mark(Mark),
     /// What only a simulator knows: shown as the simulator's truth, used for nothing.
     Truth(Truth),
     /// Something worth a line in the log.
@@ -350,7 +353,7 @@ pub struct Recording {
 }
 
 /// The simulator's truth, in the robot's own frame.
-#[derive(Clone, Debug, Default, PartialEq)]
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Truth {
     /// Walls and obstacles as segments, inches.
     pub walls: Vec<[(f64, f64); 2]>,

@@ -1,6 +1,7 @@
 //! Words for moving through the time of a session or a capture: what may be asked for, and where the
 //! screen stands.
 
+use std::fmt;
 use std::str::FromStr;
 
 use crate::event::Moment;
@@ -13,6 +14,9 @@ pub const SPEED_MAX: f64 = 1000.0;
 
 /// Moments that the operator can mark.
 pub const MARKERS_MAX: usize = 32;
+
+/// A mark closer than this to another is the same one.
+pub const MARKER_REACH: Moment = Moment::from_millis(250);
 
 /// What the operator asks for.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -45,6 +49,37 @@ pub enum Travel {
     Newest,
     /// To the oldest there is.
     Oldest,
+}
+
+/// The operator marked a moment, or took a mark away.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Mark {
+    /// How long ago the moment was; to the millisecond when it is told in words.
+    pub ago: Moment,
+    /// Set; else taken away.
+    pub is_set: bool,
+}
+
+impl fmt::Display for Mark {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let word = if self.is_set { "marked" } else { "unmarked" };
+        write!(f, "{word} {:.3} s ago", self.ago.as_secs_f64())
+    }
+}
+
+impl Mark {
+    /// What its words say; `None` for other words.
+    #[must_use]
+    pub fn from_words(words: &str) -> Option<Self> {
+        let (word, ago) = words.split_once(' ')?;
+        let is_set = match word {
+            "marked" => true,
+            "unmarked" => false,
+            _ => return None,
+        };
+        let ago = Moment::try_from_secs_f64(decimal(ago.strip_suffix(" s ago")?)?).ok()?;
+        Some(Self { ago, is_set })
+    }
 }
 
 /// What can be jumped to.
@@ -219,6 +254,7 @@ fn decimal(text: &str) -> Option<f64> {
 }
 
 /// Where the screen stands in time, when it does not show now.
+#[expect(clippy::struct_excessive_bools, reason = "each is a fact of its own")]
 #[derive(Clone, Debug, PartialEq)]
 pub struct Playback {
     /// A live session goes on underneath; else this is a capture.

@@ -397,6 +397,9 @@ fn rust_files(place: &Path) -> Vec<PathBuf> {
 fn is_test_module(path: &Path) -> bool {
     path.file_name()
         .is_some_and(|name| name == "tests.rs" || name == "testing.rs")
+        || path
+            .parent()
+            .is_some_and(|folder| folder.ends_with("tests"))
 }
 
 /// Lines of code with their numbers: no comments, and nothing from the first `mod tests` on.

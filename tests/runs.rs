@@ -59,7 +59,7 @@ fn what_is_said_of_a_run_is_kept_beside_it_and_told_in_the_list() {
     let before = fs::read(&capture).unwrap();
     for words in [
         &["--name", "new wheels"][..],
-        &["--note", "the glass door", "--at", "1:30"],
+        &["--note", "the glass door", "--at", "0:30"],
         &["--void", "the cat"],
     ] {
         told(&groundwave(
@@ -68,7 +68,7 @@ fn what_is_said_of_a_run_is_kept_beside_it_and_told_in_the_list() {
         ));
     }
     let said = told(&groundwave(folder.path(), &["label", "b.mcap"]));
-    for fact in ["new wheels", "VOID   the cat", "at 90.0 s: the glass door"] {
+    for fact in ["new wheels", "VOID   the cat", "at 30.0 s: the glass door"] {
         assert!(said.contains(fact), "{fact} is not in\n{said}");
     }
     let list = told(&groundwave(folder.path(), &["runs"]));

@@ -131,3 +131,25 @@ fn a_converted_capture_has_the_times_of_the_text() {
     assert_eq!(of_raw[0]["duration_s"], of_mcap[0]["duration_s"]);
     fs::remove_dir_all(folder).unwrap();
 }
+
+/// Bumps are counted one way, whoever tells of them.
+#[test]
+fn everybody_counts_the_same_bumps() {
+    for name in ["house-clean.txt", "house-noisy.txt", "demo-commands.mcap"] {
+        let file = format!("{}/captures/{name}", env!("CARGO_MANIFEST_DIR"));
+        let of_info = json(&["info", "--json", &file])[0]["bumps"].clone();
+        assert!(of_info.as_u64().unwrap() > 0, "{name}");
+        assert_eq!(
+            json(&["runs", "--json", &file])[0]["bumps"],
+            of_info,
+            "{name}"
+        );
+        let (svg, _) = expect(0, &["export", "--to", "svg", &file, "-o", "-"]);
+        assert!(
+            [")", " counted"]
+                .iter()
+                .any(|end| svg.contains(&format!("bump ({of_info}{end}"))),
+            "{name}: {of_info}"
+        );
+    }
+}

@@ -11,6 +11,8 @@ import termios
 import threading
 import time
 
+import machine
+
 COLUMNS, ROWS = 120, 40
 TICK_S = 0.02
 
@@ -18,12 +20,14 @@ TICK_S = 0.02
 class Program:
     """Started on a terminal of 120x40. A thread notes everything it writes with the moment at which it came."""
 
-    def __init__(self, words: list[str], folder: str, environment: dict[str, str]) -> None:
+    def __init__(self, words: list[str], folder: str, environment: dict[str, str], first: bool = False) -> None:
         wait, go = os.pipe()
         self.pid, self.fd = pty.fork()
         if self.pid == 0:
             os.chdir(folder)
             os.environ.update(TERM="xterm-256color", LANG="C.UTF-8", **environment)
+            if first:
+                machine.give_precedence(os.getpid(), True)
             os.read(wait, 1)
             os.execvp(words[0], words)
         fcntl.ioctl(self.fd, termios.TIOCSWINSZ, struct.pack("HHHH", ROWS, COLUMNS, 0, 0))

@@ -13,6 +13,8 @@ from terminal import COLUMNS, ROWS, Program
 KEY_EVERY_S = 1.0
 #: A key whose answer has not come by then has none.
 ANSWER_S = 0.9
+#: For the keys that are typed ahead to be taken.
+AHEAD_S = 0.3
 #: Bytes that come within this before a key may be those that are taken for its answer.
 QUIET_S = 0.02
 
@@ -55,7 +57,7 @@ def to_line(program: Program, serial: SerialLine, ahead: bytes, key: bytes, answ
     for _ in range(count):
         if ahead:
             program.type(ahead)
-            time.sleep(KEY_EVERY_S * (1.0 + len(ahead) / 3))
+            time.sleep(AHEAD_S)
         heard = len(serial.received)
         pressed = program.type(key)
         time.sleep(ANSWER_S)

@@ -29,6 +29,12 @@ pub struct Session {
 }
 
 impl Session {
+    /// The table of a recording that says all this.
+    pub(super) const TABLE: &str = "session";
+
+    /// The note that has the simulator's truth, as JSON.
+    pub const TRUTH: &str = "truth";
+
     pub(super) fn metadata(&self) -> BTreeMap<String, String> {
         let mut metadata = self.notes.clone();
         metadata.insert("link".into(), self.link.clone());
@@ -70,7 +76,7 @@ impl<W: Write> Composer<W> {
         composer.handle_event(time_ns, &begun)?;
         composer
             .writer
-            .write_metadata("session", &session.metadata())?;
+            .write_metadata(Session::TABLE, &session.metadata())?;
         composer.writer.attach(&Attachment {
             name: layout::NAME,
             media_type: "application/json",

@@ -5,6 +5,7 @@
 //! order. An MCAP has its chunks' times in the summary at its end; of those of a very
 //! long one some are kept, and the headers between them say the rest.
 
+mod block;
 mod mcap;
 mod text;
 mod told;
@@ -15,8 +16,8 @@ use std::path::Path;
 use std::sync::Arc;
 
 use super::CaptureError;
-use super::source::{Form, HEAD_BYTES};
-use crate::event::{Event, Moment};
+use super::source::{Form, HEAD_BYTES, ROUTE_HEAD_BYTES, is_route};
+use crate::event::{Event, Moment, Truth};
 
 pub use mcap::McapTape;
 pub use text::TextTape;
@@ -81,6 +82,11 @@ pub trait Tape {
 
     /// Time of day at its beginning, since 1970, if it knows.
     fn unix(&self) -> Option<Moment>;
+
+    /// The simulator's truth, where the capture is of a simulated robot and has it.
+    fn truth(&self) -> Option<Truth> {
+        None
+    }
 
     /// The same capture once more, for somebody else to read.
     fn again(&self) -> Box<dyn Tape + Send>;
@@ -191,9 +197,13 @@ pub fn read(source: Arc<dyn Source>, name: &Path) -> Result<Box<dyn Tape + Send>
         path: name.to_owned(),
         error,
     };
-    let mut head = [0; HEAD_BYTES];
+    let mut head = [0; ROUTE_HEAD_BYTES];
     let length = read_at(&*source, 0, &mut head).map_err(read_error)?;
-    Ok(match Form::tell(&head[..length], name)? {
+    let head = &head[..length];
+    if is_route(head) {
+        return Err(CaptureError::Route(name.to_owned()));
+    }
+    Ok(match Form::tell(&head[..length.min(HEAD_BYTES)], name)? {
         Form::Mcap => Box::new(McapTape::new(source, name)?),
         Form::Raw => Box::new(TextTape::new(source).map_err(read_error)?),
     })

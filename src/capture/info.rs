@@ -5,10 +5,11 @@ use std::time::Duration;
 
 use groundwave_protocol::LINE_BYTES;
 use groundwave_protocol::decoder::{Counters, Decoder, Received};
-use groundwave_protocol::letters::{Bump, Drive, Layer};
+use groundwave_protocol::letters::{Drive, Layer};
 use groundwave_protocol::telemetry::{Body, CountersLine, HOLDERS, Line, StateLine};
 use serde::Serialize;
 
+use super::bumps::Bumps;
 use super::odometer::{can_be_driven, seconds_of, slots_between};
 use super::source::{Chunk, Form};
 use super::{Capture, CaptureError};
@@ -61,8 +62,7 @@ pub struct Info {
     pub battery_first_v: Option<f64>,
     /// Last voltage reported.
     pub battery_last_v: Option<f64>,
-    /// Bumper contacts: by the robot's own count between the first line C and the last, else as seen
-    /// in lines A.
+    /// Bumper contacts: by the robot's own count between the first line C and the last, else as seen in lines A.
     pub bumps: u32,
     /// Why the capture could not be read to its end.
     pub problem: Option<String>,
@@ -280,9 +280,7 @@ struct Survey {
     battery_dv: Option<(u16, u16)>,
     counters: Option<CountersLine>,
     ticks: [u64; HOLDERS],
-    bumps_counted: Option<u32>,
-    bumps_seen: u32,
-    was_bumped: bool,
+    bumps: Bumps,
     since_line_feed: u64,
     /// Bytes that came before the clock of the capture began to run.
     first_bytes: u64,
@@ -352,10 +350,7 @@ impl Survey {
     }
 
     fn take_state(&mut self, sequence: u8, state: &StateLine) {
-        let bumped = !matches!(state.bump, Bump::None | Bump::NotFitted);
-        self.bumps_seen += u32::from(bumped && !self.was_bumped);
-        self.was_bumped = bumped;
-
+        self.bumps.take_state(state);
         let place = Place {
             x_in: f64::from(state.x_tenths_in) / 10.0,
             y_in: f64::from(state.y_tenths_in) / 10.0,
@@ -378,18 +373,17 @@ impl Survey {
             id: counters.robot_id,
             firmware_version: format!("{}.{:02}", counters.version.major, counters.version.minor),
         });
+        self.bumps.take_counters(counters);
         if let Some(last) = &self.counters {
             if last.boots != counters.boots {
                 let boots = (counters.boots + 1000 - last.boots) % 1000;
                 self.restarts += u32::from(boots);
-            } else if let Some(passed_s) = counters.uptime_s.checked_sub(last.uptime_s) {
-                let bumps = (counters.bumps + 10_000 - last.bumps) % 10_000;
-                *self.bumps_counted.get_or_insert(0) += u32::from(bumps);
-                if passed_s < TICKS_ROUND_S {
-                    let won = counters.ticks_won.iter().zip(&last.ticks_won);
-                    for (total, (now, then)) in self.ticks.iter_mut().zip(won) {
-                        *total += u64::from(now.wrapping_sub(*then) % 4096);
-                    }
+            } else if let Some(passed_s) = counters.uptime_s.checked_sub(last.uptime_s)
+                && passed_s < TICKS_ROUND_S
+            {
+                let won = counters.ticks_won.iter().zip(&last.ticks_won);
+                for (total, (now, then)) in self.ticks.iter_mut().zip(won) {
+                    *total += u64::from(now.wrapping_sub(*then) % 4096);
                 }
             }
         }
@@ -447,7 +441,7 @@ impl Survey {
             holders,
             battery_first_v: self.battery_dv.map(|(first, _)| volts(first)),
             battery_last_v: self.battery_dv.map(|(_, last)| volts(last)),
-            bumps: self.bumps_counted.unwrap_or(self.bumps_seen),
+            bumps: self.bumps.total(),
             problem,
         }
     }

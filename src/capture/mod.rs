@@ -7,6 +7,7 @@
 //! either, for [`decode`] and [`info`]; the [`index`] reads it from anywhere, for replay. What was interrupted is
 //! made whole by [`recover`], from the [`journal`] that every recording has while it is written.
 
+mod bumps;
 pub mod composer;
 pub mod convert;
 pub mod cut;

@@ -21,13 +21,20 @@ use super::rotation::{Rotation, part_name};
 use super::topics::StationEvent;
 use super::{CaptureError, Existing};
 use crate::event::Moment;
-use worker::{Order, Part, Shared, Worker, write_error};
+use worker::{Order, Part, Shared, Until, Worker, write_error};
 
 /// So that a power cut takes no more than the last 10 s, with a disk that needs its time.
 const FLUSH_PERIOD: Duration = Duration::from_secs(8);
 
+/// The journal is enough for that. The disk is made to keep the MCAP too only so often: waiting for a disk is most of
+/// what a recording costs.
+const SYNC_PERIOD: Duration = Duration::from_mins(1);
+
 /// A disk may stall for minutes at 3 lines a second before the MCAP has to be made anew from the journal.
 const QUEUE_LENGTH: usize = 1024;
+
+/// Clumps of bytes without the end of a line that wait for more: half a second of them.
+const HELD_MAX: usize = 32;
 
 /// A recording under way.
 ///
@@ -44,6 +51,8 @@ pub struct Recorder {
     part: u32,
     part_since: Option<Moment>,
     journal: JournalWriter,
+    /// In the journal, and not yet with the thread: waking it costs more than what it does with a few bytes.
+    held: Vec<Entry>,
     orders: Option<SyncSender<Order>>,
     thread: Option<JoinHandle<Result<(), CaptureError>>>,
     shared: Arc<Shared>,
@@ -51,6 +60,9 @@ pub struct Recorder {
     dropped: u64,
     flush_at: Option<Moment>,
     look_at: Option<Moment>,
+    sync_at: Option<Moment>,
+    /// Time of the newest entry, or of the beginning; nanoseconds since 1970.
+    last_ns: u64,
 }
 
 impl Recorder {
@@ -127,6 +139,7 @@ impl Recorder {
             part: 1,
             part_since: None,
             journal,
+            held: Vec::new(),
             orders: Some(orders),
             thread: Some(thread),
             shared,
@@ -134,6 +147,8 @@ impl Recorder {
             dropped: 0,
             flush_at: None,
             look_at: None,
+            sync_at: None,
+            last_ns: since_1970_ns(session.start),
         })
     }
 
@@ -144,12 +159,15 @@ impl Recorder {
         }
         let entry = Entry {
             kind: Kind::Rx,
-            at_ns: since_1970_ns(wall),
+            at_ns: self.time_ns(since_1970_ns(wall)),
             offset: self.journal.rx_bytes(),
             data: bytes.to_vec(),
         };
         self.journal.rx(entry.at_ns, bytes);
-        self.push(now, Order::Entry(entry));
+        self.hold(now, [entry]);
+        if bytes.contains(&b'\n') || self.held.len() >= HELD_MAX {
+            self.handle_timeout(now);
+        }
         self.part_since.get_or_insert(now);
         if bytes.ends_with(b"\n") {
             self.rotate_if_due(now, wall);
@@ -163,26 +181,29 @@ impl Recorder {
         }
         let entry = Entry {
             kind: Kind::Tx,
-            at_ns: since_1970_ns(wall),
+            at_ns: self.time_ns(since_1970_ns(wall)),
             offset: self.journal.tx_bytes(),
             data: bytes.to_vec(),
         };
         self.journal.tx(entry.at_ns, bytes);
-        self.push(now, Order::Entry(entry));
+        self.hold(now, [entry]);
+        self.handle_timeout(now);
     }
 
     /// Records an event of the station's. The beginning and the end of a command and an alarm go to the disk
     /// at once, as a bump does.
     pub fn handle_event(&mut self, now: Moment, wall: SystemTime, event: &StationEvent) {
-        let entry = Entry::of_event(since_1970_ns(wall), event);
+        let entry = Entry::of_event(self.time_ns(since_1970_ns(wall)), event);
         self.journal.entry(&entry);
-        self.push(now, Order::Entry(entry));
+        self.hold(now, [entry]);
+        self.handle_timeout(now);
     }
 
     /// Records what was remembered from before it began, oldest first, with its times since 1970. To be
     /// called before anything else; offsets are set here.
     pub fn handle_backlog(&mut self, now: Moment, mut entries: Vec<Entry>) {
         for entry in &mut entries {
+            entry.at_ns = self.time_ns(entry.at_ns);
             match entry.kind {
                 Kind::Rx => {
                     entry.offset = self.journal.rx_bytes();
@@ -195,25 +216,45 @@ impl Recorder {
                 Kind::Session | Kind::Uplink | Kind::Log => self.journal.entry(entry),
             }
         }
-        self.push(now, Order::Entries(entries));
+        self.hold(now, entries);
+        self.handle_timeout(now);
+    }
+
+    /// Time of an entry: never before the one before it. Recovery knows an event again by its time, and a recording's
+    /// messages have theirs in order.
+    fn time_ns(&mut self, at_ns: u64) -> u64 {
+        self.last_ns = self.last_ns.max(at_ns);
+        self.last_ns
     }
 
     /// When [`Self::handle_timeout`] wants to be called; `None` when the disk has everything.
     #[must_use]
     pub fn poll_timeout(&self) -> Option<Moment> {
-        let is_dirty = self.backlog() > 0 || self.shared.is_dirty.load(Ordering::Acquire);
+        let is_dirty = !self.held.is_empty()
+            || self.backlog() > 0
+            || self.shared.is_dirty.load(Ordering::Acquire);
         self.flush_at.filter(|_| is_dirty)
     }
 
     /// Flushes what has waited long enough, and looks now and then whether the files are still there. To be
     /// called every second or so, also while nothing comes in.
     pub fn handle_timeout(&mut self, now: Moment) {
+        self.hand_over();
         let look_at = *self.look_at.get_or_insert(now + FLUSH_PERIOD);
         if now >= look_at && self.try_push(Order::Look) {
             self.look_at = Some(now + FLUSH_PERIOD);
         }
-        if self.flush_at.is_some_and(|at| now >= at) && self.try_push(Order::Flush) {
-            self.flush_at = None;
+        if self.flush_at.is_some_and(|at| now >= at) {
+            let is_due = now >= *self.sync_at.get_or_insert(now + SYNC_PERIOD);
+            let until = if is_due || self.journal.problem().is_some() {
+                Until::OnDisk
+            } else {
+                Until::InJournal
+            };
+            if self.try_push(Order::Flush(until)) {
+                self.flush_at = None;
+                self.sync_at = self.sync_at.filter(|_| until == Until::InJournal);
+            }
         }
     }
 
@@ -272,6 +313,7 @@ impl Recorder {
     }
 
     fn stop(&mut self) -> Result<(), CaptureError> {
+        self.hand_over();
         self.orders = None;
         self.thread.take().map_or(Ok(()), |thread| {
             thread.join().unwrap_or_else(|_| {
@@ -316,12 +358,20 @@ impl Recorder {
         }
     }
 
-    fn push(&mut self, now: Moment, order: Order) {
-        self.handle_timeout(now);
-        if self.try_push(order) {
-            self.flush_at.get_or_insert(now + FLUSH_PERIOD);
-        } else {
-            self.dropped += 1;
+    /// The disk has it in good time, whether more comes or not.
+    fn hold(&mut self, now: Moment, entries: impl IntoIterator<Item = Entry>) {
+        self.held.extend(entries);
+        self.flush_at.get_or_insert(now + FLUSH_PERIOD);
+    }
+
+    fn hand_over(&mut self) {
+        if self.held.is_empty() {
+            return;
+        }
+        let held = std::mem::take(&mut self.held);
+        let count = held.len() as u64;
+        if !self.try_push(Order::Entries(held)) {
+            self.dropped += count;
             self.shared.has_dropped.store(true, Ordering::Release);
         }
     }

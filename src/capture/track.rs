@@ -3,9 +3,10 @@
 use std::time::Duration;
 
 use groundwave_protocol::decoder::{Decoder, Received};
-use groundwave_protocol::letters::{Bump, Cliff, Drive, Layer};
+use groundwave_protocol::letters::{Cliff, Drive, Layer};
 use groundwave_protocol::telemetry::{Body, Line, StateLine};
 
+use super::bumps::Bumps;
 use super::odometer::{can_be_driven, seconds_of, slots_between};
 use super::{Capture, CaptureError};
 use crate::request::layer_word;
@@ -95,9 +96,9 @@ impl Event {
 /// Events of one kind.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Events {
-    /// How many there were.
+    /// How many there were; bumps are counted by the robot, and its lines A may show others.
     pub count: u32,
-    /// Where the first of them were, inches.
+    /// Where the first of those that were seen were, inches.
     pub places_in: Vec<(f32, f32)>,
 }
 
@@ -163,7 +164,8 @@ struct Fold {
     last: Option<(Point, u8)>,
     /// Whether the last point has been kept.
     is_kept: bool,
-    active: [bool; 3],
+    active: [bool; 2],
+    bumps: Bumps,
     boots: Option<u16>,
 }
 
@@ -172,6 +174,7 @@ impl Fold {
         match &line.body {
             Body::State(state) => self.take_state(line.sequence, state),
             Body::Counters(counters) => {
+                self.bumps.take_counters(counters);
                 let boots = self.boots.replace(counters.boots);
                 if boots.is_some_and(|boots| boots != counters.boots) {
                     self.happen(Event::Restart);
@@ -207,13 +210,16 @@ impl Fold {
         }
         self.add(point);
         self.last = Some((point, sequence));
+        if self.bumps.take_state(state) {
+            self.happen(Event::Bump);
+        }
         let now = [
-            !matches!(state.bump, Bump::None | Bump::NotFitted),
             !matches!(state.cliff, Cliff::None | Cliff::NotFitted),
             state.drive == Drive::Stalled,
         ];
         let before = std::mem::replace(&mut self.active, now);
-        for (event, (now, before)) in Event::ALL.into_iter().zip(now.into_iter().zip(before)) {
+        let events = [Event::Edge, Event::Stall];
+        for (event, (now, before)) in events.into_iter().zip(now.into_iter().zip(before)) {
             if now && !before {
                 self.happen(event);
             }
@@ -256,6 +262,7 @@ impl Fold {
     }
 
     fn finish(&mut self) {
+        self.track.events[Event::Bump as usize].count = self.bumps.total();
         if let Some((last, _)) = self.last
             && !self.is_kept
         {

@@ -73,7 +73,7 @@ Neither goto nor route changes the mode, unless --go: then `mode prowl` follows.
 Examples:
   groundwave send /dev/ttyUSB0 goto -48 120 --go
   groundwave send tcp:robot.local:4000 route square.txt
-  groundwave send /dev/ttyUSB0 -f evening.txt     one command a line, # comments; stops at the first that fails
+  groundwave send /dev/ttyUSB0 -f run.txt         one command a line, # comments; stops at the first that fails
   groundwave send --dry-run route square.txt
   groundwave send --via /tmp/x.sock mode prowl    through a station started with --share /tmp/x.sock")]
     Send(Send),

@@ -1,6 +1,5 @@
 //! `record`: what the radio delivers, into a file, without a dashboard.
 
-use std::collections::BTreeMap;
 use std::io::{self, IsTerminal};
 use std::path::PathBuf;
 use std::time::{Duration, Instant};
@@ -36,7 +35,7 @@ pub(super) fn run(options: &Record, config: &Config) -> Result<(), Fault> {
             "--append goes with raw files; an MCAP file is closed when it is finished",
         ));
     }
-    let (spec, _simulator) = simulated::embed(link, RadioKind::Auto)?;
+    let (spec, simulator) = simulated::embed(link, RadioKind::Auto)?;
     let name = options.link.to_string();
     let (tee, mcap) = if is_mcap {
         (None, Some(output.clone()))
@@ -49,7 +48,7 @@ pub(super) fn run(options: &Record, config: &Config) -> Result<(), Fault> {
         is_unnamed: options.output.is_none(),
         existing: keeping::existing(options.append, options.force),
         link: name.clone(),
-        notes: BTreeMap::new(),
+        notes: simulator.iter().filter_map(simulated::truth_note).collect(),
         configuration: config.text.clone(),
         rotation: keeping::rotation(options.rotate, config),
         // A recording under way remembers nothing besides.

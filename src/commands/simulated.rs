@@ -8,6 +8,7 @@ use sr04_sim::{ChannelSpec, Duplex, Modem, Outline, PATIENCE_BYTES, SimulationCo
 
 use super::cli::Simulated;
 use super::{Exit, Fault};
+use crate::capture::Session;
 use crate::event::Truth;
 use crate::io::link::LinkSpec;
 use crate::radio::RadioKind;
@@ -147,6 +148,12 @@ pub fn truth(outlines: &[Outline]) -> Truth {
         }
     }
     truth
+}
+
+/// The simulator's truth for a recording, so that the map is drawn the same when it is played.
+pub(super) fn truth_note(server: &Server) -> Option<(String, String)> {
+    let truth = serde_json::to_string(&truth(server.outlines())).ok()?;
+    Some((Session::TRUTH.to_owned(), truth))
 }
 
 /// How fast the line really is, for a person.

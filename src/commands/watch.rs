@@ -38,7 +38,7 @@ pub(super) fn watch(options: &Watch, config: &config::Config) -> Result<(), Faul
         started,
         keeping: options.keeping.clone(),
         sharing: options.sharing.or(config),
-        notes: BTreeMap::new(),
+        notes: server.iter().filter_map(simulated::truth_note).collect(),
         config: config.clone(),
     };
     if options.headless {
@@ -72,11 +72,12 @@ pub(super) fn demo(options: &Demo, settings: &config::Config) -> Result<(), Faul
             ..ServeOptions::default()
         },
     )?;
-    let notes = BTreeMap::from([
+    let mut notes = BTreeMap::from([
         ("world".to_owned(), options.simulated.world.clone()),
         ("seed".to_owned(), options.simulated.seed.to_string()),
         ("channel".to_owned(), options.simulated.channel.clone()),
     ]);
+    notes.extend(simulated::truth_note(&server));
     let plan = Plan {
         name: format!(
             "demo, {} seed {}",

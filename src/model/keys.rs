@@ -1,5 +1,6 @@
 //! The keys: one table for dispatch, footer, help, palette and manual.
 
+mod action;
 mod map;
 mod notation;
 mod words;
@@ -68,131 +69,7 @@ impl Context {
     }
 }
 
-/// What a key does.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub(crate) enum Action {
-    Stop,
-    Mode(Mode),
-    ToggleLayer(Layer),
-    Scan,
-    ResetPose,
-    ClearList,
-    MoveCursor { east: i16, north: i16 },
-    AddWaypoint,
-    UndoDraft,
-    RedoDraft,
-    EditRoute,
-    Route(RouteAction),
-    DiscardDraft,
-    SendDraft,
-    AskRouteFile,
-    AskCommand,
-    AskPalette,
-    Choose(i8),
-    CancelCommands,
-    Pan { east: i8, north: i8 },
-    Zoom(i8),
-    Follow,
-    ShowEverything,
-    ToggleTruth,
-    ToggleRecording,
-    NextPanel,
-    Show(Panel),
-    Enlarge,
-    TurnPage(i32),
-    NextPlotWindow,
-    AcknowledgeAlarms,
-    ToggleBell,
-    Trace,
-    NextValue(i8),
-    NextLine(i8),
-    Why,
-    EnterDrive,
-    Push { ahead: i8, right: i8 },
-    Faster(i8),
-    LeaveDrive,
-    Help,
-    Close,
-    Confirm,
-    Submit,
-    EraseCharacter,
-    EraseAll,
-    Travel(Travel),
-    Speed(i8),
-    AskMoment,
-    AskJump { forward: bool },
-    JumpTo(Landmark),
-    JumpAgain { forward: bool },
-    Redraw,
-    Suspend,
-    Quit,
-}
-
-impl Action {
-    /// Whether it shows another moment.
-    pub(crate) const fn moves_in_time(self) -> bool {
-        matches!(
-            self,
-            Self::Travel(_) | Self::Speed(_) | Self::AskMoment | Self::AskJump { .. }
-        )
-    }
-
-    /// Whether it is about the draft of a route on the map.
-    pub(crate) const fn drafts(self) -> bool {
-        matches!(
-            self,
-            Self::MoveCursor { .. }
-                | Self::AddWaypoint
-                | Self::UndoDraft
-                | Self::SendDraft
-                | Self::EditRoute
-        )
-    }
-
-    /// Whether it is about what a panel shows.
-    pub(crate) const fn is_for(self, panel: Panel) -> bool {
-        matches!(
-            (panel, self),
-            (Panel::Sensors, Self::Trace)
-                | (Panel::Body, Self::Why)
-                | (Panel::Plots, Self::NextPlotWindow)
-                | (Panel::Commands, Self::CancelCommands | Self::AskCommand)
-                | (Panel::Log, Self::AskJump { .. })
-                | (Panel::Link, Self::ToggleRecording)
-                | (Panel::Alarms, Self::AcknowledgeAlarms | Self::ToggleBell)
-        )
-    }
-
-    /// What the footer names first of what is not about one panel; the rest follows as in the table.
-    pub(crate) const COMMON: [Self; 7] = [
-        Self::Mode(Mode::Prowl),
-        Self::Mode(Mode::GoHome),
-        Self::NextPanel,
-        Self::EditRoute,
-        Self::AskCommand,
-        Self::EnterDrive,
-        Self::ToggleLayer(Layer::Bumpers),
-    ];
-
-    /// Whether it is for a link that carries something to the robot.
-    pub(crate) const fn asks_the_robot(self) -> bool {
-        matches!(
-            self,
-            Self::Stop
-                | Self::Mode(_)
-                | Self::ToggleLayer(_)
-                | Self::Scan
-                | Self::ResetPose
-                | Self::ClearList
-                | Self::SendDraft
-                | Self::Route(RouteAction::Send)
-                | Self::CancelCommands
-                | Self::AskCommand
-                | Self::EnterDrive
-        )
-    }
-}
-
+pub(crate) use action::Action;
 pub(crate) use map::Row;
 pub use map::{KeyMistake, Keymap, Rebinding};
 
@@ -267,14 +144,14 @@ const TABLE: &[Binding] = &[
     row(Dashboard, "d", &[plain('d')], Action::EnterDrive, "drive by hand (asks)", "drive"),
     row(Dashboard, "v", &[plain('v')], Action::Scan, "look around once", ""),
     row(Dashboard, "O", &[plain('O')], Action::ResetPose, "make this the origin (asks)", ""),
-    row(Dashboard, "arrows", &[bare(KeyCode::Left)], Action::MoveCursor { east: -1, north: 0 }, "map: move the cursor", "cursor"),
+    row(Dashboard, "arrows", &[bare(KeyCode::Left)], Action::MoveCursor { east: -1, north: 0 }, "map: move the cursor", "move"),
     row(Dashboard, "", &[bare(KeyCode::Right)], Action::MoveCursor { east: 1, north: 0 }, "", ""),
     row(Dashboard, "", &[bare(KeyCode::Up)], Action::MoveCursor { east: 0, north: 1 }, "", ""),
     row(Dashboard, "", &[bare(KeyCode::Down)], Action::MoveCursor { east: 0, north: -1 }, "", ""),
-    row(Dashboard, "w", &[plain('w'), bare(KeyCode::Enter)], Action::AddWaypoint, "draft a waypoint (Enter)", "waypoint"),
+    row(Dashboard, "w", &[plain('w'), bare(KeyCode::Enter)], Action::AddWaypoint, "draft a waypoint (Enter)", "add"),
     row(Dashboard, "u", &[plain('u'), bare(KeyCode::Backspace)], Action::UndoDraft, "draft: take a change back", "undo"),
     row(Dashboard, "Ctrl-R", &[ctrl('r')], Action::RedoDraft, "draft: make it again", ""),
-    row(Dashboard, "e", &[plain('e')], Action::EditRoute, "draft: edit it in a list", "route"),
+    row(Dashboard, "e", &[plain('e')], Action::EditRoute, "draft: edit it in a list", "edit"),
     row(Dashboard, "U", &[plain('U')], Action::DiscardDraft, "discard the draft", ""),
     row(Dashboard, "S", &[plain('S')], Action::SendDraft, "send the draft to the robot", "send"),
     row(Dashboard, "l", &[plain('l')], Action::AskRouteFile, "load a route file as draft", "load"),
@@ -301,8 +178,8 @@ const TABLE: &[Binding] = &[
     row(Dashboard, "F7", &[bare(KeyCode::F(7))], Action::Show(Panel::Link), "panel: link", ""),
     row(Dashboard, "F8", &[bare(KeyCode::F(8))], Action::Show(Panel::Alarms), "panel: alarms", ""),
     row(Dashboard, "z", &[plain('z')], Action::Enlarge, "enlarge the panel, and back", "enlarge"),
-    row(Dashboard, "PgUp", &[bare(KeyCode::PageUp)], Action::TurnPage(-1), "PgDn: turn the panel's pages", "pages"),
-    row(Dashboard, "", &[bare(KeyCode::PageDown)], Action::TurnPage(1), "", ""),
+    row(Dashboard, "PgUp", &[bare(KeyCode::PageUp), plain('[')], Action::TurnPage(-1), "PgDn, or [ ]: turn the pages", "pages"),
+    row(Dashboard, "", &[bare(KeyCode::PageDown), plain(']')], Action::TurnPage(1), "", ""),
     row(Dashboard, "T", &[plain('T')], Action::NextPlotWindow, "plots: over a longer time", "longer"),
     row(Dashboard, "A", &[plain('A')], Action::AcknowledgeAlarms, "alarms: seen", "seen"),
     row(Dashboard, "b", &[plain('b')], Action::ToggleBell, "bell for alarms: on, or off", "bell"),
@@ -321,7 +198,7 @@ const TABLE: &[Binding] = &[
     row(Dashboard, "G", &[plain('G'), bare(KeyCode::End)], Action::Travel(Travel::Newest), "time: back to now, or the end", "newest"),
     row(Dashboard, "", &[bare(KeyCode::Home)], Action::Travel(Travel::Oldest), "", ""),
     row(Dashboard, "?", &[plain('?'), bare(KeyCode::F(1))], Action::Help, "these keys", "keys"),
-    row(Dashboard, "Esc", &[bare(KeyCode::Esc)], Action::Close, "put the cursor away", ""),
+    row(Dashboard, "Esc", &[bare(KeyCode::Esc)], Action::Close, "put the cursor away", "back"),
     row(Dashboard, "Ctrl-L", &[ctrl('l')], Action::Redraw, "draw the screen anew", ""),
     row(Dashboard, "Ctrl-Z", &[ctrl('z')], Action::Suspend, "to the shell; fg comes back", ""),
     row(Dashboard, "q", &[plain('q'), ctrl('c')], Action::Quit, "leave; the robot carries on", "quit"),

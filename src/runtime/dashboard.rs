@@ -9,6 +9,7 @@ use crossterm::event::{MouseButton, MouseEvent, MouseEventKind};
 use tokio::sync::mpsc::{Receiver, Sender, channel};
 use tokio::time::{Instant as TokioInstant, sleep_until};
 
+use super::pace::Pace;
 use super::{Driver, Keeper, Session};
 use crate::capture::runs::Label;
 use crate::event::{Effect, Event, Gesture, Level, Moment, Recording, Remark};
@@ -18,9 +19,6 @@ use crate::io::terminal::{self, Screen};
 use crate::model::Model;
 use crate::route;
 use crate::view;
-
-/// No two frames come closer than this: a burst of bytes is drawn once.
-const FRAME_PERIOD: Duration = Duration::from_millis(40);
 
 /// How often it is asked what has been recorded.
 const RECORDING_PERIOD: Duration = Duration::from_secs(1);
@@ -63,6 +61,7 @@ pub async fn run(dashboard: Dashboard) -> io::Result<()> {
         screen,
         readers,
         drawn: None,
+        pace: Pace::default(),
     };
     let mut recording = dashboard.recording;
     let mut told = Recording::default();
@@ -127,11 +126,11 @@ struct Running {
     /// For threads that read files: what they found comes back as an event.
     readers: Sender<Event>,
     drawn: Option<Drawn>,
+    pace: Pace,
 }
 
 /// The frame that is on the screen.
 struct Drawn {
-    at: Moment,
     revision: (u64, u64),
     /// When ages on it will be wrong.
     stale_at: Option<Moment>,
@@ -235,9 +234,14 @@ impl Running {
             Effect::Travel(travel) => {
                 let told = self.session.travel(travel);
                 self.refresh();
-                if let Some(event) = told {
-                    return self.tell(event);
+                let mut leave = false;
+                for event in told {
+                    if let (Event::Mark(_), Some(keeper)) = (&event, &self.keeper) {
+                        keeper.event_sink()(Instant::now(), &event);
+                    }
+                    leave |= self.tell(event)?;
                 }
+                return Ok(leave);
             }
             Effect::ToggleRecording => match &self.keeper {
                 Some(keeper) => keeper.toggle(),
@@ -367,7 +371,7 @@ impl Running {
         let Some(drawn) = &self.drawn else {
             return Some(Moment::ZERO);
         };
-        let earliest = drawn.at + FRAME_PERIOD;
+        let earliest = self.pace.earliest();
         if self.revision() == drawn.revision {
             drawn.stale_at.map(|at| at.max(earliest))
         } else {
@@ -394,8 +398,8 @@ impl Running {
                 None => (&self.model, self.session.now()),
             };
             self.screen.draw(|frame| view::draw(model, now, frame))?;
+            self.pace.drew(host);
             self.drawn = Some(Drawn {
-                at: host,
                 revision: self.revision(),
                 // Elsewhere in time, time passes as it is played.
                 stale_at: model

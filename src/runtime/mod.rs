@@ -6,6 +6,7 @@ mod desk;
 mod driver;
 mod keeper;
 mod live;
+mod pace;
 mod session;
 
 pub use dashboard::{Dashboard, run};

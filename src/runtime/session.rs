@@ -9,7 +9,7 @@ use crate::event::{Event, Level, Moment};
 use crate::model::Model;
 use crate::timeline::past::{self, REMEMBERED};
 use crate::timeline::{Finding, History, Past, Player, Reel, Scene};
-use crate::travel::Travel;
+use crate::travel::{Mark, Travel};
 
 /// Things of a capture worked on at one go, so that keys get their turn.
 const STEPS: usize = 512;
@@ -104,8 +104,18 @@ impl Live {
         }
     }
 
-    fn travel(&mut self, travel: Travel) -> Option<Event> {
+    /// Returns what the operator is told, and what is recorded.
+    fn travel(&mut self, travel: Travel) -> Vec<Event> {
         let now = self.driver.now();
+        let told = self.go(now, travel);
+        let marked = self.player.take_marked().map(|(at, is_set)| {
+            let ago = now.saturating_sub(at);
+            Event::Mark(Mark { ago, is_set })
+        });
+        told.into_iter().chain(marked).collect()
+    }
+
+    fn go(&mut self, now: Moment, travel: Travel) -> Option<Event> {
         self.stretch(now);
         if !self.is_away {
             self.advanced_at = now;
@@ -160,6 +170,7 @@ impl Replay {
                 self.player.reel_mut().keep(*scene);
                 self.player.set_read(at);
             }
+            Finding::Marks(marks) => self.player.set_recorded_marks(marks),
             Finding::End(at) => self.player.set_read_through(at),
         }
     }
@@ -220,13 +231,13 @@ impl Session {
         }
     }
 
-    /// Shows another moment; returns what the operator is told about it.
-    pub(super) fn travel(&mut self, travel: Travel) -> Option<Event> {
+    /// Shows another moment; returns what the operator is told about it, and what is recorded.
+    pub(super) fn travel(&mut self, travel: Travel) -> Vec<Event> {
         match self {
             Self::Live(live) => live.travel(travel),
             Self::Replay(replay) => {
                 replay.player.handle(replay.started.elapsed(), travel);
-                None
+                Vec::new()
             }
         }
     }

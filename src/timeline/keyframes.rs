@@ -5,7 +5,7 @@ use std::collections::VecDeque;
 use crate::event::Moment;
 
 /// No more than so many are kept.
-const FRAMES_MAX: usize = 512;
+const FRAMES_MAX: usize = 384;
 
 /// Things of moments in their order, `spacing` apart. When there is no room for another, every other one
 /// is dropped and the spacing doubles.

@@ -4,11 +4,9 @@ use super::reel::{Cursor, Found, Reel, STEPS_MAX};
 use crate::event::Moment;
 use crate::model::Model;
 use crate::travel::{
-    Landmark, MARKERS_MAX, Playback, SPEED_MAX, SPEED_MIN, Target, Travel, clock_words,
+    Landmark, MARKER_REACH, MARKERS_MAX, Playback, SPEED_MAX, SPEED_MIN, Target, Travel,
+    clock_words,
 };
-
-/// A mark closer than this to another is the same one.
-const MARKER_REACH: Moment = Moment::from_millis(250);
 
 /// The screen is brought up to date no more often than this, and no less often than [`SLOWEST`] while time
 /// passes.
@@ -46,6 +44,10 @@ pub struct Player<C: Cursor> {
     /// While the reel is not complete: how far it goes.
     read_until: Option<Moment>,
     markers: Vec<Moment>,
+    /// Those of them that came with the capture.
+    recorded: Vec<Moment>,
+    /// A moment that was marked just now, or is not any more.
+    marked: Option<(Moment, bool)>,
     repeat: Option<(Moment, Option<Moment>)>,
     note: Option<String>,
     sought: Landmark,
@@ -75,6 +77,8 @@ impl<C: Cursor> Player<C> {
             unix,
             read_until: Some(Moment::ZERO),
             markers: Vec::new(),
+            recorded: Vec::new(),
+            marked: None,
             repeat: None,
             note: None,
             sought: Landmark::Alarm,
@@ -142,6 +146,23 @@ impl<C: Cursor> Player<C> {
     pub fn set_span(&mut self, from: Moment, until: Moment) {
         (self.from, self.until) = (from, until);
         self.markers.retain(|marker| *marker >= from);
+    }
+
+    /// Moments that were marked when the capture was made; the operator's own stay.
+    pub fn set_recorded_marks(&mut self, marks: Vec<Moment>) {
+        let before = std::mem::replace(&mut self.recorded, marks);
+        let recorded = &self.recorded;
+        self.markers
+            .retain(|marker| !before.contains(marker) || recorded.contains(marker));
+        let fresh = recorded.iter().filter(|mark| !before.contains(mark));
+        self.markers.extend(fresh);
+        self.markers.sort_unstable();
+        self.markers.dedup();
+    }
+
+    /// The moment that was marked since this was asked last, and whether it is now, or is not any more.
+    pub const fn take_marked(&mut self) -> Option<(Moment, bool)> {
+        self.marked.take()
     }
 
     /// The capture has been read so far, and the reel has its states; what is looked for may be among them.
@@ -219,7 +240,6 @@ impl<C: Cursor> Player<C> {
             Travel::Speed(speed) if speed.is_finite() => {
                 self.speed = speed.clamp(SPEED_MIN, SPEED_MAX);
             }
-            Travel::Speed(_) => {}
             Travel::Step { forward } => self.step(forward),
             Travel::Seek(target) => self.seek(target),
             Travel::Jump { to, forward } => {
@@ -228,7 +248,8 @@ impl<C: Cursor> Player<C> {
             }
             Travel::Mark => self.mark(),
             Travel::Loop => self.set_loop(),
-            Travel::GiveUp => {}
+            // No such speed; and a quest is given up by whatever is done.
+            Travel::Speed(_) | Travel::GiveUp => {}
             Travel::Newest => self.go(self.until),
             Travel::Oldest => self.go(self.from),
         }
@@ -369,7 +390,7 @@ impl<C: Cursor> Player<C> {
         let near = |marker: &Moment| marker.abs_diff(self.at) < MARKER_REACH;
         let marked = clock_words(self.at);
         if let Some(place) = self.markers.iter().position(near) {
-            self.markers.remove(place);
+            self.marked = Some((self.markers.remove(place), false));
             self.note = Some(format!("the mark at {marked} is gone"));
         } else if self.markers.len() == MARKERS_MAX {
             self.note = Some(format!(
@@ -378,6 +399,7 @@ impl<C: Cursor> Player<C> {
         } else {
             let place = self.markers.partition_point(|marker| *marker < self.at);
             self.markers.insert(place, self.at);
+            self.marked = Some((self.at, true));
             self.note = Some(format!("marked {marked}; n m and N m go to marks"));
         }
     }

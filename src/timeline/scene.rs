@@ -8,6 +8,7 @@ use crate::capture::index::{Piece, Place, Tape};
 use crate::event::{Event, Level, LinkEvent, Moment};
 use crate::model::{Config, Model};
 use crate::station::Station;
+use crate::travel::{MARKER_REACH, MARKERS_MAX, Mark};
 
 /// The spacing of states that a capture begins with; a day ends with some of five minutes.
 pub const SPACING: Moment = Moment::from_secs(20);
@@ -38,6 +39,8 @@ pub struct Scene {
     is_waiting: bool,
     is_over: bool,
     is_lost: bool,
+    /// Moments that were marked while it was recorded, in order.
+    marks: Vec<Moment>,
     /// What could not be read, the first of it.
     damage: Option<String>,
 }
@@ -46,10 +49,10 @@ impl Scene {
     /// The beginning of a capture, of which the screen says the name. Limits of alarms are the configuration's.
     #[must_use]
     pub fn new(name: &str, config: Config, tape: &dyn Tape) -> Self {
-        Self::from(name, config, tape.place())
+        Self::from(name, config, tape.place(), tape)
     }
 
-    fn from(name: &str, config: Config, place: Place) -> Self {
+    fn from(name: &str, config: Config, place: Place, tape: &dyn Tape) -> Self {
         let mut station = Station::new(arq::Config::new(1), false);
         station.handle_link(opened(name));
         let mut scene = Self {
@@ -61,9 +64,13 @@ impl Scene {
             is_waiting: false,
             is_over: false,
             is_lost: false,
+            marks: Vec::new(),
             damage: None,
         };
         scene.listen();
+        if let Some(truth) = tape.truth() {
+            scene.tell(Event::Truth(truth));
+        }
         scene
     }
 
@@ -113,6 +120,7 @@ impl Scene {
             Some(Piece::Received(bytes)) => self.station.handle_bytes(self.at, bytes),
             Some(Piece::Sent(bytes)) => self.station.handle_sent(self.at, bytes),
             Some(Piece::Told(Event::Link(event))) => self.take_link(event),
+            Some(Piece::Told(Event::Mark(mark))) => self.take_mark(mark),
             Some(Piece::Told(event)) => self.tell(event),
             Some(Piece::Missing(bytes)) => {
                 self.station.handle_interruption();
@@ -130,6 +138,20 @@ impl Scene {
                 });
             }
             Some(Piece::Nothing) | None => {}
+        }
+    }
+
+    /// A mark before the beginning is in another file.
+    fn take_mark(&mut self, mark: Mark) {
+        let Some(at) = self.at.checked_sub(mark.ago) else {
+            return;
+        };
+        if mark.is_set && self.marks.len() < MARKERS_MAX {
+            let place = self.marks.partition_point(|marked| *marked < at);
+            self.marks.insert(place, at);
+        } else if !mark.is_set {
+            self.marks
+                .retain(|marked| marked.abs_diff(at) >= MARKER_REACH);
         }
     }
 
@@ -189,7 +211,12 @@ impl Cursor for Scene {
 
     fn afresh(&self, tape: &mut Self::Supply, at: Moment) -> Option<Self> {
         let place = tape.find(at.saturating_sub(HEARD_BEFORE));
-        Some(Self::from(&self.name, self.model.config().clone(), place))
+        Some(Self::from(
+            &self.name,
+            self.model.config().clone(),
+            place,
+            &**tape,
+        ))
     }
 }
 
@@ -206,6 +233,8 @@ fn opened(name: &str) -> LinkEvent {
 pub enum Finding {
     /// A state to be kept.
     State(Box<Scene>),
+    /// Moments that were marked while it was recorded, all that are known.
+    Marks(Vec<Moment>),
     /// There is no more; the last of it happened then.
     End(Moment),
 }
@@ -220,7 +249,11 @@ pub fn survey(
     let mut told = Keyframes::new(SPACING);
     told.push(scene.at, ());
     while scene.next_at(tape).is_some() {
+        let marks = scene.marks.len();
         scene.step(tape);
+        if scene.marks.len() != marks && !tell(Finding::Marks(scene.marks.clone())) {
+            return scene.damage;
+        }
         if told.wants(scene.at) {
             told.push(scene.at, ());
             if !tell(Finding::State(Box::new(scene.clone()))) {

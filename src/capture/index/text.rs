@@ -107,8 +107,8 @@ impl TextTape {
         let read = read_at(&*self.source, from, &mut tail)?;
         let about = self.about(from);
         let lines = tail[..read].split_inclusive(|&byte| byte == b'\n');
-        let last = lines.filter_map(|line| self.style.said_until(line, about));
-        Ok(last.last().unwrap_or(Moment::ZERO))
+        let mut last = lines.filter_map(|line| self.style.said_until(line, about));
+        Ok(last.next_back().unwrap_or(Moment::ZERO))
     }
 
     /// Makes the buffer hold what there is from an offset on, so many bytes at least.

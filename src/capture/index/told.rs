@@ -5,9 +5,12 @@ use foxglove::messages::log::Level as LogLevel;
 use groundwave_protocol::Waypoint;
 use groundwave_protocol::telemetry::Outcome;
 
+use crate::capture::composer::is_beginning;
 use crate::capture::messages::{UplinkEvent, UplinkStep};
+use crate::capture::topics::MARK;
 use crate::event::{CommandId, CommandStep, Event, Failure, Level, LinkEvent};
 use crate::request::Request;
+use crate::travel::Mark;
 
 /// The event that a message of `/uplink` was made of; `None` for what follows from the robot's lines.
 pub(super) fn command(message: &UplinkEvent) -> Option<Event> {
@@ -65,6 +68,9 @@ fn failure(reason: &str) -> Option<Failure> {
 /// The event that a message of `/log` was made of, if it was one that no byte tells of.
 pub(super) fn notice(log: &Log) -> Option<Event> {
     match log.name.as_str() {
+        // The recorder's own word: no station told it.
+        _ if is_beginning(log) => None,
+        MARK => Mark::from_words(&log.message).map(Event::Mark),
         "station" => Some(Event::Notice {
             level: match log.level {
                 level if level >= LogLevel::Error as i32 => Level::Alarm,
@@ -92,6 +98,7 @@ pub(super) fn notice(log: &Log) -> Option<Event> {
 mod tests {
     use super::*;
     use crate::capture::topics::StationEvent;
+    use std::time::Duration;
 
     #[test]
     fn what_was_recorded_of_a_command_is_what_happened() {
@@ -132,6 +139,14 @@ mod tests {
             notice_of(Level::Info),
             notice_of(Level::Warning),
             notice_of(Level::Alarm),
+            Event::Mark(Mark {
+                ago: Duration::from_millis(61_250),
+                is_set: true,
+            }),
+            Event::Mark(Mark {
+                ago: Duration::ZERO,
+                is_set: false,
+            }),
             Event::Link(LinkEvent::Lost {
                 reason: "unplugged".to_owned(),
             }),

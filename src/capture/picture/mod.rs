@@ -332,8 +332,14 @@ fn legend(shapes: &mut Vec<Shape>, scale: &Scale, track: &Track) {
     end(shapes, at, std::f32::consts::FRAC_PI_2);
     for event in Event::ALL {
         let count = track.events(event).count;
-        if count > 0 {
-            let at = row(shapes, format!("{} ({count})", event.word()));
+        if count > 0 || !track.events(event).places_in.is_empty() {
+            let shown = track.events(event).places_in.len();
+            let how_many = if shown == count as usize {
+                count.to_string()
+            } else {
+                format!("{count} counted, {shown} shown")
+            };
+            let at = row(shapes, format!("{} ({how_many})", event.word()));
             mark(shapes, event, at);
         }
     }

@@ -16,18 +16,25 @@ use super::super::topics::Deriver;
 
 /// What the thread is told to do, in order.
 pub(super) enum Order {
-    /// Something that is in the journal already.
-    Entry(Entry),
-    /// What was remembered from before the recording began.
+    /// What is in the journal already.
     Entries(Vec<Entry>),
-    /// Everything onto the disk.
-    Flush,
+    /// Everything to the system, and onto the disk.
+    Flush(Until),
     /// Are the files still where their names say?
     Look,
     /// Finish this part and go on in another.
     Rotate(Box<Part>),
     /// Leave nothing behind.
     Discard,
+}
+
+/// What the disk is waited for.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Until {
+    /// The journal has it, of which the recording can be made.
+    InJournal,
+    /// Both files have it.
+    OnDisk,
 }
 
 /// A file of a recording.
@@ -125,9 +132,8 @@ impl Worker {
                         self.go_on(*next, deriver)?;
                     }
                 }
-                Order::Entry(entry) => self.take(std::slice::from_ref(&entry))?,
                 Order::Entries(entries) => self.take(&entries)?,
-                Order::Flush => self.flush()?,
+                Order::Flush(until) => self.flush(until)?,
                 Order::Look => self.look()?,
             }
             self.shared.done.fetch_add(1, Ordering::Release);
@@ -146,20 +152,24 @@ impl Worker {
         }
         self.shared.is_dirty.store(true, Ordering::Release);
         if composer.take_urgent() {
-            self.flush()?;
+            self.flush(Until::InJournal)?;
         }
         Ok(())
     }
 
-    fn flush(&mut self) -> Result<(), CaptureError> {
+    /// Hands everything to the system and waits for the disk.
+    fn flush(&mut self, until: Until) -> Result<(), CaptureError> {
         let Some(composer) = &mut self.composer else {
             return Ok(());
         };
+        let journal = self.part.journal.as_ref();
+        let waits = until == Until::OnDisk || journal.is_none();
         self.shared.is_dirty.store(false, Ordering::Release);
-        let journal = self.part.journal.as_ref().map_or(Ok(()), File::sync_data);
+        let journal = journal.map_or(Ok(()), File::sync_data);
+        let file = || if waits { self.file.sync_data() } else { Ok(()) };
         composer
             .flush()
-            .and_then(|()| self.file.sync_data())
+            .and_then(|()| file())
             .and(journal)
             .map_err(|error| write_error(&self.part.paths.partial, error))
     }

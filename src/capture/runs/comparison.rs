@@ -42,7 +42,7 @@ impl Figures {
             duration_s: course.duration().as_secs_f64(),
             distance_in: course.distance_in,
             closing_error_in: course.closing_error_in(),
-            bumps: course.bumps,
+            bumps: course.bumps(),
             restarts: course.restarts,
         }
     }

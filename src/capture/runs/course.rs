@@ -3,9 +3,10 @@
 use std::time::Duration;
 
 use groundwave_protocol::decoder::{Counters, Decoder, Received};
-use groundwave_protocol::letters::{Bump, Drive};
+use groundwave_protocol::letters::Drive;
 use groundwave_protocol::telemetry::{Body, StateLine};
 
+use crate::capture::bumps::Bumps;
 use crate::capture::odometer::{can_be_driven, seconds_of, slots_between};
 use crate::capture::{Capture, CaptureError};
 
@@ -29,11 +30,9 @@ pub struct Course {
     ends: Option<(Fix, Fix)>,
     /// Way driven, inches.
     pub distance_in: f64,
-    /// Contacts of the bumper.
-    pub bumps: u32,
     /// How often the odometer was set in the middle: each time the course began anew.
     pub restarts: u32,
-    was_bumped: bool,
+    bumps: Bumps,
 }
 
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -50,9 +49,8 @@ impl Default for Course {
             spacing_in: SPACING_IN,
             ends: None,
             distance_in: 0.0,
-            bumps: 0,
             restarts: 0,
-            was_bumped: false,
+            bumps: Bumps::default(),
         }
     }
 }
@@ -64,10 +62,12 @@ impl Course {
         let mut course = Self::default();
         let mut decoder = Decoder::default();
         let read = capture.for_each_line(&mut decoder, |at, received| {
-            if let Received::Line(line, _) = received
-                && let Body::State(state) = &line.body
-            {
-                course.take(at, line.sequence, state);
+            if let Received::Line(line, _) = received {
+                match &line.body {
+                    Body::State(state) => course.take(at, line.sequence, state),
+                    Body::Counters(counters) => course.bumps.take_counters(counters),
+                    _ => {}
+                }
             }
             Ok::<(), CaptureError>(())
         });
@@ -85,7 +85,6 @@ impl Course {
             sequence,
             place,
         };
-        let bumped = !matches!(state.bump, Bump::None | Bump::NotFitted);
         let step_in = self.ends.map_or(0.0, |(_, last)| way(last.place, place));
         let could_be_driven = self.ends.is_none_or(|(_, last)| {
             let by_number_s = seconds_of(slots_between(last.sequence, sequence));
@@ -97,16 +96,16 @@ impl Course {
             can_be_driven(step_in, passed_s)
         });
         if self.ends.is_some() && (state.drive == Drive::OdometerReset || !could_be_driven) {
+            self.bumps.begin_anew();
             *self = Self {
                 restarts: self.restarts + 1,
-                was_bumped: self.was_bumped,
+                bumps: std::mem::take(&mut self.bumps),
                 ..Self::default()
             };
         } else {
             self.distance_in += step_in;
         }
-        self.bumps += u32::from(bumped && !self.was_bumped);
-        self.was_bumped = bumped;
+        self.bumps.take_state(state);
         self.ends = Some(self.ends.map_or((fix, fix), |(first, _)| (first, fix)));
         self.keep(place);
     }
@@ -125,6 +124,12 @@ impl Course {
                 number % 2 == 1
             });
         }
+    }
+
+    /// Contacts of the bumper.
+    #[must_use]
+    pub fn bumps(&self) -> u32 {
+        self.bumps.total()
     }
 
     /// Places it passed, in order, evenly spaced.
@@ -168,7 +173,7 @@ pub(super) fn way(a: Place, b: Place) -> f64 {
 #[cfg(test)]
 pub(super) mod tests {
     use super::*;
-    use groundwave_protocol::letters::{Arm, Cliff, Infrared, Link, Mode, Power};
+    use groundwave_protocol::letters::{Arm, Bump, Cliff, Infrared, Link, Mode, Power};
     use groundwave_protocol::telemetry::LayerStates;
 
     /// A line A of a robot at a place.

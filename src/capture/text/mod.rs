@@ -2,7 +2,7 @@
 //!
 //! A tee writes what the radio delivered, byte for byte, and knows no time: its lines came as from a
 //! 2400-baud radio that never paused. Other stations and tools put a time before each line, and what was
-//! copied as text may have lost the CR of its line ends or got another one. The first intact line says how a
+//! copied as text may have lost the CR of its line ends or got another one. The first intact lines say how a
 //! capture is stored; everybody who reads one gets from here what the radio delivered, and when.
 
 mod reader;
@@ -20,6 +20,9 @@ use stamps::{STAMP_BYTES_MAX, Stamps};
 
 /// An intact line is looked for in so much of the beginning: four minutes of noise.
 pub(super) const HEAD_BYTES: usize = 64 * 1024;
+
+/// So many intact lines must be stored alike.
+const WITNESSES: usize = 3;
 
 /// The longest line with a time before it; what is longer is taken apart.
 const STAMPED_BYTES_MAX: usize = STAMP_BYTES_MAX + LINE_BYTES + 1;
@@ -44,30 +47,45 @@ pub struct Style {
 }
 
 impl Style {
-    /// As the first intact line of a beginning says; `None` where there is no such line.
+    /// As the first intact lines of a beginning say; `None` where there are too few of them. One that is as the robot
+    /// sent it decides at once. One that is not may have come so: a radio loses a CR, and the end of one line stands before
+    /// the next like a time.
     #[must_use]
     pub fn of(head: &[u8]) -> Option<Self> {
-        head.split_inclusive(|&byte| byte == b'\n')
-            .filter(|line| line.ends_with(b"\n"))
-            .find_map(|line| {
-                let ends = Ends::of(line);
-                let received = intact(&ends.restore(line))?;
-                let length = match received {
-                    Received::Line(..) => LINE_BYTES,
-                    Received::Ack(_) => ACK_LINE_BYTES,
-                };
-                let before = line.len().saturating_sub(ends.stored_bytes(length));
-                let stamps = Stamps::like(&line[..before]);
-                Some(Self { stamps, ends })
-            })
-            .map(|style| Self {
-                // Times count from the first one.
-                stamps: style.stamps.and_then(|like| {
-                    let mut lines = head.split_inclusive(|&byte| byte == b'\n');
-                    lines.find_map(|line| Stamps::like(line).filter(|stamps| stamps.is_like(&like)))
-                }),
-                ..style
-            })
+        let mut lines = head
+            .split_inclusive(|&byte| byte == b'\n')
+            .filter_map(Self::of_line);
+        let mut style = lines.next()?;
+        for _ in 1..WITNESSES {
+            if style == Self::default() {
+                break;
+            }
+            let other = lines.next()?;
+            let is_like = |stamps: &Stamps| other.stamps.is_some_and(|it| it.is_like(stamps));
+            style.stamps = style.stamps.filter(is_like);
+            if other.ends != style.ends {
+                style.ends = Ends::AsSent;
+            }
+        }
+        // Times count from the first one, whatever stands behind it.
+        if let Some(like) = style.stamps {
+            let mut lines = head.split_inclusive(|&byte| byte == b'\n');
+            let is_like = |stamps: &Stamps| stamps.is_like(&like);
+            style.stamps = lines.find_map(|line| Stamps::like(line).filter(is_like));
+        }
+        Some(style)
+    }
+
+    /// How an intact line is stored; `None` of one that is not.
+    fn of_line(line: &[u8]) -> Option<Self> {
+        let ends = Ends::of(line);
+        let length = match intact(&ends.restore(line))? {
+            Received::Line(..) => LINE_BYTES,
+            Received::Ack(_) => ACK_LINE_BYTES,
+        };
+        let before = line.len().saturating_sub(ends.stored_bytes(length));
+        let stamps = Stamps::like(&line[..before]);
+        Some(Self { stamps, ends })
     }
 
     /// What differs from the radio's bytes, for a person; nothing where nothing does.

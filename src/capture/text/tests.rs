@@ -152,6 +152,24 @@ fn everybody_gets_what_the_radio_delivered() {
     }
 }
 
+/// A radio that spoils the first line makes no other capture of it.
+#[test]
+fn one_line_that_is_stored_otherwise_decides_nothing() {
+    let plain = capture("house-clean.txt");
+    for spoilt in [
+        [&plain[..78], b"\n", &plain[80..]].concat(),
+        [&plain[..78], b"\r\r\n", &plain[80..]].concat(),
+        [b"12.5 ", &plain[..]].concat(),
+        [&plain[..78], b"\n"].concat(),
+    ] {
+        let radio: Vec<u8> = pieces(&spoilt[..])
+            .into_iter()
+            .flat_map(|piece| piece.1)
+            .collect();
+        assert!(radio == spoilt);
+    }
+}
+
 #[test]
 fn what_has_no_intact_line_is_left_as_it_is() {
     for noise in [

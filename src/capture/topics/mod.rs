@@ -10,6 +10,7 @@
 //! was when it last reset its odometer, looking along x; frame [`BASE`] is the robot.
 
 mod deriver;
+mod forms;
 mod geometry;
 mod path;
 mod scene;
@@ -25,7 +26,9 @@ use foxglove::messages::{
 
 pub use deriver::Deriver;
 pub use geometry::{BASE, ODOM};
+pub(super) use station_event::MARK;
 pub use station_event::StationEvent;
+pub(super) use story::is_contact;
 
 use super::messages::{RawBytes, Telemetry, UplinkEvent};
 use super::schema::{DESCRIPTORS, Schema};

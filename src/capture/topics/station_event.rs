@@ -8,8 +8,11 @@ use crate::capture::messages::{UplinkEvent, UplinkStep};
 use crate::event::{CommandStep, Event, Level, LinkEvent, Reception};
 use crate::request::Request;
 
+/// Who says in the log that a moment was marked.
+pub(in crate::capture) const MARK: &str = "mark";
+
 /// An event of the station that belongs into a capture: the steps of commands, who asked for them,
-/// the link's ups and downs, and notices.
+/// the link's ups and downs, notices, and moments that the operator marked.
 ///
 /// Lines, totals and statistics are no part of it, since they follow from the bytes; neither are keys.
 #[derive(Clone, Debug, PartialEq)]
@@ -57,6 +60,7 @@ impl StationEvent {
                 };
                 Some(Self::log(level, "station", text.as_str()))
             }
+            Event::Mark(mark) => Some(Self::log(LogLevel::Info, MARK, mark.to_string())),
             _ => None,
         }
     }

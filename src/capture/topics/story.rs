@@ -96,7 +96,7 @@ impl Story {
 }
 
 /// Whether something is pressed.
-pub(super) const fn is_contact(bump: Bump) -> bool {
+pub(in crate::capture) const fn is_contact(bump: Bump) -> bool {
     !matches!(bump, Bump::None | Bump::NotFitted)
 }
 

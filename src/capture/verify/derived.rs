@@ -72,7 +72,10 @@ impl Derived {
     /// Takes bytes received, after so many that are missing.
     pub(super) fn take_received(&mut self, at_ns: u64, missing: u64, bytes: &[u8]) {
         let (queues, is_exact) = (&mut self.queues, self.is_exact);
-        let mut take = |message: TopicMessage<'_>| expect(queues, is_exact, &message);
+        let mut take = |message: TopicMessage<'_>| {
+            expect(queues, is_exact, &message);
+            Ok::<(), Infallible>(())
+        };
         if missing > 0 {
             let Ok(()) = self.deriver.skip_rx(missing, &mut take);
         }
@@ -110,11 +113,10 @@ impl Derived {
             .deriver
             .handle_event(header.log_time, &event, |message| {
                 // The first is the event as it was told.
-                if std::mem::take(&mut is_itself) {
-                    Ok(())
-                } else {
-                    expect(queues, is_exact, &message)
+                if !std::mem::take(&mut is_itself) {
+                    expect(queues, is_exact, &message);
                 }
+                Ok::<(), Infallible>(())
             });
     }
 
@@ -173,13 +175,9 @@ fn queue(queues: &mut BTreeMap<Topic, Queue>, topic: Topic, is_exact: bool) -> &
     })
 }
 
-fn expect(
-    queues: &mut BTreeMap<Topic, Queue>,
-    is_exact: bool,
-    message: &TopicMessage<'_>,
-) -> Result<(), Infallible> {
+fn expect(queues: &mut BTreeMap<Topic, Queue>, is_exact: bool, message: &TopicMessage<'_>) {
     if matches!(message.topic, Topic::RawRx | Topic::RawTx) {
-        return Ok(());
+        return;
     }
     let queue = queue(queues, message.topic, is_exact);
     queue.expected.push_back(Expected {
@@ -190,7 +188,6 @@ fn expect(
         // Of a topic that is there the end tells that it lacks so many.
         queue.expected.pop_front();
     }
-    Ok(())
 }
 
 /// What the station has told of a command; nothing of what follows from the robot's lines.

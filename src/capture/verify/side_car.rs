@@ -32,7 +32,7 @@ impl SideCar {
             _ => "the journal",
         };
         let entries = JournalReader::open(path)?;
-        let entries = Entries {
+        let entries = OneWay {
             entries,
             way,
             end: 0,
@@ -98,13 +98,13 @@ impl<R: Read> Pieces for TextReader<R> {
 }
 
 /// One way of a journal as a stream; what it does not have is zeros.
-struct Entries {
+struct OneWay {
     entries: JournalReader<BufReader<File>>,
     way: Kind,
     end: u64,
 }
 
-impl Pieces for Entries {
+impl Pieces for OneWay {
     fn next(&mut self, to: &mut Vec<u8>) -> io::Result<()> {
         while let Some(entry) = self.entries.next_entry()? {
             if entry.kind == self.way && !entry.data.is_empty() {

@@ -1,0 +1,130 @@
+//! Captures of all kinds: with the times of others, damaged, empty.
+
+use super::*;
+
+/// The same lines with the times of others before them: the same robot, at their times.
+#[test]
+fn stamped_text_is_played_at_its_own_times() {
+    let plain =
+        std::fs::read(Path::new(env!("CARGO_MANIFEST_DIR")).join("captures/house-clean.txt"));
+    let plain = plain.unwrap();
+    let mut stamped = Vec::new();
+    for (n, line) in plain.split_inclusive(|&byte| byte == b'\n').enumerate() {
+        // A robot that was switched off for an hour in the middle.
+        let second = n / 3 + if n > 150 { 3600 } else { 0 };
+        let (h, m, s) = (22 + second / 3600, second / 60 % 60, second % 60);
+        let stamp = format!("2026-11-21T{h:02}:{m:02}:{s:02}Z ");
+        stamped.extend(stamp.as_bytes());
+        stamped.extend(line);
+    }
+    let tape = text(&stamped);
+    assert_eq!(tape.unix(), Some(Moment::from_hours(498_694)));
+    let length = tape.length();
+    let (mut reel, end) = surveyed(tape);
+    assert!(
+        end <= length && end > Moment::from_hours(1),
+        "{end:?} of {length:?}"
+    );
+    let (mut untimed, plain_end) = surveyed(text(&plain));
+    reel.seek(end);
+    untimed.seek(plain_end);
+    assert_eq!(reel.model().tally().lines, untimed.model().tally().lines);
+    // In the pause nothing happened, and the link is told to be silent.
+    reel.seek(Moment::from_mins(30));
+    let silent = reel.model().tally().lines;
+    assert_eq!(
+        reel.at().as_secs(),
+        55,
+        "five seconds after the last line it is told"
+    );
+    reel.seek(Moment::from_mins(50));
+    assert_eq!(reel.model().tally().lines, silent);
+    // Lines with the same stamp follow each other as on the radio.
+    assert!(matches!(reel.seek_line(20, STEPS_MAX), Found::At(_)));
+    let times: Vec<Moment> = (0..6)
+        .map(|_| {
+            assert!(reel.step_forward());
+            reel.at()
+        })
+        .collect();
+    assert!(times.is_sorted_by(|a, b| a < b), "{times:?}");
+    // Finding a time in a file without reading it through.
+    for s in [0, 1, 30, 49, 50, 51, 2000, 3650, 3700] {
+        let at = Moment::from_secs(s);
+        let place = text(&stamped).find(at);
+        let mut tape = text(&stamped);
+        tape.go(place);
+        let next = tape.next_at().unwrap();
+        assert!(next < at || s == 0, "{s}: {next:?}");
+        while tape.next_at().is_some_and(|next| next < at) {
+            let from = tape.next_at().unwrap();
+            tape.next_piece();
+            let next = tape.next_at().unwrap_or(Moment::MAX);
+            assert!(
+                from + Moment::from_secs(1) >= next.min(at) || s >= 2000,
+                "{s}"
+            );
+        }
+    }
+}
+
+#[test]
+fn what_is_cut_off_or_damaged_is_shown_as_far_as_it_goes_and_says_why() {
+    let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("captures/demo-commands.mcap");
+    let whole = std::fs::read(path).unwrap();
+    let lines = |bytes: &[u8]| {
+        let tape = index::read(Arc::new(bytes.to_vec()), Path::new("x.mcap"));
+        let tape = tape.map_err(|error| error.to_string())?;
+        let (mut reel, end) = surveyed(tape);
+        reel.seek(end);
+        let tally = reel.model().tally();
+        let log: Vec<String> = reel
+            .model()
+            .log
+            .newest_first()
+            .map(|e| e.text.clone())
+            .collect();
+        assert!(
+            log.iter().any(|text| text.contains("session is over")),
+            "{log:?}"
+        );
+        Ok::<_, String>((tally.lines, tally.alarms, log))
+    };
+    let (all, alarms, _) = lines(&whole).unwrap();
+    let mut dice = 7_usize;
+    let (mut opened, mut before) = (0, 0);
+    for n in 0..120 {
+        dice = dice
+            .wrapping_mul(6_364_136_223_846_793_005)
+            .wrapping_add(1_442_695_040_888_963_407);
+        let at = (dice >> 33) % whole.len();
+        match lines(&whole[..at]) {
+            Ok((some, _, log)) => {
+                opened += 1;
+                before += some;
+                assert!(some <= all);
+                let says = log.iter().any(|text| text.contains("interrupted"));
+                assert!(says || some == all, "cut at {at}: {some} of {all} lines");
+            }
+            Err(error) => assert!(error.contains("x.mcap"), "{error}"),
+        }
+        let mut flipped = whole.clone();
+        flipped[at] ^= 1 << (n % 8);
+        if let Ok((some, told, log)) = lines(&flipped) {
+            assert!(some <= all, "flipped at {at}");
+            assert!(
+                some == all || told > alarms,
+                "flipped at {at}: {some} of {all}: {log:?}"
+            );
+        }
+    }
+    assert!(opened > 60 && before > 0, "{opened} opened, {before} lines");
+}
+
+#[test]
+fn an_empty_capture_ends_at_once() {
+    let (mut reel, end) = surveyed(text(b""));
+    reel.seek(end);
+    assert_eq!(end, Moment::ZERO);
+    assert!(!reel.step_forward() && !reel.step_back());
+}

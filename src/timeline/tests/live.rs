@@ -1,0 +1,311 @@
+//! A live session again: by what is remembered of it, and by its recording.
+
+use std::fmt::Write;
+
+use proptest::prelude::*;
+
+use ratatui::Terminal;
+use ratatui::backend::TestBackend;
+
+use super::*;
+use crate::capture::Session as About;
+use crate::capture::composer::Composer;
+use crate::capture::topics::StationEvent;
+use crate::event::{Level, LinkEvent};
+use crate::model::testing::{Scene as Robot, any_event};
+use crate::station::Station;
+use crate::timeline::past::{self, REMEMBERED};
+use crate::view;
+
+fn is_fact(event: &Event) -> bool {
+    !matches!(
+        event,
+        Event::Key(_)
+            | Event::Paste(_)
+            | Event::Resize { .. }
+            | Event::Recording(_)
+            | Event::Playback(_)
+            | Event::Tick
+    )
+}
+
+/// A live session as the event loop remembers it.
+struct Session {
+    reel: Reel<Past>,
+    model: Model,
+    now: Moment,
+}
+
+impl Session {
+    fn new() -> Self {
+        let model = Model::new(Config::default());
+        let first = Past::new(model.clone(), Moment::ZERO, 0);
+        Self {
+            reel: Reel::new(History::default(), first, past::SPACING),
+            model,
+            now: Moment::ZERO,
+        }
+    }
+
+    fn take(&mut self, event: Event) {
+        self.reel.supply_mut().push(self.now, event.clone());
+        self.model.update(self.now, event);
+        if self.reel.wants(self.now) {
+            let next = self.reel.supply().count();
+            self.reel
+                .keep(Past::new(self.model.clone(), self.now, next));
+        }
+        let oldest = self.now.saturating_sub(REMEMBERED);
+        if let Some(next) = self.reel.forget_before(oldest).map(Past::next) {
+            self.reel.supply_mut().forget_before(next);
+        }
+    }
+}
+
+proptest! {
+    #![proptest_config(ProptestConfig::with_cases(64))]
+
+    #[test]
+    fn a_live_session_can_be_seen_as_it_was(
+        events in prop::collection::vec((any_event(), 1_u64..20_000), 1..120),
+        places in prop::collection::vec(any::<prop::sample::Index>(), 1..12),
+    ) {
+        let mut session = Session::new();
+        let mut was = vec![(Moment::ZERO, told(&session.model))];
+        for (event, wait_ms) in events.into_iter().filter(|(event, _)| is_fact(event)) {
+            session.now += Moment::from_millis(wait_ms);
+            session.take(event);
+            was.push((session.now, told(&session.model)));
+        }
+        for place in places {
+            let (at, was) = place.get(&was);
+            session.reel.seek(*at);
+            prop_assert_eq!(&told(session.reel.model()), was);
+        }
+    }
+}
+
+#[test]
+fn a_live_session_of_hours_is_remembered_in_bounded_memory() {
+    let mut robot = Robot::new(Config::default());
+    let mut session = Session::new();
+    for n in 0..40_000 {
+        robot.state.x_tenths_in = n;
+        session.now += Moment::from_millis(333);
+        session.take(Event::Notice {
+            level: if n % 10_000 == 9_000 {
+                Level::Alarm
+            } else {
+                Level::Info
+            },
+            text: n.to_string(),
+        });
+    }
+    let from = session.reel.oldest_at().unwrap();
+    let back = session.now.saturating_sub(from);
+    assert!(
+        back >= REMEMBERED && back < REMEMBERED + past::SPACING * 2,
+        "{back:?}"
+    );
+    session.reel.seek(Moment::ZERO);
+    assert!(session.reel.at() <= from, "no farther than it goes");
+    let last = session
+        .reel
+        .find_last(Landmark::Alarm, session.now, STEPS_MAX);
+    let alarm = Moment::from_millis(39_001 * 333);
+    assert_eq!(last, Found::At(alarm));
+    assert_eq!(
+        session.reel.find_next(Landmark::Alarm, alarm, STEPS_MAX),
+        Found::Nowhere
+    );
+    assert_eq!(
+        session
+            .reel
+            .find_last(Landmark::Bump, session.now, STEPS_MAX),
+        Found::Nowhere
+    );
+}
+
+/// The whole screen.
+fn screen(model: &Model, now: Moment) -> String {
+    let mut terminal = Terminal::new(TestBackend::new(120, 40)).unwrap();
+    terminal
+        .draw(|frame| view::draw(model, now, frame))
+        .unwrap();
+    terminal.backend().to_string()
+}
+
+/// What a model knows, but for the last digits of the airtime: that counts bytes as they come, of which a recording has
+/// the time of the line they end in.
+fn known(model: &Model) -> String {
+    const AIRTIME: &str = "airtime_down_pct: ";
+    let told = told(model);
+    let mut known = String::new();
+    let mut rest = &*told;
+    while let Some((before, after)) = rest.split_once(AIRTIME) {
+        let end = after.find(',').unwrap();
+        let percent: f64 = after[..end].parse().unwrap();
+        write!(known, "{before}{AIRTIME}{percent:.0}").unwrap();
+        rest = &after[end..];
+    }
+    known + rest
+}
+
+/// The numbers of a dice.
+struct Dice(u64);
+
+impl Dice {
+    fn below(&mut self, end: usize) -> usize {
+        self.0 = self
+            .0
+            .wrapping_mul(6_364_136_223_846_793_005)
+            .wrapping_add(1_442_695_040_888_963_407);
+        (self.0 >> 33) as usize % end
+    }
+}
+
+/// A station that listens, what is remembered of its session, and its recording.
+struct Listening {
+    station: Station,
+    session: Session,
+    composer: Composer<Vec<u8>>,
+}
+
+impl Listening {
+    const START_NS: u64 = 1_741_944_413_000_000_000;
+
+    fn new() -> Self {
+        let about = About {
+            link: "radio".to_owned(),
+            start: std::time::UNIX_EPOCH + Moment::from_nanos(Self::START_NS),
+            notes: std::collections::BTreeMap::new(),
+            configuration: String::new(),
+        };
+        let mut listening = Self {
+            station: Station::new(groundwave_protocol::arq::Config::new(1), false),
+            session: Session::new(),
+            composer: Composer::new(Vec::new(), &about).unwrap(),
+        };
+        listening.station.handle_link(LinkEvent::Opened {
+            name: "radio".to_owned(),
+            can_send: false,
+        });
+        listening.listen();
+        listening
+    }
+
+    fn at_ns(&self) -> u64 {
+        Self::START_NS + self.session.now.as_nanos() as u64
+    }
+
+    fn tell(&mut self, event: Event) {
+        if let Some(event) = StationEvent::from_event(&event) {
+            self.composer.handle_event(self.at_ns(), &event).unwrap();
+        }
+        self.session.take(event);
+    }
+
+    fn listen(&mut self) {
+        while let Some(event) = self.station.poll_event() {
+            self.tell(event);
+        }
+    }
+
+    /// Whatever is due until a moment happens.
+    fn pass_to(&mut self, at: Moment) {
+        loop {
+            let timeouts = [
+                self.station.poll_timeout(),
+                self.session.model.poll_timeout(),
+            ];
+            let due = timeouts.into_iter().flatten().min();
+            let Some(due) = due.filter(|due| *due < at) else {
+                break;
+            };
+            self.session.now = due.max(self.session.now);
+            self.station.handle_timeout(self.session.now);
+            self.listen();
+            self.session.take(Event::Tick);
+        }
+        self.session.now = at;
+    }
+
+    fn hear(&mut self, bytes: &[u8]) {
+        self.composer.handle_rx(self.at_ns(), bytes).unwrap();
+        self.station.handle_bytes(self.session.now, bytes);
+        self.listen();
+    }
+}
+
+/// One byte stream, heard live in any chunks, and its recording played: at every moment at which a line or a piece of
+/// noise has just ended both know the same, to the last counter, and show the same screen; and so does the live
+/// session when it is asked what it showed then.
+#[test]
+fn a_live_run_in_any_chunks_and_its_replay_are_the_same_to_the_last_character() {
+    for name in CAPTURES {
+        for seed in 1..4 {
+            let mut dice = Dice(seed);
+            let mut live = Listening::new();
+            let mut was = Vec::new();
+            let mut tape = capture(name);
+            let mut from = Moment::ZERO;
+            while let Some(at) = tape.next_at() {
+                match tape.next_piece().unwrap() {
+                    index::Piece::Received(bytes) => {
+                        // As a port delivers it: some bytes now and some then, all by the end of the line.
+                        let mut rest = bytes;
+                        while !rest.is_empty() {
+                            let cut = 1 + dice.below(rest.len());
+                            let left = (rest.len() - cut) as u32;
+                            let early = at.saturating_sub(from) * left / bytes.len() as u32;
+                            let then = at.saturating_sub(early);
+                            live.pass_to(then.max(live.session.now));
+                            live.hear(&rest[..cut]);
+                            rest = &rest[cut..];
+                        }
+                        let ends_here = bytes.ends_with(b"\n");
+                        if ends_here && dice.below(20) == 0 {
+                            let model = &live.session.model;
+                            was.push((at, known(model), screen(model, at), model.tally().lines));
+                        }
+                        from = at;
+                    }
+                    index::Piece::Sent(bytes) => {
+                        live.pass_to(at);
+                        live.station.handle_sent(at, bytes);
+                        live.composer.handle_tx(live.at_ns(), bytes).unwrap();
+                        live.listen();
+                    }
+                    // What a station of that day told, this one tells of the same bytes.
+                    index::Piece::Told(Event::Link(_)) | index::Piece::Nothing => {}
+                    index::Piece::Told(event) => {
+                        live.pass_to(at);
+                        live.tell(event);
+                    }
+                    other => panic!("{other:?}"),
+                }
+            }
+            assert!(was.len() > 5, "{name}");
+            let mcap = live.composer.finish().unwrap();
+            let tape = index::read(Arc::new(mcap), Path::new("a.mcap")).unwrap();
+            let (mut replay, _) = surveyed(tape);
+            for (at, model, drawn, lines) in was {
+                let place = format!("{name}, seed {seed}, at {at:?}");
+                live.session.reel.seek(at);
+                replay.seek(at);
+                for (which, shown) in [
+                    ("PAST", live.session.reel.model()),
+                    ("replay", replay.model()),
+                ] {
+                    assert_eq!(shown.tally().lines, lines, "{which}: {place}");
+                    assert_eq!(screen(shown, at), drawn, "{which}: {place}");
+                    assert!(
+                        known(shown) == model,
+                        "{which}: {place}\n{}\n{model}",
+                        known(shown)
+                    );
+                }
+            }
+        }
+    }
+}

@@ -1,0 +1,55 @@
+//! A moment again is that moment: of live sessions made of anything, and of captures.
+
+mod captures;
+mod live;
+mod player;
+mod reel;
+
+use std::path::Path;
+use std::sync::Arc;
+
+use super::reel::{Cursor, Found, STEPS_MAX};
+use super::scene::SPACING;
+use super::*;
+use crate::capture::index::{self, Tape};
+use crate::event::{Event, Moment};
+use crate::model::{Config, Model};
+use crate::travel::{Landmark, Target, Travel};
+
+fn told(model: &Model) -> String {
+    format!("{model:?}")
+}
+
+fn capture(name: &str) -> Box<dyn Tape + Send> {
+    let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("captures");
+    index::open(&folder.join(name)).unwrap()
+}
+
+fn text(bytes: &[u8]) -> Box<dyn Tape + Send> {
+    index::read(Arc::new(bytes.to_vec()), Path::new("text")).unwrap()
+}
+
+/// A capture with all its states.
+fn surveyed(tape: Box<dyn Tape + Send>) -> (Reel<Scene>, Moment) {
+    let first = Scene::new("radio", Config::default(), &*tape);
+    let mut again = tape.again();
+    let mut reel = Reel::new(tape, first.clone(), SPACING);
+    let mut end = Moment::ZERO;
+    survey(first, &mut again, |finding| {
+        match finding {
+            Finding::State(scene) => reel.keep(*scene),
+            Finding::Marks(_) => {}
+            Finding::End(at) => end = at,
+        }
+        true
+    });
+    reel.complete();
+    (reel, end)
+}
+
+const CAPTURES: [&str; 4] = [
+    "house-clean.txt",
+    "house-noisy.txt",
+    "living-room-bursts.txt",
+    "demo-commands.mcap",
+];

@@ -1,0 +1,277 @@
+//! Playing: speeds, loops, marks, and jumps to what may not have been read yet.
+
+use super::*;
+
+fn player(name: &str) -> Player<Scene> {
+    let tape = capture(name);
+    let (length, unix) = (tape.length(), tape.unix());
+    let (reel, end) = surveyed(tape);
+    let mut player = Player::of_capture(reel, Moment::ZERO, 1.0, length, unix);
+    player.set_read_through(end);
+    player
+}
+
+/// What lies where nobody has read yet is waited for, and gone to by itself.
+#[test]
+fn a_jump_waits_for_what_is_not_read_yet() {
+    let calm =
+        std::fs::read(Path::new(env!("CARGO_MANIFEST_DIR")).join("captures/house-clean.txt"));
+    let calm = calm.unwrap();
+    let day = calm.repeat(60);
+    let lines = 60 * 359;
+    let tape = text(&day);
+    let length = tape.length();
+    let first = Scene::new("radio", Config::default(), &*tape);
+    let mut again = tape.again();
+    let reel = Reel::new(tape.again(), first.clone(), SPACING);
+    let host = Moment::ZERO;
+    let mut player = Player::of_capture(reel, host, 1.0, length, None);
+    let packet = |number| Travel::Seek(Target::Packet(number));
+    player.handle(host, packet(lines - 100));
+    let looks = |player: &Player<Scene>| {
+        let playback = player.playback();
+        let note = playback.note.unwrap_or_default();
+        assert_eq!(
+            playback.is_looking,
+            note.starts_with("looking for packet"),
+            "{note}"
+        );
+        playback.is_looking
+    };
+    assert!(looks(&player) && player.is_paused());
+    // Whoever gives up stands where he stood.
+    player.handle(host, Travel::GiveUp);
+    assert!(!looks(&player) && player.at() == Moment::ZERO);
+    player.handle(host, packet(lines - 100));
+    let mut findings = 0;
+    survey(first.clone(), &mut again, |finding| {
+        if let Finding::State(scene) = finding {
+            let at = scene.moment();
+            player.reel_mut().keep(*scene);
+            player.set_read(at);
+            findings += 1;
+        }
+        looks(&player)
+    });
+    assert!(findings > 10 && !looks(&player));
+    assert_eq!(player.playback().packet, Some(lines - 100));
+    // At the end it is known that there is none.
+    let mut player = Player::of_capture(
+        Reel::new(tape.again(), first, SPACING),
+        host,
+        1.0,
+        length,
+        None,
+    );
+    player.handle(host, packet(lines * 2));
+    assert!(looks(&player));
+    player.set_read_through(length);
+    let note = player.playback().note;
+    assert_eq!(note, Some(format!("there is no packet {}", lines * 2)));
+}
+
+#[test]
+fn time_passes_at_any_speed_and_loops() {
+    let mut player = player("house-clean.txt");
+    let s = Moment::from_secs;
+    let mut host = s(0);
+    let mut pass = |player: &mut Player<Scene>, seconds: u64| {
+        for _ in 0..seconds * 10 {
+            host += Moment::from_millis(100);
+            player.advance(host);
+        }
+        host
+    };
+    let about = |player: &Player<Scene>, wanted: u64| {
+        let off = player.at().abs_diff(s(wanted));
+        assert!(
+            off < Moment::from_millis(5),
+            "{:?}, not {wanted} s",
+            player.at()
+        );
+    };
+    let host = pass(&mut player, 10);
+    about(&player, 10);
+    player.handle(host, Travel::Speed(4.0));
+    let host = pass(&mut player, 5);
+    about(&player, 30);
+    player.handle(host, Travel::TogglePause);
+    let shown = told(player.model());
+    let host = pass(&mut player, 100);
+    about(&player, 30);
+    assert_eq!(told(player.model()), shown, "it stands still");
+    assert_eq!(player.wake_at(), None, "and costs nothing");
+    player.handle(host, Travel::TogglePause);
+    player.handle(host, Travel::Speed(0.1));
+    let host = pass(&mut player, 10);
+    about(&player, 31);
+    player.handle(host, Travel::Speed(1.0));
+    player.handle(host, Travel::Loop);
+    let host = pass(&mut player, 5);
+    player.handle(host, Travel::Loop);
+    about(&player, 36);
+    let host = pass(&mut player, 7);
+    about(&player, 33);
+    player.handle(host, Travel::Loop);
+    player.handle(host, Travel::Speed(f64::MAX));
+    let host = pass(&mut player, 1);
+    assert!(player.is_at_end() && player.is_paused());
+    player.handle(host, Travel::TogglePause);
+    about(&player, 0);
+}
+
+#[test]
+fn every_typed_place_is_gone_to() {
+    let mut player = player("demo-commands.mcap");
+    let s = Moment::from_secs;
+    let host = s(0);
+    player.handle(host, Travel::TogglePause);
+    let end = player.playback().until;
+    let unix = player.playback().unix.unwrap();
+    let mut go = |text: &str| {
+        let target: Target = text.parse().unwrap();
+        player.handle(host, Travel::Seek(target));
+        (player.at(), player.playback())
+    };
+    assert_eq!(go("0:20").0, s(20));
+    assert_eq!(go("+5s").0, s(25));
+    assert_eq!(go("-10s").0, s(15));
+    assert_eq!(go("-10m").0, s(0));
+    assert!(go("50%").0.abs_diff(end / 2) <= Moment::from_nanos(1));
+    assert_eq!(go("9:59:59").0, end);
+    let (at, playback) = go("#30");
+    assert_eq!(playback.packet, Some(30));
+    assert!(at > s(5) && at < s(20), "{at:?}");
+    let (there, playback) = go("#999999");
+    assert_eq!(
+        (there, playback.note.as_deref()),
+        (at, Some("there is no packet 999999"))
+    );
+    let second = unix.as_secs() + 10;
+    let clock = format!(
+        "{:02}:{:02}:{:02}Z",
+        second / 3600 % 24,
+        second / 60 % 60,
+        second % 60
+    );
+    assert_eq!(unix + go(&clock).0, s(second));
+    let hours = (second / 3600 + 12) % 24;
+    assert!(go(&format!("{hours}:00Z")).1.note.is_some());
+}
+
+#[test]
+fn marks_are_set_gone_to_and_taken_away() {
+    let mut player = player("house-clean.txt");
+    let host = Moment::ZERO;
+    let s = Moment::from_secs;
+    let seek = |player: &mut Player<Scene>, at| {
+        player.handle(host, Travel::Seek(Target::At(at)));
+    };
+    for at in [s(40), s(20)] {
+        seek(&mut player, at);
+        player.handle(host, Travel::Mark);
+    }
+    assert_eq!(player.playback().markers, [s(20), s(40)]);
+    let jump = |forward| Travel::Jump {
+        to: Some(Landmark::Marker),
+        forward,
+    };
+    player.handle(host, jump(true));
+    assert_eq!(player.at(), s(40));
+    assert!(player.is_paused());
+    player.handle(host, jump(true));
+    assert_eq!(
+        player.playback().note.as_deref(),
+        Some("there are no later markers")
+    );
+    player.handle(
+        host,
+        Travel::Jump {
+            to: None,
+            forward: false,
+        },
+    );
+    assert_eq!(player.at(), s(20), "as before");
+    player.handle(host, Travel::Mark);
+    assert_eq!(player.playback().markers, [s(40)]);
+}
+
+/// What was marked while it was recorded is marked when it is played.
+#[test]
+fn marks_of_a_recorded_session_come_back() {
+    use crate::capture::composer::Composer;
+    use crate::capture::topics::StationEvent;
+    use crate::travel::Mark;
+    let plain =
+        std::fs::read(Path::new(env!("CARGO_MANIFEST_DIR")).join("captures/house-clean.txt"));
+    let plain = plain.unwrap();
+    let session = crate::capture::Session {
+        link: "radio".to_owned(),
+        start: std::time::UNIX_EPOCH,
+        notes: std::collections::BTreeMap::new(),
+        configuration: String::new(),
+    };
+    let mut composer = Composer::new(Vec::new(), &session).unwrap();
+    let s = Moment::from_secs;
+    for (n, line) in (1_u64..).zip(plain.chunks(80)) {
+        let at_ns = n * 1_000_000_000 / 3;
+        composer.handle_rx(at_ns, line).unwrap();
+        // Now, a moment of the past, before the beginning; one is taken away again.
+        for (when, ago, is_set) in [
+            (60, s(0), true),
+            (90, s(15), true),
+            (120, Moment::from_millis(12_500), true),
+            (150, Moment::from_millis(22_500), false),
+            (180, s(1000), true),
+        ] {
+            if n == when {
+                let event = StationEvent::from_event(&Event::Mark(Mark { ago, is_set })).unwrap();
+                composer.handle_event(at_ns, &event).unwrap();
+            }
+        }
+    }
+    let mcap = composer.finish().unwrap();
+    let tape = index::read(Arc::new(mcap), Path::new("a.mcap")).unwrap();
+    let first = Scene::new("radio", Config::default(), &*tape);
+    let mut again = tape.again();
+    let length = tape.length();
+    let reel = Reel::new(tape, first.clone(), SPACING);
+    let mut player = Player::of_capture(reel, Moment::ZERO, 1.0, length, None);
+    player.handle(Moment::ZERO, Travel::TogglePause);
+    player.handle(Moment::ZERO, Travel::Seek(Target::At(s(5))));
+    player.handle(Moment::ZERO, Travel::Mark);
+    assert_eq!(player.take_marked(), Some((s(5), true)));
+    survey(first, &mut again, |finding| {
+        if let Finding::Marks(marks) = finding {
+            player.set_recorded_marks(marks);
+        }
+        true
+    });
+    assert_eq!(player.playback().markers, [s(5), s(15), s(20)]);
+}
+
+#[test]
+fn jumps_stand_still_where_it_happened() {
+    let mut player = player("house-clean.txt");
+    let host = Moment::ZERO;
+    let bump = |forward| Travel::Jump {
+        to: Some(Landmark::Bump),
+        forward,
+    };
+    player.handle(host, bump(true));
+    let first = player.at();
+    assert_eq!(player.model().tally().bumps, 1);
+    player.handle(host, bump(true));
+    assert_eq!(player.model().tally().bumps, 2);
+    player.handle(host, bump(false));
+    assert_eq!(player.at(), first);
+    player.handle(host, bump(false));
+    assert_eq!(
+        player.playback().note.as_deref(),
+        Some("there are no earlier bumps")
+    );
+    player.handle(host, Travel::Newest);
+    assert!(player.is_at_end());
+    player.handle(host, Travel::Oldest);
+    assert_eq!(player.at(), Moment::ZERO);
+}

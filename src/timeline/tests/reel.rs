@@ -1,0 +1,137 @@
+//! A moment that is gone to is the moment that playing there shows.
+
+use super::*;
+
+/// Every moment at which something happened, and what was shown then by playing there from the beginning.
+fn played(name: &str) -> Vec<(Moment, String)> {
+    let mut tape = capture(name);
+    let mut scene = Scene::new("radio", Config::default(), &*tape);
+    let mut shown = vec![(Moment::ZERO, told(scene.model()))];
+    while let Some(at) = scene.next_at(&mut tape) {
+        scene.step(&mut tape);
+        match shown.last_mut() {
+            Some(last) if last.0 == at => last.1 = told(scene.model()),
+            _ => shown.push((at, told(scene.model()))),
+        }
+    }
+    shown
+}
+
+#[test]
+fn a_seek_shows_what_playing_there_shows() {
+    for name in CAPTURES {
+        let played = played(name);
+        let (mut reel, end) = surveyed(capture(name));
+        assert_eq!(end, played.last().unwrap().0, "{name}");
+        let mut dice = 1_usize;
+        for n in 0..60 {
+            dice = dice
+                .wrapping_mul(6_364_136_223_846_793_005)
+                .wrapping_add(1_442_695_040_888_963_407);
+            let place = (dice >> 33) % played.len();
+            let (at, shown) = &played[place];
+            // Between this and the next thing nothing changes.
+            let next = played.get(place + 1).map_or(*at, |(next, _)| *next);
+            let between = *at + next.checked_sub(*at).unwrap() * (n % 3) / 4;
+            reel.seek(between);
+            assert!(!reel.is_partial());
+            assert!(
+                told(reel.model()) == *shown,
+                "{name} at {between:?}, seek {n}"
+            );
+        }
+    }
+}
+
+#[test]
+fn steps_go_back_the_way_they_came() {
+    for name in CAPTURES {
+        let (mut reel, end) = surveyed(capture(name));
+        reel.seek(end / 2);
+        let mut way = Vec::new();
+        for _ in 0..25 {
+            assert!(reel.step_forward());
+            way.push((reel.packet(), reel.at()));
+        }
+        for (packet, at) in way.into_iter().rev() {
+            assert_eq!((reel.packet(), reel.at()), (packet, at), "{name}");
+            assert!(reel.step_back());
+        }
+        assert!(matches!(reel.seek_line(1, STEPS_MAX), Found::At(_)));
+        assert!(!reel.step_back(), "{name}: before the first line");
+        reel.seek(end);
+        assert!(!reel.step_forward(), "{name}: after the last");
+    }
+}
+
+/// All landmarks of a kind found by going through everything are found by jumping, both ways.
+#[test]
+fn jumps_find_every_landmark_and_nothing_else() {
+    let kinds = [
+        Landmark::Alarm,
+        Landmark::Bump,
+        Landmark::Behaviour,
+        Landmark::Command,
+    ];
+    let mut found_any = 0;
+    for name in CAPTURES {
+        for kind in kinds {
+            let mut tape = capture(name);
+            let mut scene = Scene::new("radio", Config::default(), &*tape);
+            let mut all = Vec::new();
+            while let Some(at) = scene.next_at(&mut tape) {
+                let before = scene.model().tally().of(kind);
+                scene.step(&mut tape);
+                if scene.model().tally().of(kind) > before && all.last() != Some(&at) {
+                    all.push(at);
+                }
+            }
+            found_any += all.len();
+            let (mut reel, end) = surveyed(capture(name));
+            let mut at = Moment::ZERO;
+            let mut forward = Vec::new();
+            while let Found::At(next) = reel.find_next(kind, at, STEPS_MAX) {
+                forward.push(next);
+                at = next;
+            }
+            assert_eq!(forward, all, "{name} {kind:?}");
+            let mut at = end + Moment::from_secs(1);
+            let mut back = Vec::new();
+            while let Found::At(last) = reel.find_last(kind, at, STEPS_MAX) {
+                back.push(last);
+                at = last;
+            }
+            back.reverse();
+            assert_eq!(back, all, "{name} {kind:?}");
+        }
+    }
+    assert!(found_any > 50, "{found_any}");
+}
+
+/// A long capture is there at once, says that it is not whole, and becomes what it is.
+#[test]
+fn before_a_long_capture_is_read_a_moment_is_partial_and_then_exact() {
+    let day = std::fs::read(Path::new(env!("CARGO_MANIFEST_DIR")).join("captures/house-clean.txt"));
+    let day = day.unwrap().repeat(40);
+    let (mut whole, end) = surveyed(text(&day));
+    let at = end / 10 * 9;
+    whole.seek(at);
+    let tape = text(&day);
+    let first = Scene::new("radio", Config::default(), &*tape);
+    let mut reel = Reel::new(tape, first, SPACING);
+    reel.seek(at);
+    assert!(reel.is_partial() && reel.packet().is_none());
+    let robot = |reel: &Reel<Scene>| format!("{:?}", reel.model().robot.state);
+    assert_eq!(robot(&reel), robot(&whole), "what is new is right");
+    assert_eq!(
+        reel.find_next(Landmark::Alarm, at, STEPS_MAX),
+        Found::NotYet
+    );
+    let newest = reel.model().newest_line_at();
+    assert!(reel.step_back() && reel.model().newest_line_at() < newest);
+    assert!(reel.step_forward());
+    assert_eq!(reel.model().newest_line_at(), newest);
+    while !reel.work(1000) {}
+    assert!(!reel.is_partial());
+    assert_eq!(told(reel.model()), told(whole.model()));
+}
