@@ -375,6 +375,7 @@ fn a_suspended_dashboard_comes_back() {
     watch.wait_for_terminal("the terminal given back", |screen| {
         !screen.alternate_screen()
     });
+    watch.wait_until_stopped();
     let pid = watch.child.process_id().unwrap().to_string();
     let resume = Command::new("kill").args(["-CONT", &pid]).status().unwrap();
     assert!(resume.success());

@@ -139,6 +139,12 @@ impl DriveTrain {
         self.left.is_saturated() || self.right.is_saturated()
     }
 
+    /// Whether something holds a wheel, or holds the robot while a wheel slips.
+    #[must_use]
+    pub const fn is_held(&self) -> bool {
+        self.left.is_held() || self.right.is_held()
+    }
+
     /// Whether a wheel does not turn at high pulse width.
     #[must_use]
     pub const fn is_stalled(&self) -> bool {

@@ -69,6 +69,10 @@ const STALLED_TICKS: u8 = ticks(1) as u8;
 /// A stalled motor has its power taken away for so long before it tries again: it is warm a fifth of the time.
 const REST_TICKS: u8 = 4 * STALLED_TICKS;
 
+/// Full pulse width for so long without two thirds of the ordered speed: something holds the robot, and its wheels
+/// slip. They do at a third of top speed; a battery and a load for which the robot was made do not slow it so.
+const LABOURED_TICKS: u8 = 2 * ticks(1) as u8;
+
 /// A tick with no more edges than this is one in which the wheel may have turned back.
 const STANDING_COUNTS: u16 = 1;
 
@@ -111,6 +115,8 @@ pub struct Wheel {
     given: i16,
     full_ticks: u8,
     still_ticks: u8,
+    /// Ticks of full pulse width with much too little speed, less those without.
+    laboured_ticks: u8,
     /// It stalled, and has not moved since.
     is_stalled: bool,
     /// How long it is left without power for that, and which way it was to turn.
@@ -179,6 +185,7 @@ impl Wheel {
         self.behind_parts = 0;
         self.full_ticks = 0;
         self.still_ticks = 0;
+        self.laboured_ticks = 0;
     }
 
     /// The pulse width for the coming tick, from the ordered speed and the counts of the past tick.
@@ -187,6 +194,9 @@ impl Wheel {
         if self.rests(ordered_cps) {
             self.given = 0;
             return 0;
+        }
+        if i32::from(ordered_cps) * i32::from(self.slewed_cps) < 0 {
+            self.laboured_ticks = 0;
         }
         let change = ordered_cps.saturating_sub(self.slewed_cps);
         let change = change.clamp(-gains.slew_cps, gains.slew_cps);
@@ -237,6 +247,12 @@ impl Wheel {
         let count = |ticks: u8, goes_on: bool| if goes_on { ticks.saturating_add(1) } else { 0 };
         self.full_ticks = count(self.full_ticks, is_full);
         self.still_ticks = count(self.still_ticks, is_high && counts == 0);
+        let speed_cps = i32::from(counts).abs() * PARTS;
+        self.laboured_ticks = if is_full && speed_cps * 3 < i32::from(self.slewed_cps).abs() * 2 {
+            self.laboured_ticks.saturating_add(1).min(LABOURED_TICKS)
+        } else {
+            self.laboured_ticks.saturating_sub(1)
+        };
         // A count may be the gears' play.
         self.is_stalled &= counts.unsigned_abs() <= STANDING_COUNTS;
         if self.still_ticks >= STALLED_TICKS {
@@ -251,6 +267,12 @@ impl Wheel {
     #[must_use]
     pub const fn is_saturated(&self) -> bool {
         self.full_ticks >= SATURATED_TICKS
+    }
+
+    /// Whether something holds the wheel, or holds the robot while the wheel slips.
+    #[must_use]
+    pub const fn is_held(&self) -> bool {
+        self.is_stalled || self.laboured_ticks >= LABOURED_TICKS
     }
 
     /// Whether high pulse width does not turn the wheel at all: until it moves, also while the motor is left

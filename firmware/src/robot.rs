@@ -198,6 +198,7 @@ impl Robot {
             pose: self.odometer.pose(),
             way_counts: counts.left.saturating_add(counts.right),
             is_standing: self.motion == Motion::STILL && self.drive.is_standing(),
+            is_held: self.drive.is_held(),
             turning_cps: self.drive.turning_cps(),
             bumper: inputs.bumper,
             infrared,

@@ -25,6 +25,8 @@ pub struct Senses<'a> {
     pub way_counts: i16,
     /// Nothing drives the wheels, and they do not turn.
     pub is_standing: bool,
+    /// Something holds the robot: the wheels slip or cannot turn.
+    pub is_held: bool,
     /// A long running average of left minus right, counts a second.
     pub turning_cps: i16,
     /// Bumper switches that are closed.
@@ -137,6 +139,7 @@ impl Senses<'static> {
             pose: Pose::default(),
             way_counts: 0,
             is_standing: false,
+            is_held: false,
             turning_cps: 0,
             bumper: Switches::default(),
             infrared: Sides::default(),

@@ -327,6 +327,44 @@ fn a_stall_is_over_when_the_wheel_moves_or_nothing_is_asked_of_it() {
     assert!(wheel.control(cps(12), 0, &gains) > 0);
 }
 
+/// A wheel that slips: so many counts a tick, whatever it is given.
+fn slips(wheel: &mut Wheel, ordered_cps: i16, counts: u16, ticks: usize) -> usize {
+    let gains = Gains::default();
+    (0..ticks)
+        .take_while(|_| {
+            let counts = wheel.signed_counts(counts);
+            wheel.control(ordered_cps, counts, &gains);
+            !wheel.is_held()
+        })
+        .count()
+}
+
+#[test]
+fn a_wheel_that_slips_at_full_pulse_width_is_held_after_two_seconds() {
+    for speed_in_s in [12, 8, -12] {
+        let mut wheel = Wheel::default();
+        let ticks = slips(&mut wheel, cps(speed_in_s), 3, 200);
+        assert!((40..60).contains(&ticks), "{speed_in_s} in/s: {ticks}");
+        assert!(!wheel.is_stalled());
+        // Ordered the other way it is free at once.
+        assert_eq!(slips(&mut wheel, -cps(speed_in_s), 3, 20), 20);
+    }
+}
+
+#[test]
+fn a_wheel_with_two_thirds_of_its_speed_is_not_held() {
+    let mut wheel = Wheel::default();
+    assert_eq!(slips(&mut wheel, cps(12), 7, 400), 400);
+    assert!(wheel.is_saturated());
+}
+
+#[test]
+fn a_stalled_wheel_is_held() {
+    let mut wheel = Wheel::default();
+    held(&mut wheel, &Gains::default(), cps(12), 60);
+    assert!(wheel.is_held());
+}
+
 #[test]
 fn the_sign_of_the_counts_is_that_of_the_motor_command_when_the_wheel_has_followed_it() {
     let mut wheel = Wheel::default();

@@ -130,6 +130,12 @@ pub enum CaptureError {
         /// Its journal.
         journal: PathBuf,
     },
+    /// Waypoints, and no capture.
+    #[error(
+        "{file} is a route, not a capture: groundwave send LINK route {file} sends it; in the dashboard l loads it as a draft",
+        file = .0.display()
+    )]
+    Route(PathBuf),
     /// An MCAP cannot be written on.
     #[error("cannot append to {}: only raw captures can be appended to; choose another name", .0.display())]
     CannotAppend(PathBuf),

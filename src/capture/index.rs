@@ -5,6 +5,7 @@
 //! order. An MCAP has its chunks' times in the summary at its end; of those of a very
 //! long one some are kept, and the headers between them say the rest.
 
+mod block;
 mod mcap;
 mod text;
 mod told;
@@ -15,7 +16,7 @@ use std::path::Path;
 use std::sync::Arc;
 
 use super::CaptureError;
-use super::source::{Form, HEAD_BYTES};
+use super::source::{Form, HEAD_BYTES, ROUTE_HEAD_BYTES, is_route};
 use crate::event::{Event, Moment, Truth};
 
 pub use mcap::McapTape;
@@ -196,9 +197,13 @@ pub fn read(source: Arc<dyn Source>, name: &Path) -> Result<Box<dyn Tape + Send>
         path: name.to_owned(),
         error,
     };
-    let mut head = [0; HEAD_BYTES];
+    let mut head = [0; ROUTE_HEAD_BYTES];
     let length = read_at(&*source, 0, &mut head).map_err(read_error)?;
-    Ok(match Form::tell(&head[..length], name)? {
+    let head = &head[..length];
+    if is_route(head) {
+        return Err(CaptureError::Route(name.to_owned()));
+    }
+    Ok(match Form::tell(&head[..length.min(HEAD_BYTES)], name)? {
         Form::Mcap => Box::new(McapTape::new(source, name)?),
         Form::Raw => Box::new(TextTape::new(source).map_err(read_error)?),
     })

@@ -21,10 +21,14 @@ use super::rotation::{Rotation, part_name};
 use super::topics::StationEvent;
 use super::{CaptureError, Existing};
 use crate::event::Moment;
-use worker::{Order, Part, Shared, Worker, write_error};
+use worker::{Order, Part, Shared, Until, Worker, write_error};
 
 /// So that a power cut takes no more than the last 10 s, with a disk that needs its time.
 const FLUSH_PERIOD: Duration = Duration::from_secs(8);
+
+/// The journal is enough for that. The disk is made to keep the MCAP too only so often: waiting for a disk is most of
+/// what a recording costs.
+const SYNC_PERIOD: Duration = Duration::from_mins(1);
 
 /// A disk may stall for minutes at 3 lines a second before the MCAP has to be made anew from the journal.
 const QUEUE_LENGTH: usize = 1024;
@@ -56,6 +60,7 @@ pub struct Recorder {
     dropped: u64,
     flush_at: Option<Moment>,
     look_at: Option<Moment>,
+    sync_at: Option<Moment>,
 }
 
 impl Recorder {
@@ -140,6 +145,7 @@ impl Recorder {
             dropped: 0,
             flush_at: None,
             look_at: None,
+            sync_at: None,
         })
     }
 
@@ -227,8 +233,17 @@ impl Recorder {
         if now >= look_at && self.try_push(Order::Look) {
             self.look_at = Some(now + FLUSH_PERIOD);
         }
-        if self.flush_at.is_some_and(|at| now >= at) && self.try_push(Order::Flush) {
-            self.flush_at = None;
+        if self.flush_at.is_some_and(|at| now >= at) {
+            let is_due = now >= *self.sync_at.get_or_insert(now + SYNC_PERIOD);
+            let until = if is_due || self.journal.problem().is_some() {
+                Until::OnDisk
+            } else {
+                Until::InJournal
+            };
+            if self.try_push(Order::Flush(until)) {
+                self.flush_at = None;
+                self.sync_at = self.sync_at.filter(|_| until == Until::InJournal);
+            }
         }
     }
 

@@ -11,6 +11,7 @@ use super::CaptureError;
 use super::journal::Kind;
 use super::mcap_reader::{McapProblem, McapReader};
 use super::text::TextReader;
+use crate::route;
 use crate::statistics::Uplink;
 
 /// Bytes that arrived together.
@@ -59,6 +60,23 @@ impl Form {
         }
         Ok(Self::Raw)
     }
+}
+
+/// Bytes from the beginning of a file that tell a route from what a radio delivered.
+pub(super) const ROUTE_HEAD_BYTES: usize = 1024;
+
+/// Whether the first [`ROUTE_HEAD_BYTES`] of a file, or all there are, are waypoints: what is no line of a robot's but
+/// would be shown as noise.
+pub(super) fn is_route(head: &[u8]) -> bool {
+    let Ok(text) = str::from_utf8(head) else {
+        return false;
+    };
+    // The last line may go on after the head.
+    let whole = match text.rfind('\n') {
+        Some(end) if head.len() == ROUTE_HEAD_BYTES => &text[..end],
+        _ => text,
+    };
+    route::parse("", whole).is_ok()
 }
 
 type Source = io::Chain<Cursor<Vec<u8>>, Box<dyn Read + Send>>;

@@ -80,6 +80,7 @@ pub(super) fn fault(error: CaptureError) -> Fault {
         | CaptureError::Foreign(_)
         | CaptureError::CannotAppend(_)
         | CaptureError::Journal(_)
+        | CaptureError::Route(_)
         | CaptureError::Open { .. } => Exit::Usage,
         CaptureError::Read { ref error, .. } | CaptureError::Create { ref error, .. }
             if error.kind() == ErrorKind::IsADirectory =>

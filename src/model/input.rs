@@ -11,14 +11,11 @@ use super::log::Subject;
 use super::news::Passing;
 use super::palette::Palette;
 use super::travel::NO_ROBOT;
-use super::{Model, Overlay, Panel, Purpose, Question, SIZE_MIN, TextEntry, Then, trace, words};
-use crate::event::{Effect, Level, Moment, Remark};
+use super::{Model, Overlay, Purpose, Question, SIZE_MIN, TextEntry, Then, trace, words};
+use crate::event::{Effect, Level, Moment};
 use crate::request::Request;
 use crate::route;
 use crate::travel::Travel;
-
-/// Longest line that can be typed or pasted.
-pub(super) const TEXT_MAX: usize = 512;
 
 impl Model {
     pub(super) fn take_key(&mut self, now: Moment, key: KeyEvent) -> Vec<Effect> {
@@ -294,70 +291,6 @@ impl Model {
         self.log.add(now, Level::Info, Subject::Station, text);
     }
 
-    fn submit(&mut self, entry: TextEntry) -> Vec<Effect> {
-        let text = entry.text.trim();
-        self.overlay = Overlay::None;
-        if text.is_empty() {
-            return Vec::new();
-        }
-        if entry.purpose == Purpose::Moment {
-            return self.submit_moment(entry);
-        }
-        let named = match entry.purpose {
-            Purpose::SaveRoute => Some(self.save_route(text, false)),
-            Purpose::RouteFile => Some(Effect::LoadRoute(text.to_owned())),
-            Purpose::Command | Purpose::Moment => text
-                .strip_prefix("route ")
-                .map(|file| Effect::LoadRoute(file.trim().to_owned())),
-        };
-        if let Some(effect) = named {
-            // The prompt stays until the file turns out to be right: what is wrong with its name can be mended.
-            self.overlay = Overlay::Text(TextEntry {
-                waits: true,
-                error: None,
-                ..entry
-            });
-            return vec![effect];
-        }
-        let words: Vec<&str> = text.split_whitespace().collect();
-        if let Some(remark) = Remark::from_words(&words) {
-            return self.label(remark, entry);
-        }
-        match (Request::all_from_words(&words), &words[..]) {
-            (Ok(requests), _) => requests
-                .into_iter()
-                .flat_map(|request| self.ask_or_send(request))
-                .collect(),
-            (Err(_), ["quit" | "q"]) => vec![Effect::Quit],
-            (Err(_), ["help"]) => {
-                self.help_page = HELP_OF_COMMANDS;
-                self.overlay = Overlay::Help;
-                Vec::new()
-            }
-            (Err(error), _) => {
-                self.overlay = Overlay::Text(TextEntry {
-                    error: Some(error.to_string()),
-                    ..entry
-                });
-                Vec::new()
-            }
-        }
-    }
-
-    /// What is said of the run that is being recorded.
-    fn label(&mut self, remark: Remark, entry: TextEntry) -> Vec<Effect> {
-        let recording = &self.recording;
-        let Some(capture) = recording.mcap.clone().or_else(|| recording.tee.clone()) else {
-            let error = "nothing is recorded: R begins a recording, with what came before it";
-            self.overlay = Overlay::Text(TextEntry {
-                error: Some(error.to_owned()),
-                ..entry
-            });
-            return Vec::new();
-        };
-        vec![Effect::Label { capture, remark }]
-    }
-
     pub(super) fn ask_or_send(&mut self, request: Request) -> Vec<Effect> {
         let hazardous = match &request {
             Request::Pose { .. } | Request::Mode(Mode::User) => true,
@@ -445,107 +378,11 @@ impl Model {
         }
     }
 
-    pub(super) fn take_route(
-        &mut self,
-        now: Moment,
-        path: &str,
-        route: Result<Vec<Waypoint>, String>,
-    ) {
-        match route {
-            Ok(waypoints) => {
-                let text = format!(
-                    "{path}: {} waypoints drafted; S sends them",
-                    waypoints.len()
-                );
-                self.log.add(now, Level::Info, Subject::Station, text);
-                self.chart.take_draft(&waypoints);
-                self.show_selected();
-                self.end_waiting(None);
-            }
-            Err(error) => {
-                self.warn(now, &error);
-                self.end_waiting(Some(&error));
-            }
-        }
-    }
-
-    /// What became of the file that a prompt waits for: the prompt goes, or says what is wrong.
-    pub(super) fn end_waiting(&mut self, error: Option<&str>) {
-        match (&mut self.overlay, error) {
-            (Overlay::Text(entry), Some(error)) if entry.waits => {
-                entry.error = Some(error.to_owned());
-                entry.waits = false;
-            }
-            (Overlay::Text(entry), None) if entry.waits => self.overlay = Overlay::None,
-            _ => {}
-        }
-    }
-
-    fn trace(&mut self, to: impl FnOnce(usize) -> usize) {
-        if let Overlay::Trace(at) = &mut self.overlay {
-            *at = to(*at);
-        }
-    }
-
-    fn next_panel(&mut self) {
-        let at = Panel::ALL
-            .iter()
-            .position(|panel| *panel == self.panel)
-            .unwrap_or(0);
-        self.panel = Panel::ALL[(at + 1) % Panel::ALL.len()];
-        self.page = 0;
-    }
-
-    /// Chooses a panel; the one that is chosen already is enlarged, or no longer.
-    pub(super) fn show(&mut self, panel: Panel) {
-        if self.panel == panel {
-            self.enlarged = !self.enlarged;
-        } else {
-            self.panel = panel;
-        }
-        self.page = 0;
-    }
-
-    pub(super) const fn turn_page(&mut self, pages: i32) {
-        let turned = match self.overlay {
-            Overlay::Help => &mut self.help_page,
-            _ => &mut self.page,
-        };
-        *turned = turned.wrapping_add(pages);
-    }
-
     pub(super) fn warn(&mut self, now: Moment, text: &str) {
         self.log.add(now, Level::Warning, Subject::Station, text);
         self.aside = Some(text.to_owned());
     }
 }
 
-/// The commands are the last page of the help, counted from its first one backwards.
-const HELP_OF_COMMANDS: i32 = -1;
-
 const DRIVE_QUESTION: &str =
     "Drive by hand? The arrows move the robot while you hold them; letting go stops it.";
-
-impl TextEntry {
-    pub(super) const fn new(purpose: Purpose) -> Self {
-        Self {
-            purpose,
-            text: String::new(),
-            error: None,
-            waits: false,
-        }
-    }
-
-    /// What was said of the text before does not hold for another one.
-    fn changed(&mut self) {
-        self.error = None;
-        self.waits = false;
-    }
-
-    fn append(&mut self, text: &str) {
-        let room = TEXT_MAX.saturating_sub(self.text.len());
-        let printable = text.chars().filter(|c| !c.is_control());
-        self.text.extend(printable.take(room));
-        self.changed();
-    }
-}

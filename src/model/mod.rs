@@ -22,8 +22,10 @@ pub(crate) mod log;
 pub(crate) mod motors;
 pub(crate) mod news;
 pub(crate) mod palette;
+mod panels;
 pub(crate) mod plots;
 mod pointer;
+mod prompt;
 pub(crate) mod robot;
 pub(crate) mod trace;
 mod trail;
@@ -219,6 +221,8 @@ pub struct Model {
     counted: Counted,
     /// Where the screen stands in time, unless it shows now.
     pub(crate) playback: Option<Playback>,
+    /// What calls now, and when now is, while another moment of a live session is shown.
+    pub(crate) alarms_now: Option<(Box<Alarms>, Moment)>,
     /// Alarms of a capture until here have been seen.
     seen_until: Option<Moment>,
     /// Told to the operator while the screen shows another moment, until the next key.
@@ -255,6 +259,7 @@ impl Model {
             life: Life::default(),
             counted: Counted::default(),
             playback: None,
+            alarms_now: None,
             seen_until: None,
             aside: None,
             calls: false,

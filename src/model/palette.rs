@@ -3,8 +3,8 @@
 use nucleo_matcher::pattern::{CaseMatching, Normalization, Pattern};
 use nucleo_matcher::{Config, Matcher};
 
-use super::input::TEXT_MAX;
 use super::keys::{Action, Context, Keymap};
+use super::prompt::TEXT_MAX;
 use super::{Model, Overlay, Purpose, TextEntry};
 use crate::event::{Effect, Moment};
 use crate::request::{Request, preset_names};

@@ -1,27 +1,23 @@
 //! A robot made of lines by hand, for the tests of the model and of the screen.
 
-use crossterm::event::{KeyCode, KeyEvent, KeyEventKind, KeyModifiers};
-use groundwave_protocol::Waypoint;
+use crossterm::event::{KeyCode, KeyEvent, KeyModifiers};
 use groundwave_protocol::decoder::Counters;
 use groundwave_protocol::failsafe::Failsafe;
 use groundwave_protocol::letters::{
     Arm, Bump, Cliff, Drive, Infrared, Layer, LayerMask, LayerState, Link, Mode, Power,
 };
 use groundwave_protocol::telemetry::{
-    Ack, AckLine, Body, CountersLine, FirmwareVersion, HOLDERS, LayerStates, Line, ListPlace,
-    Outcome, ParameterLine, ParameterName, Printable, StateLine, StatusLine, TextLine,
+    Ack, Body, CountersLine, FirmwareVersion, HOLDERS, LayerStates, Line, ListPlace, ParameterLine,
+    ParameterName, Printable, StateLine, StatusLine, TextLine,
 };
 
-use proptest::prelude::*;
-use proptest::sample::select;
+mod any;
+
+pub(crate) use any::any_event;
 
 use super::{Config, Model};
-use crate::event::{
-    CommandId, CommandStep, Effect, Event, Failure, Level, LineRate, LinkEvent, Moment, Reception,
-    Recording, Truth,
-};
+use crate::event::{CommandId, CommandStep, Effect, Event, LinkEvent, Moment};
 use crate::request::Request;
-use crate::travel::Playback;
 
 /// A model, the time, and what its lines are made from.
 pub(crate) struct Scene {
@@ -244,224 +240,4 @@ pub(crate) fn status() -> StatusLine {
         boots: 4,
         odometer_resets: 0,
     }
-}
-
-fn any_state() -> impl Strategy<Value = StateLine> {
-    let place = || prop_oneof![-20_000..20_000, -999_999..999_999];
-    let speed = || -99_i8..=99;
-    let states = prop::collection::vec(select(LayerState::ALL), 7);
-    (
-        (place(), place(), 0_u16..360, speed(), speed(), speed()),
-        (
-            any::<Option<u16>>(),
-            prop::option::of(0_u16..1000),
-            prop::option::of(0_u8..100),
-        ),
-        (
-            select(Bump::ALL),
-            select(Infrared::ALL),
-            select(Cliff::ALL),
-            select(Arm::ALL),
-        ),
-        (
-            select(Drive::ALL),
-            select(Power::ALL),
-            select(Link::ALL),
-            select(Mode::ALL),
-        ),
-        states,
-    )
-        .prop_map(|(motion, ranges, letters, more, states)| {
-            let mut layers = LayerStates::OFF;
-            for (layer, state) in Layer::ALL.into_iter().skip(1).zip(states) {
-                layers.set(layer, state);
-            }
-            StateLine {
-                x_tenths_in: motion.0,
-                y_tenths_in: motion.1,
-                theta_deg: motion.2,
-                velocity_in_s: motion.3,
-                rotation_in_s: motion.4,
-                wheel_left_in_s: motion.5,
-                wheel_right_in_s: motion.4,
-                sonar_left_in: ranges.0,
-                sonar_right_in: ranges.1,
-                photo_left_pct: ranges.2,
-                photo_right_pct: ranges.2,
-                bump: letters.0,
-                infrared: letters.1,
-                cliff: letters.2,
-                arm: letters.3,
-                drive: more.0,
-                power: more.1,
-                link: more.2,
-                mode: more.3,
-                layers,
-            }
-        })
-}
-
-fn any_body() -> impl Strategy<Value = Body> {
-    let status_line = (
-        any::<(u16, u8, u8, u16)>(),
-        any::<Option<(i16, i16)>>(),
-        0_u32..4,
-    );
-    prop_oneof![
-        4 => any_state().prop_map(Body::State),
-        2 => status_line.prop_map(|((battery_dv, fitted, allowed, count), target_in, digest)| {
-            Body::Status(StatusLine {
-                battery_dv,
-                target_in,
-                list: ListPlace { driven: count / 2, count },
-                digest,
-                fitted: LayerMask::from_bits(fitted),
-                allowed: LayerMask::from_bits(allowed),
-                ..status()
-            })
-        }),
-        1 => any::<(u32, [u16; HOLDERS])>().prop_map(|(uptime_s, ticks_won)| {
-            Body::Counters(counters(uptime_s, ticks_won))
-        }),
-        1 => "[ -~]{0,80}".prop_map(|text| Body::Text(TextLine::new(&text))),
-    ]
-}
-
-fn any_waypoints() -> impl Strategy<Value = Vec<Waypoint>> {
-    let waypoint = (-9999_i16..=9999, -9999_i16..=9999);
-    prop::collection::vec(
-        waypoint.prop_map(|(x_in, y_in)| Waypoint { x_in, y_in }),
-        0..5,
-    )
-}
-
-fn any_request() -> impl Strategy<Value = Request> {
-    prop_oneof![
-        1 => Just(Request::Stop),
-        1 => select(Mode::ALL).prop_map(Request::Mode),
-        1 => any::<u8>().prop_map(|bits| Request::Enable(LayerMask::from_bits(bits))),
-        1 => any::<u8>().prop_map(|bits| Request::Disable(LayerMask::from_bits(bits))),
-        3 => any_waypoints().prop_map(Request::Route),
-    ]
-}
-
-fn any_step() -> impl Strategy<Value = CommandStep> {
-    prop_oneof![
-        4 => any_request().prop_map(CommandStep::Queued),
-        1 => any::<u32>().prop_map(|frames| CommandStep::Sent { frames }),
-        1 => any::<(u16, u16)>().prop_map(|(acknowledged, total)| CommandStep::Progress {
-            acknowledged,
-            total
-        }),
-        3 => prop::option::of(0_u32..4).prop_map(|digest| CommandStep::Proven { digest }),
-        1 => Just(CommandStep::Refused(Outcome::BadValue)),
-        1 => Just(CommandStep::Failed(Failure::TimedOut)),
-    ]
-}
-
-fn any_playback() -> impl Strategy<Value = Option<Playback>> {
-    let seconds = || (0_u64..200_000).prop_map(Moment::from_secs);
-    let playback = (
-        any::<(bool, bool, f64, bool, Option<u64>)>(),
-        (seconds(), seconds(), seconds()),
-        prop::collection::vec(seconds(), 0..5),
-        prop::option::of((seconds(), prop::option::of(seconds()))),
-        prop::option::of(any::<String>()),
-    );
-    let playback = playback.prop_map(
-        |(
-            (is_live, paused, speed, is_partial, packet),
-            (at, from, until),
-            markers,
-            repeat,
-            note,
-        )| {
-            Playback {
-                is_live,
-                paused,
-                speed,
-                at,
-                from,
-                until,
-                unix: packet.map(Moment::from_millis),
-                packet,
-                read_until: is_partial.then_some(at),
-                is_partial,
-                is_looking: is_partial,
-                markers,
-                repeat,
-                note,
-            }
-        },
-    );
-    prop::option::of(playback)
-}
-
-fn any_key() -> impl Strategy<Value = KeyEvent> {
-    let code = prop_oneof![
-        4 => select(" prhWPD0123457dvOwuUSlCx:faHJKLt+-k<>,.gnNmoGbc?qynzTAie".chars().collect::<Vec<_>>()).prop_map(KeyCode::Char),
-        1 => any::<char>().prop_map(KeyCode::Char),
-        4 => select(vec![
-            KeyCode::Up, KeyCode::Down, KeyCode::Left, KeyCode::Right, KeyCode::Enter,
-            KeyCode::Esc, KeyCode::Tab, KeyCode::Backspace,
-            KeyCode::PageUp, KeyCode::PageDown, KeyCode::F(2), KeyCode::F(3), KeyCode::F(4), KeyCode::F(8),
-        ]),
-    ];
-    let kind = select(vec![
-        KeyEventKind::Press,
-        KeyEventKind::Press,
-        KeyEventKind::Repeat,
-        KeyEventKind::Release,
-    ]);
-    (code, 0_u8..4, kind).prop_map(|(code, held, kind)| {
-        KeyEvent::new_with_kind(code, KeyModifiers::from_bits_truncate(held), kind)
-    })
-}
-
-/// Anything that can happen, and much that cannot.
-pub(crate) fn any_event() -> impl Strategy<Value = Event> {
-    prop_oneof![
-        8 => (any_body(), 0_u8..100, 0_u8..2).prop_map(|(body, sequence, boot)| {
-            let ack = Ack { boot, ..Ack::default() };
-            let line = Line { sequence, body, ack };
-            Event::Line { line: Box::new(line), raw: line.encode() }
-        }),
-        1 => (0_u8..100, 0_u8..8).prop_map(|(sequence, boot)| {
-            Event::Ack(AckLine { sequence, ack: Ack { boot, ..Ack::default() }, listens: false })
-        }),
-        1 => any::<(u64, u64, u64)>().prop_map(|(lines, lines_lost, bytes)| {
-            let (lines, lines_lost) = (lines >> 20, lines_lost >> 20);
-            Event::Counters(Counters { lines, lines_lost, bytes, ..Counters::default() })
-        }),
-        1 => prop_oneof![
-            Just(LinkEvent::Opened { name: "a long name of a far device".to_owned(), can_send: true }),
-            Just(LinkEvent::Lost { reason: "it is gone".to_owned() }),
-            Just(LinkEvent::Ended),
-        ].prop_map(Event::Link),
-        6 => (1_u32..6, any_step()).prop_map(|(id, step)| {
-            Event::Command { id: CommandId(id), step }
-        }),
-        1 => any::<Option<String>>().prop_map(|problem| {
-            Event::Recording(Recording { problem, tee: Some("a.txt".to_owned()), ..Recording::default() })
-        }),
-        1 => prop_oneof![
-            Just(Reception::Lines),
-            Just(Reception::Nothing),
-            Just(Reception::Noise),
-            Just(Reception::WrongRate(LineRate::Faster)),
-        ].prop_map(|reception| Event::Reception { reception, since: Moment::from_secs(1) }),
-        1 => (1_u32..6, any::<String>()).prop_map(|(id, by)| Event::Asked { id: CommandId(id), by }),
-        1 => any_waypoints().prop_map(|route| {
-            Event::RouteLoaded { path: "r.txt".to_owned(), route: Ok(route) }
-        }),
-        1 => any_playback().prop_map(|playback| Event::Playback(playback.map(Box::new))),
-        1 => any::<[f64; 5]>().prop_map(|[a, b, c, d, radius_in]| {
-            Event::Truth(Truth { walls: vec![[(a, b), (c, d)]], circles: vec![((c, b), radius_in)] })
-        }),
-        1 => any::<String>().prop_map(|text| Event::Notice { level: Level::Alarm, text }),
-        8 => any_key().prop_map(Event::Key),
-        1 => any::<String>().prop_map(Event::Paste),
-        1 => any::<(u16, u16)>().prop_map(|(width, height)| Event::Resize { width, height }),
-        1 => Just(Event::Tick),
-    ]
 }

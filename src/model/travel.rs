@@ -86,6 +86,8 @@ impl Model {
         if let Some(until) = self.seen_until.filter(|_| now.is_replay()) {
             self.alarms.acknowledge_until(until);
         }
+        let past = now.playback.as_ref().filter(|playback| playback.is_live);
+        self.alarms_now = past.map(|past| (Box::new(now.alarms.clone()), past.until));
         self.overlay.clone_from(&now.overlay);
         self.size = now.size;
         self.playback.clone_from(&now.playback);

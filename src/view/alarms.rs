@@ -7,7 +7,7 @@ use ratatui::text::{Line, Span};
 
 use super::text::{First, wrap};
 use super::{Screen, put};
-use crate::event::Level;
+use crate::event::{Level, Moment};
 use crate::model::alarms::{Raised, Rule};
 use crate::model::{Panel, age};
 
@@ -17,9 +17,19 @@ const NAME_COLUMNS: usize = 17;
 const INDENT: usize = 2;
 
 impl Screen<'_> {
+    /// What nobody has seen yet: of now, even while the screen shows another moment of a live session.
+    pub(super) fn calling(&self) -> Vec<(&'static Rule, Raised)> {
+        let now = self.model.alarms_now.as_ref().map(|(alarms, _)| &**alarms);
+        now.unwrap_or(&self.model.alarms).calling()
+    }
+
     /// The worst of what nobody has seen yet, and how many more there are.
     pub(super) fn alarm_strip(&self, buffer: &mut Buffer, area: Rect) {
-        let calling = self.model.alarms.calling();
+        let calling = self.calling();
+        let (when, now) = match self.model.alarms_now {
+            Some((_, now)) => ("NOW: ", now),
+            None => ("", self.now),
+        };
         let Some((rule, raised)) = calling.first() else {
             return;
         };
@@ -29,10 +39,10 @@ impl Screen<'_> {
             n => format!("+{} more  ", n - 1),
         };
         let right = Span::styled(format!("{more}A: seen"), self.theme.key);
-        let words = self.alarm_words(rule, raised);
+        let words = self.alarm_words(rule, raised, now);
         let text = match raised.over_at {
-            Some(_) => format!("{glyph} {words}"),
-            None => format!("{glyph} {words}; {}", rule.remedy),
+            Some(_) => format!("{glyph} {when}{words}"),
+            None => format!("{glyph} {when}{words}; {}", rule.remedy),
         };
         let line = Line::styled(text, style);
         let line = self.with_right(line, right, usize::from(area.width));
@@ -47,7 +57,8 @@ impl Screen<'_> {
         let raised = self.model.alarms.all();
         for (rule, raised) in raised.filter_map(|(rule, _, raised)| Some((rule, raised?))) {
             let (glyph, style) = self.alarm_mark(rule, &raised);
-            for (n, row) in (0..).zip(wrap(&self.alarm_words(rule, &raised), room, room)) {
+            for (n, row) in (0..).zip(wrap(&self.alarm_words(rule, &raised, self.now), room, room))
+            {
                 let glyph = if n == 0 { glyph } else { " " };
                 lines.push(Line::styled(format!("{glyph} {row}"), style));
             }
@@ -92,7 +103,7 @@ impl Screen<'_> {
     }
 
     /// What, how bad and since when.
-    fn alarm_words(&self, rule: &Rule, raised: &Raised) -> String {
+    fn alarm_words(&self, rule: &Rule, raised: &Raised, now: Moment) -> String {
         let figure = match raised.worst.filter(|_| rule.has_figure()) {
             Some(worst) if rule.is_beyond(worst, &self.model.config.limits) => {
                 format!(" {} ({})", rule.figure(worst), self.limit_words(rule))
@@ -104,10 +115,10 @@ impl Screen<'_> {
             1 => String::new(),
             n => format!(" {}{n}", self.theme.glyphs.times),
         };
-        let since = age::words(self.now.saturating_sub(raised.at));
+        let since = age::words(now.saturating_sub(raised.at));
         let when = match raised.over_at {
             Some(over_at) => {
-                let ago = age::words(self.now.saturating_sub(over_at));
+                let ago = age::words(now.saturating_sub(over_at));
                 format!("over, {ago} ago")
             }
             None if raised.is_acknowledged => format!("for {since}, seen"),

@@ -99,6 +99,7 @@ impl Screen<'_> {
             // Whoever looks at another moment moves in time first of all.
             _ if model.playback.is_some() && action.moves_in_time() => 1,
             Action::CancelCommands if model.ledger.is_busy() => 2,
+            Action::Enlarge if model.enlarged => 2,
             _ if self.is_drafting() && action.drafts() => 3,
             _ if action.is_for(model.panel) => 4,
             _ => 5 + common.unwrap_or(Action::COMMON.len()),
@@ -141,9 +142,13 @@ impl Screen<'_> {
     }
 
     fn named(&self, row: &Row) -> [Span<'static>; 2] {
+        let does = match row.action {
+            Action::Enlarge if self.model.enlarged => "back",
+            _ => row.footer,
+        };
         [
             Span::styled(row.label.to_string(), self.theme.key),
-            Span::styled(format!(" {}  ", row.footer), self.theme.dim),
+            Span::styled(format!(" {does}  "), self.theme.dim),
         ]
     }
 }

@@ -138,7 +138,7 @@ impl Screen<'_> {
             }
             None => rest,
         };
-        let calls = !self.model.alarms.calling().is_empty();
+        let calls = !self.calling().is_empty();
         let (strip, rest) = split_top(rest, u16::from(calls));
         self.alarm_strip(buffer, strip);
         if full {

@@ -5,7 +5,6 @@ use groundwave_protocol::digest::digest;
 use groundwave_protocol::letters::{Bump, Infrared, Layer, LayerMask, LayerState, Mode};
 use groundwave_protocol::telemetry::{ListPlace, Outcome};
 use groundwave_protocol::{LINE_BYTES, Waypoint};
-use proptest::prelude::*;
 use ratatui::Terminal;
 use ratatui::backend::TestBackend;
 use ratatui::buffer::Buffer;
@@ -16,6 +15,7 @@ mod narrow;
 mod palette;
 mod panels;
 mod pointer;
+mod property;
 mod time;
 
 use super::draw;
@@ -23,7 +23,7 @@ use crate::event::{
     CommandId, CommandStep, Effect, Event, Failure, LineRate, LinkEvent, Reception, Recording,
     Truth,
 };
-use crate::model::testing::{Scene, any_event};
+use crate::model::testing::Scene;
 use crate::model::{Colors, Config};
 use crate::request::Request;
 
@@ -388,46 +388,6 @@ fn driven_is_told_only_of_the_digest_that_was_acknowledged() {
         &other,
         &format!("robot's list, not of this session: {:08X}", digest ^ 1),
     );
-}
-
-proptest! {
-    #![proptest_config(ProptestConfig { cases: 128, failure_persistence: None, ..ProptestConfig::default() })]
-
-    #[test]
-    fn nothing_panics_and_drawing_twice_draws_the_same(
-        events in prop::collection::vec((any_event(), 0_u64..5000), 0..60),
-        width in 1_u16..=250,
-        height in 1_u16..=80,
-        ascii in any::<bool>(),
-    ) {
-        let mut scene = Scene::new(Config { ascii, ..demo() });
-        for (event, wait_ms) in events {
-            scene.wait_ms(wait_ms);
-            scene.event(event);
-        }
-        prop_assert_eq!(buffer(&scene, width, height), buffer(&scene, width, height));
-    }
-
-    #[test]
-    fn a_row_says_active_only_with_a_digest_that_the_robot_acknowledged(
-        events in prop::collection::vec(any_event(), 0..80),
-    ) {
-        let mut scene = Scene::new(Config::default());
-        let mut acknowledged = Vec::new();
-        for event in events {
-            if let Event::Command { id, step: CommandStep::Proven { digest: Some(digest) } } = &event {
-                acknowledged.push((format!("{} ", id.0), format!("ACTIVE {digest:08X}")));
-            }
-            scene.event(event);
-        }
-        let screen = screen(&scene, 200, 80);
-        for row in screen.lines().filter(|row| row.contains("✔ ACTIVE ")) {
-            let known = acknowledged
-                .iter()
-                .any(|(id, active)| row.starts_with(id) && row.contains(active));
-            prop_assert!(known, "{row}");
-        }
-    }
 }
 
 #[test]

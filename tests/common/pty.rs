@@ -3,6 +3,7 @@
 
 use std::io::{Read, Write};
 use std::num::NonZero;
+use std::process::Command;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::mpsc::{Receiver, channel};
@@ -40,6 +41,7 @@ impl OnTerminal {
         command.args(arguments);
         command.cwd(env!("CARGO_MANIFEST_DIR"));
         command.env("TERM", "xterm-256color");
+        command.env("LC_ALL", "C.UTF-8");
         command.env_remove("NO_COLOR");
         let child = pair.slave.spawn_command(command).expect("the program");
         drop(pair.slave);
@@ -118,6 +120,22 @@ impl OnTerminal {
             };
             self.screen.process(&bytes);
         }
+    }
+
+    /// Waits until the program has been stopped: whoever continues it before is too early.
+    pub fn wait_until_stopped(&self) {
+        let pid = self.child.process_id().expect("it runs").to_string();
+        let deadline = Instant::now() + PATIENCE;
+        while Instant::now() < deadline {
+            let told = Command::new("ps")
+                .args(["-o", "state=", "-p", &pid])
+                .output()
+                .expect("the system tells of its processes");
+            if told.stdout.trim_ascii().starts_with(b"T") {
+                return;
+            }
+        }
+        panic!("it was never stopped");
     }
 
     /// Takes the terminal away, as a closed window does: no descriptor of our side of it stays open. The

@@ -1,4 +1,7 @@
 //! Layer 1: the bumper reflex, its escapes, and working free from a jam.
+//!
+//! What holds the robot without closing a switch, as the edge of its dock does, which is lower than the bumper, is a
+//! contact as well: the wheels feel it.
 
 use super::Behaviour;
 use crate::angle::Angle;
@@ -25,7 +28,7 @@ const TURN_IN_S: i16 = 16;
 /// wider turn leads into the other wall.
 const GLANCING_TURN: u16 = 0x0b00;
 
-/// The same from one that the centre switch takes part in, 90 degrees.
+/// The same from one that the centre switch takes part in, or no switch at all, 90 degrees.
 const FRONTAL_TURN: u16 = 0x4000;
 
 /// The turn of an escape: half round.
@@ -135,7 +138,7 @@ impl Bumpers {
             self.forget_places();
             ESCAPE_TURN
         } else {
-            let least = if senses.bumper.center {
+            let least = if senses.bumper.center || !senses.bumper.any() {
                 FRONTAL_TURN
             } else {
                 GLANCING_TURN
@@ -269,7 +272,7 @@ impl Behaviour for Bumpers {
             _ if self.held_ticks >= JAM_TICKS => {
                 self.state = State::Jam { step: 0, ticks: 0 };
             }
-            State::Quiet if pressed => self.begin(senses),
+            State::Quiet if pressed || senses.is_held => self.begin(senses),
             // Something else was hit while turning away.
             State::Turn { .. } | State::Settle { .. } if newly => self.begin(senses),
             _ => {}

@@ -14,6 +14,7 @@ mod panorama;
 mod passive;
 mod photo;
 pub mod prowl;
+mod refuge;
 mod rotation;
 mod sonar;
 mod square;

@@ -1,6 +1,7 @@
 //! Layer 5: photocells. Toward the brighter side, or away from it.
 
 use super::Behaviour;
+use super::refuge::Refuge;
 use crate::arbiter::Request;
 use crate::drive::Motion;
 use crate::parameters::Parameter;
@@ -41,6 +42,7 @@ pub struct Photo {
     /// Turning without coming to rest, in mode Reactive.
     tired_ticks: u16,
     impulse: Option<Impulse>,
+    refuge: Refuge,
 }
 
 /// What it does about a light straight ahead, where both cells see it alike.
@@ -124,6 +126,17 @@ impl Photo {
         }
         self.ambient = Some(ambient);
     }
+
+    /// Whether it looks for a darker place than the one that leads no farther from the light.
+    fn lets_be(&mut self, senses: &Senses, light: Light) -> bool {
+        let [left, right] = light.cells;
+        self.refuge.is_left(
+            senses.bumper.any(),
+            &senses.pose,
+            left.midpoint(right),
+            light.deadzone / 2,
+        )
+    }
 }
 
 impl Behaviour for Photo {
@@ -133,6 +146,10 @@ impl Behaviour for Photo {
             return Request::QUIET;
         };
         self.feel(senses, light);
+        if light.avoids && self.lets_be(senses, light) {
+            self.impulse = None;
+            return Request::QUIET;
+        }
         if let Some(Impulse { motion, ticks_left }) = self.impulse {
             self.impulse = (ticks_left > 1).then_some(Impulse {
                 motion,
@@ -288,6 +305,27 @@ mod tests {
                 spun += u32::from(request.flag && request.motion.velocity_cps == 0);
             }
             assert_eq!(spun, ticks, "avoid {avoid}");
+        }
+    }
+
+    #[test]
+    fn avoiding_and_pressed_into_a_corner_it_lets_the_light_be() {
+        for (avoid, flag) in [(1, false), (0, true)] {
+            let mut parameters = Parameters::default();
+            parameters.set(Parameter::PhotoAvoid, avoid);
+            let mut layer = Photo::default();
+            let mut senses = Senses {
+                parameters: &parameters,
+                photo: Some((200, 220)),
+                ..Senses::nothing()
+            };
+            for _ in 0..4 {
+                for left in [false, true] {
+                    assert!(layer.decide(&senses).flag);
+                    senses.bumper.left = left;
+                }
+            }
+            assert_eq!(layer.decide(&senses).flag, flag, "avoid {avoid}");
         }
     }
 

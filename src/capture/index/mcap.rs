@@ -2,25 +2,19 @@
 
 use std::collections::BTreeMap;
 use std::io;
-use std::ops::Range;
 use std::path::Path;
 use std::sync::Arc;
 
-use ::mcap::McapError;
 use ::mcap::records::{Record, op};
-use ::mcap::sans_io::{LinearReadEvent, LinearReader, LinearReaderOptions};
 use foxglove::messages::Log;
 use prost::Message;
 
+use super::block::{Block, CHUNK_BYTES_MAX, Item, Topic, take_channel, unpack};
 use super::{Piece, Place, Source, Tape, read_at, told};
 use crate::capture::CaptureError;
 use crate::capture::composer::Session;
 use crate::capture::messages::{RawBytes, UplinkEvent};
-use crate::capture::topics::{self, RAW_RX, RAW_TX};
 use crate::event::{Moment, Truth};
-
-const UPLINK: &str = topics::Topic::Uplink.name();
-const LOG: &str = topics::Topic::Log.name();
 
 /// Opcode and length before every record.
 const HEAD_BYTES: usize = 9;
@@ -31,9 +25,6 @@ const END_BYTES: usize = HEAD_BYTES + 20 + 8;
 /// Chunks whose times are kept; of more, every other is forgotten.
 const MARKS_MAX: usize = 4096;
 
-/// The largest chunk that is believed.
-const CHUNK_BYTES_MAX: u64 = 64 * 1024 * 1024;
-
 /// The first message is looked for in so many chunks.
 const CHUNKS_BEFORE_MESSAGES: usize = 64;
 
@@ -42,36 +33,6 @@ const METADATA_BYTES_MAX: u64 = 1024 * 1024;
 
 /// Records are walked through with reads of this size.
 const WALK_BYTES: usize = 4096;
-
-/// A message of a chunk.
-#[derive(Clone, Debug)]
-enum Item {
-    /// A message of one of our topics: which, and where its bytes are.
-    Message(Topic, Range<usize>),
-    /// The chunk, or what follows it, cannot be read.
-    Damage(String),
-}
-
-/// The topics that say what happened.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-enum Topic {
-    Received,
-    Sent,
-    Uplink,
-    Log,
-}
-
-/// The messages of one chunk.
-#[derive(Clone, Debug, Default)]
-struct Block {
-    offset: u64,
-    /// Where the record after it begins; `None` where nothing can follow.
-    next: Option<u64>,
-    /// Log time of its first message, of whatever topic.
-    first_ns: Option<u64>,
-    items: Vec<(u64, Item)>,
-    bytes: Vec<u8>,
-}
 
 /// A recording.
 #[derive(Clone)]
@@ -509,63 +470,4 @@ fn u64_at(bytes: &[u8], at: usize) -> u64 {
         .get(at..at + 8)
         .and_then(|eight| eight.try_into().ok());
     eight.map_or(0, u64::from_le_bytes)
-}
-
-fn take_channel(topics: &mut BTreeMap<u16, Topic>, body: &[u8]) {
-    let Ok(Record::Channel(channel)) = ::mcap::parse_record(op::CHANNEL, body) else {
-        return;
-    };
-    let topic = match channel.topic.as_str() {
-        RAW_RX => Topic::Received,
-        RAW_TX => Topic::Sent,
-        UPLINK => Topic::Uplink,
-        LOG => Topic::Log,
-        _ => return,
-    };
-    topics.insert(channel.id, topic);
-}
-
-/// Takes the messages of our topics out of a record, with every checksum checked.
-fn unpack(
-    topics: &mut BTreeMap<u16, Topic>,
-    record: &[u8],
-    block: &mut Block,
-) -> Result<(), McapError> {
-    let options = LinearReaderOptions::default()
-        .with_skip_start_magic(true)
-        .with_skip_end_magic(true)
-        .with_prevalidate_chunk_crcs(true)
-        .with_record_length_limit(CHUNK_BYTES_MAX as usize);
-    let mut reader = LinearReader::new_with_options(options);
-    let mut unread = record;
-    while let Some(event) = reader.next_event() {
-        match event? {
-            LinearReadEvent::ReadRequest(wanted) => {
-                let length = wanted.min(unread.len());
-                reader.insert(wanted)[..length].copy_from_slice(&unread[..length]);
-                reader.notify_read(length);
-                unread = &unread[length..];
-            }
-            LinearReadEvent::Record { opcode, data } => match opcode {
-                op::CHANNEL => take_channel(topics, data),
-                op::MESSAGE => {
-                    let Record::Message { header, data } = ::mcap::parse_record(opcode, data)?
-                    else {
-                        continue;
-                    };
-                    block.first_ns.get_or_insert(header.log_time);
-                    if let Some(topic) = topics.get(&header.channel_id) {
-                        let from = block.bytes.len();
-                        block.bytes.extend_from_slice(&data);
-                        let range = from..block.bytes.len();
-                        block
-                            .items
-                            .push((header.log_time, Item::Message(*topic, range)));
-                    }
-                }
-                _ => {}
-            },
-        }
-    }
-    Ok(())
 }

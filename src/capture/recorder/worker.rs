@@ -18,8 +18,8 @@ use super::super::topics::Deriver;
 pub(super) enum Order {
     /// What is in the journal already.
     Entries(Vec<Entry>),
-    /// Everything onto the disk.
-    Flush,
+    /// Everything to the system, and onto the disk.
+    Flush(Until),
     /// Are the files still where their names say?
     Look,
     /// Finish this part and go on in another.
@@ -30,8 +30,8 @@ pub(super) enum Order {
 
 /// What the disk is waited for.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-enum Until {
-    /// The journal has it, of which the recording can be made: half the work of the disk, for what happens often.
+pub(super) enum Until {
+    /// The journal has it, of which the recording can be made.
     InJournal,
     /// Both files have it.
     OnDisk,
@@ -133,7 +133,7 @@ impl Worker {
                     }
                 }
                 Order::Entries(entries) => self.take(&entries)?,
-                Order::Flush => self.flush(Until::OnDisk)?,
+                Order::Flush(until) => self.flush(until)?,
                 Order::Look => self.look()?,
             }
             self.shared.done.fetch_add(1, Ordering::Release);

@@ -18,20 +18,20 @@ mod walk;
 use std::collections::BTreeMap;
 use std::fs::{self, File};
 use std::io::{self, BufReader, BufWriter, Read};
-use std::path::{Path, PathBuf};
+use std::path::Path;
 use std::time::UNIX_EPOCH;
 
 use ::mcap::io::MessageReader;
 use ::mcap::sans_io::LinearReaderOptions;
 use prost::Message;
-use serde::Serialize;
 
 pub use files::{Paths, find_interrupted, free_part, is_in_use, refuse_own_name, set_aside};
+pub use report::{End, Missing, Outcome, Recovery};
 pub use walk::Damage;
 
 use super::CaptureError;
 use super::composer::{Composer, Session};
-use super::journal::{BEGIN, Entry, Kind, Waste};
+use super::journal::{BEGIN, Entry, Kind};
 use super::messages::{RawBytes, UplinkEvent, UplinkStep};
 use super::topics::{Deriver, StationEvent, Topic};
 use super::writer::records::{HEAD_BYTES, Reader};
@@ -49,86 +49,6 @@ const BUFFER_BYTES: usize = 1024 * 1024;
 /// Uncompressed bytes of a chunk that is made anew. A recording under way ends one with every flush; what
 /// replaces it shall not lose much more by a flipped bit.
 const CHUNK_BYTES: usize = 8 * 1024;
-
-/// What was done.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
-#[serde(rename_all = "lowercase")]
-pub enum Outcome {
-    /// The recording is whole; nothing was done.
-    Whole,
-    /// Everything that was received is in the recording.
-    Recovered,
-    /// Something is missing; the rest was saved.
-    Partly,
-}
-
-/// What was saved and what was not.
-#[derive(Clone, Debug, PartialEq, Eq, Serialize)]
-pub struct Recovery {
-    /// The recording.
-    pub path: PathBuf,
-    /// What was done.
-    pub outcome: Outcome,
-    /// Messages in the recording now.
-    pub messages: u64,
-    /// Bytes of the radio in the recording now.
-    pub rx_bytes: u64,
-    /// Bytes to the radio.
-    pub tx_bytes: u64,
-    /// Bytes of the radio that were received and are lost: where in the stream, and how many.
-    pub rx_missing: Vec<Missing>,
-    /// Chunks taken over as they were.
-    pub chunks_kept: u64,
-    /// Places of the old file that are of no use, in its order.
-    pub damage: Vec<Damage>,
-    /// Bytes of the radio that came from the journal.
-    pub rx_from_journal: u64,
-    /// Bytes of the journal that are of no use.
-    pub journal_damaged_bytes: u64,
-    /// Whether it is known what came last.
-    pub end: End,
-    /// Where the old file is, when something of it was of no use.
-    pub original: Option<PathBuf>,
-    /// Where its journal is, when something of that was damaged.
-    pub journal_kept: Option<PathBuf>,
-}
-
-/// What proves that nothing was received after the last byte of a recording.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
-#[serde(rename_all = "snake_case")]
-pub enum End {
-    /// The journal ends with a whole entry, or the file is finished.
-    Known,
-    /// There is no journal.
-    NoJournal,
-    /// The journal ends in the middle of an entry.
-    JournalCut,
-    /// The last bytes of the journal are damaged.
-    JournalDamaged,
-    /// The journal ends before the recording does.
-    JournalShort,
-    /// A finished file ends before its end.
-    FileCut,
-}
-
-impl End {
-    const fn of_journal(waste: Waste) -> Self {
-        match waste {
-            Waste { tail_bytes: 0, .. } => Self::Known,
-            Waste { is_cut: true, .. } => Self::JournalCut,
-            Waste { .. } => Self::JournalDamaged,
-        }
-    }
-}
-
-/// A step in the stream of received bytes.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
-pub struct Missing {
-    /// Bytes of the stream before it.
-    pub offset: u64,
-    /// Bytes missing.
-    pub bytes: u64,
-}
 
 /// Makes a recording whole, whichever of its files is named, and says what was saved.
 ///

@@ -1,9 +1,93 @@
-//! What was saved and what was not, for a person.
+//! What was saved and what was not, also for a person.
 
 use std::io::{self, Write};
+use std::path::PathBuf;
 
-use super::{End, Outcome, Recovery};
+use serde::Serialize;
+
+use super::Damage;
+use crate::capture::journal::Waste;
 use crate::event::Level;
+
+/// What was done.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
+#[serde(rename_all = "lowercase")]
+pub enum Outcome {
+    /// The recording is whole; nothing was done.
+    Whole,
+    /// Everything that was received is in the recording.
+    Recovered,
+    /// Something is missing; the rest was saved.
+    Partly,
+}
+
+/// What was saved and what was not.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize)]
+pub struct Recovery {
+    /// The recording.
+    pub path: PathBuf,
+    /// What was done.
+    pub outcome: Outcome,
+    /// Messages in the recording now.
+    pub messages: u64,
+    /// Bytes of the radio in the recording now.
+    pub rx_bytes: u64,
+    /// Bytes to the radio.
+    pub tx_bytes: u64,
+    /// Bytes of the radio that were received and are lost: where in the stream, and how many.
+    pub rx_missing: Vec<Missing>,
+    /// Chunks taken over as they were.
+    pub chunks_kept: u64,
+    /// Places of the old file that are of no use, in its order.
+    pub damage: Vec<Damage>,
+    /// Bytes of the radio that came from the journal.
+    pub rx_from_journal: u64,
+    /// Bytes of the journal that are of no use.
+    pub journal_damaged_bytes: u64,
+    /// Whether it is known what came last.
+    pub end: End,
+    /// Where the old file is, when something of it was of no use.
+    pub original: Option<PathBuf>,
+    /// Where its journal is, when something of that was damaged.
+    pub journal_kept: Option<PathBuf>,
+}
+
+/// What proves that nothing was received after the last byte of a recording.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
+#[serde(rename_all = "snake_case")]
+pub enum End {
+    /// The journal ends with a whole entry, or the file is finished.
+    Known,
+    /// There is no journal.
+    NoJournal,
+    /// The journal ends in the middle of an entry.
+    JournalCut,
+    /// The last bytes of the journal are damaged.
+    JournalDamaged,
+    /// The journal ends before the recording does.
+    JournalShort,
+    /// A finished file ends before its end.
+    FileCut,
+}
+
+impl End {
+    pub(super) const fn of_journal(waste: Waste) -> Self {
+        match waste {
+            Waste { tail_bytes: 0, .. } => Self::Known,
+            Waste { is_cut: true, .. } => Self::JournalCut,
+            Waste { .. } => Self::JournalDamaged,
+        }
+    }
+}
+
+/// A step in the stream of received bytes.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
+pub struct Missing {
+    /// Bytes of the stream before it.
+    pub offset: u64,
+    /// Bytes missing.
+    pub bytes: u64,
+}
 
 impl Recovery {
     /// One line.

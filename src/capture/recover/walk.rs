@@ -57,6 +57,8 @@ pub(super) struct Walker {
     position: u64,
     record: Vec<u8>,
     content: Vec<u8>,
+    /// One for all chunks: making one takes longer than a small chunk.
+    unpacker: Option<zstd::bulk::Decompressor<'static>>,
     has_begun: bool,
     /// Where the data section ends, and the checksum that it is to have.
     data_end: Option<(u64, u32)>,
@@ -71,6 +73,7 @@ impl Walker {
             position: 0,
             record: Vec::new(),
             content: Vec::new(),
+            unpacker: zstd::bulk::Decompressor::new().ok(),
             has_begun: false,
             data_end: None,
         })
@@ -299,10 +302,12 @@ impl Walker {
         match compression {
             "" => self.content.extend_from_slice(compressed),
             "zstd" => {
-                let decoder = zstd::stream::read::Decoder::with_buffer(compressed);
-                let read = decoder
-                    .and_then(|decoder| decoder.take(bytes + 1).read_to_end(&mut self.content));
-                if read.is_err() {
+                self.content.reserve(bytes as usize);
+                let unpacked = match &mut self.unpacker {
+                    Some(unpacker) => unpacker.decompress_to_buffer(compressed, &mut self.content),
+                    None => return Some("there is no memory to decompress a chunk"),
+                };
+                if unpacked.is_err() {
                     return Some("a chunk cannot be decompressed");
                 }
             }

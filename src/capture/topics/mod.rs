@@ -10,6 +10,7 @@
 //! was when it last reset its odometer, looking along x; frame [`BASE`] is the robot.
 
 mod deriver;
+mod forms;
 mod geometry;
 mod path;
 mod scene;

@@ -97,7 +97,9 @@ Examples:
   groundwave convert 'evenings/*.txt' --output-dir converted
   ssh robot cat evening.txt | groundwave convert - -o evening.mcap
 
-A raw capture knows no time: its lines are given that of a radio at 2400 baud which never paused, from --start on.")]
+A raw capture knows no time: its lines are given that of a radio at 2400 baud which never paused, from --start on. One with
+a time before each line, as other stations and `ts` write it, has those times; it and one whose CR LF an editor has changed
+become what the radio delivered.")]
 pub struct Convert {
     /// Which captures.
     #[command(flatten)]
@@ -105,7 +107,7 @@ pub struct Convert {
     /// Where results go; beside each capture if nothing is said.
     #[command(flatten)]
     pub output: Output,
-    /// When a raw capture began: 2025-03-14T09:26:53Z [default: 1970]
+    /// When a raw capture began: 2025-03-14T09:26:53Z [default: what its lines say, else 1970]
     #[arg(long, value_name = "TIME")]
     pub start: Option<When>,
 }
@@ -173,8 +175,9 @@ Examples:
   groundwave verify 'evenings/*.mcap'
   groundwave verify evening.mcap --raw evening.txt
 
-Every checksum, the numbers of the messages, the offsets of the bytes, the statistics; and that each message of
-/telemetry is what decoding the bytes gives today. What the radio lost is told and no fault of the capture.
+Every checksum, the numbers of the messages, the offsets of the bytes, the statistics; that each message which
+follows from the bytes and the station's events is what they give today, on every topic; and that the raw file (NAME.txt) and the
+journal (NAME.mcap.journal) beside it, where there are such, hold the same bytes. What the radio lost is told and no fault of the capture.
 Exit code 0: all good; 1: not; 2: not a capture at all.")]
 pub struct Verify {
     /// Which captures.

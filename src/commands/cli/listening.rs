@@ -63,7 +63,8 @@ pub struct Keeping {
     /// Record to an MCAP file; without FILE under a name made from the date
     #[arg(long, value_name = "FILE", num_args = 0..=1)]
     pub record: Option<Option<PathBuf>>,
-    /// Go on in another MCAP file after so long or so many bytes: 1h, 64MB, 1h,64MB, never [default: 24h]
+    /// Go on in another MCAP file after so long, or when the disk has so many bytes of it (what comes in 10 s is more):
+    /// 1h, 64MB, 1h,64MB, never [default: 24h]
     #[arg(long, value_name = "T|SIZE")]
     pub rotate: Option<Rotation>,
     /// Add to an existing --tee file
@@ -144,7 +145,8 @@ pub struct Record {
     /// from the date
     #[arg(short, long, value_name = "FILE")]
     pub output: Option<PathBuf>,
-    /// Go on in another MCAP file after so long or so many bytes: 1h, 64MB, 1h,64MB, never [default: 24h]
+    /// Go on in another MCAP file after so long, or when the disk has so many bytes of it (what comes in 10 s is more):
+    /// 1h, 64MB, 1h,64MB, never [default: 24h]
     #[arg(long, value_name = "T|SIZE")]
     pub rotate: Option<Rotation>,
     /// Stop after this long: 30s, 90m, 2h

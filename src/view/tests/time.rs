@@ -52,6 +52,32 @@ fn the_past_at_120_by_40() {
     );
 }
 
+/// What calls now is told whichever moment is looked at, and with its own age.
+#[test]
+fn an_alarm_of_now_is_told_in_the_past() {
+    let mut hands = flight(Config::default());
+    let past = hands.model.clone();
+    hands.wait_ms(60_000);
+    hands.event(Event::Tick);
+    hands.wait_ms(20_000);
+    let until = hands.now;
+    let playback = Playback {
+        until,
+        ..playback(&hands, true)
+    };
+    hands.event(Event::Playback(Some(Box::new(playback))));
+    let mut shown = flight(Config::default());
+    shown.model = past.clone().seen_by(&hands.model);
+    for (width, height) in [(80, 24), (120, 40), (200, 60)] {
+        let screen = screen(&shown, width, height);
+        row(&screen, "✖ NOW: ROBOT SILENT for 1 m 20 s; is it on");
+        row(&screen, "BUMPERS hold the motors");
+    }
+    hands.type_text("A");
+    shown.model = past.seen_by(&hands.model);
+    assert!(!screen(&shown, 80, 24).contains("NOW:"));
+}
+
 /// By shape alone, and by the reversed row where there are no colours.
 #[test]
 fn the_past_is_told_without_colours_and_braille() {

@@ -29,6 +29,7 @@ struct Bench {
     latest: Motion,
     now_ticks: u32,
     dice: u32,
+    is_held: bool,
 }
 
 impl Bench {
@@ -39,6 +40,7 @@ impl Bench {
             latest: Motion::STILL,
             now_ticks: 0,
             dice: 0,
+            is_held: false,
         }
     }
 
@@ -53,6 +55,7 @@ impl Bench {
             way_counts: left + right,
             bumper,
             dice: self.dice,
+            is_held: self.is_held,
             ..Senses::nothing()
         });
         self.latest = request.motion;
@@ -103,6 +106,31 @@ fn it_backs_up_and_turns_away_from_the_side_that_was_hit() {
             assert!((0..=45).contains(&turned_deg), "{turned_deg} degrees");
         }
     }
+}
+
+#[test]
+fn held_without_a_switch_it_backs_up_and_turns_to_any_side_as_from_a_frontal_contact() {
+    for (dice, side) in [(0, 1), (1, -1)] {
+        let mut bench = Bench::new();
+        bench.dice = dice;
+        bench.is_held = true;
+        assert_eq!(bench.tick(FREE).motion, BACK);
+        bench.is_held = false;
+        let (turned_deg, way_in) = bench.bump(FREE);
+        assert!((-8..=-5).contains(&way_in), "{way_in} in");
+        assert!((80..180).contains(&(turned_deg * side)), "{turned_deg}");
+    }
+}
+
+#[test]
+fn held_in_the_middle_of_a_manoeuvre_changes_nothing() {
+    let mut bench = Bench::new();
+    bench.tick(LEFT);
+    bench.is_held = true;
+    while bench.tick(FREE).motion == BACK {}
+    assert!(bench.latest.rotation_cps > 0);
+    // At its end it begins anew.
+    while bench.tick(FREE).motion != BACK {}
 }
 
 #[test]

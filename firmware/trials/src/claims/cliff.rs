@@ -38,13 +38,12 @@ const APPROACHES: Experiment = Experiment {
         },
         Claim {
             part: "cliff",
-            says: "approaches: from the tick that first sees the edge before the robot to where it stands, at most \
-                   1 in",
+            says: "approaches: a stop goes from the tick that first sees the edge before the robot to where it stands, \
+                   or where the edge goes out of sight (for two ticks or more); the longest until it first stands, at \
+                   most 1 in",
             figure: Figure::Share,
             required: Required::AtLeast(100.0),
-            shortfall: Some(
-                "in one of a thousand, by hand in a bow, the edge is grazed and out of sight before the wheels stand; the hand drives on, and the way to its second stop is counted with the first",
-            ),
+            shortfall: None,
         },
         Claim {
             part: "cliff",
@@ -96,64 +95,91 @@ const STOP_IN: f64 = 1.0;
 #[derive(Clone, Copy, Debug)]
 struct Approach {
     fell: bool,
-    /// Way from the tick that first saw an edge to where the robot first stood; `None` when the edge was seen
-    /// as it turned on the spot, or beside its way, which need not stop it.
+    /// The longest of its stops until it first stood; `None` when the edge was seen as it turned on the spot, or
+    /// beside its way, which need not stop it.
     stop_in: Option<f64>,
 }
 
-/// Follows a robot from the tick that first sees an edge until it stands.
+/// Follows a robot until it first stands for an edge. One that grazes an edge in a bow loses sight of it, drives on
+/// and comes to it again: each sight is a stop of its own.
 #[derive(Clone, Copy, Debug, Default)]
-enum Stop {
+struct Stop {
+    state: Approaching,
+    /// Of the stops that are over.
+    longest_in: Option<f64>,
+}
+
+/// Where a robot stands with the edge.
+#[derive(Clone, Copy, Debug, Default)]
+enum Approaching {
     #[default]
-    Before,
-    /// What the way was then, and whether the robot was going ahead.
+    Unseen,
+    /// What the way was at first sight, whether the robot was going ahead, and for how many ticks it has not seen
+    /// the edge any more, since which place on the way.
     Seen {
         path_in: f64,
         ahead: bool,
+        unseen: Option<(u32, f64)>,
     },
-    After(Option<f64>),
+    Over,
 }
 
 impl Stop {
-    fn watch(self, simulation: &Simulation) -> Self {
+    fn watch(&mut self, simulation: &Simulation) {
         let truth = simulation.truth();
-        match self {
-            Self::Before => {
-                let (edges, ahead) = (simulation.inputs().cliff, truth.speed_in_s > 0.0);
+        let seen = simulation.inputs().cliff.unwrap_or_default();
+        self.observe(seen, truth.speed_in_s, truth.path_in);
+    }
+
+    /// Once a tick: where no floor is seen, the speed ahead, and the way so far.
+    fn observe(&mut self, seen: Edges, speed_in_s: f64, now_in: f64) {
+        match &mut self.state {
+            Approaching::Unseen if seen.any() => {
+                let ahead = speed_in_s > 0.0;
                 // Its bows are so wide that both wheels go the same way.
-                let is_on_the_way = edges.is_some_and(|edges| {
-                    truth.speed_in_s.abs() >= DRIVING_IN_S
-                        && if ahead {
-                            edges.left || edges.center || edges.right
-                        } else {
-                            edges.rear
-                        }
-                });
-                match edges.is_some_and(Edges::any) {
-                    true if is_on_the_way => Self::Seen {
-                        path_in: truth.path_in,
+                let is_on_the_way = speed_in_s.abs() >= DRIVING_IN_S
+                    && if ahead {
+                        seen.left || seen.center || seen.right
+                    } else {
+                        seen.rear
+                    };
+                self.state = if is_on_the_way {
+                    Approaching::Seen {
+                        path_in: now_in,
                         ahead,
-                    },
-                    true => Self::After(None),
-                    false => self,
-                }
-            }
-            Self::Seen { path_in, ahead } => {
-                let onward_in_s = if ahead {
-                    truth.speed_in_s
+                        unseen: None,
+                    }
                 } else {
-                    -truth.speed_in_s
+                    Approaching::Over
                 };
-                if onward_in_s < STANDING_IN_S {
-                    Self::After(Some(truth.path_in - path_in))
-                } else {
-                    self
-                }
             }
-            Self::After(_) => self,
+            Approaching::Seen {
+                path_in,
+                ahead,
+                unseen,
+            } => {
+                let onward_in_s = if *ahead { speed_in_s } else { -speed_in_s };
+                *unseen = match *unseen {
+                    _ if seen.any() => None,
+                    Some((ticks, since_in)) => Some((ticks + 1, since_in)),
+                    None => Some((1, now_in)),
+                };
+                let (end_in, next) = match *unseen {
+                    Some((LOST_TICKS, since_in)) => (since_in, Approaching::Unseen),
+                    _ if onward_in_s < STANDING_IN_S => (now_in, Approaching::Over),
+                    _ => return,
+                };
+                let way_in = end_in - *path_in;
+                self.longest_in = Some(self.longest_in.unwrap_or(0.0).max(way_in));
+                self.state = next;
+            }
+            Approaching::Unseen | Approaching::Over => {}
         }
     }
 }
+
+/// Not seen in so many ticks running, the edge is out of sight.
+const LOST_TICKS: u32 = 2;
 
 /// Slower than this it turns on the spot.
 const DRIVING_IN_S: f64 = 1.0;
@@ -202,7 +228,7 @@ fn approach(trial: &Trial, guard: i16) -> Option<Approach> {
                 }));
             }
             run.tick();
-            stop = stop.watch(&run.simulation);
+            stop.watch(&run.simulation);
             let edges = run.simulation.inputs().cliff;
             met |= edges.is_some_and(Edges::any);
             if run.simulation.truth().has_fallen {
@@ -220,11 +246,10 @@ fn approach(trial: &Trial, guard: i16) -> Option<Approach> {
     }
     // And some time for what it does next.
     let fell = fell || meets(&mut run, 10.0).1;
-    let stop_in = match stop {
-        Stop::After(way_in) => way_in,
-        Stop::Before | Stop::Seen { .. } => None,
-    };
-    Some(Approach { fell, stop_in })
+    Some(Approach {
+        fell,
+        stop_in: stop.longest_in,
+    })
 }
 
 /// A place with an edge 1 to 6 ft ahead of the nose, or behind the tail, and nothing between.
@@ -266,6 +291,49 @@ fn beside(trial: &Trial) -> Vec<Option<Reading>> {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    /// What is counted of a way whose ticks see the edge ahead or not, at a speed.
+    fn longest_in(ticks: &[(bool, f64)]) -> Option<f64> {
+        let (mut stop, mut now_in) = (Stop::default(), 0.0);
+        for &(center, speed_in_s) in ticks {
+            let seen = Edges {
+                center,
+                ..Edges::default()
+            };
+            stop.observe(seen, speed_in_s, now_in);
+            now_in += speed_in_s / 20.0;
+        }
+        stop.longest_in
+    }
+
+    #[test]
+    fn a_stop_ends_where_it_stands() {
+        let ways = [(false, 10.0), (true, 10.0), (true, 4.0), (true, 0.0)];
+        assert_eq!(longest_in(&ways), Some(0.7));
+        assert_eq!(longest_in(&ways[..3]), None);
+        // What comes after it is not looked at.
+        let again = [&ways[..], &[(true, 10.0); 40], &[(true, 0.0)]].concat();
+        assert_eq!(longest_in(&again), Some(0.7));
+    }
+
+    #[test]
+    fn a_stop_ends_where_the_edge_is_out_of_sight_and_the_next_sight_is_another_one() {
+        let grazed = [(true, 10.0), (false, 6.0), (false, 10.0), (false, 10.0)];
+        let counted_in = longest_in(&grazed).expect("it is over");
+        assert!((counted_in - 0.5).abs() < 1e-9, "{counted_in}");
+        let stopped = [(true, 10.0), (true, 12.0), (true, 0.0)];
+        let counted_in = longest_in(&[&grazed[..], &stopped].concat()).expect("it is over");
+        assert!((counted_in - 1.1).abs() < 1e-9, "{counted_in}");
+        // A tick without it is none.
+        let flickers = [(true, 10.0), (false, 10.0), (true, 10.0), (true, 0.0)];
+        let counted_in = longest_in(&flickers).expect("it is over");
+        assert!((counted_in - 1.5).abs() < 1e-9, "{counted_in}");
+    }
+
+    #[test]
+    fn an_edge_seen_while_it_turns_on_the_spot_need_not_stop_it() {
+        assert_eq!(longest_in(&[(true, 0.5), (true, 10.0), (true, 0.0)]), None);
+    }
 
     #[test]
     fn without_the_guard_it_falls() {

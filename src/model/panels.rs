@@ -1,0 +1,38 @@
+//! Which panel is looked at, how much of it, and which value of the line.
+
+use super::{Model, Overlay, Panel};
+
+impl Model {
+    pub(super) fn trace(&mut self, to: impl FnOnce(usize) -> usize) {
+        if let Overlay::Trace(at) = &mut self.overlay {
+            *at = to(*at);
+        }
+    }
+
+    pub(super) fn next_panel(&mut self) {
+        let at = Panel::ALL
+            .iter()
+            .position(|panel| *panel == self.panel)
+            .unwrap_or(0);
+        self.panel = Panel::ALL[(at + 1) % Panel::ALL.len()];
+        self.page = 0;
+    }
+
+    /// Chooses a panel; the one that is chosen already is enlarged, or no longer.
+    pub(super) fn show(&mut self, panel: Panel) {
+        if self.panel == panel {
+            self.enlarged = !self.enlarged;
+        } else {
+            self.panel = panel;
+        }
+        self.page = 0;
+    }
+
+    pub(super) const fn turn_page(&mut self, pages: i32) {
+        let turned = match self.overlay {
+            Overlay::Help => &mut self.help_page,
+            _ => &mut self.page,
+        };
+        *turned = turned.wrapping_add(pages);
+    }
+}

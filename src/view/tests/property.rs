@@ -1,0 +1,87 @@
+//! What holds of the screen whatever happens.
+
+use proptest::prelude::*;
+
+use super::*;
+use crate::model::testing::any_event;
+
+proptest! {
+    #![proptest_config(ProptestConfig { cases: 128, failure_persistence: None, ..ProptestConfig::default() })]
+
+    #[test]
+    fn drawing_never_panics_and_writes_nothing(
+        events in prop::collection::vec((any_event(), 0_u64..5000), 0..60),
+        width in 1_u16..=250,
+        height in 1_u16..=80,
+        ascii in any::<bool>(),
+    ) {
+        let mut scene = Scene::new(Config { ascii, ..demo() });
+        for (event, wait_ms) in events {
+            scene.wait_ms(wait_ms);
+            scene.event(event);
+        }
+        let before = format!("{:?}", scene.model);
+        let once = buffer(&scene, width, height);
+        prop_assert_eq!(once, buffer(&scene, width, height));
+        prop_assert_eq!(format!("{:?}", scene.model), before, "drawing writes nothing");
+    }
+
+    #[test]
+    fn a_row_says_active_only_with_a_digest_that_the_robot_acknowledged(
+        events in prop::collection::vec(any_event(), 0..80),
+    ) {
+        let mut scene = Scene::new(Config::default());
+        let mut acknowledged = Vec::new();
+        for event in events {
+            if let Event::Command { id, step: CommandStep::Proven { digest: Some(digest) } } = &event {
+                acknowledged.push((format!("{} ", id.0), format!("ACTIVE {digest:08X}")));
+            }
+            scene.event(event);
+        }
+        let screen = screen(&scene, 200, 80);
+        for row in screen.lines().filter(|row| row.contains("✔ ACTIVE ")) {
+            let known = acknowledged
+                .iter()
+                .any(|(id, active)| row.starts_with(id) && row.contains(active));
+            prop_assert!(known, "{row}");
+        }
+    }
+}
+
+/// What a frame costs is counted, not timed: the dots drawn, and what is kept.
+#[test]
+fn a_day_costs_no_more_than_its_first_hour() {
+    use super::super::raster::DRAWN;
+    let mut scene = flight(Config::default());
+    let drive = |scene: &mut Scene, lines: u32| {
+        for n in 0..lines {
+            // Round and round through a house of 40 by 40 ft.
+            let turn = f64::from(n) / 97.0;
+            scene.state.x_tenths_in = (2400.0 * (turn * 1.5).sin()) as i32;
+            scene.state.y_tenths_in = (2400.0 * turn.cos()) as i32;
+            scene.state.bump = [Bump::None, Bump::Left][n as usize / 50 % 2];
+            scene.hear();
+        }
+    };
+    let cost = |scene: &Scene| {
+        DRAWN.set(0);
+        buffer(scene, 120, 40);
+        let map = DRAWN.replace(0);
+        let kept =
+            scene.model.chart.trail.recent().count() + scene.model.chart.trail.older().count();
+        (
+            map,
+            kept + scene.model.plots.size() + scene.model.log.newest_first().count(),
+        )
+    };
+    drive(&mut scene, 3 * 3600);
+    let (hour_dots, hour_kept) = cost(&scene);
+    drive(&mut scene, 5 * 3 * 3600);
+    let (later_dots, later_kept) = cost(&scene);
+    assert!(later_kept <= hour_kept + 512, "{hour_kept}, {later_kept}");
+    assert!(
+        later_dots <= hour_dots + hour_dots / 4,
+        "{hour_dots}, {later_dots}"
+    );
+    assert!(later_dots < 60_000, "{later_dots}");
+}

@@ -1,0 +1,271 @@
+//! The dashboard on a terminal, as an operator has it in hand: keys, mouse, pastes, sizes, signals.
+#![cfg(unix)]
+#![expect(clippy::unwrap_used, reason = "a test stops where something is wrong")]
+
+#[path = "common/programs.rs"]
+mod programs;
+#[path = "common/pty.rs"]
+mod pty;
+
+use std::fmt::Write as _;
+use std::fs;
+use std::process::Command;
+
+use programs::{GROUNDWAVE, Sim, expect, scratch};
+use pty::OnTerminal;
+
+const ENTER: &str = "\r";
+const ESC: &str = "\x1b";
+
+/// A dashboard that hears a robot.
+fn watch(sim: &Sim, more: &[&str], columns: u16, rows: u16) -> OnTerminal {
+    let arguments = [&["watch", sim.path.as_str()], more].concat();
+    let mut watch = OnTerminal::start(GROUNDWAVE, &arguments, columns, rows);
+    watch.wait_for("the robot", |text| text.contains("newest <1 s"));
+    watch
+}
+
+fn signal(watch: &OnTerminal, name: &str) {
+    let pid = watch.child.process_id().unwrap().to_string();
+    let sent = Command::new("kill").args([name, &pid]).status().unwrap();
+    assert!(sent.success());
+}
+
+/// Where words stand on the screen, counted from 1 as terminals do.
+fn place(watch: &OnTerminal, words: &str) -> (usize, usize) {
+    let text = watch.text();
+    let found = (1..).zip(text.lines()).find_map(|(row, line)| {
+        let before = line.split_once(words)?.0;
+        Some((before.chars().count() + 1, row))
+    });
+    found.unwrap_or_else(|| panic!("no `{words}` in\n{text}"))
+}
+
+/// What a terminal sends for a button that goes down there, or for a turn of the wheel.
+fn mouse(button: u8, (column, row): (usize, usize)) -> String {
+    format!("\x1b[<{button};{column};{row}M")
+}
+
+const LEFT_BUTTON: u8 = 0;
+const WHEEL_UP: u8 = 64;
+
+/// What a terminal sends for a paste; it ends lines as the Enter key does.
+fn paste(text: &str) -> String {
+    format!("\x1b[200~{}\x1b[201~", text.replace('\n', "\r"))
+}
+
+/// Presses a key with every line of the robot's, as a keyboard repeats it, until the screen shows something.
+fn hold(watch: &mut OnTerminal, key: &str, shown: &str) {
+    let newest = |text: &str| text.lines().rev().nth(2).map(str::to_owned);
+    for _ in 0..30 {
+        watch.type_keys(key);
+        let before = newest(&watch.text());
+        watch.wait_for("the next line", |text| newest(text) != before);
+        if watch.text().contains(shown) {
+            return;
+        }
+    }
+    panic!(
+        "held, and never saw: {shown}. The screen:\n{}",
+        watch.text()
+    );
+}
+
+fn leave(mut watch: OnTerminal) {
+    watch.type_keys("q");
+    assert_eq!(watch.wait(), 0);
+    assert!(!watch.is_alternate());
+}
+
+#[test]
+fn a_click_chooses_a_panel_and_the_wheel_zooms() {
+    let sim = Sim::start(&[]);
+    let mut watch = watch(&sim, &[], 120, 40);
+    watch.type_keys(&mouse(LEFT_BUTTON, place(&watch, "F6 log")));
+    watch.wait_for("the log's keys", |text| {
+        let footer = text.lines().last().unwrap_or_default();
+        footer.contains("n N next")
+    });
+    let scale = |text: &str| {
+        let before = text.split(" ft").next().unwrap_or_default();
+        before.rsplit(' ').next().unwrap_or_default().to_owned()
+    };
+    let wide = scale(&watch.text());
+    watch.type_keys(&mouse(WHEEL_UP, (20, 12)).repeat(6));
+    watch.wait_for("a closer look", |text| scale(text) != wide);
+    watch.type_keys(&mouse(LEFT_BUTTON, (20, 12)));
+    watch.wait_for("the cursor", |text| {
+        let footer = text.lines().last().unwrap_or_default();
+        footer.contains("arrows cursor  w waypoint") && text.contains('╋')
+    });
+    leave(watch);
+}
+
+/// A route that takes seconds to transfer is pasted and sent; meanwhile the window is dragged about.
+#[test]
+fn a_pasted_route_is_sent_while_the_size_changes() {
+    let mut route = String::new();
+    for n in 0..100 {
+        writeln!(route, "{},{}", n, -n).unwrap();
+    }
+    let sim = Sim::start(&[]);
+    let mut watch = watch(&sim, &[], 120, 40);
+    watch.type_keys(&paste(&route));
+    watch.wait_for("the draft", |text| {
+        text.contains("pasted: 100 waypoints drafted")
+    });
+    watch.type_keys("S");
+    watch.wait_for("a part of it over there", |text| text.contains("holds "));
+    for (columns, rows) in [(80, 24), (40, 10), (200, 60), (1, 1), (120, 40)] {
+        watch.resize(columns, rows);
+    }
+    watch.wait_for("all of it, at the new size", |text| {
+        text.contains("ACTIVE ") && text.lines().any(|line| line.contains("── F6 log"))
+    });
+    // What is too small for a dashboard says so, and STOP works there.
+    watch.resize(40, 10);
+    watch.wait_for("what it needs", |text| text.contains("needs 80x24"));
+    watch.type_keys(" ");
+    watch.resize(120, 40);
+    watch.wait_for("STOP", |text| text.contains("stop: the robot acknowledged"));
+    leave(watch);
+}
+
+#[test]
+fn a_paste_that_is_no_route_says_what_is_wrong() {
+    let sim = Sim::start(&[]);
+    let mut watch = watch(&sim, &[], 80, 24);
+    watch.type_keys(&paste("12,4\nhello\n"));
+    watch.wait_for("what is wrong", |text| text.contains("pasted:2:1: "));
+    // Into a prompt goes its first line, and nothing of it is done.
+    watch.type_keys(":");
+    watch.wait_for("the prompt", |text| text.contains("Esc never mind"));
+    watch.type_keys(&paste("mode prowl\nstop\n"));
+    watch.wait_for("one line", |text| text.contains(":mode prowl▏"));
+    watch.type_keys(ESC);
+    watch.wait_for("no prompt", |text| !text.contains("Esc never mind"));
+    leave(watch);
+}
+
+#[test]
+fn a_wrong_file_is_mended_where_it_was_typed() {
+    let folder = scratch("mended");
+    let route = folder.join("tour.txt");
+    fs::write(&route, "48,0\n48,48\n").unwrap();
+    let sim = Sim::start(&[]);
+    let mut watch = watch(&sim, &[], 120, 40);
+    watch.type_keys(&format!("l{}x{ENTER}", route.display()));
+    watch.wait_for("that there is no such file", |text| {
+        text.contains("tour.txtx▏") && text.to_lowercase().contains("no such file")
+    });
+    watch.type_keys(&format!("\x7f{ENTER}"));
+    watch.wait_for("the draft", |text| text.contains("2 waypoints drafted"));
+    leave(watch);
+}
+
+/// A terminal that tells when a key goes up, and one that does not: both drive and both stop.
+#[test]
+fn hand_driving_survives_a_terminal_without_key_up() {
+    let (up, up_released) = ("\x1b[A", "\x1b[1;1:3A");
+    let stands = |text: &str| text.contains("L  +0 of  +0  R  +0 of  +0");
+    let sim = Sim::start(&["--world", "open-room"]);
+    let mut watch = watch(&sim, &[], 120, 40);
+    watch.type_keys("d");
+    watch.wait_for("the question", |text| text.contains("Drive by hand?"));
+    watch.type_keys("y");
+    watch.wait_for("mode user", |text| text.contains("HAND DRIVE 8 in/s"));
+    watch.wait_for("that it stands", stands);
+    for after in ["", up_released] {
+        hold(&mut watch, up, "of  +8");
+        watch.type_keys(after);
+        watch.wait_for("that it stands again", stands);
+    }
+    watch.type_keys(ESC);
+    watch.wait_for("what follows", |text| {
+        text.contains("it stands in mode user: p prowls")
+    });
+    leave(watch);
+}
+
+/// From another terminal, as job control does it.
+#[test]
+fn a_stopped_dashboard_gives_the_terminal_back_and_goes_on() {
+    let sim = Sim::start(&[]);
+    let mut watch = watch(&sim, &[], 100, 30);
+    signal(&watch, "-TSTP");
+    watch.wait_for_terminal("the terminal given back", |screen| {
+        !screen.alternate_screen()
+    });
+    watch.wait_until_stopped();
+    watch.resize(80, 24);
+    signal(&watch, "-CONT");
+    watch.wait_for_terminal("the dashboard again, at the new size", |screen| {
+        screen.alternate_screen() && screen.contents().contains("F2 sensors")
+    });
+    assert!(watch.text().lines().count() <= 24);
+    leave(watch);
+}
+
+/// A closed ssh, a terminated program: whatever ends it, the recording is finished and the terminal given back.
+#[test]
+fn a_signal_finishes_the_recording_and_gives_the_terminal_back() {
+    for name in ["-HUP", "-TERM", "-INT"] {
+        let folder = scratch(&format!("ended{name}"));
+        let capture = folder.join("run.mcap");
+        let capture = capture.to_str().unwrap();
+        let sim = Sim::start(&[]);
+        let mut watch = watch(&sim, &["--record", capture], 80, 24);
+        signal(&watch, name);
+        assert_eq!(watch.wait(), 0, "{name}");
+        assert!(!watch.is_alternate(), "{name}");
+        let (info, _) = expect(0, &["info", capture]);
+        assert!(info.contains("lines"), "{info}");
+    }
+}
+
+/// Old terminals and C locales: nothing but ASCII, no colours, and nothing missing.
+#[test]
+fn a_plain_terminal_is_told_everything_in_ascii() {
+    let sim = Sim::start(&[]);
+    let arguments = [
+        "NO_COLOR=1",
+        "LC_ALL=C",
+        "TERM=vt100",
+        GROUNDWAVE,
+        "watch",
+        &sim.path,
+    ];
+    let mut watch = OnTerminal::start("env", &arguments, 80, 24);
+    watch.wait_for("the robot", |text| text.contains("newest <1 s"));
+    for keys in ["", "?", "\x1b", "\x1bOS"] {
+        watch.type_keys(keys);
+        let shown = match keys {
+            "?" => "STOP (Ctrl-S while typing)",
+            "\x1bOS" => "-- F4 plots",
+            _ => "-- who holds the motors",
+        };
+        watch.wait_for_terminal(shown, |screen| screen.contents().contains(shown));
+        watch.wait_for_terminal("ASCII without colours", |screen| {
+            let cells = (0..24).flat_map(|row| (0..80).map(move |column| (row, column)));
+            let mut cells = cells.filter_map(|(row, column)| screen.cell(row, column));
+            cells.all(|cell| {
+                cell.contents().is_ascii()
+                    && cell.fgcolor() == vt100::Color::Default
+                    && cell.bgcolor() == vt100::Color::Default
+            })
+        });
+    }
+    leave(watch);
+}
+
+#[test]
+fn a_route_is_not_replayed_as_a_capture() {
+    let folder = scratch("not-a-capture");
+    let route = folder.join("tour.txt");
+    fs::write(&route, "# round the table\n48,0\n48,48\n").unwrap();
+    let mut replay = OnTerminal::start(GROUNDWAVE, &["replay", route.to_str().unwrap()], 200, 24);
+    assert_eq!(replay.wait(), 2);
+    let told = replay.text();
+    assert!(told.contains("is a route, not a capture"), "{told}");
+    assert!(told.contains("groundwave send LINK route"), "{told}");
+}

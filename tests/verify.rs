@@ -1,0 +1,136 @@
+//! What `verify` finds: messages that do not follow from the bytes, and side-cars that hold others.
+#![expect(clippy::unwrap_used, reason = "a test stops where something is wrong")]
+
+#[path = "common/programs.rs"]
+mod programs;
+mod streams;
+
+use std::fs;
+use std::io::Cursor;
+
+use groundwave::capture::convert::convert_raw;
+use groundwave::capture::journal::JournalWriter;
+use groundwave::capture::verify::{Beside, verify_mcap};
+use programs::{expect, scratch};
+
+fn converted(raw: &[u8]) -> Vec<u8> {
+    let mut mcap = Vec::new();
+    convert_raw(raw, Some(1_741_944_413_000_000_000), &mut mcap).unwrap();
+    mcap
+}
+
+/// The messages of one topic.
+fn messages<'a>(mcap: &'a [u8], topic: &str) -> Vec<mcap::Message<'a>> {
+    let stream = mcap::MessageStream::new(mcap).unwrap();
+    stream
+        .map(Result::unwrap)
+        .filter(|message| message.channel.topic == topic)
+        .collect()
+}
+
+/// A message that says something else than the bytes.
+#[test]
+fn what_does_not_follow_from_the_bytes_is_found_on_every_topic() {
+    let mcap = converted(&streams::clean(300));
+    let topics = [
+        "/telemetry",
+        "/uplink",
+        "/tf",
+        "/pose",
+        "/path",
+        "/sonar",
+        "/markers",
+        "/log",
+    ];
+    for wrong in topics {
+        let mut spoilt = Vec::new();
+        let mut writer = mcap::WriteOptions::new()
+            .library(concat!(
+                "groundwave ",
+                env!("CARGO_PKG_VERSION"),
+                ", fixed topics"
+            ))
+            .create(Cursor::new(&mut spoilt))
+            .unwrap();
+        let mut count = 0;
+        for message in mcap::MessageStream::new(&mcap).unwrap() {
+            let mut message = message.unwrap();
+            if message.channel.topic == wrong {
+                count += 1;
+                // Not the first of `/log`, which is the station's.
+                if count == 2 {
+                    let mut data = message.data.into_owned();
+                    *data.last_mut().unwrap() ^= 1;
+                    message.data = data.into();
+                }
+            }
+            writer.write(&message).unwrap();
+        }
+        writer.finish().unwrap();
+        drop(writer);
+        assert!(count >= 2, "{wrong}");
+        let verdict = verify_mcap(&spoilt[..], Beside::default()).unwrap();
+        let is_found = |fault: &String| {
+            fault.starts_with(wrong) && fault.ends_with("is not what /raw/rx decodes to")
+        };
+        assert!(
+            verdict.faults.iter().any(is_found),
+            "{wrong}: {:?}",
+            verdict.faults
+        );
+    }
+}
+
+#[test]
+fn a_journal_beside_a_recording_is_compared_with_it() {
+    let folder = scratch("verify-journal");
+    let file = |name: &str| folder.join(name).display().to_string();
+    let raw = streams::clean(300);
+    fs::write(folder.join("a.mcap"), converted(&raw)).unwrap();
+    for (spoilt, code) in [(None, 0), (Some(4000), 1)] {
+        let journal = folder.join("a.mcap.journal");
+        let mut writer = JournalWriter::create(&journal).unwrap();
+        writer.session(0, b"{}");
+        let mut bytes = raw.clone();
+        if let Some(place) = spoilt {
+            bytes[place] ^= 1;
+        }
+        for read in bytes.chunks(37) {
+            writer.rx(0, read);
+        }
+        drop(writer);
+        let (out, _) = expect(code, &["verify", &file("a.mcap")]);
+        let says = match spoilt {
+            None => "side-car   holds the same bytes",
+            Some(_) => "the journal differs from byte 4000 on",
+        };
+        assert!(out.contains(says), "{out}");
+        fs::remove_file(journal).unwrap();
+    }
+    fs::remove_dir_all(folder).unwrap();
+}
+
+#[test]
+fn telemetry_that_is_not_what_was_received_is_found() {
+    let raw = streams::clean(60);
+    let other = streams::noisy(60, 5);
+    let mut mcap = Vec::new();
+    let good = converted(&raw);
+    let lies = converted(&other);
+    // The telemetry of one capture and the bytes of another.
+    let mut writer = mcap::Writer::new(Cursor::new(&mut mcap)).unwrap();
+    for message in messages(&good, "/raw/rx") {
+        writer.write(&message).unwrap();
+    }
+    for message in messages(&lies, "/telemetry") {
+        writer.write(&message).unwrap();
+    }
+    writer.finish().unwrap();
+    drop(writer);
+    let verdict = verify_mcap(&mcap[..], Beside::default()).unwrap();
+    let found = verdict
+        .faults
+        .iter()
+        .any(|f| f.contains("is not what /raw/rx decodes to"));
+    assert!(found, "{:?}", verdict.faults);
+}
