@@ -654,6 +654,52 @@ fn what_was_remembered_comes_first_with_its_times() {
     assert_eq!(at_s[20], 600);
 }
 
+/// What the station said stands once in what is recovered, whichever file it is taken from, though its times come
+/// out of order and it says the same again and again.
+#[test]
+fn what_was_said_is_saved_once() {
+    let folder = TempDir::new().unwrap();
+    let live = folder.path().join("live.mcap");
+    let mut recorder = Recorder::start(&live, Existing::Refuse, &session()).unwrap();
+    let mut now = Duration::ZERO;
+    for (n, line) in (0_u32..).zip(streams::clean(90).chunks(80)) {
+        now += Duration::from_millis(333);
+        recorder.handle_rx(now, wall(now), line);
+        let said = StationEvent::note(if n % 3 == 0 { "the same" } else { "another" });
+        // Read by another thread, a moment before.
+        recorder.handle_event(now, wall(now) - Duration::from_millis(5), &said);
+        settle(&recorder);
+    }
+    let from = Paths::of(&live);
+    let (partial, journal) = (
+        fs::read(&from.partial).unwrap(),
+        fs::read(&from.journal).unwrap(),
+    );
+    recorder.finish().unwrap();
+    let whole = messages(&live);
+    assert!(whole["/log"].len() > 90, "it said something");
+    for tenths in 0..=10 {
+        let to = Paths::of(&folder.path().join(format!("{tenths}.mcap")));
+        fs::write(&to.partial, &partial).unwrap();
+        fs::write(&to.journal, &journal[..journal.len() * tenths / 10]).unwrap();
+        recover(&to.target).unwrap();
+        let saved = messages(&to.target);
+        let logs = &saved["/log"];
+        let first = &whole["/log"][..logs.len()];
+        assert!(logs == first, "{tenths} tenths of the journal");
+    }
+    for tenths in 0..=10 {
+        let to = Paths::of(&folder.path().join(format!("cut-{tenths}.mcap")));
+        fs::write(&to.partial, &partial[..partial.len() * tenths / 10]).unwrap();
+        fs::write(&to.journal, &journal).unwrap();
+        recover(&to.target).unwrap();
+        assert!(
+            messages(&to.target)["/log"] == whole["/log"],
+            "{tenths} tenths of the recording"
+        );
+    }
+}
+
 /// What nobody can read any more is named, and nothing is made of it.
 #[test]
 fn what_is_no_recording_is_refused() {

@@ -61,6 +61,8 @@ pub struct Recorder {
     flush_at: Option<Moment>,
     look_at: Option<Moment>,
     sync_at: Option<Moment>,
+    /// Time of the newest entry, or of the beginning; nanoseconds since 1970.
+    last_ns: u64,
 }
 
 impl Recorder {
@@ -146,6 +148,7 @@ impl Recorder {
             flush_at: None,
             look_at: None,
             sync_at: None,
+            last_ns: since_1970_ns(session.start),
         })
     }
 
@@ -156,7 +159,7 @@ impl Recorder {
         }
         let entry = Entry {
             kind: Kind::Rx,
-            at_ns: since_1970_ns(wall),
+            at_ns: self.time_ns(since_1970_ns(wall)),
             offset: self.journal.rx_bytes(),
             data: bytes.to_vec(),
         };
@@ -178,7 +181,7 @@ impl Recorder {
         }
         let entry = Entry {
             kind: Kind::Tx,
-            at_ns: since_1970_ns(wall),
+            at_ns: self.time_ns(since_1970_ns(wall)),
             offset: self.journal.tx_bytes(),
             data: bytes.to_vec(),
         };
@@ -190,7 +193,7 @@ impl Recorder {
     /// Records an event of the station's. The beginning and the end of a command and an alarm go to the disk
     /// at once, as a bump does.
     pub fn handle_event(&mut self, now: Moment, wall: SystemTime, event: &StationEvent) {
-        let entry = Entry::of_event(since_1970_ns(wall), event);
+        let entry = Entry::of_event(self.time_ns(since_1970_ns(wall)), event);
         self.journal.entry(&entry);
         self.hold(now, [entry]);
         self.handle_timeout(now);
@@ -200,6 +203,7 @@ impl Recorder {
     /// called before anything else; offsets are set here.
     pub fn handle_backlog(&mut self, now: Moment, mut entries: Vec<Entry>) {
         for entry in &mut entries {
+            entry.at_ns = self.time_ns(entry.at_ns);
             match entry.kind {
                 Kind::Rx => {
                     entry.offset = self.journal.rx_bytes();
@@ -214,6 +218,13 @@ impl Recorder {
         }
         self.hold(now, entries);
         self.handle_timeout(now);
+    }
+
+    /// Time of an entry: never before the one before it. Recovery knows an event again by its time, and a recording's
+    /// messages have theirs in order.
+    fn time_ns(&mut self, at_ns: u64) -> u64 {
+        self.last_ns = self.last_ns.max(at_ns);
+        self.last_ns
     }
 
     /// When [`Self::handle_timeout`] wants to be called; `None` when the disk has everything.

@@ -10,7 +10,7 @@ use groundwave_protocol::digest::digest;
 use groundwave_protocol::telemetry::ACK_LINE_BYTES;
 use groundwave_protocol::{BYTES_PER_S, Waypoint};
 
-use super::order;
+use super::delivery::order;
 use crate::request::Request;
 
 /// The robot of the example, 1 to 99.

@@ -21,11 +21,11 @@ impl Screen<'_> {
         let mut lines = self.command_lines(usize::from(area.width));
         if lines.is_empty() {
             lines.push(Line::styled(
-                "none yet; nothing is sent before the first",
+                "none yet; nothing is sent unasked",
                 self.theme.dim,
             ));
         }
-        lines.extend(self.list_lines());
+        lines.extend(self.list_lines(usize::from(area.width)));
         self.pages(
             buffer,
             area,
@@ -131,8 +131,15 @@ impl Screen<'_> {
     }
 
     /// The draft, and a list that the robot has from elsewhere.
-    fn list_lines(&self) -> Vec<Line<'static>> {
+    fn list_lines(&self, width: usize) -> Vec<Line<'static>> {
         let mut lines = Vec::new();
+        let mut tell = |words: &str, style: Style| {
+            let rows = wrap(words, width, width.saturating_sub(4)).into_iter();
+            lines.extend(rows.enumerate().map(|(row, words)| {
+                let indent = if row == 0 { 0 } else { 4 };
+                Line::styled(format!("{:indent$}{words}", ""), style)
+            }));
+        };
         let model = self.model;
         if let Some(status) = model
             .robot
@@ -148,15 +155,20 @@ impl Screen<'_> {
                 list.driven,
                 list.count
             );
-            lines.push(Line::styled(words, self.theme.dim));
+            tell(&words, self.theme.dim);
         }
-        if !model.chart.draft.waypoints().is_empty() {
+        let drafted = model.chart.draft.waypoints().len();
+        if drafted > 0 {
+            let waypoints = if drafted == 1 {
+                "waypoint"
+            } else {
+                "waypoints"
+            };
             let words = format!(
-                "{} draft: {} waypoints, not sent; S sends, u takes back",
+                "{} draft: {drafted} {waypoints}, not sent; S sends, u takes back",
                 self.theme.glyphs.draft,
-                model.chart.draft.waypoints().len()
             );
-            lines.push(Line::styled(words, self.theme.draft));
+            tell(&words, self.theme.draft);
         }
         lines
     }

@@ -58,7 +58,14 @@ impl Screen<'_> {
             spans.push(Span::styled(words, theme.strong));
         }
         let context = self.model.context();
-        let always = self.named_keys(context, |action| ALWAYS_SEEN.contains(&action));
+        let mut always: Vec<Span<'_>> = self
+            .named_rows(context)
+            .filter(|row| ALWAYS_SEEN.contains(&row.action) && self.does_something(row))
+            .flat_map(|row| self.named(row))
+            .collect();
+        if let Some(last) = always.last_mut() {
+            last.content = last.content.trim_end().to_owned().into();
+        }
         let always_width: usize = always.iter().map(Span::width).sum();
         let mut room = usize::from(area.width).saturating_sub(always_width);
         room = room.saturating_sub(spans.iter().map(Span::width).sum());
@@ -84,6 +91,12 @@ impl Screen<'_> {
         rows.into_iter().flat_map(|row| self.named(row)).collect()
     }
 
+    /// Whether there is something to put away, or another place that is left.
+    fn does_something(&self, row: &Row) -> bool {
+        let lies_open = self.model.chart.cursor.is_some() || self.model.enlarged;
+        row.action != Action::Close || row.context != Context::Dashboard || lies_open
+    }
+
     /// Whether a route is being put together on the map.
     fn is_drafting(&self) -> bool {
         let chart = &self.model.chart;
@@ -100,9 +113,10 @@ impl Screen<'_> {
             _ if model.playback.is_some() && action.moves_in_time() => 1,
             Action::CancelCommands if model.ledger.is_busy() => 2,
             Action::Enlarge if model.enlarged => 2,
-            _ if self.is_drafting() && action.drafts() => 3,
+            _ if model.chart.cursor.is_some() && action.drafts() => 3,
             _ if action.is_for(model.panel) => 4,
-            _ => 5 + common.unwrap_or(Action::COMMON.len()),
+            _ if self.is_drafting() && action.drafts() => 5,
+            _ => 6 + common.unwrap_or(Action::COMMON.len()),
         }
     }
 

@@ -84,7 +84,11 @@ impl Screen<'_> {
         let pages_of_keys = told.len().div_ceil(2 * usize::from(rows)).max(1);
         let pages = pages_of_keys + 1;
         let page = self.model.help_page.rem_euclid(pages as i32) as usize;
-        let height = rows + others + 2;
+        let height = if page == pages_of_keys {
+            LISTING.len() as u16 + 2
+        } else {
+            rows + others + 2
+        };
         let (what, next) = match page {
             _ if page + 1 == pages => ("commands, typed after :", "keys"),
             _ if page + 2 == pages => ("keys", "commands"),

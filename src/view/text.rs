@@ -57,6 +57,7 @@ impl Screen<'_> {
             // What is older is above.
             First::Bottom => ((pages - self.page_of(panel, pages)) % pages, "PgUp"),
         };
+        let note = note.filter(|note| !note.content.is_empty());
         let note = if pages > 1 {
             let turn = format!("{key} {}/{pages}", page + 1);
             let words =

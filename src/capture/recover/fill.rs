@@ -10,6 +10,9 @@ use std::hash::{DefaultHasher, Hash, Hasher};
 use std::io::{self, BufReader, Write};
 use std::path::{Path, PathBuf};
 
+use foxglove::messages::Log;
+use prost::Message as _;
+
 use super::Missing;
 use super::temporary::Temporary;
 use crate::capture::CaptureError;
@@ -73,10 +76,14 @@ impl Balance {
     }
 }
 
-/// Stands for an event: the same for the entry of a journal and for the message made of it.
+/// Stands for an event: the same for the entry of a journal and for the message made of it, which alone repeats its
+/// time inside.
 pub(super) fn event_key(kind: Kind, at_ns: u64, data: &[u8]) -> u64 {
     let mut hasher = DefaultHasher::new();
-    (kind as u8, at_ns, data).hash(&mut hasher);
+    match (kind, Log::decode(data)) {
+        (Kind::Log, Ok(log)) => (at_ns, log.level, log.name, log.message).hash(&mut hasher),
+        _ => (kind as u8, at_ns, data).hash(&mut hasher),
+    }
     hasher.finish()
 }
 

@@ -79,6 +79,27 @@ const STATES: &[State] = &[
         ],
     },
     State {
+        name: "lists",
+        make: |config| {
+            let mut scene = flight(config);
+            scene.status.list = ListPlace {
+                driven: 3,
+                count: 12,
+            };
+            scene.hear_status();
+            scene.press(&[KeyCode::Left; 4]);
+            scene.type_text("w");
+            scene.press(&[KeyCode::Esc]);
+            chosen(scene, 5)
+        },
+        facts: &[
+            "robot's list, not of this",
+            "driven 3/12",
+            "draft: 1 waypoint",
+            "S send",
+        ],
+    },
+    State {
         name: "log",
         make: |config| chosen(flight(config), 6),
         facts: &[
@@ -293,7 +314,7 @@ const STATES: &[State] = &[
             scene.type_text("w");
             scene
         },
-        facts: &["arrows cursor", "w waypoint", "S send", "u undo"],
+        facts: &["arrows move", "w add", "S send", "u undo", "Esc back"],
     },
 ];
 

@@ -165,7 +165,7 @@ fn the_footer_names_the_keys_of_the_panel_that_is_looked_at() {
         step: CommandStep::Proven { digest: None },
     });
     scene.press(&[KeyCode::Left]);
-    for named in ["arrows cursor", "w waypoint", "u undo", "S send", "e route"] {
+    for named in ["arrows move", "w add", "u undo", "S send", "e edit"] {
         assert!(footer(&scene).contains(named), "{}", footer(&scene));
     }
 }

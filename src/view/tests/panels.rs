@@ -281,7 +281,7 @@ fn a_list_is_followed_from_draft_to_driven() {
     let says = |scene: &Scene, words: &str| {
         row(&screen(scene, 200, 60), words);
     };
-    says(&scene, "◇ draft: 1 waypoints, not sent");
+    says(&scene, "◇ draft: 1 waypoint, not sent");
     let effects = scene.type_text("S");
     let [Effect::Send(Request::Route(route))] = &effects[..] else {
         panic!("sending the draft gave {effects:?}");
