@@ -58,7 +58,7 @@ impl Connection {
             LinkSpec::Unix(path) => {
                 open_unix(path).map_err(|e| OpenError::Unix(path.display().to_string(), e))
             }
-            LinkSpec::Stdin => Ok(Self::receive_only(Box::new(io::stdin()))),
+            LinkSpec::Stdin => Ok(Self::receive_only(standard_input())),
             LinkSpec::Sim => Err(OpenError::Other(
                 spec.to_string(),
                 "the embedded simulator was not started".to_owned(),
@@ -202,6 +202,18 @@ fn open_serial(name: &str, baud: u32) -> Result<Connection, OpenError> {
         writing: Some(Box::new(writing)),
         renamed: None,
     })
+}
+
+/// Without the buffer of the standard library: what it holds would be in no journal when the program is killed.
+fn standard_input() -> Reading {
+    #[cfg(unix)]
+    {
+        use std::os::fd::AsFd;
+        if let Ok(handle) = io::stdin().as_fd().try_clone_to_owned() {
+            return Box::new(fs::File::from(handle));
+        }
+    }
+    Box::new(io::stdin())
 }
 
 #[cfg(test)]
