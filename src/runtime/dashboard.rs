@@ -346,7 +346,8 @@ impl Running {
             (Session::Replay(_), _) => Some(self.session.now()),
             (Session::Live(_), Some(keeper)) => {
                 keeper.event_sink()(now, &said);
-                keeper.moment_of(Path::new(&capture), now - ago)
+                let at = keeper.moment_of(Path::new(&capture), now);
+                at.map(|at| at.saturating_sub(ago))
             }
             (Session::Live(_), None) => None,
         };

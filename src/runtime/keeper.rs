@@ -440,6 +440,27 @@ mod tests {
     use super::*;
     use std::fs;
 
+    /// A note finds its moment again: counted as whoever plays the recording counts.
+    #[test]
+    fn a_moment_of_a_recording_counts_from_the_first_that_is_in_it() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("a.mcap");
+        let options = KeepOptions {
+            mcap: Some(path.clone()),
+            ..KeepOptions::default()
+        };
+        let started = Instant::now();
+        let after = |s| started + Duration::from_secs(s);
+        let keeper = Keeper::open(&options, started).unwrap();
+        assert_eq!(keeper.moment_of(&path, after(1)), None);
+        keeper.sink()(after(2), b"something\r\n");
+        let ten = Some(Duration::from_secs(10));
+        assert_eq!(keeper.moment_of(&path, after(12)), ten);
+        let other = folder.path().join("b.mcap");
+        assert_eq!(keeper.moment_of(&other, after(12)), None);
+        keeper.finish().unwrap();
+    }
+
     #[test]
     fn two_recordings_that_nobody_named_begin_in_one_second() {
         let folder = tempfile::tempdir().unwrap();
