@@ -548,7 +548,7 @@ fn a_recording_under_way_is_left_alone() {
     feed(&mut recorder, &streams::clean(10));
     assert!(find_interrupted(folder.path()).is_empty());
     for error in [recover(&path).unwrap_err(), set_aside(&path).unwrap_err()] {
-        assert!(matches!(error, CaptureError::InUse(_)), "{error}");
+        assert!(matches!(error, CaptureError::UnderWay(_)), "{error}");
     }
     recorder.finish().unwrap();
     assert_eq!(recover(&path).unwrap().outcome, Outcome::Whole);

@@ -5,6 +5,7 @@ use std::fs::{File, OpenOptions};
 use std::io;
 use std::path::{Path, PathBuf};
 
+use super::recover::Interrupted;
 use crate::remedy;
 
 /// What to do when the file to be written exists.
@@ -116,6 +117,9 @@ pub enum CaptureError {
     /// Another program records under that name now.
     #[error("will not record to {}: another groundwave is recording it; choose another name", .0.display())]
     InUse(PathBuf),
+    /// A recording under way is not recovered.
+    #[error("will not recover {}: another groundwave is recording it; end it there first", .0.display())]
+    UnderWay(PathBuf),
     /// Not one chunk of a recording holds.
     #[error("nothing of {} can be saved: not one of its chunks holds, and there is no journal", .0.display())]
     NothingLeft(PathBuf),
@@ -175,6 +179,9 @@ pub enum CaptureError {
         /// What the operating system says.
         error: io::Error,
     },
+    /// There is no such recording, but what one left behind that was never finished.
+    #[error("cannot open that recording: {0}")]
+    Missing(Interrupted),
     /// Reading failed in the middle.
     #[error("cannot read {}: {}", path.display(), remedy::of_reading(error))]
     Read {
@@ -189,6 +196,9 @@ pub enum CaptureError {
         .0.display()
     )]
     Unfinished(PathBuf),
+    /// The file of a recording that was never finished: what could be read of it has been.
+    #[error("the recording ends in the middle: {0}")]
+    Interrupted(Interrupted),
     /// An MCAP whose checksums or structure do not hold.
     #[error("{} is damaged: {problem}; everything else has been read", path.display())]
     Damaged {

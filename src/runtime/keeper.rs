@@ -297,7 +297,7 @@ impl Keeper {
                 let notice = match recover::recover(&path) {
                     Ok(recovery) => (recovery.level(), recovery.headline()),
                     // Somebody else was faster.
-                    Err(CaptureError::InUse(_)) => continue,
+                    Err(CaptureError::UnderWay(_)) => continue,
                     Err(error) => (Level::Warning, error.to_string()),
                 };
                 keeper.lock().notices.push_back(notice);
