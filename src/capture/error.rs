@@ -153,8 +153,9 @@ pub enum CaptureError {
     },
     /// Writing failed in the middle.
     #[error(
-        "recording to {} stopped: {error}; what was written until then is kept{}",
+        "recording to {} stopped: {error}; what was written until then is kept{}{}",
         path.display(),
+        recovery(path),
         remedy(error)
     )]
     Write {
@@ -213,6 +214,17 @@ pub enum CaptureError {
     /// An MCAP of something else.
     #[error("{} holds no {} channel of groundwave.RawBytes: not a Groundwave recording", .0.display(), super::topics::RAW_RX)]
     NoRawBytes(PathBuf),
+}
+
+/// What becomes of a recording that could not be finished.
+fn recovery(path: &Path) -> String {
+    match path.extension().and_then(|extension| extension.to_str()) {
+        Some("partial" | "journal") => format!(
+            ", and `groundwave recover {}` makes it whole when this has ended",
+            path.with_extension("").display()
+        ),
+        _ => String::new(),
+    }
 }
 
 fn remedy(error: &io::Error) -> &'static str {
