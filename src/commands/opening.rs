@@ -4,7 +4,7 @@ use std::io::{self, Cursor, Read};
 use std::path::Path;
 
 use super::progress::Progress;
-use super::{Exit, Fault, keeping};
+use super::{Exit, Fault, keeping, many};
 use crate::capture::source::{Form, HEAD_BYTES, open_file, unfinished};
 use crate::capture::{Capture, CaptureError};
 
@@ -15,6 +15,12 @@ pub(super) type Source = Box<dyn Read + Send>;
 pub(super) fn open(path: &Path, progress: &Progress) -> Result<Source, Fault> {
     if path == Path::new("-") {
         return Ok(Box::new(io::stdin()));
+    }
+    if let Some(pattern) = many::pattern(path) {
+        return Err(Fault::new(
+            Exit::Usage,
+            format!("{pattern}: no file matches"),
+        ));
     }
     let file = open_file(path).map_err(keeping::fault)?;
     Ok(Box::new(progress.count(file)))

@@ -7,6 +7,7 @@ use std::process;
 use std::sync::{Mutex, MutexGuard, Once, PoisonError};
 
 use super::{Exit, Fault, cli};
+use crate::capture::source::Form;
 use crate::io::signals;
 
 /// Where the result of a capture goes.
@@ -82,6 +83,34 @@ pub(super) fn targets(
         targets.push(target);
     }
     Ok(targets)
+}
+
+/// Refuses a name that says another form than the result has. `remedy` says what to do instead.
+///
+/// # Errors
+/// When the name does.
+pub(super) fn check_form(target: &Target, form: Form, remedy: &str) -> Result<(), Fault> {
+    let Target::File(path, _) = target else {
+        return Ok(());
+    };
+    let extension = path.extension().unwrap_or_default().to_ascii_lowercase();
+    let said = match extension.to_str() {
+        Some("mcap") => Form::Mcap,
+        Some("txt" | "raw" | "log") => Form::Raw,
+        _ => return Ok(()),
+    };
+    if said == form {
+        return Ok(());
+    }
+    let what = match form {
+        Form::Raw => "raw text",
+        Form::Mcap => "MCAP",
+    };
+    let path = path.display();
+    Err(Fault::new(
+        Exit::Usage,
+        format!("{path} would be {what}, whatever its name says: {remedy}"),
+    ))
 }
 
 /// Whether both names lead to one file.
