@@ -132,6 +132,8 @@ fn what_has_not_one_line_of_a_robot_becomes_no_capture() {
     let (_, err) = expect(2, &["convert", "-", "-o", &file("made.mcap")]);
     assert!(err.contains("standard input: not one line"), "{err}");
     assert!(!folder.join("made.mcap").exists());
+    expect(0, &["convert", "--anyway", &file("notes.txt")]);
+    assert!(folder.join("notes.mcap").exists());
     fs::remove_dir_all(folder).unwrap();
 }
 

@@ -118,11 +118,17 @@ fn to_mcap(options: &Convert, path: &Path, source: Source, target: &Target) -> R
             return Err(Fault::new(Exit::Usage, problem));
         }
     };
-    let source = with_a_line(path, source)?;
+    let source = if options.anyway {
+        source
+    } else {
+        with_a_line(path, source)?
+    };
     let mut output = Output::create(target)?;
     match convert_raw(source, start_ns, &mut output) {
         // What is no capture shall not look like one.
-        Ok(converted) if converted.lines == 0 => Err(Fault::no_lines(path, converted.bytes)),
+        Ok(converted) if converted.lines == 0 && !options.anyway => {
+            Err(Fault::no_lines(path, converted.bytes))
+        }
         Ok(converted) => output.finish().map(|()| Made {
             bytes: converted.bytes,
             ..Made::default()

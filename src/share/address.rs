@@ -2,7 +2,7 @@
 
 use std::fmt;
 use std::net::{IpAddr, Ipv4Addr, SocketAddr};
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 use std::str::FromStr;
 
 /// Where a station shares its link.
@@ -65,7 +65,10 @@ impl FromStr for Address {
             Some(path) => (path, true),
             None => (text, false),
         };
-        let is_file = path.contains('/') || !path.starts_with("tcp:") && path.ends_with(".sock");
+        let is_socket = Path::new(path)
+            .extension()
+            .is_some_and(|extension| extension == "sock");
+        let is_file = path.contains('/') || is_socket && !path.starts_with("tcp:");
         if is_named || is_file {
             if path.is_empty() {
                 return Err("unix: needs a path".to_owned());
