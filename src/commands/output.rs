@@ -164,15 +164,16 @@ struct Unfinished {
 static UNFINISHED: Mutex<Vec<PathBuf>> = Mutex::new(Vec::new());
 
 impl Unfinished {
-    fn new(path: &Path, made: PathBuf, force: bool) -> Self {
+    /// Creates the file, and not a moment before somebody would remove it.
+    fn create(path: &Path, force: bool) -> io::Result<(File, Self)> {
         static LISTENS: Once = Once::new();
         LISTENS.call_once(|| signals::when_told_to_leave(remove_all));
-        all_unfinished().push(made.clone());
-        Self {
-            path: path.to_owned(),
-            made,
-            force,
-        }
+        let made = beside(path);
+        let mut unfinished = all_unfinished();
+        let file = File::create_new(&made)?;
+        unfinished.push(made.clone());
+        let path = path.to_owned();
+        Ok((file, Self { path, made, force }))
     }
 }
 
@@ -205,18 +206,15 @@ impl Output {
             Target::Standard => (Box::new(io::stdout()), None),
             Target::File(path, force) => {
                 let is_device = fs::metadata(path).is_ok_and(|about| !about.is_file());
-                let made = if is_device {
-                    path.clone()
+                let opened = if is_device {
+                    File::options()
+                        .write(true)
+                        .open(path)
+                        .map(|file| (file, None))
                 } else {
-                    beside(path)
+                    Unfinished::create(path, *force).map(|(file, made)| (file, Some(made)))
                 };
-                let file = if is_device {
-                    File::options().write(true).open(&made)
-                } else {
-                    File::create_new(&made)
-                };
-                let file = file.map_err(|error| cannot_write(path, &error))?;
-                let unfinished = (!is_device).then(|| Unfinished::new(path, made, *force));
+                let (file, unfinished) = opened.map_err(|error| cannot_write(path, &error))?;
                 (Box::new(file), unfinished)
             }
         };
