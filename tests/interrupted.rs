@@ -75,6 +75,8 @@ fn every_reader_names_the_recovery_of_an_interrupted_recording() {
         assert!(err.contains(&remedy), "{verb:?}: {err}");
         assert!(err.contains("lie in its journal"), "{verb:?}: {err}");
     }
+    let (_, err) = expect(2, &["label", &file("r.mcap.partial"), "--name", "x"]);
+    assert!(err.contains(&remedy), "{err}");
     expect(0, &["recover", &file("r.mcap")]);
     for verb in READERS {
         expect(0, &[verb, &[&*file("r.mcap")][..]].concat());
