@@ -167,7 +167,7 @@ def main() -> None:
     chosen = [it for it in CONTESTANTS if options.beside or it is CONTESTANTS[0]]
     if options.only:
         chosen = [it for it in CONTESTANTS if options.only in it.name]
-    about = machine.describe()
+    about, commit = machine.describe(), machine.commit()
     is_prompt = machine.be_prompt()
     columns, notes = {}, []
     for contestant in chosen:
@@ -178,7 +178,7 @@ def main() -> None:
         with tempfile.TemporaryDirectory() as folder:
             columns[contestant.name] = Trial(contestant, options, folder).run()
         notes.append(f"{contestant.name}: {version(contestant)}; {contestant.remark}")
-    print(f"Machine: {about}. {datetime.date.today()}, commit {machine.commit()}. Each figure over {options.seconds:.0f} s or")
+    print(f"Machine: {about}. {datetime.date.today()}, commit {commit}. Each figure over {options.seconds:.0f} s or")
     print(f"{options.keys} keys; in brackets how many times there are. The measuring {'has' if is_prompt else 'has no'} precedence{', and so has what is measured while quiet' if options.first else ''}.\n")
     print(table(columns) + "\n")
     print("\n".join(f"- {note}." for note in notes))

@@ -15,6 +15,8 @@ import machine
 
 COLUMNS, ROWS = 120, 40
 TICK_S = 0.02
+#: What terminals are asked, and a plain one says: who waits for that would wait for seconds.
+ANSWERS = {b"\x1b[c": b"\x1b[?62;22c", b"\x1b[6n": b"\x1b[1;1R"}
 
 
 class Program:
@@ -46,6 +48,9 @@ class Program:
         with contextlib.suppress(OSError):
             while data := os.read(self.fd, 65536):
                 self.written.append((time.monotonic(), data))
+                for question, answer in ANSWERS.items():
+                    if question in data:
+                        os.write(self.fd, answer)
 
     def type(self, keys: bytes) -> float:
         """Presses keys; returns when."""

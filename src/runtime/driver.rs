@@ -359,11 +359,13 @@ impl Driver {
     fn flush(&mut self) {
         let now = self.now();
         while let Some(bytes) = self.station.poll_transmit(now) {
-            (self.sent)(Instant::now(), &bytes);
+            // First: keeping it may take as long as a disk wants, and STOP waits for no disk.
+            let at = Instant::now();
+            self.link.send(&bytes);
+            (self.sent)(at, &bytes);
             if let Some(live) = &mut self.live {
                 live.handle_tx(now, &bytes);
             }
-            self.link.send(&bytes);
         }
     }
 }
