@@ -102,6 +102,17 @@ fn a_recording_made_by_hand_comes_to_what_a_pencil_says() {
     }
 }
 
+/// A run appended to another: nothing of the radio is lost where they meet.
+#[test]
+fn appended_runs_are_restarts_and_no_loss() {
+    let run = fs::read("captures/house-clean.txt").unwrap();
+    let whole = run.len() - run.len() % 80;
+    let runs = run[..whole].repeat(3);
+    let info =
+        Info::read(&mut Capture::read("runs", Box::new(std::io::Cursor::new(runs))).unwrap());
+    assert_eq!((info.restarts, info.lines_lost), (2, 0), "{info:?}");
+}
+
 #[test]
 fn a_station_measures_what_it_does() {
     let mut co = CoSimulation::new("open-room", 3, "");

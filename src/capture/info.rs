@@ -52,8 +52,8 @@ pub struct Info {
     pub sent: Option<Sent>,
     /// Robot and firmware, as it last said.
     pub robot: Option<Robot>,
-    /// Times the robot booted in the middle.
-    pub restarts: u32,
+    /// Times the robot is seen to have booted in the middle: another boot counter, or an uptime that runs backwards.
+    pub restarts: u64,
     /// Way between the reported positions, inches.
     pub distance_in: f64,
     /// Who held the motors, in per cent of the ticks between the first line C and the last.
@@ -274,7 +274,6 @@ fn plausible_share_pct(bytes: u64, time: Duration) -> Option<f64> {
 struct Survey {
     lines: LineCounts,
     robot: Option<Robot>,
-    restarts: u32,
     place: Option<Place>,
     distance_in: f64,
     battery_dv: Option<(u16, u16)>,
@@ -374,17 +373,14 @@ impl Survey {
             firmware_version: format!("{}.{:02}", counters.version.major, counters.version.minor),
         });
         self.bumps.take_counters(counters);
-        if let Some(last) = &self.counters {
-            if last.boots != counters.boots {
-                let boots = (counters.boots + 1000 - last.boots) % 1000;
-                self.restarts += u32::from(boots);
-            } else if let Some(passed_s) = counters.uptime_s.checked_sub(last.uptime_s)
-                && passed_s < TICKS_ROUND_S
-            {
-                let won = counters.ticks_won.iter().zip(&last.ticks_won);
-                for (total, (now, then)) in self.ticks.iter_mut().zip(won) {
-                    *total += u64::from(now.wrapping_sub(*then) % 4096);
-                }
+        if let Some(last) = &self.counters
+            && last.boots == counters.boots
+            && let Some(passed_s) = counters.uptime_s.checked_sub(last.uptime_s)
+            && passed_s < TICKS_ROUND_S
+        {
+            let won = counters.ticks_won.iter().zip(&last.ticks_won);
+            for (total, (now, then)) in self.ticks.iter_mut().zip(won) {
+                *total += u64::from(now.wrapping_sub(*then) % 4096);
             }
         }
         self.counters = Some(*counters);
@@ -436,7 +432,7 @@ impl Survey {
                     .and_then(|_| plausible_share_pct(uplink.bytes(), capture.end())),
             }),
             robot: self.robot,
-            restarts: self.restarts,
+            restarts: seen.restarts,
             distance_in: self.distance_in,
             holders,
             battery_first_v: self.battery_dv.map(|(first, _)| volts(first)),
