@@ -288,12 +288,15 @@ fn a_reboot_begins_a_new_count() {
     assert_eq!(lost(&[line(50, 7), line(51, 0), line(52, 0)]), 0);
 }
 
+fn a_line(bytes: &[u8]) -> Line {
+    Line::parse(bytes.first_chunk().expect("80 bytes")).expect("an intact line")
+}
+
 /// A line C of the same boot counters at an uptime.
 fn counters_at(sequence: u8, uptime_s: u32) -> Vec<u8> {
     let samples = samples();
     let sample = samples.iter().find(|sample| sample.bytes[0] == b'C');
-    let bytes: &[u8; 80] = sample.and_then(|it| it.bytes.first_chunk()).unwrap();
-    let mut line = Line::parse(bytes).unwrap();
+    let mut line = a_line(&sample.expect("there is a line C").bytes);
     let Body::Counters(counters) = &mut line.body else {
         panic!("it is a line C");
     };
@@ -306,7 +309,7 @@ fn counters_at(sequence: u8, uptime_s: u32) -> Vec<u8> {
 #[test]
 fn an_uptime_that_runs_backwards_is_a_restart_and_its_step_no_loss() {
     let line = |sequence| {
-        let mut line = Line::parse(counters_at(0, 0).first_chunk().unwrap()).unwrap();
+        let mut line = a_line(&counters_at(0, 0));
         line.body = Body::Text(TextLine::new("here"));
         line.sequence = sequence;
         line.encode().to_vec()
