@@ -4,30 +4,43 @@ mod common;
 
 use common::{Rig, parameters};
 use groundwave_protocol::command::Order;
-use groundwave_protocol::letters::Mode;
-use sr04_sim::{Conditions, World};
+use groundwave_protocol::letters::{Layer, LayerMask, Mode};
+use sr04_sim::{Conditions, Pose, World};
 
 #[test]
-fn prowling_it_gets_away_from_the_docks_edge_which_closes_no_switch() {
-    // From the west along the wall, into the side of the dock.
-    let wall = format!("{}\n", "#".repeat(30));
-    let world = World::parse(
-        "edge",
-        &format!(
-            "name = \"edge\"\ncell_in = 6\nplan = '''\n{wall}{}#..>.........................#\n#............................#\n\
-             {wall}'''\n[dock]\nat = [63, 9]\nfacing_deg = 0\n",
-            "#............................#\n".repeat(20)
-        ),
-    )
-    .unwrap_or_else(|error| panic!("{error}"));
+fn it_gets_away_from_the_docks_edge_which_closes_no_switch() {
+    let wall = "#".repeat(30);
+    let floor = format!("#{}#\n", ".".repeat(28)).repeat(10);
+    let start = format!("#..>{}#\n", ".".repeat(25));
+    let text = format!(
+        "name = \"edge\"\ncell_in = 6\nplan = '''\n{wall}\n{floor}{start}{floor}{wall}\n'''\n\
+         [dock]\nat = [63, 9]\nfacing_deg = 0\n"
+    );
+    // Aslant to the wall that the dock stands at, its edge 16 degrees off the nose.
+    let world = World::parse("edge", &text)
+        .unwrap_or_else(|error| panic!("{error}"))
+        .started_at(Pose {
+            x_in: 34.2,
+            y_in: 17.8,
+            theta_deg: 106.8,
+        })
+        .expect("it has room there");
     for seed in 0..8 {
         let mut rig = Rig::new(&world, seed, parameters(&[]));
-        let mut held_ticks = 0;
-        for _ in 0..60 * 20 {
+        rig.order(Order::Layers {
+            which: LayerMask::ALL,
+            allowed: LayerMask::NONE.with(Layer::Bumpers),
+        });
+        let was_held = (0..5 * 20).any(|_| {
             rig.tick();
-            held_ticks += u32::from(rig.robot.is_saturated());
-        }
-        assert!(held_ticks < 10 * 20, "seed {seed}: {held_ticks} ticks");
+            rig.robot.is_saturated() && !rig.inputs.bumper.any()
+        });
+        assert!(was_held, "seed {seed}: it has missed the edge");
+        let goes = (0..20 * 20).any(|_| {
+            rig.tick();
+            rig.distance_in(0.0, 20.0) > 12.0
+        });
+        assert!(goes, "seed {seed}: {:?}", rig.plant.truth().pose);
     }
 }
 
