@@ -1,5 +1,6 @@
 //! A capture to read from, whatever its form.
 
+use std::collections::BTreeMap;
 use std::fs::File;
 use std::io::{self, Cursor, Read};
 use std::path::{Path, PathBuf};
@@ -10,6 +11,7 @@ use groundwave_protocol::decoder::{Decoder, Received};
 use super::CaptureError;
 use super::journal::Kind;
 use super::mcap_reader::{McapProblem, McapReader};
+use super::recover::Interrupted;
 use super::text::TextReader;
 use crate::route;
 use crate::statistics::Uplink;
@@ -22,6 +24,9 @@ pub struct Chunk<'a> {
     pub at: Duration,
     /// What the radio delivered.
     pub bytes: &'a [u8],
+    /// Whether the link was interrupted before it, or bytes are missing: no line is read across that, and what was sent
+    /// meanwhile is not counted as lost.
+    pub is_interrupted: bool,
 }
 
 /// What a capture is stored as.
@@ -79,6 +84,43 @@ pub(super) fn is_route(head: &[u8]) -> bool {
     route::parse("", whole).is_ok()
 }
 
+/// Opens the file of a capture.
+///
+/// # Errors
+/// When it cannot be opened: [`CaptureError::Missing`] where a recording of that name was never finished.
+pub fn open_file(path: &Path) -> Result<File, CaptureError> {
+    let opened = File::open(path);
+    let is_missing = match &opened {
+        Ok(file) => is_unfinished(path) && file.metadata().is_ok_and(|about| about.len() == 0),
+        Err(error) => error.kind() == io::ErrorKind::NotFound,
+    };
+    if is_missing && let Some(interrupted) = Interrupted::find(path, 0) {
+        return Err(CaptureError::Missing(interrupted));
+    }
+    opened.map_err(|error| CaptureError::Open {
+        path: path.to_owned(),
+        error,
+    })
+}
+
+/// Whether the name is that of a recording under way.
+fn is_unfinished(path: &Path) -> bool {
+    path.extension()
+        .is_some_and(|extension| extension == "partial")
+}
+
+/// Why what is read of a recording that was never finished ends in the middle: [`CaptureError::Interrupted`] where
+/// the name is that of such a recording.
+pub fn unfinished(path: &Path, read_bytes: u64) -> CaptureError {
+    is_unfinished(path)
+        .then(|| Interrupted::find(path, read_bytes))
+        .flatten()
+        .map_or_else(
+            || CaptureError::Unfinished(path.to_owned()),
+            CaptureError::Interrupted,
+        )
+}
+
 type Source = io::Chain<Cursor<Vec<u8>>, Box<dyn Read + Send>>;
 
 enum Reader {
@@ -90,6 +132,7 @@ enum Reader {
 pub struct Capture {
     path: PathBuf,
     reader: Reader,
+    read_bytes: u64,
     end: Duration,
 }
 
@@ -103,11 +146,7 @@ impl Capture {
         if path == Path::new("-") {
             return Self::read("standard input", Box::new(io::stdin()));
         }
-        let file = File::open(path).map_err(|error| CaptureError::Open {
-            path: path.to_owned(),
-            error,
-        })?;
-        Self::read(path, Box::new(file))
+        Self::read(path, Box::new(open_file(path)?))
     }
 
     /// Reads a capture from anywhere; the name is for messages.
@@ -136,6 +175,7 @@ impl Capture {
         Ok(Self {
             path,
             reader,
+            read_bytes: 0,
             end: Duration::ZERO,
         })
     }
@@ -167,6 +207,15 @@ impl Capture {
         }
     }
 
+    /// What an MCAP says of itself, as far as it has been read: `link`, `start` and others; nothing of a raw capture.
+    #[must_use]
+    pub fn session(&self) -> Option<&BTreeMap<String, String>> {
+        match &self.reader {
+            Reader::Raw(_) => None,
+            Reader::Mcap(reader) => Some(reader.session()),
+        }
+    }
+
     /// What was sent up to the bytes read last; a raw capture does not know.
     #[must_use]
     pub fn uplink(&self) -> Option<&Uplink> {
@@ -187,12 +236,13 @@ impl Capture {
     /// # Errors
     /// Says why the rest cannot be read; what came before is good.
     pub fn next_chunk(&mut self) -> Result<Option<Chunk<'_>>, CaptureError> {
-        let path = &self.path;
+        let (path, read_bytes) = (&self.path, &mut self.read_bytes);
         let chunk = match &mut self.reader {
             Reader::Raw(reader) => match reader.next_piece() {
                 Ok(piece) => Ok(piece.map(|piece| Chunk {
                     at: piece.at,
                     bytes: piece.radio,
+                    is_interrupted: false,
                 })),
                 Err(error) => Err(CaptureError::Read {
                     path: path.clone(),
@@ -203,13 +253,16 @@ impl Capture {
                 let path = path.clone();
                 match problem {
                     McapProblem::Read(error) => CaptureError::Read { path, error },
-                    McapProblem::Unfinished => CaptureError::Unfinished(path),
+                    McapProblem::Unfinished => unfinished(&path, *read_bytes),
                     McapProblem::Damaged(problem) => CaptureError::Damaged { path, problem },
                     McapProblem::NoRawBytes => CaptureError::NoRawBytes(path),
                 }
             }),
         }?;
-        self.end = chunk.map_or(self.end, |chunk| chunk.at);
+        if let Some(chunk) = chunk {
+            self.end = chunk.at;
+            *read_bytes += chunk.bytes.len() as u64;
+        }
         Ok(chunk)
     }
 
@@ -222,7 +275,11 @@ impl Capture {
         decoder: &mut Decoder,
         mut take: impl FnMut(Duration, &Received) -> Result<(), E>,
     ) -> Result<(), E> {
-        while let Some(Chunk { at, mut bytes }) = self.next_chunk()? {
+        while let Some(chunk) = self.next_chunk()? {
+            let Chunk { at, mut bytes, .. } = chunk;
+            if chunk.is_interrupted {
+                decoder.interrupt();
+            }
             while !bytes.is_empty() {
                 let (taken, received) = decoder.handle_bytes(bytes);
                 bytes = &bytes[taken..];

@@ -5,6 +5,7 @@ use std::path::{Path, PathBuf};
 
 use super::cli::Runs;
 use super::{Exit, Fault, keeping, say};
+use crate::capture::recover::{Interrupted, find_interrupted};
 use crate::capture::runs::folder::{self, Run, RunError};
 use crate::remedy;
 use crate::run::{Figures, HEADING};
@@ -13,7 +14,12 @@ pub(super) fn run(options: &Runs) -> Result<(), Fault> {
     let mut fault: Option<Fault> = None;
     let mut out = io::stdout().lock();
     let mut shown = 0;
+    let mut interrupted = Vec::new();
     for path in &options.paths {
+        if path.is_dir() {
+            let found = find_interrupted(path).into_iter();
+            interrupted.extend(found.filter_map(|path| Interrupted::find(&path, 0)));
+        }
         for capture in captures(path)? {
             match read(&capture) {
                 Ok((figures, problem)) => {
@@ -27,7 +33,14 @@ pub(super) fn run(options: &Runs) -> Result<(), Fault> {
             }
         }
     }
-    if shown == 0 && fault.is_none() {
+    for recording in &interrupted {
+        if options.json {
+            say(format_args!("groundwave: {recording}"));
+        } else if let Err(error) = writeln!(out, "{recording}") {
+            return Fault::output(&error);
+        }
+    }
+    if shown == 0 && interrupted.is_empty() && fault.is_none() {
         say("no capture here: `groundwave demo --record` makes one");
     }
     fault.map_or(Ok(()), Err)

@@ -16,7 +16,6 @@ mod history;
 mod input;
 pub mod keys;
 pub(crate) mod ledger;
-mod life;
 pub(crate) mod link;
 pub(crate) mod log;
 pub(crate) mod motors;
@@ -39,6 +38,8 @@ pub(crate) mod testing;
 #[cfg(test)]
 mod tests;
 
+use groundwave_protocol::life::Life;
+
 use crate::event::{Effect, Event, Moment, Recording};
 use crate::request::Request;
 use crate::travel::Playback;
@@ -49,7 +50,6 @@ use drive::Stick;
 use editor::Editor;
 use keys::{Context, Keymap};
 use ledger::Ledger;
-use life::Life;
 use link::Link;
 use log::{Log, Subject};
 use motors::Motors;
