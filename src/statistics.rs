@@ -113,6 +113,17 @@ pub fn per_cent(part: u64, whole: u64) -> f64 {
     }
 }
 
+impl Statistics {
+    /// Takes the decoder's totals, from which everything about the way down but the airtime and the resync follows.
+    pub fn count(&mut self, counters: &Counters) {
+        let lines = counters.lines + counters.ack_lines;
+        self.lines = lines;
+        self.lines_lost = counters.lines_lost;
+        self.loss_pct = per_cent(counters.lines_lost, lines + counters.lines_lost);
+        self.rejected = Rejected::of(counters);
+    }
+}
+
 /// Measures how far intact lines lie apart.
 #[derive(Clone, Debug, Default)]
 pub struct Gaps {
@@ -215,12 +226,7 @@ impl LinkMeter {
     /// The figures; what the device did not take is for its owner to say.
     #[must_use]
     pub fn statistics(&self, now: Moment, counters: &Counters) -> Statistics {
-        let lines = counters.lines + counters.ack_lines;
-        Statistics {
-            lines,
-            lines_lost: counters.lines_lost,
-            loss_pct: per_cent(counters.lines_lost, lines + counters.lines_lost),
-            rejected: Rejected::of(counters),
+        let mut statistics = Statistics {
             resync: self.gaps.resync(),
             frames: self.uplink.frames(),
             frames_again: self.uplink.frames_again(),
@@ -232,8 +238,10 @@ impl LinkMeter {
             }),
             airtime_down_pct: self.down.share_pct(now),
             airtime_up_pct: self.up.share_pct(now),
-            not_taken_bytes: 0,
-        }
+            ..Statistics::default()
+        };
+        statistics.count(counters);
+        statistics
     }
 }
 

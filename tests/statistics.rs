@@ -13,6 +13,7 @@ use common::CoSimulation;
 use groundwave::capture::Capture;
 use groundwave::capture::info::Info;
 use groundwave::capture::messages::RawBytes;
+use groundwave::capture::runs::Label;
 use groundwave::capture::topics::{Topic, TopicMessage};
 use groundwave::capture::writer::McapWriter;
 use groundwave::event::{CommandStep, Event};
@@ -67,6 +68,14 @@ fn a_recording_made_by_hand_comes_to_what_a_pencil_says() {
     let mut damaged = lines(15..30);
     damaged[3 * 80 + 20] ^= 4;
     write(Topic::RawRx, 110, damaged);
+    let about = [
+        ("link", "tcp:robot:4000"),
+        ("start", "2025-03-14T09:26:53Z"),
+        ("software", "groundwave"),
+        ("software_version", "0.1.0"),
+    ];
+    let about = about.map(|(what, words)| (what.to_owned(), words.to_owned()));
+    mcap.write_metadata("session", &about.into()).unwrap();
     let path = scratch("by-hand").join("by-hand.mcap");
     fs::write(&path, mcap.finish().unwrap()).unwrap();
 
@@ -90,16 +99,49 @@ fn a_recording_made_by_hand_comes_to_what_a_pencil_says() {
         (sent.airtime_up_pct.unwrap() - 1.0).abs() < 1e-9,
         "{sent:?}"
     );
+    let label = Label {
+        name: Some("by hand".to_owned()),
+        void: Some("the pencil broke".to_owned()),
+        ..Label::default()
+    };
+    let info = info.with_label(label);
+    let json = serde_json::to_value(&info).unwrap();
+    for (fact, words) in [
+        ("name", "by hand"),
+        ("void", "the pencil broke"),
+        ("start", "2025-03-14T09:26:53Z"),
+        ("link", "tcp:robot:4000"),
+        ("software", "groundwave 0.1.0"),
+    ] {
+        assert_eq!(json[fact], words, "{fact}");
+    }
     let mut text = Vec::new();
     info.write_text(&mut text).unwrap();
     let text = String::from_utf8(text).unwrap();
     for fact in [
         "resync     1 times, 80 bytes on average, 80 at worst",
         "airtime    50.0 % down, 1.0 % up",
+        "run        by hand",
+        "VOID       the pencil broke",
+        "made       2025-03-14T09:26:53Z",
+        "link       tcp:robot:4000",
+        "software   groundwave 0.1.0",
+        "lines      29 intact: 29 packets (A 0, B 0, C 0, T 29), 0 acknowledgements (K)",
         "sent       24 bytes, 2 frames, 1 of them again",
     ] {
         assert!(text.contains(fact), "no `{fact}` in\n{text}");
     }
+}
+
+/// A run appended to another: nothing of the radio is lost where they meet.
+#[test]
+fn appended_runs_are_restarts_and_no_loss() {
+    let run = fs::read("captures/house-clean.txt").unwrap();
+    let whole = run.len() - run.len() % 80;
+    let runs = run[..whole].repeat(3);
+    let info =
+        Info::read(&mut Capture::read("runs", Box::new(std::io::Cursor::new(runs))).unwrap());
+    assert_eq!((info.restarts, info.lines_lost), (2, 0), "{info:?}");
 }
 
 #[test]

@@ -4,6 +4,7 @@
 //! a checksum does not vouch for, no start character is waited for and no length believed, so an
 //! intact line is found whatever stands before it.
 
+use crate::life::Life;
 use crate::telemetry::{
     ACK_LINE_BYTES, Ack, AckLine, Body, Detail, FieldError, Line, SEQUENCE_MODULUS,
 };
@@ -42,6 +43,11 @@ impl Received {
         }
     }
 
+    /// Whether it is a line C, which says how long the robot has been up.
+    const fn tells_uptime(&self) -> bool {
+        matches!(self, Self::Line(line, _) if matches!(line.body, Body::Counters(_)))
+    }
+
     /// The line's number, 0 to 99.
     #[must_use]
     pub const fn sequence(&self) -> u8 {
@@ -70,8 +76,12 @@ pub struct Counters {
     pub field_rejected: u64,
     /// Lines that the sequence says were sent and that did not arrive intact. A gap of more than 93
     /// lines counts short: one of 94 to 98 looks like a late line, and longer ones wrap.
-    /// A reboot begins a new count, what was lost around it is unknown.
+    /// A reboot begins a new count, what was lost around it is unknown. One of which no line's boot counter tells is known
+    /// by the next line C: the longest step of the sequence since the line C before is taken for that of the reboot, and
+    /// what it counted is taken back.
     pub lines_lost: u64,
+    /// Times the robot is seen to have rebooted: [`Life`] says by what.
+    pub restarts: u64,
     /// Bytes that belong to no intact line, or to a line that is not complete yet.
     pub noise_bytes: u64,
 }
@@ -85,6 +95,9 @@ pub struct Decoder {
     /// Bytes since the end of the latest intact line: what a new line may not reach back over.
     fresh: usize,
     newest: Option<Newest>,
+    life: Life,
+    /// Lines counted as lost by the longest step of the sequence since the latest line C.
+    longest_step: u64,
     last_field_error: Option<FieldError>,
     counters: Counters,
 }
@@ -96,6 +109,8 @@ impl Default for Decoder {
             filled: 0,
             fresh: 0,
             newest: None,
+            life: Life::default(),
+            longest_step: 0,
             last_field_error: None,
             counters: Counters::default(),
         }
@@ -114,6 +129,7 @@ impl Decoder {
     pub const fn interrupt(&mut self) {
         self.newest = None;
         self.fresh = 0;
+        self.longest_step = 0;
     }
 
     /// Why the latest line with a good checksum could not be read.
@@ -228,11 +244,20 @@ impl Decoder {
             Received::Ack(_) => self.counters.ack_lines += 1,
         }
         self.count_lost(received.sequence(), received.ack().boot);
+        let has_restarted = self.life.take(received);
+        self.counters.restarts += u64::from(has_restarted);
+        if has_restarted {
+            self.counters.lines_lost -= self.longest_step;
+        }
+        if has_restarted || received.tells_uptime() {
+            self.longest_step = 0;
+        }
     }
 
     fn count_lost(&mut self, sequence: u8, boot: u8) {
         let Some(newest) = self.newest.as_mut().filter(|newest| newest.boot == boot) else {
-            // A reboot begins the sequence anew.
+            // A reboot begins the sequence anew: its step is none.
+            self.longest_step = 0;
             self.newest = Some(Newest {
                 boot,
                 sequence,
@@ -243,13 +268,16 @@ impl Decoder {
         let ahead = (sequence + SEQUENCE_MODULUS - newest.sequence) % SEQUENCE_MODULUS;
         let behind = (SEQUENCE_MODULUS - ahead) % SEQUENCE_MODULUS;
         if behind > LATE_LINES_MAX {
-            self.counters.lines_lost += u64::from(ahead - 1);
+            let lost = u64::from(ahead - 1);
+            self.counters.lines_lost += lost;
+            self.longest_step = self.longest_step.max(lost);
             newest.sequence = sequence;
             newest.arrived = newest.arrived.unbounded_shl(u32::from(ahead)) | 1;
         } else if newest.arrived & 1 << behind == 0 {
             // Taken for lost, and only late.
             newest.arrived |= 1 << behind;
             self.counters.lines_lost -= 1;
+            self.longest_step = self.longest_step.saturating_sub(1);
         }
     }
 }

@@ -20,6 +20,7 @@ pub mod decoder;
 pub mod digest;
 pub mod failsafe;
 pub mod letters;
+pub mod life;
 pub mod parameter;
 pub mod receiver;
 pub mod sixbit;

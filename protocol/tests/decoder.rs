@@ -288,6 +288,50 @@ fn a_reboot_begins_a_new_count() {
     assert_eq!(lost(&[line(50, 7), line(51, 0), line(52, 0)]), 0);
 }
 
+fn a_line(bytes: &[u8]) -> Line {
+    Line::parse(bytes.first_chunk().expect("80 bytes")).expect("an intact line")
+}
+
+/// A line C of the same boot counters at an uptime.
+fn counters_at(sequence: u8, uptime_s: u32) -> Vec<u8> {
+    let samples = samples();
+    let sample = samples.iter().find(|sample| sample.bytes[0] == b'C');
+    let mut line = a_line(&sample.expect("there is a line C").bytes);
+    let Body::Counters(counters) = &mut line.body else {
+        panic!("it is a line C");
+    };
+    counters.uptime_s = uptime_s;
+    line.sequence = sequence;
+    line.encode().to_vec()
+}
+
+/// What a run that was appended to another shows: no counter of boots has changed, and the uptime runs backwards.
+#[test]
+fn an_uptime_that_runs_backwards_is_a_restart_and_its_step_no_loss() {
+    let line = |sequence| {
+        let mut line = a_line(&counters_at(0, 0));
+        line.body = Body::Text(TextLine::new("here"));
+        line.sequence = sequence;
+        line.encode().to_vec()
+    };
+    let seen = |lines: &[Vec<u8>]| {
+        let (_, counters) = decode(&lines.concat());
+        (counters.lines_lost, counters.restarts)
+    };
+    let before = [counters_at(40, 100), line(41), line(43)];
+    let joined = |after: &[Vec<u8>]| seen(&[&before, after].concat());
+    // 42 is lost before the restart, 1 after it.
+    assert_eq!(joined(&[line(0), line(2), counters_at(3, 4)]), (2, 1));
+    assert_eq!(joined(&[line(0), line(2), counters_at(3, 104)]), (58, 0));
+    // A late line within the step takes back its own only.
+    assert_eq!(
+        joined(&[line(4), line(3), counters_at(5, 4), line(8)]),
+        (1 + 2, 1)
+    );
+    let far = [counters_at(3, 999_999), line(6), counters_at(7, 3)];
+    assert_eq!(seen(&far), (2, 0), "the uptime goes round");
+}
+
 #[test]
 fn the_samples_are_of_every_type() {
     let types: Vec<u8> = samples()

@@ -8,7 +8,7 @@
 mod block;
 mod mcap;
 mod text;
-mod told;
+pub(super) mod told;
 
 use std::fs::File;
 use std::io::{self, Read};

@@ -11,6 +11,7 @@ use serde::Serialize;
 
 use super::bumps::Bumps;
 use super::odometer::{can_be_driven, seconds_of, slots_between};
+use super::runs::label::Label;
 use super::source::{Chunk, Form};
 use super::{Capture, CaptureError};
 use crate::request::layer_word;
@@ -24,6 +25,21 @@ pub struct Info {
     /// What of a raw capture is not as the radio delivered it, in words: times before the lines, other line ends.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub stored: Option<String>,
+    /// When it was made, in UTC, as an MCAP says.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub start: Option<String>,
+    /// The link it was made with, likewise.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub link: Option<String>,
+    /// The program that made it and its version, likewise.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub software: Option<String>,
+    /// What the run is called.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub name: Option<String>,
+    /// Why the run does not count; of one that counts there is nothing.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub void: Option<String>,
     /// From its beginning to its last byte, seconds. Of a raw capture whose lines say no time, the time that a radio at
     /// 2400 baud takes for as many bytes.
     pub duration_s: f64,
@@ -52,8 +68,8 @@ pub struct Info {
     pub sent: Option<Sent>,
     /// Robot and firmware, as it last said.
     pub robot: Option<Robot>,
-    /// Times the robot booted in the middle.
-    pub restarts: u32,
+    /// Times the robot is seen to have booted in the middle: another boot counter, or an uptime that runs backwards.
+    pub restarts: u64,
     /// Way between the reported positions, inches.
     pub distance_in: f64,
     /// Who held the motors, in per cent of the ticks between the first line C and the last.
@@ -152,6 +168,32 @@ impl Info {
         )
     }
 
+    /// With what an operator says of the run.
+    #[must_use]
+    pub fn with_label(self, label: Label) -> Self {
+        let Label { name, void, .. } = label;
+        Self { name, void, ..self }
+    }
+
+    /// Which run it is and where it comes from.
+    fn write_origin(&self, output: &mut impl Write) -> io::Result<()> {
+        for (what, words) in [
+            ("run", &self.name),
+            ("VOID", &self.void),
+            ("made", &self.start),
+            ("link", &self.link),
+            ("software", &self.software),
+        ] {
+            if let Some(words) = words {
+                writeln!(output, "{what:<11}{words}")?;
+            }
+        }
+        if let Some(words) = &self.stored {
+            writeln!(output, "stored     {words}")?;
+        }
+        Ok(())
+    }
+
     /// Writes it for a person, a line a fact.
     ///
     /// # Errors
@@ -167,13 +209,8 @@ impl Info {
             s,
         } = self.lines;
         let all = self.lines.total();
-        // Rounded first: 119.97 s are 2 minutes and not 1 minute and 60 seconds.
-        let tenths = (self.duration_s * 10.0).round() as u64;
-        let (minutes, seconds, tenth) = (tenths / 600, tenths / 10 % 60, tenths % 10);
-        if let Some(words) = &self.stored {
-            writeln!(output, "stored     {words}")?;
-        }
-        writeln!(output, "duration   {minutes} min {seconds}.{tenth} s")?;
+        self.write_origin(output)?;
+        writeln!(output, "duration   {}", duration_words(self.duration_s))?;
         writeln!(
             output,
             "bytes      {} received, {} noise",
@@ -196,7 +233,8 @@ impl Info {
         };
         writeln!(
             output,
-            "lines      {all} intact: A {a}, B {b}, C {c}, T {t}, K {k}{rare}"
+            "lines      {all} intact: {} packets (A {a}, B {b}, C {c}, T {t}{rare}), {k} acknowledgements (K)",
+            all - k
         )?;
         writeln!(
             output,
@@ -256,6 +294,22 @@ impl Info {
     }
 }
 
+/// `5 min 5.3 s`; from an hour on `23 h 56 min 57 s`.
+fn duration_words(duration_s: f64) -> String {
+    // Rounded first: 119.97 s are 2 minutes and not 1 minute and 60 seconds.
+    let tenths = (duration_s * 10.0).round() as u64;
+    if tenths < 36_000 {
+        return format!(
+            "{} min {}.{} s",
+            tenths / 600,
+            tenths / 10 % 60,
+            tenths % 10
+        );
+    }
+    let s = duration_s.round() as u64;
+    format!("{} h {} min {} s", s / 3600, s / 60 % 60, s % 60)
+}
+
 /// The count of ticks goes round after 4096; a longer silence than this at 20 Hz cannot be told.
 const TICKS_ROUND_S: u32 = 200;
 
@@ -274,7 +328,6 @@ fn plausible_share_pct(bytes: u64, time: Duration) -> Option<f64> {
 struct Survey {
     lines: LineCounts,
     robot: Option<Robot>,
-    restarts: u32,
     place: Option<Place>,
     distance_in: f64,
     battery_dv: Option<(u16, u16)>,
@@ -301,7 +354,12 @@ impl Survey {
         capture: &mut Capture,
         decoder: &mut Decoder,
     ) -> Result<(), CaptureError> {
-        while let Some(Chunk { at, mut bytes }) = capture.next_chunk()? {
+        while let Some(chunk) = capture.next_chunk()? {
+            let Chunk { at, mut bytes, .. } = chunk;
+            if chunk.is_interrupted {
+                decoder.interrupt();
+                self.gaps.interrupt();
+            }
             if at.is_zero() {
                 self.first_bytes += bytes.len() as u64;
             }
@@ -374,17 +432,14 @@ impl Survey {
             firmware_version: format!("{}.{:02}", counters.version.major, counters.version.minor),
         });
         self.bumps.take_counters(counters);
-        if let Some(last) = &self.counters {
-            if last.boots != counters.boots {
-                let boots = (counters.boots + 1000 - last.boots) % 1000;
-                self.restarts += u32::from(boots);
-            } else if let Some(passed_s) = counters.uptime_s.checked_sub(last.uptime_s)
-                && passed_s < TICKS_ROUND_S
-            {
-                let won = counters.ticks_won.iter().zip(&last.ticks_won);
-                for (total, (now, then)) in self.ticks.iter_mut().zip(won) {
-                    *total += u64::from(now.wrapping_sub(*then) % 4096);
-                }
+        if let Some(last) = &self.counters
+            && last.boots == counters.boots
+            && let Some(passed_s) = counters.uptime_s.checked_sub(last.uptime_s)
+            && passed_s < TICKS_ROUND_S
+        {
+            let won = counters.ticks_won.iter().zip(&last.ticks_won);
+            for (total, (now, then)) in self.ticks.iter_mut().zip(won) {
+                *total += u64::from(now.wrapping_sub(*then) % 4096);
             }
         }
         self.counters = Some(*counters);
@@ -414,7 +469,14 @@ impl Survey {
         let airtime_down_pct = capture
             .uplink()
             .and_then(|_| plausible_share_pct(after_first, capture.end()));
+        let said = |what: &str| capture.session()?.get(what).cloned();
+        let version = said("software_version").map(|version| format!(" {version}"));
         Info {
+            start: said("start"),
+            link: said("link"),
+            software: said("software").map(|it| it + &version.unwrap_or_default()),
+            name: None,
+            void: None,
             form: capture.form(),
             stored: capture.stored(),
             duration_s: capture.end().as_secs_f64(),
@@ -436,13 +498,32 @@ impl Survey {
                     .and_then(|_| plausible_share_pct(uplink.bytes(), capture.end())),
             }),
             robot: self.robot,
-            restarts: self.restarts,
+            restarts: seen.restarts,
             distance_in: self.distance_in,
             holders,
             battery_first_v: self.battery_dv.map(|(first, _)| volts(first)),
             battery_last_v: self.battery_dv.map(|(_, last)| volts(last)),
             bumps: self.bumps.total(),
             problem,
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::duration_words;
+
+    #[test]
+    fn a_duration_is_told_as_people_say_it() {
+        for (duration_s, words) in [
+            (0.04, "0 min 0.0 s"),
+            (119.97, "2 min 0.0 s"),
+            (305.3, "5 min 5.3 s"),
+            (3599.94, "59 min 59.9 s"),
+            (3599.96, "1 h 0 min 0 s"),
+            (86_217.0, "23 h 56 min 57 s"),
+        ] {
+            assert_eq!(duration_words(duration_s), words);
         }
     }
 }

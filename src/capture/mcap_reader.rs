@@ -1,14 +1,17 @@
 //! Reads the MCAP form of a capture from its front, every checksum on the way.
 
-use std::collections::HashMap;
+use std::collections::{BTreeMap, HashMap};
 use std::fmt::{Display, Write as _};
 use std::io::{self, Read};
 use std::time::Duration;
 
 use ::mcap::parse_record;
 use ::mcap::records::{MessageHeader, Record, op};
+use foxglove::messages::Log;
 use prost::Message as _;
 
+use super::composer::Session;
+use super::index::told;
 use super::messages::RawBytes;
 use super::schema::Schema;
 use super::source::Chunk;
@@ -218,6 +221,8 @@ pub struct McapReader<R> {
     current: RawBytes,
     next_offset: u64,
     missing_bytes: u64,
+    is_interrupted: bool,
+    session: BTreeMap<String, String>,
     uplink: Uplink,
     damages: Damages,
     has_told: bool,
@@ -232,6 +237,8 @@ impl<R: Read> McapReader<R> {
             current: RawBytes::default(),
             next_offset: 0,
             missing_bytes: 0,
+            is_interrupted: false,
+            session: BTreeMap::new(),
             uplink: Uplink::default(),
             damages: Damages::default(),
             has_told: false,
@@ -248,9 +255,18 @@ impl<R: Read> McapReader<R> {
             let (channel, header, data) = match entry {
                 Entry::Damage(damage) => {
                     self.damages.push(damage);
+                    self.is_interrupted = true;
                     continue;
                 }
-                Entry::Other { .. } => continue,
+                Entry::Other { opcode, body } => {
+                    if opcode == op::METADATA
+                        && let Ok(Record::Metadata(table)) = parse_record(opcode, body)
+                        && table.name == Session::TABLE
+                    {
+                        self.session = table.metadata;
+                    }
+                    continue;
+                }
                 Entry::Message {
                     channel,
                     header,
@@ -266,6 +282,10 @@ impl<R: Read> McapReader<R> {
                     }
                     Err(error) => self.damages.push(format_args!("{RAW_TX}: {error}")),
                 }
+            }
+            if channel.topic == Topic::Log.name() {
+                self.is_interrupted |=
+                    Log::decode(data).is_ok_and(|log| told::is_loss_of_link(&log));
             }
             if channel.topic != RAW_RX {
                 continue;
@@ -287,11 +307,13 @@ impl<R: Read> McapReader<R> {
                 continue;
             };
             self.missing_bytes += step;
+            let is_interrupted = std::mem::take(&mut self.is_interrupted) || step > 0;
             self.next_offset = bytes.stream_offset + bytes.data.len() as u64;
             self.current = bytes;
             return Ok(Some(Chunk {
                 at: Duration::from_nanos(header.log_time.saturating_sub(start_ns)),
                 bytes: &self.current.data,
+                is_interrupted,
             }));
         }
         if std::mem::replace(&mut self.has_told, true) {
@@ -313,6 +335,12 @@ impl<R: Read> McapReader<R> {
     #[must_use]
     pub const fn uplink(&self) -> &Uplink {
         &self.uplink
+    }
+
+    /// What the recording says of itself, as far as it has been read: its link, its start, the software.
+    #[must_use]
+    pub const fn session(&self) -> &BTreeMap<String, String> {
+        &self.session
     }
 
     /// Bytes of the stream before the ones read last that are not in the recording.

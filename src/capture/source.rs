@@ -1,5 +1,6 @@
 //! A capture to read from, whatever its form.
 
+use std::collections::BTreeMap;
 use std::fs::File;
 use std::io::{self, Cursor, Read};
 use std::path::{Path, PathBuf};
@@ -23,6 +24,9 @@ pub struct Chunk<'a> {
     pub at: Duration,
     /// What the radio delivered.
     pub bytes: &'a [u8],
+    /// Whether the link was interrupted before it, or bytes are missing: no line is read across that, and what was sent
+    /// meanwhile is not counted as lost.
+    pub is_interrupted: bool,
 }
 
 /// What a capture is stored as.
@@ -203,6 +207,15 @@ impl Capture {
         }
     }
 
+    /// What an MCAP says of itself, as far as it has been read: `link`, `start` and others; nothing of a raw capture.
+    #[must_use]
+    pub fn session(&self) -> Option<&BTreeMap<String, String>> {
+        match &self.reader {
+            Reader::Raw(_) => None,
+            Reader::Mcap(reader) => Some(reader.session()),
+        }
+    }
+
     /// What was sent up to the bytes read last; a raw capture does not know.
     #[must_use]
     pub fn uplink(&self) -> Option<&Uplink> {
@@ -229,6 +242,7 @@ impl Capture {
                 Ok(piece) => Ok(piece.map(|piece| Chunk {
                     at: piece.at,
                     bytes: piece.radio,
+                    is_interrupted: false,
                 })),
                 Err(error) => Err(CaptureError::Read {
                     path: path.clone(),
@@ -261,7 +275,11 @@ impl Capture {
         decoder: &mut Decoder,
         mut take: impl FnMut(Duration, &Received) -> Result<(), E>,
     ) -> Result<(), E> {
-        while let Some(Chunk { at, mut bytes }) = self.next_chunk()? {
+        while let Some(chunk) = self.next_chunk()? {
+            let Chunk { at, mut bytes, .. } = chunk;
+            if chunk.is_interrupted {
+                decoder.interrupt();
+            }
             while !bytes.is_empty() {
                 let (taken, received) = decoder.handle_bytes(bytes);
                 bytes = &bytes[taken..];

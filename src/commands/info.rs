@@ -7,6 +7,7 @@ use std::path::Path;
 use super::cli::Info;
 use super::{Exit, Fault, many, opening};
 use crate::capture::info;
+use crate::capture::runs::label::Label;
 
 pub(super) fn run(options: &Info) -> Result<(), Fault> {
     let files = many::files(&options.captures)?;
@@ -18,6 +19,8 @@ pub(super) fn run(options: &Info) -> Result<(), Fault> {
             let path = &files[index];
             let mut capture = opening::open_capture(path, progress)?;
             let info = info::Info::read(&mut capture);
+            let label = Label::of(path).map_err(|error| Fault::new(Exit::Failed, error));
+            let info = info.with_label(label?);
             if info.lines.total() == 0 && info.problem.is_none() {
                 return Err(Fault::no_lines(path, info.bytes));
             }

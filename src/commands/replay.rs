@@ -33,6 +33,7 @@ pub(super) fn run(options: &Replay, config: &config::Config) -> Result<(), Fault
     // What rang once need not ring again.
     let config = Config {
         bell: false,
+        capture: Some(options.file.display().to_string()),
         ..appearance(config)
     };
     let first = Scene::new(&name, config.clone(), &*tape);

@@ -35,13 +35,7 @@ impl Model {
     }
 
     pub(super) fn take_line(&mut self, now: Moment, line: &Line) {
-        let restarted = self.life.take_boot(line.ack.boot)
-            | match &line.body {
-                Body::Status(status) => self.life.take_status(status),
-                Body::Counters(counters) => self.life.take_counters(counters),
-                Body::State(_) | Body::Text(_) | Body::Parameter(_) | Body::Song(_) => false,
-            };
-        if restarted {
+        if self.life.take_line(line) {
             self.take_restart(now);
         }
         let before = self.robot.state.map(|state| state.value);

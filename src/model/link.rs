@@ -132,6 +132,9 @@ impl Link {
 
     pub(super) fn take_counters(&mut self, now: Moment, counters: &Counters) {
         self.counters = *counters;
+        if let Some(statistics) = &mut self.statistics {
+            statistics.count(counters);
+        }
         let due = self
             .totals
             .back()
@@ -195,11 +198,20 @@ impl Link {
 
     /// 80-byte lines a second over the window.
     pub(crate) fn lines_per_s(&self, now: Moment) -> f64 {
+        self.rate(now, |counters| counters.lines)
+    }
+
+    /// Acknowledgement lines a second over the window: they take turns with the others on the air.
+    pub(crate) fn acks_per_s(&self, now: Moment) -> f64 {
+        self.rate(now, |counters| counters.ack_lines)
+    }
+
+    fn rate(&self, now: Moment, count: impl Fn(&Counters) -> u64) -> f64 {
         let now = self.clock(now);
         let Some(&(at, ref then)) = self.window_start(now) else {
             return 0.0;
         };
-        let lines = self.counters.lines.saturating_sub(then.lines);
+        let lines = count(&self.counters).saturating_sub(count(then));
         let until = if self.newest_age(now).is_some_and(|age| age < SILENT_AFTER) {
             self.newest_line_at.unwrap_or(now)
         } else {

@@ -207,6 +207,17 @@ impl Keeper {
         }
     }
 
+    /// How far into the recording of this name a moment is; a raw one knows no times.
+    #[must_use]
+    pub fn moment_of(&self, capture: &Path, at: Instant) -> Option<Moment> {
+        let inner = self.lock();
+        let (_, wall) = inner.times(at);
+        let recorder = inner.recorder.as_ref()?;
+        (recorder.path() == capture)
+            .then(|| recorder.moment_of(wall))
+            .flatten()
+    }
+
     /// What has become of recordings begun, ended or recovered, once.
     #[must_use]
     pub fn poll_notice(&self) -> Option<(Level, String)> {

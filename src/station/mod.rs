@@ -80,6 +80,9 @@ impl Station {
 
     /// Takes a change of the connection.
     pub fn handle_link(&mut self, event: LinkEvent) {
+        if !matches!(event, LinkEvent::Opened { .. }) {
+            self.tell_last_statistics();
+        }
         self.listener
             .open(matches!(event, LinkEvent::Opened { .. }));
         self.meter.interrupt();
@@ -125,8 +128,15 @@ impl Station {
             return;
         }
         let counters = *self.decoder.counters();
-        let rejects = |c: &Counters| (c.crc_rejected, c.shape_rejected, c.field_rejected, c.lines);
-        if rejects(&counters) != rejects(&self.told_counters) {
+        let ended = |c: &Counters| {
+            (
+                c.crc_rejected,
+                c.shape_rejected,
+                c.field_rejected,
+                c.lines + c.ack_lines,
+            )
+        };
+        if ended(&counters) != ended(&self.told_counters) {
             self.told_counters = counters;
             self.events.push_back(Event::Counters(counters));
         }
@@ -142,6 +152,20 @@ impl Station {
     pub const fn handle_interruption(&mut self) {
         self.decoder.interrupt();
         self.meter.interrupt();
+    }
+
+    /// Nothing more comes: the figures are told however short a time ago others were.
+    fn tell_last_statistics(&mut self) {
+        if let Some((at, told)) = self.told_statistics {
+            let statistics = self.statistics(at);
+            let last = Statistics {
+                airtime_down_pct: told.airtime_down_pct,
+                airtime_up_pct: told.airtime_up_pct,
+                ..statistics
+            };
+            self.told_statistics = Some((at, last));
+            self.events.push_back(Event::Statistics(Box::new(last)));
+        }
     }
 
     fn tell_statistics(&mut self, now: Moment) {

@@ -30,6 +30,12 @@ pub trait Cursor: Clone {
 /// Going somewhere takes no more things than this before something less than exact is shown.
 pub const STEPS_MAX: usize = 4096;
 
+/// Where no kept state is near, a jump goes through so many times as many things before it waits for what is being read.
+const HUNTS: usize = 4;
+
+/// A jump back looks through so much first, then through twice as much before that, and so on.
+const FIRST_LOOK_BACK: Moment = Moment::from_mins(1);
+
 /// What became of a search.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Found {
@@ -271,8 +277,71 @@ impl<C: Cursor> Reel<C> {
         self.missed(&cursor)
     }
 
-    /// The first of a kind after a moment, found as [`Self::seek_line`] finds a line.
+    /// The first of a kind after a moment, found as [`Self::seek_line`] finds a line; where nobody has read yet it is
+    /// looked for from the moment on.
     pub fn find_next(&mut self, landmark: Landmark, after: Moment, beyond: usize) -> Found {
+        match self.find_next_read(landmark, after, beyond) {
+            Found::NotYet => self
+                .hunt_ahead(landmark, after, beyond.saturating_mul(HUNTS))
+                .map_or(Found::NotYet, Found::At),
+            found => found,
+        }
+    }
+
+    /// The last of a kind before a moment, likewise.
+    pub fn find_last(&mut self, landmark: Landmark, before: Moment, beyond: usize) -> Found {
+        match self.find_last_read(landmark, before, beyond) {
+            Found::NotYet => self
+                .hunt_back(landmark, before, beyond.saturating_mul(HUNTS))
+                .map_or(Found::NotYet, Found::At),
+            found => found,
+        }
+    }
+
+    /// What a state lacks that is there at once is enough to see what is new after it.
+    fn hunt_ahead(&mut self, landmark: Landmark, after: Moment, steps: usize) -> Option<Moment> {
+        if steps == 0 {
+            return None;
+        }
+        let mut cursor = self.shown.afresh(&mut self.supply, after)?;
+        for _ in 0..steps {
+            let at = cursor.next_at(&mut self.supply)?;
+            let counted = cursor.model().tally().of(landmark);
+            cursor.step(&mut self.supply);
+            if at > after && cursor.model().tally().of(landmark) > counted {
+                return Some(at);
+            }
+        }
+        None
+    }
+
+    /// In windows that grow, back to the newest state that is kept.
+    fn hunt_back(&mut self, landmark: Landmark, before: Moment, steps: usize) -> Option<Moment> {
+        let kept_at = self.frames.before(Moment::MAX)?;
+        let kept_at = self.frames.get(kept_at)?.0;
+        let (mut until, mut span) = (before, FIRST_LOOK_BACK);
+        let mut left = steps;
+        while until > kept_at && left > 0 {
+            let from = until.saturating_sub(span).max(kept_at);
+            let mut cursor = self.shown.afresh(&mut self.supply, from)?;
+            let mut found = None;
+            while let Some(at) = cursor.next_at(&mut self.supply).filter(|at| *at < until) {
+                left = left.checked_sub(1)?;
+                let counted = cursor.model().tally().of(landmark);
+                cursor.step(&mut self.supply);
+                if at >= from && cursor.model().tally().of(landmark) > counted {
+                    found = Some(at);
+                }
+            }
+            if found.is_some() {
+                return found;
+            }
+            (until, span) = (from, span * 2);
+        }
+        None
+    }
+
+    fn find_next_read(&mut self, landmark: Landmark, after: Moment, beyond: usize) -> Found {
         let mut place = self.frames.before(after).unwrap_or(0);
         while let Some((_, frame)) = self.frames.get(place) {
             let end = self.frames.get(place + 1);
@@ -302,8 +371,7 @@ impl<C: Cursor> Reel<C> {
         Found::Nowhere
     }
 
-    /// The last of a kind before a moment, likewise.
-    pub fn find_last(&mut self, landmark: Landmark, before: Moment, beyond: usize) -> Found {
+    fn find_last_read(&mut self, landmark: Landmark, before: Moment, beyond: usize) -> Found {
         let count = |cursor: &C| cursor.model().tally().of(landmark);
         let mut places = 0..=self.frames.before(before).unwrap_or(0);
         while let Some(place) = places.next_back() {

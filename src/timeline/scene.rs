@@ -264,3 +264,131 @@ pub fn survey(
     tell(Finding::End(scene.at));
     scene.damage
 }
+
+#[cfg(test)]
+mod tests {
+    use std::io::Cursor as Bytes;
+    use std::path::Path;
+    use std::sync::Arc;
+
+    use foxglove::messages::Log;
+    use prost::Message as _;
+
+    use super::*;
+    use crate::capture::info::Info;
+    use crate::capture::messages::RawBytes;
+    use crate::capture::topics::{Topic, TopicMessage};
+    use crate::capture::writer::McapWriter;
+    use crate::capture::{Capture, index};
+    use crate::statistics::{Rejected, Resync};
+
+    /// The same bytes read by `info`, and played to their end.
+    fn both(bytes: Vec<u8>) -> (Info, Scene) {
+        let mut capture = Capture::read("", Box::new(Bytes::new(bytes.clone()))).unwrap();
+        let info = Info::read(&mut capture);
+        let mut tape = index::read(Arc::new(bytes), Path::new("")).unwrap();
+        let mut scene = Scene::new("", Config::default(), &*tape);
+        while scene.next_at(&mut tape).is_some() {
+            scene.step(&mut tape);
+        }
+        (info, scene)
+    }
+
+    fn counts(info: &Info) -> (u64, u64, Rejected, Option<Resync>) {
+        (
+            info.lines.total(),
+            info.lines_lost,
+            info.rejected,
+            info.resync,
+        )
+    }
+
+    /// What `info`, the link panel and the raw panel say.
+    fn assert_the_same(bytes: Vec<u8>) -> (Info, Scene) {
+        let (info, scene) = both(bytes);
+        let link = &scene.model.link;
+        let panel = *link.statistics().unwrap();
+        let said = (panel.lines, panel.lines_lost, panel.rejected, panel.resync);
+        assert_eq!(said, counts(&info));
+        assert!((panel.loss_pct - info.loss_pct).abs() < 1e-9);
+        let seen = link.counters();
+        assert_eq!(Rejected::of(seen), info.rejected);
+        assert_eq!(seen.lines + seen.ack_lines, info.lines.total());
+        assert_eq!(seen.lines, scene.model.tally().lines, "packets");
+        (info, scene)
+    }
+
+    #[test]
+    fn every_count_is_the_same_at_the_end() {
+        for name in [
+            "house-noisy.txt",
+            "demo-commands.mcap",
+            "living-room-bursts.txt",
+        ] {
+            let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("captures");
+            let bytes = std::fs::read(folder.join(name)).unwrap();
+            // The last thing may be anything.
+            let ends = match name {
+                "demo-commands.mcap" => bytes.len()..=bytes.len(),
+                _ => bytes.len() - 160..=bytes.len(),
+            };
+            for end in ends.step_by(16) {
+                assert_the_same(bytes[..end].to_vec());
+            }
+        }
+    }
+
+    #[test]
+    fn what_a_lost_link_cuts_off_is_no_error_for_anybody() {
+        let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("captures");
+        let bytes = std::fs::read(folder.join("house-clean.txt")).unwrap();
+        let mut mcap = McapWriter::new(Vec::new()).unwrap();
+        let mut write = |topic, at_s: u64, data: &[u8]| {
+            let at_ns = at_s * 1_000_000_000;
+            mcap.write(&TopicMessage {
+                topic,
+                log_time_ns: at_ns,
+                publish_time_ns: at_ns,
+                data,
+            })
+            .unwrap();
+        };
+        let raw = |from: usize, data: &[u8]| {
+            RawBytes {
+                stream_offset: from as u64,
+                data: data.to_vec(),
+            }
+            .encode_to_vec()
+        };
+        let log = |message: &str| {
+            Log {
+                name: "link".to_owned(),
+                message: message.to_owned(),
+                ..Log::default()
+            }
+            .encode_to_vec()
+        };
+        write(Topic::Log, 1, &log("radio is open"));
+        write(Topic::RawRx, 2, &raw(0, &bytes[..840]));
+        write(Topic::Log, 3, &log("link lost: unplugged"));
+        write(Topic::Log, 60, &log("radio is open"));
+        write(Topic::RawRx, 61, &raw(840, &bytes[8010..9600]));
+        let (info, _) = assert_the_same(mcap.finish().unwrap());
+        assert_eq!((info.lines_lost, info.resync), (0, None));
+    }
+
+    /// Where an appended run begins nothing was lost on the air, and the screen says what `info` says.
+    #[test]
+    fn an_appended_run_is_a_restart_and_no_alarm() {
+        let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("captures");
+        let bytes = std::fs::read(folder.join("house-clean.txt")).unwrap();
+        let whole = bytes.len() - bytes.len() % 80;
+        let (info, scene) = assert_the_same(bytes[..whole].repeat(3));
+        let mut restarts = 0;
+        for entry in scene.model.log.newest_first() {
+            restarts += u64::from(entry.text == "the robot restarted") * u64::from(entry.times);
+            assert!(!entry.text.contains("lines lost"), "{}", entry.text);
+        }
+        assert_eq!((restarts, info.restarts), (2, 2));
+    }
+}

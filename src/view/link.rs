@@ -68,6 +68,12 @@ impl Screen<'_> {
             rows.push(("down", down, theme.plain));
             rows.push(("errors", errors, theme.plain));
         }
+        let acks_per_s = link.acks_per_s(self.now);
+        if acks_per_s > 0.0 {
+            let packets_per_s = link.lines_per_s(self.now);
+            let rates = format!("{packets_per_s:.1} packets + {acks_per_s:.1} K (short) a second");
+            rows.push(("rate", rates, theme.plain));
+        }
         let resync = match statistics.resync {
             Some(Resync {
                 last_bytes,

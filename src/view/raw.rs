@@ -99,7 +99,11 @@ impl Screen<'_> {
             ..rect
         };
         let rejected = counters.crc_rejected + counters.shape_rejected + counters.field_rejected;
-        let words = format!("{} lines, {rejected} rejected", counters.lines);
+        let acks = match counters.ack_lines {
+            0 => String::new(),
+            lines => format!(" + {lines} K"),
+        };
+        let words = format!("{} packets{acks}, {rejected} rejected", counters.lines);
         put(buffer, beside(row), 0, &Line::styled(words, self.theme.dim));
     }
 }

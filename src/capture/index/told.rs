@@ -94,6 +94,11 @@ pub(super) fn notice(log: &Log) -> Option<Event> {
     }
 }
 
+/// Whether the link went.
+pub(in crate::capture) fn is_loss_of_link(log: &Log) -> bool {
+    matches!(notice(log), Some(Event::Link(LinkEvent::Lost { .. })))
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;

@@ -2,6 +2,7 @@
 
 use foxglove::messages::log::Level;
 use groundwave_protocol::letters::{Bump, Drive, Layer, Link, Mode, Power};
+use groundwave_protocol::life::Life;
 use groundwave_protocol::telemetry::{Body, Line, StateLine};
 
 use crate::request::{layer_word, mode_word};
@@ -19,7 +20,7 @@ pub(super) struct Story {
     drive: Option<Drive>,
     power: Option<Power>,
     link: Option<Link>,
-    boots: Option<u16>,
+    life: Life,
 }
 
 impl Story {
@@ -29,26 +30,14 @@ impl Story {
         line: &Line,
         mut tell: impl FnMut(Level, &str) -> Result<(), E>,
     ) -> Result<(), E> {
-        match &line.body {
-            Body::State(state) => self.handle_state(state, tell),
-            Body::Status(status) => self.handle_boots(status.boots, tell),
-            Body::Counters(counters) => self.handle_boots(counters.boots, tell),
-            Body::Text(text) if !text.as_str().is_empty() => tell(Level::Info, text.as_str()),
-            Body::Text(_) | Body::Parameter(_) | Body::Song(_) => Ok(()),
-        }
-    }
-
-    fn handle_boots<E>(
-        &mut self,
-        boots: u16,
-        mut tell: impl FnMut(Level, &str) -> Result<(), E>,
-    ) -> Result<(), E> {
-        let is_new = self.boots.is_some_and(|before| before != boots);
-        self.boots = Some(boots);
-        if is_new {
+        if self.life.take_line(line) {
             tell(Level::Warning, "the robot restarted")?;
         }
-        Ok(())
+        match &line.body {
+            Body::State(state) => self.handle_state(state, tell),
+            Body::Text(text) if !text.as_str().is_empty() => tell(Level::Info, text.as_str()),
+            _ => Ok(()),
+        }
     }
 
     fn handle_state<E>(

@@ -180,7 +180,9 @@ impl Lines {
             if received.is_none() {
                 continue;
             }
-            let lost = self.decoder.counters().lines_lost - before;
+            let lost = self.decoder.counters().lines_lost;
+            // A late line and a restart take back what was counted.
+            let lost = lost.saturating_sub(before);
             if lost > 0 {
                 verdict.gaps += 1;
                 if verdict.worst_gap.is_none_or(|worst| worst.lines < lost) {

@@ -123,10 +123,8 @@ fn before_a_long_capture_is_read_a_moment_is_partial_and_then_exact() {
     assert!(reel.is_partial() && reel.packet().is_none());
     let robot = |reel: &Reel<Scene>| format!("{:?}", reel.model().robot.state);
     assert_eq!(robot(&reel), robot(&whole), "what is new is right");
-    assert_eq!(
-        reel.find_next(Landmark::Alarm, at, STEPS_MAX),
-        Found::NotYet
-    );
+    assert_eq!(reel.find_next(Landmark::Alarm, at, 0), Found::NotYet);
+    assert_eq!(reel.find_last(Landmark::Alarm, at, 0), Found::NotYet);
     let newest = reel.model().newest_line_at();
     assert!(reel.step_back() && reel.model().newest_line_at() < newest);
     assert!(reel.step_forward());
@@ -134,4 +132,33 @@ fn before_a_long_capture_is_read_a_moment_is_partial_and_then_exact() {
     while !reel.work(1000) {}
     assert!(!reel.is_partial());
     assert_eq!(told(reel.model()), told(whole.model()));
+}
+
+/// In a day of which nobody has read anything, what lies near is found as in one that has been read.
+#[test]
+fn a_jump_looks_near_before_all_of_the_front_is_read() {
+    let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("captures");
+    let day = std::fs::read(folder.join("house-clean.txt")).unwrap();
+    let day = day.repeat(40);
+    let (mut whole, end) = surveyed(text(&day));
+    for kind in [Landmark::Alarm, Landmark::Bump, Landmark::Behaviour] {
+        let tape = text(&day);
+        let first = Scene::new("radio", Config::default(), &*tape);
+        let mut reel = Reel::new(tape, first, SPACING);
+        let (mut back, mut ahead) = (end, end / 10 * 7);
+        for _ in 0..6 {
+            let found = reel.find_last(kind, back, STEPS_MAX);
+            assert_eq!(found, whole.find_last(kind, back, STEPS_MAX), "{kind:?}");
+            let Found::At(at) = found else {
+                panic!("{kind:?}: {found:?}");
+            };
+            back = at;
+            let found = reel.find_next(kind, ahead, STEPS_MAX);
+            assert_eq!(found, whole.find_next(kind, ahead, STEPS_MAX), "{kind:?}");
+            let Found::At(at) = found else {
+                panic!("{kind:?}: {found:?}");
+            };
+            ahead = at;
+        }
+    }
 }

@@ -48,8 +48,8 @@ pub(super) fn measured(config: Config) -> Scene {
     });
     scene.hear_ticks(61, [0, 20, 0, 160, 120, 0, 0, 0, 850]);
     scene.state.link = Link::Armed;
-    scene.event(Event::Statistics(Box::new(statistics())));
     scene.hear();
+    scene.event(Event::Statistics(Box::new(statistics())));
     scene
 }
 

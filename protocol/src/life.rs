@@ -1,14 +1,15 @@
 //! One life of the robot, from boot to boot: is this line of the same one?
 
-use groundwave_protocol::telemetry::{CountersLine, StatusLine};
+use crate::decoder::Received;
+use crate::telemetry::{Body, CountersLine, Line};
 
 /// Line C counts uptime modulo this, seconds.
 const UPTIME_ROUND_S: u32 = 1_000_000;
 
 /// What tells one life from the next. Every line has the boot counter, but modulo 8 only: lines B and C
-/// tell the lives apart in which it agrees.
+/// tell the lives apart in which it agrees, and of those in which their own counter agrees, too, the uptime does.
 #[derive(Clone, Copy, Debug, Default)]
-pub(super) struct Life {
+pub struct Life {
     /// Boot counter modulo 8.
     boot: Option<u8>,
     /// Boot counter modulo 1000.
@@ -17,8 +18,26 @@ pub(super) struct Life {
 }
 
 impl Life {
+    /// Takes whatever came; says whether a new life has begun.
+    pub fn take(&mut self, received: &Received) -> bool {
+        match received {
+            Received::Line(line, _) => self.take_line(line),
+            Received::Ack(line) => self.take_boot(line.ack.boot),
+        }
+    }
+
+    /// Takes a line; says whether a new life has begun.
+    pub fn take_line(&mut self, line: &Line) -> bool {
+        self.take_boot(line.ack.boot)
+            | match &line.body {
+                Body::Status(status) => self.take_boots(status.boots),
+                Body::Counters(counters) => self.take_counters(counters),
+                Body::State(_) | Body::Text(_) | Body::Parameter(_) | Body::Song(_) => false,
+            }
+    }
+
     /// Takes the boot counter of any line; says whether a new life has begun.
-    pub(super) fn take_boot(&mut self, boot: u8) -> bool {
+    pub fn take_boot(&mut self, boot: u8) -> bool {
         let is_new = self.boot.is_some_and(|last| last != boot);
         if is_new {
             *self = Self::default();
@@ -27,13 +46,8 @@ impl Life {
         is_new
     }
 
-    /// The same for line B.
-    pub(super) fn take_status(&mut self, status: &StatusLine) -> bool {
-        self.take_boots(status.boots)
-    }
-
-    /// The same for line C, in which time does not run backwards.
-    pub(super) fn take_counters(&mut self, counters: &CountersLine) -> bool {
+    /// Time does not run backwards in a life.
+    fn take_counters(&mut self, counters: &CountersLine) -> bool {
         let rebooted = self.take_boots(counters.boots);
         let uptime_s = counters.uptime_s % UPTIME_ROUND_S;
         let passed_s = |last: u32| (uptime_s + UPTIME_ROUND_S - last) % UPTIME_ROUND_S;
