@@ -346,7 +346,8 @@ impl Running {
             (Session::Replay(_), _) => Some(self.session.now()),
             (Session::Live(_), Some(keeper)) => {
                 keeper.event_sink()(now, &said);
-                keeper.moment_of(Path::new(&capture), now - ago)
+                let then = now.checked_sub(ago).unwrap_or(now);
+                keeper.moment_of(Path::new(&capture), then)
             }
             (Session::Live(_), None) => None,
         };
