@@ -18,7 +18,11 @@ pub(super) fn run(options: &Runs) -> Result<(), Fault> {
     for path in &options.paths {
         if path.is_dir() {
             let found = find_interrupted(path).into_iter();
-            interrupted.extend(found.filter_map(|path| Interrupted::find(&path, 0)));
+            interrupted.extend(
+                found.filter_map(|file| {
+                    Interrupted::find(file.strip_prefix(".").unwrap_or(&file), 0)
+                }),
+            );
         }
         for capture in captures(path)? {
             match read(&capture) {
