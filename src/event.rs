@@ -3,6 +3,7 @@
 //! Facts enter the model only as an [`Event`]; wishes leave it only as an [`Effect`]. The robot's
 //! acknowledgement of a wish comes back as an event like any other.
 
+use std::sync::Arc;
 use std::time::Duration;
 
 use groundwave_protocol::Waypoint;
@@ -11,6 +12,7 @@ use groundwave_protocol::telemetry::{AckLine, Line, Outcome, ParameterLine};
 use serde::{Deserialize, Serialize};
 
 use crate::request::Request;
+use crate::run::{Listed, Overlaid};
 use crate::statistics::Statistics;
 use crate::travel::{Mark, Playback, Travel};
 
@@ -70,6 +72,10 @@ pub enum Event {
         /// What happened.
         saved: Result<(), SaveProblem>,
     },
+    /// The runs of a folder were read for [`Effect::ListRuns`], or why they could not be.
+    Runs(Result<Arc<Listed>, String>),
+    /// Two runs were read for [`Effect::CompareRuns`], or why they could not be.
+    Overlaid(Result<Arc<Overlaid>, String>),
     /// The screen stands elsewhere in time than now; `None` when it shows now.
     Playback(Option<Box<Playback>>),
     /// The operator marked a moment, for whoever plays the recording.
@@ -152,7 +158,13 @@ pub enum Effect {
         capture: String,
         /// What is said.
         remark: Remark,
+        /// How long before now was what it is about; in a capture on show it is about the moment shown.
+        ago: Moment,
     },
+    /// Read the runs of the captures in a folder; the answer is [`Event::Runs`].
+    ListRuns(String),
+    /// Read two runs and lay them over each other; the answer is [`Event::Overlaid`].
+    CompareRuns([String; 2]),
     /// Read a route file; the answer is [`Event::RouteLoaded`].
     LoadRoute(String),
     /// Write a route file; the answer is [`Event::RouteSaved`].

@@ -18,6 +18,7 @@ pub mod radio;
 pub mod remedy;
 pub mod request;
 pub mod route;
+pub mod run;
 pub mod runtime;
 pub mod share;
 pub mod song;

@@ -45,6 +45,8 @@ fn a_full_disk_is_told_and_the_robot_is_watched_on() {
         text.contains("what was written until then is kept"),
         "{text}"
     );
+    let remedy = format!("`groundwave recover {}`", path.display());
+    assert!(text.contains(&remedy), "{text}");
     watch.wait_for_new("another line", |value| value["event"] == "line");
     drop(watch);
     let paths = Paths::of(&path);
@@ -110,6 +112,34 @@ fn a_disk_that_is_full_stops_a_recovery_and_changes_nothing() {
     assert!(err.contains("run.mcap failed"), "{err}");
     assert_eq!(fs::read(&path).unwrap(), bad);
     assert_eq!(fs::read_dir(&folder).unwrap().count(), 1);
+}
+
+/// Recordings that cannot be saved are told in one line, however many, and how to get rid of it.
+#[test]
+fn what_cannot_be_recovered_is_told_once() {
+    let folder = scratch("hopeless");
+    for name in ["a.mcap", "b.mcap", "c.mcap"] {
+        fs::write(Paths::of(&folder.join(name)).partial, "").unwrap();
+    }
+    let path = folder.join("run.mcap");
+    let output = Command::new(GROUNDWAVE)
+        .args(["record", "-", "-o"])
+        .arg(&path)
+        .stdin(Stdio::null())
+        .output()
+        .unwrap();
+    let err = String::from_utf8(output.stderr).unwrap();
+    assert!(output.status.success(), "{err}");
+    let told: Vec<&str> = err
+        .lines()
+        .filter(|line| line.contains("recover"))
+        .collect();
+    assert_eq!(told.len(), 1, "{err}");
+    assert!(told[0].contains("3 interrupted recordings"), "{err}");
+    assert!(
+        told[0].contains("a.mcap") && told[0].contains("delete"),
+        "{err}"
+    );
 }
 
 #[test]

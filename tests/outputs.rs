@@ -47,8 +47,9 @@ fn whoever_is_interrupted_leaves_nothing_behind() {
             .stderr(Stdio::piped())
             .spawn()
             .unwrap();
-        std::io::Write::write_all(program.stdin.as_mut().unwrap(), &fs::read(CLEAN).unwrap())
-            .unwrap();
+        // Held open: at its end the program would leave by itself.
+        let mut stdin = program.stdin.take().unwrap();
+        std::io::Write::write_all(&mut stdin, &fs::read(CLEAN).unwrap()).unwrap();
         let names = || -> Vec<String> {
             let entries = fs::read_dir(&folder).unwrap();
             entries
@@ -83,5 +84,81 @@ fn a_remark_is_about_a_moment_that_there_was() {
     assert!(err.contains("is 01:59 long"), "{err}");
     let (said, _) = expect(0, &["label", &file]);
     assert!(said.contains("here") && !said.contains("where"), "{said}");
+    fs::remove_dir_all(folder).unwrap();
+}
+
+#[test]
+fn a_result_is_what_its_name_says() {
+    let folder = scratch("names");
+    let file = |name: &str| folder.join(name).display().to_string();
+    expect(0, &["convert", CLEAN, "-o", &file("a.mcap")]);
+    let mcap = file("a.mcap");
+    let cases = [
+        (vec!["convert", &mcap], "t.mcap", "name it .txt"),
+        (vec!["convert", CLEAN], "h.txt", "name it .mcap"),
+        (
+            vec!["cut", CLEAN, "--from", "10s"],
+            "c.mcap",
+            "`groundwave convert` makes MCAP of it",
+        ),
+        (
+            vec!["cut", &mcap, "--from", "10s"],
+            "c.txt",
+            "`groundwave convert` makes raw text of it",
+        ),
+    ];
+    for (verb, name, told) in cases {
+        let (_, err) = expect(2, &[&verb[..], &["-o", &file(name)]].concat());
+        assert!(err.contains(told), "{verb:?}: {err}");
+        assert!(!folder.join(name).exists(), "{verb:?}");
+    }
+    expect(0, &["convert", &mcap, "-o", &file("t.raw")]);
+    expect(0, &["cut", &mcap, "--from", "10s", "-o", &file("part")]);
+    fs::remove_dir_all(folder).unwrap();
+}
+
+#[test]
+fn what_has_not_one_line_of_a_robot_becomes_no_capture() {
+    let folder = scratch("noise");
+    let file = |name: &str| folder.join(name).display().to_string();
+    for (name, content) in [("notes.txt", "milk\n"), ("empty.txt", "")] {
+        fs::write(folder.join(name), content).unwrap();
+        for output in [&file("made.mcap"), "-"] {
+            let (out, err) = expect(2, &["convert", &file(name), "-o", output]);
+            assert!(err.contains("not one line of a robot"), "{err}");
+            assert_eq!(out, "");
+        }
+    }
+    let (_, err) = expect(2, &["convert", "-", "-o", &file("made.mcap")]);
+    assert!(err.contains("standard input: not one line"), "{err}");
+    assert!(!folder.join("made.mcap").exists());
+    expect(0, &["convert", "--anyway", &file("notes.txt")]);
+    assert!(folder.join("notes.mcap").exists());
+    fs::remove_dir_all(folder).unwrap();
+}
+
+#[test]
+fn a_pattern_without_a_match_hides_no_other_capture() {
+    let folder = scratch("patterns");
+    fs::copy(CLEAN, folder.join("a.txt")).unwrap();
+    let file = |name: &str| folder.join(name).display().to_string();
+    for verb in [&["info"][..], &["verify"]] {
+        let (out, err) = expect(2, &[verb, &[&file("q*.mcap"), &file("*.txt")]].concat());
+        assert!(out.contains("a.txt"), "{out}");
+        assert!(err.contains("q*.mcap: no file matches"), "{err}");
+    }
+    let made = file("made");
+    let files = [&*file("q*.mcap"), &file("*.txt"), "--output-dir", &made];
+    for verb in [
+        &["convert"][..],
+        &["cut", "--from", "10s"],
+        &["export", "--to", "csv"],
+    ] {
+        let (_, err) = expect(2, &[verb, &files].concat());
+        assert!(err.contains("q*.mcap: no file matches"), "{err}");
+    }
+    for name in ["a.mcap", "a.cut.txt", "a.csv"] {
+        assert!(folder.join("made").join(name).exists(), "{name}");
+    }
     fs::remove_dir_all(folder).unwrap();
 }

@@ -15,6 +15,7 @@ const RULES: &[(&str, &[&str])] = &[
     ("src/event.rs", VOCABULARY),
     ("src/request.rs", VOCABULARY),
     ("src/route.rs", VOCABULARY),
+    ("src/run.rs", VOCABULARY),
     ("src/song.rs", VOCABULARY),
     ("src/statistics.rs", VOCABULARY),
     ("src/statistics", VOCABULARY),

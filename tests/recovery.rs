@@ -547,9 +547,10 @@ fn a_recording_under_way_is_left_alone() {
     let mut recorder = Recorder::start(&path, Existing::Refuse, &session()).unwrap();
     feed(&mut recorder, &streams::clean(10));
     assert!(find_interrupted(folder.path()).is_empty());
-    for error in [recover(&path).unwrap_err(), set_aside(&path).unwrap_err()] {
-        assert!(matches!(error, CaptureError::InUse(_)), "{error}");
-    }
+    let error = recover(&path).unwrap_err();
+    assert!(matches!(error, CaptureError::UnderWay(_)), "{error}");
+    let error = set_aside(&path).unwrap_err();
+    assert!(matches!(error, CaptureError::InUse(_)), "{error}");
     recorder.finish().unwrap();
     assert_eq!(recover(&path).unwrap().outcome, Outcome::Whole);
 }

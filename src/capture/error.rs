@@ -5,6 +5,7 @@ use std::fs::{File, OpenOptions};
 use std::io;
 use std::path::{Path, PathBuf};
 
+use super::recover::Interrupted;
 use crate::remedy;
 
 /// What to do when the file to be written exists.
@@ -116,6 +117,9 @@ pub enum CaptureError {
     /// Another program records under that name now.
     #[error("will not record to {}: another groundwave is recording it; choose another name", .0.display())]
     InUse(PathBuf),
+    /// A recording under way is not recovered.
+    #[error("will not recover {}: another groundwave is recording it; end it there first", .0.display())]
+    UnderWay(PathBuf),
     /// Not one chunk of a recording holds.
     #[error("nothing of {} can be saved: not one of its chunks holds, and there is no journal", .0.display())]
     NothingLeft(PathBuf),
@@ -149,8 +153,9 @@ pub enum CaptureError {
     },
     /// Writing failed in the middle.
     #[error(
-        "recording to {} stopped: {error}; what was written until then is kept{}",
+        "recording to {} stopped: {error}; what was written until then is kept{}{}",
         path.display(),
+        recovery(path),
         remedy(error)
     )]
     Write {
@@ -175,6 +180,9 @@ pub enum CaptureError {
         /// What the operating system says.
         error: io::Error,
     },
+    /// There is no such recording, but what one left behind that was never finished.
+    #[error("cannot open that recording: {0}")]
+    Missing(Interrupted),
     /// Reading failed in the middle.
     #[error("cannot read {}: {}", path.display(), remedy::of_reading(error))]
     Read {
@@ -189,6 +197,9 @@ pub enum CaptureError {
         .0.display()
     )]
     Unfinished(PathBuf),
+    /// The file of a recording that was never finished: what could be read of it has been.
+    #[error("the recording ends in the middle: {0}")]
+    Interrupted(Interrupted),
     /// An MCAP whose checksums or structure do not hold.
     #[error("{} is damaged: {problem}; everything else has been read", path.display())]
     Damaged {
@@ -203,6 +214,17 @@ pub enum CaptureError {
     /// An MCAP of something else.
     #[error("{} holds no {} channel of groundwave.RawBytes: not a Groundwave recording", .0.display(), super::topics::RAW_RX)]
     NoRawBytes(PathBuf),
+}
+
+/// What becomes of a recording that could not be finished.
+fn recovery(path: &Path) -> String {
+    match path.extension().and_then(|extension| extension.to_str()) {
+        Some("partial" | "journal") => format!(
+            ", and `groundwave recover {}` makes it whole when this has ended",
+            path.with_extension("").display()
+        ),
+        _ => String::new(),
+    }
 }
 
 fn remedy(error: &io::Error) -> &'static str {

@@ -16,7 +16,7 @@ use std::path::Path;
 use std::sync::Arc;
 
 use super::CaptureError;
-use super::source::{Form, HEAD_BYTES, ROUTE_HEAD_BYTES, is_route};
+use super::source::{Form, HEAD_BYTES, ROUTE_HEAD_BYTES, is_route, open_file};
 use crate::event::{Event, Moment, Truth};
 
 pub use mcap::McapTape;
@@ -147,7 +147,7 @@ pub fn open(path: &Path) -> Result<Box<dyn Tape + Send>, CaptureError> {
     if path == Path::new("-") {
         return spool(&mut io::stdin().lock(), path);
     }
-    let mut file = File::open(path).map_err(open_error)?;
+    let mut file = open_file(path)?;
     if file.metadata().map_err(open_error)?.is_file() {
         read(Arc::new(file), path)
     } else {

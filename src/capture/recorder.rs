@@ -63,6 +63,8 @@ pub struct Recorder {
     sync_at: Option<Moment>,
     /// Time of the newest entry, or of the beginning; nanoseconds since 1970.
     last_ns: u64,
+    /// Time of the first entry of the part, from which a reader counts.
+    first_ns: Option<u64>,
 }
 
 impl Recorder {
@@ -149,6 +151,7 @@ impl Recorder {
             look_at: None,
             sync_at: None,
             last_ns: since_1970_ns(session.start),
+            first_ns: None,
         })
     }
 
@@ -224,6 +227,7 @@ impl Recorder {
     /// messages have theirs in order.
     fn time_ns(&mut self, at_ns: u64) -> u64 {
         self.last_ns = self.last_ns.max(at_ns);
+        self.first_ns.get_or_insert(self.last_ns);
         self.last_ns
     }
 
@@ -256,6 +260,13 @@ impl Recorder {
                 self.sync_at = self.sync_at.filter(|_| until == Until::InJournal);
             }
         }
+    }
+
+    /// How far into the file under way, as its reader counts, a time of day is; `None` while nothing is in it.
+    #[must_use]
+    pub fn moment_of(&self, wall: SystemTime) -> Option<Moment> {
+        let since_ns = since_1970_ns(wall).saturating_sub(self.first_ns?);
+        Some(Moment::from_nanos(since_ns))
     }
 
     /// The name that the present part will have.
@@ -353,6 +364,7 @@ impl Recorder {
             self.journal = journal;
             self.part = part;
             self.part_since = Some(now);
+            self.first_ns = None;
         } else {
             let _ = fs::remove_file(&paths.journal);
         }

@@ -11,6 +11,7 @@ use groundwave_protocol::decoder::{Decoder, Received};
 use super::CaptureError;
 use super::journal::Kind;
 use super::mcap_reader::{McapProblem, McapReader};
+use super::recover::Interrupted;
 use super::text::TextReader;
 use crate::route;
 use crate::statistics::Uplink;
@@ -83,6 +84,43 @@ pub(super) fn is_route(head: &[u8]) -> bool {
     route::parse("", whole).is_ok()
 }
 
+/// Opens the file of a capture.
+///
+/// # Errors
+/// When it cannot be opened: [`CaptureError::Missing`] where a recording of that name was never finished.
+pub fn open_file(path: &Path) -> Result<File, CaptureError> {
+    let opened = File::open(path);
+    let is_missing = match &opened {
+        Ok(file) => is_unfinished(path) && file.metadata().is_ok_and(|about| about.len() == 0),
+        Err(error) => error.kind() == io::ErrorKind::NotFound,
+    };
+    if is_missing && let Some(interrupted) = Interrupted::find(path, 0) {
+        return Err(CaptureError::Missing(interrupted));
+    }
+    opened.map_err(|error| CaptureError::Open {
+        path: path.to_owned(),
+        error,
+    })
+}
+
+/// Whether the name is that of a recording under way.
+fn is_unfinished(path: &Path) -> bool {
+    path.extension()
+        .is_some_and(|extension| extension == "partial")
+}
+
+/// Why what is read of a recording that was never finished ends in the middle: [`CaptureError::Interrupted`] where
+/// the name is that of such a recording.
+pub fn unfinished(path: &Path, read_bytes: u64) -> CaptureError {
+    is_unfinished(path)
+        .then(|| Interrupted::find(path, read_bytes))
+        .flatten()
+        .map_or_else(
+            || CaptureError::Unfinished(path.to_owned()),
+            CaptureError::Interrupted,
+        )
+}
+
 type Source = io::Chain<Cursor<Vec<u8>>, Box<dyn Read + Send>>;
 
 enum Reader {
@@ -94,6 +132,7 @@ enum Reader {
 pub struct Capture {
     path: PathBuf,
     reader: Reader,
+    read_bytes: u64,
     end: Duration,
 }
 
@@ -107,11 +146,7 @@ impl Capture {
         if path == Path::new("-") {
             return Self::read("standard input", Box::new(io::stdin()));
         }
-        let file = File::open(path).map_err(|error| CaptureError::Open {
-            path: path.to_owned(),
-            error,
-        })?;
-        Self::read(path, Box::new(file))
+        Self::read(path, Box::new(open_file(path)?))
     }
 
     /// Reads a capture from anywhere; the name is for messages.
@@ -140,6 +175,7 @@ impl Capture {
         Ok(Self {
             path,
             reader,
+            read_bytes: 0,
             end: Duration::ZERO,
         })
     }
@@ -200,7 +236,7 @@ impl Capture {
     /// # Errors
     /// Says why the rest cannot be read; what came before is good.
     pub fn next_chunk(&mut self) -> Result<Option<Chunk<'_>>, CaptureError> {
-        let path = &self.path;
+        let (path, read_bytes) = (&self.path, &mut self.read_bytes);
         let chunk = match &mut self.reader {
             Reader::Raw(reader) => match reader.next_piece() {
                 Ok(piece) => Ok(piece.map(|piece| Chunk {
@@ -217,13 +253,16 @@ impl Capture {
                 let path = path.clone();
                 match problem {
                     McapProblem::Read(error) => CaptureError::Read { path, error },
-                    McapProblem::Unfinished => CaptureError::Unfinished(path),
+                    McapProblem::Unfinished => unfinished(&path, *read_bytes),
                     McapProblem::Damaged(problem) => CaptureError::Damaged { path, problem },
                     McapProblem::NoRawBytes => CaptureError::NoRawBytes(path),
                 }
             }),
         }?;
-        self.end = chunk.map_or(self.end, |chunk| chunk.at);
+        if let Some(chunk) = chunk {
+            self.end = chunk.at;
+            *read_bytes += chunk.bytes.len() as u64;
+        }
         Ok(chunk)
     }
 

@@ -5,9 +5,8 @@ use std::path::Path;
 
 use super::cli::Compare;
 use super::output::write_file;
-use super::runs::labelled;
+use super::runs::look;
 use super::{Fault, keeping, say};
-use crate::capture::Capture;
 use crate::capture::runs::comparison::{Apart, Figures};
 use crate::capture::runs::overlay::overlay;
 use crate::capture::runs::sketch::sketch;
@@ -42,15 +41,12 @@ pub(super) fn run(options: &Compare) -> Result<(), Fault> {
 
 /// What could be read, and why that is not all.
 fn read(path: &Path) -> Result<(Figures, Course, Option<Fault>), Fault> {
-    let label = labelled(path)?;
-    let mut capture = Capture::open(path).map_err(keeping::fault)?;
-    let (course, seen, problem) = Course::read(&mut capture);
-    let problem = problem.map(keeping::fault);
-    if course.points().is_empty() {
-        return Err(problem.unwrap_or_else(|| Fault::no_lines(path, seen.bytes)));
+    let run = look(path)?;
+    let problem = run.problem.map(keeping::fault);
+    if run.course.points().is_empty() {
+        return Err(problem.unwrap_or_else(|| Fault::no_lines(path, run.counters.bytes)));
     }
-    let figures = Figures::of(path.display().to_string(), label, &course);
-    Ok((figures, course, problem))
+    Ok((run.figures, run.course, problem))
 }
 
 fn show(comparison: &Comparison, courses: [&Course; 2], json: bool) -> io::Result<()> {

@@ -1,18 +1,24 @@
 //! `convert`: raw captures to MCAP and back.
 
-use std::io::Write;
+use std::io::{self, Cursor, Read, Write};
 use std::ops::ControlFlow;
 use std::path::Path;
 
+use groundwave_protocol::decoder::Decoder;
+
 use super::cli::Convert;
 use super::opening::Source;
-use super::output::{Output, Target, targets};
+use super::output::{Output, Target, check_form, targets};
 use super::progress::Progress;
 use super::{Exit, Fault, keeping, many, opening, say};
 use crate::capture::convert::{ConvertError, convert_raw};
 use crate::capture::source::Form;
+use crate::capture::text::TextReader;
 use crate::capture::when::When;
 use crate::capture::{Capture, CaptureError};
+
+/// So far is looked for a line of a robot before anything is written.
+const LOOK_BYTES: u64 = 1024 * 1024;
 
 /// What became of a capture.
 #[derive(Default)]
@@ -25,7 +31,8 @@ struct Made {
 pub(super) fn run(options: &Convert) -> Result<(), Fault> {
     let files = many::files(&options.captures)?;
     let targets = targets(&files, &options.output, |path| {
-        Ok(other_form(path)?.to_owned())
+        // One that cannot be read is told of in its turn, and does not hide the others.
+        Ok(other_form(path).unwrap_or("mcap").to_owned())
     })?;
     many::each(
         &files,
@@ -35,8 +42,15 @@ pub(super) fn run(options: &Convert) -> Result<(), Fault> {
             let source = opening::open(path, progress)?;
             let (form, source) = opening::tell_form(path, source)?;
             match form {
-                Form::Mcap => to_raw(path, source, target),
-                Form::Raw => to_mcap(options, path, source, target),
+                Form::Mcap => {
+                    let remedy = "name it .txt; `groundwave cut` makes MCAP of MCAP";
+                    check_form(target, Form::Raw, remedy)?;
+                    to_raw(path, source, target)
+                }
+                Form::Raw => {
+                    check_form(target, Form::Mcap, "name it .mcap")?;
+                    to_mcap(options, path, source, target)
+                }
             }
         },
         |index, made| {
@@ -104,13 +118,65 @@ fn to_mcap(options: &Convert, path: &Path, source: Source, target: &Target) -> R
             return Err(Fault::new(Exit::Usage, problem));
         }
     };
+    let source = if options.anyway {
+        source
+    } else {
+        with_a_line(path, source)?
+    };
     let mut output = Output::create(target)?;
     match convert_raw(source, start_ns, &mut output) {
+        // What is no capture shall not look like one.
+        Ok(converted) if converted.lines == 0 && !options.anyway => {
+            Err(Fault::no_lines(path, converted.bytes))
+        }
         Ok(converted) => output.finish().map(|()| Made {
             bytes: converted.bytes,
             ..Made::default()
         }),
         Err(ConvertError::Read(error)) => Err(opening::cannot_read(path, error)),
         Err(ConvertError::Write(error)) => output.fault(&error).map(|()| Made::default()),
+    }
+}
+
+/// A source in which a line of a robot has been seen, or too much to look at all of it; so that of what is no capture
+/// not even a beginning goes to standard output.
+fn with_a_line(path: &Path, source: Source) -> Result<Source, Fault> {
+    let mut looked = Looked {
+        source,
+        kept: Vec::new(),
+    };
+    let mut reader = TextReader::new(&mut looked);
+    let mut decoder = Decoder::default();
+    let mut bytes = 0;
+    let failed = |error| opening::cannot_read(path, error);
+    'look: while bytes < LOOK_BYTES {
+        let Some(piece) = reader.next_piece().map_err(failed)? else {
+            return Err(Fault::no_lines(path, bytes));
+        };
+        bytes += piece.radio.len() as u64;
+        let mut rest = piece.radio;
+        while !rest.is_empty() {
+            let (taken, received) = decoder.handle_bytes(rest);
+            rest = &rest[taken..];
+            if received.is_some() {
+                break 'look;
+            }
+        }
+    }
+    let Looked { source, kept } = looked;
+    Ok(Box::new(Cursor::new(kept).chain(source)))
+}
+
+/// Keeps what is read.
+struct Looked {
+    source: Source,
+    kept: Vec<u8>,
+}
+
+impl Read for Looked {
+    fn read(&mut self, buffer: &mut [u8]) -> io::Result<usize> {
+        let read = self.source.read(buffer)?;
+        self.kept.extend(&buffer[..read]);
+        Ok(read)
     }
 }

@@ -4,7 +4,7 @@ use std::ops::ControlFlow;
 use std::path::Path;
 
 use super::cli::Cut;
-use super::output::{Output, Target, targets};
+use super::output::{Output, Target, check_form, targets};
 use super::{Exit, Fault, many, opening, say};
 use crate::capture::cut::{CutError, Part, Window, cut_mcap, cut_raw};
 use crate::capture::source::Form;
@@ -30,6 +30,13 @@ pub(super) fn run(options: &Cut) -> Result<(), Fault> {
             let (path, target) = (&files[index], &targets[index]);
             let source = opening::open(path, progress)?;
             let (form, source) = opening::tell_form(path, source)?;
+            let remedy = match form {
+                Form::Mcap => "name it .mcap; `groundwave convert` makes raw text of it",
+                Form::Raw => "name it .txt; `groundwave convert` makes MCAP of it",
+            };
+            if options.output.output.is_some() {
+                check_form(target, form, remedy)?;
+            }
             let mut output = Output::create(target)?;
             let part = match form {
                 Form::Mcap => cut_mcap(source, window, &mut output),

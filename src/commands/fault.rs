@@ -79,6 +79,11 @@ impl Fault {
 
     /// A file that is no capture of a robot.
     pub(super) fn no_lines(path: &Path, bytes: u64) -> Self {
+        let path = if path == Path::new("-") {
+            Path::new("standard input")
+        } else {
+            path
+        };
         Self::new(
             Exit::Usage,
             format!(

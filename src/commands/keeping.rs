@@ -76,6 +76,8 @@ pub(super) fn fault(error: CaptureError) -> Fault {
         CaptureError::Exists { .. }
         | CaptureError::SameFile(_)
         | CaptureError::InUse(_)
+        | CaptureError::UnderWay(_)
+        | CaptureError::Missing(_)
         | CaptureError::OwnName(_)
         | CaptureError::Foreign(_)
         | CaptureError::CannotAppend(_)

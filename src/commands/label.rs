@@ -5,14 +5,19 @@ use std::path::Path;
 
 use super::cli;
 use super::{Exit, Fault, keeping};
-use crate::capture::Capture;
 use crate::capture::index;
 use crate::capture::runs::Label;
+use crate::capture::source::unfinished;
+use crate::capture::{Capture, CaptureError};
 use crate::travel::clock_words;
 
 pub(super) fn run(options: &cli::Label) -> Result<(), Fault> {
     // A label without its capture would never be found again.
     Capture::open(&options.file).map_err(keeping::fault)?;
+    // One beside an unfinished file would not be that of the recording.
+    if let CaptureError::Interrupted(interrupted) = unfinished(&options.file, 0) {
+        return Err(keeping::fault(CaptureError::Missing(interrupted)));
+    }
     if let Some(at_s) = options.at {
         check_moment(&options.file, at_s)?;
     }

@@ -4,7 +4,7 @@ use std::collections::BTreeMap;
 use std::fs;
 use std::num::NonZero;
 use std::ops::ControlFlow;
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
 use std::sync::mpsc::{RecvTimeoutError, sync_channel};
 use std::thread;
@@ -21,14 +21,18 @@ const TOLD_EVERY: Duration = Duration::from_millis(200);
 pub(super) fn files(named: &Captures) -> Result<Vec<PathBuf>, Fault> {
     let mut files = Vec::new();
     for path in &named.files {
-        let pattern = path.to_str().filter(|text| text.contains(['*', '?', '[']));
-        match pattern {
-            // A file may be called like a pattern.
-            Some(pattern) if !path.exists() => files.extend(expand(pattern)?),
+        match pattern(path) {
+            Some(pattern) => files.extend(expand(pattern)?),
             _ => files.push(path.clone()),
         }
     }
     Ok(files)
+}
+
+/// The name as a pattern; a file may be called like one.
+pub(super) fn pattern(path: &Path) -> Option<&str> {
+    let text = path.to_str()?;
+    (text.contains(['*', '?', '[']) && !path.exists()).then_some(text)
 }
 
 fn expand(pattern: &str) -> Result<Vec<PathBuf>, Fault> {
@@ -37,8 +41,9 @@ fn expand(pattern: &str) -> Result<Vec<PathBuf>, Fault> {
     let found = glob::glob(pattern).map_err(|error| bad(&error))?;
     let files: Result<Vec<_>, _> = found.collect();
     let files = files.map_err(|error| bad(&error))?;
+    // One that matches nothing is named in its turn, as a file that is not there is.
     if files.is_empty() {
-        return Err(bad(&"no file matches"));
+        return Ok(vec![PathBuf::from(pattern)]);
     }
     Ok(files)
 }

@@ -1,12 +1,11 @@
 //! Captures that a verb reads, with what is read counted.
 
-use std::fs::File;
 use std::io::{self, Cursor, Read};
 use std::path::Path;
 
 use super::progress::Progress;
-use super::{Exit, Fault, keeping};
-use crate::capture::source::{Form, HEAD_BYTES};
+use super::{Exit, Fault, keeping, many};
+use crate::capture::source::{Form, HEAD_BYTES, open_file, unfinished};
 use crate::capture::{Capture, CaptureError};
 
 /// A file or a stream.
@@ -17,10 +16,13 @@ pub(super) fn open(path: &Path, progress: &Progress) -> Result<Source, Fault> {
     if path == Path::new("-") {
         return Ok(Box::new(io::stdin()));
     }
-    let file = File::open(path).map_err(|error| {
-        let path = path.to_owned();
-        keeping::fault(CaptureError::Open { path, error })
-    })?;
+    if let Some(pattern) = many::pattern(path) {
+        return Err(Fault::new(
+            Exit::Usage,
+            format!("{pattern}: no file matches"),
+        ));
+    }
+    let file = open_file(path).map_err(keeping::fault)?;
     Ok(Box::new(progress.count(file)))
 }
 
@@ -55,5 +57,10 @@ pub(super) fn cannot_read(path: &Path, error: io::Error) -> Fault {
 
 /// What came before is good and has been written, but it is not all.
 pub(super) fn not_whole(path: &Path, problem: &str) -> Fault {
-    Fault::new(Exit::Failed, format!("{}: {problem}", path.display()))
+    let path_shown = path.display();
+    let fault = match unfinished(path, 0) {
+        CaptureError::Interrupted(interrupted) => format!("{path_shown}: {problem}: {interrupted}"),
+        _ => format!("{path_shown}: {problem}"),
+    };
+    Fault::new(Exit::Failed, fault)
 }

@@ -7,6 +7,7 @@ use std::process;
 use std::sync::{Mutex, MutexGuard, Once, PoisonError};
 
 use super::{Exit, Fault, cli};
+use crate::capture::source::Form;
 use crate::io::signals;
 
 /// Where the result of a capture goes.
@@ -84,6 +85,34 @@ pub(super) fn targets(
     Ok(targets)
 }
 
+/// Refuses a name that says another form than the result has. `remedy` says what to do instead.
+///
+/// # Errors
+/// When the name does.
+pub(super) fn check_form(target: &Target, form: Form, remedy: &str) -> Result<(), Fault> {
+    let Target::File(path, _) = target else {
+        return Ok(());
+    };
+    let extension = path.extension().unwrap_or_default().to_ascii_lowercase();
+    let said = match extension.to_str() {
+        Some("mcap") => Form::Mcap,
+        Some("txt" | "raw" | "log") => Form::Raw,
+        _ => return Ok(()),
+    };
+    if said == form {
+        return Ok(());
+    }
+    let what = match form {
+        Form::Raw => "raw text",
+        Form::Mcap => "MCAP",
+    };
+    let path = path.display();
+    Err(Fault::new(
+        Exit::Usage,
+        format!("{path} would be {what}, whatever its name says: {remedy}"),
+    ))
+}
+
 /// Whether both names lead to one file.
 fn is_same(one: &Path, other: &Path) -> bool {
     match (fs::canonicalize(one), fs::canonicalize(other)) {
@@ -135,15 +164,16 @@ struct Unfinished {
 static UNFINISHED: Mutex<Vec<PathBuf>> = Mutex::new(Vec::new());
 
 impl Unfinished {
-    fn new(path: &Path, made: PathBuf, force: bool) -> Self {
+    /// Creates the file, and not a moment before somebody would remove it.
+    fn create(path: &Path, force: bool) -> io::Result<(File, Self)> {
         static LISTENS: Once = Once::new();
         LISTENS.call_once(|| signals::when_told_to_leave(remove_all));
-        all_unfinished().push(made.clone());
-        Self {
-            path: path.to_owned(),
-            made,
-            force,
-        }
+        let made = beside(path);
+        let mut unfinished = all_unfinished();
+        let file = File::create_new(&made)?;
+        unfinished.push(made.clone());
+        let path = path.to_owned();
+        Ok((file, Self { path, made, force }))
     }
 }
 
@@ -176,18 +206,15 @@ impl Output {
             Target::Standard => (Box::new(io::stdout()), None),
             Target::File(path, force) => {
                 let is_device = fs::metadata(path).is_ok_and(|about| !about.is_file());
-                let made = if is_device {
-                    path.clone()
+                let opened = if is_device {
+                    File::options()
+                        .write(true)
+                        .open(path)
+                        .map(|file| (file, None))
                 } else {
-                    beside(path)
+                    Unfinished::create(path, *force).map(|(file, made)| (file, Some(made)))
                 };
-                let file = if is_device {
-                    File::options().write(true).open(&made)
-                } else {
-                    File::create_new(&made)
-                };
-                let file = file.map_err(|error| cannot_write(path, &error))?;
-                let unfinished = (!is_device).then(|| Unfinished::new(path, made, *force));
+                let (file, unfinished) = opened.map_err(|error| cannot_write(path, &error))?;
                 (Box::new(file), unfinished)
             }
         };

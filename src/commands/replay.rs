@@ -5,7 +5,7 @@ use std::time::Instant;
 
 use super::appearance::appearance;
 use super::cli::Replay;
-use super::{Exit, Fault, block_on, config, keeping, watch};
+use super::{Exit, Fault, block_on, config, keeping, opening, watch};
 use crate::capture::index;
 use crate::event::{Moment, Recording};
 use crate::model::{Config, Model};
@@ -33,6 +33,7 @@ pub(super) fn run(options: &Replay, config: &config::Config) -> Result<(), Fault
     // What rang once need not ring again.
     let config = Config {
         bell: false,
+        capture: Some(options.file.display().to_string()),
         ..appearance(config)
     };
     let first = Scene::new(&name, config.clone(), &*tape);
@@ -64,10 +65,7 @@ pub(super) fn run(options: &Replay, config: &config::Config) -> Result<(), Fault
     // The dashboard is gone; what could not be read is told once more on the restored terminal.
     match reader.join() {
         Ok(None) => Ok(()),
-        Ok(Some(damage)) => {
-            let file = options.file.display();
-            Err(Fault::new(Exit::Failed, format!("{file}: {damage}")))
-        }
+        Ok(Some(damage)) => Err(opening::not_whole(&options.file, &damage)),
         Err(_) => Err(Fault::new(
             Exit::Failed,
             "the capture could not be read through",

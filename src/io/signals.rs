@@ -75,6 +75,7 @@ const INTERRUPTED: i32 = 130;
 /// On a thread of its own: does something when the program is told to leave, and ends it then. What is returned is held
 /// to the end. A system that tells nothing changes nothing.
 pub fn when_told_to_leave<T>(work: impl FnOnce() -> T + Send + 'static) {
+    let (not_yet, listens) = std::sync::mpsc::channel::<()>();
     let listen = move || {
         let runtime = tokio::runtime::Builder::new_current_thread()
             .enable_io()
@@ -84,6 +85,7 @@ pub fn when_told_to_leave<T>(work: impl FnOnce() -> T + Send + 'static) {
             let Ok(mut signals) = Signals::listen() else {
                 return;
             };
+            drop(not_yet);
             while signals.next().await == Signal::Suspend {
                 stop_myself();
             }
@@ -95,6 +97,8 @@ pub fn when_told_to_leave<T>(work: impl FnOnce() -> T + Send + 'static) {
     let _ = std::thread::Builder::new()
         .name("signals".into())
         .spawn(listen);
+    // Nothing is ever sent: this ends when the thread listens, or cannot.
+    let _ = listens.recv();
 }
 
 /// Stops this process until the shell continues it.

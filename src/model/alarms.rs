@@ -19,6 +19,8 @@ pub(crate) struct Raised {
     pub(crate) is_acknowledged: bool,
     /// The figure that raised it, the worst since.
     pub(crate) worst: Option<f64>,
+    /// The latest figure while it is so.
+    pub(crate) latest: Option<f64>,
     /// How often it was raised before anybody acknowledged it.
     pub(crate) times: u32,
 }
@@ -178,6 +180,7 @@ impl Standing {
             over_at: None,
             is_acknowledged: false,
             worst: self.value,
+            latest: self.value,
             times: times.saturating_add(1),
         });
         true
@@ -185,6 +188,7 @@ impl Standing {
 
     fn note_worst(&mut self, is_high_bad: bool) {
         if let (Some(raised), Some(value)) = (&mut self.raised, self.value) {
+            raised.latest = Some(value);
             let worst = raised.worst.unwrap_or(value);
             raised.worst = Some(if is_high_bad {
                 worst.max(value)

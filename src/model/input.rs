@@ -261,6 +261,8 @@ impl Model {
             (Action::Choose(steps), Overlay::Palette(palette)) => {
                 palette.choose(palette.found(&self.config.keys).len(), steps);
             }
+            (Action::Choose(steps), Overlay::Runs(runs)) => runs.choose(steps),
+            (Action::Submit, Overlay::Runs(_)) => return self.pick_run(),
             (Action::Submit, Overlay::Palette(palette)) => {
                 let palette = palette.clone();
                 return self.pick(now, &palette);

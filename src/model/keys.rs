@@ -35,11 +35,13 @@ pub(crate) enum Context {
     Trace,
     /// Why the robot does that.
     Why,
+    /// Runs, and two of them over each other.
+    Runs,
 }
 
 impl Context {
     /// All of them.
-    pub(crate) const ALL: [Self; 10] = [
+    pub(crate) const ALL: [Self; 11] = [
         Self::Dashboard,
         Self::Route,
         Self::Drive,
@@ -50,6 +52,7 @@ impl Context {
         Self::Jump,
         Self::Trace,
         Self::Why,
+        Self::Runs,
     ];
 
     /// What the configuration calls it.
@@ -65,6 +68,7 @@ impl Context {
             Self::Jump => "jump",
             Self::Trace => "trace-window",
             Self::Why => "why-window",
+            Self::Runs => "runs-window",
         }
     }
 }
@@ -121,7 +125,7 @@ const fn row(
     }
 }
 
-use Context::{Dashboard, Drive, Help, Jump, Palette, Question, Route, Text, Trace, Why};
+use Context::{Dashboard, Drive, Help, Jump, Palette, Question, Route, Runs, Text, Trace, Why};
 
 /// Every key. STOP comes first wherever the keyboard goes: Space, and Ctrl-S where Space is a letter.
 #[rustfmt::skip]
@@ -195,8 +199,8 @@ const TABLE: &[Binding] = &[
     row(Dashboard, "", &[plain('N')], Action::AskJump { forward: false }, "", ""),
     row(Dashboard, "m", &[plain('m')], Action::Travel(Travel::Mark), "time: mark this moment", "mark"),
     row(Dashboard, "o", &[plain('o')], Action::Travel(Travel::Loop), "time: loop from here, to here", "loop"),
-    row(Dashboard, "G", &[plain('G'), bare(KeyCode::End)], Action::Travel(Travel::Newest), "time: back to now, or the end", "newest"),
-    row(Dashboard, "", &[bare(KeyCode::Home)], Action::Travel(Travel::Oldest), "", ""),
+    row(Dashboard, "G", &[plain('G'), bare(KeyCode::End)], Action::Travel(Travel::Newest), "time: now, or the end (End)", "newest"),
+    row(Dashboard, "Home", &[bare(KeyCode::Home)], Action::Travel(Travel::Oldest), "time: to the beginning", ""),
     row(Dashboard, "?", &[plain('?'), bare(KeyCode::F(1))], Action::Help, "these keys", "keys"),
     row(Dashboard, "Esc", &[bare(KeyCode::Esc)], Action::Close, "put the cursor away", "back"),
     row(Dashboard, "Ctrl-L", &[ctrl('l')], Action::Redraw, "draw the screen anew", ""),
@@ -288,6 +292,13 @@ const TABLE: &[Binding] = &[
     row(Why, "Space", &[plain(' '), ctrl('s')], Action::Stop, "", "STOP"),
     row(Why, "Esc", &[bare(KeyCode::Esc), plain('y'), plain('q'), bare(KeyCode::Enter)], Action::Close, "", "back"),
     row(Why, "Ctrl-C", &[ctrl('c')], Action::Quit, "", ""),
+    row(Runs, "Space", &[plain(' '), ctrl('s')], Action::Stop, "", "STOP"),
+    row(Runs, "arrows", &[bare(KeyCode::Up)], Action::Choose(-1), "", "choose"),
+    row(Runs, "", &[bare(KeyCode::Down), bare(KeyCode::Tab)], Action::Choose(1), "", ""),
+    row(Runs, "Enter", &[bare(KeyCode::Enter)], Action::Submit, "", "compare, with another"),
+    row(Runs, ":", &[plain(':')], Action::AskCommand, "", "command"),
+    row(Runs, "Esc", &[bare(KeyCode::Esc), plain('q')], Action::Close, "", "back"),
+    row(Runs, "Ctrl-C", &[ctrl('c')], Action::Quit, "", ""),
 ];
 
 #[cfg(test)]

@@ -26,6 +26,7 @@ pub(crate) mod plots;
 mod pointer;
 mod prompt;
 pub(crate) mod robot;
+pub(crate) mod runs;
 pub(crate) mod trace;
 mod trail;
 mod travel;
@@ -56,6 +57,7 @@ use news::Passing;
 use palette::Palette;
 use plots::Plots;
 use robot::Robot;
+use runs::Runs;
 use travel::Counted;
 
 /// How the dashboard is to look, fixed for a session.
@@ -67,6 +69,8 @@ pub struct Config {
     pub ascii: bool,
     /// How to see the raw line from another terminal, told above the keys; `None` where there is no way.
     pub raw_copy: Option<String>,
+    /// The capture on show; `None` in a live session.
+    pub capture: Option<String>,
     /// Ring the bell for alarms and songs.
     pub bell: bool,
     /// Ask the terminal for the mouse.
@@ -153,6 +157,8 @@ pub(crate) enum Overlay {
     Trace(usize),
     /// Why it does what it does at the shown moment.
     Why,
+    /// The list of runs, or two of them over each other.
+    Runs(Runs),
 }
 
 /// A question that is answered with yes or no.
@@ -321,9 +327,16 @@ impl Model {
                 self.take_saved(now, &path, &saved);
                 true
             }
+            Event::Runs(runs) => self.take_runs(runs),
+            Event::Overlaid(overlaid) => self.take_overlaid(overlaid),
             Event::Playback(playback) => self.take_playback(playback),
             Event::Truth(truth) => {
                 self.chart.take_truth(truth);
+                true
+            }
+            // The log of a capture on show is of then.
+            Event::Notice { text, .. } if self.is_replay() => {
+                self.aside = Some(text);
                 true
             }
             Event::Notice { level, text } => {
@@ -405,6 +418,7 @@ impl Model {
             Overlay::Jump { .. } => Context::Jump,
             Overlay::Trace(_) => Context::Trace,
             Overlay::Why => Context::Why,
+            Overlay::Runs(_) => Context::Runs,
         }
     }
 

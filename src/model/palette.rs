@@ -1,11 +1,11 @@
 //! The palette: a few letters find whatever a key or a command can do.
 
-use nucleo_matcher::pattern::{CaseMatching, Normalization, Pattern};
+use nucleo_matcher::pattern::{AtomKind, CaseMatching, Normalization, Pattern};
 use nucleo_matcher::{Config, Matcher};
 
 use super::keys::{Action, Context, Keymap};
 use super::prompt::TEXT_MAX;
-use super::{Model, Overlay, Purpose, TextEntry};
+use super::{Model, Overlay, Panel, Purpose, TextEntry};
 use crate::event::{Effect, Moment};
 use crate::request::{Request, preset_names};
 
@@ -43,9 +43,16 @@ impl AsRef<str> for Entry {
 impl Palette {
     /// What is found, the best first: everything as long as nothing is typed.
     pub(crate) fn found(&self, keymap: &Keymap) -> Vec<Entry> {
-        let pattern = Pattern::parse(&self.text, CaseMatching::Ignore, Normalization::Smart);
         let mut matcher = Matcher::new(Config::DEFAULT);
-        let found = pattern.match_list(entries(keymap), &mut matcher);
+        let mut matching = |kind| {
+            let (case, marks) = (CaseMatching::Ignore, Normalization::Smart);
+            Pattern::new(&self.text, case, marks, kind).match_list(entries(keymap), &mut matcher)
+        };
+        // Letters far from each other are in almost everything: only where nothing holds the words as they are typed.
+        let mut found = matching(AtomKind::Substring);
+        if found.is_empty() {
+            found = matching(AtomKind::Fuzzy);
+        }
         found.into_iter().map(|(entry, _)| entry).collect()
     }
 
@@ -75,6 +82,9 @@ impl Palette {
     }
 }
 
+/// What is asked of the station, not of the robot.
+const OTHER_COMMANDS: [&str; 6] = ["runs", "compare", "name", "note", "void", "counts"];
+
 /// The rows of the dashboard's keys, then the commands.
 fn entries(keymap: &Keymap) -> Vec<Entry> {
     let keys = keymap
@@ -85,14 +95,20 @@ fn entries(keymap: &Keymap) -> Vec<Entry> {
         .map(|row| {
             let title = row.does().into_owned();
             Entry {
-                searched: format!("{title} {}", row.name().replace('-', " ")),
+                searched: format!(
+                    "{title} {} {}",
+                    row.name().replace('-', " "),
+                    topics(row.action)
+                ),
                 key: row.key_names(),
                 pick: Pick::Action(row.action),
                 title,
             }
         });
     let presets = preset_names().map(|name| format!("preset {name}"));
-    let commands = Request::commands().map(str::to_owned).chain(presets);
+    let others = OTHER_COMMANDS.map(str::to_owned);
+    let commands = Request::commands().map(str::to_owned);
+    let commands = commands.chain(presets).chain(others);
     let commands = commands.map(|words| Entry {
         title: format!(":{words}"),
         key: String::new(),
@@ -100,6 +116,16 @@ fn entries(keymap: &Keymap) -> Vec<Entry> {
         pick: Pick::Words(words),
     });
     keys.chain(commands).collect()
+}
+
+/// What is looked for in a panel and is not in its name.
+const fn topics(action: Action) -> &'static str {
+    match action {
+        Action::Show(Panel::Alarms) => "limits battery silence loss",
+        Action::Show(Panel::Plots) => "battery voltage signal",
+        Action::Show(Panel::Link) => "loss statistics",
+        _ => "",
+    }
 }
 
 impl Model {
@@ -119,6 +145,9 @@ impl Model {
                         .into_iter()
                         .flat_map(|request| self.ask_or_send(request))
                         .collect();
+                }
+                if let Some(effects) = self.ask_for_runs(&split) {
+                    return effects;
                 }
                 self.overlay = Overlay::Text(TextEntry {
                     text: format!("{words} "),
@@ -155,6 +184,33 @@ mod tests {
             assert_eq!(best(text).as_deref(), Some(title), "{text}");
         }
         assert_eq!(best("zzzz"), None);
+    }
+
+    #[test]
+    fn what_only_has_the_letters_somewhere_is_not_in_the_way() {
+        let found = |text: &str| {
+            let palette = Palette {
+                text: text.to_owned(),
+                chosen: 0,
+            };
+            let found = palette.found(&Keymap::default());
+            found
+                .into_iter()
+                .map(|entry| entry.title)
+                .collect::<Vec<_>>()
+        };
+        let batt = found("batt");
+        let holds = |word: &str| batt.iter().any(|title| title.contains(word));
+        assert!(
+            holds("dock") && holds("alarms") && holds("plots"),
+            "{batt:?}"
+        );
+        assert!(!holds("back to"), "{batt:?}");
+        let route = found("rout");
+        assert!(
+            !route.iter().any(|title| title.contains("leave")),
+            "{route:?}"
+        );
     }
 
     /// Two rows that read the same would leave open which is which.

@@ -43,6 +43,9 @@ impl Model {
         if let Some(remark) = Remark::from_words(&words) {
             return self.label(remark, entry);
         }
+        if let Some(effects) = self.ask_for_runs(&words) {
+            return effects;
+        }
         match (Request::all_from_words(&words), &words[..]) {
             (Ok(requests), _) => requests
                 .into_iter()
@@ -62,20 +65,6 @@ impl Model {
                 Vec::new()
             }
         }
-    }
-
-    /// What is said of the run that is being recorded.
-    fn label(&mut self, remark: Remark, entry: TextEntry) -> Vec<Effect> {
-        let recording = &self.recording;
-        let Some(capture) = recording.mcap.clone().or_else(|| recording.tee.clone()) else {
-            let error = "nothing is recorded: R begins a recording, with what came before it";
-            self.overlay = Overlay::Text(TextEntry {
-                error: Some(error.to_owned()),
-                ..entry
-            });
-            return Vec::new();
-        };
-        vec![Effect::Label { capture, remark }]
     }
 
     pub(super) fn take_route(

@@ -1,5 +1,7 @@
 //! A robot made of lines by hand, for the tests of the model and of the screen.
 
+use std::sync::Arc;
+
 use crossterm::event::{KeyCode, KeyEvent, KeyModifiers};
 use groundwave_protocol::decoder::Counters;
 use groundwave_protocol::failsafe::Failsafe;
@@ -18,6 +20,7 @@ pub(crate) use any::any_event;
 use super::{Config, Model};
 use crate::event::{CommandId, CommandStep, Effect, Event, LinkEvent, Moment};
 use crate::request::Request;
+use crate::run::{Apart, Comparison, Figures, Listed, Overlaid};
 
 /// A model, the time, and what its lines are made from.
 pub(crate) struct Scene {
@@ -240,4 +243,54 @@ pub(crate) fn status() -> StatusLine {
         boots: 4,
         odometer_resets: 0,
     }
+}
+
+/// Two runs in a folder.
+pub(crate) fn listed() -> Arc<Listed> {
+    let [mut first, mut second] = overlaid().comparison.runs.clone();
+    first.name = Some("new wheels".to_owned());
+    second.void = Some("the cat".to_owned());
+    Arc::new(Listed {
+        folder: "runs".to_owned(),
+        runs: vec![first, second],
+        problems: vec!["runs/old.mcap: it ends in the middle".to_owned()],
+    })
+}
+
+/// Two rounds, of which the second ends farther from where it began.
+pub(crate) fn overlaid() -> Arc<Overlaid> {
+    let round = |side_in: i32, end_in: i32| {
+        let east = (0..=side_in).map(|x| (x, 0));
+        let north = (0..=side_in).map(move |y| (side_in, y));
+        let west = (0..=side_in).rev().map(move |x| (x, side_in));
+        let south = (end_in..=side_in).rev().map(|y| (0, y));
+        let way = east.chain(north).chain(west).chain(south);
+        way.map(|(x, y)| (f64::from(x), f64::from(y)))
+            .collect::<Vec<_>>()
+    };
+    let run = |capture: &str, duration_s, closing_error_in| Figures {
+        capture: capture.to_owned(),
+        name: None,
+        void: None,
+        duration_s,
+        distance_in: 200.0,
+        closing_error_in: Some(closing_error_in),
+        bumps: 2,
+        restarts: 0,
+    };
+    Arc::new(Overlaid {
+        comparison: Comparison {
+            runs: [
+                run("runs/evening.mcap", 61.5, 3.0),
+                run("runs/morning.mcap", 75.0, 12.0),
+            ],
+            apart: Some(Apart {
+                mean_in: 4.2,
+                worst_in: 9.5,
+                worst_at_in: (60.0, 60.0),
+            }),
+        },
+        ways: [round(50, 3), round(60, 12)],
+        problems: Vec::new(),
+    })
 }

@@ -7,7 +7,7 @@ use groundwave_protocol::{WAYPOINTS_MAX, Waypoint};
 
 use super::chart::Focus;
 use super::motors::{Holder, suppressed};
-use super::testing::{Scene, state};
+use super::testing::{Scene, listed, overlaid, state};
 use super::{Config, Overlay};
 use crate::event::{CommandId, CommandStep, Effect, Event, Failure, LinkEvent, Moment};
 use crate::request::Request;

@@ -1,7 +1,7 @@
 //! What every command is for, as the dashboard lists it.
 
 /// The words of commands and what they are for, in the order of the list.
-pub const LISTING: [(&str, &str); 20] = [
+pub const LISTING: [(&str, &str); 22] = [
     ("stop", "motors off"),
     (
         "mode M",
@@ -44,6 +44,14 @@ pub const LISTING: [(&str, &str); 20] = [
     ("name TEXT", "call the run that is being recorded"),
     ("note TEXT", "add a note to it"),
     ("void WHY", "it does not count; counts takes that back"),
+    (
+        "runs FOLDER",
+        "list the runs there, or beside this one; Enter on two",
+    ),
+    (
+        "compare A B",
+        "lay the runs of two captures over each other",
+    ),
     ("help", "this list"),
     ("quit", "leave; the robot carries on"),
 ];

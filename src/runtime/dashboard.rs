@@ -10,6 +10,7 @@ use tokio::sync::mpsc::{Receiver, Sender, channel};
 use tokio::time::{Instant as TokioInstant, sleep_until};
 
 use super::pace::Pace;
+use super::runs;
 use super::{Driver, Keeper, Session};
 use crate::capture::runs::Label;
 use crate::event::{Effect, Event, Gesture, Level, Moment, Recording, Remark};
@@ -252,13 +253,28 @@ impl Running {
                     });
                 }
             },
-            Effect::Label { capture, remark } => self.label(capture, remark),
-            Effect::LoadRoute(path) => self.load_route(path),
+            Effect::Label {
+                capture,
+                remark,
+                ago,
+            } => self.label(capture, remark, ago),
+            Effect::ListRuns(folder) => self.work_on_files(move || Event::Runs(runs::list(folder))),
+            Effect::CompareRuns(captures) => {
+                self.work_on_files(move || Event::Overlaid(runs::overlay(&captures)));
+            }
+            Effect::LoadRoute(path) => self.work_on_files(move || {
+                let route = files::read_text(&path)
+                    .and_then(|text| route::parse(&path, &text).map_err(|error| error.to_string()));
+                Event::RouteLoaded { path, route }
+            }),
             Effect::SaveRoute {
                 path,
                 text,
                 overwrite,
-            } => self.save_route(path, text, overwrite),
+            } => self.work_on_files(move || {
+                let saved = files::write_text(&path, &text, overwrite);
+                Event::RouteSaved { path, saved }
+            }),
             Effect::Ring => terminal::ring()?,
             Effect::Redraw => self.screen.clear()?,
             Effect::Suspend => self.suspend()?,
@@ -311,30 +327,34 @@ impl Running {
     }
 
     /// On a thread of its own: a disk may take its time, and STOP may not wait for it.
-    fn load_route(&self, path: String) {
+    fn work_on_files(&self, work: impl FnOnce() -> Event + Send + 'static) {
         let readers = self.readers.clone();
         thread::spawn(move || {
-            let route = files::read_text(&path)
-                .and_then(|text| route::parse(&path, &text).map_err(|error| error.to_string()));
-            // A dashboard that is gone wants no route.
-            let _ = readers.blocking_send(Event::RouteLoaded { path, route });
+            // A dashboard that is gone need not be told.
+            let _ = readers.blocking_send(work());
         });
     }
 
     /// Beside the capture, and in its log at this moment.
-    fn label(&self, capture: String, remark: Remark) {
+    fn label(&self, capture: String, remark: Remark, ago: Moment) {
         let said = Event::Notice {
             level: Level::Info,
             text: remark.to_string(),
         };
-        if let Some(keeper) = &self.keeper {
-            keeper.event_sink()(Instant::now(), &said);
-        }
+        let now = Instant::now();
+        let at = match (&self.session, &self.keeper) {
+            (Session::Replay(_), _) => Some(self.session.now()),
+            (Session::Live(_), Some(keeper)) => {
+                keeper.event_sink()(now, &said);
+                keeper.moment_of(Path::new(&capture), now - ago)
+            }
+            (Session::Live(_), None) => None,
+        };
         let readers = self.readers.clone();
         thread::spawn(move || {
             let path = Path::new(&capture);
             let kept = Label::of(path).and_then(|mut label| {
-                label.take(&remark);
+                label.take(at.map(tenths_s), &remark);
                 label.keep(path)
             });
             let told = kept.map_or_else(
@@ -346,16 +366,6 @@ impl Running {
             );
             // A dashboard that is gone has kept it all the same.
             let _ = readers.blocking_send(told);
-        });
-    }
-
-    /// As [`Self::load_route`].
-    fn save_route(&self, path: String, text: String, overwrite: bool) {
-        let readers = self.readers.clone();
-        thread::spawn(move || {
-            let saved = files::write_text(&path, &text, overwrite);
-            // A dashboard that is gone has left the file behind, as it was asked to.
-            let _ = readers.blocking_send(Event::RouteSaved { path, saved });
         });
     }
 
@@ -411,6 +421,11 @@ impl Running {
         }
         Ok(())
     }
+}
+
+/// A moment in seconds, as exactly as anybody means it.
+fn tenths_s(at: Moment) -> f64 {
+    (at.as_secs_f64() * 10.0).round() / 10.0
 }
 
 async fn sleep_until_some(at: Option<Instant>) {

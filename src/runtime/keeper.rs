@@ -207,6 +207,17 @@ impl Keeper {
         }
     }
 
+    /// How far into the recording of this name a moment is; a raw one knows no times.
+    #[must_use]
+    pub fn moment_of(&self, capture: &Path, at: Instant) -> Option<Moment> {
+        let inner = self.lock();
+        let (_, wall) = inner.times(at);
+        let recorder = inner.recorder.as_ref()?;
+        (recorder.path() == capture)
+            .then(|| recorder.moment_of(wall))
+            .flatten()
+    }
+
     /// What has become of recordings begun, ended or recovered, once.
     #[must_use]
     pub fn poll_notice(&self) -> Option<(Level, String)> {
@@ -293,17 +304,40 @@ impl Keeper {
         let folder = path.parent().unwrap_or(Path::new("")).to_owned();
         let mut inner = self.lock();
         self.spawn(&mut inner, move |keeper| {
+            let mut failed = Vec::new();
             for path in recover::find_interrupted(&folder) {
                 let notice = match recover::recover(&path) {
                     Ok(recovery) => (recovery.level(), recovery.headline()),
                     // Somebody else was faster.
-                    Err(CaptureError::InUse(_)) => continue,
-                    Err(error) => (Level::Warning, error.to_string()),
+                    Err(CaptureError::UnderWay(_)) => continue,
+                    Err(error) => {
+                        failed.push((path, error));
+                        continue;
+                    }
                 };
                 keeper.lock().notices.push_back(notice);
             }
+            if let Some(text) = hopeless(&failed) {
+                keeper.lock().notices.push_back((Level::Warning, text));
+            }
         });
     }
+}
+
+/// Recordings that could not be saved, in one line: each start tells of them again, so with what ends that.
+fn hopeless(failed: &[(PathBuf, CaptureError)]) -> Option<String> {
+    let (path, error) = failed.first()?;
+    let name = path.display();
+    let files = format!("{name}.partial and {name}.journal");
+    Some(match failed.len() {
+        1 => format!(
+            "an interrupted recording cannot be recovered: {error}; move or delete {files} if they are of no use to you"
+        ),
+        count => format!(
+            "{count} interrupted recordings cannot be recovered, {name} first: {error}; `groundwave recover FOLDER` says why \
+             of each; move or delete {files} and those of the others if they are of no use to you"
+        ),
+    })
 }
 
 /// Ends a recording in good order even when the program panics.

@@ -7,6 +7,7 @@ mod driver;
 mod keeper;
 mod live;
 mod pace;
+mod runs;
 mod session;
 
 pub use dashboard::{Dashboard, run};

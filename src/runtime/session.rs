@@ -62,6 +62,8 @@ impl Live {
                 | Event::Resize { .. }
                 | Event::Recording(_)
                 | Event::Playback(_)
+                | Event::Runs(_)
+                | Event::Overlaid(_)
         );
         let is_fact = is_fact && (*event != Event::Tick || is_due);
         if is_fact {
@@ -124,26 +126,33 @@ impl Live {
                 Travel::Speed(_) | Travel::Newest | Travel::GiveUp => return None,
                 Travel::Mark => {
                     self.player.handle(now, travel);
-                    let text = self.player.playback().note?;
-                    return Some(Event::Notice {
-                        level: Level::Info,
-                        text,
-                    });
+                    return self.note();
                 }
                 Travel::TogglePause => {
                     self.player.handle(now, Travel::Newest);
                     self.is_away = true;
                     return None;
                 }
-                _ => self.player.handle(now, Travel::Newest),
+                _ => {
+                    self.is_away = self.player.leave_newest(now, travel);
+                    return if self.is_away { None } else { self.note() };
+                }
             }
-            self.is_away = true;
         }
         self.player.handle(now, travel);
         if travel == Travel::Newest {
             self.come_back();
         }
         None
+    }
+
+    /// What the player has to say, where nobody sees its note.
+    fn note(&self) -> Option<Event> {
+        let text = self.player.playback().note?;
+        Some(Event::Notice {
+            level: Level::Info,
+            text,
+        })
     }
 
     fn come_back(&mut self) {

@@ -2,7 +2,7 @@
 
 use std::fmt;
 use std::net::{IpAddr, Ipv4Addr, SocketAddr};
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 use std::str::FromStr;
 
 /// Where a station shares its link.
@@ -65,7 +65,11 @@ impl FromStr for Address {
             Some(path) => (path, true),
             None => (text, false),
         };
-        if is_named || path.contains('/') {
+        let is_socket = Path::new(path)
+            .extension()
+            .is_some_and(|extension| extension == "sock");
+        let is_file = path.contains('/') || is_socket && !path.starts_with("tcp:");
+        if is_named || is_file {
             if path.is_empty() {
                 return Err("unix: needs a path".to_owned());
             }
@@ -80,7 +84,7 @@ impl FromStr for Address {
                 Ok(Self::Tcp(address.to_owned()))
             }
             _ => Err(format!(
-                "`{text}` is neither a port (4001), HOST:PORT nor a path with a `/` (./station.sock)"
+                "`{text}` is neither a port (4001), HOST:PORT nor a Unix socket (station.sock, or a path with a `/`)"
             )),
         }
     }
@@ -114,7 +118,17 @@ mod tests {
             Ok(Address::Unix("/tmp/x.sock".into()))
         );
         assert_eq!("unix:x.sock".parse(), Ok(Address::Unix("x.sock".into())));
-        for wrong in ["", "x.sock", "70000", ":4001", "unix:", "host:port"] {
+        assert_eq!("x.sock".parse(), Ok(Address::Unix("x.sock".into())));
+        assert_eq!("x.sock:4001".parse(), Ok(tcp("x.sock:4001")));
+        for wrong in [
+            "",
+            "x.socket",
+            "tcp:x.sock",
+            "70000",
+            ":4001",
+            "unix:",
+            "host:port",
+        ] {
             assert!(wrong.parse::<Address>().is_err(), "{wrong}");
         }
     }

@@ -255,6 +255,27 @@ impl<C: Cursor> Player<C> {
         }
     }
 
+    /// As [`Self::handle`], at the newest moment of a live session; says whether another moment is shown for it.
+    /// Where nothing is found the note tells, and the session goes on.
+    pub fn leave_newest(&mut self, host: Moment, travel: Travel) -> bool {
+        self.rest();
+        self.handle(host, Travel::Newest);
+        self.handle(host, travel);
+        let is_there = match travel {
+            Travel::Jump { .. } | Travel::Step { .. } => self.note.is_none(),
+            Travel::Seek(_) if self.is_at_end() => {
+                self.note
+                    .get_or_insert_with(|| "it goes no further than now".to_owned());
+                false
+            }
+            _ => true,
+        };
+        if !is_there {
+            self.rest();
+        }
+        is_there
+    }
+
     fn go(&mut self, at: Moment) {
         let at = at.clamp(self.from, self.until.max(self.from));
         self.reel.seek(at);

@@ -105,10 +105,14 @@ impl Screen<'_> {
     /// What, how bad and since when.
     fn alarm_words(&self, rule: &Rule, raised: &Raised, now: Moment) -> String {
         let figure = match raised.worst.filter(|_| rule.has_figure()) {
-            Some(worst) if rule.is_beyond(worst, &self.model.config.limits) => {
-                format!(" {} ({})", rule.figure(worst), self.limit_words(rule))
+            Some(worst) => {
+                let words = figure_words(rule, raised, worst);
+                if rule.is_beyond(worst, &self.model.config.limits) {
+                    format!(" {words} ({})", self.limit_words(rule))
+                } else {
+                    format!(" {words}")
+                }
             }
-            Some(worst) => format!(" {}", rule.figure(worst)),
             None => String::new(),
         };
         let times = match raised.times {
@@ -137,5 +141,16 @@ impl Screen<'_> {
     fn limit_words(&self, rule: &Rule) -> String {
         let bounds = rule.bounds(&self.model.config.limits);
         format!("limit {}", rule.figure(bounds.raise))
+    }
+}
+
+/// The latest figure and the worst one, so that neither is taken for the other.
+fn figure_words(rule: &Rule, raised: &Raised, worst: f64) -> String {
+    let worst = rule.figure(worst);
+    let latest = raised.latest.map(|latest| rule.figure(latest));
+    match (raised.over_at, latest) {
+        (Some(_), _) => format!("at worst {worst}"),
+        (None, Some(latest)) if latest != worst => format!("{latest}, at worst {worst}"),
+        (None, _) => worst,
     }
 }

@@ -164,8 +164,15 @@ impl Screen<'_> {
             } else {
                 "waypoints"
             };
+            let draft = model.chart.draft.waypoints();
+            let active = model.ledger.active();
+            let fate = if active.is_some_and(|active| active.waypoints == draft) {
+                "just what the robot holds; U discards"
+            } else {
+                "not sent; S sends, u takes back"
+            };
             let words = format!(
-                "{} draft: {drafted} {waypoints}, not sent; S sends, u takes back",
+                "{} draft: {drafted} {waypoints}, {fate}",
                 self.theme.glyphs.draft,
             );
             tell(&words, self.theme.draft);

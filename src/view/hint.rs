@@ -8,7 +8,7 @@ use ratatui::text::{Line, Span};
 use super::status::{file_name, shortened};
 use super::{Screen, put};
 use crate::model::keys::Context;
-use crate::model::link::Health;
+use crate::model::link::{Connection, Health};
 use crate::model::news::{News, Passing};
 use crate::model::{Overlay, Panel, Purpose};
 use crate::travel::TARGET_HELP;
@@ -181,7 +181,14 @@ impl Screen<'_> {
             .map(|path| if short { file_name(path) } else { path })
             .map(|name| shortened(name, name_columns))
             .collect();
-        if !places.is_empty() {
+        if recording.problem.is_some() {
+            facts.push("recording failed".to_owned());
+            let file = recording.mcap.as_deref();
+            let file = file.map(|path| if short { file_name(path) } else { path });
+            if let Some(name) = file.map(|name| shortened(name, name_columns)) {
+                facts.push(format!("after leaving: groundwave recover {name}"));
+            }
+        } else if !places.is_empty() {
             let recorded = if short { "" } else { "recorded in " };
             facts.push(format!("{recorded}{}", places.join(", ")));
         } else if !self.model.is_replay() {
@@ -203,7 +210,7 @@ impl Screen<'_> {
                 (", .", " a line back or on, "),
                 ("g", " goes to a time"),
             ]
-        } else if link.can_send {
+        } else if link.can_send && link.connection == Connection::Open {
             &[("h", " sends it home")]
         } else {
             &[]

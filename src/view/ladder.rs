@@ -166,7 +166,7 @@ impl Screen<'_> {
                     (glyphs.raised, "suppressed", theme.raised)
                 }
                 LayerState::Raised | LayerState::Holds => {
-                    (glyphs.raised, "had it just now", theme.raised)
+                    (glyphs.raised, "just had it", theme.raised)
                 }
                 LayerState::Quiet => (glyphs.quiet, "quiet", theme.plain),
                 LayerState::Off if layer == Layer::User => (glyphs.quiet, "hands off", theme.plain),
@@ -228,7 +228,12 @@ impl Screen<'_> {
         ]);
         put(buffer, area, row, &line);
         self.draw_since(buffer, area, row, &line, rung);
-        let taken = line.width() + " 100 %".len();
+        let old = if self.are_shares_stale() {
+            theme.glyphs.stale
+        } else {
+            ""
+        };
+        let taken = line.width() + " 100 %".len() + old.chars().count();
         let Some(share) = rung
             .share
             .filter(|share| *share > 0.0 && taken <= usize::from(area.width))
@@ -239,11 +244,6 @@ impl Screen<'_> {
         if area.width >= BARS_WIDTH {
             spans.push(Span::styled(self.bar(share, BAR_CELLS), rung.style));
         }
-        let old = if self.are_shares_stale() {
-            theme.glyphs.stale
-        } else {
-            ""
-        };
         let figures = format!("{old}{:>1$.0} %", share * 100.0, 4 - old.chars().count());
         spans.push(Span::styled(figures, rung.style));
         put_right(buffer, area, row, &Line::from(spans));

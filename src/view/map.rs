@@ -51,14 +51,7 @@ pub(super) struct Projection {
 
 impl Projection {
     fn of(chart: &Chart, area: Rect) -> Self {
-        let (columns, rows) = (f64::from(area.width.max(1)), f64::from(area.height.max(1)));
-        let (width_in, height_in) = chart.bounds.extent();
-        let needed_in = (width_in / (2.0 * columns)).max(height_in / (4.0 * rows));
-        let fit = SCALES_IN
-            .iter()
-            .position(|scale_in| *scale_in >= needed_in)
-            .unwrap_or(SCALES_IN.len() - 1)
-            .max(FIT_SCALE_MIN);
+        let fit = fitting(chart.bounds.extent(), area).max(FIT_SCALE_MIN);
         let zoomed = fit
             .saturating_add_signed(-2 * isize::from(chart.zoom))
             .min(SCALES_IN.len() - 1);
@@ -73,6 +66,16 @@ impl Projection {
         projection
     }
 
+    /// All of a rectangle of the floor, given by two of its corners.
+    pub(super) fn over(low: (f64, f64), high: (f64, f64), area: Rect) -> Self {
+        let (width_in, height_in) = (high.0 - low.0, high.1 - low.1);
+        Self {
+            middle: (low.0 + width_in / 2.0, low.1 + height_in / 2.0),
+            scale_in: SCALES_IN[fitting((width_in, height_in), area)],
+            area,
+        }
+    }
+
     /// Moves the middle no more than it takes to show a point.
     fn show(&mut self, x_in: f64, y_in: f64) {
         let reach =
@@ -83,7 +86,7 @@ impl Projection {
     }
 
     /// The dot of a point on the floor, from the upper left.
-    fn dot(&self, (x_in, y_in): (f64, f64)) -> (f64, f64) {
+    pub(super) fn dot(&self, (x_in, y_in): (f64, f64)) -> (f64, f64) {
         (
             f64::from(self.area.width) + ((x_in - self.middle.0) / self.scale_in).round(),
             2.0 * f64::from(self.area.height) - ((y_in - self.middle.1) / self.scale_in).round(),
@@ -112,6 +115,14 @@ impl Projection {
             y_in: y_in.round() as i16,
         })
     }
+}
+
+/// The place of the finest scale that shows so much, inches across and along.
+fn fitting((width_in, height_in): (f64, f64), area: Rect) -> usize {
+    let (columns, rows) = (f64::from(area.width.max(1)), f64::from(area.height.max(1)));
+    let needed_in = (width_in / (2.0 * columns)).max(height_in / (4.0 * rows));
+    let fits = SCALES_IN.iter().position(|scale_in| *scale_in >= needed_in);
+    fits.unwrap_or(SCALES_IN.len() - 1)
 }
 
 impl Screen<'_> {

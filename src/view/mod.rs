@@ -54,6 +54,7 @@ mod pointer;
 mod raster;
 mod raw;
 mod route;
+mod runs;
 mod sensors;
 mod status;
 #[cfg(test)]

@@ -6,9 +6,10 @@ use ratatui::symbols::border;
 use ratatui::text::{Line, Span};
 use ratatui::widgets::{Block, Clear, Paragraph, Widget, Wrap};
 
-use super::{Screen, put};
+use super::text::wrap;
+use super::{Screen, put, split_bottom};
 use crate::model::keys::{Action, Context};
-use crate::model::{Overlay, Question};
+use crate::model::{Overlay, Question, TextEntry};
 use crate::request::LISTING;
 
 const QUESTION_COLUMNS: u16 = 56;
@@ -43,11 +44,25 @@ impl Screen<'_> {
             Overlay::Help => self.help(buffer, area),
             Overlay::Palette(palette) => self.palette(buffer, area, palette),
             Overlay::Why => self.why_window(buffer, area),
-            Overlay::None
-            | Overlay::Text(_)
-            | Overlay::Drive(_)
-            | Overlay::Jump { .. }
-            | Overlay::Trace(_) => {}
+            Overlay::Runs(runs) => self.runs_window(buffer, area, runs),
+            Overlay::Text(entry) => self.long_error(buffer, area, entry),
+            Overlay::None | Overlay::Drive(_) | Overlay::Jump { .. } | Overlay::Trace(_) => {}
+        }
+    }
+
+    /// What is wrong with what was typed, over the rows above as well where one row does not hold it.
+    fn long_error(&self, buffer: &mut Buffer, area: Rect, entry: &TextEntry) {
+        let width = usize::from(area.width);
+        let error = entry.error.as_deref().unwrap_or_default();
+        let rows = wrap(error, width, width);
+        if rows.len() < 2 {
+            return;
+        }
+        let (above, _) = split_bottom(area, 1);
+        let (_, here) = split_bottom(above, rows.len() as u16);
+        Clear.render(here, buffer);
+        for (row, text) in (0..here.height).zip(rows) {
+            put(buffer, here, row, &Line::styled(text, self.theme.warning));
         }
     }
 

@@ -24,7 +24,7 @@ pub(super) enum Ink {
 }
 
 impl Ink {
-    fn style(self, theme: &Theme) -> Style {
+    pub(super) fn style(self, theme: &Theme) -> Style {
         match self {
             Self::None => theme.plain,
             Self::Wall => theme.wall,
@@ -37,7 +37,7 @@ impl Ink {
         }
     }
 
-    const fn ascii(self) -> char {
+    pub(super) const fn ascii(self) -> char {
         match self {
             Self::None => ' ',
             Self::Wall => ':',

@@ -23,16 +23,18 @@ impl Screen<'_> {
             width: area.width.saturating_sub(right_width + 2),
             ..area
         };
-        let mut spans = self.link_at_a_glance();
+        let mut spans = self.link_at_a_glance(usize::from(left.width));
         let taken: usize = spans.iter().map(Span::width).sum();
         spans.push(Span::raw("  "));
         let room = usize::from(left.width).saturating_sub(taken + 2);
         spans.push(self.recording(room));
-        put(buffer, left, 0, &Line::from(spans));
+        let line = self.cut(Line::from(spans), usize::from(left.width));
+        put(buffer, left, 0, &line);
         put_right(buffer, area, 0, &right);
     }
 
-    fn link_at_a_glance(&self) -> Vec<Span<'_>> {
+    /// The link in no more columns than there are, where that can be.
+    fn link_at_a_glance(&self, room: usize) -> Vec<Span<'_>> {
         let link = &self.model.link;
         let theme = &self.theme;
         let glyphs = theme.glyphs;
@@ -50,30 +52,33 @@ impl Screen<'_> {
             let newest = newest.as_ref().map(|newest| format!("  newest {newest}"));
             [Some(rate), loss, newest].into_iter().flatten().collect()
         };
-        let (glyph, style, words): (_, Style, String) = match link.health(self.now) {
-            Health::Waiting => match self.instead_of_lines() {
-                Some(words) => (glyphs.silent, theme.warning, format!("  {words}")),
-                None => (glyphs.silent, theme.dim, "  no line yet".to_owned()),
-            },
-            Health::Good => (glyphs.good, theme.good, flow()),
-            Health::Weak => (glyphs.weak, theme.warning, format!("  WEAK{}", flow())),
-            Health::Silent => (
-                glyphs.silent,
-                theme.alarm,
-                format!(
-                    "  SILENT for {}{}",
-                    newest.unwrap_or_default(),
-                    self.instead_of_lines()
-                        .map_or(String::new(), |words| format!(": {words}"))
+        let (glyph, style, words): (_, Style, String) =
+            match link.health(self.now) {
+                Health::Waiting => match self.instead_of_lines() {
+                    Some(words) => (glyphs.silent, theme.warning, format!("  {words}")),
+                    None => (glyphs.silent, theme.dim, "  no line yet".to_owned()),
+                },
+                Health::Good => (glyphs.good, theme.good, flow()),
+                Health::Weak => (glyphs.weak, theme.warning, format!("  WEAK{}", flow())),
+                Health::Silent => (
+                    glyphs.silent,
+                    theme.alarm,
+                    format!(
+                        "  SILENT for {}{}",
+                        newest.unwrap_or_default(),
+                        self.instead_of_lines()
+                            .map_or(String::new(), |words| format!(": {words}"))
+                    ),
                 ),
-            ),
-            Health::Lost => (glyphs.bad, theme.alarm, self.lost()),
-            Health::Ended => (
-                glyphs.ended,
-                theme.strong,
-                "  session ended; what you see is its last moment".to_owned(),
-            ),
-        };
+                Health::Lost => (glyphs.bad, theme.alarm, self.lost()),
+                Health::Ended => (
+                    glyphs.ended,
+                    theme.strong,
+                    ended(room.saturating_sub(
+                        shortened(name, NAME_COLUMNS).chars().count() + MARKS_COLUMNS,
+                    )),
+                ),
+            };
         let calm = matches!(
             link.health(self.now),
             Health::Good | Health::Waiting | Health::Weak
@@ -180,6 +185,20 @@ impl Screen<'_> {
         }
         spans
     }
+}
+
+/// Columns of the marks for the link and for the recording, with what is between.
+const MARKS_COLUMNS: usize = 5;
+
+/// That it is over, in as many words as there is room for.
+fn ended(room: usize) -> String {
+    let words = [
+        "  session ended; what you see is its last moment",
+        "  session ended; its last moment",
+        "  session ended",
+    ];
+    let fits = words.into_iter().find(|words| words.len() <= room);
+    fits.unwrap_or("  ended").to_owned()
 }
 
 /// Columns of the link's name.

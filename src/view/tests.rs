@@ -23,7 +23,7 @@ use crate::event::{
     CommandId, CommandStep, Effect, Event, Failure, LineRate, LinkEvent, Reception, Recording,
     Truth,
 };
-use crate::model::testing::Scene;
+use crate::model::testing::{Scene, listed, overlaid};
 use crate::model::{Colors, Config};
 use crate::request::Request;
 

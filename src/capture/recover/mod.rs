@@ -9,6 +9,7 @@
 mod evidence;
 mod files;
 mod fill;
+mod interrupted;
 mod report;
 mod scan;
 mod survey;
@@ -26,6 +27,7 @@ use ::mcap::sans_io::LinearReaderOptions;
 use prost::Message;
 
 pub use files::{Paths, find_interrupted, free_part, is_in_use, refuse_own_name, set_aside};
+pub use interrupted::Interrupted;
 pub use report::{End, Missing, Outcome, Recovery};
 pub use walk::Damage;
 
@@ -58,7 +60,7 @@ pub fn recover(path: &Path) -> Result<Recovery, CaptureError> {
     let paths = Paths::of(path);
     refuse_foreign(&paths)?;
     if is_in_use(&paths) {
-        return Err(CaptureError::InUse(paths.target));
+        return Err(CaptureError::UnderWay(paths.target));
     }
     let _locks = Locks::take(&paths);
     if !paths.are_interrupted() {

@@ -1,35 +1,11 @@
 //! How two runs differ.
 
-use std::io::{self, Write};
-
-use serde::Serialize;
-
 use super::Course;
 use super::course::{Place, way};
+pub use crate::run::{Apart, Comparison, Figures};
 
 /// Places compared; more would say nothing new and take time by the square.
 const PLACES_MAX: usize = 2048;
-
-/// What a run amounts to.
-#[derive(Clone, Debug, PartialEq, Serialize)]
-pub struct Figures {
-    /// The capture.
-    pub capture: String,
-    /// What its operator calls it.
-    pub name: Option<String>,
-    /// Why it does not count.
-    pub void: Option<String>,
-    /// From the first report of its course to the last, seconds.
-    pub duration_s: f64,
-    /// Way driven, inches.
-    pub distance_in: f64,
-    /// From where it ended back to where it began, inches; none without a report.
-    pub closing_error_in: Option<f64>,
-    /// Contacts of the bumper.
-    pub bumps: u32,
-    /// How often the odometer was set in the middle; the figures are of what came after the last time.
-    pub restarts: u32,
-}
 
 impl Figures {
     /// Those of a course.
@@ -46,17 +22,6 @@ impl Figures {
             restarts: course.restarts,
         }
     }
-}
-
-/// How far two courses are from each other.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
-pub struct Apart {
-    /// On average over both courses, inches.
-    pub mean_in: f64,
-    /// At most, inches.
-    pub worst_in: f64,
-    /// Where on one of them, inches.
-    pub worst_at_in: Place,
 }
 
 impl Apart {
@@ -111,116 +76,6 @@ fn from_piece_in(place: Place, from: Place, to: Place) -> f64 {
         0.0
     };
     way(place, (from.0 + part * dx, from.1 + part * dy))
-}
-
-/// Two runs side by side.
-#[derive(Clone, Debug, PartialEq, Serialize)]
-pub struct Comparison {
-    /// The one and the other.
-    pub runs: [Figures; 2],
-    /// Between their courses.
-    pub apart: Option<Apart>,
-}
-
-impl Comparison {
-    /// Writes it for a person.
-    ///
-    /// # Errors
-    /// When the output takes no more.
-    pub fn write_text(&self, output: &mut impl Write) -> io::Result<()> {
-        let [a, b] = &self.runs;
-        let mut row = |what: &str, a: String, b: String, more: String| {
-            writeln!(
-                output,
-                "{}",
-                format!("{what:14} {a:>18} {b:>18} {more:>14}").trim_end()
-            )
-        };
-        let none = String::new;
-        row("", "1".into(), "2".into(), "2 against 1".into())?;
-        row("capture", short(&a.capture), short(&b.capture), none())?;
-        if a.name.is_some() || b.name.is_some() {
-            let name = |run: &Figures| run.name.as_deref().map_or_else(none, short);
-            row("name", name(a), name(b), none())?;
-        }
-        if a.void.is_some() || b.void.is_some() {
-            let counts = |run: &Figures| if run.void.is_some() { "VOID" } else { "counts" };
-            row("", counts(a).into(), counts(b).into(), none())?;
-        }
-        let figure = |value: f64, unit: &str| format!("{value:.1} {unit}");
-        let more = |a: f64, b: f64, unit: &str| format!("{:+.1} {unit}", b - a);
-        let (took_a, took_b) = (a.duration_s, b.duration_s);
-        row(
-            "time",
-            figure(took_a, "s"),
-            figure(took_b, "s"),
-            more(took_a, took_b, "s"),
-        )?;
-        let (way_a, way_b) = (a.distance_in, b.distance_in);
-        row(
-            "way",
-            figure(way_a, "in"),
-            figure(way_b, "in"),
-            more(way_a, way_b, "in"),
-        )?;
-        if let (Some(error_a), Some(error_b)) = (a.closing_error_in, b.closing_error_in) {
-            let of = |run: &Figures, error_in: f64| {
-                if run.distance_in > 0.0 {
-                    format!(
-                        "{error_in:.1} in {:.1} %",
-                        100.0 * error_in / run.distance_in
-                    )
-                } else {
-                    figure(error_in, "in")
-                }
-            };
-            row(
-                "closing error",
-                of(a, error_a),
-                of(b, error_b),
-                more(error_a, error_b, "in"),
-            )?;
-        }
-        let bumps = i64::from(b.bumps) - i64::from(a.bumps);
-        row(
-            "bumps",
-            a.bumps.to_string(),
-            b.bumps.to_string(),
-            format!("{bumps:+}"),
-        )?;
-        if let Some(apart) = self.apart {
-            let (x_in, y_in) = apart.worst_at_in;
-            writeln!(
-                output,
-                "apart          {:.1} in on average, {:.1} in at worst, at ({x_in:.0}, {y_in:.0})",
-                apart.mean_in, apart.worst_in
-            )?;
-        }
-        for (number, run) in [(1, a), (2, b)] {
-            if let Some(reason) = run.void.as_deref().filter(|reason| !reason.is_empty()) {
-                writeln!(output, "run {number} is void: {reason}")?;
-            }
-            if run.restarts > 0 {
-                writeln!(
-                    output,
-                    "run {number} set its odometer anew {} times: compared is what came after the last",
-                    run.restarts
-                )?;
-            }
-        }
-        Ok(())
-    }
-}
-
-/// The end of a long name: that is where captures differ.
-fn short(name: &str) -> String {
-    const WIDTH: usize = 18;
-    let length = name.chars().count();
-    if length <= WIDTH {
-        return name.to_owned();
-    }
-    let tail: String = name.chars().skip(length - WIDTH + 2).collect();
-    format!("..{tail}")
 }
 
 #[cfg(test)]

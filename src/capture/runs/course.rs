@@ -9,15 +9,13 @@ use groundwave_protocol::telemetry::{Body, StateLine};
 use crate::capture::bumps::Bumps;
 use crate::capture::odometer::{can_be_driven, seconds_of, slots_between};
 use crate::capture::{Capture, CaptureError};
+pub use crate::run::Place;
 
 /// Points kept; a longer way is kept more coarsely.
 const POINTS_MAX: usize = 4096;
 
 /// Distance between two points at the start, inches.
 const SPACING_IN: f64 = 1.0;
-
-/// A place on the floor in the robot's own frame: east and north, inches.
-pub type Place = (f64, f64);
 
 /// The way from the place where the robot's odometer was last set.
 ///

@@ -118,11 +118,11 @@ impl Label {
             })
     }
 
-    /// Takes what an operator said while it was recorded.
-    pub fn take(&mut self, remark: &Remark) {
+    /// Takes what an operator said of it at a moment, seconds since the capture began; only a note has one.
+    pub fn take(&mut self, at_s: Option<f64>, remark: &Remark) {
         match remark {
             Remark::Name(name) => self.name = Some(name.clone()),
-            Remark::Note(text) => self.remark(None, text),
+            Remark::Note(text) => self.remark(at_s, text),
             Remark::Void(reason) => self.void = Some(reason.clone()),
             Remark::Counts => self.void = None,
         }

@@ -5,6 +5,7 @@
 
 pub mod comparison;
 pub mod course;
+pub mod folder;
 pub mod label;
 pub mod overlay;
 pub mod sketch;

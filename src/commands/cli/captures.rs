@@ -110,6 +110,9 @@ pub struct Convert {
     /// When a raw capture began: 2025-03-14T09:26:53Z [default: what its lines say, else 1970]
     #[arg(long, value_name = "TIME")]
     pub start: Option<When>,
+    /// Make MCAP also of what has not one line of a robot, such as noise
+    #[arg(long)]
+    pub anyway: bool,
 }
 
 /// `export`

@@ -142,7 +142,7 @@ pub(crate) const RULES: [Rule; RULES_COUNT] = [
     Rule {
         level: Level::Alarm,
         name: "link lost",
-        remedy: "plug the radio in again; it is looked for all the time",
+        remedy: "see to plug, cable and network; it is tried all the time",
         unit: "",
         logged_here: false,
         look: |facts| match facts.link.connection {
@@ -170,7 +170,7 @@ pub(crate) const RULES: [Rule; RULES_COUNT] = [
     Rule {
         level: Level::Alarm,
         name: "recording failed",
-        remedy: "make room on the disk; what comes now is not kept",
+        remedy: "make room, then R twice records anew; nothing is kept now",
         unit: "",
         logged_here: false,
         look: |facts| match facts.recording.problem {

@@ -2,6 +2,7 @@
 
 use super::*;
 use crate::event::{Remark, SaveProblem};
+use crate::model::Runs;
 
 #[test]
 fn stop_never_asks_and_works_under_everything() {
@@ -442,7 +443,60 @@ fn what_is_said_of_a_run_is_kept_beside_its_recording() {
         let label = Effect::Label {
             capture: "evening.mcap".to_owned(),
             remark,
+            ago: Moment::ZERO,
         };
         assert_eq!(scene.press(&[KeyCode::Enter]), [label], "{text}");
     }
+}
+
+#[test]
+fn runs_are_listed_beside_the_recording_and_two_are_compared() {
+    let mut scene = scene();
+    let asked = |scene: &mut Scene, text: &str| {
+        scene.type_text(text);
+        scene.press(&[KeyCode::Enter])
+    };
+    let list = |folder: &str| [Effect::ListRuns(folder.to_owned())];
+    let compare = |a: &str, b: &str| [Effect::CompareRuns([a, b].map(str::to_owned))];
+    assert_eq!(asked(&mut scene, ":runs"), list("."));
+    scene.press(&[KeyCode::Esc]);
+    scene.event(Event::Recording(crate::event::Recording {
+        mcap: Some("evenings/first.mcap".to_owned()),
+        ..crate::event::Recording::default()
+    }));
+    assert_eq!(asked(&mut scene, ":runs"), list("evenings"));
+    scene.event(Event::Runs(Ok(listed())));
+    // Picked, dropped and picked again; then another one.
+    scene.press(&[KeyCode::Enter, KeyCode::Enter, KeyCode::Enter]);
+    let wanted = compare("runs/evening.mcap", "runs/morning.mcap");
+    assert_eq!(scene.press(&[KeyCode::Down, KeyCode::Enter]), wanted);
+    scene.event(Event::Overlaid(Ok(overlaid())));
+    let Overlay::Runs(Runs::Overlaid(_)) = &scene.model.overlay else {
+        panic!("{:?}", scene.model.overlay);
+    };
+    scene.press(&[KeyCode::Esc]);
+    assert_eq!(asked(&mut scene, ":runs elsewhere"), list("elsewhere"));
+    // Whoever does not wait any more is not interrupted.
+    scene.press(&[KeyCode::Esc]);
+    scene.event(Event::Runs(Ok(listed())));
+    assert_eq!(scene.model.overlay, Overlay::None);
+    assert_eq!(asked(&mut scene, ":compare a b"), compare("a", "b"));
+    scene.event(Event::Overlaid(Err("a: no".to_owned())));
+    let failed = Overlay::Runs(Runs::Failed("a: no".to_owned()));
+    assert_eq!(scene.model.overlay, failed);
+}
+
+#[test]
+fn the_run_on_show_can_be_named_and_the_past_has_notes_of_its_own() {
+    let mut scene = Scene::new(Config {
+        capture: Some("old/house.mcap".to_owned()),
+        ..Config::default()
+    });
+    scene.type_text(":name the house");
+    let label = Effect::Label {
+        capture: "old/house.mcap".to_owned(),
+        remark: Remark::Name("the house".to_owned()),
+        ago: Moment::ZERO,
+    };
+    assert_eq!(scene.press(&[KeyCode::Enter]), [label]);
 }

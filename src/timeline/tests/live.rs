@@ -309,3 +309,42 @@ fn a_live_run_in_any_chunks_and_its_replay_are_the_same_to_the_last_character() 
         }
     }
 }
+
+#[test]
+fn what_is_not_found_leaves_the_session_at_its_newest_moment() {
+    let mut session = Session::new();
+    for sequence in 0..10 {
+        session.now += Moment::from_millis(333);
+        session.take(Event::Notice {
+            level: Level::Info,
+            text: format!("line {sequence}"),
+        });
+    }
+    let now = session.now + Moment::from_secs(1);
+    let mut player = Player::of_session(session.reel, None);
+    let jump = |to, forward| Travel::Jump {
+        to: Some(to),
+        forward,
+    };
+    let seek = Travel::Seek;
+    for (travel, note) in [
+        (jump(Landmark::Alarm, true), "there are no later alarms"),
+        (jump(Landmark::Bump, false), "there are no earlier bumps"),
+        (seek(Target::Packet(99_999)), "there is no packet 99999"),
+        (seek(Target::Ahead(now)), "it goes no further than now"),
+        (Travel::Step { forward: true }, "this is the last line"),
+    ] {
+        player.set_span(Moment::ZERO, now);
+        assert!(!player.leave_newest(now, travel), "{travel:?}");
+        assert!(player.is_at_end(), "{travel:?}");
+        assert_eq!(player.playback().note.as_deref(), Some(note));
+    }
+    for travel in [
+        seek(Target::Back(Moment::from_secs(1))),
+        seek(Target::At(Moment::from_secs(2))),
+    ] {
+        player.set_span(Moment::ZERO, now);
+        assert!(player.leave_newest(now, travel), "{travel:?}");
+        assert!(!player.is_at_end(), "{travel:?}");
+    }
+}

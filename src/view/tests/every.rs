@@ -164,7 +164,7 @@ const STATES: &[State] = &[
             scene.wait_ms(4500);
             scene
         },
-        facts: &["LINK LOST 4 s", "the device is gone", "plug the radio in"],
+        facts: &["LINK LOST 4 s", "the device is gone", "see to plug, cable"],
     },
     State {
         name: "ended",
@@ -296,6 +296,27 @@ const STATES: &[State] = &[
             "beaten    sonar, prowl",
             "wheels ordered -6 -6",
         ],
+    },
+    State {
+        name: "runs",
+        make: |config| {
+            let mut scene = typed(config, ":runs runs");
+            scene.press(&[KeyCode::Enter]);
+            scene.event(Event::Runs(Ok(listed())));
+            scene.press(&[KeyCode::Enter, KeyCode::Down]);
+            scene
+        },
+        facts: &["runs in runs", "evening.mcap  ne", "VOID", "Enter compare"],
+    },
+    State {
+        name: "comparison",
+        make: |config| {
+            let mut scene = typed(config, ":compare a.mcap b.mcap");
+            scene.press(&[KeyCode::Enter]);
+            scene.event(Event::Overlaid(Ok(overlaid())));
+            scene
+        },
+        facts: &["closing error", "+9.0 in", "on average", "Esc back"],
     },
     State {
         name: "route",

@@ -341,3 +341,112 @@ fn every_key_is_in_the_help_however_small_the_screen() {
         );
     }
 }
+
+/// An answer that is cut where the help begins is none.
+#[test]
+fn a_long_error_is_told_whole() {
+    let mut scene = flight(demo());
+    scene.type_text(":xyzzy");
+    scene.press(&[KeyCode::Enter]);
+    let screen = screen(&scene, 80, 24);
+    row(&screen, "unknown command `xyzzy`");
+    row(&screen, "failsafe, param");
+}
+
+#[test]
+fn an_ended_replay_says_so_without_being_cut() {
+    let mut scene = flight(demo());
+    scene.event(Event::Link(LinkEvent::Opened {
+        name: "replay of captures/house-clean.txt".to_owned(),
+        can_send: false,
+    }));
+    scene.event(Event::Link(LinkEvent::Ended));
+    for width in [80, 90, 100] {
+        let screen = screen(&scene, width, 24);
+        let ended = row(&screen, "session ended");
+        assert!(!ended.contains('…'), "{ended}");
+    }
+}
+
+#[test]
+fn what_failed_to_record_is_not_told_as_recorded() {
+    let mut scene = flight(demo());
+    scene.event(Event::Recording(Recording {
+        mcap: Some("f.mcap".to_owned()),
+        problem: Some("the disk is full".to_owned()),
+        ..Recording::default()
+    }));
+    scene.wait_ms(6_000);
+    let screen = screen(&scene, 120, 40);
+    row(&screen, "R twice records anew");
+    row(&screen, "groundwave recover f.mcap");
+    assert!(!screen.contains("recorded in"), "{screen}");
+}
+
+#[test]
+fn a_lost_link_offers_nothing_to_send() {
+    let mut scene = flight(demo());
+    row(&screen(&scene, 140, 40), "h sends it home");
+    let reason = "the connection is gone".to_owned();
+    scene.event(Event::Link(LinkEvent::Lost { reason }));
+    let lost = screen(&scene, 140, 40);
+    assert!(
+        !lost.contains("sends it home") && !lost.contains("plug the radio"),
+        "{lost}"
+    );
+}
+
+/// The worst figure is not the latest.
+#[test]
+fn an_alarm_tells_its_latest_figure_and_its_worst() {
+    let mut scene = flight(demo());
+    for _ in 0..40 {
+        scene.lose(3);
+        scene.hear();
+    }
+    for _ in 0..30 {
+        scene.lose(1);
+        scene.hear();
+    }
+    let lossy = screen(&scene, 120, 40);
+    let strip = row(&lossy, "LINES LOST");
+    assert!(strip.contains(" %, at worst 7"), "{strip}");
+    scene.drive(120, 0.0, 0);
+    let over = screen(&scene, 120, 40);
+    let strip = row(&over, "LINES LOST");
+    assert!(strip.contains("LINES LOST at worst 7"), "{strip}");
+}
+
+#[test]
+fn a_copy_of_the_robots_list_is_not_told_as_unsent() {
+    let mut scene = flight(demo());
+    commanded(&mut scene);
+    scene.type_text("eyq");
+    let copied = screen(&scene, 120, 40);
+    row(&copied, "draft: 2 waypoints, just what the robot");
+}
+
+#[test]
+fn a_blank_is_before_the_mark_of_an_old_share() {
+    let mut scene = flight(Config {
+        ascii: true,
+        ..demo()
+    });
+    scene.wait_ms(30_000);
+    for width in 80..130 {
+        let screen = screen(&scene, width, 40);
+        for row in screen.lines().filter(|row| row.ends_with(" %")) {
+            let stuck = row
+                .split('~')
+                .next_back()
+                .map(|tail| row.len() - tail.len() - 1);
+            let before = stuck
+                .and_then(|at| at.checked_sub(1))
+                .map(|at| &row[at..=at]);
+            assert!(
+                before.is_none_or(|before| before == " " || before == "-"),
+                "{row}"
+            );
+        }
+    }
+}

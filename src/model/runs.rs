@@ -1,0 +1,149 @@
+//! The list of runs and two of them over each other, on the dashboard.
+
+use std::path::Path;
+use std::sync::Arc;
+
+use super::{Model, Overlay, TextEntry};
+use crate::event::{Effect, Remark};
+use crate::run::{Listed, Overlaid};
+
+/// What lies over the panels.
+#[derive(Clone, Debug, PartialEq)]
+pub(crate) enum Runs {
+    /// Files are being read: what for.
+    Waits(String),
+    /// A list to choose from.
+    Listed {
+        list: Arc<Listed>,
+        /// Place of the marked row.
+        chosen: usize,
+        /// Place of the run that another is to be compared with.
+        first: Option<usize>,
+    },
+    /// Two runs.
+    Overlaid(Arc<Overlaid>),
+    /// Why there is nothing to show.
+    Failed(String),
+}
+
+impl Model {
+    /// `runs`, `runs FOLDER` and `compare A B`; `None` for other words.
+    pub(super) fn ask_for_runs(&mut self, words: &[&str]) -> Option<Vec<Effect>> {
+        match *words {
+            ["runs"] => Some(self.list_runs(self.folder_at_hand())),
+            ["runs", folder] => Some(self.list_runs(folder.to_owned())),
+            ["compare", a, b] => Some(self.compare_runs([a, b].map(str::to_owned))),
+            _ => None,
+        }
+    }
+
+    fn list_runs(&mut self, folder: String) -> Vec<Effect> {
+        self.overlay = Overlay::Runs(Runs::Waits(format!("reads the captures in {folder}")));
+        vec![Effect::ListRuns(folder)]
+    }
+
+    fn compare_runs(&mut self, captures: [String; 2]) -> Vec<Effect> {
+        let [a, b] = &captures;
+        self.overlay = Overlay::Runs(Runs::Waits(format!("reads {a} and {b}")));
+        vec![Effect::CompareRuns(captures)]
+    }
+
+    /// The capture on show, else the one that is being recorded.
+    fn capture_at_hand(&self) -> Option<&String> {
+        let recording = &self.recording;
+        let recorded = recording.mcap.as_ref().or(recording.tee.as_ref());
+        self.config.capture.as_ref().or(recorded)
+    }
+
+    /// Where it lies.
+    fn folder_at_hand(&self) -> String {
+        let capture = self.capture_at_hand().map(Path::new);
+        let folder = capture.and_then(Path::parent).and_then(Path::to_str);
+        let folder = folder.filter(|folder| !folder.is_empty());
+        folder.unwrap_or(".").to_owned()
+    }
+
+    /// What is said of the run on show, or of the one that is being recorded.
+    pub(super) fn label(&mut self, remark: Remark, entry: TextEntry) -> Vec<Effect> {
+        let Some(capture) = self.capture_at_hand().cloned() else {
+            let error = "nothing is recorded: R begins a recording, with what came before it";
+            self.overlay = Overlay::Text(TextEntry {
+                error: Some(error.to_owned()),
+                ..entry
+            });
+            return Vec::new();
+        };
+        let shown = self.playback.as_ref().filter(|playback| playback.is_live);
+        let ago = shown.map(crate::travel::Playback::behind);
+        vec![Effect::Label {
+            capture,
+            remark,
+            ago: ago.unwrap_or_default(),
+        }]
+    }
+
+    /// Whoever has put the window away does not wait any more.
+    fn waits_for_runs(&self) -> bool {
+        matches!(self.overlay, Overlay::Runs(Runs::Waits(_)))
+    }
+
+    pub(super) fn take_runs(&mut self, runs: Result<Arc<Listed>, String>) -> bool {
+        let waits = self.waits_for_runs();
+        if waits {
+            self.overlay = Overlay::Runs(match runs {
+                Ok(list) => Runs::Listed {
+                    list,
+                    chosen: 0,
+                    first: None,
+                },
+                Err(error) => Runs::Failed(error),
+            });
+        }
+        waits
+    }
+
+    pub(super) fn take_overlaid(&mut self, overlaid: Result<Arc<Overlaid>, String>) -> bool {
+        let waits = self.waits_for_runs();
+        if waits {
+            self.overlay = Overlay::Runs(match overlaid {
+                Ok(overlaid) => Runs::Overlaid(overlaid),
+                Err(error) => Runs::Failed(error),
+            });
+        }
+        waits
+    }
+
+    /// Takes the marked run for the first one of a comparison, or for the second and compares.
+    pub(super) fn pick_run(&mut self) -> Vec<Effect> {
+        let Overlay::Runs(Runs::Listed {
+            list,
+            chosen,
+            first,
+        }) = &mut self.overlay
+        else {
+            return Vec::new();
+        };
+        let name = |place: usize| list.runs.get(place).map(|run| run.capture.clone());
+        match first.take() {
+            None if !list.runs.is_empty() => *first = Some(*chosen),
+            Some(earlier) if earlier != *chosen => {
+                if let (Some(a), Some(b)) = (name(earlier), name(*chosen)) {
+                    return self.compare_runs([a, b]);
+                }
+            }
+            // Picked again: not that one.
+            None | Some(_) => {}
+        }
+        Vec::new()
+    }
+}
+
+impl Runs {
+    /// Marks a row further down or up.
+    pub(super) fn choose(&mut self, steps: i8) {
+        if let Self::Listed { list, chosen, .. } = self {
+            let last = list.runs.len().saturating_sub(1);
+            *chosen = chosen.saturating_add_signed(steps.into()).min(last);
+        }
+    }
+}

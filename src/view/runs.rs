@@ -1,0 +1,149 @@
+//! The list of runs, and two of them over each other.
+
+use ratatui::buffer::Buffer;
+use ratatui::layout::Rect;
+use ratatui::text::{Line, Span};
+
+use super::map::Projection;
+use super::raster::{Ink, Raster};
+use super::text::wrap;
+use super::{Screen, put, split_bottom, split_top};
+use crate::model::runs::Runs;
+use crate::run::{HEADING, Listed, Overlaid, Place};
+
+/// Columns and rows that the window would have.
+const SIZE: (u16, u16) = (110, 44);
+
+/// The one and the other, and how close the dots of each are: where there is one colour they tell them apart.
+const INKS: [(Ink, usize); 2] = [(Ink::Left, 1), (Ink::Right, 3)];
+
+impl Screen<'_> {
+    pub(super) fn runs_window(&self, buffer: &mut Buffer, area: Rect, runs: &Runs) {
+        // The hint and the keys stay in sight.
+        let (above, _) = split_bottom(area, 2);
+        match runs {
+            Runs::Waits(what) => {
+                let inner = self.window(buffer, above, (SIZE.0, 4), " runs ");
+                self.rows(buffer, inner, &[format!("{what} ..")]);
+            }
+            Runs::Failed(error) => {
+                let inner = self.window(buffer, above, (SIZE.0, 6), " runs ");
+                self.rows(buffer, inner, std::slice::from_ref(error));
+            }
+            Runs::Listed {
+                list,
+                chosen,
+                first,
+            } => self.list_of_runs(buffer, above, (list, *chosen, *first)),
+            Runs::Overlaid(overlaid) => self.two_runs(buffer, above, overlaid),
+        }
+    }
+
+    fn list_of_runs(
+        &self,
+        buffer: &mut Buffer,
+        area: Rect,
+        (list, chosen, first): (&Listed, usize, Option<usize>),
+    ) {
+        let theme = &self.theme;
+        let title = format!(" runs in {}: Enter on two compares ", list.folder);
+        let inner = self.window(buffer, area, SIZE, &title);
+        let problems = list.problems.len().min(3) as u16;
+        let (rest, below) = split_bottom(inner, problems);
+        self.rows(buffer, below, &list.problems);
+        if list.runs.is_empty() {
+            self.rows(buffer, rest, &["no capture here; R records one".to_owned()]);
+            return;
+        }
+        let width = usize::from(rest.width);
+        let heading = Line::styled(format!("  {HEADING}"), theme.dim);
+        put(buffer, rest, 0, &self.cut(heading, width));
+        let rows = usize::from(rest.height.saturating_sub(1)).max(1);
+        let skipped = chosen.saturating_sub(rows - 1);
+        let shown = list.runs.iter().enumerate().skip(skipped).take(rows);
+        for (row, (place, run)) in (1..).zip(shown) {
+            let (mark, style) = match place {
+                _ if place == chosen => (theme.glyphs.holds, theme.holder),
+                _ if run.void.is_some() => (" ", theme.dim),
+                _ => (" ", theme.plain),
+            };
+            let mark = if first == Some(place) { "1" } else { mark };
+            let line = Line::styled(format!("{mark} {run}"), style);
+            put(buffer, rest, row, &self.cut(line, width));
+        }
+    }
+
+    fn two_runs(&self, buffer: &mut Buffer, area: Rect, overlaid: &Overlaid) {
+        let inner = self.window(buffer, area, SIZE, " two runs over each other ");
+        let mut text = Vec::new();
+        // Memory takes everything.
+        let _ = overlaid.comparison.write_text(&mut text);
+        let text = String::from_utf8_lossy(&text);
+        let lines: Vec<String> = text
+            .lines()
+            .map(str::to_owned)
+            .chain(overlaid.problems.iter().cloned())
+            .collect();
+        let least = inner.height / 3;
+        let room = inner.height.saturating_sub(least + 1);
+        let (words, rest) = split_top(inner, (lines.len() as u16).min(room));
+        self.rows(buffer, words, &lines);
+        let (legend, picture) = split_top(rest, 1);
+        put(buffer, legend, 0, &self.legend_of_runs());
+        self.ways(buffer, picture, &overlaid.ways);
+    }
+
+    fn legend_of_runs(&self) -> Line<'static> {
+        let ascii = self.theme.glyphs.ascii;
+        let spans = INKS.into_iter().zip(1..).map(|((ink, every), number)| {
+            let line = match (ascii, every) {
+                (true, _) => ink.ascii().to_string().repeat(4),
+                (false, 1) => "\u{2812}".repeat(4),
+                (false, _) => "\u{2802}".repeat(4),
+            };
+            Span::styled(format!("{line} {number}   "), ink.style(&self.theme))
+        });
+        Line::from(spans.collect::<Vec<_>>())
+    }
+
+    fn ways(&self, buffer: &mut Buffer, area: Rect, ways: &[Vec<Place>; 2]) {
+        let mut places = ways.iter().flatten().copied();
+        let Some(first) = places.next() else {
+            return;
+        };
+        let (low, high) = places.fold((first, first), |(low, high), (x, y)| {
+            ((low.0.min(x), low.1.min(y)), (high.0.max(x), high.1.max(y)))
+        });
+        let projection = Projection::over(low, high, area);
+        let mut raster = Raster::new(area);
+        for (way, (ink, every)) in ways.iter().zip(INKS) {
+            let mut last = None;
+            for (n, &place) in way.iter().enumerate() {
+                let here = projection.dot(place);
+                let from = last.replace(here).unwrap_or(here);
+                if every == 1 {
+                    raster.line(from, here, 1, ink);
+                } else if n % every == 0 {
+                    raster.dot(here.0, here.1, ink);
+                }
+            }
+        }
+        raster.draw(buffer, area, &self.theme);
+    }
+
+    /// Lines, the longer ones over several rows.
+    fn rows(&self, buffer: &mut Buffer, area: Rect, lines: &[String]) {
+        let width = usize::from(area.width);
+        // Columns of a table stay where they are.
+        let rows = lines.iter().flat_map(|line| {
+            if line.chars().count() <= width {
+                vec![line.clone()]
+            } else {
+                wrap(line, width, width)
+            }
+        });
+        for (row, text) in (0..area.height).zip(rows) {
+            put(buffer, area, row, &Line::styled(text, self.theme.plain));
+        }
+    }
+}

@@ -1,0 +1,134 @@
+//! A recording that was interrupted, in front of the verbs that read: none takes what it finds for all of it, and each
+//! says what puts it right.
+#![cfg(unix)]
+#![expect(clippy::unwrap_used, reason = "a test stops where something is wrong")]
+
+#[path = "common/programs.rs"]
+mod programs;
+mod streams;
+
+use std::collections::BTreeMap;
+use std::fs;
+use std::path::Path;
+use std::time::{Duration, UNIX_EPOCH};
+
+use groundwave::capture::recover::Paths;
+use groundwave::capture::{CaptureError, Existing, Recorder, Session, index};
+use programs::{expect, scratch};
+
+/// What a kill leaves: half of it in the unfinished MCAP, all of it in the journal. Returns the bytes received.
+fn interrupted(folder: &Path, name: &str) -> usize {
+    let stream = streams::clean(400);
+    let session = Session {
+        link: "/dev/ttyUSB0".into(),
+        start: UNIX_EPOCH,
+        notes: BTreeMap::new(),
+        configuration: String::new(),
+    };
+    let live = folder.join("live.mcap");
+    let mut recorder = Recorder::start(&live, Existing::Refuse, &session).unwrap();
+    let mut now = Duration::ZERO;
+    for read in stream.chunks(33) {
+        now += Duration::from_millis(137);
+        recorder.handle_rx(now, UNIX_EPOCH + now, read);
+        while recorder.backlog() > 0 && recorder.problem().is_none() {
+            std::thread::yield_now();
+        }
+    }
+    let (from, to) = (Paths::of(&live), Paths::of(&folder.join(name)));
+    let partial = fs::read(&from.partial).unwrap();
+    fs::write(&to.partial, &partial[..partial.len() / 2]).unwrap();
+    fs::copy(&from.journal, &to.journal).unwrap();
+    recorder.discard();
+    stream.len()
+}
+
+const READERS: &[&[&str]] = &[
+    &["info"],
+    &["decode", "--to", "jsonl"],
+    &["convert", "-o", "-"],
+    &["cut", "--from", "0s", "-o", "/dev/null"],
+    &["export", "--to", "csv", "-o", "-"],
+    &["songs"],
+    &["compare", "captures/house-clean.txt"],
+    &["label"],
+    &["verify"],
+];
+
+#[test]
+fn every_reader_names_the_recovery_of_an_interrupted_recording() {
+    let folder = scratch("interrupted-readers");
+    let bytes = interrupted(&folder, "r.mcap");
+    let file = |name: &str| folder.join(name).display().to_string();
+    let remedy = format!("`groundwave recover {}`", file("r.mcap"));
+    for verb in READERS {
+        let (_, err) = expect(2, &[verb, &[&*file("r.mcap")][..]].concat());
+        assert!(err.contains(&remedy), "{verb:?}: {err}");
+        let told = format!("{bytes} bytes of the radio lie in its journal");
+        assert!(err.contains(&told), "{verb:?}: {err}");
+    }
+    // What `replay` opens.
+    let error = index::open(&folder.join("r.mcap")).err().unwrap();
+    assert!(matches!(error, CaptureError::Missing(_)), "{error}");
+    for verb in READERS.iter().filter(|verb| verb[0] != "label") {
+        let (_, err) = expect(1, &[verb, &[&*file("r.mcap.partial")][..]].concat());
+        assert!(err.contains(&remedy), "{verb:?}: {err}");
+        assert!(err.contains("lie in its journal"), "{verb:?}: {err}");
+    }
+    let (_, err) = expect(2, &["label", &file("r.mcap.partial"), "--name", "x"]);
+    assert!(err.contains(&remedy), "{err}");
+    expect(0, &["recover", &file("r.mcap")]);
+    for verb in READERS {
+        expect(0, &[verb, &[&*file("r.mcap")][..]].concat());
+    }
+    fs::remove_dir_all(folder).unwrap();
+}
+
+#[test]
+fn an_unfinished_file_without_a_byte_is_told_of_as_well() {
+    let folder = scratch("interrupted-empty");
+    interrupted(&folder, "r.mcap");
+    fs::write(folder.join("r.mcap.partial"), "").unwrap();
+    let file = folder.join("r.mcap.partial").display().to_string();
+    let (_, err) = expect(2, &["info", &file]);
+    assert!(err.contains("`groundwave recover "), "{err}");
+    fs::remove_dir_all(folder).unwrap();
+}
+
+#[test]
+fn the_list_of_runs_has_what_was_interrupted() {
+    let folder = scratch("interrupted-runs");
+    interrupted(&folder, "r.mcap");
+    let name = folder.display().to_string();
+    let (out, err) = expect(0, &["runs", &name]);
+    assert!(
+        out.contains("r.mcap") && out.contains("interrupted"),
+        "{out}"
+    );
+    assert!(out.contains("`groundwave recover "), "{out}");
+    assert!(!err.contains("no capture here"), "{err}");
+    let (out, err) = expect(0, &["runs", "--json", &name]);
+    assert_eq!(out, "");
+    assert!(err.contains("`groundwave recover "), "{err}");
+    fs::remove_dir_all(folder).unwrap();
+}
+
+#[test]
+fn a_recording_under_way_is_not_recovered() {
+    let folder = scratch("under-way");
+    let session = Session {
+        link: "/dev/ttyUSB0".into(),
+        start: UNIX_EPOCH,
+        notes: BTreeMap::new(),
+        configuration: String::new(),
+    };
+    let path = folder.join("r.mcap");
+    let _recorder = Recorder::start(&path, Existing::Refuse, &session).unwrap();
+    let file = path.display().to_string();
+    let (_, err) = expect(2, &["recover", &file]);
+    assert!(err.contains("will not recover"), "{err}");
+    assert!(err.contains("end it there first"), "{err}");
+    let (_, err) = expect(2, &["info", &file]);
+    assert!(err.contains("is being recorded"), "{err}");
+    assert!(!err.contains("groundwave recover"), "{err}");
+}
