@@ -248,6 +248,10 @@ impl Decoder {
         self.counters.restarts += u64::from(has_restarted);
         if has_restarted {
             self.counters.lines_lost -= self.longest_step;
+            if let Some(newest) = &mut self.newest {
+                // What was skipped is not counted, and not taken off again when it comes late.
+                newest.arrived = !0;
+            }
         }
         if has_restarted || received.tells_uptime() {
             self.longest_step = 0;

@@ -328,6 +328,8 @@ fn an_uptime_that_runs_backwards_is_a_restart_and_its_step_no_loss() {
         joined(&[line(4), line(3), counters_at(5, 4), line(8)]),
         (1 + 2, 1)
     );
+    // What the step skipped is not taken off again when it comes late.
+    assert_eq!(joined(&[counters_at(3, 4), line(1), line(4)]), (1, 1));
     let far = [counters_at(3, 999_999), line(6), counters_at(7, 3)];
     assert_eq!(seen(&far), (2, 0), "the uptime goes round");
 }
