@@ -2,66 +2,22 @@
 //! lost is named.
 #![expect(clippy::unwrap_used, reason = "a test stops where something is wrong")]
 
+mod recordings;
 mod streams;
 
-use std::collections::BTreeMap;
-use std::fs::{self, File};
-use std::path::{Path, PathBuf};
-use std::time::{Duration, SystemTime, UNIX_EPOCH};
+use std::fs;
+use std::path::Path;
+use std::time::Duration;
 
-use groundwave::capture::messages::RawBytes;
 use groundwave::capture::recover::{
     End, Outcome, Paths, Recovery, find_interrupted, recover, set_aside,
 };
 use groundwave::capture::topics::StationEvent;
-use groundwave::capture::{Capture, CaptureError, Existing, Recorder, Rotation, Session};
-use groundwave::event::{CommandId, CommandStep, Event};
-use groundwave::request::Request;
+use groundwave::capture::{CaptureError, Existing, Recorder};
 use mcap::sans_io::LinearReaderOptions;
-use prost::Message;
+use recordings::{concatenated, feed, finished, messages, received, session, settle, wall};
 use streams::Dice;
 use tempfile::TempDir;
-
-const START_S: u64 = 1_741_944_413;
-
-fn wall(now: Duration) -> SystemTime {
-    UNIX_EPOCH + Duration::from_secs(START_S) + now
-}
-
-fn session() -> Session {
-    Session {
-        link: "/dev/ttyUSB0".into(),
-        start: wall(Duration::ZERO),
-        notes: BTreeMap::new(),
-        configuration: "[link]\nbaud = 2400\n".into(),
-    }
-}
-
-/// Feeds a stream at 240 bytes a second, with a command now and then, and waits for the disk.
-fn feed(recorder: &mut Recorder, stream: &[u8]) -> Duration {
-    let mut now = Duration::ZERO;
-    for (n, read) in (0_u32..).zip(stream.chunks(33)) {
-        now += Duration::from_millis(137);
-        recorder.handle_rx(now, wall(now), read);
-        if n % 97 == 50 {
-            let id = CommandId(n);
-            let queued = CommandStep::Queued(Request::Scan);
-            for step in [queued, CommandStep::Proven { digest: None }] {
-                let event = StationEvent::from_event(&Event::Command { id, step }).unwrap();
-                recorder.handle_event(now, wall(now), &event);
-            }
-            recorder.handle_tx(now, wall(now), b"\nframe\n");
-        }
-        settle(recorder);
-    }
-    now
-}
-
-fn settle(recorder: &Recorder) {
-    while recorder.backlog() > 0 && recorder.problem().is_none() {
-        std::thread::yield_now();
-    }
-}
 
 /// What a kill would leave after this stream: the files of a recording under way, copied.
 fn killed(folder: &Path, stream: &[u8]) -> Paths {
@@ -74,75 +30,6 @@ fn killed(folder: &Path, stream: &[u8]) -> Paths {
     recorder.discard();
     assert!(!from.exist(), "something is left of a discarded recording");
     to
-}
-
-fn finished(folder: &Path, stream: &[u8]) -> PathBuf {
-    let path = folder.join("finished.mcap");
-    let mut recorder = Recorder::start(&path, Existing::Refuse, &session()).unwrap();
-    feed(&mut recorder, stream);
-    recorder.finish().unwrap();
-    path
-}
-
-/// Every message by its topic, read by others' code with every checksum on; that the index and the
-/// statistics say the same.
-fn messages(path: &Path) -> BTreeMap<String, Vec<Vec<u8>>> {
-    let bytes = fs::read(path).unwrap();
-    let options = LinearReaderOptions::default()
-        .with_prevalidate_chunk_crcs(true)
-        .with_validate_data_section_crc(true)
-        .with_validate_summary_section_crc(true);
-    let mut messages = BTreeMap::<_, Vec<Vec<u8>>>::new();
-    let mut count = 0;
-    let mut last_ns = 0;
-    for message in mcap::io::MessageReader::new_with_options(&bytes[..], options) {
-        let message = message.unwrap();
-        assert!(message.log_time >= last_ns, "time runs backwards");
-        last_ns = message.log_time;
-        messages
-            .entry(message.channel.topic.clone())
-            .or_default()
-            .push(message.data.to_vec());
-        count += 1;
-    }
-    let summary = mcap::Summary::read(&bytes).unwrap().unwrap();
-    let statistics = summary.stats.as_ref().unwrap();
-    assert_eq!(statistics.message_count, count);
-    assert_eq!(statistics.chunk_count as usize, summary.chunk_indexes.len());
-    for (id, indexed) in &statistics.channel_message_counts {
-        let streamed = messages
-            .get(&summary.channels[id].topic)
-            .map_or(0, Vec::len);
-        assert_eq!(*indexed, streamed as u64, "channel {id}");
-    }
-    let mut indexed = 0;
-    for chunk in &summary.chunk_indexes {
-        indexed += summary.stream_chunk(&bytes, chunk).unwrap().count() as u64;
-        for (channel_id, entries) in summary.read_message_indexes(&bytes, chunk).unwrap() {
-            assert!(channel_id.id > 0 && !entries.is_empty());
-        }
-    }
-    assert_eq!(indexed, count, "indexed and streamed");
-    messages
-}
-
-/// What came from the radio, in pieces: the first byte's place in the stream and the bytes.
-fn received(path: &Path) -> Vec<(u64, Vec<u8>)> {
-    let messages = messages(path);
-    let raw = messages.get("/raw/rx").cloned().unwrap_or_default();
-    raw.iter()
-        .map(|data| {
-            let raw = RawBytes::decode(&**data).unwrap();
-            (raw.stream_offset, raw.data)
-        })
-        .collect()
-}
-
-fn concatenated(path: &Path) -> Vec<u8> {
-    received(path)
-        .into_iter()
-        .flat_map(|piece| piece.1)
-        .collect()
 }
 
 /// Every piece is what was received there, in order, and each step is named.
@@ -584,77 +471,6 @@ fn a_finished_recording_is_not_replaced_by_an_interrupted_one() {
     assert_eq!(concatenated(&paths.target), other);
 }
 
-#[test]
-fn days_are_recorded_in_parts_that_are_whole_by_themselves() {
-    let folder = TempDir::new().unwrap();
-    let path = folder.path().join("long.mcap");
-    let rotation: Rotation = "50s".parse().unwrap();
-    let mut recorder =
-        Recorder::start_rotating(&path, Existing::Refuse, &session(), rotation).unwrap();
-    let stream = streams::lines(600);
-    feed(&mut recorder, &stream);
-    recorder.finish().unwrap();
-    let parts: Vec<PathBuf> = ["long.mcap", "long-2.mcap", "long-3.mcap", "long-4.mcap"]
-        .iter()
-        .map(|name| folder.path().join(name))
-        .collect();
-    assert_eq!(fs::read_dir(folder.path()).unwrap().count(), parts.len());
-    let mut all = Vec::new();
-    for part in &parts {
-        assert_eq!(recover(part).unwrap().outcome, Outcome::Whole);
-        let pieces = received(part);
-        assert_eq!(pieces[0].0, 0, "each part counts from its own beginning");
-        all.extend(pieces.into_iter().flat_map(|piece| piece.1));
-        let messages = messages(part);
-        for topic in [
-            "/telemetry",
-            "/tf",
-            "/pose",
-            "/path",
-            "/sonar",
-            "/markers",
-            "/log",
-        ] {
-            assert!(
-                messages.contains_key(topic),
-                "{topic} in {}",
-                part.display()
-            );
-        }
-    }
-    assert_eq!(all, stream);
-}
-
-#[test]
-fn what_was_remembered_comes_first_with_its_times() {
-    use groundwave::capture::journal::{Entry, Kind};
-    let folder = TempDir::new().unwrap();
-    let path = folder.path().join("late.mcap");
-    let stream = streams::clean(30);
-    let session = Session {
-        start: wall(Duration::ZERO) - Duration::from_mins(10),
-        ..session()
-    };
-    let mut recorder = Recorder::start(&path, Existing::Refuse, &session).unwrap();
-    let remembered = stream[..1600].chunks(80).zip(0..).map(|(line, n)| Entry {
-        kind: Kind::Rx,
-        at_ns: (START_S - 600 + n) * 1_000_000_000,
-        offset: 0,
-        data: line.to_vec(),
-    });
-    recorder.handle_backlog(Duration::ZERO, remembered.collect());
-    recorder.handle_rx(Duration::ZERO, wall(Duration::ZERO), &stream[1600..]);
-    recorder.finish().unwrap();
-    assert_eq!(concatenated(&path), stream);
-    let mut capture = Capture::open(&path).unwrap();
-    let mut at_s = Vec::new();
-    while let Some(chunk) = capture.next_chunk().unwrap() {
-        at_s.push(chunk.at.as_secs());
-    }
-    assert_eq!(at_s[..20], (0..20).collect::<Vec<_>>());
-    assert_eq!(at_s[20], 600);
-}
-
 /// What the station said stands once in what is recovered, whichever file it is taken from, though its times come
 /// out of order and it says the same again and again.
 #[test]
@@ -713,39 +529,4 @@ fn what_is_no_recording_is_refused() {
         assert!(matches!(error, CaptureError::NothingLeft(_)), "{error}");
         assert_eq!(fs::read(&path).unwrap(), content);
     }
-}
-
-/// The folder goes away under a recording: it says so, and what is open stays open.
-#[cfg(unix)]
-#[test]
-fn a_folder_that_is_removed_is_told_of_in_the_end() {
-    let folder = TempDir::new().unwrap();
-    let inner = folder.path().join("gone");
-    fs::create_dir(&inner).unwrap();
-    let path = inner.join("a.mcap");
-    let mut recorder = Recorder::start(&path, Existing::Refuse, &session()).unwrap();
-    fs::remove_dir_all(&inner).unwrap();
-    feed(&mut recorder, &streams::clean(30));
-    let error = recorder.finish().unwrap_err().to_string();
-    assert!(error.contains("a.mcap.partial"), "{error}");
-    let error = Recorder::start(&path, Existing::Refuse, &session()).err();
-    let error = error.unwrap().to_string();
-    assert!(error.contains("make the directory first"), "{error}");
-}
-
-#[cfg(unix)]
-#[test]
-fn a_folder_that_may_not_be_written_is_told_of_at_once() {
-    use std::os::unix::fs::PermissionsExt;
-    let folder = TempDir::new().unwrap();
-    let closed = folder.path().join("closed");
-    fs::create_dir(&closed).unwrap();
-    fs::set_permissions(&closed, fs::Permissions::from_mode(0o555)).unwrap();
-    if File::create(closed.join("probe")).is_ok() {
-        // Whoever runs this may do everything.
-        return;
-    }
-    let error = Recorder::start(closed.join("a.mcap"), Existing::Refuse, &session()).err();
-    let error = error.unwrap().to_string();
-    assert!(error.contains("choose a directory"), "{error}");
 }

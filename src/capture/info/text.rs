@@ -1,0 +1,161 @@
+//! What a capture holds, in words.
+
+use std::io::{self, Write};
+
+use super::{Info, LineCounts};
+use crate::statistics::Rejected;
+
+impl Info {
+    /// Which run it is and where it comes from.
+    fn write_origin(&self, output: &mut impl Write) -> io::Result<()> {
+        for (what, words) in [
+            ("run", &self.name),
+            ("VOID", &self.void),
+            ("made", &self.start),
+            ("link", &self.link),
+            ("software", &self.software),
+        ] {
+            if let Some(words) = words {
+                writeln!(output, "{what:<11}{words}")?;
+            }
+        }
+        if let Some(words) = &self.stored {
+            writeln!(output, "stored     {words}")?;
+        }
+        Ok(())
+    }
+
+    /// Writes it for a person, a line a fact.
+    ///
+    /// # Errors
+    /// When the output takes no more.
+    pub fn write_text(&self, output: &mut impl Write) -> io::Result<()> {
+        let LineCounts {
+            a,
+            b,
+            c,
+            t,
+            k,
+            p,
+            s,
+        } = self.lines;
+        let all = self.lines.total();
+        self.write_origin(output)?;
+        writeln!(output, "duration   {}", duration_words(self.duration_s))?;
+        writeln!(
+            output,
+            "bytes      {} received, {} noise",
+            self.bytes,
+            self.noise_bytes - self.unfinished_bytes
+        )?;
+        if self.unfinished_bytes > 0 {
+            writeln!(
+                output,
+                "end        in the middle of a line, {} bytes of it",
+                self.unfinished_bytes
+            )?;
+        }
+        if self.missing_bytes > 0 {
+            writeln!(output, "missing    {} bytes", self.missing_bytes)?;
+        }
+        let rare = match (p, s) {
+            (0, 0) => String::new(),
+            (p, s) => format!(", P {p}, S {s}"),
+        };
+        writeln!(
+            output,
+            "lines      {all} intact: {} packets (A {a}, B {b}, C {c}, T {t}{rare}), {k} acknowledgements (K)",
+            all - k
+        )?;
+        writeln!(
+            output,
+            "loss       {} lines, {:.1} %",
+            self.lines_lost, self.loss_pct
+        )?;
+        let Rejected { crc, shape, field } = self.rejected;
+        writeln!(
+            output,
+            "rejected   {crc} checksum, {shape} shape, {field} field"
+        )?;
+        if let Some(resync) = self.resync {
+            writeln!(
+                output,
+                "resync     {} times, {:.0} bytes on average, {} at worst",
+                resync.count, resync.mean_bytes, resync.worst_bytes
+            )?;
+        }
+        if let Some(down_pct) = self.airtime_down_pct {
+            write!(output, "airtime    {down_pct:.1} % down")?;
+            if let Some(up_pct) = self.sent.and_then(|sent| sent.airtime_up_pct) {
+                write!(output, ", {up_pct:.1} % up")?;
+            }
+            writeln!(output)?;
+        }
+        if let Some(sent) = self.sent.filter(|sent| sent.bytes > 0) {
+            writeln!(
+                output,
+                "sent       {} bytes, {} frames, {} of them again",
+                sent.bytes, sent.frames, sent.frames_again
+            )?;
+        }
+        if let Some(robot) = &self.robot {
+            writeln!(
+                output,
+                "robot      {}, firmware {}, restarts {}",
+                robot.id, robot.firmware_version, self.restarts
+            )?;
+        }
+        writeln!(output, "distance   {:.1} in", self.distance_in)?;
+        writeln!(output, "bumps      {}", self.bumps)?;
+        if let (Some(first), Some(last)) = (self.battery_first_v, self.battery_last_v) {
+            writeln!(output, "battery    {first:.1} V to {last:.1} V")?;
+        }
+        if !self.holders.is_empty() {
+            let shares: Vec<_> = self
+                .holders
+                .iter()
+                .map(|h| format!("{} {:.1} %", h.holder, h.share_pct))
+                .collect();
+            writeln!(output, "behaviours {}", shares.join(", "))?;
+        }
+        if let Some(problem) = &self.problem {
+            writeln!(output, "problem    {problem}")?;
+        }
+        Ok(())
+    }
+}
+
+/// `5 min 5.3 s`; from an hour on `23 h 56 min 57 s`.
+fn duration_words(duration_s: f64) -> String {
+    // Rounded first: 119.97 s are 2 minutes and not 1 minute and 60 seconds.
+    let tenths = (duration_s * 10.0).round() as u64;
+    if tenths < 36_000 {
+        return format!(
+            "{} min {}.{} s",
+            tenths / 600,
+            tenths / 10 % 60,
+            tenths % 10
+        );
+    }
+    let s = duration_s.round() as u64;
+    format!("{} h {} min {} s", s / 3600, s / 60 % 60, s % 60)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::duration_words;
+
+    #[test]
+    fn a_duration_is_told_as_people_say_it() {
+        for (duration_s, words) in [
+            (0.04, "0 min 0.0 s"),
+            (119.97, "2 min 0.0 s"),
+            (305.3, "5 min 5.3 s"),
+            (3599.94, "59 min 59.9 s"),
+            (3599.96, "1 h 0 min 0 s"),
+            (86_217.0, "23 h 56 min 57 s"),
+        ] {
+            assert_eq!(duration_words(duration_s), words);
+        }
+    }
+}

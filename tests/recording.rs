@@ -1,0 +1,120 @@
+//! A recorder while it records: its parts, what it remembers, and the folder that is taken away under it.
+#![expect(clippy::unwrap_used, reason = "a test stops where something is wrong")]
+
+mod recordings;
+mod streams;
+
+use std::fs::{self, File};
+use std::path::PathBuf;
+use std::time::Duration;
+
+use groundwave::capture::recover::{Outcome, recover};
+use groundwave::capture::{Capture, Existing, Recorder, Rotation, Session};
+use recordings::{START_S, concatenated, feed, messages, received, session, wall};
+use tempfile::TempDir;
+
+#[test]
+fn days_are_recorded_in_parts_that_are_whole_by_themselves() {
+    let folder = TempDir::new().unwrap();
+    let path = folder.path().join("long.mcap");
+    let rotation: Rotation = "50s".parse().unwrap();
+    let mut recorder =
+        Recorder::start_rotating(&path, Existing::Refuse, &session(), rotation).unwrap();
+    let stream = streams::lines(600);
+    feed(&mut recorder, &stream);
+    recorder.finish().unwrap();
+    let parts: Vec<PathBuf> = ["long.mcap", "long-2.mcap", "long-3.mcap", "long-4.mcap"]
+        .iter()
+        .map(|name| folder.path().join(name))
+        .collect();
+    assert_eq!(fs::read_dir(folder.path()).unwrap().count(), parts.len());
+    let mut all = Vec::new();
+    for part in &parts {
+        assert_eq!(recover(part).unwrap().outcome, Outcome::Whole);
+        let pieces = received(part);
+        assert_eq!(pieces[0].0, 0, "each part counts from its own beginning");
+        all.extend(pieces.into_iter().flat_map(|piece| piece.1));
+        let messages = messages(part);
+        for topic in [
+            "/telemetry",
+            "/tf",
+            "/pose",
+            "/path",
+            "/sonar",
+            "/markers",
+            "/log",
+        ] {
+            assert!(
+                messages.contains_key(topic),
+                "{topic} in {}",
+                part.display()
+            );
+        }
+    }
+    assert_eq!(all, stream);
+}
+
+#[test]
+fn what_was_remembered_comes_first_with_its_times() {
+    use groundwave::capture::journal::{Entry, Kind};
+    let folder = TempDir::new().unwrap();
+    let path = folder.path().join("late.mcap");
+    let stream = streams::clean(30);
+    let session = Session {
+        start: wall(Duration::ZERO) - Duration::from_mins(10),
+        ..session()
+    };
+    let mut recorder = Recorder::start(&path, Existing::Refuse, &session).unwrap();
+    let remembered = stream[..1600].chunks(80).zip(0..).map(|(line, n)| Entry {
+        kind: Kind::Rx,
+        at_ns: (START_S - 600 + n) * 1_000_000_000,
+        offset: 0,
+        data: line.to_vec(),
+    });
+    recorder.handle_backlog(Duration::ZERO, remembered.collect());
+    recorder.handle_rx(Duration::ZERO, wall(Duration::ZERO), &stream[1600..]);
+    recorder.finish().unwrap();
+    assert_eq!(concatenated(&path), stream);
+    let mut capture = Capture::open(&path).unwrap();
+    let mut at_s = Vec::new();
+    while let Some(chunk) = capture.next_chunk().unwrap() {
+        at_s.push(chunk.at.as_secs());
+    }
+    assert_eq!(at_s[..20], (0..20).collect::<Vec<_>>());
+    assert_eq!(at_s[20], 600);
+}
+
+/// The folder goes away under a recording: it says so, and what is open stays open.
+#[cfg(unix)]
+#[test]
+fn a_folder_that_is_removed_is_told_of_in_the_end() {
+    let folder = TempDir::new().unwrap();
+    let inner = folder.path().join("gone");
+    fs::create_dir(&inner).unwrap();
+    let path = inner.join("a.mcap");
+    let mut recorder = Recorder::start(&path, Existing::Refuse, &session()).unwrap();
+    fs::remove_dir_all(&inner).unwrap();
+    feed(&mut recorder, &streams::clean(30));
+    let error = recorder.finish().unwrap_err().to_string();
+    assert!(error.contains("a.mcap.partial"), "{error}");
+    let error = Recorder::start(&path, Existing::Refuse, &session()).err();
+    let error = error.unwrap().to_string();
+    assert!(error.contains("make the directory first"), "{error}");
+}
+
+#[cfg(unix)]
+#[test]
+fn a_folder_that_may_not_be_written_is_told_of_at_once() {
+    use std::os::unix::fs::PermissionsExt;
+    let folder = TempDir::new().unwrap();
+    let closed = folder.path().join("closed");
+    fs::create_dir(&closed).unwrap();
+    fs::set_permissions(&closed, fs::Permissions::from_mode(0o555)).unwrap();
+    if File::create(closed.join("probe")).is_ok() {
+        // Whoever runs this may do everything.
+        return;
+    }
+    let error = Recorder::start(closed.join("a.mcap"), Existing::Refuse, &session()).err();
+    let error = error.unwrap().to_string();
+    assert!(error.contains("choose a directory"), "{error}");
+}
