@@ -106,7 +106,7 @@ fn the_list_of_runs_has_what_was_interrupted() {
         "{out}"
     );
     assert!(out.contains("`groundwave recover "), "{out}");
-    assert!(!err.contains("no capture here"), "{err}");
+    assert!(!err.contains("capture here"), "{err}");
     let (out, err) = expect(0, &["runs", "--json", &name]);
     assert_eq!(out, "");
     assert!(err.contains("`groundwave recover "), "{err}");

@@ -45,7 +45,7 @@ pub(super) fn run(options: &Runs) -> Result<(), Fault> {
         }
     }
     if shown == 0 && interrupted.is_empty() && fault.is_none() {
-        say("no capture here: `groundwave demo --record` makes one");
+        say("no finished capture here: `groundwave demo --record` makes one");
     }
     fault.map_or(Ok(()), Err)
 }

@@ -6,6 +6,31 @@ use super::*;
 use crate::model::testing::any_event;
 
 proptest! {
+    #![proptest_config(ProptestConfig { cases: 32, failure_persistence: None, ..ProptestConfig::default() })]
+
+    /// Whatever happens, and however often it happens again.
+    #[test]
+    fn what_a_frame_costs_does_not_grow_with_the_session(
+        events in prop::collection::vec((any_event(), 0_u64..5000), 1..60),
+    ) {
+        let mut scene = Scene::new(demo());
+        let mut most = [(0, 0); 2];
+        for most in &mut most {
+            for _ in 0..100 {
+                for (event, wait_ms) in &events {
+                    scene.wait_ms(*wait_ms);
+                    scene.event(event.clone());
+                }
+            }
+            *most = cost(&scene);
+        }
+        let [(early_dots, early_kept), (late_dots, late_kept)] = most;
+        prop_assert!(late_dots <= early_dots + 10_000, "{early_dots}, then {late_dots} dots");
+        prop_assert!(late_kept <= early_kept + 1500, "{early_kept}, then {late_kept} kept");
+    }
+}
+
+proptest! {
     #![proptest_config(ProptestConfig { cases: 128, failure_persistence: None, ..ProptestConfig::default() })]
 
     #[test]
@@ -49,9 +74,19 @@ proptest! {
 }
 
 /// What a frame costs is counted, not timed: the dots drawn, and what is kept.
+fn cost(scene: &Scene) -> (u64, usize) {
+    use super::super::raster::DRAWN;
+    DRAWN.set(0);
+    buffer(scene, 120, 40);
+    let dots = DRAWN.replace(0);
+    let chart = &scene.model.chart;
+    let trail = chart.trail.recent().count() + chart.trail.older().count();
+    let log = scene.model.log.newest_first().count();
+    (dots, trail + scene.model.plots.size() + log)
+}
+
 #[test]
 fn a_day_costs_no_more_than_its_first_hour() {
-    use super::super::raster::DRAWN;
     let mut scene = flight(Config::default());
     let drive = |scene: &mut Scene, lines: u32| {
         for n in 0..lines {
@@ -62,17 +97,6 @@ fn a_day_costs_no_more_than_its_first_hour() {
             scene.state.bump = [Bump::None, Bump::Left][n as usize / 50 % 2];
             scene.hear();
         }
-    };
-    let cost = |scene: &Scene| {
-        DRAWN.set(0);
-        buffer(scene, 120, 40);
-        let map = DRAWN.replace(0);
-        let kept =
-            scene.model.chart.trail.recent().count() + scene.model.chart.trail.older().count();
-        (
-            map,
-            kept + scene.model.plots.size() + scene.model.log.newest_first().count(),
-        )
     };
     drive(&mut scene, 3 * 3600);
     let (hour_dots, hour_kept) = cost(&scene);
