@@ -1,8 +1,8 @@
 //! Whether a capture is what it should be.
 //!
 //! Of an MCAP every checksum, the numbers of the messages, the offsets of the bytes, the statistics, and that each
-//! message of a topic that follows from the bytes is what they give today ([`derived`]); and that the raw file and the
-//! journal beside it hold the same bytes ([`side_car`]). A raw capture has no checksums but those of its lines. What the
+//! message of a topic that follows from the bytes is what they give today (`derived`); and that the raw file and the
+//! journal beside it hold the same bytes (`side_car`). A raw capture has no checksums but those of its lines. What the
 //! radio lost on the way is told and no fault of the capture.
 
 mod derived;
