@@ -52,7 +52,11 @@ impl Screen<'_> {
         let (rest, below) = split_bottom(inner, problems);
         self.rows(buffer, below, &list.problems);
         if list.runs.is_empty() {
-            self.rows(buffer, rest, &["no finished capture here; R records one, and ends it".to_owned()]);
+            self.rows(
+                buffer,
+                rest,
+                &["no finished capture here; R records one, and ends it".to_owned()],
+            );
             return;
         }
         let width = usize::from(rest.width);
