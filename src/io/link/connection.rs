@@ -38,6 +38,8 @@ pub struct Connection {
     pub(super) writing: Option<Writing>,
     /// The device's name, where it is another than the operator gave.
     pub(super) renamed: Option<String>,
+    /// The rate of a serial port in bit/s; `None` where bytes may come at any.
+    pub(super) baud: Option<u32>,
 }
 
 impl Connection {
@@ -71,6 +73,7 @@ impl Connection {
             reading,
             writing: None,
             renamed: None,
+            baud: None,
         }
     }
 }
@@ -170,6 +173,7 @@ fn prepare_tcp(stream: TcpStream) -> io::Result<Connection> {
         reading: Box::new(stream),
         writing: Some(Box::new(writing)),
         renamed: None,
+        baud: None,
     })
 }
 
@@ -201,6 +205,7 @@ fn open_serial(name: &str, baud: u32) -> Result<Connection, OpenError> {
         reading: Box::new(port),
         writing: Some(Box::new(writing)),
         renamed: None,
+        baud: Some(baud),
     })
 }
 

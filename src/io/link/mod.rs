@@ -8,6 +8,7 @@ mod connection;
 mod error;
 mod identity;
 mod reader;
+mod rest;
 mod spec;
 mod writer;
 

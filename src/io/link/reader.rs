@@ -11,6 +11,7 @@ use tokio::sync::mpsc::Sender;
 
 use super::connection::{Connection, Reading, Reopener};
 use super::error::OpenError;
+use super::rest::Rest;
 use super::writer::Outlet;
 use super::{LinkInput, Sink};
 
@@ -64,13 +65,14 @@ impl<R: Reopen> Reader<R> {
         let Connection {
             mut reading,
             mut renamed,
+            mut baud,
             ..
         } = connection;
         loop {
             if self.tell(LinkInput::Opened { renamed }).is_none() {
                 return;
             }
-            let reason = match self.read_until_lost(&mut reading) {
+            let reason = match self.read_until_lost(&mut reading, baud) {
                 End::Closed => return,
                 End::Finished if self.reopener.is_final() => {
                     // The station may be gone already; there is nobody else to tell.
@@ -90,7 +92,7 @@ impl<R: Reopen> Reader<R> {
                 return;
             };
             self.outlet.connect(again.writing);
-            (reading, renamed) = (again.reading, again.renamed);
+            (reading, renamed, baud) = (again.reading, again.renamed, again.baud);
         }
     }
 
@@ -122,9 +124,11 @@ impl<R: Reopen> Reader<R> {
     }
 
     /// Reads until there is nothing more to read. The sink gets every chunk at once; the station is woken
-    /// when a line may be complete, three times a second instead of at each of a port's small clumps.
-    fn read_until_lost(&mut self, reading: &mut Reading) -> End {
+    /// when a line may be complete, three times a second instead of at each of a port's small clumps. Between, the
+    /// thread sleeps as long as the wire takes ([`Rest`]).
+    fn read_until_lost(&mut self, reading: &mut Reading, baud: Option<u32>) -> End {
         let mut buffer = [0; 4096];
+        let mut rest = Rest::new(baud);
         let mut held = Held::default();
         let end = loop {
             match reading.read(&mut buffer) {
@@ -136,6 +140,10 @@ impl<R: Reopen> Reader<R> {
                     let is_eager = self.is_eager.load(Ordering::Relaxed);
                     if (is_eager || held.may_be_whole) && self.hand_over(&mut held).is_none() {
                         return End::Closed;
+                    }
+                    rest.take(now, &buffer[..count]);
+                    if !is_eager && let Some(duration) = rest.duration() {
+                        thread::sleep(duration);
                     }
                 }
                 Err(error) => match error.kind() {

@@ -73,6 +73,7 @@ fn fed() -> (Feed<io::Result<Vec<u8>>>, Connection) {
         reading: Box::new(Fed(from_feed)),
         writing: None,
         renamed: None,
+        baud: None,
     };
     (feed, connection)
 }

@@ -1,0 +1,200 @@
+//! How long a reader may sleep because the line under way cannot be whole yet. Every wake-up costs the computer far more
+//! than the four bytes that a USB adapter hands over at a time.
+
+use std::time::{Duration, Instant};
+
+use groundwave_protocol::LINE_BYTES;
+use groundwave_protocol::telemetry::ACK_LINE_BYTES;
+
+/// Start bit, eight data bits, stop bit.
+const BITS_PER_BYTE: u32 = 10;
+
+/// What the kernel holds for the reader when the program is killed is in no file: 24 bytes at 2400 baud.
+const LONGEST: Duration = Duration::from_millis(100);
+
+/// A USB adapter keeps bytes so long before it hands them over: what was read may be as old.
+const ADAPTER: Duration = Duration::from_millis(17);
+
+/// Sleeping and waking costs more than a shorter one saves.
+const SHORTEST: Duration = Duration::from_millis(10);
+
+/// The line under way on a wire of known speed.
+#[derive(Debug)]
+pub(super) struct Rest {
+    /// `None` where bytes may come at any speed.
+    byte_time: Option<Duration>,
+    /// Bytes since the latest line feed, the first of them, and when it was read.
+    filled: usize,
+    first: u8,
+    begun_at: Option<Instant>,
+}
+
+impl Rest {
+    /// For a port opened at this rate in bit/s; `None` for a link without one.
+    pub(super) fn new(baud: Option<u32>) -> Self {
+        let byte_time = baud.filter(|&baud| baud > 0);
+        Self {
+            byte_time: byte_time.map(|baud| Duration::from_secs(1) * BITS_PER_BYTE / baud),
+            filled: 0,
+            first: 0,
+            begun_at: None,
+        }
+    }
+
+    /// Takes what a read brought.
+    pub(super) fn take(&mut self, now: Instant, bytes: &[u8]) {
+        let fresh = match bytes.iter().rposition(|&byte| byte == b'\n') {
+            Some(end) => {
+                self.doubt(now);
+                self.filled = 0;
+                &bytes[end + 1..]
+            }
+            None => bytes,
+        };
+        if self.filled == 0
+            && let Some(&first) = fresh.first()
+        {
+            (self.first, self.begun_at) = (first, Some(now));
+        }
+        self.filled += fresh.len();
+    }
+
+    /// A pseudo-terminal keeps to no rate: a line that is whole in half the time it takes is proof enough, and whoever
+    /// sleeps there is late.
+    fn doubt(&mut self, now: Instant) {
+        let (Some(byte_time), Some(begun_at)) = (self.byte_time, self.begun_at.take()) else {
+            return;
+        };
+        let least = byte_time * self.line_bytes() / 2;
+        if now.saturating_duration_since(begun_at) < least {
+            self.byte_time = None;
+        }
+    }
+
+    /// For how long the line cannot be whole, were the other end's clock faster by a sixteenth; `None` when the next byte
+    /// may matter.
+    pub(super) fn duration(&self) -> Option<Duration> {
+        let filled = u32::try_from(self.filled)
+            .ok()
+            .filter(|&filled| filled > 0)?;
+        let missing = self.line_bytes().checked_sub(filled)?;
+        let rest = (self.byte_time? * missing * 15 / 16).saturating_sub(ADAPTER);
+        (rest >= SHORTEST).then_some(rest.min(LONGEST))
+    }
+
+    /// Length of the line under way, if its first byte is what was sent.
+    const fn line_bytes(&self) -> u32 {
+        match self.first {
+            b'K' | b'G' => ACK_LINE_BYTES as u32,
+            _ => LINE_BYTES as u32,
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const CLUMP: Duration = Duration::from_micros(16_667);
+
+    fn line(letter: u8, length: usize) -> Vec<u8> {
+        let mut line = vec![b'.'; length];
+        line[0] = letter;
+        line[length - 1] = b'\n';
+        line
+    }
+
+    /// A wire at 2400 baud behind an adapter that hands over every 16 ms: when each line was whole, when it was read,
+    /// and how many reads that took.
+    fn read(rest: &mut Rest, lines: &[Vec<u8>]) -> (Vec<(Duration, Duration)>, usize) {
+        let begin = Instant::now();
+        let bytes = lines.concat();
+        // In clumps of four bytes: what has come at a moment.
+        let come = |at: Duration| {
+            let clumps = usize::try_from(at.as_nanos() / CLUMP.as_nanos()).expect("few");
+            (clumps * 4).min(bytes.len())
+        };
+        let (mut at, mut taken, mut reads, mut whole) = (Duration::ZERO, 0, 0, Vec::new());
+        while taken < bytes.len() {
+            while come(at) == taken {
+                at += Duration::from_micros(100);
+            }
+            let fresh = &bytes[taken..come(at)];
+            for place in (0..fresh.len()).filter(|&place| fresh[place] == b'\n') {
+                let clump = u32::try_from((taken + place) / 4 + 1).expect("few");
+                whole.push((CLUMP * clump, at));
+            }
+            rest.take(begin + at, fresh);
+            taken += fresh.len();
+            reads += 1;
+            at += rest.duration().unwrap_or_default();
+        }
+        (whole, reads)
+    }
+
+    #[test]
+    fn lines_of_either_length_are_read_when_they_are_whole_in_a_third_of_the_reads() {
+        let mut lines = vec![
+            line(b'A', 80),
+            line(b'K', 14),
+            line(b'K', 14),
+            line(b'G', 14),
+        ];
+        for letter in *b"BACASAP" {
+            lines.push(line(letter, 80));
+        }
+        let (whole, reads) = read(&mut Rest::new(Some(2400)), &lines);
+        assert_eq!(whole.len(), lines.len());
+        for (come, had) in whole {
+            assert!(had - come < Duration::from_millis(1), "{come:?} {had:?}");
+        }
+        let clumps = lines.concat().len() / 4;
+        assert!(reads * 3 < clumps, "{reads} reads of {clumps} clumps");
+    }
+
+    #[test]
+    fn nobody_sleeps_before_a_line_begins_nor_where_one_should_have_ended() {
+        let mut rest = Rest::new(Some(2400));
+        assert_eq!(rest.duration(), None);
+        let now = Instant::now();
+        rest.take(now, b"A...");
+        assert_eq!(rest.duration(), Some(LONGEST));
+        rest.take(now + Duration::from_millis(250), &[b'.'; 56]);
+        assert_eq!(
+            rest.duration().map(|rest| rest.as_millis()),
+            Some(61),
+            "20 bytes are missing"
+        );
+        rest.take(now + Duration::from_millis(320), &[b'.'; 19]);
+        assert_eq!(rest.duration(), None, "one byte is missing");
+        // The line feed was spoilt: where the next one is nobody knows.
+        rest.take(now + Duration::from_millis(333), b"??..");
+        assert_eq!(rest.duration(), None);
+        rest.take(now + Duration::from_millis(340), b"...\nB");
+        assert_eq!(rest.duration(), Some(LONGEST));
+    }
+
+    #[test]
+    fn a_line_that_comes_faster_than_the_wire_ends_all_sleep() {
+        let mut rest = Rest::new(Some(2400));
+        let now = Instant::now();
+        rest.take(now, b"A...");
+        rest.take(now + LONGEST, &line(b'.', 76));
+        rest.take(now + LONGEST, b"B...");
+        assert_eq!(rest.duration(), None);
+        assert_eq!(Rest::new(None).duration(), None);
+    }
+
+    /// At the port's rate it is the port that is slow; a radio behind it is slower still.
+    #[test]
+    fn a_fast_port_sleeps_less() {
+        let mut rest = Rest::new(Some(9600));
+        rest.take(Instant::now(), b"A...");
+        let whole = Duration::from_micros(76 * 10_000_000 / 9600);
+        let duration = rest.duration().expect("a rest");
+        assert!(duration + ADAPTER < whole, "{duration:?} {whole:?}");
+        let mut rest = Rest::new(Some(115_200));
+        rest.take(Instant::now(), b"A...");
+        assert_eq!(rest.duration(), None);
+    }
+}
