@@ -21,8 +21,15 @@ use crate::model::Model;
 use crate::route;
 use crate::view;
 
-/// How often it is asked what has been recorded.
+/// How often it is asked what has been recorded, when something else is to be drawn anyway: a frame for this alone would
+/// be every fourth.
 const RECORDING_PERIOD: Duration = Duration::from_secs(1);
+
+/// How often on a silent link.
+const RECORDING_PERIOD_SILENT: Duration = Duration::from_secs(2);
+
+/// How often while one is being begun or ended.
+const RECORDING_PERIOD_BUSY: Duration = Duration::from_millis(100);
 
 /// Terminal events taken at one go.
 const BATCH: usize = 32;
@@ -72,10 +79,16 @@ pub async fn run(dashboard: Dashboard) -> io::Result<()> {
         leave |= running.tell(event)?;
     }
     running.refresh();
-    let mut ask_at = Instant::now();
+    let mut asked_at: Option<Instant> = None;
     while !leave {
-        if Instant::now() >= ask_at {
-            ask_at = Instant::now() + RECORDING_PERIOD;
+        let is_busy = running.keeper.as_ref().is_some_and(Keeper::is_busy);
+        let (period, period_silent) = if is_busy {
+            (RECORDING_PERIOD_BUSY, RECORDING_PERIOD_BUSY)
+        } else {
+            (RECORDING_PERIOD, RECORDING_PERIOD_SILENT)
+        };
+        if asked_at.is_none_or(|at| at.elapsed() >= period) {
+            asked_at = Some(Instant::now());
             let now = recording();
             if now != told {
                 told = now.clone();
@@ -108,7 +121,7 @@ pub async fn run(dashboard: Dashboard) -> io::Result<()> {
                 false
             }
             () = sleep_until_some(wake_at) => running.tick()?,
-            () = sleep_until(TokioInstant::from_std(ask_at)), if told != Recording::default() || running.keeper.is_some() => false,
+            () = sleep_until_some(asked_at.map(|at| at + period_silent)), if told != Recording::default() || running.keeper.is_some() => false,
         };
     }
     Ok(())

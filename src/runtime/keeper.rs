@@ -224,6 +224,13 @@ impl Keeper {
         self.lock().notices.pop_front()
     }
 
+    /// Whether a recording is being begun, ended or recovered, or there is something to tell of one.
+    #[must_use]
+    pub fn is_busy(&self) -> bool {
+        let inner = self.lock();
+        !inner.notices.is_empty() || inner.threads.iter().any(|thread| !thread.is_finished())
+    }
+
     /// Ends the recording in good order; returns the bytes that are in the files.
     ///
     /// # Errors

@@ -5,7 +5,7 @@ use std::time::Duration;
 use crate::event::Moment;
 
 /// No more than two frames in any stretch of this length: a burst of bytes is drawn at its beginning and at its end, and
-/// a line that comes just after something else was drawn, as what has been recorded is every second, need not wait.
+/// a line that comes just after something else was drawn, a key or an age, need not wait.
 const STRETCH: Duration = Duration::from_millis(80);
 
 /// When frames were drawn.
