@@ -5,6 +5,8 @@
 
 #[path = "common/programs.rs"]
 mod programs;
+#[path = "common/pty.rs"]
+mod pty;
 mod streams;
 
 use std::collections::BTreeMap;
@@ -14,7 +16,8 @@ use std::time::{Duration, UNIX_EPOCH};
 
 use groundwave::capture::recover::Paths;
 use groundwave::capture::{CaptureError, Existing, Recorder, Session, index};
-use programs::{expect, scratch};
+use programs::{GROUNDWAVE, expect, scratch};
+use pty::OnTerminal;
 
 /// What a kill leaves: half of it in the unfinished MCAP, all of it in the journal. Returns the bytes received.
 fn interrupted(folder: &Path, name: &str) -> usize {
@@ -81,6 +84,22 @@ fn every_reader_names_the_recovery_of_an_interrupted_recording() {
     for verb in READERS {
         expect(0, &[verb, &[&*file("r.mcap")][..]].concat());
     }
+    fs::remove_dir_all(folder).unwrap();
+}
+
+/// What is there is shown, and what is missing from it said at once.
+#[test]
+fn a_replay_of_an_unfinished_file_names_the_recovery_when_it_begins() {
+    let folder = scratch("interrupted-replay");
+    interrupted(&folder, "r.mcap");
+    let remedy = format!("`groundwave recover {}`", folder.join("r.mcap").display());
+    let file = folder.join("r.mcap.partial").display().to_string();
+    let mut replay = OnTerminal::start(GROUNDWAVE, &["replay", &file], 200, 40);
+    replay.wait_for("the remedy over the robot's lines", |text| {
+        text.contains(&format!("its end is missing; {remedy}")) && text.contains("── map")
+    });
+    replay.type_keys("q");
+    replay.wait();
     fs::remove_dir_all(folder).unwrap();
 }
 

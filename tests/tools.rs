@@ -213,6 +213,23 @@ fn the_list_of_topics_may_be_damaged() {
 }
 
 #[test]
+fn damage_behind_a_chunk_costs_nothing_of_it() {
+    let raw = streams::clean(8000);
+    let mcap = converted(&raw);
+    let summary = mcap::Summary::read(&mcap[..]).unwrap().unwrap();
+    let chunk = &summary.chunk_indexes[1];
+    let behind = (chunk.chunk_start_offset + chunk.chunk_length) as usize;
+    // Operation code and length of the record there.
+    for bit in 0..9 * 8 {
+        let mut spoilt = mcap.clone();
+        spoilt[behind + bit / 8] ^= 1 << (bit % 8);
+        let (left, error) = content(&spoilt);
+        assert!(error.is_some(), "bit {bit}");
+        assert_eq!(left.len(), raw.len(), "bit {bit}");
+    }
+}
+
+#[test]
 fn the_length_of_a_record_may_be_wrong() {
     let raw = streams::clean(8000);
     let mcap = converted(&raw);

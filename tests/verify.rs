@@ -3,15 +3,22 @@
 
 #[path = "common/programs.rs"]
 mod programs;
+mod recordings;
 mod streams;
 
 use std::fs;
 use std::io::Cursor;
+use std::time::Duration;
 
 use groundwave::capture::convert::convert_raw;
+use groundwave::capture::info::Info;
 use groundwave::capture::journal::JournalWriter;
+use groundwave::capture::topics::StationEvent;
 use groundwave::capture::verify::{Beside, verify_mcap};
+use groundwave::capture::{Capture, Existing, Recorder};
+use groundwave::event::{Event, LinkEvent};
 use programs::{expect, scratch};
+use recordings::{session, wall};
 
 fn converted(raw: &[u8]) -> Vec<u8> {
     let mut mcap = Vec::new();
@@ -133,4 +140,31 @@ fn telemetry_that_is_not_what_was_received_is_found() {
         .iter()
         .any(|f| f.contains("is not what /raw/rx decodes to"));
     assert!(found, "{:?}", verdict.faults);
+}
+
+/// What the robot sent while the link was lost is lost for nobody: `info` and `verify` say the same.
+#[test]
+fn a_lost_link_counts_nothing_as_lost_by_the_radio() {
+    let folder = scratch("verify-lost-link");
+    let path = folder.join("a.mcap");
+    let stream = streams::lines(300);
+    let (before, after) = (&stream[..8040], &stream[12_030..]);
+    let mut recorder = Recorder::start(&path, Existing::Refuse, &session()).unwrap();
+    recorder.handle_rx(Duration::ZERO, wall(Duration::ZERO), before);
+    let now = Duration::from_secs(30);
+    let reason = "unplugged".to_owned();
+    let lost = Event::Link(LinkEvent::Lost { reason });
+    let lost = StationEvent::from_event(&lost).unwrap();
+    recorder.handle_event(now, wall(now), &lost);
+    recorder.handle_rx(2 * now, wall(2 * now), after);
+    recorder.finish().unwrap();
+    let verdict = verify_mcap(fs::File::open(&path).unwrap(), Beside::default()).unwrap();
+    let info = Info::read(&mut Capture::open(&path).unwrap());
+    assert_eq!(info.lines_lost, 0);
+    assert_eq!(
+        (verdict.lines, verdict.lines_lost, verdict.gaps),
+        (info.lines.total(), info.lines_lost, 0)
+    );
+    assert!(verdict.is_good(), "{verdict:?}");
+    fs::remove_dir_all(folder).unwrap();
 }

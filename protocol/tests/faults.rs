@@ -10,8 +10,8 @@ use groundwave_protocol::digest::digest;
 use groundwave_protocol::failsafe::Failsafe;
 use groundwave_protocol::letters::{Link, Mode};
 use groundwave_protocol::receiver::Receiver;
-use groundwave_protocol::telemetry::{Ack, Body, Detail, Line, Outcome};
-use world::{DONE, ROBOT_ID, Robot, World, route, state};
+use groundwave_protocol::telemetry::{Ack, Body, Detail, Line, Outcome, StateLine};
+use world::{DONE, ROBOT_ID, Robot, World, route};
 
 fn replaced_by(list: &[Waypoint]) -> FopEvent {
     FopEvent::Concluded {
@@ -107,7 +107,10 @@ fn nothing_but_stop_is_said_until_stop_is_proven() {
 fn stopped_line(sequence: u8) -> Received {
     let line = Line {
         sequence,
-        body: Body::State(state(Mode::Stop)),
+        body: Body::State(StateLine {
+            mode: Mode::Stop,
+            ..StateLine::BLANK
+        }),
         ack: Ack {
             boot: 1,
             session: 3,

@@ -304,6 +304,12 @@ impl Recorder {
         told.clone().or_else(|| self.journal.problem())
     }
 
+    /// Whether it has stopped before its end: nothing more goes into the MCAP.
+    #[must_use]
+    pub fn has_failed(&self) -> bool {
+        self.thread.as_ref().is_some_and(JoinHandle::is_finished)
+    }
+
     /// Writes the index, waits until the disk has everything, reads it back and gives the recording its
     /// name; returns the bytes in the files.
     ///

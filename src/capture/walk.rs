@@ -4,40 +4,44 @@
 //! damaged chunk is skipped and named; where not even the length of a record can be believed, the walk
 //! goes on at the next chunk that is whole. Nothing of a chunk is told before its checksum holds.
 
+mod record;
+
 use std::fmt;
 use std::io::{self, Read};
 use std::ops::Range;
 
-use ::mcap::records::{ChunkHeader, Record, op};
-use ::mcap::{MAGIC, parse_record};
+use ::mcap::MAGIC;
+use serde::Serialize;
 
-/// The largest record that is believed, and the largest chunk when it is unpacked: many times what a
-/// recording has.
-const RECORD_BYTES_MAX: usize = 16 << 20;
-
-/// Operation code and length.
-const HEAD_BYTES: usize = 1 + 8;
+use super::writer::CheckedChunk;
+use super::writer::records::{HEAD_BYTES, op};
+pub(super) use record::RECORD_BYTES_MAX;
+use record::{Unpacker, fills_its_length, flaw, head, u32_at};
 
 /// How much is read at a time.
 const READ_BYTES: usize = 256 << 10;
 
 /// A part of the file that does not hold.
-#[derive(Clone, Debug, PartialEq, Eq)]
+#[derive(Clone, Debug, PartialEq, Eq, Serialize)]
 pub struct Damage {
     /// Where in the file it begins, bytes.
     pub offset: u64,
-    /// Bytes of the file that are skipped because of it.
-    pub length: u64,
+    /// Bytes of the file that are skipped because of it; none where nobody knows which are wrong.
+    pub bytes: u64,
     /// What does not hold.
-    pub problem: String,
+    pub problem: &'static str,
     /// First and last log time of the messages lost, nanoseconds, where the chunk still says it.
+    #[serde(skip)]
     pub times_ns: Option<(u64, u64)>,
 }
 
 impl fmt::Display for Damage {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        let Self { offset, length, .. } = self;
-        write!(f, "{} ({length} bytes at byte {offset}", self.problem)?;
+        let Self { offset, bytes, .. } = self;
+        if *bytes == 0 {
+            return f.write_str(self.problem);
+        }
+        write!(f, "{} ({bytes} bytes at byte {offset}", self.problem)?;
         if let Some((first_ns, last_ns)) = self.times_ns {
             let s = last_ns.saturating_sub(first_ns) as f64 / 1e9;
             write!(f, ", {s:.1} s of the recording")?;
@@ -53,10 +57,19 @@ pub enum Step<'a> {
     Record {
         /// What kind: [`op`].
         opcode: u8,
-        /// The rest of it, as [`parse_record`] wants it.
+        /// The rest of it, as [`mcap::parse_record`] wants it.
         body: &'a [u8],
     },
     /// Something was skipped.
+    Damage(Damage),
+}
+
+/// The next thing in the file, chunks as they are.
+#[derive(Debug)]
+pub(super) enum Part<'a> {
+    /// A record that is in no chunk, with its head.
+    Record(u8, &'a [u8]),
+    Chunk(CheckedChunk<'a>),
     Damage(Damage),
 }
 
@@ -68,10 +81,11 @@ pub struct Walker<R> {
     start: usize,
     offset: u64,
     source_ended: bool,
-    unpacked: Vec<u8>,
+    unpacker: Unpacker,
+    /// How much of the chunk that has been unpacked has been given out.
     unpacked_at: usize,
-    unpacker: Option<zstd::bulk::Decompressor<'static>>,
     place: Place,
+    has_data_end: bool,
     /// Of everything consumed since the beginning, and since the summary began.
     crc: crc32fast::Hasher,
     is_damaged: bool,
@@ -90,6 +104,8 @@ enum Place {
 enum Found {
     /// A record with so many bytes after its head.
     Record(usize),
+    /// Likewise, and they make no sense.
+    Broken(usize, &'static str),
     /// The file ends first.
     TooShort,
     /// None.
@@ -105,10 +121,10 @@ impl<R: Read> Walker<R> {
             start: 0,
             offset: 0,
             source_ended: false,
-            unpacked: Vec::new(),
+            unpacker: Unpacker::default(),
             unpacked_at: 0,
-            unpacker: None,
             place: Place::Begin,
+            has_data_end: false,
             crc: crc32fast::Hasher::new(),
             is_damaged: false,
         }
@@ -126,59 +142,100 @@ impl<R: Read> Walker<R> {
         self.place == Place::Finished
     }
 
+    /// Whether nothing but the summary can follow.
+    pub(super) const fn has_data_end(&self) -> bool {
+        self.has_data_end
+    }
+
     /// The next record or damage; `None` at the end.
     ///
     /// # Errors
     /// When the source cannot be read.
     pub fn next_step(&mut self) -> io::Result<Option<Step<'_>>> {
-        let taken = loop {
-            if self.unpacked_at < self.unpacked.len() {
-                break self.take_unpacked();
+        loop {
+            if self.unpacked_at < self.unpacker.content.len() {
+                return Ok(Some(self.step_in_chunk()));
             }
-            match self.place {
-                Place::Finished | Place::Unfinished => return Ok(None),
-                Place::Begin => {
-                    if self.fill(MAGIC.len())? >= MAGIC.len() && self.unread().starts_with(MAGIC) {
-                        self.consume(MAGIC.len());
-                    }
-                    self.place = Place::Data;
+            match self.advance()? {
+                // To a reader the end of what was interrupted is no damage.
+                Some(Taken::Chunk(_) | Taken::Torn(_)) => {}
+                Some(Taken::Damage(damage)) => return Ok(Some(Step::Damage(damage))),
+                Some(Taken::Record(opcode, body)) => {
+                    let body = &self.buffer[body];
+                    return Ok(Some(Step::Record { opcode, body }));
                 }
-                Place::Data | Place::Summary => {
-                    let taken = match self.find()? {
-                        Found::Record(length) => self.take(length)?,
-                        found => self.seek(&found)?.map(Taken::Damage),
-                    };
-                    if let Some(taken) = taken {
-                        break taken;
-                    }
-                }
+                None => return Ok(None),
             }
-        };
-        Ok(Some(match taken {
-            Taken::Damage(damage) => Step::Damage(damage),
-            Taken::Record { opcode, body } => Step::Record {
-                opcode,
-                body: &self.buffer[body],
-            },
-            Taken::Unpacked { opcode, body } => Step::Record {
-                opcode,
-                body: &self.unpacked[body],
-            },
-        }))
+        }
     }
 
     /// The next record of the chunk that has been unpacked.
-    fn take_unpacked(&mut self) -> Taken {
-        let rest = &self.unpacked[self.unpacked_at..];
+    fn step_in_chunk(&mut self) -> Step<'_> {
+        let rest = &self.unpacker.content[self.unpacked_at..];
         let Some((opcode, length)) = head(rest).filter(|h| h.1 <= rest.len() - HEAD_BYTES) else {
-            self.unpacked_at = self.unpacked.len();
+            self.unpacked_at = self.unpacker.content.len();
             let problem = "the inside of a chunk makes no sense";
-            return Taken::Damage(self.damage(self.offset, problem, None));
+            return Step::Damage(self.damage(self.offset, problem, None));
         };
         let from = self.unpacked_at + HEAD_BYTES;
         self.unpacked_at = from + length;
-        let body = from..from + length;
-        Taken::Unpacked { opcode, body }
+        let body = &self.unpacker.content[from..from + length];
+        Step::Record { opcode, body }
+    }
+
+    /// The next record outside of chunks, chunk or damage; `None` where nothing but the summary follows. The beginning
+    /// of a record that the end of the file cuts off is damage.
+    ///
+    /// # Errors
+    /// When the source cannot be read.
+    pub(super) fn next_part(&mut self) -> io::Result<Option<Part<'_>>> {
+        if self.has_data_end {
+            return Ok(None);
+        }
+        Ok(self.advance()?.map(|taken| match taken {
+            Taken::Damage(damage) | Taken::Torn(damage) => Part::Damage(damage),
+            Taken::Record(opcode, body) => Part::Record(opcode, &self.buffer[with_head(body)]),
+            Taken::Chunk(body) => {
+                self.unpacked_at = self.unpacker.content.len();
+                Part::Chunk(self.unpacker.checked(&self.buffer[with_head(body)]))
+            }
+        }))
+    }
+
+    fn advance(&mut self) -> io::Result<Option<Taken>> {
+        loop {
+            let taken = match self.place {
+                Place::Finished | Place::Unfinished => return Ok(None),
+                Place::Begin => self.begin()?.map(Taken::Damage),
+                Place::Data | Place::Summary => match self.find()? {
+                    Found::Record(length) => Some(self.take(length)?),
+                    Found::Broken(length, problem) => {
+                        let at = self.offset;
+                        self.consume(HEAD_BYTES + length);
+                        Some(Taken::Damage(self.damage(at, problem, None)))
+                    }
+                    found => self.seek(&found)?,
+                },
+            };
+            if taken.is_some() {
+                return Ok(taken);
+            }
+        }
+    }
+
+    /// Takes the mark that every MCAP begins with.
+    fn begin(&mut self) -> io::Result<Option<Damage>> {
+        self.place = Place::Data;
+        if self.fill(MAGIC.len() + HEAD_BYTES)? < MAGIC.len() {
+            return Ok(None);
+        }
+        let (mark, after) = self.unread().split_at(MAGIC.len());
+        let is_mark = mark == MAGIC;
+        if is_mark || head(after).is_some() {
+            self.consume(MAGIC.len());
+        }
+        let problem = "it does not begin as an MCAP does";
+        Ok((!is_mark && self.offset > 0).then(|| self.damage(0, problem, None)))
     }
 
     /// What stands here.
@@ -191,7 +248,7 @@ impl<R: Read> Walker<R> {
         };
         let end = HEAD_BYTES + length;
         self.fill(end + HEAD_BYTES)?;
-        let unread = self.unread();
+        let unread = &self.buffer[self.start..];
         if unread.len() < end {
             return Ok(Found::TooShort);
         }
@@ -202,16 +259,22 @@ impl<R: Read> Walker<R> {
             // An interrupted recording ends after any record.
             _ => after.len() < HEAD_BYTES || head(after).is_some(),
         };
-        let is_record = goes_on && is_body(opcode, body);
-        Ok(if is_record {
-            Found::Record(length)
-        } else {
-            Found::Nonsense
+        Ok(match flaw(opcode, body) {
+            None if goes_on => Found::Record(length),
+            // What follows is damaged, and not the length of this one.
+            None if fills_its_length(opcode, body) => Found::Record(length),
+            None if opcode == op::CHUNK && self.unpacker.unpack(body).is_ok() => {
+                // It is unpacked again when it is taken.
+                self.unpacker.content.clear();
+                Found::Record(length)
+            }
+            Some(problem) if goes_on => Found::Broken(length, problem),
+            _ => Found::Nonsense,
         })
     }
 
     /// Consumes the record that stands here.
-    fn take(&mut self, length: usize) -> io::Result<Option<Taken>> {
+    fn take(&mut self, length: usize) -> io::Result<Taken> {
         let at = self.offset;
         let opcode = self.unread()[0];
         if opcode == op::DATA_END {
@@ -219,28 +282,29 @@ impl<R: Read> Walker<R> {
             let found = self.crc.clone().finalize();
             let body = self.consume(HEAD_BYTES + length);
             self.place = Place::Summary;
+            self.has_data_end = true;
             self.crc = crc32fast::Hasher::new();
             if stored != 0 && stored != found && !self.is_damaged {
                 let problem = "the checksum of the data section does not hold";
-                return Ok(Some(Taken::Damage(self.damage(at, problem, None))));
+                return Ok(Taken::Damage(self.damage(self.offset, problem, None)));
             }
-            return Ok(Some(Taken::Record { opcode, body }));
+            return Ok(Taken::Record(opcode, body));
         }
         if opcode == op::FOOTER {
-            return self.take_footer(at).map(Some);
+            return self.take_footer();
         }
         let body = self.consume(HEAD_BYTES + length);
-        if opcode == op::CHUNK {
-            return Ok(self.unpack(&body).err().map(|(problem, times_ns)| {
-                self.unpacked.clear();
-                self.unpacked_at = 0;
-                Taken::Damage(self.damage(at, problem, times_ns))
-            }));
+        if opcode != op::CHUNK {
+            return Ok(Taken::Record(opcode, body));
         }
-        Ok(Some(Taken::Record { opcode, body }))
+        self.unpacked_at = 0;
+        Ok(match self.unpacker.unpack(&self.buffer[body.clone()]) {
+            Ok(()) => Taken::Chunk(body),
+            Err((problem, times_ns)) => Taken::Damage(self.damage(at, problem, times_ns)),
+        })
     }
 
-    fn take_footer(&mut self, at: u64) -> io::Result<Taken> {
+    fn take_footer(&mut self) -> io::Result<Taken> {
         /// The head, where the summary begins, where its offsets begin.
         const CHECKED_BYTES: usize = HEAD_BYTES + 16;
         const BYTES: usize = CHECKED_BYTES + 4;
@@ -262,74 +326,32 @@ impl<R: Read> Walker<R> {
         let problem = match (is_wrong, has_more) {
             (true, _) => "the checksum of the summary does not hold",
             (_, true) => "something follows the end mark",
-            _ => {
-                let opcode = op::FOOTER;
-                return Ok(Taken::Record { opcode, body });
-            }
+            _ => return Ok(Taken::Record(op::FOOTER, body)),
         };
-        Ok(Taken::Damage(self.damage(at, problem, None)))
-    }
-
-    /// Unpacks the chunk whose body this is.
-    fn unpack(&mut self, body: &Range<usize>) -> Result<(), Lost> {
-        let Ok(Record::Chunk { header, data }) =
-            parse_record(op::CHUNK, &self.buffer[body.clone()])
-        else {
-            return Err(("a chunk makes no sense", None));
-        };
-        let times_ns = Some((header.message_start_time, header.message_end_time));
-        let lost = |problem| Err((problem, times_ns));
-        let Some(size) = usize::try_from(header.uncompressed_size)
-            .ok()
-            .filter(|size| *size <= RECORD_BYTES_MAX)
-        else {
-            return lost("a chunk claims to be larger than any");
-        };
-        self.unpacked.clear();
-        self.unpacked_at = 0;
-        match header.compression.as_str() {
-            "" => self.unpacked.extend_from_slice(&data),
-            "zstd" => {
-                self.unpacked.reserve(size);
-                let unpacker = match &mut self.unpacker {
-                    Some(unpacker) => unpacker,
-                    none => match zstd::bulk::Decompressor::new() {
-                        Ok(new) => none.insert(new),
-                        Err(_) => return lost("a chunk cannot be unpacked"),
-                    },
-                };
-                let unpacked = unpacker.decompress_to_buffer(&data, &mut self.unpacked);
-                if unpacked.is_err() {
-                    return lost("a chunk cannot be unpacked");
-                }
-            }
-            _ => return lost("a chunk is compressed with something else than zstd"),
-        }
-        if self.unpacked.len() != size {
-            return lost("a chunk has another length than it says");
-        }
-        let is_checked = header.uncompressed_crc != 0;
-        if is_checked && crc32fast::hash(&self.unpacked) != header.uncompressed_crc {
-            return lost("the checksum of a chunk does not hold");
-        }
-        Ok(())
+        Ok(Taken::Damage(self.damage(self.offset, problem, None)))
     }
 
     /// Skips what is no record, to where the file can be understood again.
-    fn seek(&mut self, found: &Found) -> io::Result<Option<Damage>> {
+    fn seek(&mut self, found: &Found) -> io::Result<Option<Taken>> {
         let at = self.offset;
-        // What an interruption has left of its last record is no damage.
-        let is_torn = matches!(found, Found::TooShort);
         while !self.unread().is_empty() {
             self.consume(1);
             if self.is_anchor()? {
                 let problem = "no record begins here";
-                return Ok(Some(self.damage(at, problem, None)));
+                return Ok(Some(Taken::Damage(self.damage(at, problem, None))));
             }
         }
         self.place = Place::Unfinished;
-        let problem = "nothing makes sense from here to the end";
-        Ok((!is_torn).then(|| self.damage(at, problem, None)))
+        if self.offset == at {
+            return Ok(None);
+        }
+        Ok(Some(if matches!(found, Found::TooShort) {
+            let problem = "a record is longer than what is left of the file";
+            Taken::Torn(self.damage(at, problem, None))
+        } else {
+            let problem = "nothing makes sense from here to the end";
+            Taken::Damage(self.damage(at, problem, None))
+        }))
     }
 
     /// Whether something stands here from which the file can be understood again: a whole chunk, or what
@@ -349,20 +371,19 @@ impl<R: Read> Walker<R> {
             return Ok(true);
         }
         let from = self.start + HEAD_BYTES;
-        let is_whole = self.unpack(&(from..from + length)).is_ok();
+        let is_whole = self.unpacker.unpack(&self.buffer[from..from + length]);
         // It is unpacked again when it is taken.
-        self.unpacked.clear();
-        self.unpacked_at = 0;
-        Ok(is_whole)
+        self.unpacker.content.clear();
+        Ok(is_whole.is_ok())
     }
 
     /// Names what begins at `at` and ends here.
-    fn damage(&mut self, at: u64, problem: &str, times_ns: Option<(u64, u64)>) -> Damage {
+    fn damage(&mut self, at: u64, problem: &'static str, times_ns: Option<(u64, u64)>) -> Damage {
         self.is_damaged = true;
         Damage {
             offset: at,
-            length: self.offset - at,
-            problem: problem.to_owned(),
+            bytes: self.offset - at,
+            problem,
             times_ns,
         }
     }
@@ -398,65 +419,17 @@ impl<R: Read> Walker<R> {
     }
 }
 
-/// Why a chunk is lost, and the times of its messages.
-type Lost = (&'static str, Option<(u64, u64)>);
-
-/// What a record turned out to be; its body in the buffer.
+/// What has been consumed: where in the buffer its body is.
 enum Taken {
-    Record {
-        opcode: u8,
-        body: Range<usize>,
-    },
-    /// One of the chunk that has been unpacked.
-    Unpacked {
-        opcode: u8,
-        body: Range<usize>,
-    },
+    Record(u8, Range<usize>),
+    /// A chunk, which has been unpacked.
+    Chunk(Range<usize>),
     Damage(Damage),
+    /// The beginning of a record that the end of the file cuts off.
+    Torn(Damage),
 }
 
-/// The operation code and the length of the body, if they can be those of a record.
-fn head(bytes: &[u8]) -> Option<(u8, usize)> {
-    let (head, _) = bytes.split_first_chunk::<HEAD_BYTES>()?;
-    let [opcode, length @ ..] = *head;
-    let length = usize::try_from(u64::from_le_bytes(length)).ok()?;
-    let is_known = matches!(opcode, op::HEADER..=op::DATA_END | 0x80..);
-    (is_known && length <= RECORD_BYTES_MAX).then_some((opcode, length))
-}
-
-/// An attachment without a name, a type and content: two times and three lengths.
-const ATTACHMENT_BYTES_MIN: usize = 8 + 8 + 4 + 4 + 8;
-
-/// Whether the body can be that of a record of its kind.
-fn is_body(opcode: u8, body: &[u8]) -> bool {
-    match opcode {
-        op::DATA_END => body.len() == 4,
-        op::FOOTER => body.len() == 20,
-        op::MESSAGE => body.len() >= 22,
-        op::MESSAGE_INDEX => body.len() >= 6 && body.len() == 6 + u32_at(&body[2..]) as usize,
-        op::CHUNK => {
-            let parsed = parse_record(op::CHUNK, body);
-            let Ok(Record::Chunk { header, .. }) = parsed else {
-                return false;
-            };
-            chunk_head_bytes(&header) + header.compressed_size == body.len() as u64
-        }
-        op::ATTACHMENT => body.split_last_chunk().is_some_and(|(rest, crc)| {
-            let crc = u32::from_le_bytes(*crc);
-            rest.len() >= ATTACHMENT_BYTES_MIN && (crc == 0 || crc32fast::hash(rest) == crc)
-        }),
-        op::HEADER..=op::SUMMARY_OFFSET => parse_record(opcode, body).is_ok(),
-        _ => true,
-    }
-}
-
-/// Two times, two sizes, the checksum and the compression's name with its length.
-const fn chunk_head_bytes(header: &ChunkHeader) -> u64 {
-    8 + 8 + 8 + 4 + 4 + header.compression.len() as u64 + 8
-}
-
-fn u32_at(bytes: &[u8]) -> u32 {
-    bytes
-        .first_chunk()
-        .map_or(0, |bytes| u32::from_le_bytes(*bytes))
+/// The whole record that has this body.
+const fn with_head(body: Range<usize>) -> Range<usize> {
+    body.start - HEAD_BYTES..body.end
 }

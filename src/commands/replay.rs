@@ -6,8 +6,9 @@ use std::time::Instant;
 use super::appearance::appearance;
 use super::cli::Replay;
 use super::{Exit, Fault, block_on, config, keeping, opening, watch};
-use crate::capture::index;
-use crate::event::{Moment, Recording};
+use crate::capture::source::unfinished;
+use crate::capture::{CaptureError, index};
+use crate::event::{Event, Level, Moment, Recording};
 use crate::model::{Config, Model};
 use crate::runtime::{self, Dashboard, Session, run as run_dashboard};
 use crate::timeline::scene::SPACING;
@@ -36,7 +37,13 @@ pub(super) fn run(options: &Replay, config: &config::Config) -> Result<(), Fault
         capture: Some(options.file.display().to_string()),
         ..appearance(config)
     };
-    let first = Scene::new(&name, config.clone(), &*tape);
+    let mut first = Scene::new(&name, config.clone(), &*tape);
+    if let CaptureError::Interrupted(interrupted) = unfinished(&options.file, 0) {
+        first.tell(Event::Notice {
+            level: Level::Warning,
+            text: interrupted.beforehand(),
+        });
+    }
     let (tell, findings) = tokio::sync::mpsc::channel(FINDINGS);
     let reader = {
         let (scene, mut tape) = (first.clone(), tape.again());

@@ -5,9 +5,7 @@ use std::sync::Arc;
 use crossterm::event::{KeyCode, KeyEvent, KeyModifiers};
 use groundwave_protocol::decoder::Counters;
 use groundwave_protocol::failsafe::Failsafe;
-use groundwave_protocol::letters::{
-    Arm, Bump, Cliff, Drive, Infrared, Layer, LayerMask, LayerState, Link, Mode, Power,
-};
+use groundwave_protocol::letters::{Layer, LayerMask, LayerState};
 use groundwave_protocol::telemetry::{
     Ack, Body, CountersLine, FirmwareVersion, HOLDERS, LayerStates, Line, ListPlace, ParameterLine,
     ParameterName, Printable, StateLine, StatusLine, TextLine,
@@ -196,26 +194,15 @@ pub(crate) fn state() -> StateLine {
         layers.set(layer, LayerState::Quiet);
     }
     StateLine {
-        x_tenths_in: 0,
-        y_tenths_in: 0,
-        theta_deg: 0,
         velocity_in_s: 10,
-        rotation_in_s: 0,
         wheel_left_in_s: 10,
         wheel_right_in_s: 10,
         sonar_left_in: Some(87),
         sonar_right_in: Some(120),
         photo_left_pct: Some(61),
         photo_right_pct: Some(48),
-        bump: Bump::None,
-        infrared: Infrared::None,
-        cliff: Cliff::NotFitted,
-        arm: Arm::NotFitted,
-        drive: Drive::Ok,
-        power: Power::Ok,
-        link: Link::Ok,
-        mode: Mode::Prowl,
         layers,
+        ..StateLine::BLANK
     }
 }
 

@@ -1,8 +1,9 @@
 //! Keeps what the radio delivers, before anybody looks at it.
 
 mod history;
+mod options;
 
-use std::collections::{BTreeMap, VecDeque};
+use std::collections::VecDeque;
 use std::path::{self, Path, PathBuf};
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use std::thread::{self, JoinHandle};
@@ -12,60 +13,17 @@ use super::driver::{EventSink, SentSink};
 use crate::capture::composer::since_1970_ns;
 use crate::capture::journal::{Entry, Kind};
 use crate::capture::topics::StationEvent;
-use crate::capture::{
-    CaptureError, Existing, RawWriter, Recorder, Rotation, Session, name, recover,
-};
+use crate::capture::{CaptureError, Existing, RawWriter, Recorder, Session, name, recover};
 use crate::event::{Level, Moment, Recording};
 use crate::io::link::Sink;
 use history::History;
-
-/// How much of what came before is in a recording that is begun from the dashboard.
-pub const REMEMBERED: Duration = Duration::from_mins(10);
+pub use options::{KeepOptions, REMEMBERED};
 
 /// Nobody begins so many recordings in a second.
 const NAMES_MAX: u32 = 100;
 
 /// How soon somebody is told that the file of the tee was taken away.
 const LOOK_PERIOD: Duration = Duration::from_secs(8);
-
-/// What to keep, and where.
-#[derive(Clone, Debug)]
-pub struct KeepOptions {
-    /// Raw bytes go here.
-    pub tee: Option<PathBuf>,
-    /// MCAP goes here.
-    pub mcap: Option<PathBuf>,
-    /// Nobody named the MCAP: where another has its name it gets one like it.
-    pub is_unnamed: bool,
-    /// What to do with files that exist.
-    pub existing: Existing,
-    /// The link as the operator named it.
-    pub link: String,
-    /// What else the recording shall say about itself.
-    pub notes: BTreeMap<String, String>,
-    /// The configuration in force, as text.
-    pub configuration: String,
-    /// When a recording goes on in another file.
-    pub rotation: Rotation,
-    /// How much is remembered while nothing is recorded.
-    pub remembered: Duration,
-}
-
-impl Default for KeepOptions {
-    fn default() -> Self {
-        Self {
-            tee: None,
-            mcap: None,
-            is_unnamed: false,
-            existing: Existing::Refuse,
-            link: String::new(),
-            notes: BTreeMap::new(),
-            configuration: String::new(),
-            rotation: Rotation::default(),
-            remembered: REMEMBERED,
-        }
-    }
-}
 
 /// The raw tee and the MCAP recorder behind one lock: the reader thread writes received bytes, the
 /// event loop what is sent and what happens.
@@ -75,7 +33,7 @@ pub struct Keeper(Arc<Mutex<Inner>>);
 struct Inner {
     tee: Option<RawWriter>,
     recorder: Option<Recorder>,
-    /// What came in while nothing was recorded.
+    /// What came in and is in no finished recording.
     history: History,
     options: KeepOptions,
     started: Instant,
@@ -84,6 +42,8 @@ struct Inner {
     look_at: Moment,
     /// A recording is being begun on another thread.
     is_beginning: bool,
+    /// What the recorder has said went wrong.
+    told: Option<String>,
     /// Threads that begin, end or recover a recording.
     threads: Vec<JoinHandle<()>>,
     /// What they have to say.
@@ -141,6 +101,7 @@ impl Keeper {
             started_wall,
             look_at: LOOK_PERIOD,
             is_beginning: false,
+            told: None,
             threads: Vec::new(),
             notices: VecDeque::new(),
         })));
@@ -186,25 +147,27 @@ impl Keeper {
     }
 
     /// Begins a recording with what is remembered, under a name of its own making, or ends the one under
-    /// way. Waits for no disk: [`Self::poll_notice`] tells what became of it.
+    /// way; in place of one that has failed another begins. Waits for no disk: [`Self::poll_notice`] tells
+    /// what became of it.
     pub fn toggle(&self) {
+        self.toggle_as(PathBuf::from(name::automatic(SystemTime::now())));
+    }
+
+    fn toggle_as(&self, path: PathBuf) {
         let mut inner = self.lock();
-        if let Some(recorder) = inner.recorder.take() {
-            let path = recorder.path();
-            self.spawn(&mut inner, move |keeper| {
-                let notice = match recorder.finish() {
-                    Ok(bytes) => (
-                        Level::Info,
-                        format!("recorded {}: {bytes} bytes", path.display()),
-                    ),
-                    Err(error) => (Level::Alarm, error.to_string()),
-                };
-                keeper.lock().notices.push_back(notice);
-            });
-        } else if !inner.is_beginning {
-            inner.is_beginning = true;
-            self.spawn(&mut inner, Self::begin_now);
+        if inner.is_beginning {
+            return;
         }
+        let ended = inner.recorder.take();
+        let has_failed = ended.as_ref().is_some_and(Recorder::has_failed);
+        let begins = ended.is_none() || has_failed;
+        let ended = ended.map(|recorder| (recorder, inner.history.take()));
+        inner.is_beginning = self.spawn(&mut inner, move |keeper| {
+            let failed = ended.and_then(|(recorder, history)| keeper.end_now(recorder, history));
+            if begins {
+                keeper.begin_now(&path, failed.as_deref());
+            }
+        }) && begins;
     }
 
     /// How far into the recording of this name a moment is; a raw one knows no times.
@@ -266,41 +229,74 @@ impl Keeper {
         FinishOnDrop(self.clone())
     }
 
-    fn spawn(&self, inner: &mut Inner, work: impl FnOnce(&Self) + Send + 'static) {
+    /// Says whether there is a thread for it.
+    fn spawn(&self, inner: &mut Inner, work: impl FnOnce(&Self) + Send + 'static) -> bool {
         let keeper = self.clone();
         let thread = thread::Builder::new()
             .name("keeper".into())
             .spawn(move || work(&keeper));
         match thread {
-            Ok(thread) => inner.threads.push(thread),
-            Err(error) => inner
-                .notices
-                .push_back((Level::Alarm, format!("cannot start a thread: {error}"))),
+            Ok(thread) => {
+                inner.threads.push(thread);
+                true
+            }
+            Err(error) => {
+                let text = format!("cannot start a thread: {error}");
+                inner.notices.push_back((Level::Alarm, text));
+                false
+            }
         }
     }
 
-    /// On a thread of its own. What comes in until the files are there is remembered with the rest.
-    fn begin_now(&self) {
+    /// On a thread of its own. What the recording holds need not be remembered any more, unless it failed:
+    /// its path then.
+    fn end_now(&self, recorder: Recorder, history: History) -> Option<PathBuf> {
+        let path = recorder.path();
+        let ended = recorder.finish();
+        let mut inner = self.lock();
+        let told = inner.told.take();
+        match ended {
+            Ok(bytes) => {
+                let text = format!("recorded {}: {bytes} bytes", path.display());
+                inner.notices.push_back((Level::Info, text));
+                None
+            }
+            Err(error) => {
+                inner.history.put_back(history);
+                let text = error.to_string();
+                if told.as_ref() != Some(&text) {
+                    inner.notices.push_back((Level::Alarm, text));
+                }
+                Some(path)
+            }
+        }
+    }
+
+    /// On a thread of its own, in place of a recording that has failed if there was one. What comes in until
+    /// the files are there is remembered with the rest.
+    fn begin_now(&self, path: &Path, failed: Option<&Path>) {
         let (options, first_ns) = {
             let inner = self.lock();
             (inner.options.clone(), inner.history.first_ns())
         };
         let start =
             first_ns.map_or_else(SystemTime::now, |ns| UNIX_EPOCH + Duration::from_nanos(ns));
-        let path = PathBuf::from(name::automatic(SystemTime::now()));
-        let begun = begin_unnamed(&options, &path, start);
+        let begun = begin_unnamed(&options, path, start);
         let mut inner = self.lock();
         inner.is_beginning = false;
         match begun {
             Ok(mut recorder) => {
                 let path = recorder.path();
                 let (now, _) = inner.times(Instant::now());
-                recorder.handle_backlog(now, inner.history.take());
+                recorder.handle_backlog(now, inner.history.entries());
                 inner.recorder = Some(recorder);
                 let text = format!("recording to {}", path.display());
                 inner.notices.push_back((Level::Info, text));
                 drop(inner);
                 self.recover_beside(&path);
+                if let Some(failed) = failed.filter(|failed| failed.parent() != path.parent()) {
+                    self.recover_beside(failed);
+                }
             }
             Err(error) => inner.notices.push_back((Level::Alarm, error.to_string())),
         }
@@ -401,27 +397,26 @@ impl Inner {
             tee.write(bytes);
         }
         let (now, wall) = self.times(at);
-        match &mut self.recorder {
-            Some(recorder) => recorder.handle_rx(now, wall, bytes),
-            None => self.history.push(entry(Kind::Rx, wall, bytes)),
+        self.history.push(entry(Kind::Rx, wall, bytes));
+        if let Some(recorder) = &mut self.recorder {
+            recorder.handle_rx(now, wall, bytes);
         }
     }
 
     fn handle_tx(&mut self, at: Instant, bytes: &[u8]) {
         let (now, wall) = self.times(at);
-        match &mut self.recorder {
-            Some(recorder) => recorder.handle_tx(now, wall, bytes),
-            None => self.history.push(entry(Kind::Tx, wall, bytes)),
+        self.history.push(entry(Kind::Tx, wall, bytes));
+        if let Some(recorder) = &mut self.recorder {
+            recorder.handle_tx(now, wall, bytes);
         }
     }
 
     fn handle_event(&mut self, at: Instant, event: &StationEvent) {
         let (now, wall) = self.times(at);
-        match &mut self.recorder {
-            Some(recorder) => recorder.handle_event(now, wall, event),
-            None => self
-                .history
-                .push(Entry::of_event(since_1970_ns(wall), event)),
+        self.history
+            .push(Entry::of_event(since_1970_ns(wall), event));
+        if let Some(recorder) = &mut self.recorder {
+            recorder.handle_event(now, wall, event);
         }
     }
 
@@ -440,6 +435,7 @@ impl Inner {
         let name = |path: &Path| path.display().to_string();
         let tee_problem = self.tee.as_ref().and_then(RawWriter::problem);
         let recorder_problem = self.recorder.as_ref().and_then(Recorder::problem);
+        self.told.clone_from(&recorder_problem);
         Recording {
             tee: self.tee.as_ref().map(|tee| name(tee.path())),
             mcap: self
@@ -466,69 +462,4 @@ fn entry(kind: Kind, wall: SystemTime, bytes: &[u8]) -> Entry {
 }
 
 #[cfg(test)]
-mod tests {
-    use super::*;
-    use std::fs;
-
-    /// A note finds its moment again: counted as whoever plays the recording counts.
-    #[test]
-    fn a_moment_of_a_recording_counts_from_the_first_that_is_in_it() {
-        let folder = tempfile::tempdir().unwrap();
-        let path = folder.path().join("a.mcap");
-        let options = KeepOptions {
-            mcap: Some(path.clone()),
-            ..KeepOptions::default()
-        };
-        let started = Instant::now();
-        let after = |s| started + Duration::from_secs(s);
-        let keeper = Keeper::open(&options, started).unwrap();
-        assert_eq!(keeper.moment_of(&path, after(1)), None);
-        keeper.sink()(after(2), b"something\r\n");
-        let ten = Some(Duration::from_secs(10));
-        assert_eq!(keeper.moment_of(&path, after(12)), ten);
-        let other = folder.path().join("b.mcap");
-        assert_eq!(keeper.moment_of(&other, after(12)), None);
-        keeper.finish().unwrap();
-    }
-
-    #[test]
-    fn two_recordings_that_nobody_named_begin_in_one_second() {
-        let folder = tempfile::tempdir().unwrap();
-        let options = KeepOptions {
-            mcap: Some(folder.path().join("groundwave-20250314T092653Z.mcap")),
-            is_unnamed: true,
-            ..KeepOptions::default()
-        };
-        let keepers = [(); 3].map(|()| Keeper::open(&options, Instant::now()).unwrap());
-        for keeper in keepers {
-            keeper.finish().unwrap();
-        }
-        let mut names: Vec<String> = fs::read_dir(folder.path())
-            .unwrap()
-            .map(|entry| entry.unwrap().file_name().into_string().unwrap())
-            .collect();
-        names.sort();
-        let name = |number| format!("groundwave-20250314T092653Z{number}.mcap");
-        assert_eq!(names, [".2", ".3", ""].map(name));
-    }
-
-    #[test]
-    fn a_panic_leaves_a_finished_recording() {
-        let folder = tempfile::tempdir().unwrap();
-        let path = folder.path().join("run.mcap");
-        let options = KeepOptions {
-            mcap: Some(path.clone()),
-            link: "sim".to_owned(),
-            ..KeepOptions::default()
-        };
-        let keeper = Keeper::open(&options, Instant::now()).unwrap();
-        // The reader thread of the link holds on to this.
-        let _sink = keeper.sink();
-        let panicked = std::panic::catch_unwind(|| {
-            let _finish = keeper.finish_on_drop();
-            panic!("this is the panic that was asked for");
-        });
-        assert!(panicked.is_err());
-        assert!(path.exists());
-    }
-}
+mod tests;

@@ -86,8 +86,8 @@ impl Scene {
         }
     }
 
-    /// What the model wants done about it was done when it happened.
-    fn tell(&mut self, event: Event) {
+    /// Takes a fact at this moment. What the model wants done about it was done when it happened.
+    pub fn tell(&mut self, event: Event) {
         let _ = self.model.update(self.at, event);
     }
 

@@ -5,9 +5,7 @@
 )]
 
 use groundwave_protocol::decoder::{Counters, Decoder, Received};
-use groundwave_protocol::letters::{
-    Arm, Bump, Cliff, Drive, Infrared, Layer, LayerMask, LayerState, Link, Mode, Power,
-};
+use groundwave_protocol::letters::{Arm, Bump, Infrared, Layer, LayerMask, LayerState};
 use groundwave_protocol::telemetry::{
     Ack, AckLine, Body, CountersLine, Detail, FirmwareVersion, LayerStates, Line, ListPlace,
     Outcome, StateLine, StatusLine, TextLine,
@@ -141,16 +139,11 @@ fn state(slot: u32) -> StateLine {
         sonar_left_in: (!slot.is_multiple_of(4)).then_some(42),
         sonar_right_in: Some(120),
         photo_left_pct: Some(61),
-        photo_right_pct: None,
         bump,
         infrared: Infrared::Right,
-        cliff: Cliff::NotFitted,
         arm: Arm::Stowed,
-        drive: Drive::Ok,
-        power: Power::Ok,
-        link: Link::Ok,
-        mode: Mode::Prowl,
         layers,
+        ..StateLine::BLANK
     }
 }
 

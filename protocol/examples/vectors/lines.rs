@@ -39,19 +39,8 @@ fn valid_states() -> Vec<Value> {
             "A: everything at zero or not there",
             0,
             StateLine {
-                x_tenths_in: 0,
-                y_tenths_in: 0,
-                theta_deg: 0,
-                velocity_in_s: 0,
-                rotation_in_s: 0,
-                wheel_left_in_s: 0,
-                wheel_right_in_s: 0,
-                sonar_left_in: None,
-                sonar_right_in: None,
-                photo_left_pct: None,
-                photo_right_pct: None,
-                layers: LayerStates::OFF,
-                ..state()
+                infrared: Infrared::Right,
+                ..StateLine::BLANK
             },
         ),
         state_of(

@@ -1,9 +1,7 @@
 //! A line of every type, to be varied.
 
 use groundwave_protocol::crc;
-use groundwave_protocol::letters::{
-    Arm, Bump, Cliff, Drive, Infrared, Layer, LayerMask, LayerState, Link, Mode, Power,
-};
+use groundwave_protocol::letters::{Infrared, Layer, LayerMask, LayerState};
 use groundwave_protocol::telemetry::{
     Ack, AckLine, Body, CountersLine, Detail, FirmwareVersion, LayerStates, Line, ListPlace, Note,
     Outcome, ParameterLine, ParameterName, Printable, SongLine, StateLine, StatusLine, TextLine,
@@ -80,15 +78,9 @@ pub fn state() -> StateLine {
         sonar_right_in: Some(120),
         photo_left_pct: Some(61),
         photo_right_pct: Some(48),
-        bump: Bump::None,
         infrared: Infrared::Right,
-        cliff: Cliff::NotFitted,
-        arm: Arm::NotFitted,
-        drive: Drive::Ok,
-        power: Power::Ok,
-        link: Link::Ok,
-        mode: Mode::Prowl,
         layers,
+        ..StateLine::BLANK
     }
 }
 

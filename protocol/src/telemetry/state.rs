@@ -100,6 +100,31 @@ impl LayerStates {
 }
 
 impl StateLine {
+    /// A robot that stands where it began, with every layer off and nothing heard, seen or fitted. Others are told by
+    /// what differs from it.
+    pub const BLANK: Self = Self {
+        x_tenths_in: 0,
+        y_tenths_in: 0,
+        theta_deg: 0,
+        velocity_in_s: 0,
+        rotation_in_s: 0,
+        wheel_left_in_s: 0,
+        wheel_right_in_s: 0,
+        sonar_left_in: None,
+        sonar_right_in: None,
+        photo_left_pct: None,
+        photo_right_pct: None,
+        bump: Bump::None,
+        infrared: Infrared::None,
+        cliff: Cliff::NotFitted,
+        arm: Arm::NotFitted,
+        drive: Drive::Ok,
+        power: Power::Ok,
+        link: Link::Ok,
+        mode: Mode::Prowl,
+        layers: LayerStates::OFF,
+    };
+
     pub(super) fn write(&self, columns: &mut Columns) {
         write_position(columns, 5, self.x_tenths_in);
         write_position(columns, 12, self.y_tenths_in);
@@ -259,7 +284,7 @@ mod tests {
             mode in prop::sample::select(Mode::ALL),
             layers in layers(),
         ) -> StateLine {
-            StateLine { bump, infrared, cliff, arm, drive, power, link, mode, layers, ..blank() }
+            StateLine { bump, infrared, cliff, arm, drive, power, link, mode, layers, ..StateLine::BLANK }
         }
     }
 
@@ -288,31 +313,6 @@ mod tests {
 
     fn in_range() -> impl Strategy<Value = StateLine> {
         state(position().boxed(), 359, 99, 999, 99)
-    }
-
-    fn blank() -> StateLine {
-        StateLine {
-            x_tenths_in: 0,
-            y_tenths_in: 0,
-            theta_deg: 0,
-            velocity_in_s: 0,
-            rotation_in_s: 0,
-            wheel_left_in_s: 0,
-            wheel_right_in_s: 0,
-            sonar_left_in: None,
-            sonar_right_in: None,
-            photo_left_pct: None,
-            photo_right_pct: None,
-            bump: Bump::None,
-            infrared: Infrared::None,
-            cliff: Cliff::None,
-            arm: Arm::Stowed,
-            drive: Drive::Ok,
-            power: Power::Ok,
-            link: Link::Ok,
-            mode: Mode::Prowl,
-            layers: LayerStates::OFF,
-        }
     }
 
     proptest! {
@@ -344,7 +344,7 @@ mod tests {
             rotation_in_s: i8::MAX,
             sonar_left_in: Some(u16::MAX),
             photo_left_pct: Some(100),
-            ..blank()
+            ..StateLine::BLANK
         };
         let Body::State(read) = read_back(Body::State(line)) else {
             panic!("not a line A");
@@ -357,7 +357,7 @@ mod tests {
             rotation_in_s: 99,
             sonar_left_in: Some(999),
             photo_left_pct: Some(99),
-            ..blank()
+            ..StateLine::BLANK
         };
         assert_eq!(read, expected);
     }
@@ -408,7 +408,7 @@ mod tests {
             (69, b"0", 69),
         ];
         for &(column, characters, column_blamed) in bad {
-            let said = blamed(Body::State(blank()), column, characters);
+            let said = blamed(Body::State(StateLine::BLANK), column, characters);
             let shown = characters.escape_ascii();
             assert_eq!(said, Some(column_blamed), "{shown} at {column}");
         }
@@ -426,7 +426,7 @@ mod tests {
         ] {
             let line = StateLine {
                 x_tenths_in: tenths,
-                ..blank()
+                ..StateLine::BLANK
             };
             assert_eq!(Body::State(line).head(0)[4..10], *text);
         }

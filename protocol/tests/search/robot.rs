@@ -6,11 +6,11 @@ use groundwave_protocol::command::{Message, Order};
 use groundwave_protocol::decoder::{Decoder, Received};
 use groundwave_protocol::letters::Mode;
 use groundwave_protocol::receiver::Receiver;
-use groundwave_protocol::telemetry::{Body, Line, Outcome};
+use groundwave_protocol::telemetry::{Body, Line, Outcome, StateLine};
 use std::hash::{Hash, Hasher};
 
 use crate::instants::Quick;
-use crate::world::{ROBOT_ID, state};
+use crate::world::ROBOT_ID;
 
 /// Names one task of one station; an order carries it as its theta, a list in its first waypoint.
 pub type TaskId = u16;
@@ -124,7 +124,10 @@ impl Robot {
     pub fn say(&self, sequence: u8) -> Received {
         let line = Line {
             sequence,
-            body: Body::State(state(self.mode)),
+            body: Body::State(StateLine {
+                mode: self.mode,
+                ..StateLine::BLANK
+            }),
             ack: self.farm.ack(),
         };
         let (_, received) = Decoder::default().handle_bytes(&line.encode());

@@ -7,10 +7,10 @@ use groundwave_protocol::arq::{Action, Config, Farm, Fop, FopEvent, Task};
 use groundwave_protocol::command::{Message, Order};
 use groundwave_protocol::decoder::Decoder;
 use groundwave_protocol::failsafe::Failsafe;
-use groundwave_protocol::letters::{Arm, Bump, Cliff, Drive, Infrared, Link, Mode, Power};
+use groundwave_protocol::letters::{Link, Mode};
 use groundwave_protocol::receiver::Receiver;
 use groundwave_protocol::telemetry::{
-    AckLine, Body, CountersLine, FirmwareVersion, LayerStates, Line, Outcome, StateLine,
+    AckLine, Body, CountersLine, FirmwareVersion, Line, Outcome, StateLine,
 };
 
 const US_PER_BYTE: u64 = 1_000_000 / 240;
@@ -209,7 +209,8 @@ impl Robot {
         } else {
             Body::State(StateLine {
                 link: self.link,
-                ..state(self.mode)
+                mode: self.mode,
+                ..StateLine::BLANK
             })
         };
         self.line = Line {
@@ -234,31 +235,6 @@ pub fn counters() -> CountersLine {
         ticks_late: 0,
         bumps: 0,
         failsafe: None,
-    }
-}
-
-pub fn state(mode: Mode) -> StateLine {
-    StateLine {
-        x_tenths_in: 0,
-        y_tenths_in: 0,
-        theta_deg: 0,
-        velocity_in_s: 0,
-        rotation_in_s: 0,
-        wheel_left_in_s: 0,
-        wheel_right_in_s: 0,
-        sonar_left_in: None,
-        sonar_right_in: None,
-        photo_left_pct: None,
-        photo_right_pct: None,
-        bump: Bump::None,
-        infrared: Infrared::None,
-        cliff: Cliff::NotFitted,
-        arm: Arm::NotFitted,
-        drive: Drive::Ok,
-        power: Power::Ok,
-        link: Link::Ok,
-        mode,
-        layers: LayerStates::OFF,
     }
 }
 

@@ -36,6 +36,27 @@ impl Interrupted {
             is_in_use,
         })
     }
+
+    /// What is to be said before what there is of it is shown.
+    #[must_use]
+    pub fn beforehand(&self) -> String {
+        let missing = if self.is_in_use {
+            "it is being recorded: its newest part is missing"
+        } else {
+            "its end is missing"
+        };
+        format!("{missing}{}", self.remedy())
+    }
+
+    fn remedy(&self) -> String {
+        if self.is_in_use {
+            return "; it can be read when the recording has ended".to_owned();
+        }
+        format!(
+            "; `groundwave recover {}` puts it right",
+            self.target.display()
+        )
+    }
 }
 
 impl fmt::Display for Interrupted {
@@ -52,10 +73,6 @@ impl fmt::Display for Interrupted {
             (bytes, 0) => write!(f, ": {bytes} bytes of the radio lie in its journal")?,
             (bytes, _) => write!(f, ": {bytes} bytes more lie in its journal")?,
         }
-        if self.is_in_use {
-            f.write_str("; it can be read when the recording has ended")
-        } else {
-            write!(f, "; `groundwave recover {target}` puts it right")
-        }
+        f.write_str(&self.remedy())
     }
 }

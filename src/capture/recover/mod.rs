@@ -14,7 +14,6 @@ mod report;
 mod scan;
 mod survey;
 mod temporary;
-mod walk;
 
 use std::collections::BTreeMap;
 use std::fs::{self, File};
@@ -29,14 +28,14 @@ use prost::Message;
 pub use files::{Paths, find_interrupted, free_part, is_in_use, refuse_own_name, set_aside};
 pub use interrupted::Interrupted;
 pub use report::{End, Missing, Outcome, Recovery};
-pub use walk::Damage;
 
 use super::CaptureError;
 use super::composer::{Composer, Session};
 use super::journal::{BEGIN, Entry, Kind};
 use super::messages::{RawBytes, UplinkEvent, UplinkStep};
 use super::topics::{Deriver, StationEvent, Topic};
-use super::writer::records::{HEAD_BYTES, Reader};
+use super::walk::{Damage, Part, RECORD_BYTES_MAX, Walker};
+use super::writer::records::{HEAD_BYTES, Reader, op};
 use super::writer::{Attachment, McapWriter};
 use evidence::{keep, keep_journal};
 use files::{Locks, free_aside, rename_both};
@@ -44,7 +43,6 @@ use fill::{Balance, ChunkStart, Filler};
 use scan::{Raw, Scan, Topics};
 use survey::{Survey, for_each_entry};
 use temporary::Temporary;
-use walk::{Found, RECORD_BYTES_MAX, Walker};
 
 const BUFFER_BYTES: usize = 1024 * 1024;
 
@@ -216,13 +214,13 @@ fn repair(paths: &Paths, source: &Path, mut scan: Scan) -> Result<Recovery, Capt
         path: source.to_owned(),
         error,
     };
-    while let Some(found) = walker.next().map_err(read_error)? {
-        if matches!(found, Found::Chunk(_))
+    while let Some(part) = walker.next_part().map_err(read_error)? {
+        if matches!(part, Part::Chunk(_))
             && let Some(start) = starts.next()
         {
             filler.fill_up_to(&mut composer, &start, &mut balance, &temporary)?;
         }
-        copy(&mut composer, &mut topics, &found, &mut balance).map_err(failed)?;
+        copy(&mut composer, &mut topics, &part, &mut balance).map_err(failed)?;
     }
     filler.fill_up_to(&mut composer, &ChunkStart::END, &mut balance, &temporary)?;
     let waste = filler.waste();
@@ -242,10 +240,12 @@ fn repair(paths: &Paths, source: &Path, mut scan: Scan) -> Result<Recovery, Capt
     if recovery.rx_missing.is_empty() && balance.tx_missing == 0 && is_held {
         recovery.outcome = Outcome::Recovered;
     }
+    let is_followed =
+        |damage: &Damage| walker.has_data_end() || damage.offset + damage.bytes < walker.offset();
     let has_damage = recovery
         .damage
         .iter()
-        .any(|damage| !is_interrupted || damage.offset + damage.bytes < walker.length());
+        .any(|damage| !is_interrupted || is_followed(damage));
     recovery.end = match waste {
         Some(_) if filler.rx_end() < scan_rx_end => End::JournalShort,
         Some(waste) => End::of_journal(waste),
@@ -269,36 +269,33 @@ fn repair(paths: &Paths, source: &Path, mut scan: Scan) -> Result<Recovery, Capt
 fn copy<W: io::Write>(
     composer: &mut Composer<W>,
     topics: &mut Topics,
-    found: &Found<'_>,
+    part: &Part<'_>,
     balance: &mut Balance,
 ) -> io::Result<()> {
-    match found {
-        Found::Chunk(chunk) => {
+    let (opcode, record) = match part {
+        Part::Chunk(chunk) => {
             composer.writer().copy_chunk(chunk)?;
             topics.for_each_message(chunk.content, |message| {
                 recall(composer, &message, balance);
             });
-            Ok(())
+            return Ok(());
         }
-        Found::Schema(record) => {
-            composer.writer().add_schema(record);
-            Ok(())
-        }
-        Found::Channel(record) => {
-            topics.add(&record[HEAD_BYTES..]);
+        Part::Record(opcode, record) => (*opcode, *record),
+        Part::Damage(_) => return Ok(()),
+    };
+    let mut fields = Reader(&record[HEAD_BYTES..]);
+    match opcode {
+        op::SCHEMA => composer.writer().add_schema(record),
+        op::CHANNEL => {
+            topics.add(fields.0);
             composer.writer().add_channel(record);
-            Ok(())
         }
-        Found::Metadata(body) => {
-            let mut fields = Reader(body);
-            match (fields.text(), fields.map()) {
-                // What an earlier recovery said is said anew.
-                (Some("recovery") | None, _) | (_, None) => Ok(()),
-                (Some(name), Some(map)) => composer.writer().write_metadata(name, &map),
-            }
-        }
-        Found::Attachment(body) => {
-            let mut fields = Reader(body);
+        op::METADATA => match (fields.text(), fields.map()) {
+            // What an earlier recovery said is said anew.
+            (Some("recovery") | None, _) | (_, None) => {}
+            (Some(name), Some(map)) => composer.writer().write_metadata(name, &map)?,
+        },
+        op::ATTACHMENT => {
             let (Some(time_ns), Some(_), Some(name), Some(media_type), Some(bytes)) = (
                 fields.u64(),
                 fields.u64(),
@@ -314,10 +311,11 @@ fn copy<W: io::Write>(
                 media_type,
                 time_ns,
                 data: data.unwrap_or_default(),
-            })
+            })?;
         }
-        Found::Header(_) | Found::Damage(_) | Found::Cut(_) => Ok(()),
+        _ => {}
     }
+    Ok(())
 }
 
 fn recall<W: io::Write>(composer: &mut Composer<W>, message: &Raw<'_>, balance: &mut Balance) {
@@ -452,11 +450,13 @@ fn refuse_foreign(paths: &Paths) -> Result<(), CaptureError> {
     Ok(())
 }
 
-fn open(path: &Path) -> Result<Walker, CaptureError> {
-    Walker::open(path).map_err(|error| CaptureError::Open {
-        path: path.to_owned(),
-        error,
-    })
+fn open(path: &Path) -> Result<Walker<File>, CaptureError> {
+    File::open(path)
+        .map(Walker::new)
+        .map_err(|error| CaptureError::Open {
+            path: path.to_owned(),
+            error,
+        })
 }
 
 fn write_error(path: &Path, error: io::Error) -> CaptureError {

@@ -6,12 +6,12 @@ use std::path::Path;
 use prost::Message;
 
 use super::fill::{ChunkStart, StreamStart, event_key};
-use super::walk::{Damage, Found};
 use super::{End, Missing, Outcome, Paths, Recovery, open};
 use crate::capture::CaptureError;
 use crate::capture::journal::Kind;
 use crate::capture::messages::RawBytes;
 use crate::capture::topics::Topic;
+use crate::capture::walk::{Damage, Part};
 use crate::capture::writer::records::{HEAD_BYTES, Reader, op};
 use crate::capture::writer::{LIBRARY, next_record};
 
@@ -43,13 +43,18 @@ impl Scan {
             path: path.to_owned(),
             error,
         };
-        while let Some(found) = walker.next().map_err(read_error)? {
-            match found {
-                Found::Header(library) => {
-                    library.clone_into(&mut scan.library);
-                    scan.topics = Topics::of(library);
+        while let Some(part) = walker.next_part().map_err(read_error)? {
+            match part {
+                Part::Record(op::HEADER, record) => {
+                    let mut fields = Reader(&record[HEAD_BYTES..]);
+                    if let (Some(_), Some(library)) = (fields.text(), fields.text()) {
+                        library.clone_into(&mut scan.library);
+                        scan.topics = Topics::of(library);
+                    }
                 }
-                Found::Chunk(chunk) => {
+                Part::Record(op::CHANNEL, record) => scan.topics.add(&record[HEAD_BYTES..]),
+                Part::Record(..) => {}
+                Part::Chunk(chunk) => {
                     scan.chunks += 1;
                     scan.starts.push(ChunkStart::END);
                     let mut topics = std::mem::take(&mut scan.topics);
@@ -57,19 +62,10 @@ impl Scan {
                     scan.topics = topics;
                     scan.has_channels |= has_channels(chunk.content);
                 }
-                Found::Damage(damage) | Found::Cut(damage) => scan.damage.push(damage),
-                Found::Channel(record) => scan.topics.add(&record[HEAD_BYTES..]),
-                Found::Schema(_) | Found::Metadata(_) | Found::Attachment(_) => {}
+                Part::Damage(damage) => scan.damage.push(damage),
             }
         }
         scan.look_ahead();
-        if scan.damage.is_empty() && !walker.data_holds().map_err(read_error)? {
-            scan.damage.push(Damage {
-                offset: 0,
-                bytes: 0,
-                problem: "every chunk holds, and something between them does not: a table or an index",
-            });
-        }
         Ok(scan)
     }
 

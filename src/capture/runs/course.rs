@@ -171,32 +171,13 @@ pub(super) fn way(a: Place, b: Place) -> f64 {
 #[cfg(test)]
 pub(super) mod tests {
     use super::*;
-    use groundwave_protocol::letters::{Arm, Bump, Cliff, Infrared, Link, Mode, Power};
-    use groundwave_protocol::telemetry::LayerStates;
 
     /// A line A of a robot at a place.
     fn state(x_in: f64, y_in: f64) -> StateLine {
         StateLine {
             x_tenths_in: (x_in * 10.0) as _,
             y_tenths_in: (y_in * 10.0) as _,
-            theta_deg: 0,
-            velocity_in_s: 0,
-            rotation_in_s: 0,
-            wheel_left_in_s: 0,
-            wheel_right_in_s: 0,
-            sonar_left_in: None,
-            sonar_right_in: None,
-            photo_left_pct: None,
-            photo_right_pct: None,
-            bump: Bump::None,
-            infrared: Infrared::None,
-            cliff: Cliff::None,
-            arm: Arm::Stowed,
-            drive: Drive::Ok,
-            power: Power::Ok,
-            link: Link::Ok,
-            mode: Mode::Prowl,
-            layers: LayerStates::OFF,
+            ..StateLine::BLANK
         }
     }
 

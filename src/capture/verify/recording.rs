@@ -14,6 +14,7 @@ use super::derived::Derived;
 use super::side_car::SideCar;
 use super::{Lines, Verdict};
 use crate::capture::composer::is_beginning;
+use crate::capture::index::told;
 use crate::capture::journal::Kind;
 use crate::capture::mcap_reader::{Channel, Entries, Entry};
 use crate::capture::messages::RawBytes;
@@ -55,6 +56,7 @@ pub fn verify_mcap<R: Read>(source: R, beside: Beside) -> io::Result<Verdict> {
         match entry {
             Entry::Damage(damage) => {
                 check.verdict.fault(damage.to_string());
+                check.lines.decoder.interrupt();
                 check.derived.lose_track();
             }
             Entry::Message {
@@ -122,6 +124,11 @@ impl Check {
             && let Ok(raw) = RawBytes::decode(data)
         {
             side_car.compare(&raw, &mut self.verdict)?;
+        }
+        if topic == Topic::Log.name()
+            && Log::decode(data).is_ok_and(|log| told::is_loss_of_link(&log))
+        {
+            self.lines.decoder.interrupt();
         }
         if let Some(topic) = Topic::from_name(topic) {
             self.derived.take(topic, header, data, &mut self.verdict);

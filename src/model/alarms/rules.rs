@@ -170,7 +170,7 @@ pub(crate) const RULES: [Rule; RULES_COUNT] = [
     Rule {
         level: Level::Alarm,
         name: "recording failed",
-        remedy: "make room, then R twice records anew; nothing is kept now",
+        remedy: "make room, then R records on; until then memory keeps the newest",
         unit: "",
         logged_here: false,
         look: |facts| match facts.recording.problem {

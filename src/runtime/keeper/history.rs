@@ -1,4 +1,4 @@
-//! What came in while nothing was recorded: the newest minutes of it.
+//! What came in and is in no finished recording: the newest minutes of it.
 
 use std::collections::VecDeque;
 use std::time::Duration;
@@ -37,6 +37,10 @@ impl History {
             self.bytes += entry.data.len() + ENTRY_BYTES;
             self.entries.push_back(entry);
         }
+        self.trim(newest_ns);
+    }
+
+    fn trim(&mut self, newest_ns: u64) {
         while let Some(oldest) = self.entries.front() {
             let is_old = newest_ns.saturating_sub(oldest.at_ns) > self.length_ns;
             if !is_old && self.bytes <= BYTES_MAX {
@@ -68,10 +72,29 @@ impl History {
         self.entries.front().map(|entry| entry.at_ns)
     }
 
-    /// Everything, oldest first; nothing is remembered then.
-    pub(super) fn take(&mut self) -> Vec<Entry> {
-        self.bytes = 0;
-        self.entries.drain(..).collect()
+    /// Everything, oldest first.
+    pub(super) fn entries(&self) -> Vec<Entry> {
+        self.entries.iter().cloned().collect()
+    }
+
+    /// Takes everything away; nothing is remembered then.
+    pub(super) fn take(&mut self) -> Self {
+        let empty = Self {
+            entries: VecDeque::new(),
+            bytes: 0,
+            length_ns: self.length_ns,
+        };
+        std::mem::replace(self, empty)
+    }
+
+    /// Puts what was taken away before what has come in since.
+    pub(super) fn put_back(&mut self, mut taken: Self) {
+        taken.entries.append(&mut self.entries);
+        taken.bytes += self.bytes;
+        if let Some(newest_ns) = taken.entries.back().map(|entry| entry.at_ns) {
+            taken.trim(newest_ns);
+        }
+        *self = taken;
     }
 }
 
@@ -96,10 +119,16 @@ mod tests {
         for second in 0..3600 {
             history.push(rx(second * S_NS, b"line\n"));
         }
-        let entries = history.take();
+        let entries = history.entries();
         assert_eq!(entries.len(), 601);
         assert_eq!(entries[0].at_ns, 2999 * S_NS);
-        assert_eq!(history.take(), []);
+        let taken = history.take();
+        assert_eq!((history.entries(), history.bytes), (Vec::new(), 0));
+        history.push(rx(3600 * S_NS, b"line\n"));
+        history.put_back(taken);
+        assert_eq!(history.entries()[..600], entries[1..]);
+        assert_eq!(history.entries().len(), 601);
+        assert_eq!(history.bytes, 601 * (5 + ENTRY_BYTES));
     }
 
     #[test]
@@ -108,7 +137,7 @@ mod tests {
         for (at_ns, byte) in (0..).zip(b"one\ntwo\n") {
             history.push(rx(at_ns, &[*byte]));
         }
-        assert_eq!(history.take(), [rx(3, b"one\n"), rx(7, b"two\n")]);
+        assert_eq!(history.entries(), [rx(3, b"one\n"), rx(7, b"two\n")]);
     }
 
     #[test]
@@ -117,7 +146,7 @@ mod tests {
         for _ in 0..5000 {
             history.push(rx(0, &[0; 4096]));
         }
-        let bytes: usize = history.take().iter().map(|entry| entry.data.len()).sum();
+        let bytes: usize = history.entries().iter().map(|entry| entry.data.len()).sum();
         assert!(bytes <= BYTES_MAX && bytes > BYTES_MAX / 2, "{bytes}");
     }
 }

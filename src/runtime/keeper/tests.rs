@@ -1,0 +1,185 @@
+use super::*;
+use crate::capture::Capture;
+use crate::capture::recover::Paths;
+use std::fs;
+
+/// Nobody records in the folder of the tests: the first that is asked for goes here.
+fn keeper(folder: &Path, started: Instant) -> Keeper {
+    let options = KeepOptions {
+        mcap: Some(folder.join("first/a.mcap")),
+        ..KeepOptions::default()
+    };
+    fs::create_dir(folder.join("first")).unwrap();
+    Keeper::open(&options, started).unwrap()
+}
+
+/// Waits for another thread.
+fn wait_until(what: &str, mut is_so: impl FnMut() -> bool) {
+    let deadline = Instant::now() + Duration::from_mins(1);
+    while !is_so() {
+        assert!(Instant::now() < deadline, "{what}: never");
+        thread::yield_now();
+    }
+}
+
+fn wait_for_notice(keeper: &Keeper, words: &str) {
+    let mut said = Vec::new();
+    wait_until(words, || {
+        said.extend(keeper.poll_notice());
+        said.iter().any(|(_, text)| text.contains(words))
+    });
+}
+
+fn received(path: &Path) -> String {
+    let mut capture = Capture::open(path).unwrap();
+    let mut received = Vec::new();
+    while let Some(chunk) = capture.next_chunk().unwrap() {
+        received.extend(chunk.bytes);
+    }
+    String::from_utf8(received).unwrap()
+}
+
+/// Takes the folder away under the recording, and has it look.
+fn fail(keeper: &Keeper, folder: &Path, at: Instant) {
+    fs::remove_dir_all(folder.join("first")).unwrap();
+    let mut sink = keeper.sink();
+    sink(at, b"one\n");
+    sink(at + Duration::from_secs(20), b"two\n");
+    wait_until("it has failed", || {
+        keeper.status().problem.is_some() && keeper.lock().recorder.as_ref().unwrap().has_failed()
+    });
+}
+
+#[test]
+fn what_comes_in_after_a_failure_is_in_the_next_recording() {
+    let folder = tempfile::tempdir().unwrap();
+    let started = Instant::now();
+    let keeper = keeper(folder.path(), started);
+    fail(&keeper, folder.path(), started);
+    keeper.sink()(started + Duration::from_secs(21), b"three\n");
+    keeper.toggle_as(folder.path().join("b.mcap"));
+    wait_for_notice(&keeper, "recording to");
+    keeper.sink()(started + Duration::from_secs(22), b"four\n");
+    keeper.finish().unwrap();
+    let all = "one\ntwo\nthree\nfour\n";
+    assert_eq!(received(&folder.path().join("b.mcap")), all);
+}
+
+/// What cannot be begun yet is not forgotten, and a failure that has been told is not told again.
+#[test]
+fn another_attempt_loses_nothing() {
+    let folder = tempfile::tempdir().unwrap();
+    let started = Instant::now();
+    let keeper = keeper(folder.path(), started);
+    fail(&keeper, folder.path(), started);
+    keeper.toggle_as(folder.path().join("nowhere/b.mcap"));
+    wait_until("it has been tried", || !keeper.lock().is_beginning);
+    let (level, text) = keeper.poll_notice().unwrap();
+    assert_eq!(level, Level::Alarm);
+    assert!(text.contains("make the directory first"), "{text}");
+    assert_eq!(keeper.poll_notice(), None);
+    keeper.toggle_as(folder.path().join("c.mcap"));
+    wait_for_notice(&keeper, "recording to");
+    keeper.finish().unwrap();
+    assert_eq!(received(&folder.path().join("c.mcap")), "one\ntwo\n");
+}
+
+/// What failed in another folder than the next recording's is recovered with it.
+#[test]
+fn a_recording_that_failed_is_recovered_when_the_next_begins() {
+    let folder = tempfile::tempdir().unwrap();
+    let started = Instant::now();
+    let keeper = keeper(folder.path(), started);
+    let first = folder.path().join("first/a.mcap");
+    let mut sink = keeper.sink();
+    sink(started, b"one\n");
+    fs::remove_file(Paths::of(&first).partial).unwrap();
+    sink(started + Duration::from_secs(20), b"two\n");
+    wait_until("it has failed", || {
+        keeper.lock().recorder.as_ref().unwrap().has_failed()
+    });
+    keeper.toggle_as(folder.path().join("b.mcap"));
+    wait_for_notice(&keeper, "recording to");
+    keeper.finish().unwrap();
+    assert_eq!(received(&first), "one\ntwo\n");
+}
+
+/// What is in a recording that has ended well is not in the next besides.
+#[test]
+fn a_finished_recording_is_not_remembered() {
+    let folder = tempfile::tempdir().unwrap();
+    let started = Instant::now();
+    let keeper = keeper(folder.path(), started);
+    let mut sink = keeper.sink();
+    sink(started, b"one\n");
+    keeper.toggle();
+    sink(started + Duration::from_secs(1), b"two\n");
+    wait_for_notice(&keeper, "recorded");
+    keeper.toggle_as(folder.path().join("b.mcap"));
+    wait_for_notice(&keeper, "recording to");
+    keeper.finish().unwrap();
+    assert_eq!(received(&folder.path().join("first/a.mcap")), "one\n");
+    assert_eq!(received(&folder.path().join("b.mcap")), "two\n");
+}
+
+/// A note finds its moment again: counted as whoever plays the recording counts.
+#[test]
+fn a_moment_of_a_recording_counts_from_the_first_that_is_in_it() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("a.mcap");
+    let options = KeepOptions {
+        mcap: Some(path.clone()),
+        ..KeepOptions::default()
+    };
+    let started = Instant::now();
+    let after = |s| started + Duration::from_secs(s);
+    let keeper = Keeper::open(&options, started).unwrap();
+    assert_eq!(keeper.moment_of(&path, after(1)), None);
+    keeper.sink()(after(2), b"something\r\n");
+    let ten = Some(Duration::from_secs(10));
+    assert_eq!(keeper.moment_of(&path, after(12)), ten);
+    let other = folder.path().join("b.mcap");
+    assert_eq!(keeper.moment_of(&other, after(12)), None);
+    keeper.finish().unwrap();
+}
+
+#[test]
+fn two_recordings_that_nobody_named_begin_in_one_second() {
+    let folder = tempfile::tempdir().unwrap();
+    let options = KeepOptions {
+        mcap: Some(folder.path().join("groundwave-20250314T092653Z.mcap")),
+        is_unnamed: true,
+        ..KeepOptions::default()
+    };
+    let keepers = [(); 3].map(|()| Keeper::open(&options, Instant::now()).unwrap());
+    for keeper in keepers {
+        keeper.finish().unwrap();
+    }
+    let mut names: Vec<String> = fs::read_dir(folder.path())
+        .unwrap()
+        .map(|entry| entry.unwrap().file_name().into_string().unwrap())
+        .collect();
+    names.sort();
+    let name = |number| format!("groundwave-20250314T092653Z{number}.mcap");
+    assert_eq!(names, [".2", ".3", ""].map(name));
+}
+
+#[test]
+fn a_panic_leaves_a_finished_recording() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("run.mcap");
+    let options = KeepOptions {
+        mcap: Some(path.clone()),
+        link: "sim".to_owned(),
+        ..KeepOptions::default()
+    };
+    let keeper = Keeper::open(&options, Instant::now()).unwrap();
+    // The reader thread of the link holds on to this.
+    let _sink = keeper.sink();
+    let panicked = std::panic::catch_unwind(|| {
+        let _finish = keeper.finish_on_drop();
+        panic!("this is the panic that was asked for");
+    });
+    assert!(panicked.is_err());
+    assert!(path.exists());
+}
