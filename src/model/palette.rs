@@ -146,7 +146,8 @@ impl Model {
                         .flat_map(|request| self.ask_or_send(request))
                         .collect();
                 }
-                if let Some(effects) = self.ask_for_runs(&split) {
+                // What is missing is typed then.
+                if let Ok(Some(effects)) = self.ask_for_runs(&words) {
                     return effects;
                 }
                 self.overlay = Overlay::Text(TextEntry {
