@@ -87,6 +87,7 @@ def _two(values: list[float], factor: float, digits: int) -> str:
 def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--seconds", type=float, default=40.0, help="for how long each row is taken (40)")
+    parser.add_argument("--only", metavar="NAME", help="this terminal alone")
     parser.add_argument("--program", default=GROUNDWAVE, help="what to measure (the release build)")
     options = parser.parse_args()
     about, commit = machine.describe(), machine.commit()
@@ -94,7 +95,7 @@ def main() -> None:
     print(f"Machine: {about}. {datetime.date.today()}, commit {commit}.\n")
     print("| terminal | bytes/s that it took | key to serial byte, ms (p50, slowest) | behind, s (p50, most) | lines lost from the recording |")
     print("|---|---|---|---|---|")
-    for name, bytes_per_s, is_set in TERMINALS:
+    for name, bytes_per_s, is_set in [it for it in TERMINALS if not options.only or options.only in it[0]]:
         print(f"measuring {name} ...", file=sys.stderr)
         cells = trial(bytes_per_s, is_set, name == "stalled", options.seconds, os.path.abspath(options.program))
         print(f"| {name} | " + " | ".join(cells) + " |", flush=True)

@@ -491,6 +491,26 @@ fn runs_are_listed_beside_the_recording_and_two_are_compared() {
     assert_eq!(scene.model.overlay, failed);
 }
 
+/// A slow line hands Esc and the letter behind it over at once, which terminals take for Alt with the letter.
+#[test]
+fn esc_and_a_letter_in_one_burst_are_two_keys() {
+    let alt = |c| Event::Key(KeyEvent::new(KeyCode::Char(c), KeyModifiers::ALT));
+    let mut scene = scene();
+    scene.type_text(":runs");
+    scene.press(&[KeyCode::Enter]);
+    scene.event(Event::Runs(Ok(listed())));
+    let prowl = [Effect::Send(Request::Mode(Mode::Prowl))];
+    assert_eq!(scene.event(alt('p')), prowl);
+    assert_eq!(scene.model.overlay, Overlay::None);
+    // Nobody is asked to drive by a word that is to be deleted: where letters are typed it is none.
+    scene.type_text(":note d");
+    assert_eq!(scene.event(alt('d')), []);
+    let Overlay::Text(entry) = &scene.model.overlay else {
+        panic!("{:?}", scene.model.overlay);
+    };
+    assert_eq!(entry.text, "note d");
+}
+
 /// A name with blanks is as good as any other; whoever forgets the quotes is told of them.
 #[test]
 fn a_name_with_blanks_is_said_in_quotes() {
