@@ -4,6 +4,7 @@
 
 mod amount;
 mod listing;
+mod parameters;
 mod preset;
 mod refusal;
 mod tuning;
@@ -13,6 +14,7 @@ use std::fmt;
 
 pub use amount::{Amount, in_whole_unit};
 pub use listing::LISTING;
+pub use parameters::known as known_parameters;
 pub use preset::names as preset_names;
 pub use refusal::Standing;
 pub use tuning::Tuning;
@@ -96,6 +98,11 @@ pub enum RequestError {
         "`{0}` is no parameter's name: 1 to {NAME_BYTES} lower case letters, digits and hyphens; `param list` shows them"
     )]
     ParameterName(String),
+    /// Nearly what a known parameter is called.
+    #[error(
+        "no parameter `{0}` is known here; did you mean `{1}`? If the robot has one of that name, say `={0}`"
+    )]
+    ParameterUnknown(String, &'static str),
     /// Nothing that a parameter could be.
     #[error(
         "`{0}` is not a number that a parameter could have: a whole one from -{VALUE_MAX} to {VALUE_MAX}, or one like 11.6 in the whole unit"
@@ -321,6 +328,31 @@ mod tests {
         assert!(error("mode hoem").contains("did you mean `home`?"));
         assert!(error("enable sonra").contains("did you mean `sonar`?"));
         assert!(error("preset mtoh").contains("did you mean `moth`?"));
+    }
+
+    /// What is near to a name that is known is asked about; what is not, the robot may know.
+    #[test]
+    fn a_mistyped_parameter_is_asked_about_and_can_be_insisted_on() {
+        for words in [
+            "param set top-sped 8",
+            "param get top-sped",
+            "param top-sped 8",
+        ] {
+            let told = error(words);
+            assert!(told.contains("did you mean `top-speed`?"), "{told}");
+            assert!(told.contains("`=top-sped`"), "{told}");
+        }
+        for (words, sent) in [
+            ("param set =top-sped 8", "param set =top-sped 8"),
+            ("param set =top-speed 8", "param set top-speed 8"),
+            ("param get warp-speed", "param get warp-speed"),
+            ("param get =warp-speed", "param get warp-speed"),
+        ] {
+            let split: Vec<&str> = words.split(' ').collect();
+            let request = Request::from_words(&split).expect(words);
+            assert_eq!(request.to_string(), sent);
+        }
+        assert!(error("param get =Top").contains("is no parameter's name"));
     }
 
     #[test]

@@ -317,6 +317,15 @@ fn a_shell_is_offered_what_there_is() {
         (&["send", "sim", "route", "sq"], &["square.csv"]),
         (&["send", "--via", "4001", "pre"], &["preset"]),
         (&["param", "sim", ""], &["list", "get", "set", "save"]),
+        (&["param", "sim", "get", "top"], &["top-speed"]),
+        (&["param", "--via", "4001", ""], &["get", "track"]),
+        (&["param", "sim", "so"], &["sonar-close", "sonar-deadzone"]),
+        (
+            &["param", "--via", "4001", "set", "wheel-l"],
+            &["wheel-left"],
+        ),
+        (&["send", "sim", "param", ""], &["list", "set", "track"]),
+        (&["send", "sim", "param", "get", "ir"], &["ir-count-least"]),
         (&["watch", "sim", "--radio", "h"], &["half", "hc-12"]),
         (&["--config", config, "watch", "mar"], &["marvin"]),
         (&["watch", "t"], &["tcp:"]),
@@ -328,4 +337,6 @@ fn a_shell_is_offered_what_there_is() {
         }
     }
     assert!(!offered(&["send", "sim", "mode", ""]).contains("goto"));
+    assert!(!offered(&["send", "sim", "param", "set", "track", ""]).contains("track"));
+    assert!(!offered(&["param", "sim", "set", "track", ""]).contains("track"));
 }

@@ -161,6 +161,19 @@ fn only_the_verbs_that_simulate_know_the_simulator() {
     assert!(broken.is_empty(), "{}", broken.join("\n"));
 }
 
+/// What parameters are called is offered; nothing else of the robot's program is known where commands come from.
+#[test]
+fn the_robots_program_is_known_for_its_names_only() {
+    let names = root().join("src/request/parameters.rs");
+    assert!(!found(&names, "sr04_firmware").is_empty());
+    let broken: Vec<String> = rust_files(&root().join("src"))
+        .iter()
+        .filter(|file| **file != names && !file.ends_with("src/song.rs"))
+        .flat_map(|file| found(file, "sr04_firmware"))
+        .collect();
+    assert!(broken.is_empty(), "{}", broken.join("\n"));
+}
+
 /// Files, sockets and the environment belong to these.
 const SYSTEM: &[&str] = &["src/io", "src/capture", "src/commands"];
 

@@ -11,8 +11,9 @@ use std::fmt::Write as _;
 use std::fs;
 use std::process::Command;
 
-use programs::{GROUNDWAVE, Sim, expect, scratch};
+use programs::{GROUNDWAVE, Sim, Telling, expect, scratch};
 use pty::OnTerminal;
+use serde_json::Value;
 
 const ENTER: &str = "\r";
 const ESC: &str = "\x1b";
@@ -256,6 +257,75 @@ fn a_plain_terminal_is_told_everything_in_ascii() {
         });
     }
     leave(watch);
+}
+
+const REDRAW: &str = "\x0c";
+
+/// A stalled ssh: whole frames are asked for until no terminal could hold them. Who shares the link hears all the while,
+/// STOP reaches the robot, the recording loses nothing, and what the terminal gets afterwards is the newest state.
+#[test]
+fn a_terminal_that_takes_nothing_holds_up_nothing() {
+    let folder = scratch("stalled");
+    let (capture, socket) = (folder.join("run.mcap"), folder.join("s"));
+    let (capture, socket) = (capture.to_str().unwrap(), socket.to_str().unwrap());
+    let sim = Sim::start(&[]);
+    let more = ["--record", capture, "--share", socket];
+    let mut watch = watch(&sim, &more, 80, 24);
+    let mut other = Telling::start(&["watch", &format!("unix:{socket}"), "--headless"]);
+    other.wait_for("a line", |told| told["event"] == "line");
+    watch.stall();
+    for _ in 0..40 {
+        watch.type_keys(REDRAW);
+        other.wait_for_new("the next line", |told| told["event"] == "line");
+    }
+    watch.type_keys(" ");
+    other.wait_for_new("STOP", |told| told["mode"] == "stop");
+    let before = watch.taken;
+    watch.go_on();
+    watch.wait_for("what is so by now", |text| {
+        text.contains("NOBODY holds the motors: stopped")
+    });
+    // What was under way and the newest state, and nothing of the forty between.
+    assert!(watch.taken - before < 40_000, "{}", watch.taken - before);
+    leave(watch);
+    let (recorded, _) = expect(0, &["decode", capture, "--to", "jsonl"]);
+    let recorded: Vec<Value> = recorded
+        .lines()
+        .map(|line| serde_json::from_str(line).unwrap())
+        .collect();
+    let sequences = |told: &[Value]| -> Vec<u64> {
+        let sequences = told.iter().filter(|it| it["line_type"] != "K");
+        sequences.filter_map(|it| it["sequence"].as_u64()).collect()
+    };
+    let (heard, kept) = (sequences(&other.said), sequences(&recorded));
+    assert!(heard.len() > 40);
+    assert!(
+        kept.windows(heard.len()).any(|part| part == heard),
+        "{heard:?} of {kept:?}"
+    );
+}
+
+#[test]
+fn a_signal_ends_a_dashboard_whose_terminal_takes_nothing() {
+    let folder = scratch("ended-stalled");
+    let capture = folder.join("run.mcap");
+    let capture = capture.to_str().unwrap();
+    let sim = Sim::start(&["--time-factor", "5"]);
+    let mut watch = watch(&sim, &["--record", capture], 80, 24);
+    watch.stall();
+    for _ in 0..40 {
+        watch.type_keys(REDRAW);
+        // Some lines of the robot later there is another frame.
+        let size = || fs::metadata(format!("{capture}.journal")).map_or(0, |it| it.len());
+        let before = size();
+        while size() < before + 500 {
+            std::thread::yield_now();
+        }
+    }
+    signal(&watch, "-TERM");
+    assert_eq!(watch.wait_stalled(), 0);
+    let (info, _) = expect(0, &["info", capture]);
+    assert!(info.contains("lines"), "{info}");
 }
 
 #[test]

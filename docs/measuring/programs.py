@@ -47,7 +47,7 @@ def _installed(name: str) -> str:
     return beside if os.path.exists(beside) else name
 
 
-def _our_line(packet: bytes) -> str | None:
+def our_line(packet: bytes) -> str | None:
     """The line of the robot that the dashboard shows as it came; acknowledgements have none."""
     return packet[:78].decode("ascii", "replace").rstrip() if packet[:1] in (b"A", b"B", b"C") and len(packet) > 70 else None
 
@@ -73,7 +73,7 @@ CONTESTANTS = (
         lambda path, file: [GROUNDWAVE, "watch", path, "--record", file + ".mcap"],
         _robot,
         b"motors",
-        shown=_our_line,
+        shown=our_line,
         key=b" ",
         version=("--version",),
         remark="records to MCAP; the key is STOP",
@@ -104,7 +104,7 @@ CONTESTANTS = (
         lambda path, file: ["picocom", "--quiet", "--noinit", "--imap", "lfcrlf", "--logfile", file + ".txt", path],
         _robot,
         b"",
-        shown=_our_line,
+        shown=our_line,
         key=b"x",
         version=("--help",),
         remark="records raw; the bytes as they come and a key as it is pressed: the least that any program takes",

@@ -20,19 +20,31 @@ ANSWERS = {b"\x1b[c": b"\x1b[?62;22c", b"\x1b[6n": b"\x1b[1;1R"}
 
 
 class Program:
-    """Started on a terminal of 120x40. A thread notes everything it writes with the moment at which it came."""
+    """Started on a terminal of 120x40 or another size. A thread notes everything it writes with the moment at which it came; of a
+    slow terminal it takes so many bytes a second."""
 
-    def __init__(self, words: list[str], folder: str, environment: dict[str, str], first: bool = False) -> None:
+    def __init__(
+        self,
+        words: list[str],
+        folder: str,
+        environment: dict[str, str],
+        first: bool = False,
+        size: tuple[int, int] = (COLUMNS, ROWS),
+        bytes_per_s: int = 0,
+    ) -> None:
+        self._bytes_per_s = bytes_per_s
+        #: While it is set the terminal takes nothing.
+        self.is_stalled = threading.Event()
         wait, go = os.pipe()
         self.pid, self.fd = pty.fork()
         if self.pid == 0:
             os.chdir(folder)
-            os.environ.update(TERM="xterm-256color", LANG="C.UTF-8", **environment)
+            os.environ.update({"TERM": "xterm-256color", "LANG": "C.UTF-8", **environment})
             if first:
                 machine.give_precedence(os.getpid(), True)
             os.read(wait, 1)
             os.execvp(words[0], words)
-        fcntl.ioctl(self.fd, termios.TIOCSWINSZ, struct.pack("HHHH", ROWS, COLUMNS, 0, 0))
+        fcntl.ioctl(self.fd, termios.TIOCSWINSZ, struct.pack("HHHH", size[1], size[0], 0, 0))
         #: Moments (seconds of the monotonic clock) and what came then.
         self.written: list[tuple[float, bytes]] = []
         self._reader = threading.Thread(target=self._read, daemon=True)
@@ -46,8 +58,12 @@ class Program:
 
     def _read(self) -> None:
         with contextlib.suppress(OSError):
-            while data := os.read(self.fd, 65536):
+            while data := os.read(self.fd, max(1, int(self._bytes_per_s * TICK_S)) if self._bytes_per_s else 65536):
                 self.written.append((time.monotonic(), data))
+                if self._bytes_per_s:
+                    time.sleep(len(data) / self._bytes_per_s)
+                while self.is_stalled.is_set():
+                    time.sleep(TICK_S)
                 for question, answer in ANSWERS.items():
                     if question in data:
                         os.write(self.fd, answer)

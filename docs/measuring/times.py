@@ -50,6 +50,29 @@ def to_screen(program: Program, serial: SerialLine, shown: Callable[[bytes], str
     return times
 
 
+def behind(
+    program: Program, serial: SerialLine, shown: Callable[[bytes], str | None], since: float, until: float, size: tuple[int, int]
+) -> list[float]:
+    """At each moment between two at which the terminal took something: seconds since the first packet that its screen does not
+    show yet, 0 when it shows the newest."""
+    import pyte  # as above
+
+    screen = pyte.Screen(*size)
+    stream = pyte.ByteStream(screen)
+    packets = [(at, text) for at, packet in list(serial.sent) if (text := shown(packet))]
+    found: list[float] = []
+    newest = -1
+    for at, data in list(program.written):
+        stream.feed(data)
+        rows = "\n".join(screen.display)
+        sent = bisect.bisect_right([begin for begin, _ in packets], at)
+        newest = max([place for place in range(max(newest, sent - 600, 0), sent) if packets[place][1] in rows], default=newest)
+        if since <= at < until:
+            missing = packets[newest + 1][0] if newest + 1 < sent else at
+            found.append(at - missing)
+    return found
+
+
 def to_line(program: Program, serial: SerialLine, ahead: bytes, key: bytes, answer: bytes, count: int) -> list[float]:
     """Seconds from each of `count` keys to the first byte that it led to on the line; a key without an answer has none."""
     times = []

@@ -14,7 +14,7 @@ use groundwave_protocol::letters::{Layer, Mode};
 use super::cli::{Cli, Completions};
 use super::{Exit, Fault, config, show, simulated};
 use crate::io::ports;
-use crate::request::{Request, layer_word, mode_word, preset_names};
+use crate::request::{Request, known_parameters, layer_word, mode_word, preset_names};
 
 type Candidates = Vec<CompletionCandidate>;
 
@@ -70,7 +70,11 @@ pub(super) fn links(current: &OsStr) -> Candidates {
         .iter()
         .any(|word| word == "--via" || word == "--dry-run")
     {
-        return command_words(&before, current);
+        let is_param = before.iter().any(|word| word == "param");
+        return match is_param {
+            true => param_words(&before, current),
+            false => command_words(&before, current),
+        };
     }
     let config = config::load(named_config(&before).as_deref()).unwrap_or_default();
     let ports = ports::list().unwrap_or_default();
@@ -92,14 +96,7 @@ pub(super) fn commands(current: &OsStr) -> Candidates {
 
 /// The words of `param`.
 pub(super) fn param(current: &OsStr) -> Candidates {
-    let is_first = words_before()
-        .last()
-        .is_none_or(|word| word != "get" && word != "set");
-    if is_first {
-        beginning_with(current, PARAM)
-    } else {
-        Candidates::new()
-    }
+    param_words(&words_before(), current)
 }
 
 const PARAM: [&str; 4] = ["list", "get", "set", "save"];
@@ -107,6 +104,30 @@ const PARAM: [&str; 4] = ["list", "get", "set", "save"];
 /// What a channel is made of, after the last comma.
 pub(super) fn channel(current: &OsStr) -> Candidates {
     after_comma(current, CHANNEL)
+}
+
+/// A verb, a parameter, or nothing more.
+fn param_words(before: &[String], current: &OsStr) -> Candidates {
+    let is_verb = |word: &str| PARAM.contains(&word);
+    let is_known = |word: &str| known_parameters().any(|(name, _)| name == word);
+    let takes_name = |word: &str| word == "get" || word == "set";
+    let mut last = before.iter().rev().map(String::as_str);
+    let (last, before_last) = (last.next(), last.next());
+    let names = || {
+        let current = current.to_string_lossy();
+        let all = known_parameters().filter(move |(name, _)| name.starts_with(&*current));
+        all.map(|(name, about)| CompletionCandidate::new(name).help(Some(about.into())))
+    };
+    match last {
+        _ if before_last.is_some_and(takes_name) => Candidates::new(),
+        Some(word) if takes_name(word) => names().collect(),
+        Some(word) if is_verb(word) || is_known(word) => Candidates::new(),
+        _ => {
+            let mut found = beginning_with(current, PARAM);
+            found.extend(names());
+            found
+        }
+    }
 }
 
 fn command_words(before: &[String], current: &OsStr) -> Candidates {
@@ -124,7 +145,7 @@ fn command_words(before: &[String], current: &OsStr) -> Candidates {
         (Some("only"), 0) => after_comma(current, layers().chain(["none"])),
         (Some("preset"), 0) => beginning_with(current, preset_names()),
         (Some("failsafe"), 0) => beginning_with(current, modes().chain(["off"])),
-        (Some("param"), 0) => beginning_with(current, PARAM),
+        (Some("param"), _) => param_words(before, current),
         (Some("route"), 0) => PathCompleter::any().stdio().complete(current),
         _ => Candidates::new(),
     }

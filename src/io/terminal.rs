@@ -1,23 +1,27 @@
 //! The terminal: taken over for the dashboard, and given back whatever happens.
 
-use std::cell::RefCell;
-use std::io::{self, IsTerminal, Write};
+mod outlet;
+mod sheet;
+
+use std::io::{self, IsTerminal};
 use std::panic;
-use std::rc::Rc;
 use std::sync::Once;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::thread;
+use std::time::{Duration, Instant};
 
 use crossterm::event::{
     DisableBracketedPaste, EnableBracketedPaste, Event, KeyboardEnhancementFlags,
     PopKeyboardEnhancementFlags, PushKeyboardEnhancementFlags,
 };
-use crossterm::{cursor, execute, terminal};
-use ratatui::backend::CrosstermBackend;
+use crossterm::style::ResetColor;
+use crossterm::{cursor, queue, terminal};
 use ratatui::layout::Rect;
 use ratatui::{Terminal, TerminalOptions, Viewport};
 use tokio::sync::mpsc::Receiver;
 
+use self::outlet::Outlet;
+use self::sheet::Sheet;
 use super::mouse::{DisableClicks, EnableClicks};
 
 /// Whether the terminal is ours now: what a panic has to undo.
@@ -26,34 +30,12 @@ static TAKEN: AtomicBool = AtomicBool::new(false);
 /// Whether the mouse is asked for whenever the terminal is taken over.
 static MOUSE: AtomicBool = AtomicBool::new(false);
 
-type Canvas = Terminal<CrosstermBackend<Sheet>>;
+type Canvas = Terminal<Sheet>;
 
-/// A frame in memory, on its way to the terminal. A canvas that wrote to the terminal itself would show
-/// the cursor when it is dropped, and panic when neither the terminal nor standard error is left.
-#[derive(Clone, Default)]
-struct Sheet(Rc<RefCell<Vec<u8>>>);
+/// How long a terminal that takes nothing is waited for when it is given back.
+const PATIENCE: Duration = Duration::from_secs(5);
 
-impl Write for Sheet {
-    fn write(&mut self, bytes: &[u8]) -> io::Result<usize> {
-        self.0.borrow_mut().extend_from_slice(bytes);
-        Ok(bytes.len())
-    }
-
-    fn flush(&mut self) -> io::Result<()> {
-        Ok(())
-    }
-}
-
-impl Sheet {
-    /// One frame, one write.
-    fn print(&self) -> io::Result<()> {
-        let mut frame = self.0.borrow_mut();
-        let mut out = io::stdout().lock();
-        let printed = out.write_all(&frame).and_then(|()| out.flush());
-        frame.clear();
-        printed
-    }
-}
+const BELL: &[u8] = b"\x07";
 
 /// Whether there is a terminal to draw on; a window that was closed is none.
 #[must_use]
@@ -61,19 +43,10 @@ pub fn is_there() -> bool {
     io::stdout().is_terminal()
 }
 
-/// Rings the terminal's bell; nothing on the screen changes.
-///
-/// # Errors
-/// When the terminal is gone.
-pub fn ring() -> io::Result<()> {
-    let mut out = io::stdout().lock();
-    out.write_all(b"\x07").and_then(|()| out.flush())
-}
-
 /// The terminal while the dashboard runs. Dropping it gives the terminal back.
 pub struct Screen {
     canvas: Canvas,
-    sheet: Sheet,
+    outlet: Outlet,
 }
 
 impl Screen {
@@ -84,12 +57,11 @@ impl Screen {
     /// When standard output is no terminal or refuses.
     pub fn take() -> io::Result<Self> {
         restore_on_panic();
-        enter()?;
+        let outlet = enter()?;
         let (width, height) = terminal::size()?;
-        let sheet = Sheet::default();
         Ok(Self {
-            canvas: canvas(&sheet, width, height)?,
-            sheet,
+            canvas: canvas(width, height)?,
+            outlet,
         })
     }
 
@@ -99,7 +71,20 @@ impl Screen {
     /// When the terminal is gone.
     pub fn use_mouse(&mut self) -> io::Result<()> {
         MOUSE.store(true, Ordering::SeqCst);
-        execute!(io::stdout(), EnableClicks)
+        let mut words = Vec::new();
+        queue!(words, EnableClicks)?;
+        self.outlet.put(Instant::now(), &words)
+    }
+
+    /// Rings the terminal's bell; nothing on the screen changes. One that waits to be rung is not rung twice.
+    ///
+    /// # Errors
+    /// When the terminal is gone.
+    pub fn ring(&mut self) -> io::Result<()> {
+        if self.outlet.ends_with(BELL) {
+            return Ok(());
+        }
+        self.outlet.put(Instant::now(), BELL)
     }
 
     /// Columns and rows.
@@ -114,20 +99,33 @@ impl Screen {
     /// # Errors
     /// When the terminal is gone.
     pub fn resize(&mut self, width: u16, height: u16) -> io::Result<()> {
-        execute!(io::stdout(), terminal::Clear(terminal::ClearType::All))?;
-        // A sheet of its own: the old canvas writes its farewell on the old one.
-        self.sheet = Sheet::default();
-        self.canvas = canvas(&self.sheet, width, height)?;
+        self.canvas = canvas(width, height)?;
         Ok(())
     }
 
-    /// Draws one frame; only what changed goes to the terminal.
+    /// Whether the terminal has room for a frame: it has taken the last one. Sends it what it has not taken so far.
+    ///
+    /// # Errors
+    /// When the terminal is gone.
+    pub fn has_room(&mut self) -> io::Result<bool> {
+        self.outlet.push()?;
+        Ok(self.busy_until().is_none())
+    }
+
+    /// When to look for room again; `None` when there is some.
+    #[must_use]
+    pub fn busy_until(&self) -> Option<Instant> {
+        self.outlet.busy_until(Instant::now())
+    }
+
+    /// Draws one frame; only what changed goes to the terminal. What it does not take at once waits; nothing else does.
     ///
     /// # Errors
     /// When the terminal is gone.
     pub fn draw(&mut self, draw: impl FnOnce(&mut ratatui::Frame<'_>)) -> io::Result<()> {
         self.canvas.draw(draw)?;
-        self.sheet.print()
+        let frame = self.canvas.backend_mut().take();
+        self.outlet.put(Instant::now(), &frame)
     }
 
     /// Forgets what is on the screen: the next frame is drawn whole.
@@ -146,7 +144,7 @@ impl Screen {
     pub fn suspend(&mut self, meanwhile: impl FnOnce()) -> io::Result<()> {
         leave();
         meanwhile();
-        enter()?;
+        self.outlet = enter()?;
         self.clear()
     }
 }
@@ -160,17 +158,17 @@ impl Drop for Screen {
 /// A canvas that remembers nothing and asks the terminal nothing: its size comes with the resize event,
 /// and `Terminal::clear` would ask where the cursor is and wait for an answer that our own reader takes
 /// away.
-fn canvas(sheet: &Sheet, width: u16, height: u16) -> io::Result<Canvas> {
-    let backend = CrosstermBackend::new(sheet.clone());
+fn canvas(width: u16, height: u16) -> io::Result<Canvas> {
     let viewport = Viewport::Fixed(Rect::new(0, 0, width, height));
-    Terminal::with_options(backend, TerminalOptions { viewport })
+    Terminal::with_options(Sheet::new(width, height), TerminalOptions { viewport })
 }
 
-fn enter() -> io::Result<()> {
+fn enter() -> io::Result<Outlet> {
     TAKEN.store(true, Ordering::SeqCst);
     terminal::enable_raw_mode()?;
-    execute!(
-        io::stdout(),
+    let mut words = Vec::new();
+    queue!(
+        words,
         terminal::EnterAlternateScreen,
         EnableBracketedPaste,
         PushKeyboardEnhancementFlags(
@@ -180,22 +178,30 @@ fn enter() -> io::Result<()> {
         cursor::Hide
     )?;
     if MOUSE.load(Ordering::SeqCst) {
-        execute!(io::stdout(), EnableClicks)?;
+        queue!(words, EnableClicks)?;
     }
-    Ok(())
+    let mut outlet = Outlet::open();
+    outlet.put(Instant::now(), &words)?;
+    Ok(outlet)
 }
 
 fn leave() {
     if TAKEN.swap(false, Ordering::SeqCst) {
         // Each step is tried whatever became of the one before: a closed terminal takes none.
-        let _ = execute!(
-            io::stdout(),
+        let mut words = Vec::new();
+        let _ = queue!(
+            words,
+            ResetColor,
             DisableClicks,
             PopKeyboardEnhancementFlags,
             DisableBracketedPaste,
             terminal::LeaveAlternateScreen,
             cursor::Show
         );
+        // A frame that is half taken does not matter: an escape ends what was begun.
+        let mut outlet = Outlet::open();
+        let put = outlet.put(Instant::now(), &words);
+        let _ = put.and_then(|()| outlet.finish(PATIENCE));
         let _ = terminal::disable_raw_mode();
     }
 }

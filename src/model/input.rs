@@ -19,6 +19,17 @@ use crate::travel::Travel;
 
 impl Model {
     pub(super) fn take_key(&mut self, now: Moment, key: KeyEvent) -> Vec<Effect> {
+        let is_letter = matches!(key.code, KeyCode::Char(_)) && key.kind != KeyEventKind::Release;
+        if is_letter && key.modifiers.contains(KeyModifiers::ALT) && !self.is_typing() {
+            // Esc and what follows it in one burst: nothing is bound to Alt.
+            let letter = KeyEvent {
+                modifiers: key.modifiers - KeyModifiers::ALT,
+                ..key
+            };
+            let mut effects = self.take_key(now, KeyCode::Esc.into());
+            effects.extend(self.take_key(now, letter));
+            return effects;
+        }
         let action = self.config.keys.action(self.context(), key);
         if key.kind == KeyEventKind::Release {
             return match (&mut self.overlay, action) {
@@ -64,6 +75,11 @@ impl Model {
             self.take_text(&c.to_string());
         }
         Vec::new()
+    }
+
+    /// Whether letters are taken for themselves.
+    const fn is_typing(&self) -> bool {
+        matches!(self.overlay, Overlay::Text(_) | Overlay::Palette(_))
     }
 
     /// Whether there is no room to show what a key would do; nobody has said how large it is at the start.

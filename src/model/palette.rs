@@ -7,7 +7,7 @@ use super::keys::{Action, Context, Keymap};
 use super::prompt::TEXT_MAX;
 use super::{Model, Overlay, Panel, Purpose, TextEntry};
 use crate::event::{Effect, Moment};
-use crate::request::{Request, preset_names};
+use crate::request::{Request, known_parameters, preset_names};
 
 /// What is being looked for.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
@@ -115,7 +115,13 @@ fn entries(keymap: &Keymap) -> Vec<Entry> {
         searched: words.clone(),
         pick: Pick::Words(words),
     });
-    keys.chain(commands).collect()
+    let parameters = known_parameters().map(|(name, about)| Entry {
+        title: format!(":param {name}"),
+        key: String::new(),
+        searched: format!("param {} {about}", name.replace('-', " ")),
+        pick: Pick::Words(format!("param {name}")),
+    });
+    keys.chain(commands).chain(parameters).collect()
 }
 
 /// What is looked for in a panel and is not in its name.
@@ -146,7 +152,8 @@ impl Model {
                         .flat_map(|request| self.ask_or_send(request))
                         .collect();
                 }
-                if let Some(effects) = self.ask_for_runs(&split) {
+                // What is missing is typed then.
+                if let Ok(Some(effects)) = self.ask_for_runs(&words) {
                     return effects;
                 }
                 self.overlay = Overlay::Text(TextEntry {
@@ -180,6 +187,7 @@ mod tests {
             ("moth", ":preset moth"),
             ("failsafe", ":failsafe"),
             ("truth", "map: the simulator's truth"),
+            ("diameter", ":param wheel-left"),
         ] {
             assert_eq!(best(text).as_deref(), Some(title), "{text}");
         }

@@ -3,6 +3,7 @@
 use groundwave_protocol::Waypoint;
 
 use super::log::Subject;
+use super::quoted;
 use super::{Model, Overlay, Purpose, TextEntry};
 use crate::event::{Effect, Level, Moment, Remark};
 use crate::request::Request;
@@ -28,7 +29,7 @@ impl Model {
             Purpose::RouteFile => Some(Effect::LoadRoute(text.to_owned())),
             Purpose::Command | Purpose::Moment => text
                 .strip_prefix("route ")
-                .map(|file| Effect::LoadRoute(file.trim().to_owned())),
+                .map(|file| Effect::LoadRoute(unquoted(file.trim()))),
         };
         if let Some(effect) = named {
             // The prompt stays until the file turns out to be right: what is wrong with its name can be mended.
@@ -43,8 +44,16 @@ impl Model {
         if let Some(remark) = Remark::from_words(&words) {
             return self.label(remark, entry);
         }
-        if let Some(effects) = self.ask_for_runs(&words) {
-            return effects;
+        match self.ask_for_runs(text) {
+            Ok(Some(effects)) => return effects,
+            Ok(None) => {}
+            Err(error) => {
+                self.overlay = Overlay::Text(TextEntry {
+                    error: Some(error),
+                    ..entry
+                });
+                return Vec::new();
+            }
         }
         match (Request::all_from_words(&words), &words[..]) {
             (Ok(requests), _) => requests
@@ -101,6 +110,14 @@ impl Model {
             (Overlay::Text(entry), None) if entry.waits => self.overlay = Overlay::None,
             _ => {}
         }
+    }
+}
+
+/// A name without the quotes around it; blanks in it need none where it ends the line.
+fn unquoted(name: &str) -> String {
+    match quoted::words(name).as_deref() {
+        Ok([word]) => word.clone(),
+        _ => name.to_owned(),
     }
 }
 

@@ -3,7 +3,7 @@
 use std::path::Path;
 use std::sync::Arc;
 
-use super::{Model, Overlay, TextEntry};
+use super::{Model, Overlay, TextEntry, quoted};
 use crate::event::{Effect, Remark};
 use crate::run::{Listed, Overlaid};
 
@@ -27,13 +27,25 @@ pub(crate) enum Runs {
 }
 
 impl Model {
-    /// `runs`, `runs FOLDER` and `compare A B`; `None` for other words.
-    pub(super) fn ask_for_runs(&mut self, words: &[&str]) -> Option<Vec<Effect>> {
-        match *words {
-            ["runs"] => Some(self.list_runs(self.folder_at_hand())),
-            ["runs", folder] => Some(self.list_runs(folder.to_owned())),
-            ["compare", a, b] => Some(self.compare_runs([a, b].map(str::to_owned))),
-            _ => None,
+    /// `runs`, `runs FOLDER` and `compare A B`; `None` for other commands.
+    ///
+    /// # Errors
+    /// When it is one of them and the rest is wrong.
+    pub(super) fn ask_for_runs(&mut self, line: &str) -> Result<Option<Vec<Effect>>, String> {
+        let command = line.split_whitespace().next();
+        if !matches!(command, Some("runs" | "compare")) {
+            return Ok(None);
+        }
+        let mut words = quoted::words(line)?.into_iter().skip(1);
+        let (first, second, more) = (words.next(), words.next(), words.next());
+        match (command, first, second, more) {
+            (Some("runs"), None, ..) => Ok(Some(self.list_runs(self.folder_at_hand()))),
+            (Some("runs"), Some(folder), None, _) => Ok(Some(self.list_runs(folder))),
+            (Some("runs"), ..) => {
+                Err("`runs` takes one folder; one with blanks stands in quotes".to_owned())
+            }
+            (_, Some(a), Some(b), None) => Ok(Some(self.compare_runs([a, b]))),
+            _ => Err("`compare` takes two captures; one with blanks stands in quotes".to_owned()),
         }
     }
 

@@ -5,6 +5,7 @@ use std::fmt;
 use groundwave_protocol::parameter::{self, VALUE_MAX};
 use groundwave_protocol::telemetry::ParameterName;
 
+use super::parameters::meant;
 use super::{Amount, RequestError};
 
 /// What an operator can ask about parameters.
@@ -29,9 +30,10 @@ impl Tuning {
             ["get"] => Err(RequestError::ParameterMissing("get", "top-speed")),
             ["set"] => Err(RequestError::ParameterMissing("set", "top-speed 8")),
             ["get", name] => Ok(Self::Get(read_name(name)?)),
-            ["set", name] => Err(RequestError::ValueMissing(
-                read_name(name)?.as_str().to_owned(),
-            )),
+            ["set", name] => {
+                read_name(name)?;
+                Err(RequestError::ValueMissing(name.to_owned()))
+            }
             ["set", name, value] => Ok(Self::Set(read_name(name)?, read_value(value)?)),
             [name, value] if !VERBS.contains(&name) => {
                 Ok(Self::Set(read_name(name)?, read_value(value)?))
@@ -52,18 +54,33 @@ impl fmt::Display for Tuning {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
             Self::List => f.write_str("param list"),
-            Self::Get(name) => write!(f, "param get {}", name.as_str()),
-            Self::Set(name, value) => write!(f, "param set {} {value}", name.as_str()),
+            Self::Get(name) => write!(f, "param get {}", Named(name)),
+            Self::Set(name, value) => write!(f, "param set {} {value}", Named(name)),
             Self::Save => f.write_str("param save"),
         }
     }
 }
 
+/// A name as it is read again.
+struct Named<'a>(&'a ParameterName);
+
+impl fmt::Display for Named<'_> {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let name = self.0.as_str();
+        let insists = if meant(name).is_some() { "=" } else { "" };
+        write!(f, "{insists}{name}")
+    }
+}
+
+/// A name, or one that is insisted on with `=` before it: the robot may have parameters that are not known here.
 fn read_name(word: &str) -> Result<ParameterName, RequestError> {
-    if parameter::is_name(word) {
-        Ok(ParameterName::new(word))
-    } else {
-        Err(RequestError::ParameterName(word.to_owned()))
+    let name = word.strip_prefix('=').unwrap_or(word);
+    if !parameter::is_name(name) {
+        return Err(RequestError::ParameterName(name.to_owned()));
+    }
+    match meant(word) {
+        Some(known) if word == name => Err(RequestError::ParameterUnknown(name.to_owned(), known)),
+        _ => Ok(ParameterName::new(name)),
     }
 }
 

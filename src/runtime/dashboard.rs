@@ -288,7 +288,7 @@ impl Running {
                 let saved = files::write_text(&path, &text, overwrite);
                 Event::RouteSaved { path, saved }
             }),
-            Effect::Ring => terminal::ring()?,
+            Effect::Ring => self.screen.ring()?,
             Effect::Redraw => self.screen.clear()?,
             Effect::Suspend => self.suspend()?,
             Effect::Quit => return Ok(true),
@@ -406,15 +406,21 @@ impl Running {
     /// When to wake up although nothing happens.
     fn wake_at(&mut self) -> Option<Instant> {
         let host = self.session.host_now();
-        let at = [self.due(), self.model.poll_timeout()]
+        let busy_until = self.screen.busy_until();
+        let due = self.due().filter(|_| busy_until.is_none());
+        let at = [due, self.model.poll_timeout()].into_iter().flatten().min();
+        let at = at.map(|at| Instant::now() + at.saturating_sub(host));
+        [at, busy_until, self.session.wake_at()]
             .into_iter()
             .flatten()
-            .min();
-        let at = at.map(|at| Instant::now() + at.saturating_sub(host));
-        [at, self.session.wake_at()].into_iter().flatten().min()
+            .min()
     }
 
+    /// A terminal that is slow gets the newest state when it has room; what came between is not drawn.
     fn draw_if_due(&mut self) -> io::Result<()> {
+        if !self.screen.has_room()? {
+            return Ok(());
+        }
         let host = self.session.host_now();
         if self.due().is_some_and(|at| at <= host) {
             let (model, now) = match &self.past {

@@ -8,6 +8,7 @@ use ratatui::text::{Line, Span};
 use super::{Screen, put, put_right};
 use crate::model::editor::RouteAction;
 use crate::model::keys::{Action, Context, Row};
+use crate::model::runs::Runs;
 use crate::model::{Overlay, Purpose};
 
 impl Screen<'_> {
@@ -85,16 +86,29 @@ impl Screen<'_> {
         let mut rows: Vec<_> = self
             .named_rows(context)
             .filter(|row| !ALWAYS_SEEN.contains(&row.action))
-            .filter(|row| self.is_drafting() || !DRAFT_NEEDED.contains(&row.action))
+            .filter(|row| self.does_something(row))
             .collect();
-        rows.sort_by_key(|row| self.place_in_footer(row.action));
+        rows.sort_by_key(|row| {
+            // What a draft is for comes before what changes it.
+            let change = [Action::EditRoute, Action::UndoDraft];
+            let change = change.iter().position(|known| *known == row.action);
+            (self.place_in_footer(row.action), change)
+        });
         rows.into_iter().flat_map(|row| self.named(row)).collect()
     }
 
-    /// Whether there is something to put away, or another place that is left.
+    /// Whether there is something to put away, to give up, to send or to choose from.
     fn does_something(&self, row: &Row) -> bool {
-        let lies_open = self.model.chart.cursor.is_some() || self.model.enlarged;
-        row.action != Action::Close || row.context != Context::Dashboard || lies_open
+        let model = self.model;
+        match (row.context, row.action) {
+            (Context::Dashboard, Action::Close) => model.chart.cursor.is_some() || model.enlarged,
+            (Context::Dashboard, Action::CancelCommands) => model.ledger.is_busy(),
+            (Context::Dashboard, Action::UndoDraft | Action::SendDraft) => self.is_drafting(),
+            (Context::Runs, Action::Choose(_) | Action::Submit) => {
+                matches!(&model.overlay, Overlay::Runs(Runs::Listed { list, .. }) if !list.runs.is_empty())
+            }
+            _ => true,
+        }
     }
 
     /// Whether a route is being put together on the map.
@@ -166,9 +180,6 @@ impl Screen<'_> {
         ]
     }
 }
-
-/// Without a draft they do nothing.
-const DRAFT_NEEDED: &[Action] = &[Action::UndoDraft, Action::SendDraft];
 
 /// Named at the right end of the footer however narrow it is.
 const ALWAYS_SEEN: &[Action] = &[

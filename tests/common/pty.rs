@@ -4,9 +4,9 @@
 use std::io::{Read, Write};
 use std::num::NonZero;
 use std::process::Command;
-use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::mpsc::{Receiver, channel};
+use std::sync::{Arc, Condvar, Mutex};
 use std::thread::{self, JoinHandle};
 use std::time::{Duration, Instant};
 
@@ -21,6 +21,9 @@ pub struct OnTerminal {
     reader: JoinHandle<()>,
     /// Tells the reader to read no more.
     blind: Arc<AtomicBool>,
+    stall: Arc<Stall>,
+    /// Bytes that were processed.
+    pub taken: usize,
     keys: Box<dyn Write + Send>,
     pub child: Program,
     master: Box<dyn MasterPty + Send>,
@@ -49,6 +52,8 @@ impl OnTerminal {
         let (sender, output) = channel();
         let blind = Arc::new(AtomicBool::new(false));
         let is_blind = Arc::clone(&blind);
+        let stall = Arc::new(Stall::default());
+        let is_stalled = Arc::clone(&stall);
         let reader = thread::spawn(move || {
             let mut buffer = [0; 4096];
             while let Ok(count @ 1..) = reader.read(&mut buffer) {
@@ -56,6 +61,7 @@ impl OnTerminal {
                 {
                     break;
                 }
+                is_stalled.wait();
             }
         });
         Self {
@@ -63,6 +69,8 @@ impl OnTerminal {
             output,
             reader,
             blind,
+            stall,
+            taken: 0,
             keys: pair.master.take_writer().expect("its input"),
             child: Program(child),
             master: pair.master,
@@ -87,6 +95,15 @@ impl OnTerminal {
         self.screen
             .screen_mut()
             .set_size(nonzero(rows), nonzero(columns));
+    }
+
+    /// Takes nothing more from the program, as a stalled ssh does, but for what is being read already.
+    pub fn stall(&self) {
+        self.stall.set(true);
+    }
+
+    pub fn go_on(&self) {
+        self.stall.set(false);
     }
 
     /// The screen as text.
@@ -118,8 +135,13 @@ impl OnTerminal {
             let Ok(bytes) = self.output.recv_timeout(left) else {
                 panic!("never saw: {what}. The screen:\n{}", self.text());
             };
-            self.screen.process(&bytes);
+            self.process(&bytes);
         }
+    }
+
+    fn process(&mut self, bytes: &[u8]) {
+        self.taken += bytes.len();
+        self.screen.process(bytes);
     }
 
     /// Waits until the program has been stopped: whoever continues it before is too early.
@@ -164,9 +186,40 @@ impl OnTerminal {
             .output
             .recv_timeout(deadline.saturating_duration_since(Instant::now()))
         {
-            self.screen.process(&bytes);
+            self.process(&bytes);
         }
         self.child.exit_code()
+    }
+
+    /// Waits for the program to end although nobody takes what it writes; returns its exit code.
+    pub fn wait_stalled(&mut self) -> u32 {
+        let deadline = Instant::now() + PATIENCE;
+        while Instant::now() < deadline {
+            if let Some(status) = self.child.0.try_wait().expect("it can be waited for") {
+                return status.exit_code();
+            }
+            thread::yield_now();
+        }
+        panic!("it never ended");
+    }
+}
+
+/// Where a reader waits while nothing is to be taken.
+#[derive(Default)]
+struct Stall {
+    is_on: Mutex<bool>,
+    changed: Condvar,
+}
+
+impl Stall {
+    fn set(&self, is_on: bool) {
+        *self.is_on.lock().expect("no reader panics") = is_on;
+        self.changed.notify_all();
+    }
+
+    fn wait(&self) {
+        let is_on = self.is_on.lock().expect("no test panics here");
+        let _is_off = self.changed.wait_while(is_on, |is_on| *is_on);
     }
 }
 

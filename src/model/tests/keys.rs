@@ -481,9 +481,61 @@ fn runs_are_listed_beside_the_recording_and_two_are_compared() {
     scene.event(Event::Runs(Ok(listed())));
     assert_eq!(scene.model.overlay, Overlay::None);
     assert_eq!(asked(&mut scene, ":compare a b"), compare("a", "b"));
+    scene.press(&[KeyCode::Esc]);
+    let blanks = asked(&mut scene, ":compare \"my evening.mcap\" 'b c'");
+    assert_eq!(blanks, compare("my evening.mcap", "b c"));
+    scene.press(&[KeyCode::Esc]);
+    assert_eq!(asked(&mut scene, ":runs \"my runs\""), list("my runs"));
     scene.event(Event::Overlaid(Err("a: no".to_owned())));
     let failed = Overlay::Runs(Runs::Failed("a: no".to_owned()));
     assert_eq!(scene.model.overlay, failed);
+}
+
+/// A slow line hands Esc and the letter behind it over at once, which terminals take for Alt with the letter.
+#[test]
+fn esc_and_a_letter_in_one_burst_are_two_keys() {
+    let alt = |c| Event::Key(KeyEvent::new(KeyCode::Char(c), KeyModifiers::ALT));
+    let mut scene = scene();
+    scene.type_text(":runs");
+    scene.press(&[KeyCode::Enter]);
+    scene.event(Event::Runs(Ok(listed())));
+    let prowl = [Effect::Send(Request::Mode(Mode::Prowl))];
+    assert_eq!(scene.event(alt('p')), prowl);
+    assert_eq!(scene.model.overlay, Overlay::None);
+    // Nobody is asked to drive by a word that is to be deleted: where letters are typed it is none.
+    scene.type_text(":note d");
+    assert_eq!(scene.event(alt('d')), []);
+    let Overlay::Text(entry) = &scene.model.overlay else {
+        panic!("{:?}", scene.model.overlay);
+    };
+    assert_eq!(entry.text, "note d");
+}
+
+/// A name with blanks is as good as any other; whoever forgets the quotes is told of them.
+#[test]
+fn a_name_with_blanks_is_said_in_quotes() {
+    let mut scene = scene();
+    let load = [Effect::LoadRoute("my tour.csv".to_owned())];
+    for text in [":route \"my tour.csv\"", ":route my tour.csv"] {
+        scene.type_text(text);
+        assert_eq!(scene.press(&[KeyCode::Enter]), load, "{text}");
+        scene.press(&[KeyCode::Esc]);
+    }
+    for (text, told) in [
+        (":compare my evening.mcap b", "`compare` takes two captures"),
+        (":compare a", "one with blanks stands in quotes"),
+        (":runs my evenings", "`runs` takes one folder"),
+        (":compare \"a b", "the quote before `a b` is not closed"),
+    ] {
+        scene.type_text(text);
+        assert_eq!(scene.press(&[KeyCode::Enter]), [], "{text}");
+        let Overlay::Text(entry) = &scene.model.overlay else {
+            panic!("{text}: the prompt stays");
+        };
+        let error = entry.error.as_deref().unwrap_or_default();
+        assert!(error.contains(told), "{text}: {error}");
+        scene.press(&[KeyCode::Esc]);
+    }
 }
 
 #[test]

@@ -145,13 +145,14 @@ fn the_footer_names_the_keys_of_the_panel_that_is_looked_at() {
     let mut scene = flight(demo());
     for (key, named) in [
         (4, "Space STOP  T longer  p prowl"),
-        (5, "Space STOP  x give up  : command  p prowl"),
+        (5, "Space STOP  : command  p prowl"),
         (8, "Space STOP  A seen  b bell  p prowl"),
     ] {
         scene.press(&[KeyCode::F(key)]);
         assert!(footer(&scene).starts_with(named), "{}", footer(&scene));
         let tabs = "F2 sensors  F3 above  F4 plots  F5 commands  F6 log  F7 link  F8 alarms";
         row(&screen(&scene, 80, 24), tabs);
+        assert!(footer(&scene).contains("e edit"), "{}", footer(&scene));
     }
     scene.press(&[KeyCode::F(6)]);
     assert!(!footer(&scene).contains("give up"), "nothing is under way");
@@ -160,6 +161,11 @@ fn the_footer_names_the_keys_of_the_panel_that_is_looked_at() {
         step: CommandStep::Queued(Request::Scan),
     });
     assert!(footer(&scene).starts_with("Space STOP  x give up  "));
+    // What a draft is for comes before what takes a change back.
+    scene.press(&[KeyCode::F(5), KeyCode::Left]);
+    scene.type_text("w");
+    assert!(footer(&scene).contains("S send"), "{}", footer(&scene));
+    scene.press(&[KeyCode::Backspace, KeyCode::Esc, KeyCode::F(6)]);
     scene.event(Event::Command {
         id: CommandId(1),
         step: CommandStep::Proven { digest: None },
@@ -168,6 +174,21 @@ fn the_footer_names_the_keys_of_the_panel_that_is_looked_at() {
     for named in ["arrows move", "w add", "u undo", "S send", "e edit"] {
         assert!(footer(&scene).contains(named), "{}", footer(&scene));
     }
+}
+
+/// There is nothing to choose from in a comparison, nor in an empty list.
+#[test]
+fn only_a_list_of_runs_is_chosen_from() {
+    let mut scene = flight(demo());
+    scene.type_text(":runs");
+    scene.press(&[KeyCode::Enter]);
+    let chooses = |scene: &Scene| screen(scene, 80, 24).contains("arrows choose  Enter compare");
+    assert!(!chooses(&scene), "it is being read");
+    scene.event(Event::Runs(Ok(listed())));
+    assert!(chooses(&scene));
+    scene.press(&[KeyCode::Enter, KeyCode::Down, KeyCode::Enter]);
+    scene.event(Event::Overlaid(Ok(overlaid())));
+    assert!(!chooses(&scene));
 }
 
 #[test]

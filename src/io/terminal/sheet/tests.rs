@@ -1,0 +1,156 @@
+use std::num::NonZero;
+
+use proptest::prelude::*;
+use ratatui::backend::CrosstermBackend;
+use ratatui::style::Style;
+
+use super::*;
+
+const WIDTH: u16 = 14;
+const HEIGHT: u16 = 4;
+
+/// A stroke: where, how it looks, what it says.
+type Stroke = (u16, u16, Style, String);
+
+fn looks() -> impl Strategy<Value = Style> {
+    let colors = [
+        Color::Reset,
+        Color::Red,
+        Color::Gray,
+        Color::DarkGray,
+        Color::White,
+        Color::Indexed(245),
+        Color::Rgb(1, 2, 3),
+    ];
+    // What the emulator tells apart.
+    let modifiers = prop::bits::u16::masked(
+        (Modifier::BOLD
+            | Modifier::DIM
+            | Modifier::ITALIC
+            | Modifier::UNDERLINED
+            | Modifier::REVERSED)
+            .bits(),
+    );
+    let color = prop::sample::select(colors.to_vec());
+    (color.clone(), color, modifiers).prop_map(|(fg, bg, bits)| {
+        let style = Style::new().fg(fg).bg(bg);
+        let mut modifier = Modifier::from_bits_truncate(bits);
+        // The emulator knows one brightness at a time.
+        if modifier.contains(Modifier::BOLD) {
+            modifier.remove(Modifier::DIM);
+        }
+        style.add_modifier(modifier).remove_modifier(!modifier)
+    })
+}
+
+fn frames() -> impl Strategy<Value = Vec<Vec<Stroke>>> {
+    let style = prop_oneof![2 => Just(Style::new()), 2 => looks()];
+    let text = prop_oneof!["[ a-c]{1,6}", "[ -~]{1,14}", "[⠁-⣿ ab│]{1,6}"];
+    let stroke = (0..WIDTH, 0..HEIGHT, style, text);
+    prop::collection::vec(prop::collection::vec(stroke, 0..8), 1..6)
+}
+
+/// The terminal after each frame, and another one that the backend of the library writes to, which takes no short cuts.
+fn shown(frames: &[Vec<Stroke>]) -> Vec<[vt100::Screen; 2]> {
+    let emulator = || vt100::Parser::new(nonzero(HEIGHT), nonzero(WIDTH), 0);
+    let mut terminals = [emulator(), emulator()];
+    let mut sheet = Sheet::new(WIDTH, HEIGHT);
+    let mut old = Buffer::empty(sheet.shown.area);
+    let mut screens = Vec::new();
+    for strokes in frames {
+        let mut new = Buffer::empty(old.area);
+        for (x, y, style, text) in strokes {
+            new.set_stringn(*x, *y, text, (WIDTH - x).into(), *style);
+        }
+        let mut plain = Vec::new();
+        sheet.draw(old.diff(&new).into_iter()).unwrap();
+        let mut other = CrosstermBackend::new(&mut plain);
+        other.draw(old.diff(&new).into_iter()).unwrap();
+        old = new;
+        terminals[0].process(&sheet.take());
+        terminals[1].process(&plain);
+        screens.push(terminals.each_ref().map(|it| it.screen().clone()));
+    }
+    screens
+}
+
+fn nonzero(cells: u16) -> NonZero<u16> {
+    NonZero::new(cells).unwrap()
+}
+
+/// What is seen of a cell.
+fn seen(screen: &vt100::Screen, row: u16, column: u16) -> impl PartialEq + std::fmt::Debug {
+    let cell = screen.cell(row, column).unwrap();
+    let text = match cell.contents() {
+        "" => " ",
+        text => text,
+    };
+    let ink = (text != " ").then(|| (cell.fgcolor(), cell.bold(), cell.dim(), cell.italic()));
+    let inverse = cell.inverse().then(|| cell.fgcolor());
+    (
+        text.to_owned(),
+        ink,
+        cell.bgcolor(),
+        cell.underline(),
+        inverse,
+    )
+}
+
+proptest! {
+    #[test]
+    fn short_cuts_lead_to_the_same_screen(frames in frames()) {
+        for [short, plain] in shown(&frames) {
+            for row in 0..HEIGHT {
+                for column in 0..WIDTH {
+                    prop_assert_eq!(seen(&short, row, column), seen(&plain, row, column), "row {}, column {}", row, column);
+                }
+            }
+        }
+    }
+}
+
+/// The bytes of the second of two frames of one line each.
+fn change(before: (&str, Style), after: (&str, Style)) -> String {
+    let mut sheet = Sheet::new(20, 2);
+    let mut old = Buffer::empty(sheet.shown.area);
+    let mut new = old.clone();
+    old.set_string(0, 0, before.0, before.1);
+    new.set_string(0, 0, after.0, after.1);
+    let empty = Buffer::empty(old.area);
+    sheet.draw(empty.diff(&old).into_iter()).unwrap();
+    sheet.take();
+    sheet.draw(old.diff(&new).into_iter()).unwrap();
+    String::from_utf8(sheet.take()).unwrap()
+}
+
+#[test]
+fn little_is_said_for_little_change() {
+    let plain = Style::new();
+    let dim = plain.dim();
+    let at_second = |to| change(("10:00:00", plain), (to, plain));
+    assert_eq!(at_second("10:00:01"), "\x081");
+    // Two digits with one between: that is written once more.
+    assert_eq!(at_second("10:01:01"), "\x1b[4D1:01");
+    // A look is begun and left where it is needed.
+    assert_eq!(
+        change(("10:00:00", plain), ("10:00:01", dim)),
+        "\r\x1b[2m10:00:01"
+    );
+    let after = ("10:00:01", plain.fg(Color::Indexed(245)));
+    assert_eq!(
+        change(("10:00:00", dim), after),
+        "\r\x1b[0;38;5;245m10:00:01"
+    );
+    assert_eq!(
+        change(("10:00:00", dim), ("10:00:00", plain)),
+        "\r\x1b[m10:00:00"
+    );
+}
+
+/// How wide it is only the terminal knows: behind it the way is told whole.
+#[test]
+fn behind_what_is_not_ascii_no_short_cut_is_taken() {
+    let plain = Style::new();
+    let far = change(("日 10:00:00", plain), ("本 10:00:01", plain));
+    assert_eq!(far, "\r本\x1b[1;11H1");
+}
