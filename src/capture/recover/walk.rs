@@ -1,7 +1,7 @@
 //! Walks the records of an MCAP that may be damaged anywhere, and finds everything that still holds.
 
 use std::fs::File;
-use std::io::{self, Read, Seek, SeekFrom};
+use std::io::{self, BufReader, Read};
 use std::path::Path;
 
 use super::super::writer::CheckedChunk;
@@ -15,6 +15,9 @@ const CONTENT_BYTES_MAX: u64 = 256 * 1024 * 1024;
 
 /// Bytes read at one go in search of the next chunk.
 const SEARCH_BYTES: usize = 1024 * 1024;
+
+/// Bytes read at one go on the way.
+const BUFFER_BYTES: usize = 256 * 1024;
 
 /// Bytes of a chunk record before the name of its compression.
 const CHUNK_HEAD_BYTES: usize = 32; // times, sizes, CRC, length of the name
@@ -52,7 +55,9 @@ pub struct Damage {
 
 /// Reads a file record by record.
 pub(super) struct Walker {
-    file: File,
+    file: BufReader<File>,
+    /// Where `file` is read next.
+    file_at: u64,
     length: u64,
     position: u64,
     record: Vec<u8>,
@@ -69,7 +74,8 @@ impl Walker {
         let file = File::open(path)?;
         Ok(Self {
             length: file.metadata()?.len(),
-            file,
+            file: BufReader::with_capacity(BUFFER_BYTES, file),
+            file_at: 0,
             position: 0,
             record: Vec::new(),
             content: Vec::new(),
@@ -95,14 +101,17 @@ impl Walker {
         let Some((length, crc)) = self.data_end.filter(|(_, crc)| *crc != 0) else {
             return Ok(true);
         };
-        self.file.seek(SeekFrom::Start(0))?;
+        self.go_to(0)?;
         let mut rest = self.file.by_ref().take(length);
         let mut hasher = crc32fast::Hasher::new();
         let mut buffer = vec![0; SEARCH_BYTES];
         loop {
             match rest.read(&mut buffer)? {
                 0 => return Ok(hasher.finalize() == crc),
-                read => hasher.update(&buffer[..read]),
+                read => {
+                    hasher.update(&buffer[..read]);
+                    self.file_at += read as u64;
+                }
             }
         }
     }
@@ -179,8 +188,12 @@ impl Walker {
         if start + bytes > self.length {
             return self.resynchronise(start, "a record is longer than what is left of the file");
         }
-        self.read_at(start, bytes as usize)?;
         self.position = start + bytes;
+        if opcode == op::MESSAGE_INDEX {
+            // It can be made anew.
+            return Ok(Judged::Pass);
+        }
+        self.read_at(start, bytes as usize)?;
         let body = &self.record[HEAD_BYTES..];
         let problem = match opcode {
             op::CHUNK => self.decompress(),
@@ -226,9 +239,10 @@ impl Walker {
         let mut window = Vec::new();
         while from < self.length {
             window.clear();
-            self.file.seek(SeekFrom::Start(from))?;
+            self.go_to(from)?;
             let end = (SEARCH_BYTES + 2 * CHUNK_HEAD_BYTES) as u64;
-            self.file.by_ref().take(end).read_to_end(&mut window)?;
+            let read = self.file.by_ref().take(end).read_to_end(&mut window)?;
+            self.file_at += read as u64;
             let reach = window.len().min(SEARCH_BYTES);
             for at in 0..reach {
                 if window[at] == op::CHUNK
@@ -274,12 +288,24 @@ impl Walker {
     /// Has so many bytes of the file in memory; says whether there were so many.
     fn read_at(&mut self, position: u64, bytes: usize) -> io::Result<bool> {
         self.record.clear();
-        self.file.seek(SeekFrom::Start(position))?;
-        self.file
+        self.go_to(position)?;
+        let read = self
+            .file
             .by_ref()
             .take(bytes as u64)
             .read_to_end(&mut self.record)?;
-        Ok(self.record.len() == bytes)
+        self.file_at += read as u64;
+        Ok(read == bytes)
+    }
+
+    /// What is read next stands there; what has been read ahead is used.
+    fn go_to(&mut self, position: u64) -> io::Result<()> {
+        if position != self.file_at {
+            self.file
+                .seek_relative(position.wrapping_sub(self.file_at) as i64)?;
+            self.file_at = position;
+        }
+        Ok(())
     }
 
     /// Has the content of the chunk in memory; says what is wrong with it.
