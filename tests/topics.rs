@@ -6,14 +6,18 @@ mod streams;
 use std::collections::BTreeMap;
 use std::f64::consts::FRAC_PI_2;
 
-use foxglove::messages::{FrameTransforms, LaserScan, Log, PoseInFrame, PosesInFrame, SceneUpdate};
+use foxglove::messages::{
+    FrameTransforms, Grid, LaserScan, Log, PoseInFrame, PosesInFrame, SceneUpdate,
+};
 use groundwave::capture::messages::{RawBytes, Telemetry, UplinkEvent, UplinkStep};
 use groundwave::capture::topics::{Deriver, StationEvent, Topic, TopicMessage};
 use groundwave::event::{CommandId, CommandStep, Event, LinkEvent};
 use groundwave::request::Request;
 use groundwave_protocol::Waypoint;
 use groundwave_protocol::decoder::Received;
-use groundwave_protocol::telemetry::Body;
+use groundwave_protocol::telemetry::{
+    Ack, Body, Line, Note, ParameterLine, ParameterName, Printable, SongLine, TextLine,
+};
 use proptest::prelude::*;
 use prost::Message;
 
@@ -88,6 +92,82 @@ fn raw_bytes_are_the_stream_and_telemetry_is_every_line() {
     for pair in kept.windows(2) {
         assert!(pair[0].log_time_ns <= pair[1].log_time_ns);
     }
+}
+
+/// Protobuf has one usual form for a message: fields in the order of their tags, nothing that need not be there. What is
+/// written here without a derived encoder has it too.
+#[test]
+fn messages_are_as_derived_encoders_write_them() {
+    fn again<M: Message + Default>(data: &[u8]) -> Vec<u8> {
+        M::decode(data).unwrap().encode_to_vec()
+    }
+    let ack = Ack::default();
+    let told = [
+        Body::Parameter(ParameterLine {
+            place: 2,
+            count: 9,
+            name: ParameterName::new("gain"),
+            value: -3,
+            kept: 12,
+            least: i32::from(i16::MIN),
+            most: 0,
+            unit: Printable::new(""),
+        }),
+        Body::Song(SongLine::new(
+            [(523, 4), (0, 1)].map(|(hz, ticks)| Note { hz, ticks }),
+        )),
+        Body::Text(TextLine::new("")),
+    ];
+    let told = (1..).zip(told).map(|(sequence, body)| Line {
+        sequence,
+        body,
+        ack,
+    });
+    let mut stream = streams::noisy(10_000, 7);
+    stream.extend(told.flat_map(|line| line.encode()));
+    let mut deriver = Deriver::new();
+    let mut kept = Vec::new();
+    for count in [0, 1, 100] {
+        let waypoints = (0..count).map(|n| Waypoint::new(n, -n).unwrap()).collect();
+        for step in [
+            CommandStep::Queued(Request::Route(waypoints)),
+            CommandStep::Proven { digest: Some(99) },
+        ] {
+            let id = CommandId(7);
+            let event = StationEvent::from_event(&Event::Command { id, step }).unwrap();
+            deriver
+                .handle_event(START_NS, &event, keep(&mut kept))
+                .unwrap();
+        }
+    }
+    // At the beginning of time, and at times without a fraction of a second.
+    for (at_ns, part) in [0, START_NS, START_NS + LINE_NS]
+        .into_iter()
+        .zip(stream.chunks(stream.len() / 3 + 1))
+    {
+        deriver.handle_rx(at_ns, part, keep(&mut kept)).unwrap();
+    }
+    let (lines, _) = streams::live(&stream);
+    let expected: Vec<Telemetry> = lines.iter().map(Telemetry::from).collect();
+    assert_eq!(decoded::<Telemetry>(&kept, Topic::Telemetry), expected);
+    let mut counts = BTreeMap::new();
+    for message in &kept {
+        let again = match message.topic {
+            Topic::RawRx | Topic::RawTx => again::<RawBytes>,
+            Topic::Telemetry => again::<Telemetry>,
+            Topic::Uplink => again::<UplinkEvent>,
+            Topic::Tf => again::<FrameTransforms>,
+            Topic::Pose => again::<PoseInFrame>,
+            Topic::Path => again::<PosesInFrame>,
+            Topic::Sonar => again::<LaserScan>,
+            Topic::Map => again::<Grid>,
+            Topic::Markers => again::<SceneUpdate>,
+            Topic::Log => again::<Log>,
+        };
+        assert_eq!(again(&message.data), message.data, "{:?}", message.topic);
+        *counts.entry(message.topic).or_insert(0) += 1;
+    }
+    assert_eq!(counts.len(), Topic::ALL.len() - 2, "{counts:?}");
 }
 
 /// The robot says inches, and degrees clockwise from +Y; others want x ahead, y left, counter-clockwise.

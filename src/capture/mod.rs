@@ -23,6 +23,7 @@ pub mod name;
 mod odometer;
 pub mod picture;
 mod presence;
+mod protobuf;
 pub mod raw;
 pub mod recorder;
 pub mod recover;

@@ -130,8 +130,7 @@ impl Style {
     /// line, noise or not, or a part of one that is too long.
     pub(super) fn piece_bytes(&self, bytes: &[u8]) -> usize {
         let reach = bytes.len().min(self.reach());
-        let line_feed = bytes[..reach].iter().position(|&byte| byte == b'\n');
-        line_feed.map_or(reach, |at| at + 1)
+        line_feed(&bytes[..reach]).map_or(reach, |at| at + 1)
     }
 
     /// The time that a piece says, after one that came at `last`.
@@ -213,6 +212,16 @@ impl Ends {
             Self::CrCrLf => sent + 1,
         }
     }
+}
+
+/// Where the first line feed is. Most often it is the last byte: whether there is one before it is found out several bytes
+/// at a time.
+pub(super) fn line_feed(bytes: &[u8]) -> Option<usize> {
+    let (last, head) = bytes.split_last()?;
+    if head.contains(&b'\n') {
+        return head.iter().position(|&byte| byte == b'\n');
+    }
+    (*last == b'\n').then_some(head.len())
 }
 
 fn intact(line: &[u8]) -> Option<Received> {

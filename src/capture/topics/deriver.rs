@@ -9,14 +9,15 @@ use groundwave_protocol::decoder::{Counters, Decoder, Received};
 use groundwave_protocol::letters::Drive;
 use groundwave_protocol::telemetry::{Ack, Body, FirmwareVersion, StateLine, StatusLine};
 
-use super::forms::{Encoder, Forms};
+use super::forms::Encoder;
 use super::geometry::{Place, timestamp};
 use super::path::Path;
 use super::scene::Scene;
 use super::story::{Story, is_contact};
 use super::{StationEvent, Topic, TopicMessage};
-use crate::capture::messages::{Telemetry, UplinkEvent, UplinkStep};
+use crate::capture::messages::{UplinkEvent, UplinkStep};
 use crate::capture::robot_clock::RobotClock;
+use crate::capture::text::line_feed;
 
 /// Commands that have begun and not ended, of which the words are kept: the newest.
 const COMMANDS_MAX: usize = 64;
@@ -54,7 +55,6 @@ pub struct Deriver {
     path: Path,
     scene: Scene,
     encoder: Encoder,
-    forms: Forms,
 }
 
 /// A command that has not ended.
@@ -146,7 +146,7 @@ impl Deriver {
         self.now_ns = self.now_ns.max(at_ns);
         while !bytes.is_empty() {
             let reach = bytes.len().min(LINE_BYTES - self.pending.len());
-            let line_feed = bytes[..reach].iter().position(|&byte| byte == b'\n');
+            let line_feed = line_feed(&bytes[..reach]);
             let run = line_feed.map_or(reach, |at| at + 1);
             let (head, rest) = bytes.split_at(run);
             bytes = rest;
@@ -257,7 +257,7 @@ impl Deriver {
     ) -> Result<(), E> {
         let now_ns = self.now_ns;
         let robot_ns = self.clock.handle_line(now_ns, received);
-        self.encoder.encode(&Telemetry::from(received));
+        self.encoder.telemetry(received);
         take(self.encoder.message(Topic::Telemetry, now_ns, robot_ns))?;
         self.handle_ack(*received.ack(), take)?;
         let Received::Line(line, _) = received else {
@@ -314,14 +314,14 @@ impl Deriver {
             self.path.forget();
             self.scene.forget();
         }
-        self.encoder.encode(self.forms.transforms(now_ns, place));
+        self.encoder.transforms(now_ns, place);
         take(self.encoder.message(Topic::Tf, now_ns, robot_ns))?;
-        self.encoder.encode(self.forms.pose(now_ns, place));
+        self.encoder.pose(now_ns, place);
         take(self.encoder.message(Topic::Pose, now_ns, robot_ns))?;
-        self.encoder.encode(self.forms.scan(now_ns, state));
+        self.encoder.scan(now_ns, state);
         take(self.encoder.message(Topic::Sonar, now_ns, robot_ns))?;
-        if let Some(path) = self.path.handle_place(now_ns, place) {
-            self.encoder.encode(path);
+        if self.path.handle_place(now_ns, place) {
+            self.encoder.path(now_ns, &self.path);
             take(self.encoder.message(Topic::Path, now_ns, robot_ns))?;
         }
         let is_bumped = is_contact(state.bump);
@@ -356,10 +356,10 @@ impl Deriver {
         robot_ns: Option<u64>,
         take: &mut impl FnMut(TopicMessage<'_>) -> Result<(), E>,
     ) -> Result<(), E> {
-        let Some(scene) = self.scene.poll(self.now_ns) else {
+        if !self.scene.poll(self.now_ns) {
             return Ok(());
-        };
-        self.encoder.encode(&scene);
+        }
+        self.encoder.scene(self.now_ns, &self.scene);
         take(self.encoder.message(Topic::Markers, self.now_ns, robot_ns))
     }
 

@@ -12,6 +12,7 @@
 mod deriver;
 mod forms;
 mod geometry;
+mod newest;
 mod path;
 mod scene;
 mod station_event;

@@ -1,17 +1,16 @@
 //! What a three-dimensional view shows besides the robot's axes.
 
-use std::collections::VecDeque;
-
-use foxglove::messages::{
-    ArrowPrimitive, Color, CylinderPrimitive, LinePrimitive, SceneEntity, SceneUpdate,
-    SpherePrimitive, Vector3, line_primitive,
-};
-
-use super::geometry::{BASE, M_PER_IN, ODOM, Place, odom, point, timestamp, upright};
+use super::geometry::{BASE, M_PER_IN, ODOM, Place, odom, put_timestamp, triple, upright};
+use super::newest::Newest;
+use crate::capture::protobuf::Protobuf;
 
 /// The robot's shell, metres.
 const RADIUS_M: f64 = 5.5 * M_PER_IN;
 const HEIGHT_M: f64 = 8.0 * M_PER_IN;
+
+/// The arrow on it: across its shaft; along its head and across it.
+const SHAFT_DIAMETER_M: f64 = 0.02;
+const HEAD_M: f64 = 0.05;
 
 /// Bumps that are shown: the newest.
 const BUMPS_MAX: usize = 64;
@@ -19,20 +18,23 @@ const BUMPS_MAX: usize = 64;
 /// Everything goes out again after so long: a viewer that jumps somewhere looks for the latest message.
 const AGE_MAX_NS: u64 = 30_000_000_000;
 
-const BODY: Color = color(0.35, 0.55, 0.85, 0.6);
-const NOSE: Color = color(0.95, 0.95, 0.95, 0.9);
-const WAYPOINT: Color = color(0.3, 0.8, 0.4, 0.9);
-const TARGET: Color = color(0.95, 0.75, 0.2, 0.9);
-const BUMP: Color = color(0.9, 0.25, 0.2, 0.9);
+/// Red, green, blue and how opaque.
+type Color = [f64; 4];
 
-const fn color(r: f64, g: f64, b: f64, a: f64) -> Color {
-    Color { r, g, b, a }
-}
+const BODY: Color = [0.35, 0.55, 0.85, 0.6];
+const NOSE: Color = [0.95, 0.95, 0.95, 0.9];
+const WAYPOINT: Color = [0.3, 0.8, 0.4, 0.9];
+const TARGET: Color = [0.95, 0.75, 0.2, 0.9];
+const BUMP: Color = [0.9, 0.25, 0.2, 0.9];
+
+/// Where a `SceneEntity` has its spheres.
+const SPHERES: u32 = 9;
 
 /// The robot's body, the waypoints it holds, the one it drives to, and where it bumped.
 #[derive(Debug, Default)]
 pub(super) struct Scene {
-    bumps: VecDeque<(f64, f64)>,
+    /// Spheres.
+    bumps: Newest,
     waypoints: Vec<(f64, f64)>,
     target: Option<(f64, f64)>,
     has_changed: bool,
@@ -41,10 +43,9 @@ pub(super) struct Scene {
 
 impl Scene {
     pub(super) fn handle_bump(&mut self, place: Place) {
-        if self.bumps.len() == BUMPS_MAX {
-            self.bumps.pop_front();
-        }
-        self.bumps.push_back(place.ahead(RADIUS_M));
+        let at_m = place.ahead(RADIUS_M);
+        self.bumps
+            .push(BUMPS_MAX, SPHERES, |to| sphere(to, at_m, 0.06, BUMP));
         self.has_changed = true;
     }
 
@@ -72,100 +73,88 @@ impl Scene {
         self.has_changed = true;
     }
 
-    /// Everything, when it has changed or was told long ago.
-    pub(super) fn poll(&mut self, now_ns: u64) -> Option<SceneUpdate> {
+    /// Whether everything is due: it has changed, or was told long ago.
+    pub(super) fn poll(&mut self, now_ns: u64) -> bool {
         let is_old = |sent_ns| now_ns.saturating_sub(sent_ns) >= AGE_MAX_NS;
-        if !self.has_changed && !self.sent_ns.is_none_or(is_old) {
-            return None;
+        let is_due = self.has_changed || self.sent_ns.is_none_or(is_old);
+        if is_due {
+            self.has_changed = false;
+            self.sent_ns = Some(now_ns);
         }
-        self.has_changed = false;
-        self.sent_ns = Some(now_ns);
-        let entity = |id: &str, frame: &str| SceneEntity {
-            timestamp: Some(timestamp(now_ns)),
-            frame_id: frame.to_owned(),
-            id: id.to_owned(),
-            frame_locked: true,
-            ..SceneEntity::default()
-        };
-        let bumps = SceneEntity {
-            spheres: self
-                .bumps
-                .iter()
-                .map(|&at| sphere(at, 0.06, BUMP))
-                .collect(),
-            ..entity("bumps", ODOM)
-        };
-        Some(SceneUpdate {
-            deletions: Vec::new(),
-            entities: vec![
-                robot(entity("robot", BASE)),
-                self.route(entity("waypoints", ODOM)),
-                bumps,
-            ],
-        })
+        is_due
     }
 
-    fn route(&self, entity: SceneEntity) -> SceneEntity {
-        let waypoints = self.waypoints.iter().map(|&at| sphere(at, 0.08, WAYPOINT));
-        let target = self.target.iter().map(|&at| sphere(at, 0.12, TARGET));
-        let line = LinePrimitive {
-            r#type: line_primitive::Type::LineStrip as i32,
-            pose: Some(upright(0.0, 0.0, 0.0)),
-            thickness: 2.0,
-            scale_invariant: true,
-            points: self
-                .waypoints
-                .iter()
-                .map(|&(x_m, y_m)| point(x_m, y_m, 0.0))
-                .collect(),
-            color: Some(WAYPOINT),
-            ..LinePrimitive::default()
+    /// A `SceneUpdate`.
+    pub(super) fn encode(&self, now_ns: u64, to: &mut Vec<u8>) {
+        let mut entity = |frame: &str, id: &str, fill: &dyn Fn(&mut Vec<u8>)| {
+            to.message(2, |to| {
+                put_timestamp(to, now_ns);
+                to.string(2, frame);
+                to.string(3, id);
+                // It stays where it is in its frame.
+                to.uint32(5, 1);
+                fill(to);
+            });
         };
-        SceneEntity {
-            spheres: waypoints.chain(target).collect(),
-            lines: if self.waypoints.len() > 1 {
-                vec![line]
-            } else {
-                Vec::new()
-            },
-            ..entity
+        entity(BASE, "robot", &robot);
+        entity(ODOM, "waypoints", &|to| self.route(to));
+        entity(ODOM, "bumps", &|to| self.bumps.encode(to));
+    }
+
+    fn route(&self, to: &mut Vec<u8>) {
+        for &at_m in &self.waypoints {
+            to.message(SPHERES, |to| sphere(to, at_m, 0.08, WAYPOINT));
+        }
+        if let Some(at_m) = self.target {
+            to.message(SPHERES, |to| sphere(to, at_m, 0.12, TARGET));
+        }
+        if self.waypoints.len() > 1 {
+            to.message(11, |to| line(to, &self.waypoints));
         }
     }
 }
 
-fn robot(entity: SceneEntity) -> SceneEntity {
-    SceneEntity {
-        cylinders: vec![CylinderPrimitive {
-            pose: Some(upright(0.0, 0.0, HEIGHT_M / 2.0)),
-            size: Some(Vector3 {
-                x: 2.0 * RADIUS_M,
-                y: 2.0 * RADIUS_M,
-                z: HEIGHT_M,
-            }),
-            bottom_scale: 1.0,
-            top_scale: 1.0,
-            color: Some(BODY),
-        }],
-        arrows: vec![ArrowPrimitive {
-            pose: Some(upright(0.0, 0.0, HEIGHT_M)),
-            shaft_length: RADIUS_M,
-            shaft_diameter: 0.02,
-            head_length: 0.05,
-            head_diameter: 0.05,
-            color: Some(NOSE),
-        }],
-        ..entity
-    }
+/// A cylinder and an arrow that looks ahead.
+fn robot(to: &mut Vec<u8>) {
+    to.message(7, |to| {
+        to.message(1, |to| upright(to, [0.0, 0.0, HEIGHT_M]));
+        to.double(2, RADIUS_M);
+        to.double(3, SHAFT_DIAMETER_M);
+        to.double(4, HEAD_M);
+        to.double(5, HEAD_M);
+        to.message(6, |to| color(to, NOSE));
+    });
+    to.message(10, |to| {
+        to.message(1, |to| upright(to, [0.0, 0.0, HEIGHT_M / 2.0]));
+        to.message(2, |to| {
+            triple(to, [2.0 * RADIUS_M, 2.0 * RADIUS_M, HEIGHT_M])
+        });
+        // As wide at the bottom as at the top.
+        to.double(3, 1.0);
+        to.double(4, 1.0);
+        to.message(5, |to| color(to, BODY));
+    });
 }
 
-fn sphere((x_m, y_m): (f64, f64), size_m: f64, color: Color) -> SpherePrimitive {
-    SpherePrimitive {
-        pose: Some(upright(x_m, y_m, size_m / 2.0)),
-        size: Some(Vector3 {
-            x: size_m,
-            y: size_m,
-            z: size_m,
-        }),
-        color: Some(color),
+/// From waypoint to waypoint, of the same width on the screen however far away.
+fn line(to: &mut Vec<u8>, waypoints_m: &[(f64, f64)]) {
+    to.message(2, |to| upright(to, [0.0; 3]));
+    to.double(3, 2.0);
+    to.uint32(4, 1);
+    for &(x_m, y_m) in waypoints_m {
+        to.message(5, |to| triple(to, [x_m, y_m, 0.0]));
+    }
+    to.message(6, |to| color(to, WAYPOINT));
+}
+
+fn sphere(to: &mut Vec<u8>, (x_m, y_m): (f64, f64), size_m: f64, of: Color) {
+    to.message(1, |to| upright(to, [x_m, y_m, size_m / 2.0]));
+    to.message(2, |to| triple(to, [size_m; 3]));
+    to.message(3, |to| color(to, of));
+}
+
+fn color(to: &mut Vec<u8>, color: Color) {
+    for (tag, part) in (1..).zip(color) {
+        to.nonzero(tag, part);
     }
 }

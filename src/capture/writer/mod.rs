@@ -5,6 +5,7 @@
 //! one compresses whole chunks and copies others unread. Reading is the crate's business.
 
 mod chunk;
+mod group;
 pub(super) mod records;
 
 use std::collections::BTreeMap;
@@ -12,10 +13,12 @@ use std::io::{self, Write};
 
 use super::topics::{Topic, TopicMessage};
 use chunk::Chunk;
+use group::Group;
 use records::{Fields, Reader, op, record};
 
-/// Uncompressed bytes of a chunk. Seeking has to decompress one; compression gains little by more.
-const CHUNK_BYTES: usize = 256 * 1024;
+/// Uncompressed bytes of a chunk: some ten minutes. Seeking has to decompress one; a quarter of it would make the file of a
+/// day 6 per cent larger.
+const CHUNK_BYTES: usize = 1024 * 1024;
 
 /// What a file says wrote it, if its topics have the numbers that they always have here.
 pub(super) const LIBRARY: &str =
@@ -39,19 +42,12 @@ pub struct McapWriter<W> {
     chunk_indexes: Group,
     attachment_indexes: Group,
     metadata_indexes: Group,
-    /// By channel.
+    /// By channel, in the chunks written.
     messages: BTreeMap<u16, u64>,
     /// Of all messages.
     bounds_ns: Option<(u64, u64)>,
     /// What goes out next; kept for its memory.
     scratch: Vec<u8>,
-}
-
-/// Records of a kind, for the summary.
-#[derive(Debug, Default)]
-struct Group {
-    records: Vec<u8>,
-    count: u32,
 }
 
 /// An attachment: a file within the file.
@@ -184,7 +180,6 @@ impl<W: Write> McapWriter<W> {
             message.data,
         );
         *sequence = sequence.wrapping_add(1);
-        *self.messages.entry(channel_id).or_default() += 1;
         if self.chunk.bytes() >= self.chunk_bytes {
             self.end_chunk()?;
         }
@@ -199,9 +194,8 @@ impl<W: Write> McapWriter<W> {
         publish_time_ns: u64,
         data: &[u8],
     ) -> io::Result<()> {
-        let count = self.messages.entry(channel_id).or_default();
-        let sequence = *count as u32;
-        *count += 1;
+        let earlier = self.messages.get(&channel_id).copied().unwrap_or_default();
+        let sequence = (earlier + self.chunk.count(channel_id)) as u32;
         self.chunk
             .add_message(channel_id, sequence, log_time_ns, publish_time_ns, data);
         if self.chunk.bytes() >= self.chunk_bytes {
@@ -233,7 +227,6 @@ impl<W: Write> McapWriter<W> {
                         continue;
                     };
                     self.chunk.note(channel_id, log_time_ns, offset);
-                    *self.messages.entry(channel_id).or_default() += 1;
                     let topic = usize::from(channel_id).checked_sub(1);
                     if let Some(next) = topic.and_then(|topic| self.sequences.get_mut(topic)) {
                         *next = sequence.wrapping_add(1);
@@ -242,6 +235,7 @@ impl<W: Write> McapWriter<W> {
                 _ => {}
             }
         }
+        self.count_messages();
         let written = self.chunk.write_copy(
             self.output.position,
             chunk.record,
@@ -343,7 +337,7 @@ impl<W: Write> McapWriter<W> {
     /// Messages written so far.
     #[must_use]
     pub fn message_count(&self) -> u64 {
-        self.messages.values().sum()
+        self.messages.values().sum::<u64>() + self.chunk.messages()
     }
 
     /// The output.
@@ -355,6 +349,7 @@ impl<W: Write> McapWriter<W> {
         if self.chunk.is_empty() {
             return Ok(());
         }
+        self.count_messages();
         let written = self.chunk.write(
             self.output.position,
             &mut self.scratch,
@@ -362,6 +357,13 @@ impl<W: Write> McapWriter<W> {
         )?;
         self.note_chunk(&written);
         self.output.write(&mut self.scratch)
+    }
+
+    /// Those of the chunk that is about to be written.
+    fn count_messages(&mut self) {
+        for (channel_id, count) in self.chunk.counts() {
+            *self.messages.entry(channel_id).or_default() += count;
+        }
     }
 
     fn note_chunk(&mut self, written: &chunk::Written) {
@@ -444,34 +446,6 @@ impl<W: Write> McapWriter<W> {
             }
         });
     }
-}
-
-impl Group {
-    fn add(&mut self, record: &[u8]) {
-        self.records.extend_from_slice(record);
-        self.count += 1;
-    }
-
-    /// Adds a schema or a channel, unless one of its number is there.
-    fn add_new(&mut self, record: &[u8]) {
-        if !self.ids().any(|id| Some(id) == id_of(record)) {
-            self.add(record);
-        }
-    }
-
-    /// The numbers of the schemas or channels.
-    fn ids(&self) -> impl Iterator<Item = u16> + '_ {
-        let mut rest = Reader(&self.records);
-        std::iter::from_fn(move || {
-            let (_, body) = next_record(&mut rest)?;
-            Reader(body).u16()
-        })
-    }
-}
-
-fn id_of(record: &[u8]) -> Option<u16> {
-    let (_, body) = next_record(&mut Reader(record))?;
-    Reader(body).u16()
 }
 
 /// Opcode and content of the next record.
