@@ -33,8 +33,12 @@ const SYNC_PERIOD: Duration = Duration::from_mins(1);
 /// A disk may stall for minutes at 3 lines a second before the MCAP has to be made anew from the journal.
 const QUEUE_LENGTH: usize = 1024;
 
-/// Clumps of bytes without the end of a line that wait for more: half a second of them.
-const HELD_MAX: usize = 32;
+/// What is in the journal waits so long for more before the thread is woken, and then until a line begins: at its end
+/// the station has something to do, and no thread shall be in its way.
+const HELD_PERIOD: Duration = Duration::from_secs(1);
+
+/// Clumps of bytes that wait at most.
+const HELD_MAX: usize = 64;
 
 /// A recording under way.
 ///
@@ -53,6 +57,7 @@ pub struct Recorder {
     journal: JournalWriter,
     /// In the journal, and not yet with the thread: waking it costs more than what it does with a few bytes.
     held: Vec<Entry>,
+    held_since: Option<Moment>,
     orders: Option<SyncSender<Order>>,
     thread: Option<JoinHandle<Result<(), CaptureError>>>,
     shared: Arc<Shared>,
@@ -142,6 +147,7 @@ impl Recorder {
             part_since: None,
             journal,
             held: Vec::new(),
+            held_since: None,
             orders: Some(orders),
             thread: Some(thread),
             shared,
@@ -168,9 +174,11 @@ impl Recorder {
         };
         self.journal.rx(entry.at_ns, bytes);
         self.hold(now, [entry]);
-        if bytes.contains(&b'\n') || self.held.len() >= HELD_MAX {
-            self.handle_timeout(now);
+        let ends_line = bytes.contains(&b'\n');
+        if self.held.len() >= HELD_MAX || (!ends_line && self.has_held_for(now, HELD_PERIOD)) {
+            self.hand_over();
         }
+        self.handle_timeout(now);
         self.part_since.get_or_insert(now);
         if bytes.ends_with(b"\n") {
             self.rotate_if_due(now, wall);
@@ -190,15 +198,17 @@ impl Recorder {
         };
         self.journal.tx(entry.at_ns, bytes);
         self.hold(now, [entry]);
+        self.hand_over();
         self.handle_timeout(now);
     }
 
     /// Records an event of the station's. The beginning and the end of a command and an alarm go to the disk
-    /// at once, as a bump does.
+    /// at once, a bump within two seconds.
     pub fn handle_event(&mut self, now: Moment, wall: SystemTime, event: &StationEvent) {
         let entry = Entry::of_event(self.time_ns(since_1970_ns(wall)), event);
         self.journal.entry(&entry);
         self.hold(now, [entry]);
+        self.hand_over();
         self.handle_timeout(now);
     }
 
@@ -220,6 +230,7 @@ impl Recorder {
             }
         }
         self.hold(now, entries);
+        self.hand_over();
         self.handle_timeout(now);
     }
 
@@ -243,12 +254,15 @@ impl Recorder {
     /// Flushes what has waited long enough, and looks now and then whether the files are still there. To be
     /// called every second or so, also while nothing comes in.
     pub fn handle_timeout(&mut self, now: Moment) {
-        self.hand_over();
+        let is_flush_due = self.flush_at.is_some_and(|at| now >= at);
+        if is_flush_due || self.has_held_for(now, 2 * HELD_PERIOD) {
+            self.hand_over();
+        }
         let look_at = *self.look_at.get_or_insert(now + FLUSH_PERIOD);
         if now >= look_at && self.try_push(Order::Look) {
             self.look_at = Some(now + FLUSH_PERIOD);
         }
-        if self.flush_at.is_some_and(|at| now >= at) {
+        if is_flush_due {
             let is_due = now >= *self.sync_at.get_or_insert(now + SYNC_PERIOD);
             let until = if is_due || self.journal.problem().is_some() {
                 Until::OnDisk
@@ -365,7 +379,8 @@ impl Recorder {
             existing: self.existing,
             journal: journal.handle().ok(),
         }));
-        // The part goes on for a while when the disk is behind.
+        // What belongs to the part under way comes first. It goes on for a while when the disk is behind.
+        self.hand_over();
         if self.try_push(order) {
             self.journal = journal;
             self.part = part;
@@ -379,10 +394,17 @@ impl Recorder {
     /// The disk has it in good time, whether more comes or not.
     fn hold(&mut self, now: Moment, entries: impl IntoIterator<Item = Entry>) {
         self.held.extend(entries);
+        self.held_since.get_or_insert(now);
         self.flush_at.get_or_insert(now + FLUSH_PERIOD);
     }
 
+    fn has_held_for(&self, now: Moment, period: Duration) -> bool {
+        self.held_since
+            .is_some_and(|since| now.saturating_sub(since) >= period)
+    }
+
     fn hand_over(&mut self) {
+        self.held_since = None;
         if self.held.is_empty() {
             return;
         }
