@@ -28,8 +28,16 @@ pub(crate) struct Claim {
     pub(crate) figure: Figure,
     /// What the figure must be.
     pub(crate) required: Required,
-    /// Why it is not met, where that is known: such a row does not fail the command.
-    pub(crate) shortfall: Option<&'static str>,
+    /// Why it is not met, where that is known: such a row does not fail the command unless it gets worse.
+    pub(crate) shortfall: Option<Shortfall>,
+}
+
+/// A claim that is known not to be met.
+pub(crate) struct Shortfall {
+    /// What is reached instead, as far as is known.
+    pub(crate) reached: f64,
+    /// Why it is no more.
+    pub(crate) why: &'static str,
 }
 
 /// What one trial says of one claim.
@@ -155,6 +163,16 @@ impl Figure {
 }
 
 impl Required {
+    /// Content with a figure that is known to fall short.
+    pub(crate) const fn or(self, reached: f64) -> Self {
+        match self {
+            Self::AtLeast(least) | Self::MoreThan(least) => Self::AtLeast(least.min(reached)),
+            Self::AtMost(most) => Self::AtMost(most.max(reached)),
+            Self::Between(least, most) => Self::Between(least.min(reached), most.max(reached)),
+            Self::Nothing => Self::Nothing,
+        }
+    }
+
     /// Judges a figure.
     pub(crate) fn judge(self, estimate: &Estimate) -> Verdict {
         let Estimate { figure, low, high } = *estimate;
@@ -198,6 +216,19 @@ mod tests {
             Verdict::ClearFail
         );
         assert_eq!(judge(Required::Nothing, 0.0, 0.0, 0.0), Verdict::Pass);
+    }
+
+    #[test]
+    fn what_is_known_to_fall_short_is_required_all_the_same() {
+        let required = |required: Required| required.or(90.0);
+        assert_eq!(required(Required::AtLeast(95.0)), Required::AtLeast(90.0));
+        assert_eq!(required(Required::AtLeast(80.0)), Required::AtLeast(80.0));
+        assert_eq!(required(Required::MoreThan(95.0)), Required::AtLeast(90.0));
+        assert_eq!(required(Required::AtMost(2.0)), Required::AtMost(90.0));
+        let between = Required::Between(92.0, 98.0);
+        assert_eq!(required(between), Required::Between(90.0, 98.0));
+        assert_eq!(between.or(99.0), Required::Between(92.0, 99.0));
+        assert_eq!(required(Required::Nothing), Required::Nothing);
     }
 
     #[test]

@@ -30,9 +30,19 @@ impl Row {
             .map(|estimate| self.claim.required.judge(estimate))
     }
 
-    /// Whether it fails the command: clearly missed, and nobody knew.
+    /// Whether it fails the command: clearly missed, and nobody knew, or clearly worse than what is known.
     pub(crate) fn is_alarming(&self) -> bool {
-        self.verdict() == Some(Verdict::ClearFail) && self.claim.shortfall.is_none()
+        let Claim {
+            required,
+            shortfall,
+            ..
+        } = self.claim;
+        let required = shortfall
+            .as_ref()
+            .map_or(*required, |known| required.or(known.reached));
+        self.estimate
+            .as_ref()
+            .is_some_and(|estimate| required.judge(estimate) == Verdict::ClearFail)
     }
 
     /// What the claim is.
@@ -71,8 +81,8 @@ impl Row {
             Some(Verdict::Fail) => "**fail**, within its interval",
             Some(Verdict::ClearFail) => "**fail**",
         };
-        let note = match (self.verdict(), self.claim.shortfall) {
-            (Some(Verdict::Fail | Verdict::ClearFail), Some(why)) => format!(": {why}"),
+        let note = match (self.verdict(), &self.claim.shortfall) {
+            (Some(Verdict::Fail | Verdict::ClearFail), Some(known)) => format!(": {}", known.why),
             _ => String::new(),
         };
         format!(
@@ -122,13 +132,17 @@ fn plain(value: f64) -> String {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::claim::Shortfall;
 
     const CLAIM: Claim = Claim {
         part: "part",
         says: "something",
         figure: Figure::Share,
         required: Required::AtLeast(95.0),
-        shortfall: Some("the seed is silent"),
+        shortfall: Some(Shortfall {
+            reached: 60.0,
+            why: "the seed is silent",
+        }),
     };
 
     fn row(successes: usize, trials: usize) -> Row {
@@ -149,6 +163,13 @@ mod tests {
             "| part | something | 20 | 50.0 % | 29.9 to 70.1 | ≥ 95 | **fail**: the seed is silent |\n"
         );
         assert!(row(0, 0).text().contains("no trial") && row(0, 0).verdict().is_none());
-        assert!(!row(10, 20).is_alarming(), "its shortfall is known");
+    }
+
+    #[test]
+    fn a_known_shortfall_is_no_alarm_until_it_is_clearly_worse() {
+        assert!(!row(20, 20).is_alarming());
+        assert!(!row(10, 20).is_alarming(), "29.9 to 70.1 holds 60");
+        assert!(row(5, 20).is_alarming(), "11.2 to 46.9 is below 60");
+        assert!(!row(0, 0).is_alarming(), "nothing was tried");
     }
 }

@@ -2,7 +2,7 @@
 
 use super::success;
 use crate::arena::{arena, seen_from};
-use crate::claim::{Claim, Experiment, Figure, Reading, Required, Trial};
+use crate::claim::{Claim, Experiment, Figure, Reading, Required, Shortfall, Trial};
 use crate::run::{Setup, distance_in};
 use groundwave_protocol::letters::Layer;
 use sr04_firmware::parameters::Parameter;
@@ -45,11 +45,12 @@ const AVOID: Experiment = Experiment {
         says: "the same with the avoid flag: after 5 min it is in the third of the floor farthest from the lamp",
         figure: Figure::Share,
         required: Required::AtLeast(90.0),
-        shortfall: Some(
-            "away from the lamp leads into the corner next behind it; of ten tuning trials that failed of 200, nine had \
+        shortfall: Some(Shortfall {
+            reached: 95.0,
+            why: "away from the lamp leads into the corner next behind it; of ten tuning trials that failed of 200, nine had \
              spent their last minute in a bright corner that was no brighter, by half a deadzone, than two that they had \
              left before",
-        ),
+        }),
     }],
 };
 
