@@ -11,7 +11,9 @@ use std::fmt::Write as _;
 use std::fs;
 use std::process::Command;
 
+use foxglove::messages::Log;
 use programs::{GROUNDWAVE, Sim, Telling, expect, scratch};
+use prost::Message;
 use pty::OnTerminal;
 use serde_json::Value;
 
@@ -222,6 +224,38 @@ fn a_signal_finishes_the_recording_and_gives_the_terminal_back() {
         let (info, _) = expect(0, &["info", capture]);
         assert!(info.contains("lines"), "{info}");
     }
+}
+
+/// From the key through the recorder's thread to the file, and from the file to the screen.
+#[test]
+fn a_mark_of_a_live_session_comes_back_in_the_replay_of_its_recording() {
+    let folder = scratch("marked");
+    let capture = folder.join("run.mcap");
+    let capture = capture.to_str().unwrap();
+    let sim = Sim::start(&[]);
+    let mut watch = watch(&sim, &["--record", capture], 120, 40);
+    watch.type_keys("m");
+    watch.wait_for("that it is marked", |text| {
+        text.contains("n m and N m go to marks")
+    });
+    leave(watch);
+    let bytes = fs::read(capture).unwrap();
+    let marks = mcap::MessageStream::new(&bytes)
+        .unwrap()
+        .map(Result::unwrap);
+    let marks = marks.filter(|message| message.channel.topic == "/log");
+    let marks = marks.filter_map(|message| Log::decode(&*message.data).ok());
+    assert_eq!(marks.filter(|log| log.name == "mark").count(), 1);
+    let mut replay = OnTerminal::start(GROUNDWAVE, &["replay", capture], 120, 40);
+    let has_mark = |text: &str| text.lines().nth(1).is_some_and(|time| time.contains('◇'));
+    replay.wait_for("the mark in the bar of time", has_mark);
+    replay.type_keys("Nm");
+    replay.type_keys("nm");
+    replay.type_keys("m");
+    replay.wait_for("that it stood at the mark", |text| {
+        text.contains("the mark at ") && !has_mark(text)
+    });
+    leave(replay);
 }
 
 /// Old terminals and C locales: nothing but ASCII, no colours, and nothing missing.

@@ -11,9 +11,13 @@ use std::sync::Arc;
 use super::reel::{Cursor, Found, STEPS_MAX};
 use super::scene::SPACING;
 use super::*;
+use crate::capture::Session;
+use crate::capture::composer::Composer;
 use crate::capture::index::{self, Tape};
-use crate::event::{Event, Moment};
+use crate::capture::topics::StationEvent;
+use crate::event::{CommandId, CommandStep, Event, Moment};
 use crate::model::{Config, Model};
+use crate::request::Request;
 use crate::travel::{Landmark, Target, Travel};
 
 fn told(model: &Model) -> String {

@@ -199,13 +199,11 @@ fn marks_are_set_gone_to_and_taken_away() {
 /// What was marked while it was recorded is marked when it is played.
 #[test]
 fn marks_of_a_recorded_session_come_back() {
-    use crate::capture::composer::Composer;
-    use crate::capture::topics::StationEvent;
     use crate::travel::Mark;
     let plain =
         std::fs::read(Path::new(env!("CARGO_MANIFEST_DIR")).join("captures/house-clean.txt"));
     let plain = plain.unwrap();
-    let session = crate::capture::Session {
+    let session = Session {
         link: "radio".to_owned(),
         start: std::time::UNIX_EPOCH,
         notes: std::collections::BTreeMap::new(),

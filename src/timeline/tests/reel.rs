@@ -162,3 +162,46 @@ fn a_jump_looks_near_before_all_of_the_front_is_read() {
         }
     }
 }
+
+/// Commands are told in a recording, not in the robot's lines: the last and the next are found in a day of which nobody
+/// has read anything, as in one that has been read.
+#[test]
+fn a_command_near_is_found_before_all_of_the_front_is_read() {
+    let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("captures");
+    let calm = std::fs::read(folder.join("house-clean.txt")).unwrap();
+    let session = Session {
+        link: "radio".to_owned(),
+        start: std::time::UNIX_EPOCH,
+        notes: std::collections::BTreeMap::new(),
+        configuration: String::new(),
+    };
+    let mut composer = Composer::new(Vec::new(), &session).unwrap();
+    let mut asked = Vec::new();
+    for (n, line) in (1_u64..).zip(calm.repeat(20).chunks(80)) {
+        let at_ns = n * 1_000_000_000 / 3;
+        composer.handle_rx(at_ns, line).unwrap();
+        if n % 211 == 100 {
+            let id = CommandId(n as u32);
+            let step = CommandStep::Queued(Request::Scan);
+            let event = StationEvent::from_event(&Event::Command { id, step }).unwrap();
+            composer.handle_event(at_ns, &event).unwrap();
+            // The recording's first message is of 1970.
+            asked.push(Moment::from_nanos(at_ns));
+        }
+    }
+    let day = composer.finish().unwrap();
+    let tape = index::read(Arc::new(day), Path::new("day.mcap")).unwrap();
+    let first = Scene::new("radio", Config::default(), &*tape);
+    let mut reel = Reel::new(tape, first, SPACING);
+    let middle = asked.len() / 2;
+    let beside = asked[middle] + Moment::from_secs(1);
+    let last = reel.find_last(Landmark::Command, beside, STEPS_MAX);
+    assert_eq!(last, Found::At(asked[middle]));
+    let last = reel.find_last(Landmark::Command, asked[middle], STEPS_MAX);
+    assert_eq!(last, Found::At(asked[middle - 1]));
+    let next = reel.find_next(Landmark::Command, beside, STEPS_MAX);
+    assert_eq!(next, Found::At(asked[middle + 1]));
+    // Too far to look.
+    let far = reel.find_last(Landmark::Command, asked[middle], 10);
+    assert_eq!(far, Found::NotYet);
+}
