@@ -91,9 +91,13 @@ fn every_reader_names_the_recovery_of_an_interrupted_recording() {
 #[test]
 fn a_replay_of_an_unfinished_file_names_the_recovery_when_it_begins() {
     let folder = scratch("interrupted-replay");
-    interrupted(&folder, "r.mcap");
-    let remedy = format!("`groundwave recover {}`", folder.join("r.mcap").display());
-    let file = folder.join("r.mcap.partial").display().to_string();
+    interrupted(&folder, "my r.mcap");
+    // As a shell takes it.
+    let remedy = format!(
+        "`groundwave recover '{}'`",
+        folder.join("my r.mcap").display()
+    );
+    let file = folder.join("my r.mcap.partial").display().to_string();
     let mut replay = OnTerminal::start(GROUNDWAVE, &["replay", &file], 200, 40);
     replay.wait_for("the remedy over the robot's lines", |text| {
         text.contains(&format!("its end is missing; {remedy}")) && text.contains("── map")

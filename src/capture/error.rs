@@ -6,7 +6,7 @@ use std::io;
 use std::path::{Path, PathBuf};
 
 use super::recover::Interrupted;
-use crate::remedy;
+use crate::remedy::{self, shell_word};
 
 /// What to do when the file to be written exists.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -45,7 +45,7 @@ impl fmt::Display for Fate {
             Self::InJournal(target) => write!(
                 f,
                 "its journal holds everything that was received: groundwave recover {}",
-                target.display()
+                shell_word(target)
             ),
             Self::NoJournal => f.write_str(
                 "the recording goes on without it, and a power cut would cost its last seconds",
@@ -126,7 +126,7 @@ pub enum CaptureError {
     /// A finished recording does not read back as what was received.
     #[error(
         "{} does not hold everything that was received; the journal {} does: groundwave recover {}",
-        path.display(), journal.display(), path.display()
+        path.display(), journal.display(), shell_word(path)
     )]
     NotProven {
         /// The recording.
@@ -136,8 +136,8 @@ pub enum CaptureError {
     },
     /// Waypoints, and no capture.
     #[error(
-        "{file} is a route, not a capture: groundwave send LINK route {file} sends it; in the dashboard l loads it as a draft",
-        file = .0.display()
+        "{} is a route, not a capture: groundwave send LINK route {} sends it; in the dashboard l loads it as a draft",
+        .0.display(), shell_word(.0)
     )]
     Route(PathBuf),
     /// An MCAP cannot be written on.
@@ -209,7 +209,7 @@ pub enum CaptureError {
         problem: String,
     },
     /// The side-car of a recording in the place of a recording.
-    #[error("{} is the journal of a recording: groundwave recover {}", .0.display(), .0.display())]
+    #[error("{} is the journal of a recording: groundwave recover {}", .0.display(), shell_word(.0))]
     Journal(PathBuf),
     /// An MCAP of something else.
     #[error("{} holds no {} channel of groundwave.RawBytes: not a Groundwave recording", .0.display(), super::topics::RAW_RX)]
@@ -221,7 +221,7 @@ fn recovery(path: &Path) -> String {
     match path.extension().and_then(|extension| extension.to_str()) {
         Some("partial" | "journal") => format!(
             ", and `groundwave recover {}` makes it whole when this has ended",
-            path.with_extension("").display()
+            shell_word(&path.with_extension(""))
         ),
         _ => String::new(),
     }

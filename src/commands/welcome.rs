@@ -7,6 +7,7 @@ use std::time::SystemTime;
 
 use super::{Fault, config};
 use crate::io::ports::{Port, list};
+use crate::remedy::shell_word;
 
 /// Ports that are shown; a machine may have dozens that nobody plugged in.
 const PORTS_MAX: usize = 4;
@@ -46,11 +47,11 @@ fn text(profiles: &[&str], ports: &[Port], captures: &Captures) -> String {
     if let Some(path) = &captures.newest {
         offer(
             "the newest capture here",
-            &format!("replay {}", path.display()),
+            &format!("replay {}", shell_word(path)),
         );
     }
     if let Some(path) = &captures.interrupted {
-        let command = format!("recover {}", path.display());
+        let command = format!("recover {}", shell_word(path));
         offer("a recording that was interrupted", &command);
     }
     offer("a simulated robot prowls a house", "demo");

@@ -1,6 +1,8 @@
 //! The line above the keys: what became of the operator's last wish while that is news, else the one line
 //! that says it all.
 
+use std::path::Path;
+
 use ratatui::buffer::Buffer;
 use ratatui::layout::Rect;
 use ratatui::text::{Line, Span};
@@ -11,6 +13,7 @@ use crate::model::keys::Context;
 use crate::model::link::{Connection, Health};
 use crate::model::news::{News, Passing};
 use crate::model::{Overlay, Panel, Purpose};
+use crate::remedy::shell_word;
 use crate::travel::TARGET_HELP;
 
 /// How much the one line says, from everything to what must be there: it takes the first that fits.
@@ -185,7 +188,8 @@ impl Screen<'_> {
             facts.push("recording failed".to_owned());
             let file = recording.mcap.as_deref();
             let file = file.map(|path| if short { file_name(path) } else { path });
-            if let Some(name) = file.map(|name| shortened(name, name_columns)) {
+            let file = file.map(|name| shell_word(Path::new(name)));
+            if let Some(name) = file.map(|name| shortened(&name, name_columns)) {
                 facts.push(format!("after leaving: groundwave recover {name}"));
             }
         } else if !places.is_empty() {

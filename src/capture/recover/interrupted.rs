@@ -5,6 +5,7 @@ use std::path::{Path, PathBuf};
 
 use super::survey::Survey;
 use super::{Paths, is_in_use, refuse_foreign};
+use crate::remedy::shell_word;
 
 /// A recording that was never finished: what is missing from it, and what to do.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -54,7 +55,7 @@ impl Interrupted {
         }
         format!(
             "; `groundwave recover {}` puts it right",
-            self.target.display()
+            shell_word(&self.target)
         )
     }
 }
