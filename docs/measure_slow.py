@@ -8,7 +8,7 @@
 Linux only. The terminal has 80x24 and no colours (NO_COLOR, TERM=vt100) and takes so many bytes a second; *set* is one whose speed
 the dashboard is told (`stty 2400`). The robot's line is that of measure.py, and STOP is pressed again and again. *Behind* is how
 old, at each moment at which the terminal takes something, the newest line on its screen is: the time since the next one came.
-*Stalled* takes nothing for ten seconds, in which STOP is pressed too.
+*Stalled* takes nothing for forty seconds, in which STOP is pressed too: more than a pseudo-terminal holds.
 """
 
 import argparse
@@ -29,7 +29,7 @@ from terminal import Program
 
 SIZE = (80, 24)
 SETTLE_S = 5.0
-STALL_S = 10.0
+STALL_S = 40.0
 #: What the terminal is, how many bytes a second it takes (0 is all), whether its speed is set.
 TERMINALS = (
     ("fast", 0, False),

@@ -188,7 +188,7 @@ impl OnTerminal {
         {
             self.process(&bytes);
         }
-        self.child.exit_code()
+        self.wait_stalled()
     }
 
     /// Waits for the program to end although nobody takes what it writes; returns its exit code.
@@ -200,7 +200,7 @@ impl OnTerminal {
             }
             thread::yield_now();
         }
-        panic!("it never ended");
+        panic!("it never ended. The screen:\n{}", self.text());
     }
 }
 
