@@ -52,7 +52,7 @@ pub struct Recorder {
     part_since: Option<Moment>,
     journal: JournalWriter,
     /// In the journal, and not yet with the thread: waking it costs more than what it does with a few bytes.
-    held: Vec<Entry>,
+    held: Held,
     orders: Option<SyncSender<Order>>,
     thread: Option<JoinHandle<Result<(), CaptureError>>>,
     shared: Arc<Shared>,
@@ -65,6 +65,13 @@ pub struct Recorder {
     last_ns: u64,
     /// Time of the first entry of the part, from which a reader counts.
     first_ns: Option<u64>,
+}
+
+/// Entries as they stand in the journal.
+#[derive(Default)]
+struct Held {
+    entries: Vec<u8>,
+    count: usize,
 }
 
 impl Recorder {
@@ -141,7 +148,7 @@ impl Recorder {
             part: 1,
             part_since: None,
             journal,
-            held: Vec::new(),
+            held: Held::default(),
             orders: Some(orders),
             thread: Some(thread),
             shared,
@@ -160,15 +167,10 @@ impl Recorder {
         if bytes.is_empty() {
             return;
         }
-        let entry = Entry {
-            kind: Kind::Rx,
-            at_ns: self.time_ns(since_1970_ns(wall)),
-            offset: self.journal.rx_bytes(),
-            data: bytes.to_vec(),
-        };
-        self.journal.rx(entry.at_ns, bytes);
-        self.hold(now, [entry]);
-        if bytes.contains(&b'\n') || self.held.len() >= HELD_MAX {
+        let at_ns = self.time_ns(since_1970_ns(wall));
+        self.journal.rx(at_ns, bytes);
+        self.hold(now);
+        if bytes.contains(&b'\n') || self.held.count >= HELD_MAX {
             self.handle_timeout(now);
         }
         self.part_since.get_or_insert(now);
@@ -182,14 +184,9 @@ impl Recorder {
         if bytes.is_empty() {
             return;
         }
-        let entry = Entry {
-            kind: Kind::Tx,
-            at_ns: self.time_ns(since_1970_ns(wall)),
-            offset: self.journal.tx_bytes(),
-            data: bytes.to_vec(),
-        };
-        self.journal.tx(entry.at_ns, bytes);
-        self.hold(now, [entry]);
+        let at_ns = self.time_ns(since_1970_ns(wall));
+        self.journal.tx(at_ns, bytes);
+        self.hold(now);
         self.handle_timeout(now);
     }
 
@@ -198,28 +195,22 @@ impl Recorder {
     pub fn handle_event(&mut self, now: Moment, wall: SystemTime, event: &StationEvent) {
         let entry = Entry::of_event(self.time_ns(since_1970_ns(wall)), event);
         self.journal.entry(&entry);
-        self.hold(now, [entry]);
+        self.hold(now);
         self.handle_timeout(now);
     }
 
     /// Records what was remembered from before it began, oldest first, with its times since 1970. To be
     /// called before anything else; offsets are set here.
-    pub fn handle_backlog(&mut self, now: Moment, mut entries: Vec<Entry>) {
-        for entry in &mut entries {
+    pub fn handle_backlog(&mut self, now: Moment, entries: Vec<Entry>) {
+        for mut entry in entries {
             entry.at_ns = self.time_ns(entry.at_ns);
             match entry.kind {
-                Kind::Rx => {
-                    entry.offset = self.journal.rx_bytes();
-                    self.journal.rx(entry.at_ns, &entry.data);
-                }
-                Kind::Tx => {
-                    entry.offset = self.journal.tx_bytes();
-                    self.journal.tx(entry.at_ns, &entry.data);
-                }
-                Kind::Session | Kind::Uplink | Kind::Log => self.journal.entry(entry),
+                Kind::Rx => self.journal.rx(entry.at_ns, &entry.data),
+                Kind::Tx => self.journal.tx(entry.at_ns, &entry.data),
+                Kind::Session | Kind::Uplink | Kind::Log => self.journal.entry(&entry),
             }
+            self.hold(now);
         }
-        self.hold(now, entries);
         self.handle_timeout(now);
     }
 
@@ -234,7 +225,7 @@ impl Recorder {
     /// When [`Self::handle_timeout`] wants to be called; `None` when the disk has everything.
     #[must_use]
     pub fn poll_timeout(&self) -> Option<Moment> {
-        let is_dirty = !self.held.is_empty()
+        let is_dirty = self.held.count > 0
             || self.backlog() > 0
             || self.shared.is_dirty.load(Ordering::Acquire);
         self.flush_at.filter(|_| is_dirty)
@@ -370,20 +361,25 @@ impl Recorder {
         }
     }
 
-    /// The disk has it in good time, whether more comes or not.
-    fn hold(&mut self, now: Moment, entries: impl IntoIterator<Item = Entry>) {
-        self.held.extend(entries);
+    /// Keeps the entry that has just been written for the thread. The disk has it in good time, whether more comes or not.
+    fn hold(&mut self, now: Moment) {
+        self.held.entries.extend_from_slice(self.journal.latest());
+        self.held.count += 1;
         self.flush_at.get_or_insert(now + FLUSH_PERIOD);
     }
 
     fn hand_over(&mut self) {
-        if self.held.is_empty() {
+        if self.held.count == 0 {
             return;
         }
-        let held = std::mem::take(&mut self.held);
-        let count = held.len() as u64;
-        if !self.try_push(Order::Entries(held)) {
-            self.dropped += count;
+        // The next line has as many bytes as this one.
+        let next = Held {
+            entries: Vec::with_capacity(self.held.entries.len()),
+            count: 0,
+        };
+        let Held { entries, count } = std::mem::replace(&mut self.held, next);
+        if !self.try_push(Order::Entries(entries)) {
+            self.dropped += count as u64;
             self.shared.has_dropped.store(true, Ordering::Release);
         }
     }
