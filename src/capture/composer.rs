@@ -139,12 +139,13 @@ impl<W: Write> Composer<W> {
     ///
     /// # Errors
     /// When writing fails.
-    pub fn handle_entry(&mut self, entry: &Entry) -> io::Result<()> {
+    pub fn handle_entry<D: AsRef<[u8]>>(&mut self, entry: &Entry<D>) -> io::Result<()> {
         let fresh = |have: u64| {
             let known = have.saturating_sub(entry.offset);
             let step = entry.offset.saturating_sub(have);
             let from = usize::try_from(known).unwrap_or(usize::MAX);
-            entry.data.get(from..).map(|bytes| (step, bytes))
+            let bytes = entry.data.as_ref().get(from..)?;
+            Some((step, bytes))
         };
         match entry.kind {
             Kind::Session => Ok(()),

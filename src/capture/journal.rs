@@ -58,9 +58,9 @@ impl Kind {
     }
 }
 
-/// An entry as it was read.
+/// An entry as it was read; its data may still be where it was read.
 #[derive(Clone, Debug, PartialEq, Eq)]
-pub struct Entry {
+pub struct Entry<D = Vec<u8>> {
     /// What it holds.
     pub kind: Kind,
     /// Nanoseconds since 1970.
@@ -68,7 +68,7 @@ pub struct Entry {
     /// Bytes of its stream before it; zero for what is no stream.
     pub offset: u64,
     /// The bytes, or the message.
-    pub data: Vec<u8>,
+    pub data: D,
 }
 
 impl Entry {
@@ -86,15 +86,16 @@ impl Entry {
             data,
         }
     }
+}
 
+impl<D: AsRef<[u8]>> Entry<D> {
     /// The event that it holds, if it is one.
     #[must_use]
     pub fn event(&self) -> Option<StationEvent> {
+        let data = self.data.as_ref();
         match self.kind {
-            Kind::Uplink => UplinkEvent::decode(&*self.data)
-                .ok()
-                .map(StationEvent::Uplink),
-            Kind::Log => Log::decode(&*self.data).ok().map(StationEvent::Log),
+            Kind::Uplink => UplinkEvent::decode(data).ok().map(StationEvent::Uplink),
+            Kind::Log => Log::decode(data).ok().map(StationEvent::Log),
             Kind::Session | Kind::Rx | Kind::Tx => None,
         }
     }
@@ -109,6 +110,7 @@ pub struct JournalWriter {
     rx_bytes: u64,
     tx_bytes: u64,
     problem: Option<CaptureError>,
+    /// The latest, whether it could be written or not.
     entry: Vec<u8>,
 }
 
@@ -156,11 +158,13 @@ impl JournalWriter {
         self.append(entry.kind, entry.at_ns, 0, &entry.data);
     }
 
+    /// The latest entry as it stands in the file, or would if nothing had gone wrong: for [`entries`].
+    pub(super) fn latest(&self) -> &[u8] {
+        &self.entry
+    }
+
     /// Nothing here fails: after an error nothing more is written, and [`Self::problem`] tells.
     fn append(&mut self, kind: Kind, at_ns: u64, offset: u64, data: &[u8]) {
-        if self.problem.is_some() {
-            return;
-        }
         let entry = &mut self.entry;
         entry.clear();
         entry.push(MARK);
@@ -171,6 +175,9 @@ impl JournalWriter {
         entry.extend(data);
         let crc = crc32fast::hash(&entry[1..]);
         entry.extend(crc.to_le_bytes());
+        if self.problem.is_some() {
+            return;
+        }
         match self.file.write_all(entry) {
             Ok(()) => self.bytes += entry.len() as u64,
             Err(error) => {
@@ -361,11 +368,36 @@ fn parse(entry: &[u8]) -> Option<Entry> {
     if crc32fast::hash(&said[1..]) != u32::from_le_bytes(*crc) {
         return None;
     }
+    let Entry {
+        kind,
+        at_ns,
+        offset,
+        data,
+    } = fields(said)?;
     Some(Entry {
-        kind: Kind::from_letter(said[1])?,
-        at_ns: u64::from_le_bytes(said[6..14].try_into().ok()?),
-        offset: u64::from_le_bytes(said[14..HEAD_BYTES].try_into().ok()?),
-        data: said[HEAD_BYTES..].to_vec(),
+        kind,
+        at_ns,
+        offset,
+        data: data.to_vec(),
+    })
+}
+
+/// An entry without its checksum.
+fn fields(said: &[u8]) -> Option<Entry<&[u8]>> {
+    Some(Entry {
+        kind: Kind::from_letter(*said.get(1)?)?,
+        at_ns: u64::from_le_bytes(said.get(6..14)?.try_into().ok()?),
+        offset: u64::from_le_bytes(said.get(14..HEAD_BYTES)?.try_into().ok()?),
+        data: said.get(HEAD_BYTES..)?,
+    })
+}
+
+/// Entries one after the other that never left the memory, so that nothing can have happened to them.
+pub(super) fn entries(mut rest: &[u8]) -> impl Iterator<Item = Entry<&[u8]>> {
+    std::iter::from_fn(move || {
+        let (entry, later) = rest.split_at_checked(claimed_bytes(rest)?)?;
+        rest = later;
+        fields(entry.get(..entry.len() - CRC_BYTES)?)
     })
 }
 

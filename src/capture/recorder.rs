@@ -56,8 +56,7 @@ pub struct Recorder {
     part_since: Option<Moment>,
     journal: JournalWriter,
     /// In the journal, and not yet with the thread: waking it costs more than what it does with a few bytes.
-    held: Vec<Entry>,
-    held_since: Option<Moment>,
+    held: Held,
     orders: Option<SyncSender<Order>>,
     thread: Option<JoinHandle<Result<(), CaptureError>>>,
     shared: Arc<Shared>,
@@ -70,6 +69,15 @@ pub struct Recorder {
     last_ns: u64,
     /// Time of the first entry of the part, from which a reader counts.
     first_ns: Option<u64>,
+}
+
+/// Entries as they stand in the journal.
+#[derive(Default)]
+struct Held {
+    entries: Vec<u8>,
+    count: usize,
+    /// When the first of them came.
+    since: Option<Moment>,
 }
 
 impl Recorder {
@@ -146,8 +154,7 @@ impl Recorder {
             part: 1,
             part_since: None,
             journal,
-            held: Vec::new(),
-            held_since: None,
+            held: Held::default(),
             orders: Some(orders),
             thread: Some(thread),
             shared,
@@ -166,16 +173,11 @@ impl Recorder {
         if bytes.is_empty() {
             return;
         }
-        let entry = Entry {
-            kind: Kind::Rx,
-            at_ns: self.time_ns(since_1970_ns(wall)),
-            offset: self.journal.rx_bytes(),
-            data: bytes.to_vec(),
-        };
-        self.journal.rx(entry.at_ns, bytes);
-        self.hold(now, [entry]);
+        let at_ns = self.time_ns(since_1970_ns(wall));
+        self.journal.rx(at_ns, bytes);
+        self.hold(now);
         let ends_line = bytes.contains(&b'\n');
-        if self.held.len() >= HELD_MAX || (!ends_line && self.has_held_for(now, HELD_PERIOD)) {
+        if self.held.count >= HELD_MAX || (!ends_line && self.has_held_for(now, HELD_PERIOD)) {
             self.hand_over();
         }
         self.handle_timeout(now);
@@ -190,14 +192,9 @@ impl Recorder {
         if bytes.is_empty() {
             return;
         }
-        let entry = Entry {
-            kind: Kind::Tx,
-            at_ns: self.time_ns(since_1970_ns(wall)),
-            offset: self.journal.tx_bytes(),
-            data: bytes.to_vec(),
-        };
-        self.journal.tx(entry.at_ns, bytes);
-        self.hold(now, [entry]);
+        let at_ns = self.time_ns(since_1970_ns(wall));
+        self.journal.tx(at_ns, bytes);
+        self.hold(now);
         self.hand_over();
         self.handle_timeout(now);
     }
@@ -207,29 +204,23 @@ impl Recorder {
     pub fn handle_event(&mut self, now: Moment, wall: SystemTime, event: &StationEvent) {
         let entry = Entry::of_event(self.time_ns(since_1970_ns(wall)), event);
         self.journal.entry(&entry);
-        self.hold(now, [entry]);
+        self.hold(now);
         self.hand_over();
         self.handle_timeout(now);
     }
 
     /// Records what was remembered from before it began, oldest first, with its times since 1970. To be
     /// called before anything else; offsets are set here.
-    pub fn handle_backlog(&mut self, now: Moment, mut entries: Vec<Entry>) {
-        for entry in &mut entries {
+    pub fn handle_backlog(&mut self, now: Moment, entries: Vec<Entry>) {
+        for mut entry in entries {
             entry.at_ns = self.time_ns(entry.at_ns);
             match entry.kind {
-                Kind::Rx => {
-                    entry.offset = self.journal.rx_bytes();
-                    self.journal.rx(entry.at_ns, &entry.data);
-                }
-                Kind::Tx => {
-                    entry.offset = self.journal.tx_bytes();
-                    self.journal.tx(entry.at_ns, &entry.data);
-                }
-                Kind::Session | Kind::Uplink | Kind::Log => self.journal.entry(entry),
+                Kind::Rx => self.journal.rx(entry.at_ns, &entry.data),
+                Kind::Tx => self.journal.tx(entry.at_ns, &entry.data),
+                Kind::Session | Kind::Uplink | Kind::Log => self.journal.entry(&entry),
             }
+            self.hold(now);
         }
-        self.hold(now, entries);
         self.hand_over();
         self.handle_timeout(now);
     }
@@ -245,7 +236,7 @@ impl Recorder {
     /// When [`Self::handle_timeout`] wants to be called; `None` when the disk has everything.
     #[must_use]
     pub fn poll_timeout(&self) -> Option<Moment> {
-        let is_dirty = !self.held.is_empty()
+        let is_dirty = self.held.count > 0
             || self.backlog() > 0
             || self.shared.is_dirty.load(Ordering::Acquire);
         self.flush_at.filter(|_| is_dirty)
@@ -391,27 +382,32 @@ impl Recorder {
         }
     }
 
-    /// The disk has it in good time, whether more comes or not.
-    fn hold(&mut self, now: Moment, entries: impl IntoIterator<Item = Entry>) {
-        self.held.extend(entries);
-        self.held_since.get_or_insert(now);
+    /// Keeps the entry that has just been written for the thread. The disk has it in good time, whether more comes or not.
+    fn hold(&mut self, now: Moment) {
+        self.held.entries.extend_from_slice(self.journal.latest());
+        self.held.count += 1;
+        self.held.since.get_or_insert(now);
         self.flush_at.get_or_insert(now + FLUSH_PERIOD);
     }
 
     fn has_held_for(&self, now: Moment, period: Duration) -> bool {
-        self.held_since
+        self.held
+            .since
             .is_some_and(|since| now.saturating_sub(since) >= period)
     }
 
     fn hand_over(&mut self) {
-        self.held_since = None;
-        if self.held.is_empty() {
+        if self.held.count == 0 {
             return;
         }
-        let held = std::mem::take(&mut self.held);
-        let count = held.len() as u64;
-        if !self.try_push(Order::Entries(held)) {
-            self.dropped += count;
+        // The next ones have as many bytes as these.
+        let next = Held {
+            entries: Vec::with_capacity(self.held.entries.len()),
+            ..Held::default()
+        };
+        let Held { entries, count, .. } = std::mem::replace(&mut self.held, next);
+        if !self.try_push(Order::Entries(entries)) {
+            self.dropped += count as u64;
             self.shared.has_dropped.store(true, Ordering::Release);
         }
     }

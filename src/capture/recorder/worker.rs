@@ -9,15 +9,15 @@ use std::sync::{Arc, Mutex, PoisonError};
 
 use super::super::composer::{Composer, Session};
 use super::super::error::{CaptureError, Existing, Fate};
-use super::super::journal::Entry;
+use super::super::journal::entries;
 use super::super::presence;
 use super::super::recover::{self, Paths};
 use super::super::topics::Deriver;
 
 /// What the thread is told to do, in order.
 pub(super) enum Order {
-    /// What is in the journal already.
-    Entries(Vec<Entry>),
+    /// What is in the journal already, as it stands there.
+    Entries(Vec<u8>),
     /// Everything to the system, and onto the disk.
     Flush(Until),
     /// Are the files still where their names say?
@@ -132,7 +132,7 @@ impl Worker {
                         self.go_on(*next, deriver)?;
                     }
                 }
-                Order::Entries(entries) => self.take(&entries)?,
+                Order::Entries(bytes) => self.take(&bytes)?,
                 Order::Flush(until) => self.flush(until)?,
                 Order::Look => self.look()?,
             }
@@ -141,13 +141,13 @@ impl Worker {
         self.finish_part().map(|_| ())
     }
 
-    fn take(&mut self, entries: &[Entry]) -> Result<(), CaptureError> {
+    fn take(&mut self, bytes: &[u8]) -> Result<(), CaptureError> {
         let Some(composer) = &mut self.composer else {
             return Ok(());
         };
-        for entry in entries {
+        for entry in entries(bytes) {
             composer
-                .handle_entry(entry)
+                .handle_entry(&entry)
                 .map_err(|error| write_error(&self.part.paths.partial, error))?;
         }
         self.shared.is_dirty.store(true, Ordering::Release);

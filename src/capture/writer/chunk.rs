@@ -221,3 +221,19 @@ impl Chunk {
 const fn count(places: &Vec<u8>) -> u64 {
     (places.len() / PLACE_BYTES) as u64
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_last_channel_is_one_like_any() {
+        let mut chunk = Chunk::new().unwrap();
+        chunk.add_message(u16::MAX, 0, 5, 5, b"last");
+        assert_eq!(chunk.counts().collect::<Vec<_>>(), [(u16::MAX, 1)]);
+        let (mut to, mut index) = (Vec::new(), Vec::new());
+        let written = chunk.write(0, &mut to, &mut index).unwrap();
+        assert_eq!((written.messages, written.end_ns), (1, 5));
+        assert_eq!(chunk.counts().count(), 0);
+    }
+}
