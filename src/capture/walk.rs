@@ -8,8 +8,10 @@ use std::fmt;
 use std::io::{self, Read};
 use std::ops::Range;
 
-use ::mcap::records::{ChunkHeader, Record, op};
+use ::mcap::records::op;
 use ::mcap::{MAGIC, parse_record};
+
+use super::unpacker::{Header, Lost, Unpacker};
 
 /// The largest record that is believed, and the largest chunk when it is unpacked: many times what a
 /// recording has.
@@ -70,7 +72,7 @@ pub struct Walker<R> {
     source_ended: bool,
     unpacked: Vec<u8>,
     unpacked_at: usize,
-    unpacker: Option<zstd::bulk::Decompressor<'static>>,
+    unpacker: Unpacker,
     place: Place,
     /// Of everything consumed since the beginning, and since the summary began.
     crc: crc32fast::Hasher,
@@ -107,7 +109,7 @@ impl<R: Read> Walker<R> {
             source_ended: false,
             unpacked: Vec::new(),
             unpacked_at: 0,
-            unpacker: None,
+            unpacker: Unpacker::default(),
             place: Place::Begin,
             crc: crc32fast::Hasher::new(),
             is_damaged: false,
@@ -272,47 +274,10 @@ impl<R: Read> Walker<R> {
 
     /// Unpacks the chunk whose body this is.
     fn unpack(&mut self, body: &Range<usize>) -> Result<(), Lost> {
-        let Ok(Record::Chunk { header, data }) =
-            parse_record(op::CHUNK, &self.buffer[body.clone()])
-        else {
-            return Err(("a chunk makes no sense", None));
-        };
-        let times_ns = Some((header.message_start_time, header.message_end_time));
-        let lost = |problem| Err((problem, times_ns));
-        let Some(size) = usize::try_from(header.uncompressed_size)
-            .ok()
-            .filter(|size| *size <= RECORD_BYTES_MAX)
-        else {
-            return lost("a chunk claims to be larger than any");
-        };
-        self.unpacked.clear();
         self.unpacked_at = 0;
-        match header.compression.as_str() {
-            "" => self.unpacked.extend_from_slice(&data),
-            "zstd" => {
-                self.unpacked.reserve(size);
-                let unpacker = match &mut self.unpacker {
-                    Some(unpacker) => unpacker,
-                    none => match zstd::bulk::Decompressor::new() {
-                        Ok(new) => none.insert(new),
-                        Err(_) => return lost("a chunk cannot be unpacked"),
-                    },
-                };
-                let unpacked = unpacker.decompress_to_buffer(&data, &mut self.unpacked);
-                if unpacked.is_err() {
-                    return lost("a chunk cannot be unpacked");
-                }
-            }
-            _ => return lost("a chunk is compressed with something else than zstd"),
-        }
-        if self.unpacked.len() != size {
-            return lost("a chunk has another length than it says");
-        }
-        let is_checked = header.uncompressed_crc != 0;
-        if is_checked && crc32fast::hash(&self.unpacked) != header.uncompressed_crc {
-            return lost("the checksum of a chunk does not hold");
-        }
-        Ok(())
+        let body = &self.buffer[body.clone()];
+        self.unpacker
+            .unpack(body, RECORD_BYTES_MAX, &mut self.unpacked)
     }
 
     /// Skips what is no record, to where the file can be understood again.
@@ -398,9 +363,6 @@ impl<R: Read> Walker<R> {
     }
 }
 
-/// Why a chunk is lost, and the times of its messages.
-type Lost = (&'static str, Option<(u64, u64)>);
-
 /// What a record turned out to be; its body in the buffer.
 enum Taken {
     Record {
@@ -434,13 +396,7 @@ fn is_body(opcode: u8, body: &[u8]) -> bool {
         op::FOOTER => body.len() == 20,
         op::MESSAGE => body.len() >= 22,
         op::MESSAGE_INDEX => body.len() >= 6 && body.len() == 6 + u32_at(&body[2..]) as usize,
-        op::CHUNK => {
-            let parsed = parse_record(op::CHUNK, body);
-            let Ok(Record::Chunk { header, .. }) = parsed else {
-                return false;
-            };
-            chunk_head_bytes(&header) + header.compressed_size == body.len() as u64
-        }
+        op::CHUNK => Header::read(body).is_some(),
         op::ATTACHMENT => body.split_last_chunk().is_some_and(|(rest, crc)| {
             let crc = u32::from_le_bytes(*crc);
             rest.len() >= ATTACHMENT_BYTES_MIN && (crc == 0 || crc32fast::hash(rest) == crc)
@@ -448,11 +404,6 @@ fn is_body(opcode: u8, body: &[u8]) -> bool {
         op::HEADER..=op::SUMMARY_OFFSET => parse_record(opcode, body).is_ok(),
         _ => true,
     }
-}
-
-/// Two times, two sizes, the checksum and the compression's name with its length.
-const fn chunk_head_bytes(header: &ChunkHeader) -> u64 {
-    8 + 8 + 8 + 4 + 4 + header.compression.len() as u64 + 8
 }
 
 fn u32_at(bytes: &[u8]) -> u32 {

@@ -4,6 +4,7 @@ use std::fs::File;
 use std::io::{self, Read, Seek, SeekFrom};
 use std::path::Path;
 
+use super::super::unpacker::{Header, Unpacker};
 use super::super::writer::CheckedChunk;
 use super::super::writer::records::{HEAD_BYTES, Reader, op};
 
@@ -11,7 +12,7 @@ use super::super::writer::records::{HEAD_BYTES, Reader, op};
 pub(super) const RECORD_BYTES_MAX: usize = 64 * 1024 * 1024;
 
 /// A chunk that says that it holds more is not believed.
-const CONTENT_BYTES_MAX: u64 = 256 * 1024 * 1024;
+const CONTENT_BYTES_MAX: usize = 256 * 1024 * 1024;
 
 /// Bytes read at one go in search of the next chunk.
 const SEARCH_BYTES: usize = 1024 * 1024;
@@ -57,8 +58,7 @@ pub(super) struct Walker {
     position: u64,
     record: Vec<u8>,
     content: Vec<u8>,
-    /// One for all chunks: making one takes longer than a small chunk.
-    unpacker: Option<zstd::bulk::Decompressor<'static>>,
+    unpacker: Unpacker,
     has_begun: bool,
     /// Where the data section ends, and the checksum that it is to have.
     data_end: Option<(u64, u32)>,
@@ -73,7 +73,7 @@ impl Walker {
             position: 0,
             record: Vec::new(),
             content: Vec::new(),
-            unpacker: zstd::bulk::Decompressor::new().ok(),
+            unpacker: Unpacker::default(),
             has_begun: false,
             data_end: None,
         })
@@ -156,11 +156,11 @@ impl Walker {
             op::METADATA => Some(Found::Metadata(body)),
             op::ATTACHMENT => Some(Found::Attachment(body)),
             _ => {
-                let (compression, compressed) = chunk_data(body)?;
+                let header = Header::read(body)?;
                 Some(Found::Chunk(CheckedChunk {
                     record: &self.record,
-                    compression,
-                    compressed_bytes: compressed.len() as u64,
+                    compression: header.compression,
+                    compressed_bytes: header.data.len() as u64,
                     content: &self.content,
                 }))
             }
@@ -284,38 +284,11 @@ impl Walker {
 
     /// Has the content of the chunk in memory; says what is wrong with it.
     fn decompress(&mut self) -> Option<&'static str> {
-        const NONSENSE: Option<&str> = Some("a chunk makes no sense");
         let body = self.record.get(HEAD_BYTES..)?;
-        let mut fields = Reader(body);
-        let (Some(_), Some(_), Some(bytes), Some(crc)) =
-            (fields.u64(), fields.u64(), fields.u64(), fields.u32())
-        else {
-            return NONSENSE;
-        };
-        let Some((compression, compressed)) = chunk_data(body) else {
-            return NONSENSE;
-        };
-        if bytes > CONTENT_BYTES_MAX {
-            return NONSENSE;
-        }
-        self.content.clear();
-        match compression {
-            "" => self.content.extend_from_slice(compressed),
-            "zstd" => {
-                self.content.reserve(bytes as usize);
-                let unpacked = match &mut self.unpacker {
-                    Some(unpacker) => unpacker.decompress_to_buffer(compressed, &mut self.content),
-                    None => return Some("there is no memory to decompress a chunk"),
-                };
-                if unpacked.is_err() {
-                    return Some("a chunk cannot be decompressed");
-                }
-            }
-            _ => return Some("a chunk is compressed in a way that is not known here"),
-        }
-        let holds = self.content.len() as u64 == bytes
-            && (crc == 0 || crc32fast::hash(&self.content) == crc);
-        (!holds).then_some("the checksum of a chunk does not hold")
+        let unpacked = self
+            .unpacker
+            .unpack(body, CONTENT_BYTES_MAX, &mut self.content);
+        unpacked.err().map(|(problem, _)| problem)
     }
 }
 
@@ -337,17 +310,9 @@ fn claimed_bytes(from: &[u8]) -> Option<u64> {
     let compressed = fields.u64()?;
     let head = CHUNK_HEAD_BYTES + compression.len() + 8;
     let is_sound = start_ns <= end_ns
-        && bytes <= CONTENT_BYTES_MAX
+        && bytes <= CONTENT_BYTES_MAX as u64
         && length <= RECORD_BYTES_MAX as u64
         && [&b"zstd"[..], b""].contains(&compression)
         && compressed.checked_add(head as u64) == Some(length);
     is_sound.then_some(length + HEAD_BYTES as u64)
-}
-
-/// Compression and compressed bytes of a chunk.
-fn chunk_data(body: &[u8]) -> Option<(&str, &[u8])> {
-    let mut fields = Reader(body.get(28..)?);
-    let compression = fields.text()?;
-    let bytes = fields.u64()?;
-    (bytes == fields.0.len() as u64).then_some((compression, fields.0))
 }
