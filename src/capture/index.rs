@@ -2,11 +2,14 @@
 //! memory however long it is.
 //!
 //! A text needs no index: a byte's place is its time on a 2400-baud radio, and the times of one that has them are in
-//! order. An MCAP has its chunks' times in the summary at its end; of those of a very
-//! long one some are kept, and the headers between them say the rest.
+//! order. An MCAP has its chunks' times in the summary at its end, and how many messages each topic has in them; of
+//! those of a very long one some are kept, and the headers between them say the rest.
 
 mod block;
+mod chunk_index;
+mod marks;
 mod mcap;
+mod scout;
 mod text;
 pub(super) mod told;
 
@@ -18,6 +21,7 @@ use std::sync::Arc;
 use super::CaptureError;
 use super::source::{Form, HEAD_BYTES, ROUTE_HEAD_BYTES, is_route, open_file};
 use crate::event::{Event, Moment, Truth};
+use crate::travel::Landmark;
 
 pub use mcap::McapTape;
 pub use text::TextTape;
@@ -76,6 +80,13 @@ pub trait Tape {
 
     /// A place before everything that happened at a moment or later, and not long before it.
     fn find(&mut self, at: Moment) -> Place;
+
+    /// When the line of a number, from 1, came, and how many lines came before that moment: as far as can be told
+    /// without reading what lies before it, which may know better. `None` where nothing tells.
+    fn about_line(&mut self, number: u64) -> Option<(Moment, u64)>;
+
+    /// Whether there may be a landmark of a kind from one moment until another, both included, as far as can be told without reading.
+    fn may_hold(&mut self, landmark: Landmark, from: Moment, until: Moment) -> bool;
 
     /// When the last of it happened; what a damaged capture says of itself may be too much.
     fn length(&self) -> Moment;

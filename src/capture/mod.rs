@@ -36,6 +36,7 @@ pub mod source;
 pub mod text;
 pub mod topics;
 pub mod track;
+mod unpacker;
 mod uplink_event;
 pub mod verify;
 pub mod walk;

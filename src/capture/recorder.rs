@@ -1,5 +1,6 @@
 //! Records a session: the journal at once, MCAP on a thread of its own.
 
+mod lookout;
 mod worker;
 
 use std::fs::{self, File};
@@ -21,6 +22,7 @@ use super::rotation::{Rotation, part_name};
 use super::topics::StationEvent;
 use super::{CaptureError, Existing};
 use crate::event::Moment;
+use lookout::Lookout;
 use worker::{Order, Part, Shared, Until, Worker, write_error};
 
 /// So that a power cut takes no more than the last 10 s, with a disk that needs its time.
@@ -57,6 +59,7 @@ pub struct Recorder {
     journal: JournalWriter,
     /// In the journal, and not yet with the thread: waking it costs more than what it does with a few bytes.
     held: Held,
+    lookout: Lookout,
     orders: Option<SyncSender<Order>>,
     thread: Option<JoinHandle<Result<(), CaptureError>>>,
     shared: Arc<Shared>,
@@ -155,6 +158,7 @@ impl Recorder {
             part_since: None,
             journal,
             held: Held::default(),
+            lookout: Lookout::default(),
             orders: Some(orders),
             thread: Some(thread),
             shared,
@@ -176,8 +180,11 @@ impl Recorder {
         let at_ns = self.time_ns(since_1970_ns(wall));
         self.journal.rx(at_ns, bytes);
         self.hold(now);
-        let ends_line = bytes.contains(&b'\n');
-        if self.held.count >= HELD_MAX || (!ends_line && self.has_held_for(now, HELD_PERIOD)) {
+        let is_mid_line = !bytes.contains(&b'\n');
+        if self.lookout.sees_bump(bytes)
+            || self.held.count >= HELD_MAX
+            || is_mid_line && self.has_held_for(now, HELD_PERIOD)
+        {
             self.hand_over();
         }
         self.handle_timeout(now);
@@ -200,7 +207,7 @@ impl Recorder {
     }
 
     /// Records an event of the station's. The beginning and the end of a command and an alarm go to the disk
-    /// at once, a bump within two seconds.
+    /// at once, as a bump does.
     pub fn handle_event(&mut self, now: Moment, wall: SystemTime, event: &StationEvent) {
         let entry = Entry::of_event(self.time_ns(since_1970_ns(wall)), event);
         self.journal.entry(&entry);

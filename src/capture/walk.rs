@@ -13,10 +13,11 @@ use std::ops::Range;
 use ::mcap::MAGIC;
 use serde::Serialize;
 
+use super::unpacker::{Lost, Unpacker};
 use super::writer::CheckedChunk;
 use super::writer::records::{HEAD_BYTES, op};
 pub(super) use record::RECORD_BYTES_MAX;
-use record::{Unpacker, fills_its_length, flaw, head, u32_at};
+use record::{checked, fills_its_length, flaw, head, u32_at};
 
 /// How much is read at a time.
 const READ_BYTES: usize = 256 << 10;
@@ -82,7 +83,9 @@ pub struct Walker<R> {
     offset: u64,
     source_ended: bool,
     unpacker: Unpacker,
-    /// How much of the chunk that has been unpacked has been given out.
+    /// What the chunk that has been unpacked holds.
+    content: Vec<u8>,
+    /// How much of that has been given out.
     unpacked_at: usize,
     place: Place,
     has_data_end: bool,
@@ -122,6 +125,7 @@ impl<R: Read> Walker<R> {
             offset: 0,
             source_ended: false,
             unpacker: Unpacker::default(),
+            content: Vec::new(),
             unpacked_at: 0,
             place: Place::Begin,
             has_data_end: false,
@@ -153,7 +157,7 @@ impl<R: Read> Walker<R> {
     /// When the source cannot be read.
     pub fn next_step(&mut self) -> io::Result<Option<Step<'_>>> {
         loop {
-            if self.unpacked_at < self.unpacker.content.len() {
+            if self.unpacked_at < self.content.len() {
                 return Ok(Some(self.step_in_chunk()));
             }
             match self.advance()? {
@@ -171,15 +175,15 @@ impl<R: Read> Walker<R> {
 
     /// The next record of the chunk that has been unpacked.
     fn step_in_chunk(&mut self) -> Step<'_> {
-        let rest = &self.unpacker.content[self.unpacked_at..];
+        let rest = &self.content[self.unpacked_at..];
         let Some((opcode, length)) = head(rest).filter(|h| h.1 <= rest.len() - HEAD_BYTES) else {
-            self.unpacked_at = self.unpacker.content.len();
+            self.unpacked_at = self.content.len();
             let problem = "the inside of a chunk makes no sense";
             return Step::Damage(self.damage(self.offset, problem, None));
         };
         let from = self.unpacked_at + HEAD_BYTES;
         self.unpacked_at = from + length;
-        let body = &self.unpacker.content[from..from + length];
+        let body = &self.content[from..from + length];
         Step::Record { opcode, body }
     }
 
@@ -192,12 +196,15 @@ impl<R: Read> Walker<R> {
         if self.has_data_end {
             return Ok(None);
         }
-        Ok(self.advance()?.map(|taken| match taken {
+        let Some(taken) = self.advance()? else {
+            return Ok(None);
+        };
+        Ok(Some(match taken {
             Taken::Damage(damage) | Taken::Torn(damage) => Part::Damage(damage),
             Taken::Record(opcode, body) => Part::Record(opcode, &self.buffer[with_head(body)]),
             Taken::Chunk(body) => {
-                self.unpacked_at = self.unpacker.content.len();
-                Part::Chunk(self.unpacker.checked(&self.buffer[with_head(body)]))
+                self.unpacked_at = self.content.len();
+                Part::Chunk(checked(&self.buffer[with_head(body)], &self.content))
             }
         }))
     }
@@ -263,11 +270,7 @@ impl<R: Read> Walker<R> {
             None if goes_on => Found::Record(length),
             // What follows is damaged, and not the length of this one.
             None if fills_its_length(opcode, body) => Found::Record(length),
-            None if opcode == op::CHUNK && self.unpacker.unpack(body).is_ok() => {
-                // It is unpacked again when it is taken.
-                self.unpacker.content.clear();
-                Found::Record(length)
-            }
+            None if opcode == op::CHUNK && self.is_whole(length) => Found::Record(length),
             Some(problem) if goes_on => Found::Broken(length, problem),
             _ => Found::Nonsense,
         })
@@ -298,7 +301,7 @@ impl<R: Read> Walker<R> {
             return Ok(Taken::Record(opcode, body));
         }
         self.unpacked_at = 0;
-        Ok(match self.unpacker.unpack(&self.buffer[body.clone()]) {
+        Ok(match self.unpack(body.clone()) {
             Ok(()) => Taken::Chunk(body),
             Err((problem, times_ns)) => Taken::Damage(self.damage(at, problem, times_ns)),
         })
@@ -370,11 +373,26 @@ impl<R: Read> Walker<R> {
         if opcode != op::CHUNK {
             return Ok(true);
         }
+        Ok(self.is_whole(length))
+    }
+
+    /// Whether the chunk that stands here holds. It is unpacked again when it is taken.
+    fn is_whole(&mut self, length: usize) -> bool {
         let from = self.start + HEAD_BYTES;
-        let is_whole = self.unpacker.unpack(&self.buffer[from..from + length]);
-        // It is unpacked again when it is taken.
-        self.unpacker.content.clear();
-        Ok(is_whole.is_ok())
+        let is_whole = self.unpack(from..from + length).is_ok();
+        self.content.clear();
+        is_whole
+    }
+
+    fn unpack(&mut self, body: Range<usize>) -> Result<(), Lost> {
+        let body = &self.buffer[body];
+        let unpacked = self
+            .unpacker
+            .unpack(body, RECORD_BYTES_MAX, &mut self.content);
+        if unpacked.is_err() {
+            self.content.clear();
+        }
+        unpacked
     }
 
     /// Names what begins at `at` and ends here.

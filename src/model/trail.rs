@@ -2,6 +2,7 @@
 //! places it passed, on a grid that grows coarser only when the robot covers new ground.
 
 use std::collections::{BTreeSet, VecDeque};
+use std::sync::Arc;
 
 /// Points of the line.
 const RECENT_MAX: usize = 1024;
@@ -28,7 +29,8 @@ pub(crate) struct TrailPoint {
 #[derive(Clone, Debug)]
 pub(crate) struct Trail {
     recent: VecDeque<TrailPoint>,
-    older: BTreeSet<(i32, i32)>,
+    /// Shared with the states kept of other moments: a robot that has been everywhere adds nothing.
+    older: Arc<BTreeSet<(i32, i32)>>,
     cell_in: f64,
 }
 
@@ -36,7 +38,7 @@ impl Default for Trail {
     fn default() -> Self {
         Self {
             recent: VecDeque::new(),
-            older: BTreeSet::new(),
+            older: Arc::default(),
             cell_in: CELL_IN,
         }
     }
@@ -61,13 +63,14 @@ impl Trail {
 
     fn remember(&mut self, point: TrailPoint) {
         let cell = |value: f64| (value / self.cell_in).floor() as i32;
-        self.older.insert((cell(point.x_in), cell(point.y_in)));
+        let passed = (cell(point.x_in), cell(point.y_in));
+        if self.older.contains(&passed) {
+            return;
+        }
+        Arc::make_mut(&mut self.older).insert(passed);
         while self.older.len() > OLDER_MAX {
-            self.older = self
-                .older
-                .iter()
-                .map(|(x, y)| (x.div_euclid(2), y.div_euclid(2)))
-                .collect();
+            let coarser = |(x, y): &(i32, i32)| (x.div_euclid(2), y.div_euclid(2));
+            self.older = Arc::new(self.older.iter().map(coarser).collect());
             self.cell_in *= 2.0;
         }
     }

@@ -3,14 +3,16 @@
 use std::collections::BTreeMap;
 use std::ops::Range;
 
-use ::mcap::McapError;
-use ::mcap::records::{Record, op};
-use ::mcap::sans_io::{LinearReadEvent, LinearReader, LinearReaderOptions};
+use ::mcap::records::Record;
 
 use crate::capture::topics::{self, RAW_RX, RAW_TX};
+use crate::capture::unpacker::Unpacker;
+use crate::capture::writer::next_record;
+use crate::capture::writer::records::{HEAD_BYTES, Reader, op};
 
 const UPLINK: &str = topics::Topic::Uplink.name();
 const LOG: &str = topics::Topic::Log.name();
+const TELEMETRY: &str = topics::Topic::Telemetry.name();
 
 /// The largest chunk that is believed.
 pub(super) const CHUNK_BYTES_MAX: u64 = 64 * 1024 * 1024;
@@ -24,13 +26,14 @@ pub(super) enum Item {
     Damage(String),
 }
 
-/// The topics that say what happened.
+/// The topics that say what happened, and one that is only counted.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Topic {
     Received,
     Sent,
     Uplink,
     Log,
+    Telemetry,
 }
 
 /// The messages of one chunk.
@@ -42,6 +45,7 @@ pub(super) struct Block {
     /// Log time of its first message, of whatever topic.
     pub(super) first_ns: Option<u64>,
     pub(super) items: Vec<(u64, Item)>,
+    /// What the chunk holds; the items say where in it they are.
     pub(super) bytes: Vec<u8>,
 }
 
@@ -54,52 +58,68 @@ pub(super) fn take_channel(topics: &mut BTreeMap<u16, Topic>, body: &[u8]) {
         RAW_TX => Topic::Sent,
         UPLINK => Topic::Uplink,
         LOG => Topic::Log,
+        TELEMETRY => Topic::Telemetry,
         _ => return,
     };
     topics.insert(channel.id, topic);
 }
 
-/// Takes the messages of our topics out of a record, with every checksum checked.
+/// Takes the messages of our topics out of a record, a chunk whose checksum holds or a message.
 pub(super) fn unpack(
+    unpacker: &mut Unpacker,
     topics: &mut BTreeMap<u16, Topic>,
     record: &[u8],
     block: &mut Block,
-) -> Result<(), McapError> {
-    let options = LinearReaderOptions::default()
-        .with_skip_start_magic(true)
-        .with_skip_end_magic(true)
-        .with_prevalidate_chunk_crcs(true)
-        .with_record_length_limit(CHUNK_BYTES_MAX as usize);
-    let mut reader = LinearReader::new_with_options(options);
-    let mut unread = record;
-    while let Some(event) = reader.next_event() {
-        match event? {
-            LinearReadEvent::ReadRequest(wanted) => {
-                let length = wanted.min(unread.len());
-                reader.insert(wanted)[..length].copy_from_slice(&unread[..length]);
-                reader.notify_read(length);
-                unread = &unread[length..];
-            }
-            LinearReadEvent::Record { opcode, data } => match opcode {
-                op::CHANNEL => take_channel(topics, data),
-                op::MESSAGE => {
-                    let Record::Message { header, data } = ::mcap::parse_record(opcode, data)?
-                    else {
-                        continue;
-                    };
-                    block.first_ns.get_or_insert(header.log_time);
-                    if let Some(topic) = topics.get(&header.channel_id) {
-                        let from = block.bytes.len();
-                        block.bytes.extend_from_slice(&data);
-                        let range = from..block.bytes.len();
-                        block
-                            .items
-                            .push((header.log_time, Item::Message(*topic, range)));
-                    }
+) -> Result<(), &'static str> {
+    if record.first() == Some(&op::CHUNK) {
+        let body = record.get(HEAD_BYTES..).unwrap_or_default();
+        unpacker
+            .unpack(body, CHUNK_BYTES_MAX as usize, &mut block.bytes)
+            .map_err(|(problem, _)| problem)?;
+    } else {
+        block.bytes.extend_from_slice(record);
+    }
+    let mut rest = Reader(&block.bytes);
+    while !rest.0.is_empty() {
+        let (opcode, body) = next_record(&mut rest).ok_or(NONSENSE)?;
+        let end = block.bytes.len() - rest.0.len();
+        match opcode {
+            op::CHANNEL => take_channel(topics, body),
+            op::MESSAGE => {
+                let message = MessageHead::read(body).ok_or(NONSENSE)?;
+                block.first_ns.get_or_insert(message.log_time_ns);
+                let topic = topics.get(&message.channel_id);
+                if let Some(topic) = topic.filter(|topic| **topic != Topic::Telemetry) {
+                    let range = end - message.data_bytes..end;
+                    block
+                        .items
+                        .push((message.log_time_ns, Item::Message(*topic, range)));
                 }
-                _ => {}
-            },
+            }
+            _ => {}
         }
     }
     Ok(())
+}
+
+const NONSENSE: &str = "the inside of a chunk makes no sense";
+
+/// What is said before the data of a message.
+struct MessageHead {
+    channel_id: u16,
+    log_time_ns: u64,
+    data_bytes: usize,
+}
+
+impl MessageHead {
+    fn read(body: &[u8]) -> Option<Self> {
+        let mut fields = Reader(body);
+        let (channel_id, _sequence) = (fields.u16()?, fields.u32()?);
+        let (log_time_ns, _publish_time_ns) = (fields.u64()?, fields.u64()?);
+        Some(Self {
+            channel_id,
+            log_time_ns,
+            data_bytes: fields.0.len(),
+        })
+    }
 }

@@ -10,26 +10,25 @@ use foxglove::messages::Log;
 use prost::Message;
 
 use super::block::{Block, CHUNK_BYTES_MAX, Item, Topic, take_channel, unpack};
+use super::chunk_index::{ChunkIndex, Counts, MessageIndex};
+use super::marks::Marks;
 use super::{Piece, Place, Source, Tape, read_at, told};
 use crate::capture::CaptureError;
 use crate::capture::composer::Session;
 use crate::capture::messages::{RawBytes, UplinkEvent};
+use crate::capture::unpacker::Unpacker;
+use crate::capture::writer::records::HEAD_BYTES;
 use crate::event::{Moment, Truth};
-
-/// Opcode and length before every record.
-const HEAD_BYTES: usize = 9;
+use crate::travel::Landmark;
 
 /// Footer and magic at the end of a finished file.
 const END_BYTES: usize = HEAD_BYTES + 20 + 8;
-
-/// Chunks whose times are kept; of more, every other is forgotten.
-const MARKS_MAX: usize = 4096;
 
 /// The first message is looked for in so many chunks.
 const CHUNKS_BEFORE_MESSAGES: usize = 64;
 
 /// A longer table is not believed.
-const METADATA_BYTES_MAX: u64 = 1024 * 1024;
+const TABLE_BYTES_MAX: u64 = 1024 * 1024;
 
 /// Records are walked through with reads of this size.
 const WALK_BYTES: usize = 4096;
@@ -39,17 +38,14 @@ const WALK_BYTES: usize = 4096;
 pub struct McapTape {
     source: Arc<dyn Source>,
     size: u64,
-    /// Log times at which chunks begin, and where they are.
-    marks: Vec<(u64, u64)>,
-    /// Of so many chunks one is kept.
-    stride: u64,
-    /// Chunks seen so far.
-    chunks: u64,
+    /// Where chunks begin.
+    marks: Marks,
     start_ns: u64,
     end_ns: u64,
     topics: BTreeMap<u16, Topic>,
     truth: Option<Truth>,
     block: Option<Block>,
+    unpacker: Unpacker,
     place: Place,
     /// The message given out last.
     current: RawBytes,
@@ -69,14 +65,13 @@ impl McapTape {
         let mut tape = Self {
             source,
             size,
-            marks: Vec::new(),
-            stride: 1,
-            chunks: 0,
+            marks: Marks::default(),
             start_ns: 0,
             end_ns: 0,
             topics: BTreeMap::new(),
             truth: None,
             block: None,
+            unpacker: Unpacker::default(),
             place: Place::default(),
             current: RawBytes::default(),
         };
@@ -115,7 +110,7 @@ impl McapTape {
             return Ok(false);
         }
         self.walk(summary_at, Some(end_at))?;
-        Ok(!self.marks.is_empty())
+        Ok(self.marks.first().is_some())
     }
 
     /// Goes from record to record without reading chunks, and keeps what says where they are; to the end
@@ -131,18 +126,18 @@ impl McapTape {
                 break;
             };
             match opcode {
-                op::CHUNK | op::CHUNK_INDEX => {
-                    let wanted = (length as usize).min(24);
-                    if let Some(body) = window.read(&*self.source, body_at, wanted)?
-                        && body.len() == 24
-                    {
+                op::CHUNK if length >= 16 => {
+                    if let Some(body) = window.read(&*self.source, body_at, 16)? {
                         let (start_ns, end_ns) = (u64_at(body, 0), u64_at(body, 8));
-                        let at = if opcode == op::CHUNK {
-                            offset
-                        } else {
-                            u64_at(body, 16)
-                        };
-                        self.mark(start_ns, end_ns, at);
+                        self.mark(start_ns, end_ns, offset, None);
+                    }
+                }
+                op::CHUNK_INDEX if length < WALK_BYTES as u64 => {
+                    if let Some(body) = window.read(&*self.source, body_at, length as usize)?
+                        && let Some(index) = ChunkIndex::read(body)
+                    {
+                        let counts = Counts::of(&index, &self.topics);
+                        self.mark(index.start_ns, index.end_ns, index.offset, counts);
                     }
                 }
                 op::CHANNEL if length < WALK_BYTES as u64 => {
@@ -150,7 +145,7 @@ impl McapTape {
                         take_channel(&mut self.topics, body);
                     }
                 }
-                op::METADATA if length <= METADATA_BYTES_MAX => {
+                op::METADATA if length <= TABLE_BYTES_MAX => {
                     if let Some(body) = window.read(&*self.source, body_at, length as usize)? {
                         self.take_metadata(body);
                     }
@@ -159,7 +154,7 @@ impl McapTape {
                     if let Some(body) = window.read(&*self.source, body_at, length as usize)?
                         && let Ok(Record::MetadataIndex(index)) = ::mcap::parse_record(opcode, body)
                         && index.name == Session::TABLE
-                        && index.length <= METADATA_BYTES_MAX
+                        && index.length <= TABLE_BYTES_MAX
                     {
                         let mut record = vec![0; index.length as usize];
                         read_at(&*self.source, index.offset, &mut record)?;
@@ -184,23 +179,11 @@ impl McapTape {
         }
     }
 
-    fn mark(&mut self, start_ns: u64, end_ns: u64, offset: u64) {
+    fn mark(&mut self, start_ns: u64, end_ns: u64, offset: u64, counts: Option<Counts>) {
         self.end_ns = self.end_ns.max(end_ns);
         // A chunk without messages says no time.
-        if end_ns == 0 || offset >= self.size {
-            return;
-        }
-        if self.chunks.is_multiple_of(self.stride) {
-            self.marks.push((start_ns, offset));
-        }
-        self.chunks += 1;
-        if self.marks.len() > MARKS_MAX {
-            let mut keep = false;
-            self.marks.retain(|_| {
-                keep = !keep;
-                keep
-            });
-            self.stride *= 2;
+        if end_ns > 0 && offset < self.size {
+            self.marks.add(start_ns, offset, counts);
         }
     }
 
@@ -216,7 +199,7 @@ impl McapTape {
             }
             next = block.next;
         }
-        self.marks.first().map_or(0, |(at_ns, _)| *at_ns)
+        self.marks.first().map_or(0, |mark| mark.start_ns)
     }
 
     /// The messages of the first chunk at an offset or after it; `None` at the end of the data.
@@ -272,7 +255,7 @@ impl McapTape {
             next: Some(next),
             ..Block::default()
         };
-        if let Err(error) = unpack(&mut self.topics, record, &mut block) {
+        if let Err(error) = unpack(&mut self.unpacker, &mut self.topics, record, &mut block) {
             let text = format!("a part of the recording is damaged and left out: {error}");
             let at = if record[0] == op::CHUNK && record.len() >= HEAD_BYTES + 8 {
                 u64_at(record, HEAD_BYTES)
@@ -337,14 +320,14 @@ impl Tape for McapTape {
         };
         let current = match topic {
             Topic::Received | Topic::Sent => RawBytes::decode(message),
-            Topic::Uplink | Topic::Log => Ok(RawBytes::default()),
+            Topic::Uplink | Topic::Log | Topic::Telemetry => Ok(RawBytes::default()),
         };
         let event = match topic {
             Topic::Uplink => UplinkEvent::decode(message)
                 .ok()
                 .map(|it| told::command(&it)),
             Topic::Log => Log::decode(message).ok().map(|it| told::notice(&it)),
-            Topic::Received | Topic::Sent => Some(None),
+            Topic::Received | Topic::Sent | Topic::Telemetry => Some(None),
         };
         self.place.item += 1;
         let (Ok(current), Some(event)) = (current, event) else {
@@ -354,7 +337,9 @@ impl Tape for McapTape {
         };
         self.current = current;
         match topic {
-            Topic::Uplink | Topic::Log => return Some(event.map_or(Piece::Nothing, Piece::Told)),
+            Topic::Uplink | Topic::Log | Topic::Telemetry => {
+                return Some(event.map_or(Piece::Nothing, Piece::Told));
+            }
             Topic::Sent => return Some(Piece::Sent(&self.current.data)),
             Topic::Received => {}
         }
@@ -380,38 +365,26 @@ impl Tape for McapTape {
     fn find(&mut self, at: Moment) -> Place {
         let wanted_ns = self.start_ns.saturating_add(at.as_nanos() as u64);
         let first = ::mcap::MAGIC.len() as u64;
-        let mark = self
-            .marks
-            .partition_point(|(start_ns, _)| *start_ns < wanted_ns);
-        let (mut found_ns, mut found) = match mark.checked_sub(1).and_then(|n| self.marks.get(n)) {
-            Some(&(start_ns, offset)) => (start_ns, offset),
-            None => (self.start_ns, first),
-        };
+        let (before, after) = self.marks.around(wanted_ns);
+        let (mut found_ns, mut found) =
+            before.map_or((self.start_ns, first), |mark| (mark.start_ns, mark.offset));
         // Between two marks there may be chunks of which no mark was kept.
         let mut window = Window::default();
         let mut offset = found;
-        let until = self
-            .marks
-            .get(mark)
-            .map_or(self.size, |(_, offset)| *offset);
+        let until = after.map_or(self.size, |mark| mark.offset);
         while offset < until
-            && let Ok(Some(head)) = window.read(&*self.source, offset, HEAD_BYTES + 16)
+            && let Some((opcode, body_at, end)) = window.head(&*self.source, offset)
         {
-            let (opcode, length) = (head[0], u64_at(head, 1));
-            let (start_ns, end_ns) = (u64_at(head, HEAD_BYTES), u64_at(head, HEAD_BYTES + 8));
-            if matches!(opcode, op::DATA_END | op::FOOTER) {
-                break;
-            }
-            if opcode == op::CHUNK && end_ns > 0 {
+            if opcode == op::CHUNK
+                && let Ok(Some(times)) = window.read(&*self.source, body_at, 16)
+                && let (start_ns, 1..) = (u64_at(times, 0), u64_at(times, 8))
+            {
                 if start_ns >= wanted_ns {
                     break;
                 }
                 (found_ns, found) = (start_ns, offset);
             }
-            let Some(next) = offset.checked_add(HEAD_BYTES as u64 + length) else {
-                break;
-            };
-            offset = next;
+            offset = end;
         }
         Place {
             offset: found,
@@ -419,6 +392,36 @@ impl Tape for McapTape {
             stream: (found == first).then_some(0),
             at: Moment::from_nanos(found_ns.saturating_sub(self.start_ns)),
         }
+    }
+
+    fn about_line(&mut self, number: u64) -> Option<(Moment, u64)> {
+        let mark = self.marks.before_line(number)?;
+        let (mut offset, mut before) = (mark.offset, mark.before.lines);
+        let mut window = Window::default();
+        loop {
+            let (opcode, body_at, end) = window.head(&*self.source, offset)?;
+            if opcode == op::MESSAGE_INDEX
+                && let Some(index) = window.read(&*self.source, body_at, 2).ok()?
+                && let channel_id = u16::from_le_bytes(index.try_into().ok()?)
+                && self.topics.get(&channel_id) == Some(&Topic::Telemetry)
+            {
+                let length = end - body_at;
+                let lines = MessageIndex::count(length);
+                if before.saturating_add(lines) >= number && length <= TABLE_BYTES_MAX {
+                    let index = window.read(&*self.source, body_at, length as usize);
+                    let (at_ns, earlier) = MessageIndex::read(index.ok()??, number - before)?;
+                    let at = Moment::from_nanos(at_ns.saturating_sub(self.start_ns));
+                    return Some((at, before + earlier));
+                }
+                before = before.saturating_add(lines);
+            }
+            offset = end;
+        }
+    }
+
+    fn may_hold(&mut self, landmark: Landmark, from: Moment, until: Moment) -> bool {
+        let ns = |at: Moment| self.start_ns.saturating_add(at.as_nanos() as u64);
+        self.marks.may_hold(landmark, ns(from), ns(until))
     }
 
     fn length(&self) -> Moment {
@@ -446,6 +449,16 @@ struct Window {
 }
 
 impl Window {
+    /// The record of the data that begins at an offset: operation code, where what it says begins, and where it ends.
+    /// `None` at the end.
+    fn head(&mut self, source: &dyn Source, offset: u64) -> Option<(u8, u64, u64)> {
+        let head = self.read(source, offset, HEAD_BYTES).ok()??;
+        let (opcode, length) = (head[0], u64_at(head, 1));
+        let body_at = offset + HEAD_BYTES as u64;
+        let end = body_at.checked_add(length)?;
+        (!matches!(opcode, op::DATA_END | op::FOOTER)).then_some((opcode, body_at, end))
+    }
+
     /// So many bytes at an offset; `None` where the file has fewer.
     fn read(
         &mut self,
@@ -453,7 +466,9 @@ impl Window {
         offset: u64,
         length: usize,
     ) -> io::Result<Option<&[u8]>> {
-        let end = offset + length as u64;
+        let Some(end) = offset.checked_add(length as u64) else {
+            return Ok(None);
+        };
         if offset < self.at || end > self.at + self.bytes.len() as u64 {
             self.bytes.resize(WALK_BYTES.max(length), 0);
             let read = read_at(source, offset, &mut self.bytes)?;

@@ -5,9 +5,13 @@ use std::io;
 use std::ops::Range;
 use std::sync::Arc;
 
+use groundwave_protocol::decoder::{Decoder, Received};
+
+use super::scout::Scout;
 use super::{Piece, Place, Source, Tape, read_at};
 use crate::capture::text::{HEAD_BYTES, Style};
 use crate::event::Moment;
+use crate::travel::Landmark;
 
 /// The last time is looked for in so much of the end.
 const TAIL_BYTES: u64 = 4096;
@@ -18,6 +22,15 @@ const DAYS_STEP_BYTES: usize = 64 * 1024;
 
 /// A look at so many, in which a line begins.
 const DAYS_LOOK_BYTES: usize = 512;
+
+/// What is new in a line is judged by what came so long before it.
+const HEARD_BEFORE: Moment = Moment::from_mins(3);
+
+/// How dense lines are is looked at in so many places.
+const LOOKS: u64 = 64;
+
+/// A look at so many, in which fifty lines are.
+const LOOK_BYTES: usize = 4096;
 
 /// A capture that is text.
 #[derive(Clone)]
@@ -183,6 +196,46 @@ impl TextTape {
         None
     }
 
+    /// About where the line of a number begins, judged by looks at evenly spaced places.
+    fn about_offset(&self, number: u64) -> Option<u64> {
+        let step = (self.size / LOOKS).max(LOOK_BYTES as u64);
+        let mut left = number.saturating_sub(1) as f64;
+        for from in (0..self.size).step_by(usize::try_from(step).ok()?) {
+            let lines_per_byte = self.lines_per_byte(from);
+            let lines = lines_per_byte * step.min(self.size - from) as f64;
+            if left < lines {
+                return Some(from + (left / lines_per_byte) as u64);
+            }
+            left -= lines;
+        }
+        None
+    }
+
+    /// How many intact lines there are for each byte about an offset.
+    fn lines_per_byte(&self, offset: u64) -> f64 {
+        let mut bytes = [0; LOOK_BYTES];
+        let read = read_at(&*self.source, offset, &mut bytes).unwrap_or_default();
+        let mut rest = &bytes[..read];
+        let mut decoder = Decoder::default();
+        let (mut lines, mut looked_at) = (0_u32, 0);
+        // The first line may be the end of one, and the last the beginning.
+        let mut is_whole = offset == 0;
+        while rest.len() >= self.style.reach() {
+            let (piece, after) = rest.split_at(self.style.piece_bytes(rest));
+            rest = after;
+            let radio = self.style.radio(piece);
+            let mut unread = &radio[..];
+            while is_whole && !unread.is_empty() {
+                let (taken, received) = decoder.handle_bytes(unread);
+                unread = &unread[taken..];
+                lines += u32::from(matches!(received, Some(Received::Line(..))));
+            }
+            looked_at += if is_whole { piece.len() } else { 0 };
+            is_whole = true;
+        }
+        f64::from(lines) / looked_at.max(1) as f64
+    }
+
     /// The last line whose time is before a moment.
     fn find_time(&mut self, at: Moment) -> Place {
         let (mut low, mut high) = (0, self.size);
@@ -263,6 +316,41 @@ impl Tape for TextTape {
             at: self.style.on_the_wire(offset),
             ..Place::default()
         }
+    }
+
+    fn about_line(&mut self, number: u64) -> Option<(Moment, u64)> {
+        self.ahead = None;
+        let offset = self.about_offset(number)?;
+        let from = self.line_start(offset);
+        let at = if self.style.is_stamped() {
+            self.time_after(from, self.size)?.0
+        } else {
+            // The line before it came just then.
+            self.style.on_the_wire(from) + Moment::from_nanos(1)
+        };
+        Some((at, number.saturating_sub(1)))
+    }
+
+    fn may_hold(&mut self, landmark: Landmark, from: Moment, until: Moment) -> bool {
+        let Some(mut scout) = Scout::of(landmark) else {
+            return true;
+        };
+        let mut ahead = self.clone();
+        let place = ahead.find(from.saturating_sub(HEARD_BEFORE));
+        ahead.go(place);
+        while let Some(at) = ahead.next_at() {
+            if at > until {
+                return false;
+            }
+            let Some(Piece::Received(bytes)) = ahead.next_piece() else {
+                return true;
+            };
+            if scout.sees_one(bytes) && at >= from {
+                return true;
+            }
+        }
+        // Whoever reads on sees that here is the end.
+        true
     }
 
     fn length(&self) -> Moment {

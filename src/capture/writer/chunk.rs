@@ -218,7 +218,7 @@ impl Chunk {
 }
 
 /// Messages that have these places.
-const fn count(places: &Vec<u8>) -> u64 {
+const fn count(places: &[u8]) -> u64 {
     (places.len() / PLACE_BYTES) as u64
 }
 

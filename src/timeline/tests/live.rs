@@ -2,14 +2,15 @@
 
 use std::fmt::Write;
 
+use groundwave_protocol::decoder::{Decoder, Received};
 use proptest::prelude::*;
-
 use ratatui::Terminal;
 use ratatui::backend::TestBackend;
 
 use super::*;
 use crate::capture::Session as About;
 use crate::capture::composer::Composer;
+use crate::capture::index::Piece;
 use crate::capture::topics::StationEvent;
 use crate::event::{Level, LinkEvent};
 use crate::model::testing::{Scene as Robot, any_event};
@@ -83,6 +84,44 @@ proptest! {
             prop_assert_eq!(&told(session.reel.model()), was);
         }
     }
+}
+
+/// A state kept of the way goes with the events that it would go on with.
+#[test]
+fn what_is_forgotten_is_not_gone_on_with() {
+    let mut tape = capture("house-clean.txt");
+    let mut decoder = Decoder::default();
+    let mut heard = Vec::new();
+    while let Some(piece) = tape.next_piece() {
+        if let Piece::Received(bytes) = piece
+            && let (_, Some(Received::Line(line, raw))) = decoder.handle_bytes(bytes)
+        {
+            let line = Box::new(line);
+            heard.push(Event::Line { line, raw });
+        }
+    }
+    let mut session = Session::new();
+    let s = Moment::from_secs;
+    session.now = s(1);
+    for event in heard.iter().chain(&heard).cloned() {
+        session.take(event);
+    }
+    let lines = session.model.tally().lines;
+    session.reel.complete();
+    session.reel.seek(s(1));
+    assert_eq!(session.reel.packet(), Some(lines));
+    let next = session.reel.supply().count();
+    session
+        .reel
+        .keep(Past::new(session.model.clone(), s(1), next));
+    let oldest = session.reel.forget_before(s(2)).map(Past::next);
+    assert_eq!(oldest, Some(next));
+    session.reel.supply_mut().forget_before(next);
+    session.now = s(3);
+    session.take(heard[0].clone());
+    session.reel.seek(s(3));
+    session.reel.seek(s(1));
+    assert_eq!(session.reel.packet(), Some(lines));
 }
 
 #[test]
@@ -251,7 +290,7 @@ fn a_live_run_in_any_chunks_and_its_replay_are_the_same_to_the_last_character() 
             let mut from = Moment::ZERO;
             while let Some(at) = tape.next_at() {
                 match tape.next_piece().unwrap() {
-                    index::Piece::Received(bytes) => {
+                    Piece::Received(bytes) => {
                         // As a port delivers it: some bytes now and some then, all by the end of the line.
                         let mut rest = bytes;
                         while !rest.is_empty() {
@@ -270,15 +309,15 @@ fn a_live_run_in_any_chunks_and_its_replay_are_the_same_to_the_last_character() 
                         }
                         from = at;
                     }
-                    index::Piece::Sent(bytes) => {
+                    Piece::Sent(bytes) => {
                         live.pass_to(at);
                         live.station.handle_sent(at, bytes);
                         live.composer.handle_tx(live.at_ns(), bytes).unwrap();
                         live.listen();
                     }
                     // What a station of that day told, this one tells of the same bytes.
-                    index::Piece::Told(Event::Link(_)) | index::Piece::Nothing => {}
-                    index::Piece::Told(event) => {
+                    Piece::Told(Event::Link(_)) | Piece::Nothing => {}
+                    Piece::Told(event) => {
                         live.pass_to(at);
                         live.tell(event);
                     }
