@@ -261,8 +261,8 @@ impl Session {
             }
             Self::Live(_) => false,
             Self::Replay(replay) => {
-                let is_whole = replay.player.reel_mut().work(STEPS);
-                replay.player.advance(host) || is_whole
+                let has_changed = replay.player.work(STEPS);
+                replay.player.advance(host) || has_changed
             }
         }
     }
@@ -277,7 +277,7 @@ impl Session {
                 Some(plays.unwrap_or(live.advanced_at + Duration::from_secs(1)))
             }
             Self::Live(_) => None,
-            Self::Replay(replay) if replay.player.reel().is_partial() => Some(host),
+            Self::Replay(replay) if replay.player.has_work() => Some(host),
             Self::Replay(replay) => replay.player.wake_at(),
         };
         at.map(|at| Instant::now() + at.saturating_sub(host))

@@ -8,11 +8,14 @@
 //! Nothing here reads a clock or a file: the host's time is a parameter, and a capture is a
 //! [`Tape`](crate::capture::index::Tape).
 
+mod hunt;
 pub mod keyframes;
 pub mod past;
 pub mod player;
+mod quest;
 pub mod reel;
 pub mod scene;
+mod way;
 
 #[cfg(test)]
 mod tests;

@@ -5,6 +5,7 @@ use std::collections::VecDeque;
 use super::reel::Cursor;
 use crate::event::{Event, Moment};
 use crate::model::Model;
+use crate::travel::Landmark;
 
 /// So much of a live session is remembered.
 pub const REMEMBERED: Moment = Moment::from_hours(1);
@@ -119,5 +120,13 @@ impl Cursor for Past {
 
     fn afresh(&self, _: &mut History, _: Moment) -> Option<Self> {
         None
+    }
+
+    fn about_line(_: &mut History, _: u64) -> Option<(Moment, u64)> {
+        None
+    }
+
+    fn may_hold(_: &mut History, _: Landmark, _: Moment, _: Moment) -> bool {
+        true
     }
 }

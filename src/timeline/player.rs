@@ -1,5 +1,6 @@
 //! Lets time pass in a reel and obeys the operator. The host's time is a parameter.
 
+use super::quest::Quest;
 use super::reel::{Cursor, Found, Reel, STEPS_MAX};
 use crate::event::Moment;
 use crate::model::Model;
@@ -15,19 +16,6 @@ const FASTEST: Moment = Moment::from_millis(40);
 const SLOWEST: Moment = Moment::from_secs(1);
 
 const DAY: Moment = Moment::from_hours(24);
-
-/// What is looked for.
-#[derive(Clone, Copy, Debug)]
-enum Quest {
-    /// The line of this number.
-    Packet(u64),
-    /// A landmark, from a moment on.
-    Landmark {
-        sought: Landmark,
-        from: Moment,
-        forward: bool,
-    },
-}
 
 /// Plays a reel.
 pub struct Player<C: Cursor> {
@@ -230,6 +218,7 @@ impl<C: Cursor> Player<C> {
         self.set_at = host;
         self.note = None;
         self.quest = None;
+        self.reel.give_up();
         match travel {
             Travel::TogglePause => {
                 self.paused = !self.paused;
@@ -344,7 +333,18 @@ impl<C: Cursor> Player<C> {
 
     /// Goes to what is looked for and stands still there; what may lie where nobody has read yet is waited for.
     fn look_for(&mut self, quest: Quest, beyond: usize) {
-        match self.find(quest, beyond) {
+        let found = self.find(quest, beyond);
+        self.arrive(quest, found);
+        if let (Quest::Packet(number), Found::NotYet, 1..) = (quest, found, beyond)
+            && let Some(at) = self.reel.seek_about_line(number)
+        {
+            self.at = at.min(self.until);
+        }
+    }
+
+    fn arrive(&mut self, quest: Quest, found: Found) {
+        self.quest = None;
+        match found {
             Found::At(at) => {
                 self.paused = true;
                 match quest {
@@ -353,22 +353,38 @@ impl<C: Cursor> Player<C> {
                     Quest::Landmark { .. } => self.go(at),
                 }
             }
-            Found::Nowhere => {
-                self.note = Some(match quest {
-                    Quest::Packet(number) => format!("there is no packet {number}"),
-                    Quest::Landmark {
-                        sought, forward, ..
-                    } => {
-                        let direction = if forward { "later" } else { "earlier" };
-                        format!("there are no {direction} {}", sought.words())
-                    }
-                });
-            }
+            Found::Nowhere => self.note = Some(quest.nowhere()),
             Found::NotYet => {
                 self.paused = true;
                 self.quest = Some(quest);
             }
         }
+    }
+
+    /// Whether there is something to do for [`Self::work`].
+    #[must_use]
+    pub const fn has_work(&self) -> bool {
+        self.reel.is_partial() || self.reel.is_hunting()
+    }
+
+    /// Works on what is looked for, or on what is missing from the moment shown, for so many things; says whether anything
+    /// on the screen changed.
+    pub fn work(&mut self, steps: usize) -> bool {
+        if self.reel.is_hunting() {
+            let found = self.reel.hunt(steps);
+            let quest = self.quest.filter(|_| found != Found::NotYet);
+            if let Some(quest) = quest {
+                self.arrive(quest, found);
+            }
+            return quest.is_some();
+        }
+        let is_whole = self.reel.work(steps);
+        if let Some(quest @ Quest::Packet(_)) = self.quest.filter(|_| is_whole) {
+            // Which line is shown is known; it may be another one than was asked for.
+            let found = self.find(quest, STEPS_MAX);
+            self.arrive(quest, found);
+        }
+        is_whole
     }
 
     fn find(&mut self, quest: Quest, beyond: usize) -> Found {
@@ -396,15 +412,15 @@ impl<C: Cursor> Player<C> {
 
     /// How far the search is, if there is one.
     fn progress(&self) -> Option<String> {
-        let what = match self.quest? {
-            Quest::Packet(number) => format!("packet {number}"),
-            Quest::Landmark { sought, .. } => sought.words().to_owned(),
-        };
+        let quest = self.quest?;
         let read = clock_words(self.read_until.unwrap_or(self.until));
         let until = clock_words(self.until);
-        Some(format!(
-            "looking for {what}: read up to {read} of {until}; Esc gives up"
-        ))
+        Some(match quest {
+            Quest::Packet(_) if self.reel.is_partial() => {
+                format!("about {quest}: it is not read up to here yet; Esc stays here")
+            }
+            _ => format!("looking for {quest}: read up to {read} of {until}; Esc gives up"),
+        })
     }
 
     fn mark(&mut self) {

@@ -1,9 +1,11 @@
 //! Finds moments: by time, by line, by landmark.
 
+use super::hunt::Hunt;
 use super::keyframes::Keyframes;
+use super::way::{Near, go_on, run};
 use crate::event::Moment;
 use crate::model::Model;
-use crate::travel::{Landmark, Tally};
+use crate::travel::Landmark;
 
 /// A state that goes forward in time, thing by thing.
 pub trait Cursor: Clone {
@@ -25,6 +27,15 @@ pub trait Cursor: Clone {
     /// A state that knows nothing of what happened long before a moment and so is there at once; `None`
     /// where no state is ever far away.
     fn afresh(&self, supply: &mut Self::Supply, at: Moment) -> Option<Self>;
+
+    /// When the line of a number came, and how many lines came before that moment, as far as the supply tells without
+    /// being read.
+    fn about_line(supply: &mut Self::Supply, number: u64) -> Option<(Moment, u64)>;
+
+    /// Whether there may be a landmark of a kind from one moment until another, as far as the supply tells without
+    /// being read.
+    fn may_hold(supply: &mut Self::Supply, landmark: Landmark, from: Moment, until: Moment)
+    -> bool;
 }
 
 /// Going somewhere takes no more things than this before something less than exact is shown.
@@ -32,9 +43,6 @@ pub const STEPS_MAX: usize = 4096;
 
 /// Where no kept state is near, a jump goes through so many times as many things before it waits for what is being read.
 const HUNTS: usize = 4;
-
-/// A jump back looks through so much first, then through twice as much before that, and so on.
-const FIRST_LOOK_BACK: Moment = Moment::from_mins(1);
 
 /// What became of a search.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -51,9 +59,13 @@ pub enum Found {
 pub struct Reel<C: Cursor> {
     supply: C::Supply,
     frames: Keyframes<C>,
+    /// States that lack nothing, of what was gone through lately.
+    near: Near<C>,
     shown: C,
     /// On its way to the shown moment with everything that happened before, while `shown` lacks that.
     chase: Option<C>,
+    /// A search where nobody has read yet.
+    hunt: Option<Hunt<C>>,
     /// Keyframes reach to the end.
     is_complete: bool,
 }
@@ -67,8 +79,10 @@ impl<C: Cursor> Reel<C> {
         Self {
             supply,
             frames,
+            near: Near::default(),
             shown: first,
             chase: None,
+            hunt: None,
             is_complete: false,
         }
     }
@@ -138,25 +152,27 @@ impl<C: Cursor> Reel<C> {
     /// Forgets states that are not needed to show a moment or later; returns the oldest that is left.
     pub fn forget_before(&mut self, at: Moment) -> Option<&C> {
         let has_gone = self.frames.forget_before(at);
-        let oldest = self.frames.get(0).map(|(_, frame)| frame);
-        oldest.filter(|_| has_gone)
+        let (oldest_at, oldest) = self.frames.get(0).filter(|_| has_gone)?;
+        // One of the same moment may stand before what is forgotten.
+        self.near.states.retain(|near| near.at() > *oldest_at);
+        Some(oldest)
     }
 
     /// Shows a moment: everything that happened until then, it included.
     pub fn seek(&mut self, at: Moment) {
         let mut cursor = self.exact_before(at);
-        if run(&mut cursor, &mut self.supply, at, STEPS_MAX) {
+        if self.near.run(&mut cursor, &mut self.supply, at, STEPS_MAX) {
             self.show(cursor);
             return;
         }
         match cursor.afresh(&mut self.supply, at) {
             Some(mut fresh) if fresh.at() > cursor.at() => {
-                run(&mut fresh, &mut self.supply, at, usize::MAX);
+                run(&mut fresh, &mut self.supply, at);
                 self.shown = fresh;
                 self.chase = Some(cursor);
             }
             _ => {
-                run(&mut cursor, &mut self.supply, at, usize::MAX);
+                self.near.run(&mut cursor, &mut self.supply, at, usize::MAX);
                 self.show(cursor);
             }
         }
@@ -164,7 +180,7 @@ impl<C: Cursor> Reel<C> {
 
     /// Lets time pass until a moment.
     pub fn run_to(&mut self, at: Moment) {
-        run(&mut self.shown, &mut self.supply, at, usize::MAX);
+        run(&mut self.shown, &mut self.supply, at);
     }
 
     fn show(&mut self, cursor: C) {
@@ -174,18 +190,23 @@ impl<C: Cursor> Reel<C> {
 
     /// The nearest state that lacks nothing and is not after a moment.
     fn exact_before(&self, at: Moment) -> C {
-        let frame = self.frames.before(at).or(Some(0));
-        let frame = frame.and_then(|place| self.frames.get(place));
-        let near = [self.chase.as_ref(), Some(&self.shown)]
+        self.nearest(|cursor| cursor.at() <= at)
+            .unwrap_or(&self.shown)
+            .clone()
+    }
+
+    /// The newest state that lacks nothing of those for which something holds that holds for all before them, too;
+    /// the first of all states where it holds for none.
+    fn nearest(&self, holds: impl Fn(&C) -> bool) -> Option<&C> {
+        let place = self.frames.last_where(&holds).unwrap_or(0);
+        let frame = self.frames.get(place).map(|(_, frame)| frame);
+        let exact = self.chase.as_ref().unwrap_or(&self.shown);
+        let others = self.near.states.iter().chain([exact]);
+        let newer = others.filter(|cursor| holds(cursor));
+        frame
             .into_iter()
-            .flatten()
-            .next()
-            .filter(|cursor| cursor.at() <= at);
-        match (frame, near) {
-            (Some((frame_at, _)), Some(near)) if near.at() >= *frame_at => near.clone(),
-            (Some((_, frame)), _) => frame.clone(),
-            (None, _) => self.shown.clone(),
-        }
+            .chain(newer)
+            .max_by_key(|cursor| cursor.at())
     }
 
     /// Works on what is missing from the shown moment, for so many things; says whether it is there now.
@@ -199,7 +220,7 @@ impl<C: Cursor> Reel<C> {
         {
             chase = frame.clone();
         }
-        let is_there = run(&mut chase, &mut self.supply, target, steps);
+        let is_there = self.near.run(&mut chase, &mut self.supply, target, steps);
         if is_there {
             self.shown = chase;
         } else {
@@ -212,9 +233,9 @@ impl<C: Cursor> Reel<C> {
     pub fn step_forward(&mut self) -> bool {
         let lines = self.model().tally().lines;
         let mut cursor = self.shown.clone();
-        let is_there = run_until(&mut cursor, &mut self.supply, usize::MAX, |tally| {
-            tally.lines > lines
-        });
+        let goes_on = |cursor: &C, _| cursor.model().tally().lines == lines;
+        go_on(&mut cursor, &mut self.supply, usize::MAX, goes_on, |_| {});
+        let is_there = cursor.model().tally().lines > lines;
         if is_there {
             self.shown = cursor;
         }
@@ -258,18 +279,22 @@ impl<C: Cursor> Reel<C> {
     pub fn seek_line(&mut self, number: u64, beyond: usize) -> Found {
         let lines = |cursor: &C| cursor.model().tally().lines;
         let place = self.frames.last_where(|frame| lines(frame) < number);
-        let Some((_, frame)) = place.and_then(|place| self.frames.get(place)) else {
+        if place.is_none() {
             return Found::Nowhere;
-        };
-        let mut cursor = frame.clone();
-        if !self.is_partial() && lines(&self.shown) < number && self.shown.at() > cursor.at() {
-            cursor = self.shown.clone();
         }
+        let nearest = self.nearest(|cursor| lines(cursor) < number);
+        let mut cursor = nearest.unwrap_or(&self.shown).clone();
         let is_newest = place.is_none_or(|place| self.frames.get(place + 1).is_none());
         let reach = self.reach(is_newest, beyond);
-        if run_until(&mut cursor, &mut self.supply, reach, |tally| {
-            tally.lines >= number
-        }) {
+        let supply = &mut self.supply;
+        go_on(
+            &mut cursor,
+            supply,
+            reach,
+            |cursor, _| lines(cursor) < number,
+            |cursor| self.near.keep(cursor),
+        );
+        if lines(&cursor) >= number {
             let at = cursor.at();
             self.show(cursor);
             return Found::At(at);
@@ -277,68 +302,88 @@ impl<C: Cursor> Reel<C> {
         self.missed(&cursor)
     }
 
-    /// The first of a kind after a moment, found as [`Self::seek_line`] finds a line; where nobody has read yet it is
-    /// looked for from the moment on.
-    pub fn find_next(&mut self, landmark: Landmark, after: Moment, beyond: usize) -> Found {
-        match self.find_next_read(landmark, after, beyond) {
-            Found::NotYet => self
-                .hunt_ahead(landmark, after, beyond.saturating_mul(HUNTS))
-                .map_or(Found::NotYet, Found::At),
-            found => found,
+    /// Shows the line of a number where nobody has read yet, as far as the capture tells where it is: another one is
+    /// shown where it tells no more than about where. Says when the line is; `None` where nothing tells.
+    pub fn seek_about_line(&mut self, number: u64) -> Option<Moment> {
+        let (from, before) = C::about_line(&mut self.supply, number)?;
+        let lines = |cursor: &C| cursor.model().tally().lines;
+        let mut fresh = self.shown.afresh(&mut self.supply, from)?;
+        let supply = &mut self.supply;
+        go_on(
+            &mut fresh,
+            supply,
+            usize::MAX,
+            |_, next| next < from,
+            |_| {},
+        );
+        let wanted = lines(&fresh).saturating_add(number.checked_sub(before)?);
+        let goes_on = |cursor: &C, _| lines(cursor) < wanted;
+        go_on(&mut fresh, supply, STEPS_MAX, goes_on, |_| {});
+        let at = fresh.at();
+        if lines(&fresh) < wanted {
+            return None;
         }
+        self.chase = Some(self.exact_before(at));
+        self.shown = fresh;
+        Some(at)
+    }
+
+    /// The first of a kind after a moment, found as [`Self::seek_line`] finds a line; where nobody has read yet it is
+    /// looked for from the moment on, which [`Self::hunt`] goes on with.
+    pub fn find_next(&mut self, landmark: Landmark, after: Moment, beyond: usize) -> Found {
+        let found = self.find_next_read(landmark, after, beyond);
+        self.or_hunt(found, beyond, || Hunt::ahead(landmark, after))
     }
 
     /// The last of a kind before a moment, likewise.
     pub fn find_last(&mut self, landmark: Landmark, before: Moment, beyond: usize) -> Found {
-        match self.find_last_read(landmark, before, beyond) {
-            Found::NotYet => self
-                .hunt_back(landmark, before, beyond.saturating_mul(HUNTS))
-                .map_or(Found::NotYet, Found::At),
-            found => found,
-        }
+        let found = self.find_last_read(landmark, before, beyond);
+        let kept = self.frames.before(Moment::MAX);
+        let kept = kept.and_then(|place| self.frames.get(place));
+        let kept_at = kept.map_or(Moment::ZERO, |(at, _)| *at);
+        self.or_hunt(found, beyond, || Hunt::back(landmark, before, kept_at))
     }
 
-    /// What a state lacks that is there at once is enough to see what is new after it.
-    fn hunt_ahead(&mut self, landmark: Landmark, after: Moment, steps: usize) -> Option<Moment> {
-        if steps == 0 {
-            return None;
+    fn or_hunt(&mut self, found: Found, beyond: usize, hunt: impl FnOnce() -> Hunt<C>) -> Found {
+        if found != Found::NotYet {
+            self.hunt = None;
+        } else if beyond > 0 {
+            self.hunt = Some(hunt());
+            return self.hunt(beyond.saturating_mul(HUNTS));
         }
-        let mut cursor = self.shown.afresh(&mut self.supply, after)?;
-        for _ in 0..steps {
-            let at = cursor.next_at(&mut self.supply)?;
-            let counted = cursor.model().tally().of(landmark);
-            cursor.step(&mut self.supply);
-            if at > after && cursor.model().tally().of(landmark) > counted {
-                return Some(at);
-            }
-        }
-        None
+        found
     }
 
-    /// In windows that grow, back to the newest state that is kept.
-    fn hunt_back(&mut self, landmark: Landmark, before: Moment, steps: usize) -> Option<Moment> {
-        let kept_at = self.frames.before(Moment::MAX)?;
-        let kept_at = self.frames.get(kept_at)?.0;
-        let (mut until, mut span) = (before, FIRST_LOOK_BACK);
-        let mut left = steps;
-        while until > kept_at && left > 0 {
-            let from = until.saturating_sub(span).max(kept_at);
-            let mut cursor = self.shown.afresh(&mut self.supply, from)?;
-            let mut found = None;
-            while let Some(at) = cursor.next_at(&mut self.supply).filter(|at| *at < until) {
-                left = left.checked_sub(1)?;
-                let counted = cursor.model().tally().of(landmark);
-                cursor.step(&mut self.supply);
-                if at >= from && cursor.model().tally().of(landmark) > counted {
-                    found = Some(at);
-                }
+    /// Goes on with the search where nobody has read yet, through so many things.
+    pub fn hunt(&mut self, steps: usize) -> Found {
+        let Some(mut hunt) = self.hunt.take() else {
+            return Found::NotYet;
+        };
+        match hunt.go_on(&self.shown, &mut self.supply, steps) {
+            Found::NotYet => self.hunt = Some(hunt),
+            Found::At(at) => return Found::At(at),
+            Found::Nowhere => {
+                return match (hunt.back_to(), hunt.landmark()) {
+                    // What is kept knows all before it.
+                    (Some(kept_at), sought) => self.find_last_read(sought, kept_at, usize::MAX),
+                    // What has been wrong for how long is known for certain by who has read everything.
+                    (None, Landmark::Alarm) => Found::NotYet,
+                    (None, _) => Found::Nowhere,
+                };
             }
-            if found.is_some() {
-                return found;
-            }
-            (until, span) = (from, span * 2);
         }
-        None
+        Found::NotYet
+    }
+
+    /// Whether a search goes on where nobody has read yet.
+    #[must_use]
+    pub const fn is_hunting(&self) -> bool {
+        self.hunt.is_some()
+    }
+
+    /// Gives the search up.
+    pub fn give_up(&mut self) {
+        self.hunt = None;
     }
 
     fn find_next_read(&mut self, landmark: Landmark, after: Moment, beyond: usize) -> Found {
@@ -348,7 +393,10 @@ impl<C: Cursor> Reel<C> {
             let count = |cursor: &C| cursor.model().tally().of(landmark);
             if end.is_none_or(|(_, end)| count(end) > count(frame)) {
                 let until = end.map(|(at, _)| *at);
-                let mut cursor = frame.clone();
+                let mut cursor = match self.nearest(|cursor| cursor.at() <= after) {
+                    Some(near) if near.at() > frame.at() => near.clone(),
+                    _ => frame.clone(),
+                };
                 let mut steps = self.reach(until.is_none(), beyond);
                 let last = until.unwrap_or(Moment::MAX);
                 while let Some(at) = cursor.next_at(&mut self.supply).filter(|at| *at <= last) {
@@ -423,35 +471,4 @@ impl<C: Cursor> Reel<C> {
             None => Found::Nowhere,
         }
     }
-}
-
-/// Lets everything happen up to a moment; `false` when there were more things than that.
-fn run<C: Cursor>(cursor: &mut C, supply: &mut C::Supply, until: Moment, steps: usize) -> bool {
-    let mut left = steps;
-    while cursor.next_at(supply).is_some_and(|at| at <= until) {
-        if left == 0 {
-            return false;
-        }
-        left -= 1;
-        cursor.step(supply);
-    }
-    true
-}
-
-/// Lets things happen until something holds; `false` when it did not come to that.
-fn run_until<C: Cursor>(
-    cursor: &mut C,
-    supply: &mut C::Supply,
-    steps: usize,
-    holds: impl Fn(&Tally) -> bool,
-) -> bool {
-    let mut left = steps;
-    while !holds(&cursor.model().tally()) {
-        if left == 0 || cursor.next_at(supply).is_none() {
-            return false;
-        }
-        left -= 1;
-        cursor.step(supply);
-    }
-    true
 }

@@ -8,7 +8,7 @@ use crate::capture::index::{Piece, Place, Tape};
 use crate::event::{Event, Level, LinkEvent, Moment};
 use crate::model::{Config, Model};
 use crate::station::Station;
-use crate::travel::{MARKER_REACH, MARKERS_MAX, Mark};
+use crate::travel::{Landmark, MARKER_REACH, MARKERS_MAX, Mark};
 
 /// The spacing of states that a capture begins with; a day ends with some of five minutes.
 pub const SPACING: Moment = Moment::from_secs(20);
@@ -217,6 +217,14 @@ impl Cursor for Scene {
             place,
             &**tape,
         ))
+    }
+
+    fn about_line(tape: &mut Self::Supply, number: u64) -> Option<(Moment, u64)> {
+        tape.about_line(number)
+    }
+
+    fn may_hold(tape: &mut Self::Supply, landmark: Landmark, from: Moment, until: Moment) -> bool {
+        tape.may_hold(landmark, from, until)
     }
 }
 

@@ -2,8 +2,8 @@
 
 use std::fmt::Write;
 
+use groundwave_protocol::decoder::{Decoder, Received};
 use proptest::prelude::*;
-
 use ratatui::Terminal;
 use ratatui::backend::TestBackend;
 
@@ -83,6 +83,44 @@ proptest! {
             prop_assert_eq!(&told(session.reel.model()), was);
         }
     }
+}
+
+/// A state kept of the way goes with the events that it would go on with.
+#[test]
+fn what_is_forgotten_is_not_gone_on_with() {
+    let mut tape = capture("house-clean.txt");
+    let mut decoder = Decoder::default();
+    let mut heard = Vec::new();
+    while let Some(piece) = tape.next_piece() {
+        if let index::Piece::Received(bytes) = piece
+            && let (_, Some(Received::Line(line, raw))) = decoder.handle_bytes(bytes)
+        {
+            let line = Box::new(line);
+            heard.push(Event::Line { line, raw });
+        }
+    }
+    let mut session = Session::new();
+    let s = Moment::from_secs;
+    session.now = s(1);
+    for event in heard.iter().chain(&heard).cloned() {
+        session.take(event);
+    }
+    let lines = session.model.tally().lines;
+    session.reel.complete();
+    session.reel.seek(s(1));
+    assert_eq!(session.reel.packet(), Some(lines));
+    let next = session.reel.supply().count();
+    session
+        .reel
+        .keep(Past::new(session.model.clone(), s(1), next));
+    let oldest = session.reel.forget_before(s(2)).map(Past::next);
+    assert_eq!(oldest, Some(next));
+    session.reel.supply_mut().forget_before(next);
+    session.now = s(3);
+    session.take(heard[0].clone());
+    session.reel.seek(s(3));
+    session.reel.seek(s(1));
+    assert_eq!(session.reel.packet(), Some(lines));
 }
 
 #[test]

@@ -4,6 +4,7 @@ mod captures;
 mod live;
 mod player;
 mod reel;
+mod unread;
 
 use std::path::Path;
 use std::sync::Arc;

@@ -31,17 +31,12 @@ fn a_jump_waits_for_what_is_not_read_yet() {
     let looks = |player: &Player<Scene>| {
         let playback = player.playback();
         let note = playback.note.unwrap_or_default();
-        assert_eq!(
-            playback.is_looking,
-            note.starts_with("looking for packet"),
-            "{note}"
-        );
+        let says = ["looking for packet", "about packet"];
+        let says = says.into_iter().any(|words| note.starts_with(words));
+        assert_eq!(playback.is_looking, says, "{note}");
         playback.is_looking
     };
     assert!(looks(&player) && player.is_paused());
-    // Whoever gives up stands where he stood.
-    player.handle(host, Travel::GiveUp);
-    assert!(!looks(&player) && player.at() == Moment::ZERO);
     player.handle(host, packet(lines - 100));
     let mut findings = 0;
     survey(first.clone(), &mut again, |finding| {

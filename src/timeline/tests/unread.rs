@@ -1,0 +1,321 @@
+//! What lies where nobody has read yet is gone to by what the capture tells without being read, and it is what
+//! reading finds.
+
+use proptest::prelude::*;
+
+use super::*;
+use crate::capture::Session;
+use crate::capture::composer::Composer;
+use crate::capture::index::Piece;
+use crate::model::Model;
+
+/// What the radio delivered.
+fn bytes_of(name: &str) -> Vec<u8> {
+    let mut tape = capture(name);
+    let mut bytes = Vec::new();
+    while let Some(piece) = tape.next_piece() {
+        if let Piece::Received(some) = piece {
+            bytes.extend_from_slice(some);
+        }
+    }
+    bytes
+}
+
+fn of_bytes(bytes: Vec<u8>) -> Box<dyn Tape + Send> {
+    index::read(Arc::new(bytes), Path::new("unread")).unwrap()
+}
+
+/// The same lines as a recording, three a second, whose chunks end after so many lines.
+fn recorded(text: &[u8], chunks: impl IntoIterator<Item = usize>) -> Vec<u8> {
+    let session = Session {
+        link: "radio".to_owned(),
+        start: std::time::UNIX_EPOCH,
+        notes: std::collections::BTreeMap::new(),
+        configuration: String::new(),
+    };
+    let mut composer = Composer::new(Vec::new(), &session).unwrap();
+    let mut chunks = chunks.into_iter();
+    let mut left = chunks.next();
+    for (n, line) in (1_u64..).zip(text.split_inclusive(|&byte| byte == b'\n')) {
+        composer.handle_rx(n * 1_000_000_000 / 3, line).unwrap();
+        left = left.map(|left| left.saturating_sub(1));
+        if left == Some(0) {
+            composer.flush().unwrap();
+            left = chunks.next();
+        }
+    }
+    composer.finish().unwrap()
+}
+
+fn unread(tape: Box<dyn Tape + Send>) -> Reel<Scene> {
+    let first = Scene::new("radio", Config::default(), &*tape);
+    Reel::new(tape, first, SPACING)
+}
+
+fn lines(model: &Model) -> u64 {
+    model.tally().lines
+}
+
+const KINDS: [Landmark; 4] = [
+    Landmark::Alarm,
+    Landmark::Bump,
+    Landmark::Behaviour,
+    Landmark::Command,
+];
+
+proptest! {
+    #![proptest_config(ProptestConfig::with_cases(24))]
+
+    /// However a recording is cut into chunks: its index says of every line when it came, and leaves no landmark out;
+    /// nor does a look at a text.
+    #[test]
+    fn what_is_told_without_reading_is_what_reading_says(
+        name in prop::sample::select(&CAPTURES[..]),
+        times in 1_usize..4,
+        chunks in prop::collection::vec(1_usize..60, 1..40),
+    ) {
+        let text = bytes_of(name).repeat(times);
+        for (is_counted, bytes) in [(true, recorded(&text, chunks)), (false, text)] {
+            let mut tape = of_bytes(bytes);
+            let mut scene = Scene::new("radio", Config::default(), &*tape);
+            let mut index = tape.again();
+            let mut left_out = 0;
+            // How many lines came until when.
+            let mut came = vec![(Moment::ZERO, 0)];
+            while let Some(at) = scene.next_at(&mut tape) {
+                let counted = scene.model().tally();
+                scene.step(&mut tape);
+                let tally = scene.model().tally();
+                let is_line = tally.lines > counted.lines;
+                for kind in KINDS {
+                    let is_one = tally.of(kind) > counted.of(kind);
+                    // A look takes its time.
+                    if is_counted || is_one || tally.lines.is_multiple_of(16) {
+                        let may_hold = index.may_hold(kind, at, at);
+                        prop_assert!(may_hold || !is_one, "{kind:?} at {at:?}");
+                        left_out += u32::from(!may_hold);
+                    }
+                }
+                if is_line && is_counted {
+                    came.push((at, tally.lines));
+                    let (from, count) = index.about_line(tally.lines).expect("it is there");
+                    // Lines that only acknowledge make it early.
+                    prop_assert!(from <= at);
+                    if name != "demo-commands.mcap" {
+                        prop_assert_eq!(from, at);
+                        let earlier = came.iter().rev().find(|(at, _)| *at < from);
+                        prop_assert_eq!(count, earlier.map_or(0, |(_, lines)| *lines));
+                    }
+                }
+            }
+            let is_there = index.about_line(lines(scene.model()) + 1).is_some();
+            prop_assert!(!is_there || !is_counted || name == "demo-commands.mcap");
+            prop_assert!(left_out > 0 || times == 1, "it leaves nothing out");
+        }
+    }
+}
+
+/// A packet of a recording that nobody has read is there at once, and known for certain when it is read.
+#[test]
+fn a_packet_is_there_before_it_is_read() {
+    for (name, slack) in [("house-clean.txt", 0.001), ("house-noisy.txt", 0.03)] {
+        let text = bytes_of(name).repeat(40);
+        for (form, slack, bytes) in [
+            ("mcap", 0.0, recorded(&text, None)),
+            ("raw", slack, text.clone()),
+        ] {
+            let (mut whole, end) = surveyed(of_bytes(bytes.clone()));
+            whole.seek(end);
+            let all = lines(whole.model());
+            for number in [all / 2, all * 4 / 5, all * 19 / 20] {
+                assert!(matches!(whole.seek_line(number, 0), Found::At(_)));
+                let tape = of_bytes(bytes.clone());
+                let length = tape.length();
+                let reel = unread(tape);
+                let mut player = Player::of_capture(reel, Moment::ZERO, 1.0, length, None);
+                player.handle(Moment::ZERO, Travel::Seek(Target::Packet(number)));
+                let playback = player.playback();
+                assert!(playback.is_looking && player.is_paused(), "{name} {form}");
+                let note = playback.note.unwrap();
+                assert!(
+                    note.starts_with(&format!("about packet {number}:")),
+                    "{note}"
+                );
+                let off = player.at().abs_diff(whole.at());
+                assert!(
+                    off <= end.mul_f64(slack),
+                    "{name} {form}: packet {number} is off by {off:?} of {end:?}"
+                );
+                if off.is_zero() {
+                    let robot = |model: &Model| format!("{:?}", model.robot.state);
+                    assert_eq!(robot(player.model()), robot(whole.model()));
+                }
+                while player.has_work() {
+                    player.work(997);
+                }
+                assert_eq!(player.playback().packet, Some(number), "{name} {form}");
+                assert_eq!(told(player.model()), told(whole.model()), "{name} {form}");
+                assert!(!player.playback().is_looking);
+            }
+        }
+    }
+}
+
+/// An index that is damaged may lead anywhere, and reading puts it right.
+#[test]
+fn a_damaged_index_is_put_right_by_reading() {
+    let bytes = recorded(&bytes_of("house-clean.txt"), (3..30).cycle().take(100));
+    let summary_at = bytes.len() * 9 / 10;
+    let mut dice = 11_usize;
+    for n in 0..150 {
+        dice = dice
+            .wrapping_mul(6_364_136_223_846_793_005)
+            .wrapping_add(1_442_695_040_888_963_407);
+        let mut bytes = bytes.clone();
+        let at = summary_at + (dice >> 33) % (bytes.len() - summary_at);
+        bytes[at] ^= 1 << (n % 8);
+        let Ok(tape) = index::read(Arc::new(bytes), Path::new("unread")) else {
+            continue;
+        };
+        let mut again = tape.again();
+        let first = Scene::new("radio", Config::default(), &*tape);
+        let mut reel = unread(tape);
+        reel.seek_about_line(300);
+        let mut player = Player::of_capture(reel, Moment::ZERO, 1.0, Moment::MAX, None);
+        player.handle(
+            Moment::ZERO,
+            Travel::Jump {
+                to: Some(Landmark::Command),
+                forward: true,
+            },
+        );
+        player.handle(Moment::ZERO, Travel::Seek(Target::Packet(300)));
+        survey(first, &mut again, |finding| {
+            match finding {
+                Finding::State(scene) => player.reel_mut().keep(*scene),
+                Finding::Marks(_) => {}
+                Finding::End(at) => player.set_read_through(at),
+            }
+            true
+        });
+        assert_eq!(player.playback().packet, Some(300), "flipped at {at}");
+        assert!(!player.playback().is_looking, "flipped at {at}");
+    }
+}
+
+/// Whoever gives up stays where he was shown, and what is not there is told of when all is read.
+#[test]
+fn about_a_packet_one_can_stay() {
+    let bytes = recorded(&bytes_of("house-clean.txt").repeat(20), None);
+    let tape = of_bytes(bytes);
+    let length = tape.length();
+    let mut player = Player::of_capture(unread(tape), Moment::ZERO, 1.0, length, None);
+    player.handle(Moment::ZERO, Travel::Seek(Target::Packet(7000)));
+    let at = player.at();
+    assert!(at > Moment::from_mins(30));
+    player.handle(Moment::ZERO, Travel::GiveUp);
+    assert!(player.at() == at && !player.playback().is_looking);
+    player.handle(Moment::ZERO, Travel::Seek(Target::Packet(70_000)));
+    assert!(player.at() == at && player.playback().is_looking);
+    player.set_read_through(length);
+    assert_eq!(
+        player.playback().note.as_deref(),
+        Some("there is no packet 70000")
+    );
+}
+
+/// A search that is interrupted as often as one likes finds what reading finds, in text and in recordings.
+#[test]
+fn a_search_goes_on_where_it_was_interrupted() {
+    let clean = bytes_of("house-clean.txt").repeat(30);
+    let noisy = bytes_of("house-noisy.txt").repeat(30);
+    let commands = bytes_of("demo-commands.mcap").repeat(30);
+    for bytes in [
+        recorded(&clean, (3..50).cycle().take(2000)),
+        recorded(&noisy, (3..50).cycle().take(2000)),
+        recorded(&commands, (3..50).cycle().take(2000)),
+        clean,
+        noisy,
+        commands,
+    ] {
+        let (mut whole, end) = surveyed(of_bytes(bytes.clone()));
+        for kind in KINDS {
+            let mut reel = unread(of_bytes(bytes.clone()));
+            for place in [5, 6, 9] {
+                let at = end * place / 10;
+                let hunted = |found: Found, reel: &mut Reel<Scene>| {
+                    let mut found = found;
+                    while found == Found::NotYet && reel.is_hunting() {
+                        found = reel.hunt(7);
+                    }
+                    found
+                };
+                let found = reel.find_next(kind, at, 1);
+                let found = hunted(found, &mut reel);
+                assert_eq!(found, whole.find_next(kind, at, 0), "{kind:?} after {at:?}");
+                let found = reel.find_last(kind, at, 1);
+                let found = hunted(found, &mut reel);
+                assert_eq!(
+                    found,
+                    whole.find_last(kind, at, 0),
+                    "{kind:?} before {at:?}"
+                );
+            }
+        }
+        // Before the first there is none, and what is kept knows it.
+        let mut reel = unread(of_bytes(bytes));
+        let first = whole.find_next(Landmark::Bump, Moment::ZERO, 0);
+        let Found::At(first) = first else {
+            panic!("{first:?}");
+        };
+        let mut found = reel.find_last(Landmark::Bump, first, 1);
+        while found == Found::NotYet && reel.is_hunting() {
+            found = reel.hunt(7);
+        }
+        assert_eq!(found, Found::Nowhere);
+    }
+}
+
+/// Among states that are far apart those kept of the way give the same moments, lines and landmarks.
+#[test]
+fn states_kept_of_the_way_show_what_playing_there_shows() {
+    let bytes = bytes_of("house-noisy.txt").repeat(12);
+    let mut tape = of_bytes(bytes.clone());
+    let mut scene = Scene::new("radio", Config::default(), &*tape);
+    let mut reel = Reel::new(tape.again(), scene.clone(), Moment::MAX);
+    reel.complete();
+    let mut played = Vec::new();
+    let mut things = 0;
+    while scene.next_at(&mut tape).is_some() {
+        let counted = lines(scene.model());
+        scene.step(&mut tape);
+        things += 1;
+        if things % 41 == 0 && lines(scene.model()) > counted {
+            played.push(scene.clone());
+        }
+    }
+    let last = played.len() - 1;
+    assert!(
+        things > 3 * 512 && last > 40,
+        "{things} things, {last} places"
+    );
+    let mut dice = 3_usize;
+    for n in 0..60 {
+        dice = dice
+            .wrapping_mul(6_364_136_223_846_793_005)
+            .wrapping_add(1_442_695_040_888_963_407);
+        let wanted = &played[(dice >> 33) % played.len()];
+        let number = lines(wanted.model());
+        match n % 3 {
+            0 => reel.seek(wanted.moment()),
+            1 => assert!(matches!(reel.seek_line(number, 0), Found::At(_))),
+            _ => {
+                assert!(matches!(reel.seek_line(number, 0), Found::At(_)));
+                assert!(reel.step_forward() && reel.step_back());
+            }
+        }
+        assert!(!reel.is_partial());
+        assert_eq!(reel.packet(), Some(number), "visit {n}");
+        assert!(told(reel.model()) == told(wanted.model()), "visit {n}");
+    }
+}
