@@ -19,6 +19,9 @@ use sr04_sim::{Simulation, SimulationConfig, World};
 
 const SEEKS: u32 = 500;
 
+/// Of the robot.
+const LINES_PER_S: f64 = 3.0;
+
 fn main() {
     let hours: Vec<u64> = std::env::args()
         .filter_map(|word| word.parse().ok())
@@ -26,12 +29,14 @@ fn main() {
     let hours = if hours.is_empty() { vec![24] } else { hours };
     let folder = tempfile::tempdir().expect("a temporary folder");
     println!(
-        "{:>5} {:>5} {:>8} {:>8} {:>9} {:>9} {:>9} {:>9} {:>9} {:>9} {:>8}",
+        "{:>5} {:>5} {:>8} {:>8} {:>9} {:>9} {:>9} {:>9} {:>9} {:>9} {:>9} {:>9} {:>8}",
         "hours",
         "form",
         "MB",
         "open ms",
         "first ms",
+        "packet ms",
+        "rare ms",
         "read s",
         "seek ms",
         "worst ms",
@@ -84,6 +89,17 @@ fn measure(hours: u64, form: &str, path: &Path) {
     reel.seek(length.mul_f64(0.9));
     let unread = begun.elapsed();
     let begun = Instant::now();
+    let nine_tenths = length.mul_f64(0.9 * LINES_PER_S).as_secs();
+    reel.seek_about_line(nine_tenths).expect("it is there");
+    let packet = begun.elapsed();
+    // There is none: all of the second half is looked through, as far as that cannot be left out.
+    let begun = Instant::now();
+    reel.find_next(Landmark::Command, length / 2, 1);
+    while reel.is_hunting() {
+        reel.hunt(usize::MAX);
+    }
+    let rare = begun.elapsed();
+    let begun = Instant::now();
     survey(first, &mut again, |finding| {
         if let Finding::State(scene) = finding {
             reel.keep(*scene);
@@ -117,10 +133,12 @@ fn measure(hours: u64, form: &str, path: &Path) {
         jump = jump.max(begun.elapsed());
     }
     println!(
-        "{hours:>5} {form:>5} {:>8.1} {:>8.2} {:>9.2} {:>9.2} {:>9.2} {:>9.2} {:>9.2} {:>9.2} {:>8.1}",
+        "{hours:>5} {form:>5} {:>8.1} {:>8.2} {:>9.2} {:>9.2} {:>9.2} {:>9.2} {:>9.2} {:>9.2} {:>9.2} {:>9.2} {:>8.1}",
         fs::metadata(path).map_or(0.0, |about| about.len() as f64 / 1e6),
         ms(opened),
         ms(unread),
+        ms(packet),
+        ms(rare),
         read.as_secs_f64(),
         ms(all / SEEKS),
         ms(worst),
