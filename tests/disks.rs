@@ -4,6 +4,8 @@
 
 #[path = "common/programs.rs"]
 mod programs;
+#[path = "common/pty.rs"]
+mod pty;
 
 use std::fs;
 use std::io::{Read, Write};
@@ -14,6 +16,7 @@ use std::time::{Duration, Instant, SystemTime};
 use groundwave::capture::recover::{Outcome, Paths, recover};
 use groundwave::capture::{Existing, RawWriter, Recorder, Session};
 use programs::{GROUNDWAVE, Sim, Telling, expect, scratch};
+use pty::OnTerminal;
 
 /// A limit on the size of files does what a full disk does, and needs no rights.
 #[test]
@@ -53,6 +56,26 @@ fn a_full_disk_is_told_and_the_robot_is_watched_on() {
     let recovery = recover(&path).unwrap();
     assert!(recovery.rx_bytes > 5000, "{recovery:?}");
     assert!(path.exists() && !paths.are_interrupted());
+}
+
+/// The journal is full long before the recording itself is written on: one key goes on in another file all the same.
+#[test]
+fn after_a_full_disk_one_key_records_on() {
+    let folder = scratch("full-dashboard");
+    let sim = Sim::start(&["--listen", "127.0.0.1:0", "--time-factor", "50"]);
+    let script = "cd \"$0\"; trap '' XFSZ; ulimit -f 60; exec \"$@\"";
+    let folder = folder.to_str().unwrap();
+    let arguments = [
+        "-c", script, folder, GROUNDWAVE, "watch", &sim.path, "--record", "run.mcap",
+    ];
+    let mut watch = OnTerminal::start("sh", &arguments, 120, 40);
+    watch.wait_for("that the disk is full", |text| {
+        text.contains("RECORDING FAILED")
+    });
+    watch.type_keys("R");
+    watch.wait_for("the next recording", |text| text.contains("groundwave-2"));
+    watch.type_keys("q");
+    watch.wait();
 }
 
 #[test]

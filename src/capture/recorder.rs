@@ -316,10 +316,11 @@ impl Recorder {
         told.clone().or_else(|| self.journal.problem())
     }
 
-    /// Whether it has stopped before its end: nothing more goes into the MCAP.
+    /// Whether one of its files takes no more: the MCAP, or the journal where it was not taken away.
     #[must_use]
     pub fn has_failed(&self) -> bool {
         self.thread.as_ref().is_some_and(JoinHandle::is_finished)
+            || self.journal.problem().is_some()
     }
 
     /// Writes the index, waits until the disk has everything, reads it back and gives the recording its

@@ -34,11 +34,22 @@ pub struct Note {
     pub text: String,
 }
 
+/// A label has no other place than beside its capture.
+fn remedy(error: &io::Error) -> &'static str {
+    match error.kind() {
+        ErrorKind::PermissionDenied | ErrorKind::ReadOnlyFilesystem => {
+            "; it lies beside its capture: copy that to a folder you may write to"
+        }
+        ErrorKind::StorageFull | ErrorKind::QuotaExceeded => "; make room",
+        _ => "",
+    }
+}
+
 /// A label could not be read or written.
 #[derive(Debug, thiserror::Error)]
 pub enum LabelError {
     /// The operating system.
-    #[error("cannot {action} {}: {error}", path.display())]
+    #[error("cannot {action} {}: {error}{}", path.display(), remedy(error))]
     File {
         /// What was tried.
         action: &'static str,
@@ -166,6 +177,20 @@ mod tests {
         let folder = tempfile::tempdir().unwrap();
         let label = Label::of(&folder.path().join("none.mcap")).unwrap();
         assert_eq!(label, Label::default());
+    }
+
+    #[test]
+    fn a_folder_that_may_not_be_written_has_a_remedy() {
+        let error = LabelError::File {
+            action: "write",
+            path: "run.mcap.run.toml".into(),
+            error: ErrorKind::PermissionDenied.into(),
+        };
+        let said = error.to_string();
+        assert!(
+            said.contains("copy that to a folder you may write to"),
+            "{said}"
+        );
     }
 
     #[test]
