@@ -71,9 +71,10 @@ pub(super) fn links(current: &OsStr) -> Candidates {
         .any(|word| word == "--via" || word == "--dry-run")
     {
         let is_param = before.iter().any(|word| word == "param");
-        return match is_param {
-            true => param_words(&before, current),
-            false => command_words(&before, current),
+        return if is_param {
+            param_words(&before, current)
+        } else {
+            command_words(&before, current)
         };
     }
     let config = config::load(named_config(&before).as_deref()).unwrap_or_default();
