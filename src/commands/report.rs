@@ -166,12 +166,6 @@ impl Report {
     fn why(&self, request: &Request, outcome: Outcome) -> String {
         match (&self.told, request, outcome) {
             (Some(line), Request::Parameter(_), Outcome::BadValue) => limits_text(line),
-            (_, Request::Parameter(Tuning::Get(name) | Tuning::Set(name, _)), Outcome::Unknown) => {
-                format!(
-                    "it has no parameter `{}`; `param list` shows those it has",
-                    name.as_str()
-                )
-            }
             _ => self
                 .robot
                 .why(request, outcome)

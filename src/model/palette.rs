@@ -116,12 +116,19 @@ fn entries(keymap: &Keymap) -> Vec<Entry> {
         pick: Pick::Words(words),
     });
     let parameters = known_parameters().map(|(name, about)| Entry {
-        title: format!(":param {name}"),
+        title: format!(":param {name}: {}", in_passing(about)),
         key: String::new(),
         searched: format!("param {} {about}", name.replace('-', " ")),
         pick: Pick::Words(format!("param {name}")),
     });
     keys.chain(commands).chain(parameters).collect()
+}
+
+/// A sentence as it stands behind a colon.
+fn in_passing(sentence: &str) -> String {
+    let mut letters = sentence.trim_end_matches('.').chars();
+    let first = letters.next().map(|first| first.to_ascii_lowercase());
+    first.into_iter().chain(letters).collect()
 }
 
 /// What is looked for in a panel and is not in its name.
@@ -187,7 +194,7 @@ mod tests {
             ("moth", ":preset moth"),
             ("failsafe", ":failsafe"),
             ("truth", "map: the simulator's truth"),
-            ("diameter", ":param wheel-left"),
+            ("diameter", ":param wheel-left: diameter of the left wheel"),
         ] {
             assert_eq!(best(text).as_deref(), Some(title), "{text}");
         }

@@ -3,7 +3,7 @@
 use groundwave_protocol::letters::{Layer, LayerMask, Mode};
 use groundwave_protocol::telemetry::{Body, Outcome};
 
-use super::{Request, layer_word, mode_word};
+use super::{Request, Tuning, layer_word, mode_word};
 
 /// What a robot last said it is set to.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -42,6 +42,12 @@ impl Standing {
     pub fn why(&self, request: &Request, outcome: Outcome) -> Option<String> {
         match (request, outcome) {
             (Request::Scan, Outcome::NotNow) => {}
+            (Request::Parameter(Tuning::Get(name) | Tuning::Set(name, _)), Outcome::Unknown) => {
+                return Some(format!(
+                    "it has no parameter `{}`; `param list` shows those it has",
+                    name.as_str()
+                ));
+            }
             (Request::Mode(Mode::Forage), Outcome::NotFitted) => {
                 return Some("it has no sensor for a dock's beacon; try `home`".to_owned());
             }
@@ -101,6 +107,18 @@ mod tests {
         assert!(
             hide.contains("motion detector") && hide.contains("`reactive`"),
             "{hide}"
+        );
+    }
+
+    #[test]
+    fn an_unknown_parameter_is_refused_with_where_to_look() {
+        let words = ["param", "set", "warp-speed", "9"];
+        let request = Request::from_words(&words).expect("a name");
+        let why = Standing::default().why(&request, Outcome::Unknown);
+        let why = why.expect("there is a reason");
+        assert!(
+            why.contains("`warp-speed`") && why.contains("`param list`"),
+            "{why}"
         );
     }
 

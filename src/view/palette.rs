@@ -15,7 +15,7 @@ impl Screen<'_> {
         let theme = &self.theme;
         let inner = self.window(buffer, area, (COLUMNS, ROWS), " what to do ");
         let prompt = Line::from(vec![
-            Span::styled(format!("{} ", theme.glyphs.holds), theme.key),
+            Span::styled("find: ", theme.key),
             Span::styled(palette.text.as_str(), theme.strong),
             Span::styled(theme.glyphs.text_cursor, theme.key),
         ]);

@@ -93,7 +93,7 @@ impl Screen<'_> {
         );
         facts.push(("drives", text, theme.plain));
         let text = format!(
-            "{}; infrared {}; sonar {} left, {} right; floor: {}; arm {}",
+            "{}; infrared {}; sonar {} left, {} right; edge {}; arm {}",
             match why::bump(state.bump) {
                 touched if touched.contains("bumper") => touched.to_owned(),
                 other => format!("bumper {other}"),

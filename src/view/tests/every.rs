@@ -295,6 +295,7 @@ const STATES: &[State] = &[
             "why, at 00:15",
             "beaten    sonar, prowl",
             "wheels ordered -6 -6",
+            "edge not fitted",
         ],
     },
     State {
