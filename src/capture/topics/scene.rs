@@ -127,7 +127,7 @@ fn robot(to: &mut Vec<u8>) {
     to.message(10, |to| {
         to.message(1, |to| upright(to, [0.0, 0.0, HEIGHT_M / 2.0]));
         to.message(2, |to| {
-            triple(to, [2.0 * RADIUS_M, 2.0 * RADIUS_M, HEIGHT_M])
+            triple(to, [2.0 * RADIUS_M, 2.0 * RADIUS_M, HEIGHT_M]);
         });
         // As wide at the bottom as at the top.
         to.double(3, 1.0);
