@@ -197,7 +197,7 @@ impl Cpu {
     fn so_far() -> Self {
         let stat = fs::read_to_string("/proc/self/stat").unwrap_or_default();
         let after_name = stat.rsplit(") ").next().unwrap_or_default();
-        let mut ticks = after_name.split(' ').skip(11).map(|ticks| ticks.parse());
+        let mut ticks = after_name.split(' ').skip(11).map(str::parse);
         let mut next = || ticks.next().and_then(Result::ok).unwrap_or(0);
         let [user, system] = [next(), next()].map(|ticks: u64| Duration::from_millis(ticks * 10));
         Self { user, system }

@@ -33,13 +33,29 @@ DAYS_OF_A_MONTH = 30
 def measure(*words):
     """Wall seconds, CPU seconds and peak memory in MB of a run of the program."""
     began = time.monotonic()
-    process = subprocess.Popen([PROGRAM, *words], stdout=subprocess.DEVNULL, stderr=subprocess.PIPE)
-    complaint = process.stderr.read().decode()
-    _, status, usage = os.wait4(process.pid, 0)
-    took_s = time.monotonic() - began
-    if os.waitstatus_to_exitcode(status) != 0:
-        raise SystemExit(f"{words}: {complaint}")
-    return took_s, usage.ru_utime + usage.ru_stime, usage.ru_maxrss / 1024
+    peak_kb = 0
+    with tempfile.TemporaryFile() as complaints:
+        process = subprocess.Popen([PROGRAM, *words], stdout=subprocess.DEVNULL, stderr=complaints)
+        while True:
+            pid, status, usage = os.wait4(process.pid, os.WNOHANG)
+            if pid != 0:
+                break
+            # What the system tells in the end counts this script's own memory too, of which the process was made.
+            peak_kb = max(peak_kb, memory_kb(process.pid))
+            time.sleep(0.005)
+        took_s = time.monotonic() - began
+        complaints.seek(0)
+        if os.waitstatus_to_exitcode(status) != 0:
+            raise SystemExit(f"{words}: {complaints.read().decode()}")
+    return took_s, usage.ru_utime + usage.ru_stime, peak_kb / 1024
+
+
+def memory_kb(pid):
+    """The most that a process has had so far, if it is the program already."""
+    with open(f"/proc/{pid}/status") as file:
+        lines = dict(line.split(":", 1) for line in file)
+    has_begun = lines["Name"].strip() == os.path.basename(PROGRAM)
+    return int(lines["VmHWM"].split()[0]) if has_begun and "VmHWM" in lines else 0
 
 
 def table(folder, raw):

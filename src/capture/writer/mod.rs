@@ -17,7 +17,7 @@ use group::Group;
 use records::{Fields, Reader, op, record};
 
 /// Uncompressed bytes of a chunk: some ten minutes. Seeking has to decompress one; a quarter of it would make the file of a
-/// day 6 per cent larger.
+/// day 5 per cent larger.
 const CHUNK_BYTES: usize = 1024 * 1024;
 
 /// What a file says wrote it, if its topics have the numbers that they always have here.

@@ -93,7 +93,7 @@ fn what_is_forgotten_is_not_gone_on_with() {
     let mut decoder = Decoder::default();
     let mut heard = Vec::new();
     while let Some(piece) = tape.next_piece() {
-        if let index::Piece::Received(bytes) = piece
+        if let Piece::Received(bytes) = piece
             && let (_, Some(Received::Line(line, raw))) = decoder.handle_bytes(bytes)
         {
             let line = Box::new(line);
