@@ -17,6 +17,7 @@ mod chart;
 mod keys;
 mod ledger;
 mod motors;
+mod runs;
 
 const STOP: Effect = Effect::Send(Request::Stop);
 

@@ -1,0 +1,124 @@
+//! What is asked of runs: lists, comparisons, names and notes.
+
+use super::*;
+use crate::event::Remark;
+use crate::model::Runs;
+
+#[test]
+fn what_is_said_of_a_run_is_kept_beside_its_recording() {
+    let mut scene = scene();
+    scene.type_text(":note the glass door");
+    assert_eq!(scene.press(&[KeyCode::Enter]), []);
+    let Overlay::Text(entry) = &scene.model.overlay else {
+        panic!("the text stays to be mended");
+    };
+    assert!(entry.error.as_ref().is_some_and(|e| e.contains("R begins")));
+    scene.press(&[KeyCode::Esc]);
+    scene.event(Event::Recording(crate::event::Recording {
+        mcap: Some("evening.mcap".to_owned()),
+        ..crate::event::Recording::default()
+    }));
+    for (text, remark) in [
+        ("name new wheels", Remark::Name("new wheels".to_owned())),
+        (
+            "note the glass door",
+            Remark::Note("the glass door".to_owned()),
+        ),
+        ("void the cat", Remark::Void("the cat".to_owned())),
+        ("void", Remark::Void(String::new())),
+        ("counts", Remark::Counts),
+    ] {
+        scene.type_text(":");
+        scene.type_text(text);
+        let label = Effect::Label {
+            capture: "evening.mcap".to_owned(),
+            remark,
+            ago: Moment::ZERO,
+        };
+        assert_eq!(scene.press(&[KeyCode::Enter]), [label], "{text}");
+    }
+}
+
+#[test]
+fn runs_are_listed_beside_the_recording_and_two_are_compared() {
+    let mut scene = scene();
+    let asked = |scene: &mut Scene, text: &str| {
+        scene.type_text(text);
+        scene.press(&[KeyCode::Enter])
+    };
+    let list = |folder: &str| [Effect::ListRuns(folder.to_owned())];
+    let compare = |a: &str, b: &str| [Effect::CompareRuns([a, b].map(str::to_owned))];
+    assert_eq!(asked(&mut scene, ":runs"), list("."));
+    scene.press(&[KeyCode::Esc]);
+    scene.event(Event::Recording(crate::event::Recording {
+        mcap: Some("evenings/first.mcap".to_owned()),
+        ..crate::event::Recording::default()
+    }));
+    assert_eq!(asked(&mut scene, ":runs"), list("evenings"));
+    scene.event(Event::Runs(Ok(listed())));
+    // Picked, dropped and picked again; then another one.
+    scene.press(&[KeyCode::Enter, KeyCode::Enter, KeyCode::Enter]);
+    let wanted = compare("runs/evening.mcap", "runs/morning.mcap");
+    assert_eq!(scene.press(&[KeyCode::Down, KeyCode::Enter]), wanted);
+    scene.event(Event::Overlaid(Ok(overlaid())));
+    let Overlay::Runs(Runs::Overlaid(_)) = &scene.model.overlay else {
+        panic!("{:?}", scene.model.overlay);
+    };
+    scene.press(&[KeyCode::Esc]);
+    assert_eq!(asked(&mut scene, ":runs elsewhere"), list("elsewhere"));
+    // Whoever does not wait any more is not interrupted.
+    scene.press(&[KeyCode::Esc]);
+    scene.event(Event::Runs(Ok(listed())));
+    assert_eq!(scene.model.overlay, Overlay::None);
+    assert_eq!(asked(&mut scene, ":compare a b"), compare("a", "b"));
+    scene.press(&[KeyCode::Esc]);
+    let blanks = asked(&mut scene, ":compare \"my evening.mcap\" 'b c'");
+    assert_eq!(blanks, compare("my evening.mcap", "b c"));
+    scene.press(&[KeyCode::Esc]);
+    assert_eq!(asked(&mut scene, ":runs \"my runs\""), list("my runs"));
+    scene.event(Event::Overlaid(Err("a: no".to_owned())));
+    let failed = Overlay::Runs(Runs::Failed("a: no".to_owned()));
+    assert_eq!(scene.model.overlay, failed);
+}
+
+/// A name with blanks is as good as any other; whoever forgets the quotes is told of them.
+#[test]
+fn a_name_with_blanks_is_said_in_quotes() {
+    let mut scene = scene();
+    let load = [Effect::LoadRoute("my tour.csv".to_owned())];
+    for text in [":route \"my tour.csv\"", ":route my tour.csv"] {
+        scene.type_text(text);
+        assert_eq!(scene.press(&[KeyCode::Enter]), load, "{text}");
+        scene.press(&[KeyCode::Esc]);
+    }
+    for (text, told) in [
+        (":compare my evening.mcap b", "`compare` takes two captures"),
+        (":compare a", "one with blanks stands in quotes"),
+        (":runs my evenings", "`runs` takes one folder"),
+        (":compare \"a b", "the quote before `a b` is not closed"),
+    ] {
+        scene.type_text(text);
+        assert_eq!(scene.press(&[KeyCode::Enter]), [], "{text}");
+        let Overlay::Text(entry) = &scene.model.overlay else {
+            panic!("{text}: the prompt stays");
+        };
+        let error = entry.error.as_deref().unwrap_or_default();
+        assert!(error.contains(told), "{text}: {error}");
+        scene.press(&[KeyCode::Esc]);
+    }
+}
+
+#[test]
+fn the_run_on_show_can_be_named_and_the_past_has_notes_of_its_own() {
+    let mut scene = Scene::new(Config {
+        capture: Some("old/house.mcap".to_owned()),
+        ..Config::default()
+    });
+    scene.type_text(":name the house");
+    let label = Effect::Label {
+        capture: "old/house.mcap".to_owned(),
+        remark: Remark::Name("the house".to_owned()),
+        ago: Moment::ZERO,
+    };
+    assert_eq!(scene.press(&[KeyCode::Enter]), [label]);
+}
