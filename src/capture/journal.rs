@@ -19,6 +19,7 @@ use prost::Message;
 
 use super::error::create;
 use super::messages::UplinkEvent;
+use super::recover::claim;
 use super::topics::StationEvent;
 use super::{CaptureError, Existing};
 
@@ -122,9 +123,7 @@ impl JournalWriter {
     pub fn create(path: impl Into<PathBuf>) -> Result<Self, CaptureError> {
         let path = path.into();
         let file = create(&path, Existing::Refuse, false)?;
-        // A file system that knows no locks cannot keep a second program away; the journal is written
-        // all the same.
-        let _ = file.try_lock();
+        claim(&file);
         Ok(Self {
             file,
             path,

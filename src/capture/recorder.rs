@@ -17,6 +17,7 @@ pub use super::composer::Session;
 use super::composer::since_1970_ns;
 use super::error::create;
 use super::journal::{Entry, JournalWriter, Kind};
+use super::presence;
 use super::recover::{self, Paths};
 use super::rotation::{Rotation, part_name};
 use super::topics::StationEvent;
@@ -447,6 +448,11 @@ impl Drop for Recorder {
 
 fn new_journal(paths: &Paths, session: &Session) -> Result<JournalWriter, CaptureError> {
     let mut journal = JournalWriter::create(&paths.journal)?;
+    let is_gone = |file: File| presence::check(&file, &paths.journal).is_err();
+    if journal.handle().is_ok_and(is_gone) {
+        // Somebody who took it for an interrupted one was faster.
+        return Err(CaptureError::InUse(paths.target.clone()));
+    }
     // A table of words is always JSON.
     let about = serde_json::to_vec(session).unwrap_or_default();
     journal.session(since_1970_ns(session.start), &about);
@@ -462,7 +468,6 @@ fn new_journal(paths: &Paths, session: &Session) -> Result<JournalWriter, Captur
 /// Creates the file that is written, and keeps others from taking it for an interrupted one.
 fn create_partial(path: &Path, existing: Existing) -> Result<File, CaptureError> {
     let file = create(path, existing, false)?;
-    // A file system that knows no locks keeps nobody away; the recording goes on all the same.
-    let _ = file.try_lock();
+    recover::claim(&file);
     Ok(file)
 }

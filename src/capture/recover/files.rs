@@ -74,6 +74,19 @@ fn lock(file: &File) -> Option<()> {
     }
 }
 
+/// Whether there is nothing yet but the journal's name: whoever begins the recording has not locked it.
+fn is_just_begun(paths: &Paths) -> bool {
+    let is_empty = fs::metadata(&paths.journal).is_ok_and(|about| about.len() == 0);
+    is_empty && !paths.partial.exists()
+}
+
+/// Keeps others from taking a file that is written for one that nobody writes any more. Whoever looks holds the lock for
+/// a moment, and that is waited for.
+pub fn claim(file: &File) {
+    // A file system that knows no locks keeps nobody away; the recording goes on all the same.
+    let _ = file.lock();
+}
+
 /// Recordings in a folder that were interrupted and that nobody writes now, by the names they are to
 /// have.
 #[must_use]
@@ -93,7 +106,7 @@ pub fn find_interrupted(folder: &Path) -> Vec<PathBuf> {
             name.ends_with(".mcap.partial") || name.ends_with(".mcap.journal")
         })
         .map(|path| Paths::of(&path))
-        .filter(|paths| !is_in_use(paths))
+        .filter(|paths| !is_just_begun(paths) && !is_in_use(paths))
         .map(|paths| paths.target)
         .collect();
     found.sort();
@@ -183,5 +196,45 @@ impl Locks {
                 })
                 .collect(),
         )
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use std::sync::atomic::{AtomicBool, Ordering};
+
+    #[test]
+    fn a_recording_that_has_just_begun_is_not_called_interrupted() {
+        let folder = tempfile::tempdir().unwrap();
+        let paths = Paths::of(&folder.path().join("a.mcap"));
+        fs::write(&paths.journal, "").unwrap();
+        assert!(find_interrupted(folder.path()).is_empty());
+        fs::write(&paths.journal, "something").unwrap();
+        assert_eq!(find_interrupted(folder.path()), [paths.target]);
+    }
+
+    #[test]
+    fn a_file_is_claimed_while_somebody_looks() {
+        let folder = tempfile::tempdir().unwrap();
+        let paths = Paths::of(&folder.path().join("a.mcap"));
+        for _ in 0..100 {
+            let file = File::create(&paths.journal).unwrap();
+            let (looks, is_claimed) = (AtomicBool::new(false), AtomicBool::new(false));
+            std::thread::scope(|scope| {
+                scope.spawn(|| {
+                    while !is_claimed.load(Ordering::Relaxed) {
+                        let _ = is_in_use(&paths);
+                        looks.store(true, Ordering::Relaxed);
+                    }
+                });
+                while !looks.load(Ordering::Relaxed) {
+                    std::thread::yield_now();
+                }
+                claim(&file);
+                is_claimed.store(true, Ordering::Relaxed);
+            });
+            assert!(is_in_use(&paths), "anybody could take it");
+        }
     }
 }

@@ -10,7 +10,13 @@ fn keeper(folder: &Path, started: Instant) -> Keeper {
         ..KeepOptions::default()
     };
     fs::create_dir(folder.join("first")).unwrap();
-    Keeper::open(&options, started).unwrap()
+    let keeper = Keeper::open(&options, started).unwrap();
+    // Nobody looks for interrupted recordings while the folder goes.
+    let threads = std::mem::take(&mut keeper.lock().threads);
+    for thread in threads {
+        thread.join().unwrap();
+    }
+    keeper
 }
 
 /// Waits for another thread.
