@@ -9,8 +9,9 @@ use groundwave_protocol::telemetry::ACK_LINE_BYTES;
 /// Start bit, eight data bits, stop bit.
 const BITS_PER_BYTE: u32 = 10;
 
-/// What the kernel holds for the reader when the program is killed is in no file: 24 bytes at 2400 baud.
-const LONGEST: Duration = Duration::from_millis(100);
+/// What the kernel holds for the reader when the program is killed is in no file: at 2400 baud 60 bytes of a line under
+/// way.
+const LONGEST: Duration = Duration::from_millis(250);
 
 /// A USB adapter keeps bytes so long before it hands them over: what was read may be as old.
 const ADAPTER: Duration = Duration::from_millis(17);
@@ -23,10 +24,11 @@ const SHORTEST: Duration = Duration::from_millis(10);
 pub(super) struct Rest {
     /// `None` where bytes may come at any speed.
     byte_time: Option<Duration>,
-    /// Bytes since the latest line feed, the first of them, and when it was read.
+    /// Bytes since the latest line feed, and the first of them.
     filled: usize,
     first: u8,
-    begun_at: Option<Instant>,
+    /// Before this no wire has carried the rest of the line.
+    whole_at: Option<Instant>,
 }
 
 impl Rest {
@@ -37,15 +39,17 @@ impl Rest {
             byte_time: byte_time.map(|baud| Duration::from_secs(1) * BITS_PER_BYTE / baud),
             filled: 0,
             first: 0,
-            begun_at: None,
+            whole_at: None,
         }
     }
 
     /// Takes what a read brought.
     pub(super) fn take(&mut self, now: Instant, bytes: &[u8]) {
+        if let Some(end) = bytes.iter().position(|&byte| byte == b'\n') {
+            self.doubt(now, end + 1);
+        }
         let fresh = match bytes.iter().rposition(|&byte| byte == b'\n') {
             Some(end) => {
-                self.doubt(now);
                 self.filled = 0;
                 &bytes[end + 1..]
             }
@@ -54,19 +58,17 @@ impl Rest {
         if self.filled == 0
             && let Some(&first) = fresh.first()
         {
-            (self.first, self.begun_at) = (first, Some(now));
+            self.first = first;
         }
         self.filled += fresh.len();
+        self.whole_at = self.carried_in(31, 32).map(|time| now + time);
     }
 
-    /// A pseudo-terminal keeps to no rate: a line that is whole in half the time it takes is proof enough, and whoever
+    /// A pseudo-terminal keeps to no rate: a line that is whole before a wire can have carried it is proof, and whoever
     /// sleeps there is late.
-    fn doubt(&mut self, now: Instant) {
-        let (Some(byte_time), Some(begun_at)) = (self.byte_time, self.begun_at.take()) else {
-            return;
-        };
-        let least = byte_time * self.line_bytes() / 2;
-        if now.saturating_duration_since(begun_at) < least {
+    fn doubt(&mut self, now: Instant, end: usize) {
+        let is_line = self.filled + end == self.line_bytes() as usize;
+        if is_line && self.whole_at.is_some_and(|at| now < at) {
             self.byte_time = None;
         }
     }
@@ -74,12 +76,18 @@ impl Rest {
     /// For how long the line cannot be whole, were the other end's clock faster by a sixteenth; `None` when the next byte
     /// may matter.
     pub(super) fn duration(&self) -> Option<Duration> {
+        let rest = self.carried_in(15, 16)?;
+        (rest >= SHORTEST).then_some(rest.min(LONGEST))
+    }
+
+    /// This part of the time in which the wire carries what is missing, if what was read is as old as it can be; `None` where
+    /// no line is under way.
+    fn carried_in(&self, part: u32, of: u32) -> Option<Duration> {
         let filled = u32::try_from(self.filled)
             .ok()
             .filter(|&filled| filled > 0)?;
         let missing = self.line_bytes().checked_sub(filled)?;
-        let rest = (self.byte_time? * missing * 15 / 16).saturating_sub(ADAPTER);
-        (rest >= SHORTEST).then_some(rest.min(LONGEST))
+        Some((self.byte_time? * missing * part / of).saturating_sub(ADAPTER))
     }
 
     /// Length of the line under way, if its first byte is what was sent.
@@ -174,15 +182,34 @@ mod tests {
         assert_eq!(rest.duration(), Some(LONGEST));
     }
 
+    /// Whether the line is there when the sleeper wakes up, or comes while nobody sleeps.
     #[test]
     fn a_line_that_comes_faster_than_the_wire_ends_all_sleep() {
-        let mut rest = Rest::new(Some(2400));
         let now = Instant::now();
-        rest.take(now, b"A...");
-        rest.take(now + LONGEST, &line(b'.', 76));
-        rest.take(now + LONGEST, b"B...");
-        assert_eq!(rest.duration(), None);
+        for filled in [1, 4, 40] {
+            let mut rest = Rest::new(Some(2400));
+            let line = line(b'A', 80);
+            rest.take(now, &line[..filled]);
+            let slept = rest.duration().expect("a rest");
+            let woken = now + slept + Duration::from_millis(3);
+            rest.take(woken, &line[filled..]);
+            rest.take(woken, b"B...");
+            assert_eq!(rest.duration(), None, "{filled} bytes were there before");
+        }
         assert_eq!(Rest::new(None).duration(), None);
+    }
+
+    /// A flipped bit makes a line feed of any byte, and of a short line another.
+    #[test]
+    fn a_line_feed_where_none_belongs_is_no_proof() {
+        for noise in [&b"..\n"[..], b"..........\n", b"...\n...\n"] {
+            let mut rest = Rest::new(Some(2400));
+            let now = Instant::now();
+            rest.take(now, b"A..");
+            rest.take(now + Duration::from_millis(30), noise);
+            rest.take(now + Duration::from_millis(40), b"B...");
+            assert_eq!(rest.duration(), Some(LONGEST));
+        }
     }
 
     /// At the port's rate it is the port that is slow; a radio behind it is slower still.
