@@ -150,6 +150,27 @@ fn a_paste_that_is_no_route_says_what_is_wrong() {
     leave(watch);
 }
 
+/// As a slow line hands them over: the letters of an arrow are no keys, `D` would dock the robot.
+#[test]
+fn esc_and_an_arrow_in_one_burst_send_nothing() {
+    let sim = Sim::start(&[]);
+    let mut watch = watch(&sim, &[], 120, 40);
+    for keys in ["\x1b\x1b[D", "\x1b\x1b[1;2D", "\x1b\x1b[5~", "\x1b\x1bOC"] {
+        watch.type_keys(":mode wander");
+        watch.wait_for("the prompt", |text| text.contains("Esc never mind"));
+        watch.type_keys(keys);
+        watch.wait_for("no prompt", |text| !text.contains("Esc never mind"));
+    }
+    watch.type_keys("p");
+    watch.wait_for("proof", |text| text.contains("mode prowl: acknowledged"));
+    let text = watch.text();
+    for word in ["forage", "wander", "photo", "clear"] {
+        let asked = format!("{word}: ");
+        assert!(!text.contains(&asked), "`{asked}` in\n{text}");
+    }
+    leave(watch);
+}
+
 #[test]
 fn a_wrong_file_is_mended_where_it_was_typed() {
     let folder = scratch("mended");

@@ -45,8 +45,9 @@ pub(super) fn sink(share: Option<&Share>, mut recorder: Sink) -> Sink {
     match share.map(Share::tap) {
         None => recorder,
         Some(tap) => Box::new(move |at, bytes| {
-            recorder(at, bytes);
+            let is_kept = recorder(at, bytes);
             tap.take(bytes);
+            is_kept
         }),
     }
 }

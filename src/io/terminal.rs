@@ -1,5 +1,6 @@
 //! The terminal: taken over for the dashboard, and given back whatever happens.
 
+mod burst;
 mod outlet;
 mod sheet;
 
@@ -33,7 +34,10 @@ static MOUSE: AtomicBool = AtomicBool::new(false);
 type Canvas = Terminal<Sheet>;
 
 /// How long a terminal that takes nothing is waited for when it is given back.
-const PATIENCE: Duration = Duration::from_secs(5);
+const PATIENCE: Duration = Duration::from_secs(1);
+
+/// Keys of one burst follow each other within this; nobody types so fast.
+const BURST: Duration = Duration::from_millis(25);
 
 const BELL: &[u8] = b"\x07";
 
@@ -223,10 +227,30 @@ pub fn events() -> Receiver<Event> {
     let (sender, receiver) = tokio::sync::mpsc::channel(64);
     thread::spawn(move || {
         while let Ok(event) = crossterm::event::read() {
+            let is_escape = burst::is_escape(&event);
             if sender.blocking_send(event).is_err() {
                 return;
+            }
+            if !is_escape {
+                continue;
+            }
+            let Ok(events) = burst::after_escape(next_in_burst) else {
+                return;
+            };
+            for event in events {
+                if sender.blocking_send(event).is_err() {
+                    return;
+                }
             }
         }
     });
     receiver
+}
+
+fn next_in_burst() -> io::Result<Option<Event>> {
+    if crossterm::event::poll(BURST)? {
+        crossterm::event::read().map(Some)
+    } else {
+        Ok(None)
+    }
 }

@@ -19,18 +19,15 @@ use crate::travel::Travel;
 
 impl Model {
     pub(super) fn take_key(&mut self, now: Moment, key: KeyEvent) -> Vec<Effect> {
-        let is_letter = matches!(key.code, KeyCode::Char(_)) && key.kind != KeyEventKind::Release;
-        if is_letter && key.modifiers.contains(KeyModifiers::ALT) && !self.is_typing() {
-            // Esc and what follows it in one burst: nothing is bound to Alt.
-            let letter = KeyEvent {
-                modifiers: key.modifiers - KeyModifiers::ALT,
-                ..key
-            };
-            let mut effects = self.take_key(now, KeyCode::Esc.into());
-            effects.extend(self.take_key(now, letter));
+        if let Some(effects) = self.take_escape_and(now, key) {
             return effects;
         }
-        let action = self.config.keys.action(self.context(), key);
+        let keys = &self.config.keys;
+        // A screen that another program has written on is drawn anew wherever one is.
+        let everywhere = |action: &Action| matches!(action, Action::Redraw | Action::Suspend);
+        let action = keys
+            .action(self.context(), key)
+            .or_else(|| keys.action(Context::Dashboard, key).filter(everywhere));
         if key.kind == KeyEventKind::Release {
             return match (&mut self.overlay, action) {
                 (Overlay::Drive(stick), Some(Action::Push { ahead, right })) => {
@@ -77,9 +74,28 @@ impl Model {
         Vec::new()
     }
 
-    /// Whether letters are taken for themselves.
-    const fn is_typing(&self) -> bool {
-        matches!(self.overlay, Overlay::Text(_) | Overlay::Palette(_))
+    /// Takes Esc and what followed it in one burst, which terminals take for Alt: nothing is bound to that. Of what followed
+    /// only STOP counts, for Alt may have been meant, and nothing goes to the robot that was not asked for.
+    fn take_escape_and(&mut self, now: Moment, key: KeyEvent) -> Option<Vec<Effect>> {
+        let can_follow = matches!(
+            key.code,
+            KeyCode::Char(_) | KeyCode::Enter | KeyCode::Backspace | KeyCode::Tab
+        );
+        if !can_follow || !key.modifiers.contains(KeyModifiers::ALT) {
+            return None;
+        }
+        if key.kind == KeyEventKind::Release {
+            return Some(Vec::new());
+        }
+        let mut effects = self.take_key(now, KeyCode::Esc.into());
+        let key = KeyEvent {
+            modifiers: key.modifiers - KeyModifiers::ALT,
+            ..key
+        };
+        if self.config.keys.action(Context::Dashboard, key) == Some(Action::Stop) {
+            effects.extend(self.act(now, Action::Stop, false));
+        }
+        Some(effects)
     }
 
     /// Whether there is no room to show what a key would do; nobody has said how large it is at the start.

@@ -392,7 +392,8 @@ impl Inner {
         (now, self.started_wall + now)
     }
 
-    fn handle_rx(&mut self, at: Instant, bytes: &[u8]) {
+    /// Says whether the bytes are in a file.
+    fn handle_rx(&mut self, at: Instant, bytes: &[u8]) -> bool {
         if let Some(tee) = &mut self.tee {
             tee.write(bytes);
         }
@@ -401,6 +402,7 @@ impl Inner {
         if let Some(recorder) = &mut self.recorder {
             recorder.handle_rx(now, wall, bytes);
         }
+        self.tee.is_some() || self.recorder.is_some()
     }
 
     fn handle_tx(&mut self, at: Instant, bytes: &[u8]) {

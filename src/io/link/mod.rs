@@ -47,8 +47,9 @@ pub enum LinkInput {
     Ended,
 }
 
-/// Takes every received chunk before anything else does.
-pub type Sink = Box<dyn FnMut(Instant, &[u8]) + Send>;
+/// Takes every received chunk before anything else does; says whether it is kept in a file, so that the next one may not
+/// wait in the system.
+pub type Sink = Box<dyn FnMut(Instant, &[u8]) -> bool + Send>;
 
 /// An open link.
 #[derive(Debug)]

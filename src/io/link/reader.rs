@@ -125,7 +125,8 @@ impl<R: Reopen> Reader<R> {
 
     /// Reads until there is nothing more to read. The sink gets every chunk at once; the station is woken
     /// when a line may be complete, three times a second instead of at each of a port's small clumps. Between, the
-    /// thread sleeps as long as the wire takes ([`Rest`]).
+    /// thread sleeps as long as the wire takes ([`Rest`]), unless what comes is kept in a file: nothing of that
+    /// waits where a kill or a pulled plug would lose it.
     fn read_until_lost(&mut self, reading: &mut Reading, baud: Option<u32>) -> End {
         let mut buffer = [0; 4096];
         let mut rest = Rest::new(baud);
@@ -135,14 +136,17 @@ impl<R: Reopen> Reader<R> {
                 Ok(0) => break End::Finished,
                 Ok(count) => {
                     let now = Instant::now();
-                    (self.sink)(now, &buffer[..count]);
+                    let is_kept = (self.sink)(now, &buffer[..count]);
                     held.add(now, &buffer[..count]);
                     let is_eager = self.is_eager.load(Ordering::Relaxed);
                     if (is_eager || held.may_be_whole) && self.hand_over(&mut held).is_none() {
                         return End::Closed;
                     }
                     rest.take(now, &buffer[..count]);
-                    if !is_eager && let Some(duration) = rest.duration() {
+                    if !is_eager
+                        && !is_kept
+                        && let Some(duration) = rest.duration()
+                    {
                         thread::sleep(duration);
                     }
                 }

@@ -9,8 +9,7 @@ use groundwave_protocol::telemetry::ACK_LINE_BYTES;
 /// Start bit, eight data bits, stop bit.
 const BITS_PER_BYTE: u32 = 10;
 
-/// What the kernel holds for the reader when the program is killed is in no file: at 2400 baud 60 bytes of a line under
-/// way.
+/// A pulled plug takes what the system holds with it: at 2400 baud 60 bytes of a line under way. Who records does not rest.
 const LONGEST: Duration = Duration::from_millis(250);
 
 /// A USB adapter keeps bytes so long before it hands them over: what was read may be as old.

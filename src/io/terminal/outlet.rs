@@ -4,8 +4,9 @@ use std::io::{self, ErrorKind, Write};
 use std::thread;
 use std::time::{Duration, Instant};
 
-/// How soon a terminal that took less than it was given is tried again.
+/// How soon a terminal that took less than it was given is tried again; each time that it takes nothing twice as late.
 const RETRY: Duration = Duration::from_millis(20);
+const RETRY_MAX: Duration = Duration::from_millis(320);
 
 /// Somebody has set a speed as low as this for its sake. Higher ones are what systems give any terminal: 9600 or 38400.
 #[cfg(unix)]
@@ -21,6 +22,7 @@ pub(super) struct Outlet<W = Box<dyn Write>> {
     /// What a byte takes on the terminal's line, where that is known to be slow.
     byte_time: Duration,
     waiting: Vec<u8>,
+    retry: Duration,
     /// When all that was put has passed the line.
     passed_at: Option<Instant>,
 }
@@ -42,6 +44,7 @@ impl<W: Write> Outlet<W> {
             terminal,
             byte_time,
             waiting: Vec::new(),
+            retry: RETRY,
             passed_at: None,
         }
     }
@@ -65,8 +68,14 @@ impl<W: Write> Outlet<W> {
         while !self.waiting.is_empty() {
             match self.terminal.write(&self.waiting) {
                 Ok(0) => break,
-                Ok(count) => drop(self.waiting.drain(..count)),
-                Err(error) if error.kind() == ErrorKind::WouldBlock => break,
+                Ok(count) => {
+                    self.waiting.drain(..count);
+                    self.retry = RETRY;
+                }
+                Err(error) if error.kind() == ErrorKind::WouldBlock => {
+                    self.retry = (self.retry * 2).min(RETRY_MAX);
+                    break;
+                }
                 Err(error) if error.kind() == ErrorKind::Interrupted => {}
                 Err(error) => return Err(error),
             }
@@ -79,7 +88,7 @@ impl<W: Write> Outlet<W> {
         if self.waiting.is_empty() {
             self.passed_at.filter(|at| *at > now)
         } else {
-            Some(now + RETRY)
+            Some(now + self.retry)
         }
     }
 

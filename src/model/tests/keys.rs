@@ -413,22 +413,50 @@ fn a_pasted_route_is_a_draft_and_what_is_none_says_so() {
     assert!(newest.text.starts_with("pasted:1:1"), "{}", newest.text);
 }
 
-/// A slow line hands Esc and the letter behind it over at once, which terminals take for Alt with the letter.
+/// A slow line hands Esc and the key behind it over at once, which terminals take for Alt with the key. Esc counts
+/// everywhere, STOP too, and nothing else: Alt may have been meant.
 #[test]
-fn esc_and_a_letter_in_one_burst_are_two_keys() {
-    let alt = |c| Event::Key(KeyEvent::new(KeyCode::Char(c), KeyModifiers::ALT));
-    let mut scene = scene();
-    scene.type_text(":runs");
-    scene.press(&[KeyCode::Enter]);
-    scene.event(Event::Runs(Ok(listed())));
-    let prowl = [Effect::Send(Request::Mode(Mode::Prowl))];
-    assert_eq!(scene.event(alt('p')), prowl);
-    assert_eq!(scene.model.overlay, Overlay::None);
-    // Nobody is asked to drive by a word that is to be deleted: where letters are typed it is none.
-    scene.type_text(":note d");
-    assert_eq!(scene.event(alt('d')), []);
-    let Overlay::Text(entry) = &scene.model.overlay else {
-        panic!("{:?}", scene.model.overlay);
-    };
-    assert_eq!(entry.text, "note d");
+fn of_esc_and_a_key_in_one_burst_esc_and_stop_count() {
+    let alt = |code| Event::Key(KeyEvent::new(code, KeyModifiers::ALT));
+    let stop = [Effect::Send(Request::Stop)];
+    for code in [
+        KeyCode::Char('p'),
+        KeyCode::Char('D'),
+        KeyCode::Enter,
+        KeyCode::Backspace,
+        KeyCode::Char(' '),
+    ] {
+        let wanted = if code == KeyCode::Char(' ') {
+            &stop[..]
+        } else {
+            &[]
+        };
+        for typed in ["", ":runs", ":mode wander", "?", "l"] {
+            let mut scene = scene();
+            scene.type_text(typed);
+            assert_eq!(scene.event(alt(code)), wanted, "{code:?} after {typed:?}");
+            assert_eq!(
+                scene.model.overlay,
+                Overlay::None,
+                "{code:?} after {typed:?}"
+            );
+        }
+        let mut scene = scene();
+        scene.type_text(":runs");
+        scene.press(&[KeyCode::Enter]);
+        scene.event(Event::Runs(Ok(listed())));
+        assert_eq!(scene.event(alt(code)), wanted, "{code:?} over the runs");
+        assert_eq!(scene.model.overlay, Overlay::None);
+    }
+}
+
+#[test]
+fn the_screen_is_drawn_anew_wherever_the_operator_is() {
+    let ctrl = |c| Event::Key(KeyEvent::new(KeyCode::Char(c), KeyModifiers::CONTROL));
+    for typed in ["", "?", "e", ":mode", "y", "d"] {
+        let mut scene = scene();
+        scene.type_text(typed);
+        assert_eq!(scene.event(ctrl('l')), [Effect::Redraw], "after {typed:?}");
+        assert_eq!(scene.event(ctrl('z')), [Effect::Suspend], "after {typed:?}");
+    }
 }

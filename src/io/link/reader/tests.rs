@@ -90,7 +90,7 @@ impl Bench {
             openings: openings.into(),
         };
         let (to_station, inputs) = mpsc::channel(64);
-        let link = Link::start_with(planned, connection, Box::new(|_, _| {}), to_station);
+        let link = Link::start_with(planned, connection, Box::new(|_, _| false), to_station);
         Self { link, inputs }
     }
 
