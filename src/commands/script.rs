@@ -148,7 +148,7 @@ fn read_words(words: &[&str]) -> Result<Vec<Request>, String> {
         ["route", ..] => {
             Err("`route` takes one file of `X,Y` lines, or - for standard input".to_owned())
         }
-        _ => Request::all_from_words(words).map_err(|error| error.to_string()),
+        _ => Request::all_from_words(words).map_err(|error| error.in_shell()),
     }
 }
 
