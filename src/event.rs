@@ -11,6 +11,7 @@ use groundwave_protocol::decoder::Counters;
 use groundwave_protocol::telemetry::{AckLine, Line, Outcome, ParameterLine};
 use serde::{Deserialize, Serialize};
 
+use crate::quoted::unquoted;
 use crate::request::Request;
 use crate::run::{Listed, Overlaid};
 use crate::statistics::Statistics;
@@ -202,14 +203,15 @@ pub enum Remark {
 }
 
 impl Remark {
-    /// `name TEXT`, `note TEXT`, `void [REASON]` or `counts`; `None` for other words.
+    /// `name TEXT`, `note TEXT`, `void [REASON]` or `counts`; `None` for other words. Quotes around a whole text are
+    /// no part of it.
     #[must_use]
     pub fn from_words(words: &[&str]) -> Option<Self> {
         let (first, rest) = words.split_first()?;
-        let text = rest.join(" ");
+        let text = unquoted(&rest.join(" "));
         match *first {
-            "name" if !rest.is_empty() => Some(Self::Name(text)),
-            "note" if !rest.is_empty() => Some(Self::Note(text)),
+            "name" if !text.is_empty() => Some(Self::Name(text)),
+            "note" if !text.is_empty() => Some(Self::Note(text)),
             "void" => Some(Self::Void(text)),
             "counts" if rest.is_empty() => Some(Self::Counts),
             _ => None,

@@ -14,6 +14,7 @@ pub mod commands;
 pub mod event;
 pub mod io;
 pub mod model;
+mod quoted;
 pub mod radio;
 pub mod remedy;
 pub mod request;

@@ -111,6 +111,14 @@ pub enum RequestError {
     /// No parameter is named.
     #[error("`param {0}` needs a name, as in `param {0} {1}`; `param list` shows them")]
     ParameterMissing(&'static str, &'static str),
+    /// Nearly a verb.
+    #[error("`param` has no `{0}`; did you mean `{1}`?")]
+    ParameterVerb(String, &'static str),
+    /// A name, and not what is wanted of it.
+    #[error(
+        "`param {0}` says no more than a name: `param get {0}` asks for its value, `param {0} VALUE` changes it"
+    )]
+    ParameterAlone(String),
     /// No value is given.
     #[error(
         "`param set {0}` needs a value; `param get {0}` says what it is now and what the robot takes"
@@ -122,6 +130,20 @@ pub enum RequestError {
     /// Too many waypoints for the robot's memory.
     #[error("{0} waypoints; the robot's list holds {WAYPOINTS_MAX}")]
     TooManyWaypoints(usize),
+}
+
+impl RequestError {
+    /// The same for somebody at a shell: zsh takes a word with `=` before it for the name of a program.
+    #[must_use]
+    pub fn in_shell(&self) -> String {
+        let told = self.to_string();
+        match self {
+            Self::ParameterUnknown(name, _) => {
+                told.replace(&format!("`={name}`"), &format!("`'={name}'`"))
+            }
+            _ => told,
+        }
+    }
 }
 
 const COMMANDS: &str = "stop, mode, prowl, reactive, passive, wander, home, dock, enable, disable, only, preset, goto, \
@@ -369,6 +391,34 @@ mod tests {
         assert!(error("param set top-speed").contains("`param get top-speed` says"));
         assert!(error("param set").contains("needs a name, as in `param set top-speed 8`"));
         assert!(error("param get").contains("needs a name"));
-        assert!(error("param top-speed").contains("`get NAME`"));
+        let alone = error("param top-speed");
+        assert!(alone.contains("`param get top-speed`"), "{alone}");
+        assert!(alone.contains("`param top-speed VALUE`"), "{alone}");
+        assert!(error("param top-sped").contains("did you mean `top-speed`?"));
+    }
+
+    #[test]
+    fn a_mistyped_verb_of_parameters_is_asked_about() {
+        for (words, meant) in [
+            ("param gte top-speed", "get"),
+            ("param ste top-speed 8", "set"),
+            ("param lst", "list"),
+            ("param svae", "save"),
+        ] {
+            let told = error(words);
+            assert!(told.contains(&format!("did you mean `{meant}`?")), "{told}");
+        }
+        let forms = error("param one too many words");
+        assert!(forms.contains("`NAME VALUE`"), "{forms}");
+        let gets = Request::from_words(&["param", "gets", "8"]).expect("the robot may have it");
+        assert_eq!(gets.to_string(), "param set gets 8");
+    }
+
+    /// There a word with `=` before it stands for the path of a program.
+    #[test]
+    fn what_zsh_would_take_for_something_else_is_quoted_for_a_shell() {
+        let slip = Request::from_words(&["param", "get", "top-sped"]).expect_err("it is a slip");
+        assert!(slip.to_string().ends_with("say `=top-sped`"), "{slip}");
+        assert!(slip.in_shell().ends_with("say `'=top-sped'`"));
     }
 }

@@ -66,6 +66,8 @@ const CASES: &[(i32, &[&str], &str)] = &[
     (2, &["send", "sim", "goto", "1", "x"], "whole number of inches from"),
     (2, &["send", "sim", "enable", "sonr"], "did you mean `sonar`?"),
     (2, &["param", "sim", "set", "top-sped", "8"], "did you mean `top-speed`?"),
+    (2, &["param", "sim", "get", "top-sped"], "say `'=top-sped'`"),
+    (2, &["send", "sim", "route", "a", "b.csv"], "one with blanks stands in quotes"),
     (2, &["send", "sim", "--timeout", "soon", "stop"], "is no duration; try 30s"),
     (2, &["send", "sim", "--baud", "fast", "stop"], "`fast` is no baud rate; try 2400"),
     (2, &["calibrate", "sim", "--side", "10"], "10 is not in 40..=400"),

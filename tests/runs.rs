@@ -92,6 +92,13 @@ fn what_is_said_of_a_run_is_kept_beside_it_and_told_in_the_list() {
 #[test]
 fn a_label_needs_its_capture_and_one_that_is_broken_is_left_alone() {
     let folder = folder();
+    for empty in ["", " "] {
+        let note = groundwave(folder.path(), &["label", "b.mcap", "--note", empty]);
+        assert_eq!(note.status.code(), Some(2));
+        let told = String::from_utf8_lossy(&note.stderr);
+        assert!(told.contains("say what is worth keeping"), "{told}");
+    }
+    assert!(!folder.path().join("b.mcap.run.toml").exists());
     let missing = groundwave(folder.path(), &["label", "none.mcap", "--name", "x"]);
     assert_eq!(missing.status.code(), Some(2));
     assert!(!folder.path().join("none.mcap.run.toml").exists());

@@ -168,6 +168,23 @@ fn a_dry_run_refuses_what_send_refuses() {
 }
 
 #[test]
+fn a_line_of_a_script_names_a_file_with_blanks_in_quotes() {
+    let route = scratch("quoted-route").join("a #1 b.csv");
+    fs::write(&route, "12,8\n").unwrap();
+    let route = route.to_str().unwrap();
+    let lines = format!("route \"{route}\" # the cat's\nstop#'\n");
+    let path = script("quoted-script", &lines);
+    let path = path.to_str().unwrap();
+    expect(0, &["send", "--dry-run", "-f", path]);
+    let path = script("quoted-script", "route 'a b\n");
+    let (_, err) = expect(2, &["send", "--dry-run", "-f", path.to_str().unwrap()]);
+    assert!(
+        err.contains(":1: the quote before `a b` is not closed"),
+        "{err}"
+    );
+}
+
+#[test]
 fn a_script_says_which_line_failed_and_what_was_not_sent() {
     let sim = Sim::start(&["--seed", "5"]);
     let path = script(

@@ -12,6 +12,14 @@ use crate::capture::{Capture, CaptureError};
 use crate::travel::clock_words;
 
 pub(super) fn run(options: &cli::Label) -> Result<(), Fault> {
+    if options
+        .note
+        .as_ref()
+        .is_some_and(|note| note.trim().is_empty())
+    {
+        let message = "--note is empty: say what is worth keeping, as in --note 'the glass door'";
+        return Err(Fault::new(Exit::Usage, message));
+    }
     // A label without its capture would never be found again.
     Capture::open(&options.file).map_err(keeping::fault)?;
     // One beside an unfinished file would not be that of the recording.
@@ -46,7 +54,7 @@ fn check_moment(file: &Path, at_s: f64) -> Result<(), Fault> {
 fn change(label: &mut Label, options: &cli::Label) -> bool {
     let before = label.clone();
     if let Some(name) = &options.name {
-        label.name = Some(name.clone()).filter(|name| !name.is_empty());
+        label.name = Some(name.clone()).filter(|name| !name.trim().is_empty());
     }
     if let Some(reason) = &options.void {
         label.void = Some(reason.clone());

@@ -8,6 +8,7 @@ use groundwave_protocol::letters::Mode;
 
 use super::cli::Send;
 use super::{Exit, Fault};
+use crate::quoted;
 use crate::remedy;
 use crate::request::Request;
 use crate::route;
@@ -71,8 +72,9 @@ impl Script {
         let text = read_text(path)?;
         let mut lines = Vec::new();
         for (number, line) in (1..).zip(text.lines()) {
-            let command = line.split('#').next().unwrap_or_default();
-            let words: Vec<&str> = command.split_whitespace().collect();
+            let wrong = |message| usage(format!("{name}:{number}: {message}"));
+            let words = quoted::words_of_script(line).map_err(wrong)?;
+            let words: Vec<&str> = words.iter().map(String::as_str).collect();
             let requests = match words[..] {
                 [] => continue,
                 ["route", "-"] if is_standard_input(path) => {
@@ -80,8 +82,7 @@ impl Script {
                 }
                 _ => read_words(&words),
             };
-            let requests =
-                requests.map_err(|message| usage(format!("{name}:{number}: {message}")))?;
+            let requests = requests.map_err(wrong)?;
             lines.extend(requests.into_iter().map(|request| Line {
                 request,
                 number: Some(number),
@@ -146,9 +147,9 @@ fn read_words(words: &[&str]) -> Result<Vec<Request>, String> {
             Ok(vec![request])
         }
         ["route", ..] => {
-            Err("`route` takes one file of `X,Y` lines, or - for standard input".to_owned())
+            Err("`route` takes one file of `X,Y` lines, or - for standard input; one with blanks stands in quotes".to_owned())
         }
-        _ => Request::all_from_words(words).map_err(|error| error.to_string()),
+        _ => Request::all_from_words(words).map_err(|error| error.in_shell()),
     }
 }
 

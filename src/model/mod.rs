@@ -25,7 +25,6 @@ mod panels;
 pub(crate) mod plots;
 mod pointer;
 mod prompt;
-mod quoted;
 pub(crate) mod robot;
 pub(crate) mod runs;
 pub(crate) mod trace;

@@ -3,9 +3,9 @@
 use groundwave_protocol::Waypoint;
 
 use super::log::Subject;
-use super::quoted;
 use super::{Model, Overlay, Purpose, TextEntry};
 use crate::event::{Effect, Level, Moment, Remark};
+use crate::quoted::unquoted;
 use crate::request::Request;
 
 /// Longest line that can be typed or pasted.
@@ -25,8 +25,8 @@ impl Model {
             return self.submit_moment(entry);
         }
         let named = match entry.purpose {
-            Purpose::SaveRoute => Some(self.save_route(text, false)),
-            Purpose::RouteFile => Some(Effect::LoadRoute(text.to_owned())),
+            Purpose::SaveRoute => Some(self.save_route(&unquoted(text), false)),
+            Purpose::RouteFile => Some(Effect::LoadRoute(unquoted(text))),
             Purpose::Command | Purpose::Moment => text
                 .strip_prefix("route ")
                 .map(|file| Effect::LoadRoute(unquoted(file.trim()))),
@@ -110,14 +110,6 @@ impl Model {
             (Overlay::Text(entry), None) if entry.waits => self.overlay = Overlay::None,
             _ => {}
         }
-    }
-}
-
-/// A name without the quotes around it; blanks in it need none where it ends the line.
-fn unquoted(name: &str) -> String {
-    match quoted::words(name).as_deref() {
-        Ok([word]) => word.clone(),
-        _ => name.to_owned(),
     }
 }
 

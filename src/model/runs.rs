@@ -3,8 +3,9 @@
 use std::path::Path;
 use std::sync::Arc;
 
-use super::{Model, Overlay, TextEntry, quoted};
+use super::{Model, Overlay, TextEntry};
 use crate::event::{Effect, Remark};
+use crate::quoted;
 use crate::run::{Listed, Overlaid};
 
 /// What lies over the panels.

@@ -7,6 +7,7 @@ use groundwave_protocol::telemetry::ParameterName;
 
 use super::parameters::meant;
 use super::{Amount, RequestError};
+use crate::suggest::nearest;
 
 /// What an operator can ask about parameters.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -35,16 +36,37 @@ impl Tuning {
                 Err(RequestError::ValueMissing(name.to_owned()))
             }
             ["set", name, value] => Ok(Self::Set(read_name(name)?, read_value(value)?)),
-            [name, value] if !VERBS.contains(&name) => {
+            // What is like a verb may still be what the robot calls a parameter.
+            [name, value]
+                if verb_meant(name).is_none()
+                    || (!VERBS.contains(&name) && Amount::read(value).is_some()) =>
+            {
                 Ok(Self::Set(read_name(name)?, read_value(value)?))
             }
-            _ => Err(RequestError::Arguments {
-                command: "param",
-                takes: "`list`, `get NAME`, `set NAME VALUE` or `save`",
-                got: words.join(" "),
-            }),
+            [name] if verb_meant(name).is_none() => {
+                read_name(name)?;
+                Err(RequestError::ParameterAlone(name.to_owned()))
+            }
+            _ => Err(Self::mistaken(words)),
         }
     }
+
+    fn mistaken(words: &[&str]) -> RequestError {
+        let first = words.first().copied().unwrap_or_default();
+        match verb_meant(first) {
+            Some(verb) if verb != first => RequestError::ParameterVerb(first.to_owned(), verb),
+            _ => RequestError::Arguments {
+                command: "param",
+                takes: "`list`, `get NAME`, `set NAME VALUE`, `NAME VALUE` or `save`",
+                got: words.join(" "),
+            },
+        }
+    }
+}
+
+/// The verb that a word is, or is a slip of.
+fn verb_meant(word: &str) -> Option<&'static str> {
+    nearest(word, VERBS)
 }
 
 /// No parameter is called so.

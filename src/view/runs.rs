@@ -6,7 +6,7 @@ use ratatui::text::{Line, Span};
 
 use super::map::Projection;
 use super::raster::{Ink, Raster};
-use super::text::wrap;
+use super::text::{columns, wrap};
 use super::{Screen, put, split_bottom, split_top};
 use crate::model::runs::Runs;
 use crate::run::{HEADING, Listed, Overlaid, Place};
@@ -140,7 +140,7 @@ impl Screen<'_> {
         let width = usize::from(area.width);
         // Columns of a table stay where they are.
         let rows = lines.iter().flat_map(|line| {
-            if line.chars().count() <= width {
+            if columns(line) <= width {
                 vec![line.clone()]
             } else {
                 wrap(line, width, width)

@@ -14,26 +14,47 @@ pub(super) enum First {
     Bottom,
 }
 
+/// Columns that a text takes: wide characters take two.
+pub(super) fn columns(text: &str) -> usize {
+    Span::raw(text).width()
+}
+
+/// As much of the start of a text as so many columns hold.
+fn start_of(text: &str, room: usize) -> &str {
+    let ends = text.char_indices().map(|(at, c)| at + c.len_utf8());
+    let fits = ends.map(|end| &text[..end]);
+    fits.take_while(|start| columns(start) <= room)
+        .last()
+        .unwrap_or_default()
+}
+
 /// A text in rows of so many columns, the first of which may hold fewer. Words stay whole where they can.
 pub(super) fn wrap(text: &str, first: usize, others: usize) -> Vec<String> {
     let mut rows: Vec<String> = Vec::new();
     let mut row = String::new();
     let mut room = first.max(1);
     for word in text.split(' ').filter(|word| !word.is_empty()) {
-        let mut word: Vec<char> = word.chars().collect();
+        let mut word = word;
         let gap = usize::from(!row.is_empty());
-        if row.chars().count() + gap + word.len() > room && !row.is_empty() {
+        if columns(&row) + gap + columns(word) > room && !row.is_empty() {
             rows.push(std::mem::take(&mut row));
             room = others.max(1);
         }
-        while word.len() > room {
-            rows.push(word.drain(..room).collect());
+        while columns(word) > room {
+            // A character that is wider than the row has it for itself.
+            let first = word.chars().next().map_or(0, char::len_utf8);
+            let (fits, rest) = word.split_at(start_of(word, room).len().max(first));
+            if rest.is_empty() {
+                break;
+            }
+            rows.push(fits.to_owned());
+            word = rest;
             room = others.max(1);
         }
         if !row.is_empty() {
             row.push(' ');
         }
-        row.extend(word);
+        row.push_str(word);
     }
     rows.push(row);
     rows
@@ -107,13 +128,13 @@ impl Screen<'_> {
             return line;
         }
         let more = self.theme.glyphs.cut;
-        let mut room = width.saturating_sub(Span::raw(more).width());
+        let mut room = width.saturating_sub(columns(more));
         let mut spans: Vec<Span<'l>> = Vec::new();
         for mut span in line.spans {
             let wide = span.width();
             if wide > room {
-                let fits: String = span.content.chars().take(room).collect();
-                span.content = (fits.trim_end().to_owned() + more).into();
+                let fits = start_of(&span.content, room).trim_end();
+                span.content = (fits.to_owned() + more).into();
                 spans.push(span);
                 break;
             }
@@ -154,5 +175,7 @@ mod tests {
         assert_eq!(wrap("", 8, 5), [""]);
         assert_eq!(wrap("abcdefghij kl", 4, 3), ["abcd", "efg", "hij", "kl"]);
         assert_eq!(wrap("ab", 0, 0), ["a", "b"]);
+        assert_eq!(wrap("漢字漢字 ab", 5, 4), ["漢字", "漢字", "ab"]);
+        assert_eq!(wrap("漢", 1, 1), ["漢"]);
     }
 }

@@ -39,7 +39,7 @@ It is kept beside the capture, in run7.mcap.run.toml; the capture itself is neve
 pub struct Label {
     /// A capture
     pub file: PathBuf,
-    /// Call the run this
+    /// Call the run this; an empty one takes the name away
     #[arg(long, value_name = "TEXT")]
     pub name: Option<String>,
     /// Add a remark

@@ -21,6 +21,16 @@ fn what_is_said_of_a_run_is_kept_beside_its_recording() {
     for (text, remark) in [
         ("name new wheels", Remark::Name("new wheels".to_owned())),
         (
+            "name \"new wheels, third try\"",
+            Remark::Name("new wheels, third try".to_owned()),
+        ),
+        (
+            "note 'fast' and \"loose\"",
+            Remark::Note("'fast' and \"loose\"".to_owned()),
+        ),
+        ("note \"the door\"", Remark::Note("the door".to_owned())),
+        ("void 'the cat'", Remark::Void("the cat".to_owned())),
+        (
             "note the glass door",
             Remark::Note("the glass door".to_owned()),
         ),
@@ -86,7 +96,12 @@ fn runs_are_listed_beside_the_recording_and_two_are_compared() {
 fn a_name_with_blanks_is_said_in_quotes() {
     let mut scene = scene();
     let load = [Effect::LoadRoute("my tour.csv".to_owned())];
-    for text in [":route \"my tour.csv\"", ":route my tour.csv"] {
+    for text in [
+        ":route \"my tour.csv\"",
+        ":route my tour.csv",
+        "l\"my tour.csv\"",
+        "lmy tour.csv",
+    ] {
         scene.type_text(text);
         assert_eq!(scene.press(&[KeyCode::Enter]), load, "{text}");
         scene.press(&[KeyCode::Esc]);

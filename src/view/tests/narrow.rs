@@ -191,6 +191,26 @@ fn only_a_list_of_runs_is_chosen_from() {
     assert!(!chooses(&scene));
 }
 
+/// A wide character takes two columns.
+#[test]
+fn a_wide_name_is_cut_with_a_mark() {
+    let mut scene = flight(demo());
+    scene.type_text(":runs");
+    scene.press(&[KeyCode::Enter]);
+    let mut list = (*listed()).clone();
+    list.runs[0].name = Some("漢字".repeat(60));
+    scene.event(Event::Runs(Ok(list.into())));
+    let shown = screen(&scene, 80, 24);
+    let run = row(&shown, "漢");
+    assert!(run.contains('…'), "{run}");
+    scene.press(&[KeyCode::Esc]);
+    scene.type_text(":runs");
+    scene.press(&[KeyCode::Enter]);
+    let error = format!("{}end", "漢字".repeat(30));
+    scene.event(Event::Runs(Err(error)));
+    row(&screen(&scene, 80, 24), "end");
+}
+
 #[test]
 fn what_no_robot_can_do_is_refused_with_what_to_do_instead() {
     let mut scene = flight(demo());
