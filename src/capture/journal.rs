@@ -218,6 +218,18 @@ impl JournalWriter {
         self.problem.as_ref().map(ToString::to_string)
     }
 
+    pub(super) const fn has_failed(&self) -> bool {
+        self.problem.is_some()
+    }
+
+    #[cfg(test)]
+    pub(super) fn fail(&mut self) {
+        self.problem = Some(CaptureError::Write {
+            path: self.path.clone(),
+            error: io::ErrorKind::StorageFull.into(),
+        });
+    }
+
     pub(super) fn take_problem(&mut self) -> Option<CaptureError> {
         self.problem.take()
     }

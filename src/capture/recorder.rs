@@ -263,7 +263,7 @@ impl Recorder {
         }
         if is_flush_due {
             let is_due = now >= *self.sync_at.get_or_insert(now + SYNC_PERIOD);
-            let until = if is_due || self.journal.problem().is_some() {
+            let until = if is_due {
                 Until::OnDisk
             } else {
                 Until::InJournal
@@ -320,8 +320,7 @@ impl Recorder {
     /// Whether one of its files takes no more: the MCAP, or the journal where it was not taken away.
     #[must_use]
     pub fn has_failed(&self) -> bool {
-        self.thread.as_ref().is_some_and(JoinHandle::is_finished)
-            || self.journal.problem().is_some()
+        self.thread.as_ref().is_some_and(JoinHandle::is_finished) || self.journal.has_failed()
     }
 
     /// Writes the index, waits until the disk has everything, reads it back and gives the recording its
@@ -393,6 +392,9 @@ impl Recorder {
 
     /// Keeps the entry that has just been written for the thread. The disk has it in good time, whether more comes or not.
     fn hold(&mut self, now: Moment) {
+        if self.journal.has_failed() {
+            self.shared.has_lost_journal.store(true, Ordering::Release);
+        }
         self.held.entries.extend_from_slice(self.journal.latest());
         self.held.count += 1;
         self.held.since.get_or_insert(now);

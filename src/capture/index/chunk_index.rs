@@ -39,26 +39,39 @@ impl MessageIndex {
 }
 
 /// Messages of the topics that are counted without being read.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) struct Counts {
     /// Intact lines, those that only acknowledge among them.
     pub(super) lines: u64,
-    pub(super) uplinks: u64,
-    pub(super) logs: u64,
+    /// `None` where the recording has no such topic: what it tells of may still have happened.
+    pub(super) uplinks: Option<u64>,
+    /// Likewise.
+    pub(super) logs: Option<u64>,
 }
 
 impl Counts {
+    /// None of any.
+    pub(super) const ZERO: Self = Self {
+        lines: 0,
+        uplinks: Some(0),
+        logs: Some(0),
+    };
+
     /// Those of a chunk; `None` where its index does not tell, or not of which channel the topics are.
     pub(super) fn of(index: &ChunkIndex, topics: &BTreeMap<u16, Topic>) -> Option<Self> {
         let is_known = |topic| topics.values().any(|known| *known == topic);
         let are_known = is_known(Topic::Received) && is_known(Topic::Telemetry);
-        let mut counts = Self::default();
+        let mut counts = Self {
+            lines: 0,
+            uplinks: is_known(Topic::Uplink).then_some(0),
+            logs: is_known(Topic::Log).then_some(0),
+        };
         for &(channel_id, messages) in index.messages.as_ref().filter(|_| are_known)? {
-            let mut of_channel = Self::default();
+            let mut of_channel = Self::ZERO;
             match topics.get(&channel_id) {
                 Some(Topic::Telemetry) => of_channel.lines = messages,
-                Some(Topic::Uplink) => of_channel.uplinks = messages,
-                Some(Topic::Log) => of_channel.logs = messages,
+                Some(Topic::Uplink) => of_channel.uplinks = Some(messages),
+                Some(Topic::Log) => of_channel.logs = Some(messages),
                 Some(Topic::Received | Topic::Sent) | None => {}
             }
             counts.add(of_channel);
@@ -67,10 +80,11 @@ impl Counts {
     }
 
     /// A damaged index may say anything.
-    pub(super) const fn add(&mut self, other: Self) {
+    pub(super) fn add(&mut self, other: Self) {
+        let sum = |one: Option<u64>, other: Option<u64>| Some(one?.saturating_add(other?));
         self.lines = self.lines.saturating_add(other.lines);
-        self.uplinks = self.uplinks.saturating_add(other.uplinks);
-        self.logs = self.logs.saturating_add(other.logs);
+        self.uplinks = sum(self.uplinks, other.uplinks);
+        self.logs = sum(self.logs, other.logs);
     }
 }
 

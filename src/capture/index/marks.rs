@@ -37,7 +37,7 @@ impl Default for Marks {
             kept: Vec::new(),
             stride: 1,
             chunks: 0,
-            counts: Counts::default(),
+            counts: Counts::ZERO,
             are_counted: true,
         }
     }
@@ -54,7 +54,7 @@ impl Marks {
             });
         }
         self.are_counted &= counts.is_some();
-        self.counts.add(counts.unwrap_or_default());
+        self.counts.add(counts.unwrap_or(Counts::ZERO));
         self.chunks += 1;
         if self.kept.len() > MARKS_MAX {
             let mut keep = false;
@@ -89,8 +89,8 @@ impl Marks {
     pub(super) fn may_hold(&self, landmark: Landmark, from_ns: u64, until_ns: u64) -> bool {
         let count = |counts: Counts| match landmark {
             // The recorder tells of each in a message.
-            Landmark::Bump => Some(counts.logs),
-            Landmark::Command => Some(counts.uplinks),
+            Landmark::Bump => counts.logs,
+            Landmark::Command => counts.uplinks,
             // Not of every one of these.
             Landmark::Line | Landmark::Alarm | Landmark::Behaviour | Landmark::Marker => None,
         };
@@ -100,7 +100,10 @@ impl Marks {
             return true;
         };
         let (before, _) = self.around(from_ns);
-        let before = before.map_or(Counts::default(), |mark| mark.before);
-        count(before).is_none_or(|before| count(after.before) > Some(before))
+        let before = before.map_or(Counts::ZERO, |mark| mark.before);
+        match (count(before), count(after.before)) {
+            (Some(before), Some(after)) => after > before,
+            _ => true,
+        }
     }
 }

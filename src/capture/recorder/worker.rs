@@ -31,7 +31,7 @@ pub(super) enum Order {
 /// What the disk is waited for.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Until {
-    /// The journal has it, of which the recording can be made.
+    /// The journal has it, of which the recording can be made; where it does not, the MCAP.
     InJournal,
     /// Both files have it.
     OnDisk,
@@ -56,6 +56,8 @@ pub(super) struct Shared {
     pub(super) done: AtomicU64,
     /// Something waits to be flushed.
     pub(super) is_dirty: AtomicBool,
+    /// The journal takes nothing more, or is gone: the disk has to keep the MCAP.
+    pub(super) has_lost_journal: AtomicBool,
     /// Something could not be handed over: it is in the journal only.
     pub(super) has_dropped: AtomicBool,
     pub(super) problem: Mutex<Option<String>>,
@@ -162,7 +164,8 @@ impl Worker {
         let Some(composer) = &mut self.composer else {
             return Ok(());
         };
-        let journal = self.part.journal.as_ref();
+        let is_lost = self.shared.has_lost_journal.load(Ordering::Acquire);
+        let journal = self.part.journal.as_ref().filter(|_| !is_lost);
         let waits = until == Until::OnDisk || journal.is_none();
         self.shared.is_dirty.store(false, Ordering::Release);
         let journal = journal.map_or(Ok(()), File::sync_data);
@@ -175,7 +178,7 @@ impl Worker {
     }
 
     /// A recording whose file is gone ends; without its journal it goes on, and says so.
-    fn look(&self) -> Result<(), CaptureError> {
+    fn look(&mut self) -> Result<(), CaptureError> {
         if self.composer.is_none() {
             return Ok(());
         }
@@ -190,7 +193,11 @@ impl Worker {
                     fate: Fate::NoJournal,
                 };
                 self.shared.set_problem(gone.to_string());
-                Ok(())
+                if self.shared.has_lost_journal.swap(true, Ordering::AcqRel) {
+                    return Ok(());
+                }
+                // The disk has kept the rest in what is gone.
+                self.flush(Until::OnDisk)
             }
             (Err(_), Some(Ok(()))) => Err(CaptureError::Gone {
                 path: paths.partial.clone(),
@@ -278,5 +285,72 @@ pub(super) fn write_error(path: &Path, error: io::Error) -> CaptureError {
     CaptureError::Write {
         path: PathBuf::from(path),
         error,
+    }
+}
+
+#[cfg(all(test, target_os = "linux"))]
+mod tests {
+    use super::super::super::journal::JournalWriter;
+    use super::super::Recorder;
+    use super::*;
+    use crate::event::Moment;
+    use std::collections::BTreeMap;
+    use std::time::{Duration, UNIX_EPOCH};
+
+    fn session() -> Session {
+        Session {
+            link: "radio".to_owned(),
+            start: UNIX_EPOCH,
+            notes: BTreeMap::new(),
+            configuration: String::new(),
+        }
+    }
+
+    /// A worker whose MCAP is one that no disk can be made to keep: a flush that waits for it fails.
+    fn worker(folder: &Path, shared: &Arc<Shared>) -> Worker {
+        let paths = Paths::of(&folder.join("a.mcap"));
+        let journal = JournalWriter::create(&paths.journal).unwrap();
+        let part = Part {
+            session: session(),
+            existing: Existing::Refuse,
+            journal: journal.handle().ok(),
+            paths: paths.clone(),
+        };
+        let file = super::super::create_partial(&paths.partial, Existing::Refuse).unwrap();
+        let mut worker = Worker::begin(part, file, Arc::clone(shared)).unwrap();
+        worker.file = Arc::new(File::options().write(true).open("/dev/null").unwrap());
+        worker
+    }
+
+    #[test]
+    fn without_its_journal_the_disk_keeps_the_mcap_with_every_flush() {
+        let folder = tempfile::tempdir().unwrap();
+        let shared = Arc::<Shared>::default();
+        let mut worker = worker(folder.path(), &shared);
+        assert!(
+            worker.flush(Until::OnDisk).is_err(),
+            "it waits for the MCAP"
+        );
+        worker.look().unwrap();
+        worker.flush(Until::InJournal).unwrap();
+        fs::remove_file(folder.path().join("a.mcap.journal")).unwrap();
+        assert!(worker.look().is_err(), "what waits is kept at once");
+        assert!(shared.problem.lock().unwrap().is_some());
+        assert!(worker.flush(Until::InJournal).is_err());
+        worker.look().unwrap();
+    }
+
+    #[test]
+    fn a_journal_that_takes_no_more_is_told_of() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("a.mcap");
+        let mut recorder = Recorder::start(&path, Existing::Refuse, &session()).unwrap();
+        recorder.handle_rx(Moment::ZERO, UNIX_EPOCH, b"x\n");
+        let has_lost =
+            |recorder: &Recorder| recorder.shared.has_lost_journal.load(Ordering::Acquire);
+        assert!(!has_lost(&recorder));
+        recorder.journal.fail();
+        recorder.handle_rx(Moment::ZERO + Duration::from_secs(1), UNIX_EPOCH, b"y\n");
+        assert!(has_lost(&recorder));
     }
 }

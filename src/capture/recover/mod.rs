@@ -40,7 +40,7 @@ use super::writer::{Attachment, McapWriter};
 use evidence::{keep, keep_journal};
 use files::{Locks, free_aside, rename_both};
 use fill::{Balance, ChunkStart, Filler};
-use scan::{Raw, Scan, Topics};
+use scan::{Raw, Scan, Stretches, Topics};
 use survey::{Survey, for_each_entry};
 use temporary::Temporary;
 
@@ -122,7 +122,7 @@ fn recover_interrupted(paths: &Paths) -> Result<Recovery, CaptureError> {
         .map_or((0, 0), |scan| (scan.rx_end, scan.tx_end));
     match (survey, scan) {
         (Some(survey), scan)
-            if scan.as_ref().is_none_or(|scan| scan.chunks == 0)
+            if scan.as_ref().is_none_or(Scan::is_empty)
                 || (survey.is_complete()
                     && !survey.waste.has_damage()
                     && survey.rx_end >= rx_end
@@ -186,7 +186,7 @@ fn from_journal(paths: &Paths, survey: &Survey) -> Result<Recovery, CaptureError
 
 /// Takes over what holds of `source`, and adds what a journal has beyond it.
 fn repair(paths: &Paths, source: &Path, mut scan: Scan) -> Result<Recovery, CaptureError> {
-    if scan.chunks == 0 && !paths.journal.exists() {
+    if scan.is_empty() && !paths.journal.exists() {
         return Err(CaptureError::NothingLeft(source.to_owned()));
     }
     let temporary = Temporary::create(paths)?;
@@ -208,6 +208,7 @@ fn repair(paths: &Paths, source: &Path, mut scan: Scan) -> Result<Recovery, Capt
     }
     let mut filler = Filler::open(&paths.journal, std::mem::take(&mut scan.events))?;
     let mut starts = std::mem::take(&mut scan.starts).into_iter();
+    let mut stretches = Stretches::default();
     let mut balance = Balance::default();
     let mut walker = open(source)?;
     let read_error = |error| CaptureError::Read {
@@ -215,7 +216,7 @@ fn repair(paths: &Paths, source: &Path, mut scan: Scan) -> Result<Recovery, Capt
         error,
     };
     while let Some(part) = walker.next_part().map_err(read_error)? {
-        if matches!(part, Part::Chunk(_))
+        if stretches.begins_with(&part, &topics)
             && let Some(start) = starts.next()
         {
             filler.fill_up_to(&mut composer, &start, &mut balance, &temporary)?;
@@ -313,7 +314,17 @@ fn copy<W: io::Write>(
                 data: data.unwrap_or_default(),
             })?;
         }
-        _ => {}
+        _ => {
+            if let Some(message) = topics.loose(opcode, record) {
+                composer.writer().copy_message(
+                    message.channel_id,
+                    message.log_time_ns,
+                    message.publish_time_ns,
+                    message.data,
+                )?;
+                recall(composer, &message, balance);
+            }
+        }
     }
     Ok(())
 }

@@ -23,14 +23,14 @@ pub(super) struct Scan {
     pub(super) chunks: u64,
     pub(super) rx_end: u64,
     pub(super) tx_end: u64,
-    /// Of the chunks that hold, in their order.
+    /// Of the chunks that hold and of the messages between them, in their order.
     pub(super) starts: Vec<ChunkStart>,
     /// What [`event_key`] says of the events in them.
     pub(super) events: HashSet<u64>,
     pub(super) missing: Vec<Missing>,
     pub(super) damage: Vec<Damage>,
     pub(super) topics: Topics,
-    /// A chunk that holds has them.
+    /// What holds has them.
     pub(super) has_channels: bool,
     pub(super) earliest_ns: u64,
 }
@@ -43,7 +43,11 @@ impl Scan {
             path: path.to_owned(),
             error,
         };
+        let mut stretches = Stretches::default();
         while let Some(part) = walker.next_part().map_err(read_error)? {
+            if stretches.begins_with(&part, &scan.topics) {
+                scan.starts.push(ChunkStart::END);
+            }
             match part {
                 Part::Record(op::HEADER, record) => {
                     let mut fields = Reader(&record[HEAD_BYTES..]);
@@ -52,11 +56,17 @@ impl Scan {
                         scan.topics = Topics::of(library);
                     }
                 }
-                Part::Record(op::CHANNEL, record) => scan.topics.add(&record[HEAD_BYTES..]),
-                Part::Record(..) => {}
+                Part::Record(op::CHANNEL, record) => {
+                    scan.topics.add(&record[HEAD_BYTES..]);
+                    scan.has_channels = true;
+                }
+                Part::Record(opcode, record) => {
+                    if let Some(message) = scan.topics.loose(opcode, record) {
+                        scan.take(&message);
+                    }
+                }
                 Part::Chunk(chunk) => {
                     scan.chunks += 1;
-                    scan.starts.push(ChunkStart::END);
                     let mut topics = std::mem::take(&mut scan.topics);
                     topics.for_each_message(chunk.content, |message| scan.take(&message));
                     scan.topics = topics;
@@ -67,6 +77,11 @@ impl Scan {
         }
         scan.look_ahead();
         Ok(scan)
+    }
+
+    /// Whether nothing holds.
+    pub(super) const fn is_empty(&self) -> bool {
+        self.starts.is_empty()
     }
 
     pub(super) fn take(&mut self, message: &Raw<'_>) {
@@ -142,10 +157,39 @@ impl Scan {
     }
 }
 
-/// A message in a chunk.
+/// Tells where a chunk begins, or messages that are in none.
+#[derive(Default)]
+pub(super) struct Stretches {
+    /// The message before was in no chunk.
+    is_loose: bool,
+}
+
+impl Stretches {
+    pub(super) fn begins_with(&mut self, part: &Part<'_>, topics: &Topics) -> bool {
+        let was_loose = self.is_loose;
+        match part {
+            Part::Chunk(_) => {
+                self.is_loose = false;
+                true
+            }
+            Part::Damage(_) => {
+                self.is_loose = false;
+                false
+            }
+            Part::Record(opcode, record) => {
+                self.is_loose |= topics.loose(*opcode, record).is_some();
+                self.is_loose && !was_loose
+            }
+        }
+    }
+}
+
+/// A message.
 pub(super) struct Raw<'a> {
+    pub(super) channel_id: u16,
     pub(super) topic: Option<Topic>,
     pub(super) log_time_ns: u64,
+    pub(super) publish_time_ns: u64,
     pub(super) data: &'a [u8],
 }
 
@@ -154,8 +198,8 @@ pub(super) struct Raw<'a> {
 pub(super) enum Topics {
     /// Ours always have the same numbers, and need not be readable to be known.
     Fixed,
-    /// As the channels say.
-    Said(BTreeMap<u16, Topic>),
+    /// As the channels say; of other people's there is only the number.
+    Said(BTreeMap<u16, Option<Topic>>),
 }
 
 impl Default for Topics {
@@ -179,10 +223,8 @@ impl Topics {
             return;
         };
         let mut fields = Reader(body);
-        if let (Some(id), Some(_), Some(name)) = (fields.u16(), fields.u16(), fields.text())
-            && let Some(topic) = Topic::from_name(name)
-        {
-            topics.insert(id, topic);
+        if let (Some(id), Some(_), Some(name)) = (fields.u16(), fields.u16(), fields.text()) {
+            topics.insert(id, Topic::from_name(name));
         }
     }
 
@@ -192,8 +234,30 @@ impl Topics {
                 let number = usize::from(channel_id).checked_sub(1)?;
                 Topic::ALL.get(number).copied()
             }
-            Self::Said(topics) => topics.get(&channel_id).copied(),
+            Self::Said(topics) => topics.get(&channel_id).copied().flatten(),
         }
+    }
+
+    /// The message that a record outside of chunks is; one without a channel is of no use to anybody.
+    pub(super) fn loose<'a>(&self, opcode: u8, record: &'a [u8]) -> Option<Raw<'a>> {
+        let body = record.get(HEAD_BYTES..).filter(|_| opcode == op::MESSAGE)?;
+        let is_known = |message: &Raw<'_>| match self {
+            Self::Fixed => message.topic.is_some(),
+            Self::Said(topics) => topics.contains_key(&message.channel_id),
+        };
+        self.message(body).filter(is_known)
+    }
+
+    fn message<'a>(&self, body: &'a [u8]) -> Option<Raw<'a>> {
+        let mut fields = Reader(body);
+        let (channel_id, _sequence) = (fields.u16()?, fields.u32()?);
+        Some(Raw {
+            channel_id,
+            topic: self.get(channel_id),
+            log_time_ns: fields.u64()?,
+            publish_time_ns: fields.u64()?,
+            data: fields.0,
+        })
     }
 
     pub(super) fn for_each_message<'a>(
@@ -203,18 +267,12 @@ impl Topics {
     ) {
         let mut rest = Reader(content);
         while let Some((opcode, body)) = next_record(&mut rest) {
-            let mut fields = Reader(body);
             if opcode == op::CHANNEL {
                 self.add(body);
             } else if opcode == op::MESSAGE
-                && let (Some(channel_id), Some(_), Some(log_time_ns), Some(_)) =
-                    (fields.u16(), fields.u32(), fields.u64(), fields.u64())
+                && let Some(message) = self.message(body)
             {
-                take(Raw {
-                    topic: self.get(channel_id),
-                    log_time_ns,
-                    data: fields.0,
-                });
+                take(message);
             }
         }
     }

@@ -156,13 +156,13 @@ impl<W: Write> McapWriter<W> {
     /// Adds a schema record, to the chunk being filled and the summary.
     pub(super) fn add_schema(&mut self, record: &[u8]) {
         self.chunk.add_record(record);
-        self.schemas.add(record);
+        self.schemas.add_new(record);
     }
 
     /// Adds a channel record likewise.
     pub(super) fn add_channel(&mut self, record: &[u8]) {
         self.chunk.add_record(record);
-        self.channels.add(record);
+        self.channels.add_new(record);
     }
 
     /// Writes a message.

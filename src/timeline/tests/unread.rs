@@ -47,6 +47,22 @@ fn recorded(text: &[u8], chunks: impl IntoIterator<Item = usize>) -> Vec<u8> {
     composer.finish().unwrap()
 }
 
+/// The same recording without a topic, as other tools filter it.
+fn without(topic: &str, recording: &[u8]) -> Vec<u8> {
+    let mut filtered = std::io::Cursor::new(Vec::new());
+    let options = mcap::WriteOptions::new().chunk_size(Some(1024));
+    let mut writer = options.create(&mut filtered).unwrap();
+    for message in mcap::MessageStream::new(recording).unwrap() {
+        let message = message.unwrap();
+        if message.channel.topic != topic {
+            writer.write(&message).unwrap();
+        }
+    }
+    writer.finish().unwrap();
+    drop(writer);
+    filtered.into_inner()
+}
+
 fn unread(tape: Box<dyn Tape + Send>) -> Reel<Scene> {
     let first = Scene::new("radio", Config::default(), &*tape);
     Reel::new(tape, first, SPACING)
@@ -111,6 +127,29 @@ proptest! {
             let is_there = index.about_line(lines(scene.model()) + 1).is_some();
             prop_assert!(!is_there || !is_counted || name == "demo-commands.mcap");
             prop_assert!(left_out > 0 || times == 1, "it leaves nothing out");
+        }
+    }
+}
+
+/// A topic that is not in the recording does not say that nothing happened.
+#[test]
+fn what_no_topic_tells_of_is_looked_for() {
+    for name in CAPTURES {
+        let recording = recorded(&bytes_of(name), std::iter::repeat(5));
+        for (topic, kind) in [("/log", Landmark::Bump), ("/uplink", Landmark::Command)] {
+            let mut whole = of_bytes(recording.clone());
+            let mut filtered = of_bytes(without(topic, &recording));
+            let end = whole.length();
+            let mut some = 0;
+            for ms in (0..end.as_millis() as u64).step_by(1000) {
+                let (from, until) = (Moment::from_millis(ms), Moment::from_millis(ms + 999));
+                some += u32::from(whole.may_hold(kind, from, until));
+                assert!(filtered.may_hold(kind, from, until), "{name}: {kind:?}");
+            }
+            assert!(
+                u128::from(some) < end.as_millis() / 1000,
+                "{name}: {kind:?}"
+            );
         }
     }
 }
