@@ -35,6 +35,30 @@ fn a_capture_is_not_replaced_by_what_is_made_of_it() {
     fs::remove_dir_all(folder).unwrap();
 }
 
+#[test]
+fn nothing_gets_a_name_of_the_recorders() {
+    let folder = scratch("own-names");
+    for name in [
+        "foo.partial",
+        "foo.mcap.journal",
+        "a.recovering",
+        "a.damaged",
+    ] {
+        let path = folder.join(name).display().to_string();
+        for verb in [
+            &["convert", CLEAN, "-o"][..],
+            &["cut", "--from", "1s", CLEAN, "-o"],
+            &["export", "--to", "csv", CLEAN, "-o"],
+            &["compare", CLEAN, CLEAN, "--svg"],
+        ] {
+            let (_, err) = expect(2, &[verb, &[&path, "--force"]].concat());
+            assert!(err.contains("choose another name"), "{err}");
+        }
+    }
+    assert_eq!(fs::read_dir(&folder).unwrap().count(), 0);
+    fs::remove_dir_all(folder).unwrap();
+}
+
 #[cfg(unix)]
 #[test]
 fn whoever_is_interrupted_leaves_nothing_behind() {

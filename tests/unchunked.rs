@@ -1,4 +1,4 @@
-//! Recordings of other writers, whose messages stand outside of chunks.
+//! Recordings in forms that other writers make: messages outside of chunks, chunks in another compression.
 #![expect(clippy::unwrap_used, reason = "a test stops where something is wrong")]
 
 mod recordings;
@@ -7,7 +7,9 @@ mod streams;
 use std::fs;
 use std::io::Cursor;
 
+use groundwave::capture::Capture;
 use groundwave::capture::recover::{Outcome, recover};
+use mcap::records::op;
 use recordings::{concatenated, finished, messages};
 use tempfile::TempDir;
 
@@ -24,30 +26,47 @@ fn unchunked(recording: &[u8]) -> Vec<u8> {
     output.into_inner()
 }
 
-/// The same recording, every second chunk of which has become what is in it; without an end.
-fn mixed(recording: &[u8]) -> Vec<u8> {
+/// The same records up to the end of the data, those of the indexes left out; of chunks, what they are changed to.
+fn changed(recording: &[u8], mut change: impl FnMut(&[u8]) -> Vec<u8>) -> Vec<u8> {
     let mut output = mcap::MAGIC.to_vec();
     let mut at = output.len();
-    let mut chunks = 0;
     loop {
-        let (opcode, length) = (recording[at], &recording[at + 1..at + 9]);
-        let length = usize::try_from(u64::from_le_bytes(length.try_into().unwrap())).unwrap();
-        let (record, body) = (&recording[at..at + 9 + length], at + 9);
+        let length = u64::from_le_bytes(recording[at + 1..at + 9].try_into().unwrap());
+        let record = &recording[at..at + 9 + usize::try_from(length).unwrap()];
         at += record.len();
-        match opcode {
-            mcap::records::op::DATA_END => return output,
-            mcap::records::op::MESSAGE_INDEX => continue,
-            mcap::records::op::CHUNK => chunks += 1,
-            _ => {}
-        }
-        if opcode == mcap::records::op::CHUNK && chunks % 2 == 0 {
-            // Two times, size, checksum, "zstd" and the length of what follows.
-            let content = &recording[body + 8 + 8 + 8 + 4 + 8 + 8..at];
-            output.extend(zstd::decode_all(content).unwrap());
-        } else {
-            output.extend(record);
+        match record[0] {
+            op::DATA_END => return output,
+            op::MESSAGE_INDEX => {}
+            op::CHUNK => output.extend(change(record)),
+            _ => output.extend(record),
         }
     }
+}
+
+/// Where the compression stands in a chunk: after two times, the size and the checksum.
+const COMPRESSION_AT: usize = 9 + 8 + 8 + 8 + 4;
+
+/// Every second chunk has become what is in it.
+fn mixed(recording: &[u8]) -> Vec<u8> {
+    let mut chunks = 0;
+    changed(recording, |chunk| {
+        chunks += 1;
+        if chunks % 2 == 1 {
+            return chunk.to_vec();
+        }
+        let (_zstd_and_length, content) = chunk[COMPRESSION_AT..].split_at(8 + 8);
+        zstd::decode_all(content).unwrap()
+    })
+}
+
+/// Every chunk says that it is compressed with LZ4.
+fn lz4(recording: &[u8]) -> Vec<u8> {
+    changed(recording, |chunk| {
+        let length = chunk.len() as u64 - 9 - 1;
+        let (head, rest) = (&chunk[9..COMPRESSION_AT], &chunk[COMPRESSION_AT + 8..]);
+        let length = length.to_le_bytes();
+        [&[op::CHUNK], &length[..], head, &[3, 0, 0, 0], b"lz4", rest].concat()
+    })
 }
 
 #[test]
@@ -98,4 +117,28 @@ fn messages_between_chunks_are_kept_in_their_order() {
     assert!(recovery.rx_missing.is_empty(), "{recovery:?}");
     assert!(messages(&path) == all);
     assert_eq!(concatenated(&path), stream);
+}
+
+#[test]
+fn another_compression_is_not_called_damage() {
+    let folder = TempDir::new().unwrap();
+    let whole = finished(folder.path(), &streams::clean(60));
+    let bytes = lz4(&fs::read(&whole).unwrap());
+    let path = folder.path().join("lz4.mcap");
+    fs::write(&path, &bytes).unwrap();
+    let error = recover(&path).unwrap_err().to_string();
+    assert!(error.contains("mcap compress"), "{error}");
+    assert!(fs::read(&path).unwrap() == bytes, "it is left as it was");
+    let mut capture = Capture::open(&path).unwrap();
+    let error = loop {
+        match capture.next_chunk() {
+            Ok(Some(_)) => {}
+            Ok(None) => panic!("nothing is said"),
+            Err(error) => break error.to_string(),
+        }
+    };
+    assert!(
+        error.contains("mcap compress") && !error.contains("damaged"),
+        "{error}"
+    );
 }

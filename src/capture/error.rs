@@ -6,6 +6,7 @@ use std::io;
 use std::path::{Path, PathBuf};
 
 use super::recover::Interrupted;
+use super::unpacker::LZ4;
 use crate::remedy::{self, shell_word};
 
 /// What to do when the file to be written exists.
@@ -86,7 +87,7 @@ pub enum CaptureError {
     },
     /// A name that the recorder gives to files of its own.
     #[error(
-        "will not record to {}: names that end in .partial, .journal, .recovering or .damaged are those of \
+        "will not write {}: names that end in .partial, .journal, .recovering or .damaged are those of \
          unfinished and damaged recordings; choose another name",
         .0.display()
     )]
@@ -123,6 +124,9 @@ pub enum CaptureError {
     /// Not one chunk of a recording holds.
     #[error("nothing of {} can be saved: not one of its chunks holds, and there is no journal", .0.display())]
     NothingLeft(PathBuf),
+    /// Chunks in a form that others write.
+    #[error("will not recover {}: {LZ4}", .0.display())]
+    Compression(PathBuf),
     /// A finished recording does not read back as what was received.
     #[error(
         "{} does not hold everything that was received; the journal {} does: groundwave recover {}",
@@ -201,7 +205,11 @@ pub enum CaptureError {
     #[error("the recording ends in the middle: {0}")]
     Interrupted(Interrupted),
     /// An MCAP whose checksums or structure do not hold.
-    #[error("{} is damaged: {problem}; everything else has been read", path.display())]
+    #[error(
+        "{} {}: {problem}; everything else has been read",
+        path.display(),
+        if problem.contains(LZ4) { "cannot be read whole" } else { "is damaged" }
+    )]
     Damaged {
         /// The file.
         path: PathBuf,

@@ -2,6 +2,9 @@
 
 use super::writer::records::Reader;
 
+/// What is said of a chunk in the other form that the MCAP specification knows. It may be whole.
+pub(super) const LZ4: &str = "a chunk is compressed with LZ4, which is not read here; `mcap compress` rewrites the file with zstd";
+
 /// Unpacks chunks one after the other: making what decompresses them takes longer than a small chunk.
 #[derive(Default)]
 pub(super) struct Unpacker {
@@ -60,6 +63,7 @@ impl Unpacker {
                 zstd.decompress_to_buffer(header.data, content)
                     .map_err(|_| "a chunk cannot be unpacked")?;
             }
+            "lz4" => return Err(LZ4),
             _ => return Err("a chunk is compressed with something else than zstd"),
         }
         if content.len() != bytes {

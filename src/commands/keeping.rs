@@ -79,6 +79,7 @@ pub(super) fn fault(error: CaptureError) -> Fault {
         | CaptureError::UnderWay(_)
         | CaptureError::Missing(_)
         | CaptureError::OwnName(_)
+        | CaptureError::Compression(_)
         | CaptureError::Foreign(_)
         | CaptureError::CannotAppend(_)
         | CaptureError::Journal(_)

@@ -6,7 +6,8 @@ use std::path::{Path, PathBuf};
 use std::process;
 use std::sync::{Mutex, MutexGuard, Once, PoisonError};
 
-use super::{Exit, Fault, cli};
+use super::{Exit, Fault, cli, keeping};
+use crate::capture::recover;
 use crate::capture::source::Form;
 use crate::io::signals;
 
@@ -23,7 +24,7 @@ pub(super) enum Target {
 /// capture's own.
 ///
 /// # Errors
-/// When two results would have one name, or a file is there that may not be overwritten.
+/// When two results would have one name or one has a name of the recorder's, or a file is there that may not be overwritten.
 pub(super) fn targets(
     files: &[PathBuf],
     options: &cli::Output,
@@ -76,9 +77,7 @@ pub(super) fn targets(
                 let path = path.display();
                 return usage(format!("two captures would both become {path}"));
             }
-            if path.is_dir() || !force && is_in_the_way(path) {
-                return Err(exists(path));
-            }
+            refuse(path, *force)?;
         }
         targets.push(target);
     }
@@ -121,6 +120,15 @@ fn is_same(one: &Path, other: &Path) -> bool {
     }
 }
 
+/// Refuses a name that nothing can or may be written under.
+fn refuse(path: &Path, force: bool) -> Result<(), Fault> {
+    recover::refuse_own_name(path).map_err(keeping::fault)?;
+    if path.is_dir() || !force && is_in_the_way(path) {
+        return Err(exists(path));
+    }
+    Ok(())
+}
+
 /// A pipe or a device can be written to as often as one likes.
 fn is_in_the_way(path: &Path) -> bool {
     fs::metadata(path).is_ok_and(|about| about.is_file() || about.is_dir())
@@ -137,9 +145,7 @@ fn exists(path: &Path) -> Fault {
 
 /// Writes a file at one stroke.
 pub(super) fn write_file(path: &Path, text: &str, force: bool) -> Result<(), Fault> {
-    if path.is_dir() || !force && is_in_the_way(path) {
-        return Err(exists(path));
-    }
+    refuse(path, force)?;
     let mut output = Output::create(&Target::File(path.to_owned(), force))?;
     match output.write_all(text.as_bytes()) {
         Ok(()) => output.finish(),

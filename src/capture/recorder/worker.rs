@@ -288,7 +288,8 @@ pub(super) fn write_error(path: &Path, error: io::Error) -> CaptureError {
     }
 }
 
-#[cfg(all(test, target_os = "linux"))]
+#[cfg(target_os = "linux")]
+#[cfg(test)]
 mod tests {
     use super::super::super::journal::JournalWriter;
     use super::super::Recorder;

@@ -114,7 +114,7 @@ pub fn find_interrupted(folder: &Path) -> Vec<PathBuf> {
     found
 }
 
-/// Refuses a name for a recording that the files of unfinished and damaged ones have.
+/// Refuses a name that the files of unfinished and damaged recordings have.
 ///
 /// # Errors
 /// When it is one.

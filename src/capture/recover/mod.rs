@@ -34,6 +34,7 @@ use super::composer::{Composer, Session};
 use super::journal::{BEGIN, Entry, Kind};
 use super::messages::{RawBytes, UplinkEvent, UplinkStep};
 use super::topics::{Deriver, StationEvent, Topic};
+use super::unpacker::LZ4;
 use super::walk::{Damage, Part, RECORD_BYTES_MAX, Walker};
 use super::writer::records::{HEAD_BYTES, Reader, op};
 use super::writer::{Attachment, McapWriter};
@@ -186,6 +187,9 @@ fn from_journal(paths: &Paths, survey: &Survey) -> Result<Recovery, CaptureError
 
 /// Takes over what holds of `source`, and adds what a journal has beyond it.
 fn repair(paths: &Paths, source: &Path, mut scan: Scan) -> Result<Recovery, CaptureError> {
+    if scan.damage.iter().any(|damage| damage.problem == LZ4) {
+        return Err(CaptureError::Compression(source.to_owned()));
+    }
     if scan.is_empty() && !paths.journal.exists() {
         return Err(CaptureError::NothingLeft(source.to_owned()));
     }
