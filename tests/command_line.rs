@@ -46,7 +46,7 @@ fn words_that_are_missing_or_too_many_are_named_before_a_link_is_opened() {
         (&["send", link, "porwl"], "did you mean `prowl`?"),
         (
             &["param", link],
-            "`list`, `get NAME`, `set NAME VALUE` or `save`",
+            "`list`, `get NAME`, `set NAME VALUE`, `NAME VALUE` or `save`",
         ),
         (
             &["param", link, "set", "top-speed"],
