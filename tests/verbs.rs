@@ -244,6 +244,17 @@ fn nothing_is_recorded_to_a_file_called_dash() {
 }
 
 #[test]
+fn a_part_of_an_unfinished_recording_is_named_as_a_whole_one() {
+    let folder = scratch("unfinished");
+    let file = |name: &str| folder.join(name).to_str().unwrap().to_owned();
+    fs::write(file("a.txt"), streams::clean(30)).unwrap();
+    expect(0, &["convert", &file("a.txt")]);
+    fs::rename(file("a.mcap"), file("a.mcap.partial")).unwrap();
+    expect(0, &["cut", "--from", "1", &file("a.mcap.partial")]);
+    expect(0, &["verify", &file("a.mcap.cut.mcap")]);
+}
+
+#[test]
 fn a_journal_is_not_taken_for_a_raw_capture() {
     let folder = scratch("journal");
     let path = folder.join("a.mcap.journal");

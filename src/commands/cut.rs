@@ -7,6 +7,7 @@ use super::cli::Cut;
 use super::output::{Output, Target, check_form, targets};
 use super::{Exit, Fault, many, opening, say};
 use crate::capture::cut::{CutError, Part, Window, cut_mcap, cut_raw};
+use crate::capture::recover;
 use crate::capture::source::Form;
 use crate::capture::when::When;
 
@@ -18,6 +19,9 @@ pub(super) fn run(options: &Cut) -> Result<(), Fault> {
     check(window)?;
     let files = many::files(&options.captures)?;
     let targets = targets(&files, &options.output, |path| {
+        if recover::is_own_name(path) {
+            return Ok("cut.mcap".to_owned());
+        }
         let extension = path.extension().unwrap_or_default();
         Ok(format!("cut.{}", extension.display())
             .trim_end_matches('.')

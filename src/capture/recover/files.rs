@@ -114,17 +114,25 @@ pub fn find_interrupted(folder: &Path) -> Vec<PathBuf> {
     found
 }
 
+/// Whether the files of unfinished and damaged recordings are named like this.
+#[must_use]
+pub fn is_own_name(path: &Path) -> bool {
+    let extension = path.extension().and_then(|extension| extension.to_str());
+    matches!(
+        extension,
+        Some("partial" | "journal" | "recovering" | "damaged")
+    )
+}
+
 /// Refuses a name that the files of unfinished and damaged recordings have.
 ///
 /// # Errors
 /// When it is one.
 pub fn refuse_own_name(path: &Path) -> Result<(), CaptureError> {
-    match path.extension().and_then(|extension| extension.to_str()) {
-        Some("partial" | "journal" | "recovering" | "damaged") => {
-            Err(CaptureError::OwnName(path.to_owned()))
-        }
-        _ => Ok(()),
+    if is_own_name(path) {
+        return Err(CaptureError::OwnName(path.to_owned()));
     }
+    Ok(())
 }
 
 /// Makes room for a recording of that name: an interrupted one gets another, which is returned, and can

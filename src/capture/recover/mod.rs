@@ -25,7 +25,9 @@ use ::mcap::io::MessageReader;
 use ::mcap::sans_io::LinearReaderOptions;
 use prost::Message;
 
-pub use files::{Paths, claim, find_interrupted, free_part, is_in_use, refuse_own_name, set_aside};
+pub use files::{
+    Paths, claim, find_interrupted, free_part, is_in_use, is_own_name, refuse_own_name, set_aside,
+};
 pub use interrupted::Interrupted;
 pub use report::{End, Missing, Outcome, Recovery};
 
