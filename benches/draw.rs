@@ -77,7 +77,7 @@ fn a_frame_after_a_new_line(bencher: Bencher, (width, height): (u16, u16)) {
     bencher.bench_local(|| {
         let now = watched.now();
         terminal
-            .draw(|frame| view::draw(&watched.model, now, frame))
+            .draw(|frame| view::draw(&watched.model, now, frame.buffer_mut()))
             .expect("a buffer takes it");
         watched.next_line();
     });

@@ -112,7 +112,7 @@ impl Watched {
     fn rows(&mut self) -> Vec<String> {
         let now = self.co.now();
         self.terminal
-            .draw(|frame| view::draw(&self.model, now, frame))
+            .draw(|frame| view::draw(&self.model, now, frame.buffer_mut()))
             .expect("a buffer takes it");
         let cells = self.terminal.backend().buffer().content();
         cells

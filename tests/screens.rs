@@ -51,7 +51,7 @@ fn screen_of(
     }
     let mut terminal = Terminal::new(TestBackend::new(width, height)).expect("a buffer");
     terminal
-        .draw(|frame| view::draw(&model, until, frame))
+        .draw(|frame| view::draw(&model, until, frame.buffer_mut()))
         .expect("a buffer takes it");
     terminal.backend().to_string()
 }

@@ -88,7 +88,7 @@ impl Flight {
     pub fn screen(&self) -> Result<Buffer, Box<dyn Error>> {
         let (width, height) = self.size;
         let mut terminal = Terminal::new(TestBackend::new(width, height))?;
-        terminal.draw(|frame| view::draw(&self.model, self.now, frame))?;
+        terminal.draw(|frame| view::draw(&self.model, self.now, frame.buffer_mut()))?;
         Ok(terminal.backend().buffer().clone())
     }
 

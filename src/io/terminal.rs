@@ -17,8 +17,7 @@ use crossterm::event::{
 };
 use crossterm::style::ResetColor;
 use crossterm::{cursor, queue, terminal};
-use ratatui::layout::Rect;
-use ratatui::{Terminal, TerminalOptions, Viewport};
+use ratatui::buffer::Buffer;
 use tokio::sync::mpsc::Receiver;
 
 use self::outlet::Outlet;
@@ -30,8 +29,6 @@ static TAKEN: AtomicBool = AtomicBool::new(false);
 
 /// Whether the mouse is asked for whenever the terminal is taken over.
 static MOUSE: AtomicBool = AtomicBool::new(false);
-
-type Canvas = Terminal<Sheet>;
 
 /// How long a terminal that takes nothing is waited for when it is given back.
 const PATIENCE: Duration = Duration::from_secs(1);
@@ -49,7 +46,7 @@ pub fn is_there() -> bool {
 
 /// The terminal while the dashboard runs. Dropping it gives the terminal back.
 pub struct Screen {
-    canvas: Canvas,
+    sheet: Sheet,
     outlet: Outlet,
 }
 
@@ -64,7 +61,7 @@ impl Screen {
         let outlet = enter()?;
         let (width, height) = terminal::size()?;
         Ok(Self {
-            canvas: canvas(width, height)?,
+            sheet: Sheet::new(width, height),
             outlet,
         })
     }
@@ -93,18 +90,13 @@ impl Screen {
 
     /// Columns and rows.
     #[must_use]
-    pub fn size(&mut self) -> (u16, u16) {
-        let area = self.canvas.get_frame().area();
-        (area.width, area.height)
+    pub const fn size(&self) -> (u16, u16) {
+        self.sheet.size()
     }
 
     /// Takes a new size: the next frame is drawn whole.
-    ///
-    /// # Errors
-    /// When the terminal is gone.
-    pub fn resize(&mut self, width: u16, height: u16) -> io::Result<()> {
-        self.canvas = canvas(width, height)?;
-        Ok(())
+    pub fn resize(&mut self, width: u16, height: u16) {
+        self.sheet = Sheet::new(width, height);
     }
 
     /// Whether the terminal has room for a frame: it has taken the last one. Sends it what it has not taken so far.
@@ -126,9 +118,8 @@ impl Screen {
     ///
     /// # Errors
     /// When the terminal is gone.
-    pub fn draw(&mut self, draw: impl FnOnce(&mut ratatui::Frame<'_>)) -> io::Result<()> {
-        self.canvas.draw(draw)?;
-        let frame = self.canvas.backend_mut().take();
+    pub fn draw(&mut self, draw: impl FnOnce(&mut Buffer)) -> io::Result<()> {
+        let frame = self.sheet.draw(draw);
         self.outlet.put(Instant::now(), &frame)
     }
 
@@ -138,7 +129,8 @@ impl Screen {
     /// When the terminal is gone.
     pub fn clear(&mut self) -> io::Result<()> {
         let (width, height) = terminal::size()?;
-        self.resize(width, height)
+        self.resize(width, height);
+        Ok(())
     }
 
     /// Gives the terminal back, runs `meanwhile`, takes it over again and draws everything anew.
@@ -157,14 +149,6 @@ impl Drop for Screen {
     fn drop(&mut self) {
         leave();
     }
-}
-
-/// A canvas that remembers nothing and asks the terminal nothing: its size comes with the resize event,
-/// and `Terminal::clear` would ask where the cursor is and wait for an answer that our own reader takes
-/// away.
-fn canvas(width: u16, height: u16) -> io::Result<Canvas> {
-    let viewport = Viewport::Fixed(Rect::new(0, 0, width, height));
-    Terminal::with_options(Sheet::new(width, height), TerminalOptions { viewport })
 }
 
 fn enter() -> io::Result<Outlet> {

@@ -209,7 +209,7 @@ impl Running {
             Terminal::Key(key) => self.tell(Event::Key(key)),
             Terminal::Paste(text) => self.tell(Event::Paste(text)),
             Terminal::Resize(width, height) => {
-                self.screen.resize(width, height)?;
+                self.screen.resize(width, height);
                 self.tell(Event::Resize { width, height })
             }
             Terminal::Mouse(mouse) => self.take_mouse(mouse),
@@ -427,7 +427,7 @@ impl Running {
                 Some((model, at)) => (model, *at),
                 None => (&self.model, self.session.now()),
             };
-            self.screen.draw(|frame| view::draw(model, now, frame))?;
+            self.screen.draw(|page| view::draw(model, now, page))?;
             self.pace.drew(host);
             self.drawn = Some(Drawn {
                 revision: self.revision(),

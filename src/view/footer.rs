@@ -5,7 +5,7 @@ use ratatui::buffer::Buffer;
 use ratatui::layout::Rect;
 use ratatui::text::{Line, Span};
 
-use super::{Screen, put, put_right};
+use super::{Screen, columns, put, put_right, width_of};
 use crate::model::editor::RouteAction;
 use crate::model::keys::{Action, Context, Row};
 use crate::model::runs::Runs;
@@ -22,7 +22,7 @@ impl Screen<'_> {
                 Purpose::Moment => "go to: ",
             };
             let keys = Line::from(self.keys_beside_prompt(area.width));
-            let taken = prompt.len() + 1 + keys.width();
+            let taken = prompt.len() + 1 + width_of(&keys);
             let room = usize::from(area.width).saturating_sub(taken);
             let length = entry.text.chars().count();
             let seen: String = entry
@@ -67,11 +67,11 @@ impl Screen<'_> {
         if let Some(last) = always.last_mut() {
             last.content = last.content.trim_end().to_owned().into();
         }
-        let always_width: usize = always.iter().map(Span::width).sum();
+        let always_width: usize = always.iter().map(|span| columns(&span.content)).sum();
         let mut room = usize::from(area.width).saturating_sub(always_width);
-        room = room.saturating_sub(spans.iter().map(Span::width).sum());
+        room = room.saturating_sub(spans.iter().map(|span| columns(&span.content)).sum());
         for pair in self.others(context).chunks(2) {
-            let width: usize = pair.iter().map(Span::width).sum();
+            let width: usize = pair.iter().map(|span| columns(&span.content)).sum();
             if width <= room {
                 room -= width;
                 spans.extend_from_slice(pair);
@@ -88,7 +88,7 @@ impl Screen<'_> {
             .filter(|row| !ALWAYS_SEEN.contains(&row.action))
             .filter(|row| self.does_something(row))
             .collect();
-        rows.sort_by_key(|row| {
+        rows.sort_by_cached_key(|row| {
             // What a draft is for comes before what changes it.
             let change = [Action::EditRoute, Action::UndoDraft];
             let change = change.iter().position(|known| *known == row.action);
@@ -139,7 +139,7 @@ impl Screen<'_> {
         let mut room = usize::from(width).saturating_sub(TYPING_COLUMNS);
         let mut spans = vec![Span::raw("  ")];
         for pair in self.named_keys(Context::Text, |_| true).chunks(2) {
-            let width: usize = pair.iter().map(Span::width).sum();
+            let width: usize = pair.iter().map(|span| columns(&span.content)).sum();
             if width > room {
                 break;
             }

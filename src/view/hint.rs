@@ -8,7 +8,7 @@ use ratatui::layout::Rect;
 use ratatui::text::{Line, Span};
 
 use super::status::{file_name, shortened};
-use super::{Screen, put};
+use super::{Screen, put, width_of};
 use crate::model::keys::Context;
 use crate::model::link::{Connection, Health};
 use crate::model::news::{News, Passing};
@@ -153,7 +153,7 @@ impl Screen<'_> {
 
     fn one_line(&self, room: usize) -> Line<'_> {
         let mut lines = TERSENESS.iter().map(|terseness| self.facts(*terseness));
-        let fits = lines.find(|line| line.width() <= room);
+        let fits = lines.find(|line| width_of(line) <= room);
         fits.unwrap_or_else(|| self.facts(TERSENESS[TERSENESS.len() - 1]))
     }
 

@@ -7,7 +7,7 @@ use ratatui::style::Style;
 use ratatui::text::{Line, Span};
 
 use super::text::wrap;
-use super::{Screen, put, put_right, split_top};
+use super::{Screen, put, put_right, split_top, width_of};
 use crate::event::Moment;
 use crate::model::age;
 use crate::model::motors::{self, Holder};
@@ -233,7 +233,7 @@ impl Screen<'_> {
         } else {
             ""
         };
-        let taken = line.width() + " 100 %".len() + old.chars().count();
+        let taken = width_of(&line) + " 100 %".len() + old.chars().count();
         let Some(share) = rung
             .share
             .filter(|share| *share > 0.0 && taken <= usize::from(area.width))
@@ -262,7 +262,7 @@ impl Screen<'_> {
         };
         let words = Line::styled(words, self.theme.dim);
         let room = usize::from(area.width).saturating_sub(share_columns + 1);
-        if line.width() + 1 + words.width() <= room {
+        if width_of(line) + 1 + width_of(&words) <= room {
             let here = Rect {
                 width: room as u16,
                 ..area

@@ -5,29 +5,57 @@ use ratatui::layout::Rect;
 use ratatui::style::Style;
 use ratatui::text::{Line, Span};
 
-use super::Screen;
 use super::text::{First, wrap};
+use super::{Screen, put};
 use crate::event::Level;
 use crate::model::Panel;
 use crate::model::log::{Entry, Subject};
 
+/// More than the minutes and seconds of any session take.
+const TIME_COLUMNS: usize = 10;
+
+/// A glyph and a blank.
+const MARK_COLUMNS: usize = 2;
+
+/// The most that says how often it happened.
+const TIMES_COLUMNS: usize = 12;
+
 impl Screen<'_> {
     pub(super) fn log(&self, buffer: &mut Buffer, area: Rect) {
-        let mut entries: Vec<&Entry> = self.model.log.newest_first().collect();
-        entries.reverse();
         let width = usize::from(area.width);
-        let lines: Vec<Line<'_>> = entries
-            .into_iter()
-            .flat_map(|entry| self.log_lines(entry, width))
+        let newest = self.model.log.newest_first();
+        let mut entries: Vec<_> = newest
+            .map(|entry| (entry, self.rows_of(entry, width)))
             .collect();
-        self.pages(
-            buffer,
-            area,
-            (Panel::Log, "log"),
-            None,
-            &lines,
-            First::Bottom,
-        );
+        entries.reverse();
+        let rows = entries.iter().map(|(_, rows)| rows).sum();
+        let title = (Panel::Log, "log");
+        let (below, shown) = self.page(buffer, area, title, None, rows, First::Bottom);
+        let mut place = 0;
+        for (entry, rows) in entries {
+            let begin = place;
+            place += rows;
+            // What is not on this page is not even put into words.
+            if begin >= shown.end || place <= shown.start {
+                continue;
+            }
+            for (place, line) in (begin..).zip(self.log_lines(entry, width)) {
+                if shown.contains(&place) {
+                    put(buffer, below, (place - shown.start) as u16, &line);
+                }
+            }
+        }
+    }
+
+    /// Rows that an entry takes.
+    fn rows_of(&self, entry: &Entry, width: usize) -> usize {
+        // No character takes more columns than bytes.
+        let times = if entry.times == 1 { 0 } else { TIMES_COLUMNS };
+        if TIME_COLUMNS + MARK_COLUMNS + times + entry.text.len() <= width {
+            1
+        } else {
+            self.log_lines(entry, width).len()
+        }
     }
 
     /// The glyph and the style of an entry.
@@ -71,5 +99,36 @@ impl Screen<'_> {
         ]);
         let more = rows.map(|row| Line::styled(format!("{:indent$}{row}", ""), style));
         [first].into_iter().chain(more).collect()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use proptest::prelude::*;
+
+    use super::*;
+    use crate::event::Moment;
+    use crate::model::{Config, Model};
+
+    proptest! {
+        /// Where entries are only counted, they are counted as they are drawn.
+        #[test]
+        fn rows_are_counted_as_they_are_drawn(
+            text in "[a-z ]{0,80}|[漢字 a]{0,20}",
+            s in prop_oneof![0_u64..100_000, 0_u64..1_000_000_000],
+            times in prop_oneof![Just(1), any::<u32>()],
+            width in 0_usize..100,
+        ) {
+            let model = Model::new(Config::default());
+            let screen = Screen::of(&model, Moment::ZERO);
+            let entry = Entry {
+                at: Moment::from_secs(s),
+                level: Level::Info,
+                subject: Subject::Bump,
+                text,
+                times,
+            };
+            prop_assert_eq!(screen.rows_of(&entry, width), screen.log_lines(&entry, width).len());
+        }
     }
 }

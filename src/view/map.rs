@@ -8,7 +8,7 @@ use ratatui::text::{Line, Span};
 
 use super::pointer::Mark;
 use super::raster::{Ink, Raster};
-use super::{Screen, put, put_right, split_bottom};
+use super::{Screen, put, put_right, split_bottom, width_of};
 use crate::event::Spot;
 use crate::model::chart::{Chart, Focus, Pose, ROBOT_RADIUS_IN};
 use crate::model::ghost::{Ghost, ghost};
@@ -325,10 +325,10 @@ impl Screen<'_> {
             notes.push(words);
         }
         let bar = Line::styled(bar, theme.dim);
-        let room = usize::from(area.width).saturating_sub(bar.width() + 1);
+        let room = usize::from(area.width).saturating_sub(width_of(&bar) + 1);
         let legend = (0..=notes.len())
             .map(|dropped| Line::styled(notes[dropped..].join("  "), theme.dim))
-            .find(|legend| legend.width() <= room)
+            .find(|legend| width_of(legend) <= room)
             .unwrap_or_default();
         put(buffer, area, 0, &bar);
         put_right(buffer, area, 0, &legend);

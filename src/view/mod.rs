@@ -44,6 +44,7 @@ mod footer;
 mod hint;
 mod ladder;
 mod layout;
+mod lines;
 mod link;
 mod log;
 mod map;
@@ -66,7 +67,6 @@ mod why;
 
 use std::cell::RefCell;
 
-use ratatui::Frame;
 use ratatui::buffer::Buffer;
 use ratatui::layout::Rect;
 use ratatui::text::{Line, Span};
@@ -76,14 +76,17 @@ use crate::model::SIZE_MIN;
 use crate::model::keys::{Action, Context};
 use crate::model::{Colors, Model, Panel};
 use layout::{HEIGHT_FULL, WIDTH_FULL};
+#[cfg(test)]
+use lines::CLIPPED;
+use lines::{columns, fill, put, put_right, width_of};
 use pointer::Mark;
 pub use pointer::spot;
 use theme::Theme;
 
-/// Draws the whole dashboard.
-pub fn draw(model: &Model, now: Moment, frame: &mut Frame<'_>) {
-    let area = frame.area();
-    Screen::of(model, now).draw_all(frame.buffer_mut(), area);
+/// Draws the whole dashboard on a blank page.
+pub fn draw(model: &Model, now: Moment, page: &mut Buffer) {
+    let area = page.area;
+    Screen::of(model, now).draw_all(page, area);
 }
 
 /// What every panel draws from.
@@ -185,15 +188,16 @@ impl Screen<'_> {
     /// says after a colon gives way to what is at the right.
     fn panel(&self, buffer: &mut Buffer, area: Rect, title: &str, right: Option<Span<'_>>) -> Rect {
         let right = right.filter(|right| !right.content.is_empty());
-        let needed = right.as_ref().map_or(0, |right| right.width() + 4);
+        let needed = right
+            .as_ref()
+            .map_or(0, |right| columns(&right.content) + 4);
         let room = usize::from(area.width).saturating_sub(4 + needed);
         let title = match title.split_once(':') {
             Some((short, _)) if title.chars().count() > room => short,
             _ => title,
         };
         let (top, below) = split_top(area, 1);
-        let rule = self.theme.glyphs.rule.repeat(usize::from(top.width));
-        put(buffer, top, 0, &Line::styled(rule, self.theme.rule));
+        fill(buffer, top, self.theme.glyphs.rule, self.theme.rule);
         let titled = Rect {
             x: top.x.saturating_add(2),
             width: top.width.saturating_sub(2),
@@ -203,8 +207,8 @@ impl Screen<'_> {
         put(buffer, titled, 0, &title);
         if let Some(mut right) = right {
             right.content = format!(" {} ", right.content).into();
-            let free = titled.width.saturating_sub(title.width() as u16 + 2);
-            if right.width() as u16 <= free {
+            let free = titled.width.saturating_sub(width_of(&title) as u16 + 2);
+            if columns(&right.content) as u16 <= free {
                 let area = Rect {
                     width: top.width - 2,
                     ..top
@@ -230,41 +234,6 @@ impl Screen<'_> {
         let words = crate::model::age::words(age);
         Some(format!("{} {words}", self.theme.glyphs.stale))
     }
-}
-
-#[cfg(test)]
-thread_local! {
-    /// Words that were cut off without a mark of it, for tests that there are none.
-    static CLIPPED: RefCell<Vec<String>> = const { RefCell::new(Vec::new()) };
-}
-
-/// Writes a line into a row of an area, clipped to it: whoever may have more to say than fits cuts it with a mark.
-fn put(buffer: &mut Buffer, area: Rect, row: u16, line: &Line<'_>) {
-    let area = area.intersection(buffer.area);
-    if row < area.height {
-        #[cfg(test)]
-        note_clipped(line, area.width);
-        buffer.set_line(area.x, area.y + row, line, area.width);
-    }
-}
-
-#[cfg(test)]
-fn note_clipped(line: &Line<'_>, width: u16) {
-    let text: String = line
-        .spans
-        .iter()
-        .map(|span| span.content.as_ref())
-        .collect();
-    if Line::raw(text.trim_end()).width() > usize::from(width) {
-        CLIPPED.with_borrow_mut(|clipped| clipped.push(text));
-    }
-}
-
-/// Writes a line flush right.
-fn put_right(buffer: &mut Buffer, area: Rect, row: u16, line: &Line<'_>) {
-    let width = (line.width() as u16).min(area.width);
-    let x = area.right() - width;
-    put(buffer, Rect { x, width, ..area }, row, line);
 }
 
 fn split_top(area: Rect, rows: u16) -> (Rect, Rect) {

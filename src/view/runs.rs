@@ -6,8 +6,8 @@ use ratatui::text::{Line, Span};
 
 use super::map::Projection;
 use super::raster::{Ink, Raster};
-use super::text::{columns, wrap};
-use super::{Screen, put, split_bottom, split_top};
+use super::text::wrap;
+use super::{Screen, columns, put, split_bottom, split_top};
 use crate::model::runs::Runs;
 use crate::run::{HEADING, Listed, Overlaid, Place};
 

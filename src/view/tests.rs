@@ -30,7 +30,7 @@ use crate::request::Request;
 fn buffer(scene: &Scene, width: u16, height: u16) -> Buffer {
     let mut terminal = Terminal::new(TestBackend::new(width, height)).unwrap();
     terminal
-        .draw(|frame| draw(&scene.model, scene.now, frame))
+        .draw(|frame| draw(&scene.model, scene.now, frame.buffer_mut()))
         .unwrap();
     terminal.backend().buffer().clone()
 }

@@ -1,10 +1,12 @@
 //! Words in rows: cut, wrapped and turned over by pages.
 
+use std::ops::Range;
+
 use ratatui::buffer::Buffer;
 use ratatui::layout::Rect;
 use ratatui::text::{Line, Span};
 
-use super::{Screen, put};
+use super::{Screen, columns, put, width_of};
 use crate::model::Panel;
 
 /// Which end of a panel's rows is shown first.
@@ -12,11 +14,6 @@ use crate::model::Panel;
 pub(super) enum First {
     Top,
     Bottom,
-}
-
-/// Columns that a text takes: wide characters take two.
-pub(super) fn columns(text: &str) -> usize {
-    Span::raw(text).width()
 }
 
 /// As much of the start of a text as so many columns hold.
@@ -66,13 +63,29 @@ impl Screen<'_> {
         &self,
         buffer: &mut Buffer,
         area: Rect,
-        (panel, title): (Panel, &str),
+        title: (Panel, &str),
         note: Option<Span<'_>>,
         lines: &[Line<'_>],
         first: First,
     ) {
+        let (below, shown) = self.page(buffer, area, title, note, lines.len(), first);
+        for (row, line) in (0..).zip(&lines[shown]) {
+            put(buffer, below, row, line);
+        }
+    }
+
+    /// The frame of a panel of so many rows: where they are drawn, and which of them.
+    pub(super) fn page(
+        &self,
+        buffer: &mut Buffer,
+        area: Rect,
+        (panel, title): (Panel, &str),
+        note: Option<Span<'_>>,
+        rows: usize,
+        first: First,
+    ) -> (Rect, Range<usize>) {
         let height = usize::from(area.height.saturating_sub(1)).max(1);
-        let pages = lines.len().div_ceil(height).max(1);
+        let pages = rows.div_ceil(height).max(1);
         let (page, key) = match first {
             First::Top => (self.page_of(panel, pages), "PgDn"),
             // What is older is above.
@@ -93,17 +106,13 @@ impl Screen<'_> {
             note
         };
         let below = self.panel(buffer, area, &self.titled(panel, title), note);
-        let skipped = match first {
-            First::Top => page * height,
-            First::Bottom => lines.len().saturating_sub((page + 1) * height),
-        };
         let shown = match first {
-            First::Top => height,
-            First::Bottom => lines.len().saturating_sub(page * height) - skipped,
+            First::Top => page * height..rows.min((page + 1) * height),
+            First::Bottom => {
+                rows.saturating_sub((page + 1) * height)..rows.saturating_sub(page * height)
+            }
         };
-        for (row, line) in (0..).zip(lines.iter().skip(skipped).take(shown)) {
-            put(buffer, below, row, line);
-        }
+        (below, shown)
     }
 
     /// The page that is shown of so many: the first, unless the panel is the chosen one and was turned over.
@@ -124,14 +133,14 @@ impl Screen<'_> {
             .rev()
             .flat_map(|span| span.content.chars().rev());
         let blanks = blanks.take_while(|c| *c == ' ').count();
-        if line.width() - blanks <= width {
+        if width_of(&line) - blanks <= width {
             return line;
         }
         let more = self.theme.glyphs.cut;
         let mut room = width.saturating_sub(columns(more));
         let mut spans: Vec<Span<'l>> = Vec::new();
         for mut span in line.spans {
-            let wide = span.width();
+            let wide = columns(&span.content);
             if wide > room {
                 let fits = start_of(&span.content, room).trim_end();
                 span.content = (fits.to_owned() + more).into();
@@ -146,7 +155,7 @@ impl Screen<'_> {
 
     /// A line with something flush right after it, which is never cut.
     pub(super) fn with_right<'l>(&self, line: Line<'l>, right: Span<'l>, width: usize) -> Line<'l> {
-        let taken = right.width();
+        let taken = columns(&right.content);
         let mut line = self.cut(line, width.saturating_sub(taken + 1));
         // Blanks at its end give way to what is right of it.
         while let Some(last) = line.spans.last_mut() {
@@ -157,7 +166,7 @@ impl Screen<'_> {
             }
             line.spans.pop();
         }
-        let gap = width.saturating_sub(line.width() + taken);
+        let gap = width.saturating_sub(width_of(&line) + taken);
         line.spans.push(Span::raw(" ".repeat(gap)));
         line.spans.push(right);
         line

@@ -1,11 +1,9 @@
 //! What the terminal shows, and the fewest bytes that make it show something else.
 
-use std::io;
 use std::mem;
 
-use ratatui::backend::{Backend, ClearType, WindowSize};
-use ratatui::buffer::{Buffer, Cell};
-use ratatui::layout::{Position, Rect, Size};
+use ratatui::buffer::{Buffer, Cell, CellWidth};
+use ratatui::layout::{Position, Rect};
 use ratatui::style::{Color, Modifier};
 
 /// Everything that shows on a blank too.
@@ -50,11 +48,10 @@ impl Pen {
         }
     }
 
-    /// Whether a cell looks right when it is written like this; of a blank less is seen.
-    fn suits(self, cell: &Cell) -> bool {
-        let wanted = Self::of(cell);
-        let is_blank = cell.symbol() == " " && self.bg == cell.bg;
-        self == wanted || is_blank && !(self.modifier | cell.modifier).intersects(ON_BLANKS)
+    /// Whether a character looks right when it is written like this; of a blank less is seen.
+    fn suits(self, wanted: Self, is_blank: bool) -> bool {
+        let is_blank = is_blank && self.bg == wanted.bg;
+        self == wanted || is_blank && !(self.modifier | wanted.modifier).intersects(ON_BLANKS)
     }
 
     /// The shorter of two ways to another look: from here, or from nothing.
@@ -138,9 +135,61 @@ fn color(color: Color, base: u8) -> String {
     }
 }
 
+/// What a cell of the terminal shows.
+#[derive(Clone, Copy)]
+struct Glyph {
+    character: char,
+    columns: u8,
+    pen: Pen,
+}
+
+impl Glyph {
+    /// Several characters joined to one, as some names have them, or what nobody knows: written with every frame.
+    const UNTOLD: char = '\0';
+
+    const BLANK: Self = Self {
+        character: ' ',
+        columns: 1,
+        pen: PLAIN,
+    };
+
+    /// Under a wide character: what is there when that one goes only the terminal knows.
+    const COVERED: Self = Self {
+        character: Self::UNTOLD,
+        ..Self::BLANK
+    };
+
+    fn of(cell: &Cell) -> Self {
+        let symbol = cell.symbol();
+        let mut characters = symbol.chars();
+        let character = characters.next().filter(|_| characters.next().is_none());
+        Self {
+            character: character.unwrap_or(Self::UNTOLD),
+            // Nobody draws a character that is wider than the widest terminal.
+            columns: u8::try_from(symbol.cell_width()).unwrap_or(u8::MAX),
+            pen: Pen::of(cell),
+        }
+    }
+
+    /// Whether the cell would look the same. Asked of every cell in every frame.
+    fn shows(&self, cell: &Cell) -> bool {
+        let symbol = cell.symbol();
+        let is_same = match *symbol.as_bytes() {
+            [byte] => self.character == char::from(byte),
+            _ => self.character != Self::UNTOLD && symbol.chars().eq([self.character]),
+        };
+        let Pen { fg, bg, modifier } = self.pen;
+        let is_alike = fg == cell.fg && bg == cell.bg && modifier == cell.modifier;
+        is_same && (is_alike || self.pen.suits(Pen::of(cell), symbol == " "))
+    }
+}
+
 /// A frame in memory, on its way to the terminal. Nothing is asked of the terminal.
 pub(super) struct Sheet {
-    shown: Buffer,
+    /// What the next frame is drawn on: blank between two of them.
+    page: Buffer,
+    /// Row by row.
+    shown: Vec<Glyph>,
     bytes: Vec<u8>,
     pen: Pen,
     /// Where the next character goes, if the terminal is not at a margin.
@@ -152,8 +201,10 @@ pub(super) struct Sheet {
 impl Sheet {
     /// An empty one, whatever was there before.
     pub(super) fn new(width: u16, height: u16) -> Self {
+        let page = Buffer::empty(Rect::new(0, 0, width, height));
         Self {
-            shown: Buffer::empty(Rect::new(0, 0, width, height)),
+            shown: vec![Glyph::BLANK; page.content.len()],
+            page,
             bytes: b"\x1b[m\x1b[2J".to_vec(),
             pen: PLAIN,
             at: None,
@@ -161,13 +212,53 @@ impl Sheet {
         }
     }
 
-    /// What the terminal has to be sent.
-    pub(super) fn take(&mut self) -> Vec<u8> {
+    /// Columns and rows.
+    pub(super) const fn size(&self) -> (u16, u16) {
+        (self.page.area.width, self.page.area.height)
+    }
+
+    /// Takes a frame; returns what the terminal has to be sent.
+    pub(super) fn draw(&mut self, draw: impl FnOnce(&mut Buffer)) -> Vec<u8> {
+        draw(&mut self.page);
+        let width = self.page.area.width.max(1).into();
+        let (mut page, mut shown) = (mem::take(&mut self.page), mem::take(&mut self.shown));
+        let rows = page.content.chunks_exact_mut(width);
+        for (y, (row, shown)) in (0..).zip(rows.zip(shown.chunks_exact_mut(width))) {
+            self.draw_row(y, row, shown);
+        }
+        (self.page, self.shown) = (page, shown);
         mem::take(&mut self.bytes)
     }
 
-    /// The shortest way for the cursor.
-    fn go_to(&mut self, x: u16, y: u16) {
+    /// Writes what is new in a row, and leaves the row blank.
+    fn draw_row(&mut self, y: u16, row: &mut [Cell], shown: &mut [Glyph]) {
+        // Up to here a wide character reaches.
+        let mut covered = 0;
+        for (x, cell) in row.iter_mut().enumerate() {
+            if x < covered {
+                shown[x] = Glyph::COVERED;
+            } else {
+                if !shown[x].shows(cell) {
+                    self.replace(x, y, cell, shown);
+                }
+                covered = x + usize::from(shown[x].columns);
+            }
+            cell.reset();
+        }
+    }
+
+    /// Writes one cell of a row.
+    fn replace(&mut self, x: usize, y: u16, cell: &Cell, row: &mut [Glyph]) {
+        let glyph = Glyph::of(cell);
+        self.go_to(x as u16, y, row);
+        self.write(cell.symbol(), glyph.pen);
+        row[x] = glyph;
+        let x = x + 1;
+        self.at = (x < row.len()).then_some(Position { x: x as u16, y });
+    }
+
+    /// The shortest way for the cursor, to a place in a row that shows this.
+    fn go_to(&mut self, x: u16, y: u16, row: &[Glyph]) {
         if self.at == Some(Position { x, y }) {
             return;
         }
@@ -177,7 +268,7 @@ impl Sheet {
             format!("\x1b[{};{}H", y + 1, x + 1)
         };
         if let Some(at) = self.at.filter(|_| self.is_sure) {
-            let others = [self.over(at, x, y), beside(at, x, y)];
+            let others = [self.over(at, x, y, row), beside(at, x, y)];
             for other in others.into_iter().flatten() {
                 if other.len() < way.len() {
                     way = other;
@@ -190,27 +281,30 @@ impl Sheet {
     }
 
     /// What stands between, once more, if nothing but ASCII does and it looks as the pen writes.
-    fn over(&self, at: Position, x: u16, y: u16) -> Option<String> {
+    fn over(&self, at: Position, x: u16, y: u16, row: &[Glyph]) -> Option<String> {
         if at.y != y || x < at.x {
             return None;
         }
-        let between = (at.x..x).map(|x| &self.shown[(x, y)]);
-        let is_easy = |cell: &Cell| cell.symbol().is_ascii() && self.pen.suits(cell);
+        let between = &row[usize::from(at.x)..usize::from(x)];
+        let is_easy = |glyph: &Glyph| {
+            let is_blank = glyph.character == ' ';
+            (' '..='~').contains(&glyph.character) && self.pen.suits(glyph.pen, is_blank)
+        };
         between
-            .map(|cell| is_easy(cell).then(|| cell.symbol()))
+            .iter()
+            .map(|glyph| is_easy(glyph).then_some(glyph.character))
             .collect()
     }
 
-    fn write(&mut self, cell: &Cell) {
-        if !self.pen.suits(cell) {
-            let to = Pen::of(cell);
-            let codes = self.pen.change(to);
+    fn write(&mut self, symbol: &str, pen: Pen) {
+        if !self.pen.suits(pen, symbol == " ") {
+            let codes = self.pen.change(pen);
             self.bytes
                 .extend_from_slice(format!("\x1b[{codes}m").as_bytes());
-            self.pen = to;
+            self.pen = pen;
         }
-        self.bytes.extend_from_slice(cell.symbol().as_bytes());
-        self.is_sure &= cell.symbol().is_ascii();
+        self.bytes.extend_from_slice(symbol.as_bytes());
+        self.is_sure &= symbol.is_ascii();
     }
 }
 
@@ -232,63 +326,6 @@ fn beside(at: Position, x: u16, y: u16) -> Option<String> {
         (None, left) => format!("\x1b[{}D", left?),
     };
     Some(format!("{down}{across}"))
-}
-
-impl Backend for Sheet {
-    type Error = io::Error;
-
-    fn draw<'a, I>(&mut self, content: I) -> io::Result<()>
-    where
-        I: Iterator<Item = (u16, u16, &'a Cell)>,
-    {
-        for (x, y, cell) in content {
-            self.go_to(x, y);
-            self.write(cell);
-            self.at = (x + 1 < self.shown.area.width).then_some(Position { x: x + 1, y });
-            self.shown[(x, y)] = cell.clone();
-        }
-        Ok(())
-    }
-
-    fn hide_cursor(&mut self) -> io::Result<()> {
-        Ok(())
-    }
-
-    fn show_cursor(&mut self) -> io::Result<()> {
-        Ok(())
-    }
-
-    fn get_cursor_position(&mut self) -> io::Result<Position> {
-        Ok(Position::ORIGIN)
-    }
-
-    fn set_cursor_position<P: Into<Position>>(&mut self, _: P) -> io::Result<()> {
-        Ok(())
-    }
-
-    fn clear(&mut self) -> io::Result<()> {
-        *self = Self::new(self.shown.area.width, self.shown.area.height);
-        Ok(())
-    }
-
-    fn clear_region(&mut self, _: ClearType) -> io::Result<()> {
-        self.clear()
-    }
-
-    fn size(&self) -> io::Result<Size> {
-        Ok(self.shown.area.as_size())
-    }
-
-    fn window_size(&mut self) -> io::Result<WindowSize> {
-        Ok(WindowSize {
-            columns_rows: self.size()?,
-            pixels: Size::ZERO,
-        })
-    }
-
-    fn flush(&mut self) -> io::Result<()> {
-        Ok(())
-    }
 }
 
 #[cfg(test)]

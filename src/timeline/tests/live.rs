@@ -169,7 +169,7 @@ fn a_live_session_of_hours_is_remembered_in_bounded_memory() {
 fn screen(model: &Model, now: Moment) -> String {
     let mut terminal = Terminal::new(TestBackend::new(120, 40)).unwrap();
     terminal
-        .draw(|frame| view::draw(model, now, frame))
+        .draw(|frame| view::draw(model, now, frame.buffer_mut()))
         .unwrap();
     terminal.backend().to_string()
 }

@@ -1,7 +1,7 @@
 use std::num::NonZero;
 
 use proptest::prelude::*;
-use ratatui::backend::CrosstermBackend;
+use ratatui::backend::{Backend, CrosstermBackend};
 use ratatui::style::Style;
 
 use super::*;
@@ -45,31 +45,35 @@ fn looks() -> impl Strategy<Value = Style> {
 
 fn frames() -> impl Strategy<Value = Vec<Vec<Stroke>>> {
     let style = prop_oneof![2 => Just(Style::new()), 2 => looks()];
-    let text = prop_oneof!["[ a-c]{1,6}", "[ -~]{1,14}", "[⠁-⣿ ab│]{1,6}"];
+    let text = prop_oneof![
+        "[ a-c]{1,6}",
+        "[ -~]{1,14}",
+        "[⠁-⣿ ab│]{1,6}",
+        "[漢字 ab]{1,4}"
+    ];
     let stroke = (0..WIDTH, 0..HEIGHT, style, text);
     prop::collection::vec(prop::collection::vec(stroke, 0..8), 1..6)
 }
 
-/// The terminal after each frame, and another one that the backend of the library writes to, which takes no short cuts.
+/// The terminal after each frame, and a new one that the backend of the library writes the whole of it to.
 fn shown(frames: &[Vec<Stroke>]) -> Vec<[vt100::Screen; 2]> {
     let emulator = || vt100::Parser::new(nonzero(HEIGHT), nonzero(WIDTH), 0);
-    let mut terminals = [emulator(), emulator()];
+    let mut terminal = emulator();
     let mut sheet = Sheet::new(WIDTH, HEIGHT);
-    let mut old = Buffer::empty(sheet.shown.area);
     let mut screens = Vec::new();
     for strokes in frames {
-        let mut new = Buffer::empty(old.area);
+        let blank = Buffer::empty(sheet.page.area);
+        let mut new = blank.clone();
         for (x, y, style, text) in strokes {
             new.set_stringn(*x, *y, text, (WIDTH - x).into(), *style);
         }
-        let mut plain = Vec::new();
-        sheet.draw(old.diff(&new).into_iter()).unwrap();
-        let mut other = CrosstermBackend::new(&mut plain);
-        other.draw(old.diff(&new).into_iter()).unwrap();
-        old = new;
-        terminals[0].process(&sheet.take());
-        terminals[1].process(&plain);
-        screens.push(terminals.each_ref().map(|it| it.screen().clone()));
+        terminal.process(&sheet.draw(|page| page.clone_from(&new)));
+        let mut whole = Vec::new();
+        let mut other = CrosstermBackend::new(&mut whole);
+        other.draw(blank.diff(&new).into_iter()).unwrap();
+        let mut fresh = emulator();
+        fresh.process(&whole);
+        screens.push([terminal.screen().clone(), fresh.screen().clone()]);
     }
     screens
 }
@@ -112,15 +116,9 @@ proptest! {
 /// The bytes of the second of two frames of one line each.
 fn change(before: (&str, Style), after: (&str, Style)) -> String {
     let mut sheet = Sheet::new(20, 2);
-    let mut old = Buffer::empty(sheet.shown.area);
-    let mut new = old.clone();
-    old.set_string(0, 0, before.0, before.1);
-    new.set_string(0, 0, after.0, after.1);
-    let empty = Buffer::empty(old.area);
-    sheet.draw(empty.diff(&old).into_iter()).unwrap();
-    sheet.take();
-    sheet.draw(old.diff(&new).into_iter()).unwrap();
-    String::from_utf8(sheet.take()).unwrap()
+    sheet.draw(|page| page.set_string(0, 0, before.0, before.1));
+    let bytes = sheet.draw(|page| page.set_string(0, 0, after.0, after.1));
+    String::from_utf8(bytes).unwrap()
 }
 
 #[test]
