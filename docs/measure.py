@@ -27,7 +27,7 @@ sys.path.insert(0, os.path.join(os.path.dirname(os.path.abspath(__file__)), "mea
 import machine
 import times
 from line import SerialLine
-from programs import CONTESTANTS, Contestant
+from programs import CONTESTANTS, OURS, Contestant
 from terminal import Program
 
 STARTS = 9
@@ -73,7 +73,7 @@ class Trial:
         with machine.every_core_busy():
             time.sleep(self.seconds)
             self._prompt(program, serial, "busy")
-        if self.contestant.name.startswith("groundwave"):
+        if self.contestant in OURS:
             self._silence(program, serial)
         program.stop()
         serial.end()
@@ -164,7 +164,7 @@ def main() -> None:
     parser.add_argument("--keys", type=int, default=100, help="how many keys are pressed (100)")
     parser.add_argument("--first", action="store_true", help="while quiet, let what is measured run before all else on the machine")
     options = parser.parse_args()
-    chosen = [it for it in CONTESTANTS if options.beside or it is CONTESTANTS[0]]
+    chosen = [it for it in CONTESTANTS if options.beside or it in OURS]
     if options.only:
         chosen = [it for it in CONTESTANTS if options.only in it.name]
     about, commit = machine.describe(), machine.commit()

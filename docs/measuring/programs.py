@@ -67,17 +67,29 @@ def _robot(serial: line.SerialLine) -> None:
     serial.robot(GROUNDWAVE)
 
 
-CONTESTANTS = (
+OURS = (
     Contestant(
         "groundwave watch",
+        lambda path, file: [GROUNDWAVE, "watch", path],
+        _robot,
+        b"motors",
+        shown=our_line,
+        key=b" ",
+        remark="nothing is recorded; the key is STOP",
+    ),
+    Contestant(
+        "groundwave watch --record",
         lambda path, file: [GROUNDWAVE, "watch", path, "--record", file + ".mcap"],
         _robot,
         b"motors",
         shown=our_line,
         key=b" ",
-        version=("--version",),
-        remark="records to MCAP; the key is STOP",
+        remark="every byte is in a file before anything looks at it",
     ),
+)
+
+CONTESTANTS = (
+    *OURS,
     Contestant(
         "MAVProxy",
         lambda path, file: [_installed("mavproxy.py"), f"--master={path}", "--baudrate=57600", f"--logfile={file}.tlog"],
