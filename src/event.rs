@@ -205,17 +205,24 @@ pub enum Remark {
 impl Remark {
     /// `name TEXT`, `note TEXT`, `void [REASON]` or `counts`; `None` for other words. Quotes around a whole text are
     /// no part of it.
+    ///
+    /// # Errors
+    /// When its text is missing, or it takes none.
     #[must_use]
-    pub fn from_words(words: &[&str]) -> Option<Self> {
+    pub fn from_words(words: &[&str]) -> Option<Result<Self, String>> {
         let (first, rest) = words.split_first()?;
         let text = unquoted(&rest.join(" "));
-        match *first {
-            "name" if !text.is_empty() => Some(Self::Name(text)),
-            "note" if !text.is_empty() => Some(Self::Note(text)),
-            "void" => Some(Self::Void(text)),
-            "counts" if rest.is_empty() => Some(Self::Counts),
-            _ => None,
-        }
+        Some(match *first {
+            "name" | "note" if text.is_empty() => {
+                Err(format!("`{first}` takes a text: {first} TEXT"))
+            }
+            "name" => Ok(Self::Name(text)),
+            "note" => Ok(Self::Note(text)),
+            "void" => Ok(Self::Void(text)),
+            "counts" if rest.is_empty() => Ok(Self::Counts),
+            "counts" => Err("`counts` stands alone".to_owned()),
+            _ => return None,
+        })
     }
 }
 

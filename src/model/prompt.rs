@@ -41,10 +41,12 @@ impl Model {
             return vec![effect];
         }
         let words: Vec<&str> = text.split_whitespace().collect();
-        if let Some(remark) = Remark::from_words(&words) {
-            return self.label(remark, entry);
-        }
-        match self.ask_for_runs(text) {
+        let asked = match Remark::from_words(&words) {
+            Some(Ok(remark)) => return self.label(remark, entry),
+            Some(Err(error)) => Err(error),
+            None => self.ask_for_runs(text),
+        };
+        match asked {
             Ok(Some(effects)) => return effects,
             Ok(None) => {}
             Err(error) => {

@@ -5,6 +5,24 @@ use crate::event::Remark;
 use crate::model::Runs;
 
 #[test]
+fn a_note_without_words_is_asked_for_them() {
+    for (text, told) in [
+        ("note", "note TEXT"),
+        ("name", "name TEXT"),
+        ("counts 3", "stands alone"),
+    ] {
+        let mut scene = scene();
+        scene.type_text(&format!(":{text}"));
+        assert_eq!(scene.press(&[KeyCode::Enter]), []);
+        let Overlay::Text(entry) = &scene.model.overlay else {
+            panic!("the text stays to be mended");
+        };
+        let error = entry.error.as_deref().unwrap_or_default();
+        assert!(error.contains(told), "{text}: {error}");
+    }
+}
+
+#[test]
 fn what_is_said_of_a_run_is_kept_beside_its_recording() {
     let mut scene = scene();
     scene.type_text(":note the glass door");
