@@ -238,7 +238,7 @@ fn a_stopped_dashboard_gives_the_terminal_back_and_goes_on() {
 /// A closed ssh, a terminated program: whatever ends it, the recording is finished and the terminal given back.
 #[test]
 fn a_signal_finishes_the_recording_and_gives_the_terminal_back() {
-    for name in ["-HUP", "-TERM", "-INT"] {
+    for name in ["-HUP", "-TERM", "-INT", "-QUIT"] {
         let folder = scratch(&format!("ended{name}"));
         let capture = folder.join("run.mcap");
         let capture = capture.to_str().unwrap();

@@ -15,7 +15,7 @@ pub enum Signal {
 #[derive(Debug)]
 pub struct Signals {
     #[cfg(unix)]
-    streams: [tokio::signal::unix::Signal; 4],
+    streams: [tokio::signal::unix::Signal; 5],
 }
 
 #[cfg(unix)]
@@ -32,6 +32,7 @@ impl Signals {
                 signal(SignalKind::interrupt())?,
                 signal(SignalKind::terminate())?,
                 signal(SignalKind::hangup())?,
+                signal(SignalKind::quit())?,
                 signal(suspend)?,
             ],
         })
@@ -39,11 +40,12 @@ impl Signals {
 
     /// The next signal.
     pub async fn next(&mut self) -> Signal {
-        let [interrupt, terminate, hangup, suspend] = &mut self.streams;
+        let [interrupt, terminate, hangup, quit, suspend] = &mut self.streams;
         tokio::select! {
             _ = interrupt.recv() => Signal::Leave,
             _ = terminate.recv() => Signal::Leave,
             _ = hangup.recv() => Signal::Leave,
+            _ = quit.recv() => Signal::Leave,
             _ = suspend.recv() => Signal::Suspend,
         }
     }
