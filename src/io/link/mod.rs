@@ -90,6 +90,7 @@ impl Link {
             inputs,
             outlet: outlet.clone(),
             is_eager: Arc::clone(&is_eager),
+            sleep: Box::new(thread::sleep),
         };
         thread::spawn(move || reader.run(connection));
         Self {

@@ -57,6 +57,7 @@ pub(super) struct Reader<R> {
     pub(super) outlet: Outlet,
     /// The station wants to know of every byte when it comes: its silence tells it when to speak.
     pub(super) is_eager: Arc<AtomicBool>,
+    pub(super) sleep: Box<dyn FnMut(Duration) + Send>,
 }
 
 impl<R: Reopen> Reader<R> {
@@ -147,7 +148,7 @@ impl<R: Reopen> Reader<R> {
                         && !is_kept
                         && let Some(duration) = rest.duration()
                     {
-                        thread::sleep(duration);
+                        (self.sleep)(duration);
                     }
                 }
                 Err(error) => match error.kind() {

@@ -113,6 +113,32 @@ impl Bench {
     }
 }
 
+/// What was read is safe, what waits in the system is not.
+#[test]
+fn nobody_sleeps_while_bytes_are_kept_or_each_is_waited_for() {
+    for (is_kept, is_eager, sleeps) in [(false, false, 1), (true, false, 0), (false, true, 0)] {
+        let (feed, mut connection) = fed();
+        connection.baud = Some(2400);
+        feed.send(Ok(b"A...".to_vec())).expect("a channel");
+        drop(feed);
+        let (inputs, _inputs) = mpsc::channel(64);
+        let (slept, sleeping) = channel();
+        let reader = Reader {
+            reopener: Planned {
+                openings: VecDeque::new(),
+                is_final: true,
+            },
+            sink: Box::new(move |_, _| is_kept),
+            inputs,
+            outlet: Outlet::default(),
+            is_eager: Arc::new(AtomicBool::new(is_eager)),
+            sleep: Box::new(move |duration| slept.send(duration).expect("a channel")),
+        };
+        reader.run(connection);
+        assert_eq!(sleeping.iter().count(), sleeps, "{is_kept} {is_eager}");
+    }
+}
+
 #[test]
 fn the_last_half_line_arrives_before_the_end() {
     let (feed, connection) = fed();
