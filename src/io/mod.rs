@@ -9,4 +9,5 @@ pub mod ports;
 pub mod share;
 pub mod signals;
 pub mod terminal;
+mod tty;
 pub mod via;

@@ -9,7 +9,7 @@ use std::time::Duration;
 use super::error::OpenError;
 use super::identity::{self, UsbIdentity, Whereabouts};
 use super::spec::LinkSpec;
-use crate::io::ports;
+use crate::io::{ports, tty};
 
 /// A read that brings nothing returns after this, and a write that is taken by nobody fails: neither
 /// the reader nor the writer waits for a dead device for ever.
@@ -29,7 +29,23 @@ const PROBE_EVERY: Duration = Duration::from_secs(2);
 const PEER_TIMEOUT: Duration = Duration::from_secs(10);
 
 pub(super) type Reading = Box<dyn Read + Send>;
-pub(super) type Writing = Box<dyn Write + Send>;
+
+/// The ways into a device.
+pub(super) struct Writing {
+    /// Takes what the device has room for and never waits, where there is such a way.
+    pub(super) at_once: Option<Box<dyn Write + Send>>,
+    /// Waits for room, so long as patience lasts.
+    pub(super) patient: Box<dyn Write + Send>,
+}
+
+impl Writing {
+    pub(super) fn patient(device: impl Write + Send + 'static) -> Self {
+        Self {
+            at_once: None,
+            patient: Box::new(device),
+        }
+    }
+}
 
 /// An open device or socket.
 pub struct Connection {
@@ -171,7 +187,7 @@ fn prepare_tcp(stream: TcpStream) -> io::Result<Connection> {
     let writing = stream.try_clone()?;
     Ok(Connection {
         reading: Box::new(stream),
-        writing: Some(Box::new(writing)),
+        writing: Some(Writing::patient(writing)),
         renamed: None,
         baud: None,
     })
@@ -195,15 +211,20 @@ fn open_unix(_path: &Path) -> io::Result<Connection> {
 /// Opening leaves DTR as it is: toggling it resets an Arduino.
 fn open_serial(name: &str, baud: u32) -> Result<Connection, OpenError> {
     let failed = |error| OpenError::serial(name, &error);
+    // Before the port is ours alone, which shuts out ourselves, too.
+    let at_once = tty::without_waiting(name.as_ref());
     let port = serialport::new(name, baud)
         .timeout(PATIENCE)
         .preserve_dtr_on_open()
         .open()
         .map_err(failed)?;
-    let writing = port.try_clone().map_err(failed)?;
+    let patient = port.try_clone().map_err(failed)?;
     Ok(Connection {
         reading: Box::new(port),
-        writing: Some(Box::new(writing)),
+        writing: Some(Writing {
+            at_once,
+            patient: Box::new(patient),
+        }),
         renamed: None,
         baud: Some(baud),
     })
@@ -242,6 +263,7 @@ mod tests {
         let mut connection = Connection::open(&spec, BAUD).expect("a connection");
         let _peer = listener.accept().expect("a peer that never reads");
         let writing = connection.writing.as_mut().expect("a way to send");
+        let writing = &mut writing.patient;
         let error = loop {
             if let Err(error) = writing.write_all(&[0; 1 << 12]) {
                 break error;

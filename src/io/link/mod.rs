@@ -52,7 +52,6 @@ pub enum LinkInput {
 pub type Sink = Box<dyn FnMut(Instant, &[u8]) -> bool + Send>;
 
 /// An open link.
-#[derive(Debug)]
 pub struct Link {
     outlet: Option<Outlet>,
     is_eager: Arc<AtomicBool>,

@@ -17,7 +17,7 @@ const BELIEVED_BAUD_MAX: u32 = 4800;
 const BITS: u32 = 10;
 
 /// Bytes on their way to the terminal.
-pub(super) struct Outlet<W = Box<dyn Write>> {
+pub(super) struct Outlet<W = Box<dyn Write + Send>> {
     terminal: W,
     /// What a byte takes on the terminal's line, where that is known to be slow.
     byte_time: Duration,
@@ -112,29 +112,21 @@ impl<W: Write> Outlet<W> {
 }
 
 #[cfg(unix)]
-fn own_way() -> Option<Box<dyn Write>> {
+fn own_way() -> Option<Box<dyn Write + Send>> {
     use std::ffi::OsString;
-    use std::fs::OpenOptions;
     use std::os::unix::ffi::OsStringExt;
-    use std::os::unix::fs::OpenOptionsExt;
 
-    use rustix::fs::OFlags;
+    use crate::io::tty;
 
     let named = rustix::termios::ttyname(io::stdout(), Vec::new()).ok();
     let named = named.map(|name| OsString::from_vec(name.into_bytes()));
-    let flags = OFlags::NONBLOCK | OFlags::NOCTTY;
     // The first belongs to whoever logged in, which need not be who runs this.
     let mut names = named.into_iter().chain(["/dev/tty".into()]);
-    names.find_map(|name| {
-        let mut options = OpenOptions::new();
-        let options = options.write(true).custom_flags(flags.bits() as i32);
-        let file = options.open(name).ok()?;
-        Some(Box::new(file) as Box<dyn Write>)
-    })
+    names.find_map(|name| tty::without_waiting(name.as_ref()))
 }
 
 #[cfg(not(unix))]
-fn own_way() -> Option<Box<dyn Write>> {
+fn own_way() -> Option<Box<dyn Write + Send>> {
     None
 }
 

@@ -8,6 +8,7 @@ use tokio::sync::mpsc;
 
 use super::*;
 use crate::io::link::Link;
+use crate::io::link::connection::Writing;
 
 /// Nothing here takes this long unless it hangs.
 const PATIENCE: Duration = Duration::from_secs(20);
@@ -181,7 +182,7 @@ fn a_device_that_takes_no_bytes_does_not_hold_up_the_loss() {
     let (feed, mut connection) = fed();
     let (asked, was_asked) = channel();
     let (_held, until) = channel();
-    connection.writing = Some(Box::new(Stuck { asked, until }));
+    connection.writing = Some(Writing::patient(Stuck { asked, until }));
     let (_second, again) = fed();
     let mut bench = Bench::new(connection, vec![Ok(again)]);
     bench.link.send(b"\n");
@@ -197,7 +198,7 @@ fn bytes_that_a_stuck_device_does_not_take_are_counted() {
     let (_feed, mut connection) = fed();
     let (asked, was_asked) = channel();
     let (held, until) = channel();
-    connection.writing = Some(Box::new(Stuck { asked, until }));
+    connection.writing = Some(Writing::patient(Stuck { asked, until }));
     let bench = Bench::new(connection, vec![]);
     bench.link.send(b"12345");
     was_asked.recv_timeout(PATIENCE).expect("a write");
@@ -259,7 +260,7 @@ impl Drop for LetGo {
 fn a_lost_device_is_let_go_before_it_is_back() {
     let (feed, mut connection) = fed();
     let (let_go, was_let_go) = channel();
-    connection.writing = Some(Box::new(LetGo(let_go)));
+    connection.writing = Some(Writing::patient(LetGo(let_go)));
     let missing = Err(OpenError::Missing("it".to_owned()));
     let mut bench = Bench::new(connection, vec![missing]);
     drop(feed);
