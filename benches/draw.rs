@@ -1,4 +1,4 @@
-//! What drawing costs: a whole frame from the model to the terminal's difference of cells.
+//! What drawing costs: a whole page from the model. What of it goes to the terminal is found out besides.
 //!
 //! `cargo bench --bench draw`
 
@@ -10,8 +10,8 @@ use groundwave::model::{Config, Model};
 use groundwave::station::Station;
 use groundwave::view;
 use groundwave_protocol::arq;
-use ratatui::Terminal;
-use ratatui::backend::TestBackend;
+use ratatui::buffer::Buffer;
+use ratatui::layout::Rect;
 use sr04_sim::{Simulation, SimulationConfig, World};
 
 fn main() {
@@ -71,14 +71,13 @@ impl Watched {
 }
 
 #[divan::bench(args = [(80, 24), (120, 40), (200, 60)])]
-fn a_frame_after_a_new_line(bencher: Bencher, (width, height): (u16, u16)) {
+fn a_page_after_a_new_line(bencher: Bencher, (width, height): (u16, u16)) {
     let mut watched = Watched::new(width, height);
-    let mut terminal = Terminal::new(TestBackend::new(width, height)).expect("a buffer");
+    let mut page = Buffer::empty(Rect::new(0, 0, width, height));
     bencher.bench_local(|| {
         let now = watched.now();
-        terminal
-            .draw(|frame| view::draw(&watched.model, now, frame.buffer_mut()))
-            .expect("a buffer takes it");
+        page.reset();
+        view::draw(&watched.model, now, &mut page);
         watched.next_line();
     });
 }

@@ -252,6 +252,9 @@ fn a_part_of_an_unfinished_recording_is_named_as_a_whole_one() {
     fs::rename(file("a.mcap"), file("a.mcap.partial")).unwrap();
     expect(0, &["cut", "--from", "1", &file("a.mcap.partial")]);
     expect(0, &["verify", &file("a.mcap.cut.mcap")]);
+    fs::rename(file("a.txt"), file("a.txt.partial")).unwrap();
+    let (_, err) = expect(2, &["cut", "--from", "1", &file("a.txt.partial")]);
+    assert!(err.contains("raw text"), "{err}");
 }
 
 #[test]

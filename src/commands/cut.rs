@@ -38,7 +38,7 @@ pub(super) fn run(options: &Cut) -> Result<(), Fault> {
                 Form::Mcap => "name it .mcap; `groundwave convert` makes raw text of it",
                 Form::Raw => "name it .txt; `groundwave convert` makes MCAP of it",
             };
-            if options.output.output.is_some() {
+            if options.output.output.is_some() || recover::is_own_name(path) {
                 check_form(target, form, remedy)?;
             }
             let mut output = Output::create(target)?;

@@ -158,6 +158,8 @@ fn enter() -> io::Result<Outlet> {
     queue!(
         words,
         terminal::EnterAlternateScreen,
+        // What a terminal draws wider than we know ends at its margin.
+        terminal::DisableLineWrap,
         EnableBracketedPaste,
         PushKeyboardEnhancementFlags(
             KeyboardEnhancementFlags::DISAMBIGUATE_ESCAPE_CODES
@@ -183,6 +185,7 @@ fn leave() {
             DisableClicks,
             PopKeyboardEnhancementFlags,
             DisableBracketedPaste,
+            terminal::EnableLineWrap,
             terminal::LeaveAlternateScreen,
             cursor::Show
         );

@@ -11,9 +11,6 @@ use crate::event::Level;
 use crate::model::Panel;
 use crate::model::log::{Entry, Subject};
 
-/// More than the minutes and seconds of any session take.
-const TIME_COLUMNS: usize = 10;
-
 /// A glyph and a blank.
 const MARK_COLUMNS: usize = 2;
 
@@ -49,9 +46,11 @@ impl Screen<'_> {
 
     /// Rows that an entry takes.
     fn rows_of(&self, entry: &Entry, width: usize) -> usize {
-        // No character takes more columns than bytes.
+        let minutes = entry.at.as_secs() / 60;
+        let time = minutes.checked_ilog10().map_or(2, |log| log.max(1) + 1) as usize + ":00 ".len();
         let times = if entry.times == 1 { 0 } else { TIMES_COLUMNS };
-        if TIME_COLUMNS + MARK_COLUMNS + times + entry.text.len() <= width {
+        // No character takes more columns than bytes.
+        if time + MARK_COLUMNS + times + entry.text.len() <= width {
             1
         } else {
             self.log_lines(entry, width).len()

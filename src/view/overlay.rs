@@ -1,6 +1,6 @@
 //! What lies over the panels: a question, or the list of keys.
 
-use ratatui::buffer::Buffer;
+use ratatui::buffer::{Buffer, CellWidth};
 use ratatui::layout::{Margin, Rect};
 use ratatui::symbols::border;
 use ratatui::text::{Line, Span};
@@ -171,6 +171,15 @@ impl Screen<'_> {
             height,
         };
         Clear.render(window, buffer);
+        for y in window.top()..window.bottom() {
+            let left = window.x.checked_sub(1).map(|x| (x, y));
+            // Nobody draws half of a wide character.
+            if let Some(cell) = left.and_then(|place| buffer.cell_mut(place))
+                && cell.symbol().cell_width() > 1
+            {
+                cell.set_symbol(" ");
+            }
+        }
         let borders = if self.theme.glyphs.ascii {
             ASCII_BORDER
         } else {
@@ -182,5 +191,27 @@ impl Screen<'_> {
             .title(Span::styled(title, self.theme.title))
             .render(window, buffer);
         window.inner(Margin::new(2, 1))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::event::Moment;
+    use crate::model::{Config, Model};
+
+    #[test]
+    fn a_window_over_wide_characters_has_its_border() {
+        let model = Model::new(Config::default());
+        let mut page = Buffer::empty(Rect::new(0, 0, 80, 24));
+        for y in 0..24 {
+            page.set_string(0, y, "漢".repeat(40), ratatui::style::Style::new());
+        }
+        let area = page.area;
+        let inner = Screen::of(&model, Moment::ZERO).window(&mut page, area, (21, 5), "");
+        let border = inner.x - 2;
+        assert_eq!(page[(border, inner.y)].symbol(), "│");
+        assert_eq!(page[(border - 1, inner.y)].symbol(), " ");
+        assert_eq!(page[(border - 1, 0)].symbol(), "漢");
     }
 }

@@ -4,7 +4,7 @@ use ratatui::buffer::Buffer;
 use ratatui::layout::Rect;
 use ratatui::text::{Line, Span};
 
-use super::{Screen, put, put_right};
+use super::{Screen, put, put_right, width_of};
 use crate::model::palette::Palette;
 
 const COLUMNS: u16 = 72;
@@ -37,7 +37,7 @@ impl Screen<'_> {
             };
             let line = Line::styled(format!("{mark} {}", entry.title), style);
             let key = Line::styled(format!(" {}", entry.key), theme.key);
-            let room = usize::from(inner.width).saturating_sub(key.width());
+            let room = usize::from(inner.width).saturating_sub(width_of(&key));
             put(buffer, inner, row, &self.cut(line, room));
             put_right(buffer, inner, row, &key);
         }

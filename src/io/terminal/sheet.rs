@@ -138,50 +138,31 @@ fn color(color: Color, base: u8) -> String {
 /// What a cell of the terminal shows.
 #[derive(Clone, Copy)]
 struct Glyph {
-    character: char,
+    symbol: Symbol,
     columns: u8,
     pen: Pen,
 }
 
-impl Glyph {
-    /// Several characters joined to one, as some names have them, or what nobody knows: written with every frame.
-    const UNTOLD: char = '\0';
+#[derive(Clone, Copy, PartialEq, Eq)]
+enum Symbol {
+    Character(char),
+    /// Several characters that are joined to one, as some names have them: a place among those that were drawn so far.
+    Joined(u16),
+    /// Only the terminal knows: what is there when a wide character goes, or when it joins otherwise than we do.
+    Unknown,
+}
 
+impl Glyph {
     const BLANK: Self = Self {
-        character: ' ',
+        symbol: Symbol::Character(' '),
         columns: 1,
         pen: PLAIN,
     };
 
-    /// Under a wide character: what is there when that one goes only the terminal knows.
-    const COVERED: Self = Self {
-        character: Self::UNTOLD,
+    const UNKNOWN: Self = Self {
+        symbol: Symbol::Unknown,
         ..Self::BLANK
     };
-
-    fn of(cell: &Cell) -> Self {
-        let symbol = cell.symbol();
-        let mut characters = symbol.chars();
-        let character = characters.next().filter(|_| characters.next().is_none());
-        Self {
-            character: character.unwrap_or(Self::UNTOLD),
-            // Nobody draws a character that is wider than the widest terminal.
-            columns: u8::try_from(symbol.cell_width()).unwrap_or(u8::MAX),
-            pen: Pen::of(cell),
-        }
-    }
-
-    /// Whether the cell would look the same. Asked of every cell in every frame.
-    fn shows(&self, cell: &Cell) -> bool {
-        let symbol = cell.symbol();
-        let is_same = match *symbol.as_bytes() {
-            [byte] => self.character == char::from(byte),
-            _ => self.character != Self::UNTOLD && symbol.chars().eq([self.character]),
-        };
-        let Pen { fg, bg, modifier } = self.pen;
-        let is_alike = fg == cell.fg && bg == cell.bg && modifier == cell.modifier;
-        is_same && (is_alike || self.pen.suits(Pen::of(cell), symbol == " "))
-    }
 }
 
 /// A frame in memory, on its way to the terminal. Nothing is asked of the terminal.
@@ -190,6 +171,8 @@ pub(super) struct Sheet {
     page: Buffer,
     /// Row by row.
     shown: Vec<Glyph>,
+    /// What [`Symbol::Joined`] stands for.
+    joined: Vec<Box<str>>,
     bytes: Vec<u8>,
     pen: Pen,
     /// Where the next character goes, if the terminal is not at a margin.
@@ -205,6 +188,7 @@ impl Sheet {
         Self {
             shown: vec![Glyph::BLANK; page.content.len()],
             page,
+            joined: Vec::new(),
             bytes: b"\x1b[m\x1b[2J".to_vec(),
             pen: PLAIN,
             at: None,
@@ -236,9 +220,9 @@ impl Sheet {
         let mut covered = 0;
         for (x, cell) in row.iter_mut().enumerate() {
             if x < covered {
-                shown[x] = Glyph::COVERED;
+                shown[x] = Glyph::UNKNOWN;
             } else {
-                if !shown[x].shows(cell) {
+                if !self.is_shown(&shown[x], cell) {
                     self.replace(x, y, cell, shown);
                 }
                 covered = x + usize::from(shown[x].columns);
@@ -247,14 +231,63 @@ impl Sheet {
         }
     }
 
+    /// Whether a cell would look the same. Asked of every cell in every frame.
+    fn is_shown(&self, glyph: &Glyph, cell: &Cell) -> bool {
+        let symbol = cell.symbol();
+        let is_same = match (glyph.symbol, symbol.as_bytes()) {
+            (Symbol::Character(character), &[byte]) => character == char::from(byte),
+            (Symbol::Character(character), _) => symbol.chars().eq([character]),
+            (Symbol::Joined(place), _) => *self.joined[usize::from(place)] == *symbol,
+            (Symbol::Unknown, _) => false,
+        };
+        let Pen { fg, bg, modifier } = glyph.pen;
+        let is_alike = fg == cell.fg && bg == cell.bg && modifier == cell.modifier;
+        is_same && (is_alike || glyph.pen.suits(Pen::of(cell), symbol == " "))
+    }
+
     /// Writes one cell of a row.
     fn replace(&mut self, x: usize, y: u16, cell: &Cell, row: &mut [Glyph]) {
-        let glyph = Glyph::of(cell);
+        let text = cell.symbol();
+        let symbol = self.symbol(text);
+        // Nobody draws a character that is wider than the widest terminal.
+        let columns = u8::try_from(text.cell_width()).unwrap_or(u8::MAX);
+        let pen = Pen::of(cell);
+        let is_joined = !matches!(symbol, Symbol::Character(_));
+        if is_joined {
+            // Terminals do not agree on how these join: what one leaves free is to be blank, and what another draws over,
+            // each character for itself, is to be written again.
+            self.go_to(x as u16, y, row);
+            self.write(&" ".repeat(columns.into()), pen);
+            self.at = None;
+            let widths = text.chars().map(|c| c.to_string().cell_width());
+            let end = x + usize::from(widths.sum::<u16>().max(columns.into()));
+            let end = end.min(row.len());
+            row[x..end].fill(Glyph::UNKNOWN);
+        }
         self.go_to(x as u16, y, row);
-        self.write(cell.symbol(), glyph.pen);
-        row[x] = glyph;
+        self.write(text, pen);
+        row[x] = Glyph {
+            symbol,
+            columns,
+            pen,
+        };
         let x = x + 1;
-        self.at = (x < row.len()).then_some(Position { x: x as u16, y });
+        self.at = (x < row.len() && !is_joined).then_some(Position { x: x as u16, y });
+    }
+
+    /// What stands for a text of one cell.
+    fn symbol(&mut self, text: &str) -> Symbol {
+        let mut characters = text.chars();
+        if let (Some(character), None) = (characters.next(), characters.next()) {
+            return Symbol::Character(character);
+        }
+        let known = self.joined.iter().position(|known| **known == *text);
+        let place = known.unwrap_or_else(|| {
+            self.joined.push(text.into());
+            self.joined.len() - 1
+        });
+        // With more than there are in any script, they are written with every frame.
+        u16::try_from(place).map_or(Symbol::Unknown, Symbol::Joined)
     }
 
     /// The shortest way for the cursor, to a place in a row that shows this.
@@ -286,14 +319,11 @@ impl Sheet {
             return None;
         }
         let between = &row[usize::from(at.x)..usize::from(x)];
-        let is_easy = |glyph: &Glyph| {
-            let is_blank = glyph.character == ' ';
-            (' '..='~').contains(&glyph.character) && self.pen.suits(glyph.pen, is_blank)
+        let easy = |glyph: &Glyph| match glyph.symbol {
+            Symbol::Character(c @ ' '..='~') => self.pen.suits(glyph.pen, c == ' ').then_some(c),
+            _ => None,
         };
-        between
-            .iter()
-            .map(|glyph| is_easy(glyph).then_some(glyph.character))
-            .collect()
+        between.iter().map(easy).collect()
     }
 
     fn write(&mut self, symbol: &str, pen: Pen) {

@@ -152,3 +152,60 @@ fn behind_what_is_not_ascii_no_short_cut_is_taken() {
     let far = change(("日 10:00:00", plain), ("本 10:00:01", plain));
     assert_eq!(far, "\r本\x1b[1;11H1");
 }
+
+fn blank() -> vt100::Parser {
+    vt100::Parser::new(nonzero(HEIGHT), nonzero(WIDTH), 0)
+}
+
+fn rows(terminal: &vt100::Parser) -> Vec<String> {
+    terminal.screen().rows(0, WIDTH).collect()
+}
+
+fn draw(sheet: &mut Sheet, texts: &[(u16, u16, &str)]) -> String {
+    let bytes = sheet.draw(|page| {
+        for (x, y, text) in texts {
+            page.set_string(*x, *y, text, Style::new());
+        }
+    });
+    String::from_utf8(bytes).unwrap()
+}
+
+/// The emulator draws a hand and its colour each for itself, in four columns of which we know two.
+#[test]
+fn what_a_terminal_does_not_join_spoils_nothing_beside_it() {
+    for frame in [
+        &[(0, 0, "👍🏽 run")][..],
+        &[(12, 0, "👍🏽"), (0, 1, "next row")],
+        &[(0, 0, "Ze\u{301}le\u{301}")],
+    ] {
+        let (mut sheet, mut terminal) = (Sheet::new(WIDTH, HEIGHT), blank());
+        terminal.process(draw(&mut sheet, frame).as_bytes());
+        let once = rows(&terminal);
+        for (_, row, text) in frame {
+            if let Some(word) = text.split(' ').nth(1) {
+                assert!(once[usize::from(*row)].contains(word), "{once:?}");
+            }
+        }
+        assert_eq!(draw(&mut sheet, frame), "", "nothing changed");
+    }
+}
+
+/// A heart that a variation makes wide, on a terminal that knows no variations.
+#[test]
+fn a_wide_character_leaves_nothing_of_the_old_frame() {
+    let (mut sheet, mut terminal) = (Sheet::new(WIDTH, HEIGHT), blank());
+    for text in ["abcd", "❤\u{fe0f}cd"] {
+        let narrow = draw(&mut sheet, &[(0, 0, text)]).replace('\u{fe0f}', "");
+        terminal.process(narrow.as_bytes());
+    }
+    assert_eq!(rows(&terminal)[0], "❤ cd");
+}
+
+#[test]
+fn a_terminal_without_columns_or_rows_gets_nothing() {
+    for (width, height) in [(0, 0), (0, 5), (5, 0)] {
+        let mut sheet = Sheet::new(width, height);
+        draw(&mut sheet, &[]);
+        assert_eq!(draw(&mut sheet, &[]), "");
+    }
+}
