@@ -245,7 +245,8 @@ impl Sheet {
         is_same && (is_alike || glyph.pen.suits(Pen::of(cell), symbol == " "))
     }
 
-    /// Writes one cell of a row.
+    /// Writes one cell of a row: few do, so that the way past it is kept short.
+    #[inline(never)]
     fn replace(&mut self, x: usize, y: u16, cell: &Cell, row: &mut [Glyph]) {
         let text = cell.symbol();
         let symbol = self.symbol(text);
