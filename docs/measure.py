@@ -3,7 +3,7 @@
 
     cargo build --release
     python3 -m venv /tmp/measuring && /tmp/measuring/bin/pip install -r docs/measuring/requirements.txt
-    /tmp/measuring/bin/python docs/measure.py                  about 8 minutes
+    /tmp/measuring/bin/python docs/measure.py                  about a quarter of an hour
     /tmp/measuring/bin/python docs/measure.py --beside         half an hour; MAVProxy, gpsmon, picocom and btm too
 
 Linux only. A packet comes down a pseudo-terminal three times a second, in clumps of 16 ms as a USB adapter hands them over; the
