@@ -5,7 +5,7 @@ use ratatui::buffer::Buffer;
 use ratatui::layout::Rect;
 use ratatui::text::{Line, Span};
 
-use super::{Screen, columns, put, put_right, width_of};
+use super::{Screen, put, put_right, width_of};
 use crate::model::editor::RouteAction;
 use crate::model::keys::{Action, Context, Row};
 use crate::model::runs::Runs;
@@ -22,7 +22,7 @@ impl Screen<'_> {
                 Purpose::Moment => "go to: ",
             };
             let keys = Line::from(self.keys_beside_prompt(area.width));
-            let taken = prompt.len() + 1 + width_of(&keys);
+            let taken = prompt.len() + 1 + width_of(&keys.spans);
             let room = usize::from(area.width).saturating_sub(taken);
             let length = entry.text.chars().count();
             let seen: String = entry
@@ -67,11 +67,11 @@ impl Screen<'_> {
         if let Some(last) = always.last_mut() {
             last.content = last.content.trim_end().to_owned().into();
         }
-        let always_width: usize = always.iter().map(|span| columns(&span.content)).sum();
+        let always_width = width_of(&always);
         let mut room = usize::from(area.width).saturating_sub(always_width);
-        room = room.saturating_sub(spans.iter().map(|span| columns(&span.content)).sum());
+        room = room.saturating_sub(width_of(&spans));
         for pair in self.others(context).chunks(2) {
-            let width: usize = pair.iter().map(|span| columns(&span.content)).sum();
+            let width = width_of(pair);
             if width <= room {
                 room -= width;
                 spans.extend_from_slice(pair);
@@ -139,7 +139,7 @@ impl Screen<'_> {
         let mut room = usize::from(width).saturating_sub(TYPING_COLUMNS);
         let mut spans = vec![Span::raw("  ")];
         for pair in self.named_keys(Context::Text, |_| true).chunks(2) {
-            let width: usize = pair.iter().map(|span| columns(&span.content)).sum();
+            let width = width_of(pair);
             if width > room {
                 break;
             }

@@ -153,7 +153,7 @@ impl Screen<'_> {
 
     fn one_line(&self, room: usize) -> Line<'_> {
         let mut lines = TERSENESS.iter().map(|terseness| self.facts(*terseness));
-        let fits = lines.find(|line| width_of(line) <= room);
+        let fits = lines.find(|line| width_of(&line.spans) <= room);
         fits.unwrap_or_else(|| self.facts(TERSENESS[TERSENESS.len() - 1]))
     }
 

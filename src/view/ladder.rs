@@ -233,7 +233,7 @@ impl Screen<'_> {
         } else {
             ""
         };
-        let taken = width_of(&line) + " 100 %".len() + old.chars().count();
+        let taken = width_of(&line.spans) + " 100 %".len() + old.chars().count();
         let Some(share) = rung
             .share
             .filter(|share| *share > 0.0 && taken <= usize::from(area.width))
@@ -262,7 +262,7 @@ impl Screen<'_> {
         };
         let words = Line::styled(words, self.theme.dim);
         let room = usize::from(area.width).saturating_sub(share_columns + 1);
-        if width_of(line) + 1 + width_of(&words) <= room {
+        if width_of(&line.spans) + 1 + width_of(&words.spans) <= room {
             let here = Rect {
                 width: room as u16,
                 ..area

@@ -50,9 +50,9 @@ pub(super) fn columns(text: &str) -> usize {
         .sum()
 }
 
-/// Columns that a line takes.
-pub(super) fn width_of(line: &Line<'_>) -> usize {
-    line.spans.iter().map(|span| columns(&span.content)).sum()
+/// Columns that a line or a part of one takes.
+pub(super) fn width_of(spans: &[Span<'_>]) -> usize {
+    spans.iter().map(|span| columns(&span.content)).sum()
 }
 
 /// Writes a line into a row of an area, clipped to it: whoever may have more to say than fits cuts it with a mark.
@@ -97,7 +97,7 @@ fn note_clipped(line: &Line<'_>, width: u16) {
 
 /// Writes a line flush right.
 pub(super) fn put_right(buffer: &mut Buffer, area: Rect, row: u16, line: &Line<'_>) {
-    let width = (width_of(line) as u16).min(area.width);
+    let width = (width_of(&line.spans) as u16).min(area.width);
     let x = area.right() - width;
     put(buffer, Rect { x, width, ..area }, row, line);
 }
@@ -145,7 +145,7 @@ mod tests {
             let line = spans.collect::<Line<'_>>().italic();
             let mut wide = Buffer::empty(Rect::new(0, 0, 99, 1));
             let (end, _) = wide.set_line(0, 0, &line, 99);
-            prop_assert_eq!(width_of(&line), usize::from(end));
+            prop_assert_eq!(width_of(&line.spans), usize::from(end));
             let page = Rect::new(0, 0, 20, 2);
             let (mut ours, mut theirs) = (Buffer::empty(page), Buffer::empty(page));
             let area = Rect::new(x, 0, width, 2).intersection(page);

@@ -325,10 +325,10 @@ impl Screen<'_> {
             notes.push(words);
         }
         let bar = Line::styled(bar, theme.dim);
-        let room = usize::from(area.width).saturating_sub(width_of(&bar) + 1);
+        let room = usize::from(area.width).saturating_sub(width_of(&bar.spans) + 1);
         let legend = (0..=notes.len())
             .map(|dropped| Line::styled(notes[dropped..].join("  "), theme.dim))
-            .find(|legend| width_of(legend) <= room)
+            .find(|legend| width_of(&legend.spans) <= room)
             .unwrap_or_default();
         put(buffer, area, 0, &bar);
         put_right(buffer, area, 0, &legend);

@@ -207,7 +207,9 @@ impl Screen<'_> {
         put(buffer, titled, 0, &title);
         if let Some(mut right) = right {
             right.content = format!(" {} ", right.content).into();
-            let free = titled.width.saturating_sub(width_of(&title) as u16 + 2);
+            let free = titled
+                .width
+                .saturating_sub(width_of(&title.spans) as u16 + 2);
             if columns(&right.content) as u16 <= free {
                 let area = Rect {
                     width: top.width - 2,

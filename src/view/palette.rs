@@ -37,7 +37,7 @@ impl Screen<'_> {
             };
             let line = Line::styled(format!("{mark} {}", entry.title), style);
             let key = Line::styled(format!(" {}", entry.key), theme.key);
-            let room = usize::from(inner.width).saturating_sub(width_of(&key));
+            let room = usize::from(inner.width).saturating_sub(width_of(&key.spans));
             put(buffer, inner, row, &self.cut(line, room));
             put_right(buffer, inner, row, &key);
         }

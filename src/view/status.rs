@@ -9,7 +9,7 @@ use ratatui::style::Style;
 use ratatui::text::{Line, Span};
 
 use super::layout::WIDTH_FULL;
-use super::{Screen, columns, put, put_right, width_of};
+use super::{Screen, put, put_right, width_of};
 use crate::model::age;
 use crate::model::link::{Connection, Health};
 use crate::model::robot::{STATE_STALE, STATUS_STALE};
@@ -18,13 +18,13 @@ use crate::model::words;
 impl Screen<'_> {
     pub(super) fn status(&self, buffer: &mut Buffer, area: Rect) {
         let right = Line::from(self.robot_at_a_glance(area.width));
-        let right_width = width_of(&right) as u16;
+        let right_width = width_of(&right.spans) as u16;
         let left = Rect {
             width: area.width.saturating_sub(right_width + 2),
             ..area
         };
         let mut spans = self.link_at_a_glance(usize::from(left.width));
-        let taken: usize = spans.iter().map(|span| columns(&span.content)).sum();
+        let taken = width_of(&spans);
         spans.push(Span::raw("  "));
         let room = usize::from(left.width).saturating_sub(taken + 2);
         spans.push(self.recording(room));

@@ -133,7 +133,7 @@ impl Screen<'_> {
             .rev()
             .flat_map(|span| span.content.chars().rev());
         let blanks = blanks.take_while(|c| *c == ' ').count();
-        if width_of(&line) - blanks <= width {
+        if width_of(&line.spans) - blanks <= width {
             return line;
         }
         let more = self.theme.glyphs.cut;
@@ -166,7 +166,7 @@ impl Screen<'_> {
             }
             line.spans.pop();
         }
-        let gap = width.saturating_sub(width_of(&line) + taken);
+        let gap = width.saturating_sub(width_of(&line.spans) + taken);
         line.spans.push(Span::raw(" ".repeat(gap)));
         line.spans.push(right);
         line

@@ -49,7 +49,8 @@ fn frames() -> impl Strategy<Value = Vec<Vec<Stroke>>> {
         "[ a-c]{1,6}",
         "[ -~]{1,14}",
         "[⠁-⣿ ab│]{1,6}",
-        "[漢字 ab]{1,4}"
+        "[漢字 ab]{1,4}",
+        "(e\u{301}|漢|👍|o\u{308}| |b){1,5}"
     ];
     let stroke = (0..WIDTH, 0..HEIGHT, style, text);
     prop::collection::vec(prop::collection::vec(stroke, 0..8), 1..6)
