@@ -11,7 +11,7 @@ use tokio::sync::mpsc::Sender;
 
 use super::connection::{Connection, Reading, Reopener};
 use super::error::OpenError;
-use super::rest::Rest;
+use super::rest::{LONGEST, LONGEST_RECORDED, Rest};
 use super::writer::Outlet;
 use super::{LinkInput, Sink};
 
@@ -126,8 +126,8 @@ impl<R: Reopen> Reader<R> {
 
     /// Reads until there is nothing more to read. The sink gets every chunk at once; the station is woken
     /// when a line may be complete, three times a second instead of at each of a port's small clumps. Between, the
-    /// thread sleeps as long as the wire takes ([`Rest`]), unless what comes is kept in a file: nothing of that
-    /// waits where a kill or a pulled plug would lose it.
+    /// thread sleeps as long as the wire takes ([`Rest`]); only briefly while what comes is kept in a file, as a kill or
+    /// a pulled plug loses what waits meanwhile.
     fn read_until_lost(&mut self, reading: &mut Reading, baud: Option<u32>) -> End {
         let mut buffer = [0; 4096];
         let mut rest = Rest::new(baud);
@@ -144,10 +144,8 @@ impl<R: Reopen> Reader<R> {
                         return End::Closed;
                     }
                     rest.take(now, &buffer[..count]);
-                    if !is_eager
-                        && !is_kept
-                        && let Some(duration) = rest.duration()
-                    {
+                    let longest = if is_kept { LONGEST_RECORDED } else { LONGEST };
+                    if !is_eager && let Some(duration) = rest.duration(longest) {
                         (self.sleep)(duration);
                     }
                 }

@@ -9,8 +9,12 @@ use groundwave_protocol::telemetry::ACK_LINE_BYTES;
 /// Start bit, eight data bits, stop bit.
 const BITS_PER_BYTE: u32 = 10;
 
-/// A pulled plug takes what the system holds with it: at 2400 baud 60 bytes of a line under way. Who records does not rest.
-const LONGEST: Duration = Duration::from_millis(250);
+/// The longest rest while nothing is recorded.
+pub(super) const LONGEST: Duration = Duration::from_millis(250);
+
+/// The longest while something is: a kill or a pulled plug takes what waits in the system with it, at 2400 baud 12 bytes of a
+/// line under way. An adapter has four of them in any case.
+pub(super) const LONGEST_RECORDED: Duration = Duration::from_millis(50);
 
 /// A USB adapter keeps bytes so long before it hands them over: what was read may be as old.
 const ADAPTER: Duration = Duration::from_millis(17);
@@ -72,11 +76,11 @@ impl Rest {
         }
     }
 
-    /// For how long the line cannot be whole, were the other end's clock faster by a sixteenth; `None` when the next byte
-    /// may matter.
-    pub(super) fn duration(&self) -> Option<Duration> {
+    /// For how long the line cannot be whole, were the other end's clock faster by a sixteenth, and no longer than this; `None`
+    /// when the next byte may matter.
+    pub(super) fn duration(&self, longest: Duration) -> Option<Duration> {
         let rest = self.carried_in(15, 16)?;
-        (rest >= SHORTEST).then_some(rest.min(LONGEST))
+        (rest >= SHORTEST).then_some(rest.min(longest))
     }
 
     /// This part of the time in which the wire carries what is missing, if what was read is as old as it can be; `None` where
@@ -113,7 +117,8 @@ mod tests {
 
     /// A wire at 2400 baud behind an adapter that hands over every 16 ms: when each line was whole, when it was read,
     /// and how many reads that took.
-    fn read(rest: &mut Rest, lines: &[Vec<u8>]) -> (Vec<(Duration, Duration)>, usize) {
+    fn read(longest: Duration, lines: &[Vec<u8>]) -> (Vec<(Duration, Duration)>, usize) {
+        let mut rest = Rest::new(Some(2400));
         let begin = Instant::now();
         let bytes = lines.concat();
         // In clumps of four bytes: what has come at a moment.
@@ -134,13 +139,13 @@ mod tests {
             rest.take(begin + at, fresh);
             taken += fresh.len();
             reads += 1;
-            at += rest.duration().unwrap_or_default();
+            at += rest.duration(longest).unwrap_or_default();
         }
         (whole, reads)
     }
 
     #[test]
-    fn lines_of_either_length_are_read_when_they_are_whole_in_a_third_of_the_reads() {
+    fn lines_of_either_length_are_read_when_they_are_whole_in_fewer_reads() {
         let mut lines = vec![
             line(b'A', 80),
             line(b'K', 14),
@@ -150,35 +155,40 @@ mod tests {
         for letter in *b"BACASAP" {
             lines.push(line(letter, 80));
         }
-        let (whole, reads) = read(&mut Rest::new(Some(2400)), &lines);
-        assert_eq!(whole.len(), lines.len());
-        for (come, had) in whole {
-            assert!(had < come + Duration::from_millis(1), "{come:?} {had:?}");
-        }
         let clumps = lines.concat().len() / 4;
-        assert!(reads * 3 < clumps, "{reads} reads of {clumps} clumps");
+        for (longest, part) in [(LONGEST, 3), (LONGEST_RECORDED, 2)] {
+            let (whole, reads) = read(longest, &lines);
+            assert_eq!(whole.len(), lines.len());
+            for (come, had) in whole {
+                assert!(had < come + Duration::from_millis(1), "{come:?} {had:?}");
+            }
+            assert!(
+                reads * part < clumps,
+                "{reads} reads of {clumps} clumps, {longest:?}"
+            );
+        }
     }
 
     #[test]
     fn nobody_sleeps_before_a_line_begins_nor_where_one_should_have_ended() {
         let mut rest = Rest::new(Some(2400));
-        assert_eq!(rest.duration(), None);
+        assert_eq!(rest.duration(LONGEST), None);
         let now = Instant::now();
         rest.take(now, b"A...");
-        assert_eq!(rest.duration(), Some(LONGEST));
+        assert_eq!(rest.duration(LONGEST), Some(LONGEST));
         rest.take(now + Duration::from_millis(250), &[b'.'; 56]);
         assert_eq!(
-            rest.duration().map(|rest| rest.as_millis()),
+            rest.duration(LONGEST).map(|rest| rest.as_millis()),
             Some(61),
             "20 bytes are missing"
         );
         rest.take(now + Duration::from_millis(320), &[b'.'; 19]);
-        assert_eq!(rest.duration(), None, "one byte is missing");
+        assert_eq!(rest.duration(LONGEST), None, "one byte is missing");
         // The line feed was spoilt: where the next one is nobody knows.
         rest.take(now + Duration::from_millis(333), b"??..");
-        assert_eq!(rest.duration(), None);
+        assert_eq!(rest.duration(LONGEST), None);
         rest.take(now + Duration::from_millis(340), b"...\nB");
-        assert_eq!(rest.duration(), Some(LONGEST));
+        assert_eq!(rest.duration(LONGEST), Some(LONGEST));
     }
 
     /// Whether the line is there when the sleeper wakes up, or comes while nobody sleeps.
@@ -189,13 +199,17 @@ mod tests {
             let mut rest = Rest::new(Some(2400));
             let line = line(b'A', 80);
             rest.take(now, &line[..filled]);
-            let slept = rest.duration().expect("a rest");
+            let slept = rest.duration(LONGEST).expect("a rest");
             let woken = now + slept + Duration::from_millis(3);
             rest.take(woken, &line[filled..]);
             rest.take(woken, b"B...");
-            assert_eq!(rest.duration(), None, "{filled} bytes were there before");
+            assert_eq!(
+                rest.duration(LONGEST),
+                None,
+                "{filled} bytes were there before"
+            );
         }
-        assert_eq!(Rest::new(None).duration(), None);
+        assert_eq!(Rest::new(None).duration(LONGEST), None);
     }
 
     /// A flipped bit makes a line feed of any byte, and of a short line another.
@@ -207,7 +221,7 @@ mod tests {
             rest.take(now, b"A..");
             rest.take(now + Duration::from_millis(30), noise);
             rest.take(now + Duration::from_millis(40), b"B...");
-            assert_eq!(rest.duration(), Some(LONGEST));
+            assert_eq!(rest.duration(LONGEST), Some(LONGEST));
         }
     }
 
@@ -217,10 +231,10 @@ mod tests {
         let mut rest = Rest::new(Some(9600));
         rest.take(Instant::now(), b"A...");
         let whole = Duration::from_micros(76 * 10_000_000 / 9600);
-        let duration = rest.duration().expect("a rest");
+        let duration = rest.duration(LONGEST).expect("a rest");
         assert!(duration + ADAPTER < whole, "{duration:?} {whole:?}");
         let mut rest = Rest::new(Some(115_200));
         rest.take(Instant::now(), b"A...");
-        assert_eq!(rest.duration(), None);
+        assert_eq!(rest.duration(LONGEST), None);
     }
 }

@@ -116,8 +116,13 @@ impl Bench {
 
 /// What was read is safe, what waits in the system is not.
 #[test]
-fn nobody_sleeps_while_bytes_are_kept_or_each_is_waited_for() {
-    for (is_kept, is_eager, sleeps) in [(false, false, 1), (true, false, 0), (false, true, 0)] {
+fn nobody_sleeps_long_while_bytes_are_kept_nor_at_all_while_each_is_waited_for() {
+    for (is_kept, is_eager, sleeps) in [
+        (false, false, Some(LONGEST)),
+        (true, false, Some(LONGEST_RECORDED)),
+        (false, true, None),
+        (true, true, None),
+    ] {
         let (feed, mut connection) = fed();
         connection.baud = Some(2400);
         feed.send(Ok(b"A...".to_vec())).expect("a channel");
@@ -136,7 +141,8 @@ fn nobody_sleeps_while_bytes_are_kept_or_each_is_waited_for() {
             sleep: Box::new(move |duration| slept.send(duration).expect("a channel")),
         };
         reader.run(connection);
-        assert_eq!(sleeping.iter().count(), sleeps, "{is_kept} {is_eager}");
+        let slept: Vec<_> = sleeping.iter().collect();
+        assert_eq!(slept, Vec::from_iter(sleeps), "{is_kept} {is_eager}");
     }
 }
 
