@@ -12,14 +12,16 @@ const UNDO_MAX: usize = 64;
 /// A new waypoint without a direction to go on in lies this far ahead, inches.
 const STEP_IN: f64 = 12.0;
 
-/// A change of the draft that cannot be made; the draft is as it was.
+/// A change of the draft that cannot be made; the draft is as it was. For [`Keymap::told`](super::keys::Keymap::told).
 #[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
 pub(crate) enum DraftError {
     #[error("the robot's list holds no more than {WAYPOINTS_MAX} waypoints")]
     Full,
     #[error("a waypoint would lie farther than {WAYPOINT_LIMIT_IN} in from the origin")]
     TooFar,
-    #[error("the draft is empty: w adds a waypoint, l loads a file")]
+    #[error(
+        "the draft is empty: <route/route-append> adds a waypoint, <route/route-ask-to-load> loads a file"
+    )]
     Empty,
     #[error("nothing to take back")]
     NothingToUndo,

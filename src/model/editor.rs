@@ -124,8 +124,9 @@ impl Model {
                 return Vec::new();
             }
         };
+        let problem = result.err().map(|error| self.told(&error.to_string()));
         if let Some(editor) = &mut self.editor {
-            editor.problem = result.err().map(|error| error.to_string());
+            editor.problem = problem;
         }
         self.show_selected();
         Vec::new()

@@ -27,7 +27,7 @@ impl Model {
             self.calls = true;
             // One of the highest level counts where it is logged.
             self.counted.tally.alarms += u64::from(rule.level != Level::Alarm);
-            if let Some(text) = rule.log_text(value, &self.config.limits) {
+            if let Some(text) = rule.log_text(value, &self.config) {
                 self.log.add(now, rule.level, Subject::Alarm, text);
             }
         }

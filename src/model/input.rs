@@ -56,13 +56,9 @@ impl Model {
             };
         }
         if let Overlay::Drive(_) = self.overlay {
-            let key = |action| self.config.keys.label(Context::Drive, action);
-            let words = format!(
-                "hand drive: arrows drive, {} stops, {} lets go; other keys do nothing",
-                key(Action::Stop),
-                key(Action::LeaveDrive)
-            );
-            self.pass_on(now, Passing::Words(words));
+            let words = "hand drive: <drive/push-ahead..> drive, <drive/stop> stops, <drive/leave-drive> lets go; other \
+                         keys do nothing";
+            self.pass_on(now, Passing::Words(self.told(words)));
         }
         if let KeyCode::Char(c) = key.code
             && !key
@@ -229,7 +225,8 @@ impl Model {
             Action::MoveCursor { east, north } => chart.move_cursor(east, north),
             Action::AddWaypoint if chart.cursor.is_none() => {
                 chart.move_cursor(0, 0);
-                let text = "the cursor is up: arrows move it, w drafts a waypoint there";
+                let text = "the cursor is up: <move-cursor-left..> move it, <add-waypoint> drafts a waypoint there";
+                let text = self.config.keys.told(text);
                 self.log.add(now, Level::Info, Subject::Station, text);
             }
             Action::AddWaypoint if !chart.add_waypoint() => {
@@ -315,13 +312,8 @@ impl Model {
 
     /// The mode stays: nothing drives the robot until somebody says what shall.
     fn tell_what_follows_driving(&mut self, now: Moment) {
-        let key = |action| self.config.keys.label(Context::Dashboard, action);
-        let text = format!(
-            "it stands in mode user: {} prowls, {} goes home, {} drives on",
-            key(Action::Mode(Mode::Prowl)),
-            key(Action::Mode(Mode::GoHome)),
-            key(Action::EnterDrive)
-        );
+        let text = "it stands in mode user: <mode-prowl> prowls, <mode-go-home> goes home, <enter-drive> drives on";
+        let text = self.told(text);
         self.log.add(now, Level::Info, Subject::Station, text);
     }
 
@@ -344,7 +336,7 @@ impl Model {
             return;
         }
         let (text, then) = match &request {
-            Request::Mode(Mode::User) => (DRIVE_QUESTION.to_owned(), Then::Drive),
+            Request::Mode(Mode::User) => (self.told(DRIVE_QUESTION), Then::Drive),
             Request::Route(_) => (
                 "Clear the robot's list of waypoints?".to_owned(),
                 Then::Send(vec![request]),
@@ -399,7 +391,8 @@ impl Model {
 
     pub(super) fn send_draft(&mut self, now: Moment) -> Vec<Effect> {
         if self.chart.draft.waypoints().is_empty() {
-            self.warn(now, "nothing drafted: move the cursor, press w");
+            let text = self.told("nothing drafted: move the cursor, press <add-waypoint>");
+            self.warn(now, &text);
             return Vec::new();
         }
         self.chart.cursor = None;
@@ -412,11 +405,15 @@ impl Model {
         }
     }
 
+    /// A text with the keys that it speaks of.
+    pub(crate) fn told(&self, text: &str) -> String {
+        self.config.keys.told(text)
+    }
+
     pub(super) fn warn(&mut self, now: Moment, text: &str) {
         self.log.add(now, Level::Warning, Subject::Station, text);
         self.aside = Some(text.to_owned());
     }
 }
 
-const DRIVE_QUESTION: &str =
-    "Drive by hand? The arrows move the robot while you hold them; letting go stops it.";
+const DRIVE_QUESTION: &str = "Drive by hand? The <drive/push-ahead..> move the robot while you hold them; letting go stops it.";

@@ -97,7 +97,7 @@ fn entries(keymap: &Keymap) -> Vec<Entry> {
             Entry {
                 searched: format!(
                     "{title} {} {}",
-                    row.name().replace('-', " "),
+                    row.name.replace('-', " "),
                     topics(row.action)
                 ),
                 key: row.key_names(),

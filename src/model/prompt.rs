@@ -86,10 +86,8 @@ impl Model {
     ) {
         match route {
             Ok(waypoints) => {
-                let text = format!(
-                    "{path}: {} waypoints drafted; S sends them",
-                    waypoints.len()
-                );
+                let then = self.told("<send-draft> sends them");
+                let text = format!("{path}: {} waypoints drafted; {then}", waypoints.len());
                 self.log.add(now, Level::Info, Subject::Station, text);
                 self.chart.take_draft(&waypoints);
                 self.show_selected();

@@ -79,9 +79,9 @@ impl Model {
     /// What is said of the run on show, or of the one that is being recorded.
     pub(super) fn label(&mut self, remark: Remark, entry: TextEntry) -> Vec<Effect> {
         let Some(capture) = self.capture_at_hand().cloned() else {
-            let error = "nothing is recorded: R begins a recording, with what came before it";
+            let error = "nothing is recorded: <toggle-recording> begins a recording, with what came before it";
             self.overlay = Overlay::Text(TextEntry {
-                error: Some(error.to_owned()),
+                error: Some(self.told(error)),
                 ..entry
             });
             return Vec::new();

@@ -1,6 +1,6 @@
 //! A robot made of lines by hand, for the tests of the model and of the screen.
 
-use std::sync::Arc;
+use std::sync::{Arc, LazyLock};
 
 use crossterm::event::{KeyCode, KeyEvent, KeyModifiers};
 use groundwave_protocol::decoder::Counters;
@@ -15,6 +15,7 @@ mod any;
 
 pub(crate) use any::any_event;
 
+use super::keys::Keymap;
 use super::{Config, Model};
 use crate::event::{CommandId, CommandStep, Effect, Event, LinkEvent, Moment};
 use crate::request::Request;
@@ -133,8 +134,24 @@ impl Scene {
 
     /// Presses and releases keys.
     pub(crate) fn press(&mut self, keys: &[KeyCode]) -> Vec<Effect> {
-        let press = |&code: &KeyCode| Event::Key(KeyEvent::new(code, KeyModifiers::NONE));
-        keys.iter().flat_map(|key| self.event(press(key))).collect()
+        let press = |&code: &KeyCode| self.key(KeyEvent::new(code, KeyModifiers::NONE));
+        keys.iter().flat_map(press).collect()
+    }
+
+    /// Presses the key that does what this one does in the table: with keys chosen otherwise a test does the same.
+    fn key(&mut self, key: KeyEvent) -> Vec<Effect> {
+        static TABLE: LazyLock<Keymap> = LazyLock::new(Keymap::default);
+        let (keys, context) = (&self.model.config.keys, self.model.context());
+        let does = TABLE.action(context, key);
+        let chosen = if keys.action(context, key) == does {
+            None
+        } else {
+            let mut rows = keys.rows().filter(|row| row.context == context);
+            let row = rows.find(|row| Some(row.action) == does);
+            row.and_then(|row| row.keys.first()).copied()
+        };
+        let (code, held) = chosen.unwrap_or((key.code, key.modifiers));
+        self.event(Event::Key(KeyEvent::new(code, held)))
     }
 
     pub(crate) fn type_text(&mut self, text: &str) -> Vec<Effect> {
@@ -143,10 +160,7 @@ impl Scene {
     }
 
     pub(crate) fn ctrl(&mut self, c: char) -> Vec<Effect> {
-        self.event(Event::Key(KeyEvent::new(
-            KeyCode::Char(c),
-            KeyModifiers::CONTROL,
-        )))
+        self.key(KeyEvent::new(KeyCode::Char(c), KeyModifiers::CONTROL))
     }
 
     /// A command from its first step to its last.

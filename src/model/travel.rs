@@ -203,9 +203,9 @@ impl Model {
                 Effect::Send(request) if request != Request::Stop => asked.push(request),
                 other => {
                     if other == Effect::Send(Request::Stop) {
-                        self.aside = Some(
-                            "STOP goes to the robot now; G shows what becomes of it".to_owned(),
-                        );
+                        let aside =
+                            "STOP goes to the robot now; <travel-newest> shows what becomes of it";
+                        self.aside = Some(self.told(aside));
                     }
                     rest.push(other);
                 }
@@ -247,8 +247,9 @@ impl Model {
                     self.chart.draft.take();
                 }
                 if self.shows_past() {
-                    self.aside =
-                        Some("it goes to the robot now; G shows what becomes of it".to_owned());
+                    let aside =
+                        "it goes to the robot now; <travel-newest> shows what becomes of it";
+                    self.aside = Some(self.told(aside));
                 }
                 requests.into_iter().map(Effect::Send).collect()
             }

@@ -417,9 +417,9 @@ impl<C: Cursor> Player<C> {
         let until = clock_words(self.until);
         Some(match quest {
             Quest::Packet(_) if self.reel.is_partial() => {
-                format!("about {quest}: it is not read up to here yet; Esc stays here")
+                format!("about {quest}: it is not read up to here yet; <close> stays here")
             }
-            _ => format!("looking for {quest}: read up to {read} of {until}; Esc gives up"),
+            _ => format!("looking for {quest}: read up to {read} of {until}; <close> gives up"),
         })
     }
 
@@ -431,13 +431,17 @@ impl<C: Cursor> Player<C> {
             self.note = Some(format!("the mark at {marked} is gone"));
         } else if self.markers.len() == MARKERS_MAX {
             self.note = Some(format!(
-                "there are {MARKERS_MAX} marks already: m on one takes it away"
+                "there are {MARKERS_MAX} marks already: <travel-mark> on one takes it away"
             ));
         } else {
             let place = self.markers.partition_point(|marker| *marker < self.at);
             self.markers.insert(place, self.at);
             self.marked = Some((self.at, true));
-            self.note = Some(format!("marked {marked}; n m and N m go to marks"));
+            let (next, last) = ("<ask-jump-forward>", "<ask-jump-back>");
+            let mark = "<jump/jump-to-marker>";
+            self.note = Some(format!(
+                "marked {marked}; {next} {mark} and {last} {mark} go to marks"
+            ));
         }
     }
 
@@ -446,11 +450,13 @@ impl<C: Cursor> Player<C> {
         (self.repeat, self.note) = match self.repeat {
             None => (
                 Some((self.at, None)),
-                Some(format!("the loop begins at {at}; o where it ends")),
+                Some(format!(
+                    "the loop begins at {at}; <travel-loop> where it ends"
+                )),
             ),
             Some((begin, None)) if self.at > begin => {
                 let begins = clock_words(begin);
-                let note = format!("loops from {begins} to {at}; o ends that");
+                let note = format!("loops from {begins} to {at}; <travel-loop> ends that");
                 (Some((begin, Some(self.at))), Some(note))
             }
             Some((begin, None)) => (
@@ -464,6 +470,7 @@ impl<C: Cursor> Player<C> {
     /// Where the screen stands.
     #[must_use]
     pub fn playback(&self) -> Playback {
+        let note = self.progress().or_else(|| self.note.clone());
         Playback {
             is_live: self.is_live,
             paused: self.paused,
@@ -478,7 +485,7 @@ impl<C: Cursor> Player<C> {
             markers: self.markers.clone(),
             repeat: self.repeat,
             is_looking: self.quest.is_some(),
-            note: self.progress().or_else(|| self.note.clone()),
+            note: note.map(|note| self.model().told(&note)),
         }
     }
 }

@@ -16,6 +16,9 @@ const NAME_COLUMNS: usize = 17;
 
 const INDENT: usize = 2;
 
+/// What puts a call away.
+const SEEN: &str = "<acknowledge-alarms>: seen";
+
 impl Screen<'_> {
     /// What nobody has seen yet: of now, even while the screen shows another moment of a live session.
     pub(super) fn calling(&self) -> Vec<(&'static Rule, Raised)> {
@@ -38,11 +41,11 @@ impl Screen<'_> {
             1 => String::new(),
             n => format!("+{} more  ", n - 1),
         };
-        let right = Span::styled(format!("{more}A: seen"), self.theme.key);
+        let right = Span::styled(self.told(&format!("{more}{SEEN}")), self.theme.key);
         let words = self.alarm_words(rule, raised, now);
         let text = match raised.over_at {
             Some(_) => format!("{glyph} {when}{words}"),
-            None => format!("{glyph} {when}{words}; {}", rule.remedy),
+            None => format!("{glyph} {when}{words}; {}", self.told(rule.remedy)),
         };
         let line = Line::styled(text, style);
         let line = self.with_right(line, right, usize::from(area.width));
@@ -62,7 +65,7 @@ impl Screen<'_> {
                 let glyph = if n == 0 { glyph } else { " " };
                 lines.push(Line::styled(format!("{glyph} {row}"), style));
             }
-            let remedy = wrap(rule.remedy, room, room).into_iter();
+            let remedy = wrap(&self.told(rule.remedy), room, room).into_iter();
             lines.extend(
                 remedy.map(|row| Line::styled(format!("{:INDENT$}{row}", ""), theme.plain)),
             );
@@ -86,7 +89,7 @@ impl Screen<'_> {
         let calling = self.model.alarms.calling().len();
         match calling {
             0 => String::new(),
-            n => format!("{n} not seen, A: seen"),
+            n => self.told(&format!("{n} not seen, {SEEN}")),
         }
     }
 

@@ -166,11 +166,20 @@ impl Screen<'_> {
             };
             let draft = model.chart.draft.waypoints();
             let active = model.ledger.active();
-            let fate = if active.is_some_and(|active| active.waypoints == draft) {
-                "just what the robot holds; U discards"
-            } else {
-                "not sent; S sends, u takes back"
+            let [send, undo, discard] = match model.editor {
+                Some(_) => [
+                    "<route/route-send>",
+                    "<route/route-undo>",
+                    "<route/route-clear>",
+                ],
+                None => ["<send-draft>", "<undo-draft>", "<discard-draft>"],
             };
+            let fate = if active.is_some_and(|active| active.waypoints == draft) {
+                format!("just what the robot holds; {discard} discards")
+            } else {
+                format!("not sent; {send} sends, {undo} takes back")
+            };
+            let fate = self.told(&fate);
             let words = format!(
                 "{} draft: {drafted} {waypoints}, {fate}",
                 self.theme.glyphs.draft,

@@ -163,19 +163,19 @@ impl Screen<'_> {
     fn named_rows(&self, context: Context) -> impl Iterator<Item = &Row> {
         let deaf = self.model.link.is_receive_only();
         self.model.config.keys.rows().filter(move |row| {
-            row.context == context
-                && !row.footer.is_empty()
-                && !(deaf && row.action.asks_the_robot())
+            let is_named = !row.footer.is_empty() && !row.label.is_empty();
+            row.context == context && is_named && !(deaf && row.action.asks_the_robot())
         })
     }
 
     fn named(&self, row: &Row) -> [Span<'static>; 2] {
+        let keys = &self.model.config.keys;
         let does = match row.action {
             Action::Enlarge if self.model.enlarged => "back",
             _ => row.footer,
         };
         [
-            Span::styled(row.label.to_string(), self.theme.key),
+            Span::styled(keys.labels(row.context, row.action), self.theme.key),
             Span::styled(format!(" {does}  "), self.theme.dim),
         ]
     }

@@ -3,18 +3,19 @@
 
 use std::path::Path;
 
+use groundwave_protocol::letters::Mode;
 use ratatui::buffer::Buffer;
 use ratatui::layout::Rect;
 use ratatui::text::{Line, Span};
 
 use super::status::{file_name, shortened};
 use super::{Screen, put, width_of};
-use crate::model::keys::Context;
+use crate::model::keys::{Action, Context};
 use crate::model::link::{Connection, Health};
 use crate::model::news::{News, Passing};
 use crate::model::{Overlay, Panel, Purpose};
 use crate::remedy::shell_word;
-use crate::travel::TARGET_HELP;
+use crate::travel::{TARGET_HELP, Travel};
 
 /// How much the one line says, from everything to what must be there: it takes the first that fits.
 const TERSENESS: [Terseness; 4] = [
@@ -76,7 +77,8 @@ impl Screen<'_> {
         };
         Some(match (&entry.error, entry.purpose) {
             (None, _) if entry.waits => {
-                Line::styled("waits for that file; Esc never mind", self.theme.plain)
+                let words = self.told("waits for that file; <text/close> never mind");
+                Line::styled(words, self.theme.plain)
             }
             (Some(error), _) => Line::styled(error.clone(), self.theme.warning),
             (None, Purpose::Moment) => Line::styled(TARGET_HELP, self.theme.dim),
@@ -110,7 +112,7 @@ impl Screen<'_> {
                     "commands go to the robot as it is now, and ask first; ",
                     self.theme.plain,
                 ),
-                Span::styled("G", self.theme.key),
+                Span::styled(self.told("<travel-newest>"), self.theme.key),
                 Span::styled(" comes back to now", self.theme.plain),
             ])
         })
@@ -206,26 +208,35 @@ impl Screen<'_> {
             };
             facts.push(format!("{how}: {command}"));
         }
-        let keys: &[(&str, &str)] = if self.model.context() != Context::Dashboard {
+        let step = Action::Travel(Travel::Step { forward: false });
+        let keys: &[(Action, &str)] = if self.model.context() != Context::Dashboard {
             &[]
         } else if self.model.is_replay() {
             &[
-                ("k", " stands still, "),
-                (", .", " a line back or on, "),
-                ("g", " goes to a time"),
+                (Action::Travel(Travel::TogglePause), " stands still"),
+                (step, " a line back or on"),
+                (Action::AskMoment, " goes to a time"),
             ]
         } else if link.can_send && link.connection == Connection::Open {
-            &[("h", " sends it home")]
+            &[(Action::Mode(Mode::GoHome), " sends it home")]
         } else {
             &[]
         };
+        let keymap = &self.model.config.keys;
+        let keys = keys.iter().map(|(action, does)| {
+            let labels = keymap.labels(Context::Dashboard, *action);
+            (labels, *does)
+        });
         let mut spans = vec![Span::styled(facts.join(&separator), theme.plain)];
-        if !facts.is_empty() && !keys.is_empty() {
-            spans.push(Span::raw(separator));
-        }
-        for (key, does) in keys {
-            spans.push(Span::styled(*key, theme.key));
-            spans.push(Span::raw(*does));
+        for (n, (labels, does)) in keys.filter(|(labels, _)| !labels.is_empty()).enumerate() {
+            let between = match n {
+                0 if facts.is_empty() => "",
+                0 => separator.as_str(),
+                _ => ", ",
+            };
+            spans.push(Span::raw(between.to_owned()));
+            spans.push(Span::styled(labels, theme.key));
+            spans.push(Span::raw(does));
         }
         Line::from(spans)
     }

@@ -7,9 +7,10 @@ use ratatui::style::Style;
 use ratatui::text::{Line, Span};
 
 use super::text::wrap;
-use super::{Screen, put, put_right, split_top, width_of};
+use super::{Screen, columns, put, put_right, split_top, width_of};
 use crate::event::Moment;
 use crate::model::age;
+use crate::model::keys::{Action, Context};
 use crate::model::motors::{self, Holder};
 use crate::model::robot::{COUNTERS_STALE, STATE_STALE};
 use crate::model::{why, words};
@@ -29,7 +30,8 @@ const SHARE_COLUMNS: usize = 6;
 const BAR_CELLS: usize = 8;
 
 struct Rung {
-    key: char,
+    /// The key that allows the layer, or forbids it.
+    key: String,
     glyph: &'static str,
     name: String,
     says: String,
@@ -48,8 +50,10 @@ impl Screen<'_> {
         if self.model.robot.state.is_none() {
             return;
         }
-        let layers = Layer::ALL.into_iter().map(|layer| self.rung(layer));
-        for (row, rung) in (0..).zip(layers.chain([self.prowl_rung()])) {
+        let layers = Layer::ALL.map(|layer| self.rung(layer));
+        let key_columns = layers.iter().map(|rung| columns(&rung.key)).max();
+        for (row, mut rung) in (0..).zip(layers.into_iter().chain([self.prowl_rung()])) {
+            rung.key = format!("{:1$}", rung.key, key_columns.unwrap_or_default());
             self.draw_rung(buffer, rungs, row, &rung);
         }
     }
@@ -180,7 +184,10 @@ impl Screen<'_> {
         };
         let style = if self.is_stale() { theme.dim } else { style };
         Rung {
-            key: char::from(b'0' + layer as u8),
+            key: model
+                .config
+                .keys
+                .label(Context::Dashboard, Action::ToggleLayer(layer)),
             glyph,
             name: named(holder, holds),
             says,
@@ -207,7 +214,7 @@ impl Screen<'_> {
         };
         let style = if self.is_stale() { theme.dim } else { style };
         Rung {
-            key: ' ',
+            key: String::new(),
             glyph,
             name: named(Holder::Prowl, holds),
             says: says.to_owned(),

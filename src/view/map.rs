@@ -131,9 +131,9 @@ impl Screen<'_> {
         let focus = match chart.focus {
             Focus::Everything if chart.zoom == 0 => "",
             Focus::Robot => "follows",
-            Focus::Everything | Focus::Point(..) => "a: all",
+            Focus::Everything | Focus::Point(..) => "<show-everything>: all",
         };
-        let right = Span::styled(focus, self.theme.dim);
+        let right = Span::styled(self.told(focus), self.theme.dim);
         let below = self.panel(buffer, area, &self.map_title(), Some(right));
         let (picture, legend) = split_bottom(below, 1);
         let projection = Projection::of(chart, picture);

@@ -161,7 +161,7 @@ impl Screen<'_> {
             "groundwave".to_owned(),
             format!("needs {}x{}", SIZE_MIN.0, SIZE_MIN.1),
             format!("this is {}x{}", area.width, area.height),
-            "Space: STOP".to_owned(),
+            self.told("<stop>: STOP"),
         ];
         let top = area.height.saturating_sub(text.len() as u16) / 2;
         for (row, text) in (top..).zip(text) {
@@ -169,6 +169,11 @@ impl Screen<'_> {
             let line = Line::styled(format!("{:indent$}{text}", ""), self.theme.plain);
             put(buffer, area, row, &line);
         }
+    }
+
+    /// A text with the keys that it speaks of.
+    fn told(&self, text: &str) -> String {
+        self.model.config.keys.told(text)
     }
 
     /// The key that shows a panel.

@@ -71,12 +71,16 @@ impl Screen<'_> {
         Paragraph::new(question.text.as_str())
             .wrap(Wrap { trim: true })
             .render(inner, buffer);
+        let key = |action| {
+            let label = self.model.config.keys.label(Context::Question, action);
+            Span::styled(label, self.theme.key)
+        };
         let answers = Line::from(vec![
-            Span::styled("y", self.theme.key),
+            key(Action::Confirm),
             Span::raw(" yes   "),
-            Span::styled("n", self.theme.key),
+            key(Action::Close),
             Span::raw(" no   "),
-            Span::styled("Space", self.theme.key),
+            key(Action::Stop),
             Span::raw(" STOP"),
         ]);
         put(buffer, inner, inner.height.saturating_sub(1), &answers);
@@ -105,16 +109,15 @@ impl Screen<'_> {
             rows + others + 2
         };
         let (what, next) = match page {
-            _ if page + 1 == pages => ("commands, typed after :", "keys"),
+            _ if page + 1 == pages => ("commands, typed after <ask-command>", "keys"),
             _ if page + 2 == pages => ("keys", "commands"),
             _ => ("keys", "more"),
         };
-        let title = format!(
-            " {what} ({}/{pages}); {}: {next}; {}: back ",
-            page + 1,
-            keymap.label(Context::Help, Action::TurnPage(1)),
-            keymap.label(Context::Help, Action::Close)
-        );
+        let (more, back) = ("<help-screen/turn-page-more>", "<help-screen/close>");
+        let title = keymap.told(&format!(
+            " {what} ({}/{pages}); {more}: {next}; {back}: back ",
+            page + 1
+        ));
         let inner = self.window(buffer, area, (HELP_COLUMNS, height), &title);
         if page == pages_of_keys {
             self.commands_help(buffer, inner);
@@ -149,7 +152,7 @@ impl Screen<'_> {
         for (row, (words, does)) in (0..).zip(LISTING) {
             let line = Line::from(vec![
                 Span::styled(format!("{words:<COMMAND_COLUMNS$}"), self.theme.key),
-                Span::raw(does),
+                Span::raw(self.told(does)),
             ]);
             put(buffer, area, row, &self.cut(line, usize::from(area.width)));
         }
@@ -199,6 +202,15 @@ mod tests {
     use super::*;
     use crate::event::Moment;
     use crate::model::{Config, Model};
+
+    #[test]
+    fn every_command_fits_a_row_of_80_columns() {
+        let model = Model::new(Config::default());
+        for (words, does) in LISTING {
+            let does = model.told(does);
+            assert!(words.len() < COMMAND_COLUMNS && does.len() <= 58, "{words}");
+        }
+    }
 
     #[test]
     fn a_window_over_wide_characters_has_its_border() {

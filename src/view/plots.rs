@@ -105,12 +105,13 @@ impl Screen<'_> {
         let pages = PLOTS.len().div_ceil(usize::from(together));
         let page = self.page_of(Panel::Plots, pages);
         let turn = if pages > 1 {
-            format!("  PgDn {}/{pages}", page + 1)
+            format!("  <turn-page-more> {}/{pages}", page + 1)
         } else {
             String::new()
         };
         let (window, _) = WINDOWS[self.model.plots.window];
-        let note = Span::styled(format!("T: {window}{turn}"), self.theme.dim);
+        let note = self.told(&format!("<next-plot-window>: {window}{turn}"));
+        let note = Span::styled(note, self.theme.dim);
         let title = self.titled(Panel::Plots, "plots");
         let mut below = self.panel(buffer, area, &title, Some(note));
         let rows = (room / together).min(ROWS_MAX);

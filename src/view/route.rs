@@ -61,18 +61,25 @@ impl Screen<'_> {
             put(buffer, list, row, &Line::styled(text, style));
         }
         if count == 0 {
-            let text = "w adds one where the robot is, l loads a file";
-            put(buffer, list, 1, &Line::styled(text, theme.dim));
+            let text = "<route/route-append> adds one where the robot is, <route/route-ask-to-load> loads a file";
+            put(buffer, list, 1, &Line::styled(self.told(text), theme.dim));
         }
         let width = usize::from(notes.width);
         let against = Line::styled(self.against_robot(), theme.dim);
         put(buffer, notes, 0, &self.cut(against, width));
         let arrows = if editor.whole {
-            Line::styled("arrows move all of it (g: only one)", theme.strong)
+            ("all of it (<route/route-whole>: only one)", theme.strong)
         } else {
-            Line::styled("arrows move the marked one (g: all)", theme.dim)
+            ("the marked one (<route/route-whole>: all)", theme.dim)
         };
-        put(buffer, notes, 1, &arrows);
+        let (what, style) = arrows;
+        let arrows = self.told(&format!("<route/route-step-left..> move {what}"));
+        put(
+            buffer,
+            notes,
+            1,
+            &self.cut(Line::styled(arrows, style), width),
+        );
         if let Some(problem) = &editor.problem {
             let problem = Line::styled(problem.clone(), theme.warning);
             put(buffer, notes, 2, &self.cut(problem, width));
@@ -90,10 +97,12 @@ impl Screen<'_> {
         if !draft.is_empty() && status.digest == digest(draft.iter()) {
             return format!("the robot holds just this, {driven} of {count} driven");
         }
-        match count {
-            0 => "the robot holds no list; S sends this".to_owned(),
-            _ => format!("the robot holds another list of {count}, {driven} driven; S replaces it"),
-        }
+        self.told(&match count {
+            0 => "the robot holds no list; <route/route-send> sends this".to_owned(),
+            _ => format!(
+                "the robot holds another list of {count}, {driven} driven; <route/route-send> replaces it"
+            ),
+        })
     }
 }
 

@@ -46,7 +46,11 @@ impl Screen<'_> {
         (list, chosen, first): (&Listed, usize, Option<usize>),
     ) {
         let theme = &self.theme;
-        let title = format!(" runs in {}: Enter on two compares ", list.folder);
+        let title = format!(
+            " runs in {}: {} ",
+            list.folder,
+            self.told("<runs-window/submit> on two compares")
+        );
         let inner = self.window(buffer, area, SIZE, &title);
         let problems = list.problems.len().min(3) as u16;
         let (rest, below) = split_bottom(inner, problems);
@@ -55,7 +59,8 @@ impl Screen<'_> {
             self.rows(
                 buffer,
                 rest,
-                &["no finished capture here; R records one, and ends it".to_owned()],
+                &[self
+                    .told("no finished capture here; <toggle-recording> records one, and ends it")],
             );
             return;
         }

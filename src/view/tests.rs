@@ -16,6 +16,7 @@ mod palette;
 mod panels;
 mod pointer;
 mod property;
+mod rebound;
 mod time;
 
 use super::draw;

@@ -87,13 +87,16 @@ impl Screen<'_> {
         let height = usize::from(area.height.saturating_sub(1)).max(1);
         let pages = rows.div_ceil(height).max(1);
         let (page, key) = match first {
-            First::Top => (self.page_of(panel, pages), "PgDn"),
+            First::Top => (self.page_of(panel, pages), "<turn-page-more>"),
             // What is older is above.
-            First::Bottom => ((pages - self.page_of(panel, pages)) % pages, "PgUp"),
+            First::Bottom => (
+                (pages - self.page_of(panel, pages)) % pages,
+                "<turn-page-less>",
+            ),
         };
         let note = note.filter(|note| !note.content.is_empty());
         let note = if pages > 1 {
-            let turn = format!("{key} {}/{pages}", page + 1);
+            let turn = self.told(&format!("{key} {}/{pages}", page + 1));
             let words =
                 note.map_or_else(|| turn.clone(), |note| format!("{}  {turn}", note.content));
             // How to come to the rest is what must be told.

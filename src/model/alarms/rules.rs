@@ -5,6 +5,7 @@ use groundwave_protocol::telemetry::StateLine;
 use serde::Deserialize;
 
 use crate::event::{Level, Moment, Recording};
+use crate::model::Config;
 use crate::model::link::{Connection, Link};
 use crate::model::motors::Motors;
 use crate::model::robot::Robot;
@@ -91,7 +92,7 @@ pub(crate) struct Bounds {
 pub(crate) struct Rule {
     pub(crate) level: Level,
     pub(crate) name: &'static str,
-    /// What to do about it.
+    /// What to do about it, for [`Keymap::told`](crate::model::keys::Keymap::told).
     pub(crate) remedy: &'static str,
     /// Unit of the figure; empty where there is none.
     pub(crate) unit: &'static str,
@@ -111,7 +112,7 @@ pub(crate) const RULES: [Rule; RULES_COUNT] = [
     Rule {
         level: Level::Alarm,
         name: "battery critical",
-        remedy: "switch it off, or dock it (D)",
+        remedy: "switch it off, or dock it (<mode-forage>)",
         unit: "V",
         logged_here: true,
         look: |facts| battery(facts, &[Power::Critical]),
@@ -170,7 +171,7 @@ pub(crate) const RULES: [Rule; RULES_COUNT] = [
     Rule {
         level: Level::Alarm,
         name: "recording failed",
-        remedy: "make room, then R records on; until then memory keeps the newest",
+        remedy: "make room, then <toggle-recording> records on; until then memory keeps the newest",
         unit: "",
         logged_here: false,
         look: |facts| match facts.recording.problem {
@@ -182,7 +183,7 @@ pub(crate) const RULES: [Rule; RULES_COUNT] = [
     Rule {
         level: Level::Alarm,
         name: "battery low",
-        remedy: "call it home (h) or to a dock (D)",
+        remedy: "call it home (<mode-go-home>) or to a dock (<mode-forage>)",
         unit: "V",
         logged_here: true,
         look: |facts| battery(facts, &[Power::Low, Power::Critical]),
@@ -191,7 +192,7 @@ pub(crate) const RULES: [Rule; RULES_COUNT] = [
     Rule {
         level: Level::Alarm,
         name: "stalled",
-        remedy: "its wheels do not turn: free it, or STOP (Space)",
+        remedy: "its wheels do not turn: free it, or STOP (<stop>)",
         unit: "",
         logged_here: true,
         look: |facts| state_is(facts, |state| state.drive == Drive::Stalled),
@@ -213,7 +214,7 @@ pub(crate) const RULES: [Rule; RULES_COUNT] = [
     Rule {
         level: Level::Warning,
         name: "layers thrash",
-        remedy: "they take the motors from each other: forbid one (1-7)",
+        remedy: "they take the motors from each other: forbid one (<toggle-layer-bumpers..>)",
         unit: "",
         logged_here: true,
         look: |facts| {
@@ -337,15 +338,15 @@ impl Rule {
 
 impl Rule {
     /// What the log says when it is raised; `None` when somebody else does.
-    pub(in crate::model) fn log_text(&self, value: Option<f64>, limits: &Limits) -> Option<String> {
+    pub(in crate::model) fn log_text(&self, value: Option<f64>, config: &Config) -> Option<String> {
         let figures = match value {
             Some(value) if self.has_figure() => {
-                let limit = self.figure(self.bounds(limits).raise);
+                let limit = self.figure(self.bounds(&config.limits).raise);
                 format!(" {} (limit {limit})", self.figure(value))
             }
             _ => String::new(),
         };
         self.logged_here
-            .then(|| format!("{}{figures}: {}", self.name, self.remedy))
+            .then(|| format!("{}{figures}: {}", self.name, config.keys.told(self.remedy)))
     }
 }

@@ -1,7 +1,8 @@
 //! The keys of a session: those of the table, and what the configuration says instead.
 
 use std::borrow::Cow;
-use std::sync::Arc;
+use std::ops::Range;
+use std::sync::{Arc, LazyLock};
 
 use crossterm::event::{KeyCode, KeyEvent, KeyModifiers};
 
@@ -10,6 +11,12 @@ use crate::suggest;
 
 /// A key and what is held with it.
 pub(super) type Key = (KeyCode, KeyModifiers);
+
+/// What the configuration calls each row of the table.
+static NAMES: LazyLock<Vec<String>> = LazyLock::new(|| {
+    let actions = TABLE.iter().map(|binding| binding.action);
+    actions.map(notation::action_name).collect()
+});
 
 /// Another choice of keys for one action.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -38,6 +45,8 @@ pub(crate) struct Row {
     pub(crate) label: Cow<'static, str>,
     pub(crate) keys: Vec<Key>,
     pub(crate) action: Action,
+    /// What the configuration calls it.
+    pub(crate) name: &'static str,
     pub(crate) help: Cow<'static, str>,
     pub(crate) footer: &'static str,
 }
@@ -48,7 +57,7 @@ pub struct Keymap(Arc<[Row]>);
 
 impl Default for Keymap {
     fn default() -> Self {
-        Self(TABLE.iter().map(Row::of).collect())
+        Self(table().collect())
     }
 }
 
@@ -58,7 +67,7 @@ impl Keymap {
     /// # Errors
     /// Names all that do not do: unknown names and keys, keys that have two meanings.
     pub fn with(rebindings: &[Rebinding]) -> Result<Self, Vec<KeyMistake>> {
-        let mut rows: Vec<Row> = TABLE.iter().map(Row::of).collect();
+        let mut rows: Vec<Row> = table().collect();
         let mut chosen = vec![None; rows.len()];
         let mut mistakes = Vec::new();
         for (index, rebinding) in rebindings.iter().enumerate() {
@@ -85,11 +94,72 @@ impl Keymap {
 
     /// How the first key for something is written; empty where it has none.
     pub(crate) fn label(&self, context: Context, action: Action) -> String {
-        let row = self
-            .rows()
-            .find(|row| row.context == context && row.action == action);
-        let first = row.and_then(|row| row.keys.first());
-        first.map_or_else(String::new, |key| notation::name(*key))
+        let mut rows = self.rows();
+        let row = rows.find(|row| row.context == context && row.action == action);
+        row.map_or_else(String::new, Row::first_key)
+    }
+
+    /// The keys of a row and of those that its label speaks for, as the table writes them, `1-7` or `arrows`, or the first
+    /// key of each where they were chosen otherwise; empty where there are none.
+    pub(crate) fn labels(&self, context: Context, action: Action) -> String {
+        let mut rows = self.rows();
+        let at = rows.position(|row| row.context == context && row.action == action);
+        at.map_or_else(String::new, |at| self.labels_at(at))
+    }
+
+    fn labels_at(&self, at: usize) -> String {
+        let group = group(at);
+        let (rows, table) = (&self.0[group.clone()], &TABLE[group]);
+        if rows
+            .iter()
+            .zip(table)
+            .all(|(row, binding)| row.keys == binding.keys)
+        {
+            return table[0].label.to_owned();
+        }
+        let first = table[0].keys.first();
+        if first.is_some_and(|first| notation::name(*first) == table[0].label) {
+            return rows[0].first_key();
+        }
+        let keys = rows
+            .iter()
+            .map(Row::first_key)
+            .filter(|key| !key.is_empty());
+        keys.collect::<Vec<_>>().join(" ")
+    }
+
+    /// A text with the keys that it speaks of: `<scan>` is the first key for that on the dashboard, `<route/route-undo>` the
+    /// one of another place, `<toggle-layer-bumpers..>` the keys of a row and of those that it speaks for. What has no key
+    /// is called by its name, under which the palette finds it; what is no name stays as it is.
+    pub(crate) fn told(&self, text: &str) -> String {
+        let (mut told, mut rest) = (String::new(), text);
+        while let Some((before, after)) = rest.split_once('<') {
+            told += before;
+            let named = after.split_once('>');
+            let keys = named.and_then(|(name, after)| Some((self.named(name)?, after)));
+            let (keys, after) = keys.unwrap_or_else(|| ("<".to_owned(), after));
+            told += &keys;
+            rest = after;
+        }
+        told + rest
+    }
+
+    /// The keys that such brackets stand for.
+    fn named(&self, what: &str) -> Option<String> {
+        let (place, name) = what.split_once('/').unwrap_or(("dashboard", what));
+        let only = name.strip_suffix("..");
+        let name = only.unwrap_or(name);
+        let is_it = |row: &Row| row.name == name && row.context.name() == place;
+        let at = self.rows().position(is_it)?;
+        let keys = match only {
+            Some(_) => self.labels_at(at),
+            None => self.0[at].first_key(),
+        };
+        Some(if keys.is_empty() {
+            name.to_owned()
+        } else {
+            keys
+        })
     }
 
     /// What a key does in a context.
@@ -103,7 +173,7 @@ impl Keymap {
     /// Everything for a manual: where, the keys, the name in the configuration and what it does.
     pub fn manual(&self) -> impl Iterator<Item = [Cow<'_, str>; 4]> {
         self.rows().map(|row| {
-            let (context, name) = (row.context.name().into(), row.name().into());
+            let (context, name) = (row.context.name().into(), row.name.into());
             [context, row.key_names().into(), name, row.does()]
         })
     }
@@ -122,8 +192,21 @@ fn read(rows: &[Row], rebinding: &Rebinding) -> Result<(usize, Vec<Key>), String
 
 fn rebind(rows: &mut [Row], at: usize, keys: Vec<Key>) {
     speak_for_themselves(rows, at);
-    rows[at].keys = keys;
-    rows[at].label = rows[at].key_names().into();
+    let row = &mut rows[at];
+    row.keys = keys;
+    row.label = row.key_names().into();
+    row.help = without_key(&row.help).to_owned().into();
+}
+
+/// Help without the second key that it names at its end, as in `draft a waypoint (Enter)`.
+fn without_key(help: &str) -> &str {
+    let named = help
+        .strip_suffix(')')
+        .and_then(|help| help.rsplit_once(" ("));
+    match named {
+        Some((help, key)) if notation::read(key).is_ok() => help,
+        _ => help,
+    }
 }
 
 /// Keys that mean two things in one place; the choice is blamed that came last.
@@ -141,7 +224,7 @@ fn clashes(rows: &[Row], chosen: &[Option<usize>]) -> Vec<KeyMistake> {
                 (Some(index), _) => (index, row, twin),
                 (None, later) => (later.unwrap_or_default(), twin, row),
             };
-            let (key, taker, owner) = (notation::name(*key), taker.name(), owner.name());
+            let (key, taker, owner) = (notation::name(*key), taker.name, owner.name);
             let message = format!(
                 "`{key}` cannot be the key for `{taker}`: it is the key for `{owner}`. Choose another one, or take it from \
                  `{owner}` first: {owner} = []"
@@ -154,18 +237,22 @@ fn clashes(rows: &[Row], chosen: &[Option<usize>]) -> Vec<KeyMistake> {
 
 /// A row whose keys are chosen otherwise is told by itself, and so are those that it spoke for, or that spoke for it.
 fn speak_for_themselves(rows: &mut [Row], at: usize) {
-    let first = (0..=at).rev().find(|&row| rows[row].is_told());
+    let first = (0..=at).rev().find(|&row| TABLE[row].is_told());
     let first = first.unwrap_or(at);
-    let count = 1 + rows[first + 1..]
-        .iter()
-        .take_while(|row| !row.is_told())
-        .count();
-    for row in &mut rows[first..first + count] {
+    for row in &mut rows[group(first)] {
         row.label = row.key_names().into();
-        if row.help.is_empty() && matches!(row.context, Context::Dashboard | Context::Route) {
+        let in_words = words::alone(row.action).is_some();
+        let has_help = matches!(row.context, Context::Dashboard | Context::Route);
+        if has_help && (in_words || row.help.is_empty()) {
             row.help = row.does().into_owned().into();
         }
     }
+}
+
+/// A row of the table and those behind it that say nothing themselves: it speaks for them.
+fn group(first: usize) -> Range<usize> {
+    let follow = TABLE[first + 1..].iter().take_while(|row| !row.is_told());
+    first..first + 1 + follow.count()
 }
 
 fn context(name: &str) -> Result<Context, String> {
@@ -183,7 +270,7 @@ fn context(name: &str) -> Result<Context, String> {
 }
 
 fn find(rows: &[Row], context: Context, name: &str) -> Result<usize, String> {
-    let is_it = |row: &Row| row.context == context && row.name() == name;
+    let is_it = |row: &Row| row.context == context && row.name == name;
     rows.iter()
         .position(is_it)
         .ok_or_else(|| format!("no key does `{name}`{}", instead(rows, context, name)))
@@ -192,23 +279,19 @@ fn find(rows: &[Row], context: Context, name: &str) -> Result<usize, String> {
 /// What may have been meant by a name that is none: the same or a near one here, then elsewhere, then names with a word
 /// in common.
 fn instead(rows: &[Row], context: Context, name: &str) -> String {
-    let names: Vec<(Context, String)> = rows.iter().map(|row| (row.context, row.name())).collect();
     let of = |here: bool| {
-        let names = names.iter().filter(move |(at, _)| (*at == context) == here);
-        names.map(|(_, name)| name.as_str())
+        let names = rows
+            .iter()
+            .filter(move |row| (row.context == context) == here);
+        names.map(|row| row.name)
     };
     if let Some(near) = suggest::nearest(name, of(true)) {
         return format!("; did you mean `{near}`?");
     }
     if let Some(near) = suggest::nearest(name, of(false)) {
-        let place = names
-            .iter()
-            .find(|(at, name)| *at != context && name == near);
-        let place = place.map_or("", |(place, _)| place.name());
-        let section = match place {
-            "dashboard" => "[keys]".to_owned(),
-            place => format!("[keys.{place}]"),
-        };
+        let mut elsewhere = rows.iter().filter(|row| row.context != context);
+        let section = elsewhere.find(|row| row.name == near);
+        let section = section.map_or_else(String::new, |row| section_of(row.context));
         return format!(" here; did you mean `{near}` in {section}?");
     }
     let is_alike = |known: &&str| {
@@ -227,21 +310,47 @@ fn instead(rows: &[Row], context: Context, name: &str) -> String {
     }
 }
 
+/// Where the configuration has the keys of a place.
+fn section_of(context: Context) -> String {
+    match context {
+        Context::Dashboard => "[keys]".to_owned(),
+        context => format!("[keys.{}]", context.name()),
+    }
+}
+
+/// The rows as the table has them.
+fn table() -> impl Iterator<Item = Row> {
+    let names = NAMES.iter().map(String::as_str);
+    TABLE
+        .iter()
+        .zip(names)
+        .map(|(binding, name)| Row::of(binding, name))
+}
+
+impl Binding {
+    /// Whether it says what it does, for itself and for those that follow it without a word.
+    const fn is_told(&self) -> bool {
+        !self.help.is_empty() || !self.footer.is_empty()
+    }
+}
+
 impl Row {
-    fn of(binding: &Binding) -> Self {
+    fn of(binding: &Binding, name: &'static str) -> Self {
         Self {
             context: binding.context,
             label: binding.label.into(),
             keys: binding.keys.to_vec(),
             action: binding.action,
+            name,
             help: binding.help.into(),
             footer: binding.footer,
         }
     }
 
-    /// What the configuration calls it.
-    pub(crate) fn name(&self) -> String {
-        notation::action_name(self.action)
+    /// Empty where it has none.
+    fn first_key(&self) -> String {
+        let first = self.keys.first();
+        first.map_or_else(String::new, |key| notation::name(*key))
     }
 
     /// Its keys with spaces between.
@@ -255,13 +364,8 @@ impl Row {
             Some(words) => words.into(),
             None if !self.help.is_empty() => self.help.as_ref().into(),
             None if !self.footer.is_empty() => self.footer.into(),
-            None => self.name().replace('-', " ").into(),
+            None => self.name.replace('-', " ").into(),
         }
-    }
-
-    /// Whether it says what it does, for itself and for those that follow it without a word.
-    fn is_told(&self) -> bool {
-        !self.help.is_empty() || !self.footer.is_empty()
     }
 
     fn takes(&self, key: KeyEvent) -> bool {
@@ -275,171 +379,4 @@ impl Row {
 }
 
 #[cfg(test)]
-mod tests {
-    use super::*;
-
-    fn with(pairs: &[(&str, &str, &[&str])]) -> Result<Keymap, Vec<KeyMistake>> {
-        let rebindings: Vec<Rebinding> = pairs
-            .iter()
-            .map(|(context, name, keys)| Rebinding {
-                context: (*context).to_owned(),
-                name: (*name).to_owned(),
-                keys: keys.iter().map(|key| (*key).to_owned()).collect(),
-            })
-            .collect();
-        Keymap::with(&rebindings)
-    }
-
-    fn press(keymap: &Keymap, code: KeyCode) -> Option<Action> {
-        keymap.action(Context::Dashboard, KeyEvent::new(code, KeyModifiers::NONE))
-    }
-
-    #[test]
-    fn nothing_said_is_the_table() {
-        assert_eq!(with(&[]), Ok(Keymap::default()));
-    }
-
-    #[test]
-    fn every_name_is_its_rows_alone_and_reads_as_one() {
-        let keymap = Keymap::default();
-        for row in keymap.rows() {
-            let name = row.name();
-            let is_word = name
-                .bytes()
-                .all(|b| b.is_ascii_lowercase() || b.is_ascii_digit() || b == b'-');
-            assert!(is_word && !name.contains("--"), "{name}");
-            let alike = keymap
-                .rows()
-                .filter(|other| other.context == row.context && other.name() == name);
-            assert_eq!(alike.count(), 1, "{name}");
-            let is_section = Context::ALL.iter().any(|context| context.name() == name);
-            assert!(!is_section, "[keys.{name}] is keys of another place");
-            for &key in &row.keys {
-                assert_eq!(notation::read(&notation::name(key)), Ok(key), "{name}");
-            }
-        }
-    }
-
-    #[test]
-    fn no_two_rows_of_a_place_are_told_in_the_same_words() {
-        let keymap = Keymap::default();
-        let manual: Vec<_> = keymap.manual().collect();
-        for (at, [context, _, name, does]) in manual.iter().enumerate() {
-            assert!(!does.is_empty(), "{name}");
-            let mut others = manual[at + 1..].iter().filter(|other| other[0] == *context);
-            let twin = others.find(|other| other[3] == *does);
-            assert_eq!(twin, None, "{name}");
-        }
-    }
-
-    #[test]
-    fn a_key_is_chosen_otherwise_and_told_so() {
-        let keymap = with(&[("dashboard", "scan", &["F9", "Ctrl-V"])]).expect("it is free");
-        assert_eq!(press(&keymap, KeyCode::F(9)), Some(Action::Scan));
-        assert_eq!(press(&keymap, KeyCode::Char('v')), None);
-        let row = keymap.rows().find(|row| row.action == Action::Scan);
-        assert_eq!(row.expect("it is still there").label, "F9 Ctrl-V");
-        let bare = with(&[("dashboard", "scan", &[])]).expect("none is a choice too");
-        assert_eq!(press(&bare, KeyCode::Char('v')), None);
-    }
-
-    #[test]
-    fn a_row_of_a_group_leaves_none_of_the_others_untold() {
-        let keymap = with(&[("dashboard", "toggle-layer-sonar", &["F10"])]).expect("it is free");
-        let told = |name: &str| {
-            let row = keymap.rows().find(|row| row.name() == name);
-            row.map(|row| (row.label.to_string(), row.help.to_string()))
-        };
-        let sonar = ("F10".to_owned(), "allow or forbid layer sonar".to_owned());
-        assert_eq!(told("toggle-layer-sonar"), Some(sonar));
-        let photo = ("5".to_owned(), "allow or forbid layer photo".to_owned());
-        assert_eq!(told("toggle-layer-photo"), Some(photo));
-    }
-
-    #[test]
-    fn stop_keeps_its_keys() {
-        let keymap = with(&[("dashboard", "stop", &["F12"])]).expect("one more");
-        assert_eq!(press(&keymap, KeyCode::F(12)), Some(Action::Stop));
-        assert_eq!(press(&keymap, KeyCode::Char(' ')), Some(Action::Stop));
-    }
-
-    #[test]
-    fn what_does_not_do_is_named() {
-        let errors = |pairs: &[(&str, &str, &[&str])]| with(pairs).expect_err("it is wrong");
-        let error = |pairs: &[(&str, &str, &[&str])]| match &errors(pairs)[..] {
-            [only] => only.clone(),
-            all => panic!("{all:?}"),
-        };
-        let taken = error(&[
-            ("dashboard", "quit", &["F9"]),
-            ("dashboard", "scan", &["p"]),
-        ]);
-        assert_eq!(taken.index, 1);
-        assert!(
-            taken
-                .message
-                .contains("`p` cannot be the key for `scan`: it is the key for `mode-prowl`"),
-            "{}",
-            taken.message
-        );
-        let stop = error(&[("dashboard", "stop", &["y"])]);
-        assert!(
-            stop.message
-                .starts_with("`y` cannot be the key for `stop`: it is the key for `why`"),
-            "{}",
-            stop.message
-        );
-        let both = error(&[
-            ("dashboard", "scan", &["F9"]),
-            ("dashboard", "quit", &["F9"]),
-        ]);
-        assert_eq!(both.index, 1);
-        assert!(
-            both.message
-                .starts_with("`F9` cannot be the key for `quit`: it is the key for `scan`"),
-            "{}",
-            both.message
-        );
-        let unknown = error(&[("dashboard", "scna", &["F9"])]);
-        assert!(
-            unknown.message.contains("did you mean `scan`?"),
-            "{}",
-            unknown.message
-        );
-        let elsewhere = error(&[("dashboard", "leave-drive", &["F9"])]);
-        assert!(
-            elsewhere
-                .message
-                .contains("did you mean `leave-drive` in [keys.drive]?"),
-            "{}",
-            elsewhere.message
-        );
-        let alike = error(&[("dashboard", "layer-light", &["F9"])]);
-        assert!(
-            alike.message.contains("toggle-layer-photo"),
-            "{}",
-            alike.message
-        );
-        let several = errors(&[
-            ("dashboard", "scna", &["F9"]),
-            ("dashboard", "scan", &["p"]),
-            ("dashboard", "why", &["Alt-x"]),
-        ]);
-        let indices: Vec<usize> = several.iter().map(|mistake| mistake.index).collect();
-        assert_eq!(indices, [0, 2, 1], "{several:?}");
-        let context = error(&[("dashbord", "scan", &["F9"])]);
-        assert!(
-            context.message.contains("did you mean `dashboard`?"),
-            "{}",
-            context.message
-        );
-        let key = error(&[("dashboard", "scan", &["Alt-x"])]);
-        assert!(key.message.contains("Alt"), "{}", key.message);
-        // A key that was given away is free.
-        let swapped = with(&[
-            ("dashboard", "scan", &["p"]),
-            ("dashboard", "mode-prowl", &["v"]),
-        ]);
-        assert!(swapped.is_ok());
-    }
-}
+mod tests;

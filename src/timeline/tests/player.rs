@@ -1,6 +1,7 @@
 //! Playing: speeds, loops, marks, and jumps to what may not have been read yet.
 
 use super::*;
+use crate::model::keys::{Keymap, Rebinding};
 
 fn player(name: &str) -> Player<Scene> {
     let tape = capture(name);
@@ -267,4 +268,38 @@ fn jumps_stand_still_where_it_happened() {
     assert!(player.is_at_end());
     player.handle(host, Travel::Oldest);
     assert_eq!(player.at(), Moment::ZERO);
+}
+
+#[test]
+fn what_the_player_says_names_the_chosen_keys() {
+    let chosen = [
+        ("travel-loop", "F9"),
+        ("travel-mark", "F10"),
+        ("ask-jump-forward", "F11"),
+    ];
+    let keys = chosen.map(|(name, key)| Rebinding {
+        context: "dashboard".to_owned(),
+        name: name.to_owned(),
+        keys: vec![key.to_owned()],
+    });
+    let config = Config {
+        keys: Keymap::with(&keys).unwrap(),
+        ..Config::default()
+    };
+    let tape = capture("house-clean.txt");
+    let first = Scene::new("radio", config, &*tape);
+    let reel = Reel::new(tape, first, SPACING);
+    let mut player = Player::of_capture(reel, Moment::ZERO, 1.0, Moment::ZERO, None);
+    let mut note = |travel| {
+        player.handle(Moment::ZERO, travel);
+        player.playback().note.unwrap_or_default()
+    };
+    assert_eq!(
+        note(Travel::Loop),
+        "the loop begins at 00:00; F9 where it ends"
+    );
+    assert_eq!(
+        note(Travel::Mark),
+        "marked 00:00; F11 m and N m go to marks"
+    );
 }

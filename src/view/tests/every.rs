@@ -12,17 +12,17 @@ use crate::event::Moment;
 use crate::travel::Playback;
 use crate::view::CLIPPED;
 
-const SIZES: [(u16, u16); 3] = [(80, 24), (120, 40), (200, 60)];
+pub(super) const SIZES: [(u16, u16); 3] = [(80, 24), (120, 40), (200, 60)];
 
 /// Something that the screen can show.
-struct State {
-    name: &'static str,
-    make: fn(Config) -> Scene,
+pub(super) struct State {
+    pub(super) name: &'static str,
+    pub(super) make: fn(Config) -> Scene,
     /// What every picture of it says.
     facts: &'static [&'static str],
 }
 
-const STATES: &[State] = &[
+pub(super) const STATES: &[State] = &[
     State {
         name: "waiting",
         make: |config| Scene::new(config),
@@ -360,7 +360,7 @@ fn chosen(mut scene: Scene, key: u8) -> Scene {
     scene
 }
 
-fn typed(config: Config, keys: &str) -> Scene {
+pub(super) fn typed(config: Config, keys: &str) -> Scene {
     let mut scene = flight(config);
     scene.type_text(keys);
     scene

@@ -1,0 +1,225 @@
+//! Keys chosen otherwise.
+
+use super::*;
+
+fn with(pairs: &[(&str, &str, &[&str])]) -> Result<Keymap, Vec<KeyMistake>> {
+    let rebindings: Vec<Rebinding> = pairs
+        .iter()
+        .map(|(context, name, keys)| Rebinding {
+            context: (*context).to_owned(),
+            name: (*name).to_owned(),
+            keys: keys.iter().map(|key| (*key).to_owned()).collect(),
+        })
+        .collect();
+    Keymap::with(&rebindings)
+}
+
+fn press(keymap: &Keymap, code: KeyCode) -> Option<Action> {
+    keymap.action(Context::Dashboard, KeyEvent::new(code, KeyModifiers::NONE))
+}
+
+#[test]
+fn nothing_said_is_the_table() {
+    assert_eq!(with(&[]), Ok(Keymap::default()));
+}
+
+#[test]
+fn every_name_is_its_rows_alone_and_reads_as_one() {
+    let keymap = Keymap::default();
+    for row in keymap.rows() {
+        let name = row.name;
+        let is_word = name
+            .bytes()
+            .all(|b| b.is_ascii_lowercase() || b.is_ascii_digit() || b == b'-');
+        assert!(is_word && !name.contains("--"), "{name}");
+        let alike = keymap
+            .rows()
+            .filter(|other| other.context == row.context && other.name == name);
+        assert_eq!(alike.count(), 1, "{name}");
+        let is_section = Context::ALL.iter().any(|context| context.name() == name);
+        assert!(!is_section, "[keys.{name}] is keys of another place");
+        for &key in &row.keys {
+            assert_eq!(notation::read(&notation::name(key)), Ok(key), "{name}");
+        }
+    }
+}
+
+#[test]
+fn no_two_rows_of_a_place_are_told_in_the_same_words() {
+    let keymap = Keymap::default();
+    let manual: Vec<_> = keymap.manual().collect();
+    for (at, [context, _, name, does]) in manual.iter().enumerate() {
+        assert!(!does.is_empty(), "{name}");
+        let mut others = manual[at + 1..].iter().filter(|other| other[0] == *context);
+        let twin = others.find(|other| other[3] == *does);
+        assert_eq!(twin, None, "{name}");
+    }
+}
+
+#[test]
+fn a_key_is_chosen_otherwise_and_told_so() {
+    let keymap = with(&[("dashboard", "scan", &["F9", "Ctrl-V"])]).expect("it is free");
+    assert_eq!(press(&keymap, KeyCode::F(9)), Some(Action::Scan));
+    assert_eq!(press(&keymap, KeyCode::Char('v')), None);
+    let row = keymap.rows().find(|row| row.action == Action::Scan);
+    assert_eq!(row.expect("it is still there").label, "F9 Ctrl-V");
+    let bare = with(&[("dashboard", "scan", &[])]).expect("none is a choice too");
+    assert_eq!(press(&bare, KeyCode::Char('v')), None);
+}
+
+#[test]
+fn a_row_of_a_group_leaves_none_of_the_others_untold() {
+    let keymap = with(&[("dashboard", "toggle-layer-sonar", &["F10"])]).expect("it is free");
+    let told = |name: &str| {
+        let row = keymap.rows().find(|row| row.name == name);
+        row.map(|row| (row.label.to_string(), row.help.to_string()))
+    };
+    let sonar = ("F10".to_owned(), "allow or forbid layer sonar".to_owned());
+    assert_eq!(told("toggle-layer-sonar"), Some(sonar));
+    let photo = ("5".to_owned(), "allow or forbid layer photo".to_owned());
+    assert_eq!(told("toggle-layer-photo"), Some(photo));
+}
+
+#[test]
+fn a_text_tells_the_keys_that_it_speaks_of() {
+    let text = "<scan> looks, <route/route-undo>, forbid one (<toggle-layer-bumpers..>), <move-cursor-left..> move, <1 s";
+    let told = Keymap::default().told(text);
+    assert_eq!(told, "v looks, u, forbid one (1-7), arrows move, <1 s");
+    let chosen = [
+        ("dashboard", "scan", &[] as &[&str]),
+        ("dashboard", "toggle-layer-sonar", &["F10", "F11"]),
+        ("dashboard", "move-cursor-up", &[]),
+        ("route", "route-undo", &["F9"]),
+    ];
+    let told = with(&chosen).expect("they are free").told(text);
+    assert_eq!(
+        told,
+        "scan looks, F9, forbid one (1 2 3 F10 5 6 7), Left Right Down move, <1 s"
+    );
+    for text in ["", "<", "a <b> c", "<scan", ">"] {
+        assert_eq!(Keymap::default().told(text), text);
+    }
+}
+
+#[test]
+fn a_label_that_is_a_key_speaks_for_that_alone() {
+    let chosen = [
+        ("help-screen", "turn-page-more", &["F9"] as &[&str]),
+        ("text", "close", &["F9"]),
+    ];
+    let keymap = with(&chosen).expect("they are free");
+    let labels = |context, action| keymap.labels(context, action);
+    assert_eq!(labels(Context::Help, Action::TurnPage(1)), "F9");
+    assert_eq!(labels(Context::Text, Action::Close), "F9");
+}
+
+/// Its other key is in the label then, or gone.
+#[test]
+fn help_names_no_key_that_was_chosen_otherwise() {
+    let chosen = [
+        ("dashboard", "add-waypoint", &["F9"] as &[&str]),
+        ("dashboard", "turn-page-less", &["F10"]),
+        ("dashboard", "travel-newest", &["F11"]),
+        ("dashboard", "enter-drive", &["F12"]),
+    ];
+    let keymap = with(&chosen).expect("they are free");
+    let help = |name: &str| {
+        let row = keymap.rows().find(|row| row.name == name);
+        row.map(|row| row.help.to_string())
+    };
+    for (name, told) in [
+        ("add-waypoint", "draft a waypoint"),
+        ("turn-page-less", "the page before"),
+        ("travel-newest", "time: back to now, or to the end"),
+        ("enter-drive", "drive by hand (asks)"),
+    ] {
+        assert_eq!(help(name).as_deref(), Some(told));
+    }
+}
+
+#[test]
+fn stop_keeps_its_keys() {
+    let keymap = with(&[("dashboard", "stop", &["F12"])]).expect("one more");
+    assert_eq!(press(&keymap, KeyCode::F(12)), Some(Action::Stop));
+    assert_eq!(press(&keymap, KeyCode::Char(' ')), Some(Action::Stop));
+}
+
+#[test]
+fn what_does_not_do_is_named() {
+    let errors = |pairs: &[(&str, &str, &[&str])]| with(pairs).expect_err("it is wrong");
+    let error = |pairs: &[(&str, &str, &[&str])]| match &errors(pairs)[..] {
+        [only] => only.clone(),
+        all => panic!("{all:?}"),
+    };
+    let taken = error(&[
+        ("dashboard", "quit", &["F9"]),
+        ("dashboard", "scan", &["p"]),
+    ]);
+    assert_eq!(taken.index, 1);
+    assert!(
+        taken
+            .message
+            .contains("`p` cannot be the key for `scan`: it is the key for `mode-prowl`"),
+        "{}",
+        taken.message
+    );
+    let stop = error(&[("dashboard", "stop", &["y"])]);
+    assert!(
+        stop.message
+            .starts_with("`y` cannot be the key for `stop`: it is the key for `why`"),
+        "{}",
+        stop.message
+    );
+    let both = error(&[
+        ("dashboard", "scan", &["F9"]),
+        ("dashboard", "quit", &["F9"]),
+    ]);
+    assert_eq!(both.index, 1);
+    assert!(
+        both.message
+            .starts_with("`F9` cannot be the key for `quit`: it is the key for `scan`"),
+        "{}",
+        both.message
+    );
+    let unknown = error(&[("dashboard", "scna", &["F9"])]);
+    assert!(
+        unknown.message.contains("did you mean `scan`?"),
+        "{}",
+        unknown.message
+    );
+    let elsewhere = error(&[("dashboard", "leave-drive", &["F9"])]);
+    assert!(
+        elsewhere
+            .message
+            .contains("did you mean `leave-drive` in [keys.drive]?"),
+        "{}",
+        elsewhere.message
+    );
+    let alike = error(&[("dashboard", "layer-light", &["F9"])]);
+    assert!(
+        alike.message.contains("toggle-layer-photo"),
+        "{}",
+        alike.message
+    );
+    let several = errors(&[
+        ("dashboard", "scna", &["F9"]),
+        ("dashboard", "scan", &["p"]),
+        ("dashboard", "why", &["Alt-x"]),
+    ]);
+    let indices: Vec<usize> = several.iter().map(|mistake| mistake.index).collect();
+    assert_eq!(indices, [0, 2, 1], "{several:?}");
+    let context = error(&[("dashbord", "scan", &["F9"])]);
+    assert!(
+        context.message.contains("did you mean `dashboard`?"),
+        "{}",
+        context.message
+    );
+    let key = error(&[("dashboard", "scan", &["Alt-x"])]);
+    assert!(key.message.contains("Alt"), "{}", key.message);
+    // A key that was given away is free.
+    let swapped = with(&[
+        ("dashboard", "scan", &["p"]),
+        ("dashboard", "mode-prowl", &["v"]),
+    ]);
+    assert!(swapped.is_ok());
+}

@@ -1,0 +1,278 @@
+//! Whoever has chosen other keys is told of those, and of no key that does something else by now.
+
+use std::collections::BTreeSet;
+use std::sync::Arc;
+
+use groundwave_protocol::letters::Power;
+
+use super::every::{SIZES, STATES, State, typed};
+use super::time::{flight_at, playback};
+use super::*;
+use crate::model::alarms::RULES;
+use crate::model::keys::{Keymap, Rebinding};
+use crate::request::LISTING;
+use crate::run::Listed;
+
+/// Where the syllables begin that are keys here: one column each, and nothing else on the screen has them.
+const SYLLABLES: u32 = 0x1401;
+
+/// Every key of the table chosen otherwise.
+fn all_otherwise() -> Keymap {
+    let table = Keymap::default();
+    let rebindings = table
+        .manual()
+        .zip(SYLLABLES..)
+        .map(|([context, _, name, _], key)| {
+            let key = char::from_u32(key).unwrap();
+            Rebinding {
+                context: context.into_owned(),
+                name: name.into_owned(),
+                keys: vec![key.to_string()],
+            }
+        });
+    Keymap::with(&rebindings.collect::<Vec<_>>()).unwrap()
+}
+
+/// The keys of the table as texts name them; those that STOP always has do not mislead.
+fn labels_of_the_table() -> BTreeSet<String> {
+    let table = Keymap::default();
+    let labels = table.rows().flat_map(|row| {
+        let written = format!("{} {}", row.label, row.key_names());
+        written.split(' ').map(str::to_owned).collect::<Vec<_>>()
+    });
+    let stops = ["", "Space", "Ctrl-S"];
+    labels.filter(|label| !stops.contains(&&**label)).collect()
+}
+
+/// What looks like a key and is none.
+const NO_KEYS: [&str; 5] = ["L none", "R none", "x y leg", "line A,", "preset P "];
+
+/// The words of a text that name a key of the table: long ones, and letters or signs where they stand as a key does, before
+/// a colon, in brackets or before what it does; not the unit behind a number, an article or a figure.
+fn keys_named(text: &str, labels: &BTreeSet<String>) -> Vec<String> {
+    let mut named = Vec::new();
+    for line in text.lines() {
+        let line = line.split_whitespace().collect::<Vec<_>>().join(" ");
+        let line = NO_KEYS
+            .iter()
+            .fold(line, |line, words| line.replace(words, " ~ "));
+        named.extend(named_in(&line, labels));
+    }
+    named
+}
+
+fn named_in(line: &str, labels: &BTreeSet<String>) -> Vec<String> {
+    let words: Vec<&str> = line.split_whitespace().collect();
+    let does = |word: &&str| word.len() > 1 && word.starts_with(|c: char| c.is_ascii_lowercase());
+    let mut named = Vec::new();
+    for (at, &word) in words.iter().enumerate() {
+        let key = match word.trim_matches(['(', ':', ';', ')', ',']) {
+            "" => word,
+            key => key,
+        };
+        let is_unit = at > 0 && words[at - 1].ends_with(|c: char| c.is_ascii_digit());
+        let is_word = is_unit || word == "a" || key.parse::<u8>().is_ok();
+        let stands = key != word || words.get(at + 1).is_some_and(does);
+        if labels.contains(key) && (key.len() > 1 || stands && !is_word) {
+            named.push(words[at.saturating_sub(1)..words.len().min(at + 3)].join(" "));
+        }
+    }
+    named
+}
+
+type Make = fn(Config) -> Scene;
+
+/// Screens of which no picture is kept, and what each says of keys.
+const MORE: &[(&str, Make, &str)] = &[
+    (
+        "an empty list",
+        |config| typed(config, "e"),
+        "<route/route-append> adds one where the robot is, <route/route-ask-to-load> loads a file",
+    ),
+    (
+        "nothing to delete",
+        |config| typed(config, "ex"),
+        "is empty: <route/route-append> adds a waypoint, <route/route-ask-to-load> loads",
+    ),
+    (
+        "all of a list",
+        |config| typed(config, "ewwg"),
+        "<route/route-step-left..> move all of it (<route/route-whole>: only one)",
+    ),
+    (
+        "zoomed",
+        |config| typed(config, "+"),
+        "<show-everything>: all",
+    ),
+    (
+        "nothing drafted",
+        |config| typed(config, "S"),
+        "move the cursor, press <add-waypoint>",
+    ),
+    (
+        "the cursor",
+        |config| typed(config, "w"),
+        "<move-cursor-left..> move it, <add-waypoint> drafts a waypoint there",
+    ),
+    (
+        "a route",
+        |config| {
+            let mut scene = flight(config);
+            let (path, route) = ("tour.txt".to_owned(), Ok(vec![Waypoint::default()]));
+            scene.event(Event::RouteLoaded { path, route });
+            scene
+        },
+        "1 waypoints drafted; <send-draft> sends them",
+    ),
+    (
+        "a file",
+        |config| {
+            let mut scene = typed(config, "ltour.txt");
+            scene.press(&[KeyCode::Enter]);
+            scene
+        },
+        "waits for that file; <text/close> never mind",
+    ),
+    (
+        "no key of driving",
+        |config| typed(config, "dy#"),
+        "<drive/push-ahead..> drive, <drive/stop> stops, <drive/leave-drive> lets go",
+    ),
+    (
+        "driven",
+        |config| {
+            let mut scene = typed(config, "dy");
+            scene.press(&[KeyCode::Esc]);
+            scene
+        },
+        "<mode-prowl> prowls, <mode-go-home> goes home, <enter-drive> drives on",
+    ),
+    (
+        "STOP in the past",
+        |config| past(config, " "),
+        "STOP goes to the robot now; <travel-newest> shows what",
+    ),
+    (
+        "a command in the past",
+        |config| past(config, "py"),
+        "it goes to the robot now; <travel-newest> shows what",
+    ),
+    (
+        "nothing to name",
+        |config| {
+            let mut scene = Scene::new(config);
+            scene.type_text(":name x");
+            scene.press(&[KeyCode::Enter]);
+            scene
+        },
+        "<toggle-recording> begins a recording",
+    ),
+    (
+        "no runs",
+        |config| {
+            let mut scene = typed(config, ":runs runs");
+            scene.press(&[KeyCode::Enter]);
+            let none = Listed {
+                runs: Vec::new(),
+                ..(*listed()).clone()
+            };
+            scene.event(Event::Runs(Ok(Arc::new(none))));
+            scene
+        },
+        "<toggle-recording> records one",
+    ),
+    (
+        "a question",
+        |config| typed(config, "C"),
+        "<question/confirm> yes   <question/close> no   <question/stop> STOP",
+    ),
+    (
+        "the ladder",
+        |config| flight(config),
+        "<toggle-layer-sonar> △ sonar",
+    ),
+    (
+        "alarms",
+        low,
+        "call it home (<mode-go-home>) or to a dock (<mode-forage>)",
+    ),
+    ("more than a page", low, "<turn-page-less> 1/2"),
+];
+
+fn low(config: Config) -> Scene {
+    let mut scene = flight(config);
+    scene.state.power = Power::Low;
+    scene.hear();
+    scene
+}
+
+fn past(config: Config, keys: &str) -> Scene {
+    let mut scene = flight_at(config, |scene| playback(scene, true));
+    scene.type_text(keys);
+    scene
+}
+
+fn otherwise() -> Config {
+    Config {
+        keys: all_otherwise(),
+        ..demo()
+    }
+}
+
+#[test]
+fn no_picture_names_a_key_that_was_given_away() {
+    let labels = labels_of_the_table();
+    let states = STATES.iter().map(|State { name, make, .. }| (*name, *make));
+    let more = MORE.iter().map(|(name, make, _)| (*name, *make));
+    let mut survivors = BTreeSet::new();
+    for (name, make) in states.chain(more) {
+        let (scene, before) = (make(otherwise()), make(demo()));
+        for (width, height) in SIZES {
+            let named = keys_named(&screen(&scene, width, height), &labels);
+            survivors.extend(named.into_iter().map(|key| format!("{name}: {key}")));
+            let seen = keys_named(&screen(&before, width, height), &labels);
+            assert!(!seen.is_empty(), "{name}: with the keys of the table");
+        }
+    }
+    assert!(survivors.is_empty(), "{survivors:#?}");
+}
+
+#[test]
+fn what_is_said_of_a_key_is_said_of_the_chosen_one() {
+    for (name, make, says) in MORE {
+        for config in [demo(), otherwise()] {
+            let scene = make(config);
+            let words = scene.model.told(says);
+            let shown = SIZES.map(|(width, height)| screen(&scene, width, height));
+            let is_said = shown.iter().any(|shown| shown.contains(&words));
+            assert!(is_said, "{name}: `{words}`\n{}", shown[2]);
+        }
+    }
+}
+
+/// Whatever waits to be shown names no key that is not one.
+#[test]
+fn every_remedy_and_every_command_knows_the_keys_it_speaks_of() {
+    let labels = labels_of_the_table();
+    let remedies = RULES.iter().map(|rule| rule.remedy);
+    let listing = LISTING.into_iter().map(|(_, does)| does);
+    for text in remedies.chain(listing) {
+        let told = Keymap::default().told(text);
+        assert!(!told.contains('<'), "{told}");
+        let told = all_otherwise().told(text);
+        assert_eq!(keys_named(&told, &labels), [""; 0], "{told}");
+    }
+}
+
+#[test]
+fn a_screen_too_small_names_the_key_that_stops() {
+    let mut keys = Config::default();
+    let stop = Rebinding {
+        context: "dashboard".to_owned(),
+        name: "stop".to_owned(),
+        keys: vec!["F12".to_owned()],
+    };
+    keys.keys = Keymap::with(&[stop]).unwrap();
+    assert!(screen(&Scene::new(keys), 60, 15).contains("F12: STOP"));
+    assert!(screen(&Scene::new(Config::default()), 60, 15).contains("Space: STOP"));
+}
