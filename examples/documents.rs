@@ -76,7 +76,9 @@ fn keys() -> String {
         "# Keys\n\n\
          Made from the table in `src/model/keys.rs` by `cargo run --example documents`. `?` shows them in the dashboard. Another key is\n\
          chosen in the configuration, under the name in the third column; `groundwave config` prints them all:\n\n\
-         ```toml\n[keys]\nscan = [\"v\", \"F9\"]\n[keys.drive]\nleave-drive = \"x\"\n```\n",
+         ```toml\n[keys]\nscan = [\"v\", \"F9\"]\n[keys.drive]\nleave-drive = \"x\"\n```\n\n\
+         STOP keeps Space and Ctrl-S. What `[keys]` says of `stop` counts in every place that says nothing of it, a character not where one\n\
+         types.\n",
     );
     let mut place = String::new();
     for [context, keys, name, does] in Keymap::default().manual() {

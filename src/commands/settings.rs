@@ -71,8 +71,10 @@ fn summary(config: &Config) -> String {
     let robots = config.robots.keys().map(String::as_str).collect();
     let table = Keymap::default();
     let others = config.keys.manual().zip(table.manual());
-    let changed = others.filter(|(now, then)| now[1] != then[1]).count();
-    let keys = match changed {
+    let changed = others.filter(|(now, then)| now[1] != then[1]);
+    // What is said of STOP counts in many places.
+    let (stops, others): (Vec<_>, Vec<_>) = changed.partition(|(now, _)| now[2] == "stop");
+    let keys = match others.len() + usize::from(!stops.is_empty()) {
         0 => "keys as they come".to_owned(),
         1 => "1 key of your own".to_owned(),
         count => format!("{count} keys of your own"),
@@ -88,7 +90,8 @@ fn summary(config: &Config) -> String {
 fn commented() -> String {
     let mut text = config::DEFAULT.to_owned();
     text += "\n# Keys by what they do; one such as \"F9\", several such as [\"F9\", \"Ctrl-B\"], or none: []. What is not named keeps\n\
-             # its keys. STOP always has Space and Ctrl-S besides.\n[keys]\n";
+             # its keys. STOP always has Space and Ctrl-S besides; its keys here count wherever no other section says which, a\n\
+             # character not where one types.\n[keys]\n";
     let mut place = String::from("dashboard");
     for [context, keys, name, does] in Keymap::default().manual() {
         if context != place {
@@ -109,6 +112,22 @@ fn commented() -> String {
 mod tests {
     use super::*;
 
+    #[test]
+    fn stop_is_one_key_however_many_places_it_counts_in() {
+        let said = |text: &str| summary(&config::parse(text).expect("it is right"));
+        for (text, keys) in [
+            ("", "keys as they come"),
+            ("[keys]\nstop = \"F12\"", "1 key of your own"),
+            ("[keys.drive]\nstop = \"F12\"", "1 key of your own"),
+            (
+                "[keys]\nstop = \"F12\"\nscan = \"F9\"",
+                "2 keys of your own",
+            ),
+        ] {
+            assert!(said(text).ends_with(keys), "{text}: {}", said(text));
+        }
+    }
+
     /// A file made of what is printed, with every key's line in force, is read and changes nothing.
     #[test]
     fn the_printed_keys_are_those_of_the_table() {
@@ -122,11 +141,9 @@ mod tests {
         let config = config::parse(&format!("[keys]\n{said}"))
             .unwrap_or_else(|mistakes| panic!("{mistakes:?}\n{said}"));
         let keys = |config: &Config| {
-            let rows = config
-                .keys
-                .manual()
-                .map(|[_, keys, name, _]| (name.into_owned(), keys.into_owned()));
-            rows.filter(|(name, _)| name != "stop").collect::<Vec<_>>()
+            let rows = config.keys.manual();
+            let rows = rows.map(|[_, keys, name, _]| (name.into_owned(), keys.into_owned()));
+            rows.collect::<Vec<_>>()
         };
         assert_eq!(keys(&config), keys(&Config::default()));
         assert_eq!(config::parse(&text), Ok(Config::default()));

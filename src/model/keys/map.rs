@@ -79,7 +79,8 @@ impl Keymap {
                 Err(message) => mistakes.push(KeyMistake { index, message }),
             }
         }
-        mistakes.extend(clashes(&rows, &chosen));
+        stop_everywhere(&mut rows, &mut chosen);
+        mistakes.extend(clashes(&rows, &chosen, rebindings));
         if mistakes.is_empty() {
             Ok(Self(rows.into()))
         } else {
@@ -183,11 +184,46 @@ impl Keymap {
 fn read(rows: &[Row], rebinding: &Rebinding) -> Result<(usize, Vec<Key>), String> {
     let at = find(rows, context(&rebinding.context)?, &rebinding.name)?;
     let keys = rebinding.keys.iter().map(|word| notation::read(word));
-    let mut keys = keys.collect::<Result<Vec<Key>, String>>()?;
+    let keys = keys.collect::<Result<Vec<Key>, String>>()?;
     if rows[at].action == Action::Stop {
-        keys.extend(rows[at].keys.iter().copied());
+        return Ok((at, besides(keys, &rows[at].keys)));
     }
     Ok((at, keys))
+}
+
+/// Some keys, and those of others that are not among them.
+fn besides(mut keys: Vec<Key>, others: &[Key]) -> Vec<Key> {
+    for key in others {
+        if !keys.contains(key) {
+            keys.push(*key);
+        }
+    }
+    keys
+}
+
+/// What stops on the dashboard stops wherever nothing else is said; where one types a character is what is typed.
+fn stop_everywhere(rows: &mut [Row], chosen: &mut [Option<usize>]) {
+    let is_stop = |row: &Row| row.action == Action::Stop;
+    let stop = rows
+        .iter()
+        .position(is_stop)
+        .filter(|&at| chosen[at].is_some());
+    let Some(stop) = stop else {
+        return;
+    };
+    for at in stop + 1..rows.len() {
+        if is_stop(&rows[at]) && chosen[at].is_none() {
+            let types = matches!(rows[at].context, Context::Text | Context::Palette);
+            let is_typed = |(code, held): &Key| {
+                matches!(code, KeyCode::Char(_)) && !held.contains(KeyModifiers::CONTROL)
+            };
+            let keys = rows[stop].keys.iter().copied();
+            let keys = keys.filter(|key| !(types && is_typed(key))).collect();
+            let keys = besides(keys, &rows[at].keys);
+            rebind(rows, at, keys);
+            chosen[at] = chosen[stop];
+        }
+    }
 }
 
 fn rebind(rows: &mut [Row], at: usize, keys: Vec<Key>) {
@@ -210,12 +246,12 @@ fn without_key(help: &str) -> &str {
 }
 
 /// Keys that mean two things in one place; the choice is blamed that came last.
-fn clashes(rows: &[Row], chosen: &[Option<usize>]) -> Vec<KeyMistake> {
-    let mut clashes = Vec::new();
+fn clashes(rows: &[Row], chosen: &[Option<usize>], rebindings: &[Rebinding]) -> Vec<KeyMistake> {
+    let mut clashes: Vec<Clash<'_>> = Vec::new();
     for (at, row) in rows.iter().enumerate() {
         for (other, twin) in rows.iter().enumerate().skip(at + 1) {
             let shared = row.keys.iter().find(|key| twin.keys.contains(key));
-            let (Some(key), true) = (shared, row.context == twin.context) else {
+            let (Some(&key), true) = (shared, row.context == twin.context) else {
                 continue;
             };
             // The table itself has no such pair.
@@ -224,15 +260,63 @@ fn clashes(rows: &[Row], chosen: &[Option<usize>]) -> Vec<KeyMistake> {
                 (Some(index), _) => (index, row, twin),
                 (None, later) => (later.unwrap_or_default(), twin, row),
             };
-            let (key, taker, owner) = (notation::name(*key), taker.name, owner.name);
-            let message = format!(
-                "`{key}` cannot be the key for `{taker}`: it is the key for `{owner}`. Choose another one, or take it from \
-                 `{owner}` first: {owner} = []"
-            );
-            clashes.push(KeyMistake { index, message });
+            let known = clashes
+                .iter_mut()
+                .find(|clash| (clash.index, clash.key) == (index, key));
+            if let Some(clash) = known {
+                clash.owners.push(owner);
+            } else {
+                let owners = vec![owner];
+                clashes.push(Clash {
+                    index,
+                    key,
+                    taker,
+                    owners,
+                });
+            }
         }
     }
-    clashes
+    let mistakes = clashes.iter().map(|clash| KeyMistake {
+        index: clash.index,
+        message: clash.message(&rebindings[clash.index].context),
+    });
+    mistakes.collect()
+}
+
+/// A key that was chosen for something and does something else too, in one place or in several.
+struct Clash<'r> {
+    /// Place among the rebindings.
+    index: usize,
+    key: Key,
+    taker: &'r Row,
+    owners: Vec<&'r Row>,
+}
+
+impl Clash<'_> {
+    /// What is wrong with it, for whoever chose it in a place.
+    fn message(&self, place: &str) -> String {
+        let list = |tell: fn(&Row) -> String| {
+            let told = self.owners.iter().map(|owner| {
+                if owner.context.name() == place {
+                    tell(owner)
+                } else {
+                    format!("{} in {}", tell(owner), section_of(owner.context))
+                }
+            });
+            told.collect::<Vec<_>>().join(", ")
+        };
+        let (key, taker) = (notation::name(self.key), self.taker.name);
+        let from = match &self.owners[..] {
+            [only] => format!("`{}`", only.name),
+            _ => "them".to_owned(),
+        };
+        format!(
+            "`{key}` cannot be the key for `{taker}`: it is the key for {}. Choose another one, or take it from {from} first: \
+             {}",
+            list(|owner| format!("`{}`", owner.name)),
+            list(|owner| format!("{} = []", owner.name))
+        )
+    }
 }
 
 /// A row whose keys are chosen otherwise is told by itself, and so are those that it spoke for, or that spoke for it.

@@ -2,6 +2,7 @@
 
 use super::*;
 use crate::event::SaveProblem;
+use crate::model::keys::{Keymap, Rebinding};
 
 #[test]
 fn stop_never_asks_and_works_under_everything() {
@@ -22,6 +23,27 @@ fn stop_never_asks_and_works_under_everything() {
         };
         assert_eq!(effects, [STOP], "after `{keys}`");
         assert_eq!(scene.model.overlay, Overlay::None, "after `{keys}`");
+    }
+}
+
+#[test]
+fn a_key_chosen_for_stop_works_under_everything() {
+    let stop = Rebinding {
+        context: "dashboard".to_owned(),
+        name: "stop".to_owned(),
+        keys: vec!["F12".to_owned()],
+    };
+    let keys = Keymap::with(&[stop]).unwrap();
+    for typed in [
+        "", "?", "d", "dy", "C", ":goto 4", "lroute", "e", "i", "y", "n", ":runs\n",
+    ] {
+        let mut scene = scene();
+        scene.model.config.keys = keys.clone();
+        scene.type_text(typed.trim_end());
+        if typed.ends_with('\n') {
+            scene.press(&[KeyCode::Enter]);
+        }
+        assert_eq!(scene.press(&[KeyCode::F(12)]), [STOP], "after `{typed}`");
     }
 }
 

@@ -145,6 +145,82 @@ fn stop_keeps_its_keys() {
 }
 
 #[test]
+fn a_key_that_stops_does_so_everywhere() {
+    let keymap = with(&[("dashboard", "stop", &["F12", "Z"])]).expect("they are free");
+    let stops = |context, code: KeyCode| keymap.action(context, code.into()) == Some(Action::Stop);
+    for context in Context::ALL {
+        assert!(stops(context, KeyCode::F(12)), "{context:?}");
+        let is_typed_in = matches!(context, Context::Text | Context::Palette);
+        assert_eq!(
+            stops(context, KeyCode::Char('Z')),
+            !is_typed_in,
+            "{context:?}"
+        );
+        assert_eq!(keymap.label(context, Action::Stop), "F12");
+    }
+    let otherwise = with(&[
+        ("dashboard", "stop", &["F12"]),
+        ("drive", "stop", &["F11"]),
+        ("jump", "stop", &[]),
+    ]);
+    let otherwise = otherwise.expect("they are free");
+    let label = |context| otherwise.label(context, Action::Stop);
+    assert_eq!(label(Context::Drive), "F11");
+    assert_eq!(label(Context::Jump), "Space");
+    assert_eq!(label(Context::Question), "F12");
+}
+
+/// What is said anyway is not said twice.
+#[test]
+fn stop_has_each_of_its_keys_once() {
+    let keymap = with(&[("dashboard", "stop", &["Ctrl-S", "F12", "Space"])]).expect("free");
+    let stops = keymap.rows().filter(|row| row.action == Action::Stop);
+    for row in stops {
+        let typed = if row.keys.len() == 2 {
+            "Ctrl-S F12"
+        } else {
+            "Ctrl-S F12 Space"
+        };
+        assert_eq!(row.key_names(), typed, "{:?}", row.context);
+    }
+}
+
+#[test]
+fn a_key_for_stop_that_means_something_elsewhere_is_named_with_the_place() {
+    let taken = with(&[
+        ("dashboard", "toggle-bell", &["F9"]),
+        ("dashboard", "stop", &["b"]),
+    ]);
+    let taken = taken.expect_err("they jump and choose by it");
+    assert_eq!(taken.len(), 1, "{taken:?}");
+    assert_eq!(taken[0].index, 1);
+    assert_eq!(
+        taken[0].message,
+        "`b` cannot be the key for `stop`: it is the key for `route-select-less` in [keys.route], `jump-to-bump` in \
+         [keys.jump]. Choose another one, or take it from them first: route-select-less = [] in [keys.route], jump-to-bump \
+         = [] in [keys.jump]"
+    );
+    let later = with(&[
+        ("dashboard", "stop", &["F12"]),
+        ("drive", "leave-drive", &["F12"]),
+    ]);
+    let later = later.expect_err("it stops there");
+    assert_eq!(later.len(), 1, "{later:?}");
+    assert_eq!(later[0].index, 1);
+    assert_eq!(
+        later[0].message,
+        "`F12` cannot be the key for `leave-drive`: it is the key for `stop`. Choose another one, or take it from `stop` \
+         first: stop = []"
+    );
+    let freed = with(&[
+        ("dashboard", "stop", &["F12"]),
+        ("drive", "leave-drive", &["F12"]),
+        ("drive", "stop", &[]),
+    ]);
+    assert!(freed.is_ok());
+}
+
+#[test]
 fn what_does_not_do_is_named() {
     let errors = |pairs: &[(&str, &str, &[&str])]| with(pairs).expect_err("it is wrong");
     let error = |pairs: &[(&str, &str, &[&str])]| match &errors(pairs)[..] {
