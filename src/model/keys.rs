@@ -223,7 +223,7 @@ const TABLE: &[Binding] = &[
     row(Route, "x", &[plain('x'), bare(KeyCode::Delete)], Action::Route(RouteAction::Delete), "delete it", "delete"),
     row(Route, "u", &[plain('u'), bare(KeyCode::Backspace)], Action::Route(RouteAction::Undo), "take a change back", "undo"),
     row(Route, "Ctrl-R", &[ctrl('r')], Action::Route(RouteAction::Redo), "make it again", ""),
-    row(Route, "g", &[plain('g')], Action::Route(RouteAction::Whole), "arrows move one, or all", "all"),
+    row(Route, "g", &[plain('g')], Action::Route(RouteAction::Whole), "<route/route-step-left..> move one, or all", "all"),
     row(Route, "< >", &[plain('<')], Action::Route(RouteAction::Rotate(-15)), "turn the route by 15 degrees", "turn"),
     row(Route, "", &[plain('>')], Action::Route(RouteAction::Rotate(15)), "", ""),
     row(Route, ", .", &[plain(',')], Action::Route(RouteAction::Rotate(-1)), "by 1 degree", ""),

@@ -3,6 +3,7 @@
 use nucleo_matcher::pattern::{AtomKind, CaseMatching, Normalization, Pattern};
 use nucleo_matcher::{Config, Matcher};
 
+use super::editor::RouteAction;
 use super::keys::{Action, Context, Keymap};
 use super::prompt::TEXT_MAX;
 use super::{Model, Overlay, Panel, Purpose, TextEntry};
@@ -13,8 +14,8 @@ use crate::request::{Request, known_parameters, preset_names};
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub(crate) struct Palette {
     pub(crate) text: String,
-    /// Place among what was found.
-    chosen: usize,
+    /// Place among what was found, once somebody has chosen.
+    chosen: Option<usize>,
 }
 
 /// Something that can be done.
@@ -41,7 +42,7 @@ impl AsRef<str> for Entry {
 }
 
 impl Palette {
-    /// What is found, the best first: everything as long as nothing is typed.
+    /// What is found, the best first, and before that what begins as it was typed: everything as long as nothing is typed.
     pub(crate) fn found(&self, keymap: &Keymap) -> Vec<Entry> {
         let mut matcher = Matcher::new(Config::DEFAULT);
         let mut matching = |kind| {
@@ -53,17 +54,32 @@ impl Palette {
         if found.is_empty() {
             found = matching(AtomKind::Fuzzy);
         }
-        found.into_iter().map(|(entry, _)| entry).collect()
+        let mut found: Vec<Entry> = found.into_iter().map(|(entry, _)| entry).collect();
+        found.sort_by_cached_key(|entry| !self.begins(entry));
+        found
     }
 
-    /// The chosen one among so many.
-    pub(crate) fn chosen(&self, found: usize) -> usize {
-        self.chosen.min(found.saturating_sub(1))
+    /// Whether a word of it begins with each that was typed.
+    fn begins(&self, entry: &Entry) -> bool {
+        let searched = entry.searched.to_lowercase();
+        let is_begun = |typed: &str| {
+            let mut places = searched.match_indices(typed);
+            places.any(|(at, _)| !searched[..at].ends_with(char::is_alphanumeric))
+        };
+        self.text.to_lowercase().split_whitespace().all(is_begun)
     }
 
-    pub(super) fn choose(&mut self, found: usize, steps: i8) {
-        let chosen = self.chosen(found).saturating_add_signed(steps.into());
-        self.chosen = chosen.min(found.saturating_sub(1));
+    /// The chosen one among what was found: the best, unless it only has the letters somewhere, which is no choice.
+    pub(crate) fn chosen(&self, found: &[Entry]) -> Option<usize> {
+        let best = found.first().filter(|entry| self.begins(entry)).map(|_| 0);
+        let last = found.len().checked_sub(1)?;
+        self.chosen.map(|place| place.min(last)).or(best)
+    }
+
+    pub(super) fn choose(&mut self, found: &[Entry], steps: i8) {
+        let place = self.chosen(found);
+        let place = place.map_or(0, |place| place.saturating_add_signed(steps.into()));
+        self.chosen = found.len().checked_sub(1).map(|last| place.min(last));
     }
 
     /// More is typed: the best is chosen anew.
@@ -71,40 +87,44 @@ impl Palette {
         let room = TEXT_MAX.saturating_sub(self.text.len());
         let printable = text.chars().filter(|c| !c.is_control());
         self.text.extend(printable.take(room));
-        self.chosen = 0;
+        self.chosen = None;
     }
 
     /// So many characters are taken back.
     pub(super) fn erase(&mut self, characters: usize) {
         let count = self.text.chars().count().saturating_sub(characters);
         self.text = self.text.chars().take(count).collect();
-        self.chosen = 0;
+        self.chosen = None;
     }
 }
 
 /// What is asked of the station, not of the robot.
 const OTHER_COMMANDS: [&str; 6] = ["runs", "compare", "name", "note", "void", "counts"];
 
-/// The rows of the dashboard's keys, then the commands.
+/// The rows of the dashboard's keys and of the route editor's, then the commands.
 fn entries(keymap: &Keymap) -> Vec<Entry> {
-    let keys = keymap
-        .rows()
-        .filter(|row| row.context == Context::Dashboard);
-    let keys = keys
-        .filter(|row| row.action != Action::AskPalette)
-        .map(|row| {
-            let title = row.does().into_owned();
-            Entry {
-                searched: format!(
-                    "{title} {} {}",
-                    row.name.replace('-', " "),
-                    topics(row.action)
-                ),
-                key: row.key_names(),
-                pick: Pick::Action(row.action),
-                title,
-            }
-        });
+    let keys = keymap.rows().filter(|row| match row.action {
+        Action::AskPalette | Action::Route(RouteAction::Leave) => false,
+        Action::Route(_) => true,
+        _ => row.context == Context::Dashboard,
+    });
+    let keys = keys.map(|row| {
+        let does = keymap.told(&row.does());
+        let title = match row.context {
+            Context::Route => format!("route: {does}"),
+            _ => does,
+        };
+        Entry {
+            searched: format!(
+                "{title} {} {}",
+                row.name.replace('-', " "),
+                topics(row.action)
+            ),
+            key: row.key_names(),
+            pick: Pick::Action(row.action),
+            title,
+        }
+    });
     let presets = preset_names().map(|name| format!("preset {name}"));
     let others = OTHER_COMMANDS.map(str::to_owned);
     let commands = Request::commands().map(str::to_owned);
@@ -145,12 +165,22 @@ impl Model {
     /// Does what is chosen; a command that needs more words is left to be typed on.
     pub(super) fn pick(&mut self, now: Moment, palette: &Palette) -> Vec<Effect> {
         let mut found = palette.found(&self.config.keys);
-        self.overlay = Overlay::None;
-        if found.is_empty() {
-            return Vec::new();
+        let chosen = palette.chosen(&found);
+        // Nothing is done that nobody chose; where nothing is found there is nothing to choose either.
+        if chosen.is_some() || found.is_empty() {
+            self.overlay = Overlay::None;
         }
-        match found.swap_remove(palette.chosen(found.len())).pick {
-            Pick::Action(action) => self.act(now, action, false),
+        let Some(chosen) = chosen else {
+            return Vec::new();
+        };
+        match found.swap_remove(chosen).pick {
+            Pick::Action(action) => {
+                if matches!(action, Action::Route(_)) && self.editor.is_none() {
+                    self.open_editor();
+                }
+                let effects = self.act(now, action, false);
+                self.ask_from_the_past(action, effects)
+            }
             Pick::Words(words) => {
                 let split: Vec<&str> = words.split(' ').collect();
                 if let Ok(requests) = Request::all_from_words(&split) {
@@ -180,7 +210,7 @@ mod tests {
     fn best(text: &str) -> Option<String> {
         let palette = Palette {
             text: text.to_owned(),
-            chosen: 0,
+            chosen: None,
         };
         let mut found = palette.found(&Keymap::default());
         (!found.is_empty()).then(|| found.swap_remove(0).title)
@@ -206,7 +236,7 @@ mod tests {
         let found = |text: &str| {
             let palette = Palette {
                 text: text.to_owned(),
-                chosen: 0,
+                chosen: None,
             };
             let found = palette.found(&Keymap::default());
             found
@@ -243,11 +273,13 @@ mod tests {
     fn nothing_typed_offers_every_key_and_every_command() {
         let all = Palette::default().found(&Keymap::default());
         let rows = Keymap::default();
-        for row in rows.rows().filter(|row| row.context == Context::Dashboard) {
+        let of = |context| rows.rows().filter(move |row| row.context == context);
+        for row in of(Context::Dashboard).chain(of(Context::Route)) {
             let is_it = |entry: &Entry| entry.pick == Pick::Action(row.action);
+            let leads_nowhere = [Action::AskPalette, Action::Route(RouteAction::Leave)];
             assert_eq!(
                 all.iter().any(is_it),
-                row.action != Action::AskPalette,
+                !leads_nowhere.contains(&row.action),
                 "{row:?}"
             );
         }
@@ -262,13 +294,16 @@ mod tests {
     #[test]
     fn the_choice_stays_within_what_is_found() {
         let mut palette = Palette::default();
-        palette.choose(3, -1);
-        assert_eq!(palette.chosen(3), 0);
+        let all = palette.found(&Keymap::default());
+        palette.choose(&all[..3], -1);
+        assert_eq!(palette.chosen(&all[..3]), Some(0));
         for _ in 0..5 {
-            palette.choose(3, 1);
+            palette.choose(&all[..3], 1);
         }
-        assert_eq!(palette.chosen(3), 2);
-        assert_eq!(palette.chosen(1), 0);
-        assert_eq!(palette.chosen(0), 0);
+        assert_eq!(palette.chosen(&all[..3]), Some(2));
+        assert_eq!(palette.chosen(&all[..1]), Some(0));
+        assert_eq!(palette.chosen(&[]), None);
+        palette.choose(&[], 1);
+        assert_eq!(palette.chosen(&all[..1]), Some(0));
     }
 }

@@ -134,7 +134,7 @@ impl Screen<'_> {
             };
             let line = Line::from(vec![
                 Span::styled(format!("{:<LABEL_COLUMNS$}", binding.label), self.theme.key),
-                Span::raw(binding.help.to_string()),
+                Span::raw(self.told(&binding.help)),
             ]);
             put(buffer, half, row, &self.cut(line, usize::from(half.width)));
         }

@@ -27,10 +27,14 @@ impl Screen<'_> {
             return;
         }
         let rows = usize::from(inner.height.saturating_sub(1)).max(1);
-        let chosen = palette.chosen(found.len());
-        let first = chosen.saturating_sub(rows - 1);
+        let chosen = palette.chosen(&found);
+        if chosen.is_none() {
+            let words = self.told("nothing begins so: <palette/choose-less..> choose");
+            put_right(buffer, inner, 0, &Line::styled(words, theme.dim));
+        }
+        let first = chosen.unwrap_or_default().saturating_sub(rows - 1);
         for (row, (place, entry)) in (1..).zip(found.iter().enumerate().skip(first).take(rows)) {
-            let (mark, style) = if place == chosen {
+            let (mark, style) = if Some(place) == chosen {
                 (theme.glyphs.holds, theme.holder)
             } else {
                 (" ", theme.plain)

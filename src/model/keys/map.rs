@@ -175,7 +175,8 @@ impl Keymap {
     pub fn manual(&self) -> impl Iterator<Item = [Cow<'_, str>; 4]> {
         self.rows().map(|row| {
             let (context, name) = (row.context.name().into(), row.name.into());
-            [context, row.key_names().into(), name, row.does()]
+            let does = self.told(&row.does()).into();
+            [context, row.key_names().into(), name, does]
         })
     }
 }

@@ -3,8 +3,9 @@
 use crossterm::event::KeyCode;
 use groundwave_protocol::letters::Mode;
 
-use super::{demo, flight, row, screen};
-use crate::event::Effect;
+use super::time::{flight_at, playback};
+use super::{Scene, demo, flight, row, screen};
+use crate::event::{Effect, Event};
 use crate::request::Request;
 
 #[test]
@@ -27,4 +28,54 @@ fn a_few_letters_find_what_to_do_and_enter_does_it() {
     scene.type_text("failsa");
     scene.press(&[KeyCode::Enter]);
     row(&screen(&scene, 80, 24), ":failsafe ▏");
+}
+
+#[test]
+fn what_the_route_editor_does_is_found_and_done_there() {
+    let mut scene = flight(demo());
+    let draft = |scene: &Scene| scene.model.chart.draft.waypoints().to_vec();
+    scene.event(Event::Paste("0,0\n12,24\n".to_owned()));
+    let before = draft(&scene);
+    scene.ctrl('p');
+    scene.type_text("mirr");
+    row(&screen(&scene, 80, 24), "▶ route: mirror it, east for west");
+    assert_eq!(scene.press(&[KeyCode::Enter]), []);
+    assert_ne!(draft(&scene), before);
+    row(&screen(&scene, 80, 24), "route: 2, ");
+    scene.press(&[KeyCode::Esc]);
+    scene.ctrl('p');
+    scene.type_text("save");
+    scene.press(&[KeyCode::Enter]);
+    row(&screen(&scene, 80, 24), "save as: ▏");
+}
+
+/// What has the letters somewhere is offered, and not done before somebody has chosen it.
+#[test]
+fn only_what_begins_as_it_was_typed_is_chosen_already() {
+    for typed in ["lysonar", "ound"] {
+        let mut scene = flight(demo());
+        scene.ctrl('p');
+        scene.type_text(typed);
+        let found = screen(&scene, 80, 24);
+        row(&found, "nothing begins so: arrows choose");
+        assert!(!found.contains("▶ "), "{typed}\n{found}");
+        assert_eq!(scene.press(&[KeyCode::Enter]), [], "{typed}");
+        row(&screen(&scene, 80, 24), "what to do");
+        scene.press(&[KeyCode::Down]);
+        row(&screen(&scene, 80, 24), "│ ▶ ");
+        assert_eq!(scene.press(&[KeyCode::Enter]).len(), 1, "{typed}");
+    }
+}
+
+/// Whoever says no to a command of the past has the draft as before, however it was asked for.
+#[test]
+fn a_draft_that_the_palette_would_send_is_not_lost() {
+    let mut scene = flight_at(demo(), |scene| playback(scene, true));
+    scene.event(Event::Paste("0,0\n12,0\n".to_owned()));
+    scene.ctrl('p');
+    scene.type_text("send the draft");
+    assert_eq!(scene.press(&[KeyCode::Enter]), []);
+    row(&screen(&scene, 80, 24), "to the robot as it is now?");
+    scene.type_text("n");
+    assert_eq!(scene.model.chart.draft.waypoints().len(), 2);
 }

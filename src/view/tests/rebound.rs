@@ -95,6 +95,11 @@ const MORE: &[(&str, Make, &str)] = &[
         "is empty: <route/route-append> adds a waypoint, <route/route-ask-to-load> loads",
     ),
     (
+        "the keys of the editor",
+        |config| typed(config, "e?"),
+        "<route/route-step-left..> move one, or all",
+    ),
+    (
         "all of a list",
         |config| typed(config, "ewwg"),
         "<route/route-step-left..> move all of it (<route/route-whole>: only one)",
