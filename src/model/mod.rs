@@ -320,7 +320,7 @@ impl Model {
             }
             Event::Recording(recording) => self.take_recording(now, recording),
             Event::RouteLoaded { path, route } => {
-                self.take_route(now, &path, route);
+                effects.extend(self.take_route(now, &path, route));
                 true
             }
             Event::RouteSaved { path, saved } => {

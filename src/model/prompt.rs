@@ -1,7 +1,9 @@
 //! What is typed: commands, the names of files, moments.
 
 use groundwave_protocol::Waypoint;
+use groundwave_protocol::letters::Mode;
 
+use super::keys::Action;
 use super::log::Subject;
 use super::{Model, Overlay, Purpose, TextEntry};
 use crate::event::{Effect, Level, Moment, Remark};
@@ -27,9 +29,9 @@ impl Model {
         let named = match entry.purpose {
             Purpose::SaveRoute => Some(self.save_route(&unquoted(text), false)),
             Purpose::RouteFile => Some(Effect::LoadRoute(unquoted(text))),
-            Purpose::Command | Purpose::Moment => text
-                .strip_prefix("route ")
-                .map(|file| Effect::LoadRoute(unquoted(file.trim()))),
+            Purpose::Command | Purpose::Moment => {
+                route_file(text).map(|(file, _)| Effect::LoadRoute(unquoted(file)))
+            }
         };
         if let Some(effect) = named {
             // The prompt stays until the file turns out to be right: what is wrong with its name can be mended.
@@ -78,26 +80,39 @@ impl Model {
         }
     }
 
+    /// Takes a route as the draft; sends it and lets the robot prowl where that was typed with the file's name.
     pub(super) fn take_route(
         &mut self,
         now: Moment,
         path: &str,
         route: Result<Vec<Waypoint>, String>,
-    ) {
-        match route {
-            Ok(waypoints) => {
-                let then = self.told("<send-draft> sends them");
-                let text = format!("{path}: {} waypoints drafted; {then}", waypoints.len());
-                self.log.add(now, Level::Info, Subject::Station, text);
-                self.chart.take_draft(&waypoints);
-                self.show_selected();
-                self.end_waiting(None);
-            }
+    ) -> Vec<Effect> {
+        let waypoints = match route {
+            Ok(waypoints) => waypoints,
             Err(error) => {
                 self.warn(now, &error);
                 self.end_waiting(Some(&error));
+                return Vec::new();
             }
+        };
+        let goes = matches!(&self.overlay, Overlay::Text(entry) if entry.waits && entry.goes());
+        let mut text = format!("{path}: {} waypoints drafted", waypoints.len());
+        if !goes {
+            text += &self.told("; <send-draft> sends them");
         }
+        self.log.add(now, Level::Info, Subject::Station, text);
+        self.chart.take_draft(&waypoints);
+        self.show_selected();
+        self.end_waiting(None);
+        if !goes {
+            return Vec::new();
+        }
+        let mut effects = self.send_draft(now);
+        if effects.is_empty() {
+            return effects;
+        }
+        effects.push(Effect::Send(Request::Mode(Mode::Prowl)));
+        self.ask_from_the_past(Action::SendDraft, effects)
     }
 
     /// What became of the file that a prompt waits for: the prompt goes, or says what is wrong.
@@ -113,7 +128,21 @@ impl Model {
     }
 }
 
+/// The file of `route FILE` as it was typed, and whether `--go` is behind it; `None` for other commands.
+fn route_file(command: &str) -> Option<(&str, bool)> {
+    let file = command.trim().strip_prefix("route ")?.trim();
+    let before = file.strip_suffix("--go");
+    let before = before.filter(|file| file.ends_with(char::is_whitespace));
+    Some(before.map_or((file, false), |file| (file.trim_end(), true)))
+}
+
 impl TextEntry {
+    /// Whether the route of a file that is named here is to be driven at once.
+    fn goes(&self) -> bool {
+        let is_command = self.purpose == Purpose::Command;
+        is_command && route_file(&self.text).is_some_and(|(_, goes)| goes)
+    }
+
     pub(super) const fn new(purpose: Purpose) -> Self {
         Self {
             purpose,

@@ -20,6 +20,7 @@ use super::{Config, Model};
 use crate::event::{CommandId, CommandStep, Effect, Event, LinkEvent, Moment};
 use crate::request::Request;
 use crate::run::{Apart, Comparison, Figures, Listed, Overlaid};
+use crate::travel::Playback;
 
 /// A model, the time, and what its lines are made from.
 pub(crate) struct Scene {
@@ -243,6 +244,26 @@ pub(crate) fn status() -> StatusLine {
         allowed: fitted,
         boots: 4,
         odometer_resets: 0,
+    }
+}
+
+/// A minute of something three minutes long, which stands still.
+pub(crate) fn playback(is_live: bool) -> Playback {
+    Playback {
+        is_live,
+        paused: true,
+        speed: 1.0,
+        at: Moment::from_mins(1),
+        from: Moment::ZERO,
+        until: Moment::from_secs(185),
+        unix: None,
+        packet: Some(180),
+        read_until: None,
+        is_partial: false,
+        markers: Vec::new(),
+        repeat: None,
+        note: None,
+        is_looking: false,
     }
 }
 

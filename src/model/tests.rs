@@ -7,7 +7,7 @@ use groundwave_protocol::{WAYPOINTS_MAX, Waypoint};
 
 use super::chart::Focus;
 use super::motors::{Holder, suppressed};
-use super::testing::{Scene, listed, overlaid, state};
+use super::testing::{Scene, listed, overlaid, playback, state};
 use super::{Config, Overlay};
 use crate::event::{CommandId, CommandStep, Effect, Event, Failure, LinkEvent, Moment};
 use crate::request::Request;
@@ -17,6 +17,7 @@ mod chart;
 mod keys;
 mod ledger;
 mod motors;
+mod routes;
 mod runs;
 
 const STOP: Effect = Effect::Send(Request::Stop);

@@ -193,12 +193,13 @@ impl Model {
             return effects;
         }
         let is_replay = self.is_replay();
-        let mut asked = Vec::new();
-        let mut rest = Vec::new();
+        let (mut asked, mut rest) = (Vec::new(), Vec::new());
+        let mut is_dropped = false;
         for effect in effects {
             match effect {
                 Effect::Send(_) | Effect::CancelCommands if is_replay => {
                     self.aside = Some(NO_ROBOT.to_owned());
+                    is_dropped = true;
                 }
                 Effect::Send(request) if request != Request::Stop => asked.push(request),
                 other => {
@@ -211,11 +212,12 @@ impl Model {
                 }
             }
         }
+        let sends_draft = matches!(action, Action::SendDraft | Action::Route(RouteAction::Send));
+        if sends_draft && (is_dropped || !asked.is_empty()) {
+            // Whoever says no has not lost it; that there is something to take back is certain.
+            let _ = self.chart.draft.undo();
+        }
         if !asked.is_empty() {
-            if matches!(action, Action::SendDraft | Action::Route(RouteAction::Send)) {
-                // Whoever says no has not lost it; that there is something to take back is certain.
-                let _ = self.chart.draft.undo();
-            }
             let words: Vec<String> = asked.iter().map(|request| format!("`{request}`")).collect();
             let text = format!("Send {} to the robot as it is now?", words.join(", "));
             let text = self.said_of_the_past(text);
@@ -272,27 +274,8 @@ mod tests {
 
     use super::*;
     use crate::event::{CommandId, Event};
-    use crate::model::testing::Scene;
+    use crate::model::testing::{Scene, playback};
     use crate::travel::Landmark;
-
-    fn playback(is_live: bool) -> Playback {
-        Playback {
-            is_live,
-            paused: true,
-            speed: 1.0,
-            at: Moment::from_mins(1),
-            from: Moment::ZERO,
-            until: Moment::from_secs(185),
-            unix: None,
-            packet: Some(180),
-            read_until: None,
-            is_partial: false,
-            markers: Vec::new(),
-            repeat: None,
-            note: None,
-            is_looking: false,
-        }
-    }
 
     fn scene(is_live: bool) -> Scene {
         let mut scene = Scene::new(Config::default());

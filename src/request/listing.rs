@@ -28,7 +28,7 @@ pub const LISTING: [(&str, &str); 22] = [
     ),
     (
         "route FILE",
-        "load a file of X,Y lines as the draft; <send-draft> sends it",
+        "load X,Y lines as the draft; <send-draft> sends it, --go drives it",
     ),
     ("clear", "empty the robot's list (asks)"),
     ("set-pose X Y DEG", "tell the robot where it is (asks)"),

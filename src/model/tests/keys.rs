@@ -1,7 +1,6 @@
 //! What keys, typed words and dialogs want done.
 
 use super::*;
-use crate::event::SaveProblem;
 use crate::model::keys::{Keymap, Rebinding};
 
 #[test]
@@ -139,130 +138,6 @@ fn a_layer_key_asks_for_the_opposite_of_what_was_asked_or_reported() {
 }
 
 #[test]
-fn a_route_is_drafted_on_the_map_and_sent() {
-    let mut scene = scene();
-    scene.press(&[KeyCode::Up, KeyCode::Up]);
-    scene.type_text("w");
-    scene.press(&[KeyCode::Right, KeyCode::Enter, KeyCode::Right]);
-    scene.type_text("wu");
-    assert_eq!(
-        scene.model.chart.draft.waypoints(),
-        route(&[(0, 12), (6, 12)])
-    );
-    let sent = Request::Route(route(&[(0, 12), (6, 12)]));
-    assert_eq!(scene.type_text("S"), [Effect::Send(sent.clone())]);
-    assert!(scene.model.chart.draft.waypoints().is_empty());
-    assert_eq!(scene.type_text("S"), [], "nothing is left to send");
-    scene.command(1, sent, CommandStep::Failed(Failure::TimedOut));
-    assert_eq!(
-        scene.model.chart.draft.waypoints(),
-        route(&[(0, 12), (6, 12)]),
-        "what did not arrive can be sent again"
-    );
-}
-
-#[test]
-fn a_draft_never_outgrows_the_robots_list() {
-    let mut scene = scene();
-    scene.press(&[KeyCode::Up]);
-    for _ in 0..WAYPOINTS_MAX + 5 {
-        scene.type_text("w");
-    }
-    assert_eq!(scene.model.chart.draft.waypoints().len(), WAYPOINTS_MAX);
-    assert_eq!(scene.type_text("S").len(), 1);
-}
-
-#[test]
-fn a_route_file_is_read_by_somebody_else() {
-    for keys in ["l tour.txt ", ":route tour.txt"] {
-        let mut scene = scene();
-        scene.type_text(keys);
-        assert_eq!(
-            scene.press(&[KeyCode::Enter]),
-            [Effect::LoadRoute("tour.txt".to_owned())]
-        );
-        let waypoints = route(&[(48, 0), (48, 48)]);
-        scene.event(Event::RouteLoaded {
-            path: "tour.txt".to_owned(),
-            route: Ok(waypoints.clone()),
-        });
-        assert_eq!(scene.model.chart.draft.waypoints(), waypoints);
-        scene.event(Event::RouteLoaded {
-            path: "tour.txt".to_owned(),
-            route: Err("tour.txt:2:1: `x` is not a whole number".to_owned()),
-        });
-        assert_eq!(
-            scene.model.chart.draft.waypoints(),
-            waypoints,
-            "the draft stays"
-        );
-        let newest = scene.model.log.newest_first().next().expect("a log entry");
-        assert!(newest.text.starts_with("tour.txt:2:1"));
-    }
-}
-
-/// What is wrong with a name can be mended where it was typed.
-#[test]
-fn a_prompt_for_a_file_stays_until_the_file_is_right() {
-    for keys in ["ltuor.txt", ":route tuor.txt"] {
-        let mut scene = scene();
-        scene.type_text(keys);
-        scene.press(&[KeyCode::Enter]);
-        scene.event(Event::RouteLoaded {
-            path: "tuor.txt".to_owned(),
-            route: Err("cannot read tuor.txt: no such file".to_owned()),
-        });
-        let Overlay::Text(entry) = &scene.model.overlay else {
-            panic!("{keys}: {:?}", scene.model.overlay);
-        };
-        assert!(entry.text.ends_with("tuor.txt"));
-        assert_eq!(
-            entry.error.as_deref(),
-            Some("cannot read tuor.txt: no such file")
-        );
-        scene.press(&[KeyCode::Backspace; 8]);
-        scene.type_text("tour.txt");
-        scene.press(&[KeyCode::Enter]);
-        scene.event(Event::RouteLoaded {
-            path: "tour.txt".to_owned(),
-            route: Ok(route(&[(48, 0)])),
-        });
-        assert_eq!(scene.model.overlay, Overlay::None, "{keys}");
-    }
-    let mut scene = scene();
-    scene.type_text("w");
-    scene.type_text("wes/nowhere/a.txt");
-    scene.press(&[KeyCode::Enter]);
-    let (path, saved) = (
-        "/nowhere/a.txt".to_owned(),
-        Err(SaveProblem::Failed("no such folder".to_owned())),
-    );
-    scene.event(Event::RouteSaved { path, saved });
-    let Overlay::Text(entry) = &scene.model.overlay else {
-        panic!("{:?}", scene.model.overlay);
-    };
-    assert_eq!(entry.error.as_deref(), Some("no such folder"));
-    // Whoever has gone on to something else is not called back.
-    scene.press(&[KeyCode::Esc]);
-    scene.event(Event::RouteSaved {
-        path: "a.txt".to_owned(),
-        saved: Ok(()),
-    });
-    assert_eq!(scene.model.overlay, Overlay::None);
-}
-
-#[test]
-fn a_point_is_gone_to_at_once_when_that_is_typed() {
-    let mut scene = scene();
-    scene.type_text(":goto 48 -36 --go");
-    let list = Request::Route(route(&[(48, -36)]));
-    assert_eq!(
-        scene.press(&[KeyCode::Enter]),
-        [Effect::Send(list), Effect::Send(Request::Mode(Mode::Prowl))]
-    );
-}
-
-#[test]
 fn typed_words_are_those_of_the_command_line() {
     let mut scene = scene();
     scene.type_text(":goto 48 -36");
@@ -319,81 +194,6 @@ fn the_question_of_the_origin_names_the_dock() {
     assert!(question.text.contains("looks for its dock from there"));
 }
 
-#[test]
-fn a_route_is_edited_in_a_list_undone_and_sent() {
-    let mut scene = scene();
-    scene.type_text("ewww");
-    let three = scene.model.chart.draft.waypoints().to_vec();
-    assert_eq!(three.len(), 3);
-    scene.press(&[KeyCode::Right]);
-    assert_eq!(
-        scene.model.chart.draft.waypoints()[2].x_in,
-        three[2].x_in + 6
-    );
-    scene.type_text("L");
-    assert_eq!(
-        scene.model.chart.draft.waypoints()[2].x_in,
-        three[2].x_in + 7
-    );
-    scene.type_text("uu");
-    assert_eq!(scene.model.chart.draft.waypoints(), three);
-    scene.ctrl('r');
-    assert_eq!(
-        scene.model.chart.draft.waypoints()[2].x_in,
-        three[2].x_in + 6
-    );
-    scene.type_text("ug");
-    scene.press(&[KeyCode::Up]);
-    let shifted: Vec<i16> = scene
-        .model
-        .chart
-        .draft
-        .waypoints()
-        .iter()
-        .map(|w| w.y_in)
-        .collect();
-    let wanted: Vec<i16> = three.iter().map(|w| w.y_in + 6).collect();
-    assert_eq!(shifted, wanted, "all of it");
-    let draft = scene.model.chart.draft.waypoints().to_vec();
-    assert_eq!(scene.type_text("S"), [Effect::Send(Request::Route(draft))]);
-    assert!(
-        scene.model.editor.is_none(),
-        "what is sent is no draft any more"
-    );
-    scene.type_text("e");
-    assert_eq!(
-        scene.type_text(" "),
-        [Effect::Send(Request::Stop)],
-        "STOP from here too"
-    );
-}
-
-#[test]
-fn a_draft_is_saved_and_nothing_is_overwritten_unasked() {
-    let mut scene = scene();
-    scene.type_text("ew");
-    let text = crate::route::format(scene.model.chart.draft.waypoints());
-    scene.type_text("stour.txt");
-    let save = |overwrite| Effect::SaveRoute {
-        path: "tour.txt".to_owned(),
-        text: text.clone(),
-        overwrite,
-    };
-    assert_eq!(scene.press(&[KeyCode::Enter]), [save(false)]);
-    scene.event(Event::RouteSaved {
-        path: "tour.txt".to_owned(),
-        saved: Err(SaveProblem::Exists),
-    });
-    assert_eq!(scene.type_text("y"), [save(true)]);
-    scene.event(Event::RouteSaved {
-        path: "tour.txt".to_owned(),
-        saved: Ok(()),
-    });
-    let newest = scene.model.log.newest_first().next().expect("a log entry");
-    assert_eq!(newest.text, "tour.txt: 1 waypoints saved");
-    assert!(scene.model.editor.is_some(), "back in the editor");
-}
-
 /// Nobody answers a question or drives where there is no room to show it.
 #[test]
 fn on_a_screen_too_small_only_stop_and_leaving_work() {
@@ -419,20 +219,6 @@ fn on_a_screen_too_small_only_stop_and_leaving_work() {
         });
         assert_eq!(scene.model.overlay, Overlay::None, "after `{keys}`");
     }
-}
-
-#[test]
-fn a_pasted_route_is_a_draft_and_what_is_none_says_so() {
-    let mut scene = scene();
-    for text in ["10,20\n30,40\n# end\n", "10,20\r30,40\r", "10,20\r\n30,40"] {
-        scene.event(Event::Paste(text.to_owned()));
-        let wanted = route(&[(10, 20), (30, 40)]);
-        assert_eq!(scene.model.chart.draft.waypoints(), wanted, "{text:?}");
-        scene.type_text("u");
-    }
-    scene.event(Event::Paste("milk\n".to_owned()));
-    let newest = scene.model.log.newest_first().next().expect("a log entry");
-    assert!(newest.text.starts_with("pasted:1:1"), "{}", newest.text);
 }
 
 /// A slow line hands Esc and the key behind it over at once, which terminals take for Alt with the key. Esc counts
