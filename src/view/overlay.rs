@@ -132,8 +132,9 @@ impl Screen<'_> {
                 width: width.saturating_sub(1),
                 ..inner
             };
+            let label = format!("{} ", binding.label);
             let line = Line::from(vec![
-                Span::styled(format!("{:<LABEL_COLUMNS$}", binding.label), self.theme.key),
+                Span::styled(format!("{label:<LABEL_COLUMNS$}"), self.theme.key),
                 Span::raw(self.told(&binding.help)),
             ]);
             put(buffer, half, row, &self.cut(line, usize::from(half.width)));

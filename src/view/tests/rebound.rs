@@ -187,6 +187,16 @@ const MORE: &[(&str, Make, &str)] = &[
         "<toggle-recording> records one",
     ),
     (
+        "letters that are somewhere",
+        |config| {
+            let mut scene = flight(config);
+            scene.ctrl('p');
+            scene.type_text("lysonar");
+            scene
+        },
+        "nothing begins so: <palette/choose-less..> choose",
+    ),
+    (
         "a question",
         |config| typed(config, "C"),
         "<question/confirm> yes   <question/close> no   <question/stop> STOP",
@@ -269,15 +279,36 @@ fn every_remedy_and_every_command_knows_the_keys_it_speaks_of() {
     }
 }
 
+/// The keys of the table but for one action of the dashboard.
+fn but(name: &str, keys: &[&str]) -> Config {
+    let rebinding = Rebinding {
+        context: "dashboard".to_owned(),
+        name: name.to_owned(),
+        keys: keys.iter().map(|&key| key.to_owned()).collect(),
+    };
+    Config {
+        keys: Keymap::with(&[rebinding]).unwrap(),
+        ..demo()
+    }
+}
+
 #[test]
 fn a_screen_too_small_names_the_key_that_stops() {
-    let mut keys = Config::default();
-    let stop = Rebinding {
-        context: "dashboard".to_owned(),
-        name: "stop".to_owned(),
-        keys: vec!["F12".to_owned()],
-    };
-    keys.keys = Keymap::with(&[stop]).unwrap();
-    assert!(screen(&Scene::new(keys), 60, 15).contains("F12: STOP"));
-    assert!(screen(&Scene::new(Config::default()), 60, 15).contains("Space: STOP"));
+    let small = |config| screen(&Scene::new(config), 60, 15);
+    assert!(small(but("stop", &["F12"])).contains("F12: STOP"));
+    assert!(small(demo()).contains("Space: STOP"));
+}
+
+#[test]
+fn what_has_no_key_is_not_offered() {
+    let shown = screen(&flight(but("mode-go-home", &[])), 200, 60);
+    assert!(!shown.contains("home"), "{shown}");
+}
+
+#[test]
+fn several_keys_stand_apart_from_what_they_do() {
+    let help = screen(&typed(but("stop", &["F12"]), "?"), 80, 24);
+    row(&help, " F12 Space Ctrl-S STOP ");
+    let help = screen(&typed(but("scan", &["F9", "F10", "F11"]), "?"), 120, 40);
+    row(&help, "F9 F10 F11 look around");
 }
