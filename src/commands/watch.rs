@@ -93,7 +93,7 @@ pub(super) fn demo(options: &Demo, settings: &config::Config) -> Result<(), Faul
         keeping: options.keeping.clone(),
         sharing: options.sharing.clone(),
         notes,
-        config: config::Config::default(),
+        config: settings.clone(),
     };
     let raw = address(&server, 1);
     let mut model = appearance(settings);
