@@ -38,6 +38,8 @@ pub(crate) mod testing;
 #[cfg(test)]
 mod tests;
 
+use std::time::Duration;
+
 use groundwave_protocol::life::Life;
 
 use crate::event::{Effect, Event, Moment, Recording};
@@ -79,6 +81,8 @@ pub struct Config {
     pub keys: Keymap,
     /// When there is an alarm.
     pub limits: Limits,
+    /// Since 1970 at the beginning of the session; `None` shows no clock.
+    pub unix: Option<Duration>,
 }
 
 /// Colours of the screen.
@@ -387,7 +391,21 @@ impl Model {
         ages.into_iter()
             .chain(alarm)
             .chain(self.news_until(now))
+            .chain(self.next_minute(now))
             .min()
+    }
+
+    /// The time of day, since midnight UTC; `None` where no clock is shown.
+    pub(crate) fn time_of_day(&self, now: Moment) -> Option<Duration> {
+        let unix = self.config.unix.filter(|_| self.playback().is_none())?;
+        Some(Duration::from_secs((unix + now).as_secs() % 86_400))
+    }
+
+    /// When the clock shows another minute.
+    fn next_minute(&self, now: Moment) -> Option<Moment> {
+        let unix = self.config.unix.filter(|_| !self.link.is_frozen())?;
+        let minute = Duration::from_mins((unix + now).as_secs() / 60 + 1);
+        minute.checked_sub(unix)
     }
 
     /// When to send [`Event::Tick`] at the latest: a lease on the motors ends then,

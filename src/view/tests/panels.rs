@@ -3,6 +3,7 @@
 use groundwave_protocol::letters::{Arm, Cliff, Power};
 
 use super::*;
+use crate::event::Moment;
 
 const SIZES: [(u16, u16); 3] = [(80, 24), (120, 40), (200, 60)];
 
@@ -56,6 +57,59 @@ fn an_alarm_is_seen_on_every_screen_until_somebody_says_so() {
     );
     row(&seen, "✔ BATTERY LOW");
     row(&seen, ", seen");
+}
+
+#[test]
+fn what_no_alarm_says_is_as_old_as_what_it_is_known_from() {
+    let alarms = |scene: &mut Scene| {
+        scene.press(&[KeyCode::F(8)]);
+        scene.type_text("z");
+        screen(scene, 80, 24)
+    };
+    let unknown = alarms(&mut Scene::new(Config::default()));
+    row(&unknown, "· stalled          unknown");
+    let mut scene = flight(Config::default());
+    let fresh = alarms(&mut scene);
+    row(&fresh, "· battery low      12.4 V (limit 11.6 V)");
+    row(&fresh, "· stalled          quiet");
+    scene.wait_ms(30_000);
+    let old = screen(&scene, 80, 24);
+    row(&old, "· battery low      ◌ 12.4 V (limit 11.6 V)");
+    row(&old, "· stalled          ◌ quiet");
+}
+
+#[test]
+fn a_wide_status_line_has_a_clock_that_goes_on_by_itself() {
+    let config = Config {
+        unix: Some(Moment::from_secs(86_400 * 20_000 + 9 * 3600 + 59 * 60 + 50)),
+        ..Config::default()
+    };
+    let mut scene = flight(config);
+    let clock = |scene: &Scene, width| {
+        let now = scene.now.as_secs() + 9 * 3600 + 59 * 60 + 50;
+        let clock = format!("{:02}:{:02}Z  PROWL", now / 3600, now / 60 % 60);
+        screen(scene, width, 40)
+            .lines()
+            .next()
+            .unwrap()
+            .contains(&clock)
+    };
+    assert!(clock(&scene, 120) && !clock(&scene, 80));
+    // On a silent link too, at the very second.
+    scene.wait_ms(200_000);
+    for _ in 0..10 {
+        let at = scene.model.redraw_at(scene.now).unwrap();
+        scene.now = at;
+        if (at.as_secs() + 50).is_multiple_of(60) {
+            break;
+        }
+    }
+    assert!(
+        (scene.now.as_secs() + 50).is_multiple_of(60),
+        "{:?}",
+        scene.now
+    );
+    assert!(screen(&scene, 120, 40).contains("Z  ◌ PROWL"));
 }
 
 #[test]
