@@ -92,6 +92,23 @@ impl Draft {
         self.present.selected = self.present.selected.saturating_add_signed(steps).min(last);
     }
 
+    /// Selects one, from 0.
+    pub(super) fn choose(&mut self, n: usize) {
+        self.present.selected = n.min(self.waypoints.len().saturating_sub(1));
+    }
+
+    /// The waypoint nearest to a place, if one is no farther than this.
+    pub(super) fn nearest(&self, at: Waypoint, reach_in: i16) -> Option<usize> {
+        let (x, y) = place(at);
+        let far = self.waypoints.iter().copied().map(place);
+        let far = far.map(|(to_x, to_y)| (x - to_x).hypot(y - to_y));
+        let near = far
+            .enumerate()
+            .filter(|(_, in_)| *in_ <= f64::from(reach_in));
+        let nearest = near.min_by(|(_, one), (_, other)| one.total_cmp(other));
+        nearest.map(|(n, _)| n)
+    }
+
     /// Another list in place of this one.
     pub(super) fn replace(&mut self, waypoints: &[Waypoint]) {
         let places = waypoints.iter().copied().map(place).collect();
