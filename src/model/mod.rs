@@ -57,6 +57,7 @@ use log::{Log, Subject};
 use motors::Motors;
 use news::Passing;
 use palette::Palette;
+pub(crate) use panels::Large;
 use plots::Plots;
 use robot::Robot;
 use runs::Runs;
@@ -218,8 +219,7 @@ pub struct Model {
     pub(crate) panel: Panel,
     /// Pages turned over in the chosen panel; the view goes round.
     pub(crate) page: i32,
-    /// The chosen panel has the place of all of them.
-    pub(crate) enlarged: bool,
+    pub(crate) enlarged: Option<Large>,
     /// Pages turned over in the help.
     pub(crate) help_page: i32,
     pub(crate) overlay: Overlay,
@@ -261,7 +261,7 @@ impl Model {
             recording: Recording::default(),
             panel: Panel::default(),
             page: 0,
-            enlarged: false,
+            enlarged: None,
             help_page: 0,
             overlay: Overlay::default(),
             editor: None,
