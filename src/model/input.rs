@@ -279,7 +279,7 @@ impl Model {
             }
             (Action::Close, Overlay::None) if self.chart.cursor.is_none() => self.enlarged = None,
             (Action::Close, Overlay::None) => self.chart.cursor = None,
-            (Action::Close, overlay) => *overlay = Overlay::None,
+            (Action::Close, _) => self.put_away(),
             (Action::EraseCharacter, Overlay::Text(entry)) => {
                 entry.text.pop();
                 entry.changed();

@@ -223,6 +223,8 @@ pub struct Model {
     /// Pages turned over in the help.
     pub(crate) help_page: i32,
     pub(crate) overlay: Overlay,
+    /// What is seen again when a comparison is put away.
+    behind: Option<Runs>,
     /// The route editor, while it is open.
     pub(crate) editor: Option<Editor>,
     size: (u16, u16),
@@ -262,6 +264,7 @@ impl Model {
             panel: Panel::default(),
             page: 0,
             enlarged: None,
+            behind: None,
             help_page: 0,
             overlay: Overlay::default(),
             editor: None,

@@ -2,6 +2,8 @@
 
 use groundwave_protocol::letters::{Arm, Cliff, Power};
 
+use ratatui::style::{Color, Modifier};
+
 use super::*;
 use crate::event::Moment;
 
@@ -381,4 +383,34 @@ fn a_list_is_followed_from_draft_to_driven() {
     scene.status.digest ^= 1;
     scene.hear_status();
     says(&scene, "driven 1/1, since");
+}
+
+/// On a screen without colours nothing has one, and what is told by colour elsewhere has another mark.
+#[test]
+fn without_color_nothing_has_one_and_what_calls_is_bold_or_reversed() {
+    let config = Config {
+        colors: Colors::Mono,
+        ..Config::default()
+    };
+    let mut scene = busy(config);
+    scene.state.power = Power::Critical;
+    scene.hear();
+    for (width, height) in [(80, 24), (120, 40), (200, 60)] {
+        let page = buffer(&scene, width, height);
+        assert!(
+            page.content
+                .iter()
+                .all(|cell| (cell.fg, cell.bg) == (Color::Reset, Color::Reset))
+        );
+        let called = page[(0, 1)].modifier;
+        assert!(
+            called.intersects(Modifier::BOLD | Modifier::REVERSED),
+            "{called:?}"
+        );
+        assert!(
+            page.content
+                .iter()
+                .any(|cell| cell.modifier.is_empty() && cell.symbol() != " ")
+        );
+    }
 }
