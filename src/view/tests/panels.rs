@@ -268,7 +268,7 @@ fn each_rung_says_since_when() {
 fn lit(scene: &Scene, width: u16, height: u16) -> String {
     let buffer = buffer(scene, width, height);
     let cells = buffer.content().iter();
-    let lit = cells.filter(|cell| cell.modifier.contains(ratatui::style::Modifier::REVERSED));
+    let lit = cells.filter(|cell| cell.modifier.contains(Modifier::REVERSED));
     lit.map(ratatui::buffer::Cell::symbol).collect()
 }
 
