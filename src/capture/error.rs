@@ -118,8 +118,8 @@ pub enum CaptureError {
     /// Another program records under that name now.
     #[error("will not record to {}: another groundwave is recording it; choose another name", .0.display())]
     InUse(PathBuf),
-    /// A recording under way is not recovered.
-    #[error("will not recover {}: another groundwave is recording it; end it there first", .0.display())]
+    /// A recording that is being recorded or recovered is not recovered.
+    #[error("will not recover {}: another groundwave is recording or recovering it; end it there first", .0.display())]
     UnderWay(PathBuf),
     /// Not one chunk of a recording holds.
     #[error("nothing of {} can be saved: not one of its chunks holds, and there is no journal", .0.display())]

@@ -60,10 +60,9 @@ const CHUNK_BYTES: usize = 8 * 1024;
 pub fn recover(path: &Path) -> Result<Recovery, CaptureError> {
     let paths = Paths::of(path);
     refuse_foreign(&paths)?;
-    if is_in_use(&paths) {
+    let Some(_locks) = Locks::take(&paths) else {
         return Err(CaptureError::UnderWay(paths.target));
-    }
-    let _locks = Locks::take(&paths);
+    };
     if !paths.are_interrupted() {
         let scan = Scan::of(&paths.target)?;
         if is_whole(&paths.target) {
