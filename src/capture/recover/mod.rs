@@ -86,7 +86,7 @@ pub fn recover(path: &Path) -> Result<Recovery, CaptureError> {
 /// Makes a recording anew from its journal, because it does not have everything.
 pub(super) fn rebuild(paths: &Paths) -> Result<(), CaptureError> {
     let survey = Survey::of(&paths.journal)?;
-    from_journal(paths, &survey)?;
+    from_journal(paths, &survey, Vec::new())?;
     tidy_up(paths)
 }
 
@@ -125,13 +125,10 @@ fn recover_interrupted(paths: &Paths) -> Result<Recovery, CaptureError> {
     match (survey, scan) {
         (Some(survey), scan)
             if scan.as_ref().is_none_or(Scan::is_empty)
-                || (survey.is_complete()
-                    && !survey.waste.has_damage()
-                    && survey.rx_end >= rx_end
-                    && survey.tx_end >= tx_end) =>
+                || (survey.is_complete() && survey.rx_end >= rx_end && survey.tx_end >= tx_end) =>
         {
-            let mut recovery = from_journal(paths, &survey)?;
-            recovery.damage = scan.map(|scan| scan.damage).unwrap_or_default();
+            let damage = scan.map(|scan| scan.damage).unwrap_or_default();
+            let recovery = from_journal(paths, &survey, damage)?;
             tidy_up(paths)?;
             Ok(recovery)
         }
@@ -143,8 +140,12 @@ fn recover_interrupted(paths: &Paths) -> Result<Recovery, CaptureError> {
     }
 }
 
-/// Makes the recording from its journal alone.
-fn from_journal(paths: &Paths, survey: &Survey) -> Result<Recovery, CaptureError> {
+/// Makes the recording from its journal alone; `damage` is that of the unfinished file.
+fn from_journal(
+    paths: &Paths,
+    survey: &Survey,
+    damage: Vec<Damage>,
+) -> Result<Recovery, CaptureError> {
     let fallback = Session {
         link: "unknown".to_owned(),
         start: UNIX_EPOCH,
@@ -161,19 +162,21 @@ fn from_journal(paths: &Paths, survey: &Survey) -> Result<Recovery, CaptureError
         composer.handle_entry(entry).map_err(failed)
     })?;
     let missing: u64 = survey.missing.iter().map(|missing| missing.bytes).sum();
+    // What was in the unfinished file is no loss if the journal has everything.
+    let has_loss = !damage.is_empty() && !survey.is_complete();
     let mut recovery = Recovery {
         path: paths.target.clone(),
-        outcome: if missing == 0 && survey.missing_tx == 0 && !survey.waste.has_damage() {
-            Outcome::Recovered
-        } else {
+        outcome: if has_loss || survey.has_gaps() {
             Outcome::Partly
+        } else {
+            Outcome::Recovered
         },
         messages: 0,
         rx_bytes: survey.rx_end - missing,
         tx_bytes: survey.tx_end - survey.missing_tx,
         rx_missing: survey.missing.clone(),
         chunks_kept: 0,
-        damage: Vec::new(),
+        damage,
         rx_from_journal: survey.rx_end - missing,
         journal_damaged_bytes: survey.waste.bytes,
         end: End::of_journal(survey.waste),
@@ -181,6 +184,9 @@ fn from_journal(paths: &Paths, survey: &Survey) -> Result<Recovery, CaptureError
         journal_kept: None,
     };
     recovery.messages = finish(composer, &recovery, &temporary)?;
+    if has_loss {
+        recovery.original = Some(keep(paths, &paths.partial, &paths.target)?);
+    }
     recovery.journal_kept = keep_journal(paths, survey.waste)?;
     temporary.put_in_place(paths)?;
     Ok(recovery)
@@ -242,7 +248,9 @@ fn repair(paths: &Paths, source: &Path, mut scan: Scan) -> Result<Recovery, Capt
     // A record that was being written when everything stopped is no loss if the journal has what was in it.
     let is_interrupted = source == paths.partial;
     let has_journal = is_interrupted && paths.journal.exists();
-    let is_held = is_clean || (has_journal && waste.is_some_and(|waste| !waste.has_damage()));
+    let is_short = filler.rx_end() < scan_rx_end;
+    let is_held =
+        is_clean || (has_journal && !is_short && waste.is_some_and(|waste| !waste.has_damage()));
     if recovery.rx_missing.is_empty() && balance.tx_missing == 0 && is_held {
         recovery.outcome = Outcome::Recovered;
     }
@@ -251,9 +259,9 @@ fn repair(paths: &Paths, source: &Path, mut scan: Scan) -> Result<Recovery, Capt
     let has_damage = recovery
         .damage
         .iter()
-        .any(|damage| !is_interrupted || is_followed(damage));
+        .any(|damage| !is_interrupted || !is_held || is_followed(damage));
     recovery.end = match waste {
-        Some(_) if filler.rx_end() < scan_rx_end => End::JournalShort,
+        Some(_) if is_short => End::JournalShort,
         Some(waste) => End::of_journal(waste),
         None if is_interrupted => End::NoJournal,
         None if walker.has_data_end() => End::Known,
