@@ -1,4 +1,5 @@
-//! Recordings in forms that other writers make: messages outside of chunks, chunks in another compression.
+//! Recordings in forms that other writers make: messages outside of chunks, chunks in another compression, two
+//! recordings in one.
 #![expect(clippy::unwrap_used, reason = "a test stops where something is wrong")]
 
 mod recordings;
@@ -6,11 +7,14 @@ mod streams;
 
 use std::fs;
 use std::io::Cursor;
+use std::time::Duration;
 
 use groundwave::capture::Capture;
+use groundwave::capture::cut::{Window, cut_mcap};
 use groundwave::capture::recover::{Outcome, recover};
+use groundwave::capture::when::When;
 use mcap::records::op;
-use recordings::{concatenated, finished, messages};
+use recordings::{chunks, concatenated, finished, messages};
 use tempfile::TempDir;
 
 /// The same messages as others write them without chunks.
@@ -141,4 +145,68 @@ fn another_compression_is_not_called_damage() {
         error.contains("mcap compress") && !error.contains("damaged"),
         "{error}"
     );
+}
+
+/// The messages of a recording and once more those of another that began ten seconds later, by their times, as
+/// `mcap merge` puts them.
+fn merged(recording: &[u8]) -> Vec<u8> {
+    let once = mcap::MessageStream::new(recording).unwrap();
+    let mut all: Vec<mcap::Message<'_>> = once.map(Result::unwrap).collect();
+    let later = all.clone().into_iter().map(|mut message| {
+        message.log_time += 10_000_000_000;
+        message
+    });
+    all.extend(later.collect::<Vec<_>>());
+    all.sort_by_key(|message| message.log_time);
+    let mut output = Cursor::new(Vec::new());
+    let options = mcap::WriteOptions::new().chunk_size(Some(16 << 10));
+    let mut writer = options.create(&mut output).unwrap();
+    for message in &all {
+        writer.write(message).unwrap();
+    }
+    writer.finish().unwrap();
+    drop(writer);
+    output.into_inner()
+}
+
+#[test]
+fn bytes_that_come_twice_are_counted_once() {
+    let folder = TempDir::new().unwrap();
+    let stream = streams::clean(300);
+    let whole = finished(folder.path(), &stream);
+    let mut bytes = merged(&fs::read(&whole).unwrap());
+    let path = folder.path().join("merged.mcap");
+    fs::write(&path, &bytes).unwrap();
+    let length = stream.len() as u64;
+    let recovery = recover(&path).unwrap();
+    assert_eq!(recovery.outcome, Outcome::Whole);
+    assert_eq!((recovery.rx_bytes, recovery.rx_missing), (length, vec![]));
+    let chunks = chunks(&path);
+    let (start, chunk_length) = chunks[chunks.len() / 2];
+    bytes[start + chunk_length / 2] ^= 1;
+    fs::write(&path, &bytes).unwrap();
+    let recovery = recover(&path).unwrap();
+    let missing: u64 = recovery.rx_missing.iter().map(|m| m.bytes).sum();
+    assert_eq!(recovery.rx_bytes + missing, length, "{recovery:?}");
+}
+
+#[test]
+fn bytes_that_come_twice_are_named_and_cut_out_once() {
+    let folder = TempDir::new().unwrap();
+    let stream = streams::clean(300);
+    let whole = finished(folder.path(), &stream);
+    let bytes = merged(&fs::read(&whole).unwrap());
+    let window = Window {
+        from: Some(When::Since(Duration::from_secs(10))),
+        to: None,
+    };
+    let mut piece = Vec::new();
+    let part = cut_mcap(&bytes[..], window, &mut piece).unwrap();
+    let problem = part.problem.unwrap();
+    assert!(problem.contains("/raw/rx: the bytes at"), "{problem}");
+    assert!(problem.contains("come twice"), "{problem}");
+    let path = folder.path().join("piece.mcap");
+    fs::write(&path, piece).unwrap();
+    let cut = concatenated(&path);
+    assert!(!cut.is_empty() && stream.ends_with(&cut));
 }

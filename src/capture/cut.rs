@@ -116,6 +116,7 @@ pub fn cut_mcap(source: impl Read, window: Window, output: impl Write) -> Result
         offsets: BTreeMap::new(),
         part: Part::default(),
     };
+    let mut ends = BTreeMap::new();
     let mut in_summary = false;
     while let Some(entry) = entries.next_entry().map_err(CutError::Read)? {
         match entry {
@@ -138,7 +139,19 @@ pub fn cut_mcap(source: impl Read, window: Window, output: impl Write) -> Result
                 };
                 let content = match raw.map(|way| (way, RawBytes::decode(data))) {
                     None => Content::Other(data.to_vec()),
-                    Some((way, Ok(raw))) => Content::Raw(way, raw),
+                    Some((way, Ok(raw))) => {
+                        let end = ends.entry(way).or_insert(0);
+                        let at = raw.stream_offset;
+                        if at < *end {
+                            damages.push(format_args!(
+                                "{}: the bytes at {at} come twice",
+                                channel.topic
+                            ));
+                            continue;
+                        }
+                        *end = at.saturating_add(raw.data.len() as u64);
+                        Content::Raw(way, raw)
+                    }
                     Some((_, Err(error))) => {
                         damages.push(format_args!("{}: {error}", channel.topic));
                         continue;
@@ -247,7 +260,7 @@ impl Held {
             missing -= taken;
             if taken > 0 {
                 let data = raw.data.split_off(raw.data.len() - taken);
-                let stream_offset = raw.stream_offset + raw.data.len() as u64;
+                let stream_offset = raw.stream_offset.saturating_add(raw.data.len() as u64);
                 let raw = RawBytes {
                     stream_offset,
                     data,

@@ -351,7 +351,7 @@ impl Tape for McapTape {
             self.place.stream = Some(offset);
             return Some(Piece::Missing(missing));
         }
-        self.place.stream = Some(offset + self.current.data.len() as u64);
+        self.place.stream = Some(offset.saturating_add(self.current.data.len() as u64));
         Some(Piece::Received(&self.current.data))
     }
 

@@ -122,7 +122,8 @@ impl Scan {
                 bytes: raw.stream_offset - *end,
             });
         }
-        *end = raw.stream_offset + raw.data.len() as u64;
+        // Bytes that come twice take nothing back.
+        *end = (*end).max(raw.stream_offset.saturating_add(raw.data.len() as u64));
     }
 
     /// Tells each chunk that has none of a stream where a later one goes on with it.

@@ -29,7 +29,7 @@ impl Survey {
             missing_tx: 0,
         };
         survey.waste = for_each_entry(path, |entry| {
-            let end = entry.offset + entry.data.len() as u64;
+            let end = entry.end();
             match entry.kind {
                 Kind::Session => survey.session = serde_json::from_slice(&entry.data).ok(),
                 Kind::Rx => {

@@ -144,7 +144,8 @@ impl Check {
                 return Ok(());
             }
         };
-        let received = self.lines.decoder.counters().bytes + self.verdict.missing_bytes;
+        let received = self.lines.decoder.counters().bytes;
+        let received = received.saturating_add(self.verdict.missing_bytes);
         let Some(missing) = raw.stream_offset.checked_sub(received) else {
             let at = raw.stream_offset;
             self.verdict
