@@ -124,6 +124,13 @@ pub enum CaptureError {
     /// Not one chunk of a recording holds.
     #[error("nothing of {} can be saved: not one of its chunks holds, and there is no journal", .0.display())]
     NothingLeft(PathBuf),
+    /// What declares a channel is damaged, and nothing else tells of it.
+    #[error(
+        "will not recover {}: what says which topics its messages belong to is damaged, and nobody could read what was \
+         made of it; it was left alone",
+        .0.display()
+    )]
+    NoChannels(PathBuf),
     /// Chunks in a form that others write.
     #[error("will not recover {}: {LZ4}", .0.display())]
     Compression(PathBuf),

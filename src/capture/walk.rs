@@ -287,11 +287,12 @@ impl<R: Read> Walker<R> {
             self.place = Place::Summary;
             self.has_data_end = true;
             self.crc = crc32fast::Hasher::new();
-            if stored != 0 && stored != found && !self.is_damaged {
-                let problem = "the checksum of the data section does not hold";
-                return Ok(Taken::Damage(self.damage(self.offset, problem, None)));
-            }
-            return Ok(Taken::Record(opcode, body));
+            let is_wrong = stored != 0 && stored != found && !self.is_damaged;
+            let problem = "the checksum of the data section does not hold";
+            let damage = is_wrong.then(|| self.damage(self.offset, problem, None));
+            // The summary has a checksum of its own.
+            self.is_damaged = false;
+            return Ok(damage.map_or(Taken::Record(opcode, body), Taken::Damage));
         }
         if opcode == op::FOOTER {
             return self.take_footer();

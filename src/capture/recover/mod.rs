@@ -6,6 +6,8 @@
 //! between and behind them is put there. The result is written to `run.mcap.recovering`, synced, and renamed in one step; only then do
 //! the others go. Whenever this is interrupted, doing it again gives the same.
 
+mod channels;
+mod copy;
 mod evidence;
 mod files;
 mod fill;
@@ -23,8 +25,6 @@ use std::time::UNIX_EPOCH;
 
 use ::mcap::io::MessageReader;
 use ::mcap::sans_io::LinearReaderOptions;
-use prost::Message;
-
 pub use files::{
     Paths, claim, find_interrupted, free_part, is_in_use, is_own_name, refuse_own_name, set_aside,
 };
@@ -33,17 +33,16 @@ pub use report::{End, Missing, Outcome, Recovery};
 
 use super::CaptureError;
 use super::composer::{Composer, Session};
-use super::journal::{BEGIN, Entry, Kind};
-use super::messages::{RawBytes, UplinkEvent, UplinkStep};
-use super::topics::{Deriver, StationEvent, Topic};
+use super::journal::BEGIN;
+use super::topics::{Deriver, StationEvent};
 use super::unpacker::LZ4;
-use super::walk::{Damage, Part, RECORD_BYTES_MAX, Walker};
-use super::writer::records::{HEAD_BYTES, Reader, op};
-use super::writer::{Attachment, McapWriter};
+use super::walk::{Damage, RECORD_BYTES_MAX, Walker};
+use super::writer::{McapWriter, has_fixed_topics};
+use copy::copy;
 use evidence::{keep, keep_journal};
 use files::{Locks, free_aside, rename_both};
 use fill::{Balance, ChunkStart, Filler};
-use scan::{Raw, Scan, Stretches, Topics};
+use scan::{Scan, Stretches};
 use survey::{Survey, for_each_entry};
 use temporary::Temporary;
 
@@ -200,16 +199,21 @@ fn repair(paths: &Paths, source: &Path, mut scan: Scan) -> Result<Recovery, Capt
     if scan.is_empty() && !paths.journal.exists() {
         return Err(CaptureError::NothingLeft(source.to_owned()));
     }
+    if scan.has_nameless {
+        return Err(CaptureError::NoChannels(source.to_owned()));
+    }
     let temporary = Temporary::create(paths)?;
     let failed = |error| temporary.failed(error);
     let output = BufWriter::with_capacity(BUFFER_BYTES, &temporary.file);
     let mut writer = McapWriter::empty(output, &scan.library).map_err(failed)?;
     writer.limit_chunks(CHUNK_BYTES);
-    let mut topics = Topics::of(&scan.library);
-    let has_lost_topics = matches!(topics, Topics::Fixed) && !scan.has_channels;
+    let mut topics = scan.known_topics();
+    let has_lost_topics = has_fixed_topics(&scan.library) && !scan.has_channels;
     if has_lost_topics {
         writer.register_topics();
     }
+    let (schemas, channels) = (scan.declared.schemas(), scan.declared.channels());
+    writer.declare(schemas, channels).map_err(failed)?;
     let mut composer = Composer::around(writer, Deriver::new());
     if has_lost_topics {
         let note = StationEvent::note("the beginning of this recording could not be saved");
@@ -277,99 +281,6 @@ fn repair(paths: &Paths, source: &Path, mut scan: Scan) -> Result<Recovery, Capt
     temporary.put_in_place(paths)?;
     tidy_up(paths)?;
     Ok(recovery)
-}
-
-/// Writes one thing that holds, and lets the deriver know of it.
-fn copy<W: io::Write>(
-    composer: &mut Composer<W>,
-    topics: &mut Topics,
-    part: &Part<'_>,
-    balance: &mut Balance,
-) -> io::Result<()> {
-    let (opcode, record) = match part {
-        Part::Chunk(chunk) => {
-            composer.writer().copy_chunk(chunk)?;
-            topics.for_each_message(chunk.content, |message| {
-                recall(composer, &message, balance);
-            });
-            return Ok(());
-        }
-        Part::Record(opcode, record) => (*opcode, *record),
-        Part::Damage(_) => return Ok(()),
-    };
-    let mut fields = Reader(&record[HEAD_BYTES..]);
-    match opcode {
-        op::SCHEMA => composer.writer().add_schema(record),
-        op::CHANNEL => {
-            topics.add(fields.0);
-            composer.writer().add_channel(record);
-        }
-        op::METADATA => match (fields.text(), fields.map()) {
-            // What an earlier recovery said is said anew.
-            (Some("recovery") | None, _) | (_, None) => {}
-            (Some(name), Some(map)) => composer.writer().write_metadata(name, &map)?,
-        },
-        op::ATTACHMENT => {
-            let (Some(time_ns), Some(_), Some(name), Some(media_type), Some(bytes)) = (
-                fields.u64(),
-                fields.u64(),
-                fields.text(),
-                fields.text(),
-                fields.u64(),
-            ) else {
-                return Ok(());
-            };
-            let data = usize::try_from(bytes).ok().and_then(|n| fields.take(n));
-            composer.writer().attach(&Attachment {
-                name,
-                media_type,
-                time_ns,
-                data: data.unwrap_or_default(),
-            })?;
-        }
-        _ => {
-            if let Some(message) = topics.loose(opcode, record) {
-                composer.writer().copy_message(
-                    message.channel_id,
-                    message.log_time_ns,
-                    message.publish_time_ns,
-                    message.data,
-                )?;
-                recall(composer, &message, balance);
-            }
-        }
-    }
-    Ok(())
-}
-
-fn recall<W: io::Write>(composer: &mut Composer<W>, message: &Raw<'_>, balance: &mut Balance) {
-    let entry = |kind, offset, data| Entry {
-        kind,
-        at_ns: message.log_time_ns,
-        offset,
-        data,
-    };
-    let entry = match message.topic {
-        Some(Topic::RawRx) => RawBytes::decode(message.data)
-            .ok()
-            .map(|raw| entry(Kind::Rx, raw.stream_offset, raw.data)),
-        Some(Topic::RawTx) => RawBytes::decode(message.data)
-            .ok()
-            .map(|raw| entry(Kind::Tx, raw.stream_offset, raw.data)),
-        Some(Topic::Uplink) => UplinkEvent::decode(message.data)
-            .ok()
-            .filter(|event| !matches!(event.step(), UplinkStep::Acknowledged | UplinkStep::List))
-            .map(|_| entry(Kind::Uplink, 0, message.data.to_vec())),
-        _ => None,
-    };
-    if let Some(entry) = entry {
-        let have = match entry.kind {
-            Kind::Tx => composer.deriver().tx_bytes(),
-            _ => composer.deriver().rx_bytes(),
-        };
-        balance.step(entry.kind, have, entry.offset);
-        composer.recall(&entry);
-    }
 }
 
 /// Says in the recording itself what was done to it, and finishes it; returns its messages.
