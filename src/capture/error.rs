@@ -145,6 +145,16 @@ pub enum CaptureError {
         /// Its journal.
         journal: PathBuf,
     },
+    /// The disk was too slow for a recording, and its journal failed too.
+    #[error(
+        "{} does not hold everything that was received: the disk was too slow for it, and its journal ended early; both \
+         are kept, and groundwave recover {} makes a recording of its own of what the journal has",
+        path.display(), shell_word(path)
+    )]
+    Incomplete {
+        /// The recording.
+        path: PathBuf,
+    },
     /// Waypoints, and no capture.
     #[error(
         "{} is a route, not a capture: groundwave send LINK route {} sends it; in the dashboard l loads it as a draft",

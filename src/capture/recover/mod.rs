@@ -33,7 +33,7 @@ pub use report::{End, Missing, Outcome, Recovery};
 
 use super::CaptureError;
 use super::composer::{Composer, Session};
-use super::journal::BEGIN;
+use super::journal::{BEGIN, Kind};
 use super::topics::{Deriver, StationEvent};
 use super::unpacker::LZ4;
 use super::walk::{Damage, RECORD_BYTES_MAX, Walker};
@@ -41,7 +41,7 @@ use super::writer::{McapWriter, has_fixed_topics};
 use copy::copy;
 use evidence::{keep, keep_journal};
 use files::{Locks, free_aside, rename_both};
-use fill::{Balance, ChunkStart, Filler};
+use fill::{Balance, ChunkStart, Filler, event_key};
 use scan::{Scan, Stretches};
 use survey::{Survey, for_each_entry};
 use temporary::Temporary;
@@ -336,6 +336,12 @@ fn holds_everything(paths: &Paths) -> Result<bool, CaptureError> {
     if paths.journal.exists() {
         let survey = Survey::of(&paths.journal)?;
         holds &= have.rx_end == survey.rx_end && have.tx_end == survey.tx_end;
+        for_each_entry(&paths.journal, |entry| {
+            let is_event = matches!(entry.kind, Kind::Uplink | Kind::Log);
+            let key = event_key(entry.kind, entry.at_ns, &entry.data);
+            holds &= !is_event || have.events.contains(&key);
+            Ok(())
+        })?;
     }
     if paths.partial.exists() {
         let scan = Scan::of(&paths.partial)?;
