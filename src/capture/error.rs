@@ -106,6 +106,7 @@ pub enum CaptureError {
         match error.kind() {
             io::ErrorKind::StorageFull | io::ErrorKind::QuotaExceeded | io::ErrorKind::FileTooLarge =>
                 "make room and run recover again; ",
+            io::ErrorKind::InvalidFilename => "give it a shorter name and run recover again; ",
             _ => "",
         }
     )]
