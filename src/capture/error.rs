@@ -6,7 +6,7 @@ use std::io;
 use std::path::{Path, PathBuf};
 
 use super::recover::Interrupted;
-use super::unpacker::LZ4;
+use super::unpacker::Problem;
 use crate::remedy::{self, shell_word};
 
 /// What to do when the file to be written exists.
@@ -133,7 +133,7 @@ pub enum CaptureError {
     )]
     NoChannels(PathBuf),
     /// Chunks in a form that others write.
-    #[error("will not recover {}: {LZ4}", .0.display())]
+    #[error("will not recover {}: {}", .0.display(), Problem::Lz4)]
     Compression(PathBuf),
     /// A finished recording does not read back as what was received.
     #[error(
@@ -223,11 +223,7 @@ pub enum CaptureError {
     #[error("the recording ends in the middle: {0}")]
     Interrupted(Interrupted),
     /// An MCAP whose checksums or structure do not hold.
-    #[error(
-        "{} {}: {problem}; everything else has been read",
-        path.display(),
-        if problem.contains(LZ4) { "cannot be read whole" } else { "is damaged" }
-    )]
+    #[error("{} cannot be read whole: {problem}; everything else has been read", path.display())]
     Damaged {
         /// The file.
         path: PathBuf,

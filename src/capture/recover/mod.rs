@@ -35,7 +35,7 @@ use super::CaptureError;
 use super::composer::{Composer, Session};
 use super::journal::{BEGIN, Kind};
 use super::topics::{Deriver, StationEvent};
-use super::unpacker::LZ4;
+use super::unpacker::Problem;
 use super::walk::{Damage, RECORD_BYTES_MAX, Walker};
 use super::writer::{McapWriter, has_fixed_topics};
 use copy::copy;
@@ -193,7 +193,11 @@ fn from_journal(
 
 /// Takes over what holds of `source`, and adds what a journal has beyond it.
 fn repair(paths: &Paths, source: &Path, mut scan: Scan) -> Result<Recovery, CaptureError> {
-    if scan.damage.iter().any(|damage| damage.problem == LZ4) {
+    if scan
+        .damage
+        .iter()
+        .any(|damage| damage.problem == Problem::Lz4)
+    {
         return Err(CaptureError::Compression(source.to_owned()));
     }
     if scan.is_empty() && !paths.journal.exists() {
