@@ -310,6 +310,23 @@ fn bytes_that_come_twice_are_counted_once() {
     assert_eq!(recovery.rx_bytes + missing, length, "{recovery:?}");
 }
 
+/// Numbers of channels and what follows from the bytes are those of the writer, in a part as in the whole.
+#[test]
+fn a_part_says_who_wrote_the_whole() {
+    let folder = TempDir::new().unwrap();
+    let whole = fs::read(finished(folder.path(), &streams::clean(60))).unwrap();
+    for library in ["another", "groundwave 0.0.9, fixed topics"] {
+        let bytes = rewritten(&whole, library);
+        let mut piece = Vec::new();
+        cut_mcap(&bytes[..], Window::default(), &mut piece).unwrap();
+        let header = &piece[..80];
+        let is_there = header
+            .windows(library.len())
+            .any(|it| it == library.as_bytes());
+        assert!(is_there, "{library}");
+    }
+}
+
 #[test]
 fn bytes_that_come_twice_are_named_and_cut_out_once() {
     let folder = TempDir::new().unwrap();
