@@ -173,7 +173,7 @@ fn of_a_damaged_capture_the_rest_is_told_and_the_problem() {
         for fact in facts {
             assert!(out.contains(fact), "{fact} is not in\n{out}");
         }
-        assert!(err.contains("c.mcap is damaged"), "{err}");
+        assert!(err.contains("c.mcap cannot be read whole"), "{err}");
     };
     check(&["runs"], &["a.txt", "b.mcap", "c.mcap"]);
     check(&["compare", "a.txt", "c.mcap"], &["closing error", "apart"]);
