@@ -121,7 +121,11 @@ pub enum Spot {
         x_in: i16,
         /// Ahead.
         y_in: i16,
+        /// What lies no farther from it is meant too, inches.
+        reach_in: i16,
     },
+    /// A waypoint in the route editor's list, from 0.
+    Waypoint(usize),
     /// A panel, by its place in the order of the Tab key.
     Panel(usize),
 }

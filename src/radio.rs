@@ -22,6 +22,7 @@ pub enum RadioKind {
     #[serde(rename = "hc-12")]
     Hc12,
     /// A pair of `XBee` modules in transparent mode: half duplex, buffered
+    #[value(help = "A pair of XBee modules in transparent mode: half duplex, buffered")]
     Xbee,
     /// No transmitter: never send a byte
     ReceiveOnly,

@@ -42,6 +42,24 @@ pub fn of_reading(error: &io::Error) -> String {
     }
 }
 
+/// Why a file cannot be written.
+#[must_use]
+pub fn of_writing(error: &io::Error) -> String {
+    let remedy = match error.kind() {
+        io::ErrorKind::NotFound => "; make the directory first",
+        io::ErrorKind::NotADirectory | io::ErrorKind::AlreadyExists => {
+            "; a file stands where the directory should be"
+        }
+        io::ErrorKind::IsADirectory => "; name a file in it",
+        io::ErrorKind::StorageFull | io::ErrorKind::QuotaExceeded => "; make room",
+        io::ErrorKind::PermissionDenied | io::ErrorKind::ReadOnlyFilesystem => {
+            "; choose a directory you may write to"
+        }
+        _ => "",
+    };
+    format!("{error}{remedy}")
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;

@@ -10,8 +10,13 @@ use std::fs;
 use std::io::{BufRead, BufReader, Write};
 use std::path::{Path, PathBuf};
 use std::process::{Command, Stdio};
+use std::thread;
+use std::time::{Duration, Instant};
 
 use programs::{GROUNDWAVE, Running, Sim, Telling, expect, scratch};
+
+/// A conversation with a station that says nothing lasts a quarter of a minute.
+const PATIENCE: Duration = Duration::from_secs(12);
 
 /// Many times faster than real: a square of 40 in takes a minute.
 const TIME_FACTOR: &str = "16";
@@ -127,6 +132,37 @@ fn a_station_that_shares_its_link_can_be_calibrated_through() {
         "{kept}"
     );
     robot.end();
+}
+
+/// The station asks the robot for minutes; a person who gives up does not wait for that.
+#[test]
+fn who_gives_up_calibrating_through_another_station_is_free_at_once() {
+    let folder = scratch("calibrate-given-up");
+    let robot = Sim::start(&["--channel", "out=0s..10000s"]);
+    let socket = folder.join("s");
+    let socket = socket.to_str().unwrap();
+    let mut station = Telling::start(&["watch", &robot.path, "--headless", "--share", socket]);
+    station.wait_for("that it shares", |value| {
+        value["text"]
+            .as_str()
+            .is_some_and(|text| text.starts_with("shared on "))
+    });
+    let child = Command::new(GROUNDWAVE)
+        .args(["calibrate", "--via", socket, "--timeout", "10m"])
+        .stdin(Stdio::piped())
+        .stderr(Stdio::null())
+        .spawn()
+        .unwrap();
+    let mut child = Running(child);
+    station.wait_for("that it asks", |value| value["event"] == "asked");
+    let pid = child.0.id().to_string();
+    let interrupted = Command::new("kill").args(["-INT", &pid]).status();
+    assert!(interrupted.unwrap().success());
+    let deadline = Instant::now() + PATIENCE;
+    while child.0.try_wait().unwrap().is_none() {
+        assert!(Instant::now() < deadline, "it goes on");
+        thread::yield_now();
+    }
 }
 
 #[test]

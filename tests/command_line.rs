@@ -237,7 +237,7 @@ fn a_configuration_is_printed_checked_and_blamed() {
     fs::write(&path, "[link]\nradoi = \"half\"\n").unwrap();
     for arguments in [
         &["config", "check", name][..],
-        &["--config", name, "send", "/dev/no-such-port", "stop"],
+        &["--config", name, "send", "/dev/no-such-port", "dock"],
         &["--config", name],
     ] {
         let (_, err) = expect(2, arguments);

@@ -230,6 +230,26 @@ fn the_exit_codes_are_those_of_a_link_of_ones_own() {
     assert!(err.contains("cannot reach a station at"), "{err}");
 }
 
+/// Two who ask for a STOP at once have one on the radio between them.
+#[test]
+fn of_a_stop_that_goes_out_for_another_nobody_says_that_it_was_not_sent() {
+    let folder = scratch("two-stops");
+    let socket = path_in(&folder, "s");
+    let sim = Sim::start(&["--channel", "out=0s..10000s"]);
+    let arguments = ["watch", &sim.path, "--headless", "--share", &socket];
+    let mut station = Telling::start(&arguments);
+    station.wait_for("that it shares", |value| {
+        value["text"]
+            .as_str()
+            .is_some_and(|text| text.starts_with("shared on "))
+    });
+    let mut first = Telling::start(&["send", "--via", &socket, "stop", "--json"]);
+    first.wait_for("a frame of it", is_stage("sent"));
+    let arguments = ["send", "--via", &socket, "stop", "--timeout", "10ms"];
+    let (_, err) = expect(3, &arguments);
+    assert!(err.contains("may or may not"), "{err}");
+}
+
 #[test]
 fn a_station_that_only_listens_says_so() {
     let folder = scratch("listens");
@@ -305,6 +325,23 @@ fn a_reader_that_stops_reading_is_cut_off_and_stalls_nobody() {
             .is_some_and(|text| text.contains("stopped reading and was cut off"))
     });
     station.wait_for_new("lines all the same", |value| value["event"] == "line");
+}
+
+#[test]
+fn a_reader_that_gives_its_place_to_another_is_told_of_as_such() {
+    let folder = scratch("crowd");
+    let socket = path_in(&folder, "s");
+    let sim = Sim::start(&[]);
+    let mut station = station(&sim.path, &socket, &[]);
+    let _readers: Vec<UnixStream> = (0..20)
+        .map(|_| UnixStream::connect(&socket).unwrap())
+        .collect();
+    for _ in 0..4 {
+        let warning =
+            station.wait_for_new("that one was cut off", |value| value["level"] == "warning");
+        let text = warning["text"].as_str().unwrap();
+        assert!(text.ends_with("to make room for another program"), "{text}");
+    }
 }
 
 /// A bridge to a serial port is a TCP server; this one says what the test wants.
@@ -394,11 +431,30 @@ fn a_wrong_configuration_is_named() {
     let folder = scratch("configuration");
     let config = path_in(&folder, "config.toml");
     fs::write(&config, "[link]\nradoi = \"half\"\n").unwrap();
-    let (_, err) = expect(2, &["send", "--config", &config, "sim", "stop"]);
+    let (_, err) = expect(2, &["send", "--config", &config, "sim", "dock"]);
     assert!(err.contains("radoi") && err.contains(&config), "{err}");
     let missing = path_in(&folder, "missing.toml");
-    let (_, err) = expect(2, &["send", "--config", &missing, "sim", "stop"]);
+    let (_, err) = expect(2, &["send", "--config", &missing, "sim", "dock"]);
     assert!(err.contains("missing.toml"), "{err}");
+}
+
+#[test]
+fn a_stop_waits_for_no_configuration_to_be_right() {
+    let folder = scratch("stop-configuration");
+    let config = path_in(&folder, "config.toml");
+    let sim = Sim::start(&[]);
+    let text = format!(
+        "[dashboard]\ntheme = \"drak\"\n[link.marvin]\nport = \"{}\"\n",
+        sim.path
+    );
+    fs::write(&config, text).unwrap();
+    expect(2, &["send", "--config", &config, "marvin", "dock"]);
+    let (out, err) = expect(0, &["send", "--config", &config, "marvin", "stop"]);
+    assert!(out.contains("stop: proven"), "{out}");
+    assert!(
+        err.contains("drak") && err.contains("tried all the same"),
+        "{err}"
+    );
 }
 
 /// However many only read, an operator gets through.

@@ -403,3 +403,26 @@ fn a_closed_terminal_finishes_the_recording() {
     );
     expect(0, &["info", capture.to_str().unwrap()]);
 }
+
+/// A demo is recorded as a robot is, with the configuration in it.
+#[test]
+fn a_demo_is_recorded_as_it_is_configured() {
+    let folder = scratch("demo-configured");
+    let config = folder.join("config.toml");
+    let text = "[recording]\nrotate = \"90m\"\n";
+    fs::write(&config, text).unwrap();
+    let recording = folder.join("evening.mcap");
+    let [config, name] = [&config, &recording].map(|path| path.to_str().unwrap());
+    let arguments = ["--config", config, "demo", "--record", name];
+    let mut demo = OnTerminal::start(GROUNDWAVE, &arguments, 120, 40);
+    demo.wait_for("the robot", |text| text.contains("newest <1 s"));
+    demo.type_keys("q");
+    assert_eq!(demo.wait(), 0);
+    let bytes = fs::read(&recording).unwrap();
+    let holds = |wanted: &str| {
+        bytes
+            .windows(wanted.len())
+            .any(|part| part == wanted.as_bytes())
+    };
+    assert!(holds(text), "the configuration is attached");
+}

@@ -6,31 +6,18 @@ mod recordings;
 mod streams;
 
 use std::fs;
-use std::path::Path;
 use std::time::Duration;
 
 use groundwave::capture::recover::{
-    End, Outcome, Paths, Recovery, find_interrupted, recover, set_aside,
+    Outcome, Paths, Recovery, find_interrupted, recover, set_aside,
 };
 use groundwave::capture::topics::StationEvent;
 use groundwave::capture::{CaptureError, Existing, Recorder};
-use mcap::sans_io::LinearReaderOptions;
-use recordings::{concatenated, feed, finished, messages, received, session, settle, wall};
+use recordings::{
+    chunks, concatenated, feed, finished, killed, messages, received, session, settle, wall,
+};
 use streams::Dice;
 use tempfile::TempDir;
-
-/// What a kill would leave after this stream: the files of a recording under way, copied.
-fn killed(folder: &Path, stream: &[u8]) -> Paths {
-    let live = folder.join("live.mcap");
-    let mut recorder = Recorder::start(&live, Existing::Refuse, &session()).unwrap();
-    feed(&mut recorder, stream);
-    let (from, to) = (Paths::of(&live), Paths::of(&folder.join("killed.mcap")));
-    fs::copy(&from.partial, &to.partial).unwrap();
-    fs::copy(&from.journal, &to.journal).unwrap();
-    recorder.discard();
-    assert!(!from.exist(), "something is left of a discarded recording");
-    to
-}
 
 /// Every piece is what was received there, in order, and each step is named.
 fn assert_honest(recovery: &Recovery, stream: &[u8], what: &str) {
@@ -208,37 +195,6 @@ fn a_flipped_bit_in_the_journal_or_the_unfinished_file_costs_nothing() {
     }
 }
 
-/// Byte and length of every chunk that holds, by others' code.
-fn chunks(path: &Path) -> Vec<(usize, usize)> {
-    let bytes = fs::read(path).unwrap();
-    let mut reader = mcap::sans_io::LinearReader::new_with_options(
-        LinearReaderOptions::default().with_emit_chunks(true),
-    );
-    let mut found = Vec::new();
-    let mut at = mcap::MAGIC.len();
-    let mut rest = &bytes[..];
-    while let Some(event) = reader.next_event() {
-        match event.unwrap() {
-            mcap::sans_io::LinearReadEvent::ReadRequest(need) => {
-                let have = need.min(rest.len());
-                if have == 0 {
-                    break;
-                }
-                reader.insert(have).copy_from_slice(&rest[..have]);
-                reader.notify_read(have);
-                rest = &rest[have..];
-            }
-            mcap::sans_io::LinearReadEvent::Record { data, opcode } => {
-                if opcode == mcap::records::op::CHUNK {
-                    found.push((at, data.len() + 9));
-                }
-                at += data.len() + 9;
-            }
-        }
-    }
-    found
-}
-
 /// Both files are damaged, and each has what the other lacks: nothing is lost, unless it is lost in both,
 /// and the rest is as if nothing had happened.
 #[test]
@@ -286,64 +242,6 @@ fn what_either_file_has_is_saved() {
         assert_eq!(fs::read(kept).unwrap(), journal, "{what}");
     }
     assert!(complete > 60, "{complete} of 120 are complete");
-}
-
-/// An older file of that name is another's evidence.
-#[test]
-fn a_damaged_file_is_kept_under_a_name_that_is_free() {
-    let folder = TempDir::new().unwrap();
-    let path = finished(folder.path(), &streams::clean(60));
-    let mut bad = fs::read(&path).unwrap();
-    let (start, length) = chunks(&path)[2];
-    bad[start + length / 2] ^= 1;
-    fs::write(&path, &bad).unwrap();
-    let older = folder.path().join("finished.mcap.damaged");
-    fs::write(&older, "older").unwrap();
-    let recovery = recover(&path).unwrap();
-    let kept = folder.path().join("finished.mcap.damaged-2");
-    assert_eq!(recovery.original.as_deref(), Some(&*kept));
-    assert_eq!(fs::read(&older).unwrap(), b"older");
-    assert_eq!(fs::read(&kept).unwrap(), bad);
-}
-
-/// "All" is said only of what the journal proves.
-#[test]
-fn an_end_that_nobody_knows_is_told() {
-    let folder = TempDir::new().unwrap();
-    let stream = streams::clean(60);
-    let paths = killed(folder.path(), &stream);
-    let partial = fs::read(&paths.partial).unwrap();
-    let journal = fs::read(&paths.journal).unwrap();
-    for (kept, end, said) in [
-        (Some(journal.len()), End::Known, "bytes received"),
-        (
-            Some(journal.len() - 1),
-            End::JournalCut,
-            "the journal ends in the middle of an entry: what came after byte",
-        ),
-        (
-            None,
-            End::NoJournal,
-            "the journal is missing: what came after byte",
-        ),
-        (
-            Some(0),
-            End::JournalShort,
-            "the journal ends before the recording",
-        ),
-    ] {
-        fs::write(&paths.partial, &partial).unwrap();
-        if let Some(bytes) = kept {
-            fs::write(&paths.journal, &journal[..bytes]).unwrap();
-        }
-        let recovery = recover(&paths.target).unwrap();
-        let headline = recovery.headline();
-        assert_eq!(recovery.end, end, "{headline}");
-        assert_eq!(recovery.outcome, Outcome::Recovered, "{headline}");
-        assert!(headline.contains(said), "{headline}");
-        assert_eq!(headline.contains(" all "), end == End::Known, "{headline}");
-        fs::remove_file(&paths.target).unwrap();
-    }
 }
 
 /// A name is no proof that a file is ours.

@@ -173,9 +173,51 @@ fn of_a_damaged_capture_the_rest_is_told_and_the_problem() {
         for fact in facts {
             assert!(out.contains(fact), "{fact} is not in\n{out}");
         }
-        assert!(err.contains("c.mcap is damaged"), "{err}");
+        assert!(err.contains("c.mcap cannot be read whole"), "{err}");
     };
     check(&["runs"], &["a.txt", "b.mcap", "c.mcap"]);
     check(&["compare", "a.txt", "c.mcap"], &["closing error", "apart"]);
     check(&["songs", "c.mcap"], &["01  at", "02  at"]);
+}
+
+#[test]
+fn a_picture_of_nothing_but_damage_ends_as_a_table_does() {
+    let folder = folder();
+    let mut mcap = spoilt();
+    let summary = mcap::Summary::read(&mcap).unwrap().unwrap();
+    for chunk in &summary.chunk_indexes {
+        let middle = chunk.chunk_start_offset + chunk.chunk_length / 2;
+        mcap[middle as usize + 1] ^= 0x10;
+    }
+    fs::write(folder.path().join("c.mcap"), mcap).unwrap();
+    for form in ["csv", "svg", "png"] {
+        let output = groundwave(folder.path(), &["export", "c.mcap", "--to", form]);
+        let err = String::from_utf8(output.stderr).unwrap();
+        assert_eq!(output.status.code(), Some(1), "{form}: {err}");
+    }
+}
+
+#[test]
+fn without_a_word_what_was_recorded_last_is_offered() {
+    let folder = tempfile::tempdir().unwrap();
+    let offered = || {
+        let output = groundwave(folder.path(), &[]);
+        String::from_utf8(output.stdout).unwrap()
+    };
+    let raw = concat!(env!("CARGO_MANIFEST_DIR"), "/captures/house-clean.txt");
+    fs::copy(raw, folder.path().join("evening.txt")).unwrap();
+    // Nothing of ours.
+    fs::write(folder.path().join("film.mkv.partial"), "half").unwrap();
+    let said = offered();
+    assert!(said.contains("groundwave replay evening.txt"), "{said}");
+    assert!(!said.contains("recover"), "{said}");
+    let late = folder.path().join("late.mcap.journal");
+    fs::write(&late, "killed").unwrap();
+    let said = offered();
+    assert!(said.contains("groundwave recover late.mcap "), "{said}");
+    // One that somebody writes at this moment.
+    let writing = fs::File::open(&late).unwrap();
+    writing.lock().unwrap();
+    let said = offered();
+    assert!(!said.contains("recover"), "{said}");
 }

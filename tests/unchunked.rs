@@ -1,4 +1,5 @@
-//! Recordings in forms that other writers make: messages outside of chunks, chunks in another compression.
+//! Recordings in forms that other writers make: messages outside of chunks, chunks in another compression, two
+//! recordings in one.
 #![expect(clippy::unwrap_used, reason = "a test stops where something is wrong")]
 
 mod recordings;
@@ -6,11 +7,14 @@ mod streams;
 
 use std::fs;
 use std::io::Cursor;
+use std::time::Duration;
 
 use groundwave::capture::Capture;
+use groundwave::capture::cut::{Window, cut_mcap};
 use groundwave::capture::recover::{Outcome, recover};
+use groundwave::capture::when::When;
 use mcap::records::op;
-use recordings::{concatenated, finished, messages};
+use recordings::{chunks, concatenated, finished, messages};
 use tempfile::TempDir;
 
 /// The same messages as others write them without chunks.
@@ -141,4 +145,205 @@ fn another_compression_is_not_called_damage() {
         error.contains("mcap compress") && !error.contains("damaged"),
         "{error}"
     );
+}
+
+/// The same messages in chunks, as others write them: the channels are declared in the first chunk that needs them, and
+/// have other numbers than ours.
+fn rewritten(recording: &[u8], library: &str) -> Vec<u8> {
+    let mut output = Cursor::new(Vec::new());
+    let options = mcap::WriteOptions::new()
+        .library(library)
+        .chunk_size(Some(16 << 10));
+    let mut writer = options.create(&mut output).unwrap();
+    for message in mcap::MessageStream::new(recording).unwrap() {
+        writer.write(&message.unwrap()).unwrap();
+    }
+    writer.finish().unwrap();
+    drop(writer);
+    output.into_inner()
+}
+
+/// Nothing proves what is in no chunk: a message whose channel is damaged costs itself alone.
+#[test]
+fn a_message_of_no_channel_is_left_out() {
+    let folder = TempDir::new().unwrap();
+    let whole = fs::read(finished(folder.path(), &streams::clean(60))).unwrap();
+    let mut bytes = unchunked(&whole);
+    let count = mcap::MessageStream::new(&bytes).unwrap().count() as u64;
+    let mut at = mcap::MAGIC.len();
+    let mut messages_left = 100;
+    while messages_left > 0 {
+        messages_left -= u64::from(bytes[at] == op::MESSAGE);
+        if messages_left > 0 {
+            let length = u64::from_le_bytes(bytes[at + 1..at + 9].try_into().unwrap());
+            at += 9 + usize::try_from(length).unwrap();
+        }
+    }
+    bytes[at + 10] ^= 0x40;
+    let path = folder.path().join("unchunked.mcap");
+    fs::write(&path, &bytes).unwrap();
+    let recovery = recover(&path).unwrap();
+    assert_eq!(recovery.messages, count - 1, "{recovery:?}");
+    messages(&path);
+}
+
+/// The summary says what the first chunk said.
+#[test]
+fn channels_of_a_damaged_chunk_are_taken_from_the_summary() {
+    let folder = TempDir::new().unwrap();
+    let stream = streams::clean(300);
+    let whole = fs::read(finished(folder.path(), &stream)).unwrap();
+    let all = messages(&folder.path().join("finished.mcap"));
+    let path = folder.path().join("rewritten.mcap");
+    let mut bytes = rewritten(&whole, "another");
+    fs::write(&path, &bytes).unwrap();
+    let (start, length) = chunks(&path)[0];
+    bytes[start + length / 2] ^= 1;
+    fs::write(&path, &bytes).unwrap();
+    let recovery = recover(&path).unwrap();
+    assert!(recovery.rx_bytes > stream.len() as u64 / 2, "{recovery:?}");
+    let bytes_missing: u64 = recovery.rx_missing.iter().map(|m| m.bytes).sum();
+    assert_eq!(recovery.rx_bytes + bytes_missing, stream.len() as u64);
+    for (topic, saved) in messages(&path) {
+        assert!(all[&topic].ends_with(&saved), "{topic}");
+    }
+    assert!(stream.ends_with(&concatenated(&path)));
+}
+
+/// Nothing says any more what the messages are: no file is made that nobody can read.
+#[test]
+fn messages_without_any_channel_are_refused_and_left_alone() {
+    let folder = TempDir::new().unwrap();
+    let whole = fs::read(finished(folder.path(), &streams::clean(300))).unwrap();
+    let path = folder.path().join("rewritten.mcap");
+    let mut bytes = rewritten(&whole, "another");
+    fs::write(&path, &bytes).unwrap();
+    let chunks = chunks(&path);
+    let (start, length) = chunks[0];
+    bytes[start + length / 2] ^= 1;
+    let (start, length) = chunks.last().unwrap();
+    bytes.truncate(start + length);
+    fs::write(&path, &bytes).unwrap();
+    let error = recover(&path).unwrap_err().to_string();
+    assert!(error.contains("which topics"), "{error}");
+    assert!(fs::read(&path).unwrap() == bytes, "it is left as it was");
+    assert_eq!(fs::read_dir(folder.path()).unwrap().count(), 2);
+}
+
+/// Every version of ours gives its topics the same numbers.
+#[test]
+fn channels_of_another_version_need_not_be_readable() {
+    let folder = TempDir::new().unwrap();
+    let stream = streams::clean(300);
+    let path = finished(folder.path(), &stream);
+    let mut bytes = fs::read(&path).unwrap();
+    let chunks = chunks(&path);
+    let version = b"groundwave 0.";
+    let at = bytes.windows(version.len()).position(|it| it == version);
+    bytes[at.unwrap() + version.len()] = b'0';
+    bytes[chunks[0].0 + chunks[0].1 / 2] ^= 1;
+    let (start, length) = chunks.last().unwrap();
+    bytes.truncate(start + length);
+    fs::write(&path, &bytes).unwrap();
+    let recovery = recover(&path).unwrap();
+    assert!(recovery.rx_bytes > stream.len() as u64 / 2, "{recovery:?}");
+    assert!(stream.ends_with(&concatenated(&path)));
+}
+
+/// The first bytes of a file are those that a disk loses first.
+#[test]
+fn a_file_without_its_beginning_is_taken_for_ours() {
+    let folder = TempDir::new().unwrap();
+    let stream = streams::clean(300);
+    let path = finished(folder.path(), &stream);
+    let mut bytes = fs::read(&path).unwrap();
+    let chunks = chunks(&path);
+    bytes[..chunks[1].0 - 1].fill(0);
+    let (start, length) = chunks.last().unwrap();
+    bytes.truncate(start + length);
+    fs::write(&path, &bytes).unwrap();
+    let recovery = recover(&path).unwrap();
+    assert!(recovery.rx_bytes > stream.len() as u64 / 2, "{recovery:?}");
+    assert!(stream.ends_with(&concatenated(&path)));
+}
+
+/// The messages of a recording and once more those of another that began ten seconds later, by their times, as
+/// `mcap merge` puts them.
+fn merged(recording: &[u8]) -> Vec<u8> {
+    let once = mcap::MessageStream::new(recording).unwrap();
+    let mut all: Vec<mcap::Message<'_>> = once.map(Result::unwrap).collect();
+    let later = all.clone().into_iter().map(|mut message| {
+        message.log_time += 10_000_000_000;
+        message
+    });
+    all.extend(later.collect::<Vec<_>>());
+    all.sort_by_key(|message| message.log_time);
+    let mut output = Cursor::new(Vec::new());
+    let options = mcap::WriteOptions::new().chunk_size(Some(16 << 10));
+    let mut writer = options.create(&mut output).unwrap();
+    for message in &all {
+        writer.write(message).unwrap();
+    }
+    writer.finish().unwrap();
+    drop(writer);
+    output.into_inner()
+}
+
+#[test]
+fn bytes_that_come_twice_are_counted_once() {
+    let folder = TempDir::new().unwrap();
+    let stream = streams::clean(300);
+    let whole = finished(folder.path(), &stream);
+    let mut bytes = merged(&fs::read(&whole).unwrap());
+    let path = folder.path().join("merged.mcap");
+    fs::write(&path, &bytes).unwrap();
+    let length = stream.len() as u64;
+    let recovery = recover(&path).unwrap();
+    assert_eq!(recovery.outcome, Outcome::Whole);
+    assert_eq!((recovery.rx_bytes, recovery.rx_missing), (length, vec![]));
+    let chunks = chunks(&path);
+    let (start, chunk_length) = chunks[chunks.len() / 2];
+    bytes[start + chunk_length / 2] ^= 1;
+    fs::write(&path, &bytes).unwrap();
+    let recovery = recover(&path).unwrap();
+    let missing: u64 = recovery.rx_missing.iter().map(|m| m.bytes).sum();
+    assert_eq!(recovery.rx_bytes + missing, length, "{recovery:?}");
+}
+
+/// Numbers of channels and what follows from the bytes are those of the writer, in a part as in the whole.
+#[test]
+fn a_part_says_who_wrote_the_whole() {
+    let folder = TempDir::new().unwrap();
+    let whole = fs::read(finished(folder.path(), &streams::clean(60))).unwrap();
+    for library in ["another", "groundwave 0.0.9, fixed topics"] {
+        let bytes = rewritten(&whole, library);
+        let mut piece = Vec::new();
+        cut_mcap(&bytes[..], Window::default(), &mut piece).unwrap();
+        let header = &piece[..80];
+        let is_there = header
+            .windows(library.len())
+            .any(|it| it == library.as_bytes());
+        assert!(is_there, "{library}");
+    }
+}
+
+#[test]
+fn bytes_that_come_twice_are_named_and_cut_out_once() {
+    let folder = TempDir::new().unwrap();
+    let stream = streams::clean(300);
+    let whole = finished(folder.path(), &stream);
+    let bytes = merged(&fs::read(&whole).unwrap());
+    let window = Window {
+        from: Some(When::Since(Duration::from_secs(10))),
+        to: None,
+    };
+    let mut piece = Vec::new();
+    let part = cut_mcap(&bytes[..], window, &mut piece).unwrap();
+    let problem = part.problem.unwrap();
+    assert!(problem.contains("/raw/rx: the bytes at"), "{problem}");
+    assert!(problem.contains("come twice"), "{problem}");
+    let path = folder.path().join("piece.mcap");
+    fs::write(&path, piece).unwrap();
+    let cut = concatenated(&path);
+    assert!(!cut.is_empty() && stream.ends_with(&cut));
 }

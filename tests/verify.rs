@@ -88,6 +88,40 @@ fn what_does_not_follow_from_the_bytes_is_found_on_every_topic() {
     }
 }
 
+/// What follows from the bytes may have been told otherwise by another version: that is no fault of the recording.
+#[test]
+fn what_another_version_told_otherwise_is_no_fault() {
+    let mcap = converted(&streams::clean(300));
+    for (library, is_good) in [
+        (
+            concat!("groundwave ", env!("CARGO_PKG_VERSION"), ", fixed topics"),
+            false,
+        ),
+        ("groundwave 0.0.9, fixed topics", true),
+    ] {
+        let mut other = Vec::new();
+        let options = mcap::WriteOptions::new().library(library);
+        let mut writer = options.create(Cursor::new(&mut other)).unwrap();
+        for message in mcap::MessageStream::new(&mcap).unwrap() {
+            let mut message = message.unwrap();
+            if message.channel.topic == "/path" {
+                message.data.to_mut().reverse();
+            }
+            writer.write(&message).unwrap();
+        }
+        writer.finish().unwrap();
+        drop(writer);
+        let verdict = verify_mcap(&other[..], Beside::default()).unwrap();
+        assert_eq!(
+            verdict.is_good(),
+            is_good,
+            "{library}: {:?}",
+            verdict.faults
+        );
+        assert!(verdict.derived_unchecked > 0, "{library}");
+    }
+}
+
 #[test]
 fn a_journal_beside_a_recording_is_compared_with_it() {
     let folder = scratch("verify-journal");

@@ -140,17 +140,10 @@ impl<W: Write> Composer<W> {
     /// # Errors
     /// When writing fails.
     pub fn handle_entry<D: AsRef<[u8]>>(&mut self, entry: &Entry<D>) -> io::Result<()> {
-        let fresh = |have: u64| {
-            let known = have.saturating_sub(entry.offset);
-            let step = entry.offset.saturating_sub(have);
-            let from = usize::try_from(known).unwrap_or(usize::MAX);
-            let bytes = entry.data.as_ref().get(from..)?;
-            Some((step, bytes))
-        };
         match entry.kind {
             Kind::Session => Ok(()),
             Kind::Rx => {
-                let Some((step, bytes)) = fresh(self.deriver.rx_bytes()) else {
+                let Some((step, bytes)) = fresh(entry, self.deriver.rx_bytes()) else {
                     return Ok(());
                 };
                 if step > 0 {
@@ -161,7 +154,7 @@ impl<W: Write> Composer<W> {
                 self.handle_rx(entry.at_ns, bytes)
             }
             Kind::Tx => {
-                let Some((step, bytes)) = fresh(self.deriver.tx_bytes()) else {
+                let Some((step, bytes)) = fresh(entry, self.deriver.tx_bytes()) else {
                     return Ok(());
                 };
                 self.deriver.skip_tx(step);
@@ -181,16 +174,21 @@ impl<W: Write> Composer<W> {
         let Ok(()) = match entry.kind {
             Kind::Session => Ok(()),
             Kind::Rx => {
-                let step = entry.offset.saturating_sub(deriver.rx_bytes());
+                let Some((step, bytes)) = fresh(entry, deriver.rx_bytes()) else {
+                    return;
+                };
                 if step > 0 {
                     let Ok(()) = deriver.skip_rx(step, nowhere);
                 }
-                let Ok(()) = deriver.handle_rx(entry.at_ns, &entry.data, nowhere);
+                let Ok(()) = deriver.handle_rx(entry.at_ns, bytes, nowhere);
                 deriver.finish(nowhere)
             }
             Kind::Tx => {
-                deriver.skip_tx(entry.offset.saturating_sub(deriver.tx_bytes()));
-                deriver.handle_tx(entry.at_ns, &entry.data, nowhere)
+                let Some((step, bytes)) = fresh(entry, deriver.tx_bytes()) else {
+                    return;
+                };
+                deriver.skip_tx(step);
+                deriver.handle_tx(entry.at_ns, bytes, nowhere)
             }
             Kind::Uplink | Kind::Log => entry.event().map_or(Ok(()), |event| {
                 deriver.handle_event(entry.at_ns, &event, nowhere)
@@ -245,6 +243,14 @@ impl<W: Write> Composer<W> {
         self.end_line()?;
         Ok((self.writer.finish()?, self.deriver))
     }
+}
+
+/// The bytes of an entry that are not there yet, and how many are missing before them; `None` where all of them are.
+fn fresh<D: AsRef<[u8]>>(entry: &Entry<D>, have: u64) -> Option<(u64, &[u8])> {
+    let known = have.saturating_sub(entry.offset);
+    let step = entry.offset.saturating_sub(have);
+    let from = usize::try_from(known).unwrap_or(usize::MAX);
+    Some((step, entry.data.as_ref().get(from..)?))
 }
 
 /// How the first message of every recording begins.

@@ -19,7 +19,7 @@ use super::text::TextReader;
 use super::topics::Topic;
 use super::when::When;
 use super::writer::records::record;
-use super::writer::{Attachment, LIBRARY, McapWriter};
+use super::writer::{Attachment, McapWriter};
 
 /// What is decoded from bytes is recorded a moment after them and still belongs to them.
 const LAG_NS: u64 = 1_000_000_000;
@@ -104,9 +104,9 @@ pub fn cut_raw(
 /// When reading or writing fails.
 pub fn cut_mcap(source: impl Read, window: Window, output: impl Write) -> Result<Part, CutError> {
     let mut entries = Entries::new(source);
-    let mut damages = Damages::default();
+    let mut next = entries.next_entry().map_err(CutError::Read)?;
     let mut cutter = Cutter {
-        writer: McapWriter::empty(output, LIBRARY).map_err(CutError::Write)?,
+        writer: McapWriter::empty(output, &library(next.as_ref())).map_err(CutError::Write)?,
         window,
         start_ns: None,
         place: Place::Before,
@@ -114,45 +114,16 @@ pub fn cut_mcap(source: impl Read, window: Window, output: impl Write) -> Result
         channels: HashSet::new(),
         held: Held::default(),
         offsets: BTreeMap::new(),
+        ends: BTreeMap::new(),
+        in_summary: false,
+        damages: Damages::default(),
         part: Part::default(),
     };
-    let mut in_summary = false;
-    while let Some(entry) = entries.next_entry().map_err(CutError::Read)? {
-        match entry {
-            Entry::Damage(damage) => damages.push(damage),
-            Entry::Other { opcode, body } => {
-                in_summary |= opcode == op::DATA_END;
-                if !in_summary {
-                    cutter.copy_record(opcode, body).map_err(CutError::Write)?;
-                }
-            }
-            Entry::Message {
-                channel,
-                header,
-                data,
-            } => {
-                let raw = match Topic::from_name(&channel.topic) {
-                    Some(Topic::RawRx) => Some(Way::Down),
-                    Some(Topic::RawTx) => Some(Way::Up),
-                    _ => None,
-                };
-                let content = match raw.map(|way| (way, RawBytes::decode(data))) {
-                    None => Content::Other(data.to_vec()),
-                    Some((way, Ok(raw))) => Content::Raw(way, raw),
-                    Some((_, Err(error))) => {
-                        damages.push(format_args!("{}: {error}", channel.topic));
-                        continue;
-                    }
-                };
-                let message = Message {
-                    channel: header.channel_id,
-                    times: (header.log_time, header.publish_time),
-                    content,
-                };
-                cutter.take(message).map_err(CutError::Write)?;
-            }
-        }
+    while let Some(entry) = next {
+        cutter.take_entry(entry).map_err(CutError::Write)?;
+        next = entries.next_entry().map_err(CutError::Read)?;
     }
+    let damages = std::mem::take(&mut cutter.damages);
     let mut part = cutter.finish().map_err(CutError::Write)?;
     part.problem = if !damages.is_empty() {
         Some(damages.in_words())
@@ -162,6 +133,17 @@ pub fn cut_mcap(source: impl Read, window: Window, output: impl Write) -> Result
         Some("the recording was interrupted: its end is missing".to_owned())
     };
     Ok(part)
+}
+
+/// What wrote a capture, as its first record says: the channels of a part have the same numbers.
+fn library(first: Option<&Entry<'_>>) -> String {
+    match first {
+        Some(Entry::Other { opcode, body }) => match parse_record(*opcode, body) {
+            Ok(Record::Header(header)) => header.library,
+            _ => String::new(),
+        },
+        _ => String::new(),
+    }
 }
 
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
@@ -247,7 +229,7 @@ impl Held {
             missing -= taken;
             if taken > 0 {
                 let data = raw.data.split_off(raw.data.len() - taken);
-                let stream_offset = raw.stream_offset + raw.data.len() as u64;
+                let stream_offset = raw.stream_offset.saturating_add(raw.data.len() as u64);
                 let raw = RawBytes {
                     stream_offset,
                     data,
@@ -285,6 +267,10 @@ struct Cutter<W: Write> {
     held: Held,
     /// Where each way began in the capture.
     offsets: BTreeMap<Way, u64>,
+    /// Where each way has got to.
+    ends: BTreeMap<Way, u64>,
+    in_summary: bool,
+    damages: Damages,
     part: Part,
 }
 
@@ -297,6 +283,56 @@ impl Part {
 }
 
 impl<W: Write> Cutter<W> {
+    fn take_entry(&mut self, entry: Entry<'_>) -> io::Result<()> {
+        let (channel, header, data) = match entry {
+            Entry::Damage(damage) => {
+                self.damages.push(damage);
+                return Ok(());
+            }
+            Entry::Other { opcode, body } => {
+                self.in_summary |= opcode == op::DATA_END;
+                if self.in_summary {
+                    return Ok(());
+                }
+                return self.copy_record(opcode, body);
+            }
+            Entry::Message {
+                channel,
+                header,
+                data,
+            } => (channel, header, data),
+        };
+        let way = match Topic::from_name(&channel.topic) {
+            Some(Topic::RawRx) => Some(Way::Down),
+            Some(Topic::RawTx) => Some(Way::Up),
+            _ => None,
+        };
+        let content = match way.map(|way| (way, RawBytes::decode(data))) {
+            None => Content::Other(data.to_vec()),
+            Some((way, Ok(raw))) => {
+                let end = self.ends.entry(way).or_insert(0);
+                let at = raw.stream_offset;
+                if at < *end {
+                    let problem = format_args!("{}: the bytes at {at} come twice", channel.topic);
+                    self.damages.push(problem);
+                    return Ok(());
+                }
+                *end = at.saturating_add(raw.data.len() as u64);
+                Content::Raw(way, raw)
+            }
+            Some((_, Err(error))) => {
+                self.damages
+                    .push(format_args!("{}: {error}", channel.topic));
+                return Ok(());
+            }
+        };
+        self.take(Message {
+            channel: header.channel_id,
+            times: (header.log_time, header.publish_time),
+            content,
+        })
+    }
+
     fn copy_record(&mut self, opcode: u8, body: &[u8]) -> io::Result<()> {
         match opcode {
             op::SCHEMA | op::CHANNEL | op::METADATA | op::ATTACHMENT => {}

@@ -6,7 +6,7 @@ use std::io;
 use std::path::{Path, PathBuf};
 
 use super::recover::Interrupted;
-use super::unpacker::LZ4;
+use super::unpacker::Problem;
 use crate::remedy::{self, shell_word};
 
 /// What to do when the file to be written exists.
@@ -106,6 +106,7 @@ pub enum CaptureError {
         match error.kind() {
             io::ErrorKind::StorageFull | io::ErrorKind::QuotaExceeded | io::ErrorKind::FileTooLarge =>
                 "make room and run recover again; ",
+            io::ErrorKind::InvalidFilename => "give it a shorter name and run recover again; ",
             _ => "",
         }
     )]
@@ -118,14 +119,21 @@ pub enum CaptureError {
     /// Another program records under that name now.
     #[error("will not record to {}: another groundwave is recording it; choose another name", .0.display())]
     InUse(PathBuf),
-    /// A recording under way is not recovered.
-    #[error("will not recover {}: another groundwave is recording it; end it there first", .0.display())]
+    /// A recording that is being recorded or recovered is not recovered.
+    #[error("will not recover {}: another groundwave is recording or recovering it; end it there first", .0.display())]
     UnderWay(PathBuf),
     /// Not one chunk of a recording holds.
     #[error("nothing of {} can be saved: not one of its chunks holds, and there is no journal", .0.display())]
     NothingLeft(PathBuf),
+    /// What declares a channel is damaged, and nothing else tells of it.
+    #[error(
+        "will not recover {}: what says which topics its messages belong to is damaged, and nobody could read what was \
+         made of it; it was left alone",
+        .0.display()
+    )]
+    NoChannels(PathBuf),
     /// Chunks in a form that others write.
-    #[error("will not recover {}: {LZ4}", .0.display())]
+    #[error("will not recover {}: {}", .0.display(), Problem::Lz4)]
     Compression(PathBuf),
     /// A finished recording does not read back as what was received.
     #[error(
@@ -137,6 +145,16 @@ pub enum CaptureError {
         path: PathBuf,
         /// Its journal.
         journal: PathBuf,
+    },
+    /// The disk was too slow for a recording, and its journal failed too.
+    #[error(
+        "{} does not hold everything that was received: the disk was too slow for it, and its journal ended early; both \
+         are kept, and groundwave recover {} makes a recording of its own of what the journal has",
+        path.display(), shell_word(path)
+    )]
+    Incomplete {
+        /// The recording.
+        path: PathBuf,
     },
     /// Waypoints, and no capture.
     #[error(
@@ -205,11 +223,7 @@ pub enum CaptureError {
     #[error("the recording ends in the middle: {0}")]
     Interrupted(Interrupted),
     /// An MCAP whose checksums or structure do not hold.
-    #[error(
-        "{} {}: {problem}; everything else has been read",
-        path.display(),
-        if problem.contains(LZ4) { "cannot be read whole" } else { "is damaged" }
-    )]
+    #[error("{} cannot be read whole: {problem}; everything else has been read", path.display())]
     Damaged {
         /// The file.
         path: PathBuf,

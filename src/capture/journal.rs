@@ -90,6 +90,13 @@ impl Entry {
 }
 
 impl<D: AsRef<[u8]>> Entry<D> {
+    /// Bytes of its stream up to its end.
+    #[must_use]
+    pub fn end(&self) -> u64 {
+        let bytes = self.data.as_ref().len() as u64;
+        self.offset.saturating_add(bytes)
+    }
+
     /// The event that it holds, if it is one.
     #[must_use]
     pub fn event(&self) -> Option<StationEvent> {

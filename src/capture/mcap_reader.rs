@@ -308,7 +308,7 @@ impl<R: Read> McapReader<R> {
             };
             self.missing_bytes += step;
             let is_interrupted = std::mem::take(&mut self.is_interrupted) || step > 0;
-            self.next_offset = bytes.stream_offset + bytes.data.len() as u64;
+            self.next_offset = bytes.stream_offset.saturating_add(bytes.data.len() as u64);
             self.current = bytes;
             return Ok(Some(Chunk {
                 at: Duration::from_nanos(header.log_time.saturating_sub(start_ns)),

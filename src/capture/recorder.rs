@@ -24,7 +24,7 @@ use super::topics::StationEvent;
 use super::{CaptureError, Existing};
 use crate::event::Moment;
 use lookout::Lookout;
-use worker::{Order, Part, Shared, Until, Worker, write_error};
+use worker::{Losses, Order, Part, Shared, Until, Worker, write_error};
 
 /// So that a power cut takes no more than the last 10 s, with a disk that needs its time.
 const FLUSH_PERIOD: Duration = Duration::from_secs(8);
@@ -64,6 +64,8 @@ pub struct Recorder {
     orders: Option<SyncSender<Order>>,
     thread: Option<JoinHandle<Result<(), CaptureError>>>,
     shared: Arc<Shared>,
+    /// Of the present part.
+    losses: Arc<Losses>,
     queued: u64,
     dropped: u64,
     flush_at: Option<Moment>,
@@ -124,6 +126,7 @@ impl Recorder {
             return Err(CaptureError::InUse(path));
         }
         let shared = Arc::<Shared>::default();
+        let losses = Arc::<Losses>::default();
         let journal = new_journal(&paths, session)?;
         let worker = create_partial(&paths.partial, existing).and_then(|file| {
             let part = Part {
@@ -131,6 +134,7 @@ impl Recorder {
                 session: session.clone(),
                 existing,
                 journal: journal.handle().ok(),
+                losses: Arc::clone(&losses),
             };
             Worker::begin(part, file, Arc::clone(&shared)).inspect_err(|_| {
                 // It has nothing in it yet that could be lost.
@@ -163,6 +167,7 @@ impl Recorder {
             orders: Some(orders),
             thread: Some(thread),
             shared,
+            losses,
             queued: 0,
             dropped: 0,
             flush_at: None,
@@ -372,16 +377,19 @@ impl Recorder {
             Ok(journal) => journal,
             Err(error) => return self.shared.set_problem(error.to_string()),
         };
+        let losses = Arc::<Losses>::default();
         let order = Order::Rotate(Box::new(Part {
             paths: paths.clone(),
             session,
             existing: self.existing,
             journal: journal.handle().ok(),
+            losses: Arc::clone(&losses),
         }));
         // What belongs to the part under way comes first. It goes on for a while when the disk is behind.
         self.hand_over();
         if self.try_push(order) {
             self.journal = journal;
+            self.losses = losses;
             self.part = part;
             self.part_since = Some(now);
             self.first_ns = None;
@@ -393,7 +401,7 @@ impl Recorder {
     /// Keeps the entry that has just been written for the thread. The disk has it in good time, whether more comes or not.
     fn hold(&mut self, now: Moment) {
         if self.journal.has_failed() {
-            self.shared.has_lost_journal.store(true, Ordering::Release);
+            self.losses.has_lost_journal.store(true, Ordering::Release);
         }
         self.held.entries.extend_from_slice(self.journal.latest());
         self.held.count += 1;
@@ -419,7 +427,7 @@ impl Recorder {
         let Held { entries, count, .. } = std::mem::replace(&mut self.held, next);
         if !self.try_push(Order::Entries(entries)) {
             self.dropped += count as u64;
-            self.shared.has_dropped.store(true, Ordering::Release);
+            self.losses.has_dropped.store(true, Ordering::Release);
         }
     }
 

@@ -115,14 +115,14 @@ pub struct Track {
     pub duration: Duration,
     /// Where it looked at the end, degrees clockwise from +Y.
     pub heading_deg: u16,
-    /// Why the capture could not be read whole.
+    /// Why the capture could not be read whole, in words.
     pub problem: Option<String>,
 }
 
 impl Track {
-    /// Reads a whole capture. One that is damaged or ends early is told about up to there.
+    /// Reads a whole capture. One that is damaged or ends early is told about up to there, and why that is not all.
     #[must_use]
-    pub fn read(capture: &mut Capture) -> Self {
+    pub fn read(capture: &mut Capture) -> (Self, Option<CaptureError>) {
         let mut fold = Fold::default();
         let mut decoder = Decoder::default();
         let result = capture.for_each_line(&mut decoder, |_, received| {
@@ -132,11 +132,13 @@ impl Track {
             Ok::<_, CaptureError>(())
         });
         fold.finish();
-        Self {
+        let problem = result.err();
+        let track = Self {
             duration: capture.end(),
-            problem: result.err().map(|error| error.to_string()),
+            problem: problem.as_ref().map(ToString::to_string),
             ..fold.track
-        }
+        };
+        (track, problem)
     }
 
     /// The events of a kind.

@@ -1,9 +1,33 @@
 //! What a chunk of an MCAP holds, believed when its checksum holds.
 
+use serde::{Serialize, Serializer};
+
 use super::writer::records::Reader;
 
-/// What is said of a chunk in the other form that the MCAP specification knows. It may be whole.
-pub(super) const LZ4: &str = "a chunk is compressed with LZ4, which is not read here; `mcap compress` rewrites the file with zstd";
+/// What does not hold of a file, or cannot be read of it.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
+pub enum Problem {
+    /// A chunk in the other compression that the MCAP specification knows. It may be whole.
+    #[error(
+        "a chunk is compressed with LZ4, which is not read here; `mcap compress` rewrites the file with zstd"
+    )]
+    Lz4,
+    /// Anything else, in words.
+    #[error("{0}")]
+    Flaw(&'static str),
+}
+
+impl From<&'static str> for Problem {
+    fn from(words: &'static str) -> Self {
+        Self::Flaw(words)
+    }
+}
+
+impl Serialize for Problem {
+    fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
+        serializer.collect_str(self)
+    }
+}
 
 /// Unpacks chunks one after the other: making what decompresses them takes longer than a small chunk.
 #[derive(Default)]
@@ -19,7 +43,7 @@ impl Clone for Unpacker {
 }
 
 /// Why a chunk is lost, and first and last log time of its messages where it still says them.
-pub(super) type Lost = (&'static str, Option<(u64, u64)>);
+pub(super) type Lost = (Problem, Option<(u64, u64)>);
 
 impl Unpacker {
     /// Puts what a chunk holds into `content`. `body` is its record without operation code and length; one that
@@ -33,7 +57,7 @@ impl Unpacker {
         bytes_max: usize,
         content: &mut Vec<u8>,
     ) -> Result<(), Lost> {
-        let header = Header::read(body).ok_or(("a chunk makes no sense", None))?;
+        let header = Header::read(body).ok_or((Problem::Flaw("a chunk makes no sense"), None))?;
         self.decompress(&header, bytes_max, content)
             .map_err(|problem| (problem, Some(header.times_ns)))
     }
@@ -43,10 +67,10 @@ impl Unpacker {
         header: &Header<'_>,
         bytes_max: usize,
         content: &mut Vec<u8>,
-    ) -> Result<(), &'static str> {
+    ) -> Result<(), Problem> {
         let bytes = usize::try_from(header.bytes).ok();
         let Some(bytes) = bytes.filter(|bytes| *bytes <= bytes_max) else {
-            return Err("a chunk claims to be larger than any");
+            return Err("a chunk claims to be larger than any".into());
         };
         content.clear();
         match header.compression {
@@ -63,14 +87,14 @@ impl Unpacker {
                 zstd.decompress_to_buffer(header.data, content)
                     .map_err(|_| "a chunk cannot be unpacked")?;
             }
-            "lz4" => return Err(LZ4),
-            _ => return Err("a chunk is compressed with something else than zstd"),
+            "lz4" => return Err(Problem::Lz4),
+            _ => return Err("a chunk is compressed with something else than zstd".into()),
         }
         if content.len() != bytes {
-            return Err("a chunk has another length than it says");
+            return Err("a chunk has another length than it says".into());
         }
         if header.crc != 0 && crc32fast::hash(content) != header.crc {
-            return Err("the checksum of a chunk does not hold");
+            return Err("the checksum of a chunk does not hold".into());
         }
         Ok(())
     }
@@ -102,5 +126,18 @@ impl<'a> Header<'a> {
             },
         };
         fields.0.is_empty().then_some(header)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_problem_is_its_words_for_programs_too() {
+        for problem in [Problem::Lz4, Problem::from("a record makes no sense")] {
+            let json = serde_json::to_value(problem).unwrap();
+            assert_eq!(json, problem.to_string());
+        }
     }
 }

@@ -13,6 +13,7 @@ use std::ops::Range;
 use ::mcap::MAGIC;
 use serde::Serialize;
 
+pub use super::unpacker::Problem;
 use super::unpacker::{Lost, Unpacker};
 use super::writer::CheckedChunk;
 use super::writer::records::{HEAD_BYTES, op};
@@ -30,7 +31,7 @@ pub struct Damage {
     /// Bytes of the file that are skipped because of it; none where nobody knows which are wrong.
     pub bytes: u64,
     /// What does not hold.
-    pub problem: &'static str,
+    pub problem: Problem,
     /// First and last log time of the messages lost, nanoseconds, where the chunk still says it.
     #[serde(skip)]
     pub times_ns: Option<(u64, u64)>,
@@ -40,7 +41,7 @@ impl fmt::Display for Damage {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let Self { offset, bytes, .. } = self;
         if *bytes == 0 {
-            return f.write_str(self.problem);
+            return write!(f, "{}", self.problem);
         }
         write!(f, "{} ({bytes} bytes at byte {offset}", self.problem)?;
         if let Some((first_ns, last_ns)) = self.times_ns {
@@ -287,11 +288,12 @@ impl<R: Read> Walker<R> {
             self.place = Place::Summary;
             self.has_data_end = true;
             self.crc = crc32fast::Hasher::new();
-            if stored != 0 && stored != found && !self.is_damaged {
-                let problem = "the checksum of the data section does not hold";
-                return Ok(Taken::Damage(self.damage(self.offset, problem, None)));
-            }
-            return Ok(Taken::Record(opcode, body));
+            let is_wrong = stored != 0 && stored != found && !self.is_damaged;
+            let problem = "the checksum of the data section does not hold";
+            let damage = is_wrong.then(|| self.damage(self.offset, problem, None));
+            // The summary has a checksum of its own.
+            self.is_damaged = false;
+            return Ok(damage.map_or(Taken::Record(opcode, body), Taken::Damage));
         }
         if opcode == op::FOOTER {
             return self.take_footer();
@@ -396,12 +398,17 @@ impl<R: Read> Walker<R> {
     }
 
     /// Names what begins at `at` and ends here.
-    fn damage(&mut self, at: u64, problem: &'static str, times_ns: Option<(u64, u64)>) -> Damage {
+    fn damage(
+        &mut self,
+        at: u64,
+        problem: impl Into<Problem>,
+        times_ns: Option<(u64, u64)>,
+    ) -> Damage {
         self.is_damaged = true;
         Damage {
             offset: at,
             bytes: self.offset - at,
-            problem,
+            problem: problem.into(),
             times_ns,
         }
     }

@@ -2,6 +2,7 @@
 
 mod captures;
 mod helping;
+mod layout;
 mod listening;
 mod runs;
 mod sending;
@@ -23,6 +24,7 @@ use std::time::Duration;
 use clap::{Parser, Subcommand};
 
 use crate::capture::when;
+use layout::laid_out;
 
 /// Ground station for a small robot on a 2400-baud radio.
 #[derive(Debug, Parser)]
@@ -31,7 +33,7 @@ use crate::capture::when;
     version,
     about,
     max_term_width = 100,
-    after_help = after_help()
+    after_help = laid_out(&after_help())
 )]
 pub struct Cli {
     /// Read this configuration instead of the usual one
@@ -52,7 +54,7 @@ pub enum Command {
     /// Record what the radio delivers, without a dashboard.
     Record(Record),
     /// Send a command and wait for the proof that the robot has executed it.
-    #[command(after_help = "\
+    #[command(after_help = laid_out("\
 COMMAND is one of:
   stop                          motors off; needs no session and no proof of who asks
   mode prowl|reactive|home|...  enter a mode (passive, wander, forage, calibrate, user, stop)
@@ -75,20 +77,20 @@ Examples:
   groundwave send tcp:robot.local:4000 route square.txt
   groundwave send /dev/ttyUSB0 -f run.txt         one command a line, # comments; stops at the first that fails
   groundwave send --dry-run route square.txt
-  groundwave send --via /tmp/x.sock mode prowl    through a station started with --share /tmp/x.sock")]
+  groundwave send --via /tmp/x.sock mode prowl    through a station started with --share /tmp/x.sock"))]
     Send(Send),
     /// Read, change or keep the robot's parameters.
-    #[command(after_help = "\
+    #[command(after_help = laid_out("\
 Examples:
   groundwave param /dev/ttyUSB0 list
   groundwave param /dev/ttyUSB0 get top-speed
   groundwave param /dev/ttyUSB0 set top-speed 8      until the robot's next reset, unless saved
   groundwave param --via /tmp/x.sock save            over a reset; the same words go after `send`, as `param ...`
 
-A value is proven when the robot acknowledged the order and then said the value itself.")]
+A value is proven when the robot acknowledged the order and then said the value itself."))]
     Param(Param),
     /// Drive two squares, and correct what the robot takes its wheels and track for.
-    #[command(after_help = "\
+    #[command(after_help = laid_out("\
 The robot drives a square clockwise and one counter-clockwise, from a mark on the floor until it believes to be back on
 it. After each you measure where it really is, seen as it stood at the start, and type two numbers of inches: to the
 right of the mark and ahead of it. From these follow the track and the wheels' diameters, which are sent to the robot;
@@ -96,7 +98,8 @@ then it drives both again, and you see what it was good for.
 
 Examples:
   groundwave calibrate /dev/ttyUSB0 --side 157 --save
-  printf '%s\\n' '3.5 -2' '-4 1.5' '0.2 0' '-0.1 0.3' | groundwave calibrate /dev/ttyUSB0")]
+  printf '%s\\n' '3.5 -2' '-4 1.5' '0.2 0' '-0.1 0.3' |
+    groundwave calibrate /dev/ttyUSB0"))]
     Calibrate(Calibrate),
     /// Serve a simulated robot on a pseudo-terminal or a TCP port.
     Sim(Sim),
@@ -107,13 +110,13 @@ Examples:
     /// Say what is in captures.
     Info(Info),
     /// Make recordings whole that were interrupted or damaged.
-    #[command(after_help = "\
+    #[command(after_help = laid_out("\
 A recording that was interrupted is FILE.partial with its journal, FILE.journal, beside it: name any of them, or the
 folder. What holds is kept, what came in last is taken from the journal, and you are told what was saved and what was
 not. It can be interrupted and repeated. A damaged file stays as FILE.damaged.
 
   groundwave recover evening.mcap
-  groundwave recover --json ~/captures")]
+  groundwave recover --json ~/captures"))]
     Recover(Recover),
     /// Turn raw captures into MCAP and back.
     Convert(Convert),
@@ -157,6 +160,12 @@ impl Command {
                 | Self::Calibrate(_)
                 | Self::Replay(_)
         )
+    }
+
+    /// Whether it is to stop the robot.
+    #[must_use]
+    pub fn is_stop(&self) -> bool {
+        matches!(self, Self::Send(send) if send.is_stop())
     }
 }
 
@@ -224,6 +233,28 @@ mod tests {
                 .unwrap_or_default();
             let example = format!("  groundwave {}", verb.get_name());
             assert!(help.contains(&example), "{}", verb.get_name());
+        }
+    }
+
+    #[test]
+    fn what_stands_below_the_options_fits_a_narrow_terminal() {
+        let mut all = vec![Cli::command()];
+        while let Some(command) = all.pop() {
+            let help = command.get_after_help().map(ToString::to_string);
+            for pair in help
+                .unwrap_or_default()
+                .lines()
+                .collect::<Vec<_>>()
+                .windows(2)
+            {
+                let [row, next] = [pair[0], pair[1]];
+                assert!(!row.starts_with(' ') || row.len() < 80, "{row}");
+                let is_broken = [row, next]
+                    .iter()
+                    .all(|row| row.starts_with(char::is_alphabetic));
+                assert!(!is_broken, "{row}\n{next}");
+            }
+            all.extend(command.get_subcommands().cloned());
         }
     }
 

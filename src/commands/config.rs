@@ -19,6 +19,7 @@ use crate::model::keys::Keymap;
 use crate::radio::RadioKind;
 use crate::runtime::REMEMBERED;
 use crate::share::Address;
+use read::parse_what_holds;
 pub use read::{Mistake, parse};
 
 /// The file as it comes, every line commented out, the keys apart.
@@ -141,22 +142,30 @@ impl Link {
 
 /// Reads the file that was named, or the one in the usual place if there is one.
 pub(super) fn load(named: Option<&Path>) -> Result<Config, Fault> {
+    let (config, fault) = load_what_holds(named);
+    fault.map_or(Ok(config), Err)
+}
+
+/// What can be read of it, and what is wrong with the rest.
+pub(super) fn load_what_holds(named: Option<&Path>) -> (Config, Option<Fault>) {
     let Some(path) = named.map(Path::to_path_buf).or_else(usual_place) else {
-        return Ok(Config::default());
+        return (Config::default(), None);
     };
     match fs::read_to_string(&path) {
-        Ok(text) => parse(&text)
-            .map_err(|mistakes| blame(&path, &mistakes))
-            .map(|config| Config { text, ..config }),
+        Ok(text) => {
+            let (config, mistakes) = parse_what_holds(&text);
+            let fault = (!mistakes.is_empty()).then(|| blame(&path, &mistakes));
+            (Config { text, ..config }, fault)
+        }
         Err(error) if named.is_none() && error.kind() == ErrorKind::NotFound => {
-            Ok(Config::default())
+            (Config::default(), None)
         }
         Err(error) => {
             let path = path.display();
             let message = format!(
                 "cannot read the configuration {path}: {error}; `groundwave config > {path}` makes one to start from"
             );
-            Err(Fault::new(Exit::Usage, message))
+            (Config::default(), Some(Fault::new(Exit::Usage, message)))
         }
     }
 }

@@ -86,14 +86,15 @@ fn picture(
     draw: impl Fn(&Picture) -> Result<Vec<u8>, String>,
 ) -> Result<Made, Fault> {
     let mut capture = opening::open_capture(path, progress)?;
-    let track = Track::read(&mut capture);
+    let (track, problem) = Track::read(&mut capture);
+    let problem = problem.map(keeping::fault);
     let name = path.file_stem().unwrap_or_default().display().to_string();
     let Some(picture) = Picture::new(&name, &track) else {
-        let problem = track.problem.unwrap_or_else(|| {
+        return Err(problem.unwrap_or_else(|| {
             let name = path.display();
-            format!("{name}: not one position of a robot: there is nothing to draw")
-        });
-        return Err(Fault::new(Exit::Usage, problem));
+            let nothing = format!("{name}: not one position of a robot: there is nothing to draw");
+            Fault::new(Exit::Usage, nothing)
+        }));
     };
     let failed = |problem| Fault::new(Exit::Failed, format!("{}: {problem}", path.display()));
     let bytes = draw(&picture).map_err(failed)?;
@@ -105,8 +106,6 @@ fn picture(
     let feet = track.distance_in / 12.0;
     Ok(Made {
         what: format!("{feet:.0} ft of track"),
-        problem: track
-            .problem
-            .map(|problem| Fault::new(Exit::Failed, problem)),
+        problem,
     })
 }

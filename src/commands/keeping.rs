@@ -80,6 +80,7 @@ pub(super) fn fault(error: CaptureError) -> Fault {
         | CaptureError::Missing(_)
         | CaptureError::OwnName(_)
         | CaptureError::Compression(_)
+        | CaptureError::NoChannels(_)
         | CaptureError::Foreign(_)
         | CaptureError::CannotAppend(_)
         | CaptureError::Journal(_)

@@ -83,11 +83,19 @@ fn dispatch(cli: &Cli) -> Result<(), Fault> {
     // One that is named is read in any case: a mistake in it is told. The verb that is about it does so itself.
     let is_about_it = matches!(command, Command::Config(_));
     let is_named = cli.config.is_some() && !is_about_it;
-    let config = if is_named || command.uses_config() {
-        config::load(cli.config.as_deref())?
+    let (config, fault) = if is_named || command.uses_config() {
+        config::load_what_holds(cli.config.as_deref())
     } else {
-        Config::default()
+        (Config::default(), None)
     };
+    match fault {
+        // A slip in the theme's name shall not keep a robot going.
+        Some(fault) if command.is_stop() => say(format_args!(
+            "groundwave: {fault}\nThe stop is tried all the same, with what could be read."
+        )),
+        Some(fault) => return Err(fault),
+        None => {}
+    }
     match command {
         Command::Demo(demo) => watch::demo(demo, &config),
         Command::Watch(watch) => watch::watch(watch, &config),
@@ -137,9 +145,12 @@ fn say_progress(text: impl Display) {
 
 /// One thread runs everything that is not a blocking read or write.
 fn block_on<T>(future: impl Future<Output = Result<T, Fault>>) -> Result<T, Fault> {
-    tokio::runtime::Builder::new_current_thread()
+    let runtime = tokio::runtime::Builder::new_current_thread()
         .enable_all()
         .build()
-        .map_err(|error| Fault::new(Exit::Failed, format!("cannot start: {error}")))?
-        .block_on(future)
+        .map_err(|error| Fault::new(Exit::Failed, format!("cannot start: {error}")))?;
+    let result = runtime.block_on(future);
+    // A conversation that was given up may block until its time is over: nobody waits for it.
+    runtime.shutdown_background();
+    result
 }

@@ -3,13 +3,14 @@
 use std::fs::{self, File};
 use std::io::{self, BufWriter, Write};
 use std::path::{Path, PathBuf};
-use std::process;
 use std::sync::{Mutex, MutexGuard, Once, PoisonError};
 
 use super::{Exit, Fault, cli, keeping};
 use crate::capture::recover;
 use crate::capture::source::Form;
+use crate::io::files::beside;
 use crate::io::signals;
+use crate::remedy;
 
 /// Where the result of a capture goes.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -280,28 +281,8 @@ impl Write for Output {
     }
 }
 
-/// A name beside the one that the file shall have, so that it gets it at one stroke.
-fn beside(path: &Path) -> PathBuf {
-    let mut name = path.as_os_str().to_owned();
-    name.push(format!(".unfinished-{}", process::id()));
-    name.into()
-}
-
 fn cannot_write(path: &Path, error: &io::Error) -> Fault {
-    let remedy = match error.kind() {
-        io::ErrorKind::NotFound => "; make the directory first",
-        io::ErrorKind::NotADirectory | io::ErrorKind::AlreadyExists => {
-            "; a file stands where the directory should be"
-        }
-        io::ErrorKind::StorageFull | io::ErrorKind::QuotaExceeded => "; make room",
-        io::ErrorKind::PermissionDenied | io::ErrorKind::ReadOnlyFilesystem => {
-            "; choose a directory you may write to"
-        }
-        _ => "",
-    };
     let path = path.display();
-    Fault::new(
-        Exit::Failed,
-        format!("cannot write {path}: {error}{remedy}"),
-    )
+    let problem = remedy::of_writing(error);
+    Fault::new(Exit::Failed, format!("cannot write {path}: {problem}"))
 }

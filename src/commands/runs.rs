@@ -24,7 +24,11 @@ pub(super) fn run(options: &Runs) -> Result<(), Fault> {
                 }),
             );
         }
-        for capture in captures(path)? {
+        let captures = captures(path).unwrap_or_else(|found| {
+            note(&mut fault, Some(found));
+            Vec::new()
+        });
+        for capture in captures {
             match read(&capture) {
                 Ok((figures, problem)) => {
                     if let Err(error) = write(&mut out, &figures, options.json, shown == 0) {

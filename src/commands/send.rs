@@ -227,7 +227,8 @@ pub(super) fn not_confirmed(
             .to_owned()
     };
     let state = match request {
-        _ if frames == 0 => " It was not sent.",
+        // One that is going out already for somebody else has no frames of its own.
+        _ if frames == 0 && *request != Request::Stop => " It was not sent.",
         Request::Route(_) => " The robot holds either its old list or the new one, whole.",
         _ => " The robot may or may not have executed it.",
     };

@@ -2,7 +2,7 @@
 
 use std::collections::BTreeMap;
 use std::io;
-use std::time::Instant;
+use std::time::{Instant, SystemTime, UNIX_EPOCH};
 
 use sr04_sim::serve::{ServeOptions, Server};
 
@@ -93,7 +93,7 @@ pub(super) fn demo(options: &Demo, settings: &config::Config) -> Result<(), Faul
         keeping: options.keeping.clone(),
         sharing: options.sharing.clone(),
         notes,
-        config: config::Config::default(),
+        config: settings.clone(),
     };
     let raw = address(&server, 1);
     let mut model = appearance(settings);
@@ -178,7 +178,9 @@ impl Plan {
     }
 }
 
-fn show(plan: &Plan, config: Config, first: Vec<Event>) -> Result<(), Fault> {
+fn show(plan: &Plan, mut config: Config, first: Vec<Event>) -> Result<(), Fault> {
+    let unix = SystemTime::now().duration_since(UNIX_EPOCH).ok();
+    config.unix = unix.and_then(|unix| unix.checked_sub(plan.started.elapsed()));
     block_on(async {
         let (driver, keeper) = plan.open().await?;
         let status = keeper.clone();

@@ -6,6 +6,8 @@ use std::path::{Path, PathBuf};
 use std::time::SystemTime;
 
 use super::{Fault, config};
+use crate::capture::recover::{Paths, find_interrupted};
+use crate::capture::runs::folder;
 use crate::io::ports::{Port, list};
 use crate::remedy::shell_word;
 
@@ -82,21 +84,32 @@ struct Captures {
 impl Captures {
     fn here() -> Self {
         Self {
-            newest: newest("mcap"),
-            interrupted: newest("partial"),
+            newest: newest(),
+            interrupted: interrupted(),
         }
     }
 }
 
-/// The file of a kind in this folder that was written last.
-fn newest(extension: &str) -> Option<PathBuf> {
-    let files = fs::read_dir(".").ok()?.filter_map(|entry| {
-        let path = PathBuf::from(entry.ok()?.file_name());
-        let is_it = path.extension()?.eq_ignore_ascii_case(extension);
-        let written = fs::metadata(&path).and_then(|file| file.modified());
-        is_it.then(|| (written.unwrap_or(SystemTime::UNIX_EPOCH), path))
-    });
-    files.max().map(|(_, path)| path)
+fn newest() -> Option<PathBuf> {
+    let captures = folder::captures(Path::new(".")).ok()?;
+    captures.into_iter().max_by_key(|path| written_at(path))
+}
+
+fn interrupted() -> Option<PathBuf> {
+    let newest = find_interrupted(Path::new("."))
+        .into_iter()
+        .max_by_key(|target| {
+            let Paths {
+                partial, journal, ..
+            } = Paths::of(target);
+            written_at(&partial).max(written_at(&journal))
+        })?;
+    Some(newest.strip_prefix(".").unwrap_or(&newest).to_owned())
+}
+
+/// `None` where there is no such file.
+fn written_at(path: &Path) -> Option<SystemTime> {
+    fs::metadata(path).and_then(|file| file.modified()).ok()
 }
 
 #[cfg(test)]
@@ -122,14 +135,14 @@ mod tests {
         ];
         let captures = Captures {
             newest: Some("evening.mcap".into()),
-            interrupted: Some("late.mcap.partial".into()),
+            interrupted: Some("late.mcap".into()),
         };
         let all = text(&["marvin"], &ports, &captures);
         for command in [
             "watch marvin",
             "watch /dev/ttyUSB0",
             "replay evening.mcap",
-            "recover late.mcap.partial",
+            "recover late.mcap",
             "demo",
         ] {
             assert!(

@@ -2,8 +2,9 @@
 
 use std::env;
 use std::fs::{self, File};
-use std::io::{self, Read};
+use std::io::{self, Read, Write};
 use std::path::{Path, PathBuf};
+use std::process;
 
 use crate::event::SaveProblem;
 use crate::remedy;
@@ -45,16 +46,29 @@ pub fn write_text(path: &str, text: &str, overwrite: bool) -> Result<(), SavePro
     if !overwrite && fs::symlink_metadata(&full).is_ok() {
         return Err(SaveProblem::Exists);
     }
-    let mut new = full.clone().into_os_string();
-    new.push(".new");
-    let new = PathBuf::from(new);
-    fs::write(&new, text)
+    let fail = |error: io::Error| {
+        SaveProblem::Failed(format!(
+            "cannot write {path}: {}",
+            remedy::of_writing(&error)
+        ))
+    };
+    let new = beside(&full);
+    File::create_new(&new)
+        .and_then(|mut file| file.write_all(text.as_bytes()))
         .and_then(|()| fs::rename(&new, &full))
         .map_err(|error| {
             // What could not be finished is of no use to anybody.
             let _ = fs::remove_file(&new);
-            SaveProblem::Failed(format!("cannot write {path}: {error}"))
+            fail(error)
         })
+}
+
+/// A name beside the one that a file shall have, so that it gets it at one stroke.
+#[must_use]
+pub fn beside(path: &Path) -> PathBuf {
+    let mut name = path.as_os_str().to_owned();
+    name.push(format!(".unfinished-{}", process::id()));
+    name.into()
 }
 
 fn expand_home(path: &str, home: Option<&Path>) -> PathBuf {
@@ -90,9 +104,15 @@ mod tests {
         assert_eq!(write_text(path, "3,4\n", true), Ok(()));
         assert_eq!(read_text(path).unwrap(), "3,4\n");
         assert_eq!(fs::read_dir(folder.path()).unwrap().count(), 1);
+        let other = format!("{path}.new");
+        fs::write(&other, "mine").unwrap();
+        assert_eq!(write_text(path, "5,6\n", true), Ok(()));
+        assert_eq!(fs::read_to_string(other).unwrap(), "mine");
         let nowhere = folder.path().join("none").join("tour.txt");
         let error = write_text(nowhere.to_str().unwrap(), "", false).unwrap_err();
-        assert!(matches!(error, SaveProblem::Failed(text) if text.starts_with("cannot write")));
+        assert!(
+            matches!(error, SaveProblem::Failed(text) if text.ends_with("; make the directory first"))
+        );
     }
 
     #[test]

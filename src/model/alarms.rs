@@ -6,7 +6,7 @@ use super::age;
 use crate::event::Moment;
 pub(super) use rules::Facts;
 pub use rules::Limits;
-pub(crate) use rules::{RULES, Rule};
+pub(crate) use rules::{RULES, Rule, Source};
 use rules::{RULES_COUNT, SECONDS, Sight};
 
 /// An alarm that was raised and has not been seen, or is still so.

@@ -94,6 +94,23 @@ impl Draft {
         self.present.selected = self.present.selected.saturating_add_signed(steps).min(last);
     }
 
+    /// Selects one, from 0.
+    pub(super) fn choose(&mut self, n: usize) {
+        self.present.selected = n.min(self.waypoints.len().saturating_sub(1));
+    }
+
+    /// The waypoint nearest to a place, if one is no farther than this.
+    pub(super) fn nearest(&self, at: Waypoint, reach_in: i16) -> Option<usize> {
+        let (x, y) = place(at);
+        let far = self.waypoints.iter().copied().map(place);
+        let far = far.map(|(to_x, to_y)| (x - to_x).hypot(y - to_y));
+        let near = far
+            .enumerate()
+            .filter(|(_, in_)| *in_ <= f64::from(reach_in));
+        let nearest = near.min_by(|(_, one), (_, other)| one.total_cmp(other));
+        nearest.map(|(n, _)| n)
+    }
+
     /// Another list in place of this one.
     pub(super) fn replace(&mut self, waypoints: &[Waypoint]) {
         let places = waypoints.iter().copied().map(place).collect();
@@ -250,15 +267,12 @@ impl Version {
         let Some(&(x, y)) = self.places.get(self.selected) else {
             return here.unwrap_or_default();
         };
-        let before = self
-            .selected
-            .checked_sub(1)
-            .map(|n| self.places[n])
-            .or(here);
-        let (dx, dy) = before.map_or((0.0, 0.0), |(from_x, from_y)| (x - from_x, y - from_y));
-        if dx.hypot(dy) < 1.0 {
-            return (x, y + STEP_IN);
-        }
+        let before = self.selected.checked_sub(1).map(|n| self.places[n]);
+        let leg = before.map(|(from_x, from_y)| (x - from_x, y - from_y));
+        // The way here from a robot that drives on says nothing about where the route shall go.
+        let (dx, dy) = leg
+            .filter(|(dx, dy)| dx.hypot(*dy) >= 1.0)
+            .unwrap_or_else(|| step(robot));
         (x + dx, y + dy)
     }
 
@@ -267,12 +281,12 @@ impl Version {
         let Some(&(x, y)) = self.places.get(self.selected) else {
             return here.unwrap_or_default();
         };
-        let before = self
-            .selected
-            .checked_sub(1)
-            .map(|n| self.places[n])
-            .or(here);
-        let (from_x, from_y) = before.unwrap_or((x, y - 2.0 * STEP_IN));
+        let before = self.selected.checked_sub(1).map(|n| self.places[n]);
+        let far = |(from_x, from_y): &Place| (x - from_x).hypot(y - from_y) >= STEP_IN;
+        let (from_x, from_y) = before.or(here.filter(far)).unwrap_or_else(|| {
+            let (dx, dy) = step(robot);
+            (x - 2.0 * dx, y - 2.0 * dy)
+        });
         (f64::midpoint(x, from_x), f64::midpoint(y, from_y))
     }
 
@@ -299,6 +313,14 @@ impl Version {
             (x + middle_x, y + middle_y)
         });
     }
+}
+
+/// The way on where no leg says which: as the robot looks.
+fn step(robot: Option<Pose>) -> Place {
+    robot.map_or((0.0, STEP_IN), |pose| {
+        let (x, y) = pose.ahead(0.0, STEP_IN);
+        (x - pose.x_in, y - pose.y_in)
+    })
 }
 
 fn place(waypoint: Waypoint) -> Place {
@@ -347,6 +369,26 @@ mod tests {
         assert_eq!(draft.selected(), Some(1));
         draft.edit(Edit::Delete, here).unwrap();
         assert_eq!(draft.waypoints(), waypoints(&[(5, 7), (11, 19), (17, 31)]));
+    }
+
+    #[test]
+    fn a_route_drafted_beside_a_robot_that_drives_on_goes_where_it_looks() {
+        let mut draft = Draft::default();
+        // To the east, and the first point is behind it when the next is added.
+        let at = |x_in| {
+            Some(Pose {
+                x_in,
+                y_in: 0.0,
+                theta_deg: 90.0,
+            })
+        };
+        for x_in in [0.0, 4.0, 8.0] {
+            draft.edit(Edit::Append, at(x_in)).unwrap();
+        }
+        assert_eq!(draft.waypoints(), waypoints(&[(0, 0), (12, 0), (24, 0)]));
+        draft.select(-2);
+        draft.edit(Edit::Insert, at(9.0)).unwrap();
+        assert_eq!(draft.waypoints()[0], Waypoint { x_in: -12, y_in: 0 });
     }
 
     #[test]

@@ -27,6 +27,8 @@ pub(crate) struct Stick {
     /// Speed of a push, in/s.
     pub(crate) speed_in_s: i8,
     moving: bool,
+    /// The terminal tells when a key goes up.
+    tells_releases: bool,
 }
 
 impl Default for Stick {
@@ -36,12 +38,14 @@ impl Default for Stick {
             right: Axis::default(),
             speed_in_s: SPEED_DEFAULT_IN_S,
             moving: false,
+            tells_releases: false,
         }
     }
 }
 
 impl Stick {
-    /// A key went down or repeated.
+    /// A key went down or repeated. Of two that are held only the last repeats: where the terminal tells when a key goes
+    /// up, the other is renewed with it.
     pub(super) fn push(&mut self, now: Moment, ahead: i8, right: i8, repeated: bool) -> Effect {
         for (axis, direction) in [(&mut self.ahead, ahead), (&mut self.right, right)] {
             if direction == 0 {
@@ -54,12 +58,21 @@ impl Stick {
                 until: (now + lease).max(if held { axis.until } else { now }),
             };
         }
+        self.tells_releases |= repeated;
+        if self.tells_releases {
+            for axis in [&mut self.ahead, &mut self.right] {
+                if axis.until > now {
+                    axis.until = axis.until.max(now + LEASE);
+                }
+            }
+        }
         self.moving = true;
         self.effect()
     }
 
     /// A key went up.
     pub(super) fn release(&mut self, ahead: i8, right: i8) -> Option<Effect> {
+        self.tells_releases = true;
         for (axis, direction) in [(&mut self.ahead, ahead), (&mut self.right, right)] {
             if direction != 0 && axis.direction == direction {
                 *axis = Axis::default();
@@ -149,6 +162,25 @@ mod tests {
         assert_eq!(stick.expire(ms(1700)), None, "renewed");
         assert_eq!(stick.expire(ms(1790)), Some(Effect::DriveEnd));
         assert_eq!(stick.expire(ms(2000)), None, "once");
+    }
+
+    #[test]
+    fn two_arrows_that_are_held_make_a_curve_where_a_terminal_tells_when_they_go_up() {
+        for tells in [true, false] {
+            let mut stick = Stick::default();
+            stick.push(ms(0), 1, 0, false);
+            stick.push(ms(400), 1, 0, tells);
+            stick.push(ms(450), 0, 1, false);
+            for at in 10..30 {
+                stick.push(ms(at * 50), 0, 1, tells);
+                stick.expire(ms(at * 50));
+            }
+            let velocity_in_s = if tells { 8 } else { 0 };
+            assert_eq!(stick.velocity_in_s(), velocity_in_s, "{tells}");
+            assert_eq!(stick.rotation_in_s(), 8);
+            // Nothing comes any more.
+            assert_eq!(stick.expire(ms(1950)), Some(Effect::DriveEnd));
+        }
     }
 
     #[test]

@@ -1,5 +1,7 @@
 //! The route editor: keys that change the draft on the map and in its list.
 
+use groundwave_protocol::Waypoint;
+
 use super::draft::Edit;
 use super::log::Subject;
 use super::{Model, Overlay, Purpose, Question, TextEntry, Then};
@@ -56,7 +58,13 @@ impl Model {
         let whole = self.editor.as_ref().is_some_and(|editor| editor.whole);
         let robot = self.chart.pose();
         let result = match action {
-            RouteAction::Append => self.chart.draft.edit(Edit::Append, robot),
+            RouteAction::Append => match self.pointed_at() {
+                Some(at) => {
+                    let at = Edit::AppendAt(f64::from(at.x_in), f64::from(at.y_in));
+                    self.chart.draft.edit(at, robot)
+                }
+                None => self.chart.draft.edit(Edit::Append, robot),
+            },
             RouteAction::Insert => self.chart.draft.edit(Edit::Insert, robot),
             RouteAction::AppendAtRobot => match robot {
                 Some(pose) => {
@@ -130,6 +138,17 @@ impl Model {
         }
         self.show_selected();
         Vec::new()
+    }
+
+    /// Where the cursor is when the mouse has put it somewhere else than on the selected waypoint.
+    fn pointed_at(&self) -> Option<Waypoint> {
+        let selected = self.chart.draft.selected_waypoint();
+        self.chart.cursor.filter(|at| Some(*at) != selected)
+    }
+
+    pub(super) fn choose_waypoint(&mut self, n: usize) {
+        self.chart.draft.choose(n);
+        self.show_selected();
     }
 
     fn leave_editor(&mut self) {

@@ -165,7 +165,7 @@ impl Model {
                 self.show(panel);
                 self.pass_on(now, Passing::Panels);
             }
-            Action::Enlarge => self.enlarged = !self.enlarged,
+            Action::Enlarge => self.enlarge_next(),
             Action::TurnPage(pages) => self.turn_page(pages),
             Action::NextPlotWindow => self.plots.next_window(),
             Action::AcknowledgeAlarms => {
@@ -274,9 +274,9 @@ impl Model {
             (Action::Close, Overlay::None) if is_looking => {
                 return vec![Effect::Travel(Travel::GiveUp)];
             }
-            (Action::Close, Overlay::None) if self.chart.cursor.is_none() => self.enlarged = false,
+            (Action::Close, Overlay::None) if self.chart.cursor.is_none() => self.enlarged = None,
             (Action::Close, Overlay::None) => self.chart.cursor = None,
-            (Action::Close, overlay) => *overlay = Overlay::None,
+            (Action::Close, _) => self.put_away(),
             (Action::EraseCharacter, Overlay::Text(entry)) => {
                 entry.text.pop();
                 entry.changed();

@@ -38,6 +38,8 @@ pub(crate) mod testing;
 #[cfg(test)]
 mod tests;
 
+use std::time::Duration;
+
 use groundwave_protocol::life::Life;
 
 use crate::event::{Effect, Event, Moment, Recording};
@@ -55,6 +57,7 @@ use log::{Log, Subject};
 use motors::Motors;
 use news::Passing;
 use palette::Palette;
+pub(crate) use panels::Large;
 use plots::Plots;
 use robot::Robot;
 use runs::Runs;
@@ -79,6 +82,8 @@ pub struct Config {
     pub keys: Keymap,
     /// When there is an alarm.
     pub limits: Limits,
+    /// Since 1970 at the beginning of the session; `None` shows no clock.
+    pub unix: Option<Duration>,
 }
 
 /// Colours of the screen.
@@ -214,11 +219,12 @@ pub struct Model {
     pub(crate) panel: Panel,
     /// Pages turned over in the chosen panel; the view goes round.
     pub(crate) page: i32,
-    /// The chosen panel has the place of all of them.
-    pub(crate) enlarged: bool,
+    pub(crate) enlarged: Option<Large>,
     /// Pages turned over in the help.
     pub(crate) help_page: i32,
     pub(crate) overlay: Overlay,
+    /// What is seen again when a comparison is put away.
+    behind: Option<Runs>,
     /// The route editor, while it is open.
     pub(crate) editor: Option<Editor>,
     size: (u16, u16),
@@ -257,7 +263,8 @@ impl Model {
             recording: Recording::default(),
             panel: Panel::default(),
             page: 0,
-            enlarged: false,
+            enlarged: None,
+            behind: None,
             help_page: 0,
             overlay: Overlay::default(),
             editor: None,
@@ -387,7 +394,21 @@ impl Model {
         ages.into_iter()
             .chain(alarm)
             .chain(self.news_until(now))
+            .chain(self.next_minute(now))
             .min()
+    }
+
+    /// The time of day, since midnight UTC; `None` where no clock is shown.
+    pub(crate) fn time_of_day(&self, now: Moment) -> Option<Duration> {
+        let unix = self.config.unix.filter(|_| self.playback().is_none())?;
+        Some(Duration::from_secs((unix + now).as_secs() % 86_400))
+    }
+
+    /// When the clock shows another minute.
+    fn next_minute(&self, now: Moment) -> Option<Moment> {
+        let unix = self.config.unix.filter(|_| !self.link.is_frozen())?;
+        let minute = Duration::from_mins((unix + now).as_secs() / 60 + 1);
+        minute.checked_sub(unix)
     }
 
     /// When to send [`Event::Tick`] at the latest: a lease on the motors ends then,

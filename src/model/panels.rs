@@ -2,6 +2,15 @@
 
 use super::{Model, Overlay, Panel};
 
+/// What has the place of all panels.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Large {
+    /// The chosen one.
+    Panel,
+    Map,
+    Ladder,
+}
+
 impl Model {
     pub(super) fn trace(&mut self, to: impl FnOnce(usize) -> usize) {
         if let Overlay::Trace(at) = &mut self.overlay {
@@ -20,12 +29,24 @@ impl Model {
 
     /// Chooses a panel; the one that is chosen already is enlarged, or no longer.
     pub(super) fn show(&mut self, panel: Panel) {
-        if self.panel == panel {
-            self.enlarged = !self.enlarged;
+        let is_seen = matches!(self.enlarged, None | Some(Large::Panel));
+        if self.panel == panel && is_seen {
+            self.enlarged = self.enlarged.is_none().then_some(Large::Panel);
         } else {
             self.panel = panel;
+            self.enlarged = self.enlarged.map(|_| Large::Panel);
         }
         self.page = 0;
+    }
+
+    /// Enlarges one thing after the other, and then none.
+    pub(super) const fn enlarge_next(&mut self) {
+        self.enlarged = match self.enlarged {
+            None => Some(Large::Panel),
+            Some(Large::Panel) => Some(Large::Map),
+            Some(Large::Map) => Some(Large::Ladder),
+            Some(Large::Ladder) => None,
+        };
     }
 
     pub(super) const fn turn_page(&mut self, pages: i32) {

@@ -12,8 +12,27 @@ impl Model {
             return false;
         }
         match (on, gesture) {
-            (Spot::Floor { x_in, y_in }, Gesture::Click) => {
-                self.chart.cursor = Waypoint::new(x_in, y_in).or(self.chart.cursor);
+            (
+                Spot::Floor {
+                    x_in,
+                    y_in,
+                    reach_in,
+                },
+                Gesture::Click,
+            ) => {
+                let at = Waypoint::new(x_in, y_in);
+                let is_edited = self.editor.is_some();
+                let near = at.filter(|_| is_edited);
+                let near = near.and_then(|at| self.chart.draft.nearest(at, reach_in));
+                match near {
+                    Some(n) => self.choose_waypoint(n),
+                    None => self.chart.cursor = at.or(self.chart.cursor),
+                }
+            }
+            (Spot::Waypoint(n), Gesture::Click) => self.choose_waypoint(n),
+            (Spot::Waypoint(_), Gesture::Wheel(steps)) => {
+                self.chart.draft.select(-isize::from(steps));
+                self.show_selected();
             }
             (Spot::Floor { .. }, Gesture::Wheel(steps)) => self.chart.zoom_by(steps),
             (Spot::Panel(place), gesture) => {

@@ -57,6 +57,7 @@ impl Model {
 
     fn compare_runs(&mut self, captures: [String; 2]) -> Vec<Effect> {
         let [a, b] = &captures;
+        self.behind = None;
         self.overlay = Overlay::Runs(Runs::Waits(format!("reads {a} and {b}")));
         vec![Effect::CompareRuns(captures)]
     }
@@ -126,6 +127,15 @@ impl Model {
         waits
     }
 
+    /// Puts the window away; behind two runs that were picked from a list is the list.
+    pub(super) fn put_away(&mut self) {
+        let behind = self.behind.take();
+        let is_comparison =
+            matches!(&self.overlay, Overlay::Runs(runs) if !matches!(runs, Runs::Listed { .. }));
+        let behind = behind.filter(|_| is_comparison);
+        self.overlay = behind.map_or(Overlay::None, Overlay::Runs);
+    }
+
     /// Takes the marked run for the first one of a comparison, or for the second and compares.
     pub(super) fn pick_run(&mut self) -> Vec<Effect> {
         let Overlay::Runs(Runs::Listed {
@@ -141,7 +151,14 @@ impl Model {
             None if !list.runs.is_empty() => *first = Some(*chosen),
             Some(earlier) if earlier != *chosen => {
                 if let (Some(a), Some(b)) = (name(earlier), name(*chosen)) {
-                    return self.compare_runs([a, b]);
+                    let behind = Runs::Listed {
+                        list: Arc::clone(list),
+                        chosen: *chosen,
+                        first: None,
+                    };
+                    let effects = self.compare_runs([a, b]);
+                    self.behind = Some(behind);
+                    return effects;
                 }
             }
             // Picked again: not that one.

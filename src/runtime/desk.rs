@@ -49,6 +49,7 @@ impl Desk {
                 client,
                 unread_bytes,
             } => self.broker.handle_too_slow(client, unread_bytes),
+            FromClient::GaveWay { client } => self.broker.handle_gave_way(client),
             FromClient::Gone { client } => self.broker.handle_gone(client),
         }
         None

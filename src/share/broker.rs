@@ -112,6 +112,16 @@ impl Broker {
         }
     }
 
+    /// Somebody who only read was cut off, as there are too many.
+    pub fn handle_gave_way(&mut self, client: ClientId) {
+        if let Some(gone) = self.clients.remove(&client) {
+            self.outputs.push_back(Output::Warning(format!(
+                "{} was cut off to make room for another program",
+                gone.peer
+            )));
+        }
+    }
+
     /// Takes a line. Returns a wish for the station; the number it gets there is to be told with
     /// [`Broker::handle_started`].
     pub fn handle_line(&mut self, client: ClientId, line: Result<&[u8], TooLong>) -> Option<Asked> {

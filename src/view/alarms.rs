@@ -8,7 +8,8 @@ use ratatui::text::{Line, Span};
 use super::text::{First, wrap};
 use super::{Screen, put};
 use crate::event::{Level, Moment};
-use crate::model::alarms::{Raised, Rule};
+use crate::model::alarms::{Raised, Rule, Source};
+use crate::model::robot::{STATE_STALE, STATUS_STALE};
 use crate::model::{Panel, age};
 
 /// Columns of a rule's name in the list of limits.
@@ -76,7 +77,7 @@ impl Screen<'_> {
                 "{} {:<NAME_COLUMNS$}{}",
                 theme.glyphs.dot,
                 rule.name,
-                self.limit(rule, value)
+                self.standing(rule, value)
             );
             lines.push(self.cut(Line::styled(text, theme.dim), width));
         }
@@ -134,10 +135,21 @@ impl Screen<'_> {
         format!("{}{figure}{times} {when}", rule.name.to_uppercase())
     }
 
-    fn limit(&self, rule: &Rule, value: Option<f64>) -> String {
+    /// How it is with a rule that is not raised, marked when the robot has said so long ago.
+    fn standing(&self, rule: &Rule, value: Option<f64>) -> String {
+        let robot = &self.model.robot;
+        let age = match rule.source {
+            Source::State => robot.state.map(|line| (line.age(self.now), STATE_STALE)),
+            Source::Status => robot.status.map(|line| (line.age(self.now), STATUS_STALE)),
+            Source::Station => Some((Moment::ZERO, STATE_STALE)),
+        };
+        let Some((age, stale_after)) = age else {
+            return "unknown".to_owned();
+        };
+        let old = self.old_mark(age, stale_after);
         match value.filter(|_| rule.has_figure()) {
-            Some(value) => format!("{} ({})", rule.figure(value), self.limit_words(rule)),
-            None => "quiet".to_owned(),
+            Some(value) => format!("{old}{} ({})", rule.figure(value), self.limit_words(rule)),
+            None => format!("{old}quiet"),
         }
     }
 

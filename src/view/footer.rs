@@ -9,7 +9,7 @@ use super::{Screen, put, put_right, width_of};
 use crate::model::editor::RouteAction;
 use crate::model::keys::{Action, Context, Row};
 use crate::model::runs::Runs;
-use crate::model::{Overlay, Purpose};
+use crate::model::{Large, Overlay, Purpose};
 
 impl Screen<'_> {
     pub(super) fn keys(&self, buffer: &mut Buffer, area: Rect) {
@@ -101,7 +101,9 @@ impl Screen<'_> {
     fn does_something(&self, row: &Row) -> bool {
         let model = self.model;
         match (row.context, row.action) {
-            (Context::Dashboard, Action::Close) => model.chart.cursor.is_some() || model.enlarged,
+            (Context::Dashboard, Action::Close) => {
+                model.chart.cursor.is_some() || model.enlarged.is_some()
+            }
             (Context::Dashboard, Action::CancelCommands) => model.ledger.is_busy(),
             (Context::Dashboard, Action::UndoDraft | Action::SendDraft) => self.is_drafting(),
             (Context::Runs, Action::Choose(_) | Action::Submit) => {
@@ -126,7 +128,7 @@ impl Screen<'_> {
             // Whoever looks at another moment moves in time first of all.
             _ if model.playback.is_some() && action.moves_in_time() => 1,
             Action::CancelCommands if model.ledger.is_busy() => 2,
-            Action::Enlarge if model.enlarged => 2,
+            Action::Enlarge if model.enlarged.is_some() => 2,
             _ if model.chart.cursor.is_some() && action.drafts() => 3,
             _ if action.is_for(model.panel) => 4,
             _ if self.is_drafting() && action.drafts() => 5,
@@ -171,7 +173,12 @@ impl Screen<'_> {
     fn named(&self, row: &Row) -> [Span<'static>; 2] {
         let keys = &self.model.config.keys;
         let does = match row.action {
-            Action::Enlarge if self.model.enlarged => "back",
+            Action::Enlarge => match self.model.enlarged {
+                None => row.footer,
+                Some(Large::Panel) => "map",
+                Some(Large::Map) => "ladder",
+                Some(Large::Ladder) => "back",
+            },
             _ => row.footer,
         };
         [

@@ -5,7 +5,7 @@ use ratatui::layout::Rect;
 
 use super::pointer::Mark;
 use super::{Screen, body, ladder, link, sensors, split_bottom, split_right, split_top};
-use crate::model::Panel;
+use crate::model::{Large, Panel};
 
 /// From this size up the panels that everybody looks at have a place of their own.
 pub(super) const WIDTH_FULL: u16 = 110;
@@ -29,12 +29,13 @@ const LOG_ROWS_MIN: u16 = 3;
 impl Screen<'_> {
     pub(super) fn panels(&self, buffer: &mut Buffer, area: Rect, is_full: bool) {
         // What is being edited is seen.
-        if self.model.enlarged && self.model.editor.is_none() {
-            self.draw_panel(buffer, area, self.model.panel);
-        } else if is_full {
-            self.all_panels(buffer, area);
-        } else {
-            self.some_panels(buffer, area);
+        let enlarged = self.model.enlarged;
+        match enlarged.filter(|_| self.model.editor.is_none()) {
+            Some(Large::Panel) => self.draw_panel(buffer, area, self.model.panel),
+            Some(Large::Map) => self.map(buffer, area),
+            Some(Large::Ladder) => self.ladder(buffer, area),
+            None if is_full => self.all_panels(buffer, area),
+            None => self.some_panels(buffer, area),
         }
     }
 

@@ -113,6 +113,7 @@ impl Projection {
         is_near.then(|| Spot::Floor {
             x_in: x_in.round() as i16,
             y_in: y_in.round() as i16,
+            reach_in: (4.0 * self.scale_in).ceil() as i16,
         })
     }
 }

@@ -81,6 +81,7 @@ use lines::CLIPPED;
 use lines::{columns, fill, put, put_right, width_of};
 use pointer::Mark;
 pub use pointer::spot;
+pub(crate) use text::wrap;
 use theme::Theme;
 
 /// Draws the whole dashboard on a blank page.

@@ -12,6 +12,7 @@ use crate::model::{Model, Panel};
 pub(super) enum Mark {
     Map(Projection),
     Panel(Panel),
+    Waypoint(usize),
 }
 
 /// What a cell of the screen shows, if it is something to point at.
@@ -25,6 +26,7 @@ pub fn spot(model: &Model, now: Moment, size: (u16, u16), column: u16, row: u16)
     let (_, mark) = marks.into_iter().rfind(|(part, _)| part.contains(at))?;
     match mark {
         Mark::Map(projection) => projection.floor(column, row),
+        Mark::Waypoint(n) => Some(Spot::Waypoint(n)),
         Mark::Panel(panel) => Panel::ALL
             .iter()
             .position(|known| *known == panel)

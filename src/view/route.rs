@@ -5,6 +5,7 @@ use ratatui::buffer::Buffer;
 use ratatui::layout::Rect;
 use ratatui::text::{Line, Span};
 
+use super::pointer::Mark;
 use super::{Screen, put, split_bottom};
 use crate::model::editor::Editor;
 
@@ -59,6 +60,10 @@ impl Screen<'_> {
                 waypoint.y_in
             );
             put(buffer, list, row, &Line::styled(text, style));
+            self.claim(
+                list.rows().nth(row.into()).unwrap_or_default(),
+                Mark::Waypoint(n),
+            );
         }
         if count == 0 {
             let text = "<route/route-append> adds one where the robot is, <route/route-ask-to-load> loads a file";

@@ -1,4 +1,4 @@
-//! The status line: the link and its health, the recording, the mode, the battery.
+//! The status line: the link and its health, the recording, the clock, the mode, the battery.
 
 use std::path::Path;
 
@@ -155,6 +155,11 @@ impl Screen<'_> {
         let is_wide = width >= WIDTH_FULL;
         if let Some(failsafe) = self.failsafe_at_a_glance(is_wide) {
             spans.extend([failsafe, Span::raw("  ")]);
+        }
+        if let Some(time) = self.model.time_of_day(self.now).filter(|_| is_wide) {
+            let minutes = time.as_secs() / 60;
+            let clock = format!("{:02}:{:02}Z  ", minutes / 60, minutes % 60);
+            spans.push(Span::styled(clock, theme.dim));
         }
         if let Some(state) = robot.state {
             let style = match state.value.mode {

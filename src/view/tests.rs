@@ -25,7 +25,7 @@ use crate::event::{
     Truth,
 };
 use crate::model::testing::{Scene, listed, overlaid};
-use crate::model::{Colors, Config};
+use crate::model::{Colors, Config, Large};
 use crate::request::Request;
 
 fn buffer(scene: &Scene, width: u16, height: u16) -> Buffer {
@@ -445,7 +445,7 @@ fn the_draft_is_a_list_beside_the_map() {
             assert!(shown.contains(fact), "{fact} is not on\n{shown}");
         }
         insta::assert_snapshot!(name, shown);
-        scene.model.enlarged = true;
+        scene.model.enlarged = Some(Large::Panel);
         assert!(
             screen(&scene, width, height).contains("route: 4, "),
             "what is edited is seen"

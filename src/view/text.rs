@@ -26,7 +26,7 @@ fn start_of(text: &str, room: usize) -> &str {
 }
 
 /// A text in rows of so many columns, the first of which may hold fewer. Words stay whole where they can.
-pub(super) fn wrap(text: &str, first: usize, others: usize) -> Vec<String> {
+pub(crate) fn wrap(text: &str, first: usize, others: usize) -> Vec<String> {
     let mut rows: Vec<String> = Vec::new();
     let mut row = String::new();
     let mut room = first.max(1);

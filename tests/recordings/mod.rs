@@ -10,6 +10,7 @@ use std::path::{Path, PathBuf};
 use std::time::{Duration, SystemTime, UNIX_EPOCH};
 
 use groundwave::capture::messages::RawBytes;
+use groundwave::capture::recover::Paths;
 use groundwave::capture::topics::StationEvent;
 use groundwave::capture::{Existing, Recorder, Session};
 use groundwave::event::{CommandId, CommandStep, Event};
@@ -64,6 +65,50 @@ pub fn finished(folder: &Path, stream: &[u8]) -> PathBuf {
     feed(&mut recorder, stream);
     recorder.finish().unwrap();
     path
+}
+
+/// What a kill would leave after this stream: the files of a recording under way, copied.
+pub fn killed(folder: &Path, stream: &[u8]) -> Paths {
+    let live = folder.join("live.mcap");
+    let mut recorder = Recorder::start(&live, Existing::Refuse, &session()).unwrap();
+    feed(&mut recorder, stream);
+    let (from, to) = (Paths::of(&live), Paths::of(&folder.join("killed.mcap")));
+    fs::copy(&from.partial, &to.partial).unwrap();
+    fs::copy(&from.journal, &to.journal).unwrap();
+    recorder.discard();
+    assert!(!from.exist(), "something is left of a discarded recording");
+    to
+}
+
+/// Byte and length of every chunk that holds, by others' code.
+pub fn chunks(path: &Path) -> Vec<(usize, usize)> {
+    let bytes = fs::read(path).unwrap();
+    let mut reader = mcap::sans_io::LinearReader::new_with_options(
+        LinearReaderOptions::default().with_emit_chunks(true),
+    );
+    let mut found = Vec::new();
+    let mut at = mcap::MAGIC.len();
+    let mut rest = &bytes[..];
+    while let Some(event) = reader.next_event() {
+        match event.unwrap() {
+            mcap::sans_io::LinearReadEvent::ReadRequest(need) => {
+                let have = need.min(rest.len());
+                if have == 0 {
+                    break;
+                }
+                reader.insert(have).copy_from_slice(&rest[..have]);
+                reader.notify_read(have);
+                rest = &rest[have..];
+            }
+            mcap::sans_io::LinearReadEvent::Record { data, opcode } => {
+                if opcode == mcap::records::op::CHUNK {
+                    found.push((at, data.len() + 9));
+                }
+                at += data.len() + 9;
+            }
+        }
+    }
+    found
 }
 
 /// Every message by its topic, read by others' code with every checksum on; that the index and the

@@ -6,7 +6,7 @@ use std::ops::Range;
 use ::mcap::records::Record;
 
 use crate::capture::topics::{self, RAW_RX, RAW_TX};
-use crate::capture::unpacker::Unpacker;
+use crate::capture::unpacker::{Problem, Unpacker};
 use crate::capture::writer::next_record;
 use crate::capture::writer::records::{HEAD_BYTES, Reader, op};
 
@@ -70,7 +70,7 @@ pub(super) fn unpack(
     topics: &mut BTreeMap<u16, Topic>,
     record: &[u8],
     block: &mut Block,
-) -> Result<(), &'static str> {
+) -> Result<(), Problem> {
     if record.first() == Some(&op::CHUNK) {
         let body = record.get(HEAD_BYTES..).unwrap_or_default();
         unpacker

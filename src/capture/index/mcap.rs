@@ -16,7 +16,7 @@ use super::{Piece, Place, Source, Tape, read_at, told};
 use crate::capture::CaptureError;
 use crate::capture::composer::Session;
 use crate::capture::messages::{RawBytes, UplinkEvent};
-use crate::capture::unpacker::{LZ4, Unpacker};
+use crate::capture::unpacker::Unpacker;
 use crate::capture::writer::records::HEAD_BYTES;
 use crate::event::{Moment, Truth};
 use crate::travel::Landmark;
@@ -256,8 +256,7 @@ impl McapTape {
             ..Block::default()
         };
         if let Err(error) = unpack(&mut self.unpacker, &mut self.topics, record, &mut block) {
-            let is = if error == LZ4 { "" } else { "damaged and " };
-            let text = format!("a part of the recording is {is}left out: {error}");
+            let text = format!("a part of the recording is left out: {error}");
             let at = if record[0] == op::CHUNK && record.len() >= HEAD_BYTES + 8 {
                 u64_at(record, HEAD_BYTES)
             } else {
@@ -351,7 +350,7 @@ impl Tape for McapTape {
             self.place.stream = Some(offset);
             return Some(Piece::Missing(missing));
         }
-        self.place.stream = Some(offset + self.current.data.len() as u64);
+        self.place.stream = Some(offset.saturating_add(self.current.data.len() as u64));
         Some(Piece::Received(&self.current.data))
     }
 

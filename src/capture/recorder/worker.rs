@@ -44,6 +44,16 @@ pub(super) struct Part {
     pub(super) existing: Existing,
     /// Its journal, to be kept by the disk with it.
     pub(super) journal: Option<File>,
+    pub(super) losses: Arc<Losses>,
+}
+
+/// What one of the files of a part lacks.
+#[derive(Default)]
+pub(super) struct Losses {
+    /// The journal takes nothing more, or is gone: the disk has to keep the MCAP.
+    pub(super) has_lost_journal: AtomicBool,
+    /// Something could not be handed over: it is in the journal only.
+    pub(super) has_dropped: AtomicBool,
 }
 
 /// What the thread says about itself.
@@ -56,10 +66,6 @@ pub(super) struct Shared {
     pub(super) done: AtomicU64,
     /// Something waits to be flushed.
     pub(super) is_dirty: AtomicBool,
-    /// The journal takes nothing more, or is gone: the disk has to keep the MCAP.
-    pub(super) has_lost_journal: AtomicBool,
-    /// Something could not be handed over: it is in the journal only.
-    pub(super) has_dropped: AtomicBool,
     pub(super) problem: Mutex<Option<String>>,
 }
 
@@ -164,7 +170,7 @@ impl Worker {
         let Some(composer) = &mut self.composer else {
             return Ok(());
         };
-        let is_lost = self.shared.has_lost_journal.load(Ordering::Acquire);
+        let is_lost = self.part.losses.has_lost_journal.load(Ordering::Acquire);
         let journal = self.part.journal.as_ref().filter(|_| !is_lost);
         let waits = until == Until::OnDisk || journal.is_none();
         self.shared.is_dirty.store(false, Ordering::Release);
@@ -193,7 +199,8 @@ impl Worker {
                     fate: Fate::NoJournal,
                 };
                 self.shared.set_problem(gone.to_string());
-                if self.shared.has_lost_journal.swap(true, Ordering::AcqRel) {
+                let losses = &self.part.losses;
+                if losses.has_lost_journal.swap(true, Ordering::AcqRel) {
                     return Ok(());
                 }
                 // The disk has kept the rest in what is gone.
@@ -229,9 +236,16 @@ impl Worker {
         fs::rename(&paths.partial, &paths.target)
             .map_err(|error| write_error(&paths.partial, error))?;
         recover::sync_folder(&paths.target);
-        let has_dropped = self.shared.has_dropped.swap(false, Ordering::AcqRel);
+        let losses = &self.part.losses;
+        let has_dropped = losses.has_dropped.load(Ordering::Acquire);
+        let has_lost_journal = losses.has_lost_journal.load(Ordering::Acquire);
         if self.part.journal.is_none() {
             return Ok(Some(deriver));
+        }
+        if has_dropped && has_lost_journal {
+            return Err(CaptureError::Incomplete {
+                path: paths.target.clone(),
+            });
         }
         if has_dropped {
             // The journal has what the disk was too slow for.
@@ -292,10 +306,12 @@ pub(super) fn write_error(path: &Path, error: io::Error) -> CaptureError {
 #[cfg(test)]
 mod tests {
     use super::super::super::journal::JournalWriter;
+    use super::super::super::topics::StationEvent;
     use super::super::Recorder;
     use super::*;
     use crate::event::Moment;
     use std::collections::BTreeMap;
+    use std::sync::mpsc::{SyncSender, sync_channel};
     use std::time::{Duration, UNIX_EPOCH};
 
     fn session() -> Session {
@@ -315,6 +331,7 @@ mod tests {
             session: session(),
             existing: Existing::Refuse,
             journal: journal.handle().ok(),
+            losses: Arc::default(),
             paths: paths.clone(),
         };
         let file = super::super::create_partial(&paths.partial, Existing::Refuse).unwrap();
@@ -341,6 +358,75 @@ mod tests {
         worker.look().unwrap();
     }
 
+    /// Orders go nowhere until the first sender, which is returned, gets them.
+    fn stall(recorder: &mut Recorder, orders_max: usize) -> (SyncSender<Order>, Receiver<Order>) {
+        let (orders, queue) = sync_channel(orders_max);
+        (recorder.orders.replace(orders).unwrap(), queue)
+    }
+
+    fn go_on(recorder: &mut Recorder, (orders, queue): (SyncSender<Order>, Receiver<Order>)) {
+        for order in queue.try_iter() {
+            orders.send(order).unwrap();
+        }
+        recorder.orders = Some(orders);
+    }
+
+    fn logs(path: &Path) -> usize {
+        let bytes = fs::read(path).unwrap();
+        let messages = mcap::MessageStream::new(&bytes).unwrap();
+        messages
+            .filter(|message| message.as_ref().unwrap().channel.topic == "/log")
+            .count()
+    }
+
+    /// The disk stalls while one part is finished, and the next has begun: each is made anew for what it lacks itself.
+    #[test]
+    fn what_a_part_lacks_is_not_charged_to_the_one_before() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("a.mcap");
+        let rotation = "1h".parse().unwrap();
+        let mut recorder =
+            Recorder::start_rotating(&path, Existing::Refuse, &session(), rotation).unwrap();
+        recorder.handle_rx(Moment::ZERO, UNIX_EPOCH, b"x\n");
+        let later = Duration::from_secs(3601);
+        let stalled = stall(&mut recorder, 4);
+        recorder.handle_rx(Moment::ZERO + later, UNIX_EPOCH + later, b"y\n");
+        assert_ne!(recorder.path(), path, "the second part has begun");
+        let event = StationEvent::note("said");
+        recorder.handle_event(Moment::ZERO + later, UNIX_EPOCH + later, &event);
+        assert_eq!(recorder.dropped(), 1);
+        go_on(&mut recorder, stalled);
+        let second = recorder.path();
+        recorder.finish().unwrap();
+        assert_eq!((logs(&path), logs(&second)), (1, 2));
+        assert!(!Paths::of(&second).are_interrupted());
+    }
+
+    /// Neither file has everything: the one that has more is not written over.
+    #[test]
+    fn a_journal_that_ends_early_replaces_nothing() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("a.mcap");
+        let mut recorder = Recorder::start(&path, Existing::Refuse, &session()).unwrap();
+        let stalled = stall(&mut recorder, 0);
+        let dropped = StationEvent::note("dropped");
+        recorder.handle_event(Moment::ZERO, UNIX_EPOCH, &dropped);
+        assert_eq!(recorder.dropped(), 1);
+        go_on(&mut recorder, stalled);
+        recorder.journal.fail();
+        let event = StationEvent::note("said");
+        for _ in 0..3 {
+            recorder.handle_event(Moment::ZERO, UNIX_EPOCH, &event);
+        }
+        let error = recorder.finish().unwrap_err();
+        assert!(matches!(error, CaptureError::Incomplete { .. }), "{error}");
+        assert_eq!(logs(&path), 4);
+        let recovery = recover::recover(&path).unwrap();
+        assert_eq!(recovery.path, folder.path().join("a.interrupted.mcap"));
+        assert_eq!(logs(&recovery.path), 2, "what was dropped is there");
+        assert_eq!(logs(&path), 4);
+    }
+
     #[test]
     fn a_journal_that_takes_no_more_is_told_of() {
         let folder = tempfile::tempdir().unwrap();
@@ -348,7 +434,7 @@ mod tests {
         let mut recorder = Recorder::start(&path, Existing::Refuse, &session()).unwrap();
         recorder.handle_rx(Moment::ZERO, UNIX_EPOCH, b"x\n");
         let has_lost =
-            |recorder: &Recorder| recorder.shared.has_lost_journal.load(Ordering::Acquire);
+            |recorder: &Recorder| recorder.losses.has_lost_journal.load(Ordering::Acquire);
         assert!(!has_lost(&recorder));
         recorder.journal.fail();
         recorder.handle_rx(Moment::ZERO + Duration::from_secs(1), UNIX_EPOCH, b"y\n");

@@ -61,9 +61,7 @@ pub(super) fn with_suffix(path: &Path, suffix: &str) -> PathBuf {
 /// Whether another program writes this recording now, or makes it whole.
 #[must_use]
 pub fn is_in_use(paths: &Paths) -> bool {
-    [&paths.partial, &paths.journal]
-        .into_iter()
-        .any(|path| File::open(path).is_ok_and(|file| lock(&file).is_none()))
+    Locks::take(paths).is_none()
 }
 
 /// `None` when another program has it. A file system that knows no locks has nobody else.
@@ -145,9 +143,9 @@ pub fn set_aside(path: &Path) -> Result<Option<PathBuf>, CaptureError> {
     if !paths.are_interrupted() {
         return Ok(None);
     }
-    if is_in_use(&paths) {
+    let Some(_locks) = Locks::take(&paths) else {
         return Err(CaptureError::InUse(path.to_owned()));
-    }
+    };
     refuse_foreign(&paths)?;
     let aside = free_aside(path);
     rename_both(&paths, &aside)?;
@@ -193,17 +191,14 @@ pub fn free_part(path: &Path, from: u32) -> Option<(u32, Paths)> {
 pub(super) struct Locks(#[expect(dead_code, reason = "held, not used")] Vec<File>);
 
 impl Locks {
-    pub(super) fn take(paths: &Paths) -> Self {
-        let files = [&paths.partial, &paths.journal].into_iter();
-        Self(
-            files
-                .filter_map(|path| File::open(path).ok())
-                .inspect(|file| {
-                    // Whoever has it by now is told by the renames that fail.
-                    let _ = lock(file);
-                })
-                .collect(),
-        )
+    /// `None` when another program writes this recording now, or makes it whole.
+    pub(super) fn take(paths: &Paths) -> Option<Self> {
+        [&paths.partial, &paths.journal]
+            .into_iter()
+            .filter_map(|path| File::open(path).ok())
+            .map(|file| lock(&file).map(|()| file))
+            .collect::<Option<_>>()
+            .map(Self)
     }
 }
 
@@ -220,6 +215,24 @@ mod tests {
         assert!(find_interrupted(folder.path()).is_empty());
         fs::write(&paths.journal, "something").unwrap();
         assert_eq!(find_interrupted(folder.path()), [paths.target]);
+    }
+
+    /// Whoever looked before another took it has no right to it.
+    #[test]
+    fn two_recoveries_never_have_one_recording() {
+        let folder = tempfile::tempdir().unwrap();
+        let paths = Paths::of(&folder.path().join("a.mcap"));
+        fs::write(&paths.partial, "").unwrap();
+        fs::write(&paths.journal, "").unwrap();
+        assert!(!is_in_use(&paths), "both see that nobody has it");
+        let first = Locks::take(&paths).unwrap();
+        assert!(Locks::take(&paths).is_none());
+        drop(first);
+        let journal = File::open(&paths.journal).unwrap();
+        claim(&journal);
+        assert!(Locks::take(&paths).is_none(), "one of its files is enough");
+        drop(journal);
+        assert!(Locks::take(&paths).is_some());
     }
 
     #[test]

@@ -155,7 +155,7 @@ impl Filler {
                 Kind::Rx => (composer.deriver().rx_bytes(), start.rx),
                 Kind::Tx => (composer.deriver().tx_bytes(), start.tx),
             };
-            let end = entry.offset + entry.data.len() as u64;
+            let end = entry.end();
             if entry.kind == Kind::Rx {
                 self.rx_end = self.rx_end.max(end);
             }

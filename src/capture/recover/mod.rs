@@ -6,6 +6,8 @@
 //! between and behind them is put there. The result is written to `run.mcap.recovering`, synced, and renamed in one step; only then do
 //! the others go. Whenever this is interrupted, doing it again gives the same.
 
+mod channels;
+mod copy;
 mod evidence;
 mod files;
 mod fill;
@@ -23,8 +25,6 @@ use std::time::UNIX_EPOCH;
 
 use ::mcap::io::MessageReader;
 use ::mcap::sans_io::LinearReaderOptions;
-use prost::Message;
-
 pub use files::{
     Paths, claim, find_interrupted, free_part, is_in_use, is_own_name, refuse_own_name, set_aside,
 };
@@ -33,17 +33,16 @@ pub use report::{End, Missing, Outcome, Recovery};
 
 use super::CaptureError;
 use super::composer::{Composer, Session};
-use super::journal::{BEGIN, Entry, Kind};
-use super::messages::{RawBytes, UplinkEvent, UplinkStep};
-use super::topics::{Deriver, StationEvent, Topic};
-use super::unpacker::LZ4;
-use super::walk::{Damage, Part, RECORD_BYTES_MAX, Walker};
-use super::writer::records::{HEAD_BYTES, Reader, op};
-use super::writer::{Attachment, McapWriter};
+use super::journal::{BEGIN, Kind};
+use super::topics::{Deriver, StationEvent};
+use super::unpacker::Problem;
+use super::walk::{Damage, RECORD_BYTES_MAX, Walker};
+use super::writer::{McapWriter, has_fixed_topics};
+use copy::copy;
 use evidence::{keep, keep_journal};
 use files::{Locks, free_aside, rename_both};
-use fill::{Balance, ChunkStart, Filler};
-use scan::{Raw, Scan, Stretches, Topics};
+use fill::{Balance, ChunkStart, Filler, event_key};
+use scan::{Scan, Stretches};
 use survey::{Survey, for_each_entry};
 use temporary::Temporary;
 
@@ -60,10 +59,9 @@ const CHUNK_BYTES: usize = 8 * 1024;
 pub fn recover(path: &Path) -> Result<Recovery, CaptureError> {
     let paths = Paths::of(path);
     refuse_foreign(&paths)?;
-    if is_in_use(&paths) {
+    let Some(_locks) = Locks::take(&paths) else {
         return Err(CaptureError::UnderWay(paths.target));
-    }
-    let _locks = Locks::take(&paths);
+    };
     if !paths.are_interrupted() {
         let scan = Scan::of(&paths.target)?;
         if is_whole(&paths.target) {
@@ -87,7 +85,7 @@ pub fn recover(path: &Path) -> Result<Recovery, CaptureError> {
 /// Makes a recording anew from its journal, because it does not have everything.
 pub(super) fn rebuild(paths: &Paths) -> Result<(), CaptureError> {
     let survey = Survey::of(&paths.journal)?;
-    from_journal(paths, &survey)?;
+    from_journal(paths, &survey, Vec::new())?;
     tidy_up(paths)
 }
 
@@ -126,13 +124,10 @@ fn recover_interrupted(paths: &Paths) -> Result<Recovery, CaptureError> {
     match (survey, scan) {
         (Some(survey), scan)
             if scan.as_ref().is_none_or(Scan::is_empty)
-                || (survey.is_complete()
-                    && !survey.waste.has_damage()
-                    && survey.rx_end >= rx_end
-                    && survey.tx_end >= tx_end) =>
+                || (survey.is_complete() && survey.rx_end >= rx_end && survey.tx_end >= tx_end) =>
         {
-            let mut recovery = from_journal(paths, &survey)?;
-            recovery.damage = scan.map(|scan| scan.damage).unwrap_or_default();
+            let damage = scan.map(|scan| scan.damage).unwrap_or_default();
+            let recovery = from_journal(paths, &survey, damage)?;
             tidy_up(paths)?;
             Ok(recovery)
         }
@@ -144,8 +139,12 @@ fn recover_interrupted(paths: &Paths) -> Result<Recovery, CaptureError> {
     }
 }
 
-/// Makes the recording from its journal alone.
-fn from_journal(paths: &Paths, survey: &Survey) -> Result<Recovery, CaptureError> {
+/// Makes the recording from its journal alone; `damage` is that of the unfinished file.
+fn from_journal(
+    paths: &Paths,
+    survey: &Survey,
+    damage: Vec<Damage>,
+) -> Result<Recovery, CaptureError> {
     let fallback = Session {
         link: "unknown".to_owned(),
         start: UNIX_EPOCH,
@@ -162,19 +161,21 @@ fn from_journal(paths: &Paths, survey: &Survey) -> Result<Recovery, CaptureError
         composer.handle_entry(entry).map_err(failed)
     })?;
     let missing: u64 = survey.missing.iter().map(|missing| missing.bytes).sum();
+    // What was in the unfinished file is no loss if the journal has everything.
+    let has_loss = !damage.is_empty() && !survey.is_complete();
     let mut recovery = Recovery {
         path: paths.target.clone(),
-        outcome: if missing == 0 && survey.missing_tx == 0 && !survey.waste.has_damage() {
-            Outcome::Recovered
-        } else {
+        outcome: if has_loss || survey.has_gaps() {
             Outcome::Partly
+        } else {
+            Outcome::Recovered
         },
         messages: 0,
         rx_bytes: survey.rx_end - missing,
         tx_bytes: survey.tx_end - survey.missing_tx,
         rx_missing: survey.missing.clone(),
         chunks_kept: 0,
-        damage: Vec::new(),
+        damage,
         rx_from_journal: survey.rx_end - missing,
         journal_damaged_bytes: survey.waste.bytes,
         end: End::of_journal(survey.waste),
@@ -182,6 +183,9 @@ fn from_journal(paths: &Paths, survey: &Survey) -> Result<Recovery, CaptureError
         journal_kept: None,
     };
     recovery.messages = finish(composer, &recovery, &temporary)?;
+    if has_loss {
+        recovery.original = Some(keep(paths, &paths.partial, &paths.target)?);
+    }
     recovery.journal_kept = keep_journal(paths, survey.waste)?;
     temporary.put_in_place(paths)?;
     Ok(recovery)
@@ -189,22 +193,31 @@ fn from_journal(paths: &Paths, survey: &Survey) -> Result<Recovery, CaptureError
 
 /// Takes over what holds of `source`, and adds what a journal has beyond it.
 fn repair(paths: &Paths, source: &Path, mut scan: Scan) -> Result<Recovery, CaptureError> {
-    if scan.damage.iter().any(|damage| damage.problem == LZ4) {
+    if scan
+        .damage
+        .iter()
+        .any(|damage| damage.problem == Problem::Lz4)
+    {
         return Err(CaptureError::Compression(source.to_owned()));
     }
     if scan.is_empty() && !paths.journal.exists() {
         return Err(CaptureError::NothingLeft(source.to_owned()));
+    }
+    if scan.has_nameless {
+        return Err(CaptureError::NoChannels(source.to_owned()));
     }
     let temporary = Temporary::create(paths)?;
     let failed = |error| temporary.failed(error);
     let output = BufWriter::with_capacity(BUFFER_BYTES, &temporary.file);
     let mut writer = McapWriter::empty(output, &scan.library).map_err(failed)?;
     writer.limit_chunks(CHUNK_BYTES);
-    let mut topics = Topics::of(&scan.library);
-    let has_lost_topics = matches!(topics, Topics::Fixed) && !scan.has_channels;
+    let mut topics = scan.known_topics();
+    let has_lost_topics = has_fixed_topics(&scan.library) && !scan.has_channels;
     if has_lost_topics {
         writer.register_topics();
     }
+    let (schemas, channels) = (scan.declared.schemas(), scan.declared.channels());
+    writer.declare(schemas, channels).map_err(failed)?;
     let mut composer = Composer::around(writer, Deriver::new());
     if has_lost_topics {
         let note = StationEvent::note("the beginning of this recording could not be saved");
@@ -243,7 +256,9 @@ fn repair(paths: &Paths, source: &Path, mut scan: Scan) -> Result<Recovery, Capt
     // A record that was being written when everything stopped is no loss if the journal has what was in it.
     let is_interrupted = source == paths.partial;
     let has_journal = is_interrupted && paths.journal.exists();
-    let is_held = is_clean || (has_journal && waste.is_some_and(|waste| !waste.has_damage()));
+    let is_short = filler.rx_end() < scan_rx_end;
+    let is_held =
+        is_clean || (has_journal && !is_short && waste.is_some_and(|waste| !waste.has_damage()));
     if recovery.rx_missing.is_empty() && balance.tx_missing == 0 && is_held {
         recovery.outcome = Outcome::Recovered;
     }
@@ -252,9 +267,9 @@ fn repair(paths: &Paths, source: &Path, mut scan: Scan) -> Result<Recovery, Capt
     let has_damage = recovery
         .damage
         .iter()
-        .any(|damage| !is_interrupted || is_followed(damage));
+        .any(|damage| !is_interrupted || !is_held || is_followed(damage));
     recovery.end = match waste {
-        Some(_) if filler.rx_end() < scan_rx_end => End::JournalShort,
+        Some(_) if is_short => End::JournalShort,
         Some(waste) => End::of_journal(waste),
         None if is_interrupted => End::NoJournal,
         None if walker.has_data_end() => End::Known,
@@ -270,99 +285,6 @@ fn repair(paths: &Paths, source: &Path, mut scan: Scan) -> Result<Recovery, Capt
     temporary.put_in_place(paths)?;
     tidy_up(paths)?;
     Ok(recovery)
-}
-
-/// Writes one thing that holds, and lets the deriver know of it.
-fn copy<W: io::Write>(
-    composer: &mut Composer<W>,
-    topics: &mut Topics,
-    part: &Part<'_>,
-    balance: &mut Balance,
-) -> io::Result<()> {
-    let (opcode, record) = match part {
-        Part::Chunk(chunk) => {
-            composer.writer().copy_chunk(chunk)?;
-            topics.for_each_message(chunk.content, |message| {
-                recall(composer, &message, balance);
-            });
-            return Ok(());
-        }
-        Part::Record(opcode, record) => (*opcode, *record),
-        Part::Damage(_) => return Ok(()),
-    };
-    let mut fields = Reader(&record[HEAD_BYTES..]);
-    match opcode {
-        op::SCHEMA => composer.writer().add_schema(record),
-        op::CHANNEL => {
-            topics.add(fields.0);
-            composer.writer().add_channel(record);
-        }
-        op::METADATA => match (fields.text(), fields.map()) {
-            // What an earlier recovery said is said anew.
-            (Some("recovery") | None, _) | (_, None) => {}
-            (Some(name), Some(map)) => composer.writer().write_metadata(name, &map)?,
-        },
-        op::ATTACHMENT => {
-            let (Some(time_ns), Some(_), Some(name), Some(media_type), Some(bytes)) = (
-                fields.u64(),
-                fields.u64(),
-                fields.text(),
-                fields.text(),
-                fields.u64(),
-            ) else {
-                return Ok(());
-            };
-            let data = usize::try_from(bytes).ok().and_then(|n| fields.take(n));
-            composer.writer().attach(&Attachment {
-                name,
-                media_type,
-                time_ns,
-                data: data.unwrap_or_default(),
-            })?;
-        }
-        _ => {
-            if let Some(message) = topics.loose(opcode, record) {
-                composer.writer().copy_message(
-                    message.channel_id,
-                    message.log_time_ns,
-                    message.publish_time_ns,
-                    message.data,
-                )?;
-                recall(composer, &message, balance);
-            }
-        }
-    }
-    Ok(())
-}
-
-fn recall<W: io::Write>(composer: &mut Composer<W>, message: &Raw<'_>, balance: &mut Balance) {
-    let entry = |kind, offset, data| Entry {
-        kind,
-        at_ns: message.log_time_ns,
-        offset,
-        data,
-    };
-    let entry = match message.topic {
-        Some(Topic::RawRx) => RawBytes::decode(message.data)
-            .ok()
-            .map(|raw| entry(Kind::Rx, raw.stream_offset, raw.data)),
-        Some(Topic::RawTx) => RawBytes::decode(message.data)
-            .ok()
-            .map(|raw| entry(Kind::Tx, raw.stream_offset, raw.data)),
-        Some(Topic::Uplink) => UplinkEvent::decode(message.data)
-            .ok()
-            .filter(|event| !matches!(event.step(), UplinkStep::Acknowledged | UplinkStep::List))
-            .map(|_| entry(Kind::Uplink, 0, message.data.to_vec())),
-        _ => None,
-    };
-    if let Some(entry) = entry {
-        let have = match entry.kind {
-            Kind::Tx => composer.deriver().tx_bytes(),
-            _ => composer.deriver().rx_bytes(),
-        };
-        balance.step(entry.kind, have, entry.offset);
-        composer.recall(&entry);
-    }
 }
 
 /// Says in the recording itself what was done to it, and finishes it; returns its messages.
@@ -418,6 +340,12 @@ fn holds_everything(paths: &Paths) -> Result<bool, CaptureError> {
     if paths.journal.exists() {
         let survey = Survey::of(&paths.journal)?;
         holds &= have.rx_end == survey.rx_end && have.tx_end == survey.tx_end;
+        for_each_entry(&paths.journal, |entry| {
+            let is_event = matches!(entry.kind, Kind::Uplink | Kind::Log);
+            let key = event_key(entry.kind, entry.at_ns, &entry.data);
+            holds &= !is_event || have.events.contains(&key);
+            Ok(())
+        })?;
     }
     if paths.partial.exists() {
         let scan = Scan::of(&paths.partial)?;

@@ -15,7 +15,7 @@ use crate::event::Level;
 pub enum Outcome {
     /// The recording is whole; nothing was done.
     Whole,
-    /// Everything that was received is in the recording.
+    /// Everything that was received and reached the disk is in the recording.
     Recovered,
     /// Something is missing; the rest was saved.
     Partly,
@@ -52,7 +52,8 @@ pub struct Recovery {
     pub journal_kept: Option<PathBuf>,
 }
 
-/// What proves that nothing was received after the last byte of a recording.
+/// What proves that nothing that reached the disk came after the last byte of a recording. A power cut takes what had not:
+/// then the journal usually ends with the last entry that the disk was made to keep.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "snake_case")]
 pub enum End {
@@ -102,7 +103,9 @@ impl Recovery {
             }
             Outcome::Recovered => match self.unknown_end() {
                 None => {
-                    format!("recovered {path}: {messages} messages, all {bytes} bytes received")
+                    format!(
+                        "recovered {path}: {messages} messages, all {bytes} bytes that reached the disk"
+                    )
                 }
                 Some(unknown) => format!(
                     "recovered {path}: {messages} messages, {bytes} bytes received; {unknown}"

@@ -1,10 +1,11 @@
 //! What there is in an MCAP that may be damaged.
 
-use std::collections::{BTreeMap, HashSet};
+use std::collections::HashSet;
 use std::path::Path;
 
 use prost::Message;
 
+use super::channels::{Declared, Raw, Topics, has_channels};
 use super::fill::{ChunkStart, StreamStart, event_key};
 use super::{End, Missing, Outcome, Paths, Recovery, open};
 use crate::capture::CaptureError;
@@ -12,8 +13,8 @@ use crate::capture::journal::Kind;
 use crate::capture::messages::RawBytes;
 use crate::capture::topics::Topic;
 use crate::capture::walk::{Damage, Part};
+use crate::capture::writer::LIBRARY;
 use crate::capture::writer::records::{HEAD_BYTES, Reader, op};
-use crate::capture::writer::{LIBRARY, next_record};
 
 /// What there is in an MCAP.
 #[derive(Debug, Default)]
@@ -29,23 +30,54 @@ pub(super) struct Scan {
     pub(super) events: HashSet<u64>,
     pub(super) missing: Vec<Missing>,
     pub(super) damage: Vec<Damage>,
-    pub(super) topics: Topics,
-    /// What holds has them.
+    /// What holds declares channels.
     pub(super) has_channels: bool,
+    /// What only the summary declares, and was needed.
+    pub(super) declared: Declared,
+    /// A message of a chunk that holds has no channel.
+    pub(super) has_nameless: bool,
+    /// A message in no chunk has none; what stands there may be damaged.
+    has_strays: bool,
     pub(super) earliest_ns: u64,
 }
 
 impl Scan {
     pub(super) fn of(path: &Path) -> Result<Self, CaptureError> {
+        let scan = Self::walk(path, Self::default())?;
+        if !scan.has_nameless && !scan.has_strays {
+            return Ok(scan);
+        }
+        let declared = Declared::in_summary(path)?;
+        // Without its beginning a file does not say whose it is. Most are ours.
+        let is_ours = scan.library.is_empty() && !scan.has_channels && declared.is_empty();
+        let library = if is_ours { LIBRARY } else { "" };
+        let known = Self {
+            library: library.to_owned(),
+            declared,
+            ..Self::default()
+        };
+        Self::walk(path, known)
+    }
+
+    /// The topics that need no chunk to be known.
+    pub(super) fn known_topics(&self) -> Topics {
+        let mut topics = Topics::of(&self.library);
+        for record in self.declared.channels() {
+            topics.add(&record[HEAD_BYTES..]);
+        }
+        topics
+    }
+
+    fn walk(path: &Path, mut scan: Self) -> Result<Self, CaptureError> {
         let mut walker = open(path)?;
-        let mut scan = Self::default();
+        let mut topics = scan.known_topics();
         let read_error = |error| CaptureError::Read {
             path: path.to_owned(),
             error,
         };
         let mut stretches = Stretches::default();
         while let Some(part) = walker.next_part().map_err(read_error)? {
-            if stretches.begins_with(&part, &scan.topics) {
+            if stretches.begins_with(&part, &topics) {
                 scan.starts.push(ChunkStart::END);
             }
             match part {
@@ -53,23 +85,20 @@ impl Scan {
                     let mut fields = Reader(&record[HEAD_BYTES..]);
                     if let (Some(_), Some(library)) = (fields.text(), fields.text()) {
                         library.clone_into(&mut scan.library);
-                        scan.topics = Topics::of(library);
+                        topics = scan.known_topics();
                     }
                 }
                 Part::Record(op::CHANNEL, record) => {
-                    scan.topics.add(&record[HEAD_BYTES..]);
+                    topics.add(&record[HEAD_BYTES..]);
                     scan.has_channels = true;
                 }
-                Part::Record(opcode, record) => {
-                    if let Some(message) = scan.topics.loose(opcode, record) {
-                        scan.take(&message);
-                    }
-                }
+                Part::Record(opcode, record) => match topics.loose(opcode, record) {
+                    Some(message) => scan.take(&message),
+                    None => scan.has_strays |= opcode == op::MESSAGE,
+                },
                 Part::Chunk(chunk) => {
                     scan.chunks += 1;
-                    let mut topics = std::mem::take(&mut scan.topics);
                     topics.for_each_message(chunk.content, |message| scan.take(&message));
-                    scan.topics = topics;
                     scan.has_channels |= has_channels(chunk.content);
                 }
                 Part::Damage(damage) => scan.damage.push(damage),
@@ -84,7 +113,8 @@ impl Scan {
         self.starts.is_empty()
     }
 
-    pub(super) fn take(&mut self, message: &Raw<'_>) {
+    fn take(&mut self, message: &Raw<'_>) {
+        self.has_nameless |= !message.has_channel;
         if self.messages == 0 {
             self.earliest_ns = message.log_time_ns;
         }
@@ -122,7 +152,8 @@ impl Scan {
                 bytes: raw.stream_offset - *end,
             });
         }
-        *end = raw.stream_offset + raw.data.len() as u64;
+        // Bytes that come twice take nothing back.
+        *end = (*end).max(raw.stream_offset.saturating_add(raw.data.len() as u64));
     }
 
     /// Tells each chunk that has none of a stream where a later one goes on with it.
@@ -182,103 +213,4 @@ impl Stretches {
             }
         }
     }
-}
-
-/// A message.
-pub(super) struct Raw<'a> {
-    pub(super) channel_id: u16,
-    pub(super) topic: Option<Topic>,
-    pub(super) log_time_ns: u64,
-    pub(super) publish_time_ns: u64,
-    pub(super) data: &'a [u8],
-}
-
-/// Which topic a channel is.
-#[derive(Debug)]
-pub(super) enum Topics {
-    /// Ours always have the same numbers, and need not be readable to be known.
-    Fixed,
-    /// As the channels say; of other people's there is only the number.
-    Said(BTreeMap<u16, Option<Topic>>),
-}
-
-impl Default for Topics {
-    fn default() -> Self {
-        Self::Said(BTreeMap::new())
-    }
-}
-
-impl Topics {
-    pub(super) fn of(library: &str) -> Self {
-        if library == LIBRARY {
-            Self::Fixed
-        } else {
-            Self::default()
-        }
-    }
-
-    /// Takes what a channel record says.
-    pub(super) fn add(&mut self, body: &[u8]) {
-        let Self::Said(topics) = self else {
-            return;
-        };
-        let mut fields = Reader(body);
-        if let (Some(id), Some(_), Some(name)) = (fields.u16(), fields.u16(), fields.text()) {
-            topics.insert(id, Topic::from_name(name));
-        }
-    }
-
-    pub(super) fn get(&self, channel_id: u16) -> Option<Topic> {
-        match self {
-            Self::Fixed => {
-                let number = usize::from(channel_id).checked_sub(1)?;
-                Topic::ALL.get(number).copied()
-            }
-            Self::Said(topics) => topics.get(&channel_id).copied().flatten(),
-        }
-    }
-
-    /// The message that a record outside of chunks is; one without a channel is of no use to anybody.
-    pub(super) fn loose<'a>(&self, opcode: u8, record: &'a [u8]) -> Option<Raw<'a>> {
-        let body = record.get(HEAD_BYTES..).filter(|_| opcode == op::MESSAGE)?;
-        let is_known = |message: &Raw<'_>| match self {
-            Self::Fixed => message.topic.is_some(),
-            Self::Said(topics) => topics.contains_key(&message.channel_id),
-        };
-        self.message(body).filter(is_known)
-    }
-
-    fn message<'a>(&self, body: &'a [u8]) -> Option<Raw<'a>> {
-        let mut fields = Reader(body);
-        let (channel_id, _sequence) = (fields.u16()?, fields.u32()?);
-        Some(Raw {
-            channel_id,
-            topic: self.get(channel_id),
-            log_time_ns: fields.u64()?,
-            publish_time_ns: fields.u64()?,
-            data: fields.0,
-        })
-    }
-
-    pub(super) fn for_each_message<'a>(
-        &mut self,
-        content: &'a [u8],
-        mut take: impl FnMut(Raw<'a>),
-    ) {
-        let mut rest = Reader(content);
-        while let Some((opcode, body)) = next_record(&mut rest) {
-            if opcode == op::CHANNEL {
-                self.add(body);
-            } else if opcode == op::MESSAGE
-                && let Some(message) = self.message(body)
-            {
-                take(message);
-            }
-        }
-    }
-}
-
-fn has_channels(content: &[u8]) -> bool {
-    let mut rest = Reader(content);
-    std::iter::from_fn(|| next_record(&mut rest)).any(|(opcode, _)| opcode == op::CHANNEL)
 }

@@ -29,7 +29,7 @@ impl Survey {
             missing_tx: 0,
         };
         survey.waste = for_each_entry(path, |entry| {
-            let end = entry.offset + entry.data.len() as u64;
+            let end = entry.end();
             match entry.kind {
                 Kind::Session => survey.session = serde_json::from_slice(&entry.data).ok(),
                 Kind::Rx => {
@@ -52,9 +52,14 @@ impl Survey {
         Ok(survey)
     }
 
+    /// Something between its first entry and its end is missing or damaged.
+    pub(super) const fn has_gaps(&self) -> bool {
+        !self.missing.is_empty() || self.missing_tx > 0 || self.waste.has_damage()
+    }
+
     /// It has everything from the beginning up to its end.
     pub(super) const fn is_complete(&self) -> bool {
-        self.session.is_some() && self.missing.is_empty() && self.missing_tx == 0
+        self.session.is_some() && !self.has_gaps()
     }
 }
 

@@ -91,7 +91,7 @@ impl Deriver {
     /// Bytes received or missing so far, those included that have not been given out yet.
     #[must_use]
     pub const fn rx_bytes(&self) -> u64 {
-        self.rx_offset + self.pending.len() as u64
+        self.rx_offset.saturating_add(self.pending.len() as u64)
     }
 
     /// Bytes sent or missing so far.
@@ -124,13 +124,13 @@ impl Deriver {
     ) -> Result<(), E> {
         self.give_pending(&mut take)?;
         self.decoder.interrupt();
-        self.rx_offset += bytes;
+        self.rx_offset = self.rx_offset.saturating_add(bytes);
         Ok(())
     }
 
     /// Sent bytes are missing here: they leave a step in `/raw/tx`.
     pub const fn skip_tx(&mut self, bytes: u64) {
-        self.tx_offset += bytes;
+        self.tx_offset = self.tx_offset.saturating_add(bytes);
     }
 
     /// Takes bytes received, read at `at_ns`.
@@ -178,7 +178,7 @@ impl Deriver {
             return Ok(());
         }
         self.encoder.raw(self.tx_offset, bytes);
-        self.tx_offset += bytes.len() as u64;
+        self.tx_offset = self.tx_offset.saturating_add(bytes.len() as u64);
         take(self.encoder.message(Topic::RawTx, self.now_ns, None))
     }
 
@@ -238,7 +238,7 @@ impl Deriver {
         take: &mut impl FnMut(TopicMessage<'_>) -> Result<(), E>,
     ) -> Result<(), E> {
         self.encoder.raw(self.rx_offset, bytes);
-        self.rx_offset += bytes.len() as u64;
+        self.rx_offset = self.rx_offset.saturating_add(bytes.len() as u64);
         take(self.encoder.message(Topic::RawRx, self.now_ns, None))?;
         while !bytes.is_empty() {
             let (taken, received) = self.decoder.handle_bytes(bytes);

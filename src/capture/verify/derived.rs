@@ -48,12 +48,12 @@ impl Derived {
         }
     }
 
-    /// Nothing came before what comes now.
+    /// Nothing came before what comes now, and this version told what follows.
     pub(super) const fn begin(&mut self) {
         self.is_exact = true;
     }
 
-    /// What came before is not known: this is a part, or another version wrote it.
+    /// What came before is not known: this is a part.
     pub(super) fn forget_beginning(&mut self) {
         self.is_exact = false;
         for (topic, queue) in &mut self.queues {

@@ -41,6 +41,7 @@ pub fn verify_mcap<R: Read>(source: R, beside: Beside) -> io::Result<Verdict> {
         verdict: Verdict::new(Form::Mcap),
         lines: Lines::default(),
         derived: Derived::new(),
+        is_ours: false,
         start_ns: None,
         last_ns: 0,
         sequences: HashMap::new(),
@@ -79,6 +80,8 @@ struct Check {
     verdict: Verdict,
     lines: Lines,
     derived: Derived,
+    /// This version wrote it: what follows is what it would tell.
+    is_ours: bool,
     start_ns: Option<u64>,
     last_ns: u64,
     sequences: HashMap<u16, u32>,
@@ -112,7 +115,8 @@ impl Check {
             self.verdict.fault(what);
         }
         self.last_ns = header.log_time;
-        if self.start_ns.is_none() && topic == Topic::Log.name() && begins(data) {
+        let is_first = self.start_ns.is_none();
+        if self.is_ours && is_first && topic == Topic::Log.name() && begins(data) {
             self.derived.begin();
         }
         self.start_ns.get_or_insert(header.log_time);
@@ -144,7 +148,8 @@ impl Check {
                 return Ok(());
             }
         };
-        let received = self.lines.decoder.counters().bytes + self.verdict.missing_bytes;
+        let received = self.lines.decoder.counters().bytes;
+        let received = received.saturating_add(self.verdict.missing_bytes);
         let Some(missing) = raw.stream_offset.checked_sub(received) else {
             let at = raw.stream_offset;
             self.verdict
@@ -172,9 +177,7 @@ impl Check {
     fn take_record(&mut self, opcode: u8, body: &[u8]) {
         self.in_summary |= opcode == op::DATA_END;
         match parse_record(opcode, body) {
-            Ok(Record::Header(header)) if header.library != LIBRARY => {
-                self.derived.forget_beginning();
-            }
+            Ok(Record::Header(header)) => self.is_ours = header.library == LIBRARY,
             // What the robot had told before this part is in another file.
             Ok(Record::Metadata(table)) if table.metadata.get("part").is_some_and(|n| n != "1") => {
                 self.derived.forget_beginning();

@@ -24,6 +24,11 @@ const CHUNK_BYTES: usize = 1024 * 1024;
 pub(super) const LIBRARY: &str =
     concat!("groundwave ", env!("CARGO_PKG_VERSION"), ", fixed topics");
 
+/// Whether that says a version of ours, whichever.
+pub(super) fn has_fixed_topics(library: &str) -> bool {
+    library.starts_with("groundwave ") && library.ends_with(", fixed topics")
+}
+
 /// Writes a recording to anything that takes bytes.
 ///
 /// A chunk and its index go out in one write, and a flushed recording can be read up to the flush by
@@ -163,6 +168,20 @@ impl<W: Write> McapWriter<W> {
     pub(super) fn add_channel(&mut self, record: &[u8]) {
         self.chunk.add_record(record);
         self.channels.add_new(record);
+    }
+
+    /// Adds schema and channel records before everything else and in no chunk: one without messages would have no index.
+    pub(super) fn declare(&mut self, schemas: &[Vec<u8>], channels: &[Vec<u8>]) -> io::Result<()> {
+        for schema in schemas {
+            self.schemas.add_new(schema);
+        }
+        for channel in channels {
+            self.channels.add_new(channel);
+        }
+        for record in schemas.iter().chain(channels) {
+            self.scratch.extend_from_slice(record);
+        }
+        self.output.write(&mut self.scratch)
     }
 
     /// Writes a message.

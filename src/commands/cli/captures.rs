@@ -4,7 +4,7 @@ use std::path::PathBuf;
 
 use clap::{Args, ValueEnum};
 
-use super::parse_factor;
+use super::{laid_out, parse_factor};
 use crate::capture::when::When;
 
 /// Which captures.
@@ -34,14 +34,14 @@ pub struct Output {
 
 /// `replay`
 #[derive(Debug, Args)]
-#[command(after_help = "\
+#[command(after_help = laid_out("\
 Examples:
   groundwave replay evening.mcap
   groundwave replay evening.txt --speed 10
 
-In the dashboard k stands still and goes on, comma and full stop step a line back and on, < and > change the
+In the dashboard, with the keys as they come: k stands still and goes on, comma and full stop step a line back and on, < and > change the
 speed, g goes to 12:30, +30s, 90% or packet #1234, n and N go to the next and last alarm, bump, behaviour
-change or command, m marks, o loops, ? shows every key.")]
+change or command, m marks, o loops, ? shows every key."))]
 pub struct Replay {
     /// A raw capture, with times before its lines or without, or an MCAP file
     pub file: PathBuf,
@@ -52,10 +52,10 @@ pub struct Replay {
 
 /// `decode`
 #[derive(Debug, Args)]
-#[command(after_help = "\
+#[command(after_help = laid_out("\
 Examples:
   groundwave decode evening.txt --to csv > evening.csv
-  cat /dev/ttyUSB0 | groundwave decode - --to jsonl")]
+  cat /dev/ttyUSB0 | groundwave decode - --to jsonl"))]
 pub struct Decode {
     /// A raw capture, an MCAP file, or - for standard input
     pub file: PathBuf,
@@ -75,10 +75,10 @@ pub enum DecodeFormat {
 
 /// `info`
 #[derive(Debug, Args)]
-#[command(after_help = "\
+#[command(after_help = laid_out("\
 Examples:
   groundwave info evening.mcap
-  groundwave info --json 'evenings/*.mcap' | jq .distance_in")]
+  groundwave info --json 'evenings/*.mcap' | jq .distance_in"))]
 pub struct Info {
     /// Which captures.
     #[command(flatten)]
@@ -90,7 +90,7 @@ pub struct Info {
 
 /// `convert`
 #[derive(Debug, Args)]
-#[command(after_help = "\
+#[command(after_help = laid_out("\
 Examples:
   groundwave convert evening.txt                   evening.mcap, with every topic a recording has
   groundwave convert evening.mcap                  evening.txt, the bytes of the radio as they came
@@ -99,7 +99,7 @@ Examples:
 
 A raw capture knows no time: its lines are given that of a radio at 2400 baud which never paused, from --start on. One with
 a time before each line, as other stations and `ts` write it, has those times; it and one whose CR LF an editor has changed
-become what the radio delivered.")]
+become what the radio delivered."))]
 pub struct Convert {
     /// Which captures.
     #[command(flatten)]
@@ -117,11 +117,11 @@ pub struct Convert {
 
 /// `export`
 #[derive(Debug, Args)]
-#[command(after_help = "\
+#[command(after_help = laid_out("\
 Examples:
   groundwave export evening.mcap --to svg              evening.svg: the track with its events
   groundwave export 'evenings/*.mcap' --to csv --output-dir tables
-  groundwave export evening.txt --to jsonl -o -")]
+  groundwave export evening.txt --to jsonl -o -"))]
 pub struct Export {
     /// Which captures.
     #[command(flatten)]
@@ -149,13 +149,13 @@ pub enum ExportFormat {
 
 /// `cut`
 #[derive(Debug, Args)]
-#[command(after_help = "\
+#[command(after_help = laid_out("\
 Examples:
   groundwave cut evening.mcap --from 1:30 --to 2m -o bump.mcap
   groundwave cut evening.mcap --from 2025-03-14T20:15:00Z      evening.cut.mcap
   groundwave cut evening.txt --to 10m -o -
 
-The part has the form of the capture. A line belongs to the part in which it ends, so parts that meet make up the whole.")]
+The part has the form of the capture. A line belongs to the part in which it ends, so parts that meet make up the whole."))]
 pub struct Cut {
     /// Which captures.
     #[command(flatten)]
@@ -173,7 +173,7 @@ pub struct Cut {
 
 /// `verify`
 #[derive(Debug, Args)]
-#[command(after_help = "\
+#[command(after_help = laid_out("\
 Examples:
   groundwave verify 'evenings/*.mcap'
   groundwave verify evening.mcap --raw evening.txt
@@ -181,7 +181,7 @@ Examples:
 Every checksum, the numbers of the messages, the offsets of the bytes, the statistics; that each message which
 follows from the bytes and the station's events is what they give today, on every topic; and that the raw file (NAME.txt) and the
 journal (NAME.mcap.journal) beside it, where there are such, hold the same bytes. What the radio lost is told and no fault of the capture.
-Exit code 0: all good; 1: not; 2: not a capture at all.")]
+Exit code 0: all good; 1: not; 2: not a capture at all."))]
 pub struct Verify {
     /// Which captures.
     #[command(flatten)]
@@ -196,10 +196,10 @@ pub struct Verify {
 
 /// `recover`
 #[derive(Debug, Args)]
-#[command(after_help = "\
+#[command(after_help = laid_out("\
 Examples:
   groundwave recover evening.mcap
-  groundwave recover .                    every interrupted recording of this folder")]
+  groundwave recover .                    every interrupted recording of this folder"))]
 pub struct Recover {
     /// Recordings, or folders with interrupted ones
     #[arg(required = true)]
@@ -211,12 +211,12 @@ pub struct Recover {
 
 /// `songs`
 #[derive(Debug, Args)]
-#[command(after_help = "\
+#[command(after_help = laid_out("\
 Examples:
   groundwave songs evening.mcap
   groundwave songs evening.txt --wav songs      songs/song-01.wav and so on, numbered as listed
 
-A note is named by the nearest key of a piano (A4 is 440 Hz), with its length in seconds; a dash is a rest.")]
+A note is named by the nearest key of a piano (A4 is 440 Hz), with its length in seconds; a dash is a rest."))]
 pub struct Songs {
     /// A raw capture, an MCAP file, or - for standard input
     pub file: PathBuf,

@@ -6,12 +6,14 @@ use std::path::PathBuf;
 use clap::{Args, Subcommand};
 use clap_complete::Shell;
 
+use super::laid_out;
+
 /// `ports`
 #[derive(Debug, Args)]
-#[command(after_help = "\
+#[command(after_help = laid_out("\
 Examples:
   groundwave ports
-  groundwave ports --json")]
+  groundwave ports --json"))]
 pub struct Ports {
     /// As JSON, one object a port
     #[arg(long)]
@@ -20,12 +22,12 @@ pub struct Ports {
 
 /// `config`
 #[derive(Debug, Args)]
-#[command(after_help = "\
+#[command(after_help = laid_out("\
 Examples:
   groundwave config                                     the file as it comes, every line explained
   groundwave config > ~/.config/groundwave/config.toml  a file to start from
   groundwave config path                                where it is read from
-  groundwave config check my.toml                       whether it can be read, and what is wrong with it")]
+  groundwave config check my.toml                       whether it can be read, and what is wrong with it"))]
 pub struct ConfigArgs {
     /// What to do; without a word the file as it comes is printed
     #[command(subcommand)]
@@ -46,14 +48,14 @@ pub enum ConfigVerb {
 
 /// `completions`
 #[derive(Debug, Args)]
-#[command(after_help = "\
+#[command(after_help = laid_out("\
 Examples:
   echo 'source <(groundwave completions bash)' >> ~/.bashrc
   echo 'source <(groundwave completions zsh)' >> ~/.zshrc
   groundwave completions fish > ~/.config/fish/completions/groundwave.fish
 
 The shell asks the program itself, so that worlds, modes, layers, presets, ports and the names of your configuration are
-offered as they are.")]
+offered as they are."))]
 pub struct Completions {
     /// For which shell
     pub shell: Shell,
@@ -61,10 +63,10 @@ pub struct Completions {
 
 /// `man`
 #[derive(Debug, Args)]
-#[command(after_help = "\
+#[command(after_help = laid_out("\
 Examples:
   groundwave man | man -l -                             read it
-  groundwave man ~/.local/share/man/man1                one page for each verb")]
+  groundwave man ~/.local/share/man/man1                one page for each verb"))]
 pub struct Man {
     /// Write a page for each verb into this folder, which is made if it is not there
     pub dir: Option<PathBuf>,

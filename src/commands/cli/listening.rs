@@ -8,7 +8,7 @@ use clap_complete::engine::ArgValueCompleter;
 
 use super::super::completing;
 use super::super::config::Config;
-use super::{parse_baud, parse_duration};
+use super::{laid_out, parse_baud, parse_duration};
 use crate::capture::Rotation;
 use crate::io::foxglove::DEFAULT_ADDRESS;
 use crate::io::link::{BAUD, LinkSpec};
@@ -104,12 +104,12 @@ impl Sharing {
 
 /// `watch`
 #[derive(Debug, Args)]
-#[command(after_help = "\
+#[command(after_help = laid_out("\
 Examples:
   groundwave watch /dev/ttyUSB0 --tee evening.txt --record
   groundwave watch tcp:robot.local:4000
   groundwave watch /dev/ttyUSB0 --share /tmp/x.sock     then: groundwave send --via /tmp/x.sock stop
-  ssh robot cat /dev/ttyS0 | groundwave watch -")]
+  ssh robot cat /dev/ttyS0 | groundwave watch -"))]
 pub struct Watch {
     /// A serial device, tcp:HOST:PORT, unix:PATH, - (standard input) or sim
     #[arg(add = ArgValueCompleter::new(completing::links))]
@@ -133,10 +133,10 @@ pub struct Watch {
 
 /// `record`
 #[derive(Debug, Args)]
-#[command(after_help = "\
+#[command(after_help = laid_out("\
 Examples:
   groundwave record /dev/ttyUSB0 -o evening.mcap
-  groundwave record /dev/ttyUSB0 -o evening.txt --duration 90m")]
+  groundwave record /dev/ttyUSB0 -o evening.txt --duration 90m"))]
 pub struct Record {
     /// A serial device, tcp:HOST:PORT, unix:PATH, - (standard input) or sim
     #[arg(add = ArgValueCompleter::new(completing::links))]

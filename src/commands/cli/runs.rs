@@ -4,18 +4,20 @@ use std::path::PathBuf;
 
 use clap::Args;
 
+use super::laid_out;
+
 use crate::capture::when::When;
 
 /// `runs`
 #[derive(Debug, Args)]
-#[command(after_help = "\
+#[command(after_help = laid_out("\
 Examples:
   groundwave runs                         the captures in this folder
   groundwave runs contest/ evening.mcap
   groundwave runs --json | jq 'select(.void == null)'
 
 The figures are of the way since the robot's odometer was last set; the closing error is how far from its
-beginning it ended.")]
+beginning it ended."))]
 pub struct Runs {
     /// Captures, or folders of captures
     #[arg(value_name = "FILE|DIR", default_value = ".")]
@@ -27,7 +29,7 @@ pub struct Runs {
 
 /// `label`
 #[derive(Debug, Args)]
-#[command(after_help = "\
+#[command(after_help = laid_out("\
 Examples:
   groundwave label run7.mcap                            what is said of it
   groundwave label run7.mcap --name 'new wheels, third try'
@@ -35,7 +37,7 @@ Examples:
   groundwave label run7.mcap --void 'the cat sat on it'
   groundwave label run7.mcap --counts                   it does count after all
 
-It is kept beside the capture, in run7.mcap.run.toml; the capture itself is never touched.")]
+It is kept beside the capture, in run7.mcap.run.toml; the capture itself is never touched."))]
 pub struct Label {
     /// A capture
     pub file: PathBuf,
@@ -61,12 +63,12 @@ pub struct Label {
 
 /// `compare`
 #[derive(Debug, Args)]
-#[command(after_help = "\
+#[command(after_help = laid_out("\
 Examples:
   groundwave compare before.mcap after.mcap
   groundwave compare before.mcap after.mcap --svg both.svg
 
-Both tracks are laid over each other as the robot reported them, in its own frame: start both runs at the same mark.")]
+Both tracks are laid over each other as the robot reported them, in its own frame: start both runs at the same mark."))]
 pub struct Compare {
     /// A capture
     pub first: PathBuf,

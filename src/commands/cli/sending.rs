@@ -160,6 +160,12 @@ pub enum Way {
 }
 
 impl Send {
+    /// Whether it is to stop the robot, and nothing else.
+    #[must_use]
+    pub fn is_stop(&self) -> bool {
+        self.way().is_ok_and(|(_, words)| words == ["stop"])
+    }
+
     /// Which way, and the words of the command: with `--via` no link stands before them.
     ///
     /// # Errors

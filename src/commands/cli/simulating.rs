@@ -7,7 +7,7 @@ use clap::Args;
 use clap_complete::engine::ArgValueCompleter;
 
 use super::listening::{Keeping, Sharing};
-use super::{parse_duration, parse_factor, parse_seed};
+use super::{laid_out, parse_duration, parse_factor, parse_seed};
 use crate::commands::completing;
 use crate::radio::RadioKind;
 
@@ -39,10 +39,10 @@ pub struct Simulated {
 
 /// `demo`
 #[derive(Debug, Args)]
-#[command(after_help = "\
+#[command(after_help = laid_out("\
 Examples:
   groundwave demo --seed 3 --channel ber=1e-3
-  groundwave demo --world living-room --record")]
+  groundwave demo --world living-room --record"))]
 pub struct Demo {
     /// What to simulate.
     #[command(flatten)]
@@ -60,10 +60,10 @@ pub struct Demo {
 
 /// `sim`
 #[derive(Debug, Args)]
-#[command(after_help = "\
+#[command(after_help = laid_out("\
 Examples:
   groundwave sim                            prints the path of a pseudo-terminal: cat it, tio it, watch it
-  groundwave sim --listen 127.0.0.1:4000    then: groundwave watch tcp:127.0.0.1:4000")]
+  groundwave sim --listen 127.0.0.1:4000    then: groundwave watch tcp:127.0.0.1:4000"))]
 pub struct Sim {
     /// What to simulate.
     #[command(flatten)]
@@ -93,14 +93,14 @@ pub struct Sim {
 
 /// `world`
 #[derive(Debug, Args)]
-#[command(after_help = "\
+#[command(after_help = laid_out("\
 Examples:
   groundwave world                          list them
   groundwave world office                   show one
   groundwave world my-flat.toml             check and show your own
   groundwave world my-flat.toml --check     say nothing but what is wrong; exit code 1 if something is to be looked at
   groundwave world generated:7 --text       a house made from a seed, as a file to start from
-  groundwave world house --svg house.svg    draw it to scale")]
+  groundwave world house --svg house.svg    draw it to scale"))]
 pub struct World {
     /// A world that comes with the program, generated:SEED or a TOML file
     #[arg(value_name = "NAME|FILE", add = ArgValueCompleter::new(completing::worlds))]

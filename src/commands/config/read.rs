@@ -24,17 +24,25 @@ pub use mistakes::Mistake;
 /// # Errors
 /// Everything that is wrong with it, in the order of the text.
 pub fn parse(text: &str) -> Result<Config, Vec<Mistake>> {
+    match parse_what_holds(text) {
+        (config, mistakes) if mistakes.is_empty() => Ok(config),
+        (_, mistakes) => Err(mistakes),
+    }
+}
+
+/// Reads what can be read of a configuration; what is wrong with the rest stands beside it, in the order of the text.
+pub(super) fn parse_what_holds(text: &str) -> (Config, Vec<Mistake>) {
     let mut found = Found::in_text(text);
     let (document, errors) = DeTable::parse_recoverable(text);
     if errors.is_empty() {
         let config = read(document.into_inner(), &mut found);
-        return found.or(config);
+        return (config, found.mistakes());
     }
     // What follows from a slip in the notation is no mistake of its own: nothing else is looked at.
     for error in &errors {
         found.say_syntax(error);
     }
-    found.or(Config::default())
+    (Config::default(), found.mistakes())
 }
 
 fn read(document: DeTable<'_>, found: &mut Found<'_>) -> Config {

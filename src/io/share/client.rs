@@ -6,7 +6,7 @@ use tokio::io::{AsyncRead, AsyncReadExt, AsyncWrite, AsyncWriteExt, ReadHalf, Wr
 use tokio::sync::mpsc;
 use tokio::time::timeout;
 
-use super::outbox::{Next, Outbox};
+use super::outbox::{Cut, Next, Outbox};
 use super::{CLIENTS_MAX, FromClient, READ_MAX};
 use crate::share::{ClientId, Lines, StationLine};
 
@@ -21,7 +21,7 @@ impl<T: AsyncRead + AsyncWrite + Send + Unpin> Stream for T {}
 /// How a connection ended.
 pub(super) enum Ended {
     Gone,
-    TooSlow { unread_bytes: usize },
+    Cut(Cut),
 }
 
 /// Until the client is gone, closed or too slow.
@@ -33,8 +33,9 @@ pub(super) async fn serve(
 ) -> Ended {
     let (mut reading, mut writing) = tokio::io::split(stream);
     let ended = tokio::select! {
+        biased;
+        cut = outbox.cut() => return Ended::Cut(cut),
         () = listen(&mut reading, client, outbox, to_station) => return Ended::Gone,
-        unread_bytes = outbox.overflow() => return Ended::TooSlow { unread_bytes },
         written = write(&mut writing, outbox) => written,
     };
     if ended.is_ok() {

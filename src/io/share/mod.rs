@@ -15,7 +15,7 @@ use tokio::sync::mpsc;
 
 use crate::share::{Address, ClientId, Exposed, LINE_MAX, TooLong};
 use listener::Listener;
-use outbox::Outbox;
+use outbox::{Cut, Outbox};
 
 /// Connections at a time.
 const CLIENTS_MAX: usize = 16;
@@ -64,6 +64,11 @@ pub enum FromClient {
         client: ClientId,
         /// Bytes that waited for it.
         unread_bytes: usize,
+    },
+    /// Somebody who only read was cut off for somebody else.
+    GaveWay {
+        /// Who.
+        client: ClientId,
     },
     /// Somebody is gone.
     Gone {
@@ -211,10 +216,11 @@ async fn accept(listener: Listener, outboxes: Outboxes, to_station: mpsc::Sender
             outboxes.lock().remove(&client);
             let last = match ended {
                 client::Ended::Gone => FromClient::Gone { client },
-                client::Ended::TooSlow { unread_bytes } => FromClient::TooSlow {
+                client::Ended::Cut(Cut::TooSlow { unread_bytes }) => FromClient::TooSlow {
                     client,
                     unread_bytes,
                 },
+                client::Ended::Cut(Cut::GaveWay) => FromClient::GaveWay { client },
             };
             // A station that is gone needs no word.
             let _ = to_station.send(last).await;

@@ -12,8 +12,17 @@ pub(super) struct Outbox {
     state: Mutex<State>,
     /// Something is to be taken.
     filled: Notify,
-    /// Too much waits.
-    overflowed: Notify,
+    /// Nothing more is written.
+    cut: Notify,
+}
+
+/// Why nothing more is written to a client, whatever waits for it.
+#[derive(Debug, PartialEq, Eq)]
+pub(super) enum Cut {
+    /// It did not read.
+    TooSlow { unread_bytes: usize },
+    /// Others need its place.
+    GaveWay,
 }
 
 #[derive(Debug, Default)]
@@ -54,7 +63,7 @@ impl Outbox {
         }
         if state.waiting.len() + bytes.len() > UNREAD_MAX {
             state.too_slow = true;
-            self.overflowed.notify_one();
+            self.cut.notify_one();
         } else {
             state.waiting.extend_from_slice(bytes);
             self.filled.notify_one();
@@ -78,8 +87,7 @@ impl Outbox {
         let mut state = self.lock();
         state.waiting.clear();
         state.closes = true;
-        self.filled.notify_one();
-        self.overflowed.notify_one();
+        self.cut.notify_one();
     }
 
     pub(super) fn converses(&self) -> bool {
@@ -102,10 +110,17 @@ impl Outbox {
         }
     }
 
-    /// Waits until too much waits; says how much.
-    pub(super) async fn overflow(&self) -> usize {
-        self.overflowed.notified().await;
-        self.lock().waiting.len()
+    /// Waits until nothing more is to be written.
+    pub(super) async fn cut(&self) -> Cut {
+        self.cut.notified().await;
+        let state = self.lock();
+        if state.too_slow {
+            Cut::TooSlow {
+                unread_bytes: state.waiting.len(),
+            }
+        } else {
+            Cut::GaveWay
+        }
     }
 }
 
@@ -132,7 +147,13 @@ mod tests {
         for _ in 0..2 * UNREAD_MAX / 80 {
             outbox.add_raw(&[b'x'; 80]);
         }
-        let unread = outbox.overflow().await;
-        assert!(unread <= UNREAD_MAX && unread > UNREAD_MAX - 80, "{unread}");
+        let cut = outbox.cut().await;
+        let Cut::TooSlow { unread_bytes } = cut else {
+            panic!("{cut:?}");
+        };
+        assert!(
+            unread_bytes <= UNREAD_MAX && unread_bytes > UNREAD_MAX - 80,
+            "{unread_bytes}"
+        );
     }
 }

@@ -88,6 +88,17 @@ pub(crate) struct Bounds {
     pub(super) persists: Moment,
 }
 
+/// From whom a rule knows how things are.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Source {
+    /// The robot's line A.
+    State,
+    /// The robot's line B.
+    Status,
+    /// This station.
+    Station,
+}
+
 /// One row of the table.
 pub(crate) struct Rule {
     pub(crate) level: Level,
@@ -98,6 +109,8 @@ pub(crate) struct Rule {
     pub(crate) unit: &'static str,
     /// Whether nobody else puts it into the log.
     logged_here: bool,
+    /// Who says how it is.
+    pub(crate) source: Source,
     pub(super) look: fn(&Facts<'_>) -> Sight,
     bounds: fn(&Limits) -> Bounds,
 }
@@ -115,6 +128,7 @@ pub(crate) const RULES: [Rule; RULES_COUNT] = [
         remedy: "switch it off, or dock it (<mode-forage>)",
         unit: "V",
         logged_here: true,
+        source: Source::Status,
         look: |facts| battery(facts, &[Power::Critical]),
         bounds: |limits| below_dv(limits, limits.battery_critical_dv),
     },
@@ -124,6 +138,7 @@ pub(crate) const RULES: [Rule; RULES_COUNT] = [
         remedy: "no floor under it: go and look",
         unit: "",
         logged_here: true,
+        source: Source::State,
         look: |facts| state_is(facts, |state| state.cliff == Cliff::Several),
         bounds: |limits| lasting(limits.fallen_s),
     },
@@ -133,6 +148,7 @@ pub(crate) const RULES: [Rule; RULES_COUNT] = [
         remedy: "it hears no ground station and acts by itself",
         unit: "",
         logged_here: false,
+        source: Source::State,
         look: |facts| match facts.robot.state {
             Some(state) if state.value.link == LinkLetter::Failsafe => Sight::Certain,
             Some(_) => Sight::No,
@@ -146,6 +162,7 @@ pub(crate) const RULES: [Rule; RULES_COUNT] = [
         remedy: "see to plug, cable and network; it is tried all the time",
         unit: "",
         logged_here: false,
+        source: Source::Station,
         look: |facts| match facts.link.connection {
             Connection::Lost { .. } => Sight::Certain,
             Connection::Opening | Connection::Open | Connection::Ended => Sight::No,
@@ -158,6 +175,7 @@ pub(crate) const RULES: [Rule; RULES_COUNT] = [
         remedy: "is it on, and in reach?",
         unit: SECONDS,
         logged_here: true,
+        source: Source::Station,
         look: silence,
         bounds: |limits| {
             let raise = f64::from(limits.silent_s.max(1));
@@ -174,6 +192,7 @@ pub(crate) const RULES: [Rule; RULES_COUNT] = [
         remedy: "make room, then <toggle-recording> records on; until then memory keeps the newest",
         unit: "",
         logged_here: false,
+        source: Source::Station,
         look: |facts| match facts.recording.problem {
             Some(_) => Sight::Certain,
             None => Sight::No,
@@ -186,6 +205,7 @@ pub(crate) const RULES: [Rule; RULES_COUNT] = [
         remedy: "call it home (<mode-go-home>) or to a dock (<mode-forage>)",
         unit: "V",
         logged_here: true,
+        source: Source::Status,
         look: |facts| battery(facts, &[Power::Low, Power::Critical]),
         bounds: |limits| below_dv(limits, limits.battery_low_dv),
     },
@@ -195,6 +215,7 @@ pub(crate) const RULES: [Rule; RULES_COUNT] = [
         remedy: "its wheels do not turn: free it, or STOP (<stop>)",
         unit: "",
         logged_here: true,
+        source: Source::State,
         look: |facts| state_is(facts, |state| state.drive == Drive::Stalled),
         bounds: |limits| lasting(limits.stalled_s),
     },
@@ -204,6 +225,7 @@ pub(crate) const RULES: [Rule; RULES_COUNT] = [
         remedy: "something hooks its bumper: free it if it does not",
         unit: "",
         logged_here: true,
+        source: Source::State,
         look: |facts| match facts.robot.state {
             Some(state) if state.value.bump == Bump::Jammed => Sight::Certain,
             Some(_) => Sight::No,
@@ -217,6 +239,7 @@ pub(crate) const RULES: [Rule; RULES_COUNT] = [
         remedy: "they take the motors from each other: forbid one (<toggle-layer-bumpers..>)",
         unit: "",
         logged_here: true,
+        source: Source::State,
         look: |facts| {
             if facts.motors.thrashes(facts.now) {
                 Sight::Yes
@@ -232,6 +255,7 @@ pub(crate) const RULES: [Rule; RULES_COUNT] = [
         remedy: "a weak or disturbed radio: come closer",
         unit: "%",
         logged_here: true,
+        source: Source::Station,
         look: |facts| match facts.link.loss(facts.now) {
             Some(share) => Sight::Is((share * 100.0).round()),
             None => Sight::Unknown,

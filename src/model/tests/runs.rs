@@ -92,7 +92,13 @@ fn runs_are_listed_beside_the_recording_and_two_are_compared() {
     let Overlay::Runs(Runs::Overlaid(_)) = &scene.model.overlay else {
         panic!("{:?}", scene.model.overlay);
     };
+    // Behind it is the list that they were picked from.
     scene.press(&[KeyCode::Esc]);
+    let Overlay::Runs(Runs::Listed { chosen: 1, .. }) = &scene.model.overlay else {
+        panic!("{:?}", scene.model.overlay);
+    };
+    scene.press(&[KeyCode::Esc]);
+    assert_eq!(scene.model.overlay, Overlay::None);
     assert_eq!(asked(&mut scene, ":runs elsewhere"), list("elsewhere"));
     // Whoever does not wait any more is not interrupted.
     scene.press(&[KeyCode::Esc]);

@@ -2,11 +2,14 @@
 
 use groundwave_protocol::failsafe::Failsafe;
 use groundwave_protocol::letters::{Layer, LayerMask, Mode};
-use groundwave_protocol::telemetry::Outcome;
+use groundwave_protocol::telemetry::{Outcome, ParameterLine, ParameterName, Printable};
+use proptest::collection::vec;
 use proptest::prelude::*;
+use proptest::sample::select;
 
 use super::*;
 use crate::event::{CommandStep, Failure};
+use crate::request::{Amount, Tuning};
 use crate::share::LINE_MAX;
 
 fn requests() -> Vec<Request> {
@@ -17,6 +20,8 @@ fn requests() -> Vec<Request> {
         Request::Mode(Mode::GoHome),
         Request::Enable(layers),
         Request::Disable(layers),
+        Request::Only(layers),
+        Request::Only(LayerMask::NONE),
         Request::Route(vec![]),
         Request::Route(vec![far]),
         Request::Route(vec![far; groundwave_protocol::WAYPOINTS_MAX]),
@@ -30,6 +35,12 @@ fn requests() -> Vec<Request> {
             silence_s: 30,
             mode: Mode::GoHome,
         })),
+        Request::Parameter(Tuning::List),
+        Request::Parameter(Tuning::Save),
+        Request::Parameter(Tuning::Get(ParameterName::new("track"))),
+        // Nearly one that is known here: on the wire it has to be said as what it is.
+        Request::Parameter(Tuning::Get(ParameterName::new("trak"))),
+        Request::Parameter(Tuning::Set(ParameterName::new("list"), Amount::Counts(-7))),
     ]
 }
 
@@ -58,6 +69,16 @@ fn every_step_comes_back_as_it_was() {
             acknowledged: 8,
             total: 100,
         },
+        CommandStep::Told(Box::new(ParameterLine {
+            place: 3,
+            count: 20,
+            name: ParameterName::new("track"),
+            value: 10_125,
+            kept: -1,
+            least: -2_000_000,
+            most: 2_000_000,
+            unit: Printable::new("in/1000"),
+        })),
         CommandStep::Proven { digest: None },
         CommandStep::Proven {
             digest: Some(0xBEEF),
@@ -118,7 +139,12 @@ proptest! {
     }
 
     #[test]
-    fn any_words_give_a_request_or_an_error(words in "[a-z0-9, -]{0,40}", id: u32) {
+    fn any_words_give_a_request_or_an_error(
+        command in select(Request::commands().collect::<Vec<_>>()),
+        rest in vec(prop_oneof![select(WORDS).prop_map(str::to_owned), "[a-z0-9=,-]{0,8}"], 0..4),
+        id: u32,
+    ) {
+        let words = [vec![command.to_owned()], rest].concat().join(" ");
         let line = json!({ "id": id, "do": words }).to_string();
         if let Ok(ClientLine::Ask(ask)) = ClientLine::parse(line.as_bytes()) {
             prop_assert_eq!(
@@ -128,3 +154,21 @@ proptest! {
         }
     }
 }
+
+/// What commands take.
+const WORDS: &[&str] = &[
+    "prowl",
+    "home",
+    "sonar",
+    "sonar,user",
+    "none",
+    "get",
+    "set",
+    "list",
+    "=trak",
+    "track",
+    "8",
+    "-48",
+    "30s",
+    "off",
+];

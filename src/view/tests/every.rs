@@ -9,6 +9,7 @@ use super::link::measured;
 use super::time::{flight_at, playback};
 use super::*;
 use crate::event::Moment;
+use crate::model::Large;
 use crate::travel::Playback;
 use crate::view::CLIPPED;
 
@@ -410,7 +411,12 @@ fn no_words_end_in_the_middle_without_a_mark() {
     for State { name, make, .. } in STATES {
         for ascii in [false, true] {
             let mut scene = make(without_colors(ascii));
-            for enlarged in [false, true] {
+            for enlarged in [
+                None,
+                Some(Large::Panel),
+                Some(Large::Map),
+                Some(Large::Ladder),
+            ] {
                 scene.model.enlarged = enlarged;
                 for (width, height) in [
                     (80, 24),

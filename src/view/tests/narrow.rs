@@ -319,9 +319,7 @@ fn every_panel_is_one_key_away_and_can_be_enlarged() {
     let mut scene = flight(Config::default());
     for (key, title) in PANELS {
         scene.press(&[KeyCode::F(key)]);
-        if scene.model.enlarged {
-            scene.type_text("z");
-        }
+        scene.press(&[KeyCode::Esc]);
         for (width, height) in [(80, 24), (100, 30), (110, 34), (120, 40), (200, 60)] {
             row(
                 &screen(&scene, width, height),
@@ -332,8 +330,35 @@ fn every_panel_is_one_key_away_and_can_be_enlarged() {
         let large = screen(&scene, 80, 24);
         row(&large, &format!("── F{key} {title}"));
         assert!(!large.contains("── map"), "{large}");
-        scene.type_text("z");
+        scene.press(&[KeyCode::Esc]);
     }
+}
+
+#[test]
+fn the_map_and_the_ladder_can_be_enlarged_too() {
+    let mut scene = flight(demo());
+    let shown = |scene: &mut Scene| {
+        scene.type_text("z");
+        screen(scene, 80, 24)
+    };
+    assert!(shown(&mut scene).contains("z map"));
+    let map = shown(&mut scene);
+    assert!(
+        map.contains("── map") && !map.contains("who holds the motors"),
+        "{map}"
+    );
+    insta::assert_snapshot!("map_enlarged", map);
+    let ladder = shown(&mut scene);
+    assert!(
+        ladder.contains("who holds the motors") && !ladder.contains("── map"),
+        "{ladder}"
+    );
+    insta::assert_snapshot!("ladder_enlarged", ladder);
+    assert!(shown(&mut scene).contains("── map"));
+    // A panel that is asked for is seen.
+    scene.type_text("zz");
+    scene.press(&[KeyCode::F(6)]);
+    assert!(screen(&scene, 80, 24).contains("── F6 log"));
 }
 
 const PANELS: [(u8, &str); 7] = [

@@ -2,7 +2,10 @@
 
 use groundwave_protocol::letters::{Arm, Cliff, Power};
 
+use ratatui::style::{Color, Modifier};
+
 use super::*;
+use crate::event::Moment;
 
 const SIZES: [(u16, u16); 3] = [(80, 24), (120, 40), (200, 60)];
 
@@ -56,6 +59,59 @@ fn an_alarm_is_seen_on_every_screen_until_somebody_says_so() {
     );
     row(&seen, "✔ BATTERY LOW");
     row(&seen, ", seen");
+}
+
+#[test]
+fn what_no_alarm_says_is_as_old_as_what_it_is_known_from() {
+    let alarms = |scene: &mut Scene| {
+        scene.press(&[KeyCode::F(8)]);
+        scene.type_text("z");
+        screen(scene, 80, 24)
+    };
+    let unknown = alarms(&mut Scene::new(Config::default()));
+    row(&unknown, "· stalled          unknown");
+    let mut scene = flight(Config::default());
+    let fresh = alarms(&mut scene);
+    row(&fresh, "· battery low      12.4 V (limit 11.6 V)");
+    row(&fresh, "· stalled          quiet");
+    scene.wait_ms(30_000);
+    let old = screen(&scene, 80, 24);
+    row(&old, "· battery low      ◌ 12.4 V (limit 11.6 V)");
+    row(&old, "· stalled          ◌ quiet");
+}
+
+#[test]
+fn a_wide_status_line_has_a_clock_that_goes_on_by_itself() {
+    let config = Config {
+        unix: Some(Moment::from_secs(86_400 * 20_000 + 9 * 3600 + 59 * 60 + 50)),
+        ..Config::default()
+    };
+    let mut scene = flight(config);
+    let clock = |scene: &Scene, width| {
+        let now = scene.now.as_secs() + 9 * 3600 + 59 * 60 + 50;
+        let clock = format!("{:02}:{:02}Z  PROWL", now / 3600, now / 60 % 60);
+        screen(scene, width, 40)
+            .lines()
+            .next()
+            .unwrap()
+            .contains(&clock)
+    };
+    assert!(clock(&scene, 120) && !clock(&scene, 80));
+    // On a silent link too, at the very second.
+    scene.wait_ms(200_000);
+    for _ in 0..10 {
+        let at = scene.model.redraw_at(scene.now).unwrap();
+        scene.now = at;
+        if (at.as_secs() + 50).is_multiple_of(60) {
+            break;
+        }
+    }
+    assert!(
+        (scene.now.as_secs() + 50).is_multiple_of(60),
+        "{:?}",
+        scene.now
+    );
+    assert!(screen(&scene, 120, 40).contains("Z  ◌ PROWL"));
 }
 
 #[test]
@@ -212,7 +268,7 @@ fn each_rung_says_since_when() {
 fn lit(scene: &Scene, width: u16, height: u16) -> String {
     let buffer = buffer(scene, width, height);
     let cells = buffer.content().iter();
-    let lit = cells.filter(|cell| cell.modifier.contains(ratatui::style::Modifier::REVERSED));
+    let lit = cells.filter(|cell| cell.modifier.contains(Modifier::REVERSED));
     lit.map(ratatui::buffer::Cell::symbol).collect()
 }
 
@@ -327,4 +383,34 @@ fn a_list_is_followed_from_draft_to_driven() {
     scene.status.digest ^= 1;
     scene.hear_status();
     says(&scene, "driven 1/1, since");
+}
+
+/// On a screen without colours nothing has one, and what is told by colour elsewhere has another mark.
+#[test]
+fn without_color_nothing_has_one_and_what_calls_is_bold_or_reversed() {
+    let config = Config {
+        colors: Colors::Mono,
+        ..Config::default()
+    };
+    let mut scene = busy(config);
+    scene.state.power = Power::Critical;
+    scene.hear();
+    for (width, height) in [(80, 24), (120, 40), (200, 60)] {
+        let page = buffer(&scene, width, height);
+        assert!(
+            page.content
+                .iter()
+                .all(|cell| (cell.fg, cell.bg) == (Color::Reset, Color::Reset))
+        );
+        let called = page[(0, 1)].modifier;
+        assert!(
+            called.intersects(Modifier::BOLD | Modifier::REVERSED),
+            "{called:?}"
+        );
+        assert!(
+            page.content
+                .iter()
+                .any(|cell| cell.modifier.is_empty() && cell.symbol() != " ")
+        );
+    }
 }

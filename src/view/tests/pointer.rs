@@ -63,3 +63,37 @@ fn a_click_chooses_a_panel_and_the_wheel_zooms_the_map() {
         "the status line"
     );
 }
+
+#[test]
+fn in_the_route_editor_a_click_chooses_a_waypoint_or_a_place_for_one() {
+    for size in [(80, 24), (120, 40), (200, 60)] {
+        let mut scene = flight(demo());
+        scene.type_text("e");
+        let click = |scene: &mut Scene, at: Position| {
+            let on = find(scene, size, at).expect("something to point at");
+            let gesture = Gesture::Click;
+            scene.event(Event::Pointer { on, gesture });
+        };
+        // Two on the map, of which the cursor marks the one chosen.
+        let places = [Position::new(12, 9), Position::new(20, 13)];
+        for place in places {
+            click(&mut scene, place);
+            scene.type_text("w");
+        }
+        let waypoints = scene.model.chart.draft.waypoints().to_vec();
+        assert_eq!(waypoints.len(), 2, "{size:?}");
+        let chosen = |scene: &Scene| scene.model.chart.draft.selected();
+        let drawn = buffer(&scene, size.0, size.1);
+        let marked = drawn
+            .area
+            .positions()
+            .filter(|at| drawn[*at].symbol() == "╋");
+        let on_map = marked.min_by_key(|at| at.x).expect("the cursor");
+        let heading = place(&scene, size, "    n      x      y");
+        click(&mut scene, Position::new(heading.x + 4, heading.y + 1));
+        assert_eq!(chosen(&scene), Some(0), "in the list, {size:?}");
+        click(&mut scene, on_map);
+        assert_eq!(chosen(&scene), Some(1), "on the map, {size:?}");
+        assert_eq!(scene.model.chart.draft.waypoints(), waypoints);
+    }
+}

@@ -95,11 +95,8 @@ impl<'a> Found<'a> {
         None
     }
 
-    /// What was read, when nothing was found.
-    pub(super) fn or<T>(mut self, read: T) -> Result<T, Vec<Mistake>> {
-        if self.mistakes.is_empty() {
-            return Ok(read);
-        }
+    /// What was found, in the order of the text.
+    pub(super) fn mistakes(mut self) -> Vec<Mistake> {
         self.mistakes.sort();
         self.mistakes.dedup();
         let text = self.text;
@@ -112,7 +109,7 @@ impl<'a> Found<'a> {
                 message,
             }
         });
-        Err(placed.collect())
+        placed.collect()
     }
 }
 

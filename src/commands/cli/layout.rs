@@ -1,0 +1,85 @@
+//! How the texts behind the options are laid out.
+
+use std::iter;
+
+use crate::view::wrap;
+
+/// Of the narrowest terminal that is thought of.
+const COLUMNS: usize = 80;
+
+/// What an example does begins at this column or before, or below the example.
+const EXPLAINED_AT_MAX: usize = 34;
+
+/// Indentation of what stands below.
+const BELOW: usize = 6;
+
+/// Joins the lines of a paragraph: where it breaks is known where it is shown. Indented rows are examples and tables: they
+/// fit 80 columns, and can be copied out.
+pub(super) fn laid_out(text: &str) -> String {
+    let mut rows: Vec<String> = Vec::new();
+    let mut is_in_paragraph = false;
+    for line in text.lines() {
+        let is_prose = !line.is_empty() && !line.starts_with(' ');
+        match rows.last_mut() {
+            Some(paragraph) if is_prose && is_in_paragraph => {
+                paragraph.push(' ');
+                paragraph.push_str(line);
+            }
+            _ if is_prose || line.len() < COLUMNS => rows.push(line.to_owned()),
+            _ => rows.extend(narrow(line)),
+        }
+        is_in_paragraph = is_prose;
+    }
+    rows.join("\n")
+}
+
+/// A row whose second column goes on in the next row, or begins there.
+fn narrow(line: &str) -> Vec<String> {
+    let Some((head, tail)) = line.rsplit_once("  ") else {
+        return vec![line.to_owned()];
+    };
+    let at = line.len() - tail.len();
+    let (first, at) = if at <= EXPLAINED_AT_MAX {
+        (None, at)
+    } else {
+        (Some(head.trim_end().to_owned()), BELOW)
+    };
+    let room = COLUMNS - 1 - at;
+    let mut explained = wrap(tail, room, room)
+        .into_iter()
+        .map(|row| format!("{:at$}{row}", ""));
+    let beside = match first {
+        Some(head) => head,
+        None => explained.next().map_or_else(String::new, |row| {
+            format!("{}{}", &line[..at], row.trim_start())
+        }),
+    };
+    iter::once(beside).chain(explained).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn paragraphs_are_joined_and_rows_fit() {
+        let text = "\
+Examples:
+  groundwave sim                            prints the path of a pseudo-terminal: cat it, tio it, watch it
+  groundwave demo
+  stop        motors off; needs no session and no proof of who asks, and whoever says it is believed
+
+What stands here in two lines
+is one paragraph.";
+        let wanted = "\
+Examples:
+  groundwave sim
+      prints the path of a pseudo-terminal: cat it, tio it, watch it
+  groundwave demo
+  stop        motors off; needs no session and no proof of who asks, and
+              whoever says it is believed
+
+What stands here in two lines is one paragraph.";
+        assert_eq!(laid_out(text), wanted);
+    }
+}
