@@ -118,7 +118,7 @@ impl Model {
     fn take_text(&mut self, text: &str) -> bool {
         let line = text.lines().next().unwrap_or_default();
         match &mut self.overlay {
-            Overlay::Text(entry) => entry.append(line),
+            Overlay::Text(entry) => entry.insert(line),
             Overlay::Palette(palette) => palette.append(line),
             _ => return false,
         }
@@ -214,7 +214,8 @@ impl Model {
             | Action::Submit
             | Action::Choose(_)
             | Action::EraseCharacter
-            | Action::EraseAll => return self.act_on_overlay(now, action, repeated),
+            | Action::EraseAll
+            | Action::Caret(_) => return self.act_on_overlay(now, action, repeated),
         }
         Vec::new()
     }
@@ -277,14 +278,10 @@ impl Model {
             (Action::Close, Overlay::None) if self.chart.cursor.is_none() => self.enlarged = None,
             (Action::Close, Overlay::None) => self.chart.cursor = None,
             (Action::Close, _) => self.put_away(),
-            (Action::EraseCharacter, Overlay::Text(entry)) => {
-                entry.text.pop();
-                entry.changed();
-            }
-            (Action::EraseAll, Overlay::Text(entry)) => {
-                entry.text.clear();
-                entry.changed();
-            }
+            (Action::EraseCharacter, Overlay::Text(entry)) => entry.erase(),
+            (Action::EraseAll, Overlay::Text(entry)) => entry.clear(),
+            (Action::Caret(to), Overlay::Text(entry)) => entry.move_caret(to),
+            (Action::Choose(steps), Overlay::Text(entry)) => entry.recall(&self.typed, steps),
             (Action::EraseCharacter, Overlay::Palette(palette)) => palette.erase(1),
             (Action::EraseAll, Overlay::Palette(palette)) => palette.erase(usize::MAX),
             (Action::Choose(steps), Overlay::Palette(palette)) => {

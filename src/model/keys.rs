@@ -8,8 +8,8 @@ mod words;
 use crossterm::event::{KeyCode, KeyModifiers};
 use groundwave_protocol::letters::{Layer, Mode};
 
-use super::Panel;
 use super::editor::RouteAction;
+use super::{Caret, Panel};
 use crate::travel::{Landmark, Travel};
 
 /// Where the keyboard goes.
@@ -254,6 +254,12 @@ const TABLE: &[Binding] = &[
     row(Text, "Esc", &[bare(KeyCode::Esc)], Action::Close, "", "never mind"),
     row(Text, "", &[bare(KeyCode::Backspace), ctrl('h')], Action::EraseCharacter, "", ""),
     row(Text, "Ctrl-U", &[ctrl('u')], Action::EraseAll, "", "erase"),
+    row(Text, "Up", &[bare(KeyCode::Up), ctrl('p')], Action::Choose(-1), "", "recall"),
+    row(Text, "", &[bare(KeyCode::Down), ctrl('n')], Action::Choose(1), "", ""),
+    row(Text, "", &[bare(KeyCode::Left), ctrl('b')], Action::Caret(Caret::Left), "", ""),
+    row(Text, "", &[bare(KeyCode::Right), ctrl('f')], Action::Caret(Caret::Right), "", ""),
+    row(Text, "", &[bare(KeyCode::Home), ctrl('a')], Action::Caret(Caret::Start), "", ""),
+    row(Text, "", &[bare(KeyCode::End), ctrl('e')], Action::Caret(Caret::End), "", ""),
     row(Text, "Ctrl-C", &[ctrl('c')], Action::Quit, "", ""),
     row(Question, "Space", &[plain(' '), ctrl('s')], Action::Stop, "", "STOP"),
     row(Question, "y", &[plain('y')], Action::Confirm, "", "yes"),

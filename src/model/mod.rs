@@ -27,6 +27,7 @@ mod pointer;
 mod prompt;
 pub(crate) mod robot;
 pub(crate) mod runs;
+mod text_entry;
 pub(crate) mod trace;
 mod trail;
 mod travel;
@@ -61,6 +62,8 @@ pub(crate) use panels::Large;
 use plots::Plots;
 use robot::Robot;
 use runs::Runs;
+use text_entry::Typed;
+pub(crate) use text_entry::{Caret, Purpose, TextEntry};
 use travel::Counted;
 
 /// How the dashboard is to look, fixed for a session.
@@ -182,27 +185,6 @@ enum Then {
     SaveRoute(String),
 }
 
-/// A line being typed.
-#[derive(Clone, Debug, PartialEq, Eq)]
-pub(crate) struct TextEntry {
-    pub(crate) purpose: Purpose,
-    pub(crate) text: String,
-    /// Why the text as it was submitted does not do.
-    pub(crate) error: Option<String>,
-    /// The file that was named is being read or written.
-    pub(crate) waits: bool,
-}
-
-/// What a typed line is for.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(crate) enum Purpose {
-    Command,
-    RouteFile,
-    SaveRoute,
-    /// A place in time.
-    Moment,
-}
-
 /// The state of the dashboard.
 #[derive(Clone, Debug)]
 pub struct Model {
@@ -223,6 +205,7 @@ pub struct Model {
     /// Pages turned over in the help.
     pub(crate) help_page: i32,
     pub(crate) overlay: Overlay,
+    typed: Typed,
     /// What is seen again when a comparison is put away.
     behind: Option<Runs>,
     /// The route editor, while it is open.
@@ -264,6 +247,7 @@ impl Model {
             panel: Panel::default(),
             page: 0,
             enlarged: None,
+            typed: Typed::default(),
             behind: None,
             help_page: 0,
             overlay: Overlay::default(),

@@ -5,7 +5,7 @@ use nucleo_matcher::{Config, Matcher};
 
 use super::editor::RouteAction;
 use super::keys::{Action, Context, Keymap};
-use super::prompt::TEXT_MAX;
+use super::text_entry::TEXT_MAX;
 use super::{Model, Overlay, Panel, Purpose, TextEntry};
 use crate::event::{Effect, Moment};
 use crate::request::{Request, known_parameters, preset_names};

@@ -10,9 +10,6 @@ use crate::event::{Effect, Level, Moment, Remark};
 use crate::quoted::unquoted;
 use crate::request::Request;
 
-/// Longest line that can be typed or pasted.
-pub(super) const TEXT_MAX: usize = 512;
-
 /// The commands are the last page of the help, counted from its first one backwards.
 const HELP_OF_COMMANDS: i32 = -1;
 
@@ -23,6 +20,7 @@ impl Model {
         if text.is_empty() {
             return Vec::new();
         }
+        self.typed.keep(entry.purpose, text);
         if entry.purpose == Purpose::Moment {
             return self.submit_moment(entry);
         }
@@ -141,27 +139,5 @@ impl TextEntry {
     fn goes(&self) -> bool {
         let is_command = self.purpose == Purpose::Command;
         is_command && route_file(&self.text).is_some_and(|(_, goes)| goes)
-    }
-
-    pub(super) const fn new(purpose: Purpose) -> Self {
-        Self {
-            purpose,
-            text: String::new(),
-            error: None,
-            waits: false,
-        }
-    }
-
-    /// What was said of the text before does not hold for another one.
-    pub(super) fn changed(&mut self) {
-        self.error = None;
-        self.waits = false;
-    }
-
-    pub(super) fn append(&mut self, text: &str) {
-        let room = TEXT_MAX.saturating_sub(self.text.len());
-        let printable = text.chars().filter(|c| !c.is_control());
-        self.text.extend(printable.take(room));
-        self.changed();
     }
 }

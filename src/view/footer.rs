@@ -24,16 +24,17 @@ impl Screen<'_> {
             let keys = Line::from(self.keys_beside_prompt(area.width));
             let taken = prompt.len() + 1 + width_of(&keys.spans);
             let room = usize::from(area.width).saturating_sub(taken);
-            let length = entry.text.chars().count();
-            let seen: String = entry
-                .text
-                .chars()
-                .skip(length.saturating_sub(room))
-                .collect();
+            let (before, behind) = entry.parts();
+            // As much before the caret as there is room for, and what follows it up to the keys.
+            let length = before.chars().count();
+            let skipped = length.saturating_sub(room);
+            let before: String = before.chars().skip(skipped).collect();
+            let behind: String = behind.chars().take(room - (length - skipped)).collect();
             let line = Line::from(vec![
                 Span::styled(prompt, theme.key),
-                Span::styled(seen, theme.strong),
+                Span::styled(before, theme.strong),
                 Span::styled(theme.glyphs.text_cursor, theme.key),
+                Span::styled(behind, theme.strong),
             ]);
             put(buffer, area, 0, &line);
             put_right(buffer, area, 0, &keys);

@@ -2,8 +2,8 @@
 
 use groundwave_protocol::letters::{Layer, Mode};
 
-use crate::model::Panel;
 use crate::model::editor::RouteAction;
+use crate::model::{Caret, Panel};
 use crate::travel::{Landmark, Travel};
 
 /// What a key does.
@@ -55,6 +55,7 @@ pub(crate) enum Action {
     Submit,
     EraseCharacter,
     EraseAll,
+    Caret(Caret),
     Travel(Travel),
     Speed(i8),
     AskMoment,

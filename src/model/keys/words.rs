@@ -1,5 +1,6 @@
 //! What one key does by itself, where the help tells several in one line.
 
+use super::super::Caret;
 use super::super::editor::RouteAction;
 use super::Action;
 use super::notation;
@@ -52,6 +53,10 @@ pub(super) fn alone(action: Action) -> Option<String> {
         Action::NextLine(steps) => pick(steps, "the next kind of line", "the kind of line before"),
         Action::EraseCharacter => "erase a character".to_owned(),
         Action::EraseAll => "erase everything".to_owned(),
+        Action::Caret(Caret::Left) => "a character back".to_owned(),
+        Action::Caret(Caret::Right) => "a character on".to_owned(),
+        Action::Caret(Caret::Start) => "to the beginning".to_owned(),
+        Action::Caret(Caret::End) => "to the end".to_owned(),
         _ => return None,
     };
     Some(words)

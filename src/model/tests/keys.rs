@@ -268,3 +268,22 @@ fn the_screen_is_drawn_anew_wherever_the_operator_is() {
         assert_eq!(scene.event(ctrl('z')), [Effect::Suspend], "after {typed:?}");
     }
 }
+
+/// The keys of a shell's prompt.
+#[test]
+fn a_line_is_mended_where_it_is_wrong_and_typed_again() {
+    let mut scene = scene();
+    let enter = |scene: &mut Scene| scene.press(&[KeyCode::Enter]);
+    scene.type_text(":gto 48 0");
+    scene.press(&[KeyCode::Home, KeyCode::Right]);
+    scene.type_text("o");
+    let goto = Request::Route(vec![Waypoint { x_in: 48, y_in: 0 }]);
+    assert_eq!(enter(&mut scene), [Effect::Send(goto.clone())]);
+    scene.type_text(":sc");
+    scene.press(&[KeyCode::Up]);
+    assert_eq!(enter(&mut scene), [Effect::Send(goto)]);
+    scene.type_text(":sc");
+    scene.press(&[KeyCode::Up, KeyCode::Down]);
+    scene.type_text("an");
+    assert_eq!(enter(&mut scene), [Effect::Send(Request::Scan)]);
+}
