@@ -48,6 +48,12 @@ impl Pen {
         }
     }
 
+    const fn is_plain(&self) -> bool {
+        matches!(self.fg, Color::Reset)
+            && matches!(self.bg, Color::Reset)
+            && self.modifier.is_empty()
+    }
+
     /// Whether a character looks right when it is written like this; of a blank less is seen.
     fn suits(self, wanted: Self, is_blank: bool) -> bool {
         let is_blank = is_blank && self.bg == wanted.bg;
@@ -240,9 +246,9 @@ impl Sheet {
             (Symbol::Joined(place), _) => *self.joined[usize::from(place)] == *symbol,
             (Symbol::Unknown, _) => false,
         };
-        let Pen { fg, bg, modifier } = glyph.pen;
-        let is_alike = fg == cell.fg && bg == cell.bg && modifier == cell.modifier;
-        is_same && (is_alike || glyph.pen.suits(Pen::of(cell), symbol == " "))
+        // Most are plain, which is seen at a glance.
+        let are_plain = || glyph.pen.is_plain() && Pen::of(cell).is_plain();
+        is_same && (are_plain() || glyph.pen.suits(Pen::of(cell), symbol == " "))
     }
 
     /// Writes one cell of a row: few do, so that the way past it is kept short.
