@@ -28,6 +28,22 @@ fn a_damaged_file_is_kept_under_a_name_that_is_free() {
     assert_eq!(fs::read(&kept).unwrap(), bad);
 }
 
+/// Our reader stops at the end mark, as others do; `verify` and the next station do not.
+#[test]
+fn what_follows_the_end_mark_is_cut_off_and_kept() {
+    let folder = TempDir::new().unwrap();
+    let path = finished(folder.path(), &streams::clean(60));
+    let whole = fs::read(&path).unwrap();
+    assert_eq!(recover(&path).unwrap().outcome, Outcome::Whole);
+    for more in [&[0; 300][..], &whole] {
+        fs::write(&path, [&whole, more].concat()).unwrap();
+        let recovery = recover(&path).unwrap();
+        assert_ne!(recovery.outcome, Outcome::Whole);
+        assert!(recovery.original.is_some());
+        assert_eq!(recover(&path).unwrap().outcome, Outcome::Whole);
+    }
+}
+
 /// "All" is said only of what the journal proves.
 #[test]
 fn an_end_that_nobody_knows_is_told() {

@@ -92,7 +92,9 @@ impl Captures {
 
 fn newest() -> Option<PathBuf> {
     let captures = folder::captures(Path::new(".")).ok()?;
-    captures.into_iter().max_by_key(|path| written_at(path))
+    let has_some = |path: &PathBuf| fs::metadata(path).is_ok_and(|file| file.len() > 0);
+    let captures = captures.into_iter().filter(has_some);
+    captures.max_by_key(|path| written_at(path))
 }
 
 fn interrupted() -> Option<PathBuf> {

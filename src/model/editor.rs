@@ -133,10 +133,13 @@ impl Model {
             }
         };
         let problem = result.err().map(|error| self.told(&error.to_string()));
+        // A place that was pointed at is not forgotten for a key that did nothing.
+        if problem.is_none() {
+            self.show_selected();
+        }
         if let Some(editor) = &mut self.editor {
             editor.problem = problem;
         }
-        self.show_selected();
         Vec::new()
     }
 
@@ -172,7 +175,8 @@ impl Model {
     pub(super) fn show_selected(&mut self) {
         if self.editor.is_some() {
             self.chart.include_draft();
-            self.chart.cursor = self.chart.draft.selected_waypoint();
+            let selected = self.chart.draft.selected_waypoint();
+            self.chart.cursor = selected.or(self.chart.cursor);
         }
     }
 

@@ -116,7 +116,8 @@ impl Model {
     }
 
     fn take_text(&mut self, text: &str) -> bool {
-        let line = text.lines().next().unwrap_or_default();
+        let mut lines = text.lines().filter(|line| !line.trim().is_empty());
+        let line = lines.next().unwrap_or_else(|| text.trim_matches('\n'));
         match &mut self.overlay {
             Overlay::Text(entry) => entry.insert(line),
             Overlay::Palette(palette) => palette.append(line),
@@ -215,7 +216,8 @@ impl Model {
             | Action::Choose(_)
             | Action::EraseCharacter
             | Action::EraseAll
-            | Action::Caret(_) => return self.act_on_overlay(now, action, repeated),
+            | Action::Caret(_)
+            | Action::Recall(_) => return self.act_on_overlay(now, action, repeated),
         }
         Vec::new()
     }
@@ -281,7 +283,7 @@ impl Model {
             (Action::EraseCharacter, Overlay::Text(entry)) => entry.erase(),
             (Action::EraseAll, Overlay::Text(entry)) => entry.clear(),
             (Action::Caret(to), Overlay::Text(entry)) => entry.move_caret(to),
-            (Action::Choose(steps), Overlay::Text(entry)) => entry.recall(&self.typed, steps),
+            (Action::Recall(steps), Overlay::Text(entry)) => entry.recall(&self.typed, steps),
             (Action::EraseCharacter, Overlay::Palette(palette)) => palette.erase(1),
             (Action::EraseAll, Overlay::Palette(palette)) => palette.erase(usize::MAX),
             (Action::Choose(steps), Overlay::Palette(palette)) => {

@@ -78,6 +78,8 @@ impl TextEntry {
 
     pub(super) fn insert(&mut self, text: &str) {
         let room = TEXT_MAX.saturating_sub(self.text.len());
+        // Columns of a table are words of a command.
+        let text = text.replace('\t', " ");
         let printable = text.chars().filter(|c| !c.is_control());
         let printable: String = printable.take(room).collect();
         self.text.insert_str(self.at(), &printable);

@@ -89,6 +89,8 @@ impl Model {
         let past = now.playback.as_ref().filter(|playback| playback.is_live);
         self.alarms_now = past.map(|past| (Box::new(now.alarms.clone()), past.until));
         self.overlay.clone_from(&now.overlay);
+        self.typed.clone_from(&now.typed);
+        self.behind.clone_from(&now.behind);
         self.size = now.size;
         self.playback.clone_from(&now.playback);
         self.aside.clone_from(&now.aside);
@@ -428,9 +430,10 @@ mod tests {
         let then = now.model.clone();
         now.state.x_tenths_in = 500;
         now.hear();
-        now.press(&[KeyCode::Tab, KeyCode::Up]);
+        now.type_text(":goto 48 0");
+        now.press(&[KeyCode::Enter, KeyCode::Tab, KeyCode::Up]);
         now.type_text("w+?");
-        let seen = then.clone().seen_by(&now.model);
+        let mut seen = then.clone().seen_by(&now.model);
         assert_eq!(seen.robot.state.map(|s| s.value.x_tenths_in), Some(0));
         assert_eq!(seen.panel, now.model.panel);
         assert_eq!(seen.overlay, Overlay::Help);
@@ -440,6 +443,13 @@ mod tests {
         );
         assert_eq!(seen.chart.zoom, 1);
         assert_eq!(seen.chart.cursor, now.model.chart.cursor);
+        for key in [KeyCode::Esc, KeyCode::Char(':'), KeyCode::Up] {
+            seen.update(now.now, Event::Key(key.into()));
+        }
+        let Overlay::Text(entry) = &seen.overlay else {
+            panic!("{:?}", seen.overlay);
+        };
+        assert_eq!(entry.text, "goto 48 0", "typed before");
     }
 
     #[test]

@@ -5,6 +5,8 @@ use ratatui::buffer::Buffer;
 use ratatui::layout::Rect;
 use ratatui::text::{Line, Span};
 
+use super::lines::columns;
+use super::text::start_of;
 use super::{Screen, put, put_right, width_of};
 use crate::model::editor::RouteAction;
 use crate::model::keys::{Action, Context, Row};
@@ -25,11 +27,12 @@ impl Screen<'_> {
             let taken = prompt.len() + 1 + width_of(&keys.spans);
             let room = usize::from(area.width).saturating_sub(taken);
             let (before, behind) = entry.parts();
-            // As much before the caret as there is room for, and what follows it up to the keys.
-            let length = before.chars().count();
-            let skipped = length.saturating_sub(room);
-            let before: String = before.chars().skip(skipped).collect();
-            let behind: String = behind.chars().take(room - (length - skipped)).collect();
+            // What stands before the caret matters more than what is behind it.
+            let room_before = room - columns(behind).min(room / 4);
+            let mut ends = before.char_indices().map(|(at, _)| &before[at..]);
+            let before = ends.find(|end| columns(end) <= room_before);
+            let before = before.unwrap_or_default();
+            let behind = start_of(behind, room - columns(before));
             let line = Line::from(vec![
                 Span::styled(prompt, theme.key),
                 Span::styled(before, theme.strong),

@@ -6,6 +6,7 @@ use ratatui::layout::Rect;
 use ratatui::text::{Line, Span};
 
 use super::pointer::Mark;
+use super::text::wrap;
 use super::{Screen, put, split_bottom};
 use crate::model::editor::Editor;
 
@@ -66,8 +67,18 @@ impl Screen<'_> {
             );
         }
         if count == 0 {
-            let text = "<route/route-append> adds one where the robot is, <route/route-ask-to-load> loads a file";
-            put(buffer, list, 1, &Line::styled(self.told(text), theme.dim));
+            let text = match self.model.chart.cursor {
+                Some(_) => {
+                    "<route/route-append> adds one at the cursor, <route/route-ask-to-load> loads a file"
+                }
+                None => {
+                    "<route/route-append> adds one where the robot is, <route/route-ask-to-load> loads a file"
+                }
+            };
+            let room = usize::from(list.width);
+            for (row, text) in (1..).zip(wrap(&self.told(text), room, room)) {
+                put(buffer, list, row, &Line::styled(text, theme.dim));
+            }
         }
         let width = usize::from(notes.width);
         let against = Line::styled(self.against_robot(), theme.dim);

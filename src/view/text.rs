@@ -17,7 +17,7 @@ pub(super) enum First {
 }
 
 /// As much of the start of a text as so many columns hold.
-fn start_of(text: &str, room: usize) -> &str {
+pub(super) fn start_of(text: &str, room: usize) -> &str {
     let ends = text.char_indices().map(|(at, c)| at + c.len_utf8());
     let fits = ends.map(|end| &text[..end]);
     fits.take_while(|start| columns(start) <= room)

@@ -64,7 +64,7 @@ pub fn recover(path: &Path) -> Result<Recovery, CaptureError> {
     };
     if !paths.are_interrupted() {
         let scan = Scan::of(&paths.target)?;
-        if is_whole(&paths.target) {
+        if scan.bad_end.is_none() && is_whole(&paths.target) {
             return Ok(scan.report(&paths, Outcome::Whole));
         }
         return repair(&paths, &paths.target, scan);
@@ -244,7 +244,7 @@ fn repair(paths: &Paths, source: &Path, mut scan: Scan) -> Result<Recovery, Capt
     }
     filler.fill_up_to(&mut composer, &ChunkStart::END, &mut balance, &temporary)?;
     let waste = filler.waste();
-    let scan_rx_end = scan.rx_end;
+    let (scan_rx_end, ends_badly) = (scan.rx_end, scan.bad_end.is_some());
     let mut recovery = scan.report(paths, Outcome::Partly);
     let is_clean = recovery.damage.iter().all(|damage| damage.bytes == 0);
     let missing: u64 = balance.rx_missing.iter().map(|missing| missing.bytes).sum();
@@ -276,7 +276,7 @@ fn repair(paths: &Paths, source: &Path, mut scan: Scan) -> Result<Recovery, Capt
         None => End::FileCut,
     };
     recovery.messages = finish(composer, &recovery, &temporary)?;
-    if has_damage {
+    if has_damage || (ends_badly && !is_interrupted) {
         recovery.original = Some(keep(paths, source, &paths.target)?);
     }
     if let Some(waste) = waste {

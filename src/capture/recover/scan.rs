@@ -12,7 +12,7 @@ use crate::capture::CaptureError;
 use crate::capture::journal::Kind;
 use crate::capture::messages::RawBytes;
 use crate::capture::topics::Topic;
-use crate::capture::walk::{Damage, Part};
+use crate::capture::walk::{Damage, Part, Step};
 use crate::capture::writer::LIBRARY;
 use crate::capture::writer::records::{HEAD_BYTES, Reader, op};
 
@@ -30,6 +30,8 @@ pub(super) struct Scan {
     pub(super) events: HashSet<u64>,
     pub(super) missing: Vec<Missing>,
     pub(super) damage: Vec<Damage>,
+    /// The summary is damaged, or something follows the end mark.
+    pub(super) bad_end: Option<Damage>,
     /// What holds declares channels.
     pub(super) has_channels: bool,
     /// What only the summary declares, and was needed.
@@ -102,6 +104,12 @@ impl Scan {
                     scan.has_channels |= has_channels(chunk.content);
                 }
                 Part::Damage(damage) => scan.damage.push(damage),
+            }
+        }
+        // What the summary lacks is made anew; its end has to be that of the file.
+        while let Some(step) = walker.next_step().map_err(read_error)? {
+            if let Step::Damage(damage) = step {
+                scan.bad_end = Some(damage);
             }
         }
         scan.look_ahead();

@@ -38,11 +38,12 @@ pub(super) fn parse_what_holds(text: &str) -> (Config, Vec<Mistake>) {
         let config = read(document.into_inner(), &mut found);
         return (config, found.mistakes());
     }
-    // What follows from a slip in the notation is no mistake of its own: nothing else is looked at.
+    // What follows from a slip in the notation is no mistake of its own.
+    let config = read(document.into_inner(), &mut Found::in_text(text));
     for error in &errors {
         found.say_syntax(error);
     }
-    (Config::default(), found.mistakes())
+    (config, found.mistakes())
 }
 
 fn read(document: DeTable<'_>, found: &mut Found<'_>) -> Config {

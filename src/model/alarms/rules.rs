@@ -95,6 +95,8 @@ pub(crate) enum Source {
     State,
     /// The robot's line B.
     Status,
+    /// Lines that come, or do not.
+    Lines,
     /// This station.
     Station,
 }
@@ -255,7 +257,7 @@ pub(crate) const RULES: [Rule; RULES_COUNT] = [
         remedy: "a weak or disturbed radio: come closer",
         unit: "%",
         logged_here: true,
-        source: Source::Station,
+        source: Source::Lines,
         look: |facts| match facts.link.loss(facts.now) {
             Some(share) => Sight::Is((share * 100.0).round()),
             None => Sight::Unknown,

@@ -56,6 +56,7 @@ pub(crate) enum Action {
     EraseCharacter,
     EraseAll,
     Caret(Caret),
+    Recall(i8),
     Travel(Travel),
     Speed(i8),
     AskMoment,

@@ -53,6 +53,7 @@ pub(super) fn alone(action: Action) -> Option<String> {
         Action::NextLine(steps) => pick(steps, "the next kind of line", "the kind of line before"),
         Action::EraseCharacter => "erase a character".to_owned(),
         Action::EraseAll => "erase everything".to_owned(),
+        Action::Recall(steps) => pick(steps, "the line typed after this", "the line typed before"),
         Action::Caret(Caret::Left) => "a character back".to_owned(),
         Action::Caret(Caret::Right) => "a character on".to_owned(),
         Action::Caret(Caret::Start) => "to the beginning".to_owned(),

@@ -287,3 +287,23 @@ fn a_line_is_mended_where_it_is_wrong_and_typed_again() {
     scene.type_text("an");
     assert_eq!(enter(&mut scene), [Effect::Send(Request::Scan)]);
 }
+
+#[test]
+fn what_is_pasted_from_a_table_keeps_its_words() {
+    let mut scene = scene();
+    scene.type_text(":");
+    scene.event(Event::Paste("\n \ngoto\t48\t0\nscan\n".to_owned()));
+    let goto = Request::Route(vec![Waypoint { x_in: 48, y_in: 0 }]);
+    assert_eq!(scene.press(&[KeyCode::Enter]), [Effect::Send(goto)]);
+}
+
+/// The example of the printed configuration.
+#[test]
+fn another_key_for_stop_takes_none_that_a_prompt_needs() {
+    let stop = Rebinding {
+        context: "dashboard".to_owned(),
+        name: "stop".to_owned(),
+        keys: ["F9", "Ctrl-B"].map(str::to_owned).to_vec(),
+    };
+    Keymap::with(&[stop]).unwrap();
+}

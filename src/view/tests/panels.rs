@@ -70,6 +70,8 @@ fn what_no_alarm_says_is_as_old_as_what_it_is_known_from() {
     };
     let unknown = alarms(&mut Scene::new(Config::default()));
     row(&unknown, "· stalled          unknown");
+    row(&unknown, "· robot silent     unknown");
+    row(&unknown, "· lines lost       unknown");
     let mut scene = flight(Config::default());
     let fresh = alarms(&mut scene);
     row(&fresh, "· battery low      12.4 V (limit 11.6 V)");
@@ -412,5 +414,18 @@ fn without_color_nothing_has_one_and_what_calls_is_bold_or_reversed() {
                 .iter()
                 .any(|cell| cell.modifier.is_empty() && cell.symbol() != " ")
         );
+    }
+}
+
+#[test]
+fn the_caret_is_seen_whatever_stands_before_it() {
+    let mut scene = flight(Config::default());
+    scene.type_text(":");
+    scene.event(Event::Paste(format!("{}abc", "漢".repeat(90))));
+    for width in [80, 100, 120] {
+        row(&screen(&scene, width, 24), "abc▏");
+        scene.press(&[KeyCode::Left]);
+        row(&screen(&scene, width, 24), "ab▏c");
+        scene.press(&[KeyCode::End]);
     }
 }

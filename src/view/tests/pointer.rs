@@ -97,3 +97,26 @@ fn in_the_route_editor_a_click_chooses_a_waypoint_or_a_place_for_one() {
         assert_eq!(scene.model.chart.draft.waypoints(), waypoints);
     }
 }
+
+#[test]
+fn a_place_pointed_at_is_told_and_outlives_a_key_that_did_nothing() {
+    let size = (80, 24);
+    let mut scene = flight(demo());
+    scene.type_text("e");
+    assert!(screen(&scene, 80, 24).contains("w adds one where the robot is"));
+    let on = find(&scene, size, Position::new(12, 9)).unwrap();
+    let gesture = Gesture::Click;
+    scene.event(Event::Pointer { on, gesture });
+    let pointed = scene.model.chart.cursor;
+    scene.press(&[KeyCode::Left]);
+    let shown = screen(&scene, 80, 24);
+    assert!(
+        shown.contains("w adds one at the cursor") && shown.contains("loads a file"),
+        "{shown}"
+    );
+    scene.type_text("w");
+    assert_eq!(
+        scene.model.chart.draft.waypoints().first().copied(),
+        pointed
+    );
+}
