@@ -455,6 +455,15 @@ fn a_stop_waits_for_no_configuration_to_be_right() {
         err.contains("drak") && err.contains("tried all the same"),
         "{err}"
     );
+    // What stands beside a slip in the notation holds too.
+    let text = format!(
+        "[link.marvin]\nport = \"{}\"\n[keys]\nstop = 5 5\n",
+        sim.path
+    );
+    fs::write(&config, text).unwrap();
+    let (out, err) = expect(0, &["send", "--config", &config, "marvin", "stop"]);
+    assert!(out.contains("stop: proven"), "{out}");
+    assert!(err.contains(":4:"), "{err}");
 }
 
 /// However many only read, an operator gets through.
