@@ -6,7 +6,7 @@ use std::sync::{Arc, LazyLock};
 
 use crossterm::event::{KeyCode, KeyEvent, KeyModifiers};
 
-use super::{Action, Binding, Context, TABLE, notation, words};
+use super::{Action, Binding, Context, RouteAction, TABLE, notation, words};
 use crate::suggest;
 
 /// A key and what is held with it.
@@ -189,7 +189,23 @@ fn read(rows: &[Row], rebinding: &Rebinding) -> Result<(usize, Vec<Key>), String
     if rows[at].action == Action::Stop {
         return Ok((at, besides(keys, &rows[at].keys)));
     }
+    if keys.is_empty() && leads_out(&rows[at]) {
+        return Err(format!(
+            "nothing would lead out of [keys.{}]: give `{}` a key",
+            rows[at].context.name(),
+            rows[at].name
+        ));
+    }
     Ok((at, keys))
+}
+
+/// Whether it puts away what lies over the dashboard.
+fn leads_out(row: &Row) -> bool {
+    let leaves = matches!(
+        row.action,
+        Action::Close | Action::LeaveDrive | Action::Route(RouteAction::Leave)
+    );
+    leaves && row.context != Context::Dashboard
 }
 
 /// Some keys, and those of others that are not among them.

@@ -307,3 +307,20 @@ fn another_key_for_stop_takes_none_that_a_prompt_needs() {
     };
     Keymap::with(&[stop]).unwrap();
 }
+
+#[test]
+fn nobody_is_locked_in() {
+    for (context, name) in [
+        ("help-screen", "close"),
+        ("text", "close"),
+        ("drive", "leave-drive"),
+    ] {
+        let none = Rebinding {
+            context: context.to_owned(),
+            name: name.to_owned(),
+            keys: Vec::new(),
+        };
+        let mistakes = Keymap::with(&[none]).unwrap_err();
+        assert!(mistakes[0].message.contains("lead out of"), "{mistakes:?}");
+    }
+}
