@@ -115,8 +115,6 @@ pub struct Track {
     pub duration: Duration,
     /// Where it looked at the end, degrees clockwise from +Y.
     pub heading_deg: u16,
-    /// Why the capture could not be read whole, in words.
-    pub problem: Option<String>,
 }
 
 impl Track {
@@ -132,13 +130,11 @@ impl Track {
             Ok::<_, CaptureError>(())
         });
         fold.finish();
-        let problem = result.err();
         let track = Self {
             duration: capture.end(),
-            problem: problem.as_ref().map(ToString::to_string),
             ..fold.track
         };
-        (track, problem)
+        (track, result.err())
     }
 
     /// The events of a kind.

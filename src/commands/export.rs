@@ -87,9 +87,10 @@ fn picture(
 ) -> Result<Made, Fault> {
     let mut capture = opening::open_capture(path, progress)?;
     let (track, problem) = Track::read(&mut capture);
-    let problem = problem.map(keeping::fault);
     let name = path.file_stem().unwrap_or_default().display().to_string();
-    let Some(picture) = Picture::new(&name, &track) else {
+    let picture = Picture::new(&name, &track, problem.as_ref());
+    let problem = problem.map(keeping::fault);
+    let Some(picture) = picture else {
         return Err(problem.unwrap_or_else(|| {
             let name = path.display();
             let nothing = format!("{name}: not one position of a robot: there is nothing to draw");

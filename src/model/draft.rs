@@ -102,13 +102,15 @@ impl Draft {
     /// The waypoint nearest to a place, if one is no farther than this.
     pub(super) fn nearest(&self, at: Waypoint, reach_in: i16) -> Option<usize> {
         let (x, y) = place(at);
-        let far = self.waypoints.iter().copied().map(place);
-        let far = far.map(|(to_x, to_y)| (x - to_x).hypot(y - to_y));
-        let near = far
+        let distances_in = self.waypoints.iter().copied().map(|waypoint| {
+            let (to_x, to_y) = place(waypoint);
+            (x - to_x).hypot(y - to_y)
+        });
+        distances_in
             .enumerate()
-            .filter(|(_, in_)| *in_ <= f64::from(reach_in));
-        let nearest = near.min_by(|(_, one), (_, other)| one.total_cmp(other));
-        nearest.map(|(n, _)| n)
+            .filter(|(_, distance_in)| *distance_in <= f64::from(reach_in))
+            .min_by(|(_, one_in), (_, other_in)| one_in.total_cmp(other_in))
+            .map(|(n, _)| n)
     }
 
     /// Another list in place of this one.

@@ -32,7 +32,7 @@ pub(crate) struct TextEntry {
     /// How many lines ago this one was typed, 0 when it is a new one.
     pub(super) ago: usize,
     /// The new one, while another is looked at.
-    pub(super) new: String,
+    pub(super) unsent: String,
 }
 
 /// Where the caret goes.
@@ -53,7 +53,7 @@ impl TextEntry {
             error: None,
             waits: false,
             ago: 0,
-            new: String::new(),
+            unsent: String::new(),
         }
     }
     /// What was said of the text before does not hold for another one.
@@ -115,7 +115,7 @@ impl TextEntry {
     pub(super) fn recall(&mut self, typed: &Typed, steps: i8) {
         let ago = self.ago.saturating_add_signed((-steps).into());
         let text = match ago.checked_sub(1) {
-            None => Some(std::mem::take(&mut self.new)),
+            None => Some(std::mem::take(&mut self.unsent)),
             Some(place) => typed.latest(self.purpose, place).map(str::to_owned),
         };
         let Some(text) = text.filter(|_| ago != self.ago) else {
@@ -123,7 +123,7 @@ impl TextEntry {
         };
         let shown = std::mem::replace(&mut self.text, text);
         if self.ago == 0 {
-            self.new = shown;
+            self.unsent = shown;
         }
         self.ago = ago;
         self.behind = 0;

@@ -138,23 +138,24 @@ impl Screen<'_> {
     /// How it is with a rule that is not raised, marked when the robot has said so long ago.
     fn standing(&self, rule: &Rule, value: Option<f64>) -> String {
         let robot = &self.model.robot;
-        let age = match rule.source {
+        let known = match rule.source {
             Source::State => robot.state.map(|line| (line.age(self.now), STATE_STALE)),
             Source::Status => robot.status.map(|line| (line.age(self.now), STATUS_STALE)),
             Source::Lines => {
                 let age = self.model.link.newest_age(self.now);
                 age.map(|age| (age, STATE_STALE))
             }
+            // What is measured has to have been measured once.
+            Source::Station if value.is_none() && !rule.unit.is_empty() => None,
             Source::Station => Some((Moment::ZERO, STATE_STALE)),
         };
-        let old = age.map(|(age, stale_after)| self.old_mark(age, stale_after));
-        match (old, value.filter(|_| rule.has_figure())) {
-            (Some(old), Some(value)) => {
-                format!("{old}{} ({})", rule.figure(value), self.limit_words(rule))
-            }
-            (Some(old), None) if value.is_some() || rule.unit.is_empty() => format!("{old}quiet"),
-            (Some(old), None) if rule.source != Source::Station => format!("{old}quiet"),
-            _ => "unknown".to_owned(),
+        let Some((age, stale_after)) = known else {
+            return "unknown".to_owned();
+        };
+        let old = self.old_mark(age, stale_after);
+        match value.filter(|_| rule.has_figure()) {
+            Some(value) => format!("{old}{} ({})", rule.figure(value), self.limit_words(rule)),
+            None => format!("{old}quiet"),
         }
     }
 

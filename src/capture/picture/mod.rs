@@ -6,6 +6,7 @@
 mod png;
 pub(super) mod svg;
 
+use super::error::CaptureError;
 use super::track::{Event, Holder, Joint, Track};
 use groundwave_protocol::letters::Layer;
 
@@ -70,9 +71,9 @@ enum Shape {
 pub struct Picture(Vec<Shape>);
 
 impl Picture {
-    /// Draws a track under a title. `None` where there is not one position.
+    /// Draws a track under a title, and why it is not all of it. `None` where there is not one position.
     #[must_use]
-    pub fn new(title: &str, track: &Track) -> Option<Self> {
+    pub fn new(title: &str, track: &Track, problem: Option<&CaptureError>) -> Option<Self> {
         let [x, y] = track.bounds_in()?;
         let scale = Scale::fit(x, y);
         let mut shapes = Vec::new();
@@ -80,6 +81,10 @@ impl Picture {
         way(&mut shapes, &scale, track);
         marks(&mut shapes, &scale, track);
         words(&mut shapes, title, track);
+        if let Some(problem) = problem {
+            let at = (PLOT[0], HEIGHT - 8.0);
+            put_words(&mut shapes, at, problem.to_string(), false);
+        }
         legend(&mut shapes, &scale, track);
         Some(Self(shapes))
     }
@@ -310,9 +315,6 @@ fn words(shapes: &mut Vec<Shape>, title: &str, track: &Track) {
     let length = format!("{}:{:02}:{:02}", s / 3600, s / 60 % 60, s % 60);
     let said = format!("{:.0} ft in {length}", track.distance_in / 12.0);
     put_words(shapes, (PLOT[0], 38.0), format!("{title}   {said}"), true);
-    if let Some(problem) = &track.problem {
-        put_words(shapes, (PLOT[0], HEIGHT - 8.0), problem.clone(), false);
-    }
 }
 
 fn put_words(shapes: &mut Vec<Shape>, at: Place, words: String, large: bool) {

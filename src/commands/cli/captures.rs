@@ -39,9 +39,9 @@ Examples:
   groundwave replay evening.mcap
   groundwave replay evening.txt --speed 10
 
-In the dashboard, with the keys as they come: k stands still and goes on, comma and full stop step a line back and on, < and > change the
-speed, g goes to 12:30, +30s, 90% or packet #1234, n and N go to the next and last alarm, bump, behaviour
-change or command, m marks, o loops, ? shows every key."))]
+In the dashboard, with the keys as they come: k stands still and goes on, comma and full stop step a line back and
+on, < and > change the speed, g goes to 12:30, +30s, 90% or packet #1234, n and N go to the next and last alarm,
+bump, behaviour change or command, m marks, o loops, ? shows every key."))]
 pub struct Replay {
     /// A raw capture, with times before its lines or without, or an MCAP file
     pub file: PathBuf,

@@ -5,7 +5,6 @@ use std::path::PathBuf;
 use clap::Args;
 
 use super::laid_out;
-
 use crate::capture::when::When;
 
 /// `runs`
