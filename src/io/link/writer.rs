@@ -76,6 +76,11 @@ impl Outlet {
             return;
         };
         let rest = writer.write_at_once(bytes);
+        if rest.len() < bytes.len() {
+            // Linux hands over what was written to a pseudo-terminal on a thread of its own, which would wait on this core
+            // until the next frame is drawn.
+            thread::yield_now();
+        }
         if rest.is_empty() {
             return;
         }
