@@ -175,7 +175,6 @@ impl Screen<'_> {
     }
 
     fn named(&self, row: &Row) -> [Span<'static>; 2] {
-        let keys = &self.model.config.keys;
         let does = match row.action {
             Action::Enlarge => match self.model.enlarged {
                 None => row.footer,
@@ -186,7 +185,7 @@ impl Screen<'_> {
             _ => row.footer,
         };
         [
-            Span::styled(keys.labels(row.context, row.action), self.theme.key),
+            Span::styled(row.labels.clone(), self.theme.key),
             Span::styled(format!(" {does}  "), self.theme.dim),
         ]
     }

@@ -17,7 +17,7 @@ thread_local! {
 /// Whether each of its characters takes one column for itself, as nearly everything does that is ever drawn: looking up what
 /// joins and how wide it is would be most of what a frame costs.
 fn is_plain(text: &str) -> bool {
-    text.chars().all(is_plain_character)
+    text.bytes().all(|byte| matches!(byte, b' '..=b'~')) || text.chars().all(is_plain_character)
 }
 
 /// ASCII, and what the themes draw with.
@@ -104,8 +104,12 @@ pub(super) fn put_right(buffer: &mut Buffer, area: Rect, row: u16, line: &Line<'
 
 /// Draws the same in every place of an area.
 pub(super) fn fill(buffer: &mut Buffer, area: Rect, symbol: &str, style: Style) {
-    for place in area.intersection(buffer.area).positions() {
-        buffer[place].set_symbol(symbol).set_style(style);
+    let area = area.intersection(buffer.area);
+    for row in area.rows().filter(|row| !row.is_empty()) {
+        let begin = buffer.index_of(row.x, row.y);
+        for cell in &mut buffer.content[begin..begin + usize::from(row.width)] {
+            cell.set_symbol(symbol).set_style(style);
+        }
     }
 }
 

@@ -5,7 +5,7 @@ use ratatui::layout::Rect;
 use ratatui::style::Style;
 use ratatui::text::{Line, Span};
 
-use super::text::{First, wrap};
+use super::text::{First, rows};
 use super::{Screen, put};
 use crate::event::Level;
 use crate::model::Panel;
@@ -53,7 +53,9 @@ impl Screen<'_> {
         if time + MARK_COLUMNS + times + entry.text.len() <= width {
             1
         } else {
-            self.log_lines(entry, width).len()
+            let text = self.log_text(entry);
+            let (first, others) = room_beside(time, width);
+            rows(&text, first, others).count()
         }
     }
 
@@ -76,29 +78,37 @@ impl Screen<'_> {
 
     /// An entry with its time; how often it happened comes first, where it is never cut.
     fn log_lines(&self, entry: &Entry, width: usize) -> Vec<Line<'static>> {
-        let theme = &self.theme;
-        let (glyph, style) = self.mark(entry);
+        let (_, style) = self.mark(entry);
         let s = entry.at.as_secs();
         let at = format!("{:02}:{:02} ", s / 60, s % 60);
-        let times = match entry.times {
-            1 => String::new(),
-            times => format!("{}{times} ", theme.glyphs.times),
-        };
-        let text = format!("{glyph} {times}{}", entry.text);
-        let indent = at.len() + 2;
-        let mut rows = wrap(
-            &text,
-            width.saturating_sub(at.len()),
-            width.saturating_sub(indent),
-        )
-        .into_iter();
+        let text = self.log_text(entry);
+        let (first, others) = room_beside(at.len(), width);
+        let indent = at.len() + MARK_COLUMNS;
+        let mut rows = rows(&text, first, others);
         let first = Line::from(vec![
-            Span::styled(at, theme.dim),
-            Span::styled(rows.next().unwrap_or_default(), style),
+            Span::styled(at, self.theme.dim),
+            Span::styled(rows.next().unwrap_or_default().to_owned(), style),
         ]);
         let more = rows.map(|row| Line::styled(format!("{:indent$}{row}", ""), style));
         [first].into_iter().chain(more).collect()
     }
+
+    /// What stands behind the time of an entry.
+    fn log_text(&self, entry: &Entry) -> String {
+        let (glyph, _) = self.mark(entry);
+        match entry.times {
+            1 => [glyph, " ", &entry.text].concat(),
+            times => format!("{glyph} {}{times} {}", self.theme.glyphs.times, entry.text),
+        }
+    }
+}
+
+/// Columns for the text of an entry beside its time, in the first row and in those below.
+const fn room_beside(time: usize, width: usize) -> (usize, usize) {
+    (
+        width.saturating_sub(time),
+        width.saturating_sub(time + MARK_COLUMNS),
+    )
 }
 
 #[cfg(test)]

@@ -8,7 +8,7 @@ use ratatui::text::{Line, Span};
 
 use super::pointer::Mark;
 use super::raster::{Ink, Raster};
-use super::{Screen, put, put_right, split_bottom, width_of};
+use super::{Screen, fill, put, put_right, split_bottom, width_of};
 use crate::event::Spot;
 use crate::model::chart::{Chart, Focus, Pose, ROBOT_RADIUS_IN};
 use crate::model::ghost::{Ghost, ghost};
@@ -239,7 +239,7 @@ impl Screen<'_> {
         let model = self.model;
         let mut mark = |point: (f64, f64), glyph: &str, style: Style| {
             if let Some(cell) = projection.cell(point) {
-                put(buffer, cell, 0, &Line::styled(glyph.to_owned(), style));
+                fill(buffer, cell, glyph, style);
             }
         };
         for seen in &model.chart.infrareds {

@@ -102,6 +102,11 @@ impl Raster {
 
     /// Draws a line, every dot of it or only every so many.
     pub(super) fn line(&mut self, from: (f64, f64), to: (f64, f64), every: usize, ink: Ink) {
+        // Most of a trail.
+        if from == to {
+            self.dot(from.0, from.1, ink);
+            return;
+        }
         let Some((from, to)) = self.clip(from, to) else {
             return;
         };

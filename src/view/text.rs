@@ -27,34 +27,42 @@ pub(super) fn start_of(text: &str, room: usize) -> &str {
 
 /// A text in rows of so many columns, the first of which may hold fewer. Words stay whole where they can.
 pub(crate) fn wrap(text: &str, first: usize, others: usize) -> Vec<String> {
-    let mut rows: Vec<String> = Vec::new();
-    let mut row = String::new();
+    rows(text, first, others).map(str::to_owned).collect()
+}
+
+/// The parts of a text that are its rows, as [`wrap`] has them; at least one.
+pub(super) fn rows(text: &str, first: usize, others: usize) -> impl Iterator<Item = &str> {
+    let mut left = Some(text);
     let mut room = first.max(1);
-    for word in text.split(' ').filter(|word| !word.is_empty()) {
-        let mut word = word;
-        let gap = usize::from(!row.is_empty());
-        if columns(&row) + gap + columns(word) > room && !row.is_empty() {
-            rows.push(std::mem::take(&mut row));
-            room = others.max(1);
+    std::iter::from_fn(move || {
+        let (row, rest) = first_row(left?.trim_start_matches(' '), room);
+        left = (!rest.is_empty()).then_some(rest);
+        room = others.max(1);
+        Some(row)
+    })
+}
+
+/// What of a text stands in a row of so many columns, and from which word on it goes on.
+fn first_row(text: &str, room: usize) -> (&str, &str) {
+    let (mut end, mut taken) = (0, 0);
+    loop {
+        let rest = text[end..].trim_start_matches(' ');
+        let begin = text.len() - rest.len();
+        let ends = rest.bytes().position(|byte| byte == b' ');
+        let word = &rest[..ends.unwrap_or(rest.len())];
+        let wide = begin - end + columns(word);
+        if word.is_empty() || end > 0 && taken + wide > room {
+            return (&text[..end], rest);
         }
-        while columns(word) > room {
+        if wide > room {
             // A character that is wider than the row has it for itself.
             let first = word.chars().next().map_or(0, char::len_utf8);
-            let (fits, rest) = word.split_at(start_of(word, room).len().max(first));
-            if rest.is_empty() {
-                break;
-            }
-            rows.push(fits.to_owned());
-            word = rest;
-            room = others.max(1);
+            let fits = start_of(word, room).len().max(first);
+            return (&text[..fits], text[fits..].trim_start_matches(' '));
         }
-        if !row.is_empty() {
-            row.push(' ');
-        }
-        row.push_str(word);
+        end = begin + word.len();
+        taken += wide;
     }
-    rows.push(row);
-    rows
 }
 
 impl Screen<'_> {
@@ -189,5 +197,9 @@ mod tests {
         assert_eq!(wrap("ab", 0, 0), ["a", "b"]);
         assert_eq!(wrap("漢字漢字 ab", 5, 4), ["漢字", "漢字", "ab"]);
         assert_eq!(wrap("漢", 1, 1), ["漢"]);
+        assert_eq!(wrap("漢 a", 1, 1), ["漢", "a"]);
+        assert_eq!(wrap("  one   two  ", 9, 9), ["one   two"]);
+        assert_eq!(wrap("  one   two  ", 8, 8), ["one", "two"]);
+        assert_eq!(wrap("   ", 8, 8), [""]);
     }
 }

@@ -43,6 +43,9 @@ pub struct KeyMistake {
 pub(crate) struct Row {
     pub(crate) context: Context,
     pub(crate) label: Cow<'static, str>,
+    /// Its keys and those of the rows that its label speaks for, as the table writes them, `1-7` or `arrows`, or the first
+    /// key of each where they were chosen otherwise; empty where there are none.
+    pub(crate) labels: Cow<'static, str>,
     pub(crate) keys: Vec<Key>,
     pub(crate) action: Action,
     /// What the configuration calls it.
@@ -57,7 +60,7 @@ pub struct Keymap(Arc<[Row]>);
 
 impl Default for Keymap {
     fn default() -> Self {
-        Self(table().collect())
+        Self::of(table().collect())
     }
 }
 
@@ -82,10 +85,17 @@ impl Keymap {
         stop_everywhere(&mut rows, &mut chosen);
         mistakes.extend(clashes(&rows, &chosen, rebindings));
         if mistakes.is_empty() {
-            Ok(Self(rows.into()))
+            Ok(Self::of(rows))
         } else {
             Err(mistakes)
         }
+    }
+
+    fn of(mut rows: Vec<Row>) -> Self {
+        for at in 0..rows.len() {
+            rows[at].labels = labels(&rows, at);
+        }
+        Self(rows.into())
     }
 
     /// All rows, in the order of the help.
@@ -100,33 +110,11 @@ impl Keymap {
         row.map_or_else(String::new, Row::first_key)
     }
 
-    /// The keys of a row and of those that its label speaks for, as the table writes them, `1-7` or `arrows`, or the first
-    /// key of each where they were chosen otherwise; empty where there are none.
-    pub(crate) fn labels(&self, context: Context, action: Action) -> String {
+    /// The keys of a row and of those that it speaks for.
+    pub(crate) fn labels(&self, context: Context, action: Action) -> &str {
         let mut rows = self.rows();
-        let at = rows.position(|row| row.context == context && row.action == action);
-        at.map_or_else(String::new, |at| self.labels_at(at))
-    }
-
-    fn labels_at(&self, at: usize) -> String {
-        let group = group(at);
-        let (rows, table) = (&self.0[group.clone()], &TABLE[group]);
-        if rows
-            .iter()
-            .zip(table)
-            .all(|(row, binding)| row.keys == binding.keys)
-        {
-            return table[0].label.to_owned();
-        }
-        let first = table[0].keys.first();
-        if first.is_some_and(|first| notation::name(*first) == table[0].label) {
-            return rows[0].first_key();
-        }
-        let keys = rows
-            .iter()
-            .map(Row::first_key)
-            .filter(|key| !key.is_empty());
-        keys.collect::<Vec<_>>().join(" ")
+        let row = rows.find(|row| row.context == context && row.action == action);
+        row.map_or("", |row| &row.labels)
     }
 
     /// A text with the keys that it speaks of: `<scan>` is the first key for that on the dashboard, `<route/route-undo>` the
@@ -153,7 +141,7 @@ impl Keymap {
         let is_it = |row: &Row| row.name == name && row.context.name() == place;
         let at = self.rows().position(is_it)?;
         let keys = match only {
-            Some(_) => self.labels_at(at),
+            Some(_) => self.0[at].labels.to_string(),
             None => self.0[at].first_key(),
         };
         Some(if keys.is_empty() {
@@ -350,6 +338,23 @@ fn speak_for_themselves(rows: &mut [Row], at: usize) {
     }
 }
 
+/// What [`Row::labels`] is to be.
+fn labels(rows: &[Row], at: usize) -> Cow<'static, str> {
+    let group = group(at);
+    let (rows, table) = (&rows[group.clone()], &TABLE[group]);
+    let mut pairs = rows.iter().zip(table);
+    if pairs.all(|(row, binding)| row.keys == binding.keys) {
+        return table[0].label.into();
+    }
+    let first = table[0].keys.first();
+    if first.is_some_and(|first| notation::name(*first) == table[0].label) {
+        return rows[0].first_key().into();
+    }
+    let keys = rows.iter().map(Row::first_key);
+    let keys: Vec<_> = keys.filter(|key| !key.is_empty()).collect();
+    keys.join(" ").into()
+}
+
 /// A row of the table and those behind it that say nothing themselves: it speaks for them.
 fn group(first: usize) -> Range<usize> {
     let follow = TABLE[first + 1..].iter().take_while(|row| !row.is_told());
@@ -440,6 +445,7 @@ impl Row {
         Self {
             context: binding.context,
             label: binding.label.into(),
+            labels: Cow::default(),
             keys: binding.keys.to_vec(),
             action: binding.action,
             name,
