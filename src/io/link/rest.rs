@@ -12,9 +12,9 @@ const BITS_PER_BYTE: u32 = 10;
 /// The longest rest while nothing is recorded.
 pub(super) const LONGEST: Duration = Duration::from_millis(250);
 
-/// The longest while something is: a kill or a pulled plug takes what waits in the system with it, at 2400 baud 12 bytes of a
+/// The longest while something is: a kill or a pulled plug takes what waits in the system with it, at 2400 baud 24 bytes of a
 /// line under way. An adapter has four of them in any case.
-pub(super) const LONGEST_RECORDED: Duration = Duration::from_millis(50);
+pub(super) const LONGEST_RECORDED: Duration = Duration::from_millis(100);
 
 /// A USB adapter keeps bytes so long before it hands them over: what was read may be as old.
 const ADAPTER: Duration = Duration::from_millis(17);
@@ -156,7 +156,7 @@ mod tests {
             lines.push(line(letter, 80));
         }
         let clumps = lines.concat().len() / 4;
-        for (longest, part) in [(LONGEST, 3), (LONGEST_RECORDED, 2)] {
+        for (longest, part) in [(LONGEST, 3), (LONGEST_RECORDED, 3)] {
             let (whole, reads) = read(longest, &lines);
             assert_eq!(whole.len(), lines.len());
             for (come, had) in whole {
