@@ -57,17 +57,18 @@ class SerialLine:
         return at
 
     def _relay(self, robot: int, sim: subprocess.Popen) -> None:
-        line = b""
+        line, data, at = b"", b"", 0.0
         while not self._is_over.wait(CLUMP_S):
-            try:
-                data = os.read(robot, 4096)
-            except BlockingIOError:
-                continue
-            if self.is_silent.is_set():
-                continue
-            at = self._write(data)
+            # What was written is noted a clump later: the system hands it over when we sleep.
             *whole, line = (line + data).split(b"\n")
             self.sent += [(at, packet) for packet in whole]
+            data = b""
+            with contextlib.suppress(BlockingIOError):
+                data = os.read(robot, 4096)
+            if self.is_silent.is_set():
+                data = b""
+            if data:
+                at = self._write(data)
         sim.terminate()
         sim.wait()
 
