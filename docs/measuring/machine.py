@@ -1,6 +1,7 @@
 """The machine: what it is, what a process takes of it, and how it is kept busy."""
 
 import contextlib
+import gc
 import os
 import platform
 import subprocess
@@ -32,7 +33,9 @@ def commit() -> str:
 
 
 def be_prompt() -> bool:
-    """Takes precedence over all that is measured, so that a time is the program's and not our own wait for a core."""
+    """Takes precedence over all that is measured, so that a time is the program's and not our own wait for a core, nor our own
+    pause to collect what is no longer needed."""
+    gc.disable()
     sys.setswitchinterval(1e-4)
     try:
         os.sched_setscheduler(0, os.SCHED_RR | os.SCHED_RESET_ON_FORK, os.sched_param(1))
