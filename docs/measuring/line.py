@@ -30,6 +30,7 @@ class SerialLine:
         self.received: list[tuple[float, bytes]] = []
         self.is_silent = threading.Event()
         self._is_over = threading.Event()
+        self._threads: list[threading.Thread] = []
 
     def robot(self, program: str) -> None:
         """A simulated robot of ours at the other end, which hears what the program says."""
@@ -45,10 +46,15 @@ class SerialLine:
         self._run(self._hear, None)
 
     def end(self) -> None:
+        """Returns when the robot has gone: one that is left behind disturbs what is measured next."""
         self._is_over.set()
+        for thread in self._threads:
+            thread.join()
 
     def _run(self, target, *arguments) -> None:
-        threading.Thread(target=target, args=arguments, daemon=True).start()
+        thread = threading.Thread(target=target, args=arguments, daemon=True)
+        thread.start()
+        self._threads.append(thread)
 
     def _write(self, data: bytes) -> float:
         at = time.monotonic()
