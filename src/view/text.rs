@@ -186,7 +186,25 @@ impl Screen<'_> {
 
 #[cfg(test)]
 mod tests {
+    use proptest::prelude::*;
+
     use super::*;
+
+    proptest! {
+        /// Every character but blanks is in the rows, in order, and no row is wider than it may be but for one character.
+        #[test]
+        fn nothing_is_lost_between_rows(text in "[a-c漢 ]{0,60}", first in 0_usize..12, others in 0_usize..12) {
+            let rows = wrap(&text, first, others);
+            let solid = |text: &str| text.replace(' ', "");
+            prop_assert_eq!(solid(&rows.concat()), solid(&text));
+            for (n, row) in rows.iter().enumerate() {
+                let room = if n == 0 { first } else { others }.max(1);
+                prop_assert!(columns(row) <= room || row.chars().count() == 1, "{:?} in {:?}", row, rows);
+                prop_assert_eq!(row.trim_matches(' '), row, "{:?}", rows);
+                prop_assert!(!row.is_empty() || rows.len() == 1, "{:?}", rows);
+            }
+        }
+    }
 
     #[test]
     fn words_stay_whole_where_they_can() {
