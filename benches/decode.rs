@@ -28,10 +28,8 @@ fn main() {
 /// Every line of a stream, as the station decodes it.
 fn decode_lines(stream: &[u8], read_bytes: usize) -> u64 {
     let mut decoder = Decoder::default();
-    for mut read in stream.chunks(read_bytes) {
-        while !read.is_empty() {
-            let (taken, received) = decoder.handle_bytes(read);
-            read = &read[taken..];
+    for read in stream.chunks(read_bytes) {
+        for received in decoder.lines(read) {
             black_box(&received);
         }
     }

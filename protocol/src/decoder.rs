@@ -138,6 +138,19 @@ impl Decoder {
         self.last_field_error
     }
 
+    /// The intact lines that `bytes` complete. Takes the bytes as it is iterated: all of them, if to its end.
+    pub fn lines(&mut self, mut bytes: &[u8]) -> impl Iterator<Item = Received> {
+        core::iter::from_fn(move || self.next_line(&mut bytes))
+    }
+
+    /// The next intact line that `bytes` complete, whose bytes it takes off the front; `None` when it has taken all.
+    /// For loops that use the decoder, or the struct around it, between two lines.
+    pub fn next_line(&mut self, bytes: &mut &[u8]) -> Option<Received> {
+        let (taken, received) = self.handle_bytes(bytes);
+        *bytes = &bytes[taken..];
+        received
+    }
+
     /// Takes bytes up to and including the first that completes an intact line. Returns how many were
     /// taken, at least one unless `bytes` is empty, and the line.
     pub fn handle_bytes(&mut self, bytes: &[u8]) -> (usize, Option<Received>) {
@@ -362,12 +375,12 @@ mod tests {
         let mut single = Decoder::default();
         let mut rest = &stream[..];
         while !rest.is_empty() {
-            let (taken, received) = whole.handle_bytes(rest);
-            let (now, after) = rest.split_at(taken);
-            rest = after;
-            let one_by_one = now
+            let before = rest;
+            let received = whole.next_line(&mut rest);
+            let taken = &before[..before.len() - rest.len()];
+            let one_by_one = taken
                 .iter()
-                .filter_map(|&byte| single.handle_bytes(&[byte]).1)
+                .filter_map(|&byte| single.lines(&[byte]).next())
                 .last();
             assert_eq!(received, one_by_one);
             assert_eq!(whole.counters(), single.counters());

@@ -15,13 +15,8 @@ fn decode(stream: &[u8]) -> (Vec<Received>, Counters) {
 fn decode_chunks<'a>(chunks: impl IntoIterator<Item = &'a [u8]>) -> (Vec<Received>, Counters) {
     let mut decoder = Decoder::default();
     let mut found = Vec::new();
-    for mut chunk in chunks {
-        while !chunk.is_empty() {
-            let (taken, received) = decoder.handle_bytes(chunk);
-            assert!(taken > 0);
-            found.extend(received);
-            chunk = &chunk[taken..];
-        }
+    for chunk in chunks {
+        found.extend(decoder.lines(chunk));
     }
     let counters = *decoder.counters();
     balance(&counters);
@@ -194,8 +189,7 @@ fn noise_gives_no_line() {
                 n => alphabet[dice.below(n)],
             };
         }
-        let (taken, received) = decoder.handle_bytes(&noise);
-        assert_eq!((taken, received), (noise.len(), None), "seed {seed}");
+        assert_eq!(decoder.lines(&noise).next(), None, "seed {seed}");
     }
     balance(decoder.counters());
     assert_eq!(decoder.counters().noise_bytes, 256 << 16);
@@ -209,8 +203,7 @@ fn an_intact_line_that_cannot_be_read_is_counted_and_its_column_named() {
         line.bytes[column - 1] = b'z';
         line.seal();
         let mut decoder = Decoder::default();
-        let (_, received) = decoder.handle_bytes(&line.bytes);
-        assert_eq!(received, None);
+        assert_eq!(decoder.lines(&line.bytes).next(), None);
         let is_ack_line_of_no_type = type_and_length == 4 && column == 1;
         // Fourteen bytes that do not begin with a K are not tried at all.
         let counters = decoder.counters();
@@ -357,10 +350,10 @@ fn an_interrupted_link_loses_no_lines() {
         .encode()
     };
     let mut decoder = Decoder::default();
-    assert!(decoder.handle_bytes(&line(7)).1.is_some());
-    assert!(decoder.handle_bytes(&line(8)[..40]).1.is_none());
+    assert_eq!(decoder.lines(&line(7)).count(), 1);
+    assert_eq!(decoder.lines(&line(8)[..40]).count(), 0);
     decoder.interrupt();
-    assert!(decoder.handle_bytes(&line(60)[40..]).1.is_none());
-    assert!(decoder.handle_bytes(&line(61)).1.is_some());
+    assert_eq!(decoder.lines(&line(60)[40..]).count(), 0);
+    assert_eq!(decoder.lines(&line(61)).count(), 1);
     assert_eq!(decoder.counters().lines_lost, 0);
 }

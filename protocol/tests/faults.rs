@@ -291,6 +291,6 @@ fn a_decoder_names_the_robot_that_sent_a_line() {
     let Received::Line(_, bytes) = stopped_line(0) else {
         unreachable!()
     };
-    let (_, received) = decoder.handle_bytes(&bytes);
+    let received = decoder.lines(&bytes).next();
     assert_eq!(received.and_then(|r| r.robot_id()), Some(ROBOT_ID));
 }

@@ -149,18 +149,13 @@ fn with_a_line(path: &Path, source: Source) -> Result<Source, Fault> {
     let mut decoder = Decoder::default();
     let mut bytes = 0;
     let failed = |error| opening::cannot_read(path, error);
-    'look: while bytes < LOOK_BYTES {
+    while bytes < LOOK_BYTES {
         let Some(piece) = reader.next_piece().map_err(failed)? else {
             return Err(Fault::no_lines(path, bytes));
         };
         bytes += piece.radio.len() as u64;
-        let mut rest = piece.radio;
-        while !rest.is_empty() {
-            let (taken, received) = decoder.handle_bytes(rest);
-            rest = &rest[taken..];
-            if received.is_some() {
-                break 'look;
-            }
+        if decoder.lines(piece.radio).next().is_some() {
+            break;
         }
     }
     let Looked { source, kept } = looked;

@@ -191,7 +191,7 @@ mod tests {
             let (mut decoder, mut told) = (Decoder::default(), Power::Ok);
             simulation.run_for_ms(60_000);
             while let Some(byte) = simulation.poll_downlink() {
-                if let Some(Received::Line(line, _)) = decoder.handle_bytes(&[byte]).1
+                if let Some(Received::Line(line, _)) = decoder.lines(&[byte]).next()
                     && let Body::State(state) = line.body
                 {
                     told = state.power;

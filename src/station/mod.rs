@@ -113,14 +113,10 @@ impl Station {
         self.meter.take_received(now, run.len());
         let mut bytes = run;
         let mut has_line = false;
-        while !bytes.is_empty() {
-            let (taken, received) = self.decoder.handle_bytes(bytes);
-            bytes = &bytes[taken..];
-            if let Some(received) = received {
-                has_line = true;
-                self.meter.take_line(self.decoder.counters());
-                self.handle_received(now, &received);
-            }
+        while let Some(received) = self.decoder.next_line(&mut bytes) {
+            has_line = true;
+            self.meter.take_line(self.decoder.counters());
+            self.handle_received(now, &received);
         }
         let heard = self.listener.take(now, run, has_line);
         self.tell_reception(heard);

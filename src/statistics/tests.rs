@@ -35,12 +35,8 @@ fn waypoints(tag: u8, first_block: u8, count: usize) -> Frame {
 
 fn hear(meter: &mut LinkMeter, decoder: &mut Decoder, now: Moment, mut bytes: &[u8]) {
     meter.take_received(now, bytes.len());
-    while !bytes.is_empty() {
-        let (taken, received) = decoder.handle_bytes(bytes);
-        bytes = &bytes[taken..];
-        if received.is_some() {
-            meter.take_line(decoder.counters());
-        }
+    while decoder.next_line(&mut bytes).is_some() {
+        meter.take_line(decoder.counters());
     }
 }
 

@@ -81,13 +81,7 @@ pub fn noisy(slots: u32, seed: u64) -> Vec<u8> {
 /// What the live decoder makes of a stream.
 pub fn live(stream: &[u8]) -> (Vec<Received>, Counters) {
     let mut decoder = Decoder::default();
-    let mut lines = Vec::new();
-    let mut rest = stream;
-    while !rest.is_empty() {
-        let (taken, received) = decoder.handle_bytes(rest);
-        rest = &rest[taken..];
-        lines.extend(received);
-    }
+    let lines = decoder.lines(stream).collect();
     (lines, *decoder.counters())
 }
 

@@ -385,7 +385,7 @@ fn odometer_resets(simulation: &Simulation) -> usize {
         let Some(byte) = twin.poll_downlink() else {
             continue;
         };
-        if let (_, Some(Received::Line(line, _))) = decoder.handle_bytes(&[byte])
+        if let Some(Received::Line(line, _)) = decoder.lines(&[byte]).next()
             && let Body::Status(status) = line.body
         {
             return usize::from(status.odometer_resets);

@@ -155,7 +155,7 @@ impl Bench {
             return;
         };
         self.sent.push(byte);
-        match self.decoder.handle_bytes(&[byte]).1 {
+        match self.decoder.lines(&[byte]).next() {
             Some(Received::Line(line, _)) => self.lines.push((self.now_ms, line)),
             Some(Received::Ack(_)) => self.ack_lines += 1,
             None => {}

@@ -127,7 +127,7 @@ impl Run {
         self.simulation.run_for_ms(TICK_MS);
         self.said.clear();
         while let Some(byte) = self.simulation.poll_downlink() {
-            match self.decoder.handle_bytes(&[byte]).1 {
+            match self.decoder.lines(&[byte]).next() {
                 Some(Received::Line(line, _)) => {
                     self.heard = line.sequence;
                     self.said.push(line.body);

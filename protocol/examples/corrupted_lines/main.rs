@@ -98,15 +98,13 @@ fn corrupt(pool: &Pool, kind: Kind, count: u64, mut dice: Dice) -> Tally {
         let guaranteed = flips.is_some_and(|flips| flips <= 5);
         tally.lines += 1;
         tally.guaranteed += u64::from(guaranteed);
-        let mut rest = spoiled.as_bytes();
-        while !rest.is_empty() {
-            let (taken, received) = decoder.handle_bytes(rest);
-            rest = &rest[taken..];
-            match received {
-                None => {}
-                Some(line) if sent.is(&line) => tally.intact += 1,
-                Some(line) if guaranteed => tally.accept_against_the_guarantee(&line),
-                Some(line) => tally.accept(&line),
+        for line in decoder.lines(spoiled.as_bytes()) {
+            if sent.is(&line) {
+                tally.intact += 1;
+            } else if guaranteed {
+                tally.accept_against_the_guarantee(&line);
+            } else {
+                tally.accept(&line);
             }
         }
         if !guaranteed && n.is_multiple_of(SEALED_ONE_IN) {

@@ -68,8 +68,8 @@ fn bodies() -> Vec<Body> {
     .filter_map(|vector| serde_json::from_str::<Value>(vector).ok())
     .filter_map(|vector| {
         let line = vector["line"].as_str()?.as_bytes();
-        match Decoder::default().handle_bytes(line) {
-            (_, Some(Received::Line(line, _))) => Some(line.body),
+        match Decoder::default().lines(line).next() {
+            Some(Received::Line(line, _)) => Some(line.body),
             _ => None,
         }
     })
@@ -148,7 +148,7 @@ impl Sent {
                     bytes: bytes[start..].to_vec(),
                 };
                 line.seal();
-                Decoder::default().handle_bytes(&line.bytes).1.is_some()
+                Decoder::default().lines(&line.bytes).next().is_some()
             })
         })
     }

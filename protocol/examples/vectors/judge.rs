@@ -9,7 +9,7 @@ use serde_json::{Value, json};
 /// One line by itself: its `fields`, or its `error`.
 pub fn line(bytes: &[u8]) -> Value {
     let mut decoder = Decoder::default();
-    let (_, received) = decoder.handle_bytes(bytes);
+    let received = decoder.lines(bytes).next();
     let counters = decoder.counters();
     match (received, decoder.last_field_error()) {
         (Some(received), _) => json!({ "fields": describe::received(&received) }),
@@ -20,17 +20,15 @@ pub fn line(bytes: &[u8]) -> Value {
 }
 
 /// The lines found in a stream, and the counters after it.
-pub fn stream(mut bytes: &[u8]) -> Value {
+pub fn stream(bytes: &[u8]) -> Value {
     let mut decoder = Decoder::default();
-    let mut lines = Vec::new();
-    while !bytes.is_empty() {
-        let (taken, received) = decoder.handle_bytes(bytes);
-        bytes = &bytes[taken..];
-        lines.extend(received.map(|received| match received {
+    let lines: Vec<_> = decoder
+        .lines(bytes)
+        .map(|received| match received {
             Received::Line(_, line) => text(&line),
             Received::Ack(line) => text(&line.encode()),
-        }));
-    }
+        })
+        .collect();
     json!({ "lines": lines, "counters": describe::counters(decoder.counters()) })
 }
 

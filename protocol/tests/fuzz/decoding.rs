@@ -57,10 +57,9 @@ fn decode<'a>(chunks: impl Iterator<Item = &'a [u8]>) -> (Vec<Received>, Counter
     let mut found = Vec::new();
     for mut chunk in chunks {
         while !chunk.is_empty() {
-            let (taken, received) = decoder.handle_bytes(chunk);
-            assert!(taken > 0, "the decoder does not move on");
-            found.extend(received);
-            chunk = &chunk[taken..];
+            let before = chunk.len();
+            found.extend(decoder.next_line(&mut chunk));
+            assert!(chunk.len() < before, "the decoder does not move on");
         }
     }
     (found, *decoder.counters())

@@ -130,7 +130,7 @@ impl Robot {
             }),
             ack: self.farm.ack(),
         };
-        let (_, received) = Decoder::default().handle_bytes(&line.encode());
+        let received = Decoder::default().lines(&line.encode()).next();
         received.expect("what was encoded is read")
     }
 }

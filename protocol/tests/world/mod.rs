@@ -293,7 +293,7 @@ impl World {
         if let Some((due_us, byte)) = self.under_way.front().copied()
             && due_us <= self.now_us
             && self.under_way.pop_front().is_some()
-            && let (_, Some(received)) = self.decoder.handle_bytes(&[byte])
+            && let Some(received) = self.decoder.lines(&[byte]).next()
         {
             self.fop.handle_received(self.now_us, &received);
         }
