@@ -1,5 +1,4 @@
-//! Writes what the radio delivers in so many virtual seconds to standard output: the raw captures in
-//! `captures/` come from here.
+//! Writes the radio's output to standard output. The raw captures in `captures/` are made with it.
 //!
 //! `cargo run --release -p sr04-sim --example capture -- WORLD SEED SECONDS [CHANNEL]`
 
@@ -29,7 +28,7 @@ fn capture(arguments: &[String]) -> Result<(), Box<dyn std::error::Error>> {
     config.channel = channel.parse::<ChannelSpec>()?;
     let mut simulation = Simulation::new(&config);
     let mut out = io::stdout().lock();
-    // The simulated radio holds but a few minutes of what nobody has read.
+    // The simulated radio keeps only a few minutes of unread bytes.
     for _ in 0..seconds.parse::<u64>()? {
         simulation.run_for_ms(1000);
         let bytes: Vec<u8> = std::iter::from_fn(|| simulation.poll_downlink()).collect();

@@ -1,4 +1,4 @@
-//! How many times faster than life the whole simulation runs on one core, in every built-in world.
+//! Prints the speed of the whole simulation on one core, in every built-in world.
 //!
 //! `cargo run --release -p sr04-sim --example speed [MINUTES]`
 

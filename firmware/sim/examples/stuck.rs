@@ -1,4 +1,4 @@
-//! How often the robot gets stuck: many seeds in one world, with the share and its 95 % interval.
+//! Prints the share of runs in one world in which the robot does not get stuck, with its 95 % interval.
 //!
 //! `cargo run --release -p sr04-sim --example stuck [WORLD] [SEEDS] [MINUTES]`
 
@@ -7,11 +7,11 @@ use sr04_sim::{Simulation, SimulationConfig, World};
 fn main() {
     let mut arguments = std::env::args().skip(1);
     let name = arguments.next().unwrap_or_else(|| "house".to_owned());
-    let mut number = |otherwise: u64| {
+    let mut number = |default: u64| {
         arguments
             .next()
             .and_then(|text| text.parse().ok())
-            .unwrap_or(otherwise)
+            .unwrap_or(default)
     };
     let (seeds, minutes) = (number(100), number(10));
     let world = match World::open(&name) {
@@ -54,7 +54,7 @@ fn main() {
     first_bumps_s.sort_by(f64::total_cmp);
     let (low, high) = wilson(free, seeds);
     println!(
-        "{name}: {free} of {seeds} runs of {minutes} min without a stuck, 95 % interval {:.1} to {:.1} %",
+        "{name}: {free} of {seeds} runs of {minutes} min without getting stuck, 95 % interval {:.1} to {:.1} %",
         low * 100.0,
         high * 100.0
     );
@@ -68,7 +68,7 @@ fn main() {
     );
 }
 
-/// Wilson's interval of a share.
+/// Wilson score interval of a share at 95 %.
 fn wilson(successes: u64, trials: u64) -> (f64, f64) {
     let (count, share, z) = (trials as f64, successes as f64 / trials as f64, 1.96_f64);
     let middle = share + z * z / (2.0 * count);

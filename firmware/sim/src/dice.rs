@@ -1,10 +1,9 @@
-//! Seeded chance: one independent stream a purpose, so that more noise in one sensor never moves
-//! another's.
+//! Seeded random numbers: one independent stream per purpose, so that more noise in one sensor never changes another.
 
 use rand_core::Rng as _;
 use rand_pcg::Pcg32;
 
-/// What a stream of numbers is for. The numbers are part of every committed seed.
+/// Purpose of a stream of random numbers. The numbers are part of every committed seed.
 #[derive(Clone, Copy, Debug)]
 pub(crate) enum Stream {
     Build = 1,
@@ -21,11 +20,11 @@ pub(crate) enum Stream {
     House = 12,
 }
 
-/// One stream.
+/// One stream of random numbers.
 #[derive(Clone, Debug)]
 pub(crate) struct Dice {
     generator: Pcg32,
-    /// Every roll is the middle one: nothing happens by chance.
+    /// Every draw is the middle of its range, so that no chance event happens.
     is_still: bool,
 }
 
@@ -33,13 +32,13 @@ impl Dice {
     pub(crate) fn new(seed: u64, stream: Stream) -> Self {
         let purpose = stream as u64;
         Self {
-            // Generators of one state and neighbouring increments resemble each other: mix first.
+            // Neighbouring seeds give similar streams unless they are mixed first.
             generator: Pcg32::new(split_mix(seed ^ split_mix(purpose)), purpose),
             is_still: false,
         }
     }
 
-    /// Dice for a sensor: without `noise` they always show the middle.
+    /// A stream for a sensor; without `noise` every draw is the middle of its range.
     pub(crate) fn for_sensor(seed: u64, stream: Stream, noise: bool) -> Self {
         Self {
             is_still: !noise,
@@ -47,7 +46,7 @@ impl Dice {
         }
     }
 
-    /// A stream of its own, for a part of the same purpose.
+    /// A new independent stream for a part of the same purpose.
     pub(crate) fn split(&mut self) -> Self {
         let state = u64::from(self.next_u32()) << 32 | u64::from(self.next_u32());
         Self {
@@ -63,17 +62,17 @@ impl Dice {
         self.generator.next_u32()
     }
 
-    /// Evenly from 0 up to, not including, 1.
+    /// Uniform from 0 up to but not including 1.
     pub(crate) fn unit(&mut self) -> f64 {
         f64::from(self.next_u32()) / 4_294_967_296.0
     }
 
-    /// Evenly between minus and plus `limit`.
+    /// Uniform between minus and plus `limit`.
     pub(crate) fn spread(&mut self, limit: f64) -> f64 {
         (2.0 * self.unit() - 1.0) * limit
     }
 
-    /// Bell-shaped around 0 with a standard deviation of 1, never beyond 3.5.
+    /// Approximately normal: mean 0, standard deviation 1, never beyond 3.5.
     pub(crate) fn bell(&mut self) -> f64 {
         let sum = self.unit() + self.unit() + self.unit() + self.unit();
         (sum - 2.0) * SQRT_3
@@ -83,7 +82,7 @@ impl Dice {
         probability > 0.0 && self.unit() < probability
     }
 
-    /// How many trials fail before the first that succeeds with this probability.
+    /// Number of failed trials before the first success at this probability.
     pub(crate) fn failures_before_success(&mut self, probability: f64) -> u64 {
         if probability <= 0.0 {
             return u64::MAX;
@@ -96,7 +95,7 @@ impl Dice {
     }
 }
 
-/// The variance of a sum of four even numbers is 4/12.
+/// Scale of the sum of four uniform draws to variance 1: their variance is 4/12.
 const SQRT_3: f64 = 1.732_050_807_568_877_2;
 
 fn split_mix(value: u64) -> u64 {
@@ -118,7 +117,7 @@ mod tests {
     }
 
     #[test]
-    fn dice_without_noise_show_the_middle() {
+    fn draws_without_noise_are_the_middle_of_the_range() {
         let mut dice = Dice::for_sensor(1, Stream::Sonar, false);
         assert!((dice.unit() - 0.5).abs() < f64::EPSILON);
         assert!(dice.bell().abs() < f64::EPSILON && dice.spread(3.0).abs() < f64::EPSILON);
@@ -126,7 +125,7 @@ mod tests {
     }
 
     #[test]
-    fn bell_has_the_promised_mean_and_deviation() {
+    fn normal_draws_have_mean_0_and_deviation_1() {
         let mut dice = Dice::new(7, Stream::Sonar);
         let draws: Vec<f64> = (0..20_000).map(|_| dice.bell()).collect();
         let mean = draws.iter().sum::<f64>() / 20_000.0;
@@ -136,7 +135,7 @@ mod tests {
     }
 
     #[test]
-    fn waiting_time_is_the_inverse_of_the_probability() {
+    fn mean_wait_is_the_inverse_of_the_probability() {
         let mut dice = Dice::new(3, Stream::Uplink);
         let total: u64 = (0..20_000)
             .map(|_| dice.failures_before_success(0.01))

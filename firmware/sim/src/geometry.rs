@@ -1,8 +1,8 @@
 //! Points, frames and solid shapes. Lengths in inches.
 //!
-//! Angles follow the robot: 0 points along +Y and they grow clockwise. Of the standard library's
-//! float functions only those that are exact by definition are used (`sqrt`, `floor`, `round`,
-//! `abs`), the rest comes from `libm`, so that a run is the same on every platform.
+//! Angle 0 points along +Y and angles grow clockwise, as in the robot. Only float functions that are exact by
+//! definition come from the standard library (`sqrt`, `floor`, `round`, `abs`); the others come from `libm`, so that
+//! a run is the same on every platform.
 
 use parry2d_f64::bounding_volume::Aabb;
 use parry2d_f64::math::{Pose as Isometry, Rot2};
@@ -12,34 +12,34 @@ use parry2d_f64::shape::{Ball, Cuboid, Shape as _};
 /// A point or direction in the plane.
 pub(crate) use parry2d_f64::math::Vector as Vec2;
 
-/// Unit vector that an angle in radians points along.
+/// Unit vector at an angle in radians, clockwise from +Y.
 pub(crate) fn heading(theta_rad: f64) -> Vec2 {
     let (sin, cos) = libm::sincos(theta_rad);
     Vec2::new(sin, cos)
 }
 
-/// The direction a quarter turn clockwise.
+/// The direction turned a quarter turn clockwise.
 pub(crate) fn clockwise(direction: Vec2) -> Vec2 {
     Vec2::new(direction.y, -direction.x)
 }
 
-/// The angle of a vector in radians, clockwise from +Y.
+/// Angle of a vector in radians, clockwise from +Y.
 pub(crate) fn bearing(vector: Vec2) -> f64 {
     libm::atan2(vector.x, vector.y)
 }
 
-/// Where something is and which way it faces.
+/// A position and a heading.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Pose {
-    /// Inches along X.
+    /// X in inches.
     pub x_in: f64,
-    /// Inches along Y.
+    /// Y in inches.
     pub y_in: f64,
-    /// Degrees clockwise from +Y, above -180 up to 180.
+    /// Heading in degrees clockwise from +Y, above -180 up to 180.
     pub theta_deg: f64,
 }
 
-/// The robot's own coordinates seen from the floor plan: the start pose is their origin.
+/// Converts from the floor plan to the robot's coordinates, whose origin is the start pose.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Frame {
     origin: Vec2,
@@ -71,13 +71,13 @@ impl Frame {
     }
 }
 
-/// Into above -180 up to 180.
+/// The same angle, above -180 up to 180 degrees.
 pub(crate) fn wrap_deg(angle_deg: f64) -> f64 {
     let turns = ((angle_deg + 180.0) / 360.0).ceil() - 1.0;
     angle_deg - turns * 360.0
 }
 
-/// A solid outline on the floor.
+/// A solid shape on the floor.
 #[derive(Clone, Copy, Debug)]
 pub(crate) enum Solid {
     Block { place: Isometry, cuboid: Cuboid },
@@ -85,7 +85,7 @@ pub(crate) enum Solid {
 }
 
 impl Solid {
-    /// A rectangle of this width and depth about its centre, turned clockwise.
+    /// A rectangle around its centre, turned clockwise by `turned_deg`.
     pub(crate) fn block(center: Vec2, size_in: Vec2, turned_deg: f64) -> Self {
         let rotation = if turned_deg == 0.0 {
             Rot2::identity()
@@ -115,7 +115,7 @@ impl Solid {
         }
     }
 
-    /// Distance along a ray of unit direction to the near side.
+    /// Distance in inches along a ray of unit direction to the shape.
     pub(crate) fn cast(&self, ray: &Ray, max_in: f64) -> Option<f64> {
         match *self {
             Self::Block {
@@ -129,7 +129,7 @@ impl Solid {
         }
     }
 
-    /// Outward normal where a ray strikes; `None` when it starts inside.
+    /// Outward normal where a ray hits; `None` when the ray starts inside.
     pub(crate) fn normal(&self, ray: &Ray, max_in: f64) -> Option<Vec2> {
         let normal = match *self {
             Self::Block {
@@ -150,7 +150,7 @@ impl Solid {
         (normal.length_squared() > 0.5).then_some(normal)
     }
 
-    /// Distance from a point to the boundary, negative inside, and the direction to the solid.
+    /// Distance from a point to the boundary in inches, negative inside, and the unit direction to the solid.
     pub(crate) fn approach(&self, point: Vec2) -> (f64, Vec2) {
         match *self {
             Self::Block {
@@ -200,7 +200,7 @@ mod tests {
     }
 
     #[test]
-    fn the_start_pose_is_the_origin() {
+    fn start_pose_is_the_origin_of_the_frame() {
         let frame = Frame::new(Pose {
             x_in: 100.0,
             y_in: 50.0,
@@ -214,7 +214,7 @@ mod tests {
     }
 
     #[test]
-    fn a_turned_block_is_met_on_its_corner() {
+    fn distance_to_a_turned_block_is_to_its_corner() {
         let block = Solid::block(Vec2::new(0.0, 20.0), Vec2::new(2.0, 2.0), 45.0);
         let (distance, toward) = block.approach(Vec2::ZERO);
         assert!((distance - (20.0 - 2.0_f64.sqrt())).abs() < 1e-9);

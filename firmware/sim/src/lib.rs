@@ -1,11 +1,9 @@
-//! A simulated house, robot body and radio around the SR04's real program, in virtual time from
-//! one seed.
+//! The SR04's real program in a simulated house with a simulated body and radio, in virtual time from one seed.
 //!
-//! [`World`] reads a house drawn in characters. [`Plant`] is that house with the robot's body in
-//! it, as the robot's board sees it: motors, encoders, bumper, sonars, infrared, photocells.
-//! [`ChannelSpec`] says what the [`Radio`] does to bytes. [`Simulation`] puts the robot's real program between them, one
-//! millisecond a step, and [`serve`] runs it against the clock behind a pseudo-terminal or a TCP
-//! port.
+//! [`World`] is a house, read from a floor plan drawn in characters. [`Plant`] is the house and the robot's body as
+//! the robot's board sees them: motors, encoders, bumper, sonars, infrared, photocells. [`Radio`] carries bytes
+//! with the faults of a [`ChannelSpec`]. [`Simulation`] connects them to the robot's program, one millisecond a step.
+//! [`serve`] runs a simulation in real time behind a pseudo-terminal or a TCP port.
 //!
 //! The same seed gives the same run, byte for byte, on every platform.
 

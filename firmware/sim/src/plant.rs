@@ -1,4 +1,4 @@
-//! The world and the robot's body seen from the pins of its board.
+//! The world and the robot's body as seen from the pins of the robot's board.
 
 use sr04_firmware::board::{Echo, INFRARED_LOOK_HZ, Inputs, Outputs, Sides, Switches, TICK_HZ};
 
@@ -16,44 +16,44 @@ use crate::sensors::{View, beacon, edges};
 use crate::walker;
 use crate::world::{Outline, Point, World};
 
-/// Milliseconds between two ticks of the robot's program.
+/// Milliseconds per tick of the robot's program.
 pub const TICK_MS: u64 = 1000 / TICK_HZ as u64;
 
-/// Milliseconds between two infrared looks.
+/// Milliseconds between two infrared samples.
 pub const LOOK_MS: u64 = 1000 / INFRARED_LOOK_HZ as u64;
 
 /// Ticks from a ping to its echo.
 const ECHO_TICKS: u8 = 2;
 
-/// What is really so, whatever the robot believes.
+/// True state of the robot, independent of what it believes.
 ///
-/// Coordinates are the robot's: the start pose is their origin.
+/// Coordinates are the robot's: the start pose is the origin.
 #[derive(Clone, Copy, Debug, PartialEq)]
-#[expect(clippy::struct_excessive_bools, reason = "each is a fact of its own")]
+#[expect(clippy::struct_excessive_bools, reason = "each is an independent fact")]
 pub struct Truth {
     /// Milliseconds since the start.
     pub now_ms: u64,
-    /// Where the robot is.
+    /// True pose.
     pub pose: Pose,
-    /// Whether anything touches its outline, at the front or elsewhere.
+    /// Whether any obstacle touches the robot's outline.
     pub is_touching: bool,
-    /// Whether it has gone over an edge of the floor; it lies there for good.
+    /// Whether the robot has gone over an edge of the floor; it stays there.
     pub has_fallen: bool,
-    /// Whether something that hangs on the bumper holds a switch closed.
+    /// Whether an object caught on the bumper holds a switch closed.
     pub is_hooked: bool,
-    /// Whether the charger's voltage is on its contacts.
+    /// Whether the charger is connected.
     pub is_docked: bool,
-    /// The arm with the motion detectors: 0 stowed to 1 raised.
+    /// Position of the arm with the motion detectors: 0 stowed to 1 raised.
     pub arm_raised: f64,
-    /// Speed over the floor, backward negative.
+    /// Speed over the floor, negative backward.
     pub speed_in_s: f64,
-    /// Length of the way gone since the start.
+    /// Distance driven since the start.
     pub path_in: f64,
-    /// Battery charge, 0 flat to 1 full.
+    /// Battery charge, 0 empty to 1 full.
     pub charge: f64,
 }
 
-/// The simulated world with the robot's body in it, without the robot's program.
+/// The simulated world with the robot's body, without the robot's program.
 pub struct Plant {
     now_ms: u64,
     frame: Frame,
@@ -77,7 +77,7 @@ pub struct Plant {
 }
 
 impl Plant {
-    /// A world with the robot at its start; everything by chance follows from the seed.
+    /// A world with the robot at its start; every random event follows from the seed.
     #[must_use]
     pub fn new(world: &World, conditions: &Conditions, seed: u64) -> Self {
         let start = world.start;
@@ -115,7 +115,7 @@ impl Plant {
         }
     }
 
-    /// One millisecond of the world.
+    /// Advances the world by one millisecond.
     pub fn step(&mut self) {
         self.now_ms += 1;
         if self.now_ms.is_multiple_of(walker::STEP_MS) {
@@ -167,8 +167,8 @@ impl Plant {
             .step(&self.scene, carrier, &mut self.motion_dice);
     }
 
-    /// What the robot senses at a tick. Asked once a tick: it takes the encoder edges and moves a
-    /// pending echo along.
+    /// The robot's sensor inputs for a tick. Call it once per tick: it takes the encoder edges and advances a pending
+    /// echo.
     pub fn inputs(&mut self) -> Inputs {
         let (counts_left, counts_right) = self.body.take_edges();
         let (photo_left, photo_right) =
@@ -217,7 +217,7 @@ impl Plant {
         Some(echo)
     }
 
-    /// Applies what the robot does until the next tick.
+    /// Applies the robot's outputs until the next tick.
     pub fn apply(&mut self, outputs: Outputs) {
         self.outputs = outputs;
         if let Some(side) = outputs.ping {
@@ -229,7 +229,7 @@ impl Plant {
         }
     }
 
-    /// What the left and right infrared detectors read while the LEDs are on or off.
+    /// Readings of the left and right infrared detectors while the LEDs are on or off.
     pub fn infrared(&mut self, leds_on: bool) -> (bool, bool) {
         let (view, clearance_in) = (self.view(), self.body.clearance_in());
         self.infrared.look(
@@ -241,20 +241,20 @@ impl Plant {
         )
     }
 
-    /// Forgets what belongs to the program that just died: encoder edges, an echo, motor orders.
+    /// Clears the state of the stopped program: encoder edges, a pending echo, motor commands.
     pub fn reset_board(&mut self) {
         self.outputs = Outputs::default();
         self.echo = None;
         self.body.take_edges();
     }
 
-    /// What the robot's outputs are at this moment.
+    /// The robot's current outputs.
     #[must_use]
     pub const fn outputs(&self) -> Outputs {
         self.outputs
     }
 
-    /// What is really so.
+    /// True state of the robot.
     #[must_use]
     pub fn truth(&self) -> Truth {
         Truth {
@@ -271,13 +271,13 @@ impl Plant {
         }
     }
 
-    /// Walls and things in the robot's coordinates.
+    /// Walls and furniture in the robot's coordinates.
     #[must_use]
     pub fn outlines(&self) -> &[Outline] {
         &self.outlines
     }
 
-    /// Where people and animals are, in the robot's coordinates, with their radius.
+    /// Positions of people and animals in the robot's coordinates, each with its radius in inches.
     pub fn walkers(&self) -> impl Iterator<Item = (Point, f64)> {
         self.scene.walkers.iter().map(|walking| {
             (
@@ -287,7 +287,7 @@ impl Plant {
         })
     }
 
-    /// Switches a lamp by its name; `false` when there is none of that name.
+    /// Switches a lamp by name; `false` if the world has no lamp of this name.
     pub fn set_lamp(&mut self, name: &str, on: bool) -> bool {
         let lamp = self.light.lamps.iter_mut().find(|lamp| lamp.name == name);
         lamp.map(|lamp| lamp.on = on).is_some()

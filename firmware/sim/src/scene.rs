@@ -1,4 +1,4 @@
-//! The solid world as rays and bodies meet it: what stands still, and who walks about.
+//! Solid objects as rays and bodies meet them: fixed obstacles and walkers.
 
 use parry2d_f64::bounding_volume::Aabb;
 use parry2d_f64::partitioning::{Bvh, BvhBuildStrategy};
@@ -8,11 +8,11 @@ use crate::geometry::{Solid, Vec2};
 use crate::walker::Walking;
 use crate::world::{Dock, Drops, Ground, Material, Obstacle, Overhead, Snag, Surface, World};
 
-/// Where a ray ends.
+/// Where a ray hits.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Hit {
     pub(crate) distance_in: f64,
-    /// Outward, against the ray.
+    /// Outward normal, against the ray.
     pub(crate) normal: Vec2,
     pub(crate) material: Material,
     pub(crate) is_round: bool,
@@ -21,16 +21,16 @@ pub(crate) struct Hit {
 /// A solid near a point.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Near {
-    /// From the point to the boundary, negative inside.
+    /// Distance from the point to the boundary, negative inside.
     pub(crate) distance_in: f64,
     /// Unit direction to the solid.
     pub(crate) toward: Vec2,
     pub(crate) material: Material,
-    /// Of a round solid.
+    /// Radius if the solid is round.
     pub(crate) radius_in: Option<f64>,
 }
 
-/// Everything solid, and where the floor is missing.
+/// All solid objects, and the places without floor.
 pub(crate) struct Scene {
     pub(crate) drops: Drops,
     pub(crate) dock: Option<Dock>,
@@ -61,7 +61,7 @@ impl Scene {
         }
     }
 
-    /// The first solid along a ray of unit direction whose surface `meets` the ray.
+    /// First solid along a ray of unit direction whose surface satisfies `meets`.
     pub(crate) fn cast(
         &self,
         origin: Vec2,
@@ -97,7 +97,7 @@ impl Scene {
         })
     }
 
-    /// Whether nothing that throws a shadow stands between two points.
+    /// Whether no shading object stands between two points.
     pub(crate) fn is_lit(&self, from: Vec2, to: Vec2) -> bool {
         let way = to - from;
         let length = way.length();
@@ -107,7 +107,7 @@ impl Scene {
                 .is_none()
     }
 
-    /// How much room there is above a point of the floor.
+    /// Height in inches of the lowest board above a point of the floor; infinite without one.
     pub(crate) fn headroom_in(&self, point: Vec2) -> f64 {
         let above = self.overheads.iter();
         above

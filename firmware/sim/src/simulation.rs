@@ -1,4 +1,4 @@
-//! The whole: world, body, radio and the robot's real program, in virtual time.
+//! World, body, radio and the robot's real program together, in virtual time.
 
 use sr04_firmware::board::{Duplex, Identity, Inputs, Outputs};
 use sr04_firmware::parameters::Parameters;
@@ -11,29 +11,29 @@ use crate::plant::{LOOK_MS, Plant, TICK_MS, Truth};
 use crate::stuck::StuckWatch;
 use crate::world::{Outline, Point, World};
 
-/// What a simulation starts from. Two equal ones run the same, byte for byte.
+/// Start values of a simulation. Equal configurations give equal runs, byte for byte.
 #[derive(Clone, Debug)]
 pub struct SimulationConfig {
-    /// Where the robot lives.
+    /// The robot's surroundings.
     pub world: World,
-    /// Everything that happens by chance follows from this.
+    /// Seed of all random events.
     pub seed: u64,
-    /// The radio.
+    /// Faults of the radio.
     pub channel: ChannelSpec,
     /// Battery, load and wheels.
     pub conditions: Conditions,
-    /// 1 to 99.
+    /// Robot number, 1 to 99.
     pub robot_id: u8,
-    /// The boot counter at the first boot.
+    /// Boot counter at the first boot.
     pub boots: u16,
-    /// Whether the robot takes turns with the ground.
+    /// Whether the robot takes turns with the ground station.
     pub duplex: Duplex,
-    /// What its board has kept of earlier lives.
+    /// Parameters that the board has kept from earlier boots.
     pub parameters: Parameters,
 }
 
 impl SimulationConfig {
-    /// A perfect radio and robot 1, at its first boot.
+    /// A perfect radio and robot 1 at its first boot.
     #[must_use]
     pub fn new(world: World, seed: u64) -> Self {
         Self {
@@ -64,7 +64,7 @@ pub struct Simulation {
 }
 
 impl Simulation {
-    /// The robot stands at its start and has just booted.
+    /// A simulation at time 0: the robot is at its start and has just booted.
     #[must_use]
     pub fn new(config: &SimulationConfig) -> Self {
         let mut robot_dice = Dice::new(config.seed, Stream::Robot);
@@ -88,7 +88,7 @@ impl Simulation {
         }
     }
 
-    /// One millisecond.
+    /// Advances the simulation by one millisecond.
     pub fn step(&mut self) {
         self.now_ms += 1;
         self.plant.step();
@@ -111,33 +111,32 @@ impl Simulation {
         }
     }
 
-    /// So many milliseconds.
+    /// Advances the simulation by `time_ms` milliseconds.
     pub fn run_for_ms(&mut self, time_ms: u64) {
         for _ in 0..time_ms {
             self.step();
         }
     }
 
-    /// Queues what the ground sends; it leaves at 240 bytes a second.
+    /// Queues bytes from the ground station; the radio sends 240 bytes per second.
     pub fn handle_uplink(&mut self, bytes: &[u8]) {
         self.radio.transmit(bytes);
     }
 
-    /// Hands bytes to the robot's receiver at once, past the radio: for trials of the robot alone.
+    /// Delivers bytes to the robot's receiver at once, bypassing the radio: for tests of the robot alone.
     pub fn hand_over(&mut self, bytes: &[u8]) {
         for &byte in bytes {
             self.robot.handle_uplink(byte);
         }
     }
 
-    /// How many of the ground's bytes the robot cannot have received yet: those that wait for their
-    /// byte time, and those in a modem.
+    /// Number of uplink bytes that the robot cannot have received yet: queued bytes and bytes in a modem.
     #[must_use]
     pub fn uplink_pending(&self) -> usize {
         self.radio.uplink_pending()
     }
 
-    /// The next byte that the ground has received by now.
+    /// The next byte that the ground station has received by now.
     pub fn poll_downlink(&mut self) -> Option<u8> {
         self.radio.poll_downlink(self.now_ms)
     }
@@ -148,19 +147,19 @@ impl Simulation {
         self.now_ms
     }
 
-    /// What is really so, whatever the robot believes.
+    /// True state of the robot, independent of what it believes.
     #[must_use]
     pub fn truth(&self) -> Truth {
         self.plant.truth()
     }
 
-    /// The true walls and things in the robot's coordinates.
+    /// Walls and furniture in the robot's coordinates.
     #[must_use]
     pub fn outlines(&self) -> &[Outline] {
         self.plant.outlines()
     }
 
-    /// Where people and animals are, in the robot's coordinates, with their radius in inches.
+    /// Positions of people and animals in the robot's coordinates, each with its radius in inches.
     pub fn walkers(&self) -> impl Iterator<Item = (Point, f64)> {
         self.plant.walkers()
     }
@@ -171,38 +170,38 @@ impl Simulation {
         &self.robot
     }
 
-    /// What the robot sensed at its last tick.
+    /// The robot's sensor inputs at its last tick.
     #[must_use]
     pub const fn inputs(&self) -> &Inputs {
         &self.inputs
     }
 
-    /// What the robot does since its last tick.
+    /// The robot's outputs since its last tick.
     #[must_use]
     pub const fn outputs(&self) -> Outputs {
         self.plant.outputs()
     }
 
-    /// The boot counter of the program that runs.
+    /// Boot counter of the running program.
     #[must_use]
     pub const fn boots(&self) -> u16 {
         self.identity.boots
     }
 
-    /// What the board keeps of the parameters over a reset.
+    /// Parameters that the board keeps over a reset.
     #[must_use]
     pub const fn kept_parameters(&self) -> &Parameters {
         &self.kept
     }
 
-    /// Whether the robot has moved less than 12 inches in 5 minutes of being told to move.
+    /// Whether the robot has moved less than 12 inches in 5 minutes with its motors on.
     #[must_use]
     pub const fn is_stuck(&self) -> bool {
         self.stuck.is_stuck()
     }
 
-    /// Resets the robot: its state is gone but for the parameters it has kept, its boot counter is one up,
-    /// the world goes on.
+    /// Resets the robot. Its state is lost except for the kept parameters, its boot counter rises by one, and the world
+    /// continues.
     pub fn reboot(&mut self) {
         self.identity.boots = self.identity.boots.wrapping_add(1);
         self.identity.dice_seed = self.robot_dice.next_u32();
@@ -211,12 +210,12 @@ impl Simulation {
         self.plant.reset_board();
     }
 
-    /// Exchanges the radio's faults from now on; bytes on their way keep their time.
+    /// Replaces the radio's faults; bytes on their way keep their arrival time.
     pub fn set_channel(&mut self, channel: &ChannelSpec) {
         self.radio.set(channel);
     }
 
-    /// Switches a lamp by its name; `false` when the world has none of that name.
+    /// Switches a lamp by name; `false` if the world has no lamp of this name.
     pub fn set_lamp(&mut self, name: &str, on: bool) -> bool {
         self.plant.set_lamp(name, on)
     }

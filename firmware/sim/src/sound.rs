@@ -1,4 +1,4 @@
-//! What the robot's beeper sounds like, as a WAV file: mono, 16 bit.
+//! The sound of the robot's beeper as a WAV file: mono, 16 bit.
 
 use std::f64::consts::TAU;
 use std::io::{self, Seek, Write};
@@ -8,25 +8,25 @@ use sr04_firmware::song::NOTE_HZ_MAX;
 
 use crate::plant::TICK_MS;
 
-/// Samples a second.
+/// Samples per second.
 const SAMPLE_HZ: u32 = 22_050;
 
-/// Ticks a second.
+/// Ticks per second.
 const TICK_HZ: u32 = 1000 / TICK_MS as u32;
 
-/// A tone swells and fades for 5 ms: switched hard, it would click.
+/// Samples of fade-in and fade-out, 5 ms: a tone that switches hard would click.
 const RAMP_SAMPLES: u16 = 110;
 
-/// The loudest sample: loud enough, and short of what small loudspeakers distort.
+/// Amplitude of the loudest sample: small loudspeakers do not distort it.
 const PEAK: f64 = 13_000.0;
 
-/// What of a square wave's overtones is sounded: three partials are as harsh as a beeper in a box.
+/// Partials of the square wave that are sounded: three sound as harsh as a beeper in a box.
 const PARTIALS: [u16; 3] = [1, 3, 5];
 
-/// A WAV file counts its bytes in 32 bits, its head among them: at this rate some 27 hours.
+/// Maximum number of samples: a WAV file counts its bytes in 32 bits, header included. About 27 hours.
 const SAMPLES_MAX: u32 = (u32::MAX - 1024) / 2;
 
-/// How often the file is made whole, so that a killed program loses little: every 10 s.
+/// Ticks between two updates of the file's header, 10 s: a killed program loses at most that much.
 const WHOLE_EVERY_TICKS: u32 = 10 * TICK_HZ;
 
 /// Writes the beeper's sound to a WAV file, tick by tick.
@@ -38,11 +38,11 @@ pub struct Sound<W: Write + Seek> {
 }
 
 impl<W: Write + Seek> Sound<W> {
-    /// Begins a file of no length. Wrap `out` in a buffer.
+    /// Begins an empty WAV file. Wrap `out` in a buffer.
     ///
     /// # Errors
     ///
-    /// When it cannot be written, or not be gone back in: the length stands at the beginning.
+    /// When `out` cannot be written, or cannot seek back to the header.
     pub fn new(mut out: W) -> io::Result<Self> {
         out.rewind()?;
         let spec = WavSpec {
@@ -59,12 +59,11 @@ impl<W: Write + Seek> Sound<W> {
         })
     }
 
-    /// One tick of 1/20 s with this note, in hertz; 0 is silence. Two ticks with the same note are one tone, as
-    /// they are at the beeper.
+    /// Sounds a note in hertz for one tick of 1/20 s; 0 is silence. Two ticks with the same note are one tone.
     ///
     /// # Errors
     ///
-    /// When it cannot be written, or the file has the greatest length that a WAV file can have.
+    /// When `out` cannot be written, or the file has reached the maximum length of a WAV file.
     pub fn tick(&mut self, note_hz: u16) -> io::Result<()> {
         let samples = self.beeper.begin_tick(note_hz);
         self.write(samples)?;
@@ -75,11 +74,11 @@ impl<W: Write + Seek> Sound<W> {
         Ok(())
     }
 
-    /// Lets the last tone fade and completes the file.
+    /// Fades the last tone out and completes the file.
     ///
     /// # Errors
     ///
-    /// When it cannot be written.
+    /// When `out` cannot be written.
     pub fn finish(mut self) -> io::Result<()> {
         let samples = self.beeper.begin_fade();
         self.write(samples)?;
@@ -88,7 +87,7 @@ impl<W: Write + Seek> Sound<W> {
 
     fn write(&mut self, samples: u32) -> io::Result<()> {
         if self.out.len() + samples > self.samples_max {
-            let problem = "a WAV file cannot be longer";
+            let problem = "the WAV file is full (4 GiB, about 27 hours); start a new one";
             return Err(io::Error::new(io::ErrorKind::FileTooLarge, problem));
         }
         let mut block = self.out.get_i16_writer(samples);
@@ -106,22 +105,22 @@ fn plain(error: hound::Error) -> io::Error {
     }
 }
 
-/// The beeper: a tone whose phase goes on from note to note.
+/// The beeper: a tone whose phase continues from note to note.
 #[derive(Debug, Default)]
 struct Beeper {
     is_on: bool,
-    /// Of the tone that sounds or fades.
+    /// Frequency of the tone that sounds or fades.
     hz: u16,
-    /// Of a full turn, the 2^32th parts.
+    /// Phase in 1/2^32 of a turn.
     phase: u32,
-    /// How much of the ramp is climbed, up to [`RAMP_SAMPLES`].
+    /// Position on the fade ramp, up to [`RAMP_SAMPLES`].
     level: u16,
-    /// Of a sample, the parts that ticks so far have left over: a tick is no whole number of samples.
+    /// Remainder in 1/[`TICK_HZ`] samples carried to the next tick: a tick is no whole number of samples.
     left_over: u32,
 }
 
 impl Beeper {
-    /// Takes the note for a tick and says how many samples that has.
+    /// Starts a tick with this note and returns its number of samples.
     fn begin_tick(&mut self, note_hz: u16) -> u32 {
         self.is_on = note_hz > 0;
         if self.is_on {
@@ -132,7 +131,7 @@ impl Beeper {
         parts / TICK_HZ
     }
 
-    /// Ends the tone and says how many samples that takes.
+    /// Ends the tone and returns the number of samples that it fades.
     fn begin_fade(&mut self) -> u32 {
         self.is_on = false;
         u32::from(self.level)
@@ -152,7 +151,7 @@ impl Beeper {
         self.phase = self
             .phase
             .wrapping_add(((u64::from(self.hz) << 32) / u64::from(SAMPLE_HZ)) as u32);
-        // Partials that the sampling rate cannot hold would come out as other tones.
+        // Partials above half of the sampling rate would alias to other tones.
         let wave: f64 = PARTIALS
             .into_iter()
             .filter(|partial| u32::from(self.hz) * u32::from(*partial) < SAMPLE_HZ / 2)
@@ -189,7 +188,7 @@ mod tests {
         reader.into_samples().map(Result::unwrap).collect()
     }
 
-    /// Of a tone, by how often it rises through zero.
+    /// Frequency of a tone, from its rises through zero.
     fn frequency_hz(samples: &[i16]) -> f64 {
         let rises: Vec<usize> = (1..samples.len())
             .filter(|&n| samples[n - 1] < 0 && samples[n] >= 0)
@@ -198,7 +197,7 @@ mod tests {
         (rises.len() - 1) as f64 * f64::from(SAMPLE_HZ) / (last - first) as f64
     }
 
-    /// Where a note's samples lie after so many ticks.
+    /// Index of the first sample after `ticks` ticks.
     fn sample_at(ticks: usize) -> usize {
         ticks * SAMPLE_HZ as usize / TICK_HZ as usize
     }
@@ -207,7 +206,7 @@ mod tests {
         #![proptest_config(ProptestConfig::with_cases(64))]
 
         #[test]
-        fn every_note_has_its_pitch_and_its_length(
+        fn notes_have_their_pitch_and_length(
             notes in prop::collection::vec((prop_oneof![Just(0), 100u16..=NOTE_HZ_MAX], 4u8..=20), 1..=8)
         ) {
             let samples = sounded(&notes);
@@ -218,7 +217,7 @@ mod tests {
             for &(hz, length) in &notes {
                 let note = &samples[sample_at(begun)..sample_at(begun + usize::from(length))];
                 begun += usize::from(length);
-                // What fades of the note before belongs to that.
+                // The fade of the previous note is not part of this one.
                 let held = &note[usize::from(RAMP_SAMPLES)..];
                 if hz == 0 {
                     prop_assert!(held.iter().all(|&sample| sample == 0));
@@ -230,9 +229,9 @@ mod tests {
             }
         }
 
-        /// A click is a step that no tone has by itself. Low ones are smooth, and end anywhere in their turn.
+        /// A click is a step that no tone has by itself. Low tones are smooth and end anywhere in their turn.
         #[test]
-        fn nothing_clicks_where_notes_begin_end_or_change(
+        fn notes_begin_end_and_change_without_clicks(
             notes in prop::collection::vec((prop_oneof![Just(0), 100u16..=400], 1u8..=4), 1..=20)
         ) {
             let samples = sounded(&notes);
@@ -247,13 +246,13 @@ mod tests {
     }
 
     #[test]
-    fn twenty_ticks_are_a_second_and_no_tick_drifts() {
+    fn twenty_ticks_are_one_second_of_samples() {
         assert_eq!(sounded(&[(0, 20)]).len(), 22_050);
         assert_eq!(sounded(&[(0, 7)]).len(), sample_at(7));
     }
 
     #[test]
-    fn a_file_that_is_full_says_so_and_stays_whole() {
+    fn full_file_reports_an_error_and_stays_valid() {
         let mut bytes = Cursor::new(Vec::new());
         let mut sound = Sound::new(&mut bytes).unwrap();
         sound.samples_max = 5000;
@@ -264,9 +263,9 @@ mod tests {
         assert_eq!(reader.len() as usize, sample_at(4));
     }
 
-    /// As much as a program that is killed leaves behind.
+    /// Reads the file as a killed program leaves it.
     #[test]
-    fn a_file_is_whole_every_ten_seconds() {
+    fn file_is_valid_every_ten_seconds() {
         let path =
             std::env::temp_dir().join(format!("groundwave-sound-{}.wav", std::process::id()));
         let file = io::BufWriter::new(std::fs::File::create(&path).unwrap());

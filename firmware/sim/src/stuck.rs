@@ -1,15 +1,17 @@
-//! When a robot counts as stuck.
+//! Detects a stuck robot.
 
 use sr04_firmware::board::Outputs;
 
 use crate::geometry::Pose;
 use crate::plant::{TICK_MS, Truth};
 
+/// Less progress than this is none.
 const STUCK_IN: f64 = 12.0;
+/// Time with the motors on and without progress after which the robot is stuck.
 const STUCK_MS: u64 = 5 * 60 * 1000;
 
-/// Watches for less than 12 inches of progress in 5 minutes of being told to move. Going to and
-/// fro within that circle is no progress.
+/// Detects less than 12 inches of progress in 5 minutes with the motors on. Driving to and fro within that circle is
+/// no progress.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct StuckWatch {
     anchor: Pose,
@@ -17,7 +19,7 @@ pub(crate) struct StuckWatch {
 }
 
 impl StuckWatch {
-    /// Once a tick.
+    /// Call once per tick.
     pub(crate) fn observe(&mut self, truth: &Truth, outputs: Outputs) {
         let (x, y) = (
             truth.pose.x_in - self.anchor.x_in,

@@ -7,8 +7,8 @@ use crate::scene::Scene;
 use crate::sensors::View;
 use crate::world::World;
 
-/// A square room of so many 6-inch cells, walls included; `["box", material]` puts a box of 40 by
-/// 10 inches into its middle.
+/// A square room of `cells` by `cells` 6-inch cells, walls included; `["box", material]` puts a box of 40 by 10 inches
+/// in the middle.
 pub(crate) fn room(cells: usize, thing: &[&str]) -> Scene {
     Scene::new(&room_world(cells, thing))
 }
@@ -23,7 +23,7 @@ pub(crate) fn room_world(cells: usize, thing: &[&str]) -> World {
         text.push_str(line);
         text.push('\n');
     }
-    write!(text, "{wall}\n'''\n").expect("a string takes all");
+    write!(text, "{wall}\n'''\n").expect("writing to a string cannot fail");
     if let [kind, material] = thing {
         let middle = cells as f64 * 3.0;
         write!(
@@ -31,9 +31,9 @@ pub(crate) fn room_world(cells: usize, thing: &[&str]) -> World {
             "[[clutter]]\nkind = \"{kind}\"\nat = [{middle:?}, {middle:?}]\n\
              size_in = [40, 10]\nmade_of = \"{material}\"\n"
         )
-        .expect("a string takes all");
+        .expect("writing to a string cannot fail");
     }
-    World::parse("room", &text).expect("the room is drawn right")
+    World::parse("room", &text).expect("the room is a valid world")
 }
 
 pub(crate) fn view_at(x_in: f64, y_in: f64, theta_deg: f64) -> View {
@@ -43,12 +43,12 @@ pub(crate) fn view_at(x_in: f64, y_in: f64, theta_deg: f64) -> View {
     }
 }
 
-/// The scene of a world's text.
+/// The scene of a world file's text.
 pub(crate) fn scene(text: &str) -> Scene {
-    Scene::new(&World::parse("test", text).expect("the world is drawn right"))
+    Scene::new(&World::parse("test", text).expect("the text is a valid world"))
 }
 
-/// A floor of ten by ten feet without a floor north of y = 120, walled on the other sides.
+/// A room of ten by ten feet with no floor north of y = 120 and walls on the other sides.
 pub(crate) fn landing() -> Scene {
     let drop = format!("#{}#\n", "~".repeat(20)).repeat(3);
     let floor = format!("#{}#\n", ".".repeat(20));
@@ -58,10 +58,10 @@ pub(crate) fn landing() -> Scene {
         floor.repeat(9),
         "#".repeat(22)
     );
-    Scene::new(&World::parse("landing", &text).expect("the landing is drawn right"))
+    Scene::new(&World::parse("landing", &text).expect("the landing is a valid world"))
 }
 
-/// A room of twenty by twenty feet with a dock at (120, 12), facing north, and these lines behind.
+/// A room of twenty by twenty feet with a dock at (120, 12) facing north; `rest` is appended to the file.
 pub(crate) fn docking(rest: &str) -> Scene {
     let row = format!("#{}#\n", ".".repeat(38));
     let wall = "#".repeat(40);

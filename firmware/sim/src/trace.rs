@@ -1,4 +1,4 @@
-//! What really was, what the robot believed and why it did what it did, tick by tick, as CSV.
+//! True pose, believed pose, inputs and decisions of the robot at every tick, as CSV.
 
 use std::io::{self, Write};
 
@@ -10,13 +10,13 @@ use sr04_firmware::odometry::UNITS_PER_IN;
 use crate::plant::TICK_MS;
 use crate::simulation::Simulation;
 
-/// The columns. `firmware/trials/README.md` says what each means.
+/// Column names. `firmware/trials/README.md` defines each column.
 const COLUMNS: &str = "time_ms,true_x_in,true_y_in,true_theta_deg,believed_x_in,believed_y_in,believed_theta_deg,\
 mode,target_x_in,target_y_in,counts_left,counts_right,bumper,sonar_side,sonar_in,ir_count,ir_jammed,photo_left,\
 photo_right,cliff,motion,top_hat,beacon,docked,battery_v,flags,winner,velocity_in_s,rotation_in_s,pwm_left,pwm_right,\
 note_hz,arm_up,touching,charge,guard,fallen";
 
-/// Writes one row a tick.
+/// Writes one CSV row per tick.
 #[derive(Debug)]
 pub struct Trace<W> {
     out: W,
@@ -24,21 +24,21 @@ pub struct Trace<W> {
 }
 
 impl<W: Write> Trace<W> {
-    /// Writes the names of the columns.
+    /// Writes the column names.
     ///
     /// # Errors
     ///
-    /// When they cannot be written.
+    /// When `out` cannot be written.
     pub fn new(mut out: W) -> io::Result<Self> {
         writeln!(out, "{COLUMNS}")?;
         Ok(Self { out, written_ms: 0 })
     }
 
-    /// Writes a row when the simulation has ticked since the last one. To be called between any two ticks.
+    /// Writes a row if the simulation has ticked since the last call. Call it at least once per tick.
     ///
     /// # Errors
     ///
-    /// When it cannot be written.
+    /// When `out` cannot be written.
     pub fn observe(&mut self, simulation: &Simulation) -> io::Result<()> {
         let now_ms = simulation.now_ms();
         if now_ms / TICK_MS == self.written_ms / TICK_MS {
@@ -132,32 +132,32 @@ impl<W: Write> Trace<W> {
         )
     }
 
-    /// Whatever was written to.
+    /// Flushes and returns the writer.
     ///
     /// # Errors
     ///
-    /// When what is left in a buffer cannot be written.
+    /// When buffered rows cannot be written.
     pub fn finish(mut self) -> io::Result<W> {
         self.out.flush()?;
         Ok(self.out)
     }
 }
 
-/// The letters of what is so, `-` for each that is not.
+/// The letter of each active signal, `-` for an inactive one.
 fn marks(all: &[(char, bool)]) -> String {
     all.iter()
         .map(|&(letter, is_so)| if is_so { letter } else { '-' })
         .collect()
 }
 
-/// Likewise; nothing where the sensor is not fitted.
+/// `L` and `R` for the active sides; empty when the sensor is not fitted.
 fn sides(sides: Option<Sides>) -> String {
     sides.map_or(String::new(), |sides| {
         marks(&[('L', sides.left), ('R', sides.right)])
     })
 }
 
-/// A number, or nothing.
+/// The value as text; empty for `None`.
 fn number<T: ToString>(value: Option<T>) -> String {
     value.map_or(String::new(), |value| value.to_string())
 }
@@ -170,7 +170,7 @@ mod tests {
     use sr04_firmware::parameters::Parameter;
 
     #[test]
-    fn one_row_a_tick_with_every_column() {
+    fn trace_has_one_complete_row_per_tick() {
         let mut simulation = Simulation::new(&SimulationConfig::new(World::default(), 1));
         let mut trace = Trace::new(Vec::new()).unwrap();
         for _ in 0..2000 {
@@ -190,7 +190,7 @@ mod tests {
     }
 
     #[test]
-    fn it_tells_the_guard_that_acts_and_a_fall() {
+    fn trace_shows_the_acting_guard_and_a_fall() {
         let world = World::built_in("stairs").unwrap();
         for guard in [1, 0] {
             let mut config = SimulationConfig::new(world.clone(), 3);

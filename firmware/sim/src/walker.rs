@@ -1,15 +1,15 @@
-//! People and the cat: round bodies that walk a closed path and never push.
+//! People and cats: round bodies that walk a closed path and never push.
 
 use crate::geometry::{Solid, Vec2};
 use crate::world::{Material, Obstacle, Walker};
 
-/// How often a walker moves.
+/// Milliseconds between two steps of a walker.
 pub(crate) const STEP_MS: u64 = 20;
 
-/// Room a walker leaves to the robot.
+/// Gap in inches that a walker keeps from the robot.
 const COURTESY_IN: f64 = 1.0;
 
-/// A walker on the way.
+/// A walker's position on its path.
 #[derive(Clone, Debug)]
 pub(crate) struct Walking {
     walker: Walker,
@@ -48,7 +48,7 @@ impl Walking {
         }
     }
 
-    /// Takes one step, or waits where it would touch the robot's round body.
+    /// Takes one step, or waits when the step would bring it too close to the robot.
     pub(crate) fn step(&mut self, robot: Vec2, robot_radius_in: f64) {
         let step_s = STEP_MS as f64 / 1000.0;
         if self.pause_left_s > 0.0 {

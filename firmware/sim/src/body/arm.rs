@@ -2,11 +2,11 @@
 
 use crate::plant::TICK_MS;
 
-/// Where the arm stands, behind the centre.
+/// Distance of the arm behind the robot's centre.
 pub(crate) const BEHIND_IN: f64 = 4.0;
-/// How long the servo takes from one end to the other.
+/// Travel time of the servo from one end to the other.
 const TRAVEL_MS: f64 = 500.0;
-/// Height of the switch on its top, stowed and raised.
+/// Height of the switch on the arm's top, stowed and raised.
 const STOWED_IN: f64 = 8.0;
 const RAISED_IN: f64 = 16.0;
 
@@ -20,7 +20,7 @@ pub(crate) struct Arm {
 }
 
 impl Arm {
-    /// One tick of the servo beneath so much room.
+    /// Moves the servo for one tick below a board at `headroom_in`.
     pub(crate) fn step(&mut self, up: bool, headroom_in: f64) {
         let stride = TICK_MS as f64 / TRAVEL_MS;
         let goal = self.raised + if up { stride } else { -stride };
@@ -31,17 +31,17 @@ impl Arm {
         self.is_moving = (self.raised - before).abs() > 1e-9;
     }
 
-    /// 0 stowed to 1 raised.
+    /// Position, 0 stowed to 1 raised.
     pub(crate) const fn raised(&self) -> f64 {
         self.raised
     }
 
-    /// Whether it stands above the bumper, at rest.
+    /// Whether the arm is raised and at rest.
     pub(crate) fn is_up(&self) -> bool {
         self.raised > 1.0 - 1e-9 && !self.is_moving
     }
 
-    /// Whether the switch on its top touches something.
+    /// Whether the switch on the arm's top is pressed.
     pub(crate) const fn top_hat(&self) -> bool {
         self.is_pressed
     }
@@ -52,7 +52,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn takes_half_a_second_up_and_down() {
+    fn arm_takes_half_a_second_up_and_down() {
         let mut arm = Arm::default();
         for (up, end) in [(true, 1.0), (false, 0.0)] {
             for tick in 1..=10 {
@@ -67,7 +67,7 @@ mod tests {
     }
 
     #[test]
-    fn the_top_hat_meets_a_low_board_on_the_way() {
+    fn top_switch_stops_the_arm_below_a_low_board() {
         let mut arm = Arm::default();
         for _ in 0..20 {
             arm.step(true, 14.0);

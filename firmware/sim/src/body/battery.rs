@@ -1,16 +1,17 @@
 //! A 12-volt sealed lead-acid battery of 2.2 ampere-hours, and its charger.
 //!
-//! The charge is a count of the current. Over it lies a table of open-circuit voltages, and under load the
-//! voltage sags by the internal resistance. The table is the usual one for six lead cells: about 2.14 volts
-//! a cell when full and rested, 1.75 where discharging ends, with the steep start and end left out, so it
-//! is good to about a tenth of a volt. Capacity does not depend on the current here, though at an ampere a
-//! real battery of this size gives a quarter less: read hours of driving with that in mind.
+//! The charge is the sum of the current. The terminal voltage is the open-circuit voltage at this charge, less the
+//! drop across the internal resistance. The table of open-circuit voltages is the usual one for six lead cells: about
+//! 2.14 volts a cell full and rested, 1.75 volts at the end of discharge. It leaves the steep start and end out, so it
+//! is accurate to about a tenth of a volt. Capacity does not depend on the current; a real battery of this size gives
+//! a quarter less at one ampere, so real driving times are shorter.
 
+/// Capacity in ampere-seconds.
 const CAPACITY_AS: f64 = 2.2 * 3600.0;
 const INTERNAL_OHM: f64 = 0.15;
-/// What the controller, the sonars and the radio draw.
+/// Current of the controller, the sonars and the radio.
 pub(super) const ELECTRONICS_A: f64 = 0.3;
-/// Open-circuit voltage by charge, from flat to full.
+/// Open-circuit voltage by charge, from empty to full.
 const OPEN_CIRCUIT_V: [(f64, f64); 6] = [
     (0.0, 10.5),
     (0.1, 11.5),
@@ -20,23 +21,23 @@ const OPEN_CIRCUIT_V: [(f64, f64); 6] = [
     (1.0, 12.85),
 ];
 
-/// The charger holds this current, three tenths of the capacity an hour, and feeds the electronics too.
+/// Current of the charger, beside the electronics: three tenths of the capacity per hour.
 const CHARGE_A: f64 = 0.66;
-/// From this charge on the battery takes less and less.
+/// Charge above which the charging current tapers.
 const TAPER_FROM: f64 = 0.8;
-/// Share of the current that still flows into a full one.
+/// Share of the charging current that still flows into a full battery.
 const TRICKLE: f64 = 0.02;
-/// The charger's voltage never exceeds this.
+/// Maximum voltage of the charger.
 const CHARGER_V: f64 = 14.4;
-/// Rise of the voltage by the charging current.
+/// Rise of the voltage per ampere of charging current.
 const CHARGING_OHM: f64 = 2.7;
 
 /// The battery's state.
 #[derive(Clone, Debug)]
 pub(crate) struct Battery {
-    /// 0 flat to 1 full.
+    /// Charge, 0 empty to 1 full.
     charge: f64,
-    /// A laboratory supply in the battery's place.
+    /// Voltage of a laboratory supply that replaces the battery.
     fixed_v: Option<f64>,
     terminal_v: f64,
     pub(super) is_charging: bool,
@@ -62,12 +63,12 @@ impl Battery {
         self.charge
     }
 
-    /// Tenths of a volt, as the analogue input reads it.
+    /// Terminal voltage in tenths of a volt, as the analogue input reads it.
     pub(crate) fn decivolts(&self) -> u8 {
         (self.terminal_v * 10.0).round().clamp(0.0, 255.0) as u8
     }
 
-    /// A step with this current into the motors, beside what the electronics take.
+    /// Draws `motors_a` and the electronics' current for `step_s`.
     pub(crate) fn draw(&mut self, motors_a: f64, step_s: f64) {
         let motors_a = motors_a.max(0.0);
         let drawn_a = if self.is_charging {
@@ -77,7 +78,7 @@ impl Battery {
         };
         self.charge = (self.charge - drawn_a * step_s / CAPACITY_AS).clamp(0.0, 1.0);
         self.terminal_v = if self.charge <= 0.0 && self.fixed_v.is_none() {
-            // An empty cell collapses under any load.
+            // The voltage of an empty cell collapses under any load.
             0.0
         } else if self.is_charging && drawn_a < 0.0 {
             (self.open_circuit_v() + CHARGE_A * CHARGING_OHM).min(CHARGER_V)
@@ -110,7 +111,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn sags_by_its_resistance() {
+    fn terminal_voltage_sags_by_the_internal_resistance() {
         let mut battery = Battery::new(1.0, None);
         battery.draw(2.0, 0.0);
         assert!((battery.terminal_v() - (12.85 - 2.3 * 0.15)).abs() < 1e-9);
@@ -118,7 +119,7 @@ mod tests {
     }
 
     #[test]
-    fn an_ampere_and_the_electronics_empty_it_in_its_time() {
+    fn capacity_lasts_for_the_drawn_current() {
         let mut battery = Battery::new(1.0, None);
         let seconds = (CAPACITY_AS / 1.3) as u32;
         for _ in 0..seconds {
@@ -129,7 +130,7 @@ mod tests {
     }
 
     #[test]
-    fn an_empty_one_gives_nothing_until_it_is_charged() {
+    fn empty_battery_has_no_voltage_until_it_is_charged() {
         let mut battery = Battery::new(0.0, None);
         battery.draw(0.0, 0.001);
         assert_eq!(battery.decivolts(), 0);
@@ -139,7 +140,7 @@ mod tests {
     }
 
     #[test]
-    fn charging_takes_its_time_and_tapers() {
+    fn charging_current_tapers_near_full() {
         let mut battery = Battery::new(0.1, None);
         battery.is_charging = true;
         let mut hours_to = |charge| {
@@ -150,7 +151,7 @@ mod tests {
             }
             f64::from(seconds) / 3600.0
         };
-        // 0.7 of 2.2 ampere-hours at 0.66 amperes; then the rest shrinks by 1/e in 0.2 of 3.33 hours.
+        // 0.7 of 2.2 ampere-hours at 0.66 amperes; after that the rest falls by 1/e in 0.2 of 3.33 hours.
         let steady = hours_to(0.8);
         assert!((steady - 0.7 * 2.2 / 0.66).abs() < 0.01, "{steady}");
         let tapering = hours_to(0.96);

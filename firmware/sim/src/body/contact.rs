@@ -1,37 +1,37 @@
-//! What the body touches, and the bumper that gives way before the chassis stops.
+//! Contacts of the body, and the bumper that yields before the chassis stops.
 
 use crate::geometry::{Vec2, bearing};
 use crate::scene::Near;
 use crate::world::Material;
 use sr04_firmware::board::Switches;
 
-/// How far the bumper yields.
+/// Travel of the bumper.
 pub(crate) const BUMPER_TRAVEL_IN: f64 = 0.25;
-/// How far it must be pressed to close a switch.
+/// Travel at which a switch closes.
 const BUMPER_CLOSES_IN: f64 = 0.1;
-/// Up to here to either side the bumper yields fully, and no more than nothing from there on.
+/// The bumper yields fully up to the first angle to either side, and not at all from the second on.
 const BUMPER_FULL_DEG: f64 = 70.0;
 const BUMPER_END_DEG: f64 = 80.0;
-/// The arcs of the three switch pairs, overlapping so that a hit between two closes both.
+/// Arcs of the three switches; they overlap, so that a hit between two closes both.
 const CENTER_ARC_DEG: f64 = 25.0;
 const SIDE_ARC_FROM_DEG: f64 = 15.0;
-/// The dock's plate reaches below the bumper, to the chassis, when it is as straight ahead as this.
+/// The dock's plate meets the chassis below the bumper when it is this close to straight ahead.
 const PLATE_ARC_DEG: f64 = 20.0;
 
-/// The round body against one solid.
+/// A contact of the round body with one solid.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Touch {
     /// Unit direction from the body's centre to the solid, in the plan.
     pub(crate) toward: Vec2,
-    /// The same in the body's axes: ahead and to the right.
+    /// The same direction in the body's axes: ahead and right.
     pub(crate) ahead: f64,
     pub(crate) right: f64,
-    /// How far the solid reaches into the uncompressed outline.
+    /// Depth of the solid inside the uncompressed outline.
     pub(crate) depth_in: f64,
-    /// How far it may reach before the chassis stops it.
+    /// Depth at which the chassis stops it.
     pub(crate) travel_in: f64,
     bearing_deg: f64,
-    /// Impulses of the present step, along and across the direction.
+    /// Impulses of the current step, along and across the direction.
     pub(crate) normal_impulse: f64,
     pub(crate) friction_impulse: f64,
 }
@@ -59,7 +59,7 @@ impl Touch {
         }
     }
 
-    /// Closes the switches that this touch presses.
+    /// Closes the switches that this contact presses.
     pub(crate) fn press(&self, switches: &mut Switches) {
         if self.travel_in < BUMPER_CLOSES_IN || self.depth_in < BUMPER_CLOSES_IN {
             return;
@@ -92,7 +92,7 @@ mod tests {
     }
 
     #[test]
-    fn three_contacts_overlap_and_end_with_the_arc() {
+    fn switch_arcs_overlap_and_end_with_the_bumper() {
         let closed = |left, center, right| Switches {
             left,
             center,
@@ -108,7 +108,7 @@ mod tests {
     }
 
     #[test]
-    fn the_docks_plate_presses_only_a_robot_that_comes_askew() {
+    fn dock_plate_presses_the_bumper_only_at_an_angle() {
         for bearing_deg in [-19.0, 0.0, 19.0] {
             assert!(!pressed_by(Material::Dock, bearing_deg).any());
         }

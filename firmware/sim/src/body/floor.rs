@@ -1,31 +1,31 @@
-//! What the floor does to the robot where it stands: sills, carpets and inclines.
+//! Effect of the floor on the robot: sills, carpets and inclines.
 
 use super::motor::{self, IN_PER_M};
 use crate::geometry::Vec2;
 use crate::scene::Scene;
 use crate::world::GroundKind;
 
-/// What holds a wheel back on a sill and on a carpet, as a share of a stalled motor's force.
+/// Drag of a sill and of a carpet on a wheel, as a share of a stalled motor's force.
 const SILL_SHARE: f64 = 0.2;
 const CARPET_SHARE: f64 = 0.06;
-/// Share of the way that wheels lose on a carpet.
+/// Share of the distance that wheels lose on a carpet.
 const CARPET_CREEP: f64 = 0.02;
 /// In in/s^2.
 pub(super) const GRAVITY: f64 = 9.81 * IN_PER_M;
 
-/// The floor under both wheels and the centre.
+/// Effect of the floor below both wheels and the centre.
 #[derive(Clone, Copy, Debug, Default)]
 pub(super) struct Underfoot {
-    /// Friction beside the wheels' own, left and right.
+    /// Extra friction of the left and right wheel.
     pub(super) friction: (f64, f64),
-    /// Acceleration in the plan.
+    /// Downhill acceleration in the plan.
     pub(super) downhill: Vec2,
-    /// Share of the way that the wheels lose.
+    /// Share of the distance that the wheels lose.
     pub(super) creep: f64,
 }
 
 impl Underfoot {
-    /// Of a robot whose right wheel stands at `axle` from its centre.
+    /// The effect on a robot whose right wheel is at `axle` from its centre.
     pub(super) fn at(scene: &Scene, center: Vec2, axle: Vec2) -> Self {
         let mut floor = Self::default();
         for ground in &scene.grounds {

@@ -1,4 +1,4 @@
-//! Cords and shoes that hang on to the bumper and hold its switch closed.
+//! Cords and shoes that catch on the bumper and hold a switch closed.
 
 use sr04_firmware::board::Switches;
 
@@ -9,40 +9,40 @@ use crate::plant::TICK_MS;
 use crate::scene::Scene;
 use crate::world::Snag;
 
-/// Where along the bumper something may catch, degrees from its middle.
+/// Angles along the bumper where an object may catch, in degrees from its middle.
 const CATCHES_DEG: [f64; 5] = [0.0, -30.0, 30.0, -60.0, 60.0];
-/// A thing this near below the bumper's edge catches.
+/// Distance below the bumper's edge within which an object catches.
 const REACH_IN: f64 = 0.3;
-/// The bumper catches only while it goes ahead, at this least.
+/// Minimum forward speed at which an object catches.
 const AHEAD_IN_S: f64 = 0.5;
-/// Work that frees it, as a way of the bumper: least, and how much more at most.
+/// Bumper movement that frees the object: minimum, and range above it.
 const WORK_IN: (f64, f64) = (10.0, 20.0);
-/// What a change of direction, of the drive or of the turn, is worth.
+/// Movement that one reversal of the drive or the turn counts as.
 const JERK_IN: f64 = 3.0;
-/// Slower than this is no direction.
+/// Minimum speed that has a direction.
 const STILL_IN_S: f64 = 0.5;
 
-/// Speeds of the body: ahead, and of the bumper around the centre, clockwise.
+/// Speeds of the body: forward, and of the bumper around the centre, clockwise.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Going {
     pub(crate) ahead_in_s: f64,
     pub(crate) around_in_s: f64,
 }
 
-/// What hangs on the bumper.
+/// State of an object caught on the bumper.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct Hook {
-    /// Degrees from the bumper's middle, and the work left.
+    /// Angle from the bumper's middle in degrees, and the movement left until it is free.
     held: Option<(f64, f64)>,
-    /// The robot is over something that had its chance.
+    /// Whether the object below the robot has already been drawn for.
     had_its_chance: bool,
-    /// The latest directions, 1 or -1.
+    /// Latest direction of driving and of turning, 1 or -1.
     ahead: f64,
     around: f64,
 }
 
 impl Hook {
-    /// One tick.
+    /// Advances one tick.
     pub(crate) fn step(
         &mut self,
         scene: &Scene,
@@ -80,12 +80,12 @@ impl Hook {
         }
     }
 
-    /// Whether something hangs on.
+    /// Whether an object is caught.
     pub(crate) const fn holds(&self) -> bool {
         self.held.is_some()
     }
 
-    /// Closes the switch that it holds.
+    /// Closes the switch at the caught object.
     pub(crate) fn press(&self, switches: &mut Switches) {
         if let Some((at_deg, _)) = self.held {
             switches.left |= at_deg < 0.0;
@@ -95,7 +95,7 @@ impl Hook {
     }
 }
 
-/// 1 when a speed has changed its direction since it last had one.
+/// 1 if a speed has reversed since it last had a direction, else 0.
 fn turned(direction: &mut f64, speed_in_s: f64) -> f64 {
     if speed_in_s.abs() < STILL_IN_S {
         return 0.0;
@@ -115,7 +115,7 @@ mod tests {
         around_in_s: 0.0,
     };
 
-    /// Drives the nose over the cord; a hook if it caught.
+    /// Drives the nose over the cord; returns the hook if it caught.
     fn caught(scene: &Scene, seed: u64) -> Option<(Hook, Dice)> {
         let mut hook = Hook::default();
         let mut dice = Dice::new(seed, Stream::Snags);
@@ -131,7 +131,7 @@ mod tests {
     }
 
     #[test]
-    fn one_crossing_in_four_hooks() {
+    fn one_cord_crossing_in_four_catches() {
         let scene = with_a_cord();
         let count = (0..400)
             .filter(|&seed| caught(&scene, seed).is_some())
@@ -140,11 +140,11 @@ mod tests {
     }
 
     #[test]
-    fn a_hook_holds_the_switch_until_it_is_worked_free() {
+    fn caught_cord_holds_the_switch_until_worked_free() {
         let scene = with_a_cord();
         let (mut hook, mut dice) = (0..40)
             .find_map(|seed| caught(&scene, seed))
-            .expect("one hooks");
+            .expect("one of 40 seeds catches");
         let away = Vec2::new(120.0, 40.0);
         let mut go = |ahead_in_s: f64, around_in_s: f64, ticks: u32| {
             for _ in 0..ticks {
@@ -158,7 +158,7 @@ mod tests {
             hook.press(&mut switches);
             switches
         };
-        // Backing off drags it along.
+        // A robot that backs off drags the cord along.
         assert!(go(-6.0, 0.0, 100).any());
         for twist in 0..10 {
             go(0.0, if twist % 2 == 0 { 5.0 } else { -5.0 }, 8);

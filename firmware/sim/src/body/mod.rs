@@ -1,8 +1,7 @@
-//! The robot's body: two driven wheels, a caster, an 11-inch round outline, at 1 kHz.
+//! The robot's body: two driven wheels, a caster and an 11-inch round outline, simulated at 1 kHz.
 //!
-//! Wheels, floor and obstacles are coupled by impulses with limits: a wheel holds the floor until
-//! its traction is spent and then slips; a wall pushes but never pulls. Free driving needs one
-//! exact pass; only touching bodies iterate.
+//! Limited impulses couple wheels, floor and obstacles: a wheel grips until its traction is spent and then slips; a
+//! wall pushes and never pulls. Free driving needs one exact pass; only contacts iterate.
 
 pub(crate) mod arm;
 mod battery;
@@ -29,48 +28,48 @@ pub(crate) const RADIUS_IN: f64 = 5.5;
 
 const STEP_S: f64 = 0.001;
 const MASS_KG: f64 = 4.5;
-/// A disc's, in kg in^2.
+/// Moment of inertia of a disc, in kg in^2.
 const INERTIA: f64 = 0.5 * MASS_KG * RADIUS_IN * RADIUS_IN;
-/// Half of the nominal distance between the wheels.
+/// Half of the nominal track.
 const HALF_TRACK_IN: f64 = 5.0;
-/// Weight on each wheel (the caster carries the rest) times rubber's friction, in kg in/s^2.
+/// Weight on each wheel (the caster carries the rest) times the friction of rubber, in kg in/s^2.
 const TRACTION: f64 = MASS_KG * 9.81 * IN_PER_M * 0.38 * 0.7;
-/// Friction of the body along what it touches.
+/// Friction coefficient of the body along a contact.
 const RUBBING: f64 = 0.2;
-/// The bumper's springs, in kg in/s^2 per inch: 15 newtons an inch.
+/// Stiffness of the bumper's springs, in kg in/s^2 per inch: 15 newtons per inch.
 const BUMPER_STIFFNESS: f64 = 15.0 * IN_PER_M;
-/// Passes over touching constraints.
+/// Solver passes while there are contacts.
 const PASSES: u32 = 8;
-/// Nearer than this counts as touching.
+/// Gap that still counts as a contact.
 const SKIN_IN: f64 = 0.02;
-/// Farthest clearance worth knowing.
+/// Maximum measured clearance.
 const CLEARANCE_MAX_IN: f64 = 36.0;
-/// Overlap beyond the bumper's travel that is never accepted.
+/// Maximum overlap beyond the bumper's travel.
 const OVERLAP_MAX_IN: f64 = 0.05;
 
-/// Where the caster stands, behind the centre.
+/// Distance of the caster behind the centre.
 const TAIL_IN: f64 = 5.0;
 
-/// Slower than this counts as standing.
+/// Speeds below these count as standing.
 const STILL_IN_S: f64 = 0.1;
 const STILL_RAD_S: f64 = 0.01;
 
-/// How far real wheels are from the drawing: limits of even spreads.
+/// Manufacturing tolerance of wheel size and track, as limits of a uniform spread.
 const WHEEL_SPREAD: f64 = 0.004;
 const TRACK_SPREAD: f64 = 0.01;
 
-/// What the robot's drive train is up against.
+/// Conditions of the drive train and the sensors.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Conditions {
-    /// Battery charge at the start, 0 flat to 1 full.
+    /// Battery charge at the start, 0 empty to 1 full.
     pub charge: f64,
-    /// A supply of this many volts in the battery's place.
+    /// Voltage of a supply that replaces the battery.
     pub supply_v: Option<f64>,
-    /// Dry friction of each wheel as a share of a stalled motor's force on 12 volts.
+    /// Dry friction of each wheel as a share of a stalled motor's force at 12 volts.
     pub load_share: f64,
-    /// Wheels and track exactly as drawn.
+    /// Whether wheels and track have their exact nominal size.
     pub ideal_wheels: bool,
-    /// Whether sensors err by chance. Without it, equal situations read equal.
+    /// Whether sensors have random errors. Without noise, equal situations give equal readings.
     pub noise: bool,
 }
 
@@ -90,7 +89,7 @@ impl Default for Conditions {
 pub(crate) struct Body {
     pub(crate) center: Vec2,
     pub(crate) theta_rad: f64,
-    /// Speed ahead, to the right, and of turning clockwise.
+    /// Speed forward, to the right, and clockwise.
     ahead_in_s: f64,
     right_in_s: f64,
     turn_rad_s: f64,
@@ -99,14 +98,14 @@ pub(crate) struct Body {
     battery: Battery,
     friction: f64,
     half_track_in: f64,
-    /// How far the body may move before it can touch anything that stands still.
+    /// Distance that the body may move before it can touch a fixed obstacle.
     free_in: f64,
-    /// Distance from the centre that was free of standing solids when last measured, and where.
+    /// Last measured centre, and the clearance to fixed obstacles there.
     measured: (Vec2, f64),
     touches: Vec<Touch>,
     has_fallen: bool,
     underfoot: Underfoot,
-    /// Length of the way gone so far.
+    /// Distance driven.
     pub(crate) path_in: f64,
 }
 
@@ -138,7 +137,7 @@ impl Body {
         }
     }
 
-    /// One millisecond.
+    /// Advances one millisecond.
     pub(crate) fn step(&mut self, scene: &Scene, outputs: Outputs) {
         let duty_left = duty(outputs.pwm_left);
         let duty_right = duty(outputs.pwm_right);
@@ -166,7 +165,7 @@ impl Body {
         }
     }
 
-    /// Finds out what floor it stands on.
+    /// Updates the effect of the floor at the current position.
     pub(crate) fn feel_the_floor(&mut self, scene: &Scene) {
         if !scene.grounds.is_empty() {
             let axle = clockwise(heading(self.theta_rad)) * self.half_track_in;
@@ -174,7 +173,7 @@ impl Body {
         }
     }
 
-    /// Its speeds, as something that hangs on the bumper feels them.
+    /// Speeds at the bumper.
     pub(crate) fn going(&self) -> Going {
         Going {
             ahead_in_s: self.ahead_in_s,
@@ -182,8 +181,8 @@ impl Body {
         }
     }
 
-    /// Whether a wheel or the caster has no floor under it. The weight rests on all three, so that one is
-    /// enough: with the caster gone the robot tips back.
+    /// Whether a wheel or the caster has no floor below it. The weight rests on all three; without the caster the robot
+    /// tips back.
     fn is_over_an_edge(&self, scene: &Scene) -> bool {
         let forward = heading(self.theta_rad);
         let axle = clockwise(forward) * self.half_track_in;
@@ -192,7 +191,7 @@ impl Body {
             .any(|&offset| scene.drops.has(self.center + offset))
     }
 
-    /// From here on the wheels turn in the air.
+    /// Stops the body for good; its wheels turn in the air.
     fn fall(&mut self) {
         self.has_fallen = true;
         self.ahead_in_s = 0.0;
@@ -200,7 +199,7 @@ impl Body {
         self.turn_rad_s = 0.0;
     }
 
-    /// Rotates the velocity into the turning body and settles wheels, floor and touches.
+    /// Rotates the velocity into the turning body and solves wheels, floor and contacts.
     fn couple(&mut self) {
         let turned = self.turn_rad_s * STEP_S;
         let (ahead, right) = (self.ahead_in_s, self.right_in_s);
@@ -226,7 +225,7 @@ impl Body {
         self.touches = touches;
     }
 
-    /// Lets the floor grip both wheels and resist sliding sideways, as far as traction goes.
+    /// Applies the floor's grip to both wheels and its resistance to sliding sideways, within the traction limit.
     fn hold_floor(&mut self, floor: &mut Floor) {
         let arm = self.half_track_in;
         let own = 1.0 / ROTOR_KG + 1.0 / MASS_KG + arm * arm / INERTIA;
@@ -257,7 +256,7 @@ impl Body {
         self.right_in_s += limited(&mut floor.across, wanted, -2.0 * limit, 2.0 * limit) / MASS_KG;
     }
 
-    /// The bumper's springs push back.
+    /// Pushes back with the bumper's springs.
     fn spring(&mut self, touch: &mut Touch) {
         touch.friction_impulse = 0.0;
         touch.normal_impulse = 0.0;
@@ -268,7 +267,7 @@ impl Body {
         }
     }
 
-    /// Lets a solid stop the body where the bumper's travel ends, and rub along it.
+    /// Stops the body at the end of the bumper's travel and applies friction along the contact.
     fn hold_back(&mut self, touch: &mut Touch) {
         let approach = self.ahead_in_s * touch.ahead + self.right_in_s * touch.right;
         let allowed = (touch.travel_in - touch.depth_in).max(0.0) / STEP_S;
@@ -290,7 +289,7 @@ impl Body {
         self.turn_rad_s += drag * RADIUS_IN / INERTIA;
     }
 
-    /// Moves, and takes back what would overlap.
+    /// Moves the body and resolves overlaps.
     fn advance(&mut self, scene: &Scene) {
         let before = (self.center, self.theta_rad);
         let share = 1.0 - self.underfoot.creep;
@@ -331,7 +330,7 @@ impl Body {
         }
     }
 
-    /// The touch that reaches farthest beyond what the bumper yields.
+    /// The contact that exceeds the bumper's travel the most.
     fn deepest(&self) -> Option<Touch> {
         let excess = |touch: &Touch| touch.depth_in - touch.travel_in;
         self.touches
@@ -347,7 +346,7 @@ impl Body {
         })
     }
 
-    /// Finds the touches, and how far the rest is.
+    /// Finds the contacts and the clearance.
     fn look_around(&mut self, scene: &Scene) {
         let forward = heading(self.theta_rad);
         let rightward = clockwise(forward);
@@ -370,7 +369,7 @@ impl Body {
         self.free_in = clear - RADIUS_IN - SKIN_IN;
     }
 
-    /// A distance around the centre that is surely free of everything that stands still.
+    /// A distance around the centre that is certainly free of fixed obstacles.
     pub(crate) fn clearance_in(&self) -> f64 {
         let (center, clear) = self.measured;
         clear - center.distance(self.center)
@@ -384,7 +383,7 @@ impl Body {
         switches
     }
 
-    /// Whether anything touches the outline anywhere.
+    /// Whether any obstacle touches the outline.
     pub(crate) fn is_touching(&self) -> bool {
         self.touches.iter().any(|touch| touch.depth_in > -SKIN_IN)
     }
@@ -399,18 +398,18 @@ impl Body {
         self.battery.is_charging
     }
 
-    /// Whether it moves or turns enough for a motion detector on it to notice.
+    /// Whether the body moves or turns enough to trigger a motion detector.
     pub(crate) fn is_moving(&self) -> bool {
         self.ahead_in_s.abs() + self.right_in_s.abs() > STILL_IN_S
             || self.turn_rad_s.abs() > STILL_RAD_S
     }
 
-    /// Whether it has gone over an edge of the floor.
+    /// Whether the robot has gone over an edge of the floor.
     pub(crate) const fn has_fallen(&self) -> bool {
         self.has_fallen
     }
 
-    /// Speed over the floor, backward negative.
+    /// Speed over the floor, negative backward.
     pub(crate) const fn speed_in_s(&self) -> f64 {
         self.ahead_in_s
     }
@@ -425,7 +424,7 @@ impl Body {
     }
 }
 
-/// The floor's impulses of the present step.
+/// Impulses of the floor in the current step.
 #[derive(Default)]
 struct Floor {
     left: f64,
@@ -437,7 +436,7 @@ fn duty(pwm: i16) -> f64 {
     f64::from(pwm.clamp(-PWM_MAX, PWM_MAX)) / f64::from(PWM_MAX)
 }
 
-/// Adds an impulse to a sum that stays between limits; returns what was really added.
+/// Adds an impulse to a sum that stays within limits; returns the part that was added.
 fn limited(sum: &mut f64, impulse: f64, least: f64, most: f64) -> f64 {
     let before = *sum;
     *sum = (before + impulse).clamp(least, most);

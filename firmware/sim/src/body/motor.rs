@@ -1,25 +1,25 @@
-//! A gear motor with its wheel and encoder. Distances and speeds are taken at the wheel's rim.
+//! A gear motor with its wheel and encoder. Distances and speeds are those of the wheel's rim.
 
-/// Speed that one volt across the motor sustains without load.
+/// Unloaded speed per volt across the motor.
 const IN_S_PER_V: f64 = 2.0;
-/// Winding and bridge.
+/// Resistance of winding and bridge.
 const RESISTANCE_OHM: f64 = 8.0;
-/// What the H-bridge keeps for itself.
+/// Voltage drop of the H-bridge.
 pub(crate) const BRIDGE_DROP_V: f64 = 1.8;
-/// Share of the torque that the gears pass on.
+/// Share of the torque that the gears transmit.
 const GEAR_EFFICIENCY: f64 = 0.65;
-/// Inches in a metre; forces are in kg in/s^2, this many to the newton.
+/// Inches per metre; also kg in/s^2 per newton.
 pub(crate) const IN_PER_M: f64 = 39.370_078_740_157_48;
-/// Rim force of one ampere: the motor constant, which back EMF fixes too, less the gears' loss.
+/// Rim force per ampere: the motor constant, which back EMF also fixes, less the gear losses.
 const FORCE_PER_A: f64 = IN_PER_M * IN_PER_M / IN_S_PER_V * GEAR_EFFICIENCY;
-/// Rotor and gears as a mass at the rim.
+/// Inertia of rotor and gears as a mass at the rim.
 pub(crate) const ROTOR_KG: f64 = 3.0;
-/// Edges a turn of the wheel.
+/// Encoder edges per turn of the wheel.
 const EDGES_PER_TURN: f64 = 251.0;
 /// Nominal wheel diameter.
 const WHEEL_IN: f64 = 5.0;
 
-/// One side's motor, wheel and encoder.
+/// The motor, wheel and encoder of one side.
 #[derive(Clone, Debug)]
 pub(crate) struct Motor {
     /// Rim speed.
@@ -32,7 +32,7 @@ pub(crate) struct Motor {
 }
 
 impl Motor {
-    /// `oversize` is how much larger than nominal this wheel is, as a share.
+    /// A motor at rest; `oversize` is how much larger than nominal its wheel is, as a share.
     pub(crate) fn new(oversize: f64) -> Self {
         Self {
             speed_in_s: 0.0,
@@ -43,7 +43,7 @@ impl Motor {
         }
     }
 
-    /// Accelerates the rotor: `duty` of the supply against back EMF and a dry friction.
+    /// Accelerates the rotor by `duty` of the supply against back EMF and dry friction.
     pub(crate) fn drive(&mut self, duty: f64, supply_v: f64, friction: f64, step_s: f64) {
         let applied_v = duty * (supply_v - BRIDGE_DROP_V).max(0.0);
         self.current_a = (applied_v - self.speed_in_s / IN_S_PER_V) / RESISTANCE_OHM;
@@ -52,37 +52,37 @@ impl Motor {
         self.speed_in_s -= self.speed_in_s.clamp(-braking, braking);
     }
 
-    /// Turns the encoder as far as the wheel turned.
+    /// Advances the encoder with the wheel.
     pub(crate) fn turn(&mut self, step_s: f64) {
         let before = self.position_edges.floor();
         self.position_edges += self.speed_in_s * step_s * self.edges_per_in;
         self.edges += (self.position_edges.floor() - before).abs() as u32;
     }
 
-    /// Edges since the last call.
+    /// Encoder edges since the last call.
     pub(crate) fn take_edges(&mut self) -> u16 {
         u16::try_from(core::mem::take(&mut self.edges)).unwrap_or(u16::MAX)
     }
 }
 
-/// Dry friction that is this share of the force of a stalled motor on 12 volts.
+/// Dry friction as a share of a stalled motor's force at 12 volts.
 pub(crate) fn load_friction(share: f64) -> f64 {
     share * (12.0 - BRIDGE_DROP_V) / RESISTANCE_OHM * FORCE_PER_A
 }
 
-/// Force that back EMF takes for each inch a second, in kg/s.
+/// Force of back EMF per inch a second, in kg/s.
 #[cfg(test)]
 pub(crate) fn damping() -> f64 {
     FORCE_PER_A / (IN_S_PER_V * RESISTANCE_OHM)
 }
 
-/// Current that holds against a dry friction.
+/// Current that balances a dry friction.
 #[cfg(test)]
 pub(crate) fn current_for(friction: f64) -> f64 {
     friction / FORCE_PER_A
 }
 
-/// Steady rim speed under a dry friction: where the motor's force equals it.
+/// Steady rim speed at which the motor's force equals the friction.
 #[cfg(test)]
 pub(crate) fn steady_speed_in_s(duty: f64, supply_v: f64, friction: f64) -> f64 {
     let current_a = current_for(friction);

@@ -4,7 +4,7 @@ use crate::dice::Stream;
 use crate::testing::{docking, landing, room};
 use crate::world::World;
 
-/// The inner face of the north wall of `room(100)`.
+/// Inner face of the north wall of `room(100)`.
 const NORTH_IN: f64 = 594.0;
 
 fn ideal(supply_v: f64) -> Conditions {
@@ -64,7 +64,7 @@ fn speed_settles_where_force_meets_friction() {
 }
 
 #[test]
-fn top_speed_is_within_reach_on_a_low_battery_and_a_heavy_load() {
+fn top_speed_is_reached_on_a_low_battery_with_a_heavy_load() {
     let scene = room(100, &[]);
     let conditions = Conditions {
         load_share: 0.25,
@@ -76,7 +76,7 @@ fn top_speed_is_within_reach_on_a_low_battery_and_a_heavy_load() {
 }
 
 #[test]
-fn a_small_pulse_width_does_not_overcome_friction() {
+fn small_pulse_width_does_not_overcome_friction() {
     let scene = room(100, &[]);
     let mut body = body_at(300.0, 300.0, 0.0, &ideal(12.0));
     drive(&mut body, &scene, 15, 15, 1000);
@@ -84,7 +84,7 @@ fn a_small_pulse_width_does_not_overcome_friction() {
 }
 
 #[test]
-fn encoders_count_sixteen_edges_an_inch_either_way() {
+fn encoders_count_sixteen_edges_per_inch_both_ways() {
     let scene = room(100, &[]);
     let mut body = body_at(300.0, 30.0, 0.0, &ideal(12.0));
     drive(&mut body, &scene, 200, 200, 4000);
@@ -99,7 +99,7 @@ fn encoders_count_sixteen_edges_an_inch_either_way() {
 }
 
 #[test]
-fn real_wheels_differ_a_little_from_the_drawing() {
+fn real_wheels_differ_slightly_from_nominal() {
     let scene = room(100, &[]);
     let conditions = Conditions {
         ideal_wheels: false,
@@ -114,7 +114,7 @@ fn real_wheels_differ_a_little_from_the_drawing() {
 }
 
 #[test]
-fn opposite_wheels_turn_on_the_spot() {
+fn opposite_wheel_speeds_turn_on_the_spot() {
     let scene = room(100, &[]);
     let mut body = body_at(300.0, 300.0, 0.0, &ideal(12.0));
     drive(&mut body, &scene, 100, -100, 3000);
@@ -130,7 +130,7 @@ fn opposite_wheels_turn_on_the_spot() {
 }
 
 #[test]
-fn a_wall_presses_the_bumper_and_stops_the_body() {
+fn wall_presses_the_bumper_and_stops_the_body() {
     let scene = room(100, &[]);
     let mut body = body_at(300.0, NORTH_IN - 20.0, 0.0, &ideal(12.0));
     drive(&mut body, &scene, 120, 120, 4000);
@@ -150,7 +150,7 @@ fn a_wall_presses_the_bumper_and_stops_the_body() {
 }
 
 #[test]
-fn against_a_wall_little_force_stalls_and_full_force_slips() {
+fn wheels_at_a_wall_stall_at_low_and_slip_at_full_force() {
     let scene = room(100, &[]);
     let mut body = body_at(300.0, NORTH_IN - 6.0, 0.0, &ideal(12.0));
     drive(&mut body, &scene, 110, 110, 2000);
@@ -164,7 +164,7 @@ fn against_a_wall_little_force_stalls_and_full_force_slips() {
 }
 
 #[test]
-fn a_body_whose_wheels_keep_pace_slides_along_a_wall() {
+fn body_slides_along_a_wall_while_the_wheels_keep_pace() {
     let scene = room(100, &[]);
     let mut body = body_at(200.0, NORTH_IN - 8.0, 82.0, &ideal(12.0));
     let mut lead: i16 = 0;
@@ -179,7 +179,7 @@ fn a_body_whose_wheels_keep_pace_slides_along_a_wall() {
 }
 
 #[test]
-fn no_sequence_of_motor_commands_leaves_the_house() {
+fn motor_commands_never_push_the_body_through_a_wall() {
     for name in World::built_in_names() {
         let world = World::built_in(name).unwrap();
         let scene = Scene::new(&world);
@@ -226,14 +226,14 @@ fn walkers_never_push() {
         drive(&mut body, &scene, 0, 0, 20);
     }
     assert!(scene.walkers[0].center().x > 16.0, "the person set out");
-    assert!(scene.walkers[0].center().x < before.x, "and waits");
+    assert!(scene.walkers[0].center().x < before.x, "the person waits");
     assert_eq!(body.center, before);
 }
 
 #[test]
-fn a_wheel_over_an_edge_ends_the_drive() {
+fn wheel_over_an_edge_ends_the_drive() {
     let scene = landing();
-    // Forward the wheels get there first, backward the caster.
+    // Forward, the wheels reach the edge first; backward, the caster.
     for (theta_deg, pwm, reaches_in) in [(0.0, 150, 120.0), (180.0, -150, 115.0)] {
         let mut body = body_at(60.0, 100.0, theta_deg, &ideal(12.0));
         drive(&mut body, &scene, pwm, pwm, 5000);
@@ -241,13 +241,13 @@ fn a_wheel_over_an_edge_ends_the_drive() {
         assert!((body.center.y - reaches_in).abs() < 0.02, "{}", body.center);
         let before = body.center;
         drive(&mut body, &scene, -pwm, -pwm, 1000);
-        assert_eq!(body.center, before, "it lies there");
+        assert_eq!(body.center, before, "a fallen robot stays in place");
         assert!(body.take_edges().0 > 10, "the wheels turn in the air");
     }
 }
 
 #[test]
-fn along_an_edge_the_outer_wheel_decides() {
+fn outer_wheel_decides_a_fall_along_an_edge() {
     let scene = landing();
     for (y_in, falls) in [(114.9, false), (115.1, true)] {
         let mut body = body_at(30.0, y_in, 90.0, &ideal(12.0));
@@ -256,7 +256,7 @@ fn along_an_edge_the_outer_wheel_decides() {
     }
 }
 
-/// Drives straight at the dock from a foot before it; whether it holds, and the switches.
+/// Drives straight at the dock from a foot away; returns whether it holds, and the switches.
 fn dock_from(aside_in: f64, turned_deg: f64) -> (bool, Switches) {
     let scene = docking("");
     let dock = scene.dock.expect("there is a dock");
@@ -268,7 +268,7 @@ fn dock_from(aside_in: f64, turned_deg: f64) -> (bool, Switches) {
 }
 
 #[test]
-fn who_comes_straight_docks_without_a_bump() {
+fn straight_approach_docks_without_a_bump() {
     for (aside_in, turned_deg) in [(0.0, 0.0), (1.5, 0.0), (-1.0, 10.0), (0.0, -15.0)] {
         let (is_held, switches) = dock_from(aside_in, turned_deg);
         assert!(
@@ -282,7 +282,7 @@ fn who_comes_straight_docks_without_a_bump() {
 }
 
 #[test]
-fn an_hour_of_turning_drains_what_the_motors_force_costs() {
+fn hour_of_turning_drains_the_charge_of_the_motor_current() {
     let scene = room(100, &[]);
     let conditions = Conditions {
         ideal_wheels: true,
@@ -290,8 +290,8 @@ fn an_hour_of_turning_drains_what_the_motors_force_costs() {
     };
     let mut body = body_at(300.0, 300.0, 0.0, &conditions);
     drive(&mut body, &scene, 100, -100, 3_600_000);
-    // At a steady speed a motor's force is its friction; the supply gives the motor's current for the
-    // share of time that the bridge conducts.
+    // At a steady speed the motor force equals the friction. The supply delivers the motor current only while the
+    // bridge conducts.
     let motor_a = motor::current_for(motor::load_friction(conditions.load_share));
     let expected_ah = battery::ELECTRONICS_A + 2.0 * 100.0 / 255.0 * motor_a;
     let drained_ah = (1.0 - body.battery.charge()) * 2.2;
@@ -306,7 +306,7 @@ fn on(ground: &str) -> Scene {
     docking(&format!("[[ground]]\nat = [120, 120]\n{ground}\n"))
 }
 
-/// Drives for so long from (120, `y_in`), feeling the floor.
+/// Drives for `time_ms` and updates the floor's effect every 20 ms.
 fn roll(body: &mut Body, scene: &Scene, pwm: i16, time_ms: u32) {
     for _ in 0..time_ms / 20 {
         body.feel_the_floor(scene);
@@ -315,7 +315,7 @@ fn roll(body: &mut Body, scene: &Scene, pwm: i16, time_ms: u32) {
 }
 
 #[test]
-fn a_sill_takes_more_force_than_a_floor() {
+fn sill_takes_more_force_than_the_floor() {
     let scene = on("kind = \"sill\"\nsize_in = [40, 3]");
     let reached = |pwm| {
         let mut body = body_at(120.0, 90.0, 0.0, &ideal(12.0));
@@ -327,7 +327,7 @@ fn a_sill_takes_more_force_than_a_floor() {
 }
 
 #[test]
-fn an_incline_costs_speed_by_the_weight_along_it() {
+fn incline_costs_speed_by_the_weight_along_it() {
     let scene = on("kind = \"ramp\"\nsize_in = [100, 200]\ngrade_percent = 5");
     let speed = |theta_deg: f64| {
         let mut body = body_at(120.0, 120.0, theta_deg, &ideal(12.0));
@@ -348,13 +348,13 @@ fn an_incline_costs_speed_by_the_weight_along_it() {
     roll(&mut body, &scene, 0, 2000);
     assert!(
         body.path_in < 0.04,
-        "the gears all but hold it: {}",
+        "the gears nearly hold the robot: {}",
         body.path_in
     );
 }
 
 #[test]
-fn wheels_creep_on_a_carpet() {
+fn wheels_lose_distance_on_a_carpet() {
     let scene = on("kind = \"carpet\"\nsize_in = [200, 200]");
     let mut body = body_at(120.0, 60.0, 0.0, &ideal(12.0));
     roll(&mut body, &scene, 150, 10_000);
@@ -367,7 +367,7 @@ fn wheels_creep_on_a_carpet() {
 }
 
 #[test]
-fn a_step_of_the_pulse_width_is_answered_by_an_exponential() {
+fn step_response_of_the_speed_is_exponential() {
     let scene = room(100, &[]);
     let conditions = Conditions {
         load_share: 0.0,

@@ -1,4 +1,4 @@
-//! The radio: 2400 baud 8N1 each way, bit by bit where a bit can flip.
+//! The simulated radio: 2400 baud 8N1 in each direction, simulated bit by bit where bits can flip.
 
 mod modem;
 mod noise;

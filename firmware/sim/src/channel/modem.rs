@@ -1,14 +1,14 @@
-//! Radio modules with a serial port: they collect bytes, send them as a packet and hand them out at the other
-//! end. One of them on the air at a time; a packet arrives whole or not at all.
+//! Radio modules with a serial port: they collect bytes, send them as a packet and output them at the other end. Only
+//! one module can use the channel at a time; a packet arrives complete or not at all.
 //!
-//! Where the figures come from:
+//! Sources of the figures:
 //!
-//! - HC-12, user manual 2.4, mode FU3: at 2400 baud 5000 bit/s on the air, half duplex, a single byte under
-//!   way for up to 80 ms. It says nothing of how packets are formed: the gap, the packet's size and overhead
-//!   are chosen so that a lone byte takes those 80 ms. Nor of listening first, so overlapping packets are lost.
-//! - XBee 802.15.4, user guides by Digi: 250 kbit/s on the air; a packet goes after RO = 3 byte times without
-//!   a byte or when 100 bytes are there; CSMA-CA waits for a free channel; the MAC repeats a packet that is
-//!   not acknowledged up to three times.
+//! - HC-12, user manual 2.4, mode FU3: at 2400 baud 5000 bit/s on the air, half duplex, up to 80 ms for a single
+//!   byte. The manual does not describe packets: gap, packet size and overhead are chosen so that a single byte takes
+//!   80 ms. It does not mention carrier sensing, so overlapping packets are lost.
+//! - XBee 802.15.4, user guides by Digi: 250 kbit/s on the air; a packet is sent after RO = 3 byte times without a
+//!   byte or at 100 bytes; CSMA-CA waits for a free channel; the MAC repeats an unacknowledged packet up to three
+//!   times.
 
 use std::collections::VecDeque;
 
@@ -16,22 +16,22 @@ use super::noise::Noise;
 use super::spec::{ChannelSpec, Modem};
 use crate::dice::Dice;
 
-/// Bytes that wait in a module whose air is busy; later ones are lost.
+/// Capacity of a module's transmit buffer; further bytes are lost.
 const BUFFER_BYTES: usize = 512;
 
-/// What tells one module from another.
+/// Properties of a type of module.
 struct Preset {
-    /// A pause this long ends a packet.
+    /// Pause that ends a packet.
     gap_ms: u64,
     packet_bytes: usize,
-    /// Preamble, addresses, checksum: what goes with each packet on the air.
+    /// Preamble, addresses and checksum of each packet on the air.
     overhead_bytes: usize,
     air_bits_per_s: usize,
-    /// From the end of a packet on the air until its first byte comes out.
+    /// Time from the end of a packet on the air to its first byte at the output.
     latency_ms: u64,
-    /// Whether it waits until the other one is silent.
+    /// Whether it waits for a free channel.
     senses_carrier: bool,
-    /// How often a packet is sent at most.
+    /// Maximum number of transmissions of a packet.
     tries: u8,
 }
 
@@ -58,7 +58,7 @@ const fn preset(modem: Modem) -> Preset {
     }
 }
 
-/// Most milliseconds that a module waits before it looks again whether the air is free.
+/// Maximum wait before a module checks the channel again.
 const BACKOFF_MAX_MS: u32 = 3;
 
 #[derive(Debug)]
@@ -74,15 +74,15 @@ struct Flight {
 struct Module {
     collected: Vec<u8>,
     collected_ms: u64,
-    /// Packets that wait for the air.
+    /// Packets waiting for the channel.
     ready: VecDeque<Vec<u8>>,
     backoff_ms: u64,
     flight: Option<Flight>,
-    /// Received packets and when their first byte may come out.
+    /// Received packets, each with the time at which its first byte may be output.
     arrived: VecDeque<(u64, Vec<u8>)>,
-    /// Received bytes that wait for their byte time on the serial port.
+    /// Received bytes waiting for their byte time on the serial port.
     out: VecDeque<u8>,
-    /// Errors of what this one sends.
+    /// Bit errors of the packets that this module sends.
     noise: Noise,
 }
 
@@ -112,13 +112,13 @@ impl Module {
         self.out.len() + self.arrived.iter().map(|(_, p)| p.len()).sum::<usize>()
     }
 
-    /// Whether a packet of so many bytes has a flipped bit.
+    /// Whether a packet of this many bytes has a flipped bit.
     fn is_hit(&mut self, bytes: usize) -> bool {
         (0..bytes).fold(false, |hit, _| {
             if self.noise.skip(8) {
                 return hit;
             }
-            // Every bit is drawn: an error must not hide the next one.
+            // Every bit is drawn: one error must not hide the next.
             (0..8).fold(hit, |hit, _| self.noise.flip() | hit)
         })
     }
@@ -131,7 +131,7 @@ pub(super) enum End {
     Ground,
 }
 
-/// A pair of modules and the air between them.
+/// A pair of modules and the channel between them.
 #[derive(Debug)]
 pub(super) struct Pair {
     modem: Modem,
@@ -158,7 +158,7 @@ impl Pair {
         }
     }
 
-    /// Takes a byte from an end's serial port.
+    /// Takes a byte from the serial port of one end.
     pub(super) fn push(&mut self, now_ms: u64, end: End, byte: u8) {
         let module = &mut self.modules[end as usize];
         if module.waiting() < BUFFER_BYTES {
@@ -167,7 +167,7 @@ impl Pair {
         }
     }
 
-    /// The next byte for an end's serial port, once every byte time.
+    /// The next byte for the serial port of one end; call it once per byte time.
     pub(super) fn pop(&mut self, now_ms: u64, end: End) -> Option<u8> {
         let module = &mut self.modules[end as usize];
         while let Some((_, packet)) = module.arrived.pop_front_if(|(at_ms, _)| *at_ms <= now_ms) {
@@ -176,7 +176,7 @@ impl Pair {
         module.out.pop_front()
     }
 
-    /// One millisecond; `is_out`: nothing passes at this moment.
+    /// Advances one millisecond; during an outage (`is_out`) packets on the air are lost.
     pub(super) fn step(&mut self, now_ms: u64, is_out: bool) {
         let preset = preset(self.modem);
         for end in 0..2 {
@@ -238,7 +238,7 @@ impl Pair {
         }
         flight.tries_left -= 1;
         if flight.tries_left > 0 {
-            // Two that collide wait differently long.
+            // Random waits keep two modules from colliding again.
             let backoff_ms = u64::from(self.dice.next_u32() % BACKOFF_MAX_MS);
             flight.ends_ms = now_ms + backoff_ms + preset.air_ms(bytes);
             flight.is_spoiled = false;
@@ -246,7 +246,7 @@ impl Pair {
         }
     }
 
-    /// How many of an end's bytes the other one has not received yet.
+    /// Number of bytes of one end that the other end has not received.
     pub(super) fn in_flight(&self, from: End) -> usize {
         let to = 1 - from as usize;
         self.modules[from as usize].in_flight() + self.modules[to].undelivered()

@@ -1,18 +1,17 @@
-//! Which bits flip.
+//! Bit errors.
 
 use super::spec::{BURST_FLIPS, ChannelSpec};
 use crate::dice::Dice;
 
-/// A bit error process that costs nothing while nothing flips: the length of each clean stretch is
-/// drawn at its start.
+/// A bit error process. It draws the length of each clean stretch at its start, so clean bits cost nothing.
 #[derive(Debug)]
 pub(super) struct Noise {
     dice: Dice,
-    /// Chance per clean bit that a burst starts.
+    /// Probability per clean bit that a burst starts.
     starts: f64,
-    /// Chance per bit of a burst that it was the last.
+    /// Probability per bit of a burst that it is the last.
     ends: f64,
-    /// Chance that a bit of a burst flips.
+    /// Probability that a bit of a burst flips.
     flips: f64,
     clean_left: u64,
     burst_left: u64,
@@ -44,12 +43,12 @@ impl Noise {
         noise
     }
 
-    /// Replaces the process and keeps the dice.
+    /// Replaces the parameters and keeps the stream of random numbers.
     pub(super) fn set(&mut self, spec: &ChannelSpec) {
         *self = Self::new(spec, self.dice.clone());
     }
 
-    /// Passes over this many bits if none of them can flip.
+    /// Skips this many bits if none of them can flip; returns whether it did.
     pub(super) fn skip(&mut self, bits: u64) -> bool {
         let is_clean = self.burst_left == 0 && self.clean_left >= bits;
         if is_clean && self.clean_left != u64::MAX {
@@ -95,7 +94,7 @@ mod tests {
     }
 
     #[test]
-    fn the_mean_rate_is_as_ordered_with_and_without_bursts() {
+    fn mean_error_rate_is_as_specified() {
         for (text, ber, tolerance) in [
             ("ber=1e-3", 1e-3, 0.08),
             ("ber=0.05", 0.05, 0.02),
@@ -112,7 +111,7 @@ mod tests {
 
     #[test]
     fn bursts_cluster_errors() {
-        // Behind a flip, how often is the next bit flipped too?
+        // Share of flipped bits directly after a flipped bit.
         let follow = |flips: &[bool]| {
             let pairs = flips.windows(2).filter(|pair| pair[0]);
             let (mut all, mut both) = (0.0, 0.0);
@@ -128,7 +127,7 @@ mod tests {
     }
 
     #[test]
-    fn skipping_clean_bits_is_the_same_as_walking_them() {
+    fn skipping_clean_bits_equals_drawing_them() {
         let spec = "ber=0.01,burst=5".parse().unwrap();
         let mut walked = Noise::new(&spec, Dice::new(4, Stream::Uplink));
         let mut skipped = Noise::new(&spec, Dice::new(4, Stream::Uplink));

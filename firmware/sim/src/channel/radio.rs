@@ -9,7 +9,7 @@ use super::spec::ChannelSpec;
 use super::wire::{Hearing, Wire};
 use crate::dice::{Dice, Stream};
 
-/// The radio: the ground's bytes wait for their byte time, the robot is asked for its byte when one is due.
+/// The radio. It queues the ground station's bytes and asks the robot for each byte when it is due.
 #[derive(Debug)]
 pub struct Radio {
     spec: ChannelSpec,
@@ -17,14 +17,14 @@ pub struct Radio {
     downlink: Wire,
     modems: Option<Pair>,
     modem_dice: Dice,
-    /// The ground's bytes that wait for their byte time.
+    /// The ground station's bytes waiting for their byte time.
     queue: VecDeque<u8>,
-    /// Thousandths of a byte time gone since the last one.
+    /// Time since the last byte, in 1/1000 of a byte time.
     byte_time: u32,
 }
 
 impl Radio {
-    /// A radio at rest. Everything that happens to its bytes by chance follows from the seed.
+    /// An idle radio; every random event follows from the seed.
     #[must_use]
     pub fn new(spec: &ChannelSpec, seed: u64) -> Self {
         let wire = |stream| Wire::new(&cable(spec), Dice::new(seed, stream));
@@ -42,8 +42,7 @@ impl Radio {
         }
     }
 
-    /// Exchanges the faults from now on; bytes on their way keep their time. What is in a module when that is
-    /// unplugged is lost.
+    /// Replaces the faults; bytes on their way keep their arrival time. Removing a modem loses the bytes in it.
     pub fn set(&mut self, spec: &ChannelSpec) {
         self.uplink.set(&cable(spec));
         self.downlink.set(&cable(spec));
@@ -56,8 +55,8 @@ impl Radio {
         self.spec = spec.clone();
     }
 
-    /// One millisecond, which ends at `now_ms`. When a byte time is due, `robot` says which byte the robot
-    /// sends, or `None` for an idle line.
+    /// Advances one millisecond, which ends at `now_ms`. When a byte is due, `robot` returns the robot's next byte or
+    /// `None` for an idle line.
     pub fn step(&mut self, now_ms: u64, robot: impl FnOnce() -> Option<u8>) {
         let is_out = self.spec.is_out(now_ms);
         if let Some(modems) = &mut self.modems {
@@ -93,13 +92,12 @@ impl Radio {
         self.uplink.pass(now_ms, up, at_robot);
     }
 
-    /// Queues what the ground sends; it leaves at 240 bytes a second.
+    /// Queues bytes from the ground station; the radio sends 240 bytes per second.
     pub fn transmit(&mut self, bytes: &[u8]) {
         self.queue.extend(bytes);
     }
 
-    /// How many of the ground's bytes the robot cannot have received yet: those that wait for their
-    /// byte time, and those in a modem.
+    /// Number of uplink bytes that the robot cannot have received yet: queued bytes and bytes in a modem.
     #[must_use]
     pub fn uplink_pending(&self) -> usize {
         let in_modems = self
@@ -114,13 +112,13 @@ impl Radio {
         self.uplink.poll(now_ms)
     }
 
-    /// The next byte that the ground has received by now.
+    /// The next byte that the ground station has received by now.
     pub fn poll_downlink(&mut self, now_ms: u64) -> Option<u8> {
         self.downlink.poll(now_ms)
     }
 }
 
-/// What is left for the cables when modules have the air between them: no errors, a carrier all the time.
+/// Faults of the cables to the modems, without bit errors and noise; without a modem the faults of the radio.
 fn cable(spec: &ChannelSpec) -> ChannelSpec {
     if spec.modem.is_none() {
         return spec.clone();
@@ -137,7 +135,7 @@ fn cable(spec: &ChannelSpec) -> ChannelSpec {
 mod tests {
     use super::*;
 
-    /// A radio whose robot sends these bytes at once and the ground those; what each hears, and when.
+    /// Bytes received by the robot and by the ground station, each with its time.
     struct Heard {
         robot: Vec<(u64, u8)>,
         ground: Vec<(u64, u8)>,
@@ -161,7 +159,7 @@ mod tests {
     }
 
     #[test]
-    fn a_lone_byte_takes_the_time_that_the_manual_says() {
+    fn single_byte_takes_the_modems_specified_time() {
         let heard = run("modem=hc-12", b"", b"x", 500);
         let [(at_ms, b'x')] = heard.robot[..] else {
             panic!("{:?}", heard.robot)
@@ -172,7 +170,7 @@ mod tests {
     }
 
     #[test]
-    fn modules_carry_a_long_stream_whole() {
+    fn modems_carry_a_long_stream_intact() {
         let line: Vec<u8> = (0..240).collect();
         for channel in ["modem=hc-12", "modem=xbee"] {
             assert_eq!(
@@ -189,7 +187,7 @@ mod tests {
     }
 
     #[test]
-    fn packets_that_overlap_are_lost_unless_the_module_listens_first() {
+    fn overlapping_packets_are_lost_without_carrier_sensing() {
         let heard = run("modem=hc-12", b"from the robot", b"from the ground", 1000);
         assert!(heard.robot.is_empty() && heard.ground.is_empty());
         let heard = run("modem=xbee", b"from the robot", b"from the ground", 1000);
@@ -198,7 +196,7 @@ mod tests {
     }
 
     #[test]
-    fn an_error_costs_a_whole_packet() {
+    fn one_bit_error_loses_the_whole_packet() {
         let sent = vec![b'x'; 60 * 400];
         let heard = run("modem=hc-12,ber=1e-3", b"", &sent, 110_000);
         assert!(heard.robot.len().is_multiple_of(60));
@@ -208,7 +206,7 @@ mod tests {
     }
 
     #[test]
-    fn what_a_module_holds_counts_as_pending() {
+    fn bytes_in_a_modem_count_as_pending() {
         let mut radio = Radio::new(&"modem=hc-12".parse().unwrap(), 1);
         radio.transmit(b"ten bytes.");
         for now_ms in 1..=60 {
@@ -225,7 +223,7 @@ mod tests {
     }
 
     #[test]
-    fn a_receiver_with_open_squelch_hears_noise_while_the_ground_is_silent() {
+    fn open_squelch_receives_noise_during_silence() {
         assert!(run("squelch", b"", b"", 2000).robot.len() > 50);
         assert!(run("", b"", b"", 2000).robot.is_empty());
         assert!(run("squelch,out=0s..2s", b"", b"", 2000).robot.is_empty());

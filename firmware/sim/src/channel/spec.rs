@@ -1,47 +1,46 @@
-//! What the radio does to bytes, as one line of text.
+//! Faults of the radio as one line of text.
 
 use std::fmt;
 use std::ops::Range;
 use std::str::FromStr;
 
-/// Faults of the radio, the same each way. The default is a perfect cable.
+/// Faults of the radio, the same in both directions. The default has none.
 ///
-/// Its text form is any of these, with commas between:
+/// The text form lists options separated by commas:
 /// `ber=1e-3,burst=50,drop=0.01,dup=0.01,delay=0.5s,half-duplex,squelch,modem=hc-12,out=10s..12s`.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct ChannelSpec {
-    /// Share of bits that flip, start and stop bits and idle line included.
+    /// Share of bits that flip, including start bits, stop bits and the idle line.
     pub ber: f64,
-    /// Mean length in bits of the bursts that the flips come in (a Gilbert-Elliott channel whose
-    /// bad state flips every other bit); `None` spreads them evenly.
+    /// Mean length in bits of error bursts (a Gilbert-Elliott channel whose bad state flips every other bit); `None`
+    /// spreads the errors evenly.
     pub burst_bits: Option<f64>,
-    /// Share of received bytes that vanish.
+    /// Share of received bytes that are lost.
     pub drop: f64,
-    /// Share of received bytes that arrive twice.
+    /// Share of received bytes that are duplicated.
     pub dup: f64,
-    /// Time every byte spends in the modems.
+    /// Delay of every byte.
     pub delay_ms: u64,
-    /// Whether a side that sends is deaf meanwhile.
+    /// Whether a side cannot receive while it sends.
     pub half_duplex: bool,
-    /// What a receiver makes of a transmitter that is silent.
+    /// Output of a receiver without a carrier.
     pub squelch: Squelch,
-    /// Radio modules that collect bytes and send them as packets, instead of a radio that passes bits.
-    /// They are half duplex by themselves and never noisy; bit errors cost them whole packets.
+    /// Radio modules that send bytes in packets, instead of a radio that transmits single bits. Modules are half duplex
+    /// and output no noise; a bit error loses a whole packet.
     pub modem: Option<Modem>,
-    /// When nothing passes at all, in milliseconds since the start.
+    /// Times of complete outages, in milliseconds since the start.
     pub outages_ms: Vec<Range<u64>>,
 }
 
-/// Whether a receiver rests when it hears no carrier, or makes random bits of the noise, as an FM radio with
-/// open squelch does.
+/// Output of a receiver that hears no carrier: none, or random bits as from an FM radio with open squelch.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Squelch {
-    /// It rests.
+    /// No output.
     #[default]
     Closed,
-    /// Noise whenever the other side is silent; an outage is a cable that was pulled, and quiet.
+    /// Noise while the other side is silent, but not in an outage, which is a disconnected cable.
     Open,
-    /// Noise in outages, too.
+    /// Noise while the other side is silent, and in outages.
     OpenInOutages,
 }
 
@@ -57,7 +56,7 @@ pub enum Modem {
 impl Modem {
     const ALL: [Self; 2] = [Self::Hc12, Self::Xbee];
 
-    /// As in `modem=`.
+    /// Name of the modem in the `modem=` option.
     #[must_use]
     pub const fn name(self) -> &'static str {
         match self {
@@ -67,7 +66,7 @@ impl Modem {
     }
 }
 
-/// A channel that cannot be.
+/// Why a channel specification is invalid.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 #[error("channel option `{option}`: {problem}")]
 pub struct ChannelSpecError {
@@ -75,14 +74,14 @@ pub struct ChannelSpecError {
     problem: String,
 }
 
-/// Chance that a bit flips while a burst lasts.
+/// Probability that a bit of a burst flips.
 pub(super) const BURST_FLIPS: f64 = 0.5;
 
-/// Most flips that still leave a line between the two ends.
+/// Maximum bit error rate: above it hardly a line arrives.
 const BER_MAX: f64 = 0.25;
 
 impl ChannelSpec {
-    /// Whether nothing passes at this moment.
+    /// Whether there is an outage at this time.
     #[must_use]
     pub fn is_out(&self, now_ms: u64) -> bool {
         self.outages_ms
@@ -109,16 +108,14 @@ impl FromStr for ChannelSpec {
         if spec.burst_bits.is_some() && spec.ber == 0.0 {
             return Err(ChannelSpecError {
                 option: "burst".to_owned(),
-                problem: "says how errors cluster: add how many there are, like ber=1e-3"
-                    .to_owned(),
+                problem: "needs an error rate as well: add one, like ber=1e-3".to_owned(),
             });
         }
         if spec.modem.is_some() && (spec.half_duplex || spec.squelch != Squelch::Closed) {
             return Err(ChannelSpecError {
                 option: "modem".to_owned(),
-                problem:
-                    "is half duplex by itself and never noisy: leave half-duplex and squelch away"
-                        .to_owned(),
+                problem: "is always half duplex and without noise: remove half-duplex and squelch"
+                    .to_owned(),
             });
         }
         Ok(spec)
@@ -134,29 +131,28 @@ impl ChannelSpec {
             "dup" => self.dup = share(value, 1.0, "dup=0.01")?,
             "burst" => {
                 let bits = value.parse().ok().filter(|bits| (1.0..=1e6).contains(bits));
-                self.burst_bits =
-                    Some(bits.ok_or("write a number of bits from 1 up, like burst=50")?);
+                self.burst_bits = Some(bits.ok_or("give a number of bits from 1, like burst=50")?);
             }
             "delay" => {
                 let delay_ms = time_ms(value);
-                self.delay_ms = delay_ms.ok_or("write a time, like delay=0.5s or delay=80ms")?;
+                self.delay_ms = delay_ms.ok_or("give a time, like delay=0.5s or delay=80ms")?;
             }
             "half-duplex" if value.is_empty() => self.half_duplex = true,
-            "half-duplex" => return Err("it takes no value: write half-duplex".to_owned()),
+            "half-duplex" => return Err("takes no value: use half-duplex".to_owned()),
             "squelch" => {
                 self.squelch = match value {
                     "" => Squelch::Open,
                     "out" => Squelch::OpenInOutages,
                     _ => {
                         return Err(
-                            "write squelch, or squelch=out for noise in outages too".to_owned()
+                            "use squelch, or squelch=out for noise in outages too".to_owned()
                         );
                     }
                 }
             }
             "modem" => {
                 let known = Modem::ALL.into_iter().find(|modem| modem.name() == value);
-                self.modem = Some(known.ok_or("write modem=hc-12 or modem=xbee")?);
+                self.modem = Some(known.ok_or("use modem=hc-12 or modem=xbee")?);
             }
             "out" => {
                 let times = value
@@ -164,11 +160,11 @@ impl ChannelSpec {
                     .and_then(|(from, to)| Some(time_ms(from)?..time_ms(to)?))
                     .filter(|outage| !outage.is_empty());
                 self.outages_ms
-                    .push(times.ok_or("write from when to when, like out=10s..12s")?);
+                    .push(times.ok_or("give a start and a later end, like out=10s..12s")?);
             }
             _ => {
                 return Err(
-                    "there is no such option: use ber, burst, drop, dup, delay, half-duplex, squelch, modem, out"
+                    "unknown option: use ber, burst, drop, dup, delay, half-duplex, squelch, modem, out"
                         .to_owned(),
                 );
             }
@@ -182,10 +178,10 @@ fn share(value: &str, most: f64, example: &str) -> Result<f64, String> {
         .parse()
         .ok()
         .filter(|share| (0.0..=most).contains(share))
-        .ok_or_else(|| format!("write a share from 0 to {most}, like {example}"))
+        .ok_or_else(|| format!("give a share from 0 to {most}, like {example}"))
 }
 
-/// `0.5s` or `80ms`, at most a year.
+/// Milliseconds of a time like `0.5s` or `80ms`, at most a year.
 fn time_ms(text: &str) -> Option<u64> {
     let (number, unit_ms) = match text.strip_suffix("ms") {
         Some(number) => (number, 1.0),
@@ -272,7 +268,7 @@ mod tests {
     }
 
     #[test]
-    fn mistakes_are_named_with_a_remedy() {
+    fn errors_name_the_option_and_a_remedy() {
         for (text, names, remedy) in [
             ("ber=2", "`ber=2`", "like ber=1e-3"),
             ("ber", "`ber`", "like ber=1e-3"),
@@ -284,8 +280,8 @@ mod tests {
             ("half-duplex=yes", "`half-duplex=yes`", "no value"),
             ("squelch=yes", "`squelch=yes`", "squelch=out"),
             ("modem=sik", "`modem=sik`", "modem=hc-12"),
-            ("modem=xbee,squelch", "`modem`", "leave"),
-            ("modem=hc-12,half-duplex", "`modem`", "leave"),
+            ("modem=xbee,squelch", "`modem`", "remove half-duplex"),
+            ("modem=hc-12,half-duplex", "`modem`", "remove half-duplex"),
             ("drop=NaN", "`drop=NaN`", "drop=0.01"),
         ] {
             let error = text.parse::<ChannelSpec>().unwrap_err().to_string();
@@ -298,7 +294,7 @@ mod tests {
 
     proptest! {
         #[test]
-        fn text_and_spec_are_the_same(
+        fn text_form_parses_to_the_same_spec(
             ber in prop_oneof![Just(0.0), 1e-9..0.2],
             burst in prop::option::of(1.0..1e5),
             drop in 0.0..1.0,
@@ -326,7 +322,7 @@ mod tests {
         }
 
         #[test]
-        fn no_text_panics(text in ".{0,40}") {
+        fn parsing_never_panics(text in ".{0,40}") {
             let _ = text.parse::<ChannelSpec>();
         }
     }

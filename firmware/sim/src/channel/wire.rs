@@ -6,20 +6,20 @@ use super::noise::Noise;
 use super::spec::{ChannelSpec, Squelch};
 use crate::dice::Dice;
 
-/// Start, eight data, stop.
+/// Start bit, eight data bits, stop bit.
 const BITS_PER_BYTE: u64 = 10;
 
-/// Bytes kept for a receiver that does not poll; the oldest go first.
+/// Maximum number of received bytes that wait to be polled; the oldest are dropped first.
 const ARRIVING_MAX: usize = 1 << 16;
 
-/// A UART's receiving half, one sample a bit.
+/// The receiving half of a UART, with one sample per bit.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 enum Receiver {
     /// Waits for a start bit.
     Idle,
-    /// Has so many data bits, the least significant first.
+    /// Has received `count` data bits, the least significant first.
     Data { count: u8, bits: u8 },
-    /// A broken stop bit: the byte is lost, and the line must rest before the next start.
+    /// Wrong stop bit: the byte is lost, and the line must be idle before the next start bit.
     Broken,
 }
 
@@ -56,14 +56,14 @@ impl Receiver {
     }
 }
 
-/// What a receiver can hear of the transmitter during a byte time.
+/// How a receiver hears the transmitter during a byte time.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Hearing {
-    /// Everything.
+    /// Completely.
     Line,
-    /// Nothing: it transmits itself.
+    /// Not at all, because it transmits itself.
     Deaf,
-    /// Nothing: the link is out.
+    /// Not at all, because of an outage.
     Out,
 }
 
@@ -72,15 +72,15 @@ pub(super) enum Hearing {
 pub(super) struct Wire {
     noise: Noise,
     squelch: Squelch,
-    /// With open squelch, what the transmitter has begun and what it began before that: the carrier comes up
-    /// a byte time before the first byte and goes a byte time after the last one, so all is a byte time late.
+    /// With open squelch, the byte being sent and the one before. The carrier rises a byte time before the first byte
+    /// and falls a byte time after the last, so every byte is one byte time late.
     keyed: [Option<u8>; 2],
     dice: Dice,
     drop: f64,
     dup: f64,
     delay_ms: u64,
     receiver: Receiver,
-    /// Received bytes and when they leave the modem.
+    /// Received bytes, each with the time at which it can be polled.
     arriving: VecDeque<(u64, u8)>,
 }
 
@@ -105,7 +105,7 @@ impl Wire {
         (self.drop, self.dup, self.delay_ms) = (spec.drop, spec.dup, spec.delay_ms);
     }
 
-    /// One byte time: the transmitter's byte or its idle mark, as far as the receiver can hear it.
+    /// Passes one byte time: the transmitter's byte or an idle line, as far as the receiver hears it.
     pub(super) fn pass(&mut self, now_ms: u64, sent: Option<u8>, hearing: Hearing) {
         let mut line = sent;
         let mut has_carrier = true;
@@ -119,7 +119,7 @@ impl Wire {
             Hearing::Line if has_carrier => self.pass_line(now_ms, line),
             Hearing::Line => self.pass_hiss(now_ms),
             Hearing::Out if self.squelch == Squelch::OpenInOutages => self.pass_hiss(now_ms),
-            // The receiver sees a resting line.
+            // The receiver sees an idle line.
             Hearing::Deaf | Hearing::Out => {
                 for _ in 0..BITS_PER_BYTE {
                     self.sample(now_ms, true);
@@ -141,7 +141,7 @@ impl Wire {
         }
     }
 
-    /// Every bit is a toss of a coin.
+    /// Passes a byte time of random bits.
     fn pass_hiss(&mut self, now_ms: u64) {
         let bits = self.dice.next_u32();
         for index in 0..BITS_PER_BYTE {
@@ -182,13 +182,13 @@ impl Wire {
         Some(byte)
     }
 
-    /// Bytes on their way through the modem.
+    /// Number of received bytes that have not been polled.
     pub(super) fn in_flight(&self) -> usize {
         self.arriving.len()
     }
 }
 
-/// The line's level at a bit of a byte.
+/// Level of the line at a bit of a byte.
 const fn bit_of(byte: u8, index: u64) -> bool {
     match index {
         0 => false,
@@ -218,7 +218,7 @@ mod tests {
             .fold(0, |count, byte| count + usize::from(*byte == wanted))
     }
 
-    /// Feeds bits as they stand on the line.
+    /// Decodes the levels of a line, one per bit.
     fn decode(bits: &[u8]) -> Vec<u8> {
         let mut receiver = Receiver::Idle;
         bits.iter()
@@ -234,21 +234,21 @@ mod tests {
     }
 
     #[test]
-    fn a_clean_wire_carries_every_byte() {
+    fn clean_wire_carries_every_byte() {
         let all: Vec<u8> = (0..=255).collect();
         assert_eq!(received("", &all), all);
         assert_eq!(decode(&bits(&all)), all);
     }
 
     #[test]
-    fn a_broken_data_bit_spoils_one_byte() {
+    fn flipped_data_bit_damages_one_byte() {
         let mut line = bits(b"ABC");
         line[12] ^= 1;
         assert_eq!(decode(&line), [b'A', b'B' ^ 0b10, b'C']);
     }
 
     #[test]
-    fn a_broken_stop_bit_loses_the_byte() {
+    fn flipped_stop_bit_loses_the_byte() {
         let mut line = bits(b"ABC");
         line[9] ^= 1;
         line.extend([1; 10]);
@@ -257,7 +257,7 @@ mod tests {
     }
 
     #[test]
-    fn a_broken_start_bit_shifts_what_follows() {
+    fn flipped_start_bit_shifts_the_byte() {
         let mut line = bits(b"A");
         line[0] ^= 1;
         line.extend([1; 10]);
@@ -266,7 +266,7 @@ mod tests {
     }
 
     #[test]
-    fn noise_on_a_resting_line_makes_bytes_of_ones() {
+    fn noise_on_an_idle_line_makes_bytes_of_ones() {
         let mut wire = Wire::new(
             &"ber=0.001".parse().unwrap(),
             Dice::new(3, Stream::Downlink),
@@ -280,7 +280,7 @@ mod tests {
     }
 
     #[test]
-    fn byte_losses_and_echoes_have_the_ordered_rates() {
+    fn lost_and_duplicated_bytes_have_the_specified_rates() {
         let sent = vec![b'U'; 50_000];
         let dropped = received("drop=0.1", &sent).len();
         assert!((44_500..45_500).contains(&dropped), "{dropped}");
@@ -289,7 +289,7 @@ mod tests {
     }
 
     #[test]
-    fn bit_errors_cost_about_ten_times_as_many_bytes() {
+    fn bit_errors_damage_about_ten_times_as_many_bytes() {
         let sent = vec![b'U'; 50_000];
         let intact = count_of(&received("ber=1e-3", &sent), b'U');
         let lost = 1.0 - intact as f64 / 50_000.0;
@@ -297,7 +297,7 @@ mod tests {
     }
 
     #[test]
-    fn delay_holds_bytes_back() {
+    fn delay_postpones_bytes() {
         let mut wire = Wire::new(&"delay=0.5s".parse().unwrap(), Dice::new(1, Stream::Uplink));
         wire.pass(100, Some(b'x'), Hearing::Line);
         assert_eq!(wire.poll(599), None);
@@ -306,7 +306,7 @@ mod tests {
     }
 
     #[test]
-    fn what_is_not_heard_is_silence() {
+    fn unheard_bytes_are_silence() {
         let mut wire = Wire::new(&ChannelSpec::default(), Dice::new(1, Stream::Uplink));
         wire.pass(0, Some(b'x'), Hearing::Deaf);
         wire.pass(0, Some(b'x'), Hearing::Out);
@@ -315,7 +315,7 @@ mod tests {
         assert_eq!(wire.poll(4), None);
     }
 
-    /// Bytes received in so many byte times of silence.
+    /// Number of bytes received in 10,000 byte times of silence.
     fn hiss(text: &str, hearing: Hearing) -> usize {
         let mut wire = Wire::new(&text.parse().unwrap(), Dice::new(1, Stream::Uplink));
         for slot in 0..10_000 {
@@ -325,8 +325,8 @@ mod tests {
     }
 
     #[test]
-    fn open_squelch_makes_bytes_of_silence_where_it_was_asked_for() {
-        // A start bit in two, and the stop bit of every other byte is broken.
+    fn squelch_options_select_when_silence_is_noise() {
+        // Every other bit is a start bit, and half of the bytes have a wrong stop bit.
         assert!((2_000..5_000).contains(&hiss("squelch", Hearing::Line)));
         assert!((2_000..5_000).contains(&hiss("squelch=out", Hearing::Out)));
         for (text, hearing) in [
@@ -340,7 +340,7 @@ mod tests {
     }
 
     #[test]
-    fn a_carrier_that_comes_up_before_its_bytes_is_understood() {
+    fn bytes_after_a_rising_carrier_are_received() {
         let mut wire = Wire::new(&"squelch".parse().unwrap(), Dice::new(1, Stream::Uplink));
         for round in 0..200 {
             let bytes = [None, None, None, Some(b'o'), Some(b'k'), None, None, None];

@@ -1,4 +1,4 @@
-//! Two receivers on the robot that see the dock's infrared beacon.
+//! Two receivers on the robot that detect the dock's infrared beacon.
 
 use sr04_firmware::board::Sides;
 
@@ -8,21 +8,21 @@ use crate::geometry::{bearing, wrap_deg};
 use crate::scene::Scene;
 use crate::world::Dock;
 
-/// How far the beam reaches.
+/// Reach of the beam, and its random spread as a share.
 const REACH_IN: f64 = 132.0;
 const REACH_SPREAD: f64 = 0.02;
-/// The beam spreads from a slot this far behind the dock's front, by so much to either side.
+/// Distance of the beam's slot behind the dock's front, and half of the beam's width.
 const BEHIND_IN: f64 = 6.0;
 const HALF_LOBE_DEG: f64 = 30.0;
-/// Each receiver sees from so far beyond straight ahead, on the other side, to so far on its own.
+/// Field of view of each receiver: this far across the nose to the other side, and this far to its own side.
 const ACROSS_DEG: f64 = 8.0;
 const ASIDE_DEG: f64 = 60.0;
-/// Share of ticks at which a receiver misses the beam in plain view.
+/// Share of ticks at which a receiver misses a visible beam.
 const MISSES: f64 = 0.02;
-/// Where a ray to the dock ends, ahead of its front.
+/// Distance before the dock's front at which a ray to the dock ends.
 const GAP_IN: f64 = 0.1;
 
-/// Which receivers see the beacon.
+/// Receivers that detect the beacon.
 pub(crate) fn look(scene: &Scene, dock: &Dock, view: View, dice: &mut Dice) -> Sides {
     let reach_in = REACH_IN * (1.0 + REACH_SPREAD * dice.bell());
     let misses = (dice.chance(MISSES), dice.chance(MISSES));
@@ -57,7 +57,7 @@ mod tests {
     use crate::dice::Stream;
     use crate::testing::{docking, view_at};
 
-    /// Whether left and right see it at most of a hundred ticks.
+    /// Whether the left and right receivers detect the beacon at more than 80 of 100 ticks.
     fn seen(scene: &Scene, view: View) -> (bool, bool) {
         let dock = scene.dock.expect("there is a dock");
         let mut dice = Dice::new(1, Stream::Beacon);
@@ -69,7 +69,7 @@ mod tests {
     }
 
     #[test]
-    fn the_side_of_the_dock_is_told_from_ten_feet() {
+    fn beacon_shows_its_side_from_ten_feet() {
         // The dock stands at (120, 12) and faces north.
         let scene = docking("");
         let at = |theta_deg| seen(&scene, view_at(120.0, 132.0, theta_deg));
@@ -81,7 +81,7 @@ mod tests {
     }
 
     #[test]
-    fn the_lobe_widens_and_ends_at_its_edge() {
+    fn beam_widens_with_distance_and_ends_at_its_edge() {
         let scene = docking("");
         let sees_it = |aside_in: i32, y_in: f64| {
             let mut view = view_at(120.0 + f64::from(aside_in), y_in, 0.0);
@@ -94,7 +94,7 @@ mod tests {
     }
 
     #[test]
-    fn a_wall_hides_it_and_shoes_do_not() {
+    fn walls_hide_the_beacon_and_shoes_do_not() {
         let between = |made_of: &str| {
             docking(&format!(
                 "[[clutter]]\nkind = \"box\"\nat = [120, 60]\nsize_in = [40, 4]\nmade_of = \"{made_of}\"\n"

@@ -1,21 +1,21 @@
-//! Downward-looking detectors that see no floor.
+//! Downward-looking detectors of a missing floor.
 
 use sr04_firmware::board::Edges;
 
 use super::View;
 use crate::scene::Scene;
 
-/// Spots ahead of a wheel and behind it: inches to the right (mirrored for the left) and ahead. A little
-/// outside the wheel's own line, so that an edge that the robot runs along at an angle, however flat,
-/// comes to a spot before the wheel comes to the edge; the detectors look outward from the bumper's ends.
+/// Spots ahead of and behind a wheel, looked at from the ends of the bumper: inches to the right (mirrored for the
+/// left) and ahead. They lie a little outside the wheel's track, so that an edge met at a flat angle reaches a spot
+/// before it reaches the wheel.
 const AHEAD_OF_WHEEL_IN: (f64, f64) = (5.4, 4.0);
 const BEHIND_WHEEL_IN: (f64, f64) = (5.4, -3.0);
-/// Under the bumper's middle.
+/// Spot of the detector at the middle of the bumper.
 const CENTER_AHEAD_IN: f64 = 5.8;
-/// Behind the caster.
+/// Spot of the detector behind the caster.
 const TAIL_AHEAD_IN: f64 = -5.8;
 
-/// Which detectors see no floor. The tail's input is three in a row: behind the caster and each wheel.
+/// Detectors that see no floor. `rear` combines three of them: behind the caster and behind each wheel.
 pub(crate) fn look(scene: &Scene, view: View) -> Edges {
     if scene.drops.is_empty() {
         return Edges::default();
@@ -37,7 +37,7 @@ mod tests {
     use crate::testing::{landing, view_at};
 
     #[test]
-    fn each_spot_sees_the_edge_where_it_is() {
+    fn each_detector_sees_an_edge_below_its_spot() {
         // No floor north of y = 120.
         let scene = landing();
         let edges = |y_in, theta_deg| look(&scene, view_at(60.0, y_in, theta_deg));
@@ -77,7 +77,7 @@ mod tests {
     }
 
     #[test]
-    fn forward_and_backward_every_edge_is_seen_before_a_wheel_comes_to_it() {
+    fn edges_are_seen_before_a_wheel_reaches_them() {
         let scene = landing();
         for tenth in 0..3600 {
             let theta_deg = f64::from(tenth) / 10.0;
@@ -85,7 +85,7 @@ mod tests {
             if along.abs() < 1e-3 {
                 continue;
             }
-            // Move north, nose or tail first, until something sees the edge.
+            // Move north, nose or tail first, until a detector sees the edge.
             let mut y_in = 100.0;
             while !look(&scene, view_at(60.0, y_in, theta_deg)).any() {
                 y_in += 0.01;

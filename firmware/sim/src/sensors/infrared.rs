@@ -1,4 +1,4 @@
-//! Two infrared detectors at 45 degrees and the LEDs between them, looked at 250 times a second.
+//! Two infrared detectors at 45 degrees and the LEDs between them, sampled 250 times a second.
 
 use super::View;
 use crate::dice::Dice;
@@ -8,28 +8,28 @@ use crate::scene::Scene;
 const MOUNT_DEG: f64 = 45.0;
 const RIGHT_IN: f64 = 3.5;
 const AHEAD_IN: f64 = 3.5;
-/// A white wall squarely before a detector is seen up to here.
+/// Maximum distance at which a white wall facing a detector is seen.
 const REACH_IN: f64 = 30.0;
-/// Reflectivity of that wall.
+/// Reflectivity of a white wall.
 const WHITE: f64 = 0.8;
 /// Half of a detector's field of view.
 const LOBE_DEG: f64 = 55.0;
 const RAYS: u32 = 9;
-/// Spread of a single look's strength.
+/// Random spread of a single sample's strength.
 const NOISE: f64 = 0.1;
-/// The strengths are measured anew after this much movement, or time when something else moves.
+/// Movement, or samples while something else moves, after which the strengths are measured again.
 const MOVED_IN: f64 = 0.25;
 const TURNED_RAD: f64 = 0.025;
 const STALE_LOOKS: u32 = 25;
-/// Bursts of ambient infrared: chance that one starts at a look, and how many looks it lasts.
+/// Bursts of ambient infrared: chance that one starts at a sample, and its mean length in samples.
 const BURST_CHANCE: f64 = 1.0 / (20.0 * 250.0);
 const BURST_LOOKS: f64 = 30.0;
-/// Chance that a detector fires at one look of a burst.
+/// Chance that a detector fires at a sample during a burst.
 const BURST_FIRES: f64 = 0.6;
 
-/// Both detectors.
+/// State of both detectors.
 pub(crate) struct Infrared {
-    /// Strength of the reflections, left and right; 1 is the threshold.
+    /// Strength of the reflections, left and right; the threshold is 1.
     strengths: [f64; 2],
     measured: Option<View>,
     age_looks: u32,
@@ -46,9 +46,9 @@ impl Infrared {
         }
     }
 
-    /// What the left and right detectors read while the LEDs are on or off.
+    /// Readings of the left and right detectors while the LEDs are on or off.
     ///
-    /// `clearance_in` is a distance from the robot's centre that is free of standing things.
+    /// `clearance_in` is a distance from the robot's centre that is free of fixed obstacles.
     pub(crate) fn look(
         &mut self,
         scene: &Scene,
@@ -104,7 +104,7 @@ impl Infrared {
 }
 
 fn seen(strength: f64, dice: &mut Dice) -> bool {
-    // Far from the threshold the noise cannot matter.
+    // Far below or above the threshold the noise does not matter.
     if strength < 0.6 {
         false
     } else {
@@ -112,7 +112,7 @@ fn seen(strength: f64, dice: &mut Dice) -> bool {
     }
 }
 
-/// The strongest reflection in one detector's lobe.
+/// Strength of the strongest reflection in one detector's field of view.
 fn strength(scene: &Scene, view: View, side: f64, jitter: f64) -> f64 {
     let eye = view.point(side * RIGHT_IN, AHEAD_IN);
     let axis_rad = (side * MOUNT_DEG).to_radians();
@@ -138,7 +138,7 @@ fn strength(scene: &Scene, view: View, side: f64, jitter: f64) -> f64 {
         };
         let across_rad = angle_between(near.toward, view.direction(axis_rad));
         let distance_in = near.distance_in.max(0.5);
-        // A thin leg fills only part of the view.
+        // A thin leg fills only a part of the field of view.
         let share = (4.0 * radius_in / distance_in).min(1.0);
         let reflected = near.material.surface().reflectivity * share;
         let strength = gain(across_rad) * fall_off(reflected, distance_in);
@@ -157,7 +157,7 @@ fn is_in_sight(scene: &Scene, eye: Vec2, toward: Vec2, distance_in: f64) -> bool
         .is_none()
 }
 
-/// Sensitivity of a detector off its axis.
+/// Sensitivity of a detector off its axis, as a share.
 fn gain(across_rad: f64) -> f64 {
     if across_rad.abs() > LOBE_DEG.to_radians() {
         return 0.0;
@@ -181,7 +181,7 @@ mod tests {
     use crate::dice::Stream;
     use crate::testing::{room, view_at};
 
-    /// Shares of lit looks at which the left and right detectors fire.
+    /// Share of lit samples at which the left and right detectors fire.
     fn shares(scene: &Scene, view: View) -> (f64, f64) {
         let mut dice = Dice::new(5, Stream::Infrared);
         let mut infrared = Infrared::new();
@@ -195,7 +195,7 @@ mod tests {
     }
 
     #[test]
-    fn a_white_wall_on_the_axis_is_seen_to_thirty_inches() {
+    fn white_wall_on_the_axis_is_seen_to_thirty_inches() {
         let scene = room(100, &[]);
         // The left detector's axis points north when the robot faces 45 degrees.
         let at = |distance_in: f64| {
@@ -209,7 +209,7 @@ mod tests {
     }
 
     #[test]
-    fn both_see_what_is_ahead_but_less_far() {
+    fn both_detectors_see_a_wall_ahead_at_less_distance() {
         let scene = room(100, &[]);
         let near = shares(&scene, view_at(300.0, 594.0 - 15.0, 0.0));
         assert!(near.0 > 0.9 && near.1 > 0.9, "{near:?}");
@@ -218,14 +218,14 @@ mod tests {
     }
 
     #[test]
-    fn a_wall_on_the_left_is_not_seen_on_the_right() {
+    fn wall_on_the_left_is_not_seen_on_the_right() {
         let scene = room(100, &[]);
         let (left, right) = shares(&scene, view_at(20.0, 300.0, 0.0));
         assert!(left > 0.9 && right < 0.05, "{left} {right}");
     }
 
     #[test]
-    fn black_furniture_all_but_vanishes() {
+    fn black_furniture_is_nearly_invisible() {
         let dark = room(100, &["box", "dark"]);
         let view = view_at(300.0, 300.0 - 25.0, 0.0);
         let (left, right) = shares(&dark, view);
@@ -236,7 +236,7 @@ mod tests {
     }
 
     #[test]
-    fn ambient_bursts_come_with_the_leds_off_too() {
+    fn ambient_bursts_fire_with_the_leds_off() {
         let scene = room(100, &[]);
         let mut dice = Dice::new(9, Stream::Infrared);
         let mut infrared = Infrared::new();

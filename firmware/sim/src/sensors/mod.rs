@@ -1,4 +1,4 @@
-//! What the robot senses of the world, faults included.
+//! The robot's sensors with their errors.
 
 pub(crate) mod beacon;
 pub(crate) mod edges;
@@ -9,7 +9,7 @@ pub(crate) mod sonar;
 
 use crate::geometry::{Vec2, clockwise, heading};
 
-/// Where the robot is and which way it looks.
+/// The robot's position and heading.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct View {
     pub(crate) center: Vec2,
@@ -17,13 +17,13 @@ pub(crate) struct View {
 }
 
 impl View {
-    /// A point fixed to the robot: inches to the right of its centre and ahead.
+    /// A point fixed to the robot, in inches to the right of its centre and ahead.
     pub(crate) fn point(&self, right_in: f64, ahead_in: f64) -> Vec2 {
         let forward = heading(self.theta_rad);
         self.center + clockwise(forward) * right_in + forward * ahead_in
     }
 
-    /// The direction at an angle clockwise from the robot's nose.
+    /// Unit direction at an angle clockwise from the robot's nose.
     pub(crate) fn direction(&self, offset_rad: f64) -> Vec2 {
         heading(self.theta_rad + offset_rad)
     }

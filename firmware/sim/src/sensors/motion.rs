@@ -1,7 +1,7 @@
-//! Two passive infrared detectors on the raised arm, looking left and right and both ahead.
+//! Two passive infrared detectors on the raised arm; one looks left, one right, and both see the middle.
 //!
-//! Behind its Fresnel lens a detector sees zones; a warm body that passes from one into the next makes it
-//! fire. It feels how fast a body sweeps around it, not how fast it comes.
+//! Behind its Fresnel lens a detector sees zones. It fires when a warm body crosses from one zone to the next: it
+//! responds to the angular speed of a body, not to its approach.
 
 use sr04_firmware::board::Sides;
 
@@ -12,38 +12,38 @@ use crate::geometry::{Vec2, bearing, wrap_deg};
 use crate::plant::TICK_MS;
 use crate::scene::Scene;
 
-/// Axes to either side, and half of each field: both see the middle 30 degrees.
+/// Angle of each axis from the nose, and half of each field: both see the middle 30 degrees.
 const MOUNT_DEG: f64 = 25.0;
 const HALF_FIELD_DEG: f64 = 40.0;
-/// A body is felt up to so many times its radius: a person 20 ft, a cat 12 ft away.
+/// Reach as a multiple of a body's radius: a person at 20 ft, a cat at 12 ft.
 const REACH_RADII: f64 = 40.0;
-/// Sweep that makes a detector fire, and its spread: a zone's width.
+/// Sweep that makes a detector fire, about one zone, and its random spread.
 const ZONE_DEG: f64 = 4.0;
 const ZONE_SPREAD: f64 = 0.15;
-/// What is left of a sweep after a tick: a zone must be crossed in about a second.
+/// Share of the sweep kept after a tick: a body must cross a zone within about a second.
 const KEPT: f64 = 0.95;
-/// How long the output stays on.
+/// Duration of an output pulse.
 const PULSE_TICKS: f64 = 20.0;
-/// After the robot or the arm has moved: how long until the detectors have calmed, and the chance of firing
-/// in the first tick of it.
+/// Ticks that the detectors need to settle after the robot or the arm has moved, and the chance of firing at the first
+/// of them.
 const UNSETTLED_TICKS: u32 = 10_000 / TICK_MS as u32;
 const UNSETTLED_FIRES: f64 = 0.08;
-/// A draught, a heater: one false alarm of each detector in ten hours.
+/// Chance of a false alarm per tick, from draughts and heaters: one in ten hours for each detector.
 const FALSE_ALARM: f64 = TICK_MS as f64 / (10.0 * 3_600_000.0);
 
-/// What carries the detectors.
+/// State of the robot that carries the detectors.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Carrier {
     pub(crate) view: View,
-    /// The arm stands above the bumper.
+    /// Whether the arm is raised and at rest.
     pub(crate) arm_is_up: bool,
     pub(crate) robot_moves: bool,
 }
 
-/// Both detectors.
+/// State of both detectors.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct MotionDetectors {
-    /// Where every warm body was at the last tick.
+    /// Bearing of every warm body at the last tick.
     bearings_deg: Vec<f64>,
     left: Detector,
     right: Detector,
@@ -51,13 +51,13 @@ pub(crate) struct MotionDetectors {
 }
 
 impl MotionDetectors {
-    /// One tick.
+    /// Advances one tick.
     pub(crate) fn step(&mut self, scene: &Scene, carrier: Carrier, dice: &mut Dice) {
         if !carrier.arm_is_up || carrier.robot_moves {
             self.unsettled_ticks = UNSETTLED_TICKS;
         }
         if !carrier.arm_is_up {
-            // The bumper is opaque to the heat of a body.
+            // The bumper is opaque to body heat.
             self.left = Detector::default();
             self.right = Detector::default();
             self.bearings_deg.clear();
@@ -71,7 +71,7 @@ impl MotionDetectors {
         self.right.step(right_deg, alarm, dice);
     }
 
-    /// How far warm bodies have swept through each field since the last tick.
+    /// Degrees that warm bodies have swept through each field since the last tick.
     fn sweeps(&mut self, scene: &Scene, view: View) -> (f64, f64) {
         let eye = view.point(0.0, -arm::BEHIND_IN);
         let is_new = self.bearings_deg.len() != scene.walkers.len();
@@ -95,7 +95,7 @@ impl MotionDetectors {
         (left, right)
     }
 
-    /// What the detectors say.
+    /// Outputs of the detectors.
     pub(crate) fn sides(&self) -> Sides {
         Sides {
             left: self.left.pulse_ticks > 0,
@@ -104,7 +104,7 @@ impl MotionDetectors {
     }
 }
 
-/// Whether a warm body is large enough in view and nothing hides it.
+/// Whether a warm body is large enough in view and not hidden.
 fn is_felt(scene: &Scene, eye: Vec2, way: Vec2, radius_in: f64) -> bool {
     let distance = way.length();
     distance < REACH_RADII * radius_in
@@ -155,7 +155,7 @@ mod tests {
         scene(&text)
     }
 
-    /// Ticks at which left and right fired in so many settled ticks, the robot facing north.
+    /// Ticks at which left and right fired in `ticks` settled ticks, with the robot facing north.
     fn fired(scene: &mut Scene, carrier: Carrier, ticks: u32) -> (u32, u32) {
         let mut motion = MotionDetectors::default();
         let mut dice = Dice::new(4, Stream::Motion);
@@ -187,7 +187,7 @@ mod tests {
     }
 
     #[test]
-    fn a_person_who_passes_is_felt_on_the_side_where_it_passes() {
+    fn person_passing_by_fires_the_detector_on_that_side() {
         let at = standing(180.0, 60.0);
         let mut on_the_left = walk("person", "[[80, 120], [140, 140]]", "");
         let (left, right) = fired(&mut on_the_left, at, 40);
@@ -201,7 +201,7 @@ mod tests {
     }
 
     #[test]
-    fn who_stands_behind_glass_or_out_of_reach_or_comes_straight_is_not_felt() {
+    fn hidden_distant_and_approaching_people_are_not_detected() {
         let at = standing(180.0, 60.0);
         let mut behind = walk("person", "[[100, 20], [260, 20]]", "");
         assert_eq!(fired(&mut behind, at, 60), (0, 0));
@@ -216,15 +216,15 @@ mod tests {
     }
 
     #[test]
-    fn a_stowed_arm_is_blind_and_a_moving_robot_sees_ghosts() {
-        let mut nobody = walk("person", "[[20, 300], [340, 300]]", "");
-        nobody.walkers.clear();
+    fn stowed_arm_detects_nothing_and_a_moving_robot_fires_falsely() {
+        let mut empty = walk("person", "[[20, 300], [340, 300]]", "");
+        empty.walkers.clear();
         let at = standing(180.0, 60.0);
         let moving = Carrier {
             robot_moves: true,
             ..at
         };
-        let (left, right) = fired(&mut nobody, moving, 600);
+        let (left, right) = fired(&mut empty, moving, 600);
         assert!(left > 100 && right > 100, "{left} {right}");
         let stowed = Carrier {
             arm_is_up: false,
@@ -236,20 +236,20 @@ mod tests {
 
     #[test]
     fn false_alarms_are_rare() {
-        let mut nobody = walk("person", "[[20, 300], [340, 300]]", "");
-        nobody.walkers.clear();
+        let mut empty = walk("person", "[[20, 300], [340, 300]]", "");
+        empty.walkers.clear();
         let mut motion = MotionDetectors::default();
         let mut dice = Dice::new(1, Stream::Motion);
         let at = standing(180.0, 60.0);
         let (mut alarms, mut was) = (0, false);
         let hours = 200;
         for tick in 0..hours * 72_000_u32 {
-            motion.step(&nobody, at, &mut dice);
+            motion.step(&empty, at, &mut dice);
             let is = motion.sides().any();
             alarms += u32::from(is && !was && tick > SETTLED);
             was = is;
         }
-        // Two detectors, one alarm of each in ten hours: 40 in 200 hours.
+        // Two detectors with one alarm each in ten hours: 40 in 200 hours.
         assert!((20..60).contains(&alarms), "{alarms}");
     }
 }

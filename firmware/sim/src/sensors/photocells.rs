@@ -1,4 +1,4 @@
-//! Two cadmium-sulphide cells looking left and right, each half of a voltage divider.
+//! Two cadmium-sulphide cells looking left and right, each in a voltage divider.
 
 use super::View;
 use crate::dice::Dice;
@@ -10,20 +10,20 @@ const MOUNT_DEG: f64 = 45.0;
 /// Height of the cells above the floor.
 const HEIGHT_IN: f64 = 5.0;
 const M_PER_IN: f64 = 0.0254;
-/// Resistance in ten lux, and how it falls with light.
+/// Resistance of a cell at [`CELL_LUX`], and the exponent of its fall with light.
 const CELL_OHM: f64 = 12_000.0;
 const CELL_LUX: f64 = 10.0;
 const CELL_GAMMA: f64 = 0.75;
 const PULL_UP_OHM: f64 = 10_000.0;
 
-/// The light in a room.
+/// Lamps and daylight.
 pub(crate) struct Light {
     pub(crate) lamps: Vec<Lamp>,
     pub(crate) daylight_lux: f64,
 }
 
 impl Light {
-    /// What the left and right cells read, 0 very bright to 255 dark.
+    /// Readings of the left and right cells, 0 very bright to 255 dark.
     pub(crate) fn read(&self, scene: &Scene, view: View, dice: &mut Dice) -> (u8, u8) {
         let (mut left, mut right) = (self.daylight_lux, self.daylight_lux);
         for lamp in self.lamps.iter().filter(|lamp| lamp.on) {
@@ -38,14 +38,14 @@ impl Light {
     }
 }
 
-/// Of a lamp in plain view, by the inverse square of its distance.
+/// Illuminance of an unobstructed lamp, by the inverse square of its distance.
 fn illuminance_lux(lamp: &Lamp, at: Vec2) -> f64 {
     let rise_in = lamp.height_in - HEIGHT_IN;
     let distance_m2 = (lamp.center.distance_squared(at) + rise_in * rise_in) * M_PER_IN * M_PER_IN;
     lamp.candela / distance_m2.max(0.01)
 }
 
-/// Share of a light that a cell catches at this angle off its axis.
+/// Share of a light that a cell receives at this angle off its axis.
 fn facing(across_rad: f64) -> f64 {
     0.5 + 0.5 * libm::cos(across_rad)
 }
@@ -76,7 +76,7 @@ mod tests {
         }
     }
 
-    /// The light that a reading stands for.
+    /// Illuminance in lux that gives a reading.
     fn lux(reading: u8) -> f64 {
         let share = f64::from(reading) / 255.0;
         let cell_ohm = PULL_UP_OHM * share / (1.0 - share);
@@ -95,7 +95,7 @@ mod tests {
     }
 
     #[test]
-    fn light_falls_with_the_square_of_the_distance() {
+    fn illuminance_falls_with_the_square_of_the_distance() {
         let scene = room(100, &[]);
         let light = Light {
             lamps: vec![lamp(300.0, 300.0)],
@@ -110,7 +110,7 @@ mod tests {
     }
 
     #[test]
-    fn the_side_of_the_lamp_is_brighter() {
+    fn cell_on_the_lamps_side_is_brighter() {
         let scene = room(100, &[]);
         let light = Light {
             lamps: vec![lamp(200.0, 300.0)],
@@ -122,7 +122,7 @@ mod tests {
     }
 
     #[test]
-    fn a_bookcase_throws_a_shadow_and_a_sofa_does_not() {
+    fn bookcase_throws_a_shadow_and_a_sofa_does_not() {
         let light = Light {
             lamps: vec![lamp(300.0, 500.0)],
             daylight_lux: 1.0,
@@ -135,7 +135,7 @@ mod tests {
     }
 
     #[test]
-    fn darkness_is_255() {
+    fn reading_in_darkness_is_255() {
         let light = Light {
             lamps: Vec::new(),
             daylight_lux: 0.0,

@@ -1,7 +1,7 @@
-//! A Polaroid ranger: the first echo of a fan of rays.
+//! A Polaroid sonar ranger: the first echo of a fan of rays.
 //!
-//! Sound leaves a smooth wall like light leaves a mirror unless it arrives nearly square, so that
-//! an oblique wall is silent or answers by way of another wall, too far away.
+//! A smooth wall reflects sound like a mirror unless the sound arrives nearly square. An oblique wall is silent or
+//! answers by way of another wall, at too great a distance.
 
 use sr04_firmware::board::Side;
 
@@ -18,29 +18,29 @@ const RIGHT_IN: f64 = 1.5;
 const AHEAD_IN: f64 = 5.0;
 const NEAR_IN: f64 = 3.0;
 const FAR_IN: f64 = 420.0;
-/// A little beyond, because of the noise.
+/// Maximum echo distance before noise, a little above [`FAR_IN`].
 const HEARD_IN: f64 = 440.0;
-/// Share of the range that one standard deviation of noise is.
+/// Standard deviation of the noise as a share of the range.
 const NOISE: f64 = 0.01;
-/// Share of pings whose echo is not heard.
+/// Share of pings without an echo.
 const DEAF: f64 = 0.005;
-/// A ray that comes back this near to the transducer is heard.
+/// Distance from the transducer within which a returning ray is heard.
 const APERTURE_IN: f64 = 2.5;
 
-/// Way of sound in a millisecond.
+/// Inches that sound travels per millisecond.
 const SOUND_IN_MS: f64 = 13.5;
-/// Share of the neighbour's late echoes that a ranger hears.
+/// Share of the other ranger's late echoes that a ranger hears.
 const HEARS_NEIGHBOUR: f64 = 0.5;
 
-/// Both rangers: an echo of one's ping that is still under way when the other pings may pass for its own.
+/// Both rangers. A late echo of one ranger's ping may be taken by the other for its own.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct Sonars {
-    /// Who pinged last, when, and the way its sound takes.
+    /// The last ping: its side, its time and the distance its sound travels.
     last: Option<(Side, u64, f64)>,
 }
 
 impl Sonars {
-    /// A ping at a time: what its ranger will report.
+    /// Pings at `now_ms` and returns the reported range in inches.
     pub(crate) fn ping(
         &mut self,
         scene: &Scene,
@@ -61,14 +61,14 @@ impl Sonars {
     }
 }
 
-/// Distance of the first echo in whole inches, `None` when none comes back.
+/// Distance of the first echo in whole inches; `None` without an echo.
 fn ping(scene: &Scene, view: View, side: Side, dice: &mut Dice) -> Option<u16> {
     let sign = match side {
         Side::Left => -1.0,
         Side::Right => 1.0,
     };
     let eye = view.point(sign * RIGHT_IN, AHEAD_IN);
-    // The noise is drawn whatever happens, so that one ping never changes the next one's luck.
+    // The noise is always drawn, so that one ping never changes the noise of the next.
     let (jitter, bell, deaf) = (dice.unit(), dice.bell(), dice.chance(DEAF));
     let spacing_deg = BEAM_DEG / f64::from(RAYS);
     let first = (0..RAYS)
@@ -85,7 +85,7 @@ fn ping(scene: &Scene, view: View, side: Side, dice: &mut Dice) -> Option<u16> {
     (range_in <= FAR_IN).then_some(range_in as u16)
 }
 
-/// Half of the way that sound takes along one ray and back to the transducer.
+/// Half of the distance that sound travels along one ray and back to the transducer.
 fn echo(scene: &Scene, eye: Vec2, direction: Vec2) -> Option<f64> {
     let (mut origin, mut direction) = (eye, direction);
     let mut gone_in = 0.0;
@@ -114,7 +114,7 @@ fn echo(scene: &Scene, eye: Vec2, direction: Vec2) -> Option<f64> {
     None
 }
 
-/// How far along a ray it passes the transducer, when it does.
+/// Distance along a ray at which it passes the transducer; `None` if it misses it.
 fn passes(origin: Vec2, direction: Vec2, length_in: f64, eye: Vec2) -> Option<f64> {
     let along = (eye - origin).dot(direction);
     let aside = eye.distance(origin + direction * along);
@@ -141,7 +141,7 @@ mod tests {
     }
 
     #[test]
-    fn a_square_wall_is_as_far_as_it_is() {
+    fn range_to_a_square_wall_is_its_distance() {
         // The room's north wall is at y = 594.
         let scene = room(100, &[]);
         for distance_in in [20.0, 60.0, 200.0, 400.0] {
@@ -160,7 +160,7 @@ mod tests {
     }
 
     #[test]
-    fn noise_is_one_percent() {
+    fn noise_deviation_is_one_percent() {
         let scene = room(100, &[]);
         let view = view_at(300.0, 594.0 - 400.0 - AHEAD_IN, 0.0);
         let ranges: Vec<f64> = ranges(&scene, view, Side::Right)
@@ -182,7 +182,7 @@ mod tests {
     }
 
     #[test]
-    fn an_oblique_smooth_wall_answers_from_elsewhere_or_not_at_all() {
+    fn oblique_smooth_wall_is_silent_or_reads_too_far() {
         let scene = room(100, &[]);
         let view = view_at(300.0, 574.0, 50.0);
         let straight_in = 15.0 / libm::cos(50.0_f64.to_radians());
@@ -192,7 +192,7 @@ mod tests {
     }
 
     #[test]
-    fn a_corner_sends_sound_back_where_it_came_from() {
+    fn corner_returns_sound_to_its_source() {
         let scene = room(60, &[]);
         // The north-east corner is at (354, 354); turn the left beam onto it.
         let view = view_at(284.0, 284.0, 45.0 + MOUNT_DEG);
@@ -202,21 +202,21 @@ mod tests {
     }
 
     #[test]
-    fn nothing_within_reach_is_none() {
+    fn range_beyond_reach_is_none() {
         let scene = room(200, &[]);
         let view = view_at(600.0, 600.0, 0.0);
         assert!(ranges(&scene, view, Side::Left).iter().all(Option::is_none));
     }
 
     #[test]
-    fn nearer_than_three_inches_reads_three() {
+    fn range_below_three_inches_reads_three() {
         let scene = room(100, &[]);
         let view = view_at(300.0, 594.0 - 6.0, 0.0);
         assert_eq!(median(ranges(&scene, view, Side::Left)), 3);
     }
 
     #[test]
-    fn without_noise_the_range_is_the_geometry_to_the_inch() {
+    fn range_without_noise_is_exact_to_the_inch() {
         let scene = room(100, &[]);
         let mut dice = Dice::for_sensor(1, Stream::Sonar, false);
         for distance_in in 4..=400_u16 {
@@ -228,9 +228,9 @@ mod tests {
     }
 
     #[test]
-    fn pings_in_quick_succession_hear_each_other_and_patient_ones_do_not() {
+    fn quick_pings_hear_each_other_and_slow_ones_do_not() {
         let scene = room(100, &[]);
-        // The left ranger sees a wall 400 inches away, the right one pings while its echo is under way.
+        // The left ranger sees a wall 400 inches away; the right one pings before its echo has returned.
         let view = view_at(300.0, 594.0 - 400.0 - AHEAD_IN, 0.0);
         let short = |apart_ms: u64| {
             let mut dice = Dice::new(2, Stream::Sonar);

@@ -1,5 +1,5 @@
-//! What a robot keeps in its EEPROM, in a file of a `NAME=VALUE` a line: the boot counter and the parameters that
-//! are not as they come.
+//! The robot's EEPROM as a file of `NAME=VALUE` lines: the boot counter and the parameters that differ from their
+//! defaults.
 
 use std::fmt::Write as _;
 use std::fs;
@@ -10,7 +10,7 @@ use sr04_firmware::parameters::{Parameter, Parameters};
 
 use super::ServeError;
 
-/// The file and what stands in it.
+/// The file and its contents.
 #[derive(Debug)]
 pub(super) struct Eeprom {
     path: PathBuf,
@@ -19,7 +19,7 @@ pub(super) struct Eeprom {
 }
 
 impl Eeprom {
-    /// Reads the file; none yet is a robot that has never booted nor been tuned.
+    /// Reads the file; without one the robot has never booted and has default parameters.
     pub(super) fn open(path: PathBuf) -> Result<Self, ServeError> {
         let (boots, parameters) = match fs::read_to_string(&path) {
             Ok(text) => parse(&text).map_err(|problem| fail(&path, problem))?,
@@ -33,12 +33,12 @@ impl Eeprom {
         })
     }
 
-    /// What has been kept.
+    /// The kept parameters.
     pub(super) const fn parameters(&self) -> &Parameters {
         &self.parameters
     }
 
-    /// Counts a boot: adds one to the counter, stores and returns it.
+    /// Increments, stores and returns the boot counter.
     pub(super) fn count_boot(&mut self) -> Result<u16, ServeError> {
         self.boots = self.boots.wrapping_add(1);
         self.store()
@@ -46,8 +46,8 @@ impl Eeprom {
         Ok(self.boots)
     }
 
-    /// Stores the parameters if they are others than before. The robot has no way to hear that its memory
-    /// failed, so the person who serves it does.
+    /// Stores the parameters if they have changed. Reports an error on standard error, because the robot cannot detect a
+    /// failed memory.
     pub(super) fn keep(&mut self, parameters: &Parameters) {
         if self.parameters == *parameters {
             return;
@@ -58,7 +58,7 @@ impl Eeprom {
         }
     }
 
-    /// Replaced in one step, so that a crash leaves the old contents or the new ones.
+    /// Writes the file and renames it into place, so that a crash leaves the old or the new contents.
     fn store(&self) -> io::Result<()> {
         let mut text = format!("boots={}\n", self.boots);
         for &parameter in Parameter::ALL {
@@ -81,7 +81,7 @@ fn fail(path: &std::path::Path, problem: String) -> ServeError {
     }
 }
 
-/// The boot counter and the parameters; those that the text does not name are as they come.
+/// The boot counter and the parameters; parameters missing from the text keep their defaults.
 fn parse(text: &str) -> Result<(u16, Parameters), String> {
     let mut boots = None;
     let mut parameters = Parameters::DEFAULT;
@@ -99,12 +99,13 @@ fn parse(text: &str) -> Result<(u16, Parameters), String> {
         };
         if !is_taken {
             return Err(format!(
-                "line {n} is neither `boots=NUMBER` nor a parameter with a value within its limits; \
-                 correct it, or remove it to start from 1"
+                "line {n} is neither `boots=NUMBER` nor a parameter with a valid value: correct it, or delete the \
+                 file to start from 1"
             ));
         }
     }
-    let boots = boots.ok_or("it does not say `boots=NUMBER`; remove it to start from 1")?;
+    let boots = boots
+        .ok_or("the line `boots=NUMBER` is missing: add it, or delete the file to start from 1")?;
     Ok((boots, parameters))
 }
 
@@ -113,15 +114,15 @@ mod tests {
     use super::*;
 
     #[test]
-    fn a_file_of_the_first_version_is_read() {
+    fn text_with_boots_only_has_default_parameters() {
         assert_eq!(parse("boots=41\n"), Ok((41, Parameters::DEFAULT)));
     }
 
     #[test]
-    fn what_cannot_be_meant_is_refused_by_its_line() {
+    fn invalid_lines_are_refused_by_number() {
         for (text, says) in [
-            ("", "does not say"),
-            ("top-speed=8\n", "does not say"),
+            ("", "is missing"),
+            ("top-speed=8\n", "is missing"),
             ("boots=x\n", "line 1"),
             ("boots=65536\n", "line 1"),
             ("boots=1\ntop-speed=13\n", "line 2"),

@@ -1,4 +1,4 @@
-//! A symbolic link with a steady name to a pseudo-terminal whose name changes.
+//! A symbolic link with a fixed name to a pseudo-terminal whose name varies.
 
 use std::fs::{self, File, OpenOptions};
 use std::io;
@@ -10,7 +10,7 @@ use rustix::io::Errno;
 
 use super::ServeError;
 
-/// The link, removed when dropped. A lock beside it tells a running owner from a dead one.
+/// The link, removed when dropped. A lock file beside it shows whether its owner still runs.
 #[derive(Debug)]
 pub(super) struct LinkFile {
     link: PathBuf,
@@ -20,26 +20,27 @@ pub(super) struct LinkFile {
 }
 
 impl LinkFile {
-    /// Makes `link` point to `target`. Only a link to a terminal whose owner is gone is replaced.
+    /// Points `link` at `target`. Replaces only a link to a terminal whose owner has ended.
     pub(super) fn make(link: &Path, target: &Path) -> Result<Self, ServeError> {
         let fail = |problem: String| ServeError::Link {
             path: link.to_owned(),
             problem,
         };
         let explain =
-            |error: io::Error| fail(format!("{error}; choose a path in a writable folder"));
+            |error: io::Error| fail(format!("{error}: choose a path in a writable folder"));
         let Some(name) = link.file_name() else {
             return Err(fail(
-                "it names no file; choose a path like ./robot".to_owned(),
+                "the path has no file name: choose one like ./robot".to_owned(),
             ));
         };
         let lock = link.with_file_name(format!(".{}.lock", name.to_string_lossy()));
         let Some(locked) = lock_file(&lock).map_err(explain)? else {
             return Err(fail(
-                "another simulated robot uses it; stop that one or choose another path".to_owned(),
+                "another simulated robot uses it: stop that robot or choose another path"
+                    .to_owned(),
             ));
         };
-        // Owns the lock file from here on, so that every way out removes it.
+        // Owns the lock file from here on, so that it is removed on every return.
         let made = Self {
             link: link.to_owned(),
             target: target.to_owned(),
@@ -50,14 +51,14 @@ impl LinkFile {
             Ok(old) if is_terminal(&old) => fs::remove_file(link).map_err(explain)?,
             Ok(old) => {
                 return Err(fail(format!(
-                    "it is a link to {}; remove it or choose another path",
+                    "it is a link to {}: remove it or choose another path",
                     old.display()
                 )));
             }
             Err(error) if error.kind() == io::ErrorKind::NotFound => {}
             Err(error) if error.kind() == io::ErrorKind::InvalidInput => {
                 return Err(fail(
-                    "a file is there already; remove it or choose another path".to_owned(),
+                    "the file already exists: remove it or choose another path".to_owned(),
                 ));
             }
             Err(error) => return Err(explain(error)),
@@ -84,7 +85,7 @@ fn is_terminal(target: &Path) -> bool {
                 .is_some_and(|name| name.to_string_lossy().starts_with("tty"))
 }
 
-/// Creates and locks a file; `None` when someone alive holds it.
+/// Creates and locks a file; `None` while another process holds it.
 fn lock_file(path: &Path) -> io::Result<Option<File>> {
     loop {
         let file = OpenOptions::new().create(true).append(true).open(path)?;
@@ -93,7 +94,7 @@ fn lock_file(path: &Path) -> io::Result<Option<File>> {
             Err(Errno::AGAIN) => return Ok(None),
             Err(errno) => return Err(errno.into()),
         }
-        // The former owner may have removed the file between opening and locking it.
+        // The previous owner may have removed the file between opening and locking.
         match fs::metadata(path) {
             Ok(current) if current.ino() == file.metadata()?.ino() => return Ok(Some(file)),
             Ok(_) => {}

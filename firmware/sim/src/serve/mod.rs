@@ -1,7 +1,6 @@
-//! The simulation against the clock: a robot behind a pseudo-terminal or a TCP port.
+//! A simulation in real time: a robot behind a pseudo-terminal or a TCP port.
 //!
-//! One thread runs the world and never waits for a reader: bytes that nobody takes are lost, as on
-//! a radio.
+//! One thread runs the world and never waits for a reader: unread bytes are lost, as on a radio.
 
 mod eeprom;
 #[cfg(unix)]
@@ -26,44 +25,44 @@ use crate::plant::Truth;
 use crate::simulation::{Simulation, SimulationConfig};
 use crate::world::Outline;
 
-/// Where the robot's radio comes out.
+/// Where clients connect to the robot's radio.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub enum Endpoint {
     /// A pseudo-terminal in raw mode; only on Unix.
     Pty {
-        /// A symbolic link to make to it.
+        /// Path of a symbolic link to make to it.
         link: Option<PathBuf>,
-        /// Whether it only copies what the robot sends and ignores what it is told.
+        /// Whether it only outputs the robot's bytes and ignores input.
         copy_only: bool,
     },
-    /// A TCP port. Every client receives everything; what clients send is merged.
+    /// A TCP port. Every client receives everything; input from all clients is merged.
     Tcp {
-        /// What to listen on, as `HOST:PORT`; port 0 chooses a free one.
+        /// Address to listen on, as `HOST:PORT`; port 0 selects a free one.
         address: String,
-        /// Whether it only copies what the robot sends and ignores what it is told.
+        /// Whether it only outputs the robot's bytes and ignores input.
         copy_only: bool,
     },
 }
 
-/// How to serve.
+/// Options of [`serve`].
 #[derive(Clone, Debug)]
 pub struct ServeOptions {
-    /// Where the radio comes out; several give several copies of the downlink.
+    /// Connections to the radio; each receives a copy of the downlink.
     pub endpoints: Vec<Endpoint>,
-    /// Virtual seconds a second, above 0 up to 1000.
+    /// Virtual seconds per second, above 0 up to 1000.
     pub time_factor: f64,
     /// Virtual time after which the robot is switched off.
     pub duration: Option<Duration>,
-    /// A file in the place of the robot's EEPROM: it keeps the boot counter and the parameters.
+    /// File for the robot's EEPROM: boot counter and parameters.
     pub eeprom: Option<PathBuf>,
-    /// A file for a row of [`crate::Trace`] at every tick.
+    /// File for a [`crate::Trace`].
     pub trace: Option<PathBuf>,
-    /// A file for the sound of the beeper, in virtual time.
+    /// File for the sound of the beeper, in virtual time.
     pub wav: Option<PathBuf>,
 }
 
 impl Default for ServeOptions {
-    /// A pseudo-terminal at the speed of life.
+    /// A pseudo-terminal at normal speed.
     fn default() -> Self {
         Self {
             endpoints: vec![Endpoint::Pty {
@@ -82,69 +81,70 @@ impl Default for ServeOptions {
 /// Why a robot cannot be served.
 #[derive(Debug, thiserror::Error)]
 pub enum ServeError {
-    /// The system gives no pseudo-terminal.
+    /// The system provides no pseudo-terminal.
     #[error("cannot open a pseudo-terminal: {0}; serve over TCP instead (--listen 127.0.0.1:0)")]
     Pty(io::Error),
     /// The link to the pseudo-terminal cannot be made.
     #[error("cannot make {} point to the pseudo-terminal: {problem}", path.display())]
     Link {
-        /// The link.
+        /// Path of the link.
         path: PathBuf,
-        /// Why, and what to do.
+        /// Cause and remedy.
         problem: String,
     },
-    /// The port cannot be listened on.
+    /// The address cannot be listened on.
     #[error(
         "cannot listen on {address}: {source}; choose another address, or port 0 for a free one"
     )]
     Listen {
-        /// The address.
+        /// Address to listen on.
         address: String,
-        /// Why.
+        /// Cause.
         source: io::Error,
     },
-    /// The boot counter and the parameters cannot be kept.
-    #[error("cannot keep the boot counter and the parameters in {}: {problem}", path.display())]
+    /// The boot counter and the parameters cannot be stored.
+    #[error("cannot store the boot counter and the parameters in {}: {problem}", path.display())]
     Eeprom {
-        /// The file.
+        /// Path of the file.
         path: PathBuf,
-        /// Why, and what to do.
+        /// Cause and remedy.
         problem: String,
     },
     /// The trace or the sound cannot be written.
     #[error("cannot write the {what} to {}: {source}; choose another file", path.display())]
     Recording {
-        /// Which of them.
+        /// `trace` or `sound`.
         what: &'static str,
-        /// The file.
+        /// Path of the file.
         path: PathBuf,
-        /// Why.
+        /// Cause.
         source: io::Error,
     },
-    /// Time cannot run like this.
-    #[error("time cannot run {0} times as fast: choose a factor above 0 up to 1000")]
+    /// The time factor is out of range.
+    #[error("time factor {0} is out of range: choose one above 0 up to 1000")]
     TimeFactor(f64),
-    /// The system gives no thread.
+    /// The system cannot start a thread.
     #[error("cannot start the simulation's thread: {0}")]
     Thread(io::Error),
 }
 
+/// Maximum time factor.
 const TIME_FACTOR_MAX: f64 = 1000.0;
 
-/// Real time that the simulation makes up for after it was held up; the rest is skipped.
+/// Maximum real time that the simulation catches up after a delay; the rest is skipped.
 const CATCH_UP_MAX: Duration = Duration::from_millis(250);
 
-/// Shortest rest between two looks at the ports.
+/// Minimum sleep between two polls of the ports.
 const REST_MIN: Duration = Duration::from_millis(1);
 
-/// Ground bytes taken before they have their byte time; beyond that their writer feels it.
+/// Uplink bytes taken before their byte time; at this limit the ports are not read.
 const UPLINK_AHEAD: usize = 256;
 
-/// Where bytes come out. Neither direction ever blocks.
+/// A connection to the radio. Neither direction blocks.
 trait Port: Send {
-    /// Offers bytes to whoever listens.
+    /// Writes bytes to every client.
     fn write(&mut self, bytes: &[u8], now: Instant);
-    /// Appends what has been sent to the robot.
+    /// Appends the bytes that clients have sent to the robot.
     fn read(&mut self, into: &mut Vec<u8>);
 }
 
@@ -169,7 +169,7 @@ struct Shared {
 ///
 /// # Errors
 ///
-/// When an endpoint, the link or the EEPROM file cannot be had, or the time factor is senseless.
+/// When an endpoint, its link or a file cannot be opened, or the time factor is out of range.
 pub fn serve(mut config: SimulationConfig, options: &ServeOptions) -> Result<Server, ServeError> {
     if !(options.time_factor > 0.0 && options.time_factor <= TIME_FACTOR_MAX) {
         return Err(ServeError::TimeFactor(options.time_factor));
@@ -236,25 +236,25 @@ fn open(endpoint: &Endpoint) -> Result<(Box<dyn Port>, String), ServeError> {
 }
 
 impl Server {
-    /// The endpoints in order: the path of a pseudo-terminal, or `HOST:PORT`.
+    /// Addresses of the endpoints in order: the path of a pseudo-terminal, or `HOST:PORT`.
     #[must_use]
     pub fn addresses(&self) -> &[String] {
         &self.addresses
     }
 
-    /// The true walls and things in the robot's coordinates.
+    /// Walls and furniture in the robot's coordinates.
     #[must_use]
     pub fn outlines(&self) -> &[Outline] {
         &self.outlines
     }
 
-    /// The boot counter that the robot runs with.
+    /// Boot counter of the running robot.
     #[must_use]
     pub const fn boots(&self) -> u16 {
         self.boots
     }
 
-    /// What is really so, at most a few byte times ago.
+    /// True state of the robot, at most a few byte times old.
     #[must_use]
     pub fn truth(&self) -> Truth {
         *self
@@ -264,13 +264,13 @@ impl Server {
             .unwrap_or_else(PoisonError::into_inner)
     }
 
-    /// Bytes taken from the endpoints for the robot.
+    /// Number of bytes taken from the endpoints for the robot.
     #[must_use]
     pub fn uplink_bytes(&self) -> u64 {
         self.shared.uplink_bytes.load(Ordering::Relaxed)
     }
 
-    /// Whether the robot still runs: neither stopped nor at the end of its duration.
+    /// Whether the robot still runs: not stopped, and its duration has not passed.
     #[must_use]
     pub fn is_running(&self) -> bool {
         self.thread
@@ -278,19 +278,19 @@ impl Server {
             .is_some_and(|thread| !thread.is_finished())
     }
 
-    /// Tells the robot's thread to end, without waiting for it.
+    /// Requests the robot's thread to end, without waiting for it.
     pub fn stop(&self) {
         self.shared.stop.store(true, Ordering::Relaxed);
     }
 
-    /// Waits until the duration is over or someone stops it.
+    /// Waits until the duration has passed or another thread calls [`Server::stop`].
     pub fn wait(mut self) {
         self.join();
     }
 
     fn join(&mut self) {
         if let Some(thread) = self.thread.take() {
-            // A panic there has already been reported by the thread itself.
+            // The thread has already reported a panic of its own.
             let _ = thread.join();
         }
     }
@@ -303,7 +303,7 @@ impl Drop for Server {
     }
 }
 
-/// What the simulation's thread owns.
+/// State of the simulation's thread.
 struct Runner {
     simulation: Simulation,
     recordings: Recordings,
@@ -339,7 +339,7 @@ impl Runner {
         self.recordings.finish();
     }
 
-    /// Takes what was sent, runs up to a time, gives out what was received.
+    /// Takes input, runs the simulation up to a time and writes the output.
     fn advance(&mut self, target_ms: u64) {
         if self.simulation.uplink_pending() < UPLINK_AHEAD {
             let mut sent = Vec::new();

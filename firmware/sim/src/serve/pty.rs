@@ -12,27 +12,27 @@ use rustix::termios::{OptionalActions, QueueSelector};
 use super::link_file::LinkFile;
 use super::{Port, ServeError};
 
-/// Bytes that nobody has read for so long are dropped, so that a late reader sees the present.
+/// Time after which unread bytes are dropped, so that a late reader receives current data.
 const STALE: Duration = Duration::from_secs(1);
 
 const BAUD: u32 = 2400;
 
-/// Most bytes taken at once.
+/// Maximum number of bytes per read.
 const READ_MAX: usize = 256;
 
-/// The master side, with the other side kept open so that it stays raw and never hangs up.
+/// The master side. The slave side is kept open so that it stays raw and never hangs up.
 pub(super) struct Pty {
     master: OwnedFd,
     slave: OwnedFd,
     copy_only: bool,
-    /// Bytes in the other side's queue if nobody has read any since, and when someone last did.
+    /// Bytes in the slave's input queue after the last write, and the time of the last read.
     queued: u64,
     read_at: Instant,
     _link: Option<LinkFile>,
 }
 
 impl Pty {
-    /// Opens one and returns it with its path.
+    /// Opens a pseudo-terminal; returns it with its path.
     pub(super) fn open(link: Option<&Path>, copy_only: bool) -> Result<(Self, String), ServeError> {
         let (master, slave, path) = open_pair().map_err(|errno| ServeError::Pty(errno.into()))?;
         let link = link
@@ -50,7 +50,7 @@ impl Pty {
     }
 
     fn drop_unread(&mut self, now: Instant) {
-        // Where it cannot be flushed, the queue's own limit holds.
+        // If flushing fails, the queue's own limit applies.
         let _ = rustix::termios::tcflush(&self.slave, QueueSelector::IFlush);
         self.queued = 0;
         self.read_at = now;
@@ -79,7 +79,7 @@ impl Port for Pty {
                     self.queued += count as u64;
                 }
                 Err(Errno::INTR) => {}
-                // Full: only where time runs so fast that bytes cannot grow stale first.
+                // Full: only at high time factors, where bytes cannot become stale first.
                 Err(_) => {
                     self.drop_unread(now);
                     break;
@@ -108,7 +108,7 @@ fn open_pair() -> rustix::io::Result<(OwnedFd, OwnedFd, String)> {
     let slave = rustix::fs::open(&name, flags, Mode::empty())?;
     let mut termios = rustix::termios::tcgetattr(&slave)?;
     termios.make_raw();
-    // A pseudo-terminal has no speed; it is set for those who ask.
+    // A pseudo-terminal has no speed; it is set for programs that query it.
     let _ = termios.set_speed(BAUD);
     rustix::termios::tcsetattr(&slave, OptionalActions::Now, &termios)?;
     let status = rustix::fs::fcntl_getfl(&master)?;
@@ -130,7 +130,7 @@ mod tests {
         assert_eq!(
             rustix::event::poll(&mut poll, Some(&limit)),
             Ok(1),
-            "nothing came"
+            "no data within 20 s"
         );
     }
 
@@ -142,7 +142,7 @@ mod tests {
     }
 
     #[test]
-    fn a_late_reader_sees_the_present() {
+    fn late_reader_receives_current_data() {
         let (mut pty, path) = Pty::open(None, false).unwrap();
         let terminal =
             rustix::fs::open(path, OFlags::RDWR | OFlags::NOCTTY, Mode::empty()).unwrap();

@@ -1,4 +1,4 @@
-//! Files that are written while the robot is served: the trace and the sound.
+//! Files written while the robot is served: the trace and the sound.
 
 use std::fs::File;
 use std::io::{self, BufWriter};
@@ -10,14 +10,14 @@ use crate::simulation::Simulation;
 use crate::sound::Sound;
 use crate::trace::Trace;
 
-/// Each until it cannot be written: a full disk ends the file, not the robot.
+/// The open files. A write error ends the file but not the robot.
 pub(super) struct Recordings {
     trace: Option<Trace<BufWriter<File>>>,
     sound: Option<Sound<BufWriter<File>>>,
 }
 
 impl Recordings {
-    /// Begins those that the options name.
+    /// Opens the files that the options name.
     pub(super) fn begin(options: &ServeOptions) -> Result<Self, ServeError> {
         Ok(Self {
             trace: begin(options.trace.as_deref(), "trace", Trace::new)?,
@@ -25,30 +25,30 @@ impl Recordings {
         })
     }
 
-    /// To be called after every step.
+    /// Writes the current tick; call it after every step.
     pub(super) fn observe(&mut self, simulation: &Simulation) {
         if let Some(trace) = &mut self.trace
             && let Err(error) = trace.observe(simulation)
         {
-            eprintln!("the trace ends here: {error}");
+            eprintln!("writing the trace failed: {error}; the file ends here");
             self.trace = None;
         }
         if simulation.now_ms().is_multiple_of(TICK_MS)
             && let Some(sound) = &mut self.sound
             && let Err(error) = sound.tick(simulation.outputs().note_hz)
         {
-            eprintln!("the sound ends here: {error}");
+            eprintln!("writing the sound failed: {error}; the file ends here");
             self.sound = None;
         }
     }
 
-    /// Completes what is still being written.
+    /// Completes the open files.
     pub(super) fn finish(self) {
         if let Some(Err(error)) = self.trace.map(Trace::finish) {
-            eprintln!("the end of the trace is missing: {error}");
+            eprintln!("completing the trace failed: {error}; its end is missing");
         }
         if let Some(Err(error)) = self.sound.map(Sound::finish) {
-            eprintln!("the end of the sound is missing: {error}");
+            eprintln!("completing the sound failed: {error}; its end is missing");
         }
     }
 }

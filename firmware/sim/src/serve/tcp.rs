@@ -1,4 +1,4 @@
-//! A TCP port that any number of listeners share.
+//! A TCP port shared by several clients.
 
 use std::io::{ErrorKind, Read as _, Write as _};
 use std::net::{TcpListener, TcpStream};
@@ -6,9 +6,10 @@ use std::time::Instant;
 
 use super::{Port, ServeError};
 
+/// Maximum number of clients; more are refused.
 const CLIENTS_MAX: usize = 8;
 
-/// Most bytes taken from a client at once.
+/// Maximum number of bytes per read from a client.
 const READ_MAX: usize = 256;
 
 /// A listener and its clients.
@@ -19,7 +20,7 @@ pub(super) struct Tcp {
 }
 
 impl Tcp {
-    /// Listens and returns the port with the address it really has.
+    /// Starts listening; returns the port and its actual address.
     pub(super) fn listen(address: &str, copy_only: bool) -> Result<(Self, String), ServeError> {
         let fail = |source| ServeError::Listen {
             address: address.to_owned(),
@@ -54,7 +55,7 @@ impl Port for Tcp {
         if bytes.is_empty() {
             return;
         }
-        // A client that is too slow loses what does not fit; one that is gone is forgotten.
+        // A slow client loses the bytes that do not fit; a disconnected one is removed.
         self.clients.retain_mut(|client| match client.write(bytes) {
             Ok(_) => true,
             Err(error) => matches!(error.kind(), ErrorKind::WouldBlock | ErrorKind::Interrupted),
@@ -64,7 +65,7 @@ impl Port for Tcp {
     fn read(&mut self, into: &mut Vec<u8>) {
         let mut bytes = [0; READ_MAX];
         for client in &mut self.clients {
-            // The end of what a client sends is not yet the end of its listening: writing finds out.
+            // A client that has stopped sending may still receive: only writing detects a disconnect.
             if let Ok(count) = client.read(&mut bytes)
                 && !self.copy_only
             {

@@ -1,28 +1,28 @@
-//! What looks wrong with a world that can be used all the same: where the robot cannot get, and who is there.
+//! Warnings about a valid world: places, lamps, walkers and docks that the robot cannot reach.
 
 use super::World;
 use crate::body::RADIUS_IN;
 use crate::geometry::Vec2;
 use crate::scene::Scene;
 
-/// Room that the robot needs on each side.
+/// Clearance in inches that the robot needs on each side.
 const MARGIN_IN: f64 = 0.25;
-/// A place is meant to be reached when the robot has so many square feet to stand on there.
+/// Minimum area in square feet of an unreachable place that is worth a warning.
 const AREA_LEAST_FT2: f64 = 4.0;
-/// A lamp or a person counts as being where the robot can be within this.
+/// Distance within which a lamp or a walker counts as reachable.
 const NEAR_IN: f64 = 36.0;
 
-/// Where the robot's centre can be, cell by cell, as areas that are not connected.
+/// The cells where the robot's centre can be, grouped into connected areas.
 struct Areas {
-    /// Number of the area of each cell; `None` where the robot does not fit.
+    /// Area number of each cell; `None` where the robot does not fit.
     of: Vec<Option<usize>>,
-    /// Cells in each, and its first cell. The area of the start comes first.
+    /// Number of cells and first cell of each area. The area with the start comes first.
     sizes: Vec<(usize, (usize, usize))>,
 }
 
 impl World {
-    /// What looks wrong: areas that the robot cannot get to, lamps, people and a dock that are of no use to
-    /// it. Each begins with `file:line:column:` where the plan shows it; `file` is how they call the world.
+    /// Warnings about areas, lamps, walkers and a dock that the robot cannot reach. Each starts with
+    /// `file:line:column:` of its place in the plan; `file` is the name of the world in messages.
     #[must_use]
     pub fn warnings(&self, file: &str) -> Vec<String> {
         let areas = self.areas();
@@ -35,8 +35,8 @@ impl World {
             let area_ft2 = cells as f64 * cell_ft2;
             if area_ft2 >= AREA_LEAST_FT2 {
                 warnings.push(format!(
-                    "{}: the robot cannot get from its start to the {area_ft2:.0} square feet that begin \
-                     here: is a doorway too narrow, or shut?",
+                    "{}: the robot cannot reach the {area_ft2:.0} square feet that begin here: \
+                     widen the doorway or open a wall",
                     at(first)
                 ));
             }
@@ -48,7 +48,7 @@ impl World {
         for lamp in &self.lamps {
             if !self.is_met(&areas, lamp.center, NEAR_IN) {
                 let what = format!(
-                    "the lamp {:?} is far from every place the robot can get to",
+                    "lamp {:?} is more than {NEAR_IN} inches from every place the robot can reach",
                     lamp.name
                 );
                 complain(what, lamp.center);
@@ -60,7 +60,7 @@ impl World {
                 .iter()
                 .any(|&place| self.is_met(&areas, place, NEAR_IN))
             {
-                let what = "someone walks where the robot cannot get".to_owned();
+                let what = "the robot cannot reach this walker's path".to_owned();
                 complain(what, walker.path.first().copied().unwrap_or_default());
             }
         }
@@ -68,7 +68,7 @@ impl World {
             let before = dock.front + dock.facing * (RADIUS_IN + self.grid.cell_in);
             if !self.is_met(&areas, before, self.grid.cell_in) {
                 complain(
-                    "the robot cannot get to the dock's front".to_owned(),
+                    "the robot cannot reach the dock's front".to_owned(),
                     dock.front,
                 );
             }
@@ -76,7 +76,7 @@ impl World {
         warnings
     }
 
-    /// Share of the floor on which the robot can stand that it can reach from its start, 0 to 1.
+    /// Share of the floor area that the robot can reach from its start, 0 to 1.
     #[must_use]
     pub fn reach(&self) -> f64 {
         let areas = self.areas();
@@ -126,7 +126,7 @@ impl World {
                 }
                 areas.of[index] = Some(number);
                 count += 1;
-                // The border of a plan is never free, so that a free cell has four neighbours.
+                // The border of a plan is never free, so a free cell has four neighbours.
                 let center = self.grid.center(row, column);
                 for next in [
                     (row - 1, column),
@@ -146,7 +146,7 @@ impl World {
         areas
     }
 
-    /// Whether the robot can get within so far of a place.
+    /// Whether the robot can get within `reach_in` of a place.
     fn is_met(&self, areas: &Areas, place: Vec2, reach_in: f64) -> bool {
         areas.of.iter().enumerate().any(|(index, area)| {
             let center = self

@@ -1,4 +1,4 @@
-//! Things that stand about, made of simple solids.
+//! Furniture and objects made of simple solids.
 
 use serde::Deserialize;
 
@@ -6,33 +6,33 @@ use super::material::Material;
 use super::{Obstacle, Overhead, Snag};
 use crate::geometry::{Solid, Vec2, clockwise, heading};
 
-/// A kind of thing.
+/// Kinds of objects.
 #[derive(Clone, Copy, Debug, Deserialize)]
 #[serde(rename_all = "kebab-case")]
 pub(super) enum ClutterKind {
-    /// One round leg or post.
+    /// A round leg or post.
     Leg,
     /// A box on the floor.
     Box,
     /// Four legs under a seat.
     Chair,
-    /// Four legs under a top that the robot passes beneath.
+    /// Four legs under a top that the robot can pass below.
     Table,
-    /// The same, low enough to stop the raised arm.
+    /// A table low enough to stop the raised arm.
     LowTable,
-    /// A board without legs, above the robot.
+    /// A board without legs that the robot can pass below.
     Shelf,
     /// A post on five spokes with casters.
     OfficeChair,
-    /// A cord on the floor: the robot drives over it, and it may hook the bumper.
+    /// A cord on the floor: the robot drives over it, and it may catch on the bumper.
     Cord,
-    /// A shoe, which may hook the bumper that meets it.
+    /// A shoe, which may catch on the bumper.
     Shoe,
-    /// The feet of someone who sits: two legs, and toes lower than every sensor but the bumper.
+    /// The feet of a sitting person: two legs, and toes that only the bumper detects.
     Feet,
 }
 
-/// One thing as its file describes it.
+/// An object as described in its file.
 pub(super) struct Spec {
     pub(super) kind: ClutterKind,
     pub(super) center: Vec2,
@@ -52,7 +52,7 @@ const CORD_IN: f64 = 48.0;
 const CORD_HOOKS: f64 = 0.25;
 const SHOE_IN: Vec2 = Vec2::new(4.0, 11.0);
 const SHOE_HOOKS: f64 = 0.15;
-/// A sitting person's legs and shoes: how far apart, how thick, how long.
+/// Legs and shoes of a sitting person: distance apart, radius and size.
 const STANCE_IN: f64 = 9.0;
 const SHIN_RADIUS_IN: f64 = 2.2;
 const TOES_IN: Vec2 = Vec2::new(3.6, 8.0);
@@ -60,7 +60,7 @@ const SPOKES: u32 = 5;
 const SPOKE_IN: f64 = 12.0;
 const CASTER_RADIUS_IN: f64 = 1.2;
 
-/// What a thing consists of.
+/// The parts of an object.
 #[derive(Default)]
 pub(super) struct Parts {
     pub(super) obstacles: Vec<Obstacle>,
@@ -68,26 +68,26 @@ pub(super) struct Parts {
     pub(super) snag: Option<Snag>,
 }
 
-/// The parts of a thing, or what its file left out.
+/// The parts of an object, or the problem with its description.
 pub(super) fn parts(spec: &Spec) -> Result<Parts, String> {
     if spec
         .radius_in
         .is_some_and(|radius| !(0.1..=100.0).contains(&radius))
     {
-        return Err("radius_in lies between 0.1 and 100 inches".to_owned());
+        return Err("radius_in must be between 0.1 and 100 inches".to_owned());
     }
     if spec
         .size
         .is_some_and(|size| !(size.min_element() >= 0.1 && size.max_element() <= 1000.0))
     {
-        return Err("each number of size_in lies between 0.1 and 1000 inches".to_owned());
+        return Err("each number of size_in must be between 0.1 and 1000 inches".to_owned());
     }
     if spec
         .height_in
         .is_some_and(|height| !(OVERHEAD_LEAST_IN..=100.0).contains(&height))
     {
         return Err(format!(
-            "height_in lies between {OVERHEAD_LEAST_IN} and 100 inches: the robot passes beneath"
+            "height_in must be between {OVERHEAD_LEAST_IN} and 100 inches, so that the robot can pass below"
         ));
     }
     let bare = |obstacles| Parts {
@@ -143,11 +143,11 @@ pub(super) fn parts(spec: &Spec) -> Result<Parts, String> {
     }
 }
 
-/// Nothing hangs lower above a way of the robot.
+/// Minimum height of a board that the robot passes below.
 const OVERHEAD_LEAST_IN: f64 = 9.0;
 
 impl Spec {
-    /// A point at an offset in the thing's own axes.
+    /// The point at an offset in the object's own axes.
     fn point(&self, offset: Vec2) -> Vec2 {
         let ahead = heading(self.turned_deg.to_radians());
         self.center + clockwise(ahead) * offset.x + ahead * offset.y
@@ -161,8 +161,9 @@ impl Spec {
     }
 
     fn between_legs(&self) -> Result<Vec2, String> {
-        self.size
-            .ok_or_else(|| "a table needs size_in = [width, depth] between its legs".to_owned())
+        self.size.ok_or_else(|| {
+            "a table needs size_in = [width, depth], measured between its legs".to_owned()
+        })
     }
 
     /// A board on four legs.

@@ -8,18 +8,18 @@ use crate::geometry::{Solid, Vec2, clockwise, heading, wrap_deg};
 /// Size of the plate.
 const WIDTH_IN: f64 = 10.0;
 const DEPTH_IN: f64 = 3.0;
-/// The contacts are springs that reach so far ahead of the plate.
+/// Distance that the spring contacts reach ahead of the plate.
 const SPRING_IN: f64 = 0.5;
-/// The robot's contacts meet them when its nose is no farther aside, and no more turned, than this.
+/// Maximum offset and angle of the robot's nose at which the contacts meet.
 const ASIDE_IN: f64 = 2.0;
 const TURNED_DEG: f64 = 20.0;
 
-/// A charging dock: its front stands at a place and faces the room.
+/// A charging dock that stands on the floor and faces the room.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Dock {
-    /// The middle of the front.
+    /// Middle of the front.
     pub(crate) front: Vec2,
-    /// The direction that the front faces.
+    /// Unit direction that the front faces.
     pub(crate) facing: Vec2,
     facing_deg: f64,
 }
@@ -41,7 +41,7 @@ impl Dock {
         }
     }
 
-    /// Whether a robot at this pose has the charger's voltage on its contacts.
+    /// Whether a robot at this pose has the charger connected.
     pub(crate) fn holds(&self, center: Vec2, theta_rad: f64) -> bool {
         let nose = center + heading(theta_rad) * RADIUS_IN - self.front;
         let turned_deg = wrap_deg(theta_rad.to_degrees() - self.facing_deg - 180.0);

@@ -1,8 +1,8 @@
-//! Where there is no floor: stairs going down.
+//! Places without floor: stairs going down.
 
 use crate::geometry::Vec2;
 
-/// The cells of a plan that have no floor; none at all by default.
+/// The plan cells without floor; none by default.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct Drops {
     pub(super) cell_in: f64,
@@ -13,7 +13,7 @@ pub(crate) struct Drops {
 }
 
 impl Drops {
-    /// Whether the floor is everywhere.
+    /// Whether the floor is complete.
     pub(crate) const fn is_empty(&self) -> bool {
         self.cells.is_empty()
     }

@@ -1,40 +1,40 @@
-//! What is wrong with a world, and where.
+//! Errors in world files, with their position.
 
 use std::path::PathBuf;
 
-/// A world that cannot be used.
+/// Why a world cannot be used.
 #[derive(Debug, thiserror::Error)]
 pub enum WorldError {
-    /// A place in the file is wrong; lines and columns count from 1.
+    /// An error in the file; line and column count from 1.
     #[error("{file}:{line}:{column}: {problem}")]
     At {
-        /// File or built-in name.
+        /// File name or name of a built-in world.
         file: String,
         /// Line.
         line: usize,
         /// Column, in characters.
         column: usize,
-        /// What is wrong and what to do.
+        /// The problem and its remedy.
         problem: String,
     },
     /// The file cannot be read.
-    #[error("cannot read the world {}: {source}; the worlds that come with the program are {}, and generated:SEED makes one", path.display(), super::BUILT_IN_NAMES)]
+    #[error("cannot read the world {}: {source}; give a file, a built-in world ({}) or generated:SEED", path.display(), super::BUILT_IN_NAMES)]
     Read {
-        /// The file.
+        /// Path of the file.
         path: PathBuf,
-        /// Why.
+        /// Cause.
         source: std::io::Error,
     },
 }
 
-/// The text of a world, able to say where an offset lies.
+/// The text of a world, which converts offsets to positions.
 pub(super) struct Source<'a> {
     pub(super) file: &'a str,
     pub(super) text: &'a str,
 }
 
 impl Source<'_> {
-    /// The line of a byte offset, from 1.
+    /// Line number of a byte offset, from 1.
     pub(super) fn line(&self, offset: usize) -> usize {
         let before = self.text.get(..offset).unwrap_or(self.text);
         before.matches('\n').count() + 1

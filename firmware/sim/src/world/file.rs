@@ -1,4 +1,4 @@
-//! The TOML form of a world and its translation.
+//! The TOML form of a world and its conversion.
 
 use serde::Deserialize;
 use toml::Spanned;
@@ -94,11 +94,11 @@ struct GroundEntry {
     grade_percent: Option<f64>,
 }
 
-/// A mark of the plan, or inches from its south-west corner.
+/// A mark of the plan, or inches from the plan's south-west corner.
 #[derive(Deserialize)]
 #[serde(
     untagged,
-    expecting = "a place is a mark of the plan (\"A\") or [x, y] in inches"
+    expecting = "a place: a mark of the plan (\"A\") or [x, y] in inches"
 )]
 enum Place {
     Mark(char),
@@ -115,7 +115,7 @@ pub(super) fn parse(file: &str, text: &str) -> Result<World, WorldError> {
     if !(1.0..=24.0).contains(&cell_in) {
         return Err(source.error(
             entries.cell_in.span().start,
-            "cell_in lies between 1 and 24 inches",
+            "cell_in must be between 1 and 24 inches",
         ));
     }
     let plan = Plan::parse(&source, entries.plan.span(), cell_in)?;
@@ -179,7 +179,7 @@ pub(super) fn parse(file: &str, text: &str) -> Result<World, WorldError> {
     if !is_clear(&obstacles, start, crate::body::RADIUS_IN + START_MARGIN_IN) {
         return Err(source.error(
             plan.start_offset,
-            "the robot does not fit at its start: leave 6 inches free all around",
+            "the robot does not fit at its start: keep 6 inches free on every side",
         ));
     }
     let size = plan.size();
@@ -205,7 +205,7 @@ pub(super) fn parse(file: &str, text: &str) -> Result<World, WorldError> {
 
 const START_MARGIN_IN: f64 = 0.5;
 
-/// Step of the check that a walker's way is free.
+/// Step in inches of the check that a walker's path is free.
 const WALK_CHECK_IN: f64 = 3.0;
 
 fn is_clear(obstacles: &[Obstacle], center: Vec2, radius_in: f64) -> bool {
@@ -214,7 +214,7 @@ fn is_clear(obstacles: &[Obstacle], center: Vec2, radius_in: f64) -> bool {
         .all(|obstacle| obstacle.solid.approach(center).0 > radius_in)
 }
 
-/// Resolves the places that a file names.
+/// Resolves the places in a world file.
 struct Places<'a> {
     source: &'a Source<'a>,
     plan: &'a Plan,
@@ -237,7 +237,7 @@ impl Places<'_> {
             Place::Inches([x, y]) => Err(self.source.error(
                 offset,
                 format!(
-                    "[{x}, {y}] lies off the plan, which is {} by {} inches",
+                    "[{x}, {y}] is outside the plan: use 0 to {} and 0 to {} inches",
                     size.x, size.y
                 ),
             )),
@@ -281,7 +281,7 @@ impl Places<'_> {
         if places.len() < 2 {
             return Err(self
                 .source
-                .error(entry.path.span().start, "a path has at least two places"));
+                .error(entry.path.span().start, "a path needs at least two places"));
         }
         let path = places
             .iter()
@@ -294,9 +294,8 @@ impl Places<'_> {
                 return Err(self.source.error(
                     place.span().start,
                     format!(
-                        "the way on from here meets something at [{:.0}, {:.0}]: add places to \
-                         the path (it returns from its end to its start) so that {radius_in} \
-                         inches stay free on each side",
+                        "an obstacle at [{:.0}, {:.0}] blocks the path after this place: add places so that \
+                         {radius_in} inches stay free on each side (the path returns from its end to its start)",
                         at.x, at.y
                     ),
                 ));
@@ -315,7 +314,7 @@ impl Places<'_> {
     }
 }
 
-/// Where a round body that goes straight from one place to another first meets something.
+/// Where a round body first meets an obstacle on the straight line between two places.
 fn blocked(obstacles: &[Obstacle], from: Vec2, to: Vec2, radius_in: f64) -> Option<Vec2> {
     let way = to - from;
     let steps = (way.length() / WALK_CHECK_IN).ceil().max(1.0) as u32;

@@ -1,8 +1,8 @@
-//! The plan as it was drawn, cell by cell.
+//! The floor plan as drawn, cell by cell.
 
 use crate::geometry::Vec2;
 
-/// The characters of a plan and where they stand in the file.
+/// The characters of a plan and their position in the file.
 #[derive(Clone, Debug)]
 pub(crate) struct Grid {
     pub(super) cell_in: f64,
@@ -10,17 +10,17 @@ pub(crate) struct Grid {
     pub(super) rows: usize,
     /// North row first.
     pub(super) glyphs: Vec<char>,
-    /// The line of the north row in the file, from 1.
+    /// Line of the north row in the file, from 1.
     pub(super) first_line: usize,
 }
 
 impl Grid {
-    /// The character of a cell.
+    /// Character of a cell.
     pub(super) fn glyph(&self, row: usize, column: usize) -> char {
         self.glyphs[row * self.columns + column]
     }
 
-    /// The centre of a cell, in inches from the south-west corner.
+    /// Centre of a cell in inches from the south-west corner.
     pub(super) fn center(&self, row: usize, column: usize) -> Vec2 {
         Vec2::new(
             (column as f64 + 0.5) * self.cell_in,
@@ -28,7 +28,7 @@ impl Grid {
         )
     }
 
-    /// Row and column of the cell that a point lies in.
+    /// Row and column of the cell that contains a point; `None` outside the plan.
     pub(super) fn cell_at(&self, point: Vec2) -> Option<(usize, usize)> {
         if point.x < 0.0 || point.y < 0.0 {
             return None;

@@ -1,35 +1,35 @@
-//! Floor that is not plain: sills, carpets and inclines.
+//! Special floor: sills, carpets and inclines.
 
 use serde::Deserialize;
 
 use crate::geometry::{Solid, Vec2, heading};
 
-/// What the floor is like somewhere.
+/// Kinds of special floor.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Deserialize)]
 #[serde(rename_all = "kebab-case")]
 pub(crate) enum GroundKind {
-    /// A door sill: each wheel on it is held back.
+    /// A door sill, which holds back each wheel on it.
     Sill,
-    /// A carpet: wheels run heavily and creep.
+    /// A carpet: wheels turn hard and lose distance.
     Carpet,
     /// An incline.
     Ramp,
 }
 
-/// A rectangle of such floor.
+/// A rectangle of special floor.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Ground {
     pub(crate) kind: GroundKind,
     pub(crate) solid: Solid,
-    /// Uphill, as long as the rise over the way; nothing on level floor.
+    /// Uphill direction with the rise per distance as its length; zero on level floor.
     pub(crate) slope: Vec2,
 }
 
-/// Steepest that wheels hold.
+/// Steepest incline that the wheels can hold.
 const GRADE_MAX_PERCENT: f64 = 20.0;
 
 impl Ground {
-    /// A rectangle turned clockwise; a ramp rises by a grade that way.
+    /// A rectangle turned clockwise by `turned_deg`; a ramp rises in that direction.
     pub(super) fn new(
         kind: GroundKind,
         center: Vec2,
@@ -38,17 +38,17 @@ impl Ground {
         grade_percent: Option<f64>,
     ) -> Result<Self, String> {
         if !(size.min_element() >= 1.0 && size.max_element() <= 1000.0) {
-            return Err("each number of size_in lies between 1 and 1000 inches".to_owned());
+            return Err("each number of size_in must be between 1 and 1000 inches".to_owned());
         }
         let grade = match (kind, grade_percent) {
             (GroundKind::Ramp, Some(grade)) if (0.0..=GRADE_MAX_PERCENT).contains(&grade) => grade,
             (GroundKind::Ramp, _) => {
                 return Err(format!(
-                    "a ramp needs grade_percent, 0 to {GRADE_MAX_PERCENT}: how much it rises the way it is turned"
+                    "a ramp needs grade_percent from 0 to {GRADE_MAX_PERCENT}: its rise in the direction of turned_deg"
                 ));
             }
             (_, None) => 0.0,
-            (_, Some(_)) => return Err("only a ramp has grade_percent".to_owned()),
+            (_, Some(_)) => return Err("only a ramp has grade_percent: remove it".to_owned()),
         };
         Ok(Self {
             kind,

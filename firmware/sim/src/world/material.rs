@@ -1,20 +1,20 @@
-//! What things are made of, as far as a sensor can tell.
+//! Materials and how sensors see them.
 
 use serde::Deserialize;
 
-/// What a solid is made of.
+/// Material of a solid.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Deserialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum Material {
     /// A painted wall.
     Wall,
-    /// A window or mirror: light passes, sound and infrared glance off.
+    /// A window or mirror: it transmits light and mirrors sound and infrared.
     Glass,
     /// Tall smooth furniture: a bookcase, a cupboard, a door.
     Wood,
-    /// Cloth: a sofa, a bed, a curtain. Light passes above it.
+    /// Cloth: a sofa, a bed, a curtain. It throws no shadow.
     Soft,
-    /// Black and matt: infrared all but vanishes in it.
+    /// Black and matt: nearly invisible to infrared.
     Dark,
     /// Too low for every sensor but the bumper: shoes, books, a door stop.
     Low,
@@ -22,35 +22,35 @@ pub enum Material {
     Leg,
     /// A thin black leg or caster of an office chair.
     DarkLeg,
-    /// A person's or an animal's legs.
+    /// Legs of a person or an animal.
     Alive,
     /// The dock: a plate on the floor that reaches below the bumper.
     Dock,
 }
 
-/// How a material answers the sensors.
-#[expect(clippy::struct_excessive_bools, reason = "one a sense")]
+/// Response of a material to the sensors.
+#[expect(clippy::struct_excessive_bools, reason = "one per sensor")]
 pub(crate) struct Surface {
-    /// Whether sound meets it at all.
+    /// Whether it reflects sound at all.
     pub(crate) sound: bool,
-    /// Largest angle from the surface's normal at which sound comes straight back.
+    /// Largest angle from the normal at which sound returns to its source.
     pub(crate) echo_cone_deg: f64,
-    /// Whether sound that arrives at a larger angle travels on like light from a mirror.
+    /// Whether sound at a larger angle is mirrored.
     pub(crate) mirrors: bool,
-    /// Farthest distance at which its echo is still heard.
+    /// Maximum distance at which its echo is heard.
     pub(crate) echo_reach_in: f64,
-    /// Share of infrared thrown back; 0 cannot be seen.
+    /// Share of infrared that it reflects; 0 is invisible.
     pub(crate) reflectivity: f64,
-    /// Whether it throws a shadow at the height of a photocell's view.
+    /// Whether it throws a shadow at the height of the photocells.
     pub(crate) shades: bool,
-    /// Whether a motion detector on the raised arm cannot see a warm body through it.
+    /// Whether it hides a warm body from a motion detector on the raised arm.
     pub(crate) hides_warmth: bool,
     /// Whether it stops the dock's infrared beam.
     pub(crate) stops_beam: bool,
 }
 
 impl Material {
-    /// The material a character of the floor plan stands for.
+    /// Material of a character of the floor plan.
     pub(super) const fn from_char(character: char) -> Option<Self> {
         match character {
             '#' => Some(Self::Wall),
@@ -78,7 +78,7 @@ impl Material {
     }
 }
 
-/// What of others it hides.
+/// What a material hides from the sensors behind it.
 #[derive(Clone, Copy)]
 struct Hides {
     warmth: bool,
@@ -89,7 +89,7 @@ const EVERYTHING: Hides = Hides {
     warmth: true,
     beam: true,
 };
-/// Glass is opaque to the heat of a body and clear to a light-emitting diode.
+/// Glass is opaque to body heat and transparent to the light of an LED.
 const WARMTH: Hides = Hides {
     warmth: true,
     beam: false,
@@ -103,7 +103,7 @@ const NOTHING: Hides = Hides {
     beam: false,
 };
 
-/// Beyond what the sonar can time.
+/// A reach beyond the longest echo that the sonar can time.
 const HEARD_FAR_IN: f64 = 1000.0;
 
 const fn surface(

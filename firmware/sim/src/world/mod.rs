@@ -1,5 +1,4 @@
-//! Worlds: TOML files with the floor plan drawn in characters. `worlds/README.md` says how to
-//! write one.
+//! Worlds: TOML files with a floor plan drawn in characters. `worlds/README.md` describes the format.
 
 mod check;
 mod clutter;
@@ -32,7 +31,7 @@ pub(crate) use material::Surface;
 
 use crate::geometry::{Frame, Pose, Solid, Vec2};
 
-/// The worlds that come with the program: name and text.
+/// Names and texts of the built-in worlds.
 const BUILT_IN: &[(&str, &str)] = &[
     ("house", include_str!("../../worlds/house.toml")),
     ("living-room", include_str!("../../worlds/living-room.toml")),
@@ -47,7 +46,7 @@ const BUILT_IN: &[(&str, &str)] = &[
 const BUILT_IN_NAMES: &str =
     "house, living-room, corridor, open-room, stairs, flat, office and dark-room";
 
-/// A place for the robot to live in. Lengths are in inches from the plan's south-west corner.
+/// The robot's surroundings. Lengths are in inches from the plan's south-west corner.
 #[derive(Clone, Debug)]
 pub struct World {
     pub(crate) name: String,
@@ -58,7 +57,7 @@ pub struct World {
     pub(crate) grid: Grid,
     pub(crate) drops: Drops,
     pub(crate) obstacles: Vec<Obstacle>,
-    /// How many of the obstacles, the first, are the plan's own.
+    /// Number of obstacles that belong to the plan; they come first.
     pub(crate) plan_solids: usize,
     pub(crate) grounds: Vec<Ground>,
     pub(crate) snags: Vec<Snag>,
@@ -69,26 +68,26 @@ pub struct World {
     pub(crate) walkers: Vec<Walker>,
 }
 
-/// Something that stands still.
+/// A fixed obstacle.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Obstacle {
     pub(crate) solid: Solid,
     pub(crate) material: Material,
 }
 
-/// Something that may hook the bumper.
+/// An object that may catch on the bumper.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Snag {
     pub(crate) solid: Solid,
-    /// That it does, each time the bumper comes over it.
+    /// Probability that it catches each time the bumper passes over it.
     pub(crate) chance: f64,
 }
 
-/// A board that the robot passes beneath.
+/// A board that the robot passes below.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Overhead {
     pub(crate) solid: Solid,
-    /// Of its underside above the floor.
+    /// Height of its underside above the floor.
     pub(crate) height_in: f64,
 }
 
@@ -102,7 +101,7 @@ pub(crate) struct Lamp {
     pub(crate) on: bool,
 }
 
-/// Someone who walks a closed path again and again.
+/// A person or an animal that walks a closed path over and over.
 #[derive(Clone, Debug)]
 pub(crate) struct Walker {
     pub(crate) kind: WalkerKind,
@@ -111,7 +110,7 @@ pub(crate) struct Walker {
     pub(crate) pause_s: f64,
 }
 
-/// Who walks.
+/// Kinds of walkers.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Deserialize)]
 #[serde(rename_all = "kebab-case")]
 pub(crate) enum WalkerKind {
@@ -136,31 +135,31 @@ impl WalkerKind {
 }
 
 impl World {
-    /// The names [`World::built_in`] knows, the default first.
+    /// Names of the built-in worlds, the default first.
     pub fn built_in_names() -> impl Iterator<Item = &'static str> {
         BUILT_IN.iter().map(|(name, _)| *name)
     }
 
-    /// A world that comes with the program; `None` when there is none of this name.
+    /// A built-in world; `None` if none has this name.
     #[must_use]
     pub fn built_in(name: &str) -> Option<Self> {
         Self::parse(name, built_in_text(name)?).ok()
     }
 
-    /// A built-in world by name, the house of a seed as `generated:SEED`, or else the world in a file.
+    /// Opens a built-in world by name, a generated house as `generated:SEED`, or a world file by path.
     ///
     /// # Errors
     ///
-    /// When it is none of these, or the file has a mistake.
+    /// When the file cannot be read, or has an error.
     pub fn open(name_or_path: &str) -> Result<Self, WorldError> {
         Self::parse(name_or_path, &Self::source(name_or_path)?)
     }
 
-    /// The text of what [`World::open`] opens, mistakes and all.
+    /// The text of a world that [`World::open`] would open, even with errors in it.
     ///
     /// # Errors
     ///
-    /// When there is none.
+    /// When the file cannot be read.
     pub fn source(name_or_path: &str) -> Result<String, WorldError> {
         if let Some(text) = built_in_text(name_or_path) {
             return Ok(text.to_owned());
@@ -176,34 +175,34 @@ impl World {
         })
     }
 
-    /// Reads the text of a world; `file` is how errors call it.
+    /// Parses the text of a world; error messages name `file`.
     ///
     /// # Errors
     ///
-    /// Names the first mistake by file, line and column, and says what to do.
+    /// The first error in the text, with file, line, column and remedy.
     pub fn parse(file: &str, text: &str) -> Result<Self, WorldError> {
         file::parse(file, text)
     }
 
-    /// Its name.
+    /// Name of the world.
     #[must_use]
     pub fn name(&self) -> &str {
         &self.name
     }
 
-    /// What it is like, in a sentence.
+    /// Description of the world in a sentence.
     #[must_use]
     pub fn about(&self) -> &str {
         &self.about
     }
 
-    /// East-west and north-south size of the plan.
+    /// East-west and north-south size of the plan in inches.
     #[must_use]
     pub const fn size_in(&self) -> [f64; 2] {
         self.size_in
     }
 
-    /// Walls and things in the robot's coordinates: its start pose is the origin.
+    /// Walls and furniture in the robot's coordinates: the start pose is the origin.
     #[must_use]
     pub fn outlines(&self) -> Vec<Outline> {
         let frame = self.frame();
@@ -213,13 +212,13 @@ impl World {
             .collect()
     }
 
-    /// Where the robot starts, in inches from the plan's south-west corner.
+    /// Start pose, in inches from the plan's south-west corner.
     #[must_use]
     pub const fn start(&self) -> Pose {
         self.start
     }
 
-    /// From a place of the plan to the nearest thing that stands still; negative inside of one.
+    /// Distance in inches from a place of the plan to the nearest obstacle; negative inside one.
     #[must_use]
     pub fn clearance_in(&self, x_in: f64, y_in: f64) -> f64 {
         let place = Vec2::new(x_in, y_in);
@@ -235,7 +234,7 @@ impl World {
         !self.drops.has(Vec2::new(x_in, y_in))
     }
 
-    /// The same world with the robot starting elsewhere on the plan; `None` when it does not fit there.
+    /// The same world with another start pose; `None` if the robot does not fit there.
     #[must_use]
     pub fn started_at(&self, start: Pose) -> Option<Self> {
         (self.clearance_in(start.x_in, start.y_in) > crate::body::RADIUS_IN).then(|| Self {
@@ -258,6 +257,6 @@ impl Default for World {
     /// The house.
     fn default() -> Self {
         // A test parses every built-in world.
-        Self::built_in(BUILT_IN[0].0).expect("the built-in house has no mistakes")
+        Self::built_in(BUILT_IN[0].0).expect("the built-in house is a valid world")
     }
 }

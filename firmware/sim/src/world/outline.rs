@@ -1,4 +1,4 @@
-//! The true shape of a world, for a map to draw.
+//! The true outlines of a world, for drawing a map.
 
 use super::material::Material;
 use crate::geometry::{Frame, Solid, Vec2};
@@ -6,22 +6,22 @@ use crate::geometry::{Frame, Solid, Vec2};
 /// A point in inches.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Point {
-    /// Along X.
+    /// X in inches.
     pub x_in: f64,
-    /// Along Y.
+    /// Y in inches.
     pub y_in: f64,
 }
 
-/// What an outline belongs to.
+/// Kind of object that an outline belongs to.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum OutlineKind {
     /// A wall or a window.
     Wall,
-    /// Something that stands on the floor and that sensors can see.
+    /// Furniture that sensors can see.
     Furniture,
-    /// Something only the bumper notices.
+    /// An object that only the bumper detects.
     Low,
-    /// Where the floor ends.
+    /// An edge of the floor.
     Edge,
 }
 
@@ -35,7 +35,7 @@ impl OutlineKind {
     }
 }
 
-/// A line or circle of the world's true shape.
+/// A line or circle of the world's true outlines.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Outline {
     /// A straight edge.
@@ -44,22 +44,22 @@ pub enum Outline {
         from: Point,
         /// The other end.
         to: Point,
-        /// What it belongs to.
+        /// Kind of object.
         kind: OutlineKind,
     },
-    /// A round thing.
+    /// A round object.
     Circle {
-        /// Its centre.
+        /// Centre.
         center: Point,
-        /// Its radius.
+        /// Radius.
         radius_in: f64,
-        /// What it belongs to.
+        /// Kind of object.
         kind: OutlineKind,
     },
 }
 
 impl Outline {
-    /// The outlines of one solid.
+    /// Outlines of one solid.
     pub(super) fn of(solid: &Solid, material: Material) -> Vec<Self> {
         let kind = OutlineKind::of(material);
         match *solid {

@@ -1,4 +1,4 @@
-//! A world as a picture of characters.
+//! A world as a picture of text characters.
 
 use std::fmt::Write as _;
 
@@ -6,26 +6,26 @@ use super::material::Material;
 use super::{GroundKind, World};
 use crate::geometry::{Solid, Vec2};
 
-/// What the characters mean, in the order of the legend.
+/// Meaning of the characters, in the order of the legend.
 const LEGEND: &[(char, &str)] = &[
     ('#', "wall"),
     ('=', "glass"),
     ('w', "wood"),
     ('s', "soft"),
     ('k', "dark"),
-    ('o', "low: only the bumper meets it"),
-    ('i', "a leg"),
-    ('x', "a black leg or caster"),
-    ('f', "the feet of someone who sits"),
-    ('-', "a cord"),
+    ('o', "low: only the bumper detects it"),
+    ('i', "leg"),
+    ('x', "black leg or caster"),
+    ('f', "feet of a sitting person"),
+    ('-', "cord"),
     ('~', "no floor"),
     (',', "carpet"),
     ('_', "sill"),
     ('/', "incline"),
     ('d', "dock"),
     ('*', "lamp"),
-    ('+', "lamp that is off"),
-    ('p', "a person's or a cat's way"),
+    ('+', "lamp, switched off"),
+    ('p', "path of a person or cat"),
     ('^', "start"),
     ('>', "start"),
     ('v', "start"),
@@ -33,7 +33,7 @@ const LEGEND: &[(char, &str)] = &[
 ];
 
 impl World {
-    /// The world from above, north up, one character a cell, and below it what the characters mean.
+    /// The world from above, north up, one character per cell, followed by a legend.
     #[must_use]
     pub fn picture(&self) -> String {
         let grid = &self.grid;
@@ -82,7 +82,7 @@ impl World {
             picture.truncate(picture.trim_end_matches(' ').len());
             picture.push('\n');
         }
-        let _ = writeln!(picture, "\n  {} inches a character", grid.cell_in);
+        let _ = writeln!(picture, "\n  {} inches per character", grid.cell_in);
         for (glyph, meaning) in LEGEND {
             if cells.contains(glyph) {
                 let _ = writeln!(picture, "  {glyph} {meaning}");
@@ -91,7 +91,7 @@ impl World {
         picture + &self.marks(&cells)
     }
 
-    /// The plan's marks: those that are seen, and those that something stands on.
+    /// Legend lines for the plan's marks: visible ones, and ones covered by an object.
     fn marks(&self, cells: &[char]) -> String {
         let marks = self.grid.glyphs.iter().zip(cells);
         let marks = marks.filter(|(mark, _)| mark.is_ascii_uppercase());
@@ -105,7 +105,7 @@ impl World {
                 .iter()
                 .map(|(mark, cell)| format!("{mark} under {cell}"))
                 .collect();
-            let _ = writeln!(text, "  marks that are not seen: {}", covered.join(", "));
+            let _ = writeln!(text, "  covered marks: {}", covered.join(", "));
         }
         text
     }
@@ -126,7 +126,7 @@ const fn glyph(material: Material) -> char {
     }
 }
 
-/// Whether a solid covers a cell's centre, or is so small that it lies in the cell.
+/// Whether a solid covers a cell's centre, or lies within the cell.
 fn covers(solid: &Solid, center: Vec2, cell_in: f64) -> bool {
     let half = Vec2::splat(cell_in / 2.0);
     let is_inside = |point: Vec2| (point - center).abs().cmplt(half).all();

@@ -1,4 +1,4 @@
-//! The floor plan: characters to cells, cells to few rectangles and outlines.
+//! The floor plan: characters to cells, cells to rectangles and outlines.
 
 use std::ops::Range;
 
@@ -9,7 +9,7 @@ use super::material::Material;
 use super::outline::{Outline, OutlineKind, Point};
 use crate::geometry::{Pose, Solid, Vec2};
 
-/// Widest and tallest plan, in cells.
+/// Maximum number of rows and columns.
 const CELLS_MAX: usize = 1000;
 
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -21,7 +21,7 @@ enum Cell {
     Solid(Material),
 }
 
-/// A checked floor plan: the floor that the robot can reach is closed on every side.
+/// A checked floor plan: the floor that the robot can reach is enclosed on every side.
 pub(super) struct Plan {
     cell_in: f64,
     columns: usize,
@@ -29,22 +29,22 @@ pub(super) struct Plan {
     /// North row first.
     cells: Vec<Cell>,
     glyphs: Vec<char>,
-    /// Where the north row stands in the file.
+    /// Offset of the north row in the file.
     offset: usize,
     marks: Vec<(char, Vec2)>,
     pub(super) start: Pose,
-    /// Where the start stands in the file.
+    /// Offset of the start in the file.
     pub(super) start_offset: usize,
 }
 
-/// One row of the plan: its text and where it starts in the file.
+/// One row of the plan: its text and its offset in the file.
 struct Row<'a> {
     offset: usize,
     text: &'a str,
 }
 
 impl Plan {
-    /// Reads the rows between the quotes that `span` covers.
+    /// Parses the rows between the quotes at `span`.
     pub(super) fn parse(
         source: &Source<'_>,
         span: Range<usize>,
@@ -80,7 +80,7 @@ impl Plan {
                         if start.replace((index, column, offset, character)).is_some() {
                             return Err(source.error(
                                 offset,
-                                "a second start: keep one of ^ > v <, the robot's nose at the start",
+                                "second start: keep only one of ^ > v <, which shows the robot's heading",
                             ));
                         }
                         Cell::Floor
@@ -89,9 +89,9 @@ impl Plan {
                         source.error(
                             offset,
                             format!(
-                                "{character:?} means nothing in a floor plan: use . floor, ~ no floor, \
-                                 # wall, = glass, w wood, s soft, k dark, o low, ^ > v < start, \
-                                 A to Z a mark, space outside"
+                                "unknown character {character:?} in the floor plan: use . floor, ~ no floor, # wall, \
+                                 = glass, w wood, s soft, k dark, o low, ^ > v < start, A to Z a mark, \
+                                 space outside"
                             ),
                         )
                     })?),
@@ -103,7 +103,7 @@ impl Plan {
         let Some((row, column, offset, character)) = start else {
             return Err(source.error(
                 span.start,
-                "the plan has no start: put one of ^ > v < on a floor cell, the robot's nose at the start",
+                "the plan has no start: put one of ^ > v < on a floor cell to show the robot's heading",
             ));
         };
         let center = plan.center(row, column);
@@ -138,7 +138,7 @@ impl Plan {
             end,
             format!(
                 "this row has {width} cells and the first row {}: make all rows equally long, \
-                 with # or with spaces where it is outside",
+                 with # or, outside, with spaces",
                 self.columns
             ),
         ))
@@ -155,7 +155,7 @@ impl Plan {
         if self.mark(mark).is_some() {
             return Err(source.error(
                 offset,
-                format!("the mark {mark} is already used: choose another letter from A to Z"),
+                format!("mark {mark} is already used: choose another letter from A to Z"),
             ));
         }
         let center = self.center(row, column);
@@ -163,8 +163,8 @@ impl Plan {
         Ok(())
     }
 
-    /// Walks the floor from the start; it must not reach the edge or the outside. Who comes to a
-    /// drop stays there.
+    /// Checks by flood fill from the start that the floor is enclosed: it must not reach the plan's edge or the outside.
+    /// A drop ends the fill.
     fn check_closed(
         &self,
         source: &Source<'_>,
@@ -185,7 +185,7 @@ impl Plan {
                         rows,
                         row,
                         column,
-                        "the floor meets the outside here",
+                        "the floor is open to the outside here",
                     ));
                 }
             }
@@ -195,7 +195,7 @@ impl Plan {
                     rows,
                     row,
                     column,
-                    "the floor runs off the plan here",
+                    "the floor reaches the edge of the plan here",
                 ));
             }
             open.extend([
@@ -208,7 +208,7 @@ impl Plan {
         Ok(())
     }
 
-    /// The centre of a cell, in inches from the plan's south-west corner.
+    /// Centre of a cell in inches from the plan's south-west corner.
     fn center(&self, row: usize, column: usize) -> Vec2 {
         Vec2::new(
             (column as f64 + 0.5) * self.cell_in,
@@ -231,7 +231,7 @@ impl Plan {
         self.cells[row * self.columns + column]
     }
 
-    /// The plan as it was drawn.
+    /// The plan as drawn.
     pub(super) fn grid(&self, source: &Source<'_>) -> Grid {
         Grid {
             cell_in: self.cell_in,
@@ -242,7 +242,7 @@ impl Plan {
         }
     }
 
-    /// Where the floor is missing.
+    /// The cells without floor.
     pub(super) fn drops(&self) -> Drops {
         let is_drop = |cell: &Cell| *cell == Cell::Drop;
         if !self.cells.iter().any(is_drop) {
@@ -256,7 +256,7 @@ impl Plan {
         }
     }
 
-    /// The solid cells as few rectangles: runs along a row, stacked while the next row has the same.
+    /// The solid cells as rectangles: runs along a row, extended down while the next rows have the same run.
     pub(super) fn solids(&self) -> Vec<(Solid, Material)> {
         let mut done = vec![false; self.cells.len()];
         let mut solids = Vec::new();
@@ -324,7 +324,7 @@ impl Plan {
     }
 }
 
-/// Calls `found` with every longest stretch of one kind.
+/// Calls `found` with every maximal run of one kind.
 fn runs(
     count: usize,
     kind_at: impl Fn(usize) -> Option<OutlineKind>,
@@ -359,7 +359,7 @@ fn leak(
     rows: &[Row<'_>],
     row: usize,
     column: usize,
-    what: &str,
+    problem: &str,
 ) -> WorldError {
     let row = &rows[row];
     let at = row
@@ -369,7 +369,7 @@ fn leak(
         .map_or(row.text.len(), |(at, _)| at);
     source.error(
         row.offset + at,
-        format!("{what} and the robot could leave the house: close the edge with #"),
+        format!("{problem}: close it with #, or the robot could leave the house"),
     )
 }
 
@@ -381,7 +381,7 @@ fn rows<'a>(source: &Source<'a>, span: Range<usize>) -> Result<Vec<Row<'a>>, Wor
     let Some(body) = quote.and_then(|quote| raw[3..].strip_suffix(quote)) else {
         return Err(source.error(
             span.start,
-            "a plan has several rows: write it between two lines of '''",
+            "write the rows of the plan between two lines of '''",
         ));
     };
     let mut offset = span.start + 3;
@@ -397,7 +397,7 @@ fn rows<'a>(source: &Source<'a>, span: Range<usize>) -> Result<Vec<Row<'a>>, Wor
     if rows.is_empty() || rows.len() > CELLS_MAX || rows[0].text.len() > CELLS_MAX {
         return Err(source.error(
             span.start,
-            format!("a plan has 1 to {CELLS_MAX} rows of at most {CELLS_MAX} cells"),
+            format!("the plan must have 1 to {CELLS_MAX} rows of at most {CELLS_MAX} cells"),
         ));
     }
     Ok(rows)

@@ -1,4 +1,4 @@
-//! A world as a drawing in SVG.
+//! A world as an SVG drawing.
 
 use std::fmt::Write as _;
 
@@ -7,11 +7,11 @@ use super::{Obstacle, World};
 use crate::geometry::{Solid, Vec2, heading};
 use crate::world::material::Material;
 
-/// Pixels to the inch.
+/// Pixels per inch.
 const SCALE: f64 = 2.0;
 
 impl World {
-    /// The world from above, north up, to scale: an SVG document.
+    /// The world from above, north up and to scale, as an SVG document.
     #[must_use]
     pub fn svg(&self) -> String {
         let [width, height] = self.size_in;
@@ -66,7 +66,7 @@ impl World {
     }
 }
 
-/// SVG counts downward, the plan upward.
+/// An SVG document in progress. SVG's Y axis points down, the plan's up.
 struct Drawing {
     height_in: f64,
     text: String,

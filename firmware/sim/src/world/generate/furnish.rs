@@ -1,12 +1,12 @@
-//! What is put into the rooms of a house.
+//! Furnishing of a generated house.
 
 use super::{Cells, House, pick};
 
-/// Cells between pieces of furniture: 18 inches, so that the robot passes.
+/// Cells between pieces of furniture: 18 inches, so that the robot can pass.
 const GAP: usize = 3;
 
 impl House {
-    /// The robot's start in the middle of the first room, with three feet kept free around it.
+    /// Places the robot's start in the middle of the first room and keeps three feet free around it.
     pub(super) fn start(&mut self) {
         let room = self.rooms[0];
         let row = usize::midpoint(room.north, room.south);
@@ -22,7 +22,7 @@ impl House {
         self.take(cell.grown(3));
     }
 
-    /// A dock at the outer wall of a room, with its beam kept free.
+    /// Places a dock at the outer wall of a room and keeps its beam free.
     pub(super) fn dock(&mut self) {
         let number = pick(&mut self.dice, self.rooms.len());
         let room = self.rooms[number];
@@ -68,7 +68,7 @@ impl House {
         }
     }
 
-    /// A cat that walks across a room.
+    /// Adds a cat that walks across a room.
     pub(super) fn cat(&mut self) {
         let number = pick(&mut self.dice, self.rooms.len());
         let room = self.rooms[number];
@@ -96,7 +96,7 @@ impl House {
         ));
     }
 
-    /// Furniture along the walls, as much as finds room, things that stand about, a lamp.
+    /// Adds furniture along the walls where there is room, clutter and a lamp.
     pub(super) fn furnish(&mut self, room: Cells) {
         for _ in 0..10 + pick(&mut self.dice, 10) {
             self.piece(room);
@@ -132,7 +132,7 @@ impl House {
         } else {
             room_tall - tall
         };
-        // A slit between a piece and a corner is no use to anyone.
+        // A narrow gap between a piece and a corner is useless.
         let shift = match pick(&mut self.dice, room_along + 1) {
             shift if shift < GAP => 0,
             shift if shift + GAP > room_along => room_along,
@@ -157,7 +157,7 @@ impl House {
     }
 
     fn clutter(&mut self, room: Cells) {
-        // Kind, half of the cells it needs, and what its entry says besides.
+        // Kind, half of its size in cells, and further lines of its entry.
         const KINDS: [(&str, usize, &str); 9] = [
             ("chair", 2, ""),
             ("chair", 2, ""),

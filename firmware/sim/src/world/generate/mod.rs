@@ -1,4 +1,4 @@
-//! Houses made from a seed: rooms, doors and what stands about, as the text of a world.
+//! Houses generated from a seed: rooms, doors and furniture, as the text of a world.
 
 mod furnish;
 
@@ -10,20 +10,20 @@ use crate::dice::{Dice, Stream};
 const CELL_IN: usize = 6;
 /// Cells kept free on either side of a doorway.
 const APPROACH: usize = 6;
-/// Houses drawn before one has every place within reach; nearly always the first has.
+/// Maximum number of houses drawn until one has no warnings; the first nearly always has none.
 const ATTEMPTS: u64 = 100;
 
 impl World {
-    /// A house by its seed: four or six rooms with furniture, clutter, lamps, a cat and a dock, in which the
-    /// robot can get from its start to every room. The same seed gives the same house on every platform.
+    /// A house generated from a seed: four or six rooms with furniture, clutter, lamps, a cat and a dock. The robot can
+    /// reach every room from its start. The same seed gives the same house on every platform.
     #[must_use]
     pub fn generated(seed: u64) -> Self {
         let text = Self::generated_text(seed);
-        // It has been read before: only a text without a mistake is returned.
+        // `generated_text` returns only texts that parse.
         Self::parse(&format!("generated:{seed}"), &text).unwrap_or_default()
     }
 
-    /// The same house as the text of a world, to be kept in a file and changed.
+    /// The house of [`World::generated`] as the text of a world file.
     #[must_use]
     pub fn generated_text(seed: u64) -> String {
         let name = format!("generated:{seed}");
@@ -37,11 +37,11 @@ impl World {
     }
 }
 
-/// What a seed gets whose every house was a failure.
+/// The house of a seed whose every attempt has warnings.
 const BARE: &str = "name = \"NAME\"\ncell_in = 6\nplan = '''\n########\n#......#\n#......#\n#..^...#\n\
                     #......#\n#......#\n########\n'''\n";
 
-/// A rectangle of cells: from and past column and row.
+/// A rectangle of cells; `east` and `south` are exclusive.
 #[derive(Clone, Copy)]
 struct Cells {
     west: usize,
@@ -51,7 +51,7 @@ struct Cells {
 }
 
 impl Cells {
-    /// The same with so many cells more on each side.
+    /// The rectangle with `by` more cells on each side.
     fn grown(self, by: usize) -> Self {
         Self {
             west: self.west.saturating_sub(by),
@@ -62,13 +62,13 @@ impl Cells {
     }
 }
 
-/// A house being drawn.
+/// A house being generated.
 struct House {
     dice: Dice,
     columns: usize,
     rows: usize,
     glyphs: Vec<char>,
-    /// Where nothing more may stand.
+    /// Cells where no more objects may be placed.
     taken: Vec<bool>,
     rooms: Vec<Cells>,
     things: String,
@@ -142,7 +142,7 @@ impl House {
         })
     }
 
-    /// A door in enough walls that every room is reached, and in most others: ways round.
+    /// Adds doors until every room is connected, and most of the others to give alternative routes.
     fn doors(&mut self, across: usize) {
         let mut joined: Vec<usize> = (0..self.rooms.len()).collect();
         let mut walls: Vec<(usize, usize)> = (0..self.rooms.len())
@@ -169,7 +169,7 @@ impl House {
         }
     }
 
-    /// A doorway of 24 to 36 inches between neighbours, with its approaches kept free.
+    /// Adds a doorway of 24 to 36 inches between neighbouring rooms and keeps its approaches free.
     fn door(&mut self, one: Cells, other: Cells) {
         let width = 4 + pick(&mut self.dice, 3);
         let (gap, approach) = if one.south == other.south {
@@ -220,7 +220,7 @@ impl House {
         }
     }
 
-    /// Glass in the outer walls.
+    /// Adds windows to the outer walls.
     fn windows(&mut self) {
         for room in self.rooms.clone() {
             let west = room.west + 3 + pick(&mut self.dice, 6);
@@ -239,7 +239,7 @@ impl House {
         }
     }
 
-    /// The middle of some cells in inches from the south-west corner.
+    /// Centre of a rectangle in inches from the south-west corner.
     fn middle(&self, cells: Cells) -> (usize, usize) {
         let x = (cells.west + cells.east) * CELL_IN / 2;
         let y = (2 * self.rows - cells.north - cells.south) * CELL_IN / 2;
@@ -267,7 +267,7 @@ impl House {
     }
 }
 
-/// Evenly from 0 up to, not including, `count`.
+/// Uniform from 0 up to but not including `count`.
 fn pick(dice: &mut Dice, count: usize) -> usize {
     ((u64::from(dice.next_u32()) * count as u64) >> 32) as usize
 }
