@@ -93,10 +93,10 @@ fn a_room_that_cannot_be_reached_is_told_by_all_who_open_the_world() {
     let path = folder.join("shut.toml");
     fs::write(&path, SHUT_ROOM).unwrap();
     let name = path.to_str().unwrap();
-    let told = "cannot get from its start";
+    let told = "the robot cannot reach the";
     let (out, err) = expect(0, &["world", name]);
     assert!(
-        err.contains(told) && out.contains("12 inches a character"),
+        err.contains(told) && out.contains("12 inches per character"),
         "{err}{out}"
     );
     let (out, err) = expect(1, &["world", name, "--check"]);

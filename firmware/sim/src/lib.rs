@@ -9,9 +9,13 @@
 
 mod body;
 mod channel;
-mod dice;
+mod check;
+mod dimensions;
+mod generate;
 mod geometry;
+mod library;
 mod plant;
+mod rng;
 mod scene;
 mod sensors;
 pub mod serve;
@@ -20,6 +24,7 @@ mod sound;
 mod stuck;
 #[cfg(test)]
 mod testing;
+mod time;
 mod trace;
 mod walker;
 mod world;
@@ -27,9 +32,10 @@ mod world;
 pub use body::Conditions;
 pub use channel::{ChannelSpec, ChannelSpecError, Modem, Radio, Squelch};
 pub use geometry::Pose;
-pub use plant::{LOOK_MS, Plant, TICK_MS, Truth};
+pub use plant::{Plant, Truth};
 pub use simulation::{Simulation, SimulationConfig};
 pub use sound::Sound;
 pub use sr04_firmware::board::{Duplex, PATIENCE_BYTES};
+pub use time::{LOOK_MS, TICK_MS};
 pub use trace::Trace;
 pub use world::{Material, Outline, OutlineKind, Point, World, WorldError};

@@ -1,26 +1,22 @@
 //! The world and the robot's body as seen from the pins of the robot's board.
 
-use sr04_firmware::board::{Echo, INFRARED_LOOK_HZ, Inputs, Outputs, Sides, Switches, TICK_HZ};
+use sr04_firmware::board::{Echo, Inputs, Outputs, Sides, Switches};
 
-use crate::body::arm::{self, Arm};
+use crate::body::arm::Arm;
 use crate::body::hook::Hook;
-use crate::body::{Body, Conditions, RADIUS_IN};
-use crate::dice::{Dice, Stream};
+use crate::body::{Body, Conditions};
+use crate::dimensions::{ARM_BEHIND_IN, RADIUS_IN};
 use crate::geometry::{Frame, Pose, Vec2};
+use crate::rng::{Rng, Stream};
 use crate::scene::Scene;
 use crate::sensors::infrared::Infrared;
 use crate::sensors::motion::{Carrier, MotionDetectors};
 use crate::sensors::photocells::Light;
 use crate::sensors::sonar::Sonars;
 use crate::sensors::{View, beacon, edges};
+use crate::time::TICK_MS;
 use crate::walker;
 use crate::world::{Outline, Point, World};
-
-/// Milliseconds per tick of the robot's program.
-pub const TICK_MS: u64 = 1000 / TICK_HZ as u64;
-
-/// Milliseconds between two infrared samples.
-pub const LOOK_MS: u64 = 1000 / INFRARED_LOOK_HZ as u64;
 
 /// Ticks from a ping to its echo.
 const ECHO_TICKS: u8 = 2;
@@ -68,12 +64,12 @@ pub struct Plant {
     sonars: Sonars,
     echo: Option<(u8, Echo)>,
     outputs: Outputs,
-    sonar_dice: Dice,
-    infrared_dice: Dice,
-    photocell_dice: Dice,
-    motion_dice: Dice,
-    beacon_dice: Dice,
-    snag_dice: Dice,
+    sonar_rng: Rng,
+    infrared_rng: Rng,
+    photocell_rng: Rng,
+    motion_rng: Rng,
+    beacon_rng: Rng,
+    snag_rng: Rng,
 }
 
 impl Plant {
@@ -82,8 +78,8 @@ impl Plant {
     pub fn new(world: &World, conditions: &Conditions, seed: u64) -> Self {
         let start = world.start;
         let center = Vec2::new(start.x_in, start.y_in);
-        let dice = |stream| Dice::for_sensor(seed, stream, conditions.noise);
-        let mut build_dice = Dice::new(seed, Stream::Build);
+        let rng = |stream| Rng::for_sensor(seed, stream, conditions.noise);
+        let mut build_rng = Rng::new(seed, Stream::Build);
         Self {
             now_ms: 0,
             frame: world.frame(),
@@ -93,7 +89,7 @@ impl Plant {
                 center,
                 start.theta_deg.to_radians(),
                 conditions,
-                &mut build_dice,
+                &mut build_rng,
             ),
             arm: Arm::default(),
             hook: Hook::default(),
@@ -106,12 +102,12 @@ impl Plant {
             sonars: Sonars::default(),
             echo: None,
             outputs: Outputs::default(),
-            sonar_dice: dice(Stream::Sonar),
-            infrared_dice: dice(Stream::Infrared),
-            photocell_dice: dice(Stream::Photocells),
-            motion_dice: dice(Stream::Motion),
-            beacon_dice: dice(Stream::Beacon),
-            snag_dice: dice(Stream::Snags),
+            sonar_rng: rng(Stream::Sonar),
+            infrared_rng: rng(Stream::Infrared),
+            photocell_rng: rng(Stream::Photocells),
+            motion_rng: rng(Stream::Motion),
+            beacon_rng: rng(Stream::Beacon),
+            snag_rng: rng(Stream::Snags),
         }
     }
 
@@ -119,42 +115,42 @@ impl Plant {
     pub fn step(&mut self) {
         self.now_ms += 1;
         if self.now_ms.is_multiple_of(walker::STEP_MS) {
-            for walking in &mut self.scene.walkers {
-                walking.step(self.body.center, RADIUS_IN);
+            for walker in &mut self.scene.walkers {
+                walker.step(self.body.center, RADIUS_IN);
             }
-            self.body.feel_the_floor(&self.scene);
+            self.body.update_floor(&self.scene);
         }
         self.body.step(&self.scene, self.outputs);
         if self.now_ms.is_multiple_of(TICK_MS) {
-            self.watch_from_the_arm();
-            self.meet_the_dock();
-            self.catch_on_things();
+            self.step_motion_detectors();
+            self.step_dock();
+            self.step_hook();
         }
     }
 
-    fn catch_on_things(&mut self) {
+    fn step_hook(&mut self) {
         if !self.scene.snags.is_empty() {
             self.hook.step(
                 &self.scene,
                 self.body.center,
                 self.body.theta_rad,
-                self.body.going(),
-                &mut self.snag_dice,
+                self.body.bumper_speed(),
+                &mut self.snag_rng,
             );
         }
     }
 
-    fn meet_the_dock(&mut self) {
+    fn step_dock(&mut self) {
         if let Some(dock) = &self.scene.dock {
             let is_held = dock.holds(self.body.center, self.body.theta_rad);
             self.body.charge(is_held);
         }
     }
 
-    fn watch_from_the_arm(&mut self) {
+    fn step_motion_detectors(&mut self) {
         let view = self.view();
         if self.outputs.arm_up || self.arm.raised() > 0.0 {
-            let base = view.point(0.0, -arm::BEHIND_IN);
+            let base = view.point(0.0, -ARM_BEHIND_IN);
             self.arm
                 .step(self.outputs.arm_up, self.scene.headroom_in(base));
         }
@@ -163,8 +159,7 @@ impl Plant {
             arm_is_up: self.arm.is_up(),
             robot_moves: self.body.is_moving(),
         };
-        self.motion
-            .step(&self.scene, carrier, &mut self.motion_dice);
+        self.motion.step(&self.scene, carrier, &mut self.motion_rng);
     }
 
     /// The robot's sensor inputs for a tick. Call it once per tick: it takes the encoder edges and advances a pending
@@ -173,7 +168,7 @@ impl Plant {
         let (counts_left, counts_right) = self.body.take_edges();
         let (photo_left, photo_right) =
             self.light
-                .read(&self.scene, self.view(), &mut self.photocell_dice);
+                .read(&self.scene, self.view(), &mut self.photocell_rng);
         Inputs {
             counts_left,
             counts_right,
@@ -203,7 +198,7 @@ impl Plant {
             &self.scene,
             dock,
             self.view(),
-            &mut self.beacon_dice,
+            &mut self.beacon_rng,
         ))
     }
 
@@ -224,7 +219,7 @@ impl Plant {
             let view = self.view();
             let range_in =
                 self.sonars
-                    .ping(&self.scene, view, side, self.now_ms, &mut self.sonar_dice);
+                    .ping(&self.scene, view, side, self.now_ms, &mut self.sonar_rng);
             self.echo = Some((ECHO_TICKS, Echo { side, range_in }));
         }
     }
@@ -237,7 +232,7 @@ impl Plant {
             view,
             clearance_in,
             leds_on,
-            &mut self.infrared_dice,
+            &mut self.infrared_rng,
         )
     }
 
@@ -279,10 +274,10 @@ impl Plant {
 
     /// Positions of people and animals in the robot's coordinates, each with its radius in inches.
     pub fn walkers(&self) -> impl Iterator<Item = (Point, f64)> {
-        self.scene.walkers.iter().map(|walking| {
+        self.scene.walkers.iter().map(|walker| {
             (
-                Point::from(self.frame.point(walking.center())),
-                walking.radius_in(),
+                Point::from(self.frame.point(walker.center())),
+                walker.radius_in(),
             )
         })
     }

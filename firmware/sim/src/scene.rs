@@ -5,7 +5,7 @@ use parry2d_f64::partitioning::{Bvh, BvhBuildStrategy};
 use parry2d_f64::query::Ray;
 
 use crate::geometry::{Solid, Vec2};
-use crate::walker::Walking;
+use crate::walker::MovingWalker;
 use crate::world::{Dock, Drops, Ground, Material, Obstacle, Overhead, Snag, Surface, World};
 
 /// Where a ray hits.
@@ -39,7 +39,7 @@ pub(crate) struct Scene {
     overheads: Vec<Overhead>,
     obstacles: Vec<Obstacle>,
     tree: Bvh,
-    pub(crate) walkers: Vec<Walking>,
+    pub(crate) walkers: Vec<MovingWalker>,
 }
 
 impl Scene {
@@ -57,7 +57,12 @@ impl Scene {
             overheads: world.overheads.clone(),
             obstacles: world.obstacles.clone(),
             tree: Bvh::from_leaves(BvhBuildStrategy::Binned, &bounds),
-            walkers: world.walkers.iter().cloned().map(Walking::new).collect(),
+            walkers: world
+                .walkers
+                .iter()
+                .cloned()
+                .map(MovingWalker::new)
+                .collect(),
         }
     }
 
@@ -81,10 +86,10 @@ impl Scene {
         let mut first =
             still.and_then(|(index, distance)| Some((distance, *self.obstacle(index)?)));
         if meets(&Material::Alive.surface()) {
-            for walking in &self.walkers {
+            for walker in &self.walkers {
                 let limit = first.map_or(max_in, |(distance, _)| distance);
-                if let Some(distance) = walking.solid().cast(&ray, limit) {
-                    first = Some((distance, walking.as_obstacle()));
+                if let Some(distance) = walker.solid().cast(&ray, limit) {
+                    first = Some((distance, walker.as_obstacle()));
                 }
             }
         }
@@ -99,11 +104,11 @@ impl Scene {
 
     /// Whether no shading object stands between two points.
     pub(crate) fn is_lit(&self, from: Vec2, to: Vec2) -> bool {
-        let way = to - from;
-        let length = way.length();
+        let offset = to - from;
+        let length = offset.length();
         length < 1e-6
             || self
-                .cast(from, way / length, length, |surface| surface.shades)
+                .cast(from, offset / length, length, |surface| surface.shades)
                 .is_none()
     }
 
@@ -125,8 +130,8 @@ impl Scene {
             };
             report(obstacle, point, reach_in, &mut found);
         }
-        for walking in &self.walkers {
-            report(&walking.as_obstacle(), point, reach_in, &mut found);
+        for walker in &self.walkers {
+            report(&walker.as_obstacle(), point, reach_in, &mut found);
         }
     }
 

@@ -6,9 +6,10 @@ use sr04_firmware::robot::Robot;
 
 use crate::body::Conditions;
 use crate::channel::{ChannelSpec, Radio};
-use crate::dice::{Dice, Stream};
-use crate::plant::{LOOK_MS, Plant, TICK_MS, Truth};
-use crate::stuck::StuckWatch;
+use crate::plant::{Plant, Truth};
+use crate::rng::{Rng, Stream};
+use crate::stuck::StuckDetector;
+use crate::time::{LOOK_MS, TICK_MS};
 use crate::world::{Outline, Point, World};
 
 /// Start values of a simulation. Equal configurations give equal runs, byte for byte.
@@ -56,22 +57,22 @@ pub struct Simulation {
     robot: Robot,
     identity: Identity,
     kept: Parameters,
-    robot_dice: Dice,
+    robot_rng: Rng,
     leds_on: bool,
     inputs: Inputs,
     radio: Radio,
-    stuck: StuckWatch,
+    stuck: StuckDetector,
 }
 
 impl Simulation {
     /// A simulation at time 0: the robot is at its start and has just booted.
     #[must_use]
     pub fn new(config: &SimulationConfig) -> Self {
-        let mut robot_dice = Dice::new(config.seed, Stream::Robot);
+        let mut robot_rng = Rng::new(config.seed, Stream::Robot);
         let identity = Identity {
             robot_id: config.robot_id,
             boots: config.boots,
-            dice_seed: robot_dice.next_u32(),
+            dice_seed: robot_rng.next_u32(),
             duplex: config.duplex,
         };
         Self {
@@ -80,11 +81,11 @@ impl Simulation {
             robot: Robot::restored(identity, config.parameters.clone()),
             identity,
             kept: config.parameters.clone(),
-            robot_dice,
+            robot_rng,
             leds_on: false,
             inputs: Inputs::default(),
             radio: Radio::new(&config.channel, config.seed),
-            stuck: StuckWatch::default(),
+            stuck: StuckDetector::default(),
         }
     }
 
@@ -204,7 +205,7 @@ impl Simulation {
     /// continues.
     pub fn reboot(&mut self) {
         self.identity.boots = self.identity.boots.wrapping_add(1);
-        self.identity.dice_seed = self.robot_dice.next_u32();
+        self.identity.dice_seed = self.robot_rng.next_u32();
         self.robot = Robot::restored(self.identity, self.kept.clone());
         self.leds_on = false;
         self.plant.reset_board();

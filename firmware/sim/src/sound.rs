@@ -6,7 +6,7 @@ use std::io::{self, Seek, Write};
 use hound::{SampleFormat, WavSpec, WavWriter};
 use sr04_firmware::song::NOTE_HZ_MAX;
 
-use crate::plant::TICK_MS;
+use crate::time::TICK_MS;
 
 /// Samples per second.
 const SAMPLE_HZ: u32 = 22_050;

@@ -3,7 +3,8 @@
 use sr04_firmware::board::Outputs;
 
 use crate::geometry::Pose;
-use crate::plant::{TICK_MS, Truth};
+use crate::plant::Truth;
+use crate::time::TICK_MS;
 
 /// Less progress than this is none.
 const STUCK_IN: f64 = 12.0;
@@ -13,12 +14,12 @@ const STUCK_MS: u64 = 5 * 60 * 1000;
 /// Detects less than 12 inches of progress in 5 minutes with the motors on. Driving to and fro within that circle is
 /// no progress.
 #[derive(Clone, Debug, Default)]
-pub(crate) struct StuckWatch {
+pub(crate) struct StuckDetector {
     anchor: Pose,
-    told_ms: u64,
+    driven_ms: u64,
 }
 
-impl StuckWatch {
+impl StuckDetector {
     /// Call once per tick.
     pub(crate) fn observe(&mut self, truth: &Truth, outputs: Outputs) {
         let (x, y) = (
@@ -27,14 +28,14 @@ impl StuckWatch {
         );
         if x * x + y * y >= STUCK_IN * STUCK_IN {
             self.anchor = truth.pose;
-            self.told_ms = 0;
+            self.driven_ms = 0;
         } else if outputs.pwm_left != 0 || outputs.pwm_right != 0 {
-            self.told_ms += TICK_MS;
+            self.driven_ms += TICK_MS;
         }
     }
 
     pub(crate) const fn is_stuck(&self) -> bool {
-        self.told_ms >= STUCK_MS
+        self.driven_ms >= STUCK_MS
     }
 }
 
@@ -68,7 +69,7 @@ mod tests {
             pwm_right: 100,
             ..Outputs::default()
         };
-        let mut watch = StuckWatch::default();
+        let mut watch = StuckDetector::default();
         let ticks = STUCK_MS / TICK_MS;
         for tick in 0..ticks - 1 {
             watch.observe(&truth_at(if tick % 2 == 0 { 0.0 } else { 11.0 }), driving);

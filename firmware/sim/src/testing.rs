@@ -9,11 +9,11 @@ use crate::world::World;
 
 /// A square room of `cells` by `cells` 6-inch cells, walls included; `["box", material]` puts a box of 40 by 10 inches
 /// in the middle.
-pub(crate) fn room(cells: usize, thing: &[&str]) -> Scene {
-    Scene::new(&room_world(cells, thing))
+pub(crate) fn room(cells: usize, object: &[&str]) -> Scene {
+    Scene::new(&room_world(cells, object))
 }
 
-pub(crate) fn room_world(cells: usize, thing: &[&str]) -> World {
+pub(crate) fn room_world(cells: usize, object: &[&str]) -> World {
     let wall = "#".repeat(cells);
     let floor = format!("#{}#", ".".repeat(cells - 2));
     let start = format!("#..^{}#", ".".repeat(cells - 5));
@@ -24,7 +24,7 @@ pub(crate) fn room_world(cells: usize, thing: &[&str]) -> World {
         text.push('\n');
     }
     write!(text, "{wall}\n'''\n").expect("writing to a string cannot fail");
-    if let [kind, material] = thing {
+    if let [kind, material] = object {
         let middle = cells as f64 * 3.0;
         write!(
             text,

@@ -7,8 +7,8 @@ use sr04_firmware::arbiter::Holder;
 use sr04_firmware::board::{COUNTS_PER_IN, Sides};
 use sr04_firmware::odometry::UNITS_PER_IN;
 
-use crate::plant::TICK_MS;
 use crate::simulation::Simulation;
+use crate::time::TICK_MS;
 
 /// Column names. `firmware/trials/README.md` defines each column.
 const COLUMNS: &str = "time_ms,true_x_in,true_y_in,true_theta_deg,believed_x_in,believed_y_in,believed_theta_deg,\

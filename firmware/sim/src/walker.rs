@@ -11,14 +11,14 @@ const COURTESY_IN: f64 = 1.0;
 
 /// A walker's position on its path.
 #[derive(Clone, Debug)]
-pub(crate) struct Walking {
+pub(crate) struct MovingWalker {
     walker: Walker,
     center: Vec2,
     next: usize,
     pause_left_s: f64,
 }
 
-impl Walking {
+impl MovingWalker {
     pub(crate) fn new(walker: Walker) -> Self {
         let center = walker.path.first().copied().unwrap_or(Vec2::ZERO);
         Self {
@@ -58,14 +58,14 @@ impl Walking {
         let Some(&goal) = self.walker.path.get(self.next) else {
             return;
         };
-        let way = goal - self.center;
-        let distance = way.length();
+        let offset = goal - self.center;
+        let distance = offset.length();
         let stride = self.walker.speed_in_s * step_s;
         let arrives = distance <= stride;
         let stepped = if arrives {
             goal
         } else {
-            self.center + way * (stride / distance)
+            self.center + offset * (stride / distance)
         };
         let room = robot_radius_in + self.radius_in() + COURTESY_IN;
         let gap = stepped.distance(robot);

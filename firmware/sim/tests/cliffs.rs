@@ -1,4 +1,4 @@
-//! Nothing drives the robot over an edge of the floor.
+//! The robot never drives over an edge of the floor.
 
 mod common;
 
@@ -6,7 +6,7 @@ use common::{Rig, parameters};
 use sr04_firmware::parameters::Parameter;
 use sr04_sim::World;
 
-/// A floor of eight by eight feet like a table's top, no floor around it, and this in its middle rows.
+/// A floor of eight by eight feet surrounded by drops, with `middle` as its middle rows.
 fn table(middle: &str) -> World {
     let drop = format!("{}\n", "~".repeat(24)).repeat(4);
     let floor = format!("~~~~{}~~~~\n", ".".repeat(16));
@@ -15,16 +15,16 @@ fn table(middle: &str) -> World {
         floor.repeat(8),
         floor.repeat(7),
     );
-    World::parse("table", &text).expect("the table is drawn right")
+    World::parse("table", &text).expect("the table is a valid world")
 }
 
-/// What came of prowling about.
+/// Result of prowling.
 #[derive(Default)]
 struct Outcome {
     falls: u32,
-    /// Times that a sensor lost the floor after a second with floor.
+    /// Times that a sensor found an edge after a second without one.
     approaches: u32,
-    /// The farthest that it went on after that, in inches.
+    /// Longest distance driven toward the edge after that, in inches.
     farthest_in: f64,
     path_in: f64,
 }
@@ -70,8 +70,8 @@ impl Outcome {
 }
 
 #[test]
-fn on_a_table_it_never_falls_and_stops_within_an_inch() {
-    // Bare, and with things to bump into near the edges.
+fn prowling_on_a_table_never_falls_and_stops_within_an_inch() {
+    // Without obstacles, and with obstacles near the edges.
     let cluttered = "~~~~.o............o.~~~~\n~~~~...o........o...~~~~\n".to_owned();
     for middle in [String::new(), cluttered] {
         let world = table(&middle);
@@ -92,8 +92,8 @@ fn on_a_table_it_never_falls_and_stops_within_an_inch() {
 }
 
 #[test]
-fn beside_stairs_it_never_falls_and_without_the_guard_it_does() {
-    let world = World::built_in("stairs").expect("it comes with the program");
+fn prowling_beside_stairs_falls_only_without_the_guard() {
+    let world = World::built_in("stairs").expect("the world is built in");
     let (mut guarded, mut free) = (Outcome::default(), Outcome::default());
     for seed in 1..=10 {
         guarded.prowl(&world, seed, 1, 10);
@@ -104,7 +104,7 @@ fn beside_stairs_it_never_falls_and_without_the_guard_it_does() {
 }
 
 #[test]
-fn backing_off_a_bumper_it_does_not_back_down_the_stairs() {
+fn backing_off_an_obstacle_stops_before_the_stairs() {
     // A shelf 18 inches deep between a low rail and the drop.
     let plan = format!(
         "{}#....^.....#\n#..........#\n#{}#\n",
@@ -114,13 +114,13 @@ fn backing_off_a_bumper_it_does_not_back_down_the_stairs() {
     let text = format!(
         "name = \"shelf\"\ncell_in = 6\nplan = '''\n{plan}#~~~~~~~~~~#\n#~~~~~~~~~~#\n############\n'''\n"
     );
-    let world = World::parse("shelf", &text).expect("the shelf is drawn right");
+    let world = World::parse("shelf", &text).expect("the shelf is a valid world");
     let (mut guarded, mut free) = (Outcome::default(), Outcome::default());
     for seed in 1..=20 {
         guarded.prowl(&world, seed, 1, 5);
         free.prowl(&world, seed, 0, 5);
     }
     assert_eq!((guarded.falls, free.falls), (0, 20));
-    // It does not stand there either.
+    // The robot keeps moving.
     assert!(guarded.path_in > 20.0 * 100.0, "{}", guarded.path_in);
 }

@@ -1,9 +1,9 @@
-//! The same seed gives the same run, on every platform.
+//! The same seed gives the same run on every platform.
 
 use sr04_firmware::board::{Inputs, Outputs, Side};
 use sr04_sim::{Conditions, LOOK_MS, Plant, Simulation, SimulationConfig, TICK_MS, World};
 
-/// FNV-1a, 64 bits.
+/// FNV-1a hash, 64 bits.
 struct Hash(u64);
 
 impl Hash {
@@ -22,7 +22,7 @@ impl Hash {
     }
 }
 
-/// Motor commands that lead into walls, corners and the middle of rooms.
+/// Motor commands that lead to walls, corners and open space.
 fn script(tick: u64) -> Outputs {
     let leg = tick / 37;
     let turn = [0, 60, -40, 150, -180][(leg % 5) as usize];
@@ -40,9 +40,9 @@ fn script(tick: u64) -> Outputs {
     }
 }
 
-/// What a scripted robot senses in ten minutes.
+/// Hash of a scripted robot's inputs over ten minutes.
 fn senses(world: &str, seed: u64) -> u64 {
-    let world = World::built_in(world).expect("it comes with the program");
+    let world = World::built_in(world).expect("the world is built in");
     let mut plant = Plant::new(&world, &Conditions::default(), seed);
     let mut hash = Hash::new();
     let mut leds_on = false;
@@ -64,13 +64,13 @@ fn senses(world: &str, seed: u64) -> u64 {
     hash.0
 }
 
-/// Everything the ground and the robot see of a run over a noisy radio.
+/// Hash of the robot's inputs and the downlink over a noisy radio.
 fn run(seed: u64) -> u64 {
-    let world = World::built_in("living-room").expect("it comes with the program");
+    let world = World::built_in("living-room").expect("the world is built in");
     let mut config = SimulationConfig::new(world, seed);
     config.channel = "ber=1e-3,burst=20,dup=0.01,drop=0.01"
         .parse()
-        .expect("it is well formed");
+        .expect("the channel is valid");
     let mut simulation = Simulation::new(&config);
     let mut hash = Hash::new();
     for second in 0..120 {
@@ -87,9 +87,9 @@ fn run(seed: u64) -> u64 {
 }
 
 #[test]
-fn senses_are_the_same_on_every_platform() {
-    // A difference here without a change to the world, the physics or a sensor means that this
-    // platform computes differently; with such a change, the new values belong here.
+fn scripted_inputs_are_the_same_on_every_platform() {
+    // A difference without a change to a world, the physics or a sensor means that this platform computes differently.
+    // After such a change, put the new values here.
     let hashes = ["living-room", "corridor"].map(|world| senses(world, 1));
     assert_eq!(
         hashes.map(|hash| format!("{hash:016x}")),
@@ -98,16 +98,16 @@ fn senses_are_the_same_on_every_platform() {
 }
 
 #[test]
-fn the_same_seed_gives_the_same_run_and_another_one_does_not() {
+fn runs_are_equal_only_for_the_same_seed() {
     assert_eq!(run(7), run(7));
     assert_ne!(run(7), run(8));
 }
 
 #[test]
-fn one_sensors_noise_does_not_move_anothers() {
-    // Without pings, the infrared looks and photocells must be the same as with them.
+fn noise_of_one_sensor_does_not_change_another() {
+    // Infrared samples and photocells must be the same with and without pings.
     let observe = |pings: bool| {
-        let world = World::built_in("house").expect("it comes with the program");
+        let world = World::built_in("house").expect("the world is built in");
         let mut plant = Plant::new(&world, &Conditions::default(), 3);
         let mut seen = Vec::new();
         for now_ms in 1..=60_000_u64 {

@@ -1,4 +1,4 @@
-//! To the dock, charged, and on.
+//! Docking, charging and undocking.
 
 mod common;
 
@@ -8,7 +8,7 @@ use groundwave_protocol::letters::{Layer, LayerMask, Mode};
 use sr04_sim::{Conditions, Pose, World};
 
 #[test]
-fn it_gets_away_from_the_docks_edge_which_closes_no_switch() {
+fn robot_held_by_the_docks_edge_gets_free() {
     let wall = "#".repeat(30);
     let floor = format!("#{}#\n", ".".repeat(28)).repeat(10);
     let start = format!("#..>{}#\n", ".".repeat(25));
@@ -16,7 +16,7 @@ fn it_gets_away_from_the_docks_edge_which_closes_no_switch() {
         "name = \"edge\"\ncell_in = 6\nplan = '''\n{wall}\n{floor}{start}{floor}{wall}\n'''\n\
          [dock]\nat = [63, 9]\nfacing_deg = 0\n"
     );
-    // Aslant to the wall that the dock stands at, its edge 16 degrees off the nose.
+    // At an angle to the wall with the dock, whose edge is 16 degrees off the nose.
     let world = World::parse("edge", &text)
         .unwrap_or_else(|error| panic!("{error}"))
         .started_at(Pose {
@@ -24,7 +24,7 @@ fn it_gets_away_from_the_docks_edge_which_closes_no_switch() {
             y_in: 17.8,
             theta_deg: 106.8,
         })
-        .expect("it has room there");
+        .expect("the robot fits there");
     for seed in 0..8 {
         let mut rig = Rig::new(&world, seed, parameters(&[]));
         rig.order(Order::Layers {
@@ -35,7 +35,7 @@ fn it_gets_away_from_the_docks_edge_which_closes_no_switch() {
             rig.tick();
             rig.robot.is_saturated() && !rig.inputs.bumper.any()
         });
-        assert!(was_held, "seed {seed}: it has missed the edge");
+        assert!(was_held, "seed {seed}: the robot missed the edge");
         let goes = (0..20 * 20).any(|_| {
             rig.tick();
             rig.distance_in(0.0, 20.0) > 12.0
@@ -45,8 +45,8 @@ fn it_gets_away_from_the_docks_edge_which_closes_no_switch() {
 }
 
 #[test]
-fn it_docks_by_the_beacon_charges_and_goes_on() {
-    let world = World::built_in("flat").expect("it comes with the program");
+fn robot_docks_by_the_beacon_charges_and_leaves() {
+    let world = World::built_in("flat").expect("the world is built in");
     for seed in 1..=4 {
         let conditions = Conditions {
             charge: 0.9,

@@ -1,4 +1,4 @@
-//! Rotation, photo, motion and the modes made of them, in worlds. Seeds from 10,000 on belong to the trials.
+//! The rotation, photo and motion layers and the modes that use them. Seeds from 10,000 belong to the trials.
 
 mod common;
 
@@ -9,7 +9,7 @@ use sr04_firmware::arbiter::Holder;
 use sr04_firmware::parameters::Parameter;
 use sr04_sim::World;
 
-/// A room of so many cells of 6 inches a side; in the plan's middle of the south the robot looks north.
+/// A room of `width` by `depth` 6-inch cells; the robot starts in the middle of the south side and faces north.
 fn room(width: usize, depth: usize, rest: &str) -> World {
     let wall = "#".repeat(width);
     let floor = format!("#{}#\n", ".".repeat(width - 2));
@@ -29,7 +29,7 @@ fn room(width: usize, depth: usize, rest: &str) -> World {
     World::parse("room", &text).unwrap_or_else(|error| panic!("{error}"))
 }
 
-/// A dark room of 25 feet a side with a lamp in its middle, 10 feet ahead of the start.
+/// A dark room of 25 by 25 feet with a lamp in its middle, 10 feet ahead of the start.
 fn lit_room(height_in: u32) -> World {
     room(
         50,
@@ -41,8 +41,8 @@ fn lit_room(height_in: u32) -> World {
 }
 
 #[test]
-fn a_look_around_is_a_full_turn_in_truth() {
-    let world = World::built_in("open-room").expect("it is built in");
+fn scan_is_a_full_turn_of_the_true_pose() {
+    let world = World::built_in("open-room").expect("the world is built in");
     for seed in 0..20 {
         let mut rig = Rig::new(&world, seed, parameters(&[]));
         rig.run_s(3);
@@ -68,8 +68,8 @@ fn a_look_around_is_a_full_turn_in_truth() {
     }
 }
 
-/// Higher layers than photo that leave it something to say: sonar would find walls everywhere.
-const MOTH: LayerMask = LayerMask::ALL.without(Layer::Motion).without(Layer::Sonar);
+/// Layers allowed for following light: motion and sonar would override the photo layer everywhere.
+const LIGHT_LAYERS: LayerMask = LayerMask::ALL.without(Layer::Motion).without(Layer::Sonar);
 
 fn allow(rig: &mut Rig, allowed: LayerMask) {
     rig.order(Order::Layers {
@@ -78,7 +78,7 @@ fn allow(rig: &mut Rig, allowed: LayerMask) {
     });
 }
 
-/// How often it went round a point within so many seconds, and how far it was on average in the last half.
+/// Turns around a point within `seconds`, and the mean distance from it in the second half of the time.
 fn circles(rig: &mut Rig, x_in: f64, y_in: f64, seconds: u32) -> (f64, f64) {
     let bearing = |rig: &Rig| {
         let pose = rig.plant.truth().pose;
@@ -98,35 +98,35 @@ fn circles(rig: &mut Rig, x_in: f64, y_in: f64, seconds: u32) -> (f64, f64) {
 }
 
 #[test]
-fn the_moth_finds_the_lamp_and_circles_it() {
+fn robot_finds_a_lamp_and_circles_it() {
     let world = lit_room(30);
-    let mut moths = 0;
+    let mut circling = 0;
     for seed in 0..20 {
         let mut rig = Rig::new(&world, seed, parameters(&[]));
         rig.tick();
-        allow(&mut rig, MOTH);
+        allow(&mut rig, LIGHT_LAYERS);
         let (turns, far_in) = circles(&mut rig, 3.0, 123.0, 120);
-        moths += u32::from(turns.abs() >= 2.0 && far_in < 72.0);
+        circling += u32::from(turns.abs() >= 2.0 && far_in < 72.0);
     }
-    assert!(moths >= 18, "{moths} of 20");
+    assert!(circling >= 18, "{circling} of 20");
 }
 
 #[test]
-fn told_to_avoid_light_it_stays_in_the_dark() {
-    // 50 feet by 12: the lamp hangs in the west, the start is in the middle.
+fn light_avoidance_keeps_the_robot_in_the_dark() {
+    // 50 by 12 feet: the lamp is in the west, the start in the middle.
     let world = room(
         100,
         25,
         "[[lamp]]\nname = \"lamp\"\nat = [40, 75]\ncandela = 150\nheight_in = 30\n",
     );
-    // Its robot comes straight at the lamp in that minute, sees no difference between its cells, and turns about when the
-    // light has grown.
+    // With this seed the robot drives straight at the lamp, both cells read the same, and it turns around only when the
+    // light has become brighter.
     let head_on = 3;
     for seed in 0..20 {
         let share = |avoid| {
             let mut rig = Rig::new(&world, seed, parameters(&[(Parameter::PhotoAvoid, avoid)]));
             rig.tick();
-            allow(&mut rig, MOTH);
+            allow(&mut rig, LIGHT_LAYERS);
             rig.run_s(120);
             let mut dark = 0;
             for _ in 0..60 * 20 {
@@ -135,7 +135,7 @@ fn told_to_avoid_light_it_stays_in_the_dark() {
             }
             f64::from(dark) / 1200.0
         };
-        // The last third of the room.
+        // Within the last third of the room.
         let (avoiding, attracted) = (share(1), share(0));
         let least = if seed == head_on { 0.4 } else { 0.75 };
         assert!(avoiding > least, "seed {seed}: {avoiding}");
@@ -143,7 +143,7 @@ fn told_to_avoid_light_it_stays_in_the_dark() {
     }
 }
 
-/// A robot that has only reacted for so many seconds, and for how many ticks it has stood by now.
+/// A robot after `seconds` in reactive mode, and the number of ticks for which it has stood still.
 fn reactive(world: &World, seed: u64, allowed: LayerMask, seconds: u32) -> (Rig, u32) {
     let mut rig = Rig::new(world, seed, parameters(&[]));
     rig.tick();
@@ -160,9 +160,9 @@ fn reactive(world: &World, seed: u64, allowed: LayerMask, seconds: u32) -> (Rig,
 }
 
 #[test]
-fn a_robot_that_only_reacts_comes_to_rest_within_five_minutes() {
+fn reactive_robot_comes_to_rest_within_five_minutes() {
     for name in ["house", "living-room", "open-room", "corridor"] {
-        let world = World::built_in(name).expect("it is built in");
+        let world = World::built_in(name).expect("the world is built in");
         let without_photo = LayerMask::ALL.without(Layer::Photo);
         for allowed in [LayerMask::ALL, without_photo] {
             let rests = |&seed: &u64| reactive(&world, seed, allowed, 300).1 >= 5 * 20;
@@ -173,13 +173,13 @@ fn a_robot_that_only_reacts_comes_to_rest_within_five_minutes() {
 }
 
 #[test]
-fn at_rest_a_new_lamp_moves_it_within_two_seconds() {
+fn new_lamp_moves_a_resting_robot_within_two_seconds() {
     let lamps = "[[lamp]]\nname = \"lamp\"\nat = [150, 150]\ncandela = 100\nheight_in = 30\n\
                  [[lamp]]\nname = \"new\"\nat = [80, 220]\ncandela = 300\nheight_in = 30\non = false\n";
     let world = room(50, 50, lamps);
     for seed in 0..20 {
         let (mut rig, still) = reactive(&world, seed, LayerMask::ALL, 200);
-        assert!(still > 20, "seed {seed}: it does not rest");
+        assert!(still > 20, "seed {seed}: the robot does not rest");
         assert!(rig.outputs.arm_up, "seed {seed}");
         let before = rig.plant.truth().path_in;
         rig.plant.set_lamp("new", true);
@@ -190,8 +190,8 @@ fn at_rest_a_new_lamp_moves_it_within_two_seconds() {
 }
 
 #[test]
-fn it_hides_and_leaps_out_at_who_walks_by() {
-    // Round the robot: it may hide facing any way.
+fn hiding_robot_leaps_out_at_a_passing_person() {
+    // The path surrounds the robot, which may hide facing any direction.
     let world = room(
         40,
         40,
@@ -217,7 +217,7 @@ fn it_hides_and_leaps_out_at_who_walks_by() {
         assert_eq!(
             rig.robot.mode(),
             Mode::Prowl,
-            "seed {seed}: nothing moved it"
+            "seed {seed}: the person did not move the robot"
         );
         assert!(sang && was_up, "seed {seed}");
     }

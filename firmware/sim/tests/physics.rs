@@ -1,4 +1,4 @@
-//! The simulated world obeys what can be computed by hand.
+//! The simulated physics agrees with results computed by hand.
 
 use sr04_sim::{Conditions, Plant, Simulation, SimulationConfig, World};
 
@@ -11,13 +11,13 @@ fn ideal() -> Conditions {
 }
 
 #[test]
-fn without_noise_odometry_is_exact() {
-    let world = World::built_in("open-room").expect("it comes with the program");
+fn odometry_without_noise_is_exact() {
+    let world = World::built_in("open-room").expect("the world is built in");
     for seed in 1..=5 {
         let mut config = SimulationConfig::new(world.clone(), seed);
         config.conditions = ideal();
         let mut simulation = Simulation::new(&config);
-        // Until it first touches something: from there on wheels slip.
+        // Until the first contact: from there on the wheels slip.
         while !simulation.truth().is_touching && simulation.now_ms() < 60_000 {
             simulation.run_for_ms(50);
             let truth = simulation.truth().pose;
@@ -37,8 +37,8 @@ fn without_noise_odometry_is_exact() {
 }
 
 #[test]
-fn without_noise_every_seed_senses_the_same() {
-    let world = World::built_in("living-room").expect("it comes with the program");
+fn inputs_without_noise_do_not_depend_on_the_seed() {
+    let world = World::built_in("living-room").expect("the world is built in");
     let sense = |seed| {
         let mut plant = Plant::new(&world, &ideal(), seed);
         let mut seen = Vec::new();

@@ -1,4 +1,4 @@
-//! A robot at rest, and what moves it: a new obstacle, and a low battery.
+//! A resting robot moves for a new obstacle and for a low battery.
 
 mod common;
 
@@ -8,8 +8,8 @@ use groundwave_protocol::letters::{Layer, LayerMask, Mode};
 use sr04_firmware::parameters::Parameter;
 use sr04_sim::{Conditions, World};
 
-/// A room of 20 feet by 20 with the robot in its middle. Somebody
-/// stands at the north end and walks up to it after a while.
+/// A room of 20 by 20 feet with the robot in its middle. A person stands at the north end and walks up to the robot
+/// after [`PAUSE_S`].
 fn room() -> World {
     let wall = "#".repeat(40);
     let floor = format!("#{}#\n", ".".repeat(38));
@@ -29,13 +29,13 @@ fn room() -> World {
     World::parse("room", &text).unwrap_or_else(|error| panic!("{error}"))
 }
 
-/// So long the person stands before walking up.
+/// Seconds that the person stands before walking.
 const PAUSE_S: u32 = 60;
 
 #[test]
-fn at_rest_a_new_obstacle_moves_it_within_two_seconds() {
+fn new_obstacle_moves_a_resting_robot_within_two_seconds() {
     let world = room();
-    // Neither the arm, which sees a person far away, nor the light.
+    // Without the arm, which detects a distant person, and without the photocells.
     let allowed = LayerMask::ALL.without(Layer::Motion).without(Layer::Photo);
     for seed in 0..20 {
         let mut rig = Rig::new(&world, seed, parameters(&[]));
@@ -49,38 +49,38 @@ fn at_rest_a_new_obstacle_moves_it_within_two_seconds() {
             rig.tick();
         }
         let path_in = rig.plant.truth().path_in;
-        assert_eq!(rig.outputs.pwm_left, 0, "seed {seed}: it rests");
+        assert_eq!(rig.outputs.pwm_left, 0, "seed {seed}: the robot rests");
         rig.run_s(2);
         let truth = rig.plant.truth();
         assert!(truth.path_in > path_in + 0.5, "seed {seed}: {truth:?}");
     }
 }
 
-/// From the robot's bumper to the person.
+/// Distance from the robot's bumper to the person.
 fn room_to_person_in(rig: &Rig) -> f64 {
-    let (person, radius_in) = rig.plant.walkers().next().expect("somebody is there");
+    let (person, radius_in) = rig.plant.walkers().next().expect("the person is there");
     rig.distance_in(person.x_in, person.y_in) - radius_in - ROBOT_IN
 }
 
-/// To its bumper.
+/// Distance from the robot's centre to its bumper.
 const ROBOT_IN: f64 = 7.0;
 
-/// As near an obstacle is seen by sonar, and soon by infrared.
+/// Distance at which sonar, and soon infrared, detects an obstacle.
 const NEAR_IN: f64 = 48.0;
 
 #[test]
-fn by_itself_it_goes_to_its_dock_when_the_battery_is_low_and_then_on() {
-    let world = World::built_in("flat").expect("it comes with the program");
+fn low_battery_sends_the_robot_to_its_dock_and_back() {
+    let world = World::built_in("flat").expect("the world is built in");
     for seed in 1..=2 {
         let conditions = Conditions {
             charge: 0.85,
             ..Conditions::default()
         };
-        // Low early, so that there is not half a night to charge.
+        // A high threshold keeps the charging time short.
         let forages = parameters(&[(Parameter::Forage, 1), (Parameter::LowBattery, 125)]);
         let mut rig = Rig::with(&world, seed, forages, &conditions);
         let begun_s = rig.run_to(Mode::Forage, 3600);
-        assert!(begun_s.is_some(), "seed {seed}: the battery gets low");
+        assert!(begun_s.is_some(), "seed {seed}: the battery becomes low");
         let docks = (0..20 * 1200).any(|_| {
             rig.tick();
             rig.inputs.is_docked
@@ -96,7 +96,7 @@ fn by_itself_it_goes_to_its_dock_when_the_battery_is_low_and_then_on() {
         rig.run_s(60);
         assert!(
             rig.plant.truth().path_in > before_in + 60.0,
-            "seed {seed}: it goes on"
+            "seed {seed}: the robot continues"
         );
     }
 }

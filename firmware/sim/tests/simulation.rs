@@ -3,20 +3,20 @@
 use sr04_sim::{ChannelSpec, Simulation, SimulationConfig, World};
 
 fn simulation(world: &str, seed: u64, channel: &str) -> Simulation {
-    let world = World::built_in(world).expect("it comes with the program");
+    let world = World::built_in(world).expect("the world is built in");
     let mut config = SimulationConfig::new(world, seed);
-    config.channel = channel.parse().expect("the channel is well formed");
+    config.channel = channel.parse().expect("the channel is valid");
     Simulation::new(&config)
 }
 
-/// Bytes the ground receives in so many seconds.
+/// Number of bytes that the ground station receives in `seconds`.
 fn received(simulation: &mut Simulation, seconds: u64) -> usize {
     simulation.run_for_ms(seconds * 1000);
     std::iter::from_fn(|| simulation.poll_downlink()).count()
 }
 
 #[test]
-fn the_downlink_never_exceeds_its_240_bytes_a_second() {
+fn downlink_never_exceeds_240_bytes_per_second() {
     let mut simulation = simulation("house", 1, "");
     for second in 0..60 {
         let count = received(&mut simulation, 1);
@@ -28,7 +28,7 @@ fn the_downlink_never_exceeds_its_240_bytes_a_second() {
 }
 
 #[test]
-fn the_uplink_drains_at_240_bytes_a_second() {
+fn uplink_drains_at_240_bytes_per_second() {
     let mut simulation = simulation("house", 1, "");
     simulation.handle_uplink(&[b'\n'; 480]);
     simulation.run_for_ms(1000);
@@ -40,7 +40,7 @@ fn the_uplink_drains_at_240_bytes_a_second() {
 }
 
 #[test]
-fn an_outage_is_silence() {
+fn outage_is_silence() {
     let mut simulation = simulation("house", 1, "out=2s..4s");
     assert!(received(&mut simulation, 2) > 300);
     assert!(received(&mut simulation, 2) <= 1);
@@ -48,7 +48,7 @@ fn an_outage_is_silence() {
 }
 
 #[test]
-fn who_sends_on_a_half_duplex_radio_is_deaf() {
+fn half_duplex_ground_station_receives_nothing_while_sending() {
     let mut simulation = simulation("house", 1, "half-duplex");
     let quiet = received(&mut simulation, 2);
     simulation.handle_uplink(&[b'\n'; 480]);
@@ -57,35 +57,35 @@ fn who_sends_on_a_half_duplex_radio_is_deaf() {
 }
 
 #[test]
-fn a_channel_can_be_exchanged_in_flight() {
+fn channel_can_be_replaced_in_flight() {
     let mut simulation = simulation("house", 1, "");
     received(&mut simulation, 2);
-    simulation.set_channel(&"drop=1".parse().expect("it is well formed"));
+    simulation.set_channel(&"drop=1".parse().expect("the channel is valid"));
     assert_eq!(received(&mut simulation, 2), 0);
     simulation.set_channel(&ChannelSpec::default());
     assert!(received(&mut simulation, 2) > 300);
 }
 
 #[test]
-fn a_reboot_forgets_the_robot_and_keeps_the_world() {
+fn reboot_resets_the_robot_and_keeps_the_world() {
     let mut simulation = simulation("house", 1, "");
     simulation.run_for_ms(20_000);
     let before = simulation.truth();
-    assert!(before.path_in > 12.0, "it drives");
+    assert!(before.path_in > 12.0, "the robot drives");
     simulation.reboot();
     assert_eq!(simulation.boots(), 2);
     assert_eq!(simulation.truth(), before);
     simulation.run_for_ms(10_000);
     assert!(
         simulation.truth().path_in > before.path_in,
-        "it drives again"
+        "the robot drives again"
     );
 }
 
-/// Pressed at every phase of the robot's tick: from top speed the robot is as slow as an encoder can tell within
-/// 150 ms, stands within 300, and the brake does not drive it back.
+/// Stops from top speed at every phase of the robot's tick: within 150 ms the speed is the lowest that an encoder can
+/// measure, within 300 ms the robot stands, and the brake does not drive it backward.
 #[test]
-fn a_stopped_robot_stands_at_once() {
+fn stop_command_stops_the_robot_within_300_ms() {
     for phase_ms in 0..50 {
         let mut simulation = simulation("open-room", 1, "");
         simulation.run_for_ms(3000 + phase_ms);

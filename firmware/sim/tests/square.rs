@@ -1,4 +1,4 @@
-//! The square of the calibration, by wheels that are not as drawn.
+//! The calibration square, driven by wheels of other than nominal size.
 
 mod common;
 
@@ -8,7 +8,7 @@ use groundwave_protocol::letters::Mode;
 use sr04_firmware::parameters::Parameter;
 use sr04_sim::{Conditions, World};
 
-/// Where it stands at the end of a square in truth, and by odometry.
+/// True position, odometry position and seconds at the end of a square.
 fn drive(seed: u64, side: i16, ideal_wheels: bool) -> ((f64, f64), (f64, f64), f64) {
     let conditions = Conditions {
         ideal_wheels,
@@ -24,7 +24,7 @@ fn drive(seed: u64, side: i16, ideal_wheels: bool) -> ((f64, f64), (f64, f64), f
     rig.tick();
     rig.order(Order::Mode(Mode::Calibrate));
     rig.tick();
-    let seconds = rig.run_to(Mode::Stop, 600).expect("it ends");
+    let seconds = rig.run_to(Mode::Stop, 600).expect("the square ends");
     rig.run_s(2);
     let truth = rig.plant.truth().pose;
     let pose = rig.robot.pose();
@@ -39,7 +39,7 @@ fn drive(seed: u64, side: i16, ideal_wheels: bool) -> ((f64, f64), (f64, f64), f
 }
 
 #[test]
-fn with_wheels_as_drawn_it_ends_where_it_began() {
+fn square_with_nominal_wheels_ends_at_its_start() {
     for seed in 1..=3 {
         for side in [157, -157, 60] {
             let (truth, odometry, _) = drive(seed, side, true);
@@ -53,7 +53,7 @@ fn with_wheels_as_drawn_it_ends_where_it_began() {
 }
 
 #[test]
-fn with_other_wheels_only_its_odometry_does() {
+fn square_with_other_wheels_ends_at_its_start_only_by_odometry() {
     let mut worst: f64 = 0.0;
     for seed in 1..=5 {
         for side in [157, -157] {
@@ -70,8 +70,8 @@ fn with_other_wheels_only_its_odometry_does() {
 }
 
 #[test]
-fn a_contact_spoils_it() {
-    let world = World::built_in("house").expect("it comes with the program");
+fn contact_ends_the_square_early() {
+    let world = World::built_in("house").expect("the world is built in");
     let mut rig = Rig::new(&world, 1, parameters(&[(Parameter::Square, 400)]));
     rig.order(Order::Mode(Mode::Calibrate));
     rig.tick();

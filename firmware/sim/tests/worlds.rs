@@ -1,9 +1,9 @@
-//! Worlds that come with the program are sound, and mistakes in others are named.
+//! Built-in worlds are valid, and errors in world files are reported with their position.
 
 use sr04_sim::{Outline, OutlineKind, World, WorldError};
 
-/// Parses a world with this plan and these lines behind it; returns its error's line, column, text.
-fn mistake(plan: &str, rest: &str) -> (usize, usize, String) {
+/// Parses a world with this plan, followed by `rest`; returns the error's line, column and text.
+fn error_in(plan: &str, rest: &str) -> (usize, usize, String) {
     let text = format!("name = \"test\"\ncell_in = 6\nplan = '''\n{plan}\n'''\n{rest}\n");
     match World::parse("test.toml", &text) {
         Err(WorldError::At {
@@ -15,14 +15,14 @@ fn mistake(plan: &str, rest: &str) -> (usize, usize, String) {
             assert_eq!(file, "test.toml");
             (line, column, problem)
         }
-        other => panic!("expected a mistake with a place, got {other:?}"),
+        other => panic!("expected an error with a position, got {other:?}"),
     }
 }
 
 const ROOM: &str = "########\n#......#\n#..^...#\n#....A.#\n#......#\n########";
 
 #[test]
-fn every_built_in_world_is_sound() {
+fn built_in_worlds_are_valid() {
     let names: Vec<&str> = World::built_in_names().collect();
     assert_eq!(
         names,
@@ -47,8 +47,8 @@ fn every_built_in_world_is_sound() {
 }
 
 #[test]
-fn a_character_without_a_meaning_is_named() {
-    let (line, column, problem) = mistake("#####\n#.^.#\n#..?#\n#####", "");
+fn unknown_character_is_reported() {
+    let (line, column, problem) = error_in("#####\n#.^.#\n#..?#\n#####", "");
     assert_eq!((line, column), (6, 4));
     assert!(
         problem.contains("'?'") && problem.contains("# wall"),
@@ -57,28 +57,28 @@ fn a_character_without_a_meaning_is_named() {
 }
 
 #[test]
-fn a_missing_and_a_second_start_are_named() {
-    let (line, column, problem) = mistake("#####\n#...#\n#####", "");
+fn missing_and_second_start_are_reported() {
+    let (line, column, problem) = error_in("#####\n#...#\n#####", "");
     assert_eq!((line, column), (3, 8));
     assert!(problem.contains("no start"), "{problem}");
-    let (line, column, problem) = mistake("######\n#.^..#\n#..v.#\n######", "");
+    let (line, column, problem) = error_in("######\n#.^..#\n#..v.#\n######", "");
     assert_eq!((line, column), (6, 4));
     assert!(problem.contains("second start"), "{problem}");
 }
 
 #[test]
-fn a_leak_is_named_where_it_is() {
-    let (line, column, problem) = mistake("#####\n#.^.#\n#....\n#####", "");
+fn open_floor_is_reported_at_its_position() {
+    let (line, column, problem) = error_in("#####\n#.^.#\n#....\n#####", "");
     assert_eq!((line, column), (6, 5));
-    assert!(problem.contains("close the edge"), "{problem}");
-    let (line, column, problem) = mistake("#####  \n#.^.## \n#....  \n###### ", "");
+    assert!(problem.contains("close it with #"), "{problem}");
+    let (line, column, problem) = error_in("#####  \n#.^.## \n#....  \n###### ", "");
     assert_eq!((line, column), (6, 6));
     assert!(problem.contains("outside"), "{problem}");
 }
 
 #[test]
-fn ragged_rows_are_named() {
-    let (line, column, problem) = mistake("#####\n#.^.#\n#...\n#####", "");
+fn uneven_rows_are_reported() {
+    let (line, column, problem) = error_in("#####\n#.^.#\n#...\n#####", "");
     assert_eq!((line, column), (6, 5));
     assert!(
         problem.contains("4 cells") && problem.contains("first row 5"),
@@ -87,46 +87,46 @@ fn ragged_rows_are_named() {
 }
 
 #[test]
-fn a_start_that_is_too_tight_is_named() {
-    let (line, column, problem) = mistake("#####\n#^..#\n#...#\n#####", "");
+fn start_without_room_is_reported() {
+    let (line, column, problem) = error_in("#####\n#^..#\n#...#\n#####", "");
     assert_eq!((line, column), (5, 2));
     assert!(problem.contains("6 inches"), "{problem}");
 }
 
 #[test]
-fn places_off_the_plan_and_unknown_marks_are_named() {
+fn places_outside_the_plan_and_unknown_marks_are_reported() {
     let lamp = |at: &str| format!("[[lamp]]\nname = \"l\"\ncandela = 10\nat = {at}");
-    let (line, column, problem) = mistake(ROOM, &lamp("\"Z\""));
+    let (line, column, problem) = error_in(ROOM, &lamp("\"Z\""));
     assert_eq!((line, column), (14, 6));
     assert!(problem.contains("no mark Z"), "{problem}");
-    let (_, _, problem) = mistake(ROOM, &lamp("[500, 10]"));
-    assert!(problem.contains("48 by 36 inches"), "{problem}");
-    let (_, _, problem) = mistake(ROOM, &lamp("7"));
-    assert!(problem.contains("a place is"), "{problem}");
+    let (_, _, problem) = error_in(ROOM, &lamp("[500, 10]"));
+    assert!(problem.contains("0 to 48 and 0 to 36 inches"), "{problem}");
+    let (_, _, problem) = error_in(ROOM, &lamp("7"));
+    assert!(problem.contains("expected a place"), "{problem}");
 }
 
 #[test]
-fn a_path_through_a_wall_is_named() {
+fn walker_path_through_a_wall_is_reported() {
     let walker = "[[walker]]\nkind = \"cat\"\npath = [\"A\", [12, 3]]";
-    let (line, column, problem) = mistake(ROOM, walker);
+    let (line, column, problem) = error_in(ROOM, walker);
     assert_eq!((line, column), (13, 9));
-    assert!(problem.contains("meets something"), "{problem}");
+    assert!(problem.contains("blocks the path"), "{problem}");
 }
 
 #[test]
-fn mistakes_of_toml_are_named() {
-    let (line, column, problem) = mistake(ROOM, "colour = 3");
+fn toml_errors_are_reported() {
+    let (line, column, problem) = error_in(ROOM, "colour = 3");
     assert_eq!((line, column), (11, 1));
     assert!(problem.contains("colour"), "{problem}");
-    let (line, _, problem) = mistake(ROOM, "[[clutter]]\nkind = \"throne\"\nat = \"A\"");
+    let (line, _, problem) = error_in(ROOM, "[[clutter]]\nkind = \"throne\"\nat = \"A\"");
     assert_eq!(line, 12);
     assert!(problem.contains("throne"), "{problem}");
-    let (_, _, problem) = mistake(ROOM, "[[clutter]]\nkind = \"box\"\nat = \"A\"");
+    let (_, _, problem) = error_in(ROOM, "[[clutter]]\nkind = \"box\"\nat = \"A\"");
     assert!(problem.contains("size_in"), "{problem}");
 }
 
 #[test]
-fn a_missing_file_says_which_worlds_there_are() {
+fn missing_file_error_lists_the_built_in_worlds() {
     let error = World::open("no/such/world.toml").unwrap_err().to_string();
     assert!(
         error.contains("no/such/world.toml") && error.contains("living-room"),
@@ -135,8 +135,8 @@ fn a_missing_file_says_which_worlds_there_are() {
 }
 
 #[test]
-fn the_plan_is_north_up_and_the_start_is_the_origin() {
-    // The robot faces east: the wall to its left, north of it, has negative X.
+fn plan_is_north_up_and_the_start_is_the_origin() {
+    // The robot faces east: the wall to its left, in the north, has negative X.
     let world = World::parse(
         "t",
         "name = \"t\"\ncell_in = 6\nplan = '''\n##########\n#........#\n#...>....#\n#........#\n#........#\n##########\n'''\n",
@@ -155,7 +155,7 @@ fn the_plan_is_north_up_and_the_start_is_the_origin() {
 }
 
 #[test]
-fn a_drop_closes_the_floor_and_its_edge_is_drawn() {
+fn drop_encloses_the_floor_and_its_edge_is_outlined() {
     let world = World::parse(
         "t",
         "name = \"t\"\ncell_in = 6\nplan = '''\n~~~~~~~\n#.....#\n#..^..#\n#.....#\n#######\n'''\n",
@@ -174,14 +174,14 @@ fn a_drop_closes_the_floor_and_its_edge_is_drawn() {
 }
 
 #[test]
-fn generated_houses_are_sound_and_stay_the_same() {
+fn generated_houses_are_valid_and_repeatable() {
     let mut texts = std::collections::BTreeSet::new();
     for seed in 1..=40 {
         let text = World::generated_text(seed);
         assert_eq!(text, World::generated_text(seed));
         let world = World::generated(seed);
         assert_eq!(world.name(), format!("generated:{seed}"));
-        assert!(world.about().contains("rooms"), "seed {seed} is bare");
+        assert!(world.about().contains("rooms"), "seed {seed} has no rooms");
         assert!(world.reach() > 0.95, "seed {seed}: {}", world.reach());
         assert_eq!(
             World::open(world.name()).unwrap().outlines(),
@@ -197,7 +197,7 @@ fn generated_houses_are_sound_and_stay_the_same() {
 }
 
 #[test]
-fn built_in_worlds_raise_no_warning() {
+fn built_in_worlds_have_no_warnings() {
     for name in World::built_in_names() {
         let world = World::open(name).unwrap();
         assert_eq!(world.warnings(name), Vec::<String>::new());
@@ -205,7 +205,7 @@ fn built_in_worlds_raise_no_warning() {
 }
 
 #[test]
-fn what_the_robot_cannot_get_to_is_named() {
+fn unreachable_places_are_reported() {
     let row = "#..........#\n";
     let plan = format!(
         "############\n{0}#....^.....#\n{0}{0}####.#######\n{1}#.........A#\n############",
@@ -220,24 +220,24 @@ fn what_the_robot_cannot_get_to_is_named() {
     let warnings = world.warnings("t.toml");
     assert_eq!(warnings.len(), 2, "{warnings:?}");
     assert!(
-        warnings[0].starts_with("t.toml:11:3: the robot cannot get"),
+        warnings[0].starts_with("t.toml:11:3: the robot cannot reach"),
         "{warnings:?}"
     );
     assert!(
-        warnings[1].starts_with("t.toml:19:11: the lamp \"far\""),
+        warnings[1].starts_with("t.toml:19:11: lamp \"far\""),
         "{warnings:?}"
     );
     assert!(world.reach() < 0.5);
 }
 
 #[test]
-fn a_picture_shows_what_is_there_and_explains_it() {
+fn picture_shows_objects_with_a_legend() {
     let picture = World::open("flat").unwrap().picture();
     for line in [
         "  d dock",
         "  ~ no floor",
-        "  x a black leg or caster",
-        "  - a cord",
+        "  x black leg or caster",
+        "  - cord",
         "  _ sill",
         "  , carpet",
         "  ^ start",
@@ -262,7 +262,7 @@ fn a_picture_shows_what_is_there_and_explains_it() {
 }
 
 #[test]
-fn a_drawing_is_well_formed_to_the_last_tag() {
+fn svg_is_complete() {
     for name in World::built_in_names() {
         let svg = World::open(name).unwrap().svg();
         assert!(svg.starts_with("<svg ") && svg.ends_with("</svg>\n"));

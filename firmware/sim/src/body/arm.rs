@@ -1,9 +1,7 @@
 //! The servo arm at the rear that lifts the motion detectors above the bumper.
 
-use crate::plant::TICK_MS;
+use crate::time::TICK_MS;
 
-/// Distance of the arm behind the robot's centre.
-pub(crate) const BEHIND_IN: f64 = 4.0;
 /// Travel time of the servo from one end to the other.
 const TRAVEL_MS: f64 = 500.0;
 /// Height of the switch on the arm's top, stowed and raised.

@@ -15,7 +15,7 @@ pub(super) const GRAVITY: f64 = 9.81 * IN_PER_M;
 
 /// Effect of the floor below both wheels and the centre.
 #[derive(Clone, Copy, Debug, Default)]
-pub(super) struct Underfoot {
+pub(super) struct FloorEffect {
     /// Extra friction of the left and right wheel.
     pub(super) friction: (f64, f64),
     /// Downhill acceleration in the plan.
@@ -24,10 +24,10 @@ pub(super) struct Underfoot {
     pub(super) creep: f64,
 }
 
-impl Underfoot {
+impl FloorEffect {
     /// The effect on a robot whose right wheel is at `axle` from its centre.
     pub(super) fn at(scene: &Scene, center: Vec2, axle: Vec2) -> Self {
-        let mut floor = Self::default();
+        let mut effect = Self::default();
         for ground in &scene.grounds {
             let share = match ground.kind {
                 GroundKind::Sill => SILL_SHARE,
@@ -36,15 +36,15 @@ impl Underfoot {
             };
             let friction = motor::load_friction(share);
             let under = |wheel| if ground.has(wheel) { friction } else { 0.0 };
-            floor.friction.0 += under(center - axle);
-            floor.friction.1 += under(center + axle);
+            effect.friction.0 += under(center - axle);
+            effect.friction.1 += under(center + axle);
             if ground.has(center) {
-                floor.downhill -= ground.slope * GRAVITY;
+                effect.downhill -= ground.slope * GRAVITY;
                 if ground.kind == GroundKind::Carpet {
-                    floor.creep = CARPET_CREEP;
+                    effect.creep = CARPET_CREEP;
                 }
             }
         }
-        floor
+        effect
     }
 }

@@ -2,15 +2,15 @@
 
 use sr04_firmware::board::Switches;
 
-use super::RADIUS_IN;
-use crate::dice::Dice;
+use crate::dimensions::RADIUS_IN;
 use crate::geometry::{Vec2, heading};
-use crate::plant::TICK_MS;
+use crate::rng::Rng;
 use crate::scene::Scene;
+use crate::time::TICK_MS;
 use crate::world::Snag;
 
 /// Angles along the bumper where an object may catch, in degrees from its middle.
-const CATCHES_DEG: [f64; 5] = [0.0, -30.0, 30.0, -60.0, 60.0];
+const CATCH_ANGLES_DEG: [f64; 5] = [0.0, -30.0, 30.0, -60.0, 60.0];
 /// Distance below the bumper's edge within which an object catches.
 const REACH_IN: f64 = 0.3;
 /// Minimum forward speed at which an object catches.
@@ -24,7 +24,7 @@ const STILL_IN_S: f64 = 0.5;
 
 /// Speeds of the body: forward, and of the bumper around the centre, clockwise.
 #[derive(Clone, Copy, Debug)]
-pub(crate) struct Going {
+pub(crate) struct BumperSpeed {
     pub(crate) ahead_in_s: f64,
     pub(crate) around_in_s: f64,
 }
@@ -35,7 +35,7 @@ pub(crate) struct Hook {
     /// Angle from the bumper's middle in degrees, and the movement left until it is free.
     held: Option<(f64, f64)>,
     /// Whether the object below the robot has already been drawn for.
-    had_its_chance: bool,
+    was_tried: bool,
     /// Latest direction of driving and of turning, 1 or -1.
     ahead: f64,
     around: f64,
@@ -48,23 +48,23 @@ impl Hook {
         scene: &Scene,
         center: Vec2,
         theta_rad: f64,
-        going: Going,
-        dice: &mut Dice,
+        speed: BumperSpeed,
+        rng: &mut Rng,
     ) {
         let jerks =
-            turned(&mut self.ahead, going.ahead_in_s) + turned(&mut self.around, going.around_in_s);
+            turned(&mut self.ahead, speed.ahead_in_s) + turned(&mut self.around, speed.around_in_s);
         if let Some((at_deg, work_in)) = self.held {
-            let way_in = going.around_in_s.abs() * TICK_MS as f64 / 1000.0;
-            let left_in = work_in - way_in - JERK_IN * jerks;
+            let turned_in = speed.around_in_s.abs() * TICK_MS as f64 / 1000.0;
+            let left_in = work_in - turned_in - JERK_IN * jerks;
             self.held = (left_in > 0.0).then_some((at_deg, left_in));
             return;
         }
         let is_over = |snag: &Snag| snag.solid.approach(center).0 < RADIUS_IN + REACH_IN;
-        self.had_its_chance &= scene.snags.iter().any(is_over);
-        if self.had_its_chance || going.ahead_in_s < AHEAD_IN_S {
+        self.was_tried &= scene.snags.iter().any(is_over);
+        if self.was_tried || speed.ahead_in_s < AHEAD_IN_S {
             return;
         }
-        let caught = CATCHES_DEG.iter().find_map(|&at_deg| {
+        let caught = CATCH_ANGLES_DEG.iter().find_map(|&at_deg| {
             let edge = center + heading(theta_rad + at_deg.to_radians()) * RADIUS_IN;
             let mut snags = scene.snags.iter();
             let snag = snags.find(|snag| snag.solid.approach(edge).0 < REACH_IN)?;
@@ -73,10 +73,10 @@ impl Hook {
         let Some((at_deg, chance)) = caught else {
             return;
         };
-        self.had_its_chance = true;
-        if dice.chance(chance) {
+        self.was_tried = true;
+        if rng.chance(chance) {
             let (least, more) = WORK_IN;
-            self.held = Some((at_deg, least + more * dice.unit()));
+            self.held = Some((at_deg, least + more * rng.unit()));
         }
     }
 
@@ -107,23 +107,23 @@ fn turned(direction: &mut f64, speed_in_s: f64) -> f64 {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::dice::Stream;
+    use crate::rng::Stream;
     use crate::testing::docking;
 
-    const AHEAD: Going = Going {
+    const AHEAD: BumperSpeed = BumperSpeed {
         ahead_in_s: 6.0,
         around_in_s: 0.0,
     };
 
     /// Drives the nose over the cord; returns the hook if it caught.
-    fn caught(scene: &Scene, seed: u64) -> Option<(Hook, Dice)> {
+    fn caught(scene: &Scene, seed: u64) -> Option<(Hook, Rng)> {
         let mut hook = Hook::default();
-        let mut dice = Dice::new(seed, Stream::Snags);
+        let mut rng = Rng::new(seed, Stream::Snags);
         for tick in 0..40 {
             let center = Vec2::new(120.0, 80.0 + 0.3 * f64::from(tick));
-            hook.step(scene, center, 0.0, AHEAD, &mut dice);
+            hook.step(scene, center, 0.0, AHEAD, &mut rng);
         }
-        hook.holds().then_some((hook, dice))
+        hook.holds().then_some((hook, rng))
     }
 
     fn with_a_cord() -> Scene {
@@ -142,17 +142,17 @@ mod tests {
     #[test]
     fn caught_cord_holds_the_switch_until_worked_free() {
         let scene = with_a_cord();
-        let (mut hook, mut dice) = (0..40)
+        let (mut hook, mut rng) = (0..40)
             .find_map(|seed| caught(&scene, seed))
             .expect("one of 40 seeds catches");
         let away = Vec2::new(120.0, 40.0);
         let mut go = |ahead_in_s: f64, around_in_s: f64, ticks: u32| {
             for _ in 0..ticks {
-                let going = Going {
+                let speed = BumperSpeed {
                     ahead_in_s,
                     around_in_s,
                 };
-                hook.step(&scene, away, 0.0, going, &mut dice);
+                hook.step(&scene, away, 0.0, speed, &mut rng);
             }
             let mut switches = Switches::default();
             hook.press(&mut switches);

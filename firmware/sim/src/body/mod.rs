@@ -14,17 +14,15 @@ mod tests;
 
 use sr04_firmware::board::{Outputs, PWM_MAX, Switches};
 
-use crate::dice::Dice;
+use crate::dimensions::RADIUS_IN;
 use crate::geometry::{Vec2, clockwise, heading};
+use crate::rng::Rng;
 use crate::scene::Scene;
 use battery::Battery;
 use contact::Touch;
-use floor::Underfoot;
-use hook::Going;
+use floor::FloorEffect;
+use hook::BumperSpeed;
 use motor::{IN_PER_M, Motor, ROTOR_KG};
-
-/// Radius of the round outline, bumper included.
-pub(crate) const RADIUS_IN: f64 = 5.5;
 
 const STEP_S: f64 = 0.001;
 const MASS_KG: f64 = 4.5;
@@ -104,7 +102,7 @@ pub(crate) struct Body {
     measured: (Vec2, f64),
     touches: Vec<Touch>,
     has_fallen: bool,
-    underfoot: Underfoot,
+    floor: FloorEffect,
     /// Distance driven.
     pub(crate) path_in: f64,
 }
@@ -114,7 +112,7 @@ impl Body {
         center: Vec2,
         theta_rad: f64,
         conditions: &Conditions,
-        dice: &mut Dice,
+        rng: &mut Rng,
     ) -> Self {
         let spread = if conditions.ideal_wheels { 0.0 } else { 1.0 };
         Self {
@@ -123,16 +121,16 @@ impl Body {
             ahead_in_s: 0.0,
             right_in_s: 0.0,
             turn_rad_s: 0.0,
-            left: Motor::new(dice.spread(WHEEL_SPREAD) * spread),
-            right: Motor::new(dice.spread(WHEEL_SPREAD) * spread),
-            half_track_in: HALF_TRACK_IN * (1.0 + dice.spread(TRACK_SPREAD) * spread),
+            left: Motor::new(rng.spread(WHEEL_SPREAD) * spread),
+            right: Motor::new(rng.spread(WHEEL_SPREAD) * spread),
+            half_track_in: HALF_TRACK_IN * (1.0 + rng.spread(TRACK_SPREAD) * spread),
             battery: Battery::new(conditions.charge, conditions.supply_v),
             friction: motor::load_friction(conditions.load_share.max(0.0)),
             free_in: 0.0,
             measured: (center, 0.0),
             touches: Vec::new(),
             has_fallen: false,
-            underfoot: Underfoot::default(),
+            floor: FloorEffect::default(),
             path_in: 0.0,
         }
     }
@@ -142,7 +140,7 @@ impl Body {
         let duty_left = duty(outputs.pwm_left);
         let duty_right = duty(outputs.pwm_right);
         let supply_v = self.battery.terminal_v();
-        let (left_friction, right_friction) = self.underfoot.friction;
+        let (left_friction, right_friction) = self.floor.friction;
         self.left
             .drive(duty_left, supply_v, self.friction + left_friction, STEP_S);
         self.right
@@ -166,16 +164,16 @@ impl Body {
     }
 
     /// Updates the effect of the floor at the current position.
-    pub(crate) fn feel_the_floor(&mut self, scene: &Scene) {
+    pub(crate) fn update_floor(&mut self, scene: &Scene) {
         if !scene.grounds.is_empty() {
             let axle = clockwise(heading(self.theta_rad)) * self.half_track_in;
-            self.underfoot = Underfoot::at(scene, self.center, axle);
+            self.floor = FloorEffect::at(scene, self.center, axle);
         }
     }
 
     /// Speeds at the bumper.
-    pub(crate) fn going(&self) -> Going {
-        Going {
+    pub(crate) fn bumper_speed(&self) -> BumperSpeed {
+        BumperSpeed {
             ahead_in_s: self.ahead_in_s,
             around_in_s: self.turn_rad_s * RADIUS_IN,
         }
@@ -205,19 +203,19 @@ impl Body {
         let (ahead, right) = (self.ahead_in_s, self.right_in_s);
         self.ahead_in_s += turned * right;
         self.right_in_s -= turned * ahead;
-        if self.underfoot.downhill != Vec2::ZERO {
+        if self.floor.downhill != Vec2::ZERO {
             let forward = heading(self.theta_rad);
-            self.ahead_in_s += self.underfoot.downhill.dot(forward) * STEP_S;
-            self.right_in_s += self.underfoot.downhill.dot(clockwise(forward)) * STEP_S;
+            self.ahead_in_s += self.floor.downhill.dot(forward) * STEP_S;
+            self.right_in_s += self.floor.downhill.dot(clockwise(forward)) * STEP_S;
         }
         let passes = if self.touches.is_empty() { 1 } else { PASSES };
-        let mut floor = Floor::default();
+        let mut impulses = FloorImpulses::default();
         let mut touches = core::mem::take(&mut self.touches);
         for touch in &mut touches {
             self.spring(touch);
         }
         for _ in 0..passes {
-            self.hold_floor(&mut floor);
+            self.hold_floor(&mut impulses);
             for touch in &mut touches {
                 self.hold_back(touch);
             }
@@ -226,7 +224,7 @@ impl Body {
     }
 
     /// Applies the floor's grip to both wheels and its resistance to sliding sideways, within the traction limit.
-    fn hold_floor(&mut self, floor: &mut Floor) {
+    fn hold_floor(&mut self, impulses: &mut FloorImpulses) {
         let arm = self.half_track_in;
         let own = 1.0 / ROTOR_KG + 1.0 / MASS_KG + arm * arm / INERTIA;
         let other = 1.0 / MASS_KG - arm * arm / INERTIA;
@@ -236,13 +234,13 @@ impl Body {
         let difference = (slip_left - slip_right) / (own - other);
         let limit = TRACTION * STEP_S;
         let left = limited(
-            &mut floor.left,
+            &mut impulses.left,
             f64::midpoint(sum, difference),
             -limit,
             limit,
         );
         let right = limited(
-            &mut floor.right,
+            &mut impulses.right,
             f64::midpoint(sum, -difference),
             -limit,
             limit,
@@ -253,7 +251,8 @@ impl Body {
         self.turn_rad_s += (left - right) * arm / INERTIA;
 
         let wanted = -self.right_in_s * MASS_KG;
-        self.right_in_s += limited(&mut floor.across, wanted, -2.0 * limit, 2.0 * limit) / MASS_KG;
+        self.right_in_s +=
+            limited(&mut impulses.across, wanted, -2.0 * limit, 2.0 * limit) / MASS_KG;
     }
 
     /// Pushes back with the bumper's springs.
@@ -292,16 +291,16 @@ impl Body {
     /// Moves the body and resolves overlaps.
     fn advance(&mut self, scene: &Scene) {
         let before = (self.center, self.theta_rad);
-        let share = 1.0 - self.underfoot.creep;
+        let share = 1.0 - self.floor.creep;
         let turned = self.turn_rad_s * STEP_S * share;
         let forward = heading(self.theta_rad + turned / 2.0);
         let moved =
             (forward * self.ahead_in_s + clockwise(forward) * self.right_in_s) * STEP_S * share;
         self.center += moved;
         self.theta_rad += turned;
-        let gone = moved.length();
-        self.path_in += gone;
-        self.free_in -= gone;
+        let moved_in = moved.length();
+        self.path_in += moved_in;
+        self.free_in -= moved_in;
         if self.free_in > 0.0 && !self.walker_is_close(scene) {
             self.touches.clear();
             return;
@@ -340,9 +339,9 @@ impl Body {
     }
 
     fn walker_is_close(&self, scene: &Scene) -> bool {
-        scene.walkers.iter().any(|walking| {
-            let reach = RADIUS_IN + SKIN_IN + walking.radius_in();
-            walking.center().distance_squared(self.center) < reach * reach
+        scene.walkers.iter().any(|walker| {
+            let reach = RADIUS_IN + SKIN_IN + walker.radius_in();
+            walker.center().distance_squared(self.center) < reach * reach
         })
     }
 
@@ -426,7 +425,7 @@ impl Body {
 
 /// Impulses of the floor in the current step.
 #[derive(Default)]
-struct Floor {
+struct FloorImpulses {
     left: f64,
     right: f64,
     across: f64,

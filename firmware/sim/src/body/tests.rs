@@ -1,6 +1,6 @@
 use super::floor::GRAVITY;
 use super::*;
-use crate::dice::Stream;
+use crate::rng::Stream;
 use crate::testing::{docking, landing, room};
 use crate::world::World;
 
@@ -16,12 +16,12 @@ fn ideal(supply_v: f64) -> Conditions {
 }
 
 fn body_at(x_in: f64, y_in: f64, theta_deg: f64, conditions: &Conditions) -> Body {
-    let mut dice = Dice::new(1, Stream::Build);
+    let mut rng = Rng::new(1, Stream::Build);
     Body::new(
         Vec2::new(x_in, y_in),
         theta_deg.to_radians(),
         conditions,
-        &mut dice,
+        &mut rng,
     )
 }
 
@@ -184,24 +184,24 @@ fn motor_commands_never_push_the_body_through_a_wall() {
         let world = World::built_in(name).unwrap();
         let scene = Scene::new(&world);
         for seed in 0..12 {
-            let mut dice = Dice::new(seed, Stream::Robot);
+            let mut rng = Rng::new(seed, Stream::Robot);
             let start = Vec2::new(world.start.x_in, world.start.y_in);
-            let mut body = Body::new(start, dice.spread(3.0), &Conditions::default(), &mut dice);
+            let mut body = Body::new(start, rng.spread(3.0), &Conditions::default(), &mut rng);
             for _ in 0..300 {
-                let pwm = |dice: &mut Dice| (dice.spread(1.6).clamp(-1.0, 1.0) * 255.0) as i16;
-                let (left, right) = (pwm(&mut dice), pwm(&mut dice));
+                let pwm = |rng: &mut Rng| (rng.spread(1.6).clamp(-1.0, 1.0) * 255.0) as i16;
+                let (left, right) = (pwm(&mut rng), pwm(&mut rng));
                 drive(
                     &mut body,
                     &scene,
                     left,
                     right,
-                    1 + (dice.unit() * 400.0) as u32,
+                    1 + (rng.unit() * 400.0) as u32,
                 );
                 scene.near(body.center, RADIUS_IN, |near| {
                     let overlap = RADIUS_IN - near.distance_in;
                     assert!(
                         overlap < contact::BUMPER_TRAVEL_IN + OVERLAP_MAX_IN + 0.01,
-                        "{name}, seed {seed}: {overlap} inches inside something at {}",
+                        "{name}, seed {seed}: {overlap} inches inside an obstacle at {}",
                         body.center
                     );
                 });
@@ -220,8 +220,8 @@ fn walkers_never_push() {
     let mut body = body_at(world.start.x_in, world.start.y_in, 0.0, &ideal(12.0));
     let before = body.center;
     for _ in 0..500 {
-        for walking in &mut scene.walkers {
-            walking.step(body.center, RADIUS_IN);
+        for walker in &mut scene.walkers {
+            walker.step(body.center, RADIUS_IN);
         }
         drive(&mut body, &scene, 0, 0, 20);
     }
@@ -309,7 +309,7 @@ fn on(ground: &str) -> Scene {
 /// Drives for `time_ms` and updates the floor's effect every 20 ms.
 fn roll(body: &mut Body, scene: &Scene, pwm: i16, time_ms: u32) {
     for _ in 0..time_ms / 20 {
-        body.feel_the_floor(scene);
+        body.update_floor(scene);
         drive(body, scene, pwm, pwm, 20);
     }
 }

@@ -14,7 +14,7 @@ use std::collections::VecDeque;
 
 use super::noise::Noise;
 use super::spec::{ChannelSpec, Modem};
-use crate::dice::Dice;
+use crate::rng::Rng;
 
 /// Capacity of a module's transmit buffer; further bytes are lost.
 const BUFFER_BYTES: usize = 512;
@@ -87,7 +87,7 @@ struct Module {
 }
 
 impl Module {
-    fn new(spec: &ChannelSpec, dice: Dice) -> Self {
+    fn new(spec: &ChannelSpec, rng: Rng) -> Self {
         Self {
             collected: Vec::new(),
             collected_ms: 0,
@@ -96,7 +96,7 @@ impl Module {
             flight: None,
             arrived: VecDeque::new(),
             out: VecDeque::new(),
-            noise: Noise::new(spec, dice),
+            noise: Noise::new(spec, rng),
         }
     }
 
@@ -136,18 +136,18 @@ pub(super) enum End {
 pub(super) struct Pair {
     modem: Modem,
     modules: [Module; 2],
-    dice: Dice,
+    rng: Rng,
 }
 
 impl Pair {
-    pub(super) fn new(modem: Modem, spec: &ChannelSpec, mut dice: Dice) -> Self {
+    pub(super) fn new(modem: Modem, spec: &ChannelSpec, mut rng: Rng) -> Self {
         Self {
             modem,
             modules: [
-                Module::new(spec, dice.split()),
-                Module::new(spec, dice.split()),
+                Module::new(spec, rng.split()),
+                Module::new(spec, rng.split()),
             ],
-            dice,
+            rng,
         }
     }
 
@@ -210,7 +210,7 @@ impl Pair {
             return;
         }
         if preset.senses_carrier && is_busy {
-            module.backoff_ms = now_ms + 1 + u64::from(self.dice.next_u32() % BACKOFF_MAX_MS);
+            module.backoff_ms = now_ms + 1 + u64::from(self.rng.next_u32() % BACKOFF_MAX_MS);
             return;
         }
         if let Some(packet) = module.ready.pop_front() {
@@ -239,7 +239,7 @@ impl Pair {
         flight.tries_left -= 1;
         if flight.tries_left > 0 {
             // Random waits keep two modules from colliding again.
-            let backoff_ms = u64::from(self.dice.next_u32() % BACKOFF_MAX_MS);
+            let backoff_ms = u64::from(self.rng.next_u32() % BACKOFF_MAX_MS);
             flight.ends_ms = now_ms + backoff_ms + preset.air_ms(bytes);
             flight.is_spoiled = false;
             module.flight = Some(flight);

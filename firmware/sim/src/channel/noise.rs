@@ -1,12 +1,12 @@
 //! Bit errors.
 
 use super::spec::{BURST_FLIPS, ChannelSpec};
-use crate::dice::Dice;
+use crate::rng::Rng;
 
 /// A bit error process. It draws the length of each clean stretch at its start, so clean bits cost nothing.
 #[derive(Debug)]
 pub(super) struct Noise {
-    dice: Dice,
+    rng: Rng,
     /// Probability per clean bit that a burst starts.
     starts: f64,
     /// Probability per bit of a burst that it is the last.
@@ -18,7 +18,7 @@ pub(super) struct Noise {
 }
 
 impl Noise {
-    pub(super) fn new(spec: &ChannelSpec, dice: Dice) -> Self {
+    pub(super) fn new(spec: &ChannelSpec, rng: Rng) -> Self {
         let (starts, ends, flips) = match spec.burst_bits {
             // Each error is a burst of one bit.
             None => (spec.ber, 1.0, 1.0),
@@ -32,20 +32,20 @@ impl Noise {
             }
         };
         let mut noise = Self {
-            dice,
+            rng,
             starts,
             ends,
             flips,
             clean_left: 0,
             burst_left: 0,
         };
-        noise.clean_left = noise.dice.failures_before_success(starts);
+        noise.clean_left = noise.rng.failures_before_success(starts);
         noise
     }
 
     /// Replaces the parameters and keeps the stream of random numbers.
     pub(super) fn set(&mut self, spec: &ChannelSpec) {
-        *self = Self::new(spec, self.dice.clone());
+        *self = Self::new(spec, self.rng.clone());
     }
 
     /// Skips this many bits if none of them can flip; returns whether it did.
@@ -66,26 +66,26 @@ impl Noise {
                 }
                 return false;
             }
-            self.burst_left = 1 + self.dice.failures_before_success(self.ends);
+            self.burst_left = 1 + self.rng.failures_before_success(self.ends);
         }
         self.burst_left -= 1;
         if self.burst_left == 0 {
-            self.clean_left = self.dice.failures_before_success(self.starts);
+            self.clean_left = self.rng.failures_before_success(self.starts);
         }
-        self.dice.chance(self.flips)
+        self.rng.chance(self.flips)
     }
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::dice::Stream;
+    use crate::rng::Stream;
 
     const BITS: u32 = 4_000_000;
 
     fn flips(text: &str) -> Vec<bool> {
         let spec = text.parse().unwrap();
-        let mut noise = Noise::new(&spec, Dice::new(11, Stream::Downlink));
+        let mut noise = Noise::new(&spec, Rng::new(11, Stream::Downlink));
         (0..BITS).map(|_| noise.flip()).collect()
     }
 
@@ -129,8 +129,8 @@ mod tests {
     #[test]
     fn skipping_clean_bits_equals_drawing_them() {
         let spec = "ber=0.01,burst=5".parse().unwrap();
-        let mut walked = Noise::new(&spec, Dice::new(4, Stream::Uplink));
-        let mut skipped = Noise::new(&spec, Dice::new(4, Stream::Uplink));
+        let mut walked = Noise::new(&spec, Rng::new(4, Stream::Uplink));
+        let mut skipped = Noise::new(&spec, Rng::new(4, Stream::Uplink));
         for _ in 0..100_000 {
             let bits: Vec<bool> = (0..10).map(|_| walked.flip()).collect();
             if skipped.skip(10) {

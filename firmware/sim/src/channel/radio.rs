@@ -7,7 +7,7 @@ use groundwave_protocol::BYTES_PER_S;
 use super::modem::{End, Pair};
 use super::spec::ChannelSpec;
 use super::wire::{Hearing, Wire};
-use crate::dice::{Dice, Stream};
+use crate::rng::{Rng, Stream};
 
 /// The radio. It queues the ground station's bytes and asks the robot for each byte when it is due.
 #[derive(Debug)]
@@ -16,7 +16,7 @@ pub struct Radio {
     uplink: Wire,
     downlink: Wire,
     modems: Option<Pair>,
-    modem_dice: Dice,
+    modem_rng: Rng,
     /// The ground station's bytes waiting for their byte time.
     queue: VecDeque<u8>,
     /// Time since the last byte, in 1/1000 of a byte time.
@@ -27,16 +27,16 @@ impl Radio {
     /// An idle radio; every random event follows from the seed.
     #[must_use]
     pub fn new(spec: &ChannelSpec, seed: u64) -> Self {
-        let wire = |stream| Wire::new(&cable(spec), Dice::new(seed, stream));
-        let mut modem_dice = Dice::new(seed, Stream::Modem);
+        let wire = |stream| Wire::new(&cable(spec), Rng::new(seed, stream));
+        let mut modem_rng = Rng::new(seed, Stream::Modem);
         Self {
             spec: spec.clone(),
             uplink: wire(Stream::Uplink),
             downlink: wire(Stream::Downlink),
             modems: spec
                 .modem
-                .map(|modem| Pair::new(modem, spec, modem_dice.split())),
-            modem_dice,
+                .map(|modem| Pair::new(modem, spec, modem_rng.split())),
+            modem_rng,
             queue: VecDeque::new(),
             byte_time: 0,
         }
@@ -49,7 +49,7 @@ impl Radio {
         match (&mut self.modems, spec.modem) {
             (Some(pair), Some(modem)) => pair.set(modem, spec),
             (modems, modem) => {
-                *modems = modem.map(|modem| Pair::new(modem, spec, self.modem_dice.split()));
+                *modems = modem.map(|modem| Pair::new(modem, spec, self.modem_rng.split()));
             }
         }
         self.spec = spec.clone();

@@ -4,7 +4,7 @@ use std::collections::VecDeque;
 
 use super::noise::Noise;
 use super::spec::{ChannelSpec, Squelch};
-use crate::dice::Dice;
+use crate::rng::Rng;
 
 /// Start bit, eight data bits, stop bit.
 const BITS_PER_BYTE: u64 = 10;
@@ -75,7 +75,7 @@ pub(super) struct Wire {
     /// With open squelch, the byte being sent and the one before. The carrier rises a byte time before the first byte
     /// and falls a byte time after the last, so every byte is one byte time late.
     keyed: [Option<u8>; 2],
-    dice: Dice,
+    rng: Rng,
     drop: f64,
     dup: f64,
     delay_ms: u64,
@@ -85,12 +85,12 @@ pub(super) struct Wire {
 }
 
 impl Wire {
-    pub(super) fn new(spec: &ChannelSpec, mut dice: Dice) -> Self {
+    pub(super) fn new(spec: &ChannelSpec, mut rng: Rng) -> Self {
         Self {
-            noise: Noise::new(spec, dice.split()),
+            noise: Noise::new(spec, rng.split()),
             squelch: spec.squelch,
             keyed: [None; 2],
-            dice,
+            rng,
             drop: spec.drop,
             dup: spec.dup,
             delay_ms: spec.delay_ms,
@@ -143,7 +143,7 @@ impl Wire {
 
     /// Passes a byte time of random bits.
     fn pass_hiss(&mut self, now_ms: u64) {
-        let bits = self.dice.next_u32();
+        let bits = self.rng.next_u32();
         for index in 0..BITS_PER_BYTE {
             self.sample(now_ms, bits >> index & 1 == 1);
         }
@@ -156,11 +156,11 @@ impl Wire {
     }
 
     fn receive(&mut self, now_ms: u64, byte: u8) {
-        if self.dice.chance(self.drop) {
+        if self.rng.chance(self.drop) {
             return;
         }
         self.deliver(now_ms, byte);
-        if self.dice.chance(self.dup) {
+        if self.rng.chance(self.dup) {
             self.deliver(now_ms, byte);
         }
     }
@@ -200,10 +200,10 @@ const fn bit_of(byte: u8, index: u64) -> bool {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::dice::Stream;
+    use crate::rng::Stream;
 
     fn received(text: &str, sent: &[u8]) -> Vec<u8> {
-        let mut wire = Wire::new(&text.parse().unwrap(), Dice::new(2, Stream::Downlink));
+        let mut wire = Wire::new(&text.parse().unwrap(), Rng::new(2, Stream::Downlink));
         let mut received = Vec::new();
         for (slot, byte) in (0..).zip(sent) {
             wire.pass(slot * 4, Some(*byte), Hearing::Line);
@@ -267,10 +267,7 @@ mod tests {
 
     #[test]
     fn noise_on_an_idle_line_makes_bytes_of_ones() {
-        let mut wire = Wire::new(
-            &"ber=0.001".parse().unwrap(),
-            Dice::new(3, Stream::Downlink),
-        );
+        let mut wire = Wire::new(&"ber=0.001".parse().unwrap(), Rng::new(3, Stream::Downlink));
         for slot in 0..20_000 {
             wire.pass(slot, None, Hearing::Line);
         }
@@ -298,7 +295,7 @@ mod tests {
 
     #[test]
     fn delay_postpones_bytes() {
-        let mut wire = Wire::new(&"delay=0.5s".parse().unwrap(), Dice::new(1, Stream::Uplink));
+        let mut wire = Wire::new(&"delay=0.5s".parse().unwrap(), Rng::new(1, Stream::Uplink));
         wire.pass(100, Some(b'x'), Hearing::Line);
         assert_eq!(wire.poll(599), None);
         assert_eq!(wire.in_flight(), 1);
@@ -307,7 +304,7 @@ mod tests {
 
     #[test]
     fn unheard_bytes_are_silence() {
-        let mut wire = Wire::new(&ChannelSpec::default(), Dice::new(1, Stream::Uplink));
+        let mut wire = Wire::new(&ChannelSpec::default(), Rng::new(1, Stream::Uplink));
         wire.pass(0, Some(b'x'), Hearing::Deaf);
         wire.pass(0, Some(b'x'), Hearing::Out);
         wire.pass(4, Some(b'y'), Hearing::Line);
@@ -317,7 +314,7 @@ mod tests {
 
     /// Number of bytes received in 10,000 byte times of silence.
     fn hiss(text: &str, hearing: Hearing) -> usize {
-        let mut wire = Wire::new(&text.parse().unwrap(), Dice::new(1, Stream::Uplink));
+        let mut wire = Wire::new(&text.parse().unwrap(), Rng::new(1, Stream::Uplink));
         for slot in 0..10_000 {
             wire.pass(slot, None, hearing);
         }
@@ -341,7 +338,7 @@ mod tests {
 
     #[test]
     fn bytes_after_a_rising_carrier_are_received() {
-        let mut wire = Wire::new(&"squelch".parse().unwrap(), Dice::new(1, Stream::Uplink));
+        let mut wire = Wire::new(&"squelch".parse().unwrap(), Rng::new(1, Stream::Uplink));
         for round in 0..200 {
             let bytes = [None, None, None, Some(b'o'), Some(b'k'), None, None, None];
             for byte in bytes {

@@ -3,8 +3,8 @@
 use sr04_firmware::board::Sides;
 
 use super::View;
-use crate::dice::Dice;
 use crate::geometry::{bearing, wrap_deg};
+use crate::rng::Rng;
 use crate::scene::Scene;
 use crate::world::Dock;
 
@@ -23,20 +23,20 @@ const MISSES: f64 = 0.02;
 const GAP_IN: f64 = 0.1;
 
 /// Receivers that detect the beacon.
-pub(crate) fn look(scene: &Scene, dock: &Dock, view: View, dice: &mut Dice) -> Sides {
-    let reach_in = REACH_IN * (1.0 + REACH_SPREAD * dice.bell());
-    let misses = (dice.chance(MISSES), dice.chance(MISSES));
-    let way = dock.front - view.center;
+pub(crate) fn look(scene: &Scene, dock: &Dock, view: View, rng: &mut Rng) -> Sides {
+    let reach_in = REACH_IN * (1.0 + REACH_SPREAD * rng.normal());
+    let misses = (rng.chance(MISSES), rng.chance(MISSES));
+    let offset = dock.front - view.center;
     let from_slot = view.center - (dock.front - dock.facing * BEHIND_IN);
     let off_axis_deg = wrap_deg((bearing(from_slot) - bearing(dock.facing)).to_degrees());
-    let distance_in = way.length();
-    let is_lit = -way.dot(dock.facing) > GAP_IN
+    let distance_in = offset.length();
+    let is_lit = -offset.dot(dock.facing) > GAP_IN
         && distance_in < reach_in
         && off_axis_deg.abs() < HALF_LOBE_DEG
         && scene
             .cast(
                 view.center,
-                way / distance_in,
+                offset / distance_in,
                 distance_in - GAP_IN,
                 |surface| surface.stops_beam,
             )
@@ -44,7 +44,7 @@ pub(crate) fn look(scene: &Scene, dock: &Dock, view: View, dice: &mut Dice) -> S
     if !is_lit {
         return Sides::default();
     }
-    let at_deg = wrap_deg((bearing(way) - view.theta_rad).to_degrees());
+    let at_deg = wrap_deg((bearing(offset) - view.theta_rad).to_degrees());
     Sides {
         left: (-ASIDE_DEG..ACROSS_DEG).contains(&at_deg) && !misses.0,
         right: (-ACROSS_DEG..ASIDE_DEG).contains(&at_deg) && !misses.1,
@@ -54,15 +54,15 @@ pub(crate) fn look(scene: &Scene, dock: &Dock, view: View, dice: &mut Dice) -> S
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::dice::Stream;
+    use crate::rng::Stream;
     use crate::testing::{docking, view_at};
 
     /// Whether the left and right receivers detect the beacon at more than 80 of 100 ticks.
     fn seen(scene: &Scene, view: View) -> (bool, bool) {
         let dock = scene.dock.expect("there is a dock");
-        let mut dice = Dice::new(1, Stream::Beacon);
+        let mut rng = Rng::new(1, Stream::Beacon);
         let sides: Vec<Sides> = (0..100)
-            .map(|_| look(scene, &dock, view, &mut dice))
+            .map(|_| look(scene, &dock, view, &mut rng))
             .collect();
         let count = |is: fn(&Sides) -> bool| sides.iter().filter(|sides| is(sides)).count() > 80;
         (count(|sides| sides.left), count(|sides| sides.right))

@@ -1,8 +1,8 @@
 //! Two infrared detectors at 45 degrees and the LEDs between them, sampled 250 times a second.
 
 use super::View;
-use crate::dice::Dice;
 use crate::geometry::{Vec2, bearing};
+use crate::rng::Rng;
 use crate::scene::Scene;
 
 const MOUNT_DEG: f64 = 45.0;
@@ -55,29 +55,29 @@ impl Infrared {
         view: View,
         clearance_in: f64,
         lit: bool,
-        dice: &mut Dice,
+        rng: &mut Rng,
     ) -> (bool, bool) {
-        let ambient = self.ambient(dice);
+        let ambient = self.ambient(rng);
         if !lit {
             return ambient;
         }
-        self.refresh(scene, view, clearance_in, dice);
+        self.refresh(scene, view, clearance_in, rng);
         let [left, right] = self.strengths;
-        (ambient.0 | seen(left, dice), ambient.1 | seen(right, dice))
+        (ambient.0 | seen(left, rng), ambient.1 | seen(right, rng))
     }
 
-    fn ambient(&mut self, dice: &mut Dice) -> (bool, bool) {
+    fn ambient(&mut self, rng: &mut Rng) -> (bool, bool) {
         if self.burst_looks == 0 {
-            if dice.chance(BURST_CHANCE) {
-                self.burst_looks = 1 + (2.0 * BURST_LOOKS * dice.unit()) as u32;
+            if rng.chance(BURST_CHANCE) {
+                self.burst_looks = 1 + (2.0 * BURST_LOOKS * rng.unit()) as u32;
             }
             return (false, false);
         }
         self.burst_looks -= 1;
-        (dice.chance(BURST_FIRES), dice.chance(BURST_FIRES))
+        (rng.chance(BURST_FIRES), rng.chance(BURST_FIRES))
     }
 
-    fn refresh(&mut self, scene: &Scene, view: View, clearance_in: f64, dice: &mut Dice) {
+    fn refresh(&mut self, scene: &Scene, view: View, clearance_in: f64, rng: &mut Rng) {
         self.age_looks += 1;
         let is_fresh = self.measured.is_some_and(|measured| {
             measured.center.distance_squared(view.center) < MOVED_IN * MOVED_IN
@@ -89,26 +89,26 @@ impl Infrared {
         self.measured = Some(view);
         self.age_looks = 0;
         let out_of_reach = REACH_IN + RIGHT_IN + AHEAD_IN;
-        let walker_near = scene.walkers.iter().any(|walking| {
-            walking.center().distance(view.center) < out_of_reach + walking.radius_in()
+        let walker_near = scene.walkers.iter().any(|walker| {
+            walker.center().distance(view.center) < out_of_reach + walker.radius_in()
         });
         self.strengths = if clearance_in > out_of_reach && !walker_near {
             [0.0; 2]
         } else {
             [
-                strength(scene, view, -1.0, dice.unit()),
-                strength(scene, view, 1.0, dice.unit()),
+                strength(scene, view, -1.0, rng.unit()),
+                strength(scene, view, 1.0, rng.unit()),
             ]
         };
     }
 }
 
-fn seen(strength: f64, dice: &mut Dice) -> bool {
+fn seen(strength: f64, rng: &mut Rng) -> bool {
     // Far below or above the threshold the noise does not matter.
     if strength < 0.6 {
         false
     } else {
-        strength > 2.0 || strength * (1.0 + NOISE * dice.bell()) > 1.0
+        strength > 2.0 || strength * (1.0 + NOISE * rng.normal()) > 1.0
     }
 }
 
@@ -178,16 +178,16 @@ fn angle_between(one: Vec2, other: Vec2) -> f64 {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::dice::Stream;
+    use crate::rng::Stream;
     use crate::testing::{room, view_at};
 
     /// Share of lit samples at which the left and right detectors fire.
     fn shares(scene: &Scene, view: View) -> (f64, f64) {
-        let mut dice = Dice::new(5, Stream::Infrared);
+        let mut rng = Rng::new(5, Stream::Infrared);
         let mut infrared = Infrared::new();
         let (mut left, mut right) = (0, 0);
         for _ in 0..5000 {
-            let (on_left, on_right) = infrared.look(scene, view, 0.0, true, &mut dice);
+            let (on_left, on_right) = infrared.look(scene, view, 0.0, true, &mut rng);
             left += u32::from(on_left);
             right += u32::from(on_right);
         }
@@ -238,11 +238,11 @@ mod tests {
     #[test]
     fn ambient_bursts_fire_with_the_leds_off() {
         let scene = room(100, &[]);
-        let mut dice = Dice::new(9, Stream::Infrared);
+        let mut rng = Rng::new(9, Stream::Infrared);
         let mut infrared = Infrared::new();
         let view = view_at(300.0, 300.0, 0.0);
         let fired = (0..250 * 600)
-            .filter(|_| infrared.look(&scene, view, 0.0, false, &mut dice) != (false, false))
+            .filter(|_| infrared.look(&scene, view, 0.0, false, &mut rng) != (false, false))
             .count();
         // Ten minutes hold about thirty bursts of about thirty looks.
         assert!((300..2000).contains(&fired), "{fired}");

@@ -6,11 +6,11 @@
 use sr04_firmware::board::Sides;
 
 use super::View;
-use crate::body::arm;
-use crate::dice::Dice;
+use crate::dimensions::ARM_BEHIND_IN;
 use crate::geometry::{Vec2, bearing, wrap_deg};
-use crate::plant::TICK_MS;
+use crate::rng::Rng;
 use crate::scene::Scene;
+use crate::time::TICK_MS;
 
 /// Angle of each axis from the nose, and half of each field: both see the middle 30 degrees.
 const MOUNT_DEG: f64 = 25.0;
@@ -52,7 +52,7 @@ pub(crate) struct MotionDetectors {
 
 impl MotionDetectors {
     /// Advances one tick.
-    pub(crate) fn step(&mut self, scene: &Scene, carrier: Carrier, dice: &mut Dice) {
+    pub(crate) fn step(&mut self, scene: &Scene, carrier: Carrier, rng: &mut Rng) {
         if !carrier.arm_is_up || carrier.robot_moves {
             self.unsettled_ticks = UNSETTLED_TICKS;
         }
@@ -67,22 +67,22 @@ impl MotionDetectors {
         self.unsettled_ticks = self.unsettled_ticks.saturating_sub(1);
         let alarm = FALSE_ALARM + UNSETTLED_FIRES * calm;
         let (left_deg, right_deg) = self.sweeps(scene, carrier.view);
-        self.left.step(left_deg, alarm, dice);
-        self.right.step(right_deg, alarm, dice);
+        self.left.step(left_deg, alarm, rng);
+        self.right.step(right_deg, alarm, rng);
     }
 
     /// Degrees that warm bodies have swept through each field since the last tick.
     fn sweeps(&mut self, scene: &Scene, view: View) -> (f64, f64) {
-        let eye = view.point(0.0, -arm::BEHIND_IN);
+        let eye = view.point(0.0, -ARM_BEHIND_IN);
         let is_new = self.bearings_deg.len() != scene.walkers.len();
         self.bearings_deg.resize(scene.walkers.len(), 0.0);
         let (mut left, mut right) = (0.0, 0.0);
-        for (walking, before) in scene.walkers.iter().zip(&mut self.bearings_deg) {
-            let way = walking.center() - eye;
-            let now = wrap_deg((bearing(way) - view.theta_rad).to_degrees());
+        for (walker, before) in scene.walkers.iter().zip(&mut self.bearings_deg) {
+            let offset = walker.center() - eye;
+            let now = wrap_deg((bearing(offset) - view.theta_rad).to_degrees());
             let swept = wrap_deg(now - *before).abs();
             *before = now;
-            if is_new || swept < 1e-6 || !is_felt(scene, eye, way, walking.radius_in()) {
+            if is_new || swept < 1e-6 || !is_detected(scene, eye, offset, walker.radius_in()) {
                 continue;
             }
             if (now + MOUNT_DEG).abs() < HALF_FIELD_DEG {
@@ -105,12 +105,12 @@ impl MotionDetectors {
 }
 
 /// Whether a warm body is large enough in view and not hidden.
-fn is_felt(scene: &Scene, eye: Vec2, way: Vec2, radius_in: f64) -> bool {
-    let distance = way.length();
+fn is_detected(scene: &Scene, eye: Vec2, offset: Vec2, radius_in: f64) -> bool {
+    let distance = offset.length();
     distance < REACH_RADII * radius_in
         && (distance < radius_in
             || scene
-                .cast(eye, way / distance, distance, |surface| {
+                .cast(eye, offset / distance, distance, |surface| {
                     surface.hides_warmth
                 })
                 .is_none())
@@ -123,13 +123,13 @@ struct Detector {
 }
 
 impl Detector {
-    fn step(&mut self, swept_deg: f64, alarm: f64, dice: &mut Dice) {
+    fn step(&mut self, swept_deg: f64, alarm: f64, rng: &mut Rng) {
         self.pulse_ticks = self.pulse_ticks.saturating_sub(1);
         self.swept_deg = self.swept_deg * KEPT + swept_deg;
-        let zone = ZONE_DEG * (1.0 + ZONE_SPREAD * dice.bell());
-        if self.swept_deg > zone || dice.chance(alarm) {
+        let zone = ZONE_DEG * (1.0 + ZONE_SPREAD * rng.normal());
+        if self.swept_deg > zone || rng.chance(alarm) {
             self.swept_deg = 0.0;
-            self.pulse_ticks = (PULSE_TICKS * (1.0 + dice.spread(0.2))) as u32;
+            self.pulse_ticks = (PULSE_TICKS * (1.0 + rng.spread(0.2))) as u32;
         }
     }
 }
@@ -137,7 +137,7 @@ impl Detector {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::dice::Stream;
+    use crate::rng::Stream;
     use crate::testing::{scene, view_at};
     use crate::walker::STEP_MS;
 
@@ -158,17 +158,17 @@ mod tests {
     /// Ticks at which left and right fired in `ticks` settled ticks, with the robot facing north.
     fn fired(scene: &mut Scene, carrier: Carrier, ticks: u32) -> (u32, u32) {
         let mut motion = MotionDetectors::default();
-        let mut dice = Dice::new(4, Stream::Motion);
+        let mut rng = Rng::new(4, Stream::Motion);
         let (mut left, mut right) = (0, 0);
         for tick in 0..SETTLED + ticks {
             if tick >= SETTLED {
-                for walking in &mut scene.walkers {
+                for walker in &mut scene.walkers {
                     for _ in 0..TICK_MS / STEP_MS {
-                        walking.step(carrier.view.center, 5.5);
+                        walker.step(carrier.view.center, 5.5);
                     }
                 }
             }
-            motion.step(scene, carrier, &mut dice);
+            motion.step(scene, carrier, &mut rng);
             if tick >= SETTLED {
                 let sides = motion.sides();
                 left += u32::from(sides.left);
@@ -239,12 +239,12 @@ mod tests {
         let mut empty = walk("person", "[[20, 300], [340, 300]]", "");
         empty.walkers.clear();
         let mut motion = MotionDetectors::default();
-        let mut dice = Dice::new(1, Stream::Motion);
+        let mut rng = Rng::new(1, Stream::Motion);
         let at = standing(180.0, 60.0);
         let (mut alarms, mut was) = (0, false);
         let hours = 200;
         for tick in 0..hours * 72_000_u32 {
-            motion.step(&empty, at, &mut dice);
+            motion.step(&empty, at, &mut rng);
             let is = motion.sides().any();
             alarms += u32::from(is && !was && tick > SETTLED);
             was = is;

@@ -1,8 +1,8 @@
 //! Two cadmium-sulphide cells looking left and right, each in a voltage divider.
 
 use super::View;
-use crate::dice::Dice;
 use crate::geometry::{Vec2, bearing};
+use crate::rng::Rng;
 use crate::scene::Scene;
 use crate::world::Lamp;
 
@@ -24,7 +24,7 @@ pub(crate) struct Light {
 
 impl Light {
     /// Readings of the left and right cells, 0 very bright to 255 dark.
-    pub(crate) fn read(&self, scene: &Scene, view: View, dice: &mut Dice) -> (u8, u8) {
+    pub(crate) fn read(&self, scene: &Scene, view: View, rng: &mut Rng) -> (u8, u8) {
         let (mut left, mut right) = (self.daylight_lux, self.daylight_lux);
         for lamp in self.lamps.iter().filter(|lamp| lamp.on) {
             if scene.is_lit(lamp.center, view.center) {
@@ -34,7 +34,7 @@ impl Light {
                 right += lux * facing(across_rad - MOUNT_DEG.to_radians());
             }
         }
-        (divider(left, dice), divider(right, dice))
+        (divider(left, rng), divider(right, rng))
     }
 }
 
@@ -50,8 +50,8 @@ fn facing(across_rad: f64) -> f64 {
     0.5 + 0.5 * libm::cos(across_rad)
 }
 
-fn divider(lux: f64, dice: &mut Dice) -> u8 {
-    let noise = dice.spread(1.0);
+fn divider(lux: f64, rng: &mut Rng) -> u8 {
+    let noise = rng.spread(1.0);
     if lux <= 0.0 {
         return u8::MAX;
     }
@@ -63,7 +63,7 @@ fn divider(lux: f64, dice: &mut Dice) -> u8 {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::dice::Stream;
+    use crate::rng::Stream;
     use crate::testing::{room, view_at};
 
     fn lamp(x: f64, y: f64) -> Lamp {
@@ -84,10 +84,10 @@ mod tests {
     }
 
     fn read(light: &Light, scene: &Scene, view: View) -> (f64, f64) {
-        let mut dice = Dice::new(1, Stream::Photocells);
+        let mut rng = Rng::new(1, Stream::Photocells);
         let mut sum = (0.0, 0.0);
         for _ in 0..100 {
-            let (left, right) = light.read(scene, view, &mut dice);
+            let (left, right) = light.read(scene, view, &mut rng);
             sum.0 += lux(left) / 100.0;
             sum.1 += lux(right) / 100.0;
         }
@@ -116,8 +116,8 @@ mod tests {
             lamps: vec![lamp(200.0, 300.0)],
             daylight_lux: 0.0,
         };
-        let mut dice = Dice::new(1, Stream::Photocells);
-        let (left, right) = light.read(&scene, view_at(300.0, 300.0, 0.0), &mut dice);
+        let mut rng = Rng::new(1, Stream::Photocells);
+        let (left, right) = light.read(&scene, view_at(300.0, 300.0, 0.0), &mut rng);
         assert!(left + 20 < right, "{left} {right}");
     }
 
@@ -128,9 +128,9 @@ mod tests {
             daylight_lux: 1.0,
         };
         let view = view_at(300.0, 200.0, 0.0);
-        let mut dice = Dice::new(1, Stream::Photocells);
-        let (shaded, _) = light.read(&room(100, &["box", "wood"]), view, &mut dice);
-        let (lit, _) = light.read(&room(100, &["box", "soft"]), view, &mut dice);
+        let mut rng = Rng::new(1, Stream::Photocells);
+        let (shaded, _) = light.read(&room(100, &["box", "wood"]), view, &mut rng);
+        let (lit, _) = light.read(&room(100, &["box", "soft"]), view, &mut rng);
         assert!(lit + 20 < shaded, "{lit} {shaded}");
     }
 
@@ -140,9 +140,9 @@ mod tests {
             lamps: Vec::new(),
             daylight_lux: 0.0,
         };
-        let mut dice = Dice::new(1, Stream::Photocells);
+        let mut rng = Rng::new(1, Stream::Photocells);
         assert_eq!(
-            light.read(&room(20, &[]), view_at(60.0, 60.0, 0.0), &mut dice),
+            light.read(&room(20, &[]), view_at(60.0, 60.0, 0.0), &mut rng),
             (255, 255)
         );
     }

@@ -6,8 +6,8 @@
 use sr04_firmware::board::Side;
 
 use super::View;
-use crate::dice::Dice;
 use crate::geometry::Vec2;
+use crate::rng::Rng;
 use crate::scene::Scene;
 
 const MOUNT_DEG: f64 = 7.5;
@@ -47,14 +47,14 @@ impl Sonars {
         view: View,
         side: Side,
         now_ms: u64,
-        dice: &mut Dice,
+        rng: &mut Rng,
     ) -> Option<u16> {
-        let own = ping(scene, view, side, dice);
+        let own = ping(scene, view, side, rng);
         let before = self.last;
         self.last = own.map(|range_in| (side, now_ms, 2.0 * f64::from(range_in)));
-        let foreign = before.and_then(|(other, sent_ms, way_in)| {
-            let left_in = way_in - (now_ms - sent_ms) as f64 * SOUND_IN_MS;
-            (other != side && left_in > 0.0 && dice.chance(HEARS_NEIGHBOUR))
+        let foreign = before.and_then(|(other, sent_ms, path_in)| {
+            let left_in = path_in - (now_ms - sent_ms) as f64 * SOUND_IN_MS;
+            (other != side && left_in > 0.0 && rng.chance(HEARS_NEIGHBOUR))
                 .then_some((left_in / 2.0).max(NEAR_IN) as u16)
         });
         own.into_iter().chain(foreign).min()
@@ -62,14 +62,14 @@ impl Sonars {
 }
 
 /// Distance of the first echo in whole inches; `None` without an echo.
-fn ping(scene: &Scene, view: View, side: Side, dice: &mut Dice) -> Option<u16> {
+fn ping(scene: &Scene, view: View, side: Side, rng: &mut Rng) -> Option<u16> {
     let sign = match side {
         Side::Left => -1.0,
         Side::Right => 1.0,
     };
     let eye = view.point(sign * RIGHT_IN, AHEAD_IN);
     // The noise is always drawn, so that one ping never changes the noise of the next.
-    let (jitter, bell, deaf) = (dice.unit(), dice.bell(), dice.chance(DEAF));
+    let (jitter, noise, deaf) = (rng.unit(), rng.normal(), rng.chance(DEAF));
     let spacing_deg = BEAM_DEG / f64::from(RAYS);
     let first = (0..RAYS)
         .filter_map(|ray| {
@@ -81,29 +81,29 @@ fn ping(scene: &Scene, view: View, side: Side, dice: &mut Dice) -> Option<u16> {
     if deaf {
         return None;
     }
-    let range_in = (first * (1.0 + NOISE * bell)).round().max(NEAR_IN);
+    let range_in = (first * (1.0 + NOISE * noise)).round().max(NEAR_IN);
     (range_in <= FAR_IN).then_some(range_in as u16)
 }
 
 /// Half of the distance that sound travels along one ray and back to the transducer.
 fn echo(scene: &Scene, eye: Vec2, direction: Vec2) -> Option<f64> {
     let (mut origin, mut direction) = (eye, direction);
-    let mut gone_in = 0.0;
+    let mut travelled_in = 0.0;
     for bounce in 0..=BOUNCES {
-        let left_in = 2.0 * HEARD_IN - gone_in;
+        let left_in = 2.0 * HEARD_IN - travelled_in;
         let hit = scene.cast(origin, direction, left_in, |surface| surface.sound);
         let free_in = hit.map_or(left_in, |hit| hit.distance_in);
         if bounce > 0
-            && let Some(way_in) = passes(origin, direction, free_in, eye)
+            && let Some(path_in) = passes(origin, direction, free_in, eye)
         {
-            return Some(f64::midpoint(gone_in, way_in));
+            return Some(f64::midpoint(travelled_in, path_in));
         }
         let hit = hit?;
-        gone_in += hit.distance_in;
+        travelled_in += hit.distance_in;
         let surface = hit.material.surface();
         let squareness = -direction.dot(hit.normal);
         if squareness >= libm::cos(surface.echo_cone_deg.to_radians()) {
-            return (gone_in <= surface.echo_reach_in.min(HEARD_IN)).then_some(gone_in);
+            return (travelled_in <= surface.echo_reach_in.min(HEARD_IN)).then_some(travelled_in);
         }
         if !surface.mirrors {
             return None;
@@ -124,20 +124,20 @@ fn passes(origin: Vec2, direction: Vec2, length_in: f64, eye: Vec2) -> Option<f6
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::dice::Stream;
+    use crate::rng::Stream;
     use crate::testing::{room, view_at};
 
     fn ranges(scene: &Scene, view: View, side: Side) -> Vec<Option<u16>> {
-        let mut dice = Dice::new(1, Stream::Sonar);
+        let mut rng = Rng::new(1, Stream::Sonar);
         (0..200)
-            .map(|_| ping(scene, view, side, &mut dice))
+            .map(|_| ping(scene, view, side, &mut rng))
             .collect()
     }
 
     fn median(mut ranges: Vec<Option<u16>>) -> u16 {
         ranges.retain(Option::is_some);
         ranges.sort_unstable();
-        ranges[ranges.len() / 2].expect("the missing ones are gone")
+        ranges[ranges.len() / 2].expect("missing ranges were removed")
     }
 
     #[test]
@@ -218,10 +218,10 @@ mod tests {
     #[test]
     fn range_without_noise_is_exact_to_the_inch() {
         let scene = room(100, &[]);
-        let mut dice = Dice::for_sensor(1, Stream::Sonar, false);
+        let mut rng = Rng::for_sensor(1, Stream::Sonar, false);
         for distance_in in 4..=400_u16 {
             let y_in = 594.0 - f64::from(distance_in) - AHEAD_IN;
-            let range = ping(&scene, view_at(300.0, y_in, 0.0), Side::Left, &mut dice);
+            let range = ping(&scene, view_at(300.0, y_in, 0.0), Side::Left, &mut rng);
             // The nearest ray of the fan is two thirds of a degree off square.
             assert_eq!(range, Some(distance_in));
         }
@@ -233,12 +233,12 @@ mod tests {
         // The left ranger sees a wall 400 inches away; the right one pings before its echo has returned.
         let view = view_at(300.0, 594.0 - 400.0 - AHEAD_IN, 0.0);
         let short = |apart_ms: u64| {
-            let mut dice = Dice::new(2, Stream::Sonar);
+            let mut rng = Rng::new(2, Stream::Sonar);
             (0..200)
                 .filter(|_| {
                     let mut sonars = Sonars::default();
-                    sonars.ping(&scene, view, Side::Left, 0, &mut dice);
-                    let range = sonars.ping(&scene, view, Side::Right, apart_ms, &mut dice);
+                    sonars.ping(&scene, view, Side::Left, 0, &mut rng);
+                    let range = sonars.ping(&scene, view, Side::Right, apart_ms, &mut rng);
                     range.is_some_and(|range_in| range_in < 100)
                 })
                 .count()

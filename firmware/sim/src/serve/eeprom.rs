@@ -8,7 +8,7 @@ use std::path::PathBuf;
 
 use sr04_firmware::parameters::{Parameter, Parameters};
 
-use super::ServeError;
+use super::error::ServeError;
 
 /// The file and its contents.
 #[derive(Debug)]

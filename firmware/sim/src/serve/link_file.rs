@@ -8,7 +8,7 @@ use std::path::{Path, PathBuf};
 use rustix::fs::FlockOperation;
 use rustix::io::Errno;
 
-use super::ServeError;
+use super::error::ServeError;
 
 /// The link, removed when dropped. A lock file beside it shows whether its owner still runs.
 #[derive(Debug)]

@@ -3,130 +3,33 @@
 //! One thread runs the world and never waits for a reader: unread bytes are lost, as on a radio.
 
 mod eeprom;
+mod error;
 #[cfg(unix)]
 mod link_file;
+mod options;
+mod port;
 #[cfg(unix)]
 mod pty;
 mod recordings;
 mod tcp;
 
-use eeprom::Eeprom;
-use recordings::Recordings;
-use std::path::PathBuf;
 use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
 use std::sync::{Arc, Mutex, PoisonError};
+use std::thread;
 use std::thread::JoinHandle;
 use std::time::{Duration, Instant};
-use std::{io, thread};
 
 use groundwave_protocol::BYTES_PER_S;
+
+pub use error::ServeError;
+pub use options::{Endpoint, ServeOptions};
 
 use crate::plant::Truth;
 use crate::simulation::{Simulation, SimulationConfig};
 use crate::world::Outline;
-
-/// Where clients connect to the robot's radio.
-#[derive(Clone, Debug, PartialEq, Eq)]
-pub enum Endpoint {
-    /// A pseudo-terminal in raw mode; only on Unix.
-    Pty {
-        /// Path of a symbolic link to make to it.
-        link: Option<PathBuf>,
-        /// Whether it only outputs the robot's bytes and ignores input.
-        copy_only: bool,
-    },
-    /// A TCP port. Every client receives everything; input from all clients is merged.
-    Tcp {
-        /// Address to listen on, as `HOST:PORT`; port 0 selects a free one.
-        address: String,
-        /// Whether it only outputs the robot's bytes and ignores input.
-        copy_only: bool,
-    },
-}
-
-/// Options of [`serve`].
-#[derive(Clone, Debug)]
-pub struct ServeOptions {
-    /// Connections to the radio; each receives a copy of the downlink.
-    pub endpoints: Vec<Endpoint>,
-    /// Virtual seconds per second, above 0 up to 1000.
-    pub time_factor: f64,
-    /// Virtual time after which the robot is switched off.
-    pub duration: Option<Duration>,
-    /// File for the robot's EEPROM: boot counter and parameters.
-    pub eeprom: Option<PathBuf>,
-    /// File for a [`crate::Trace`].
-    pub trace: Option<PathBuf>,
-    /// File for the sound of the beeper, in virtual time.
-    pub wav: Option<PathBuf>,
-}
-
-impl Default for ServeOptions {
-    /// A pseudo-terminal at normal speed.
-    fn default() -> Self {
-        Self {
-            endpoints: vec![Endpoint::Pty {
-                link: None,
-                copy_only: false,
-            }],
-            time_factor: 1.0,
-            duration: None,
-            eeprom: None,
-            trace: None,
-            wav: None,
-        }
-    }
-}
-
-/// Why a robot cannot be served.
-#[derive(Debug, thiserror::Error)]
-pub enum ServeError {
-    /// The system provides no pseudo-terminal.
-    #[error("cannot open a pseudo-terminal: {0}; serve over TCP instead (--listen 127.0.0.1:0)")]
-    Pty(io::Error),
-    /// The link to the pseudo-terminal cannot be made.
-    #[error("cannot make {} point to the pseudo-terminal: {problem}", path.display())]
-    Link {
-        /// Path of the link.
-        path: PathBuf,
-        /// Cause and remedy.
-        problem: String,
-    },
-    /// The address cannot be listened on.
-    #[error(
-        "cannot listen on {address}: {source}; choose another address, or port 0 for a free one"
-    )]
-    Listen {
-        /// Address to listen on.
-        address: String,
-        /// Cause.
-        source: io::Error,
-    },
-    /// The boot counter and the parameters cannot be stored.
-    #[error("cannot store the boot counter and the parameters in {}: {problem}", path.display())]
-    Eeprom {
-        /// Path of the file.
-        path: PathBuf,
-        /// Cause and remedy.
-        problem: String,
-    },
-    /// The trace or the sound cannot be written.
-    #[error("cannot write the {what} to {}: {source}; choose another file", path.display())]
-    Recording {
-        /// `trace` or `sound`.
-        what: &'static str,
-        /// Path of the file.
-        path: PathBuf,
-        /// Cause.
-        source: io::Error,
-    },
-    /// The time factor is out of range.
-    #[error("time factor {0} is out of range: choose one above 0 up to 1000")]
-    TimeFactor(f64),
-    /// The system cannot start a thread.
-    #[error("cannot start the simulation's thread: {0}")]
-    Thread(io::Error),
-}
+use eeprom::Eeprom;
+use port::Port;
+use recordings::Recordings;
 
 /// Maximum time factor.
 const TIME_FACTOR_MAX: f64 = 1000.0;
@@ -139,14 +42,6 @@ const REST_MIN: Duration = Duration::from_millis(1);
 
 /// Uplink bytes taken before their byte time; at this limit the ports are not read.
 const UPLINK_AHEAD: usize = 256;
-
-/// A connection to the radio. Neither direction blocks.
-trait Port: Send {
-    /// Writes bytes to every client.
-    fn write(&mut self, bytes: &[u8], now: Instant);
-    /// Appends the bytes that clients have sent to the robot.
-    fn read(&mut self, into: &mut Vec<u8>);
-}
 
 /// A robot being served. Dropping it switches the robot off.
 #[derive(Debug)]
@@ -227,7 +122,7 @@ fn open(endpoint: &Endpoint) -> Result<(Box<dyn Port>, String), ServeError> {
             Ok((Box::new(port), path))
         }
         #[cfg(not(unix))]
-        Endpoint::Pty { .. } => Err(ServeError::Pty(io::ErrorKind::Unsupported.into())),
+        Endpoint::Pty { .. } => Err(ServeError::Pty(std::io::ErrorKind::Unsupported.into())),
         Endpoint::Tcp { address, copy_only } => {
             let (port, bound) = tcp::Tcp::listen(address, *copy_only)?;
             Ok((Box::new(port), bound))

@@ -9,8 +9,9 @@ use rustix::io::Errno;
 use rustix::pty::OpenptFlags;
 use rustix::termios::{OptionalActions, QueueSelector};
 
+use super::error::ServeError;
 use super::link_file::LinkFile;
-use super::{Port, ServeError};
+use super::port::Port;
 
 /// Time after which unread bytes are dropped, so that a late reader receives current data.
 const STALE: Duration = Duration::from_secs(1);

@@ -4,10 +4,11 @@ use std::fs::File;
 use std::io::{self, BufWriter};
 use std::path::Path;
 
-use super::{ServeError, ServeOptions};
-use crate::plant::TICK_MS;
+use super::error::ServeError;
+use super::options::ServeOptions;
 use crate::simulation::Simulation;
 use crate::sound::Sound;
+use crate::time::TICK_MS;
 use crate::trace::Trace;
 
 /// The open files. A write error ends the file but not the robot.

@@ -4,7 +4,8 @@ use std::io::{ErrorKind, Read as _, Write as _};
 use std::net::{TcpListener, TcpStream};
 use std::time::Instant;
 
-use super::{Port, ServeError};
+use super::error::ServeError;
+use super::port::Port;
 
 /// Maximum number of clients; more are refused.
 const CLIENTS_MAX: usize = 8;

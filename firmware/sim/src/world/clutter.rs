@@ -3,7 +3,7 @@
 use serde::Deserialize;
 
 use super::material::Material;
-use super::{Obstacle, Overhead, Snag};
+use super::parts::{Obstacle, Overhead, Snag};
 use crate::geometry::{Solid, Vec2, clockwise, heading};
 
 /// Kinds of objects.

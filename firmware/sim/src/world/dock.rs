@@ -1,8 +1,8 @@
 //! The charging dock.
 
-use super::Obstacle;
 use super::material::Material;
-use crate::body::RADIUS_IN;
+use super::parts::Obstacle;
+use crate::dimensions::RADIUS_IN;
 use crate::geometry::{Solid, Vec2, clockwise, heading, wrap_deg};
 
 /// Size of the plate.

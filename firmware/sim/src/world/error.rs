@@ -2,6 +2,8 @@
 
 use std::path::PathBuf;
 
+use super::built_in::NAMES;
+
 /// Why a world cannot be used.
 #[derive(Debug, thiserror::Error)]
 pub enum WorldError {
@@ -18,7 +20,7 @@ pub enum WorldError {
         problem: String,
     },
     /// The file cannot be read.
-    #[error("cannot read the world {}: {source}; give a file, a built-in world ({}) or generated:SEED", path.display(), super::BUILT_IN_NAMES)]
+    #[error("cannot read the world {}: {source}; give a file, a built-in world ({}) or generated:SEED", path.display(), NAMES)]
     Read {
         /// Path of the file.
         path: PathBuf,

@@ -3,13 +3,16 @@
 use serde::Deserialize;
 use toml::Spanned;
 
+use super::World;
 use super::clutter::{self, ClutterKind};
 use super::dock::Dock;
 use super::error::{Source, WorldError};
+use super::ground::{Ground, GroundKind};
 use super::material::Material;
 use super::outline::Outline;
+use super::parts::{Lamp, Obstacle, Walker, WalkerKind};
 use super::plan::Plan;
-use super::{Ground, GroundKind, Lamp, Obstacle, Walker, WalkerKind, World};
+use crate::dimensions::RADIUS_IN;
 use crate::geometry::Vec2;
 
 #[derive(Deserialize)]
@@ -98,109 +101,116 @@ struct GroundEntry {
 #[derive(Deserialize)]
 #[serde(
     untagged,
-    expecting = "a place: a mark of the plan (\"A\") or [x, y] in inches"
+    expecting = "expected a place: a mark of the plan (\"A\") or [x, y] in inches"
 )]
 enum Place {
     Mark(char),
     Inches([f64; 2]),
 }
 
-pub(super) fn parse(file: &str, text: &str) -> Result<World, WorldError> {
-    let source = Source { file, text };
-    let entries: File = toml::from_str(text).map_err(|error| {
-        let offset = error.span().map_or(0, |span| span.start);
-        source.error(offset, error.message())
-    })?;
-    let cell_in = *entries.cell_in.get_ref();
-    if !(1.0..=24.0).contains(&cell_in) {
-        return Err(source.error(
-            entries.cell_in.span().start,
-            "cell_in must be between 1 and 24 inches",
-        ));
-    }
-    let plan = Plan::parse(&source, entries.plan.span(), cell_in)?;
-    let places = Places {
-        source: &source,
-        plan: &plan,
-    };
-
-    let mut obstacles: Vec<Obstacle> = plan
-        .solids()
-        .into_iter()
-        .map(|(solid, material)| Obstacle { solid, material })
-        .collect();
-    let plan_solids = obstacles.len();
-    let mut outlines = plan.outlines();
-    let mut overheads = Vec::new();
-    let mut snags = Vec::new();
-    for entry in &entries.clutter {
-        let parts = clutter::parts(&clutter::Spec {
-            kind: entry.kind,
-            center: places.find(&entry.at)?,
-            size: entry.size_in.map(Vec2::from),
-            radius_in: entry.radius_in,
-            height_in: entry.height_in,
-            turned_deg: entry.turned_deg,
-            material: entry.made_of,
-        })
-        .map_err(|problem| source.error(entry.at.span().start, problem))?;
-        overheads.extend(parts.overhead);
-        snags.extend(parts.snag);
-        for part in parts.obstacles {
-            outlines.extend(Outline::of(&part.solid, part.material));
-            obstacles.push(part);
+impl World {
+    /// Parses the text of a world; error messages name `file`.
+    ///
+    /// # Errors
+    ///
+    /// The first error in the text, with file, line, column and remedy.
+    pub fn parse(file: &str, text: &str) -> Result<Self, WorldError> {
+        let source = Source { file, text };
+        let entries: File = toml::from_str(text).map_err(|error| {
+            let offset = error.span().map_or(0, |span| span.start);
+            source.error(offset, error.message())
+        })?;
+        let cell_in = *entries.cell_in.get_ref();
+        if !(1.0..=24.0).contains(&cell_in) {
+            return Err(source.error(
+                entries.cell_in.span().start,
+                "cell_in must be between 1 and 24 inches",
+            ));
         }
+        let plan = Plan::parse(&source, entries.plan.span(), cell_in)?;
+        let places = Places {
+            source: &source,
+            plan: &plan,
+        };
+
+        let mut obstacles: Vec<Obstacle> = plan
+            .solids()
+            .into_iter()
+            .map(|(solid, material)| Obstacle { solid, material })
+            .collect();
+        let plan_solids = obstacles.len();
+        let mut outlines = plan.outlines();
+        let mut overheads = Vec::new();
+        let mut snags = Vec::new();
+        for entry in &entries.clutter {
+            let parts = clutter::parts(&clutter::Spec {
+                kind: entry.kind,
+                center: places.find(&entry.at)?,
+                size: entry.size_in.map(Vec2::from),
+                radius_in: entry.radius_in,
+                height_in: entry.height_in,
+                turned_deg: entry.turned_deg,
+                material: entry.made_of,
+            })
+            .map_err(|problem| source.error(entry.at.span().start, problem))?;
+            overheads.extend(parts.overhead);
+            snags.extend(parts.snag);
+            for part in parts.obstacles {
+                outlines.extend(Outline::of(&part.solid, part.material));
+                obstacles.push(part);
+            }
+        }
+        let dock = match &entries.dock {
+            Some(entry) => Some(Dock::new(places.find(&entry.at)?, entry.facing_deg)),
+            None => None,
+        };
+        if let Some(dock) = &dock {
+            let plate = dock.obstacle();
+            outlines.extend(Outline::of(&plate.solid, plate.material));
+            obstacles.push(plate);
+        }
+        let grounds = entries
+            .ground
+            .iter()
+            .map(|entry| places.ground(entry))
+            .collect::<Result<Vec<_>, _>>()?;
+        let lamps = entries
+            .lamp
+            .iter()
+            .map(|entry| places.lamp(entry))
+            .collect::<Result<Vec<_>, _>>()?;
+        let walkers = entries
+            .walker
+            .iter()
+            .map(|entry| places.walker(entry, &obstacles))
+            .collect::<Result<Vec<_>, _>>()?;
+        let start = Vec2::new(plan.start.x_in, plan.start.y_in);
+        if !is_clear(&obstacles, start, RADIUS_IN + START_MARGIN_IN) {
+            return Err(source.error(
+                plan.start_offset,
+                "the robot does not fit at its start: keep 6 inches free on every side",
+            ));
+        }
+        let size = plan.size();
+        Ok(Self {
+            name: entries.name,
+            about: entries.about,
+            start: plan.start,
+            size_in: [size.x, size.y],
+            daylight_lux: entries.daylight_lux.max(0.0),
+            grid: plan.grid(&source),
+            drops: plan.drops(),
+            obstacles,
+            plan_solids,
+            grounds,
+            snags,
+            overheads,
+            outlines,
+            dock,
+            lamps,
+            walkers,
+        })
     }
-    let dock = match &entries.dock {
-        Some(entry) => Some(Dock::new(places.find(&entry.at)?, entry.facing_deg)),
-        None => None,
-    };
-    if let Some(dock) = &dock {
-        let plate = dock.obstacle();
-        outlines.extend(Outline::of(&plate.solid, plate.material));
-        obstacles.push(plate);
-    }
-    let grounds = entries
-        .ground
-        .iter()
-        .map(|entry| places.ground(entry))
-        .collect::<Result<Vec<_>, _>>()?;
-    let lamps = entries
-        .lamp
-        .iter()
-        .map(|entry| places.lamp(entry))
-        .collect::<Result<Vec<_>, _>>()?;
-    let walkers = entries
-        .walker
-        .iter()
-        .map(|entry| places.walker(entry, &obstacles))
-        .collect::<Result<Vec<_>, _>>()?;
-    let start = Vec2::new(plan.start.x_in, plan.start.y_in);
-    if !is_clear(&obstacles, start, crate::body::RADIUS_IN + START_MARGIN_IN) {
-        return Err(source.error(
-            plan.start_offset,
-            "the robot does not fit at its start: keep 6 inches free on every side",
-        ));
-    }
-    let size = plan.size();
-    Ok(World {
-        name: entries.name,
-        about: entries.about,
-        start: plan.start,
-        size_in: [size.x, size.y],
-        daylight_lux: entries.daylight_lux.max(0.0),
-        grid: plan.grid(&source),
-        drops: plan.drops(),
-        obstacles,
-        plan_solids,
-        grounds,
-        snags,
-        overheads,
-        outlines,
-        dock,
-        lamps,
-        walkers,
-    })
 }
 
 const START_MARGIN_IN: f64 = 0.5;
@@ -316,9 +326,9 @@ impl Places<'_> {
 
 /// Where a round body first meets an obstacle on the straight line between two places.
 fn blocked(obstacles: &[Obstacle], from: Vec2, to: Vec2, radius_in: f64) -> Option<Vec2> {
-    let way = to - from;
-    let steps = (way.length() / WALK_CHECK_IN).ceil().max(1.0) as u32;
+    let offset = to - from;
+    let steps = (offset.length() / WALK_CHECK_IN).ceil().max(1.0) as u32;
     (0..=steps)
-        .map(|step| from + way * (f64::from(step) / f64::from(steps)))
+        .map(|step| from + offset * (f64::from(step) / f64::from(steps)))
         .find(|at| !is_clear(obstacles, *at, radius_in))
 }

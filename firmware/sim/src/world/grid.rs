@@ -5,23 +5,23 @@ use crate::geometry::Vec2;
 /// The characters of a plan and their position in the file.
 #[derive(Clone, Debug)]
 pub(crate) struct Grid {
-    pub(super) cell_in: f64,
-    pub(super) columns: usize,
-    pub(super) rows: usize,
+    pub(crate) cell_in: f64,
+    pub(crate) columns: usize,
+    pub(crate) rows: usize,
     /// North row first.
-    pub(super) glyphs: Vec<char>,
+    pub(crate) glyphs: Vec<char>,
     /// Line of the north row in the file, from 1.
-    pub(super) first_line: usize,
+    pub(crate) first_line: usize,
 }
 
 impl Grid {
     /// Character of a cell.
-    pub(super) fn glyph(&self, row: usize, column: usize) -> char {
+    pub(crate) fn glyph(&self, row: usize, column: usize) -> char {
         self.glyphs[row * self.columns + column]
     }
 
     /// Centre of a cell in inches from the south-west corner.
-    pub(super) fn center(&self, row: usize, column: usize) -> Vec2 {
+    pub(crate) fn center(&self, row: usize, column: usize) -> Vec2 {
         Vec2::new(
             (column as f64 + 0.5) * self.cell_in,
             ((self.rows - row) as f64 - 0.5) * self.cell_in,
@@ -29,7 +29,7 @@ impl Grid {
     }
 
     /// Row and column of the cell that contains a point; `None` outside the plan.
-    pub(super) fn cell_at(&self, point: Vec2) -> Option<(usize, usize)> {
+    pub(crate) fn cell_at(&self, point: Vec2) -> Option<(usize, usize)> {
         if point.x < 0.0 || point.y < 0.0 {
             return None;
         }

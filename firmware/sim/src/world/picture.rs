@@ -2,8 +2,9 @@
 
 use std::fmt::Write as _;
 
+use super::World;
+use super::ground::GroundKind;
 use super::material::Material;
-use super::{GroundKind, World};
 use crate::geometry::{Solid, Vec2};
 
 /// Meaning of the characters, in the order of the legend.
@@ -57,9 +58,11 @@ impl World {
         for snag in &self.snags {
             paint('-', &|center| covers(&snag.solid, center, grid.cell_in));
         }
-        for thing in self.obstacles.iter().skip(self.plan_solids) {
-            let glyph = glyph(thing.material);
-            paint(glyph, &|center| covers(&thing.solid, center, grid.cell_in));
+        for obstacle in self.obstacles.iter().skip(self.plan_solids) {
+            let glyph = glyph(obstacle.material);
+            paint(glyph, &|center| {
+                covers(&obstacle.solid, center, grid.cell_in)
+            });
         }
         let mut put = |glyph: char, place: Vec2| {
             if let Some((row, column)) = grid.cell_at(place) {

@@ -2,10 +2,12 @@
 
 use std::fmt::Write as _;
 
+use super::World;
+use super::material::Material;
 use super::outline::{Outline, Point};
-use super::{Obstacle, World};
+use super::parts::Obstacle;
+use crate::dimensions::RADIUS_IN;
 use crate::geometry::{Solid, Vec2, heading};
-use crate::world::material::Material;
 
 /// Pixels per inch.
 const SCALE: f64 = 2.0;
@@ -58,8 +60,8 @@ impl World {
             drawing.label(lamp.center, &lamp.name);
         }
         let start = Vec2::new(self.start.x_in, self.start.y_in);
-        drawing.solid(&Solid::round(start, crate::body::RADIUS_IN), "#3366cc88");
-        let nose = start + heading(self.start.theta_deg.to_radians()) * crate::body::RADIUS_IN;
+        drawing.solid(&Solid::round(start, RADIUS_IN), "#3366cc88");
+        let nose = start + heading(self.start.theta_deg.to_radians()) * RADIUS_IN;
         drawing.path(&[start, nose]);
         drawing.text.push_str("</svg>\n");
         drawing.text

@@ -1,4 +1,4 @@
-//! The robot's program in a simulated world, without a radio: orders arrive at once.
+//! The robot's program in a simulated world without a radio: commands arrive at once.
 #![allow(dead_code, reason = "each test uses its own part")]
 
 use groundwave_protocol::command::{Command, Key, Message, Open, Order};
@@ -21,7 +21,7 @@ pub struct Rig {
     sequence: u8,
 }
 
-/// An empty hall of 60 feet by 60.
+/// An empty hall of 60 by 60 feet.
 pub fn hall() -> World {
     let floor = format!("#{}#\n", ".".repeat(120));
     let wall = format!("{}\n", "#".repeat(122));
@@ -32,7 +32,7 @@ pub fn hall() -> World {
         ".".repeat(59),
         floor.repeat(60)
     );
-    World::parse("hall", &text).expect("the hall is drawn right")
+    World::parse("hall", &text).expect("the hall is a valid world")
 }
 
 pub fn parameters(changes: &[(Parameter, i16)]) -> Parameters {
@@ -91,7 +91,7 @@ impl Rig {
         assert_eq!(
             self.robot.ack().sequence,
             sequence % 8,
-            "the order was taken"
+            "the robot took the command"
         );
     }
 
@@ -115,7 +115,7 @@ impl Rig {
         }
     }
 
-    /// Runs until the robot is in a mode; `None` when it takes longer.
+    /// Runs until the robot is in `mode` and returns the seconds; `None` after `seconds_max`.
     pub fn run_to(&mut self, mode: Mode, seconds_max: u32) -> Option<f64> {
         for tick in 0..seconds_max * 20 {
             if self.robot.mode() == mode {
@@ -126,7 +126,7 @@ impl Rig {
         None
     }
 
-    /// Inches from a point, in truth.
+    /// Distance in inches of the robot's true position from a point.
     pub fn distance_in(&self, x_in: f64, y_in: f64) -> f64 {
         let pose = self.plant.truth().pose;
         (pose.x_in - x_in).hypot(pose.y_in - y_in)

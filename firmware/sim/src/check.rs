@@ -1,9 +1,9 @@
 //! Warnings about a valid world: places, lamps, walkers and docks that the robot cannot reach.
 
-use super::World;
-use crate::body::RADIUS_IN;
+use crate::dimensions::RADIUS_IN;
 use crate::geometry::Vec2;
 use crate::scene::Scene;
+use crate::world::World;
 
 /// Clearance in inches that the robot needs on each side.
 const MARGIN_IN: f64 = 0.25;
@@ -41,33 +41,33 @@ impl World {
                 ));
             }
         }
-        let mut complain = |what: String, place: Vec2| {
+        let mut warn = |problem: String, place: Vec2| {
             let cell = self.grid.cell_at(place).unwrap_or_default();
-            warnings.push(format!("{}: {what}", at(cell)));
+            warnings.push(format!("{}: {problem}", at(cell)));
         };
         for lamp in &self.lamps {
-            if !self.is_met(&areas, lamp.center, NEAR_IN) {
-                let what = format!(
+            if !self.is_reachable(&areas, lamp.center, NEAR_IN) {
+                let problem = format!(
                     "lamp {:?} is more than {NEAR_IN} inches from every place the robot can reach",
                     lamp.name
                 );
-                complain(what, lamp.center);
+                warn(problem, lamp.center);
             }
         }
         for walker in &self.walkers {
             if !walker
                 .path
                 .iter()
-                .any(|&place| self.is_met(&areas, place, NEAR_IN))
+                .any(|&place| self.is_reachable(&areas, place, NEAR_IN))
             {
-                let what = "the robot cannot reach this walker's path".to_owned();
-                complain(what, walker.path.first().copied().unwrap_or_default());
+                let problem = "the robot cannot reach this walker's path".to_owned();
+                warn(problem, walker.path.first().copied().unwrap_or_default());
             }
         }
         if let Some(dock) = &self.dock {
             let before = dock.front + dock.facing * (RADIUS_IN + self.grid.cell_in);
-            if !self.is_met(&areas, before, self.grid.cell_in) {
-                complain(
+            if !self.is_reachable(&areas, before, self.grid.cell_in) {
+                warn(
                     "the robot cannot reach the dock's front".to_owned(),
                     dock.front,
                 );
@@ -147,7 +147,7 @@ impl World {
     }
 
     /// Whether the robot can get within `reach_in` of a place.
-    fn is_met(&self, areas: &Areas, place: Vec2, reach_in: f64) -> bool {
+    fn is_reachable(&self, areas: &Areas, place: Vec2, reach_in: f64) -> bool {
         areas.of.iter().enumerate().any(|(index, area)| {
             let center = self
                 .grid

@@ -11,7 +11,7 @@ impl House {
         let room = self.rooms[0];
         let row = usize::midpoint(room.north, room.south);
         let column = usize::midpoint(room.west, room.east);
-        let nose = ['^', '>', 'v', '<'][pick(&mut self.dice, 4)];
+        let nose = ['^', '>', 'v', '<'][pick(&mut self.rng, 4)];
         let cell = Cells {
             west: column,
             north: row,
@@ -19,16 +19,16 @@ impl House {
             south: row + 1,
         };
         self.fill(cell, nose);
-        self.take(cell.grown(3));
+        self.reserve(cell.grown(3));
     }
 
     /// Places a dock at the outer wall of a room and keeps its beam free.
     pub(super) fn dock(&mut self) {
-        let number = pick(&mut self.dice, self.rooms.len());
+        let number = pick(&mut self.rng, self.rooms.len());
         let room = self.rooms[number];
         let faces_south = room.north == 1;
         for _ in 0..40 {
-            let west = room.west + 2 + pick(&mut self.dice, room.east - room.west - 9);
+            let west = room.west + 2 + pick(&mut self.rng, room.east - room.west - 9);
             let beam = if faces_south {
                 Cells {
                     west,
@@ -63,24 +63,24 @@ impl House {
             self.add(&format!(
                 "[dock]\nat = [{x}, {y}]\nfacing_deg = {facing_deg}\n"
             ));
-            self.take(beam);
+            self.reserve(beam);
             return;
         }
     }
 
     /// Adds a cat that walks across a room.
     pub(super) fn cat(&mut self) {
-        let number = pick(&mut self.dice, self.rooms.len());
+        let number = pick(&mut self.rng, self.rooms.len());
         let room = self.rooms[number];
         let row = usize::midpoint(room.north, room.south) + 2;
-        let way = Cells {
+        let path = Cells {
             west: room.west + 4,
             north: row,
             east: room.east - 4,
             south: row + 1,
         };
-        self.take(way.grown(1));
-        let ends = [way.west, way.east - 1].map(|column| {
+        self.reserve(path.grown(1));
+        let ends = [path.west, path.east - 1].map(|column| {
             let (x, y) = self.middle(Cells {
                 west: column,
                 north: row,
@@ -89,7 +89,7 @@ impl House {
             });
             format!("[{x}, {y}]")
         });
-        let pause_s = 20 + pick(&mut self.dice, 100);
+        let pause_s = 20 + pick(&mut self.rng, 100);
         self.add(&format!(
             "[[walker]]\nkind = \"cat\"\npath = [{}, {}]\nspeed_in_s = 14\npause_s = {pause_s}\n",
             ends[0], ends[1]
@@ -98,33 +98,33 @@ impl House {
 
     /// Adds furniture along the walls where there is room, clutter and a lamp.
     pub(super) fn furnish(&mut self, room: Cells) {
-        for _ in 0..10 + pick(&mut self.dice, 10) {
+        for _ in 0..10 + pick(&mut self.rng, 10) {
             self.piece(room);
         }
-        for _ in 0..6 + pick(&mut self.dice, 10) {
+        for _ in 0..6 + pick(&mut self.rng, 10) {
             self.clutter(room);
         }
-        if self.dice.chance(0.3) {
+        if self.rng.chance(0.3) {
             let (x, y) = self.middle(room);
             self.add(&format!(
                 "[[ground]]\nkind = \"carpet\"\nat = [{x}, {y}]\nsize_in = [72, 54]\n"
             ));
         }
         let (x, y) = self.middle(room);
-        let candela = 40 + pick(&mut self.dice, 100);
-        let on = self.dice.chance(0.8);
-        let name = self.things.matches("[[lamp]]").count() + 1;
+        let candela = 40 + pick(&mut self.rng, 100);
+        let on = self.rng.chance(0.8);
+        let name = self.entries.matches("[[lamp]]").count() + 1;
         self.add(&format!(
             "[[lamp]]\nname = \"room {name}\"\nat = [{x}, {y}]\ncandela = {candela}\nheight_in = 84\non = {on}\n"
         ));
     }
 
     fn piece(&mut self, room: Cells) {
-        let long = 5 + pick(&mut self.dice, 9);
-        let deep = 3 + pick(&mut self.dice, 4);
-        let glyph = ['w', 'w', 's', 'k', 'w'][pick(&mut self.dice, 5)];
-        let along_x = pick(&mut self.dice, 2) == 0;
-        let at_far_side = pick(&mut self.dice, 2) == 0;
+        let long = 5 + pick(&mut self.rng, 9);
+        let deep = 3 + pick(&mut self.rng, 4);
+        let glyph = ['w', 'w', 's', 'k', 'w'][pick(&mut self.rng, 5)];
+        let along_x = pick(&mut self.rng, 2) == 0;
+        let at_far_side = pick(&mut self.rng, 2) == 0;
         let (wide, tall) = if along_x { (long, deep) } else { (deep, long) };
         let (room_wide, room_tall) = (room.east - room.west, room.south - room.north);
         let room_along = if along_x {
@@ -133,7 +133,7 @@ impl House {
             room_tall - tall
         };
         // A narrow gap between a piece and a corner is useless.
-        let shift = match pick(&mut self.dice, room_along + 1) {
+        let shift = match pick(&mut self.rng, room_along + 1) {
             shift if shift < GAP => 0,
             shift if shift + GAP > room_along => room_along,
             shift => shift,
@@ -152,7 +152,7 @@ impl House {
         };
         if self.is_free(piece) {
             self.fill(piece, glyph);
-            self.take(piece.grown(GAP));
+            self.reserve(piece.grown(GAP));
         }
     }
 
@@ -169,11 +169,11 @@ impl House {
             ("shoe", 1, ""),
             ("cord", 2, "size_in = [36, 1]\n"),
         ];
-        let (kind, half, rest) = KINDS[pick(&mut self.dice, KINDS.len())];
-        let turned_deg = pick(&mut self.dice, 180);
+        let (kind, half, rest) = KINDS[pick(&mut self.rng, KINDS.len())];
+        let turned_deg = pick(&mut self.rng, 180);
         let margin = half + 2;
-        let column = room.west + margin + pick(&mut self.dice, room.east - room.west - 2 * margin);
-        let row = room.north + margin + pick(&mut self.dice, room.south - room.north - 2 * margin);
+        let column = room.west + margin + pick(&mut self.rng, room.east - room.west - 2 * margin);
+        let row = room.north + margin + pick(&mut self.rng, room.south - room.north - 2 * margin);
         let cell = Cells {
             west: column,
             north: row,
@@ -185,7 +185,7 @@ impl House {
             self.add(&format!(
                 "[[clutter]]\nkind = \"{kind}\"\nat = [{x}, {y}]\nturned_deg = {turned_deg}\n{rest}"
             ));
-            self.take(cell.grown(half + GAP));
+            self.reserve(cell.grown(half + GAP));
         }
     }
 }

@@ -22,26 +22,26 @@ pub(crate) enum Stream {
 
 /// One stream of random numbers.
 #[derive(Clone, Debug)]
-pub(crate) struct Dice {
+pub(crate) struct Rng {
     generator: Pcg32,
     /// Every draw is the middle of its range, so that no chance event happens.
-    is_still: bool,
+    is_constant: bool,
 }
 
-impl Dice {
+impl Rng {
     pub(crate) fn new(seed: u64, stream: Stream) -> Self {
         let purpose = stream as u64;
         Self {
             // Neighbouring seeds give similar streams unless they are mixed first.
             generator: Pcg32::new(split_mix(seed ^ split_mix(purpose)), purpose),
-            is_still: false,
+            is_constant: false,
         }
     }
 
     /// A stream for a sensor; without `noise` every draw is the middle of its range.
     pub(crate) fn for_sensor(seed: u64, stream: Stream, noise: bool) -> Self {
         Self {
-            is_still: !noise,
+            is_constant: !noise,
             ..Self::new(seed, stream)
         }
     }
@@ -51,12 +51,12 @@ impl Dice {
         let state = u64::from(self.next_u32()) << 32 | u64::from(self.next_u32());
         Self {
             generator: Pcg32::new(split_mix(state), u64::from(self.next_u32())),
-            is_still: self.is_still,
+            is_constant: self.is_constant,
         }
     }
 
     pub(crate) fn next_u32(&mut self) -> u32 {
-        if self.is_still {
+        if self.is_constant {
             return u32::MAX / 2 + 1;
         }
         self.generator.next_u32()
@@ -73,7 +73,7 @@ impl Dice {
     }
 
     /// Approximately normal: mean 0, standard deviation 1, never beyond 3.5.
-    pub(crate) fn bell(&mut self) -> f64 {
+    pub(crate) fn normal(&mut self) -> f64 {
         let sum = self.unit() + self.unit() + self.unit() + self.unit();
         (sum - 2.0) * SQRT_3
     }
@@ -111,23 +111,23 @@ mod tests {
 
     #[test]
     fn streams_of_one_seed_differ() {
-        let draw = |stream| Dice::new(1, stream).next_u32();
+        let draw = |stream| Rng::new(1, stream).next_u32();
         assert_ne!(draw(Stream::Sonar), draw(Stream::Infrared));
         assert_ne!(draw(Stream::Uplink), draw(Stream::Downlink));
     }
 
     #[test]
     fn draws_without_noise_are_the_middle_of_the_range() {
-        let mut dice = Dice::for_sensor(1, Stream::Sonar, false);
-        assert!((dice.unit() - 0.5).abs() < f64::EPSILON);
-        assert!(dice.bell().abs() < f64::EPSILON && dice.spread(3.0).abs() < f64::EPSILON);
-        assert!(!dice.chance(0.3) && dice.chance(0.98));
+        let mut rng = Rng::for_sensor(1, Stream::Sonar, false);
+        assert!((rng.unit() - 0.5).abs() < f64::EPSILON);
+        assert!(rng.normal().abs() < f64::EPSILON && rng.spread(3.0).abs() < f64::EPSILON);
+        assert!(!rng.chance(0.3) && rng.chance(0.98));
     }
 
     #[test]
     fn normal_draws_have_mean_0_and_deviation_1() {
-        let mut dice = Dice::new(7, Stream::Sonar);
-        let draws: Vec<f64> = (0..20_000).map(|_| dice.bell()).collect();
+        let mut rng = Rng::new(7, Stream::Sonar);
+        let draws: Vec<f64> = (0..20_000).map(|_| rng.normal()).collect();
         let mean = draws.iter().sum::<f64>() / 20_000.0;
         let variance = draws.iter().map(|draw| draw * draw).sum::<f64>() / 20_000.0;
         assert!(mean.abs() < 0.03, "mean {mean}");
@@ -136,10 +136,8 @@ mod tests {
 
     #[test]
     fn mean_wait_is_the_inverse_of_the_probability() {
-        let mut dice = Dice::new(3, Stream::Uplink);
-        let total: u64 = (0..20_000)
-            .map(|_| dice.failures_before_success(0.01))
-            .sum();
+        let mut rng = Rng::new(3, Stream::Uplink);
+        let total: u64 = (0..20_000).map(|_| rng.failures_before_success(0.01)).sum();
         let mean = total as f64 / 20_000.0;
         assert!((mean - 99.0).abs() < 3.0, "mean {mean}");
     }

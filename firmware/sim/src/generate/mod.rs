@@ -4,8 +4,8 @@ mod furnish;
 
 use std::fmt::Write as _;
 
-use super::World;
-use crate::dice::{Dice, Stream};
+use crate::rng::{Rng, Stream};
+use crate::world::World;
 
 const CELL_IN: usize = 6;
 /// Cells kept free on either side of a doorway.
@@ -64,33 +64,33 @@ impl Cells {
 
 /// A house being generated.
 struct House {
-    dice: Dice,
+    rng: Rng,
     columns: usize,
     rows: usize,
     glyphs: Vec<char>,
     /// Cells where no more objects may be placed.
-    taken: Vec<bool>,
+    reserved: Vec<bool>,
     rooms: Vec<Cells>,
-    things: String,
+    entries: String,
 }
 
 impl House {
     fn draw(seed: u64, attempt: u64) -> Self {
-        let mut dice = Dice::new(seed ^ attempt.rotate_left(32), Stream::House);
-        let widths: Vec<usize> = (0..2 + pick(&mut dice, 2))
-            .map(|_| 21 + pick(&mut dice, 10))
+        let mut rng = Rng::new(seed ^ attempt.rotate_left(32), Stream::House);
+        let widths: Vec<usize> = (0..2 + pick(&mut rng, 2))
+            .map(|_| 21 + pick(&mut rng, 10))
             .collect();
-        let heights: Vec<usize> = (0..2).map(|_| 20 + pick(&mut dice, 8)).collect();
+        let heights: Vec<usize> = (0..2).map(|_| 20 + pick(&mut rng, 8)).collect();
         let columns = widths.iter().sum::<usize>() + widths.len() + 1;
         let rows = heights.iter().sum::<usize>() + heights.len() + 1;
         let mut house = Self {
-            dice,
+            rng,
             columns,
             rows,
             glyphs: vec!['#'; columns * rows],
-            taken: vec![false; columns * rows],
+            reserved: vec![false; columns * rows],
             rooms: Vec::new(),
-            things: String::new(),
+            entries: String::new(),
         };
         let mut north = 1;
         for height in &heights {
@@ -127,10 +127,10 @@ impl House {
         }
     }
 
-    fn take(&mut self, cells: Cells) {
+    fn reserve(&mut self, cells: Cells) {
         for row in cells.north..cells.south.min(self.rows) {
             for column in cells.west..cells.east.min(self.columns) {
-                self.taken[row * self.columns + column] = true;
+                self.reserved[row * self.columns + column] = true;
             }
         }
     }
@@ -138,7 +138,7 @@ impl House {
     fn is_free(&self, cells: Cells) -> bool {
         (cells.north..cells.south.min(self.rows)).all(|row| {
             (cells.west..cells.east.min(self.columns))
-                .all(|column| !self.taken[row * self.columns + column])
+                .all(|column| !self.reserved[row * self.columns + column])
         })
     }
 
@@ -152,12 +152,12 @@ impl House {
             })
             .collect();
         for last in (1..walls.len()).rev() {
-            let other = pick(&mut self.dice, last + 1);
+            let other = pick(&mut self.rng, last + 1);
             walls.swap(last, other);
         }
         for (one, other) in walls {
             let (from, to) = (joined[one], joined[other]);
-            if from == to && self.dice.chance(0.4) {
+            if from == to && self.rng.chance(0.4) {
                 continue;
             }
             for group in &mut joined {
@@ -171,9 +171,9 @@ impl House {
 
     /// Adds a doorway of 24 to 36 inches between neighbouring rooms and keeps its approaches free.
     fn door(&mut self, one: Cells, other: Cells) {
-        let width = 4 + pick(&mut self.dice, 3);
+        let width = 4 + pick(&mut self.rng, 3);
         let (gap, approach) = if one.south == other.south {
-            let north = one.north + 2 + pick(&mut self.dice, one.south - one.north - width - 3);
+            let north = one.north + 2 + pick(&mut self.rng, one.south - one.north - width - 3);
             let gap = Cells {
                 west: one.east,
                 north,
@@ -189,7 +189,7 @@ impl House {
                 },
             )
         } else {
-            let west = one.west + 2 + pick(&mut self.dice, one.east - one.west - width - 3);
+            let west = one.west + 2 + pick(&mut self.rng, one.east - one.west - width - 3);
             let gap = Cells {
                 west,
                 north: one.south,
@@ -206,8 +206,8 @@ impl House {
             )
         };
         self.fill(gap, '.');
-        self.take(approach);
-        if self.dice.chance(0.3) {
+        self.reserve(approach);
+        if self.rng.chance(0.3) {
             let (x, y) = self.middle(gap);
             let size = if one.south == other.south {
                 format!("[3, {}]", width * CELL_IN)
@@ -223,9 +223,9 @@ impl House {
     /// Adds windows to the outer walls.
     fn windows(&mut self) {
         for room in self.rooms.clone() {
-            let west = room.west + 3 + pick(&mut self.dice, 6);
+            let west = room.west + 3 + pick(&mut self.rng, 6);
             let row = if room.north == 1 { 0 } else { self.rows - 1 };
-            if self.dice.chance(0.7) {
+            if self.rng.chance(0.7) {
                 self.fill(
                     Cells {
                         west,
@@ -247,8 +247,8 @@ impl House {
     }
 
     fn add(&mut self, entry: &str) {
-        self.things.push('\n');
-        self.things.push_str(entry);
+        self.entries.push('\n');
+        self.entries.push_str(entry);
     }
 
     fn text(&self, name: &str) -> String {
@@ -262,12 +262,12 @@ impl House {
             let _ = writeln!(text, "{row}");
         }
         text.push_str("'''\n");
-        text.push_str(&self.things);
+        text.push_str(&self.entries);
         text
     }
 }
 
 /// Uniform from 0 up to but not including `count`.
-fn pick(dice: &mut Dice, count: usize) -> usize {
-    ((u64::from(dice.next_u32()) * count as u64) >> 32) as usize
+fn pick(rng: &mut Rng, count: usize) -> usize {
+    ((u64::from(rng.next_u32()) * count as u64) >> 32) as usize
 }
