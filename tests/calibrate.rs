@@ -3,9 +3,6 @@
 #![cfg(unix)]
 #![expect(clippy::unwrap_used, reason = "a test stops where something is wrong")]
 
-#[path = "common/programs.rs"]
-mod programs;
-
 use std::fs;
 use std::io::{BufRead, BufReader, Write};
 use std::path::{Path, PathBuf};
@@ -13,7 +10,7 @@ use std::process::{Command, Stdio};
 use std::thread;
 use std::time::{Duration, Instant};
 
-use programs::{GROUNDWAVE, Running, Sim, Telling, expect, scratch};
+use crate::programs::{GROUNDWAVE, Running, Sim, Telling, expect, scratch};
 
 /// A conversation with a station that says nothing lasts a quarter of a minute.
 const PATIENCE: Duration = Duration::from_secs(12);

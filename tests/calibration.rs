@@ -1,12 +1,9 @@
 //! Two squares of a robot whose wheels are not as drawn tell what they are.
 
-#[path = "../firmware/sim/tests/common/mod.rs"]
-mod rig;
-
+use crate::rig::{Rig, hall, parameters};
 use groundwave::calibration::{Gauge, Offset, Squares};
 use groundwave_protocol::command::Order;
 use groundwave_protocol::letters::Mode;
-use rig::{Rig, hall, parameters};
 use sr04_firmware::parameters::Parameter;
 use sr04_sim::Conditions;
 

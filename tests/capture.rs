@@ -1,8 +1,7 @@
 //! Captures from end to end: what was recorded is what was received, byte for byte, in either form.
 #![expect(clippy::unwrap_used, reason = "a test stops where something is wrong")]
 
-mod streams;
-
+use crate::streams;
 use std::fs;
 use std::io::{Cursor, Read};
 use std::path::Path;

@@ -1,13 +1,11 @@
 //! What a recovery claims, and what it keeps where it can claim nothing.
 #![expect(clippy::unwrap_used, reason = "a test stops where something is wrong")]
 
-mod recordings;
-mod streams;
-
+use crate::streams;
 use std::fs;
 
+use crate::recordings::{chunks, finished, killed};
 use groundwave::capture::recover::{End, Outcome, recover};
-use recordings::{chunks, finished, killed};
 use tempfile::TempDir;
 
 /// An older file of that name is another's evidence.

@@ -2,13 +2,10 @@
 #![cfg(unix)]
 #![expect(clippy::unwrap_used, reason = "a test stops where something is wrong")]
 
-#[path = "common/programs.rs"]
-mod programs;
-
 use std::fs;
 use std::process::Command;
 
-use programs::{GROUNDWAVE, Sim, Telling, expect, groundwave, scratch};
+use crate::programs::{GROUNDWAVE, Sim, Telling, expect, groundwave, scratch};
 
 #[test]
 fn a_forgotten_link_is_named() {

@@ -1,10 +1,8 @@
 //! Promises about commands, kept over seeds: what is sent arrives, is what the robot holds, and is done.
 
-mod common;
-
 use std::collections::HashSet;
 
-use common::{CoSimulation, Dice, on_all_cores};
+use crate::common::{CoSimulation, Dice, on_all_cores};
 use groundwave::event::{CommandStep, Failure};
 use groundwave::request::Request;
 use groundwave_protocol::Waypoint;

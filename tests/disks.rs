@@ -2,21 +2,16 @@
 #![cfg(unix)]
 #![expect(clippy::unwrap_used, reason = "a test stops where something is wrong")]
 
-#[path = "common/programs.rs"]
-mod programs;
-#[path = "common/pty.rs"]
-mod pty;
-
 use std::fs;
 use std::io::{Read, Write};
 use std::path::Path;
 use std::process::{Command, Stdio};
 use std::time::{Duration, Instant, SystemTime};
 
+use crate::programs::{GROUNDWAVE, Sim, Telling, expect, scratch};
+use crate::pty::OnTerminal;
 use groundwave::capture::recover::{Outcome, Paths, recover};
 use groundwave::capture::{Existing, RawWriter, Recorder, Session};
-use programs::{GROUNDWAVE, Sim, Telling, expect, scratch};
-use pty::OnTerminal;
 
 /// A limit on the size of files does what a full disk does, and needs no rights.
 #[test]

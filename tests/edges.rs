@@ -2,19 +2,14 @@
 #![cfg(unix)]
 #![expect(clippy::unwrap_used, reason = "a test stops where something is wrong")]
 
-#[path = "common/programs.rs"]
-mod programs;
-#[path = "common/pty.rs"]
-mod pty;
-
 use std::fmt::Write as _;
 use std::fs;
 use std::io::{BufRead, BufReader, Read, Write};
 use std::os::unix::net::UnixStream;
 use std::path::Path;
 
-use programs::{GROUNDWAVE, Sim, Telling, expect, scratch};
-use pty::OnTerminal;
+use crate::programs::{GROUNDWAVE, Sim, Telling, expect, scratch};
+use crate::pty::OnTerminal;
 use serde_json::Value;
 
 /// A list that takes seconds to transfer.

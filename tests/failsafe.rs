@@ -1,16 +1,13 @@
 //! A ground that is there keeps the robot's failsafe from acting, and one that is gone does not: the real station
 //! and the robot's real program, in virtual time.
 
-mod common;
-mod witness;
-
-use common::{CoSimulation, on_all_cores};
+use crate::common::{CoSimulation, on_all_cores};
+use crate::witness::Trial;
 use groundwave::event::CommandStep;
 use groundwave::request::Request;
 use groundwave_protocol::failsafe::Failsafe;
 use groundwave_protocol::letters::Mode;
 use sr04_firmware::board::PATIENCE_BYTES;
-use witness::Trial;
 
 const SILENCE_S: u16 = 10;
 

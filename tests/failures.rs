@@ -2,13 +2,10 @@
 #![cfg(target_os = "linux")]
 #![expect(clippy::unwrap_used, reason = "a test stops where something is wrong")]
 
-#[path = "common/programs.rs"]
-mod programs;
-
 use std::fs;
 use std::process::{Command, Output};
 
-use programs::{GROUNDWAVE, Sim, expect, scratch};
+use crate::programs::{GROUNDWAVE, Sim, expect, scratch};
 
 const CAPTURE: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/captures/house-clean.txt");
 

@@ -1,8 +1,6 @@
 //! The demo's house: the robot prowls it without getting stuck, and the demo's own seed bumps early.
 
-mod common;
-
-use common::on_all_cores;
+use crate::common::on_all_cores;
 use groundwave_protocol::letters::Layer;
 use sr04_firmware::arbiter::Holder;
 use sr04_sim::{Simulation, SimulationConfig, World};

@@ -3,21 +3,16 @@
 #![cfg(unix)]
 #![expect(clippy::unwrap_used, reason = "a test stops where something is wrong")]
 
-#[path = "common/programs.rs"]
-mod programs;
-#[path = "common/pty.rs"]
-mod pty;
-mod streams;
-
+use crate::streams;
 use std::collections::BTreeMap;
 use std::fs;
 use std::path::Path;
 use std::time::{Duration, UNIX_EPOCH};
 
+use crate::programs::{GROUNDWAVE, expect, scratch};
+use crate::pty::OnTerminal;
 use groundwave::capture::recover::Paths;
 use groundwave::capture::{CaptureError, Existing, Recorder, Session, index};
-use programs::{GROUNDWAVE, expect, scratch};
-use pty::OnTerminal;
 
 /// What a kill leaves: half of it in the unfinished MCAP, all of it in the journal. Returns the bytes received.
 fn interrupted(folder: &Path, name: &str) -> usize {

@@ -6,10 +6,7 @@
 #![cfg(unix)]
 #![expect(clippy::unwrap_used, reason = "a test stops where something is wrong")]
 
-#[path = "common/programs.rs"]
-mod programs;
-mod streams;
-
+use crate::streams;
 use std::fs;
 use std::io::{PipeReader, Read, Write, pipe};
 use std::path::Path;
@@ -17,11 +14,11 @@ use std::process::{Command, Stdio};
 use std::thread;
 use std::time::{Duration, Instant};
 
+use crate::programs::{GROUNDWAVE, Running, scratch};
+use crate::streams::Dice;
 use groundwave::capture::Capture;
 use groundwave::capture::journal::{JournalReader, Kind};
 use groundwave::capture::recover::{Outcome, Paths, recover};
-use programs::{GROUNDWAVE, Running, scratch};
-use streams::Dice;
 
 /// What a read of the program brings at most.
 const READ_BYTES: usize = 4096;

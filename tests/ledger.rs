@@ -1,9 +1,7 @@
 //! The command ledger as the operator reads it, beside a robot that knows better: what a row claims is so at
 //! the robot, at every moment at which the row could change.
 
-mod common;
-
-use common::{CoSimulation, Dice, on_all_cores};
+use crate::common::{CoSimulation, Dice, on_all_cores};
 use groundwave::event::{CommandId, CommandStep, Event, LinkEvent};
 use groundwave::model::{Config, Model};
 use groundwave::request::Request;

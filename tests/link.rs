@@ -2,13 +2,10 @@
 //! what was ordered once, and nothing is claimed that is not so. The real station and the robot's real program,
 //! in virtual time, seeds printed.
 
-mod common;
-mod witness;
-
-use common::on_all_cores;
+use crate::common::on_all_cores;
+use crate::witness::Trial;
 use groundwave::event::CommandStep;
 use groundwave_protocol::letters::Mode;
-use witness::Trial;
 
 const SEEDS: u64 = 200;
 

@@ -1,14 +1,11 @@
 //! What verbs make: never instead of what it is made of, and whole or not there at all.
 #![expect(clippy::unwrap_used, reason = "a test stops where something is wrong")]
 
-#[path = "common/programs.rs"]
-mod programs;
-
 use std::fs;
 use std::process::{Command, Stdio};
 use std::time::{Duration, Instant};
 
-use programs::{GROUNDWAVE, expect, scratch};
+use crate::programs::{GROUNDWAVE, expect, scratch};
 
 const CLEAN: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/captures/house-clean.txt");
 

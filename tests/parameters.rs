@@ -2,12 +2,8 @@
 
 #![expect(clippy::unwrap_used, reason = "a test stops where something is wrong")]
 
-mod common;
-#[cfg(unix)]
-#[path = "common/programs.rs"]
-mod programs;
-
-use common::{CoSimulation, on_all_cores};
+use crate::common::{CoSimulation, on_all_cores};
+use crate::programs;
 use groundwave::event::{CommandStep, Event};
 use groundwave::request::{Amount, Request, Tuning};
 use groundwave_protocol::letters::{Layer, LayerMask};

@@ -2,18 +2,13 @@
 #![cfg(unix)]
 #![expect(clippy::unwrap_used, reason = "a test stops where something is wrong")]
 
-#[path = "common/programs.rs"]
-mod programs;
-#[path = "common/pty.rs"]
-mod pty;
-
 use std::fs;
 use std::io::{BufRead, BufReader, Read};
 use std::path::Path;
 use std::process::{Command, Stdio};
 
-use programs::{GROUNDWAVE, Sim, expect, groundwave, scratch};
-use pty::OnTerminal;
+use crate::programs::{GROUNDWAVE, Sim, expect, groundwave, scratch};
+use crate::pty::OnTerminal;
 
 #[test]
 fn cat_sees_a_robot() {

@@ -1,16 +1,14 @@
 //! A recorder while it records: its parts, what it remembers, and the folder that is taken away under it.
 #![expect(clippy::unwrap_used, reason = "a test stops where something is wrong")]
 
-mod recordings;
-mod streams;
-
+use crate::streams;
 use std::fs::{self, File};
 use std::path::PathBuf;
 use std::time::Duration;
 
+use crate::recordings::{START_S, concatenated, feed, messages, received, session, wall};
 use groundwave::capture::recover::{Outcome, recover};
 use groundwave::capture::{Capture, Existing, Recorder, Rotation, Session};
-use recordings::{START_S, concatenated, feed, messages, received, session, wall};
 use tempfile::TempDir;
 
 #[test]

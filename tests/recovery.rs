@@ -2,21 +2,19 @@
 //! lost is named.
 #![expect(clippy::unwrap_used, reason = "a test stops where something is wrong")]
 
-mod recordings;
-mod streams;
-
+use crate::streams;
 use std::fs;
 use std::time::Duration;
 
+use crate::recordings::{
+    chunks, concatenated, feed, finished, killed, messages, received, session, settle, wall,
+};
+use crate::streams::Dice;
 use groundwave::capture::recover::{
     Outcome, Paths, Recovery, find_interrupted, recover, set_aside,
 };
 use groundwave::capture::topics::StationEvent;
 use groundwave::capture::{CaptureError, Existing, Recorder};
-use recordings::{
-    chunks, concatenated, feed, finished, killed, messages, received, session, settle, wall,
-};
-use streams::Dice;
 use tempfile::TempDir;
 
 /// Every piece is what was received there, in order, and each step is named.

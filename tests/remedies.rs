@@ -3,13 +3,10 @@
 #![cfg(unix)]
 #![expect(clippy::unwrap_used, reason = "a test stops where something is wrong")]
 
-#[path = "common/programs.rs"]
-mod programs;
-
 use std::fs;
 use std::process::{Command, Stdio};
 
-use programs::{GROUNDWAVE, scratch};
+use crate::programs::{GROUNDWAVE, scratch};
 
 const CAPTURE: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/captures/demo-commands.mcap");
 const NO_FILE: &str = "there is no such file; look whether";

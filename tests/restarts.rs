@@ -1,15 +1,12 @@
 //! Robot or station restart at every frame boundary of a transfer, and STOP comes in every phase of one. In
 //! virtual time; a first run finds the boundaries, then there is one run for each.
 
-mod common;
-mod witness;
-
-use common::{CoSimulation, on_all_cores};
+use crate::common::{CoSimulation, on_all_cores};
+use crate::witness::Trial;
 use groundwave::event::CommandStep;
 use groundwave::request::Request;
 use groundwave_protocol::letters::Mode;
 use sr04_firmware::board::PATIENCE_BYTES;
-use witness::Trial;
 
 /// Over a radio that holds bytes back, frames of the life before arrive in the next one.
 const CHANNELS: [&str; 4] = ["", "ber=1e-3", "delay=700ms", "dup=0.02,delay=80ms"];

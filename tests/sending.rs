@@ -2,19 +2,16 @@
 #![cfg(unix)]
 #![expect(clippy::unwrap_used, reason = "a test stops where something is wrong")]
 
-#[path = "common/programs.rs"]
-mod programs;
-
 use std::fs;
 use std::io::Write;
 use std::path::PathBuf;
 use std::process::{Command, Output, Stdio};
 
+use crate::programs::{GROUNDWAVE, Sim, Telling, expect, groundwave, scratch};
 use groundwave_protocol::Waypoint;
 use groundwave_protocol::command::{Key, Message, Order, Slots};
 use groundwave_protocol::digest::digest;
 use groundwave_protocol::letters::Mode;
-use programs::{GROUNDWAVE, Sim, Telling, expect, groundwave, scratch};
 use serde_json::Value;
 
 /// The key that `--dry-run` says it uses.

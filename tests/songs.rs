@@ -2,17 +2,14 @@
 #![cfg(unix)]
 #![expect(clippy::unwrap_used, reason = "a test stops where something is wrong")]
 
-#[path = "common/programs.rs"]
-mod programs;
-
 use std::fs;
 use std::path::{Path, PathBuf};
 use std::process::{Command, Stdio};
 use std::time::{Duration, SystemTime};
 
+use crate::programs::{GROUNDWAVE, Sim, Telling, expect, scratch};
 use groundwave::capture::{Existing, Recorder, Session};
 use groundwave_protocol::telemetry::{Ack, Body, Line, Note, SONG_NOTES, SongLine, TextLine};
-use programs::{GROUNDWAVE, Sim, Telling, expect, scratch};
 use proptest::prelude::*;
 use proptest::test_runner::{Config, TestRunner};
 

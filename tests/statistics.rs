@@ -2,14 +2,11 @@
 #![cfg(unix)]
 #![expect(clippy::unwrap_used, reason = "a test stops where something is wrong")]
 
-mod common;
-#[path = "common/programs.rs"]
-mod programs;
-
 use std::fs;
 use std::process::Command;
 
-use common::CoSimulation;
+use crate::common::CoSimulation;
+use crate::programs::{GROUNDWAVE, scratch};
 use groundwave::capture::Capture;
 use groundwave::capture::info::Info;
 use groundwave::capture::messages::RawBytes;
@@ -22,7 +19,6 @@ use groundwave::statistics::Resync;
 use groundwave_protocol::command::{Command as Sequenced, Key, Message, Order};
 use groundwave_protocol::letters::Mode;
 use groundwave_protocol::telemetry::{Ack, Body, Line, TextLine};
-use programs::{GROUNDWAVE, scratch};
 use prost::Message as _;
 use serde_json::Value;
 

@@ -2,19 +2,14 @@
 #![cfg(unix)]
 #![expect(clippy::unwrap_used, reason = "a test stops where something is wrong")]
 
-#[path = "common/programs.rs"]
-mod programs;
-#[path = "common/pty.rs"]
-mod pty;
-
 use std::fmt::Write as _;
 use std::fs;
 use std::process::Command;
 
+use crate::programs::{GROUNDWAVE, Sim, Telling, expect, scratch};
+use crate::pty::OnTerminal;
 use foxglove::messages::Log;
-use programs::{GROUNDWAVE, Sim, Telling, expect, scratch};
 use prost::Message;
-use pty::OnTerminal;
 use serde_json::Value;
 
 const ENTER: &str = "\r";

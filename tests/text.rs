@@ -1,13 +1,10 @@
 //! Captures that other stations and editors have stored as text: every verb reads the same lines at the same times.
 #![expect(clippy::unwrap_used, reason = "a test stops where something is wrong")]
 
-#[path = "common/programs.rs"]
-mod programs;
-
 use std::fs;
 use std::path::Path;
 
-use programs::{expect, scratch};
+use crate::programs::{expect, scratch};
 use serde_json::Value;
 
 /// A house of two minutes, switched off for an hour in the middle, with a time before each line.

@@ -1,22 +1,19 @@
 //! The verbs that work on captures: what they make is what the capture holds, and nothing is lost on the way.
 #![expect(clippy::unwrap_used, reason = "a test stops where something is wrong")]
 
-#[path = "common/programs.rs"]
-mod programs;
-mod streams;
-
+use crate::streams;
 use std::collections::BTreeMap;
 use std::fs;
 use std::io::Cursor;
 use std::time::Duration;
 
+use crate::programs::{expect, scratch};
 use groundwave::capture::convert::convert_raw;
 use groundwave::capture::cut::{Window, cut_mcap, cut_raw};
 use groundwave::capture::decode::{Format, decode};
 use groundwave::capture::verify::{Beside, verify_mcap};
 use groundwave::capture::when::When;
 use groundwave::capture::{Capture, CaptureError};
-use programs::{expect, scratch};
 use proptest::prelude::*;
 
 fn converted(raw: &[u8]) -> Vec<u8> {

@@ -1,8 +1,7 @@
 //! What other tools see of a capture: every topic, in metres and radians, in order and of bounded size.
 #![expect(clippy::unwrap_used, reason = "a test stops where something is wrong")]
 
-mod streams;
-
+use crate::streams;
 use std::collections::BTreeMap;
 use std::f64::consts::FRAC_PI_2;
 

@@ -2,19 +2,17 @@
 //! recordings in one.
 #![expect(clippy::unwrap_used, reason = "a test stops where something is wrong")]
 
-mod recordings;
-mod streams;
-
+use crate::streams;
 use std::fs;
 use std::io::Cursor;
 use std::time::Duration;
 
+use crate::recordings::{chunks, concatenated, finished, messages};
 use groundwave::capture::Capture;
 use groundwave::capture::cut::{Window, cut_mcap};
 use groundwave::capture::recover::{Outcome, recover};
 use groundwave::capture::when::When;
 use mcap::records::op;
-use recordings::{chunks, concatenated, finished, messages};
 use tempfile::TempDir;
 
 /// The same messages as others write them without chunks.

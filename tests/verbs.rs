@@ -1,20 +1,17 @@
 //! The verbs that work on captures as programs: many files, pipes, results whole or not there at all.
 #![expect(clippy::unwrap_used, reason = "a test stops where something is wrong")]
 
-#[path = "common/programs.rs"]
-mod programs;
-mod streams;
-
+use crate::streams;
 use std::fs;
 use std::io::{Cursor, Write};
 use std::path::Path;
 use std::process::{Command, Stdio};
 
+use crate::programs::{GROUNDWAVE, expect, scratch};
 use groundwave::capture::index;
 use groundwave::capture::info::Info;
 use groundwave::capture::journal::JournalWriter;
 use groundwave::capture::{Capture, CaptureError};
-use programs::{GROUNDWAVE, expect, scratch};
 
 fn open(bytes: &[u8]) -> Capture {
     Capture::read("", Box::new(Cursor::new(bytes.to_vec()))).unwrap()

@@ -1,15 +1,13 @@
 //! What `verify` finds: messages that do not follow from the bytes, and side-cars that hold others.
 #![expect(clippy::unwrap_used, reason = "a test stops where something is wrong")]
 
-#[path = "common/programs.rs"]
-mod programs;
-mod recordings;
-mod streams;
-
+use crate::streams;
 use std::fs;
 use std::io::Cursor;
 use std::time::Duration;
 
+use crate::programs::{expect, scratch};
+use crate::recordings::{session, wall};
 use groundwave::capture::convert::convert_raw;
 use groundwave::capture::info::Info;
 use groundwave::capture::journal::JournalWriter;
@@ -17,8 +15,6 @@ use groundwave::capture::topics::StationEvent;
 use groundwave::capture::verify::{Beside, verify_mcap};
 use groundwave::capture::{Capture, Existing, Recorder};
 use groundwave::event::{Event, LinkEvent};
-use programs::{expect, scratch};
-use recordings::{session, wall};
 
 fn converted(raw: &[u8]) -> Vec<u8> {
     let mut mcap = Vec::new();

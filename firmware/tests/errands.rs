@@ -1,8 +1,6 @@
 //! What the robot decides by itself: calling, going to its dock, charging, and going on.
 
-mod common;
-
-use common::{Bench, only, running, texts};
+use crate::common::{Bench, only, running, texts};
 use groundwave_protocol::command::Order;
 use groundwave_protocol::letters::{Arm, Layer, Mode, Power};
 use groundwave_protocol::parameter;

@@ -1,8 +1,6 @@
 //! What stands behind the arbiter, and how whoever reads the lines can tell.
 
-mod common;
-
-use common::{Bench, OWNER, only, running, texts};
+use crate::common::{Bench, OWNER, only, running, texts};
 use groundwave_protocol::command::Order;
 use groundwave_protocol::letters::{Arm, Cliff, Layer, LayerState, Mode};
 use groundwave_protocol::parameter;

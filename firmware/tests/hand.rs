@@ -1,8 +1,6 @@
 //! The operator's hand, and what the robot does when it is gone: the dead man and the failsafe.
 
-mod common;
-
-use common::{Bench, ROBOT_ID, drive, live, only, running};
+use crate::common::{Bench, ROBOT_ID, drive, live, only, running};
 use groundwave_protocol::command::{Keepalive, Key, Message, Order};
 use groundwave_protocol::failsafe::Failsafe;
 use groundwave_protocol::letters::{self, Layer, LayerMask, Mode};

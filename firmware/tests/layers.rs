@@ -1,8 +1,6 @@
 //! Several layers together: who yields to whom, what runs when, and what the radio is told.
 
-mod common;
-
-use common::{BOOTS, Bench, ROBOT_ID, only, texts};
+use crate::common::{BOOTS, Bench, ROBOT_ID, only, texts};
 use groundwave_protocol::command::{Drive, Key, Message, Order};
 use groundwave_protocol::letters::{Arm, Layer, LayerMask, LayerState, Mode};
 use groundwave_protocol::telemetry::{Body, Outcome};

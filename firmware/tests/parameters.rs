@@ -1,8 +1,6 @@
 //! Parameters over bytes: set, told, kept and refused.
 
-mod common;
-
-use common::{Bench, running};
+use crate::common::{Bench, running};
 use groundwave_protocol::command::Order;
 use groundwave_protocol::parameter::key as key_of;
 use groundwave_protocol::telemetry::{Body, Outcome, ParameterLine};

@@ -1,8 +1,6 @@
 //! What the robot sends, byte by byte.
 
-mod common;
-
-use common::{BOOTS, Bench, ROBOT_ID, only};
+use crate::common::{BOOTS, Bench, ROBOT_ID, only};
 use groundwave_protocol::letters::{Bump, Drive, Infrared, Layer, LayerState, Mode, Power};
 use groundwave_protocol::telemetry::Body;
 use groundwave_protocol::{LINE_BYTES, telemetry};

@@ -1,8 +1,6 @@
 //! When the robot acknowledges, and when it is silent and listens.
 
-mod common;
-
-use common::{Bench, OWNER, running};
+use crate::common::{Bench, OWNER, running};
 use groundwave_protocol::command::{Keepalive, Message};
 use sr04_firmware::board::Duplex;
 use std::fmt::Write;

@@ -1,8 +1,6 @@
 //! Orders over bytes: what the robot does about them, once, and when.
 
-mod common;
-
-use common::{Bench, OWNER, ROBOT_ID, activate, drive, only, running, stop};
+use crate::common::{Bench, OWNER, ROBOT_ID, activate, drive, only, running, stop};
 use groundwave_protocol::Waypoint;
 use groundwave_protocol::command::{Command, Key, Message, Order};
 use groundwave_protocol::digest::digest;

@@ -1,8 +1,6 @@
 //! The wheels' control against a small motor model.
 
-mod common;
-
-use common::{Bench, Motor};
+use crate::common::{Bench, Motor};
 use groundwave_protocol::letters::Drive;
 use sr04_firmware::parameters::{Parameter, Parameters};
 use sr04_firmware::pid::{Gains, Wheel};

@@ -1,5 +1,4 @@
 //! The program in processes of its own: robots, stations and what they say.
-#![allow(dead_code, reason = "each test file uses its own part")]
 
 use std::fs;
 use std::io::{BufRead, BufReader};

@@ -1,5 +1,4 @@
 //! A program on a terminal of its own, and what its screen shows.
-#![allow(dead_code, reason = "each test file uses its own part")]
 
 use std::io::{Read, Write};
 use std::num::NonZero;

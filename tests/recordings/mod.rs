@@ -1,8 +1,4 @@
 //! Recordings made without a robot, and what others' code reads in them.
-#![allow(
-    dead_code,
-    reason = "each of those who include this needs a part of it"
-)]
 
 use std::collections::BTreeMap;
 use std::fs;

@@ -1,6 +1,5 @@
 //! A robot, a station and somebody who looks at both every millisecond: what the robot holds and does must be
 //! what was ordered, once, in that order, and what the station claims must be so.
-#![allow(dead_code, reason = "each test file uses its own part")]
 
 use std::time::Duration;
 

@@ -1,8 +1,6 @@
 //! The robot never drives over an edge of the floor.
 
-mod common;
-
-use common::{Rig, parameters};
+use crate::common::{Rig, parameters};
 use sr04_firmware::parameters::Parameter;
 use sr04_sim::World;
 

@@ -1,8 +1,6 @@
 //! Docking, charging and undocking.
 
-mod common;
-
-use common::{Rig, parameters};
+use crate::common::{Rig, parameters};
 use groundwave_protocol::command::Order;
 use groundwave_protocol::letters::{Layer, LayerMask, Mode};
 use sr04_sim::{Conditions, Pose, World};

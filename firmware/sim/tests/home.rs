@@ -1,8 +1,6 @@
 //! Wandering and going home.
 
-mod common;
-
-use common::{Rig, parameters};
+use crate::common::{Rig, parameters};
 use groundwave_protocol::Waypoint;
 use groundwave_protocol::command::Order;
 use groundwave_protocol::letters::Mode;

@@ -1,8 +1,6 @@
 //! The rotation, photo and motion layers and the modes that use them. Seeds from 10,000 belong to the trials.
 
-mod common;
-
-use common::{Rig, parameters};
+use crate::common::{Rig, parameters};
 use groundwave_protocol::command::Order;
 use groundwave_protocol::letters::{Layer, LayerMask, Mode};
 use sr04_firmware::arbiter::Holder;

@@ -1,8 +1,6 @@
 //! A resting robot moves for a new obstacle and for a low battery.
 
-mod common;
-
-use common::{Rig, parameters};
+use crate::common::{Rig, parameters};
 use groundwave_protocol::command::Order;
 use groundwave_protocol::letters::{Layer, LayerMask, Mode};
 use sr04_firmware::parameters::Parameter;

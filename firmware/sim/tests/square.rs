@@ -1,8 +1,6 @@
 //! The calibration square, driven by wheels of other than nominal size.
 
-mod common;
-
-use common::{Rig, hall, parameters};
+use crate::common::{Rig, hall, parameters};
 use groundwave_protocol::command::Order;
 use groundwave_protocol::letters::Mode;
 use sr04_firmware::parameters::Parameter;

@@ -1,5 +1,4 @@
 //! The robot on a bench, in virtual time: motors of a tiny model, a radio that loses nothing.
-#![allow(dead_code, reason = "each test uses its own part")]
 
 use groundwave_protocol::Waypoint;
 use groundwave_protocol::command::{Command, Drive, Keepalive, Key, Message, Open, Order, Slots};

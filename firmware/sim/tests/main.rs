@@ -1,0 +1,14 @@
+//! Tests of the simulator from outside: one binary, one module a subject.
+
+mod cliffs;
+mod common;
+mod determinism;
+mod docking;
+mod home;
+mod layers;
+mod physics;
+mod rest;
+mod serve;
+mod simulation;
+mod square;
+mod worlds;

@@ -1,0 +1,12 @@
+//! Tests of the robot's program from outside: one binary, one module a subject.
+
+mod common;
+mod errands;
+mod guards;
+mod hand;
+mod layers;
+mod parameters;
+mod telemetry;
+mod turns;
+mod uplink;
+mod wheels;

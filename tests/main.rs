@@ -1,0 +1,51 @@
+//! Whole-system tests: one binary, one module a subject.
+
+mod calibrate;
+mod calibration;
+mod capture;
+mod captures;
+mod claims;
+mod command_line;
+mod common;
+mod cosim;
+mod disks;
+mod documents;
+mod edges;
+mod endurance;
+mod failsafe;
+mod failures;
+mod fuzz;
+mod house;
+mod interrupted;
+mod kills;
+mod ledger;
+mod link;
+mod outputs;
+mod parameters;
+mod processes;
+#[path = "common/programs.rs"]
+mod programs;
+#[path = "common/pty.rs"]
+mod pty;
+mod ranks;
+mod recording;
+mod recordings;
+mod recovery;
+mod remedies;
+mod restarts;
+#[path = "../firmware/sim/tests/common/mod.rs"]
+mod rig;
+mod runs;
+mod screens;
+mod sending;
+mod songs;
+mod statistics;
+mod streams;
+mod terminal;
+mod text;
+mod tools;
+mod topics;
+mod unchunked;
+mod verbs;
+mod verify;
+mod witness;
