@@ -4,18 +4,20 @@
 //! acknowledgement of a wish comes back as an event like any other.
 
 use std::sync::Arc;
-use std::time::Duration;
 
 use groundwave_protocol::Waypoint;
 use groundwave_protocol::decoder::Counters;
 use groundwave_protocol::telemetry::{AckLine, Line, Outcome, ParameterLine};
-use serde::{Deserialize, Serialize};
+
+pub use groundwave_captures::event::{
+    CommandId, Failure, Landmark, Level, LineRate, LinkEvent, Mark, Moment, Reception, Remark, Truth,
+};
 
 use crate::quoted::unquoted;
 use crate::request::Request;
 use crate::run::{Listed, Overlaid};
 use crate::statistics::Statistics;
-use crate::travel::{Mark, Playback, Travel};
+use crate::travel::{Playback, Travel};
 
 /// Something that happened. The time it happened at travels beside it, as the time since the station
 /// started.
@@ -193,53 +195,26 @@ pub enum Effect {
     Quit,
 }
 
-/// What an operator says of a run.
-#[derive(Clone, Debug, PartialEq, Eq)]
-pub enum Remark {
-    /// What to call it.
-    Name(String),
-    /// Something worth keeping.
-    Note(String),
-    /// It does not count, and why.
-    Void(String),
-    /// It counts after all.
-    Counts,
-}
-
-impl Remark {
-    /// `name TEXT`, `note TEXT`, `void [REASON]` or `counts`; `None` for other words. Quotes around a whole text are
-    /// no part of it.
-    ///
-    /// # Errors
-    /// When its text is missing, or it takes none.
-    #[must_use]
-    pub fn from_words(words: &[&str]) -> Option<Result<Self, String>> {
-        let (first, rest) = words.split_first()?;
-        let text = unquoted(&rest.join(" "));
-        Some(match *first {
-            "name" | "note" if text.is_empty() => {
-                Err(format!("`{first}` takes a text: {first} TEXT"))
-            }
-            "name" => Ok(Self::Name(text)),
-            "note" => Ok(Self::Note(text)),
-            "void" => Ok(Self::Void(text)),
-            "counts" if rest.is_empty() => Ok(Self::Counts),
-            "counts" => Err("`counts` stands alone".to_owned()),
-            _ => return None,
-        })
-    }
-}
-
-impl std::fmt::Display for Remark {
-    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
-        match self {
-            Self::Name(text) => write!(f, "the run is called {text}"),
-            Self::Note(text) => write!(f, "note: {text}"),
-            Self::Void(reason) if reason.is_empty() => write!(f, "the run is void"),
-            Self::Void(reason) => write!(f, "the run is void: {reason}"),
-            Self::Counts => write!(f, "the run counts"),
+/// `name TEXT`, `note TEXT`, `void [REASON]` or `counts`; `None` for other words. Quotes around a whole text are
+/// no part of it.
+///
+/// # Errors
+/// When its text is missing, or it takes none.
+#[must_use]
+pub fn remark_from_words(words: &[&str]) -> Option<Result<Remark, String>> {
+    let (first, rest) = words.split_first()?;
+    let text = unquoted(&rest.join(" "));
+    Some(match *first {
+        "name" | "note" if text.is_empty() => {
+            Err(format!("`{first}` takes a text: {first} TEXT"))
         }
-    }
+        "name" => Ok(Remark::Name(text)),
+        "note" => Ok(Remark::Note(text)),
+        "void" => Ok(Remark::Void(text)),
+        "counts" if rest.is_empty() => Ok(Remark::Counts),
+        "counts" => Err("`counts` stands alone".to_owned()),
+        _ => return None,
+    })
 }
 
 /// Why a file was not written.
@@ -250,10 +225,6 @@ pub enum SaveProblem {
     /// One line for a person.
     Failed(String),
 }
-
-/// A command of this session, numbered from 1.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
-pub struct CommandId(pub u32);
 
 /// A step in the life of a command. Only [`CommandStep::Proven`] says that the robot has done it.
 #[derive(Clone, Debug, PartialEq)]
@@ -286,84 +257,6 @@ pub enum CommandStep {
     Failed(Failure),
 }
 
-/// Why a command ended without proof.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
-pub enum Failure {
-    /// No acknowledgement came in time.
-    #[error("not confirmed in time: the robot may or may not have heard it")]
-    TimedOut,
-    /// The robot booted in the middle.
-    #[error("the robot restarted before it confirmed")]
-    RobotRestarted,
-    /// Another station opened a session.
-    #[error("another station took over the robot")]
-    TakenOver,
-    /// STOP came first.
-    #[error("cancelled by STOP")]
-    Stopped,
-    /// The operator cancelled it.
-    #[error("cancelled")]
-    Cancelled,
-    /// The link carries nothing to the robot.
-    #[error("the link is receive-only")]
-    ReceiveOnly,
-}
-
-impl Failure {
-    /// All of them.
-    pub const ALL: [Self; 6] = [
-        Self::TimedOut,
-        Self::RobotRestarted,
-        Self::TakenOver,
-        Self::Stopped,
-        Self::Cancelled,
-        Self::ReceiveOnly,
-    ];
-}
-
-/// The connection to the radio.
-#[derive(Clone, Debug, PartialEq, Eq)]
-pub enum LinkEvent {
-    /// Open; the name is what the operator called it.
-    Opened {
-        /// Device, address or file.
-        name: String,
-        /// Whether commands can be sent.
-        can_send: bool,
-    },
-    /// Gone; the station keeps trying.
-    Lost {
-        /// What happened, for a person.
-        reason: String,
-    },
-    /// Over for good: end of a file or of standard input.
-    Ended,
-}
-
-/// What comes from the radio, judged over seconds.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Reception {
-    /// Intact lines.
-    Lines,
-    /// Not a byte.
-    Nothing,
-    /// Bytes without any order.
-    Noise,
-    /// Text, and no line of it intact.
-    Damaged,
-    /// Bytes with an order that makes no text: the port's baud rate is not the radio's.
-    WrongRate(LineRate),
-}
-
-/// How the radio's baud rate differs from the port's.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum LineRate {
-    /// It is lower.
-    Slower,
-    /// It is higher.
-    Faster,
-}
-
 /// Where the session is being recorded.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct Recording {
@@ -377,25 +270,3 @@ pub struct Recording {
     pub problem: Option<String>,
 }
 
-/// The simulator's truth, in the robot's own frame.
-#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
-pub struct Truth {
-    /// Walls and obstacles as segments, inches.
-    pub walls: Vec<[(f64, f64); 2]>,
-    /// Round obstacles: centre and radius, inches.
-    pub circles: Vec<((f64, f64), f64)>,
-}
-
-/// How much a notice matters.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
-pub enum Level {
-    /// For the record.
-    Info,
-    /// Something to look at.
-    Warning,
-    /// Something to act on.
-    Alarm,
-}
-
-/// Time since the station started.
-pub type Moment = Duration;

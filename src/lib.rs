@@ -8,23 +8,23 @@
 // They panic when the stream is closed or full, and the exit code is lost. `commands` writes with care.
 #![cfg_attr(not(test), deny(clippy::print_stdout, clippy::print_stderr))]
 
+pub use groundwave_captures as capture;
+pub use groundwave_captures::runs::figures as run;
+pub use groundwave_captures::{remedy, song, statistics};
+
 pub mod calibration;
-pub mod capture;
 pub mod commands;
 pub mod event;
 pub mod io;
 pub mod model;
 mod quoted;
 pub mod radio;
-pub mod remedy;
+pub mod recorded;
 pub mod request;
 pub mod route;
-pub mod run;
 pub mod runtime;
 pub mod share;
-pub mod song;
 pub mod station;
-pub mod statistics;
 pub mod suggest;
 pub mod timeline;
 pub mod travel;

@@ -4,6 +4,8 @@
 use std::fmt;
 use std::str::FromStr;
 
+pub use crate::event::{Landmark, Mark};
+
 use crate::event::Moment;
 
 /// The slowest that time passes, as a multiple of real time.
@@ -51,68 +53,6 @@ pub enum Travel {
     Oldest,
 }
 
-/// The operator marked a moment, or took a mark away.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct Mark {
-    /// How long ago the moment was; to the millisecond when it is told in words.
-    pub ago: Moment,
-    /// Set; else taken away.
-    pub is_set: bool,
-}
-
-impl fmt::Display for Mark {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        let word = if self.is_set { "marked" } else { "unmarked" };
-        write!(f, "{word} {:.3} s ago", self.ago.as_secs_f64())
-    }
-}
-
-impl Mark {
-    /// What its words say; `None` for other words.
-    #[must_use]
-    pub fn from_words(words: &str) -> Option<Self> {
-        let (word, ago) = words.split_once(' ')?;
-        let is_set = match word {
-            "marked" => true,
-            "unmarked" => false,
-            _ => return None,
-        };
-        let ago = Moment::try_from_secs_f64(decimal(ago.strip_suffix(" s ago")?)?).ok()?;
-        Some(Self { ago, is_set })
-    }
-}
-
-/// What can be jumped to.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Landmark {
-    /// A line of the robot.
-    Line,
-    /// Something to act on.
-    Alarm,
-    /// The bumper touched something.
-    Bump,
-    /// Somebody else holds the motors, steering aside, or the mode changed.
-    Behaviour,
-    /// A command was asked for or came to its end; where a capture does not say, the robot acknowledged another.
-    Command,
-    /// A moment that the operator marked.
-    Marker,
-}
-
-impl Landmark {
-    /// In the plural.
-    #[must_use]
-    pub const fn words(self) -> &'static str {
-        match self {
-            Self::Line => "lines",
-            Self::Alarm => "alarms",
-            Self::Bump => "bumps",
-            Self::Behaviour => "behaviour changes",
-            Self::Command => "commands",
-            Self::Marker => "markers",
-        }
-    }
-}
 
 /// How many landmarks of each kind there were up to a moment; markers are not counted.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]

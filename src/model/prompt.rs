@@ -6,7 +6,7 @@ use groundwave_protocol::letters::Mode;
 use super::keys::Action;
 use super::log::Subject;
 use super::{Model, Overlay, Purpose, TextEntry};
-use crate::event::{Effect, Level, Moment, Remark};
+use crate::event::{Effect, Level, Moment, Remark, remark_from_words};
 use crate::quoted::unquoted;
 use crate::request::Request;
 
@@ -41,7 +41,7 @@ impl Model {
             return vec![effect];
         }
         let words: Vec<&str> = text.split_whitespace().collect();
-        let asked = match Remark::from_words(&words) {
+        let asked = match remark_from_words(&words) {
             Some(Ok(remark)) => return self.label(remark, entry),
             Some(Err(error)) => Err(error),
             None => self.ask_for_runs(text),

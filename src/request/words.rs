@@ -2,22 +2,9 @@
 
 use groundwave_protocol::letters::{Layer, LayerMask, Mode};
 
-use super::{Request, RequestError};
+use groundwave_captures::words::{layer_word, mode_word};
 
-/// The word for a layer.
-#[must_use]
-pub const fn layer_word(layer: Layer) -> &'static str {
-    match layer {
-        Layer::User => "user",
-        Layer::Bumpers => "bumpers",
-        Layer::Rotation => "rotation",
-        Layer::Infrared => "infrared",
-        Layer::Sonar => "sonar",
-        Layer::Photo => "photo",
-        Layer::Motion => "motion",
-        Layer::DeadReckoning => "dead-reckoning",
-    }
-}
+use super::{Request, RequestError};
 
 /// What is understood besides, because it is shorter or is what people say.
 const OTHER_WORDS: [(&str, Layer); 6] = [
@@ -28,22 +15,6 @@ const OTHER_WORDS: [(&str, Layer); 6] = [
     ("bumper", Layer::Bumpers),
     ("light", Layer::Photo),
 ];
-
-/// The word for a mode.
-#[must_use]
-pub const fn mode_word(mode: Mode) -> &'static str {
-    match mode {
-        Mode::Prowl => "prowl",
-        Mode::Reactive => "reactive",
-        Mode::Passive => "passive",
-        Mode::Stop => "stop",
-        Mode::User => "user",
-        Mode::Wander => "wander",
-        Mode::GoHome => "home",
-        Mode::Forage => "forage",
-        Mode::Calibrate => "calibrate",
-    }
-}
 
 /// Layers with commas between.
 pub(super) fn layer_words(layers: LayerMask) -> String {

@@ -1,0 +1,367 @@
+//! Captures that are text, from any place.
+
+use std::borrow::Cow;
+use std::io;
+use std::ops::Range;
+use std::sync::Arc;
+
+use groundwave_protocol::decoder::{Decoder, Received};
+
+use super::scout::Scout;
+use super::{Piece, Place, Source, Tape, read_at};
+use crate::text::{HEAD_BYTES, Style};
+use crate::event::Moment;
+use crate::event::Landmark;
+
+/// The last time is looked for in so much of the end.
+const TAIL_BYTES: u64 = 4096;
+
+/// Where the clock of the lines has no date, days are counted with a look every so many bytes: four minutes of lines,
+/// and no day.
+const DAYS_STEP_BYTES: usize = 64 * 1024;
+
+/// A look at so many, in which a line begins.
+const DAYS_LOOK_BYTES: usize = 512;
+
+/// What is new in a line is judged by what came so long before it.
+const HEARD_BEFORE: Moment = Moment::from_mins(3);
+
+/// How dense lines are is looked at in so many places.
+const LOOKS: u64 = 64;
+
+/// A look at so many, in which fifty lines are.
+const LOOK_BYTES: usize = 4096;
+
+/// A capture that is text.
+#[derive(Clone)]
+pub struct TextTape {
+    source: Arc<dyn Source>,
+    size: u64,
+    style: Style,
+    /// Places and times from which days are counted.
+    days: Vec<(u64, Moment)>,
+    length: Moment,
+    buffer: Box<[u8]>,
+    /// Where in the file the buffer begins.
+    buffered_at: u64,
+    filled: usize,
+    place: Place,
+    /// The next piece: where it is in the buffer, and when it happened.
+    ahead: Option<(Range<usize>, Moment)>,
+    /// What the radio delivered of the piece given out last.
+    current: Vec<u8>,
+    /// Reading failed: what is told once.
+    problem: Option<String>,
+}
+
+impl TextTape {
+    /// A capture from its beginning.
+    ///
+    /// # Errors
+    /// When reading fails.
+    pub fn new(source: Arc<dyn Source>) -> io::Result<Self> {
+        let size = source.size()?;
+        let mut buffer = vec![0; HEAD_BYTES].into_boxed_slice();
+        let head = read_at(&*source, 0, &mut buffer)?;
+        let style = Style::of(&buffer[..head]).unwrap_or_default();
+        let mut tape = Self {
+            source,
+            size,
+            style,
+            days: Vec::new(),
+            length: style.on_the_wire(size),
+            buffer,
+            buffered_at: 0,
+            filled: head,
+            place: Place::default(),
+            ahead: None,
+            current: Vec::new(),
+            problem: None,
+        };
+        if style.goes_round() {
+            tape.count_days()?;
+        }
+        if style.is_stamped() {
+            tape.length = tape.last_time()?;
+        }
+        Ok(tape)
+    }
+
+    fn count_days(&mut self) -> io::Result<()> {
+        let mut lines = [0; DAYS_LOOK_BYTES];
+        let mut last = Moment::ZERO;
+        for offset in (0..self.size).step_by(DAYS_STEP_BYTES) {
+            let read = read_at(&*self.source, offset, &mut lines)?;
+            let mut at = offset;
+            for line in lines[..read].split_inclusive(|&byte| byte == b'\n') {
+                // The first one may be the end of a line.
+                let is_whole = at > offset || offset == 0;
+                if let Some(said) = self.style.said(line, last).filter(|_| is_whole) {
+                    last = said;
+                    self.days.push((at, said));
+                    break;
+                }
+                at += line.len() as u64;
+            }
+        }
+        Ok(())
+    }
+
+    /// A moment not long before the piece at an offset.
+    fn about(&self, offset: u64) -> Moment {
+        let after = self.days.partition_point(|(from, _)| *from <= offset);
+        let day = after.checked_sub(1).and_then(|n| self.days.get(n));
+        day.map_or(Moment::ZERO, |(_, at)| *at)
+    }
+
+    fn last_time(&mut self) -> io::Result<Moment> {
+        let mut tail = [0; TAIL_BYTES as usize];
+        let from = self.size.saturating_sub(TAIL_BYTES);
+        let read = read_at(&*self.source, from, &mut tail)?;
+        let about = self.about(from);
+        let lines = tail[..read].split_inclusive(|&byte| byte == b'\n');
+        let mut last = lines.filter_map(|line| self.style.said_until(line, about));
+        Ok(last.next_back().unwrap_or(Moment::ZERO))
+    }
+
+    /// Makes the buffer hold what there is from an offset on, so many bytes at least.
+    fn fill(&mut self, offset: u64, wanted: usize) -> &[u8] {
+        let end = self.buffered_at + self.filled as u64;
+        let wanted_end = (offset + wanted as u64).min(self.size);
+        if offset < self.buffered_at || wanted_end > end {
+            self.buffered_at = offset;
+            self.filled = match read_at(&*self.source, offset, &mut self.buffer) {
+                Ok(read) => read,
+                Err(error) => {
+                    let text = format!("the capture cannot be read on: {error}");
+                    self.problem = Some(text);
+                    self.size = offset;
+                    0
+                }
+            };
+            // Cut off while it is read: what is gone is not waited for.
+            if self.filled < wanted {
+                self.size = self.size.min(offset + self.filled as u64);
+            }
+        }
+        let from = (offset - self.buffered_at) as usize;
+        self.buffer.get(from..self.filled).unwrap_or_default()
+    }
+
+    fn look_ahead(&mut self) -> Option<&(Range<usize>, Moment)> {
+        if self.ahead.is_none() && self.problem.is_none() {
+            let (offset, last, style) = (self.place.offset, self.place.at, self.style);
+            let bytes = self.fill(offset, style.reach());
+            let length = style.piece_bytes(bytes);
+            if length > 0 {
+                let at = style.time(&bytes[..length], offset + length as u64, last);
+                let from = (offset - self.buffered_at) as usize;
+                self.ahead = Some((from..from + length, at));
+            }
+        }
+        self.ahead.as_ref()
+    }
+
+    /// The beginning of the line in which an offset lies; the offset itself, where no line is.
+    fn line_start(&mut self, offset: u64) -> u64 {
+        let from = offset.saturating_sub(4 * self.style.reach() as u64);
+        if from == 0 && offset == 0 {
+            return 0;
+        }
+        let length = (offset - from) as usize;
+        let bytes = self.fill(from, length);
+        let bytes = &bytes[..bytes.len().min(length)];
+        match bytes.iter().rposition(|&byte| byte == b'\n') {
+            Some(at) => from + at as u64 + 1,
+            None if from == 0 => 0,
+            None => offset,
+        }
+    }
+
+    /// The time of the first line that says one at an offset or after it, and where the line begins.
+    fn time_after(&mut self, mut offset: u64, until: u64) -> Option<(Moment, u64)> {
+        let style = self.style;
+        while offset < until {
+            let about = self.about(offset);
+            let bytes = self.fill(offset, style.reach());
+            let length = style.piece_bytes(bytes);
+            if length == 0 {
+                return None;
+            }
+            if let Some(at) = style.said(&bytes[..length], about) {
+                return Some((at, offset));
+            }
+            offset += length as u64;
+        }
+        None
+    }
+
+    /// About where the line of a number begins, judged by looks at evenly spaced places.
+    fn about_offset(&self, number: u64) -> Option<u64> {
+        let step = (self.size / LOOKS).max(LOOK_BYTES as u64);
+        let mut left = number.saturating_sub(1) as f64;
+        for from in (0..self.size).step_by(usize::try_from(step).ok()?) {
+            let lines_per_byte = self.lines_per_byte(from);
+            let lines = lines_per_byte * step.min(self.size - from) as f64;
+            if left < lines {
+                return Some(from + (left / lines_per_byte) as u64);
+            }
+            left -= lines;
+        }
+        None
+    }
+
+    /// How many intact lines there are for each byte about an offset.
+    fn lines_per_byte(&self, offset: u64) -> f64 {
+        let mut bytes = [0; LOOK_BYTES];
+        let read = read_at(&*self.source, offset, &mut bytes).unwrap_or_default();
+        let mut rest = &bytes[..read];
+        let mut decoder = Decoder::default();
+        let (mut lines, mut looked_at) = (0_u32, 0);
+        // The first line may be the end of one, and the last the beginning.
+        let mut is_whole = offset == 0;
+        while rest.len() >= self.style.reach() {
+            let (piece, after) = rest.split_at(self.style.piece_bytes(rest));
+            rest = after;
+            let radio = self.style.radio(piece);
+            let mut unread = &radio[..];
+            while is_whole && !unread.is_empty() {
+                let (taken, received) = decoder.handle_bytes(unread);
+                unread = &unread[taken..];
+                lines += u32::from(matches!(received, Some(Received::Line(..))));
+            }
+            looked_at += if is_whole { piece.len() } else { 0 };
+            is_whole = true;
+        }
+        f64::from(lines) / looked_at.max(1) as f64
+    }
+
+    /// The last line whose time is before a moment.
+    fn find_time(&mut self, at: Moment) -> Place {
+        let (mut low, mut high) = (0, self.size);
+        let mut found = Place::default();
+        while low < high {
+            let middle = self.line_start(low + (high - low) / 2).max(low);
+            match self.time_after(middle, high) {
+                Some((said, offset)) if said < at => {
+                    found = Place {
+                        offset,
+                        // A moment before it: it is taken at its word.
+                        at: said.saturating_sub(Moment::from_nanos(1)),
+                        ..Place::default()
+                    };
+                    // The line after it, whatever it is.
+                    let style = self.style;
+                    low = offset + style.piece_bytes(self.fill(offset, style.reach())) as u64;
+                }
+                _ => high = middle,
+            }
+        }
+        found
+    }
+}
+
+impl Tape for TextTape {
+    fn next_at(&mut self) -> Option<Moment> {
+        let last = self.place.at;
+        let ahead = self.look_ahead().map(|(_, at)| *at);
+        ahead.or_else(|| self.problem.is_some().then_some(last))
+    }
+
+    fn next_piece(&mut self) -> Option<Piece<'_>> {
+        self.look_ahead();
+        if let Some(problem) = self.problem.take() {
+            return Some(Piece::Damaged(problem));
+        }
+        let (range, at) = self.ahead.take()?;
+        self.place.offset += range.len() as u64;
+        self.place.at = at;
+        match self.style.radio(&self.buffer[range]) {
+            Cow::Borrowed(bytes) => Some(Piece::Received(bytes)),
+            Cow::Owned(bytes) => {
+                self.current = bytes;
+                Some(Piece::Received(&self.current))
+            }
+        }
+    }
+
+    fn place(&self) -> Place {
+        self.place
+    }
+
+    fn go(&mut self, place: Place) {
+        if place != self.place {
+            self.place = place;
+            self.ahead = None;
+        }
+    }
+
+    fn find(&mut self, at: Moment) -> Place {
+        self.ahead = None;
+        if self.style.is_stamped() {
+            return self.find_time(at);
+        }
+        let (mut low, mut high) = (0, self.size);
+        while low < high {
+            let middle = low + (high - low) / 2;
+            if self.style.on_the_wire(middle) < at {
+                low = middle + 1;
+            } else {
+                high = middle;
+            }
+        }
+        let offset = self.line_start(low.saturating_sub(1));
+        Place {
+            offset,
+            at: self.style.on_the_wire(offset),
+            ..Place::default()
+        }
+    }
+
+    fn about_line(&mut self, number: u64) -> Option<(Moment, u64)> {
+        self.ahead = None;
+        let offset = self.about_offset(number)?;
+        let from = self.line_start(offset);
+        let at = if self.style.is_stamped() {
+            self.time_after(from, self.size)?.0
+        } else {
+            // The line before it came just then.
+            self.style.on_the_wire(from) + Moment::from_nanos(1)
+        };
+        Some((at, number.saturating_sub(1)))
+    }
+
+    fn may_hold(&mut self, landmark: Landmark, from: Moment, until: Moment) -> bool {
+        let Some(mut scout) = Scout::of(landmark) else {
+            return true;
+        };
+        let mut ahead = self.clone();
+        let place = ahead.find(from.saturating_sub(HEARD_BEFORE));
+        ahead.go(place);
+        while let Some(at) = ahead.next_at() {
+            if at > until {
+                return false;
+            }
+            let Some(Piece::Received(bytes)) = ahead.next_piece() else {
+                return true;
+            };
+            if scout.sees_one(bytes) && at >= from {
+                return true;
+            }
+        }
+        // Whoever reads on sees that here is the end.
+        true
+    }
+
+    fn length(&self) -> Moment {
+        self.length
+    }
+
+    fn again(&self) -> Box<dyn Tape + Send> {
+        Box::new(self.clone())
+    }
+
+    fn unix(&self) -> Option<Moment> {
+        self.style.unix()
+    }
+}

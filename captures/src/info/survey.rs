@@ -1,0 +1,221 @@
+//! Adds up what a capture holds, line by line.
+
+use std::time::Duration;
+
+use groundwave_protocol::LINE_BYTES;
+use groundwave_protocol::decoder::{Counters, Decoder, Received};
+use groundwave_protocol::letters::{Drive, Layer};
+use groundwave_protocol::telemetry::{Body, CountersLine, HOLDERS, Line, StateLine};
+
+use super::{HolderShare, Info, LineCounts, Robot, Sent};
+use crate::bumps::Bumps;
+use crate::odometer::{can_be_driven, seconds_of, slots_between};
+use crate::source::Chunk;
+use crate::{Capture, CaptureError};
+use crate::words::layer_word;
+use crate::statistics::{Gaps, Rejected, per_cent, share_pct};
+
+/// The count of ticks goes round after 4096; a longer silence than this at 20 Hz cannot be told.
+const TICKS_ROUND_S: u32 = 200;
+
+/// More of the radio than this cannot have been in use: clocks of serial ports differ by a few per cent.
+const SHARE_MAX_PCT: f64 = 105.0;
+
+/// So many bytes in a time, in per cent of what the radio can carry, if it can.
+fn plausible_share_pct(bytes: u64, time: Duration) -> Option<f64> {
+    if time.is_zero() && bytes > 0 {
+        return None;
+    }
+    Some(share_pct(bytes, time)).filter(|share_pct| *share_pct <= SHARE_MAX_PCT)
+}
+
+/// What has been seen so far.
+#[derive(Default)]
+pub(super) struct Survey {
+    lines: LineCounts,
+    robot: Option<Robot>,
+    place: Option<Place>,
+    distance_in: f64,
+    battery_dv: Option<(u16, u16)>,
+    counters: Option<CountersLine>,
+    ticks: [u64; HOLDERS],
+    bumps: Bumps,
+    since_line_feed: u64,
+    /// Bytes that came before the clock of the capture began to run.
+    first_bytes: u64,
+    gaps: Gaps,
+}
+
+/// Where the robot was, and the sequence of that line.
+#[derive(Clone, Copy)]
+struct Place {
+    x_in: f64,
+    y_in: f64,
+    sequence: u8,
+}
+
+impl Survey {
+    pub(super) fn take_all(
+        &mut self,
+        capture: &mut Capture,
+        decoder: &mut Decoder,
+    ) -> Result<(), CaptureError> {
+        while let Some(chunk) = capture.next_chunk()? {
+            let Chunk { at, mut bytes, .. } = chunk;
+            if chunk.is_interrupted {
+                decoder.interrupt();
+                self.gaps.interrupt();
+            }
+            if at.is_zero() {
+                self.first_bytes += bytes.len() as u64;
+            }
+            self.since_line_feed = match bytes.iter().rposition(|&byte| byte == b'\n') {
+                Some(at) => (bytes.len() - at - 1) as u64,
+                None => self.since_line_feed + bytes.len() as u64,
+            };
+            while !bytes.is_empty() {
+                let (taken, received) = decoder.handle_bytes(bytes);
+                bytes = &bytes[taken..];
+                if let Some(received) = received {
+                    self.gaps.take_line(decoder.counters());
+                    self.take(&received);
+                }
+            }
+        }
+        Ok(())
+    }
+
+    fn take(&mut self, received: &Received) {
+        match received {
+            Received::Ack(_) => self.lines.k += 1,
+            Received::Line(line, _) => self.take_line(line),
+        }
+    }
+
+    fn take_line(&mut self, line: &Line) {
+        match &line.body {
+            Body::State(state) => {
+                self.lines.a += 1;
+                self.take_state(line.sequence, state);
+            }
+            Body::Status(status) => {
+                self.lines.b += 1;
+                let (first, _) = self.battery_dv.unwrap_or((status.battery_dv, 0));
+                self.battery_dv = Some((first, status.battery_dv));
+            }
+            Body::Counters(counters) => {
+                self.lines.c += 1;
+                self.take_counters(counters);
+            }
+            Body::Text(_) => self.lines.t += 1,
+            Body::Parameter(_) => self.lines.p += 1,
+            Body::Song(_) => self.lines.s += 1,
+        }
+    }
+
+    fn take_state(&mut self, sequence: u8, state: &StateLine) {
+        self.bumps.take_state(state);
+        let place = Place {
+            x_in: f64::from(state.x_tenths_in) / 10.0,
+            y_in: f64::from(state.y_tenths_in) / 10.0,
+            sequence,
+        };
+        if let Some(last) = self.place
+            && state.drive != Drive::OdometerReset
+        {
+            let step_in = (place.x_in - last.x_in).hypot(place.y_in - last.y_in);
+            let passed_s = seconds_of(slots_between(last.sequence, sequence));
+            if can_be_driven(step_in, passed_s) {
+                self.distance_in += step_in;
+            }
+        }
+        self.place = Some(place);
+    }
+
+    fn take_counters(&mut self, counters: &CountersLine) {
+        self.robot = Some(Robot {
+            id: counters.robot_id,
+            firmware_version: format!("{}.{:02}", counters.version.major, counters.version.minor),
+        });
+        self.bumps.take_counters(counters);
+        if let Some(last) = &self.counters
+            && last.boots == counters.boots
+            && let Some(passed_s) = counters.uptime_s.checked_sub(last.uptime_s)
+            && passed_s < TICKS_ROUND_S
+        {
+            let won = counters.ticks_won.iter().zip(&last.ticks_won);
+            for (total, (now, then)) in self.ticks.iter_mut().zip(won) {
+                *total += u64::from(now.wrapping_sub(*then) % 4096);
+            }
+        }
+        self.counters = Some(*counters);
+    }
+
+    pub(super) fn into_info(
+        self,
+        capture: &Capture,
+        seen: &Counters,
+        problem: Option<String>,
+    ) -> Info {
+        let ticks: u64 = self.ticks.iter().sum();
+        let names = Layer::ALL.into_iter().map(layer_word).chain(["prowl"]);
+        let mut holders: Vec<HolderShare> = names
+            .zip(self.ticks)
+            .filter(|(_, won)| *won > 0)
+            .map(|(holder, won)| HolderShare {
+                holder,
+                share_pct: per_cent(won, ticks),
+            })
+            .collect();
+        holders.sort_by(|a, b| b.share_pct.total_cmp(&a.share_pct));
+        let lines = seen.lines + seen.ack_lines;
+        let volts = |dv: u16| f64::from(dv) / 10.0;
+        let may_become_a_line = self.since_line_feed < LINE_BYTES as u64;
+        let unfinished_bytes = if may_become_a_line {
+            self.since_line_feed.min(seen.noise_bytes)
+        } else {
+            0
+        };
+        let after_first = seen.bytes - self.first_bytes;
+        let airtime_down_pct = capture
+            .uplink()
+            .and_then(|_| plausible_share_pct(after_first, capture.end()));
+        let said = |what: &str| capture.session()?.get(what).cloned();
+        let version = said("software_version").map(|version| format!(" {version}"));
+        Info {
+            start: said("start"),
+            link: said("link"),
+            software: said("software").map(|it| it + &version.unwrap_or_default()),
+            name: None,
+            void: None,
+            form: capture.form(),
+            stored: capture.stored(),
+            duration_s: capture.end().as_secs_f64(),
+            bytes: seen.bytes,
+            noise_bytes: seen.noise_bytes,
+            unfinished_bytes,
+            missing_bytes: capture.missing_bytes(),
+            lines: self.lines,
+            lines_lost: seen.lines_lost,
+            loss_pct: per_cent(seen.lines_lost, lines + seen.lines_lost),
+            rejected: Rejected::of(seen),
+            resync: self.gaps.resync(),
+            airtime_down_pct,
+            sent: capture.uplink().map(|uplink| Sent {
+                bytes: uplink.bytes(),
+                frames: uplink.frames(),
+                frames_again: uplink.frames_again(),
+                airtime_up_pct: airtime_down_pct
+                    .and_then(|_| plausible_share_pct(uplink.bytes(), capture.end())),
+            }),
+            robot: self.robot,
+            restarts: seen.restarts,
+            distance_in: self.distance_in,
+            holders,
+            battery_first_v: self.battery_dv.map(|(first, _)| volts(first)),
+            battery_last_v: self.battery_dv.map(|(_, last)| volts(last)),
+            bumps: self.bumps.total(),
+            problem,
+        }
+    }
+}

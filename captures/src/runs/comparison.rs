@@ -1,0 +1,144 @@
+//! How two runs differ.
+
+use super::Course;
+use super::course::{Place, way};
+pub use crate::runs::figures::{Apart, Comparison, Figures};
+
+/// Places compared; more would say nothing new and take time by the square.
+const PLACES_MAX: usize = 2048;
+
+impl Figures {
+    /// Those of a course.
+    #[must_use]
+    pub fn of(capture: String, label: super::Label, course: &Course) -> Self {
+        Self {
+            capture,
+            name: label.name,
+            void: label.void,
+            duration_s: course.duration().as_secs_f64(),
+            distance_in: course.distance_in,
+            closing_error_in: course.closing_error_in(),
+            bumps: course.bumps(),
+            restarts: course.restarts,
+        }
+    }
+}
+
+impl Apart {
+    /// From each place of either course to the nearest of the other; `None` when one has no place.
+    ///
+    /// Both are taken as they were reported: in the robot's own frame, as it was last set.
+    #[must_use]
+    pub fn between(a: &Course, b: &Course) -> Option<Self> {
+        let (a, b) = (places(a), places(b));
+        if a.is_empty() || b.is_empty() {
+            return None;
+        }
+        let mut sum_in = 0.0;
+        let mut worst = (0.0, a[0]);
+        for (own, other) in [(&a, &b), (&b, &a)] {
+            for &place in own {
+                let apart_in = nearest_in(place, other);
+                sum_in += apart_in;
+                if apart_in > worst.0 {
+                    worst = (apart_in, place);
+                }
+            }
+        }
+        Some(Self {
+            mean_in: sum_in / (a.len() + b.len()) as f64,
+            worst_in: worst.0,
+            worst_at_in: worst.1,
+        })
+    }
+}
+
+fn places(course: &Course) -> Vec<Place> {
+    let points = course.points();
+    let every = points.len().div_ceil(PLACES_MAX).max(1);
+    points.iter().copied().step_by(every).collect()
+}
+
+/// From a place to a line through others, inches.
+fn nearest_in(place: Place, line: &[Place]) -> f64 {
+    let alone = way(place, line[0]);
+    line.windows(2)
+        .map(|piece| from_piece_in(place, piece[0], piece[1]))
+        .fold(alone, f64::min)
+}
+
+fn from_piece_in(place: Place, from: Place, to: Place) -> f64 {
+    let (dx, dy) = (to.0 - from.0, to.1 - from.1);
+    let square = dx * dx + dy * dy;
+    let part = if square > 0.0 {
+        (((place.0 - from.0) * dx + (place.1 - from.1) * dy) / square).clamp(0.0, 1.0)
+    } else {
+        0.0
+    };
+    way(place, (from.0 + part * dx, from.1 + part * dy))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::Label;
+    use super::super::course::tests::through;
+    use super::*;
+    use proptest::prelude::*;
+
+    #[test]
+    fn parallel_courses_are_as_far_apart_as_they_are_drawn() {
+        let a = through(&[(0.0, 0.0), (10.0, 0.0), (20.0, 0.0)]);
+        let b = through(&[(0.0, 4.0), (10.0, 4.0), (20.0, 4.0)]);
+        let apart = Apart::between(&a, &b).unwrap();
+        assert!((apart.mean_in - 4.0).abs() < 1e-9);
+        assert!((apart.worst_in - 4.0).abs() < 1e-9);
+    }
+
+    #[test]
+    fn an_excursion_is_found_where_it_was() {
+        let a = through(&[(0.0, 0.0), (20.0, 0.0), (40.0, 0.0)]);
+        let b = through(&[(0.0, 0.0), (20.0, 12.0), (40.0, 0.0)]);
+        let apart = Apart::between(&a, &b).unwrap();
+        assert!((apart.worst_in - 12.0).abs() < 1e-9);
+        assert_eq!(apart.worst_at_in, (20.0, 12.0));
+    }
+
+    proptest! {
+        #[test]
+        fn a_track_is_nowhere_apart_from_itself_and_both_ways_are_one(
+            a in proptest::collection::vec((-20.0..20.0_f64, -20.0..20.0_f64), 1..30),
+            b in proptest::collection::vec((-20.0..20.0_f64, -20.0..20.0_f64), 1..30),
+        ) {
+            let (a, b) = (through(&a), through(&b));
+            let own = Apart::between(&a, &a).unwrap();
+            prop_assert!(own.worst_in < 1e-9);
+            let there = Apart::between(&a, &b).unwrap();
+            let back = Apart::between(&b, &a).unwrap();
+            prop_assert!((there.worst_in - back.worst_in).abs() < 1e-9);
+            prop_assert!(there.mean_in <= there.worst_in + 1e-9);
+        }
+    }
+
+    #[test]
+    fn a_person_reads_what_differs() {
+        let a = through(&[(0.0, 0.0), (20.0, 0.0), (0.0, 1.0)]);
+        let b = through(&[(0.0, 0.0), (20.0, 0.0), (0.0, 5.0)]);
+        let void = Label {
+            void: Some("the cat".to_owned()),
+            ..Label::default()
+        };
+        let comparison = Comparison {
+            runs: [
+                Figures::of("a.mcap".into(), Label::default(), &a),
+                Figures::of("b.mcap".into(), void, &b),
+            ],
+            apart: Apart::between(&a, &b),
+        };
+        let mut text = Vec::new();
+        comparison.write_text(&mut text).unwrap();
+        let text = String::from_utf8(text).unwrap();
+        for fact in ["a.mcap", "VOID", "+4.0 in", "the cat", "closing error"] {
+            assert!(text.contains(fact), "{fact} is not in\n{text}");
+        }
+    }
+}

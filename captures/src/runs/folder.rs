@@ -1,0 +1,106 @@
+//! The runs in a folder.
+
+use std::fs;
+use std::io;
+use std::path::{Path, PathBuf};
+
+use groundwave_protocol::decoder::{Counters, Decoder};
+
+use super::label::LabelError;
+use super::{Course, Label};
+use crate::{Capture, CaptureError};
+use crate::runs::figures::Figures;
+
+/// A file without one line of a robot in so many bytes is something else.
+const LOOK_BYTES: usize = 64 * 1024;
+
+/// A run could not be looked at.
+#[derive(Debug, thiserror::Error)]
+pub enum RunError {
+    /// What is said of it.
+    #[error(transparent)]
+    Label(#[from] LabelError),
+    /// The capture.
+    #[error(transparent)]
+    Capture(#[from] CaptureError),
+}
+
+/// What could be read of a run.
+#[derive(Debug)]
+pub struct Run {
+    /// What it amounts to.
+    pub figures: Figures,
+    /// The way it took.
+    pub course: Course,
+    /// What was seen beside it.
+    pub counters: Counters,
+    /// Why that is not all.
+    pub problem: Option<CaptureError>,
+}
+
+impl Run {
+    /// Reads a whole capture and what is said of it.
+    ///
+    /// # Errors
+    /// When either cannot be opened.
+    pub fn read(path: &Path) -> Result<Self, RunError> {
+        let label = Label::of(path)?;
+        let mut capture = Capture::open(path)?;
+        let (course, counters, problem) = Course::read(&mut capture);
+        Ok(Self {
+            figures: Figures::of(path.display().to_string(), label, &course),
+            course,
+            counters,
+            problem,
+        })
+    }
+}
+
+/// The captures in a folder, by name.
+///
+/// # Errors
+/// When the folder cannot be read.
+pub fn captures(folder: &Path) -> io::Result<Vec<PathBuf>> {
+    let mut found = Vec::new();
+    for entry in fs::read_dir(folder)? {
+        let file = entry?.path();
+        if is_capture(&file) {
+            // Nobody writes `./` before the name of a file at hand.
+            let short = file.strip_prefix(".").map(Path::to_owned);
+            found.push(short.unwrap_or(file));
+        }
+    }
+    found.sort();
+    Ok(found)
+}
+
+fn is_capture(file: &Path) -> bool {
+    let kind = file.extension().and_then(|kind| kind.to_str());
+    match kind {
+        Some("mcap") => true,
+        Some("txt" | "raw" | "log") => {
+            Capture::open(file).is_ok_and(|mut capture| has_line(&mut capture))
+        }
+        _ => false,
+    }
+}
+
+fn has_line(capture: &mut Capture) -> bool {
+    let mut decoder = Decoder::default();
+    let mut looked = 0;
+    while looked < LOOK_BYTES {
+        let Ok(Some(chunk)) = capture.next_chunk() else {
+            return false;
+        };
+        let mut bytes = chunk.bytes;
+        looked += bytes.len();
+        while !bytes.is_empty() {
+            let (taken, received) = decoder.handle_bytes(bytes);
+            bytes = &bytes[taken..];
+            if received.is_some() {
+                return true;
+            }
+        }
+    }
+    false
+}

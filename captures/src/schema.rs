@@ -1,0 +1,119 @@
+//! The protobuf schemas that an MCAP carries, as other tools want them.
+
+use super::messages::{RawBytes, Telemetry, UplinkEvent};
+
+/// `proto/groundwave.proto`, compiled: a `FileDescriptorSet`. A test compiles the text and compares.
+pub const DESCRIPTORS: &[u8] = include_bytes!("proto/groundwave.binpb");
+
+/// A message type that has a schema.
+pub trait Schema: prost::Message {
+    /// Its name in the schema, with the package.
+    const NAME: &str;
+}
+
+impl Schema for RawBytes {
+    const NAME: &str = "groundwave.RawBytes";
+}
+
+impl Schema for Telemetry {
+    const NAME: &str = "groundwave.Telemetry";
+}
+
+impl Schema for UplinkEvent {
+    const NAME: &str = "groundwave.UplinkEvent";
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use prost::Message;
+    use prost_types::field_descriptor_proto::{Label, Type};
+    use prost_types::{DescriptorProto, FileDescriptorProto, FileDescriptorSet};
+
+    fn file() -> FileDescriptorProto {
+        let mut set = FileDescriptorSet::decode(DESCRIPTORS).unwrap();
+        assert_eq!(set.file.len(), 1);
+        set.file.remove(0)
+    }
+
+    fn message<M: Schema>(file: &FileDescriptorProto) -> DescriptorProto {
+        let name = M::NAME.strip_prefix("groundwave.").unwrap();
+        let found = file.message_type.iter().find(|m| m.name() == name);
+        found.unwrap().clone()
+    }
+
+    /// `BLESS=1 cargo test schema` compiles anew.
+    #[test]
+    fn the_descriptors_are_the_text_compiled() {
+        let folder = concat!(env!("CARGO_MANIFEST_DIR"), "/src/proto");
+        let mut compiler = protox::Compiler::new([folder]).unwrap();
+        compiler.include_source_info(false).include_imports(true);
+        let compiled = compiler
+            .open_file("groundwave.proto")
+            .unwrap()
+            .file_descriptor_set()
+            .encode_to_vec();
+        if std::env::var_os("BLESS").is_some() {
+            std::fs::write(format!("{folder}/groundwave.binpb"), &compiled).unwrap();
+        } else {
+            assert!(
+                compiled == DESCRIPTORS,
+                "compile anew: BLESS=1 cargo test schema"
+            );
+        }
+    }
+
+    #[test]
+    fn the_text_says_what_rust_writes() {
+        let file = file();
+        let raw = message::<RawBytes>(&file);
+        let raw: Vec<_> = raw
+            .field
+            .iter()
+            .map(|f| (f.name(), f.number(), f.r#type()))
+            .collect();
+        assert_eq!(
+            raw,
+            [("stream_offset", 1, Type::Uint64), ("data", 2, Type::Bytes)]
+        );
+        let telemetry = message::<Telemetry>(&file);
+        assert_eq!(telemetry.field.len(), Telemetry::FIELDS.len());
+        for (declared, field) in telemetry.field.iter().zip(Telemetry::FIELDS) {
+            assert_eq!(declared.name(), field.name);
+            assert_eq!(declared.number(), field.tag as i32, "{}", field.name);
+            assert_eq!(declared.label(), Label::Optional);
+            assert!(declared.proto3_optional(), "{}", field.name);
+            let expected = match field.kind {
+                "int32" => Type::Enum,
+                "sint32" => Type::Sint32,
+                "uint32" => Type::Uint32,
+                "double" => Type::Double,
+                "string" => Type::String,
+                kind => panic!("{kind}"),
+            };
+            assert_eq!(declared.r#type(), expected, "{}", field.name);
+            if expected == Type::Enum {
+                let name = declared.type_name().strip_prefix(".groundwave.").unwrap();
+                let states = file.enum_type.iter().find(|e| e.name() == name).unwrap();
+                let declared: Vec<_> = states
+                    .value
+                    .iter()
+                    .map(|v| (v.number(), v.name().to_owned()))
+                    .collect();
+                let prefix = declared[0]
+                    .1
+                    .strip_suffix(&field.words[0].to_uppercase())
+                    .unwrap();
+                let words: Vec<_> = (0..)
+                    .zip(
+                        field
+                            .words
+                            .iter()
+                            .map(|w| format!("{prefix}{}", w.to_uppercase())),
+                    )
+                    .collect();
+                assert_eq!(declared, words);
+            }
+        }
+    }
+}

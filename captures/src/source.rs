@@ -1,0 +1,303 @@
+//! A capture to read from, whatever its form.
+
+use std::collections::BTreeMap;
+use std::fs::File;
+use std::io::{self, Cursor, Read};
+use std::path::{Path, PathBuf};
+use std::time::Duration;
+
+use groundwave_protocol::decoder::{Decoder, Received};
+
+use super::CaptureError;
+use super::journal::Kind;
+use super::mcap_reader::{McapProblem, McapReader};
+use super::recover::Interrupted;
+use super::text::TextReader;
+use crate::statistics::Uplink;
+
+/// Bytes that arrived together.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Chunk<'a> {
+    /// When, since the capture began. A raw capture whose lines do not say it knows no time: it is that of a 2400-baud
+    /// radio that never paused.
+    pub at: Duration,
+    /// What the radio delivered.
+    pub bytes: &'a [u8],
+    /// Whether the link was interrupted before it, or bytes are missing: no line is read across that, and what was sent
+    /// meanwhile is not counted as lost.
+    pub is_interrupted: bool,
+}
+
+/// What a capture is stored as.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, serde::Serialize)]
+#[serde(rename_all = "lowercase")]
+pub enum Form {
+    /// The bytes and nothing else.
+    Raw,
+    /// With times, in MCAP.
+    Mcap,
+}
+
+/// Bytes from the beginning of a capture that tell what it is.
+pub const HEAD_BYTES: usize = ::mcap::MAGIC.len();
+
+/// The first entry of every journal begins so; its length, a number of 32 bits, follows.
+const JOURNAL_HEAD: [u8; 2] = [0x1E, Kind::Session as u8];
+
+/// No station says so much about a session.
+const SESSION_BYTES_MAX: u32 = 1024 * 1024;
+
+impl Form {
+    /// Tells the form by the first [`HEAD_BYTES`], or all there are; the name is for messages.
+    ///
+    /// # Errors
+    /// When it is the journal of a recording, which must not be taken for what the radio delivered.
+    pub fn tell(head: &[u8], name: &Path) -> Result<Self, CaptureError> {
+        if head == ::mcap::MAGIC {
+            return Ok(Self::Mcap);
+        }
+        let length = head
+            .strip_prefix(&JOURNAL_HEAD)
+            .and_then(|rest| rest.first_chunk());
+        if length.is_some_and(|length| u32::from_le_bytes(*length) <= SESSION_BYTES_MAX) {
+            return Err(CaptureError::Journal(name.to_owned()));
+        }
+        Ok(Self::Raw)
+    }
+}
+
+/// Bytes from the beginning of a file that tell a route from what a radio delivered.
+pub(super) const ROUTE_HEAD_BYTES: usize = 1024;
+
+/// Whether the first [`ROUTE_HEAD_BYTES`] of a file, or all there are, are waypoints: what is no line of a robot's but
+/// would be shown as noise.
+pub(super) fn is_route(head: &[u8]) -> bool {
+    let Ok(text) = str::from_utf8(head) else {
+        return false;
+    };
+    // The last line may go on after the head.
+    let whole = match text.rfind('\n') {
+        Some(end) if head.len() == ROUTE_HEAD_BYTES => &text[..end],
+        _ => text,
+    };
+    let is_whole_inches = |text: &str| text.trim().parse::<i16>().is_ok();
+    let mut lines = whole
+        .trim_start_matches('\u{feff}')
+        .lines()
+        .filter_map(|line| line.split('#').next())
+        .filter(|line| !line.trim().is_empty())
+        .peekable();
+    lines.peek().is_some()
+        && lines.all(|line| {
+            line.split_once(',')
+                .is_some_and(|(x, y)| is_whole_inches(x) && is_whole_inches(y))
+        })
+}
+
+/// Opens the file of a capture.
+///
+/// # Errors
+/// When it cannot be opened: [`CaptureError::Missing`] where a recording of that name was never finished.
+pub fn open_file(path: &Path) -> Result<File, CaptureError> {
+    let opened = File::open(path);
+    let is_missing = match &opened {
+        Ok(file) => is_unfinished(path) && file.metadata().is_ok_and(|about| about.len() == 0),
+        Err(error) => error.kind() == io::ErrorKind::NotFound,
+    };
+    if is_missing && let Some(interrupted) = Interrupted::find(path, 0) {
+        return Err(CaptureError::Missing(interrupted));
+    }
+    opened.map_err(|error| CaptureError::Open {
+        path: path.to_owned(),
+        error,
+    })
+}
+
+/// Whether the name is that of a recording under way.
+fn is_unfinished(path: &Path) -> bool {
+    path.extension()
+        .is_some_and(|extension| extension == "partial")
+}
+
+/// Why what is read of a recording that was never finished ends in the middle: [`CaptureError::Interrupted`] where
+/// the name is that of such a recording.
+pub fn unfinished(path: &Path, read_bytes: u64) -> CaptureError {
+    is_unfinished(path)
+        .then(|| Interrupted::find(path, read_bytes))
+        .flatten()
+        .map_or_else(
+            || CaptureError::Unfinished(path.to_owned()),
+            CaptureError::Interrupted,
+        )
+}
+
+type Source = io::Chain<Cursor<Vec<u8>>, Box<dyn Read + Send>>;
+
+enum Reader {
+    Raw(TextReader<Source>),
+    Mcap(Box<McapReader<Source>>),
+}
+
+/// A capture that has been opened.
+pub struct Capture {
+    path: PathBuf,
+    reader: Reader,
+    read_bytes: u64,
+    end: Duration,
+}
+
+impl Capture {
+    /// Opens a capture of either form, told apart by content. `-` is standard input.
+    ///
+    /// # Errors
+    /// When it cannot be opened or read.
+    pub fn open(path: impl AsRef<Path>) -> Result<Self, CaptureError> {
+        let path = path.as_ref();
+        if path == Path::new("-") {
+            return Self::read("standard input", Box::new(io::stdin()));
+        }
+        Self::read(path, Box::new(open_file(path)?))
+    }
+
+    /// Reads a capture from anywhere; the name is for messages.
+    ///
+    /// # Errors
+    /// When its beginning cannot be read, or is that of a journal.
+    pub fn read(
+        name: impl Into<PathBuf>,
+        mut source: Box<dyn Read + Send>,
+    ) -> Result<Self, CaptureError> {
+        let path = name.into();
+        let mut head = Vec::new();
+        if let Err(error) = source
+            .by_ref()
+            .take(HEAD_BYTES as u64)
+            .read_to_end(&mut head)
+        {
+            return Err(CaptureError::Read { path, error });
+        }
+        let form = Form::tell(&head, &path)?;
+        let source = Cursor::new(head).chain(source);
+        let reader = match form {
+            Form::Mcap => Reader::Mcap(Box::new(McapReader::new(source))),
+            Form::Raw => Reader::Raw(TextReader::new(source)),
+        };
+        Ok(Self {
+            path,
+            reader,
+            read_bytes: 0,
+            end: Duration::ZERO,
+        })
+    }
+
+    /// What it is stored as.
+    #[must_use]
+    pub const fn form(&self) -> Form {
+        match self.reader {
+            Reader::Raw(_) => Form::Raw,
+            Reader::Mcap(_) => Form::Mcap,
+        }
+    }
+
+    /// What of a raw capture is not as the radio delivered it, in words; known when some of it has been read.
+    #[must_use]
+    pub fn stored(&self) -> Option<String> {
+        match &self.reader {
+            Reader::Raw(reader) => reader.judged()?.words(),
+            Reader::Mcap(_) => None,
+        }
+    }
+
+    /// Bytes that an MCAP says were read and are not in it.
+    #[must_use]
+    pub fn missing_bytes(&self) -> u64 {
+        match &self.reader {
+            Reader::Raw(_) => 0,
+            Reader::Mcap(reader) => reader.missing_bytes(),
+        }
+    }
+
+    /// What an MCAP says of itself, as far as it has been read: `link`, `start` and others; nothing of a raw capture.
+    #[must_use]
+    pub fn session(&self) -> Option<&BTreeMap<String, String>> {
+        match &self.reader {
+            Reader::Raw(_) => None,
+            Reader::Mcap(reader) => Some(reader.session()),
+        }
+    }
+
+    /// What was sent up to the bytes read last; a raw capture does not know.
+    #[must_use]
+    pub fn uplink(&self) -> Option<&Uplink> {
+        match &self.reader {
+            Reader::Raw(_) => None,
+            Reader::Mcap(reader) => Some(reader.uplink()),
+        }
+    }
+
+    /// When the latest bytes arrived, since the capture began.
+    #[must_use]
+    pub const fn end(&self) -> Duration {
+        self.end
+    }
+
+    /// The next bytes from the robot; `None` at the end.
+    ///
+    /// # Errors
+    /// Says why the rest cannot be read; what came before is good.
+    pub fn next_chunk(&mut self) -> Result<Option<Chunk<'_>>, CaptureError> {
+        let (path, read_bytes) = (&self.path, &mut self.read_bytes);
+        let chunk = match &mut self.reader {
+            Reader::Raw(reader) => match reader.next_piece() {
+                Ok(piece) => Ok(piece.map(|piece| Chunk {
+                    at: piece.at,
+                    bytes: piece.radio,
+                    is_interrupted: false,
+                })),
+                Err(error) => Err(CaptureError::Read {
+                    path: path.clone(),
+                    error,
+                }),
+            },
+            Reader::Mcap(reader) => reader.next_chunk().map_err(|problem| {
+                let path = path.clone();
+                match problem {
+                    McapProblem::Read(error) => CaptureError::Read { path, error },
+                    McapProblem::Unfinished => unfinished(&path, *read_bytes),
+                    McapProblem::Damaged(problem) => CaptureError::Damaged { path, problem },
+                    McapProblem::NoRawBytes => CaptureError::NoRawBytes(path),
+                }
+            }),
+        }?;
+        if let Some(chunk) = chunk {
+            self.end = chunk.at;
+            *read_bytes += chunk.bytes.len() as u64;
+        }
+        Ok(chunk)
+    }
+
+    /// Runs everything through a decoder and calls `take` with each line and the time it was complete.
+    ///
+    /// # Errors
+    /// The capture's, and those of `take`.
+    pub fn for_each_line<E: From<CaptureError>>(
+        &mut self,
+        decoder: &mut Decoder,
+        mut take: impl FnMut(Duration, &Received) -> Result<(), E>,
+    ) -> Result<(), E> {
+        while let Some(chunk) = self.next_chunk()? {
+            let Chunk { at, mut bytes, .. } = chunk;
+            if chunk.is_interrupted {
+                decoder.interrupt();
+            }
+            while !bytes.is_empty() {
+                let (taken, received) = decoder.handle_bytes(bytes);
+                bytes = &bytes[taken..];
+                if let Some(received) = received {
+                    take(at, &received)?;
+                }
+            }
+        }
+        Ok(())
+    }
+}

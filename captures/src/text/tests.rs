@@ -1,0 +1,225 @@
+use std::io::{self, Read};
+use std::path::Path;
+use std::sync::Arc;
+
+use super::*;
+use crate::index::{self, Piece, Tape};
+
+/// Hands out a few bytes at a time.
+struct Trickle<'a>(&'a [u8], usize);
+
+impl Read for Trickle<'_> {
+    fn read(&mut self, to: &mut [u8]) -> io::Result<usize> {
+        self.0
+            .take(self.1 as u64)
+            .read(to)
+            .inspect(|&n| self.0 = &self.0[n..])
+    }
+}
+
+/// Times, bytes of the radio and bytes of the file, piece by piece.
+fn pieces(source: impl Read) -> Vec<(Moment, Vec<u8>, Vec<u8>)> {
+    let mut reader = TextReader::new(source);
+    let mut pieces = Vec::new();
+    while let Some(piece) = reader.next_piece().unwrap() {
+        pieces.push((piece.at, piece.radio.to_vec(), piece.stored.to_vec()));
+    }
+    pieces
+}
+
+/// The same from a place on, as it is replayed.
+fn played(tape: &mut dyn Tape) -> Vec<(Moment, Vec<u8>)> {
+    let mut pieces = Vec::new();
+    while let Some(at) = tape.next_at() {
+        match tape.next_piece() {
+            Some(Piece::Received(bytes)) => pieces.push((at, bytes.to_vec())),
+            other => panic!("{other:?}"),
+        }
+    }
+    pieces
+}
+
+fn tape(bytes: &[u8]) -> Box<dyn Tape + Send> {
+    index::read(Arc::new(bytes.to_vec()), Path::new("text")).unwrap()
+}
+
+fn capture(name: &str) -> Vec<u8> {
+    let folder = Path::new(env!("CARGO_MANIFEST_DIR"));
+    std::fs::read(folder.join(name)).unwrap()
+}
+
+/// A capture as others store it.
+fn stored(plain: &[u8], stamp: impl Fn(usize) -> String, end: &[u8]) -> Vec<u8> {
+    let mut stored = Vec::new();
+    for (n, line) in plain.split_inclusive(|&byte| byte == b'\n').enumerate() {
+        stored.extend(stamp(n).as_bytes());
+        match line.strip_suffix(b"\r\n") {
+            Some(line) => stored.extend([line, end].concat()),
+            None => stored.extend(line),
+        }
+    }
+    stored
+}
+
+/// A time of day that goes round, without a date.
+fn day_stamp(n: usize) -> String {
+    let s = 86_395 + n / 3;
+    format!("{:02}:{:02}:{:02} ", s / 3600 % 24, s / 60 % 60, s % 60)
+}
+
+fn every_way_to_store(plain: &[u8]) -> Vec<Vec<u8>> {
+    let none = |_: usize| String::new();
+    let unix = |n: usize| format!("[{}.{:03}] ", 1_763_758_008 + n / 3, n % 3 * 333);
+    let mut ways = Vec::new();
+    for end in [&b"\r\n"[..], b"\n", b"\r\r\n"] {
+        ways.push(stored(plain, none, end));
+        ways.push(stored(plain, unix, end));
+        ways.push(stored(plain, day_stamp, end));
+    }
+    ways
+}
+
+#[test]
+fn pieces_do_not_depend_on_how_the_bytes_arrive() {
+    let mut stream = b"noise\n\n".to_vec();
+    stream.extend([b'x'; 200]);
+    stream.extend(b"\r\nrest");
+    let whole = pieces(&stream[..]);
+    assert_eq!(
+        whole
+            .iter()
+            .flat_map(|piece| piece.1.clone())
+            .collect::<Vec<_>>(),
+        stream
+    );
+    assert_eq!(whole[0].1, b"noise\n");
+    assert_eq!(whole.last().unwrap().1, b"rest");
+    for step in [1, 2, 3, 7, 79, 80, 81] {
+        assert_eq!(
+            pieces(Trickle(&stream, step)),
+            whole,
+            "{step} bytes at a time"
+        );
+    }
+}
+
+#[test]
+fn three_lines_take_a_second() {
+    let stream = [b'.'; 481];
+    let at: Vec<_> = pieces(&stream[..])
+        .into_iter()
+        .map(|piece| piece.0)
+        .collect();
+    assert_eq!(at[2], Moment::from_secs(1));
+    assert_eq!(at[5], Moment::from_secs(2));
+    assert!(at.is_sorted());
+}
+
+/// Whoever reads a capture from its front and whoever reads it from anywhere get the same lines at the same times,
+/// and what the radio delivered, however it is stored.
+#[test]
+fn everybody_gets_what_the_radio_delivered() {
+    for name in ["house-clean.txt", "house-noisy.txt"] {
+        let plain = capture(name);
+        for (way, stored) in every_way_to_store(&plain).into_iter().enumerate() {
+            let whole = pieces(&stored[..]);
+            for step in [1, 97, 4096] {
+                assert!(pieces(Trickle(&stored, step)) == whole, "{name}, way {way}");
+            }
+            let file: Vec<u8> = whole.iter().flat_map(|piece| piece.2.clone()).collect();
+            assert!(file == stored, "{name}, way {way}");
+            let radio: Vec<u8> = whole.iter().flat_map(|piece| piece.1.clone()).collect();
+            let mut decoder = Decoder::default();
+            let mut clean = Decoder::default();
+            while decoder.counters().bytes < radio.len() as u64 {
+                decoder.handle_bytes(&radio[decoder.counters().bytes as usize..]);
+            }
+            while clean.counters().bytes < plain.len() as u64 {
+                clean.handle_bytes(&plain[clean.counters().bytes as usize..]);
+            }
+            assert_eq!(
+                decoder.counters().lines,
+                clean.counters().lines,
+                "{name}, way {way}"
+            );
+            if name == "house-clean.txt" {
+                assert!(radio == plain, "way {way}");
+            }
+            let from_anywhere = played(&mut *tape(&stored));
+            let from_front: Vec<_> = whole.into_iter().map(|piece| (piece.0, piece.1)).collect();
+            assert!(from_anywhere == from_front, "{name}, way {way}");
+        }
+    }
+}
+
+/// A radio that spoils the first line makes no other capture of it.
+#[test]
+fn one_line_that_is_stored_otherwise_decides_nothing() {
+    let plain = capture("house-clean.txt");
+    for spoilt in [
+        [&plain[..78], b"\n", &plain[80..]].concat(),
+        [&plain[..78], b"\r\r\n", &plain[80..]].concat(),
+        [b"12.5 ", &plain[..]].concat(),
+        [&plain[..78], b"\n"].concat(),
+    ] {
+        let radio: Vec<u8> = pieces(&spoilt[..])
+            .into_iter()
+            .flat_map(|piece| piece.1)
+            .collect();
+        assert!(radio == spoilt);
+    }
+}
+
+#[test]
+fn what_has_no_intact_line_is_left_as_it_is() {
+    for noise in [
+        &b"12:00:00 x\n12:00:01 y\n"[..],
+        b"12.5 A00 x\n",
+        b"x\r\r\n",
+        b"\n",
+        b"",
+    ] {
+        assert_eq!(Style::of(noise), None);
+        let radio: Vec<u8> = pieces(noise)
+            .into_iter()
+            .flat_map(|piece| piece.1)
+            .collect();
+        assert_eq!(radio, noise);
+    }
+}
+
+/// Where the clock has no date, days are counted, also by whoever did not read what came before.
+#[test]
+fn a_clock_without_a_date_is_followed_over_days() {
+    let plain = capture("house-clean.txt").repeat(30);
+    // A line every minute: a week.
+    let stamp = |n: usize| {
+        let min = 600 + n;
+        format!("{:02}:{:02}:00 ", min / 60 % 24, min % 60)
+    };
+    let stored = stored(&plain, stamp, b"\r\n");
+    let whole = pieces(&stored[..]);
+    let last = whole.last().unwrap().0;
+    let lines = stored.split_inclusive(|&byte| byte == b'\n').count() as u64;
+    assert_eq!(last, Moment::from_mins(lines - 1));
+    let mut tape = tape(&stored);
+    assert_eq!(tape.length(), last + Moment::from_secs(1));
+    for part in 1..40 {
+        let at = last / 40 * part;
+        let place = tape.find(at);
+        tape.go(place);
+        let next = tape.next_at().unwrap();
+        assert!(
+            next < at && at <= next + Moment::from_mins(2),
+            "{at:?}: {next:?}"
+        );
+        let rest = played(&mut *tape);
+        assert!(
+            rest[..]
+                == whole
+                    .iter()
+                    .map(|it| (it.0, it.1.clone()))
+                    .collect::<Vec<_>>()[whole.len() - rest.len()..]
+        );
+    }
+}

@@ -1,0 +1,410 @@
+//! From bytes, times and events to the messages of every topic.
+
+use std::collections::VecDeque;
+
+use foxglove::messages::Log;
+use foxglove::messages::log::Level;
+use groundwave_protocol::LINE_BYTES;
+use groundwave_protocol::decoder::{Counters, Decoder, Received};
+use groundwave_protocol::letters::Drive;
+use groundwave_protocol::telemetry::{Ack, Body, FirmwareVersion, StateLine, StatusLine};
+
+use super::forms::Encoder;
+use super::geometry::{Place, timestamp};
+use super::path::Path;
+use super::scene::Scene;
+use super::story::{Story, is_contact};
+use super::{StationEvent, Topic, TopicMessage};
+use crate::messages::{UplinkEvent, UplinkStep};
+use crate::robot_clock::RobotClock;
+use crate::text::line_feed;
+
+/// Commands that have begun and not ended, of which the words are kept: the newest.
+const COMMANDS_MAX: usize = 64;
+
+/// Derives every topic of a capture from what happened, in its order.
+///
+/// Each `handle_*` calls `take` with the messages that follow, in the order in which they belong into
+/// a capture; what it borrows is good until it returns. An error of `take` is passed on at once and
+/// leaves the rest of that call undone. Times are nanoseconds since 1970; one that is before the
+/// latest counts as the latest, so that a clock that is set back leaves a capture in order.
+///
+/// The robot's own time goes with what the robot alone says. `/log` and `/uplink` are told by the station too,
+/// whose clock is another, and have but one time, so that either order of a topic's messages is the same.
+///
+/// `/raw/rx` gets a message for each line feed, or for 80 bytes without one, however the bytes
+/// arrive; call [`Self::finish`] for what is left over.
+#[derive(Debug, Default)]
+pub struct Deriver {
+    now_ns: u64,
+    rx_offset: u64,
+    tx_offset: u64,
+    /// Received, and not yet given out.
+    pending: Vec<u8>,
+    decoder: Decoder,
+    clock: RobotClock,
+    ack: Option<(u8, u8, u8, u8)>,
+    list_digest: Option<u32>,
+    was_bumped: bool,
+    /// Who sends, as it says in line C.
+    robot: Option<(u8, FirmwareVersion)>,
+    is_new_robot: bool,
+    is_urgent: bool,
+    commands: VecDeque<Command>,
+    story: Story,
+    path: Path,
+    scene: Scene,
+    encoder: Encoder,
+}
+
+/// A command that has not ended.
+#[derive(Debug)]
+struct Command {
+    id: u32,
+    words: String,
+    waypoints_in: Option<Vec<(i32, i32)>>,
+}
+
+impl Deriver {
+    /// A deriver at the beginning of both streams.
+    #[must_use]
+    pub fn new() -> Self {
+        Self::default()
+    }
+
+    /// Another part of a recording begins: both streams count from zero, and what is only told now and
+    /// then is told anew. What is known of the robot stays.
+    pub fn begin_part(&mut self) {
+        self.rx_offset = 0;
+        self.tx_offset = 0;
+        self.is_new_robot = self.robot.is_some();
+        self.path.tell_anew();
+        self.scene.tell_anew();
+    }
+
+    /// What the decoder has seen.
+    #[must_use]
+    pub const fn counters(&self) -> &Counters {
+        self.decoder.counters()
+    }
+
+    /// Bytes received or missing so far, those included that have not been given out yet.
+    #[must_use]
+    pub const fn rx_bytes(&self) -> u64 {
+        self.rx_offset.saturating_add(self.pending.len() as u64)
+    }
+
+    /// Bytes sent or missing so far.
+    #[must_use]
+    pub const fn tx_bytes(&self) -> u64 {
+        self.tx_offset
+    }
+
+    /// Number and firmware of the robot, once when a line first says it and whenever that changes.
+    pub fn take_robot(&mut self) -> Option<(u8, FirmwareVersion)> {
+        std::mem::take(&mut self.is_new_robot)
+            .then_some(self.robot)
+            .flatten()
+    }
+
+    /// Whether something has happened since this was asked last that shall be on the disk at once: a bump,
+    /// an alarm, the beginning or the end of a command.
+    pub fn take_urgent(&mut self) -> bool {
+        std::mem::take(&mut self.is_urgent)
+    }
+
+    /// Bytes of the radio are missing here: they leave a step in `/raw/rx`, and no line is read across it.
+    ///
+    /// # Errors
+    /// Those of `take`.
+    pub fn skip_rx<E>(
+        &mut self,
+        bytes: u64,
+        mut take: impl FnMut(TopicMessage<'_>) -> Result<(), E>,
+    ) -> Result<(), E> {
+        self.give_pending(&mut take)?;
+        self.decoder.interrupt();
+        self.rx_offset = self.rx_offset.saturating_add(bytes);
+        Ok(())
+    }
+
+    /// Sent bytes are missing here: they leave a step in `/raw/tx`.
+    pub const fn skip_tx(&mut self, bytes: u64) {
+        self.tx_offset = self.tx_offset.saturating_add(bytes);
+    }
+
+    /// Takes bytes received, read at `at_ns`.
+    ///
+    /// # Errors
+    /// Those of `take`.
+    pub fn handle_rx<E>(
+        &mut self,
+        at_ns: u64,
+        mut bytes: &[u8],
+        mut take: impl FnMut(TopicMessage<'_>) -> Result<(), E>,
+    ) -> Result<(), E> {
+        self.now_ns = self.now_ns.max(at_ns);
+        while !bytes.is_empty() {
+            let reach = bytes.len().min(LINE_BYTES - self.pending.len());
+            let line_feed = line_feed(&bytes[..reach]);
+            let run = line_feed.map_or(reach, |at| at + 1);
+            let (head, rest) = bytes.split_at(run);
+            bytes = rest;
+            let is_whole = line_feed.is_some() || self.pending.len() + run == LINE_BYTES;
+            if self.pending.is_empty() && is_whole {
+                self.give_received(head, &mut take)?;
+            } else {
+                self.pending.extend_from_slice(head);
+                if is_whole {
+                    self.give_pending(&mut take)?;
+                }
+            }
+        }
+        Ok(())
+    }
+
+    /// Takes bytes handed to the radio at `at_ns`.
+    ///
+    /// # Errors
+    /// Those of `take`.
+    pub fn handle_tx<E>(
+        &mut self,
+        at_ns: u64,
+        bytes: &[u8],
+        mut take: impl FnMut(TopicMessage<'_>) -> Result<(), E>,
+    ) -> Result<(), E> {
+        self.now_ns = self.now_ns.max(at_ns);
+        if bytes.is_empty() {
+            return Ok(());
+        }
+        self.encoder.raw(self.tx_offset, bytes);
+        self.tx_offset = self.tx_offset.saturating_add(bytes.len() as u64);
+        take(self.encoder.message(Topic::RawTx, self.now_ns, None))
+    }
+
+    /// Takes an event of the station's.
+    ///
+    /// # Errors
+    /// Those of `take`.
+    pub fn handle_event<E>(
+        &mut self,
+        at_ns: u64,
+        event: &StationEvent,
+        mut take: impl FnMut(TopicMessage<'_>) -> Result<(), E>,
+    ) -> Result<(), E> {
+        self.now_ns = self.now_ns.max(at_ns);
+        self.is_urgent |= event.is_urgent();
+        match event {
+            StationEvent::Uplink(event) => self.handle_uplink(event, &mut take),
+            StationEvent::Log(log) => {
+                let log = Log {
+                    timestamp: Some(timestamp(self.now_ns)),
+                    ..log.clone()
+                };
+                self.encoder.encode(&log);
+                take(self.encoder.message(Topic::Log, self.now_ns, None))
+            }
+        }
+    }
+
+    /// Gives out bytes that belong to no whole line yet.
+    ///
+    /// # Errors
+    /// Those of `take`.
+    pub fn finish<E>(
+        &mut self,
+        mut take: impl FnMut(TopicMessage<'_>) -> Result<(), E>,
+    ) -> Result<(), E> {
+        self.give_pending(&mut take)
+    }
+
+    fn give_pending<E>(
+        &mut self,
+        take: &mut impl FnMut(TopicMessage<'_>) -> Result<(), E>,
+    ) -> Result<(), E> {
+        if self.pending.is_empty() {
+            return Ok(());
+        }
+        let mut pending = std::mem::take(&mut self.pending);
+        let result = self.give_received(&pending, take);
+        pending.clear();
+        self.pending = pending;
+        result
+    }
+
+    fn give_received<E>(
+        &mut self,
+        mut bytes: &[u8],
+        take: &mut impl FnMut(TopicMessage<'_>) -> Result<(), E>,
+    ) -> Result<(), E> {
+        self.encoder.raw(self.rx_offset, bytes);
+        self.rx_offset = self.rx_offset.saturating_add(bytes.len() as u64);
+        take(self.encoder.message(Topic::RawRx, self.now_ns, None))?;
+        while !bytes.is_empty() {
+            let (taken, received) = self.decoder.handle_bytes(bytes);
+            bytes = &bytes[taken..];
+            if let Some(received) = received {
+                self.handle_line(&received, take)?;
+            }
+        }
+        Ok(())
+    }
+
+    fn handle_line<E>(
+        &mut self,
+        received: &Received,
+        take: &mut impl FnMut(TopicMessage<'_>) -> Result<(), E>,
+    ) -> Result<(), E> {
+        let now_ns = self.now_ns;
+        let robot_ns = self.clock.handle_line(now_ns, received);
+        self.encoder.telemetry(received);
+        take(self.encoder.message(Topic::Telemetry, now_ns, robot_ns))?;
+        self.handle_ack(*received.ack(), take)?;
+        let Received::Line(line, _) = received else {
+            return Ok(());
+        };
+        match &line.body {
+            Body::State(state) => self.handle_state(state, robot_ns, take)?,
+            Body::Status(status) => self.handle_status(status, robot_ns, take)?,
+            Body::Counters(counters) => {
+                let robot = Some((counters.robot_id, counters.version));
+                self.is_new_robot |= self.robot != robot;
+                self.robot = robot;
+            }
+            Body::Text(_) | Body::Parameter(_) | Body::Song(_) => {}
+        }
+        let encoder = &mut self.encoder;
+        let is_urgent = &mut self.is_urgent;
+        self.story.handle_line(line, |level, text| {
+            *is_urgent |= level as i32 >= Level::Warning as i32;
+            encoder.log(now_ns, level, "robot", text);
+            take(encoder.message(Topic::Log, now_ns, None))
+        })
+    }
+
+    /// The robot acknowledges something else than before.
+    fn handle_ack<E>(
+        &mut self,
+        ack: Ack,
+        take: &mut impl FnMut(TopicMessage<'_>) -> Result<(), E>,
+    ) -> Result<(), E> {
+        let said = (ack.boot, ack.session, ack.sequence, ack.outcome as u8);
+        if self.ack.replace(said) == Some(said) {
+            return Ok(());
+        }
+        self.encoder.encode(&UplinkEvent {
+            outcome: Some(ack.outcome as i32),
+            boot: Some(ack.boot.into()),
+            session: Some(ack.session.into()),
+            sequence: Some(ack.sequence.into()),
+            ..UplinkEvent::new(UplinkStep::Acknowledged)
+        });
+        take(self.encoder.message(Topic::Uplink, self.now_ns, None))
+    }
+
+    fn handle_state<E>(
+        &mut self,
+        state: &StateLine,
+        robot_ns: Option<u64>,
+        take: &mut impl FnMut(TopicMessage<'_>) -> Result<(), E>,
+    ) -> Result<(), E> {
+        let now_ns = self.now_ns;
+        let place = Place::of_robot(state.x_tenths_in, state.y_tenths_in, state.theta_deg);
+        if state.drive == Drive::OdometerReset {
+            self.path.forget();
+            self.scene.forget();
+        }
+        self.encoder.transforms(now_ns, place);
+        take(self.encoder.message(Topic::Tf, now_ns, robot_ns))?;
+        self.encoder.pose(now_ns, place);
+        take(self.encoder.message(Topic::Pose, now_ns, robot_ns))?;
+        self.encoder.scan(now_ns, state);
+        take(self.encoder.message(Topic::Sonar, now_ns, robot_ns))?;
+        if self.path.handle_place(now_ns, place) {
+            self.encoder.path(now_ns, &self.path);
+            take(self.encoder.message(Topic::Path, now_ns, robot_ns))?;
+        }
+        let is_bumped = is_contact(state.bump);
+        if is_bumped && !self.was_bumped {
+            self.scene.handle_bump(place);
+            self.is_urgent = true;
+        }
+        self.was_bumped = is_bumped;
+        self.give_scene(robot_ns, take)
+    }
+
+    fn handle_status<E>(
+        &mut self,
+        status: &StatusLine,
+        robot_ns: Option<u64>,
+        take: &mut impl FnMut(TopicMessage<'_>) -> Result<(), E>,
+    ) -> Result<(), E> {
+        self.scene.set_target(status.target_in);
+        if self.list_digest.replace(status.digest) != Some(status.digest) {
+            self.encoder.encode(&UplinkEvent {
+                list_digest: Some(status.digest),
+                total: Some(status.list.count.into()),
+                ..UplinkEvent::new(UplinkStep::List)
+            });
+            take(self.encoder.message(Topic::Uplink, self.now_ns, None))?;
+        }
+        self.give_scene(robot_ns, take)
+    }
+
+    fn give_scene<E>(
+        &mut self,
+        robot_ns: Option<u64>,
+        take: &mut impl FnMut(TopicMessage<'_>) -> Result<(), E>,
+    ) -> Result<(), E> {
+        if !self.scene.poll(self.now_ns) {
+            return Ok(());
+        }
+        self.encoder.scene(self.now_ns, &self.scene);
+        take(self.encoder.message(Topic::Markers, self.now_ns, robot_ns))
+    }
+
+    fn handle_uplink<E>(
+        &mut self,
+        event: &UplinkEvent,
+        take: &mut impl FnMut(TopicMessage<'_>) -> Result<(), E>,
+    ) -> Result<(), E> {
+        self.encoder.encode(event);
+        take(self.encoder.message(Topic::Uplink, self.now_ns, None))?;
+        let id = event.command_id.unwrap_or_default();
+        let (level, end) = match event.step() {
+            UplinkStep::Queued => {
+                if self.commands.len() == COMMANDS_MAX {
+                    self.commands.pop_front();
+                }
+                let points = event.waypoints_x_in.iter().zip(&event.waypoints_y_in);
+                self.commands.push_back(Command {
+                    id,
+                    words: event.command.clone().unwrap_or_default(),
+                    waypoints_in: event.total.map(|_| points.map(|(&x, &y)| (x, y)).collect()),
+                });
+                return Ok(());
+            }
+            UplinkStep::Proven => (Level::Info, "proven"),
+            UplinkStep::Refused => (Level::Warning, "the robot refused"),
+            UplinkStep::Failed => (
+                Level::Warning,
+                event.reason.as_deref().unwrap_or("given up"),
+            ),
+            _ => return Ok(()),
+        };
+        let ended = self.commands.iter().position(|command| command.id == id);
+        let Some(command) = ended.and_then(|at| self.commands.remove(at)) else {
+            return Ok(());
+        };
+        let text = format!("{}: {end}", command.words);
+        self.encoder.log(self.now_ns, level, "command", &text);
+        take(self.encoder.message(Topic::Log, self.now_ns, None))?;
+        if event.step() == UplinkStep::Proven
+            && let Some(waypoints_in) = command.waypoints_in
+        {
+            self.scene.set_waypoints(waypoints_in.into_iter());
+            self.give_scene(None, take)?;
+        }
+        Ok(())
+    }
+}

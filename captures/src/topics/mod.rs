@@ -1,0 +1,167 @@
+//! Every topic of a capture, derived from what was received, sent and told.
+//!
+//! The [`Deriver`] is the one place that knows what follows from the bytes of the radio: the recorder
+//! writes what it says to MCAP, `convert` does the same with raw text, recovery with a journal, and
+//! a live server hands it to other programs. It is a pure fold: same inputs in the same order with the
+//! same times, same messages.
+//!
+//! Metres, radians and REP 103 everywhere but in the topics that are ours (inches, degrees, as the
+//! robot says them): x ahead, y left, counter-clockwise is positive. Frame [`ODOM`] is where the robot
+//! was when it last reset its odometer, looking along x; frame [`BASE`] is the robot.
+
+mod deriver;
+mod forms;
+mod geometry;
+mod newest;
+mod path;
+mod scene;
+mod station_event;
+mod story;
+
+use std::borrow::Cow;
+
+use foxglove::Encode;
+use foxglove::messages::{
+    FrameTransforms, Grid, LaserScan, Log, PoseInFrame, PosesInFrame, SceneUpdate,
+};
+
+pub use deriver::Deriver;
+pub use geometry::{BASE, ODOM};
+pub(crate) use station_event::is_loss_of_link;
+pub use station_event::{LINK, LINK_LOST, MARK, StationEvent};
+pub(super) use story::is_contact;
+
+use super::messages::{RawBytes, Telemetry, UplinkEvent};
+use super::schema::{DESCRIPTORS, Schema};
+
+/// Every byte read from the radio.
+pub const RAW_RX: &str = Topic::RawRx.name();
+/// Every byte sent to the radio.
+pub const RAW_TX: &str = Topic::RawTx.name();
+
+/// The topics of a capture. Their numbers are those of their channels and of their schemas, and stay.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
+#[repr(u8)]
+pub enum Topic {
+    /// Every byte read from the radio.
+    RawRx,
+    /// Every byte sent to the radio.
+    RawTx,
+    /// Every intact line, decoded.
+    Telemetry,
+    /// Commands, repetitions, acknowledgements, digests of lists.
+    Uplink,
+    /// Where the robot is, as a transform from [`ODOM`] to [`BASE`].
+    Tf,
+    /// Where the robot is.
+    Pose,
+    /// Where it was, lately.
+    Path,
+    /// What its two sonars see.
+    Sonar,
+    /// The place of an occupancy grid; nothing writes one yet.
+    Map,
+    /// The robot's body, waypoints, bumps.
+    Markers,
+    /// What happened, in words.
+    Log,
+}
+
+impl Topic {
+    /// Every topic, in the order of their numbers.
+    pub const ALL: [Self; 11] = [
+        Self::RawRx,
+        Self::RawTx,
+        Self::Telemetry,
+        Self::Uplink,
+        Self::Tf,
+        Self::Pose,
+        Self::Path,
+        Self::Sonar,
+        Self::Map,
+        Self::Markers,
+        Self::Log,
+    ];
+
+    /// Its name in a capture.
+    #[must_use]
+    pub const fn name(self) -> &'static str {
+        match self {
+            Self::RawRx => "/raw/rx",
+            Self::RawTx => "/raw/tx",
+            Self::Telemetry => "/telemetry",
+            Self::Uplink => "/uplink",
+            Self::Tf => "/tf",
+            Self::Pose => "/pose",
+            Self::Path => "/path",
+            Self::Sonar => "/sonar",
+            Self::Map => "/map",
+            Self::Markers => "/markers",
+            Self::Log => "/log",
+        }
+    }
+
+    /// The topic of that name.
+    #[must_use]
+    pub fn from_name(name: &str) -> Option<Self> {
+        Self::ALL.into_iter().find(|topic| topic.name() == name)
+    }
+
+    /// The protobuf type of its messages.
+    #[must_use]
+    pub fn schema(self) -> TopicSchema {
+        let ours = |name| TopicSchema {
+            name: Cow::Borrowed(name),
+            descriptors: Cow::Borrowed(DESCRIPTORS),
+        };
+        match self {
+            Self::RawRx | Self::RawTx => ours(RawBytes::NAME),
+            Self::Telemetry => ours(Telemetry::NAME),
+            Self::Uplink => ours(UplinkEvent::NAME),
+            Self::Tf => well_known::<FrameTransforms>(),
+            Self::Pose => well_known::<PoseInFrame>(),
+            Self::Path => well_known::<PosesInFrame>(),
+            Self::Sonar => well_known::<LaserScan>(),
+            Self::Map => well_known::<Grid>(),
+            Self::Markers => well_known::<SceneUpdate>(),
+            Self::Log => well_known::<Log>(),
+        }
+    }
+}
+
+/// A protobuf type, as other programs need it to decode its messages.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct TopicSchema {
+    /// With the package: `groundwave.Telemetry`.
+    pub name: Cow<'static, str>,
+    /// A serialised `FileDescriptorSet` with everything that the type refers to.
+    pub descriptors: Cow<'static, [u8]>,
+}
+
+/// The schema that comes with a type of the `foxglove` crate.
+fn well_known<T: Encode>() -> TopicSchema {
+    T::get_schema().map_or_else(
+        || TopicSchema {
+            name: Cow::Borrowed(""),
+            descriptors: Cow::Borrowed(&[]),
+        },
+        |schema| TopicSchema {
+            name: Cow::Owned(schema.name),
+            descriptors: schema.data,
+        },
+    )
+}
+
+/// A message as it goes into a capture or to another program.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct TopicMessage<'a> {
+    /// What it is about.
+    pub topic: Topic,
+    /// When the bytes it follows from were received or sent: nanoseconds since 1970, never less than
+    /// those of the message before.
+    pub log_time_ns: u64,
+    /// The robot's own time where it is known, else `log_time_ns`.
+    pub publish_time_ns: u64,
+    /// The protobuf message.
+    pub data: &'a [u8],
+}

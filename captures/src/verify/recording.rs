@@ -1,0 +1,226 @@
+//! Looks through an MCAP.
+
+use std::collections::HashMap;
+use std::io::{self, Read};
+use std::path::PathBuf;
+use std::time::Duration;
+
+use ::mcap::parse_record;
+use ::mcap::records::{MessageHeader, Record, op};
+use foxglove::messages::Log;
+use prost::Message as _;
+
+use super::derived::Derived;
+use super::side_car::SideCar;
+use super::{Lines, Verdict};
+use crate::composer::is_beginning;
+use crate::topics::is_loss_of_link;
+use crate::journal::Kind;
+use crate::mcap_reader::{Channel, Entries, Entry};
+use crate::messages::RawBytes;
+use crate::source::Form;
+use crate::topics::{RAW_RX, RAW_TX, Topic};
+use crate::writer::LIBRARY;
+
+/// What lies beside a recording and should hold the same bytes.
+#[derive(Default)]
+pub struct Beside {
+    /// A raw capture.
+    pub raw: Option<Box<dyn Read>>,
+    /// The recording's journal.
+    pub journal: Option<PathBuf>,
+}
+
+/// Looks through an MCAP and what lies beside it.
+///
+/// # Errors
+/// When one of them cannot be read.
+pub fn verify_mcap<R: Read>(source: R, beside: Beside) -> io::Result<Verdict> {
+    let mut entries = Entries::new(source);
+    let mut check = Check {
+        verdict: Verdict::new(Form::Mcap),
+        lines: Lines::default(),
+        derived: Derived::new(),
+        is_ours: false,
+        start_ns: None,
+        last_ns: 0,
+        sequences: HashMap::new(),
+        received: beside.raw.map(SideCar::raw).into_iter().collect(),
+        sent: None,
+        in_summary: false,
+    };
+    if let Some(journal) = &beside.journal {
+        check.received.push(SideCar::journal(journal, Kind::Rx)?);
+        check.sent = Some(SideCar::journal(journal, Kind::Tx)?);
+    }
+    while let Some(entry) = entries.next_entry()? {
+        match entry {
+            Entry::Damage(damage) => {
+                check.verdict.fault(damage.to_string());
+                check.lines.decoder.interrupt();
+                check.derived.lose_track();
+            }
+            Entry::Message {
+                channel,
+                header,
+                data,
+            } => check.take_message(channel, header, data)?,
+            Entry::Other { opcode, body } => check.take_record(opcode, body),
+        }
+    }
+    let has = |topic: Topic| {
+        entries
+            .channels()
+            .any(|channel| channel.topic == topic.name())
+    };
+    check.finish(entries.is_finished(), has)
+}
+
+struct Check {
+    verdict: Verdict,
+    lines: Lines,
+    derived: Derived,
+    /// This version wrote it: what follows is what it would tell.
+    is_ours: bool,
+    start_ns: Option<u64>,
+    last_ns: u64,
+    sequences: HashMap<u16, u32>,
+    received: Vec<SideCar>,
+    sent: Option<SideCar>,
+    in_summary: bool,
+}
+
+impl Check {
+    fn take_message(
+        &mut self,
+        channel: &Channel,
+        header: MessageHeader,
+        data: &[u8],
+    ) -> io::Result<()> {
+        let topic = &channel.topic;
+        match self.verdict.messages.get_mut(topic) {
+            Some(count) => *count += 1,
+            None => drop(self.verdict.messages.insert(topic.clone(), 1)),
+        }
+        let next = self.sequences.entry(header.channel_id).or_insert(0);
+        let expected = std::mem::replace(next, header.sequence.wrapping_add(1));
+        if header.sequence != expected {
+            let found = header.sequence;
+            let what = format!("{topic}: message {expected} is missing; {found} follows");
+            self.verdict.fault(what);
+            self.derived.lose_track();
+        }
+        if header.log_time < self.last_ns {
+            let what = format!("{topic}: the time of message {} goes back", header.sequence);
+            self.verdict.fault(what);
+        }
+        self.last_ns = header.log_time;
+        let is_first = self.start_ns.is_none();
+        if self.is_ours && is_first && topic == Topic::Log.name() && begins(data) {
+            self.derived.begin();
+        }
+        self.start_ns.get_or_insert(header.log_time);
+        if topic == RAW_RX {
+            return self.take_received(header, data);
+        }
+        if topic == RAW_TX
+            && let Some(side_car) = &mut self.sent
+            && let Ok(raw) = RawBytes::decode(data)
+        {
+            side_car.compare(&raw, &mut self.verdict)?;
+        }
+        if topic == Topic::Log.name()
+            && Log::decode(data).is_ok_and(|log| is_loss_of_link(&log))
+        {
+            self.lines.decoder.interrupt();
+        }
+        if let Some(topic) = Topic::from_name(topic) {
+            self.derived.take(topic, header, data, &mut self.verdict);
+        }
+        Ok(())
+    }
+
+    fn take_received(&mut self, header: MessageHeader, data: &[u8]) -> io::Result<()> {
+        let raw = match RawBytes::decode(data) {
+            Ok(raw) => raw,
+            Err(error) => {
+                self.verdict.fault(format!("{RAW_RX}: {error}"));
+                return Ok(());
+            }
+        };
+        let received = self.lines.decoder.counters().bytes;
+        let received = received.saturating_add(self.verdict.missing_bytes);
+        let Some(missing) = raw.stream_offset.checked_sub(received) else {
+            let at = raw.stream_offset;
+            self.verdict
+                .fault(format!("{RAW_RX}: the bytes at {at} come twice"));
+            return Ok(());
+        };
+        if missing > 0 {
+            self.verdict.missing_bytes += missing;
+            let what = format!("{RAW_RX}: {missing} bytes are missing at {received}");
+            self.verdict.fault(what);
+            self.lines.decoder.interrupt();
+            self.derived.lose_track();
+        }
+        let start_ns = self.start_ns.unwrap_or(header.log_time);
+        let at = Duration::from_nanos(header.log_time.saturating_sub(start_ns));
+        self.lines.take(&raw.data, at, &mut self.verdict);
+        self.derived
+            .take_received(header.log_time, missing, &raw.data);
+        for side_car in &mut self.received {
+            side_car.compare(&raw, &mut self.verdict)?;
+        }
+        Ok(())
+    }
+
+    fn take_record(&mut self, opcode: u8, body: &[u8]) {
+        self.in_summary |= opcode == op::DATA_END;
+        match parse_record(opcode, body) {
+            Ok(Record::Header(header)) => self.is_ours = header.library == LIBRARY,
+            // What the robot had told before this part is in another file.
+            Ok(Record::Metadata(table)) if table.metadata.get("part").is_some_and(|n| n != "1") => {
+                self.derived.forget_beginning();
+            }
+            Ok(Record::Statistics(statistics))
+                if self.in_summary && self.verdict.fault_count == 0 =>
+            {
+                let found: u64 = self.verdict.messages.values().sum();
+                let counted: u64 = statistics.channel_message_counts.values().sum();
+                if statistics.message_count != found || counted != found {
+                    let said = statistics.message_count;
+                    let what = format!("the statistics say {said} messages; there are {found}");
+                    self.verdict.fault(what);
+                }
+            }
+            Err(_) if self.in_summary && opcode == op::STATISTICS => {
+                self.verdict.fault("the statistics make no sense");
+            }
+            _ => {}
+        }
+    }
+
+    fn finish(mut self, is_finished: bool, has: impl Fn(Topic) -> bool) -> io::Result<Verdict> {
+        if !has(Topic::RawRx) {
+            self.verdict.fault(format!("there is no channel {RAW_RX}"));
+        }
+        if !is_finished {
+            self.verdict
+                .fault("the recording was interrupted: its end is missing");
+        }
+        let has = |topic| topic == Topic::Telemetry || has(topic);
+        self.derived.finish(has, &mut self.verdict);
+        for side_car in self.received.into_iter().chain(self.sent) {
+            let is_equal = side_car.finish(&mut self.verdict)?;
+            let before = self.verdict.is_as_side_car.unwrap_or(true);
+            self.verdict.is_as_side_car = Some(before && is_equal);
+        }
+        self.lines.finish(&mut self.verdict);
+        Ok(self.verdict)
+    }
+}
+
+/// Whether this is the first thing that a recording says; what was cut out of one begins otherwise.
+fn begins(log: &[u8]) -> bool {
+    Log::decode(log).is_ok_and(|log| is_beginning(&log))
+}
