@@ -10,7 +10,8 @@ use groundwave_protocol::decoder::Counters;
 use groundwave_protocol::telemetry::{AckLine, Line, Outcome, ParameterLine};
 
 pub use groundwave_captures::event::{
-    CommandId, Failure, Landmark, Level, LineRate, LinkEvent, Mark, Moment, Reception, Remark, Truth,
+    CommandId, Failure, Landmark, Level, LineRate, LinkEvent, Mark, Moment, Reception, Remark,
+    Truth,
 };
 
 use crate::quoted::unquoted;
@@ -205,9 +206,7 @@ pub fn remark_from_words(words: &[&str]) -> Option<Result<Remark, String>> {
     let (first, rest) = words.split_first()?;
     let text = unquoted(&rest.join(" "));
     Some(match *first {
-        "name" | "note" if text.is_empty() => {
-            Err(format!("`{first}` takes a text: {first} TEXT"))
-        }
+        "name" | "note" if text.is_empty() => Err(format!("`{first}` takes a text: {first} TEXT")),
         "name" => Ok(Remark::Name(text)),
         "note" => Ok(Remark::Note(text)),
         "void" => Ok(Remark::Void(text)),
@@ -269,4 +268,3 @@ pub struct Recording {
     /// Recording failed: what happened and what is lost.
     pub problem: Option<String>,
 }
-

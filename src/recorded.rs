@@ -2,8 +2,9 @@
 
 use foxglove::messages::Log;
 use foxglove::messages::log::Level as LogLevel;
+use groundwave_captures::composer::is_beginning;
 use groundwave_captures::messages::{UplinkEvent, UplinkStep};
-use groundwave_captures::topics::{MARK, StationEvent, is_beginning};
+use groundwave_captures::topics::{MARK, StationEvent};
 use groundwave_protocol::Waypoint;
 use groundwave_protocol::telemetry::Outcome;
 
@@ -23,17 +24,21 @@ pub fn to_recorded(event: &Event) -> Option<StationEvent> {
             by: Some(by.clone()),
             ..UplinkEvent::new(UplinkStep::Asked)
         })),
-        Event::Link(LinkEvent::Opened { name, .. }) => {
-            Some(StationEvent::log(LogLevel::Info, "link", format!("{name} is open")))
-        }
+        Event::Link(LinkEvent::Opened { name, .. }) => Some(StationEvent::log(
+            LogLevel::Info,
+            "link",
+            format!("{name} is open"),
+        )),
         Event::Link(LinkEvent::Lost { reason }) => Some(StationEvent::log(
             LogLevel::Warning,
             "link",
             format!("link lost: {reason}"),
         )),
-        Event::Link(LinkEvent::Ended) => {
-            Some(StationEvent::log(LogLevel::Info, "link", "the link has ended"))
-        }
+        Event::Link(LinkEvent::Ended) => Some(StationEvent::log(
+            LogLevel::Info,
+            "link",
+            "the link has ended",
+        )),
         Event::Reception { reception, .. } => {
             let (level, text) = reception_words(*reception);
             Some(StationEvent::log(level, "link", text))
@@ -202,7 +207,6 @@ fn notice(log: &Log) -> Option<Event> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::topics::StationEvent;
     use std::time::Duration;
 
     #[test]

@@ -13,12 +13,12 @@ mod words;
 use std::fmt;
 
 pub use amount::{Amount, in_whole_unit};
+pub use groundwave_captures::words::{layer_word, mode_word};
 pub use listing::LISTING;
 pub use parameters::known as known_parameters;
 pub use preset::names as preset_names;
 pub use refusal::Standing;
 pub use tuning::Tuning;
-pub use words::{layer_word, mode_word};
 
 use groundwave_protocol::failsafe::{Failsafe, SILENCE_MAX_S, SILENCE_MIN_S};
 use groundwave_protocol::letters::{LayerMask, Mode};

@@ -1,7 +1,6 @@
 //! Words for moving through the time of a session or a capture: what may be asked for, and where the
 //! screen stands.
 
-use std::fmt;
 use std::str::FromStr;
 
 pub use crate::event::{Landmark, Mark};
@@ -52,7 +51,6 @@ pub enum Travel {
     /// To the oldest there is.
     Oldest,
 }
-
 
 /// How many landmarks of each kind there were up to a moment; markers are not counted.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]

@@ -1,7 +1,6 @@
 //! `groundwave calibrate` beside a simulated robot in a process of its own: what a person types in the place of a
 //! tape measure becomes parameters that the robot keeps.
 #![cfg(unix)]
-#![expect(clippy::unwrap_used, reason = "a test stops where something is wrong")]
 
 use std::fs;
 use std::io::{BufRead, BufReader, Write};

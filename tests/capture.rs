@@ -1,5 +1,4 @@
 //! Captures from end to end: what was recorded is what was received, byte for byte, in either form.
-#![expect(clippy::unwrap_used, reason = "a test stops where something is wrong")]
 
 use crate::streams;
 use std::fs;

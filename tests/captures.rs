@@ -1,5 +1,4 @@
 //! The recordings in `captures/` still say what they said when they were made.
-#![expect(clippy::unwrap_used, reason = "a test stops where something is wrong")]
 
 use std::fs;
 use std::path::{Path, PathBuf};

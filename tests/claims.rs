@@ -1,5 +1,4 @@
 //! What a recovery claims, and what it keeps where it can claim nothing.
-#![expect(clippy::unwrap_used, reason = "a test stops where something is wrong")]
 
 use crate::streams;
 use std::fs;

@@ -1,6 +1,5 @@
 //! What the command line says to somebody who is new to it, or who made a slip.
 #![cfg(unix)]
-#![expect(clippy::unwrap_used, reason = "a test stops where something is wrong")]
 
 use std::fs;
 use std::process::Command;

@@ -1,6 +1,5 @@
 //! What the program does about a disk that takes no more, and about recordings it finds.
 #![cfg(unix)]
-#![expect(clippy::unwrap_used, reason = "a test stops where something is wrong")]
 
 use std::fs;
 use std::io::{Read, Write};

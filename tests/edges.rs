@@ -1,6 +1,5 @@
 //! Real edges: cables that are pulled, stations that are killed, several users of one radio.
 #![cfg(unix)]
-#![expect(clippy::unwrap_used, reason = "a test stops where something is wrong")]
 
 use std::fmt::Write as _;
 use std::fs;

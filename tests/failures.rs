@@ -1,6 +1,5 @@
 //! What goes wrong around the program: full disks, closed streams, odd files.
 #![cfg(target_os = "linux")]
-#![expect(clippy::unwrap_used, reason = "a test stops where something is wrong")]
 
 use std::fs;
 use std::process::{Command, Output};

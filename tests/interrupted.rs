@@ -1,7 +1,6 @@
 //! A recording that was interrupted, in front of the verbs that read: none takes what it finds for all of it, and each
 //! says what puts it right.
 #![cfg(unix)]
-#![expect(clippy::unwrap_used, reason = "a test stops where something is wrong")]
 
 use crate::streams;
 use std::collections::BTreeMap;

@@ -4,7 +4,6 @@
 //! A few kills as fast as the machine goes; `GROUNDWAVE_KILLS=200 cargo test --test kills -- --nocapture`
 //! kills it as often at 3 and again at 200 packets a second, some at a time, and prints what it found.
 #![cfg(unix)]
-#![expect(clippy::unwrap_used, reason = "a test stops where something is wrong")]
 
 use crate::streams;
 use std::fs;

@@ -1,5 +1,4 @@
 //! What verbs make: never instead of what it is made of, and whole or not there at all.
-#![expect(clippy::unwrap_used, reason = "a test stops where something is wrong")]
 
 use std::fs;
 use std::process::{Command, Stdio};

@@ -1,7 +1,5 @@
 //! Parameters end to end: set, said, kept, brought back by a reset; over seeds, and as people type it.
 
-#![expect(clippy::unwrap_used, reason = "a test stops where something is wrong")]
-
 use crate::common::{CoSimulation, on_all_cores};
 use crate::programs;
 use groundwave::event::{CommandStep, Event};

@@ -1,6 +1,5 @@
 //! The program as people run it: processes, pseudo-terminals, signals and exit codes.
 #![cfg(unix)]
-#![expect(clippy::unwrap_used, reason = "a test stops where something is wrong")]
 
 use std::fs;
 use std::io::{BufRead, BufReader, Read};

@@ -1,5 +1,4 @@
 //! A recorder while it records: its parts, what it remembers, and the folder that is taken away under it.
-#![expect(clippy::unwrap_used, reason = "a test stops where something is wrong")]
 
 use crate::streams;
 use std::fs::{self, File};

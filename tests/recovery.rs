@@ -1,6 +1,5 @@
 //! Recordings that were killed, cut, damaged or left in the middle: what was received is saved, and what is
 //! lost is named.
-#![expect(clippy::unwrap_used, reason = "a test stops where something is wrong")]
 
 use crate::streams;
 use std::fs;

@@ -1,7 +1,6 @@
 //! What was tried, what happened, what to do: each verb, given what it cannot use, says all three and leaves with the exit
 //! code for it.
 #![cfg(unix)]
-#![expect(clippy::unwrap_used, reason = "a test stops where something is wrong")]
 
 use std::fs;
 use std::process::{Command, Stdio};

@@ -1,5 +1,4 @@
 //! Runs: what is said of a capture, the list of them, and two laid over each other.
-#![expect(clippy::unwrap_used, reason = "a test stops where something is wrong")]
 
 use std::fs;
 use std::path::Path;

@@ -1,6 +1,5 @@
 //! `send` as scripts use it: what would go out, commands from a file or a pipe, and who is to blame.
 #![cfg(unix)]
-#![expect(clippy::unwrap_used, reason = "a test stops where something is wrong")]
 
 use std::fs;
 use std::io::Write;

@@ -1,6 +1,5 @@
 //! The robot's songs, made audible: from captures by `songs`, from the simulator by `sim --wav`.
 #![cfg(unix)]
-#![expect(clippy::unwrap_used, reason = "a test stops where something is wrong")]
 
 use std::fs;
 use std::path::{Path, PathBuf};

@@ -1,6 +1,5 @@
 //! How a link did: a recording made by hand, a station in the simulated world, and the program.
 #![cfg(unix)]
-#![expect(clippy::unwrap_used, reason = "a test stops where something is wrong")]
 
 use std::fs;
 use std::process::Command;

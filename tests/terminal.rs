@@ -1,6 +1,5 @@
 //! The dashboard on a terminal, as an operator has it in hand: keys, mouse, pastes, sizes, signals.
 #![cfg(unix)]
-#![expect(clippy::unwrap_used, reason = "a test stops where something is wrong")]
 
 use std::fmt::Write as _;
 use std::fs;

@@ -1,5 +1,4 @@
 //! Captures that other stations and editors have stored as text: every verb reads the same lines at the same times.
-#![expect(clippy::unwrap_used, reason = "a test stops where something is wrong")]
 
 use std::fs;
 use std::path::Path;

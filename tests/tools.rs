@@ -1,5 +1,4 @@
 //! The verbs that work on captures: what they make is what the capture holds, and nothing is lost on the way.
-#![expect(clippy::unwrap_used, reason = "a test stops where something is wrong")]
 
 use crate::streams;
 use std::collections::BTreeMap;

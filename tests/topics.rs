@@ -1,5 +1,4 @@
 //! What other tools see of a capture: every topic, in metres and radians, in order and of bounded size.
-#![expect(clippy::unwrap_used, reason = "a test stops where something is wrong")]
 
 use crate::streams;
 use std::collections::BTreeMap;
@@ -9,8 +8,9 @@ use foxglove::messages::{
     FrameTransforms, Grid, LaserScan, Log, PoseInFrame, PosesInFrame, SceneUpdate,
 };
 use groundwave::capture::messages::{RawBytes, Telemetry, UplinkEvent, UplinkStep};
-use groundwave::capture::topics::{Deriver, StationEvent, Topic, TopicMessage};
+use groundwave::capture::topics::{Deriver, Topic, TopicMessage};
 use groundwave::event::{CommandId, CommandStep, Event, LinkEvent};
+use groundwave::recorded::to_recorded;
 use groundwave::request::Request;
 use groundwave_protocol::Waypoint;
 use groundwave_protocol::decoder::Received;
@@ -133,7 +133,7 @@ fn messages_are_as_derived_encoders_write_them() {
             CommandStep::Proven { digest: Some(99) },
         ] {
             let id = CommandId(7);
-            let event = StationEvent::from_event(&Event::Command { id, step }).unwrap();
+            let event = to_recorded(&Event::Command { id, step }).unwrap();
             deriver
                 .handle_event(START_NS, &event, keep(&mut kept))
                 .unwrap();
@@ -275,7 +275,7 @@ fn markers_show_body_bumps_and_the_list_that_was_proven() {
             id: CommandId(7),
             step,
         };
-        let event = StationEvent::from_event(&event).unwrap();
+        let event = to_recorded(&event).unwrap();
         deriver
             .handle_event(START_NS, &event, keep(&mut kept))
             .unwrap();
@@ -361,11 +361,11 @@ fn a_part_begins_anew_and_knows_the_robot() {
 
 #[test]
 fn what_is_no_part_of_a_capture_is_left_out() {
-    assert_eq!(StationEvent::from_event(&Event::Tick), None);
+    assert_eq!(to_recorded(&Event::Tick), None);
     let lost = Event::Link(LinkEvent::Lost {
         reason: "unplugged".to_owned(),
     });
-    assert!(StationEvent::from_event(&lost).unwrap().is_urgent());
+    assert!(to_recorded(&lost).unwrap().is_urgent());
 }
 
 proptest! {

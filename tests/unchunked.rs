@@ -1,6 +1,5 @@
 //! Recordings in forms that other writers make: messages outside of chunks, chunks in another compression, two
 //! recordings in one.
-#![expect(clippy::unwrap_used, reason = "a test stops where something is wrong")]
 
 use crate::streams;
 use std::fs;

@@ -1,5 +1,4 @@
 //! The verbs that work on captures as programs: many files, pipes, results whole or not there at all.
-#![expect(clippy::unwrap_used, reason = "a test stops where something is wrong")]
 
 use crate::streams;
 use std::fs;

@@ -1,5 +1,4 @@
 //! What `verify` finds: messages that do not follow from the bytes, and side-cars that hold others.
-#![expect(clippy::unwrap_used, reason = "a test stops where something is wrong")]
 
 use crate::streams;
 use std::fs;
@@ -11,10 +10,10 @@ use crate::recordings::{session, wall};
 use groundwave::capture::convert::convert_raw;
 use groundwave::capture::info::Info;
 use groundwave::capture::journal::JournalWriter;
-use groundwave::capture::topics::StationEvent;
 use groundwave::capture::verify::{Beside, verify_mcap};
 use groundwave::capture::{Capture, Existing, Recorder};
 use groundwave::event::{Event, LinkEvent};
+use groundwave::recorded::to_recorded;
 
 fn converted(raw: &[u8]) -> Vec<u8> {
     let mut mcap = Vec::new();
@@ -184,7 +183,7 @@ fn a_lost_link_counts_nothing_as_lost_by_the_radio() {
     let now = Duration::from_secs(30);
     let reason = "unplugged".to_owned();
     let lost = Event::Link(LinkEvent::Lost { reason });
-    let lost = StationEvent::from_event(&lost).unwrap();
+    let lost = to_recorded(&lost).unwrap();
     recorder.handle_event(now, wall(now), &lost);
     recorder.handle_rx(2 * now, wall(2 * now), after);
     recorder.finish().unwrap();

@@ -257,7 +257,8 @@ fn fresh<D: AsRef<[u8]>>(entry: &Entry<D>, have: u64) -> Option<(u64, &[u8])> {
 const BEGINS: &str = "recording of ";
 
 /// Whether this is the first message of a recording.
-pub(super) fn is_beginning(log: &Log) -> bool {
+#[must_use]
+pub fn is_beginning(log: &Log) -> bool {
     log.name == "station" && log.message.starts_with(BEGINS)
 }
 

@@ -19,8 +19,8 @@ use std::sync::Arc;
 
 use super::CaptureError;
 use super::source::{Form, HEAD_BYTES, ROUTE_HEAD_BYTES, is_route, open_file};
-use crate::event::{Moment, Truth};
 use crate::event::Landmark;
+use crate::event::{Moment, Truth};
 use crate::topics::StationEvent;
 
 pub use mcap::McapTape;
@@ -55,7 +55,7 @@ pub enum Piece<'a> {
     /// Bytes to the radio.
     Sent(&'a [u8]),
     /// What the station knew besides them.
-    Told(StationEvent),
+    Told(Box<StationEvent>),
     /// What follows from the bytes anyway.
     Nothing,
     /// So many received bytes are not in the capture.

@@ -11,10 +11,10 @@ use foxglove::messages::Log;
 use prost::Message as _;
 
 use super::composer::Session;
-use super::topics::is_loss_of_link;
 use super::messages::RawBytes;
 use super::schema::Schema;
 use super::source::Chunk;
+use super::topics::is_loss_of_link;
 use super::topics::{RAW_RX, RAW_TX, Topic};
 use super::walk::{Damage, Step, Walker};
 use crate::statistics::Uplink;
@@ -284,8 +284,7 @@ impl<R: Read> McapReader<R> {
                 }
             }
             if channel.topic == Topic::Log.name() {
-                self.is_interrupted |=
-                    Log::decode(data).is_ok_and(|log| is_loss_of_link(&log));
+                self.is_interrupted |= Log::decode(data).is_ok_and(|log| is_loss_of_link(&log));
             }
             if channel.topic != RAW_RX {
                 continue;

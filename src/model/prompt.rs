@@ -6,7 +6,7 @@ use groundwave_protocol::letters::Mode;
 use super::keys::Action;
 use super::log::Subject;
 use super::{Model, Overlay, Purpose, TextEntry};
-use crate::event::{Effect, Level, Moment, Remark, remark_from_words};
+use crate::event::{Effect, Level, Moment, remark_from_words};
 use crate::quoted::unquoted;
 use crate::request::Request;
 

@@ -16,6 +16,7 @@ use crate::capture::topics::StationEvent;
 use crate::capture::{CaptureError, Existing, RawWriter, Recorder, Session, name, recover};
 use crate::event::{Level, Moment, Recording};
 use crate::io::link::Sink;
+use crate::recorded;
 use history::History;
 pub use options::{KeepOptions, REMEMBERED};
 
@@ -134,7 +135,7 @@ impl Keeper {
     pub fn event_sink(&self) -> EventSink {
         let keeper = self.clone();
         Box::new(move |at, event| {
-            if let Some(event) = StationEvent::from_event(event) {
+            if let Some(event) = recorded::to_recorded(event) {
                 keeper.lock().handle_event(at, &event);
             }
         })

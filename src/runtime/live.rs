@@ -4,9 +4,10 @@ use std::collections::BTreeMap;
 use std::convert::Infallible;
 use std::time::{Duration, SystemTime, UNIX_EPOCH};
 
-use crate::capture::topics::{Deriver, StationEvent, TopicMessage};
+use crate::capture::topics::{Deriver, TopicMessage};
 use crate::event::{CommandId, Event, Moment};
 use crate::io::foxglove::{Answer, Call, Foxglove};
+use crate::recorded;
 use crate::request::Request;
 use crate::share::{CallId, CallOutput, Calls};
 
@@ -76,7 +77,7 @@ impl Live {
         if let Event::Command { id, step } = event {
             self.calls.handle_step(*id, step);
         }
-        if let Some(event) = StationEvent::from_event(event) {
+        if let Some(event) = recorded::to_recorded(event) {
             let at_ns = self.since_1970_ns(now);
             let publish = publish_to(&self.server);
             let Ok(()) = self.deriver.handle_event(at_ns, &event, publish);

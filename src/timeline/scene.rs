@@ -7,6 +7,7 @@ use super::reel::Cursor;
 use crate::capture::index::{Piece, Place, Tape};
 use crate::event::{Event, Level, LinkEvent, Moment};
 use crate::model::{Config, Model};
+use crate::recorded::from_recorded;
 use crate::station::Station;
 use crate::travel::{Landmark, MARKER_REACH, MARKERS_MAX, Mark};
 
@@ -119,9 +120,12 @@ impl Scene {
         match piece {
             Some(Piece::Received(bytes)) => self.station.handle_bytes(self.at, bytes),
             Some(Piece::Sent(bytes)) => self.station.handle_sent(self.at, bytes),
-            Some(Piece::Told(Event::Link(event))) => self.take_link(event),
-            Some(Piece::Told(Event::Mark(mark))) => self.take_mark(mark),
-            Some(Piece::Told(event)) => self.tell(event),
+            Some(Piece::Told(event)) => match from_recorded(&event) {
+                Some(Event::Link(event)) => self.take_link(event),
+                Some(Event::Mark(mark)) => self.take_mark(mark),
+                Some(event) => self.tell(event),
+                None => {}
+            },
             Some(Piece::Missing(bytes)) => {
                 self.station.handle_interruption();
                 self.tell(Event::Notice {

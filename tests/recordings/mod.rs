@@ -7,9 +7,9 @@ use std::time::{Duration, SystemTime, UNIX_EPOCH};
 
 use groundwave::capture::messages::RawBytes;
 use groundwave::capture::recover::Paths;
-use groundwave::capture::topics::StationEvent;
 use groundwave::capture::{Existing, Recorder, Session};
 use groundwave::event::{CommandId, CommandStep, Event};
+use groundwave::recorded::to_recorded;
 use groundwave::request::Request;
 use mcap::sans_io::LinearReaderOptions;
 use prost::Message;
@@ -39,7 +39,7 @@ pub fn feed(recorder: &mut Recorder, stream: &[u8]) -> Duration {
             let id = CommandId(n);
             let queued = CommandStep::Queued(Request::Scan);
             for step in [queued, CommandStep::Proven { digest: None }] {
-                let event = StationEvent::from_event(&Event::Command { id, step }).unwrap();
+                let event = to_recorded(&Event::Command { id, step }).unwrap();
                 recorder.handle_event(now, wall(now), &event);
             }
             recorder.handle_tx(now, wall(now), b"\nframe\n");

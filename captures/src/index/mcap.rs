@@ -15,12 +15,12 @@ use super::marks::Marks;
 use super::{Piece, Place, Source, Tape, read_at};
 use crate::CaptureError;
 use crate::composer::Session;
+use crate::event::Landmark;
+use crate::event::{Moment, Truth};
 use crate::messages::{RawBytes, UplinkEvent};
 use crate::topics::StationEvent;
 use crate::unpacker::Unpacker;
 use crate::writer::records::HEAD_BYTES;
-use crate::event::{Moment, Truth};
-use crate::event::Landmark;
 
 /// Footer and magic at the end of a finished file.
 const END_BYTES: usize = HEAD_BYTES + 20 + 8;
@@ -326,10 +326,10 @@ impl Tape for McapTape {
         let event = match topic {
             Topic::Uplink => UplinkEvent::decode(message)
                 .ok()
-                .map(|it| Some(StationEvent::Uplink(it))),
+                .map(|it| Some(Box::new(StationEvent::Uplink(it)))),
             Topic::Log => Log::decode(message)
                 .ok()
-                .map(|it| Some(StationEvent::Log(it))),
+                .map(|it| Some(Box::new(StationEvent::Log(it)))),
             Topic::Received | Topic::Sent | Topic::Telemetry => Some(None),
         };
         self.place.item += 1;

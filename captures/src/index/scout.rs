@@ -3,8 +3,8 @@
 use groundwave_protocol::decoder::{Decoder, Received};
 use groundwave_protocol::telemetry::{Ack, Body};
 
-use crate::topics::is_contact;
 use crate::event::Landmark;
+use crate::topics::is_contact;
 
 /// Sees every landmark of its kind, and may see some that are none.
 #[derive(Debug)]

@@ -9,9 +9,9 @@ use groundwave_protocol::decoder::{Decoder, Received};
 
 use super::scout::Scout;
 use super::{Piece, Place, Source, Tape, read_at};
-use crate::text::{HEAD_BYTES, Style};
-use crate::event::Moment;
 use crate::event::Landmark;
+use crate::event::Moment;
+use crate::text::{HEAD_BYTES, Style};
 
 /// The last time is looked for in so much of the end.
 const TAIL_BYTES: u64 = 4096;

@@ -11,9 +11,9 @@ use super::{HolderShare, Info, LineCounts, Robot, Sent};
 use crate::bumps::Bumps;
 use crate::odometer::{can_be_driven, seconds_of, slots_between};
 use crate::source::Chunk;
-use crate::{Capture, CaptureError};
-use crate::words::layer_word;
 use crate::statistics::{Gaps, Rejected, per_cent, share_pct};
+use crate::words::layer_word;
+use crate::{Capture, CaptureError};
 
 /// The count of ticks goes round after 4096; a longer silence than this at 20 Hz cannot be told.
 const TICKS_ROUND_S: u32 = 200;

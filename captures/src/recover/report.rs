@@ -6,8 +6,8 @@ use std::path::PathBuf;
 use serde::Serialize;
 
 use super::Damage;
-use crate::journal::Waste;
 use crate::event::Level;
+use crate::journal::Waste;
 
 /// What was done.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]

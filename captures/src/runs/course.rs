@@ -8,8 +8,8 @@ use groundwave_protocol::telemetry::{Body, StateLine};
 
 use crate::bumps::Bumps;
 use crate::odometer::{can_be_driven, seconds_of, slots_between};
-use crate::{Capture, CaptureError};
 pub use crate::runs::figures::Place;
+use crate::{Capture, CaptureError};
 
 /// Points kept; a longer way is kept more coarsely.
 const POINTS_MAX: usize = 4096;

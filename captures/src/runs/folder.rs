@@ -8,8 +8,8 @@ use groundwave_protocol::decoder::{Counters, Decoder};
 
 use super::label::LabelError;
 use super::{Course, Label};
-use crate::{Capture, CaptureError};
 use crate::runs::figures::Figures;
+use crate::{Capture, CaptureError};
 
 /// A file without one line of a robot in so many bytes is something else.
 const LOOK_BYTES: usize = 64 * 1024;

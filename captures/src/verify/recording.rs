@@ -14,11 +14,11 @@ use super::derived::Derived;
 use super::side_car::SideCar;
 use super::{Lines, Verdict};
 use crate::composer::is_beginning;
-use crate::topics::is_loss_of_link;
 use crate::journal::Kind;
 use crate::mcap_reader::{Channel, Entries, Entry};
 use crate::messages::RawBytes;
 use crate::source::Form;
+use crate::topics::is_loss_of_link;
 use crate::topics::{RAW_RX, RAW_TX, Topic};
 use crate::writer::LIBRARY;
 
@@ -129,9 +129,7 @@ impl Check {
         {
             side_car.compare(&raw, &mut self.verdict)?;
         }
-        if topic == Topic::Log.name()
-            && Log::decode(data).is_ok_and(|log| is_loss_of_link(&log))
-        {
+        if topic == Topic::Log.name() && Log::decode(data).is_ok_and(|log| is_loss_of_link(&log)) {
             self.lines.decoder.interrupt();
         }
         if let Some(topic) = Topic::from_name(topic) {

@@ -11,9 +11,9 @@ use super::*;
 use crate::capture::Session as About;
 use crate::capture::composer::Composer;
 use crate::capture::index::Piece;
-use crate::capture::topics::StationEvent;
 use crate::event::{Level, LinkEvent};
 use crate::model::testing::{Scene as Robot, any_event};
+use crate::recorded::{self, from_recorded};
 use crate::station::Station;
 use crate::timeline::past::{self, REMEMBERED};
 use crate::view;
@@ -238,7 +238,7 @@ impl Listening {
     }
 
     fn tell(&mut self, event: Event) {
-        if let Some(event) = StationEvent::from_event(&event) {
+        if let Some(event) = recorded::to_recorded(&event) {
             self.composer.handle_event(self.at_ns(), &event).unwrap();
         }
         self.session.take(event);
@@ -316,11 +316,14 @@ fn a_live_run_in_any_chunks_and_its_replay_are_the_same_to_the_last_character() 
                         live.listen();
                     }
                     // What a station of that day told, this one tells of the same bytes.
-                    Piece::Told(Event::Link(_)) | Piece::Nothing => {}
-                    Piece::Told(event) => {
-                        live.pass_to(at);
-                        live.tell(event);
-                    }
+                    Piece::Nothing => {}
+                    Piece::Told(event) => match from_recorded(&event) {
+                        None | Some(Event::Link(_)) => {}
+                        Some(event) => {
+                            live.pass_to(at);
+                            live.tell(event);
+                        }
+                    },
                     other => panic!("{other:?}"),
                 }
             }

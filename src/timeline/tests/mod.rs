@@ -15,7 +15,6 @@ use super::*;
 use crate::capture::Session;
 use crate::capture::composer::Composer;
 use crate::capture::index::{self, Tape};
-use crate::capture::topics::StationEvent;
 use crate::event::{CommandId, CommandStep, Event, Moment};
 use crate::model::{Config, Model};
 use crate::request::Request;

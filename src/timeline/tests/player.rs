@@ -2,6 +2,7 @@
 
 use super::*;
 use crate::model::keys::{Keymap, Rebinding};
+use crate::recorded;
 
 fn player(name: &str) -> Player<Scene> {
     let tape = capture(name);
@@ -219,7 +220,7 @@ fn marks_of_a_recorded_session_come_back() {
             (180, s(1000), true),
         ] {
             if n == when {
-                let event = StationEvent::from_event(&Event::Mark(Mark { ago, is_set })).unwrap();
+                let event = recorded::to_recorded(&Event::Mark(Mark { ago, is_set })).unwrap();
                 composer.handle_event(at_ns, &event).unwrap();
             }
         }

@@ -183,7 +183,7 @@ fn a_command_near_is_found_before_all_of_the_front_is_read() {
         if n % 211 == 100 {
             let id = CommandId(n as u32);
             let step = CommandStep::Queued(Request::Scan);
-            let event = StationEvent::from_event(&Event::Command { id, step }).unwrap();
+            let event = crate::recorded::to_recorded(&Event::Command { id, step }).unwrap();
             composer.handle_event(at_ns, &event).unwrap();
             // The recording's first message is of 1970.
             asked.push(Moment::from_nanos(at_ns));
