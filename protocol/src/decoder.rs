@@ -4,11 +4,11 @@
 //! a checksum does not vouch for, no start character is waited for and no length believed, so an
 //! intact line is found whatever stands before it.
 
+use crate::LINE_BYTES;
 use crate::life::Life;
 use crate::telemetry::{
-    ACK_LINE_BYTES, Ack, AckLine, Body, Detail, FieldError, Line, SEQUENCE_MODULUS,
+    ACK_LINE_BYTES, Ack, AckLine, Body, Detail, FieldError, Line, SEQUENCE_MODULUS, is_intact,
 };
-use crate::{LINE_BYTES, crc, sixbit};
 
 /// What came out of the stream.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -146,30 +146,30 @@ impl Decoder {
     /// The next intact line that `bytes` complete, whose bytes it takes off the front; `None` when it has taken all.
     /// For loops that use the decoder, or the struct around it, between two lines.
     pub fn next_line(&mut self, bytes: &mut &[u8]) -> Option<Received> {
-        let (taken, received) = self.handle_bytes(bytes);
-        *bytes = &bytes[taken..];
-        received
+        if let Some(received) = self.take_whole(bytes) {
+            *bytes = &bytes[LINE_BYTES..];
+            return Some(received);
+        }
+        while !bytes.is_empty() {
+            let line_feed = bytes.iter().position(|&b| b == b'\n');
+            let (run, rest) = bytes.split_at(line_feed.map_or(bytes.len(), |i| i + 1));
+            *bytes = rest;
+            self.append(run);
+            if line_feed.is_some()
+                && let Some(received) = self.look_back()
+            {
+                return Some(received);
+            }
+        }
+        None
     }
 
     /// Takes bytes up to and including the first that completes an intact line. Returns how many were
     /// taken, at least one unless `bytes` is empty, and the line.
     pub fn handle_bytes(&mut self, bytes: &[u8]) -> (usize, Option<Received>) {
-        if let Some(received) = self.take_whole(bytes) {
-            return (LINE_BYTES, Some(received));
-        }
-        let mut taken = 0;
-        while let Some(rest) = bytes.get(taken..).filter(|rest| !rest.is_empty()) {
-            let line_feed = rest.iter().position(|&b| b == b'\n');
-            let run = line_feed.map_or(rest.len(), |i| i + 1);
-            self.append(&rest[..run]);
-            taken += run;
-            if line_feed.is_some()
-                && let Some(received) = self.look_back()
-            {
-                return (taken, Some(received));
-            }
-        }
-        (taken, None)
+        let mut rest = bytes;
+        let received = self.next_line(&mut rest);
+        (bytes.len() - rest.len(), received)
     }
 
     /// The common case, a whole line right after the one before it, without a search and a copy. No
@@ -177,7 +177,7 @@ impl Decoder {
     /// end, and the result is the same.
     fn take_whole(&mut self, bytes: &[u8]) -> Option<Received> {
         let line = bytes.first_chunk::<LINE_BYTES>()?;
-        if self.fresh != 0 || !ends_a_line(line) || !checks(line) {
+        if self.fresh != 0 || !ends_a_line(line) || !is_intact(line) {
             return None;
         }
         let received = Received::Line(Line::parse(line).ok()?, *line);
@@ -208,7 +208,7 @@ impl Decoder {
             .filter(|line| ends_a_line(line))
         {
             shaped = true;
-            if checks(line) {
+            if is_intact(line) {
                 match Line::parse(line) {
                     Ok(parsed) => found = Some((Received::Line(parsed, *line), LINE_BYTES)),
                     Err(error) => unreadable = Some(error),
@@ -221,7 +221,7 @@ impl Decoder {
                 .filter(|line| AckLine::begins_with(line[0]) && ends_a_line(line))
         {
             shaped = true;
-            if checks(line) {
+            if is_intact(line) {
                 match AckLine::parse(line) {
                     Ok(parsed) => found = Some((Received::Ack(parsed), ACK_LINE_BYTES)),
                     Err(error) => unreadable = unreadable.or(Some(error)),
@@ -317,16 +317,10 @@ fn ends_a_line<const N: usize>(line: &[u8; N]) -> bool {
     line.ends_with(b"\r\n")
 }
 
-fn checks<const N: usize>(line: &[u8; N]) -> bool {
-    let (content, trailer) = line.split_at(N - 6);
-    let sent = trailer.first_chunk::<{ crc::CHARACTERS }>();
-    sent.and_then(|sent| sixbit::decode_from(sent))
-        == Some(crc::update(crc::DOWNLINK_INIT, content))
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::crc;
 
     const HEADS: [&[u8; 74]; 4] = [
         b"A42 +123.4 -045.0 273 +06 -12 +00 +12 042 120 61 48 .R..... P--Is..- !5:HS",
@@ -348,12 +342,12 @@ mod tests {
     fn no_intact_line_holds_a_line_feed() {
         for head in HEADS {
             let line = sealed(head);
-            assert!(checks(&line) && Line::parse(&line).is_ok(), "{head:?}");
+            assert!(is_intact(&line) && Line::parse(&line).is_ok(), "{head:?}");
             for column in 0..head.len() {
                 let mut head = *head;
                 head[column] = b'\n';
                 let line = sealed(&head);
-                assert!(checks(&line) && Line::parse(&line).is_err(), "{column}");
+                assert!(is_intact(&line) && Line::parse(&line).is_err(), "{column}");
             }
         }
     }

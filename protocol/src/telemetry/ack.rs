@@ -11,7 +11,11 @@
 //! them loses nothing.
 
 use super::FieldError;
+use super::fields::{Fields, Parsed, bytes, digits};
 use crate::{crc, sixbit};
+use nom::Parser;
+use nom::character::complete::one_of;
+use nom::combinator::map_opt;
 
 /// Bytes of an acknowledgement line, CR LF included.
 pub const ACK_LINE_BYTES: usize = 14;
@@ -136,6 +140,10 @@ impl Ack {
         out
     }
 
+    pub(super) fn parse(input: &[u8]) -> Parsed<'_, Self> {
+        map_opt(bytes, Self::decode).parse(input)
+    }
+
     /// Reads five characters; `None` when one of them carries no six bits.
     #[must_use]
     pub fn decode(characters: [u8; 5]) -> Option<Self> {
@@ -205,17 +213,13 @@ impl AckLine {
     /// # Errors
     /// Names the first column of the field that cannot be read.
     pub fn parse(line: &[u8; ACK_LINE_BYTES]) -> Result<Self, FieldError> {
-        let [kind, tens, ones, a, b, c, d, e, ..] = *line;
-        if !Self::begins_with(kind) {
-            return Err(FieldError { column: 1 });
-        }
-        let (b'0'..=b'9', b'0'..=b'9') = (tens, ones) else {
-            return Err(FieldError { column: 2 });
-        };
-        Ok(Self {
-            sequence: (tens - b'0') * 10 + ones - b'0',
-            ack: Ack::decode([a, b, c, d, e]).ok_or(FieldError { column: 4 })?,
-            listens: kind == b'G',
+        Fields::of(line, |line| {
+            let kind = line.next(one_of("KG"))?;
+            Ok(Self {
+                sequence: line.next(digits::<2, u8>)?,
+                ack: line.next(Ack::parse)?,
+                listens: kind == 'G',
+            })
         })
     }
 }

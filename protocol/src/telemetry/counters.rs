@@ -8,10 +8,14 @@
 //!
 //! Ticks won: two 6-bit characters for each of [`HOLDERS`] holders.
 
-use super::FieldError;
-use super::columns::{Columns, Fields, bad};
+use super::columns::Columns;
+use super::fields::{Fields, Read, digits, each, letter, optional, robot_id, sixbits, spaces};
 use crate::failsafe::{Failsafe, SILENCE_MAX_S, SILENCE_MIN_S};
 use crate::letters::Mode;
+use nom::Parser;
+use nom::character::complete::char;
+use nom::combinator::verify;
+use nom::sequence::separated_pair;
 
 /// Whoever can hold the motors: layers 0 to 7, then prowl.
 pub const HOLDERS: usize = 9;
@@ -70,55 +74,36 @@ impl CountersLine {
         columns.letter(66, failsafe.map_or(b'-', |failsafe| failsafe.mode.letter()));
     }
 
-    pub(super) fn read(c: &Fields) -> Result<Self, FieldError> {
-        c.spaces(&[4, 7, 14, 18, 24, 43, 47, 51, 55, 60, 65, 67, 68, 69])?;
-        let robot_id = c.number::<2>(5)? as u8;
-        if robot_id == 0 {
-            return Err(bad(5));
-        }
-        let (major, minor) = c.pair::<2, 2>(19, b'.')?;
-        let mut ticks_won = [0; HOLDERS];
-        for (i, ticks) in ticks_won.iter_mut().enumerate() {
-            *ticks = c.sixbit_number::<2>(25 + 2 * i)? as u16;
-        }
-        Ok(Self {
-            robot_id,
-            uptime_s: c.number::<6>(8)?,
-            boots: c.number::<3>(15)? as u16,
-            version: FirmwareVersion {
-                major: major as u8,
-                minor: minor as u8,
-            },
-            ticks_won,
-            frames_heard: c.number::<3>(44)? as u16,
-            frames_rejected: c.number::<3>(48)? as u16,
-            ticks_late: c.number::<3>(52)? as u16,
-            bumps: c.number::<4>(56)? as u16,
-            failsafe: read_failsafe(c)?,
-        })
+    pub(super) fn read(line: &mut Fields) -> Read<Self> {
+        let version = separated_pair(digits::<2, u8>, char('.'), digits::<2, u8>);
+        let counters = Self {
+            robot_id: line.field(robot_id)?,
+            uptime_s: line.field(digits::<6, u32>)?,
+            boots: line.field(digits::<3, u16>)?,
+            version: line.field(version.map(|(major, minor)| FirmwareVersion { major, minor }))?,
+            ticks_won: line.fields(each(sixbits::<2, u16>))?,
+            frames_heard: line.field(digits::<3, u16>)?,
+            frames_rejected: line.field(digits::<3, u16>)?,
+            ticks_late: line.field(digits::<3, u16>)?,
+            bumps: line.field(digits::<4, u16>)?,
+            failsafe: read_failsafe(line)?,
+        };
+        line.next(spaces::<2>)?;
+        Ok(counters)
     }
 }
 
-/// Both or neither are hyphens.
-fn read_failsafe(c: &Fields) -> Result<Option<Failsafe>, FieldError> {
-    let silence_s = c.maybe_number::<4>(61)?;
-    let [letter] = c.at::<1>(66)?;
-    match (silence_s, letter) {
-        (None, b'-') => Ok(None),
-        (Some(silence_s), _) => {
-            let failsafe = Failsafe {
-                silence_s: silence_s as u16,
-                mode: Mode::from_letter(letter).ok_or(bad(66))?,
-            };
-            let is_silence_bad = !(SILENCE_MIN_S..=SILENCE_MAX_S).contains(&failsafe.silence_s);
-            match failsafe.is_valid() {
-                true => Ok(Some(failsafe)),
-                false if is_silence_bad => Err(bad(61)),
-                false => Err(bad(66)),
-            }
-        }
-        (None, _) => Err(bad(66)),
-    }
+/// Silence and mode, both or neither of them hyphens.
+fn read_failsafe(line: &mut Fields) -> Read<Option<Failsafe>> {
+    let silence_s = verify(digits::<4, u16>, |silence_s| {
+        (SILENCE_MIN_S..=SILENCE_MAX_S).contains(silence_s)
+    });
+    let Some(silence_s) = line.field(optional("----", silence_s))? else {
+        line.field(char('-'))?;
+        return Ok(None);
+    };
+    let failsafe = letter(Mode::from_letter).map(|mode| Failsafe { silence_s, mode });
+    line.field(verify(failsafe, Failsafe::is_valid)).map(Some)
 }
 
 #[cfg(test)]

@@ -9,6 +9,7 @@
 mod ack;
 mod columns;
 mod counters;
+mod fields;
 mod parameter;
 mod printable;
 mod song;
@@ -28,8 +29,11 @@ pub use status::{ListPlace, StatusLine};
 pub use text::TextLine;
 
 use crate::{LINE_BYTES, crc};
-use columns::{Columns, Fields};
-use nom::{IResult, Parser, bytes::complete::take, combinator::map_opt};
+use columns::Columns;
+use fields::{BadField, Fields, Read, digits, sixbits};
+use nom::Parser;
+use nom::bytes::complete::{tag, take};
+use nom::number::complete::u8 as byte;
 
 /// Columns of a line before its acknowledgement.
 pub const HEAD_BYTES: usize = 69;
@@ -128,47 +132,33 @@ impl Line {
     /// # Errors
     /// Names the first column of a field that cannot be read.
     pub fn parse(line: &[u8; LINE_BYTES]) -> Result<Self, FieldError> {
-        match nom_line(line) {
-            Ok((_, line)) => Ok(line),
-            Err(nom::Err::Error(e) | nom::Err::Failure(e)) => Err(e),
-            Err(nom::Err::Incomplete(_)) => Err(FieldError { column: 1 }),
-        }
+        Fields::of(line, |line| {
+            let start = line.rest();
+            let body: fn(&mut Fields) -> Read<Body> = match line.next(byte)? {
+                b'A' => |line| StateLine::read(line).map(Body::State),
+                b'B' => |line| StatusLine::read(line).map(Body::Status),
+                b'C' => |line| CountersLine::read(line).map(Body::Counters),
+                b'T' => |line| TextLine::read(line).map(Body::Text),
+                b'P' => |line| ParameterLine::read(line).map(Body::Parameter),
+                b'S' => |line| SongLine::read(line).map(Body::Song),
+                _ => return Err(BadField::at(start)),
+            };
+            Ok(Self {
+                sequence: line.next(digits::<2, u8>)?,
+                body: body(line)?,
+                ack: line.field(Ack::parse)?,
+            })
+        })
     }
 }
 
-/// One fixed array in a single nom call: column by column costs three times as much.
-fn nom_line(input: &[u8]) -> IResult<&[u8], Line, FieldError> {
-    let (rest, columns) =
-        map_opt(take(LINE_BYTES), |line: &[u8]| Fields::from_line(line)).parse(input)?;
-    let body = match columns.at::<1>(1)? {
-        [b'A'] => Body::State(StateLine::read(&columns)?),
-        [b'B'] => Body::Status(StatusLine::read(&columns)?),
-        [b'C'] => Body::Counters(CountersLine::read(&columns)?),
-        [b'T'] => Body::Text(TextLine::read(&columns)?),
-        [b'P'] => Body::Parameter(ParameterLine::read(&columns)?),
-        [b'S'] => Body::Song(SongLine::read(&columns)?),
-        _ => return Err(FieldError { column: 1 }.into()),
-    };
-    let line = Line {
-        sequence: columns.number::<2>(2)? as u8,
-        body,
-        ack: Ack::decode(columns.at(70)?).ok_or(FieldError { column: 70 })?,
-    };
-    Ok((rest, line))
-}
-
-impl From<FieldError> for nom::Err<FieldError> {
-    fn from(error: FieldError) -> Self {
-        Self::Failure(error)
-    }
-}
-
-impl nom::error::ParseError<&[u8]> for FieldError {
-    fn from_error_kind(_: &[u8], _: nom::error::ErrorKind) -> Self {
-        Self { column: 1 }
-    }
-
-    fn append(_: &[u8], _: nom::error::ErrorKind, other: Self) -> Self {
-        other
-    }
+/// Whether the checksum of a line, of 80 or of 14 bytes, holds.
+pub(crate) fn is_intact<const N: usize>(line: &[u8; N]) -> bool {
+    let end = (sixbits::<{ crc::CHARACTERS }, u32>, tag("\r\n"));
+    let content = take(N - crc::CHARACTERS - 2);
+    (content, end)
+        .parse(&line[..])
+        .is_ok_and(|(_, (content, (checksum, _)))| {
+            checksum == crc::update(crc::DOWNLINK_INIT, content)
+        })
 }

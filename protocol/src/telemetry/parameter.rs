@@ -6,9 +6,14 @@
 //! seq  place name               value  kept   least  most   unit         ack   CRC
 //! ```
 
-use super::columns::{Columns, Fields, bad};
-use super::{FieldError, Printable};
+use super::Printable;
+use super::columns::Columns;
+use super::fields::{Fields, Read, digits, signed};
 use crate::parameter::{self, NAME_BYTES, PARAMETERS_MAX, UNIT_BYTES};
+use nom::Parser;
+use nom::character::complete::char;
+use nom::combinator::verify;
+use nom::sequence::separated_pair;
 
 /// Line P.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -74,25 +79,20 @@ impl ParameterLine {
         self.unit.write(columns, 58);
     }
 
-    pub(super) fn read(c: &Fields) -> Result<Self, FieldError> {
-        c.spaces(&[4, 10, 29, 36, 43, 50, 57, 69])?;
-        let (place, count) = c.pair::<2, 2>(5, b'/')?;
-        if place == 0 || place > count {
-            return Err(bad(5));
-        }
-        let name = Printable::read(c, 11).map_err(|_| bad(11))?;
-        if !parameter::is_name(name.as_str()) {
-            return Err(bad(11));
-        }
+    pub(super) fn read(line: &mut Fields) -> Read<Self> {
+        let place = separated_pair(digits::<2, u8>, char('/'), digits::<2, u8>);
+        let (place, count) =
+            line.field(verify(place, |&(place, count)| 0 < place && place <= count))?;
+        let name = verify(Printable::parse, |name| parameter::is_name(name.as_str()));
         Ok(Self {
-            place: place as u8,
-            count: count as u8,
-            name: ParameterName(name),
-            value: c.signed_number::<5>(30)?,
-            kept: c.signed_number::<5>(37)?,
-            least: c.signed_number::<5>(44)?,
-            most: c.signed_number::<5>(51)?,
-            unit: Printable::read(c, 58)?,
+            place,
+            count,
+            name: line.field(name.map(ParameterName))?,
+            value: line.field(signed(digits::<5, i32>))?,
+            kept: line.field(signed(digits::<5, i32>))?,
+            least: line.field(signed(digits::<5, i32>))?,
+            most: line.field(signed(digits::<5, i32>))?,
+            unit: line.fields(Printable::parse)?,
         })
     }
 }

@@ -1,7 +1,10 @@
 //! Printable text in a field of its own, filled up with spaces.
 
-use super::FieldError;
-use super::columns::{Columns, Fields, bad};
+use super::columns::Columns;
+use super::fields::{Parsed, each};
+use nom::Parser;
+use nom::combinator::verify;
+use nom::number::complete::u8 as byte;
 
 /// Up to `N` printable characters, read without the spaces behind them.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
@@ -32,12 +35,9 @@ impl<const N: usize> Printable<N> {
         columns.bytes(column, &self.0);
     }
 
-    /// Blames the character that is not printable: each is a field of its own.
-    pub(super) fn read(c: &Fields, column: usize) -> Result<Self, FieldError> {
-        let bytes: [u8; N] = c.at(column)?;
-        match bytes.iter().position(|b| !matches!(b, b' '..=b'~')) {
-            Some(i) => Err(bad(column + i)),
-            None => Ok(Self(bytes)),
-        }
+    /// `N` printable characters, each a field of its own.
+    pub(super) fn parse(input: &[u8]) -> Parsed<'_, Self> {
+        let printable = verify(byte, |byte| matches!(byte, b' '..=b'~'));
+        each(printable).map(Self).parse(input)
     }
 }

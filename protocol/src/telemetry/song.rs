@@ -6,9 +6,11 @@
 //! seq  notes: frequency in Hz (2 characters), length in ticks (1)      ack   CRC
 //! ```
 
-use super::FieldError;
-use super::columns::{Columns, Fields, bad};
+use super::columns::Columns;
+use super::fields::{Fields, Parsed, Read, bytes, sixbits, spaces};
 use crate::sixbit;
+use nom::Parser;
+use nom::combinator::verify;
 
 /// Most notes of a song.
 pub const SONG_NOTES: usize = 21;
@@ -66,26 +68,23 @@ impl SongLine {
         columns.bytes(5, &self.characters);
     }
 
-    /// Behind the last note there are spaces and nothing else.
-    pub(super) fn read(c: &Fields) -> Result<Self, FieldError> {
-        c.spaces(&[4, 68, 69])?;
-        let line = Self {
-            characters: c.at(5)?,
-        };
-        let mut is_over = false;
-        for (n, note) in line.characters.chunks_exact(NOTE_BYTES).enumerate() {
-            let column = 5 + NOTE_BYTES * n;
-            is_over |= note == b"   ";
-            if is_over {
-                if let Some(i) = note.iter().position(|&c| c != b' ') {
-                    return Err(bad(column + i));
-                }
-            } else if sixbit::decode_from(note).is_none_or(|bits| bits % 64 == 0) {
-                return Err(bad(column));
-            }
+    pub(super) fn read(line: &mut Fields) -> Read<Self> {
+        line.next(spaces::<1>)?;
+        let (end, characters) = bytes(line.rest())?;
+        while line.rest().len() > end.len() && !line.rest().starts_with(b"   ") {
+            line.next(note)?;
         }
-        Ok(line)
+        while line.rest().len() > end.len() {
+            line.next(spaces::<1>)?;
+        }
+        line.next(spaces::<1>)?;
+        Ok(Self { characters })
     }
+}
+
+/// Frequency and length; a length of 0 is refused.
+fn note(input: &[u8]) -> Parsed<'_, u32> {
+    verify(sixbits::<NOTE_BYTES, u32>, |bits| bits % 64 > 0).parse(input)
 }
 
 #[cfg(test)]

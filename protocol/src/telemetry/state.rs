@@ -7,9 +7,14 @@
 //!                                                                                  layers
 //! ```
 
-use super::FieldError;
-use super::columns::{Columns, Fields, bad};
+use super::columns::Columns;
+use super::fields::{Fields, Parsed, Read, digits, letter, optional, signed};
 use crate::letters::{Arm, Bump, Cliff, Drive, Infrared, Layer, LayerState, Link, Mode, Power};
+use nom::Parser;
+use nom::branch::alt;
+use nom::character::complete::char;
+use nom::combinator::verify;
+use nom::sequence::separated_pair;
 
 /// Line A.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -167,56 +172,58 @@ impl StateLine {
         }
     }
 
-    pub(super) fn read(c: &Fields) -> Result<Self, FieldError> {
-        c.spaces(&[4, 11, 18, 22, 26, 30, 34, 38, 42, 46, 49, 52, 60, 69])?;
-        let theta_deg = c.number::<3>(19)?;
-        if theta_deg > 359 {
-            return Err(bad(19));
-        }
+    pub(super) fn read(line: &mut Fields) -> Read<Self> {
         Ok(Self {
-            x_tenths_in: read_position(c, 5)?,
-            y_tenths_in: read_position(c, 12)?,
-            theta_deg: theta_deg as u16,
-            velocity_in_s: c.signed_number::<2>(23)? as i8,
-            rotation_in_s: c.signed_number::<2>(27)? as i8,
-            wheel_left_in_s: c.signed_number::<2>(31)? as i8,
-            wheel_right_in_s: c.signed_number::<2>(35)? as i8,
-            sonar_left_in: c.maybe_number::<3>(39)?.map(|v| v as u16),
-            sonar_right_in: c.maybe_number::<3>(43)?.map(|v| v as u16),
-            photo_left_pct: c.maybe_number::<2>(47)?.map(|v| v as u8),
-            photo_right_pct: c.maybe_number::<2>(50)?.map(|v| v as u8),
-            bump: c.state(53, Bump::from_letter)?,
-            infrared: c.state(54, Infrared::from_letter)?,
-            cliff: c.state(55, Cliff::from_letter)?,
-            arm: c.state(56, Arm::from_letter)?,
-            drive: c.state(57, Drive::from_letter)?,
-            power: c.state(58, Power::from_letter)?,
-            link: c.state(59, Link::from_letter)?,
-            mode: c.state(61, Mode::from_letter)?,
-            layers: read_layers(c)?,
+            x_tenths_in: line.field(position)?,
+            y_tenths_in: line.field(position)?,
+            theta_deg: line.field(verify(digits::<3, u16>, |&theta_deg| theta_deg < 360))?,
+            velocity_in_s: line.field(signed(digits::<2, i8>))?,
+            rotation_in_s: line.field(signed(digits::<2, i8>))?,
+            wheel_left_in_s: line.field(signed(digits::<2, i8>))?,
+            wheel_right_in_s: line.field(signed(digits::<2, i8>))?,
+            sonar_left_in: line.field(optional("---", digits::<3, u16>))?,
+            sonar_right_in: line.field(optional("---", digits::<3, u16>))?,
+            photo_left_pct: line.field(optional("--", digits::<2, u8>))?,
+            photo_right_pct: line.field(optional("--", digits::<2, u8>))?,
+            bump: line.field(letter(Bump::from_letter))?,
+            infrared: line.next(letter(Infrared::from_letter))?,
+            cliff: line.next(letter(Cliff::from_letter))?,
+            arm: line.next(letter(Arm::from_letter))?,
+            drive: line.next(letter(Drive::from_letter))?,
+            power: line.next(letter(Power::from_letter))?,
+            link: line.next(letter(Link::from_letter))?,
+            mode: line.field(letter(Mode::from_letter))?,
+            layers: line.next(layers)?,
         })
     }
 }
 
-fn read_layers(c: &Fields) -> Result<LayerStates, FieldError> {
-    let letters: [u8; 7] = c.at(62)?;
-    let mut states = LayerStates::OFF;
-    let mut holders = 0;
-    for (i, (letter, state)) in letters.into_iter().zip(&mut states.0).enumerate() {
-        let own = Layer::ALL[i + 1].letter();
-        *state = match letter {
-            b'.' => LayerState::Off,
-            b'-' => LayerState::Quiet,
-            _ if letter == own => LayerState::Holds,
-            _ if letter == own.to_ascii_lowercase() => LayerState::Raised,
-            _ => return Err(bad(62 + i)),
-        };
-        holders += u8::from(*state == LayerState::Holds);
-        if holders > 1 {
-            return Err(bad(62 + i));
-        }
+/// Tenths of an inch: `+123.4` below 1000 inches, `+12346` from there on.
+fn position(input: &[u8]) -> Parsed<'_, i32> {
+    let tenths = separated_pair(digits::<3, i32>, char('.'), digits::<1, i32>);
+    let tenths = tenths.map(|(whole_in, tenths)| whole_in * 10 + tenths);
+    let whole = verify(digits::<5, i32>, |&whole_in| whole_in >= 1000);
+    let whole = whole.map(|whole_in| whole_in * 10);
+    signed(alt((tenths, whole))).parse(input)
+}
+
+/// A letter for each of layers 1 to 7, at most one of which holds the motors.
+fn layers(mut input: &[u8]) -> Parsed<'_, LayerStates> {
+    let mut layers = LayerStates::OFF;
+    let mut is_held = false;
+    for (layer, state) in Layer::ALL[1..].iter().zip(&mut layers.0) {
+        let own = layer.letter();
+        let states = letter(|letter| match letter {
+            b'.' => Some(LayerState::Off),
+            b'-' => Some(LayerState::Quiet),
+            _ if letter == own && !is_held => Some(LayerState::Holds),
+            _ if letter == own.to_ascii_lowercase() => Some(LayerState::Raised),
+            _ => None,
+        });
+        (input, *state) = { states }.parse(input)?;
+        is_held |= *state == LayerState::Holds;
     }
-    Ok(states)
+    Ok((input, layers))
 }
 
 /// `+123.4` below 1000 inches, `+12346` from there on.
@@ -230,19 +237,6 @@ fn write_position(columns: &mut Columns, column: usize, tenths_in: i32) {
     } else {
         columns.digits(column + 1, 5, magnitude / 10);
     }
-}
-
-fn read_position(c: &Fields, column: usize) -> Result<i32, FieldError> {
-    let magnitude = if c.at(column + 4)? == *b"." {
-        let (whole_in, tenths) = c.pair::<3, 1>(column + 1, b'.').map_err(|_| bad(column))?;
-        whole_in * 10 + tenths
-    } else {
-        match c.number::<5>(column + 1) {
-            Ok(whole_in @ 1000..) => whole_in * 10,
-            _ => return Err(bad(column)),
-        }
-    };
-    c.with_sign(column, magnitude as i32)
 }
 
 #[cfg(test)]

@@ -7,9 +7,14 @@
 //!                                           count                            resets
 //! ```
 
-use super::FieldError;
-use super::columns::{Columns, Fields, bad};
+use super::columns::Columns;
+use super::fields::{Fields, Parsed, Read, digits, optional, robot_id, signed, sixbits, spaces};
 use crate::letters::{Layer, LayerMask};
+use nom::Parser;
+use nom::bytes::complete::tag;
+use nom::character::complete::{char, one_of};
+use nom::combinator::{peek, verify};
+use nom::sequence::{preceded, separated_pair};
 
 /// Line B.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -86,79 +91,64 @@ impl StatusLine {
         columns.digits(64, 2, u32::from(self.odometer_resets % 100));
     }
 
-    pub(super) fn read(c: &Fields) -> Result<Self, FieldError> {
-        c.spaces(&[4, 7, 12, 18, 24, 32, 39, 42, 46, 50, 59, 63, 66, 67, 68, 69])?;
-        let robot_id = c.number::<2>(5)? as u8;
-        if robot_id == 0 {
-            return Err(bad(5));
-        }
-        let target_in = if c.at(13)? == *b"-----" {
-            if c.at(19)? != *b"-----" {
-                return Err(bad(19));
-            }
-            None
-        } else {
-            Some((
-                c.signed_number::<4>(13)? as i16,
-                c.signed_number::<4>(19)? as i16,
-            ))
-        };
-        let (volts, tenths) = c.pair::<2, 1>(8, b'.')?;
-        let (driven, count) = c.pair::<3, 3>(25, b'/')?;
-        if driven > count {
-            return Err(bad(25));
-        }
-        let (fitted, allowed) = read_layers(c)?;
+    pub(super) fn read(line: &mut Fields) -> Read<Self> {
+        let volts = separated_pair(digits::<2, u16>, char('.'), digits::<1, u16>);
+        let list = separated_pair(digits::<3, u16>, char('/'), digits::<3, u16>);
+        let list = list.map(|(driven, count)| ListPlace { driven, count });
+        let at_most_32_bits = peek(one_of("`!\"#"));
+
+        let robot_id = line.field(robot_id)?;
+        let battery_dv = line.field(volts.map(|(volts, tenths)| volts * 10 + tenths))?;
+        let target_in = read_target(line)?;
+        let list = line.field(verify(list, |list| list.driven <= list.count))?;
+        let digest = line.field(preceded(at_most_32_bits, sixbits::<6, u32>))?;
+        let max_count = line.field(digits::<2, u8>)?;
+        let photo_left = line.field(optional("---", digits::<3, u8>))?;
+        let photo_right = line.field(optional("---", digits::<3, u8>))?;
+        let (fitted, allowed) = line.fields(layers)?;
+        let boots = line.field(digits::<3, u16>)?;
+        let odometer_resets = line.field(digits::<2, u8>)?;
+        line.next(spaces::<3>)?;
         Ok(Self {
             robot_id,
-            battery_dv: (volts * 10 + tenths) as u16,
+            battery_dv,
             target_in,
-            list: ListPlace {
-                driven: driven as u16,
-                count: count as u16,
-            },
-            digest: read_digest(c)?,
-            max_count: c.number::<2>(40)? as u8,
-            photo_left: read_byte(c, 43)?,
-            photo_right: read_byte(c, 47)?,
+            list,
+            digest,
+            max_count,
+            photo_left,
+            photo_right,
             fitted,
             allowed,
-            boots: c.number::<3>(60)? as u16,
-            odometer_resets: c.number::<2>(64)? as u8,
+            boots,
+            odometer_resets,
         })
     }
 }
 
-/// Six characters hold 36 bits; a digest has 32.
-fn read_digest(c: &Fields) -> Result<u32, FieldError> {
-    if c.sixbit_number::<1>(33)? > 3 {
-        return Err(bad(33));
-    }
-    c.sixbit_number::<6>(33)
+/// X and Y, both or neither of them hyphens.
+fn read_target(line: &mut Fields) -> Read<Option<(i16, i16)>> {
+    let Some(x_in) = line.field(optional("-----", signed(digits::<4, i16>)))? else {
+        line.field(tag("-----"))?;
+        return Ok(None);
+    };
+    Ok(Some((x_in, line.field(signed(digits::<4, i16>))?)))
 }
 
-fn read_byte(c: &Fields, column: usize) -> Result<Option<u8>, FieldError> {
-    match c.maybe_number::<3>(column)? {
-        Some(value) => u8::try_from(value).map(Some).map_err(|_| bad(column)),
-        None => Ok(None),
-    }
-}
-
-fn read_layers(c: &Fields) -> Result<(LayerMask, LayerMask), FieldError> {
-    let letters: [u8; 8] = c.at(51)?;
+/// A letter for each layer: which are fitted, and which of them are allowed.
+fn layers(mut input: &[u8]) -> Parsed<'_, (LayerMask, LayerMask)> {
     let (mut fitted, mut allowed) = (LayerMask::NONE, LayerMask::NONE);
-    for (i, (letter, layer)) in letters.into_iter().zip(Layer::ALL).enumerate() {
-        match letter {
-            b'.' => {}
-            b'-' => fitted = fitted.with(layer),
-            _ if letter == layer.letter() => {
-                fitted = fitted.with(layer);
-                allowed = allowed.with(layer);
-            }
-            _ => return Err(bad(51 + i)),
+    for layer in Layer::ALL {
+        let found;
+        (input, found) = one_of(&[b'.', b'-', layer.letter()][..]).parse(input)?;
+        if found != '.' {
+            fitted = fitted.with(layer);
+        }
+        if found != '.' && found != '-' {
+            allowed = allowed.with(layer);
         }
     }
-    Ok((fitted, allowed))
+    Ok((input, (fitted, allowed)))
 }
 
 #[cfg(test)]

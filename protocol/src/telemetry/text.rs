@@ -5,8 +5,9 @@
 //! T49  I'm finished with the co-ordinate list     !5:HS ^*"+
 //! ```
 
-use super::columns::{Columns, Fields};
-use super::{FieldError, Printable};
+use super::Printable;
+use super::columns::Columns;
+use super::fields::{Fields, Read};
 
 /// Characters a line of text holds.
 pub const TEXT_BYTES: usize = 64;
@@ -32,9 +33,8 @@ impl TextLine {
         self.0.write(columns, 5);
     }
 
-    pub(super) fn read(c: &Fields) -> Result<Self, FieldError> {
-        c.spaces(&[4, 69])?;
-        Printable::read(c, 5).map(Self)
+    pub(super) fn read(line: &mut Fields) -> Read<Self> {
+        line.fields(Printable::parse).map(Self)
     }
 }
 

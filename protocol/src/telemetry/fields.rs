@@ -1,0 +1,169 @@
+//! Parsers for the fields of a line, by the forms of SPEC.md section 3.
+
+use super::FieldError;
+use crate::sixbit;
+use nom::bytes::complete::tag;
+use nom::character::complete::char;
+use nom::combinator::{map_opt, verify};
+use nom::error::{ErrorKind, ParseError};
+use nom::multi::fill;
+use nom::number::complete::u8 as byte;
+use nom::{IResult, Parser, branch::alt};
+
+/// The result of a parser: the rest of the line, and the value read.
+pub(super) type Parsed<'a, T> = IResult<&'a [u8], T, BadField>;
+
+/// A field that cannot be read.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct BadField {
+    /// Bytes left in the line, from the field's first column on.
+    left: usize,
+}
+
+impl BadField {
+    /// Blames the column that `input` begins with.
+    pub(super) fn at(input: &[u8]) -> nom::Err<Self> {
+        nom::Err::Error(Self { left: input.len() })
+    }
+}
+
+impl ParseError<&[u8]> for BadField {
+    fn from_error_kind(input: &[u8], _: ErrorKind) -> Self {
+        Self { left: input.len() }
+    }
+
+    fn append(_: &[u8], _: ErrorKind, inner: Self) -> Self {
+        inner
+    }
+}
+
+/// A value read from a line, or the field that cannot be read.
+pub(super) type Read<T> = Result<T, nom::Err<BadField>>;
+
+/// The fields of a line, read one after another.
+pub(super) struct Fields<'a>(&'a [u8]);
+
+impl<'a> Fields<'a> {
+    /// Reads a line by `read`, which may leave some of it unread.
+    pub(super) fn of<T>(
+        line: &'a [u8],
+        read: impl FnOnce(&mut Self) -> Read<T>,
+    ) -> Result<T, FieldError> {
+        read(&mut Self(line)).map_err(|error| {
+            let left = match error {
+                nom::Err::Error(bad) | nom::Err::Failure(bad) => bad.left,
+                nom::Err::Incomplete(_) => line.len(),
+            };
+            FieldError {
+                column: (line.len() - left + 1) as u8,
+            }
+        })
+    }
+
+    /// The bytes not read yet.
+    pub(super) fn rest(&self) -> &'a [u8] {
+        self.0
+    }
+
+    /// Reads with a parser.
+    pub(super) fn next<T>(
+        &mut self,
+        mut parser: impl Parser<&'a [u8], Output = T, Error = BadField>,
+    ) -> Read<T> {
+        let value;
+        (self.0, value) = parser.parse(self.0)?;
+        Ok(value)
+    }
+
+    /// Reads a space and a field, whose first column is blamed if it cannot be read.
+    pub(super) fn field<T>(
+        &mut self,
+        mut parser: impl Parser<&'a [u8], Output = T, Error = BadField>,
+    ) -> Read<T> {
+        self.fields(|input| parser.parse(input).map_err(|_| BadField::at(input)))
+    }
+
+    /// Reads a space and fields that stand without a space between them.
+    pub(super) fn fields<T>(
+        &mut self,
+        parser: impl Parser<&'a [u8], Output = T, Error = BadField>,
+    ) -> Read<T> {
+        self.next(char(' '))?;
+        self.next(parser)
+    }
+}
+
+/// `N` fields of one kind.
+pub(super) fn each<'a, const N: usize, T: Copy + Default>(
+    mut field: impl Parser<&'a [u8], Output = T, Error = BadField>,
+) -> impl Parser<&'a [u8], Output = [T; N], Error = BadField> {
+    move |input| {
+        let mut fields = [T::default(); N];
+        let (rest, ()) = fill(|input| field.parse(input), &mut fields).parse(input)?;
+        Ok((rest, fields))
+    }
+}
+
+/// `N` bytes.
+pub(super) fn bytes<const N: usize>(input: &[u8]) -> Parsed<'_, [u8; N]> {
+    match input.split_first_chunk() {
+        Some((bytes, rest)) => Ok((rest, *bytes)),
+        None => Err(BadField::at(input)),
+    }
+}
+
+/// `N` spaces, each a column of its own.
+pub(super) fn spaces<const N: usize>(input: &[u8]) -> Parsed<'_, ()> {
+    fill(char(' '), &mut [' '; N]).parse(input)
+}
+
+/// `N` decimal digits.
+pub(super) fn digits<const N: usize, T: TryFrom<u32>>(input: &[u8]) -> Parsed<'_, T> {
+    map_opt(bytes::<N>, |digits| {
+        let value = digits.iter().try_fold(0, |value, digit| match digit {
+            b'0'..=b'9' => Some(value * 10 + u32::from(digit - b'0')),
+            _ => None,
+        })?;
+        T::try_from(value).ok()
+    })
+    .parse(input)
+}
+
+/// A sign and a magnitude; zero has a plus.
+pub(super) fn signed<'a, T: Default + PartialEq + core::ops::Neg<Output = T>>(
+    magnitude: impl Parser<&'a [u8], Output = T, Error = BadField>,
+) -> impl Parser<&'a [u8], Output = T, Error = BadField> {
+    map_opt((byte, magnitude), |(sign, magnitude)| match sign {
+        b'+' => Some(magnitude),
+        b'-' if magnitude != T::default() => Some(-magnitude),
+        _ => None,
+    })
+}
+
+/// A value, or hyphens across its field for none.
+pub(super) fn optional<'a, T>(
+    hyphens: &'static str,
+    value: impl Parser<&'a [u8], Output = T, Error = BadField>,
+) -> impl Parser<&'a [u8], Output = Option<T>, Error = BadField> {
+    alt((tag(hyphens).map(|_| None), value.map(Some)))
+}
+
+/// A number of `N` 6-bit characters.
+pub(super) fn sixbits<const N: usize, T: TryFrom<u32>>(input: &[u8]) -> Parsed<'_, T> {
+    map_opt(bytes::<N>, |characters| {
+        T::try_from(sixbit::decode_from(&characters)?).ok()
+    })
+    .parse(input)
+}
+
+/// 01 to 99.
+pub(super) fn robot_id(input: &[u8]) -> Parsed<'_, u8> {
+    verify(digits::<2, u8>, |&id| id > 0).parse(input)
+}
+
+/// A character of a vocabulary.
+pub(super) fn letter<'a, T>(
+    from_letter: impl Fn(u8) -> Option<T>,
+) -> impl Parser<&'a [u8], Output = T, Error = BadField> {
+    map_opt(byte, from_letter)
+}
