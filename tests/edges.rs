@@ -206,7 +206,7 @@ fn the_exit_codes_are_those_of_a_link_of_ones_own() {
     let sim = Sim::start(&["--seed", "5"]);
     let station = station(&sim.path, &socket, &[]);
     let (out, _) = expect(0, &["send", "--via", &socket, "mode", "reactive"]);
-    assert!(out.starts_with("mode reactive: proven after"), "{out}");
+    assert!(out.starts_with("mode reactive: confirmed after"), "{out}");
     let (_, err) = expect(5, &["send", "--via", &socket, "dock"]);
     assert!(
         err.contains("refused `mode forage`: it has no sensor for a dock's beacon"),

@@ -218,7 +218,7 @@ fn people_set_save_and_see_parameters() {
     let sim = Sim::start(&["--eeprom", kept, "--time-factor", "4"]);
     let (out, _) = expect(0, &["param", &sim.path, "set", "top-speed", "8"]);
     assert!(
-        out.starts_with("param set top-speed 8: proven after"),
+        out.starts_with("param set top-speed 8: confirmed after"),
         "{out}"
     );
     let (_, err) = expect(5, &["param", &sim.path, "set", "top-speed", "13"]);

@@ -30,7 +30,7 @@ fn cat_sees_a_robot() {
 fn commands_are_proven_or_refused_with_the_right_code() {
     let sim = Sim::start(&["--seed", "5"]);
     let (out, _) = expect(0, &["send", &sim.path, "mode", "reactive"]);
-    assert!(out.starts_with("mode reactive: proven after"), "{out}");
+    assert!(out.starts_with("mode reactive: confirmed after"), "{out}");
     let (_, err) = expect(5, &["send", &sim.path, "param", "get", "warp-speed"]);
     assert!(err.contains("refused `param get warp-speed`"), "{err}");
     let (out, _) = expect(0, &["send", &sim.path, "goto", "-48", "12", "--json"]);
@@ -39,7 +39,7 @@ fn commands_are_proven_or_refused_with_the_right_code() {
         "{out}"
     );
     let (out, _) = expect(0, &["send", &sim.path, "stop"]);
-    assert!(out.starts_with("stop: proven after"), "{out}");
+    assert!(out.starts_with("stop: confirmed after"), "{out}");
 }
 
 #[test]
@@ -74,7 +74,7 @@ fn a_silent_port_is_not_confirmed() {
     let sim = Sim::start(&["--channel", "out=0s..10000s"]);
     let (_, err) = expect(3, &["send", &sim.path, "mode", "prowl", "--timeout", "1s"]);
     assert!(
-        err.contains("not confirmed within 1.0 s") && err.contains("nothing at all was heard"),
+        err.contains("not confirmed within 1.0 s") && err.contains("nothing was received"),
         "{err}"
     );
 }

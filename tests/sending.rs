@@ -93,7 +93,7 @@ fn a_dry_run_says_the_bytes_and_opens_no_link() {
     let stop = vector("STOP without a session").replace('\n', "\\n");
     assert!(out.contains(&format!("7 bytes  {stop}\n")), "{out}");
     assert!(
-        out.contains("stop: 7 bytes, at least 0.09 s") && out.contains("nothing was sent"),
+        out.contains("stop: 7 bytes, at least 0.09 s") && out.contains("Nothing was sent."),
         "{out}"
     );
 }

@@ -1,22 +1,22 @@
 //! The command line, as clap sees it.
 
 mod captures;
-mod helping;
 mod layout;
-mod listening;
+mod live;
 mod runs;
-mod sending;
-mod simulating;
+mod send;
+mod setup;
+mod simulation;
 
 pub use captures::{
     Captures, Convert, Cut, Decode, DecodeFormat, Export, ExportFormat, Info, Output, Recover,
     Replay, Songs, Verify,
 };
-pub use helping::{Completions, ConfigArgs, ConfigVerb, Man, Ports};
-pub use listening::{Keeping, RadioArgs, Record, Sharing, Watch};
+pub use live::{RadioArgs, Record, RecordingArgs, Sharing, Watch};
 pub use runs::{Compare, Label, Runs};
-pub use sending::{Calibrate, Param, Send, Way};
-pub use simulating::{Demo, Sim, Simulated, World};
+pub use send::{Calibrate, Param, Send, Way};
+pub use setup::{Completions, ConfigArgs, ConfigVerb, Man, Ports};
+pub use simulation::{Demo, Sim, Simulated, World};
 
 use std::path::PathBuf;
 use std::time::Duration;

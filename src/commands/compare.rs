@@ -6,7 +6,7 @@ use std::path::Path;
 use super::cli::Compare;
 use super::output::write_file;
 use super::runs::look;
-use super::{Fault, keeping, say};
+use super::{Fault, say};
 use crate::capture::runs::comparison::{Apart, Figures};
 use crate::capture::runs::overlay::overlay;
 use crate::capture::runs::sketch::sketch;
@@ -42,7 +42,7 @@ pub(super) fn run(options: &Compare) -> Result<(), Fault> {
 /// What could be read, and why that is not all.
 fn read(path: &Path) -> Result<(Figures, Course, Option<Fault>), Fault> {
     let run = look(path)?;
-    let problem = run.problem.map(keeping::fault);
+    let problem = run.problem.map(Fault::from);
     if run.course.points().is_empty() {
         return Err(problem.unwrap_or_else(|| Fault::no_lines(path, run.counters.bytes)));
     }

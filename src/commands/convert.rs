@@ -7,10 +7,10 @@ use std::path::Path;
 use groundwave_protocol::decoder::Decoder;
 
 use super::cli::Convert;
-use super::opening::Source;
+use super::input::Source;
 use super::output::{Output, Target, check_form, targets};
 use super::progress::Progress;
-use super::{Exit, Fault, keeping, many, opening, say};
+use super::{Exit, Fault, batch, input, say};
 use crate::capture::convert::{ConvertError, convert_raw};
 use crate::capture::source::Form;
 use crate::capture::text::TextReader;
@@ -29,18 +29,18 @@ struct Made {
 }
 
 pub(super) fn run(options: &Convert) -> Result<(), Fault> {
-    let files = many::files(&options.captures)?;
+    let files = batch::files(&options.captures)?;
     let targets = targets(&files, &options.output, |path| {
         // One that cannot be read is told of in its turn, and does not hide the others.
         Ok(other_form(path).unwrap_or("mcap").to_owned())
     })?;
-    many::each(
+    batch::each(
         &files,
         options.captures.quiet,
         |index, progress| {
             let (path, target) = (&files[index], &targets[index]);
-            let source = opening::open(path, progress)?;
-            let (form, source) = opening::tell_form(path, source)?;
+            let source = input::open(path, progress)?;
+            let (form, source) = input::tell_form(path, source)?;
             match form {
                 Form::Mcap => {
                     let remedy = "name it .txt; `groundwave cut` makes MCAP of MCAP";
@@ -63,7 +63,7 @@ pub(super) fn run(options: &Convert) -> Result<(), Fault> {
             if made.missing_bytes > 0 && made.problem.is_none() {
                 let missing = made.missing_bytes;
                 let problem = format!("{missing} bytes of the radio are not in it");
-                return Err(opening::not_whole(&files[index], &problem));
+                return Err(input::not_whole(&files[index], &problem));
             }
             made.problem.map_or(Ok(ControlFlow::Continue(())), Err)
         },
@@ -72,8 +72,8 @@ pub(super) fn run(options: &Convert) -> Result<(), Fault> {
 
 /// The ending of the name that a capture has in its other form.
 fn other_form(path: &Path) -> Result<&'static str, Fault> {
-    let source = opening::open(path, &Progress::new(None, true))?;
-    let (form, _) = opening::tell_form(path, source)?;
+    let source = input::open(path, &Progress::new(None, true))?;
+    let (form, _) = input::tell_form(path, source)?;
     Ok(match form {
         Form::Mcap => "txt",
         Form::Raw => "mcap",
@@ -82,7 +82,7 @@ fn other_form(path: &Path) -> Result<&'static str, Fault> {
 
 /// The bytes of the radio as they came.
 fn to_raw(path: &Path, source: Source, target: &Target) -> Result<Made, Fault> {
-    let mut capture = Capture::read(path, source).map_err(keeping::fault)?;
+    let mut capture = Capture::read(path, source)?;
     let mut output = Output::create(target)?;
     let mut made = Made::default();
     loop {
@@ -99,7 +99,7 @@ fn to_raw(path: &Path, source: Source, target: &Target) -> Result<Made, Fault> {
             }
             // What could be read is written, and it is said that it is not all.
             Err(error) => {
-                made.problem = Some(keeping::fault(error));
+                made.problem = Some(Fault::from(error));
                 break;
             }
         }
@@ -133,7 +133,7 @@ fn to_mcap(options: &Convert, path: &Path, source: Source, target: &Target) -> R
             bytes: converted.bytes,
             ..Made::default()
         }),
-        Err(ConvertError::Read(error)) => Err(opening::cannot_read(path, error)),
+        Err(ConvertError::Read(error)) => Err(input::cannot_read(path, error)),
         Err(ConvertError::Write(error)) => output.fault(&error).map(|()| Made::default()),
     }
 }
@@ -148,7 +148,7 @@ fn with_a_line(path: &Path, source: Source) -> Result<Source, Fault> {
     let mut reader = TextReader::new(&mut looked);
     let mut decoder = Decoder::default();
     let mut bytes = 0;
-    let failed = |error| opening::cannot_read(path, error);
+    let failed = |error| input::cannot_read(path, error);
     while bytes < LOOK_BYTES {
         let Some(piece) = reader.next_piece().map_err(failed)? else {
             return Err(Fault::no_lines(path, bytes));

@@ -5,7 +5,7 @@ use std::path::Path;
 
 use super::cli::Cut;
 use super::output::{Output, Target, check_form, targets};
-use super::{Exit, Fault, many, opening, say};
+use super::{Exit, Fault, batch, input, say};
 use crate::capture::cut::{CutError, Part, Window, cut_mcap, cut_raw};
 use crate::capture::recover;
 use crate::capture::source::Form;
@@ -17,7 +17,7 @@ pub(super) fn run(options: &Cut) -> Result<(), Fault> {
         to: options.to,
     };
     check(window)?;
-    let files = many::files(&options.captures)?;
+    let files = batch::files(&options.captures)?;
     let targets = targets(&files, &options.output, |path| {
         if recover::is_own_name(path) {
             return Ok("cut.mcap".to_owned());
@@ -27,13 +27,13 @@ pub(super) fn run(options: &Cut) -> Result<(), Fault> {
             .trim_end_matches('.')
             .to_owned())
     })?;
-    many::each(
+    batch::each(
         &files,
         options.captures.quiet,
         |index, progress| {
             let (path, target) = (&files[index], &targets[index]);
-            let source = opening::open(path, progress)?;
-            let (form, source) = opening::tell_form(path, source)?;
+            let source = input::open(path, progress)?;
+            let (form, source) = input::tell_form(path, source)?;
             let remedy = match form {
                 Form::Mcap => "name it .mcap; `groundwave convert` makes raw text of it",
                 Form::Raw => "name it .txt; `groundwave convert` makes MCAP of it",
@@ -50,7 +50,7 @@ pub(super) fn run(options: &Cut) -> Result<(), Fault> {
                 Ok(part) if part.is_empty() => Err(nothing(path, &part)),
                 Ok(part) => output.finish().map(|()| part),
                 Err(CutError::Write(error)) => output.fault(&error).map(|()| Part::default()),
-                Err(CutError::Read(error)) => Err(opening::cannot_read(path, error)),
+                Err(CutError::Read(error)) => Err(input::cannot_read(path, error)),
                 Err(error @ CutError::NoWallTime) => {
                     let path = path.display();
                     Err(Fault::new(Exit::Usage, format!("{path}: {error}")))
@@ -65,7 +65,7 @@ pub(super) fn run(options: &Cut) -> Result<(), Fault> {
                 say(format_args!("{made}: {bytes} bytes of the radio"));
             }
             match part.problem {
-                Some(problem) => Err(opening::not_whole(&files[index], &problem)),
+                Some(problem) => Err(input::not_whole(&files[index], &problem)),
                 None => Ok(ControlFlow::Continue(())),
             }
         },
@@ -75,7 +75,7 @@ pub(super) fn run(options: &Cut) -> Result<(), Fault> {
 /// A part without anything in it is no capture.
 fn nothing(path: &Path, part: &Part) -> Fault {
     if let Some(problem) = &part.problem {
-        return opening::not_whole(path, problem);
+        return input::not_whole(path, problem);
     }
     let seconds = part.whole.as_secs();
     let (minutes, seconds) = (seconds / 60, seconds % 60);

@@ -3,13 +3,13 @@
 use std::io::{self, BufWriter};
 use std::path::Path;
 
+use super::Fault;
 use super::cli::{Decode, DecodeFormat};
-use super::{Fault, keeping};
 use crate::capture::Capture;
 use crate::capture::decode::{DecodeError, Format, decode};
 
 pub(super) fn run(options: &Decode) -> Result<(), Fault> {
-    let mut capture = Capture::open(&options.file).map_err(keeping::fault)?;
+    let mut capture = Capture::open(&options.file)?;
     let format = match options.to {
         DecodeFormat::Jsonl => Format::Jsonl,
         DecodeFormat::Csv => Format::Csv,
@@ -30,7 +30,7 @@ pub(super) fn run(options: &Decode) -> Result<(), Fault> {
             Err(Fault::no_lines(&options.file, seen.bytes))
         }
         Ok(_) => Ok(()),
-        Err(DecodeError::Capture(error)) => Err(keeping::fault(error)),
+        Err(DecodeError::Capture(error)) => Err(Fault::from(error)),
         Err(DecodeError::Output(error)) => Fault::output(&error),
     }
 }

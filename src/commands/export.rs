@@ -7,7 +7,7 @@ use std::path::Path;
 use super::cli::{Export, ExportFormat};
 use super::output::{Output, Target, targets};
 use super::progress::Progress;
-use super::{Exit, Fault, keeping, many, opening, say};
+use super::{Exit, Fault, batch, input, say};
 use crate::capture::decode::{DecodeError, Format, decode};
 use crate::capture::picture::Picture;
 use crate::capture::track::Track;
@@ -22,7 +22,7 @@ struct Made {
 }
 
 pub(super) fn run(options: &Export) -> Result<(), Fault> {
-    let files = many::files(&options.captures)?;
+    let files = batch::files(&options.captures)?;
     let extension = match options.to {
         ExportFormat::Csv => "csv",
         ExportFormat::Jsonl => "jsonl",
@@ -30,7 +30,7 @@ pub(super) fn run(options: &Export) -> Result<(), Fault> {
         ExportFormat::Png => "png",
     };
     let targets = targets(&files, &options.output, |_| Ok(extension.to_owned()))?;
-    many::each(
+    batch::each(
         &files,
         options.captures.quiet,
         |index, progress| {
@@ -56,7 +56,7 @@ pub(super) fn run(options: &Export) -> Result<(), Fault> {
 }
 
 fn table(path: &Path, progress: &Progress, format: Format, target: &Target) -> Result<Made, Fault> {
-    let mut capture = opening::open_capture(path, progress)?;
+    let mut capture = input::open_capture(path, progress)?;
     let mut output = Output::create(target)?;
     let mut lines = 0;
     let problem = match decode(&mut capture, format, &mut output) {
@@ -69,7 +69,7 @@ fn table(path: &Path, progress: &Progress, format: Format, target: &Target) -> R
         }
         Err(DecodeError::Output(error)) => return output.fault(&error).map(|()| Made::default()),
         // What could be read is written, and it is said that it is not all.
-        Err(DecodeError::Capture(error)) => Some(keeping::fault(error)),
+        Err(DecodeError::Capture(error)) => Some(Fault::from(error)),
     };
     output.finish()?;
     let what = match lines {
@@ -85,11 +85,11 @@ fn picture(
     target: &Target,
     draw: impl Fn(&Picture) -> Result<Vec<u8>, String>,
 ) -> Result<Made, Fault> {
-    let mut capture = opening::open_capture(path, progress)?;
+    let mut capture = input::open_capture(path, progress)?;
     let (track, problem) = Track::read(&mut capture);
     let name = path.file_stem().unwrap_or_default().display().to_string();
     let picture = Picture::new(&name, &track, problem.as_ref());
-    let problem = problem.map(keeping::fault);
+    let problem = problem.map(Fault::from);
     let Some(picture) = picture else {
         return Err(problem.unwrap_or_else(|| {
             let name = path.display();

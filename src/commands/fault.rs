@@ -4,6 +4,8 @@ use std::fmt::Display;
 use std::io;
 use std::path::Path;
 
+use crate::capture::CaptureError;
+
 /// How the program ends; scripts rely on the numbers.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[repr(u8)]
@@ -103,5 +105,33 @@ impl Fault {
             Exit::Failed,
             format!("cannot write to standard output: {error}"),
         ))
+    }
+}
+
+impl From<CaptureError> for Fault {
+    /// A usage fault for a file that cannot or must not be used; a failure for a failing disk.
+    fn from(error: CaptureError) -> Self {
+        let exit = match error {
+            CaptureError::Exists { .. }
+            | CaptureError::SameFile(_)
+            | CaptureError::InUse(_)
+            | CaptureError::UnderWay(_)
+            | CaptureError::Missing(_)
+            | CaptureError::OwnName(_)
+            | CaptureError::Compression(_)
+            | CaptureError::NoChannels(_)
+            | CaptureError::Foreign(_)
+            | CaptureError::CannotAppend(_)
+            | CaptureError::Journal(_)
+            | CaptureError::Route(_)
+            | CaptureError::Open { .. } => Exit::Usage,
+            CaptureError::Read { ref error, .. } | CaptureError::Create { ref error, .. }
+                if error.kind() == io::ErrorKind::IsADirectory =>
+            {
+                Exit::Usage
+            }
+            _ => Exit::Failed,
+        };
+        Self::new(exit, error)
     }
 }

@@ -5,19 +5,19 @@ use std::ops::ControlFlow;
 use std::path::Path;
 
 use super::cli::Info;
-use super::{Exit, Fault, many, opening};
+use super::{Exit, Fault, batch, input};
 use crate::capture::info;
 use crate::capture::runs::label::Label;
 
 pub(super) fn run(options: &Info) -> Result<(), Fault> {
-    let files = many::files(&options.captures)?;
+    let files = batch::files(&options.captures)?;
     let mut is_first = true;
-    many::each(
+    batch::each(
         &files,
         options.captures.quiet,
         |index, progress| {
             let path = &files[index];
-            let mut capture = opening::open_capture(path, progress)?;
+            let mut capture = input::open_capture(path, progress)?;
             let info = info::Info::read(&mut capture);
             let label = Label::of(path).map_err(|error| Fault::new(Exit::Failed, error));
             let info = info.with_label(label?);

@@ -4,7 +4,7 @@ use std::io::{self, Write};
 use std::path::Path;
 
 use super::cli;
-use super::{Exit, Fault, keeping};
+use super::{Exit, Fault};
 use crate::capture::index;
 use crate::capture::runs::Label;
 use crate::capture::source::unfinished;
@@ -21,10 +21,10 @@ pub(super) fn run(options: &cli::Label) -> Result<(), Fault> {
         return Err(Fault::new(Exit::Usage, message));
     }
     // A label without its capture would never be found again.
-    Capture::open(&options.file).map_err(keeping::fault)?;
+    Capture::open(&options.file)?;
     // One beside an unfinished file would not be that of the recording.
     if let CaptureError::Interrupted(interrupted) = unfinished(&options.file, 0) {
-        return Err(keeping::fault(CaptureError::Missing(interrupted)));
+        return Err(Fault::from(CaptureError::Missing(interrupted)));
     }
     if let Some(at_s) = options.at {
         check_moment(&options.file, at_s)?;
@@ -40,7 +40,7 @@ pub(super) fn run(options: &cli::Label) -> Result<(), Fault> {
 
 /// A remark about a moment that never came would be found nowhere.
 fn check_moment(file: &Path, at_s: f64) -> Result<(), Fault> {
-    let length = index::open(file).map_err(keeping::fault)?.length();
+    let length = index::open(file)?.length();
     if at_s <= length.as_secs_f64().ceil() {
         return Ok(());
     }

@@ -1,41 +1,37 @@
 //! What the program can be told to do, one file a verb.
 
 mod appearance;
+mod batch;
 mod calibrate;
 pub mod cli;
 mod compare;
-mod completing;
+mod completions;
 pub mod config;
+mod config_command;
 mod convert;
 mod cut;
 mod decode;
-mod dry_run;
 mod export;
 mod fault;
 mod headless;
 mod info;
-mod keeping;
+mod input;
 mod label;
-mod manual;
-mod many;
-mod opening;
+mod man;
 mod output;
 mod ports;
 mod progress;
 mod record;
+mod recording;
 mod recover;
 mod replay;
-mod report;
 mod runs;
-mod script;
 mod send;
-mod settings;
 mod sharing;
 mod sim;
 pub mod simulated;
 mod songs;
 mod verify;
-mod via;
 mod watch;
 mod welcome;
 mod world;
@@ -45,7 +41,7 @@ use std::io::{self, Write};
 use std::process::ExitCode;
 
 use cli::{Cli, Command};
-pub use completing::answer as answer_shell;
+pub use completions::answer as answer_shell;
 use config::Config;
 pub use fault::{Exit, Fault};
 
@@ -118,9 +114,9 @@ fn dispatch(cli: &Cli) -> Result<(), Fault> {
         Command::Compare(compare) => compare::run(compare),
         Command::Ports(ports) => ports::run(ports),
         Command::World(world) => world::run(world),
-        Command::Config(what) => settings::run(what, cli.config.as_deref()),
-        Command::Completions(completions) => completing::run(completions),
-        Command::Man(man) => manual::run(man),
+        Command::Config(what) => config_command::run(what, cli.config.as_deref()),
+        Command::Completions(completions) => completions::run(completions),
+        Command::Man(man) => man::run(man),
     }
 }
 
@@ -130,6 +126,11 @@ fn show(text: impl AsRef<[u8]>) -> Result<(), Fault> {
     out.write_all(text.as_ref())
         .and_then(|()| out.flush())
         .or_else(|error| Fault::output(&error))
+}
+
+/// Writes one line of results to standard output.
+fn show_line(line: impl Display) -> Result<(), Fault> {
+    show(format!("{line}\n"))
 }
 
 /// Tells the person at standard error. One that is closed or full changes neither what is done nor the

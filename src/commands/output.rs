@@ -5,7 +5,7 @@ use std::io::{self, BufWriter, Write};
 use std::path::{Path, PathBuf};
 use std::sync::{Mutex, MutexGuard, Once, PoisonError};
 
-use super::{Exit, Fault, cli, keeping};
+use super::{Exit, Fault, cli};
 use crate::capture::recover;
 use crate::capture::source::Form;
 use crate::io::files::beside;
@@ -123,7 +123,7 @@ fn is_same(one: &Path, other: &Path) -> bool {
 
 /// Refuses a name that nothing can or may be written under.
 fn refuse(path: &Path, force: bool) -> Result<(), Fault> {
-    recover::refuse_own_name(path).map_err(keeping::fault)?;
+    recover::refuse_own_name(path)?;
     if path.is_dir() || !force && is_in_the_way(path) {
         return Err(exists(path));
     }

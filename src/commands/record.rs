@@ -8,7 +8,7 @@ use groundwave_protocol::decoder::Counters;
 
 use super::cli::Record;
 use super::config::Config;
-use super::{Exit, Fault, block_on, keeping, say, say_progress, sharing, simulated};
+use super::{Exit, Fault, block_on, recording, say, say_progress, sharing, simulated};
 use crate::event::{Event, LinkEvent};
 use crate::io::link::{BAUD, Connection, Link};
 use crate::io::signals::{Signal, Signals, stop_myself};
@@ -24,8 +24,8 @@ pub(super) fn run(options: &Record, config: &Config) -> Result<(), Fault> {
     let output = options
         .output
         .clone()
-        .unwrap_or_else(keeping::automatic_name);
-    keeping::check_name(&output)?;
+        .unwrap_or_else(recording::automatic_name);
+    recording::check_name(&output)?;
     let is_mcap = output
         .extension()
         .is_some_and(|extension| extension.eq_ignore_ascii_case("mcap"));
@@ -46,11 +46,11 @@ pub(super) fn run(options: &Record, config: &Config) -> Result<(), Fault> {
         tee,
         mcap,
         is_unnamed: options.output.is_none(),
-        existing: keeping::existing(options.append, options.force),
+        existing: recording::existing(options.append, options.force),
         link: name.clone(),
         notes: simulator.iter().filter_map(simulated::truth_note).collect(),
         configuration: config.text.clone(),
-        rotation: keeping::rotation(options.rotate, config),
+        rotation: recording::rotation(options.rotate, config),
         // A recording under way remembers nothing besides.
         remembered: Duration::ZERO,
     };
@@ -62,7 +62,7 @@ pub(super) fn run(options: &Record, config: &Config) -> Result<(), Fault> {
         let sharing = options.sharing.or(config);
         let share = sharing::listen(&sharing)?;
         let foxglove = sharing::foxglove(&sharing, &name).await?;
-        let keeper = Keeper::open(&keep, started).map_err(keeping::fault)?;
+        let keeper = Keeper::open(&keep, started)?;
         let sink = sharing::sink(share.as_ref(), keeper.sink());
         let port_baud = spec.baud(baud);
         let link = Link::start(spec, baud, connection, sink, inputs);
@@ -82,7 +82,7 @@ pub(super) fn run(options: &Record, config: &Config) -> Result<(), Fault> {
         let _finish = keeper.finish_on_drop();
         let result = until_done(options, driver, &keeper).await;
         let mcap = keeper.status().mcap.map(PathBuf::from);
-        let written = keeper.finish().map_err(keeping::fault);
+        let written = keeper.finish().map_err(Fault::from);
         say_notices(&keeper, options.quiet);
         let written = written?;
         let heard = result?;

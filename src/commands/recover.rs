@@ -4,7 +4,7 @@ use std::io::{self, Write};
 use std::path::PathBuf;
 
 use super::cli::Recover;
-use super::{Exit, Fault, keeping, say};
+use super::{Exit, Fault, say};
 use crate::capture::recover::{Outcome, Recovery, find_interrupted, recover};
 
 pub(super) fn run(options: &Recover) -> Result<(), Fault> {
@@ -36,7 +36,7 @@ pub(super) fn run(options: &Recover) -> Result<(), Fault> {
             }
             Err(error) => {
                 // The others get their turn all the same; the last is told on leaving.
-                if let Some(before) = fault.replace(keeping::fault(error)) {
+                if let Some(before) = fault.replace(Fault::from(error)) {
                     say(format_args!("groundwave: {before}"));
                 }
             }

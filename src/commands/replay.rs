@@ -5,7 +5,7 @@ use std::time::Instant;
 
 use super::appearance::appearance;
 use super::cli::Replay;
-use super::{Exit, Fault, block_on, config, keeping, opening, watch};
+use super::{Exit, Fault, block_on, config, input, watch};
 use crate::capture::source::unfinished;
 use crate::capture::{CaptureError, index};
 use crate::event::{Event, Level, Moment, Recording};
@@ -29,7 +29,7 @@ pub(super) fn run(options: &Replay, config: &config::Config) -> Result<(), Fault
         ));
     }
     watch::needs_terminal("groundwave decode")?;
-    let tape = index::open(&options.file).map_err(keeping::fault)?;
+    let tape = index::open(&options.file)?;
     let name = format!("replay of {}", options.file.display());
     // What rang once need not ring again.
     let config = Config {
@@ -72,7 +72,7 @@ pub(super) fn run(options: &Replay, config: &config::Config) -> Result<(), Fault
     // The dashboard is gone; what could not be read is told once more on the restored terminal.
     match reader.join() {
         Ok(None) => Ok(()),
-        Ok(Some(damage)) => Err(opening::not_whole(&options.file, &damage)),
+        Ok(Some(damage)) => Err(input::not_whole(&options.file, &damage)),
         Err(_) => Err(Fault::new(
             Exit::Failed,
             "the capture could not be read through",

@@ -4,7 +4,7 @@ use std::io::{self, Write};
 use std::path::{Path, PathBuf};
 
 use super::cli::Runs;
-use super::{Exit, Fault, keeping, say};
+use super::{Exit, Fault, say};
 use crate::capture::recover::{Interrupted, find_interrupted};
 use crate::capture::runs::folder::{self, Run, RunError};
 use crate::remedy;
@@ -66,7 +66,7 @@ fn note(fault: &mut Option<Fault>, found: Option<Fault>) {
 /// What could be read, and why that is not all.
 fn read(path: &Path) -> Result<(Figures, Option<Fault>), Fault> {
     let run = look(path)?;
-    let problem = run.problem.map(keeping::fault);
+    let problem = run.problem.map(Fault::from);
     match problem {
         Some(problem) if run.course.points().is_empty() => Err(problem),
         problem => Ok((run.figures, problem)),
@@ -77,7 +77,7 @@ fn read(path: &Path) -> Result<(Figures, Option<Fault>), Fault> {
 pub(super) fn look(path: &Path) -> Result<Run, Fault> {
     Run::read(path).map_err(|error| match error {
         RunError::Label(error) => Fault::new(Exit::Usage, error),
-        RunError::Capture(error) => keeping::fault(error),
+        RunError::Capture(error) => Fault::from(error),
     })
 }
 

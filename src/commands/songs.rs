@@ -9,7 +9,7 @@ use groundwave_protocol::telemetry::SongLine;
 use sr04_sim::Sound;
 
 use super::cli::Songs;
-use super::{Exit, Fault, keeping, say};
+use super::{Exit, Fault, say};
 use crate::capture::songs::{Notes, for_each_song, length};
 use crate::capture::{Capture, CaptureError};
 
@@ -27,7 +27,7 @@ impl From<CaptureError> for End {
 }
 
 pub(super) fn run(options: &Songs) -> Result<(), Fault> {
-    let mut capture = Capture::open(&options.file).map_err(keeping::fault)?;
+    let mut capture = Capture::open(&options.file)?;
     let mut count = 0;
     let result = for_each_song(&mut capture, |at, song| {
         count += 1;
@@ -51,7 +51,7 @@ pub(super) fn run(options: &Songs) -> Result<(), Fault> {
             }
             Ok(())
         }
-        Err(End::Capture(error)) => Err(keeping::fault(error)),
+        Err(End::Capture(error)) => Err(Fault::from(error)),
         Err(End::Output(error)) => Fault::output(&error),
         Err(End::File(fault)) => Err(fault),
     }

@@ -6,31 +6,31 @@ use std::ops::ControlFlow;
 use std::path::Path;
 
 use super::cli::Verify;
-use super::{Exit, Fault, keeping, many, opening};
+use super::{Exit, Fault, batch, input};
 use crate::capture::CaptureError;
 use crate::capture::recover::Paths;
 use crate::capture::source::Form;
 use crate::capture::verify::{Beside, Verdict, verify_mcap, verify_raw};
 
 pub(super) fn run(options: &Verify) -> Result<(), Fault> {
-    let files = many::files(&options.captures)?;
+    let files = batch::files(&options.captures)?;
     if options.raw.is_some() && files.len() > 1 {
         let problem =
             "--raw goes with one capture; of many, each is compared with the raw file beside it";
         return Err(Fault::new(Exit::Usage, problem));
     }
-    many::each(
+    batch::each(
         &files,
         options.captures.quiet,
         |index, progress| {
             let path = &files[index];
-            let source = opening::open(path, progress)?;
-            let (form, source) = opening::tell_form(path, source)?;
+            let source = input::open(path, progress)?;
+            let (form, source) = input::tell_form(path, source)?;
             let verdict = match form {
                 Form::Mcap => verify_mcap(source, beside(options, path)?),
                 Form::Raw => verify_raw(source),
             };
-            let verdict = verdict.map_err(|error| opening::cannot_read(path, error))?;
+            let verdict = verdict.map_err(|error| input::cannot_read(path, error))?;
             if form == Form::Raw && verdict.lines == 0 {
                 return Err(Fault::no_lines(path, verdict.bytes));
             }
@@ -46,7 +46,7 @@ pub(super) fn run(options: &Verify) -> Result<(), Fault> {
             }
             let count = verdict.fault_count;
             let things = if count == 1 { "thing" } else { "things" };
-            Err(opening::not_whole(
+            Err(input::not_whole(
                 &files[index],
                 &format!("{count} {things} wrong"),
             ))
@@ -62,7 +62,7 @@ fn beside(options: &Verify, path: &Path) -> Result<Beside, Fault> {
         None => None,
         Some(raw) => match File::open(&raw) {
             Ok(file) => Some(Box::new(file) as Box<dyn Read>),
-            Err(error) => return Err(keeping::fault(CaptureError::Open { path: raw, error })),
+            Err(error) => return Err(Fault::from(CaptureError::Open { path: raw, error })),
         },
     };
     let journal = Paths::of(path).journal;

@@ -7,8 +7,8 @@ use std::time::{Instant, SystemTime, UNIX_EPOCH};
 use sr04_sim::serve::{ServeOptions, Server};
 
 use super::appearance::appearance;
-use super::cli::{Demo, Keeping, Sharing, Watch};
-use super::{Exit, Fault, block_on, config, headless, keeping, sharing, simulated};
+use super::cli::{Demo, RecordingArgs, Sharing, Watch};
+use super::{Exit, Fault, block_on, config, headless, recording, sharing, simulated};
 use crate::event::{Event, Level};
 use crate::io::link::{BAUD, Connection, Link, LinkSpec};
 use crate::io::terminal;
@@ -36,7 +36,7 @@ pub(super) fn watch(options: &Watch, config: &config::Config) -> Result<(), Faul
         baud: options.radio.baud(config),
         radio: options.radio.radio(config),
         started,
-        keeping: options.keeping.clone(),
+        recording: options.recording.clone(),
         sharing: options.sharing.or(config),
         notes: server.iter().filter_map(simulated::truth_note).collect(),
         config: config.clone(),
@@ -46,7 +46,7 @@ pub(super) fn watch(options: &Watch, config: &config::Config) -> Result<(), Faul
             let (driver, keeper) = plan.open().await?;
             let _finish = keeper.finish_on_drop();
             let result = headless::run(driver, &keeper).await;
-            keeper.finish().map_err(keeping::fault)?;
+            keeper.finish()?;
             result
         });
     }
@@ -90,7 +90,7 @@ pub(super) fn demo(options: &Demo, settings: &config::Config) -> Result<(), Faul
             latency: None,
         },
         started,
-        keeping: options.keeping.clone(),
+        recording: options.recording.clone(),
         sharing: options.sharing.clone(),
         notes,
         config: settings.clone(),
@@ -134,7 +134,7 @@ struct Plan {
     baud: u32,
     radio: Radio,
     started: Instant,
-    keeping: Keeping,
+    recording: RecordingArgs,
     sharing: Sharing,
     notes: BTreeMap<String, String>,
     config: config::Config,
@@ -148,8 +148,8 @@ impl Plan {
             .map_err(|error| Fault::new(Exit::NoLink, error))?;
         let share = sharing::listen(&self.sharing)?;
         let foxglove = sharing::foxglove(&self.sharing, &self.name).await?;
-        let keeper = keeping::open(
-            &self.keeping,
+        let keeper = recording::open(
+            &self.recording,
             &self.name,
             self.notes.clone(),
             &self.config,
@@ -194,7 +194,7 @@ fn show(plan: &Plan, mut config: Config, first: Vec<Event>) -> Result<(), Fault>
         };
         let _finish = keeper.finish_on_drop();
         let result = Box::pin(run(dashboard)).await;
-        keeper.finish().map_err(keeping::fault)?;
+        keeper.finish()?;
         result.or_else(|error| terminal_failed(&error))
     })
 }

@@ -3,14 +3,15 @@
 
 use std::time::Duration;
 
-use groundwave_protocol::telemetry::{Outcome, ParameterLine, ParameterName};
+use groundwave_protocol::telemetry::{ParameterLine, ParameterName};
 use tokio::time::{Instant, sleep_until};
 
 use super::super::cli::{Calibrate, Way};
 use super::super::config::Config;
-use super::super::send::{connect, failed, not_confirmed};
+use super::super::send::faults::{failed, not_confirmed, receive_only, refused};
+use super::super::send::own_link::connect;
+use super::super::send::shared_link::{converse, step_of};
 use super::super::simulated::Embedded;
-use super::super::via::{converse, step_of};
 use super::super::{Exit, Fault};
 use crate::event::{CommandStep, Event, Failure};
 use crate::io::link::LinkSpec;
@@ -35,13 +36,6 @@ pub(super) struct Operator {
 impl Operator {
     /// Opens the link, or the way through a station: its raw bytes are heard like those of a radio.
     pub(super) fn connect(options: &Calibrate, config: &Config) -> Result<Self, Fault> {
-        let receive_only = |name: &str| {
-            let message = format!(
-                "cannot send to {name}: the link is receive-only; name the radio's own link, or the station that has it: \
-                 --via ADDR"
-            );
-            Fault::new(Exit::ReceiveOnly, message)
-        };
         let way = options
             .way()
             .map_err(|error| Fault::new(Exit::Usage, error))?;
@@ -50,7 +44,7 @@ impl Operator {
         let (link, radio, via) = match way {
             Way::Link(link) => {
                 if !radio.can_send() || matches!(link, LinkSpec::Stdin | LinkSpec::Unix(_)) {
-                    return Err(receive_only(&link.to_string()));
+                    return Err(receive_only(link));
                 }
                 (link.clone(), radio, None)
             }
@@ -208,7 +202,7 @@ impl Progress {
             CommandStep::Told(line) => self.told.push(**line),
             CommandStep::Sent { frames } => self.frames = *frames,
             CommandStep::Proven { .. } => return Ok(true),
-            CommandStep::Refused(outcome) => return Err(refused(request, *outcome)),
+            CommandStep::Refused(outcome) => return Err(refused(request, why_refused(*outcome))),
             CommandStep::Failed(Failure::TimedOut) => {
                 return Err(not_confirmed(request, heard, timeout, self.frames));
             }
@@ -217,12 +211,4 @@ impl Progress {
         }
         Ok(false)
     }
-}
-
-fn refused(request: &Request, outcome: Outcome) -> Fault {
-    let why = why_refused(outcome);
-    Fault::new(
-        Exit::Refused,
-        format!("the robot refused `{request}`: {why}"),
-    )
 }

@@ -4,7 +4,7 @@ use std::io::{self, Cursor, Read};
 use std::path::Path;
 
 use super::progress::Progress;
-use super::{Exit, Fault, keeping, many};
+use super::{Exit, Fault, batch};
 use crate::capture::source::{Form, HEAD_BYTES, open_file, unfinished};
 use crate::capture::{Capture, CaptureError};
 
@@ -16,13 +16,13 @@ pub(super) fn open(path: &Path, progress: &Progress) -> Result<Source, Fault> {
     if path == Path::new("-") {
         return Ok(Box::new(io::stdin()));
     }
-    if let Some(pattern) = many::pattern(path) {
+    if let Some(pattern) = batch::pattern(path) {
         return Err(Fault::new(
             Exit::Usage,
             format!("{pattern}: no file matches"),
         ));
     }
-    let file = open_file(path).map_err(keeping::fault)?;
+    let file = open_file(path)?;
     Ok(Box::new(progress.count(file)))
 }
 
@@ -34,7 +34,7 @@ pub(super) fn open_capture(path: &Path, progress: &Progress) -> Result<Capture, 
     } else {
         path
     };
-    Capture::read(name, source).map_err(keeping::fault)
+    Capture::read(name, source).map_err(Fault::from)
 }
 
 /// Which form it has, by its first bytes, and the whole of it.
@@ -45,14 +45,14 @@ pub(super) fn tell_form(path: &Path, mut source: Source) -> Result<(Form, Source
         .take(HEAD_BYTES as u64)
         .read_to_end(&mut head)
         .map_err(|error| cannot_read(path, error))?;
-    let form = Form::tell(&head, path).map_err(keeping::fault)?;
+    let form = Form::tell(&head, path)?;
     Ok((form, Box::new(Cursor::new(head).chain(source))))
 }
 
 /// Reading failed in the middle.
 pub(super) fn cannot_read(path: &Path, error: io::Error) -> Fault {
     let path = path.to_owned();
-    keeping::fault(CaptureError::Read { path, error })
+    Fault::from(CaptureError::Read { path, error })
 }
 
 /// What came before is good and has been written, but it is not all.

@@ -1,23 +1,21 @@
-//! `send --dry-run`: the bytes of each command and the time they need, with nothing sent.
+//! `send --dry-run`: the bytes and the least time of each command, with nothing sent.
 
 use groundwave_protocol::command::Frame;
 use serde_json::{Value, json};
 
-use super::Fault;
-use super::cli::Send;
-use super::report::Report;
+use super::super::cli::Send;
+use super::super::{Fault, show_line};
 use super::script::{Line, Script};
 use crate::request::Request;
 use crate::station::plan::{BOOT, OWNER, Plan, Planner, ROBOT_ID};
 
-/// What was measured of a command in full duplex without bit errors. From docs/measurements.md, where it
-/// says how; a test holds the two together.
+/// Measured time of a command in full duplex without bit errors, from docs/measurements.md.
 #[derive(Clone, Copy)]
 struct Typical {
-    /// Whose figures these are.
+    /// The measured case.
     of: &'static str,
     mean_s: f64,
-    /// 95 of 100 within this.
+    /// 95th percentile.
     p95_s: f64,
 }
 
@@ -29,7 +27,7 @@ const STOP: Typical = typical("STOP", 0.24, 0.39);
 const COMMAND: Typical = typical("one command, session open", 0.25, 0.40);
 const COLD_COMMAND: Typical = typical("one command, nothing heard before", 1.01, 1.16);
 
-/// The lists that were measured; a shorter one takes no longer.
+/// Measured routes by their number of waypoints; a shorter one takes no longer.
 const LISTS: [(usize, Typical); 3] = [
     (10, typical("10 waypoints, session open", 0.7, 0.7)),
     (100, typical("100 waypoints, session open", 2.7, 2.7)),
@@ -44,30 +42,30 @@ pub(super) fn run(options: &Send, script: &Script) -> Result<(), Fault> {
     let mut planner = Planner::default();
     for (index, line) in script.lines().iter().enumerate() {
         let plan = planner.plan(&line.request);
-        let typical = most_like(&line.request, index == 0);
+        let typical = most_similar(&line.request, index == 0);
         if options.json {
-            Report::print(to_json(line, &plan, typical))?;
+            show_line(to_json(line, &plan, typical))?;
         } else {
-            tell(line, &plan, typical)?;
+            show_text(line, &plan, typical)?;
         }
     }
     if !options.json && !options.quiet {
-        Report::print(format_args!(
-            "nothing was sent. The four characters before each frame's last \\n are a checksum that depends on robot, \
-             boot,\nsession and owner, as does what `open` says: here robot {ROBOT_ID}, boot {BOOT}, owner {OWNER}. \
-             At least: wire time at 240 bytes/s\nand the shortest acknowledgement. Measured: in full duplex without bit \
-             errors, by docs/measurements.md;\na shorter list takes no longer"
+        show_line(format_args!(
+            "Nothing was sent. The four characters before each frame's last \\n are a checksum that depends on robot, \
+             boot,\nsession and owner, and so does the `open` frame: here robot {ROBOT_ID}, boot {BOOT}, owner {OWNER}. \
+             Least time: the bytes at\n240 bytes/s and the shortest acknowledgement. Measured time: full duplex without \
+             bit errors (docs/measurements.md);\na shorter route takes no longer."
         ))?;
     }
     Ok(())
 }
 
-fn tell(line: &Line, plan: &Plan, typical: Typical) -> Result<(), Fault> {
+fn show_text(line: &Line, plan: &Plan, typical: Typical) -> Result<(), Fault> {
     let Typical { of, mean_s, p95_s } = typical;
     let number = line
         .number
         .map_or(String::new(), |number| format!("{number}: "));
-    Report::print(format_args!(
+    show_line(format_args!(
         "{number}{}: {} bytes, at least {:.2} s; measured: {mean_s} s on average, 95 % within {p95_s} s ({of})",
         line.request,
         plan.bytes(),
@@ -77,18 +75,18 @@ fn tell(line: &Line, plan: &Plan, typical: Typical) -> Result<(), Fault> {
     let frames = plan.frames.iter().map(|frame| ("", frame));
     for (what, frame) in opening.chain(frames) {
         let bytes = frame.as_bytes();
-        Report::print(format_args!(
+        show_line(format_args!(
             "  {:>2} bytes  {}{}{what}",
             bytes.len(),
-            shown(bytes),
+            escaped(bytes),
             if what.is_empty() { "" } else { "  " },
         ))?;
     }
     Ok(())
 }
 
-/// As a person reads it: frames are printable but for their line feeds.
-fn shown(bytes: &[u8]) -> String {
+/// The bytes as text, with line feeds escaped.
+fn escaped(bytes: &[u8]) -> String {
     String::from_utf8_lossy(bytes).replace('\n', "\\n")
 }
 
@@ -111,9 +109,8 @@ fn to_json(line: &Line, plan: &Plan, typical: Typical) -> Value {
     value
 }
 
-/// The measured case that says most of this one. From a cold start there is one of commands and of lists of
-/// 100; of the others it is that with the session open, and says so.
-fn most_like(request: &Request, is_cold: bool) -> Typical {
+/// The most similar measured case. Cold starts were measured for one command and for 100 waypoints only.
+fn most_similar(request: &Request, is_cold: bool) -> Typical {
     let count = match request {
         Request::Stop => return STOP,
         Request::Route(waypoints) => waypoints.len(),
@@ -132,9 +129,9 @@ fn most_like(request: &Request, is_cold: bool) -> Typical {
 mod tests {
     use super::*;
 
-    const MEASURED: &str = include_str!("../../docs/measurements.md");
+    const MEASURED: &str = include_str!("../../../docs/measurements.md");
 
-    fn says(row: &str) {
+    fn check_row(row: &str) {
         assert!(
             MEASURED.lines().any(|line| line.starts_with(row)),
             "docs/measurements.md has no row `{row}`: measured anew?"
@@ -142,22 +139,22 @@ mod tests {
     }
 
     #[test]
-    fn typical_is_what_was_measured() {
+    fn typical_times_are_those_in_the_docs() {
         for (count, Typical { mean_s, p95_s, .. }) in &LISTS {
-            says(&format!("| full duplex | {count} | {mean_s} ({p95_s}) |"));
+            check_row(&format!("| full duplex | {count} | {mean_s} ({p95_s}) |"));
         }
         let (count, Typical { mean_s, p95_s, .. }) = COLD_LIST;
-        says(&format!(
+        check_row(&format!(
             "| full duplex, {count} waypoints | 0 | {mean_s:.2} | {p95_s:.2} |"
         ));
         let Typical { mean_s, p95_s, .. } = COLD_COMMAND;
-        says(&format!(
+        check_row(&format!(
             "| full duplex, one command | 0 | {mean_s:.2} | {p95_s:.2} |"
         ));
         let Typical { mean_s, p95_s, .. } = COMMAND;
-        says(&format!("| full duplex | 0 | {mean_s:.2} | {p95_s:.2} |"));
+        check_row(&format!("| full duplex | 0 | {mean_s:.2} | {p95_s:.2} |"));
         let Typical { mean_s, p95_s, .. } = STOP;
-        says(&format!(
+        check_row(&format!(
             "| full duplex, proven | 0 | {mean_s:.2} | {p95_s:.2} |"
         ));
     }

@@ -6,16 +6,16 @@ use std::time::Duration;
 use clap::Args;
 use clap_complete::engine::ArgValueCompleter;
 
-use super::listening::{Keeping, Sharing};
+use super::live::{RecordingArgs, Sharing};
 use super::{laid_out, parse_duration, parse_factor, parse_seed};
-use crate::commands::completing;
+use crate::commands::completions;
 use crate::radio::RadioKind;
 
 /// What to simulate.
 #[derive(Clone, Debug, Args)]
 pub struct Simulated {
     /// A world that comes with the program, or a TOML file
-    #[arg(long, value_name = "NAME|FILE", default_value = "house", add = ArgValueCompleter::new(completing::worlds))]
+    #[arg(long, value_name = "NAME|FILE", default_value = "house", add = ArgValueCompleter::new(completions::worlds))]
     pub world: String,
     /// Seed of everything random
     #[arg(long, default_value_t = 1, value_parser = parse_seed, allow_negative_numbers = true)]
@@ -24,7 +24,7 @@ pub struct Simulated {
     /// bits), drop=0.01 and dup=0.01 (bytes lost, doubled), delay=0.5s, half-duplex, squelch (noise while the other
     /// side is silent; squelch=out: in outages too), modem=hc-12 or modem=xbee (buffered half-duplex modules),
     /// out=10s..12s (nothing passes)
-    #[arg(long, value_name = "SPEC", default_value = "", add = ArgValueCompleter::new(completing::channel))]
+    #[arg(long, value_name = "SPEC", default_value = "", add = ArgValueCompleter::new(completions::channel))]
     pub channel: String,
     /// What kind of radio the robot has; half, hc-12 and xbee make it take turns with the ground
     #[arg(long, value_enum, value_name = "KIND", default_value = "full")]
@@ -52,7 +52,7 @@ pub struct Demo {
     pub bell: bool,
     /// Where received bytes are kept.
     #[command(flatten)]
-    pub keeping: Keeping,
+    pub recording: RecordingArgs,
     /// Who else may use the link.
     #[command(flatten)]
     pub sharing: Sharing,
@@ -103,7 +103,7 @@ Examples:
   groundwave world house --svg house.svg    draw it to scale"))]
 pub struct World {
     /// A world that comes with the program, generated:SEED or a TOML file
-    #[arg(value_name = "NAME|FILE", add = ArgValueCompleter::new(completing::worlds))]
+    #[arg(value_name = "NAME|FILE", add = ArgValueCompleter::new(completions::worlds))]
     pub world: Option<String>,
     /// No picture: warnings alone, and exit code 1 when there is one
     #[arg(long, requires = "world", conflicts_with_all = ["svg", "text"])]

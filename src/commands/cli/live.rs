@@ -6,7 +6,7 @@ use std::time::Duration;
 use clap::{ArgGroup, Args};
 use clap_complete::engine::ArgValueCompleter;
 
-use super::super::completing;
+use super::super::completions;
 use super::super::config::Config;
 use super::{laid_out, parse_baud, parse_duration};
 use crate::capture::Rotation;
@@ -56,7 +56,7 @@ impl RadioArgs {
 
 /// Where received bytes are kept.
 #[derive(Clone, Debug, Default, Args)]
-pub struct Keeping {
+pub struct RecordingArgs {
     /// Copy every received byte to FILE, before anything else happens to it
     #[arg(long, value_name = "FILE")]
     pub tee: Option<PathBuf>,
@@ -112,7 +112,7 @@ Examples:
   ssh robot cat /dev/ttyS0 | groundwave watch -"))]
 pub struct Watch {
     /// A serial device, tcp:HOST:PORT, unix:PATH, - (standard input) or sim
-    #[arg(add = ArgValueCompleter::new(completing::links))]
+    #[arg(add = ArgValueCompleter::new(completions::links))]
     pub link: LinkSpec,
     /// What is known of the radio.
     #[command(flatten)]
@@ -125,7 +125,7 @@ pub struct Watch {
     pub bell: bool,
     /// Where received bytes are kept.
     #[command(flatten)]
-    pub keeping: Keeping,
+    pub recording: RecordingArgs,
     /// Who else may use the link.
     #[command(flatten)]
     pub sharing: Sharing,
@@ -139,7 +139,7 @@ Examples:
   groundwave record /dev/ttyUSB0 -o evening.txt --duration 90m"))]
 pub struct Record {
     /// A serial device, tcp:HOST:PORT, unix:PATH, - (standard input) or sim
-    #[arg(add = ArgValueCompleter::new(completing::links))]
+    #[arg(add = ArgValueCompleter::new(completions::links))]
     pub link: LinkSpec,
     /// Where to; .mcap is recorded as MCAP, anything else as the raw bytes. Without it, as MCAP under a name made
     /// from the date

@@ -1,35 +1,42 @@
-//! What `send` tells the person or the script of a command.
+//! Reports the progress and result of a command, as text or JSON lines.
 
-use std::fmt::Display;
-use std::io::{self, IsTerminal, Write};
+use std::io::{self, IsTerminal};
 use std::time::Duration;
 
 use groundwave_protocol::telemetry::{Outcome, ParameterLine};
 use serde_json::{Value, json};
 
-use super::cli::Send;
+use super::super::cli::Send;
+use super::super::{Exit, Fault, say, say_progress, show_line};
+use super::faults::{failed, refused};
 use super::script::Line;
-use super::send::failed;
-use super::{Exit, Fault, say, say_progress};
 use crate::event::{CommandId, CommandStep, Event, LinkEvent};
 use crate::request::{Request, Standing, Tuning, in_whole_unit};
 use crate::share::{Stage, why_refused};
 
-/// How a command ended, once it has.
+/// How long to wait for the result of a scan: it takes 9 s, and at most 16.
+pub(super) const SCAN_TIMEOUT: Duration = Duration::from_secs(25);
+
+/// The text if it is the result of a scan.
+pub(super) fn scan_result(text: &str) -> Option<&str> {
+    text.starts_with("scan: ").then_some(text)
+}
+
+/// The result of a command that has ended.
 pub(super) type Ended = Option<Result<(), Fault>>;
 
-/// What the person or the script is told.
+/// Writes the results to standard output and the progress to standard error.
 pub(super) struct Report {
     json: bool,
     quiet: bool,
     progress: bool,
-    /// Frames of the present command that went out.
+    /// Frames of the current command that were sent.
     pub(super) frames: u32,
-    /// What the robot said last of a parameter that the present command is about.
-    told: Option<ParameterLine>,
-    /// What the robot is set to, from its lines.
+    /// The robot's last answer about a parameter of the current command.
+    parameter: Option<ParameterLine>,
+    /// The robot's mode and layers, from its lines.
     pub(super) robot: Standing,
-    /// Why the present command was refused, in the words of the station that shares its link.
+    /// The reason for a refusal, as given by the station that shares its link.
     pub(super) reason: Option<String>,
 }
 
@@ -40,13 +47,13 @@ impl Report {
             quiet: options.quiet,
             progress: !options.quiet && !options.json && io::stderr().is_terminal(),
             frames: 0,
-            told: None,
+            parameter: None,
             robot: Standing::default(),
             reason: None,
         }
     }
 
-    /// Reports an event; returns how the command ended, once it has.
+    /// Reports an event; returns the result once the command has ended.
     pub(super) fn handle(
         &mut self,
         event: &Event,
@@ -63,7 +70,7 @@ impl Report {
         Ok(None)
     }
 
-    /// Reports a step; returns how the command ended, once it has.
+    /// Reports a step; returns the result once the command has ended.
     pub(super) fn step(
         &mut self,
         line: &Line,
@@ -73,10 +80,10 @@ impl Report {
         match step {
             CommandStep::Queued(_) => {
                 self.frames = 0;
-                self.told = None;
+                self.parameter = None;
                 self.reason = None;
             }
-            CommandStep::Told(line) => self.told = Some(**line),
+            CommandStep::Told(line) => self.parameter = Some(**line),
             CommandStep::Sent { frames } => self.frames = *frames,
             _ => {}
         }
@@ -85,33 +92,46 @@ impl Report {
             if let CommandStep::Refused(outcome) = step {
                 value["reason"] = json!(self.why(&line.request, *outcome));
             }
-            Self::print(placed(value, line, after))?;
+            show_line(with_context(value, line, after))?;
         }
         Ok(self.handle_step(&line.request, step, after))
     }
 
-    /// The link is gone and may come back.
+    /// Reports a lost link, which will be opened again.
     pub(super) fn lost(&self, reason: &str) {
         if !self.quiet {
             say(format_args!(
-                "groundwave: link lost: {reason}; trying again"
+                "groundwave: link lost: {reason}; reconnecting"
             ));
         }
     }
 
-    /// What the robot said of what it was asked to look for.
-    pub(super) fn said(&self, line: &Line, text: &str, after: Duration) -> Result<(), Fault> {
-        if self.json {
-            return Self::print(placed(
-                json!({ "stage": "said", "text": text }),
-                line,
-                after,
+    /// Reports the result of a scan; a fault if none came or the scan was broken off.
+    pub(super) fn scan(
+        &self,
+        line: &Line,
+        result: Option<&str>,
+        after: Duration,
+    ) -> Result<(), Fault> {
+        let failed = |message| Err(Fault::new(Exit::Failed, message));
+        let Some(text) = result else {
+            return failed(format!(
+                "the scan was confirmed, but its result did not arrive within {} s; scan again, or read the robot's lines T",
+                SCAN_TIMEOUT.as_secs()
             ));
+        };
+        if self.json {
+            let value = json!({ "stage": "said", "text": text });
+            show_line(with_context(value, line, after))?;
+        } else if !self.quiet {
+            show_line(text)?;
         }
-        if self.quiet {
-            return Ok(());
+        if text.ends_with("broken off") {
+            return failed(
+                "the robot broke the scan off: it met an obstacle, or it was stopped".to_owned(),
+            );
         }
-        Self::print(text)
+        Ok(())
     }
 
     fn handle_step(&self, request: &Request, step: &CommandStep, after: Duration) -> Ended {
@@ -119,7 +139,7 @@ impl Report {
             CommandStep::Queued(_) | CommandStep::Sent { .. } => None,
             CommandStep::Told(line) => match request {
                 Request::Parameter(Tuning::List | Tuning::Get(_)) if !self.json => {
-                    Self::print(parameter_text(line)).err().map(Err)
+                    show_line(parameter_text(line)).err().map(Err)
                 }
                 _ => None,
             },
@@ -138,33 +158,29 @@ impl Report {
                 None
             }
             CommandStep::Proven { digest } => {
-                // What was asked for has been said: nothing is to be added to the values.
+                // The values themselves are the result.
                 let is_question =
                     matches!(request, Request::Parameter(Tuning::List | Tuning::Get(_)));
                 if !self.json && !self.quiet && !is_question {
                     let digest =
                         digest.map_or(String::new(), |digest| format!(", digest {digest:08x}"));
-                    return Some(Self::print(format_args!(
-                        "{request}: proven after {:.1} s{digest}",
+                    return Some(show_line(format_args!(
+                        "{request}: confirmed after {:.1} s{digest}",
                         after.as_secs_f64()
                     )));
                 }
                 Some(Ok(()))
             }
-            CommandStep::Refused(outcome) => Some(Err(Fault::new(
-                Exit::Refused,
-                format!(
-                    "the robot refused `{request}`: {}",
-                    self.why(request, *outcome)
-                ),
-            ))),
+            CommandStep::Refused(outcome) => {
+                Some(Err(refused(request, &self.why(request, *outcome))))
+            }
             CommandStep::Failed(failure) => Some(Err(failed(request, *failure))),
         }
     }
 
-    /// Why it refused, with what it takes instead, if it said so.
+    /// The reason for a refusal, with the accepted values if the robot named them.
     fn why(&self, request: &Request, outcome: Outcome) -> String {
-        match (&self.told, request, outcome) {
+        match (&self.parameter, request, outcome) {
             (Some(line), Request::Parameter(_), Outcome::BadValue) => limits_text(line),
             _ => self
                 .robot
@@ -174,16 +190,9 @@ impl Report {
                 .unwrap_or_else(|| why_refused(outcome).to_owned()),
         }
     }
-
-    pub(super) fn print(line: impl Display) -> Result<(), Fault> {
-        let mut out = io::stdout().lock();
-        writeln!(out, "{line}")
-            .and_then(|()| out.flush())
-            .or_else(|error| Fault::output(&error))
-    }
 }
 
-/// A parameter in columns for a person, and for `awk`; where it counts parts of a unit, in the whole unit too.
+/// A parameter in columns, with its value in the whole unit where the robot counts parts of one.
 fn parameter_text(line: &ParameterLine) -> String {
     let ParameterLine {
         value,
@@ -202,7 +211,7 @@ fn parameter_text(line: &ParameterLine) -> String {
     text.trim_end().to_owned()
 }
 
-/// What a parameter takes: `it takes 100 to 130 (V/10), or 10.0 to 13.0 V`.
+/// The values a parameter accepts: `it takes 100 to 130 (V/10), or 10.0 to 13.0 V`.
 fn limits_text(line: &ParameterLine) -> String {
     let unit = line.unit.as_str();
     let counts = format!("it takes {} to {} ({unit})", line.least, line.most);
@@ -217,8 +226,8 @@ fn limits_text(line: &ParameterLine) -> String {
     }
 }
 
-/// Beside what happened: the command, its line in the script and the time since it was given.
-fn placed(mut value: Value, line: &Line, after: Duration) -> Value {
+/// Adds the command, its line in the script and the seconds since it was given.
+fn with_context(mut value: Value, line: &Line, after: Duration) -> Value {
     value["command"] = json!(line.request.to_string());
     if let Some(number) = line.number {
         value["line"] = json!(number);

@@ -7,7 +7,7 @@ use clap::Args;
 use clap_complete::engine::ArgValueCompleter;
 
 use super::{RadioArgs, parse_duration};
-use crate::commands::completing;
+use crate::commands::completions;
 use crate::io::link::LinkSpec;
 use crate::request::Request;
 use crate::share::Address;
@@ -20,10 +20,10 @@ use crate::share::Address;
 )]
 pub struct Send {
     /// A serial device, tcp:HOST:PORT or sim; none with --via
-    #[arg(required_unless_present_any = ["via", "dry_run"], add = ArgValueCompleter::new(completing::links))]
+    #[arg(required_unless_present_any = ["via", "dry_run"], add = ArgValueCompleter::new(completions::links))]
     link: Option<String>,
     /// The command and its arguments
-    #[arg(value_name = "COMMAND", allow_negative_numbers = true, add = ArgValueCompleter::new(completing::commands))]
+    #[arg(value_name = "COMMAND", allow_negative_numbers = true, add = ArgValueCompleter::new(completions::commands))]
     words: Vec<String>,
     /// Send through the station that owns the radio and shares it with --share
     #[arg(long, value_name = "ADDR|PATH")]
@@ -56,10 +56,10 @@ pub struct Send {
 #[derive(Debug, Args)]
 pub struct Param {
     /// A serial device, tcp:HOST:PORT or sim; none with --via
-    #[arg(required_unless_present = "via", add = ArgValueCompleter::new(completing::links))]
+    #[arg(required_unless_present = "via", add = ArgValueCompleter::new(completions::links))]
     link: Option<String>,
     /// list, get NAME, set NAME VALUE or save
-    #[arg(value_name = "WHAT", allow_negative_numbers = true, add = ArgValueCompleter::new(completing::param))]
+    #[arg(value_name = "WHAT", allow_negative_numbers = true, add = ArgValueCompleter::new(completions::param))]
     words: Vec<String>,
     /// Send through the station that owns the radio and shares it with --share
     #[arg(long, value_name = "ADDR|PATH")]
@@ -114,7 +114,7 @@ impl Param {
 #[derive(Debug, Args)]
 pub struct Calibrate {
     /// A serial device, tcp:HOST:PORT or sim; none with --via
-    #[arg(required_unless_present = "via", conflicts_with = "via", add = ArgValueCompleter::new(completing::links))]
+    #[arg(required_unless_present = "via", conflicts_with = "via", add = ArgValueCompleter::new(completions::links))]
     link: Option<LinkSpec>,
     /// Send through the station that owns the radio and shares it with --share
     #[arg(long, value_name = "ADDR|PATH")]

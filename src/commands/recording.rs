@@ -1,19 +1,18 @@
 //! The options that say where received bytes are kept.
 
 use std::collections::BTreeMap;
-use std::io::ErrorKind;
 use std::path::{Path, PathBuf};
 use std::time::{Instant, SystemTime};
 
-use super::cli::Keeping;
+use super::cli::RecordingArgs;
 use super::config::Config;
 use super::{Exit, Fault};
-use crate::capture::{CaptureError, Existing, Rotation, name};
+use crate::capture::{Existing, Rotation, name};
 use crate::runtime::{KeepOptions, Keeper};
 
 /// Opens what the options name.
 pub(super) fn open(
-    options: &Keeping,
+    options: &RecordingArgs,
     link: &str,
     notes: BTreeMap<String, String>,
     config: &Config,
@@ -37,7 +36,7 @@ pub(super) fn open(
         rotation: rotation(options.rotate, config),
         remembered: config.recording.remembered(),
     };
-    Keeper::open(&keep, started).map_err(fault)
+    Keeper::open(&keep, started).map_err(Fault::from)
 }
 
 /// A recording is a file; elsewhere `-` is standard output, and a file of that name would surprise.
@@ -68,30 +67,4 @@ pub(super) const fn existing(append: bool, force: bool) -> Existing {
         (_, true) => Existing::Overwrite,
         _ => Existing::Refuse,
     }
-}
-
-/// A file that may not be touched or read is bad input; a disk that fails is a failure.
-pub(super) fn fault(error: CaptureError) -> Fault {
-    let exit = match error {
-        CaptureError::Exists { .. }
-        | CaptureError::SameFile(_)
-        | CaptureError::InUse(_)
-        | CaptureError::UnderWay(_)
-        | CaptureError::Missing(_)
-        | CaptureError::OwnName(_)
-        | CaptureError::Compression(_)
-        | CaptureError::NoChannels(_)
-        | CaptureError::Foreign(_)
-        | CaptureError::CannotAppend(_)
-        | CaptureError::Journal(_)
-        | CaptureError::Route(_)
-        | CaptureError::Open { .. } => Exit::Usage,
-        CaptureError::Read { ref error, .. } | CaptureError::Create { ref error, .. }
-            if error.kind() == ErrorKind::IsADirectory =>
-        {
-            Exit::Usage
-        }
-        _ => Exit::Failed,
-    };
-    Fault::new(exit, error)
 }

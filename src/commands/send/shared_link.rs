@@ -1,20 +1,21 @@
-//! `send --via`: commands through the station that owns the radio, with the same words and proof.
+//! Delivers commands through a station that shares its link (`--via`).
 
 use std::time::{Duration, Instant};
 
-use super::cli::Send;
-use super::report::Report;
+use super::super::cli::Send;
+use super::super::{Exit, Fault};
+use super::faults::not_confirmed;
+use super::report::{Report, SCAN_TIMEOUT, scan_result};
 use super::script::{Line, Script};
-use super::send::{FINDINGS_PATIENCE, is_finding, not_confirmed, tell_findings};
-use super::{Exit, Fault};
 use crate::event::{CommandStep, Failure};
 use crate::io::via::{Via, ViaError};
 use crate::request::Request;
 use crate::share::{Address, Ask, ClientLine, Stage, StationLine};
 
-/// The station ends a command at its time; this is for one that is stopped itself.
+/// How long to wait beyond the timeout, which the station itself keeps, before giving the station up.
 const GRACE: Duration = Duration::from_secs(5);
 
+/// Delivers each command of the script until one fails.
 pub(super) fn deliver(options: &Send, address: &Address, script: &Script) -> Result<(), Fault> {
     let (mut via, _) = Via::connect(address).map_err(|error| Fault::new(Exit::NoLink, error))?;
     let mut report = Report::new(options);
@@ -61,27 +62,29 @@ fn ask(
     if *request != Request::Scan {
         return Ok(());
     }
-    let until = Instant::now() + FINDINGS_PATIENCE;
-    let findings = loop {
+    let until = Instant::now() + SCAN_TIMEOUT;
+    let result = loop {
         match via.next(until) {
-            Ok(StationLine::Said { said }) if is_finding(&said) => break Some(said),
+            Ok(StationLine::Said { said }) if scan_result(&said).is_some() => break Some(said),
             Ok(_) => {}
             Err(_) => break None,
         }
     };
-    tell_findings(report, line, findings.as_deref(), begun.elapsed())
+    report.scan(line, result.as_deref(), begun.elapsed())
 }
 
-/// The step that a station told.
-pub(super) fn step_of(stage: &Stage, request: &Request) -> Result<CommandStep, Fault> {
+/// The step that a station reported.
+pub(in super::super) fn step_of(stage: &Stage, request: &Request) -> Result<CommandStep, Fault> {
     stage.step(request).ok_or_else(|| {
-        let message = format!("`{request}`: the station is newer and says {stage:?}");
+        let message = format!(
+            "`{request}`: the station sent an unknown status {stage:?}; update this program"
+        );
         Fault::new(Exit::Failed, message)
     })
 }
 
-/// Asks, and hands over what the station says of it until that returns something.
-pub(super) fn converse<T>(
+/// Sends a command and hands each answer about it to `take` until that returns a value.
+pub(in super::super) fn converse<T>(
     via: &mut Via,
     ask: &Ask,
     mut take: impl FnMut(StationLine) -> Result<Option<T>, Fault>,

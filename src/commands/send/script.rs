@@ -6,8 +6,8 @@ use std::path::Path;
 
 use groundwave_protocol::letters::Mode;
 
-use super::cli::Send;
-use super::{Exit, Fault};
+use super::super::cli::Send;
+use super::super::{Exit, Fault};
 use crate::quoted;
 use crate::remedy;
 use crate::request::Request;

@@ -1,0 +1,70 @@
+//! The faults a command can end with.
+
+use std::fmt::Display;
+use std::time::Duration;
+
+use super::super::{Exit, Fault};
+use crate::event::Failure;
+use crate::request::Request;
+use crate::share::Heard;
+
+/// The link `name` has no transmitter.
+pub(in super::super) fn receive_only(name: &dyn Display) -> Fault {
+    let message = format!(
+        "cannot send to {name}: the link is receive-only; name a link that can send, or a station that shares one: \
+         --via ADDR"
+    );
+    Fault::new(Exit::ReceiveOnly, message)
+}
+
+/// The robot refused, for the reason `why`.
+pub(in super::super) fn refused(request: &Request, why: &str) -> Fault {
+    let message = format!("the robot refused `{request}`: {why}");
+    Fault::new(Exit::Refused, message)
+}
+
+/// The command failed without a confirmation.
+pub(in super::super) fn failed(request: &Request, failure: Failure) -> Fault {
+    let exit = match failure {
+        Failure::ReceiveOnly => Exit::ReceiveOnly,
+        Failure::TimedOut => Exit::NotConfirmed,
+        _ => Exit::Failed,
+    };
+    Fault::new(exit, format!("`{request}`: {failure}"))
+}
+
+/// No confirmation came in time: says what was received and sent meanwhile, and what is known of the robot.
+pub(in super::super) fn not_confirmed(
+    request: &Request,
+    heard: Heard,
+    waited: Duration,
+    frames: u32,
+) -> Fault {
+    let why = if heard.bytes == 0 {
+        "nothing was received from the robot; check that it is switched on and that the port is right"
+            .to_owned()
+    } else if heard.lines == 0 {
+        format!(
+            "{} bytes were received and no intact line; check the baud rate",
+            heard.bytes
+        )
+    } else {
+        "lines were received, but no confirmation; the robot may be out of range of our transmitter"
+            .to_owned()
+    };
+    let state = match request {
+        // A command that another client has sent already has no frames of its own.
+        _ if frames == 0 && *request != Request::Stop => " It was not sent.",
+        Request::Route(_) => " The robot holds its old route or the new one, whole.",
+        _ => " The robot may or may not have executed it.",
+    };
+    let waited = if waited < Duration::from_secs(1) {
+        format!("{} ms", waited.as_millis())
+    } else {
+        format!("{:.1} s", waited.as_secs_f64())
+    };
+    Fault::new(
+        Exit::NotConfirmed,
+        format!("`{request}` was not confirmed within {waited}: {why}.{state}"),
+    )
+}

@@ -1,0 +1,166 @@
+//! Delivers commands over a link of this process.
+
+use std::ops::ControlFlow;
+use std::time::{Duration, Instant};
+
+use groundwave_protocol::telemetry::{Body, Outcome};
+use tokio::time::{Instant as TokioInstant, sleep_until};
+
+use super::super::cli::Send;
+use super::super::simulated::{Embedded, embed};
+use super::super::{Exit, Fault};
+use super::faults::not_confirmed;
+use super::report::{Report, SCAN_TIMEOUT, scan_result};
+use super::script::{Line, Script};
+use crate::event::{CommandId, CommandStep, Event, Failure};
+use crate::io::link::{Connection, Link, LinkSpec};
+use crate::radio::Radio;
+use crate::request::Request;
+use crate::runtime::Driver;
+
+/// How long to wait for the lines with mode and layers after a refusal.
+const REFUSAL_TIMEOUT: Duration = Duration::from_secs(6);
+
+/// Opens a station on `link`; starts a simulated robot if the link is `sim`.
+pub(in super::super) fn connect(
+    link: &LinkSpec,
+    baud: u32,
+    radio: Radio,
+) -> Result<(Driver, Embedded), Fault> {
+    let (inputs, from_link) = tokio::sync::mpsc::channel(64);
+    let (spec, simulator) = embed(link, radio.kind)?;
+    let connection =
+        Connection::open(&spec, baud).map_err(|error| Fault::new(Exit::NoLink, error))?;
+    let opened = Link::start(spec, baud, connection, Box::new(|_, _| false), inputs);
+    let driver = Driver::new(
+        link.to_string(),
+        opened,
+        from_link,
+        radio,
+        Instant::now(),
+        Box::new(|_, _| {}),
+    );
+    Ok((driver, simulator))
+}
+
+/// Delivers each command of the script until one fails.
+pub(super) async fn deliver(
+    options: &Send,
+    link: &LinkSpec,
+    baud: u32,
+    radio: Radio,
+    script: &Script,
+) -> Result<(), Fault> {
+    let (mut driver, _simulator) = connect(link, baud, radio)?;
+    let mut report = Report::new(options);
+    for (index, line) in script.lines().iter().enumerate() {
+        deliver_one(options, &mut driver, &mut report, line)
+            .await
+            .map_err(|fault| script.blame(index, fault))?;
+    }
+    Ok(())
+}
+
+async fn deliver_one(
+    options: &Send,
+    driver: &mut Driver,
+    report: &mut Report,
+    line: &Line,
+) -> Result<(), Fault> {
+    let begun = driver.now();
+    let id = driver.request(line.request.clone());
+    let deadline = tokio::time::sleep(options.timeout);
+    tokio::pin!(deadline);
+    loop {
+        let mut ended = None;
+        while let Some(event) = driver.poll_event() {
+            if let Some(outcome) = refusal(&event, id) {
+                listen_for_reason(driver, report, &line.request, outcome).await;
+            }
+            let after = driver.now().saturating_sub(begun);
+            ended = ended.or(report.handle(&event, id, line, after)?);
+        }
+        match ended {
+            Some(Ok(())) if line.request == Request::Scan => {
+                let until = TokioInstant::now() + SCAN_TIMEOUT;
+                let result = listen(driver, until, |body| match body {
+                    Body::Text(text) => scan_result(text.as_str())
+                        .map_or(ControlFlow::Continue(()), |text| {
+                            ControlFlow::Break(text.to_owned())
+                        }),
+                    _ => ControlFlow::Continue(()),
+                })
+                .await;
+                let after = driver.now().saturating_sub(begun);
+                return report.scan(line, result.as_deref(), after);
+            }
+            Some(ended) => return ended,
+            None => {}
+        }
+        tokio::select! {
+            () = driver.step() => {}
+            () = &mut deadline => {
+                driver.cancel();
+                let after = driver.now().saturating_sub(begun);
+                // The fault below says more than the one this step returns.
+                report.step(line, &CommandStep::Failed(Failure::TimedOut), after)?;
+                let heard = driver.heard();
+                return Err(not_confirmed(&line.request, heard, options.timeout, report.frames));
+            }
+        }
+    }
+}
+
+/// The outcome with which the robot refused command `id`, if the event says so.
+fn refusal(event: &Event, id: CommandId) -> Option<Outcome> {
+    match event {
+        Event::Command {
+            id: of,
+            step: CommandStep::Refused(outcome),
+        } if *of == id => Some(*outcome),
+        _ => None,
+    }
+}
+
+/// Listens for the lines that explain a refusal.
+async fn listen_for_reason(
+    driver: &mut Driver,
+    report: &mut Report,
+    request: &Request,
+    outcome: Outcome,
+) {
+    if !report.robot.wants_more(request, outcome) {
+        return;
+    }
+    let until = TokioInstant::now() + REFUSAL_TIMEOUT;
+    listen(driver, until, |body| {
+        report.robot.take(body);
+        if report.robot.wants_more(request, outcome) {
+            ControlFlow::Continue(())
+        } else {
+            ControlFlow::Break(())
+        }
+    })
+    .await;
+}
+
+/// Hands each line to `take` until it returns a value; `None` when the time is up.
+async fn listen<T>(
+    driver: &mut Driver,
+    until: TokioInstant,
+    mut take: impl FnMut(&Body) -> ControlFlow<T>,
+) -> Option<T> {
+    loop {
+        while let Some(event) = driver.poll_event() {
+            if let Event::Line { line, .. } = &event
+                && let ControlFlow::Break(result) = take(&line.body)
+            {
+                return Some(result);
+            }
+        }
+        tokio::select! {
+            () = driver.step() => {}
+            () = sleep_until(until) => return None,
+        }
+    }
+}
