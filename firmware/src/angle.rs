@@ -1,10 +1,10 @@
-//! Binary angles: a full turn is 65,536, so that wrapping arithmetic is the arithmetic of angles.
+//! Binary angles: a full turn is 65,536, so angles wrap like integers.
 
-/// A heading or a difference of headings, clockwise from +Y.
+/// A heading or a difference of headings, clockwise from +Y, in 1/65,536 of a turn.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Angle(pub u16);
 
-/// Sines of a quarter turn in 64 steps, 32,767 being one.
+/// Sines of a quarter turn in 64 steps; 32,767 is one.
 const QUARTER: [i16; 65] = [
     0, 804, 1608, 2410, 3212, 4011, 4808, 5602, 6393, 7179, 7962, 8739, 9512, 10278, 11039, 11793,
     12539, 13279, 14010, 14732, 15446, 16151, 16846, 17530, 18204, 18868, 19519, 20159, 20787,
@@ -14,13 +14,13 @@ const QUARTER: [i16; 65] = [
 ];
 
 impl Angle {
-    /// From whole degrees.
+    /// The angle of whole degrees.
     #[must_use]
     pub const fn from_degrees(degrees: u16) -> Self {
         Self(((degrees as u32 % 360 * 65_536 + 180) / 360) as u16)
     }
 
-    /// To whole degrees, 0 to 359, rounded.
+    /// Whole degrees, 0 to 359, rounded.
     #[must_use]
     pub const fn degrees(self) -> u16 {
         ((self.0 as u32 * 360 + 32_768) / 65_536 % 360) as u16
@@ -49,14 +49,13 @@ impl Angle {
         Self(self.0.wrapping_add(0x4000)).sin()
     }
 
-    /// How far to turn to get from `other` to here by the shorter way, right positive, half a turn
-    /// being 32,768.
+    /// Signed turn from `other` to `self` by the shorter direction, positive to the right; half a turn is 32,768.
     #[must_use]
     pub const fn minus(self, other: Self) -> i16 {
         self.0.wrapping_sub(other.0) as i16
     }
 
-    /// The heading from the origin to a point, right within a quarter of a degree.
+    /// Heading from the origin to a point, accurate to a quarter of a degree.
     #[must_use]
     pub fn toward(x: i32, y: i32) -> Self {
         let (across, along) = (x.unsigned_abs(), y.unsigned_abs());
@@ -79,7 +78,7 @@ impl Angle {
     }
 }
 
-/// The integer square root, rounded down.
+/// Integer square root, rounded down.
 #[must_use]
 pub fn square_root(value: u32) -> u32 {
     let (mut rest, mut root, mut bit) = (value, 0, 1 << 30);
@@ -100,7 +99,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn sine_and_cosine_are_right_to_four_digits() {
+    fn sine_and_cosine_are_accurate_to_four_digits() {
         for angle in 0..=u16::MAX {
             let turn = f64::from(angle) / 65_536.0 * core::f64::consts::TAU;
             let (sin, cos) = (f64::from(Angle(angle).sin()), f64::from(Angle(angle).cos()));
@@ -110,7 +109,7 @@ mod tests {
     }
 
     #[test]
-    fn the_heading_to_a_point_is_right_within_a_quarter_of_a_degree() {
+    fn heading_to_a_point_is_accurate_to_a_quarter_degree() {
         for (x, y) in [(0, 1), (1, 0), (0, -1), (-1, 0), (i32::MAX, i32::MIN + 1)] {
             check(x, y);
         }
@@ -133,7 +132,7 @@ mod tests {
     }
 
     #[test]
-    fn degrees_survive_the_way_there_and_back() {
+    fn degrees_survive_the_round_trip() {
         for degrees in 0..360 {
             assert_eq!(Angle::from_degrees(degrees).degrees(), degrees);
         }
@@ -142,7 +141,7 @@ mod tests {
     }
 
     #[test]
-    fn the_shorter_way_round() {
+    fn difference_takes_the_shorter_direction() {
         let (a, b) = (Angle::from_degrees(10), Angle::from_degrees(350));
         assert_eq!(a.minus(b), 3640);
         assert_eq!(b.minus(a), -3640);

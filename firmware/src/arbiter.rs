@@ -1,46 +1,46 @@
-//! Who gets the motors: the highest priority whose flag is up.
+//! Arbitration: the motors go to the request with the highest priority.
 
 use crate::drive::Motion;
 use groundwave_protocol::letters::{Layer, LayerMask};
 use groundwave_protocol::telemetry::HOLDERS;
 
-/// What one behaviour wants in one tick.
+/// Request of one behaviour in one tick.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Request {
-    /// Whether it wants the motors.
+    /// Whether the behaviour requests the motors.
     pub flag: bool,
-    /// What for.
+    /// Requested motion.
     pub motion: Motion,
 }
 
 impl Request {
-    /// The behaviour has nothing to say.
+    /// No request.
     pub const QUIET: Self = Self {
         flag: false,
         motion: Motion::STILL,
     };
 
-    /// The behaviour wants the motors.
+    /// A request for a motion.
     #[must_use]
     pub const fn raise(motion: Motion) -> Self {
         Self { flag: true, motion }
     }
 }
 
-/// One request a place: layers 0 to 7, then prowl, in falling priority.
+/// The requests of layers 0 to 7 and of prowl, in falling priority.
 pub type Requests = [Request; HOLDERS];
 
-/// Who won the motors.
+/// Winner of the arbitration.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Holder {
     /// One of the eight layers.
     Layer(Layer),
-    /// Nobody wants anything else.
+    /// The default motion when no layer requests another.
     Prowl,
 }
 
 impl Holder {
-    /// Its place in [`Requests`].
+    /// Index in [`Requests`].
     #[must_use]
     pub const fn place(self) -> usize {
         match self {
@@ -50,16 +50,16 @@ impl Holder {
     }
 }
 
-/// What stands behind the arbiter and may take the motors from whoever won them.
+/// Guard behind the arbiter that can take the motors from the winner.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum MotorGuard {
-    /// There is no floor where the robot would go.
+    /// There is no floor in the direction of travel.
     Cliff,
-    /// The arm is not stowed yet.
+    /// The arm is not stowed.
     Arm,
 }
 
-/// The request of the highest priority, and whose it is; `None` when no flag is up.
+/// Holder and motion of the request with the highest priority; `None` without any request.
 #[must_use]
 pub fn arbitrate(requests: &Requests) -> Option<(Holder, Motion)> {
     let place = requests.iter().position(|request| request.flag)?;
@@ -69,7 +69,7 @@ pub fn arbitrate(requests: &Requests) -> Option<(Holder, Motion)> {
     requests.get(place).map(|request| (holder, request.motion))
 }
 
-/// The layers whose flag is up.
+/// Layers that request the motors.
 #[must_use]
 pub fn raised(requests: &Requests) -> LayerMask {
     Layer::ALL
@@ -86,7 +86,7 @@ mod tests {
 
     proptest! {
         #[test]
-        fn the_highest_flag_wins_with_its_own_motion(
+        fn highest_request_wins_with_its_own_motion(
             flags in any::<[bool; HOLDERS]>(),
             speeds in any::<[(i16, i16); HOLDERS]>(),
         ) {

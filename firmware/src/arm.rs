@@ -1,14 +1,14 @@
-//! The servo arm that carries the motion detectors, and the guard that never drives with it up.
+//! The servo arm that carries the motion detectors, and the guard that prevents driving with it raised.
 
 use crate::drive::Motion;
 use crate::units::ticks;
 
-/// The servo needs half a second from one end to the other; two ticks more are for a tired one.
+/// Ticks of a servo movement: half a second from one end to the other, and two ticks for a slow servo.
 pub const SWING_TICKS: u8 = ticks(1) as u8 / 2 + 2;
 
-/// Where the arm is, as far as that follows from what the servo was told.
+/// Position of the arm, derived from the servo commands.
 ///
-/// A board that has just started may have been reset with the arm up: it counts as coming down.
+/// After a reset the arm may be raised, so it counts as moving down.
 #[derive(Clone, Debug)]
 pub struct ServoArm {
     is_up: bool,
@@ -25,8 +25,7 @@ impl Default for ServoArm {
 }
 
 impl ServoArm {
-    /// Guards the arbiter's output: the arm is up only while nothing would move the robot, whoever it
-    /// is that would; and until it is down again the robot is held still.
+    /// Guards the arbiter's output: raises the arm only without a motion, and stops the robot until the arm is stowed.
     pub fn guard(&mut self, wants_up: bool, motion: Motion) -> Motion {
         self.is_up = wants_up && motion == Motion::STILL;
         if self.is_up {
@@ -40,13 +39,13 @@ impl ServoArm {
         motion
     }
 
-    /// Whether it has had its time to come down.
+    /// Whether the arm has had time to stow.
     #[must_use]
     pub const fn is_stowed(&self) -> bool {
         !self.is_up && self.swing_ticks == 0
     }
 
-    /// Whether the servo is told to raise it.
+    /// Whether the servo is commanded to raise the arm.
     #[must_use]
     pub const fn is_up(&self) -> bool {
         self.is_up
@@ -61,7 +60,7 @@ mod tests {
     const AHEAD: Motion = Motion::new(6, 0);
 
     #[test]
-    fn what_would_move_the_robot_stows_the_arm_and_waits_until_it_is_down() {
+    fn motion_stows_the_arm_and_waits_until_it_is_down() {
         let mut arm = ServoArm::default();
         arm.guard(true, Motion::STILL);
         assert!(arm.is_up());
@@ -73,7 +72,7 @@ mod tests {
     }
 
     #[test]
-    fn after_a_reset_the_arm_may_be_up() {
+    fn arm_counts_as_raised_after_a_reset() {
         let mut arm = ServoArm::default();
         let held = (0..20)
             .filter(|_| arm.guard(false, AHEAD) == Motion::STILL)
@@ -83,7 +82,7 @@ mod tests {
 
     proptest! {
         #[test]
-        fn nothing_moves_before_the_arm_has_had_its_time_to_come_down(
+        fn motion_waits_for_the_arm_to_stow(
             steps in proptest::collection::vec(any::<(bool, bool)>(), 0..200)
         ) {
             let (mut arm, mut since_up) = (ServoArm::default(), 0);

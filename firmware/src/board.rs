@@ -1,48 +1,48 @@
-//! What passes between the robot's program and the pins of its board.
+//! Interface between the robot's program and the pins of its board.
 
-/// Ticks a second.
+/// Ticks per second.
 pub const TICK_HZ: u32 = 20;
 
-/// Infrared half cycles a second: the LEDs are modulated at half of this.
+/// Infrared half cycles per second: the LEDs are modulated at half of this rate.
 pub const INFRARED_LOOK_HZ: u32 = 250;
 
-/// Encoder counts per inch of wheel travel: 251 a turn of a 5-inch wheel.
+/// Encoder counts per inch of wheel travel: 251 per turn of a 5-inch wheel.
 pub const COUNTS_PER_IN: i32 = 16;
 
-/// Full pulse width, either way.
+/// Maximum pulse width in either direction.
 pub const PWM_MAX: i16 = 255;
 
-/// What tells one robot from another, and one life of it from the next.
+/// Identity of a robot and of its current boot.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Identity {
-    /// 1 to 99; the uplink's checksum is mixed with it.
+    /// Robot number, 1 to 99; the checksum of the uplink includes it.
     pub robot_id: u8,
-    /// Counted up by the board in memory that survives a reset, before the first tick.
+    /// Boot counter, incremented by the board in memory that survives a reset.
     pub boots: u16,
-    /// Seed of the robot's own dice (a centre bump turns left or right at random).
+    /// Seed of the robot's random numbers (a centre bump turns left or right at random).
     pub dice_seed: u32,
-    /// Whether the radio lets both ends talk at once.
+    /// Whether both ends of the radio can send at the same time.
     pub duplex: Duplex,
 }
 
-/// Whether the radio lets both ends talk at once.
+/// Whether both ends of the radio can send at the same time.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Duplex {
-    /// Both ends talk at the same time.
+    /// Both ends can send at the same time.
     #[default]
     Full,
-    /// One end at a time: the robot says when it listens.
+    /// One end sends at a time; the robot announces when it listens.
     Half {
-        /// It talks on when it has heard nothing for so many byte times: the ground's delay, and whatever
-        /// its modem adds both ways. [`PATIENCE_BYTES`] for a radio that passes bytes on at once.
+        /// Byte times of silence after which the robot sends again: the ground station's delay and the modem's
+        /// delay both ways. [`PATIENCE_BYTES`] for a radio that transmits bytes without delay.
         patience_bytes: u8,
     },
 }
 
-/// Patience with a half-duplex radio that passes bytes on at once.
+/// Patience on a half-duplex radio that transmits bytes without delay.
 pub const PATIENCE_BYTES: u8 = 16;
 
-/// Left or right, as seen by the robot.
+/// Left or right, as seen from the robot.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Side {
     /// Left.
@@ -51,7 +51,7 @@ pub enum Side {
     Right,
 }
 
-/// What each side says.
+/// A signal on each side.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Sides {
     /// Left.
@@ -61,13 +61,13 @@ pub struct Sides {
 }
 
 impl Sides {
-    /// Whether either does.
+    /// Whether either side has the signal.
     #[must_use]
     pub const fn any(self) -> bool {
         self.left || self.right
     }
 
-    /// What either of two said.
+    /// The signals of either of two.
     #[must_use]
     pub const fn or(self, other: Self) -> Self {
         Self {
@@ -77,28 +77,28 @@ impl Sides {
     }
 }
 
-/// Edge sensors that see no floor.
+/// Edge sensors that detect no floor.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-#[expect(clippy::struct_excessive_bools, reason = "one a sensor")]
+#[expect(clippy::struct_excessive_bools, reason = "one per sensor")]
 pub struct Edges {
     /// Ahead of the left wheel.
     pub left: bool,
-    /// Under the middle of the bumper.
+    /// Below the middle of the bumper.
     pub center: bool,
     /// Ahead of the right wheel.
     pub right: bool,
-    /// Behind the tail wheel or either drive wheel: these share an input.
+    /// Behind the tail wheel or a drive wheel; the three sensors share an input.
     pub rear: bool,
 }
 
 impl Edges {
-    /// Whether any does.
+    /// Whether any sensor detects no floor.
     #[must_use]
     pub const fn any(self) -> bool {
         self.left || self.center || self.right || self.rear
     }
 
-    /// What either of two said.
+    /// The edges of either of two.
     #[must_use]
     pub const fn or(self, other: Self) -> Self {
         Self {
@@ -110,7 +110,7 @@ impl Edges {
     }
 }
 
-/// Bumper switches closed at this tick.
+/// Bumper switches closed at a tick.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Switches {
     /// Left pair.
@@ -122,32 +122,32 @@ pub struct Switches {
 }
 
 impl Switches {
-    /// Whether any is closed.
+    /// Whether any switch is closed.
     #[must_use]
     pub const fn any(self) -> bool {
         self.left || self.center || self.right
     }
 }
 
-/// A finished sonar ping.
+/// Result of a sonar ping.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Echo {
-    /// Which ranger pinged.
+    /// Ranger that pinged.
     pub side: Side,
-    /// Distance of the first echo, 3 to 420 inches; `None` when none came back.
+    /// Distance of the first echo, 3 to 420 inches; `None` without an echo.
     pub range_in: Option<u16>,
 }
 
-/// Everything the robot senses in one tick. A sensor that is not fitted is `None`.
+/// Sensor readings of one tick. A sensor that is not fitted is `None`.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Inputs {
-    /// Encoder edges since the previous tick. Single-channel encoders do not know their direction.
+    /// Left encoder edges since the previous tick. Single-channel encoders do not show the direction.
     pub counts_left: u16,
-    /// Encoder edges since the previous tick.
+    /// Right encoder edges since the previous tick.
     pub counts_right: u16,
     /// Bumper switches.
     pub bumper: Switches,
-    /// The ping that finished since the previous tick, if one did.
+    /// Ping that finished since the previous tick.
     pub sonar: Option<Echo>,
     /// Left photocell, 0 very bright to 255 dark.
     pub photo_left: Option<u8>,
@@ -155,33 +155,33 @@ pub struct Inputs {
     pub photo_right: Option<u8>,
     /// Battery voltage in tenths of a volt.
     pub battery_dv: u8,
-    /// Where the floor ends.
+    /// Edge sensors that detect no floor.
     pub cliff: Option<Edges>,
-    /// The passive infrared detectors on the servo arm. While it is stowed they see the bumper.
+    /// Passive infrared detectors on the servo arm. A stowed arm hides them behind the bumper.
     pub motion: Option<Sides>,
-    /// The switch on the top of the arm: something is above it.
+    /// Whether the switch on top of the arm is pressed.
     pub top_hat: bool,
-    /// The receivers that see the dock's infrared beacon: it is on that side, on both straight ahead.
+    /// Receivers that detect the dock's infrared beacon; both when it is straight ahead.
     pub beacon: Option<Sides>,
-    /// The charger's voltage is on the contacts.
+    /// Whether the charger's voltage is on the contacts.
     pub is_docked: bool,
-    /// The timer found the previous tick not finished: this one begins late.
+    /// Whether this tick begins late because the previous one had not finished.
     pub is_late: bool,
 }
 
-/// Everything the robot does until the next tick.
+/// Outputs of the robot until the next tick.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Outputs {
-    /// Left motor, [`PWM_MAX`] full forward to its negative full reverse.
+    /// Left motor, from [`PWM_MAX`] full forward to its negative full reverse.
     pub pwm_left: i16,
-    /// Right motor.
+    /// Right motor, likewise.
     pub pwm_right: i16,
-    /// Fire this ranger now; its [`Echo`] is due two ticks later.
+    /// Ranger to ping at once; its [`Echo`] is due two ticks later.
     pub ping: Option<Side>,
-    /// What the beeper sounds, in hertz; 0 is silence.
+    /// Tone of the beeper in hertz; 0 is silence.
     pub note_hz: u16,
-    /// The servo raises the arm with the motion detectors, or stows it.
+    /// Whether the servo raises the arm with the motion detectors.
     pub arm_up: bool,
-    /// Write [`crate::robot::Robot::parameters`] to memory that survives a reset.
+    /// Whether to write [`crate::robot::Robot::parameters`] to memory that survives a reset.
     pub keep_parameters: bool,
 }

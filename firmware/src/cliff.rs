@@ -1,14 +1,13 @@
-//! The cliff guard: whatever won the motors, nothing drives the robot over an edge of the floor.
+//! The cliff guard: keeps every behaviour and the operator from driving over an edge of the floor.
 //!
-//! It stands behind the arbiter, above even the operator's hand: backing off a bumper can back down the
-//! stairs. What would carry a wheel toward a place without floor is stopped with full braking power, and
-//! then the guard moves the robot away from the edge, so that it does not stand there for ever. By hand it
-//! only stops: the operator sees why and decides. Where there is no floor anywhere the robot is in somebody's
-//! hand, or has fallen: the wheels stand until it has been put down.
+//! It acts behind the arbiter and overrides even manual driving, because backing off an obstacle can lead down the
+//! stairs. When a motion would carry a wheel toward missing floor, the guard brakes at full power and then drives away
+//! from the edge. In manual driving it only brakes, and the operator decides. Without any floor the robot has been
+//! lifted or has fallen, and the wheels stay still until it is put down.
 //!
-//! The sensors ahead of the wheels and under the bumper's middle look at what the wheels come to next; the
-//! rear input covers the tail wheel and what is behind both drive wheels. Turning on the spot moves one
-//! wheel forward and the other, with the tail, backward, and each is held back by the sensor on its way.
+//! The sensors ahead of the wheels and below the middle of the bumper cover forward motion; the rear input covers the
+//! tail wheel and both drive wheels backward. A turn on the spot moves one wheel forward, the other and the tail
+//! backward; the sensor in each direction can stop it.
 
 use crate::angle::Angle;
 use crate::board::{COUNTS_PER_IN, Edges};
@@ -17,50 +16,50 @@ use crate::parameters::Parameter;
 use crate::sensors::Senses;
 use crate::units::{cps, ticks};
 
-/// Fastest that it lets the robot back up: the sensor behind the tail is less than an inch behind it.
+/// Maximum reverse speed: the sensor behind the tail is less than an inch ahead of it.
 const BACK_MOST_CPS: i16 = cps(8);
 
-/// Full braking stops the robot in two or three ticks; after this it counts as stopped.
+/// Maximum duration of braking: two or three ticks stop the robot.
 const BRAKE_TICKS: u8 = 6;
 
-/// Counts in a tick that are no movement.
+/// Counts per tick that still count as standing.
 const STANDING_COUNTS: i16 = 1;
 
-/// Retreats are slow: whatever is beyond has to be seen in time.
+/// Speed of a retreat: slow enough to detect the next edge in time.
 const RETREAT_IN_S: i16 = 5;
 
-/// From an edge ahead: far enough that the wheels clear it while the robot turns. Counts of both wheels.
+/// Distance back from an edge ahead, in counts of both wheels: the wheels clear the edge in the turn.
 const BACK_COUNTS: i16 = 5 * COUNTS_PER_IN as i16 * 2;
 
-/// From an edge behind, or alongside.
+/// Distance ahead from an edge behind or alongside, in counts of both wheels.
 const AHEAD_COUNTS: i16 = 8 * COUNTS_PER_IN as i16 * 2;
 
-/// A retreat takes two seconds; after this something is in the way.
+/// Maximum duration of a retreat, which takes two seconds unless it is blocked.
 const RETREAT_TICKS: u8 = 3 * ticks(1) as u8;
 
-/// Turning: 34 degrees a second.
+/// Turning speed: 34 degrees per second.
 const TURN_IN_S: i16 = 6;
 
-/// The least turn away from an edge ahead, 60 degrees, and how much more chance adds: up to another 60.
+/// Minimum turn away from an edge ahead, 60 degrees; a random part of up to 60 degrees is added.
 const TURN_LEAST: u16 = 0x2AAB;
 
-/// The turn away from an edge alongside: half of a right angle, after which ahead leads away from it.
+/// Turn away from an edge alongside: 45 degrees, after which driving ahead leads away.
 const VEER: u16 = 0x2000;
 
-/// Most that a turn takes.
+/// Maximum duration of a turn.
 const TURN_TICKS: u8 = 5 * ticks(1) as u8;
 
-/// Put down, it waits for so long: hands are still on it.
+/// Delay after the robot has been put down.
 const PUT_DOWN_TICKS: u8 = ticks(1) as u8 / 2;
 
-/// With an edge behind and a bumper pressed, one wheel pushes on for so long.
+/// Duration of a pivot on one wheel, with an edge behind and a bumper switch closed.
 const PIVOT_TICKS: u8 = 24;
 
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 enum State {
     #[default]
     Watch,
-    /// Braking; by hand the guard does not move the robot away after that.
+    /// Brakes; in manual driving the guard does not move the robot afterwards.
     Brake { by_hand: bool, ticks_left: u8 },
     Retreat {
         forward: bool,
@@ -73,9 +72,9 @@ enum State {
         heading: Angle,
         ticks_left: u8,
     },
-    /// One wheel ahead, the other still.
+    /// Drives one wheel ahead with the other one still.
     Pivot { right: bool, ticks_left: u8 },
-    /// No floor anywhere, or put down just now.
+    /// No floor at any sensor, or just put down.
     Lifted { ticks_left: u8 },
 }
 
@@ -84,57 +83,57 @@ enum State {
 struct Turn {
     right: bool,
     left_to_go: u16,
-    /// Away from an edge alongside: the sensors see it all the time, and the wheels keep clear of it.
+    /// Whether the turn is away from an edge alongside: the sensors detect it throughout, and the wheels stay clear.
     alongside: bool,
 }
 
-/// What the guard makes of a tick.
+/// Decision of the guard for one tick.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Command {
-    /// Move so.
+    /// Drive with this motion.
     Drive(Motion),
-    /// Stop as fast as the motors can.
+    /// Brake at full power.
     Brake,
 }
 
-/// Where there is no floor.
+/// Direction of missing floor.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Missing {
     /// Ahead.
     Ahead,
-    /// Behind and not ahead.
+    /// Behind, and not ahead.
     Behind,
-    /// Anywhere.
+    /// At all sensors.
     Below,
 }
 
-/// The guard.
+/// The cliff guard.
 #[derive(Clone, Debug, Default)]
 pub struct CliffGuard {
     state: State,
-    /// What it acts for.
+    /// Edges that it acts on.
     seen: Edges,
-    /// Until it says again that it acts.
+    /// Ticks until it reports again.
     told_ticks: u8,
     news: Option<Missing>,
 }
 
-/// So long after the last time it acted it says so again.
+/// Ticks without action after which the next action is reported.
 const TELL_TICKS: u8 = 5 * ticks(1) as u8;
 
 impl CliffGuard {
-    /// Forgets what it was about: the motors are off.
+    /// Returns to watching; call it while the motors are off.
     pub fn rest(&mut self) {
         self.state = State::Watch;
     }
 
-    /// Whether it holds the motors.
+    /// Whether the guard controls the motors.
     #[must_use]
     pub fn acts(&self) -> bool {
         self.state != State::Watch
     }
 
-    /// The edges for which it holds the motors; none while it does not.
+    /// Edges that the guard acts on; none while it only watches.
     #[must_use]
     pub fn acts_for(&self) -> Edges {
         if self.acts() {
@@ -144,12 +143,12 @@ impl CliffGuard {
         }
     }
 
-    /// Why it began to act in this tick, if it did.
+    /// Direction of the missing floor if the guard began to act in this tick.
     pub fn take_news(&mut self) -> Option<Missing> {
         self.news.take()
     }
 
-    /// What becomes of the motion that won; `by_hand` when the operator's hand won.
+    /// Command for the motors in place of the winning motion; `by_hand` in manual driving.
     pub fn guard(
         &mut self,
         senses: &Senses,
@@ -253,7 +252,7 @@ impl CliffGuard {
         Command::Brake
     }
 
-    /// The motion of this tick: the winner's, or the retreat's.
+    /// Motion of this tick: the winner's or the retreat's.
     const fn wanted(&self, motion: Motion) -> Motion {
         match self.state {
             State::Watch => motion,
@@ -270,7 +269,7 @@ impl CliffGuard {
         }
     }
 
-    /// Lets a tick of the retreat pass.
+    /// Advances the retreat by a tick.
     fn go_on(&mut self, senses: &Senses) {
         let next = match &mut self.state {
             State::Watch | State::Brake { .. } | State::Lifted { .. } => return,
@@ -283,7 +282,7 @@ impl CliffGuard {
                 *way_counts = way_counts.saturating_add(senses.way_counts);
                 *ticks_left -= 1;
                 let far = if *forward { AHEAD_COUNTS } else { BACK_COUNTS };
-                // Pushing on against what stands ahead leads nowhere.
+                // Pushing against an obstacle ahead leads nowhere.
                 let blocked = *forward && senses.bumper.any();
                 if way_counts.abs() < far && *ticks_left > 0 && !blocked {
                     return;
@@ -344,11 +343,11 @@ impl State {
     }
 }
 
-/// Where to go from the edges that were seen.
+/// The retreat from the detected edges.
 fn retreat(seen: Edges, senses: &Senses) -> State {
     let ahead = seen.left || seen.center || seen.right;
     let by_chance = senses.dice & 1 == 0;
-    // An edge on the left is turned from to the right.
+    // Turn right from an edge on the left.
     let right = if seen.left == seen.right {
         by_chance
     } else {
@@ -373,7 +372,7 @@ fn retreat(seen: Edges, senses: &Senses) -> State {
     }
 }
 
-/// Whether wheels that turn so carry the robot toward where there is no floor.
+/// Whether these wheel speeds carry the robot toward missing floor.
 const fn leads_over(edges: Edges, left: i16, right: i16) -> bool {
     let ahead = left as i32 + right as i32 > 0;
     let front = edges.left || edges.center || edges.right;

@@ -1,11 +1,11 @@
-//! The robot's own randomness.
+//! Random numbers of the robot.
 
-/// A xorshift generator of 32 bits.
+/// A 32-bit xorshift generator.
 #[derive(Clone, Debug)]
 pub struct Dice(u32);
 
 impl Dice {
-    /// Dice of a seed; 0 is taken for another number, because it would never change.
+    /// A generator with this seed; 0 is replaced, because it would repeat for ever.
     #[must_use]
     pub const fn new(seed: u32) -> Self {
         Self(if seed == 0 { 0x9E37_79B9 } else { seed })
@@ -25,7 +25,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn a_seed_means_the_same_rolls_and_none_stands_still() {
+    fn seed_determines_the_numbers_and_they_change() {
         for seed in [0, 1, u32::MAX] {
             let (mut a, mut b) = (Dice::new(seed), Dice::new(seed));
             let first = a.roll();
@@ -35,7 +35,7 @@ mod tests {
     }
 
     #[test]
-    fn the_lowest_bit_is_fair() {
+    fn lowest_bit_is_fair() {
         let mut dice = Dice::new(7);
         let ones: u32 = (0..10_000).map(|_| dice.roll() & 1).sum();
         assert!((4800..5200).contains(&ones), "{ones}");

@@ -1,15 +1,15 @@
-//! Both wheels: from a speed and a rotation of the robot to two pulse widths.
+//! The drive train: from a speed and a rotation of the robot to two pulse widths.
 
 use crate::board::Inputs;
 use crate::pid::{Gains, Wheel};
 use crate::units::{TICKS_PER_S, cps};
 
-/// What the robot as a whole shall do.
+/// A motion of the whole robot.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Motion {
-    /// Speed at the centre, counts a second.
+    /// Speed at the centre in counts per second.
     pub velocity_cps: i16,
-    /// Difference between the wheels, left minus right, counts a second: positive turns right.
+    /// Left wheel speed minus right wheel speed in counts per second: positive turns right.
     pub rotation_cps: i16,
 }
 
@@ -17,7 +17,7 @@ impl Motion {
     /// Standing still.
     pub const STILL: Self = Self::new(0, 0);
 
-    /// Whole inches a second.
+    /// A motion in whole inches per second.
     #[must_use]
     pub const fn new(velocity_in_s: i16, rotation_in_s: i16) -> Self {
         Self {
@@ -26,8 +26,7 @@ impl Motion {
         }
     }
 
-    /// What each wheel shall do, left and right. When one would have to turn faster than
-    /// [`WHEEL_MAX_CPS`], the robot goes slower and turns as asked.
+    /// Speeds of the left and right wheels. Above [`WHEEL_MAX_CPS`] the robot drives slower but turns as requested.
     #[must_use]
     pub fn wheels(self) -> (i16, i16) {
         let half = self
@@ -40,16 +39,16 @@ impl Motion {
     }
 }
 
-/// Fastest that a wheel is ever asked to turn: 12 in/s, which a low battery still gives under load.
+/// Maximum speed of a wheel: 12 in/s, which a low battery reaches under load.
 pub const WHEEL_MAX_CPS: i16 = cps(12);
 
-/// Averages of measured speeds are kept in these parts of a count a second.
+/// Resolution of averaged speeds, in parts of a count per second.
 const AVERAGE_PARTS: i32 = 64;
 
-/// A measured speed for people follows within about 4 ticks.
+/// Averaging of the reported speeds: about 4 ticks.
 const SPEED_SHIFT: u32 = 2;
 
-/// Which way the wheels have been turning is averaged over about 3 s.
+/// Averaging of the turning direction: about 3 s.
 const TURNING_SHIFT: u32 = 6;
 
 /// The drive train.
@@ -72,7 +71,7 @@ pub struct Counts {
 }
 
 impl DriveTrain {
-    /// What the wheels did in the past tick.
+    /// Counts of the wheels in the past tick.
     pub fn measure(&mut self, inputs: &Inputs) -> Counts {
         let counts = Counts {
             left: self.left.signed_counts(inputs.counts_left),
@@ -89,7 +88,7 @@ impl DriveTrain {
         counts
     }
 
-    /// The pulse widths that bring the wheels to a motion, left and right.
+    /// Left and right pulse widths that control the wheels to a motion.
     pub fn control(&mut self, motion: Motion, counts: Counts, gains: &Gains) -> (i16, i16) {
         let (left, right) = motion.wheels();
         (
@@ -98,36 +97,36 @@ impl DriveTrain {
         )
     }
 
-    /// The pulse widths that stop both wheels as fast as the motors can.
+    /// Pulse widths that stop both wheels as fast as possible.
     pub fn brake(&mut self, counts: Counts) -> (i16, i16) {
         (self.left.brake(counts.left), self.right.brake(counts.right))
     }
 
-    /// Both motors off at once.
+    /// Switches both motors off.
     pub fn halt(&mut self) {
         self.left.halt();
         self.right.halt();
     }
 
-    /// Measured speed of the left wheel, counts a second.
+    /// Measured speed of the left wheel in counts per second.
     #[must_use]
     pub const fn left_cps(&self) -> i16 {
         (self.left_parts / AVERAGE_PARTS) as i16
     }
 
-    /// Measured speed of the right wheel, counts a second.
+    /// Measured speed of the right wheel in counts per second.
     #[must_use]
     pub const fn right_cps(&self) -> i16 {
         (self.right_parts / AVERAGE_PARTS) as i16
     }
 
-    /// Whether neither wheel turns, as far as can be measured.
+    /// Whether neither wheel measurably turns.
     #[must_use]
     pub const fn is_standing(&self) -> bool {
         self.left_cps() == 0 && self.right_cps() == 0
     }
 
-    /// A long running average of left minus right, counts a second.
+    /// Long-term average of left minus right in counts per second.
     #[must_use]
     pub const fn turning_cps(&self) -> i16 {
         (self.turning_parts / AVERAGE_PARTS) as i16
@@ -139,7 +138,7 @@ impl DriveTrain {
         self.left.is_saturated() || self.right.is_saturated()
     }
 
-    /// Whether something holds a wheel, or holds the robot while a wheel slips.
+    /// Whether an obstacle holds a wheel, or holds the robot while a wheel slips.
     #[must_use]
     pub const fn is_held(&self) -> bool {
         self.left.is_held() || self.right.is_held()

@@ -1,11 +1,11 @@
-//! What the robot does by itself when the ground falls silent.
+//! The failsafe: what the robot does when the ground station is silent.
 
 use crate::board::TICK_HZ;
 use groundwave_protocol::failsafe::Failsafe;
 use groundwave_protocol::letters::{Link, Mode};
 
-/// Counts the ground's silence. It concerns a robot only while a station has a session open: who was
-/// never commanded, or was stopped, is left alone.
+/// Counts the ground station's silence. It acts only while a station has a session open: a robot that was never
+/// commanded, or was stopped, stays as it is.
 #[derive(Clone, Debug, Default)]
 pub struct Guard {
     setting: Option<Failsafe>,
@@ -14,29 +14,29 @@ pub struct Guard {
 }
 
 impl Guard {
-    /// What it was told to do.
+    /// Current setting.
     #[must_use]
     pub const fn setting(&self) -> Option<Failsafe> {
         self.setting
     }
 
-    /// Tells it what to do from now on.
+    /// Changes the setting.
     pub const fn set(&mut self, setting: Option<Failsafe>) {
         self.setting = setting;
     }
 
-    /// The ground said something intact.
+    /// Handles an intact frame from the ground station.
     pub const fn hear(&mut self) {
         self.silence_ticks = 0;
     }
 
-    /// The operator has taken over again, by a mode or by STOP. Returns whether it had acted.
+    /// Handles a mode or STOP command from the operator; returns whether the failsafe had acted.
     pub const fn rearm(&mut self) -> bool {
         core::mem::replace(&mut self.acts, false)
     }
 
-    /// Lets a tick pass; returns the mode to enter when the silence has become too long. A robot that
-    /// stands in stop has nothing to be saved from, and must never be moved out of it.
+    /// Advances one tick; returns the mode to enter when the silence has lasted too long. Never acts in mode stop,
+    /// where the robot is safe.
     pub fn tick(&mut self, is_open: bool, mode: Mode) -> Option<Mode> {
         self.silence_ticks = self.silence_ticks.saturating_add(1);
         let setting = self
@@ -49,13 +49,13 @@ impl Guard {
         Some(setting.mode)
     }
 
-    /// Whether it acts now: then nobody drives by hand until the operator has taken over again.
+    /// Whether the failsafe has acted: manual driving is blocked until the operator commands again.
     #[must_use]
     pub const fn acts(&self) -> bool {
         self.acts
     }
 
-    /// What line A says.
+    /// Link letter of line A.
     #[must_use]
     pub const fn letter(&self, is_open: bool) -> Link {
         if self.acts {
@@ -86,7 +86,7 @@ mod tests {
     }
 
     #[test]
-    fn it_acts_once_and_exactly_when_the_silence_is_over() {
+    fn failsafe_acts_once_when_the_silence_limit_is_reached() {
         let mut guard = guard();
         assert_eq!(guard.letter(true), Link::Armed);
         assert_eq!(acts_after(&mut guard, true, Mode::Prowl), Some(200));
@@ -95,7 +95,7 @@ mod tests {
     }
 
     #[test]
-    fn every_word_begins_the_silence_anew() {
+    fn every_frame_restarts_the_silence() {
         let mut guard = guard();
         for _ in 0..5 {
             for _ in 0..199 {
@@ -106,7 +106,7 @@ mod tests {
     }
 
     #[test]
-    fn without_a_session_or_in_stop_or_untold_it_does_nothing() {
+    fn failsafe_needs_a_session_a_setting_and_a_mode_other_than_stop() {
         assert_eq!(acts_after(&mut guard(), false, Mode::Prowl), None);
         assert_eq!(acts_after(&mut guard(), true, Mode::Stop), None);
         assert_eq!(acts_after(&mut Guard::default(), true, Mode::Prowl), None);
@@ -114,7 +114,7 @@ mod tests {
     }
 
     #[test]
-    fn hearing_the_ground_again_does_not_end_it_but_the_operator_does() {
+    fn failsafe_ends_by_command_and_not_by_a_frame() {
         let mut guard = guard();
         acts_after(&mut guard, true, Mode::Prowl);
         guard.hear();

@@ -1,24 +1,23 @@
-//! The infrared detectors, looked at 250 times a second.
+//! The infrared detectors, sampled 250 times a second.
 //!
-//! The LEDs are on for one half cycle and off for the next. A detector sees something when it fires
-//! with the LEDs on and not with them off: what fires by itself is ambient light. So many pairs in a
-//! row must agree before the detection counts; that number, `max_count`, grows with every detection
-//! and falls in their absence, which lets the robot keep its distance in the open and still enter a
-//! confined space. Where both sides are near it grows at once: between two walls the robot has to get used to
-//! them before they have turned it round.
+//! The LEDs are on for one half cycle and off for the next. A reflection fires a detector only with the LEDs on; a
+//! detector that also fires with the LEDs off receives ambient light. A detection needs `max_count` such pairs in a
+//! row. `max_count` rises with every detection and falls without any, so that the robot keeps its distance in the open
+//! and can still enter a narrow passage. It doubles when both sides detect at once, so that the robot adapts to a
+//! passage before the walls turn it around.
 
 use crate::board::Sides;
 use crate::parameters::{Parameter, Parameters};
 use crate::units::{TICKS_PER_S, ticks};
 
-/// In so many ticks `max_count` grows by one when something was detected in them, and is halved when nothing
-/// was: a robot that has left a passage must not go on being blind.
+/// Ticks between two adaptations: `max_count` rises by one after a detection and halves without any, so that the
+/// robot detects normally again after a passage.
 const ADAPT_TICKS: u8 = TICKS_PER_S as u8 / 2;
 
-/// Something seen in every tick for this long is a jam.
+/// Ticks of uninterrupted reflections that count as a jam.
 pub const JAM_TICKS: u16 = ticks(30);
 
-/// After a jam the detectors are off for this long.
+/// Ticks for which the detectors are off after a jam.
 pub const OFF_TICKS: u16 = ticks(30);
 
 /// Both detectors and their LEDs.
@@ -26,12 +25,12 @@ pub const OFF_TICKS: u16 = ticks(30);
 pub struct Infrared {
     enabled: bool,
     leds_on: bool,
-    /// What fired in the half cycle with the LEDs on.
+    /// Detectors that fired in the half cycle with the LEDs on.
     lit: Sides,
-    /// Pairs in a row that saw something.
+    /// Pairs in a row with a reflection, left and right.
     runs: [u8; 2],
     max_count: u8,
-    /// Any pair that saw something since the last tick.
+    /// Whether any pair since the last tick had a reflection.
     seen: bool,
     /// Detections since the last tick.
     detected: Sides,
@@ -60,8 +59,7 @@ impl Default for Infrared {
 }
 
 impl Infrared {
-    /// Takes what the detectors read in the half cycle that just ended; says whether the LEDs are on
-    /// in the next one.
+    /// Takes the readings of the half cycle that has ended; returns whether the LEDs are on in the next one.
     pub fn look(&mut self, left: bool, right: bool) -> bool {
         let was_on = self.leds_on;
         self.leds_on = self.enabled && self.off_ticks == 0 && !was_on;
@@ -77,21 +75,21 @@ impl Infrared {
         self.leds_on
     }
 
-    /// A pair of half cycles is complete.
+    /// Evaluates a complete pair of half cycles.
     fn compare(&mut self, pair: Sides) {
         self.seen |= pair.any();
         for (run, seen) in self.runs.iter_mut().zip([pair.left, pair.right]) {
             *run = if seen { run.saturating_add(1) } else { 0 };
         }
         if self.runs.iter().any(|&run| run >= self.max_count) {
-            // The count begins anew: the higher it must get, the less often the robot is turned away.
+            // The count restarts, so that a higher `max_count` turns the robot less often.
             self.runs = [0; 2];
             self.detected = self.detected.or(pair);
         }
     }
 
-    /// Once a tick: what has been detected since the last one. `enabled` is whether the layer is. With
-    /// equal limits `max_count` does not adapt.
+    /// Detections since the last tick; call it once per tick. `enabled` is the state of the layer. With equal limits
+    /// `max_count` does not adapt.
     pub fn tick(&mut self, enabled: bool, parameters: &Parameters) -> Sides {
         let detected = core::mem::take(&mut self.detected);
         let seen = core::mem::take(&mut self.seen);
@@ -140,7 +138,7 @@ impl Infrared {
         };
     }
 
-    /// Pairs in a row that make a detection at present.
+    /// Current number of pairs in a row that make a detection.
     #[must_use]
     pub const fn max_count(&self) -> u8 {
         self.max_count
@@ -157,7 +155,7 @@ impl Infrared {
 mod tests {
     use super::*;
 
-    /// Six pairs a tick, of what each half cycle reads.
+    /// One tick of six pairs with these readings.
     fn tick(infrared: &mut Infrared, lit: Sides, dark: Sides) -> Sides {
         for _ in 0..12 {
             let reading = if infrared.leds_on { lit } else { dark };
@@ -179,7 +177,7 @@ mod tests {
         right: true,
     };
 
-    /// Switched on, and the LEDs just lit for the first half cycle of a pair.
+    /// Enabled, at the first half cycle of a pair with the LEDs on.
     fn running() -> Infrared {
         let mut infrared = Infrared::default();
         infrared.tick(true, &Parameters::DEFAULT);
@@ -188,7 +186,7 @@ mod tests {
     }
 
     #[test]
-    fn the_leds_blink_at_half_the_rate_of_the_looks_while_the_layer_is_on() {
+    fn leds_blink_at_half_the_sample_rate_while_enabled() {
         let mut infrared = running();
         let leds: [bool; 6] = core::array::from_fn(|_| infrared.look(false, false));
         assert_eq!(leds, [false, true, false, true, false, true]);
@@ -198,7 +196,7 @@ mod tests {
     }
 
     #[test]
-    fn what_fires_in_the_dark_is_no_reflection() {
+    fn ambient_light_is_no_reflection() {
         let mut infrared = running();
         assert_eq!(tick(&mut infrared, LEFT, NONE), LEFT);
         assert_eq!(tick(&mut infrared, BOTH, BOTH), NONE);
@@ -213,7 +211,7 @@ mod tests {
     }
 
     #[test]
-    fn fewer_pairs_in_a_row_than_max_count_are_nothing() {
+    fn fewer_pairs_than_max_count_are_no_detection() {
         let mut infrared = running();
         for pairs in 0..20 {
             let seen = pairs % 3 != 2;
@@ -229,14 +227,14 @@ mod tests {
     }
 
     #[test]
-    fn max_count_grows_with_detections_and_falls_without() {
+    fn max_count_rises_with_detections_and_falls_without() {
         let mut infrared = running();
         let mut detections = 0;
         for _ in 0..590 {
             detections += u32::from(tick(&mut infrared, LEFT, NONE).any());
         }
         assert_eq!(infrared.max_count(), 40);
-        // At most one in 40 pairs, of 6 a tick, by then.
+        // At most one detection per 40 pairs, at 6 pairs per tick.
         assert!(detections < 590 / 2, "{detections}");
         for _ in 0..380 {
             tick(&mut infrared, NONE, NONE);
@@ -245,7 +243,7 @@ mod tests {
     }
 
     #[test]
-    fn between_two_walls_max_count_doubles_with_each_detection() {
+    fn max_count_doubles_when_both_sides_detect() {
         let mut infrared = running();
         let mut counts = [0; 4];
         for count in &mut counts {
@@ -256,7 +254,7 @@ mod tests {
     }
 
     #[test]
-    fn with_equal_limits_it_does_not_adapt() {
+    fn max_count_is_fixed_with_equal_limits() {
         let mut parameters = Parameters::DEFAULT;
         assert!(parameters.set(Parameter::InfraredLeast, 12));
         assert!(parameters.set(Parameter::InfraredMost, 5));
@@ -268,13 +266,13 @@ mod tests {
                     infrared.look(false, false);
                 }
                 infrared.tick(true, &parameters);
-                assert_eq!(infrared.max_count(), 12, "the larger of two that cross");
+                assert_eq!(infrared.max_count(), 12, "the larger of two crossed limits");
             }
         }
     }
 
     #[test]
-    fn thirty_seconds_of_detection_switch_it_off_for_thirty_seconds_to_the_tick() {
+    fn jam_turns_the_detectors_off_after_and_for_thirty_seconds() {
         let mut infrared = running();
         for n in 1..600 {
             tick(&mut infrared, LEFT, NONE);
@@ -287,7 +285,7 @@ mod tests {
             assert_eq!(tick(&mut infrared, LEFT, NONE), NONE);
         }
         assert!(!infrared.is_jammed());
-        // And a whole thirty seconds again.
+        // The next jam again takes thirty seconds.
         for n in 1..600 {
             tick(&mut infrared, LEFT, NONE);
             assert!(!infrared.is_jammed(), "tick {n}");
@@ -297,7 +295,7 @@ mod tests {
     }
 
     #[test]
-    fn one_tick_without_a_detection_begins_the_thirty_seconds_anew() {
+    fn tick_without_a_detection_restarts_the_jam_timer() {
         let mut infrared = running();
         for _ in 0..599 {
             tick(&mut infrared, LEFT, NONE);

@@ -1,13 +1,13 @@
-//! The SR04's program, without its board.
+//! The SR04's program, independent of its board.
 //!
-//! A board reads its pins into [`board::Inputs`], calls [`robot::Robot::tick`] 20 times a second and
-//! applies the [`board::Outputs`]; between ticks it calls [`robot::Robot::infrared_look`] 250 times a
-//! second and carries bytes to and from the radio. The simulator is one such board.
+//! A board reads its pins into [`board::Inputs`], calls [`robot::Robot::tick`] 20 times a second and applies the
+//! [`board::Outputs`]. Between ticks it calls [`robot::Robot::infrared_look`] 250 times a second and transfers bytes to
+//! and from the radio. The simulator is one such board.
 //!
-//! Start reading at [`robot::Robot::tick`]: it is the whole program from top to bottom.
+//! Start reading at [`robot::Robot::tick`], which is the whole program from top to bottom.
 //!
-//! No heap, no floats, integers of 32 bits and less: the same inputs give the same telemetry on a
-//! host and on an 8-bit microcontroller.
+//! The program uses no heap, no floats and integers of at most 32 bits: equal inputs give equal telemetry on a host and
+//! on an 8-bit microcontroller.
 #![no_std]
 #![cfg_attr(not(test), deny(clippy::float_arithmetic))]
 

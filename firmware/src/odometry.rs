@@ -1,46 +1,45 @@
-//! Where the robot is, by its wheels' turns.
+//! Odometry: the robot's pose from the turns of its wheels.
 //!
-//! A wheel of 5 inches gives 251 counts a turn and the wheels stand 10 inches apart, so a full turn of
-//! the robot is a difference of exactly 1004 counts. What a robot's own wheels and track are, its
-//! parameters say. The encoders have one channel: what a count's sign is, the caller must know from the
-//! motor command.
+//! A 5-inch wheel gives 251 counts per turn and the track is 10 inches, so a full turn of the robot is a difference of
+//! exactly 1004 counts. Parameters give the true wheels and track of a robot. The encoders have one channel: the caller
+//! derives the sign of a count from the motor command.
 
 use crate::angle::Angle;
 use crate::parameters::{Parameter, Parameters};
 use groundwave_protocol::Waypoint;
 
-/// Counts of difference between the wheels for one turn of the robot: 2 * 251 * 10 in / 5 in.
+/// Difference of counts between the wheels per turn of the robot: 2 * 251 * 10 in / 5 in.
 pub const COUNTS_PER_TURN: i32 = 1004;
 
-/// Heading of one count of difference with the wheels and the track of the drawing, a full turn being 2^32.
+/// Heading per count of difference with nominal wheels and track; a full turn is 2^32.
 const TURN_PER_COUNT: i32 = (u32::MAX / COUNTS_PER_TURN as u32) as i32 + 1;
 
-/// Way of the centre for one count of one wheel of the drawing, in 1/64 of [`STEP_PER_IN`]ths of an inch:
-/// half of pi * 5 in / 251 is 0.0312905 in.
+/// Movement of the centre per count of one nominal wheel, in 1/64 of a step (see [`STEP_PER_IN`]): half of
+/// pi * 5 in / 251 is 0.0312905 in.
 const STEP_PER_COUNT: i32 = 8203;
 
-/// Steps of the odometer's input: 4096 to an inch.
+/// Steps per inch.
 const STEP_PER_IN: i32 = 4096;
 
-/// Units of position to an inch: 32 bits reach 131,072 inches.
+/// Units of position per inch: 32 bits reach 131,072 inches.
 pub const UNITS_PER_IN: i32 = 16_384;
 
-/// From a step times a sine of 15 bits to a unit.
+/// Shift from a step times a 15-bit sine to a unit.
 const STEP_SHIFT: u32 = 15 - (UNITS_PER_IN / STEP_PER_IN).trailing_zeros();
 
-/// No wheel turns faster than this in one tick: 4 times the motors' top speed.
+/// Maximum counts per tick: 4 times the motors' top speed.
 const COUNTS_MAX: i16 = 64;
 
-/// Diameter of the drawing's wheels, thousandths of an inch.
+/// Diameter of the nominal wheels in 1/1000 inch.
 const WHEEL: i32 = 5000;
 
-/// What one count of each wheel means.
+/// Movement and heading per count of each wheel.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 struct Gauge {
-    /// Way of the centre, in 1/64 of a step.
+    /// Movement of the centre in 1/64 of a step.
     left_step: i32,
     right_step: i32,
-    /// Heading, a full turn being 2^32.
+    /// Heading; a full turn is 2^32.
     left_turn: i32,
     right_turn: i32,
 }
@@ -58,7 +57,7 @@ impl Gauge {
         let (left, right) = (value(Parameter::WheelLeft), value(Parameter::WheelRight));
         let track = value(Parameter::Track);
         let step = |wheel: i32| (wheel * STEP_PER_COUNT + WHEEL / 2) / WHEEL;
-        // How much more than the drawing's, in 65,536ths: exactly 65,536 for the drawing's.
+        // Ratio to the nominal wheel and track in 1/65,536: exactly 65,536 for nominal ones.
         let turn = |wheel: i32| {
             let ratio = (((wheel * 2) << 16) + track / 2) / track;
             (TURN_PER_COUNT >> 16) * ratio
@@ -79,14 +78,14 @@ impl Default for Gauge {
     }
 }
 
-/// A place and a heading.
+/// A position and a heading.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Pose {
-    /// X in [`UNITS_PER_IN`]ths of an inch.
+    /// X in 1/[`UNITS_PER_IN`] of an inch.
     pub x_units: i32,
-    /// Y in [`UNITS_PER_IN`]ths of an inch.
+    /// Y in 1/[`UNITS_PER_IN`] of an inch.
     pub y_units: i32,
-    /// Clockwise from +Y.
+    /// Heading clockwise from +Y.
     pub heading: Angle,
 }
 
@@ -109,7 +108,7 @@ impl Pose {
         self.heading.degrees()
     }
 
-    /// What is between here and a point, in sixteenths of an inch.
+    /// X and Y distance to a point in sixteenths of an inch.
     #[must_use]
     pub const fn offset_to(&self, point: Waypoint) -> (i32, i32) {
         const SHIFT: u32 = (UNITS_PER_IN / 16).trailing_zeros();
@@ -121,7 +120,7 @@ impl Pose {
 }
 
 const fn tenths_in(units: i32) -> i32 {
-    // Whole inches first: ten times the largest position does not fit.
+    // Whole inches first: ten times the largest position would overflow.
     let whole = units >> UNITS_PER_IN.trailing_zeros();
     let part = units & (UNITS_PER_IN - 1);
     whole * 10 + (part * 10 + UNITS_PER_IN / 2) / UNITS_PER_IN
@@ -132,26 +131,26 @@ const fn tenths_in(units: i32) -> i32 {
 pub struct Odometer {
     x_units: i32,
     y_units: i32,
-    /// A full turn is 2^32.
+    /// Heading; a full turn is 2^32.
     heading: u32,
-    /// What rounding has left of the way so far, in 1/64 of a step.
+    /// Rounding remainder of the movement in 1/64 of a step.
     remainder: i32,
     gauge: Gauge,
 }
 
 impl Odometer {
-    /// Takes the wheels and the track from the parameters, from the next tick on.
+    /// Takes wheels and track from the parameters.
     pub fn fit(&mut self, parameters: &Parameters) {
         self.gauge = Gauge::of(parameters);
     }
 
-    /// Counts of both wheels during a tick, backward negative.
+    /// Adds the counts of both wheels during a tick, negative backward.
     pub fn advance(&mut self, left: i16, right: i16) {
         let left = i32::from(left.clamp(-COUNTS_MAX, COUNTS_MAX));
         let right = i32::from(right.clamp(-COUNTS_MAX, COUNTS_MAX));
         let gauge = &self.gauge;
         let turn = left * gauge.left_turn - right * gauge.right_turn;
-        // The heading half-way through the tick makes an arc's chord of its tangent.
+        // The heading at the middle of the tick gives the chord of the arc.
         let heading = Angle((self.heading.wrapping_add_signed(turn / 2) >> 16) as u16);
         self.heading = self.heading.wrapping_add_signed(turn);
         let way = left * gauge.left_step + right * gauge.right_step + self.remainder;
@@ -162,7 +161,7 @@ impl Odometer {
         self.y_units = self.y_units.saturating_add(part(heading.cos()));
     }
 
-    /// Where the robot is.
+    /// Current pose.
     #[must_use]
     pub const fn pose(&self) -> Pose {
         Pose {
@@ -172,9 +171,9 @@ impl Odometer {
         }
     }
 
-    /// Takes a place and a heading for the robot's own.
+    /// Sets position and heading.
     pub fn set(&mut self, position: Waypoint, heading: Angle) {
-        // A waypoint reaches 9999 inches: far from the limit of 32 bits.
+        // A waypoint reaches 9999 inches: far below the limit of 32 bits.
         self.x_units = i32::from(position.x_in) * UNITS_PER_IN;
         self.y_units = i32::from(position.y_in) * UNITS_PER_IN;
         self.heading = u32::from(heading.0) << 16;
@@ -186,14 +185,14 @@ impl Odometer {
 mod tests {
     use super::*;
 
-    /// A 157-inch side is 10 turns of the wheel; a quarter turn is 251 counts of difference.
+    /// A 157-inch side is 10 turns of the wheel; a quarter turn is a difference of 251 counts.
     fn drive_square(clockwise: bool) -> Odometer {
         let mut odometer = Odometer::default();
         for _ in 0..4 {
             for _ in 0..251 {
                 odometer.advance(10, 10);
             }
-            // 251 is odd, so one wheel does one count more.
+            // 251 is odd, so one wheel turns one count more.
             for step in 0..125 {
                 let last = i16::from(step == 124);
                 if clockwise {
@@ -207,7 +206,7 @@ mod tests {
     }
 
     #[test]
-    fn a_square_ends_where_it_began_both_ways_round() {
+    fn square_ends_at_its_start_in_both_directions() {
         for clockwise in [true, false] {
             let pose = drive_square(clockwise).pose();
             assert_eq!(pose.theta_deg(), 0);
@@ -218,7 +217,7 @@ mod tests {
     }
 
     #[test]
-    fn a_turn_of_the_wheels_is_their_girth() {
+    fn turn_of_the_wheels_is_their_circumference() {
         let mut odometer = Odometer::default();
         for _ in 0..251 {
             odometer.advance(10, 10);
@@ -233,8 +232,8 @@ mod tests {
     }
 
     #[test]
-    fn a_quarter_circle_is_round() {
-        // Radius 20 in: the wheels run at 25 and 15 in, 5 to 3; 753 counts to 502 less a quarter turn.
+    fn quarter_circle_ends_at_its_radius() {
+        // Radius 20 in: the wheels run at radii of 25 and 15 in; 753 counts to 502 less a quarter turn.
         let mut odometer = Odometer::default();
         let (mut left, mut right) = (0, 0);
         for step in 1..=100_i32 {
@@ -249,7 +248,7 @@ mod tests {
     }
 
     #[test]
-    fn it_can_be_set_and_says_tenths_at_the_edges() {
+    fn set_position_is_exact_at_the_limits() {
         let mut odometer = Odometer::default();
         odometer.set(
             Waypoint {
@@ -276,7 +275,7 @@ mod tests {
     }
 
     #[test]
-    fn a_tuned_gauge_is_exact_to_a_hundred_thousandth_and_the_drawing_is_the_drawing() {
+    fn tuned_gauge_is_exact_to_a_hundred_thousandth() {
         assert_eq!(Gauge::of(&Parameters::DEFAULT), Gauge::DRAWN);
         for (left, right, track) in [
             (4500, 5500, 9000),
@@ -308,7 +307,7 @@ mod tests {
     }
 
     #[test]
-    fn with_unequal_wheels_equal_counts_are_a_bow() {
+    fn equal_counts_of_unequal_wheels_are_an_arc() {
         let mut parameters = Parameters::DEFAULT;
         assert!(parameters.set(Parameter::WheelLeft, 5020));
         let mut odometer = Odometer::default();
@@ -316,7 +315,7 @@ mod tests {
         for _ in 0..251 {
             odometer.advance(10, 10);
         }
-        // 10 turns, the left wheel 0.2 in more each in girth: 0.628 in over a track of 10 in, 3.6 degrees.
+        // 10 turns; the left wheel runs 0.628 in farther over a track of 10 in: 3.6 degrees.
         let pose = odometer.pose();
         assert_eq!(pose.theta_deg(), 4);
         assert!((pose.y_tenths_in() - 1573).abs() <= 2, "{pose:?}");
@@ -324,7 +323,7 @@ mod tests {
     }
 
     #[test]
-    fn nonsense_from_the_encoders_stays_finite() {
+    fn extreme_encoder_counts_do_not_overflow() {
         let mut odometer = Odometer::default();
         for _ in 0..10_000 {
             odometer.advance(i16::MAX, i16::MAX);

@@ -1,32 +1,32 @@
-//! What the operator may tune: one table of names, limits and starting values.
+//! Parameters that the operator can tune: one table of names, limits and defaults.
 
-/// One line of the table.
+/// Definition of one parameter.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Definition {
-    /// What people call it: at most 18 characters, lower case and hyphens.
+    /// Name: at most 18 lower-case characters and hyphens.
     pub name: &'static str,
-    /// What it counts: at most 11 characters.
+    /// Unit: at most 11 characters.
     pub unit: &'static str,
-    /// Least value.
+    /// Minimum value.
     pub least: i16,
-    /// Most.
+    /// Maximum value.
     pub most: i16,
-    /// Value of a robot that has never been tuned.
+    /// Default value.
     pub default: i16,
 }
 
-/// Declares the parameters: what it is, variant, name, unit, limits, default.
+/// Declares the parameters: description, variant, name, unit, limits, default.
 macro_rules! parameters {
     ($(#[doc = $about:literal] $variant:ident: $name:literal, $unit:literal, $least:literal..=$most:literal, $default:literal;)+) => {
-        /// What may be tuned.
+        /// A tunable parameter.
         #[derive(Clone, Copy, Debug, PartialEq, Eq)]
         pub enum Parameter { $(#[doc = $about] $variant),+ }
 
         impl Parameter {
-            /// All of them, in the table's order.
+            /// All parameters in the table's order.
             pub const ALL: &'static [Self] = &[$(Self::$variant),+];
 
-            /// Its line of the table.
+            /// Definition of the parameter.
             #[must_use]
             pub const fn definition(self) -> Definition {
                 match self {
@@ -40,7 +40,7 @@ macro_rules! parameters {
                 }
             }
 
-            /// What it is, for people. Apart from the table: no robot needs it in its memory.
+            /// Description of the parameter. It is apart from the definition so that a robot does not store it.
             #[must_use]
             pub const fn about(self) -> &'static str {
                 match self {
@@ -49,74 +49,74 @@ macro_rules! parameters {
             }
         }
 
-        /// A value for each.
+        /// A value for each parameter.
         #[derive(Clone, Debug, PartialEq, Eq)]
         pub struct Parameters([i16; Parameter::ALL.len()]);
 
         impl Parameters {
-            /// Those of a robot that has never been tuned.
+            /// The default values.
             pub const DEFAULT: Self = Self([$($default),+]);
         }
     };
 }
 
 parameters! {
-    /// Fastest that it prowls.
+    /// Maximum prowling speed.
     TopSpeed: "top-speed", "in/s", 2..=12, 12;
-    /// How fast an ordered speed may change.
+    /// Maximum change of the wheel speed per second.
     Slew: "slew", "in/s2", 6..=48, 24;
-    /// Pulse width for each count a second ordered, in 256ths.
+    /// Pulse width per count a second of commanded speed.
     PidFeed: "pid-feed", "1/256", 0..=400, 204;
-    /// Pulse width for each count a second too slow, in 256ths.
+    /// Pulse width per count a second of speed error.
     PidP: "pid-p", "1/256", 0..=400, 102;
-    /// Pulse width for each count behind.
+    /// Pulse width per count of accumulated error.
     PidI: "pid-i", "1", 0..=12, 3;
-    /// Pulse width for each count a second by which the order changes in a tick, in 256ths.
+    /// Pulse width per count a second by which the commanded speed changes in a tick.
     PidD: "pid-d", "1/256", 0..=2000, 680;
     /// Diameter of the left wheel.
     WheelLeft: "wheel-left", "in/1000", 4500..=5500, 5000;
     /// Diameter of the right wheel.
     WheelRight: "wheel-right", "in/1000", 4500..=5500, 5000;
-    /// From wheel to wheel.
+    /// Distance between the wheels.
     Track: "track", "in/1000", 9000..=11000, 10000;
-    /// Whether the bumper layer spins around when it keeps being caught.
+    /// Whether repeated bumps make the robot spin to escape.
     Escapes: "escapes", "0 or 1", 0..=1, 1;
-    /// Infrared looks in a row that make a detection when little has been detected.
+    /// Minimum number of infrared samples in a row that make a detection.
     InfraredLeast: "ir-count-least", "looks", 1..=60, 3;
-    /// The same in the thick of things.
+    /// Maximum number of infrared samples in a row that make a detection, after many detections.
     InfraredMost: "ir-count-most", "looks", 1..=60, 40;
-    /// Views that differ by less of their sum are equal.
+    /// Difference of the sonar ranges, as a share of their sum, below which they count as equal.
     SonarDeadzone: "sonar-deadzone", "%", 0..=100, 15;
-    /// Both views shorter than this: no further ahead.
+    /// Sonar range below which, on both sides, the robot does not drive ahead.
     SonarClose: "sonar-close", "in", 6..=120, 30;
-    /// Whether it turns from the brighter side instead of to it.
+    /// Whether the robot turns away from light instead of toward it.
     PhotoAvoid: "photo-avoid", "0 or 1", 0..=1, 0;
-    /// Photocells that differ by less are equal.
+    /// Difference of the photocells below which they count as equal.
     PhotoDeadzone: "photo-deadzone", "1/256", 0..=255, 8;
-    /// How long the motion detectors settle before they are armed.
+    /// Settling time of the motion detectors before they are armed.
     Settle: "motion-settle", "s", 1..=120, 15;
-    /// How long it charges at what moved.
+    /// Time for which the robot charges at a detected motion.
     Charge: "motion-charge", "s/10", 0..=50, 15;
-    /// Nearer to a target than this it has arrived.
+    /// Distance from a target at which it counts as reached.
     Arrive: "arrive", "in", 2..=24, 6;
-    /// How long it wanders before it goes home.
+    /// Time of wandering before the robot goes home.
     Wander: "wander", "s", 10..=3600, 180;
-    /// Side of the square of the calibration: clockwise, or to the left when negative.
+    /// Side of the calibration square: clockwise, or counterclockwise if negative.
     Square: "square", "in", -400..=400, 157;
-    /// Whether nothing drives it over an edge of the floor.
+    /// Whether the cliff guard keeps the robot from driving over an edge of the floor.
     CliffGuard: "cliff-guard", "0 or 1", 0..=1, 1;
-    /// Whether it may switch its own sensors off and on.
+    /// Whether the robot may switch its own sensors off and on.
     Behaviour: "behaviour", "0 or 1", 0..=1, 1;
-    /// Whether it goes to its dock when the battery is low.
+    /// Whether the robot goes to its dock when the battery is low.
     Forage: "forage", "0 or 1", 0..=1, 0;
-    /// Below this the battery is low.
+    /// Voltage below which the battery is low.
     LowBattery: "battery-low", "V/10", 100..=130, 116;
-    /// Below this it is harmed: the robot stops, unless it is on the way to its dock, and calls. 0: it never stops.
+    /// Voltage below which the battery is damaged: the robot stops and calls, except on the way to its dock. 0 disables.
     CriticalBattery: "battery-critical", "V/10", 0..=130, 112;
 }
 
 impl Parameter {
-    /// The one whose name has this key.
+    /// The parameter whose name has this key.
     #[must_use]
     pub fn with_key(key: u32) -> Option<Self> {
         let has_key =
@@ -124,7 +124,7 @@ impl Parameter {
         Self::ALL.iter().find(has_key).copied()
     }
 
-    /// The one of this name.
+    /// The parameter of this name.
     #[must_use]
     pub fn with_name(name: &str) -> Option<Self> {
         let has_name = |one: &&Self| one.definition().name == name;
@@ -133,7 +133,7 @@ impl Parameter {
 }
 
 impl Parameters {
-    /// The value of one.
+    /// Value of a parameter.
     #[must_use]
     pub fn get(&self, parameter: Parameter) -> i16 {
         self.0
@@ -142,13 +142,13 @@ impl Parameters {
             .unwrap_or(parameter.definition().default)
     }
 
-    /// Whether one of 0 and 1 is 1.
+    /// Whether a 0-or-1 parameter is 1.
     #[must_use]
     pub fn is_on(&self, parameter: Parameter) -> bool {
         self.get(parameter) != 0
     }
 
-    /// Changes one; returns whether the value lies within its limits. Otherwise nothing changes.
+    /// Changes a value and returns true, or changes nothing and returns false if it is out of range.
     pub fn set(&mut self, parameter: Parameter, value: i16) -> bool {
         let definition = parameter.definition();
         let fits = (definition.least..=definition.most).contains(&value);
@@ -171,7 +171,7 @@ mod tests {
     use groundwave_protocol::parameter as protocol;
 
     #[test]
-    fn the_table_is_sound() {
+    fn parameter_table_is_consistent() {
         let mut parameters = Parameters::default();
         for (place, &parameter) in Parameter::ALL.iter().enumerate() {
             let definition = parameter.definition();
@@ -182,7 +182,7 @@ mod tests {
             assert_eq!(
                 Parameter::with_key(key),
                 Some(parameter),
-                "no other has its key"
+                "the key is unique"
             );
             assert_eq!(Parameter::with_name(definition.name), Some(parameter));
             assert_eq!(parameters.get(parameter), definition.default);
@@ -192,7 +192,7 @@ mod tests {
             assert_eq!(parameters.get(parameter), definition.most);
             assert!(
                 parameters.set(parameter, definition.default),
-                "the default fits"
+                "the default is in range"
             );
             let same = |other: &&Parameter| other.definition().name == definition.name;
             assert_eq!(Parameter::ALL.iter().filter(same).count(), 1);

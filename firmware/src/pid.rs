@@ -1,34 +1,33 @@
-//! One wheel's speed control: a PID that accumulates count error, 20 times a second.
+//! Speed control of one wheel: a PID controller that accumulates count error, 20 times a second.
 //!
-//! The error it accumulates is of counts, not of speeds: a wheel that was held back catches up, and so
-//! two wheels that shall run alike keep the robot's heading.
+//! It accumulates the error of counts, not of speeds: a delayed wheel catches up, so two wheels with equal speeds keep
+//! the robot's heading.
 //!
-//! A motor that cannot turn its wheel is not heated for ever: its power is taken away for some seconds, again
-//! and again.
+//! A motor that cannot turn its wheel would overheat, so its power is switched off for some seconds at a time.
 
 use crate::board::PWM_MAX;
 use crate::parameters::{Parameter, Parameters};
 use crate::units::{TICKS_PER_S, cps, ticks};
 
-/// What the operator may tune of the control. The defaults: 24 in/s^2, which the gears bear and rubber
-/// holds; the pulse width that an unloaded motor needs at 12 V, which gets to 20 in/s at full width; the
-/// same over the motors' time constant of 1/6 s for each change of speed; and what damps the rest.
+/// Gains of the controller. The defaults: a slew of 24 in/s^2, which gears and tyres hold; the feed-forward of an
+/// unloaded motor at 12 V, which reaches 20 in/s at full width; for each change of speed, the feed-forward over the
+/// motors' time constant of 1/6 s; and a proportional gain that damps the rest.
 #[derive(Clone, Copy, Debug)]
 pub struct Gains {
-    /// How fast an ordered speed may change, per tick.
+    /// Maximum change of the commanded speed per tick.
     slew_cps: i16,
-    /// Pulse width for each count a second ordered, in 256ths.
+    /// Pulse width per count a second of commanded speed, in 1/256.
     per_cps_ordered: i32,
-    /// Pulse width for each count a second by which the order changes in a tick, in 256ths.
+    /// Pulse width per count a second of change in a tick, in 1/256.
     per_cps_changed: i32,
-    /// Pulse width for each count a second too slow, in 256ths.
+    /// Pulse width per count a second of speed error, in 1/256.
     per_cps_slow: i32,
-    /// Pulse width for each count behind.
+    /// Pulse width per count of accumulated error.
     per_count_behind: i32,
 }
 
 impl Gains {
-    /// As the parameters have it.
+    /// Gains from the parameters.
     #[must_use]
     pub fn of(parameters: &Parameters) -> Self {
         let value = |parameter| i32::from(parameters.get(parameter));
@@ -41,8 +40,8 @@ impl Gains {
         }
     }
 
-    /// Most counts that are made up for: enough to bring full pulse width by itself, and not more, or a
-    /// wheel that comes free would dash on.
+    /// Maximum accumulated error in counts: as much as gives full pulse width by itself. With more, a wheel that comes
+    /// free would overshoot.
     fn behind_max_counts(&self) -> i32 {
         i32::from(PWM_MAX) / self.per_count_behind.max(1)
     }
@@ -54,81 +53,81 @@ impl Default for Gains {
     }
 }
 
-/// Pulse width that takes a count a tick off an idling wheel in one tick: in 1/20 s a wheel gets a quarter
-/// of the way to what its pulse width would bring.
+/// Pulse width that slows an idling wheel by one count per tick within a tick: in 1/20 s a wheel gets a quarter of the
+/// way to the speed of its pulse width.
 const BRAKE_PER_COUNT: i32 = 45;
 
-/// Full pulse width for this long and still too slow: saturated.
+/// Ticks at full pulse width below the commanded speed after which the wheel is saturated.
 const SATURATED_TICKS: u8 = ticks(1) as u8 / 2;
 
-/// So much pulse width for this long without one count: stalled. At three quarters the winding takes more than half
-/// of the heat that it takes at full width.
+/// Pulse width, and ticks without a count at it, after which the wheel is stalled. At three quarters the winding takes
+/// more than half of the heat of full width.
 const STALLED_PWM: i32 = PWM_MAX as i32 * 3 / 4;
 const STALLED_TICKS: u8 = ticks(1) as u8;
 
-/// A stalled motor has its power taken away for so long before it tries again: it is warm a fifth of the time.
+/// Ticks without power after a stall: the motor is powered a fifth of the time.
 const REST_TICKS: u8 = 4 * STALLED_TICKS;
 
-/// Full pulse width for so long without two thirds of the ordered speed: something holds the robot, and its wheels
-/// slip. They do at a third of top speed; a battery and a load for which the robot was made do not slow it so.
+/// Ticks at full pulse width below two thirds of the commanded speed after which the robot is held and its wheels slip.
+/// They slip at a third of top speed; a low battery or a rated load does not slow them as much.
 const LABOURED_TICKS: u8 = 2 * ticks(1) as u8;
 
-/// A tick with no more edges than this is one in which the wheel may have turned back.
+/// Maximum edges of a tick in which the wheel may have reversed.
 const STANDING_COUNTS: u16 = 1;
 
-/// No wheel does more edges in a tick: the fastest does 16.
+/// Maximum edges of a wheel per tick: the fastest gives 16.
 const COUNTS_MAX: u16 = 255;
 
-/// The speed of a wheel is kept in these parts of a count a tick.
+/// Resolution of a wheel's speed, in parts of a count per tick.
 const SPEED_PARTS: i32 = 256;
 
-/// What one step of pulse width brings a motor to, in [`SPEED_PARTS`]: 20 in/s, 16 counts a tick, at full width.
+/// Speed per step of pulse width in [`SPEED_PARTS`]: 20 in/s, 16 counts per tick, at full width.
 const SPEED_PER_STEP: i32 = 16 * SPEED_PARTS / PWM_MAX as i32;
 
-/// What the gears take of that.
+/// Speed lost to the gears' friction, in [`SPEED_PARTS`].
 const DRAG: i32 = SPEED_PARTS * 9 / 8;
 
-/// How much of the way to what is left its mean speed gets in a tick, and its speed at the end of the tick, in
-/// 256ths: of the motors' time constant of 1/6 s a tick is 3 tenths.
+/// Shares in 1/256 of the remaining speed difference that the mean speed during a tick and the speed at its end make
+/// up: the motors' time constant is 1/6 s, and a tick is 3 tenths of it.
 const FOLLOWS_DURING: i32 = 40;
 const FOLLOWS_AFTER: i32 = 66;
 
-/// The edges correct the expected speed by so many 256ths of what they differ by. A wheel that was believed to turn
-/// the wrong way would for ever seem to turn so if they were believed alone, its motor against it.
+/// Share in 1/256 of their difference by which the edges correct the expected speed. Without expectation a wheel whose
+/// direction was once wrong would stay wrong for ever, its motor driving against it.
 const CORRECTS: i32 = 64;
 
-/// The count error is kept in twentieths of a count, the unit in which a speed is one a tick.
+/// Resolution of the count error: 1/20 count, because a speed of 1 count per second makes one of them per tick.
 const PARTS: i32 = TICKS_PER_S as i32;
 
-/// One wheel.
+/// Controller of one wheel.
 #[derive(Clone, Debug, Default)]
 pub struct Wheel {
-    /// Ordered speed after the slew limit.
+    /// Commanded speed after the slew limit.
     slewed_cps: i16,
-    /// Counts behind the order, in [`PARTS`].
+    /// Accumulated count error in [`PARTS`].
     behind_parts: i32,
-    /// The way the wheel is believed to turn.
+    /// Assumed direction of the wheel.
     backward: bool,
-    /// Its speed at the end of the past tick, in [`SPEED_PARTS`].
+    /// Speed at the end of the past tick in [`SPEED_PARTS`].
     speed_parts: i32,
-    /// The pulse width of the present tick.
+    /// Pulse width of the current tick.
     given: i16,
     full_ticks: u8,
     still_ticks: u8,
-    /// Ticks of full pulse width with much too little speed, less those without.
+    /// Ticks at full pulse width with much too low a speed, less those without.
     laboured_ticks: u8,
-    /// It stalled, and has not moved since.
+    /// Whether the wheel has stalled and not moved since.
     is_stalled: bool,
-    /// How long it is left without power for that, and which way it was to turn.
+    /// Ticks without power left after a stall, and the direction in which the wheel stalled.
     rest_ticks: u8,
     rests_from_backward: bool,
-    /// While it brakes: counts a tick that it still did at the end of the past tick.
+    /// While braking: counts per tick at the end of the past tick.
     braked_counts: Option<i16>,
 }
 
 impl Wheel {
-    /// Gives the encoder's edges of the past tick the way that the wheel must have turned: from the speed it had
-    /// and the pulse width it was given, as a motor follows it. A command against its way is a brake at first.
+    /// Gives the encoder edges of the past tick their sign, from a motor model with the previous speed and pulse width. A
+    /// command against the direction of the wheel first brakes it.
     #[must_use]
     pub fn signed_counts(&mut self, edges: u16) -> i16 {
         let given = i32::from(self.given) * SPEED_PER_STEP;
@@ -149,7 +148,7 @@ impl Wheel {
         counts
     }
 
-    /// Motor off at once; nothing is left to make up for.
+    /// Switches the motor off and clears the accumulated error.
     pub fn halt(&mut self) {
         self.slewed_cps = 0;
         self.is_stalled = false;
@@ -158,13 +157,13 @@ impl Wheel {
         self.release();
     }
 
-    /// The pulse width that stops the wheel within two ticks, whatever it was ordered to do: full power
-    /// against its way, by what it does at the end of a tick rather than during it.
+    /// Pulse width that stops the wheel within two ticks: full power against its direction, based on its estimated speed
+    /// at the end of the tick.
     pub fn brake(&mut self, counts: i16) -> i16 {
         self.halt();
         let during = counts.saturating_abs();
         let now = match self.braked_counts {
-            // Faster under the brake: its way is not what was believed, so let it run out.
+            // Faster while braking: the assumed direction is wrong, so let the wheel run out.
             Some(before) if during > before + STANDING_COUNTS as i16 => 0,
             Some(before) => during
                 .saturating_mul(2)
@@ -188,7 +187,7 @@ impl Wheel {
         self.laboured_ticks = 0;
     }
 
-    /// The pulse width for the coming tick, from the ordered speed and the counts of the past tick.
+    /// Pulse width for the next tick from the commanded speed and the counts of the past tick.
     pub fn control(&mut self, ordered_cps: i16, counts: i16, gains: &Gains) -> i16 {
         self.braked_counts = None;
         if self.rests(ordered_cps) {
@@ -216,7 +215,7 @@ impl Wheel {
             + too_slow_cps * gains.per_cps_slow / 256;
         let full = i32::from(PWM_MAX);
         let given = wanted.clamp(-full, full);
-        // Against wind-up: an error that the motor cannot work off any faster is not accumulated.
+        // Anti-windup: an error that the motor cannot work off faster is not accumulated.
         let is_winding_up = given != wanted && (too_slow_cps > 0) == (wanted > 0);
         if !is_winding_up {
             self.behind_parts = behind.clamp(-limit, limit);
@@ -226,7 +225,7 @@ impl Wheel {
         self.given
     }
 
-    /// Whether the motor is left without power after a stall. The other way, which escapes take, it tries at once.
+    /// Whether the motor is without power after a stall. A command in the other direction, as in an escape, ends the rest.
     fn rests(&mut self, ordered_cps: i16) -> bool {
         if self.rest_ticks == 0 {
             return false;
@@ -253,7 +252,7 @@ impl Wheel {
         } else {
             self.laboured_ticks.saturating_sub(1)
         };
-        // A count may be the gears' play.
+        // A single count may be play of the gears.
         self.is_stalled &= counts.unsigned_abs() <= STANDING_COUNTS;
         if self.still_ticks >= STALLED_TICKS {
             self.release();
@@ -263,20 +262,19 @@ impl Wheel {
         }
     }
 
-    /// Whether full pulse width does not bring the ordered speed.
+    /// Whether full pulse width does not reach the commanded speed.
     #[must_use]
     pub const fn is_saturated(&self) -> bool {
         self.full_ticks >= SATURATED_TICKS
     }
 
-    /// Whether something holds the wheel, or holds the robot while the wheel slips.
+    /// Whether an obstacle holds the wheel, or holds the robot while the wheel slips.
     #[must_use]
     pub const fn is_held(&self) -> bool {
         self.is_stalled || self.laboured_ticks >= LABOURED_TICKS
     }
 
-    /// Whether high pulse width does not turn the wheel at all: until it moves, also while the motor is left
-    /// without power for it.
+    /// Whether high pulse width does not turn the wheel; stays true while the motor rests and until the wheel moves.
     #[must_use]
     pub const fn is_stalled(&self) -> bool {
         self.is_stalled

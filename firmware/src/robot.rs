@@ -30,42 +30,42 @@ use groundwave_protocol::letters::{Layer, LayerMask, Mode};
 use groundwave_protocol::receiver::Receiver;
 use groundwave_protocol::telemetry::{Ack, HOLDERS};
 
-/// Sonar looks this far ahead while the robot prowls: all it can tell apart.
+/// Sonar horizon while prowling: all that the sonar can resolve.
 const PROWL_HORIZON_IN: u16 = 180;
 
-/// Sonar looks this far ahead while nothing drives the robot on: what is nearer pushes it away.
+/// Sonar horizon in modes without a drive of their own: nearer obstacles push the robot away.
 const REACTIVE_HORIZON_IN: u16 = 48;
 
-/// Sonar looks this far ahead on the way to a target: farther walls are no reason to leave the way.
+/// Sonar horizon on the way to a target: farther walls do not divert the robot.
 const ROUTE_HORIZON_IN: u16 = 40;
 
-/// A stopped robot brakes for so long: from top speed the wheels stand after two or three ticks.
+/// Ticks of braking after a stop: from top speed the wheels stand after two or three.
 const BRAKE_TICKS: u8 = 4;
 
-/// What the robot says at the end of its list.
+/// Text at the end of the route.
 const LIST_FINISHED: &str = "I'm finished with the co-ordinate list";
 
-/// What it says when the ground has been silent for too long.
+/// Text when the failsafe acts.
 const FAILSAFE_ACTS: &str = "failsafe: the ground is silent";
 
-/// What it says when the operator has taken over again.
+/// Text when the operator has ended the failsafe.
 const FAILSAFE_OVER: &str = "failsafe is over";
 
-/// What it says when it has come home.
+/// Text when the robot has come home.
 const HOME_REACHED: &str = "I'm home";
 
-/// The robot's program and everything it remembers.
+/// The robot's program with its complete state.
 #[derive(Clone, Debug)]
 pub struct Robot {
     identity: Identity,
     parameters: Parameters,
-    /// What a reset brings back.
+    /// Parameters as kept by the board.
     kept: Parameters,
-    /// The board has to write them.
+    /// Whether the board must store the parameters.
     must_keep: bool,
     now_ticks: u32,
     mode: Mode,
-    /// Where mode Passive goes back to.
+    /// Mode to which mode Passive returns.
     mode_before: Mode,
     allowed: LayerMask,
     dice: Dice,
@@ -86,19 +86,19 @@ pub struct Robot {
     holder: Option<Holder>,
     motion: Motion,
     cliff_guard: CliffGuard,
-    /// Who took the motors from the holder.
+    /// Guard that controls the motors in place of the holder.
     guarded: Option<MotorGuard>,
-    /// While the cliff guard is off: until the robot says so again.
+    /// With the cliff guard off: ticks until the robot reports it again.
     unguarded_ticks: u16,
     errands: Errands,
     singer: Singer,
-    /// How long it still brakes after it was told to stop.
+    /// Ticks of braking left after a stop.
     brake_ticks: u8,
 
     receiver: Receiver,
     farm: Farm,
     guard: Guard,
-    /// How long drive frames are obeyed without another sign of the ground.
+    /// Ticks for which drive frames are accepted without another frame from the ground station.
     live_ticks: u8,
 
     events: Events,
@@ -111,13 +111,13 @@ pub struct Robot {
 }
 
 impl Robot {
-    /// A robot that has just been switched on. It prowls, with the layers that are allowed at boot.
+    /// A robot at power-on, with default parameters. It prowls with the layers that are allowed at boot.
     #[must_use]
     pub fn new(identity: Identity) -> Self {
         Self::restored(identity, Parameters::DEFAULT)
     }
 
-    /// The same, with the parameters that the board has kept.
+    /// A robot at power-on, with the parameters that the board has kept.
     #[must_use]
     pub fn restored(identity: Identity, parameters: Parameters) -> Self {
         Self {
@@ -164,7 +164,7 @@ impl Robot {
         }
     }
 
-    /// The program: once every twentieth of a second, from the sensors to the motors.
+    /// Runs the program for one tick of 1/20 s, from the sensors to the motors.
     pub fn tick(&mut self, inputs: &Inputs) -> Outputs {
         self.watch_silence();
         self.live_ticks = self.live_ticks.saturating_sub(1);
@@ -188,7 +188,7 @@ impl Robot {
         self.odometer.fit(&self.parameters);
         self.odometer.advance(counts.left, counts.right);
 
-        // Every enabled layer in turn.
+        // Decisions of all enabled layers.
         let target = self.target();
         let senses = Senses {
             parameters: &self.parameters,
@@ -222,7 +222,7 @@ impl Robot {
         self.holder = winner.map(|(holder, _)| holder);
         let motion = winner.map_or(Motion::STILL, |(_, motion)| motion);
 
-        // What guards the motors: no edge is driven over, and nothing moves with the arm up.
+        // Guards of the motors: no driving over an edge, and none with the arm raised.
         let by_hand = self.holder == Some(Holder::Layer(Layer::User));
         let command = self.cliff_guard.guard(&senses, counts, motion, by_hand);
         let motion = match command {
@@ -232,7 +232,7 @@ impl Robot {
         self.motion = self.guard_arm(inputs, motion);
         self.guarded = self.guarded_by(command, motion);
 
-        // What has come to its end, and what begins.
+        // Activities that end or begin.
         self.take_arrival();
         self.finish_turns();
         if is_tempted {
@@ -250,7 +250,7 @@ impl Robot {
             self.drive.control(self.motion, counts, &gains)
         };
 
-        // What telemetry will tell.
+        // Events for telemetry.
         self.events
             .bumper(inputs.bumper, self.layers.bumpers.is_jammed());
         self.events.infrared(infrared);
@@ -277,8 +277,8 @@ impl Robot {
         }
     }
 
-    /// Brakes for as long as it takes the fastest wheels to stand, then has the motors off for good: an encoder
-    /// that lies must not keep a stopped robot's motors running.
+    /// Brakes until the fastest wheels stand, then switches the motors off: a faulty encoder must not keep a stopped
+    /// robot's motors running.
     fn stop_motors(&mut self, counts: Counts) -> (i16, i16) {
         if self.brake_ticks == 0 {
             self.drive.halt();
@@ -288,26 +288,26 @@ impl Robot {
         self.drive.brake(counts)
     }
 
-    /// Takes what the infrared detectors read during the half cycle that just ended, with the LEDs as
-    /// the previous call returned them (off before the first). Returns whether the LEDs are on next.
+    /// Takes the readings of the infrared detectors for the half cycle that has ended, with the LEDs as the previous call
+    /// returned them (off before the first call). Returns whether the LEDs are on in the next one.
     pub fn infrared_look(&mut self, left: bool, right: bool) -> bool {
         self.infrared.look(left, right)
     }
 
     fn horizon_in(&self, target: Option<Waypoint>) -> u16 {
         match target {
-            // What stands behind the target is not in the way.
+            // Obstacles behind the target are not in the way.
             Some(target) => {
                 ROUTE_HORIZON_IN.min(prowl::distance_in(&self.odometer.pose(), target) as u16)
             }
-            // Neither sonar nor infrared may turn it from its dock.
+            // Neither sonar nor infrared may turn the robot from its dock.
             None if self.mode == Mode::Forage => 0,
             None if matches!(self.mode, Mode::Prowl | Mode::Wander) => PROWL_HORIZON_IN,
             None => REACTIVE_HORIZON_IN,
         }
     }
 
-    /// A ground that has commanded and fallen silent may have left instructions.
+    /// Enters the failsafe mode if the ground station has been silent for too long.
     fn watch_silence(&mut self) {
         if let Some(mode) = self.guard.tick(self.farm.is_open(), self.mode) {
             self.enter(mode);
@@ -315,14 +315,14 @@ impl Robot {
         }
     }
 
-    /// The operator commands: a failsafe that acted is over.
+    /// Ends an active failsafe after a command of the operator.
     fn rearm(&mut self) {
         if self.guard.rearm() {
             self.schedule.say(FAILSAFE_OVER);
         }
     }
 
-    /// The next point of the list when one has been reached; at its end, stop and sing.
+    /// Continues with the next point when one has been reached; at the end of the route, stops and sings.
     fn take_arrival(&mut self) {
         let mode = self.mode;
         let list = self.farm.lists().active();
@@ -347,7 +347,7 @@ impl Robot {
         self.schedule.sing(song);
     }
 
-    /// Enters a mode, or begins it anew; whatever was under way is forgotten.
+    /// Enters a mode or restarts it, and ends all current activities.
     fn enter(&mut self, mode: Mode) {
         self.singer.hush();
         let is_new = self.mode != mode;
@@ -398,37 +398,37 @@ impl Robot {
         }
     }
 
-    /// What the robot has been told to do.
+    /// Current mode.
     #[must_use]
     pub const fn mode(&self) -> Mode {
         self.mode
     }
 
-    /// Where it believes to be.
+    /// Pose by odometry.
     #[must_use]
     pub const fn pose(&self) -> Pose {
         self.odometer.pose()
     }
 
-    /// Who won the motors, whether or not a guard has taken them; `None` while they are off.
+    /// Winner of the arbitration, even if a guard controls the motors; `None` while they are off.
     #[must_use]
     pub const fn holder(&self) -> Option<Holder> {
         self.holder
     }
 
-    /// The guard that holds the motors instead of who won them.
+    /// Guard that controls the motors in place of the holder.
     #[must_use]
     pub const fn guarded(&self) -> Option<MotorGuard> {
         self.guarded
     }
 
-    /// What every layer asked for at the last tick, in falling priority.
+    /// Requests of all layers at the last tick, in falling priority.
     #[must_use]
     pub const fn requests(&self) -> &Requests {
         &self.requests
     }
 
-    /// Whether the bumper layer works itself free from a switch that stays closed.
+    /// Whether the bumper layer works the robot free from a switch that stays closed.
     #[must_use]
     pub const fn is_bumper_jammed(&self) -> bool {
         self.layers.bumpers.is_jammed()
@@ -440,13 +440,13 @@ impl Robot {
         self.drive.is_saturated()
     }
 
-    /// The motion that the holder, or a guard in its place, asked for.
+    /// Motion requested by the holder, or by a guard in its place.
     #[must_use]
     pub const fn motion(&self) -> Motion {
         self.motion
     }
 
-    /// The point being driven to.
+    /// Point that the robot is driving to.
     #[must_use]
     pub fn target(&self) -> Option<Waypoint> {
         let list = self.farm.lists().active();
@@ -457,7 +457,7 @@ impl Robot {
             .filter(|_| enabled)
     }
 
-    /// What the operator may tune, as it is now.
+    /// Current parameters.
     #[must_use]
     pub const fn parameters(&self) -> &Parameters {
         &self.parameters
@@ -469,7 +469,7 @@ impl Robot {
         self.farm.lists()
     }
 
-    /// Points of the active list that have been reached.
+    /// Number of reached points of the active route.
     #[must_use]
     pub const fn driven(&self) -> u16 {
         self.layers.dead_reckoning.driven()
@@ -481,7 +481,7 @@ impl Robot {
         self.allowed.and(self.fitted())
     }
 
-    /// What the acknowledgement says at this moment.
+    /// Acknowledgement at this moment.
     #[must_use]
     pub fn ack(&self) -> Ack {
         self.farm.ack()
@@ -493,7 +493,7 @@ impl Robot {
         &self.infrared
     }
 
-    /// Whether it ought to get somewhere: in these modes standing about is being stuck.
+    /// Whether the robot should make progress: standing in these modes means that it is stuck.
     #[must_use]
     pub fn is_told_to_move(&self) -> bool {
         matches!(self.mode, Mode::Prowl | Mode::GoHome | Mode::Wander)

@@ -1,4 +1,4 @@
-//! What the robot knows at a tick: the readings as they last were, ready for the behaviours.
+//! State of the robot at a tick for the behaviours: the latest readings and results.
 
 use crate::board::{Echo, Edges, Inputs, Side, Sides, Switches};
 use crate::odometry::Pose;
@@ -7,62 +7,62 @@ use crate::units::cps;
 use groundwave_protocol::Waypoint;
 use groundwave_protocol::letters::Mode;
 
-/// Everything a behaviour may look at.
+/// Everything that a behaviour may use.
 #[derive(Clone, Copy, Debug)]
-#[expect(clippy::struct_excessive_bools, reason = "one a sensor")]
+#[expect(clippy::struct_excessive_bools, reason = "one per sensor")]
 pub struct Senses<'a> {
-    /// What the operator may tune.
+    /// Tunable parameters.
     pub parameters: &'a Parameters,
-    /// What the robot has been told to do.
+    /// Current mode.
     pub mode: Mode,
-    /// The point being driven to.
+    /// Point that the robot is driving to.
     pub target: Option<Waypoint>,
     /// Ticks since boot.
     pub now_ticks: u32,
-    /// By odometry.
+    /// Pose by odometry.
     pub pose: Pose,
-    /// Counts of both wheels together in the past tick, backward negative: twice the way.
+    /// Sum of the counts of both wheels in the past tick, negative backward: twice the distance.
     pub way_counts: i16,
-    /// Nothing drives the wheels, and they do not turn.
+    /// Whether the wheels are not driven and do not turn.
     pub is_standing: bool,
-    /// Something holds the robot: the wheels slip or cannot turn.
+    /// Whether an obstacle holds the robot: the wheels slip or cannot turn.
     pub is_held: bool,
-    /// A long running average of left minus right, counts a second.
+    /// Long-term average of left minus right in counts per second.
     pub turning_cps: i16,
-    /// Bumper switches that are closed.
+    /// Closed bumper switches.
     pub bumper: Switches,
     /// Infrared detections.
     pub infrared: Sides,
-    /// The latest echoes.
+    /// Latest sonar ranges.
     pub sonar: Ranges,
-    /// Both photocells, left and right, 0 very bright to 255 dark; `None` when one is not fitted.
+    /// Left and right photocells, 0 very bright to 255 dark; `None` if one is not fitted.
     pub photo: Option<(u8, u8)>,
-    /// Where the floor ends; `None` when nothing sees that.
+    /// Edge sensors that detect no floor; `None` if not fitted.
     pub cliff: Option<Edges>,
-    /// What the motion detectors say; `None` when there are none.
+    /// Motion detectors; `None` if not fitted.
     pub motion: Option<Sides>,
-    /// Something is above the arm.
+    /// Whether an object presses the switch on top of the arm.
     pub top_hat: bool,
-    /// Receivers that see the dock's beacon; `None` when there are none.
+    /// Receivers that detect the dock's beacon; `None` if not fitted.
     pub beacon: Option<Sides>,
-    /// The charger's voltage is on the contacts.
+    /// Whether the charger's voltage is on the contacts.
     pub is_docked: bool,
-    /// The battery takes no more.
+    /// Whether the battery is full.
     pub is_charged: bool,
-    /// How far ahead the robot means to go: obstacles beyond are none.
+    /// Distance ahead beyond which obstacles are ignored.
     pub horizon_in: u16,
-    /// A number rolled for this tick.
+    /// Random number for this tick.
     pub dice: u32,
 }
 
 impl Senses<'_> {
-    /// The top speed, counts a second.
+    /// Top speed in counts per second.
     #[must_use]
     pub fn top_cps(&self) -> i16 {
         cps(self.parameters.get(Parameter::TopSpeed))
     }
 
-    /// A rotation of this size the way the wheels have been turning: to the right when they have not.
+    /// A rotation of this size in the direction in which the robot has been turning, or to the right.
     #[must_use]
     pub const fn the_way_it_turns(&self, size_cps: i16) -> i16 {
         if self.turning_cps < 0 {
@@ -73,7 +73,7 @@ impl Senses<'_> {
     }
 }
 
-/// The latest echo of each sonar; `None` when none came back.
+/// Latest range of each sonar; `None` without an echo.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Ranges {
     /// Left, inches.
@@ -83,7 +83,7 @@ pub struct Ranges {
 }
 
 impl Ranges {
-    /// Keeps a finished ping.
+    /// Stores the result of a ping.
     pub const fn hear(&mut self, echo: Echo) {
         match echo.side {
             Side::Left => self.left_in = echo.range_in,
@@ -92,7 +92,7 @@ impl Ranges {
     }
 }
 
-/// Whose turn it is to ping at a tick: left and right in turn, two ticks each.
+/// Sonar that pings at a tick: left and right alternate, two ticks each.
 #[must_use]
 pub const fn ping_at(now_ticks: u32) -> Option<Side> {
     match now_ticks & 3 {
@@ -102,15 +102,15 @@ pub const fn ping_at(now_ticks: u32) -> Option<Side> {
     }
 }
 
-/// Battery voltage averaged over about 3 s, so that a start of the motors does not count as flat.
+/// Battery voltage averaged over about 3 s, so that starting motors do not count as a low battery.
 #[derive(Clone, Debug, Default)]
 pub struct Battery {
-    /// In 64ths of a tenth of a volt; 0 before the first reading.
+    /// Average in 1/64 of a tenth of a volt; 0 before the first reading.
     average: u16,
 }
 
 impl Battery {
-    /// Takes a reading in tenths of a volt.
+    /// Takes a reading.
     pub const fn read(&mut self, inputs: &Inputs) {
         let now = inputs.battery_dv as u16;
         self.average = if self.average == 0 {
@@ -120,7 +120,7 @@ impl Battery {
         };
     }
 
-    /// Tenths of a volt.
+    /// Average voltage in tenths of a volt.
     #[must_use]
     pub const fn decivolts(&self) -> u16 {
         self.average / 64
@@ -129,7 +129,7 @@ impl Battery {
 
 #[cfg(test)]
 impl Senses<'static> {
-    /// Nothing anywhere, prowling at the origin.
+    /// No obstacles; prowling at the origin.
     pub(crate) fn nothing() -> Self {
         Self {
             parameters: &Parameters::DEFAULT,
@@ -169,7 +169,7 @@ mod tests {
     }
 
     #[test]
-    fn a_short_dip_of_the_battery_is_averaged_away() {
+    fn short_dip_of_the_battery_is_averaged_out() {
         let mut battery = Battery::default();
         let mut read = |battery_dv, times| {
             for _ in 0..times {

@@ -1,36 +1,36 @@
-//! What the robot sings, and the beeper that sings it.
+//! The robot's songs and the player for its beeper.
 
-/// A note's frequency in hertz, 0 for a rest, and its length in ticks.
+/// Frequency of a note in hertz, 0 for a rest, and its length in ticks.
 pub type Note = (u16, u8);
 
-/// The songs it knows. Each fits one telemetry line: at most [`NOTES_MAX`] notes.
+/// The songs. Each fits one telemetry line: at most [`NOTES_MAX`] notes.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Song {
-    /// "I'm finished with the co-ordinate list": a rising call and its answer, about 4 s.
+    /// End of the route: a rising call and its answer, about 4 s.
     Finished,
-    /// It has wandered long enough and goes home: two tones in turn.
+    /// End of wandering: two alternating tones.
     Alarm,
-    /// Hidden, and waiting for somebody to come by: a lullaby.
+    /// Hiding: a lullaby.
     Passive,
-    /// The battery is low: falling, and asking.
+    /// Low battery: a falling call and a question.
     LowBattery,
-    /// On the dock.
+    /// Docked.
     Docked,
-    /// Home again.
+    /// Back home.
     Home,
 }
 
-/// Most notes of a song.
+/// Maximum number of notes of a song.
 pub const NOTES_MAX: usize = 21;
 
-/// Longest note, in ticks.
+/// Maximum length of a note in ticks.
 pub const NOTE_TICKS_MAX: u8 = 63;
 
-/// Highest note, in hertz.
+/// Maximum frequency of a note in hertz.
 pub const NOTE_HZ_MAX: u16 = 4095;
 
 impl Song {
-    /// All of them.
+    /// All songs.
     pub const ALL: [Self; 6] = [
         Self::Finished,
         Self::Alarm,
@@ -40,7 +40,7 @@ impl Song {
         Self::Home,
     ];
 
-    /// Its notes.
+    /// Notes of the song.
     #[must_use]
     pub const fn notes(self) -> &'static [Note] {
         match self {
@@ -113,7 +113,7 @@ impl Song {
     }
 }
 
-/// The singer: silent until told.
+/// Plays a song on the beeper.
 #[derive(Clone, Debug, Default)]
 pub struct Singer {
     rest: &'static [Note],
@@ -121,18 +121,18 @@ pub struct Singer {
 }
 
 impl Singer {
-    /// Begins a song; one that is being sung ends.
+    /// Starts a song and ends the current one.
     pub const fn begin(&mut self, song: Song) {
         self.rest = song.notes();
         self.played_ticks = 0;
     }
 
-    /// Silence.
+    /// Ends the current song.
     pub const fn hush(&mut self) {
         self.rest = &[];
     }
 
-    /// What to sound for the coming tick, in hertz; 0 is silence.
+    /// Tone for the next tick in hertz; 0 is silence.
     pub fn tick(&mut self) -> u16 {
         let Some((&(hz, length), rest)) = self.rest.split_first() else {
             return 0;
@@ -152,9 +152,9 @@ mod tests {
     use groundwave_protocol::telemetry::{self, SongLine};
     use std::vec::Vec;
 
-    /// Otherwise line S would say another song than is sung.
+    /// Line S must announce the song that is played.
     #[test]
-    fn every_song_fits_into_line_s() {
+    fn songs_fit_into_line_s() {
         for song in Song::ALL {
             let note = |&(hz, ticks): &Note| telemetry::Note { hz, ticks };
             let sung: Vec<_> = song.notes().iter().map(note).collect();
@@ -164,7 +164,7 @@ mod tests {
     }
 
     #[test]
-    fn it_sings_every_note_for_its_length_and_then_no_more() {
+    fn player_plays_every_note_for_its_length() {
         let mut singer = Singer::default();
         assert_eq!(singer.tick(), 0);
         for song in Song::ALL {
@@ -183,7 +183,7 @@ mod tests {
     }
 
     #[test]
-    fn every_song_fits_its_telemetry_line_and_can_be_heard() {
+    fn songs_keep_the_limits_of_notes_and_are_audible() {
         for song in Song::ALL {
             let notes = song.notes();
             assert!((1..=NOTES_MAX).contains(&notes.len()), "{song:?}");

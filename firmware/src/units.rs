@@ -1,18 +1,17 @@
-//! What the program counts in.
+//! Units of the program.
 //!
-//! Speeds are encoder counts a second, named `_cps`: with [`COUNTS_PER_IN`] counts to the inch that is
-//! a sixteenth of an inch a second, fine enough to creep by. Times are ticks of a twentieth of a
-//! second.
+//! Speeds are in encoder counts per second and named `_cps`: at [`COUNTS_PER_IN`] counts per inch, one is a sixteenth
+//! of an inch per second. Times are in ticks of 1/20 s.
 
 use crate::board::{COUNTS_PER_IN, TICK_HZ};
 
-/// A speed in counts a second.
+/// Counts per second of a speed in inches per second.
 #[must_use]
 pub const fn cps(in_s: i16) -> i16 {
     in_s * COUNTS_PER_IN as i16
 }
 
-/// A speed in inches a second, rounded, as it travels in telemetry.
+/// Inches per second of a speed, rounded as in telemetry.
 #[must_use]
 pub fn in_s(cps: i16) -> i8 {
     let half = COUNTS_PER_IN as i16 / 2;
@@ -20,13 +19,13 @@ pub fn in_s(cps: i16) -> i8 {
     rounded.clamp(-99, 99) as i8
 }
 
-/// A time in ticks.
+/// Ticks of a time in seconds.
 #[must_use]
 pub const fn ticks(s: u16) -> u16 {
     s * TICK_HZ as u16
 }
 
-/// The tick rate as a factor between counts a second and counts a tick.
+/// Factor between counts per second and counts per tick.
 pub(crate) const TICKS_PER_S: i16 = TICK_HZ as i16;
 
 #[cfg(test)]
@@ -34,7 +33,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn speeds_round_to_the_nearest_inch_a_second() {
+    fn speeds_round_to_the_nearest_inch_per_second() {
         assert_eq!(in_s(cps(12)), 12);
         assert_eq!(in_s(cps(-12)), -12);
         assert_eq!(in_s(7), 0);

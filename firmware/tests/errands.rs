@@ -1,4 +1,4 @@
-//! What the robot decides by itself: calling, going to its dock, charging, and going on.
+//! Activities that the robot starts itself: calling the operator, docking, charging, and continuing.
 
 use crate::common::{Bench, only, running, texts};
 use groundwave_protocol::command::Order;
@@ -8,7 +8,7 @@ use groundwave_protocol::telemetry::Body;
 use sr04_firmware::board::{Sides, Switches};
 
 #[test]
-fn a_low_battery_calls_the_operator_once_in_five_minutes() {
+fn low_battery_calls_the_operator_every_five_minutes() {
     let mut bench = Bench::new();
     bench.run_ms(2000);
     assert!(texts(&bench).is_empty());
@@ -17,7 +17,7 @@ fn a_low_battery_calls_the_operator_once_in_five_minutes() {
     let calls = texts(&bench);
     assert_eq!(calls.len(), 1, "{calls:?}");
     assert!(calls[0].contains("battery is low"), "{calls:?}");
-    assert_eq!(bench.robot.mode(), Mode::Prowl, "it only calls");
+    assert_eq!(bench.robot.mode(), Mode::Prowl, "the robot only calls");
     bench.run_ms(60_000);
     assert_eq!(texts(&bench).len(), 2);
 }
@@ -32,7 +32,7 @@ fn songs(bench: &Bench) -> usize {
 }
 
 #[test]
-fn a_critical_battery_stops_the_robot_and_calls_and_the_operator_may_drive_on() {
+fn critical_battery_stops_the_robot_until_the_operator_drives_on() {
     for mode in [Mode::Prowl, Mode::User, Mode::Reactive] {
         let (mut bench, key) = running();
         bench.order(key, Order::Mode(mode));
@@ -42,14 +42,14 @@ fn a_critical_battery_stops_the_robot_and_calls_and_the_operator_may_drive_on() 
         assert_eq!(bench.robot.mode(), Mode::Stop);
         assert_eq!((bench.outputs.pwm_left, bench.outputs.pwm_right), (0, 0));
         assert_eq!(bench.latest_state().power, Power::Critical);
-        let last = texts(&bench).pop().expect("it calls");
+        let last = texts(&bench).pop().expect("the robot calls");
         assert!(last.contains("nearly empty"), "{last}");
         assert!(songs(&bench) >= 1);
-        // Out of the way with it, by order.
+        // The operator may still drive it.
         bench.order(key, Order::Mode(mode));
         bench.run_ms(30_000);
         assert_eq!(bench.robot.mode(), mode);
-        // A fresh battery, and in time it is empty too.
+        // A fresh battery, which becomes empty in time too.
         bench.inputs.battery_dv = 126;
         bench.run_ms(30_000);
         assert_eq!(bench.robot.mode(), mode);
@@ -60,7 +60,7 @@ fn a_critical_battery_stops_the_robot_and_calls_and_the_operator_may_drive_on() 
 }
 
 #[test]
-fn a_critical_battery_does_not_keep_it_from_its_dock_and_none_is_critical_below_zero() {
+fn critical_battery_is_ignored_on_the_way_to_the_dock_and_with_limit_zero() {
     let (mut bench, key) = running();
     bench.inputs.beacon = Some(Sides::default());
     bench.run_ms(100);
@@ -71,7 +71,7 @@ fn a_critical_battery_does_not_keep_it_from_its_dock_and_none_is_critical_below_
     bench.inputs.is_docked = true;
     bench.order(key, Order::Mode(Mode::Prowl));
     bench.run_ms(5000);
-    assert_eq!(bench.robot.mode(), Mode::Prowl, "it is being charged");
+    assert_eq!(bench.robot.mode(), Mode::Prowl, "the battery is charging");
     bench.inputs.is_docked = false;
     bench.run_ms(1000);
     assert_eq!(bench.robot.mode(), Mode::Stop);
@@ -89,7 +89,7 @@ fn a_critical_battery_does_not_keep_it_from_its_dock_and_none_is_critical_below_
 }
 
 #[test]
-fn it_forages_docks_charges_and_goes_on_with_what_it_was_about() {
+fn robot_forages_docks_charges_and_returns_to_its_mode() {
     let mut bench = Bench::new();
     bench.inputs.beacon = Some(Sides::default());
     let key = bench.open(77);
@@ -104,7 +104,7 @@ fn it_forages_docks_charges_and_goes_on_with_what_it_was_about() {
     assert_eq!(bench.robot.mode(), Mode::Forage);
     assert!(
         bench.robot.motion().velocity_cps > 0,
-        "it follows the beacon"
+        "the robot follows the beacon"
     );
     bench.inputs.is_docked = true;
     bench.inputs.bumper.center = true;
@@ -137,7 +137,7 @@ const BUMPED: Switches = Switches {
 };
 
 #[test]
-fn a_mode_that_is_ordered_again_begins_anew() {
+fn repeated_mode_command_restarts_the_mode() {
     let (mut bench, key) = running();
     bench.inputs.beacon = Some(Sides::default());
     bench.inputs.motion = Some(Sides::default());
@@ -146,10 +146,14 @@ fn a_mode_that_is_ordered_again_begins_anew() {
     bench.run_ms(170_000);
     let again = bench.order(key, Order::Mode(Mode::Wander));
     bench.run_ms(100_000);
-    // The same frame once more is the same order.
+    // A repeated frame is the same command.
     bench.send(&again, key);
     bench.run_ms(79_000);
-    assert_eq!(bench.robot.mode(), Mode::Wander, "three minutes from anew");
+    assert_eq!(
+        bench.robot.mode(),
+        Mode::Wander,
+        "three minutes from the repeated command"
+    );
     bench.run_ms(2000);
     assert_eq!(bench.robot.mode(), Mode::GoHome);
 
@@ -164,7 +168,7 @@ fn a_mode_that_is_ordered_again_begins_anew() {
     bench.run_ms(5000);
     assert!(bench.robot.pose().y_tenths_in() > 50);
     bench.order(key, Order::Mode(Mode::Calibrate));
-    assert_eq!(bench.robot.pose().y_tenths_in(), 0, "the square from anew");
+    assert_eq!(bench.robot.pose().y_tenths_in(), 0, "the square restarts");
 
     bench.order(key, Order::Mode(Mode::Reactive));
     bench.order(key, Order::Mode(Mode::Passive));
@@ -172,7 +176,7 @@ fn a_mode_that_is_ordered_again_begins_anew() {
     bench.inputs.bumper = BUMPED;
     bench.order(key, Order::Mode(Mode::Passive));
     bench.inputs.bumper = Switches::default();
-    // It looks around again, to the end of the sequence, and goes back to what was before both.
+    // The robot scans again, completes the sequence, and returns to the mode before both commands.
     bench.run_ms(60_000);
     assert_eq!(bench.latest_state().arm, Arm::Armed);
     bench.inputs.motion = Some(Sides {
@@ -186,7 +190,7 @@ fn a_mode_that_is_ordered_again_begins_anew() {
 }
 
 #[test]
-fn foraging_that_is_ordered_again_still_goes_on_with_what_was_before() {
+fn repeated_forage_command_still_returns_to_the_previous_mode() {
     let (mut bench, key) = running();
     bench.inputs.beacon = Some(Sides::default());
     bench.order(key, Order::Mode(Mode::Reactive));

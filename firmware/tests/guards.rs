@@ -1,4 +1,4 @@
-//! What stands behind the arbiter, and how whoever reads the lines can tell.
+//! The guards behind the arbiter, and their telemetry.
 
 use crate::common::{Bench, OWNER, only, running, texts};
 use groundwave_protocol::command::Order;
@@ -34,13 +34,13 @@ fn on_floor() -> Bench {
     bench
 }
 
-/// By line A alone.
+/// Whether line A shows that the cliff guard holds the motors.
 fn cliff_guard_holds(state: &StateLine) -> bool {
     state.layers.holder().is_none() && !matches!(state.cliff, Cliff::None | Cliff::NotFitted)
 }
 
 #[test]
-fn whoever_reads_line_a_alone_sees_the_cliff_guard_hold_the_motors_to_its_end() {
+fn line_a_alone_shows_the_cliff_guard_holding_the_motors() {
     let mut bench = on_floor();
     assert_eq!(bench.latest_state().cliff, Cliff::None);
     bench.inputs.cliff = Some(ON_THE_LEFT);
@@ -52,7 +52,7 @@ fn whoever_reads_line_a_alone_sees_the_cliff_guard_hold_the_motors_to_its_end() 
     bench.run_ms(50);
     assert!(
         bench.outputs.pwm_left < 0 && bench.outputs.pwm_right < 0,
-        "it brakes"
+        "the guard brakes"
     );
     bench.inputs.bumper = Switches::default();
     let (mut held, at_edge) = (0, bench.robot.pose().y_tenths_in());
@@ -66,7 +66,7 @@ fn whoever_reads_line_a_alone_sees_the_cliff_guard_hold_the_motors_to_its_end() 
         let Some((_, line)) = bench.lines.get(count..).and_then(<[_]>::last) else {
             continue;
         };
-        // The line was composed a third of a second ago: look where the guard has held all the time.
+        // The line was composed up to a third of a second ago: check only after the guard has held that long.
         if let Body::State(state) = line.body
             && guarded == Some(MotorGuard::Cliff)
             && held > 8
@@ -83,7 +83,7 @@ fn whoever_reads_line_a_alone_sees_the_cliff_guard_hold_the_motors_to_its_end() 
 }
 
 #[test]
-fn what_the_guard_takes_nobody_wins() {
+fn guarded_ticks_count_for_no_layer() {
     let mut bench = on_floor();
     let won = |bench: &mut Bench| {
         bench.run_ms(10_000);
@@ -95,7 +95,7 @@ fn what_the_guard_takes_nobody_wins() {
                 Body::Counters(counters) => Some(counters),
                 _ => None,
             });
-        counters.expect("a line C").ticks_won[8]
+        counters.expect("a line C was received").ticks_won[8]
     };
     bench.inputs.cliff = Some(NOWHERE);
     bench.run_ms(10_000);
@@ -105,7 +105,7 @@ fn what_the_guard_takes_nobody_wins() {
 }
 
 #[test]
-fn the_arm_that_comes_down_holds_the_motors_and_line_a_tells() {
+fn lowering_arm_holds_the_motors_and_line_a_shows_it() {
     let (mut bench, key) = running();
     bench.inputs.motion = Some(Sides::default());
     bench.run_ms(100);
@@ -114,7 +114,7 @@ fn the_arm_that_comes_down_holds_the_motors_and_line_a_tells() {
     bench.order(key, Order::Mode(Mode::Reactive));
     bench.run_ms(20_000);
     assert_eq!(bench.latest_state().arm, Arm::Armed);
-    // As long as a line takes, from just before it is composed.
+    // For the duration of a line, from just before it is composed.
     bench.run_to_line_end();
     bench.run_ms(50);
     bench.inputs.bumper.left = true;
@@ -142,7 +142,7 @@ fn the_arm_that_comes_down_holds_the_motors_and_line_a_tells() {
 }
 
 #[test]
-fn a_robot_in_the_hand_stops_its_wheels_and_goes_on_when_it_is_put_down() {
+fn lifted_robot_stops_its_wheels_and_continues_when_put_down() {
     let (mut bench, key) = running();
     bench.inputs.cliff = Some(FLOOR);
     bench.run_ms(2000);
@@ -160,7 +160,10 @@ fn a_robot_in_the_hand_stops_its_wheels_and_goes_on_when_it_is_put_down() {
         assert_eq!((state.velocity_in_s, state.rotation_in_s), (0, 0));
         bench.inputs.cliff = Some(FLOOR);
         bench.run_ms(400);
-        assert_eq!(bench.outputs.pwm_left, 0, "hands are still on it");
+        assert_eq!(
+            bench.outputs.pwm_left, 0,
+            "the robot has just been put down"
+        );
         bench.run_ms(2000);
         assert_eq!(bench.robot.mode(), mode);
         assert_eq!(bench.robot.motion().velocity_cps, 192);
@@ -170,7 +173,7 @@ fn a_robot_in_the_hand_stops_its_wheels_and_goes_on_when_it_is_put_down() {
 }
 
 #[test]
-fn a_guard_that_is_switched_off_is_told_at_once_and_every_minute() {
+fn switched_off_guard_is_reported_at_once_and_every_minute() {
     let (mut bench, _) = running();
     bench.inputs.cliff = Some(FLOOR);
     let key = bench.open(OWNER);
@@ -192,7 +195,7 @@ fn a_guard_that_is_switched_off_is_told_at_once_and_every_minute() {
         (lines.filter(is_off).count(), texts(bench).len())
     };
     let (parameters, told) = said(&bench);
-    // The order is answered too.
+    // The command is answered too.
     assert!(
         told == 3 && (3..=4).contains(&parameters),
         "{parameters}, {told}"
@@ -203,7 +206,7 @@ fn a_guard_that_is_switched_off_is_told_at_once_and_every_minute() {
     assert_eq!(
         bench.latest_state().cliff,
         Cliff::Left,
-        "what the sensors see"
+        "line A shows the sensors"
     );
     assert_eq!(bench.robot.guarded(), None);
     bench.order(key, set(1));

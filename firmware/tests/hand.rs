@@ -1,4 +1,4 @@
-//! The operator's hand, and what the robot does when it is gone: the dead man and the failsafe.
+//! Manual driving, the dead man's handle and the failsafe.
 
 use crate::common::{Bench, ROBOT_ID, drive, live, only, running};
 use groundwave_protocol::command::{Keepalive, Key, Message, Order};
@@ -8,7 +8,7 @@ use groundwave_protocol::telemetry::{Body, Outcome};
 use sr04_firmware::arbiter::Holder;
 
 #[test]
-fn the_hand_overrides_everything_for_a_second_and_a_tick_later_it_is_free() {
+fn drive_frame_overrides_all_layers_for_one_second() {
     let (mut bench, key) = running();
     bench.inputs.bumper.center = true;
     let message = drive(&bench, 1, -6, 8);
@@ -27,7 +27,7 @@ fn the_hand_overrides_everything_for_a_second_and_a_tick_later_it_is_free() {
 }
 
 #[test]
-fn in_mode_user_a_silent_ground_stops_it_within_a_second() {
+fn mode_user_stops_after_a_second_without_drive_frames() {
     let (mut bench, key) = running();
     bench.order(key, Order::Mode(Mode::User));
     bench.run_ms(2000);
@@ -43,7 +43,7 @@ fn in_mode_user_a_silent_ground_stops_it_within_a_second() {
 }
 
 #[test]
-fn a_drive_frame_that_is_late_repeated_or_comes_while_stopped_moves_nothing() {
+fn late_repeated_and_stopped_drive_frames_move_nothing() {
     let (mut bench, key) = running();
     let late = drive(&bench, 1, 10, 0);
     let holder = |bench: &mut Bench| {
@@ -58,7 +58,7 @@ fn a_drive_frame_that_is_late_repeated_or_comes_while_stopped_moves_nothing() {
     assert_eq!(
         holder(&mut bench),
         Some(Holder::Prowl),
-        "no sign of the ground"
+        "no proof that the ground station is present"
     );
     live(&mut bench, key);
     let fresh = drive(&bench, 2, 10, 0);
@@ -75,9 +75,9 @@ fn a_drive_frame_that_is_late_repeated_or_comes_while_stopped_moves_nothing() {
     assert_eq!(bench.outputs.pwm_left, 0);
 }
 
-/// A bridge lets go, after a hundred lines, what it held back: every line it names looks new.
+/// A bridge releases delayed frames after a hundred lines, so every line they name looks current.
 #[test]
-fn hand_drive_that_was_held_back_for_a_hundred_lines_moves_nothing() {
+fn drive_frames_delayed_by_a_hundred_lines_move_nothing() {
     let (mut bench, key) = running();
     live(&mut bench, key);
     let mut held = Vec::new();
@@ -103,7 +103,7 @@ fn hand_drive_that_was_held_back_for_a_hundred_lines_moves_nothing() {
 }
 
 #[test]
-fn nobody_drives_by_hand_while_a_failsafe_acts() {
+fn drive_frames_are_refused_while_a_failsafe_acts() {
     let (mut bench, key) = running();
     let home = Order::Failsafe(Some(Failsafe {
         silence_s: 10,
@@ -120,7 +120,7 @@ fn nobody_drives_by_hand_while_a_failsafe_acts() {
 }
 
 #[test]
-fn a_robot_told_to_goes_home_when_the_ground_falls_silent_and_says_so() {
+fn failsafe_goes_home_after_silence_and_reports_it() {
     let (mut bench, key) = running();
     let failsafe = Failsafe {
         silence_s: 10,
@@ -136,8 +136,8 @@ fn a_robot_told_to_goes_home_when_the_ground_falls_silent_and_says_so() {
     bench.run_ms(2000);
     assert_eq!(bench.latest_state().link, letters::Link::Failsafe);
     assert!(has_said(&bench, "failsafe: the ground is silent"));
-    // Being heard again changes nothing until the operator says what is next.
-    let heard = bench.lines.last().expect("a line").1.sequence;
+    // A frame alone changes nothing until the operator commands.
+    let heard = bench.lines.last().expect("a line was received").1.sequence;
     bench.send(&Message::Keepalive(Keepalive { heard }), key);
     bench.run_ms(2000);
     assert_eq!(bench.latest_state().link, letters::Link::Failsafe);
@@ -163,9 +163,9 @@ fn has_said(bench: &Bench, words: &str) -> bool {
         .any(|(_, line)| matches!(&line.body, Body::Text(text) if text.as_str() == words))
 }
 
-/// Presets switch layers off that going home is made of.
+/// Presets can switch off layers that going home needs.
 #[test]
-fn going_home_allows_what_it_takes_to_get_there() {
+fn going_home_allows_the_layers_it_needs() {
     let (mut bench, key) = running();
     bench.order(
         key,
@@ -186,7 +186,7 @@ fn going_home_allows_what_it_takes_to_get_there() {
 }
 
 #[test]
-fn a_stopped_robot_stays_where_it_is_however_silent_the_ground() {
+fn stopped_robot_ignores_the_silence() {
     let (mut bench, key) = running();
     let home = Order::Failsafe(Some(Failsafe {
         silence_s: 10,
@@ -196,14 +196,14 @@ fn a_stopped_robot_stays_where_it_is_however_silent_the_ground() {
     bench.send(&Message::Stop, Key::robot(ROBOT_ID));
     bench.run_ms(30_000);
     assert_eq!(bench.robot.mode(), Mode::Stop);
-    // A session alone is no reason to move either.
+    // A session alone does not move it either.
     bench.open(1);
     bench.run_ms(30_000);
     assert_eq!(bench.robot.mode(), Mode::Stop);
 }
 
 #[test]
-fn a_failsafe_that_no_robot_should_follow_is_refused() {
+fn invalid_failsafe_is_refused() {
     let (mut bench, key) = running();
     for (silence_s, mode, outcome) in [
         (9, Mode::Stop, Outcome::BadValue),

@@ -1,4 +1,4 @@
-//! Several layers together: who yields to whom, what runs when, and what the radio is told.
+//! Interaction of layers: priorities, modes and telemetry.
 
 use crate::common::{BOOTS, Bench, ROBOT_ID, only, texts};
 use groundwave_protocol::command::{Drive, Key, Message, Order};
@@ -27,7 +27,7 @@ const LEFT_MOVES: Option<Sides> = Some(Sides {
     right: false,
 });
 
-/// The bench's robot, tuned.
+/// The bench's robot with other parameters.
 fn robot(parameters: Parameters) -> Robot {
     let identity = Identity {
         robot_id: ROBOT_ID,
@@ -60,13 +60,13 @@ fn drive(bench: &mut Bench, key: Key, velocity_in_s: i8) {
     bench.send(&Message::Drive(drive), key);
 }
 
-/// How far the robot has really turned since this was last asked, degrees.
+/// Degrees that the robot has actually turned since the last call.
 fn turned_deg(bench: &mut Bench) -> f64 {
     (bench.left.take_way() - bench.right.take_way()) / 1004.0 * 360.0
 }
 
 #[test]
-fn a_robot_with_every_sensor_is_fitted_with_every_layer_and_prowls_without_photo_and_motion() {
+fn robot_with_every_sensor_starts_without_photo_and_motion() {
     let (mut bench, key) = fitted();
     let status = |bench: &Bench| {
         let status = |body: &Body| match body {
@@ -77,7 +77,7 @@ fn a_robot_with_every_sensor_is_fitted_with_every_layer_and_prowls_without_photo
         lines
             .filter_map(|(_, line)| status(&line.body))
             .next_back()
-            .expect("a line B")
+            .expect("a line B was received")
     };
     let quiet = LayerMask::ALL.without(Layer::Photo).without(Layer::Motion);
     assert_eq!(
@@ -91,7 +91,7 @@ fn a_robot_with_every_sensor_is_fitted_with_every_layer_and_prowls_without_photo
 }
 
 #[test]
-fn a_look_around_is_a_full_turn_and_tells_what_it_found() {
+fn scan_is_a_full_turn_and_reports_its_findings() {
     let (mut bench, key) = fitted();
     bench.run_ms(2000);
     turned_deg(&mut bench);
@@ -115,7 +115,7 @@ fn a_look_around_is_a_full_turn_and_tells_what_it_found() {
 }
 
 #[test]
-fn a_look_around_yields_to_a_bump_within_the_tick_and_is_over() {
+fn bump_ends_a_scan_within_the_tick() {
     let (mut bench, key) = fitted();
     bench.order(key, Order::Scan);
     bench.run_ms(2500);
@@ -132,7 +132,7 @@ fn a_look_around_yields_to_a_bump_within_the_tick_and_is_over() {
 }
 
 #[test]
-fn the_operators_hand_ends_a_look_around() {
+fn manual_driving_ends_a_scan() {
     let (mut bench, key) = fitted();
     bench.order(key, Order::Scan);
     bench.run_ms(1000);
@@ -144,7 +144,7 @@ fn the_operators_hand_ends_a_look_around() {
 }
 
 #[test]
-fn it_does_not_look_around_when_stopped_in_the_hand_or_not_allowed() {
+fn scan_is_refused_in_stop_in_user_and_without_its_layer() {
     let (mut bench, key) = fitted();
     for mode in [Mode::Stop, Mode::User] {
         bench.order(key, Order::Mode(mode));
@@ -175,7 +175,7 @@ fn photo_runs_only_with_the_bumpers() {
     );
 }
 
-/// Hiding, and waiting for somebody.
+/// A robot in mode Passive with its detectors armed.
 fn armed() -> (Bench, Key) {
     let (mut bench, key) = fitted();
     bench.order(key, Order::Mode(Mode::Passive));
@@ -187,7 +187,7 @@ fn armed() -> (Bench, Key) {
 }
 
 #[test]
-fn passive_looks_around_faces_stops_sings_waits_charges_and_goes_back() {
+fn passive_mode_scans_faces_sings_waits_charges_and_ends() {
     let (mut bench, key) = fitted();
     bench.order(key, Order::Mode(Mode::Passive));
     assert_eq!(bench.robot.mode(), Mode::Passive);
@@ -211,10 +211,10 @@ fn passive_looks_around_faces_stops_sings_waits_charges_and_goes_back() {
     while bench.robot.mode() == Mode::Passive {
         bench.run_ticks(1);
         fastest = fastest.max(bench.right.speed_cps);
-        assert!(bench.now_ms < 100_000, "it does not go back");
+        assert!(bench.now_ms < 100_000, "mode Passive does not end");
     }
     assert!(fastest > 12.0 * 16.0 * 0.9, "full speed: {fastest}");
-    assert!(turned_deg(&mut bench) < -30.0, "to the left");
+    assert!(turned_deg(&mut bench) < -30.0, "the robot turns left");
     assert_eq!(bench.robot.mode(), Mode::Prowl);
     bench.run_ms(1000);
     let arms: Vec<Arm> = bench.states().map(|state| state.arm).collect();
@@ -227,12 +227,12 @@ fn passive_looks_around_faces_stops_sings_waits_charges_and_goes_back() {
 }
 
 #[test]
-fn the_hand_and_a_bump_stow_the_arm_at_once_and_move_when_it_is_down() {
+fn drive_frame_and_bump_stow_the_arm_before_moving() {
     for by_hand in [true, false] {
         let (mut bench, _) = armed();
         bench.run_ms(1000);
         if by_hand {
-            // Drive frames are obeyed for a while after a session was opened.
+            // Drive frames are accepted for a while after a session was opened.
             let key = bench.open(6);
             drive(&mut bench, key, 6);
         } else {
@@ -254,7 +254,7 @@ fn the_hand_and_a_bump_stow_the_arm_at_once_and_move_when_it_is_down() {
 }
 
 #[test]
-fn the_top_hat_switch_is_told_and_stows_the_arm() {
+fn top_switch_is_reported_and_stows_the_arm() {
     let (mut bench, _) = armed();
     bench.inputs.top_hat = true;
     bench.run_ticks(1);
@@ -269,8 +269,8 @@ fn the_top_hat_switch_is_told_and_stows_the_arm() {
 }
 
 #[test]
-fn bumps_start_hiding_only_while_it_prowls_and_may() {
-    // Contacts at random, until one completes the sequence.
+fn bumps_start_hiding_only_while_prowling_with_its_layers() {
+    // Random contacts until one completes the sequence.
     let hides = |set_up: &dyn Fn(&mut Bench, Key)| {
         let (mut bench, key) = fitted();
         bench.order(key, only(LayerMask::ALL));
@@ -300,7 +300,7 @@ fn bumps_start_hiding_only_while_it_prowls_and_may() {
     }));
 }
 
-/// From the right sonar.
+/// An echo of the right sonar.
 fn echo(range_in: Option<u16>) -> Echo {
     Echo {
         side: Side::Right,
@@ -308,14 +308,14 @@ fn echo(range_in: Option<u16>) -> Echo {
     }
 }
 
-/// The longer view is on the side on which infrared sees something.
+/// Makes the longer sonar range the one on the side of an infrared detection.
 fn contradict(bench: &mut Bench) {
     bench.reflects = (true, false);
     bench.inputs.sonar = Some(echo(Some(35)));
 }
 
 #[test]
-fn the_sonar_that_the_robot_has_switched_off_is_off_in_line_a_and_still_allowed() {
+fn sonar_switched_off_by_the_robot_is_off_but_allowed() {
     let (mut bench, _) = fitted();
     contradict(&mut bench);
     bench.run_ms(6000);
@@ -333,7 +333,7 @@ fn the_sonar_that_the_robot_has_switched_off_is_off_in_line_a_and_still_allowed(
 }
 
 #[test]
-fn told_not_to_the_robot_switches_nothing_off() {
+fn behaviour_parameter_off_keeps_all_sensors_on() {
     let mut parameters = Parameters::default();
     parameters.set(Parameter::Behaviour, 0);
     let mut bench = Bench::new();
@@ -346,7 +346,7 @@ fn told_not_to_the_robot_switches_nothing_off() {
     );
 }
 
-/// What a robot may meet from one moment to the next.
+/// Random events.
 #[derive(Clone, Copy, Debug)]
 enum Event {
     Bump(u8),
@@ -384,9 +384,9 @@ fn event() -> impl Strategy<Value = Event> {
 proptest! {
     #![proptest_config(ProptestConfig::with_cases(48))]
 
-    /// Whatever happens: pulse widths only when the arm has had its time to come down.
+    /// The motors run only after the arm has had time to stow.
     #[test]
-    fn it_never_drives_with_the_arm_up(
+    fn motors_never_run_with_the_arm_raised(
         events in proptest::collection::vec((event(), 1_u32..80), 1..40)
     ) {
         let mut parameters = Parameters::default();
@@ -415,7 +415,7 @@ proptest! {
                 Event::Mode(mode) => { bench.order(key, Order::Mode(mode)); }
                 Event::Scan => { bench.order(key, Order::Scan); }
                 Event::Drive(speed) => drive(&mut bench, key, speed),
-                // Nothing anywhere, for long: the arm goes up.
+                // No detections for a long time: the arm goes up.
                 Event::Rest(s) => {
                     bench.inputs = Inputs {
                         battery_dv: 124,
@@ -435,9 +435,9 @@ proptest! {
                 since_up = if outputs.arm_up { 0 } else { since_up.saturating_add(1) };
                 ups += u32::from(outputs.arm_up);
                 let is_driven = outputs.pwm_left != 0 || outputs.pwm_right != 0;
-                prop_assert!(!is_driven || since_up > u32::from(SWING_TICKS), "{since_up} ticks after it was up");
+                prop_assert!(!is_driven || since_up > u32::from(SWING_TICKS), "{since_up} ticks after the arm was raised");
             }
         }
-        prop_assert!(ups > 0, "what is never up proves nothing");
+        prop_assert!(ups > 0, "the arm was never raised");
     }
 }

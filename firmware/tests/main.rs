@@ -1,4 +1,4 @@
-//! Tests of the robot's program from outside: one binary, one module a subject.
+//! Tests of the robot's program from outside: one binary with a module per subject.
 
 mod common;
 mod errands;

@@ -1,4 +1,4 @@
-//! Parameters over bytes: set, told, kept and refused.
+//! Parameters over the radio: set, reported, kept and refused.
 
 use crate::common::{Bench, running};
 use groundwave_protocol::command::Order;
@@ -6,7 +6,7 @@ use groundwave_protocol::parameter::key as key_of;
 use groundwave_protocol::telemetry::{Body, Outcome, ParameterLine};
 use sr04_firmware::parameters::Parameter;
 
-fn told(bench: &Bench) -> Vec<ParameterLine> {
+fn reported(bench: &Bench) -> Vec<ParameterLine> {
     let lines = bench.lines.iter();
     lines
         .filter_map(|(_, line)| match line.body {
@@ -17,7 +17,7 @@ fn told(bench: &Bench) -> Vec<ParameterLine> {
 }
 
 #[test]
-fn a_parameter_is_set_told_and_kept() {
+fn parameter_is_set_reported_and_kept() {
     let (mut bench, key) = running();
     let speed = Parameter::TopSpeed;
     let named = key_of(speed.definition().name);
@@ -31,8 +31,8 @@ fn a_parameter_is_set_told_and_kept() {
     assert_eq!(bench.robot.ack().outcome, Outcome::Done);
     assert_eq!(bench.robot.parameters().get(speed), 8);
     bench.run_ms(2000);
-    let [line] = told(&bench)[..] else {
-        panic!("one line P");
+    let [line] = reported(&bench)[..] else {
+        panic!("expected one line P");
     };
     assert_eq!(
         (line.name.as_str(), line.unit.as_str()),
@@ -49,51 +49,55 @@ fn a_parameter_is_set_told_and_kept() {
     bench.run_ticks(1);
     assert!(bench.outputs.keep_parameters, "for one tick");
     bench.run_ticks(1);
-    assert!(!bench.outputs.keep_parameters, "and no longer");
+    assert!(!bench.outputs.keep_parameters, "for one tick only");
     bench.run_ms(2000);
-    let kept = told(&bench).last().map(|line| (line.value, line.kept));
+    let kept = reported(&bench).last().map(|line| (line.value, line.kept));
     assert_eq!(kept, Some((8, 8)));
-    assert_eq!(told(&bench).len(), 2, "only what changed is told");
+    assert_eq!(
+        reported(&bench).len(),
+        2,
+        "only changed parameters are reported"
+    );
 }
 
 #[test]
-fn what_no_parameter_takes_is_refused_and_its_limits_are_told() {
+fn invalid_parameters_and_values_are_refused() {
     let (mut bench, key) = running();
     let before = bench.robot.parameters().clone();
     let set = |value| Order::SetParameter {
         key: key_of("top-speed"),
         value,
     };
-    let nobody = key_of("warp-speed");
+    let unknown = key_of("warp-speed");
     for (order, outcome, lines) in [
         (set(13), Outcome::BadValue, 1),
         (set(70_000), Outcome::BadValue, 1),
         (
             Order::SetParameter {
-                key: nobody,
+                key: unknown,
                 value: 1,
             },
             Outcome::Unknown,
             0,
         ),
-        (Order::ReadParameter { key: nobody }, Outcome::Unknown, 0),
+        (Order::ReadParameter { key: unknown }, Outcome::Unknown, 0),
         (Order::ReadParameters { place: 4095 }, Outcome::BadValue, 0),
     ] {
         bench.lines.clear();
         bench.order(key, order);
         assert_eq!(bench.robot.ack().outcome, outcome, "{order:?}");
         bench.run_ms(2000);
-        assert_eq!(told(&bench).len(), lines, "{order:?}");
+        assert_eq!(reported(&bench).len(), lines, "{order:?}");
         assert_eq!(bench.robot.parameters(), &before);
     }
 }
 
 #[test]
-fn every_parameter_is_told_when_all_are_asked_for() {
+fn all_parameters_are_reported_on_request() {
     let (mut bench, key) = running();
     bench.order(key, Order::ReadParameters { place: 0 });
     bench.run_ms(40_000);
-    let places: Vec<_> = told(&bench)
+    let places: Vec<_> = reported(&bench)
         .iter()
         .map(|line| usize::from(line.place))
         .collect();
@@ -102,8 +106,8 @@ fn every_parameter_is_told_when_all_are_asked_for() {
     bench.lines.clear();
     bench.order(key, Order::ReadParameters { place: 3 });
     bench.run_ms(2000);
-    let [line] = told(&bench)[..] else {
-        panic!("one line P");
+    let [line] = reported(&bench)[..] else {
+        panic!("expected one line P");
     };
     assert_eq!(line.name.as_str(), Parameter::ALL[2].definition().name);
 }

@@ -1,4 +1,4 @@
-//! What the robot sends, byte by byte.
+//! The robot's telemetry, byte by byte.
 
 use crate::common::{BOOTS, Bench, ROBOT_ID, only};
 use groundwave_protocol::letters::{Bump, Drive, Infrared, Layer, LayerState, Mode, Power};
@@ -29,7 +29,7 @@ fn kinds(bench: &Bench) -> String {
 }
 
 #[test]
-fn the_stream_is_whole_lines_at_240_bytes_a_second_after_one_idle_byte_time() {
+fn stream_is_complete_lines_at_240_bytes_per_second() {
     let mut bench = Bench::new();
     bench.run_ms(100_000);
     assert_eq!(bench.idle, 1);
@@ -37,7 +37,7 @@ fn the_stream_is_whole_lines_at_240_bytes_a_second_after_one_idle_byte_time() {
     let (lines, rest) = bench.sent.as_chunks::<LINE_BYTES>();
     assert_eq!((lines.len(), rest.len()), (299, 79));
     for (n, line) in lines.iter().enumerate() {
-        let parsed = telemetry::Line::parse(line).expect("every field reads");
+        let parsed = telemetry::Line::parse(line).expect("every field is valid");
         assert_eq!(parsed.encode(), *line);
         assert_eq!(usize::from(parsed.sequence), n % 100);
     }
@@ -45,18 +45,18 @@ fn the_stream_is_whole_lines_at_240_bytes_a_second_after_one_idle_byte_time() {
 }
 
 #[test]
-fn who_it_is_comes_first_and_again_every_sixth_line() {
+fn identity_comes_first_and_then_in_every_sixth_line() {
     let mut bench = Bench::new();
     bench.run_ms(12_000);
     assert_eq!(kinds(&bench), "CBAAAAABAAAAACAAAAABAAAAACAAAAABAAA");
     let Body::Counters(counters) = bench.lines[13].1.body else {
-        panic!("line C");
+        panic!("expected line C");
     };
     assert_eq!(counters.robot_id, ROBOT_ID);
     assert_eq!(counters.boots, BOOTS);
     assert_eq!(counters.uptime_s, 4);
     let Body::Status(status) = bench.lines[1].1.body else {
-        panic!("line B");
+        panic!("expected line B");
     };
     assert_eq!(status.robot_id, ROBOT_ID);
     assert_eq!(status.fitted, status.allowed);
@@ -64,7 +64,7 @@ fn who_it_is_comes_first_and_again_every_sixth_line() {
 }
 
 #[test]
-fn a_bump_of_one_tick_appears_in_exactly_one_line_whenever_it_happens() {
+fn bump_of_one_tick_appears_in_exactly_one_line() {
     for tick in 0..7 {
         let mut bench = Bench::new();
         bench.run_ms(3000);
@@ -83,12 +83,15 @@ fn a_bump_of_one_tick_appears_in_exactly_one_line_whenever_it_happens() {
                 .all(|bump| matches!(bump, Bump::Left | Bump::None))
         );
         let position = bumps.iter().position(|&bump| bump == Bump::Left);
-        assert!(position <= Some(2), "the next line A composed: {bumps:?}");
+        assert!(
+            position <= Some(2),
+            "the bump is not in the next line A: {bumps:?}"
+        );
     }
 }
 
 #[test]
-fn the_line_says_who_holds_the_motors_and_who_was_suppressed() {
+fn line_a_shows_the_holder_and_the_suppressed_layers() {
     let mut bench = Bench::new();
     bench.run_ms(1000);
     bench.inputs.bumper = LEFT;
@@ -110,7 +113,7 @@ fn the_line_says_who_holds_the_motors_and_who_was_suppressed() {
 }
 
 #[test]
-fn a_sonar_that_is_not_allowed_neither_pings_nor_tells() {
+fn disallowed_sonar_neither_pings_nor_reports() {
     let mut bench = Bench::new();
     bench.inputs.sonar = Some(Echo {
         side: Side::Right,
@@ -129,7 +132,7 @@ fn a_sonar_that_is_not_allowed_neither_pings_nor_tells() {
 }
 
 #[test]
-fn photocells_and_battery_are_told_and_absent_ones_are_absent() {
+fn photocells_and_battery_are_reported_if_fitted() {
     let mut bench = Bench::new();
     bench.inputs.photo_left = Some(255);
     bench.inputs.battery_dv = 114;
@@ -144,7 +147,7 @@ fn photocells_and_battery_are_told_and_absent_ones_are_absent() {
 }
 
 #[test]
-fn a_blocked_wheel_is_told_as_stalled() {
+fn blocked_wheel_is_reported_as_stalled() {
     let mut bench = Bench::new();
     bench.load = 10.0;
     bench.run_ms(6000);
@@ -153,7 +156,7 @@ fn a_blocked_wheel_is_told_as_stalled() {
 }
 
 #[test]
-fn infrared_detections_and_the_jam_are_told() {
+fn infrared_detections_and_jam_are_reported() {
     let mut bench = Bench::new();
     bench.reflects = (false, true);
     bench.run_ms(3000);
@@ -166,7 +169,7 @@ fn infrared_detections_and_the_jam_are_told() {
 }
 
 #[test]
-fn ticks_won_add_up_to_the_ticks_that_had_a_holder() {
+fn ticks_won_add_up_to_the_held_ticks() {
     let mut bench = Bench::new();
     bench.run_ms(30_000);
     let latest = bench
@@ -177,7 +180,7 @@ fn ticks_won_add_up_to_the_ticks_that_had_a_holder() {
             Body::Counters(counters) => Some(counters),
             _ => None,
         });
-    let counters = latest.expect("a line C");
+    let counters = latest.expect("a line C was received");
     let total: u32 = counters
         .ticks_won
         .iter()

@@ -1,13 +1,13 @@
-//! When the robot acknowledges, and when it is silent and listens.
+//! Acknowledgement lines and turn-taking.
 
 use crate::common::{Bench, OWNER, running};
 use groundwave_protocol::command::{Keepalive, Message};
 use sr04_firmware::board::Duplex;
 use std::fmt::Write;
 
-/// What a half-duplex robot sends and when it is silent: a letter a line, a number of idle byte times.
+/// A half-duplex robot's transmission: a letter per line, a number per run of idle byte times.
 fn conversation(bench: &Bench, from: usize) -> String {
-    let mut told = String::new();
+    let mut text = String::new();
     let mut silent = 0;
     let mut position = 0;
     for byte in &bench.air[from..] {
@@ -15,22 +15,22 @@ fn conversation(bench: &Bench, from: usize) -> String {
             None => silent += 1,
             Some(byte) => {
                 if silent > 0 {
-                    write!(told, "{silent} ").expect("a string takes it");
+                    write!(text, "{silent} ").expect("writing to a string cannot fail");
                     silent = 0;
                 }
                 if position == 0 {
-                    told.push(char::from(*byte));
-                    told.push(' ');
+                    text.push(char::from(*byte));
+                    text.push(' ');
                 }
                 position = if *byte == b'\n' { 0 } else { position + 1 };
             }
         }
     }
-    told
+    text
 }
 
 #[test]
-fn a_half_duplex_robot_listens_after_each_line() {
+fn half_duplex_robot_listens_after_each_line() {
     let mut bench = Bench::with_duplex(Duplex::Half { patience_bytes: 16 });
     bench.run_ms(5000);
     assert!(
@@ -41,14 +41,14 @@ fn a_half_duplex_robot_listens_after_each_line() {
 }
 
 #[test]
-fn a_half_duplex_robot_hears_the_ground_out_and_acknowledges_at_once() {
+fn half_duplex_robot_waits_for_the_end_of_the_ground_stations_turn() {
     let mut bench = Bench::with_duplex(Duplex::Half { patience_bytes: 16 });
     bench.run_ms(5000);
     while bench.air.last() != Some(&None) {
         bench.run_ms(1);
     }
     let begun = bench.air.len();
-    // Noise of a hundred bytes: the turn ends sixteen byte times after the last one.
+    // A hundred bytes of noise: the turn ends sixteen byte times after the last.
     let mut heard = 0;
     while heard < 100 {
         let before = bench.air.len();
@@ -61,12 +61,12 @@ fn a_half_duplex_robot_hears_the_ground_out_and_acknowledges_at_once() {
         }
     }
     bench.run_ms(1000);
-    let told = conversation(&bench, begun);
-    assert!(told.starts_with("117 K G 17 A K G 17 "), "{told}");
+    let text = conversation(&bench, begun);
+    assert!(text.starts_with("117 K G 17 A K G 17 "), "{text}");
 }
 
 #[test]
-fn three_line_feeds_in_a_row_end_a_turn_and_two_do_not() {
+fn three_line_feeds_end_a_turn_and_two_do_not() {
     let mut bench = Bench::with_duplex(Duplex::Half { patience_bytes: 16 });
     bench.run_ms(5000);
     while bench.air.last() != Some(&None) {
@@ -81,12 +81,12 @@ fn three_line_feeds_in_a_row_end_a_turn_and_two_do_not() {
         bench.robot.handle_uplink(byte);
     }
     bench.run_ms(1000);
-    let told = conversation(&bench, begun);
-    assert!(told.starts_with("14 K G 17 "), "{told}");
+    let text = conversation(&bench, begun);
+    assert!(text.starts_with("14 K G 17 "), "{text}");
 }
 
 #[test]
-fn a_half_duplex_robot_listens_to_noise_for_three_lines_and_no_longer() {
+fn half_duplex_robot_listens_to_noise_for_three_lines_at_most() {
     let mut bench = Bench::with_duplex(Duplex::Half { patience_bytes: 16 });
     bench.run_ms(5000);
     let begun = bench.air.len();
@@ -97,18 +97,18 @@ fn a_half_duplex_robot_listens_to_noise_for_three_lines_and_no_longer() {
             bench.robot.handle_uplink(b'~');
         }
     }
-    let told = conversation(&bench, begun);
-    assert!(told.contains(" 242 A G 242 "), "{told}");
+    let text = conversation(&bench, begun);
+    assert!(text.contains(" 242 A G 242 "), "{text}");
 }
 
 #[test]
-fn while_the_ground_talks_and_for_four_lines_after_acknowledgement_lines_follow() {
+fn acknowledgement_lines_follow_line_feeds_for_four_lines() {
     let (mut bench, key) = running();
     bench.run_ms(5000);
     let before = bench.ack_lines;
     bench.run_ms(5000);
     assert_eq!(bench.ack_lines, before);
-    let heard = bench.lines.last().expect("a line").1.sequence;
+    let heard = bench.lines.last().expect("a line was received").1.sequence;
     bench.send(&Message::Keepalive(Keepalive { heard }), key);
     bench.run_ms(5000);
     assert_eq!(bench.ack_lines - before, 12);
@@ -121,7 +121,7 @@ fn while_the_ground_talks_and_for_four_lines_after_acknowledgement_lines_follow(
 }
 
 #[test]
-fn noise_on_a_silent_channel_brings_no_acknowledgement_lines() {
+fn noise_without_line_feeds_brings_no_acknowledgement_lines() {
     let (mut bench, _) = running();
     bench.run_ms(5000);
     let before = bench.ack_lines;
@@ -133,8 +133,8 @@ fn noise_on_a_silent_channel_brings_no_acknowledgement_lines() {
 }
 
 #[test]
-fn the_acknowledgement_is_latched_just_before_its_columns() {
-    // From the first columns of a line on, until its acknowledgement begins, news still gets into it.
+fn acknowledgement_is_latched_just_before_its_columns() {
+    // A change is included until the acknowledgement of the line begins.
     for (sent, taken) in [(5, true), (68, true), (69, true), (70, false)] {
         let (mut bench, _) = running();
         bench.run_ms(5000);
@@ -146,7 +146,7 @@ fn the_acknowledgement_is_latched_just_before_its_columns() {
         bench.open(OWNER + 1);
         let session = bench.robot.ack().session;
         bench.run_to_line_end();
-        let line = bench.lines.last().expect("a line").1;
+        let line = bench.lines.last().expect("a line was received").1;
         assert_eq!(line.ack.session == session, taken, "after {sent} bytes");
     }
 }

@@ -1,4 +1,4 @@
-//! Orders over bytes: what the robot does about them, once, and when.
+//! Commands over the radio: their effect, once, and its time.
 
 use crate::common::{Bench, OWNER, ROBOT_ID, activate, drive, only, running, stop};
 use groundwave_protocol::Waypoint;
@@ -10,7 +10,7 @@ use sr04_firmware::arbiter::Holder;
 use sr04_firmware::board::{Outputs, Switches};
 
 #[test]
-fn it_boots_prowling_and_needs_no_ground() {
+fn robot_boots_prowling_without_a_ground_station() {
     let mut bench = Bench::new();
     bench.run_ms(5000);
     assert_eq!(bench.robot.mode(), Mode::Prowl);
@@ -20,7 +20,7 @@ fn it_boots_prowling_and_needs_no_ground() {
 }
 
 #[test]
-fn stop_works_without_a_session_brakes_at_the_next_tick_and_then_has_the_motors_off() {
+fn stop_needs_no_session_brakes_at_once_and_switches_the_motors_off() {
     let mut bench = Bench::new();
     bench.run_ms(2000);
     assert!(bench.outputs.pwm_left > 0);
@@ -44,7 +44,7 @@ fn stop_works_without_a_session_brakes_at_the_next_tick_and_then_has_the_motors_
 }
 
 #[test]
-fn stop_ends_the_session_so_that_nothing_sent_before_moves_it_again() {
+fn stop_ends_the_session_and_its_frames() {
     let (mut bench, key) = running();
     stop(&mut bench);
     bench.order(key, Order::Mode(Mode::Prowl));
@@ -53,14 +53,14 @@ fn stop_ends_the_session_so_that_nothing_sent_before_moves_it_again() {
     bench.send(&message, key);
     bench.run_ticks(5);
     assert_eq!(bench.outputs.pwm_left, 0);
-    // A session opened after it does.
+    // A session opened afterwards can move it.
     let key = bench.open(OWNER);
     bench.order(key, Order::Mode(Mode::Prowl));
     assert_eq!(bench.robot.mode(), Mode::Prowl);
 }
 
 #[test]
-fn a_command_is_carried_out_once_however_often_its_frame_arrives() {
+fn repeated_frame_executes_its_command_once() {
     let (mut bench, key) = running();
     let set = Order::Pose {
         position: Waypoint {
@@ -83,7 +83,7 @@ fn a_command_is_carried_out_once_however_often_its_frame_arrives() {
 }
 
 #[test]
-fn a_mode_arrives_in_the_line_and_in_line_b() {
+fn mode_change_is_reported_in_lines_a_and_b() {
     let (mut bench, key) = running();
     bench.order(key, Order::Mode(Mode::Reactive));
     bench.lines.clear();
@@ -93,14 +93,14 @@ fn a_mode_arrives_in_the_line_and_in_line_b() {
         matches!(line.body, Body::Status(_))
     };
     assert!(bench.lines.iter().any(tells_status));
-    // Nothing near: it stands.
+    // No obstacles: the robot stands.
     bench.run_ms(2000);
     assert_eq!((bench.outputs.pwm_left, bench.outputs.pwm_right), (0, 0));
     assert_eq!(bench.robot.holder(), None);
 }
 
 #[test]
-fn what_is_not_fitted_is_refused_and_changes_nothing() {
+fn commands_for_unfitted_layers_are_refused() {
     let (mut bench, key) = running();
     let all = bench.robot.allowed();
     let mut refuse = |order, outcome| {
@@ -117,7 +117,7 @@ fn what_is_not_fitted_is_refused_and_changes_nothing() {
 }
 
 #[test]
-fn a_layer_that_is_not_allowed_never_raises() {
+fn disallowed_layer_never_requests_the_motors() {
     let (mut bench, key) = running();
     let mask = bench.robot.allowed().without(Layer::Bumpers);
     bench.order(key, only(mask));
@@ -134,12 +134,12 @@ fn a_layer_that_is_not_allowed_never_raises() {
     }
     let state = bench.latest_state();
     assert_eq!(state.layers.get(Layer::Bumpers), letters::LayerState::Off);
-    // The switch itself is told all the same.
+    // The switch itself is reported nevertheless.
     assert_eq!(state.bump, letters::Bump::Left);
 }
 
 #[test]
-fn a_manoeuvre_ends_when_its_layer_is_no_longer_allowed_and_does_not_come_back() {
+fn disallowing_a_layer_ends_its_manoeuvre() {
     let (mut bench, key) = running();
     let all = bench.robot.allowed();
     bench.inputs.bumper.left = true;
@@ -156,7 +156,7 @@ fn a_manoeuvre_ends_when_its_layer_is_no_longer_allowed_and_does_not_come_back()
 }
 
 #[test]
-fn frames_of_a_session_that_has_passed_are_refused() {
+fn frames_of_an_ended_session_are_refused() {
     let (mut bench, stale) = running();
     let key = bench.open(OWNER + 1);
     let order = Message::Command(Command {
@@ -194,14 +194,14 @@ fn three_hundred_waypoints_are_staged_activated_and_reported() {
             Body::Status(status) => Some(status),
             _ => None,
         });
-    let status = status.expect("an extra line B");
+    let status = status.expect("an extra line B was received");
     assert_eq!((status.list.driven, status.list.count), (0, 300));
     assert_eq!(status.digest, digest(list.iter()));
     assert_eq!(status.target_in, Some((-5000, 9999)));
 }
 
 #[test]
-fn a_route_is_driven_to_its_end_where_it_stops_and_sings() {
+fn route_ends_with_a_stop_and_a_song() {
     let (mut bench, key) = running();
     let list = [(60, 60), (60, 0), (-20, -20)].map(|(x_in, y_in)| Waypoint { x_in, y_in });
     activate(&mut bench, key, 1, &list);
@@ -239,19 +239,23 @@ fn a_route_is_driven_to_its_end_where_it_stops_and_sings() {
         _ => None,
     });
     let notes = sr04_firmware::song::Song::Finished.notes().len();
-    assert_eq!(sung.collect::<Vec<_>>(), [notes], "the song is told once");
-    // Prowling on with the list at its end is prowling freely.
+    assert_eq!(
+        sung.collect::<Vec<_>>(),
+        [notes],
+        "the song is announced once"
+    );
+    // At the end of the route mode Prowl prowls freely.
     bench.order(key, Order::Mode(Mode::Prowl));
     bench.run_ticks(1);
     assert_eq!(bench.robot.holder(), Some(Holder::Prowl));
     assert_eq!(bench.outputs.note_hz, 0);
-    // The same list again starts it over.
+    // Activating the same route starts it again.
     activate(&mut bench, key, 2, &list);
     assert_eq!(bench.robot.target(), Some(list[0]));
 }
 
 #[test]
-fn home_is_the_origin_wherever_it_is() {
+fn go_home_drives_to_the_origin() {
     let (mut bench, key) = running();
     bench.run_ms(8000);
     bench.order(key, Order::Mode(Mode::GoHome));
@@ -266,7 +270,7 @@ fn home_is_the_origin_wherever_it_is() {
 }
 
 #[test]
-fn garbage_on_the_uplink_changes_nothing() {
+fn noise_on_the_uplink_changes_nothing() {
     let (mut bench, _) = running();
     let mut dice = 1_u32;
     for _ in 0..100_000 {

@@ -1,4 +1,4 @@
-//! The wheels' control against a small motor model.
+//! Wheel control with a small motor model.
 
 use crate::common::{Bench, Motor};
 use groundwave_protocol::letters::Drive;
@@ -42,7 +42,7 @@ impl Rig {
 }
 
 #[test]
-fn the_mean_speed_is_within_two_per_cent_whatever_battery_and_load() {
+fn mean_speed_is_within_two_percent_at_any_battery_and_load() {
     for battery_v in [10.8, 12.0, 13.8] {
         for load in [0.05, 0.15, 0.25] {
             for speed_in_s in [-12, -2, 2, 3, 6, 12] {
@@ -63,7 +63,7 @@ fn the_mean_speed_is_within_two_per_cent_whatever_battery_and_load() {
 }
 
 #[test]
-fn it_settles_within_a_second_of_the_slew_without_overshoot() {
+fn speed_settles_within_a_second_without_overshoot() {
     let mut rig = Rig::new(12.0, 0.08);
     rig.run_ticks(10, cps(12));
     let mut fastest: f64 = 0.0;
@@ -79,8 +79,8 @@ fn it_settles_within_a_second_of_the_slew_without_overshoot() {
     }
 }
 
-/// The closed loop by analysis: the motor's differential equation solved from tick to tick, and the control's
-/// law in real numbers, with an encoder that knows fractions of a count.
+/// The closed loop by analysis: the motor's differential equation solved from tick to tick, and the control law in real
+/// numbers with an encoder of fractional counts.
 #[derive(Default)]
 struct Analytic {
     speed_cps: f64,
@@ -91,9 +91,9 @@ struct Analytic {
 
 impl Analytic {
     const TICK_S: f64 = 0.05;
-    /// Counts a second for each 255th of the pulse width on 12 volts without load.
+    /// Counts a second per 1/255 of pulse width at 12 volts without load.
     const GAIN: f64 = 326.0 / 255.0;
-    /// Of the motor, in seconds.
+    /// Time constant of the motor in seconds.
     const TIME_CONSTANT_S: f64 = 1.0 / 6.0;
 
     fn tick(&mut self, order_cps: i16, parameters: &Parameters) {
@@ -115,14 +115,14 @@ impl Analytic {
             + slow_cps * gain(Parameter::PidP) / 256.0;
         assert!(
             self.pwm.abs() < 255.0,
-            "a law without a limit: {}",
+            "the control law has no limit here: {}",
             self.pwm
         );
     }
 }
 
 #[test]
-fn the_closed_loops_step_response_is_the_analytic_one() {
+fn step_response_matches_the_analytic_one() {
     let mut tuned = Parameters::DEFAULT;
     for (parameter, value) in [
         (Parameter::PidFeed, 160),
@@ -146,7 +146,7 @@ fn the_closed_loops_step_response_is_the_analytic_one() {
                 let apart_cps = rig.motor.speed_cps - analytic.speed_cps;
                 squares += apart_cps * apart_cps;
                 way += apart_cps * Analytic::TICK_S;
-                // A count a tick is 20 counts a second: what the encoder cannot tell.
+                // One count per tick, the resolution of the encoder, is 20 counts a second.
                 assert!(
                     apart_cps.abs() < 12.0 && way.abs() < 3.0,
                     "tick {tick} of {steps:?}: {apart_cps} counts/s, {way} counts"
@@ -159,7 +159,7 @@ fn the_closed_loops_step_response_is_the_analytic_one() {
 }
 
 #[test]
-fn counts_lost_to_a_hindrance_are_made_up_for_within_a_limit() {
+fn counts_lost_to_an_obstacle_are_made_up_within_a_limit() {
     let mut rig = Rig::new(12.0, 0.08);
     rig.run_ticks(60, cps(6));
     let speed = cps(6);
@@ -178,12 +178,12 @@ fn counts_lost_to_a_hindrance_are_made_up_for_within_a_limit() {
 }
 
 #[test]
-fn a_wheel_that_cannot_keep_up_says_saturated_and_recovers_at_once() {
+fn saturated_wheel_recovers_without_a_dash() {
     let mut rig = Rig::new(7.0, 0.2);
     rig.run_ticks(100, cps(12));
     assert!(rig.wheel.is_saturated() && !rig.wheel.is_stalled());
     rig.battery_v = 12.0;
-    // Nothing has been wound up: no dash when the voltage returns.
+    // No windup: no dash when the voltage returns.
     let before = rig.counts;
     rig.run_ticks(80, cps(12));
     let dash = rig.counts - before - 4 * i32::from(cps(12));
@@ -192,7 +192,7 @@ fn a_wheel_that_cannot_keep_up_says_saturated_and_recovers_at_once() {
 }
 
 #[test]
-fn inside_the_envelope_it_never_says_saturated_and_outside_it_does() {
+fn saturation_is_reported_only_outside_the_rated_range() {
     for load in [0.05, 0.25] {
         let mut low = Rig::new(10.8, load);
         low.run_ticks(400, cps(12));
@@ -206,13 +206,13 @@ fn inside_the_envelope_it_never_says_saturated_and_outside_it_does() {
         rig.run_ticks(100, cps(12));
         assert!(
             rig.counts - before < 5 * i32::from(cps(12)),
-            "it is too slow"
+            "the wheel is too slow"
         );
     }
 }
 
 #[test]
-fn a_wheel_brakes_within_three_ticks_and_three_quarters_of_an_inch() {
+fn wheel_brakes_within_three_ticks_and_three_quarters_of_an_inch() {
     for battery_v in [10.8, 12.0, 13.8] {
         for load in [0.0, 0.08, 0.25] {
             for speed_in_s in [-12, -8, 5, 12] {
@@ -247,7 +247,7 @@ fn a_wheel_brakes_within_three_ticks_and_three_quarters_of_an_inch() {
 }
 
 #[test]
-fn the_gains_are_the_parameters() {
+fn gains_follow_the_parameters() {
     let mut slow = Parameters::DEFAULT;
     assert!(slow.set(Parameter::Slew, 6));
     let mut rig = Rig::new(12.0, 0.08);
@@ -272,7 +272,7 @@ fn the_gains_are_the_parameters() {
     assert_eq!(wheel.control(cps(12), 0, &Gains::of(&open_loop)), 0);
 }
 
-/// Pulse widths of a wheel that is held, tick by tick.
+/// Pulse widths of a held wheel, tick by tick.
 fn held(wheel: &mut Wheel, gains: &Gains, ordered_cps: i16, ticks: usize) -> Vec<i16> {
     (0..ticks)
         .map(|_| wheel.control(ordered_cps, 0, gains))
@@ -280,9 +280,9 @@ fn held(wheel: &mut Wheel, gains: &Gains, ordered_cps: i16, ticks: usize) -> Vec
 }
 
 #[test]
-fn a_blocked_wheel_loses_its_power_after_a_second_and_tries_again() {
+fn blocked_wheel_rests_after_a_second_and_tries_again() {
     let mut weak = Parameters::DEFAULT;
-    // By feed-forward and the proportional part alone it never gets to full width.
+    // Feed-forward and the proportional part alone never give full width.
     assert!(weak.set(Parameter::PidI, 0));
     for gains in [Gains::default(), Gains::of(&weak)] {
         for speed_in_s in [12, -12] {
@@ -292,9 +292,9 @@ fn a_blocked_wheel_loses_its_power_after_a_second_and_tries_again() {
             let first = given
                 .iter()
                 .position(|pwm| pwm.abs() >= 192)
-                .expect("high power");
+                .expect("the power becomes high");
             assert_eq!(given[first..].iter().take_while(high).count(), 20);
-            // A second of it and what it takes to get there, of a minute's cycles.
+            // Share of high power: a second per cycle, and the rise to it.
             let share = given.iter().filter(high).count() as f64 / given.len() as f64;
             assert!((0.1..=0.25).contains(&share), "{share}");
             assert!(wheel.is_stalled());
@@ -303,14 +303,14 @@ fn a_blocked_wheel_loses_its_power_after_a_second_and_tries_again() {
 }
 
 #[test]
-fn a_stall_is_over_when_the_wheel_moves_or_nothing_is_asked_of_it() {
+fn stall_ends_when_the_wheel_moves_or_is_not_driven() {
     let mut wheel = Wheel::default();
     let gains = Gains::default();
     held(&mut wheel, &gains, cps(12), 60);
     assert!(wheel.is_stalled());
-    // Escapes turn the other way at once.
+    // Escapes turn in the other direction at once.
     assert!(wheel.control(cps(-8), 0, &gains) < 0);
-    assert!(wheel.is_stalled(), "not yet");
+    assert!(wheel.is_stalled(), "the wheel has not moved");
     wheel.control(cps(-8), 4, &gains);
     assert!(!wheel.is_stalled());
 
@@ -325,7 +325,7 @@ fn a_stall_is_over_when_the_wheel_moves_or_nothing_is_asked_of_it() {
     assert!(wheel.control(cps(12), 0, &gains) > 0);
 }
 
-/// A wheel that slips: so many counts a tick, whatever it is given.
+/// Ticks until a slipping wheel with constant counts per tick counts as held.
 fn slips(wheel: &mut Wheel, ordered_cps: i16, counts: u16, ticks: usize) -> usize {
     let gains = Gains::default();
     (0..ticks)
@@ -338,45 +338,45 @@ fn slips(wheel: &mut Wheel, ordered_cps: i16, counts: u16, ticks: usize) -> usiz
 }
 
 #[test]
-fn a_wheel_that_slips_at_full_pulse_width_is_held_after_two_seconds() {
+fn wheel_slipping_at_full_pulse_width_is_held_after_two_seconds() {
     for speed_in_s in [12, 8, -12] {
         let mut wheel = Wheel::default();
         let ticks = slips(&mut wheel, cps(speed_in_s), 3, 200);
         assert!((40..60).contains(&ticks), "{speed_in_s} in/s: {ticks}");
         assert!(!wheel.is_stalled());
-        // Ordered the other way it is free at once.
+        // Commanded in the other direction it is free at once.
         assert_eq!(slips(&mut wheel, -cps(speed_in_s), 3, 20), 20);
     }
 }
 
 #[test]
-fn a_wheel_with_two_thirds_of_its_speed_is_not_held() {
+fn wheel_at_two_thirds_of_its_speed_is_not_held() {
     let mut wheel = Wheel::default();
     assert_eq!(slips(&mut wheel, cps(12), 7, 400), 400);
     assert!(wheel.is_saturated());
 }
 
 #[test]
-fn a_stalled_wheel_is_held() {
+fn stalled_wheel_is_held() {
     let mut wheel = Wheel::default();
     held(&mut wheel, &Gains::default(), cps(12), 60);
     assert!(wheel.is_held());
 }
 
 #[test]
-fn the_sign_of_the_counts_is_that_of_the_motor_command_when_the_wheel_has_followed_it() {
+fn counts_take_the_sign_of_a_followed_command() {
     let mut wheel = Wheel::default();
     assert!(wheel.control(cps(-6), 0, &Gains::default()) < 0);
     assert_eq!(wheel.signed_counts(2), -2);
     wheel.halt();
-    // Coasting on after the motor is off.
+    // Coasting after the motor is off.
     assert_eq!(wheel.signed_counts(2), -2);
 }
 
 #[test]
-fn a_wheel_believed_to_turn_the_wrong_way_is_believed_again_within_a_second() {
+fn wrong_direction_is_corrected_within_a_second() {
     let mut wheel = Wheel::default();
-    // Something turned it back while its motor was off, and then its motor is ordered ahead.
+    // The wheel is turned back with its motor off, and then commanded ahead.
     for _ in 0..20 {
         let _ = wheel.signed_counts(6);
     }
@@ -396,12 +396,12 @@ fn a_wheel_believed_to_turn_the_wrong_way_is_believed_again_within_a_second() {
 }
 
 #[test]
-fn turning_back_again_and_again_costs_hardly_a_count() {
+fn repeated_reversals_lose_hardly_a_count() {
     for load in [0.05, 0.25] {
         let mut rig = Rig::new(12.0, load);
         let mut true_counts = 0.0;
         for turn in 0..40 {
-            // As when avoidance and a target pull at it in turn: the slew never comes to its end.
+            // As when avoidance and a target alternate: the slew never completes.
             let speed = [cps(12), cps(-12), cps(7), cps(-9)][turn % 4];
             for _ in 0..[9, 11, 8, 7][turn % 4] {
                 rig.run_ticks(1, speed);
@@ -414,7 +414,7 @@ fn turning_back_again_and_again_costs_hardly_a_count() {
 }
 
 #[test]
-fn orders_taken_back_before_the_wheel_has_followed_cost_hardly_a_count() {
+fn reversed_commands_lose_hardly_a_count() {
     for seed in 0..20_u32 {
         for (battery_v, load) in [(10.8, 0.25), (12.0, 0.08), (13.8, 0.05)] {
             let mut rig = Rig::new(battery_v, load);
@@ -425,7 +425,7 @@ fn orders_taken_back_before_the_wheel_has_followed_cost_hardly_a_count() {
             };
             let mut true_counts = 0.0;
             for _ in 0..500 {
-                // As when infrared and a target pull at it in turn: a wheel is held back, and let go again.
+                // As when infrared and a target alternate: a wheel is held back and released again.
                 let speed = [1, -1, -2, -5, 6, 8, 11, 12][roll(8) as usize];
                 for _ in 0..=roll(4) {
                     rig.run_ticks(1, cps(speed));
@@ -435,14 +435,14 @@ fn orders_taken_back_before_the_wheel_has_followed_cost_hardly_a_count() {
             let error = (f64::from(rig.counts) - true_counts).abs();
             assert!(
                 error < 15.0,
-                "seed {seed}, {battery_v} V, load {load}: {error} counts in 500 orders"
+                "seed {seed}, {battery_v} V, load {load}: {error} counts in 500 commands"
             );
         }
     }
 }
 
 #[test]
-fn at_rest_the_motor_is_off() {
+fn motor_is_off_at_rest() {
     let mut rig = Rig::new(12.0, 0.08);
     rig.run_ticks(40, cps(12));
     rig.run_ticks(40, 0);
@@ -451,7 +451,7 @@ fn at_rest_the_motor_is_off() {
 }
 
 #[test]
-fn the_robot_drives_straight_at_top_speed() {
+fn robot_drives_straight_at_top_speed() {
     let mut bench = Bench::new();
     bench.run_ms(30_000);
     let pose = bench.robot.pose();

@@ -1,13 +1,13 @@
-//! The behaviour layer: switches sensors off, and on again, for what has been detected lately.
+//! The behaviour layer: switches sensors off and on according to recent detections.
 //!
-//! Not one of the eight: it moves nothing. Three rules, and a fourth that the infrared detectors keep
-//! themselves (30 s of detection switch them off for 30 s):
+//! It is none of the eight layers, because it moves nothing. It has three rules; the infrared detectors apply a fourth
+//! themselves (30 s of detections switch them off for 30 s):
 //!
-//! - Sonar rests when it has been leading the robot to the side on which infrared sees something. Close to
-//!   an oblique wall the echo that comes back first comes over two surfaces, and the longer view is the wall's.
-//! - Photo rests for a minute after twelve turns more one way than the other: it circles a lamp.
-//! - Infrared rests when a robot that only reacts has moved for a minute without finding rest, for 30 s and for as
-//!   long as it then stands: between walls four feet apart no place is clear.
+//! - Sonar is off after it has led the robot to the side on which infrared detects an obstacle. Close to an oblique wall
+//!   the first echo returns by way of a second surface, so the wall appears farther away than the open side.
+//! - Photo is off for a minute after twelve more turns to one side than to the other: the robot circles a lamp.
+//! - Infrared is off when a reactive robot has moved for a minute without coming to rest, for 30 s and while it then
+//!   stands: between walls four feet apart no place is free of detections.
 
 use crate::angle::Angle;
 use crate::parameters::Parameter;
@@ -15,46 +15,46 @@ use crate::sensors::Senses;
 use crate::units::ticks;
 use groundwave_protocol::letters::{Layer, LayerMask, Mode};
 
-/// No sensor is switched again before this time: line A is sent three times a second and shows each switch.
+/// Minimum ticks between two switchings of a sensor: line A shows each state.
 const DWELL_TICKS: u16 = ticks(2);
 
-/// A side on which infrared saw something is close for this long.
+/// Ticks for which a side counts as close after an infrared detection.
 const CLOSE_TICKS: u8 = ticks(1) as u8;
 
-/// What a tick of contradiction adds to the measure of doubt, which falls by one in each tick without.
+/// Increase of the doubt per contradicting tick; it falls by one in any other tick.
 const DOUBT_STEP: u8 = 2;
 
-/// From here on sonar is not believed: a second of contradiction.
+/// Doubt at which sonar is switched off: a second of contradiction.
 const DOUBT_ENOUGH: u8 = 40;
 
-/// Two seconds after the last contradiction it is again.
+/// Maximum doubt: sonar is on again two seconds after the last contradiction.
 const DOUBT_MOST: u8 = 40;
 
-/// Only a view as short as this comes from what infrared can see.
+/// Maximum sonar range that can be compared with infrared.
 const NEAR_IN: u32 = 40;
 
-/// A view is longer than the other from here on, in per cent of it.
+/// Ratio in percent from which one sonar range is longer than the other.
 const LONGER_PCT: u32 = 135;
 
-/// So many turns more to one side: it circles.
+/// Net turn to one side that counts as circling.
 const CIRCLES: i32 = 12 * 0x1_0000;
 
-/// Turns are forgotten over about 200 s, 4096 ticks: who wanders turns to both sides.
+/// Decay of the net turn over about 200 s, 4096 ticks: a wandering robot turns to both sides.
 const FORGET_SHIFT: u32 = 12;
 
-/// The lamp is left alone for this long.
+/// Ticks for which photo stays off after circling.
 const LEFT_ALONE_TICKS: u16 = ticks(60);
 
-/// A robot that only reacts should have found its rest by then.
+/// Ticks of movement after which a reactive robot is restless.
 const RESTLESS_TICKS: u16 = ticks(60);
 
-/// Standing for this long is rest: longer than a jam, after which the detectors wake it again.
+/// Ticks of standing that count as rest: longer than a jam, after which the detectors wake the robot again.
 const RESTED_TICKS: u16 = ticks(40);
 
-/// What it has to find it in without infrared.
+/// Minimum ticks without infrared for a restless robot.
 const UNSEEING_TICKS: u16 = ticks(30);
 
-/// A sensor's switch.
+/// On-off state of a sensor.
 #[derive(Clone, Debug, Default)]
 struct Switch {
     is_off: bool,
@@ -62,7 +62,7 @@ struct Switch {
 }
 
 impl Switch {
-    /// Off or on, when it has been what it is for long enough.
+    /// Switches the sensor if its current state has lasted long enough.
     fn set(&mut self, off: bool, dwell_ticks: u16) {
         if self.dwell_ticks > 0 {
             self.dwell_ticks -= 1;
@@ -73,13 +73,13 @@ impl Switch {
     }
 }
 
-/// What has been detected lately, and what follows from it.
+/// Recent detections and the resulting switch states.
 #[derive(Clone, Debug, Default)]
 pub struct SensorSwitches {
     sonar: Switch,
     photo: Switch,
     infrared: Switch,
-    /// Since infrared saw something on the left, and on the right.
+    /// Ticks left for which the left and the right side count as close.
     close_ticks: [u8; 2],
     doubt: u8,
     stand_ticks: u16,
@@ -89,14 +89,14 @@ pub struct SensorSwitches {
 }
 
 impl SensorSwitches {
-    /// Once a tick. `running` are the layers that run at this tick.
+    /// Updates the states once per tick; `running` are the layers that run in this tick.
     pub fn watch(&mut self, senses: &Senses, running: LayerMask) {
         self.doubt = if self.contradicts(senses) {
             (self.doubt + DOUBT_STEP).min(DOUBT_MOST)
         } else {
             self.doubt.saturating_sub(1)
         };
-        // On again only when nothing at all is left of it.
+        // Sonar returns only when no doubt is left.
         let least = if self.sonar.is_off { 1 } else { DOUBT_ENOUGH };
         self.sonar.set(self.doubt >= least, DWELL_TICKS);
 
@@ -134,7 +134,7 @@ impl SensorSwitches {
         self.photo.set(circles, dwell_ticks);
     }
 
-    /// Whether the longer view is on the side, and only on that side, on which infrared sees something.
+    /// Whether the longer range is on the one side on which infrared detects an obstacle.
     fn contradicts(&mut self, senses: &Senses) -> bool {
         let seen = [senses.infrared.left, senses.infrared.right];
         for (ticks, seen) in self.close_ticks.iter_mut().zip(seen) {
@@ -156,7 +156,7 @@ impl SensorSwitches {
         }
     }
 
-    /// The sensors that are off.
+    /// Sensors that are switched off.
     #[must_use]
     pub fn off(&self) -> LayerMask {
         let mut off = LayerMask::NONE;
@@ -197,9 +197,9 @@ mod tests {
     }
 
     #[test]
-    fn sonar_rests_when_it_leads_to_the_side_that_infrared_sees() {
+    fn sonar_is_off_after_leading_to_the_side_of_infrared() {
         let mut switches = SensorSwitches::default();
-        // Infrared sees something on the left.
+        // Infrared detects an obstacle on the left.
         let mut tick = |left_in, right_in| {
             let senses = Senses {
                 sonar: Ranges {
@@ -211,7 +211,7 @@ mod tests {
             switches.watch(&senses, LayerMask::ALL);
             switches.off().contains(Layer::Sonar)
         };
-        assert!((0..400).all(|_| !tick(30, 100)), "they agree");
+        assert!((0..400).all(|_| !tick(30, 100)), "both sensors agree");
         assert!((0..400).all(|_| !tick(100, 100)));
         let until_off = (0..100).take_while(|_| !tick(100, 30)).count();
         assert!((18..22).contains(&until_off), "{until_off}");
@@ -221,7 +221,7 @@ mod tests {
     }
 
     #[test]
-    fn photo_rests_for_a_minute_after_circling_a_lamp() {
+    fn photo_is_off_for_a_minute_after_circling_a_lamp() {
         let mut switches = SensorSwitches::default();
         let mut heading = 0_u16;
         // A turn in 8 s.
@@ -238,7 +238,7 @@ mod tests {
     }
 
     #[test]
-    fn infrared_rests_when_a_robot_that_only_reacts_finds_no_rest() {
+    fn infrared_is_off_for_a_restless_reactive_robot() {
         for (mode, expected) in [(Mode::Reactive, 1199), (Mode::Prowl, 5000)] {
             let mut switches = SensorSwitches::default();
             let mut tick = |is_standing| {
@@ -253,14 +253,17 @@ mod tests {
             let until_off = (0..5000).take_while(|_| !tick(false)).count();
             assert_eq!(until_off, expected);
             if mode == Mode::Reactive {
-                assert!((0..5000).all(|_| tick(true)), "for as long as it stands");
+                assert!(
+                    (0..5000).all(|_| tick(true)),
+                    "infrared is off while the robot stands"
+                );
                 assert!(!tick(false));
             }
         }
     }
 
     #[test]
-    fn who_turns_to_both_sides_does_not_circle() {
+    fn turns_to_both_sides_are_no_circling() {
         let mut switches = SensorSwitches::default();
         for turn in 0..100_u16 {
             for step in 0..240_u16 {
@@ -273,7 +276,7 @@ mod tests {
 
     proptest! {
         #[test]
-        fn no_sensor_is_switched_twice_within_two_seconds(
+        fn sensors_are_not_switched_twice_within_two_seconds(
             seen in proptest::collection::vec((any::<bool>(), any::<bool>(), -2000_i16..4000, 1_u8..60), 1..60)
         ) {
             let (mut switches, mut heading, mut now) = (SensorSwitches::default(), 0_u16, 0_u32);

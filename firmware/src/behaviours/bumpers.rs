@@ -1,7 +1,7 @@
 //! Layer 1: the bumper reflex, its escapes, and working free from a jam.
 //!
-//! What holds the robot without closing a switch, as the edge of its dock does, which is lower than the bumper, is a
-//! contact as well: the wheels feel it.
+//! An obstacle that holds the robot without closing a switch also counts as a contact, such as the edge of the dock,
+//! which is lower than the bumper: the wheels detect it.
 
 use super::Behaviour;
 use crate::angle::Angle;
@@ -12,54 +12,54 @@ use crate::parameters::Parameter;
 use crate::sensors::Senses;
 use crate::units::ticks;
 
-/// Backing up: 6 inches clear the bumper and leave room to turn. In counts of both wheels.
+/// Distance of backing up, in counts of both wheels: 6 inches clear the bumper and leave room to turn.
 const BACK_COUNTS: i16 = 6 * COUNTS_PER_IN as i16 * 2;
 
-/// Two thirds of top speed, so that what stands behind is not hit hard.
+/// Backing up at two thirds of top speed, to hit obstacles behind less hard.
 const BACK: Motion = Motion::new(-8, 0);
 
-/// Backing takes a second; after this something is in the way behind.
+/// Maximum duration of backing up, which takes a second unless it is blocked.
 const BACK_TICKS: u8 = 2 * ticks(1) as u8;
 
-/// 92 degrees a second on the spot.
+/// Turning speed on the spot, 92 degrees per second.
 const TURN_IN_S: i16 = 16;
 
-/// The least turn away from a glancing contact, 15 degrees. Chance adds as much again at most: in a passage a
-/// wider turn leads into the other wall.
+/// Minimum turn away from a glancing contact, 15 degrees; a random part of up to as much is added. A wider turn would
+/// lead into the opposite wall of a passage.
 const GLANCING_TURN: u16 = 0x0b00;
 
-/// The same from one that the centre switch takes part in, or no switch at all, 90 degrees.
+/// Minimum turn away from a contact with the centre switch, or without a switch: 90 degrees.
 const FRONTAL_TURN: u16 = 0x4000;
 
-/// The turn of an escape: half round.
+/// Turn of an escape: half a turn.
 const ESCAPE_TURN: u16 = 0x8000;
 
-/// The slew limit carries a turn on for about 15 degrees.
+/// Angle by which the slew limit extends a turn, about 15 degrees.
 const OVERRUN: u16 = (0x1_0000_u32 / 24) as u16;
 
-/// The wheels stand after so long. A turn that went over into driving on would be 20 degrees wider, because the
-/// slew limit takes longer to bring a wheel from backward to top speed than from backward to rest.
+/// Ticks until the wheels stand after a turn. Driving on at once would widen the turn by 20 degrees, because the slew
+/// limit needs longer from reverse to top speed than from reverse to standing.
 const SETTLE_TICKS: u8 = 8;
 
-/// A turn that takes longer than this has met something: plus a tick for every 512th of a half turn.
+/// Maximum duration of a turn; a tick per 512th of a half turn is added. A longer turn is blocked.
 const TURN_TICKS: u8 = 30;
 
-/// Contacts remembered.
+/// Number of remembered contacts.
 const MEMORY: usize = 5;
 
-/// Right, left, right, left within this time is an inside corner.
+/// Maximum time of the contacts right, left, right, left that indicate an inside corner.
 const CORNER_TICKS: u32 = ticks(15) as u32;
 
-/// As many contacts as are remembered within this time, and no progress: caught.
+/// Maximum time of the remembered contacts that count as caught, without progress.
 const CAUGHT_TICKS: u32 = ticks(20) as u32;
 
-/// Less way than this from the first of those contacts is no progress.
+/// Minimum distance from the first of these contacts that counts as progress.
 const PROGRESS_IN: i32 = 12;
 
-/// A switch that has been closed for this long is jammed.
+/// Ticks after which a closed switch is jammed.
 const JAM_TICKS: u8 = ticks(3) as u8;
 
-/// Twisting and rocking, at various speeds, and for how many ticks each.
+/// Twisting and rocking motions, each with its number of ticks.
 const JAM_SEQUENCE: [(Motion, u8); 8] = [
     (Motion::new(-6, 0), 20),
     (Motion::new(0, 12), 14),
@@ -75,25 +75,25 @@ const JAM_SEQUENCE: [(Motion, u8); 8] = [
 enum State {
     #[default]
     Quiet,
-    /// Backing up before a turn.
+    /// Backs up before a turn.
     Back {
         turn: i32,
         way_counts: i16,
         ticks_left: u8,
     },
-    /// Turning away.
+    /// Turns away.
     Turn {
         left: i32,
         heading: Angle,
         ticks_left: u8,
     },
-    /// Coming to rest after the turn.
+    /// Comes to rest after the turn.
     Settle { ticks_left: u8 },
-    /// Working free.
+    /// Works free.
     Jam { step: u8, ticks: u8 },
 }
 
-/// One contact: when, where, and on which side.
+/// A contact: its time, position and side.
 #[derive(Clone, Copy, Debug)]
 struct Contact {
     at_ticks: u32,
@@ -102,29 +102,29 @@ struct Contact {
     side: Option<Side>,
 }
 
-/// The bumper behaviour.
+/// State of the bumper layer.
 #[derive(Clone, Debug, Default)]
 pub struct Bumpers {
     state: State,
     held_ticks: u8,
-    /// Newest first.
+    /// Latest contacts, newest first.
     contacts: [Option<Contact>; MEMORY],
     pressed_before: bool,
 }
 
 impl Bumpers {
-    /// Whether the jam sequence is under way.
+    /// Whether the jam sequence is running.
     #[must_use]
     pub const fn is_jammed(&self) -> bool {
         matches!(self.state, State::Jam { .. })
     }
 
-    /// Forgets where contacts were: the odometer has been set.
+    /// Forgets the positions of contacts, because the odometer has been set.
     pub fn forget_places(&mut self) {
         self.contacts = [None; MEMORY];
     }
 
-    /// A contact begins the ballistic part: back up, then turn, whatever else is sensed.
+    /// Begins the manoeuvre of a contact: backing up, then turning, independent of the sensors.
     fn begin(&mut self, senses: &Senses) {
         let side = side(senses.bumper);
         self.remember(senses, side);
@@ -143,7 +143,7 @@ impl Bumpers {
             } else {
                 GLANCING_TURN
             };
-            // Bits that the choice of the side did not use.
+            // Bits not used for choosing the side.
             least + (senses.dice >> 8) as u16 % least
         };
         self.state = State::Back {
@@ -165,7 +165,7 @@ impl Bumpers {
         }
     }
 
-    /// Right, left, right, left.
+    /// Whether the contacts alternated between right and left.
     fn is_corner(&self) -> bool {
         let [Some(newest), Some(second), Some(third), Some(fourth), _] = self.contacts else {
             return false;
@@ -182,7 +182,7 @@ impl Bumpers {
             && newest.at_ticks.wrapping_sub(fourth.at_ticks) <= CORNER_TICKS
     }
 
-    /// Too many contacts, too little way.
+    /// Whether there were too many contacts without progress.
     fn is_caught(&self) -> bool {
         let [Some(newest), .., Some(oldest)] = self.contacts else {
             return false;
@@ -273,7 +273,7 @@ impl Behaviour for Bumpers {
                 self.state = State::Jam { step: 0, ticks: 0 };
             }
             State::Quiet if pressed || senses.is_held => self.begin(senses),
-            // Something else was hit while turning away.
+            // Another contact while turning away.
             State::Turn { .. } | State::Settle { .. } if newly => self.begin(senses),
             _ => {}
         }
@@ -288,7 +288,7 @@ impl Behaviour for Bumpers {
     }
 }
 
-/// The side a press comes from; `None` for the centre, and for both sides at once.
+/// Side of a contact; `None` for the centre and for both sides at once.
 pub(super) const fn side(switches: Switches) -> Option<Side> {
     match (switches.left, switches.right) {
         (true, false) => Some(Side::Left),

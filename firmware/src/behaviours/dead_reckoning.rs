@@ -1,4 +1,4 @@
-//! Layer 7: dead reckoning. Walks a list of points, home, to the dock, or the square of the calibration.
+//! Layer 7: dead reckoning. Drives a route, home, to the dock, or the calibration square.
 
 use super::detour::Detour;
 use super::docking::{Docking, News};
@@ -13,7 +13,7 @@ use groundwave_protocol::letters::Mode;
 /// The origin.
 const HOME: Waypoint = Waypoint { x_in: 0, y_in: 0 };
 
-/// The place in the list.
+/// State of the layer with its progress on the route.
 #[derive(Clone, Debug, Default)]
 pub struct DeadReckoning {
     driven: u16,
@@ -24,21 +24,20 @@ pub struct DeadReckoning {
 }
 
 impl DeadReckoning {
-    /// A new list: begin at its first point.
+    /// Begins a new route at its first point.
     pub const fn restart(&mut self) {
         self.driven = 0;
         self.has_arrived = false;
     }
 
-    /// Points of the list that have been reached.
+    /// Number of reached points of the route.
     #[must_use]
     pub const fn driven(&self) -> u16 {
         self.driven
     }
 
-    /// Where to go in a mode; `None` when the mode knows no target or the list is at its end. A robot
-    /// that is told to prowl on after that prowls freely; the list begins again when it is activated
-    /// again.
+    /// Target in a mode; `None` if the mode has none or the route is finished. After its end the robot prowls freely; the
+    /// route starts again when it is activated again.
     #[must_use]
     pub fn target(&self, mode: Mode, list: &[Waypoint]) -> Option<Waypoint> {
         match mode {
@@ -49,7 +48,7 @@ impl DeadReckoning {
         }
     }
 
-    /// Moves on when the target was reached in this tick; returns whether it was the last one.
+    /// Advances when the target was reached in this tick; returns whether it was the last.
     pub fn take_arrival(&mut self, mode: Mode, list: &[Waypoint]) -> Option<bool> {
         if !core::mem::take(&mut self.has_arrived) {
             return None;
@@ -67,18 +66,18 @@ impl DeadReckoning {
 }
 
 impl DeadReckoning {
-    /// The way to the dock.
+    /// State of docking.
     #[must_use]
     pub const fn docking(&self) -> &Docking {
         &self.docking
     }
 
-    /// What has happened at the dock in this tick.
+    /// Docking event of this tick.
     pub const fn take_docking_news(&mut self) -> Option<News> {
         self.docking.take_news()
     }
 
-    /// Whether the square of the calibration was finished in this tick.
+    /// Whether the calibration square was finished in this tick.
     pub fn take_square(&mut self) -> bool {
         self.square.take_done()
     }
@@ -102,7 +101,7 @@ impl Behaviour for DeadReckoning {
         Request::raise(self.detour.toward(senses, target))
     }
 
-    /// The place in the list is kept.
+    /// Keeps the progress on the route.
     fn rest(&mut self) {
         *self = Self {
             driven: self.driven,
@@ -133,7 +132,7 @@ mod tests {
     }
 
     #[test]
-    fn it_walks_the_list_point_by_point() {
+    fn route_is_driven_point_by_point() {
         let mut layer = DeadReckoning::default();
         let mut arrive = |x_in, y_in| {
             let target = layer.target(Mode::Prowl, &LIST);
@@ -146,14 +145,14 @@ mod tests {
         assert_eq!(arrive(0, 35), (true, Some(false), 1));
         assert_eq!(arrive(0, 35), (true, None, 1));
         assert_eq!(arrive(42, 43), (true, Some(true), 2));
-        // The list is at its end: nothing more to say.
+        // The route is finished: no request.
         assert_eq!(arrive(42, 43), (false, None, 2));
         layer.restart();
         assert_eq!(layer.target(Mode::Prowl, &LIST), Some(LIST[0]));
     }
 
     #[test]
-    fn home_is_the_origin_and_costs_no_place_in_the_list() {
+    fn home_is_the_origin_and_does_not_advance_the_route() {
         let mut layer = DeadReckoning::default();
         let home = layer.target(Mode::GoHome, &LIST);
         assert_eq!(home, Waypoint::new(0, 0));
@@ -172,7 +171,7 @@ mod tests {
     }
 
     #[test]
-    fn an_arrival_is_forgotten_while_the_layer_is_off_but_not_the_place() {
+    fn rest_forgets_an_arrival_but_not_the_progress() {
         let mut layer = DeadReckoning::default();
         layer.decide(&at(0, 40, Mode::Prowl, Some(LIST[0])));
         layer.take_arrival(Mode::Prowl, &LIST);

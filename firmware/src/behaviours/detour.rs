@@ -1,9 +1,8 @@
-//! The way round: when a target comes no nearer, keep to a wall until it does.
+//! Detours: when the target comes no nearer, follow a wall until it does.
 //!
-//! After Lumelsky and Stepanov's "Bug" algorithms (1987), which need no map: go straight to the target, and
-//! where that leads nowhere follow the obstacle until the target is nearer than it has ever been. The
-//! following is done by the layers above: this one only drives a bow toward the wall, which infrared and
-//! bumpers push away from.
+//! After the "Bug" algorithms of Lumelsky and Stepanov (1987), which need no map: drive straight at the target, and
+//! where that fails follow the obstacle until the target is nearer than ever before. The layers above do the following:
+//! this one only drives an arc toward the wall, and infrared and bumpers push away from it.
 
 use super::prowl;
 use crate::drive::Motion;
@@ -11,40 +10,40 @@ use crate::sensors::Senses;
 use crate::units::ticks;
 use groundwave_protocol::Waypoint;
 
-/// So long without getting nearer is no progress.
+/// Ticks without coming nearer that count as no progress.
 const STALLED_TICKS: u16 = ticks(15);
 
-/// Less nearer than this is none.
+/// Minimum decrease of the distance that counts as nearer.
 const NEARER_IN: i32 = 6;
 
-/// Nearer by this than ever before: the obstacle is passed.
+/// Decrease below the smallest distance so far at which the obstacle counts as passed.
 const PASSED_IN: i32 = 18;
 
-/// The first attempt follows the wall for so long; each one after it twice as long.
+/// Duration of the first attempt at following the wall; it doubles with each attempt.
 const ATTEMPT_TICKS: u16 = ticks(60);
 
-/// Attempts do not get longer than so many times doubled.
+/// Maximum number of doublings.
 const DOUBLINGS_MOST: u8 = 2;
 
-/// The bow toward the wall: 24 inches of radius at any speed.
+/// Radius of the arc toward the wall at any speed.
 const BOW_RADIUS_IN: i16 = 24;
 
-/// From wheel to wheel, inches.
+/// Distance between the wheels in inches.
 const TRACK_IN: i16 = 10;
 
-/// The wall that was just met is beside the robot for so long: it drives on along it before it bows to it again.
+/// Ticks of straight driving after a contact with the wall, before the next arc toward it.
 const ALONG_TICKS: u16 = ticks(1) / 2;
 
-/// Nothing met for so long: more than half a circle of the bow, so there is no wall.
+/// Ticks without contact after which there is no wall: more than half of the arc's circle.
 const LOST_TICKS: u16 = ticks(8);
 
-/// Where it stands with the present target.
+/// State of the detour to the current target.
 #[derive(Clone, Debug, Default)]
 pub struct Detour {
     target: Option<Waypoint>,
     nearest_in: i32,
     stalled_ticks: u16,
-    /// The side to keep the wall on, and for how long still.
+    /// Ticks left of following the wall, and the side of the wall.
     follow_ticks: u16,
     wall_right: bool,
     attempts: u8,
@@ -52,7 +51,7 @@ pub struct Detour {
 }
 
 impl Detour {
-    /// The way to a target.
+    /// Motion toward a target.
     pub fn toward(&mut self, senses: &Senses, target: Waypoint) -> Motion {
         let distance_in = prowl::distance_in(&senses.pose, target);
         if self.target != Some(target) {
@@ -73,7 +72,7 @@ impl Detour {
             self.follow_ticks = 0;
             self.stalled_ticks = 0;
             self.nearest_in = distance_in;
-            // What did not help may help the other way round.
+            // After a failed attempt follow the wall in the other direction.
             self.wall_right ^= !passed;
             return prowl::toward(senses, target);
         }
@@ -149,7 +148,7 @@ mod tests {
     }
 
     #[test]
-    fn as_long_as_it_gets_nearer_it_goes_straight() {
+    fn approach_is_straight_while_the_target_comes_nearer() {
         let mut detour = Detour::default();
         for tick in 0..600 {
             let senses = at(tick / 5);
@@ -162,7 +161,7 @@ mod tests {
     }
 
     #[test]
-    fn without_progress_it_bows_to_a_wall_until_the_target_is_nearer_than_ever() {
+    fn wall_is_followed_until_the_target_is_nearer_than_ever() {
         let mut detour = Detour::default();
         stall(&mut detour, 50);
         let motion = detour.toward(&at(40), TARGET);
@@ -178,7 +177,7 @@ mod tests {
     }
 
     #[test]
-    fn the_next_attempt_keeps_the_other_hand_on_the_wall_for_longer() {
+    fn second_attempt_is_on_the_other_side_and_twice_as_long() {
         let mut detour = Detour::default();
         let attempt = |detour: &mut Detour| {
             stall(detour, 50);
@@ -198,7 +197,7 @@ mod tests {
     }
 
     #[test]
-    fn where_no_wall_is_it_does_not_circle() {
+    fn missing_wall_ends_the_arc() {
         let mut detour = Detour::default();
         stall(&mut detour, 50);
         for _ in ALONG_TICKS..LOST_TICKS {
@@ -211,7 +210,7 @@ mod tests {
         );
         let mut met = at(50);
         met.bumper.left = true;
-        // Along what it has met, and then to it.
+        // First along the wall, then toward it.
         assert_eq!(detour.toward(&met, TARGET).rotation_cps, 0);
         for _ in 1..ALONG_TICKS {
             assert_eq!(detour.toward(&at(50), TARGET).rotation_cps, 0);
@@ -220,7 +219,7 @@ mod tests {
     }
 
     #[test]
-    fn another_target_is_another_matter() {
+    fn new_target_ends_the_detour() {
         let mut detour = Detour::default();
         stall(&mut detour, 50);
         detour.toward(&at(50), Waypoint { x_in: 9, y_in: 9 });

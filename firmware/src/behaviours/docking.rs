@@ -1,9 +1,9 @@
-//! Foraging: to the dock, on it until the battery is full, and off again.
+//! Foraging: to the dock, charging until the battery is full, and off the dock.
 //!
-//! By convention the dock stands at the origin: the robot was set down before it, or was told its pose so.
-//! Layer 7 goes there; as soon as a receiver sees the dock's beacon the robot follows that, slowly, until the
-//! charger's voltage is on its contacts. Where the origin is reached and no beacon is seen, it looks around on
-//! the spot and then from other places near by.
+//! By convention the dock is at the origin: the robot starts in front of it, or its pose has been set accordingly. Layer 7
+//! drives there. As soon as a receiver detects the dock's beacon, the robot follows it slowly until the charger's voltage
+//! is on its contacts. If it reaches the origin without the beacon, it scans on the spot and then from other positions
+//! nearby.
 
 use crate::angle::Angle;
 use crate::arbiter::Request;
@@ -13,38 +13,38 @@ use crate::sensors::Senses;
 use crate::units::ticks;
 use groundwave_protocol::Waypoint;
 
-/// Where the dock stands.
+/// Position of the dock.
 const DOCK: Waypoint = Waypoint { x_in: 0, y_in: 0 };
 
-/// Straight at the beacon.
+/// Approach straight at the beacon.
 const APPROACH: Motion = Motion::new(4, 0);
 
-/// Turning to it: 23 degrees a second.
+/// Speed of turning to the beacon: 23 degrees per second.
 const TURN_IN_S: i16 = 4;
 
-/// Seen on one side only, it goes on a little while it turns.
+/// Forward speed while the beacon is on one side only.
 const CURVE_IN_S: i16 = 1;
 
-/// Looking around: 34 degrees a second, once round and a bit.
+/// Scanning for the beacon: 34 degrees per second for a little more than a turn.
 const LOOK_IN_S: i16 = 6;
 const LOOK_TICKS: u16 = ticks(12);
 
-/// Without the beacon for so long it has lost it.
+/// Ticks without the beacon after which it is lost.
 const LOST_TICKS: u8 = ticks(10) as u8;
 
-/// Following takes at most this long: the beacon is seen from some 15 feet.
+/// Maximum duration of following: the beacon is visible from about 15 feet.
 const FOLLOW_TICKS: u16 = ticks(90);
 
-/// How long it pushes on against what its bumper touches while the beacon is straight ahead: that is the dock.
+/// Ticks of pushing against a contact with the beacon straight ahead, which is the dock.
 const PUSH_TICKS: u8 = ticks(2) as u8;
 
-/// Contacts that open for less than this have bounced.
+/// Maximum ticks for which bouncing contacts may open.
 const BOUNCE_TICKS: u8 = ticks(1) as u8;
 
-/// Places to look around from lie within this distance of the dock, along each axis.
+/// Maximum distance from the dock of other scan positions, along each axis.
 const NEAR_IN: u32 = 60;
 
-/// Off the dock: far enough to turn.
+/// Backing off the dock: far enough to turn.
 const LEAVE_COUNTS: i16 = 18 * COUNTS_PER_IN as i16 * 2;
 const LEAVE: Motion = Motion::new(-5, 0);
 const LEAVE_TICKS: u8 = 6 * ticks(1) as u8;
@@ -52,27 +52,27 @@ const TURN_AWAY_TICKS: u8 = 6 * ticks(1) as u8;
 
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 enum State {
-    /// To a place, by dead reckoning.
+    /// Drives to a position by dead reckoning.
     Go(Waypoint),
-    /// On the spot.
+    /// Scans on the spot.
     Look { ticks_left: u16 },
-    /// After the beacon, last seen on this side.
+    /// Follows the beacon, last detected on this side.
     Follow {
         side: Side,
         unseen_ticks: u8,
         ticks_left: u16,
         pushed_ticks: u8,
     },
-    /// On the dock.
+    /// Stands on the dock.
     Docked { open_ticks: u8 },
-    /// Backing off it.
+    /// Backs off the dock.
     Leave {
         way_counts: i16,
         ticks_left: u8,
-        /// What the bumper touched on the dock it touches still.
+        /// Whether the contact on the dock still lasts.
         touches: bool,
     },
-    /// Turning round.
+    /// Turns around.
     TurnAway {
         left_to_go: i32,
         heading: Angle,
@@ -80,16 +80,16 @@ enum State {
     },
 }
 
-/// What there is to tell.
+/// Events of docking.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum News {
-    /// It stands on the dock.
+    /// The robot stands on the dock.
     Docked,
-    /// It is charged, off the dock and has turned away.
+    /// The robot is charged, off the dock and has turned away.
     Left,
 }
 
-/// The way to the dock and back.
+/// State of docking.
 #[derive(Clone, Debug)]
 pub struct Docking {
     state: State,
@@ -106,7 +106,7 @@ impl Default for Docking {
 }
 
 impl Docking {
-    /// Where it is on its way to by dead reckoning.
+    /// Target of dead reckoning.
     #[must_use]
     pub const fn target(&self) -> Option<Waypoint> {
         match self.state {
@@ -115,20 +115,20 @@ impl Docking {
         }
     }
 
-    /// That place is reached: look around.
+    /// Handles the arrival at the target: starts a scan.
     pub const fn arrive(&mut self) {
         self.state = State::Look {
             ticks_left: LOOK_TICKS,
         };
     }
 
-    /// Whether what is near is the dock, so that nothing may turn the robot from it.
+    /// Whether the robot is near the dock and no layer may turn it away.
     #[must_use]
     pub const fn is_near(&self) -> bool {
         !matches!(self.state, State::Go(_) | State::Look { .. })
     }
 
-    /// Whether what the bumper touches is the dock.
+    /// Whether the bumper touches the dock.
     #[must_use]
     pub const fn touches_dock(&self) -> bool {
         match self.state {
@@ -143,12 +143,12 @@ impl Docking {
         }
     }
 
-    /// What has happened in this tick.
+    /// Event of this tick.
     pub const fn take_news(&mut self) -> Option<News> {
         self.news.take()
     }
 
-    /// `None` while it goes to a place by dead reckoning.
+    /// Request of this tick; `None` while dead reckoning drives to a position.
     pub fn decide(&mut self, senses: &Senses) -> Option<Request> {
         self.see(senses);
         let motion = match &mut self.state {
@@ -214,7 +214,7 @@ impl Docking {
         Some(Request::raise(motion))
     }
 
-    /// The beacon and the contacts decide, whatever it was about; but not on the way off.
+    /// Handles beacon and contacts, except while leaving the dock.
     fn see(&mut self, senses: &Senses) {
         let is_leaving = matches!(self.state, State::Leave { .. } | State::TurnAway { .. });
         if is_leaving || matches!(self.state, State::Docked { .. }) {
@@ -280,7 +280,7 @@ impl Docking {
     }
 }
 
-/// A place to look around from.
+/// A random position near the dock to scan from.
 const fn near_by(dice: u32) -> Waypoint {
     let span = 2 * NEAR_IN + 1;
     Waypoint {
@@ -301,11 +301,14 @@ mod tests {
     }
 
     fn motion(docking: &mut Docking, senses: &Senses) -> Motion {
-        docking.decide(senses).expect("it is near the dock").motion
+        docking
+            .decide(senses)
+            .expect("the robot is near the dock")
+            .motion
     }
 
     #[test]
-    fn it_goes_to_the_origin_looks_around_and_then_elsewhere_near_by() {
+    fn missing_beacon_leads_to_scans_at_the_origin_and_nearby() {
         let mut docking = Docking::default();
         let nothing = Senses::nothing();
         assert_eq!(docking.decide(&nothing), None);
@@ -314,18 +317,18 @@ mod tests {
         for _ in 0..LOOK_TICKS {
             assert_eq!(motion(&mut docking, &nothing), Motion::new(0, LOOK_IN_S));
         }
-        let elsewhere = docking.target().expect("a place");
+        let elsewhere = docking.target().expect("there is a position");
         assert!(elsewhere.x_in.abs() <= 60 && elsewhere.y_in.abs() <= 60);
     }
 
     #[test]
-    fn it_turns_to_the_beacon_and_follows_it() {
+    fn beacon_is_turned_to_and_followed() {
         let mut docking = Docking::default();
         assert!(motion(&mut docking, &beacon(true, false)).rotation_cps < 0);
         assert!(docking.is_near());
         assert!(motion(&mut docking, &beacon(false, true)).rotation_cps > 0);
         assert_eq!(motion(&mut docking, &beacon(true, true)), APPROACH);
-        // Lost: on the way it was turning last, and at last to look elsewhere.
+        // Lost: first turn in the latest direction, at last scan elsewhere.
         let unseen = beacon(false, false);
         assert!(motion(&mut docking, &unseen).rotation_cps > 0);
         for _ in 0..LOST_TICKS {
@@ -335,7 +338,7 @@ mod tests {
     }
 
     #[test]
-    fn a_bump_straight_at_the_beacon_is_the_dock_for_two_seconds() {
+    fn contact_straight_ahead_is_the_dock_for_two_seconds() {
         let mut docking = Docking::default();
         let mut ahead = beacon(true, true);
         docking.decide(&ahead);
@@ -350,11 +353,11 @@ mod tests {
         aside.bumper.left = true;
         let mut docking = Docking::default();
         docking.decide(&aside);
-        assert!(!docking.touches_dock(), "something else");
+        assert!(!docking.touches_dock(), "another obstacle");
     }
 
     #[test]
-    fn on_the_dock_it_stands_until_it_is_charged_and_then_backs_off_and_turns() {
+    fn docked_robot_waits_until_charged_then_backs_off_and_turns() {
         let mut docking = Docking::default();
         let mut senses = beacon(true, true);
         senses.is_docked = true;
@@ -390,11 +393,15 @@ mod tests {
             ticks += 1;
         }
         assert!((105..=112).contains(&ticks), "{ticks} ticks of 300");
-        assert_eq!(docking.target(), Some(DOCK), "next time from the beginning");
+        assert_eq!(
+            docking.target(),
+            Some(DOCK),
+            "the next docking starts again"
+        );
     }
 
     #[test]
-    fn on_its_way_off_only_what_it_touched_on_the_dock_is_the_dock() {
+    fn contact_while_leaving_is_the_dock_only_until_released() {
         let mut docking = Docking::default();
         let mut senses = beacon(true, true);
         senses.is_docked = true;
@@ -402,18 +409,18 @@ mod tests {
         senses.bumper.center = true;
         docking.decide(&senses);
         assert_eq!(motion(&mut docking, &senses), LEAVE);
-        assert!(docking.touches_dock(), "not yet off it");
+        assert!(docking.touches_dock(), "still at the dock");
         senses.bumper.center = false;
         docking.decide(&senses);
         senses.bumper.left = true;
         docking.decide(&senses);
-        assert!(!docking.touches_dock(), "somebody in its way");
+        assert!(!docking.touches_dock(), "another obstacle");
         while motion(&mut docking, &senses) == LEAVE {}
-        assert!(!docking.touches_dock(), "nor while it turns away");
+        assert!(!docking.touches_dock(), "not the dock while turning away");
     }
 
     #[test]
-    fn torn_off_the_dock_it_looks_for_it() {
+    fn lost_contacts_start_a_scan() {
         let mut docking = Docking::default();
         let mut senses = beacon(false, false);
         senses.is_docked = true;

@@ -1,4 +1,4 @@
-//! Layer 3: infrared collision avoidance. Away from the side that sees something.
+//! Layer 3: infrared collision avoidance. Turns away from detections.
 
 use super::Behaviour;
 use crate::arbiter::Request;
@@ -7,22 +7,22 @@ use crate::drive::Motion;
 use crate::sensors::Senses;
 use crate::units::cps;
 
-/// Turning away while driving on: 57 degrees a second, so that half a second clears a wall's edge.
+/// Turning speed while driving on: 57 degrees per second, so that half a second clears the edge of a wall.
 const TURN_CPS: i16 = cps(10);
 
-/// Turning on the spot: as fast, because both detectors see something within 30 inches.
+/// Turning speed on the spot: the same, because both detectors reach 30 inches.
 const SPIN_CPS: i16 = cps(10);
 
-/// How far the detectors see. With less than that to go, what they see may stand behind the target.
+/// Reach of the detectors. With a shorter horizon a detection may be behind the target.
 const REACH_IN: u16 = 30;
 
-/// A detection on one side turns the robot for this long: the rarer they are, the less they turn it.
+/// Duration of a turn after a detection on one side: rare detections turn the robot less.
 const HOLD_TICKS: u8 = 2;
 
-/// One on both sides stops it for this long: when they are rare the slew limit carries it on between two walls.
+/// Duration of a stop after a detection on both sides: with rare ones the slew limit carries the robot on in a passage.
 const STOP_TICKS: u8 = 1;
 
-/// The latest detection, while it still turns the robot.
+/// The latest detection while it still turns the robot.
 #[derive(Clone, Debug, Default)]
 pub struct InfraredAvoidance {
     sides: Sides,
@@ -80,7 +80,7 @@ mod tests {
     }
 
     #[test]
-    fn one_side_turns_it_the_other_way_at_half_speed() {
+    fn detection_on_one_side_turns_away_at_half_speed() {
         let away_from_left = motion(&see(true, false));
         assert_eq!(away_from_left.velocity_cps, cps(6));
         assert!(away_from_left.rotation_cps > 0);
@@ -90,7 +90,7 @@ mod tests {
     }
 
     #[test]
-    fn both_sides_spin_it_the_way_it_has_been_turning() {
+    fn detection_on_both_sides_spins_in_the_turning_direction() {
         for (turning_cps, sign) in [(-1, -1), (0, 1), (1, 1)] {
             let motion = motion(&Senses {
                 turning_cps,
@@ -102,7 +102,7 @@ mod tests {
     }
 
     #[test]
-    fn a_detection_lasts_two_ticks_and_one_on_both_sides_one() {
+    fn detection_lasts_two_ticks_or_one_on_both_sides() {
         for (left, right, lasts) in [
             (true, false, true),
             (false, true, true),
@@ -116,7 +116,7 @@ mod tests {
     }
 
     #[test]
-    fn close_to_the_target_what_it_sees_is_no_reason_to_turn() {
+    fn detection_close_to_the_target_is_ignored() {
         for (horizon_in, flag) in [(30, true), (29, false)] {
             let senses = Senses {
                 horizon_in,
@@ -127,7 +127,7 @@ mod tests {
     }
 
     #[test]
-    fn nothing_seen_raises_nothing() {
+    fn no_detection_is_no_request() {
         let mut layer = InfraredAvoidance::default();
         assert_eq!(layer.decide(&see(false, false)), Request::QUIET);
     }

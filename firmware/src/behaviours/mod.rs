@@ -1,7 +1,7 @@
-//! The behaviours, one file each, and the table that gives them their priority.
+//! The behaviours, one file each, and the table of their priorities.
 //!
-//! A behaviour looks at the [`Senses`] and at its own small state and says what it wants. It knows
-//! nothing of the others: which of them is heard is the arbiter's business.
+//! A behaviour decides from the [`Senses`] and its own small state. It does not know the others; the arbiter selects
+//! among them.
 
 mod behaviour;
 mod bumpers;
@@ -37,22 +37,22 @@ use crate::arbiter::{Request, Requests};
 use crate::sensors::Senses;
 use groundwave_protocol::letters::{Layer, LayerMask};
 
-/// One behaviour.
+/// A behaviour.
 pub trait Behaviour {
-    /// What it wants at this tick.
+    /// Request for this tick.
     fn decide(&mut self, senses: &Senses) -> Request;
 
-    /// It is switched off at this tick, and forgets what it was about.
+    /// Resets the behaviour; called in ticks in which it is off.
     fn rest(&mut self);
 }
 
-/// Layers that this firmware has. Photo and motion need sensors that not every board has.
+/// Layers of this firmware. Photo and motion need sensors that some boards lack.
 pub const FITTED: LayerMask = LayerMask::ALL;
 
-/// Layers that may run after a boot: photo and motion would make of prowling something else.
+/// Layers allowed after a boot: photo and motion would change the prowling.
 pub const ALLOWED_AT_BOOT: LayerMask = FITTED.without(Layer::Photo).without(Layer::Motion);
 
-/// The eight layers' states.
+/// States of the eight layers.
 #[derive(Clone, Debug, Default)]
 pub struct Layers {
     /// Layer 0.
@@ -74,7 +74,7 @@ pub struct Layers {
 }
 
 impl Layers {
-    /// The table: every layer in falling priority, prowl last. Those not in `enabled` rest.
+    /// Requests of all layers in falling priority, prowl last. Layers not in `enabled` rest.
     pub fn decide(&mut self, enabled: LayerMask, senses: &Senses) -> Requests {
         let run = |layer: Layer, behaviour: &mut dyn Behaviour| {
             if enabled.contains(layer) {
@@ -97,7 +97,7 @@ impl Layers {
         ]
     }
 
-    /// All of them forget what they were about.
+    /// Resets all layers.
     pub fn rest(&mut self) {
         self.user.rest();
         self.bumpers.rest();

@@ -1,4 +1,4 @@
-//! Layer 6: the motion detectors. At rest it raises them on their arm, and charges at what moves.
+//! Layer 6: motion detectors. Raises them on their arm at rest, and charges at a detected motion.
 
 use super::Behaviour;
 use crate::arbiter::Request;
@@ -9,35 +9,34 @@ use crate::parameters::Parameter;
 use crate::sensors::Senses;
 use crate::units::{TICKS_PER_S, cps, ticks};
 
-/// At rest for this long the robot has stopped, not paused.
+/// Ticks of standing that count as rest.
 const REST_TICKS: u8 = ticks(1) as u8;
 
-/// What the arm was raised into may go away by then.
+/// Ticks until the arm is raised again after it has touched an obstacle.
 const RETRY_TICKS: u16 = ticks(30);
 
-/// The detectors give a pulse of some tenths of a second for a body, and now and then one of a tick for
-/// nothing.
+/// Ticks that a detection must last: a body gives a pulse of some tenths of a second, a false alarm often a single tick.
 const SURE_TICKS: u8 = 2;
 
-/// Rotation while charging to a side: a bow of about 70 degrees in the 1.5 s of a robot never tuned.
+/// Rotation of a charge to one side: an arc of about 70 degrees in the default 1.5 s.
 const CHARGE_TURN_CPS: i16 = cps(8);
 
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 enum State {
-    /// Stowed; the robot moves, or has only just stopped.
+    /// Stowed; the robot moves or has just stopped.
     #[default]
     Stowed,
-    /// Up; the detectors settle.
+    /// Raised; the detectors settle.
     Settling { ticks: u16 },
-    /// Waiting for motion, which has been seen for so many ticks.
+    /// Waits for motion, which has lasted for `sure_ticks`.
     Armed { sure_ticks: u8 },
-    /// On its way down, before the charge.
+    /// Stows the arm before the charge.
     Retracting { rotation_cps: i16, ticks_left: u8 },
-    /// At whatever moved.
+    /// Charges at the motion.
     Charging { rotation_cps: i16, ticks_left: u16 },
 }
 
-/// The sequence: deploy, settle, arm, detect, retract, charge.
+/// State of the layer: raise, settle, arm, detect, stow, charge.
 #[derive(Clone, Debug, Default)]
 pub struct MotionDetector {
     state: State,
@@ -48,19 +47,19 @@ pub struct MotionDetector {
 }
 
 impl MotionDetector {
-    /// Whether it wants the arm up.
+    /// Whether the layer requests the raised arm.
     #[must_use]
     pub const fn wants_arm(&self) -> bool {
         matches!(self.state, State::Settling { .. } | State::Armed { .. })
     }
 
-    /// Whether it waits for motion.
+    /// Whether the detectors are armed.
     #[must_use]
     pub const fn is_armed(&self) -> bool {
         matches!(self.state, State::Armed { .. })
     }
 
-    /// Whether motion was detected, and the charge at it is not over.
+    /// Whether a motion was detected and its charge has not ended.
     #[must_use]
     pub const fn has_fired(&self) -> bool {
         matches!(
@@ -69,19 +68,19 @@ impl MotionDetector {
         )
     }
 
-    /// Where something moved, at the tick at which that was believed.
+    /// Sides of a motion in the tick of its detection.
     #[must_use]
     pub const fn seen(&self) -> Sides {
         self.seen
     }
 
-    /// Whether the arm touched something at this tick.
+    /// Whether the arm touched an obstacle in this tick.
     #[must_use]
     pub const fn touched(&self) -> bool {
         self.touched
     }
 
-    /// Another layer moves the robot: the sequence begins anew when it rests again.
+    /// Restarts the sequence because another layer moves the robot.
     pub fn interrupt(&mut self) {
         self.state = State::Stowed;
         self.rest_ticks = 0;
@@ -151,7 +150,7 @@ impl Behaviour for MotionDetector {
             } => {
                 *ticks_left -= 1;
                 if *ticks_left == 0 {
-                    // Tenths of a second.
+                    // The parameter is in tenths of a second.
                     let charge_ticks = senses.parameters.get(Parameter::Charge) * TICKS_PER_S / 10;
                     self.state = State::Charging {
                         rotation_cps: *rotation_cps,
@@ -214,14 +213,17 @@ mod tests {
         while !layer.is_armed() {
             layer.decide(&at_rest(BOTH));
             ticks += 1;
-            assert!(ticks <= 320, "1 s of rest and 15 s of settling");
+            assert!(
+                ticks <= 320,
+                "the layer arms after 1 s of rest and 15 s of settling"
+            );
         }
         assert_eq!(ticks, 320);
         layer
     }
 
     #[test]
-    fn at_rest_it_deploys_settles_and_arms_whatever_the_detectors_say_meanwhile() {
+    fn resting_robot_raises_and_arms_the_detectors() {
         let mut layer = armed();
         assert!(layer.wants_arm());
         let request = layer.decide(&at_rest(NONE));
@@ -229,7 +231,7 @@ mod tests {
     }
 
     #[test]
-    fn it_does_not_deploy_while_the_robot_moves() {
+    fn moving_robot_does_not_raise_the_arm() {
         let mut layer = MotionDetector::default();
         for tick in 0..1000 {
             let senses = Senses {
@@ -242,7 +244,7 @@ mod tests {
     }
 
     #[test]
-    fn it_retracts_and_charges_to_where_something_moved() {
+    fn detection_stows_the_arm_and_charges_to_its_side() {
         for (sides, sign) in [(LEFT, -1), (RIGHT, 1), (BOTH, 0)] {
             let mut layer = armed();
             assert!(layer.decide(&at_rest(sides)).flag && layer.wants_arm());
@@ -267,7 +269,7 @@ mod tests {
     }
 
     #[test]
-    fn one_tick_of_it_is_no_motion() {
+    fn detection_of_one_tick_is_ignored() {
         let mut layer = armed();
         for tick in 0..100 {
             layer.decide(&at_rest(if tick % 2 == 0 { LEFT } else { NONE }));
@@ -276,7 +278,7 @@ mod tests {
     }
 
     #[test]
-    fn the_top_hat_switch_stows_the_arm_and_it_tries_again_later() {
+    fn top_switch_stows_the_arm_until_a_later_try() {
         for wait_ticks in [5, 310] {
             let mut layer = MotionDetector::default();
             for _ in 0..20 + wait_ticks {
@@ -299,7 +301,7 @@ mod tests {
     }
 
     #[test]
-    fn without_detectors_it_is_quiet() {
+    fn missing_detectors_are_no_request() {
         let mut layer = MotionDetector::default();
         let senses = Senses {
             motion: None,

@@ -1,31 +1,31 @@
-//! What a look all around has shown, and which way is which.
+//! Result of a scan, and the directions found in it.
 
 use crate::angle::Angle;
 use crate::sensors::Senses;
 
-/// Directions of a look around: one each 7.5 degrees.
+/// Directions of a scan: one per 7.5 degrees.
 pub const SAMPLES: usize = 48;
 
-/// Farther than this is all the same, as for the sonar layer.
+/// Maximum sonar range considered, as in the sonar layer.
 const FAR_IN: u16 = 180;
 
-/// An echo is heard two ticks after its ping and kept for two more: 9 degrees at 45 a second, a sample's width.
+/// Lag of sonar in samples: an echo arrives two ticks after its ping and is kept for two more, 9 degrees at 45 degrees/s.
 const SONAR_LAG: usize = 1;
 
-/// Lights that differ by less than this are equal, in 256ths.
+/// Minimum difference of brightness, in 1/256.
 const LIGHT_LEAST: u8 = 8;
 
-/// What was sensed in one direction.
+/// Readings in one direction.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 struct Sample {
-    /// The shorter of both views, inches, at most [`FAR_IN`].
+    /// The shorter sonar range in inches, at most [`FAR_IN`].
     view_in: u8,
-    /// Both cells together, 0 very bright to 255 dark.
+    /// Mean of both photocells, 0 very bright to 255 dark.
     dark: u8,
     infrared: bool,
 }
 
-/// A look all around, clockwise from where the robot looked when it began.
+/// A scan, clockwise from the robot's heading at its start.
 #[derive(Clone, Debug)]
 pub struct Panorama {
     begin: Angle,
@@ -43,19 +43,19 @@ impl Default for Panorama {
     }
 }
 
-/// Where something is, all by the odometer's headings; `None` where all directions are alike.
+/// Directions by odometry; `None` if all directions are equal.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Findings {
-    /// The longest view of the sonar.
+    /// Longest sonar range.
     pub longest: Option<Angle>,
-    /// The brightest light.
+    /// Brightest light.
     pub brightest: Option<Angle>,
-    /// The middle of the widest stretch without an infrared detection.
+    /// Middle of the widest sector without an infrared detection.
     pub widest: Option<Angle>,
 }
 
 impl Panorama {
-    /// Takes what is sensed now, `place` samples after the beginning. Infrared counts until the next one.
+    /// Takes the readings `place` samples after the start. Infrared detections count until the next sample.
     pub fn look(&mut self, senses: &Senses, place: i32) {
         let place = place.clamp(0, SAMPLES as i32 - 1) as u8;
         if self.taken == 0 {
@@ -77,7 +77,7 @@ impl Panorama {
         }
     }
 
-    /// Where the robot looked at a sample.
+    /// Heading of the robot at a sample.
     fn heading(&self, place: usize) -> Angle {
         let turned = (place % SAMPLES) as u32 * 0x1_0000 / SAMPLES as u32;
         Angle(self.begin.0.wrapping_add(turned as u16))
@@ -90,7 +90,7 @@ impl Panorama {
             .unwrap_or_default()
     }
 
-    /// Inches of free view in a direction: the mean of three samples, so that one stray echo is not it.
+    /// Free distance in a direction in inches: the mean of three samples, to smooth a stray echo.
     fn view_in(&self, place: usize) -> u16 {
         let at = |offset| u16::from(self.sample(place + SONAR_LAG + offset).view_in);
         (at(SAMPLES - 1) + at(0) + at(1)) / 3
@@ -100,7 +100,7 @@ impl Panorama {
         u8::MAX - self.sample(place).dark
     }
 
-    /// Samples to the nearest infrared detection on either side, 24 when there is none at all.
+    /// Samples to the nearest infrared detection on either side; 24 without any.
     fn clearance(&self, place: usize) -> u8 {
         let is_clear = |&distance: &usize| {
             !self.sample(place + distance).infrared
@@ -109,7 +109,7 @@ impl Panorama {
         (0..SAMPLES / 2).take_while(is_clear).count() as u8
     }
 
-    /// What is where.
+    /// The directions found.
     #[must_use]
     pub fn findings(&self) -> Findings {
         let (darkest, brightest) = self.lights();
@@ -122,7 +122,7 @@ impl Panorama {
         }
     }
 
-    /// Where humans might be: far to see, bright and clear, each as good as the others.
+    /// Direction in which people are most likely: far, bright and clear, equally weighted.
     #[must_use]
     pub fn humans(&self) -> Angle {
         const SHARE: u16 = 100;
@@ -141,7 +141,7 @@ impl Panorama {
         .unwrap_or(self.begin)
     }
 
-    /// The least and the greatest brightness.
+    /// Minimum and maximum brightness.
     fn lights(&self) -> (u8, u8) {
         (0..SAMPLES).fold((u8::MAX, 0), |(least, most), place| {
             let now = self.brightness(place);
@@ -149,11 +149,10 @@ impl Panorama {
         })
     }
 
-    /// Where a measure is greatest, in the middle of the first stretch of samples that share it; `None`
-    /// when it is the same everywhere.
+    /// Direction of the maximum of a measure, in the middle of its first run of samples; `None` if the measure is constant.
     fn most(&self, measure: impl Fn(usize) -> u16) -> Option<Angle> {
         let best = (0..SAMPLES).map(&measure).max()?;
-        // Where a stretch of the best begins.
+        // Start of a run of maxima.
         let first = (0..SAMPLES)
             .find(|&place| measure(place) == best && measure(place + SAMPLES - 1) != best)?;
         let length = (0..SAMPLES)
@@ -164,7 +163,7 @@ impl Panorama {
 }
 
 impl Findings {
-    /// What the robot says of them, in degrees as line A counts them, on a line of 64 characters.
+    /// Text of the findings, in degrees as in line A, for a line of 64 characters.
     #[must_use]
     pub fn text(&self) -> [u8; 61] {
         let mut text = *b"scan: longest view ---, brightest light ---, clearest --- deg";
@@ -188,7 +187,7 @@ mod tests {
     use crate::board::Sides;
     use crate::sensors::Ranges;
 
-    /// A look around, beginning at a heading, of what `sense` says of each direction.
+    /// A scan that starts at a heading with readings from `sense`.
     fn look(begin_deg: u16, sense: impl Fn(usize) -> (u16, u8, bool)) -> Panorama {
         let mut panorama = Panorama::default();
         for place in 0..SAMPLES {
@@ -221,8 +220,8 @@ mod tests {
     }
 
     #[test]
-    fn it_knows_the_longest_the_brightest_and_the_widest() {
-        // The sonar hears a direction one sample after the robot looked there.
+    fn findings_are_the_longest_brightest_and_widest_directions() {
+        // The sonar reads a direction one sample after the robot faced it.
         let panorama = look(90, |place| {
             let view_in = if (11..=13).contains(&place) { 150 } else { 40 };
             let dark = if place == 24 { 50 } else { 90 };
@@ -231,7 +230,7 @@ mod tests {
         let findings = panorama.findings();
         assert_eq!(degrees(findings.longest), Some(172));
         assert_eq!(degrees(findings.brightest), Some(270));
-        // Clear from 24 to 47: the middle is 35 and a half.
+        // Clear from 24 to 47, whose middle is 35.5.
         assert_eq!(degrees(findings.widest), Some(352));
         let text = findings.text();
         assert_eq!(
@@ -241,7 +240,7 @@ mod tests {
     }
 
     #[test]
-    fn where_all_directions_are_alike_there_is_no_best() {
+    fn equal_directions_give_no_findings() {
         let panorama = look(10, |place| {
             (200 + place as u16, 90 + place as u8 % 5, false)
         });
@@ -256,7 +255,7 @@ mod tests {
     }
 
     #[test]
-    fn humans_are_where_two_of_three_agree() {
+    fn people_are_where_two_of_three_measures_agree() {
         let panorama = look(0, |place| {
             let far = if (1..=3).contains(&place) || (29..=31).contains(&place) {
                 180
@@ -269,7 +268,7 @@ mod tests {
     }
 
     #[test]
-    fn samples_that_a_late_tick_skipped_are_filled() {
+    fn skipped_samples_are_filled() {
         let mut panorama = Panorama::default();
         let senses = Senses {
             photo: Some((60, 60)),

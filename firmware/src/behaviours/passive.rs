@@ -1,6 +1,6 @@
-//! Mode Passive: look around, face where humans might be, stop, sing, wait for one, and charge.
+//! Mode Passive: scan, face the likely direction of people, stop, sing, wait for motion and charge.
 //!
-//! Not a layer: it asks layers 2 and 6 in turn for what they do, and the singer.
+//! It is no layer: it requests turns from layer 2, motion detection from layer 6, and the song.
 
 use super::bumpers::side;
 use super::{Ending, MotionDetector, Rotation};
@@ -9,19 +9,19 @@ use crate::board::Side;
 use crate::sensors::Senses;
 use crate::units::ticks;
 
-/// A look around that bumps break off is begun anew so often; then it waits where it stands.
+/// Number of scans tried before the robot waits at its position; contacts end a scan.
 const TRIES: u8 = 3;
 
 /// Contacts in the sequence that starts the mode.
 const SEQUENCE: usize = 3;
 
-/// They must follow one another within this time.
+/// Maximum time of the sequence.
 const SEQUENCE_TICKS: u32 = ticks(60) as u32;
 
-/// What comes next.
+/// Stage of the mode.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 enum Stage {
-    /// To look around, once nothing else holds the motors.
+    /// Starts a scan when the motors are free.
     #[default]
     Look,
     Looking,
@@ -30,18 +30,18 @@ enum Stage {
     Charging,
 }
 
-/// What the sequence of states wants of the robot.
+/// Action that the mode requests.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Step {
-    /// Nothing at this tick.
+    /// None.
     Nothing,
-    /// The song.
+    /// Play the song.
     Sing,
-    /// It is over: back to the mode before.
+    /// Return to the previous mode.
     Over,
 }
 
-/// The sequence of states.
+/// State of the mode.
 #[derive(Clone, Debug, Default)]
 pub struct Passive {
     stage: Stage,
@@ -49,8 +49,8 @@ pub struct Passive {
 }
 
 impl Passive {
-    /// Goes on by a tick. `is_free` says that neither the operator nor the bumpers hold the motors,
-    /// `ending` how the latest turn ended, if it did.
+    /// Advances one tick. `is_free` is whether neither the operator nor the bumpers hold the motors; `ending` is the result
+    /// of a turn that has ended.
     pub fn step(
         &mut self,
         heading: Angle,
@@ -83,18 +83,18 @@ impl Passive {
     }
 }
 
-/// Watches the bumper for the sequence of sides that starts the mode. It varies: the dice choose it, and
-/// another one after each time.
+/// Detects the sequence of bumper sides that starts the mode. The sequence is random, and a new one is drawn after each
+/// time.
 #[derive(Clone, Debug, Default)]
 pub struct BumpSequence {
     wanted: Option<[Option<Side>; SEQUENCE]>,
-    /// Newest first.
+    /// Latest contacts, newest first.
     contacts: [Option<(u32, Option<Side>)>; SEQUENCE],
     was_pressed: bool,
 }
 
 impl BumpSequence {
-    /// Whether this tick's contact completes the sequence.
+    /// Whether a contact in this tick completes the sequence.
     pub fn watch(&mut self, senses: &Senses) -> bool {
         let wanted = *self.wanted.get_or_insert_with(|| roll(senses.dice));
         let is_new = senses.bumper.any() && !self.was_pressed;
@@ -117,14 +117,14 @@ impl BumpSequence {
         fits
     }
 
-    /// The mode has begun, or cannot: another sequence next time.
+    /// Draws a new sequence and forgets the contacts.
     pub fn forget(&mut self) {
         self.wanted = None;
         self.contacts = [None; SEQUENCE];
     }
 }
 
-/// A sequence of sides; `None` is the centre.
+/// A random sequence of sides; `None` is the centre.
 fn roll(dice: u32) -> [Option<Side>; SEQUENCE] {
     const SIDES: [Option<Side>; 3] = [Some(Side::Left), None, Some(Side::Right)];
     core::array::from_fn(|place| {
@@ -153,7 +153,7 @@ mod tests {
         }
     }
 
-    /// Presses and lets go at these ticks; returns whether any contact completed the sequence.
+    /// Presses and releases at these ticks; returns whether a contact completed the sequence.
     fn bump(watch: &mut BumpSequence, dice: u32, contacts: &[(u32, Option<Side>)]) -> bool {
         let mut fired = false;
         for &(now_ticks, side) in contacts {
@@ -171,7 +171,7 @@ mod tests {
 
     proptest! {
         #[test]
-        fn exactly_the_sequence_that_was_rolled_starts_it(
+        fn only_the_drawn_sequence_starts_the_mode(
             dice in 1_u32.., pressed in proptest::array::uniform3(0_u32..3), apart in 1_u32..2000
         ) {
             let mut wanted = roll(dice);
@@ -185,7 +185,7 @@ mod tests {
     }
 
     #[test]
-    fn sequences_vary() {
+    fn drawn_sequences_vary() {
         let rolled: std::vec::Vec<_> = [1, 2, 0x0101, 0x02_0000].map(roll).into();
         for (place, sequence) in rolled.iter().enumerate() {
             assert!(!rolled.iter().skip(place + 1).any(|other| other == sequence));
@@ -193,7 +193,7 @@ mod tests {
     }
 
     #[test]
-    fn the_stages_follow_one_another() {
+    fn stages_follow_in_order() {
         let mut passive = Passive::default();
         let (mut rotation, motion) = (Rotation::default(), MotionDetector::default());
         let mut step = |ending, is_free| {
@@ -214,7 +214,7 @@ mod tests {
     }
 
     #[test]
-    fn it_waits_where_it_stands_when_it_cannot_look_around() {
+    fn failed_scans_end_in_waiting() {
         let mut passive = Passive::default();
         let (mut rotation, motion) = (Rotation::default(), MotionDetector::default());
         let mut songs = 0;

@@ -1,4 +1,4 @@
-//! Layer 5: photocells. Toward the brighter side, or away from it.
+//! Layer 5: photocells. Turns toward the brighter side, or away from it.
 
 use super::Behaviour;
 use super::refuge::Refuge;
@@ -9,56 +9,55 @@ use crate::sensors::Senses;
 use crate::units::{cps, ticks};
 use groundwave_protocol::letters::Mode;
 
-/// Rotation for each 256th by which the cells differ.
+/// Rotation per 1/256 of difference between the cells.
 const TURN_PER_STEP_CPS: i16 = cps(1) / 4;
 
-/// The sharpest turn, 34 degrees a second: with the 9 in/s that the wheels have left for it, a circle of 15
-/// inches around the lamp's foot.
+/// Maximum rotation, 34 degrees per second: at the remaining 9 in/s a circle of 15 inches around the foot of a lamp.
 const TURN_MOST_CPS: i16 = cps(6);
 
-/// Turning about on the spot: 57 degrees a second.
+/// Speed of turning around on the spot: 57 degrees per second.
 const SPIN_CPS: i16 = cps(10);
 
-/// A lamp straight ahead, which both cells see alike, pulls for this long.
+/// Duration of driving ahead after a light straight ahead was switched.
 const PULL_TICKS: u8 = ticks(1) as u8;
 
-/// Half a turn at that rate.
+/// Duration of half a turn at [`SPIN_CPS`].
 const ABOUT_TICKS: u8 = ticks(3) as u8;
 
-/// What the light as a whole has been is averaged over about 13 s: 12 feet of way.
+/// Averaging of the ambient light: about 13 s, or 12 feet of driving.
 const AMBIENT_SHIFT: u32 = 8;
 
-/// The deadzone of a robot that only reacts grows by one in so many ticks of turning, so that it comes to
-/// rest where lamp and walls pull it to and fro.
+/// Ticks of turning after which the deadzone of a reactive robot grows by one, so that it comes to rest between lamps
+/// and walls.
 const TIRE_TICKS: u16 = ticks(1);
 
-/// What it remembers of the light.
+/// State of the layer.
 #[derive(Clone, Debug, Default)]
 pub struct Photo {
     is_turning: bool,
     was_standing: bool,
-    /// Both cells, averaged, in 256ths of a step; `None` before the first reading.
+    /// Average of both cells in 1/256 of a step; `None` before the first reading.
     ambient: Option<[i32; 2]>,
-    /// Turning without coming to rest, in mode Reactive.
+    /// Ticks of turning without rest in mode Reactive.
     tired_ticks: u16,
     impulse: Option<Impulse>,
     refuge: Refuge,
 }
 
-/// What it does about a light straight ahead, where both cells see it alike.
+/// Response to a light straight ahead, which both cells receive equally.
 #[derive(Clone, Copy, Debug)]
 struct Impulse {
     motion: Motion,
     ticks_left: u8,
 }
 
-/// What the operator has tuned, and what the cells say.
+/// Parameters and readings of a tick.
 #[derive(Clone, Copy, Debug)]
 struct Light {
     deadzone: i16,
     avoids: bool,
     cells: [i16; 2],
-    /// Positive is where it shall turn right.
+    /// Difference of the cells; positive requests a right turn.
     difference: i16,
 }
 
@@ -78,8 +77,8 @@ impl Light {
 }
 
 impl Photo {
-    /// Follows the light as a whole. At rest, in mode Reactive, a change of it is somebody at a switch; a
-    /// robot that avoids light and sees it grow as it drives has it ahead.
+    /// Follows the ambient light. A change at rest in mode Reactive means that a lamp was switched; for a robot that avoids
+    /// light, an increase while driving means that a light is ahead.
     fn feel(&mut self, senses: &Senses, light: Light) {
         let now = light.cells.map(|cell| i32::from(cell) << AMBIENT_SHIFT);
         let begins_to_stand = senses.is_standing && !self.was_standing;
@@ -127,7 +126,7 @@ impl Photo {
         self.ambient = Some(ambient);
     }
 
-    /// Whether it looks for a darker place than the one that leads no farther from the light.
+    /// Whether the robot ignores light in order to find a darker place than the current dead end.
     fn lets_be(&mut self, senses: &Senses, light: Light) -> bool {
         let [left, right] = light.cells;
         self.refuge.is_left(
@@ -164,8 +163,7 @@ impl Behaviour for Photo {
             0
         };
         let deadzone = light.deadzone.saturating_add_unsigned(tired);
-        // Half the deadzone ends a turn that the whole one began, so that noise at its edge does not
-        // begin it again and again.
+        // Hysteresis: half the deadzone ends a turn that the whole one began, so that noise does not restart it.
         let enough = if self.is_turning {
             deadzone / 2
         } else {
@@ -207,7 +205,7 @@ mod tests {
     }
 
     #[test]
-    fn it_turns_to_the_brighter_side_the_more_the_cells_differ() {
+    fn rotation_to_the_brighter_side_grows_with_the_difference() {
         let turns = [109, 120, 132, 200].map(|dark| decide(dark, 100).motion.rotation_cps);
         assert!(turns[0] > 0 && turns.is_sorted(), "{turns:?}");
         assert_eq!(turns[3], TURN_MOST_CPS);
@@ -219,7 +217,7 @@ mod tests {
     }
 
     #[test]
-    fn told_to_avoid_it_turns_away() {
+    fn avoidance_turns_away_from_light() {
         let mut parameters = Parameters::default();
         assert!(parameters.set(Parameter::PhotoAvoid, 1));
         let senses = Senses {
@@ -232,14 +230,14 @@ mod tests {
     }
 
     #[test]
-    fn within_the_deadzone_it_is_quiet() {
+    fn difference_within_the_deadzone_is_no_request() {
         assert_eq!(decide(108, 100), Request::QUIET);
         assert!(decide(109, 100).flag);
         assert_eq!(Photo::default().decide(&Senses::nothing()), Request::QUIET);
     }
 
     #[test]
-    fn noise_at_the_edge_of_the_deadzone_does_not_make_it_hunt() {
+    fn noise_at_the_deadzone_does_not_toggle_the_turn() {
         let mut layer = Photo::default();
         let mut flags = |readings: &[u8]| -> std::vec::Vec<bool> {
             let flag = |&left: &u8| layer.decide(&see(left, 100)).flag;
@@ -250,8 +248,7 @@ mod tests {
         assert_eq!(flags(&[104, 108, 107, 108]), [false; 4]);
     }
 
-    /// At rest, after the light has been steady at 150 for a while, `mean` on both cells: for how long it
-    /// does what.
+    /// At rest, a change of both cells from 150 to `mean`: number of ticks with a request, and the first motion.
     fn at_rest(mean: u8, mode: Mode, avoid: i16) -> (usize, Motion) {
         let mut parameters = Parameters::default();
         parameters.set(Parameter::PhotoAvoid, avoid);
@@ -272,7 +269,7 @@ mod tests {
     }
 
     #[test]
-    fn at_rest_a_lamp_that_is_switched_straight_ahead_moves_it() {
+    fn switched_lamp_ahead_moves_a_resting_robot() {
         assert_eq!(at_rest(147, Mode::Reactive, 0).0, 0);
         let ahead = Motion {
             velocity_cps: Senses::nothing().top_cps(),
@@ -288,13 +285,13 @@ mod tests {
     }
 
     #[test]
-    fn avoiding_it_turns_about_before_a_light_that_grows_ahead() {
+    fn avoidance_turns_around_before_a_growing_light() {
         for (avoid, ticks) in [(1, 60), (0, 0)] {
             let mut parameters = Parameters::default();
             parameters.set(Parameter::PhotoAvoid, avoid);
             let mut layer = Photo::default();
             let mut spun = 0;
-            // Brighter by a step in half a second, and steady then.
+            // Brighter by a step per half second, then steady.
             for tick in 0..400_u32 {
                 let mean = 180 - (tick / 10).min(8) as u8;
                 let request = layer.decide(&Senses {
@@ -309,7 +306,7 @@ mod tests {
     }
 
     #[test]
-    fn avoiding_and_pressed_into_a_corner_it_lets_the_light_be() {
+    fn avoidance_ignores_light_in_a_corner() {
         for (avoid, flag) in [(1, false), (0, true)] {
             let mut parameters = Parameters::default();
             parameters.set(Parameter::PhotoAvoid, avoid);
@@ -330,7 +327,7 @@ mod tests {
     }
 
     #[test]
-    fn a_robot_that_only_reacts_tires_of_turning_until_somebody_switches_a_light() {
+    fn reactive_robot_tires_of_turning_until_a_light_is_switched() {
         let mut layer = Photo::default();
         let mut see = |left, right, is_standing| {
             layer

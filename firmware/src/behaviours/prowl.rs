@@ -1,4 +1,4 @@
-//! Prowl, the lowest priority: ahead at top speed, or toward a target.
+//! Prowl, the lowest priority: straight ahead at top speed, or toward a target.
 
 use crate::angle::{Angle, square_root};
 use crate::arbiter::Request;
@@ -9,23 +9,22 @@ use crate::units::cps;
 use groundwave_protocol::Waypoint;
 use groundwave_protocol::letters::Mode;
 
-/// Slowest approach to a target: below it the wheels begin to stick.
+/// Minimum approach speed: below it the wheels begin to stick.
 const CREEP_CPS: i16 = cps(2);
 
-/// From here on the robot slows down: twice the way that it takes to stop.
+/// Distance from which the robot slows down: twice its stopping distance.
 const SLOW_DOWN_IN: i32 = 24;
 
-/// Beyond this heading error, 60 degrees, the robot turns on the spot instead of driving a bow.
+/// Heading error above which the robot turns on the spot instead of driving an arc: 60 degrees.
 const AIM_ERROR: i32 = 0x1_0000 / 6;
 
-/// Heading error for each count a second of rotation: 30 degrees make 8.5 in/s, which settles in about
-/// half a second.
+/// Heading error per count a second of rotation: 30 degrees give 8.5 in/s, which settles in about half a second.
 const ERROR_PER_CPS: i32 = 40;
 
-/// The fastest turn toward a target: 80 degrees a second.
+/// Maximum rotation toward a target: 80 degrees per second.
 const TURN_CPS: i32 = cps(14) as i32;
 
-/// Without a target, in modes Prowl and Wander: straight ahead.
+/// Request without a target in modes Prowl and Wander: straight ahead.
 #[must_use]
 pub fn freely(senses: &Senses) -> Request {
     if matches!(senses.mode, Mode::Prowl | Mode::Wander) && senses.target.is_none() {
@@ -38,7 +37,7 @@ pub fn freely(senses: &Senses) -> Request {
     }
 }
 
-/// With a target: turn by the heading error, slow down on approach.
+/// Motion toward a target: turns by the heading error and slows down on approach.
 #[must_use]
 pub fn toward(senses: &Senses, target: Waypoint) -> Motion {
     let (x, y) = senses.pose.offset_to(target);
@@ -53,7 +52,7 @@ pub fn toward(senses: &Senses, target: Waypoint) -> Motion {
     }
 }
 
-/// Inches to a target, rounded down; along the longer axis when that alone is more than a hundred.
+/// Distance to a target in inches, rounded down; above 100 inches the distance along the longer axis.
 #[must_use]
 pub fn distance_in(pose: &Pose, target: Waypoint) -> i32 {
     const EXACT: i32 = 100 * 16;
@@ -75,7 +74,7 @@ mod tests {
     }
 
     #[test]
-    fn it_prowls_only_in_its_mode_and_without_a_target() {
+    fn free_prowling_needs_its_mode_and_no_target() {
         let mut senses = Senses::nothing();
         let request = freely(&senses);
         assert_eq!(request, Request::raise(Motion::new(12, 0)));
@@ -89,7 +88,7 @@ mod tests {
     }
 
     #[test]
-    fn it_slows_down_on_approach_and_never_below_a_creep() {
+    fn approach_slows_down_to_a_creep() {
         let speeds = [1, 4, 6, 12, 23, 24, 1000].map(|y_in| toward(0, y_in).velocity_cps);
         assert_eq!(
             speeds,
@@ -98,7 +97,7 @@ mod tests {
     }
 
     #[test]
-    fn it_turns_by_the_shorter_way() {
+    fn rotation_takes_the_shorter_direction() {
         assert_eq!(toward(0, 50).rotation_cps, 0);
         assert!(toward(5, 50).rotation_cps > 0);
         assert!(toward(-5, 50).rotation_cps < 0);
@@ -106,7 +105,7 @@ mod tests {
     }
 
     #[test]
-    fn far_off_course_it_turns_on_the_spot() {
+    fn large_heading_error_turns_on_the_spot() {
         assert_eq!(toward(50, 0).velocity_cps, 0);
         assert_eq!(toward(0, -50).velocity_cps, 0);
         assert!(toward(50, 100).velocity_cps < cps(12));

@@ -1,45 +1,44 @@
-//! The dark place: whether a robot that avoids light stays where it has got to.
+//! The refuge: whether a robot that avoids light stays in the dark place it has reached.
 //!
-//! Away from the light leads into the next corner behind it, and there it ends, however bright that corner is. So
-//! a robot that keeps touching something about one place compares its darkness with the darkest that it has known
-//! elsewhere. Where that was darker, or where it knows too few places to tell, it lets the light be for a while:
-//! bumpers and prowl then lead it somewhere else.
+//! Fleeing the light ends in the next corner, however bright that corner is. A robot with repeated contacts in one place
+//! therefore compares its darkness with the darkest other place it knows. If that was darker, or if it knows too few
+//! places, it ignores light for a while, and bumpers and prowl lead it elsewhere.
 
 use crate::odometry::Pose;
 use crate::units::ticks;
 
-/// So many contacts about one place: this is as far as the light drives it.
+/// Contacts in one place after which the robot has fled as far as it can.
 const CONTACTS: u8 = 4;
 
-/// About one place: along both axes no farther than this from the first of them.
+/// Maximum distance from the first contact, along each axis, that counts as the same place.
 const ABOUT_IN: i32 = 24;
 
-/// Places known before one of them is chosen.
+/// Number of known places from which the robot can choose one.
 const KNOWN: u8 = 2;
 
-/// The light is let be for so long: 15 feet of way.
+/// Duration of ignoring light: 15 feet of driving.
 const ELSEWHERE_TICKS: u16 = ticks(15);
 
-/// No reading is darker.
+/// The darkest reading.
 const DARK: i16 = 255;
 
-/// What it knows of dark places.
+/// Known dark places.
 #[derive(Clone, Debug, Default)]
 pub struct Refuge {
     was_touching: bool,
-    /// The first of the contacts, how many there have been, and the darkest reading at them.
+    /// Position of the first contact in this place, number of contacts, and the darkest reading at them.
     first_in: (i16, i16),
     contacts: u8,
     dark: i16,
-    /// The darkest of the places that it has been driven to, and how many they were.
+    /// Darkest of the known places, and their number.
     darkest: i16,
     known: u8,
     elsewhere_ticks: u16,
 }
 
 impl Refuge {
-    /// Once a tick, for a robot that avoids light: whether it lets the light be. `reading` is the mean of both
-    /// cells, 0 bright to 255 dark; readings that differ by less than `equal` are the same.
+    /// Whether the robot ignores light; call it once per tick while it avoids light. `reading` is the mean of both cells, 0
+    /// bright to 255 dark; readings that differ by less than `equal` are equal.
     pub fn is_left(&mut self, is_touching: bool, pose: &Pose, reading: i16, equal: i16) -> bool {
         let touches = is_touching && !self.was_touching;
         self.was_touching = is_touching;
@@ -75,7 +74,7 @@ impl Refuge {
             return false;
         }
         self.known = (self.known + 1).min(KNOWN);
-        // What it does not find again it comes to expect less.
+        // Expect less of a place that is not found again.
         self.darkest = self.dark.max(self.darkest.saturating_sub(equal));
         self.elsewhere_ticks = ELSEWHERE_TICKS;
         true
@@ -97,7 +96,7 @@ mod tests {
         odometer.pose()
     }
 
-    /// One contact; for how many ticks it lets the light be then.
+    /// Makes one contact; returns the ticks of ignoring light after it.
     fn touch(refuge: &mut Refuge, x_in: i16, reading: i16) -> u16 {
         let pose = at(x_in);
         let mut ticks = u16::from(refuge.is_left(true, &pose, reading, EQUAL));
@@ -108,7 +107,7 @@ mod tests {
         ticks
     }
 
-    /// As many contacts about a place as it takes; whether it leaves.
+    /// Makes the contacts of one place; returns whether the robot leaves it.
     fn press(refuge: &mut Refuge, x_in: i16, reading: i16) -> bool {
         for _ in 1..CONTACTS {
             assert_eq!(touch(refuge, x_in, reading), 0);
@@ -116,7 +115,7 @@ mod tests {
         touch(refuge, x_in, reading) > 0
     }
 
-    /// One that has left two places, of 200 and 220.
+    /// A refuge that knows two places with readings of 200 and 220.
     fn knows_two() -> Refuge {
         let mut refuge = Refuge::default();
         assert!(press(&mut refuge, 0, 200) && press(&mut refuge, 100, 220));
@@ -124,21 +123,21 @@ mod tests {
     }
 
     #[test]
-    fn it_leaves_the_first_two_places_and_stays_where_it_is_as_dark_as_it_ever_was() {
+    fn first_two_places_are_left_and_an_equally_dark_one_is_kept() {
         assert!(!press(&mut knows_two(), 0, 216));
         assert!(!press(&mut knows_two(), 0, 240));
         assert!(press(&mut knows_two(), 0, 215));
     }
 
     #[test]
-    fn what_it_does_not_find_again_it_comes_to_expect_less() {
+    fn expected_darkness_falls_while_it_is_not_found() {
         let mut refuge = knows_two();
         let left = (0..10).take_while(|_| press(&mut refuge, 0, 205)).count();
         assert_eq!(left, 3);
     }
 
     #[test]
-    fn it_lets_the_light_be_for_a_quarter_of_a_minute() {
+    fn light_is_ignored_for_fifteen_seconds() {
         let mut refuge = Refuge::default();
         for _ in 1..CONTACTS {
             touch(&mut refuge, 0, 200);
@@ -147,13 +146,13 @@ mod tests {
     }
 
     #[test]
-    fn where_it_is_quite_dark_it_stays_at_once() {
+    fn completely_dark_place_is_kept_at_once() {
         assert!(!press(&mut Refuge::default(), 0, 251));
         assert!(press(&mut Refuge::default(), 0, 250));
     }
 
     #[test]
-    fn contacts_on_the_way_are_no_place() {
+    fn contacts_along_a_path_are_no_place() {
         let mut refuge = Refuge::default();
         for x_in in 0..40 {
             assert_eq!(touch(&mut refuge, x_in * 25, 200), 0);
@@ -161,7 +160,7 @@ mod tests {
     }
 
     #[test]
-    fn a_switch_that_stays_closed_is_one_contact() {
+    fn switch_that_stays_closed_is_one_contact() {
         let mut refuge = Refuge::default();
         assert!((0..1000).all(|_| !refuge.is_left(true, &at(0), 200, EQUAL)));
     }

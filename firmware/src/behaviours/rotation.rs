@@ -1,7 +1,7 @@
-//! Layer 2: turns by an angle, and looks all around, for whoever asks.
+//! Layer 2: turns by an angle, and scans, on request.
 //!
-//! Whoever is above it takes the motors and ends what it was about: after a bump the robot no longer
-//! stands where the turn began, and half a look around from two places is none. Who asked hears so.
+//! A higher layer that takes the motors ends the turn: after a bump the robot is elsewhere, and a scan from two positions
+//! is useless. The result reports it.
 
 use super::Behaviour;
 use super::panorama::{Panorama, SAMPLES};
@@ -11,46 +11,46 @@ use crate::drive::Motion;
 use crate::sensors::Senses;
 use crate::units::{cps, ticks};
 
-/// 45 degrees a second: pi/4 of the track of 10 inches.
+/// Rotation of a scan, 45 degrees per second: pi/4 of the track of 10 inches.
 const SCAN_CPS: i16 = 126;
 
-/// Turning by an angle, which nothing is sampled in, is twice as fast.
+/// Rotation of a turn: twice as fast, because it takes no samples.
 const TURN_CPS: i16 = 2 * SCAN_CPS;
 
-/// The slowest turn, 11 degrees a second: below it the wheels begin to stick.
+/// Minimum rotation, 11 degrees per second: below it the wheels begin to stick.
 const CREEP_CPS: i16 = cps(2);
 
-/// With so much to go the turn slows down, a count a second for each: from 45 degrees a second at 15 degrees.
+/// Angle left per count a second below which the turn slows down: from 45 degrees per second at 15 degrees.
 const SLOW_DOWN_PER_CPS: i32 = 0x1_0000 * 15 / 360 / SCAN_CPS as i32;
 
-/// Nearer than this, a degree, is there: the wheels need about as much to stand.
+/// Angle left at which the turn ends, a degree: the wheels need about as much to stop.
 const ARRIVED: i32 = 0x1_0000 / 360;
 
 /// A full turn.
 const FULL_TURN: i32 = 0x1_0000;
 
-/// One sample each 7.5 degrees.
+/// Angle between samples, 7.5 degrees.
 const SAMPLE_STEP: i32 = FULL_TURN / SAMPLES as i32;
 
-/// A look around takes 9 s, a turn no longer. Then something holds the robot fast.
+/// Maximum duration: a scan takes 9 s and a turn no longer, unless the robot is held.
 const PATIENCE_TICKS: u16 = ticks(16);
 
-/// What it is about.
+/// Current job.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 enum Job {
     #[default]
     Idle,
-    /// Turning, clockwise positive.
+    /// Turns, clockwise positive.
     Turn(Progress),
-    /// Turning right, and sampling.
+    /// Turns right and takes samples.
     Scan(Progress),
 }
 
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 struct Progress {
-    /// Still to go.
+    /// Angle left.
     left: i32,
-    /// At the latest tick; `None` before the first.
+    /// Heading at the latest tick; `None` before the first.
     heading: Option<Angle>,
     ticks: u16,
 }
@@ -64,7 +64,7 @@ impl Progress {
         }
     }
 
-    /// Takes a tick's turn off what is left.
+    /// Subtracts the turn of a tick.
     fn advance(&mut self, heading: Angle) {
         let before = self.heading.replace(heading).unwrap_or(heading);
         self.left -= i32::from(heading.minus(before));
@@ -81,18 +81,18 @@ impl Progress {
     }
 }
 
-/// How what was asked for ended.
+/// Result of a turn or scan.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Ending {
-    /// The robot has turned as asked.
+    /// The turn is complete.
     Turned,
-    /// It has looked all around: see [`Rotation::panorama`].
+    /// The scan is complete: see [`Rotation::panorama`].
     Scanned,
-    /// A bump, the operator's hand, or wheels that do not turn.
+    /// Ended by a bump, the operator, or wheels that do not turn.
     BrokenOff,
 }
 
-/// The layer.
+/// State of the layer.
 #[derive(Clone, Debug, Default)]
 pub struct Rotation {
     job: Job,
@@ -101,20 +101,20 @@ pub struct Rotation {
 }
 
 impl Rotation {
-    /// Turns by an angle, clockwise positive, a full turn being 65,536. What was under way is forgotten.
+    /// Starts a turn by an angle, clockwise positive, with a full turn of 65,536. Replaces the current job.
     pub const fn turn_by(&mut self, angle: i32) {
         self.job = Job::Turn(Progress::of(angle));
         self.ending = None;
     }
 
-    /// Looks all around. What was under way is forgotten.
+    /// Starts a scan. Replaces the current job.
     pub fn scan(&mut self) {
         self.job = Job::Scan(Progress::of(FULL_TURN));
         self.ending = None;
         self.panorama = Panorama::default();
     }
 
-    /// What is under way is over.
+    /// Ends the current job early.
     pub const fn break_off(&mut self) {
         if !matches!(self.job, Job::Idle) {
             self.job = Job::Idle;
@@ -122,18 +122,18 @@ impl Rotation {
         }
     }
 
-    /// Whether it looks around.
+    /// Whether a scan is running.
     #[must_use]
     pub const fn is_scanning(&self) -> bool {
         matches!(self.job, Job::Scan(_))
     }
 
-    /// How the latest request ended, told once.
+    /// Result of the latest job, returned once.
     pub const fn take_ending(&mut self) -> Option<Ending> {
         self.ending.take()
     }
 
-    /// The latest look around.
+    /// The latest scan.
     #[must_use]
     pub const fn panorama(&self) -> &Panorama {
         &self.panorama
@@ -176,7 +176,7 @@ mod tests {
     use crate::odometry::Odometer;
     use groundwave_protocol::Waypoint;
 
-    /// A robot that turns exactly as it is told, at once.
+    /// A robot that turns exactly and at once.
     #[derive(Default)]
     struct Turntable {
         layer: Rotation,
@@ -195,7 +195,7 @@ mod tests {
                 bumper,
                 ..Senses::nothing()
             });
-            // Counts of difference in a tick, 1004 a turn.
+            // Difference of counts in a tick, 1004 per turn.
             let turns = f64::from(request.motion.rotation_cps) / 20.0 / 1004.0;
             self.heading = self
                 .heading
@@ -212,7 +212,7 @@ mod tests {
     }
 
     #[test]
-    fn a_look_around_is_a_full_turn_at_45_degrees_a_second() {
+    fn scan_is_a_full_turn_at_45_degrees_per_second() {
         let mut table = Turntable::default();
         table.layer.scan();
         assert!(table.layer.is_scanning());
@@ -230,7 +230,7 @@ mod tests {
     }
 
     #[test]
-    fn it_turns_by_what_it_is_asked_for_either_way() {
+    fn turn_reaches_its_angle_in_both_directions() {
         for degrees in [90, -90, 180, -180, 7, 540, 0] {
             let mut table = Turntable::default();
             table.layer.turn_by(degrees * FULL_TURN / 360);
@@ -241,7 +241,7 @@ mod tests {
     }
 
     #[test]
-    fn a_bump_ends_it_within_the_tick() {
+    fn bump_ends_the_scan_within_the_tick() {
         let mut table = Turntable::default();
         table.layer.scan();
         for _ in 0..50 {
@@ -257,7 +257,7 @@ mod tests {
     }
 
     #[test]
-    fn wheels_that_do_not_turn_end_it_too() {
+    fn blocked_wheels_end_the_turn() {
         let mut layer = Rotation::default();
         layer.turn_by(FULL_TURN / 4);
         let ticks = (0..1000).take_while(|_| layer.decide(&Senses::nothing()).flag);
@@ -266,7 +266,7 @@ mod tests {
     }
 
     #[test]
-    fn a_layer_that_is_switched_off_says_that_it_was_broken_off_once() {
+    fn rest_reports_the_broken_job_once() {
         let mut layer = Rotation::default();
         layer.rest();
         assert_eq!(layer.take_ending(), None);

@@ -1,4 +1,4 @@
-//! Layer 4: stereo sonar ranging. Toward the side with the longer view.
+//! Layer 4: stereo sonar. Turns toward the side with the longer range.
 
 use super::Behaviour;
 use crate::arbiter::Request;
@@ -7,20 +7,20 @@ use crate::parameters::Parameter;
 use crate::sensors::Senses;
 use crate::units::cps;
 
-/// Farther than this is all the same: a doorway 8 ft away must stand out, the end of a hall not.
+/// Maximum range considered: a doorway 8 ft away must stand out, the end of a hall need not.
 const FAR_IN: u16 = 180;
 
-/// Rotation times the shorter view, so that what is near is turned from sharply: 8 in/s at 30 in, and no
-/// sharper, or it swings past an opening by the time of the next echo.
+/// Rotation times the shorter range, so that near obstacles cause sharper turns: 8 in/s at 30 in. A sharper turn would
+/// pass an opening before the next echo.
 const SHARPNESS_CPS_IN: i32 = cps(8) as i32 * 30;
 
-/// The gentlest turn that is one.
+/// Minimum rotation.
 const TURN_LEAST_CPS: i32 = cps(3) as i32;
 
-/// The sharpest: 92 degrees a second.
+/// Maximum rotation: 92 degrees per second.
 const TURN_MOST_CPS: i32 = cps(16) as i32;
 
-/// It has no state: what it does follows from the latest echoes.
+/// The layer has no state: its request follows from the latest echoes.
 #[derive(Clone, Debug, Default)]
 pub struct Sonar;
 
@@ -34,7 +34,7 @@ impl Behaviour for Sonar {
         }
         let close_in = i32::from(senses.parameters.get(Parameter::SonarClose));
         let is_close = longer_in < close_in;
-        // Sonars scatter by some per cent.
+        // Sonar ranges scatter by some percent.
         let deadzone_pct = i32::from(senses.parameters.get(Parameter::SonarDeadzone));
         let differs = (longer_in - shorter_in) * 100 > deadzone_pct * (longer_in + shorter_in);
         if !is_close && !differs {
@@ -75,21 +75,21 @@ mod tests {
     }
 
     #[test]
-    fn it_turns_to_the_longer_side_when_they_differ_by_more_than_the_deadzone() {
+    fn difference_above_the_deadzone_turns_to_the_longer_range() {
         assert!(decide(60, 100).motion.rotation_cps > 0);
         assert!(decide(100, 60).motion.rotation_cps < 0);
         assert_eq!(decide(60, 100).motion.velocity_cps, cps(12));
     }
 
     #[test]
-    fn the_deadzone_is_a_share_of_the_sum() {
+    fn deadzone_is_a_share_of_the_sum() {
         // 15 % of 200 is 30: a difference of 30 is within, of 32 is not.
         assert_eq!(decide(85, 115), Request::QUIET);
         assert!(decide(84, 116).flag);
     }
 
     #[test]
-    fn it_turns_the_sharper_the_nearer() {
+    fn rotation_grows_as_the_obstacle_comes_nearer() {
         let rotations = [120, 60, 31].map(|near_in| decide(near_in, 180).motion.rotation_cps);
         assert!(
             rotations.is_sorted() && rotations[0] < rotations[2],
@@ -98,18 +98,18 @@ mod tests {
     }
 
     #[test]
-    fn both_close_means_no_further_ahead() {
+    fn close_obstacles_on_both_sides_stop_the_drive() {
         let request = decide(29, 20);
         assert!(request.flag && request.motion.rotation_cps < 0);
         assert_eq!(request.motion.velocity_cps, 0);
-        // Equal on both sides: it must turn somewhere.
+        // Equal on both sides: the robot must still turn.
         assert_eq!(decide(29, 29).motion.velocity_cps, 0);
         assert_ne!(decide(29, 29).motion.rotation_cps, 0);
         assert_eq!(decide(31, 31), Request::QUIET);
     }
 
     #[test]
-    fn the_operator_tunes_what_is_close_and_what_differs() {
+    fn parameters_set_the_close_range_and_the_deadzone() {
         let mut parameters = crate::parameters::Parameters::DEFAULT;
         assert!(parameters.set(Parameter::SonarClose, 60));
         assert!(parameters.set(Parameter::SonarDeadzone, 50));
@@ -127,7 +127,7 @@ mod tests {
     }
 
     #[test]
-    fn no_echo_is_a_long_view() {
+    fn missing_echo_is_a_long_range() {
         let mut senses = Senses::nothing();
         assert_eq!(Sonar.decide(&senses), Request::QUIET);
         senses.sonar.left_in = Some(50);
@@ -135,7 +135,7 @@ mod tests {
     }
 
     #[test]
-    fn what_lies_beyond_the_horizon_does_not_matter() {
+    fn obstacle_beyond_the_horizon_is_ignored() {
         let mut senses = Senses::nothing();
         senses.sonar.left_in = Some(50);
         senses.horizon_in = 50;

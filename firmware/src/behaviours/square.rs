@@ -1,7 +1,7 @@
-//! The square of the calibration: four straight sides and four quarter turns on the spot, by odometry alone.
+//! The calibration square: four straight sides and four quarter turns on the spot, by odometry alone.
 //!
-//! Where the robot really ends tells what its wheels and its track really are (Borenstein and Feng, 1996);
-//! the ground computes that. Here only precision counts: slow, never a turn back, and still before each turn.
+//! The true end position reveals the true wheels and track (Borenstein and Feng, 1996); the ground station computes them.
+//! The square must be precise: it is driven slowly, without turning back, and with a stop before each turn.
 
 use crate::angle::Angle;
 use crate::arbiter::Request;
@@ -11,44 +11,44 @@ use crate::parameters::Parameter;
 use crate::sensors::Senses;
 use crate::units::{cps, ticks};
 
-/// Along a side: slow enough to slip nowhere.
+/// Speed along a side: slow enough not to slip.
 const CRUISE_CPS: i32 = cps(8) as i32;
 
-/// The last inch.
+/// Speed on the last inch.
 const CREEP_CPS: i32 = cps(1) as i32;
 
-/// From here on it slows down.
+/// Distance from a corner at which the robot slows down.
 const SLOW_DOWN_PARTS: i32 = 16 * PARTS_PER_IN;
 
-/// Nearer than this to a corner it is there: what creeping carries it on by.
+/// Distance from a corner that counts as reached: the robot creeps on by as much.
 const THERE_PARTS: i32 = PARTS_PER_IN / 16;
 
-/// Turning on the spot: 29 degrees a second at most, 6 at least.
+/// Rotation on the spot: at most 29 degrees per second, at least 6.
 const TURN_MOST_CPS: i32 = cps(5) as i32;
 const TURN_LEAST_CPS: i32 = cps(1) as i32;
 
-/// Heading error for each count a second of rotation.
+/// Heading error per count a second of rotation.
 const ERROR_PER_CPS: i32 = 60;
 
-/// Nearer than this to the heading it is there: a third of a degree, half a count.
+/// Heading error that counts as reached: a third of a degree, half a count.
 const AIMED: i32 = 60;
 
-/// Heading that a side off its line by an inch is driven with: 6 degrees.
+/// Heading correction per inch off the line: 6 degrees.
 const ERROR_PER_IN: i32 = 0x1_0000 / 60;
 
-/// And at most: 15 degrees.
+/// Maximum heading correction: 15 degrees.
 const ERROR_MOST: i32 = 0x1_0000 / 24;
 
-/// Still for so long between two movements.
+/// Duration of a stop between two movements.
 const PAUSE_TICKS: u8 = ticks(1) as u8 / 2;
 
-/// Lengths here are 64ths of an inch.
+/// Unit of lengths in this file: 1/64 inch.
 const PARTS_PER_IN: i32 = 64;
 
-/// Sides of a square.
+/// Number of sides.
 const SIDES: u8 = 4;
 
-/// Where in the square it is.
+/// Progress of the square.
 #[derive(Clone, Debug, Default)]
 pub struct Square {
     side: u8,
@@ -63,7 +63,7 @@ impl Square {
         core::mem::take(&mut self.is_done)
     }
 
-    /// The square begins where the odometer is zero, along +Y.
+    /// Request of this tick. The square begins at the origin along +Y.
     pub fn decide(&mut self, senses: &Senses) -> Request {
         if self.side >= SIDES {
             return Request::raise(Motion::STILL);
@@ -100,15 +100,15 @@ impl Square {
     }
 }
 
-/// The pose as seen along a side of a clockwise square; a counter-clockwise one is its mirror image.
+/// Pose relative to a side of a clockwise square; a counterclockwise one is mirrored.
 struct Place {
-    /// Still to go along the side.
+    /// Distance left along the side.
     left_parts: i32,
-    /// Off its line, right positive.
+    /// Distance off the line, right positive.
     off_parts: i32,
-    /// Off its heading, right positive.
+    /// Heading error, right positive.
     off_heading: i32,
-    /// To the heading of the next side.
+    /// Angle left to the heading of the next side.
     to_turn: i32,
 }
 
@@ -135,7 +135,7 @@ impl Place {
     }
 }
 
-/// Along the side; `None` at its end.
+/// Motion along the side; `None` at its end.
 fn drive(place: &Place) -> Option<Motion> {
     if place.left_parts <= THERE_PARTS {
         return None;
@@ -144,7 +144,7 @@ fn drive(place: &Place) -> Option<Motion> {
         (CRUISE_CPS * place.left_parts.min(SLOW_DOWN_PARTS) / SLOW_DOWN_PARTS).max(CREEP_CPS);
     let off = place.off_parts.clamp(-8 * PARTS_PER_IN, 8 * PARTS_PER_IN);
     let back = (off * ERROR_PER_IN / PARTS_PER_IN).clamp(-ERROR_MOST, ERROR_MOST);
-    // At a creep a correction would be a turn.
+    // At creeping speed a large correction would be a turn.
     let limit = speed / 2;
     let rotation = (-(place.off_heading + back) / ERROR_PER_CPS).clamp(-limit, limit);
     Some(Motion {
@@ -153,7 +153,7 @@ fn drive(place: &Place) -> Option<Motion> {
     })
 }
 
-/// To the right on the spot; `None` when it looks along the next side, or past it.
+/// Right turn on the spot; `None` at or past the heading of the next side.
 fn turn(place: &Place) -> Option<Motion> {
     if place.to_turn <= AIMED {
         return None;
@@ -171,7 +171,7 @@ mod tests {
     use crate::odometry::Odometer;
     use crate::parameters::Parameters;
 
-    /// Drives a square with wheels that do at once what they are told; returns odometer and farthest corner.
+    /// Drives a square with wheels that follow commands at once; returns the odometer and the farthest corner.
     fn drive_square(length_in: i16) -> (Odometer, i32, i32) {
         let mut parameters = Parameters::DEFAULT;
         assert!(parameters.set(Parameter::Square, length_in));
@@ -201,11 +201,11 @@ mod tests {
             };
             farthest.1 = farthest.1.max(pose.y_tenths_in());
         }
-        panic!("the square never ends");
+        panic!("the square does not end within 20,000 ticks");
     }
 
     #[test]
-    fn it_ends_where_it_began_with_its_corners_where_they_belong() {
+    fn square_ends_at_its_start_with_exact_corners() {
         for (length_in, sign) in [(157, 1), (-157, -1), (40, 1), (-400, -1)] {
             let (odometer, x, y) = drive_square(length_in);
             let pose = odometer.pose();
@@ -219,7 +219,7 @@ mod tests {
     }
 
     #[test]
-    fn a_square_of_no_length_is_four_turns() {
+    fn square_without_length_is_four_turns() {
         let (odometer, x, y) = drive_square(0);
         assert!(x.abs() <= 2 && y <= 2);
         assert!(odometer.pose().heading.minus(Angle(0)).abs() < 200);

@@ -1,4 +1,4 @@
-//! Layer 0: the operator's hand, with a dead man's handle.
+//! Layer 0: manual driving with a dead man's handle.
 
 use super::Behaviour;
 use crate::arbiter::Request;
@@ -7,11 +7,10 @@ use crate::sensors::Senses;
 use crate::units::ticks;
 use groundwave_protocol::letters::Mode;
 
-/// A drive frame is good for this long: one second, by which an operator who lets go, or a link that
-/// breaks, stops the robot within a foot.
+/// Validity of a drive frame: one second, after which a released key or a broken link stops the robot within a foot.
 pub const DEAD_MAN_TICKS: u8 = ticks(1) as u8;
 
-/// What the hand asked for, and for how long that is still good.
+/// Latest manual motion and its remaining validity.
 #[derive(Clone, Debug, Default)]
 pub struct User {
     motion: Motion,
@@ -19,13 +18,13 @@ pub struct User {
 }
 
 impl User {
-    /// A fresh drive frame.
+    /// Takes a drive frame.
     pub const fn drive(&mut self, motion: Motion) {
         self.motion = motion;
         self.lease_ticks = DEAD_MAN_TICKS;
     }
 
-    /// Whether a drive frame is still good.
+    /// Whether a drive frame is still valid.
     #[must_use]
     pub const fn has_lease(&self) -> bool {
         self.lease_ticks > 0
@@ -33,8 +32,8 @@ impl User {
 }
 
 impl Behaviour for User {
-    /// With a lease it overrides everything in every mode it runs in; in mode User without one it
-    /// holds the robot still.
+    /// A valid drive frame overrides all layers in every mode in which this layer runs; in mode User the robot otherwise
+    /// stands still.
     fn decide(&mut self, senses: &Senses) -> Request {
         if self.lease_ticks > 0 {
             self.lease_ticks -= 1;
@@ -63,7 +62,7 @@ mod tests {
     }
 
     #[test]
-    fn a_drive_frame_is_good_for_exactly_a_second_of_ticks() {
+    fn drive_frame_is_valid_for_exactly_one_second() {
         let mut user = User::default();
         let motion = Motion::new(6, -4);
         user.drive(motion);
@@ -75,7 +74,7 @@ mod tests {
     }
 
     #[test]
-    fn each_frame_begins_the_second_anew() {
+    fn each_drive_frame_restarts_the_second() {
         let mut user = User::default();
         for _ in 0..3 {
             user.drive(Motion::new(1, 0));
@@ -86,7 +85,7 @@ mod tests {
     }
 
     #[test]
-    fn without_a_hand_mode_user_stands_still_and_other_modes_are_free() {
+    fn mode_user_without_drive_frames_stands_still() {
         let mut user = User::default();
         let still = Request::raise(Motion::STILL);
         assert_eq!(user.decide(&senses(Mode::User)), still);
@@ -94,7 +93,7 @@ mod tests {
     }
 
     #[test]
-    fn what_the_hand_wanted_is_forgotten_while_the_layer_is_off() {
+    fn rest_forgets_the_drive_frame() {
         let mut user = User::default();
         user.drive(Motion::new(6, 0));
         user.rest();

@@ -25,14 +25,14 @@ fn edges(bits: u8) -> Edges {
     }
 }
 
-/// What the guard does tick by tick while the robot stands, seeing the same edges all the time.
+/// The guard's commands tick by tick while the robot stands at the same edges.
 fn reaction(cliff: Edges, wish: Motion) -> impl Iterator<Item = Command> {
     let mut guard = CliffGuard::default();
     core::iter::from_fn(move || Some(guard.guard(&senses(cliff), Counts::default(), wish, false)))
 }
 
 #[test]
-fn on_the_floor_what_won_goes_through() {
+fn complete_floor_passes_every_motion() {
     let mut guard = CliffGuard::default();
     for motion in [Motion::new(12, 0), Motion::new(-8, 4), Motion::new(0, 16)] {
         let command = guard.guard(&senses(FLOOR), Counts::default(), motion, false);
@@ -42,7 +42,7 @@ fn on_the_floor_what_won_goes_through() {
 }
 
 #[test]
-fn each_sensor_forbids_what_leads_to_it_and_no_more() {
+fn each_sensor_blocks_only_motions_toward_it() {
     let [ahead, back, right, left] = [
         Motion::new(6, 0),
         Motion::new(-6, 0),
@@ -69,7 +69,7 @@ fn each_sensor_forbids_what_leads_to_it_and_no_more() {
 }
 
 #[test]
-fn an_edge_ahead_is_left_backward_and_then_turned_from() {
+fn edge_ahead_leads_to_backing_and_a_turn_away() {
     for (cliff, sign) in [(edges(1), 1), (edges(4), -1)] {
         let mut guard = CliffGuard::default();
         let wish = Motion::new(12, 0);
@@ -82,13 +82,13 @@ fn an_edge_ahead_is_left_backward_and_then_turned_from() {
         let mut seen = senses(cliff);
         for _ in 0..400 {
             let Command::Drive(motion) = guard.guard(&seen, Counts::default(), wish, false) else {
-                panic!("it brakes again");
+                panic!("the guard brakes again");
             };
             if motion == wish {
                 break;
             }
             if motion.velocity_cps < 0 {
-                // It rolls back, off the edge.
+                // The robot rolls back from the edge.
                 seen.way_counts = -8;
                 seen.cliff = Some(FLOOR);
             } else {
@@ -103,7 +103,7 @@ fn an_edge_ahead_is_left_backward_and_then_turned_from() {
 }
 
 #[test]
-fn an_edge_behind_is_left_ahead_and_backing_is_slow() {
+fn edge_behind_leads_ahead_and_backing_is_slow() {
     let mut guard = CliffGuard::default();
     let command = guard.guard(
         &senses(FLOOR),
@@ -121,7 +121,7 @@ fn an_edge_behind_is_left_ahead_and_backing_is_slow() {
 }
 
 #[test]
-fn the_hand_is_stopped_and_not_led() {
+fn manual_driving_is_stopped_but_not_moved() {
     let mut guard = CliffGuard::default();
     let ahead = Motion::new(8, 0);
     for tick in 0..100 {
@@ -134,11 +134,11 @@ fn the_hand_is_stopped_and_not_led() {
         guard.guard(&senses(edges(2)), Counts::default(), back, true);
     }
     let command = guard.guard(&senses(edges(2)), Counts::default(), back, true);
-    assert_eq!(command, Command::Drive(back), "the hand may back off");
+    assert_eq!(command, Command::Drive(back), "the operator may back off");
 }
 
 #[test]
-fn without_floor_anywhere_the_wheels_stand_until_it_is_put_down() {
+fn lifted_robot_stands_until_put_down() {
     let mut guard = CliffGuard::default();
     let ahead = Motion::new(12, 0);
     let mut step = |bits, by_hand| {
@@ -156,7 +156,7 @@ fn without_floor_anywhere_the_wheels_stand_until_it_is_put_down() {
 }
 
 #[test]
-fn switched_off_or_not_fitted_it_does_nothing() {
+fn guard_that_is_off_or_not_fitted_passes_every_motion() {
     let mut off = Parameters::DEFAULT;
     assert!(off.set(Parameter::CliffGuard, 0));
     let ahead = Motion::new(12, 0);
@@ -176,10 +176,10 @@ fn switched_off_or_not_fitted_it_does_nothing() {
 }
 
 proptest! {
-    /// Whatever is wanted and seen: while a sensor ahead sees no floor nothing drives the robot forward, while
-    /// one behind does nothing drives it backward.
+    /// With any edges, motions and history: no forward motion while a front sensor detects no floor, and no backward
+    /// motion while the rear sensor does.
     #[test]
-    fn no_command_leads_over_an_edge(
+    fn commands_never_lead_over_an_edge(
         ticks in proptest::collection::vec(
             (0_u8..16, -300_i16..300, -300_i16..300, -12_i16..12, -12_i16..12, any::<u32>(), any::<bool>(), any::<bool>()),
             1..200,

@@ -1,5 +1,5 @@
-//! What the robot decides by itself about what it is to do: when wandering ends, when the battery calls for
-//! the operator or for the dock, and what comes after the dock and after the square.
+//! Decisions of the robot about its own mode: when wandering ends, when a low battery calls for the operator or the
+//! dock, and what follows docking and the calibration square.
 
 use super::Robot;
 use crate::behaviours::News;
@@ -8,52 +8,52 @@ use crate::parameters::Parameter;
 use crate::song::Song;
 use groundwave_protocol::letters::{Layer, LayerMask, Mode};
 
-/// What it says when it has wandered long enough.
+/// Text at the end of wandering.
 const WANDERED: &str = "I have wandered long enough: going home";
 
-/// What it says when the battery is low.
+/// Text when the battery is low.
 const BATTERY_LOW: &str = "my battery is low: please charge me";
 
-/// What it says when it must not take any more from the battery.
+/// Text when the battery must not be drained further.
 const BATTERY_CRITICAL: &str = "my battery is nearly empty: I stop here, please charge me";
 
-/// What it says of a low battery when it helps itself.
+/// Text when a low battery sends the robot to its dock.
 const TO_THE_DOCK: &str = "my battery is low: going to my dock";
 
-/// What it says on the dock.
+/// Text on the dock.
 const ON_THE_DOCK: &str = "I'm on my dock";
 
-/// What it says when it leaves it.
+/// Text when the robot leaves the dock.
 const CHARGED: &str = "I'm charged";
 
-/// What it says at the end of the square.
+/// Text at the end of the calibration square.
 const SQUARE_DRIVEN: &str = "the square is driven: measure where I am";
 
-/// What it says when something was in its way there.
+/// Text when a contact has ended the square early.
 const SQUARE_SPOILT: &str = "the square is spoilt: I touched something";
 
-/// While the battery stays low it calls again after this time.
+/// Ticks between two calls while the battery stays low.
 const CALL_TICKS: u16 = 300 * TICK_HZ as u16;
 
-/// Above a limit by this the battery is no longer below it, in tenths of a volt: it recovers at rest.
+/// Rise above a limit, in tenths of a volt, at which the battery counts as recovered: its voltage rises at rest.
 const RECOVERED_DV: i32 = 6;
 
-/// On the charger the battery is full when its voltage has not risen for so long: it rises by a tenth of a
-/// volt in a quarter of an hour until the charger holds it, and then takes in less and less.
+/// Ticks without a rise of the voltage after which a charging battery is full: it rises by a tenth of a volt in a
+/// quarter of an hour until the charger limits it, and then takes less and less current.
 const FULL_TICKS: u16 = 2700 * TICK_HZ as u16;
 
-/// What it keeps in mind.
+/// State of these decisions.
 #[derive(Clone, Debug)]
 pub(super) struct Errands {
     wandered_ticks: u32,
-    /// Until the next call; `None` while the battery is not low.
+    /// Ticks until the next call; `None` while the battery is not low.
     call_ticks: Option<u16>,
-    /// It has stopped for a critical battery: what the operator orders after that is obeyed.
+    /// Whether the robot has stopped for a critical battery; later commands of the operator are obeyed.
     has_stopped: bool,
-    /// On the charger: the highest voltage so far, and since when.
+    /// While charging: highest voltage so far, and the ticks since it was reached.
     peak_dv: u16,
     level_ticks: u16,
-    /// What it was about before it went to its dock.
+    /// Mode before the drive to the dock.
     resume: Mode,
 }
 
@@ -71,20 +71,20 @@ impl Default for Errands {
 }
 
 impl Errands {
-    /// Whether the charger has done its work.
+    /// Whether the battery is charged.
     pub(super) const fn is_charged(&self) -> bool {
         self.level_ticks >= FULL_TICKS
     }
 
-    /// The same mode begins again.
+    /// Handles a restart of the same mode.
     pub(super) const fn begin_anew(&mut self) {
         self.wandered_ticks = 0;
     }
 
-    /// Another mode begins; this one was the one before.
+    /// Handles the change from `mode` to another one.
     pub(super) const fn leave(&mut self, mode: Mode) {
         self.begin_anew();
-        // A square that was broken off is not driven again.
+        // A square that was ended early is not driven again.
         self.resume = if matches!(mode, Mode::Calibrate) {
             Mode::Stop
         } else {
@@ -94,7 +94,7 @@ impl Errands {
 }
 
 impl Robot {
-    /// Once a tick, before anything else.
+    /// Runs at the start of a tick.
     pub(super) fn run_errands(&mut self, inputs: &Inputs) {
         self.watch_battery(inputs);
         self.watch_critical_battery(inputs);
@@ -114,7 +114,7 @@ impl Robot {
             errands.peak_dv = if inputs.is_docked { decivolts } else { 0 };
         }
         errands.level_ticks = errands.level_ticks.saturating_add(1);
-        // The very first reading has not been averaged yet.
+        // The first reading has not been averaged.
         if self.now_ticks == 0 {
             return;
         }
@@ -145,8 +145,8 @@ impl Robot {
         self.sing(Song::LowBattery);
     }
 
-    /// Stops the motors before the battery is harmed. On the way to its dock it goes on: standing would empty the
-    /// battery too.
+    /// Stops the motors before the battery is damaged. On the way to its dock the robot continues, because standing drains
+    /// the battery too.
     fn watch_critical_battery(&mut self, inputs: &Inputs) {
         if self.now_ticks == 0 {
             return;
@@ -207,7 +207,7 @@ impl Robot {
         }
     }
 
-    /// The layers that run on the way to the dock. What the bumper touches there is the dock.
+    /// Layers that run on the way to the dock, where the bumper touches the dock.
     pub(super) fn enabled_foraging(&self, allowed: LayerMask) -> LayerMask {
         let docking = self.layers.dead_reckoning.docking();
         let allowed = allowed.without(Layer::Photo).without(Layer::Motion);
@@ -219,7 +219,7 @@ impl Robot {
     }
 }
 
-/// Whether it may leave what it is about for its dock: not what the operator does with it.
+/// Whether the robot may leave this mode for its dock; not if the operator controls it.
 const fn may_forage(mode: Mode) -> bool {
     matches!(
         mode,

@@ -1,4 +1,4 @@
-//! What stands behind the arbiter, and what the robot says of it.
+//! The guards behind the arbiter, and the texts about them.
 
 use super::Robot;
 use crate::arbiter::MotorGuard;
@@ -8,19 +8,19 @@ use crate::drive::Motion;
 use crate::parameters::Parameter;
 use groundwave_protocol::letters::Mode;
 
-/// What it says when the cliff guard takes the motors.
+/// Texts when the cliff guard takes the motors.
 const EDGE_AHEAD: &str = "cliff guard: there is no floor ahead";
 const EDGE_BEHIND: &str = "cliff guard: there is no floor behind";
 const LIFTED: &str = "cliff guard: there is no floor under me";
 
-/// What it says while the edge sensors guard nothing.
+/// Text while the cliff guard is switched off.
 const GUARD_OFF: &str = "the cliff guard is switched off";
 
-/// It says so again after this time.
+/// Ticks between two such texts.
 const UNGUARDED_TICKS: u16 = 60 * TICK_HZ as u16;
 
 impl Robot {
-    /// Never drives with the arm up: what would move the robot stows it first.
+    /// Prevents driving with the arm raised: a motion stows it first.
     pub(super) fn guard_arm(&mut self, inputs: &Inputs, motion: Motion) -> Motion {
         if inputs.motion.is_none() {
             return motion;
@@ -32,8 +32,8 @@ impl Robot {
         self.arm.guard(wants_arm, motion)
     }
 
-    /// Who holds the motors in the place of who won them, from what the cliff guard made of that and the
-    /// motion that it passed on to the arm's guard.
+    /// Guard that controls the motors in place of the holder. `passed_on` is the motion from the cliff guard to the arm's
+    /// guard.
     pub(super) fn guarded_by(&self, command: Command, passed_on: Motion) -> Option<MotorGuard> {
         if self.mode == Mode::Stop {
             None
@@ -46,7 +46,7 @@ impl Robot {
         }
     }
 
-    /// Says once that the cliff guard has taken the motors, and from time to time that it never will.
+    /// Reports when the cliff guard takes the motors, and from time to time that it is switched off.
     pub(super) fn tell_of_cliffs(&mut self, inputs: &Inputs) {
         if let Some(missing) = self.cliff_guard.take_news() {
             self.schedule.say(match missing {

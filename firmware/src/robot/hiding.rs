@@ -1,4 +1,4 @@
-//! Mode Passive as the robot enters, goes through and leaves it, and the turns it asks for.
+//! Entering, running and leaving mode Passive, and its turns.
 
 use super::Robot;
 use crate::arbiter::Holder;
@@ -7,11 +7,11 @@ use crate::parameters::Parameter;
 use crate::song::Song;
 use groundwave_protocol::letters::{Layer, Mode};
 
-/// What it says when somebody or something was in the way of a look around.
+/// Text when an obstacle has ended a scan early.
 const SCAN_BROKEN_OFF: &str = "scan: broken off";
 
 impl Robot {
-    /// Whether bumps may send it into hiding: only while it prowls without an aim.
+    /// Whether bumps may send the robot into hiding: only while it prowls without a target.
     pub(super) fn may_hide(&self) -> bool {
         self.mode == Mode::Prowl
             && self.target().is_none()
@@ -20,8 +20,7 @@ impl Robot {
             && self.allowed().contains(Layer::Rotation)
     }
 
-    /// Mode Passive begins. After the dock it goes on in it, and then back to what was before both; begun anew
-    /// it still goes back to what was before.
+    /// Begins mode Passive. After the dock and after a restart the robot still returns to the mode before it.
     pub(super) fn begin_hiding(&mut self) {
         if !matches!(self.mode, Mode::Forage | Mode::Passive) {
             self.mode_before = self.mode;
@@ -30,8 +29,8 @@ impl Robot {
         self.bump_sequence.forget();
     }
 
-    /// A turn or a look around that has ended is told, and mode Passive goes on. Whoever above the
-    /// rotation layer holds the motors ends it.
+    /// Reports a finished turn or scan and continues mode Passive. A layer above the rotation layer that holds the motors
+    /// ends the turn.
     pub(super) fn finish_turns(&mut self) {
         let is_free = !matches!(
             self.holder,

@@ -1,23 +1,23 @@
-//! Which layers run: those that the board has sensors for, that the operator allows, that the mode is
-//! made of, and that the robot has not switched off itself.
+//! Selection of the running layers: those with sensors, allowed by the operator, part of the mode, and not switched
+//! off by the robot itself.
 
 use super::Robot;
 use crate::behaviours::FITTED;
 use crate::parameters::Parameter;
 use groundwave_protocol::letters::{Layer, LayerMask, Mode};
 
-/// Layers of a robot that hides.
+/// Layers of mode Passive.
 const HIDING: LayerMask = LayerMask::NONE
     .with(Layer::User)
     .with(Layer::Bumpers)
     .with(Layer::Rotation)
     .with(Layer::Motion);
 
-/// Layers of the calibration, which drives by odometry alone: whatever turned it aside would spoil the square.
+/// Layers of the calibration, which drives by odometry alone: any diversion would spoil the square.
 const CALIBRATING: LayerMask = LayerMask::NONE.with(Layer::User).with(Layer::DeadReckoning);
 
 impl Robot {
-    /// Layers that the program has and the board has the sensors for.
+    /// Layers that the program has and the board has sensors for.
     pub(super) fn fitted(&self) -> LayerMask {
         let mut fitted = FITTED;
         if self.latest.photo_left.is_none() || self.latest.photo_right.is_none() {
@@ -29,11 +29,11 @@ impl Robot {
         fitted
     }
 
-    /// The layers that are on in this mode.
+    /// Layers that are on in the current mode.
     pub(super) fn enabled(&self) -> LayerMask {
         let mut allowed = self.allowed();
         if !allowed.contains(Layer::Bumpers) {
-            // It looks at nothing but the light.
+            // Without bumpers the photo layer would drive into obstacles.
             allowed = allowed.without(Layer::Photo);
         }
         match self.mode {
@@ -49,7 +49,7 @@ impl Robot {
         }
     }
 
-    /// Those of them that the robot itself has not switched off.
+    /// Enabled layers, without those that the robot has switched off itself.
     #[must_use]
     pub fn running(&self) -> LayerMask {
         let enabled = self.enabled();
@@ -60,8 +60,8 @@ impl Robot {
         }
     }
 
-    /// Whoever wants a mode, operator, failsafe or the robot itself, wants the layers that it is made of: it
-    /// would stand still otherwise, and call that going home.
+    /// Allows the layers that a mode needs, whether the operator, the failsafe or the robot selects it: without them the
+    /// robot would stand still.
     pub(super) fn allow_for(&mut self, mode: Mode) {
         let needed = match mode {
             Mode::GoHome | Mode::Forage | Mode::Calibrate => {
@@ -73,8 +73,7 @@ impl Robot {
         self.allowed = LayerMask::from_bits(self.allowed.bits() | needed.bits());
     }
 
-    /// Whether the infrared detectors look: while the robot looks around they do, whether or not they may
-    /// turn it.
+    /// Whether the infrared detectors are on. A scan uses them even if they may not turn the robot.
     pub(super) fn looks_by_infrared(&self, running: LayerMask) -> bool {
         running.contains(Layer::Infrared)
             || self.layers.rotation.is_scanning() && self.allowed.contains(Layer::Infrared)

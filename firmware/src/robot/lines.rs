@@ -1,4 +1,4 @@
-//! What the robot's lines say.
+//! Contents of the telemetry lines.
 
 use super::Robot;
 use crate::arbiter::Holder;
@@ -13,15 +13,14 @@ use groundwave_protocol::telemetry::{
     ParameterName, Printable, SongLine, StateLine, StatusLine, TextLine,
 };
 
-/// Of this program.
+/// Version of this program.
 const VERSION: FirmwareVersion = FirmwareVersion { major: 0, minor: 1 };
 
-/// Farthest that line A can say.
+/// Largest coordinate that fits line A.
 const POSITION_MAX_TENTHS_IN: u32 = 999_999;
 
 impl Robot {
-    /// The next byte for the radio, to be asked for once every byte time; `None` leaves the carrier idle
-    /// for that long.
+    /// The next byte for the radio, once per byte time; `None` leaves the carrier idle for that time.
     pub fn poll_downlink(&mut self) -> Option<u8> {
         if self.transmitter.wants_line() {
             let kind = self.schedule.next_kind();

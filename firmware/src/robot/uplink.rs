@@ -1,4 +1,4 @@
-//! The robot's receiving end: bytes to orders, orders to deeds.
+//! The robot's receiver: bytes to commands, commands to actions.
 
 use super::Robot;
 use crate::angle::Angle;
@@ -10,8 +10,8 @@ use groundwave_protocol::letters::{Layer, LayerMask, Mode};
 use groundwave_protocol::telemetry::Outcome;
 
 impl Robot {
-    /// Takes a byte from the radio. An order that it completes is carried out within this call: the
-    /// next tick already acts on it, and the next acknowledgement sent says so.
+    /// Takes a byte from the radio. A completed command is executed within this call: the next tick acts on it, and the
+    /// next acknowledgement confirms it.
     pub fn handle_uplink(&mut self, byte: u8) {
         self.transmitter.hear(byte);
         let session = self.farm.key();
@@ -24,8 +24,8 @@ impl Robot {
         self.guard.hear();
         let session = self.farm.key();
         let action = self.farm.handle(&message);
-        // The ground must be there now: it has opened a session, or names a line of just now and asks for
-        // nothing.
+        // Proof that the ground station is present now: it has opened a session, or it names a current line in a
+        // keepalive.
         let is_live = match message {
             Message::Open(_) => self.farm.key() != session,
             Message::Keepalive(keepalive) => self.is_fresh(keepalive.heard),
@@ -77,7 +77,7 @@ impl Robot {
                 self.guard.set(failsafe);
             }
             Order::Scan if !self.fitted().contains(Layer::Rotation) => return Outcome::NotFitted,
-            // In the operator's hand, hiding or stopped it does not turn by itself.
+            // The robot does not turn by itself in manual driving, while hiding or when stopped.
             Order::Scan
                 if matches!(self.mode, Mode::User | Mode::Passive)
                     || !self.running().contains(Layer::Rotation) =>
@@ -107,13 +107,13 @@ impl Robot {
             Order::Mode(_) | Order::Layers { .. } | Order::Failsafe(_) => {
                 return Outcome::NotFitted;
             }
-            // The receiving end activates lists by itself.
+            // The receiver activates lists itself.
             Order::Activate { .. } | Order::Unknown => return Outcome::Unknown,
         }
         Outcome::Done
     }
 
-    /// Whether every layer that makes the mode what it is, is fitted.
+    /// Whether all layers that a mode needs are fitted.
     pub(super) fn is_fitted(&self, mode: Mode) -> bool {
         match mode {
             Mode::Prowl
@@ -128,7 +128,7 @@ impl Robot {
         }
     }
 
-    /// The ground hears what became of it, even when it is refused: it may not know the limits.
+    /// Sets a parameter. The result is reported even if it is refused, because the ground station may not know the limits.
     fn set_parameter(&mut self, key: u32, value: i32) -> Outcome {
         let Some(parameter) = Parameter::with_key(key) else {
             return Outcome::Unknown;
@@ -142,7 +142,7 @@ impl Robot {
         }
     }
 
-    /// The board writes them after the coming tick.
+    /// Makes the board store the parameters after the next tick.
     fn keep_parameters(&mut self) {
         for &parameter in Parameter::ALL {
             if self.kept.get(parameter) != self.parameters.get(parameter) {
@@ -153,8 +153,8 @@ impl Robot {
         self.must_keep = true;
     }
 
-    /// A frame that has been under way for too long must not move the robot. Nor does any while it is
-    /// stopped: its layers rest, and this one forgets what it was told.
+    /// Takes a drive frame. A delayed frame must not move the robot. In mode stop no frame does: its layers rest and forget
+    /// drive frames.
     fn drive_by_hand(&mut self, drive: Drive) {
         if self.is_fresh(drive.heard) && self.live_ticks > 0 && !self.guard.acts() {
             self.farm.take_drive(&drive);
@@ -167,11 +167,11 @@ impl Robot {
     }
 }
 
-/// Drive frames are obeyed for so long after the ground has shown that it is there now. Line numbers come
-/// again after a hundred: a burst of drive frames that a bridge held back for half a minute names lines that
-/// look new, but has nothing before it that does.
+/// Ticks for which drive frames are accepted after the ground station has proved that it is present. Line numbers
+/// repeat after a hundred: a burst of drive frames that a bridge delayed by half a minute names lines that look
+/// current, but no such proof precedes it.
 const LIVE_TICKS: u8 = 40;
 
-/// A drive frame that names a line begun longer ago has been under way for too long: a long line takes a
-/// third of a second, and the newest one may be half a second old.
+/// Maximum age in ticks of the line that a drive frame names: a long line takes a third of a second, and the newest one
+/// may be half a second old.
 const HEARD_TICKS_MAX: u8 = 24;

@@ -1,15 +1,15 @@
-//! Which parameters the ground still waits to hear of.
+//! Parameters that telemetry still has to report.
 
 use crate::parameters::Parameter;
 
 const BYTES: usize = Parameter::ALL.len().div_ceil(8);
 
-/// A bit for each parameter.
+/// A set of parameters, one bit each.
 #[derive(Clone, Debug, Default)]
 pub struct Due([u8; BYTES]);
 
 impl Due {
-    /// Its line is due.
+    /// Adds a parameter.
     pub fn add(&mut self, parameter: Parameter) {
         let place = parameter as usize;
         if let Some(bits) = self.0.get_mut(place / 8) {
@@ -17,7 +17,7 @@ impl Due {
         }
     }
 
-    /// The first of those that are due; it no longer is.
+    /// Removes and returns the first parameter of the set.
     pub fn take(&mut self) -> Option<Parameter> {
         let byte = self.0.iter().position(|&bits| bits != 0)?;
         let bits = self.0.get_mut(byte)?;
@@ -32,7 +32,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn each_that_was_added_is_taken_once_in_the_order_of_the_table() {
+    fn added_parameters_are_taken_once_in_table_order() {
         let mut due = Due::default();
         assert_eq!(due.take(), None);
         for &parameter in Parameter::ALL.iter().rev() {

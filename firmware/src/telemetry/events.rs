@@ -1,4 +1,4 @@
-//! What happened since the previous line A: a bump of one tick must not go unseen between two lines.
+//! Events since the previous line A: a bump of one tick must not be missed between two lines.
 
 use crate::board::Edges;
 use crate::board::Sides;
@@ -6,17 +6,17 @@ use crate::board::Switches;
 use crate::drive::DriveTrain;
 use groundwave_protocol::letters::{Arm, Bump, Cliff, Drive, Infrared, LayerMask};
 
-/// Everything that happened, at any tick since the events were last taken.
+/// All events at any tick since the last line A.
 #[derive(Clone, Debug, Default)]
 #[expect(
     clippy::struct_excessive_bools,
-    reason = "each is an event of its own, not a state"
+    reason = "each is an independent event"
 )]
 pub struct Events {
     bumper: Switches,
     jammed: bool,
     infrared: Sides,
-    /// `None` when no sensors are fitted.
+    /// `None` if no sensors are fitted.
     cliff: Option<Edges>,
     saturated: bool,
     stalled: bool,
@@ -27,7 +27,7 @@ pub struct Events {
 }
 
 impl Events {
-    /// Switches that are closed, and whether the jam sequence ignores them.
+    /// Adds closed switches, and whether the jam sequence ignores them.
     pub const fn bumper(&mut self, now: Switches, jammed: bool) {
         self.bumper.left |= now.left;
         self.bumper.center |= now.center;
@@ -35,45 +35,45 @@ impl Events {
         self.jammed |= jammed;
     }
 
-    /// Infrared detections.
+    /// Adds infrared detections.
     pub const fn infrared(&mut self, now: Sides) {
         self.infrared = self.infrared.or(now);
     }
 
-    /// Where the floor ends; `None` when no sensors are fitted.
+    /// Adds edges of the floor; `None` if no sensors are fitted.
     pub fn cliff(&mut self, now: Option<Edges>) {
         self.cliff = now.map(|now| now.or(self.cliff.unwrap_or_default()));
     }
 
-    /// How the wheels follow.
+    /// Adds the state of the drive train.
     pub const fn drive(&mut self, train: &DriveTrain) {
         self.saturated |= train.is_saturated();
         self.stalled |= train.is_stalled();
     }
 
-    /// What the motion layer believed to move, and whether its arm touched something.
+    /// Adds motion detections, and whether the arm touched an obstacle.
     pub const fn arm(&mut self, motion: Sides, top_hat: bool) {
         self.motion = self.motion.or(motion);
         self.top_hat |= top_hat;
     }
 
-    /// The odometer was set.
+    /// Adds a reset of the odometer.
     pub const fn odometer_reset(&mut self) {
         self.odometer_reset = true;
     }
 
-    /// Layers whose flag is up.
+    /// Adds layers that request the motors.
     pub const fn raised(&mut self, layers: LayerMask) {
         self.raised = LayerMask::from_bits(self.raised.bits() | layers.bits());
     }
 
-    /// Layers whose flag was up.
+    /// Layers that requested the motors.
     #[must_use]
     pub const fn layers_raised(&self) -> LayerMask {
         self.raised
     }
 
-    /// The bumper's letter.
+    /// Letter of the bumper.
     #[must_use]
     pub const fn bump(&self) -> Bump {
         if self.jammed {
@@ -91,7 +91,7 @@ impl Events {
         }
     }
 
-    /// The infrared detectors' letter.
+    /// Letter of the infrared detectors.
     #[must_use]
     pub const fn infrared_letter(&self, jammed: bool) -> Infrared {
         match (self.infrared.left, self.infrared.right) {
@@ -103,7 +103,7 @@ impl Events {
         }
     }
 
-    /// The edge sensors' letter. The rear one has none of its own: it counts as several.
+    /// Letter of the edge sensors. The rear sensor has no letter of its own: it counts as several.
     #[must_use]
     pub fn cliff_letter(&self) -> Cliff {
         let Some(edges) = self.cliff else {
@@ -118,7 +118,7 @@ impl Events {
         }
     }
 
-    /// The arm's letter: what happened, or else `now`.
+    /// Letter of the arm: an event, or else `now`.
     #[must_use]
     pub const fn arm_letter(&self, now: Arm) -> Arm {
         match (self.motion.left, self.motion.right) {
@@ -130,7 +130,7 @@ impl Events {
         }
     }
 
-    /// The drive train's letter: what matters most of what happened.
+    /// Letter of the drive train: the most important event.
     #[must_use]
     pub const fn drive_letter(&self, out_of_range: bool) -> Drive {
         if self.odometer_reset {

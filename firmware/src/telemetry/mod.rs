@@ -1,4 +1,4 @@
-//! The robot's transmitter: an endless stream of 80-byte lines.
+//! Telemetry: a continuous stream of 80-byte lines.
 
 mod due;
 mod events;

@@ -1,14 +1,14 @@
-//! Which line is next.
+//! Selection of the next line.
 //!
-//! Five slots of six are line A; the sixth is line B and line C in turn. After boot come C and B. A
-//! change of what line B says brings an extra B, and text an extra T; both are rationed. A song brings
-//! a line S, and what the ground asked for lines P. After any other line there is always a line A.
+//! Five of six lines are line A; the sixth alternates between line B and line C. After boot come C and B. A change of
+//! line B's contents adds a line B, and a text adds a line T; both are limited in rate. A song adds a line S, and a
+//! request of the ground station adds lines P. Every other line is followed by a line A.
 
 use super::due::Due;
 use crate::parameters::Parameter;
 use crate::song::Song;
 
-/// What kind of line.
+/// Kinds of lines.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Kind {
     /// Line A.
@@ -19,7 +19,7 @@ pub enum Kind {
     Counters,
     /// Line T.
     Text(&'static str),
-    /// Line T with what a look around has found.
+    /// Line T with the result of a scan.
     Findings,
     /// Line P.
     Parameter(Parameter),
@@ -27,23 +27,20 @@ pub enum Kind {
     Song(Song),
 }
 
-/// Lines A between two regular lines of another kind.
+/// Number of lines A between two regular lines of another kind.
 const STATES_PER_OTHER: u8 = 5;
 
-/// Least distance of two lines of the same kind, in lines: a second.
+/// Minimum distance between two lines B or two lines T: three lines, one second.
 const RATION: u8 = 3;
 
-/// Texts that wait; more are dropped, oldest first to go out.
+/// Capacity of the text queue; further texts are dropped.
 const TEXTS: usize = 4;
 
-/// The order of lines.
+/// Selects the next line.
 #[derive(Clone, Debug)]
-#[expect(
-    clippy::struct_excessive_bools,
-    reason = "each is due or not by itself"
-)]
+#[expect(clippy::struct_excessive_bools, reason = "each is an independent flag")]
 pub struct Schedule {
-    /// Lines sent since boot, up to the two that are special.
+    /// Number of the two special lines sent since boot.
     begun: u8,
     states: u8,
     previous_was_state: bool,
@@ -76,34 +73,34 @@ impl Default for Schedule {
 }
 
 impl Schedule {
-    /// Line B would say something new.
+    /// Requests a line B because its contents have changed.
     pub const fn status_changed(&mut self) {
         self.status_due = true;
     }
 
-    /// A look around has found something to tell; the latest one is told.
+    /// Requests a line T with the result of the latest scan.
     pub const fn say_findings(&mut self) {
         self.findings_due = true;
     }
 
-    /// Queues a text; it is lost when too many wait.
+    /// Queues a text; it is lost if the queue is full.
     pub fn say(&mut self, text: &'static str) {
         if let Some(slot) = self.texts.iter_mut().find(|slot| slot.is_none()) {
             *slot = Some(text);
         }
     }
 
-    /// A song has begun; one that has not been told of yet is over.
+    /// Requests a line S; it replaces a pending one.
     pub const fn sing(&mut self, song: Song) {
         self.song = Some(song);
     }
 
-    /// The ground shall hear of this parameter.
+    /// Requests a line P for a parameter.
     pub fn tell(&mut self, parameter: Parameter) {
         self.parameters.add(parameter);
     }
 
-    /// What is next.
+    /// Kind of the next line.
     pub fn next_kind(&mut self) -> Kind {
         self.since_status = self.since_status.saturating_add(1);
         self.since_text = self.since_text.saturating_add(1);
@@ -133,7 +130,7 @@ impl Schedule {
         if !self.previous_was_state {
             return Kind::State;
         }
-        // Line B and line C in turn; a line B that has just been sent for a change is not sent again.
+        // Lines B and C alternate; a line B that was just sent for a change is not repeated.
         let is_status_turn = self.counters_turn;
         if self.states >= STATES_PER_OTHER && (!is_status_turn || self.since_status >= RATION) {
             self.states = 0;
@@ -186,13 +183,13 @@ mod tests {
     }
 
     #[test]
-    fn five_of_six_are_line_a_and_the_sixth_alternates() {
+    fn five_of_six_lines_are_line_a_and_the_sixth_alternates() {
         let order = letters(27, |_, _| {});
         assert_eq!(order, "CBAAAAABAAAAACAAAAABAAAAACA");
     }
 
     #[test]
-    fn a_change_brings_a_line_b_at_once_but_not_twice_a_second() {
+    fn change_adds_a_line_b_at_most_once_a_second() {
         let once = letters(14, |schedule, line| {
             if line == 4 {
                 schedule.status_changed();
@@ -207,7 +204,7 @@ mod tests {
     }
 
     #[test]
-    fn whatever_happens_a_line_a_follows_every_other_line() {
+    fn line_a_follows_every_other_line() {
         let order = letters(400, |schedule, line| {
             schedule.status_changed();
             if line % 2 == 0 {
@@ -225,7 +222,7 @@ mod tests {
     }
 
     #[test]
-    fn every_parameter_is_told_and_line_a_keeps_every_second_slot() {
+    fn every_parameter_is_reported_and_line_a_keeps_every_second_slot() {
         let order = letters(70, |schedule, line| {
             if line == 3 {
                 for &parameter in Parameter::ALL {
@@ -250,7 +247,7 @@ mod tests {
     }
 
     #[test]
-    fn texts_go_out_in_order_and_too_many_are_dropped() {
+    fn texts_are_sent_in_order_and_excess_ones_are_dropped() {
         let mut schedule = Schedule::default();
         for text in ["1", "2", "3", "4", "5"] {
             schedule.say(text);

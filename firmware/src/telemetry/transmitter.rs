@@ -1,4 +1,4 @@
-//! One line on its way out, byte by byte, and whose turn it is to talk.
+//! Transmission of lines byte by byte, and turn-taking in half duplex.
 
 use crate::board::Duplex;
 use groundwave_protocol::telemetry::{
@@ -6,28 +6,28 @@ use groundwave_protocol::telemetry::{
 };
 use groundwave_protocol::{LINE_BYTES, crc};
 
-/// So many long lines are followed by acknowledgement lines after the last line feed heard.
+/// Number of long lines followed by acknowledgement lines after the last received line feed.
 const ECHO_LINES: u8 = 4;
 
-/// Acknowledgement lines after a long one while the ground talks in full duplex.
+/// Acknowledgement lines after a long line while the ground station sends in full duplex.
 const ACK_LINES: u8 = 3;
 
-/// A half-duplex robot listens no longer than this at a time, byte times.
+/// Maximum length of a half-duplex turn, in byte times.
 const TURN_BYTES: u8 = 240;
 
-/// So many line feeds in a row say that the ground has no more to say: two stand between frames.
+/// Consecutive line feeds that end the ground station's turn: two separate frames.
 const OVER_LINE_FEEDS: u8 = 3;
 
-/// While the ground has much to say, a long line comes after so many turns to listen.
+/// Turns after which a long line is sent while the ground station sends much.
 const TURNS_A_LINE: u8 = 3;
 
-/// The columns of an acknowledgement.
+/// Columns of an acknowledgement.
 const ACK_BYTES: usize = 5;
 
-/// Lines whose beginning is remembered.
+/// Number of lines whose start time is kept.
 const LINES_REMEMBERED: usize = 16;
 
-/// What the transmitter does next.
+/// Next activity of the transmitter.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 enum Next {
     LongLine,
@@ -42,42 +42,42 @@ enum Next {
 pub struct Transmitter {
     duplex: Duplex,
     line: [u8; LINE_BYTES],
-    /// The next byte to go.
+    /// Index of the next byte.
     position: u8,
-    /// Where the acknowledgement goes: that and the trailer are written when they are due.
+    /// Index of the acknowledgement, which is written with the trailer when it is due.
     head: u8,
     length: u8,
-    /// Of the line being sent.
+    /// Sequence of the current line.
     sequence: u8,
     next: Next,
-    /// Long lines that acknowledgement lines still follow.
+    /// Number of long lines to be followed by acknowledgement lines.
     echoes_due: u8,
     ack_lines_due: u8,
-    /// The robot listens, in half duplex.
+    /// The current turn of the ground station in half duplex.
     turn: Option<Turn>,
-    /// Turns to listen since the latest long line.
+    /// Turns since the latest long line.
     turns: u8,
-    /// Noise just before a line mis-frames a receiver: an idle byte time before the first one cures it.
+    /// Whether an idle byte time has preceded the line: it realigns a receiver after noise.
     has_rested: bool,
-    /// The low bits of the tick each of the latest lines began in, by sequence.
+    /// Low bits of the start tick of the latest lines, by sequence.
     begun_ticks: [u8; LINES_REMEMBERED],
 }
 
-/// What was heard in a turn.
+/// A turn of the ground station.
 #[derive(Clone, Copy, Debug, Default)]
 struct Turn {
-    /// Byte times since it began or since the latest byte heard.
+    /// Byte times since its start or since the latest received byte.
     silent_bytes: u8,
-    /// Byte times since the first byte heard.
+    /// Byte times since the first received byte.
     heard_bytes: u8,
     has_heard: bool,
     has_heard_line_feed: bool,
-    /// The latest so many bytes were line feeds.
+    /// Number of line feeds received in a row.
     line_feeds: u8,
 }
 
 impl Transmitter {
-    /// A transmitter that has sent nothing yet.
+    /// A transmitter that has sent nothing.
     #[must_use]
     pub const fn new(duplex: Duplex) -> Self {
         Self {
@@ -97,8 +97,7 @@ impl Transmitter {
         }
     }
 
-    /// A byte came in. Whoever sent a line feed would like to see acknowledgements; whoever talks in the
-    /// robot's turn to listen is heard out.
+    /// Handles a received byte: a line feed requests acknowledgement lines, and any byte extends the ground station's turn.
     pub const fn hear(&mut self, byte: u8) {
         if byte == b'\n' {
             self.echoes_due = ECHO_LINES;
@@ -116,7 +115,7 @@ impl Transmitter {
         }
     }
 
-    /// Ticks since the line of this sequence began; `None` when that is too long ago to be known.
+    /// Ticks since the line of this sequence began; `None` if it is too old.
     #[must_use]
     pub fn age_ticks(&self, sequence: u8, now_ticks: u32) -> Option<u8> {
         let behind =
@@ -127,7 +126,7 @@ impl Transmitter {
         (usize::from(behind) < LINES_REMEMBERED).then(|| (now_ticks as u8).wrapping_sub(*begun))
     }
 
-    /// Whether the next byte is the first of a long line, which [`Self::begin`] must be given.
+    /// Whether the next byte is the first of a long line, which [`Self::begin`] must provide.
     #[must_use]
     pub const fn wants_line(&self) -> bool {
         self.has_rested && self.position == self.length && matches!(self.next, Next::LongLine)
@@ -151,7 +150,7 @@ impl Transmitter {
         };
     }
 
-    /// The next byte; `acknowledge` is asked when the acknowledgement's first column is due.
+    /// The next byte; `acknowledge` is called when the first column of the acknowledgement is due.
     pub fn next_byte(&mut self, now_ticks: u32, acknowledge: impl FnOnce() -> Ack) -> Option<u8> {
         if !self.has_rested {
             self.has_rested = true;
@@ -193,8 +192,8 @@ impl Transmitter {
         self.load(&AckLine::head(self.sequence, listens), ACK_LINE_BYTES);
     }
 
-    /// A byte time of listening. While the ground has much to say, most turns follow acknowledgements alone:
-    /// the list arrives sooner and telemetry goes on.
+    /// Listens for a byte time. While the ground station sends much, most turns follow an acknowledgement line alone, so
+    /// that its frames arrive sooner and telemetry continues.
     fn listen(&mut self) {
         let Duplex::Half { patience_bytes } = self.duplex else {
             self.next = Next::LongLine;
@@ -216,12 +215,12 @@ impl Transmitter {
             Next::LongLine
         };
         self.turn = None;
-        // The carrier comes back: a receiver has to find its feet.
+        // A receiver has to synchronize again after the carrier returns.
         self.has_rested = false;
     }
 
-    /// What comes before listening: go ahead, and while the ground talks an acknowledgement that may get
-    /// through where the other does not.
+    /// Selects the line before a turn: a go-ahead; before it, while the ground station sends, an acknowledgement line as
+    /// a second chance for the acknowledgement.
     const fn end_of_turn(&mut self, is_talked_to: bool) -> Next {
         if is_talked_to {
             self.ack_lines_due = 1;
@@ -246,7 +245,7 @@ impl Transmitter {
         self.write(0, head);
     }
 
-    /// Acknowledgement, checksum and line end.
+    /// Writes acknowledgement, checksum and line end.
     fn finish(&mut self, ack: Ack) {
         let head = usize::from(self.head);
         self.write(head, &ack.encode());

@@ -1,4 +1,4 @@
-//! The robot on a bench, in virtual time: motors of a tiny model, a radio that loses nothing.
+//! The robot on a bench in virtual time, with small motor models and a perfect radio.
 
 use groundwave_protocol::Waypoint;
 use groundwave_protocol::command::{Command, Drive, Keepalive, Key, Message, Open, Order, Slots};
@@ -9,11 +9,11 @@ use groundwave_protocol::telemetry::{Body, Line, StateLine};
 use sr04_firmware::board::{Duplex, Identity, Inputs, Outputs};
 use sr04_firmware::robot::Robot;
 
-/// Of every robot here.
+/// Number of every robot in these tests.
 pub const ROBOT_ID: u8 = 7;
 pub const BOOTS: u16 = 13;
 
-/// A gear motor: 1.6 counts a second per volt-free 255th, a time constant of 1/6 s, dry friction.
+/// A gear motor: a gain of 1.28 counts a second per 1/255 of pulse width, a time constant of 1/6 s, dry friction.
 #[derive(Default)]
 pub struct Motor {
     pub speed_cps: f64,
@@ -36,7 +36,7 @@ impl Motor {
         self.edges += (self.position.floor() - before).abs() as u16;
     }
 
-    /// How far it really turned since the last call, in counts.
+    /// Signed counts that the motor has actually turned since the last call.
     pub fn take_way(&mut self) -> f64 {
         let way = self.position - self.taken;
         self.taken = self.position;
@@ -54,26 +54,26 @@ pub struct Bench {
     pub outputs: Outputs,
     pub left: Motor,
     pub right: Motor,
-    /// Whether something reflects infrared on the left and on the right.
+    /// Whether an obstacle reflects infrared on the left and on the right.
     pub reflects: (bool, bool),
     leds_on: bool,
     pub battery_v: f64,
     pub load: f64,
     pub now_ms: u32,
     pub decoder: Decoder,
-    /// Long lines, in the order in which they ended, with their last byte's time.
+    /// Long lines in order, each with the time of its last byte.
     pub lines: Vec<(u32, Line)>,
     pub ack_lines: usize,
-    /// Everything sent; idle byte times are not in it.
+    /// All bytes sent, without idle byte times.
     pub sent: Vec<u8>,
     pub idle: usize,
-    /// Every byte time: what was sent in it, if anything.
+    /// The byte sent in each byte time.
     pub air: Vec<Option<u8>>,
     byte_time: u32,
     sequence: u8,
 }
 
-/// The order that allows these layers and no others.
+/// The command that allows exactly these layers.
 pub fn only(allowed: LayerMask) -> Order {
     Order::Layers {
         which: LayerMask::ALL,
@@ -161,7 +161,7 @@ impl Bench {
         }
     }
 
-    /// Runs until the line being sent has ended and the next has begun.
+    /// Runs until the current line has ended and the next has begun.
     pub fn run_to_line_end(&mut self) {
         let count = self.lines.len();
         while self.lines.len() == count {
@@ -170,7 +170,7 @@ impl Bench {
     }
 
     pub fn latest_sequence(&self) -> u8 {
-        self.lines.last().expect("a line").1.sequence
+        self.lines.last().expect("a line was received").1.sequence
     }
 
     pub fn states(&self) -> impl Iterator<Item = &StateLine> {
@@ -181,10 +181,10 @@ impl Bench {
     }
 
     pub fn latest_state(&self) -> StateLine {
-        *self.states().last().expect("a line A")
+        *self.states().last().expect("a line A was received")
     }
 
-    /// Sends a frame all at once.
+    /// Sends a frame at once.
     pub fn send(&mut self, message: &Message, key: Key) {
         for &byte in message.encode(key).as_bytes() {
             self.robot.handle_uplink(byte);
@@ -209,7 +209,7 @@ impl Bench {
         self.session_key(owner)
     }
 
-    /// Gives the session's next command.
+    /// Sends the session's next command.
     pub fn order(&mut self, key: Key, order: Order) -> Message {
         self.sequence = (self.sequence + 1) % 64;
         let message = Message::Command(Command {
@@ -221,10 +221,10 @@ impl Bench {
     }
 }
 
-/// Whose session it is.
+/// Owner of the session.
 pub const OWNER: u16 = 345;
 
-/// A robot that has been on for two seconds, and a session with it.
+/// A robot that has been on for two seconds, with an open session.
 pub fn running() -> (Bench, Key) {
     let mut bench = Bench::new();
     bench.run_ms(2000);
@@ -232,12 +232,12 @@ pub fn running() -> (Bench, Key) {
     (bench, key)
 }
 
-/// A STOP to this robot.
+/// Sends STOP to the robot.
 pub fn stop(bench: &mut Bench) {
     bench.send(&Message::Stop, Key::robot(ROBOT_ID));
 }
 
-/// Sends a whole list and the command that activates it.
+/// Sends a route and the command that activates it.
 pub fn activate(bench: &mut Bench, key: Key, tag: u8, list: &[Waypoint]) {
     for (n, chunk) in list.chunks(16).enumerate() {
         let slots = Slots::new(tag, n as u8 * 4, chunk);
@@ -251,23 +251,23 @@ pub fn activate(bench: &mut Bench, key: Key, tag: u8, list: &[Waypoint]) {
     bench.order(key, order);
 }
 
-/// A drive frame that quotes the newest line.
+/// A drive frame that names the newest line.
 pub fn drive(bench: &Bench, count: u8, velocity_in_s: i8, rotation_in_s: i8) -> Message {
     Message::Drive(Drive {
         velocity_in_s,
         rotation_in_s,
-        heard: bench.lines.last().expect("a line").1.sequence,
+        heard: bench.lines.last().expect("a line was received").1.sequence,
         count,
     })
 }
 
-/// The ground shows that it is there.
+/// Sends a keepalive that names the newest line.
 pub fn live(bench: &mut Bench, key: Key) {
-    let heard = bench.lines.last().expect("a line").1.sequence;
+    let heard = bench.lines.last().expect("a line was received").1.sequence;
     bench.send(&Message::Keepalive(Keepalive { heard }), key);
 }
 
-/// All that the robot has said in lines T.
+/// All texts of lines T.
 pub fn texts(bench: &Bench) -> Vec<String> {
     let text = |body: &Body| match body {
         Body::Text(text) => Some(text.as_str().to_owned()),

@@ -1,4 +1,4 @@
-//! The worlds of the trials, and the places in them that a robot can get to.
+//! The worlds of the trials, and the positions in them that a robot can reach.
 
 use std::collections::BTreeMap;
 use std::sync::{Arc, Mutex, PoisonError};
@@ -7,7 +7,7 @@ use sr04_sim::{Pose, World};
 
 use crate::seeds::Dice;
 
-/// Worlds that only the trials use: name and text.
+/// Names and texts of the worlds that only the trials use.
 const TRIAL_WORLDS: &[(&str, &str)] = &[
     ("chair", include_str!("../worlds/chair.toml")),
     ("corners", include_str!("../worlds/corners.toml")),
@@ -21,13 +21,13 @@ const TRIAL_WORLDS: &[(&str, &str)] = &[
     ("walker", include_str!("../worlds/walker.toml")),
 ];
 
-/// Step of the grid of places.
+/// Step of the grid of positions.
 const STEP_IN: f64 = 3.0;
 
-/// Room that a place leaves around the robot's centre: half an inch more than it needs.
+/// Clearance around the robot's centre at a position: half an inch more than needed.
 const ROOM_IN: f64 = 6.0;
 
-/// Where floor must be around a place: the robot does not start with its bumper over an edge.
+/// Offsets around a position that must have floor, so that the robot does not start with its bumper over an edge.
 const AROUND: [(f64, f64); 8] = [
     (9.0, 0.0),
     (-9.0, 0.0),
@@ -39,7 +39,7 @@ const AROUND: [(f64, f64); 8] = [
     (-6.5, -6.5),
 ];
 
-/// A world, and where a robot that starts in it can get to.
+/// A world and the positions that a robot starting in it can reach.
 pub(crate) struct Arena {
     pub(crate) world: World,
     places: Vec<(f64, f64)>,
@@ -74,7 +74,7 @@ impl Arena {
         Self { world, places }
     }
 
-    /// A place that the robot can get to, and any heading, in inches on the plan.
+    /// A reachable position with any heading, in inches on the plan.
     pub(crate) fn somewhere(&self, dice: &mut Dice) -> Pose {
         let (x_in, y_in) = self.places[dice.below(self.places.len())];
         Pose {
@@ -84,12 +84,12 @@ impl Arena {
         }
     }
 
-    /// Whether the robot has room at a place.
+    /// Whether the robot has room at a position.
     pub(crate) fn has_room(&self, at: Pose) -> bool {
         self.world.clearance_in(at.x_in, at.y_in) >= ROOM_IN
     }
 
-    /// A third of the places are at least so far from a point of the plan.
+    /// Distance from a point of the plan that a third of the positions reach or exceed.
     pub(crate) fn farthest_third_in(&self, from: Pose) -> f64 {
         let mut distances_in: Vec<f64> = self
             .places
@@ -100,7 +100,7 @@ impl Arena {
         distances_in[distances_in.len() * 2 / 3]
     }
 
-    /// The world with the robot at a place; where it does not fit, nowhere is.
+    /// The world with another start; panics if the robot does not fit there.
     pub(crate) fn started_at(&self, start: Pose) -> World {
         self.world.started_at(start).unwrap_or_else(|| {
             panic!(
@@ -111,7 +111,7 @@ impl Arena {
     }
 }
 
-/// A place on the plan in the coordinates of a robot that started at `start`.
+/// Converts a pose on the plan to the coordinates of a robot that started at `start`.
 pub(crate) fn seen_from(start: Pose, plan: Pose) -> Pose {
     let (sin, cos) = start.theta_deg.to_radians().sin_cos();
     let (x, y) = (plan.x_in - start.x_in, plan.y_in - start.y_in);
@@ -122,7 +122,7 @@ pub(crate) fn seen_from(start: Pose, plan: Pose) -> Pose {
     }
 }
 
-/// A place in the coordinates of a robot that started at `start`, on the plan.
+/// Converts a pose from the coordinates of a robot that started at `start` to the plan.
 pub(crate) fn on_plan(start: Pose, seen: Pose) -> Pose {
     let (sin, cos) = start.theta_deg.to_radians().sin_cos();
     Pose {
@@ -139,7 +139,7 @@ fn place(start: Pose, (column, row): (i32, i32)) -> (f64, f64) {
     )
 }
 
-/// A world by its name: one of the trials' or one that comes with the program.
+/// A trial world or a built-in world by name.
 pub(crate) fn arena(name: &'static str) -> Arc<Arena> {
     static ARENAS: Mutex<BTreeMap<&str, Arc<Arena>>> = Mutex::new(BTreeMap::new());
     let mut arenas = ARENAS.lock().unwrap_or_else(PoisonError::into_inner);
@@ -149,7 +149,7 @@ pub(crate) fn arena(name: &'static str) -> Arc<Arena> {
             Some((_, text)) => World::parse(name, text),
             None => World::open(name),
         };
-        // Each is opened by a test.
+        // A test opens each of them.
         Arc::new(Arena::new(world.unwrap_or_else(|error| panic!("{error}"))))
     });
     Arc::clone(arena)
@@ -160,7 +160,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn the_plan_and_the_robot_see_the_same_place() {
+    fn conversions_between_plan_and_robot_are_inverse() {
         let pose = |x_in, y_in, theta_deg| Pose {
             x_in,
             y_in,
@@ -174,7 +174,7 @@ mod tests {
     }
 
     #[test]
-    fn every_world_of_the_trials_is_sound() {
+    fn trial_worlds_are_valid() {
         for (name, _) in TRIAL_WORLDS {
             assert!(arena(name).places.len() > 50, "{name}");
         }

@@ -1,4 +1,4 @@
-//! What is claimed of the robot, and how one trial of it is run.
+//! Claims about the robot, and how a trial of a claim is run.
 
 use std::cell::Cell;
 use std::path::PathBuf;
@@ -6,109 +6,109 @@ use std::path::PathBuf;
 use crate::seeds::{Dice, Seed};
 use crate::statistics::{self, Estimate};
 
-/// Trials that show one or several claims at once.
+/// A series of trials for one or several claims.
 pub(crate) struct Experiment {
-    /// What `--only` calls it.
+    /// Name for `--only`.
     pub(crate) name: &'static str,
-    /// Trials of the short version and of the long one.
+    /// Number of trials in the short and in the long version.
     pub(crate) trials: [usize; 2],
-    /// One trial: a reading for each claim, `None` where the trial says nothing of it.
+    /// Runs a trial; returns a reading per claim, `None` if the trial gives none.
     pub(crate) run: fn(&Trial) -> Vec<Option<Reading>>,
-    /// What it shows.
+    /// Claims about which the trials give readings.
     pub(crate) claims: &'static [Claim],
 }
 
-/// One row of the table.
+/// A claim: one row of the table.
 pub(crate) struct Claim {
-    /// The layer or part it is about.
+    /// Layer or part of the robot.
     pub(crate) part: &'static str,
-    /// What is claimed, exactly.
+    /// Exact text of the claim.
     pub(crate) says: &'static str,
-    /// How the readings become a figure.
+    /// Figure computed from the readings.
     pub(crate) figure: Figure,
-    /// What the figure must be.
+    /// Required range of the figure.
     pub(crate) required: Required,
-    /// Why it is not met, where that is known: such a row does not fail the command unless it gets worse.
+    /// Known shortfall: such a row fails the command only if it gets worse.
     pub(crate) shortfall: Option<Shortfall>,
 }
 
-/// A claim that is known not to be met.
+/// A claim that is known to be missed.
 pub(crate) struct Shortfall {
-    /// What is reached instead, as far as is known.
+    /// Figure reached.
     pub(crate) reached: f64,
-    /// Why it is no more.
+    /// Cause.
     pub(crate) why: &'static str,
 }
 
-/// What one trial says of one claim.
+/// Reading of one trial for one claim.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) enum Reading {
-    /// Whether it came out as claimed.
+    /// Whether the trial succeeded.
     Success(bool),
     /// A measured value.
     Value(f64),
-    /// A value without something, and the same with it.
+    /// A value without a part, and the same with it.
     Pair(f64, f64),
-    /// Things that happened, and in how many hours.
+    /// Number of events, and the hours observed.
     Events { count: u32, hours: f64 },
 }
 
-/// How readings become a figure.
+/// Ways to compute a figure from readings.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) enum Figure {
-    /// Percent of successes.
+    /// Share of successes in percent.
     Share,
-    /// The mean of the values.
+    /// Mean of the values.
     Mean { unit: &'static str, digits: usize },
-    /// The mean of the first values of pairs over the mean of the second.
+    /// Mean of the first values of the pairs divided by the mean of the second.
     MeanRatio { unit: &'static str, digits: usize },
-    /// Events an hour.
+    /// Events per hour.
     PerHour,
-    /// Hours to an event.
+    /// Hours per event.
     HoursTo,
 }
 
-/// What a figure must be.
+/// Required range of a figure.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) enum Required {
     AtLeast(f64),
     AtMost(f64),
     Between(f64, f64),
     MoreThan(f64),
-    /// It is told and judged by nobody.
+    /// No requirement: the figure is only reported.
     Nothing,
 }
 
-/// What became of a claim.
+/// Result of a claim.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Verdict {
-    /// The figure is as required.
+    /// The figure meets the requirement.
     Pass,
-    /// It is not, but its interval reaches what is required.
+    /// The figure misses it, but its interval reaches it.
     Fail,
-    /// Not even the interval does.
+    /// The whole interval misses it.
     ClearFail,
 }
 
-/// The surroundings of one trial.
+/// A trial.
 pub(crate) struct Trial {
-    /// Its number, from 0.
+    /// Number of the trial, from 0.
     pub(crate) index: usize,
-    /// Its seed.
+    /// Seed of the trial.
     pub(crate) seed: Seed,
-    /// Where to write what happens at every tick.
+    /// File for a trace of every tick.
     pub(crate) trace: Option<PathBuf>,
-    /// Simulations of this trial that have been traced.
+    /// Number of simulations of this trial that have been traced.
     pub(crate) traced: Cell<u32>,
 }
 
 impl Trial {
-    /// What the trial itself leaves to chance.
+    /// Random numbers of the trial itself.
     pub(crate) fn dice(&self) -> Dice {
         self.seed.dice()
     }
 
-    /// The same trial for what goes before it and is not to be traced.
+    /// The same trial without a trace, for simulations that prepare it.
     pub(crate) fn untraced(&self) -> Self {
         Self {
             index: self.index,
@@ -120,7 +120,7 @@ impl Trial {
 }
 
 impl Figure {
-    /// The figure of readings that suit it; `None` when there are none.
+    /// The figure of matching readings; `None` without any.
     pub(crate) fn of(self, readings: &[Reading]) -> Option<Estimate> {
         if readings.is_empty() {
             return None;
@@ -163,7 +163,7 @@ impl Figure {
 }
 
 impl Required {
-    /// Content with a figure that is known to fall short.
+    /// The requirement lowered to a known shortfall.
     pub(crate) const fn or(self, reached: f64) -> Self {
         match self {
             Self::AtLeast(least) | Self::MoreThan(least) => Self::AtLeast(least.min(reached)),
@@ -173,7 +173,7 @@ impl Required {
         }
     }
 
-    /// Judges a figure.
+    /// Compares a figure with the requirement.
     pub(crate) fn judge(self, estimate: &Estimate) -> Verdict {
         let Estimate { figure, low, high } = *estimate;
         let (is_met, is_within_reach) = match self {
@@ -199,7 +199,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn a_figure_fails_clearly_only_with_its_whole_interval() {
+    fn clear_failure_needs_the_whole_interval() {
         let judge =
             |required: Required, figure, low, high| required.judge(&Estimate { figure, low, high });
         let least = Required::AtLeast(95.0);
@@ -219,7 +219,7 @@ mod tests {
     }
 
     #[test]
-    fn what_is_known_to_fall_short_is_required_all_the_same() {
+    fn known_shortfall_lowers_the_requirement() {
         let required = |required: Required| required.or(90.0);
         assert_eq!(required(Required::AtLeast(95.0)), Required::AtLeast(90.0));
         assert_eq!(required(Required::AtLeast(80.0)), Required::AtLeast(80.0));
@@ -232,7 +232,7 @@ mod tests {
     }
 
     #[test]
-    fn readings_become_figures() {
+    fn readings_give_figures() {
         let half = [Reading::Success(true), Reading::Success(false)];
         let figure = |figure: Figure, readings: &[Reading]| {
             figure.of(readings).map(|estimate| estimate.figure)

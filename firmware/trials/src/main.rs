@@ -1,6 +1,6 @@
-//! The acceptance of the SR04: everything that is claimed of it, tried in frozen worlds.
+//! Acceptance trials of the SR04: every claim about it, tried in fixed worlds.
 //!
-//! `cargo xtask acceptance` runs it; README.md says what it does.
+//! `cargo xtask acceptance` runs them; README.md describes the options.
 
 mod arena;
 mod claim;
@@ -23,35 +23,35 @@ use claim::{Experiment, Reading, Trial};
 use seeds::{Purpose, Seed};
 use table::Row;
 
-/// Tries everything that is claimed of the robot and prints a table.
+/// Tries every claim about the robot and prints a table.
 #[derive(Debug, Parser)]
 #[command(name = "cargo xtask acceptance")]
 struct Arguments {
-    /// Fewer trials: what CI runs
+    /// Run fewer trials, as CI does
     #[arg(long)]
     short: bool,
-    /// Only the experiments of this name; may be repeated
+    /// Run only the experiment of this name; may be repeated
     #[arg(long, value_name = "NAME")]
     only: Vec<String>,
-    /// So many trials of each experiment
+    /// Number of trials of each experiment
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u64).range(1..10_000))]
     seeds: Option<u64>,
-    /// Threads [default: every core]
+    /// Number of threads [default: one per core]
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u64).range(1..=256))]
     threads: Option<u64>,
-    /// Tuning seeds in the place of the reported ones
+    /// Use tuning seeds instead of reported ones
     #[arg(long)]
     tuning: bool,
-    /// One trial by its number, with what it read
+    /// Run one trial by its number and print its readings
     #[arg(long, value_name = "N", requires = "only")]
     trial: Option<usize>,
-    /// Write every tick of that trial here, as CSV
+    /// Write every tick of that trial to a CSV file
     #[arg(long, value_name = "FILE", requires = "trial")]
     trace: Option<PathBuf>,
-    /// Say for each trial what it read
+    /// Print the readings of each trial
     #[arg(long)]
     readings: bool,
-    /// Fail when this file does not hold the table that was printed
+    /// Fail if this file does not contain the printed table
     #[arg(long, value_name = "FILE")]
     check: Option<PathBuf>,
 }
@@ -86,7 +86,7 @@ fn accept(arguments: &Arguments) -> Result<(), String> {
             .map_err(|error| format!("cannot read {}: {error}", path.display()))?;
         if !text.contains(&table) {
             return Err(format!(
-                "{} does not hold this table: if the robot was meant to change, put it there",
+                "{} does not contain this table: after an intended change of the robot, copy the table there",
                 path.display()
             ));
         }
@@ -100,7 +100,7 @@ fn accept(arguments: &Arguments) -> Result<(), String> {
         Ok(())
     } else {
         Err(format!(
-            "clearly missed, with the whole interval:\n  {}",
+            "missed with the whole interval:\n  {}",
             missed.join("\n  ")
         ))
     }
@@ -115,7 +115,7 @@ fn chosen(only: &[String]) -> Result<Vec<&'static Experiment>, String> {
     {
         let known: Vec<&str> = names().collect();
         return Err(format!(
-            "no experiment is called `{unknown}`; there are {}",
+            "unknown experiment `{unknown}`: use one of {}",
             known.join(", ")
         ));
     }
@@ -140,13 +140,13 @@ fn one(experiment: &Experiment, index: usize, arguments: &Arguments) -> Vec<Opti
     assert_eq!(
         readings.len(),
         experiment.claims.len(),
-        "{} reads something for each of its claims",
+        "{} must give a reading for each of its claims",
         experiment.name
     );
     readings
 }
 
-/// The rows of one experiment.
+/// Rows of one experiment.
 fn all(experiment: &'static Experiment, arguments: &Arguments) -> Vec<Row> {
     let [short, long] = experiment.trials;
     let usual = if arguments.short { short } else { long };

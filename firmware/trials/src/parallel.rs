@@ -1,10 +1,9 @@
-//! Work for every core, results in order.
+//! Parallel work with ordered results.
 
 use std::sync::atomic::{AtomicUsize, Ordering};
 use std::thread;
 
-/// `work` for each number below `count` on so many threads. The results come in the numbers' order,
-/// whichever thread found them and when.
+/// Runs `work` for each number below `count` on `threads` threads. The results are in the order of the numbers.
 pub(crate) fn map<T: Send>(
     count: usize,
     threads: usize,
@@ -41,7 +40,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn the_number_of_threads_changes_nothing() {
+    fn results_do_not_depend_on_the_number_of_threads() {
         let squares = |threads| map(100, threads, |n| n * n);
         assert_eq!(squares(1), squares(3));
         assert_eq!(squares(3)[99], 9801);

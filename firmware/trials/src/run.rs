@@ -1,4 +1,4 @@
-//! A robot in a world under a trial's orders.
+//! A robot in a world under the commands of a trial.
 
 use std::fs::File;
 use std::io::BufWriter;
@@ -16,13 +16,13 @@ use sr04_sim::{Pose, Simulation, SimulationConfig, TICK_MS, Trace, World};
 use crate::claim::Trial;
 use crate::claims::odometry;
 
-/// The simulation's robot.
+/// Robot number in the simulation.
 const ROBOT_ID: u8 = 1;
 
-/// The trial's own name as the session's owner.
+/// Owner of the trial's session.
 const OWNER: u16 = 7;
 
-/// What a run starts from.
+/// Start values of a run.
 pub(crate) struct Setup<'a> {
     trial: &'a Trial,
     pub(crate) config: SimulationConfig,
@@ -31,7 +31,7 @@ pub(crate) struct Setup<'a> {
 }
 
 impl<'a> Setup<'a> {
-    /// A robot that has just been switched on: it prowls with every layer it has.
+    /// A robot at power-on, which prowls with every allowed layer.
     pub(crate) fn new(trial: &'a Trial, world: World) -> Self {
         Self {
             trial,
@@ -41,7 +41,7 @@ impl<'a> Setup<'a> {
         }
     }
 
-    /// With these layers only (and the operator's).
+    /// Allows only these layers, and layer 0.
     pub(crate) fn only(mut self, layers: &[Layer]) -> Self {
         let mask = layers
             .iter()
@@ -52,28 +52,28 @@ impl<'a> Setup<'a> {
         self
     }
 
-    /// In this mode from the start.
+    /// Starts in this mode.
     pub(crate) fn mode(mut self, mode: Mode) -> Self {
         self.mode = mode;
         self
     }
 
-    /// With what a calibration has found of its wheels and its track.
+    /// Uses the wheels and track from a calibration.
     pub(crate) fn calibrated(mut self) -> Self {
         self.config.parameters = odometry::calibrated(self.trial);
         self
     }
 
-    /// With a parameter that differs from the default.
+    /// Changes a parameter.
     pub(crate) fn with(mut self, parameter: Parameter, value: i16) -> Self {
         assert!(
             self.config.parameters.set(parameter, value),
-            "{parameter:?} cannot be {value}"
+            "{value} is out of range for {parameter:?}"
         );
         self
     }
 
-    /// Switches on, and gives the first orders after the first tick.
+    /// Starts the robot and sends the first commands after its first tick.
     pub(crate) fn start(self) -> Run {
         let mut run = Run {
             simulation: Simulation::new(&self.config),
@@ -94,7 +94,7 @@ impl<'a> Setup<'a> {
                     .unwrap_or_else(|error| panic!("cannot write {}: {error}", path.display()))
             }),
         };
-        // A robot that has not ticked yet does not know which sensors its board has.
+        // Before its first tick a robot does not know the sensors of its board.
         run.tick();
         if let Some(allowed) = self.allowed {
             let which = LayerMask::ALL;
@@ -111,18 +111,18 @@ impl<'a> Setup<'a> {
 pub(crate) struct Run {
     pub(crate) simulation: Simulation,
     decoder: Decoder,
-    /// What the lines say whose last byte came in at the latest tick.
+    /// Contents of the lines that ended in the latest tick.
     said: Vec<Body>,
-    /// Number of the newest line heard.
+    /// Number of the newest received line.
     heard: u8,
-    /// Of the session, when one is open.
+    /// Key of the session, if one is open.
     key: Option<Key>,
     sequence: u8,
     trace: Option<Trace<BufWriter<File>>>,
 }
 
 impl Run {
-    /// One tick of the robot.
+    /// Runs one tick of the robot.
     pub(crate) fn tick(&mut self) {
         self.simulation.run_for_ms(TICK_MS);
         self.said.clear();
@@ -143,12 +143,12 @@ impl Run {
         }
     }
 
-    /// So many seconds.
+    /// Runs for this many seconds.
     pub(crate) fn seconds(&mut self, seconds: f64) {
         self.until(seconds, |_| false);
     }
 
-    /// Until something is so, and not longer than so many seconds; returns the seconds it took.
+    /// Runs until a condition holds; returns the seconds it took, `None` after `limit_s`.
     pub(crate) fn until(
         &mut self,
         limit_s: f64,
@@ -164,7 +164,7 @@ impl Run {
         None
     }
 
-    /// Gives an order past the radio; the next tick acts on it. Opens a session before the first one.
+    /// Sends a command past the radio; the next tick acts on it. Opens a session first if necessary.
     pub(crate) fn order(&mut self, order: Order) -> Outcome {
         self.open();
         self.sequence = self.sequence % 63 + 1;
@@ -175,13 +175,13 @@ impl Run {
         self.simulation.robot().ack().outcome
     }
 
-    /// Likewise; a robot that refuses is a mistake of the trial.
+    /// Sends a command; panics if the robot refuses it.
     pub(crate) fn must(&mut self, order: Order) {
         let outcome = self.order(order);
         assert_eq!(outcome, Outcome::Done, "{order:?}");
     }
 
-    /// Gives the robot a list of waypoints.
+    /// Sends a route and activates it.
     pub(crate) fn route(&mut self, list: &[Waypoint]) {
         self.open();
         for (frame, points) in list.chunks(16).enumerate() {
@@ -232,28 +232,28 @@ impl Run {
         }
     }
 
-    /// What the lines say whose last byte came in at the latest tick.
+    /// Contents of the lines that ended in the latest tick.
     pub(crate) fn said(&self) -> &[Body] {
         &self.said
     }
 
-    /// Number of the newest line heard.
+    /// Number of the newest received line.
     pub(crate) const fn heard(&self) -> u8 {
         self.heard
     }
 
-    /// Where the robot really is, in its own coordinates.
+    /// True pose in the robot's coordinates.
     pub(crate) fn pose(&self) -> Pose {
         self.simulation.truth().pose
     }
 }
 
-/// Inches between two places.
+/// Distance in inches between two positions.
 pub(crate) fn distance_in(one: Pose, other: Pose) -> f64 {
     (one.x_in - other.x_in).hypot(one.y_in - other.y_in)
 }
 
-/// Where the robot believes to be.
+/// Pose by odometry.
 pub(crate) fn believed(simulation: &Simulation) -> Pose {
     let pose = simulation.robot().pose();
     let inches = |units: i32| f64::from(units) / f64::from(sr04_firmware::odometry::UNITS_PER_IN);
@@ -264,7 +264,7 @@ pub(crate) fn believed(simulation: &Simulation) -> Pose {
     }
 }
 
-/// Whether a layer has the motors.
+/// Whether a layer holds the motors.
 pub(crate) fn is_held_by(simulation: &Simulation, layer: Layer) -> bool {
     simulation.robot().holder() == Some(Holder::Layer(layer))
 }

@@ -1,8 +1,8 @@
-//! Figures with their 95 % intervals.
+//! Figures with 95 % intervals.
 
 use statrs::distribution::{ChiSquared, ContinuousCDF, StudentsT};
 
-/// 95 % between two tails of a normal distribution.
+/// Quantile of the normal distribution for a two-sided 95 % interval.
 const Z: f64 = 1.959_963_985;
 const LOW: f64 = 0.025;
 const HIGH: f64 = 0.975;
@@ -15,7 +15,7 @@ pub(crate) struct Estimate {
     pub(crate) high: f64,
 }
 
-/// A share in percent, with Wilson's interval.
+/// A share in percent with its Wilson interval.
 pub(crate) fn share(successes: usize, trials: usize) -> Estimate {
     let (count, share) = (trials as f64, successes as f64 / trials as f64);
     let middle = share + Z * Z / (2.0 * count);
@@ -28,7 +28,7 @@ pub(crate) fn share(successes: usize, trials: usize) -> Estimate {
     }
 }
 
-/// A mean, with Student's interval.
+/// A mean with its Student interval.
 pub(crate) fn mean(values: &[f64]) -> Estimate {
     let count = values.len() as f64;
     let figure = values.iter().sum::<f64>() / count;
@@ -43,8 +43,8 @@ pub(crate) fn mean(values: &[f64]) -> Estimate {
     }
 }
 
-/// The mean of the first values over that of the second, with Student's interval of what each pair
-/// contributes (the delta method).
+/// The mean of the first values divided by the mean of the second, with the Student interval of the pairs' contributions
+/// (delta method).
 pub(crate) fn ratio_of_means(pairs: &[(f64, f64)]) -> Estimate {
     let count = pairs.len() as f64;
     let (one, other) = pairs
@@ -63,7 +63,7 @@ pub(crate) fn ratio_of_means(pairs: &[(f64, f64)]) -> Estimate {
     }
 }
 
-/// Events an hour, with the exact interval of a Poisson process.
+/// Events per hour with the exact Poisson interval.
 pub(crate) fn per_hour(events: u32, hours: f64) -> Estimate {
     let limit = |freedom: u32, tail: f64| {
         ChiSquared::new(f64::from(freedom)).map_or(0.0, |chi| chi.inverse_cdf(tail) / 2.0 / hours)
@@ -75,8 +75,8 @@ pub(crate) fn per_hour(events: u32, hours: f64) -> Estimate {
     }
 }
 
-/// Mean hours to an event, with the interval of an exponential waiting time. Without any event only the
-/// lower limit is known: at the end of three of it, an event would have been seen with 95 %.
+/// Mean hours per event with the interval of an exponential waiting time. Without any event only the lower limit is
+/// known: a third of the hours, because an event would have occurred within three times the limit with 95 %.
 pub(crate) fn hours_to(events: u32, hours: f64) -> Estimate {
     if events == 0 {
         return Estimate {
@@ -106,7 +106,7 @@ mod tests {
     }
 
     #[test]
-    fn figures_of_the_textbooks() {
+    fn figures_match_textbooks() {
         // Newcombe 1998: 81 of 263, Wilson without correction.
         is_near(share(81, 263), 30.80, 25.53, 36.62);
         is_near(share(0, 20), 0.0, 0.0, 16.11);
@@ -121,7 +121,7 @@ mod tests {
     }
 
     #[test]
-    fn a_ratio_lies_within_its_interval() {
+    fn ratio_lies_within_its_interval() {
         let ratio = ratio_of_means(&[(10.0, 1.0), (20.0, 2.0), (30.0, 3.0)]);
         is_near(ratio, 10.0, 10.0, 10.0);
         let ratio = ratio_of_means(&[(11.0, 1.0), (9.0, 1.0)]);
@@ -129,7 +129,7 @@ mod tests {
     }
 
     #[test]
-    fn one_value_has_no_interval() {
+    fn single_value_has_an_infinite_interval() {
         assert!(mean(&[1.0]).high.is_infinite());
     }
 }

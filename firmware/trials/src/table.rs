@@ -1,9 +1,9 @@
-//! The table: one row a claim.
+//! The table: one row per claim.
 
 use crate::claim::{Claim, Figure, Reading, Required, Verdict};
 use crate::statistics::Estimate;
 
-/// A claim and what became of it.
+/// A claim and its result.
 pub(crate) struct Row {
     claim: &'static Claim,
     trials: usize,
@@ -14,7 +14,7 @@ const HEAD: &str = "| part | claim | trials | result | 95 % interval | required 
                     |---|---|--:|--:|--:|--:|---|\n";
 
 impl Row {
-    /// From the readings that the trials gave of a claim.
+    /// A row from the readings of the trials.
     pub(crate) fn new(claim: &'static Claim, readings: &[Reading]) -> Self {
         Self {
             claim,
@@ -23,14 +23,14 @@ impl Row {
         }
     }
 
-    /// How the figure compares with what is required; `None` when there is none.
+    /// Comparison of the figure with the requirement; `None` without a figure.
     pub(crate) fn verdict(&self) -> Option<Verdict> {
         self.estimate
             .as_ref()
             .map(|estimate| self.claim.required.judge(estimate))
     }
 
-    /// Whether it fails the command: clearly missed, and nobody knew, or clearly worse than what is known.
+    /// Whether the row fails the command: clearly missed, and not or clearly worse than a known shortfall.
     pub(crate) fn is_alarming(&self) -> bool {
         let Claim {
             required,
@@ -45,7 +45,7 @@ impl Row {
             .is_some_and(|estimate| required.judge(estimate) == Verdict::ClearFail)
     }
 
-    /// What the claim is.
+    /// Text of the claim.
     pub(crate) const fn says(&self) -> &'static str {
         self.claim.says
     }
@@ -76,7 +76,7 @@ impl Row {
         };
         let verdict = match self.verdict() {
             _ if self.claim.required == Required::Nothing => "",
-            None => "not shown",
+            None => "no result",
             Some(Verdict::Pass) => "pass",
             Some(Verdict::Fail) => "**fail**, within its interval",
             Some(Verdict::ClearFail) => "**fail**",
@@ -92,7 +92,7 @@ impl Row {
     }
 }
 
-/// All rows in Markdown.
+/// All rows as a Markdown table.
 pub(crate) fn markdown(rows: &[Row]) -> String {
     let rows: String = rows.iter().map(Row::text).collect();
     format!("{HEAD}{rows}")
@@ -124,7 +124,7 @@ fn with_unit(figure: Figure, value: f64) -> String {
         .to_owned()
 }
 
-/// Without digits that say nothing.
+/// The value without trailing zeros.
 fn plain(value: f64) -> String {
     format!("{value}")
 }
@@ -153,7 +153,7 @@ mod tests {
     }
 
     #[test]
-    fn a_row_tells_all() {
+    fn row_has_every_column() {
         assert_eq!(
             row(20, 20).text(),
             "| part | something | 20 | 100.0 % | 83.9 to 100.0 | ≥ 95 | pass |\n"
@@ -166,10 +166,10 @@ mod tests {
     }
 
     #[test]
-    fn a_known_shortfall_is_no_alarm_until_it_is_clearly_worse() {
+    fn known_shortfall_alarms_only_when_clearly_worse() {
         assert!(!row(20, 20).is_alarming());
-        assert!(!row(10, 20).is_alarming(), "29.9 to 70.1 holds 60");
+        assert!(!row(10, 20).is_alarming(), "60 is within 29.9 to 70.1");
         assert!(row(5, 20).is_alarming(), "11.2 to 46.9 is below 60");
-        assert!(!row(0, 0).is_alarming(), "nothing was tried");
+        assert!(!row(0, 0).is_alarming(), "there were no trials");
     }
 }

@@ -22,7 +22,7 @@ const FREE: Switches = Switches {
     right: false,
 };
 
-/// A robot whose wheels do at once what they are told.
+/// A robot whose wheels follow commands at once.
 struct Bench {
     bumpers: Bumpers,
     odometer: Odometer,
@@ -62,8 +62,8 @@ impl Bench {
         request
     }
 
-    /// One tick of contact, then free until the manoeuvre is over. Returns the heading's change in
-    /// degrees, right positive, and the way ahead in inches.
+    /// One tick of contact, then none until the manoeuvre ends. Returns the change of heading in degrees, right positive,
+    /// and the distance ahead in inches.
     fn bump(&mut self, bumper: Switches) -> (i32, i32) {
         let before = self.odometer.pose();
         self.tick(bumper);
@@ -76,10 +76,10 @@ impl Bench {
                 return (i32::from(turned) * 360 / 65_536, way_counts / 32);
             }
         }
-        panic!("the manoeuvre does not end");
+        panic!("the manoeuvre does not end within 200 ticks");
     }
 
-    /// Drives ahead without contact, out of every memory.
+    /// Drives ahead without contact until earlier contacts are forgotten.
     fn drive_on(&mut self, ticks: u32) {
         for _ in 0..ticks {
             assert!(!self.tick(FREE).flag);
@@ -89,13 +89,13 @@ impl Bench {
 }
 
 #[test]
-fn without_contact_it_is_quiet() {
+fn no_contact_is_no_request() {
     let mut bench = Bench::new();
     assert_eq!(bench.tick(FREE), Request::QUIET);
 }
 
 #[test]
-fn it_backs_up_and_turns_away_from_the_side_that_was_hit() {
+fn contact_backs_up_and_turns_away_from_its_side() {
     for dice in [0, 0x0001_0000, 0xFFFF_FFFF] {
         for (switches, away) in [(LEFT, 1), (RIGHT, -1)] {
             let mut bench = Bench::new();
@@ -109,7 +109,7 @@ fn it_backs_up_and_turns_away_from_the_side_that_was_hit() {
 }
 
 #[test]
-fn held_without_a_switch_it_backs_up_and_turns_to_any_side_as_from_a_frontal_contact() {
+fn held_wheels_count_as_a_frontal_contact() {
     for (dice, side) in [(0, 1), (1, -1)] {
         let mut bench = Bench::new();
         bench.dice = dice;
@@ -123,18 +123,18 @@ fn held_without_a_switch_it_backs_up_and_turns_to_any_side_as_from_a_frontal_con
 }
 
 #[test]
-fn held_in_the_middle_of_a_manoeuvre_changes_nothing() {
+fn held_wheels_do_not_change_a_running_manoeuvre() {
     let mut bench = Bench::new();
     bench.tick(LEFT);
     bench.is_held = true;
     while bench.tick(FREE).motion == BACK {}
     assert!(bench.latest.rotation_cps > 0);
-    // At its end it begins anew.
+    // After its end it starts again.
     while bench.tick(FREE).motion != BACK {}
 }
 
 #[test]
-fn a_glancing_contact_turns_it_less_than_a_frontal_one() {
+fn glancing_contact_turns_less_than_a_frontal_one() {
     let left_and_center = Switches {
         center: true,
         ..LEFT
@@ -153,7 +153,7 @@ fn a_glancing_contact_turns_it_less_than_a_frontal_one() {
 }
 
 #[test]
-fn after_the_turn_it_comes_to_rest_before_it_drives_on() {
+fn robot_comes_to_rest_after_the_turn() {
     let mut bench = Bench::new();
     bench.tick(CENTER);
     let mut still_ticks = 0;
@@ -172,7 +172,7 @@ fn after_the_turn_it_comes_to_rest_before_it_drives_on() {
 }
 
 #[test]
-fn the_dice_choose_the_side_of_a_centre_bump() {
+fn side_of_a_centre_contact_is_random() {
     let turned = [0, 1].map(|dice| {
         let mut bench = Bench::new();
         bench.dice = dice;
@@ -182,10 +182,10 @@ fn the_dice_choose_the_side_of_a_centre_bump() {
 }
 
 #[test]
-fn backing_is_ballistic_and_a_new_contact_while_turning_begins_anew() {
+fn backing_ignores_contacts_and_turning_restarts_on_one() {
     let mut bench = Bench::new();
     bench.tick(LEFT);
-    // Contacts on the way back change nothing.
+    // Contacts while backing change nothing.
     for switches in [FREE, RIGHT, FREE, CENTER, FREE] {
         assert_eq!(bench.tick(switches).motion, BACK);
     }
@@ -197,7 +197,7 @@ fn backing_is_ballistic_and_a_new_contact_while_turning_begins_anew() {
 }
 
 #[test]
-fn blocked_behind_it_turns_all_the_same() {
+fn blocked_backing_times_out_and_turns() {
     let mut bench = Bench::new();
     bench.tick(LEFT);
     let mut ticks = 1;
@@ -210,31 +210,31 @@ fn blocked_behind_it_turns_all_the_same() {
         ticks += 1;
     }
     assert_eq!(ticks, u32::from(BACK_TICKS));
-    // And when they cannot turn it either, it gives up.
+    // A blocked turn times out too.
     for _ in 0..u32::from(u8::MAX) {
         bench.latest = Motion::STILL;
         if !bench.tick(FREE).flag {
             return;
         }
     }
-    panic!("it turns for ever");
+    panic!("the turn does not end");
 }
 
 #[test]
-fn right_left_right_left_in_a_corner_turns_it_half_round() {
+fn alternating_contacts_in_a_corner_turn_half_around() {
     for [a, b] in [[RIGHT, LEFT], [LEFT, RIGHT]] {
         let mut bench = Bench::new();
         for switches in [a, b, a] {
             assert!(bench.bump(switches).0.abs() < 100);
         }
         assert!(bench.bump(b).0.abs() > 150);
-        // What led to the escape is forgotten with it.
+        // The contacts before the escape are forgotten.
         assert!(bench.bump(a).0.abs() < 100);
     }
 }
 
 #[test]
-fn a_slow_zigzag_is_no_corner() {
+fn slow_zigzag_is_no_corner() {
     let mut bench = Bench::new();
     for switches in [RIGHT, LEFT, RIGHT] {
         bench.bump(switches);
@@ -244,19 +244,19 @@ fn a_slow_zigzag_is_no_corner() {
 }
 
 #[test]
-fn the_fifth_bump_without_progress_turns_it_half_round() {
+fn fifth_bump_without_progress_turns_half_around() {
     let mut bench = Bench::new();
     for bump in 0..4 {
         bench.dice = bump & 1;
         assert!(bench.bump(CENTER).0.abs() < 100, "bump {bump}");
-        // Ahead again, about to where it was.
+        // Ahead again, to about the same position.
         bench.drive_on(10);
     }
     assert!(bench.bump(CENTER).0.abs() > 150);
 }
 
 #[test]
-fn five_bumps_with_progress_are_nothing_special() {
+fn bumps_with_progress_do_not_escape() {
     let mut bench = Bench::new();
     for bump in 0..8 {
         assert!(bench.bump(LEFT).0.abs() < 100, "bump {bump}");
@@ -265,7 +265,7 @@ fn five_bumps_with_progress_are_nothing_special() {
 }
 
 #[test]
-fn a_switch_held_for_three_seconds_starts_the_jam_sequence_until_it_opens() {
+fn switch_closed_for_three_seconds_starts_the_jam_sequence() {
     let mut bench = Bench::new();
     for tick in 1..u32::from(JAM_TICKS) {
         bench.tick(CENTER);
@@ -288,7 +288,7 @@ fn a_switch_held_for_three_seconds_starts_the_jam_sequence_until_it_opens() {
 }
 
 #[test]
-fn switched_off_in_mid_manoeuvre_it_forgets() {
+fn rest_ends_a_manoeuvre() {
     let mut bench = Bench::new();
     bench.tick(LEFT);
     bench.bumpers.rest();

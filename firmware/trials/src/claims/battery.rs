@@ -1,4 +1,4 @@
-//! A battery that runs low: the call for the operator, and the way to the dock by itself.
+//! Low battery: the call for the operator, and the drive to the dock.
 
 use super::home::{DOCK_AT, pose_from};
 use super::success;
@@ -12,19 +12,19 @@ use sr04_firmware::song::Song;
 
 pub(super) const ALL: &[&Experiment] = &[&CALL, &BY_ITSELF];
 
-/// The limit, in tenths of a volt.
+/// Limit in tenths of a volt.
 const LOW_DV: u8 = Parameter::LowBattery.definition().default as u8;
 
-/// The charge at the start, some minutes of driving before the limit.
+/// Range of the charge at the start, some minutes of driving above the limit.
 const CHARGE: (f64, f64) = (0.18, 0.26);
 
-/// The battery is surely low when its readings have been below the limit for so long.
+/// Ticks of readings below the limit after which the battery is low.
 const LOW_TICKS: u32 = 200;
 
-/// The line and the song have this long to arrive: other lines may be due.
+/// Ticks for the line and the song to arrive after other lines.
 const CALL_TICKS: u32 = 60;
 
-/// The battery is low by then.
+/// Time within which the battery becomes low.
 const DRIVE_S: f64 = 3600.0;
 
 const CALL: Experiment = Experiment {
@@ -35,7 +35,7 @@ const CALL: Experiment = Experiment {
         Claim {
             part: "foraging",
             says: "prowling in the house until the battery is low, foraging off: line T with the call, the song's \
-                   line and its notes, at the latest 3 s after 10 s of readings below the limit",
+                   line and its notes within 3 s after 10 s of readings below the limit",
             figure: Figure::Share,
             required: Required::AtLeast(100.0),
             shortfall: None,
@@ -57,22 +57,22 @@ const BY_ITSELF: Experiment = Experiment {
     claims: &[
         Claim {
             part: "foraging",
-            says: "wandering in the flat until the battery is low, foraging on, calibrated by the square: it goes to \
-                   its dock by itself",
+            says: "wandering in the flat until the battery is low, foraging on, calibrated by the square: the robot \
+                   starts for its dock",
             figure: Figure::Share,
             required: Required::AtLeast(100.0),
             shortfall: None,
         },
         Claim {
             part: "foraging",
-            says: "the same: charged within 15 min of setting out",
+            says: "the same: charging within 15 min after the start",
             figure: Figure::Share,
             required: Required::AtLeast(95.0),
             shortfall: None,
         },
         Claim {
             part: "foraging",
-            says: "the same with wheels and track as they came",
+            says: "the same with uncalibrated wheels and track",
             figure: Figure::Share,
             required: Required::Nothing,
             shortfall: None,
@@ -80,7 +80,7 @@ const BY_ITSELF: Experiment = Experiment {
     ],
 };
 
-/// What has been heard of the call.
+/// Received parts of the call.
 #[derive(Default)]
 struct Heard {
     text: bool,
@@ -130,7 +130,7 @@ fn call(trial: &Trial) -> Vec<Option<Reading>> {
         was_below |= is_below;
         heard.listen(&run);
         is_early |= heard.anything() && !was_below;
-        // From the last tick of these 10 s on the readings no longer matter.
+        // After these 10 s the readings no longer matter.
         if is_below || low_ticks >= LOW_TICKS {
             low_ticks += 1;
         } else {
@@ -153,7 +153,7 @@ fn by_itself(trial: &Trial) -> Vec<Option<Reading>> {
     ]
 }
 
-/// Whether it has set out, and whether it then came to its dock in time.
+/// Whether the robot has started for its dock, and whether it then reached the dock in time.
 fn forage(trial: &Trial, is_calibrated: bool) -> (bool, Option<bool>) {
     let flat = arena("flat");
     let mut dice = trial.dice();

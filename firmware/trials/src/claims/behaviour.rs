@@ -1,4 +1,4 @@
-//! The layer that switches sensors off and on.
+//! The behaviour layer, which switches sensors off and on.
 
 use super::{success, value};
 use crate::arena::arena;
@@ -9,15 +9,15 @@ use groundwave_protocol::telemetry::Body;
 
 pub(super) const ALL: &[&Experiment] = &[&CHATTER, &TOLD];
 
-/// The sensors that are switched.
+/// Switched sensors.
 const SENSORS: [Layer; 3] = [Layer::Infrared, Layer::Sonar, Layer::Photo];
 
 const MINUTES: f64 = 30.0;
 
-/// No sensor is switched again before this time, and what lasts as long must be told.
+/// Minimum ticks between two switchings of a sensor; a state that lasts as long must be reported.
 const DWELL_TICKS: u32 = 40;
 
-/// A line that has just come in was composed up to so many ticks ago: 80 bytes at 240 a second, and one waited.
+/// Maximum age of a line that has just arrived: 80 bytes at 240 a second, and one tick of waiting.
 const LINE_TICKS: u32 = 8;
 
 const CHATTER: Experiment = Experiment {
@@ -27,14 +27,14 @@ const CHATTER: Experiment = Experiment {
     claims: &[
         Claim {
             part: "behaviour",
-            says: "30 min of prowling in the house: no sensor is switched again within 2 s",
+            says: "30 min of prowling in the house: no sensor is switched twice within 2 s",
             figure: Figure::Share,
             required: Required::AtLeast(100.0),
             shortfall: None,
         },
         Claim {
             part: "behaviour",
-            says: "the same: switches an hour",
+            says: "the same: switchings per hour",
             figure: Figure::PerHour,
             required: Required::Nothing,
             shortfall: None,
@@ -42,7 +42,7 @@ const CHATTER: Experiment = Experiment {
     ],
 };
 
-/// Where sensors are switched off for different reasons.
+/// Worlds and modes in which sensors are switched off for different reasons.
 const PLACES: [(&str, Mode); 4] = [
     ("house", Mode::Prowl),
     ("dark-room", Mode::Prowl),
@@ -57,16 +57,15 @@ const TOLD: Experiment = Experiment {
     claims: &[
         Claim {
             part: "behaviour",
-            says: "30 min of prowling in the house and the dark room, of reacting in the corridor and the living room: \
-                   each state of a sensor's switch that lasts 2 s is in a line A that was composed \
-                   and arrived meanwhile",
+            says: "30 min of prowling in the house and the dark room, and of mode Reactive in the corridor and the \
+                   living room: each state of a sensor that lasts 2 s appears in a line A composed and received during it",
             figure: Figure::Share,
             required: Required::AtLeast(100.0),
             shortfall: None,
         },
         Claim {
             part: "behaviour",
-            says: "the same: such states in a run",
+            says: "the same: such states per run",
             figure: Figure::Mean {
                 unit: "",
                 digits: 0,
@@ -77,18 +76,18 @@ const TOLD: Experiment = Experiment {
     ],
 };
 
-/// One sensor's switch as it is, and what line A says of it.
+/// A sensor's state, and its state in line A.
 struct Switch {
     layer: Layer,
     is_on: Option<bool>,
     since_ticks: u32,
     is_calm: bool,
     switched: u32,
-    /// What line A has to say, since when, and whether it has.
+    /// State that line A must show, its duration, and whether it has been shown.
     shows_on: Option<bool>,
     shown_ticks: u32,
     is_seen: bool,
-    /// States that lasted, and whether each was told.
+    /// Number of lasting states, and whether all were shown.
     lasting: u32,
     is_told: bool,
 }
@@ -109,13 +108,13 @@ impl Switch {
         }
     }
 
-    /// One tick.
+    /// Takes the state of a tick.
     fn follow(&mut self, is_on: bool, shows_on: bool) {
         self.since_ticks += 1;
         if let Some(before) = self.is_on.replace(is_on)
             && before != is_on
         {
-            // The first time says nothing of how long it had been so.
+            // The duration of the first state is unknown.
             self.is_calm &= self.switched == 0 || self.since_ticks >= DWELL_TICKS;
             self.switched += 1;
             self.since_ticks = 0;
@@ -131,9 +130,9 @@ impl Switch {
         }
     }
 
-    /// A line A has come in.
+    /// Takes a received line A.
     fn read(&mut self, is_on: bool) {
-        // What was composed before the switch says nothing of it.
+        // A line composed before the switching shows the old state.
         if self.shown_ticks >= LINE_TICKS {
             self.is_seen |= self.shows_on == Some(is_on);
         }
@@ -182,7 +181,7 @@ fn watched(trial: &Trial, world: &'static str, mode: Mode) -> [Switch; 3] {
         let robot = run.simulation.robot();
         let (running, is_jammed) = (robot.running(), robot.infrared().is_jammed());
         for switch in &mut switches {
-            // Line A does not tell what the robot has switched off from what has switched itself off.
+            // Line A does not distinguish sensors that the robot has switched off from jammed ones.
             let is_on = running.contains(switch.layer);
             let shows_on = is_on && !(is_jammed && switch.layer == Layer::Infrared);
             switch.follow(is_on, shows_on);

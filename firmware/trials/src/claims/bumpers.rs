@@ -10,27 +10,27 @@ use sr04_sim::Pose;
 
 pub(super) const ALL: &[&Experiment] = &[&CONTACTS, &CHAIR];
 
-/// Where contacts are looked for.
+/// Worlds in which contacts are made.
 const WORLDS: [&str; 4] = ["living-room", "house", "corners", "chair"];
 
-/// Freed: this far from where it touched, with no switch closed. About two robots.
+/// Distance from the contact, with no switch closed, at which the robot is free: about two robots.
 const FREE_IN: f64 = 24.0;
 const FREE_WITHIN_S: f64 = 60.0;
 
-/// The bumper layer's own idea of being caught: too many bumps in this time.
+/// Time of repeated bumps after which the bumper layer escapes.
 const CAUGHT_S: f64 = 20.0;
 
-/// The chair in its world.
+/// Position of the chair in its world.
 const CHAIR_AT: Pose = Pose {
     x_in: 99.0,
     y_in: 93.0,
     theta_deg: 0.0,
 };
 
-/// How long it has to leave the chair.
+/// Time limit for leaving the chair.
 const LEFT_WITHIN_S: f64 = 120.0;
 
-/// Its casters reach 13 inches from its post.
+/// Distance of the casters from the post.
 const CHAIR_REACH_IN: f64 = 13.0;
 
 const CONTACTS: Experiment = Experiment {
@@ -40,22 +40,22 @@ const CONTACTS: Experiment = Experiment {
     claims: &[
         Claim {
             part: "1 Bumpers",
-            says: "frozen contacts in four worlds, bumpers and prowl only, escapes off: in the 20 s after which an \
-                   escape would count it as caught it gets 24 in away from the contact, no switch closed",
+            says: "fixed contacts in four worlds, bumpers and prowl only, escapes off: within the 20 s after which an \
+                   escape would begin, the robot is 24 in from the contact with no switch closed",
             figure: Figure::Share,
             required: Required::Between(92.0, 98.0),
             shortfall: None,
         },
         Claim {
             part: "1 Bumpers",
-            says: "the same with the escapes, within 60 s",
+            says: "the same with escapes, within 60 s",
             figure: Figure::Share,
             required: Required::AtLeast(99.5),
             shortfall: None,
         },
         Claim {
             part: "1 Bumpers",
-            says: "the same with the escapes: how long that takes",
+            says: "the same with escapes: duration",
             figure: Figure::Mean {
                 unit: "s",
                 digits: 1,
@@ -65,7 +65,7 @@ const CONTACTS: Experiment = Experiment {
         },
         Claim {
             part: "ablation",
-            says: "contacts: what switching the escapes off costs",
+            says: "contacts: cost of switching escapes off",
             figure: Figure::Mean {
                 unit: "points",
                 digits: 1,
@@ -73,7 +73,7 @@ const CONTACTS: Experiment = Experiment {
             required: Required::MoreThan(0.0),
             shortfall: Some(Shortfall {
                 reached: 0.0,
-                why: "too few here to see it: 300 contacts on tuning seeds show 2.0 points (0.4 to 3.6)",
+                why: "too few contacts: 300 contacts with tuning seeds show 2.0 points (0.4 to 3.6)",
             }),
         },
     ],
@@ -86,15 +86,15 @@ const CHAIR: Experiment = Experiment {
     claims: &[
         Claim {
             part: "1 Bumpers",
-            says: "the five-legged office chair, begun wherever it fits within 26 in of the post, nose within 60 \
-                   degrees of it, whole robot: 24 in clear of the casters within 2 min",
+            says: "five-legged office chair, start within 26 in of the post and heading within 60 degrees of it, whole \
+                   robot: 24 in clear of the casters within 2 min",
             figure: Figure::Share,
             required: Required::AtLeast(98.0),
             shortfall: None,
         },
         Claim {
             part: "ablation",
-            says: "office chair, bumpers and prowl only: how much longer it takes with the escapes off",
+            says: "office chair, bumpers and prowl only: additional time with escapes off",
             figure: Figure::Mean {
                 unit: "s",
                 digits: 1,
@@ -118,8 +118,8 @@ fn contacts(trial: &Trial) -> Vec<Option<Reading>> {
     ]
 }
 
-/// Drives straight ahead from a place of the seed's until it touches something; how long it then takes to
-/// be free, a second more than it has when it does not manage.
+/// Drives straight ahead until a contact; returns the seconds until the robot is free, a second more than allowed if it
+/// is not.
 fn contact(trial: &Trial, escapes: i16) -> Option<f64> {
     let arena = arena(WORLDS[trial.index % WORLDS.len()]);
     let start = arena.somewhere(&mut trial.dice());
@@ -138,15 +138,14 @@ fn contact(trial: &Trial, escapes: i16) -> Option<f64> {
 
 fn chair(trial: &Trial) -> Vec<Option<Reading>> {
     let left_s = leaves_chair(trial, 1, None);
-    // The other sensors turn most robots away before the chair can catch them: what the escapes are worth shows
-    // without these.
+    // The other sensors turn most robots away before the chair can catch them, so escapes are compared without them.
     let [with_s, without_s] = [1, 0].map(|escapes| {
         leaves_chair(trial, escapes, Some(&[Layer::Bumpers])).unwrap_or(LEFT_WITHIN_S)
     });
     vec![success(left_s.is_some()), value(without_s - with_s)]
 }
 
-/// How long it takes to leave the chair, the whole robot or with these layers only; `None` when it does not manage.
+/// Seconds until the robot has left the chair, with all or only these layers; `None` if it does not.
 fn leaves_chair(trial: &Trial, escapes: i16, layers: Option<&[Layer]>) -> Option<f64> {
     let arena = arena("chair");
     let mut dice = trial.dice();

@@ -21,14 +21,14 @@ const APPROACHES: Experiment = Experiment {
         Claim {
             part: "cliff",
             says: "approaches to an edge 1 to 6 ft away on the landing: prowling at 4 to 12 in/s without and with \
-                   bumpers, by hand forward and backward in any bow; falls",
+                   bumpers, manual driving forward and backward in any arc: falls",
             figure: Figure::Share,
             required: Required::AtMost(0.0),
             shortfall: None,
         },
         Claim {
             part: "ablation",
-            says: "approaches: what switching the cliff guard off costs",
+            says: "approaches: cost of switching the cliff guard off",
             figure: Figure::Mean {
                 unit: "points",
                 digits: 1,
@@ -38,16 +38,15 @@ const APPROACHES: Experiment = Experiment {
         },
         Claim {
             part: "cliff",
-            says: "approaches: a stop goes from the tick that first sees the edge before the robot to where it stands, \
-                   or where the edge goes out of sight (for two ticks or more); the longest until it first stands, at \
-                   most 1 in",
+            says: "approaches: longest stop until the robot first stands, from the first tick with the edge in the \
+                   direction of travel until the robot stands or has not seen the edge for two ticks: at most 1 in",
             figure: Figure::Share,
             required: Required::AtLeast(100.0),
             shortfall: None,
         },
         Claim {
             part: "cliff",
-            says: "the same: how far that is",
+            says: "the same: mean length",
             figure: Figure::Mean {
                 unit: "in",
                 digits: 2,
@@ -66,7 +65,7 @@ const BESIDE: Experiment = Experiment {
     run: beside,
     claims: &[Claim {
         part: "cliff",
-        says: "4 h of prowling beside the stairs, whole robot on a bench supply: falls an hour",
+        says: "4 h of prowling beside the stairs, whole robot on a bench supply: falls per hour",
         figure: Figure::PerHour,
         required: Required::AtMost(0.0),
         shortfall: None,
@@ -83,39 +82,39 @@ fn approaches(trial: &Trial) -> Vec<Option<Reading>> {
         guarded
             .zip(unguarded)
             .and_then(|(guarded, unguarded)| loss(!guarded, !unguarded)),
-        stop_in.and_then(|way_in| success(way_in <= STOP_IN)),
+        stop_in.and_then(|length_in| success(length_in <= STOP_IN)),
         stop_in.and_then(value),
     ]
 }
 
-/// It stops within this.
+/// Maximum length of a stop.
 const STOP_IN: f64 = 1.0;
 
-/// How an approach ends.
+/// Result of an approach.
 #[derive(Clone, Copy, Debug)]
 struct Approach {
     fell: bool,
-    /// The longest of its stops until it first stood; `None` when the edge was seen as it turned on the spot, or
-    /// beside its way, which need not stop it.
+    /// Longest stop until the robot first stood; `None` when the edge was seen during a turn on the spot or beside the path,
+    /// where the robot need not stop.
     stop_in: Option<f64>,
 }
 
-/// Follows a robot until it first stands for an edge. One that grazes an edge in a bow loses sight of it, drives on
-/// and comes to it again: each sight is a stop of its own.
+/// Observes a robot until it first stands at an edge. A robot that passes an edge in an arc loses sight of it and meets
+/// it again; each sighting is a stop of its own.
 #[derive(Clone, Copy, Debug, Default)]
 struct Stop {
     state: Approaching,
-    /// Of the stops that are over.
+    /// Longest finished stop.
     longest_in: Option<f64>,
 }
 
-/// Where a robot stands with the edge.
+/// State of an approach.
 #[derive(Clone, Copy, Debug, Default)]
 enum Approaching {
     #[default]
     Unseen,
-    /// What the way was at first sight, whether the robot was going ahead, and for how many ticks it has not seen
-    /// the edge any more, since which place on the way.
+    /// Distance driven at first sight, whether the robot drove ahead, and, while the edge is out of sight, for how many
+    /// ticks and since which distance.
     Seen {
         path_in: f64,
         ahead: bool,
@@ -131,12 +130,12 @@ impl Stop {
         self.observe(seen, truth.speed_in_s, truth.path_in);
     }
 
-    /// Once a tick: where no floor is seen, the speed ahead, and the way so far.
+    /// Takes the detected edges, the speed and the distance driven, once per tick.
     fn observe(&mut self, seen: Edges, speed_in_s: f64, now_in: f64) {
         match &mut self.state {
             Approaching::Unseen if seen.any() => {
                 let ahead = speed_in_s > 0.0;
-                // Its bows are so wide that both wheels go the same way.
+                // The arcs are so wide that both wheels turn in the same direction.
                 let is_on_the_way = speed_in_s.abs() >= DRIVING_IN_S
                     && if ahead {
                         seen.left || seen.center || seen.right
@@ -169,8 +168,8 @@ impl Stop {
                     _ if onward_in_s < STANDING_IN_S => (now_in, Approaching::Over),
                     _ => return,
                 };
-                let way_in = end_in - *path_in;
-                self.longest_in = Some(self.longest_in.unwrap_or(0.0).max(way_in));
+                let length_in = end_in - *path_in;
+                self.longest_in = Some(self.longest_in.unwrap_or(0.0).max(length_in));
                 self.state = next;
             }
             Approaching::Unseen | Approaching::Over => {}
@@ -178,16 +177,16 @@ impl Stop {
     }
 }
 
-/// Not seen in so many ticks running, the edge is out of sight.
+/// Ticks without detection after which the edge is out of sight.
 const LOST_TICKS: u32 = 2;
 
-/// Slower than this it turns on the spot.
+/// Speed below which the robot counts as turning on the spot.
 const DRIVING_IN_S: f64 = 1.0;
 
-/// Slower than this it stands, or goes back.
+/// Speed below which the robot stands or reverses.
 const STANDING_IN_S: f64 = 0.1;
 
-/// How it ends; `None` when it meets no edge within a minute.
+/// Result of an approach; `None` if it meets no edge within a minute.
 fn approach(trial: &Trial, guard: i16) -> Option<Approach> {
     let stairs = arena("stairs");
     let mut dice = trial.dice();
@@ -244,7 +243,7 @@ fn approach(trial: &Trial, guard: i16) -> Option<Approach> {
     if !met {
         return None;
     }
-    // And some time for what it does next.
+    // Time for the reaction of the robot.
     let fell = fell || meets(&mut run, 10.0).1;
     Some(Approach {
         fell,
@@ -252,23 +251,25 @@ fn approach(trial: &Trial, guard: i16) -> Option<Approach> {
     })
 }
 
-/// A place with an edge 1 to 6 ft ahead of the nose, or behind the tail, and nothing between.
+/// A position with an edge 1 to 6 ft ahead of the nose, or behind the tail, and no obstacle between.
 fn before_an_edge(stairs: &Arena, dice: &mut Dice, backward: bool) -> Pose {
     let ahead = if backward { -1.0 } else { 1.0 };
     loop {
         let place = stairs.somewhere(dice);
         let (sin, cos) = place.theta_deg.to_radians().sin_cos();
-        let along = |way_in: f64| Pose {
-            x_in: place.x_in + ahead * way_in * sin,
-            y_in: place.y_in + ahead * way_in * cos,
+        let along = |distance_in: f64| Pose {
+            x_in: place.x_in + ahead * distance_in * sin,
+            y_in: place.y_in + ahead * distance_in * cos,
             ..place
         };
         let has_floor = |at: Pose| stairs.world.has_floor(at.x_in, at.y_in);
-        let edge_in = (4..24).map(|step| f64::from(step) * 3.0).find(|&way_in| {
-            let at = along(way_in);
-            !has_floor(at) || !stairs.has_room(at)
-        });
-        if edge_in.is_some_and(|way_in| !has_floor(along(way_in))) {
+        let edge_in = (4..24)
+            .map(|step| f64::from(step) * 3.0)
+            .find(|&distance_in| {
+                let at = along(distance_in);
+                !has_floor(at) || !stairs.has_room(at)
+            });
+        if edge_in.is_some_and(|distance_in| !has_floor(along(distance_in))) {
             return place;
         }
     }
@@ -292,7 +293,7 @@ fn beside(trial: &Trial) -> Vec<Option<Reading>> {
 mod tests {
     use super::*;
 
-    /// What is counted of a way whose ticks see the edge ahead or not, at a speed.
+    /// Longest stop of a drive with the given detections and speeds per tick.
     fn longest_in(ticks: &[(bool, f64)]) -> Option<f64> {
         let (mut stop, mut now_in) = (Stop::default(), 0.0);
         for &(center, speed_in_s) in ticks {
@@ -307,36 +308,36 @@ mod tests {
     }
 
     #[test]
-    fn a_stop_ends_where_it_stands() {
+    fn stop_ends_where_the_robot_stands() {
         let ways = [(false, 10.0), (true, 10.0), (true, 4.0), (true, 0.0)];
         assert_eq!(longest_in(&ways), Some(0.7));
         assert_eq!(longest_in(&ways[..3]), None);
-        // What comes after it is not looked at.
+        // Later ticks are ignored.
         let again = [&ways[..], &[(true, 10.0); 40], &[(true, 0.0)]].concat();
         assert_eq!(longest_in(&again), Some(0.7));
     }
 
     #[test]
-    fn a_stop_ends_where_the_edge_is_out_of_sight_and_the_next_sight_is_another_one() {
+    fn stop_ends_where_the_edge_is_lost_and_the_next_is_another() {
         let grazed = [(true, 10.0), (false, 6.0), (false, 10.0), (false, 10.0)];
-        let counted_in = longest_in(&grazed).expect("it is over");
+        let counted_in = longest_in(&grazed).expect("the stop has ended");
         assert!((counted_in - 0.5).abs() < 1e-9, "{counted_in}");
         let stopped = [(true, 10.0), (true, 12.0), (true, 0.0)];
-        let counted_in = longest_in(&[&grazed[..], &stopped].concat()).expect("it is over");
+        let counted_in = longest_in(&[&grazed[..], &stopped].concat()).expect("the stop has ended");
         assert!((counted_in - 1.1).abs() < 1e-9, "{counted_in}");
-        // A tick without it is none.
+        // A single tick without detection does not end the stop.
         let flickers = [(true, 10.0), (false, 10.0), (true, 10.0), (true, 0.0)];
-        let counted_in = longest_in(&flickers).expect("it is over");
+        let counted_in = longest_in(&flickers).expect("the stop has ended");
         assert!((counted_in - 1.5).abs() < 1e-9, "{counted_in}");
     }
 
     #[test]
-    fn an_edge_seen_while_it_turns_on_the_spot_need_not_stop_it() {
+    fn edge_seen_while_turning_on_the_spot_is_no_stop() {
         assert_eq!(longest_in(&[(true, 0.5), (true, 10.0), (true, 0.0)]), None);
     }
 
     #[test]
-    fn without_the_guard_it_falls() {
+    fn robot_without_the_guard_falls() {
         use crate::seeds::{Purpose, Seed};
         let falls = (0..12).any(|index| {
             let trial = Trial {

@@ -1,4 +1,4 @@
-//! Layer 7: the list of points.
+//! Layer 7: routes.
 
 use super::{success, value};
 use crate::arena::{arena, seen_from};
@@ -21,20 +21,20 @@ const ROUTE: Experiment = Experiment {
         Claim {
             part: "7 Dead reckoning",
             says: "4 points anywhere in the cluttered living room, whole robot, calibrated by the square: the last \
-                   one believed reached, within 6 in, in 10 min",
+                   point reached within 6 in by odometry within 10 min",
             figure: Figure::Share,
             required: Required::AtLeast(95.0),
             shortfall: Some(Shortfall {
                 reached: 94.7,
-                why: "contacts turn it unseen; all 22 tuning trials of 400 that failed still sought a point after 10 min, their \
-                 heading off by 18 degrees (median; 2 in those that arrived), and in 19 that point, where they believed \
-                 it, was for most of the search more than 6 in from any place they can get to: in furniture, a wall or \
-                 outside; in 3 for 25 to 38 % of it; with 20 min 7 of the 22 arrive",
+                why: "contacts turn the robot unnoticed; all 22 of 400 tuning trials that failed still sought a point after 10 min \
+                     with a heading error of 18 degrees (median; 2 in successful trials), and in 19 of them the believed position of \
+                     that point was for most of the search more than 6 in from any place within reach, in furniture, in a wall or \
+                     outside, in the other 3 for 25 to 38 % of it; with 20 min, 7 of the 22 arrive",
             }),
         },
         Claim {
             part: "7 Dead reckoning",
-            says: "the same, when it has arrived: where it then really is from the last point",
+            says: "the same, on arrival: true distance from the last point",
             figure: Figure::Mean {
                 unit: "in",
                 digits: 1,
@@ -44,7 +44,7 @@ const ROUTE: Experiment = Experiment {
         },
         Claim {
             part: "7 Dead reckoning",
-            says: "the first with wheels and track as they came",
+            says: "the first claim with uncalibrated wheels and track",
             figure: Figure::Share,
             required: Required::Nothing,
             shortfall: None,
@@ -62,7 +62,7 @@ fn route(trial: &Trial) -> Vec<Option<Reading>> {
     ]
 }
 
-/// Whether it believes to have arrived, and how far off it then really is.
+/// Whether the robot believes that it has arrived, and its true distance from the last point.
 fn walk(trial: &Trial, is_calibrated: bool) -> (bool, Option<f64>) {
     let room = arena("living-room");
     let mut dice = trial.dice();
@@ -90,7 +90,7 @@ fn walk(trial: &Trial, is_calibrated: bool) -> (bool, Option<f64>) {
     let ended = run.until(LIMIT_S, |simulation| {
         simulation.robot().mode() == Mode::Stop
     });
-    // Odometry goes on while the robot comes to rest: half an inch.
+    // Odometry continues while the robot comes to rest: half an inch.
     let arrived = ended.is_some()
         && usize::from(run.simulation.robot().driven()) == POINTS
         && distance_in(believed(&run.simulation), last) <= 6.5;

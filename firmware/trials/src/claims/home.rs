@@ -1,4 +1,4 @@
-//! The way home, and to the dock.
+//! Going home, and docking.
 
 use super::{success, value};
 use crate::arena::{arena, seen_from};
@@ -27,7 +27,7 @@ const WANDER: Experiment = Experiment {
         },
         Claim {
             part: "7 Dead reckoning",
-            says: "the same, when it believes so: how far from home it really is",
+            says: "the same, when believed at home: true distance from home",
             figure: Figure::Mean {
                 unit: "in",
                 digits: 1,
@@ -45,7 +45,7 @@ const DETOUR: Experiment = Experiment {
     claims: &[
         Claim {
             part: "7 Dead reckoning",
-            says: "home is 8 to 14 ft away behind a wall whose open doorway is 15 to 20 ft aside, unaided, calibrated \
+            says: "home is 8 to 14 ft away behind a wall with an open doorway 15 to 20 ft aside, without help, calibrated \
                    by the square: home within 15 min",
             figure: Figure::Share,
             required: Required::AtLeast(60.0),
@@ -53,7 +53,7 @@ const DETOUR: Experiment = Experiment {
         },
         Claim {
             part: "7 Dead reckoning",
-            says: "the same with wheels and track as they came",
+            says: "the same with uncalibrated wheels and track",
             figure: Figure::Share,
             required: Required::Nothing,
             shortfall: None,
@@ -61,7 +61,7 @@ const DETOUR: Experiment = Experiment {
     ],
 };
 
-/// The dock of the flat, which faces south.
+/// Position of the dock in the flat; it faces south.
 pub(super) const DOCK_AT: Pose = Pose {
     x_in: 183.0,
     y_in: 129.0,
@@ -74,7 +74,7 @@ const DOCK: Experiment = Experiment {
     run: dock,
     claims: &[Claim {
         part: "foraging",
-        says: "told to forage 9 to 10.5 ft from the dock, anywhere in the hall before it: charged within 5 min",
+        says: "foraging from 9 to 10.5 ft away, anywhere in the hall before the dock: charging within 5 min",
         figure: Figure::Share,
         required: Required::AtLeast(95.0),
         shortfall: None,
@@ -90,14 +90,14 @@ const FORAGE: Experiment = Experiment {
     claims: &[
         Claim {
             part: "foraging",
-            says: "24 h in the flat, whole robot with foraging: never a flat battery",
+            says: "24 h in the flat, whole robot with foraging: the battery is never empty",
             figure: Figure::Share,
             required: Required::AtLeast(100.0),
             shortfall: None,
         },
         Claim {
             part: "foraging",
-            says: "the same: hours to the first flat battery",
+            says: "the same: hours to the first empty battery",
             figure: Figure::HoursTo,
             required: Required::Nothing,
             shortfall: None,
@@ -119,7 +119,7 @@ fn wander(trial: &Trial) -> Vec<Option<Reading>> {
     vec![success(home.is_some()), off_in.and_then(value)]
 }
 
-/// What the robot's pose is when this place of the plan is its origin and north its +Y.
+/// The command that sets the pose of a robot at `start` relative to `origin`, with +Y north.
 pub(super) fn pose_from(origin: Pose, start: Pose) -> Order {
     Order::Pose {
         position: Waypoint {
@@ -139,7 +139,7 @@ fn detour(trial: &Trial) -> Vec<Option<Reading>> {
 
 fn comes_home(trial: &Trial, is_calibrated: bool) -> bool {
     let mut dice = trial.dice();
-    // The wall is at y = 126 to 132, its doorway from x = 276 to 312.
+    // The wall is at y = 126 to 132, its doorway at x = 276 to 312.
     let x_in = dice.between(60.0, 110.0);
     let start = Pose {
         x_in,

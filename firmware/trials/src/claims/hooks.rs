@@ -1,4 +1,4 @@
-//! Layer 1: what hangs on the bumper, and the sequence that works it free.
+//! Layer 1: objects caught on the bumper, and the jam sequence that works them free.
 
 use super::{success, value};
 use crate::arena::arena;
@@ -8,10 +8,10 @@ use groundwave_protocol::letters::Layer;
 
 pub(super) const ALL: &[&Experiment] = &[&HOOKED];
 
-/// A switch that is closed for so many ticks is held: 3 s.
+/// Ticks after which a closed switch counts as held: 3 s.
 const HELD_TICKS: u32 = 60;
 
-/// Until something hooks.
+/// Time limit for catching an object.
 const SEARCH_S: f64 = 600.0;
 const FREE_WITHIN_S: f64 = 60.0;
 
@@ -22,14 +22,14 @@ const HOOKED: Experiment = Experiment {
     claims: &[
         Claim {
             part: "1 Bumpers",
-            says: "a cord or a shoe hooks the bumper, bumpers and prowl only: its switch is free within 60 s",
+            says: "a cord or a shoe caught on the bumper, bumpers and prowl only: the switch opens within 60 s",
             figure: Figure::Share,
             required: Required::AtLeast(99.5),
             shortfall: None,
         },
         Claim {
             part: "1 Bumpers",
-            says: "the same, when the switch is held for 3 s: the jam sequence begins then, to the tick",
+            says: "the same with the switch closed for 3 s: the jam sequence begins at that tick",
             figure: Figure::Share,
             required: Required::AtLeast(100.0),
             shortfall: None,
@@ -43,7 +43,7 @@ const HOOKED: Experiment = Experiment {
         },
         Claim {
             part: "1 Bumpers",
-            says: "the same: how long after the beginning of the sequence",
+            says: "the same: time after the begin of the sequence",
             figure: Figure::Mean {
                 unit: "s",
                 digits: 1,
@@ -77,7 +77,7 @@ fn hooked(trial: &Trial) -> Vec<Option<Reading>> {
     let freed = run.until(FREE_WITHIN_S, |simulation| {
         let closed = count_closed(simulation.inputs().bumper.any());
         let is_jammed = simulation.robot().is_bumper_jammed();
-        // Once begun it lasts until the switch is open.
+        // Once begun, the sequence lasts until the switch is open.
         let begins = is_jammed && !was_jammed;
         is_exact &= begins == (closed == HELD_TICKS);
         if begins {

@@ -11,12 +11,12 @@ use sr04_sim::Pose;
 
 pub(super) const ALL: &[&Experiment] = &[&GAP, &QUIVER, &JAM];
 
-/// The passage's middle, and its north end in the world `gap`.
+/// Middle and ends of the passage in the world `gap`.
 const GAP_X_IN: f64 = 76.0;
 const GAP_SOUTH_IN: f64 = 124.0;
 const GAP_NORTH_IN: f64 = 172.0;
 
-/// How long it is watched at rest.
+/// Time of observation at rest.
 const REST_S: f64 = 300.0;
 
 const GAP: Experiment = Experiment {
@@ -26,8 +26,8 @@ const GAP: Experiment = Experiment {
     claims: &[
         Claim {
             part: "3 IR",
-            says: "a gap 16 in wide and 4 ft long, begun with the nose in its mouth, within 10 degrees and 1 in, \
-                   bumpers and IR only: through within 2 min",
+            says: "gap 16 in wide and 4 ft long, start with the nose in its mouth within 10 degrees and 1 in, bumpers and \
+                   IR only: through within 2 min",
             figure: Figure::Share,
             required: Required::AtLeast(80.0),
             shortfall: None,
@@ -41,7 +41,7 @@ const GAP: Experiment = Experiment {
         },
         Claim {
             part: "ablation",
-            says: "gap: what switching the adaptation off costs",
+            says: "gap: cost of switching the adaptation off",
             figure: Figure::Mean {
                 unit: "points",
                 digits: 1,
@@ -59,8 +59,8 @@ const QUIVER: Experiment = Experiment {
     claims: &[
         Claim {
             part: "3 IR",
-            says: "5 min in reactive mode in the middle of an empty room, IR only: share of the time in which it \
-                   moves the robot (a hundredth is ours)",
+            says: "5 min in reactive mode in the middle of an empty room, IR only: share of the time in which IR moves \
+                   the robot (the limit of 1 % is our own)",
             figure: Figure::Mean {
                 unit: "%",
                 digits: 2,
@@ -70,7 +70,7 @@ const QUIVER: Experiment = Experiment {
         },
         Claim {
             part: "ablation",
-            says: "empty room: how many times as much with max_count fixed at 1",
+            says: "empty room: factor with max_count fixed at 1",
             figure: Figure::Mean {
                 unit: "times",
                 digits: 1,
@@ -88,14 +88,14 @@ const JAM: Experiment = Experiment {
     claims: &[
         Claim {
             part: "3 IR",
-            says: "held still by hand at a wall: off after 30 s of detection, to the tick",
+            says: "standing at a wall: off after exactly 30 s of detection",
             figure: Figure::Share,
             required: Required::AtLeast(100.0),
             shortfall: None,
         },
         Claim {
             part: "3 IR",
-            says: "the same: on again after 30 s, to the tick",
+            says: "the same: on again after exactly 30 s",
             figure: Figure::Share,
             required: Required::AtLeast(100.0),
             shortfall: None,
@@ -140,14 +140,14 @@ fn quiver(trial: &Trial) -> Vec<Option<Reading>> {
         });
         f64::from(moved_ticks)
     });
-    // A tick more on either side: a robot that never moved has no ratio.
+    // One tick is added to each: the ratio of a robot that never moves is undefined.
     let times = (nervous + 1.0) / (calm + 1.0);
     vec![value(100.0 * calm / (REST_S * 20.0)), value(times)]
 }
 
 fn jam(trial: &Trial) -> Vec<Option<Reading>> {
     let mut dice = trial.dice();
-    // Eight inches from the south wall of the hall, nose to it.
+    // Eight to twelve inches from the south wall of the hall, facing it.
     let start = Pose {
         x_in: dice.between(100.0, 380.0),
         y_in: 6.0 + dice.between(8.0, 12.0),
@@ -165,7 +165,7 @@ fn jam(trial: &Trial) -> Vec<Option<Reading>> {
     };
     let durations = [true, false, true].map(&mut ticks_until);
     let [_, off, on] = durations;
-    // The LEDs are on again half a tick after the detectors are: the first tick sees nothing yet.
+    // The LEDs are on half a tick after the detectors: the first tick has no detection yet.
     let on_as_told = on.is_some_and(|ticks| (JAM_TICKS..=JAM_TICKS + 1).contains(&ticks));
     vec![success(on_as_told), success(off == Some(OFF_TICKS))]
 }

@@ -1,4 +1,4 @@
-//! The claims, one file a part of the robot.
+//! The claims, one file per part of the robot.
 
 mod battery;
 mod behaviour;
@@ -21,7 +21,7 @@ mod whole;
 
 use crate::claim::{Experiment, Reading};
 
-/// All of them, in the order of the table.
+/// All experiments in the order of the table.
 pub(crate) fn all() -> Vec<&'static Experiment> {
     [
         pid::ALL,
@@ -46,25 +46,25 @@ pub(crate) fn all() -> Vec<&'static Experiment> {
     .concat()
 }
 
-/// Whether it came out as claimed.
+/// A reading of success or failure.
 #[expect(
     clippy::unnecessary_wraps,
-    reason = "a trial lists what it read, or nothing"
+    reason = "a trial gives an optional reading per claim"
 )]
 fn success(is_so: bool) -> Option<Reading> {
     Some(Reading::Success(is_so))
 }
 
-/// A measured value.
+/// A reading of a measured value.
 #[expect(
     clippy::unnecessary_wraps,
-    reason = "a trial lists what it read, or nothing"
+    reason = "a trial gives an optional reading per claim"
 )]
 fn value(value: f64) -> Option<Reading> {
     Some(Reading::Value(value))
 }
 
-/// What an ablation costs, in points of percent: the same trial with a part and without it.
+/// Cost of an ablation in percentage points: the same trial with a part and without it.
 fn loss(with: bool, without: bool) -> Option<Reading> {
     value(100.0 * (f64::from(u8::from(with)) - f64::from(u8::from(without))))
 }

@@ -1,4 +1,4 @@
-//! The modes without a goal: reactive and passive.
+//! Modes Reactive and Passive.
 
 use super::{success, value};
 use crate::arena::arena;
@@ -11,13 +11,13 @@ use sr04_sim::{Pose, Simulation};
 
 pub(super) const ALL: &[&Experiment] = &[&REST, &LAMP, &STEP_IN, &PASSIVE, &TEMPTED];
 
-/// Layers that pull or push.
+/// Layers that move the robot because of sensors.
 const SENSORS: [Layer; 4] = [Layer::Bumpers, Layer::Infrared, Layer::Sonar, Layer::Photo];
 
-/// Photocells that differ by less are equal to the robot.
+/// Difference of the photocells below which the robot counts them as equal.
 const PHOTO_DEADZONE: i16 = Parameter::PhotoDeadzone.definition().default;
 
-/// Quiet for this long is at rest.
+/// Ticks without motion that count as rest.
 const REST_TICKS: u32 = 200;
 
 const REST: Experiment = Experiment {
@@ -26,7 +26,7 @@ const REST: Experiment = Experiment {
     run: rest,
     claims: &[Claim {
         part: "reactive",
-        says: "from anywhere in the living room, bumpers, IR, sonar and photo: within 5 min it has rested for 10 s",
+        says: "from anywhere in the living room, bumpers, IR, sonar and photo: rest for 10 s within 5 min",
         figure: Figure::Share,
         required: Required::AtLeast(90.0),
         shortfall: None,
@@ -39,19 +39,18 @@ const LAMP: Experiment = Experiment {
     run: lamp,
     claims: &[Claim {
         part: "reactive",
-        says: "at rest in the dark room: the other lamp goes on, a photocell changes by more than two deadzones, \
-               and it moves within 2 s",
+        says: "at rest in the dark room: the other lamp goes on, a photocell changes by more than two deadzones, and \
+               the robot moves within 2 s",
         figure: Figure::Share,
         required: Required::AtLeast(99.0),
         shortfall: None,
     }],
 };
 
-/// When somebody sets out in the world `step-in`: by then the robot has come to rest.
+/// Time at which the person in the world `step-in` starts walking, after the robot has come to rest.
 const SETS_OUT_S: f64 = 60.0;
 
-/// Somebody whose middle is as near as this and as far ahead as this has stepped before it: a foot and a half
-/// are between them.
+/// Distance and angle from the nose within which the person stands before the robot, with a gap of a foot and a half.
 const BEFORE_IN: f64 = 30.0;
 const BEFORE_DEG: f64 = 45.0;
 
@@ -61,8 +60,8 @@ const STEP_IN: Experiment = Experiment {
     run: step_in,
     claims: &[Claim {
         part: "reactive",
-        says: "at rest, bumpers, IR and sonar: somebody steps before it, within 45 degrees of the nose and 30 in \
-                   from its middle, and it moves within 2 s",
+        says: "at rest, bumpers, IR and sonar: a person steps before the robot, within 45 degrees of the nose and 30 in \
+               from its middle, and the robot moves within 2 s",
         figure: Figure::Share,
         required: Required::AtLeast(99.0),
         shortfall: None,
@@ -75,15 +74,15 @@ const PASSIVE: Experiment = Experiment {
     run: passive,
     claims: &[Claim {
         part: "passive",
-        says: "from anywhere in the living room: it looks all around, stops, sings, and waits with its arm up \
-               within 3 min",
+        says: "from anywhere in the living room: the robot scans, stops, sings, and waits with its arm raised within \
+               3 min",
         figure: Figure::Share,
         required: Required::AtLeast(95.0),
         shortfall: None,
     }],
 };
 
-/// Bumps may begin it in this time.
+/// Time in which bumps may start the mode.
 const PROWL_S: f64 = 1800.0;
 
 const TEMPTED: Experiment = Experiment {
@@ -93,14 +92,14 @@ const TEMPTED: Experiment = Experiment {
     claims: &[
         Claim {
             part: "passive",
-            says: "prowling in the living room, every layer allowed but photo: bumps begin it within 30 min",
+            says: "prowling in the living room, every layer allowed but photo: bumps start the mode within 30 min",
             figure: Figure::Share,
             required: Required::Nothing,
             shortfall: None,
         },
         Claim {
             part: "passive",
-            says: "the same: after how long",
+            says: "the same: time until then",
             figure: Figure::Mean {
                 unit: "min",
                 digits: 1,
@@ -110,7 +109,7 @@ const TEMPTED: Experiment = Experiment {
         },
         Claim {
             part: "passive",
-            says: "the same: from there on it looks all around, stops, sings, and waits with its arm up within 3 min",
+            says: "the same: the robot then scans, stops, sings, and waits with its arm raised within 3 min",
             figure: Figure::Share,
             required: Required::AtLeast(95.0),
             shortfall: None,
@@ -118,7 +117,7 @@ const TEMPTED: Experiment = Experiment {
     ],
 };
 
-/// Whether nothing has pulled for a while; to be asked at every tick.
+/// Whether the robot has rested long enough; call it at every tick.
 fn at_rest(quiet_ticks: &mut u32, simulation: &Simulation) -> bool {
     let is_quiet = simulation.robot().motion() == Motion::STILL;
     *quiet_ticks = if is_quiet { *quiet_ticks + 1 } else { 0 };
@@ -154,7 +153,10 @@ fn lamp(trial: &Trial) -> Vec<Option<Reading>> {
         [inputs.photo_left, inputs.photo_right].map(|cell| i16::from(cell.unwrap_or(0)))
     };
     let before = cells(&run.simulation);
-    assert!(run.simulation.set_lamp("other lamp", true), "it is there");
+    assert!(
+        run.simulation.set_lamp("other lamp", true),
+        "the lamp exists"
+    );
     let mut is_felt = false;
     let moved = run.until(2.0, |simulation| {
         let changes = before.iter().zip(cells(simulation));
@@ -188,7 +190,7 @@ fn step_in(trial: &Trial) -> Vec<Option<Reading>> {
         return vec![None];
     }
     let moves = |simulation: &Simulation| simulation.robot().motion() != Motion::STILL;
-    // It may well move before somebody is that near; where nothing moves it, somebody comes to stand there.
+    // The robot may move before the person is that near; otherwise the person comes to stand there.
     let mut moved = false;
     let came = run.until(20.0, |simulation| {
         moved |= moves(simulation);
@@ -243,7 +245,7 @@ fn tempted(trial: &Trial) -> Vec<Option<Reading>> {
     ]
 }
 
-/// Whether it goes through all of mode Passive up to waiting, in 3 min.
+/// Whether the robot completes mode Passive up to waiting within 3 min.
 fn hides(run: &mut Run) -> bool {
     let (mut turned_deg, mut before_deg) = (0.0_f64, run.pose().theta_deg);
     let (mut has_sung, mut up_ticks) = (false, 0);
@@ -259,7 +261,7 @@ fn hides(run: &mut Run) -> bool {
         } else {
             0
         };
-        // Longer than the detectors need to settle.
+        // Longer than the settling time of the detectors.
         turned_deg > 350.0 && has_sung && up_ticks > 20 * 16
     });
     done.is_some()

@@ -1,4 +1,4 @@
-//! Layer 6: the arm, the walker, the charge.
+//! Layer 6: the arm, detection of a walker, and the charge.
 
 use super::success;
 use crate::arena::arena;
@@ -9,10 +9,10 @@ use sr04_sim::{Pose, Simulation};
 
 pub(super) const ALL: &[&Experiment] = &[&WALKER, &FALSE_ALARMS];
 
-/// Where the robot waits in the world `walker`, six feet from the way.
+/// Position of the robot in the world `walker`, six feet from the person's path.
 const WAIT_AT: (f64, f64) = (183.0, 75.0);
 
-/// A body within this of straight ahead is ahead.
+/// Angle from straight ahead within which the direction of the charge does not matter.
 const AHEAD_DEG: f64 = 15.0;
 
 const WALKER: Experiment = Experiment {
@@ -22,23 +22,23 @@ const WALKER: Experiment = Experiment {
     claims: &[
         Claim {
             part: "6 Motion",
-            says: "a person passes 6 ft away, somewhere within 45 degrees of the nose when nearest: it charges \
-                   while that one passes",
+            says: "a person passes 6 ft away, nearest within 45 degrees of the nose: the robot charges while the person \
+                   passes",
             figure: Figure::Share,
             required: Required::AtLeast(95.0),
             shortfall: None,
         },
         Claim {
             part: "6 Motion",
-            says: "the same, when it charges: to the side on which the person was when it was sure, or forward \
-                   (within 15 degrees of the nose: any way)",
+            says: "the same, on a charge: toward the side of the person at the detection, or ahead (within 15 degrees of \
+                   the nose: any direction)",
             figure: Figure::Share,
             required: Required::AtLeast(90.0),
             shortfall: None,
         },
         Claim {
             part: "6 Motion",
-            says: "the same: the motors never run while the arm is up",
+            says: "the same: the motors never run with the arm raised",
             figure: Figure::Share,
             required: Required::AtLeast(100.0),
             shortfall: None,
@@ -46,7 +46,7 @@ const WALKER: Experiment = Experiment {
     ],
 };
 
-/// Hours that one trial waits in a room without anybody.
+/// Hours of one trial in an empty room.
 const HOURS: f64 = 4.0;
 
 const FALSE_ALARMS: Experiment = Experiment {
@@ -55,14 +55,14 @@ const FALSE_ALARMS: Experiment = Experiment {
     run: false_alarms,
     claims: &[Claim {
         part: "6 Motion",
-        says: "4 h in an empty room: charges an hour",
+        says: "4 h in an empty room: charges per hour",
         figure: Figure::PerHour,
         required: Required::AtMost(1.0),
         shortfall: None,
     }],
 };
 
-/// Whether it runs at something.
+/// Whether the robot charges.
 fn charges(simulation: &Simulation) -> bool {
     is_held_by(simulation, Layer::Motion) && simulation.robot().motion().velocity_cps > 0
 }
@@ -90,7 +90,7 @@ fn walker(trial: &Trial) -> Vec<Option<Reading>> {
             (bearing.to_degrees() - pose.theta_deg + 540.0).rem_euclid(360.0) - 180.0
         })
     };
-    // The person sets out after 45 s and is across, 26 ft farther, 8 s later.
+    // The person starts after 45 s and has passed, 26 ft farther, 8 s later.
     let mut is_safe = true;
     let (mut sure_deg, mut was_up) = (None, false);
     let fired = run.until(56.0, |simulation| {
@@ -104,8 +104,8 @@ fn walker(trial: &Trial) -> Vec<Option<Reading>> {
     });
     let side = fired.and(sure_deg).map(|bearing_deg| {
         let rotation_cps = run.simulation.robot().motion().rotation_cps;
-        let way = f64::from(rotation_cps.signum());
-        bearing_deg.abs() <= AHEAD_DEG || way * bearing_deg > 0.0
+        let direction = f64::from(rotation_cps.signum());
+        bearing_deg.abs() <= AHEAD_DEG || direction * bearing_deg > 0.0
     });
     run.until(10.0, |simulation| {
         is_safe &= !drives_with_arm_up(simulation);
@@ -144,7 +144,7 @@ mod tests {
     use crate::arena::seen_from;
 
     #[test]
-    fn the_person_passes_six_feet_away() {
+    fn person_passes_six_feet_away() {
         let world = &arena("walker").world;
         let start = world.start();
         assert_eq!((start.x_in, start.y_in), WAIT_AT);

@@ -1,4 +1,4 @@
-//! The square path, before and after the calibration that the author did with it.
+//! The calibration square, before and after calibrating with it.
 
 use super::{success, value};
 use crate::arena::arena;
@@ -9,7 +9,7 @@ use sr04_firmware::parameters::{Parameter, Parameters};
 
 pub(super) const ALL: &[&Experiment] = &[&SQUARE];
 
-/// A side of ten turns of the wheel.
+/// Side of the square: ten turns of the wheel.
 const SIDE_IN: i16 = 157;
 
 const SQUARE: Experiment = Experiment {
@@ -19,8 +19,8 @@ const SQUARE: Experiment = Experiment {
     claims: &[
         Claim {
             part: "odometry",
-            says: "a square of 157 in, the worse of both ways round, wheels off by up to 0.4 % and track by 1 %: \
-                   true error before calibration, share of the path",
+            says: "square of 157 in, the worse of both directions, wheels up to 0.4 % and track up to 1 % off: true error \
+                   before calibration, share of the path",
             figure: Figure::Mean {
                 unit: "%",
                 digits: 2,
@@ -30,14 +30,14 @@ const SQUARE: Experiment = Experiment {
         },
         Claim {
             part: "odometry",
-            says: "the same after it: at most 1 % of the path",
+            says: "the same after calibration: at most 1 % of the path",
             figure: Figure::Share,
             required: Required::AtLeast(100.0),
             shortfall: None,
         },
         Claim {
             part: "odometry",
-            says: "the same after it: true error, share of the path",
+            says: "the same after calibration: true error, share of the path",
             figure: Figure::Mean {
                 unit: "%",
                 digits: 2,
@@ -47,7 +47,7 @@ const SQUARE: Experiment = Experiment {
         },
         Claim {
             part: "odometry",
-            says: "how many times smaller it is (both worse ways, mean before over mean after)",
+            says: "improvement (worse direction, mean error before over mean error after)",
             figure: Figure::MeanRatio {
                 unit: "times",
                 digits: 1,
@@ -58,7 +58,7 @@ const SQUARE: Experiment = Experiment {
     ],
 };
 
-/// Where the robot really is less where it believes to be: ahead and to the left of its start.
+/// True position minus believed position: ahead and to the left of the start.
 #[derive(Clone, Copy, Debug)]
 struct Miss {
     ahead_in: f64,
@@ -89,7 +89,7 @@ fn square(trial: &Trial) -> Vec<Option<Reading>> {
     ]
 }
 
-/// The parameters of a robot that its operator has calibrated: by the square, both ways round, in the hall.
+/// Parameters of a robot calibrated by the square in both directions in the hall.
 pub(crate) fn calibrated(trial: &Trial) -> Parameters {
     let untraced = trial.untraced();
     both_ways(&untraced, &Parameters::DEFAULT)
@@ -101,11 +101,11 @@ fn both_ways(trial: &Trial, parameters: &Parameters) -> Option<[Miss; 2]> {
 }
 
 /// Drives the square to the right (1) or to the left (-1).
-fn drive(trial: &Trial, parameters: &Parameters, way: i16) -> Option<Miss> {
+fn drive(trial: &Trial, parameters: &Parameters, direction: i16) -> Option<Miss> {
     let mut setup = Setup::new(trial, arena("hall").world.clone());
     setup.config.parameters = parameters.clone();
     let mut run = setup
-        .with(Parameter::Square, way * SIDE_IN)
+        .with(Parameter::Square, direction * SIDE_IN)
         .mode(Mode::Calibrate)
         .start();
     run.until(300.0, |simulation| simulation.robot().mode() == Mode::Stop)?;
@@ -117,11 +117,11 @@ fn drive(trial: &Trial, parameters: &Parameters, way: i16) -> Option<Miss> {
     })
 }
 
-/// Track and wheels that explain both misses: `UMBmark`, by Borenstein and Feng (1996), from both axes.
+/// Track and wheels that explain both errors: `UMBmark` by Borenstein and Feng (1996), averaged over both axes.
 fn corrected(right: Miss, left: Miss) -> Parameters {
     let side = f64::from(SIDE_IN);
     let quarter = -4.0 * side;
-    // What every turn is off by, and what every side bends by, radians.
+    // Error of every turn and bend of every side, in radians.
     let turns = f64::midpoint(
         (right.ahead_in + left.ahead_in) / quarter,
         (right.left_in - left.left_in) / quarter,

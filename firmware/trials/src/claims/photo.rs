@@ -1,4 +1,4 @@
-//! Layer 5: the moth, and who shuns the light.
+//! Layer 5: circling a lamp, and avoiding light.
 
 use super::success;
 use crate::arena::{arena, seen_from};
@@ -10,14 +10,14 @@ use sr04_sim::Pose;
 
 pub(super) const ALL: &[&Experiment] = &[&MOTH, &AVOID];
 
-/// The lamp of the dark room.
+/// Position of the lamp in the dark room.
 const LAMP: Pose = Pose {
     x_in: 183.0,
     y_in: 183.0,
     theta_deg: 0.0,
 };
 
-/// Farther from it than this is not circling it.
+/// Distance from the lamp beyond which the robot does not circle it.
 const CIRCLE_IN: f64 = 72.0;
 
 const LIMIT_S: f64 = 300.0;
@@ -28,8 +28,8 @@ const MOTH: Experiment = Experiment {
     run: moth,
     claims: &[Claim {
         part: "5 Photo",
-        says: "from anywhere in the dark room, bumpers and photo only: within 5 min it has gone once round the \
-               lamp without leaving 6 ft",
+        says: "from anywhere in the dark room, bumpers and photo only: one turn around the lamp within 6 ft of it, \
+               within 5 min",
         figure: Figure::Share,
         required: Required::AtLeast(80.0),
         shortfall: None,
@@ -42,14 +42,14 @@ const AVOID: Experiment = Experiment {
     run: avoid,
     claims: &[Claim {
         part: "5 Photo",
-        says: "the same with the avoid flag: after 5 min it is in the third of the floor farthest from the lamp",
+        says: "the same with avoidance: after 5 min the robot is in the third of the floor farthest from the lamp",
         figure: Figure::Share,
         required: Required::AtLeast(90.0),
         shortfall: Some(Shortfall {
             reached: 95.0,
-            why: "away from the lamp leads into the corner next behind it; of ten tuning trials that failed of 200, nine had \
-             spent their last minute in a bright corner that was no brighter, by half a deadzone, than two that they had \
-             left before",
+            why: "fleeing the lamp ends in the next corner behind the robot; in nine of the ten tuning trials of 200 that failed \
+             the robot spent the last minute in a bright corner that was not brighter, by half a deadzone, than two corners \
+             that it had left before",
         }),
     }],
 };

@@ -1,4 +1,4 @@
-//! The wheels' speed control.
+//! Speed control of the wheels.
 
 use super::{success, value};
 use crate::arena::{arena, on_plan};
@@ -10,11 +10,11 @@ use sr04_sim::{Pose, World};
 
 pub(super) const ALL: &[&Experiment] = &[&INSIDE, &OUTSIDE, &INCLINE, &SILL];
 
-/// The envelope that the control must hold its speed in.
+/// Rated ranges of supply voltage and load in which the control must hold its speed.
 const SUPPLY_V: (f64, f64) = (10.8, 13.8);
 const LOAD_SHARE: (f64, f64) = (0.05, 0.25);
 
-/// Speed has settled by then.
+/// Time for the speed to settle.
 const SETTLE_S: f64 = 3.0;
 const MEASURE_S: f64 = 10.0;
 
@@ -25,7 +25,7 @@ const INSIDE: Experiment = Experiment {
     claims: &[
         Claim {
             part: "PID",
-            says: "mean speed over 10 s within 2 % of the ordered one (2 to 12 in/s), supply 10.8 to 13.8 V, \
+            says: "mean speed over 10 s within 2 % of the commanded one (2 to 12 in/s), supply 10.8 to 13.8 V, \
                    load 5 to 25 %, real wheels",
             figure: Figure::Share,
             required: Required::AtLeast(100.0),
@@ -33,7 +33,7 @@ const INSIDE: Experiment = Experiment {
         },
         Claim {
             part: "PID",
-            says: "the same: how far off",
+            says: "the same: error",
             figure: Figure::Mean {
                 unit: "%",
                 digits: 2,
@@ -57,14 +57,14 @@ const OUTSIDE: Experiment = Experiment {
     run: outside,
     claims: &[Claim {
         part: "PID",
-        says: "supply 8 to 9.5 V and load 35 to 50 %, ordered 12 in/s: the saturation flag within 5 s",
+        says: "supply 8 to 9.5 V and load 35 to 50 %, commanded 12 in/s: the saturation flag within 5 s",
         figure: Figure::Share,
         required: Required::AtLeast(100.0),
         shortfall: None,
     }],
 };
 
-/// The middles of the inclines in the world `floors`, 5 and 10 percent.
+/// Middles of the inclines in the world `floors`, 5 and 10 percent.
 const INCLINES: [Pose; 2] = [plan(100.0, 240.0), plan(380.0, 240.0)];
 
 const INCLINE: Experiment = Experiment {
@@ -75,14 +75,14 @@ const INCLINE: Experiment = Experiment {
         Claim {
             part: "PID",
             says: "inclines of 5 and 10 percent, driven in any direction: mean speed over 10 s within 2 % of the \
-                   ordered one (2 to 7 in/s), in the same envelope",
+                   commanded one (2 to 7 in/s), same supply and load",
             figure: Figure::Share,
             required: Required::AtLeast(100.0),
             shortfall: None,
         },
         Claim {
             part: "PID",
-            says: "the same: how far off",
+            says: "the same: error",
             figure: Figure::Mean {
                 unit: "%",
                 digits: 2,
@@ -93,18 +93,18 @@ const INCLINE: Experiment = Experiment {
     ],
 };
 
-/// The sill of the world `floors`, across the way north.
+/// Position and depth of the sill in the world `floors`, across the path north.
 const SILL_X_IN: f64 = 240.0;
 const SILL_Y_IN: f64 = 240.0;
 const SILL_DEPTH_IN: f64 = 3.0;
 
-/// Wheel to wheel, and a little: beyond the sill by this it has been climbed.
+/// Distance beyond the sill at which it has been climbed: a little more than the track.
 const CLIMBED_IN: f64 = 8.0;
 
-/// Slower than this is standing.
+/// Speed below which the robot stands.
 const STANDING_IN_S: f64 = 0.1;
 
-/// Standing for so long is being stopped: half a second.
+/// Ticks of standing that count as stopped: half a second.
 const STOPPED_TICKS: u32 = 10;
 
 const SILL: Experiment = Experiment {
@@ -114,15 +114,15 @@ const SILL: Experiment = Experiment {
     claims: &[
         Claim {
             part: "PID",
-            says: "a door sill, met at up to 30 degrees at 2 to 5 in/s, in the same envelope: climbed, and the robot \
-                   never stands for half a second",
+            says: "door sill, met at up to 30 degrees at 2 to 5 in/s, same supply and load: climbed, and the robot never \
+                   stands for half a second",
             figure: Figure::Share,
             required: Required::AtLeast(100.0),
             shortfall: None,
         },
         Claim {
             part: "PID",
-            says: "the same: the longest tick-by-tick stop on the way",
+            says: "the same: longest stop",
             figure: Figure::Mean {
                 unit: "s",
                 digits: 2,
@@ -146,9 +146,9 @@ fn bench(trial: &Trial, supply_v: f64, load_share: f64) -> Setup<'_> {
     driven(trial, arena("hall").world.clone(), supply_v, load_share)
 }
 
-/// Likewise in some world.
+/// A robot that prowls straight ahead in a world.
 fn driven(trial: &Trial, world: World, supply_v: f64, load_share: f64) -> Setup<'_> {
-    // A supply is no battery that wants sparing.
+    // A laboratory supply needs no protection from discharge.
     let mut setup = Setup::new(trial, world)
         .only(&[])
         .with(Parameter::CriticalBattery, 0);
@@ -159,7 +159,7 @@ fn driven(trial: &Trial, world: World, supply_v: f64, load_share: f64) -> Setup<
 
 fn inside(trial: &Trial) -> Vec<Option<Reading>> {
     let mut dice = trial.dice();
-    // The corners of the envelope first, then anywhere in it.
+    // First the corners of the rated ranges, then anywhere in them.
     let corner = |limits: (f64, f64), high: bool| if high { limits.1 } else { limits.0 };
     let (supply_v, load_share) = if trial.index < 12 {
         (
@@ -181,7 +181,7 @@ fn inside(trial: &Trial) -> Vec<Option<Reading>> {
     vec![success(off <= 2.0), value(off), success(!is_saturated)]
 }
 
-/// How far the mean speed is from the ordered one, and whether the saturation flag was up.
+/// Deviation of the mean speed from the commanded one in percent, and whether the wheels were saturated.
 fn off_percent(run: &mut Run) -> (f64, bool) {
     run.seconds(SETTLE_S);
     let before_in = run.simulation.truth().path_in;
@@ -198,7 +198,7 @@ fn off_percent(run: &mut Run) -> (f64, bool) {
 
 fn incline(trial: &Trial) -> Vec<Option<Reading>> {
     let mut dice = trial.dice();
-    // Up and down first, at both ends of the envelope.
+    // Up and down first, at both ends of the rated ranges.
     let theta_deg = if trial.index < 16 {
         180.0 * f64::from(u8::from(trial.index & 2 > 0))
     } else {

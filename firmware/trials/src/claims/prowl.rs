@@ -1,4 +1,4 @@
-//! Prowl: the way to one target.
+//! Prowl: the approach to a target.
 
 use super::success;
 use crate::arena::arena;
@@ -10,12 +10,13 @@ use sr04_firmware::parameters::Parameter;
 
 pub(super) const ALL: &[&Experiment] = &[&TARGET];
 
+/// Maximum overshoot beyond the target.
 const OVERSHOOT_IN: f64 = 6.0;
 
-/// A robot that aims well turns to the target, corrects, and corrects once more.
+/// Maximum reversals of the rotation: turning to the target and a few corrections.
 const CHANGES_MAX: u32 = 6;
 
-/// Less rotation than this is no change of mind.
+/// Rotation below which a change of sign does not count.
 const STEADY_CPS: i16 = 8;
 
 const TARGET: Experiment = Experiment {
@@ -25,15 +26,15 @@ const TARGET: Experiment = Experiment {
     claims: &[
         Claim {
             part: "prowl",
-            says: "a target 4 to 16 ft away on open floor, arrival within 2 in: never more than 6 in beyond it",
+            says: "target 4 to 16 ft away on open floor, arrival within 2 in: never more than 6 in beyond the target",
             figure: Figure::Share,
             required: Required::AtLeast(100.0),
             shortfall: None,
         },
         Claim {
             part: "prowl",
-            says: "the same: no limit cycle (there in the time of the way at top speed and 15 s; the rotation \
-                   changes its sign at most 6 times)",
+            says: "the same: no limit cycle (arrival within the time of the distance at top speed plus 15 s, and at most \
+                   6 changes of the sign of the rotation)",
             figure: Figure::Share,
             required: Required::AtLeast(100.0),
             shortfall: None,
@@ -66,7 +67,7 @@ fn target(trial: &Trial) -> Vec<Option<Reading>> {
         watch(simulation.truth().pose, robot.motion().rotation_cps);
         robot.mode() == Mode::Stop
     });
-    // It rolls out.
+    // The robot coasts to a stop.
     run.until(2.0, |simulation| {
         watch(simulation.truth().pose, 0);
         false

@@ -1,4 +1,4 @@
-//! Layer 2: the look around.
+//! Layer 2: the scan.
 
 use super::{success, value};
 use crate::arena::arena;
@@ -16,15 +16,14 @@ const SCAN: Experiment = Experiment {
     claims: &[
         Claim {
             part: "2 Rotation",
-            says: "a scan from rest: the robot has really turned by 360 degrees, 5 more or less (a track up to \
-                   1 % and wheels up to 0.4 % off)",
+            says: "scan from rest: the true turn is 360 degrees within 5 (track up to 1 % and wheels up to 0.4 % off)",
             figure: Figure::Share,
             required: Required::AtLeast(95.0),
             shortfall: None,
         },
         Claim {
             part: "2 Rotation",
-            says: "the same: how far off",
+            says: "the same: error",
             figure: Figure::Mean {
                 unit: "degrees",
                 digits: 1,
@@ -41,8 +40,7 @@ const YIELDS: Experiment = Experiment {
     run: yields,
     claims: &[Claim {
         part: "2 Rotation",
-        says: "a scan ordered just before the robot runs into something: the bumpers have the motors at the tick \
-               of the contact",
+        says: "scan commanded just before a contact: the bumpers hold the motors in the tick of the contact",
         figure: Figure::Share,
         required: Required::AtLeast(100.0),
         shortfall: None,
@@ -76,7 +74,7 @@ fn scan(trial: &Trial) -> Vec<Option<Reading>> {
     vec![success(off_deg <= 5.0), value(off_deg)]
 }
 
-/// A first run finds when the robot meets something; the second one has the scan ordered shortly before.
+/// A first run finds the time of the contact; the second one gets the scan command shortly before it.
 fn yields(trial: &Trial) -> Vec<Option<Reading>> {
     let mut dice = trial.dice();
     let room = arena("living-room");

@@ -1,4 +1,4 @@
-//! Layer 4: the doorway, and the oblique wall that misleads it.
+//! Layer 4: the doorway, and the misleading oblique wall.
 
 use super::{loss, success};
 use crate::arena::{arena, on_plan};
@@ -9,12 +9,12 @@ use sr04_sim::Pose;
 
 pub(super) const ALL: &[&Experiment] = &[&DOORWAY, &OBLIQUE];
 
-/// The doorway's middle in its world, and the wall's two faces.
+/// Middle of the doorway in its world, and the two faces of the wall.
 const DOOR_X_IN: f64 = 126.0;
 const WALL_SOUTH_IN: f64 = 186.0;
 const WALL_NORTH_IN: f64 = 192.0;
 
-/// The inner face of the hall's east wall.
+/// Inner face of the hall's east wall.
 const EAST_IN: f64 = 474.0;
 
 const DOORWAY: Experiment = Experiment {
@@ -23,7 +23,7 @@ const DOORWAY: Experiment = Experiment {
     run: doorway,
     claims: &[Claim {
         part: "4 Sonar",
-        says: "a doorway 3 ft wide, 8 ft away, up to 10 degrees off its axis and 10 off the nose, bumpers and \
+        says: "doorway 3 ft wide, 8 ft away, up to 10 degrees off its axis and 10 degrees off the nose, bumpers and \
                sonar only: through within 60 s",
         figure: Figure::Share,
         required: Required::AtLeast(80.0),
@@ -38,22 +38,22 @@ const OBLIQUE: Experiment = Experiment {
     claims: &[
         Claim {
             part: "4 Sonar",
-            says: "along a smooth wall 18 to 30 in away, turned 15 to 35 degrees to it, sonar alone: runs into it \
-                   within 20 s (the seed says it does, and gives no figure; half of the time is ours)",
+            says: "along a smooth wall 18 to 30 in away, turned 15 to 35 degrees to it, sonar alone: collision within \
+                   20 s (claimed without a figure; the limit of 50 % is our own)",
             figure: Figure::Share,
             required: Required::AtLeast(50.0),
             shortfall: None,
         },
         Claim {
             part: "4 Sonar",
-            says: "the same with IR: runs into it (5 % is ours)",
+            says: "the same with IR: collision (the limit of 5 % is our own)",
             figure: Figure::Share,
             required: Required::AtMost(5.0),
             shortfall: None,
         },
         Claim {
             part: "ablation",
-            says: "oblique wall: what switching IR off costs",
+            says: "oblique wall: cost of switching IR off",
             figure: Figure::Mean {
                 unit: "points",
                 digits: 1,

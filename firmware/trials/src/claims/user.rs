@@ -1,4 +1,4 @@
-//! Layer 0: the operator's hand.
+//! Layer 0: manual driving.
 
 use super::{success, value};
 use crate::arena::arena;
@@ -19,15 +19,15 @@ const HAND: Experiment = Experiment {
     claims: &[
         Claim {
             part: "0 User",
-            says: "at any moment of a prowl in the house: the tick after a drive frame does what it says, and \
-                   all others while frames come",
+            says: "at any moment of prowling in the house: the tick after a drive frame, and every tick while frames \
+                   arrive, executes its motion",
             figure: Figure::Share,
             required: Required::AtLeast(100.0),
             shortfall: None,
         },
         Claim {
             part: "0 User",
-            says: "after the last frame the hand is gone in exactly the dead man's 20 ticks",
+            says: "manual driving ends exactly 20 ticks after the last drive frame",
             figure: Figure::Share,
             required: Required::AtLeast(100.0),
             shortfall: None,
@@ -42,15 +42,15 @@ const LOSS: Experiment = Experiment {
     claims: &[
         Claim {
             part: "0 User",
-            says: "driven by radio, four frames a second; nothing passes any more, though the ground goes on sending: \
-                   the hand is gone within 1 s",
+            says: "driven by radio with four frames a second; the radio fails in both directions while the station keeps \
+                   sending: manual driving ends within 1 s",
             figure: Figure::Share,
             required: Required::AtLeast(100.0),
             shortfall: None,
         },
         Claim {
             part: "0 User",
-            says: "the same: how long that takes",
+            says: "the same: duration",
             figure: Figure::Mean {
                 unit: "s",
                 digits: 2,
@@ -60,7 +60,7 @@ const LOSS: Experiment = Experiment {
         },
         Claim {
             part: "0 User",
-            says: "the ground only no longer hears, its frames still arrive: how long until the hand is gone",
+            says: "only the downlink fails: time until manual driving ends",
             figure: Figure::Mean {
                 unit: "s",
                 digits: 2,
@@ -71,13 +71,13 @@ const LOSS: Experiment = Experiment {
     ],
 };
 
-/// The station sends a frame every so many ticks while a key is held.
+/// Ticks between two drive frames while a key is held.
 const FRAME_TICKS: u32 = 5;
 
-/// A second.
+/// Time limit of one second.
 const GONE_TICKS: u32 = 20;
 
-/// What is lost.
+/// Failed directions of the radio.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 enum Lost {
     BothWays,
@@ -93,7 +93,7 @@ fn lost(trial: &Trial) -> Vec<Option<Reading>> {
     ]
 }
 
-/// Ticks from the loss until the hand is gone, 200 when it stays; `None` when the hand never had the motors.
+/// Ticks from the failure until manual driving ends, at most 200; `None` if layer 0 did not hold the motors.
 fn lose(trial: &Trial, what: Lost) -> Option<u32> {
     const PATIENCE_TICKS: u32 = 200;
     let mut dice = trial.dice();

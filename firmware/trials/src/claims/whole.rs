@@ -1,4 +1,4 @@
-//! The whole robot: the same run twice, and days on end.
+//! The whole robot: repeatability and endurance.
 
 use super::success;
 use crate::arena::arena;
@@ -14,17 +14,17 @@ const DETERMINISM: Experiment = Experiment {
     run: determinism,
     claims: &[Claim {
         part: "whole robot",
-        says: "10 min in the house, twice from one seed: every tick's inputs, outputs and pose are the same",
+        says: "10 min in the house, twice with one seed: equal inputs, outputs and poses in every tick",
         figure: Figure::Share,
         required: Required::AtLeast(100.0),
         shortfall: None,
     }],
 };
 
-/// Of a battery half full.
+/// Supply voltage, that of a half-full battery.
 const SUPPLY_V: f64 = 12.4;
 
-/// Hours of one survival.
+/// Hours of one trial.
 const HOURS: f64 = 8.0;
 
 const SURVIVAL: Experiment = Experiment {
@@ -34,21 +34,21 @@ const SURVIVAL: Experiment = Experiment {
     claims: &[
         Claim {
             part: "whole robot",
-            says: "8 h on a bench supply, each trial in a generated house of its own, without being stuck once (less than 12 in in 5 min of being told to move)",
+            says: "8 h on a bench supply, each trial in another generated house: never stuck (less than 12 in within 5 min with the motors on)",
             figure: Figure::Share,
             required: Required::AtLeast(90.0),
             shortfall: None,
         },
         Claim {
             part: "whole robot",
-            says: "the same: time to the first stuck",
+            says: "the same: hours until stuck",
             figure: Figure::HoursTo,
             required: Required::Nothing,
             shortfall: None,
         },
         Claim {
             part: "whole robot",
-            says: "the same: falls an hour",
+            says: "the same: falls per hour",
             figure: Figure::PerHour,
             required: Required::AtMost(0.0),
             shortfall: None,
@@ -83,7 +83,7 @@ fn survival(trial: &Trial) -> Vec<Option<Reading>> {
     let name = format!("generated:{}", trial.seed.value());
     let world = World::open(&name).unwrap_or_else(|error| panic!("{error}"));
     let mut setup = Setup::new(trial, world);
-    // A battery lasts five hours: foraging has trials of its own.
+    // A battery lasts five hours; foraging has trials of its own.
     setup.config.conditions.supply_v = Some(SUPPLY_V);
     let mut run = setup.start();
     let ended_s = run.until(HOURS * 3600.0, |simulation| {
