@@ -49,7 +49,7 @@ impl Day {
         let identity = Identity {
             robot_id: 7,
             boots: 1,
-            dice_seed: 1,
+            rng_seed: 1,
             duplex: Duplex::Full,
         };
         Self {

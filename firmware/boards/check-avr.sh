@@ -1,9 +1,9 @@
 #!/usr/bin/env bash
-# Links the robot's program for an ATmega2560, says how large it is, and fails when its state and
-# buffers take too much of the chip's RAM or when core::fmt, which this target miscompiles, is in it.
+# Links the robot's program for an ATmega2560 and prints its size. Fails if state and buffers take too much of the
+# chip's RAM, or if the program contains core::fmt, which this target miscompiles.
 #
-# Needs Debian's rustc-web cargo-web rust-web-src gcc-avr binutils-avr avr-libc; with RUSTC and CARGO_AVR
-# set, another compiler with rust-src for `-Zbuild-std` (a nightly) does as well.
+# Needs Debian's rustc-web cargo-web rust-web-src gcc-avr binutils-avr avr-libc, or RUSTC and CARGO_AVR set to another
+# compiler with rust-src for `-Zbuild-std` (a nightly).
 set -euo pipefail
 
 ram_max=6144
@@ -21,12 +21,12 @@ echo "flash $flash of 262144 bytes, RAM for state and buffers $ram of 8192 bytes
 
 failed=0
 if [ "$ram" -gt "$ram_max" ]; then
-    echo "check-avr: state and buffers take $ram bytes of RAM, $((ram - ram_max)) too many;" \
+    echo "check-avr: state and buffers take $ram bytes of RAM, $((ram - ram_max)) too many:" \
         "'avr-nm --size-sort -S $PWD/$elf' names the largest" >&2
     failed=1
 fi
 if symbols=$(avr-nm "$elf" | grep core3fmt); then
-    echo "check-avr: core::fmt is in the program: look for format strings, unwrap on a Result, and" \
+    echo "check-avr: the program contains core::fmt: look for format strings, unwrap on a Result, and" \
         "panics with arguments" >&2
     echo "$symbols" >&2
     failed=1

@@ -4,7 +4,7 @@
 pub const TICK_HZ: u32 = 20;
 
 /// Infrared half cycles per second: the LEDs are modulated at half of this rate.
-pub const INFRARED_LOOK_HZ: u32 = 250;
+pub const INFRARED_SAMPLE_HZ: u32 = 250;
 
 /// Encoder counts per inch of wheel travel: 251 per turn of a 5-inch wheel.
 pub const COUNTS_PER_IN: i32 = 16;
@@ -20,7 +20,7 @@ pub struct Identity {
     /// Boot counter, incremented by the board in memory that survives a reset.
     pub boots: u16,
     /// Seed of the robot's random numbers (a centre bump turns left or right at random).
-    pub dice_seed: u32,
+    pub rng_seed: u32,
     /// Whether both ends of the radio can send at the same time.
     pub duplex: Duplex,
 }

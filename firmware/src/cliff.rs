@@ -64,7 +64,7 @@ enum State {
     Retreat {
         forward: bool,
         then: Option<Turn>,
-        way_counts: i16,
+        path_counts: i16,
         ticks_left: u8,
     },
     Turn {
@@ -114,12 +114,12 @@ pub struct CliffGuard {
     /// Edges that it acts on.
     seen: Edges,
     /// Ticks until it reports again.
-    told_ticks: u8,
-    news: Option<Missing>,
+    report_ticks: u8,
+    report: Option<Missing>,
 }
 
 /// Ticks without action after which the next action is reported.
-const TELL_TICKS: u8 = 5 * ticks(1) as u8;
+const REPORT_TICKS: u8 = 5 * ticks(1) as u8;
 
 impl CliffGuard {
     /// Returns to watching; call it while the motors are off.
@@ -144,8 +144,8 @@ impl CliffGuard {
     }
 
     /// Direction of the missing floor if the guard began to act in this tick.
-    pub fn take_news(&mut self) -> Option<Missing> {
-        self.news.take()
+    pub fn take_report(&mut self) -> Option<Missing> {
+        self.report.take()
     }
 
     /// Command for the motors in place of the winning motion; `by_hand` in manual driving.
@@ -161,7 +161,7 @@ impl CliffGuard {
             self.state = State::Watch;
             return Command::Drive(motion);
         };
-        self.told_ticks = self.told_ticks.saturating_sub(1);
+        self.report_ticks = self.report_ticks.saturating_sub(1);
         if self.is_lifted(edges) {
             return Command::Brake;
         }
@@ -189,14 +189,14 @@ impl CliffGuard {
             self.begin(edges, by_hand);
             return self.brake(senses, edges, counts);
         }
-        self.go_on(senses);
+        self.advance(senses);
         Command::Drive(motion)
     }
 
     fn is_lifted(&mut self, edges: Edges) -> bool {
         let ticks_left = if edges.left && edges.center && edges.right && edges.rear {
             if !matches!(self.state, State::Lifted { .. }) {
-                self.news = Some(Missing::Below);
+                self.report = Some(Missing::Below);
             }
             self.seen = edges;
             PUT_DOWN_TICKS
@@ -214,15 +214,15 @@ impl CliffGuard {
     }
 
     fn begin(&mut self, edges: Edges, by_hand: bool) {
-        if self.told_ticks == 0 {
+        if self.report_ticks == 0 {
             let ahead = edges.left || edges.center || edges.right;
-            self.news = Some(if ahead {
+            self.report = Some(if ahead {
                 Missing::Ahead
             } else {
                 Missing::Behind
             });
         }
-        self.told_ticks = TELL_TICKS;
+        self.report_ticks = REPORT_TICKS;
         self.seen = edges;
         self.state = State::Brake {
             by_hand,
@@ -231,7 +231,7 @@ impl CliffGuard {
     }
 
     fn brake(&mut self, senses: &Senses, edges: Edges, counts: Counts) -> Command {
-        self.told_ticks = TELL_TICKS;
+        self.report_ticks = REPORT_TICKS;
         self.seen = self.seen.or(edges);
         let State::Brake {
             by_hand,
@@ -270,21 +270,21 @@ impl CliffGuard {
     }
 
     /// Advances the retreat by a tick.
-    fn go_on(&mut self, senses: &Senses) {
+    fn advance(&mut self, senses: &Senses) {
         let next = match &mut self.state {
             State::Watch | State::Brake { .. } | State::Lifted { .. } => return,
             State::Retreat {
                 forward,
                 then,
-                way_counts,
+                path_counts,
                 ticks_left,
             } => {
-                *way_counts = way_counts.saturating_add(senses.way_counts);
+                *path_counts = path_counts.saturating_add(senses.path_counts);
                 *ticks_left -= 1;
                 let far = if *forward { AHEAD_COUNTS } else { BACK_COUNTS };
                 // Pushing against an obstacle ahead leads nowhere.
                 let blocked = *forward && senses.bumper.any();
-                if way_counts.abs() < far && *ticks_left > 0 && !blocked {
+                if path_counts.abs() < far && *ticks_left > 0 && !blocked {
                     return;
                 }
                 then.map_or(State::Watch, |turn| State::turn(turn, senses))
@@ -329,7 +329,7 @@ impl State {
         Self::Retreat {
             forward,
             then,
-            way_counts: 0,
+            path_counts: 0,
             ticks_left: RETREAT_TICKS,
         }
     }
@@ -346,7 +346,7 @@ impl State {
 /// The retreat from the detected edges.
 fn retreat(seen: Edges, senses: &Senses) -> State {
     let ahead = seen.left || seen.center || seen.right;
-    let by_chance = senses.dice & 1 == 0;
+    let by_chance = senses.random & 1 == 0;
     // Turn right from an edge on the left.
     let right = if seen.left == seen.right {
         by_chance
@@ -366,7 +366,7 @@ fn retreat(seen: Edges, senses: &Senses) -> State {
         },
         (false, true) => State::retreat(true, None),
         _ => {
-            let more = (senses.dice >> 8) as u16 % TURN_LEAST;
+            let more = (senses.random >> 8) as u16 % TURN_LEAST;
             State::retreat(false, Some(turn(TURN_LEAST + more, false)))
         }
     }

@@ -26,7 +26,7 @@ impl Guard {
     }
 
     /// Handles an intact frame from the ground station.
-    pub const fn hear(&mut self) {
+    pub const fn handle_frame(&mut self) {
         self.silence_ticks = 0;
     }
 
@@ -101,7 +101,7 @@ mod tests {
             for _ in 0..199 {
                 assert_eq!(guard.tick(true, Mode::Prowl), None);
             }
-            guard.hear();
+            guard.handle_frame();
         }
     }
 
@@ -117,11 +117,11 @@ mod tests {
     fn failsafe_ends_by_command_and_not_by_a_frame() {
         let mut guard = guard();
         acts_after(&mut guard, true, Mode::Prowl);
-        guard.hear();
+        guard.handle_frame();
         assert_eq!(guard.letter(true), Link::Failsafe);
         assert!(guard.rearm());
         assert_eq!(guard.letter(true), Link::Armed);
-        guard.hear();
+        guard.handle_frame();
         assert_eq!(acts_after(&mut guard, true, Mode::Prowl), Some(200));
     }
 }

@@ -60,7 +60,7 @@ impl Default for Infrared {
 
 impl Infrared {
     /// Takes the readings of the half cycle that has ended; returns whether the LEDs are on in the next one.
-    pub fn look(&mut self, left: bool, right: bool) -> bool {
+    pub fn sample(&mut self, left: bool, right: bool) -> bool {
         let was_on = self.leds_on;
         self.leds_on = self.enabled && self.off_ticks == 0 && !was_on;
         if was_on {
@@ -159,7 +159,7 @@ mod tests {
     fn tick(infrared: &mut Infrared, lit: Sides, dark: Sides) -> Sides {
         for _ in 0..12 {
             let reading = if infrared.leds_on { lit } else { dark };
-            infrared.look(reading.left, reading.right);
+            infrared.sample(reading.left, reading.right);
         }
         infrared.tick(true, &Parameters::DEFAULT)
     }
@@ -181,17 +181,17 @@ mod tests {
     fn running() -> Infrared {
         let mut infrared = Infrared::default();
         infrared.tick(true, &Parameters::DEFAULT);
-        infrared.look(false, false);
+        infrared.sample(false, false);
         infrared
     }
 
     #[test]
     fn leds_blink_at_half_the_sample_rate_while_enabled() {
         let mut infrared = running();
-        let leds: [bool; 6] = core::array::from_fn(|_| infrared.look(false, false));
+        let leds: [bool; 6] = core::array::from_fn(|_| infrared.sample(false, false));
         assert_eq!(leds, [false, true, false, true, false, true]);
         infrared.tick(false, &Parameters::DEFAULT);
-        assert!((0..6).all(|_| !infrared.look(true, true)));
+        assert!((0..6).all(|_| !infrared.sample(true, true)));
         assert_eq!(infrared.tick(false, &Parameters::DEFAULT), NONE);
     }
 
@@ -215,13 +215,13 @@ mod tests {
         let mut infrared = running();
         for pairs in 0..20 {
             let seen = pairs % 3 != 2;
-            infrared.look(seen, false);
-            infrared.look(false, false);
+            infrared.sample(seen, false);
+            infrared.sample(false, false);
         }
         assert_eq!(infrared.tick(true, &Parameters::DEFAULT), NONE);
         for _ in 0..3 {
-            infrared.look(true, false);
-            infrared.look(false, false);
+            infrared.sample(true, false);
+            infrared.sample(false, false);
         }
         assert_eq!(infrared.tick(true, &Parameters::DEFAULT), LEFT);
     }
@@ -262,8 +262,8 @@ mod tests {
         for seen in [LEFT, BOTH, NONE] {
             for _ in 0..200 {
                 for _ in 0..6 {
-                    infrared.look(seen.left, seen.right);
-                    infrared.look(false, false);
+                    infrared.sample(seen.left, seen.right);
+                    infrared.sample(false, false);
                 }
                 infrared.tick(true, &parameters);
                 assert_eq!(infrared.max_count(), 12, "the larger of two crossed limits");
@@ -281,7 +281,7 @@ mod tests {
         tick(&mut infrared, BOTH, NONE);
         for n in 1..=600 {
             assert!(infrared.is_jammed(), "tick {n}");
-            assert!(!infrared.look(true, true));
+            assert!(!infrared.sample(true, true));
             assert_eq!(tick(&mut infrared, LEFT, NONE), NONE);
         }
         assert!(!infrared.is_jammed());

@@ -1,7 +1,7 @@
 //! The SR04's program, independent of its board.
 //!
 //! A board reads its pins into [`board::Inputs`], calls [`robot::Robot::tick`] 20 times a second and applies the
-//! [`board::Outputs`]. Between ticks it calls [`robot::Robot::infrared_look`] 250 times a second and transfers bytes to
+//! [`board::Outputs`]. Between ticks it calls [`robot::Robot::infrared_sample`] 250 times a second and transfers bytes to
 //! and from the radio. The simulator is one such board.
 //!
 //! Start reading at [`robot::Robot::tick`], which is the whole program from top to bottom.
@@ -20,13 +20,14 @@ pub mod arm;
 pub mod behaviours;
 pub mod board;
 pub mod cliff;
-pub mod dice;
+
 pub mod drive;
 pub mod failsafe;
 pub mod infrared;
 pub mod odometry;
 pub mod parameters;
 pub mod pid;
+pub mod rng;
 pub mod robot;
 pub mod sensors;
 pub mod song;

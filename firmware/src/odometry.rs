@@ -31,7 +31,7 @@ const STEP_SHIFT: u32 = 15 - (UNITS_PER_IN / STEP_PER_IN).trailing_zeros();
 const COUNTS_MAX: i16 = 64;
 
 /// Diameter of the nominal wheels in 1/1000 inch.
-const WHEEL: i32 = 5000;
+const NOMINAL_WHEEL: i32 = 5000;
 
 /// Movement and heading per count of each wheel.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -45,7 +45,7 @@ struct Gauge {
 }
 
 impl Gauge {
-    const DRAWN: Self = Self {
+    const NOMINAL: Self = Self {
         left_step: STEP_PER_COUNT,
         right_step: STEP_PER_COUNT,
         left_turn: TURN_PER_COUNT,
@@ -56,7 +56,7 @@ impl Gauge {
         let value = |parameter| i32::from(parameters.get(parameter)).max(1);
         let (left, right) = (value(Parameter::WheelLeft), value(Parameter::WheelRight));
         let track = value(Parameter::Track);
-        let step = |wheel: i32| (wheel * STEP_PER_COUNT + WHEEL / 2) / WHEEL;
+        let step = |wheel: i32| (wheel * STEP_PER_COUNT + NOMINAL_WHEEL / 2) / NOMINAL_WHEEL;
         // Ratio to the nominal wheel and track in 1/65,536: exactly 65,536 for nominal ones.
         let turn = |wheel: i32| {
             let ratio = (((wheel * 2) << 16) + track / 2) / track;
@@ -74,7 +74,7 @@ impl Gauge {
 
 impl Default for Gauge {
     fn default() -> Self {
-        Self::DRAWN
+        Self::NOMINAL
     }
 }
 
@@ -153,9 +153,9 @@ impl Odometer {
         // The heading at the middle of the tick gives the chord of the arc.
         let heading = Angle((self.heading.wrapping_add_signed(turn / 2) >> 16) as u16);
         self.heading = self.heading.wrapping_add_signed(turn);
-        let way = left * gauge.left_step + right * gauge.right_step + self.remainder;
-        let step = way >> 6;
-        self.remainder = way & 63;
+        let path = left * gauge.left_step + right * gauge.right_step + self.remainder;
+        let step = path >> 6;
+        self.remainder = path & 63;
         let part = |share: i16| (step * i32::from(share) + (1 << (STEP_SHIFT - 1))) >> STEP_SHIFT;
         self.x_units = self.x_units.saturating_add(part(heading.sin()));
         self.y_units = self.y_units.saturating_add(part(heading.cos()));
@@ -276,7 +276,7 @@ mod tests {
 
     #[test]
     fn tuned_gauge_is_exact_to_a_hundred_thousandth() {
-        assert_eq!(Gauge::of(&Parameters::DEFAULT), Gauge::DRAWN);
+        assert_eq!(Gauge::of(&Parameters::DEFAULT), Gauge::NOMINAL);
         for (left, right, track) in [
             (4500, 5500, 9000),
             (5013, 4987, 10_061),

@@ -70,7 +70,7 @@ const REST_TICKS: u8 = 4 * STALLED_TICKS;
 
 /// Ticks at full pulse width below two thirds of the commanded speed after which the robot is held and its wheels slip.
 /// They slip at a third of top speed; a low battery or a rated load does not slow them as much.
-const LABOURED_TICKS: u8 = 2 * ticks(1) as u8;
+const OVERLOAD_TICKS: u8 = 2 * ticks(1) as u8;
 
 /// Maximum edges of a tick in which the wheel may have reversed.
 const STANDING_COUNTS: u16 = 1;
@@ -111,16 +111,16 @@ pub struct Wheel {
     /// Speed at the end of the past tick in [`SPEED_PARTS`].
     speed_parts: i32,
     /// Pulse width of the current tick.
-    given: i16,
+    pwm: i16,
     full_ticks: u8,
     still_ticks: u8,
     /// Ticks at full pulse width with much too low a speed, less those without.
-    laboured_ticks: u8,
+    overload_ticks: u8,
     /// Whether the wheel has stalled and not moved since.
     is_stalled: bool,
     /// Ticks without power left after a stall, and the direction in which the wheel stalled.
     rest_ticks: u8,
-    rests_from_backward: bool,
+    stalled_backward: bool,
     /// While braking: counts per tick at the end of the past tick.
     braked_counts: Option<i16>,
 }
@@ -130,13 +130,13 @@ impl Wheel {
     /// command against the direction of the wheel first brakes it.
     #[must_use]
     pub fn signed_counts(&mut self, edges: u16) -> i16 {
-        let given = i32::from(self.given) * SPEED_PER_STEP;
+        let pwm = i32::from(self.pwm) * SPEED_PER_STEP;
         let drag = if self.speed_parts.abs() > DRAG / 4 {
             DRAG * self.speed_parts.signum()
         } else {
-            given.clamp(-DRAG, DRAG)
+            pwm.clamp(-DRAG, DRAG)
         };
-        let pull = given - drag - self.speed_parts;
+        let pull = pwm - drag - self.speed_parts;
         let during = self.speed_parts + pull * FOLLOWS_DURING / SPEED_PARTS;
         if during != 0 {
             self.backward = during < 0;
@@ -153,7 +153,7 @@ impl Wheel {
         self.slewed_cps = 0;
         self.is_stalled = false;
         self.rest_ticks = 0;
-        self.given = 0;
+        self.pwm = 0;
         self.release();
     }
 
@@ -176,33 +176,33 @@ impl Wheel {
             return 0;
         }
         let against = (i32::from(now) * BRAKE_PER_COUNT).min(i32::from(PWM_MAX)) as i16;
-        self.given = if self.backward { against } else { -against };
-        self.given
+        self.pwm = if self.backward { against } else { -against };
+        self.pwm
     }
 
     fn release(&mut self) {
         self.behind_parts = 0;
         self.full_ticks = 0;
         self.still_ticks = 0;
-        self.laboured_ticks = 0;
+        self.overload_ticks = 0;
     }
 
     /// Pulse width for the next tick from the commanded speed and the counts of the past tick.
     pub fn control(&mut self, ordered_cps: i16, counts: i16, gains: &Gains) -> i16 {
         self.braked_counts = None;
-        if self.rests(ordered_cps) {
-            self.given = 0;
+        if self.is_resting(ordered_cps) {
+            self.pwm = 0;
             return 0;
         }
         if i32::from(ordered_cps) * i32::from(self.slewed_cps) < 0 {
-            self.laboured_ticks = 0;
+            self.overload_ticks = 0;
         }
         let change = ordered_cps.saturating_sub(self.slewed_cps);
         let change = change.clamp(-gains.slew_cps, gains.slew_cps);
         self.slewed_cps += change;
         if ordered_cps == 0 && self.slewed_cps == 0 {
             self.is_stalled = false;
-            self.given = 0;
+            self.pwm = 0;
             self.release();
             return 0;
         }
@@ -214,43 +214,43 @@ impl Wheel {
             + behind * gains.per_count_behind / PARTS
             + too_slow_cps * gains.per_cps_slow / 256;
         let full = i32::from(PWM_MAX);
-        let given = wanted.clamp(-full, full);
+        let pwm = wanted.clamp(-full, full);
         // Anti-windup: an error that the motor cannot work off faster is not accumulated.
-        let is_winding_up = given != wanted && (too_slow_cps > 0) == (wanted > 0);
+        let is_winding_up = pwm != wanted && (too_slow_cps > 0) == (wanted > 0);
         if !is_winding_up {
             self.behind_parts = behind.clamp(-limit, limit);
         }
-        self.watch(given, counts);
-        self.given = given as i16;
-        self.given
+        self.watch(pwm, counts);
+        self.pwm = pwm as i16;
+        self.pwm
     }
 
     /// Whether the motor is without power after a stall. A command in the other direction, as in an escape, ends the rest.
-    fn rests(&mut self, ordered_cps: i16) -> bool {
+    fn is_resting(&mut self, ordered_cps: i16) -> bool {
         if self.rest_ticks == 0 {
             return false;
         }
         self.rest_ticks -= 1;
         self.slewed_cps = 0;
-        let turns_back = ordered_cps != 0 && (ordered_cps < 0) != self.rests_from_backward;
+        let turns_back = ordered_cps != 0 && (ordered_cps < 0) != self.stalled_backward;
         if turns_back {
             self.rest_ticks = 0;
         }
         !turns_back
     }
 
-    fn watch(&mut self, given: i32, counts: i16) {
-        let is_onward = (given > 0) == (self.slewed_cps > 0);
-        let is_full = is_onward && given.abs() == i32::from(PWM_MAX);
-        let is_high = is_onward && given.abs() >= STALLED_PWM;
+    fn watch(&mut self, pwm: i32, counts: i16) {
+        let is_onward = (pwm > 0) == (self.slewed_cps > 0);
+        let is_full = is_onward && pwm.abs() == i32::from(PWM_MAX);
+        let is_high = is_onward && pwm.abs() >= STALLED_PWM;
         let count = |ticks: u8, goes_on: bool| if goes_on { ticks.saturating_add(1) } else { 0 };
         self.full_ticks = count(self.full_ticks, is_full);
         self.still_ticks = count(self.still_ticks, is_high && counts == 0);
         let speed_cps = i32::from(counts).abs() * PARTS;
-        self.laboured_ticks = if is_full && speed_cps * 3 < i32::from(self.slewed_cps).abs() * 2 {
-            self.laboured_ticks.saturating_add(1).min(LABOURED_TICKS)
+        self.overload_ticks = if is_full && speed_cps * 3 < i32::from(self.slewed_cps).abs() * 2 {
+            self.overload_ticks.saturating_add(1).min(OVERLOAD_TICKS)
         } else {
-            self.laboured_ticks.saturating_sub(1)
+            self.overload_ticks.saturating_sub(1)
         };
         // A single count may be play of the gears.
         self.is_stalled &= counts.unsigned_abs() <= STANDING_COUNTS;
@@ -258,7 +258,7 @@ impl Wheel {
             self.release();
             self.is_stalled = true;
             self.rest_ticks = REST_TICKS;
-            self.rests_from_backward = given < 0;
+            self.stalled_backward = pwm < 0;
         }
     }
 
@@ -271,7 +271,7 @@ impl Wheel {
     /// Whether an obstacle holds the wheel, or holds the robot while the wheel slips.
     #[must_use]
     pub const fn is_held(&self) -> bool {
-        self.is_stalled || self.laboured_ticks >= LABOURED_TICKS
+        self.is_stalled || self.overload_ticks >= OVERLOAD_TICKS
     }
 
     /// Whether high pulse width does not turn the wheel; stays true while the motor rests and until the wheel moves.

@@ -1,6 +1,6 @@
 //! The whole robot. [`Robot::tick`] is its program.
 
-mod errands;
+mod autonomy;
 mod guards;
 mod hiding;
 mod layers;
@@ -13,17 +13,17 @@ use crate::arm::ServoArm;
 use crate::behaviours::{ALLOWED_AT_BOOT, BumpSequence, Layers, Passive, SensorSwitches, prowl};
 use crate::board::{Identity, Inputs, Outputs};
 use crate::cliff::{CliffGuard, Command};
-use crate::dice::Dice;
 use crate::drive::{Counts, DriveTrain, Motion};
 use crate::failsafe::Guard;
 use crate::infrared::Infrared;
 use crate::odometry::{Odometer, Pose};
 use crate::parameters::Parameters;
 use crate::pid::Gains;
+use crate::rng::Rng;
 use crate::sensors::{Battery, Ranges, Senses, ping_at};
-use crate::song::{Singer, Song};
+use crate::song::{Song, SongPlayer};
 use crate::telemetry::{Events, Schedule, Transmitter};
-use errands::Errands;
+use autonomy::Autonomy;
 use groundwave_protocol::Waypoint;
 use groundwave_protocol::arq::{Farm, Lists};
 use groundwave_protocol::letters::{Layer, LayerMask, Mode};
@@ -68,7 +68,7 @@ pub struct Robot {
     /// Mode to which mode Passive returns.
     mode_before: Mode,
     allowed: LayerMask,
-    dice: Dice,
+    rng: Rng,
 
     odometer: Odometer,
     drive: DriveTrain,
@@ -90,8 +90,8 @@ pub struct Robot {
     guarded: Option<MotorGuard>,
     /// With the cliff guard off: ticks until the robot reports it again.
     unguarded_ticks: u16,
-    errands: Errands,
-    singer: Singer,
+    autonomy: Autonomy,
+    song_player: SongPlayer,
     /// Ticks of braking left after a stop.
     brake_ticks: u8,
 
@@ -129,7 +129,7 @@ impl Robot {
             mode: Mode::Prowl,
             mode_before: Mode::Prowl,
             allowed: ALLOWED_AT_BOOT,
-            dice: Dice::new(identity.dice_seed),
+            rng: Rng::new(identity.rng_seed),
             odometer: Odometer::default(),
             drive: DriveTrain::default(),
             infrared: Infrared::default(),
@@ -147,8 +147,8 @@ impl Robot {
             cliff_guard: CliffGuard::default(),
             guarded: None,
             unguarded_ticks: 0,
-            errands: Errands::default(),
-            singer: Singer::default(),
+            autonomy: Autonomy::default(),
+            song_player: SongPlayer::default(),
             brake_ticks: 0,
             receiver: Receiver::default(),
             guard: Guard::default(),
@@ -168,7 +168,7 @@ impl Robot {
     pub fn tick(&mut self, inputs: &Inputs) -> Outputs {
         self.watch_silence();
         self.live_ticks = self.live_ticks.saturating_sub(1);
-        self.run_errands(inputs);
+        self.run_autonomy(inputs);
         let running = self.running();
 
         // Sensors.
@@ -176,11 +176,11 @@ impl Robot {
         if !self.allowed.contains(Layer::Sonar) {
             self.ranges = Ranges::default();
         } else if let Some(echo) = inputs.sonar {
-            self.ranges.hear(echo);
+            self.ranges.update(echo);
         }
         let infrared = self
             .infrared
-            .tick(self.looks_by_infrared(running), &self.parameters);
+            .tick(self.needs_infrared(running), &self.parameters);
         self.count_bumps(inputs);
 
         // Odometry.
@@ -196,7 +196,7 @@ impl Robot {
             target,
             now_ticks: self.now_ticks,
             pose: self.odometer.pose(),
-            way_counts: counts.left.saturating_add(counts.right),
+            path_counts: counts.left.saturating_add(counts.right),
             is_standing: self.motion == Motion::STILL && self.drive.is_standing(),
             is_held: self.drive.is_held(),
             turning_cps: self.drive.turning_cps(),
@@ -209,13 +209,13 @@ impl Robot {
             top_hat: inputs.top_hat,
             beacon: inputs.beacon,
             is_docked: inputs.is_docked,
-            is_charged: self.errands.is_charged(),
+            is_charged: self.autonomy.is_charged(),
             horizon_in: self.horizon_in(target),
-            dice: self.dice.roll(),
+            random: self.rng.next_u32(),
         };
         let requests = self.layers.decide(running, &senses);
         self.switches.watch(&senses, running);
-        let is_tempted = self.may_hide() && self.bump_sequence.watch(&senses);
+        let starts_hiding = self.may_hide() && self.bump_sequence.watch(&senses);
 
         // The arbiter.
         let winner = arbiter::arbitrate(&requests).filter(|_| self.mode != Mode::Stop);
@@ -235,7 +235,7 @@ impl Robot {
         // Activities that end or begin.
         self.take_arrival();
         self.finish_turns();
-        if is_tempted {
+        if starts_hiding {
             self.enter(Mode::Passive);
         }
 
@@ -256,7 +256,7 @@ impl Robot {
         self.events.infrared(infrared);
         let acts_for = self.cliff_guard.acts_for();
         self.events.cliff(inputs.cliff.map(|now| now.or(acts_for)));
-        self.tell_of_cliffs(inputs);
+        self.report_cliffs(inputs);
         self.events.drive(&self.drive);
         let motion = &self.layers.motion;
         self.events.arm(motion.seen(), motion.touched());
@@ -271,7 +271,7 @@ impl Robot {
             pwm_left,
             pwm_right,
             ping: ping_at(self.now_ticks).filter(|_| self.allowed.contains(Layer::Sonar)),
-            note_hz: self.singer.tick(),
+            note_hz: self.song_player.tick(),
             arm_up: self.arm.is_up(),
             keep_parameters: core::mem::take(&mut self.must_keep),
         }
@@ -290,8 +290,8 @@ impl Robot {
 
     /// Takes the readings of the infrared detectors for the half cycle that has ended, with the LEDs as the previous call
     /// returned them (off before the first call). Returns whether the LEDs are on in the next one.
-    pub fn infrared_look(&mut self, left: bool, right: bool) -> bool {
-        self.infrared.look(left, right)
+    pub fn infrared_sample(&mut self, left: bool, right: bool) -> bool {
+        self.infrared.sample(left, right)
     }
 
     fn horizon_in(&self, target: Option<Waypoint>) -> u16 {
@@ -311,14 +311,14 @@ impl Robot {
     fn watch_silence(&mut self) {
         if let Some(mode) = self.guard.tick(self.farm.is_open(), self.mode) {
             self.enter(mode);
-            self.schedule.say(FAILSAFE_ACTS);
+            self.schedule.queue_text(FAILSAFE_ACTS);
         }
     }
 
     /// Ends an active failsafe after a command of the operator.
     fn rearm(&mut self) {
         if self.guard.rearm() {
-            self.schedule.say(FAILSAFE_OVER);
+            self.schedule.queue_text(FAILSAFE_OVER);
         }
     }
 
@@ -329,7 +329,7 @@ impl Robot {
         let Some(is_last) = self.layers.dead_reckoning.take_arrival(mode, list) else {
             return;
         };
-        self.schedule.status_changed();
+        self.schedule.queue_status();
         if is_last {
             self.enter(Mode::Stop);
             let (song, text) = if mode == Mode::GoHome {
@@ -337,19 +337,19 @@ impl Robot {
             } else {
                 (Song::Finished, LIST_FINISHED)
             };
-            self.sing(song);
-            self.schedule.say(text);
+            self.play_song(song);
+            self.schedule.queue_text(text);
         }
     }
 
-    fn sing(&mut self, song: Song) {
-        self.singer.begin(song);
-        self.schedule.sing(song);
+    fn play_song(&mut self, song: Song) {
+        self.song_player.begin(song);
+        self.schedule.queue_song(song);
     }
 
     /// Enters a mode or restarts it, and ends all current activities.
     fn enter(&mut self, mode: Mode) {
-        self.singer.hush();
+        self.song_player.stop();
         let is_new = self.mode != mode;
         if mode == Mode::Stop {
             if is_new {
@@ -360,9 +360,9 @@ impl Robot {
             self.holder = None;
         }
         if is_new {
-            self.errands.leave(self.mode);
+            self.autonomy.leave(self.mode);
         } else {
-            self.errands.begin_anew();
+            self.autonomy.restart_mode();
         }
         if mode == Mode::Passive {
             self.begin_hiding();
@@ -370,7 +370,7 @@ impl Robot {
         self.mode = mode;
         self.allow_for(mode);
         self.layers.rest();
-        self.schedule.status_changed();
+        self.schedule.queue_status();
         if mode == Mode::Calibrate {
             self.set_pose(Waypoint { x_in: 0, y_in: 0 }, Angle(0));
         }
@@ -381,7 +381,7 @@ impl Robot {
         self.layers.bumpers.forget_places();
         self.odometer_resets = self.odometer_resets.wrapping_add(1);
         self.events.odometer_reset();
-        self.schedule.status_changed();
+        self.schedule.queue_status();
     }
 
     fn count_bumps(&mut self, inputs: &Inputs) {
@@ -495,7 +495,7 @@ impl Robot {
 
     /// Whether the robot should make progress: standing in these modes means that it is stuck.
     #[must_use]
-    pub fn is_told_to_move(&self) -> bool {
+    pub fn should_move(&self) -> bool {
         matches!(self.mode, Mode::Prowl | Mode::GoHome | Mode::Wander)
             || self.motion != Motion::STILL
     }

@@ -22,7 +22,7 @@ pub struct Senses<'a> {
     /// Pose by odometry.
     pub pose: Pose,
     /// Sum of the counts of both wheels in the past tick, negative backward: twice the distance.
-    pub way_counts: i16,
+    pub path_counts: i16,
     /// Whether the wheels are not driven and do not turn.
     pub is_standing: bool,
     /// Whether an obstacle holds the robot: the wheels slip or cannot turn.
@@ -52,7 +52,7 @@ pub struct Senses<'a> {
     /// Distance ahead beyond which obstacles are ignored.
     pub horizon_in: u16,
     /// Random number for this tick.
-    pub dice: u32,
+    pub random: u32,
 }
 
 impl Senses<'_> {
@@ -64,7 +64,7 @@ impl Senses<'_> {
 
     /// A rotation of this size in the direction in which the robot has been turning, or to the right.
     #[must_use]
-    pub const fn the_way_it_turns(&self, size_cps: i16) -> i16 {
+    pub const fn in_turning_direction(&self, size_cps: i16) -> i16 {
         if self.turning_cps < 0 {
             -size_cps
         } else {
@@ -84,7 +84,7 @@ pub struct Ranges {
 
 impl Ranges {
     /// Stores the result of a ping.
-    pub const fn hear(&mut self, echo: Echo) {
+    pub const fn update(&mut self, echo: Echo) {
         match echo.side {
             Side::Left => self.left_in = echo.range_in,
             Side::Right => self.right_in = echo.range_in,
@@ -137,7 +137,7 @@ impl Senses<'static> {
             target: None,
             now_ticks: 0,
             pose: Pose::default(),
-            way_counts: 0,
+            path_counts: 0,
             is_standing: false,
             is_held: false,
             turning_cps: 0,
@@ -152,7 +152,7 @@ impl Senses<'static> {
             is_docked: false,
             is_charged: false,
             horizon_in: 180,
-            dice: 1,
+            random: 1,
         }
     }
 }

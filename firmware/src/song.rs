@@ -115,12 +115,12 @@ impl Song {
 
 /// Plays a song on the beeper.
 #[derive(Clone, Debug, Default)]
-pub struct Singer {
+pub struct SongPlayer {
     rest: &'static [Note],
     played_ticks: u8,
 }
 
-impl Singer {
+impl SongPlayer {
     /// Starts a song and ends the current one.
     pub const fn begin(&mut self, song: Song) {
         self.rest = song.notes();
@@ -128,7 +128,7 @@ impl Singer {
     }
 
     /// Ends the current song.
-    pub const fn hush(&mut self) {
+    pub const fn stop(&mut self) {
         self.rest = &[];
     }
 
@@ -165,20 +165,20 @@ mod tests {
 
     #[test]
     fn player_plays_every_note_for_its_length() {
-        let mut singer = Singer::default();
-        assert_eq!(singer.tick(), 0);
+        let mut player = SongPlayer::default();
+        assert_eq!(player.tick(), 0);
         for song in Song::ALL {
-            singer.begin(song);
+            player.begin(song);
             for &(hz, length) in song.notes() {
                 for _ in 0..length {
-                    assert_eq!(singer.tick(), hz);
+                    assert_eq!(player.tick(), hz);
                 }
             }
-            assert_eq!(singer.tick(), 0);
-            singer.begin(song);
-            singer.tick();
-            singer.hush();
-            assert_eq!(singer.tick(), 0);
+            assert_eq!(player.tick(), 0);
+            player.begin(song);
+            player.tick();
+            player.stop();
+            assert_eq!(player.tick(), 0);
         }
     }
 

@@ -32,7 +32,7 @@ fn robot(parameters: Parameters) -> Robot {
     let identity = Identity {
         robot_id: ROBOT_ID,
         boots: BOOTS,
-        dice_seed: 1,
+        rng_seed: 1,
         duplex: Duplex::Full,
     };
     Robot::restored(identity, parameters)

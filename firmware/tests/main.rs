@@ -1,10 +1,10 @@
 //! Tests of the robot's program from outside: one binary with a module per subject.
 
+mod autonomy;
 mod common;
-mod errands;
 mod guards;
-mod hand;
 mod layers;
+mod manual_driving;
 mod parameters;
 mod telemetry;
 mod turns;

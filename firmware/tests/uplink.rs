@@ -15,7 +15,7 @@ fn robot_boots_prowling_without_a_ground_station() {
     bench.run_ms(5000);
     assert_eq!(bench.robot.mode(), Mode::Prowl);
     assert_eq!(bench.robot.holder(), Some(Holder::Prowl));
-    assert!(bench.robot.is_told_to_move());
+    assert!(bench.robot.should_move());
     assert!(bench.robot.pose().y_tenths_in() > 400);
 }
 
@@ -38,7 +38,7 @@ fn stop_needs_no_session_brakes_at_once_and_switches_the_motors_off() {
             ..Outputs::default()
         }
     );
-    assert!(!bench.robot.is_told_to_move());
+    assert!(!bench.robot.should_move());
     assert_eq!(bench.latest_state().mode, Mode::Stop);
     assert_eq!(bench.left.take_edges(), 0);
 }
@@ -272,10 +272,10 @@ fn go_home_drives_to_the_origin() {
 #[test]
 fn noise_on_the_uplink_changes_nothing() {
     let (mut bench, _) = running();
-    let mut dice = 1_u32;
+    let mut rng = 1_u32;
     for _ in 0..100_000 {
-        dice = dice.wrapping_mul(1_664_525).wrapping_add(1_013_904_223);
-        bench.robot.handle_uplink((dice >> 24) as u8);
+        rng = rng.wrapping_mul(1_664_525).wrapping_add(1_013_904_223);
+        bench.robot.handle_uplink((rng >> 24) as u8);
     }
     assert_eq!(bench.robot.mode(), Mode::Prowl);
     assert_eq!(bench.robot.ack().sequence, 0);

@@ -36,6 +36,6 @@ pub use plant::{Plant, Truth};
 pub use simulation::{Simulation, SimulationConfig};
 pub use sound::Sound;
 pub use sr04_firmware::board::{Duplex, PATIENCE_BYTES};
-pub use time::{LOOK_MS, TICK_MS};
+pub use time::{SAMPLE_MS, TICK_MS};
 pub use trace::Trace;
 pub use world::{Material, Outline, OutlineKind, Point, World, WorldError};

@@ -177,7 +177,7 @@ impl Plant {
             photo_left: Some(photo_left),
             photo_right: Some(photo_right),
             battery_dv: self.body.battery().decivolts(),
-            cliff: Some(edges::look(&self.scene, self.view())),
+            cliff: Some(edges::detect(&self.scene, self.view())),
             motion: Some(self.motion.sides()),
             top_hat: self.arm.top_hat(),
             beacon: self.beacon(),
@@ -194,7 +194,7 @@ impl Plant {
 
     fn beacon(&mut self) -> Option<Sides> {
         let dock = self.scene.dock.as_ref()?;
-        Some(beacon::look(
+        Some(beacon::detect(
             &self.scene,
             dock,
             self.view(),
@@ -227,7 +227,7 @@ impl Plant {
     /// Readings of the left and right infrared detectors while the LEDs are on or off.
     pub fn infrared(&mut self, leds_on: bool) -> (bool, bool) {
         let (view, clearance_in) = (self.view(), self.body.clearance_in());
-        self.infrared.look(
+        self.infrared.sample(
             &self.scene,
             view,
             clearance_in,

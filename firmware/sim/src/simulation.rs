@@ -9,7 +9,7 @@ use crate::channel::{ChannelSpec, Radio};
 use crate::plant::{Plant, Truth};
 use crate::rng::{Rng, Stream};
 use crate::stuck::StuckDetector;
-use crate::time::{LOOK_MS, TICK_MS};
+use crate::time::{SAMPLE_MS, TICK_MS};
 use crate::world::{Outline, Point, World};
 
 /// Start values of a simulation. Equal configurations give equal runs, byte for byte.
@@ -72,7 +72,7 @@ impl Simulation {
         let identity = Identity {
             robot_id: config.robot_id,
             boots: config.boots,
-            dice_seed: robot_rng.next_u32(),
+            rng_seed: robot_rng.next_u32(),
             duplex: config.duplex,
         };
         Self {
@@ -93,9 +93,9 @@ impl Simulation {
     pub fn step(&mut self) {
         self.now_ms += 1;
         self.plant.step();
-        if self.now_ms.is_multiple_of(LOOK_MS) {
+        if self.now_ms.is_multiple_of(SAMPLE_MS) {
             let (left, right) = self.plant.infrared(self.leds_on);
-            self.leds_on = self.robot.infrared_look(left, right);
+            self.leds_on = self.robot.infrared_sample(left, right);
         }
         if self.now_ms.is_multiple_of(TICK_MS) {
             self.inputs = self.plant.inputs();
@@ -125,7 +125,7 @@ impl Simulation {
     }
 
     /// Delivers bytes to the robot's receiver at once, bypassing the radio: for tests of the robot alone.
-    pub fn hand_over(&mut self, bytes: &[u8]) {
+    pub fn deliver_uplink(&mut self, bytes: &[u8]) {
         for &byte in bytes {
             self.robot.handle_uplink(byte);
         }
@@ -205,7 +205,7 @@ impl Simulation {
     /// continues.
     pub fn reboot(&mut self) {
         self.identity.boots = self.identity.boots.wrapping_add(1);
-        self.identity.dice_seed = self.robot_rng.next_u32();
+        self.identity.rng_seed = self.robot_rng.next_u32();
         self.robot = Robot::restored(self.identity, self.kept.clone());
         self.leds_on = false;
         self.plant.reset_board();

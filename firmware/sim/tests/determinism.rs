@@ -1,7 +1,7 @@
 //! The same seed gives the same run on every platform.
 
 use sr04_firmware::board::{Inputs, Outputs, Side};
-use sr04_sim::{Conditions, LOOK_MS, Plant, Simulation, SimulationConfig, TICK_MS, World};
+use sr04_sim::{Conditions, Plant, SAMPLE_MS, Simulation, SimulationConfig, TICK_MS, World};
 
 /// FNV-1a hash, 64 bits.
 struct Hash(u64);
@@ -48,7 +48,7 @@ fn senses(world: &str, seed: u64) -> u64 {
     let mut leds_on = false;
     for now_ms in 1..=600_000_u64 {
         plant.step();
-        if now_ms % LOOK_MS == 0 {
+        if now_ms % SAMPLE_MS == 0 {
             let (left, right) = plant.infrared(leds_on);
             hash.add(&[u8::from(left), u8::from(right)]);
             leds_on = !leds_on;
@@ -112,7 +112,7 @@ fn noise_of_one_sensor_does_not_change_another() {
         let mut seen = Vec::new();
         for now_ms in 1..=60_000_u64 {
             plant.step();
-            if now_ms % LOOK_MS == 0 {
+            if now_ms % SAMPLE_MS == 0 {
                 seen.push(plant.infrared(true));
             }
             if now_ms % TICK_MS == 0 {

@@ -3,7 +3,7 @@
 //! An obstacle that holds the robot without closing a switch also counts as a contact, such as the edge of the dock,
 //! which is lower than the bumper: the wheels detect it.
 
-use super::Behaviour;
+use super::behaviour::Behaviour;
 use crate::angle::Angle;
 use crate::arbiter::Request;
 use crate::board::{COUNTS_PER_IN, Side, Switches};
@@ -78,7 +78,7 @@ enum State {
     /// Backs up before a turn.
     Back {
         turn: i32,
-        way_counts: i16,
+        path_counts: i16,
         ticks_left: u8,
     },
     /// Turns away.
@@ -130,7 +130,7 @@ impl Bumpers {
         self.remember(senses, side);
         let away = match side {
             Some(Side::Left) => 1,
-            None if senses.dice & 1 == 0 => 1,
+            None if senses.random & 1 == 0 => 1,
             Some(Side::Right) | None => -1,
         };
         let escapes = senses.parameters.is_on(Parameter::Escapes);
@@ -144,11 +144,11 @@ impl Bumpers {
                 GLANCING_TURN
             };
             // Bits not used for choosing the side.
-            least + (senses.dice >> 8) as u16 % least
+            least + (senses.random >> 8) as u16 % least
         };
         self.state = State::Back {
             turn: away * i32::from(angle - OVERRUN),
-            way_counts: 0,
+            path_counts: 0,
             ticks_left: BACK_TICKS,
         };
     }
@@ -195,17 +195,17 @@ impl Bumpers {
             && x_in * x_in + y_in * y_in < PROGRESS_IN * PROGRESS_IN
     }
 
-    fn go_on(&mut self, senses: &Senses, pressed: bool) -> Motion {
+    fn advance(&mut self, senses: &Senses, pressed: bool) -> Motion {
         match &mut self.state {
             State::Quiet => Motion::STILL,
             State::Back {
                 turn,
-                way_counts,
+                path_counts,
                 ticks_left,
             } => {
-                *way_counts = way_counts.saturating_add(senses.way_counts);
+                *path_counts = path_counts.saturating_add(senses.path_counts);
                 *ticks_left -= 1;
-                if *way_counts <= -BACK_COUNTS || *ticks_left == 0 {
+                if *path_counts <= -BACK_COUNTS || *ticks_left == 0 {
                     let ticks = TURN_TICKS + (turn.unsigned_abs() >> 9) as u8;
                     self.state = State::Turn {
                         left: *turn,
@@ -280,7 +280,7 @@ impl Behaviour for Bumpers {
         if self.state == State::Quiet {
             return Request::QUIET;
         }
-        Request::raise(self.go_on(senses, pressed))
+        Request::raise(self.advance(senses, pressed))
     }
 
     fn rest(&mut self) {

@@ -1,9 +1,10 @@
 //! Layer 7: dead reckoning. Drives a route, home, to the dock, or the calibration square.
 
+use super::behaviour::Behaviour;
 use super::detour::Detour;
-use super::docking::{Docking, News};
+use super::docking::{Docking, DockingEvent};
+use super::prowl;
 use super::square::Square;
-use super::{Behaviour, prowl};
 use crate::arbiter::Request;
 use crate::parameters::Parameter;
 use crate::sensors::Senses;
@@ -73,8 +74,8 @@ impl DeadReckoning {
     }
 
     /// Docking event of this tick.
-    pub const fn take_docking_news(&mut self) -> Option<News> {
-        self.docking.take_news()
+    pub const fn take_docking_event(&mut self) -> Option<DockingEvent> {
+        self.docking.take_event()
     }
 
     /// Whether the calibration square was finished in this tick.

@@ -58,7 +58,7 @@ impl Detour {
             *self = Self {
                 target: Some(target),
                 nearest_in: distance_in,
-                wall_right: senses.dice & 2 != 0,
+                wall_right: senses.random & 2 != 0,
                 ..Self::default()
             };
         }

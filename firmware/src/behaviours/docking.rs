@@ -26,8 +26,8 @@ const TURN_IN_S: i16 = 4;
 const CURVE_IN_S: i16 = 1;
 
 /// Scanning for the beacon: 34 degrees per second for a little more than a turn.
-const LOOK_IN_S: i16 = 6;
-const LOOK_TICKS: u16 = ticks(12);
+const SCAN_IN_S: i16 = 6;
+const SCAN_TICKS: u16 = ticks(12);
 
 /// Ticks without the beacon after which it is lost.
 const LOST_TICKS: u8 = ticks(10) as u8;
@@ -55,7 +55,7 @@ enum State {
     /// Drives to a position by dead reckoning.
     Go(Waypoint),
     /// Scans on the spot.
-    Look { ticks_left: u16 },
+    Scan { ticks_left: u16 },
     /// Follows the beacon, last detected on this side.
     Follow {
         side: Side,
@@ -67,7 +67,7 @@ enum State {
     Docked { open_ticks: u8 },
     /// Backs off the dock.
     Leave {
-        way_counts: i16,
+        path_counts: i16,
         ticks_left: u8,
         /// Whether the contact on the dock still lasts.
         touches: bool,
@@ -82,7 +82,7 @@ enum State {
 
 /// Events of docking.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum News {
+pub enum DockingEvent {
     /// The robot stands on the dock.
     Docked,
     /// The robot is charged, off the dock and has turned away.
@@ -93,14 +93,14 @@ pub enum News {
 #[derive(Clone, Debug)]
 pub struct Docking {
     state: State,
-    news: Option<News>,
+    event: Option<DockingEvent>,
 }
 
 impl Default for Docking {
     fn default() -> Self {
         Self {
             state: State::Go(DOCK),
-            news: None,
+            event: None,
         }
     }
 }
@@ -117,22 +117,22 @@ impl Docking {
 
     /// Handles the arrival at the target: starts a scan.
     pub const fn arrive(&mut self) {
-        self.state = State::Look {
-            ticks_left: LOOK_TICKS,
+        self.state = State::Scan {
+            ticks_left: SCAN_TICKS,
         };
     }
 
     /// Whether the robot is near the dock and no layer may turn it away.
     #[must_use]
     pub const fn is_near(&self) -> bool {
-        !matches!(self.state, State::Go(_) | State::Look { .. })
+        !matches!(self.state, State::Go(_) | State::Scan { .. })
     }
 
     /// Whether the bumper touches the dock.
     #[must_use]
     pub const fn touches_dock(&self) -> bool {
         match self.state {
-            State::Go(_) | State::Look { .. } | State::TurnAway { .. } => false,
+            State::Go(_) | State::Scan { .. } | State::TurnAway { .. } => false,
             State::Follow {
                 unseen_ticks,
                 pushed_ticks,
@@ -144,8 +144,8 @@ impl Docking {
     }
 
     /// Event of this tick.
-    pub const fn take_news(&mut self) -> Option<News> {
-        self.news.take()
+    pub const fn take_event(&mut self) -> Option<DockingEvent> {
+        self.event.take()
     }
 
     /// Request of this tick; `None` while dead reckoning drives to a position.
@@ -153,23 +153,23 @@ impl Docking {
         self.see(senses);
         let motion = match &mut self.state {
             State::Go(_) => return None,
-            State::Look { ticks_left } => {
+            State::Scan { ticks_left } => {
                 *ticks_left -= 1;
                 if *ticks_left == 0 {
-                    self.state = State::Go(near_by(senses.dice));
+                    self.state = State::Go(near_by(senses.random));
                 }
-                Motion::new(0, LOOK_IN_S)
+                Motion::new(0, SCAN_IN_S)
             }
             State::Follow { .. } => self.follow(senses),
             State::Docked { open_ticks } => {
                 *open_ticks = if senses.is_docked { 0 } else { *open_ticks + 1 };
                 if *open_ticks >= BOUNCE_TICKS {
-                    self.state = State::Look {
-                        ticks_left: LOOK_TICKS,
+                    self.state = State::Scan {
+                        ticks_left: SCAN_TICKS,
                     };
                 } else if senses.is_charged {
                     self.state = State::Leave {
-                        way_counts: 0,
+                        path_counts: 0,
                         ticks_left: LEAVE_TICKS,
                         touches: senses.bumper.any(),
                     };
@@ -177,14 +177,14 @@ impl Docking {
                 Motion::STILL
             }
             State::Leave {
-                way_counts,
+                path_counts,
                 ticks_left,
                 touches,
             } => {
                 *touches &= senses.bumper.any();
-                *way_counts = way_counts.saturating_add(senses.way_counts);
+                *path_counts = path_counts.saturating_add(senses.path_counts);
                 *ticks_left -= 1;
-                if *way_counts <= -LEAVE_COUNTS || *ticks_left == 0 {
+                if *path_counts <= -LEAVE_COUNTS || *ticks_left == 0 {
                     self.state = State::TurnAway {
                         left_to_go: 0x8000,
                         heading: senses.pose.heading,
@@ -202,13 +202,13 @@ impl Docking {
                 *heading = senses.pose.heading;
                 *ticks_left -= 1;
                 if *left_to_go <= 0 || *ticks_left == 0 {
-                    self.news = Some(News::Left);
+                    self.event = Some(DockingEvent::Left);
                     *self = Self {
-                        news: self.news,
+                        event: self.event,
                         ..Self::default()
                     };
                 }
-                Motion::new(0, LOOK_IN_S)
+                Motion::new(0, SCAN_IN_S)
             }
         };
         Some(Request::raise(motion))
@@ -222,7 +222,7 @@ impl Docking {
         }
         if senses.is_docked {
             self.state = State::Docked { open_ticks: 0 };
-            self.news = Some(News::Docked);
+            self.event = Some(DockingEvent::Docked);
             return;
         }
         let beacon = senses.beacon.unwrap_or_default();
@@ -250,7 +250,7 @@ impl Docking {
         *ticks_left -= 1;
         *unseen_ticks = if beacon.any() { 0 } else { *unseen_ticks + 1 };
         if *ticks_left == 0 || *unseen_ticks >= LOST_TICKS {
-            self.state = State::Go(near_by(senses.dice));
+            self.state = State::Go(near_by(senses.random));
             return Motion::STILL;
         }
         let is_ahead = beacon.left && beacon.right;
@@ -281,11 +281,11 @@ impl Docking {
 }
 
 /// A random position near the dock to scan from.
-const fn near_by(dice: u32) -> Waypoint {
+const fn near_by(random: u32) -> Waypoint {
     let span = 2 * NEAR_IN + 1;
     Waypoint {
-        x_in: ((dice & 0xFFFF) % span) as i16 - NEAR_IN as i16,
-        y_in: ((dice >> 16) % span) as i16 - NEAR_IN as i16,
+        x_in: ((random & 0xFFFF) % span) as i16 - NEAR_IN as i16,
+        y_in: ((random >> 16) % span) as i16 - NEAR_IN as i16,
     }
 }
 
@@ -314,8 +314,8 @@ mod tests {
         assert_eq!(docking.decide(&nothing), None);
         assert_eq!(docking.target(), Some(DOCK));
         docking.arrive();
-        for _ in 0..LOOK_TICKS {
-            assert_eq!(motion(&mut docking, &nothing), Motion::new(0, LOOK_IN_S));
+        for _ in 0..SCAN_TICKS {
+            assert_eq!(motion(&mut docking, &nothing), Motion::new(0, SCAN_IN_S));
         }
         let elsewhere = docking.target().expect("there is a position");
         assert!(elsewhere.x_in.abs() <= 60 && elsewhere.y_in.abs() <= 60);
@@ -362,10 +362,10 @@ mod tests {
         let mut senses = beacon(true, true);
         senses.is_docked = true;
         assert_eq!(motion(&mut docking, &senses), Motion::STILL);
-        assert_eq!(docking.take_news(), Some(News::Docked));
+        assert_eq!(docking.take_event(), Some(DockingEvent::Docked));
         for _ in 0..1000 {
             assert_eq!(motion(&mut docking, &senses), Motion::STILL);
-            assert!(docking.touches_dock() && docking.take_news().is_none());
+            assert!(docking.touches_dock() && docking.take_event().is_none());
         }
         // The contacts bounce.
         senses.is_docked = false;
@@ -376,7 +376,7 @@ mod tests {
         senses.is_charged = true;
         docking.decide(&senses);
         senses.is_docked = false;
-        senses.way_counts = -8;
+        senses.path_counts = -8;
         let mut backed = 0;
         loop {
             let motion = motion(&mut docking, &senses);
@@ -387,7 +387,7 @@ mod tests {
         }
         assert_eq!(backed, i32::from(LEAVE_COUNTS));
         let mut ticks = 0;
-        while docking.take_news() != Some(News::Left) {
+        while docking.take_event() != Some(DockingEvent::Left) {
             senses.pose.heading.0 = senses.pose.heading.0.wrapping_add(300);
             docking.decide(&senses);
             ticks += 1;
@@ -429,6 +429,6 @@ mod tests {
         for _ in 0..BOUNCE_TICKS {
             motion(&mut docking, &senses);
         }
-        assert_eq!(motion(&mut docking, &senses), Motion::new(0, LOOK_IN_S));
+        assert_eq!(motion(&mut docking, &senses), Motion::new(0, SCAN_IN_S));
     }
 }

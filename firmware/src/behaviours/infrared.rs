@@ -1,6 +1,6 @@
 //! Layer 3: infrared collision avoidance. Turns away from detections.
 
-use super::Behaviour;
+use super::behaviour::Behaviour;
 use crate::arbiter::Request;
 use crate::board::Sides;
 use crate::drive::Motion;
@@ -52,7 +52,7 @@ impl Behaviour for InfraredAvoidance {
             (false, true) => turn(-TURN_CPS),
             _ => Motion {
                 velocity_cps: 0,
-                rotation_cps: senses.the_way_it_turns(SPIN_CPS),
+                rotation_cps: senses.in_turning_direction(SPIN_CPS),
             },
         })
     }

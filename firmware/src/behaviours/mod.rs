@@ -16,35 +16,28 @@ mod photo;
 pub mod prowl;
 mod refuge;
 mod rotation;
+mod sensor_switches;
 mod sonar;
 mod square;
 mod user;
 
-pub use behaviour::SensorSwitches;
+pub use behaviour::Behaviour;
 pub use bumpers::Bumpers;
 pub use dead_reckoning::DeadReckoning;
-pub use docking::News;
+pub use docking::DockingEvent;
 pub use infrared::InfraredAvoidance;
 pub use motion::MotionDetector;
 pub use panorama::{Findings, Panorama, SAMPLES};
 pub use passive::{BumpSequence, Passive, Step};
 pub use photo::Photo;
 pub use rotation::{Ending, Rotation};
+pub use sensor_switches::SensorSwitches;
 pub use sonar::Sonar;
 pub use user::{DEAD_MAN_TICKS, User};
 
 use crate::arbiter::{Request, Requests};
 use crate::sensors::Senses;
 use groundwave_protocol::letters::{Layer, LayerMask};
-
-/// A behaviour.
-pub trait Behaviour {
-    /// Request for this tick.
-    fn decide(&mut self, senses: &Senses) -> Request;
-
-    /// Resets the behaviour; called in ticks in which it is off.
-    fn rest(&mut self);
-}
 
 /// Layers of this firmware. Photo and motion need sensors that some boards lack.
 pub const FITTED: LayerMask = LayerMask::ALL;

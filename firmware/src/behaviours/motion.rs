@@ -1,6 +1,6 @@
 //! Layer 6: motion detectors. Raises them on their arm at rest, and charges at a detected motion.
 
-use super::Behaviour;
+use super::behaviour::Behaviour;
 use crate::arbiter::Request;
 use crate::arm::SWING_TICKS;
 use crate::board::Sides;

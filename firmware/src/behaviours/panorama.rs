@@ -56,7 +56,7 @@ pub struct Findings {
 
 impl Panorama {
     /// Takes the readings `place` samples after the start. Infrared detections count until the next sample.
-    pub fn look(&mut self, senses: &Senses, place: i32) {
+    pub fn take_sample(&mut self, senses: &Senses, place: i32) {
         let place = place.clamp(0, SAMPLES as i32 - 1) as u8;
         if self.taken == 0 {
             self.begin = senses.pose.heading;
@@ -188,7 +188,7 @@ mod tests {
     use crate::sensors::Ranges;
 
     /// A scan that starts at a heading with readings from `sense`.
-    fn look(begin_deg: u16, sense: impl Fn(usize) -> (u16, u8, bool)) -> Panorama {
+    fn scan(begin_deg: u16, sense: impl Fn(usize) -> (u16, u8, bool)) -> Panorama {
         let mut panorama = Panorama::default();
         for place in 0..SAMPLES {
             let (view_in, dark, infrared) = sense(place);
@@ -210,7 +210,7 @@ mod tests {
                 },
                 ..Senses::nothing()
             };
-            panorama.look(&senses, place as i32);
+            panorama.take_sample(&senses, place as i32);
         }
         panorama
     }
@@ -222,7 +222,7 @@ mod tests {
     #[test]
     fn findings_are_the_longest_brightest_and_widest_directions() {
         // The sonar reads a direction one sample after the robot faced it.
-        let panorama = look(90, |place| {
+        let panorama = scan(90, |place| {
             let view_in = if (11..=13).contains(&place) { 150 } else { 40 };
             let dark = if place == 24 { 50 } else { 90 };
             (view_in, dark, place < 24)
@@ -241,7 +241,7 @@ mod tests {
 
     #[test]
     fn equal_directions_give_no_findings() {
-        let panorama = look(10, |place| {
+        let panorama = scan(10, |place| {
             (200 + place as u16, 90 + place as u8 % 5, false)
         });
         let findings = panorama.findings();
@@ -256,7 +256,7 @@ mod tests {
 
     #[test]
     fn people_are_where_two_of_three_measures_agree() {
-        let panorama = look(0, |place| {
+        let panorama = scan(0, |place| {
             let far = if (1..=3).contains(&place) || (29..=31).contains(&place) {
                 180
             } else {
@@ -275,7 +275,7 @@ mod tests {
             ..Senses::nothing()
         };
         for place in [-1, 0, 3, 2, 47, 48] {
-            panorama.look(&senses, place);
+            panorama.take_sample(&senses, place);
         }
         assert!((0..SAMPLES).all(|place| panorama.sample(place).dark == 60));
     }

@@ -3,7 +3,8 @@
 //! It is no layer: it requests turns from layer 2, motion detection from layer 6, and the song.
 
 use super::bumpers::side;
-use super::{Ending, MotionDetector, Rotation};
+use super::motion::MotionDetector;
+use super::rotation::{Ending, Rotation};
 use crate::angle::Angle;
 use crate::board::Side;
 use crate::sensors::Senses;
@@ -96,7 +97,7 @@ pub struct BumpSequence {
 impl BumpSequence {
     /// Whether a contact in this tick completes the sequence.
     pub fn watch(&mut self, senses: &Senses) -> bool {
-        let wanted = *self.wanted.get_or_insert_with(|| roll(senses.dice));
+        let wanted = *self.wanted.get_or_insert_with(|| roll(senses.random));
         let is_new = senses.bumper.any() && !self.was_pressed;
         self.was_pressed = senses.bumper.any();
         if !is_new {
@@ -125,10 +126,10 @@ impl BumpSequence {
 }
 
 /// A random sequence of sides; `None` is the centre.
-fn roll(dice: u32) -> [Option<Side>; SEQUENCE] {
+fn roll(random: u32) -> [Option<Side>; SEQUENCE] {
     const SIDES: [Option<Side>; 3] = [Some(Side::Left), None, Some(Side::Right)];
     core::array::from_fn(|place| {
-        let number = (dice >> (8 * place)) & 0xFF;
+        let number = (random >> (8 * place)) & 0xFF;
         SIDES.get(number as usize % 3).copied().flatten()
     })
 }
@@ -154,14 +155,14 @@ mod tests {
     }
 
     /// Presses and releases at these ticks; returns whether a contact completed the sequence.
-    fn bump(watch: &mut BumpSequence, dice: u32, contacts: &[(u32, Option<Side>)]) -> bool {
+    fn bump(watch: &mut BumpSequence, random: u32, contacts: &[(u32, Option<Side>)]) -> bool {
         let mut fired = false;
         for &(now_ticks, side) in contacts {
             for bumper in [press(side), press(side), OPEN] {
                 fired |= watch.watch(&Senses {
                     now_ticks,
                     bumper,
-                    dice,
+                    random,
                     ..Senses::nothing()
                 });
             }
@@ -172,14 +173,14 @@ mod tests {
     proptest! {
         #[test]
         fn only_the_drawn_sequence_starts_the_mode(
-            dice in 1_u32.., pressed in proptest::array::uniform3(0_u32..3), apart in 1_u32..2000
+            random in 1_u32.., pressed in proptest::array::uniform3(0_u32..3), apart in 1_u32..2000
         ) {
-            let mut wanted = roll(dice);
+            let mut wanted = roll(random);
             wanted.reverse();
             let sides = pressed.map(|number| roll(number)[0]);
             let times = [0, apart / 2, apart];
             let contacts: std::vec::Vec<_> = times.into_iter().zip(sides).collect();
-            let fired = bump(&mut BumpSequence::default(), dice, &contacts);
+            let fired = bump(&mut BumpSequence::default(), random, &contacts);
             prop_assert_eq!(fired, sides == wanted && apart <= 1200);
         }
     }

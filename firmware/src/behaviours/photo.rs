@@ -1,6 +1,6 @@
 //! Layer 5: photocells. Turns toward the brighter side, or away from it.
 
-use super::Behaviour;
+use super::behaviour::Behaviour;
 use super::refuge::Refuge;
 use crate::arbiter::Request;
 use crate::drive::Motion;
@@ -79,7 +79,7 @@ impl Light {
 impl Photo {
     /// Follows the ambient light. A change at rest in mode Reactive means that a lamp was switched; for a robot that avoids
     /// light, an increase while driving means that a light is ahead.
-    fn feel(&mut self, senses: &Senses, light: Light) {
+    fn follow_ambient(&mut self, senses: &Senses, light: Light) {
         let now = light.cells.map(|cell| i32::from(cell) << AMBIENT_SHIFT);
         let begins_to_stand = senses.is_standing && !self.was_standing;
         self.was_standing = senses.is_standing;
@@ -95,7 +95,7 @@ impl Photo {
         let turn_about = Impulse {
             motion: Motion {
                 velocity_cps: 0,
-                rotation_cps: if senses.dice & 1 == 0 {
+                rotation_cps: if senses.random & 1 == 0 {
                     SPIN_CPS
                 } else {
                     -SPIN_CPS
@@ -127,9 +127,9 @@ impl Photo {
     }
 
     /// Whether the robot ignores light in order to find a darker place than the current dead end.
-    fn lets_be(&mut self, senses: &Senses, light: Light) -> bool {
+    fn ignores_light(&mut self, senses: &Senses, light: Light) -> bool {
         let [left, right] = light.cells;
-        self.refuge.is_left(
+        self.refuge.ignores_light(
             senses.bumper.any(),
             &senses.pose,
             left.midpoint(right),
@@ -144,8 +144,8 @@ impl Behaviour for Photo {
             self.rest();
             return Request::QUIET;
         };
-        self.feel(senses, light);
-        if light.avoids && self.lets_be(senses, light) {
+        self.follow_ambient(senses, light);
+        if light.avoids && self.ignores_light(senses, light) {
             self.impulse = None;
             return Request::QUIET;
         }

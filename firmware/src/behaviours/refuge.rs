@@ -39,7 +39,13 @@ pub struct Refuge {
 impl Refuge {
     /// Whether the robot ignores light; call it once per tick while it avoids light. `reading` is the mean of both cells, 0
     /// bright to 255 dark; readings that differ by less than `equal` are equal.
-    pub fn is_left(&mut self, is_touching: bool, pose: &Pose, reading: i16, equal: i16) -> bool {
+    pub fn ignores_light(
+        &mut self,
+        is_touching: bool,
+        pose: &Pose,
+        reading: i16,
+        equal: i16,
+    ) -> bool {
         let touches = is_touching && !self.was_touching;
         self.was_touching = is_touching;
         if self.elsewhere_ticks > 0 {
@@ -99,11 +105,11 @@ mod tests {
     /// Makes one contact; returns the ticks of ignoring light after it.
     fn touch(refuge: &mut Refuge, x_in: i16, reading: i16) -> u16 {
         let pose = at(x_in);
-        let mut ticks = u16::from(refuge.is_left(true, &pose, reading, EQUAL));
-        while ticks > 0 && refuge.is_left(false, &pose, reading, EQUAL) {
+        let mut ticks = u16::from(refuge.ignores_light(true, &pose, reading, EQUAL));
+        while ticks > 0 && refuge.ignores_light(false, &pose, reading, EQUAL) {
             ticks += 1;
         }
-        refuge.is_left(false, &pose, reading, EQUAL);
+        refuge.ignores_light(false, &pose, reading, EQUAL);
         ticks
     }
 
@@ -162,6 +168,6 @@ mod tests {
     #[test]
     fn switch_that_stays_closed_is_one_contact() {
         let mut refuge = Refuge::default();
-        assert!((0..1000).all(|_| !refuge.is_left(true, &at(0), 200, EQUAL)));
+        assert!((0..1000).all(|_| !refuge.ignores_light(true, &at(0), 200, EQUAL)));
     }
 }

@@ -3,7 +3,7 @@
 //! A higher layer that takes the motors ends the turn: after a bump the robot is elsewhere, and a scan from two positions
 //! is useless. The result reports it.
 
-use super::Behaviour;
+use super::behaviour::Behaviour;
 use super::panorama::{Panorama, SAMPLES};
 use crate::angle::Angle;
 use crate::arbiter::Request;
@@ -154,7 +154,7 @@ impl Behaviour for Rotation {
         progress.advance(senses.pose.heading);
         if done == Ending::Scanned {
             let turned = FULL_TURN - progress.left;
-            self.panorama.look(senses, turned / SAMPLE_STEP);
+            self.panorama.take_sample(senses, turned / SAMPLE_STEP);
         }
         if progress.left.abs() <= ARRIVED {
             self.job = Job::Idle;

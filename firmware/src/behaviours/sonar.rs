@@ -1,6 +1,6 @@
 //! Layer 4: stereo sonar. Turns toward the side with the longer range.
 
-use super::Behaviour;
+use super::behaviour::Behaviour;
 use crate::arbiter::Request;
 use crate::drive::Motion;
 use crate::parameters::Parameter;
@@ -43,7 +43,7 @@ impl Behaviour for Sonar {
         let sharp =
             (SHARPNESS_CPS_IN / shorter_in.max(1)).clamp(TURN_LEAST_CPS, TURN_MOST_CPS) as i16;
         let rotation_cps = if !differs {
-            senses.the_way_it_turns(sharp)
+            senses.in_turning_direction(sharp)
         } else if right_in > left_in {
             sharp
         } else {

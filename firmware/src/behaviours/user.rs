@@ -1,6 +1,6 @@
 //! Layer 0: manual driving with a dead man's handle.
 
-use super::Behaviour;
+use super::behaviour::Behaviour;
 use crate::arbiter::Request;
 use crate::drive::Motion;
 use crate::sensors::Senses;

@@ -37,7 +37,7 @@ fn complete_floor_passes_every_motion() {
     for motion in [Motion::new(12, 0), Motion::new(-8, 4), Motion::new(0, 16)] {
         let command = guard.guard(&senses(FLOOR), Counts::default(), motion, false);
         assert_eq!(command, Command::Drive(motion));
-        assert!(!guard.acts() && guard.take_news().is_none());
+        assert!(!guard.acts() && guard.take_report().is_none());
     }
 }
 
@@ -77,7 +77,7 @@ fn edge_ahead_leads_to_backing_and_a_turn_away() {
             guard.guard(&senses(cliff), Counts::default(), wish, false),
             Command::Brake
         );
-        assert_eq!(guard.take_news(), Some(Missing::Ahead));
+        assert_eq!(guard.take_report(), Some(Missing::Ahead));
         let mut turned = 0;
         let mut seen = senses(cliff);
         for _ in 0..400 {
@@ -89,7 +89,7 @@ fn edge_ahead_leads_to_backing_and_a_turn_away() {
             }
             if motion.velocity_cps < 0 {
                 // The robot rolls back from the edge.
-                seen.way_counts = -8;
+                seen.path_counts = -8;
                 seen.cliff = Some(FLOOR);
             } else {
                 assert_eq!(motion, Motion::new(0, TURN_IN_S * sign));
@@ -127,7 +127,7 @@ fn manual_driving_is_stopped_but_not_moved() {
     for tick in 0..100 {
         let command = guard.guard(&senses(edges(2)), Counts::default(), ahead, true);
         assert_eq!(command, Command::Brake, "tick {tick}");
-        assert_eq!(guard.take_news().is_some(), tick == 0);
+        assert_eq!(guard.take_report().is_some(), tick == 0);
     }
     let back = Motion::new(-5, 0);
     for _ in 0..2 {
@@ -143,7 +143,7 @@ fn lifted_robot_stands_until_put_down() {
     let ahead = Motion::new(12, 0);
     let mut step = |bits, by_hand| {
         let command = guard.guard(&senses(edges(bits)), Counts::default(), ahead, by_hand);
-        (command, guard.take_news())
+        (command, guard.take_report())
     };
     assert_eq!(step(15, false), (Command::Brake, Some(Missing::Below)));
     for tick in 0..400 {
@@ -186,12 +186,12 @@ proptest! {
         ),
     ) {
         let mut guard = CliffGuard::default();
-        for (bits, velocity_cps, rotation_cps, left, right, dice, bumped, by_hand) in ticks {
+        for (bits, velocity_cps, rotation_cps, left, right, random, bumped, by_hand) in ticks {
             let mut seen = senses(edges(bits));
-            seen.dice = dice;
+            seen.random = random;
             seen.bumper.center = bumped;
-            seen.way_counts = left + right;
-            seen.pose.heading.0 = dice as u16;
+            seen.path_counts = left + right;
+            seen.pose.heading.0 = random as u16;
             let wish = Motion { velocity_cps, rotation_cps };
             let command = guard.guard(&seen, Counts { left, right }, wish, by_hand);
             if let Command::Drive(motion) = command {

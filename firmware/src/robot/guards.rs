@@ -47,9 +47,9 @@ impl Robot {
     }
 
     /// Reports when the cliff guard takes the motors, and from time to time that it is switched off.
-    pub(super) fn tell_of_cliffs(&mut self, inputs: &Inputs) {
-        if let Some(missing) = self.cliff_guard.take_news() {
-            self.schedule.say(match missing {
+    pub(super) fn report_cliffs(&mut self, inputs: &Inputs) {
+        if let Some(missing) = self.cliff_guard.take_report() {
+            self.schedule.queue_text(match missing {
                 Missing::Ahead => EDGE_AHEAD,
                 Missing::Behind => EDGE_BEHIND,
                 Missing::Below => LIFTED,
@@ -59,8 +59,8 @@ impl Robot {
             self.unguarded_ticks = 0;
         } else if self.unguarded_ticks == 0 {
             self.unguarded_ticks = UNGUARDED_TICKS;
-            self.schedule.say(GUARD_OFF);
-            self.schedule.tell(Parameter::CliffGuard);
+            self.schedule.queue_text(GUARD_OFF);
+            self.schedule.queue_parameter(Parameter::CliffGuard);
         } else {
             self.unguarded_ticks -= 1;
         }

@@ -41,8 +41,8 @@ impl Robot {
         }
         let ending = self.layers.rotation.take_ending();
         match ending {
-            Some(Ending::Scanned) => self.schedule.say_findings(),
-            Some(Ending::BrokenOff) => self.schedule.say(SCAN_BROKEN_OFF),
+            Some(Ending::Scanned) => self.schedule.queue_findings(),
+            Some(Ending::BrokenOff) => self.schedule.queue_text(SCAN_BROKEN_OFF),
             Some(Ending::Turned) | None => {}
         }
         if self.mode != Mode::Passive {
@@ -54,7 +54,7 @@ impl Robot {
             .passive
             .step(heading, ending, is_free, rotation, motion)
         {
-            Step::Sing => self.sing(Song::Passive),
+            Step::Sing => self.play_song(Song::Passive),
             Step::Over => self.enter(self.mode_before),
             Step::Nothing => {}
         }

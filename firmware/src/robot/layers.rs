@@ -74,7 +74,7 @@ impl Robot {
     }
 
     /// Whether the infrared detectors are on. A scan uses them even if they may not turn the robot.
-    pub(super) fn looks_by_infrared(&self, running: LayerMask) -> bool {
+    pub(super) fn needs_infrared(&self, running: LayerMask) -> bool {
         running.contains(Layer::Infrared)
             || self.layers.rotation.is_scanning() && self.allowed.contains(Layer::Infrared)
     }

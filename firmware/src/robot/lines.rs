@@ -98,7 +98,7 @@ impl Robot {
         let below =
             |limit| i32::from(self.battery.decivolts()) < i32::from(self.parameters.get(limit));
         if self.latest.is_docked {
-            if self.errands.is_charged() {
+            if self.autonomy.is_charged() {
                 Power::Docked
             } else {
                 Power::Charging

@@ -13,7 +13,7 @@ impl Robot {
     /// Takes a byte from the radio. A completed command is executed within this call: the next tick acts on it, and the
     /// next acknowledgement confirms it.
     pub fn handle_uplink(&mut self, byte: u8) {
-        self.transmitter.hear(byte);
+        self.transmitter.handle_byte(byte);
         let session = self.farm.key();
         let Some(message) = self
             .receiver
@@ -21,7 +21,7 @@ impl Robot {
         else {
             return;
         };
-        self.guard.hear();
+        self.guard.handle_frame();
         let session = self.farm.key();
         let action = self.farm.handle(&message);
         // Proof that the ground station is present now: it has opened a session, or it names a current line in a
@@ -45,7 +45,7 @@ impl Robot {
             }
             Action::ListReplaced => {
                 self.layers.dead_reckoning.restart();
-                self.schedule.status_changed();
+                self.schedule.queue_status();
             }
             Action::Drive(drive) => self.drive_by_hand(drive),
             Action::Heard => {}
@@ -66,7 +66,7 @@ impl Robot {
             Order::Layers { which, allowed } if allowed.and(self.fitted()) == allowed => {
                 let others = self.allowed.and(LayerMask::from_bits(!which.bits()));
                 self.allowed = LayerMask::from_bits(others.bits() | allowed.bits());
-                self.schedule.status_changed();
+                self.schedule.queue_status();
             }
             Order::Pose {
                 position,
@@ -90,18 +90,18 @@ impl Robot {
                 let Some(parameter) = Parameter::with_key(key) else {
                     return Outcome::Unknown;
                 };
-                self.schedule.tell(parameter);
+                self.schedule.queue_parameter(parameter);
             }
             Order::ReadParameters { place: 0 } => {
                 for &parameter in Parameter::ALL {
-                    self.schedule.tell(parameter);
+                    self.schedule.queue_parameter(parameter);
                 }
             }
             Order::ReadParameters { place } => {
                 let Some(&parameter) = Parameter::ALL.get(usize::from(place) - 1) else {
                     return Outcome::BadValue;
                 };
-                self.schedule.tell(parameter);
+                self.schedule.queue_parameter(parameter);
             }
             Order::KeepParameters => self.keep_parameters(),
             Order::Mode(_) | Order::Layers { .. } | Order::Failsafe(_) => {
@@ -133,7 +133,7 @@ impl Robot {
         let Some(parameter) = Parameter::with_key(key) else {
             return Outcome::Unknown;
         };
-        self.schedule.tell(parameter);
+        self.schedule.queue_parameter(parameter);
         let is_set = i16::try_from(value).is_ok_and(|value| self.parameters.set(parameter, value));
         if is_set {
             Outcome::Done
@@ -146,7 +146,7 @@ impl Robot {
     fn keep_parameters(&mut self) {
         for &parameter in Parameter::ALL {
             if self.kept.get(parameter) != self.parameters.get(parameter) {
-                self.schedule.tell(parameter);
+                self.schedule.queue_parameter(parameter);
             }
         }
         self.kept = self.parameters.clone();

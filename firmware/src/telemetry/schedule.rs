@@ -74,29 +74,29 @@ impl Default for Schedule {
 
 impl Schedule {
     /// Requests a line B because its contents have changed.
-    pub const fn status_changed(&mut self) {
+    pub const fn queue_status(&mut self) {
         self.status_due = true;
     }
 
     /// Requests a line T with the result of the latest scan.
-    pub const fn say_findings(&mut self) {
+    pub const fn queue_findings(&mut self) {
         self.findings_due = true;
     }
 
     /// Queues a text; it is lost if the queue is full.
-    pub fn say(&mut self, text: &'static str) {
+    pub fn queue_text(&mut self, text: &'static str) {
         if let Some(slot) = self.texts.iter_mut().find(|slot| slot.is_none()) {
             *slot = Some(text);
         }
     }
 
     /// Requests a line S; it replaces a pending one.
-    pub const fn sing(&mut self, song: Song) {
+    pub const fn queue_song(&mut self, song: Song) {
         self.song = Some(song);
     }
 
     /// Requests a line P for a parameter.
-    pub fn tell(&mut self, parameter: Parameter) {
+    pub fn queue_parameter(&mut self, parameter: Parameter) {
         self.parameters.add(parameter);
     }
 
@@ -192,11 +192,11 @@ mod tests {
     fn change_adds_a_line_b_at_most_once_a_second() {
         let once = letters(14, |schedule, line| {
             if line == 4 {
-                schedule.status_changed();
+                schedule.queue_status();
             }
         });
         assert_eq!(once, "CBAABAAABAAAAA");
-        let always = letters(400, |schedule, _| schedule.status_changed());
+        let always = letters(400, |schedule, _| schedule.queue_status());
         assert!(
             !always.contains("BAB") && always.contains("BAAB"),
             "{always}"
@@ -206,12 +206,12 @@ mod tests {
     #[test]
     fn line_a_follows_every_other_line() {
         let order = letters(400, |schedule, line| {
-            schedule.status_changed();
+            schedule.queue_status();
             if line % 2 == 0 {
-                schedule.say("x");
+                schedule.queue_text("x");
             }
             if line % 3 == 0 {
-                schedule.say_findings();
+                schedule.queue_findings();
             }
         });
         let after_boot = order.get(1..).unwrap_or_default();
@@ -226,9 +226,9 @@ mod tests {
         let order = letters(70, |schedule, line| {
             if line == 3 {
                 for &parameter in Parameter::ALL {
-                    schedule.tell(parameter);
+                    schedule.queue_parameter(parameter);
                 }
-                schedule.sing(Song::Finished);
+                schedule.queue_song(Song::Finished);
             }
         });
         let count = |kind| order.chars().filter(|&letter| letter == kind).count();
@@ -250,7 +250,7 @@ mod tests {
     fn texts_are_sent_in_order_and_excess_ones_are_dropped() {
         let mut schedule = Schedule::default();
         for text in ["1", "2", "3", "4", "5"] {
-            schedule.say(text);
+            schedule.queue_text(text);
         }
         let mut said = String::new();
         for _ in 0..100 {

@@ -98,7 +98,7 @@ impl Transmitter {
     }
 
     /// Handles a received byte: a line feed requests acknowledgement lines, and any byte extends the ground station's turn.
-    pub const fn hear(&mut self, byte: u8) {
+    pub const fn handle_byte(&mut self, byte: u8) {
         if byte == b'\n' {
             self.echoes_due = ECHO_LINES;
         }

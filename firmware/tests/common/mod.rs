@@ -90,7 +90,7 @@ impl Bench {
         let identity = Identity {
             robot_id: ROBOT_ID,
             boots: BOOTS,
-            dice_seed: 1,
+            rng_seed: 1,
             duplex,
         };
         Self {
@@ -127,7 +127,7 @@ impl Bench {
             if self.now_ms.is_multiple_of(4) {
                 let (left, right) = self.reflects;
                 let lit = self.leds_on;
-                self.leds_on = self.robot.infrared_look(lit && left, lit && right);
+                self.leds_on = self.robot.infrared_sample(lit && left, lit && right);
             }
             if self.now_ms.is_multiple_of(50) {
                 self.inputs.counts_left = self.left.take_edges();

@@ -5,7 +5,7 @@ use std::sync::{Arc, Mutex, PoisonError};
 
 use sr04_sim::{Pose, World};
 
-use crate::seeds::Dice;
+use crate::seeds::Rng;
 
 /// Names and texts of the worlds that only the trials use.
 const TRIAL_WORLDS: &[(&str, &str)] = &[
@@ -75,12 +75,12 @@ impl Arena {
     }
 
     /// A reachable position with any heading, in inches on the plan.
-    pub(crate) fn somewhere(&self, dice: &mut Dice) -> Pose {
-        let (x_in, y_in) = self.places[dice.below(self.places.len())];
+    pub(crate) fn somewhere(&self, rng: &mut Rng) -> Pose {
+        let (x_in, y_in) = self.places[rng.below(self.places.len())];
         Pose {
             x_in,
             y_in,
-            theta_deg: dice.between(0.0, 360.0),
+            theta_deg: rng.between(0.0, 360.0),
         }
     }
 

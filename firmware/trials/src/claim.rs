@@ -3,7 +3,7 @@
 use std::cell::Cell;
 use std::path::PathBuf;
 
-use crate::seeds::{Dice, Seed};
+use crate::seeds::{Rng, Seed};
 use crate::statistics::{self, Estimate};
 
 /// A series of trials for one or several claims.
@@ -104,8 +104,8 @@ pub(crate) struct Trial {
 
 impl Trial {
     /// Random numbers of the trial itself.
-    pub(crate) fn dice(&self) -> Dice {
-        self.seed.dice()
+    pub(crate) fn rng(&self) -> Rng {
+        self.seed.rng()
     }
 
     /// The same trial without a trace, for simulations that prepare it.
@@ -192,6 +192,29 @@ impl Required {
             (false, false) => Verdict::ClearFail,
         }
     }
+}
+
+/// A reading of success or failure.
+#[expect(
+    clippy::unnecessary_wraps,
+    reason = "a trial gives an optional reading per claim"
+)]
+pub(crate) fn success(is_so: bool) -> Option<Reading> {
+    Some(Reading::Success(is_so))
+}
+
+/// A reading of a measured value.
+#[expect(
+    clippy::unnecessary_wraps,
+    reason = "a trial gives an optional reading per claim"
+)]
+pub(crate) fn value(value: f64) -> Option<Reading> {
+    Some(Reading::Value(value))
+}
+
+/// Cost of an ablation in percentage points: the same trial with a part and without it.
+pub(crate) fn loss(with: bool, without: bool) -> Option<Reading> {
+    value(100.0 * (f64::from(u8::from(with)) - f64::from(u8::from(without))))
 }
 
 #[cfg(test)]

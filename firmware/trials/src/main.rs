@@ -3,6 +3,7 @@
 //! `cargo xtask acceptance` runs them; README.md describes the options.
 
 mod arena;
+mod calibration;
 mod claim;
 mod claims;
 mod parallel;

@@ -14,7 +14,6 @@ use sr04_firmware::parameters::Parameter;
 use sr04_sim::{Pose, Simulation, SimulationConfig, TICK_MS, Trace, World};
 
 use crate::claim::Trial;
-use crate::claims::odometry;
 
 /// Robot number in the simulation.
 const ROBOT_ID: u8 = 1;
@@ -24,7 +23,7 @@ const OWNER: u16 = 7;
 
 /// Start values of a run.
 pub(crate) struct Setup<'a> {
-    trial: &'a Trial,
+    pub(crate) trial: &'a Trial,
     pub(crate) config: SimulationConfig,
     allowed: Option<LayerMask>,
     mode: Mode,
@@ -55,12 +54,6 @@ impl<'a> Setup<'a> {
     /// Starts in this mode.
     pub(crate) fn mode(mut self, mode: Mode) -> Self {
         self.mode = mode;
-        self
-    }
-
-    /// Uses the wheels and track from a calibration.
-    pub(crate) fn calibrated(mut self) -> Self {
-        self.config.parameters = odometry::calibrated(self.trial);
         self
     }
 
@@ -213,7 +206,8 @@ impl Run {
     /// Sends a frame past the radio.
     pub(crate) fn send(&mut self, message: &Message) {
         let key = self.key_for(message);
-        self.simulation.hand_over(message.encode(key).as_bytes());
+        self.simulation
+            .deliver_uplink(message.encode(key).as_bytes());
     }
 
     /// Sends a frame by radio.

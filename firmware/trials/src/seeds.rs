@@ -45,15 +45,15 @@ impl Seed {
     }
 
     /// Random numbers of the trial itself.
-    pub(crate) fn dice(self) -> Dice {
-        Dice(Pcg32::new(self.0, 0x0071_71A1))
+    pub(crate) fn rng(self) -> Rng {
+        Rng(Pcg32::new(self.0, 0x0071_71A1))
     }
 }
 
 /// Random numbers of a trial, the same on every platform.
-pub(crate) struct Dice(Pcg32);
+pub(crate) struct Rng(Pcg32);
 
-impl Dice {
+impl Rng {
     /// Uniform from `low` up to but not including `high`.
     pub(crate) fn between(&mut self, low: f64, high: f64) -> f64 {
         low + (high - low) * f64::from(self.0.next_u32()) / 4_294_967_296.0

@@ -1,8 +1,7 @@
-//! Links the whole robot for an ATmega2560: every entry point is called, every input comes from a
-//! register, every output goes to one, so that nothing is optimised away and the size is honest.
+//! Links the robot's whole program for an ATmega2560, to measure its share of the chip's 8 KB of RAM.
 //!
-//! It drives no robot: it knows no timers and no interrupts. It answers what the program takes of the
-//! chip's 8 KB of RAM.
+//! It calls every entry point, reads every input from a register and writes every output to one, so that nothing is
+//! optimised away. It has no timers and no interrupts and cannot drive a robot.
 #![no_std]
 #![no_main]
 
@@ -14,16 +13,16 @@ use sr04_firmware::board::{Duplex, Echo, Edges, Identity, Inputs, Side, Sides, S
 use sr04_firmware::parameters::Parameter;
 use sr04_firmware::robot::Robot;
 
-/// Port A's input register stands for every sensor.
+/// Input register of port A, in place of every sensor.
 const PIN_A: *const u8 = 0x20 as *const u8;
 
-/// Port C's output register stands for every motor.
+/// Output register of port C, in place of every actuator.
 const PORT_C: *mut u8 = 0x28 as *mut u8;
 
-/// USART 0's data register.
+/// Data register of USART 0.
 const USART_0: *mut u8 = 0xC6 as *mut u8;
 
-/// The robot lies in a static, where `avr-size` counts it; on the stack nobody would.
+/// A static for the robot, so that `avr-size` counts it; on the stack it would not be counted.
 struct Place(core::cell::UnsafeCell<MaybeUninit<Robot>>);
 
 // SAFETY: the chip has one core, and no interrupt is ever enabled.
@@ -61,10 +60,10 @@ fn send(byte: u8) {
     unsafe { write_volatile(USART_0, byte) }
 }
 
-/// Called by avr-libc's start-up code.
+/// Entry point, called by the start-up code of avr-libc.
 #[unsafe(no_mangle)]
 pub extern "C" fn main() -> ! {
-    // SAFETY: `main` is entered once, so this is the only reference to the place there ever is.
+    // SAFETY: `main` is entered once, so this is the only reference to `PLACE`.
     let robot = switch_on(unsafe { &mut *PLACE.0.get() });
     loop {
         let outputs = robot.tick(&inputs());
@@ -83,9 +82,9 @@ pub extern "C" fn main() -> ! {
             Some(Side::Left) => 1,
             Some(Side::Right) => 2,
         });
-        let looks = read();
+        let samples = read();
         write(u8::from(
-            robot.infrared_look(looks & 1 != 0, looks & 2 != 0),
+            robot.infrared_sample(samples & 1 != 0, samples & 2 != 0),
         ));
         robot.handle_uplink(receive());
         if let Some(byte) = robot.poll_downlink() {
@@ -94,13 +93,13 @@ pub extern "C" fn main() -> ! {
     }
 }
 
-/// A function of its own, so that the main loop's stack does not hold a second robot for ever.
+/// Creates the robot in its static. A separate function keeps a second robot off the main loop's stack.
 #[inline(never)]
 fn switch_on(place: &mut MaybeUninit<Robot>) -> &mut Robot {
     place.write(Robot::new(Identity {
         robot_id: read(),
         boots: read_pair(),
-        dice_seed: u32::from(read_pair()),
+        rng_seed: u32::from(read_pair()),
         duplex: match read() {
             0 => Duplex::Full,
             patience_bytes => Duplex::Half { patience_bytes },
@@ -156,7 +155,7 @@ fn edges() -> Edges {
     }
 }
 
-/// The argument would bring `core::fmt`, which this target miscompiles.
+/// Stops the robot. Using the argument would link `core::fmt`, which this target miscompiles.
 #[panic_handler]
 fn panic(_: &PanicInfo<'_>) -> ! {
     loop {

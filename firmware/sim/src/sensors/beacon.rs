@@ -23,7 +23,7 @@ const MISSES: f64 = 0.02;
 const GAP_IN: f64 = 0.1;
 
 /// Receivers that detect the beacon.
-pub(crate) fn look(scene: &Scene, dock: &Dock, view: View, rng: &mut Rng) -> Sides {
+pub(crate) fn detect(scene: &Scene, dock: &Dock, view: View, rng: &mut Rng) -> Sides {
     let reach_in = REACH_IN * (1.0 + REACH_SPREAD * rng.normal());
     let misses = (rng.chance(MISSES), rng.chance(MISSES));
     let offset = dock.front - view.center;
@@ -62,7 +62,7 @@ mod tests {
         let dock = scene.dock.expect("there is a dock");
         let mut rng = Rng::new(1, Stream::Beacon);
         let sides: Vec<Sides> = (0..100)
-            .map(|_| look(scene, &dock, view, &mut rng))
+            .map(|_| detect(scene, &dock, view, &mut rng))
             .collect();
         let count = |is: fn(&Sides) -> bool| sides.iter().filter(|sides| is(sides)).count() > 80;
         (count(|sides| sides.left), count(|sides| sides.right))

@@ -16,7 +16,7 @@ const CENTER_AHEAD_IN: f64 = 5.8;
 const TAIL_AHEAD_IN: f64 = -5.8;
 
 /// Detectors that see no floor. `rear` combines three of them: behind the caster and behind each wheel.
-pub(crate) fn look(scene: &Scene, view: View) -> Edges {
+pub(crate) fn detect(scene: &Scene, view: View) -> Edges {
     if scene.drops.is_empty() {
         return Edges::default();
     }
@@ -40,7 +40,7 @@ mod tests {
     fn each_detector_sees_an_edge_below_its_spot() {
         // No floor north of y = 120.
         let scene = landing();
-        let edges = |y_in, theta_deg| look(&scene, view_at(60.0, y_in, theta_deg));
+        let edges = |y_in, theta_deg| detect(&scene, view_at(60.0, y_in, theta_deg));
         let none = Edges::default();
         assert_eq!(edges(114.0, 0.0), none);
         assert_eq!(
@@ -87,7 +87,7 @@ mod tests {
             }
             // Move north, nose or tail first, until a detector sees the edge.
             let mut y_in = 100.0;
-            while !look(&scene, view_at(60.0, y_in, theta_deg)).any() {
+            while !detect(&scene, view_at(60.0, y_in, theta_deg)).any() {
                 y_in += 0.01;
             }
             let view = view_at(60.0, y_in, theta_deg);

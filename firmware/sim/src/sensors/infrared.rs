@@ -20,10 +20,10 @@ const NOISE: f64 = 0.1;
 /// Movement, or samples while something else moves, after which the strengths are measured again.
 const MOVED_IN: f64 = 0.25;
 const TURNED_RAD: f64 = 0.025;
-const STALE_LOOKS: u32 = 25;
+const STALE_SAMPLES: u32 = 25;
 /// Bursts of ambient infrared: chance that one starts at a sample, and its mean length in samples.
 const BURST_CHANCE: f64 = 1.0 / (20.0 * 250.0);
-const BURST_LOOKS: f64 = 30.0;
+const BURST_SAMPLES: f64 = 30.0;
 /// Chance that a detector fires at a sample during a burst.
 const BURST_FIRES: f64 = 0.6;
 
@@ -32,8 +32,8 @@ pub(crate) struct Infrared {
     /// Strength of the reflections, left and right; the threshold is 1.
     strengths: [f64; 2],
     measured: Option<View>,
-    age_looks: u32,
-    burst_looks: u32,
+    age_samples: u32,
+    burst_samples: u32,
 }
 
 impl Infrared {
@@ -41,15 +41,15 @@ impl Infrared {
         Self {
             strengths: [0.0; 2],
             measured: None,
-            age_looks: 0,
-            burst_looks: 0,
+            age_samples: 0,
+            burst_samples: 0,
         }
     }
 
     /// Readings of the left and right detectors while the LEDs are on or off.
     ///
     /// `clearance_in` is a distance from the robot's centre that is free of fixed obstacles.
-    pub(crate) fn look(
+    pub(crate) fn sample(
         &mut self,
         scene: &Scene,
         view: View,
@@ -67,27 +67,27 @@ impl Infrared {
     }
 
     fn ambient(&mut self, rng: &mut Rng) -> (bool, bool) {
-        if self.burst_looks == 0 {
+        if self.burst_samples == 0 {
             if rng.chance(BURST_CHANCE) {
-                self.burst_looks = 1 + (2.0 * BURST_LOOKS * rng.unit()) as u32;
+                self.burst_samples = 1 + (2.0 * BURST_SAMPLES * rng.unit()) as u32;
             }
             return (false, false);
         }
-        self.burst_looks -= 1;
+        self.burst_samples -= 1;
         (rng.chance(BURST_FIRES), rng.chance(BURST_FIRES))
     }
 
     fn refresh(&mut self, scene: &Scene, view: View, clearance_in: f64, rng: &mut Rng) {
-        self.age_looks += 1;
+        self.age_samples += 1;
         let is_fresh = self.measured.is_some_and(|measured| {
             measured.center.distance_squared(view.center) < MOVED_IN * MOVED_IN
                 && (measured.theta_rad - view.theta_rad).abs() < TURNED_RAD
         });
-        if is_fresh && self.age_looks < STALE_LOOKS {
+        if is_fresh && self.age_samples < STALE_SAMPLES {
             return;
         }
         self.measured = Some(view);
-        self.age_looks = 0;
+        self.age_samples = 0;
         let out_of_reach = REACH_IN + RIGHT_IN + AHEAD_IN;
         let walker_near = scene.walkers.iter().any(|walker| {
             walker.center().distance(view.center) < out_of_reach + walker.radius_in()
@@ -187,7 +187,7 @@ mod tests {
         let mut infrared = Infrared::new();
         let (mut left, mut right) = (0, 0);
         for _ in 0..5000 {
-            let (on_left, on_right) = infrared.look(scene, view, 0.0, true, &mut rng);
+            let (on_left, on_right) = infrared.sample(scene, view, 0.0, true, &mut rng);
             left += u32::from(on_left);
             right += u32::from(on_right);
         }
@@ -242,7 +242,7 @@ mod tests {
         let mut infrared = Infrared::new();
         let view = view_at(300.0, 300.0, 0.0);
         let fired = (0..250 * 600)
-            .filter(|_| infrared.look(&scene, view, 0.0, false, &mut rng) != (false, false))
+            .filter(|_| infrared.sample(&scene, view, 0.0, false, &mut rng) != (false, false))
             .count();
         // Ten minutes hold about thirty bursts of about thirty looks.
         assert!((300..2000).contains(&fired), "{fired}");

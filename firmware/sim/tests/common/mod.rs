@@ -6,7 +6,7 @@ use groundwave_protocol::letters::Mode;
 use sr04_firmware::board::{Duplex, Identity, Inputs, Outputs};
 use sr04_firmware::parameters::{Parameter, Parameters};
 use sr04_firmware::robot::Robot;
-use sr04_sim::{Conditions, LOOK_MS, Plant, TICK_MS, World};
+use sr04_sim::{Conditions, Plant, SAMPLE_MS, TICK_MS, World};
 
 const ROBOT_ID: u8 = 1;
 const OWNER: u16 = 77;
@@ -52,7 +52,7 @@ impl Rig {
         let identity = Identity {
             robot_id: ROBOT_ID,
             boots: 1,
-            dice_seed: seed as u32,
+            rng_seed: seed as u32,
             duplex: Duplex::Full,
         };
         let mut rig = Self {
@@ -99,9 +99,9 @@ impl Rig {
         for _ in 0..TICK_MS {
             self.now_ms += 1;
             self.plant.step();
-            if self.now_ms.is_multiple_of(LOOK_MS) {
+            if self.now_ms.is_multiple_of(SAMPLE_MS) {
                 let (left, right) = self.plant.infrared(self.leds_on);
-                self.leds_on = self.robot.infrared_look(left, right);
+                self.leds_on = self.robot.infrared_sample(left, right);
             }
         }
         self.inputs = self.plant.inputs();

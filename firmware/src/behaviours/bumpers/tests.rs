@@ -28,7 +28,7 @@ struct Bench {
     odometer: Odometer,
     latest: Motion,
     now_ticks: u32,
-    dice: u32,
+    random: u32,
     is_held: bool,
 }
 
@@ -39,7 +39,7 @@ impl Bench {
             odometer: Odometer::default(),
             latest: Motion::STILL,
             now_ticks: 0,
-            dice: 0,
+            random: 0,
             is_held: false,
         }
     }
@@ -52,9 +52,9 @@ impl Bench {
         let request = self.bumpers.decide(&Senses {
             now_ticks: self.now_ticks,
             pose: self.odometer.pose(),
-            way_counts: left + right,
+            path_counts: left + right,
             bumper,
-            dice: self.dice,
+            random: self.random,
             is_held: self.is_held,
             ..Senses::nothing()
         });
@@ -67,13 +67,13 @@ impl Bench {
     fn bump(&mut self, bumper: Switches) -> (i32, i32) {
         let before = self.odometer.pose();
         self.tick(bumper);
-        let mut way_counts = 0;
+        let mut path_counts = 0;
         for _ in 0..200 {
             let (left, right) = self.latest.wheels();
-            way_counts += i32::from((left + right) / 20);
+            path_counts += i32::from((left + right) / 20);
             if !self.tick(FREE).flag {
                 let turned = self.odometer.pose().heading.minus(before.heading);
-                return (i32::from(turned) * 360 / 65_536, way_counts / 32);
+                return (i32::from(turned) * 360 / 65_536, path_counts / 32);
             }
         }
         panic!("the manoeuvre does not end within 200 ticks");
@@ -96,10 +96,10 @@ fn no_contact_is_no_request() {
 
 #[test]
 fn contact_backs_up_and_turns_away_from_its_side() {
-    for dice in [0, 0x0001_0000, 0xFFFF_FFFF] {
+    for random in [0, 0x0001_0000, 0xFFFF_FFFF] {
         for (switches, away) in [(LEFT, 1), (RIGHT, -1)] {
             let mut bench = Bench::new();
-            bench.dice = dice;
+            bench.random = random;
             let (turned_deg, way_in) = bench.bump(switches);
             assert!((-8..=-5).contains(&way_in), "{way_in} in");
             let turned_deg = turned_deg * away;
@@ -110,9 +110,9 @@ fn contact_backs_up_and_turns_away_from_its_side() {
 
 #[test]
 fn held_wheels_count_as_a_frontal_contact() {
-    for (dice, side) in [(0, 1), (1, -1)] {
+    for (random, side) in [(0, 1), (1, -1)] {
         let mut bench = Bench::new();
-        bench.dice = dice;
+        bench.random = random;
         bench.is_held = true;
         assert_eq!(bench.tick(FREE).motion, BACK);
         bench.is_held = false;
@@ -139,15 +139,15 @@ fn glancing_contact_turns_less_than_a_frontal_one() {
         center: true,
         ..LEFT
     };
-    for dice in [0, 0x0010_0000, 0x003F_FF00] {
+    for random in [0, 0x0010_0000, 0x003F_FF00] {
         let [glancing_deg, frontal_deg] = [LEFT, left_and_center].map(|switches| {
             let mut bench = Bench::new();
-            bench.dice = dice;
+            bench.random = random;
             bench.bump(switches).0
         });
         assert!(
             glancing_deg < 45 && frontal_deg > 65,
-            "{dice:x}: {glancing_deg} {frontal_deg}"
+            "{random:x}: {glancing_deg} {frontal_deg}"
         );
     }
 }
@@ -173,9 +173,9 @@ fn robot_comes_to_rest_after_the_turn() {
 
 #[test]
 fn side_of_a_centre_contact_is_random() {
-    let turned = [0, 1].map(|dice| {
+    let turned = [0, 1].map(|random| {
         let mut bench = Bench::new();
-        bench.dice = dice;
+        bench.random = random;
         bench.bump(CENTER).0
     });
     assert!(turned[0] > 0 && turned[1] < 0, "{turned:?}");
@@ -247,7 +247,7 @@ fn slow_zigzag_is_no_corner() {
 fn fifth_bump_without_progress_turns_half_around() {
     let mut bench = Bench::new();
     for bump in 0..4 {
-        bench.dice = bump & 1;
+        bench.random = bump & 1;
         assert!(bench.bump(CENTER).0.abs() < 100, "bump {bump}");
         // Ahead again, to about the same position.
         bench.drive_on(10);

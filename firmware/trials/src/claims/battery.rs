@@ -1,9 +1,8 @@
 //! Low battery: the call for the operator, and the drive to the dock.
 
 use super::home::{DOCK_AT, pose_from};
-use super::success;
 use crate::arena::arena;
-use crate::claim::{Claim, Experiment, Figure, Reading, Required, Trial};
+use crate::claim::{Claim, Experiment, Figure, Reading, Required, Trial, success};
 use crate::run::{Run, Setup};
 use groundwave_protocol::letters::Mode;
 use groundwave_protocol::telemetry::Body;
@@ -117,10 +116,10 @@ impl Heard {
 
 fn call(trial: &Trial) -> Vec<Option<Reading>> {
     let house = arena("house");
-    let mut dice = trial.dice();
-    let start = house.somewhere(&mut dice);
+    let mut rng = trial.rng();
+    let start = house.somewhere(&mut rng);
     let mut setup = Setup::new(trial, house.started_at(start));
-    setup.config.conditions.charge = dice.between(CHARGE.0, CHARGE.1);
+    setup.config.conditions.charge = rng.between(CHARGE.0, CHARGE.1);
     let mut run = setup.start();
     let mut heard = Heard::default();
     let (mut was_below, mut is_early, mut low_ticks) = (false, false, 0);
@@ -156,8 +155,8 @@ fn by_itself(trial: &Trial) -> Vec<Option<Reading>> {
 /// Whether the robot has started for its dock, and whether it then reached the dock in time.
 fn forage(trial: &Trial, is_calibrated: bool) -> (bool, Option<bool>) {
     let flat = arena("flat");
-    let mut dice = trial.dice();
-    let start = flat.somewhere(&mut dice);
+    let mut rng = trial.rng();
+    let start = flat.somewhere(&mut rng);
     let wander_s = Parameter::Wander.definition().most;
     let mut setup = Setup::new(trial, flat.started_at(start));
     if is_calibrated {
@@ -167,7 +166,7 @@ fn forage(trial: &Trial, is_calibrated: bool) -> (bool, Option<bool>) {
         .with(Parameter::Forage, 1)
         .with(Parameter::Wander, wander_s)
         .mode(Mode::Wander);
-    setup.config.conditions.charge = dice.between(CHARGE.0, CHARGE.1);
+    setup.config.conditions.charge = rng.between(CHARGE.0, CHARGE.1);
     let mut run = setup.start();
     run.must(pose_from(DOCK_AT, start));
     let set_out = run.until(f64::from(wander_s), |simulation| {

@@ -1,8 +1,7 @@
 //! The behaviour layer, which switches sensors off and on.
 
-use super::{success, value};
 use crate::arena::arena;
-use crate::claim::{Claim, Experiment, Figure, Reading, Required, Trial};
+use crate::claim::{Claim, Experiment, Figure, Reading, Required, Trial, success, value};
 use crate::run::Setup;
 use groundwave_protocol::letters::{Layer, LayerState, Mode};
 use groundwave_protocol::telemetry::Body;
@@ -163,7 +162,7 @@ fn told(trial: &Trial) -> Vec<Option<Reading>> {
 /// The switches after half an hour in a world.
 fn watched(trial: &Trial, world: &'static str, mode: Mode) -> [Switch; 3] {
     let place = arena(world);
-    let start = place.somewhere(&mut trial.dice());
+    let start = place.somewhere(&mut trial.rng());
     let mut run = Setup::new(trial, place.started_at(start))
         .only(&[
             Layer::Bumpers,

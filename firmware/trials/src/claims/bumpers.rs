@@ -1,8 +1,9 @@
 //! Layer 1: the reflex, its escapes, and the office chair.
 
-use super::{loss, success, value};
 use crate::arena::{arena, seen_from};
-use crate::claim::{Claim, Experiment, Figure, Reading, Required, Shortfall, Trial};
+use crate::claim::{
+    Claim, Experiment, Figure, Reading, Required, Shortfall, Trial, loss, success, value,
+};
 use crate::run::{Setup, distance_in};
 use groundwave_protocol::letters::Layer;
 use sr04_firmware::parameters::Parameter;
@@ -122,7 +123,7 @@ fn contacts(trial: &Trial) -> Vec<Option<Reading>> {
 /// is not.
 fn contact(trial: &Trial, escapes: i16) -> Option<f64> {
     let arena = arena(WORLDS[trial.index % WORLDS.len()]);
-    let start = arena.somewhere(&mut trial.dice());
+    let start = arena.somewhere(&mut trial.rng());
     let mut run = Setup::new(trial, arena.started_at(start))
         .only(&[Layer::Bumpers])
         .with(Parameter::Escapes, escapes)
@@ -148,14 +149,14 @@ fn chair(trial: &Trial) -> Vec<Option<Reading>> {
 /// Seconds until the robot has left the chair, with all or only these layers; `None` if it does not.
 fn leaves_chair(trial: &Trial, escapes: i16, layers: Option<&[Layer]>) -> Option<f64> {
     let arena = arena("chair");
-    let mut dice = trial.dice();
+    let mut rng = trial.rng();
     let start = loop {
-        let (from_deg, distance) = (dice.between(0.0, 360.0), dice.between(0.0, 26.0));
+        let (from_deg, distance) = (rng.between(0.0, 360.0), rng.between(0.0, 26.0));
         let (sin, cos) = from_deg.to_radians().sin_cos();
         let start = Pose {
             x_in: CHAIR_AT.x_in - distance * sin,
             y_in: CHAIR_AT.y_in - distance * cos,
-            theta_deg: from_deg + dice.between(-60.0, 60.0),
+            theta_deg: from_deg + rng.between(-60.0, 60.0),
         };
         if arena.has_room(start) {
             break start;

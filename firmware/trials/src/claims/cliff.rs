@@ -1,10 +1,9 @@
 //! The cliff guard.
 
-use super::{loss, success, value};
 use crate::arena::{Arena, arena};
-use crate::claim::{Claim, Experiment, Figure, Reading, Required, Trial};
+use crate::claim::{Claim, Experiment, Figure, Reading, Required, Trial, loss, success, value};
 use crate::run::{Run, Setup};
-use crate::seeds::Dice;
+use crate::seeds::Rng;
 use groundwave_protocol::command::{Drive, Message};
 use groundwave_protocol::letters::Layer;
 use sr04_firmware::board::Edges;
@@ -189,11 +188,11 @@ const STANDING_IN_S: f64 = 0.1;
 /// Result of an approach; `None` if it meets no edge within a minute.
 fn approach(trial: &Trial, guard: i16) -> Option<Approach> {
     let stairs = arena("stairs");
-    let mut dice = trial.dice();
+    let mut rng = trial.rng();
     let by_hand = trial.index % 3 == 2;
-    let backward = by_hand && dice.below(2) == 1;
-    let start = before_an_edge(&stairs, &mut dice, backward);
-    let top_speed = 4 + dice.below(9) as i16;
+    let backward = by_hand && rng.below(2) == 1;
+    let start = before_an_edge(&stairs, &mut rng, backward);
+    let top_speed = 4 + rng.below(9) as i16;
     let layers: &[Layer] = match trial.index % 3 {
         0 => &[],
         _ => &[Layer::Bumpers],
@@ -207,7 +206,7 @@ fn approach(trial: &Trial, guard: i16) -> Option<Approach> {
         let speed = top_speed as i8;
         (
             if backward { -speed } else { speed },
-            dice.below(5) as i8 - 2,
+            rng.below(5) as i8 - 2,
         )
     });
     let (mut count, mut stop) = (0, Stop::default());
@@ -252,10 +251,10 @@ fn approach(trial: &Trial, guard: i16) -> Option<Approach> {
 }
 
 /// A position with an edge 1 to 6 ft ahead of the nose, or behind the tail, and no obstacle between.
-fn before_an_edge(stairs: &Arena, dice: &mut Dice, backward: bool) -> Pose {
+fn before_an_edge(stairs: &Arena, rng: &mut Rng, backward: bool) -> Pose {
     let ahead = if backward { -1.0 } else { 1.0 };
     loop {
-        let place = stairs.somewhere(dice);
+        let place = stairs.somewhere(rng);
         let (sin, cos) = place.theta_deg.to_radians().sin_cos();
         let along = |distance_in: f64| Pose {
             x_in: place.x_in + ahead * distance_in * sin,
@@ -277,7 +276,7 @@ fn before_an_edge(stairs: &Arena, dice: &mut Dice, backward: bool) -> Pose {
 
 fn beside(trial: &Trial) -> Vec<Option<Reading>> {
     let stairs = arena("stairs");
-    let start = stairs.somewhere(&mut trial.dice());
+    let start = stairs.somewhere(&mut trial.rng());
     let mut setup = Setup::new(trial, stairs.started_at(start));
     setup.config.conditions.supply_v = Some(12.4);
     let fallen_s = setup

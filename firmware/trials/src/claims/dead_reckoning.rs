@@ -1,8 +1,9 @@
 //! Layer 7: routes.
 
-use super::{success, value};
 use crate::arena::{arena, seen_from};
-use crate::claim::{Claim, Experiment, Figure, Reading, Required, Shortfall, Trial};
+use crate::claim::{
+    Claim, Experiment, Figure, Reading, Required, Shortfall, Trial, success, value,
+};
 use crate::run::{Setup, believed, distance_in};
 use groundwave_protocol::Waypoint;
 use groundwave_protocol::letters::Mode;
@@ -65,11 +66,11 @@ fn route(trial: &Trial) -> Vec<Option<Reading>> {
 /// Whether the robot believes that it has arrived, and its true distance from the last point.
 fn walk(trial: &Trial, is_calibrated: bool) -> (bool, Option<f64>) {
     let room = arena("living-room");
-    let mut dice = trial.dice();
-    let start = room.somewhere(&mut dice);
+    let mut rng = trial.rng();
+    let start = room.somewhere(&mut rng);
     let points: Vec<Waypoint> = (0..POINTS)
         .map(|_| {
-            let point = seen_from(start, room.somewhere(&mut dice));
+            let point = seen_from(start, room.somewhere(&mut rng));
             Waypoint {
                 x_in: point.x_in.round() as i16,
                 y_in: point.y_in.round() as i16,

@@ -1,8 +1,7 @@
 //! Going home, and docking.
 
-use super::{success, value};
 use crate::arena::{arena, seen_from};
-use crate::claim::{Claim, Experiment, Figure, Reading, Required, Trial};
+use crate::claim::{Claim, Experiment, Figure, Reading, Required, Trial, success, value};
 use crate::run::{Setup, distance_in};
 use groundwave_protocol::Waypoint;
 use groundwave_protocol::command::Order;
@@ -107,7 +106,7 @@ const FORAGE: Experiment = Experiment {
 
 fn wander(trial: &Trial) -> Vec<Option<Reading>> {
     let house = arena("house");
-    let start = house.somewhere(&mut trial.dice());
+    let start = house.somewhere(&mut trial.rng());
     let mut run = Setup::new(trial, house.started_at(start))
         .calibrated()
         .mode(Mode::Wander)
@@ -138,17 +137,17 @@ fn detour(trial: &Trial) -> Vec<Option<Reading>> {
 }
 
 fn comes_home(trial: &Trial, is_calibrated: bool) -> bool {
-    let mut dice = trial.dice();
+    let mut rng = trial.rng();
     // The wall is at y = 126 to 132, its doorway at x = 276 to 312.
-    let x_in = dice.between(60.0, 110.0);
+    let x_in = rng.between(60.0, 110.0);
     let start = Pose {
         x_in,
-        y_in: 132.0 + dice.between(36.0, 72.0),
-        theta_deg: dice.between(0.0, 360.0),
+        y_in: 132.0 + rng.between(36.0, 72.0),
+        theta_deg: rng.between(0.0, 360.0),
     };
     let home = Pose {
-        x_in: x_in + dice.between(-12.0, 12.0),
-        y_in: 126.0 - dice.between(54.0, 90.0),
+        x_in: x_in + rng.between(-12.0, 12.0),
+        y_in: 126.0 - rng.between(54.0, 90.0),
         theta_deg: 0.0,
     };
     let mut setup = Setup::new(trial, arena("two-doors").started_at(start));
@@ -165,9 +164,9 @@ fn comes_home(trial: &Trial, is_calibrated: bool) -> bool {
 
 fn dock(trial: &Trial) -> Vec<Option<Reading>> {
     let flat = arena("flat");
-    let mut dice = trial.dice();
+    let mut rng = trial.rng();
     let start = loop {
-        let place = flat.somewhere(&mut dice);
+        let place = flat.somewhere(&mut rng);
         let away_in = distance_in(place, DOCK_AT);
         if (108.0..126.0).contains(&away_in) && place.y_in < DOCK_AT.y_in - 12.0 {
             break place;
@@ -184,7 +183,7 @@ fn dock(trial: &Trial) -> Vec<Option<Reading>> {
 
 fn forage(trial: &Trial) -> Vec<Option<Reading>> {
     let flat = arena("flat");
-    let start = flat.somewhere(&mut trial.dice());
+    let start = flat.somewhere(&mut trial.rng());
     let mut run = Setup::new(trial, flat.started_at(start))
         .with(Parameter::Forage, 1)
         .start();

@@ -1,8 +1,7 @@
 //! Layer 1: objects caught on the bumper, and the jam sequence that works them free.
 
-use super::{success, value};
 use crate::arena::arena;
-use crate::claim::{Claim, Experiment, Figure, Reading, Required, Trial};
+use crate::claim::{Claim, Experiment, Figure, Reading, Required, Trial, success, value};
 use crate::run::Setup;
 use groundwave_protocol::letters::Layer;
 
@@ -56,7 +55,7 @@ const HOOKED: Experiment = Experiment {
 
 fn hooked(trial: &Trial) -> Vec<Option<Reading>> {
     let room = arena("snags");
-    let start = room.somewhere(&mut trial.dice());
+    let start = room.somewhere(&mut trial.rng());
     let mut run = Setup::new(trial, room.started_at(start))
         .only(&[Layer::Bumpers])
         .start();

@@ -1,8 +1,7 @@
 //! Layer 3: the narrow passage, the empty room, and the jam.
 
-use super::{loss, success, value};
 use crate::arena::{arena, on_plan};
-use crate::claim::{Claim, Experiment, Figure, Reading, Required, Trial};
+use crate::claim::{Claim, Experiment, Figure, Reading, Required, Trial, loss, success, value};
 use crate::run::{Setup, is_held_by};
 use groundwave_protocol::letters::{Layer, Mode};
 use sr04_firmware::infrared::{JAM_TICKS, OFF_TICKS};
@@ -109,11 +108,11 @@ fn gap(trial: &Trial) -> Vec<Option<Reading>> {
 }
 
 fn passes(trial: &Trial, most: i16) -> bool {
-    let mut dice = trial.dice();
+    let mut rng = trial.rng();
     let start = Pose {
-        x_in: GAP_X_IN + dice.between(-1.0, 1.0),
+        x_in: GAP_X_IN + rng.between(-1.0, 1.0),
         y_in: GAP_SOUTH_IN - 4.0,
-        theta_deg: dice.between(-10.0, 10.0),
+        theta_deg: rng.between(-10.0, 10.0),
     };
     let mut run = Setup::new(trial, arena("gap").started_at(start))
         .only(&[Layer::Bumpers, Layer::Infrared])
@@ -146,12 +145,12 @@ fn quiver(trial: &Trial) -> Vec<Option<Reading>> {
 }
 
 fn jam(trial: &Trial) -> Vec<Option<Reading>> {
-    let mut dice = trial.dice();
+    let mut rng = trial.rng();
     // Eight to twelve inches from the south wall of the hall, facing it.
     let start = Pose {
-        x_in: dice.between(100.0, 380.0),
-        y_in: 6.0 + dice.between(8.0, 12.0),
-        theta_deg: 180.0 + dice.between(-20.0, 20.0),
+        x_in: rng.between(100.0, 380.0),
+        y_in: 6.0 + rng.between(8.0, 12.0),
+        theta_deg: 180.0 + rng.between(-20.0, 20.0),
     };
     let mut run = Setup::new(trial, arena("hall").started_at(start))
         .only(&[Layer::Infrared])

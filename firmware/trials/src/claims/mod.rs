@@ -10,7 +10,7 @@ mod hooks;
 mod infrared;
 mod modes;
 mod motion;
-pub(crate) mod odometry;
+mod odometry;
 mod photo;
 mod pid;
 mod prowl;
@@ -19,7 +19,7 @@ mod sonar;
 mod user;
 mod whole;
 
-use crate::claim::{Experiment, Reading};
+use crate::claim::Experiment;
 
 /// All experiments in the order of the table.
 pub(crate) fn all() -> Vec<&'static Experiment> {
@@ -44,27 +44,4 @@ pub(crate) fn all() -> Vec<&'static Experiment> {
         whole::ALL,
     ]
     .concat()
-}
-
-/// A reading of success or failure.
-#[expect(
-    clippy::unnecessary_wraps,
-    reason = "a trial gives an optional reading per claim"
-)]
-fn success(is_so: bool) -> Option<Reading> {
-    Some(Reading::Success(is_so))
-}
-
-/// A reading of a measured value.
-#[expect(
-    clippy::unnecessary_wraps,
-    reason = "a trial gives an optional reading per claim"
-)]
-fn value(value: f64) -> Option<Reading> {
-    Some(Reading::Value(value))
-}
-
-/// Cost of an ablation in percentage points: the same trial with a part and without it.
-fn loss(with: bool, without: bool) -> Option<Reading> {
-    value(100.0 * (f64::from(u8::from(with)) - f64::from(u8::from(without))))
 }

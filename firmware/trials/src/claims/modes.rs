@@ -1,8 +1,7 @@
 //! Modes Reactive and Passive.
 
-use super::{success, value};
 use crate::arena::arena;
-use crate::claim::{Claim, Experiment, Figure, Reading, Required, Trial};
+use crate::claim::{Claim, Experiment, Figure, Reading, Required, Trial, success, value};
 use crate::run::{Run, Setup, is_held_by};
 use groundwave_protocol::letters::{Layer, Mode};
 use sr04_firmware::drive::Motion;
@@ -126,7 +125,7 @@ fn at_rest(quiet_ticks: &mut u32, simulation: &Simulation) -> bool {
 
 fn rest(trial: &Trial) -> Vec<Option<Reading>> {
     let room = arena("living-room");
-    let start = room.somewhere(&mut trial.dice());
+    let start = room.somewhere(&mut trial.rng());
     let mut run = Setup::new(trial, room.started_at(start))
         .only(&SENSORS)
         .mode(Mode::Reactive)
@@ -138,7 +137,7 @@ fn rest(trial: &Trial) -> Vec<Option<Reading>> {
 
 fn lamp(trial: &Trial) -> Vec<Option<Reading>> {
     let room = arena("dark-room");
-    let start = room.somewhere(&mut trial.dice());
+    let start = room.somewhere(&mut trial.rng());
     let mut run = Setup::new(trial, room.started_at(start))
         .only(&SENSORS)
         .mode(Mode::Reactive)
@@ -170,12 +169,12 @@ fn lamp(trial: &Trial) -> Vec<Option<Reading>> {
 
 fn step_in(trial: &Trial) -> Vec<Option<Reading>> {
     let room = arena("step-in");
-    let mut dice = trial.dice();
+    let mut rng = trial.rng();
     let center = room.world.start();
     let start = Pose {
-        x_in: center.x_in + dice.between(-5.0, 5.0),
-        y_in: center.y_in + dice.between(-5.0, 5.0),
-        theta_deg: dice.between(-30.0, 30.0),
+        x_in: center.x_in + rng.between(-5.0, 5.0),
+        y_in: center.y_in + rng.between(-5.0, 5.0),
+        theta_deg: rng.between(-30.0, 30.0),
     };
     let mut run = Setup::new(trial, room.started_at(start))
         .only(&[Layer::Bumpers, Layer::Infrared, Layer::Sonar])
@@ -214,7 +213,7 @@ fn stands_before(simulation: &Simulation) -> bool {
 
 fn passive(trial: &Trial) -> Vec<Option<Reading>> {
     let room = arena("living-room");
-    let start = room.somewhere(&mut trial.dice());
+    let start = room.somewhere(&mut trial.rng());
     let mut run = Setup::new(trial, room.started_at(start))
         .mode(Mode::Passive)
         .start();
@@ -223,7 +222,7 @@ fn passive(trial: &Trial) -> Vec<Option<Reading>> {
 
 fn tempted(trial: &Trial) -> Vec<Option<Reading>> {
     let room = arena("living-room");
-    let start = room.somewhere(&mut trial.dice());
+    let start = room.somewhere(&mut trial.rng());
     let mut run = Setup::new(trial, room.started_at(start))
         .only(&[
             Layer::Bumpers,

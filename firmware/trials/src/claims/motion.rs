@@ -1,8 +1,7 @@
 //! Layer 6: the arm, detection of a walker, and the charge.
 
-use super::success;
 use crate::arena::arena;
-use crate::claim::{Claim, Experiment, Figure, Reading, Required, Trial};
+use crate::claim::{Claim, Experiment, Figure, Reading, Required, Trial, success};
 use crate::run::{Setup, is_held_by};
 use groundwave_protocol::letters::{Layer, Mode};
 use sr04_sim::{Pose, Simulation};
@@ -73,11 +72,11 @@ fn drives_with_arm_up(simulation: &Simulation) -> bool {
 }
 
 fn walker(trial: &Trial) -> Vec<Option<Reading>> {
-    let mut dice = trial.dice();
+    let mut rng = trial.rng();
     let start = Pose {
         x_in: WAIT_AT.0,
         y_in: WAIT_AT.1,
-        theta_deg: dice.between(-45.0, 45.0),
+        theta_deg: rng.between(-45.0, 45.0),
     };
     let mut run = Setup::new(trial, arena("walker").started_at(start))
         .only(&[Layer::Motion])
@@ -120,7 +119,7 @@ fn walker(trial: &Trial) -> Vec<Option<Reading>> {
 
 fn false_alarms(trial: &Trial) -> Vec<Option<Reading>> {
     let hall = arena("hall");
-    let start = hall.somewhere(&mut trial.dice());
+    let start = hall.somewhere(&mut trial.rng());
     let mut run = Setup::new(trial, hall.started_at(start))
         .only(&[Layer::Motion])
         .mode(Mode::Reactive)

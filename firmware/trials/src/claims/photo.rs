@@ -1,8 +1,7 @@
 //! Layer 5: circling a lamp, and avoiding light.
 
-use super::success;
 use crate::arena::{arena, seen_from};
-use crate::claim::{Claim, Experiment, Figure, Reading, Required, Shortfall, Trial};
+use crate::claim::{Claim, Experiment, Figure, Reading, Required, Shortfall, Trial, success};
 use crate::run::{Setup, distance_in};
 use groundwave_protocol::letters::Layer;
 use sr04_firmware::parameters::Parameter;
@@ -56,7 +55,7 @@ const AVOID: Experiment = Experiment {
 
 fn moth(trial: &Trial) -> Vec<Option<Reading>> {
     let room = arena("dark-room");
-    let start = room.somewhere(&mut trial.dice());
+    let start = room.somewhere(&mut trial.rng());
     let lamp = seen_from(start, LAMP);
     let mut run = Setup::new(trial, room.started_at(start))
         .only(&[Layer::Bumpers, Layer::Photo])
@@ -80,7 +79,7 @@ fn moth(trial: &Trial) -> Vec<Option<Reading>> {
 
 fn avoid(trial: &Trial) -> Vec<Option<Reading>> {
     let room = arena("dark-room");
-    let start = room.somewhere(&mut trial.dice());
+    let start = room.somewhere(&mut trial.rng());
     let mut run = Setup::new(trial, room.started_at(start))
         .only(&[Layer::Bumpers, Layer::Photo])
         .with(Parameter::PhotoAvoid, 1)

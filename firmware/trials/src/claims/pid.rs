@@ -1,8 +1,7 @@
 //! Speed control of the wheels.
 
-use super::{success, value};
 use crate::arena::{arena, on_plan};
-use crate::claim::{Claim, Experiment, Figure, Reading, Required, Trial};
+use crate::claim::{Claim, Experiment, Figure, Reading, Required, Trial, success, value};
 use crate::run::{Run, Setup};
 use sr04_firmware::board::COUNTS_PER_IN;
 use sr04_firmware::parameters::Parameter;
@@ -158,7 +157,7 @@ fn driven(trial: &Trial, world: World, supply_v: f64, load_share: f64) -> Setup<
 }
 
 fn inside(trial: &Trial) -> Vec<Option<Reading>> {
-    let mut dice = trial.dice();
+    let mut rng = trial.rng();
     // First the corners of the rated ranges, then anywhere in them.
     let corner = |limits: (f64, f64), high: bool| if high { limits.1 } else { limits.0 };
     let (supply_v, load_share) = if trial.index < 12 {
@@ -168,12 +167,12 @@ fn inside(trial: &Trial) -> Vec<Option<Reading>> {
         )
     } else {
         (
-            dice.between(SUPPLY_V.0, SUPPLY_V.1),
-            dice.between(LOAD_SHARE.0, LOAD_SHARE.1),
+            rng.between(SUPPLY_V.0, SUPPLY_V.1),
+            rng.between(LOAD_SHARE.0, LOAD_SHARE.1),
         )
     };
     let speed_in_s = [12, 6, 2].get(trial.index / 4).copied();
-    let speed_in_s = speed_in_s.unwrap_or_else(|| 2 + dice.below(11) as i16);
+    let speed_in_s = speed_in_s.unwrap_or_else(|| 2 + rng.below(11) as i16);
     let mut run = bench(trial, supply_v, load_share)
         .with(Parameter::TopSpeed, speed_in_s)
         .start();
@@ -197,12 +196,12 @@ fn off_percent(run: &mut Run) -> (f64, bool) {
 }
 
 fn incline(trial: &Trial) -> Vec<Option<Reading>> {
-    let mut dice = trial.dice();
+    let mut rng = trial.rng();
     // Up and down first, at both ends of the rated ranges.
     let theta_deg = if trial.index < 16 {
         180.0 * f64::from(u8::from(trial.index & 2 > 0))
     } else {
-        dice.between(0.0, 360.0)
+        rng.between(0.0, 360.0)
     };
     let start = Pose {
         theta_deg,
@@ -212,11 +211,11 @@ fn incline(trial: &Trial) -> Vec<Option<Reading>> {
         0 => (SUPPLY_V.0, LOAD_SHARE.1),
         1 => (SUPPLY_V.1, LOAD_SHARE.0),
         _ => (
-            dice.between(SUPPLY_V.0, SUPPLY_V.1),
-            dice.between(LOAD_SHARE.0, LOAD_SHARE.1),
+            rng.between(SUPPLY_V.0, SUPPLY_V.1),
+            rng.between(LOAD_SHARE.0, LOAD_SHARE.1),
         ),
     };
-    let speed_in_s = 2 + dice.below(6) as i16;
+    let speed_in_s = 2 + rng.below(6) as i16;
     let world = arena("floors").started_at(start);
     let mut run = driven(trial, world, supply_v, load_share)
         .with(Parameter::TopSpeed, speed_in_s)
@@ -226,16 +225,16 @@ fn incline(trial: &Trial) -> Vec<Option<Reading>> {
 }
 
 fn sill(trial: &Trial) -> Vec<Option<Reading>> {
-    let mut dice = trial.dice();
+    let mut rng = trial.rng();
     let start = Pose {
-        theta_deg: dice.between(-30.0, 30.0),
+        theta_deg: rng.between(-30.0, 30.0),
         ..plan(SILL_X_IN, SILL_Y_IN - 36.0)
     };
     let (supply_v, load_share) = (
-        dice.between(SUPPLY_V.0, SUPPLY_V.1),
-        dice.between(LOAD_SHARE.0, LOAD_SHARE.1),
+        rng.between(SUPPLY_V.0, SUPPLY_V.1),
+        rng.between(LOAD_SHARE.0, LOAD_SHARE.1),
     );
-    let speed_in_s = 2 + dice.below(4) as i16;
+    let speed_in_s = 2 + rng.below(4) as i16;
     let world = arena("floors").started_at(start);
     let mut run = driven(trial, world, supply_v, load_share)
         .with(Parameter::TopSpeed, speed_in_s)
@@ -256,8 +255,8 @@ fn sill(trial: &Trial) -> Vec<Option<Reading>> {
 }
 
 fn outside(trial: &Trial) -> Vec<Option<Reading>> {
-    let mut dice = trial.dice();
-    let (supply_v, load_share) = (dice.between(8.0, 9.5), dice.between(0.35, 0.5));
+    let mut rng = trial.rng();
+    let (supply_v, load_share) = (rng.between(8.0, 9.5), rng.between(0.35, 0.5));
     let mut run = bench(trial, supply_v, load_share).start();
     let flagged = run.until(5.0, |simulation| simulation.robot().is_saturated());
     vec![success(flagged.is_some())]

@@ -1,8 +1,7 @@
 //! Prowl: the approach to a target.
 
-use super::success;
 use crate::arena::arena;
-use crate::claim::{Claim, Experiment, Figure, Reading, Required, Trial};
+use crate::claim::{Claim, Experiment, Figure, Reading, Required, Trial, success};
 use crate::run::Setup;
 use groundwave_protocol::Waypoint;
 use groundwave_protocol::letters::{Layer, Mode};
@@ -43,8 +42,8 @@ const TARGET: Experiment = Experiment {
 };
 
 fn target(trial: &Trial) -> Vec<Option<Reading>> {
-    let mut dice = trial.dice();
-    let (distance_in, bearing_deg) = (dice.between(48.0, 190.0), dice.between(-180.0, 180.0));
+    let mut rng = trial.rng();
+    let (distance_in, bearing_deg) = (rng.between(48.0, 190.0), rng.between(-180.0, 180.0));
     let (sin, cos) = bearing_deg.to_radians().sin_cos();
     let mut run = Setup::new(trial, arena("hall").world.clone())
         .only(&[Layer::DeadReckoning])

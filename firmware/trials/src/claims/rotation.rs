@@ -1,8 +1,7 @@
 //! Layer 2: the scan.
 
-use super::{success, value};
 use crate::arena::arena;
-use crate::claim::{Claim, Experiment, Figure, Reading, Required, Trial};
+use crate::claim::{Claim, Experiment, Figure, Reading, Required, Trial, success, value};
 use crate::run::{Setup, is_held_by};
 use groundwave_protocol::command::Order;
 use groundwave_protocol::letters::{Layer, Mode};
@@ -48,12 +47,12 @@ const YIELDS: Experiment = Experiment {
 };
 
 fn scan(trial: &Trial) -> Vec<Option<Reading>> {
-    let mut dice = trial.dice();
+    let mut rng = trial.rng();
     let mut run = Setup::new(trial, arena("hall").world.clone())
         .only(&[Layer::Bumpers, Layer::Rotation])
         .mode(Mode::Reactive)
         .start();
-    run.seconds(dice.between(1.0, 3.0));
+    run.seconds(rng.between(1.0, 3.0));
     run.must(Order::Scan);
     let (mut turned_deg, mut before_deg) = (0.0, run.pose().theta_deg);
     let (mut has_begun, mut rest_ticks) = (false, 0);
@@ -76,10 +75,10 @@ fn scan(trial: &Trial) -> Vec<Option<Reading>> {
 
 /// A first run finds the time of the contact; the second one gets the scan command shortly before it.
 fn yields(trial: &Trial) -> Vec<Option<Reading>> {
-    let mut dice = trial.dice();
+    let mut rng = trial.rng();
     let room = arena("living-room");
-    let start = room.somewhere(&mut dice);
-    let ahead_s = 0.05 * f64::from(dice.below(6) as u8 + 1);
+    let start = room.somewhere(&mut rng);
+    let ahead_s = 0.05 * f64::from(rng.below(6) as u8 + 1);
     let begin = || {
         Setup::new(trial, room.started_at(start))
             .only(&[Layer::Bumpers, Layer::Rotation])

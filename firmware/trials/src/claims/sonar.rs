@@ -1,8 +1,7 @@
 //! Layer 4: the doorway, and the misleading oblique wall.
 
-use super::{loss, success};
 use crate::arena::{arena, on_plan};
-use crate::claim::{Claim, Experiment, Figure, Reading, Required, Trial};
+use crate::claim::{Claim, Experiment, Figure, Reading, Required, Trial, loss, success};
 use crate::run::Setup;
 use groundwave_protocol::letters::Layer;
 use sr04_sim::Pose;
@@ -65,13 +64,13 @@ const OBLIQUE: Experiment = Experiment {
 };
 
 fn doorway(trial: &Trial) -> Vec<Option<Reading>> {
-    let mut dice = trial.dice();
-    let bearing_deg = dice.between(-10.0, 10.0);
+    let mut rng = trial.rng();
+    let bearing_deg = rng.between(-10.0, 10.0);
     let (sin, cos) = bearing_deg.to_radians().sin_cos();
     let start = Pose {
         x_in: DOOR_X_IN - 96.0 * sin,
         y_in: WALL_SOUTH_IN - 96.0 * cos,
-        theta_deg: bearing_deg + dice.between(-10.0, 10.0),
+        theta_deg: bearing_deg + rng.between(-10.0, 10.0),
     };
     let mut run = Setup::new(trial, arena("doorway").started_at(start))
         .only(&[Layer::Bumpers, Layer::Sonar])
@@ -96,11 +95,11 @@ fn oblique(trial: &Trial) -> Vec<Option<Reading>> {
 }
 
 fn runs_into_it(trial: &Trial, layers: &[Layer]) -> bool {
-    let mut dice = trial.dice();
+    let mut rng = trial.rng();
     let start = Pose {
-        x_in: EAST_IN - dice.between(18.0, 30.0),
-        y_in: dice.between(60.0, 240.0),
-        theta_deg: dice.between(15.0, 35.0),
+        x_in: EAST_IN - rng.between(18.0, 30.0),
+        y_in: rng.between(60.0, 240.0),
+        theta_deg: rng.between(15.0, 35.0),
     };
     let mut run = Setup::new(trial, arena("hall").started_at(start))
         .only(layers)

@@ -1,8 +1,7 @@
 //! Layer 0: manual driving.
 
-use super::{success, value};
 use crate::arena::arena;
-use crate::claim::{Claim, Experiment, Figure, Reading, Required, Trial};
+use crate::claim::{Claim, Experiment, Figure, Reading, Required, Trial, success, value};
 use crate::run::{Setup, is_held_by};
 use groundwave_protocol::command::{Drive, Message};
 use groundwave_protocol::letters::Layer;
@@ -96,13 +95,13 @@ fn lost(trial: &Trial) -> Vec<Option<Reading>> {
 /// Ticks from the failure until manual driving ends, at most 200; `None` if layer 0 did not hold the motors.
 fn lose(trial: &Trial, what: Lost) -> Option<u32> {
     const PATIENCE_TICKS: u32 = 200;
-    let mut dice = trial.dice();
+    let mut rng = trial.rng();
     let house = arena("house");
-    let start = house.somewhere(&mut dice);
+    let start = house.somewhere(&mut rng);
     let mut run = Setup::new(trial, house.started_at(start)).start();
-    run.seconds(dice.between(2.0, 60.0));
+    run.seconds(rng.between(2.0, 60.0));
     run.open();
-    let lost_at = 40 + dice.below(20) as u32;
+    let lost_at = 40 + rng.below(20) as u32;
     let mut heard = 0;
     for tick in 0..lost_at + PATIENCE_TICKS {
         if tick < lost_at || what == Lost::BothWays {
@@ -136,15 +135,15 @@ fn lose(trial: &Trial, what: Lost) -> Option<u32> {
 }
 
 fn hand(trial: &Trial) -> Vec<Option<Reading>> {
-    let mut dice = trial.dice();
+    let mut rng = trial.rng();
     let house = arena("house");
-    let start = house.somewhere(&mut dice);
+    let start = house.somewhere(&mut rng);
     let mut run = Setup::new(trial, house.started_at(start)).start();
-    run.seconds(dice.between(2.0, 60.0));
+    run.seconds(rng.between(2.0, 60.0));
     run.open();
     let mut obeyed = true;
     for count in 1..=8 {
-        let (velocity_in_s, rotation_in_s) = (dice.below(17) as i8 - 8, dice.below(17) as i8 - 8);
+        let (velocity_in_s, rotation_in_s) = (rng.below(17) as i8 - 8, rng.below(17) as i8 - 8);
         run.send(&Message::Drive(Drive {
             velocity_in_s,
             rotation_in_s,

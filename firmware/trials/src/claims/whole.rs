@@ -1,8 +1,7 @@
 //! The whole robot: repeatability and endurance.
 
-use super::success;
 use crate::arena::arena;
-use crate::claim::{Claim, Experiment, Figure, Reading, Required, Trial};
+use crate::claim::{Claim, Experiment, Figure, Reading, Required, Trial, success};
 use crate::run::{Run, Setup};
 use sr04_sim::World;
 
@@ -59,7 +58,7 @@ const SURVIVAL: Experiment = Experiment {
 fn determinism(trial: &Trial) -> Vec<Option<Reading>> {
     let start = || {
         let house = arena("house");
-        let place = house.somewhere(&mut trial.dice());
+        let place = house.somewhere(&mut trial.rng());
         Setup::new(trial, house.started_at(place)).start()
     };
     let (mut one, mut other) = (start(), start());

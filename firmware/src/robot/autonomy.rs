@@ -2,7 +2,7 @@
 //! dock, and what follows docking and the calibration square.
 
 use super::Robot;
-use crate::behaviours::News;
+use crate::behaviours::DockingEvent;
 use crate::board::{Inputs, TICK_HZ};
 use crate::parameters::Parameter;
 use crate::song::Song;
@@ -44,7 +44,7 @@ const FULL_TICKS: u16 = 2700 * TICK_HZ as u16;
 
 /// State of these decisions.
 #[derive(Clone, Debug)]
-pub(super) struct Errands {
+pub(super) struct Autonomy {
     wandered_ticks: u32,
     /// Ticks until the next call; `None` while the battery is not low.
     call_ticks: Option<u16>,
@@ -57,7 +57,7 @@ pub(super) struct Errands {
     resume: Mode,
 }
 
-impl Default for Errands {
+impl Default for Autonomy {
     fn default() -> Self {
         Self {
             wandered_ticks: 0,
@@ -70,20 +70,20 @@ impl Default for Errands {
     }
 }
 
-impl Errands {
+impl Autonomy {
     /// Whether the battery is charged.
     pub(super) const fn is_charged(&self) -> bool {
         self.level_ticks >= FULL_TICKS
     }
 
     /// Handles a restart of the same mode.
-    pub(super) const fn begin_anew(&mut self) {
+    pub(super) const fn restart_mode(&mut self) {
         self.wandered_ticks = 0;
     }
 
     /// Handles the change from `mode` to another one.
     pub(super) const fn leave(&mut self, mode: Mode) {
-        self.begin_anew();
+        self.restart_mode();
         // A square that was ended early is not driven again.
         self.resume = if matches!(mode, Mode::Calibrate) {
             Mode::Stop
@@ -95,54 +95,54 @@ impl Errands {
 
 impl Robot {
     /// Runs at the start of a tick.
-    pub(super) fn run_errands(&mut self, inputs: &Inputs) {
+    pub(super) fn run_autonomy(&mut self, inputs: &Inputs) {
         self.watch_battery(inputs);
         self.watch_critical_battery(inputs);
         match self.mode {
-            Mode::Wander => self.wander_on(),
-            Mode::Forage => self.forage_on(),
-            Mode::Calibrate => self.calibrate_on(inputs),
+            Mode::Wander => self.step_wander(),
+            Mode::Forage => self.step_forage(),
+            Mode::Calibrate => self.step_calibrate(inputs),
             _ => {}
         }
     }
 
     fn watch_battery(&mut self, inputs: &Inputs) {
         let decivolts = self.battery.decivolts();
-        let errands = &mut self.errands;
-        if !inputs.is_docked || decivolts > errands.peak_dv {
-            errands.level_ticks = 0;
-            errands.peak_dv = if inputs.is_docked { decivolts } else { 0 };
+        let autonomy = &mut self.autonomy;
+        if !inputs.is_docked || decivolts > autonomy.peak_dv {
+            autonomy.level_ticks = 0;
+            autonomy.peak_dv = if inputs.is_docked { decivolts } else { 0 };
         }
-        errands.level_ticks = errands.level_ticks.saturating_add(1);
+        autonomy.level_ticks = autonomy.level_ticks.saturating_add(1);
         // The first reading has not been averaged.
         if self.now_ticks == 0 {
             return;
         }
         let above_low_dv =
             i32::from(decivolts) - i32::from(self.parameters.get(Parameter::LowBattery));
-        let is_low = if self.errands.call_ticks.is_some() {
+        let is_low = if self.autonomy.call_ticks.is_some() {
             above_low_dv < RECOVERED_DV
         } else {
             above_low_dv < 0
         };
         if !is_low || inputs.is_docked {
-            self.errands.call_ticks = None;
+            self.autonomy.call_ticks = None;
             return;
         }
-        let wait = self.errands.call_ticks.unwrap_or(0);
+        let wait = self.autonomy.call_ticks.unwrap_or(0);
         if wait > 0 {
-            self.errands.call_ticks = Some(wait - 1);
+            self.autonomy.call_ticks = Some(wait - 1);
             return;
         }
-        self.errands.call_ticks = Some(CALL_TICKS);
+        self.autonomy.call_ticks = Some(CALL_TICKS);
         let may_forage = may_forage(self.mode) && self.is_fitted(Mode::Forage);
         if self.parameters.is_on(Parameter::Forage) && may_forage {
             self.enter(Mode::Forage);
-            self.schedule.say(TO_THE_DOCK);
+            self.schedule.queue_text(TO_THE_DOCK);
         } else {
-            self.schedule.say(BATTERY_LOW);
+            self.schedule.queue_text(BATTERY_LOW);
         }
-        self.sing(Song::LowBattery);
+        self.play_song(Song::LowBattery);
     }
 
     /// Stops the motors before the battery is damaged. On the way to its dock the robot continues, because standing drains
@@ -154,45 +154,45 @@ impl Robot {
         let above_dv = i32::from(self.battery.decivolts())
             - i32::from(self.parameters.get(Parameter::CriticalBattery));
         if inputs.is_docked || above_dv >= RECOVERED_DV {
-            self.errands.has_stopped = false;
+            self.autonomy.has_stopped = false;
         }
-        let stops = above_dv < 0 && !inputs.is_docked && !self.errands.has_stopped;
+        let stops = above_dv < 0 && !inputs.is_docked && !self.autonomy.has_stopped;
         if stops && self.mode != Mode::Forage {
-            self.errands.has_stopped = true;
+            self.autonomy.has_stopped = true;
             if self.mode != Mode::Stop {
                 self.enter(Mode::Stop);
-                self.schedule.say(BATTERY_CRITICAL);
-                self.sing(Song::LowBattery);
+                self.schedule.queue_text(BATTERY_CRITICAL);
+                self.play_song(Song::LowBattery);
             }
         }
     }
 
-    fn wander_on(&mut self) {
-        self.errands.wandered_ticks += 1;
+    fn step_wander(&mut self) {
+        self.autonomy.wandered_ticks += 1;
         let wander_s = self.parameters.get(Parameter::Wander).unsigned_abs();
-        if self.errands.wandered_ticks > u32::from(wander_s) * TICK_HZ {
+        if self.autonomy.wandered_ticks > u32::from(wander_s) * TICK_HZ {
             self.enter(Mode::GoHome);
-            self.sing(Song::Alarm);
-            self.schedule.say(WANDERED);
+            self.play_song(Song::Alarm);
+            self.schedule.queue_text(WANDERED);
         }
     }
 
-    fn forage_on(&mut self) {
-        match self.layers.dead_reckoning.take_docking_news() {
-            Some(News::Docked) => {
-                self.sing(Song::Docked);
-                self.schedule.say(ON_THE_DOCK);
-                self.schedule.status_changed();
+    fn step_forage(&mut self) {
+        match self.layers.dead_reckoning.take_docking_event() {
+            Some(DockingEvent::Docked) => {
+                self.play_song(Song::Docked);
+                self.schedule.queue_text(ON_THE_DOCK);
+                self.schedule.queue_status();
             }
-            Some(News::Left) => {
-                self.enter(self.errands.resume);
-                self.schedule.say(CHARGED);
+            Some(DockingEvent::Left) => {
+                self.enter(self.autonomy.resume);
+                self.schedule.queue_text(CHARGED);
             }
             None => {}
         }
     }
 
-    fn calibrate_on(&mut self, inputs: &Inputs) {
+    fn step_calibrate(&mut self, inputs: &Inputs) {
         let is_done = self.layers.dead_reckoning.take_square();
         let is_spoilt = inputs.bumper.any();
         if !is_done && !is_spoilt {
@@ -200,10 +200,10 @@ impl Robot {
         }
         self.enter(Mode::Stop);
         if is_done {
-            self.sing(Song::Finished);
-            self.schedule.say(SQUARE_DRIVEN);
+            self.play_song(Song::Finished);
+            self.schedule.queue_text(SQUARE_DRIVEN);
         } else {
-            self.schedule.say(SQUARE_SPOILT);
+            self.schedule.queue_text(SQUARE_SPOILT);
         }
     }
 
