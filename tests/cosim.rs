@@ -2,14 +2,14 @@
 
 use std::collections::HashSet;
 
-use crate::common::{CoSimulation, Dice, on_all_cores};
+use crate::common::{CoSimulation, Dice, on_all_cores, seeds};
 use groundwave::event::{CommandStep, Failure};
 use groundwave::request::Request;
 use groundwave_protocol::Waypoint;
 use groundwave_protocol::digest::digest;
 use groundwave_protocol::letters::{Layer, LayerMask, Mode};
 
-const SEEDS: u64 = 200;
+const SEEDS: u64 = 50;
 
 /// A perfect radio, and one that spoils a line in two.
 const CHANNELS: [&str; 2] = ["", "ber=1e-3"];
@@ -18,7 +18,7 @@ const PROVEN: CommandStep = CommandStep::Proven { digest: None };
 
 /// Runs a property over all seeds and channels.
 fn over_seeds(property: impl Fn(u64, &str) + Sync) {
-    on_all_cores(0..SEEDS, |seed| {
+    on_all_cores(seeds(SEEDS), |seed| {
         for channel in CHANNELS {
             property(seed, channel);
         }

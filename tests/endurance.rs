@@ -3,6 +3,7 @@
 //! The robot is the real program without its world, so that a day takes seconds: it stands still and feels
 //! nothing. Station, dashboard model and radio are the real ones.
 
+use std::process::Command;
 use std::time::Duration;
 
 use groundwave::event::{CommandStep, Event, LinkEvent};
@@ -16,7 +17,12 @@ use sr04_firmware::board::{Duplex, Identity, Inputs};
 use sr04_firmware::robot::Robot;
 use sr04_sim::{ChannelSpec, Radio, TICK_MS};
 
+use crate::common::is_nightly;
+
 const HOUR_MS: u64 = 3_600_000;
+
+/// Set for the child process.
+const ALONE: &str = "GROUNDWAVE_TEST_ALONE";
 
 /// What the radio is like, in turn, and for how many seconds.
 const WEATHER: [(&str, u64); 8] = [
@@ -189,15 +195,33 @@ fn resident_kib() -> Option<u64> {
     line.split_whitespace().nth(1)?.parse().ok()
 }
 
+/// Runs in a process of its own: the other tests of this binary would count as resident memory.
 #[test]
-fn a_day_of_a_link_that_comes_and_goes_leaves_nothing_behind() {
+fn nothing_grows_over_a_day_of_outages() {
+    let output = Command::new(std::env::current_exe().unwrap())
+        .args(["--exact", "endurance::a_day_of_outages", "--nocapture"])
+        .env(ALONE, "1")
+        .output()
+        .unwrap();
+    let said =
+        [output.stdout, output.stderr].map(|bytes| String::from_utf8_lossy(&bytes).into_owned());
+    assert!(output.status.success(), "{}", said.concat());
+}
+
+/// The child half of the test above: a night's run takes the whole day, the gate ten hours.
+#[test]
+fn a_day_of_outages() {
+    if std::env::var_os(ALONE).is_none() {
+        return;
+    }
+    let hours = if is_nightly() { 24 } else { 10 };
     let mut day = Day::new();
     // Logs, trails and charts have filled up by then.
     for _ in 0..4 {
         day.hour();
     }
     let (early_size, early_kib) = (day.size(), resident_kib());
-    for _ in 4..24 {
+    for _ in 4..hours {
         day.hour();
     }
     let (late_size, late_kib) = (day.size(), resident_kib());

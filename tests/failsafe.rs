@@ -1,7 +1,7 @@
 //! A ground that is there keeps the robot's failsafe from acting, and one that is gone does not: the real station
 //! and the robot's real program, in virtual time.
 
-use crate::common::{CoSimulation, on_all_cores};
+use crate::common::{CoSimulation, on_all_cores, seeds};
 use crate::witness::Trial;
 use groundwave::event::CommandStep;
 use groundwave::request::Request;
@@ -44,7 +44,7 @@ fn armed(seed: u64) -> CoSimulation {
 
 #[test]
 fn a_quiet_station_is_not_a_silent_ground() {
-    on_all_cores(0..20, |seed| {
+    on_all_cores(seeds(20), |seed| {
         let mut co = armed(seed);
         for _ in 0..QUIET_S * 1000 {
             co.step();
@@ -56,7 +56,7 @@ fn a_quiet_station_is_not_a_silent_ground() {
 
 #[test]
 fn a_ground_that_has_gone_sends_the_robot_home_in_time() {
-    on_all_cores(0..40, |seed| {
+    on_all_cores(seeds(20), |seed| {
         let mut co = armed(seed);
         co.run(1 + seed % 20);
         let gone_ms = co.simulation.now_ms();

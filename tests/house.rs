@@ -1,6 +1,6 @@
 //! The demo's house: the robot prowls it without getting stuck, and the demo's own seed bumps early.
 
-use crate::common::on_all_cores;
+use crate::common::{on_all_cores, seeds};
 use groundwave_protocol::letters::Layer;
 use sr04_firmware::arbiter::Holder;
 use sr04_sim::{Simulation, SimulationConfig, World};
@@ -12,8 +12,8 @@ fn house(seed: u64) -> Simulation {
 
 /// Stuck: less than 12 inches moved in 5 minutes while told to move.
 #[test]
-fn ten_minutes_without_a_stuck_on_95_of_100_seeds() {
-    let stuck = on_all_cores(0..100, |seed| {
+fn nineteen_of_twenty_robots_prowl_ten_minutes_without_a_stuck() {
+    let stuck = on_all_cores(seeds(40), |seed| {
         let mut simulation = house(seed);
         (0..600).any(|_| {
             simulation.run_for_ms(1000);
@@ -31,7 +31,7 @@ fn ten_minutes_without_a_stuck_on_95_of_100_seeds() {
         seeds.len(),
         stuck.len()
     );
-    assert!(seeds.len() <= 5, "stuck on seeds {seeds:?}");
+    assert!(seeds.len() * 20 <= stuck.len(), "stuck on seeds {seeds:?}");
 }
 
 /// What `groundwave demo` shows without options.

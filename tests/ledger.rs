@@ -1,7 +1,7 @@
 //! The command ledger as the operator reads it, beside a robot that knows better: what a row claims is so at
 //! the robot, at every moment at which the row could change.
 
-use crate::common::{CoSimulation, Dice, on_all_cores};
+use crate::common::{CoSimulation, Dice, on_all_cores, seeds};
 use groundwave::event::{CommandId, CommandStep, Event, LinkEvent};
 use groundwave::model::{Config, Model};
 use groundwave::request::Request;
@@ -13,7 +13,7 @@ use groundwave_protocol::telemetry::Body;
 use ratatui::Terminal;
 use ratatui::backend::TestBackend;
 
-const SEEDS: u64 = 200;
+const SEEDS: u64 = 50;
 
 const SIZE: (u16, u16) = (160, 50);
 
@@ -166,7 +166,7 @@ fn route(dice: &mut Dice) -> Vec<Waypoint> {
 
 #[test]
 fn no_row_says_more_than_is_so_at_the_robot() {
-    on_all_cores(0..SEEDS, |seed| {
+    on_all_cores(seeds(SEEDS), |seed| {
         let channel = if seed % 2 == 0 { "" } else { "ber=1e-3" };
         let mut watched = Watched::new(seed, channel);
         let mut dice = Dice(seed);

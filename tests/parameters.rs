@@ -1,6 +1,6 @@
 //! Parameters end to end: set, said, kept, brought back by a reset; over seeds, and as people type it.
 
-use crate::common::{CoSimulation, on_all_cores};
+use crate::common::{CoSimulation, on_all_cores, seeds};
 use crate::programs;
 use groundwave::event::{CommandStep, Event};
 use groundwave::request::{Amount, Request, Tuning};
@@ -8,7 +8,7 @@ use groundwave_protocol::letters::{Layer, LayerMask};
 use groundwave_protocol::telemetry::{Outcome, ParameterLine, ParameterName};
 use sr04_firmware::parameters::Parameter;
 
-const SEEDS: u64 = 20;
+const SEEDS: u64 = 5;
 
 /// A perfect radio, and one that spoils a long line in two.
 const CHANNELS: [&str; 2] = ["", "ber=1e-3"];
@@ -16,7 +16,7 @@ const CHANNELS: [&str; 2] = ["", "ber=1e-3"];
 const PROVEN: CommandStep = CommandStep::Proven { digest: None };
 
 fn over_seeds(property: impl Fn(&mut CoSimulation) + Sync) {
-    on_all_cores(0..SEEDS, |seed| {
+    on_all_cores(seeds(SEEDS), |seed| {
         for channel in CHANNELS {
             property(&mut CoSimulation::new("open-room", seed, channel));
         }

@@ -229,7 +229,7 @@ fn a_panic_gives_the_terminal_back_and_is_seen() {
         "GROUNDWAVE_TEST_PANIC=1",
         me.to_str().unwrap(),
         "--exact",
-        "panics_on_a_terminal_when_asked",
+        "processes::panics_on_a_terminal_when_asked",
         "--nocapture",
     ];
     let mut child = OnTerminal::start("env", &arguments, 100, 30);

@@ -55,13 +55,7 @@ const RULES: &[(&str, &[&str])] = &[
     ),
     (
         "captures/src",
-        &[
-            "sr04_firmware",
-            "sr04_sim",
-            "groundwave",
-            "Instant::now",
-            "SystemTime::now",
-        ],
+        &["sr04_sim", "Instant::now", "SystemTime::now"],
     ),
     (
         "src/share",

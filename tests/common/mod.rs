@@ -16,6 +16,21 @@ use groundwave_protocol::letters::{LayerMask, Mode};
 use groundwave_protocol::telemetry::Body;
 use sr04_sim::{ChannelSpec, Simulation, SimulationConfig, World};
 
+/// The seeds of a property: `few` from 0 on. `GROUNDWAVE_SEEDS=FIRST`, which `cargo xtask nightly` sets, takes ten
+/// times as many from `FIRST` on.
+pub fn seeds(few: u64) -> Range<u64> {
+    match std::env::var("GROUNDWAVE_SEEDS").map(|first| first.parse::<u64>()) {
+        Ok(Ok(first)) => first..first + 10 * few,
+        Ok(Err(error)) => panic!("GROUNDWAVE_SEEDS is not a number: {error}"),
+        Err(_) => 0..few,
+    }
+}
+
+/// Whether `cargo xtask nightly` runs the tests: it has time for the whole of what the gate samples.
+pub fn is_nightly() -> bool {
+    std::env::var_os("GROUNDWAVE_SEEDS").is_some()
+}
+
 /// Runs something for each seed, on every core; the results come in order.
 pub fn on_all_cores<T: Send>(seeds: Range<u64>, run: impl Fn(u64) -> T + Sync) -> Vec<(u64, T)> {
     let next = AtomicU64::new(seeds.start);

@@ -27,9 +27,8 @@ fi
 cp tests/judges/core/judge.mjs "$core"
 
 JUDGE_PYTHON="$root/$environment/bin/python" \
-  cargo test --locked --test capture -- --ignored --nocapture tools_that_others_wrote_agree
-cargo build --locked
-groundwave=$root/target/debug/groundwave
+  cargo test --workspace --all-features --locked --test system -- --ignored --nocapture tools_that_others_wrote_agree
+groundwave=${GROUNDWAVE:?names the program to judge; cargo xtask judges sets it}
 
 work=$(mktemp -d)
 trap 'kill "${pids[@]}" 2>/dev/null || true; rm -rf "$work"' EXIT

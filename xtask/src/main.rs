@@ -1,10 +1,13 @@
-//! `cargo xtask check`: everything that needs nothing but Rust. `cargo xtask ci`: that, the
-//! microcontroller and the outside judges. `cargo xtask acceptance` tries what is claimed of the robot.
+//! What developers and CI run: `cargo xtask check` needs nothing but Rust, `cargo xtask ci` adds the microcontroller and
+//! the outside judges, `cargo xtask nightly` tries many other seeds. `cargo xtask STEP` runs one step.
 
 mod licences;
 mod mutants;
+mod nightly;
 
 use std::env;
+use std::fmt::Write as _;
+use std::fs;
 use std::path::{Path, PathBuf};
 use std::process::{Command, ExitCode};
 use std::time::Instant;
@@ -12,117 +15,133 @@ use std::time::Instant;
 /// A step's name and what it does; an error says what went wrong.
 type Step = (&'static str, fn() -> Result<(), String>);
 
+/// Every step builds with these: one set of features, so that no step builds a dependency again.
+const EVERYTHING: [&str; 3] = ["--workspace", "--all-features", "--locked"];
+
 const CHECK: &[Step] = &[
     ("format", || cargo(&["fmt", "--all", "--check"])),
-    ("clippy", || {
-        cargo(&[
-            "clippy",
-            "--workspace",
-            "--all-targets",
-            "--all-features",
-            "--locked",
-            "--",
-            "-D",
-            "warnings",
-        ])
-    }),
-    ("test", || {
-        cargo(&["test", "--workspace", "--all-features", "--locked"])
-    }),
-    ("doc", || {
-        run(Command::new(cargo_path())
-            .args([
-                "doc",
-                "--workspace",
-                "--all-features",
-                "--no-deps",
-                "--locked",
-            ])
-            .env("RUSTDOCFLAGS", "-D warnings"))
-    }),
+    ("clippy", clippy),
+    ("test", test),
+    ("doc", doc),
     ("licences", licences::check),
-    ("mutants", mutants::check),
-    ("acceptance", || acceptance(&["--short".to_owned()])),
 ];
 
 const OUTSIDE: &[Step] = &[
-    ("avr", || {
-        run(Command::new("bash").arg("firmware/boards/check-avr.sh"))
+    ("avr", || bash("firmware/boards/check-avr.sh")),
+    ("stranger", || {
+        run(Command::new("python3").arg("protocol/stranger/check.py"))
     }),
-    ("stranger", stranger),
-    ("judges", || {
-        run(Command::new("bash").arg("tests/judges/run.sh"))
-    }),
-    ("live", || {
-        run(Command::new("bash").arg("tests/judges/live/run.sh"))
-    }),
+    ("judges", || judge("tests/judges/run.sh")),
+    ("live", || judge("tests/judges/live/run.sh")),
+];
+
+const NIGHTLY: &[Step] = &[
+    ("seeds", nightly::seeds),
+    ("fuzz", nightly::fuzz),
+    ("mutants", mutants::check),
+    ("trials", nightly::trials),
 ];
 
 fn main() -> ExitCode {
-    let wanted = env::args().nth(1);
-    if wanted.as_deref() == Some("acceptance") {
-        let arguments: Vec<String> = env::args().skip(2).collect();
-        return match acceptance(&arguments) {
-            Ok(()) => ExitCode::SUCCESS,
-            Err(error) => {
-                eprintln!("xtask: acceptance: {error}");
-                ExitCode::FAILURE
-            }
-        };
-    }
-    let steps: Vec<Step> = match wanted.as_deref() {
+    let arguments: Vec<String> = env::args().skip(1).collect();
+    let all = [CHECK, OUTSIDE, NIGHTLY].concat();
+    let steps: Vec<Step> = match arguments.first().map(String::as_str) {
+        Some("acceptance") => return ended(acceptance(&arguments[1..]), "acceptance"),
         Some("check") => CHECK.to_vec(),
         Some("ci") => [CHECK, OUTSIDE].concat(),
-        Some(name) => [CHECK, OUTSIDE]
-            .concat()
-            .into_iter()
-            .filter(|(step, _)| *step == name)
+        Some("nightly") => NIGHTLY.to_vec(),
+        name => all
+            .iter()
+            .copied()
+            .filter(|(step, _)| Some(*step) == name)
             .collect(),
-        None => Vec::new(),
     };
     if steps.is_empty() {
-        let names: Vec<&str> = [CHECK, OUTSIDE]
-            .concat()
-            .iter()
-            .map(|(name, _)| *name)
-            .collect();
-        eprintln!("usage: cargo xtask check | ci | {}", names.join(" | "));
+        let names: Vec<&str> = all.iter().map(|(name, _)| *name).collect();
+        eprintln!(
+            "usage: cargo xtask check | ci | nightly | acceptance [OPTIONS] | {}",
+            names.join(" | ")
+        );
         return ExitCode::from(2);
     }
+    run_steps(&steps)
+}
+
+/// Runs the steps in order up to the first failure; prints how long each took and keeps the table in
+/// `target/steps.md`.
+fn run_steps(steps: &[Step]) -> ExitCode {
+    let began = Instant::now();
+    let mut table = "| step | s |\n|---|---|\n".to_owned();
+    let mut outcome = ExitCode::SUCCESS;
     for (name, step) in steps {
         println!("== {name}");
-        let began = Instant::now();
-        if let Err(error) = step() {
-            eprintln!("xtask: {name}: {error}");
-            return ExitCode::FAILURE;
+        let step_began = Instant::now();
+        let result = step();
+        let seconds = step_began.elapsed().as_secs();
+        // Writing to a string cannot fail.
+        let _ = writeln!(table, "| {name} | {seconds} |");
+        if result.is_err() {
+            outcome = ended(result, name);
+            break;
         }
-        println!("== {name}: ok, {:.0} s", began.elapsed().as_secs_f32());
     }
-    ExitCode::SUCCESS
+    let _ = writeln!(table, "| in all | {} |", began.elapsed().as_secs());
+    println!("{table}");
+    if let Err(error) = fs::write(root().join("target/steps.md"), &table) {
+        eprintln!("xtask: cannot write target/steps.md: {error}");
+    }
+    outcome
 }
 
-/// Tries what is claimed of the robot; `--help` says how.
-fn acceptance(arguments: &[String]) -> Result<(), String> {
-    let run = [
-        "run",
-        "--release",
-        "--quiet",
-        "--locked",
-        "-p",
-        "sr04-trials",
-        "--",
+fn ended(result: Result<(), String>, step: &str) -> ExitCode {
+    match result {
+        Ok(()) => ExitCode::SUCCESS,
+        Err(error) => {
+            eprintln!("xtask: {step}: {error}");
+            ExitCode::FAILURE
+        }
+    }
+}
+
+fn clippy() -> Result<(), String> {
+    let arguments = [
+        &["clippy", "--all-targets"],
+        &EVERYTHING[..],
+        &["--", "-D", "warnings"],
     ];
-    let arguments = run.into_iter().chain(arguments.iter().map(String::as_str));
-    cargo(&arguments.collect::<Vec<_>>())
+    cargo(&arguments.concat())
 }
 
-/// A decoder written from SPEC.md alone agrees with ours.
-fn stranger() -> Result<(), String> {
-    run(Command::new("python3").arg("protocol/stranger/check.py"))
+fn test() -> Result<(), String> {
+    cargo(&[&["test"], &EVERYTHING[..]].concat())
+}
+
+fn doc() -> Result<(), String> {
+    run(Command::new(cargo_path())
+        .args(["doc", "--no-deps"])
+        .args(EVERYTHING)
+        .env("RUSTDOCFLAGS", "-D warnings"))
+}
+
+/// Lets the tools of others judge the program that the tests were built with.
+fn judge(script: &str) -> Result<(), String> {
+    cargo(&[&["build", "--bin", "groundwave"], &EVERYTHING[..]].concat())?;
+    let program = root().join("target/debug/groundwave");
+    run(Command::new("bash").arg(script).env("GROUNDWAVE", program))
+}
+
+/// Tries what is claimed of the robot; `--help` describes the options.
+fn acceptance(arguments: &[String]) -> Result<(), String> {
+    cargo(&[&["build", "--bin", "sr04-trials"], &EVERYTHING[..]].concat())?;
+    run(Command::new(root().join("target/debug/sr04-trials")).args(arguments))
 }
 
 fn cargo(arguments: &[&str]) -> Result<(), String> {
     run(Command::new(cargo_path()).args(arguments))
+}
+
+fn bash(script: &str) -> Result<(), String> {
+    run(Command::new("bash").arg(script))
 }
 
 fn cargo_path() -> String {

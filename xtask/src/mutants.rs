@@ -195,7 +195,7 @@ fn fill(copy: &Path) -> Result<(), String> {
         .map_or("", |(_, profiles)| profiles);
     let lines = workspace.lines().filter(|line| {
         // Members that are not copied.
-        !["members", "exclude", "groundwave-protocol", "sr04-"]
+        !["members", "exclude", "groundwave-", "sr04-"]
             .iter()
             .any(|word| line.starts_with(word))
     });
@@ -238,7 +238,6 @@ fn run(copy: &Path, (file, function): (&str, &str)) -> Result<Output, String> {
         ])
         .current_dir(copy)
         .env("CARGO_TARGET_DIR", super::root().join("target"))
-        .env("RUSTFLAGS", "--cap-lints allow")
         .env("RUST_BACKTRACE", "0");
     if !function.is_empty() {
         command.args(["--exact", function]);

@@ -1,14 +1,8 @@
 #!/usr/bin/env bash
 # Lets a client that others wrote judge the Foxglove server. GROUNDWAVE names a program built with
-# `--features foxglove`; without it one is built.
+# `--features foxglove`; `cargo xtask live` builds and names one.
 set -euo pipefail
 cd "$(dirname "$0")/../../.."
-
-if [ -z "${GROUNDWAVE:-}" ]; then
-  # With the whole workspace's features, as CI's tests: what they built is not built again.
-  cargo build --locked --workspace --all-features --bin groundwave
-  GROUNDWAVE=target/debug/groundwave
-fi
 
 environment=target/judges/live
 lock=tests/judges/live/package-lock.json
@@ -19,4 +13,4 @@ if ! cmp -s "$lock" "$environment/installed.json"; then
   cp "$lock" "$environment/installed.json"
 fi
 cp tests/judges/live/judge.mjs "$environment"
-GROUNDWAVE="$GROUNDWAVE" node "$environment/judge.mjs"
+GROUNDWAVE="${GROUNDWAVE:?names the program to judge}" node "$environment/judge.mjs"
