@@ -1,7 +1,8 @@
-//! What drawing costs: a whole page from the model. What of it goes to the terminal is found out besides.
+//! The cost of drawing: a whole page from the model, and its way through `Terminal` to the bytes that the terminal gets.
 //!
 //! `cargo bench --bench draw`
 
+use std::io;
 use std::time::Duration;
 
 use divan::Bencher;
@@ -10,8 +11,9 @@ use groundwave::model::{Config, Model};
 use groundwave::station::Station;
 use groundwave::view;
 use groundwave_protocol::arq;
-use ratatui::buffer::Buffer;
+use ratatui::backend::CrosstermBackend;
 use ratatui::layout::Rect;
+use ratatui::{Terminal, TerminalOptions, Viewport};
 use sr04_sim::{Simulation, SimulationConfig, World};
 
 fn main() {
@@ -73,11 +75,15 @@ impl Watched {
 #[divan::bench(args = [(80, 24), (120, 40), (200, 60)])]
 fn a_page_after_a_new_line(bencher: Bencher, (width, height): (u16, u16)) {
     let mut watched = Watched::new(width, height);
-    let mut page = Buffer::empty(Rect::new(0, 0, width, height));
+    let options = TerminalOptions {
+        viewport: Viewport::Fixed(Rect::new(0, 0, width, height)),
+    };
+    let backend = CrosstermBackend::new(io::sink());
+    let mut terminal = Terminal::with_options(backend, options).expect("a sink");
     bencher.bench_local(|| {
         let now = watched.now();
-        page.reset();
-        view::draw(&watched.model, now, &mut page);
+        let drawn = terminal.draw(|frame| view::draw(&watched.model, now, frame.buffer_mut()));
+        drawn.expect("a sink takes it");
         watched.next_line();
     });
 }

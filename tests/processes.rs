@@ -217,7 +217,7 @@ fn a_signal_ends_the_dashboard_in_good_order() {
 #[test]
 fn panics_on_a_terminal_when_asked() {
     if std::env::var_os("GROUNDWAVE_TEST_PANIC").is_some() {
-        let _screen = groundwave::io::terminal::Screen::take().unwrap();
+        let _screen = groundwave::io::terminal::Screen::take(false).unwrap();
         panic!("this is the panic that was asked for");
     }
 }

@@ -1,15 +1,13 @@
-//! The terminal: taken over for the dashboard, and given back whatever happens.
+//! The terminal: set up for the dashboard, and restored on every exit.
 
-mod burst;
-mod outlet;
-mod sheet;
+mod drawing;
+mod escape;
 
-use std::io::{self, IsTerminal};
+use std::io::{self, IsTerminal, Write};
 use std::panic;
-use std::sync::Once;
-use std::sync::atomic::{AtomicBool, Ordering};
+use std::sync::{Mutex, Once, PoisonError};
 use std::thread;
-use std::time::{Duration, Instant};
+use std::time::Duration;
 
 use crossterm::event::{
     DisableBracketedPaste, EnableBracketedPaste, Event, KeyboardEnhancementFlags,
@@ -18,130 +16,108 @@ use crossterm::event::{
 use crossterm::style::ResetColor;
 use crossterm::{cursor, queue, terminal};
 use ratatui::buffer::Buffer;
+use ratatui::layout::Rect;
 use tokio::sync::mpsc::Receiver;
 
-use self::outlet::Outlet;
-use self::sheet::Sheet;
+use self::drawing::{Device, Drawing};
 use super::mouse::{DisableClicks, EnableClicks};
 
-/// Whether the terminal is ours now: what a panic has to undo.
-static TAKEN: AtomicBool = AtomicBool::new(false);
+/// The drawing thread of the terminal in use: a panic ends it.
+static CURRENT: Mutex<Option<Drawing>> = Mutex::new(None);
 
-/// Whether the mouse is asked for whenever the terminal is taken over.
-static MOUSE: AtomicBool = AtomicBool::new(false);
-
-/// How long a terminal that takes nothing is waited for when it is given back.
+/// Time that a terminal has to take its last bytes.
 const PATIENCE: Duration = Duration::from_secs(1);
 
-/// Keys of one burst follow each other within this; nobody types so fast.
-const BURST: Duration = Duration::from_millis(25);
+/// Longest time between the parts of one escape sequence; keys are typed more slowly.
+const SEQUENCE_GAP: Duration = Duration::from_millis(25);
 
-const BELL: &[u8] = b"\x07";
+/// The highest speed of a serial line that is believed, in bit/s: systems give every terminal a higher one.
+#[cfg(unix)]
+const BELIEVED_BAUD_MAX: u32 = 4800;
 
-/// Whether there is a terminal to draw on; a window that was closed is none.
+/// Bits of a byte on a serial line, with start and stop.
+#[cfg(unix)]
+const BITS_PER_BYTE: u32 = 10;
+
+/// Whether standard output is a terminal.
 #[must_use]
 pub fn is_there() -> bool {
     io::stdout().is_terminal()
 }
 
-/// The terminal while the dashboard runs. Dropping it gives the terminal back.
+/// The terminal while the dashboard runs. Dropping it restores the terminal.
 pub struct Screen {
-    sheet: Sheet,
-    outlet: Outlet,
+    drawing: Drawing,
+    size: Rect,
+    has_mouse: bool,
 }
 
 impl Screen {
-    /// Takes the terminal over. Nothing is asked of it: a terminal that does not answer would cost
-    /// seconds.
+    /// Sets the terminal up, for clicks and the wheel too if `has_mouse`. It asks the terminal nothing: a terminal that does
+    /// not answer would cost seconds.
     ///
     /// # Errors
-    /// When standard output is no terminal or refuses.
-    pub fn take() -> io::Result<Self> {
+    /// When standard output is no terminal, or the system refuses.
+    pub fn take(has_mouse: bool) -> io::Result<Self> {
         restore_on_panic();
-        let outlet = enter()?;
-        let (width, height) = terminal::size()?;
+        let size = size()?;
         Ok(Self {
-            sheet: Sheet::new(width, height),
-            outlet,
+            drawing: enter(size, has_mouse)?,
+            size,
+            has_mouse,
         })
     }
 
-    /// Asks for clicks and the wheel, from now on and after every suspension.
+    /// Rings the terminal's bell.
     ///
     /// # Errors
     /// When the terminal is gone.
-    pub fn use_mouse(&mut self) -> io::Result<()> {
-        MOUSE.store(true, Ordering::SeqCst);
-        let mut words = Vec::new();
-        queue!(words, EnableClicks)?;
-        self.outlet.put(Instant::now(), &words)
-    }
-
-    /// Rings the terminal's bell; nothing on the screen changes. One that waits to be rung is not rung twice.
-    ///
-    /// # Errors
-    /// When the terminal is gone.
-    pub fn ring(&mut self) -> io::Result<()> {
-        if self.outlet.ends_with(BELL) {
-            return Ok(());
-        }
-        self.outlet.put(Instant::now(), BELL)
+    pub fn ring(&self) -> io::Result<()> {
+        self.drawing.ring()
     }
 
     /// Columns and rows.
     #[must_use]
     pub const fn size(&self) -> (u16, u16) {
-        self.sheet.size()
+        (self.size.width, self.size.height)
     }
 
-    /// Takes a new size: the next frame is drawn whole.
-    pub fn resize(&mut self, width: u16, height: u16) {
-        self.sheet = Sheet::new(width, height);
-    }
-
-    /// Whether the terminal has room for a frame: it has taken the last one. Sends it what it has not taken so far.
+    /// Takes a new size and writes the next frame whole.
     ///
     /// # Errors
     /// When the terminal is gone.
-    pub fn has_room(&mut self) -> io::Result<bool> {
-        self.outlet.push()?;
-        Ok(self.busy_until().is_none())
+    pub fn resize(&mut self, width: u16, height: u16) -> io::Result<()> {
+        self.size = Rect::new(0, 0, width, height);
+        self.drawing.redraw()
     }
 
-    /// When to look for room again; `None` when there is some.
-    #[must_use]
-    pub fn busy_until(&self) -> Option<Instant> {
-        self.outlet.busy_until(Instant::now())
-    }
-
-    /// Draws one frame; only what changed goes to the terminal. What it does not take at once waits; nothing else does.
+    /// Draws a frame in memory and hands it to the drawing thread. A terminal that is busy gets the newest when it has room.
     ///
     /// # Errors
     /// When the terminal is gone.
-    pub fn draw(&mut self, draw: impl FnOnce(&mut Buffer)) -> io::Result<()> {
-        let frame = self.sheet.draw(draw);
-        self.outlet.put(Instant::now(), &frame)
+    pub fn draw(&self, draw: impl FnOnce(&mut Buffer)) -> io::Result<()> {
+        self.drawing.draw(self.size, draw)
     }
 
-    /// Forgets what is on the screen: the next frame is drawn whole.
+    /// Takes the terminal's size again and writes the next frame whole.
     ///
     /// # Errors
     /// When the terminal is gone.
-    pub fn clear(&mut self) -> io::Result<()> {
-        let (width, height) = terminal::size()?;
-        self.resize(width, height);
-        Ok(())
+    pub fn redraw(&mut self) -> io::Result<()> {
+        self.size = size()?;
+        self.drawing.redraw()
     }
 
-    /// Gives the terminal back, runs `meanwhile`, takes it over again and draws everything anew.
+    /// Restores the terminal, runs `meanwhile` and sets the terminal up again.
     ///
     /// # Errors
     /// When the terminal is gone.
     pub fn suspend(&mut self, meanwhile: impl FnOnce()) -> io::Result<()> {
         leave();
         meanwhile();
-        self.outlet = enter()?;
-        self.clear()
+        self.size = size()?;
+        self.drawing = enter(self.size, self.has_mouse)?;
+        Ok(())
     }
 }
 
@@ -151,50 +127,101 @@ impl Drop for Screen {
     }
 }
 
-fn enter() -> io::Result<Outlet> {
-    TAKEN.store(true, Ordering::SeqCst);
+fn size() -> io::Result<Rect> {
+    let (width, height) = terminal::size()?;
+    Ok(Rect::new(0, 0, width, height))
+}
+
+/// Starts a drawing thread that sets the terminal up.
+fn enter(size: Rect, has_mouse: bool) -> io::Result<Drawing> {
     terminal::enable_raw_mode()?;
-    let mut words = Vec::new();
+    let mut enter = Vec::new();
     queue!(
-        words,
+        enter,
         terminal::EnterAlternateScreen,
-        // What a terminal draws wider than we know ends at its margin.
+        // Characters that a terminal draws wider than we count end at its margin.
         terminal::DisableLineWrap,
         EnableBracketedPaste,
         PushKeyboardEnhancementFlags(
             KeyboardEnhancementFlags::DISAMBIGUATE_ESCAPE_CODES
                 | KeyboardEnhancementFlags::REPORT_EVENT_TYPES
         ),
+        ResetColor,
+        terminal::Clear(terminal::ClearType::All),
         cursor::Hide
     )?;
-    if MOUSE.load(Ordering::SeqCst) {
-        queue!(words, EnableClicks)?;
+    if has_mouse {
+        queue!(enter, EnableClicks)?;
     }
-    let mut outlet = Outlet::open();
-    outlet.put(Instant::now(), &words)?;
-    Ok(outlet)
+    let drawing = Drawing::start(Device {
+        output: output(),
+        byte_time: byte_time(),
+        size,
+        enter,
+        leave: leaving()?,
+    })?;
+    *CURRENT.lock().unwrap_or_else(PoisonError::into_inner) = Some(drawing.clone());
+    Ok(drawing)
 }
 
+/// The sequences that restore the terminal.
+fn leaving() -> io::Result<Vec<u8>> {
+    let mut leave = Vec::new();
+    queue!(
+        leave,
+        ResetColor,
+        DisableClicks,
+        PopKeyboardEnhancementFlags,
+        DisableBracketedPaste,
+        terminal::EnableLineWrap,
+        terminal::LeaveAlternateScreen,
+        cursor::Show
+    )?;
+    Ok(leave)
+}
+
+/// Ends the drawing thread and restores the terminal. Every step is tried: a closed terminal fails each of them.
 fn leave() {
-    if TAKEN.swap(false, Ordering::SeqCst) {
-        // Each step is tried whatever became of the one before: a closed terminal takes none.
-        let mut words = Vec::new();
-        let _ = queue!(
-            words,
-            ResetColor,
-            DisableClicks,
-            PopKeyboardEnhancementFlags,
-            DisableBracketedPaste,
-            terminal::EnableLineWrap,
-            terminal::LeaveAlternateScreen,
-            cursor::Show
-        );
-        // A frame that is half taken does not matter: an escape ends what was begun.
-        let mut outlet = Outlet::open();
-        let put = outlet.put(Instant::now(), &words);
-        let _ = put.and_then(|()| outlet.finish(PATIENCE));
-        let _ = terminal::disable_raw_mode();
+    let current = CURRENT
+        .lock()
+        .unwrap_or_else(PoisonError::into_inner)
+        .take();
+    let Some(drawing) = current else { return };
+    if drawing.is_current() {
+        // The drawing thread panics: it cannot wait for itself.
+        let _ = leaving().and_then(|sequences| output().write_all(&sequences));
+    } else {
+        drawing.end(PATIENCE);
     }
+    let _ = terminal::disable_raw_mode();
+}
+
+/// Standard output without the buffer and the lock of the standard library, which a stalled terminal would hold.
+fn output() -> Box<dyn Write + Send> {
+    #[cfg(unix)]
+    {
+        use std::fs::File;
+        use std::os::fd::AsFd;
+        if let Ok(handle) = io::stdout().as_fd().try_clone_to_owned() {
+            return Box::new(File::from(handle));
+        }
+    }
+    Box::new(io::stdout())
+}
+
+/// Time for one byte at the terminal's speed if that is a low one (`stty 2400`); otherwise zero.
+#[cfg(unix)]
+fn byte_time() -> Duration {
+    let settings = rustix::termios::tcgetattr(io::stdout());
+    match settings.map_or(0, |settings| settings.output_speed()) {
+        baud @ 1..=BELIEVED_BAUD_MAX => Duration::from_secs(1) * BITS_PER_BYTE / baud,
+        _ => Duration::ZERO,
+    }
+}
+
+#[cfg(not(unix))]
+const fn byte_time() -> Duration {
+    Duration::ZERO
 }
 
 fn restore_on_panic() {
@@ -208,20 +235,20 @@ fn restore_on_panic() {
     });
 }
 
-/// Keys, pastes and sizes, read on a thread of their own.
+/// Keys, pastes and sizes, read on a thread of its own.
 #[must_use]
 pub fn events() -> Receiver<Event> {
     let (sender, receiver) = tokio::sync::mpsc::channel(64);
     thread::spawn(move || {
         while let Ok(event) = crossterm::event::read() {
-            let is_escape = burst::is_escape(&event);
+            let is_escape = escape::is_escape(&event);
             if sender.blocking_send(event).is_err() {
                 return;
             }
             if !is_escape {
                 continue;
             }
-            let Ok(events) = burst::after_escape(next_in_burst) else {
+            let Ok(events) = escape::after_escape(next_in_sequence) else {
                 return;
             };
             for event in events {
@@ -234,8 +261,8 @@ pub fn events() -> Receiver<Event> {
     receiver
 }
 
-fn next_in_burst() -> io::Result<Option<Event>> {
-    if crossterm::event::poll(BURST)? {
+fn next_in_sequence() -> io::Result<Option<Event>> {
+    if crossterm::event::poll(SEQUENCE_GAP)? {
         crossterm::event::read().map(Some)
     } else {
         Ok(None)

@@ -54,10 +54,7 @@ pub struct Dashboard {
 /// When the terminal cannot be taken over or drawn to.
 pub async fn run(dashboard: Dashboard) -> io::Result<()> {
     let mut signals = Signals::listen()?;
-    let mut screen = Screen::take()?;
-    if dashboard.model.config.mouse {
-        screen.use_mouse()?;
-    }
+    let screen = Screen::take(dashboard.model.config.mouse)?;
     let mut keys = terminal::events();
     let (readers, mut read) = channel(4);
     let mut running = Running {
@@ -209,7 +206,7 @@ impl Running {
             Terminal::Key(key) => self.tell(Event::Key(key)),
             Terminal::Paste(text) => self.tell(Event::Paste(text)),
             Terminal::Resize(width, height) => {
-                self.screen.resize(width, height);
+                self.screen.resize(width, height)?;
                 self.tell(Event::Resize { width, height })
             }
             Terminal::Mouse(mouse) => self.take_mouse(mouse),
@@ -289,7 +286,7 @@ impl Running {
                 Event::RouteSaved { path, saved }
             }),
             Effect::Ring => self.screen.ring()?,
-            Effect::Redraw => self.screen.clear()?,
+            Effect::Redraw => self.screen.redraw()?,
             Effect::Suspend => self.suspend()?,
             Effect::Quit => return Ok(true),
         }
@@ -406,21 +403,16 @@ impl Running {
     /// When to wake up although nothing happens.
     fn wake_at(&mut self) -> Option<Instant> {
         let host = self.session.host_now();
-        let busy_until = self.screen.busy_until();
-        let due = self.due().filter(|_| busy_until.is_none());
-        let at = [due, self.model.poll_timeout()].into_iter().flatten().min();
-        let at = at.map(|at| Instant::now() + at.saturating_sub(host));
-        [at, busy_until, self.session.wake_at()]
+        let at = [self.due(), self.model.poll_timeout()]
             .into_iter()
             .flatten()
-            .min()
+            .min();
+        let at = at.map(|at| Instant::now() + at.saturating_sub(host));
+        [at, self.session.wake_at()].into_iter().flatten().min()
     }
 
-    /// A terminal that is slow gets the newest state when it has room; what came between is not drawn.
+    /// Hands the drawing thread a frame if one is due.
     fn draw_if_due(&mut self) -> io::Result<()> {
-        if !self.screen.has_room()? {
-            return Ok(());
-        }
         let host = self.session.host_now();
         if self.due().is_some_and(|at| at <= host) {
             let (model, now) = match &self.past {

@@ -1,0 +1,358 @@
+//! The drawing thread. It alone writes to the terminal, and it takes the newest frame: a stalled terminal delays only drawing.
+
+use std::io::{self, ErrorKind, Write};
+use std::mem;
+use std::sync::{Arc, Condvar, Mutex, MutexGuard, OnceLock, PoisonError};
+use std::thread::{self, ThreadId};
+use std::time::Duration;
+
+use ratatui::backend::CrosstermBackend;
+use ratatui::buffer::Buffer;
+use ratatui::layout::Rect;
+use ratatui::{Terminal, TerminalOptions, Viewport};
+
+const BELL: &[u8] = b"\x07";
+
+/// Wait before a terminal that another program made non-blocking is tried again.
+const RETRY: Duration = Duration::from_millis(20);
+
+/// What the drawing thread needs to know of a terminal.
+pub(super) struct Device {
+    pub(super) output: Box<dyn Write + Send>,
+    /// Time for one byte on a slow serial line; zero elsewhere.
+    pub(super) byte_time: Duration,
+    pub(super) size: Rect,
+    /// Sequences that set the terminal up, and that restore it.
+    pub(super) enter: Vec<u8>,
+    pub(super) leave: Vec<u8>,
+}
+
+/// A handle to the drawing thread.
+#[derive(Clone)]
+pub(super) struct Drawing(Arc<Shared>);
+
+#[derive(Default)]
+struct Shared {
+    state: Mutex<State>,
+    changed: Condvar,
+    thread: OnceLock<ThreadId>,
+}
+
+#[derive(Default)]
+struct State {
+    /// The newest frame that the thread has not taken.
+    frame: Option<Buffer>,
+    /// A blank page to draw the next frame on.
+    spare: Option<Buffer>,
+    is_redraw: bool,
+    rings: bool,
+    stage: Stage,
+    /// The thread's result, once it has restored the terminal or failed.
+    result: Option<io::Result<()>>,
+}
+
+#[derive(Clone, Copy, Default, PartialEq, Eq)]
+enum Stage {
+    #[default]
+    Drawing,
+    /// The thread restores the terminal as soon as it can.
+    Ending,
+    /// The terminal did not take its last bytes in time: the thread writes no more.
+    Abandoned,
+}
+
+impl Drawing {
+    /// Starts the thread, which sets the terminal up first.
+    ///
+    /// # Errors
+    /// When the system has no thread left.
+    pub(super) fn start(device: Device) -> io::Result<Self> {
+        let shared = Arc::<Shared>::default();
+        let drawing = Self(Arc::clone(&shared));
+        let work = move || {
+            // Set once: the thread is new.
+            let _ = shared.thread.set(thread::current().id());
+            let result = run(&shared, device);
+            shared.lock().result = Some(result);
+            shared.changed.notify_all();
+        };
+        thread::Builder::new().name("drawing".into()).spawn(work)?;
+        Ok(drawing)
+    }
+
+    /// Whether the caller is the drawing thread itself.
+    pub(super) fn is_current(&self) -> bool {
+        self.0.thread.get() == Some(&thread::current().id())
+    }
+
+    /// Hands a frame over in place of any that waits.
+    ///
+    /// # Errors
+    /// When the terminal is gone.
+    pub(super) fn draw(&self, size: Rect, draw: impl FnOnce(&mut Buffer)) -> io::Result<()> {
+        let spare = self.0.lock().spare.take();
+        let spare = spare.filter(|page| page.area == size);
+        let mut page = spare.unwrap_or_else(|| Buffer::empty(size));
+        draw(&mut page);
+        self.order(|state| {
+            if let Some(mut unseen) = state.frame.replace(page) {
+                unseen.reset();
+                state.spare = Some(unseen);
+            }
+        })
+    }
+
+    /// Writes the next frame whole.
+    ///
+    /// # Errors
+    /// When the terminal is gone.
+    pub(super) fn redraw(&self) -> io::Result<()> {
+        self.order(|state| state.is_redraw = true)
+    }
+
+    /// Rings the bell.
+    ///
+    /// # Errors
+    /// When the terminal is gone.
+    pub(super) fn ring(&self) -> io::Result<()> {
+        self.order(|state| state.rings = true)
+    }
+
+    fn order(&self, change: impl FnOnce(&mut State)) -> io::Result<()> {
+        let mut state = self.0.lock();
+        match state.result.take() {
+            Some(Err(error)) => return Err(error),
+            Some(Ok(())) => return Err(ErrorKind::BrokenPipe.into()),
+            None => change(&mut state),
+        }
+        drop(state);
+        self.0.changed.notify_all();
+        Ok(())
+    }
+
+    /// Ends the thread, which restores the terminal if that takes no longer than `patience`.
+    pub(super) fn end(&self, patience: Duration) {
+        let mut state = self.0.lock();
+        state.stage = Stage::Ending;
+        self.0.changed.notify_all();
+        let has_work = |state: &mut State| state.result.is_none();
+        let waited = self.0.changed.wait_timeout_while(state, patience, has_work);
+        let (mut state, _) = waited.unwrap_or_else(PoisonError::into_inner);
+        state.stage = Stage::Abandoned;
+    }
+}
+
+impl Shared {
+    fn lock(&self) -> MutexGuard<'_, State> {
+        self.state.lock().unwrap_or_else(PoisonError::into_inner)
+    }
+
+    /// Waits for something to do; returns the newest frame, whether to write it whole and whether to ring. `None` at the end.
+    fn next(&self) -> Option<(Option<Buffer>, bool, bool)> {
+        let is_idle = |state: &mut State| {
+            state.stage == Stage::Drawing && state.frame.is_none() && !state.rings
+        };
+        let waited = self.changed.wait_while(self.lock(), is_idle);
+        let mut state = waited.unwrap_or_else(PoisonError::into_inner);
+        if state.stage != Stage::Drawing {
+            return None;
+        }
+        let frame = state.frame.take();
+        let is_redraw = frame.is_some() && mem::take(&mut state.is_redraw);
+        Some((frame, is_redraw, mem::take(&mut state.rings)))
+    }
+
+    /// Waits for a slow line, or for the end.
+    fn rest(&self, duration: Duration) {
+        if !duration.is_zero() {
+            let goes_on = |state: &mut State| state.stage == Stage::Drawing;
+            let _waited = self
+                .changed
+                .wait_timeout_while(self.lock(), duration, goes_on);
+        }
+    }
+}
+
+/// The thread: sets the terminal up, draws until the end and restores it.
+fn run(shared: &Shared, device: Device) -> io::Result<()> {
+    let mut output = Output {
+        device: device.output,
+        byte_time: device.byte_time,
+        shared,
+        bytes: device.enter,
+    };
+    output.flush()?;
+    let options = TerminalOptions {
+        viewport: Viewport::Fixed(device.size),
+    };
+    let mut terminal = Terminal::with_options(CrosstermBackend::new(output), options)?;
+    while let Some((frame, is_redraw, rings)) = shared.next() {
+        if rings {
+            terminal.backend_mut().write_all(BELL)?;
+        }
+        if let Some(mut page) = frame {
+            if is_redraw || page.area != terminal.get_frame().area() {
+                terminal.resize(page.area)?;
+            }
+            // The thread's blank page comes back for the next frame.
+            terminal.draw(|frame| mem::swap(frame.buffer_mut(), &mut page))?;
+            shared.lock().spare = Some(page);
+        }
+        Write::flush(terminal.backend_mut())?;
+    }
+    if shared.lock().stage == Stage::Ending {
+        terminal.backend_mut().write_all(&device.leave)?;
+        Write::flush(terminal.backend_mut())?;
+    }
+    Ok(())
+}
+
+/// Collects what belongs together and writes it in one go.
+struct Output<'a> {
+    device: Box<dyn Write + Send>,
+    byte_time: Duration,
+    shared: &'a Shared,
+    bytes: Vec<u8>,
+}
+
+impl Write for Output<'_> {
+    fn write(&mut self, bytes: &[u8]) -> io::Result<usize> {
+        self.bytes.extend_from_slice(bytes);
+        Ok(bytes.len())
+    }
+
+    fn flush(&mut self) -> io::Result<()> {
+        let bytes = mem::take(&mut self.bytes);
+        let mut rest = &bytes[..];
+        while !rest.is_empty() {
+            match self.device.write(rest) {
+                Ok(0) => return Err(ErrorKind::WriteZero.into()),
+                Ok(count) => rest = &rest[count..],
+                Err(error) if error.kind() == ErrorKind::Interrupted => {}
+                Err(error) if error.kind() == ErrorKind::WouldBlock => thread::sleep(RETRY),
+                Err(error) => return Err(error),
+            }
+        }
+        self.device.flush()?;
+        self.shared.rest(self.byte_time * bytes.len() as u32);
+        Ok(())
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use std::sync::mpsc::{Receiver, Sender, channel};
+
+    use ratatui::style::Style;
+
+    use super::*;
+
+    /// Nothing here takes this long unless it hangs.
+    const PATIENCE: Duration = Duration::from_secs(20);
+
+    const SIZE: Rect = Rect::new(0, 0, 4, 1);
+
+    /// A terminal that asks before each write, and fails when nobody answers.
+    struct Gated {
+        asks: Sender<String>,
+        permits: Receiver<()>,
+    }
+
+    impl Write for Gated {
+        fn write(&mut self, bytes: &[u8]) -> io::Result<usize> {
+            let _ = self.asks.send(String::from_utf8_lossy(bytes).into_owned());
+            let permit = self.permits.recv();
+            permit.map_err(|_| io::Error::from(ErrorKind::BrokenPipe))?;
+            Ok(bytes.len())
+        }
+
+        fn flush(&mut self) -> io::Result<()> {
+            Ok(())
+        }
+    }
+
+    /// A drawing thread, what it asks to write, and permits for that.
+    fn gated(byte_time: Duration) -> (Drawing, Receiver<String>, Sender<()>) {
+        let (asks, asked) = channel();
+        let (permit, permits) = channel();
+        let device = Device {
+            output: Box::new(Gated { asks, permits }),
+            byte_time,
+            size: SIZE,
+            enter: b"<enter>".to_vec(),
+            leave: b"<leave>".to_vec(),
+        };
+        (Drawing::start(device).expect("a thread"), asked, permit)
+    }
+
+    fn draw(drawing: &Drawing, text: &str) {
+        let written = drawing.draw(SIZE, |page| page.set_string(0, 0, text, Style::new()));
+        written.expect("a terminal");
+    }
+
+    fn next(asked: &Receiver<String>) -> String {
+        asked.recv_timeout(PATIENCE).expect("a write")
+    }
+
+    #[test]
+    fn a_stalled_terminal_gets_the_newest_frame_and_is_restored() {
+        let (drawing, asked, permit) = gated(Duration::ZERO);
+        assert_eq!(next(&asked), "<enter>");
+        permit.send(()).expect("the thread");
+        draw(&drawing, "old");
+        assert!(next(&asked).contains("old"));
+        for text in ["two", "few", "new"] {
+            draw(&drawing, text);
+            drawing.ring().expect("a terminal");
+        }
+        permit.send(()).expect("the thread");
+        let newest = next(&asked);
+        assert!(
+            newest.starts_with('\x07') && newest.contains("new"),
+            "{newest:?}"
+        );
+        for _ in 0..9 {
+            permit.send(()).expect("the thread");
+        }
+        drawing.end(PATIENCE);
+        let last: String = asked.iter().collect();
+        assert!(last.starts_with("<leave>"), "{last:?}");
+    }
+
+    #[test]
+    fn a_terminal_that_takes_nothing_does_not_keep_the_program_from_ending() {
+        let (drawing, asked, permit) = gated(Duration::ZERO);
+        assert_eq!(next(&asked), "<enter>");
+        drawing.end(Duration::ZERO);
+        // The terminal takes bytes again when another program has it.
+        permit.send(()).expect("the thread");
+        let last: String = asked.iter().collect();
+        assert!(!last.contains("<leave>"), "{last:?}");
+    }
+
+    #[test]
+    fn a_terminal_that_is_gone_is_an_error_of_a_later_frame() {
+        let (drawing, asked, permit) = gated(Duration::ZERO);
+        drop(permit);
+        assert_eq!(asked.iter().count(), 1);
+        // The thread has let the device go; its result follows.
+        let deadline = std::time::Instant::now() + PATIENCE;
+        while drawing.ring().is_ok() {
+            assert!(std::time::Instant::now() < deadline);
+            thread::yield_now();
+        }
+    }
+
+    /// The end comes while a slow line is waited for.
+    #[test]
+    fn the_end_does_not_wait_for_a_slow_line() {
+        let (drawing, asked, permit) = gated(PATIENCE);
+        assert_eq!(next(&asked), "<enter>");
+        for _ in 0..9 {
+            permit.send(()).expect("the thread");
+        }
+        drawing.end(PATIENCE);
+        let last: String = asked.iter().collect();
+        assert!(last.starts_with("<leave>"), "{last:?}");
+    }
+}
