@@ -1,14 +1,14 @@
 //! CRC-24 with Koopman polynomial 0xBD80DE (0x7B01BD in normal notation), most significant bit first.
 //!
-//! Hamming distance 6 up to 2026 data bits: every line and frame here is far shorter, so up to five
-//! flipped bits are always noticed. A 24-bit remainder fills four 6-bit characters exactly.
+//! Hamming distance 6 up to 2026 data bits: it detects up to five flipped bits in every line and frame.
+//! A 24-bit remainder fills four 6-bit characters exactly.
 
 const POLYNOMIAL: u32 = 0x7B_01BD;
 
-/// What a telemetry line's remainder starts from.
+/// Initial remainder of a line.
 pub const DOWNLINK_INIT: u32 = 0xFF_FFFF;
 
-/// Characters the remainder takes on the wire.
+/// Characters of the remainder on the wire.
 pub const CHARACTERS: usize = 4;
 
 const fn step(mut remainder: u32, bits: u32) -> u32 {
@@ -24,7 +24,7 @@ const fn step(mut remainder: u32, bits: u32) -> u32 {
     remainder & 0xFF_FFFF
 }
 
-/// A table of 16 nibbles costs the microcontroller 64 bytes of its RAM.
+/// Uses a table of 16 nibbles: 64 bytes of the microcontroller's RAM.
 #[cfg(target_arch = "avr")]
 mod engine {
     use super::step;
@@ -50,7 +50,7 @@ mod engine {
     }
 }
 
-/// Eight tables let the host take eight bytes at a step: decoding a day of capture waits for this.
+/// Uses eight tables to take eight bytes at a step, because decoding long captures depends on its speed.
 #[cfg(not(target_arch = "avr"))]
 mod engine {
     use super::step;
@@ -134,10 +134,10 @@ mod tests {
         }
     }
 
-    /// Computed apart from this code, bit by bit, with the polynomial in its other notation: Koopman's
-    /// leaves out the constant term instead of the leading one.
+    /// Koopman's notation leaves out the constant term instead of the leading one. The values were computed apart from
+    /// this code, bit by bit.
     #[test]
-    fn it_is_the_checksum_that_was_chosen() {
+    fn checksum_has_the_polynomial_0xbd80de() {
         assert_eq!(0xBD_80DE << 1 & 0xFF_FFFF | 1, POLYNOMIAL);
         assert_eq!(update(DOWNLINK_INIT, b"123456789"), 0x74_A079);
         assert_eq!(update(0, b"123456789"), 0x5E_B034);

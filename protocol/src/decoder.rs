@@ -1,8 +1,7 @@
-//! The ground's end of the downlink: intact lines found in any stream of bytes, by looking back.
+//! The ground's receiver: finds intact lines in any stream of bytes, by looking back.
 //!
-//! At each line feed the 80 bytes before it are tried, then the 14 before it. Nothing is trusted that
-//! a checksum does not vouch for, no start character is waited for and no length believed, so an
-//! intact line is found whatever stands before it.
+//! At each line feed the decoder tries the last 80 bytes, then the last 14. There is no start character
+//! and no length field: only the checksum decides, so noise before an intact line never hides it.
 
 use crate::LINE_BYTES;
 use crate::life::Life;
@@ -10,17 +9,17 @@ use crate::telemetry::{
     ACK_LINE_BYTES, Ack, AckLine, Body, Detail, FieldError, Line, SEQUENCE_MODULUS, is_intact,
 };
 
-/// What came out of the stream.
+/// A line found in the stream.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Received {
-    /// An intact line, and the 80 bytes it was read from.
+    /// An intact line, and its 80 bytes.
     Line(Line, [u8; LINE_BYTES]),
     /// An intact acknowledgement line.
     Ack(AckLine),
 }
 
 impl Received {
-    /// The robot's receiving end as this line tells it.
+    /// The acknowledgement in this line.
     #[must_use]
     pub const fn ack(&self) -> &Ack {
         match self {
@@ -29,7 +28,7 @@ impl Received {
         }
     }
 
-    /// Which robot sent it; `None` when it does not say.
+    /// Id of the robot that sent the line; `None` when the line does not hold it.
     #[must_use]
     pub const fn robot_id(&self) -> Option<u8> {
         match (self, self.ack().detail) {
@@ -43,8 +42,8 @@ impl Received {
         }
     }
 
-    /// Whether it is a line C, which says how long the robot has been up.
-    const fn tells_uptime(&self) -> bool {
+    /// Whether it is a line C, which holds the uptime.
+    const fn has_uptime(&self) -> bool {
         matches!(self, Self::Line(line, _) if matches!(line.body, Body::Counters(_)))
     }
 
@@ -58,45 +57,45 @@ impl Received {
     }
 }
 
-/// Everything the decoder has seen, by kind. Every byte is either part of an intact line or noise, and
-/// every line feed ended an intact line or was rejected for one reason.
+/// Counts of the decoder. Each byte belongs to an intact line or is noise; each line feed ends an intact
+/// line or is rejected for one reason.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Counters {
-    /// Bytes taken in.
+    /// Bytes received.
     pub bytes: u64,
     /// Intact 80-byte lines.
     pub lines: u64,
     /// Intact acknowledgement lines.
     pub ack_lines: u64,
-    /// Line feeds that ended something shaped like a line, its CR LF in place, whose checksum failed.
+    /// Line feeds that ended the shape of a line, CR LF in place, with a wrong checksum.
     pub crc_rejected: u64,
-    /// Line feeds before which nothing had the shape of a line.
+    /// Line feeds that did not end the shape of a line.
     pub shape_rejected: u64,
-    /// Lines whose checksum held and whose fields made no sense.
+    /// Lines with a valid checksum and an unreadable field.
     pub field_rejected: u64,
-    /// Lines that the sequence says were sent and that did not arrive intact. A gap of more than 93
-    /// lines counts short: one of 94 to 98 looks like a late line, and longer ones wrap.
-    /// A reboot begins a new count, what was lost around it is unknown. One of which no line's boot counter tells is known
-    /// by the next line C: the longest step of the sequence since the line C before is taken for that of the reboot, and
-    /// what it counted is taken back.
+    /// Lines missing in the sequence. A gap of more than 93 lines counts short: 94 to 98 look like a late
+    /// line, and longer gaps wrap.
+    ///
+    /// The sequence begins anew after a reboot, so losses around it are not counted. If only line C reveals
+    /// the reboot, the longest gap since the line C before is taken for it and subtracted.
     pub lines_lost: u64,
-    /// Times the robot is seen to have rebooted: [`Life`] says by what.
+    /// Reboots of the robot, as recognized by [`Life`].
     pub restarts: u64,
-    /// Bytes that belong to no intact line, or to a line that is not complete yet.
+    /// Bytes outside intact lines, including those of a line not complete yet.
     pub noise_bytes: u64,
 }
 
-/// Finds lines in a stream. Takes any chunking of it with the same result.
+/// Finds lines in a stream; the result does not depend on how the stream is cut into pieces.
 #[derive(Clone, Debug)]
 pub struct Decoder {
     /// The latest bytes, oldest first in `window[..filled]`.
     window: [u8; LINE_BYTES],
     filled: usize,
-    /// Bytes since the end of the latest intact line: what a new line may not reach back over.
+    /// Bytes since the end of the latest intact line; a new line cannot begin before them.
     fresh: usize,
     newest: Option<Newest>,
     life: Life,
-    /// Lines counted as lost by the longest step of the sequence since the latest line C.
+    /// Lines counted as lost in the longest gap since the latest line C.
     longest_step: u64,
     last_field_error: Option<FieldError>,
     counters: Counters,
@@ -118,33 +117,33 @@ impl Default for Decoder {
 }
 
 impl Decoder {
-    /// What has been seen so far.
+    /// Counts so far.
     #[must_use]
     pub const fn counters(&self) -> &Counters {
         &self.counters
     }
 
-    /// The link was interrupted: the lines sent meanwhile do not count as lost, nor does the first half of
-    /// one that was being received.
+    /// Marks an interruption of the link: lines sent during it do not count as lost, and a line received in
+    /// part is dropped.
     pub const fn interrupt(&mut self) {
         self.newest = None;
         self.fresh = 0;
         self.longest_step = 0;
     }
 
-    /// Why the latest line with a good checksum could not be read.
+    /// The field error of the latest line that had a valid checksum and was not readable.
     #[must_use]
     pub const fn last_field_error(&self) -> Option<FieldError> {
         self.last_field_error
     }
 
-    /// The intact lines that `bytes` complete. Takes the bytes as it is iterated: all of them, if to its end.
+    /// The intact lines that `bytes` complete. Consumes the bytes as it is iterated.
     pub fn lines(&mut self, mut bytes: &[u8]) -> impl Iterator<Item = Received> {
         core::iter::from_fn(move || self.next_line(&mut bytes))
     }
 
-    /// The next intact line that `bytes` complete, whose bytes it takes off the front; `None` when it has taken all.
-    /// For loops that use the decoder, or the struct around it, between two lines.
+    /// The next intact line that `bytes` complete, or `None`; consumes `bytes` from the front. For loops that use
+    /// the decoder, or the struct that owns it, between two lines.
     pub fn next_line(&mut self, bytes: &mut &[u8]) -> Option<Received> {
         if let Some(received) = self.take_whole(bytes) {
             *bytes = &bytes[LINE_BYTES..];
@@ -172,9 +171,8 @@ impl Decoder {
         (bytes.len() - rest.len(), received)
     }
 
-    /// The common case, a whole line right after the one before it, without a search and a copy. No
-    /// column of an intact line can hold a line feed, so there is none to look back from before its
-    /// end, and the result is the same.
+    /// Shortcut for a whole line right after another one, without search and copy. It changes no result,
+    /// because an intact line has no line feed before its end.
     fn take_whole(&mut self, bytes: &[u8]) -> Option<Received> {
         let line = bytes.first_chunk::<LINE_BYTES>()?;
         if self.fresh != 0 || !ends_a_line(line) || !is_intact(line) {
@@ -262,18 +260,18 @@ impl Decoder {
         if has_restarted {
             self.counters.lines_lost -= self.longest_step;
             if let Some(newest) = &mut self.newest {
-                // What was skipped is not counted, and not taken off again when it comes late.
+                // The gap is not counted, so late lines in it are not subtracted.
                 newest.arrived = !0;
             }
         }
-        if has_restarted || received.tells_uptime() {
+        if has_restarted || received.has_uptime() {
             self.longest_step = 0;
         }
     }
 
     fn count_lost(&mut self, sequence: u8, boot: u8) {
         let Some(newest) = self.newest.as_mut().filter(|newest| newest.boot == boot) else {
-            // A reboot begins the sequence anew: its step is none.
+            // The sequence begins anew after a reboot, so there is no gap.
             self.longest_step = 0;
             self.newest = Some(Newest {
                 boot,
@@ -291,7 +289,7 @@ impl Decoder {
             newest.sequence = sequence;
             newest.arrived = newest.arrived.unbounded_shl(u32::from(ahead)) | 1;
         } else if newest.arrived & 1 << behind == 0 {
-            // Taken for lost, and only late.
+            // Counted as lost, but only late.
             newest.arrived |= 1 << behind;
             self.counters.lines_lost -= 1;
             self.longest_step = self.longest_step.saturating_sub(1);
@@ -299,20 +297,20 @@ impl Decoder {
     }
 }
 
-/// How far behind the newest a line is taken for late or repeated instead of the end of a long gap.
+/// Most lines by which a late or repeated line is behind the newest; beyond that it ends a long gap.
 const LATE_LINES_MAX: u8 = 5;
 
 /// The newest line by its sequence, from which the next ones are counted.
 #[derive(Clone, Copy, Debug)]
 struct Newest {
-    /// The robot's boot counter as its acknowledgements tell it.
+    /// The robot's boot counter, from its acknowledgements.
     boot: u8,
     sequence: u8,
-    /// Bit `n`: the line `n` before this one arrived, or was sent before the count began.
+    /// Bit `n`: the line `n` before this one arrived or was sent before counting began.
     arrived: u8,
 }
 
-/// Every line ends with CR LF; the rest is for the checksum.
+/// Whether the bytes end like a line, with CR LF.
 fn ends_a_line<const N: usize>(line: &[u8; N]) -> bool {
     line.ends_with(b"\r\n")
 }
@@ -337,9 +335,9 @@ mod tests {
         line
     }
 
-    /// What [`Decoder::take_whole`] stands on.
+    /// [`Decoder::take_whole`] relies on it.
     #[test]
-    fn no_intact_line_holds_a_line_feed() {
+    fn intact_lines_hold_no_line_feed() {
         for head in HEADS {
             let line = sealed(head);
             assert!(is_intact(&line) && Line::parse(&line).is_ok(), "{head:?}");
@@ -353,7 +351,7 @@ mod tests {
     }
 
     #[test]
-    fn whole_lines_and_single_bytes_are_the_same() {
+    fn whole_lines_and_single_bytes_give_the_same_result() {
         let mut stream = [0; 6 * LINE_BYTES + 3];
         let mut written = 0;
         for (i, head) in HEADS.into_iter().chain([HEADS[0], HEADS[3]]).enumerate() {

@@ -1,10 +1,10 @@
-//! What two ends compare to know that they hold the same waypoint list.
+//! Digest of a waypoint list, by which both ends know that they hold the same one.
 
 use crate::Waypoint;
 
 /// CRC-32/ISO-HDLC over the count as u16 and each waypoint's X and Y as i16, all little-endian.
 ///
-/// A nibble table: a list is digested once, and the microcontroller's RAM is short.
+/// Uses a table of 16 nibbles, because RAM on the microcontroller is short.
 #[must_use]
 pub fn digest<'a>(waypoints: impl ExactSizeIterator<Item = &'a Waypoint>) -> u32 {
     let count = (waypoints.len() as u16).to_le_bytes();
@@ -48,13 +48,13 @@ mod tests {
     use super::*;
 
     #[test]
-    fn it_is_the_crc_32_everybody_has() {
+    fn digest_is_crc_32_iso_hdlc() {
         // The check value of CRC-32/ISO-HDLC.
         assert_eq!(!update(!0, b"123456789"), 0xCBF4_3926);
     }
 
     #[test]
-    fn order_and_count_matter() {
+    fn digest_depends_on_order_and_count() {
         let a = Waypoint { x_in: 1, y_in: 2 };
         let b = Waypoint { x_in: 2, y_in: 1 };
         let digests = [

@@ -1,6 +1,6 @@
-//! States that travel as one letter each: the vocabulary of line A.
+//! Status codes: states that travel as one ASCII character each, most of them in line A.
 
-/// Declares an enum whose variants are single ASCII letters on the wire.
+/// Declares an enum whose variants are single ASCII characters on the wire.
 macro_rules! letters {
     ($(#[$meta:meta])* $name:ident { $($(#[$vmeta:meta])* $variant:ident = $letter:literal),+ $(,)? }) => {
         $(#[$meta])*
@@ -16,7 +16,7 @@ macro_rules! letters {
             #[must_use]
             pub const fn letter(self) -> u8 { self as u8 }
 
-            /// The state a letter stands for; `None` when it stands for nothing.
+            /// The state of a letter; `None` for an unknown letter.
             #[must_use]
             pub const fn from_letter(letter: u8) -> Option<Self> {
                 match letter { $($letter => Some(Self::$variant),)+ _ => None }
@@ -44,7 +44,7 @@ letters! {
         Sides = b'S',
         /// All three.
         All = b'A',
-        /// Held so long that the jam sequence ignores it.
+        /// Held for so long that the robot ignores it.
         Jammed = b'J',
         /// No bumper is fitted.
         NotFitted = b'-',
@@ -112,15 +112,15 @@ letters! {
 letters! {
     /// The drive train and its odometer.
     Drive {
-        /// Wheels follow their orders.
+        /// Wheels follow the requested speed.
         Ok = b'.',
-        /// Full pulse width and still slower than ordered.
+        /// Full power and slower than requested.
         Saturated = b's',
-        /// Full pulse width and no movement.
+        /// Full power and no movement.
         Stalled = b'X',
         /// The odometer was reset since the previous line A.
         OdometerReset = b'0',
-        /// X or Y lies beyond what its field can say.
+        /// X or Y is too large for its field.
         OutOfRange = b'o',
     }
 }
@@ -142,27 +142,27 @@ letters! {
 }
 
 letters! {
-    /// What the robot makes of the ground's silence.
+    /// State of the failsafe against a silent ground.
     Link {
-        /// Nothing to report.
+        /// No failsafe set.
         Ok = b'.',
-        /// It will act when the ground falls silent, and wants to be kept alive.
+        /// Armed: the robot acts if the ground falls silent, and needs keepalives.
         Armed = b'f',
-        /// A failsafe acts because the ground has been silent.
+        /// Acting, because the ground has been silent.
         Failsafe = b'F',
     }
 }
 
 letters! {
-    /// What the robot has been told to do.
+    /// Commanded mode.
     Mode {
         /// Move about at top speed, or to the next waypoint.
         Prowl = b'P',
-        /// Every sensor layer, no prowl: sits still until something pulls.
+        /// Sensor layers without prowl: stands still until one of them drives.
         Reactive = b'R',
         /// Hide and wait for motion.
         Passive = b'H',
-        /// Motors off until told otherwise.
+        /// Motors off until the next command.
         Stop = b'X',
         /// Driven by hand.
         User = b'U',
@@ -178,14 +178,14 @@ letters! {
 }
 
 letters! {
-    /// One subsumption layer at a glance, without its own letter.
+    /// State of one subsumption layer, without the layer's own letter.
     ///
     /// On the wire a raised layer shows its letter in lower case and the layer that holds the
     /// motors in upper case; see [`Layer::letter`].
     LayerState {
         /// Not fitted, not allowed, or switched off by the behaviour layer.
         Off = b'.',
-        /// Running, nothing to say.
+        /// Running, flag not raised.
         Quiet = b'-',
         /// Raised its flag at some tick since the previous line A, and was suppressed.
         Raised = b'r',
@@ -229,7 +229,7 @@ impl Layer {
         Self::DeadReckoning,
     ];
 
-    /// The layer's letter: `UBTISLMD`, apart from every [`Mode`] letter but `U`.
+    /// The layer's letter, one of `UBTISLMD`. Only `U` is a letter of [`Mode`], too.
     #[must_use]
     pub const fn letter(self) -> u8 {
         b"UBTISLMD"[self as usize]
@@ -276,7 +276,7 @@ impl LayerMask {
         Self(self.0 & !(1 << layer as u8))
     }
 
-    /// What both sets hold.
+    /// The layers in both sets.
     #[must_use]
     pub const fn and(self, other: Self) -> Self {
         Self(self.0 & other.0)
@@ -289,9 +289,9 @@ mod tests {
 
     macro_rules! each_letter_is_its_own {
         ($($name:ident: $letters:literal),+ $(,)?) => {$(
-            let spelt: std::string::String =
+            let codes: std::string::String =
                 $name::ALL.iter().map(|state| char::from(state.letter())).collect();
-            assert_eq!(spelt, $letters, stringify!($name));
+            assert_eq!(codes, $letters, stringify!($name));
             for letter in 0..=255 {
                 let read = $name::from_letter(letter);
                 assert_eq!(read.is_some(), $letters.as_bytes().contains(&letter));
@@ -300,9 +300,9 @@ mod tests {
         )+};
     }
 
-    /// The alphabets are the wire: a changed letter is a changed protocol.
+    /// A changed letter would be a changed protocol.
     #[test]
-    fn letters_stand_for_what_they_always_did() {
+    fn status_codes_are_those_of_version_1() {
         each_letter_is_its_own! {
             Bump: ".LCRlrSAJ-",
             Infrared: ".LRBJ-",
@@ -317,7 +317,7 @@ mod tests {
     }
 
     #[test]
-    fn awk_can_tell_a_layer_by_its_letter() {
+    fn layer_letters_are_no_mode_letters() {
         let layers = Layer::ALL.map(|layer| char::from(layer.letter()));
         assert_eq!(layers, ['U', 'B', 'T', 'I', 'S', 'L', 'M', 'D']);
         for layer in Layer::ALL.into_iter().skip(1) {
@@ -326,7 +326,7 @@ mod tests {
     }
 
     #[test]
-    fn masks_are_sets() {
+    fn masks_hold_sets_of_layers() {
         let mask = LayerMask::NONE.with(Layer::Sonar).with(Layer::User);
         assert_eq!(mask.bits(), 0b1_0001);
         assert!(mask.contains(Layer::Sonar) && !mask.contains(Layer::Bumpers));

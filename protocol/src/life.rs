@@ -1,13 +1,13 @@
-//! One life of the robot, from boot to boot: is this line of the same one?
+//! Reboots of the robot, recognized from its lines.
 
 use crate::decoder::Received;
 use crate::telemetry::{Body, CountersLine, Line};
 
-/// Line C counts uptime modulo this, seconds.
+/// Modulus of the uptime in line C, seconds.
 const UPTIME_ROUND_S: u32 = 1_000_000;
 
-/// What tells one life from the next. Every line has the boot counter, but modulo 8 only: lines B and C
-/// tell the lives apart in which it agrees, and of those in which their own counter agrees, too, the uptime does.
+/// The present life of the robot, from boot to boot. Every line holds the boot counter modulo 8, lines B and C
+/// hold it modulo 1000, and line C holds the uptime: each tells apart lives that the one before confuses.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct Life {
     /// Boot counter modulo 8.
@@ -18,7 +18,7 @@ pub struct Life {
 }
 
 impl Life {
-    /// Takes whatever came; says whether a new life has begun.
+    /// Takes a line of any type; returns whether the robot has rebooted.
     pub fn take(&mut self, received: &Received) -> bool {
         match received {
             Received::Line(line, _) => self.take_line(line),
@@ -26,7 +26,7 @@ impl Life {
         }
     }
 
-    /// Takes a line; says whether a new life has begun.
+    /// Takes a line of 80 bytes; returns whether the robot has rebooted.
     pub fn take_line(&mut self, line: &Line) -> bool {
         self.take_boot(line.ack.boot)
             | match &line.body {
@@ -36,7 +36,7 @@ impl Life {
             }
     }
 
-    /// Takes the boot counter of any line; says whether a new life has begun.
+    /// Takes the boot counter of an acknowledgement; returns whether the robot has rebooted.
     pub fn take_boot(&mut self, boot: u8) -> bool {
         let is_new = self.boot.is_some_and(|last| last != boot);
         if is_new {
@@ -46,7 +46,7 @@ impl Life {
         is_new
     }
 
-    /// Time does not run backwards in a life.
+    /// Uptime that runs backwards means a reboot.
     fn take_counters(&mut self, counters: &CountersLine) -> bool {
         let rebooted = self.take_boots(counters.boots);
         let uptime_s = counters.uptime_s % UPTIME_ROUND_S;

@@ -1,27 +1,27 @@
-//! What both ends know of parameters without sharing a table: a name's key, and what fits on the wire.
+//! Parameters: the key of a name, and the limits of names and values on the wire.
 
 use crate::crc;
 
-/// Most characters of a name: lower case letters, digits and hyphens.
+/// Most characters of a name, each a lower case letter, a digit or a hyphen.
 pub const NAME_BYTES: usize = 18;
 
 /// Most characters of a unit.
 pub const UNIT_BYTES: usize = 11;
 
-/// Most parameters a robot can have: two digits count them.
+/// Most parameters of a robot: line P has two digits for their number.
 pub const PARAMETERS_MAX: u8 = 99;
 
-/// Farthest from zero that line P can say.
+/// Largest magnitude of a value in line P.
 pub const VALUE_MAX: i32 = 99_999;
 
-/// What stands for a name in an order, 24 bits: its checksum, from the same start as a line's. The ground needs
-/// no table, and the numbering of another version or robot can never set the wrong parameter.
+/// The 24-bit key that stands for a name in an order: its checksum from [`crc::DOWNLINK_INIT`]. Unlike a number,
+/// it means the same parameter on every robot and in every version.
 #[must_use]
 pub fn key(name: &str) -> u32 {
     crc::update(crc::DOWNLINK_INIT, name.as_bytes())
 }
 
-/// Whether a name can be said in line P.
+/// Whether `name` is a valid name of a parameter.
 #[must_use]
 pub fn is_name(name: &str) -> bool {
     (1..=NAME_BYTES).contains(&name.len()) && name.bytes().all(is_name_byte)
@@ -36,7 +36,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn a_name_is_short_and_plain() {
+    fn names_have_1_to_18_letters_digits_or_hyphens() {
         for good in ["a", "top-speed", "ir-count-most", "abcdefghijklmnopqr"] {
             assert!(is_name(good), "{good}");
         }

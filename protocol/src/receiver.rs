@@ -1,23 +1,23 @@
-//! The robot's end of the uplink: frames found between line feeds.
+//! The robot's receiver: finds frames between line feeds.
 
 use crate::command::{FRAME_BYTES_MAX, Key, Message};
 use crate::crc;
 
-/// What was heard and what was thrown away, since boot.
+/// Frames received and rejected since boot.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct ReceiverCounters {
-    /// Intact frames that made sense.
+    /// Intact frames that could be read.
     pub frames: u16,
-    /// Runs of bytes between line feeds whose CRC did not hold.
+    /// Runs of bytes between line feeds with a wrong CRC.
     pub crc: u16,
-    /// Runs too long to be a frame.
+    /// Runs that are too long for a frame.
     pub too_long: u16,
-    /// Intact, but nothing this version can read.
+    /// Intact frames that this version cannot read.
     pub unreadable: u16,
 }
 
 impl ReceiverCounters {
-    /// Everything thrown away.
+    /// All rejected runs.
     #[must_use]
     pub const fn rejected(&self) -> u16 {
         self.crc
@@ -28,11 +28,11 @@ impl ReceiverCounters {
 
 const CONTENT_MAX: usize = FRAME_BYTES_MAX - 2;
 
-/// Collects bytes until a line feed and hands out what was between two of them when its CRC holds.
+/// Collects the bytes between two line feeds and returns them as a message if the CRC is valid.
 #[derive(Clone, Debug)]
 pub struct Receiver {
     buffer: [u8; CONTENT_MAX],
-    /// Bytes since the last line feed; more than the buffer holds means too long.
+    /// Bytes since the last line feed; larger than the buffer if the run is too long.
     length: u8,
     counters: ReceiverCounters,
 }
@@ -48,7 +48,7 @@ impl Default for Receiver {
 }
 
 impl Receiver {
-    /// Takes a byte; returns the message that it completed. `session` is the key of the open session.
+    /// Takes a byte; returns the message that it completes. `session` is the key of the open session.
     pub fn handle_byte(&mut self, byte: u8, robot_id: u8, session: Option<Key>) -> Option<Message> {
         if byte != b'\n' {
             if let Some(slot) = self.buffer.get_mut(usize::from(self.length)) {
@@ -80,7 +80,7 @@ impl Receiver {
         Some(message)
     }
 
-    /// What was heard and thrown away.
+    /// Counts since boot.
     #[must_use]
     pub const fn counters(&self) -> &ReceiverCounters {
         &self.counters
@@ -98,7 +98,7 @@ fn check(run: &[u8], robot_id: u8, session: Option<Key>) -> Result<Message, Reje
         .ok_or(Reject::Crc)?;
     let kind = content.first().copied().ok_or(Reject::Crc)?;
     let holds = |key: Key| crc::characters(crc::update(key.init(), content)) == *trailer;
-    // Which key applies is all that is read before the CRC holds; a wrong guess only fails it.
+    // The type is read before the CRC is verified only to choose the key; a wrong key fails the CRC.
     let intact = match kind {
         b'X' => holds(Key::robot(robot_id)) || holds(Key::EVERY_ROBOT),
         b'O' => holds(Key::robot(robot_id)),
@@ -134,7 +134,7 @@ mod tests {
     }
 
     #[test]
-    fn only_the_right_key_opens_a_frame() {
+    fn frames_are_accepted_under_their_key_only() {
         let frame = PROWL.encode(SESSION);
         assert_eq!(hear(frame.as_bytes(), Some(SESSION)).0, [PROWL]);
         for key in [
@@ -150,7 +150,7 @@ mod tests {
     }
 
     #[test]
-    fn stop_is_heard_under_the_robots_key_and_under_everybodys() {
+    fn stop_is_accepted_under_the_robots_key_and_under_key_0() {
         for (key, heard) in [
             (Key::robot(ROBOT_ID), true),
             (Key::EVERY_ROBOT, true),
@@ -164,7 +164,7 @@ mod tests {
     }
 
     #[test]
-    fn what_is_thrown_away_is_counted_by_its_reason() {
+    fn rejected_runs_are_counted_by_reason() {
         let mut bytes = std::vec::Vec::new();
         bytes.extend(b"\n\n\n");
         bytes.extend(b"noise\n");
@@ -191,7 +191,7 @@ mod tests {
     }
 
     #[test]
-    fn a_leading_line_feed_saves_a_frame_from_noise_and_aborts_one_in_flight() {
+    fn a_leading_line_feed_ends_noise_and_aborts_a_frame() {
         let stop = Message::Stop.encode(Key::robot(ROBOT_ID));
         let prowl = PROWL.encode(SESSION);
         for length in 0..prowl.as_bytes().len() - 1 {

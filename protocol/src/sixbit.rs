@@ -1,8 +1,8 @@
 //! Six bits in one printable character.
 //!
-//! A value `v` from 1 to 63 travels as `0x20 + v`; 0 travels as a backtick, because a space inside a
-//! field would end it for `awk`. One flipped bit always changes the value or makes it invalid, so the
-//! Hamming distance of the CRC survives the encoding.
+//! A value `v` from 1 to 63 travels as `0x20 + v`, and 0 as a backtick, because a space would end the
+//! field for `awk`. A flipped bit always changes the value or makes it invalid, so the encoding keeps the
+//! Hamming distance of the CRC.
 
 /// The character of the low six bits of `value`.
 #[must_use]
@@ -13,7 +13,7 @@ pub const fn encode(value: u8) -> u8 {
     }
 }
 
-/// The six bits of a character; `None` when it carries none.
+/// The value of a character; `None` if it is no 6-bit character.
 #[must_use]
 pub const fn decode(character: u8) -> Option<u8> {
     match character {
@@ -23,8 +23,8 @@ pub const fn decode(character: u8) -> Option<u8> {
     }
 }
 
-/// Writes the low `6 * out.len()` bits of `value`, most significant character first; beyond 32 bits
-/// the leading characters say zero.
+/// Writes the low `6 * out.len()` bits of `value`, most significant character first; characters beyond
+/// 32 bits are zero.
 pub fn encode_into(mut value: u32, out: &mut [u8]) {
     for character in out.iter_mut().rev() {
         *character = encode(value as u8);
@@ -32,7 +32,8 @@ pub fn encode_into(mut value: u32, out: &mut [u8]) {
     }
 }
 
-/// Reads a number, most significant character first; of more than 32 bits the lowest 32 remain.
+/// Reads a number, most significant character first, and keeps its low 32 bits; `None` if one of the characters is
+/// no 6-bit character.
 #[must_use]
 pub fn decode_from(characters: &[u8]) -> Option<u32> {
     characters
@@ -46,7 +47,7 @@ mod tests {
     use proptest::prelude::*;
 
     #[test]
-    fn sixty_four_characters_carry_six_bits_and_no_other_does() {
+    fn exactly_sixty_four_characters_carry_six_bits() {
         let mut carried = [0; 64];
         for character in 0..=255 {
             if let Some(value) = decode(character) {
@@ -60,7 +61,7 @@ mod tests {
         }
     }
 
-    /// Otherwise the checksum's Hamming distance would not survive the encoding.
+    /// The checksum's Hamming distance depends on it.
     #[test]
     fn characters_differ_in_at_least_as_many_bits_as_their_values() {
         for a in 0..64_u8 {
@@ -73,7 +74,7 @@ mod tests {
 
     proptest! {
         #[test]
-        fn numbers_survive(value: u32) {
+        fn numbers_survive_a_round_trip(value: u32) {
             let mut characters = [0; 6];
             encode_into(value, &mut characters);
             prop_assert_eq!(decode_from(&characters), Some(value));

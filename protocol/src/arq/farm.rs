@@ -1,21 +1,21 @@
-//! The robot's end: takes each command exactly once and says so in every line.
+//! The robot's end of delivery: accepts each command exactly once and acknowledges it in every line.
 
 use super::Lists;
 use crate::command::{Drive, Key, Message, Open, Order};
 use crate::telemetry::{Ack, Detail, Outcome};
 
-/// What the robot must do about a message.
+/// Action of the robot on a message.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Action {
     /// Motors off, at once.
     Stop,
-    /// Carry out the order, then tell [`Farm::conclude`] what became of it.
+    /// Carry out the order, then call [`Farm::conclude`] with its outcome.
     Execute(Order),
     /// The active list was replaced.
     ListReplaced,
-    /// Drive by hand for the next second, if the frame is fresh; then tell [`Farm::take_drive`].
+    /// Drive by hand for the next second, if the frame is fresh; then call [`Farm::take_drive`].
     Drive(Drive),
-    /// The ground spoke; nothing else.
+    /// None: the message only shows that the ground is there.
     Heard,
 }
 
@@ -25,9 +25,9 @@ pub struct Farm {
     robot_id: u8,
     boot: u8,
     session: u8,
-    /// Whose session it is; `None` when none is open.
+    /// Owner of the session; `None` when none is open.
     owner: Option<u16>,
-    /// Of the latest command taken, 6 bits; while no session is open, STOPs taken.
+    /// Sequence of the latest command, 6 bits; the number of STOPs while no session is open.
     sequence: u8,
     outcome: Outcome,
     drive_count: u8,
@@ -57,7 +57,7 @@ impl Farm {
             .map(|owner| Key::session(self.robot_id, self.boot, self.session, owner))
     }
 
-    /// What the robot's lines say.
+    /// The acknowledgement for the robot's lines.
     #[must_use]
     pub fn ack(&self) -> Ack {
         Ack {
@@ -84,15 +84,14 @@ impl Farm {
         self.owner.is_some()
     }
 
-    /// Takes an intact message; says what the robot must do about it. An order returned by
-    /// [`Action::Execute`] is never returned again.
+    /// Takes an intact message; returns the robot's action. It returns each order once only.
     pub fn handle(&mut self, message: &Message) -> Action {
         match message {
             Message::Stop => {
                 if self.owner.is_some() {
                     self.begin_session(None);
                 } else {
-                    // Nobody's sequence: it counts STOPs, so that each shows in the acknowledgement.
+                    // Without a session the sequence counts STOPs, so that each shows in the acknowledgement.
                     self.sequence = (self.sequence + 1) & 0x3F;
                 }
                 Action::Stop
@@ -131,17 +130,17 @@ impl Farm {
         }
     }
 
-    /// A drive frame was fresh: it is not obeyed again, nor are those sent before it.
+    /// Takes the count of a drive frame that was obeyed, so that neither it nor older ones are obeyed again.
     pub fn take_drive(&mut self, drive: &Drive) {
         self.drive_count = drive.count;
     }
 
-    /// What became of the order that [`Action::Execute`] handed out.
+    /// Takes the outcome of the order of the latest [`Action::Execute`].
     pub fn conclude(&mut self, outcome: Outcome) {
         self.outcome = outcome;
     }
 
-    /// A request made for a state that has passed, by delay or by another station, changes nothing.
+    /// Opens a session, unless the request is for an older boot or session.
     fn open(&mut self, open: Open) {
         if open.boot == self.boot && open.replaces == self.session {
             self.begin_session(Some(open.owner));

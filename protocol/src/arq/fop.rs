@@ -1,8 +1,7 @@
-//! The ground's end: delivers one task at a time and claims only what an acknowledgement proves.
+//! The ground's end of delivery: delivers one task at a time and reports only acknowledged results.
 //!
-//! Loss is found by snapshots: an acknowledgement latched after a frame's last byte had left, and
-//! lacking its effect, means that the frame was lost. A timer stands behind that for the time when no
-//! line comes down at all.
+//! An acknowledgement latched after a frame's last byte was sent, and without the frame's effect, shows that the frame
+//! was lost. A timer covers the time without any line.
 
 mod hearing;
 mod interface;
@@ -50,19 +49,19 @@ enum Work {
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 struct Outstanding {
     command: Command,
-    /// Last byte off at this instant; `None` when it has to go again.
+    /// Instant at which its last byte was sent; `None` when it has to be sent again.
     ends_us: Option<u64>,
 }
 
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 struct Stopping {
     since_us: u64,
-    /// Boot, session and sequence that a STOP has to change.
+    /// Boot, session and sequence before the STOP, which it has to change.
     before: Option<(u8, u8, u8)>,
     has_left: bool,
-    /// When it goes again.
+    /// When to send it again.
     next_us: u64,
-    /// When it goes although a half-duplex robot has not said that it listens.
+    /// When to send it even if a half-duplex robot has not announced that it listens.
     blind_us: u64,
 }
 
@@ -74,40 +73,39 @@ struct HandDrive {
     next_us: u64,
 }
 
-/// Acknowledgement lines keep coming for four lines after a knock.
+/// Period of knocks. Each brings acknowledgement lines for four lines.
 const KNOCK_PERIOD_US: u64 = 1_000_000;
 
-/// A longer silence is an outage and says nothing of single lines.
+/// Longest silence to judge the downlink by, in bytes; a longer one is an outage.
 const FORGET_BYTES: u64 = 10 * LINE_BYTES as u64;
 
-/// So many long lines without a line G among them, and the robot does not take turns.
+/// Long lines without a line G after which the robot counts as full-duplex.
 const LONG_LINES: u8 = 2;
 
 const EVENTS_MAX: usize = 8;
 const DRIVE_PERIOD_US: u64 = 200_000;
 
-/// A robot obeys drive frames only while it hears that they are not from long ago.
+/// Period of keepalives during hand drive: a robot obeys drive frames only while they are proven fresh.
 const ALIVE_PERIOD_US: u64 = 1_000_000;
 
-/// A half-duplex robot that has not been heard for so long gets a STOP without having said that it
-/// listens. More often, and this end would not hear what it says.
+/// Silence of a half-duplex robot after which a STOP is sent out of turn. A shorter one would jam the robot's lines.
 const STOP_BLIND_US: u64 = 700_000;
 
-/// So many frames keep a robot alive through a silence that would make it act. Where one bit in a thousand
-/// flips, every seventh gets lost, and where the ends take turns a quarter of them has to wait.
+/// Keepalives sent per silence of the failsafe. At a bit error rate of 1e-3 one in seven is lost, and in half duplex one
+/// in four has to wait.
 const KEEPALIVES_PER_SILENCE: u64 = 10;
 
-/// What was heard longer ago says nothing of the robot before a STOP: it may have booted often since.
+/// Greatest age of the acknowledgement taken for the state before a STOP: the robot may have rebooted since an older one.
 const STOP_BEFORE_US: u64 = 5_000_000;
 
-/// STOP is repeated until it is proven: it costs seven bytes.
+/// Period of STOP frames until one is proven.
 const STOP_PERIOD_US: u64 = 300_000;
 
-/// A list that arrives whole and wrong this often is a robot at odds with this protocol.
+/// Digest mismatches of one list after which it fails.
 const MISMATCHES_MAX: u8 = 3;
 const US_PER_BYTE: u64 = 1_000_000 / BYTES_PER_S as u64;
 
-/// From the latch of an acknowledgement to the end of its line: 5 characters of it, CRC, CR LF.
+/// Time from the latch of an acknowledgement to the end of its line: its 5 characters, CRC, CR LF.
 const LATCH_TO_END_US: u64 = 11 * US_PER_BYTE;
 
 /// The Frame Operation Procedure.
@@ -120,20 +118,20 @@ pub struct Fop {
     heard_us: u64,
     downlink: Quality,
     duplex: Duplex,
-    /// Long lines heard while it was unknown.
+    /// Long lines received while `duplex` was unknown.
     long_lines: u8,
     carrier: Carrier,
-    /// The robot's turn to listen, in half duplex.
+    /// The turn to send, in half duplex.
     turn: Option<Turn>,
-    /// Byte times that the robot was silent for since the latest line, listening.
+    /// Byte times of silence since the latest line while the robot was listening.
     paused_bytes: u64,
-    /// The robot acts, or will act, when the ground falls silent.
+    /// Whether the robot has a failsafe that keepalives hold off.
     wants_keepalive: bool,
-    /// The shortest silence it has been ordered, or has said, to act on in this session.
+    /// The shortest silence of the failsafe ordered or reported in this session.
     failsafe_silence_us: Option<u64>,
-    /// The latest frame's last byte off.
+    /// When the last byte of the latest frame was sent.
     spoke_us: u64,
-    /// When a keepalive is due beside hand drive.
+    /// When a keepalive is due during hand drive.
     alive_us: u64,
     session: Session,
     sequence: u8,
@@ -152,7 +150,7 @@ pub struct Fop {
 }
 
 impl Fop {
-    /// A station that has just started and has heard nothing.
+    /// A station that has just started and has received nothing.
     #[must_use]
     pub fn new(config: Config) -> Self {
         Self {
@@ -194,13 +192,13 @@ impl Fop {
         self.work.is_some()
     }
 
-    /// Whether a session of ours is open, as far as the latest acknowledgement says.
+    /// Whether a session of this station is open, by the latest acknowledgement.
     #[must_use]
     pub const fn is_open(&self) -> bool {
         matches!(self.session, Session::Open { .. })
     }
 
-    /// Whether both ends can talk at once, as far as is known.
+    /// Whether both ends can send at once, as far as known.
     #[must_use]
     pub const fn duplex(&self) -> Duplex {
         self.duplex
@@ -210,8 +208,7 @@ impl Fop {
         self.duplex == Duplex::Half
     }
 
-    /// Begins a task; returns whether it was taken, which it is unless one is under way or it is a
-    /// list that cannot be sent.
+    /// Begins a task; returns `false` if another one is under way or the list cannot be sent.
     pub fn start(&mut self, now_us: u64, task: Task<'_>) -> bool {
         if self.work.is_some() || !can_be_sent(task) {
             return false;
@@ -234,16 +231,16 @@ impl Fop {
         true
     }
 
-    /// Gives the task up. What has been sent of it may still be executed.
+    /// Cancels the task. Commands already sent may still be executed.
     pub fn cancel(&mut self) {
         self.fail(Loss::Cancelled);
     }
 
-    /// Stops the robot before anything else, and says nothing else until a line proves that it has
-    /// stopped. Ends the task, the hand drive and the session. Asked again meanwhile, it tries for longer.
+    /// Stops the robot, and sends nothing else until a line proves the STOP. Ends task, hand drive and session. A
+    /// further call extends the time to try.
     pub fn stop(&mut self, now_us: u64) {
         self.lose_session(Loss::Stopped);
-        // An operator who hammers the key must not keep aborting the frame, nor put it off.
+        // Repeated keys must neither abort nor delay the frame.
         if let Some(stopping) = &mut self.stopping {
             stopping.since_us = now_us;
             return;
@@ -262,8 +259,8 @@ impl Fop {
         });
     }
 
-    /// Drives by hand until `until_us`, then says once to stand still; to be called again while the
-    /// operator holds the key.
+    /// Drives by hand until `until_us`, then sends one frame to stand still. Call it again while the operator holds
+    /// the key.
     pub fn drive(&mut self, now_us: u64, velocity_in_s: i8, rotation_in_s: i8, until_us: u64) {
         let changed = self
             .drive
@@ -282,7 +279,7 @@ impl Fop {
         self.tag
     }
 
-    /// Lets time pass.
+    /// Handles timers that are due.
     pub fn handle_timeout(&mut self, now_us: u64) {
         if self
             .stopping
@@ -305,7 +302,7 @@ impl Fop {
         }
     }
 
-    /// When what is waited for ended, for each thing waited for.
+    /// When the last byte of each unacknowledged frame was sent.
     fn waiting(&self) -> [Option<u64>; 2] {
         [
             self.outstanding.and_then(|o| o.ends_us),
@@ -328,8 +325,7 @@ impl Fop {
         }
     }
 
-    /// When to call [`Fop::handle_timeout`] and [`Fop::poll_transmit`] again, if nothing arrives
-    /// before.
+    /// When to call [`Fop::handle_timeout`] and [`Fop::poll_transmit`] again, if nothing arrives before.
     #[must_use]
     pub fn poll_timeout(&self) -> Option<u64> {
         let silence = self
@@ -365,7 +361,7 @@ impl Fop {
         });
         let keepalive = self.keepalive_us().filter(|_| may_speak);
         let turn = self.silent_at_us();
-        // What is due to be said waits for the frame that is being said.
+        // Due frames wait for the one being sent.
         let free = self.pacer.is_idle();
         [
             knock.filter(|_| free),
@@ -382,14 +378,14 @@ impl Fop {
         .min()
     }
 
-    /// What has happened since the last call.
+    /// The next event, or `None`.
     pub fn poll_event(&mut self) -> Option<FopEvent> {
         let event = self.events[0].take();
         self.events.rotate_left(1);
         event
     }
 
-    /// Events beyond the queue's room are dropped; the caller drains it after every call.
+    /// Queues an event; drops it if the queue is full. The caller drains the queue after every call.
     fn push(&mut self, event: FopEvent) {
         if let Some(slot) = self.events.iter_mut().find(|slot| slot.is_none()) {
             *slot = Some(event);

@@ -22,11 +22,11 @@ pub struct Lists {
     staged: Staged,
 }
 
-/// What has arrived of the list being staged.
+/// The list being staged, block by block.
 #[derive(Clone, Debug, PartialEq, Eq, Hash)]
 struct Staged {
     open: bool,
-    /// Of the list being staged, or of the latest that was; 0 before the first of a session.
+    /// Tag of the present or latest staged list; 0 before the first of a session.
     tag: u8,
     arrived: [u8; BLOCKS.div_ceil(8)],
 }
@@ -72,7 +72,7 @@ impl Default for Lists {
 }
 
 impl Lists {
-    /// The list the robot drives.
+    /// The list being driven.
     #[must_use]
     pub fn active(&self) -> &[Waypoint] {
         self.bank(self.active_bank, self.active_count)
@@ -91,13 +91,13 @@ impl Lists {
             .unwrap_or_default()
     }
 
-    /// Forgets what is staged and every tag: a session ended.
+    /// Drops the staged list and its tag, as a session ends.
     pub(super) fn abandon(&mut self) {
         self.staged = Staged::none(0);
     }
 
-    /// Stores waypoints of a staged list. A newer tag begins a new list; an older one is late and is
-    /// ignored, as is the tag of a list that has already been activated.
+    /// Stores waypoints of a staged list. A newer tag begins a new list; an older tag, or that of a list already
+    /// activated, is ignored.
     pub(super) fn stage(&mut self, slots: &Slots) {
         let ahead = slots.tag.wrapping_sub(self.staged.tag) % TAG_MODULUS;
         match ahead {
@@ -122,8 +122,8 @@ impl Lists {
         }
     }
 
-    /// Swaps the staged list in when it is whole and is the one described. A count of 0 clears the
-    /// active list and whatever is staged; its tag says nothing.
+    /// Makes the staged list the active one if it is complete and matches. A count of 0 clears both lists, under any
+    /// tag.
     pub(super) fn activate(&mut self, tag: u8, count: u16, wanted: u32) -> Outcome {
         if usize::from(count) > WAYPOINTS_MAX {
             return Outcome::BadValue;
@@ -147,7 +147,7 @@ impl Lists {
         Outcome::Done
     }
 
-    /// What the acknowledgement says of the staged list; `None` when there is none.
+    /// Progress of the staged list for the acknowledgement; `None` when there is none.
     pub(super) fn detail(&self) -> Option<Detail> {
         if !self.staged.open {
             return None;
@@ -188,7 +188,7 @@ mod tests {
     }
 
     #[test]
-    fn the_active_list_is_the_old_one_until_it_is_the_new_one() {
+    fn the_active_list_is_the_old_one_until_activation() {
         let mut lists = Lists::default();
         let (old, new) = (list(100, 10), list(200, 300));
         stage(&mut lists, 1, &old);
@@ -209,7 +209,7 @@ mod tests {
     }
 
     #[test]
-    fn nothing_is_activated_with_a_block_missing() {
+    fn a_list_with_a_missing_block_is_not_activated() {
         let new = list(5, 17);
         for missing in 0..5 {
             let mut lists = Lists::default();
@@ -244,7 +244,7 @@ mod tests {
     }
 
     #[test]
-    fn clearing_needs_nothing_staged_and_keeps_the_count_of_tags() {
+    fn clearing_needs_no_staged_list_and_keeps_the_tag() {
         let mut lists = Lists::default();
         let old = list(1, 8);
         stage(&mut lists, 20, &old);
@@ -259,7 +259,7 @@ mod tests {
     }
 
     #[test]
-    fn what_exceeds_the_banks_is_refused() {
+    fn waypoints_beyond_the_banks_are_refused() {
         let mut lists = Lists::default();
         assert_eq!(lists.activate(1, 301, 0), Outcome::BadValue);
         lists.stage(&Slots::new(1, 74, &list(0, 5)));

@@ -1,5 +1,4 @@
-//! Both ends of command delivery, as pure state machines after CCSDS COP-1: the robot's [`Farm`] and
-//! the ground's [`Fop`].
+//! Delivery of commands, as pure state machines after CCSDS COP-1: the robot's [`Farm`] and the ground's [`Fop`].
 
 mod farm;
 mod fop;

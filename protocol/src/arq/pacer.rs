@@ -1,9 +1,9 @@
-//! Lets bytes go to the operating system no faster than the wire takes them.
+//! Hands bytes to the operating system no faster than the wire sends them.
 
 use crate::BYTES_PER_S;
 use crate::command::Frame;
 
-/// Bytes the operating system may hold that are not yet on the wire: what STOP has to wait for.
+/// Most bytes queued in the operating system: a STOP has to wait for them.
 const QUEUED_BYTES_MAX: u64 = 16;
 
 const US_PER_BYTE: u64 = 1_000_000 / BYTES_PER_S as u64;
@@ -21,7 +21,7 @@ impl Pacer {
         self.handed_out >= self.frame.as_bytes().len()
     }
 
-    /// Begins a frame; returns when its last byte will have left.
+    /// Begins a frame; returns when its last byte will have been sent.
     pub(super) fn begin(&mut self, now_us: u64, frame: Frame) -> u64 {
         self.frame = frame;
         self.handed_out = 0;
@@ -29,13 +29,12 @@ impl Pacer {
         self.free_at_us + frame.as_bytes().len() as u64 * US_PER_BYTE
     }
 
-    /// Forgets what has not been handed out. The line feed that begins the next frame aborts the rest
-    /// at the robot.
+    /// Drops the rest of the frame. The line feed that begins the next frame aborts it at the robot.
     pub(super) fn abort(&mut self) {
         self.handed_out = self.frame.as_bytes().len();
     }
 
-    /// The bytes that may go now.
+    /// The bytes to hand over now.
     pub(super) fn poll(&mut self, now_us: u64) -> Option<&[u8]> {
         let rest = self.frame.as_bytes().get(self.handed_out..)?;
         let queued = self.free_at_us.saturating_sub(now_us).div_ceil(US_PER_BYTE);
@@ -50,7 +49,7 @@ impl Pacer {
         Some(chunk)
     }
 
-    /// When [`Pacer::poll`] is worth calling again; `None` when nothing waits.
+    /// When to call [`Pacer::poll`] again; `None` when no bytes wait.
     pub(super) fn poll_timeout(&self) -> Option<u64> {
         let rest = self.frame.as_bytes().len().saturating_sub(self.handed_out) as u64;
         let wanted = rest.min(QUEUED_BYTES_MAX / 2);

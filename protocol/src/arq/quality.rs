@@ -1,9 +1,9 @@
-//! How good a direction of the channel is, and how long frames ought to be on it.
+//! Quality of one direction of the channel, and the length of frames for it.
 
-/// Older bytes count half when so many have been judged: the channel changes when the robot drives.
+/// Bytes after which older ones count half, because the channel changes as the robot drives.
 const MEMORY_BYTES: u32 = 960;
 
-/// Bytes that arrived intact among all that were sent.
+/// Bytes that arrived intact, of all bytes sent.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub(super) struct Quality {
     intact: u32,
@@ -11,7 +11,7 @@ pub(super) struct Quality {
 }
 
 impl Default for Quality {
-    /// Nothing is known: neither good nor bad enough for an extreme.
+    /// Unknown quality, for frames of medium length.
     fn default() -> Self {
         Self {
             intact: 60,
@@ -21,7 +21,7 @@ impl Default for Quality {
 }
 
 impl Quality {
-    /// So many bytes arrived intact while so many were sent.
+    /// Takes bytes: `intact` ones, of `all` sent.
     pub(super) fn judge(&mut self, intact: u32, all: u32) {
         self.intact += intact;
         self.all += all.max(intact);
@@ -31,7 +31,7 @@ impl Quality {
         }
     }
 
-    /// What is expected of the other direction: the same, until it has been judged itself.
+    /// The expected quality of the other direction until it has been judged.
     pub(super) fn as_guess(self) -> Self {
         let mut guess = self;
         while guess.all > 160 {
@@ -41,9 +41,8 @@ impl Quality {
         guess
     }
 
-    /// Blocks a frame should hold. By arithmetic (ten bits a byte, time for a block the same with the longer
-    /// and the shorter frame) the borders lie at 83 and 51 % for bytes in long lines and higher for those in
-    /// short ones and single blocks; the delivery bench was fastest at these.
+    /// Blocks to put into a frame. The delivery bench was fastest with these limits; arithmetic puts them at 83 and
+    /// 51 % for bytes in long lines, and higher for short lines and single blocks.
     pub(super) fn frame_blocks(self) -> u8 {
         let share_pct = self.intact * 100 / self.all.max(1);
         match share_pct {

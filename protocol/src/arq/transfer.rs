@@ -1,4 +1,4 @@
-//! The ground's view of a waypoint list on its way: which blocks have to go, have gone, have arrived.
+//! A waypoint list being sent: which blocks are to send, sent, or arrived.
 
 use core::ops::Range;
 
@@ -13,18 +13,18 @@ const BLOCKS: usize = WAYPOINTS_MAX.div_ceil(BLOCK_WAYPOINTS);
 /// Bytes of a block on the wire.
 const BLOCK_BYTES: u32 = 5 * BLOCK_WAYPOINTS as u32;
 
-/// The other bytes of their frame.
+/// Bytes of a frame beside its blocks.
 const FRAME_OVERHEAD_BYTES: u64 = 9;
 
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 enum Block {
     ToSend,
-    /// Last byte off at this instant.
+    /// Its last byte was sent at this instant.
     Sent(u64),
     Arrived,
 }
 
-/// A list under way.
+/// A list being sent.
 #[derive(Clone, Debug, PartialEq, Eq, Hash)]
 pub(super) struct Transfer {
     waypoints: [Waypoint; WAYPOINTS_MAX],
@@ -32,7 +32,7 @@ pub(super) struct Transfer {
     digest: u32,
     tag: u8,
     blocks: [Block; BLOCKS],
-    /// Of the way up: short frames survive a bad channel, long ones carry more on a good one.
+    /// Quality of the uplink, which decides on the length of frames.
     quality: Quality,
 }
 
@@ -63,7 +63,7 @@ impl Transfer {
         self.count as u16
     }
 
-    /// Begins again under a new tag: what the robot has staged is not what was sent.
+    /// Begins again under a new tag.
     pub(super) fn restart(&mut self, tag: u8) {
         self.tag = tag;
         self.blocks = [Block::ToSend; BLOCKS];
@@ -80,21 +80,19 @@ impl Transfer {
         (blocks * BLOCK_WAYPOINTS).min(self.count) as u16
     }
 
-    /// The content of the next frame, of at most `room` bytes; `None` when every block is out or has
-    /// arrived.
+    /// The content of the next frame, of at most `room` bytes; `None` when every block is sent or has arrived.
     pub(super) fn next(&self, room: u64) -> Option<Slots> {
         let first = self.blocks().iter().position(|b| *b == Block::ToSend)?;
         let fitting = room.saturating_sub(FRAME_OVERHEAD_BYTES) / u64::from(BLOCK_BYTES);
         Some(self.frame(first, fitting, |block| block == Block::ToSend))
     }
 
-    /// Whether frames are as short as they get.
+    /// Whether the channel allows the shortest frames only.
     pub(super) fn is_lossy(&self) -> bool {
         self.quality.frame_blocks() == 1
     }
 
-    /// When the block went out that has waited longest for an acknowledgement; `None` when all have
-    /// arrived.
+    /// When the block was sent that has waited longest for its acknowledgement; `None` when none waits.
     pub(super) fn oldest_us(&self) -> Option<u64> {
         self.sent_us().map(|(ends_us, _)| ends_us).min()
     }
@@ -117,7 +115,7 @@ impl Transfer {
         &self.blocks[..self.block_count()]
     }
 
-    /// A frame from this block on, as long as the channel and the kind of block allow.
+    /// A frame from block `first` on, of consecutive blocks that `belongs` accepts.
     fn frame(&self, first: usize, fitting: u64, belongs: impl Fn(Block) -> bool) -> Slots {
         let most = u64::from(self.quality.frame_blocks()).min(fitting);
         let run = self.blocks()[first..]
@@ -133,8 +131,7 @@ impl Transfer {
         self.blocks[blocks].fill(Block::Sent(ends_us));
     }
 
-    /// Takes a snapshot of the robot's receiving end, latched at `latched_us`. Returns whether it told
-    /// of anything new.
+    /// Takes an acknowledgement latched at `latched_us`; returns whether it acknowledged further blocks.
     pub(super) fn handle_detail(&mut self, detail: Detail, latched_us: u64) -> bool {
         let (first_missing, window) = match detail {
             Detail::Staging {
@@ -142,7 +139,7 @@ impl Transfer {
                 tag,
                 window,
             } if tag == self.tag & 3 => (usize::from(first_missing), window),
-            // Not a block of this list has arrived.
+            // No block of this list has arrived.
             _ => (0, 0),
         };
         let mut news = false;
@@ -151,7 +148,7 @@ impl Transfer {
             let arrived = match n.checked_sub(first_missing + 1) {
                 None => n < first_missing,
                 Some(ahead) if ahead < usize::from(WINDOW_BLOCKS) => window >> ahead & 1 == 1,
-                // The snapshot says nothing of blocks so far ahead.
+                // The acknowledgement does not cover further blocks.
                 Some(_) => break,
             };
             match *block {
@@ -171,7 +168,7 @@ impl Transfer {
         news
     }
 
-    /// After a long silence: everything not known to have arrived goes again.
+    /// Marks all unacknowledged blocks to be sent again, after a long silence.
     pub(super) fn resend(&mut self) {
         for block in &mut self.blocks {
             if matches!(block, Block::Sent(_)) {

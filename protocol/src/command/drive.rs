@@ -1,12 +1,12 @@
-//! `D`: hand drive. `L`: the ground is here.
+//! `D`: hand drive. `L`: keepalive.
 //!
 //! ```text
 //! D  dddd  24 bits: velocity (6, signed), rotation (7, signed), line heard (7), count (4)
 //! L  hh    line heard
 //! ```
 //!
-//! Neither has a sequence that would be repeated until it arrives: what counts is the latest. The
-//! number of the line heard last lets the robot reject what has been under way for too long.
+//! Neither is repeated until acknowledged: only the latest counts. The sequence of the newest line heard
+//! lets the robot reject delayed frames.
 
 use super::{Frame, Parsed, number};
 use crate::telemetry::SEQUENCE_MODULUS;
@@ -15,16 +15,16 @@ use nom::{Parser, combinator::map_opt};
 const VELOCITY_MAX_IN_S: i8 = 31;
 const ROTATION_MAX_IN_S: i8 = 63;
 
-/// What the wheels shall do for the next second.
+/// Speeds for the next second.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Drive {
     /// Speed at the centre, -31 to 31 in/s.
     pub velocity_in_s: i8,
-    /// Left minus right, -63 to 63 in/s.
+    /// Left wheel minus right, -63 to 63 in/s.
     pub rotation_in_s: i8,
     /// Sequence of the newest line heard.
     pub heard: u8,
-    /// One more than in the drive frame before, modulo 16.
+    /// One more than in the previous drive frame, modulo 16.
     pub count: u8,
 }
 
@@ -97,7 +97,7 @@ mod tests {
 
     proptest! {
         #[test]
-        fn what_is_written_is_read(
+        fn drive_and_keepalive_survive_a_round_trip(
             velocity_in_s in -31..=31_i8, rotation_in_s in -63..=63_i8,
             heard in 0..100_u8, count in 0..16_u8,
         ) {
@@ -126,7 +126,7 @@ mod tests {
     }
 
     #[test]
-    fn values_without_a_meaning_are_refused() {
+    fn values_out_of_range_are_refused() {
         assert_eq!(parse(b'D', 4, 0b10_0000 << 18), None, "-32 in/s");
         assert_eq!(parse(b'D', 4, 0b100_0000 << 11), None, "-64 in/s");
         assert_eq!(parse(b'D', 4, 100 << 4), None, "line 100");

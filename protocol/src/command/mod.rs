@@ -4,9 +4,8 @@
 //! LF  type  payload in 6-bit characters  CRC-24 in 4 characters  LF
 //! ```
 //!
-//! The CRC starts from the [`Key`]: a frame for another robot, an earlier boot, another session or
-//! another station fails it, and so does an echo of the robot's own lines. The first LF flushes noise
-//! and aborts a frame in flight.
+//! The CRC starts from the [`Key`], so it fails for a frame of another robot, boot, session or station, and
+//! for an echo of the robot's own lines. The first LF ends noise and aborts a frame under way.
 
 mod drive;
 mod open;
@@ -29,27 +28,26 @@ use nom::{
     sequence::preceded,
 };
 
-/// What the parsers of this module return: which of them failed does not matter, the frame is dropped.
+/// The result of a parser in this module. Errors carry nothing: an unreadable frame is dropped.
 type Parsed<'a, T> = IResult<&'a [u8], T, ()>;
 
-/// Most bytes of a frame, both line feeds included.
+/// Most bytes in a frame, both line feeds included.
 pub const FRAME_BYTES_MAX: usize = 1 + 1 + 2 + 5 * FRAME_WAYPOINTS_MAX + crc::CHARACTERS + 1;
 
-/// What the CRC of a frame starts from, 24 bits.
+/// The initial remainder of a frame's CRC, 24 bits.
 ///
 /// ```text
 /// bit  23   22-16     15-13  12-10    9-0
 ///      0    robot id  boot   session  owner
 /// ```
 ///
-/// Frames that need no session leave all but the robot id zero; sessions are numbered from 1, so the
-/// two never coincide.
+/// Frames that need no session have zeros in all parts but the robot id. Sessions are numbered from 1, so the
+/// two kinds of key never coincide.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub struct Key(u32);
 
 impl Key {
-    /// For a [`Message::Stop`] to whichever robot hears it: one whose id is not yet known must still
-    /// be stoppable.
+    /// For a [`Message::Stop`] to every robot, so that a station can stop a robot of unknown id.
     pub const EVERY_ROBOT: Self = Self::robot(0);
 
     /// For frames that need no session: [`Message::Stop`] and [`Message::Open`].
@@ -69,18 +67,18 @@ impl Key {
         )
     }
 
-    /// The remainder a frame's CRC starts from.
+    /// The initial remainder.
     #[must_use]
     pub const fn init(self) -> u32 {
         self.0
     }
 }
 
-/// Everything the ground can say.
+/// A message from the ground to the robot.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Message {
-    /// Motors off, in every state, from anyone; ends the session so that nothing sent before it
-    /// can execute after it.
+    /// Motors off, in every state, from any station. Ends the session, so that no frame sent before it
+    /// executes after it.
     Stop,
     /// Opens a session.
     Open(Open),
@@ -90,7 +88,7 @@ pub enum Message {
     Waypoints(Slots),
     /// Hand drive, good for a second.
     Drive(Drive),
-    /// The ground is here.
+    /// Sign of life of the ground.
     Keepalive(Keepalive),
 }
 
@@ -101,8 +99,7 @@ impl Message {
         matches!(self, Self::Stop | Self::Open(_))
     }
 
-    /// Reads a frame's type and payload, its CRC found to hold and taken away; `None` when they make
-    /// no sense: another version of the wire.
+    /// Reads type and payload of a frame with a valid CRC; `None` if they are unreadable: another version of the wire.
     #[must_use]
     pub fn parse(content: &[u8]) -> Option<Self> {
         all_consuming(nom::branch::alt((
@@ -118,7 +115,7 @@ impl Message {
         .map(|(_, message)| message)
     }
 
-    /// The frame on the wire. A key of the wrong kind makes a frame that no robot accepts.
+    /// The frame on the wire. No robot accepts it under a key of the wrong kind.
     #[must_use]
     pub fn encode(&self, key: Key) -> Frame {
         let mut frame = Frame::default();
@@ -163,8 +160,8 @@ impl core::fmt::Debug for Frame {
 }
 
 impl Frame {
-    /// A lone line feed: it says nothing, but a robot that hears one adds acknowledgement lines,
-    /// which survive a bad channel seven times as often as long ones.
+    /// A lone line feed, which asks for acknowledgement lines: they survive a bad channel seven times as often
+    /// as long ones.
     #[must_use]
     pub fn knock() -> Self {
         let mut frame = Self::default();
@@ -172,7 +169,7 @@ impl Frame {
         frame
     }
 
-    /// Right behind a frame: three line feeds in a row tell a half-duplex robot that it may talk again.
+    /// Two line feeds to send after a frame: three in a row end a half-duplex robot's turn to listen.
     #[must_use]
     pub fn over() -> Self {
         let mut frame = Self::default();
@@ -214,7 +211,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn a_key_says_every_part_in_its_own_bits() {
+    fn each_part_of_a_key_has_its_own_bits() {
         assert_eq!(Key::EVERY_ROBOT.init(), 0);
         assert_eq!(Key::robot(1).init(), 1 << 16);
         assert_eq!(Key::robot(0x7F).init(), 0x7F << 16);
@@ -225,7 +222,7 @@ mod tests {
     }
 
     #[test]
-    fn no_key_starts_where_a_telemetry_line_starts() {
+    fn no_key_is_the_initial_remainder_of_a_line() {
         for robot_id in 0..=255 {
             assert_ne!(
                 Key::session(robot_id, 7, 7, 0x3FF).init(),

@@ -8,15 +8,15 @@
 use super::{Frame, Parsed, number};
 use nom::{Parser, combinator::map_opt};
 
-/// Asks for a session of one's own. The robot agrees only when `boot` and `replaces` are what it has:
-/// a request that was overtaken by another station, a reboot or its own copy changes nothing.
+/// Opens a session if `boot` and `replaces` are the robot's present ones. A late frame therefore changes nothing
+/// after a reboot, another station's session or its own copy.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Open {
-    /// The boot counter seen in the latest acknowledgement, 3 bits.
+    /// Boot counter of the latest acknowledgement, 3 bits.
     pub boot: u8,
-    /// The session number seen there, 3 bits.
+    /// Session number of the latest acknowledgement, 3 bits.
     pub replaces: u8,
-    /// A random nonce that tells this station from others, 10 bits, not 0.
+    /// Random nonce of this station, 10 bits, not 0.
     pub owner: u16,
 }
 
@@ -52,14 +52,14 @@ mod tests {
 
     proptest! {
         #[test]
-        fn what_is_written_is_read(boot in 0..8_u8, replaces in 0..8_u8, owner in 1..1024_u16) {
+        fn open_frames_survive_a_round_trip(boot in 0..8_u8, replaces in 0..8_u8, owner in 1..1024_u16) {
             let open = Message::Open(Open { boot, replaces, owner });
             prop_assert_eq!(read_back(open), Some(open));
         }
     }
 
     #[test]
-    fn nobody_owns_no_session_and_the_leading_bits_are_zero() {
+    fn open_frames_need_an_owner_and_zero_leading_bits() {
         assert_eq!(Message::parse(b"O```"), None);
         assert_eq!(Message::parse(b"O0``"), None, "bit 16 is set");
         let first = Open {

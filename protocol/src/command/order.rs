@@ -8,10 +8,10 @@
 //! C  s         S               scan
 //! C  s         A  t cc dddddd  activate the staged list: tag, count, digest
 //! C  s         V  kkkk vvv     set a parameter: its key, then 18 bits of two's complement
-//! C  s         V  kkkk         say line P of the parameter with this key
-//! C  s         N  pp           say line P of the parameter at this place, of every one if 0
-//! C  s         K               keep the parameters over a reset
-//!    sequence  what
+//! C  s         V  kkkk         send line P of the parameter with this key
+//! C  s         N  pp           send line P of the parameter at this place, or of all if 0
+//! C  s         K               store the parameters over a reset
+//!    sequence  order
 //! ```
 
 use super::waypoints::{point, push_point};
@@ -27,78 +27,77 @@ use nom::{
     sequence::preceded,
 };
 
-/// The most that two characters hold. What is larger is clamped, not cut to its low bits: still a
-/// value that every robot refuses.
+/// Greatest value of two characters. Larger values are clamped to it, because every robot refuses it.
 const FIELD_MAX: u16 = 0xFFF;
 
-/// The least that 18 bits of two's complement hold.
+/// Least value of 18 bits of two's complement.
 const VALUE_LEAST: i32 = -1 << 17;
 
-/// The most that they hold: more than any line P can name as a limit, so that what is clamped is refused.
+/// Greatest value of 18 bits of two's complement, beyond every limit of a parameter: a robot refuses clamped values.
 const VALUE_MOST: i32 = (1 << 17) - 1;
 
 /// A sequenced command.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub struct Command {
-    /// One more than that of the command before, modulo 64; the first of a session is 1.
+    /// Command sequence: one more than the previous one, modulo 64; 1 for the first of a session.
     pub sequence: u8,
-    /// What to do.
+    /// The order to execute.
     pub order: Order,
 }
 
-/// What a command asks for. Values are absolute: the whole mask, never "toggle".
+/// The order in a command. Values are absolute: the whole mask, never "toggle".
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub enum Order {
     /// Enter a mode.
     Mode(Mode),
-    /// Of the layers in `which`, allow exactly those in `allowed`; the others stay as they are.
+    /// Of the layers in `which`, allow exactly those in `allowed`; leave the others unchanged.
     Layers {
-        /// The layers that the order is about.
+        /// Layers to change.
         which: LayerMask,
-        /// Those of them that may run.
+        /// Layers of `which` to allow.
         allowed: LayerMask,
     },
-    /// Take this for the robot's pose.
+    /// Set the robot's pose.
     Pose {
-        /// Where it is.
+        /// X and Y.
         position: Waypoint,
-        /// Where it looks, 0 to 359 degrees.
+        /// Heading, 0 to 359 degrees.
         theta_deg: u16,
     },
     /// Turn on the spot and look around.
     Scan,
-    /// What to do when the ground falls silent; `None`: carry on.
+    /// Set the failsafe against a silent ground; `None`: carry on.
     Failsafe(Option<Failsafe>),
-    /// Make the staged list the active one, if it is the one described here. A count of 0 clears the
-    /// active list and needs nothing staged.
+    /// Make the staged list the active one, if tag, count and digest match. A count of 0 clears the active
+    /// list and needs no staged one.
     Activate {
         /// The staged list's tag.
         tag: u8,
         /// Waypoints in it.
         count: u16,
-        /// [`crate::digest::digest`] of it.
+        /// [`crate::digest::digest`] of the list.
         digest: u32,
     },
-    /// Set a parameter, until the next reset; the robot says line P of it.
+    /// Set a parameter until the next reset; the robot sends its line P.
     SetParameter {
         /// [`crate::parameter::key`] of its name.
         key: u32,
         /// Its new value.
         value: i32,
     },
-    /// Say line P of a parameter.
+    /// Send line P of a parameter.
     ReadParameter {
         /// [`crate::parameter::key`] of its name.
         key: u32,
     },
-    /// Say line P of the parameter at a place, or of every one.
+    /// Send line P of the parameter at a place, or of all parameters.
     ReadParameters {
-        /// Its place, from 1 as in line P; 0: all of them.
+        /// Place in the robot's table, from 1; 0: all.
         place: u16,
     },
-    /// Keep all parameters as they are, so that a reset brings these values back.
+    /// Store the present values of all parameters as those after a reset.
     KeepParameters,
-    /// Intact, but nothing this version knows: refused with [`crate::telemetry::Outcome::Unknown`].
+    /// Intact, but unreadable in this version: refused with [`crate::telemetry::Outcome::Unknown`].
     Unknown,
 }
 
@@ -136,7 +135,7 @@ impl Command {
                 frame.push(b'A');
                 frame.push_sixbit(1, u32::from(tag));
                 frame.push_sixbit(2, u32::from(count.min(FIELD_MAX)));
-                // Six characters hold 36 bits: the leading one says the digest's top two.
+                // Six characters hold 36 bits: the first holds the digest's top two.
                 frame.push_sixbit(1, digest >> 30);
                 frame.push_sixbit(5, digest);
             }
@@ -168,7 +167,7 @@ impl Command {
 }
 
 impl Order {
-    /// Anything intact is an order: an unreadable one must be refused in the acknowledgement.
+    /// Reads any content as an order: an unreadable one must be refused in the acknowledgement.
     fn parse(input: &[u8]) -> Parsed<'_, Self> {
         map(rest, |content| {
             Self::known(content).map_or(Self::Unknown, |(_, order)| order)
@@ -228,7 +227,7 @@ fn mode(letter: &[u8]) -> Option<Mode> {
     letter.first().copied().and_then(Mode::from_letter)
 }
 
-/// What is allowed must be among what the order is about.
+/// Reads `which` and `allowed`, which must be a subset of it.
 fn layers(bits: u32) -> Option<Order> {
     let (which, allowed) = (
         LayerMask::from_bits((bits >> 8) as u8),
@@ -237,7 +236,7 @@ fn layers(bits: u32) -> Option<Order> {
     (bits >> 16 == 0 && allowed.and(which) == allowed).then_some(Order::Layers { which, allowed })
 }
 
-/// No silence has one form: it goes with the letter of stop.
+/// Reads silence and mode; a silence of 0 goes with the mode stop only.
 fn failsafe((silence_s, mode): (u32, Mode)) -> Option<Order> {
     match (silence_s as u16, mode) {
         (0, Mode::Stop) => Some(Order::Failsafe(None)),
@@ -246,7 +245,7 @@ fn failsafe((silence_s, mode): (u32, Mode)) -> Option<Order> {
     }
 }
 
-/// Set when there is a value, otherwise only read.
+/// Reads an order to set a parameter, or without a value to send its line P.
 fn parameter((key, value): (u32, Option<u32>)) -> Order {
     match value {
         // Shifted up and down again, the sign fills the bits above the 18.
@@ -304,13 +303,13 @@ mod tests {
 
     proptest! {
         #[test]
-        fn what_is_written_is_read(sequence in 0..64_u8, order in order()) {
+        fn commands_survive_a_round_trip(sequence in 0..64_u8, order in order()) {
             let command = Message::Command(Command { sequence, order });
             prop_assert_eq!(read_back(command), Some(command));
         }
 
         #[test]
-        fn what_does_not_fit_is_never_read_as_something_else(
+        fn values_that_do_not_fit_never_change_their_meaning(
             x_in: i16, y_in: i16, theta_deg: u16, count: u16, value: i32, place: u16,
         ) {
             let pose = Order::Pose { position: Waypoint { x_in, y_in }, theta_deg };
@@ -341,13 +340,13 @@ mod tests {
         }
     }
 
-    /// What is clamped is beyond every limit that a robot can name.
+    /// Clamped values are beyond every limit of a parameter.
     const _: () = assert!(
         VALUE_LEAST < -crate::parameter::VALUE_MAX && crate::parameter::VALUE_MAX < VALUE_MOST
     );
 
     #[test]
-    fn an_order_that_cannot_be_read_is_still_a_command_to_refuse() {
+    fn unreadable_orders_are_still_commands() {
         for content in [
             &b"C!"[..],
             b"C!?",

@@ -1,11 +1,11 @@
-//! What the tests of all frames share.
+//! Strategies and checks shared by the tests of all frames.
 
 use super::{Command, Frame, Key, Message, Order};
 use crate::crc;
 use crate::sixbit;
 use proptest::prelude::*;
 
-/// What lies between a frame's line feeds, without its checksum.
+/// Type and payload of a frame.
 pub(super) fn content(frame: &Frame) -> &[u8] {
     let bytes = frame.as_bytes();
     &bytes[1..bytes.len() - 1 - crc::CHARACTERS]
@@ -23,7 +23,7 @@ pub(super) fn sixbit_text(
 
 proptest! {
     #[test]
-    fn every_message_has_one_form(
+    fn readable_messages_have_one_form(
         kind in prop::sample::select(&b"XOCWDL"[..]),
         order in prop::option::of(prop::sample::select(&b"MLPSFAVNK"[..])),
         rest in sixbit_text(0..12),
@@ -43,13 +43,13 @@ proptest! {
     }
 
     #[test]
-    fn no_content_makes_the_parser_panic(bytes in prop::collection::vec(any::<u8>(), 0..100)) {
+    fn parsing_never_panics(bytes in prop::collection::vec(any::<u8>(), 0..100)) {
         let _ = Message::parse(&bytes);
     }
 }
 
 #[test]
-fn what_is_too_short_too_long_or_of_no_known_type_is_refused() {
+fn frames_of_wrong_length_or_unknown_type_are_refused() {
     for content in [
         &b""[..],
         b"Z",

@@ -11,7 +11,7 @@ use super::{Frame, Parsed, number};
 use crate::{WAYPOINTS_MAX, Waypoint};
 use nom::{Parser, combinator::map_opt, multi::fold_many1};
 
-/// Waypoints in a block, the unit that the acknowledgement tells apart.
+/// Waypoints in a block, the unit of the acknowledgement.
 pub const BLOCK_WAYPOINTS: usize = 4;
 
 /// Most waypoints in a frame: four blocks.
@@ -26,9 +26,9 @@ const BLOCK_MASK: u32 = (1 << BLOCK_BITS) - 1;
 /// Consecutive waypoints of the list with this tag.
 #[derive(Clone, Copy, PartialEq, Eq)]
 pub struct Slots {
-    /// Tells one list of a session from the next, 1 to 31 in turn.
+    /// Number of the list in its session, 1 to 31 in turn.
     pub tag: u8,
-    /// The block that the first waypoint begins.
+    /// Block of the first waypoint.
     pub first_block: u8,
     waypoints: [Waypoint; FRAME_WAYPOINTS_MAX],
     count: u8,
@@ -45,7 +45,7 @@ impl core::fmt::Debug for Slots {
 }
 
 impl Slots {
-    /// Slots for a frame; of more than [`FRAME_WAYPOINTS_MAX`] waypoints the first are taken.
+    /// The content of a frame, with the first [`FRAME_WAYPOINTS_MAX`] of `waypoints`.
     #[must_use]
     pub fn new(tag: u8, first_block: u8, waypoints: &[Waypoint]) -> Self {
         let mut slots = Self {
@@ -80,7 +80,7 @@ impl Slots {
 
     pub(super) fn write(&self, frame: &mut Frame) {
         frame.push(b'W');
-        // What does not exist is sent as what no robot takes, never as something else.
+        // An invalid tag or block is sent as one that every robot refuses.
         let tag = u32::from(self.tag) * u32::from(self.tag <= TAG_MAX);
         let first_block = u32::from(self.first_block).min(BLOCK_MASK);
         frame.push_sixbit(2, tag << BLOCK_BITS | first_block);
@@ -107,7 +107,7 @@ impl Slots {
     }
 }
 
-/// A coordinate beyond 15 bits is clamped to them: still one that every robot refuses.
+/// Writes a point. A coordinate beyond 15 bits is clamped to a value that every robot refuses.
 pub(super) fn push_point(frame: &mut Frame, point: Waypoint) {
     let part = |value: i16| (i32::from(value).clamp(-OFFSET, OFFSET - 1) + OFFSET) as u32;
     frame.push_sixbit(5, part(point.x_in) << 15 | part(point.y_in));
@@ -138,20 +138,20 @@ mod tests {
 
     proptest! {
         #[test]
-        fn what_is_written_is_read(tag in 1..32_u8, first_block in 0..75_u8, list in waypoints()) {
+        fn waypoints_survive_a_round_trip(tag in 1..32_u8, first_block in 0..75_u8, list in waypoints()) {
             let slots = Message::Waypoints(Slots::new(tag, first_block, &list));
             prop_assert_eq!(read_back(slots), Some(slots));
         }
 
         #[test]
-        fn what_is_out_of_range_is_never_read_as_another_place(x_in: i16, y_in: i16) {
+        fn waypoints_out_of_range_are_refused(x_in: i16, y_in: i16) {
             let slots = Message::Waypoints(Slots::new(1, 0, &[Waypoint { x_in, y_in }]));
             let fits = Waypoint::new(x_in, y_in).is_some();
             prop_assert_eq!(read_back(slots), fits.then_some(slots));
         }
 
         #[test]
-        fn a_frame_holds_sixteen_waypoints(points in sixbit_text(17 * 5)) {
+        fn seventeen_waypoints_are_refused(points in sixbit_text(17 * 5)) {
             let mut content = std::vec::Vec::from(*b"W\"`");
             content.extend(points);
             prop_assert_eq!(Message::parse(&content), None);
@@ -159,7 +159,7 @@ mod tests {
     }
 
     #[test]
-    fn tags_and_blocks_that_do_not_exist_are_refused() {
+    fn invalid_tags_and_blocks_are_refused() {
         let home = [Waypoint { x_in: 0, y_in: 0 }];
         for (tag, first_block, exists) in [
             (0, 0, false),

@@ -1,4 +1,4 @@
-//! The robot's receiving end in 30 bits, in every line.
+//! The acknowledgement: the state of the robot's receiver, 30 bits in every line.
 //!
 //! ```text
 //! bit  29-27  26-24    23-21     20-18    17     16-0
@@ -7,8 +7,7 @@
 //!                                         1      first missing block (7), tag (2), window (8)
 //! ```
 //!
-//! All counters are the low bits of larger ones. It is a snapshot, not an event: losing any number of
-//! them loses nothing.
+//! All counters are the low bits of larger ones. It is a snapshot, not an event: a lost line loses no acknowledgement.
 
 use super::FieldError;
 use super::fields::{Fields, Parsed, bytes, digits};
@@ -20,10 +19,10 @@ use nom::combinator::map_opt;
 /// Bytes of an acknowledgement line, CR LF included.
 pub const ACK_LINE_BYTES: usize = 14;
 
-/// Blocks after the first missing one that a snapshot tells about.
+/// Blocks after the first missing one that an acknowledgement covers.
 pub const WINDOW_BLOCKS: u8 = 8;
 
-/// What became of the latest sequenced command.
+/// Result of the latest command.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
 #[repr(u8)]
 pub enum Outcome {
@@ -38,16 +37,16 @@ pub enum Outcome {
     ListIncomplete = 3,
     /// Refused: the staged list is not the one that was announced.
     DigestMismatch = 4,
-    /// Refused: not in the robot's present state.
+    /// Refused in the robot's present state.
     NotNow = 5,
-    /// Refused: this firmware does not know the command.
+    /// Refused: unknown command.
     Unknown = 6,
-    /// Accepted, but the robot could not carry it out.
+    /// Accepted, and not carried out.
     Failed = 7,
 }
 
 impl Outcome {
-    /// All of them, each at its number.
+    /// All outcomes, indexed by their number.
     pub const ALL: [Self; 8] = [
         Self::Done,
         Self::NotFitted,
@@ -65,9 +64,9 @@ impl Outcome {
 pub enum Detail {
     /// No list is being staged.
     Idle {
-        /// The nonce of whoever opened the session, 10 bits; 0 when none is open.
+        /// Nonce of the station that opened the session, 10 bits; 0 when none is open.
         owner: u16,
-        /// Which robot this is, so that a station that has just started can address it at once.
+        /// The robot's id, so that a station that has just started can address it.
         robot_id: u8,
     },
     /// A list is being staged.
@@ -81,7 +80,7 @@ pub enum Detail {
     },
 }
 
-/// The robot's receiving end at one instant.
+/// The state of the robot's receiver at one instant.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub struct Ack {
     /// Boot counter, low 3 bits.
@@ -90,9 +89,9 @@ pub struct Ack {
     pub session: u8,
     /// Sequence of the latest command taken in this session, low 3 bits; 0 until the first.
     pub sequence: u8,
-    /// What became of that command.
+    /// Result of that command.
     pub outcome: Outcome,
-    /// Staged list or session owner.
+    /// Session owner, or progress of the staged list.
     pub detail: Detail,
 }
 
@@ -144,7 +143,7 @@ impl Ack {
         map_opt(bytes, Self::decode).parse(input)
     }
 
-    /// Reads five characters; `None` when one of them carries no six bits.
+    /// Reads five characters; `None` if one of them is no 6-bit character.
     #[must_use]
     pub fn decode(characters: [u8; 5]) -> Option<Self> {
         let bits = sixbit::decode_from(&characters)?;
@@ -170,15 +169,15 @@ impl Ack {
     }
 }
 
-/// A short line between the long ones: `K` or `G`, sequence, acknowledgement, CRC, CR LF. `K` comes
-/// while the ground is talking, `G` from a half-duplex robot: go ahead.
+/// An acknowledgement line: `K` or `G`, sequence, acknowledgement, CRC, CR LF. A robot sends `K` while the
+/// ground is sending, and `G` (go ahead) when it is half-duplex and will listen.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct AckLine {
-    /// Shares its count with the 80-byte lines.
+    /// 0 to 99, counted over all lines.
     pub sequence: u8,
-    /// The robot's receiving end, latched just before its column was sent.
+    /// The state of the robot's receiver just before column 4 was sent.
     pub ack: Ack,
-    /// After this line the robot is silent and listens.
+    /// Whether the robot is silent and listens after this line (`G`).
     pub listens: bool,
 }
 
@@ -202,16 +201,16 @@ impl AckLine {
         [kind, b'0' + sequence / 10 % 10, b'0' + sequence % 10]
     }
 
-    /// Whether such a line begins like this.
+    /// Whether an acknowledgement line begins with this byte.
     #[must_use]
     pub const fn begins_with(byte: u8) -> bool {
         matches!(byte, b'K' | b'G')
     }
 
-    /// Reads a line whose checksum has been found to hold.
+    /// Reads a line, whose checksum has been verified.
     ///
     /// # Errors
-    /// Names the first column of the field that cannot be read.
+    /// The first column of the field that cannot be read.
     pub fn parse(line: &[u8; ACK_LINE_BYTES]) -> Result<Self, FieldError> {
         Fields::of(line, |line| {
             let kind = line.next(one_of("KG"))?;
@@ -232,14 +231,14 @@ mod tests {
 
     proptest! {
         #[test]
-        fn what_is_written_is_read(ack in testing::ack(), sequence in 0..100_u8, listens: bool) {
+        fn acknowledgements_survive_a_round_trip(ack in testing::ack(), sequence in 0..100_u8, listens: bool) {
             prop_assert_eq!(Ack::decode(ack.encode()), Some(ack));
             let line = AckLine { sequence, ack, listens };
             prop_assert_eq!(AckLine::parse(&line.encode()), Ok(line));
         }
 
         #[test]
-        fn all_thirty_bits_mean_something(bits in 0..1_u32 << 30) {
+        fn any_thirty_bits_are_an_acknowledgement(bits in 0..1_u32 << 30) {
             let mut characters = [0; 5];
             sixbit::encode_into(bits, &mut characters);
             let ack = Ack::decode(characters).expect("every 6-bit character is valid");
@@ -247,7 +246,7 @@ mod tests {
         }
 
         #[test]
-        fn what_is_larger_than_its_field_is_cut_to_it(
+        fn values_larger_than_their_field_keep_their_low_bits(
             boot: u8, session: u8, sequence: u8, owner: u16, robot_id: u8, line: u8
         ) {
             let detail = Detail::Idle { owner, robot_id };
@@ -266,7 +265,7 @@ mod tests {
 
     /// One field at a time, so that a misplaced bit shows.
     #[test]
-    fn every_bit_is_where_the_specification_says() {
+    fn each_field_has_the_bits_of_the_specification() {
         let none = Ack::default();
         let staging = |first_missing, tag, window| Ack {
             detail: Detail::Staging {
@@ -323,7 +322,7 @@ mod tests {
     }
 
     #[test]
-    fn bad_acknowledgement_lines_are_refused() {
+    fn bad_acknowledgement_lines_are_blamed_by_column() {
         let good = AckLine {
             sequence: 42,
             ack: Ack::default(),

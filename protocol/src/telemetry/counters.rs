@@ -1,4 +1,4 @@
-//! Line C: who the robot is and what it has counted.
+//! Line C: the robot's id, version and counters.
 //!
 //! ```text
 //! 1-3  5-6 8-13   15-17 19-23 25-42              44-46 48-50 52-54 56-59 61-64 66 70-74 75-78
@@ -17,7 +17,7 @@ use nom::character::complete::char;
 use nom::combinator::verify;
 use nom::sequence::separated_pair;
 
-/// Whoever can hold the motors: layers 0 to 7, then prowl.
+/// Number of holders of the motors: layers 0 to 7 and prowl.
 pub const HOLDERS: usize = 9;
 
 /// Line C.
@@ -33,24 +33,24 @@ pub struct CountersLine {
     pub version: FirmwareVersion,
     /// Ticks won by layers 0 to 7 and by prowl since boot, modulo 4096.
     pub ticks_won: [u16; HOLDERS],
-    /// Intact uplink frames since boot, modulo 1000.
+    /// Intact frames received since boot, modulo 1000.
     pub frames_heard: u16,
-    /// Uplink frames rejected since boot, modulo 1000.
+    /// Frames rejected since boot, modulo 1000.
     pub frames_rejected: u16,
     /// Ticks that began late since boot, modulo 1000.
     pub ticks_late: u16,
     /// Bumper contacts since boot, modulo 10,000.
     pub bumps: u16,
-    /// What it does when the ground falls silent; `None`: it carries on.
+    /// Failsafe against a silent ground; `None`: the robot carries on.
     pub failsafe: Option<Failsafe>,
 }
 
-/// Two numbers of two digits.
+/// Version of the robot's program, two numbers of two digits.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct FirmwareVersion {
-    /// Changes when the robot behaves differently to the operator.
+    /// Increases when the robot's behaviour changes for the operator.
     pub major: u8,
-    /// Everything else.
+    /// Increases with every other change.
     pub minor: u8,
 }
 
@@ -173,17 +173,17 @@ mod tests {
 
     proptest! {
         #[test]
-        fn what_is_in_range_is_read_as_it_was_written(line in counters(false)) {
+        fn values_in_range_survive_a_round_trip(line in counters(false)) {
             prop_assert_eq!(read_back(Body::Counters(line)), Body::Counters(line));
         }
 
         #[test]
-        fn whatever_the_robot_holds_can_be_read(line in counters(true)) {
+        fn any_value_makes_a_readable_line(line in counters(true)) {
             read_back(Body::Counters(line));
         }
 
         #[test]
-        fn every_reading_has_one_form(line in counters(false), edits in edits()) {
+        fn readable_lines_have_one_form(line in counters(false), edits in edits()) {
             has_one_form(Body::Counters(line), &edits);
         }
     }

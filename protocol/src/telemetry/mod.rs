@@ -1,5 +1,5 @@
-//! Robot to ground: lines of exactly 80 printable bytes, CR LF included, and the 14-byte
-//! acknowledgement line between them while the ground is talking.
+//! Robot to ground: lines of 80 bytes, CR LF included, and acknowledgement lines of 14 bytes while the
+//! ground is sending.
 //!
 //! ```text
 //! column   1    2-3       4-69            70-74             75-78     79-80
@@ -41,7 +41,7 @@ pub const HEAD_BYTES: usize = 69;
 /// Line sequence numbers run from 0 to 99.
 pub const SEQUENCE_MODULUS: u8 = 100;
 
-/// What a line says.
+/// The fields of a line, by its type.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Body {
     /// Line A.
@@ -61,19 +61,18 @@ pub enum Body {
 /// One 80-byte line.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Line {
-    /// 0 to 99, shared by all lines; a step other than one means lines were lost.
+    /// 0 to 99, counted over all lines: a step other than one means lost lines.
     pub sequence: u8,
-    /// What it says.
+    /// The fields of its type.
     pub body: Body,
-    /// The robot's receiving end, latched just before its column was sent.
+    /// The state of the robot's receiver just before column 70 was sent.
     pub ack: Ack,
 }
 
-/// A line whose checksum holds and whose columns still make no sense: another version of the wire.
+/// A line with a valid checksum and a field that cannot be read: another version of the wire.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct FieldError {
-    /// The first column of the field that cannot be read, or the column that should hold a space;
-    /// counted from 1.
+    /// The first column of the unreadable field, or the column that should hold a space; from 1.
     pub column: u8,
 }
 
@@ -127,10 +126,10 @@ impl Line {
         line
     }
 
-    /// Reads a line whose checksum has been found to hold.
+    /// Reads a line, whose checksum has been verified.
     ///
     /// # Errors
-    /// Names the first column of a field that cannot be read.
+    /// The first column of the field that cannot be read.
     pub fn parse(line: &[u8; LINE_BYTES]) -> Result<Self, FieldError> {
         Fields::of(line, |line| {
             let start = line.rest();

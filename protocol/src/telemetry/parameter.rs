@@ -1,4 +1,4 @@
-//! Line P: everything about one parameter, so that the ground needs no table of them.
+//! Line P: one parameter with its limits and unit, so that the ground needs no table.
 //!
 //! ```text
 //! 1-3  5-9   11-28              30-35  37-42  44-49  51-56  58-68        70-74 75-78
@@ -18,21 +18,21 @@ use nom::sequence::separated_pair;
 /// Line P.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct ParameterLine {
-    /// Which of them it is, from 1.
+    /// Its place in the robot's table, from 1.
     pub place: u8,
-    /// How many the robot has, at most [`PARAMETERS_MAX`].
+    /// Number of parameters in the table, at most [`PARAMETERS_MAX`].
     pub count: u8,
-    /// What people call it.
+    /// Its name.
     pub name: ParameterName,
-    /// What it is now.
+    /// Present value.
     pub value: i32,
-    /// What a reset brings back.
+    /// Value after a reset.
     pub kept: i32,
-    /// Least value that the robot takes.
+    /// Least value that the robot accepts.
     pub least: i32,
-    /// Most.
+    /// Greatest value that the robot accepts.
     pub most: i32,
-    /// What it counts.
+    /// Unit of the values.
     pub unit: Printable<UNIT_BYTES>,
 }
 
@@ -41,7 +41,7 @@ pub struct ParameterLine {
 pub struct ParameterName(Printable<NAME_BYTES>);
 
 impl ParameterName {
-    /// A name; what is too long is cut, and a hyphen stands for what no name may hold, and for no name at all.
+    /// Cuts `name` to [`NAME_BYTES`] and puts a hyphen for each invalid byte; an empty name becomes one hyphen.
     #[must_use]
     pub fn new(name: &str) -> Self {
         let mut bytes = [b' '; NAME_BYTES];
@@ -141,12 +141,12 @@ mod tests {
 
     proptest! {
         #[test]
-        fn what_is_in_range_is_read_as_it_was_written(line in parameter()) {
+        fn values_in_range_survive_a_round_trip(line in parameter()) {
             prop_assert_eq!(read_back(Body::Parameter(line)), Body::Parameter(line));
         }
 
         #[test]
-        fn whatever_the_robot_holds_can_be_read(
+        fn any_value_makes_a_readable_line(
             place: u8, count: u8, name in "\\PC*", value: i32, kept: i32, unit in "\\PC*",
         ) {
             let (name, unit) = (ParameterName::new(&name), Printable::new(&unit));
@@ -156,13 +156,13 @@ mod tests {
         }
 
         #[test]
-        fn every_reading_has_one_form(line in parameter(), edits in edits()) {
+        fn readable_lines_have_one_form(line in parameter(), edits in edits()) {
             has_one_form(Body::Parameter(line), &edits);
         }
     }
 
     #[test]
-    fn what_does_not_fit_saturates() {
+    fn values_beyond_their_field_saturate() {
         let line = ParameterLine {
             place: 0,
             count: 0,

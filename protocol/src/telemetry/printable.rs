@@ -1,4 +1,4 @@
-//! Printable text in a field of its own, filled up with spaces.
+//! Printable text, padded with spaces.
 
 use super::columns::Columns;
 use super::fields::{Parsed, each};
@@ -6,12 +6,12 @@ use nom::Parser;
 use nom::combinator::verify;
 use nom::number::complete::u8 as byte;
 
-/// Up to `N` printable characters, read without the spaces behind them.
+/// Up to `N` printable characters, padded with spaces.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub struct Printable<const N: usize>([u8; N]);
 
 impl<const N: usize> Printable<N> {
-    /// What is longer than `N` bytes is cut, what is not printable ASCII becomes `?`.
+    /// Cuts `text` after `N` bytes and puts `?` for each byte that is not printable ASCII.
     #[must_use]
     pub fn new(text: &str) -> Self {
         let mut bytes = [b' '; N];
@@ -25,7 +25,7 @@ impl<const N: usize> Printable<N> {
         Self(bytes)
     }
 
-    /// The text without the spaces that fill the field.
+    /// The text without its padding.
     #[must_use]
     pub fn as_str(&self) -> &str {
         core::str::from_utf8(self.0.trim_ascii_end()).unwrap_or_default()

@@ -1,4 +1,4 @@
-//! Line S: the song that the robot begins to sing.
+//! Line S: the notes of a song, sent as it begins.
 //!
 //! ```text
 //! 1-3  5-67                                                            70-74 75-78
@@ -18,10 +18,10 @@ pub const SONG_NOTES: usize = 21;
 /// Characters of a note.
 const NOTE_BYTES: usize = 3;
 
-/// Highest frequency that two characters hold.
+/// Highest frequency that two characters hold, hertz.
 const HZ_MAX: u16 = 4095;
 
-/// Longest note that one character holds.
+/// Longest note that one character holds, ticks.
 const TICKS_MAX: u8 = 63;
 
 /// One note.
@@ -36,12 +36,12 @@ pub struct Note {
 /// Line S.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct SongLine {
-    /// As they travel: a line's body must stay small on the robot.
+    /// As on the wire, because a line's body must stay small on the robot.
     characters: [u8; SONG_NOTES * NOTE_BYTES],
 }
 
 impl SongLine {
-    /// A song; notes beyond the 21st are left out, and what does not fit in a note is clamped.
+    /// A song of the first [`SONG_NOTES`] notes, each clamped to the range of its fields.
     #[must_use]
     pub fn new(notes: impl IntoIterator<Item = Note>) -> Self {
         let mut characters = [b' '; SONG_NOTES * NOTE_BYTES];
@@ -105,25 +105,25 @@ mod tests {
 
     proptest! {
         #[test]
-        fn what_is_in_range_is_read_as_it_was_written(notes in notes(false)) {
+        fn notes_in_range_survive_a_round_trip(notes in notes(false)) {
             let line = SongLine::new(notes.iter().copied());
             prop_assert_eq!(read_back(Body::Song(line)), Body::Song(line));
             prop_assert_eq!(line.notes().collect::<Vec<_>>(), notes);
         }
 
         #[test]
-        fn whatever_the_robot_sings_can_be_read(notes in notes(true)) {
+        fn any_notes_make_a_readable_line(notes in notes(true)) {
             read_back(Body::Song(SongLine::new(notes)));
         }
 
         #[test]
-        fn every_reading_has_one_form(notes in notes(false), edits in edits()) {
+        fn readable_lines_have_one_form(notes in notes(false), edits in edits()) {
             has_one_form(Body::Song(SongLine::new(notes)), &edits);
         }
     }
 
     #[test]
-    fn what_does_not_fit_is_clamped_and_the_rest_left_out() {
+    fn notes_are_clamped_and_limited_to_21() {
         let loud = Note { hz: 5000, ticks: 0 };
         let line = SongLine::new([loud; 30]);
         let said: Vec<_> = line.notes().collect();

@@ -1,4 +1,4 @@
-//! Line A: where the robot is, what it senses and who holds its motors.
+//! Line A: pose, speeds, sensors, mode and layers.
 //!
 //! ```text
 //! 1-3  5-10   12-17  19-21 23-25 27-29 31-33 35-37 39-41 43-45 47-48 50-51 53-59   61-68    70-74 75-78
@@ -61,8 +61,8 @@ pub struct StateLine {
     pub layers: LayerStates,
 }
 
-/// The states of layers 1 to 7, of which at most one holds the motors. Layer 0 has no column: it holds
-/// them while [`Mode::User`] is on and no other layer does.
+/// The states of layers 1 to 7, at most one of which holds the motors. Layer 0 has no column: it holds
+/// them in [`Mode::User`] while no other layer does.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct LayerStates([LayerState; 7]);
 
@@ -79,8 +79,7 @@ impl LayerStates {
             .unwrap_or(LayerState::Off)
     }
 
-    /// Sets the state of a layer; layer 0 has none. The motors have one holder: whichever layer held
-    /// them before is left raised.
+    /// Sets the state of a layer; layer 0 has none. A layer that held the motors before becomes raised.
     pub fn set(&mut self, layer: Layer, state: LayerState) {
         if state == LayerState::Holds
             && let Some(before) = self.holder()
@@ -105,8 +104,7 @@ impl LayerStates {
 }
 
 impl StateLine {
-    /// A robot that stands where it began, with every layer off and nothing heard, seen or fitted. Others are told by
-    /// what differs from it.
+    /// A robot at the origin, at rest, with every layer off, no detections and no optional parts: a base for struct updates.
     pub const BLANK: Self = Self {
         x_tenths_in: 0,
         y_tenths_in: 0,
@@ -311,19 +309,19 @@ mod tests {
 
     proptest! {
         #[test]
-        fn what_is_in_range_is_read_as_it_was_written(line in in_range()) {
+        fn values_in_range_survive_a_round_trip(line in in_range()) {
             prop_assert_eq!(read_back(Body::State(line)), Body::State(line));
         }
 
         #[test]
-        fn whatever_the_robot_holds_can_be_read(
+        fn any_value_makes_a_readable_line(
             line in state(any::<i32>().boxed(), u16::MAX, i8::MAX, u16::MAX, u8::MAX)
         ) {
             read_back(Body::State(line));
         }
 
         #[test]
-        fn every_reading_has_one_form(line in in_range(), edits in edits()) {
+        fn readable_lines_have_one_form(line in in_range(), edits in edits()) {
             has_one_form(Body::State(line), &edits);
         }
     }
@@ -409,7 +407,7 @@ mod tests {
     }
 
     #[test]
-    fn the_forms_of_a_position_meet_at_a_thousand_inches() {
+    fn positions_change_form_at_a_thousand_inches() {
         for (tenths, text) in [
             (0, b"+000.0"),
             (-1, b"-000.1"),
@@ -427,7 +425,7 @@ mod tests {
     }
 
     #[test]
-    fn the_motors_have_one_holder() {
+    fn at_most_one_layer_holds_the_motors() {
         let mut layers = LayerStates::OFF;
         layers.set(Layer::Sonar, LayerState::Holds);
         layers.set(Layer::Bumpers, LayerState::Holds);

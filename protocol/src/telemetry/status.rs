@@ -1,4 +1,4 @@
-//! Line B: what the robot is set to do.
+//! Line B: battery, target, route and settings.
 //!
 //! ```text
 //! 1-3  5-6 8-11  13-17 19-23 25-31   33-38  40-41 43-45 47-49 51-58    60-62 64-65  70-74 75-78
@@ -23,9 +23,9 @@ pub struct StatusLine {
     pub robot_id: u8,
     /// Battery voltage in tenths of a volt, to 999.
     pub battery_dv: u16,
-    /// The point being driven to, whole inches; `None` when there is none (0, 0 is home).
+    /// X and Y of the point being driven to, inches; `None` when there is none (0, 0 is home).
     pub target_in: Option<(i16, i16)>,
-    /// Place in the active list.
+    /// Progress in the active list.
     pub list: ListPlace,
     /// [`crate::digest::digest`] of the active list.
     pub digest: u32,
@@ -35,9 +35,9 @@ pub struct StatusLine {
     pub photo_left: Option<u8>,
     /// Right photocell, 0 very bright to 255 dark; `None` when not fitted.
     pub photo_right: Option<u8>,
-    /// Layers this firmware has.
+    /// Layers that are fitted.
     pub fitted: LayerMask,
-    /// Layers the operator allows, among those fitted.
+    /// Fitted layers that the operator allows.
     pub allowed: LayerMask,
     /// Boot counter, modulo 1000.
     pub boots: u16,
@@ -45,7 +45,7 @@ pub struct StatusLine {
     pub odometer_resets: u8,
 }
 
-/// How far the active list has been driven.
+/// Progress in the active list.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct ListPlace {
     /// Waypoints reached.
@@ -233,17 +233,17 @@ mod tests {
 
     proptest! {
         #[test]
-        fn what_is_in_range_is_read_as_it_was_written(line in status(false)) {
+        fn values_in_range_survive_a_round_trip(line in status(false)) {
             prop_assert_eq!(read_back(Body::Status(line)), Body::Status(line));
         }
 
         #[test]
-        fn whatever_the_robot_holds_can_be_read(line in status(true)) {
+        fn any_value_makes_a_readable_line(line in status(true)) {
             read_back(Body::Status(line));
         }
 
         #[test]
-        fn every_reading_has_one_form(line in status(false), edits in edits()) {
+        fn readable_lines_have_one_form(line in status(false), edits in edits()) {
             has_one_form(Body::Status(line), &edits);
         }
     }

@@ -1,4 +1,4 @@
-//! What the tests of all lines share.
+//! Strategies and checks shared by the tests of all lines.
 
 use super::{Ack, Body, Detail, FieldError, Line, Outcome};
 use crate::LINE_BYTES;
@@ -38,16 +38,16 @@ fn line(body: Body) -> Line {
     }
 }
 
-/// The body that a reader gets to see.
+/// Encodes and parses a body.
 pub(super) fn read_back(body: Body) -> Body {
     let bytes = line(body).encode();
     let read = Line::parse(&bytes).unwrap_or_else(|e| panic!("{e:?} in {}", show(&bytes)));
     assert_eq!((read.sequence, read.ack), (42, Ack::default()));
-    assert_eq!(read.encode(), bytes, "what was read is written otherwise");
+    assert_eq!(read.encode(), bytes, "encoding changed");
     read.body
 }
 
-/// Writes other characters over a good line and says which column is blamed.
+/// The column blamed after `characters` have overwritten a good line.
 pub(super) fn blamed(body: Body, column: usize, characters: &[u8]) -> Option<u8> {
     let mut bytes = line(body).encode();
     bytes[column - 1..column - 1 + characters.len()].copy_from_slice(characters);
@@ -56,7 +56,7 @@ pub(super) fn blamed(body: Body, column: usize, characters: &[u8]) -> Option<u8>
         .map(|FieldError { column }| column)
 }
 
-/// Overwrites some columns of a good line: whatever can still be read has only this one form.
+/// Overwrites some columns of a good line and checks that a line that still parses is encoded the same.
 pub(super) fn has_one_form(body: Body, edits: &[(usize, u8)]) {
     let mut bytes = line(body).encode();
     for &(column, character) in edits {
@@ -68,7 +68,7 @@ pub(super) fn has_one_form(body: Body, edits: &[(usize, u8)]) {
     }
 }
 
-/// Characters that stand in some line, at the columns a checksum is computed over.
+/// Characters to put into the columns under the checksum.
 pub(super) fn edits() -> impl Strategy<Value = std::vec::Vec<(usize, u8)>> {
     let character = prop_oneof![
         prop::sample::select(&b"+-.0123459/` BLTrR"[..]),

@@ -1,4 +1,4 @@
-//! Line T: a line of text from the robot's program, its `printf`.
+//! Line T: text printed by the robot's program.
 //!
 //! ```text
 //! 1-3  5-68                                       70-74 75-78
@@ -9,7 +9,7 @@ use super::Printable;
 use super::columns::Columns;
 use super::fields::{Fields, Read};
 
-/// Characters a line of text holds.
+/// Most characters in a line of text.
 pub const TEXT_BYTES: usize = 64;
 
 /// Line T.
@@ -17,13 +17,13 @@ pub const TEXT_BYTES: usize = 64;
 pub struct TextLine(Printable<TEXT_BYTES>);
 
 impl TextLine {
-    /// A line of text; what is longer than 64 bytes is cut, what is not printable ASCII becomes `?`.
+    /// Cuts `text` after [`TEXT_BYTES`] and puts `?` for each byte that is not printable ASCII.
     #[must_use]
     pub fn new(text: &str) -> Self {
         Self(Printable::new(text))
     }
 
-    /// The text without the spaces that fill the line.
+    /// The text without its padding.
     #[must_use]
     pub fn as_str(&self) -> &str {
         self.0.as_str()
@@ -47,25 +47,25 @@ mod tests {
 
     proptest! {
         #[test]
-        fn printable_text_is_read_as_it_was_written(text in "[ -~]{0,64}") {
+        fn printable_text_survives_a_round_trip(text in "[ -~]{0,64}") {
             let line = TextLine::new(&text);
             prop_assert_eq!(read_back(Body::Text(line)), Body::Text(line));
             prop_assert_eq!(line.as_str(), text.trim_end_matches(' '));
         }
 
         #[test]
-        fn whatever_the_program_prints_can_be_read(text in "\\PC*") {
+        fn any_text_makes_a_readable_line(text in "\\PC*") {
             read_back(Body::Text(TextLine::new(&text)));
         }
 
         #[test]
-        fn every_reading_has_one_form(edits in edits()) {
+        fn readable_lines_have_one_form(edits in edits()) {
             has_one_form(Body::Text(TextLine::new("I'm finished")), &edits);
         }
     }
 
     #[test]
-    fn what_is_too_long_is_cut_and_what_is_not_printable_replaced() {
+    fn long_text_is_cut_and_unprintable_bytes_are_replaced() {
         assert_eq!(TextLine::new("a\tb\u{e9}").as_str(), "a?b??");
         let long = "x".repeat(70);
         assert_eq!(TextLine::new(&long).as_str(), &long[..64]);

@@ -1,4 +1,4 @@
-//! What a line from the robot means.
+//! Handling of lines from the robot.
 
 use super::turn::{PATIENCE_BYTES, Turn};
 use super::{
@@ -13,7 +13,7 @@ use crate::letters::Link;
 use crate::telemetry::{ACK_LINE_BYTES, Ack, Body, Detail, Outcome};
 
 impl Fop {
-    /// Bytes came in, whatever they are: the robot, or noise, is on the air.
+    /// Takes the instant at which bytes arrived, noise included.
     pub fn handle_carrier(&mut self, now_us: u64) {
         self.carrier.hear(now_us);
     }
@@ -59,7 +59,7 @@ impl Fop {
         self.handle_ack(arrived_us, *received.ack(), latched_us);
     }
 
-    /// The robot talks without a pause: what is missing between two lines was lost.
+    /// Judges the downlink: the robot sends without a pause, so bytes missing between two lines were lost.
     fn judge_downlink(&mut self, arrived_us: u64, received: &Received) {
         let intact = match received {
             Received::Line(..) => LINE_BYTES,
@@ -87,14 +87,14 @@ impl Fop {
         }
     }
 
-    /// The shortest one counts: a line may be older than the order, and an order may be lost.
+    /// Keeps the shortest silence: a line may be older than the order, and an order may be lost.
     pub(super) fn note_failsafe(&mut self, failsafe: Failsafe) {
         let silence_us = u64::from(failsafe.silence_s) * 1_000_000;
         let known_us = self.failsafe_silence_us.unwrap_or(silence_us);
         self.failsafe_silence_us = Some(known_us.min(silence_us));
     }
 
-    /// Learns which robot is there, and tells its lines from another's.
+    /// Whether a line is from the robot of this station; learns the robot's id until a session is open.
     fn is_ours(&mut self, received: &Received) -> bool {
         let Some(robot_id) = received.robot_id() else {
             return true;
@@ -105,21 +105,21 @@ impl Fop {
         self.robot_id == Some(robot_id)
     }
 
-    /// Nobody's session, and not the state from before: in one life of the robot only a STOP brings that
-    /// about, whatever a radio held back. What a line says of the mode proves nothing: it may be older than
-    /// an order that came before STOP.
+    /// Recognizes the proof of a STOP: no session is open, and session or sequence changed. Within one life of the robot
+    /// only a STOP does that, even if the radio delays lines. The mode in a line proves nothing: the line may be older
+    /// than an order sent before the STOP.
     fn check_stop(&mut self, ack: Ack) {
         let Some(stopping) = &mut self.stopping else {
             return;
         };
         let now = (ack.boot, ack.session, ack.sequence);
         let Some(before) = stopping.before.filter(|before| before.0 == ack.boot) else {
-            // What this line tells is what the next STOP has to change.
+            // The next STOP has to change this state.
             stopping.before = Some(now);
             return;
         };
         let is_closed = matches!(ack.detail, Detail::Idle { owner: 0, .. });
-        // A robot that has just booted shows nobody's session 0, and no STOP.
+        // After a boot there is no session and no STOP, either.
         let is_booted = (ack.session, ack.sequence) == (0, 0);
         if is_closed && !is_booted && now != before && stopping.has_left {
             self.stopping = None;
@@ -148,7 +148,7 @@ impl Fop {
         if let Some(outstanding) = &mut self.outstanding {
             if ack.sequence == outstanding.command.sequence & 7 {
                 self.outstanding = None;
-                // A list may be tried in vain for ever; only waypoints that arrive are progress.
+                // Only waypoints that arrive are progress: activation may fail again and again.
                 news |= ack.outcome != Outcome::ListIncomplete;
                 self.conclude(ack.outcome);
             } else if outstanding

@@ -1,29 +1,28 @@
-//! What the caller says to the ground's end and hears from it.
+//! Configuration, tasks and events of the [`super::Fop`].
 
 use crate::Waypoint;
 use crate::command::Order;
 use crate::telemetry::Outcome;
 
-/// How the ground's end behaves.
+/// Configuration of the [`super::Fop`].
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub struct Config {
-    /// Tells this station from others; 10 bits, not 0. Draw it at random.
+    /// Nonce of this station, 10 bits, not 0. Draw it at random.
     pub owner: u16,
-    /// The robot's id when it is known beforehand; otherwise learned from what is heard before a
-    /// session opens. Lines that name another robot are not acted on.
+    /// Id of the robot; `None`: learn it from the lines before a session opens. Lines of other robots are ignored.
     pub robot_id: Option<u8>,
-    /// What the link may add to the time on the wire, both ways together.
+    /// Latency of the link in addition to the time on the wire, both ways together.
     pub latency_us: u64,
     /// Whether both ends can talk at once.
     pub duplex: Duplex,
-    /// Without any line, what is outstanding is sent again after this.
+    /// Silence of the robot after which unacknowledged frames are sent again.
     pub silence_us: u64,
-    /// Without any progress, a task fails after this.
+    /// Time without progress after which a task fails.
     pub give_up_us: u64,
 }
 
 impl Config {
-    /// Robot and radio unknown.
+    /// The configuration for an unknown robot and radio.
     #[must_use]
     pub const fn new(owner: u16) -> Self {
         Self {
@@ -40,30 +39,29 @@ impl Config {
 /// Whether both ends can talk at once.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub enum Duplex {
-    /// To be found out: a half-duplex robot says when it listens.
+    /// Unknown: to be learned from the robot's lines.
     Unknown,
-    /// They can.
+    /// Both ends can send at once.
     Full,
-    /// They take turns: this end speaks only when the robot listens.
+    /// The ends take turns: the ground sends only while the robot listens.
     Half,
 }
 
-/// One thing to deliver.
+/// A task to deliver.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub enum Task<'a> {
     /// Any order but [`Order::Activate`].
     Order(Order),
-    /// Replace the robot's list by this one: at most [`crate::WAYPOINTS_MAX`], each as [`Waypoint::new`] makes
-    /// it.
+    /// Replace the robot's list by this one, of at most [`crate::WAYPOINTS_MAX`] valid waypoints.
     List(&'a [Waypoint]),
 }
 
-/// What the ground's end has to tell.
+/// An event of the [`super::Fop`].
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub enum FopEvent {
-    /// A session was opened; or lost, with the reason why.
+    /// A session was opened, or lost for a reason.
     Session(Result<(), Loss>),
-    /// Frames of the task went out for the first time, or something had to be repeated.
+    /// A frame of the task was sent, for the first time or again.
     Sent {
         /// Frames of the task sent so far.
         frames: u32,
@@ -75,34 +73,34 @@ pub enum FopEvent {
         /// Waypoints in the list.
         total: u16,
     },
-    /// The robot took the command. For a list that is [`Outcome::Done`], it has verified the digest.
+    /// The robot acknowledged the command. With [`Outcome::Done`] for a list, it has verified the digest.
     Concluded {
-        /// What became of it.
+        /// Result of the command.
         outcome: Outcome,
-        /// Digest of the list, if it was one.
+        /// Digest of the list; `None` for other orders.
         digest: Option<u32>,
     },
-    /// The task ended without proof.
+    /// The task failed without an acknowledgement.
     Failed(Loss),
-    /// STOP has left for the first time.
+    /// STOP was sent for the first time.
     StopSent,
-    /// An acknowledgement that only a STOP brings about came after STOP had left.
+    /// An acknowledgement proved the STOP.
     StopProven,
-    /// STOP was given up without proof.
+    /// STOP timed out without proof.
     StopFailed,
 }
 
-/// Why something ended without proof.
+/// Reason why a task or session ended.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub enum Loss {
     /// No progress within [`Config::give_up_us`].
     TimedOut,
-    /// The robot booted.
+    /// The robot rebooted.
     RobotRestarted,
     /// Another station opened a session.
     TakenOver,
-    /// STOP, from here or from elsewhere, ended the session.
+    /// A STOP, from this or another station, ended the session.
     Stopped,
-    /// Given up by the caller.
+    /// The caller cancelled the task.
     Cancelled,
 }

@@ -1,18 +1,17 @@
-//! Lines that a radio held back or repeated.
+//! Lines that a radio delayed or repeated.
 
 use super::Fop;
 use crate::decoder::Received;
 use crate::telemetry::SEQUENCE_MODULUS;
 
-/// No link holds a line back for longer; after such a silence whatever comes is news.
+/// Longest delay of a line; after such a silence every line counts as new.
 const LATE_MAX_US: u64 = 5_000_000;
 
-/// Lines that the robot may have sent since the newest one heard, at the very most.
+/// Most lines that the robot may have sent since the newest one received.
 const AHEAD_MAX: u8 = SEQUENCE_MODULUS / 2;
 
 impl Fop {
-    /// Whether a newer line than this one has been heard. What it says has passed: taken for news, it
-    /// would end a session that is open, and lead back into one that is over.
+    /// Whether a newer line has been received. A late line could otherwise end the open session or bring back an old one.
     pub(super) fn is_late(&self, arrived_us: u64, received: &Received) -> bool {
         let Some(newest) = self.latest_ack else {
             return false;

@@ -1,4 +1,4 @@
-//! What is said next, and when.
+//! Choice of the next frame.
 
 use super::turn::Turn;
 use super::{
@@ -10,7 +10,7 @@ use crate::command::{
 };
 use crate::failsafe::SILENCE_MIN_S;
 
-/// Room for any frame but a long one of waypoints, which takes what there is.
+/// Bytes for any frame but one of waypoints, which is cut to the room there is.
 const ROOM_MIN: u64 = 29;
 
 impl Fop {
@@ -41,7 +41,7 @@ impl Fop {
         self.pacer.poll(now_us)
     }
 
-    /// Tells a half-duplex robot that has heard something that there is no more.
+    /// Ends the turn, if frames were sent in it or its time is over.
     fn end_turn(&mut self, now_us: u64) {
         if self.turn.is_some_and(Turn::is_used) {
             self.turn = None;
@@ -51,7 +51,7 @@ impl Fop {
         }
     }
 
-    /// Bytes that may be said without a pause: any number in full duplex.
+    /// Bytes that may be sent without a pause; unlimited in full duplex.
     fn room(&self, now_us: u64) -> u64 {
         if !self.is_half_duplex() {
             return u64::MAX;
@@ -66,7 +66,7 @@ impl Fop {
         }
     }
 
-    /// When the robot's silence says that it listens; `None` when that is of no use.
+    /// When the robot's silence means that it listens; `None` if there is nothing to send.
     pub(super) fn silent_at_us(&self) -> Option<u64> {
         let is_wanted = self.work.is_some() || self.drive.is_some() || self.stopping.is_some();
         let is_useful = is_wanted && self.is_half_duplex() && self.turn.is_none();
@@ -79,7 +79,7 @@ impl Fop {
         }
     }
 
-    /// When the robot has to hear that the ground is there, if it wants to.
+    /// When the next keepalive is due, if the robot needs them.
     pub(super) fn keepalive_us(&self) -> Option<u64> {
         let silence_us = self
             .failsafe_silence_us
@@ -88,7 +88,7 @@ impl Fop {
             .then(|| self.spoke_us + silence_us / KEEPALIVES_PER_SILENCE)
     }
 
-    /// Whether there is something to deliver and too little is known of the robot.
+    /// Whether there is a task or hand drive, but id, session or duplex of the robot are unknown.
     pub(super) fn must_knock(&self) -> bool {
         !self.is_half_duplex()
             && (self.work.is_some() || self.drive.is_some())
@@ -97,7 +97,7 @@ impl Fop {
                 || self.duplex == Duplex::Unknown)
     }
 
-    /// What to say next, most urgent first.
+    /// The next message, most urgent first.
     fn next_frame(&mut self, now_us: u64, room: u64) -> Option<(Message, Key)> {
         if let Some(stopping) = self.stopping {
             let key = self.robot_id.map_or(Key::EVERY_ROBOT, Key::robot);
@@ -199,15 +199,13 @@ impl Fop {
         }
     }
 
-    /// The way up is free while acknowledgements are on their way down: what has waited longest for one goes
-    /// again before it is known to be lost.
+    /// Uses the idle uplink to repeat the frame that has waited longest for its acknowledgement.
     fn repeat(&self, outstanding: Outstanding) -> Option<Message> {
         let (oldest_us, is_lossy) = match &self.work {
             Some(Work::List(transfer)) => (transfer.oldest_us(), transfer.is_lossy()),
             _ => (None, self.downlink.frame_blocks() == 1),
         };
-        // A half-duplex robot would be kept from saying what has arrived. That, and repeating what is most
-        // probably there, pays only where much is lost.
+        // Repeating delays a half-duplex robot's acknowledgements, so it pays only where many frames are lost.
         let is_kept = self
             .turn
             .is_some_and(|turn| !is_lossy || !turn.may_repeat());

@@ -1,4 +1,4 @@
-//! Sessions: opened, kept, lost.
+//! Opening and losing sessions.
 
 use super::{Fop, FopEvent, Loss, Session, Work};
 use crate::command::Key;
@@ -16,7 +16,7 @@ impl Fop {
                 let ours =
                     matches!(ack.detail, Detail::Idle { owner, .. } if owner == self.config.owner);
                 if ack.boot != *boot {
-                    // Nothing was at stake yet: ask the robot's new life.
+                    // Nothing is lost yet: open a session in the robot's new life.
                     self.session = Session::None;
                 } else if ack.session == *replaces {
                     if sent_us.is_some_and(|ends_us| ends_us <= latched_us) {
@@ -43,7 +43,7 @@ impl Fop {
                     }
                     self.push(FopEvent::Session(Ok(())));
                 } else if matches!(ack.detail, Detail::Idle { owner: 0, .. }) {
-                    // Closed by a STOP in between.
+                    // A STOP has closed it.
                     self.session = Session::None;
                 } else {
                     self.lose_session(Loss::TakenOver);
@@ -79,7 +79,7 @@ impl Fop {
 
     pub(super) fn fail(&mut self, loss: Loss) {
         if self.outstanding.take().is_some() {
-            // The robot may have heard it or not, so its number cannot be used again in this session.
+            // The robot may have received the command, so its sequence cannot be used again in this session.
             self.session = Session::None;
         }
         if self.work.take().is_some() {

@@ -2,34 +2,33 @@
 
 use super::US_PER_BYTE;
 
-/// Byte times after which a robot that hears nothing in its turn to listen talks on.
+/// Byte times after which a robot that receives nothing in its turn to listen sends again.
 pub(super) const PATIENCE_BYTES: u64 = 16;
 
-/// Most bytes of one turn: the robot listens no longer.
+/// Most bytes in one turn.
 const TURN_BYTES: u64 = 238;
 
-/// The first byte has to leave within this: most of the robot's patience, the rest is the link's.
+/// Longest wait before the first byte of a turn: three quarters of the robot's patience, the rest is for the link.
 const BEGIN_WITHIN_US: u64 = PATIENCE_BYTES * 3 / 4 * US_PER_BYTE;
 
-/// A robot that has been silent for so long listens, whether its line G arrived or not: it talks without a
-/// pause otherwise.
+/// Silence after which a half-duplex robot must be listening, even if its line G was lost.
 const SILENCE_US: u64 = 7 * US_PER_BYTE;
 
-/// A link that leaves longer pauses within lines (modems, bridges, adapters that collect bytes) says nothing
-/// by its silence.
+/// Longest gap within lines on a link whose silence is meaningful. Modems, bridges and adapters that collect bytes
+/// leave longer ones.
 const PROMPT_GAP_US: u64 = 5 * US_PER_BYTE;
 
-/// A longer pause stands between lines.
+/// A longer pause separates lines.
 const PAUSE_US: u64 = 12 * US_PER_BYTE;
 
-/// Chunks of bytes that a link has to hand over in a row before it is trusted.
+/// Chunks of bytes to receive in a row before a link's silence is trusted.
 const PROMPT_CHUNKS: u8 = 4;
 
-/// So much may be said again in one turn where every second frame gets lost: the rest of a turn costs less
-/// than another one.
+/// Bytes used in a turn below which frames are repeated on a bad channel, because a further turn costs more than the
+/// rest of this one.
 const REPEAT_BYTES: u64 = 60;
 
-/// The robot listens: what may be said, and until when.
+/// A turn of the ground, while a half-duplex robot listens.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub(super) struct Turn {
     used_bytes: u64,
@@ -45,7 +44,7 @@ impl Turn {
         }
     }
 
-    /// Bytes that may still be said.
+    /// Bytes that may still be sent.
     pub(super) const fn room(self, now_us: u64) -> u64 {
         if now_us > self.begin_by_us {
             0
@@ -54,37 +53,37 @@ impl Turn {
         }
     }
 
-    /// Whether anything has been said in it.
+    /// Whether a frame has been sent in it.
     pub(super) const fn is_used(self) -> bool {
         self.used_bytes > 0
     }
 
-    /// Whether there is time to say something again.
+    /// Whether there is time to repeat a frame.
     pub(super) const fn may_repeat(self) -> bool {
         self.used_bytes < REPEAT_BYTES
     }
 
-    /// A frame of so many bytes is being sent; its last one leaves at `ends_us`.
+    /// Notes a frame of `bytes`, whose last byte leaves at `ends_us`.
     pub(super) fn take(&mut self, bytes: u64, ends_us: u64) {
         self.used_bytes = (self.used_bytes + bytes).min(TURN_BYTES);
         self.begin_by_us = ends_us + BEGIN_WITHIN_US;
     }
 }
 
-/// What is on the air, and what the link makes of it.
+/// Timing of received bytes, from which a robot's silence is recognized.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
 pub(super) struct Carrier {
-    /// The latest byte, until the silence after it has been taken for a turn.
+    /// Instant of the latest byte, until the silence after it has begun a turn.
     latest_us: Option<u64>,
-    /// Since the latest pause: chunks of bytes, and the longest gap between two of them.
+    /// Chunks of bytes since the latest pause, and the longest gap between two of them.
     chunks: u8,
     gap_us: u64,
-    /// The latest line was handed over as it came.
+    /// Whether the link delivered the latest line without delay.
     is_prompt: bool,
 }
 
 impl Carrier {
-    /// Bytes came in.
+    /// Takes the instant at which bytes arrived.
     pub(super) fn hear(&mut self, now_us: u64) {
         let gap_us = self
             .latest_us
@@ -98,19 +97,19 @@ impl Carrier {
         }
     }
 
-    /// A line has ended: whether a silence tells something is known from how it came.
+    /// Judges at the end of a line whether the link delivers bytes without delay.
     pub(super) fn judge(&mut self) {
         self.is_prompt = self.chunks >= PROMPT_CHUNKS && self.gap_us <= PROMPT_GAP_US;
     }
 
-    /// When it will have been silent for so long that the robot must be listening.
+    /// Instant from which the robot must be listening, if no byte arrives before.
     pub(super) fn silent_at_us(self) -> Option<u64> {
         self.latest_us
             .filter(|_| self.is_prompt)
             .map(|latest_us| latest_us + SILENCE_US)
     }
 
-    /// Takes the silence since the latest byte for a turn; the same one is not taken twice.
+    /// Instant of the latest byte, once only: a silence begins one turn.
     pub(super) fn take(&mut self) -> Option<u64> {
         self.latest_us.take()
     }
