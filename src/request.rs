@@ -21,8 +21,8 @@ pub use refusal::Standing;
 pub use tuning::Tuning;
 
 use groundwave_protocol::failsafe::{Failsafe, SILENCE_MAX_S, SILENCE_MIN_S};
-use groundwave_protocol::letters::{LayerMask, Mode};
 use groundwave_protocol::parameter::{NAME_BYTES, VALUE_MAX};
+use groundwave_protocol::status_codes::{LayerMask, Mode};
 use groundwave_protocol::{WAYPOINT_LIMIT_IN, WAYPOINTS_MAX, Waypoint};
 
 use crate::suggest;

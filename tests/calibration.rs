@@ -3,7 +3,7 @@
 use crate::rig::{Rig, hall, parameters};
 use groundwave::calibration::{Gauge, Offset, Squares};
 use groundwave_protocol::command::Order;
-use groundwave_protocol::letters::Mode;
+use groundwave_protocol::status_codes::Mode;
 use sr04_firmware::parameters::Parameter;
 use sr04_sim::Conditions;
 

@@ -7,7 +7,7 @@ use groundwave::event::{CommandStep, Failure};
 use groundwave::request::Request;
 use groundwave_protocol::Waypoint;
 use groundwave_protocol::digest::digest;
-use groundwave_protocol::letters::{Layer, LayerMask, Mode};
+use groundwave_protocol::status_codes::{Layer, LayerMask, Mode};
 
 const SEEDS: u64 = 50;
 

@@ -12,7 +12,7 @@ use groundwave::request::Request;
 use groundwave::station::Station;
 use groundwave_protocol::Waypoint;
 use groundwave_protocol::arq::Config;
-use groundwave_protocol::letters::Mode;
+use groundwave_protocol::status_codes::Mode;
 use sr04_firmware::board::{Duplex, Identity, Inputs};
 use sr04_firmware::robot::Robot;
 use sr04_sim::{ChannelSpec, Radio, TICK_MS};

@@ -6,7 +6,7 @@ use crate::witness::Trial;
 use groundwave::event::CommandStep;
 use groundwave::request::Request;
 use groundwave_protocol::failsafe::Failsafe;
-use groundwave_protocol::letters::Mode;
+use groundwave_protocol::status_codes::Mode;
 use sr04_firmware::board::PATIENCE_BYTES;
 
 const SILENCE_S: u16 = 10;

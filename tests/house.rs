@@ -1,7 +1,7 @@
 //! The demo's house: the robot prowls it without getting stuck, and the demo's own seed bumps early.
 
 use crate::common::{on_all_cores, seeds};
-use groundwave_protocol::letters::Layer;
+use groundwave_protocol::status_codes::Layer;
 use sr04_firmware::arbiter::Holder;
 use sr04_sim::{Simulation, SimulationConfig, World};
 

@@ -8,7 +8,7 @@ use groundwave::request::Request;
 use groundwave::view;
 use groundwave_protocol::Waypoint;
 use groundwave_protocol::digest::digest;
-use groundwave_protocol::letters::Mode;
+use groundwave_protocol::status_codes::Mode;
 use groundwave_protocol::telemetry::Body;
 use ratatui::Terminal;
 use ratatui::backend::TestBackend;

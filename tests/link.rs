@@ -5,7 +5,7 @@
 use crate::common::{on_all_cores, seeds};
 use crate::witness::Trial;
 use groundwave::event::CommandStep;
-use groundwave_protocol::letters::Mode;
+use groundwave_protocol::status_codes::Mode;
 
 const SEEDS: u64 = 50;
 

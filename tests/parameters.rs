@@ -4,7 +4,7 @@ use crate::common::{CoSimulation, on_all_cores, seeds};
 use crate::programs;
 use groundwave::event::{CommandStep, Event};
 use groundwave::request::{Amount, Request, Tuning};
-use groundwave_protocol::letters::{Layer, LayerMask};
+use groundwave_protocol::status_codes::{Layer, LayerMask};
 use groundwave_protocol::telemetry::{Outcome, ParameterLine, ParameterName};
 use sr04_firmware::parameters::Parameter;
 

@@ -5,7 +5,7 @@ use crate::common::{CoSimulation, is_nightly, on_all_cores};
 use crate::witness::Trial;
 use groundwave::event::CommandStep;
 use groundwave::request::Request;
-use groundwave_protocol::letters::Mode;
+use groundwave_protocol::status_codes::Mode;
 use sr04_firmware::board::PATIENCE_BYTES;
 
 /// Over a radio that holds bytes back, frames of the life before arrive in the next one.

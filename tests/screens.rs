@@ -10,7 +10,7 @@ use groundwave::station::Station;
 use groundwave::view;
 use groundwave_protocol::arq;
 use groundwave_protocol::decoder::{Decoder, Received};
-use groundwave_protocol::letters::{Layer, LayerState};
+use groundwave_protocol::status_codes::{Layer, LayerState};
 use groundwave_protocol::telemetry::Body;
 use ratatui::Terminal;
 use ratatui::backend::TestBackend;

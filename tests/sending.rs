@@ -10,7 +10,7 @@ use crate::programs::{GROUNDWAVE, Sim, Telling, expect, groundwave, scratch};
 use groundwave_protocol::Waypoint;
 use groundwave_protocol::command::{Key, Message, Order, Slots};
 use groundwave_protocol::digest::digest;
-use groundwave_protocol::letters::Mode;
+use groundwave_protocol::status_codes::Mode;
 use serde_json::Value;
 
 /// The key that `--dry-run` says it uses.

@@ -16,7 +16,7 @@ use groundwave::event::{CommandStep, Event};
 use groundwave::request::Request;
 use groundwave::statistics::Resync;
 use groundwave_protocol::command::{Command as Sequenced, Key, Message, Order};
-use groundwave_protocol::letters::Mode;
+use groundwave_protocol::status_codes::Mode;
 use groundwave_protocol::telemetry::{Ack, Body, Line, TextLine};
 use prost::Message as _;
 use serde_json::Value;

@@ -4,7 +4,7 @@ use groundwave::event::{CommandId, CommandStep, Event};
 use groundwave::request::Request;
 use groundwave_protocol::Waypoint;
 use groundwave_protocol::arq::Config;
-use groundwave_protocol::letters::Mode;
+use groundwave_protocol::status_codes::Mode;
 use sr04_firmware::board;
 use sr04_sim::{SimulationConfig, World};
 

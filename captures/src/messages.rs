@@ -416,7 +416,7 @@ telemetry! {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use groundwave_protocol::letters::{
+    use groundwave_protocol::status_codes::{
         Arm, Bump, Cliff, Drive, Infrared, Layer, LayerState, Link, Mode, Power,
     };
     use groundwave_protocol::telemetry::Outcome;

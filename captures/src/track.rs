@@ -3,7 +3,7 @@
 use std::time::Duration;
 
 use groundwave_protocol::decoder::{Decoder, Received};
-use groundwave_protocol::letters::{Cliff, Drive, Layer};
+use groundwave_protocol::status_codes::{Cliff, Drive, Layer};
 use groundwave_protocol::telemetry::{Body, Line, StateLine};
 
 use super::bumps::Bumps;

@@ -1,6 +1,6 @@
 //! The words for layers and modes.
 
-use groundwave_protocol::letters::{Layer, Mode};
+use groundwave_protocol::status_codes::{Layer, Mode};
 
 /// The word for a layer.
 #[must_use]

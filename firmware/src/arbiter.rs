@@ -1,7 +1,7 @@
 //! Arbitration: the motors go to the request with the highest priority.
 
 use crate::drive::Motion;
-use groundwave_protocol::letters::{Layer, LayerMask};
+use groundwave_protocol::status_codes::{Layer, LayerMask};
 use groundwave_protocol::telemetry::HOLDERS;
 
 /// Request of one behaviour in one tick.

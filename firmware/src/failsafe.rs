@@ -2,7 +2,7 @@
 
 use crate::board::TICK_HZ;
 use groundwave_protocol::failsafe::Failsafe;
-use groundwave_protocol::letters::{Link, Mode};
+use groundwave_protocol::status_codes::{Link, Mode};
 
 /// Counts the ground station's silence. It acts only while a station has a session open: a robot that was never
 /// commanded, or was stopped, stays as it is.

@@ -26,8 +26,8 @@ use crate::telemetry::{Events, Schedule, Transmitter};
 use autonomy::Autonomy;
 use groundwave_protocol::Waypoint;
 use groundwave_protocol::arq::{Farm, Lists};
-use groundwave_protocol::letters::{Layer, LayerMask, Mode};
 use groundwave_protocol::receiver::Receiver;
+use groundwave_protocol::status_codes::{Layer, LayerMask, Mode};
 use groundwave_protocol::telemetry::{Ack, HOLDERS};
 
 /// Sonar horizon while prowling: all that the sonar can resolve.

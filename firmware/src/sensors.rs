@@ -5,7 +5,7 @@ use crate::odometry::Pose;
 use crate::parameters::{Parameter, Parameters};
 use crate::units::cps;
 use groundwave_protocol::Waypoint;
-use groundwave_protocol::letters::Mode;
+use groundwave_protocol::status_codes::Mode;
 
 /// Everything that a behaviour may use.
 #[derive(Clone, Copy, Debug)]

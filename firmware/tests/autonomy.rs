@@ -2,8 +2,8 @@
 
 use crate::common::{Bench, only, running, texts};
 use groundwave_protocol::command::Order;
-use groundwave_protocol::letters::{Arm, Layer, Mode, Power};
 use groundwave_protocol::parameter;
+use groundwave_protocol::status_codes::{Arm, Layer, Mode, Power};
 use groundwave_protocol::telemetry::Body;
 use sr04_firmware::board::{Sides, Switches};
 

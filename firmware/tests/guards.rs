@@ -2,8 +2,8 @@
 
 use crate::common::{Bench, OWNER, only, running, texts};
 use groundwave_protocol::command::Order;
-use groundwave_protocol::letters::{Arm, Cliff, Layer, LayerState, Mode};
 use groundwave_protocol::parameter;
+use groundwave_protocol::status_codes::{Arm, Cliff, Layer, LayerState, Mode};
 use groundwave_protocol::telemetry::{Body, StateLine};
 use sr04_firmware::arbiter::{Holder, MotorGuard};
 use sr04_firmware::board::{Edges, Sides, Switches};

@@ -2,7 +2,7 @@
 
 use crate::common::{BOOTS, Bench, ROBOT_ID, only, texts};
 use groundwave_protocol::command::{Drive, Key, Message, Order};
-use groundwave_protocol::letters::{Arm, Layer, LayerMask, LayerState, Mode};
+use groundwave_protocol::status_codes::{Arm, Layer, LayerMask, LayerState, Mode};
 use groundwave_protocol::telemetry::{Body, Outcome};
 use proptest::prelude::*;
 use sr04_firmware::arbiter::Holder;

@@ -3,7 +3,7 @@
 use crate::common::{Bench, ROBOT_ID, drive, live, only, running};
 use groundwave_protocol::command::{Keepalive, Key, Message, Order};
 use groundwave_protocol::failsafe::Failsafe;
-use groundwave_protocol::letters::{self, Layer, LayerMask, Mode};
+use groundwave_protocol::status_codes::{self, Layer, LayerMask, Mode};
 use groundwave_protocol::telemetry::{Body, Outcome};
 use sr04_firmware::arbiter::Holder;
 
@@ -130,20 +130,20 @@ fn failsafe_goes_home_after_silence_and_reports_it() {
     assert_eq!(bench.robot.ack().outcome, Outcome::Done);
     bench.run_ms(9_900);
     assert_eq!(bench.robot.mode(), Mode::Prowl);
-    assert_eq!(bench.latest_state().link, letters::Link::Armed);
+    assert_eq!(bench.latest_state().link, status_codes::Link::Armed);
     bench.run_ms(200);
     assert_eq!(bench.robot.mode(), Mode::GoHome);
     bench.run_ms(2000);
-    assert_eq!(bench.latest_state().link, letters::Link::Failsafe);
+    assert_eq!(bench.latest_state().link, status_codes::Link::Failsafe);
     assert!(has_said(&bench, "failsafe: the ground is silent"));
     // A frame alone changes nothing until the operator commands.
     let heard = bench.lines.last().expect("a line was received").1.sequence;
     bench.send(&Message::Keepalive(Keepalive { heard }), key);
     bench.run_ms(2000);
-    assert_eq!(bench.latest_state().link, letters::Link::Failsafe);
+    assert_eq!(bench.latest_state().link, status_codes::Link::Failsafe);
     bench.order(key, Order::Mode(Mode::Prowl));
     bench.run_ms(2000);
-    assert_eq!(bench.latest_state().link, letters::Link::Armed);
+    assert_eq!(bench.latest_state().link, status_codes::Link::Armed);
     assert!(has_said(&bench, "failsafe is over"));
     let counters = bench
         .lines

@@ -1,7 +1,7 @@
 //! The robot's telemetry, byte by byte.
 
 use crate::common::{BOOTS, Bench, ROBOT_ID, only};
-use groundwave_protocol::letters::{Bump, Drive, Infrared, Layer, LayerState, Mode, Power};
+use groundwave_protocol::status_codes::{Bump, Drive, Infrared, Layer, LayerState, Mode, Power};
 use groundwave_protocol::telemetry::Body;
 use groundwave_protocol::{LINE_BYTES, telemetry};
 use sr04_firmware::board::{Echo, Side, Switches};

@@ -4,7 +4,7 @@ use crate::common::{Bench, OWNER, ROBOT_ID, activate, drive, only, running, stop
 use groundwave_protocol::Waypoint;
 use groundwave_protocol::command::{Command, Key, Message, Order};
 use groundwave_protocol::digest::digest;
-use groundwave_protocol::letters::{self, Layer, LayerMask, Mode};
+use groundwave_protocol::status_codes::{self, Layer, LayerMask, Mode};
 use groundwave_protocol::telemetry::{Body, Outcome};
 use sr04_firmware::arbiter::Holder;
 use sr04_firmware::board::{Outputs, Switches};
@@ -133,9 +133,12 @@ fn disallowed_layer_never_requests_the_motors() {
         assert_eq!(bench.robot.holder(), Some(Holder::Prowl));
     }
     let state = bench.latest_state();
-    assert_eq!(state.layers.get(Layer::Bumpers), letters::LayerState::Off);
+    assert_eq!(
+        state.layers.get(Layer::Bumpers),
+        status_codes::LayerState::Off
+    );
     // The switch itself is reported nevertheless.
-    assert_eq!(state.bump, letters::Bump::Left);
+    assert_eq!(state.bump, status_codes::Bump::Left);
 }
 
 #[test]

@@ -1,7 +1,7 @@
 //! Wheel control with a small motor model.
 
 use crate::common::{Bench, Motor};
-use groundwave_protocol::letters::Drive;
+use groundwave_protocol::status_codes::Drive;
 use sr04_firmware::parameters::{Parameter, Parameters};
 use sr04_firmware::pid::{Gains, Wheel};
 use sr04_firmware::units::cps;

@@ -1,6 +1,6 @@
 //! Failsafe: the mode that a robot enters when the ground falls silent.
 
-use crate::letters::Mode;
+use crate::status_codes::Mode;
 
 /// Shortest silence of a failsafe, seconds: a bad channel is silent for some seconds by chance.
 pub const SILENCE_MIN_S: u16 = 10;

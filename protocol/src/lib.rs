@@ -18,11 +18,11 @@ pub mod crc;
 pub mod decoder;
 pub mod digest;
 pub mod failsafe;
-pub mod letters;
 pub mod life;
 pub mod parameter;
 pub mod receiver;
 pub mod sixbit;
+pub mod status_codes;
 pub mod telemetry;
 
 /// Bytes of a line, CR LF included.

@@ -114,7 +114,7 @@ fn check(run: &[u8], robot_id: u8, session: Option<Key>) -> Result<Message, Reje
 mod tests {
     use super::*;
     use crate::command::{Command, Order};
-    use crate::letters::Mode;
+    use crate::status_codes::Mode;
     use proptest::prelude::*;
 
     const ROBOT_ID: u8 = 7;

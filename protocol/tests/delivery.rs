@@ -5,7 +5,7 @@ mod world;
 use groundwave_protocol::arq::{FopEvent, Loss, Task};
 use groundwave_protocol::command::{Key, Message, Open, Order};
 use groundwave_protocol::digest::digest;
-use groundwave_protocol::letters::{LayerMask, Mode};
+use groundwave_protocol::status_codes::{LayerMask, Mode};
 use groundwave_protocol::telemetry::Outcome;
 use world::{DONE, ROBOT_ID, Robot, World, route};
 

@@ -8,8 +8,8 @@ use groundwave_protocol::command::{Key, Message, Order};
 use groundwave_protocol::decoder::{Decoder, Received};
 use groundwave_protocol::digest::digest;
 use groundwave_protocol::failsafe::Failsafe;
-use groundwave_protocol::letters::{Link, Mode};
 use groundwave_protocol::receiver::Receiver;
+use groundwave_protocol::status_codes::{Link, Mode};
 use groundwave_protocol::telemetry::{Ack, Body, Detail, Line, Outcome, StateLine};
 use world::{DONE, ROBOT_ID, Robot, World, route};
 

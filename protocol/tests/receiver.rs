@@ -7,8 +7,8 @@ use groundwave_protocol::Waypoint;
 use groundwave_protocol::command::{
     Command, Drive, FRAME_WAYPOINTS_MAX, Keepalive, Key, Message, Open, Order, Slots,
 };
-use groundwave_protocol::letters::{LayerMask, Mode};
 use groundwave_protocol::receiver::Receiver;
+use groundwave_protocol::status_codes::{LayerMask, Mode};
 
 const ROBOT_ID: u8 = 7;
 const SESSION: Key = Key::session(ROBOT_ID, 1, 1, 0x2A5);

@@ -4,7 +4,7 @@ mod operator;
 
 use std::io::{self, BufRead, IsTerminal};
 
-use groundwave_protocol::letters::{Bump, Cliff, Drive, Mode};
+use groundwave_protocol::status_codes::{Bump, Cliff, Drive, Mode};
 use groundwave_protocol::telemetry::{Body, ParameterLine, StateLine};
 use tokio::sync::mpsc::Receiver;
 use tokio::time::{Instant, sleep_until};

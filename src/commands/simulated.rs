@@ -166,7 +166,7 @@ pub(super) fn rate_words(time_factor: f64) -> String {
 mod tests {
     use clap::Parser;
     use groundwave_protocol::decoder::{Decoder, Received};
-    use groundwave_protocol::letters::Power;
+    use groundwave_protocol::status_codes::Power;
     use groundwave_protocol::telemetry::Body;
     use sr04_sim::Simulation;
 

@@ -2,7 +2,7 @@
 
 use std::collections::VecDeque;
 
-use groundwave_protocol::letters::{Bump, Drive, Infrared};
+use groundwave_protocol::status_codes::{Bump, Drive, Infrared};
 use groundwave_protocol::telemetry::StateLine;
 use groundwave_protocol::{WAYPOINT_LIMIT_IN, Waypoint};
 

@@ -1,7 +1,7 @@
 //! What the robot does by itself when the ground falls silent, as it says so.
 
 use groundwave_protocol::failsafe::Failsafe;
-use groundwave_protocol::letters::Link;
+use groundwave_protocol::status_codes::Link;
 
 use super::robot::Robot;
 use super::words;
@@ -52,7 +52,7 @@ pub(super) fn news(before: Option<Link>, now: Link, robot: &Robot) -> Option<(Le
 
 #[cfg(test)]
 mod tests {
-    use groundwave_protocol::letters::Mode;
+    use groundwave_protocol::status_codes::Mode;
 
     use super::*;
     use crate::model::Config;

@@ -6,7 +6,7 @@ mod notation;
 mod words;
 
 use crossterm::event::{KeyCode, KeyModifiers};
-use groundwave_protocol::letters::{Layer, Mode};
+use groundwave_protocol::status_codes::{Layer, Mode};
 
 use super::editor::RouteAction;
 use super::{Caret, Panel};

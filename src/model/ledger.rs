@@ -3,7 +3,7 @@
 use std::collections::VecDeque;
 
 use groundwave_protocol::Waypoint;
-use groundwave_protocol::letters::{Layer, LayerMask};
+use groundwave_protocol::status_codes::{Layer, LayerMask};
 use groundwave_protocol::telemetry::{ListPlace, Outcome, StatusLine};
 
 use crate::event::{CommandId, CommandStep, Failure, Moment};

@@ -2,7 +2,7 @@
 
 use std::collections::VecDeque;
 
-use groundwave_protocol::letters::{Arm, Cliff, Layer, LayerState, Mode};
+use groundwave_protocol::status_codes::{Arm, Cliff, Layer, LayerState, Mode};
 use groundwave_protocol::telemetry::{CountersLine, HOLDERS, ParameterLine, StateLine};
 
 use super::robot::Reading;

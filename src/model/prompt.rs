@@ -1,7 +1,7 @@
 //! What is typed: commands, the names of files, moments.
 
 use groundwave_protocol::Waypoint;
-use groundwave_protocol::letters::Mode;
+use groundwave_protocol::status_codes::Mode;
 
 use super::keys::Action;
 use super::log::Subject;

@@ -1,6 +1,6 @@
 //! What the robot has said of itself, and when.
 
-use groundwave_protocol::letters::{Bump, Infrared, Layer, LayerMask};
+use groundwave_protocol::status_codes::{Bump, Infrared, Layer, LayerMask};
 use groundwave_protocol::telemetry::{Body, CountersLine, Line, StateLine, StatusLine};
 
 use super::history::History;

@@ -5,7 +5,7 @@ use std::sync::{Arc, LazyLock};
 use crossterm::event::{KeyCode, KeyEvent, KeyModifiers};
 use groundwave_protocol::decoder::Counters;
 use groundwave_protocol::failsafe::Failsafe;
-use groundwave_protocol::letters::{Layer, LayerMask, LayerState};
+use groundwave_protocol::status_codes::{Layer, LayerMask, LayerState};
 use groundwave_protocol::telemetry::{
     Ack, Body, CountersLine, FirmwareVersion, HOLDERS, LayerStates, Line, ListPlace, ParameterLine,
     ParameterName, Printable, StateLine, StatusLine, TextLine,

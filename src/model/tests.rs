@@ -1,7 +1,9 @@
 //! What the model says and wants, from lines and keys made by hand.
 
 use crossterm::event::{KeyCode, KeyEvent, KeyEventKind, KeyModifiers};
-use groundwave_protocol::letters::{Arm, Bump, Cliff, Drive, Layer, LayerMask, LayerState, Mode};
+use groundwave_protocol::status_codes::{
+    Arm, Bump, Cliff, Drive, Layer, LayerMask, LayerState, Mode,
+};
 use groundwave_protocol::telemetry::{AckLine, ListPlace};
 use groundwave_protocol::{WAYPOINTS_MAX, Waypoint};
 
@@ -158,7 +160,7 @@ fn an_adapter_that_is_back_under_another_name_says_so() {
 
 #[test]
 fn a_song_and_a_low_battery_ring_the_bell_once_when_it_was_asked_for() {
-    use groundwave_protocol::letters::Power;
+    use groundwave_protocol::status_codes::Power;
     use groundwave_protocol::telemetry::{Ack, Body, Line, Note, SongLine, StateLine};
     assert!(!Config::default().bell, "nobody asked for it");
     for keys in ["", "b", "bb"] {

@@ -131,7 +131,7 @@ pub(crate) fn next_line(at: usize, steps: i8) -> usize {
 
 #[cfg(test)]
 mod tests {
-    use groundwave_protocol::letters::{
+    use groundwave_protocol::status_codes::{
         Arm, Bump, Cliff, Drive, Infrared, Layer, LayerMask, LayerState, Link, Mode, Power,
     };
     use groundwave_protocol::telemetry::{Ack, Body, CountersLine, Line, StateLine, StatusLine};

@@ -1,7 +1,7 @@
 //! When the screen shows another moment than now: what its keys ask for, and what is the operator's own
 //! and does not travel.
 
-use groundwave_protocol::letters::Mode;
+use groundwave_protocol::status_codes::Mode;
 use groundwave_protocol::telemetry::Ack;
 
 use super::drive::Stick;
@@ -454,7 +454,7 @@ mod tests {
 
     #[test]
     fn landmarks_are_counted() {
-        use groundwave_protocol::letters::{Bump, Layer, LayerState};
+        use groundwave_protocol::status_codes::{Bump, Layer, LayerState};
         let mut scene = Scene::new(Config::default());
         scene.hear();
         let before = scene.model.tally();

@@ -1,6 +1,6 @@
 //! Why somebody holds the motors, in words, from what the robot said.
 
-use groundwave_protocol::letters::{Arm, Bump, Cliff, Drive, Infrared, Layer, Mode};
+use groundwave_protocol::status_codes::{Arm, Bump, Cliff, Drive, Infrared, Layer, Mode};
 use groundwave_protocol::telemetry::StateLine;
 
 use super::motors::{Holder, lacks_floor};

@@ -1,6 +1,6 @@
 //! The robot's states in the words of the screen.
 
-use groundwave_protocol::letters::{Cliff, Drive, Infrared, Layer, Mode, Power};
+use groundwave_protocol::status_codes::{Cliff, Drive, Infrared, Layer, Mode, Power};
 use groundwave_protocol::telemetry::{Outcome, ParameterLine, SongLine};
 
 use super::motors::Holder;

@@ -1,6 +1,6 @@
 //! The author's combinations: which layers may run, in which mode.
 
-use groundwave_protocol::letters::{Layer, LayerMask, Mode};
+use groundwave_protocol::status_codes::{Layer, LayerMask, Mode};
 use groundwave_protocol::telemetry::ParameterName;
 
 use super::{Amount, Request, RequestError, Tuning};

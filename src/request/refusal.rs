@@ -1,6 +1,6 @@
 //! Why a robot refuses, as far as it has said what it is set to, and what would help.
 
-use groundwave_protocol::letters::{Layer, LayerMask, Mode};
+use groundwave_protocol::status_codes::{Layer, LayerMask, Mode};
 use groundwave_protocol::telemetry::{Body, Outcome};
 
 use super::{Request, Tuning, layer_word, mode_word};

@@ -1,6 +1,6 @@
 //! The words for layers and modes.
 
-use groundwave_protocol::letters::{Layer, LayerMask, Mode};
+use groundwave_protocol::status_codes::{Layer, LayerMask, Mode};
 
 use groundwave_captures::words::{layer_word, mode_word};
 

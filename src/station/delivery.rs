@@ -2,7 +2,7 @@
 
 use groundwave_protocol::arq::{FopEvent, Loss, Task};
 use groundwave_protocol::command::Order;
-use groundwave_protocol::letters::LayerMask;
+use groundwave_protocol::status_codes::LayerMask;
 use groundwave_protocol::telemetry::Outcome;
 
 use super::tuner::{self, Tuner, Verdict};

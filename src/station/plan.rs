@@ -127,8 +127,8 @@ impl Planner {
 #[cfg(test)]
 mod tests {
     use groundwave_protocol::arq::{Action, Farm};
-    use groundwave_protocol::letters::{Layer, LayerMask, Mode};
     use groundwave_protocol::receiver::Receiver;
+    use groundwave_protocol::status_codes::{Layer, LayerMask, Mode};
     use groundwave_protocol::telemetry::Outcome;
 
     use super::*;

@@ -1,6 +1,6 @@
 //! The robot seen from above: what its sensors feel and see, lit where they are, and what its wheels do.
 
-use groundwave_protocol::letters::{Arm, Bump, Cliff, Drive, Infrared};
+use groundwave_protocol::status_codes::{Arm, Bump, Cliff, Drive, Infrared};
 use groundwave_protocol::telemetry::StateLine;
 use ratatui::buffer::Buffer;
 use ratatui::layout::Rect;

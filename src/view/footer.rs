@@ -1,6 +1,6 @@
 //! The last line: the keys, or what is being typed.
 
-use groundwave_protocol::letters::Mode;
+use groundwave_protocol::status_codes::Mode;
 use ratatui::buffer::Buffer;
 use ratatui::layout::Rect;
 use ratatui::text::{Line, Span};

@@ -3,7 +3,7 @@
 
 use std::path::Path;
 
-use groundwave_protocol::letters::Mode;
+use groundwave_protocol::status_codes::Mode;
 use ratatui::buffer::Buffer;
 use ratatui::layout::Rect;
 use ratatui::text::{Line, Span};

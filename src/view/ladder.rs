@@ -1,6 +1,6 @@
 //! The subsumption ladder: who holds the motors, why, and whom it suppresses.
 
-use groundwave_protocol::letters::{Layer, LayerState};
+use groundwave_protocol::status_codes::{Layer, LayerState};
 use ratatui::buffer::Buffer;
 use ratatui::layout::Rect;
 use ratatui::style::Style;

@@ -1,6 +1,6 @@
 //! How the link does, in figures, and what the robot does without it.
 
-use groundwave_protocol::letters::Link;
+use groundwave_protocol::status_codes::Link;
 use ratatui::buffer::Buffer;
 use ratatui::layout::Rect;
 use ratatui::style::Style;

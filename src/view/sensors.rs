@@ -1,6 +1,6 @@
 //! The sensors: what the robot sees, feels and does, each value with its age once it is old.
 
-use groundwave_protocol::letters::{Arm, Bump, Cliff, Drive, Infrared, Power};
+use groundwave_protocol::status_codes::{Arm, Bump, Cliff, Drive, Infrared, Power};
 use ratatui::buffer::Buffer;
 use ratatui::layout::Rect;
 use ratatui::style::Style;

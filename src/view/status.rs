@@ -2,7 +2,7 @@
 
 use std::path::Path;
 
-use groundwave_protocol::letters::{Mode, Power};
+use groundwave_protocol::status_codes::{Mode, Power};
 use ratatui::buffer::Buffer;
 use ratatui::layout::Rect;
 use ratatui::style::Style;

@@ -2,7 +2,7 @@
 
 use crossterm::event::KeyCode;
 use groundwave_protocol::digest::digest;
-use groundwave_protocol::letters::{Bump, Infrared, Layer, LayerMask, LayerState, Mode};
+use groundwave_protocol::status_codes::{Bump, Infrared, Layer, LayerMask, LayerState, Mode};
 use groundwave_protocol::telemetry::{ListPlace, Outcome};
 use groundwave_protocol::{LINE_BYTES, Waypoint};
 use ratatui::Terminal;

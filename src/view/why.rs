@@ -1,6 +1,6 @@
 //! Why did it do that: what is known of the shown moment, gathered in one place.
 
-use groundwave_protocol::letters::{Layer, LayerState};
+use groundwave_protocol::status_codes::{Layer, LayerState};
 use ratatui::buffer::Buffer;
 use ratatui::layout::Rect;
 use ratatui::style::Style;

@@ -12,7 +12,7 @@ use groundwave::event::{CommandId, CommandStep, Event};
 use groundwave::request::Request;
 use groundwave::station::Station;
 use groundwave_protocol::arq::Config;
-use groundwave_protocol::letters::{LayerMask, Mode};
+use groundwave_protocol::status_codes::{LayerMask, Mode};
 use groundwave_protocol::telemetry::Body;
 use sr04_sim::{ChannelSpec, Simulation, SimulationConfig, World};
 

@@ -5,7 +5,7 @@
 )]
 
 use groundwave_protocol::decoder::{Counters, Decoder, Received};
-use groundwave_protocol::letters::{Arm, Bump, Infrared, Layer, LayerMask, LayerState};
+use groundwave_protocol::status_codes::{Arm, Bump, Infrared, Layer, LayerMask, LayerState};
 use groundwave_protocol::telemetry::{
     Ack, AckLine, Body, CountersLine, Detail, FirmwareVersion, LayerStates, Line, ListPlace,
     Outcome, StateLine, StatusLine, TextLine,

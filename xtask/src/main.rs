@@ -28,8 +28,8 @@ const CHECK: &[Step] = &[
 
 const OUTSIDE: &[Step] = &[
     ("avr", || bash("firmware/boards/check-avr.sh")),
-    ("stranger", || {
-        run(Command::new("python3").arg("protocol/stranger/check.py"))
+    ("reference", || {
+        run(Command::new("python3").arg("protocol/reference/check.py"))
     }),
     ("judges", || judge("tests/judges/run.sh")),
     ("live", || judge("tests/judges/live/run.sh")),

@@ -4,7 +4,7 @@ use std::time::Duration;
 
 use groundwave_protocol::LINE_BYTES;
 use groundwave_protocol::decoder::{Counters, Decoder, Received};
-use groundwave_protocol::letters::{Drive, Layer};
+use groundwave_protocol::status_codes::{Drive, Layer};
 use groundwave_protocol::telemetry::{Body, CountersLine, HOLDERS, Line, StateLine};
 
 use super::{HolderShare, Info, LineCounts, Robot, Sent};

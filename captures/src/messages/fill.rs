@@ -1,7 +1,7 @@
 //! What a line of the robot says, field by field.
 
 use groundwave_protocol::decoder::Received;
-use groundwave_protocol::letters::{
+use groundwave_protocol::status_codes::{
     Arm, Bump, Cliff, Drive, Infrared, Layer, LayerState, Link, Mode, Power,
 };
 use groundwave_protocol::telemetry::{

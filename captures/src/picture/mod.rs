@@ -8,7 +8,7 @@ pub(super) mod svg;
 
 use super::error::CaptureError;
 use super::track::{Event, Holder, Joint, Track};
-use groundwave_protocol::letters::Layer;
+use groundwave_protocol::status_codes::Layer;
 
 /// The picture's size, pixels.
 const WIDTH: f32 = 1280.0;

@@ -3,7 +3,7 @@
 use std::time::Duration;
 
 use groundwave_protocol::decoder::{Counters, Decoder, Received};
-use groundwave_protocol::letters::Drive;
+use groundwave_protocol::status_codes::Drive;
 use groundwave_protocol::telemetry::{Body, StateLine};
 
 use crate::bumps::Bumps;

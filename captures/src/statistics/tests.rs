@@ -3,7 +3,7 @@
 use groundwave_protocol::Waypoint;
 use groundwave_protocol::command::{Command, Drive, Frame, Key, Message, Open, Order, Slots};
 use groundwave_protocol::decoder::Decoder;
-use groundwave_protocol::letters::Mode;
+use groundwave_protocol::status_codes::Mode;
 use groundwave_protocol::telemetry::{Ack, Body, Line, TextLine};
 
 use super::*;

@@ -6,7 +6,7 @@ use foxglove::messages::Log;
 use foxglove::messages::log::Level;
 use groundwave_protocol::LINE_BYTES;
 use groundwave_protocol::decoder::{Counters, Decoder, Received};
-use groundwave_protocol::letters::Drive;
+use groundwave_protocol::status_codes::Drive;
 use groundwave_protocol::telemetry::{Ack, Body, FirmwareVersion, StateLine, StatusLine};
 
 use super::forms::Encoder;

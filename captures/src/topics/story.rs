@@ -1,8 +1,8 @@
 //! What the robot's lines tell that is worth a line in the log.
 
 use foxglove::messages::log::Level;
-use groundwave_protocol::letters::{Bump, Drive, Layer, Link, Mode, Power};
 use groundwave_protocol::life::Life;
+use groundwave_protocol::status_codes::{Bump, Drive, Layer, Link, Mode, Power};
 use groundwave_protocol::telemetry::{Body, Line, StateLine};
 
 use crate::words::{layer_word, mode_word};

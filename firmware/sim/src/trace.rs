@@ -2,7 +2,7 @@
 
 use std::io::{self, Write};
 
-use groundwave_protocol::letters::Layer;
+use groundwave_protocol::status_codes::Layer;
 use sr04_firmware::arbiter::Holder;
 use sr04_firmware::board::{COUNTS_PER_IN, Sides};
 use sr04_firmware::odometry::UNITS_PER_IN;

@@ -2,7 +2,7 @@
 
 use crate::common::{Rig, parameters};
 use groundwave_protocol::command::Order;
-use groundwave_protocol::letters::{Layer, LayerMask, Mode};
+use groundwave_protocol::status_codes::{Layer, LayerMask, Mode};
 use sr04_sim::{Conditions, Pose, World};
 
 #[test]

@@ -3,7 +3,7 @@
 use crate::common::{Rig, parameters};
 use groundwave_protocol::Waypoint;
 use groundwave_protocol::command::Order;
-use groundwave_protocol::letters::Mode;
+use groundwave_protocol::status_codes::Mode;
 use sr04_firmware::parameters::Parameter;
 use sr04_sim::World;
 

@@ -2,7 +2,7 @@
 
 use crate::common::{Rig, hall, parameters};
 use groundwave_protocol::command::Order;
-use groundwave_protocol::letters::Mode;
+use groundwave_protocol::status_codes::Mode;
 use sr04_firmware::parameters::Parameter;
 use sr04_sim::{Conditions, World};
 

@@ -9,7 +9,7 @@ use crate::arbiter::Request;
 use crate::parameters::Parameter;
 use crate::sensors::Senses;
 use groundwave_protocol::Waypoint;
-use groundwave_protocol::letters::Mode;
+use groundwave_protocol::status_codes::Mode;
 
 /// The origin.
 const HOME: Waypoint = Waypoint { x_in: 0, y_in: 0 };

@@ -37,7 +37,7 @@ pub use user::{DEAD_MAN_TICKS, User};
 
 use crate::arbiter::{Request, Requests};
 use crate::sensors::Senses;
-use groundwave_protocol::letters::{Layer, LayerMask};
+use groundwave_protocol::status_codes::{Layer, LayerMask};
 
 /// Layers of this firmware. Photo and motion need sensors that some boards lack.
 pub const FITTED: LayerMask = LayerMask::ALL;

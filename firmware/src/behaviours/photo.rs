@@ -7,7 +7,7 @@ use crate::drive::Motion;
 use crate::parameters::Parameter;
 use crate::sensors::Senses;
 use crate::units::{cps, ticks};
-use groundwave_protocol::letters::Mode;
+use groundwave_protocol::status_codes::Mode;
 
 /// Rotation per 1/256 of difference between the cells.
 const TURN_PER_STEP_CPS: i16 = cps(1) / 4;

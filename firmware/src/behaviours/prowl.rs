@@ -7,7 +7,7 @@ use crate::odometry::Pose;
 use crate::sensors::Senses;
 use crate::units::cps;
 use groundwave_protocol::Waypoint;
-use groundwave_protocol::letters::Mode;
+use groundwave_protocol::status_codes::Mode;
 
 /// Minimum approach speed: below it the wheels begin to stick.
 const CREEP_CPS: i16 = cps(2);

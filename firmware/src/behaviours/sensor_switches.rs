@@ -13,7 +13,7 @@ use crate::angle::Angle;
 use crate::parameters::Parameter;
 use crate::sensors::Senses;
 use crate::units::ticks;
-use groundwave_protocol::letters::{Layer, LayerMask, Mode};
+use groundwave_protocol::status_codes::{Layer, LayerMask, Mode};
 
 /// Minimum ticks between two switchings of a sensor: line A shows each state.
 const DWELL_TICKS: u16 = ticks(2);

@@ -5,7 +5,7 @@ use crate::arbiter::Request;
 use crate::drive::Motion;
 use crate::sensors::Senses;
 use crate::units::ticks;
-use groundwave_protocol::letters::Mode;
+use groundwave_protocol::status_codes::Mode;
 
 /// Validity of a drive frame: one second, after which a released key or a broken link stops the robot within a foot.
 pub const DEAD_MAN_TICKS: u8 = ticks(1) as u8;

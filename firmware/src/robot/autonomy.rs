@@ -6,7 +6,7 @@ use crate::behaviours::DockingEvent;
 use crate::board::{Inputs, TICK_HZ};
 use crate::parameters::Parameter;
 use crate::song::Song;
-use groundwave_protocol::letters::{Layer, LayerMask, Mode};
+use groundwave_protocol::status_codes::{Layer, LayerMask, Mode};
 
 /// Text at the end of wandering.
 const WANDERED: &str = "I have wandered long enough: going home";

@@ -6,7 +6,7 @@ use crate::board::{Inputs, TICK_HZ};
 use crate::cliff::{Command, Missing};
 use crate::drive::Motion;
 use crate::parameters::Parameter;
-use groundwave_protocol::letters::Mode;
+use groundwave_protocol::status_codes::Mode;
 
 /// Texts when the cliff guard takes the motors.
 const EDGE_AHEAD: &str = "cliff guard: there is no floor ahead";

@@ -5,7 +5,7 @@ use crate::arbiter::Holder;
 use crate::behaviours::{Ending, Passive, Step};
 use crate::parameters::Parameter;
 use crate::song::Song;
-use groundwave_protocol::letters::{Layer, Mode};
+use groundwave_protocol::status_codes::{Layer, Mode};
 
 /// Text when an obstacle has ended a scan early.
 const SCAN_BROKEN_OFF: &str = "scan: broken off";

@@ -4,7 +4,7 @@
 use super::Robot;
 use crate::behaviours::FITTED;
 use crate::parameters::Parameter;
-use groundwave_protocol::letters::{Layer, LayerMask, Mode};
+use groundwave_protocol::status_codes::{Layer, LayerMask, Mode};
 
 /// Layers of mode Passive.
 const HIDING: LayerMask = LayerMask::NONE

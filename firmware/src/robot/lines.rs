@@ -7,7 +7,7 @@ use crate::parameters::Parameter;
 use crate::song::Note;
 use crate::telemetry::{Events, Kind};
 use crate::units::in_s;
-use groundwave_protocol::letters::{Arm, Layer, LayerMask, LayerState, Power};
+use groundwave_protocol::status_codes::{Arm, Layer, LayerMask, LayerState, Power};
 use groundwave_protocol::telemetry::{
     self, Body, CountersLine, FirmwareVersion, LayerStates, ListPlace, ParameterLine,
     ParameterName, Printable, SongLine, StateLine, StatusLine, TextLine,

@@ -6,7 +6,7 @@ use crate::drive::Motion;
 use crate::parameters::Parameter;
 use groundwave_protocol::arq::Action;
 use groundwave_protocol::command::{Drive, Message, Order};
-use groundwave_protocol::letters::{Layer, LayerMask, Mode};
+use groundwave_protocol::status_codes::{Layer, LayerMask, Mode};
 use groundwave_protocol::telemetry::Outcome;
 
 impl Robot {

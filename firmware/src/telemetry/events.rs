@@ -4,7 +4,7 @@ use crate::board::Edges;
 use crate::board::Sides;
 use crate::board::Switches;
 use crate::drive::DriveTrain;
-use groundwave_protocol::letters::{Arm, Bump, Cliff, Drive, Infrared, LayerMask};
+use groundwave_protocol::status_codes::{Arm, Bump, Cliff, Drive, Infrared, LayerMask};
 
 /// All events at any tick since the last line A.
 #[derive(Clone, Debug, Default)]

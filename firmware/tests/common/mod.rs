@@ -4,7 +4,7 @@ use groundwave_protocol::Waypoint;
 use groundwave_protocol::command::{Command, Drive, Keepalive, Key, Message, Open, Order, Slots};
 use groundwave_protocol::decoder::{Decoder, Received};
 use groundwave_protocol::digest::digest;
-use groundwave_protocol::letters::LayerMask;
+use groundwave_protocol::status_codes::LayerMask;
 use groundwave_protocol::telemetry::{Body, Line, StateLine};
 use sr04_firmware::board::{Duplex, Identity, Inputs, Outputs};
 use sr04_firmware::robot::Robot;

@@ -3,7 +3,7 @@
 use crate::arena::arena;
 use crate::claim::Trial;
 use crate::run::{Setup, believed};
-use groundwave_protocol::letters::Mode;
+use groundwave_protocol::status_codes::Mode;
 use sr04_firmware::parameters::{Parameter, Parameters};
 
 /// Side of the square: ten turns of the wheel.

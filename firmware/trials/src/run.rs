@@ -7,7 +7,7 @@ use groundwave_protocol::Waypoint;
 use groundwave_protocol::command::{Command, Key, Message, Open, Order, Slots};
 use groundwave_protocol::decoder::{Decoder, Received};
 use groundwave_protocol::digest::digest;
-use groundwave_protocol::letters::{Layer, LayerMask, Mode};
+use groundwave_protocol::status_codes::{Layer, LayerMask, Mode};
 use groundwave_protocol::telemetry::{Body, Outcome};
 use sr04_firmware::arbiter::Holder;
 use sr04_firmware::parameters::Parameter;

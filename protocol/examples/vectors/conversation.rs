@@ -3,8 +3,8 @@
 use crate::{describe, judge};
 use groundwave_protocol::arq::{Action, Farm};
 use groundwave_protocol::command::{Command, Drive, Keepalive, Key, Message, Open, Order, Slots};
-use groundwave_protocol::letters::{LayerMask, Mode};
 use groundwave_protocol::receiver::Receiver;
+use groundwave_protocol::status_codes::{LayerMask, Mode};
 use groundwave_protocol::telemetry::Outcome;
 use groundwave_protocol::{Waypoint, digest::digest};
 use serde_json::{Value, json};

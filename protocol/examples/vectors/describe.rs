@@ -2,7 +2,7 @@
 
 use groundwave_protocol::command::{Message, Order};
 use groundwave_protocol::decoder::{Counters, Received};
-use groundwave_protocol::letters::{Layer, LayerState, Mode};
+use groundwave_protocol::status_codes::{Layer, LayerState, Mode};
 use groundwave_protocol::telemetry::{
     Ack, Body, CountersLine, Detail, LayerStates, ParameterLine, SongLine, StateLine, StatusLine,
 };

@@ -5,7 +5,7 @@ use crate::samples::{
     ACK, STAGING, acknowledge, altered, counters, encode, go_ahead, state, status, text,
 };
 use groundwave_protocol::failsafe::Failsafe;
-use groundwave_protocol::letters::{
+use groundwave_protocol::status_codes::{
     Arm, Bump, Cliff, Drive, Infrared, Layer, LayerMask, LayerState, Link, Mode, Power,
 };
 use groundwave_protocol::telemetry::{

@@ -1,7 +1,7 @@
 //! A line of every type, to be varied.
 
 use groundwave_protocol::crc;
-use groundwave_protocol::letters::{Infrared, Layer, LayerMask, LayerState};
+use groundwave_protocol::status_codes::{Infrared, Layer, LayerMask, LayerState};
 use groundwave_protocol::telemetry::{
     Ack, AckLine, Body, CountersLine, Detail, FirmwareVersion, LayerStates, Line, ListPlace, Note,
     Outcome, ParameterLine, ParameterName, Printable, SongLine, StateLine, StatusLine, TextLine,

@@ -5,7 +5,7 @@ use groundwave_protocol::command::{
     Command, Drive, FRAME_WAYPOINTS_MAX, Frame, Keepalive, Key, Message, Open, Order, Slots,
 };
 use groundwave_protocol::failsafe::Failsafe;
-use groundwave_protocol::letters::{LayerMask, Mode};
+use groundwave_protocol::status_codes::{LayerMask, Mode};
 use groundwave_protocol::{Waypoint, crc, digest::digest, sixbit};
 use serde_json::{Value, json};
 

@@ -95,7 +95,7 @@ const STOP_BLIND_US: u64 = 700_000;
 /// in four has to wait.
 const KEEPALIVES_PER_SILENCE: u64 = 10;
 
-/// Greatest age of the acknowledgement taken for the state before a STOP: the robot may have rebooted since an older one.
+/// Greatest age of an acknowledgement that counts as the state before a STOP; the robot may have rebooted since.
 const STOP_BEFORE_US: u64 = 5_000_000;
 
 /// Period of STOP frames until one is proven.

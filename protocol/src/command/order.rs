@@ -18,7 +18,7 @@ use super::waypoints::{point, push_point};
 use super::{Frame, Parsed, number};
 use crate::Waypoint;
 use crate::failsafe::Failsafe;
-use crate::letters::{LayerMask, Mode};
+use crate::status_codes::{LayerMask, Mode};
 use nom::{
     Parser,
     bytes::complete::take,

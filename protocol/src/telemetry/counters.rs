@@ -11,7 +11,7 @@
 use super::columns::Columns;
 use super::fields::{Fields, Read, digits, each, letter, optional, robot_id, sixbits, spaces};
 use crate::failsafe::{Failsafe, SILENCE_MAX_S, SILENCE_MIN_S};
-use crate::letters::Mode;
+use crate::status_codes::Mode;
 use nom::Parser;
 use nom::character::complete::char;
 use nom::combinator::verify;

@@ -9,7 +9,9 @@
 
 use super::columns::Columns;
 use super::fields::{Fields, Parsed, Read, digits, letter, optional, signed};
-use crate::letters::{Arm, Bump, Cliff, Drive, Infrared, Layer, LayerState, Link, Mode, Power};
+use crate::status_codes::{
+    Arm, Bump, Cliff, Drive, Infrared, Layer, LayerState, Link, Mode, Power,
+};
 use nom::Parser;
 use nom::branch::alt;
 use nom::character::complete::char;

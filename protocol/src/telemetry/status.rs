@@ -9,7 +9,7 @@
 
 use super::columns::Columns;
 use super::fields::{Fields, Parsed, Read, digits, optional, robot_id, signed, sixbits, spaces};
-use crate::letters::{Layer, LayerMask};
+use crate::status_codes::{Layer, LayerMask};
 use nom::Parser;
 use nom::bytes::complete::tag;
 use nom::character::complete::{char, one_of};

@@ -4,8 +4,8 @@ use groundwave_protocol::Waypoint;
 use groundwave_protocol::arq::{Action, Farm};
 use groundwave_protocol::command::{Message, Order};
 use groundwave_protocol::decoder::{Decoder, Received};
-use groundwave_protocol::letters::Mode;
 use groundwave_protocol::receiver::Receiver;
+use groundwave_protocol::status_codes::Mode;
 use groundwave_protocol::telemetry::{Body, Line, Outcome, StateLine};
 use std::hash::{Hash, Hasher};
 

@@ -7,8 +7,8 @@ use groundwave_protocol::arq::{Action, Config, Farm, Fop, FopEvent, Task};
 use groundwave_protocol::command::{Message, Order};
 use groundwave_protocol::decoder::Decoder;
 use groundwave_protocol::failsafe::Failsafe;
-use groundwave_protocol::letters::{Link, Mode};
 use groundwave_protocol::receiver::Receiver;
+use groundwave_protocol::status_codes::{Link, Mode};
 use groundwave_protocol::telemetry::{
     AckLine, Body, CountersLine, FirmwareVersion, Line, Outcome, StateLine,
 };

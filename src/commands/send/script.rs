@@ -4,7 +4,7 @@ use std::fs;
 use std::io::{self, Read};
 use std::path::Path;
 
-use groundwave_protocol::letters::Mode;
+use groundwave_protocol::status_codes::Mode;
 
 use super::super::cli::Send;
 use super::super::{Exit, Fault};

@@ -1,6 +1,6 @@
 //! What must not go unnoticed: every alarm in one table, with its limits.
 
-use groundwave_protocol::letters::{Bump, Cliff, Drive, Link as LinkLetter, Power};
+use groundwave_protocol::status_codes::{Bump, Cliff, Drive, Link as LinkLetter, Power};
 use groundwave_protocol::telemetry::StateLine;
 use serde::Deserialize;
 

@@ -1,6 +1,6 @@
 //! What keys do.
 
-use groundwave_protocol::letters::{Layer, Mode};
+use groundwave_protocol::status_codes::{Layer, Mode};
 
 use crate::model::editor::RouteAction;
 use crate::model::{Caret, Panel};

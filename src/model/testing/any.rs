@@ -3,7 +3,7 @@
 use crossterm::event::{KeyCode, KeyEvent, KeyEventKind, KeyModifiers};
 use groundwave_protocol::Waypoint;
 use groundwave_protocol::decoder::Counters;
-use groundwave_protocol::letters::{
+use groundwave_protocol::status_codes::{
     Arm, Bump, Cliff, Drive, Infrared, Layer, LayerMask, LayerState, Link, Mode, Power,
 };
 use groundwave_protocol::telemetry::{

@@ -3,7 +3,7 @@
 use super::*;
 use crate::event::{Level, LinkEvent, Recording};
 use crate::model::Limits;
-use groundwave_protocol::letters::{Cliff, Link, Power};
+use groundwave_protocol::status_codes::{Cliff, Link, Power};
 
 /// Names of the alarms that are raised, with whether each is still so and whether somebody has seen it.
 fn raised(scene: &Scene) -> Vec<(&'static str, bool, bool)> {

@@ -2,7 +2,7 @@
 
 use super::*;
 use crate::request::Request;
-use groundwave_protocol::letters::Mode;
+use groundwave_protocol::status_codes::Mode;
 
 const ANNE: ClientId = ClientId(1);
 const BEN: ClientId = ClientId(2);

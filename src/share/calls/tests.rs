@@ -1,6 +1,6 @@
 use super::*;
 use groundwave_protocol::Waypoint;
-use groundwave_protocol::letters::Mode;
+use groundwave_protocol::status_codes::Mode;
 use groundwave_protocol::telemetry::Outcome;
 
 const CALL: CallId = CallId(1);

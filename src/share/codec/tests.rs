@@ -1,7 +1,7 @@
 //! Lines survive being written and read, and wrong ones are named.
 
 use groundwave_protocol::failsafe::Failsafe;
-use groundwave_protocol::letters::{Layer, LayerMask, Mode};
+use groundwave_protocol::status_codes::{Layer, LayerMask, Mode};
 use groundwave_protocol::telemetry::{Outcome, ParameterLine, ParameterName, Printable};
 use proptest::collection::vec;
 use proptest::prelude::*;

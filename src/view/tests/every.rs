@@ -3,7 +3,7 @@
 
 use std::fmt::Write as _;
 
-use groundwave_protocol::letters::{Arm, Cliff, Power};
+use groundwave_protocol::status_codes::{Arm, Cliff, Power};
 
 use super::link::measured;
 use super::time::{flight_at, playback};

@@ -2,7 +2,7 @@
 
 use crossterm::event::KeyCode;
 use groundwave_protocol::failsafe::Failsafe;
-use groundwave_protocol::letters::{Link, Mode};
+use groundwave_protocol::status_codes::{Link, Mode};
 
 use super::{flight, row, screen};
 use crate::event::{Event, LinkEvent};

@@ -1,7 +1,7 @@
 //! The palette on the screen, and what choosing in it does.
 
 use crossterm::event::KeyCode;
-use groundwave_protocol::letters::Mode;
+use groundwave_protocol::status_codes::Mode;
 
 use super::time::{flight_at, playback};
 use super::{Scene, demo, flight, row, screen};

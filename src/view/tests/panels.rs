@@ -1,6 +1,6 @@
 //! Alarms, plots, the robot from above, and what is told of a robot that is not heard.
 
-use groundwave_protocol::letters::{Arm, Cliff, Power};
+use groundwave_protocol::status_codes::{Arm, Cliff, Power};
 
 use ratatui::style::{Color, Modifier};
 

@@ -3,7 +3,7 @@
 use std::collections::BTreeSet;
 use std::sync::Arc;
 
-use groundwave_protocol::letters::Power;
+use groundwave_protocol::status_codes::Power;
 
 use super::every::{SIZES, STATES, State, typed};
 use super::time::{flight_at, playback};

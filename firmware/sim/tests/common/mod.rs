@@ -2,7 +2,7 @@
 #![allow(dead_code, reason = "each test uses its own part")]
 
 use groundwave_protocol::command::{Command, Key, Message, Open, Order};
-use groundwave_protocol::letters::Mode;
+use groundwave_protocol::status_codes::Mode;
 use sr04_firmware::board::{Duplex, Identity, Inputs, Outputs};
 use sr04_firmware::parameters::{Parameter, Parameters};
 use sr04_firmware::robot::Robot;

@@ -4,7 +4,7 @@ use super::home::{DOCK_AT, pose_from};
 use crate::arena::arena;
 use crate::claim::{Claim, Experiment, Figure, Reading, Required, Trial, success};
 use crate::run::{Run, Setup};
-use groundwave_protocol::letters::Mode;
+use groundwave_protocol::status_codes::Mode;
 use groundwave_protocol::telemetry::Body;
 use sr04_firmware::parameters::Parameter;
 use sr04_firmware::song::Song;

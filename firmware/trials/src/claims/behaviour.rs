@@ -3,7 +3,7 @@
 use crate::arena::arena;
 use crate::claim::{Claim, Experiment, Figure, Reading, Required, Trial, success, value};
 use crate::run::Setup;
-use groundwave_protocol::letters::{Layer, LayerState, Mode};
+use groundwave_protocol::status_codes::{Layer, LayerState, Mode};
 use groundwave_protocol::telemetry::Body;
 
 pub(super) const ALL: &[&Experiment] = &[&CHATTER, &TOLD];

@@ -5,7 +5,7 @@ use crate::claim::{
     Claim, Experiment, Figure, Reading, Required, Shortfall, Trial, loss, success, value,
 };
 use crate::run::{Setup, distance_in};
-use groundwave_protocol::letters::Layer;
+use groundwave_protocol::status_codes::Layer;
 use sr04_firmware::parameters::Parameter;
 use sr04_sim::Pose;
 

@@ -5,7 +5,7 @@ use crate::claim::{Claim, Experiment, Figure, Reading, Required, Trial, loss, su
 use crate::run::{Run, Setup};
 use crate::seeds::Rng;
 use groundwave_protocol::command::{Drive, Message};
-use groundwave_protocol::letters::Layer;
+use groundwave_protocol::status_codes::Layer;
 use sr04_firmware::board::Edges;
 use sr04_firmware::parameters::Parameter;
 use sr04_sim::{Pose, Simulation};

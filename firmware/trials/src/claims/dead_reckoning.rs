@@ -6,7 +6,7 @@ use crate::claim::{
 };
 use crate::run::{Setup, believed, distance_in};
 use groundwave_protocol::Waypoint;
-use groundwave_protocol::letters::Mode;
+use groundwave_protocol::status_codes::Mode;
 use sr04_sim::Pose;
 
 pub(super) const ALL: &[&Experiment] = &[&ROUTE];

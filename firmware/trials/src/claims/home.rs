@@ -5,7 +5,7 @@ use crate::claim::{Claim, Experiment, Figure, Reading, Required, Trial, success,
 use crate::run::{Setup, distance_in};
 use groundwave_protocol::Waypoint;
 use groundwave_protocol::command::Order;
-use groundwave_protocol::letters::Mode;
+use groundwave_protocol::status_codes::Mode;
 use sr04_firmware::parameters::Parameter;
 use sr04_sim::Pose;
 

@@ -3,7 +3,7 @@
 use crate::arena::arena;
 use crate::claim::{Claim, Experiment, Figure, Reading, Required, Trial, success, value};
 use crate::run::Setup;
-use groundwave_protocol::letters::Layer;
+use groundwave_protocol::status_codes::Layer;
 
 pub(super) const ALL: &[&Experiment] = &[&HOOKED];
 

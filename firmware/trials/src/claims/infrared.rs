@@ -3,7 +3,7 @@
 use crate::arena::{arena, on_plan};
 use crate::claim::{Claim, Experiment, Figure, Reading, Required, Trial, loss, success, value};
 use crate::run::{Setup, is_held_by};
-use groundwave_protocol::letters::{Layer, Mode};
+use groundwave_protocol::status_codes::{Layer, Mode};
 use sr04_firmware::infrared::{JAM_TICKS, OFF_TICKS};
 use sr04_firmware::parameters::Parameter;
 use sr04_sim::Pose;

@@ -3,7 +3,7 @@
 use crate::arena::arena;
 use crate::claim::{Claim, Experiment, Figure, Reading, Required, Trial, success};
 use crate::run::{Setup, is_held_by};
-use groundwave_protocol::letters::{Layer, Mode};
+use groundwave_protocol::status_codes::{Layer, Mode};
 use sr04_sim::{Pose, Simulation};
 
 pub(super) const ALL: &[&Experiment] = &[&WALKER, &FALSE_ALARMS];

@@ -3,7 +3,7 @@
 use crate::arena::{arena, seen_from};
 use crate::claim::{Claim, Experiment, Figure, Reading, Required, Shortfall, Trial, success};
 use crate::run::{Setup, distance_in};
-use groundwave_protocol::letters::Layer;
+use groundwave_protocol::status_codes::Layer;
 use sr04_firmware::parameters::Parameter;
 use sr04_sim::Pose;
 

@@ -4,7 +4,7 @@ use crate::arena::arena;
 use crate::claim::{Claim, Experiment, Figure, Reading, Required, Trial, success};
 use crate::run::Setup;
 use groundwave_protocol::Waypoint;
-use groundwave_protocol::letters::{Layer, Mode};
+use groundwave_protocol::status_codes::{Layer, Mode};
 use sr04_firmware::parameters::Parameter;
 
 pub(super) const ALL: &[&Experiment] = &[&TARGET];

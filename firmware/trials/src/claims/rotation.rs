@@ -4,7 +4,7 @@ use crate::arena::arena;
 use crate::claim::{Claim, Experiment, Figure, Reading, Required, Trial, success, value};
 use crate::run::{Setup, is_held_by};
 use groundwave_protocol::command::Order;
-use groundwave_protocol::letters::{Layer, Mode};
+use groundwave_protocol::status_codes::{Layer, Mode};
 
 pub(super) const ALL: &[&Experiment] = &[&SCAN, &YIELDS];
 

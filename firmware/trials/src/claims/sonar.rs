@@ -3,7 +3,7 @@
 use crate::arena::{arena, on_plan};
 use crate::claim::{Claim, Experiment, Figure, Reading, Required, Trial, loss, success};
 use crate::run::Setup;
-use groundwave_protocol::letters::Layer;
+use groundwave_protocol::status_codes::Layer;
 use sr04_sim::Pose;
 
 pub(super) const ALL: &[&Experiment] = &[&DOORWAY, &OBLIQUE];

@@ -4,7 +4,7 @@ use crate::arena::arena;
 use crate::claim::{Claim, Experiment, Figure, Reading, Required, Trial, success, value};
 use crate::run::{Setup, is_held_by};
 use groundwave_protocol::command::{Drive, Message};
-use groundwave_protocol::letters::Layer;
+use groundwave_protocol::status_codes::Layer;
 use sr04_firmware::behaviours::DEAD_MAN_TICKS;
 use sr04_firmware::drive::Motion;
 use sr04_sim::ChannelSpec;

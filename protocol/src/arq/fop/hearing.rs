@@ -9,7 +9,7 @@ use crate::LINE_BYTES;
 use crate::command::Order;
 use crate::decoder::Received;
 use crate::failsafe::Failsafe;
-use crate::letters::Link;
+use crate::status_codes::Link;
 use crate::telemetry::{ACK_LINE_BYTES, Ack, Body, Detail, Outcome};
 
 impl Fop {

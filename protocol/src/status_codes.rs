@@ -1,7 +1,7 @@
 //! Status codes: states that travel as one ASCII character each, most of them in line A.
 
 /// Declares an enum whose variants are single ASCII characters on the wire.
-macro_rules! letters {
+macro_rules! status_codes {
     ($(#[$meta:meta])* $name:ident { $($(#[$vmeta:meta])* $variant:ident = $letter:literal),+ $(,)? }) => {
         $(#[$meta])*
         #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
@@ -25,7 +25,7 @@ macro_rules! letters {
     };
 }
 
-letters! {
+status_codes! {
     /// Front bumper switches pressed at any tick since the previous line A.
     Bump {
         /// Nothing pressed.
@@ -51,7 +51,7 @@ letters! {
     }
 }
 
-letters! {
+status_codes! {
     /// Infrared detections at any tick since the previous line A.
     Infrared {
         /// Nothing detected.
@@ -69,7 +69,7 @@ letters! {
     }
 }
 
-letters! {
+status_codes! {
     /// Floor edge sensors since the previous line A.
     Cliff {
         /// Floor everywhere.
@@ -87,7 +87,7 @@ letters! {
     }
 }
 
-letters! {
+status_codes! {
     /// The servo arm and its passive infrared motion detectors since the previous line A.
     Arm {
         /// Stowed behind the bumper.
@@ -109,7 +109,7 @@ letters! {
     }
 }
 
-letters! {
+status_codes! {
     /// The drive train and its odometer.
     Drive {
         /// Wheels follow the requested speed.
@@ -125,7 +125,7 @@ letters! {
     }
 }
 
-letters! {
+status_codes! {
     /// Battery and charger.
     Power {
         /// Above the low threshold.
@@ -141,7 +141,7 @@ letters! {
     }
 }
 
-letters! {
+status_codes! {
     /// State of the failsafe against a silent ground.
     Link {
         /// No failsafe set.
@@ -153,7 +153,7 @@ letters! {
     }
 }
 
-letters! {
+status_codes! {
     /// Commanded mode.
     Mode {
         /// Move about at top speed, or to the next waypoint.
@@ -177,7 +177,7 @@ letters! {
     }
 }
 
-letters! {
+status_codes! {
     /// State of one subsumption layer, without the layer's own letter.
     ///
     /// On the wire a raised layer shows its letter in lower case and the layer that holds the

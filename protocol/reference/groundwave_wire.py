@@ -2,7 +2,7 @@
 
 Down: `StreamDecoder` finds lines in bytes, `parse_line` turns a line into a dict.
 Up: `encode_frame` and `decode_frame`, `list_digest`, and `Farm`, the robot's receiving end.
-Names of fields are those of the vectors; what is hyphens on the wire is None.
+Names of fields are those of the vectors; hyphens on the wire are None.
 """
 
 from __future__ import annotations
@@ -125,7 +125,7 @@ def _position(text: str, _: Fields) -> int:
 
 
 def _target(text: str, before: Fields) -> int | None:
-    """Whole inches, or hyphens: then in both fields."""
+    """Whole inches, or hyphens in both fields."""
     value = None if text == "-----" else _signed(text, before)
     if before.get("target_in") and (before["target_in"][0] is None) != (value is None):
         raise ValueError("one coordinate alone")
@@ -196,7 +196,7 @@ def _place(text: str, _: Fields) -> list[int]:
 
 
 def _note(text: str, before: Fields) -> list[int] | None:
-    """Frequency and length, or None in what is left free behind the last note."""
+    """Frequency and length, or None behind the last note."""
     if text == "   ":
         return None
     if None in before.get("notes", []):
@@ -299,7 +299,7 @@ class StreamDecoder:
         self._arrived = 31                 # bit n: the line n + 1 before the newest has arrived
 
     def feed(self, data: bytes) -> Iterator[tuple[bytes, Fields | str | FieldError]]:
-        """What each LF ended: (line, fields), (line, FieldError), or (b"", "crc" or "shape"). Must be consumed."""
+        """Yield for each LF (line, fields), (line, FieldError), or (b"", "crc" or "shape"). Must be consumed."""
         for byte in data:
             self.counters["bytes"] += 1
             self.counters["noise_bytes"] += 1
@@ -335,7 +335,7 @@ class StreamDecoder:
         return fields
 
     def _account(self, boot: int, sequence: int) -> None:
-        """Count what was lost, from the sequence."""
+        """Count lost lines, from the sequence."""
         if self._newest is None or self._newest[0] != boot:
             self._newest, self._arrived = (boot, sequence), 31
             return
@@ -354,7 +354,7 @@ class StreamDecoder:
 # --- frames (section 9) -------------------------------------------------------------------------------------------
 
 class FrameError(ValueError):
-    """What was heard between two LFs is no frame; `reason` is `too_long`, `crc` or `unreadable`."""
+    """The bytes between two LFs are no frame; `reason` is `too_long`, `crc` or `unreadable`."""
 
     def __init__(self, reason: str) -> None:
         super().__init__(reason)
@@ -362,7 +362,7 @@ class FrameError(ValueError):
 
 
 def frame_key(robot_id: int, boot: int = 0, session: int = 0, owner: int = 0) -> int:
-    """What the checksum of a frame starts from."""
+    """The initial remainder of a frame's checksum."""
     return robot_id << 16 | (boot & 7) << 13 | session << 10 | owner
 
 
@@ -509,7 +509,7 @@ def list_digest(waypoints: list[Waypoint]) -> int:
 # --- the robot's receiving end (section 11) -----------------------------------------------------------------------
 
 class Farm:
-    """What the robot keeps of the uplink. `carry_out` is its program: it gets an order and returns the outcome."""
+    """The robot's state of the uplink. `carry_out` is its program: it gets an order and returns the outcome."""
 
     def __init__(self, robot_id: int, boots: int, carry_out: Callable[[Fields], int]) -> None:
         self.robot_id, self.boot, self.carry_out = robot_id, boots % 8, carry_out

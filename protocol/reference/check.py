@@ -26,15 +26,15 @@ def same(what: str, got: Any, expected: Any) -> None:
 
 
 def raw(text: str) -> bytes:
-    """The bytes that a string of a vector stands for."""
+    """The bytes of a string in a vector."""
     return text.encode("latin-1")
 
 
 def rest_known(vector: Vector, *names: str) -> None:
-    """AssertionError if the vector says something that nobody looks at."""
+    """AssertionError if the vector has a key without a check."""
     unknown = set(vector) - set(names) - {"about"}
     if unknown:
-        raise AssertionError(f"nobody checks {sorted(unknown)}")
+        raise AssertionError(f"no check for {sorted(unknown)}")
 
 
 def check_checksum(vector: Vector) -> None:
@@ -90,9 +90,9 @@ def encodings(message: Vector, robot: dict[str, int]) -> list[bytes]:
 def encodes(message: Vector | None, frame: str, robot: dict[str, int]) -> None:
     """AssertionError unless the message encodes to the last frame in `frame`, byte for byte."""
     if message is None or message.get("order", "") is None:
-        return                              # nothing was said, or an order that nobody can say
+        return                              # no message, or an order that cannot be encoded
     if message["type"] == "W" and message["first_block"] * wire.BLOCK + len(message["waypoints"]) > wire.LIST_MAX:
-        return                              # readable, but nobody may say it
+        return                              # readable, but must not be sent
     expected = "\n" + frame.split("\n")[-2] + "\n"
     got = [encoded.decode() for encoded in encodings(message, robot)]
     if expected not in got:
@@ -126,7 +126,7 @@ class Conversation:
         self.outcomes: list[int] = []
 
     def carry_out(self, order: Vector) -> int:
-        """What the robot's program makes of an order: the outcome that the vector names, once."""
+        """The outcome of an order in the robot's program: that of the vector, once."""
         if not self.outcomes:
             raise AssertionError(f"carried out, but should not have been: {order!r}")
         return self.outcomes.pop()
@@ -172,7 +172,7 @@ def run(name: str, cases: Iterable[tuple[str, Callable[[], None]]]) -> tuple[int
         try:
             case()
             passed += 1
-        except Exception as error:          # whatever goes wrong in a case is its failure, not the end of the run
+        except Exception as error:          # any error fails its case and not the run
             failed += 1
             print(f"  FAILED {name}, {label}: {type(error).__name__}: {error}")
     print(f"{name}: {passed} passed, {failed} failed")
@@ -187,7 +187,7 @@ def fail(why: str) -> None:
 def vector_cases(path: Path) -> list[tuple[str, Callable[[], None]]]:
     """A case for each line of a vector file."""
     if path.name not in CHECKS:
-        return [("the file", lambda: fail("nobody knows how to check it"))]
+        return [("the file", lambda: fail("no check for this name"))]
     check = CHECKS[path.name]()
     lines = path.read_text(encoding="utf-8").split("\n") if path.is_file() else []
     numbered = [(number, line) for number, line in enumerate(lines, 1) if line.strip()]
@@ -197,7 +197,7 @@ def vector_cases(path: Path) -> list[tuple[str, Callable[[], None]]]:
 
 
 def capture_cases(path: Path) -> list[tuple[str, Callable[[], None]]]:
-    """Decode a capture, and compare it with what the file beside it says."""
+    """Decode a capture and compare it with the info file beside it."""
     decoder, kinds = wire.StreamDecoder(), Counter()
     for _, result in decoder.feed(path.read_bytes()):
         if isinstance(result, dict):
@@ -219,7 +219,7 @@ def capture_cases(path: Path) -> list[tuple[str, Callable[[], None]]]:
 
 
 def main() -> int:
-    """Check everything; the exit status."""
+    """Check all files; return the exit status."""
     vectors, captures = next((place for place in PLACES if place[0].is_dir()), PLACES[-1])
     names = sorted({path.name for path in vectors.glob("*.jsonl")} | CHECKS.keys())
     found = any(vectors.glob("*.jsonl"))
