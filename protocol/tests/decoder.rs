@@ -1,13 +1,13 @@
-//! What the decoder finds in a stream, and what no damage makes it find.
+//! The decoder on clean, noisy and damaged streams.
 
 mod damage;
 
-use damage::{Dice, Sample, samples};
+use damage::{Rng, Sample, samples};
 use groundwave_protocol::decoder::{Counters, Decoder, Received};
 use groundwave_protocol::telemetry::{Ack, AckLine, Body, Line, TextLine};
 use proptest::prelude::*;
 
-/// Everything found in a stream fed in one piece.
+/// The lines and counters of a stream fed in one piece.
 fn decode(stream: &[u8]) -> (Vec<Received>, Counters) {
     decode_chunks([stream])
 }
@@ -23,7 +23,7 @@ fn decode_chunks<'a>(chunks: impl IntoIterator<Item = &'a [u8]>) -> (Vec<Receive
     (found, counters)
 }
 
-/// Every byte is in an intact line or noise.
+/// Checks that each byte belongs to an intact line or is noise.
 fn balance(c: &Counters) {
     let intact = c.lines * 80 + c.ack_lines * 14;
     assert_eq!(intact + c.noise_bytes, c.bytes, "{c:?}");
@@ -59,7 +59,7 @@ fn knocked(sequence: u8) -> Vec<u8> {
     .to_vec()
 }
 
-/// Pieces of a bad day on the radio.
+/// A stream of lines, damaged lines and noise.
 fn noisy_stream() -> impl Strategy<Value = Vec<u8>> {
     let line = || prop::sample::select(samples());
     let piece = prop_oneof![
@@ -75,7 +75,7 @@ fn noisy_stream() -> impl Strategy<Value = Vec<u8>> {
 
 proptest! {
     #[test]
-    fn every_chunking_finds_the_same(
+    fn chunking_does_not_change_the_result(
         stream in noisy_stream(),
         cuts in prop::collection::vec(1..120_usize, 1..60),
     ) {
@@ -93,7 +93,7 @@ proptest! {
     }
 
     #[test]
-    fn every_line_feed_ends_a_line_or_is_rejected_for_one_reason(stream in noisy_stream()) {
+    fn line_feeds_end_a_line_or_are_rejected_for_one_reason(stream in noisy_stream()) {
         let (found, c) = decode(&stream);
         let line_feeds = stream.split(|&b| b == b'\n').count() as u64 - 1;
         let rejected = c.crc_rejected + c.shape_rejected + c.field_rejected;
@@ -102,7 +102,7 @@ proptest! {
     }
 
     #[test]
-    fn a_good_line_is_found_whatever_stands_before_it(
+    fn a_good_line_is_found_after_any_noise(
         before in noisy_stream(), line in prop::sample::select(samples()),
     ) {
         let (earlier, _) = decode(&before);
@@ -128,8 +128,8 @@ fn a_good_line_inside_a_corrupt_one_is_found() {
     }
 }
 
-/// Flips bits of a line and lets a good one follow, for a damaged line feed to run into. Only the good
-/// one may be found, and it is the checksum that must notice: field checks only stand behind it.
+/// Flips bits of a line and appends a good one, into which a damaged line feed runs. Checks that only the good one is
+/// found, and that the checksum rejects the other before its fields are read.
 fn judge(line: &Sample, bits: &[usize], next: &[u8], context: &str) {
     let (found, counters) = decode(&[&line.flipped(bits), next].concat());
     let found: Vec<_> = found.iter().map(damage::bytes_of).collect();
@@ -141,7 +141,7 @@ fn judge(line: &Sample, bits: &[usize], next: &[u8], context: &str) {
     );
 }
 
-/// All 8 bits of all 80 (or 14) bytes, CR and LF too: without either the line has no end.
+/// All 8 bits of all 80 (or 14) bytes, CR and LF included.
 #[test]
 fn every_flip_of_one_or_two_bits_is_rejected() {
     let next = text(7, "the line after it");
@@ -159,12 +159,12 @@ fn every_flip_of_one_or_two_bits_is_rejected() {
 fn flips_of_three_to_five_bits_are_rejected() {
     let seed = damage::seed();
     let context = format!("seed {seed}");
-    let mut dice = Dice(seed);
+    let mut rng = Rng(seed);
     let next = text(7, "the line after it");
     for line in samples() {
         for _ in 0..300_000 {
-            let count = 3 + dice.below(3);
-            let bits = dice.different(count, line.bits());
+            let count = 3 + rng.below(3);
+            let bits = rng.different(count, line.bits());
             judge(&line, &bits, &next, &context);
         }
     }
@@ -173,7 +173,7 @@ fn flips_of_three_to_five_bits_are_rejected() {
 #[test]
 fn noise_gives_no_line() {
     let seed = damage::seed();
-    let mut dice = Dice(seed);
+    let mut rng = Rng(seed);
     let mut decoder = Decoder::default();
     let mut noise = vec![0; 1 << 16];
     for round in 0..256 {
@@ -185,8 +185,8 @@ fn noise_gives_no_line() {
         };
         for byte in &mut noise {
             *byte = match alphabet.len() {
-                0 => dice.next() as u8,
-                n => alphabet[dice.below(n)],
+                0 => rng.next() as u8,
+                n => alphabet[rng.below(n)],
             };
         }
         assert_eq!(decoder.lines(&noise).next(), None, "seed {seed}");
@@ -195,9 +195,8 @@ fn noise_gives_no_line() {
     assert_eq!(decoder.counters().noise_bytes, 256 << 16);
 }
 
-/// A checksum proves that a line is what was sent, not that it can be read.
 #[test]
-fn an_intact_line_that_cannot_be_read_is_counted_and_its_column_named() {
+fn unreadable_lines_are_counted_and_blamed_by_column() {
     for (type_and_length, column, blamed) in [(0, 1, 1), (0, 19, 19), (4, 1, 1), (4, 2, 2)] {
         let mut line = samples().swap_remove(type_and_length);
         line.bytes[column - 1] = b'z';
@@ -216,7 +215,7 @@ fn an_intact_line_that_cannot_be_read_is_counted_and_its_column_named() {
 }
 
 #[test]
-fn rejects_are_told_apart() {
+fn rejected_line_feeds_are_counted_by_reason() {
     let good = text(1, "good");
     let mut bad_crc = good.clone();
     bad_crc[10] ^= 1;
@@ -285,7 +284,7 @@ fn a_line(bytes: &[u8]) -> Line {
     Line::parse(bytes.first_chunk().expect("80 bytes")).expect("an intact line")
 }
 
-/// A line C of the same boot counters at an uptime.
+/// A line C with an uptime, always with the same boot counters.
 fn counters_at(sequence: u8, uptime_s: u32) -> Vec<u8> {
     let samples = samples();
     let sample = samples.iter().find(|sample| sample.bytes[0] == b'C');
@@ -298,9 +297,9 @@ fn counters_at(sequence: u8, uptime_s: u32) -> Vec<u8> {
     line.encode().to_vec()
 }
 
-/// What a run that was appended to another shows: no counter of boots has changed, and the uptime runs backwards.
+/// Two captures appended to each other look like this: the boot counters agree and the uptime runs backwards.
 #[test]
-fn an_uptime_that_runs_backwards_is_a_restart_and_its_step_no_loss() {
+fn an_uptime_that_runs_backwards_is_a_reboot_and_no_loss() {
     let line = |sequence| {
         let mut line = a_line(&counters_at(0, 0));
         line.body = Body::Text(TextLine::new("here"));
@@ -336,7 +335,7 @@ fn the_samples_are_of_every_type() {
     assert_eq!(types, b"ABCTKPS");
 }
 
-/// What was sent while the link was open nowhere is not loss, and two halves make no line.
+/// Lines sent during the interruption are not lost ones, and two halves make no line.
 #[test]
 fn an_interrupted_link_loses_no_lines() {
     let line = |sequence| {

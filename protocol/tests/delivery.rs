@@ -1,4 +1,4 @@
-//! Both ends of command delivery against each other over a wire that loses bits, in virtual time.
+//! Both ends of delivery over a wire that flips bits, in virtual time.
 
 mod world;
 
@@ -85,7 +85,7 @@ fn an_empty_list_clears() {
 }
 
 #[test]
-fn a_refusal_says_why_and_the_next_command_goes_through() {
+fn a_refusal_has_a_reason_and_the_next_command_is_delivered() {
     let mut world = World::new(1, 0.0);
     let refused = FopEvent::Concluded {
         outcome: Outcome::NotFitted,
@@ -96,7 +96,7 @@ fn a_refusal_says_why_and_the_next_command_goes_through() {
 }
 
 #[test]
-fn stop_interrupts_a_transfer_and_nothing_sent_before_it_runs_after_it() {
+fn stop_interrupts_a_transfer_and_no_earlier_command_runs_after_it() {
     for seed in 0..100 {
         let mut world = World::new(seed, if seed % 2 == 0 { 0.0 } else { 1e-3 });
         let list = route(seed, 100);
@@ -128,7 +128,7 @@ fn stop_interrupts_a_transfer_and_nothing_sent_before_it_runs_after_it() {
 }
 
 #[test]
-fn a_restart_of_the_robot_is_noticed_and_the_old_list_claim_withdrawn() {
+fn a_reboot_ends_the_session_and_the_transfer() {
     let mut world = World::new(3, 0.0);
     let list = route(3, 100);
     assert!(world.fop.start(0, Task::List(&list)));
@@ -144,7 +144,7 @@ fn a_restart_of_the_robot_is_noticed_and_the_old_list_claim_withdrawn() {
 }
 
 #[test]
-fn a_second_station_takes_over_and_the_first_admits_it() {
+fn a_second_station_takes_over_and_the_first_reports_it() {
     let mut world = World::new(4, 0.0);
     world.deliver(Task::Order(Order::Mode(Mode::Reactive)));
     let ack = world.robot.farm.ack();
@@ -160,7 +160,7 @@ fn a_second_station_takes_over_and_the_first_admits_it() {
 }
 
 #[test]
-fn a_robot_that_hears_nothing_fails_the_task_and_the_late_command_never_runs() {
+fn a_task_for_a_deaf_robot_fails_and_never_runs_late() {
     let mut world = World::new(5, 0.0);
     world.deliver(Task::Order(Order::Mode(Mode::Reactive)));
     world.deaf = true;

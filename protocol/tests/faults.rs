@@ -1,4 +1,4 @@
-//! What command delivery does when stations, lists and robots come and go at the wrong moment.
+//! Delivery while stations, lists and robots change at the wrong moment.
 
 mod world;
 
@@ -58,7 +58,7 @@ fn lists_go_on_arriving_after_the_list_was_cleared() {
 }
 
 #[test]
-fn a_list_that_never_gets_through_fails_though_everything_else_is_heard() {
+fn a_list_that_never_arrives_fails_while_other_frames_do() {
     let mut world = World::new(2, 0.0);
     world.robot.deaf_to = |message| matches!(message, Message::Waypoints(_));
     let event = world.deliver(Task::List(&route(2, 10)));
@@ -82,7 +82,7 @@ fn a_list_that_cannot_be_sent_is_not_taken() {
 }
 
 #[test]
-fn nothing_but_stop_is_said_until_stop_is_proven() {
+fn only_stop_is_sent_until_it_is_proven() {
     for seed in 0..50 {
         let mut world = World::new(seed, if seed % 2 == 0 { 0.0 } else { 3e-3 });
         world.deliver(Task::Order(Order::Mode(Mode::Reactive)));
@@ -103,7 +103,7 @@ fn nothing_but_stop_is_said_until_stop_is_proven() {
     }
 }
 
-/// A line A of a robot in stop, as the decoder hands it out.
+/// A line A of a robot in mode stop, as received.
 fn stopped_line(sequence: u8) -> Received {
     let line = Line {
         sequence,
@@ -124,8 +124,7 @@ fn stopped_line(sequence: u8) -> Received {
     Received::Line(line, line.encode())
 }
 
-/// The robot's line may say stop and be older than an order that set it going: only what a STOP changes in
-/// the acknowledgement counts.
+/// A line with mode stop may be older than an order that started the robot: only the acknowledgement proves a STOP.
 #[test]
 fn a_late_line_of_a_stopped_robot_proves_no_stop() {
     let mut fop = Fop::new(Config::new(1));
@@ -140,7 +139,7 @@ fn a_late_line_of_a_stopped_robot_proves_no_stop() {
     }
 }
 
-/// The way down takes a second and the way up loses every STOP: the robot goes on, and nobody says otherwise.
+/// The downlink takes a second and the uplink loses every STOP: the robot drives on, and no event claims otherwise.
 #[test]
 fn a_stop_that_never_arrives_is_never_proven() {
     for seed in 0..50 {
@@ -160,7 +159,7 @@ fn a_stop_that_never_arrives_is_never_proven() {
     }
 }
 
-/// A robot that has restarted shows nobody's session, too.
+/// After a reboot no session is open, either.
 #[test]
 fn a_restart_proves_no_stop() {
     let mut world = World::new(1, 0.0);
@@ -174,10 +173,9 @@ fn a_restart_proves_no_stop() {
     assert_eq!(end, FopEvent::StopFailed);
 }
 
-/// The operator stops, asks for something, thinks better of it and stops again, all before the first STOP is
-/// proven: what was asked for in between is over.
+/// A task begun between two STOPs, before the first is proven, ends with the second.
 #[test]
-fn a_second_stop_ends_what_was_asked_for_after_the_first() {
+fn a_second_stop_ends_a_task_begun_after_the_first() {
     for seed in 0..50 {
         let mut world = World::new(seed, 0.0);
         world.deliver(Task::Order(Order::Mode(Mode::Reactive)));
@@ -200,9 +198,9 @@ fn a_second_stop_ends_what_was_asked_for_after_the_first() {
     }
 }
 
-/// A line C that was composed before the order still tells of the longer silence.
+/// A line C composed before the order still holds the longer silence.
 #[test]
-fn a_shorter_failsafe_is_kept_alive_from_the_start() {
+fn keepalives_follow_a_shorter_failsafe_from_its_order_on() {
     let mut world = World::new(1, 0.0);
     let failsafe = |silence_s| {
         let mode = Mode::GoHome;
@@ -230,7 +228,7 @@ fn a_shorter_failsafe_is_kept_alive_from_the_start() {
 }
 
 #[test]
-fn an_operator_who_hammers_stop_is_not_kept_from_it() {
+fn repeated_stops_do_not_delay_the_first() {
     let mut fop = Fop::new(Config {
         duplex: Duplex::Half,
         ..Config::new(1)
@@ -270,7 +268,7 @@ fn hand_drive_ends_with_a_standstill() {
 }
 
 #[test]
-fn another_robots_lines_are_not_acted_on() {
+fn lines_of_another_robot_are_ignored() {
     let mut fop = Fop::new(Config {
         robot_id: Some(ROBOT_ID + 1),
         ..Config::new(1)
@@ -286,7 +284,7 @@ fn another_robots_lines_are_not_acted_on() {
 }
 
 #[test]
-fn a_decoder_names_the_robot_that_sent_a_line() {
+fn a_line_holds_the_id_of_its_robot() {
     let mut decoder = Decoder::default();
     let Received::Line(_, bytes) = stopped_line(0) else {
         unreachable!()

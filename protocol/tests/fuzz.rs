@@ -1,5 +1,4 @@
-//! Arbitrary input for both decoders and both state machines. `docs/fuzzing.md` says how to run these for
-//! longer and where inputs worth keeping go.
+//! Fuzzing of both decoders and both state machines. `docs/fuzzing.md` describes longer runs and the corpus.
 
 mod damage;
 #[path = "fuzz/decoding.rs"]
@@ -7,7 +6,7 @@ mod decoding;
 #[path = "fuzz/machines.rs"]
 mod machines;
 
-/// Inputs made up in a run of `cargo test`, beside those of the corpus.
+/// Generated inputs in a run of `cargo test`, beside those of the corpus.
 const ITERATIONS: usize = 2000;
 
 #[test]

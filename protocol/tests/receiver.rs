@@ -1,8 +1,8 @@
-//! What the robot hears, and what no damage makes it hear.
+//! The robot's receiver on clean and damaged frames.
 
 mod damage;
 
-use damage::Dice;
+use damage::Rng;
 use groundwave_protocol::Waypoint;
 use groundwave_protocol::command::{
     Command, Drive, FRAME_WAYPOINTS_MAX, Keepalive, Key, Message, Open, Order, Slots,
@@ -73,7 +73,7 @@ fn samples() -> Vec<Message> {
     ]
 }
 
-/// The messages in a stream. Whatever else is in it, the checksum must have noticed.
+/// The messages in a stream; checks that the checksum rejects all other runs.
 fn hear(bytes: &[u8]) -> Vec<Message> {
     let mut receiver = Receiver::default();
     let heard = bytes
@@ -84,7 +84,7 @@ fn hear(bytes: &[u8]) -> Vec<Message> {
     heard
 }
 
-/// Flips bits of a frame and lets a good one follow: only the good one may be heard.
+/// Flips bits of a frame and appends a good one; checks that only the good one is accepted.
 fn judge(message: &Message, bits: &[usize], context: &str) {
     let next = Message::Keepalive(Keepalive { heard: 1 });
     let mut bytes = message.encode(key_of(message)).as_bytes().to_vec();
@@ -100,7 +100,7 @@ fn bits_of(message: &Message) -> usize {
 }
 
 #[test]
-fn frames_are_heard_one_after_another() {
+fn consecutive_frames_are_accepted() {
     let stream: Vec<u8> = samples()
         .iter()
         .flat_map(|message| message.encode(key_of(message)).as_bytes().to_vec())
@@ -124,17 +124,17 @@ fn every_flip_of_one_or_two_bits_is_rejected() {
 fn flips_of_three_to_five_bits_are_rejected() {
     let seed = damage::seed();
     let context = format!("seed {seed}");
-    let mut dice = Dice(seed);
+    let mut rng = Rng(seed);
     for message in samples() {
         for _ in 0..30_000 {
-            let count = 3 + dice.below(3);
-            let bits = dice.different(count, bits_of(&message));
+            let count = 3 + rng.below(3);
+            let bits = rng.different(count, bits_of(&message));
             judge(&message, &bits, &context);
         }
     }
 }
 
-/// A radio may return what the robot itself has said.
+/// A radio may echo the robot's own lines.
 #[test]
 fn the_robots_own_lines_are_not_commands() {
     for line in damage::samples() {
@@ -149,10 +149,10 @@ fn the_robots_own_lines_are_not_commands() {
 #[test]
 fn noise_is_not_a_command() {
     let seed = damage::seed();
-    let mut dice = Dice(seed);
+    let mut rng = Rng(seed);
     let noise: Vec<u8> = (0..4 << 20)
         .map(|i: u32| {
-            let byte = dice.next() as u8;
+            let byte = rng.next() as u8;
             // Every other stretch is made of the characters of frames, with a line feed now and then.
             match (i >> 12 & 1, byte) {
                 (0, _) => byte,

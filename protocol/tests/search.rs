@@ -1,7 +1,6 @@
-//! Exhaustive search of the shipping state machines: every order in which a few things can happen.
+//! Exhaustive search of the state machines: all orders in which a few steps can happen.
 //!
-//! Each test is a small setting that is searched to its end. What is searched and what is not is said
-//! in `search/model.rs` and `search/instants.rs`.
+//! Each test searches a small setting to its end. `search/model.rs` and `search/instants.rs` describe the limits.
 
 #[path = "search/ground.rs"]
 mod ground;
@@ -30,15 +29,15 @@ fn alone(wishes: &[ground::Wish]) -> Setting {
     }
 }
 
-/// A search that takes more is not the small one that it was meant to be.
+/// Limit on the states of a search.
 const STEPS_MAX: usize = 12_000_000;
 
-/// Searches all of it; says how much that was.
+/// Searches all states and prints their number.
 fn search(name: &str, setting: Setting) {
     search_to(usize::MAX, name, setting);
 }
 
-/// Searches everything that takes fewer steps than `depth`.
+/// Searches all states within `depth` steps.
 fn search_to(depth: usize, name: &str, setting: Setting) {
     let checker = setting
         .checker()
@@ -151,8 +150,8 @@ fn two_stations() {
     search("two stations", setting);
 }
 
-/// Owners are drawn at random; once in a thousand two stations draw the same. Then neither knows whose
-/// commands were executed, but lists still do not mix. Too much for a search to the end.
+/// One in a thousand pairs of stations draws the same owner. Then neither knows whose commands were executed, but lists
+/// do not mix. The setting is too large for a search to its end.
 #[test]
 fn two_stations_with_the_same_owner() {
     let setting = Setting {

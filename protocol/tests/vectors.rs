@@ -1,5 +1,4 @@
-//! The golden vectors in `vectors/` against the code. Where they differ, one of them is wrong: the
-//! generator `examples/vectors` writes new ones, never this test.
+//! The golden vectors in `vectors/` against the code. Only the generator `examples/vectors` writes vectors.
 
 #[path = "../examples/vectors/conversation.rs"]
 mod conversation;
@@ -54,7 +53,7 @@ fn without(vector: &Value, names: &[&str]) -> Value {
     Value::Object(fields)
 }
 
-/// The file says what the generator would write, in the same order.
+/// Checks a file against the output of the generator.
 fn is_what_the_generator_writes(name: &str, generated: &[Value]) {
     let written = read(name);
     for (n, (written, generated)) in written.iter().zip(generated).enumerate() {
@@ -64,7 +63,7 @@ fn is_what_the_generator_writes(name: &str, generated: &[Value]) {
 }
 
 #[test]
-fn the_files_are_what_the_generator_writes() {
+fn files_match_the_generator() {
     is_what_the_generator_writes("lines", &lines::lines());
     is_what_the_generator_writes("streams", &streams::streams());
     is_what_the_generator_writes("checksums", &streams::checksums());
@@ -76,7 +75,7 @@ fn the_files_are_what_the_generator_writes() {
 }
 
 #[test]
-fn lines_are_read_as_their_vectors_say() {
+fn lines_match_their_vectors() {
     for vector in [read("lines"), read("lines-2")].concat() {
         let judged = judge::line(string(&vector, "line").as_bytes());
         assert_eq!(judged, without(&vector, &["about", "line"]), "{vector}");
@@ -84,7 +83,7 @@ fn lines_are_read_as_their_vectors_say() {
 }
 
 #[test]
-fn streams_hold_what_their_vectors_say() {
+fn streams_match_their_vectors() {
     for vector in read("streams") {
         let bytes: Vec<u8> = string(&vector, "bytes")
             .as_bytes()
@@ -100,7 +99,7 @@ fn streams_hold_what_their_vectors_say() {
 }
 
 #[test]
-fn checksums_are_what_their_vectors_say() {
+fn checksums_match_their_vectors() {
     for vector in read("checksums") {
         let init = u32::from_str_radix(string(&vector, "init"), 16).unwrap_or_default();
         let remainder = crc::update(init, string(&vector, "text").as_bytes());
@@ -111,7 +110,7 @@ fn checksums_are_what_their_vectors_say() {
 }
 
 #[test]
-fn frames_are_heard_as_their_vectors_say() {
+fn frames_match_their_vectors() {
     for vector in [read("frames"), read("frames-2")].concat() {
         let ear = Ear {
             robot_id: number(&vector, "robot_id") as u8,
@@ -126,7 +125,7 @@ fn frames_are_heard_as_their_vectors_say() {
 }
 
 #[test]
-fn digests_are_what_their_vectors_say() {
+fn digests_match_their_vectors() {
     for vector in read("digests") {
         let coordinate = |value: &Value| value.as_i64().and_then(|v| v.try_into().ok());
         let waypoints: Option<Vec<_>> = vector["waypoints"]
@@ -143,7 +142,7 @@ fn digests_are_what_their_vectors_say() {
 }
 
 #[test]
-fn the_robot_acknowledges_what_the_conversation_says() {
+fn acknowledgements_match_the_conversation() {
     let mut robot = Robot::boot(0);
     for step in read("conversation") {
         let judged = if step["boots"].is_null() {
@@ -159,7 +158,7 @@ fn the_robot_acknowledges_what_the_conversation_says() {
     }
 }
 
-/// Otherwise a vector of the wrong kind could be lost without anyone noticing.
+/// Guards against a kind of vector missing without a failure.
 #[test]
 fn both_verdicts_of_every_kind_are_in_the_files() {
     let count = |name, field: &str, value: &str| {
@@ -187,7 +186,7 @@ fn both_verdicts_of_every_kind_are_in_the_files() {
     }
 }
 
-/// Version 1 of the wire: what stands in these files is read for ever. New vectors go into new files.
+/// Version 1 is final: these files never change. New vectors go into new files.
 #[test]
 fn version_1_stays_as_it_is() {
     let remainders = [

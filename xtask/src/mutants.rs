@@ -97,7 +97,7 @@ const MUTANTS: &[Mutant] = &[
         file: "arq/fop.rs",
         from: "            stopping.since_us = now_us;\n            return;\n",
         to: "            stopping.since_us = now_us;\n",
-        test: ("faults", "an_operator_who_hammers_stop_is_not_kept_from_it"),
+        test: ("faults", "repeated_stops_do_not_delay_the_first"),
         finds: "panicked",
     },
     Mutant {

@@ -1,13 +1,13 @@
-//! The ways in which a line is spoiled, and how often each is tried.
+//! The ways of damaging a line, and their shares.
 
-use crate::damage::Dice;
+use crate::damage::Rng;
 use crate::pool::{Pool, Sent};
 use groundwave_protocol::LINE_BYTES;
 
-/// What happens to a line.
+/// A way of damaging a line.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Kind {
-    /// 1 to 24 different bits flipped, every number equally often.
+    /// 1 to 24 distinct bits flipped, each number equally often.
     Flips,
     /// A run of 2 to 64 bits of which each is flipped with probability a half, its ends always.
     Burst,
@@ -17,7 +17,7 @@ pub enum Kind {
     Deleted,
     /// 1 to 8 random bytes in a row come in between; half of the time printable ones.
     Inserted,
-    /// The line is cut and goes on as another line of the pool, from the same column on.
+    /// The line continues as another line of the pool from some column on.
     Spliced,
 }
 
@@ -31,21 +31,21 @@ impl Kind {
         Self::Spliced,
     ];
 
-    /// Half of all blocks of lines are [`Kind::Flips`], a tenth each of the others.
+    /// [`Kind::Flips`] for half of all blocks of lines, each other kind for a tenth.
     pub fn of_block(block: u64) -> Self {
         Self::ALL[(block % 10).saturating_sub(4) as usize]
     }
 
-    pub fn spoil(self, sent: &Sent, pool: &Pool, dice: &mut Dice) -> Spoiled {
+    pub fn damage(self, sent: &Sent, pool: &Pool, rng: &mut Rng) -> Spoiled {
         let mut line = Spoiled::new(sent.as_bytes());
         let length = line.length;
         let bits = length * 8;
         match self {
             Self::Flips => {
-                let mut rest = 1 + dice.below(24);
+                let mut rest = 1 + rng.below(24);
                 let mut flipped = [0_u64; LINE_BYTES.div_ceil(8)];
                 while rest > 0 {
-                    let bit = dice.below(bits);
+                    let bit = rng.below(bits);
                     let fresh = flipped[bit / 64] >> (bit % 64) & 1 == 0;
                     if fresh {
                         flipped[bit / 64] |= 1 << (bit % 64);
@@ -55,9 +55,9 @@ impl Kind {
                 }
             }
             Self::Burst => {
-                let run = 2 + dice.below(63);
-                let first = dice.below(bits - run + 1);
-                let inner = dice.next();
+                let run = 2 + rng.below(63);
+                let first = rng.below(bits - run + 1);
+                let inner = rng.next();
                 line.flip(first);
                 for n in 1..run - 1 {
                     if inner >> n & 1 == 1 {
@@ -67,34 +67,34 @@ impl Kind {
                 line.flip(first + run - 1);
             }
             Self::Replaced => {
-                let run = 1 + dice.below(8);
-                let first = dice.below(length - run + 1);
-                let filling = Filling::new(dice);
+                let run = 1 + rng.below(8);
+                let first = rng.below(length - run + 1);
+                let filling = Filling::new(rng);
                 for byte in &mut line.bytes[first..first + run] {
-                    *byte = filling.next(dice);
+                    *byte = filling.next(rng);
                 }
             }
             Self::Deleted => {
-                let run = 1 + dice.below(8);
-                let first = dice.below(length - run + 1);
+                let run = 1 + rng.below(8);
+                let first = rng.below(length - run + 1);
                 line.bytes.copy_within(first + run..length, first);
                 line.length -= run;
             }
             Self::Inserted => {
-                let run = 1 + dice.below(8);
-                let first = dice.below(length);
+                let run = 1 + rng.below(8);
+                let first = rng.below(length);
                 line.bytes.copy_within(first..length, first + run);
-                let filling = Filling::new(dice);
+                let filling = Filling::new(rng);
                 for byte in &mut line.bytes[first..first + run] {
-                    *byte = filling.next(dice);
+                    *byte = filling.next(rng);
                 }
                 line.length += run;
             }
             Self::Spliced => {
                 // Where both lines begin alike the splice is a good line.
                 loop {
-                    let column = 1 + dice.below(length - 1);
-                    let other = pool.draw(dice).as_bytes();
+                    let column = 1 + rng.below(length - 1);
+                    let other = pool.draw(rng).as_bytes();
                     let Some(tail) = other.get(column..) else {
                         continue;
                     };
@@ -111,24 +111,24 @@ impl Kind {
     }
 }
 
-/// Random bytes, all printable or all of any kind.
+/// Random bytes, all printable or all arbitrary.
 #[derive(Clone, Copy)]
 struct Filling {
     printable: bool,
 }
 
 impl Filling {
-    fn new(dice: &mut Dice) -> Self {
+    fn new(rng: &mut Rng) -> Self {
         Self {
-            printable: dice.next() & 1 == 1,
+            printable: rng.next() & 1 == 1,
         }
     }
 
-    fn next(self, dice: &mut Dice) -> u8 {
+    fn next(self, rng: &mut Rng) -> u8 {
         if self.printable {
-            b' ' + dice.below(95) as u8
+            b' ' + rng.below(95) as u8
         } else {
-            dice.next() as u8
+            rng.next() as u8
         }
     }
 }

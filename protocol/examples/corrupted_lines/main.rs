@@ -1,5 +1,4 @@
-//! Corrupts good lines in every way a radio knows, puts them through the decoder and counts the wrong
-//! lines that it takes, beside how many arithmetic expects.
+//! Corrupts good lines in six ways, decodes them, and prints the wrong lines accepted beside the expected number.
 //!
 //! `cargo run --release -p groundwave-protocol --example corrupted_lines -- 1000000000 [SEED]`
 //!
@@ -20,15 +19,15 @@ use std::thread;
 use std::time::Instant;
 
 use corruption::Kind;
-use damage::Dice;
+use damage::Rng;
 use groundwave_protocol::decoder::Decoder;
 use pool::{Pool, Sent};
 use tally::{Tally, Totals};
 
-/// Lines that go through one decoder. Each block draws from a generator of its own.
+/// Lines decoded by one decoder, with a random generator of their own.
 const BLOCK_LINES: u64 = 250_000;
 
-/// One line in so many is given a fresh checksum, to see whether its fields alone would be refused.
+/// One in this number of lines is given a new checksum, to test the checks of its fields alone.
 const SEALED_ONE_IN: u64 = 64;
 
 fn main() -> ExitCode {
@@ -51,7 +50,7 @@ fn main() -> ExitCode {
 }
 
 fn run(lines: u64, seed: u64) -> Totals {
-    let pool = Pool::new(&mut Dice(seed));
+    let pool = Pool::new(&mut Rng(seed));
     let began = Instant::now();
     let blocks = lines.div_ceil(BLOCK_LINES);
     let (next, done) = (AtomicU64::new(0), AtomicU64::new(0));
@@ -66,7 +65,7 @@ fn run(lines: u64, seed: u64) -> Totals {
                     }
                     let count = BLOCK_LINES.min(lines - block * BLOCK_LINES);
                     let kind = Kind::of_block(block);
-                    let tally = corrupt(&pool, kind, count, Dice(seed ^ block << 20));
+                    let tally = corrupt(&pool, kind, count, Rng(seed ^ block << 20));
                     if let Ok(mut totals) = totals.lock() {
                         totals.add(kind, &tally);
                     }
@@ -87,18 +86,18 @@ fn report_progress(done: u64, blocks: u64, began: Instant) {
     }
 }
 
-/// One stream of corrupted lines through one decoder.
-fn corrupt(pool: &Pool, kind: Kind, count: u64, mut dice: Dice) -> Tally {
+/// Decodes one stream of corrupted lines.
+fn corrupt(pool: &Pool, kind: Kind, count: u64, mut rng: Rng) -> Tally {
     let mut tally = Tally::default();
     let mut decoder = Decoder::default();
     for n in 0..count {
-        let sent = pool.draw(&mut dice);
-        let spoiled = kind.spoil(sent, pool, &mut dice);
-        let flips = sent.flips_to(spoiled.as_bytes());
+        let sent = pool.draw(&mut rng);
+        let damaged = kind.damage(sent, pool, &mut rng);
+        let flips = sent.flips_to(damaged.as_bytes());
         let guaranteed = flips.is_some_and(|flips| flips <= 5);
         tally.lines += 1;
         tally.guaranteed += u64::from(guaranteed);
-        for line in decoder.lines(spoiled.as_bytes()) {
+        for line in decoder.lines(damaged.as_bytes()) {
             if sent.is(&line) {
                 tally.intact += 1;
             } else if guaranteed {
@@ -109,7 +108,7 @@ fn corrupt(pool: &Pool, kind: Kind, count: u64, mut dice: Dice) -> Tally {
         }
         if !guaranteed && n.is_multiple_of(SEALED_ONE_IN) {
             tally.sealed += 1;
-            tally.sealed_readable += u64::from(Sent::is_readable_when_sealed(spoiled.as_bytes()));
+            tally.sealed_readable += u64::from(Sent::is_readable_when_sealed(damaged.as_bytes()));
         }
     }
     tally.take_counters(decoder.counters());

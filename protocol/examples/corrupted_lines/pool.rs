@@ -1,6 +1,6 @@
-//! Good lines of every type to draw from.
+//! A pool of good lines of all types.
 
-use crate::damage::{Dice, Sample, bytes_of};
+use crate::damage::{Rng, Sample, bytes_of};
 use groundwave_protocol::LINE_BYTES;
 use groundwave_protocol::decoder::{Decoder, Received};
 use groundwave_protocol::sixbit;
@@ -10,7 +10,7 @@ use groundwave_protocol::telemetry::{
 };
 use serde_json::Value;
 
-/// Of each type.
+/// Lines of each type.
 const LINES_OF_A_TYPE: usize = 2048;
 
 /// A good line.
@@ -22,9 +22,9 @@ pub struct Sent {
 pub struct Pool(Vec<Sent>);
 
 impl Pool {
-    /// Lines of all types in equal numbers, from the bodies of the golden vectors with other
-    /// sequences, acknowledgements, places, speeds and texts.
-    pub fn new(dice: &mut Dice) -> Self {
+    /// Lines of all types in equal numbers: bodies of the golden vectors with varied sequences,
+    /// acknowledgements, poses, speeds and texts.
+    pub fn new(rng: &mut Rng) -> Self {
         let bodies = bodies();
         let mut lines = Vec::new();
         for kind in [b'A', b'B', b'C', b'T', b'P', b'S'] {
@@ -34,30 +34,30 @@ impl Pool {
                 .collect();
             for _ in 0..LINES_OF_A_TYPE {
                 let line = Line {
-                    sequence: dice.below(SEQUENCE_MODULUS.into()) as u8,
-                    body: varied(of_kind[dice.below(of_kind.len())], dice),
-                    ack: ack(dice),
+                    sequence: rng.below(SEQUENCE_MODULUS.into()) as u8,
+                    body: varied(of_kind[rng.below(of_kind.len())], rng),
+                    ack: ack(rng),
                 };
                 lines.push(Sent::new(&line.encode()));
             }
         }
         for _ in 0..LINES_OF_A_TYPE {
             let line = AckLine {
-                sequence: dice.below(SEQUENCE_MODULUS.into()) as u8,
-                ack: ack(dice),
-                listens: dice.next() & 1 == 1,
+                sequence: rng.below(SEQUENCE_MODULUS.into()) as u8,
+                ack: ack(rng),
+                listens: rng.next() & 1 == 1,
             };
             lines.push(Sent::new(&line.encode()));
         }
         Self(lines)
     }
 
-    pub fn draw(&self, dice: &mut Dice) -> &Sent {
-        &self.0[dice.below(self.0.len())]
+    pub fn draw(&self, rng: &mut Rng) -> &Sent {
+        &self.0[rng.below(self.0.len())]
     }
 }
 
-/// What every good line among the golden vectors says.
+/// The bodies of the good lines among the golden vectors.
 fn bodies() -> Vec<Body> {
     [
         include_str!("../../vectors/lines.jsonl"),
@@ -76,41 +76,41 @@ fn bodies() -> Vec<Body> {
     .collect()
 }
 
-fn varied(body: &Body, dice: &mut Dice) -> Body {
+fn varied(body: &Body, rng: &mut Rng) -> Body {
     match body {
         Body::State(state) => Body::State(StateLine {
-            x_tenths_in: dice.below(19_999) as i32 - 9999,
-            y_tenths_in: dice.below(19_999) as i32 - 9999,
-            theta_deg: dice.below(360) as u16,
-            velocity_in_s: dice.below(25) as i8 - 12,
-            wheel_left_in_s: dice.below(25) as i8 - 12,
-            wheel_right_in_s: dice.below(25) as i8 - 12,
+            x_tenths_in: rng.below(19_999) as i32 - 9999,
+            y_tenths_in: rng.below(19_999) as i32 - 9999,
+            theta_deg: rng.below(360) as u16,
+            velocity_in_s: rng.below(25) as i8 - 12,
+            wheel_left_in_s: rng.below(25) as i8 - 12,
+            wheel_right_in_s: rng.below(25) as i8 - 12,
             ..*state
         }),
         Body::Text(_) => {
-            let words: String = (0..dice.below(65))
-                .map(|_| char::from(b' ' + dice.below(95) as u8))
+            let words: String = (0..rng.below(65))
+                .map(|_| char::from(b' ' + rng.below(95) as u8))
                 .collect();
             Body::Text(TextLine::new(&words))
         }
         Body::Song(_) => {
-            let notes = (0..=dice.below(SONG_NOTES)).map(|_| Note {
-                hz: dice.below(4096) as u16,
-                ticks: 1 + dice.below(63) as u8,
+            let notes = (0..=rng.below(SONG_NOTES)).map(|_| Note {
+                hz: rng.below(4096) as u16,
+                ticks: 1 + rng.below(63) as u8,
             });
             Body::Song(SongLine::new(notes))
         }
         Body::Parameter(parameter) => Body::Parameter(ParameterLine {
-            value: dice.below(199_999) as i32 - 99_999,
-            kept: dice.below(199_999) as i32 - 99_999,
+            value: rng.below(199_999) as i32 - 99_999,
+            kept: rng.below(199_999) as i32 - 99_999,
             ..*parameter
         }),
         Body::Status(_) | Body::Counters(_) => *body,
     }
 }
 
-fn ack(dice: &mut Dice) -> Ack {
-    let characters = [(); 5].map(|()| sixbit::encode(dice.below(64) as u8));
+fn ack(rng: &mut Rng) -> Ack {
+    let characters = [(); 5].map(|()| sixbit::encode(rng.below(64) as u8));
     Ack::decode(characters).unwrap_or_default()
 }
 
@@ -128,18 +128,18 @@ impl Sent {
         &self.bytes[..self.length]
     }
 
-    /// Whether this is what was received.
+    /// Whether `received` is this line.
     pub fn is(&self, received: &Received) -> bool {
         bytes_of(received) == self.as_bytes()
     }
 
-    /// Bits that differ; `None` when the length differs, too.
-    pub fn flips_to(&self, spoiled: &[u8]) -> Option<u32> {
-        let pairs = self.as_bytes().iter().zip(spoiled);
-        (spoiled.len() == self.length).then(|| pairs.map(|(a, b)| (a ^ b).count_ones()).sum())
+    /// Number of bits that differ; `None` if the length differs.
+    pub fn flips_to(&self, damaged: &[u8]) -> Option<u32> {
+        let pairs = self.as_bytes().iter().zip(damaged);
+        (damaged.len() == self.length).then(|| pairs.map(|(a, b)| (a ^ b).count_ones()).sum())
     }
 
-    /// Whether the end of these bytes would be taken for a line if only its checksum were right.
+    /// Whether the end of these bytes would be a readable line with a new checksum.
     pub fn is_readable_when_sealed(bytes: &[u8]) -> bool {
         [LINE_BYTES, ACK_LINE_BYTES].into_iter().any(|length| {
             bytes.len().checked_sub(length).is_some_and(|start| {

@@ -1,27 +1,27 @@
-//! What was counted, and what arithmetic expects.
+//! Counts of a run, and the expected ones.
 
 use crate::corruption::Kind;
 use crate::damage::bytes_of;
 use groundwave_protocol::decoder::{Counters, Received};
 use std::fmt;
 
-/// Wrong lines shown at the end.
+/// Most wrong lines shown at the end.
 const SHOWN_MAX: usize = 20;
 
-/// The chance that a checksum of 24 bits holds by accident.
+/// Probability that a checksum of 24 bits is valid by chance.
 const BY_ACCIDENT: f64 = 1.0 / (1 << 24) as f64;
 
-/// Lines spoiled in one way.
+/// Counts of the lines damaged in one way.
 #[derive(Clone, Debug, Default)]
 pub struct Tally {
     pub lines: u64,
-    /// At most five bits wrong and none lost: the checksum must notice.
+    /// Lines with at most five wrong bits and none lost, which the checksum must reject.
     pub guaranteed: u64,
-    /// Lines found as they were sent, damage beside them.
+    /// Lines received as sent, with damage beside them.
     pub intact: u64,
-    /// Of the lines not guaranteed, those given a fresh checksum.
+    /// Lines not guaranteed that were given a new checksum.
     pub sealed: u64,
-    /// Of these, those whose fields could be read.
+    /// Lines given a new checksum that were readable.
     pub sealed_readable: u64,
     wrong: u64,
     wrong_against_the_guarantee: u64,
@@ -62,19 +62,18 @@ impl Tally {
         self.field_rejected += other.field_rejected;
     }
 
-    /// Share of the damaged lines that would be taken if only their checksum were right.
+    /// Share of damaged lines that are readable with a new checksum.
     fn readable(&self) -> f64 {
         self.sealed_readable as f64 / (self.sealed as f64).max(1.0)
     }
 
-    /// Wrong lines to be expected of a checksum that notices up to five bits always and everything
-    /// else as chance has it.
+    /// Expected wrong lines of a checksum that always detects up to five wrong bits and all other damage by chance.
     fn expected(&self) -> f64 {
         (self.lines - self.guaranteed) as f64 * BY_ACCIDENT * self.readable()
     }
 }
 
-/// All of them.
+/// Counts of all ways of damage.
 #[derive(Clone, Debug, Default)]
 pub struct Totals([Tally; Kind::ALL.len()]);
 

@@ -1,4 +1,4 @@
-//! A robot's day: what it hears and what it acknowledges.
+//! Vectors of a conversation: frames, and the robot's acknowledgements.
 
 use crate::{describe, judge};
 use groundwave_protocol::arq::{Action, Farm};
@@ -11,7 +11,7 @@ use serde_json::{Value, json};
 
 pub const ROBOT_ID: u8 = 7;
 
-/// The robot's receiving end, as a step of the conversation drives it.
+/// The robot's receiver in the conversation.
 pub struct Robot {
     farm: Farm,
     receiver: Receiver,
@@ -29,8 +29,8 @@ impl Robot {
         self.farm.key()
     }
 
-    /// Lets the robot hear a frame; says what it heard, did and acknowledges. Orders other than
-    /// activations end with this outcome.
+    /// Gives the robot a frame; returns message, action and acknowledgement. Orders other than activations end with
+    /// `outcome`.
     pub fn hear(&mut self, frame: &[u8], outcome: Outcome) -> Value {
         let mut message = None;
         for &byte in frame {
@@ -61,7 +61,7 @@ impl Robot {
         self.acknowledge(step)
     }
 
-    /// Adds what every line says from now on, and the list the robot drives.
+    /// Adds the acknowledgement and the active list.
     pub fn acknowledge(&self, mut step: Value) -> Value {
         let ack = self.farm.ack();
         step["ack"] = describe::ack(ack);
@@ -76,7 +76,7 @@ impl Robot {
 struct Script {
     robot: Robot,
     steps: Vec<Value>,
-    /// What a station believes: the key of the session it has opened.
+    /// The key of the session that the station has opened.
     key: Key,
 }
 
@@ -311,7 +311,7 @@ fn sequences(s: &mut Script) {
     s.order("and 1 follows 0", 1, reactive, Outcome::Done);
 }
 
-/// A list that is told from others by the numbers in it.
+/// A list that differs from others in its coordinates.
 fn route(count: i16) -> Vec<Waypoint> {
     (0..count)
         .map(|i| Waypoint {

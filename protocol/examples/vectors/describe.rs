@@ -1,4 +1,4 @@
-//! Lines, frames and counters as JSON, with the names that SPEC.md uses.
+//! Lines, frames and counters as JSON, with the names of SPEC.md.
 
 use groundwave_protocol::command::{Message, Order};
 use groundwave_protocol::decoder::{Counters, Received};
@@ -19,7 +19,7 @@ fn with(mut object: Value, more: Value) -> Value {
     object
 }
 
-/// Everything a line says.
+/// The fields of a line.
 pub fn received(received: &Received) -> Value {
     let head = json!({ "sequence": received.sequence(), "ack": ack(*received.ack()) });
     let body = match received {
@@ -148,7 +148,7 @@ pub fn ack(ack: Ack) -> Value {
     with(head, detail)
 }
 
-/// What a decoder has counted.
+/// The counters of a decoder.
 pub fn counters(c: &Counters) -> Value {
     json!({
         "bytes": c.bytes,
@@ -162,7 +162,7 @@ pub fn counters(c: &Counters) -> Value {
     })
 }
 
-/// Everything a frame says.
+/// The fields of a message.
 pub fn message(message: &Message) -> Value {
     match message {
         Message::Stop => json!({ "type": "X" }),

@@ -1,4 +1,4 @@
-//! What the code says about a line, a stream or a frame: the generator writes it down, the test compares.
+//! The code's result for a line, stream or frame, which the generator writes and the test compares.
 
 use crate::describe;
 use groundwave_protocol::command::Key;
@@ -6,7 +6,7 @@ use groundwave_protocol::decoder::{Decoder, Received};
 use groundwave_protocol::receiver::Receiver;
 use serde_json::{Value, json};
 
-/// One line by itself: its `fields`, or its `error`.
+/// Result for a line: its `fields`, or its `error`.
 pub fn line(bytes: &[u8]) -> Value {
     let mut decoder = Decoder::default();
     let received = decoder.lines(bytes).next();
@@ -32,7 +32,7 @@ pub fn stream(bytes: &[u8]) -> Value {
     json!({ "lines": lines, "counters": describe::counters(decoder.counters()) })
 }
 
-/// A robot's ear: who it is and which session is open. Nobody's when the owner is 0.
+/// A robot's id and session; none is open when the owner is 0.
 #[derive(Clone, Copy)]
 pub struct Ear {
     pub robot_id: u8,
@@ -46,7 +46,7 @@ impl Ear {
         (self.owner != 0).then(|| Key::session(self.robot_id, self.boot, self.session, self.owner))
     }
 
-    /// What is heard in these bytes: the last `message`, the last `error`, or neither.
+    /// Result for a frame: the last `message`, the last `error`, or neither.
     pub fn hear(self, bytes: &[u8]) -> Value {
         let mut receiver = Receiver::default();
         let mut message = None;
@@ -66,7 +66,7 @@ impl Ear {
     }
 }
 
-/// ASCII as it is.
+/// Bytes of ASCII as text.
 pub fn text(bytes: &[u8]) -> String {
     bytes.iter().copied().map(char::from).collect()
 }

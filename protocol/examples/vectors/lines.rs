@@ -1,4 +1,4 @@
-//! Lines by themselves.
+//! Vectors of single lines.
 
 use crate::judge;
 use crate::samples::{
@@ -21,7 +21,7 @@ pub fn vector(about: impl Into<String>, line: &[u8]) -> Value {
     vector
 }
 
-/// Every type of line, every letter, every limit; then everything that must be refused.
+/// Each type of line with all letters and limits, then lines to refuse.
 pub fn lines() -> Vec<Value> {
     let mut vectors = valid_states();
     vectors.extend(valid_others());
@@ -253,7 +253,7 @@ fn letters() -> Vec<Value> {
         .collect()
 }
 
-/// Good checksums over columns that make no sense.
+/// Lines with a valid checksum and an unreadable field.
 fn bad_fields() -> Vec<Value> {
     let a = encode(42, Body::State(state()));
     let b = encode(47, Body::Status(status()));
@@ -354,7 +354,7 @@ fn bad_fields() -> Vec<Value> {
         .collect()
 }
 
-/// Lines that are not what was sent.
+/// Damaged lines.
 fn damaged() -> Vec<Value> {
     let line = encode(42, Body::State(state()));
     let ack_line = acknowledge(43, ACK);

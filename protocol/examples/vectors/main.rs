@@ -1,5 +1,5 @@
-//! Writes the golden vectors to `vectors/`. What changes there changes the protocol: read the
-//! difference before it is committed. `tests/vectors.rs` fails while code and vectors differ.
+//! Writes the golden vectors to `vectors/`. A change there is a change of the protocol: review it before you
+//! commit it. `tests/vectors.rs` fails while code and vectors differ.
 
 mod conversation;
 mod describe;

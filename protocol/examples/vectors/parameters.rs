@@ -1,5 +1,5 @@
-//! Parameters and songs: lines P and S, and the orders about parameters. They came after version 1 had been
-//! frozen, so they have files of their own.
+//! Vectors of lines P and S and of the orders for parameters. They were added after version 1 was frozen, so they
+//! have files of their own.
 
 use crate::lines::vector as line_vector;
 use crate::samples::{altered, encode, parameter, song};
@@ -114,7 +114,7 @@ fn bad_lines() -> Vec<Value> {
         .collect()
 }
 
-/// The orders about parameters, good and bad.
+/// The orders for parameters, good and bad.
 pub fn frames() -> Vec<Value> {
     let key = key("top-speed");
     let set = |value| Order::SetParameter { key, value };

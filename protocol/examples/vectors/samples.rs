@@ -1,4 +1,4 @@
-//! A line of every type, to be varied.
+//! A sample line of each type.
 
 use groundwave_protocol::crc;
 use groundwave_protocol::status_codes::{Infrared, Layer, LayerMask, LayerState};
@@ -45,7 +45,7 @@ pub fn acknowledge(sequence: u8, ack: Ack) -> Vec<u8> {
     line.encode().to_vec()
 }
 
-/// The same, from a robot that listens next.
+/// The line G of the same content.
 pub fn go_ahead(sequence: u8, ack: Ack) -> Vec<u8> {
     let line = AckLine {
         sequence,
@@ -141,7 +141,7 @@ pub fn song() -> SongLine {
     SongLine::new(notes.map(|(hz, ticks)| Note { hz, ticks }))
 }
 
-/// Writes over a line and makes its checksum right again.
+/// Overwrites columns of a line and computes its checksum anew.
 pub fn altered(mut line: Vec<u8>, column: usize, characters: &[u8]) -> Vec<u8> {
     line[column - 1..column - 1 + characters.len()].copy_from_slice(characters);
     let content = line.len() - 6;

@@ -1,4 +1,4 @@
-//! Streams of lines and noise, and checksums.
+//! Vectors of streams and checksums.
 
 use crate::judge;
 use crate::samples::{ACK, acknowledge, altered, encode, state, text};
@@ -22,7 +22,7 @@ fn knock(sequence: u8) -> Vec<u8> {
     acknowledge(sequence, ACK)
 }
 
-/// A line of the robot's next life.
+/// A line from after a reboot.
 fn rebooted(sequence: u8) -> Vec<u8> {
     let line = Line {
         sequence,
@@ -38,7 +38,7 @@ fn spoilt(mut line: Vec<u8>, column: usize, bits: u8) -> Vec<u8> {
     line
 }
 
-/// What a decoder finds in a stream, and how it counts.
+/// Streams, with the lines found and the counters.
 pub fn streams() -> Vec<Value> {
     let mut streams = damaged_streams();
     streams.extend(counted_streams());
@@ -142,7 +142,7 @@ fn counted_streams() -> Vec<Value> {
     .into()
 }
 
-/// Checksums by themselves: a start value, bytes, the remainder and its characters.
+/// Checksums: initial remainder, bytes, remainder and its characters.
 pub fn checksums() -> Vec<Value> {
     let line = encode(42, Body::State(state()));
     [

@@ -1,4 +1,4 @@
-//! Frames by themselves, and digests of waypoint lists.
+//! Vectors of frames and of digests.
 
 use crate::judge::{self, Ear};
 use groundwave_protocol::command::{
@@ -33,7 +33,7 @@ pub fn vector(about: impl Into<String>, ear: Ear, bytes: &[u8]) -> Value {
     vector
 }
 
-/// Any content under a good checksum.
+/// A frame of any content with a valid checksum.
 pub fn sealed(key: Key, content: &[u8]) -> Vec<u8> {
     let trailer = crc::characters(crc::update(key.init(), content));
     [b"\n", content, &trailer[..], b"\n"].concat()
@@ -48,7 +48,7 @@ fn route(count: i16) -> Vec<Waypoint> {
         .collect()
 }
 
-/// Every message at its limits; then everything that must not be heard.
+/// Each message at its limits, then frames to reject.
 pub fn frames() -> Vec<Value> {
     let mut vectors = valid();
     vectors.extend(not_heard());
@@ -259,7 +259,7 @@ fn not_heard() -> Vec<Value> {
     ]
 }
 
-/// A number in 6-bit characters, whether a robot would read it or not.
+/// A number in 6-bit characters, valid or not.
 fn number(characters: usize, value: u32) -> Vec<u8> {
     let mut written = vec![0; characters];
     sixbit::encode_into(value, &mut written);
@@ -283,8 +283,7 @@ fn drive(velocity_in_s: i32, rotation_in_s: i32, heard: i32) -> Vec<u8> {
     [b"D".to_vec(), number(4, bits as u32)].concat()
 }
 
-/// Good checksums over what makes no sense: one thing is wrong in each. A command is heard all the
-/// same: it must be refused.
+/// Frames with a valid checksum and one error each. A command among them is heard all the same, and refused.
 fn unreadable() -> Vec<Value> {
     let origin = point(0, 0);
     let half = [&origin[..], &origin[..3]].concat();

@@ -1,19 +1,19 @@
-//! A line of every type, and ways to spoil it.
+//! A line of every type, and ways to damage it.
 #![allow(dead_code, reason = "each test binary uses its own part")]
 
 use groundwave_protocol::crc;
 use groundwave_protocol::decoder::Received;
 use serde_json::Value;
 
-/// Where the sampled flips begin. Fixed, so that a failure repeats; change it to look elsewhere.
+/// First seed of the sampled flips, fixed so that a failure repeats.
 pub fn seed() -> u64 {
     0x1998_0804
 }
 
 /// `SplitMix64`.
-pub struct Dice(pub u64);
+pub struct Rng(pub u64);
 
-impl Dice {
+impl Rng {
     pub fn next(&mut self) -> u64 {
         self.0 = self.0.wrapping_add(0x9E37_79B9_7F4A_7C15);
         let mut z = self.0;
@@ -26,7 +26,7 @@ impl Dice {
         (self.next() % limit as u64) as usize
     }
 
-    /// Different numbers below a limit.
+    /// Distinct numbers below a limit.
     pub fn different(&mut self, count: usize, limit: usize) -> Vec<usize> {
         let mut chosen = Vec::new();
         while chosen.len() < count {
@@ -59,7 +59,7 @@ impl Sample {
         bytes
     }
 
-    /// Makes the checksum right again.
+    /// Computes the checksum anew.
     pub fn seal(&mut self) {
         let content = self.bytes.len() - 6;
         let remainder = crc::update(crc::DOWNLINK_INIT, &self.bytes[..content]);
@@ -67,7 +67,7 @@ impl Sample {
     }
 }
 
-/// The bytes a line was read from.
+/// The bytes of a line.
 pub fn bytes_of(received: &Received) -> Vec<u8> {
     match received {
         Received::Line(_, bytes) => bytes.to_vec(),
@@ -75,7 +75,7 @@ pub fn bytes_of(received: &Received) -> Vec<u8> {
     }
 }
 
-/// One line of each type: the first of it among the golden vectors.
+/// The first line of each type among the golden vectors.
 pub fn samples() -> Vec<Sample> {
     let vectors: Vec<Value> = [
         include_str!("../../vectors/lines.jsonl"),

@@ -8,7 +8,7 @@ use std::sync::LazyLock;
 
 const ROBOT_ID: u8 = 7;
 
-/// A stream with lines in it, whole, cut off and spoiled: chance alone would hardly make one.
+/// A stream with whole, cut and damaged lines, which random bytes would hardly contain.
 pub fn sown(input: &[u8]) -> Vec<u8> {
     static LINES: LazyLock<Vec<Sample>> = LazyLock::new(samples);
     let lines = &*LINES;
@@ -28,7 +28,7 @@ pub fn sown(input: &[u8]) -> Vec<u8> {
     stream
 }
 
-/// Every chunking finds the same lines, nothing but intact ones, and the counters add up.
+/// Any chunking finds the same intact lines, and the counters add up.
 pub fn decoder(stream: &[u8]) {
     let (whole, counters) = decode(stream.chunks(stream.len().max(1)));
     let size = usize::from(stream.first().copied().unwrap_or_default()) + 1;
@@ -65,7 +65,7 @@ fn decode<'a>(chunks: impl Iterator<Item = &'a [u8]>) -> (Vec<Received>, Counter
     (found, *decoder.counters())
 }
 
-/// Every run of bytes is a frame or rejected for one reason, and what is heard is what was said.
+/// Each run of bytes is a frame or is rejected for one reason, and encoding a message gives its frame.
 pub fn receiver(stream: &[u8]) {
     for key in [None, Some(Key::session(ROBOT_ID, 1, 1, 0x2A5))] {
         let mut receiver = Receiver::default();

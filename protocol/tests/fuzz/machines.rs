@@ -1,4 +1,4 @@
-//! Both ends of command delivery, given whatever bytes say.
+//! Both ends of delivery under steps taken from arbitrary bytes.
 
 use groundwave_protocol::Waypoint;
 use groundwave_protocol::arq::{Action, Config, Farm, Fop, FopEvent, Task};
@@ -10,7 +10,7 @@ use groundwave_protocol::telemetry::{Ack, AckLine, Detail, Outcome};
 const ROBOT_ID: u8 = 7;
 const OWNER: u16 = 0x2A5;
 
-/// Takes an input apart; zeros follow its end.
+/// Reads an input; zeros follow its end.
 struct Input<'a>(&'a [u8]);
 
 impl Input<'_> {
@@ -29,8 +29,7 @@ impl Input<'_> {
     }
 }
 
-/// Messages as frames under the robot's own key, for otherwise none would get past the checksum: what the
-/// input says after the type of each frame is its content.
+/// Frames under the robot's own key, because others would fail the checksum; the input gives type and content.
 pub fn farm(input: &[u8]) {
     let mut input = Input(input);
     let mut farm = Farm::new(ROBOT_ID, u16::from(input.byte()));
@@ -99,8 +98,8 @@ fn message(input: &mut Input, farm: &Farm) -> Message {
     }
 }
 
-/// Any acknowledgement at any time, and whatever the user does: nothing is claimed that the latest line
-/// does not prove, and time is never asked to stand still.
+/// Any acknowledgement and any user action at any time: each result is proven by the latest line, and timeouts lie in the
+/// future.
 pub fn fop(input: &[u8]) {
     let mut input = Input(input);
     let mut fop = Fop::new(Config::new(OWNER));
@@ -147,7 +146,7 @@ pub fn fop(input: &[u8]) {
     }
 }
 
-/// An acknowledgement line; what other fields it has are as they are by themselves.
+/// An acknowledgement line.
 fn ack_line(sequence: u8, ack: Ack) -> AckLine {
     AckLine {
         sequence,
@@ -156,7 +155,7 @@ fn ack_line(sequence: u8, ack: Ack) -> AckLine {
     }
 }
 
-/// Fields near those of a robot that talks with this station: sheer chance would never open a session.
+/// An acknowledgement near that of a robot in a session, because random ones would never open a session.
 fn ack(input: &mut Input) -> Ack {
     let (a, b) = (input.byte(), input.byte());
     let detail = match a >> 6 {
@@ -203,7 +202,7 @@ fn check_events(fop: &mut Fop, line: Option<Ack>) {
     }
 }
 
-/// Polls as a caller does, through two timeouts; returns the time then.
+/// Polls like a caller through two timeouts; returns the time afterwards.
 fn run(fop: &mut Fop, mut now_us: u64) -> u64 {
     let mut standing = 0;
     for _ in 0..16 {

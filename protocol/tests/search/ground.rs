@@ -1,4 +1,4 @@
-//! A station: the shipping FOP and the operator before it.
+//! A station: the real FOP and its operator.
 
 use groundwave_protocol::arq::{Config, Duplex, Fop, FopEvent, Task};
 use groundwave_protocol::command::{BLOCK_WAYPOINTS, Order};
@@ -10,30 +10,30 @@ use crate::instants::Relative;
 use crate::robot::{Epoch, TaskId};
 use crate::world::ROBOT_ID;
 
-/// What an operator wants, one after the other.
+/// A task that an operator requests.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub enum Wish {
-    /// An order that can be told from all others.
+    /// An order that differs from all others.
     Order,
-    /// A list of so many blocks.
+    /// A list with this number of blocks.
     List(usize),
 }
 
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Ground {
     pub fop: Fop,
-    /// Tells the tasks of one station from those of another.
+    /// Number of the station, part of its task numbers.
     number: usize,
     wishes: Vec<Wish>,
-    /// Wishes begun.
+    /// Number of tasks begun.
     pub begun: usize,
     /// The task under way.
     pub task: Option<TaskId>,
-    /// The session that the station takes for its own.
+    /// The session that the station believes its own.
     pub epoch: Option<Epoch>,
 }
 
-/// Longer than everything that happens between two timers in a search.
+/// Longer than all steps between two timers in a search.
 const SILENCE_US: u64 = 1_000_000_000;
 
 /// Longer than any number of silences in a search.
@@ -64,7 +64,7 @@ impl Ground {
         self.epoch.hash(hasher);
     }
 
-    /// The program ended and was started again; wishes not begun are still wished.
+    /// Restarts the station; tasks not begun remain.
     pub fn restart(&mut self, owner: u16) {
         self.fop = fop(owner);
         self.task = None;
@@ -87,7 +87,7 @@ impl Ground {
         self.task = Some(task);
     }
 
-    /// Whether this is the digest of a list of this station's.
+    /// Whether `digest` belongs to a list of this station.
     pub fn sent_list(&self, active: &[Waypoint]) -> bool {
         self.wishes.iter().enumerate().any(|(n, wish)| match wish {
             Wish::Order => false,
@@ -95,7 +95,7 @@ impl Ground {
         })
     }
 
-    /// One frame, and when its last byte is off; `None` when there is nothing to say now.
+    /// The next frame, and when its last byte was sent; `None` if there is none now.
     pub fn transmit(&mut self, now_us: u64) -> Option<(Vec<u8>, u64)> {
         let mut frame = Vec::new();
         let mut at_us = now_us;
@@ -148,10 +148,10 @@ fn list(task: TaskId, blocks: usize) -> Vec<Waypoint> {
         .collect()
 }
 
-/// The digest of what is active now.
+/// The digest of the active list.
 pub fn digest_of(active: &[Waypoint]) -> u32 {
     digest(active.iter())
 }
 
-/// How long until every timer of a kind has run out, shortest first.
+/// Time until all timers of a kind have run out, shortest first.
 pub const WAITS_US: [u64; 3] = [500_000, SILENCE_US + 1_000_000, GIVE_UP_US + 1_000_000];

@@ -1,20 +1,17 @@
-//! Hashing that sees instants as they look from now, so that the same situation at another hour is the
-//! same state.
+//! Hashing of instants relative to the present, so that the same situation at another time is the same state.
 
 use std::hash::Hasher;
 
-/// When every search begins, microseconds. Smaller values are durations or instants that mean "never".
+/// Instant at which every search begins, microseconds. Smaller values are durations, or instants that mean "never".
 pub const EPOCH_US: u64 = 1 << 50;
 
-/// How long ago the acknowledgement of a line that arrives now was latched, and how long ago the line was
-/// composed; a little more than that.
+/// Upper limits of the age of the acknowledgement of a line that arrives now, and of the line itself.
 const LATCHED_US: u64 = 90_000;
 const COMPOSED_US: u64 = 450_000;
 
-/// Hands everything on, instants relative to `now_us`. Past ones are told apart only as far as a line
-/// that arrives now tells them apart. Beyond that only timers do, and the search lets every timer run
-/// out in every state. Numbers of 32 bits are left out: they count frames and bytes, or follow from
-/// other fields. So are the waypoints of a list on its way, which its task names.
+/// Hashes instants relative to `now_us`. Past ones differ only as far as a line that arrives now distinguishes them;
+/// beyond that only timers do, and the search lets every timer run out in every state. It leaves out numbers of 32
+/// bits, which count frames and bytes or follow from other fields, and the waypoints of a list, which its task names.
 pub struct Relative<'a, H> {
     pub inner: &'a mut H,
     pub now_us: u64,
@@ -60,7 +57,7 @@ impl<H: Hasher> Hasher for Relative<'_, H> {
     }
 }
 
-/// A hasher for long and plain things.
+/// A hasher for long plain data.
 #[derive(Default)]
 pub struct Quick(u64);
 

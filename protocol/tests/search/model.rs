@@ -1,8 +1,8 @@
-//! Everything that can happen, one step at a time.
+//! The model of the search: all steps of stations, network and robot.
 //!
-//! The network keeps every frame and every line that was ever said and may deliver any of them at any
-//! time, to any station, in any order, as often as it likes, or never: loss, duplication, reordering
-//! and delay. A frame may be held back for ever, a line until a timer for silence runs out.
+//! The network keeps all frames and lines sent and may deliver any of them at any time, to any station,
+//! in any order, repeatedly or never: loss, duplication, reordering and delay. It may delay a frame for
+//! ever, and a line until a timer for silence runs out.
 
 use groundwave_protocol::arq::FopEvent;
 use groundwave_protocol::decoder::Received;
@@ -15,39 +15,39 @@ use crate::ground::{Ground, WAITS_US, Wish, digest_of};
 use crate::instants::{EPOCH_US, Quick};
 use crate::robot::{Epoch, Robot};
 
-/// What there is and what may happen.
+/// The setting of a search and its limits.
 #[derive(Clone, Debug)]
 pub struct Setting {
-    /// Owner and wishes of each station.
+    /// Owner and tasks of each station.
     pub stations: Vec<(u16, Vec<Wish>)>,
-    /// Times that the robot may boot anew.
+    /// Most reboots of the robot.
     pub reboots: u8,
-    /// Times that the first station may be started anew, with another owner.
+    /// Most restarts of the first station, each with another owner.
     pub restarts: u8,
-    /// Times that the first station's operator may say STOP.
+    /// Most STOPs of the first station's operator.
     pub stops: u8,
-    /// Frames and lines that the network holds, each way; the oldest are lost.
+    /// Most frames and most lines that the network keeps; the oldest are lost.
     pub held: (usize, usize),
-    /// Sessions of a life that are searched. They are numbered modulo 7, and no radio holds a frame back
-    /// until its session's number comes round.
+    /// Most sessions in a life. They are numbered modulo 7, and no radio delays a frame until its session's number
+    /// repeats.
     pub sessions: u8,
-    /// Commands of a session that are searched.
+    /// Most commands in a session.
     pub commands: u8,
-    /// Whether stations know each other's sessions from their own.
+    /// Whether the stations have different owners.
     pub owners_differ: bool,
 }
 
-/// A frame on its way.
+/// A frame in the network.
 #[derive(Clone, Debug, PartialEq, Eq, Hash)]
 pub struct Frame {
     bytes: Vec<u8>,
-    /// The session that its sender took for its own.
+    /// The session that its sender believed its own.
     epoch: Option<Epoch>,
-    /// Sent before STOP was said.
+    /// Whether it was sent before the STOP.
     before_stop: bool,
 }
 
-/// A line on its way.
+/// A line in the network.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Said {
     received: Received,
@@ -94,20 +94,20 @@ impl Hash for State {
 
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Step {
-    /// A station's operator begins what is wished next.
+    /// A station begins its next task.
     Begin(usize),
-    /// A station says its next frame.
+    /// A station sends its next frame.
     Transmit(usize),
-    /// The robot hears a frame.
+    /// The robot receives a frame.
     Hear(usize),
-    /// A station hears a line: station, line.
+    /// A station receives a line: station, line.
     Receive(usize, usize),
-    /// Time passes, until timers of this kind have run out.
+    /// Time passes until timers of this kind have run out.
     Wait(usize),
-    /// The first station's operator says STOP.
+    /// The first station's operator stops the robot.
     Stop,
     Reboot,
-    /// The first station is started anew.
+    /// The first station restarts.
     Restart,
 }
 
@@ -120,13 +120,13 @@ pub const AFTER_STOP: &str = "nothing sent before a STOP executes after it";
 pub const STOP_PROOF: &str = "a proven STOP was heard";
 pub const ENDS: &str = "a channel that works again ends every task";
 
-/// One state in so many is continued over a good channel.
+/// Share of states continued over a good channel: one in this number.
 const CONTINUED_ONE_IN: u64 = 64;
 
-/// Rounds of a good channel within which everything must have ended.
+/// Rounds of a good channel within which all tasks must have ended.
 const ROUNDS_MAX: usize = 60;
 
-/// These show that a search gets anywhere.
+/// Situations that a search must reach to be meaningful.
 const PROVEN: &str = "something is proven";
 const PROVEN_AFTER_REBOOT: &str = "something is proven after a reboot";
 const LIST_PROVEN: &str = "a list is proven";
@@ -276,7 +276,7 @@ impl Model for Setting {
 }
 
 impl State {
-    /// The robot talks without a pause. Lines that say the same are taken for one.
+    /// The robot sends without a pause; equal lines count as one.
     fn speak(&mut self) {
         let boots = self.robot.boots;
         let latest = self.lines.last().filter(|line| line.boots == boots);
@@ -383,7 +383,7 @@ impl State {
         }
     }
 
-    /// Events of timers and operators prove nothing; an end of a task is noted.
+    /// Handles events of timers and operators, which prove no result; notes the end of a task.
     fn drain(&mut self) {
         for ground in &mut self.grounds {
             let ground = Arc::make_mut(ground);
@@ -399,7 +399,7 @@ impl State {
         active.is_empty() || self.grounds.iter().any(|ground| ground.sent_list(active))
     }
 
-    /// Whether every wish is begun and ended when the channel is good from now on. Looks at a sample.
+    /// Whether all tasks begin and end on a channel that is good from now on; checks a sample of the states.
     fn ends_well(&self) -> bool {
         let mut hasher = Quick::default();
         self.hash(&mut hasher);
@@ -416,7 +416,7 @@ impl State {
         })
     }
 
-    /// A station says what it has to say, and hears what the robot says to it.
+    /// A station sends its frames and receives the robot's lines.
     fn talk(&mut self, n: usize) {
         let ground = Arc::make_mut(&mut self.grounds[n]);
         if ground.can_begin() {

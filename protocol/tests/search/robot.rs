@@ -1,4 +1,4 @@
-//! The robot's end, as the shipping receiver and FARM make it, and what happened at it.
+//! The robot's end, made of the real receiver and FARM, with a log of its actions.
 
 use groundwave_protocol::Waypoint;
 use groundwave_protocol::arq::{Action, Farm};
@@ -12,7 +12,7 @@ use std::hash::{Hash, Hasher};
 use crate::instants::Quick;
 use crate::world::ROBOT_ID;
 
-/// Names one task of one station; an order carries it as its theta, a list in its first waypoint.
+/// Number of a task of a station, carried as theta of an order or in the first waypoint of a list.
 pub type TaskId = u16;
 
 /// A robot's life and the session that was open in it.
@@ -22,7 +22,7 @@ pub struct Epoch {
     pub session: u8,
 }
 
-/// Something the robot did, and when.
+/// An action of the robot, and its epoch.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub struct Deed {
     pub task: TaskId,
@@ -34,10 +34,10 @@ pub struct Robot {
     pub farm: Farm,
     pub boots: u16,
     mode: Mode,
-    /// In the order in which it happened, over all lives.
+    /// All actions in order, over all lives.
     pub deeds: Vec<Deed>,
     pub stopped: bool,
-    /// Of the FARM, which is long and seldom changes.
+    /// Hash of the FARM, kept because the FARM is large and seldom changes.
     hash: u64,
 }
 
@@ -71,7 +71,7 @@ impl Robot {
         self.hash = hasher.finish();
     }
 
-    /// Everything is gone but the count of boots.
+    /// Reboots: only the count of boots remains.
     pub fn reboot(&mut self) {
         self.boots += 1;
         self.farm = Farm::new(ROBOT_ID, self.boots);
@@ -86,7 +86,7 @@ impl Robot {
         }
     }
 
-    /// Hears a frame; returns the task that it made the robot carry out.
+    /// Receives a frame; returns the task that the robot carries out.
     pub fn hear(&mut self, frame: &[u8]) -> Option<TaskId> {
         let mut receiver = Receiver::default();
         let mut done = None;
@@ -120,7 +120,7 @@ impl Robot {
         task
     }
 
-    /// A line as the ground's decoder finds it.
+    /// The robot's next line, decoded.
     pub fn say(&self, sequence: u8) -> Received {
         let line = Line {
             sequence,

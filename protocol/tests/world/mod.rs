@@ -1,4 +1,4 @@
-//! Both ends of command delivery and the wire between them, in virtual time, a byte time a step.
+//! Both ends of delivery and the wire between them, in virtual time, in steps of a byte time.
 #![allow(dead_code, reason = "each test binary uses its own part")]
 #![allow(clippy::unwrap_used, reason = "a test stops where something is wrong")]
 
@@ -16,10 +16,10 @@ use groundwave_protocol::telemetry::{
 const US_PER_BYTE: u64 = 1_000_000 / 240;
 pub const ROBOT_ID: u8 = 7;
 
-/// A small generator, so that a seed means the same everywhere.
-pub struct Dice(u64);
+/// A small generator of random numbers, the same on every platform.
+pub struct Rng(u64);
 
-impl Dice {
+impl Rng {
     pub fn next(&mut self) -> u64 {
         self.0 = self.0.wrapping_add(0x9E37_79B9_7F4A_7C15);
         let mut z = self.0;
@@ -33,18 +33,18 @@ impl Dice {
     }
 }
 
-/// A UART's receiving half at the end of a wire that flips bits, start and stop bits too.
+/// The receiver of a UART behind a wire that flips bits, start and stop bits included.
 #[derive(Default)]
 pub struct Uart {
-    /// Data bits so far and how many; `None` while it waits for a start bit.
+    /// Data bits so far and their number; `None` while it waits for a start bit.
     data: Option<(u8, u8)>,
-    /// A stop bit was wrong: the line must rest before the next start.
+    /// A stop bit was wrong: the wire must be idle before the next start bit.
     broken: bool,
 }
 
 impl Uart {
-    /// One byte time: a byte or an idle line goes in, and what the receiver makes of it comes out.
-    pub fn pass(&mut self, sent: Option<u8>, dice: &mut Dice, bit_error_rate: f64) -> Option<u8> {
+    /// Passes one byte time, with a byte or an idle wire; returns the byte that the receiver reads.
+    pub fn pass(&mut self, sent: Option<u8>, rng: &mut Rng, bit_error_rate: f64) -> Option<u8> {
         let mut received = None;
         for n in 0..10 {
             let bit = match (sent, n) {
@@ -52,7 +52,7 @@ impl Uart {
                 (Some(byte), 1..=8) => byte >> (n - 1) & 1 == 1,
                 _ => true,
             };
-            received = self.sample(bit ^ dice.chance(bit_error_rate)).or(received);
+            received = self.sample(bit ^ rng.chance(bit_error_rate)).or(received);
         }
         received
     }
@@ -73,7 +73,7 @@ impl Uart {
     }
 }
 
-/// The robot's end: a receiver, a FARM and a transmitter that never rests.
+/// The robot's end: receiver, FARM and a transmitter that sends without a pause.
 pub struct Robot {
     pub farm: Farm,
     pub receiver: Receiver,
@@ -82,7 +82,7 @@ pub struct Robot {
     pub lists: Vec<u32>,
     /// Drive frames obeyed.
     pub drives: u32,
-    /// What lines A and C say of the failsafe.
+    /// Failsafe fields of lines A and C.
     pub link: Link,
     pub failsafe: Option<Failsafe>,
     pub line: Vec<u8>,
@@ -90,7 +90,7 @@ pub struct Robot {
     pub sequence: u8,
     pub lines_with_ack: u32,
     pub ks: u32,
-    /// Intact messages that get lost all the same.
+    /// Number of intact messages to lose.
     pub deaf_to: fn(&Message) -> bool,
 }
 
@@ -145,7 +145,7 @@ impl Robot {
         }
     }
 
-    /// The next byte on the wire; acknowledgements are filled in when their column is due.
+    /// The next byte on the wire; the acknowledgement is taken when its column is due.
     pub fn next_byte(&mut self) -> u8 {
         if self.sent == self.line.len() {
             self.compose();
@@ -238,7 +238,7 @@ pub fn counters() -> CountersLine {
     }
 }
 
-/// Both ends and the wire between them, a byte time a step.
+/// Both ends and the wire between them.
 pub struct World {
     pub robot: Robot,
     pub fop: Fop,
@@ -246,11 +246,11 @@ pub struct World {
     pub uplink: std::collections::VecDeque<u8>,
     pub up: Uart,
     pub down: Uart,
-    /// The way down holds every byte back for so long.
+    /// Delay of each byte on the downlink.
     pub down_delay_us: u64,
     pub under_way: std::collections::VecDeque<(u64, u8)>,
     pub now_us: u64,
-    pub dice: Dice,
+    pub rng: Rng,
     pub bit_error_rate: f64,
     pub deaf: bool,
     pub events: Vec<FopEvent>,
@@ -268,7 +268,7 @@ impl World {
             down_delay_us: 0,
             under_way: std::collections::VecDeque::new(),
             now_us: 0,
-            dice: Dice(seed),
+            rng: Rng(seed),
             bit_error_rate,
             deaf: false,
             events: Vec::new(),
@@ -278,14 +278,14 @@ impl World {
     pub fn step(&mut self) {
         self.now_us += US_PER_BYTE;
         let sent = self.uplink.pop_front();
-        let heard = self.up.pass(sent, &mut self.dice, self.bit_error_rate);
+        let heard = self.up.pass(sent, &mut self.rng, self.bit_error_rate);
         if let Some(byte) = heard.filter(|_| !self.deaf) {
             self.robot.handle_byte(byte);
         }
         let sent = self.robot.next_byte();
         let heard = self
             .down
-            .pass(Some(sent), &mut self.dice, self.bit_error_rate);
+            .pass(Some(sent), &mut self.rng, self.bit_error_rate);
         if let Some(byte) = heard {
             self.under_way
                 .push_back((self.now_us + self.down_delay_us, byte));
@@ -312,7 +312,7 @@ impl World {
         }
     }
 
-    /// Whatever is claimed must be true at the robot at that moment.
+    /// Checks that an event is true at the robot at that moment.
     pub fn check(&self, event: FopEvent) {
         if let FopEvent::Concluded {
             outcome: Outcome::Done,
@@ -354,8 +354,8 @@ impl World {
 }
 
 pub fn route(seed: u64, count: usize) -> Vec<Waypoint> {
-    let mut dice = Dice(seed);
-    let mut part = || (dice.next() % 19_999) as i16 - 9999;
+    let mut rng = Rng(seed);
+    let mut part = || (rng.next() % 19_999) as i16 - 9999;
     (0..count)
         .map(|_| Waypoint {
             x_in: part(),
