@@ -45,9 +45,8 @@ pub(super) fn sink(share: Option<&Share>, mut recorder: Sink) -> Sink {
     match share.map(Share::tap) {
         None => recorder,
         Some(tap) => Box::new(move |at, bytes| {
-            let is_kept = recorder(at, bytes);
+            recorder(at, bytes);
             tap.take(bytes);
-            is_kept
         }),
     }
 }

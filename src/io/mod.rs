@@ -9,5 +9,4 @@ pub mod ports;
 pub mod share;
 pub mod signals;
 pub mod terminal;
-mod tty;
 pub mod via;

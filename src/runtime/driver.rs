@@ -212,7 +212,7 @@ impl Driver {
             return;
         };
         let (now, heard) = (self.now(), self.heard());
-        let id = self.station.handle_request(now, asked.ask.request.clone());
+        let id = self.start(now, asked.ask.request.clone());
         if let Some(desk) = &mut self.desk {
             desk.handle_started(now, id, &asked, heard);
         }
@@ -231,7 +231,7 @@ impl Driver {
         while let Some(wanted) = self.live.as_mut().and_then(Live::poll) {
             match wanted {
                 live::Wanted::Start(call, request) => {
-                    let id = self.station.handle_request(self.now(), request);
+                    let id = self.start(self.now(), request);
                     let live = self.live.as_mut();
                     let asked = live.and_then(|live| live.handle_started(call, id));
                     self.events.extend(asked);
@@ -265,14 +265,14 @@ impl Driver {
     #[must_use]
     pub fn statistics(&self) -> Statistics {
         Statistics {
-            not_taken_bytes: self.link.not_taken(),
+            not_taken_bytes: self.link.not_taken_bytes(),
             ..self.station.statistics(self.now())
         }
     }
 
     fn tell_not_taken(&mut self) {
         let now = self.now();
-        let bytes = self.link.not_taken();
+        let bytes = self.link.not_taken_bytes();
         let (told, at) = self.told_not_taken;
         if bytes > told && at.is_none_or(|at| now.saturating_sub(at) >= NOT_TAKEN_REST) {
             self.told_not_taken = (bytes, Some(now));
@@ -303,9 +303,16 @@ impl Driver {
 
     /// Delivers a wish; its fate comes as events.
     pub fn request(&mut self, request: Request) -> CommandId {
-        let id = self.station.handle_request(self.now(), request);
+        let id = self.start(self.now(), request);
         self.flush();
         id
+    }
+
+    fn start(&mut self, now: Moment, request: Request) -> CommandId {
+        if request == Request::Stop {
+            self.link.clear_queue();
+        }
+        self.station.handle_request(now, request)
     }
 
     /// Drives by hand for half a second.
@@ -331,7 +338,7 @@ impl Driver {
     pub fn poll_event(&mut self) -> Option<Event> {
         let mut event = self.station.poll_event();
         if let Some(Event::Statistics(statistics)) = &mut event {
-            statistics.not_taken_bytes = self.link.not_taken();
+            statistics.not_taken_bytes = self.link.not_taken_bytes();
         }
         if let (Some(Event::Reception { reception, .. }), Some(advising)) =
             (&event, &mut self.advising)

@@ -393,8 +393,7 @@ impl Inner {
         (now, self.started_wall + now)
     }
 
-    /// Says whether the bytes are in a file.
-    fn handle_rx(&mut self, at: Instant, bytes: &[u8]) -> bool {
+    fn handle_rx(&mut self, at: Instant, bytes: &[u8]) {
         if let Some(tee) = &mut self.tee {
             tee.write(bytes);
         }
@@ -403,7 +402,6 @@ impl Inner {
         if let Some(recorder) = &mut self.recorder {
             recorder.handle_rx(now, wall, bytes);
         }
-        self.tee.is_some() || self.recorder.is_some()
     }
 
     fn handle_tx(&mut self, at: Instant, bytes: &[u8]) {

@@ -31,7 +31,7 @@ pub(in super::super) fn connect(
     let (spec, simulator) = embed(link, radio.kind)?;
     let connection =
         Connection::open(&spec, baud).map_err(|error| Fault::new(Exit::NoLink, error))?;
-    let opened = Link::start(spec, baud, connection, Box::new(|_, _| false), inputs);
+    let opened = Link::start(spec, baud, connection, Box::new(|_, _| ()), inputs);
     let driver = Driver::new(
         link.to_string(),
         opened,

@@ -9,7 +9,7 @@ use std::time::Duration;
 use super::error::OpenError;
 use super::identity::{self, UsbIdentity, Whereabouts};
 use super::spec::LinkSpec;
-use crate::io::{ports, tty};
+use crate::io::ports;
 
 /// A read that brings nothing returns after this, and a write that is taken by nobody fails: neither
 /// the reader nor the writer waits for a dead device for ever.
@@ -30,32 +30,15 @@ const PEER_TIMEOUT: Duration = Duration::from_secs(10);
 
 pub(super) type Reading = Box<dyn Read + Send>;
 
-/// The ways into a device.
-pub(super) struct Writing {
-    /// Takes what the device has room for and never waits, where there is such a way.
-    pub(super) at_once: Option<Box<dyn Write + Send>>,
-    /// Waits for room, so long as patience lasts.
-    pub(super) patient: Box<dyn Write + Send>,
-}
-
-impl Writing {
-    pub(super) fn patient(device: impl Write + Send + 'static) -> Self {
-        Self {
-            at_once: None,
-            patient: Box::new(device),
-        }
-    }
-}
+pub(super) type Writing = Box<dyn Write + Send>;
 
 /// An open device or socket.
 pub struct Connection {
     pub(super) reading: Reading,
     /// `None` where nothing can be sent.
     pub(super) writing: Option<Writing>,
-    /// The device's name, where it is another than the operator gave.
+    /// The device's name, if it differs from the operator's.
     pub(super) renamed: Option<String>,
-    /// The rate of a serial port in bit/s; `None` where bytes may come at any.
-    pub(super) baud: Option<u32>,
 }
 
 impl Connection {
@@ -89,7 +72,6 @@ impl Connection {
             reading,
             writing: None,
             renamed: None,
-            baud: None,
         }
     }
 }
@@ -187,9 +169,8 @@ fn prepare_tcp(stream: TcpStream) -> io::Result<Connection> {
     let writing = stream.try_clone()?;
     Ok(Connection {
         reading: Box::new(stream),
-        writing: Some(Writing::patient(writing)),
+        writing: Some(Box::new(writing)),
         renamed: None,
-        baud: None,
     })
 }
 
@@ -211,22 +192,16 @@ fn open_unix(_path: &Path) -> io::Result<Connection> {
 /// Opening leaves DTR as it is: toggling it resets an Arduino.
 fn open_serial(name: &str, baud: u32) -> Result<Connection, OpenError> {
     let failed = |error| OpenError::serial(name, &error);
-    // Before the port is ours alone, which shuts out ourselves, too.
-    let at_once = tty::without_waiting(name.as_ref());
     let port = serialport::new(name, baud)
         .timeout(PATIENCE)
         .preserve_dtr_on_open()
         .open()
         .map_err(failed)?;
-    let patient = port.try_clone().map_err(failed)?;
+    let writing = port.try_clone().map_err(failed)?;
     Ok(Connection {
         reading: Box::new(port),
-        writing: Some(Writing {
-            at_once,
-            patient: Box::new(patient),
-        }),
+        writing: Some(Box::new(writing)),
         renamed: None,
-        baud: Some(baud),
     })
 }
 
@@ -262,8 +237,7 @@ mod tests {
         let spec = LinkSpec::Tcp(address);
         let mut connection = Connection::open(&spec, BAUD).expect("a connection");
         let _peer = listener.accept().expect("a peer that never reads");
-        let writing = connection.writing.as_mut().expect("a way to send");
-        let writing = &mut writing.patient;
+        let writing = connection.writing.as_mut().expect("a writer");
         let error = loop {
             if let Err(error) = writing.write_all(&[0; 1 << 12]) {
                 break error;

@@ -1,16 +1,14 @@
 //! A radio link: a serial device, a TCP bridge or standard input, kept open.
 //!
-//! Two threads own it. The reader hands every chunk to the [`Sink`] (the recorder) before anything
-//! else sees it, and opens the link again by itself when it is gone. The writer keeps a stuck device
-//! from holding up anybody.
+//! Two threads own it. The reader hands every chunk to the [`Sink`] (the recorder) before anything else sees it, and reopens
+//! a lost link. The writer takes frames from the transmit queue, so that a stuck device delays nothing else.
 
 mod connection;
 mod error;
 mod identity;
 mod reader;
-mod rest;
 mod spec;
-mod writer;
+mod tx_queue;
 
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
@@ -26,7 +24,7 @@ pub use spec::LinkSpec;
 
 use connection::Reopener;
 use reader::{Reader, Reopen};
-use writer::Outlet;
+use tx_queue::TxQueue;
 
 /// The radio's speed.
 pub const BAUD: u32 = 2400;
@@ -39,28 +37,26 @@ pub enum LinkInput {
         /// The device's name, where it is another than the operator gave.
         renamed: Option<String>,
     },
-    /// Bytes, and when the read that brought them returned.
+    /// Bytes, and the time at which their read returned.
     Bytes(Instant, Vec<u8>),
-    /// The link is gone and will be tried again; or why it could not be opened again so far.
+    /// Why the link is gone, or why it cannot be reopened so far.
     Lost(String),
     /// Standard input has ended.
     Ended,
 }
 
-/// Takes every received chunk before anything else does; says whether it is kept in a file, so that the next one may not
-/// wait in the system.
-pub type Sink = Box<dyn FnMut(Instant, &[u8]) -> bool + Send>;
+/// Takes every received chunk before anything else does.
+pub type Sink = Box<dyn FnMut(Instant, &[u8]) + Send>;
 
 /// An open link.
 pub struct Link {
-    outlet: Option<Outlet>,
+    tx_queue: Option<TxQueue>,
     is_eager: Arc<AtomicBool>,
 }
 
 impl Link {
-    /// Starts the threads of a link that is open. It stays open: a loss is reported as
-    /// [`LinkInput::Lost`] and the link is opened again as soon as it can be, under another name too if
-    /// it is a USB adapter.
+    /// Starts the threads of an open link. A loss is reported as [`LinkInput::Lost`], and the link is reopened as soon as
+    /// possible; a USB adapter under another name too.
     #[must_use]
     pub fn start(
         spec: LinkSpec,
@@ -80,35 +76,33 @@ impl Link {
     ) -> Self {
         let writing = connection.writing.take();
         let can_send = writing.is_some();
-        let outlet = Outlet::default();
+        let tx_queue = TxQueue::default();
         let is_eager = Arc::<AtomicBool>::default();
-        outlet.connect(writing);
+        tx_queue.connect(writing);
         let reader = Reader {
             reopener,
             sink,
             inputs,
-            outlet: outlet.clone(),
+            tx_queue: tx_queue.clone(),
             is_eager: Arc::clone(&is_eager),
-            sleep: Box::new(thread::sleep),
         };
         thread::spawn(move || reader.run(connection));
         Self {
-            outlet: can_send.then_some(outlet),
+            tx_queue: can_send.then_some(tx_queue),
             is_eager,
         }
     }
 
-    /// No radio at all: what is received comes from elsewhere.
+    /// A link without a radio: the bytes come from elsewhere.
     #[must_use]
     pub fn receive_only() -> Self {
         Self {
-            outlet: None,
+            tx_queue: None,
             is_eager: Arc::default(),
         }
     }
 
-    /// Hands every byte over when it comes, instead of waiting until a line may be complete: for a station
-    /// that speaks when the robot is silent.
+    /// Hands over every byte as it comes, not only when a line may be complete: for a station that sends in the robot's pauses.
     pub fn hand_over_at_once(&self, is_eager: bool) {
         self.is_eager.store(is_eager, Ordering::Relaxed);
     }
@@ -116,20 +110,26 @@ impl Link {
     /// Whether anything can be sent.
     #[must_use]
     pub const fn can_send(&self) -> bool {
-        self.outlet.is_some()
+        self.tx_queue.is_some()
     }
 
-    /// Sends bytes and does not wait. A device that takes none for long loses them, which the protocol
-    /// repairs.
+    /// Queues a frame, without waiting. A device that takes none for long loses it, which the protocol repairs.
     pub fn send(&self, bytes: &[u8]) {
-        if let Some(outlet) = &self.outlet {
-            outlet.send(bytes);
+        if let Some(queue) = &self.tx_queue {
+            queue.send(bytes);
+        }
+    }
+
+    /// Drops frames that wait for a slow device, so that STOP is behind no more than the frame under way.
+    pub fn clear_queue(&self) {
+        if let Some(queue) = &self.tx_queue {
+            queue.clear();
         }
     }
 
     /// Bytes that a stuck device did not take.
     #[must_use]
-    pub fn not_taken(&self) -> u64 {
-        self.outlet.as_ref().map_or(0, Outlet::not_taken)
+    pub fn not_taken_bytes(&self) -> u64 {
+        self.tx_queue.as_ref().map_or(0, TxQueue::not_taken_bytes)
     }
 }

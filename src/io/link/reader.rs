@@ -1,4 +1,4 @@
-//! The thread that reads: it hands every chunk to the sink first, and opens the link again by itself.
+//! The reader thread: it hands every chunk to the sink first, and reopens a lost link.
 
 use std::io;
 use std::sync::Arc;
@@ -11,8 +11,7 @@ use tokio::sync::mpsc::Sender;
 
 use super::connection::{Connection, Reading, Reopener};
 use super::error::OpenError;
-use super::rest::{LONGEST, LONGEST_RECORDED, Rest};
-use super::writer::Outlet;
+use super::tx_queue::TxQueue;
 use super::{LinkInput, Sink};
 
 /// How long to wait before a lost link is tried again.
@@ -54,10 +53,9 @@ pub(super) struct Reader<R> {
     pub(super) reopener: R,
     pub(super) sink: Sink,
     pub(super) inputs: Sender<LinkInput>,
-    pub(super) outlet: Outlet,
-    /// The station wants to know of every byte when it comes: its silence tells it when to speak.
+    pub(super) tx_queue: TxQueue,
+    /// The station takes every byte as it comes: it sends in the robot's pauses.
     pub(super) is_eager: Arc<AtomicBool>,
-    pub(super) sleep: Box<dyn FnMut(Duration) + Send>,
 }
 
 impl<R: Reopen> Reader<R> {
@@ -66,14 +64,13 @@ impl<R: Reopen> Reader<R> {
         let Connection {
             mut reading,
             mut renamed,
-            mut baud,
             ..
         } = connection;
         loop {
             if self.tell(LinkInput::Opened { renamed }).is_none() {
                 return;
             }
-            let reason = match self.read_until_lost(&mut reading, baud) {
+            let reason = match self.read_until_lost(&mut reading) {
                 End::Closed => return,
                 End::Finished if self.reopener.is_final() => {
                     // The station may be gone already; there is nobody else to tell.
@@ -83,8 +80,8 @@ impl<R: Reopen> Reader<R> {
                 End::Finished => self.reopener.end_of_file().to_owned(),
                 End::Failed(error) => describe(&error),
             };
-            // Both halves are let go at once: a system does not give a name free that is held.
-            self.outlet.disconnect();
+            // Both halves are closed at once: a device that is still open keeps its name from the one that comes back.
+            self.tx_queue.connect(None);
             drop(reading);
             let Some(again) = self
                 .tell(LinkInput::Lost(reason))
@@ -92,8 +89,8 @@ impl<R: Reopen> Reader<R> {
             else {
                 return;
             };
-            self.outlet.connect(again.writing);
-            (reading, renamed, baud) = (again.reading, again.renamed, again.baud);
+            self.tx_queue.connect(again.writing);
+            (reading, renamed) = (again.reading, again.renamed);
         }
     }
 
@@ -124,29 +121,21 @@ impl<R: Reopen> Reader<R> {
         None
     }
 
-    /// Reads until there is nothing more to read. The sink gets every chunk at once; the station is woken
-    /// when a line may be complete, three times a second instead of at each of a port's small clumps. Between, the
-    /// thread sleeps as long as the wire takes ([`Rest`]); only briefly while what comes is kept in a file, as a kill or
-    /// a pulled plug loses what waits meanwhile.
-    fn read_until_lost(&mut self, reading: &mut Reading, baud: Option<u32>) -> End {
+    /// Reads until the connection ends. The sink gets every chunk at once; the station is woken when a line may be complete,
+    /// three times a second instead of sixty.
+    fn read_until_lost(&mut self, reading: &mut Reading) -> End {
         let mut buffer = [0; 4096];
-        let mut rest = Rest::new(baud);
         let mut held = Held::default();
         let end = loop {
             match reading.read(&mut buffer) {
                 Ok(0) => break End::Finished,
                 Ok(count) => {
                     let now = Instant::now();
-                    let is_kept = (self.sink)(now, &buffer[..count]);
+                    (self.sink)(now, &buffer[..count]);
                     held.add(now, &buffer[..count]);
                     let is_eager = self.is_eager.load(Ordering::Relaxed);
                     if (is_eager || held.may_be_whole) && self.hand_over(&mut held).is_none() {
                         return End::Closed;
-                    }
-                    rest.take(now, &buffer[..count]);
-                    let longest = if is_kept { LONGEST_RECORDED } else { LONGEST };
-                    if !is_eager && let Some(duration) = rest.duration(longest) {
-                        (self.sleep)(duration);
                     }
                 }
                 Err(error) => match error.kind() {

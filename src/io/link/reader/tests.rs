@@ -8,7 +8,6 @@ use tokio::sync::mpsc;
 
 use super::*;
 use crate::io::link::Link;
-use crate::io::link::connection::Writing;
 
 /// Nothing here takes this long unless it hangs.
 const PATIENCE: Duration = Duration::from_secs(20);
@@ -74,7 +73,6 @@ fn fed() -> (Feed<io::Result<Vec<u8>>>, Connection) {
         reading: Box::new(Fed(from_feed)),
         writing: None,
         renamed: None,
-        baud: None,
     };
     (feed, connection)
 }
@@ -91,7 +89,7 @@ impl Bench {
             openings: openings.into(),
         };
         let (to_station, inputs) = mpsc::channel(64);
-        let link = Link::start_with(planned, connection, Box::new(|_, _| false), to_station);
+        let link = Link::start_with(planned, connection, Box::new(|_, _| ()), to_station);
         Self { link, inputs }
     }
 
@@ -111,38 +109,6 @@ impl Bench {
             LinkInput::Lost(reason) => format!("lost {reason}"),
             LinkInput::Ended => "ended".to_owned(),
         }
-    }
-}
-
-/// What was read is safe, what waits in the system is not.
-#[test]
-fn nobody_sleeps_long_while_bytes_are_kept_nor_at_all_while_each_is_waited_for() {
-    for (is_kept, is_eager, sleeps) in [
-        (false, false, Some(LONGEST)),
-        (true, false, Some(LONGEST_RECORDED)),
-        (false, true, None),
-        (true, true, None),
-    ] {
-        let (feed, mut connection) = fed();
-        connection.baud = Some(2400);
-        feed.send(Ok(b"A...".to_vec())).expect("a channel");
-        drop(feed);
-        let (inputs, _inputs) = mpsc::channel(64);
-        let (slept, sleeping) = channel();
-        let reader = Reader {
-            reopener: Planned {
-                openings: VecDeque::new(),
-                is_final: true,
-            },
-            sink: Box::new(move |_, _| is_kept),
-            inputs,
-            outlet: Outlet::default(),
-            is_eager: Arc::new(AtomicBool::new(is_eager)),
-            sleep: Box::new(move |duration| slept.send(duration).expect("a channel")),
-        };
-        reader.run(connection);
-        let slept: Vec<_> = sleeping.iter().collect();
-        assert_eq!(slept, Vec::from_iter(sleeps), "{is_kept} {is_eager}");
     }
 }
 
@@ -188,7 +154,7 @@ fn a_device_that_takes_no_bytes_does_not_hold_up_the_loss() {
     let (feed, mut connection) = fed();
     let (asked, was_asked) = channel();
     let (_held, until) = channel();
-    connection.writing = Some(Writing::patient(Stuck { asked, until }));
+    connection.writing = Some(Box::new(Stuck { asked, until }));
     let (_second, again) = fed();
     let mut bench = Bench::new(connection, vec![Ok(again)]);
     bench.link.send(b"\n");
@@ -204,7 +170,7 @@ fn bytes_that_a_stuck_device_does_not_take_are_counted() {
     let (_feed, mut connection) = fed();
     let (asked, was_asked) = channel();
     let (held, until) = channel();
-    connection.writing = Some(Writing::patient(Stuck { asked, until }));
+    connection.writing = Some(Box::new(Stuck { asked, until }));
     let bench = Bench::new(connection, vec![]);
     bench.link.send(b"12345");
     was_asked.recv_timeout(PATIENCE).expect("a write");
@@ -212,14 +178,18 @@ fn bytes_that_a_stuck_device_does_not_take_are_counted() {
         bench.link.send(b"12345");
     }
     assert_eq!(
-        bench.link.not_taken(),
+        bench.link.not_taken_bytes(),
         5,
         "eight wait, the ninth has no room"
     );
     drop(held);
     let deadline = Instant::now() + PATIENCE;
-    while bench.link.not_taken() < 50 {
-        assert!(Instant::now() < deadline, "{}", bench.link.not_taken());
+    while bench.link.not_taken_bytes() < 50 {
+        assert!(
+            Instant::now() < deadline,
+            "{}",
+            bench.link.not_taken_bytes()
+        );
         thread::yield_now();
     }
 }
@@ -266,7 +236,7 @@ impl Drop for LetGo {
 fn a_lost_device_is_let_go_before_it_is_back() {
     let (feed, mut connection) = fed();
     let (let_go, was_let_go) = channel();
-    connection.writing = Some(Writing::patient(LetGo(let_go)));
+    connection.writing = Some(Box::new(LetGo(let_go)));
     let missing = Err(OpenError::Missing("it".to_owned()));
     let mut bench = Bench::new(connection, vec![missing]);
     drop(feed);
