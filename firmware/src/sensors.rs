@@ -130,7 +130,7 @@ impl Battery {
 #[cfg(test)]
 impl Senses<'static> {
     /// No obstacles; prowling at the origin.
-    pub(crate) fn nothing() -> Self {
+    pub(crate) fn idle() -> Self {
         Self {
             parameters: &Parameters::DEFAULT,
             mode: Mode::Prowl,

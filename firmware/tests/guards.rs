@@ -87,15 +87,7 @@ fn guarded_ticks_count_for_no_layer() {
     let mut bench = on_floor();
     let won = |bench: &mut Bench| {
         bench.run_ms(10_000);
-        let counters = bench
-            .lines
-            .iter()
-            .rev()
-            .find_map(|(_, line)| match line.body {
-                Body::Counters(counters) => Some(counters),
-                _ => None,
-            });
-        counters.expect("a line C was received").ticks_won[8]
+        bench.latest_counters().ticks_won[8]
     };
     bench.inputs.cliff = Some(NOWHERE);
     bench.run_ms(10_000);
@@ -118,7 +110,7 @@ fn lowering_arm_holds_the_motors_and_line_a_shows_it() {
     bench.run_to_line_end();
     bench.run_ms(50);
     bench.inputs.bumper.left = true;
-    let mut told = false;
+    let mut reported = false;
     for _ in 0..11 {
         bench.run_ticks(1);
         assert_eq!(bench.robot.guarded(), Some(MotorGuard::Arm));
@@ -126,13 +118,13 @@ fn lowering_arm_holds_the_motors_and_line_a_shows_it() {
     for _ in 0..20 {
         bench.run_ticks(1);
         let state = bench.latest_state();
-        told |= state.arm == Arm::Up && state.layers.get(Layer::Bumpers) == LayerState::Raised;
+        reported |= state.arm == Arm::Up && state.layers.get(Layer::Bumpers) == LayerState::Raised;
         assert!(
             state.arm != Arm::Up || state.layers.get(Layer::Bumpers) != LayerState::Holds,
             "{state:?}"
         );
     }
-    assert!(told);
+    assert!(reported);
     assert_eq!(bench.robot.guarded(), None);
     bench.run_ms(700);
     assert_eq!(
@@ -168,8 +160,8 @@ fn lifted_robot_stops_its_wheels_and_continues_when_put_down() {
         assert_eq!(bench.robot.mode(), mode);
         assert_eq!(bench.robot.motion().velocity_cps, 192);
     }
-    let said = texts(&bench);
-    assert_eq!(said, ["cliff guard: there is no floor under me"; 2]);
+    let reports = texts(&bench);
+    assert_eq!(reports, ["cliff guard: there is no floor under me"; 2]);
 }
 
 #[test]
@@ -184,7 +176,7 @@ fn switched_off_guard_is_reported_at_once_and_every_minute() {
     bench.order(key, set(0));
     bench.lines.clear();
     bench.run_ms(150_000);
-    let said = |bench: &Bench| {
+    let reports = |bench: &Bench| {
         let is_off = |line: &&groundwave_protocol::telemetry::Line| match line.body {
             Body::Parameter(parameter) => {
                 parameter.name.as_str() == "cliff-guard" && parameter.value == 0
@@ -194,11 +186,11 @@ fn switched_off_guard_is_reported_at_once_and_every_minute() {
         let lines = bench.lines.iter().map(|(_, line)| line);
         (lines.filter(is_off).count(), texts(bench).len())
     };
-    let (parameters, told) = said(&bench);
+    let (parameters, reported) = reports(&bench);
     // The command is answered too.
     assert!(
-        told == 3 && (3..=4).contains(&parameters),
-        "{parameters}, {told}"
+        reported == 3 && (3..=4).contains(&parameters),
+        "{parameters}, {reported}"
     );
     assert!(texts(&bench)[0].contains("guard is switched off"));
     bench.inputs.cliff = Some(ON_THE_LEFT);
@@ -213,5 +205,5 @@ fn switched_off_guard_is_reported_at_once_and_every_minute() {
     bench.run_ms(1000);
     bench.lines.clear();
     bench.run_ms(150_000);
-    assert_eq!(said(&bench).0, 0);
+    assert_eq!(reports(&bench).0, 0);
 }

@@ -3,7 +3,7 @@
 use crate::common::{BOOTS, Bench, ROBOT_ID, only, texts};
 use groundwave_protocol::command::{Drive, Key, Message, Order};
 use groundwave_protocol::status_codes::{Arm, Layer, LayerMask, LayerState, Mode};
-use groundwave_protocol::telemetry::{Body, Outcome};
+use groundwave_protocol::telemetry::Outcome;
 use proptest::prelude::*;
 use sr04_firmware::arbiter::Holder;
 use sr04_firmware::arm::SWING_TICKS;
@@ -68,26 +68,15 @@ fn turned_deg(bench: &mut Bench) -> f64 {
 #[test]
 fn robot_with_every_sensor_starts_without_photo_and_motion() {
     let (mut bench, key) = fitted();
-    let status = |bench: &Bench| {
-        let status = |body: &Body| match body {
-            Body::Status(status) => Some(*status),
-            _ => None,
-        };
-        let lines = bench.lines.iter();
-        lines
-            .filter_map(|(_, line)| status(&line.body))
-            .next_back()
-            .expect("a line B was received")
-    };
     let quiet = LayerMask::ALL.without(Layer::Photo).without(Layer::Motion);
     assert_eq!(
-        (status(&bench).fitted, status(&bench).allowed),
+        (bench.latest_status().fitted, bench.latest_status().allowed),
         (LayerMask::ALL, quiet)
     );
     assert_eq!(bench.latest_state().arm, Arm::Stowed);
     bench.order(key, only(LayerMask::ALL));
     bench.run_ms(2000);
-    assert_eq!(status(&bench).allowed, LayerMask::ALL);
+    assert_eq!(bench.latest_status().allowed, LayerMask::ALL);
 }
 
 #[test]

@@ -145,15 +145,7 @@ fn failsafe_goes_home_after_silence_and_reports_it() {
     bench.run_ms(2000);
     assert_eq!(bench.latest_state().link, status_codes::Link::Armed);
     assert!(has_said(&bench, "failsafe is over"));
-    let counters = bench
-        .lines
-        .iter()
-        .rev()
-        .find_map(|(_, line)| match &line.body {
-            Body::Counters(counters) => Some(counters.failsafe),
-            _ => None,
-        });
-    assert_eq!(counters, Some(Some(failsafe)));
+    assert_eq!(bench.latest_counters().failsafe, Some(failsafe));
 }
 
 fn has_said(bench: &Bench, words: &str) -> bool {

@@ -172,15 +172,7 @@ fn infrared_detections_and_jam_are_reported() {
 fn ticks_won_add_up_to_the_held_ticks() {
     let mut bench = Bench::new();
     bench.run_ms(30_000);
-    let latest = bench
-        .lines
-        .iter()
-        .rev()
-        .find_map(|(_, line)| match line.body {
-            Body::Counters(counters) => Some(counters),
-            _ => None,
-        });
-    let counters = latest.expect("a line C was received");
+    let counters = bench.latest_counters();
     let total: u32 = counters
         .ticks_won
         .iter()

@@ -189,15 +189,7 @@ fn three_hundred_waypoints_are_staged_activated_and_reported() {
     assert_eq!(bench.robot.target(), Some(list[0]));
     assert_eq!(bench.robot.mode(), Mode::Prowl);
     bench.run_ms(2000);
-    let status = bench
-        .lines
-        .iter()
-        .rev()
-        .find_map(|(_, line)| match line.body {
-            Body::Status(status) => Some(status),
-            _ => None,
-        });
-    let status = status.expect("an extra line B was received");
+    let status = bench.latest_status();
     assert_eq!((status.list.driven, status.list.count), (0, 300));
     assert_eq!(status.digest, digest(list.iter()));
     assert_eq!(status.target_in, Some((-5000, 9999)));

@@ -128,7 +128,7 @@ mod tests {
             mode,
             target,
             pose: odometer.pose(),
-            ..Senses::nothing()
+            ..Senses::idle()
         }
     }
 

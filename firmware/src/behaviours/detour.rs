@@ -131,7 +131,7 @@ mod tests {
         odometer.set(Waypoint { x_in: 0, y_in }, Angle(0));
         Senses {
             pose: odometer.pose(),
-            ..Senses::nothing()
+            ..Senses::idle()
         }
     }
 

@@ -296,7 +296,7 @@ mod tests {
     fn beacon(left: bool, right: bool) -> Senses<'static> {
         Senses {
             beacon: Some(Sides { left, right }),
-            ..Senses::nothing()
+            ..Senses::idle()
         }
     }
 
@@ -310,12 +310,12 @@ mod tests {
     #[test]
     fn missing_beacon_leads_to_scans_at_the_origin_and_nearby() {
         let mut docking = Docking::default();
-        let nothing = Senses::nothing();
-        assert_eq!(docking.decide(&nothing), None);
+        let idle = Senses::idle();
+        assert_eq!(docking.decide(&idle), None);
         assert_eq!(docking.target(), Some(DOCK));
         docking.arrive();
         for _ in 0..SCAN_TICKS {
-            assert_eq!(motion(&mut docking, &nothing), Motion::new(0, SCAN_IN_S));
+            assert_eq!(motion(&mut docking, &idle), Motion::new(0, SCAN_IN_S));
         }
         let elsewhere = docking.target().expect("there is a position");
         assert!(elsewhere.x_in.abs() <= 60 && elsewhere.y_in.abs() <= 60);

@@ -69,7 +69,7 @@ mod tests {
     fn see(left: bool, right: bool) -> Senses<'static> {
         Senses {
             infrared: Sides { left, right },
-            ..Senses::nothing()
+            ..Senses::idle()
         }
     }
 

@@ -203,7 +203,7 @@ mod tests {
         Senses {
             motion: Some(motion),
             is_standing: true,
-            ..Senses::nothing()
+            ..Senses::idle()
         }
     }
 
@@ -256,11 +256,7 @@ mod tests {
             }
             for tick in 0..30 {
                 let motion = layer.decide(&at_rest(NONE)).motion;
-                assert_eq!(
-                    motion.velocity_cps,
-                    Senses::nothing().top_cps(),
-                    "tick {tick}"
-                );
+                assert_eq!(motion.velocity_cps, Senses::idle().top_cps(), "tick {tick}");
                 assert_eq!(motion.rotation_cps.signum(), sign);
             }
             assert_eq!(layer.decide(&at_rest(NONE)), Request::QUIET);

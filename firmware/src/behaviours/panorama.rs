@@ -208,7 +208,7 @@ mod tests {
                     left: infrared,
                     right: false,
                 },
-                ..Senses::nothing()
+                ..Senses::idle()
             };
             panorama.take_sample(&senses, place as i32);
         }
@@ -272,7 +272,7 @@ mod tests {
         let mut panorama = Panorama::default();
         let senses = Senses {
             photo: Some((60, 60)),
-            ..Senses::nothing()
+            ..Senses::idle()
         };
         for place in [-1, 0, 3, 2, 47, 48] {
             panorama.take_sample(&senses, place);

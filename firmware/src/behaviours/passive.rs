@@ -24,8 +24,8 @@ const SEQUENCE_TICKS: u32 = ticks(60) as u32;
 enum Stage {
     /// Starts a scan when the motors are free.
     #[default]
-    Look,
-    Looking,
+    Scan,
+    Scanning,
     Facing,
     Waiting,
     Charging,
@@ -34,8 +34,8 @@ enum Stage {
 /// Action that the mode requests.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Step {
-    /// None.
-    Nothing,
+    /// Continue without an action.
+    Continue,
     /// Play the song.
     Sing,
     /// Return to the previous mode.
@@ -61,18 +61,18 @@ impl Passive {
         motion: &MotionDetector,
     ) -> Step {
         match (self.stage, ending) {
-            (Stage::Look, _) if is_free => {
+            (Stage::Scan, _) if is_free => {
                 self.tries += 1;
                 rotation.scan();
-                self.stage = Stage::Looking;
+                self.stage = Stage::Scanning;
             }
-            (Stage::Looking, Some(Ending::Scanned)) => {
+            (Stage::Scanning, Some(Ending::Scanned)) => {
                 let humans = rotation.panorama().humans();
                 rotation.turn_by(i32::from(humans.minus(heading)));
                 self.stage = Stage::Facing;
             }
-            (Stage::Looking, Some(_)) if self.tries < TRIES => self.stage = Stage::Look,
-            (Stage::Looking | Stage::Facing, Some(_)) => {
+            (Stage::Scanning, Some(_)) if self.tries < TRIES => self.stage = Stage::Scan,
+            (Stage::Scanning | Stage::Facing, Some(_)) => {
                 self.stage = Stage::Waiting;
                 return Step::Sing;
             }
@@ -80,7 +80,7 @@ impl Passive {
             (Stage::Charging, _) if !motion.has_fired() => return Step::Over,
             _ => {}
         }
-        Step::Nothing
+        Step::Continue
     }
 }
 
@@ -163,7 +163,7 @@ mod tests {
                     now_ticks,
                     bumper,
                     random,
-                    ..Senses::nothing()
+                    ..Senses::idle()
                 });
             }
         }
@@ -201,17 +201,17 @@ mod tests {
             let step = passive.step(Angle(0), ending, is_free, &mut rotation, &motion);
             (step, passive.stage, rotation.is_scanning())
         };
-        assert_eq!(step(None, false), (Step::Nothing, Stage::Look, false));
-        assert_eq!(step(None, true), (Step::Nothing, Stage::Looking, true));
-        assert_eq!(step(None, true).1, Stage::Looking);
+        assert_eq!(step(None, false), (Step::Continue, Stage::Scan, false));
+        assert_eq!(step(None, true), (Step::Continue, Stage::Scanning, true));
+        assert_eq!(step(None, true).1, Stage::Scanning);
         let broken = Some(Ending::BrokenOff);
-        assert_eq!(step(broken, false).1, Stage::Look);
-        assert_eq!(step(None, true).1, Stage::Looking);
+        assert_eq!(step(broken, false).1, Stage::Scan);
+        assert_eq!(step(None, true).1, Stage::Scanning);
         let scanned = step(Some(Ending::Scanned), true);
-        assert_eq!(scanned, (Step::Nothing, Stage::Facing, false));
+        assert_eq!(scanned, (Step::Continue, Stage::Facing, false));
         let turned = Some(Ending::Turned);
         assert_eq!(step(turned, true), (Step::Sing, Stage::Waiting, false));
-        assert_eq!(step(None, true), (Step::Nothing, Stage::Waiting, false));
+        assert_eq!(step(None, true), (Step::Continue, Stage::Waiting, false));
     }
 
     #[test]

@@ -196,7 +196,7 @@ mod tests {
     fn see(left: u8, right: u8) -> Senses<'static> {
         Senses {
             photo: Some((left, right)),
-            ..Senses::nothing()
+            ..Senses::idle()
         }
     }
 
@@ -210,10 +210,7 @@ mod tests {
         assert!(turns[0] > 0 && turns.is_sorted(), "{turns:?}");
         assert_eq!(turns[3], TURN_MOST_CPS);
         assert_eq!(decide(100, 120).motion.rotation_cps, -turns[1]);
-        assert_eq!(
-            decide(255, 0).motion.velocity_cps,
-            Senses::nothing().top_cps()
-        );
+        assert_eq!(decide(255, 0).motion.velocity_cps, Senses::idle().top_cps());
     }
 
     #[test]
@@ -223,7 +220,7 @@ mod tests {
         let senses = Senses {
             parameters: &parameters,
             photo: Some((120, 100)),
-            ..Senses::nothing()
+            ..Senses::idle()
         };
         let away = Photo::default().decide(&senses).motion.rotation_cps;
         assert_eq!(away, -decide(120, 100).motion.rotation_cps);
@@ -233,7 +230,7 @@ mod tests {
     fn difference_within_the_deadzone_is_no_request() {
         assert_eq!(decide(108, 100), Request::QUIET);
         assert!(decide(109, 100).flag);
-        assert_eq!(Photo::default().decide(&Senses::nothing()), Request::QUIET);
+        assert_eq!(Photo::default().decide(&Senses::idle()), Request::QUIET);
     }
 
     #[test]
@@ -259,7 +256,7 @@ mod tests {
                 photo: Some((mean, mean)),
                 is_standing: true,
                 mode,
-                ..Senses::nothing()
+                ..Senses::idle()
             })
         };
         assert!((0..100).all(|_| !see(150).flag));
@@ -272,7 +269,7 @@ mod tests {
     fn switched_lamp_ahead_moves_a_resting_robot() {
         assert_eq!(at_rest(147, Mode::Reactive, 0).0, 0);
         let ahead = Motion {
-            velocity_cps: Senses::nothing().top_cps(),
+            velocity_cps: Senses::idle().top_cps(),
             rotation_cps: 0,
         };
         assert_eq!(at_rest(140, Mode::Reactive, 0), (20, ahead));
@@ -297,7 +294,7 @@ mod tests {
                 let request = layer.decide(&Senses {
                     parameters: &parameters,
                     photo: Some((mean, mean)),
-                    ..Senses::nothing()
+                    ..Senses::idle()
                 });
                 spun += u32::from(request.flag && request.motion.velocity_cps == 0);
             }
@@ -314,7 +311,7 @@ mod tests {
             let mut senses = Senses {
                 parameters: &parameters,
                 photo: Some((200, 220)),
-                ..Senses::nothing()
+                ..Senses::idle()
             };
             for _ in 0..4 {
                 for left in [false, true] {
@@ -335,7 +332,7 @@ mod tests {
                     photo: Some((left, right)),
                     mode: Mode::Reactive,
                     is_standing,
-                    ..Senses::nothing()
+                    ..Senses::idle()
                 })
                 .flag
         };

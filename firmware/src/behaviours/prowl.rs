@@ -70,12 +70,12 @@ mod tests {
     use super::*;
 
     fn toward(x_in: i16, y_in: i16) -> Motion {
-        super::toward(&Senses::nothing(), Waypoint { x_in, y_in })
+        super::toward(&Senses::idle(), Waypoint { x_in, y_in })
     }
 
     #[test]
     fn free_prowling_needs_its_mode_and_no_target() {
-        let mut senses = Senses::nothing();
+        let mut senses = Senses::idle();
         let request = freely(&senses);
         assert_eq!(request, Request::raise(Motion::new(12, 0)));
         senses.mode = Mode::Reactive;

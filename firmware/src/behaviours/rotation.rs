@@ -193,7 +193,7 @@ mod tests {
             let request = self.layer.decide(&Senses {
                 pose: odometer.pose(),
                 bumper,
-                ..Senses::nothing()
+                ..Senses::idle()
             });
             // Difference of counts in a tick, 1004 per turn.
             let turns = f64::from(request.motion.rotation_cps) / 20.0 / 1004.0;
@@ -260,7 +260,7 @@ mod tests {
     fn blocked_wheels_end_the_turn() {
         let mut layer = Rotation::default();
         layer.turn_by(FULL_TURN / 4);
-        let ticks = (0..1000).take_while(|_| layer.decide(&Senses::nothing()).flag);
+        let ticks = (0..1000).take_while(|_| layer.decide(&Senses::idle()).flag);
         assert_eq!(ticks.count(), usize::from(PATIENCE_TICKS));
         assert_eq!(layer.take_ending(), Some(Ending::BrokenOff));
     }

@@ -192,7 +192,7 @@ mod tests {
                 right: false,
             },
             pose: odometer.pose(),
-            ..Senses::nothing()
+            ..Senses::idle()
         }
     }
 

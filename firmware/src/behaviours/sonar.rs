@@ -70,7 +70,7 @@ mod tests {
                 left_in: Some(left_in),
                 right_in: Some(right_in),
             },
-            ..Senses::nothing()
+            ..Senses::idle()
         })
     }
 
@@ -115,7 +115,7 @@ mod tests {
         assert!(parameters.set(Parameter::SonarDeadzone, 50));
         let mut senses = Senses {
             parameters: &parameters,
-            ..Senses::nothing()
+            ..Senses::idle()
         };
         senses.sonar.left_in = Some(59);
         senses.sonar.right_in = Some(59);
@@ -128,7 +128,7 @@ mod tests {
 
     #[test]
     fn missing_echo_is_a_long_range() {
-        let mut senses = Senses::nothing();
+        let mut senses = Senses::idle();
         assert_eq!(Sonar.decide(&senses), Request::QUIET);
         senses.sonar.left_in = Some(50);
         assert!(Sonar.decide(&senses).motion.rotation_cps > 0);
@@ -136,7 +136,7 @@ mod tests {
 
     #[test]
     fn obstacle_beyond_the_horizon_is_ignored() {
-        let mut senses = Senses::nothing();
+        let mut senses = Senses::idle();
         senses.sonar.left_in = Some(50);
         senses.horizon_in = 50;
         assert_eq!(Sonar.decide(&senses), Request::QUIET);

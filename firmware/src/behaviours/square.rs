@@ -182,7 +182,7 @@ mod tests {
             let senses = Senses {
                 parameters: &parameters,
                 pose: odometer.pose(),
-                ..Senses::nothing()
+                ..Senses::idle()
             };
             let request = square.decide(&senses);
             assert!(request.flag);

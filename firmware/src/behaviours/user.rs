@@ -57,7 +57,7 @@ mod tests {
     fn senses(mode: Mode) -> Senses<'static> {
         Senses {
             mode,
-            ..Senses::nothing()
+            ..Senses::idle()
         }
     }
 

@@ -12,7 +12,7 @@ const FLOOR: Edges = Edges {
 fn senses(cliff: Edges) -> Senses<'static> {
     Senses {
         cliff: Some(cliff),
-        ..Senses::nothing()
+        ..Senses::idle()
     }
 }
 
@@ -26,9 +26,9 @@ fn edges(bits: u8) -> Edges {
 }
 
 /// The guard's commands tick by tick while the robot stands at the same edges.
-fn reaction(cliff: Edges, wish: Motion) -> impl Iterator<Item = Command> {
+fn reaction(cliff: Edges, wanted: Motion) -> impl Iterator<Item = Command> {
     let mut guard = CliffGuard::default();
-    core::iter::from_fn(move || Some(guard.guard(&senses(cliff), Counts::default(), wish, false)))
+    core::iter::from_fn(move || Some(guard.guard(&senses(cliff), Counts::default(), wanted, false)))
 }
 
 #[test]
@@ -72,19 +72,20 @@ fn each_sensor_blocks_only_motions_toward_it() {
 fn edge_ahead_leads_to_backing_and_a_turn_away() {
     for (cliff, sign) in [(edges(1), 1), (edges(4), -1)] {
         let mut guard = CliffGuard::default();
-        let wish = Motion::new(12, 0);
+        let wanted = Motion::new(12, 0);
         assert_eq!(
-            guard.guard(&senses(cliff), Counts::default(), wish, false),
+            guard.guard(&senses(cliff), Counts::default(), wanted, false),
             Command::Brake
         );
         assert_eq!(guard.take_report(), Some(Missing::Ahead));
         let mut turned = 0;
         let mut seen = senses(cliff);
         for _ in 0..400 {
-            let Command::Drive(motion) = guard.guard(&seen, Counts::default(), wish, false) else {
+            let Command::Drive(motion) = guard.guard(&seen, Counts::default(), wanted, false)
+            else {
                 panic!("the guard brakes again");
             };
-            if motion == wish {
+            if motion == wanted {
                 break;
             }
             if motion.velocity_cps < 0 {
@@ -192,8 +193,8 @@ proptest! {
             seen.bumper.center = bumped;
             seen.path_counts = left + right;
             seen.pose.heading.0 = random as u16;
-            let wish = Motion { velocity_cps, rotation_cps };
-            let command = guard.guard(&seen, Counts { left, right }, wish, by_hand);
+            let wanted = Motion { velocity_cps, rotation_cps };
+            let command = guard.guard(&seen, Counts { left, right }, wanted, by_hand);
             if let Command::Drive(motion) = command {
                 let front = bits & 7 != 0;
                 prop_assert!(!front || motion.velocity_cps <= 0, "{motion:?} with {bits:04b}");

@@ -30,7 +30,7 @@ const CHARGED: &str = "I'm charged";
 const SQUARE_DRIVEN: &str = "the square is driven: measure where I am";
 
 /// Text when a contact has ended the square early.
-const SQUARE_SPOILT: &str = "the square is spoilt: I touched something";
+const SQUARE_ENDED: &str = "the square is spoilt: I touched something";
 
 /// Ticks between two calls while the battery stays low.
 const CALL_TICKS: u16 = 300 * TICK_HZ as u16;
@@ -203,7 +203,7 @@ impl Robot {
             self.play_song(Song::Finished);
             self.schedule.queue_text(SQUARE_DRIVEN);
         } else {
-            self.schedule.queue_text(SQUARE_SPOILT);
+            self.schedule.queue_text(SQUARE_ENDED);
         }
     }
 

@@ -56,7 +56,7 @@ impl Robot {
         {
             Step::Sing => self.play_song(Song::Passive),
             Step::Over => self.enter(self.mode_before),
-            Step::Nothing => {}
+            Step::Continue => {}
         }
     }
 }

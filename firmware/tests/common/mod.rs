@@ -5,7 +5,7 @@ use groundwave_protocol::command::{Command, Drive, Keepalive, Key, Message, Open
 use groundwave_protocol::decoder::{Decoder, Received};
 use groundwave_protocol::digest::digest;
 use groundwave_protocol::status_codes::LayerMask;
-use groundwave_protocol::telemetry::{Body, Line, StateLine};
+use groundwave_protocol::telemetry::{Body, CountersLine, Line, StateLine, StatusLine};
 use sr04_firmware::board::{Duplex, Identity, Inputs, Outputs};
 use sr04_firmware::robot::Robot;
 
@@ -182,6 +182,32 @@ impl Bench {
 
     pub fn latest_state(&self) -> StateLine {
         *self.states().last().expect("a line A was received")
+    }
+
+    /// Contents of the latest line B.
+    pub fn latest_status(&self) -> StatusLine {
+        let status = self
+            .lines
+            .iter()
+            .rev()
+            .find_map(|(_, line)| match line.body {
+                Body::Status(status) => Some(status),
+                _ => None,
+            });
+        status.expect("a line B was received")
+    }
+
+    /// Contents of the latest line C.
+    pub fn latest_counters(&self) -> CountersLine {
+        let counters = self
+            .lines
+            .iter()
+            .rev()
+            .find_map(|(_, line)| match line.body {
+                Body::Counters(counters) => Some(counters),
+                _ => None,
+            });
+        counters.expect("a line C was received")
     }
 
     /// Sends a frame at once.

@@ -11,8 +11,9 @@ use groundwave_protocol::status_codes::{Layer, LayerMask, Mode};
 use groundwave_protocol::telemetry::{Body, Outcome};
 use sr04_firmware::arbiter::Holder;
 use sr04_firmware::parameters::Parameter;
-use sr04_sim::{Pose, Simulation, SimulationConfig, TICK_MS, Trace, World};
+use sr04_sim::{Point, Pose, Simulation, SimulationConfig, TICK_MS, Trace, World};
 
+use crate::arena::arena;
 use crate::claim::Trial;
 
 /// Robot number in the simulation.
@@ -38,6 +39,13 @@ impl<'a> Setup<'a> {
             allowed: None,
             mode: Mode::Prowl,
         }
+    }
+
+    /// A robot at a random reachable position of a world.
+    pub(crate) fn anywhere(trial: &'a Trial, world: &'static str) -> Self {
+        let arena = arena(world);
+        let start = arena.somewhere(&mut trial.rng());
+        Self::new(trial, arena.started_at(start))
     }
 
     /// Allows only these layers, and layer 0.
@@ -71,7 +79,7 @@ impl<'a> Setup<'a> {
         let mut run = Run {
             simulation: Simulation::new(&self.config),
             decoder: Decoder::default(),
-            said: Vec::new(),
+            received: Vec::new(),
             heard: 0,
             key: None,
             sequence: 0,
@@ -105,7 +113,7 @@ pub(crate) struct Run {
     pub(crate) simulation: Simulation,
     decoder: Decoder,
     /// Contents of the lines that ended in the latest tick.
-    said: Vec<Body>,
+    received: Vec<Body>,
     /// Number of the newest received line.
     heard: u8,
     /// Key of the session, if one is open.
@@ -118,12 +126,12 @@ impl Run {
     /// Runs one tick of the robot.
     pub(crate) fn tick(&mut self) {
         self.simulation.run_for_ms(TICK_MS);
-        self.said.clear();
+        self.received.clear();
         while let Some(byte) = self.simulation.poll_downlink() {
             match self.decoder.lines(&[byte]).next() {
                 Some(Received::Line(line, _)) => {
                     self.heard = line.sequence;
-                    self.said.push(line.body);
+                    self.received.push(line.body);
                 }
                 Some(Received::Ack(line)) => self.heard = line.sequence,
                 None => {}
@@ -227,8 +235,8 @@ impl Run {
     }
 
     /// Contents of the lines that ended in the latest tick.
-    pub(crate) fn said(&self) -> &[Body] {
-        &self.said
+    pub(crate) fn received(&self) -> &[Body] {
+        &self.received
     }
 
     /// Number of the newest received line.
@@ -245,6 +253,17 @@ impl Run {
 /// Distance in inches between two positions.
 pub(crate) fn distance_in(one: Pose, other: Pose) -> f64 {
     (one.x_in - other.x_in).hypot(one.y_in - other.y_in)
+}
+
+/// Signed turn between two headings in degrees, from -180 up to but not including 180.
+pub(crate) fn turn_deg(from_deg: f64, to_deg: f64) -> f64 {
+    (to_deg - from_deg + 540.0).rem_euclid(360.0) - 180.0
+}
+
+/// Bearing of a point from a pose in degrees clockwise from its heading, likewise.
+pub(crate) fn bearing_deg(from: Pose, point: Point) -> f64 {
+    let (x, y) = (point.x_in - from.x_in, point.y_in - from.y_in);
+    turn_deg(from.theta_deg, x.atan2(y).to_degrees())
 }
 
 /// Pose by odometry.

@@ -36,10 +36,10 @@ pub enum ServeError {
         problem: String,
     },
     /// The trace or the sound cannot be written.
-    #[error("cannot write the {what} to {}: {source}; choose another file", path.display())]
+    #[error("cannot write the {kind} to {}: {source}; choose another file", path.display())]
     Recording {
         /// `trace` or `sound`.
-        what: &'static str,
+        kind: &'static str,
         /// Path of the file.
         path: PathBuf,
         /// Cause.

@@ -56,7 +56,7 @@ impl Recordings {
 
 fn begin<T>(
     path: Option<&Path>,
-    what: &'static str,
+    kind: &'static str,
     start: impl FnOnce(BufWriter<File>) -> io::Result<T>,
 ) -> Result<Option<T>, ServeError> {
     let Some(path) = path else {
@@ -66,7 +66,7 @@ fn begin<T>(
         .and_then(|file| start(BufWriter::new(file)))
         .map(Some)
         .map_err(|source| ServeError::Recording {
-            what,
+            kind,
             path: path.to_owned(),
             source,
         })

@@ -254,14 +254,14 @@ impl Places<'_> {
         }
     }
 
-    fn positive(&self, value: &Spanned<f64>, what: &str) -> Result<f64, WorldError> {
+    fn positive(&self, value: &Spanned<f64>, name: &str) -> Result<f64, WorldError> {
         let number = *value.get_ref();
         if number > 0.0 && number.is_finite() {
             Ok(number)
         } else {
             Err(self
                 .source
-                .error(value.span().start, format!("{what} must be above 0")))
+                .error(value.span().start, format!("{name} must be above 0")))
         }
     }
 

@@ -56,7 +56,7 @@ impl Bench {
             bumper,
             random: self.random,
             is_held: self.is_held,
-            ..Senses::nothing()
+            ..Senses::idle()
         });
         self.latest = request.motion;
         request

@@ -89,7 +89,7 @@ struct Heard {
 
 impl Heard {
     fn listen(&mut self, run: &Run) {
-        for body in run.said() {
+        for body in run.received() {
             match body {
                 Body::Text(text) => self.text |= text.as_str().starts_with("my battery is low"),
                 Body::Song(song) => {
@@ -105,11 +105,11 @@ impl Heard {
         self.notes |= run.simulation.outputs().note_hz > 0;
     }
 
-    const fn anything(&self) -> bool {
+    const fn any(&self) -> bool {
         self.text || self.song || self.notes
     }
 
-    const fn everything(&self) -> bool {
+    const fn all(&self) -> bool {
         self.text && self.song && self.notes
     }
 }
@@ -128,15 +128,15 @@ fn call(trial: &Trial) -> Vec<Option<Reading>> {
         let is_below = run.simulation.inputs().battery_dv < LOW_DV;
         was_below |= is_below;
         heard.listen(&run);
-        is_early |= heard.anything() && !was_below;
+        is_early |= heard.any() && !was_below;
         // After these 10 s the readings no longer matter.
         if is_below || low_ticks >= LOW_TICKS {
             low_ticks += 1;
         } else {
             low_ticks = 0;
         }
-        if heard.everything() || low_ticks >= LOW_TICKS + CALL_TICKS {
-            return vec![success(heard.everything()), success(!is_early)];
+        if heard.all() || low_ticks >= LOW_TICKS + CALL_TICKS {
+            return vec![success(heard.all()), success(!is_early)];
         }
     }
     vec![None, success(!is_early)]

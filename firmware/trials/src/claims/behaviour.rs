@@ -1,12 +1,11 @@
 //! The behaviour layer, which switches sensors off and on.
 
-use crate::arena::arena;
 use crate::claim::{Claim, Experiment, Figure, Reading, Required, Trial, success, value};
 use crate::run::Setup;
 use groundwave_protocol::status_codes::{Layer, LayerState, Mode};
 use groundwave_protocol::telemetry::Body;
 
-pub(super) const ALL: &[&Experiment] = &[&CHATTER, &TOLD];
+pub(super) const ALL: &[&Experiment] = &[&CHATTER, &REPORTED];
 
 /// Switched sensors.
 const SENSORS: [Layer; 3] = [Layer::Infrared, Layer::Sonar, Layer::Photo];
@@ -49,10 +48,10 @@ const PLACES: [(&str, Mode); 4] = [
     ("living-room", Mode::Reactive),
 ];
 
-const TOLD: Experiment = Experiment {
-    name: "behaviour-told",
+const REPORTED: Experiment = Experiment {
+    name: "behaviour-reported",
     trials: [4, 40],
-    run: told,
+    run: reported,
     claims: &[
         Claim {
             part: "behaviour",
@@ -88,7 +87,7 @@ struct Switch {
     is_seen: bool,
     /// Number of lasting states, and whether all were shown.
     lasting: u32,
-    is_told: bool,
+    is_reported: bool,
 }
 
 impl Switch {
@@ -103,7 +102,7 @@ impl Switch {
             shown_ticks: 0,
             is_seen: true,
             lasting: 0,
-            is_told: true,
+            is_reported: true,
         }
     }
 
@@ -122,7 +121,7 @@ impl Switch {
         if self.shows_on.replace(shows_on) != Some(shows_on) {
             if self.shown_ticks > DWELL_TICKS {
                 self.lasting += 1;
-                self.is_told &= self.is_seen;
+                self.is_reported &= self.is_seen;
             }
             self.shown_ticks = 0;
             self.is_seen = false;
@@ -149,21 +148,19 @@ fn chatter(trial: &Trial) -> Vec<Option<Reading>> {
     ]
 }
 
-fn told(trial: &Trial) -> Vec<Option<Reading>> {
+fn reported(trial: &Trial) -> Vec<Option<Reading>> {
     let (world, mode) = PLACES[trial.index % PLACES.len()];
     let switches = watched(trial, world, mode);
     let lasting: u32 = switches.iter().map(|switch| switch.lasting).sum();
     vec![
-        success(switches.iter().all(|switch| switch.is_told)),
+        success(switches.iter().all(|switch| switch.is_reported)),
         value(f64::from(lasting)),
     ]
 }
 
 /// The switches after half an hour in a world.
 fn watched(trial: &Trial, world: &'static str, mode: Mode) -> [Switch; 3] {
-    let place = arena(world);
-    let start = place.somewhere(&mut trial.rng());
-    let mut run = Setup::new(trial, place.started_at(start))
+    let mut run = Setup::anywhere(trial, world)
         .only(&[
             Layer::Bumpers,
             Layer::Rotation,
@@ -184,7 +181,7 @@ fn watched(trial: &Trial, world: &'static str, mode: Mode) -> [Switch; 3] {
             let is_on = running.contains(switch.layer);
             let shows_on = is_on && !(is_jammed && switch.layer == Layer::Infrared);
             switch.follow(is_on, shows_on);
-            for body in run.said() {
+            for body in run.received() {
                 if let Body::State(line) = body {
                     switch.read(line.layers.get(switch.layer) != LayerState::Off);
                 }

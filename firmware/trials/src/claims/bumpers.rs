@@ -122,9 +122,7 @@ fn contacts(trial: &Trial) -> Vec<Option<Reading>> {
 /// Drives straight ahead until a contact; returns the seconds until the robot is free, a second more than allowed if it
 /// is not.
 fn contact(trial: &Trial, escapes: i16) -> Option<f64> {
-    let arena = arena(WORLDS[trial.index % WORLDS.len()]);
-    let start = arena.somewhere(&mut trial.rng());
-    let mut run = Setup::new(trial, arena.started_at(start))
+    let mut run = Setup::anywhere(trial, WORLDS[trial.index % WORLDS.len()])
         .only(&[Layer::Bumpers])
         .with(Parameter::Escapes, escapes)
         .start();

@@ -275,9 +275,7 @@ fn before_an_edge(stairs: &Arena, rng: &mut Rng, backward: bool) -> Pose {
 }
 
 fn beside(trial: &Trial) -> Vec<Option<Reading>> {
-    let stairs = arena("stairs");
-    let start = stairs.somewhere(&mut trial.rng());
-    let mut setup = Setup::new(trial, stairs.started_at(start));
+    let mut setup = Setup::anywhere(trial, "stairs");
     setup.config.conditions.supply_v = Some(12.4);
     let fallen_s = setup
         .start()

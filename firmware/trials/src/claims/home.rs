@@ -105,9 +105,7 @@ const FORAGE: Experiment = Experiment {
 };
 
 fn wander(trial: &Trial) -> Vec<Option<Reading>> {
-    let house = arena("house");
-    let start = house.somewhere(&mut trial.rng());
-    let mut run = Setup::new(trial, house.started_at(start))
+    let mut run = Setup::anywhere(trial, "house")
         .calibrated()
         .mode(Mode::Wander)
         .start();

@@ -1,6 +1,5 @@
 //! Layer 1: objects caught on the bumper, and the jam sequence that works them free.
 
-use crate::arena::arena;
 use crate::claim::{Claim, Experiment, Figure, Reading, Required, Trial, success, value};
 use crate::run::Setup;
 use groundwave_protocol::status_codes::Layer;
@@ -54,9 +53,7 @@ const HOOKED: Experiment = Experiment {
 };
 
 fn hooked(trial: &Trial) -> Vec<Option<Reading>> {
-    let room = arena("snags");
-    let start = room.somewhere(&mut trial.rng());
-    let mut run = Setup::new(trial, room.started_at(start))
+    let mut run = Setup::anywhere(trial, "snags")
         .only(&[Layer::Bumpers])
         .start();
     let mut closed_ticks = 0;

@@ -2,13 +2,13 @@
 
 use crate::arena::arena;
 use crate::claim::{Claim, Experiment, Figure, Reading, Required, Trial, success, value};
-use crate::run::{Run, Setup, is_held_by};
+use crate::run::{Run, Setup, bearing_deg, is_held_by, turn_deg};
 use groundwave_protocol::status_codes::{Layer, Mode};
 use sr04_firmware::drive::Motion;
 use sr04_firmware::parameters::Parameter;
 use sr04_sim::{Pose, Simulation};
 
-pub(super) const ALL: &[&Experiment] = &[&REST, &LAMP, &STEP_IN, &PASSIVE, &TEMPTED];
+pub(super) const ALL: &[&Experiment] = &[&REST, &LAMP, &STEP_IN, &PASSIVE, &STARTED];
 
 /// Layers that move the robot because of sensors.
 const SENSORS: [Layer; 4] = [Layer::Bumpers, Layer::Infrared, Layer::Sonar, Layer::Photo];
@@ -84,10 +84,10 @@ const PASSIVE: Experiment = Experiment {
 /// Time in which bumps may start the mode.
 const PROWL_S: f64 = 1800.0;
 
-const TEMPTED: Experiment = Experiment {
-    name: "passive-begun",
+const STARTED: Experiment = Experiment {
+    name: "passive-started",
     trials: [8, 100],
-    run: tempted,
+    run: started,
     claims: &[
         Claim {
             part: "passive",
@@ -124,9 +124,7 @@ fn at_rest(quiet_ticks: &mut u32, simulation: &Simulation) -> bool {
 }
 
 fn rest(trial: &Trial) -> Vec<Option<Reading>> {
-    let room = arena("living-room");
-    let start = room.somewhere(&mut trial.rng());
-    let mut run = Setup::new(trial, room.started_at(start))
+    let mut run = Setup::anywhere(trial, "living-room")
         .only(&SENSORS)
         .mode(Mode::Reactive)
         .start();
@@ -136,9 +134,7 @@ fn rest(trial: &Trial) -> Vec<Option<Reading>> {
 }
 
 fn lamp(trial: &Trial) -> Vec<Option<Reading>> {
-    let room = arena("dark-room");
-    let start = room.somewhere(&mut trial.rng());
-    let mut run = Setup::new(trial, room.started_at(start))
+    let mut run = Setup::anywhere(trial, "dark-room")
         .only(&SENSORS)
         .mode(Mode::Reactive)
         .start();
@@ -204,26 +200,20 @@ fn step_in(trial: &Trial) -> Vec<Option<Reading>> {
 fn stands_before(simulation: &Simulation) -> bool {
     let pose = simulation.truth().pose;
     simulation.walkers().any(|(person, _)| {
-        let (x, y) = (person.x_in - pose.x_in, person.y_in - pose.y_in);
-        let from_nose_deg =
-            (x.atan2(y).to_degrees() - pose.theta_deg + 540.0).rem_euclid(360.0) - 180.0;
-        x.hypot(y) <= BEFORE_IN && from_nose_deg.abs() <= BEFORE_DEG
+        let distance_in = (person.x_in - pose.x_in).hypot(person.y_in - pose.y_in);
+        distance_in <= BEFORE_IN && bearing_deg(pose, person).abs() <= BEFORE_DEG
     })
 }
 
 fn passive(trial: &Trial) -> Vec<Option<Reading>> {
-    let room = arena("living-room");
-    let start = room.somewhere(&mut trial.rng());
-    let mut run = Setup::new(trial, room.started_at(start))
+    let mut run = Setup::anywhere(trial, "living-room")
         .mode(Mode::Passive)
         .start();
     vec![success(hides(&mut run))]
 }
 
-fn tempted(trial: &Trial) -> Vec<Option<Reading>> {
-    let room = arena("living-room");
-    let start = room.somewhere(&mut trial.rng());
-    let mut run = Setup::new(trial, room.started_at(start))
+fn started(trial: &Trial) -> Vec<Option<Reading>> {
+    let mut run = Setup::anywhere(trial, "living-room")
         .only(&[
             Layer::Bumpers,
             Layer::Rotation,
@@ -251,7 +241,7 @@ fn hides(run: &mut Run) -> bool {
     let done = run.until(180.0, |simulation| {
         let now_deg = simulation.truth().pose.theta_deg;
         if is_held_by(simulation, Layer::Rotation) {
-            turned_deg += ((now_deg - before_deg + 540.0_f64).rem_euclid(360.0) - 180.0).abs();
+            turned_deg += (turn_deg(before_deg, now_deg)).abs();
         }
         before_deg = now_deg;
         has_sung |= simulation.outputs().note_hz > 0;

@@ -2,7 +2,7 @@
 
 use crate::arena::arena;
 use crate::claim::{Claim, Experiment, Figure, Reading, Required, Trial, success};
-use crate::run::{Setup, is_held_by};
+use crate::run::{Setup, bearing_deg, is_held_by};
 use groundwave_protocol::status_codes::{Layer, Mode};
 use sr04_sim::{Pose, Simulation};
 
@@ -82,11 +82,10 @@ fn walker(trial: &Trial) -> Vec<Option<Reading>> {
         .only(&[Layer::Motion])
         .mode(Mode::Reactive)
         .start();
-    let bearing_deg = |simulation: &Simulation| {
-        let pose = simulation.truth().pose;
-        simulation.walkers().next().map_or(0.0, |(person, _)| {
-            let bearing = (person.x_in - pose.x_in).atan2(person.y_in - pose.y_in);
-            (bearing.to_degrees() - pose.theta_deg + 540.0).rem_euclid(360.0) - 180.0
+    let person_deg = |simulation: &Simulation| {
+        let person = simulation.walkers().next();
+        person.map_or(0.0, |(person, _)| {
+            bearing_deg(simulation.truth().pose, person)
         })
     };
     // The person starts after 45 s and has passed, 26 ft farther, 8 s later.
@@ -96,7 +95,7 @@ fn walker(trial: &Trial) -> Vec<Option<Reading>> {
         is_safe &= !drives_with_arm_up(simulation);
         let is_up = simulation.outputs().arm_up;
         if was_up && !is_up {
-            sure_deg = Some(bearing_deg(simulation));
+            sure_deg = Some(person_deg(simulation));
         }
         was_up = is_up;
         charges(simulation)
@@ -118,9 +117,7 @@ fn walker(trial: &Trial) -> Vec<Option<Reading>> {
 }
 
 fn false_alarms(trial: &Trial) -> Vec<Option<Reading>> {
-    let hall = arena("hall");
-    let start = hall.somewhere(&mut trial.rng());
-    let mut run = Setup::new(trial, hall.started_at(start))
+    let mut run = Setup::anywhere(trial, "hall")
         .only(&[Layer::Motion])
         .mode(Mode::Reactive)
         .start();

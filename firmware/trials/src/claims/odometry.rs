@@ -53,12 +53,12 @@ const SQUARE: Experiment = Experiment {
 };
 
 fn square(trial: &Trial) -> Vec<Option<Reading>> {
-    let nothing = vec![None; 4];
+    let no_readings = vec![None; 4];
     let Some([right, left]) = both_directions(trial, &Parameters::DEFAULT) else {
-        return nothing;
+        return no_readings;
     };
     let Some(after) = both_directions(trial, &corrected(right, left)) else {
-        return nothing;
+        return no_readings;
     };
     let worse = |misses: [Miss; 2]| misses.map(Miss::percent).into_iter().fold(0.0, f64::max);
     let (before, after) = (worse([right, left]), worse(after));

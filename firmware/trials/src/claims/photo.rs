@@ -2,12 +2,12 @@
 
 use crate::arena::{arena, seen_from};
 use crate::claim::{Claim, Experiment, Figure, Reading, Required, Shortfall, Trial, success};
-use crate::run::{Setup, distance_in};
+use crate::run::{Setup, distance_in, turn_deg};
 use groundwave_protocol::status_codes::Layer;
 use sr04_firmware::parameters::Parameter;
 use sr04_sim::Pose;
 
-pub(super) const ALL: &[&Experiment] = &[&MOTH, &AVOID];
+pub(super) const ALL: &[&Experiment] = &[&CIRCLE, &AVOID];
 
 /// Position of the lamp in the dark room.
 const LAMP: Pose = Pose {
@@ -21,10 +21,10 @@ const CIRCLE_IN: f64 = 72.0;
 
 const LIMIT_S: f64 = 300.0;
 
-const MOTH: Experiment = Experiment {
-    name: "moth",
+const CIRCLE: Experiment = Experiment {
+    name: "photo-circle",
     trials: [16, 200],
-    run: moth,
+    run: circle,
     claims: &[Claim {
         part: "5 Photo",
         says: "from anywhere in the dark room, bumpers and photo only: one turn around the lamp within 6 ft of it, \
@@ -53,7 +53,7 @@ const AVOID: Experiment = Experiment {
     }],
 };
 
-fn moth(trial: &Trial) -> Vec<Option<Reading>> {
+fn circle(trial: &Trial) -> Vec<Option<Reading>> {
     let room = arena("dark-room");
     let start = room.somewhere(&mut trial.rng());
     let lamp = seen_from(start, LAMP);
@@ -71,7 +71,7 @@ fn moth(trial: &Trial) -> Vec<Option<Reading>> {
             .atan2(pose.y_in - lamp.y_in)
             .to_degrees();
         let before = before_deg.replace(bearing_deg).unwrap_or(bearing_deg);
-        around_deg += (bearing_deg - before + 540.0).rem_euclid(360.0) - 180.0;
+        around_deg += turn_deg(before, bearing_deg);
         around_deg.abs() >= 360.0
     });
     vec![success(circled.is_some())]

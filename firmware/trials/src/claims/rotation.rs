@@ -2,7 +2,7 @@
 
 use crate::arena::arena;
 use crate::claim::{Claim, Experiment, Figure, Reading, Required, Trial, success, value};
-use crate::run::{Setup, is_held_by};
+use crate::run::{Setup, is_held_by, turn_deg};
 use groundwave_protocol::command::Order;
 use groundwave_protocol::status_codes::{Layer, Mode};
 
@@ -58,7 +58,7 @@ fn scan(trial: &Trial) -> Vec<Option<Reading>> {
     let (mut has_begun, mut rest_ticks) = (false, 0);
     run.until(40.0, |simulation| {
         let now_deg = simulation.truth().pose.theta_deg;
-        turned_deg += (now_deg - before_deg + 540.0).rem_euclid(360.0) - 180.0;
+        turned_deg += turn_deg(before_deg, now_deg);
         before_deg = now_deg;
         let scans = is_held_by(simulation, Layer::Rotation);
         has_begun |= scans;

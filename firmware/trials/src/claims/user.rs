@@ -84,7 +84,7 @@ enum Lost {
 }
 
 fn lost(trial: &Trial) -> Vec<Option<Reading>> {
-    let [both, hearing] = [Lost::BothWays, Lost::Hearing].map(|what| lose(trial, what));
+    let [both, hearing] = [Lost::BothWays, Lost::Hearing].map(|lost| lose(trial, lost));
     vec![
         both.and_then(|ticks| success(ticks <= GONE_TICKS)),
         both.and_then(|ticks| value(f64::from(ticks) / 20.0)),
@@ -93,7 +93,7 @@ fn lost(trial: &Trial) -> Vec<Option<Reading>> {
 }
 
 /// Ticks from the failure until manual driving ends, at most 200; `None` if layer 0 did not hold the motors.
-fn lose(trial: &Trial, what: Lost) -> Option<u32> {
+fn lose(trial: &Trial, lost: Lost) -> Option<u32> {
     const PATIENCE_TICKS: u32 = 200;
     let mut rng = trial.rng();
     let house = arena("house");
@@ -104,7 +104,7 @@ fn lose(trial: &Trial, what: Lost) -> Option<u32> {
     let lost_at = 40 + rng.below(20) as u32;
     let mut heard = 0;
     for tick in 0..lost_at + PATIENCE_TICKS {
-        if tick < lost_at || what == Lost::BothWays {
+        if tick < lost_at || lost == Lost::BothWays {
             heard = run.heard();
         }
         if tick % FRAME_TICKS == 0 {
@@ -119,7 +119,7 @@ fn lose(trial: &Trial, what: Lost) -> Option<u32> {
             if !is_held_by(&run.simulation, Layer::User) {
                 return None;
             }
-            if what == Lost::BothWays {
+            if lost == Lost::BothWays {
                 run.simulation.set_channel(&ChannelSpec {
                     outages_ms: std::iter::once(0..u64::MAX).collect(),
                     ..ChannelSpec::default()

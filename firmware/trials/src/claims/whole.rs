@@ -1,6 +1,5 @@
 //! The whole robot: repeatability and endurance.
 
-use crate::arena::arena;
 use crate::claim::{Claim, Experiment, Figure, Reading, Required, Trial, success};
 use crate::run::{Run, Setup};
 use sr04_sim::World;
@@ -56,11 +55,7 @@ const SURVIVAL: Experiment = Experiment {
 };
 
 fn determinism(trial: &Trial) -> Vec<Option<Reading>> {
-    let start = || {
-        let house = arena("house");
-        let place = house.somewhere(&mut trial.rng());
-        Setup::new(trial, house.started_at(place)).start()
-    };
+    let start = || Setup::anywhere(trial, "house").start();
     let (mut one, mut other) = (start(), start());
     let look = |run: &Run| {
         let simulation = &run.simulation;
