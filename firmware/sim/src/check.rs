@@ -29,7 +29,7 @@ impl World {
         let at = |(row, column): (usize, usize)| {
             format!("{file}:{}:{}", self.grid.first_line + row, column + 1)
         };
-        let cell_ft2 = self.grid.cell_in * self.grid.cell_in / 144.0;
+        let cell_ft2 = self.grid.layout.cell_in * self.grid.layout.cell_in / 144.0;
         let mut warnings = Vec::new();
         for &(cells, first) in areas.sizes.iter().skip(1) {
             let area_ft2 = cells as f64 * cell_ft2;
@@ -42,7 +42,7 @@ impl World {
             }
         }
         let mut warn = |problem: String, place: Vec2| {
-            let cell = self.grid.cell_at(place).unwrap_or_default();
+            let cell = self.grid.layout.cell_at(place).unwrap_or_default();
             warnings.push(format!("{}: {problem}", at(cell)));
         };
         for lamp in &self.lamps {
@@ -65,8 +65,8 @@ impl World {
             }
         }
         if let Some(dock) = &self.dock {
-            let before = dock.front + dock.facing * (RADIUS_IN + self.grid.cell_in);
-            if !self.is_reachable(&areas, before, self.grid.cell_in) {
+            let before = dock.front + dock.facing * (RADIUS_IN + self.grid.layout.cell_in);
+            if !self.is_reachable(&areas, before, self.grid.layout.cell_in) {
                 warn(
                     "the robot cannot reach the dock's front".to_owned(),
                     dock.front,
@@ -88,7 +88,7 @@ impl World {
     }
 
     fn areas(&self) -> Areas {
-        let (rows, columns) = (self.grid.rows, self.grid.columns);
+        let (rows, columns) = (self.grid.layout.rows, self.grid.layout.columns);
         let scene = Scene::new(self);
         let fits = |point: Vec2| {
             let mut is_free = true;
@@ -104,7 +104,7 @@ impl World {
         let free: Vec<bool> = (0..rows * columns)
             .map(|index| {
                 let (row, column) = (index / columns, index % columns);
-                is_floor(row, column) && fits(self.grid.center(row, column))
+                is_floor(row, column) && fits(self.grid.layout.center(row, column))
             })
             .collect();
         let mut areas = Areas {
@@ -113,6 +113,7 @@ impl World {
         };
         let start = self
             .grid
+            .layout
             .cell_at(Vec2::new(self.start.x_in, self.start.y_in));
         let cells = (0..rows * columns).map(|index| (index / columns, index % columns));
         for first in start.into_iter().chain(cells) {
@@ -127,14 +128,14 @@ impl World {
                 areas.of[index] = Some(number);
                 count += 1;
                 // The border of a plan is never free, so a free cell has four neighbours.
-                let center = self.grid.center(row, column);
+                let center = self.grid.layout.center(row, column);
                 for next in [
                     (row - 1, column),
                     (row + 1, column),
                     (row, column - 1),
                     (row, column + 1),
                 ] {
-                    if fits(center.midpoint(self.grid.center(next.0, next.1))) {
+                    if fits(center.midpoint(self.grid.layout.center(next.0, next.1))) {
                         open.push(next);
                     }
                 }
@@ -149,9 +150,10 @@ impl World {
     /// Whether the robot can get within `reach_in` of a place.
     fn is_reachable(&self, areas: &Areas, place: Vec2, reach_in: f64) -> bool {
         areas.of.iter().enumerate().any(|(index, area)| {
-            let center = self
-                .grid
-                .center(index / self.grid.columns, index % self.grid.columns);
+            let center = self.grid.layout.center(
+                index / self.grid.layout.columns,
+                index % self.grid.layout.columns,
+            );
             *area == Some(0) && center.distance(place) <= reach_in
         })
     }

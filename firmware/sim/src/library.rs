@@ -52,7 +52,7 @@ fn built_in_text(name: &str) -> Option<&'static str> {
 }
 
 impl Default for World {
-    /// The house.
+    /// The built-in world `house`.
     fn default() -> Self {
         // A test parses every built-in world.
         Self::built_in(BUILT_IN[0].0).expect("the built-in house is a valid world")

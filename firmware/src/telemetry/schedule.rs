@@ -40,7 +40,7 @@ const TEXTS: usize = 4;
 #[derive(Clone, Debug)]
 #[expect(clippy::struct_excessive_bools, reason = "each is an independent flag")]
 pub struct Schedule {
-    /// Number of the two special lines sent since boot.
+    /// Number of lines sent since boot, counted up to the two initial ones.
     begun: u8,
     states: u8,
     previous_was_state: bool,

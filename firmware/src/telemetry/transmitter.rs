@@ -219,8 +219,8 @@ impl Transmitter {
         self.has_rested = false;
     }
 
-    /// Selects the line before a turn: a go-ahead; before it, while the ground station sends, an acknowledgement line as
-    /// a second chance for the acknowledgement.
+    /// Selects the lines before a turn of the ground station: a go-ahead, and while the station sends, an acknowledgement
+    /// line before it, because one of the two may be lost.
     const fn end_of_turn(&mut self, is_talked_to: bool) -> Next {
         if is_talked_to {
             self.ack_lines_due = 1;

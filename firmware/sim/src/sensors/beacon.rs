@@ -14,7 +14,7 @@ const REACH_SPREAD: f64 = 0.02;
 /// Distance of the beam's slot behind the dock's front, and half of the beam's width.
 const BEHIND_IN: f64 = 6.0;
 const HALF_LOBE_DEG: f64 = 30.0;
-/// Field of view of each receiver: this far across the nose to the other side, and this far to its own side.
+/// Limits of each receiver's field of view from the nose: to the other side and to its own side.
 const ACROSS_DEG: f64 = 8.0;
 const ASIDE_DEG: f64 = 60.0;
 /// Share of ticks at which a receiver misses a visible beam.

@@ -1,13 +1,12 @@
 //! Places without floor: stairs going down.
 
+use super::grid::Layout;
 use crate::geometry::Vec2;
 
 /// The plan cells without floor; none by default.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct Drops {
-    pub(super) cell_in: f64,
-    pub(super) columns: usize,
-    pub(super) rows: usize,
+    pub(super) layout: Layout,
     /// North row first; empty when the floor is everywhere.
     pub(super) cells: Vec<bool>,
 }
@@ -20,13 +19,10 @@ impl Drops {
 
     /// Whether there is no floor at a point of the plan.
     pub(crate) fn has(&self, point: Vec2) -> bool {
-        if self.cells.is_empty() || point.x < 0.0 || point.y < 0.0 {
-            return false;
-        }
-        let column = (point.x / self.cell_in) as usize;
-        let from_south = (point.y / self.cell_in) as usize;
-        column < self.columns
-            && from_south < self.rows
-            && self.cells[(self.rows - 1 - from_south) * self.columns + column]
+        !self.is_empty()
+            && self
+                .layout
+                .cell_at(point)
+                .is_some_and(|(row, column)| self.cells[self.layout.index(row, column)])
     }
 }

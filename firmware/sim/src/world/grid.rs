@@ -2,22 +2,18 @@
 
 use crate::geometry::Vec2;
 
-/// The characters of a plan and their position in the file.
-#[derive(Clone, Debug)]
-pub(crate) struct Grid {
+/// Size of a plan's cells and their number.
+#[derive(Clone, Copy, Debug, Default)]
+pub(crate) struct Layout {
     pub(crate) cell_in: f64,
     pub(crate) columns: usize,
     pub(crate) rows: usize,
-    /// North row first.
-    pub(crate) glyphs: Vec<char>,
-    /// Line of the north row in the file, from 1.
-    pub(crate) first_line: usize,
 }
 
-impl Grid {
-    /// Character of a cell.
-    pub(crate) fn glyph(&self, row: usize, column: usize) -> char {
-        self.glyphs[row * self.columns + column]
+impl Layout {
+    /// Index of a cell in a list by rows, the north row first.
+    pub(crate) const fn index(&self, row: usize, column: usize) -> usize {
+        row * self.columns + column
     }
 
     /// Centre of a cell in inches from the south-west corner.
@@ -37,5 +33,22 @@ impl Grid {
         let from_south = (point.y / self.cell_in) as usize;
         (column < self.columns && from_south < self.rows)
             .then(|| (self.rows - 1 - from_south, column))
+    }
+}
+
+/// The characters of a plan and their position in the file.
+#[derive(Clone, Debug)]
+pub(crate) struct Grid {
+    pub(crate) layout: Layout,
+    /// North row first.
+    pub(crate) glyphs: Vec<char>,
+    /// Line of the north row in the file, from 1.
+    pub(crate) first_line: usize,
+}
+
+impl Grid {
+    /// Character of a cell.
+    pub(crate) fn glyph(&self, row: usize, column: usize) -> char {
+        self.glyphs[self.layout.index(row, column)]
     }
 }

@@ -41,7 +41,9 @@ impl World {
         let mut cells = grid.glyphs.clone();
         let mut paint = |glyph: char, is_there: &dyn Fn(Vec2) -> bool| {
             for (index, cell) in cells.iter_mut().enumerate() {
-                let center = grid.center(index / grid.columns, index % grid.columns);
+                let center = grid
+                    .layout
+                    .center(index / grid.layout.columns, index % grid.layout.columns);
                 if *cell != '#' && is_there(center) {
                     *cell = glyph;
                 }
@@ -53,20 +55,24 @@ impl World {
                 GroundKind::Carpet => ',',
                 GroundKind::Ramp => '/',
             };
-            paint(glyph, &|center| covers(&ground.solid, center, grid.cell_in));
+            paint(glyph, &|center| {
+                covers(&ground.solid, center, grid.layout.cell_in)
+            });
         }
         for snag in &self.snags {
-            paint('-', &|center| covers(&snag.solid, center, grid.cell_in));
+            paint('-', &|center| {
+                covers(&snag.solid, center, grid.layout.cell_in)
+            });
         }
         for obstacle in self.obstacles.iter().skip(self.plan_solids) {
             let glyph = glyph(obstacle.material);
             paint(glyph, &|center| {
-                covers(&obstacle.solid, center, grid.cell_in)
+                covers(&obstacle.solid, center, grid.layout.cell_in)
             });
         }
         let mut put = |glyph: char, place: Vec2| {
-            if let Some((row, column)) = grid.cell_at(place) {
-                cells[row * grid.columns + column] = glyph;
+            if let Some((row, column)) = grid.layout.cell_at(place) {
+                cells[row * grid.layout.columns + column] = glyph;
             }
         };
         for place in self.walkers.iter().flat_map(|walker| &walker.path) {
@@ -76,16 +82,16 @@ impl World {
             put(if lamp.on { '*' } else { '+' }, lamp.center);
         }
         let start = Vec2::new(self.start.x_in, self.start.y_in);
-        if let Some((row, column)) = grid.cell_at(start) {
+        if let Some((row, column)) = grid.layout.cell_at(start) {
             put(grid.glyph(row, column), start);
         }
         let mut picture = String::new();
-        for row in cells.chunks(grid.columns) {
+        for row in cells.chunks(grid.layout.columns) {
             picture.extend(row);
             picture.truncate(picture.trim_end_matches(' ').len());
             picture.push('\n');
         }
-        let _ = writeln!(picture, "\n  {} inches per character", grid.cell_in);
+        let _ = writeln!(picture, "\n  {} inches per character", grid.layout.cell_in);
         for (glyph, meaning) in LEGEND {
             if cells.contains(glyph) {
                 let _ = writeln!(picture, "  {glyph} {meaning}");

@@ -4,7 +4,7 @@ use std::ops::Range;
 
 use super::drops::Drops;
 use super::error::{Source, WorldError};
-use super::grid::Grid;
+use super::grid::{Grid, Layout};
 use super::material::Material;
 use super::outline::{Outline, OutlineKind, Point};
 use crate::geometry::{Pose, Solid, Vec2};
@@ -23,9 +23,7 @@ enum Cell {
 
 /// A checked floor plan: the floor that the robot can reach is enclosed on every side.
 pub(super) struct Plan {
-    cell_in: f64,
-    columns: usize,
-    rows: usize,
+    layout: Layout,
     /// North row first.
     cells: Vec<Cell>,
     glyphs: Vec<char>,
@@ -53,9 +51,11 @@ impl Plan {
         let rows = rows(source, span.clone())?;
         let columns = rows.first().map_or(0, |row| row.text.chars().count());
         let mut plan = Self {
-            cell_in,
-            columns,
-            rows: rows.len(),
+            layout: Layout {
+                cell_in,
+                columns,
+                rows: rows.len(),
+            },
             cells: Vec::with_capacity(columns * rows.len()),
             glyphs: Vec::with_capacity(columns * rows.len()),
             offset: rows.first().map_or(span.start, |row| row.offset),
@@ -106,7 +106,7 @@ impl Plan {
                 "the plan has no start: put one of ^ > v < on a floor cell to show the robot's heading",
             ));
         };
-        let center = plan.center(row, column);
+        let center = plan.layout.center(row, column);
         plan.start = Pose {
             x_in: center.x,
             y_in: center.y,
@@ -130,7 +130,7 @@ impl Plan {
     ) -> Result<(), WorldError> {
         let row = &rows[index];
         let width = row.text.chars().count();
-        if width == self.columns {
+        if width == self.layout.columns {
             return Ok(());
         }
         let end = row.offset + row.text.len();
@@ -139,7 +139,7 @@ impl Plan {
             format!(
                 "this row has {width} cells and the first row {}: make all rows equally long, \
                  with # or, outside, with spaces",
-                self.columns
+                self.layout.columns
             ),
         ))
     }
@@ -158,7 +158,7 @@ impl Plan {
                 format!("mark {mark} is already used: choose another letter from A to Z"),
             ));
         }
-        let center = self.center(row, column);
+        let center = self.layout.center(row, column);
         self.marks.push((mark, center));
         Ok(())
     }
@@ -174,7 +174,7 @@ impl Plan {
         let mut seen = vec![false; self.cells.len()];
         let mut open = vec![start];
         while let Some((row, column)) = open.pop() {
-            let index = row * self.columns + column;
+            let index = self.layout.index(row, column);
             match self.cells[index] {
                 Cell::Solid(_) | Cell::Drop => continue,
                 Cell::Floor if seen[index] => continue,
@@ -189,7 +189,11 @@ impl Plan {
                     ));
                 }
             }
-            if row == 0 || column == 0 || row + 1 == self.rows || column + 1 == self.columns {
+            if row == 0
+                || column == 0
+                || row + 1 == self.layout.rows
+                || column + 1 == self.layout.columns
+            {
                 return Err(leak(
                     source,
                     rows,
@@ -208,14 +212,6 @@ impl Plan {
         Ok(())
     }
 
-    /// Centre of a cell in inches from the plan's south-west corner.
-    fn center(&self, row: usize, column: usize) -> Vec2 {
-        Vec2::new(
-            (column as f64 + 0.5) * self.cell_in,
-            ((self.rows - row) as f64 - 0.5) * self.cell_in,
-        )
-    }
-
     pub(super) fn mark(&self, mark: char) -> Option<Vec2> {
         self.marks
             .iter()
@@ -224,19 +220,17 @@ impl Plan {
     }
 
     pub(super) fn size(&self) -> Vec2 {
-        Vec2::new(self.columns as f64, self.rows as f64) * self.cell_in
+        Vec2::new(self.layout.columns as f64, self.layout.rows as f64) * self.layout.cell_in
     }
 
     fn cell(&self, row: usize, column: usize) -> Cell {
-        self.cells[row * self.columns + column]
+        self.cells[self.layout.index(row, column)]
     }
 
     /// The plan as drawn.
     pub(super) fn grid(&self, source: &Source<'_>) -> Grid {
         Grid {
-            cell_in: self.cell_in,
-            columns: self.columns,
-            rows: self.rows,
+            layout: self.layout,
             glyphs: self.glyphs.clone(),
             first_line: source.line(self.offset),
         }
@@ -249,9 +243,7 @@ impl Plan {
             return Drops::default();
         }
         Drops {
-            cell_in: self.cell_in,
-            columns: self.columns,
-            rows: self.rows,
+            layout: self.layout,
             cells: self.cells.iter().map(is_drop).collect(),
         }
     }
@@ -260,32 +252,34 @@ impl Plan {
     pub(super) fn solids(&self) -> Vec<(Solid, Material)> {
         let mut done = vec![false; self.cells.len()];
         let mut solids = Vec::new();
-        for row in 0..self.rows {
-            for column in 0..self.columns {
+        for row in 0..self.layout.rows {
+            for column in 0..self.layout.columns {
                 let Cell::Solid(material) = self.cell(row, column) else {
                     continue;
                 };
                 let free = |row: usize, column: usize, done: &[bool]| {
                     self.cell(row, column) == Cell::Solid(material)
-                        && !done[row * self.columns + column]
+                        && !done[self.layout.index(row, column)]
                 };
                 if !free(row, column, &done) {
                     continue;
                 }
                 let mut end = column + 1;
-                while end < self.columns && free(row, end, &done) {
+                while end < self.layout.columns && free(row, end, &done) {
                     end += 1;
                 }
                 let mut bottom = row + 1;
-                while bottom < self.rows && (column..end).all(|at| free(bottom, at, &done)) {
+                while bottom < self.layout.rows && (column..end).all(|at| free(bottom, at, &done)) {
                     bottom += 1;
                 }
                 for covered in row..bottom {
-                    done[covered * self.columns + column..covered * self.columns + end].fill(true);
+                    done[self.layout.index(covered, column)..self.layout.index(covered, end)]
+                        .fill(true);
                 }
-                let west = column as f64 * self.cell_in;
-                let north = (self.rows - row) as f64 * self.cell_in;
-                let size = Vec2::new((end - column) as f64, (bottom - row) as f64) * self.cell_in;
+                let west = column as f64 * self.layout.cell_in;
+                let north = (self.layout.rows - row) as f64 * self.layout.cell_in;
+                let size =
+                    Vec2::new((end - column) as f64, (bottom - row) as f64) * self.layout.cell_in;
                 let center = Vec2::new(west + size.x / 2.0, north - size.y / 2.0);
                 solids.push((Solid::block(center, size, 0.0), material));
             }
@@ -297,12 +291,12 @@ impl Plan {
     pub(super) fn outlines(&self) -> Vec<Outline> {
         let mut outlines = Vec::new();
         let at = |row: usize, column: usize| Point {
-            x_in: column as f64 * self.cell_in,
-            y_in: (self.rows - row) as f64 * self.cell_in,
+            x_in: column as f64 * self.layout.cell_in,
+            y_in: (self.layout.rows - row) as f64 * self.layout.cell_in,
         };
-        for row in 1..self.rows {
+        for row in 1..self.layout.rows {
             let edge = |column| edge_kind(self.cell(row - 1, column), self.cell(row, column));
-            runs(self.columns, edge, |from, to, kind| {
+            runs(self.layout.columns, edge, |from, to, kind| {
                 outlines.push(Outline::Segment {
                     from: at(row, from),
                     to: at(row, to),
@@ -310,9 +304,9 @@ impl Plan {
                 });
             });
         }
-        for column in 1..self.columns {
+        for column in 1..self.layout.columns {
             let edge = |row| edge_kind(self.cell(row, column - 1), self.cell(row, column));
-            runs(self.rows, edge, |from, to, kind| {
+            runs(self.layout.rows, edge, |from, to, kind| {
                 outlines.push(Outline::Segment {
                     from: at(from, column),
                     to: at(to, column),

@@ -35,8 +35,10 @@ impl World {
             .enumerate()
             .filter(|(_, glyph)| **glyph == '~')
         {
-            let center = grid.center(index / grid.columns, index % grid.columns);
-            let cell = Solid::block(center, Vec2::splat(grid.cell_in), 0.0);
+            let center = grid
+                .layout
+                .center(index / grid.layout.columns, index % grid.layout.columns);
+            let cell = Solid::block(center, Vec2::splat(grid.layout.cell_in), 0.0);
             drawing.solid(&cell, "#444");
         }
         for ground in &self.grounds {
