@@ -7,11 +7,11 @@
 use std::fs::{self, File};
 use std::io::{BufWriter, Write};
 use std::path::Path;
+use std::sync::Arc;
 use std::time::{Duration, Instant};
 
 use groundwave::capture::convert::convert_raw;
 use groundwave::capture::index;
-use groundwave::model::Config;
 use groundwave::timeline::scene::SPACING;
 use groundwave::timeline::{Finding, Reel, Scene, survey};
 use groundwave::travel::Landmark;
@@ -82,7 +82,7 @@ fn measure(hours: u64, form: &str, path: &Path) {
     let tape = index::open(path).expect("a capture");
     let opened = begun.elapsed();
     let length = tape.length();
-    let first = Scene::new("bench", Config::default(), &*tape);
+    let first = Scene::new("bench", Arc::default(), &*tape);
     let mut again = tape.again();
     let mut reel = Reel::new(tape, first.clone(), SPACING);
     let begun = Instant::now();

@@ -18,7 +18,7 @@ use crate::quoted::unquoted;
 use crate::request::Request;
 use crate::run::{Listed, Overlaid};
 use crate::statistics::Statistics;
-use crate::travel::{Playback, Travel};
+use crate::travel::Travel;
 
 /// Something that happened. The time it happened at travels beside it, as the time since the station
 /// started.
@@ -80,8 +80,6 @@ pub enum Event {
     Runs(Result<Arc<Listed>, String>),
     /// Two runs were read for [`Effect::CompareRuns`], or why they could not be.
     Overlaid(Result<Arc<Overlaid>, String>),
-    /// The screen stands elsewhere in time than now; `None` when it shows now.
-    Playback(Option<Box<Playback>>),
     /// The operator marked a moment, for whoever plays the recording.
     Mark(Mark),
     /// What only a simulator knows: shown as the simulator's truth, used for nothing.
@@ -186,6 +184,13 @@ pub enum Effect {
     },
     /// Show another moment of the session or capture.
     Travel(Travel),
+    /// Tell of something in the log: it comes back as [`Event::Notice`].
+    Notice {
+        /// How much it matters.
+        level: Level,
+        /// One line for a person.
+        text: String,
+    },
     /// Ring the bell: the robot sings, or calls.
     Ring,
     /// Draw the whole screen anew: something else wrote on it.

@@ -1,5 +1,6 @@
 //! `replay`: a capture in the dashboard.
 
+use std::sync::Arc;
 use std::thread;
 use std::time::Instant;
 
@@ -9,7 +10,7 @@ use super::{Exit, Fault, block_on, config, input, watch};
 use crate::capture::source::unfinished;
 use crate::capture::{CaptureError, index};
 use crate::event::{Event, Level, Moment, Recording};
-use crate::model::{Config, Model};
+use crate::model::{Config, Ui};
 use crate::runtime::{self, Dashboard, Session, run as run_dashboard};
 use crate::timeline::scene::SPACING;
 use crate::timeline::{Player, Reel, Scene, survey};
@@ -32,14 +33,14 @@ pub(super) fn run(options: &Replay, config: &config::Config) -> Result<(), Fault
     let tape = index::open(&options.file)?;
     let name = format!("replay of {}", options.file.display());
     // What rang once need not ring again.
-    let config = Config {
+    let config = Arc::new(Config {
         bell: false,
         capture: Some(options.file.display().to_string()),
         ..appearance(config)
-    };
-    let mut first = Scene::new(&name, config.clone(), &*tape);
+    });
+    let mut first = Scene::new(&name, Arc::clone(&config), &*tape);
     if let CaptureError::Interrupted(interrupted) = unfinished(&options.file, 0) {
-        first.tell(Event::Notice {
+        first.tell(&Event::Notice {
             level: Level::Warning,
             text: interrupted.beforehand(),
         });
@@ -60,7 +61,7 @@ pub(super) fn run(options: &Replay, config: &config::Config) -> Result<(), Fault
                 findings,
                 started,
             })),
-            model: Model::new(config),
+            ui: Ui::new(config),
             recording: Box::new(Recording::default),
             first: Vec::new(),
             keeper: None,

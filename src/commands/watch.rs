@@ -2,6 +2,7 @@
 
 use std::collections::BTreeMap;
 use std::io;
+use std::sync::Arc;
 use std::time::{Instant, SystemTime, UNIX_EPOCH};
 
 use sr04_sim::serve::{ServeOptions, Server};
@@ -12,7 +13,7 @@ use super::{Exit, Fault, block_on, config, headless, recording, sharing, simulat
 use crate::event::{Event, Level};
 use crate::io::link::{BAUD, Connection, Link, LinkSpec};
 use crate::io::terminal;
-use crate::model::{Config, Model};
+use crate::model::{Config, Facts, Ui};
 use crate::radio::Radio;
 use crate::runtime::{Dashboard, Driver, Keeper, Live, Session, run};
 
@@ -184,10 +185,11 @@ fn show(plan: &Plan, mut config: Config, first: Vec<Event>) -> Result<(), Fault>
     block_on(async {
         let (driver, keeper) = plan.open().await?;
         let status = keeper.clone();
-        let model = Model::new(config);
+        let config = Arc::new(config);
+        let facts = Facts::new(Arc::clone(&config));
         let dashboard = Dashboard {
-            session: Session::Live(Box::new(Live::new(driver, &model))),
-            model,
+            session: Session::Live(Box::new(Live::new(driver, facts))),
+            ui: Ui::new(config),
             recording: Box::new(move || status.status()),
             first,
             keeper: Some(keeper.clone()),

@@ -1,28 +1,61 @@
-//! Alarms: raised when a rule has struck for long enough, kept until somebody has seen them.
+//! Alarms: raised when a rule has struck for long enough, kept until the operator acknowledges them.
 
 mod rules;
 
 use super::age;
 use crate::event::Moment;
-pub(super) use rules::Facts;
+pub(super) use rules::Inputs;
 pub use rules::Limits;
 pub(crate) use rules::{RULES, Rule, Source};
 use rules::{RULES_COUNT, SECONDS, Sight};
 
-/// An alarm that was raised and has not been seen, or is still so.
+/// An alarm that was raised and is active, or not acknowledged.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct Raised {
-    /// Since when it has been so.
+    /// When its cause began.
     pub(crate) at: Moment,
-    /// Since when it is no longer so.
+    /// When its cause ended; `None` while it is active.
     pub(crate) over_at: Option<Moment>,
     pub(crate) is_acknowledged: bool,
-    /// The figure that raised it, the worst since.
+    /// The worst figure since it was raised.
     pub(crate) worst: Option<f64>,
-    /// The latest figure while it is so.
+    /// The latest figure while it is active.
     pub(crate) latest: Option<f64>,
-    /// How often it was raised before anybody acknowledged it.
+    /// How often it was raised since the last acknowledgement.
     pub(crate) times: u32,
+}
+
+/// What the operator has acknowledged: alarms raised until a moment.
+#[derive(Clone, Debug, Default)]
+pub(crate) struct Acknowledged {
+    until: Option<Moment>,
+    /// How often each rule had been raised then.
+    times: [u32; RULES_COUNT],
+}
+
+impl Acknowledged {
+    /// Everything raised until `now`.
+    pub(super) fn until(now: Moment, alarms: &Alarms) -> Self {
+        let mut times = [0; RULES_COUNT];
+        for (times, standing) in times.iter_mut().zip(&alarms.standings) {
+            *times = standing.episode.map_or(0, |episode| episode.times);
+        }
+        let until = Some(now);
+        Self { until, times }
+    }
+}
+
+/// The latest time that one rule was raised.
+#[derive(Clone, Copy, Debug, PartialEq)]
+struct Episode {
+    /// When its cause began.
+    began_at: Moment,
+    raised_at: Moment,
+    over_at: Option<Moment>,
+    worst: Option<f64>,
+    latest: Option<f64>,
+    /// How often the rule has been raised.
+    times: u32,
 }
 
 /// Where one rule stands.
@@ -30,7 +63,7 @@ pub(crate) struct Raised {
 struct Standing {
     /// Beyond the limit since then, and not yet for long enough.
     pending_since: Option<Moment>,
-    raised: Option<Raised>,
+    episode: Option<Episode>,
     /// The latest figure.
     value: Option<f64>,
 }
@@ -45,45 +78,20 @@ impl Alarms {
     /// Looks whether anything is wrong; returns what is newly so, and whether anything changed.
     pub(super) fn watch(
         &mut self,
-        facts: &Facts<'_>,
+        inputs: &Inputs<'_>,
         limits: &Limits,
     ) -> (Vec<(&'static Rule, Option<f64>)>, bool) {
         let mut new = Vec::new();
         let mut changed = false;
         for (rule, standing) in RULES.iter().zip(&mut self.standings) {
-            let before = standing.raised.map(|raised| (raised.over_at, raised.times));
-            if standing.look(rule, facts, limits) {
+            let state = |episode: Episode| (episode.over_at, episode.times);
+            let before = standing.episode.map(state);
+            if standing.look(rule, inputs, limits) {
                 new.push((rule, standing.value));
             }
-            let after = standing.raised.map(|raised| (raised.over_at, raised.times));
-            changed |= before != after;
+            changed |= before != standing.episode.map(state);
         }
         (new, changed)
-    }
-
-    /// Somebody has seen them: what is over goes, what is still so stays without a call. Says whether there
-    /// was any.
-    pub(super) fn acknowledge(&mut self) -> bool {
-        let mut any = false;
-        for standing in &mut self.standings {
-            if let Some(raised) = &mut standing.raised {
-                any |= !raised.is_acknowledged;
-                raised.is_acknowledged = true;
-                if raised.over_at.is_some() {
-                    standing.raised = None;
-                }
-            }
-        }
-        any
-    }
-
-    /// Somebody has seen what was raised until a moment.
-    pub(super) fn acknowledge_until(&mut self, at: Moment) {
-        for standing in &mut self.standings {
-            if let Some(raised) = &mut standing.raised {
-                raised.is_acknowledged |= raised.at <= at;
-            }
-        }
     }
 
     /// When something that is beyond its limit has been so for long enough.
@@ -96,29 +104,46 @@ impl Alarms {
         due.flatten().min()
     }
 
-    /// When the age of an alarm that calls is told differently.
-    pub(super) fn next_tick(&self, now: Moment) -> Option<Moment> {
-        let calling = self.calling();
+    /// When the age of an unacknowledged alarm changes on the screen.
+    pub(super) fn next_tick(&self, seen: &Acknowledged, now: Moment) -> Option<Moment> {
+        let calling = self.calling(seen);
         let ages = calling
             .iter()
             .map(|(_, raised)| age::next_change(raised.at, now));
         ages.min()
     }
 
-    /// Every rule with its latest figure and what was raised, the worst rule first.
+    /// Every rule with its latest figure and its alarm, the worst rule first. Acknowledged alarms that are over are
+    /// left out.
     pub(crate) fn all(
         &self,
-    ) -> impl Iterator<Item = (&'static Rule, Option<f64>, Option<Raised>)> + '_ {
+        seen: &Acknowledged,
+    ) -> impl Iterator<Item = (&'static Rule, Option<f64>, Option<Raised>)> {
+        let standings = self.standings.iter().zip(&seen.times);
         RULES
             .iter()
-            .zip(&self.standings)
-            .map(|(rule, standing)| (rule, standing.value, standing.raised))
+            .zip(standings)
+            .map(|(rule, (standing, times))| {
+                let raised = standing.episode.and_then(|episode| {
+                    let is_acknowledged = seen.until.is_some_and(|at| episode.raised_at <= at);
+                    let is_shown = !is_acknowledged || episode.over_at.is_none();
+                    is_shown.then(|| Raised {
+                        at: episode.began_at,
+                        over_at: episode.over_at,
+                        is_acknowledged,
+                        worst: episode.worst,
+                        latest: episode.latest,
+                        times: episode.times.saturating_sub(*times).max(1),
+                    })
+                });
+                (rule, standing.value, raised)
+            })
     }
 
-    /// What nobody has acknowledged: what is still so before what is over, the worst first.
-    pub(crate) fn calling(&self) -> Vec<(&'static Rule, Raised)> {
+    /// Unacknowledged alarms: active before over, the worst first.
+    pub(crate) fn calling(&self, seen: &Acknowledged) -> Vec<(&'static Rule, Raised)> {
         let mut calling: Vec<_> = self
-            .all()
+            .all(seen)
             .filter_map(|(rule, _, raised)| Some((rule, raised?)))
             .filter(|(_, raised)| !raised.is_acknowledged)
             .collect();
@@ -129,13 +154,15 @@ impl Alarms {
 
 impl Standing {
     /// Says whether it was raised just now.
-    fn look(&mut self, rule: &Rule, facts: &Facts<'_>, limits: &Limits) -> bool {
+    fn look(&mut self, rule: &Rule, inputs: &Inputs<'_>, limits: &Limits) -> bool {
         let bounds = rule.bounds(limits);
-        let sight = (rule.look)(facts);
+        let sight = (rule.look)(inputs);
         if let Sight::Is(value) = sight {
             self.value = Some(value);
         }
-        let is_up = self.raised.is_some_and(|raised| raised.over_at.is_none());
+        let is_up = self
+            .episode
+            .is_some_and(|episode| episode.over_at.is_none());
         let (is_bad, persists) = match sight {
             Sight::Unknown => {
                 self.pending_since = None;
@@ -150,11 +177,8 @@ impl Standing {
         };
         if !is_bad {
             self.pending_since = None;
-            if let Some(raised) = self.raised.as_mut().filter(|_| is_up) {
-                raised.over_at = Some(facts.now);
-                if raised.is_acknowledged {
-                    self.raised = None;
-                }
+            if let Some(episode) = self.episode.as_mut().filter(|_| is_up) {
+                episode.over_at = Some(inputs.now);
             }
             return false;
         }
@@ -162,23 +186,23 @@ impl Standing {
             self.note_worst(bounds.is_high_bad());
             return false;
         }
-        let since = *self.pending_since.get_or_insert(facts.now);
-        if facts.now.saturating_sub(since) < persists {
+        let since = *self.pending_since.get_or_insert(inputs.now);
+        if inputs.now.saturating_sub(since) < persists {
             return false;
         }
         self.pending_since = None;
         let began = match sight {
             // The figure is the time itself.
             Sight::Is(s) if rule.unit == SECONDS => {
-                facts.now.saturating_sub(Moment::from_secs_f64(s.max(0.0)))
+                inputs.now.saturating_sub(Moment::from_secs_f64(s.max(0.0)))
             }
             _ => since,
         };
-        let times = self.raised.map_or(0, |raised| raised.times);
-        self.raised = Some(Raised {
-            at: began,
+        let times = self.episode.map_or(0, |episode| episode.times);
+        self.episode = Some(Episode {
+            began_at: began,
+            raised_at: inputs.now,
             over_at: None,
-            is_acknowledged: false,
             worst: self.value,
             latest: self.value,
             times: times.saturating_add(1),
@@ -187,10 +211,10 @@ impl Standing {
     }
 
     fn note_worst(&mut self, is_high_bad: bool) {
-        if let (Some(raised), Some(value)) = (&mut self.raised, self.value) {
-            raised.latest = Some(value);
-            let worst = raised.worst.unwrap_or(value);
-            raised.worst = Some(if is_high_bad {
+        if let (Some(episode), Some(value)) = (&mut self.episode, self.value) {
+            episode.latest = Some(value);
+            let worst = episode.worst.unwrap_or(value);
+            episode.worst = Some(if is_high_bad {
                 worst.max(value)
             } else {
                 worst.min(value)

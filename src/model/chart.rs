@@ -1,12 +1,10 @@
-//! The map: trail, marks, the simulator's truth, the draft of a route, and what part of it is seen.
+//! What the map shows of the robot: trail, marks and the simulator's truth.
 
 use std::collections::VecDeque;
 
 use groundwave_protocol::status_codes::{Bump, Drive, Infrared};
 use groundwave_protocol::telemetry::StateLine;
-use groundwave_protocol::{WAYPOINT_LIMIT_IN, Waypoint};
 
-use super::draft::{Draft, Edit};
 use super::robot::{Reading, detects, touches};
 use super::trail::Trail;
 use crate::event::{Moment, Truth};
@@ -30,11 +28,6 @@ const BOUNDS_STEP_IN: f64 = 24.0;
 
 /// While following, the robot may stray this far from the middle, inches.
 const FOLLOW_SLACK_IN: f64 = 24.0;
-
-/// One press of an arrow moves the cursor this far, inches.
-const CURSOR_STEP_IN: i16 = 6;
-
-const ZOOM_MAX: i8 = 12;
 
 /// Something that happened at a place.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -67,18 +60,6 @@ impl Pose {
     }
 }
 
-/// What decides the middle of the picture.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub(crate) enum Focus {
-    /// Everything known.
-    #[default]
-    Everything,
-    /// The robot.
-    Robot,
-    /// This point.
-    Point(f64, f64),
-}
-
 /// A rectangle on the floor, inches.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct Bounds {
@@ -96,7 +77,7 @@ impl Default for Bounds {
 }
 
 impl Bounds {
-    fn include(&mut self, x_in: f64, y_in: f64) {
+    pub(super) fn include(&mut self, x_in: f64, y_in: f64) {
         let down = |value: f64| (value / BOUNDS_STEP_IN).floor() * BOUNDS_STEP_IN;
         let up = |value: f64| (value / BOUNDS_STEP_IN).ceil() * BOUNDS_STEP_IN;
         if x_in < self.min.0 {
@@ -118,7 +99,15 @@ impl Bounds {
         (self.max.0 - self.min.0, self.max.1 - self.min.1)
     }
 
-    fn middle(&self) -> (f64, f64) {
+    /// The smallest rectangle around both.
+    pub(super) const fn union(self, other: Self) -> Self {
+        Self {
+            min: (self.min.0.min(other.min.0), self.min.1.min(other.min.1)),
+            max: (self.max.0.max(other.max.0), self.max.1.max(other.max.1)),
+        }
+    }
+
+    pub(super) fn middle(&self) -> (f64, f64) {
         (
             f64::midpoint(self.min.0, self.max.0),
             f64::midpoint(self.min.1, self.max.1),
@@ -133,17 +122,10 @@ pub(crate) struct Chart {
     pub(crate) bumps: VecDeque<Mark>,
     pub(crate) infrareds: VecDeque<Mark>,
     pub(crate) truth: Truth,
-    /// A waypoint list that the operator is making; the robot knows nothing of it.
-    pub(crate) draft: Draft,
-    pub(crate) cursor: Option<Waypoint>,
-    pub(crate) truth_hidden: bool,
-    /// Steps in from the scale that shows everything.
-    pub(crate) zoom: i8,
-    pub(crate) focus: Focus,
     pub(crate) bounds: Bounds,
     pose: Option<Reading<Pose>>,
     /// Where the picture's middle was put while following.
-    followed: (f64, f64),
+    pub(super) followed: (f64, f64),
     was_touching: bool,
 }
 
@@ -205,94 +187,9 @@ impl Chart {
         self.truth = truth;
     }
 
-    /// Takes what is the operator's own from the chart of another moment.
-    pub(super) fn take_hands(&mut self, now: &Self) {
-        self.draft.clone_from(&now.draft);
-        self.cursor = now.cursor;
-        self.truth_hidden = now.truth_hidden;
-        self.zoom = now.zoom;
-        self.focus = now.focus;
-        self.include_draft();
-    }
-
-    /// The middle of the picture, inches, before it gives way to the cursor.
-    pub(crate) fn middle(&self) -> (f64, f64) {
-        match self.focus {
-            Focus::Everything => self.bounds.middle(),
-            Focus::Robot => self.followed,
-            Focus::Point(x_in, y_in) => (x_in, y_in),
-        }
-    }
-
-    pub(super) fn zoom_by(&mut self, steps: i8) {
-        self.zoom = (self.zoom + steps).clamp(-4, ZOOM_MAX);
-    }
-
-    /// Moves the picture by so many eighths of what is known.
-    pub(super) fn pan(&mut self, east: f64, north: f64) {
-        let (x_in, y_in) = self.middle();
-        let (width_in, height_in) = self.bounds.extent();
-        let step_in = width_in.max(height_in) / 8.0 / 1.4_f64.powi(i32::from(self.zoom.max(0)));
-        let limit = |value: f64, low: f64, high: f64| value.clamp(low, high);
-        self.focus = Focus::Point(
-            limit(x_in + east * step_in, self.bounds.min.0, self.bounds.max.0),
-            limit(y_in + north * step_in, self.bounds.min.1, self.bounds.max.1),
-        );
-    }
-
-    /// Moves the cursor, which starts at the last draft waypoint, else at the robot.
-    pub(super) fn move_cursor(&mut self, east: i16, north: i16) {
-        let start = self.cursor.unwrap_or_else(|| self.cursor_start());
-        let step = |from: i16, steps: i16| {
-            from.saturating_add(steps.saturating_mul(CURSOR_STEP_IN))
-                .clamp(-WAYPOINT_LIMIT_IN, WAYPOINT_LIMIT_IN)
-        };
-        self.cursor = Some(Waypoint {
-            x_in: step(start.x_in, east),
-            y_in: step(start.y_in, north),
-        });
-    }
-
-    fn cursor_start(&self) -> Waypoint {
-        let limit = f64::from(WAYPOINT_LIMIT_IN);
-        let whole = |value: f64| value.clamp(-limit, limit).round() as i16;
-        self.draft.waypoints().last().copied().unwrap_or_else(|| {
-            self.pose.map_or_else(Waypoint::default, |pose| Waypoint {
-                x_in: whole(pose.value.x_in),
-                y_in: whole(pose.value.y_in),
-            })
-        })
-    }
-
-    /// Adds a waypoint to the draft at the cursor; `false` when the robot's list would not hold it.
-    pub(super) fn add_waypoint(&mut self) -> bool {
-        let Some(cursor) = self.cursor else {
-            self.move_cursor(0, 0);
-            return true;
-        };
-        let at = Edit::AppendAt(f64::from(cursor.x_in), f64::from(cursor.y_in));
-        self.draft.select(isize::MAX);
-        let added = self.draft.edit(at, self.pose()).is_ok();
-        self.include_draft();
-        added
-    }
-
-    pub(super) fn take_draft(&mut self, draft: &[Waypoint]) {
-        self.draft.replace(draft);
-        self.include_draft();
-    }
-
     /// Where the robot reported to be last.
     pub(crate) fn pose(&self) -> Option<Pose> {
         self.pose.map(|pose| pose.value)
-    }
-
-    /// All of the draft is to be seen.
-    pub(super) fn include_draft(&mut self) {
-        for waypoint in self.draft.waypoints() {
-            self.bounds
-                .include(f64::from(waypoint.x_in), f64::from(waypoint.y_in));
-        }
     }
 }
 

@@ -3,9 +3,9 @@
 use groundwave_protocol::Waypoint;
 
 use super::draft::Edit;
-use super::log::Subject;
-use super::{Model, Overlay, Purpose, Question, TextEntry, Then};
-use crate::event::{Effect, Level, Moment, SaveProblem};
+use super::ui::{Overlay, Question, Then};
+use super::{Facts, Purpose, TextEntry, Ui};
+use crate::event::{Effect, Level, SaveProblem};
 use crate::route;
 
 /// A step of an arrow, inches; with Shift a fine one.
@@ -48,37 +48,37 @@ pub(crate) enum RouteAction {
     Leave,
 }
 
-impl Model {
+impl Ui {
     pub(super) fn open_editor(&mut self) {
         self.editor = Some(Editor::default());
         self.show_selected();
     }
 
-    pub(super) fn edit_route(&mut self, now: Moment, action: RouteAction) -> Vec<Effect> {
+    pub(super) fn edit_route(&mut self, facts: &Facts, action: RouteAction) -> Vec<Effect> {
         let whole = self.editor.as_ref().is_some_and(|editor| editor.whole);
-        let robot = self.chart.pose();
+        let robot = facts.chart.pose();
         let result = match action {
             RouteAction::Append => match self.pointed_at() {
                 Some(at) => {
                     let at = Edit::AppendAt(f64::from(at.x_in), f64::from(at.y_in));
-                    self.chart.draft.edit(at, robot)
+                    self.map.draft.edit(at, robot)
                 }
-                None => self.chart.draft.edit(Edit::Append, robot),
+                None => self.map.draft.edit(Edit::Append, robot),
             },
-            RouteAction::Insert => self.chart.draft.edit(Edit::Insert, robot),
+            RouteAction::Insert => self.map.draft.edit(Edit::Insert, robot),
             RouteAction::AppendAtRobot => match robot {
                 Some(pose) => {
                     let here = Edit::AppendAt(pose.x_in, pose.y_in);
-                    self.chart.draft.edit(here, robot)
+                    self.map.draft.edit(here, robot)
                 }
                 None => return self.tell_editor("the robot has not said yet where it is"),
             },
-            RouteAction::Delete => self.chart.draft.edit(Edit::Delete, robot),
-            RouteAction::Clear => self.chart.draft.edit(Edit::Clear, robot),
-            RouteAction::Undo => self.chart.draft.undo(),
-            RouteAction::Redo => self.chart.draft.redo(),
+            RouteAction::Delete => self.map.draft.edit(Edit::Delete, robot),
+            RouteAction::Clear => self.map.draft.edit(Edit::Clear, robot),
+            RouteAction::Undo => self.map.draft.undo(),
+            RouteAction::Redo => self.map.draft.redo(),
             RouteAction::Select(steps) => {
-                self.chart.draft.select(steps);
+                self.map.draft.select(steps);
                 Ok(())
             }
             RouteAction::Step { east, north, fine } => {
@@ -89,7 +89,7 @@ impl Model {
                 } else {
                     Edit::Move(east, north)
                 };
-                self.chart.draft.edit(edit, robot)
+                self.map.draft.edit(edit, robot)
             }
             RouteAction::Whole => {
                 if let Some(editor) = &mut self.editor {
@@ -97,16 +97,16 @@ impl Model {
                 }
                 Ok(())
             }
-            RouteAction::Rotate(deg) => self.chart.draft.edit(Edit::Rotate(deg.into()), robot),
-            RouteAction::Mirror => self.chart.draft.edit(Edit::Mirror, robot),
+            RouteAction::Rotate(deg) => self.map.draft.edit(Edit::Rotate(deg.into()), robot),
+            RouteAction::Mirror => self.map.draft.edit(Edit::Mirror, robot),
             RouteAction::Scale(steps) => {
                 let factor = GROWTH.powi(steps.into());
-                self.chart.draft.edit(Edit::Scale(factor), robot)
+                self.map.draft.edit(Edit::Scale(factor), robot)
             }
-            RouteAction::Reverse => self.chart.draft.edit(Edit::Reverse, robot),
-            RouteAction::TakeRobots => match self.ledger.active() {
+            RouteAction::Reverse => self.map.draft.edit(Edit::Reverse, robot),
+            RouteAction::TakeRobots => match facts.ledger.active() {
                 Some(active) => {
-                    self.chart.draft.replace(&active.waypoints.clone());
+                    self.map.draft.replace(&active.waypoints.clone());
                     Ok(())
                 }
                 None => {
@@ -116,14 +116,14 @@ impl Model {
                 }
             },
             RouteAction::Send => {
-                let effects = self.send_draft(now);
+                let effects = self.send_draft();
                 if !effects.is_empty() {
                     self.leave_editor();
                 }
                 return effects;
             }
             RouteAction::AskToLoad => return self.ask_for_file(Purpose::RouteFile),
-            RouteAction::AskToSave if self.chart.draft.waypoints().is_empty() => {
+            RouteAction::AskToSave if self.map.draft.waypoints().is_empty() => {
                 return self.tell_editor("the draft is empty: there is nothing to save");
             }
             RouteAction::AskToSave => return self.ask_for_file(Purpose::SaveRoute),
@@ -145,18 +145,18 @@ impl Model {
 
     /// Where the cursor is when the mouse has put it somewhere else than on the selected waypoint.
     fn pointed_at(&self) -> Option<Waypoint> {
-        let selected = self.chart.draft.selected_waypoint();
-        self.chart.cursor.filter(|at| Some(*at) != selected)
+        let selected = self.map.draft.selected_waypoint();
+        self.map.cursor.filter(|at| Some(*at) != selected)
     }
 
     pub(super) fn choose_waypoint(&mut self, n: usize) {
-        self.chart.draft.choose(n);
+        self.map.draft.choose(n);
         self.show_selected();
     }
 
     fn leave_editor(&mut self) {
         self.editor = None;
-        self.chart.cursor = None;
+        self.map.cursor = None;
     }
 
     fn ask_for_file(&mut self, purpose: Purpose) -> Vec<Effect> {
@@ -174,28 +174,28 @@ impl Model {
     /// The selected waypoint is always on the map, under the cursor.
     pub(super) fn show_selected(&mut self) {
         if self.editor.is_some() {
-            self.chart.include_draft();
-            let selected = self.chart.draft.selected_waypoint();
-            self.chart.cursor = selected.or(self.chart.cursor);
+            self.map.include_draft();
+            let selected = self.map.draft.selected_waypoint();
+            self.map.cursor = selected.or(self.map.cursor);
         }
     }
 
     pub(super) fn save_route(&self, path: &str, overwrite: bool) -> Effect {
         Effect::SaveRoute {
             path: path.to_owned(),
-            text: route::format(self.chart.draft.waypoints()),
+            text: route::format(self.map.draft.waypoints()),
             overwrite,
         }
     }
 
-    pub(super) fn take_saved(&mut self, now: Moment, path: &str, saved: &Result<(), SaveProblem>) {
+    pub(super) fn take_saved(&mut self, path: &str, saved: &Result<(), SaveProblem>) {
         match saved {
             Ok(()) => {
                 let text = format!(
                     "{path}: {} waypoints saved",
-                    self.chart.draft.waypoints().len()
+                    self.map.draft.waypoints().len()
                 );
-                self.log.add(now, Level::Info, Subject::Station, text);
+                self.note(Level::Info, text);
                 self.end_waiting(None);
             }
             Err(SaveProblem::Exists) => {
@@ -207,8 +207,7 @@ impl Model {
             Err(SaveProblem::Failed(problem)) => {
                 self.tell_editor(problem);
                 self.end_waiting(Some(problem));
-                self.log
-                    .add(now, Level::Warning, Subject::Station, problem.as_str());
+                self.note(Level::Warning, problem.as_str());
             }
         }
     }

@@ -1,28 +1,177 @@
-//! What the station tells becomes what is known, and what is worth a line in the log.
+//! What is known about the robot, the link and the recording, from events alone.
 
+use std::sync::Arc;
+
+use groundwave_protocol::life::Life;
 use groundwave_protocol::telemetry::{Body, Line, StateLine};
 
-use super::alarms::Facts;
-use super::link::Connection;
-use super::log::Subject;
-use super::{Model, failsafe, why, words};
-use crate::event::{CommandId, CommandStep, Level, LinkEvent, Moment, Recording};
-use crate::request::Request;
+use super::alarms::{Alarms, Inputs};
+use super::chart::Chart;
+use super::config::Config;
+use super::ledger::Ledger;
+use super::link::{Connection, Link};
+use super::log::{Log, Subject};
+use super::motors::Motors;
+use super::plots::Plots;
+use super::robot::Robot;
+use super::tally::Counted;
+use super::{failsafe, why, words};
+use crate::event::{CommandId, CommandStep, Event, Level, LinkEvent, Moment, Recording};
+use crate::travel::Tally;
 
-impl Model {
+/// Everything that follows from events.
+#[derive(Clone, Debug)]
+pub struct Facts {
+    /// Fixed for a session.
+    pub(crate) config: Arc<Config>,
+    pub(crate) link: Link,
+    pub(crate) robot: Robot,
+    pub(crate) motors: Motors,
+    pub(crate) chart: Chart,
+    pub(crate) ledger: Ledger,
+    pub(crate) log: Log,
+    pub(crate) alarms: Alarms,
+    pub(crate) plots: Plots,
+    pub(crate) recording: Recording,
+    life: Life,
+    counted: Counted,
+    /// An alarm or a song came with the event under way.
+    calls: bool,
+}
+
+/// What an event changed.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct Change {
+    /// The screen shows it.
+    pub is_shown: bool,
+    /// The bell rings for it.
+    pub calls: bool,
+}
+
+impl Facts {
+    /// Nothing known yet.
+    #[must_use]
+    pub fn new(config: Arc<Config>) -> Self {
+        Self {
+            config,
+            link: Link::default(),
+            robot: Robot::default(),
+            motors: Motors::default(),
+            chart: Chart::default(),
+            ledger: Ledger::default(),
+            log: Log::default(),
+            alarms: Alarms::default(),
+            plots: Plots::default(),
+            recording: Recording::default(),
+            life: Life::default(),
+            counted: Counted::default(),
+            calls: false,
+        }
+    }
+
+    /// Whether an event can change facts by more than the time that passed.
+    #[must_use]
+    pub const fn takes(event: &Event) -> bool {
+        !matches!(
+            event,
+            Event::Key(_)
+                | Event::Paste(_)
+                | Event::Pointer { .. }
+                | Event::Resize { .. }
+                | Event::RouteLoaded { .. }
+                | Event::RouteSaved { .. }
+                | Event::Runs(_)
+                | Event::Overlaid(_)
+                | Event::Mark(_)
+                | Event::Tick
+        )
+    }
+
+    /// Takes an event; returns what it changed.
+    pub fn update(&mut self, now: Moment, event: &Event) -> Change {
+        let mut is_shown = true;
+        match event {
+            Event::Line { line, raw } => {
+                self.link.take_line(now, raw);
+                self.take_line(now, line);
+            }
+            Event::Ack(line) => {
+                self.counted.take_ack(line.ack);
+                is_shown = self.life.take_boot(line.ack.boot);
+                if is_shown {
+                    self.take_restart(now);
+                }
+            }
+            Event::Counters(counters) => {
+                self.link.take_counters(now, counters);
+                // The line that changed the totals is drawn anyway; damaged lines can wait for the next line,
+                // unless none came yet.
+                is_shown = counters.lines == 0;
+            }
+            // Drawn with the next line.
+            Event::Statistics(statistics) => {
+                self.link.take_statistics(**statistics);
+                is_shown = false;
+            }
+            Event::Link(link) => self.take_link(now, link),
+            Event::Command { id, step } => self.take_step(now, *id, step),
+            Event::Reception { reception, since } => self.link.take_reception(*reception, *since),
+            Event::Asked { id, by } => self.take_asker(now, *id, by),
+            Event::Recording(recording) => is_shown = self.take_recording(now, recording),
+            Event::Truth(truth) => self.chart.take_truth(truth.clone()),
+            Event::Notice { level, text } => {
+                self.log.add(now, *level, Subject::Station, text.as_str());
+            }
+            _ => is_shown = false,
+        }
+        is_shown |= self.watch_alarms(now);
+        Change {
+            is_shown,
+            calls: std::mem::take(&mut self.calls),
+        }
+    }
+
+    /// When to send [`Event::Tick`] at the latest: something has been wrong for so long that it is an alarm.
+    #[must_use]
+    pub fn poll_timeout(&self) -> Option<Moment> {
+        let alarm = self.alarms.next_due(&self.config.limits);
+        alarm.filter(|_| !self.link.is_frozen())
+    }
+
+    /// Landmarks so far.
+    #[must_use]
+    pub const fn tally(&self) -> Tally {
+        Tally {
+            alarms: self.log.alarms() + self.counted.tally.alarms,
+            ..self.counted.tally
+        }
+    }
+
+    /// When the newest line arrived.
+    #[must_use]
+    pub const fn newest_line_at(&self) -> Option<Moment> {
+        self.link.newest_line_at()
+    }
+
+    /// The settings of the session.
+    #[must_use]
+    pub const fn config(&self) -> &Arc<Config> {
+        &self.config
+    }
+
     /// Raises what is wrong, once; says whether the screen changes. Nothing does while time stands still.
-    pub(super) fn watch_alarms(&mut self, now: Moment) -> bool {
+    fn watch_alarms(&mut self, now: Moment) -> bool {
         if self.link.is_frozen() {
             return false;
         }
-        let facts = Facts {
+        let inputs = Inputs {
             now,
             robot: &self.robot,
             link: &self.link,
             motors: &self.motors,
             recording: &self.recording,
         };
-        let (raised, changed) = self.alarms.watch(&facts, &self.config.limits);
+        let (raised, changed) = self.alarms.watch(&inputs, &self.config.limits);
         for (rule, value) in raised {
             self.calls = true;
             // One of the highest level counts where it is logged.
@@ -34,7 +183,7 @@ impl Model {
         changed
     }
 
-    pub(super) fn take_line(&mut self, now: Moment, line: &Line) {
+    fn take_line(&mut self, now: Moment, line: &Line) {
         if self.life.take_line(line) {
             self.take_restart(now);
         }
@@ -67,7 +216,7 @@ impl Model {
     }
 
     /// The robot booted: it has forgotten its list, and measures from where it stands.
-    pub(super) fn take_restart(&mut self, now: Moment) {
+    fn take_restart(&mut self, now: Moment) {
         self.ledger.take_restart();
         self.motors.take_restart();
         self.chart.start_afresh();
@@ -110,7 +259,7 @@ impl Model {
         }
     }
 
-    pub(super) fn take_link(&mut self, now: Moment, event: &LinkEvent) {
+    fn take_link(&mut self, now: Moment, event: &LinkEvent) {
         let again = matches!(
             self.link.connection,
             Connection::Lost { .. } | Connection::Ended
@@ -131,18 +280,11 @@ impl Model {
         self.link.take_event(now, event);
     }
 
-    pub(super) fn take_step(&mut self, now: Moment, id: CommandId, step: &CommandStep) {
+    fn take_step(&mut self, now: Moment, id: CommandId, step: &CommandStep) {
         self.counted.take_step(step);
         let Some(entry) = self.ledger.take_step(now, id, step) else {
             return;
         };
-        if let (Request::Route(waypoints), CommandStep::Refused(_) | CommandStep::Failed(_)) =
-            (&entry.request, step)
-            && self.chart.draft.waypoints().is_empty()
-        {
-            // What did not arrive goes back to where it can be sent again.
-            self.chart.take_draft(waypoints);
-        }
         let asked = &entry.request;
         let (level, text) = match step {
             CommandStep::Queued(_)
@@ -170,14 +312,14 @@ impl Model {
         self.log.add(now, level, Subject::Command, text);
     }
 
-    pub(super) fn take_asker(&mut self, now: Moment, id: CommandId, by: &str) {
+    fn take_asker(&mut self, now: Moment, id: CommandId, by: &str) {
         if let Some(entry) = self.ledger.take_asker(id, by) {
             let text = format!("{}: asked by {by}", entry.request);
             self.log.add(now, Level::Info, Subject::Command, text);
         }
     }
 
-    pub(super) fn take_recording(&mut self, now: Moment, recording: Recording) -> bool {
+    fn take_recording(&mut self, now: Moment, recording: &Recording) -> bool {
         if let Some(problem) = &recording.problem
             && self.recording.problem.as_ref() != Some(problem)
         {
@@ -185,8 +327,8 @@ impl Model {
                 .add(now, Level::Alarm, Subject::Station, problem.as_str());
         }
         let shown = |r: &Recording| (r.tee.clone(), r.mcap.clone(), r.problem.clone());
-        let changed = shown(&recording) != shown(&self.recording);
-        self.recording = recording;
+        let changed = shown(recording) != shown(&self.recording);
+        self.recording.clone_from(recording);
         changed
     }
 }

@@ -63,13 +63,13 @@ mod tests {
     fn every_entry_and_exit_is_in_the_log() {
         let mut scene = Scene::new(Config::default());
         scene.hear();
-        assert_eq!(standing(&scene.model.robot), None);
+        assert_eq!(standing(&scene.model.facts.robot), None);
         scene.failsafe = Some(Failsafe {
             silence_s: 30,
             mode: Mode::GoHome,
         });
         scene.hear_ticks(10, [0; 9]);
-        let standing_now = |scene: &Scene| standing(&scene.model.robot).map(|(_, says)| says);
+        let standing_now = |scene: &Scene| standing(&scene.model.facts.robot).map(|(_, says)| says);
         assert_eq!(
             standing_now(&scene).as_deref(),
             Some("home after 30 s of silence, once a session is open")
@@ -86,7 +86,7 @@ mod tests {
             scene.state.link = link;
             scene.hear();
         }
-        let logged = scene.model.log.newest_first();
+        let logged = scene.model.facts.log.newest_first();
         let mut logged: Vec<(Level, &str)> = logged
             .map(|entry| (entry.level, entry.text.as_str()))
             .filter(|(_, text)| text.to_lowercase().contains("failsafe"))
@@ -110,7 +110,7 @@ mod tests {
         let mut scene = Scene::new(Config::default());
         scene.state.link = Link::Failsafe;
         scene.hear();
-        let mut logged = scene.model.log.newest_first();
+        let mut logged = scene.model.facts.log.newest_first();
         let entry = logged.find(|entry| entry.level == Level::Alarm);
         assert!(entry.is_some_and(Entry::is_news));
     }

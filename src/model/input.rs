@@ -4,22 +4,23 @@ use crossterm::event::{KeyCode, KeyEvent, KeyEventKind, KeyModifiers};
 use groundwave_protocol::Waypoint;
 use groundwave_protocol::status_codes::{Layer, LayerMask, Mode};
 
-use super::chart::Focus;
+use super::alarms::Acknowledged;
 use super::draft::Edit;
 use super::keys::{Action, Context};
-use super::log::Subject;
+use super::map::Focus;
 use super::news::Passing;
 use super::palette::Palette;
-use super::travel::NO_ROBOT;
-use super::{Model, Overlay, Purpose, Question, SIZE_MIN, TextEntry, Then, trace, words};
+use super::playback::NO_ROBOT;
+use super::ui::{Overlay, Question, Then};
+use super::{Facts, Purpose, SIZE_MIN, TextEntry, Ui, trace, words};
 use crate::event::{Effect, Level, Moment};
 use crate::request::Request;
 use crate::route;
 use crate::travel::Travel;
 
-impl Model {
-    pub(super) fn take_key(&mut self, now: Moment, key: KeyEvent) -> Vec<Effect> {
-        if let Some(effects) = self.take_escape_and(now, key) {
+impl Ui {
+    pub(super) fn take_key(&mut self, facts: &Facts, now: Moment, key: KeyEvent) -> Vec<Effect> {
+        if let Some(effects) = self.take_escape_and(facts, now, key) {
             return effects;
         }
         let keys = &self.config.keys;
@@ -41,14 +42,14 @@ impl Model {
         if self.is_too_small() {
             let stop = key.code == KeyCode::Char(' ');
             return match action {
-                _ if stop => self.act(now, Action::Stop, false),
-                Some(action @ (Action::Stop | Action::Quit)) => self.act(now, action, false),
+                _ if stop => self.act(facts, now, Action::Stop, false),
+                Some(action @ (Action::Stop | Action::Quit)) => self.act(facts, now, action, false),
                 _ => Vec::new(),
             };
         }
         if let Some(action) = action {
             let repeated = key.kind == KeyEventKind::Repeat;
-            let effects = self.act(now, action, repeated);
+            let effects = self.act(facts, now, action, repeated);
             return if action == Action::Confirm {
                 effects
             } else {
@@ -72,7 +73,12 @@ impl Model {
 
     /// Takes Esc and what followed it in one burst, which terminals take for Alt: nothing is bound to that. Of what followed
     /// only STOP counts, for Alt may have been meant, and nothing goes to the robot that was not asked for.
-    fn take_escape_and(&mut self, now: Moment, key: KeyEvent) -> Option<Vec<Effect>> {
+    fn take_escape_and(
+        &mut self,
+        facts: &Facts,
+        now: Moment,
+        key: KeyEvent,
+    ) -> Option<Vec<Effect>> {
         let can_follow = matches!(
             key.code,
             KeyCode::Char(_) | KeyCode::Enter | KeyCode::Backspace | KeyCode::Tab
@@ -83,13 +89,13 @@ impl Model {
         if key.kind == KeyEventKind::Release {
             return Some(Vec::new());
         }
-        let mut effects = self.take_key(now, KeyCode::Esc.into());
+        let mut effects = self.take_key(facts, now, KeyCode::Esc.into());
         let key = KeyEvent {
             modifiers: key.modifiers - KeyModifiers::ALT,
             ..key
         };
         if self.config.keys.action(Context::Dashboard, key) == Some(Action::Stop) {
-            effects.extend(self.act(now, Action::Stop, false));
+            effects.extend(self.act(facts, now, Action::Stop, false));
         }
         Some(effects)
     }
@@ -101,7 +107,7 @@ impl Model {
     }
 
     /// Takes what was pasted: into what is being typed its first line, else a route as the draft.
-    pub(super) fn take_paste(&mut self, now: Moment, text: &str) -> bool {
+    pub(super) fn take_paste(&mut self, text: &str) -> bool {
         if self.is_too_small() {
             return false;
         }
@@ -109,7 +115,7 @@ impl Model {
         let text = text.replace("\r\n", "\n").replace('\r', "\n");
         if self.overlay == Overlay::None {
             let route = route::parse("pasted", &text).map_err(|error| error.to_string());
-            self.take_route(now, "pasted", route);
+            self.take_route("pasted", route);
             return true;
         }
         self.take_text(&text)
@@ -126,21 +132,27 @@ impl Model {
         true
     }
 
-    pub(super) fn act(&mut self, now: Moment, action: Action, repeated: bool) -> Vec<Effect> {
+    pub(super) fn act(
+        &mut self,
+        facts: &Facts,
+        now: Moment,
+        action: Action,
+        repeated: bool,
+    ) -> Vec<Effect> {
         match action {
             Action::Stop => {
                 self.overlay = Overlay::None;
                 return vec![Effect::Send(Request::Stop)];
             }
             Action::Mode(mode) => return vec![Effect::Send(Request::Mode(mode))],
-            Action::ToggleLayer(layer) => return self.toggle(now, layer),
+            Action::ToggleLayer(layer) => return self.toggle(facts, layer),
             Action::Scan => return vec![Effect::Send(Request::Scan)],
             Action::ResetPose => self.ask_for(Request::Pose {
                 position: Waypoint::default(),
                 theta_deg: 0,
             }),
             Action::ClearList => self.ask_for(Request::Route(Vec::new())),
-            Action::SendDraft => return self.send_draft(now),
+            Action::SendDraft => return self.send_draft(),
             Action::CancelCommands => return vec![Effect::CancelCommands],
             Action::AskCommand => self.overlay = Overlay::Text(TextEntry::new(Purpose::Command)),
             Action::AskRouteFile => {
@@ -148,7 +160,7 @@ impl Model {
             }
             Action::AskPalette => self.overlay = Overlay::Palette(Palette::default()),
             Action::EditRoute => self.open_editor(),
-            Action::Route(action) => return self.edit_route(now, action),
+            Action::Route(action) => return self.edit_route(facts, action),
             Action::Help => {
                 self.help_page = 0;
                 self.overlay = Overlay::Help;
@@ -157,7 +169,7 @@ impl Model {
             Action::NextValue(steps) => self.trace(|at| trace::step(at, steps)),
             Action::NextLine(steps) => self.trace(|at| trace::next_line(at, steps)),
             Action::Why => self.overlay = Overlay::Why,
-            Action::EnterDrive => self.ask_to_drive(now),
+            Action::EnterDrive => self.ask_to_drive(facts),
             Action::NextPanel => {
                 self.next_panel();
                 self.pass_on(now, Passing::Panels);
@@ -168,16 +180,16 @@ impl Model {
             }
             Action::Enlarge => self.enlarge_next(),
             Action::TurnPage(pages) => self.turn_page(pages),
-            Action::NextPlotWindow => self.plots.next_window(),
+            Action::NextPlotWindow => self.next_plot_window(),
             Action::AcknowledgeAlarms => {
-                self.seen_until = Some(now);
-                if !self.alarms.acknowledge() {
-                    self.warn(now, "no alarm waits to be seen");
+                if facts.alarms.calling(&self.acknowledged).is_empty() {
+                    self.warn("no alarm waits to be seen");
                 }
+                self.acknowledged = Acknowledged::until(now, &facts.alarms);
             }
             Action::ToggleBell => {
-                self.config.bell = !self.config.bell;
-                let words = if self.config.bell {
+                self.bell = !self.bell;
+                let words = if self.bell {
                     "the bell rings for alarms and songs"
                 } else {
                     "the bell is silent"
@@ -206,7 +218,7 @@ impl Model {
             | Action::Zoom(_)
             | Action::Follow
             | Action::ShowEverything
-            | Action::ToggleTruth => self.act_on_map(now, action),
+            | Action::ToggleTruth => self.act_on_map(facts, action),
             Action::Push { .. }
             | Action::Faster(_)
             | Action::LeaveDrive
@@ -217,52 +229,58 @@ impl Model {
             | Action::EraseCharacter
             | Action::EraseAll
             | Action::Caret(_)
-            | Action::Recall(_) => return self.act_on_overlay(now, action, repeated),
+            | Action::Recall(_) => return self.act_on_overlay(facts, now, action, repeated),
         }
         Vec::new()
     }
 
-    fn act_on_map(&mut self, now: Moment, action: Action) {
-        let chart = &mut self.chart;
+    fn act_on_map(&mut self, facts: &Facts, action: Action) {
+        let robot = facts.chart.pose();
+        let map = &mut self.map;
         match action {
-            Action::MoveCursor { east, north } => chart.move_cursor(east, north),
-            Action::AddWaypoint if chart.cursor.is_none() => {
-                chart.move_cursor(0, 0);
+            Action::MoveCursor { east, north } => map.move_cursor(robot, east, north),
+            Action::AddWaypoint if map.cursor.is_none() => {
+                map.move_cursor(robot, 0, 0);
                 let text = "the cursor is up: <move-cursor-left..> move it, <add-waypoint> drafts a waypoint there";
-                let text = self.config.keys.told(text);
-                self.log.add(now, Level::Info, Subject::Station, text);
+                self.note(Level::Info, self.told(text));
             }
-            Action::AddWaypoint if !chart.add_waypoint() => {
-                self.warn(now, "the robot's list holds no more waypoints");
+            Action::AddWaypoint if !map.add_waypoint(robot) => {
+                self.warn("the robot's list holds no more waypoints");
             }
             // With nothing to take back there is nothing to say either: the map shows it.
             Action::UndoDraft => {
-                let _ = chart.draft.undo();
+                let _ = map.draft.undo();
             }
             Action::RedoDraft => {
-                let _ = chart.draft.redo();
+                let _ = map.draft.redo();
             }
             Action::DiscardDraft => {
-                let _ = chart.draft.edit(Edit::Clear, None);
+                let _ = map.draft.edit(Edit::Clear, None);
             }
-            Action::Pan { east, north } => chart.pan(f64::from(east), f64::from(north)),
-            Action::Zoom(steps) => chart.zoom_by(steps),
+            Action::Pan { east, north } => map.pan(&facts.chart, f64::from(east), f64::from(north)),
+            Action::Zoom(steps) => map.zoom_by(steps),
             Action::Follow => {
-                chart.focus = match chart.focus {
+                map.focus = match map.focus {
                     Focus::Robot => Focus::Everything,
                     Focus::Everything | Focus::Point(..) => Focus::Robot,
                 };
             }
             Action::ShowEverything => {
-                chart.focus = Focus::Everything;
-                chart.zoom = 0;
+                map.focus = Focus::Everything;
+                map.zoom = 0;
             }
-            Action::ToggleTruth => chart.truth_hidden = !chart.truth_hidden,
+            Action::ToggleTruth => map.truth_hidden = !map.truth_hidden,
             _ => {}
         }
     }
 
-    fn act_on_overlay(&mut self, now: Moment, action: Action, repeated: bool) -> Vec<Effect> {
+    fn act_on_overlay(
+        &mut self,
+        facts: &Facts,
+        now: Moment,
+        action: Action,
+        repeated: bool,
+    ) -> Vec<Effect> {
         let is_looking = self.is_looking();
         match (action, &mut self.overlay) {
             (Action::Push { ahead, right }, Overlay::Drive(stick)) => {
@@ -271,14 +289,14 @@ impl Model {
             (Action::Faster(steps), Overlay::Drive(stick)) => stick.faster(steps),
             (Action::LeaveDrive, _) => {
                 self.overlay = Overlay::None;
-                self.tell_what_follows_driving(now);
+                self.tell_what_follows_driving();
                 return vec![Effect::DriveEnd];
             }
             (Action::Close, Overlay::None) if is_looking => {
                 return vec![Effect::Travel(Travel::GiveUp)];
             }
-            (Action::Close, Overlay::None) if self.chart.cursor.is_none() => self.enlarged = None,
-            (Action::Close, Overlay::None) => self.chart.cursor = None,
+            (Action::Close, Overlay::None) if self.map.cursor.is_none() => self.enlarged = None,
+            (Action::Close, Overlay::None) => self.map.cursor = None,
             (Action::Close, _) => self.put_away(),
             (Action::EraseCharacter, Overlay::Text(entry)) => entry.erase(),
             (Action::EraseAll, Overlay::Text(entry)) => entry.clear(),
@@ -293,11 +311,11 @@ impl Model {
             (Action::Submit, Overlay::Runs(_)) => return self.pick_run(),
             (Action::Submit, Overlay::Palette(palette)) => {
                 let palette = palette.clone();
-                return self.pick(now, &palette);
+                return self.pick(facts, now, &palette);
             }
             (Action::Submit, Overlay::Text(entry)) => {
                 let entry = entry.clone();
-                return self.submit(entry);
+                return self.submit(facts, entry);
             }
             (Action::Confirm, Overlay::Question(question)) => {
                 let then = question.then.clone();
@@ -310,10 +328,9 @@ impl Model {
     }
 
     /// The mode stays: nothing drives the robot until somebody says what shall.
-    fn tell_what_follows_driving(&mut self, now: Moment) {
+    fn tell_what_follows_driving(&mut self) {
         let text = "it stands in mode user: <mode-prowl> prowls, <mode-go-home> goes home, <enter-drive> drives on";
-        let text = self.told(text);
-        self.log.add(now, Level::Info, Subject::Station, text);
+        self.note(Level::Info, self.told(text));
     }
 
     pub(super) fn ask_or_send(&mut self, request: Request) -> Vec<Effect> {
@@ -356,27 +373,27 @@ impl Model {
         self.overlay = Overlay::Question(Question { text, then });
     }
 
-    fn ask_to_drive(&mut self, now: Moment) {
-        if self.link.can_send {
+    fn ask_to_drive(&mut self, facts: &Facts) {
+        if facts.link.can_send {
             self.ask_for(Request::Mode(Mode::User));
         } else {
-            self.warn(now, "cannot drive: the link is receive-only");
+            self.warn("cannot drive: the link is receive-only");
         }
     }
 
     /// The wire carries the whole mask; what is toggled is what was asked last, else what the robot
     /// reports.
-    fn toggle(&mut self, now: Moment, layer: Layer) -> Vec<Effect> {
+    fn toggle(&mut self, facts: &Facts, layer: Layer) -> Vec<Effect> {
         let name = words::layer(layer);
-        let Some(allowed) = self.robot.allowed() else {
-            self.warn(now, "the robot has not said yet which layers it has");
+        let Some(allowed) = facts.robot.allowed() else {
+            self.warn("the robot has not said yet which layers it has");
             return Vec::new();
         };
-        if self.robot.lacks(layer) {
-            self.warn(now, &format!("{name} is not fitted on this robot"));
+        if facts.robot.lacks(layer) {
+            self.warn(&format!("{name} is not fitted on this robot"));
             return Vec::new();
         }
-        let is_allowed = self
+        let is_allowed = facts
             .ledger
             .asked_of(layer)
             .unwrap_or_else(|| allowed.contains(layer));
@@ -388,30 +405,20 @@ impl Model {
         })]
     }
 
-    pub(super) fn send_draft(&mut self, now: Moment) -> Vec<Effect> {
-        if self.chart.draft.waypoints().is_empty() {
+    pub(super) fn send_draft(&mut self) -> Vec<Effect> {
+        if self.map.draft.waypoints().is_empty() {
             let text = self.told("nothing drafted: move the cursor, press <add-waypoint>");
-            self.warn(now, &text);
+            self.warn(&text);
             return Vec::new();
         }
-        self.chart.cursor = None;
-        match Request::route(self.chart.draft.take()) {
+        self.map.cursor = None;
+        match Request::route(self.map.draft.take()) {
             Ok(request) => vec![Effect::Send(request)],
             Err(error) => {
-                self.warn(now, &error.to_string());
+                self.warn(&error.to_string());
                 Vec::new()
             }
         }
-    }
-
-    /// A text with the keys that it speaks of.
-    pub(crate) fn told(&self, text: &str) -> String {
-        self.config.keys.told(text)
-    }
-
-    pub(super) fn warn(&mut self, now: Moment, text: &str) {
-        self.log.add(now, Level::Warning, Subject::Station, text);
-        self.aside = Some(text.to_owned());
     }
 }
 

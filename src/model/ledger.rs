@@ -125,6 +125,12 @@ impl Ledger {
         Some(entry)
     }
 
+    /// What a command asks for, while it is remembered.
+    pub(super) fn request(&self, id: CommandId) -> Option<&Request> {
+        let entry = self.entries.iter().rev().find(|entry| entry.id == id)?;
+        Some(&entry.request)
+    }
+
     fn add(&mut self, now: Moment, id: CommandId, request: Request) {
         if self.entries.len() == ENTRIES_MAX {
             // What is still under way outlives what is over.

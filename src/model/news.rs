@@ -1,6 +1,6 @@
 //! What became of the operator's last wish, while that is news.
 
-use super::{Model, ledger, log};
+use super::{Shown, Ui, ledger, log};
 use crate::event::Moment;
 
 /// What is told where everybody looks.
@@ -26,14 +26,16 @@ pub(crate) enum Passing {
 /// How long something is news.
 const NEWS_FOR: Moment = Moment::from_secs(5);
 
-impl Model {
-    /// Tells something in passing.
+impl Ui {
+    /// Shows feedback to a key.
     pub(super) fn pass_on(&mut self, now: Moment, what: Passing) {
         self.passing = Some((now, what));
     }
+}
 
+impl<'a> Shown<'a> {
     /// What is news now.
-    pub(crate) fn news(&self, now: Moment) -> Option<News<'_>> {
+    pub(crate) fn news(&self, now: Moment) -> Option<News<'a>> {
         let (at, news) = self.newest()?;
         (now < at + NEWS_FOR).then_some(news)
     }
@@ -44,12 +46,12 @@ impl Model {
         Some(at + NEWS_FOR).filter(|until| *until > now)
     }
 
-    fn newest(&self) -> Option<(Moment, News<'_>)> {
-        let command = self.ledger.newest_step();
+    fn newest(&self) -> Option<(Moment, News<'a>)> {
+        let command = self.facts.ledger.newest_step();
         let command = command.map(|entry| (entry.at, News::Command(entry)));
-        let logged = self.log.newest_first().find(|entry| entry.is_news());
+        let logged = self.facts.log.newest_first().find(|entry| entry.is_news());
         let logged = logged.map(|entry| (entry.at, News::Logged(entry)));
-        let passing = self.passing.as_ref();
+        let passing = self.ui.passing.as_ref();
         let passing = passing.map(|(at, what)| (*at, News::Passing(what)));
         // A wish that is older than a word of the station's is not about it.
         command

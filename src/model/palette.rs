@@ -6,7 +6,7 @@ use nucleo_matcher::{Config, Matcher};
 use super::editor::RouteAction;
 use super::keys::{Action, Context, Keymap};
 use super::text_entry::TEXT_MAX;
-use super::{Model, Overlay, Panel, Purpose, TextEntry};
+use super::{Facts, Overlay, Panel, Purpose, TextEntry, Ui};
 use crate::event::{Effect, Moment};
 use crate::request::{Request, known_parameters, preset_names};
 
@@ -161,9 +161,9 @@ const fn topics(action: Action) -> &'static str {
     }
 }
 
-impl Model {
+impl Ui {
     /// Does what is chosen; a command that needs more words is left to be typed on.
-    pub(super) fn pick(&mut self, now: Moment, palette: &Palette) -> Vec<Effect> {
+    pub(super) fn pick(&mut self, facts: &Facts, now: Moment, palette: &Palette) -> Vec<Effect> {
         let mut found = palette.found(&self.config.keys);
         let chosen = palette.chosen(&found);
         // Nothing is done that nobody chose; where nothing is found there is nothing to choose either.
@@ -178,7 +178,7 @@ impl Model {
                 if matches!(action, Action::Route(_)) && self.editor.is_none() {
                     self.open_editor();
                 }
-                let effects = self.act(now, action, false);
+                let effects = self.act(facts, now, action, false);
                 self.ask_from_the_past(action, effects)
             }
             Pick::Words(words) => {
@@ -190,7 +190,7 @@ impl Model {
                         .collect();
                 }
                 // What is missing is typed then.
-                if let Ok(Some(effects)) = self.ask_for_runs(&words) {
+                if let Ok(Some(effects)) = self.ask_for_runs(facts, &words) {
                     return effects;
                 }
                 self.overlay = Overlay::Text(TextEntry {

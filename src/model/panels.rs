@@ -1,6 +1,50 @@
 //! Which panel is looked at, how much of it, and which value of the line.
 
-use super::{Model, Overlay, Panel};
+use super::{Overlay, Ui};
+
+/// A panel that shares its place with others where the screen is small.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub(crate) enum Panel {
+    #[default]
+    Sensors,
+    /// The robot seen from above.
+    Body,
+    Plots,
+    Commands,
+    Log,
+    Link,
+    Alarms,
+}
+
+impl Panel {
+    /// What it is called where it is chosen.
+    pub(crate) const fn name(self) -> &'static str {
+        match self {
+            Self::Sensors => "sensors",
+            Self::Body => "above",
+            Self::Plots => "plots",
+            Self::Commands => "commands",
+            Self::Log => "log",
+            Self::Link => "link",
+            Self::Alarms => "alarms",
+        }
+    }
+
+    /// In the order of the Tab key.
+    pub(crate) const ALL: [Self; 7] = [
+        Self::Sensors,
+        Self::Body,
+        Self::Plots,
+        Self::Commands,
+        Self::Log,
+        Self::Link,
+        Self::Alarms,
+    ];
+}
+
+/// Columns and rows below which there is no room for a dashboard: only STOP and leaving work then, for nobody sees
+/// what else a key would do.
+pub(crate) const SIZE_MIN: (u16, u16) = (80, 24);
 
 /// What has the place of all panels.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -11,7 +55,7 @@ pub(crate) enum Large {
     Ladder,
 }
 
-impl Model {
+impl Ui {
     pub(super) fn trace(&mut self, to: impl FnOnce(usize) -> usize) {
         if let Overlay::Trace(at) = &mut self.overlay {
             *at = to(*at);

@@ -157,8 +157,6 @@ impl Series {
 #[derive(Clone, Debug, Default)]
 pub(crate) struct Plots {
     series: [Series; TRACES],
-    /// The place of the chosen window in [`WINDOWS`].
-    pub(crate) window: usize,
 }
 
 impl Plots {
@@ -191,19 +189,16 @@ impl Plots {
         self.series[Trace::Battery as usize].push(now, value, STATUS_STALE);
     }
 
-    pub(super) const fn next_window(&mut self) {
-        self.window = (self.window + 1) % WINDOWS.len();
-    }
-
-    /// A figure over the chosen window until `now` in so many columns, oldest first: the least and the greatest
+    /// A figure over a window of [`WINDOWS`] until `now` in so many columns, oldest first: the least and the greatest
     /// of each, `None` where there was none.
     pub(crate) fn columns(
         &self,
         trace: Trace,
+        window: usize,
         now: Moment,
         columns: usize,
     ) -> Vec<Option<(i16, i16)>> {
-        let ring = &self.series[trace as usize].rings[self.window];
+        let ring = &self.series[trace as usize].rings[window];
         let back = |column: usize| (columns - column) * STRETCHES / columns.max(1);
         (0..columns)
             .map(|column| {
@@ -244,13 +239,13 @@ mod tests {
             plots.series[0].push(at, [5, -3, 7][n as usize % 3], J);
         }
         let now = Moment::from_millis(179 * 333);
-        let columns = plots.columns(Trace::WheelLeft, now, 20);
+        let columns = plots.columns(Trace::WheelLeft, 0, now, 20);
         assert!(
             columns[1..].iter().all(|column| *column == Some((-3, 7))),
             "{columns:?}"
         );
-        assert_eq!(plots.columns(Trace::WheelLeft, now, 300).len(), 300);
-        assert_eq!(plots.columns(Trace::WheelLeft, now, 0), []);
+        assert_eq!(plots.columns(Trace::WheelLeft, 0, now, 300).len(), 300);
+        assert_eq!(plots.columns(Trace::WheelLeft, 0, now, 0), []);
     }
 
     #[test]
@@ -259,7 +254,7 @@ mod tests {
         for s in [0_u64, 2, 4, 6, 30, 32] {
             plots.series[0].push(Moment::from_secs(s), s as i16, STATUS_STALE);
         }
-        let columns = plots.columns(Trace::WheelLeft, Moment::from_secs(40), 120);
+        let columns = plots.columns(Trace::WheelLeft, 0, Moment::from_secs(40), 120);
         let known: Vec<usize> = (0..120)
             .filter(|&column| columns[column].is_some())
             .collect();
@@ -284,8 +279,7 @@ mod tests {
         let minute = plots.size();
         push(&mut plots, 60, 86_400);
         assert_eq!(plots.size(), minute);
-        plots.window = 3;
-        let day = plots.columns(Trace::Loss, Moment::from_secs(86_399), 100);
+        let day = plots.columns(Trace::Loss, 3, Moment::from_secs(86_399), 100);
         assert!(day.iter().all(|column| *column == Some((0, 99))));
     }
 }

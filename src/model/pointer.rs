@@ -2,10 +2,10 @@
 
 use groundwave_protocol::Waypoint;
 
-use super::{Model, Overlay, Panel};
+use super::{Overlay, Panel, Ui};
 use crate::event::{Gesture, Spot};
 
-impl Model {
+impl Ui {
     /// Takes what was done on the screen; whatever lies over the panels has to be closed by a key.
     pub(super) fn take_pointer(&mut self, on: Spot, gesture: Gesture) -> bool {
         if self.overlay != Overlay::None {
@@ -23,18 +23,18 @@ impl Model {
                 let at = Waypoint::new(x_in, y_in);
                 let is_edited = self.editor.is_some();
                 let near = at.filter(|_| is_edited);
-                let near = near.and_then(|at| self.chart.draft.nearest(at, reach_in));
+                let near = near.and_then(|at| self.map.draft.nearest(at, reach_in));
                 match near {
                     Some(n) => self.choose_waypoint(n),
-                    None => self.chart.cursor = at.or(self.chart.cursor),
+                    None => self.map.cursor = at.or(self.map.cursor),
                 }
             }
             (Spot::Waypoint(n), Gesture::Click) => self.choose_waypoint(n),
             (Spot::Waypoint(_), Gesture::Wheel(steps)) => {
-                self.chart.draft.select(-isize::from(steps));
+                self.map.draft.select(-isize::from(steps));
                 self.show_selected();
             }
-            (Spot::Floor { .. }, Gesture::Wheel(steps)) => self.chart.zoom_by(steps),
+            (Spot::Floor { .. }, Gesture::Wheel(steps)) => self.map.zoom_by(steps),
             (Spot::Panel(place), gesture) => {
                 let Some(panel) = Panel::ALL.get(place).copied() else {
                     return false;

@@ -4,17 +4,16 @@ use groundwave_protocol::Waypoint;
 use groundwave_protocol::status_codes::Mode;
 
 use super::keys::Action;
-use super::log::Subject;
-use super::{Model, Overlay, Purpose, TextEntry};
-use crate::event::{Effect, Level, Moment, remark_from_words};
+use super::{Facts, Overlay, Purpose, TextEntry, Ui};
+use crate::event::{Effect, Level, remark_from_words};
 use crate::quoted::unquoted;
 use crate::request::Request;
 
 /// The commands are the last page of the help, counted from its first one backwards.
 const HELP_OF_COMMANDS: i32 = -1;
 
-impl Model {
-    pub(super) fn submit(&mut self, entry: TextEntry) -> Vec<Effect> {
+impl Ui {
+    pub(super) fn submit(&mut self, facts: &Facts, entry: TextEntry) -> Vec<Effect> {
         let text = entry.text.trim();
         self.overlay = Overlay::None;
         if text.is_empty() {
@@ -42,9 +41,9 @@ impl Model {
         }
         let words: Vec<&str> = text.split_whitespace().collect();
         let asked = match remark_from_words(&words) {
-            Some(Ok(remark)) => return self.label(remark, entry),
+            Some(Ok(remark)) => return self.label(facts, remark, entry),
             Some(Err(error)) => Err(error),
-            None => self.ask_for_runs(text),
+            None => self.ask_for_runs(facts, text),
         };
         match asked {
             Ok(Some(effects)) => return effects,
@@ -81,14 +80,13 @@ impl Model {
     /// Takes a route as the draft; sends it and lets the robot prowl where that was typed with the file's name.
     pub(super) fn take_route(
         &mut self,
-        now: Moment,
         path: &str,
         route: Result<Vec<Waypoint>, String>,
     ) -> Vec<Effect> {
         let waypoints = match route {
             Ok(waypoints) => waypoints,
             Err(error) => {
-                self.warn(now, &error);
+                self.warn(&error);
                 self.end_waiting(Some(&error));
                 return Vec::new();
             }
@@ -98,14 +96,14 @@ impl Model {
         if !goes {
             text += &self.told("; <send-draft> sends them");
         }
-        self.log.add(now, Level::Info, Subject::Station, text);
-        self.chart.take_draft(&waypoints);
+        self.note(Level::Info, text);
+        self.map.take_draft(&waypoints);
         self.show_selected();
         self.end_waiting(None);
         if !goes {
             return Vec::new();
         }
-        let mut effects = self.send_draft(now);
+        let mut effects = self.send_draft();
         if effects.is_empty() {
             return effects;
         }

@@ -3,7 +3,7 @@
 use std::path::Path;
 use std::sync::Arc;
 
-use super::{Model, Overlay, TextEntry};
+use super::{Facts, Overlay, TextEntry, Ui};
 use crate::event::{Effect, Remark};
 use crate::quoted;
 use crate::run::{Listed, Overlaid};
@@ -27,12 +27,16 @@ pub(crate) enum Runs {
     Failed(String),
 }
 
-impl Model {
+impl Ui {
     /// `runs`, `runs FOLDER` and `compare A B`; `None` for other commands.
     ///
     /// # Errors
     /// When it is one of them and the rest is wrong.
-    pub(super) fn ask_for_runs(&mut self, line: &str) -> Result<Option<Vec<Effect>>, String> {
+    pub(super) fn ask_for_runs(
+        &mut self,
+        facts: &Facts,
+        line: &str,
+    ) -> Result<Option<Vec<Effect>>, String> {
         let command = line.split_whitespace().next();
         if !matches!(command, Some("runs" | "compare")) {
             return Ok(None);
@@ -40,7 +44,7 @@ impl Model {
         let mut words = quoted::words(line)?.into_iter().skip(1);
         let (first, second, more) = (words.next(), words.next(), words.next());
         match (command, first, second, more) {
-            (Some("runs"), None, ..) => Ok(Some(self.list_runs(self.folder_at_hand()))),
+            (Some("runs"), None, ..) => Ok(Some(self.list_runs(self.folder_at_hand(facts)))),
             (Some("runs"), Some(folder), None, _) => Ok(Some(self.list_runs(folder))),
             (Some("runs"), ..) => {
                 Err("`runs` takes one folder; one with blanks stands in quotes".to_owned())
@@ -63,23 +67,23 @@ impl Model {
     }
 
     /// The capture on show, else the one that is being recorded.
-    fn capture_at_hand(&self) -> Option<&String> {
-        let recording = &self.recording;
+    fn capture_at_hand<'a>(&'a self, facts: &'a Facts) -> Option<&'a String> {
+        let recording = &facts.recording;
         let recorded = recording.mcap.as_ref().or(recording.tee.as_ref());
         self.config.capture.as_ref().or(recorded)
     }
 
     /// Where it lies.
-    fn folder_at_hand(&self) -> String {
-        let capture = self.capture_at_hand().map(Path::new);
+    fn folder_at_hand(&self, facts: &Facts) -> String {
+        let capture = self.capture_at_hand(facts).map(Path::new);
         let folder = capture.and_then(Path::parent).and_then(Path::to_str);
         let folder = folder.filter(|folder| !folder.is_empty());
         folder.unwrap_or(".").to_owned()
     }
 
     /// What is said of the run on show, or of the one that is being recorded.
-    pub(super) fn label(&mut self, remark: Remark, entry: TextEntry) -> Vec<Effect> {
-        let Some(capture) = self.capture_at_hand().cloned() else {
+    pub(super) fn label(&mut self, facts: &Facts, remark: Remark, entry: TextEntry) -> Vec<Effect> {
+        let Some(capture) = self.capture_at_hand(facts).cloned() else {
             let error = "nothing is recorded: <toggle-recording> begins a recording, with what came before it";
             self.overlay = Overlay::Text(TextEntry {
                 error: Some(self.told(error)),

@@ -13,10 +13,10 @@ use groundwave_protocol::telemetry::{
 
 mod any;
 
-pub(crate) use any::any_event;
+pub(crate) use any::{Happening, any_event, any_happening};
 
 use super::keys::Keymap;
-use super::{Config, Model};
+use super::{Config, Model, Shown};
 use crate::event::{CommandId, CommandStep, Effect, Event, LinkEvent, Moment};
 use crate::request::Request;
 use crate::run::{Apart, Comparison, Figures, Listed, Overlaid};
@@ -56,6 +56,31 @@ impl Scene {
 
     pub(crate) fn event(&mut self, event: Event) -> Vec<Effect> {
         self.model.update(self.now, event)
+    }
+
+    /// Shows another moment, or now.
+    pub(crate) fn show_moment(&mut self, playback: Option<Playback>) {
+        self.model.ui.show_moment(playback);
+    }
+
+    pub(crate) fn happen(&mut self, happening: Happening) {
+        match happening {
+            Happening::Event(event) => {
+                self.event(event);
+            }
+            Happening::Moment(playback) => self.show_moment(playback.map(|playback| *playback)),
+        }
+    }
+
+    /// When the screen changes by itself.
+    pub(crate) fn redraw_at(&self) -> Option<Moment> {
+        Shown::from(&self.model).redraw_at(self.now)
+    }
+
+    /// Unacknowledged alarms.
+    pub(crate) fn calling(&self) -> usize {
+        let Model { facts, ui } = &self.model;
+        facts.alarms.calling(&ui.acknowledged).len()
     }
 
     pub(crate) fn wait_ms(&mut self, ms: u64) {
@@ -142,7 +167,7 @@ impl Scene {
     /// Presses the key that does what this one does in the table: with keys chosen otherwise a test does the same.
     fn key(&mut self, key: KeyEvent) -> Vec<Effect> {
         static TABLE: LazyLock<Keymap> = LazyLock::new(Keymap::default);
-        let (keys, context) = (&self.model.config.keys, self.model.context());
+        let (keys, context) = (&self.model.ui.config.keys, self.model.ui.context());
         let does = TABLE.action(context, key);
         let chosen = if keys.action(context, key) == does {
             None

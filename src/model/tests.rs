@@ -7,7 +7,7 @@ use groundwave_protocol::status_codes::{
 use groundwave_protocol::telemetry::{AckLine, ListPlace};
 use groundwave_protocol::{WAYPOINTS_MAX, Waypoint};
 
-use super::chart::Focus;
+use super::map::Focus;
 use super::motors::{Holder, suppressed};
 use super::testing::{Scene, listed, overlaid, playback, state};
 use super::{Config, Overlay};
@@ -40,7 +40,7 @@ fn route(points: &[(i16, i16)]) -> Vec<Waypoint> {
 #[test]
 fn a_restart_is_noticed_although_the_short_boot_counter_agrees() {
     let restarts = |scene: &Scene| {
-        let told = scene.model.log.newest_first();
+        let told = scene.model.facts.log.newest_first();
         told.filter(|entry| entry.text == "the robot restarted")
             .map(|entry| entry.times)
             .sum::<u32>()
@@ -76,14 +76,14 @@ fn ages_tick_on_a_silent_link_and_stand_still_on_a_closed_one() {
     let heard = scene.now;
     let mut ticks = 0;
     while scene.now < heard + Moment::from_mins(2) {
-        let due = scene.model.redraw_at(scene.now).expect("ages go on");
+        let due = scene.redraw_at().expect("ages go on");
         assert!(due > scene.now);
         scene.now = due;
         ticks += 1;
     }
     assert_eq!(ticks, 60 + 6, "by the second, then by ten");
     scene.event(Event::Link(LinkEvent::Ended));
-    assert_eq!(scene.model.redraw_at(scene.now), None);
+    assert_eq!(scene.redraw_at(), None);
 }
 
 #[test]
@@ -94,16 +94,16 @@ fn what_the_screen_does_not_show_does_not_draw_it() {
         ack: scene.ack,
         listens: false,
     }));
-    let drawn = scene.model.revision();
+    let drawn = scene.model.ui.revision();
     scene.event(Event::Tick);
     scene.event(Event::Ack(AckLine {
         sequence: 4,
         ack: scene.ack,
         listens: false,
     }));
-    assert_eq!(scene.model.revision(), drawn);
+    assert_eq!(scene.model.ui.revision(), drawn);
     scene.hear();
-    assert_ne!(scene.model.revision(), drawn);
+    assert_ne!(scene.model.ui.revision(), drawn);
 }
 
 #[test]
@@ -121,7 +121,7 @@ fn a_long_session_takes_no_more_room_than_a_short_one() {
             });
         }
     }
-    let model = &scene.model;
+    let model = &scene.model.facts;
     assert!(model.chart.bumps.len() <= 256);
     assert!(model.chart.trail.recent().count() <= 1024);
     assert!(model.chart.trail.older().count() <= 4096);
@@ -144,6 +144,7 @@ fn an_adapter_that_is_back_under_another_name_says_so() {
     let newest = |scene: &Scene| {
         scene
             .model
+            .facts
             .log
             .newest_first()
             .next()

@@ -17,7 +17,7 @@ use crate::event::{Effect, Event, Gesture, Level, Moment, Recording, Remark};
 use crate::io::files;
 use crate::io::signals::{Signal, Signals, stop_myself};
 use crate::io::terminal::{self, Screen};
-use crate::model::Model;
+use crate::model::{Shown, Ui};
 use crate::route;
 use crate::view;
 
@@ -38,8 +38,8 @@ const BATCH: usize = 32;
 pub struct Dashboard {
     /// Where its facts come from.
     pub session: Session,
-    /// What the screen knows.
-    pub model: Model,
+    /// How the operator looks at them.
+    pub ui: Ui,
     /// Says what has been recorded.
     pub recording: Box<dyn FnMut() -> Recording>,
     /// Events to begin with.
@@ -54,15 +54,13 @@ pub struct Dashboard {
 /// When the terminal cannot be taken over or drawn to.
 pub async fn run(dashboard: Dashboard) -> io::Result<()> {
     let mut signals = Signals::listen()?;
-    let screen = Screen::take(dashboard.model.config.mouse)?;
+    let screen = Screen::take(dashboard.ui.wants_mouse())?;
     let mut keys = terminal::events();
     let (readers, mut read) = channel(4);
     let mut running = Running {
         keeper: dashboard.keeper,
         session: dashboard.session,
-        model: dashboard.model,
-        past: None,
-        refreshed: 0,
+        ui: dashboard.ui,
         screen,
         readers,
         drawn: None,
@@ -70,12 +68,12 @@ pub async fn run(dashboard: Dashboard) -> io::Result<()> {
     };
     let mut recording = dashboard.recording;
     let mut told = Recording::default();
+    running.refresh();
     let (width, height) = running.screen.size();
     let mut leave = running.tell(Event::Resize { width, height })?;
     for event in dashboard.first {
         leave |= running.tell(event)?;
     }
-    running.refresh();
     let mut asked_at: Option<Instant> = None;
     while !leave {
         let is_busy = running.keeper.as_ref().is_some_and(Keeper::is_busy);
@@ -127,12 +125,7 @@ pub async fn run(dashboard: Dashboard) -> io::Result<()> {
 struct Running {
     keeper: Option<Keeper>,
     session: Session,
-    /// The operator's hands and, in a live session, what is known now.
-    model: Model,
-    /// What the screen shows instead, and its moment.
-    past: Option<(Model, Moment)>,
-    /// How often what the screen shows was brought to another moment.
-    refreshed: u64,
+    ui: Ui,
     screen: Screen,
     /// For threads that read files: what they found comes back as an event.
     readers: Sender<Event>,
@@ -142,25 +135,17 @@ struct Running {
 
 /// The frame that is on the screen.
 struct Drawn {
-    revision: (u64, u64),
+    revision: u64,
     /// When ages on it will be wrong.
     stale_at: Option<Moment>,
 }
 
 impl Running {
-    /// Tells the model of an event and does what it asks for; says whether to leave.
+    /// Handles an event and carries out its effects; says whether to leave.
     fn tell(&mut self, event: Event) -> io::Result<bool> {
-        let is_key = matches!(
-            event,
-            Event::Key(_) | Event::Paste(_) | Event::Pointer { .. } | Event::Resize { .. }
-        );
+        let change = self.session.take(&event);
         let now = self.session.now();
-        self.session.remember(now, &event, &self.model);
-        let effects = self.model.update(now, event);
-        self.session.keep(now, &self.model);
-        if is_key && self.past.is_some() {
-            self.refresh();
-        }
+        let effects = self.ui.update(now, event, self.session.present(), change);
         let mut leave = false;
         for effect in effects {
             leave |= self.act(effect)?;
@@ -222,19 +207,22 @@ impl Running {
             _ => return Ok(false),
         };
         let size = self.screen.size();
-        let (model, now) = self.shown();
-        match view::spot(model, now, size, mouse.column, mouse.row) {
+        let (shown, now) = self.shown();
+        match view::spot(shown, now, size, mouse.column, mouse.row) {
             Some(on) => self.tell(Event::Pointer { on, gesture }),
             None => Ok(false),
         }
     }
 
-    /// The state on the screen, and its moment.
-    fn shown(&self) -> (&Model, Moment) {
-        match &self.past {
-            Some((model, at)) => (model, *at),
-            None => (&self.model, self.session.now()),
-        }
+    /// What is on the screen, and its moment.
+    fn shown(&self) -> (Shown<'_>, Moment) {
+        let (facts, at) = self.session.shown();
+        let shown = Shown {
+            facts,
+            present: self.session.present(),
+            ui: &self.ui,
+        };
+        (shown, at)
     }
 
     fn act(&mut self, effect: Effect) -> io::Result<bool> {
@@ -285,6 +273,7 @@ impl Running {
                 let saved = files::write_text(&path, &text, overwrite);
                 Event::RouteSaved { path, saved }
             }),
+            Effect::Notice { level, text } => return self.tell(Event::Notice { level, text }),
             Effect::Ring => self.screen.ring()?,
             Effect::Redraw => self.screen.redraw()?,
             Effect::Suspend => self.suspend()?,
@@ -320,20 +309,9 @@ impl Running {
         self.tell(Event::Tick)
     }
 
-    /// Brings what the screen shows to the moment that it is to show.
+    /// Brings the screen to the moment that it is to show.
     fn refresh(&mut self) {
-        self.past = self.session.refresh(&mut self.model);
-        self.refreshed += 1;
-    }
-
-    /// Differs from what was drawn when the screen has to be drawn again.
-    fn revision(&self) -> (u64, u64) {
-        let live = if self.past.is_some() {
-            0
-        } else {
-            self.model.revision()
-        };
-        (live, self.refreshed)
+        self.ui.show_moment(self.session.playback());
     }
 
     /// On a thread of its own: a disk may take its time, and STOP may not wait for it.
@@ -393,7 +371,7 @@ impl Running {
             return Some(Moment::ZERO);
         };
         let earliest = self.pace.earliest();
-        if self.revision() == drawn.revision {
+        if self.ui.revision() == drawn.revision {
             drawn.stale_at.map(|at| at.max(earliest))
         } else {
             Some(earliest)
@@ -403,10 +381,8 @@ impl Running {
     /// When to wake up although nothing happens.
     fn wake_at(&mut self) -> Option<Instant> {
         let host = self.session.host_now();
-        let at = [self.due(), self.model.poll_timeout()]
-            .into_iter()
-            .flatten()
-            .min();
+        let timeouts = [self.ui.poll_timeout(), self.session.poll_timeout()];
+        let at = timeouts.into_iter().chain([self.due()]).flatten().min();
         let at = at.map(|at| Instant::now() + at.saturating_sub(host));
         [at, self.session.wake_at()].into_iter().flatten().min()
     }
@@ -415,20 +391,17 @@ impl Running {
     fn draw_if_due(&mut self) -> io::Result<()> {
         let host = self.session.host_now();
         if self.due().is_some_and(|at| at <= host) {
-            let (model, now) = match &self.past {
-                Some((model, at)) => (model, *at),
-                None => (&self.model, self.session.now()),
+            let (facts, now) = self.session.shown();
+            let shown = Shown {
+                facts,
+                present: self.session.present(),
+                ui: &self.ui,
             };
-            self.screen.draw(|page| view::draw(model, now, page))?;
+            self.screen.draw(|page| view::draw(shown, now, page))?;
             self.pace.drew(host);
             self.drawn = Some(Drawn {
-                revision: self.revision(),
-                // Elsewhere in time, time passes as it is played.
-                stale_at: model
-                    .playback()
-                    .is_none()
-                    .then(|| model.redraw_at(now))
-                    .flatten(),
+                revision: self.ui.revision(),
+                stale_at: shown.redraw_at(now),
             });
         }
         Ok(())

@@ -6,15 +6,15 @@ use tokio::sync::mpsc::Receiver;
 
 use super::Driver;
 use crate::event::{Event, Level, Moment};
-use crate::model::Model;
+use crate::model::{Change, Facts};
 use crate::timeline::past::{self, REMEMBERED};
 use crate::timeline::{Finding, History, Past, Player, Reel, Scene};
-use crate::travel::{Mark, Travel};
+use crate::travel::{Mark, Playback, Travel};
 
-/// Things of a capture worked on at one go, so that keys get their turn.
+/// Steps through a capture before keys get their turn.
 const STEPS: usize = 512;
 
-/// Facts come from here.
+/// The source of facts.
 pub enum Session {
     /// A station on its link.
     Live(Box<Live>),
@@ -22,58 +22,56 @@ pub enum Session {
     Replay(Box<Replay>),
 }
 
-/// A station on its link, and what is remembered of the session.
+/// A station on its link, and its past.
 pub struct Live {
     /// The station.
     pub driver: Driver,
+    /// What is known now.
+    facts: Facts,
     player: Player<Past>,
     /// The screen shows the past.
     is_away: bool,
-    /// When the past on the screen was last looked after.
+    /// When the past on the screen was last advanced.
     advanced_at: Moment,
 }
 
 impl Live {
-    /// A session that begins with a model.
+    /// A session that begins with these facts.
     #[must_use]
-    pub fn new(driver: Driver, model: &Model) -> Self {
+    pub fn new(driver: Driver, facts: Facts) -> Self {
         let now = driver.now();
         let unix = SystemTime::now().duration_since(UNIX_EPOCH).ok();
         let unix = unix.and_then(|unix| unix.checked_sub(now));
-        let first = Past::new(model.clone(), now, 0);
+        let first = Past::new(facts.clone(), now, 0);
         let reel = Reel::new(History::default(), first, past::SPACING);
         Self {
             driver,
+            facts,
             player: Player::of_session(reel, unix),
             is_away: false,
             advanced_at: now,
         }
     }
 
-    /// Remembers what happens to the robot and its link; what the operator does is not travelled through.
-    fn remember(&mut self, now: Moment, event: &Event, model: &Model) {
+    /// Takes an event and remembers it; returns what it changed on the screen.
+    fn take(&mut self, event: &Event) -> Change {
+        let now = self.driver.now();
         // Time alone raises alarms.
-        let is_due = model.poll_timeout().is_some_and(|at| at <= now);
-        let is_fact = !matches!(
-            event,
-            Event::Key(_)
-                | Event::Paste(_)
-                | Event::Pointer { .. }
-                | Event::Resize { .. }
-                | Event::Recording(_)
-                | Event::Playback(_)
-                | Event::Runs(_)
-                | Event::Overlaid(_)
-        );
-        let is_fact = is_fact && (*event != Event::Tick || is_due);
-        if is_fact {
+        let is_due = self.facts.poll_timeout().is_some_and(|at| at <= now);
+        let change = self.facts.update(now, event);
+        if Facts::takes(event) || is_due {
             let history = self.player.reel_mut().supply_mut();
             history.push(now, event.clone());
+        }
+        self.keep(now);
+        Change {
+            is_shown: change.is_shown && !self.is_away,
+            ..change
         }
     }
 
     /// Keeps a state now and then, and forgets what is old.
-    fn keep(&mut self, now: Moment, model: &Model) {
+    fn keep(&mut self, now: Moment) {
         let reel = self.player.reel_mut();
         let history = reel.supply();
         let mut oldest = now.saturating_sub(REMEMBERED);
@@ -82,7 +80,7 @@ impl Live {
         }
         if reel.wants(now) {
             let next = history.count();
-            reel.keep(Past::new(model.clone(), now, next));
+            reel.keep(Past::new(self.facts.clone(), now, next));
         }
         if let Some(next) = reel.forget_before(oldest).map(Past::next) {
             reel.supply_mut().forget_before(next);
@@ -90,7 +88,7 @@ impl Live {
         self.stretch(now);
     }
 
-    /// What can be shown reaches from the oldest that is remembered until now.
+    /// Lets the span that can be shown reach from the oldest remembered moment until now.
     fn stretch(&mut self, now: Moment) {
         let from = self.player.reel().oldest_at().unwrap_or(now);
         self.player.set_span(from, now);
@@ -146,7 +144,7 @@ impl Live {
         None
     }
 
-    /// What the player has to say, where nobody sees its note.
+    /// The player's note as a line for the log, where the playback line does not show it.
     fn note(&self) -> Option<Event> {
         let text = self.player.playback().note?;
         Some(Event::Notice {
@@ -165,7 +163,7 @@ impl Live {
 pub struct Replay {
     /// The capture.
     pub player: Player<Scene>,
-    /// What is found meanwhile.
+    /// Findings so far.
     pub findings: Receiver<Finding>,
     /// The host's time counts from here.
     pub started: Instant,
@@ -186,7 +184,7 @@ impl Replay {
 }
 
 impl Session {
-    /// The time that facts have: since the session began, or in the capture.
+    /// The present: the time since a live session began, or the moment shown of a capture.
     pub(super) fn now(&self) -> Moment {
         match self {
             Self::Live(live) => live.driver.now(),
@@ -210,6 +208,30 @@ impl Session {
         }
     }
 
+    /// What is known at the present.
+    pub(super) fn present(&self) -> &Facts {
+        match self {
+            Self::Live(live) => &live.facts,
+            Self::Replay(replay) => replay.player.facts(),
+        }
+    }
+
+    /// What is known at the moment on the screen, and that moment.
+    pub(super) fn shown(&self) -> (&Facts, Moment) {
+        match self {
+            Self::Live(live) if live.is_away => (live.player.facts(), live.player.at()),
+            Self::Live(_) | Self::Replay(_) => (self.present(), self.now()),
+        }
+    }
+
+    /// Where the screen stands in time; `None` when it shows now.
+    pub(super) fn playback(&self) -> Option<Playback> {
+        match self {
+            Self::Live(live) => live.is_away.then(|| live.player.playback()),
+            Self::Replay(replay) => Some(replay.player.playback()),
+        }
+    }
+
     /// Waits for something to happen; says whether what the screen shows changed by itself. Nothing is lost when
     /// the wait is abandoned.
     pub(super) async fn step(&mut self) -> bool {
@@ -228,15 +250,12 @@ impl Session {
         }
     }
 
-    pub(super) fn remember(&mut self, now: Moment, event: &Event, model: &Model) {
-        if let Self::Live(live) = self {
-            live.remember(now, event, model);
-        }
-    }
-
-    pub(super) fn keep(&mut self, now: Moment, model: &Model) {
-        if let Self::Live(live) = self {
-            live.keep(now, model);
+    /// Takes an event as a fact of a live session; returns what it changed on the screen. The facts of a capture are
+    /// its own.
+    pub(super) fn take(&mut self, event: &Event) -> Change {
+        match self {
+            Self::Live(live) => live.take(event),
+            Self::Replay(_) => Change::default(),
         }
     }
 
@@ -271,7 +290,7 @@ impl Session {
     pub(super) fn wake_at(&mut self) -> Option<Instant> {
         let host = self.host_now();
         let at = match self {
-            // How long ago it is goes on by the second.
+            // The age of the moment shown changes every second.
             Self::Live(live) if live.is_away => {
                 let plays = live.player.wake_at();
                 Some(plays.unwrap_or(live.advanced_at + Duration::from_secs(1)))
@@ -283,26 +302,11 @@ impl Session {
         at.map(|at| Instant::now() + at.saturating_sub(host))
     }
 
-    /// Brings what the screen shows up to date. `model` has the operator's hands and, in a live session, what
-    /// is known now; a moment of the past is returned beside it.
-    pub(super) fn refresh(&self, model: &mut Model) -> Option<(Model, Moment)> {
+    /// When an alarm is due at the present; the facts of a capture raise theirs themselves.
+    pub(super) fn poll_timeout(&self) -> Option<Moment> {
         match self {
-            Self::Live(live) if live.is_away => {
-                let playback = Some(Box::new(live.player.playback()));
-                model.update(live.driver.now(), Event::Playback(playback));
-                let shown = live.player.model().clone().seen_by(model);
-                Some((shown, live.player.at()))
-            }
-            Self::Live(live) => {
-                model.update(live.driver.now(), Event::Playback(None));
-                None
-            }
-            Self::Replay(replay) => {
-                let playback = Some(Box::new(replay.player.playback()));
-                model.update(replay.player.at(), Event::Playback(playback));
-                *model = replay.player.model().clone().seen_by(model);
-                None
-            }
+            Self::Live(live) => live.facts.poll_timeout(),
+            Self::Replay(_) => None,
         }
     }
 }

@@ -106,9 +106,9 @@ impl<C: Cursor> Hunt<C> {
                     return Found::NotYet;
                 }
                 left -= 1;
-                let counted = window.cursor.model().tally().of(self.landmark);
+                let counted = window.cursor.facts().tally().of(self.landmark);
                 window.cursor.step(supply);
-                let is_one = window.cursor.model().tally().of(self.landmark) > counted;
+                let is_one = window.cursor.facts().tally().of(self.landmark) > counted;
                 if is_one && at >= window.from {
                     window.found = Some(at);
                     if !goes_back {

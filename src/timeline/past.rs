@@ -4,7 +4,7 @@ use std::collections::VecDeque;
 
 use super::reel::Cursor;
 use crate::event::{Event, Moment};
-use crate::model::Model;
+use crate::model::Facts;
 use crate::travel::Landmark;
 
 /// So much of a live session is remembered.
@@ -61,20 +61,20 @@ impl History {
     }
 }
 
-/// The model at a moment of a live session.
+/// The facts at a moment of a live session.
 #[derive(Clone, Debug)]
 pub struct Past {
-    model: Model,
+    facts: Facts,
     at: Moment,
     /// Number of the next event.
     next: u64,
 }
 
 impl Past {
-    /// The model as it is, before the event of a number.
+    /// The facts as they are, before the event of a number.
     #[must_use]
-    pub const fn new(model: Model, at: Moment, next: u64) -> Self {
-        Self { model, at, next }
+    pub const fn new(facts: Facts, at: Moment, next: u64) -> Self {
+        Self { facts, at, next }
     }
 
     /// Number of the event that happens next.
@@ -87,8 +87,8 @@ impl Past {
 impl Cursor for Past {
     type Supply = History;
 
-    fn model(&self) -> &Model {
-        &self.model
+    fn facts(&self) -> &Facts {
+        &self.facts
     }
 
     fn at(&self) -> Moment {
@@ -108,8 +108,7 @@ impl Cursor for Past {
         while let Some((at, event)) = history.get(self.next)
             && at == now
         {
-            // What the operator wanted was done then.
-            let _ = self.model.update(*at, event.clone());
+            self.facts.update(*at, event);
             self.next += 1;
             let after = history.get(self.next).map(|(_, event)| event);
             if matches!(after, Some(Event::Line { .. } | Event::Ack(_))) {

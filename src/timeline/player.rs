@@ -3,7 +3,7 @@
 use super::quest::Quest;
 use super::reel::{Cursor, Found, Reel, STEPS_MAX};
 use crate::event::Moment;
-use crate::model::Model;
+use crate::model::Facts;
 use crate::travel::{
     Landmark, MARKER_REACH, MARKERS_MAX, Playback, SPEED_MAX, SPEED_MIN, Target, Travel,
     clock_words,
@@ -89,8 +89,8 @@ impl<C: Cursor> Player<C> {
 
     /// What is known at the moment shown.
     #[must_use]
-    pub fn model(&self) -> &Model {
-        self.reel.model()
+    pub fn facts(&self) -> &Facts {
+        self.reel.facts()
     }
 
     /// What is played.
@@ -485,7 +485,7 @@ impl<C: Cursor> Player<C> {
             markers: self.markers.clone(),
             repeat: self.repeat,
             is_looking: self.quest.is_some(),
-            note: note.map(|note| self.model().told(&note)),
+            note: note.map(|note| self.facts().config().keys.told(&note)),
         }
     }
 }

@@ -4,7 +4,7 @@ use super::hunt::Hunt;
 use super::keyframes::Keyframes;
 use super::way::{Near, go_on, run};
 use crate::event::Moment;
-use crate::model::Model;
+use crate::model::Facts;
 use crate::travel::Landmark;
 
 /// A state that goes forward in time, thing by thing.
@@ -13,7 +13,7 @@ pub trait Cursor: Clone {
     type Supply;
 
     /// What is known at its moment.
-    fn model(&self) -> &Model;
+    fn facts(&self) -> &Facts;
 
     /// When the last thing happened.
     fn at(&self) -> Moment;
@@ -89,8 +89,8 @@ impl<C: Cursor> Reel<C> {
 
     /// What is known at the shown moment.
     #[must_use]
-    pub fn model(&self) -> &Model {
-        self.shown.model()
+    pub fn facts(&self) -> &Facts {
+        self.shown.facts()
     }
 
     /// When the last thing shown happened.
@@ -113,7 +113,7 @@ impl<C: Cursor> Reel<C> {
     /// Number of the newest line shown; `None` while that is not known.
     #[must_use]
     pub fn packet(&self) -> Option<u64> {
-        self.chase.is_none().then(|| self.model().tally().lines)
+        self.chase.is_none().then(|| self.facts().tally().lines)
     }
 
     /// Whether what happened long before the shown moment is missing from it.
@@ -231,11 +231,11 @@ impl<C: Cursor> Reel<C> {
 
     /// Shows the line after the newest one shown; `false` when there is none.
     pub fn step_forward(&mut self) -> bool {
-        let lines = self.model().tally().lines;
+        let lines = self.facts().tally().lines;
         let mut cursor = self.shown.clone();
-        let goes_on = |cursor: &C, _| cursor.model().tally().lines == lines;
+        let goes_on = |cursor: &C, _| cursor.facts().tally().lines == lines;
         go_on(&mut cursor, &mut self.supply, usize::MAX, goes_on, |_| {});
-        let is_there = cursor.model().tally().lines > lines;
+        let is_there = cursor.facts().tally().lines > lines;
         if is_there {
             self.shown = cursor;
         }
@@ -247,13 +247,13 @@ impl<C: Cursor> Reel<C> {
         if self.is_partial() {
             return self.step_back_by_time();
         }
-        let lines = self.model().tally().lines;
+        let lines = self.facts().tally().lines;
         lines > 1 && self.seek_line(lines - 1, usize::MAX) != Found::Nowhere
     }
 
     /// Where the number of a line is not known, its time says which it is.
     fn step_back_by_time(&mut self) -> bool {
-        let Some(line_at) = self.model().newest_line_at() else {
+        let Some(line_at) = self.facts().newest_line_at() else {
             return false;
         };
         let Some(mut cursor) = self.shown.afresh(&mut self.supply, line_at) else {
@@ -261,9 +261,9 @@ impl<C: Cursor> Reel<C> {
         };
         let mut before = None;
         while let Some(at) = cursor.next_at(&mut self.supply).filter(|at| *at < line_at) {
-            let lines = cursor.model().tally().lines;
+            let lines = cursor.facts().tally().lines;
             cursor.step(&mut self.supply);
-            if cursor.model().tally().lines > lines {
+            if cursor.facts().tally().lines > lines {
                 before = Some((at, cursor.clone()));
             }
         }
@@ -277,7 +277,7 @@ impl<C: Cursor> Reel<C> {
     /// Shows the line of a number, from 1, at its moment. While the reel is not complete, so many things behind its
     /// newest state are looked through.
     pub fn seek_line(&mut self, number: u64, beyond: usize) -> Found {
-        let lines = |cursor: &C| cursor.model().tally().lines;
+        let lines = |cursor: &C| cursor.facts().tally().lines;
         let place = self.frames.last_where(|frame| lines(frame) < number);
         if place.is_none() {
             return Found::Nowhere;
@@ -306,7 +306,7 @@ impl<C: Cursor> Reel<C> {
     /// shown where it tells no more than about where. Says when the line is; `None` where nothing tells.
     pub fn seek_about_line(&mut self, number: u64) -> Option<Moment> {
         let (from, before) = C::about_line(&mut self.supply, number)?;
-        let lines = |cursor: &C| cursor.model().tally().lines;
+        let lines = |cursor: &C| cursor.facts().tally().lines;
         let mut fresh = self.shown.afresh(&mut self.supply, from)?;
         let supply = &mut self.supply;
         go_on(
@@ -390,7 +390,7 @@ impl<C: Cursor> Reel<C> {
         let mut place = self.frames.before(after).unwrap_or(0);
         while let Some((_, frame)) = self.frames.get(place) {
             let end = self.frames.get(place + 1);
-            let count = |cursor: &C| cursor.model().tally().of(landmark);
+            let count = |cursor: &C| cursor.facts().tally().of(landmark);
             if end.is_none_or(|(_, end)| count(end) > count(frame)) {
                 let until = end.map(|(at, _)| *at);
                 let mut cursor = match self.nearest(|cursor| cursor.at() <= after) {
@@ -420,7 +420,7 @@ impl<C: Cursor> Reel<C> {
     }
 
     fn find_last_read(&mut self, landmark: Landmark, before: Moment, beyond: usize) -> Found {
-        let count = |cursor: &C| cursor.model().tally().of(landmark);
+        let count = |cursor: &C| cursor.facts().tally().of(landmark);
         let mut places = 0..=self.frames.before(before).unwrap_or(0);
         while let Some(place) = places.next_back() {
             let Some((_, frame)) = self.frames.get(place) else {

@@ -1,12 +1,14 @@
 //! A capture's state: a station that hears what was heard, and what it tells.
 
+use std::sync::Arc;
+
 use groundwave_protocol::arq;
 
 use super::keyframes::Keyframes;
 use super::reel::Cursor;
 use crate::capture::index::{Piece, Place, Tape};
 use crate::event::{Event, Level, LinkEvent, Moment};
-use crate::model::{Config, Model};
+use crate::model::{Config, Facts};
 use crate::recorded::from_recorded;
 use crate::station::Station;
 use crate::travel::{Landmark, MARKER_REACH, MARKERS_MAX, Mark};
@@ -32,7 +34,7 @@ enum Next {
 #[derive(Clone, Debug)]
 pub struct Scene {
     station: Station,
-    model: Model,
+    facts: Facts,
     name: String,
     place: Place,
     at: Moment,
@@ -49,16 +51,16 @@ pub struct Scene {
 impl Scene {
     /// The beginning of a capture, of which the screen says the name. Limits of alarms are the configuration's.
     #[must_use]
-    pub fn new(name: &str, config: Config, tape: &dyn Tape) -> Self {
+    pub fn new(name: &str, config: Arc<Config>, tape: &dyn Tape) -> Self {
         Self::from(name, config, tape.place(), tape)
     }
 
-    fn from(name: &str, config: Config, place: Place, tape: &dyn Tape) -> Self {
+    fn from(name: &str, config: Arc<Config>, place: Place, tape: &dyn Tape) -> Self {
         let mut station = Station::new(arq::Config::new(1), false);
         station.handle_link(opened(name));
         let mut scene = Self {
             station,
-            model: Model::new(config),
+            facts: Facts::new(config),
             name: name.to_owned(),
             place,
             at: place.at(),
@@ -70,7 +72,7 @@ impl Scene {
         };
         scene.listen();
         if let Some(truth) = tape.truth() {
-            scene.tell(Event::Truth(truth));
+            scene.tell(&Event::Truth(truth));
         }
         scene
     }
@@ -83,13 +85,13 @@ impl Scene {
 
     fn listen(&mut self) {
         while let Some(event) = self.station.poll_event() {
-            self.tell(event);
+            self.tell(&event);
         }
     }
 
-    /// Takes a fact at this moment. What the model wants done about it was done when it happened.
-    pub fn tell(&mut self, event: Event) {
-        let _ = self.model.update(self.at, event);
+    /// Takes an event at this moment.
+    pub fn tell(&mut self, event: &Event) {
+        self.facts.update(self.at, event);
     }
 
     fn next(&self, tape: &mut dyn Tape) -> Option<(Moment, Next)> {
@@ -113,7 +115,7 @@ impl Scene {
     /// When time alone changes something: what the station hears, or what has been wrong for too long.
     fn poll_timeout(&self) -> Option<Moment> {
         let station = self.station.poll_timeout();
-        station.into_iter().chain(self.model.poll_timeout()).min()
+        station.into_iter().chain(self.facts.poll_timeout()).min()
     }
 
     fn take_piece(&mut self, piece: Option<Piece<'_>>) {
@@ -123,12 +125,12 @@ impl Scene {
             Some(Piece::Told(event)) => match from_recorded(&event) {
                 Some(Event::Link(event)) => self.take_link(event),
                 Some(Event::Mark(mark)) => self.take_mark(mark),
-                Some(event) => self.tell(event),
+                Some(event) => self.tell(&event),
                 None => {}
             },
             Some(Piece::Missing(bytes)) => {
                 self.station.handle_interruption();
-                self.tell(Event::Notice {
+                self.tell(&Event::Notice {
                     level: Level::Warning,
                     text: format!("{bytes} bytes are missing from the capture here"),
                 });
@@ -136,7 +138,7 @@ impl Scene {
             Some(Piece::Damaged(text)) => {
                 self.station.handle_interruption();
                 self.damage.get_or_insert_with(|| text.clone());
-                self.tell(Event::Notice {
+                self.tell(&Event::Notice {
                     level: Level::Alarm,
                     text,
                 });
@@ -176,8 +178,8 @@ impl Scene {
 impl Cursor for Scene {
     type Supply = Box<dyn Tape + Send>;
 
-    fn model(&self) -> &Model {
-        &self.model
+    fn facts(&self) -> &Facts {
+        &self.facts
     }
 
     fn at(&self) -> Moment {
@@ -197,7 +199,7 @@ impl Cursor for Scene {
             Next::Timeout => {
                 self.station.handle_timeout(at);
                 self.listen();
-                self.tell(Event::Tick);
+                self.tell(&Event::Tick);
                 self.is_waiting = self.poll_timeout().is_some_and(|next| next <= at);
             }
             Next::Piece => {
@@ -217,7 +219,7 @@ impl Cursor for Scene {
         let place = tape.find(at.saturating_sub(HEARD_BEFORE));
         Some(Self::from(
             &self.name,
-            self.model.config().clone(),
+            Arc::clone(self.facts.config()),
             place,
             &**tape,
         ))
@@ -279,12 +281,10 @@ pub fn survey(
 
 #[cfg(test)]
 mod tests {
-    use std::io::Cursor as Bytes;
-    use std::path::Path;
-    use std::sync::Arc;
-
     use foxglove::messages::Log;
     use prost::Message as _;
+    use std::io::Cursor as Bytes;
+    use std::path::Path;
 
     use super::*;
     use crate::capture::info::Info;
@@ -299,7 +299,7 @@ mod tests {
         let mut capture = Capture::read("", Box::new(Bytes::new(bytes.clone()))).unwrap();
         let info = Info::read(&mut capture);
         let mut tape = index::read(Arc::new(bytes), Path::new("")).unwrap();
-        let mut scene = Scene::new("", Config::default(), &*tape);
+        let mut scene = Scene::new("", Arc::default(), &*tape);
         while scene.next_at(&mut tape).is_some() {
             scene.step(&mut tape);
         }
@@ -318,7 +318,7 @@ mod tests {
     /// What `info`, the link panel and the raw panel say.
     fn assert_the_same(bytes: Vec<u8>) -> (Info, Scene) {
         let (info, scene) = both(bytes);
-        let link = &scene.model.link;
+        let link = &scene.facts.link;
         let panel = *link.statistics().unwrap();
         let said = (panel.lines, panel.lines_lost, panel.rejected, panel.resync);
         assert_eq!(said, counts(&info));
@@ -326,7 +326,7 @@ mod tests {
         let seen = link.counters();
         assert_eq!(Rejected::of(seen), info.rejected);
         assert_eq!(seen.lines + seen.ack_lines, info.lines.total());
-        assert_eq!(seen.lines, scene.model.tally().lines, "packets");
+        assert_eq!(seen.lines, scene.facts.tally().lines, "packets");
         (info, scene)
     }
 
@@ -397,7 +397,7 @@ mod tests {
         let whole = bytes.len() - bytes.len() % 80;
         let (info, scene) = assert_the_same(bytes[..whole].repeat(3));
         let mut restarts = 0;
-        for entry in scene.model.log.newest_first() {
+        for entry in scene.facts.log.newest_first() {
             restarts += u64::from(entry.text == "the robot restarted") * u64::from(entry.times);
             assert!(!entry.text.contains("lines lost"), "{}", entry.text);
         }

@@ -23,17 +23,14 @@ const SEEN: &str = "<acknowledge-alarms>: seen";
 impl Screen<'_> {
     /// What nobody has seen yet: of now, even while the screen shows another moment of a live session.
     pub(super) fn calling(&self) -> Vec<(&'static Rule, Raised)> {
-        let now = self.model.alarms_now.as_ref().map(|(alarms, _)| &**alarms);
-        now.unwrap_or(&self.model.alarms).calling()
+        self.present.alarms.calling(&self.ui.acknowledged)
     }
 
     /// The worst of what nobody has seen yet, and how many more there are.
     pub(super) fn alarm_strip(&self, buffer: &mut Buffer, area: Rect) {
         let calling = self.calling();
-        let (when, now) = match self.model.alarms_now {
-            Some((_, now)) => ("NOW: ", now),
-            None => ("", self.now),
-        };
+        let past = self.ui.playback.as_ref().filter(|past| past.is_live);
+        let (when, now) = past.map_or(("", self.now), |past| ("NOW: ", past.until));
         let Some((rule, raised)) = calling.first() else {
             return;
         };
@@ -58,7 +55,7 @@ impl Screen<'_> {
         let width = usize::from(area.width);
         let room = width.saturating_sub(INDENT);
         let mut lines = Vec::new();
-        let raised = self.model.alarms.all();
+        let raised = self.facts.alarms.all(&self.ui.acknowledged);
         for (rule, raised) in raised.filter_map(|(rule, _, raised)| Some((rule, raised?))) {
             let (glyph, style) = self.alarm_mark(rule, &raised);
             for (n, row) in (0..).zip(wrap(&self.alarm_words(rule, &raised, self.now), room, room))
@@ -71,7 +68,7 @@ impl Screen<'_> {
                 remedy.map(|row| Line::styled(format!("{:INDENT$}{row}", ""), theme.plain)),
             );
         }
-        let quiet = self.model.alarms.all();
+        let quiet = self.facts.alarms.all(&self.ui.acknowledged);
         for (rule, value, _) in quiet.filter(|(_, _, raised)| raised.is_none()) {
             let text = format!(
                 "{} {:<NAME_COLUMNS$}{}",
@@ -87,7 +84,7 @@ impl Screen<'_> {
     }
 
     fn alarm_note(&self) -> String {
-        let calling = self.model.alarms.calling().len();
+        let calling = self.facts.alarms.calling(&self.ui.acknowledged).len();
         match calling {
             0 => String::new(),
             n => self.told(&format!("{n} not seen, {SEEN}")),
@@ -111,7 +108,7 @@ impl Screen<'_> {
         let figure = match raised.worst.filter(|_| rule.has_figure()) {
             Some(worst) => {
                 let words = figure_words(rule, raised, worst);
-                if rule.is_beyond(worst, &self.model.config.limits) {
+                if rule.is_beyond(worst, &self.ui.config.limits) {
                     format!(" {words} ({})", self.limit_words(rule))
                 } else {
                     format!(" {words}")
@@ -137,12 +134,12 @@ impl Screen<'_> {
 
     /// How it is with a rule that is not raised, marked when the robot has said so long ago.
     fn standing(&self, rule: &Rule, value: Option<f64>) -> String {
-        let robot = &self.model.robot;
+        let robot = &self.facts.robot;
         let known = match rule.source {
             Source::State => robot.state.map(|line| (line.age(self.now), STATE_STALE)),
             Source::Status => robot.status.map(|line| (line.age(self.now), STATUS_STALE)),
             Source::Lines => {
-                let age = self.model.link.newest_age(self.now);
+                let age = self.facts.link.newest_age(self.now);
                 age.map(|age| (age, STATE_STALE))
             }
             // What is measured has to have been measured once.
@@ -160,7 +157,7 @@ impl Screen<'_> {
     }
 
     fn limit_words(&self, rule: &Rule) -> String {
-        let bounds = rule.bounds(&self.model.config.limits);
+        let bounds = rule.bounds(&self.ui.config.limits);
         format!("limit {}", rule.figure(bounds.raise))
     }
 }

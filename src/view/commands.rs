@@ -40,7 +40,7 @@ impl Screen<'_> {
         let asked_columns = (width / 2).clamp(ASKED_COLUMNS_MIN, 32);
         let room = width.saturating_sub(asked_columns + 3);
         let mut lines = Vec::new();
-        for entry in self.model.ledger.entries() {
+        for entry in self.facts.ledger.entries() {
             let (glyph, says, style) = self.fate(entry);
             let asked = Line::raw(format!("{} {}", entry.id.0, entry.request));
             let asked = self.cut(asked, asked_columns).to_string();
@@ -93,7 +93,7 @@ impl Screen<'_> {
     fn list_fate(&self, entry: &Entry, digest: u32) -> (&'static str, String, Style) {
         let theme = &self.theme;
         let active = self
-            .model
+            .facts
             .ledger
             .active()
             .filter(|active| active.id == entry.id && active.digest == digest);
@@ -140,11 +140,11 @@ impl Screen<'_> {
                 Line::styled(format!("{:indent$}{words}", ""), style)
             }));
         };
-        let model = self.model;
-        if let Some(status) = model
+        let facts = self.facts;
+        if let Some(status) = facts
             .robot
             .status
-            .filter(|_| model.ledger.active().is_none())
+            .filter(|_| facts.ledger.active().is_none())
             && status.value.list.count > 0
         {
             let list = status.value.list;
@@ -157,16 +157,16 @@ impl Screen<'_> {
             );
             tell(&words, self.theme.dim);
         }
-        let drafted = model.chart.draft.waypoints().len();
+        let drafted = self.ui.map.draft.waypoints().len();
         if drafted > 0 {
             let waypoints = if drafted == 1 {
                 "waypoint"
             } else {
                 "waypoints"
             };
-            let draft = model.chart.draft.waypoints();
-            let active = model.ledger.active();
-            let [send, undo, discard] = match model.editor {
+            let draft = self.ui.map.draft.waypoints();
+            let active = facts.ledger.active();
+            let [send, undo, discard] = match self.ui.editor {
                 Some(_) => [
                     "<route/route-send>",
                     "<route/route-undo>",

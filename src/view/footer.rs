@@ -16,7 +16,7 @@ use crate::model::{Large, Overlay, Purpose};
 impl Screen<'_> {
     pub(super) fn keys(&self, buffer: &mut Buffer, area: Rect) {
         let theme = &self.theme;
-        if let Overlay::Text(entry) = &self.model.overlay {
+        if let Overlay::Text(entry) = &self.ui.overlay {
             let prompt = match entry.purpose {
                 Purpose::Command => ":",
                 Purpose::RouteFile => "route file: ",
@@ -44,8 +44,8 @@ impl Screen<'_> {
             return;
         }
         let mut spans = Vec::new();
-        if let Overlay::Drive(stick) = &self.model.overlay {
-            let state = self.model.robot.state.map(|state| state.value.mode);
+        if let Overlay::Drive(stick) = &self.ui.overlay {
+            let state = self.facts.robot.state.map(|state| state.value.mode);
             let words = if state == Some(Mode::User) {
                 format!(" HAND DRIVE {} in/s ", stick.speed_in_s)
             } else {
@@ -54,7 +54,7 @@ impl Screen<'_> {
             spans.push(Span::styled(words, theme.alarm));
             spans.push(Span::raw("  "));
         }
-        if let Overlay::Jump { forward } = self.model.overlay {
+        if let Overlay::Jump { forward } = self.ui.overlay {
             let words = if forward {
                 "to the next "
             } else {
@@ -62,7 +62,7 @@ impl Screen<'_> {
             };
             spans.push(Span::styled(words, theme.strong));
         }
-        let context = self.model.context();
+        let context = self.ui.context();
         let mut always: Vec<Span<'_>> = self
             .named_rows(context)
             .filter(|row| ALWAYS_SEEN.contains(&row.action) && self.does_something(row))
@@ -103,15 +103,15 @@ impl Screen<'_> {
 
     /// Whether there is something to put away, to give up, to send or to choose from.
     fn does_something(&self, row: &Row) -> bool {
-        let model = self.model;
+        let facts = self.facts;
         match (row.context, row.action) {
             (Context::Dashboard, Action::Close) => {
-                model.chart.cursor.is_some() || model.enlarged.is_some()
+                self.ui.map.cursor.is_some() || self.ui.enlarged.is_some()
             }
-            (Context::Dashboard, Action::CancelCommands) => model.ledger.is_busy(),
+            (Context::Dashboard, Action::CancelCommands) => facts.ledger.is_busy(),
             (Context::Dashboard, Action::UndoDraft | Action::SendDraft) => self.is_drafting(),
             (Context::Runs, Action::Choose(_) | Action::Submit) => {
-                matches!(&model.overlay, Overlay::Runs(Runs::Listed { list, .. }) if !list.runs.is_empty())
+                matches!(&self.ui.overlay, Overlay::Runs(Runs::Listed { list, .. }) if !list.runs.is_empty())
             }
             _ => true,
         }
@@ -119,22 +119,21 @@ impl Screen<'_> {
 
     /// Whether a route is being put together on the map.
     fn is_drafting(&self) -> bool {
-        let chart = &self.model.chart;
-        chart.cursor.is_some() || !chart.draft.waypoints().is_empty()
+        self.ui.map.cursor.is_some() || !self.ui.map.draft.waypoints().is_empty()
     }
 
     /// STOP, what belongs to what is looked at, then what is for everything.
     fn place_in_footer(&self, action: Action) -> usize {
-        let model = self.model;
+        let facts = self.facts;
         let common = Action::COMMON.iter().position(|known| *known == action);
         match action {
             Action::Stop => 0,
             // Whoever looks at another moment moves in time first of all.
-            _ if model.playback.is_some() && action.moves_in_time() => 1,
-            Action::CancelCommands if model.ledger.is_busy() => 2,
-            Action::Enlarge if model.enlarged.is_some() => 2,
-            _ if model.chart.cursor.is_some() && action.drafts() => 3,
-            _ if action.is_for(model.panel) => 4,
+            _ if self.ui.playback.is_some() && action.moves_in_time() => 1,
+            Action::CancelCommands if facts.ledger.is_busy() => 2,
+            Action::Enlarge if self.ui.enlarged.is_some() => 2,
+            _ if self.ui.map.cursor.is_some() && action.drafts() => 3,
+            _ if action.is_for(self.ui.panel) => 4,
             _ if self.is_drafting() && action.drafts() => 5,
             _ => 6 + common.unwrap_or(Action::COMMON.len()),
         }
@@ -167,8 +166,8 @@ impl Screen<'_> {
 
     /// What would ask something of a robot that cannot be asked is not offered.
     fn named_rows(&self, context: Context) -> impl Iterator<Item = &Row> {
-        let deaf = self.model.link.is_receive_only();
-        self.model.config.keys.rows().filter(move |row| {
+        let deaf = self.facts.link.is_receive_only();
+        self.ui.config.keys.rows().filter(move |row| {
             let is_named = !row.footer.is_empty() && !row.label.is_empty();
             row.context == context && is_named && !(deaf && row.action.asks_the_robot())
         })
@@ -176,7 +175,7 @@ impl Screen<'_> {
 
     fn named(&self, row: &Row) -> [Span<'static>; 2] {
         let does = match row.action {
-            Action::Enlarge => match self.model.enlarged {
+            Action::Enlarge => match self.ui.enlarged {
                 None => row.footer,
                 Some(Large::Panel) => "map",
                 Some(Large::Map) => "ladder",

@@ -63,7 +63,7 @@ impl Screen<'_> {
             aside
         } else if let Some(traced) = self.trace_words() {
             traced
-        } else if let Some(news) = self.model.news(self.told_at) {
+        } else if let Some(news) = self.shown().news(self.told_at) {
             self.news(news)
         } else {
             self.one_line(usize::from(area.width))
@@ -72,7 +72,7 @@ impl Screen<'_> {
     }
 
     fn prompt_help(&self) -> Option<Line<'_>> {
-        let Overlay::Text(entry) = &self.model.overlay else {
+        let Overlay::Text(entry) = &self.ui.overlay else {
             return None;
         };
         Some(match (&entry.error, entry.purpose) {
@@ -96,8 +96,8 @@ impl Screen<'_> {
 
     /// While the screen shows another moment: what the operator is told now, and where commands go.
     fn aside(&self) -> Option<Line<'_>> {
-        let playback = self.model.playback.as_ref()?;
-        let said = self.model.aside.as_ref().or(playback.note.as_ref());
+        let playback = self.ui.playback.as_ref()?;
+        let said = self.ui.aside.as_ref().or(playback.note.as_ref());
         if let Some(said) = said {
             return Some(Line::styled(format!("! {said}"), self.theme.warning));
         }
@@ -136,7 +136,7 @@ impl Screen<'_> {
     /// Which key shows which panel.
     fn panel_keys(&self) -> Line<'_> {
         let theme = &self.theme;
-        let chosen = self.model.panel;
+        let chosen = self.ui.panel;
         let panels = Panel::ALL.into_iter().flat_map(|panel| {
             let style = if panel == chosen {
                 theme.lit
@@ -166,7 +166,7 @@ impl Screen<'_> {
             name_columns,
         } = terseness;
         let theme = &self.theme;
-        let link = &self.model.link;
+        let link = &self.facts.link;
         let separator = format!(" {} ", theme.glyphs.dot);
         let mut facts = Vec::new();
         // Figures of the last seconds are none of a link on which nothing comes.
@@ -179,7 +179,7 @@ impl Screen<'_> {
                 facts.push(format!("loss {:.1} %", loss * 100.0));
             }
         }
-        let recording = &self.model.recording;
+        let recording = &self.present.recording;
         let places: Vec<String> = [&recording.tee, &recording.mcap]
             .into_iter()
             .flatten()
@@ -197,10 +197,10 @@ impl Screen<'_> {
         } else if !places.is_empty() {
             let recorded = if short { "" } else { "recorded in " };
             facts.push(format!("{recorded}{}", places.join(", ")));
-        } else if !self.model.is_replay() {
+        } else if !self.ui.is_replay() {
             facts.push("not recorded".to_owned());
         }
-        if let Some(command) = &self.model.config.raw_copy {
+        if let Some(command) = &self.ui.config.raw_copy {
             let how = if short {
                 "raw"
             } else {
@@ -209,9 +209,9 @@ impl Screen<'_> {
             facts.push(format!("{how}: {command}"));
         }
         let step = Action::Travel(Travel::Step { forward: false });
-        let keys: &[(Action, &str)] = if self.model.context() != Context::Dashboard {
+        let keys: &[(Action, &str)] = if self.ui.context() != Context::Dashboard {
             &[]
-        } else if self.model.is_replay() {
+        } else if self.ui.is_replay() {
             &[
                 (Action::Travel(Travel::TogglePause), " stands still"),
                 (step, " a line back or on"),
@@ -222,7 +222,7 @@ impl Screen<'_> {
         } else {
             &[]
         };
-        let keymap = &self.model.config.keys;
+        let keymap = &self.ui.config.keys;
         let keys = keys.iter().map(|(action, does)| {
             let labels = keymap.labels(Context::Dashboard, *action);
             (labels, *does)

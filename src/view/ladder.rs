@@ -47,7 +47,7 @@ impl Screen<'_> {
         let below = self.panel(buffer, area, "who holds the motors", Some(note));
         let (sentence, rungs) = split_top(below, WORDS_ROWS);
         self.put_sentence(buffer, sentence);
-        if self.model.robot.state.is_none() {
+        if self.facts.robot.state.is_none() {
             return;
         }
         let layers = Layer::ALL.map(|layer| self.rung(layer));
@@ -60,11 +60,11 @@ impl Screen<'_> {
 
     /// Since when, and whether it changes too often.
     fn ladder_note(&self, wide: bool) -> Span<'static> {
-        let motors = &self.model.motors;
+        let motors = &self.facts.motors;
         let Some(holder) = motors.holder() else {
             return Span::raw("");
         };
-        let stale = self.model.robot.state.map(|state| state.age(self.now));
+        let stale = self.facts.robot.state.map(|state| state.age(self.now));
         if let Some(stale) = self.staleness(stale, STATE_STALE) {
             return Span::styled(stale, self.theme.warning);
         }
@@ -78,7 +78,7 @@ impl Screen<'_> {
 
     /// Whether the robot has not been heard for a while.
     fn is_stale(&self) -> bool {
-        self.model
+        self.facts
             .robot
             .state
             .is_none_or(|state| state.age(self.now) >= STATE_STALE)
@@ -86,13 +86,13 @@ impl Screen<'_> {
 
     /// Whether what the shares are counted by has not come for a while.
     fn are_shares_stale(&self) -> bool {
-        let counters = self.model.robot.counters;
+        let counters = self.facts.robot.counters;
         self.is_stale() || counters.is_some_and(|line| line.age(self.now) >= COUNTERS_STALE)
     }
 
     /// Who holds the motors and why, in as many rows as there are; the last one ends with a mark if that is not all.
     fn put_sentence(&self, buffer: &mut Buffer, area: Rect) {
-        let (Some(state), Some(holder)) = (self.model.robot.state, self.model.motors.holder())
+        let (Some(state), Some(holder)) = (self.facts.robot.state, self.facts.motors.holder())
         else {
             let nothing = Line::styled("nothing heard from the robot yet", self.theme.dim);
             put(buffer, area, 0, &nothing);
@@ -103,7 +103,7 @@ impl Screen<'_> {
         } else {
             (self.theme.plain, self.theme.holder)
         };
-        let why = why::why(holder.value, &state.value, &self.model.robot, self.now);
+        let why = why::why(holder.value, &state.value, &self.facts.robot, self.now);
         let suppressed: Vec<String> = motors::suppressed(holder.value, &state.value)
             .into_iter()
             .map(|holder| words::holder(holder).to_uppercase())
@@ -141,24 +141,24 @@ impl Screen<'_> {
     fn rung(&self, layer: Layer) -> Rung {
         let theme = &self.theme;
         let glyphs = theme.glyphs;
-        let model = self.model;
+        let facts = self.facts;
         let holder = Holder::Layer(layer);
-        let held_by = model.motors.holder().map(|held| held.value);
+        let held_by = facts.motors.holder().map(|held| held.value);
         let holds = held_by == Some(holder);
-        let state = model
+        let state = facts
             .robot
             .state
             .map_or(LayerState::Off, |state| state.value.layers.get(layer));
-        let forbidden = model
+        let forbidden = facts
             .robot
             .allowed()
             .is_some_and(|allowed| !allowed.contains(layer));
-        let suppressed = model
+        let suppressed = facts
             .robot
             .state
             .zip(held_by)
             .is_some_and(|(state, by)| motors::suppressed(by, &state.value).contains(&holder));
-        let (glyph, says, style) = if model.robot.lacks(layer) {
+        let (glyph, says, style) = if facts.robot.lacks(layer) {
             (glyphs.missing, "not fitted", theme.rule)
         } else if holds {
             (glyphs.holds, "HOLDS", theme.holder)
@@ -177,14 +177,15 @@ impl Screen<'_> {
                 LayerState::Off => (glyphs.off, "off", theme.dim),
             }
         };
-        let says = match model.ledger.asked_of(layer) {
+        let says = match facts.ledger.asked_of(layer) {
             Some(true) => format!("{says}, asked on"),
             Some(false) => format!("{says}, asked off"),
             None => says.to_owned(),
         };
         let style = if self.is_stale() { theme.dim } else { style };
         Rung {
-            key: model
+            key: self
+                .ui
                 .config
                 .keys
                 .label(Context::Dashboard, Action::ToggleLayer(layer)),
@@ -192,20 +193,20 @@ impl Screen<'_> {
             name: named(holder, holds),
             says,
             style,
-            share: model.motors.share(holder),
-            since: if model.robot.lacks(layer) || self.is_stale() {
+            share: facts.motors.share(holder),
+            since: if facts.robot.lacks(layer) || self.is_stale() {
                 None
             } else {
-                model.motors.since(layer)
+                facts.motors.since(layer)
             },
         }
     }
 
     fn prowl_rung(&self) -> Rung {
         let theme = &self.theme;
-        let model = self.model;
-        let holder = model.motors.holder().map(|held| held.value);
-        let mode = model.robot.state.map(|state| state.value.mode);
+        let facts = self.facts;
+        let holder = facts.motors.holder().map(|held| held.value);
+        let mode = facts.robot.state.map(|state| state.value.mode);
         let holds = holder == Some(Holder::Prowl);
         let (glyph, says, style) = match mode {
             _ if holds => (theme.glyphs.holds, "HOLDS", theme.holder),
@@ -219,7 +220,7 @@ impl Screen<'_> {
             name: named(Holder::Prowl, holds),
             says: says.to_owned(),
             style,
-            share: model.motors.share(Holder::Prowl),
+            share: facts.motors.share(Holder::Prowl),
             since: None,
         }
     }

@@ -29,9 +29,9 @@ const LOG_ROWS_MIN: u16 = 3;
 impl Screen<'_> {
     pub(super) fn panels(&self, buffer: &mut Buffer, area: Rect, is_full: bool) {
         // What is being edited is seen.
-        let enlarged = self.model.enlarged;
-        match enlarged.filter(|_| self.model.editor.is_none()) {
-            Some(Large::Panel) => self.draw_panel(buffer, area, self.model.panel),
+        let enlarged = self.ui.enlarged;
+        match enlarged.filter(|_| self.ui.editor.is_none()) {
+            Some(Large::Panel) => self.draw_panel(buffer, area, self.ui.panel),
             Some(Large::Map) => self.map(buffer, area),
             Some(Large::Ladder) => self.ladder(buffer, area),
             None if is_full => self.all_panels(buffer, area),
@@ -51,12 +51,12 @@ impl Screen<'_> {
         let right_columns = (area.width * 2 / 5).clamp(46, 72);
         let (map, right) = split_right(upper, right_columns);
         self.map(buffer, map);
-        if let Some(editor) = &self.model.editor {
+        if let Some(editor) = &self.ui.editor {
             self.route(buffer, right, editor);
         } else {
             let (ladder, sensors) = split_top(right, ladder::ROWS);
             self.ladder(buffer, ladder);
-            match self.model.panel {
+            match self.ui.panel {
                 panel @ (Panel::Body | Panel::Plots | Panel::Alarms) if !is_wide => {
                     self.draw_panel(buffer, sensors, panel);
                 }
@@ -72,7 +72,7 @@ impl Screen<'_> {
             let (log, link) = split_bottom(log, link_rows.min(beside_log));
             self.draw_panel(buffer, log, Panel::Log);
             self.draw_panel(buffer, link, Panel::Link);
-        } else if self.model.panel == Panel::Link {
+        } else if self.ui.panel == Panel::Link {
             self.draw_panel(buffer, log, Panel::Link);
         } else {
             self.draw_panel(buffer, log, Panel::Log);
@@ -90,7 +90,7 @@ impl Screen<'_> {
         let right_columns = (area.width * 2 / 5).clamp(40, 60);
         let (map, right) = split_right(area, right_columns);
         self.map(buffer, map);
-        if let Some(editor) = &self.model.editor {
+        if let Some(editor) = &self.ui.editor {
             self.route(buffer, right, editor);
             return;
         }
@@ -98,7 +98,7 @@ impl Screen<'_> {
         self.ladder(buffer, ladder);
         let first = Panel::ALL
             .iter()
-            .position(|panel| *panel == self.model.panel)
+            .position(|panel| *panel == self.ui.panel)
             .unwrap_or(0);
         let order = Panel::ALL.iter().cycle().skip(first).take(Panel::ALL.len());
         for (place, panel) in order.enumerate() {

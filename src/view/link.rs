@@ -31,7 +31,7 @@ impl Screen<'_> {
             ]);
             self.cut(line, usize::from(area.width))
         };
-        let age = self.model.link.newest_age(self.now);
+        let age = self.facts.link.newest_age(self.now);
         let note = self.staleness(age, SILENT_AFTER);
         let note = note.map(|note| Span::styled(note, self.theme.warning));
         let lines: Vec<_> = self.link_rows(area.width).into_iter().map(line).collect();
@@ -45,8 +45,8 @@ impl Screen<'_> {
 
     fn link_rows(&self, width: u16) -> Vec<(&'static str, String, Style)> {
         let theme = &self.theme;
-        let link = &self.model.link;
-        let alone = failsafe::standing(&self.model.robot)
+        let link = &self.facts.link;
+        let alone = failsafe::standing(&self.facts.robot)
             .map(|(letter, says)| ("alone", says, self.failsafe_style(letter)));
         let Some(statistics) = link.statistics() else {
             let nothing = ("", "nothing measured yet".to_owned(), theme.dim);
@@ -118,7 +118,7 @@ impl Screen<'_> {
 
     /// For the status line: whether the robot acts alone, or would.
     pub(super) fn failsafe_at_a_glance(&self, is_wide: bool) -> Option<Span<'static>> {
-        let (letter, says) = failsafe::standing(&self.model.robot)?;
+        let (letter, says) = failsafe::standing(&self.facts.robot)?;
         let words = match letter {
             Link::Ok => return None,
             Link::Armed if !is_wide => return None,

@@ -20,7 +20,7 @@ const TIMES_COLUMNS: usize = 12;
 impl Screen<'_> {
     pub(super) fn log(&self, buffer: &mut Buffer, area: Rect) {
         let width = usize::from(area.width);
-        let newest = self.model.log.newest_first();
+        let newest = self.facts.log.newest_first();
         let mut entries: Vec<_> = newest
             .map(|entry| (entry, self.rows_of(entry, width)))
             .collect();
@@ -117,7 +117,7 @@ mod tests {
 
     use super::*;
     use crate::event::Moment;
-    use crate::model::{Config, Model};
+    use crate::model::{Config, Model, Shown};
 
     proptest! {
         /// Where entries are only counted, they are counted as they are drawn.
@@ -129,7 +129,7 @@ mod tests {
             width in 0_usize..100,
         ) {
             let model = Model::new(Config::default());
-            let screen = Screen::of(&model, Moment::ZERO);
+            let screen = Screen::of(Shown::from(&model), Moment::ZERO);
             let entry = Entry {
                 at: Moment::from_secs(s),
                 level: Level::Info,

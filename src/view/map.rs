@@ -10,8 +10,9 @@ use super::pointer::Mark;
 use super::raster::{Ink, Raster};
 use super::{Screen, fill, put, put_right, split_bottom, width_of};
 use crate::event::Spot;
-use crate::model::chart::{Chart, Focus, Pose, ROBOT_RADIUS_IN};
+use crate::model::chart::{Chart, Pose, ROBOT_RADIUS_IN};
 use crate::model::ghost::{Ghost, ghost};
+use crate::model::map::{Focus, MapView};
 use crate::model::robot::STATE_STALE;
 
 /// Inches to a dot; the picture jumps between these, so that it does not creep.
@@ -50,17 +51,17 @@ pub(super) struct Projection {
 }
 
 impl Projection {
-    fn of(chart: &Chart, area: Rect) -> Self {
-        let fit = fitting(chart.bounds.extent(), area).max(FIT_SCALE_MIN);
+    fn of(chart: &Chart, map: &MapView, area: Rect) -> Self {
+        let fit = fitting(map.bounds(chart).extent(), area).max(FIT_SCALE_MIN);
         let zoomed = fit
-            .saturating_add_signed(-2 * isize::from(chart.zoom))
+            .saturating_add_signed(-2 * isize::from(map.zoom))
             .min(SCALES_IN.len() - 1);
         let mut projection = Self {
-            middle: chart.middle(),
+            middle: map.middle(chart),
             scale_in: SCALES_IN[zoomed],
             area,
         };
-        if let Some(cursor) = chart.cursor {
+        if let Some(cursor) = map.cursor {
             projection.show(f64::from(cursor.x_in), f64::from(cursor.y_in));
         }
         projection
@@ -128,16 +129,17 @@ fn fitting((width_in, height_in): (f64, f64), area: Rect) -> usize {
 
 impl Screen<'_> {
     pub(super) fn map(&self, buffer: &mut Buffer, area: Rect) {
-        let chart = &self.model.chart;
-        let focus = match chart.focus {
-            Focus::Everything if chart.zoom == 0 => "",
+        let chart = &self.facts.chart;
+        let map = &self.ui.map;
+        let focus = match map.focus {
+            Focus::Everything if map.zoom == 0 => "",
             Focus::Robot => "follows",
             Focus::Everything | Focus::Point(..) => "<show-everything>: all",
         };
         let right = Span::styled(self.told(focus), self.theme.dim);
         let below = self.panel(buffer, area, &self.map_title(), Some(right));
         let (picture, legend) = split_bottom(below, 1);
-        let projection = Projection::of(chart, picture);
+        let projection = Projection::of(chart, map, picture);
         let mut raster = Raster::new(picture);
         self.lines(&projection, &mut raster);
         raster.draw(buffer, picture, &self.theme);
@@ -147,7 +149,7 @@ impl Screen<'_> {
     }
 
     fn map_title(&self) -> String {
-        match self.model.robot.state {
+        match self.facts.robot.state {
             Some(state) => {
                 let pose = Pose::of(&state.value);
                 let old = self.old_mark(state.age(self.now), STATE_STALE);
@@ -161,9 +163,9 @@ impl Screen<'_> {
     }
 
     fn lines(&self, projection: &Projection, raster: &mut Raster) {
-        let chart = &self.model.chart;
+        let chart = &self.facts.chart;
         let dot = |point| projection.dot(point);
-        if !chart.truth_hidden {
+        if !self.ui.map.truth_hidden {
             for [from, to] in &chart.truth.walls {
                 raster.line(dot(*from), dot(*to), 1, Ink::Wall);
             }
@@ -184,11 +186,17 @@ impl Screen<'_> {
             }
             last = Some(here);
         }
-        if let Some(active) = self.model.ledger.active() {
+        if let Some(active) = self.facts.ledger.active() {
             polyline(raster, projection, &active.waypoints, 2, Ink::Route);
         }
-        polyline(raster, projection, chart.draft.waypoints(), 4, Ink::Draft);
-        if let Some(pending) = self.model.ledger.pending_route() {
+        polyline(
+            raster,
+            projection,
+            self.ui.map.draft.waypoints(),
+            4,
+            Ink::Draft,
+        );
+        if let Some(pending) = self.facts.ledger.pending_route() {
             polyline(raster, projection, pending, 4, Ink::Draft);
         }
         self.robot_lines(projection, raster);
@@ -200,11 +208,11 @@ impl Screen<'_> {
 
     /// Where the robot may be by now, while it is not heard.
     fn ghost(&self) -> Option<Ghost> {
-        ghost(self.model.robot.state.as_ref()?, self.now)
+        ghost(self.facts.robot.state.as_ref()?, self.now)
     }
 
     fn robot_lines(&self, projection: &Projection, raster: &mut Raster) {
-        let Some(state) = self.model.robot.state else {
+        let Some(state) = self.facts.robot.state else {
             return;
         };
         let pose = Pose::of(&state.value);
@@ -236,17 +244,17 @@ impl Screen<'_> {
     fn marks(&self, projection: &Projection, buffer: &mut Buffer) {
         let theme = &self.theme;
         let glyphs = theme.glyphs;
-        let model = self.model;
+        let facts = self.facts;
         let mut mark = |point: (f64, f64), glyph: &str, style: Style| {
             if let Some(cell) = projection.cell(point) {
                 fill(buffer, cell, glyph, style);
             }
         };
-        for seen in &model.chart.infrareds {
+        for seen in &facts.chart.infrareds {
             mark((seen.x_in, seen.y_in), glyphs.infrared, theme.raised);
         }
         mark((0.0, 0.0), glyphs.origin, theme.dim);
-        if let Some(active) = model.ledger.active() {
+        if let Some(active) = facts.ledger.active() {
             let driven = active.driven.map_or(0, |place| usize::from(place.driven));
             for (n, waypoint) in active.waypoints.iter().enumerate() {
                 let glyph = if n < driven {
@@ -257,19 +265,19 @@ impl Screen<'_> {
                 mark(place(*waypoint), glyph, theme.route);
             }
         }
-        let pending = model.ledger.pending_route().unwrap_or_default();
-        for waypoint in model.chart.draft.waypoints().iter().chain(pending) {
+        let pending = facts.ledger.pending_route().unwrap_or_default();
+        for waypoint in self.ui.map.draft.waypoints().iter().chain(pending) {
             mark(place(*waypoint), glyphs.draft, theme.draft);
         }
-        for hit in &model.chart.bumps {
+        for hit in &facts.chart.bumps {
             mark((hit.x_in, hit.y_in), glyphs.bump, theme.holder);
         }
-        let target = model.robot.status.and_then(|status| status.value.target_in);
+        let target = facts.robot.status.and_then(|status| status.value.target_in);
         if let Some((x_in, y_in)) = target {
             let point = (f64::from(x_in), f64::from(y_in));
             mark(point, glyphs.target, theme.strong);
         }
-        if let Some(state) = model.robot.state {
+        if let Some(state) = facts.robot.state {
             let pose = Pose::of(&state.value);
             let eighth = ((pose.theta_deg + 22.5) / 45.0) as usize % 8;
             let style = if state.age(self.now) < STATE_STALE {
@@ -286,7 +294,7 @@ impl Screen<'_> {
                 theme.robot,
             );
         }
-        if let Some(cursor) = &model.chart.cursor {
+        if let Some(cursor) = &self.ui.map.cursor {
             mark(place(*cursor), glyphs.cursor, theme.strong);
         }
     }
@@ -294,7 +302,7 @@ impl Screen<'_> {
     fn legend(&self, projection: &Projection, buffer: &mut Buffer, area: Rect) {
         let theme = &self.theme;
         let glyphs = theme.glyphs;
-        let chart = &self.model.chart;
+        let chart = &self.facts.chart;
         let room_in = f64::from(area.width) / 4.0 * 2.0 * projection.scale_in;
         let (length_in, name) = BARS
             .into_iter()
@@ -305,17 +313,17 @@ impl Screen<'_> {
         let [left, middle, right] = glyphs.scale;
         let bar = format!("{left}{}{right} {name}", middle.repeat(cells - 2));
         let mut notes = Vec::new();
-        if let Some(cursor) = &chart.cursor {
+        if let Some(cursor) = &self.ui.map.cursor {
             notes.push(format!("cursor ({}, {})", cursor.x_in, cursor.y_in));
         }
         if !chart.bumps.is_empty() {
             notes.push(format!("{} bump", glyphs.bump));
         }
-        if !chart.infrareds.is_empty() && chart.cursor.is_none() {
+        if !chart.infrareds.is_empty() && self.ui.map.cursor.is_none() {
             notes.push(format!("{} infrared", glyphs.infrared));
         }
         let has_truth = !chart.truth.walls.is_empty() || !chart.truth.circles.is_empty();
-        if has_truth && !chart.truth_hidden {
+        if has_truth && !self.ui.map.truth_hidden {
             notes.push("faint: simulator's truth".to_owned());
         }
         if let Some(ghost) = self.ghost() {

@@ -1,4 +1,4 @@
-//! The screen. It sees the model and cannot change it.
+//! The screen. It reads the model and cannot change it.
 //!
 //! A row below the status line says so when another moment than now is shown, and another one calls while nobody
 //! has seen an alarm. From 110x34 up:
@@ -74,7 +74,7 @@ use ratatui::text::{Line, Span};
 use crate::event::Moment;
 use crate::model::SIZE_MIN;
 use crate::model::keys::{Action, Context};
-use crate::model::{Colors, Model, Panel};
+use crate::model::{Colors, Facts, Panel, Shown, Ui};
 use layout::{HEIGHT_FULL, WIDTH_FULL};
 #[cfg(test)]
 use lines::CLIPPED;
@@ -85,14 +85,17 @@ pub(crate) use text::wrap;
 use theme::Theme;
 
 /// Draws the whole dashboard on a blank page.
-pub fn draw(model: &Model, now: Moment, page: &mut Buffer) {
+pub fn draw<'a>(shown: impl Into<Shown<'a>>, now: Moment, page: &mut Buffer) {
     let area = page.area;
-    Screen::of(model, now).draw_all(page, area);
+    Screen::of(shown.into(), now).draw_all(page, area);
 }
 
 /// What every panel draws from.
 struct Screen<'a> {
-    model: &'a Model,
+    facts: &'a Facts,
+    /// What is known now, while the facts are of an earlier moment.
+    present: &'a Facts,
+    ui: &'a Ui,
     /// Stands still when the session does.
     now: Moment,
     /// Never stands still: for what is told in passing.
@@ -103,12 +106,14 @@ struct Screen<'a> {
 }
 
 impl<'m> Screen<'m> {
-    fn of(model: &'m Model, now: Moment) -> Self {
+    fn of(shown: Shown<'m>, now: Moment) -> Self {
         Self {
-            model,
-            now: model.link.clock(now),
+            facts: shown.facts,
+            present: shown.present,
+            ui: shown.ui,
+            now: shown.facts.link.clock(now),
             told_at: now,
-            theme: Theme::of(&model.config),
+            theme: Theme::of(&shown.ui.config),
             marks: RefCell::default(),
         }
     }
@@ -116,7 +121,7 @@ impl<'m> Screen<'m> {
 
 impl Screen<'_> {
     fn draw_all(&self, buffer: &mut Buffer, area: Rect) {
-        if self.model.config.colors == Colors::HighContrast {
+        if self.ui.config.colors == Colors::HighContrast {
             // It counts on no colour of the terminal's own.
             buffer.set_style(area, self.theme.plain);
         }
@@ -135,7 +140,7 @@ impl Screen<'_> {
         let (rest, hint) = split_bottom(rest, 1);
         let (rest, raw) = split_bottom(rest, raw_rows);
         self.status(buffer, status);
-        let rest = match &self.model.playback {
+        let rest = match &self.ui.playback {
             Some(playback) => {
                 let (time, rest) = split_top(rest, 1);
                 self.time(buffer, time, playback);
@@ -172,14 +177,23 @@ impl Screen<'_> {
         }
     }
 
-    /// A text with the keys that it speaks of.
+    /// What the screen is drawn from.
+    const fn shown(&self) -> Shown<'_> {
+        Shown {
+            facts: self.facts,
+            present: self.present,
+            ui: self.ui,
+        }
+    }
+
+    /// A text with the keys that it names.
     fn told(&self, text: &str) -> String {
-        self.model.config.keys.told(text)
+        self.ui.config.keys.told(text)
     }
 
     /// The key that shows a panel.
     fn panel_key(&self, panel: Panel) -> String {
-        let keys = &self.model.config.keys;
+        let keys = &self.ui.config.keys;
         keys.label(Context::Dashboard, Action::Show(panel))
     }
 

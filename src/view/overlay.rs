@@ -39,7 +39,7 @@ const ASCII_BORDER: border::Set<'_> = border::Set {
 
 impl Screen<'_> {
     pub(super) fn overlay(&self, buffer: &mut Buffer, area: Rect) {
-        match &self.model.overlay {
+        match &self.ui.overlay {
             Overlay::Question(question) => self.question(buffer, area, question),
             Overlay::Help => self.help(buffer, area),
             Overlay::Palette(palette) => self.palette(buffer, area, palette),
@@ -72,7 +72,7 @@ impl Screen<'_> {
             .wrap(Wrap { trim: true })
             .render(inner, buffer);
         let key = |action| {
-            let label = self.model.config.keys.label(Context::Question, action);
+            let label = self.ui.config.keys.label(Context::Question, action);
             Span::styled(label, self.theme.key)
         };
         let answers = Line::from(vec![
@@ -87,12 +87,12 @@ impl Screen<'_> {
     }
 
     fn help(&self, buffer: &mut Buffer, area: Rect) {
-        let of = if self.model.editor.is_some() {
+        let of = if self.ui.editor.is_some() {
             Context::Route
         } else {
             Context::Dashboard
         };
-        let keymap = &self.model.config.keys;
+        let keymap = &self.ui.config.keys;
         let told: Vec<_> = keymap
             .rows()
             .filter(|binding| binding.context == of && !binding.help.is_empty())
@@ -102,7 +102,7 @@ impl Screen<'_> {
             (told.len().div_ceil(2) as u16).min(area.height.saturating_sub(others + 2).max(1));
         let pages_of_keys = told.len().div_ceil(2 * usize::from(rows)).max(1);
         let pages = pages_of_keys + 1;
-        let page = self.model.help_page.rem_euclid(pages as i32) as usize;
+        let page = self.ui.help_page.rem_euclid(pages as i32) as usize;
         let height = if page == pages_of_keys {
             LISTING.len() as u16 + 2
         } else {
@@ -202,13 +202,13 @@ impl Screen<'_> {
 mod tests {
     use super::*;
     use crate::event::Moment;
-    use crate::model::{Config, Model};
+    use crate::model::{Config, Model, Shown};
 
     #[test]
     fn every_command_fits_a_row_of_80_columns() {
         let model = Model::new(Config::default());
         for (words, does) in LISTING {
-            let does = model.told(does);
+            let does = model.ui.told(does);
             assert!(words.len() < COMMAND_COLUMNS && does.len() <= 58, "{words}");
         }
     }
@@ -221,7 +221,8 @@ mod tests {
             page.set_string(0, y, "漢".repeat(40), ratatui::style::Style::new());
         }
         let area = page.area;
-        let inner = Screen::of(&model, Moment::ZERO).window(&mut page, area, (21, 5), "");
+        let inner =
+            Screen::of(Shown::from(&model), Moment::ZERO).window(&mut page, area, (21, 5), "");
         let border = inner.x - 2;
         assert_eq!(page[(border, inner.y)].symbol(), "│");
         assert_eq!(page[(border - 1, inner.y)].symbol(), " ");

@@ -20,7 +20,7 @@ impl Screen<'_> {
             Span::styled(theme.glyphs.text_cursor, theme.key),
         ]);
         put(buffer, inner, 0, &prompt);
-        let found = palette.found(&self.model.config.keys);
+        let found = palette.found(&self.ui.config.keys);
         if found.is_empty() {
             let nothing = Line::styled("nothing is called so", theme.dim);
             put(buffer, inner, 1, &nothing);

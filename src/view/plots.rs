@@ -109,7 +109,7 @@ impl Screen<'_> {
         } else {
             String::new()
         };
-        let (window, _) = WINDOWS[self.model.plots.window];
+        let (window, _) = WINDOWS[self.ui.plot_window];
         let note = self.told(&format!("<next-plot-window>: {window}{turn}"));
         let note = Span::styled(note, self.theme.dim);
         let title = self.titled(Panel::Plots, "plots");
@@ -130,11 +130,17 @@ impl Screen<'_> {
     fn plot(&self, buffer: &mut Buffer, area: Rect, plot: &Plot) {
         let (label, picture) = split_picture(area);
         let dots = usize::from(picture.width) * 2;
-        let plots = &self.model.plots;
+        let plots = &self.facts.plots;
         let traces: Vec<_> = plot
             .traces
             .iter()
-            .map(|&(letter, trace, ink)| (letter, plots.columns(trace, self.now, dots), ink))
+            .map(|&(letter, trace, ink)| {
+                (
+                    letter,
+                    plots.columns(trace, self.ui.plot_window, self.now, dots),
+                    ink,
+                )
+            })
             .collect();
         let seen = || traces.iter().flat_map(|(_, columns, _)| columns).flatten();
         let high = seen().map(|&(_, greatest)| greatest).max();
@@ -187,7 +193,7 @@ impl Screen<'_> {
         let mut is_stale = false;
         let newest: Vec<String> = named
             .map(|(letter, trace, _)| {
-                let Some((at, value)) = self.model.plots.newest(*trace) else {
+                let Some((at, value)) = self.facts.plots.newest(*trace) else {
                     return format!("{letter} none").trim().to_owned();
                 };
                 let stale_after = match trace {
@@ -214,7 +220,7 @@ impl Screen<'_> {
 
     /// How long ago, under the plots.
     fn time_labels(&self, buffer: &mut Buffer, area: Rect) {
-        let chosen = self.model.plots.window;
+        let chosen = self.ui.plot_window;
         let (_, window) = WINDOWS[chosen];
         let is_close = usize::from(area.width >= CLOSE_LABELS_WIDTH);
         let every = Moment::from_secs(LABELS_EVERY_S[chosen][is_close]);

@@ -6,7 +6,7 @@ use ratatui::layout::{Position, Rect};
 use super::Screen;
 use super::map::Projection;
 use crate::event::{Moment, Spot};
-use crate::model::{Model, Panel};
+use crate::model::{Panel, Shown};
 
 /// Who drew in a part of the screen.
 pub(super) enum Mark {
@@ -17,9 +17,15 @@ pub(super) enum Mark {
 
 /// What a cell of the screen shows, if it is something to point at.
 #[must_use]
-pub fn spot(model: &Model, now: Moment, size: (u16, u16), column: u16, row: u16) -> Option<Spot> {
+pub fn spot<'a>(
+    shown: impl Into<Shown<'a>>,
+    now: Moment,
+    size: (u16, u16),
+    column: u16,
+    row: u16,
+) -> Option<Spot> {
     let area = Rect::new(0, 0, size.0, size.1);
-    let screen = Screen::of(model, now);
+    let screen = Screen::of(shown.into(), now);
     screen.draw_all(&mut Buffer::empty(area), area);
     let at = Position { x: column, y: row };
     let marks = screen.marks.into_inner();

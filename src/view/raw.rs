@@ -18,7 +18,7 @@ impl Screen<'_> {
             put(buffer, area, 0, &self.lit(field));
             return;
         }
-        let line = match self.model.link.newest_raw() {
+        let line = match self.facts.link.newest_raw() {
             Some(raw) => Line::styled(printable(raw), self.theme.plain),
             None => self.no_line_yet(),
         };
@@ -27,7 +27,7 @@ impl Screen<'_> {
 
     /// The value that is being traced.
     fn traced(&self) -> Option<&'static Field> {
-        match self.model.overlay {
+        match self.ui.overlay {
             Overlay::Trace(at) => FIELDS.get(at),
             _ => None,
         }
@@ -37,7 +37,7 @@ impl Screen<'_> {
     fn lit(&self, field: &Field) -> Line<'static> {
         let theme = &self.theme;
         let letter = char::from(field.kind.letter());
-        let Some(raw) = self.model.link.newest_of(field.kind) else {
+        let Some(raw) = self.facts.link.newest_of(field.kind) else {
             return Line::styled(format!("no line {letter} yet"), theme.dim);
         };
         let text = printable(&raw.value);
@@ -60,7 +60,7 @@ impl Screen<'_> {
         } else {
             format!("columns {first}-{last}")
         };
-        let says = match self.model.link.newest_of(field.kind) {
+        let says = match self.facts.link.newest_of(field.kind) {
             Some(raw) => {
                 let text = printable(&raw.value);
                 let value = text.get(first - 1..last).unwrap_or_default();
@@ -74,7 +74,7 @@ impl Screen<'_> {
     }
 
     fn no_line_yet(&self) -> Line<'static> {
-        match (self.model.link.bytes(), self.instead_of_lines()) {
+        match (self.facts.link.bytes(), self.instead_of_lines()) {
             (0, _) => Line::styled("no line yet", self.theme.dim),
             (bytes, Some(words)) => {
                 Line::styled(format!("{bytes} bytes, {words}"), self.theme.warning)
@@ -92,7 +92,7 @@ impl Screen<'_> {
             ..below
         };
         self.raw(buffer, row);
-        let counters = self.model.link.counters();
+        let counters = self.facts.link.counters();
         let beside = |rect: Rect| Rect {
             x: rect.x + LINE_BYTES as u16 + 2,
             width: rect.width.saturating_sub(LINE_BYTES as u16 + 2),

@@ -21,8 +21,8 @@ const NOTES: u16 = 3;
 impl Screen<'_> {
     pub(super) fn route(&self, buffer: &mut Buffer, area: Rect, editor: &Editor) {
         let theme = &self.theme;
-        let draft = &self.model.chart.draft;
-        let legs_in = draft.legs_in(self.model.chart.pose());
+        let draft = &self.ui.map.draft;
+        let legs_in = draft.legs_in(self.facts.chart.pose());
         let count = draft.waypoints().len();
         let total_in: f64 = legs_in.iter().sum();
         let title = match count {
@@ -67,7 +67,7 @@ impl Screen<'_> {
             );
         }
         if count == 0 {
-            let text = match self.model.chart.cursor {
+            let text = match self.ui.map.cursor {
                 Some(_) => {
                     "<route/route-append> adds one at the cursor, <route/route-ask-to-load> loads a file"
                 }
@@ -104,8 +104,8 @@ impl Screen<'_> {
 
     /// The draft against what the robot says it holds.
     fn against_robot(&self) -> String {
-        let draft = self.model.chart.draft.waypoints();
-        let Some(status) = self.model.robot.status else {
+        let draft = self.ui.map.draft.waypoints();
+        let Some(status) = self.facts.robot.status else {
             return "what the robot holds is not known yet".to_owned();
         };
         let status = status.value;

@@ -47,7 +47,7 @@ impl Screen<'_> {
         if lines.is_empty() {
             lines.push(Line::styled("nothing heard yet", self.theme.dim));
         }
-        let stale = self.model.robot.stale(self.now);
+        let stale = self.facts.robot.stale(self.now);
         let note = (!stale.is_empty()).then(|| {
             let which = match stale[..] {
                 [_, _, _] => "all".to_owned(),
@@ -97,7 +97,7 @@ impl Screen<'_> {
     }
 
     fn state_rows(&self, width: u16) -> Vec<Row<'_>> {
-        let Some(state) = self.model.robot.state else {
+        let Some(state) = self.facts.robot.state else {
             return Vec::new();
         };
         let age = state.age(self.now);
@@ -161,7 +161,7 @@ impl Screen<'_> {
             why::bump(bump),
             self.quiet(bump == Bump::NotFitted),
         )];
-        if let Some(last) = self.model.robot.bump {
+        if let Some(last) = self.facts.robot.bump {
             let ago = age::words(last.age(self.now));
             let words = format!("  last: {}, {ago} ago", side(why::bump(last.value)));
             spans.push(Span::styled(words, self.theme.dim));
@@ -179,7 +179,7 @@ impl Screen<'_> {
             other => self.quiet(other == Infrared::NotFitted),
         };
         let mut spans = vec![Span::styled(words::infrared(infrared), style)];
-        if let Some(last) = self.model.robot.infrared {
+        if let Some(last) = self.facts.robot.infrared {
             let ago = age::words(last.age(self.now));
             let words = format!("  last: {}, {ago} ago", words::infrared(last.value));
             spans.push(Span::styled(words, self.theme.dim));
@@ -240,10 +240,10 @@ impl Screen<'_> {
     }
 
     fn battery_row(&self, width: u16) -> Option<Row<'_>> {
-        let status = self.model.robot.status?;
+        let status = self.facts.robot.status?;
         let volts = status.value.battery_dv;
         let power = self
-            .model
+            .facts
             .robot
             .state
             .map_or(Power::Ok, |state| state.value.power);
@@ -273,7 +273,7 @@ impl Screen<'_> {
 
     /// The whole session's battery in so many cells.
     fn volts_plot(&self, cells: usize) -> String {
-        let samples = self.model.robot.volts.samples();
+        let samples = self.facts.robot.volts.samples();
         let cells = cells.min(samples.len());
         let (low, high) = VOLTS_DV;
         (0..cells)
@@ -290,7 +290,7 @@ impl Screen<'_> {
     }
 
     fn counts_row(&self) -> Option<Row<'_>> {
-        let counters = self.model.robot.counters?;
+        let counters = self.facts.robot.counters?;
         let c = counters.value;
         let words = format!(
             "up {}, bumps {}, boot {}, v{}.{:02}",

@@ -35,7 +35,7 @@ impl Screen<'_> {
 
     /// The link in no more columns than there are, where that can be.
     fn link_at_a_glance(&self, room: usize) -> Vec<Span<'_>> {
-        let link = &self.model.link;
+        let link = &self.facts.link;
         let theme = &self.theme;
         let glyphs = theme.glyphs;
         let name = if link.name.is_empty() {
@@ -92,12 +92,12 @@ impl Screen<'_> {
 
     /// What comes from the radio when no line does.
     pub(super) fn instead_of_lines(&self) -> Option<String> {
-        let (reception, age) = self.model.link.instead_of_lines(self.now)?;
+        let (reception, age) = self.facts.link.instead_of_lines(self.now)?;
         Some(words::reception(reception, &age::words(age)))
     }
 
     fn lost(&self) -> String {
-        let Connection::Lost { reason, since } = &self.model.link.connection else {
+        let Connection::Lost { reason, since } = &self.facts.link.connection else {
             return String::new();
         };
         let since = age::words(self.now.saturating_sub(*since));
@@ -106,7 +106,7 @@ impl Screen<'_> {
 
     /// Whether and where it is recorded, in the most words that fit.
     fn recording(&self, room: usize) -> Span<'_> {
-        let recording = &self.model.recording;
+        let recording = &self.present.recording;
         let theme = &self.theme;
         // The last is a mark alone: whether it is recorded is told in any room.
         let longest = |words: [String; 3]| {
@@ -132,7 +132,7 @@ impl Screen<'_> {
             .map(|path| file_name(path))
             .collect();
         if names.is_empty() {
-            let words = if self.model.is_replay() {
+            let words = if self.ui.is_replay() {
                 String::new()
             } else {
                 longest(["unrecorded", "no rec", ""].map(str::to_owned))
@@ -150,13 +150,13 @@ impl Screen<'_> {
 
     fn robot_at_a_glance(&self, width: u16) -> Vec<Span<'_>> {
         let theme = &self.theme;
-        let robot = &self.model.robot;
+        let robot = &self.facts.robot;
         let mut spans = Vec::new();
         let is_wide = width >= WIDTH_FULL;
         if let Some(failsafe) = self.failsafe_at_a_glance(is_wide) {
             spans.extend([failsafe, Span::raw("  ")]);
         }
-        if let Some(time) = self.model.time_of_day(self.now).filter(|_| is_wide) {
+        if let Some(time) = self.ui.time_of_day(self.now).filter(|_| is_wide) {
             let minutes = time.as_secs() / 60;
             let clock = format!("{:02}:{:02}Z  ", minutes / 60, minutes % 60);
             spans.push(Span::styled(clock, theme.dim));

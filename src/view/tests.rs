@@ -8,6 +8,7 @@ use groundwave_protocol::{LINE_BYTES, Waypoint};
 use ratatui::Terminal;
 use ratatui::backend::TestBackend;
 use ratatui::buffer::Buffer;
+use ratatui::layout::Rect;
 
 mod enlarged;
 mod every;
@@ -22,24 +23,33 @@ mod time;
 
 use super::draw;
 use crate::event::{
-    CommandId, CommandStep, Effect, Event, Failure, LineRate, LinkEvent, Reception, Recording,
-    Truth,
+    CommandId, CommandStep, Effect, Event, Failure, LineRate, LinkEvent, Moment, Reception,
+    Recording, Truth,
 };
 use crate::model::testing::{Scene, listed, overlaid};
-use crate::model::{Colors, Config, Large};
+use crate::model::{Colors, Config, Large, Shown};
 use crate::request::Request;
 
 fn buffer(scene: &Scene, width: u16, height: u16) -> Buffer {
+    buffer_of(Shown::from(&scene.model), scene.now, width, height)
+}
+
+fn buffer_of(shown: Shown<'_>, now: Moment, width: u16, height: u16) -> Buffer {
     let mut terminal = Terminal::new(TestBackend::new(width, height)).unwrap();
     terminal
-        .draw(|frame| draw(&scene.model, scene.now, frame.buffer_mut()))
+        .draw(|frame| draw(shown, now, frame.buffer_mut()))
         .unwrap();
     terminal.backend().buffer().clone()
 }
 
 /// The screen, row by row, without the spaces at the ends of rows.
 fn screen(scene: &Scene, width: u16, height: u16) -> String {
-    let buffer = buffer(scene, width, height);
+    text(&buffer(scene, width, height))
+}
+
+/// The rows of a page, without the spaces at their ends.
+fn text(buffer: &Buffer) -> String {
+    let Rect { width, height, .. } = buffer.area;
     let rows = (0..height).map(|row| {
         let cells = (0..width).map(|column| buffer[(column, row)].symbol());
         cells.collect::<String>().trim_end().to_owned() + "\n"
@@ -425,7 +435,7 @@ fn drafting(config: Config) -> Scene {
     scene.type_text("e");
     for (x_in, y_in) in [(0, 0), (48, 0), (48, 48), (0, 48)] {
         let at = crate::model::draft::Edit::AppendAt(f64::from(x_in), f64::from(y_in));
-        scene.model.chart.draft.edit(at, None).unwrap();
+        scene.model.ui.map.draft.edit(at, None).unwrap();
     }
     scene
 }
@@ -446,7 +456,7 @@ fn the_draft_is_a_list_beside_the_map() {
             assert!(shown.contains(fact), "{fact} is not on\n{shown}");
         }
         insta::assert_snapshot!(name, shown);
-        scene.model.enlarged = Some(Large::Panel);
+        scene.model.ui.enlarged = Some(Large::Panel);
         assert!(
             screen(&scene, width, height).contains("route: 4, "),
             "what is edited is seen"

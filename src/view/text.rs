@@ -128,8 +128,8 @@ impl Screen<'_> {
 
     /// The page that is shown of so many: the first, unless the panel is the chosen one and was turned over.
     pub(super) fn page_of(&self, panel: Panel, pages: usize) -> usize {
-        let chosen = if self.model.panel == panel {
-            self.model.page
+        let chosen = if self.ui.panel == panel {
+            self.ui.page
         } else {
             0
         };

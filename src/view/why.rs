@@ -47,8 +47,7 @@ impl Screen<'_> {
 
     fn why_facts(&self) -> Vec<(&'static str, String, Style)> {
         let theme = &self.theme;
-        let model = self.model;
-        let Some(state) = model.robot.state else {
+        let Some(state) = self.facts.robot.state else {
             return vec![("", "nothing heard from the robot yet".to_owned(), theme.dim)];
         };
         let heard = age::words(state.age(self.now));
@@ -59,16 +58,16 @@ impl Screen<'_> {
             let old = format!("{} by its last line, {heard} ago", theme.glyphs.stale);
             facts.push(("old", old, theme.warning));
         }
-        if let Some(holder) = model.motors.holder() {
+        if let Some(holder) = self.facts.motors.holder() {
             let since = age::words(holder.age(self.now));
             let text = format!(
                 "{}, for {since}: {}",
                 words::holds(holder.value),
-                why::why(holder.value, &state, &model.robot, self.now)
+                why::why(holder.value, &state, &self.facts.robot, self.now)
             );
             facts.push(("holder", text, theme.holder));
         }
-        let beaten = model.motors.holder().map(|holder| holder.value);
+        let beaten = self.facts.motors.holder().map(|holder| holder.value);
         let suppressed: Vec<_> = beaten
             .map(|holder| motors::suppressed(holder, &state))
             .unwrap_or_default()
@@ -105,7 +104,7 @@ impl Screen<'_> {
             why::arm(state.arm)
         );
         facts.push(("senses", text, theme.plain));
-        let command = match model.ledger.newest_step() {
+        let command = match self.facts.ledger.newest_step() {
             Some(entry) => {
                 let (_, says, _) = self.fate(entry);
                 let ago = age::words(self.now.saturating_sub(entry.asked_at));
@@ -114,7 +113,7 @@ impl Screen<'_> {
             None => "none in this session".to_owned(),
         };
         facts.push(("command", command, theme.plain));
-        let raised = model.alarms.all();
+        let raised = self.facts.alarms.all(&self.ui.acknowledged);
         let raised = raised.filter_map(|(rule, _, raised)| {
             raised
                 .filter(|raised| raised.over_at.is_none())
@@ -122,7 +121,7 @@ impl Screen<'_> {
         });
         let alarms = or_none(&raised.collect::<Vec<_>>());
         facts.push(("alarms", alarms, theme.plain));
-        let entries = model.log.newest_first();
+        let entries = self.facts.log.newest_first();
         let before: Vec<_> = entries
             .filter(|entry| entry.subject != Subject::Station)
             .take(BEFORE)

@@ -55,7 +55,7 @@ impl Default for Limits {
 }
 
 /// What the rules look at.
-pub(in crate::model) struct Facts<'a> {
+pub(in crate::model) struct Inputs<'a> {
     pub(in crate::model) now: Moment,
     pub(in crate::model) robot: &'a Robot,
     pub(in crate::model) link: &'a Link,
@@ -113,7 +113,7 @@ pub(crate) struct Rule {
     logged_here: bool,
     /// Who says how it is.
     pub(crate) source: Source,
-    pub(super) look: fn(&Facts<'_>) -> Sight,
+    pub(super) look: fn(&Inputs<'_>) -> Sight,
     bounds: fn(&Limits) -> Bounds,
 }
 
@@ -131,7 +131,7 @@ pub(crate) const RULES: [Rule; RULES_COUNT] = [
         unit: "V",
         logged_here: true,
         source: Source::Status,
-        look: |facts| battery(facts, &[Power::Critical]),
+        look: |inputs| battery(inputs, &[Power::Critical]),
         bounds: |limits| below_dv(limits, limits.battery_critical_dv),
     },
     Rule {
@@ -141,7 +141,7 @@ pub(crate) const RULES: [Rule; RULES_COUNT] = [
         unit: "",
         logged_here: true,
         source: Source::State,
-        look: |facts| state_is(facts, |state| state.cliff == Cliff::Several),
+        look: |inputs| state_is(inputs, |state| state.cliff == Cliff::Several),
         bounds: |limits| lasting(limits.fallen_s),
     },
     Rule {
@@ -151,7 +151,7 @@ pub(crate) const RULES: [Rule; RULES_COUNT] = [
         unit: "",
         logged_here: false,
         source: Source::State,
-        look: |facts| match facts.robot.state {
+        look: |inputs| match inputs.robot.state {
             Some(state) if state.value.link == LinkLetter::Failsafe => Sight::Certain,
             Some(_) => Sight::No,
             None => Sight::Unknown,
@@ -165,7 +165,7 @@ pub(crate) const RULES: [Rule; RULES_COUNT] = [
         unit: "",
         logged_here: false,
         source: Source::Station,
-        look: |facts| match facts.link.connection {
+        look: |inputs| match inputs.link.connection {
             Connection::Lost { .. } => Sight::Certain,
             Connection::Opening | Connection::Open | Connection::Ended => Sight::No,
         },
@@ -195,7 +195,7 @@ pub(crate) const RULES: [Rule; RULES_COUNT] = [
         unit: "",
         logged_here: false,
         source: Source::Station,
-        look: |facts| match facts.recording.problem {
+        look: |inputs| match inputs.recording.problem {
             Some(_) => Sight::Certain,
             None => Sight::No,
         },
@@ -208,7 +208,7 @@ pub(crate) const RULES: [Rule; RULES_COUNT] = [
         unit: "V",
         logged_here: true,
         source: Source::Status,
-        look: |facts| battery(facts, &[Power::Low, Power::Critical]),
+        look: |inputs| battery(inputs, &[Power::Low, Power::Critical]),
         bounds: |limits| below_dv(limits, limits.battery_low_dv),
     },
     Rule {
@@ -218,7 +218,7 @@ pub(crate) const RULES: [Rule; RULES_COUNT] = [
         unit: "",
         logged_here: true,
         source: Source::State,
-        look: |facts| state_is(facts, |state| state.drive == Drive::Stalled),
+        look: |inputs| state_is(inputs, |state| state.drive == Drive::Stalled),
         bounds: |limits| lasting(limits.stalled_s),
     },
     Rule {
@@ -228,7 +228,7 @@ pub(crate) const RULES: [Rule; RULES_COUNT] = [
         unit: "",
         logged_here: true,
         source: Source::State,
-        look: |facts| match facts.robot.state {
+        look: |inputs| match inputs.robot.state {
             Some(state) if state.value.bump == Bump::Jammed => Sight::Certain,
             Some(_) => Sight::No,
             None => Sight::Unknown,
@@ -242,8 +242,8 @@ pub(crate) const RULES: [Rule; RULES_COUNT] = [
         unit: "",
         logged_here: true,
         source: Source::State,
-        look: |facts| {
-            if facts.motors.thrashes(facts.now) {
+        look: |inputs| {
+            if inputs.motors.thrashes(inputs.now) {
                 Sight::Yes
             } else {
                 Sight::No
@@ -258,7 +258,7 @@ pub(crate) const RULES: [Rule; RULES_COUNT] = [
         unit: "%",
         logged_here: true,
         source: Source::Lines,
-        look: |facts| match facts.link.loss(facts.now) {
+        look: |inputs| match inputs.link.loss(inputs.now) {
             Some(share) => Sight::Is((share * 100.0).round()),
             None => Sight::Unknown,
         },
@@ -289,9 +289,9 @@ fn below_dv(limits: &Limits, limit_dv: u16) -> Bounds {
     }
 }
 
-fn battery(facts: &Facts<'_>, letters: &[Power]) -> Sight {
-    let power = facts.robot.state.map(|state| state.value.power);
-    match (power, facts.robot.status) {
+fn battery(inputs: &Inputs<'_>, letters: &[Power]) -> Sight {
+    let power = inputs.robot.state.map(|state| state.value.power);
+    match (power, inputs.robot.status) {
         (Some(Power::Charging | Power::Docked), _) => Sight::No,
         (Some(power), _) if letters.contains(&power) => Sight::Certain,
         (_, Some(status)) => Sight::Is(f64::from(status.value.battery_dv) / 10.0),
@@ -299,16 +299,16 @@ fn battery(facts: &Facts<'_>, letters: &[Power]) -> Sight {
     }
 }
 
-fn state_is(facts: &Facts<'_>, bad: fn(&StateLine) -> bool) -> Sight {
-    match facts.robot.state {
+fn state_is(inputs: &Inputs<'_>, bad: fn(&StateLine) -> bool) -> Sight {
+    match inputs.robot.state {
         Some(state) if bad(&state.value) => Sight::Yes,
         Some(_) => Sight::No,
         None => Sight::Unknown,
     }
 }
 
-fn silence(facts: &Facts<'_>) -> Sight {
-    match (&facts.link.connection, facts.link.newest_age(facts.now)) {
+fn silence(inputs: &Inputs<'_>) -> Sight {
+    match (&inputs.link.connection, inputs.link.newest_age(inputs.now)) {
         (Connection::Open, Some(age)) => Sight::Is(age.as_secs_f64()),
         _ => Sight::Unknown,
     }

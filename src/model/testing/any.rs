@@ -193,7 +193,22 @@ fn any_key() -> impl Strategy<Value = KeyEvent> {
     })
 }
 
-/// Anything that can happen, and much that cannot.
+/// An event, or another moment on the screen.
+#[derive(Clone, Debug)]
+pub(crate) enum Happening {
+    Event(Event),
+    Moment(Option<Box<Playback>>),
+}
+
+/// Any event or moment, possible or not.
+pub(crate) fn any_happening() -> impl Strategy<Value = Happening> {
+    prop_oneof![
+        30 => any_event().prop_map(Happening::Event),
+        1 => any_playback().prop_map(|playback| Happening::Moment(playback.map(Box::new))),
+    ]
+}
+
+/// Any event, possible or not.
 pub(crate) fn any_event() -> impl Strategy<Value = Event> {
     prop_oneof![
         8 => (any_body(), 0_u8..100, 0_u8..2).prop_map(|(body, sequence, boot)| {
@@ -229,7 +244,6 @@ pub(crate) fn any_event() -> impl Strategy<Value = Event> {
         1 => any_waypoints().prop_map(|route| {
             Event::RouteLoaded { path: "r.txt".to_owned(), route: Ok(route) }
         }),
-        1 => any_playback().prop_map(|playback| Event::Playback(playback.map(Box::new))),
         1 => any::<[f64; 5]>().prop_map(|[a, b, c, d, radius_in]| {
             Event::Truth(Truth { walls: vec![[(a, b), (c, d)]], circles: vec![((c, b), radius_in)] })
         }),

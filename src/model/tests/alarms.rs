@@ -7,7 +7,7 @@ use groundwave_protocol::status_codes::{Cliff, Link, Power};
 
 /// Names of the alarms that are raised, with whether each is still so and whether somebody has seen it.
 fn raised(scene: &Scene) -> Vec<(&'static str, bool, bool)> {
-    let all = scene.model.alarms.all();
+    let all = scene.model.facts.alarms.all(&scene.model.ui.acknowledged);
     all.filter_map(|(rule, _, raised)| {
         let raised = raised?;
         Some((rule.name, raised.over_at.is_none(), raised.is_acknowledged))
@@ -60,10 +60,10 @@ fn what_is_seen_and_still_so_stays_without_a_call() {
         ("battery low", true, false),
     ];
     assert_eq!(raised(&scene), both);
-    assert_eq!(scene.model.alarms.calling().len(), 2);
+    assert_eq!(scene.calling(), 2);
     scene.type_text("A");
     assert_eq!(raised(&scene).len(), 2, "it is still so");
-    assert!(scene.model.alarms.calling().is_empty());
+    assert_eq!(scene.calling(), 0);
     scene.state.power = Power::Charging;
     scene.hear();
     assert_eq!(raised(&scene), []);
@@ -115,17 +115,17 @@ fn silence_and_thrashing_are_alarms_too() {
     scene.wait_ms(4900);
     scene.event(Event::Tick);
     assert_eq!(raised(&scene), []);
-    let due = scene.model.redraw_at(scene.now).expect("ages go on");
+    let due = scene.redraw_at().expect("ages go on");
     scene.now = due;
-    let drawn = scene.model.revision();
+    let drawn = scene.model.ui.revision();
     let effects = scene.event(Event::Tick);
     assert_eq!(raised(&scene), [("robot silent", true, false)]);
     assert_eq!(rings(&effects), 1);
-    assert_ne!(scene.model.revision(), drawn);
+    assert_ne!(scene.model.ui.revision(), drawn);
     scene.hear();
     assert_eq!(raised(&scene), [("robot silent", false, false)]);
     scene.type_text("A");
-    let before = scene.model.tally().alarms;
+    let before = scene.model.facts.tally().alarms;
     // Sixteen seconds of it, at three lines a second.
     for n in 0..54 {
         let (quiet, holds) = [
@@ -136,7 +136,11 @@ fn silence_and_thrashing_are_alarms_too() {
         scene.hear();
     }
     assert_eq!(raised(&scene), [("layers thrash", true, false)]);
-    assert_eq!(scene.model.tally().alarms, before + 1, "to be jumped to");
+    assert_eq!(
+        scene.model.facts.tally().alarms,
+        before + 1,
+        "to be jumped to"
+    );
 }
 
 #[test]
@@ -149,7 +153,7 @@ fn one_alarm_rings_once_and_is_logged_once() {
         rung += rings(&scene.event(Event::Tick));
         scene.hear();
     }
-    let logged = scene.model.log.newest_first();
+    let logged = scene.model.facts.log.newest_first();
     let logged: Vec<_> = logged.filter(|entry| entry.level == Level::Alarm).collect();
     assert_eq!(logged.len(), 1);
     assert!(

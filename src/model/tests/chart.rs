@@ -8,13 +8,17 @@ fn after_a_restart_the_map_starts_afresh() {
     scene.drive(10, 3.0, 0);
     scene.state.bump = Bump::Left;
     scene.hear();
-    assert_eq!(scene.model.chart.bumps.len(), 1);
+    assert_eq!(scene.model.facts.chart.bumps.len(), 1);
     scene.ack.boot = (scene.ack.boot + 1) % 8;
     scene.state.bump = Bump::None;
     (scene.state.x_tenths_in, scene.state.y_tenths_in) = (0, 0);
     scene.hear();
-    assert_eq!(scene.model.chart.bumps.len(), 0, "a mark in another frame");
-    assert_eq!(scene.model.chart.trail.recent().count(), 1);
+    assert_eq!(
+        scene.model.facts.chart.bumps.len(),
+        0,
+        "a mark in another frame"
+    );
+    assert_eq!(scene.model.facts.chart.trail.recent().count(), 1);
 }
 
 #[test]
@@ -28,6 +32,7 @@ fn a_bump_is_marked_where_it_happened_and_once() {
     }
     let marks: Vec<(f64, f64)> = scene
         .model
+        .facts
         .chart
         .bumps
         .iter()
@@ -40,11 +45,11 @@ fn a_bump_is_marked_where_it_happened_and_once() {
 fn after_an_odometer_reset_the_map_starts_afresh() {
     let mut scene = scene();
     scene.drive(30, 4.0, 2);
-    assert!(scene.model.chart.trail.recent().count() > 10);
+    assert!(scene.model.facts.chart.trail.recent().count() > 10);
     scene.state.drive = Drive::OdometerReset;
     (scene.state.x_tenths_in, scene.state.y_tenths_in) = (0, 0);
     scene.hear();
-    assert_eq!(scene.model.chart.trail.recent().count(), 1);
+    assert_eq!(scene.model.facts.chart.trail.recent().count(), 1);
 }
 
 #[test]
@@ -53,7 +58,7 @@ fn a_gap_in_the_telemetry_is_a_gap_in_the_trail() {
     scene.drive(5, 4.0, 0);
     scene.wait_ms(5000);
     scene.drive(5, 4.0, 0);
-    let gaps = scene.model.chart.trail.recent().filter(|p| !p.joined);
+    let gaps = scene.model.facts.chart.trail.recent().filter(|p| !p.joined);
     assert_eq!(gaps.count(), 2, "where it starts and after the silence");
 }
 
@@ -61,13 +66,13 @@ fn a_gap_in_the_telemetry_is_a_gap_in_the_trail() {
 fn the_map_follows_in_jumps() {
     let mut scene = scene();
     scene.type_text("f");
-    assert_eq!(scene.model.chart.focus, Focus::Robot);
+    assert_eq!(scene.model.ui.map.focus, Focus::Robot);
     let mut jumps = 0;
-    let mut middle = scene.model.chart.middle();
+    let mut middle = scene.model.ui.map.middle(&scene.model.facts.chart);
     for _ in 0..60 {
         scene.drive(1, 3.0, 0);
-        if scene.model.chart.middle() != middle {
-            middle = scene.model.chart.middle();
+        if scene.model.ui.map.middle(&scene.model.facts.chart) != middle {
+            middle = scene.model.ui.map.middle(&scene.model.facts.chart);
             jumps += 1;
         }
     }

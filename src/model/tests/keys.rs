@@ -1,5 +1,7 @@
 //! What keys, typed words and dialogs want done.
 
+use std::sync::Arc;
+
 use super::*;
 use crate::model::keys::{Keymap, Rebinding};
 
@@ -21,7 +23,7 @@ fn stop_never_asks_and_works_under_everything() {
             key => scene.type_text(&key.to_string()),
         };
         assert_eq!(effects, [STOP], "after `{keys}`");
-        assert_eq!(scene.model.overlay, Overlay::None, "after `{keys}`");
+        assert_eq!(scene.model.ui.overlay, Overlay::None, "after `{keys}`");
     }
 }
 
@@ -37,7 +39,7 @@ fn a_key_chosen_for_stop_works_under_everything() {
         "", "?", "d", "dy", "C", ":goto 4", "lroute", "e", "i", "y", "n", ":runs\n",
     ] {
         let mut scene = scene();
-        scene.model.config.keys = keys.clone();
+        Arc::make_mut(&mut scene.model.ui.config).keys = keys.clone();
         scene.type_text(typed.trim_end());
         if typed.ends_with('\n') {
             scene.press(&[KeyCode::Enter]);
@@ -103,7 +105,7 @@ fn a_held_arrow_drives_and_letting_go_stops() {
 
     scene.press(&[KeyCode::Up]);
     assert_eq!(scene.press(&[KeyCode::Esc]), [Effect::DriveEnd]);
-    assert_eq!(scene.model.overlay, Overlay::None);
+    assert_eq!(scene.model.ui.overlay, Overlay::None);
 }
 
 #[test]
@@ -114,7 +116,7 @@ fn nobody_drives_over_a_link_that_only_receives() {
         can_send: false,
     }));
     assert_eq!(scene.type_text("d"), []);
-    assert_eq!(scene.model.overlay, Overlay::None);
+    assert_eq!(scene.model.ui.overlay, Overlay::None);
 }
 
 #[test]
@@ -145,7 +147,7 @@ fn typed_words_are_those_of_the_command_line() {
     assert_eq!(scene.press(&[KeyCode::Enter]), [Effect::Send(goto)]);
     scene.type_text(":mode prawl");
     assert_eq!(scene.press(&[KeyCode::Enter]), []);
-    let Overlay::Text(entry) = &scene.model.overlay else {
+    let Overlay::Text(entry) = &scene.model.ui.overlay else {
         panic!("the text stays to be mended");
     };
     assert!(entry.error.as_ref().is_some_and(|e| e.contains("prawl")));
@@ -158,7 +160,7 @@ fn typed_words_are_those_of_the_command_line() {
     );
     scene.type_text(":route");
     scene.press(&[KeyCode::Enter]);
-    let Overlay::Text(entry) = &scene.model.overlay else {
+    let Overlay::Text(entry) = &scene.model.ui.overlay else {
         panic!("the text stays to be mended");
     };
     assert!(
@@ -188,7 +190,7 @@ fn every_mode_that_is_asked_for_often_has_a_key() {
 fn the_question_of_the_origin_names_the_dock() {
     let mut scene = scene();
     scene.type_text("O");
-    let Overlay::Question(question) = &scene.model.overlay else {
+    let Overlay::Question(question) = &scene.model.ui.overlay else {
         panic!("it asks");
     };
     assert!(question.text.contains("looks for its dock from there"));
@@ -211,13 +213,13 @@ fn on_a_screen_too_small_only_stop_and_leaving_work() {
             "after `{keys}`"
         );
         scene.event(Event::Paste("1,2".to_owned()));
-        assert!(scene.model.chart.draft.waypoints().is_empty());
+        assert!(scene.model.ui.map.draft.waypoints().is_empty());
         assert_eq!(scene.type_text(" "), [STOP], "after `{keys}`");
         scene.event(Event::Resize {
             width: 80,
             height: 24,
         });
-        assert_eq!(scene.model.overlay, Overlay::None, "after `{keys}`");
+        assert_eq!(scene.model.ui.overlay, Overlay::None, "after `{keys}`");
     }
 }
 
@@ -244,7 +246,7 @@ fn of_esc_and_a_key_in_one_burst_esc_and_stop_count() {
             scene.type_text(typed);
             assert_eq!(scene.event(alt(code)), wanted, "{code:?} after {typed:?}");
             assert_eq!(
-                scene.model.overlay,
+                scene.model.ui.overlay,
                 Overlay::None,
                 "{code:?} after {typed:?}"
             );
@@ -254,7 +256,7 @@ fn of_esc_and_a_key_in_one_burst_esc_and_stop_count() {
         scene.press(&[KeyCode::Enter]);
         scene.event(Event::Runs(Ok(listed())));
         assert_eq!(scene.event(alt(code)), wanted, "{code:?} over the runs");
-        assert_eq!(scene.model.overlay, Overlay::None);
+        assert_eq!(scene.model.ui.overlay, Overlay::None);
     }
 }
 

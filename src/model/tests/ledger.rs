@@ -6,7 +6,14 @@ use super::*;
 fn active_is_what_the_robot_acknowledged_until_it_says_otherwise() {
     let list = Request::Route(route(&[(1, 2), (3, 4)]));
     let mut scene = scene();
-    let active = |scene: &Scene| scene.model.ledger.active().map(|a| (a.digest, a.driven));
+    let active = |scene: &Scene| {
+        scene
+            .model
+            .facts
+            .ledger
+            .active()
+            .map(|a| (a.digest, a.driven))
+    };
     for step in [
         CommandStep::Queued(list.clone()),
         CommandStep::Sent { frames: 1 },
@@ -50,9 +57,9 @@ fn a_command_of_somebody_elses_says_whose_it_is() {
     let (id, by) = (CommandId(1), "pid 7 via ./x.sock".to_owned());
     scene.command(1, Request::Scan, CommandStep::Sent { frames: 1 });
     scene.event(Event::Asked { id, by: by.clone() });
-    let entry = scene.model.ledger.entries().next();
+    let entry = scene.model.facts.ledger.entries().next();
     assert_eq!(entry.and_then(|entry| entry.by.clone()), Some(by.clone()));
-    let newest = scene.model.log.newest_first().next();
+    let newest = scene.model.facts.log.newest_first().next();
     assert_eq!(
         newest.map(|entry| entry.text.clone()),
         Some(format!("scan: asked by {by}"))

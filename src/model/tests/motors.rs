@@ -9,19 +9,23 @@ fn shares_come_from_the_robots_count_of_ticks_across_its_wrap() {
         scene.hear();
     }
     assert_eq!(
-        scene.model.motors.share(Holder::Prowl),
+        scene.model.facts.motors.share(Holder::Prowl),
         Some(1.0),
         "by the lines while there is no count"
     );
     scene.hear_ticks(10, [0, 4090, 0, 0, 0, 0, 0, 0, 100]);
     scene.hear_ticks(20, [0, 44, 0, 0, 0, 0, 0, 0, 250]);
-    let share = |layer| scene.model.motors.share(Holder::Layer(layer));
+    let share = |layer| scene.model.facts.motors.share(Holder::Layer(layer));
     assert_eq!(share(Layer::Bumpers), Some(0.25));
     assert_eq!(share(Layer::Sonar), Some(0.0));
-    assert_eq!(scene.model.motors.share(Holder::Prowl), Some(0.75));
+    assert_eq!(scene.model.facts.motors.share(Holder::Prowl), Some(0.75));
     scene.hear_ticks(3, [0; 9]);
     assert_eq!(
-        scene.model.motors.share(Holder::Layer(Layer::Bumpers)),
+        scene
+            .model
+            .facts
+            .motors
+            .share(Holder::Layer(Layer::Bumpers)),
         Some(0.0),
         "after a restart the lines speak again"
     );
@@ -31,7 +35,7 @@ fn shares_come_from_the_robots_count_of_ticks_across_its_wrap() {
 fn motors_that_change_hands_with_every_line_thrash() {
     let mut scene = scene();
     for n in 0..12 {
-        let thrashes = scene.model.motors.thrashes(scene.now);
+        let thrashes = scene.model.facts.motors.thrashes(scene.now);
         assert_eq!(thrashes, n > 6, "{n} holders");
         let (quiet, holds) = [
             (Layer::Infrared, Layer::Bumpers),
@@ -43,7 +47,7 @@ fn motors_that_change_hands_with_every_line_thrash() {
     for _ in 0..30 {
         scene.hear();
     }
-    assert!(!scene.model.motors.thrashes(scene.now));
+    assert!(!scene.model.facts.motors.thrashes(scene.now));
 }
 
 #[test]
@@ -53,7 +57,7 @@ fn steering_is_no_thrashing() {
         let state = [LayerState::Holds, LayerState::Quiet][n % 2];
         scene.layers(&[(Layer::Sonar, state)]);
         scene.hear();
-        assert!(!scene.model.motors.thrashes(scene.now));
+        assert!(!scene.model.facts.motors.thrashes(scene.now));
     }
 }
 
@@ -85,8 +89,14 @@ fn the_holder_is_told_from_layers_and_mode() {
 fn a_guard_that_took_the_motors_is_named_and_not_who_won_them() {
     let mut scene = scene();
     let sentence = |scene: &Scene| {
-        let holder = scene.model.motors.holder().expect("a line A came").value;
-        crate::model::why::why(holder, &scene.state, &scene.model.robot, scene.now)
+        let holder = scene
+            .model
+            .facts
+            .motors
+            .holder()
+            .expect("a line A came")
+            .value;
+        crate::model::why::why(holder, &scene.state, &scene.model.facts.robot, scene.now)
     };
     scene.state.cliff = Cliff::Center;
     scene.layers(&[(Layer::Bumpers, LayerState::Raised)]);
@@ -100,7 +110,7 @@ fn a_guard_that_took_the_motors_is_named_and_not_who_won_them() {
     scene.hear_parameter("cliff-guard", 0);
     scene.state.cliff = Cliff::Several;
     scene.hear();
-    let holder = scene.model.motors.holder().map(|held| held.value);
+    let holder = scene.model.facts.motors.holder().map(|held| held.value);
     assert_eq!(holder, Some(Holder::Prowl));
     assert_eq!(
         sentence(&scene),
@@ -124,13 +134,13 @@ fn what_was_won_before_goes_out_of_the_window_while_nobody_holds() {
     for _ in 0..30 {
         scene.hear();
     }
-    assert_eq!(scene.model.motors.share(Holder::Prowl), Some(1.0));
+    assert_eq!(scene.model.facts.motors.share(Holder::Prowl), Some(1.0));
     scene.state.mode = Mode::Stop;
     for _ in 0..300 {
         scene.hear();
     }
-    assert_eq!(scene.model.motors.share(Holder::Prowl), None);
+    assert_eq!(scene.model.facts.motors.share(Holder::Prowl), None);
     scene.state.mode = Mode::User;
     scene.hear();
-    assert_eq!(scene.model.motors.since(Layer::User), Some(scene.now));
+    assert_eq!(scene.model.facts.motors.since(Layer::User), Some(scene.now));
 }

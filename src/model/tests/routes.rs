@@ -11,16 +11,16 @@ fn a_route_is_drafted_on_the_map_and_sent() {
     scene.press(&[KeyCode::Right, KeyCode::Enter, KeyCode::Right]);
     scene.type_text("wu");
     assert_eq!(
-        scene.model.chart.draft.waypoints(),
+        scene.model.ui.map.draft.waypoints(),
         route(&[(0, 12), (6, 12)])
     );
     let sent = Request::Route(route(&[(0, 12), (6, 12)]));
     assert_eq!(scene.type_text("S"), [Effect::Send(sent.clone())]);
-    assert!(scene.model.chart.draft.waypoints().is_empty());
+    assert!(scene.model.ui.map.draft.waypoints().is_empty());
     assert_eq!(scene.type_text("S"), [], "nothing is left to send");
     scene.command(1, sent, CommandStep::Failed(Failure::TimedOut));
     assert_eq!(
-        scene.model.chart.draft.waypoints(),
+        scene.model.ui.map.draft.waypoints(),
         route(&[(0, 12), (6, 12)]),
         "what did not arrive can be sent again"
     );
@@ -33,7 +33,7 @@ fn a_draft_never_outgrows_the_robots_list() {
     for _ in 0..WAYPOINTS_MAX + 5 {
         scene.type_text("w");
     }
-    assert_eq!(scene.model.chart.draft.waypoints().len(), WAYPOINTS_MAX);
+    assert_eq!(scene.model.ui.map.draft.waypoints().len(), WAYPOINTS_MAX);
     assert_eq!(scene.type_text("S").len(), 1);
 }
 
@@ -51,17 +51,23 @@ fn a_route_file_is_read_by_somebody_else() {
             path: "tour.txt".to_owned(),
             route: Ok(waypoints.clone()),
         });
-        assert_eq!(scene.model.chart.draft.waypoints(), waypoints);
+        assert_eq!(scene.model.ui.map.draft.waypoints(), waypoints);
         scene.event(Event::RouteLoaded {
             path: "tour.txt".to_owned(),
             route: Err("tour.txt:2:1: `x` is not a whole number".to_owned()),
         });
         assert_eq!(
-            scene.model.chart.draft.waypoints(),
+            scene.model.ui.map.draft.waypoints(),
             waypoints,
             "the draft stays"
         );
-        let newest = scene.model.log.newest_first().next().expect("a log entry");
+        let newest = scene
+            .model
+            .facts
+            .log
+            .newest_first()
+            .next()
+            .expect("a log entry");
         assert!(newest.text.starts_with("tour.txt:2:1"));
     }
 }
@@ -87,15 +93,15 @@ fn a_route_is_driven_at_once_when_that_is_typed() {
             "{typed}"
         );
         assert_eq!(scene.event(loaded(&waypoints)), driven, "{typed}");
-        assert_eq!(scene.model.overlay, Overlay::None);
-        assert!(scene.model.chart.draft.waypoints().is_empty());
+        assert_eq!(scene.model.ui.overlay, Overlay::None);
+        assert!(scene.model.ui.map.draft.waypoints().is_empty());
     }
     // Whoever has put the prompt away has the draft, and nothing is sent.
     let mut scene = scene();
     scene.type_text(":route my tour.txt --go");
     scene.press(&[KeyCode::Enter, KeyCode::Esc]);
     assert_eq!(scene.event(loaded(&waypoints)), []);
-    assert_eq!(scene.model.chart.draft.waypoints(), waypoints);
+    assert_eq!(scene.model.ui.map.draft.waypoints(), waypoints);
     // A name may end like that.
     scene.type_text(":route 'tour --go'");
     let asked = scene.press(&[KeyCode::Enter]);
@@ -113,8 +119,8 @@ fn a_prompt_for_a_file_stays_until_the_file_is_right() {
             path: "tuor.txt".to_owned(),
             route: Err("cannot read tuor.txt: no such file".to_owned()),
         });
-        let Overlay::Text(entry) = &scene.model.overlay else {
-            panic!("{keys}: {:?}", scene.model.overlay);
+        let Overlay::Text(entry) = &scene.model.ui.overlay else {
+            panic!("{keys}: {:?}", scene.model.ui.overlay);
         };
         assert!(entry.text.ends_with("tuor.txt"));
         assert_eq!(
@@ -128,7 +134,7 @@ fn a_prompt_for_a_file_stays_until_the_file_is_right() {
             path: "tour.txt".to_owned(),
             route: Ok(route(&[(48, 0)])),
         });
-        assert_eq!(scene.model.overlay, Overlay::None, "{keys}");
+        assert_eq!(scene.model.ui.overlay, Overlay::None, "{keys}");
     }
     let mut scene = scene();
     scene.type_text("w");
@@ -139,8 +145,8 @@ fn a_prompt_for_a_file_stays_until_the_file_is_right() {
         Err(SaveProblem::Failed("no such folder".to_owned())),
     );
     scene.event(Event::RouteSaved { path, saved });
-    let Overlay::Text(entry) = &scene.model.overlay else {
-        panic!("{:?}", scene.model.overlay);
+    let Overlay::Text(entry) = &scene.model.ui.overlay else {
+        panic!("{:?}", scene.model.ui.overlay);
     };
     assert_eq!(entry.error.as_deref(), Some("no such folder"));
     // Whoever has gone on to something else is not called back.
@@ -149,7 +155,7 @@ fn a_prompt_for_a_file_stays_until_the_file_is_right() {
         path: "a.txt".to_owned(),
         saved: Ok(()),
     });
-    assert_eq!(scene.model.overlay, Overlay::None);
+    assert_eq!(scene.model.ui.overlay, Overlay::None);
 }
 
 #[test]
@@ -167,30 +173,31 @@ fn a_point_is_gone_to_at_once_when_that_is_typed() {
 fn a_route_is_edited_in_a_list_undone_and_sent() {
     let mut scene = scene();
     scene.type_text("ewww");
-    let three = scene.model.chart.draft.waypoints().to_vec();
+    let three = scene.model.ui.map.draft.waypoints().to_vec();
     assert_eq!(three.len(), 3);
     scene.press(&[KeyCode::Right]);
     assert_eq!(
-        scene.model.chart.draft.waypoints()[2].x_in,
+        scene.model.ui.map.draft.waypoints()[2].x_in,
         three[2].x_in + 6
     );
     scene.type_text("L");
     assert_eq!(
-        scene.model.chart.draft.waypoints()[2].x_in,
+        scene.model.ui.map.draft.waypoints()[2].x_in,
         three[2].x_in + 7
     );
     scene.type_text("uu");
-    assert_eq!(scene.model.chart.draft.waypoints(), three);
+    assert_eq!(scene.model.ui.map.draft.waypoints(), three);
     scene.ctrl('r');
     assert_eq!(
-        scene.model.chart.draft.waypoints()[2].x_in,
+        scene.model.ui.map.draft.waypoints()[2].x_in,
         three[2].x_in + 6
     );
     scene.type_text("ug");
     scene.press(&[KeyCode::Up]);
     let shifted: Vec<i16> = scene
         .model
-        .chart
+        .ui
+        .map
         .draft
         .waypoints()
         .iter()
@@ -198,10 +205,10 @@ fn a_route_is_edited_in_a_list_undone_and_sent() {
         .collect();
     let wanted: Vec<i16> = three.iter().map(|w| w.y_in + 6).collect();
     assert_eq!(shifted, wanted, "all of it");
-    let draft = scene.model.chart.draft.waypoints().to_vec();
+    let draft = scene.model.ui.map.draft.waypoints().to_vec();
     assert_eq!(scene.type_text("S"), [Effect::Send(Request::Route(draft))]);
     assert!(
-        scene.model.editor.is_none(),
+        scene.model.ui.editor.is_none(),
         "what is sent is no draft any more"
     );
     scene.type_text("e");
@@ -216,7 +223,7 @@ fn a_route_is_edited_in_a_list_undone_and_sent() {
 fn a_draft_is_saved_and_nothing_is_overwritten_unasked() {
     let mut scene = scene();
     scene.type_text("ew");
-    let text = crate::route::format(scene.model.chart.draft.waypoints());
+    let text = crate::route::format(scene.model.ui.map.draft.waypoints());
     scene.type_text("stour.txt");
     let save = |overwrite| Effect::SaveRoute {
         path: "tour.txt".to_owned(),
@@ -233,9 +240,15 @@ fn a_draft_is_saved_and_nothing_is_overwritten_unasked() {
         path: "tour.txt".to_owned(),
         saved: Ok(()),
     });
-    let newest = scene.model.log.newest_first().next().expect("a log entry");
+    let newest = scene
+        .model
+        .facts
+        .log
+        .newest_first()
+        .next()
+        .expect("a log entry");
     assert_eq!(newest.text, "tour.txt: 1 waypoints saved");
-    assert!(scene.model.editor.is_some(), "back in the editor");
+    assert!(scene.model.ui.editor.is_some(), "back in the editor");
 }
 
 #[test]
@@ -244,11 +257,17 @@ fn a_pasted_route_is_a_draft_and_what_is_none_says_so() {
     for text in ["10,20\n30,40\n# end\n", "10,20\r30,40\r", "10,20\r\n30,40"] {
         scene.event(Event::Paste(text.to_owned()));
         let wanted = route(&[(10, 20), (30, 40)]);
-        assert_eq!(scene.model.chart.draft.waypoints(), wanted, "{text:?}");
+        assert_eq!(scene.model.ui.map.draft.waypoints(), wanted, "{text:?}");
         scene.type_text("u");
     }
     scene.event(Event::Paste("milk\n".to_owned()));
-    let newest = scene.model.log.newest_first().next().expect("a log entry");
+    let newest = scene
+        .model
+        .facts
+        .log
+        .newest_first()
+        .next()
+        .expect("a log entry");
     assert!(newest.text.starts_with("pasted:1:1"), "{}", newest.text);
 }
 
@@ -259,7 +278,7 @@ fn a_draft_that_is_not_sent_after_all_stays() {
     for is_live in [true, false] {
         for typed in ["S", "eS", ":route tour.txt --go\n"] {
             let mut scene = scene();
-            scene.event(Event::Playback(Some(Box::new(playback(is_live)))));
+            scene.show_moment(Some(playback(is_live)));
             let waypoints = route(&[(48, 0), (48, 48)]);
             let loaded = Event::RouteLoaded {
                 path: "tour.txt".to_owned(),
@@ -273,10 +292,10 @@ fn a_draft_that_is_not_sent_after_all_stays() {
                 scene.press(&[KeyCode::Enter]);
                 assert_eq!(scene.event(loaded), [], "{typed}");
             }
-            let asks = matches!(scene.model.overlay, Overlay::Question(_));
+            let asks = matches!(scene.model.ui.overlay, Overlay::Question(_));
             assert_eq!(asks, is_live, "{typed}");
             scene.type_text(if asks { "n" } else { "" });
-            assert_eq!(scene.model.chart.draft.waypoints(), waypoints, "{typed}");
+            assert_eq!(scene.model.ui.map.draft.waypoints(), waypoints, "{typed}");
         }
     }
 }

@@ -2,7 +2,7 @@
 
 use super::*;
 use crate::event::Remark;
-use crate::model::Runs;
+use crate::model::runs::Runs;
 
 #[test]
 fn a_note_without_words_is_asked_for_them() {
@@ -14,7 +14,7 @@ fn a_note_without_words_is_asked_for_them() {
         let mut scene = scene();
         scene.type_text(&format!(":{text}"));
         assert_eq!(scene.press(&[KeyCode::Enter]), []);
-        let Overlay::Text(entry) = &scene.model.overlay else {
+        let Overlay::Text(entry) = &scene.model.ui.overlay else {
             panic!("the text stays to be mended");
         };
         let error = entry.error.as_deref().unwrap_or_default();
@@ -27,7 +27,7 @@ fn what_is_said_of_a_run_is_kept_beside_its_recording() {
     let mut scene = scene();
     scene.type_text(":note the glass door");
     assert_eq!(scene.press(&[KeyCode::Enter]), []);
-    let Overlay::Text(entry) = &scene.model.overlay else {
+    let Overlay::Text(entry) = &scene.model.ui.overlay else {
         panic!("the text stays to be mended");
     };
     assert!(entry.error.as_ref().is_some_and(|e| e.contains("R begins")));
@@ -89,21 +89,21 @@ fn runs_are_listed_beside_the_recording_and_two_are_compared() {
     let wanted = compare("runs/evening.mcap", "runs/morning.mcap");
     assert_eq!(scene.press(&[KeyCode::Down, KeyCode::Enter]), wanted);
     scene.event(Event::Overlaid(Ok(overlaid())));
-    let Overlay::Runs(Runs::Overlaid(_)) = &scene.model.overlay else {
-        panic!("{:?}", scene.model.overlay);
+    let Overlay::Runs(Runs::Overlaid(_)) = &scene.model.ui.overlay else {
+        panic!("{:?}", scene.model.ui.overlay);
     };
     // Behind it is the list that they were picked from.
     scene.press(&[KeyCode::Esc]);
-    let Overlay::Runs(Runs::Listed { chosen: 1, .. }) = &scene.model.overlay else {
-        panic!("{:?}", scene.model.overlay);
+    let Overlay::Runs(Runs::Listed { chosen: 1, .. }) = &scene.model.ui.overlay else {
+        panic!("{:?}", scene.model.ui.overlay);
     };
     scene.press(&[KeyCode::Esc]);
-    assert_eq!(scene.model.overlay, Overlay::None);
+    assert_eq!(scene.model.ui.overlay, Overlay::None);
     assert_eq!(asked(&mut scene, ":runs elsewhere"), list("elsewhere"));
     // Whoever does not wait any more is not interrupted.
     scene.press(&[KeyCode::Esc]);
     scene.event(Event::Runs(Ok(listed())));
-    assert_eq!(scene.model.overlay, Overlay::None);
+    assert_eq!(scene.model.ui.overlay, Overlay::None);
     assert_eq!(asked(&mut scene, ":compare a b"), compare("a", "b"));
     scene.press(&[KeyCode::Esc]);
     let blanks = asked(&mut scene, ":compare \"my evening.mcap\" 'b c'");
@@ -112,7 +112,7 @@ fn runs_are_listed_beside_the_recording_and_two_are_compared() {
     assert_eq!(asked(&mut scene, ":runs \"my runs\""), list("my runs"));
     scene.event(Event::Overlaid(Err("a: no".to_owned())));
     let failed = Overlay::Runs(Runs::Failed("a: no".to_owned()));
-    assert_eq!(scene.model.overlay, failed);
+    assert_eq!(scene.model.ui.overlay, failed);
 }
 
 /// A name with blanks is as good as any other; whoever forgets the quotes is told of them.
@@ -138,7 +138,7 @@ fn a_name_with_blanks_is_said_in_quotes() {
     ] {
         scene.type_text(text);
         assert_eq!(scene.press(&[KeyCode::Enter]), [], "{text}");
-        let Overlay::Text(entry) = &scene.model.overlay else {
+        let Overlay::Text(entry) = &scene.model.ui.overlay else {
             panic!("{text}: the prompt stays");
         };
         let error = entry.error.as_deref().unwrap_or_default();

@@ -28,17 +28,17 @@ fn stamped_text_is_played_at_its_own_times() {
     let (mut untimed, plain_end) = surveyed(text(&plain));
     reel.seek(end);
     untimed.seek(plain_end);
-    assert_eq!(reel.model().tally().lines, untimed.model().tally().lines);
+    assert_eq!(reel.facts().tally().lines, untimed.facts().tally().lines);
     // In the pause nothing happened, and the link is told to be silent.
     reel.seek(Moment::from_mins(30));
-    let silent = reel.model().tally().lines;
+    let silent = reel.facts().tally().lines;
     assert_eq!(
         reel.at().as_secs(),
         55,
         "five seconds after the last line it is told"
     );
     reel.seek(Moment::from_mins(50));
-    assert_eq!(reel.model().tally().lines, silent);
+    assert_eq!(reel.facts().tally().lines, silent);
     // Lines with the same stamp follow each other as on the radio.
     assert!(matches!(reel.seek_line(20, STEPS_MAX), Found::At(_)));
     let times: Vec<Moment> = (0..6)
@@ -77,9 +77,9 @@ fn what_is_cut_off_or_damaged_is_shown_as_far_as_it_goes_and_says_why() {
         let tape = tape.map_err(|error| error.to_string())?;
         let (mut reel, end) = surveyed(tape);
         reel.seek(end);
-        let tally = reel.model().tally();
+        let tally = reel.facts().tally();
         let log: Vec<String> = reel
-            .model()
+            .facts()
             .log
             .newest_first()
             .map(|e| e.text.clone())

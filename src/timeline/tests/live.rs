@@ -13,48 +13,37 @@ use crate::capture::composer::Composer;
 use crate::capture::index::Piece;
 use crate::event::{Level, LinkEvent};
 use crate::model::testing::{Scene as Robot, any_event};
+use crate::model::{Shown, Ui};
 use crate::recorded::{self, from_recorded};
 use crate::station::Station;
 use crate::timeline::past::{self, REMEMBERED};
 use crate::view;
 
-fn is_fact(event: &Event) -> bool {
-    !matches!(
-        event,
-        Event::Key(_)
-            | Event::Paste(_)
-            | Event::Resize { .. }
-            | Event::Recording(_)
-            | Event::Playback(_)
-            | Event::Tick
-    )
-}
-
 /// A live session as the event loop remembers it.
 struct Session {
     reel: Reel<Past>,
-    model: Model,
+    facts: Facts,
     now: Moment,
 }
 
 impl Session {
     fn new() -> Self {
-        let model = Model::new(Config::default());
-        let first = Past::new(model.clone(), Moment::ZERO, 0);
+        let facts = Facts::new(Arc::default());
+        let first = Past::new(facts.clone(), Moment::ZERO, 0);
         Self {
             reel: Reel::new(History::default(), first, past::SPACING),
-            model,
+            facts,
             now: Moment::ZERO,
         }
     }
 
-    fn take(&mut self, event: Event) {
+    fn take(&mut self, event: &Event) {
         self.reel.supply_mut().push(self.now, event.clone());
-        self.model.update(self.now, event);
+        self.facts.update(self.now, event);
         if self.reel.wants(self.now) {
             let next = self.reel.supply().count();
             self.reel
-                .keep(Past::new(self.model.clone(), self.now, next));
+                .keep(Past::new(self.facts.clone(), self.now, next));
         }
         let oldest = self.now.saturating_sub(REMEMBERED);
         if let Some(next) = self.reel.forget_before(oldest).map(Past::next) {
@@ -72,16 +61,16 @@ proptest! {
         places in prop::collection::vec(any::<prop::sample::Index>(), 1..12),
     ) {
         let mut session = Session::new();
-        let mut was = vec![(Moment::ZERO, told(&session.model))];
-        for (event, wait_ms) in events.into_iter().filter(|(event, _)| is_fact(event)) {
+        let mut was = vec![(Moment::ZERO, told(&session.facts))];
+        for (event, wait_ms) in events.into_iter().filter(|(event, _)| Facts::takes(event)) {
             session.now += Moment::from_millis(wait_ms);
-            session.take(event);
-            was.push((session.now, told(&session.model)));
+            session.take(&event);
+            was.push((session.now, told(&session.facts)));
         }
         for place in places {
             let (at, was) = place.get(&was);
             session.reel.seek(*at);
-            prop_assert_eq!(&told(session.reel.model()), was);
+            prop_assert_eq!(&told(session.reel.facts()), was);
         }
     }
 }
@@ -103,22 +92,22 @@ fn what_is_forgotten_is_not_gone_on_with() {
     let mut session = Session::new();
     let s = Moment::from_secs;
     session.now = s(1);
-    for event in heard.iter().chain(&heard).cloned() {
+    for event in heard.iter().chain(&heard) {
         session.take(event);
     }
-    let lines = session.model.tally().lines;
+    let lines = session.facts.tally().lines;
     session.reel.complete();
     session.reel.seek(s(1));
     assert_eq!(session.reel.packet(), Some(lines));
     let next = session.reel.supply().count();
     session
         .reel
-        .keep(Past::new(session.model.clone(), s(1), next));
+        .keep(Past::new(session.facts.clone(), s(1), next));
     let oldest = session.reel.forget_before(s(2)).map(Past::next);
     assert_eq!(oldest, Some(next));
     session.reel.supply_mut().forget_before(next);
     session.now = s(3);
-    session.take(heard[0].clone());
+    session.take(&heard[0]);
     session.reel.seek(s(3));
     session.reel.seek(s(1));
     assert_eq!(session.reel.packet(), Some(lines));
@@ -131,7 +120,7 @@ fn a_live_session_of_hours_is_remembered_in_bounded_memory() {
     for n in 0..40_000 {
         robot.state.x_tenths_in = n;
         session.now += Moment::from_millis(333);
-        session.take(Event::Notice {
+        session.take(&Event::Notice {
             level: if n % 10_000 == 9_000 {
                 Level::Alarm
             } else {
@@ -166,19 +155,25 @@ fn a_live_session_of_hours_is_remembered_in_bounded_memory() {
 }
 
 /// The whole screen.
-fn screen(model: &Model, now: Moment) -> String {
+fn screen(facts: &Facts, now: Moment) -> String {
+    let ui = Ui::new(Arc::default());
+    let shown = Shown {
+        facts,
+        present: facts,
+        ui: &ui,
+    };
     let mut terminal = Terminal::new(TestBackend::new(120, 40)).unwrap();
     terminal
-        .draw(|frame| view::draw(model, now, frame.buffer_mut()))
+        .draw(|frame| view::draw(shown, now, frame.buffer_mut()))
         .unwrap();
     terminal.backend().to_string()
 }
 
-/// What a model knows, but for the last digits of the airtime: that counts bytes as they come, of which a recording has
+/// What is known, but for the last digits of the airtime: that counts bytes as they come, of which a recording has
 /// the time of the line they end in.
-fn known(model: &Model) -> String {
+fn known(facts: &Facts) -> String {
     const AIRTIME: &str = "airtime_down_pct: ";
-    let told = told(model);
+    let told = told(facts);
     let mut known = String::new();
     let mut rest = &*told;
     while let Some((before, after)) = rest.split_once(AIRTIME) {
@@ -237,8 +232,8 @@ impl Listening {
         Self::START_NS + self.session.now.as_nanos() as u64
     }
 
-    fn tell(&mut self, event: Event) {
-        if let Some(event) = recorded::to_recorded(&event) {
+    fn tell(&mut self, event: &Event) {
+        if let Some(event) = recorded::to_recorded(event) {
             self.composer.handle_event(self.at_ns(), &event).unwrap();
         }
         self.session.take(event);
@@ -246,7 +241,7 @@ impl Listening {
 
     fn listen(&mut self) {
         while let Some(event) = self.station.poll_event() {
-            self.tell(event);
+            self.tell(&event);
         }
     }
 
@@ -255,7 +250,7 @@ impl Listening {
         loop {
             let timeouts = [
                 self.station.poll_timeout(),
-                self.session.model.poll_timeout(),
+                self.session.facts.poll_timeout(),
             ];
             let due = timeouts.into_iter().flatten().min();
             let Some(due) = due.filter(|due| *due < at) else {
@@ -264,7 +259,7 @@ impl Listening {
             self.session.now = due.max(self.session.now);
             self.station.handle_timeout(self.session.now);
             self.listen();
-            self.session.take(Event::Tick);
+            self.session.take(&Event::Tick);
         }
         self.session.now = at;
     }
@@ -304,8 +299,8 @@ fn a_live_run_in_any_chunks_and_its_replay_are_the_same_to_the_last_character() 
                         }
                         let ends_here = bytes.ends_with(b"\n");
                         if ends_here && dice.below(20) == 0 {
-                            let model = &live.session.model;
-                            was.push((at, known(model), screen(model, at), model.tally().lines));
+                            let facts = &live.session.facts;
+                            was.push((at, known(facts), screen(facts, at), facts.tally().lines));
                         }
                         from = at;
                     }
@@ -321,7 +316,7 @@ fn a_live_run_in_any_chunks_and_its_replay_are_the_same_to_the_last_character() 
                         None | Some(Event::Link(_)) => {}
                         Some(event) => {
                             live.pass_to(at);
-                            live.tell(event);
+                            live.tell(&event);
                         }
                     },
                     other => panic!("{other:?}"),
@@ -331,19 +326,19 @@ fn a_live_run_in_any_chunks_and_its_replay_are_the_same_to_the_last_character() 
             let mcap = live.composer.finish().unwrap();
             let tape = index::read(Arc::new(mcap), Path::new("a.mcap")).unwrap();
             let (mut replay, _) = surveyed(tape);
-            for (at, model, drawn, lines) in was {
+            for (at, facts, drawn, lines) in was {
                 let place = format!("{name}, seed {seed}, at {at:?}");
                 live.session.reel.seek(at);
                 replay.seek(at);
                 for (which, shown) in [
-                    ("PAST", live.session.reel.model()),
-                    ("replay", replay.model()),
+                    ("PAST", live.session.reel.facts()),
+                    ("replay", replay.facts()),
                 ] {
                     assert_eq!(shown.tally().lines, lines, "{which}: {place}");
                     assert_eq!(screen(shown, at), drawn, "{which}: {place}");
                     assert!(
-                        known(shown) == model,
-                        "{which}: {place}\n{}\n{model}",
+                        known(shown) == facts,
+                        "{which}: {place}\n{}\n{facts}",
                         known(shown)
                     );
                 }
@@ -357,7 +352,7 @@ fn what_is_not_found_leaves_the_session_at_its_newest_moment() {
     let mut session = Session::new();
     for sequence in 0..10 {
         session.now += Moment::from_millis(333);
-        session.take(Event::Notice {
+        session.take(&Event::Notice {
             level: Level::Info,
             text: format!("line {sequence}"),
         });

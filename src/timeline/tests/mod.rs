@@ -16,12 +16,12 @@ use crate::capture::Session;
 use crate::capture::composer::Composer;
 use crate::capture::index::{self, Tape};
 use crate::event::{CommandId, CommandStep, Event, Moment};
-use crate::model::{Config, Model};
+use crate::model::{Config, Facts};
 use crate::request::Request;
 use crate::travel::{Landmark, Target, Travel};
 
-fn told(model: &Model) -> String {
-    format!("{model:?}")
+fn told(facts: &Facts) -> String {
+    format!("{facts:?}")
 }
 
 fn capture(name: &str) -> Box<dyn Tape + Send> {
@@ -35,7 +35,7 @@ fn text(bytes: &[u8]) -> Box<dyn Tape + Send> {
 
 /// A capture with all its states.
 fn surveyed(tape: Box<dyn Tape + Send>) -> (Reel<Scene>, Moment) {
-    let first = Scene::new("radio", Config::default(), &*tape);
+    let first = Scene::new("radio", Arc::default(), &*tape);
     let mut again = tape.again();
     let mut reel = Reel::new(tape, first.clone(), SPACING);
     let mut end = Moment::ZERO;

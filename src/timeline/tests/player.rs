@@ -23,7 +23,7 @@ fn a_jump_waits_for_what_is_not_read_yet() {
     let lines = 60 * 359;
     let tape = text(&day);
     let length = tape.length();
-    let first = Scene::new("radio", Config::default(), &*tape);
+    let first = Scene::new("radio", Arc::default(), &*tape);
     let mut again = tape.again();
     let reel = Reel::new(tape.again(), first.clone(), SPACING);
     let host = Moment::ZERO;
@@ -93,10 +93,10 @@ fn time_passes_at_any_speed_and_loops() {
     let host = pass(&mut player, 5);
     about(&player, 30);
     player.handle(host, Travel::TogglePause);
-    let shown = told(player.model());
+    let shown = told(player.facts());
     let host = pass(&mut player, 100);
     about(&player, 30);
-    assert_eq!(told(player.model()), shown, "it stands still");
+    assert_eq!(told(player.facts()), shown, "it stands still");
     assert_eq!(player.wake_at(), None, "and costs nothing");
     player.handle(host, Travel::TogglePause);
     player.handle(host, Travel::Speed(0.1));
@@ -227,7 +227,7 @@ fn marks_of_a_recorded_session_come_back() {
     }
     let mcap = composer.finish().unwrap();
     let tape = index::read(Arc::new(mcap), Path::new("a.mcap")).unwrap();
-    let first = Scene::new("radio", Config::default(), &*tape);
+    let first = Scene::new("radio", Arc::default(), &*tape);
     let mut again = tape.again();
     let length = tape.length();
     let reel = Reel::new(tape, first.clone(), SPACING);
@@ -255,9 +255,9 @@ fn jumps_stand_still_where_it_happened() {
     };
     player.handle(host, bump(true));
     let first = player.at();
-    assert_eq!(player.model().tally().bumps, 1);
+    assert_eq!(player.facts().tally().bumps, 1);
     player.handle(host, bump(true));
-    assert_eq!(player.model().tally().bumps, 2);
+    assert_eq!(player.facts().tally().bumps, 2);
     player.handle(host, bump(false));
     assert_eq!(player.at(), first);
     player.handle(host, bump(false));
@@ -288,7 +288,7 @@ fn what_the_player_says_names_the_chosen_keys() {
         ..Config::default()
     };
     let tape = capture("house-clean.txt");
-    let first = Scene::new("radio", config, &*tape);
+    let first = Scene::new("radio", Arc::new(config), &*tape);
     let reel = Reel::new(tape, first, SPACING);
     let mut player = Player::of_capture(reel, Moment::ZERO, 1.0, Moment::ZERO, None);
     let mut note = |travel| {

@@ -5,13 +5,13 @@ use super::*;
 /// Every moment at which something happened, and what was shown then by playing there from the beginning.
 fn played(name: &str) -> Vec<(Moment, String)> {
     let mut tape = capture(name);
-    let mut scene = Scene::new("radio", Config::default(), &*tape);
-    let mut shown = vec![(Moment::ZERO, told(scene.model()))];
+    let mut scene = Scene::new("radio", Arc::default(), &*tape);
+    let mut shown = vec![(Moment::ZERO, told(scene.facts()))];
     while let Some(at) = scene.next_at(&mut tape) {
         scene.step(&mut tape);
         match shown.last_mut() {
-            Some(last) if last.0 == at => last.1 = told(scene.model()),
-            _ => shown.push((at, told(scene.model()))),
+            Some(last) if last.0 == at => last.1 = told(scene.facts()),
+            _ => shown.push((at, told(scene.facts()))),
         }
     }
     shown
@@ -36,7 +36,7 @@ fn a_seek_shows_what_playing_there_shows() {
             reel.seek(between);
             assert!(!reel.is_partial());
             assert!(
-                told(reel.model()) == *shown,
+                told(reel.facts()) == *shown,
                 "{name} at {between:?}, seek {n}"
             );
         }
@@ -77,12 +77,12 @@ fn jumps_find_every_landmark_and_nothing_else() {
     for name in CAPTURES {
         for kind in kinds {
             let mut tape = capture(name);
-            let mut scene = Scene::new("radio", Config::default(), &*tape);
+            let mut scene = Scene::new("radio", Arc::default(), &*tape);
             let mut all = Vec::new();
             while let Some(at) = scene.next_at(&mut tape) {
-                let before = scene.model().tally().of(kind);
+                let before = scene.facts().tally().of(kind);
                 scene.step(&mut tape);
-                if scene.model().tally().of(kind) > before && all.last() != Some(&at) {
+                if scene.facts().tally().of(kind) > before && all.last() != Some(&at) {
                     all.push(at);
                 }
             }
@@ -117,21 +117,21 @@ fn before_a_long_capture_is_read_a_moment_is_partial_and_then_exact() {
     let at = end / 10 * 9;
     whole.seek(at);
     let tape = text(&day);
-    let first = Scene::new("radio", Config::default(), &*tape);
+    let first = Scene::new("radio", Arc::default(), &*tape);
     let mut reel = Reel::new(tape, first, SPACING);
     reel.seek(at);
     assert!(reel.is_partial() && reel.packet().is_none());
-    let robot = |reel: &Reel<Scene>| format!("{:?}", reel.model().robot.state);
+    let robot = |reel: &Reel<Scene>| format!("{:?}", reel.facts().robot.state);
     assert_eq!(robot(&reel), robot(&whole), "what is new is right");
     assert_eq!(reel.find_next(Landmark::Alarm, at, 0), Found::NotYet);
     assert_eq!(reel.find_last(Landmark::Alarm, at, 0), Found::NotYet);
-    let newest = reel.model().newest_line_at();
-    assert!(reel.step_back() && reel.model().newest_line_at() < newest);
+    let newest = reel.facts().newest_line_at();
+    assert!(reel.step_back() && reel.facts().newest_line_at() < newest);
     assert!(reel.step_forward());
-    assert_eq!(reel.model().newest_line_at(), newest);
+    assert_eq!(reel.facts().newest_line_at(), newest);
     while !reel.work(1000) {}
     assert!(!reel.is_partial());
-    assert_eq!(told(reel.model()), told(whole.model()));
+    assert_eq!(told(reel.facts()), told(whole.facts()));
 }
 
 /// In a day of which nobody has read anything, what lies near is found as in one that has been read.
@@ -143,7 +143,7 @@ fn a_jump_looks_near_before_all_of_the_front_is_read() {
     let (mut whole, end) = surveyed(text(&day));
     for kind in [Landmark::Alarm, Landmark::Bump, Landmark::Behaviour] {
         let tape = text(&day);
-        let first = Scene::new("radio", Config::default(), &*tape);
+        let first = Scene::new("radio", Arc::default(), &*tape);
         let mut reel = Reel::new(tape, first, SPACING);
         let (mut back, mut ahead) = (end, end / 10 * 7);
         for _ in 0..6 {
@@ -191,7 +191,7 @@ fn a_command_near_is_found_before_all_of_the_front_is_read() {
     }
     let day = composer.finish().unwrap();
     let tape = index::read(Arc::new(day), Path::new("day.mcap")).unwrap();
-    let first = Scene::new("radio", Config::default(), &*tape);
+    let first = Scene::new("radio", Arc::default(), &*tape);
     let mut reel = Reel::new(tape, first, SPACING);
     let middle = asked.len() / 2;
     let beside = asked[middle] + Moment::from_secs(1);

@@ -7,7 +7,7 @@ use super::*;
 use crate::capture::Session;
 use crate::capture::composer::Composer;
 use crate::capture::index::Piece;
-use crate::model::Model;
+use crate::model::Facts;
 
 /// What the radio delivered.
 fn bytes_of(name: &str) -> Vec<u8> {
@@ -64,12 +64,12 @@ fn without(topic: &str, recording: &[u8]) -> Vec<u8> {
 }
 
 fn unread(tape: Box<dyn Tape + Send>) -> Reel<Scene> {
-    let first = Scene::new("radio", Config::default(), &*tape);
+    let first = Scene::new("radio", Arc::default(), &*tape);
     Reel::new(tape, first, SPACING)
 }
 
-fn lines(model: &Model) -> u64 {
-    model.tally().lines
+fn lines(facts: &Facts) -> u64 {
+    facts.tally().lines
 }
 
 const KINDS: [Landmark; 4] = [
@@ -93,15 +93,15 @@ proptest! {
         let text = bytes_of(name).repeat(times);
         for (is_counted, bytes) in [(true, recorded(&text, chunks)), (false, text)] {
             let mut tape = of_bytes(bytes);
-            let mut scene = Scene::new("radio", Config::default(), &*tape);
+            let mut scene = Scene::new("radio", Arc::default(), &*tape);
             let mut index = tape.again();
             let mut left_out = 0;
             // How many lines came until when.
             let mut came = vec![(Moment::ZERO, 0)];
             while let Some(at) = scene.next_at(&mut tape) {
-                let counted = scene.model().tally();
+                let counted = scene.facts().tally();
                 scene.step(&mut tape);
-                let tally = scene.model().tally();
+                let tally = scene.facts().tally();
                 let is_line = tally.lines > counted.lines;
                 for kind in KINDS {
                     let is_one = tally.of(kind) > counted.of(kind);
@@ -124,7 +124,7 @@ proptest! {
                     }
                 }
             }
-            let is_there = index.about_line(lines(scene.model()) + 1).is_some();
+            let is_there = index.about_line(lines(scene.facts()) + 1).is_some();
             prop_assert!(!is_there || !is_counted || name == "demo-commands.mcap");
             prop_assert!(left_out > 0 || times == 1, "it leaves nothing out");
         }
@@ -165,7 +165,7 @@ fn a_packet_is_there_before_it_is_read() {
         ] {
             let (mut whole, end) = surveyed(of_bytes(bytes.clone()));
             whole.seek(end);
-            let all = lines(whole.model());
+            let all = lines(whole.facts());
             for number in [all / 2, all * 4 / 5, all * 19 / 20] {
                 assert!(matches!(whole.seek_line(number, 0), Found::At(_)));
                 let tape = of_bytes(bytes.clone());
@@ -186,14 +186,14 @@ fn a_packet_is_there_before_it_is_read() {
                     "{name} {form}: packet {number} is off by {off:?} of {end:?}"
                 );
                 if off.is_zero() {
-                    let robot = |model: &Model| format!("{:?}", model.robot.state);
-                    assert_eq!(robot(player.model()), robot(whole.model()));
+                    let robot = |facts: &Facts| format!("{:?}", facts.robot.state);
+                    assert_eq!(robot(player.facts()), robot(whole.facts()));
                 }
                 while player.has_work() {
                     player.work(997);
                 }
                 assert_eq!(player.playback().packet, Some(number), "{name} {form}");
-                assert_eq!(told(player.model()), told(whole.model()), "{name} {form}");
+                assert_eq!(told(player.facts()), told(whole.facts()), "{name} {form}");
                 assert!(!player.playback().is_looking);
             }
         }
@@ -217,7 +217,7 @@ fn a_damaged_index_is_put_right_by_reading() {
             continue;
         };
         let mut again = tape.again();
-        let first = Scene::new("radio", Config::default(), &*tape);
+        let first = Scene::new("radio", Arc::default(), &*tape);
         let mut reel = unread(tape);
         reel.seek_about_line(300);
         let mut player = Player::of_capture(reel, Moment::ZERO, 1.0, Moment::MAX, None);
@@ -320,16 +320,16 @@ fn a_search_goes_on_where_it_was_interrupted() {
 fn states_kept_of_the_way_show_what_playing_there_shows() {
     let bytes = bytes_of("house-noisy.txt").repeat(12);
     let mut tape = of_bytes(bytes.clone());
-    let mut scene = Scene::new("radio", Config::default(), &*tape);
+    let mut scene = Scene::new("radio", Arc::default(), &*tape);
     let mut reel = Reel::new(tape.again(), scene.clone(), Moment::MAX);
     reel.complete();
     let mut played = Vec::new();
     let mut things = 0;
     while scene.next_at(&mut tape).is_some() {
-        let counted = lines(scene.model());
+        let counted = lines(scene.facts());
         scene.step(&mut tape);
         things += 1;
-        if things % 41 == 0 && lines(scene.model()) > counted {
+        if things % 41 == 0 && lines(scene.facts()) > counted {
             played.push(scene.clone());
         }
     }
@@ -344,7 +344,7 @@ fn states_kept_of_the_way_show_what_playing_there_shows() {
             .wrapping_mul(6_364_136_223_846_793_005)
             .wrapping_add(1_442_695_040_888_963_407);
         let wanted = &played[(dice >> 33) % played.len()];
-        let number = lines(wanted.model());
+        let number = lines(wanted.facts());
         match n % 3 {
             0 => reel.seek(wanted.moment()),
             1 => assert!(matches!(reel.seek_line(number, 0), Found::At(_))),
@@ -355,6 +355,6 @@ fn states_kept_of_the_way_show_what_playing_there_shows() {
         }
         assert!(!reel.is_partial());
         assert_eq!(reel.packet(), Some(number), "visit {n}");
-        assert!(told(reel.model()) == told(wanted.model()), "visit {n}");
+        assert!(told(reel.facts()) == told(wanted.facts()), "visit {n}");
     }
 }

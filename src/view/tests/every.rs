@@ -417,7 +417,7 @@ fn no_words_end_in_the_middle_without_a_mark() {
                 Some(Large::Map),
                 Some(Large::Ladder),
             ] {
-                scene.model.enlarged = enlarged;
+                scene.model.ui.enlarged = enlarged;
                 for (width, height) in [
                     (80, 24),
                     (90, 30),

@@ -65,7 +65,7 @@ fn what_became_of_a_wish_is_told_on_the_smallest_screen() {
     scene.wait_ms(4000);
     scene.hear();
     assert!(hint(&scene).contains("nothing drafted"));
-    let until = scene.model.redraw_at(scene.now).unwrap();
+    let until = scene.redraw_at().unwrap();
     assert!(until <= scene.now + std::time::Duration::from_secs(1));
     scene.wait_ms(1000);
     assert!(hint(&scene).contains("h sends it home"));

@@ -33,7 +33,7 @@ fn a_few_letters_find_what_to_do_and_enter_does_it() {
 #[test]
 fn what_the_route_editor_does_is_found_and_done_there() {
     let mut scene = flight(demo());
-    let draft = |scene: &Scene| scene.model.chart.draft.waypoints().to_vec();
+    let draft = |scene: &Scene| scene.model.ui.map.draft.waypoints().to_vec();
     scene.event(Event::Paste("0,0\n12,24\n".to_owned()));
     let before = draft(&scene);
     scene.ctrl('p');
@@ -77,5 +77,5 @@ fn a_draft_that_the_palette_would_send_is_not_lost() {
     assert_eq!(scene.press(&[KeyCode::Enter]), []);
     row(&screen(&scene, 80, 24), "to the robot as it is now?");
     scene.type_text("n");
-    assert_eq!(scene.model.chart.draft.waypoints().len(), 2);
+    assert_eq!(scene.model.ui.map.draft.waypoints().len(), 2);
 }

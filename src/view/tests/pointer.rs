@@ -48,15 +48,15 @@ fn a_click_chooses_a_panel_and_the_wheel_zooms_the_map() {
     let on = find(&scene, size, place(&scene, size, "log")).expect("the log is there");
     let gesture = Gesture::Click;
     scene.event(Event::Pointer { on, gesture });
-    assert_eq!(scene.model.panel, Panel::Log);
+    assert_eq!(scene.model.ui.panel, Panel::Log);
     let map = find(&scene, size, Position::new(20, 12)).expect("the map is there");
     let gesture = Gesture::Wheel(1);
     scene.event(Event::Pointer { on: map, gesture });
-    assert_eq!(scene.model.chart.zoom, 1);
+    assert_eq!(scene.model.ui.map.zoom, 1);
     // What lies over the panels takes no clicks through it.
     scene.type_text("?");
     scene.event(Event::Pointer { on: map, gesture });
-    assert_eq!(scene.model.chart.zoom, 1);
+    assert_eq!(scene.model.ui.map.zoom, 1);
     assert_eq!(
         find(&scene, size, Position::new(0, 0)),
         None,
@@ -80,9 +80,9 @@ fn in_the_route_editor_a_click_chooses_a_waypoint_or_a_place_for_one() {
             click(&mut scene, place);
             scene.type_text("w");
         }
-        let waypoints = scene.model.chart.draft.waypoints().to_vec();
+        let waypoints = scene.model.ui.map.draft.waypoints().to_vec();
         assert_eq!(waypoints.len(), 2, "{size:?}");
-        let chosen = |scene: &Scene| scene.model.chart.draft.selected();
+        let chosen = |scene: &Scene| scene.model.ui.map.draft.selected();
         let drawn = buffer(&scene, size.0, size.1);
         let marked = drawn
             .area
@@ -94,7 +94,7 @@ fn in_the_route_editor_a_click_chooses_a_waypoint_or_a_place_for_one() {
         assert_eq!(chosen(&scene), Some(0), "in the list, {size:?}");
         click(&mut scene, on_map);
         assert_eq!(chosen(&scene), Some(1), "on the map, {size:?}");
-        assert_eq!(scene.model.chart.draft.waypoints(), waypoints);
+        assert_eq!(scene.model.ui.map.draft.waypoints(), waypoints);
     }
 }
 
@@ -107,7 +107,7 @@ fn a_place_pointed_at_is_told_and_outlives_a_key_that_did_nothing() {
     let on = find(&scene, size, Position::new(12, 9)).unwrap();
     let gesture = Gesture::Click;
     scene.event(Event::Pointer { on, gesture });
-    let pointed = scene.model.chart.cursor;
+    let pointed = scene.model.ui.map.cursor;
     scene.press(&[KeyCode::Left]);
     let shown = screen(&scene, 80, 24);
     assert!(
@@ -116,7 +116,7 @@ fn a_place_pointed_at_is_told_and_outlives_a_key_that_did_nothing() {
     );
     scene.type_text("w");
     assert_eq!(
-        scene.model.chart.draft.waypoints().first().copied(),
+        scene.model.ui.map.draft.waypoints().first().copied(),
         pointed
     );
 }

@@ -3,7 +3,7 @@
 use proptest::prelude::*;
 
 use super::*;
-use crate::model::testing::any_event;
+use crate::model::testing::{any_event, any_happening};
 
 proptest! {
     #![proptest_config(ProptestConfig { cases: 32, failure_persistence: None, ..ProptestConfig::default() })]
@@ -11,7 +11,7 @@ proptest! {
     /// Whatever happens, and however often it happens again.
     #[test]
     fn what_a_frame_costs_does_not_grow_with_the_session(
-        events in prop::collection::vec((any_event(), 0_u64..5000), 1..60),
+        events in prop::collection::vec((any_happening(), 0_u64..5000), 1..60),
     ) {
         let mut scene = Scene::new(demo());
         let mut most = [(0, 0); 2];
@@ -19,7 +19,7 @@ proptest! {
             for _ in 0..100 {
                 for (event, wait_ms) in &events {
                     scene.wait_ms(*wait_ms);
-                    scene.event(event.clone());
+                    scene.happen(event.clone());
                 }
             }
             *most = cost(&scene);
@@ -35,7 +35,7 @@ proptest! {
 
     #[test]
     fn drawing_never_panics_and_writes_nothing(
-        events in prop::collection::vec((any_event(), 0_u64..5000), 0..60),
+        events in prop::collection::vec((any_happening(), 0_u64..5000), 0..60),
         width in 1_u16..=250,
         height in 1_u16..=80,
         ascii in any::<bool>(),
@@ -43,7 +43,7 @@ proptest! {
         let mut scene = Scene::new(Config { ascii, ..demo() });
         for (event, wait_ms) in events {
             scene.wait_ms(wait_ms);
-            scene.event(event);
+            scene.happen(event);
         }
         let before = format!("{:?}", scene.model);
         let once = buffer(&scene, width, height);
@@ -79,10 +79,10 @@ fn cost(scene: &Scene) -> (u64, usize) {
     DRAWN.set(0);
     buffer(scene, 120, 40);
     let dots = DRAWN.replace(0);
-    let chart = &scene.model.chart;
+    let chart = &scene.model.facts.chart;
     let trail = chart.trail.recent().count() + chart.trail.older().count();
-    let log = scene.model.log.newest_first().count();
-    (dots, trail + scene.model.plots.size() + log)
+    let log = scene.model.facts.log.newest_first().count();
+    (dots, trail + scene.model.facts.plots.size() + log)
 }
 
 #[test]

@@ -257,7 +257,7 @@ fn what_is_said_of_a_key_is_said_of_the_chosen_one() {
     for (name, make, says) in MORE {
         for config in [demo(), otherwise()] {
             let scene = make(config);
-            let words = scene.model.told(says);
+            let words = scene.model.ui.told(says);
             let shown = SIZES.map(|(width, height)| screen(&scene, width, height));
             let is_said = shown.iter().any(|shown| shown.contains(&words));
             assert!(is_said, "{name}: `{words}`\n{}", shown[2]);

@@ -1,7 +1,6 @@
 //! Another moment than now.
 
 use super::*;
-use crate::event::Moment;
 use crate::travel::Playback;
 
 pub(super) fn playback(scene: &Scene, is_live: bool) -> Playback {
@@ -25,8 +24,8 @@ pub(super) fn playback(scene: &Scene, is_live: bool) -> Playback {
 
 pub(super) fn flight_at(config: Config, playback: impl FnOnce(&Scene) -> Playback) -> Scene {
     let mut scene = flight(config);
-    let playback = Box::new(playback(&scene));
-    scene.event(Event::Playback(Some(playback)));
+    let playback = playback(&scene);
+    scene.show_moment(Some(playback));
     scene
 }
 
@@ -56,7 +55,7 @@ fn the_past_at_120_by_40() {
 #[test]
 fn an_alarm_of_now_is_told_in_the_past() {
     let mut hands = flight(Config::default());
-    let past = hands.model.clone();
+    let past = hands.model.facts.clone();
     hands.wait_ms(60_000);
     hands.event(Event::Tick);
     hands.wait_ms(20_000);
@@ -65,17 +64,22 @@ fn an_alarm_of_now_is_told_in_the_past() {
         until,
         ..playback(&hands, true)
     };
-    hands.event(Event::Playback(Some(Box::new(playback))));
-    let mut shown = flight(Config::default());
-    shown.model = past.clone().seen_by(&hands.model);
+    hands.show_moment(Some(playback));
+    let at = flight(Config::default()).now;
+    let screen = |hands: &Scene, width, height| {
+        let shown = Shown {
+            facts: &past,
+            ..Shown::from(&hands.model)
+        };
+        text(&buffer_of(shown, at, width, height))
+    };
     for (width, height) in [(80, 24), (120, 40), (200, 60)] {
-        let screen = screen(&shown, width, height);
+        let screen = screen(&hands, width, height);
         row(&screen, "✖ NOW: ROBOT SILENT for 1 m 20 s; is it on");
         row(&screen, "BUMPERS hold the motors");
     }
     hands.type_text("A");
-    shown.model = past.seen_by(&hands.model);
-    assert!(!screen(&shown, 80, 24).contains("NOW:"));
+    assert!(!screen(&hands, 80, 24).contains("NOW:"));
 }
 
 /// By shape alone, and by the reversed row where there are no colours.
@@ -87,7 +91,7 @@ fn the_past_is_told_without_colours_and_braille() {
         ..Config::default()
     });
     let past = playback(&scene, true);
-    scene.event(Event::Playback(Some(Box::new(past))));
+    scene.show_moment(Some(past));
     let buffer = buffer(&scene, 80, 24);
     let reversed = |x: u16| {
         let modifier = buffer[(x, 1)].modifier;

@@ -2,15 +2,15 @@
 //! and does not travel.
 
 use groundwave_protocol::status_codes::Mode;
-use groundwave_protocol::telemetry::Ack;
 
 use super::drive::Stick;
 use super::editor::RouteAction;
 use super::keys::Action;
-use super::{Config, Model, Overlay, Question, TextEntry, Then, age};
-use crate::event::{CommandStep, Effect, Moment};
+use super::ui::{Overlay, Question, Then};
+use super::{TextEntry, Ui, age};
+use crate::event::Effect;
 use crate::request::Request;
-use crate::travel::{Playback, SPEED_MAX, SPEED_MIN, Tally, Target, Travel};
+use crate::travel::{SPEED_MAX, SPEED_MIN, Target, Travel};
 
 /// The speeds that a key goes through.
 const SPEEDS: [f64; 14] = [
@@ -20,97 +20,7 @@ const SPEEDS: [f64; 14] = [
 /// What whoever commands a capture is told.
 pub(super) const NO_ROBOT: &str = "a capture has no robot: nothing is sent";
 
-/// What counts as a landmark and is not told by what the model shows: of alarms, those that are logged as less.
-#[derive(Clone, Copy, Debug, Default)]
-pub(super) struct Counted {
-    pub(super) tally: Tally,
-    ack: Option<Ack>,
-    /// The session's own commands are known: the robot's acknowledgements need not speak for them.
-    knows_commands: bool,
-}
-
-impl Counted {
-    /// Takes the acknowledgement in any line.
-    pub(super) fn take_ack(&mut self, ack: Ack) {
-        let told = |ack: Ack| (ack.boot, ack.session, ack.sequence, ack.outcome);
-        let before = self.ack.replace(ack);
-        let is_new = before.is_some_and(|before| told(before) != told(ack));
-        if is_new && !self.knows_commands {
-            self.tally.commands += 1;
-        }
-    }
-
-    /// Takes a step of a command.
-    pub(super) fn take_step(&mut self, step: &CommandStep) {
-        self.knows_commands = true;
-        let is_landmark = match step {
-            CommandStep::Queued(_)
-            | CommandStep::Proven { .. }
-            | CommandStep::Refused(_)
-            | CommandStep::Failed(_) => true,
-            CommandStep::Sent { .. } | CommandStep::Progress { .. } | CommandStep::Told(_) => false,
-        };
-        self.tally.commands += u64::from(is_landmark);
-    }
-}
-
-impl Model {
-    /// How many landmarks there were so far.
-    #[must_use]
-    pub const fn tally(&self) -> Tally {
-        Tally {
-            alarms: self.log.alarms() + self.counted.tally.alarms,
-            ..self.counted.tally
-        }
-    }
-
-    /// When the newest line arrived.
-    #[must_use]
-    pub const fn newest_line_at(&self) -> Option<Moment> {
-        self.link.newest_line_at()
-    }
-
-    /// This model's moment as the operator of `now` looks at it: with their panel, prompt, cursor, draft and part of
-    /// the map, and what is recorded now.
-    #[must_use]
-    pub fn seen_by(mut self, now: &Self) -> Self {
-        self.config.clone_from(&now.config);
-        self.recording.clone_from(&now.recording);
-        self.panel = now.panel;
-        self.page = now.page;
-        self.enlarged = now.enlarged;
-        self.help_page = now.help_page;
-        self.plots.window = now.plots.window;
-        self.editor.clone_from(&now.editor);
-        self.seen_until = now.seen_until;
-        if let Some(until) = self.seen_until.filter(|_| now.is_replay()) {
-            self.alarms.acknowledge_until(until);
-        }
-        let past = now.playback.as_ref().filter(|playback| playback.is_live);
-        self.alarms_now = past.map(|past| (Box::new(now.alarms.clone()), past.until));
-        self.overlay.clone_from(&now.overlay);
-        self.typed.clone_from(&now.typed);
-        self.behind.clone_from(&now.behind);
-        self.size = now.size;
-        self.playback.clone_from(&now.playback);
-        self.aside.clone_from(&now.aside);
-        self.chart.take_hands(&now.chart);
-        self.revision = now.revision;
-        self
-    }
-
-    /// How the dashboard is to look, and when it is alarmed.
-    #[must_use]
-    pub const fn config(&self) -> &Config {
-        &self.config
-    }
-
-    /// Where the screen stands in time; `None` when it shows now.
-    #[must_use]
-    pub const fn playback(&self) -> Option<&Playback> {
-        self.playback.as_ref()
-    }
-
+impl Ui {
     /// Whether the session is live and the screen shows an earlier moment of it.
     pub(crate) fn shows_past(&self) -> bool {
         self.playback.as_ref().is_some_and(|p| p.is_live)
@@ -124,13 +34,6 @@ impl Model {
     /// Whether something is looked for where a capture has not been read yet.
     pub(super) fn is_looking(&self) -> bool {
         self.playback.as_ref().is_some_and(|p| p.is_looking)
-    }
-
-    pub(super) fn take_playback(&mut self, playback: Option<Box<Playback>>) -> bool {
-        let playback = playback.map(|playback| *playback);
-        let changed = self.playback != playback;
-        self.playback = playback;
-        changed
     }
 
     pub(super) fn act_on_time(&mut self, action: Action) -> Vec<Effect> {
@@ -217,7 +120,7 @@ impl Model {
         let sends_draft = matches!(action, Action::SendDraft | Action::Route(RouteAction::Send));
         if sends_draft && (is_dropped || !asked.is_empty()) {
             // Whoever says no has not lost it; that there is something to take back is certain.
-            let _ = self.chart.draft.undo();
+            let _ = self.map.draft.undo();
         }
         if !asked.is_empty() {
             let words: Vec<String> = asked.iter().map(|request| format!("`{request}`")).collect();
@@ -245,10 +148,10 @@ impl Model {
         self.overlay = Overlay::None;
         match then {
             Then::Send(requests) => {
-                let draft = self.chart.draft.waypoints();
+                let draft = self.map.draft.waypoints();
                 let sends_draft = |request: &Request| matches!(request, Request::Route(list) if !list.is_empty() && list == draft);
                 if requests.iter().any(sends_draft) {
-                    self.chart.draft.take();
+                    self.map.draft.take();
                 }
                 if self.shows_past() {
                     let aside =
@@ -275,20 +178,21 @@ mod tests {
     use crossterm::event::KeyCode;
 
     use super::*;
-    use crate::event::{CommandId, Event};
+    use crate::event::{CommandId, CommandStep, Event, Moment};
     use crate::model::testing::{Scene, playback};
-    use crate::travel::Landmark;
+    use crate::model::{Change, Config, Panel};
+    use crate::travel::{Landmark, Playback};
 
     fn scene(is_live: bool) -> Scene {
         let mut scene = Scene::new(Config::default());
         scene.hear_status();
         scene.hear();
-        scene.event(Event::Playback(Some(Box::new(playback(is_live)))));
+        scene.show_moment(Some(playback(is_live)));
         scene
     }
 
     fn question(scene: &Scene) -> String {
-        match &scene.model.overlay {
+        match &scene.model.ui.overlay {
             Overlay::Question(question) => question.text.clone(),
             other => format!("{other:?}"),
         }
@@ -337,13 +241,13 @@ mod tests {
         let mut scene = scene(true);
         scene.press(&[KeyCode::Up]);
         scene.type_text("wS");
-        let draft = scene.model.chart.draft.waypoints().to_vec();
+        let draft = scene.model.ui.map.draft.waypoints().to_vec();
         assert_eq!(draft.len(), 1);
         scene.type_text("n");
-        assert_eq!(scene.model.chart.draft.waypoints(), draft);
+        assert_eq!(scene.model.ui.map.draft.waypoints(), draft);
         let sent = [Effect::Send(Request::Route(draft))];
         assert_eq!(scene.type_text("Sy"), sent);
-        assert_eq!(scene.model.chart.draft.waypoints(), []);
+        assert_eq!(scene.model.ui.map.draft.waypoints(), []);
     }
 
     #[test]
@@ -403,7 +307,7 @@ mod tests {
         assert_eq!(scene.press(&[KeyCode::Enter]), travel(Travel::Seek(ahead)));
         scene.type_text("gsoon");
         assert_eq!(scene.press(&[KeyCode::Enter]), []);
-        let Overlay::Text(entry) = &scene.model.overlay else {
+        let Overlay::Text(entry) = &scene.model.ui.overlay else {
             panic!("the text stays to be mended");
         };
         assert!(entry.error.as_ref().is_some_and(|e| e.contains("`soon`")));
@@ -417,37 +321,32 @@ mod tests {
             is_looking: true,
             ..playback(false)
         };
-        scene.event(Event::Playback(Some(Box::new(looking))));
+        scene.show_moment(Some(looking));
         let give_up = [Effect::Travel(Travel::GiveUp)];
         assert_eq!(scene.press(&[KeyCode::Esc]), give_up);
-        assert!(scene.model.chart.cursor.is_some());
+        assert!(scene.model.ui.map.cursor.is_some());
     }
 
     #[test]
-    fn the_operator_keeps_panel_draft_and_prompt() {
+    fn keys_of_the_present_work_on_the_past() {
         let mut now = Scene::new(Config::default());
         now.hear();
-        let then = now.model.clone();
+        let then = now.model.facts.clone();
         now.state.x_tenths_in = 500;
         now.hear();
         now.type_text(":goto 48 0");
         now.press(&[KeyCode::Enter, KeyCode::Tab, KeyCode::Up]);
         now.type_text("w+?");
-        let mut seen = then.clone().seen_by(&now.model);
-        assert_eq!(seen.robot.state.map(|s| s.value.x_tenths_in), Some(0));
-        assert_eq!(seen.panel, now.model.panel);
-        assert_eq!(seen.overlay, Overlay::Help);
-        assert_eq!(
-            seen.chart.draft.waypoints(),
-            now.model.chart.draft.waypoints()
-        );
-        assert_eq!(seen.chart.zoom, 1);
-        assert_eq!(seen.chart.cursor, now.model.chart.cursor);
+        assert_eq!(then.robot.state.map(|s| s.value.x_tenths_in), Some(0));
+        let ui = &mut now.model.ui;
+        let draft = ui.map.draft.waypoints().to_vec();
         for key in [KeyCode::Esc, KeyCode::Char(':'), KeyCode::Up] {
-            seen.update(now.now, Event::Key(key.into()));
+            ui.update(now.now, Event::Key(key.into()), &then, Change::default());
         }
-        let Overlay::Text(entry) = &seen.overlay else {
-            panic!("{:?}", seen.overlay);
+        assert_eq!(ui.map.draft.waypoints(), draft);
+        assert_eq!((ui.map.zoom, ui.panel), (1, Panel::Body));
+        let Overlay::Text(entry) = &ui.overlay else {
+            panic!("{:?}", ui.overlay);
         };
         assert_eq!(entry.text, "goto 48 0", "typed before");
     }
@@ -457,30 +356,34 @@ mod tests {
         use groundwave_protocol::status_codes::{Bump, Layer, LayerState};
         let mut scene = Scene::new(Config::default());
         scene.hear();
-        let before = scene.model.tally();
+        let before = scene.model.facts.tally();
         scene.state.bump = Bump::Left;
         scene.layers(&[(Layer::Bumpers, LayerState::Holds)]);
         scene.hear();
         scene.hear();
-        let hit = scene.model.tally();
+        let hit = scene.model.facts.tally();
         assert_eq!(
             (hit.lines - before.lines, hit.bumps, hit.behaviours),
             (2, 1, 1)
         );
         scene.ack.sequence += 1;
         scene.hear();
-        assert_eq!(scene.model.tally().commands, 1, "somebody else's");
+        assert_eq!(scene.model.facts.tally().commands, 1, "somebody else's");
         scene.event(Event::Command {
             id: CommandId(1),
             step: CommandStep::Queued(Request::Scan),
         });
         scene.ack.sequence += 1;
         scene.hear();
-        assert_eq!(scene.model.tally().commands, 2, "one's own is told once");
+        assert_eq!(
+            scene.model.facts.tally().commands,
+            2,
+            "one's own is told once"
+        );
         scene.event(Event::Notice {
             level: crate::event::Level::Alarm,
             text: "x".to_owned(),
         });
-        assert_eq!(scene.model.tally().alarms, 1);
+        assert_eq!(scene.model.facts.tally().alarms, 1);
     }
 }

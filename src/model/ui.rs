@@ -1,0 +1,262 @@
+//! How the operator looks at the facts: everything that follows from keys.
+
+use std::sync::Arc;
+use std::time::Duration;
+
+use super::alarms::Acknowledged;
+use super::config::Config;
+use super::drive::Stick;
+use super::editor::Editor;
+use super::facts::{Change, Facts};
+use super::keys::Context;
+use super::map::MapView;
+use super::news::Passing;
+use super::palette::Palette;
+use super::panels::{Large, Panel};
+use super::plots::WINDOWS;
+use super::runs::Runs;
+use super::text_entry::{TextEntry, Typed};
+use crate::event::{CommandId, CommandStep, Effect, Event, Level, Moment};
+use crate::request::Request;
+use crate::travel::Playback;
+
+/// What lies over the panels and takes the keyboard.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub(crate) enum Overlay {
+    #[default]
+    None,
+    Help,
+    Question(Question),
+    Text(TextEntry),
+    Drive(Stick),
+    Palette(Palette),
+    /// Which kind of moment to jump to.
+    Jump {
+        forward: bool,
+    },
+    /// One value and the columns it comes from: its place in [`trace::FIELDS`].
+    Trace(usize),
+    /// Why it does what it does at the shown moment.
+    Why,
+    /// The list of runs, or two of them over each other.
+    Runs(Runs),
+}
+
+/// A question that is answered with yes or no.
+#[derive(Clone, Debug, PartialEq)]
+pub(crate) struct Question {
+    pub(crate) text: String,
+    pub(super) then: Then,
+}
+
+/// What a yes leads to.
+#[derive(Clone, Debug, PartialEq)]
+pub(super) enum Then {
+    Send(Vec<Request>),
+    Drive,
+    /// Write the draft over the file of this name.
+    SaveRoute(String),
+}
+
+/// What the operator chose and typed.
+#[derive(Clone, Debug)]
+pub struct Ui {
+    pub(crate) config: Arc<Config>,
+    /// Ring the bell for alarms and songs.
+    pub(crate) bell: bool,
+    pub(crate) panel: Panel,
+    /// Pages turned in the chosen panel; the view wraps around.
+    pub(crate) page: i32,
+    pub(crate) enlarged: Option<Large>,
+    /// Pages turned in the help.
+    pub(crate) help_page: i32,
+    pub(crate) overlay: Overlay,
+    pub(super) typed: Typed,
+    /// The list of runs to return to from a comparison.
+    pub(super) behind: Option<Runs>,
+    pub(crate) map: MapView,
+    /// The route editor, while it is open.
+    pub(crate) editor: Option<Editor>,
+    /// Place of the plots' window in [`WINDOWS`].
+    pub(crate) plot_window: usize,
+    pub(super) size: (u16, u16),
+    /// Where the screen stands in time, unless it shows now.
+    pub(crate) playback: Option<Playback>,
+    pub(crate) acknowledged: Acknowledged,
+    /// Shown until the next key while the screen shows another moment.
+    pub(crate) aside: Option<String>,
+    /// Feedback to the last key, and its moment.
+    pub(super) passing: Option<(Moment, Passing)>,
+    /// Lines for the log.
+    notices: Vec<Effect>,
+    revision: u64,
+}
+
+impl Ui {
+    /// The dashboard as it opens.
+    #[must_use]
+    pub fn new(config: Arc<Config>) -> Self {
+        Self {
+            bell: config.bell,
+            config,
+            panel: Panel::default(),
+            page: 0,
+            enlarged: None,
+            help_page: 0,
+            overlay: Overlay::default(),
+            typed: Typed::default(),
+            behind: None,
+            map: MapView::default(),
+            editor: None,
+            plot_window: 0,
+            size: (0, 0),
+            playback: None,
+            acknowledged: Acknowledged::default(),
+            aside: None,
+            passing: None,
+            notices: Vec::new(),
+            revision: 0,
+        }
+    }
+
+    /// Takes an event and what it changed in the facts; returns what the operator wants done.
+    pub fn update(
+        &mut self,
+        now: Moment,
+        event: Event,
+        facts: &Facts,
+        change: Change,
+    ) -> Vec<Effect> {
+        let mut effects = self.expire(now);
+        let mut changed = true;
+        match event {
+            Event::Key(key) => effects.extend(self.take_key(facts, now, key)),
+            Event::Paste(text) => changed = self.take_paste(&text),
+            Event::Pointer { on, gesture } => changed = self.take_pointer(on, gesture),
+            Event::Resize { width, height } => {
+                changed = self.size != (width, height);
+                self.size = (width, height);
+            }
+            Event::RouteLoaded { path, route } => {
+                effects.extend(self.take_route(&path, route));
+            }
+            Event::RouteSaved { path, saved } => self.take_saved(&path, &saved),
+            Event::Runs(runs) => changed = self.take_runs(runs),
+            Event::Overlaid(overlaid) => changed = self.take_overlaid(overlaid),
+            Event::Notice { text, .. } if self.is_replay() => self.aside = Some(text),
+            Event::Command {
+                id,
+                step: CommandStep::Refused(_) | CommandStep::Failed(_),
+            } => self.recover_draft(facts, id),
+            _ => changed = change.is_shown,
+        }
+        effects.append(&mut self.notices);
+        if change.calls && self.bell {
+            effects.push(Effect::Ring);
+        }
+        if changed || change.is_shown || !effects.is_empty() {
+            self.revision += 1;
+        }
+        effects
+    }
+
+    /// Whether an event is shown beside the facts instead of becoming one: the log of a capture is of its own time.
+    #[must_use]
+    pub fn takes_aside(&self, event: &Event) -> bool {
+        matches!(event, Event::Notice { .. }) && self.is_replay()
+    }
+
+    /// Shows another moment, or now.
+    pub fn show_moment(&mut self, playback: Option<Playback>) {
+        self.playback = playback;
+        self.revision += 1;
+    }
+
+    /// Grows whenever the screen changes: draw when it differs from the revision drawn last.
+    #[must_use]
+    pub const fn revision(&self) -> u64 {
+        self.revision
+    }
+
+    /// Whether the terminal shall report the mouse.
+    #[must_use]
+    pub fn wants_mouse(&self) -> bool {
+        self.config.mouse
+    }
+
+    /// When to send [`Event::Tick`] at the latest: a lease on the motors ends then.
+    #[must_use]
+    pub fn poll_timeout(&self) -> Option<Moment> {
+        match &self.overlay {
+            Overlay::Drive(stick) => stick.next_expiry(),
+            _ => None,
+        }
+    }
+
+    /// The time of day, since midnight UTC; `None` where no clock is shown.
+    pub(crate) fn time_of_day(&self, now: Moment) -> Option<Duration> {
+        let unix = self.config.unix.filter(|_| self.playback.is_none())?;
+        Some(Duration::from_secs((unix + now).as_secs() % 86_400))
+    }
+
+    /// When the clock shows another minute.
+    pub(super) fn next_minute(&self, now: Moment) -> Option<Moment> {
+        let unix = self.config.unix?;
+        let minute = Duration::from_mins((unix + now).as_secs() / 60 + 1);
+        minute.checked_sub(unix)
+    }
+
+    /// Where the keyboard goes.
+    pub(crate) const fn context(&self) -> Context {
+        match self.overlay {
+            Overlay::None if self.editor.is_some() => Context::Route,
+            Overlay::None => Context::Dashboard,
+            Overlay::Help => Context::Help,
+            Overlay::Question(_) => Context::Question,
+            Overlay::Text(_) => Context::Text,
+            Overlay::Drive(_) => Context::Drive,
+            Overlay::Palette(_) => Context::Palette,
+            Overlay::Jump { .. } => Context::Jump,
+            Overlay::Trace(_) => Context::Trace,
+            Overlay::Why => Context::Why,
+            Overlay::Runs(_) => Context::Runs,
+        }
+    }
+
+    /// Adds a line to the log.
+    pub(super) fn note(&mut self, level: Level, text: impl Into<String>) {
+        let text = text.into();
+        self.notices.push(Effect::Notice { level, text });
+    }
+
+    /// Warns in the log and, while the screen shows another moment, beside it.
+    pub(super) fn warn(&mut self, text: &str) {
+        self.note(Level::Warning, text);
+        self.aside = Some(text.to_owned());
+    }
+
+    /// A text with the keys that it names.
+    pub(crate) fn told(&self, text: &str) -> String {
+        self.config.keys.told(text)
+    }
+
+    /// A route that did not arrive becomes the draft again, so that it can be sent again.
+    fn recover_draft(&mut self, facts: &Facts, id: CommandId) {
+        if let Some(Request::Route(waypoints)) = facts.ledger.request(id)
+            && self.map.draft.waypoints().is_empty()
+        {
+            self.map.take_draft(waypoints);
+        }
+    }
+
+    pub(super) const fn next_plot_window(&mut self) {
+        self.plot_window = (self.plot_window + 1) % WINDOWS.len();
+    }
+
+    fn expire(&mut self, now: Moment) -> Vec<Effect> {
+        match &mut self.overlay {
+            Overlay::Drive(stick) => stick.expire(now).into_iter().collect(),
+            _ => Vec::new(),
+        }
+    }
+}
