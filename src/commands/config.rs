@@ -1,7 +1,10 @@
 //! The configuration file: what the operator does not want to say each time.
 
+mod mistakes;
 mod profile;
 mod read;
+#[cfg(test)]
+mod tests;
 
 use std::collections::BTreeMap;
 use std::fs;
@@ -19,8 +22,9 @@ use crate::model::keys::Keymap;
 use crate::radio::RadioKind;
 use crate::runtime::REMEMBERED;
 use crate::share::Address;
-use read::parse_what_holds;
-pub use read::{Mistake, parse};
+pub use mistakes::Mistake;
+pub use read::parse;
+use read::parse_lenient;
 
 /// The file as it comes, every line commented out, the keys apart.
 pub(super) const DEFAULT: &str = include_str!("config/default.toml");
@@ -92,7 +96,6 @@ pub struct Robot {
     /// As in `[dashboard]`.
     pub mouse: Option<bool>,
     /// `[robot.NAME.limits]` over `[limits]`.
-    #[serde(skip)]
     pub limits: Limits,
 }
 
@@ -142,18 +145,18 @@ impl Link {
 
 /// Reads the file that was named, or the one in the usual place if there is one.
 pub(super) fn load(named: Option<&Path>) -> Result<Config, Fault> {
-    let (config, fault) = load_what_holds(named);
+    let (config, fault) = load_lenient(named);
     fault.map_or(Ok(config), Err)
 }
 
 /// What can be read of it, and what is wrong with the rest.
-pub(super) fn load_what_holds(named: Option<&Path>) -> (Config, Option<Fault>) {
+pub(super) fn load_lenient(named: Option<&Path>) -> (Config, Option<Fault>) {
     let Some(path) = named.map(Path::to_path_buf).or_else(usual_place) else {
         return (Config::default(), None);
     };
     match fs::read_to_string(&path) {
         Ok(text) => {
-            let (config, mistakes) = parse_what_holds(&text);
+            let (config, mistakes) = parse_lenient(&text);
             let fault = (!mistakes.is_empty()).then(|| blame(&path, &mistakes));
             (Config { text, ..config }, fault)
         }

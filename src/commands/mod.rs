@@ -80,7 +80,7 @@ fn dispatch(cli: &Cli) -> Result<(), Fault> {
     let is_about_it = matches!(command, Command::Config(_));
     let is_named = cli.config.is_some() && !is_about_it;
     let (config, fault) = if is_named || command.uses_config() {
-        config::load_what_holds(cli.config.as_deref())
+        config::load_lenient(cli.config.as_deref())
     } else {
         (Config::default(), None)
     };

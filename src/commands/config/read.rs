@@ -1,7 +1,4 @@
-//! From the text of a configuration to what it says.
-
-mod entries;
-mod mistakes;
+//! Reads the text of a configuration: serde does the work, once more after each mistake, without the entry at fault.
 
 use std::collections::BTreeMap;
 use std::ops::Range;
@@ -10,316 +7,306 @@ use serde::{Deserialize, Deserializer};
 use toml::Spanned;
 use toml::de::{DeTable, DeValue, ValueDeserializer};
 
-use super::{Config, Link, Robot};
+use super::mistakes::{Mistake, Mistakes};
+use super::{Config, Dashboard, Link, Recording, Robot};
 use crate::model::Limits;
 use crate::model::keys::{Keymap, Rebinding};
 use crate::share::Address;
 use crate::suggest;
-use entries::{DASHBOARD, Entry, LIMITS, LINK, LINK_PROFILE, RECORDING, ROBOT, SECTIONS};
-use mistakes::Found;
-pub use mistakes::Mistake;
+
+/// Keys by action, by the place where they count.
+type Keys = BTreeMap<String, BTreeMap<Spanned<String>, Choice>>;
+
+/// The sections of the file, without `[link.NAME]`.
+#[derive(Default, Deserialize)]
+#[serde(default, deny_unknown_fields)]
+struct Sections {
+    link: Link,
+    robot: BTreeMap<String, Robot>,
+    dashboard: Dashboard,
+    recording: Recording,
+    limits: Limits,
+    keys: Keys,
+}
+
+/// The keys for one action.
+#[derive(Deserialize)]
+#[serde(
+    untagged,
+    expecting = "expected a key such as \"F9\", several such as [\"F9\", \"Ctrl-B\"], or none: []"
+)]
+enum Choice {
+    One(String),
+    Several(Vec<String>),
+}
 
 /// Reads a configuration.
 ///
 /// # Errors
-/// Everything that is wrong with it, in the order of the text.
+/// Every mistake, in the order of the text.
 pub fn parse(text: &str) -> Result<Config, Vec<Mistake>> {
-    match parse_what_holds(text) {
+    match parse_lenient(text) {
         (config, mistakes) if mistakes.is_empty() => Ok(config),
         (_, mistakes) => Err(mistakes),
     }
 }
 
-/// Reads what can be read of a configuration; what is wrong with the rest stands beside it, in the order of the text.
-pub(super) fn parse_what_holds(text: &str) -> (Config, Vec<Mistake>) {
-    let mut found = Found::in_text(text);
+/// Reads a configuration without the entries that are wrong; returns them as mistakes, in the order of the text.
+pub(super) fn parse_lenient(text: &str) -> (Config, Vec<Mistake>) {
+    let mut mistakes = Mistakes::new(text);
     let (document, errors) = DeTable::parse_recoverable(text);
-    if errors.is_empty() {
-        let config = read(document.into_inner(), &mut found);
-        return (config, found.mistakes());
+    let config = read(document.into_inner(), &mut mistakes);
+    if !errors.is_empty() {
+        // Other mistakes may only follow from those in the syntax.
+        mistakes = Mistakes::new(text);
     }
-    // What follows from a slip in the notation is no mistake of its own.
-    let config = read(document.into_inner(), &mut Found::in_text(text));
     for error in &errors {
-        found.say_syntax(error);
+        mistakes.add(&error.span().unwrap_or_default(), error.message());
     }
-    (config, found.mistakes())
+    (config, mistakes.into_sorted())
 }
 
-fn read(document: DeTable<'_>, found: &mut Found<'_>) -> Config {
-    let mut config = Config::default();
-    // What a robot does not limit itself. The table is in alphabetical order: this comes before the robots.
-    let mut limits = DeTable::new();
-    for (key, value) in document {
-        let Some(section) = found.known(&key, SECTIONS, "at the top of the file") else {
-            continue;
-        };
-        let at = value.span();
-        let Some(table) = table(&key, value, found) else {
-            continue;
-        };
-        match section {
-            "link" => {
-                let (own, profiles) = apart(table);
-                config.link = section_of(own, LINK, "[link]", found);
-                carries(&config.link, &at, "[link]", found);
-                let profiles = profiles.into_iter().filter_map(|(name, at, profile)| {
-                    link(&name, &at, profile, found).map(|link| (name, link))
-                });
-                config.links = profiles.collect();
-            }
-            "robot" => {
-                let (own, profiles) = apart(table);
-                for (stray, _) in own {
-                    found.say(&stray.span(), "a robot has a name: [robot.NAME]");
-                }
-                let profiles = profiles.into_iter().filter_map(|(name, at, profile)| {
-                    let robot = robot(&name, &at, profile, &limits, &config.links, found);
-                    robot.map(|robot| (name, robot))
-                });
-                config.robots = profiles.collect();
-            }
-            "limits" => {
-                limits = good::<Limits>(table, LIMITS, "[limits]", found);
-                config.limits = whole(limits.clone());
-                in_order(&config.limits, &at, "[limits]", found);
-            }
-            "recording" => config.recording = section_of(table, RECORDING, "[recording]", found),
-            "dashboard" => config.dashboard = section_of(table, DASHBOARD, "[dashboard]", found),
-            _ => config.keys = keys(table, found),
+fn read(mut document: DeTable<'_>, mistakes: &mut Mistakes<'_>) -> Config {
+    let spans = Spans(document.clone());
+    let mut profiles = DeTable::new();
+    if let Some(link) = section(&mut document, "link") {
+        profiles = split_tables(link);
+        if let Some((port, _)) = link.remove_entry("port") {
+            let message = "unknown key `port` in [link]; a port belongs to [link.NAME]";
+            mistakes.add(&port.span(), message);
         }
     }
-    config
+    if let Some(keys) = section(&mut document, "keys") {
+        let elsewhere = split_tables(keys);
+        let dashboard = std::mem::replace(keys, elsewhere);
+        if let Some(own) = section(keys, "dashboard") {
+            own.extend(dashboard);
+        } else {
+            insert(keys, "dashboard", dashboard);
+        }
+    }
+    inherit_limits(&mut document);
+    let sections: Sections = deserialize(document, &[], mistakes);
+    let mut links: BTreeMap<String, Link> = deserialize(profiles, &["link"], mistakes);
+    check_link(&sections.link, &["link"], &spans, mistakes);
+    links.retain(|name, link| {
+        let path = ["link", name];
+        check_link(link, &path, &spans, mistakes);
+        let has_port = link.port.is_some();
+        if !has_port && !mistakes.are_in(&path) {
+            let message = format!("[link.{name}] needs a port, such as port = \"/dev/ttyUSB0\"");
+            mistakes.add(&spans.of(&path), message);
+        }
+        has_port
+    });
+    check_limits(&sections.limits, &["limits"], &spans, mistakes);
+    let mut robots = sections.robot;
+    robots.retain(|name, robot| check_robot(name, robot, &links, &spans, mistakes));
+    Config {
+        link: sections.link,
+        dashboard: sections.dashboard,
+        limits: sections.limits,
+        keys: keymap(sections.keys, mistakes),
+        links,
+        robots,
+        recording: sections.recording,
+        text: String::new(),
+    }
 }
 
-fn link(
-    name: &str,
-    at: &Range<usize>,
-    profile: DeTable<'_>,
-    found: &mut Found<'_>,
-) -> Option<Link> {
-    let what = format!("[link.{name}]");
-    let (has_port, before) = (profile.contains_key("port"), found.count());
-    let link: Link = section_of(profile, LINK_PROFILE, &what, found);
-    carries(&link, at, &what, found);
-    // A slip in the section may be the port that was meant.
-    if !has_port && found.count() == before {
-        found.say(
-            at,
-            format!("{what} needs a port, such as port = \"/dev/ttyUSB0\""),
+/// A section by name, if it is a table.
+fn section<'d, 't>(document: &'d mut DeTable<'t>, name: &str) -> Option<&'d mut DeTable<'t>> {
+    match document.get_mut(name)?.get_mut() {
+        DeValue::Table(table) => Some(table),
+        _ => None,
+    }
+}
+
+fn insert<'t>(table: &mut DeTable<'t>, name: &'static str, section: DeTable<'t>) {
+    let value = Spanned::new(0..0, DeValue::Table(section));
+    table.insert(Spanned::new(0..0, name.into()), value);
+}
+
+/// Takes the tables out of a section and returns them.
+fn split_tables<'t>(section: &mut DeTable<'t>) -> DeTable<'t> {
+    let (tables, own) = std::mem::take(section)
+        .into_iter()
+        .partition(|(_, value)| value.get_ref().is_table());
+    *section = own;
+    tables
+}
+
+/// Gives each robot the entries of `[limits]` that its own limits leave out.
+fn inherit_limits(document: &mut DeTable<'_>) {
+    let limits = section(document, "limits").cloned().unwrap_or_default();
+    let Some(robots) = section(document, "robot") else {
+        return;
+    };
+    for (_, robot) in robots.iter_mut() {
+        let DeValue::Table(robot) = robot.get_mut() else {
+            continue;
+        };
+        if !robot.contains_key("limits") {
+            insert(robot, "limits", DeTable::new());
+        }
+        let Some(own) = section(robot, "limits") else {
+            continue;
+        };
+        for (name, limit) in &limits {
+            if !own.contains_key(name) {
+                own.insert(name.clone(), limit.clone());
+            }
+        }
+    }
+}
+
+/// Deserializes a table again and again, each time without the entry that the last error names.
+fn deserialize<'t, T: Deserialize<'t> + Default>(
+    mut table: DeTable<'t>,
+    path: &[&str],
+    mistakes: &mut Mistakes<'_>,
+) -> T {
+    loop {
+        let value = Spanned::new(0..0, DeValue::Table(table.clone()));
+        let error = match T::deserialize(ValueDeserializer::from(value)) {
+            Ok(read) => return read,
+            Err(error) => error,
+        };
+        let at = error.span().unwrap_or_default();
+        let removed = remove(&mut table, &at, path);
+        mistakes.add_value(&at, removed.first(), error.message());
+        if removed.is_empty() {
+            return T::default();
+        }
+    }
+}
+
+/// Removes the entries whose key or value is at `at`; returns their paths.
+fn remove(table: &mut DeTable<'_>, at: &Range<usize>, path: &[&str]) -> Vec<Vec<String>> {
+    let mut removed = Vec::new();
+    let entries = std::mem::take(table).into_iter();
+    let rest = entries.filter_map(|(key, mut value)| {
+        let span = value.span();
+        let is_inside = span.start <= at.start && at.end <= span.end;
+        let is_value = span == *at || is_inside && !value.get_ref().is_table();
+        let path = [path, &[key.get_ref().as_ref()]].concat();
+        if key.span() == *at || is_value {
+            removed.push(path.into_iter().map(str::to_owned).collect());
+            return None;
+        }
+        if let DeValue::Table(inner) = value.get_mut() {
+            removed.extend(remove(inner, at, &path));
+        }
+        Some((key, value))
+    });
+    *table = rest.collect();
+    removed
+}
+
+/// The document as written, for the places of its sections.
+struct Spans<'t>(DeTable<'t>);
+
+impl Spans<'_> {
+    /// The place of a section; the start of the text if it is not written.
+    fn of(&self, path: &[&str]) -> Range<usize> {
+        self.find(path).unwrap_or_default()
+    }
+
+    fn find(&self, path: &[&str]) -> Option<Range<usize>> {
+        let (first, rest) = path.split_first()?;
+        let mut value = self.0.get(*first)?;
+        for name in rest {
+            value = value.get_ref().as_table()?.get(*name)?;
+        }
+        Some(value.span())
+    }
+}
+
+fn check_link(link: &Link, path: &[&str], spans: &Spans<'_>, mistakes: &mut Mistakes<'_>) {
+    if link.baud == Some(0) {
+        let section = path.join(".");
+        let message = format!("[{section}]: baud must be above 0; the SR04's radio has 2400");
+        mistakes.add(&spans.of(path), message);
+    }
+}
+
+fn check_limits(limits: &Limits, path: &[&str], spans: &Spans<'_>, mistakes: &mut Mistakes<'_>) {
+    let section = path.join(".");
+    if limits.battery_low_dv < limits.battery_critical_dv {
+        let message = format!(
+            "[{section}]: battery_low_dv = {} is below battery_critical_dv = {}, so the alarm \"low\" would never come",
+            limits.battery_low_dv, limits.battery_critical_dv
         );
+        mistakes.add(&spans.of(path), message);
     }
-    has_port.then_some(link)
+    if limits.loss_pct > 100 {
+        let message = format!(
+            "[{section}]: loss_pct = {} is above 100, so the alarm would never come",
+            limits.loss_pct
+        );
+        mistakes.add(&spans.of(path), message);
+    }
 }
 
-fn robot<'t>(
+/// Checks `[robot.NAME]`; returns whether it names a link.
+fn check_robot(
     name: &str,
-    at: &Range<usize>,
-    profile: DeTable<'t>,
-    limits: &DeTable<'t>,
+    robot: &Robot,
     links: &BTreeMap<String, Link>,
-    found: &mut Found<'_>,
-) -> Option<Robot> {
-    let what = format!("[robot.{name}]");
-    let (own, sections) = apart(profile);
-    let (has_link, before) = (own.contains_key("link"), found.count());
-    let mut robot: Robot = section_of(own, ROBOT, &what, found);
-    let mut all = limits.clone();
-    for (section, at, own) in sections {
-        let section = Spanned::new(at, section);
-        if found
-            .known(&section, &["limits"], &format!("in {what}"))
-            .is_some()
-        {
-            let place = format!("[robot.{name}.limits]");
-            all.extend(good::<Limits>(own, LIMITS, &place, found));
-        }
+    spans: &Spans<'_>,
+    mistakes: &mut Mistakes<'_>,
+) -> bool {
+    let path = ["robot", name];
+    let limits_path = ["robot", name, "limits"];
+    if spans.find(&limits_path).is_some() {
+        check_limits(&robot.limits, &limits_path, spans, mistakes);
     }
-    robot.limits = whole(all);
-    in_order(&robot.limits, at, &format!("[robot.{name}.limits]"), found);
     let Some(link) = &robot.link else {
-        if !has_link && found.count() == before {
-            found.say(
-                at,
-                format!("{what} needs a link, such as link = \"/dev/ttyUSB0\""),
-            );
+        if !mistakes.are_in(&path) {
+            let message = format!("[robot.{name}] needs a link, such as link = \"/dev/ttyUSB0\"");
+            mistakes.add(&spans.of(&path), message);
         }
-        return None;
+        return false;
     };
     let names = links.keys().map(String::as_str);
     let may_be_a_name = link != "sim" && !link.contains(['/', ':']);
     let near = suggest::nearest(link, names).filter(|near| near != link);
     if let Some(near) = near.filter(|_| may_be_a_name) {
-        let message = format!("{what}: there is no [link.{link}]; did you mean `{near}`?");
-        found.say(at, message);
+        let message = format!("there is no [link.{link}]; did you mean `{near}`?");
+        mistakes.add(&spans.of(&["robot", name, "link"]), message);
     }
-    Some(robot)
+    true
 }
 
-fn carries(link: &Link, at: &Range<usize>, what: &str, found: &mut Found<'_>) {
-    if link.baud == Some(0) {
-        let message = format!("{what}: nothing passes at 0 baud; the SR04's radio has 2400");
-        found.say(at, message);
-    }
-}
-
-fn in_order(limits: &Limits, at: &Range<usize>, what: &str, found: &mut Found<'_>) {
-    if limits.battery_low_dv < limits.battery_critical_dv {
-        let message = format!(
-            "{what}: battery_low_dv = {} lies below battery_critical_dv = {}: it would never be told",
-            limits.battery_low_dv, limits.battery_critical_dv
-        );
-        found.say(at, message);
-    }
-    if limits.loss_pct > 100 {
-        let message = format!(
-            "{what}: loss_pct = {} would never be told: at most 100",
-            limits.loss_pct
-        );
-        found.say(at, message);
-    }
-}
-
-/// Tables by their names, and where they are.
-type Named<'t> = Vec<(String, Range<usize>, DeTable<'t>)>;
-
-/// A section's own keys, and the tables that are named in it.
-fn apart(table: DeTable<'_>) -> (DeTable<'_>, Named<'_>) {
-    let mut own = DeTable::new();
-    let mut named = Vec::new();
-    for (key, value) in table {
-        let at = value.span();
-        match value.into_inner() {
-            DeValue::Table(table) => named.push((key.into_inner().into_owned(), at, table)),
-            value => {
-                own.insert(key, Spanned::new(at, value));
-            }
-        }
-    }
-    (own, named)
-}
-
-fn table<'t>(
-    key: &Spanned<impl AsRef<str>>,
-    value: Spanned<DeValue<'t>>,
-    found: &mut Found<'_>,
-) -> Option<DeTable<'t>> {
-    let at = value.span();
-    if let DeValue::Table(table) = value.into_inner() {
-        return Some(table);
-    }
-    let name = key.get_ref().as_ref();
-    found.say(&at, format!("`{name}` is a section: [{name}]"));
-    None
-}
-
-/// What a section says; what is wrong in it is as if it were not there.
-fn section_of<'t, T: Deserialize<'t> + Default>(
-    table: DeTable<'t>,
-    entries: &[Entry],
-    place: &str,
-    found: &mut Found<'_>,
-) -> T {
-    whole(good::<T>(table, entries, place, found))
-}
-
-/// The entries that can be read, each tried by itself.
-fn good<'t, T: Deserialize<'t>>(
-    table: DeTable<'t>,
-    entries: &[Entry],
-    place: &str,
-    found: &mut Found<'_>,
-) -> DeTable<'t> {
-    let names: Vec<&str> = entries.iter().map(|(name, _)| *name).collect();
-    let mut good = DeTable::new();
-    for (key, value) in table {
-        let Some(name) = found.known(&key, &names, &format!("in {place}")) else {
-            continue;
-        };
-        let Some(entry) = entries.iter().find(|(known, _)| *known == name) else {
-            continue;
-        };
-        let (at, alone) = (
-            value.span(),
-            DeTable::from_iter([(key.clone(), value.clone())]),
-        );
-        match T::deserialize(deserializer(alone)) {
-            Ok(_) => {
-                good.insert(key, value);
-            }
-            Err(error) => found.say_value(entry, &at, &error),
-        }
-    }
-    good
-}
-
-/// Entries that can be read one by one can be read together.
-fn whole<'t, T: Deserialize<'t> + Default>(good: DeTable<'t>) -> T {
-    T::deserialize(deserializer(good)).unwrap_or_default()
-}
-
-fn deserializer(table: DeTable<'_>) -> ValueDeserializer<'_> {
-    ValueDeserializer::from(Spanned::new(0..0, DeValue::Table(table)))
-}
-
-/// `[keys]` is about the dashboard, `[keys.drive]` and the like about other places.
-fn keys(table: DeTable<'_>, found: &mut Found<'_>) -> Keymap {
-    let (own, elsewhere) = apart(table);
-    let mut rebindings = Vec::new();
+fn keymap(keys: Keys, mistakes: &mut Mistakes<'_>) -> Keymap {
     let mut spans = Vec::new();
-    let places = [("dashboard".to_owned(), own)];
-    let elsewhere = elsewhere.into_iter().map(|(place, _, keys)| (place, keys));
-    for (context, table) in places.into_iter().chain(elsewhere) {
-        for (name, keys) in table {
-            let Some(keys) = chosen(keys, found) else {
-                continue;
-            };
+    let mut rebindings = Vec::new();
+    for (context, choices) in keys {
+        for (name, choice) in choices {
             spans.push(name.span());
             rebindings.push(Rebinding {
                 context: context.clone(),
-                name: name.into_inner().into_owned(),
-                keys,
+                name: name.into_inner(),
+                keys: match choice {
+                    Choice::One(key) => vec![key],
+                    Choice::Several(keys) => keys,
+                },
             });
         }
     }
-    Keymap::with(&rebindings).unwrap_or_else(|mistakes| {
-        for mistake in mistakes {
+    Keymap::with(&rebindings).unwrap_or_else(|found| {
+        for mistake in found {
             let at = spans.get(mistake.index).cloned().unwrap_or_default();
-            found.say(&at, mistake.message);
+            mistakes.add(&at, mistake.message);
         }
         Keymap::default()
     })
 }
 
-fn chosen(keys: Spanned<DeValue<'_>>, found: &mut Found<'_>) -> Option<Vec<String>> {
-    let at = keys.span();
-    // A choice of two shapes does not say where it fails.
-    match OneOrMore::deserialize(ValueDeserializer::from(keys)) {
-        Ok(OneOrMore::One(key)) => Some(vec![key]),
-        Ok(OneOrMore::More(keys)) => Some(keys),
-        Err(_) => {
-            let message =
-                "give a key such as \"F9\", several such as [\"F9\", \"Ctrl-B\"], or none: []";
-            found.say(&at, message);
-            None
-        }
-    }
-}
-
-#[derive(Deserialize)]
-#[serde(untagged)]
-enum OneOrMore {
-    One(String),
-    More(Vec<String>),
-}
-
-/// An address to share on.
+/// Deserializes an address to share on.
 pub(super) fn address<'de, D: Deserializer<'de>>(
     deserializer: D,
 ) -> Result<Option<Address>, D::Error> {
     let text = String::deserialize(deserializer)?;
     text.parse().map(Some).map_err(serde::de::Error::custom)
 }
-
-#[cfg(test)]
-mod tests;
