@@ -1,4 +1,4 @@
-//! Writes the documents that are made from tables: `cargo run --example documents`. `tests/documents.rs` sees to it that
+//! Writes the documents that are generated from tables: `cargo run --example documents`. `tests/documents.rs` checks that
 //! they are current.
 
 use std::error::Error;
@@ -12,10 +12,10 @@ use groundwave::model::keys::Keymap;
 use groundwave::request::in_whole_unit;
 use sr04_firmware::parameters::Parameter;
 
-/// A name below `docs/`, and what makes the text.
+/// A file name in `docs/` and the function that generates its text.
 pub type Document = (&'static str, fn() -> String);
 
-/// Each document's name below `docs/`, and what makes it.
+/// All generated documents.
 pub const DOCUMENTS: &[Document] = &[
     ("commands.md", commands),
     ("keys.md", keys),
@@ -25,7 +25,7 @@ pub const DOCUMENTS: &[Document] = &[
 /// Columns of the help texts.
 const HELP_COLUMNS: usize = 100;
 
-/// Where a document is.
+/// Path of a document.
 #[must_use]
 pub fn path(name: &str) -> PathBuf {
     Path::new(env!("CARGO_MANIFEST_DIR"))
@@ -41,12 +41,12 @@ fn main() -> Result<(), Box<dyn Error>> {
     Ok(())
 }
 
-/// Every verb with its help.
+/// All commands with their help.
 fn commands() -> String {
     let mut text = String::from(
         "# Commands\n\n\
-         Made from the definitions in `src/commands/cli` by `cargo run --example documents`. `groundwave VERB --help` prints the same,\n\
-         `groundwave man` as a manual page, and `groundwave completions SHELL` what a shell needs to complete it.\n",
+         Generated from the definitions in `src/commands/cli` by `cargo run --example documents`. `groundwave COMMAND --help` prints\n\
+         the same text, `groundwave man` a manual page, and `groundwave completions SHELL` the completion script for a shell.\n",
     );
     let mut command = Cli::command().term_width(HELP_COLUMNS);
     command.build();
@@ -70,22 +70,22 @@ fn commands() -> String {
     text
 }
 
-/// Every key, from the table that the dashboard reads.
+/// All keys, from the table of the dashboard.
 fn keys() -> String {
     let mut text = String::from(
         "# Keys\n\n\
-         Made from the table in `src/model/keys.rs` by `cargo run --example documents`. `?` shows them in the dashboard. Another key is\n\
-         chosen in the configuration, under the name in the third column; `groundwave config` prints them all:\n\n\
+         Generated from the table in `src/model/keys.rs` by `cargo run --example documents`. `?` shows the keys in the dashboard. The\n\
+         configuration changes a key, under the name in the third column; `groundwave config` prints all names:\n\n\
          ```toml\n[keys]\nscan = [\"v\", \"F9\"]\n[keys.drive]\nleave-drive = \"x\"\n```\n\n\
-         STOP keeps Space and Ctrl-S. What `[keys]` says of `stop` counts in every place that says nothing of it, a character not where one\n\
-         types.\n",
+         STOP always keeps Space and Ctrl-S. Keys for `stop` in `[keys]` also count in sections that name no other key for it; a character\n\
+         does not count while text is entered.\n",
     );
     let mut place = String::new();
     for [context, keys, name, does] in Keymap::default().manual() {
         if context != place {
             let _ = writeln!(
                 text,
-                "\n## {context}\n\n| keys | what they do | name |\n|---|---|---|"
+                "\n## {context}\n\n| keys | action | name |\n|---|---|---|"
             );
             place = context.into_owned();
         }
@@ -102,13 +102,12 @@ fn keys() -> String {
 fn parameters() -> String {
     let mut text = String::from(
         "# The robot's parameters\n\n\
-         Made from the table in `firmware/src/parameters.rs` by `cargo run --example documents`.\n\n\
-         A parameter is read with `groundwave param LINK get NAME`, changed until the robot's next reset with\n\
-         `groundwave param LINK set NAME VALUE`, and `groundwave param LINK save` keeps all of them as they are. A whole number is\n\
-         what the robot counts, in the unit of the third column; a number with a decimal point is in the whole unit: `set battery-low\n\
-         118` and `set battery-low 11.8` are the same. The robot itself\n\
-         tells name, limits and unit, and refuses what lies outside.\n\n\
-         | name | what it is | counted in | from | to | at first | which is |\n\
+         Generated from the table in `firmware/src/parameters.rs` by `cargo run --example documents`.\n\n\
+         `groundwave param LINK get NAME` reads a parameter, `groundwave param LINK set NAME VALUE` changes it until the robot's next\n\
+         reset, and `groundwave param LINK save` saves all of them. A whole number is in the unit of the third column; a number with a\n\
+         decimal point is in the whole unit: `set battery-low 118` and `set battery-low 11.8` are the same. The robot reports name,\n\
+         limits and unit, and refuses values outside the limits.\n\n\
+         | name | meaning | unit | from | to | default | in the whole unit |\n\
          |---|---|---|---:|---:|---:|---|\n",
     );
     for parameter in Parameter::ALL {

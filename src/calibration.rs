@@ -1,44 +1,42 @@
-//! What a robot's wheels and track really are, from where two squares really end.
+//! Computes a robot's wheel and track size from the ends of two squares.
 //!
-//! The robot drives a square by odometry, once clockwise and once counter-clockwise, until it believes to
-//! be back where it began; somebody measures where it is. A track that is not what the robot takes it for
-//! turns every corner too far or too little, a wheel larger than the other bends every side. The two differ
-//! in what they do to the two squares, and so both follow from the four coordinates (J. Borenstein and
-//! L. Feng, "Measurement and Correction of Systematic Odometry Errors in Mobile Robots", IEEE Transactions
-//! on Robotics and Automation 12 (6), 1996: `UMBmark`). Their closed formulas hold for small errors; they are
-//! where we begin, and the exact geometry of the square refines them. How large both wheels are together
-//! does not show in a square that closes, and stays as it is.
+//! The robot drives a square by odometry, once clockwise and once counter-clockwise, and the operator measures where each
+//! ends. A wrong track turns every corner too far or too little; unequal wheels bend every side. The two errors affect the
+//! two squares differently, so both follow from the four coordinates (J. Borenstein and L. Feng, "Measurement and Correction
+//! of Systematic Odometry Errors in Mobile Robots", IEEE Transactions on Robotics and Automation 12 (6), 1996: `UMBmark`).
+//! The closed formulas of the paper hold for small errors. Groundwave starts from them and refines the result with the exact
+//! geometry of the square. The mean size of both wheels does not show in a square that closes, so it stays unchanged.
 
 use std::f64::consts::FRAC_PI_2;
 
-/// What a robot takes its wheels and its track for, in thousandths of an inch, as its parameters have it.
+/// A robot's parameters for wheels and track, thousandths of an inch.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Gauge {
     /// Diameter of the left wheel.
     pub wheel_left: i16,
     /// Diameter of the right wheel.
     pub wheel_right: i16,
-    /// From wheel to wheel.
+    /// Distance between the wheels.
     pub track: i16,
 }
 
-/// Where a robot really is less where its odometry says it is, in inches, as seen at the start of the square.
+/// The measured position less the odometry's, in inches, as seen at the start of the square.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Offset {
-    /// To the right of the start.
+    /// Distance to the right of the start.
     pub right_in: f64,
-    /// Ahead of it.
+    /// Distance ahead of the start.
     pub ahead_in: f64,
 }
 
 impl Offset {
-    /// How far that is.
+    /// Distance from the start, inches.
     #[must_use]
     pub fn length_in(self) -> f64 {
         self.right_in.hypot(self.ahead_in)
     }
 
-    /// The middle of several; `None` of none.
+    /// The mean of several offsets; `None` if there are none.
     #[must_use]
     pub fn mean(offsets: &[Self]) -> Option<Self> {
         let count = offsets.len() as f64;
@@ -50,52 +48,51 @@ impl Offset {
     }
 }
 
-/// Where the squares of one calibration ended.
+/// The ends of the squares of one calibration.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Squares {
-    /// Side in inches.
+    /// Side of the square, inches.
     pub side_in: f64,
-    /// Those driven clockwise, in the middle.
+    /// Mean offset after the clockwise squares.
     pub clockwise: Offset,
-    /// Those driven counter-clockwise.
+    /// Mean offset after the counter-clockwise squares.
     pub counter: Offset,
 }
 
-/// Why nothing follows from what was measured.
+/// Why a calibration has no result.
 #[derive(Clone, Copy, Debug, PartialEq, thiserror::Error)]
 pub enum CalibrationError {
-    /// There is no square.
-    #[error("a square of {0} in tells nothing: drive one of 40 in or more")]
+    /// The side is too short.
+    #[error("a square of {0} in is too small; drive one of 40 in or more")]
     Side(f64),
-    /// No wheels explain it.
+    /// No wheel and track size fits the measurements.
     #[error(
-        "no wheels and track explain that the squares end {clockwise_in:.1} and {counter_in:.1} in from the \
-         start: measure again, to the right and ahead of the start as the robot stood there, and look \
-         whether it slipped or touched something"
+        "no wheel and track size fits squares that end {clockwise_in:.1} and {counter_in:.1} in from the start; check that \
+         the robot did not slip or bump, and measure again, to the right and ahead as seen at the start"
     )]
     Unexplained {
-        /// Of the clockwise square.
+        /// Distance of the clockwise square's end from the start, inches.
         clockwise_in: f64,
-        /// Of the other.
+        /// Distance of the counter-clockwise square's end, inches.
         counter_in: f64,
     },
     /// The corrected value is beyond what the robot accepts.
     #[error(
-        "that takes {what} of {value_in:.3} in, and the robot accepts {least_in} to {most_in}: measure again"
+        "the measurements give {what} of {value_in:.3} in, but the robot accepts {least_in} to {most_in}; measure again"
     )]
     Limit {
-        /// Which one.
+        /// The dimension, with its article.
         what: &'static str,
-        /// The value.
+        /// The computed value, inches.
         value_in: f64,
-        /// The least that is accepted.
+        /// The smallest accepted value, inches.
         least_in: f64,
-        /// And the most.
+        /// The largest accepted value, inches.
         most_in: f64,
     },
 }
 
-/// The shortest side that tells something.
+/// The shortest usable side, inches.
 const SIDE_LEAST_IN: f64 = 40.0;
 
 /// Limits of the robot's parameters for wheels and track, thousandths of an inch.
@@ -105,15 +102,15 @@ const TRACK: (f64, f64) = (9000.0, 11_000.0);
 /// Passes of the refinement; it converges in three or four.
 const PASSES: usize = 20;
 
-/// What is left unexplained may be so much of the side: a hand's measurement, dust on the floor.
+/// Largest residual as a share of the side, for measuring by hand and dust on the floor.
 const UNEXPLAINED_SHARE: f64 = 0.02;
 
 impl Squares {
-    /// The gauge that would have brought both squares home; `present` is the one they were driven with.
+    /// The gauge that closes both squares; `present` is the one they were driven with.
     ///
     /// # Errors
     ///
-    /// When the side is too short, no wheels explain the measurement, or the robot would not accept them.
+    /// If the side is too short, no gauge fits the measurements, or the robot does not accept it.
     pub fn correct(&self, present: Gauge) -> Result<Gauge, CalibrationError> {
         if !self.side_in.is_finite() || self.side_in < SIDE_LEAST_IN {
             return Err(CalibrationError::Side(self.side_in));
@@ -168,13 +165,13 @@ impl Squares {
         })
     }
 
-    /// How far the worse of the two ended from the start: the paper's measure of systematic errors.
+    /// Distance from the start of the square that ended farther away, inches: the paper's measure of systematic errors.
     #[must_use]
     pub fn error_in(&self) -> f64 {
         self.clockwise.length_in().max(self.counter.length_in())
     }
 
-    /// The same as a share of the way driven.
+    /// The error as a share of the distance driven.
     #[must_use]
     pub fn error_share(&self) -> f64 {
         self.error_in() / (4.0 * self.side_in)
@@ -192,7 +189,7 @@ impl Squares {
             (cw.ahead_in - ccw.ahead_in) / quarter,
             (-cw.right_in - ccw.right_in) / quarter,
         );
-        // A side of length L that bends by `bend` has this radius, and its wheels' ways differ by the track.
+        // The curvature of a side that turns by `bend`; over one turn the wheels' paths differ by the track.
         let curvature = 2.0 * (bend / 2.0).sin() / self.side_in;
         Errors {
             track: FRAC_PI_2 / (FRAC_PI_2 - corner) - 1.0,
@@ -200,7 +197,7 @@ impl Squares {
         }
     }
 
-    /// One step of Gauss and Newton toward the errors whose squares end where they were measured.
+    /// One Gauss-Newton step toward the errors whose squares end at the measured positions.
     fn refine(&self, at: Errors, track_in: f64) -> Errors {
         const STEP: f64 = 1e-6;
         let here = self.residuals(at, track_in);
@@ -230,7 +227,7 @@ impl Squares {
         }
     }
 
-    /// Where the squares of a robot with such errors end, less where they did.
+    /// The ends of the squares of a robot with these errors, less the measured ends.
     fn residuals(&self, errors: Errors, track_in: f64) -> [f64; 4] {
         let cw = errors.end_of_square(self.side_in, track_in, 1.0);
         let ccw = errors.end_of_square(self.side_in, track_in, -1.0);
@@ -243,7 +240,7 @@ impl Squares {
     }
 }
 
-/// What a robot's odometry is wrong by.
+/// Relative errors of a robot's odometry.
 #[derive(Clone, Copy, Debug)]
 struct Errors {
     /// True track by believed track, less one.
@@ -253,17 +250,17 @@ struct Errors {
 }
 
 impl Errors {
-    /// Where a square really ends that closes in odometry; `hand` is 1 clockwise and -1 counter-clockwise.
+    /// The end of a square that closes in odometry; `hand` is 1 for clockwise and -1 for counter-clockwise.
     fn end_of_square(self, side_in: f64, track_in: f64, hand: f64) -> Offset {
         let ratio = 1.0 + self.wheels;
         let track_in = track_in * (1.0 + self.track);
-        // To the right while believing to go straight, and at a corner.
+        // Turn to the right on a side, and at a corner.
         let bend = side_in * 2.0 * (1.0 - ratio) / (1.0 + ratio) / track_in;
         let corner = hand * FRAC_PI_2 / (1.0 + self.track);
         let mut end = Offset::default();
         let mut heading: f64 = 0.0;
         for _ in 0..4 {
-            // The chord of an arc: half-way heading, and a little shorter than the arc.
+            // The chord of the arc.
             let chord_in = if bend.abs() < 1e-9 {
                 side_in
             } else {
@@ -298,7 +295,7 @@ mod tests {
     }
 
     #[test]
-    fn squares_that_close_change_nothing() {
+    fn closed_squares_change_nothing() {
         let none = Errors {
             track: 0.0,
             wheels: 0.0,
@@ -308,9 +305,9 @@ mod tests {
         assert_eq!(squares.correct(DRAWN), Ok(DRAWN));
     }
 
-    /// Type A of the paper: both squares end to the same side of the start along it, mirrored across it.
+    /// Type A of the paper: both ends at the same distance ahead, mirrored to the left and right.
     #[test]
-    fn a_wider_track_turns_too_little_and_is_found() {
+    fn wider_track_is_recovered() {
         let squares = squares(
             Errors {
                 track: 0.01,
@@ -322,7 +319,7 @@ mod tests {
         assert!(
             (cw.ahead_in - ccw.ahead_in).abs() < 1e-9 && (cw.right_in + ccw.right_in).abs() < 1e-9
         );
-        let gauge = squares.correct(DRAWN).expect("it follows");
+        let gauge = squares.correct(DRAWN).expect("a gauge");
         assert_eq!(
             gauge,
             Gauge {
@@ -332,9 +329,9 @@ mod tests {
         );
     }
 
-    /// Type B: mirrored along the start, to the same side across it.
+    /// Type B of the paper: both ends on the same side, mirrored ahead and behind.
     #[test]
-    fn a_larger_right_wheel_bends_to_the_left_and_is_found() {
+    fn larger_right_wheel_is_recovered() {
         let squares = squares(
             Errors {
                 track: 0.0,
@@ -347,7 +344,7 @@ mod tests {
             (cw.right_in - ccw.right_in).abs() < 1e-6
                 || cw.right_in.signum() == ccw.right_in.signum()
         );
-        let gauge = squares.correct(DRAWN).expect("it follows");
+        let gauge = squares.correct(DRAWN).expect("a gauge");
         assert_eq!(
             (gauge.wheel_left, gauge.wheel_right, gauge.track),
             (4990, 5010, 10_000)
@@ -356,12 +353,12 @@ mod tests {
 
     proptest! {
         #[test]
-        fn whatever_the_errors_are_they_are_found(
+        fn track_and_wheel_errors_are_recovered(
             track in -0.03_f64..0.03,
             wheels in -0.01_f64..0.01,
             side_in in 60.0_f64..300.0,
         ) {
-            let gauge = squares(Errors { track, wheels }, side_in).correct(DRAWN).expect("it follows");
+            let gauge = squares(Errors { track, wheels }, side_in).correct(DRAWN).expect("a gauge");
             prop_assert!((f64::from(gauge.track) - 10_000.0 * (1.0 + track)).abs() <= 1.0, "{gauge:?}");
             let ratio = f64::from(gauge.wheel_right) / f64::from(gauge.wheel_left);
             prop_assert!((ratio - 1.0 - wheels).abs() < 3e-4, "{gauge:?}");
@@ -370,7 +367,7 @@ mod tests {
         }
 
         #[test]
-        fn a_hands_half_inch_does_not_matter_much(
+        fn half_an_inch_of_measuring_error_changes_the_track_little(
             track in -0.01_f64..0.01,
             wheels in -0.008_f64..0.008,
             slips in proptest::array::uniform4(-0.5_f64..0.5),
@@ -380,13 +377,13 @@ mod tests {
             squares.clockwise.ahead_in += slips[1];
             squares.counter.right_in += slips[2];
             squares.counter.ahead_in += slips[3];
-            let gauge = squares.correct(DRAWN).expect("it follows");
+            let gauge = squares.correct(DRAWN).expect("a gauge");
             prop_assert!((f64::from(gauge.track) - 10_000.0 * (1.0 + track)).abs() <= 15.0, "{gauge:?}");
         }
     }
 
     #[test]
-    fn what_makes_no_sense_is_refused_with_a_reason() {
+    fn implausible_measurements_are_refused() {
         let good = squares(
             Errors {
                 track: 0.01,
@@ -402,7 +399,7 @@ mod tests {
             .correct(DRAWN),
             Err(CalibrationError::Side(20.0))
         );
-        // Left and right confused in one of the two.
+        // Left and right swapped in one of the two.
         let confused = Squares {
             clockwise: Offset {
                 right_in: 30.0,
@@ -428,7 +425,7 @@ mod tests {
     }
 
     #[test]
-    fn several_measurements_are_averaged() {
+    fn mean_of_offsets() {
         let at = |right_in, ahead_in| Offset { right_in, ahead_in };
         assert_eq!(Offset::mean(&[]), None);
         assert_eq!(

@@ -14,7 +14,6 @@ pub use groundwave_captures::event::{
     Truth,
 };
 
-use crate::quoted::unquoted;
 use crate::request::Request;
 use crate::run::{Listed, Overlaid};
 use crate::statistics::Statistics;
@@ -199,6 +198,14 @@ pub enum Effect {
     Suspend,
     /// Leave.
     Quit,
+}
+
+/// A text without the quotes around all of it.
+pub(crate) fn unquoted(text: &str) -> String {
+    match shlex::split(text).as_deref() {
+        Some([word]) => word.clone(),
+        _ => text.to_owned(),
+    }
 }
 
 /// `name TEXT`, `note TEXT`, `void [REASON]` or `counts`; `None` for other words. Quotes around a whole text are

@@ -10,14 +10,13 @@
 
 pub use groundwave_captures as capture;
 pub use groundwave_captures::runs::figures as run;
-pub use groundwave_captures::{remedy, song, statistics};
+pub use groundwave_captures::{hint, song, statistics};
 
 pub mod calibration;
 pub mod commands;
 pub mod event;
 pub mod io;
 pub mod model;
-mod quoted;
 pub mod radio;
 pub mod recorded;
 pub mod request;

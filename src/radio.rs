@@ -1,4 +1,4 @@
-//! What kind of radio stands between the station and the robot.
+//! The radio between station and robot.
 
 use std::time::Duration;
 
@@ -10,12 +10,12 @@ use serde::Deserialize;
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, ValueEnum, Deserialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum RadioKind {
-    /// Find out whether the robot takes turns
+    /// Detect whether the robot takes turns
     #[default]
     Auto,
-    /// Both ends talk at the same time
+    /// Both ends send at the same time
     Full,
-    /// One end at a time; bytes are passed on at once
+    /// One end sends at a time; bytes are not buffered
     Half,
     /// A pair of HC-12 modules: half duplex, buffered
     #[value(name = "hc-12")]
@@ -24,33 +24,33 @@ pub enum RadioKind {
     /// A pair of `XBee` modules in transparent mode: half duplex, buffered
     #[value(help = "A pair of XBee modules in transparent mode: half duplex, buffered")]
     Xbee,
-    /// No transmitter: never send a byte
+    /// Never send a byte
     ReceiveOnly,
 }
 
-/// A radio as the operator describes it.
+/// The radio as configured.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Radio {
-    /// What kind it is.
+    /// Its kind.
     pub kind: RadioKind,
-    /// What it adds to the time on the wire, both ways together, if that is known better than from its kind.
+    /// Latency it adds to a round trip; `None`: by its kind.
     pub latency: Option<Duration>,
 }
 
 impl Radio {
-    /// No transmitter.
+    /// A radio without a transmitter.
     pub const RECEIVE_ONLY: Self = Self {
         kind: RadioKind::ReceiveOnly,
         latency: None,
     };
 
-    /// Whether anything may be sent.
+    /// Whether the station may send.
     #[must_use]
     pub fn can_send(self) -> bool {
         self.kind != RadioKind::ReceiveOnly
     }
 
-    /// How command delivery behaves over it.
+    /// The configuration of command delivery over this radio.
     #[must_use]
     pub fn config(self, owner: u16) -> Config {
         let config = Config::new(owner);
@@ -73,11 +73,11 @@ impl Radio {
     }
 }
 
-/// Two HC-12 add so much, both ways together, when a line has to be cut into packets: measured with
-/// the simulated ones. Less, and orders time out (tests/link.rs).
+/// Latency of two HC-12 modules in a round trip, microseconds, measured in the simulation. With less, commands time out
+/// (tests/link.rs).
 const HC_12_LATENCY_US: u64 = 400_000;
 
-/// Two `XBee` modules add so much, measured likewise.
+/// Latency of two `XBee` modules in a round trip, microseconds, measured in the simulation.
 const XBEE_LATENCY_US: u64 = 200_000;
 
 #[cfg(test)]
@@ -85,14 +85,14 @@ mod tests {
     use super::*;
 
     #[test]
-    fn what_is_said_outranks_the_kind() {
-        let told = Radio {
+    fn configured_latency_outranks_the_kind() {
+        let radio = Radio {
             kind: RadioKind::Hc12,
             latency: Some(Duration::from_millis(80)),
         };
-        assert_eq!(told.config(1).latency_us, 80_000);
-        assert_eq!(told.config(1).duplex, Duplex::Half);
-        assert!(told.can_send());
+        assert_eq!(radio.config(1).latency_us, 80_000);
+        assert_eq!(radio.config(1).duplex, Duplex::Half);
+        assert!(radio.can_send());
         assert!(!Radio::RECEIVE_ONLY.can_send());
         assert_eq!(Radio::default().config(7), Config::new(7));
     }

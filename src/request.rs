@@ -1,6 +1,4 @@
-//! What an operator can ask of the robot, and the words for it.
-//!
-//! The same words serve `groundwave send`, scripts and the dashboard.
+//! Commands to the robot, as an operator words them on the command line, in scripts and in the dashboard.
 
 mod amount;
 mod listing;
@@ -28,120 +26,120 @@ use groundwave_protocol::{WAYPOINT_LIMIT_IN, WAYPOINTS_MAX, Waypoint};
 use crate::suggest;
 use words::{find_mode, layer_words, read_layers, read_mode};
 
-/// A wish, before it has become frames on the radio.
+/// A command, before it becomes frames.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub enum Request {
     /// Motors off.
     Stop,
     /// Enter a mode.
     Mode(Mode),
-    /// Allow these layers besides those allowed now.
+    /// Allow these layers as well.
     Enable(LayerMask),
-    /// Allow these layers no longer.
+    /// Forbid these layers.
     Disable(LayerMask),
     /// Allow exactly these layers.
     Only(LayerMask),
-    /// Replace the waypoint list; empty clears it.
+    /// Replace the route; an empty one clears it.
     Route(Vec<Waypoint>),
-    /// Take this for the robot's pose.
+    /// Set the robot's pose.
     Pose {
-        /// Where it is.
+        /// Its position.
         position: Waypoint,
-        /// Where it looks, 0 to 359 degrees.
+        /// Its heading, 0 to 359 degrees.
         theta_deg: u16,
     },
-    /// Look around.
+    /// Measure the distances all around.
     Scan,
-    /// What to do when the ground falls silent; `None`: carry on.
+    /// Set the mode to enter when the ground is silent; `None`: carry on.
     Failsafe(Option<Failsafe>),
-    /// Read, change or keep the robot's parameters.
+    /// Read, change or save the robot's parameters.
     Parameter(Tuning),
 }
 
-/// Why words are no request.
+/// Why words are not a command.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 pub enum RequestError {
-    /// Nothing was asked.
+    /// No words.
     #[error("no command given; try `mode prowl`, `goto 48 0` or `stop`")]
     Empty,
-    /// The first word is none of ours.
-    #[error("unknown command `{0}`{near}", near = told(.0, "commands", COMMANDS))]
+    /// An unknown first word.
+    #[error("unknown command `{0}`{near}", near = hint(.0, "commands", COMMANDS))]
     UnknownCommand(String),
-    /// A word in the wrong place or too few of them.
+    /// Wrong arguments.
     #[error("`{command}` takes {takes}; got `{got}`")]
     Arguments {
         /// The command.
         command: &'static str,
-        /// What it takes.
+        /// The arguments it takes.
         takes: &'static str,
-        /// What it got.
+        /// The arguments it got.
         got: String,
     },
-    /// No layer of that name.
-    #[error("unknown layer `{0}`{near}", near = told(.0, "layers", LAYERS))]
+    /// An unknown layer.
+    #[error("unknown layer `{0}`{near}", near = hint(.0, "layers", LAYERS))]
     UnknownLayer(String),
-    /// No mode of that name.
-    #[error("unknown mode `{0}`{near}", near = told(.0, "modes", MODES))]
+    /// An unknown mode.
+    #[error("unknown mode `{0}`{near}", near = hint(.0, "modes", MODES))]
     UnknownMode(String),
-    /// A coordinate too far out.
+    /// A coordinate that is not a number or out of range.
     #[error(
         "`{0}` is not a whole number of inches from -{WAYPOINT_LIMIT_IN} to {WAYPOINT_LIMIT_IN}"
     )]
     Coordinate(String),
-    /// A silence or a mode that no robot would take.
+    /// A silence or a mode that no robot accepts.
     #[error(
-        "`failsafe {0}`: the silence is {SILENCE_MIN_S} to {SILENCE_MAX_S} seconds, and the mode one that needs no operator; try `failsafe home 30s`"
+        "`failsafe {0}`: the silence must be {SILENCE_MIN_S} to {SILENCE_MAX_S} seconds, and the mode one without an operator; try `failsafe home 30s`"
     )]
     Failsafe(String),
-    /// Nothing that a parameter could be called.
+    /// Not the name of a parameter.
     #[error(
-        "`{0}` is no parameter's name: 1 to {NAME_BYTES} lower case letters, digits and hyphens; `param list` shows them"
+        "`{0}` is not a parameter name (1 to {NAME_BYTES} lower case letters, digits and hyphens); `param list` shows the names"
     )]
     ParameterName(String),
-    /// Nearly what a known parameter is called.
+    /// Similar to the name of a known parameter.
     #[error(
-        "no parameter `{0}` is known here; did you mean `{1}`? If the robot has one of that name, say `={0}`"
+        "unknown parameter `{0}`; did you mean `{1}`? If the robot has a parameter of that name, write `={0}`"
     )]
     ParameterUnknown(String, &'static str),
-    /// Nothing that a parameter could be.
+    /// Not the value of a parameter.
     #[error(
-        "`{0}` is not a number that a parameter could have: a whole one from -{VALUE_MAX} to {VALUE_MAX}, or one like 11.6 in the whole unit"
+        "`{0}` is not a parameter value; write a whole number from -{VALUE_MAX} to {VALUE_MAX}, or one like 11.6 in the whole unit"
     )]
     ParameterValue(String),
-    /// No parameter is named.
-    #[error("`param {0}` needs a name, as in `param {0} {1}`; `param list` shows them")]
+    /// No parameter named.
+    #[error("`param {0}` needs a name, as in `param {0} {1}`; `param list` shows the names")]
     ParameterMissing(&'static str, &'static str),
-    /// Nearly a verb.
+    /// Similar to a subcommand of `param`.
     #[error("`param` has no `{0}`; did you mean `{1}`?")]
     ParameterVerb(String, &'static str),
-    /// A name, and not what is wanted of it.
+    /// Only the name of a parameter.
     #[error(
-        "`param {0}` says no more than a name: `param get {0}` asks for its value, `param {0} VALUE` changes it"
+        "`param {0}` is incomplete: `param get {0}` shows the value, `param {0} VALUE` changes it"
     )]
     ParameterAlone(String),
-    /// No value is given.
+    /// No value.
     #[error(
-        "`param set {0}` needs a value; `param get {0}` says what it is now and what the robot takes"
+        "`param set {0}` needs a value; `param get {0}` shows the current value and the limits"
     )]
     ValueMissing(String),
-    /// No preset of that name.
+    /// An unknown preset.
     #[error("unknown preset `{0}`{near}", near = suggest::question_or(.0, preset_names(), format_args!("presets are {}", preset::names_text())))]
     UnknownPreset(String),
     /// Too many waypoints for the robot's memory.
-    #[error("{0} waypoints; the robot's list holds {WAYPOINTS_MAX}")]
+    #[error("{0} waypoints; the robot holds {WAYPOINTS_MAX}")]
     TooManyWaypoints(usize),
 }
 
 impl RequestError {
-    /// The same for somebody at a shell: zsh takes a word with `=` before it for the name of a program.
+    /// The message with words quoted for a shell: zsh reads `=word` as the path of a program.
     #[must_use]
     pub fn in_shell(&self) -> String {
-        let told = self.to_string();
+        let message = self.to_string();
         match self {
             Self::ParameterUnknown(name, _) => {
-                told.replace(&format!("`={name}`"), &format!("`'={name}'`"))
+                message.replace(&format!("`={name}`"), &format!("`'={name}'`"))
             }
-            _ => told,
+            _ => message,
         }
     }
 }
@@ -151,21 +149,21 @@ const COMMANDS: &str = "stop, mode, prowl, reactive, passive, wander, home, dock
 const LAYERS: &str = "user, bumpers, rotation, infrared, sonar, photo, motion, dead-reckoning";
 const MODES: &str = "prowl, reactive, passive, wander, home, forage, calibrate, user, stop";
 
-/// What somebody who used another word may have meant, or all the words there are.
-fn told(word: &str, what: &str, list: &'static str) -> String {
+/// The most similar word of a list, or the whole list.
+fn hint(word: &str, what: &str, list: &'static str) -> String {
     suggest::question_or(word, words_of(list), format_args!("{what} are {list}"))
 }
 
-/// The words of a list with commas.
+/// The words of a list separated by commas.
 fn words_of(list: &'static str) -> impl Iterator<Item = &'static str> {
     list.split(", ")
 }
 
 impl Request {
-    /// Reads what words ask for, one request after the other: `preset` asks for several.
+    /// Parses the words of a command; `preset` stands for several commands.
     ///
     /// # Errors
-    /// Says which word is wrong and what would be right.
+    /// Names the wrong word and the right ones.
     pub fn all_from_words<S: AsRef<str>>(words: &[S]) -> Result<Vec<Self>, RequestError> {
         match words {
             [preset, name] if preset.as_ref() == "preset" => preset::requests(name.as_ref()),
@@ -178,11 +176,10 @@ impl Request {
         }
     }
 
-    /// Reads a request from words. `route` is not among them: its words name a file, which the caller
-    /// reads with [`crate::route`].
+    /// Parses the words of one command, except for `route`: the caller reads its file with [`crate::route`].
     ///
     /// # Errors
-    /// Says which word is wrong and what would be right.
+    /// Names the wrong word and the right ones.
     pub fn from_words<S: AsRef<str>>(words: &[S]) -> Result<Self, RequestError> {
         let words: Vec<&str> = words.iter().map(AsRef::as_ref).collect();
         let (&command, arguments) = words.split_first().ok_or(RequestError::Empty)?;
@@ -248,21 +245,21 @@ impl Request {
         }
     }
 
-    /// The words that a command begins with.
+    /// The first words of all commands.
     pub fn commands() -> impl Iterator<Item = &'static str> {
         words_of(COMMANDS)
     }
 
-    /// Whether a command begins with this word.
+    /// Whether `word` is the first word of a command.
     #[must_use]
     pub fn is_command(word: &str) -> bool {
         Self::commands().any(|command| command == word)
     }
 
-    /// A waypoint list that fits the robot.
+    /// A command with this route.
     ///
     /// # Errors
-    /// When it does not.
+    /// If it has more waypoints than the robot holds.
     pub fn route(waypoints: Vec<Waypoint>) -> Result<Self, RequestError> {
         if waypoints.len() > WAYPOINTS_MAX {
             return Err(RequestError::TooManyWaypoints(waypoints.len()));
@@ -335,34 +332,34 @@ mod tests {
         error.to_string()
     }
 
-    /// Whoever knows the word and says too much is not told that the word is unknown.
     #[test]
-    fn a_known_command_with_a_word_too_many_is_called_by_its_name() {
+    fn too_many_words_are_reported_with_the_arguments_of_the_command() {
         for command in Request::commands() {
-            let told = error(&format!("{command} one too many words"));
-            assert!(told.starts_with(&format!("`{command}` takes ")), "{told}");
+            let message = error(&format!("{command} one too many words"));
+            let start = format!("`{command}` takes ");
+            assert!(message.starts_with(&start), "{message}");
         }
     }
 
     #[test]
-    fn a_mistyped_word_is_answered_with_the_one_that_was_meant() {
+    fn mistyped_words_get_a_suggestion() {
         assert!(error("porwl").starts_with("unknown command `porwl`; did you mean `prowl`?"));
         assert!(error("mode hoem").contains("did you mean `home`?"));
         assert!(error("enable sonra").contains("did you mean `sonar`?"));
         assert!(error("preset mtoh").contains("did you mean `moth`?"));
     }
 
-    /// What is near to a name that is known is asked about; what is not, the robot may know.
+    /// A name unlike all known ones is passed on, because the robot may know it.
     #[test]
-    fn a_mistyped_parameter_is_asked_about_and_can_be_insisted_on() {
+    fn mistyped_parameters_get_a_suggestion_unless_written_with_an_equals_sign() {
         for words in [
             "param set top-sped 8",
             "param get top-sped",
             "param top-sped 8",
         ] {
-            let told = error(words);
-            assert!(told.contains("did you mean `top-speed`?"), "{told}");
-            assert!(told.contains("`=top-sped`"), "{told}");
+            let message = error(words);
+            assert!(message.contains("did you mean `top-speed`?"), "{message}");
+            assert!(message.contains("`=top-sped`"), "{message}");
         }
         for (words, sent) in [
             ("param set =top-sped 8", "param set =top-sped 8"),
@@ -374,21 +371,21 @@ mod tests {
             let request = Request::from_words(&split).expect(words);
             assert_eq!(request.to_string(), sent);
         }
-        assert!(error("param get =Top").contains("is no parameter's name"));
+        assert!(error("param get =Top").contains("is not a parameter name"));
     }
 
     #[test]
-    fn a_point_is_gone_to_at_once_when_that_is_said() {
-        let went = Request::all_from_words(&["goto", "12", "-8", "--go"]);
+    fn goto_with_go_also_enters_mode_prowl() {
+        let parsed = Request::all_from_words(&["goto", "12", "-8", "--go"]);
         let list = Request::all_from_words(&["goto", "12", "-8"]).expect("a list of one");
         let both = [&list[..], &[Request::Mode(Mode::Prowl)]].concat();
-        assert_eq!(went, Ok(both));
+        assert_eq!(parsed, Ok(both));
         assert!(error("goto 12 --go").contains("`--go` is not a whole number"));
     }
 
     #[test]
-    fn what_is_missing_is_named() {
-        assert!(error("param set top-speed").contains("`param get top-speed` says"));
+    fn incomplete_param_commands_name_the_missing_word() {
+        assert!(error("param set top-speed").contains("`param get top-speed` shows"));
         assert!(error("param set").contains("needs a name, as in `param set top-speed 8`"));
         assert!(error("param get").contains("needs a name"));
         let alone = error("param top-speed");
@@ -398,15 +395,16 @@ mod tests {
     }
 
     #[test]
-    fn a_mistyped_verb_of_parameters_is_asked_about() {
+    fn mistyped_subcommands_of_param_get_a_suggestion() {
         for (words, meant) in [
             ("param gte top-speed", "get"),
             ("param ste top-speed 8", "set"),
             ("param lst", "list"),
             ("param svae", "save"),
         ] {
-            let told = error(words);
-            assert!(told.contains(&format!("did you mean `{meant}`?")), "{told}");
+            let message = error(words);
+            let suggestion = format!("did you mean `{meant}`?");
+            assert!(message.contains(&suggestion), "{message}");
         }
         let forms = error("param one too many words");
         assert!(forms.contains("`NAME VALUE`"), "{forms}");
@@ -414,11 +412,10 @@ mod tests {
         assert_eq!(gets.to_string(), "param set gets 8");
     }
 
-    /// There a word with `=` before it stands for the path of a program.
     #[test]
-    fn what_zsh_would_take_for_something_else_is_quoted_for_a_shell() {
-        let slip = Request::from_words(&["param", "get", "top-sped"]).expect_err("it is a slip");
-        assert!(slip.to_string().ends_with("say `=top-sped`"), "{slip}");
-        assert!(slip.in_shell().ends_with("say `'=top-sped'`"));
+    fn word_with_an_equals_sign_is_quoted_for_zsh() {
+        let error = Request::from_words(&["param", "get", "top-sped"]).expect_err("mistyped");
+        assert!(error.to_string().ends_with("write `=top-sped`"), "{error}");
+        assert!(error.in_shell().ends_with("write `'=top-sped'`"));
     }
 }

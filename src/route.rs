@@ -1,60 +1,60 @@
-//! Route files: one waypoint a line, `X,Y` in whole inches; `#` begins a comment.
+//! Route files: one waypoint `X,Y` a line, in whole inches; `#` begins a comment.
 
 use std::fmt::Write as _;
 
 use groundwave_protocol::{WAYPOINT_LIMIT_IN, WAYPOINTS_MAX, Waypoint};
 
-/// Why a text is no route.
+/// Why a text is not a route.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 pub enum RouteError {
-    /// Something that is no coordinate.
+    /// Not a coordinate.
     #[error(
         "{file}:{line}:{column}: `{found}` is not a whole number of inches from -{WAYPOINT_LIMIT_IN} to {WAYPOINT_LIMIT_IN}; a line reads `X,Y`"
     )]
     Coordinate {
-        /// Where the text came from.
+        /// Name of the file.
         file: String,
-        /// Counted from 1.
+        /// Line, from 1.
         line: usize,
-        /// Counted from 1.
+        /// Column, from 1.
         column: usize,
-        /// What stands there.
+        /// The text found.
         found: String,
     },
     /// Not two numbers.
     #[error("{file}:{line}:{column}: expected `X,Y`, found {found} number(s)")]
     Shape {
-        /// Where the text came from.
+        /// Name of the file.
         file: String,
-        /// Counted from 1.
+        /// Line, from 1.
         line: usize,
-        /// Counted from 1.
+        /// Column, from 1.
         column: usize,
-        /// How many there are.
+        /// The number of fields found.
         found: usize,
     },
     /// More than the robot can hold.
-    #[error("{file}:{line}:1: this is waypoint {}; the robot's list holds {WAYPOINTS_MAX}", WAYPOINTS_MAX + 1)]
+    #[error("{file}:{line}:1: this is waypoint {}; the robot holds {WAYPOINTS_MAX}", WAYPOINTS_MAX + 1)]
     TooMany {
-        /// Where the text came from.
+        /// Name of the file.
         file: String,
-        /// Counted from 1.
+        /// Line, from 1.
         line: usize,
     },
-    /// Not a single waypoint.
+    /// No waypoints.
     #[error(
-        "{file}: no waypoints; a route has one `X,Y` a line. To clear the robot's list use `clear`"
+        "{file}: no waypoints; write one `X,Y` a line, or use `clear` to delete the robot's route"
     )]
     Empty {
-        /// Where the text came from.
+        /// Name of the file.
         file: String,
     },
 }
 
-/// Reads a route; `file` is what errors call it.
+/// Parses a route; errors name the `file`.
 ///
 /// # Errors
-/// Names the first place that is wrong.
+/// The first mistake, with file, line and column.
 pub fn parse(file: &str, text: &str) -> Result<Vec<Waypoint>, RouteError> {
     let mut waypoints = Vec::new();
     for (number, line) in (1..).zip(text.trim_start_matches('\u{feff}').lines()) {
@@ -130,14 +130,14 @@ mod tests {
     use super::*;
 
     #[test]
-    fn comments_blank_lines_and_spaces_are_skipped() {
+    fn comments_empty_lines_and_spaces_are_skipped() {
         let text = "\u{feff}# once around the sofa\r\n\r\n 48 , -12 # first\n0,0\n-9999,+9999\n";
         let wanted = [(48, -12), (0, 0), (-9999, 9999)].map(|(x_in, y_in)| Waypoint { x_in, y_in });
         assert_eq!(parse("r.txt", text), Ok(wanted.to_vec()));
     }
 
     #[test]
-    fn what_is_written_reads_back() {
+    fn formatted_route_parses_to_the_same() {
         let route: Vec<Waypoint> = (0..300)
             .map(|n| Waypoint {
                 x_in: n - 150,
@@ -148,7 +148,7 @@ mod tests {
     }
 
     #[test]
-    fn a_bad_line_is_named_by_file_line_and_column() {
+    fn errors_name_file_line_and_column() {
         for (text, message) in [
             ("1,2\n 3, four\n", "r.txt:2:5: `four` is not a whole number"),
             ("1,2\n10000,0\n", "r.txt:2:1: `10000` is not a whole number"),

@@ -1,27 +1,27 @@
-//! What somebody who mistyped a word may have meant.
+//! Suggestions for mistyped words.
 
 use std::fmt::Display;
 
-/// The known word that is nearest to one that is not known; `None` when none is near.
+/// The known word most similar to `word`; `None` if none is similar.
 #[must_use]
 pub fn nearest<'a>(word: &str, known: impl IntoIterator<Item = &'a str>) -> Option<&'a str> {
-    // One slip in a short word, two from six letters on.
-    let slips_max = if word.chars().count() < 6 { 1 } else { 2 };
+    // One edit in a short word, two from six letters on.
+    let edits_max = if word.chars().count() < 6 { 1 } else { 2 };
     known
         .into_iter()
         .map(|candidate| (strsim::osa_distance(word, candidate), candidate))
-        .filter(|(slips, _)| *slips <= slips_max)
-        .min_by_key(|(slips, _)| *slips)
+        .filter(|(edits, _)| *edits <= edits_max)
+        .min_by_key(|(edits, _)| *edits)
         .map(|(_, candidate)| candidate)
 }
 
-/// `; did you mean `WORD`?`, or nothing.
+/// `; did you mean `WORD`?`, or an empty text.
 #[must_use]
 pub fn question<'a>(word: &str, known: impl IntoIterator<Item = &'a str>) -> String {
     nearest(word, known).map_or(String::new(), |known| format!("; did you mean `{known}`?"))
 }
 
-/// `; did you mean `WORD`?`, or else what there is.
+/// `; did you mean `WORD`?`, or `; ` and the list `all`.
 pub(crate) fn question_or<'a>(
     word: &str,
     known: impl IntoIterator<Item = &'a str>,
@@ -38,7 +38,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn what_is_near_is_suggested_and_nothing_else() {
+    fn only_similar_words_are_suggested() {
         let known = ["radio", "baud", "latency_ms"];
         assert_eq!(nearest("radoi", known), Some("radio"));
         assert_eq!(nearest("latencyms", known), Some("latency_ms"));

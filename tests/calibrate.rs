@@ -58,7 +58,7 @@ fn calibrate(way: &[&str]) -> String {
     let mut said = String::new();
     for line in told.lines() {
         let line = line.unwrap();
-        if line.starts_with("Where is it now?") || line.ends_with("Again:") {
+        if line.starts_with("Measure its position") || line.ends_with("Again:") {
             let answer = measured.next().expect("it asks three times");
             writeln!(answers, "{answer}").unwrap();
         }
@@ -76,11 +76,11 @@ fn what_is_measured_is_sent_and_kept() {
     expect(0, &["param", &robot.path, "set", "top-speed", "8"]);
     let said = calibrate(&[&robot.path]);
     for words in [
-        "takes its track for 10000",
-        "`a bit to the left` are not two numbers",
+        "a track of 10000",
+        "`a bit to the left` is not two numbers",
         "Error before: 3.",
-        "Kept over a reset.",
-        "Not kept, as before: top-speed 8.",
+        "Saved over a reset.",
+        "Not saved, as before: top-speed 8.",
     ] {
         assert!(said.contains(words), "`{words}` is not in:\n{said}");
     }
@@ -92,7 +92,7 @@ fn what_is_measured_is_sent_and_kept() {
         .parse()
         .unwrap();
     assert!(
-        said.contains(&format!("So its track is {track} ")),
+        said.contains(&format!("Measured: a track of {track} ")),
         "{said}"
     );
     assert!(track > 10_000, "{said}");
@@ -121,7 +121,7 @@ fn a_station_that_shares_its_link_can_be_calibrated_through() {
     let mut station = Telling::start(&["watch", &robot.path, "--headless", "--share", socket]);
     station.wait_for("a line", |value| value["event"] == "line");
     let said = calibrate(&["--via", socket]);
-    assert!(said.contains("Kept over a reset."), "{said}");
+    assert!(said.contains("Saved over a reset."), "{said}");
     let kept = fs::read_to_string(&eeprom).unwrap();
     assert!(
         kept.contains("track=1") && !kept.contains("square=-"),

@@ -432,7 +432,7 @@ fn a_full_disk_is_remembered_to_the_end() {
     let error = Recorder::start("/nowhere/a.mcap", Existing::Refuse, &session())
         .err()
         .unwrap();
-    assert!(error.to_string().contains("make the directory"), "{error}");
+    assert!(error.to_string().contains("create the folder"), "{error}");
 }
 
 /// Hands out `sizes` bytes in turn.

@@ -42,8 +42,8 @@ fn a_full_disk_is_told_and_the_robot_is_watched_on() {
         text.contains("what was written until then is kept"),
         "{text}"
     );
-    let remedy = format!("`groundwave recover {}`", path.display());
-    assert!(text.contains(&remedy), "{text}");
+    let hint = format!("`groundwave recover {}`", path.display());
+    assert!(text.contains(&hint), "{text}");
     watch.wait_for_new("another line", |value| value["event"] == "line");
     drop(watch);
     let paths = Paths::of(&path);
@@ -209,7 +209,7 @@ fn recover_says_what_it_did_to_people_and_to_programs() {
     let (_, err) = expect(2, &["recover", "nowhere.mcap"]);
     assert!(err.contains("cannot open nowhere.mcap"), "{err}");
     let (_, err) = expect(0, &["recover", folder.to_str().unwrap()]);
-    assert!(err.contains("no recording there was interrupted"), "{err}");
+    assert!(err.contains("no interrupted recordings"), "{err}");
 }
 
 /// A file in a folder, until the folder is taken away.

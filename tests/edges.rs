@@ -118,7 +118,7 @@ fn a_station_killed_in_the_middle_of_a_transfer_sends_anew() {
     sender.wait_for("progress", is_stage("progress"));
     drop(sender);
     let (out, _) = expect(0, &["send", &sim.path, "route", &route]);
-    assert!(out.contains("proven"), "{out}");
+    assert!(out.contains("confirmed"), "{out}");
 }
 
 #[test]
@@ -209,7 +209,7 @@ fn the_exit_codes_are_those_of_a_link_of_ones_own() {
     assert!(out.starts_with("mode reactive: confirmed after"), "{out}");
     let (_, err) = expect(5, &["send", "--via", &socket, "dock"]);
     assert!(
-        err.contains("refused `mode forage`: it has no sensor for a dock's beacon"),
+        err.contains("refused `mode forage`: it has no sensor for the dock's beacon"),
         "{err}"
     );
     expect(2, &["send", "--via", &socket, "fly"]);
@@ -379,7 +379,7 @@ fn what_comes_without_a_line_is_judged() {
         .write_all(&[0x00, 0xF0, 0x0F, 0xF8, 0x80, 0x07].repeat(100))
         .unwrap();
     watch.wait_for("the wrong rate", is_heard("wrong-rate"));
-    watch.wait_for_new("the remedy", |value| {
+    watch.wait_for_new("the hint", |value| {
         let text = value["text"].as_str().unwrap_or_default();
         value["level"] == "warning" && text.contains("serial server's baud rate")
     });
@@ -444,9 +444,9 @@ fn a_stop_waits_for_no_configuration_to_be_right() {
     fs::write(&config, text).unwrap();
     expect(2, &["send", "--config", &config, "marvin", "dock"]);
     let (out, err) = expect(0, &["send", "--config", &config, "marvin", "stop"]);
-    assert!(out.contains("stop: proven"), "{out}");
+    assert!(out.contains("stop: confirmed"), "{out}");
     assert!(
-        err.contains("drak") && err.contains("tried all the same"),
+        err.contains("drak") && err.contains("Trying to stop anyway"),
         "{err}"
     );
     // What stands beside a slip in the notation holds too.
@@ -456,7 +456,7 @@ fn a_stop_waits_for_no_configuration_to_be_right() {
     );
     fs::write(&config, text).unwrap();
     let (out, err) = expect(0, &["send", "--config", &config, "marvin", "stop"]);
-    assert!(out.contains("stop: proven"), "{out}");
+    assert!(out.contains("stop: confirmed"), "{out}");
     assert!(err.contains(":4:"), "{err}");
 }
 

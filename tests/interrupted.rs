@@ -57,10 +57,10 @@ fn every_reader_names_the_recovery_of_an_interrupted_recording() {
     let folder = scratch("interrupted-readers");
     let bytes = interrupted(&folder, "r.mcap");
     let file = |name: &str| folder.join(name).display().to_string();
-    let remedy = format!("`groundwave recover {}`", file("r.mcap"));
+    let hint = format!("`groundwave recover {}`", file("r.mcap"));
     for verb in READERS {
         let (_, err) = expect(2, &[verb, &[&*file("r.mcap")][..]].concat());
-        assert!(err.contains(&remedy), "{verb:?}: {err}");
+        assert!(err.contains(&hint), "{verb:?}: {err}");
         let told = format!("{bytes} bytes of the radio lie in its journal");
         assert!(err.contains(&told), "{verb:?}: {err}");
     }
@@ -69,11 +69,11 @@ fn every_reader_names_the_recovery_of_an_interrupted_recording() {
     assert!(matches!(error, CaptureError::Missing(_)), "{error}");
     for verb in READERS.iter().filter(|verb| verb[0] != "label") {
         let (_, err) = expect(1, &[verb, &[&*file("r.mcap.partial")][..]].concat());
-        assert!(err.contains(&remedy), "{verb:?}: {err}");
+        assert!(err.contains(&hint), "{verb:?}: {err}");
         assert!(err.contains("lie in its journal"), "{verb:?}: {err}");
     }
     let (_, err) = expect(2, &["label", &file("r.mcap.partial"), "--name", "x"]);
-    assert!(err.contains(&remedy), "{err}");
+    assert!(err.contains(&hint), "{err}");
     expect(0, &["recover", &file("r.mcap")]);
     for verb in READERS {
         expect(0, &[verb, &[&*file("r.mcap")][..]].concat());
@@ -87,14 +87,14 @@ fn a_replay_of_an_unfinished_file_names_the_recovery_when_it_begins() {
     let folder = scratch("interrupted-replay");
     interrupted(&folder, "my r.mcap");
     // As a shell takes it.
-    let remedy = format!(
+    let hint = format!(
         "`groundwave recover '{}'`",
         folder.join("my r.mcap").display()
     );
     let file = folder.join("my r.mcap.partial").display().to_string();
     let mut replay = OnTerminal::start(GROUNDWAVE, &["replay", &file], 200, 40);
-    replay.wait_for("the remedy over the robot's lines", |text| {
-        text.contains(&format!("its end is missing; {remedy}")) && text.contains("── map")
+    replay.wait_for("the hint over the robot's lines", |text| {
+        text.contains(&format!("its end is missing; {hint}")) && text.contains("── map")
     });
     replay.type_keys("q");
     replay.wait();

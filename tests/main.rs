@@ -16,6 +16,7 @@ mod endurance;
 mod failsafe;
 mod failures;
 mod fuzz;
+mod hints;
 mod house;
 mod interrupted;
 mod kills;
@@ -32,7 +33,6 @@ mod ranks;
 mod recording;
 mod recordings;
 mod recovery;
-mod remedies;
 mod restarts;
 #[path = "../firmware/sim/tests/common/mod.rs"]
 mod rig;

@@ -93,7 +93,7 @@ fn a_script_stops_at_the_first_command_that_fails() {
     let out = String::from_utf8(output.stdout).unwrap();
     assert_eq!(output.status.code(), Some(5), "{out}");
     assert!(
-        out.contains("mode reactive: proven") && !out.contains("mode prowl"),
+        out.contains("mode reactive: confirmed") && !out.contains("mode prowl"),
         "{out}"
     );
 }

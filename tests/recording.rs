@@ -96,7 +96,7 @@ fn a_folder_that_is_removed_is_told_of_in_the_end() {
     assert!(error.contains("a.mcap.partial"), "{error}");
     let error = Recorder::start(&path, Existing::Refuse, &session()).err();
     let error = error.unwrap().to_string();
-    assert!(error.contains("make the directory first"), "{error}");
+    assert!(error.contains("create the folder first"), "{error}");
 }
 
 #[cfg(unix)]
@@ -113,5 +113,5 @@ fn a_folder_that_may_not_be_written_is_told_of_at_once() {
     }
     let error = Recorder::start(closed.join("a.mcap"), Existing::Refuse, &session()).err();
     let error = error.unwrap().to_string();
-    assert!(error.contains("choose a directory"), "{error}");
+    assert!(error.contains("choose a writable folder"), "{error}");
 }

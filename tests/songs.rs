@@ -188,7 +188,7 @@ fn a_capture_without_a_song_says_so() {
     assert!(!wav.exists(), "a folder for nothing");
     fs::write(&file, "").unwrap();
     let (_, err) = expect(2, &arguments);
-    assert!(err.contains("not one line of a robot in 0 bytes"), "{err}");
+    assert!(err.contains("no line found in 0 bytes"), "{err}");
 }
 
 /// The robot finds its list of one point done at once and sings of it; a signal ends the program.

@@ -42,7 +42,7 @@ fn nothing_is_overwritten_and_nothing_is_left_behind() {
     let length = fs::metadata(&to).unwrap().len();
     assert!((1121..=1200).contains(&length), "{length} bytes in 5 s");
     let (_, err) = expect(1, &["convert", &file("a.txt"), "-o", &file("none/a.mcap")]);
-    assert!(err.contains("make the directory"), "{err}");
+    assert!(err.contains("create the folder"), "{err}");
     let (_, err) = expect(2, &["convert", &file("a.txt"), &file("a.mcap"), "-o", "x"]);
     assert!(err.contains("--output-dir"), "{err}");
     let mut left: Vec<_> = fs::read_dir(&folder)
@@ -209,12 +209,12 @@ fn a_part_outside_of_the_capture_is_an_error_and_makes_no_file() {
     ] {
         let (_, err) = expect(2, &[&["cut", name, "-o", &made], window].concat());
         assert!(err.contains("is 3:"), "{err}");
-        assert!(err.contains("nothing of it lies there"), "{err}");
+        assert!(err.contains("nothing recorded between"), "{err}");
         assert!(!Path::new(&made).exists());
     }
     let wall = ["cut", &file("a.mcap"), "--from", "2099-01-01T00:00:00Z"];
     let (_, err) = expect(2, &wall);
-    assert!(err.contains("nothing of it lies there"), "{err}");
+    assert!(err.contains("nothing recorded between"), "{err}");
     assert_eq!(fs::read_dir(&folder).unwrap().count(), 2);
 }
 
@@ -234,7 +234,7 @@ fn nothing_is_recorded_to_a_file_called_dash() {
             .unwrap();
         let err = String::from_utf8(output.stderr).unwrap();
         assert_eq!(output.status.code(), Some(2), "{arguments:?}: {err}");
-        assert!(err.contains("watch - --headless"), "{err}");
+        assert!(err.contains("watch LINK --headless"), "{err}");
     }
     assert_eq!(fs::read_dir(&folder).unwrap().count(), 0);
 }

@@ -7,7 +7,7 @@ use std::path::{Path, PathBuf};
 
 use super::recover::Interrupted;
 use super::unpacker::Problem;
-use crate::remedy::{self, shell_word};
+use crate::hint::{self, shell_word};
 
 /// What to do when the file to be written exists.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -166,7 +166,7 @@ pub enum CaptureError {
     #[error("cannot append to {}: only raw captures can be appended to; choose another name", .0.display())]
     CannotAppend(PathBuf),
     /// The file cannot be made.
-    #[error("cannot create {}: {error}{}", path.display(), remedy(error))]
+    #[error("cannot create {}: {error}{}", path.display(), hint(error))]
     Create {
         /// The file.
         path: PathBuf,
@@ -178,7 +178,7 @@ pub enum CaptureError {
         "recording to {} stopped: {error}; what was written until then is kept{}{}",
         path.display(),
         recovery(path),
-        remedy(error)
+        hint(error)
     )]
     Write {
         /// The file.
@@ -195,7 +195,7 @@ pub enum CaptureError {
         fate: Fate,
     },
     /// The file cannot be opened.
-    #[error("cannot open {}: {}", path.display(), remedy::of_reading(error))]
+    #[error("cannot open {}: {}", path.display(), hint::of_reading(error))]
     Open {
         /// The file.
         path: PathBuf,
@@ -206,7 +206,7 @@ pub enum CaptureError {
     #[error("cannot open that recording: {0}")]
     Missing(Interrupted),
     /// Reading failed in the middle.
-    #[error("cannot read {}: {}", path.display(), remedy::of_reading(error))]
+    #[error("cannot read {}: {}", path.display(), hint::of_reading(error))]
     Read {
         /// The file.
         path: PathBuf,
@@ -249,15 +249,15 @@ fn recovery(path: &Path) -> String {
     }
 }
 
-fn remedy(error: &io::Error) -> &'static str {
+fn hint(error: &io::Error) -> &'static str {
     match error.kind() {
         io::ErrorKind::StorageFull | io::ErrorKind::QuotaExceeded => {
             "; make room and start a new recording"
         }
-        io::ErrorKind::NotFound => "; make the directory first",
+        io::ErrorKind::NotFound => "; create the folder first",
         io::ErrorKind::IsADirectory => "; name a file in it",
         io::ErrorKind::PermissionDenied | io::ErrorKind::ReadOnlyFilesystem => {
-            "; choose a directory you may write to"
+            "; choose a writable folder"
         }
         _ => "",
     }

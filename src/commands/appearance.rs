@@ -1,12 +1,12 @@
-//! How the dashboard is to look: what the configuration says, else what the environment does. Nothing is asked of the
-//! terminal: one that does not answer would cost seconds.
+//! Appearance of the dashboard: from the configuration, else from the environment. The terminal is not queried, because
+//! one that does not answer costs seconds.
 
 use std::env;
 
 use super::config::{self, Theme};
 use crate::model::{Colors, Config};
 
-/// The configuration, else `NO_COLOR`, `COLORFGBG` and the locale.
+/// The appearance by the configuration, else by `NO_COLOR`, `COLORFGBG` and the locale.
 pub(super) fn appearance(config: &config::Config) -> Config {
     let set = |name| env::var(name).ok().filter(|value| !value.is_empty());
     let locale = set("LC_ALL")
@@ -16,7 +16,7 @@ pub(super) fn appearance(config: &config::Config) -> Config {
     let dashboard = &config.dashboard;
     Config {
         colors: match dashboard.theme {
-            // Who says that there are to be no colours is believed, whatever the file says.
+            // NO_COLOR outranks the configuration.
             _ if no_color => Colors::Mono,
             None | Some(Theme::Auto) => colors(set("COLORFGBG").as_deref()),
             Some(Theme::Dark) => Colors::Dark,
@@ -46,8 +46,7 @@ fn colors(foreground_background: Option<&str>) -> Colors {
     }
 }
 
-/// A locale that names an encoding other than UTF-8 gets ASCII; `C` and none at all too, except where
-/// locales are not a thing.
+/// Whether a locale lacks UTF-8. Systems other than Unix always have it.
 fn is_ascii(locale: Option<&str>) -> bool {
     if !cfg!(unix) {
         return false;
@@ -63,7 +62,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn light_backgrounds_are_known() {
+    fn background_follows_from_colorfgbg() {
         assert_eq!(colors(Some("0;15")), Colors::Light);
         assert_eq!(colors(Some("15;0")), Colors::Dark);
         assert_eq!(colors(Some("12;default;8")), Colors::Dark);
@@ -72,7 +71,7 @@ mod tests {
 
     #[cfg(unix)]
     #[test]
-    fn braille_needs_utf_8() {
+    fn locale_without_utf_8_gets_ascii() {
         assert!(!is_ascii(Some("en_US.UTF-8")));
         assert!(!is_ascii(Some("C.utf8")));
         assert!(is_ascii(Some("C")));

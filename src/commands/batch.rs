@@ -1,4 +1,4 @@
-//! Many files at once: patterns, all cores, results in order.
+//! Work on several files: expands patterns, uses all cores, returns results in order.
 
 use std::collections::BTreeMap;
 use std::fs;
@@ -14,10 +14,10 @@ use super::cli::Captures;
 use super::progress::Progress;
 use super::{Exit, Fault, say};
 
-/// How often a person is told how far it is.
-const TOLD_EVERY: Duration = Duration::from_millis(200);
+/// Interval between progress messages.
+const PROGRESS_EVERY: Duration = Duration::from_millis(200);
 
-/// The captures that were named. Patterns that the shell has left alone are expanded here.
+/// The named captures, with patterns expanded that the shell has not expanded.
 pub(super) fn files(named: &Captures) -> Result<Vec<PathBuf>, Fault> {
     let mut files = Vec::new();
     for path in &named.files {
@@ -29,7 +29,7 @@ pub(super) fn files(named: &Captures) -> Result<Vec<PathBuf>, Fault> {
     Ok(files)
 }
 
-/// The name as a pattern; a file may be called like one.
+/// The name if it is a pattern and not the name of a file.
 pub(super) fn pattern(path: &Path) -> Option<&str> {
     let text = path.to_str()?;
     (text.contains(['*', '?', '[']) && !path.exists()).then_some(text)
@@ -41,16 +41,15 @@ fn expand(pattern: &str) -> Result<Vec<PathBuf>, Fault> {
     let found = glob::glob(pattern).map_err(|error| bad(&error))?;
     let files: Result<Vec<_>, _> = found.collect();
     let files = files.map_err(|error| bad(&error))?;
-    // One that matches nothing is named in its turn, as a file that is not there is.
+    // A pattern without a match is reported later, like a missing file.
     if files.is_empty() {
         return Ok(vec![PathBuf::from(pattern)]);
     }
     Ok(files)
 }
 
-/// Does `work` for each file, by its place in `files`, on all cores, and hands what comes of it to `take` in
-/// their order. `take` may end it early. One bad file does not hide the others: every fault is told, and the
-/// last one is left to the caller.
+/// Runs `work` for each file on all cores and hands the results to `take` in the order of the files; `take` may end
+/// early. Faults are printed, except for the last one, which is returned.
 pub(super) fn each<T: Send>(
     files: &[PathBuf],
     quiet: bool,
@@ -78,15 +77,15 @@ pub(super) fn each<T: Send>(
             });
         }
         drop(sender);
-        let mut early = BTreeMap::new();
+        let mut waiting = BTreeMap::new();
         let mut turn = 0;
         'all: loop {
-            match results.recv_timeout(TOLD_EVERY) {
-                Ok((index, result)) => drop(early.insert(index, result)),
+            match results.recv_timeout(PROGRESS_EVERY) {
+                Ok((index, result)) => drop(waiting.insert(index, result)),
                 Err(RecvTimeoutError::Timeout) => progress.show(),
                 Err(RecvTimeoutError::Disconnected) => break,
             }
-            while let Some(result) = early.remove(&turn) {
+            while let Some(result) = waiting.remove(&turn) {
                 progress.clear();
                 turn += 1;
                 match result.and_then(|result| take(turn - 1, result)) {
@@ -107,7 +106,7 @@ pub(super) fn each<T: Send>(
     fault.map_or(Ok(()), Err)
 }
 
-/// Bytes in all files together; `None` where one of them is a pipe.
+/// Size of all files together in bytes; `None` if one is not a regular file.
 fn total_bytes(files: &[PathBuf]) -> Option<u64> {
     let bytes = |path: &PathBuf| {
         let about = fs::metadata(path).ok().filter(fs::Metadata::is_file)?;

@@ -1,4 +1,4 @@
-//! `calibrate`: two squares, a tape measure, and what follows from them.
+//! `calibrate`: guides the operator through two squares and sets the robot's wheel and track size.
 
 mod operator;
 
@@ -17,16 +17,16 @@ use crate::event::{Event, LinkEvent};
 use crate::request::{Request, Tuning};
 use operator::Operator;
 
-/// What is corrected, in the order of a [`Gauge`].
+/// The corrected parameters, in the order of a [`Gauge`].
 const CORRECTED: [&str; 3] = ["track", "wheel-left", "wheel-right"];
 
-/// How the robot is told which square to drive.
+/// The parameter with the side of the square; negative is counter-clockwise.
 const SQUARE: &str = "square";
 
-/// A robot that believes to be farther than this from its start did not drive the whole square.
+/// Farthest reported distance from the start after a whole square, inches.
 const BROKEN_OFF_IN: f64 = 12.0;
 
-/// Lines A to wait for at the end: by then the wheels stand.
+/// Lines A to wait for at the end, until the wheels stand.
 const SETTLED_LINES: u8 = 4;
 
 pub(super) fn run(options: &Calibrate, config: &Config) -> Result<(), Fault> {
@@ -49,7 +49,7 @@ pub(super) fn run(options: &Calibrate, config: &Config) -> Result<(), Fault> {
     })
 }
 
-/// The lines of standard input, read beside the radio.
+/// The lines of standard input, read on a thread of their own.
 fn answers() -> Receiver<String> {
     let (send, receive) = tokio::sync::mpsc::channel(1);
     std::thread::spawn(move || {
@@ -62,13 +62,14 @@ fn answers() -> Receiver<String> {
     receive
 }
 
+/// The direction of a square.
 #[derive(Clone, Copy)]
-enum Way {
+enum Direction {
     Clockwise,
     Counter,
 }
 
-impl Way {
+impl Direction {
     const fn words(self) -> &'static str {
         match self {
             Self::Clockwise => "clockwise",
@@ -82,16 +83,16 @@ struct Guide<'a> {
     operator: Operator,
     answers: Receiver<String>,
     has_driven: bool,
-    /// What the robot's square was before, while it is another.
+    /// The parameter's value before, while it is changed.
     square: Option<i16>,
 }
 
 impl Guide<'_> {
-    /// Whatever went wrong, the robot does not drive on blindly in mode Calibrate, and its square is what it was.
+    /// Stops the robot after a fault and restores its parameter.
     async fn stop(&mut self) {
         if self.has_driven {
             if self.operator.deliver(Request::Stop).await.is_err() {
-                say("Whether the robot has stopped is NOT known: stop it by hand.");
+                say("The stop was NOT confirmed: stop the robot by hand.");
                 return;
             }
             say("The robot has stopped.");
@@ -100,7 +101,7 @@ impl Guide<'_> {
             && self.put_square_back().await.is_err()
         {
             say(format_args!(
-                "Its parameter `{SQUARE}` was {square} before: `param set {SQUARE} {square}` puts that back."
+                "Its parameter `{SQUARE}` was {square} before; restore it with `param set {SQUARE} {square}`."
             ));
         }
     }
@@ -116,7 +117,7 @@ impl Guide<'_> {
     async fn calibrate(&mut self) -> Result<(), Fault> {
         let before = self.gauge().await?;
         say(format_args!(
-            "The robot takes its track for {} and its wheels for {} and {} thousandths of an inch.",
+            "The robot assumes a track of {} and wheels of {} and {} thousandths of an inch.",
             before.track, before.wheel_left, before.wheel_right
         ));
         let squares = self.squares().await?;
@@ -125,7 +126,7 @@ impl Guide<'_> {
             .correct(before)
             .map_err(|error| Fault::new(Exit::Failed, error))?;
         say(format_args!(
-            "So its track is {} and its wheels are {} and {} thousandths of an inch.",
+            "Measured: a track of {} and wheels of {} and {} thousandths of an inch.",
             gauge.track, gauge.wheel_left, gauge.wheel_right
         ));
         let values = [gauge.track, gauge.wheel_left, gauge.wheel_right];
@@ -136,7 +137,7 @@ impl Guide<'_> {
             let after = self.squares().await?;
             say(error_text("after", &after));
             say(format_args!(
-                "{:.1} times better.",
+                "The error is {:.1} times smaller.",
                 squares.error_in() / after.error_in().max(0.1)
             ));
         }
@@ -144,12 +145,12 @@ impl Guide<'_> {
         if self.options.save {
             return self.save().await;
         }
-        say("Until the robot's next reset; `param save` keeps it for longer.");
+        say("Valid until the robot's next reset; `param save` keeps the values.");
         Ok(())
     }
 
-    /// The robot keeps all its parameters or none: what somebody else changed and has not kept is put back for the
-    /// moment.
+    /// Saves only the corrected parameters. The robot saves all of them at once, so others that were changed but not
+    /// saved are reset for the moment.
     async fn save(&mut self) -> Result<(), Fault> {
         let list = Request::Parameter(Tuning::List);
         let mut others = self.operator.deliver(list).await?;
@@ -162,11 +163,14 @@ impl Guide<'_> {
         let names = names.join(", ");
         result.map_err(|fault| match others[..] {
             [] => fault,
-            _ => fault.within("", format_args!("; set before and not kept were {names}")),
+            _ => fault.within(
+                "",
+                format_args!("; these values were set but not saved: {names}"),
+            ),
         })?;
-        say("Kept over a reset.");
+        say("Saved over a reset.");
         if !others.is_empty() {
-            say(format_args!("Not kept, as before: {names}."));
+            say(format_args!("Not saved, as before: {names}."));
         }
         Ok(())
     }
@@ -183,7 +187,7 @@ impl Guide<'_> {
         Ok(())
     }
 
-    /// What the robot takes its wheels and track for now.
+    /// The wheel and track size that the robot assumes.
     async fn gauge(&mut self) -> Result<Gauge, Fault> {
         Ok(Gauge {
             track: self.operator.get("track").await?,
@@ -192,23 +196,24 @@ impl Guide<'_> {
         })
     }
 
-    /// Drives both squares and has them measured.
+    /// Drives both squares and asks for the measurements.
     async fn squares(&mut self) -> Result<Squares, Fault> {
         Ok(Squares {
             side_in: self.options.side.into(),
-            clockwise: self.square(Way::Clockwise).await?,
-            counter: self.square(Way::Counter).await?,
+            clockwise: self.square(Direction::Clockwise).await?,
+            counter: self.square(Direction::Counter).await?,
         })
     }
 
-    async fn square(&mut self, way: Way) -> Result<Offset, Fault> {
-        let side = match way {
-            Way::Clockwise => self.options.side,
-            Way::Counter => -self.options.side,
+    /// Drives a square; returns the measured offset less the reported one.
+    async fn square(&mut self, direction: Direction) -> Result<Offset, Fault> {
+        let side = match direction {
+            Direction::Clockwise => self.options.side,
+            Direction::Counter => -self.options.side,
         };
         if io::stdin().is_terminal() {
             say(format_args!(
-                "Put the robot on its mark, with {} in free ahead and to the {}. Then press Enter.",
+                "Put the robot on its mark, with {} in of free floor ahead and to the {}. Then press Enter.",
                 self.options.side + 12,
                 if side > 0 { "right" } else { "left" }
             ));
@@ -223,37 +228,36 @@ impl Guide<'_> {
         self.operator
             .deliver(Request::Mode(Mode::Calibrate))
             .await?;
-        say(format_args!("Driving {} …", way.words()));
-        let (end, is_spoilt) = self.until_it_stands().await?;
-        let believed = Offset {
+        say(format_args!("Driving {} …", direction.words()));
+        let (end, is_spoilt) = self.wait_for_end().await?;
+        let reported = Offset {
             right_in: f64::from(end.x_tenths_in) / 10.0,
             ahead_in: f64::from(end.y_tenths_in) / 10.0,
         };
-        if is_spoilt || believed.length_in() > BROKEN_OFF_IN {
+        if is_spoilt || reported.length_in() > BROKEN_OFF_IN {
             return Err(Fault::new(
                 Exit::Failed,
                 format!(
-                    "the {} square was broken off: the robot touched something, saw no floor, stalled or was stopped, \
-                     {:.0} in from its start by its own reckoning. Clear the floor and begin again",
-                    way.words(),
-                    believed.length_in()
+                    "the {} square was broken off: the robot bumped, saw no floor, stalled or was stopped, {:.0} in from \
+                     its start by odometry. Clear the floor and begin again",
+                    direction.words(),
+                    reported.length_in()
                 ),
             ));
         }
         say(
-            "Where is it now? Inches to the right of its mark and ahead of it, as it stood there (left and behind are \
-             negative):",
+            "Measure its position in inches, to the right of the mark and ahead of it, as seen at the start (left and \
+             behind are negative):",
         );
         let measured = self.measurement().await?;
         Ok(Offset {
-            right_in: measured.right_in - believed.right_in,
-            ahead_in: measured.ahead_in - believed.ahead_in,
+            right_in: measured.right_in - reported.right_in,
+            ahead_in: measured.ahead_in - reported.ahead_in,
         })
     }
 
-    /// Until mode C has ended and the wheels stand; also whether anything happened on the way that spoils a
-    /// square.
-    async fn until_it_stands(&mut self) -> Result<(StateLine, bool), Fault> {
+    /// Waits until mode Calibrate has ended and the wheels stand; also returns whether something spoilt the square.
+    async fn wait_for_end(&mut self) -> Result<(StateLine, bool), Fault> {
         let speed_in_s = 4;
         let limit_s = 60 + 4 * u64::from(self.options.side.unsigned_abs()) / speed_in_s;
         let limit = Instant::now() + std::time::Duration::from_secs(limit_s);
@@ -263,14 +267,14 @@ impl Guide<'_> {
                 let line = match event {
                     Event::Line { line, .. } => line,
                     Event::Link(LinkEvent::Lost { reason }) => {
-                        say(format_args!("link lost: {reason}; trying again"));
+                        say(format_args!("link lost: {reason}; reconnecting"));
                         continue;
                     }
                     _ => continue,
                 };
                 match line.body {
                     Body::Text(text) => say(format_args!("robot: {}", text.as_str())),
-                    // The first one may have been composed before the order.
+                    // The first line A may have been sent before the command took effect.
                     Body::State(state) if state.mode == Mode::Calibrate => {
                         is_spoilt |= spoils(&state);
                         settled = 0;
@@ -288,13 +292,13 @@ impl Guide<'_> {
                 () = self.operator.step() => {}
                 () = sleep_until(limit) => return Err(Fault::new(
                     Exit::NotConfirmed,
-                    format!("the end of the square was not heard within {limit_s} s: stop the robot and look at the link"),
+                    format!("the square did not end within {limit_s} s; stop the robot and check the link"),
                 )),
             }
         }
     }
 
-    /// The next line of standard input; the radio goes on meanwhile.
+    /// The next line of standard input; the link is served meanwhile.
     async fn answer(&mut self) -> Result<String, Fault> {
         loop {
             while self.operator.poll_event().is_some() {}
@@ -302,7 +306,7 @@ impl Guide<'_> {
                 () = self.operator.step() => {}
                 answer = self.answers.recv() => return answer.ok_or_else(|| Fault::new(
                     Exit::Usage,
-                    "standard input has ended before everything was measured: two numbers a line, one line a square",
+                    "standard input ended too early; give two numbers a line, one line a square",
                 )),
             }
         }
@@ -313,11 +317,11 @@ impl Guide<'_> {
             let answer = self.answer().await?;
             match measurement(&answer) {
                 Some(offset) if offset.length_in() > f64::from(self.options.side) => {
-                    say("That is farther than a side is long. Again:");
+                    say("That is more than the side of the square. Again:");
                 }
                 Some(offset) => return Ok(offset),
                 None => say(format_args!(
-                    "`{}` are not two numbers of inches, like `3.5 -2`. Again:",
+                    "`{}` is not two numbers in inches, such as `3.5 -2`. Again:",
                     answer.trim()
                 )),
             }
@@ -325,14 +329,14 @@ impl Guide<'_> {
     }
 }
 
-/// A square on which this happened is none.
+/// Whether a bump, a cliff or a stall spoilt the square.
 fn spoils(state: &StateLine) -> bool {
     !matches!(state.bump, Bump::None | Bump::NotFitted)
         || !matches!(state.cliff, Cliff::None | Cliff::NotFitted)
         || state.drive == Drive::Stalled
 }
 
-/// Two numbers, with spaces or a comma between them.
+/// Parses two numbers, separated by spaces or a comma.
 fn measurement(answer: &str) -> Option<Offset> {
     let mut numbers = answer
         .split([',', ' ', '\t'])
@@ -347,7 +351,7 @@ fn measurement(answer: &str) -> Option<Offset> {
 
 fn error_text(when: &str, squares: &Squares) -> String {
     format!(
-        "Error {when}: {:.1} in clockwise, {:.1} in counter-clockwise, {:.2} % of the way.",
+        "Error {when}: {:.1} in clockwise, {:.1} in counter-clockwise, {:.2} % of the distance driven.",
         squares.clockwise.length_in(),
         squares.counter.length_in(),
         squares.error_share() * 100.0
@@ -359,7 +363,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn a_measurement_is_two_numbers() {
+    fn measurement_is_two_finite_numbers() {
         let offset = |right_in, ahead_in| Some(Offset { right_in, ahead_in });
         assert_eq!(measurement("3.5 -2"), offset(3.5, -2.0));
         assert_eq!(measurement(" 0,+1.25\t"), offset(0.0, 1.25));

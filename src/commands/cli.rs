@@ -39,62 +39,63 @@ pub struct Cli {
     /// Read this configuration instead of the usual one
     #[arg(long, value_name = "FILE", global = true)]
     pub config: Option<PathBuf>,
-    /// What to do; nothing shows what can be done next.
+    /// The command; without one, Groundwave suggests what to run on this machine.
     #[command(subcommand)]
     pub command: Option<Command>,
 }
 
-/// The verbs.
+/// The commands.
 #[derive(Debug, Subcommand)]
 pub enum Command {
-    /// Watch a simulated robot prowl a house, live.
+    /// Simulate a robot in a house and show it in the dashboard.
     Demo(Demo),
-    /// Watch a robot: the live dashboard.
+    /// Show a robot in the live dashboard.
     Watch(Watch),
-    /// Record what the radio delivers, without a dashboard.
+    /// Record the received bytes without a dashboard.
     Record(Record),
-    /// Send a command and wait for the proof that the robot has executed it.
+    /// Send a command and wait until the robot confirms it.
     #[command(after_help = laid_out("\
 COMMAND is one of:
-  stop                          motors off; needs no session and no proof of who asks
+  stop                          motors off; works without a session
   mode prowl|reactive|home|...  enter a mode (passive, wander, forage, calibrate, user, stop)
-  prowl reactive passive wander home dock     the same in one word; dock is forage
+  prowl reactive passive wander home dock     short for `mode ...`; dock is mode forage
   enable L,L   disable L,L      layers: user bumpers rotation infrared (ir) sonar photo motion dead-reckoning (dr)
   only L,L|none                 these layers and no others
   preset NAME                   layers and mode: all sonar-only sonar-ir moth shy reactive passive wander
   param NAME VALUE              set a parameter; also param list, get NAME, set NAME VALUE, save
-  goto X Y                      a list of one point, whole inches from the robot's origin
-  route FILE|-                  a list of `X,Y` lines
-  clear                         empty the robot's list
+  goto X Y                      a route of one waypoint, whole inches from the robot's origin
+  route FILE|-                  a route of `X,Y` lines
+  clear                         delete the robot's route
   set-pose X Y THETA            tell the robot where it is; reset-pose is 0 0 0
-  scan                          look around
-  failsafe MODE Ns|off          enter a mode after N seconds (10 to 4095) without a word from the ground
+  scan                          measure the distances all around
+  failsafe MODE Ns|off          enter a mode after N seconds (10 to 4095) without a frame from the ground
 
-Neither goto nor route changes the mode, unless --go: then `mode prowl` follows.
+goto and route do not change the mode. With --go, `mode prowl` follows, and the robot drives.
 
 Examples:
   groundwave send /dev/ttyUSB0 goto -48 120 --go
   groundwave send tcp:robot.local:4000 route square.txt
-  groundwave send /dev/ttyUSB0 -f run.txt         one command a line, # comments; stops at the first that fails
+  groundwave send /dev/ttyUSB0 -f run.txt         one command a line, # comments; stops at the first failure
   groundwave send --dry-run route square.txt
   groundwave send --via /tmp/x.sock mode prowl    through a station started with --share /tmp/x.sock"))]
     Send(Send),
-    /// Read, change or keep the robot's parameters.
+    /// Read, change or save the robot's parameters.
     #[command(after_help = laid_out("\
 Examples:
   groundwave param /dev/ttyUSB0 list
   groundwave param /dev/ttyUSB0 get top-speed
   groundwave param /dev/ttyUSB0 set top-speed 8      until the robot's next reset, unless saved
-  groundwave param --via /tmp/x.sock save            over a reset; the same words go after `send`, as `param ...`
+  groundwave param --via /tmp/x.sock save            keep the values over a reset
 
-A value is proven when the robot acknowledged the order and then said the value itself."))]
+`send LINK param ...` does the same. A value is confirmed when the robot has acknowledged the command and then reported
+the value itself."))]
     Param(Param),
-    /// Drive two squares, and correct what the robot takes its wheels and track for.
+    /// Calibrate wheel and track size by driving two squares.
     #[command(after_help = laid_out("\
-The robot drives a square clockwise and one counter-clockwise, from a mark on the floor until it believes to be back on
-it. After each you measure where it really is, seen as it stood at the start, and type two numbers of inches: to the
-right of the mark and ahead of it. From these follow the track and the wheels' diameters, which are sent to the robot;
-then it drives both again, and you see what it was good for.
+The robot starts on a mark on the floor and drives a square clockwise, then one counter-clockwise. After each square,
+measure where it stands and type two numbers in inches: the distance to the right of the mark and the distance ahead of
+it, as seen at the start. Groundwave computes the track and the wheel diameters and sends them to the robot. Then the
+robot drives both squares again to show how much it improved.
 
 Examples:
   groundwave calibrate /dev/ttyUSB0 --side 157 --save
@@ -107,47 +108,40 @@ Examples:
     Replay(Replay),
     /// Decode a capture to JSON lines or CSV.
     Decode(Decode),
-    /// Say what is in captures.
+    /// Summarize captures.
     Info(Info),
-    /// Make recordings whole that were interrupted or damaged.
-    #[command(after_help = laid_out("\
-A recording that was interrupted is FILE.partial with its journal, FILE.journal, beside it: name any of them, or the
-folder. What holds is kept, what came in last is taken from the journal, and you are told what was saved and what was
-not. It can be interrupted and repeated. A damaged file stays as FILE.damaged.
-
-  groundwave recover evening.mcap
-  groundwave recover --json ~/captures"))]
+    /// Finish interrupted recordings and repair damaged ones.
     Recover(Recover),
-    /// Turn raw captures into MCAP and back.
+    /// Convert raw captures to MCAP and back.
     Convert(Convert),
-    /// Make tables and pictures of captures.
+    /// Export captures as tables or pictures.
     Export(Export),
-    /// Cut a part out of captures, by time.
+    /// Cut a time range out of captures.
     Cut(Cut),
-    /// Check captures: checksums, gaps, what was recorded against what it decodes to.
+    /// Check captures for damage and gaps.
     Verify(Verify),
-    /// List the songs in a capture, and make them audible.
+    /// List the songs in a capture and save them as sound.
     Songs(Songs),
-    /// List the captures there are, with what is said of them.
+    /// List captures with their labels and figures.
     Runs(Runs),
-    /// Give a run a name and remarks, or say that it does not count.
+    /// Name a run, add notes to it, or mark it void.
     Label(Label),
-    /// Lay two runs over each other.
+    /// Compare two runs.
     Compare(Compare),
-    /// List the serial ports of this machine.
+    /// List the serial ports.
     Ports(Ports),
-    /// Show a world as a picture and check it; without a name, list those that come with the program.
+    /// List, check or draw worlds.
     World(World),
-    /// Print the configuration as it comes, say where it is read from, or check one.
+    /// Print the default configuration, its path, or check a file.
     Config(ConfigArgs),
-    /// Print what a shell needs to complete this command line.
+    /// Print the completion script for a shell.
     Completions(Completions),
-    /// Print the manual page, or write one for each verb into a folder.
+    /// Print the manual page, or write one for each command.
     Man(Man),
 }
 
 impl Command {
-    /// Whether it opens a link or a dashboard, of which the configuration says something.
+    /// Whether the command reads the configuration.
     #[must_use]
     pub const fn uses_config(&self) -> bool {
         matches!(
@@ -162,14 +156,14 @@ impl Command {
         )
     }
 
-    /// Whether it is to stop the robot.
+    /// Whether the command stops the robot.
     #[must_use]
     pub fn is_stop(&self) -> bool {
         matches!(self, Self::Send(send) if send.is_stop())
     }
 }
 
-/// Where to begin, and how it ends.
+/// Examples and exit codes.
 fn after_help() -> String {
     let codes: Vec<String> = super::Exit::meanings()
         .map(|(code, meaning)| format!("  {code}  {meaning}"))
@@ -177,9 +171,9 @@ fn after_help() -> String {
     let codes = codes.join("\n");
     format!(
         "Examples:
-  groundwave demo                                    without a robot
-  groundwave watch /dev/ttyUSB0 --tee evening.txt    a robot on a radio
-  groundwave send /dev/ttyUSB0 goto 48 0             send it somewhere
+  groundwave demo                                    simulate a robot
+  groundwave watch /dev/ttyUSB0 --tee evening.txt    watch a robot and keep its bytes
+  groundwave send /dev/ttyUSB0 goto 48 0 --go        drive it to a point
 
 Exit codes:
 {codes}"
@@ -190,25 +184,25 @@ Exit codes:
 fn parse_duration(text: &str) -> Result<Duration, String> {
     when::span(text)
         .filter(|duration| !duration.is_zero())
-        .ok_or_else(|| format!("`{text}` is no duration; try 30s, 90m or 2h"))
+        .ok_or_else(|| format!("`{text}` is not a duration; write 30s, 90m or 2h"))
 }
 
 /// `2400`
 fn parse_baud(text: &str) -> Result<u32, String> {
     let baud = text.parse().ok().filter(|baud| *baud > 0);
-    baud.ok_or_else(|| format!("`{text}` is no baud rate; try 2400, as the SR04's radio has"))
+    baud.ok_or_else(|| format!("`{text}` is not a baud rate; write a number such as 2400"))
 }
 
 /// `4`, `0.5`
 fn parse_factor(text: &str) -> Result<f64, String> {
     text.parse()
-        .map_err(|_| format!("`{text}` is no number; try 10 or 0.5"))
+        .map_err(|_| format!("`{text}` is not a number; write 10 or 0.5"))
 }
 
 /// `7`
 fn parse_seed(text: &str) -> Result<u64, String> {
     text.parse()
-        .map_err(|_| format!("`{text}` is no seed; try a whole number such as 7"))
+        .map_err(|_| format!("`{text}` is not a seed; write a whole number such as 7"))
 }
 
 #[cfg(test)]
@@ -219,13 +213,12 @@ mod tests {
     use clap::CommandFactory;
 
     #[test]
-    fn the_definitions_agree_with_each_other() {
+    fn definitions_are_consistent() {
         Cli::command().debug_assert();
     }
 
-    /// Whoever asks for help sees a line to begin with.
     #[test]
-    fn every_verb_shows_an_example_of_itself() {
+    fn help_of_every_command_has_an_example() {
         for verb in Cli::command().get_subcommands() {
             let help = verb
                 .get_after_help()
@@ -237,7 +230,7 @@ mod tests {
     }
 
     #[test]
-    fn what_stands_below_the_options_fits_a_narrow_terminal() {
+    fn examples_fit_80_columns() {
         let mut all = vec![Cli::command()];
         while let Some(command) = all.pop() {
             let help = command.get_after_help().map(ToString::to_string);
@@ -259,7 +252,7 @@ mod tests {
     }
 
     #[test]
-    fn negative_coordinates_need_no_dashes() {
+    fn negative_coordinates_need_no_double_dash() {
         let cli = Cli::try_parse_from([
             "groundwave",
             "send",
@@ -282,7 +275,7 @@ mod tests {
     }
 
     #[test]
-    fn through_a_station_there_is_no_link_before_the_words() {
+    fn with_via_no_link_precedes_the_command() {
         let cli = Cli::try_parse_from(["groundwave", "send", "--via", "4001", "goto", "-48", "0"]);
         let Ok(Cli {
             command: Some(Command::Send(send)),
@@ -296,7 +289,7 @@ mod tests {
     }
 
     #[test]
-    fn durations_have_units() {
+    fn durations_take_units() {
         assert_eq!(parse_duration("90"), Ok(Duration::from_secs(90)));
         assert_eq!(parse_duration("1.5m"), Ok(Duration::from_secs(90)));
         assert_eq!(parse_duration("250ms"), Ok(Duration::from_millis(250)));

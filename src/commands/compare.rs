@@ -1,18 +1,18 @@
-//! `compare`: two runs over each other.
+//! `compare`: the paths and figures of two runs.
 
 use std::io::{self, Write};
 use std::path::Path;
 
 use super::cli::Compare;
 use super::output::write_file;
-use super::runs::look;
+use super::runs::read_run;
 use super::{Fault, say};
 use crate::capture::runs::comparison::{Apart, Figures};
 use crate::capture::runs::overlay::overlay;
 use crate::capture::runs::sketch::sketch;
 use crate::capture::runs::{Comparison, Course};
 
-/// What a page and a terminal hold.
+/// Columns and rows of the sketch.
 const SKETCH: (usize, usize) = (78, 30);
 
 pub(super) fn run(options: &Compare) -> Result<(), Fault> {
@@ -28,7 +28,7 @@ pub(super) fn run(options: &Compare) -> Result<(), Fault> {
         apart: Apart::between(&a, &b),
     };
     show(&comparison, [&a, &b], options.json).or_else(|error| Fault::output(&error))?;
-    // What could be read has been compared, and that it is not all is told.
+    // The readable parts have been compared; report what is missing.
     match (first_problem, second_problem) {
         (None, None) => Ok(()),
         (Some(problem), None) | (None, Some(problem)) => Err(problem),
@@ -39,9 +39,9 @@ pub(super) fn run(options: &Compare) -> Result<(), Fault> {
     }
 }
 
-/// What could be read, and why that is not all.
+/// Reads a run, and the fault if it is incomplete.
 fn read(path: &Path) -> Result<(Figures, Course, Option<Fault>), Fault> {
-    let run = look(path)?;
+    let run = read_run(path)?;
     let problem = run.problem.map(Fault::from);
     if run.course.points().is_empty() {
         return Err(problem.unwrap_or_else(|| Fault::no_lines(path, run.counters.bytes)));

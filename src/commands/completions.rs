@@ -1,5 +1,4 @@
-//! What a shell offers while a command line is typed: the program itself is asked, so that worlds, modes, layers, presets,
-//! ports and the names of the configuration are those there are.
+//! Shell completion. The shell asks the program, so that worlds, ports and the names in the configuration are up to date.
 
 use std::env;
 use std::ffi::OsStr;
@@ -18,7 +17,7 @@ use crate::request::{Request, known_parameters, layer_word, mode_word, preset_na
 
 type Candidates = Vec<CompletionCandidate>;
 
-/// What a channel can be made of.
+/// Parts of a channel specification.
 const CHANNEL: [&str; 9] = [
     "ber=",
     "burst=",
@@ -31,21 +30,21 @@ const CHANNEL: [&str; 9] = [
     "out=",
 ];
 
-/// Answers a shell that asks, and leaves; does nothing when none does. To be called before anything else.
+/// Answers a completion request from a shell and exits; returns if there is none. Call it before anything else.
 pub fn answer() {
     CompleteEnv::with_factory(Cli::command)
         .bin("groundwave")
         .complete();
 }
 
-/// `completions`: the few lines with which a shell comes to ask.
+/// Prints the script that connects a shell to the program.
 pub(super) fn run(options: &Completions) -> Result<(), Fault> {
     let name = options.shell.to_string();
     let shells = Shells::builtins();
     let mut script = Vec::new();
     shells
         .completer(&name)
-        .ok_or_else(|| std::io::Error::other(format!("nothing is known of {name}")))
+        .ok_or_else(|| std::io::Error::other(format!("no completions for the shell {name}")))
         .and_then(|shell| {
             let bin = Cli::command().get_name().to_owned();
             shell.write_registration("COMPLETE", &bin, &bin, &bin, &mut script)
@@ -54,16 +53,16 @@ pub(super) fn run(options: &Completions) -> Result<(), Fault> {
     show(&script)
 }
 
-/// Worlds that come with the program, and files.
+/// Built-in worlds and TOML files.
 pub(super) fn worlds(current: &OsStr) -> Candidates {
     let names = simulated::world_names().chain(["generated:"]);
-    let mut found = beginning_with(current, names);
+    let mut found = starting_with(current, names);
     let is_world = |path: &Path| path.is_dir() || has_extension(path, &["toml"]);
     found.extend(PathCompleter::any().filter(is_world).complete(current));
     found
 }
 
-/// Robots and links of the configuration, ports and other links; where no link need stand, commands too.
+/// Robots and links of the configuration, ports and other links; command words where LINK may be omitted.
 pub(super) fn links(current: &OsStr) -> Candidates {
     let before = words_before();
     if before
@@ -83,7 +82,7 @@ pub(super) fn links(current: &OsStr) -> Candidates {
     let names = names.map(String::as_str);
     let ports = ports.iter().map(|port| port.name.as_str());
     let others = ["sim", "tcp:", "unix:"];
-    let mut found = beginning_with(current, names.chain(ports).chain(others));
+    let mut found = starting_with(current, names.chain(ports).chain(others));
     if current.to_string_lossy().contains('/') {
         found.extend(PathCompleter::any().complete(current));
     }
@@ -102,12 +101,12 @@ pub(super) fn param(current: &OsStr) -> Candidates {
 
 const PARAM: [&str; 4] = ["list", "get", "set", "save"];
 
-/// What a channel is made of, after the last comma.
+/// Parts of a channel specification, after the last comma.
 pub(super) fn channel(current: &OsStr) -> Candidates {
     after_comma(current, CHANNEL)
 }
 
-/// A verb, a parameter, or nothing more.
+/// A subcommand of `param`, the name of a parameter, or nothing.
 fn param_words(before: &[String], current: &OsStr) -> Candidates {
     let is_verb = |word: &str| PARAM.contains(&word);
     let is_known = |word: &str| known_parameters().any(|(name, _)| name == word);
@@ -124,7 +123,7 @@ fn param_words(before: &[String], current: &OsStr) -> Candidates {
         Some(word) if takes_name(word) => names().collect(),
         Some(word) if is_verb(word) || is_known(word) => Candidates::new(),
         _ => {
-            let mut found = beginning_with(current, PARAM);
+            let mut found = starting_with(current, PARAM);
             found.extend(names());
             found
         }
@@ -140,26 +139,26 @@ fn command_words(before: &[String], current: &OsStr) -> Candidates {
     let modes = || Mode::ALL.iter().map(|mode| mode_word(*mode));
     let layers = || Layer::ALL.into_iter().map(layer_word);
     match (words.next(), words.count()) {
-        (None, _) => beginning_with(current, Request::commands()),
-        (Some("mode"), 0) => beginning_with(current, modes()),
+        (None, _) => starting_with(current, Request::commands()),
+        (Some("mode"), 0) => starting_with(current, modes()),
         (Some("enable" | "disable"), 0) => after_comma(current, layers()),
         (Some("only"), 0) => after_comma(current, layers().chain(["none"])),
-        (Some("preset"), 0) => beginning_with(current, preset_names()),
-        (Some("failsafe"), 0) => beginning_with(current, modes().chain(["off"])),
+        (Some("preset"), 0) => starting_with(current, preset_names()),
+        (Some("failsafe"), 0) => starting_with(current, modes().chain(["off"])),
         (Some("param"), _) => param_words(before, current),
         (Some("route"), 0) => PathCompleter::any().stdio().complete(current),
         _ => Candidates::new(),
     }
 }
 
-/// The words of the line that stand before the one that is typed.
+/// The words before the one being typed.
 fn words_before() -> Vec<String> {
     let words: Vec<String> = env::args_os()
         .skip_while(|word| word != "--")
         .skip(1)
         .map(|word| word.to_string_lossy().into_owned())
         .collect();
-    // Some shells say which word it is; with the others it is the last.
+    // Some shells pass its index; otherwise it is the last word.
     let index = env::var("_CLAP_COMPLETE_INDEX").ok();
     let index = index.and_then(|index| index.parse().ok());
     let count = index.unwrap_or(words.len().saturating_sub(1));
@@ -171,25 +170,25 @@ fn named_config(before: &[String]) -> Option<PathBuf> {
     words.nth(1).map(PathBuf::from)
 }
 
-fn beginning_with<'a>(current: &OsStr, words: impl IntoIterator<Item = &'a str>) -> Candidates {
+fn starting_with<'a>(current: &OsStr, words: impl IntoIterator<Item = &'a str>) -> Candidates {
     let current = current.to_string_lossy();
     let words = words.into_iter().filter(|word| word.starts_with(&*current));
     words.map(CompletionCandidate::new).collect()
 }
 
-/// Another word of a list with commas.
+/// The next word of a list separated by commas.
 fn after_comma<'a>(current: &OsStr, words: impl IntoIterator<Item = &'a str>) -> Candidates {
     let current = current.to_string_lossy();
-    let (said, rest) = current.rsplit_once(',').unwrap_or(("", &current));
+    let (before, rest) = current.rsplit_once(',').unwrap_or(("", &current));
     let prefix = if current.contains(',') {
-        format!("{said},")
+        format!("{before},")
     } else {
         String::new()
     };
-    let is_said = |word: &str| said.split(',').any(|before| before == word);
+    let is_given = |word: &str| before.split(',').any(|given| given == word);
     words
         .into_iter()
-        .filter(|word| word.starts_with(rest) && !is_said(word))
+        .filter(|word| word.starts_with(rest) && !is_given(word))
         .map(|word| CompletionCandidate::new(format!("{prefix}{word}")))
         .collect()
 }

@@ -1,4 +1,4 @@
-//! The configuration file: what the operator does not want to say each time.
+//! The configuration file.
 
 mod mistakes;
 mod profile;
@@ -26,27 +26,27 @@ pub use mistakes::Mistake;
 pub use read::parse;
 use read::parse_lenient;
 
-/// The file as it comes, every line commented out, the keys apart.
+/// The default file with every setting commented out, without the keys.
 pub(super) const DEFAULT: &str = include_str!("config/default.toml");
 
-/// Everything that can be configured; what is not said keeps its default.
+/// The configuration; settings that are not given keep their defaults.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Config {
-    /// What holds for every link.
+    /// Settings for every link.
     pub link: Link,
-    /// How the dashboard is.
+    /// Settings of the dashboard.
     pub dashboard: Dashboard,
-    /// When there is an alarm.
+    /// Limits of the alarms.
     pub limits: Limits,
-    /// What every key does.
+    /// The actions of the keys.
     pub keys: Keymap,
-    /// Links by the names that the operator gave them.
+    /// Links by name.
     pub links: BTreeMap<String, Link>,
-    /// Robots by the names that the operator gave them.
+    /// Robots by name.
     pub robots: BTreeMap<String, Robot>,
-    /// What is recorded.
+    /// Settings of recordings.
     pub recording: Recording,
-    /// The file as it was read; recordings keep it.
+    /// The text of the file; recordings keep it.
     pub text: String,
 }
 
@@ -73,11 +73,11 @@ pub struct Link {
 pub struct Dashboard {
     /// Colours.
     pub theme: Option<Theme>,
-    /// Nothing but ASCII on the screen.
+    /// Only ASCII on the screen.
     pub ascii: Option<bool>,
-    /// Whether the bell rings for songs and alarms.
+    /// The bell rings for songs and alarms.
     pub bell: Option<bool>,
-    /// Whether the mouse selects and zooms.
+    /// The mouse selects and zooms.
     pub mouse: Option<bool>,
 }
 
@@ -85,7 +85,7 @@ pub struct Dashboard {
 #[derive(Clone, Debug, Default, PartialEq, Eq, Deserialize)]
 #[serde(default, deny_unknown_fields)]
 pub struct Robot {
-    /// The name of a `[link.NAME]`, or what `LINK` is on the command line.
+    /// The name of a `[link.NAME]`, or a link as on the command line.
     pub link: Option<String>,
     /// As in `[dashboard]`.
     pub theme: Option<Theme>,
@@ -95,11 +95,11 @@ pub struct Robot {
     pub bell: Option<bool>,
     /// As in `[dashboard]`.
     pub mouse: Option<bool>,
-    /// `[robot.NAME.limits]` over `[limits]`.
+    /// `[robot.NAME.limits]`, with the rest from `[limits]`.
     pub limits: Limits,
 }
 
-/// Colours of the screen, as they are chosen.
+/// Colours of the screen.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Deserialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum Theme {
@@ -111,7 +111,7 @@ pub enum Theme {
     Light,
     /// Black, white and yellow.
     HighContrast,
-    /// None.
+    /// No colours.
     Mono,
 }
 
@@ -119,14 +119,14 @@ pub enum Theme {
 #[derive(Clone, Debug, Default, PartialEq, Eq, Deserialize)]
 #[serde(default, deny_unknown_fields)]
 pub struct Recording {
-    /// How much of what came before is in a recording that is begun from the dashboard.
+    /// Minutes before its start that a recording begun in the dashboard includes.
     pub keep_minutes: Option<u16>,
     /// As `--rotate`.
     pub rotate: Option<Rotation>,
 }
 
 impl Recording {
-    /// How much is remembered while nothing is recorded.
+    /// Time that is kept in memory while nothing is recorded.
     #[must_use]
     pub fn remembered(&self) -> Duration {
         self.keep_minutes.map_or(REMEMBERED, |minutes| {
@@ -143,13 +143,13 @@ impl Link {
     }
 }
 
-/// Reads the file that was named, or the one in the usual place if there is one.
+/// Reads the named file, or the one in the usual place if it exists.
 pub(super) fn load(named: Option<&Path>) -> Result<Config, Fault> {
     let (config, fault) = load_lenient(named);
     fault.map_or(Ok(config), Err)
 }
 
-/// What can be read of it, and what is wrong with the rest.
+/// Reads the configuration without the settings that are wrong, and reports those as a fault.
 pub(super) fn load_lenient(named: Option<&Path>) -> (Config, Option<Fault>) {
     let Some(path) = named.map(Path::to_path_buf).or_else(usual_place) else {
         return (Config::default(), None);
@@ -166,14 +166,14 @@ pub(super) fn load_lenient(named: Option<&Path>) -> (Config, Option<Fault>) {
         Err(error) => {
             let path = path.display();
             let message = format!(
-                "cannot read the configuration {path}: {error}; `groundwave config > {path}` makes one to start from"
+                "cannot read the configuration {path}: {error}; `groundwave config > {path}` makes a file to start from"
             );
             (Config::default(), Some(Fault::new(Exit::Usage, message)))
         }
     }
 }
 
-/// Every mistake on a line of its own, as editors jump to them.
+/// The mistakes, one a line, in the form that editors jump to.
 fn blame(path: &Path, mistakes: &[Mistake]) -> Fault {
     let path = path.display();
     let count = match mistakes.len() {
@@ -185,13 +185,13 @@ fn blame(path: &Path, mistakes: &[Mistake]) -> Fault {
         .map(|mistake| format!("{path}:{mistake}"))
         .collect();
     let message = format!(
-        "{count}{}\n`groundwave config` prints every key with what it takes",
+        "{count}{}\n`groundwave config` prints every setting with its values",
         lines.join("\n")
     );
     Fault::new(Exit::Usage, message)
 }
 
-/// `~/.config/groundwave/config.toml`, or where the system keeps such files.
+/// `~/.config/groundwave/config.toml`, or the system's own place.
 pub(super) fn usual_place() -> Option<PathBuf> {
     let strategy = etcetera::choose_base_strategy().ok()?;
     Some(strategy.config_dir().join("groundwave").join("config.toml"))

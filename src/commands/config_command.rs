@@ -1,4 +1,4 @@
-//! `config`: the configuration as it comes, where it is read from, and what is wrong with one.
+//! `config`: prints the default configuration and its path, and checks a file.
 
 use std::fmt::Write as _;
 use std::path::Path;
@@ -21,7 +21,7 @@ pub(super) fn run(options: &ConfigArgs, named: Option<&Path>) -> Result<(), Faul
                 .ok_or_else(|| {
                     Fault::new(
                         Exit::Failed,
-                        "this system has no place for it: use --config FILE",
+                        "this system has no folder for configurations; use --config FILE",
                     )
                 })?;
             show(format!("{}\n", path.display()))
@@ -30,17 +30,17 @@ pub(super) fn run(options: &ConfigArgs, named: Option<&Path>) -> Result<(), Faul
     }
 }
 
-/// Where it is read from, for a person.
+/// Where the configuration is read from.
 fn place(named: Option<&Path>) -> String {
     match named.map(Path::to_path_buf).or_else(config::usual_place) {
         Some(path) => {
-            let is_there = if path.exists() {
-                "is there"
+            let state = if path.exists() {
+                "exists"
             } else {
-                "is not there yet"
+                "does not exist yet"
             };
             format!(
-                "read from {}, which {is_there}; or from --config FILE",
+                "read from {}, which {state}, or from --config FILE",
                 path.display()
             )
         }
@@ -50,11 +50,11 @@ fn place(named: Option<&Path>) -> String {
 
 fn check(file: Option<&Path>) -> Result<(), Fault> {
     let Some(path) = file.map(Path::to_path_buf).or_else(config::usual_place) else {
-        return Err(Fault::new(Exit::Usage, "no configuration: name a file"));
+        return Err(Fault::new(Exit::Usage, "no configuration; name a file"));
     };
     if file.is_none() && !path.exists() {
         return show(format!(
-            "{}: not there, so everything is as it comes; `groundwave config` prints a file to start from\n",
+            "{}: file not found, so all settings have their defaults; `groundwave config` prints a file to start from\n",
             path.display()
         ));
     }
@@ -72,10 +72,10 @@ fn summary(config: &Config) -> String {
     let table = Keymap::default();
     let others = config.keys.manual().zip(table.manual());
     let changed = others.filter(|(now, then)| now[1] != then[1]);
-    // What is said of STOP counts in many places.
+    // A key for STOP counts in many places.
     let (stops, others): (Vec<_>, Vec<_>) = changed.partition(|(now, _)| now[2] == "stop");
     let keys = match others.len() + usize::from(!stops.is_empty()) {
-        0 => "keys as they come".to_owned(),
+        0 => "default keys".to_owned(),
         1 => "1 key of your own".to_owned(),
         count => format!("{count} keys of your own"),
     };
@@ -86,12 +86,12 @@ fn summary(config: &Config) -> String {
     )
 }
 
-/// The whole file, with the keys from their table.
+/// The whole default file, with the keys.
 fn commented() -> String {
     let mut text = config::DEFAULT.to_owned();
-    text += "\n# Keys by what they do; one such as \"F9\", several such as [\"F9\", \"Ctrl-B\"], or none: []. What is not named keeps\n\
-             # its keys. STOP always has Space and Ctrl-S besides; its keys here count wherever no other section says which, a\n\
-             # character not where one types.\n[keys]\n";
+    text += "\n# Keys by action: one such as \"F9\", several such as [\"F9\", \"Ctrl-B\"], or none: []. Actions that are not named keep\n\
+             # their keys. STOP always has Space and Ctrl-S as well. Its keys here also count in sections that name no other\n\
+             # key for it; a character does not count while text is entered.\n[keys]\n";
     let mut place = String::from("dashboard");
     for [context, keys, name, does] in Keymap::default().manual() {
         if context != place {
@@ -113,10 +113,10 @@ mod tests {
     use super::*;
 
     #[test]
-    fn stop_is_one_key_however_many_places_it_counts_in() {
+    fn summary_counts_stop_as_one_key() {
         let said = |text: &str| summary(&config::parse(text).expect("it is right"));
         for (text, keys) in [
-            ("", "keys as they come"),
+            ("", "default keys"),
             ("[keys]\nstop = \"F12\"", "1 key of your own"),
             ("[keys.drive]\nstop = \"F12\"", "1 key of your own"),
             (
@@ -128,9 +128,8 @@ mod tests {
         }
     }
 
-    /// A file made of what is printed, with every key's line in force, is read and changes nothing.
     #[test]
-    fn the_printed_keys_are_those_of_the_table() {
+    fn printed_keys_uncommented_change_nothing() {
         let text = commented();
         let (_, keys) = text.split_once("\n[keys]\n").expect("there are keys");
         let said: Vec<&str> = keys

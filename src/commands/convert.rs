@@ -1,4 +1,4 @@
-//! `convert`: raw captures to MCAP and back.
+//! `convert`: raw text to MCAP and back.
 
 use std::io::{self, Cursor, Read, Write};
 use std::ops::ControlFlow;
@@ -17,10 +17,10 @@ use crate::capture::text::TextReader;
 use crate::capture::when::When;
 use crate::capture::{Capture, CaptureError};
 
-/// So far is looked for a line of a robot before anything is written.
+/// Bytes searched for a line before anything is written.
 const LOOK_BYTES: u64 = 1024 * 1024;
 
-/// What became of a capture.
+/// The result for a capture.
 #[derive(Default)]
 struct Made {
     bytes: u64,
@@ -31,7 +31,7 @@ struct Made {
 pub(super) fn run(options: &Convert) -> Result<(), Fault> {
     let files = batch::files(&options.captures)?;
     let targets = targets(&files, &options.output, |path| {
-        // One that cannot be read is told of in its turn, and does not hide the others.
+        // A file that cannot be read is reported later, in its turn.
         Ok(other_form(path).unwrap_or("mcap").to_owned())
     })?;
     batch::each(
@@ -40,11 +40,11 @@ pub(super) fn run(options: &Convert) -> Result<(), Fault> {
         |index, progress| {
             let (path, target) = (&files[index], &targets[index]);
             let source = input::open(path, progress)?;
-            let (form, source) = input::tell_form(path, source)?;
+            let (form, source) = input::detect_form(path, source)?;
             match form {
                 Form::Mcap => {
-                    let remedy = "name it .txt; `groundwave cut` makes MCAP of MCAP";
-                    check_form(target, Form::Raw, remedy)?;
+                    let hint = "name it .txt; `groundwave cut` makes MCAP of MCAP";
+                    check_form(target, Form::Raw, hint)?;
                     to_raw(path, source, target)
                 }
                 Form::Raw => {
@@ -58,11 +58,11 @@ pub(super) fn run(options: &Convert) -> Result<(), Fault> {
                 && !options.captures.quiet
             {
                 let (bytes, file) = (made.bytes, file.display());
-                say(format_args!("{file}: {bytes} bytes of the radio"));
+                say(format_args!("{file}: {bytes} received bytes"));
             }
             if made.missing_bytes > 0 && made.problem.is_none() {
                 let missing = made.missing_bytes;
-                let problem = format!("{missing} bytes of the radio are not in it");
+                let problem = format!("{missing} received bytes are missing");
                 return Err(input::not_whole(&files[index], &problem));
             }
             made.problem.map_or(Ok(ControlFlow::Continue(())), Err)
@@ -70,17 +70,17 @@ pub(super) fn run(options: &Convert) -> Result<(), Fault> {
     )
 }
 
-/// The ending of the name that a capture has in its other form.
+/// The file extension of the other format.
 fn other_form(path: &Path) -> Result<&'static str, Fault> {
     let source = input::open(path, &Progress::new(None, true))?;
-    let (form, _) = input::tell_form(path, source)?;
+    let (form, _) = input::detect_form(path, source)?;
     Ok(match form {
         Form::Mcap => "txt",
         Form::Raw => "mcap",
     })
 }
 
-/// The bytes of the radio as they came.
+/// Writes the received bytes.
 fn to_raw(path: &Path, source: Source, target: &Target) -> Result<Made, Fault> {
     let mut capture = Capture::read(path, source)?;
     let mut output = Output::create(target)?;
@@ -97,7 +97,7 @@ fn to_raw(path: &Path, source: Source, target: &Target) -> Result<Made, Fault> {
             Err(error @ CaptureError::NoRawBytes(_)) => {
                 return Err(Fault::new(Exit::Usage, error));
             }
-            // What could be read is written, and it is said that it is not all.
+            // The readable part is written; report that it is not all.
             Err(error) => {
                 made.problem = Some(Fault::from(error));
                 break;
@@ -108,13 +108,13 @@ fn to_raw(path: &Path, source: Source, target: &Target) -> Result<Made, Fault> {
     output.finish().map(|()| made)
 }
 
-/// Every topic that a recording has.
+/// Writes a recording with all topics.
 fn to_mcap(options: &Convert, path: &Path, source: Source, target: &Target) -> Result<Made, Fault> {
     let start_ns = match options.start {
         None => None,
         Some(When::Wall(ns)) => Some(ns),
         Some(When::Since(_)) => {
-            let problem = "--start is a time by the clock: 2025-03-14T09:26:53Z";
+            let problem = "--start takes a date, such as 2025-03-14T09:26:53Z";
             return Err(Fault::new(Exit::Usage, problem));
         }
     };
@@ -125,7 +125,7 @@ fn to_mcap(options: &Convert, path: &Path, source: Source, target: &Target) -> R
     };
     let mut output = Output::create(target)?;
     match convert_raw(source, start_ns, &mut output) {
-        // What is no capture shall not look like one.
+        // A file without a line is not a capture.
         Ok(converted) if converted.lines == 0 && !options.anyway => {
             Err(Fault::no_lines(path, converted.bytes))
         }
@@ -138,14 +138,14 @@ fn to_mcap(options: &Convert, path: &Path, source: Source, target: &Target) -> R
     }
 }
 
-/// A source in which a line of a robot has been seen, or too much to look at all of it; so that of what is no capture
-/// not even a beginning goes to standard output.
+/// Searches the beginning of a source for a line, so that nothing is written for a file that is not a capture; returns
+/// the whole source.
 fn with_a_line(path: &Path, source: Source) -> Result<Source, Fault> {
-    let mut looked = Looked {
+    let mut copy = Copying {
         source,
         kept: Vec::new(),
     };
-    let mut reader = TextReader::new(&mut looked);
+    let mut reader = TextReader::new(&mut copy);
     let mut decoder = Decoder::default();
     let mut bytes = 0;
     let failed = |error| input::cannot_read(path, error);
@@ -158,17 +158,17 @@ fn with_a_line(path: &Path, source: Source) -> Result<Source, Fault> {
             break;
         }
     }
-    let Looked { source, kept } = looked;
+    let Copying { source, kept } = copy;
     Ok(Box::new(Cursor::new(kept).chain(source)))
 }
 
-/// Keeps what is read.
-struct Looked {
+/// A source that keeps a copy of the bytes read.
+struct Copying {
     source: Source,
     kept: Vec<u8>,
 }
 
-impl Read for Looked {
+impl Read for Copying {
     fn read(&mut self, buffer: &mut [u8]) -> io::Result<usize> {
         let read = self.source.read(buffer)?;
         self.kept.extend(&buffer[..read]);

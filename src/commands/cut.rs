@@ -1,4 +1,4 @@
-//! `cut`: a part of captures, by time.
+//! `cut`: a time range of captures.
 
 use std::ops::ControlFlow;
 use std::path::Path;
@@ -33,13 +33,13 @@ pub(super) fn run(options: &Cut) -> Result<(), Fault> {
         |index, progress| {
             let (path, target) = (&files[index], &targets[index]);
             let source = input::open(path, progress)?;
-            let (form, source) = input::tell_form(path, source)?;
-            let remedy = match form {
+            let (form, source) = input::detect_form(path, source)?;
+            let hint = match form {
                 Form::Mcap => "name it .mcap; `groundwave convert` makes raw text of it",
                 Form::Raw => "name it .txt; `groundwave convert` makes MCAP of it",
             };
             if options.output.output.is_some() || recover::is_own_name(path) {
-                check_form(target, form, remedy)?;
+                check_form(target, form, hint)?;
             }
             let mut output = Output::create(target)?;
             let part = match form {
@@ -62,7 +62,7 @@ pub(super) fn run(options: &Cut) -> Result<(), Fault> {
                 && !options.captures.quiet
             {
                 let (bytes, made) = (part.bytes, made.display());
-                say(format_args!("{made}: {bytes} bytes of the radio"));
+                say(format_args!("{made}: {bytes} received bytes"));
             }
             match part.problem {
                 Some(problem) => Err(input::not_whole(&files[index], &problem)),
@@ -72,7 +72,7 @@ pub(super) fn run(options: &Cut) -> Result<(), Fault> {
     )
 }
 
-/// A part without anything in it is no capture.
+/// The fault for an empty part.
 fn nothing(path: &Path, part: &Part) -> Fault {
     if let Some(problem) = &part.problem {
         return input::not_whole(path, problem);
@@ -82,15 +82,17 @@ fn nothing(path: &Path, part: &Part) -> Fault {
     let path = path.display();
     Fault::new(
         Exit::Usage,
-        format!("{path}: the capture is {minutes}:{seconds:02} long; nothing of it lies there"),
+        format!(
+            "{path}: nothing recorded between --from and --to; the capture is {minutes}:{seconds:02} long"
+        ),
     )
 }
 
-/// A part has a beginning before its end.
+/// Refuses a part without a start and an end, or with the end first.
 fn check(window: Window) -> Result<(), Fault> {
     let is_empty = match (window.from, window.to) {
         (None, None) => {
-            let problem = "say --from or --to: where the part begins and ends";
+            let problem = "give --from, --to or both";
             return Err(Fault::new(Exit::Usage, problem));
         }
         (Some(When::Since(from)), Some(When::Since(to))) => from >= to,
@@ -98,7 +100,7 @@ fn check(window: Window) -> Result<(), Fault> {
         _ => false,
     };
     if is_empty {
-        let problem = "--from is not before --to";
+        let problem = "--from must be before --to";
         return Err(Fault::new(Exit::Usage, problem));
     }
     Ok(())

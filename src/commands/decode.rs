@@ -15,7 +15,7 @@ pub(super) fn run(options: &Decode) -> Result<(), Fault> {
         DecodeFormat::Csv => Format::Csv,
     };
     let out = io::stdout().lock();
-    // Of a live stream each line is wanted at once; standard output is flushed at its line feeds.
+    // A live stream is written unbuffered, line by line.
     let result = if options.file == Path::new("-") {
         decode(&mut capture, format, &mut { out })
     } else {

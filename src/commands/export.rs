@@ -1,4 +1,4 @@
-//! `export`: tables and pictures of captures.
+//! `export`: captures as tables and pictures.
 
 use std::io::Write;
 use std::ops::ControlFlow;
@@ -12,12 +12,12 @@ use crate::capture::decode::{DecodeError, Format, decode};
 use crate::capture::picture::Picture;
 use crate::capture::track::Track;
 
-/// What became of a capture.
+/// The result for a capture.
 #[derive(Default)]
 struct Made {
-    /// In a few words.
+    /// A short description.
     what: String,
-    /// Why it is not all.
+    /// Why the result is incomplete.
     problem: Option<Fault>,
 }
 
@@ -68,13 +68,13 @@ fn table(path: &Path, progress: &Progress, format: Format, target: &Target) -> R
             None
         }
         Err(DecodeError::Output(error)) => return output.fault(&error).map(|()| Made::default()),
-        // What could be read is written, and it is said that it is not all.
+        // The readable part is written; report that it is not all.
         Err(DecodeError::Capture(error)) => Some(Fault::from(error)),
     };
     output.finish()?;
     let what = match lines {
-        0 => "written as far as it could be read".to_owned(),
-        lines => format!("{lines} lines of the robot"),
+        0 => "only the readable part".to_owned(),
+        lines => format!("{lines} lines"),
     };
     Ok(Made { what, problem })
 }
@@ -93,7 +93,8 @@ fn picture(
     let Some(picture) = picture else {
         return Err(problem.unwrap_or_else(|| {
             let name = path.display();
-            let nothing = format!("{name}: not one position of a robot: there is nothing to draw");
+            let nothing =
+                format!("{name}: no position in the capture, so there is nothing to draw");
             Fault::new(Exit::Usage, nothing)
         }));
     };
@@ -106,7 +107,7 @@ fn picture(
     output.finish()?;
     let feet = track.distance_in / 12.0;
     Ok(Made {
-        what: format!("{feet:.0} ft of track"),
+        what: format!("path of {feet:.0} ft"),
         problem,
     })
 }

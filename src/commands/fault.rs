@@ -1,4 +1,4 @@
-//! How the program ends: the numbers that scripts rely on, and why.
+//! Exit codes and the errors that lead to them.
 
 use std::fmt::Display;
 use std::io;
@@ -6,11 +6,11 @@ use std::path::Path;
 
 use crate::capture::CaptureError;
 
-/// How the program ends; scripts rely on the numbers.
+/// Exit codes of the program; scripts rely on the numbers.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[repr(u8)]
 pub enum Exit {
-    /// Something failed that has no number of its own, or a capture ends early: what came before is told.
+    /// Any other failure, or a capture that could be read only in part.
     Failed = 1,
     /// Wrong usage or a bad input file.
     Usage = 2,
@@ -25,7 +25,7 @@ pub enum Exit {
 }
 
 impl Exit {
-    /// Every number with which the program ends, and what it means.
+    /// All exit codes with their meanings.
     pub fn meanings() -> impl Iterator<Item = (u8, &'static str)> {
         let all = [
             Self::Failed,
@@ -36,26 +36,26 @@ impl Exit {
             Self::ReceiveOnly,
         ];
         let failures = all.into_iter().map(|exit| (exit as u8, exit.meaning()));
-        [(0, "done; what was sent is proven")]
+        [(0, "success; commands are confirmed")]
             .into_iter()
             .chain(failures)
     }
 
     const fn meaning(self) -> &'static str {
         match self {
-            Self::Failed => "failed, or a capture ends early: what came before is told",
+            Self::Failed => "failed, or a capture was read only in part",
             Self::Usage => "wrong usage, or a bad input file",
             Self::NotConfirmed => {
-                "the robot did not confirm in time: its list is the old one or the new one, whole"
+                "the robot did not confirm in time; it holds the old route or the new one, whole"
             }
-            Self::NoLink => "the link cannot be opened: missing, busy, no permission",
-            Self::Refused => "the robot refused, with its reason",
+            Self::NoLink => "the link cannot be opened: missing, busy or no permission",
+            Self::Refused => "the robot refused, for the reason given",
             Self::ReceiveOnly => "the link is receive-only",
         }
     }
 }
 
-/// Why a command ended early, for a person and for a script.
+/// An error message and the exit code it leads to.
 #[derive(Debug, thiserror::Error)]
 #[error("{message}")]
 pub struct Fault {
@@ -71,7 +71,7 @@ impl Fault {
         }
     }
 
-    /// The same fault, told with what goes before it and after it.
+    /// The same fault with text before and after its message.
     pub(super) fn within(self, before: impl Display, after: impl Display) -> Self {
         Self {
             message: format!("{before}{}{after}", self.message),
@@ -79,7 +79,7 @@ impl Fault {
         }
     }
 
-    /// A file that is no capture of a robot.
+    /// A file without a single line.
     pub(super) fn no_lines(path: &Path, bytes: u64) -> Self {
         let path = if path == Path::new("-") {
             Path::new("standard input")
@@ -89,14 +89,14 @@ impl Fault {
         Self::new(
             Exit::Usage,
             format!(
-                "{}: not one line of a robot in {bytes} bytes; it is no capture, or one of nothing but noise, as at a wrong \
-                 baud rate",
+                "{}: no line found in {bytes} bytes; the file is not a capture, or it holds only noise, as recorded at a \
+                 wrong baud rate",
                 path.display()
             ),
         )
     }
 
-    /// An error of standard output; a reader that has gone away is none.
+    /// An error of standard output; a closed pipe is not an error.
     pub(super) fn output(error: &io::Error) -> Result<(), Self> {
         if error.kind() == io::ErrorKind::BrokenPipe {
             return Ok(());

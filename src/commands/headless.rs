@@ -1,4 +1,4 @@
-//! `watch --headless`: what happens, as JSON lines on standard output.
+//! `watch --headless`: events as JSON lines on standard output.
 
 use std::io::{self, Write};
 use std::time::Duration;
@@ -13,20 +13,20 @@ use crate::io::signals::{Signal, Signals, stop_myself};
 use crate::runtime::{Driver, Keeper};
 use crate::share::Stage;
 
-/// How often it is asked how the recording is.
-const LOOK_EVERY: Duration = Duration::from_secs(1);
+/// Interval of the checks on the recording.
+const CHECK_EVERY: Duration = Duration::from_secs(1);
 
-/// How often it is told how the link does.
+/// Interval of the link statistics.
 const STATISTICS_EVERY: Duration = Duration::from_secs(10);
 
-/// Runs until a signal, the end of standard input, or a reader that has seen enough.
+/// Runs until a signal, the end of standard input, or a closed pipe.
 pub(super) async fn run(mut driver: Driver, keeper: &Keeper) -> Result<(), Fault> {
     let mut signals = Signals::listen()
         .map_err(|error| Fault::new(Exit::Failed, format!("cannot listen for signals: {error}")))?;
-    let mut look = tokio::time::interval(LOOK_EVERY);
+    let mut look = tokio::time::interval(CHECK_EVERY);
     let begin = tokio::time::Instant::now() + STATISTICS_EVERY;
     let mut statistics = tokio::time::interval_at(begin, STATISTICS_EVERY);
-    let mut told = None;
+    let mut reported = None;
     loop {
         tokio::select! {
             signal = signals.next() => match signal {
@@ -42,15 +42,15 @@ pub(super) async fn run(mut driver: Driver, keeper: &Keeper) -> Result<(), Fault
                 }
             }
             _ = look.tick() => {
-                // Asking also reminds the recorder of what waits to be flushed.
+                // The call also flushes the recording when that is due.
                 let problem = keeper.status().problem;
-                if let Some(text) = problem.clone().filter(|_| problem != told) {
+                if let Some(text) = problem.clone().filter(|_| problem != reported) {
                     let notice = Event::Notice { level: Level::Alarm, text };
                     if let Err(error) = print(driver.now(), &notice) {
                         return Fault::output(&error);
                     }
                 }
-                told = problem;
+                reported = problem;
                 while let Some((level, text)) = keeper.poll_notice() {
                     if let Err(error) = print(driver.now(), &Event::Notice { level, text }) {
                         return Fault::output(&error);
@@ -84,7 +84,7 @@ fn print_statistics(driver: &Driver) -> io::Result<()> {
     out.flush()
 }
 
-/// To the millisecond.
+/// Seconds, rounded to milliseconds.
 fn seconds(at: Moment) -> Value {
     json!((at.as_secs_f64() * 1000.0).round() / 1000.0)
 }
@@ -106,7 +106,7 @@ fn print(at: Moment, event: &Event) -> io::Result<()> {
     out.flush()
 }
 
-/// A line as `decode` writes it, called an event like the others.
+/// A line as `decode` writes it, with the key `event`.
 fn line_json(at: Moment, received: &Received) -> io::Result<Vec<u8>> {
     let mut decoded = Vec::new();
     decode::write_json(&mut decoded, at, received)?;

@@ -1,4 +1,4 @@
-//! `info`: what is in captures.
+//! `info`: summaries of captures.
 
 use std::io::{self, Write};
 use std::ops::ControlFlow;
@@ -33,7 +33,7 @@ pub(super) fn run(options: &Info) -> Result<(), Fault> {
                 Fault::output(&error)?;
                 return Ok(ControlFlow::Break(()));
             }
-            // As `decode` does: what is there is told, and that it is not all.
+            // The readable part has been shown; report that it is not all.
             match info.problem {
                 Some(problem) => Err(Fault::new(Exit::Failed, problem)),
                 None => Ok(ControlFlow::Continue(())),

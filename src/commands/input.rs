@@ -1,4 +1,4 @@
-//! Captures that a verb reads, with what is read counted.
+//! Opens captures for reading and counts the bytes read.
 
 use std::io::{self, Cursor, Read};
 use std::path::Path;
@@ -26,7 +26,7 @@ pub(super) fn open(path: &Path, progress: &Progress) -> Result<Source, Fault> {
     Ok(Box::new(progress.count(file)))
 }
 
-/// Opens a capture of either form.
+/// Opens a capture in either format.
 pub(super) fn open_capture(path: &Path, progress: &Progress) -> Result<Capture, Fault> {
     let source = open(path, progress)?;
     let name = if path == Path::new("-") {
@@ -37,8 +37,8 @@ pub(super) fn open_capture(path: &Path, progress: &Progress) -> Result<Capture, 
     Capture::read(name, source).map_err(Fault::from)
 }
 
-/// Which form it has, by its first bytes, and the whole of it.
-pub(super) fn tell_form(path: &Path, mut source: Source) -> Result<(Form, Source), Fault> {
+/// Detects the format by the first bytes; returns it and the whole source.
+pub(super) fn detect_form(path: &Path, mut source: Source) -> Result<(Form, Source), Fault> {
     let mut head = Vec::new();
     source
         .by_ref()
@@ -49,13 +49,13 @@ pub(super) fn tell_form(path: &Path, mut source: Source) -> Result<(Form, Source
     Ok((form, Box::new(Cursor::new(head).chain(source))))
 }
 
-/// Reading failed in the middle.
+/// The fault for an error while reading.
 pub(super) fn cannot_read(path: &Path, error: io::Error) -> Fault {
     let path = path.to_owned();
     Fault::from(CaptureError::Read { path, error })
 }
 
-/// What came before is good and has been written, but it is not all.
+/// The fault for a capture that could be read only in part.
 pub(super) fn not_whole(path: &Path, problem: &str) -> Fault {
     let path_shown = path.display();
     let fault = match unfinished(path, 0) {

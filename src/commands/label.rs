@@ -1,4 +1,4 @@
-//! `label`: what is said of a run.
+//! `label`: the name, notes and validity of a run.
 
 use std::io::{self, Write};
 use std::path::Path;
@@ -17,10 +17,10 @@ pub(super) fn run(options: &cli::Label) -> Result<(), Fault> {
         .as_ref()
         .is_some_and(|note| note.trim().is_empty())
     {
-        let message = "--note is empty: say what is worth keeping, as in --note 'the glass door'";
+        let message = "--note is empty; give a text, such as --note 'the glass door'";
         return Err(Fault::new(Exit::Usage, message));
     }
-    // A label without its capture would never be found again.
+    // A label needs its capture.
     Capture::open(&options.file)?;
     // One beside an unfinished file would not be that of the recording.
     if let CaptureError::Interrupted(interrupted) = unfinished(&options.file, 0) {
@@ -38,7 +38,7 @@ pub(super) fn run(options: &cli::Label) -> Result<(), Fault> {
     show(&label, options.json).or_else(|error| Fault::output(&error))
 }
 
-/// A remark about a moment that never came would be found nowhere.
+/// Refuses a time after the end of the capture.
 fn check_moment(file: &Path, at_s: f64) -> Result<(), Fault> {
     let length = index::open(file)?.length();
     if at_s <= length.as_secs_f64().ceil() {
@@ -47,7 +47,7 @@ fn check_moment(file: &Path, at_s: f64) -> Result<(), Fault> {
     let (file, length) = (file.display(), clock_words(length));
     Err(Fault::new(
         Exit::Usage,
-        format!("{file} is {length} long: there is no moment {at_s} s since its beginning"),
+        format!("{file}: --at {at_s} s is after the end of the capture, which is {length} long"),
     ))
 }
 
@@ -76,7 +76,7 @@ fn show(label: &Label, json: bool) -> io::Result<()> {
         return out.flush();
     }
     if *label == Label::default() {
-        writeln!(out, "nothing is said of it; --name, --note and --void do")?;
+        writeln!(out, "No label yet; add one with --name, --note or --void")?;
     }
     if let Some(name) = &label.name {
         writeln!(out, "name   {name}")?;

@@ -1,4 +1,4 @@
-//! `man`: pages for `man`, from the command line's own definitions and the table of keys.
+//! `man`: manual pages from the definitions of the command line and the keys.
 
 use std::fs;
 use std::path::Path;
@@ -21,7 +21,7 @@ pub(super) fn run(options: &Man) -> Result<(), Fault> {
         Fault::new(
             Exit::Failed,
             format!(
-                "cannot write {}: {error}; name a folder you may write to",
+                "cannot write {}: {error}; name a writable folder",
                 path.display()
             ),
         )
@@ -35,7 +35,7 @@ pub(super) fn run(options: &Man) -> Result<(), Fault> {
     Ok(())
 }
 
-/// A command, its verbs and theirs: each is named in the page of the one above it.
+/// A command with all its subcommands.
 fn with_all_below(command: &Command) -> Vec<&Command> {
     let mut all = vec![command];
     all.extend(command.get_subcommands().flat_map(with_all_below));
@@ -63,7 +63,7 @@ fn page(command: &Command) -> Result<(String, Vec<u8>), Fault> {
     };
     let mut roff = Roff::new();
     let after = command.get_after_help().map(ToString::to_string);
-    told_after(&mut roff, &after.unwrap_or_default());
+    after_options(&mut roff, &after.unwrap_or_default());
     if is_whole {
         keys(&mut roff);
     }
@@ -76,12 +76,12 @@ fn page(command: &Command) -> Result<(String, Vec<u8>), Fault> {
     Ok((man.get_filename(), text))
 }
 
-/// What the help tells last: examples have a section of their own, what is indented keeps its lines.
-fn told_after(roff: &mut Roff, text: &str) {
+/// The text below the options: examples get a section of their own, indented rows keep their lines.
+fn after_options(roff: &mut Roff, text: &str) {
     let blocks = text.split("\n\n").filter(|block| !block.is_empty());
     let (examples, notes): (Vec<&str>, Vec<&str>) =
         blocks.partition(|block| block.starts_with("Examples:"));
-    // How the program exits has a section too.
+    // Exit codes have a section of their own.
     let notes = notes
         .into_iter()
         .filter(|block| !block.starts_with("Exit codes:"));
@@ -107,11 +107,11 @@ fn told_after(roff: &mut Roff, text: &str) {
     }
 }
 
-/// Every key of the dashboard, by where it counts.
+/// All keys of the dashboard, by place.
 fn keys(roff: &mut Roff) {
     roff.control("SH", ["KEYS"]);
     roff.text([roman(
-        "In the dashboard. Other keys are chosen in the configuration, by the name in brackets.",
+        "Keys of the dashboard. The configuration changes them, by the name in brackets.",
     )]);
     let keymap = Keymap::default();
     let mut place = String::new();
@@ -140,8 +140,8 @@ fn files(roff: &mut Roff) {
     roff.control("TP", []);
     roff.text([bold("$XDG_CONFIG_HOME/groundwave/config.toml")]);
     roff.text([roman(
-        "The configuration, if it is there; ~/.config is the usual place. `groundwave config` prints it with every line \
-         explained, `groundwave config path` says where it is on this system.",
+        "The configuration, usually in ~/.config. `groundwave config` prints the defaults with comments, `groundwave config \
+         path` prints the path on this system.",
     )]);
 }
 

@@ -1,4 +1,4 @@
-//! What the program can be told to do, one file a verb.
+//! The commands of the program, one file each.
 
 mod appearance;
 mod batch;
@@ -45,7 +45,7 @@ pub use completions::answer as answer_shell;
 use config::Config;
 pub use fault::{Exit, Fault};
 
-/// Does what the command line says.
+/// Runs the command line; returns the exit code.
 #[must_use]
 pub fn run(cli: &Cli) -> ExitCode {
     match dispatch(cli) {
@@ -57,16 +57,16 @@ pub fn run(cli: &Cli) -> ExitCode {
     }
 }
 
-/// Says what is wrong with the command line, or what was asked of it: help and version come this way too.
+/// Prints clap's error, help or version; returns the exit code.
 #[must_use]
 pub fn refuse(error: &clap::Error) -> ExitCode {
     let text = error.render().to_string();
-    // A stream that is closed or full changes nothing.
+    // A closed or full stream does not change the exit code.
     let _ = error.print();
     if error.kind() == clap::error::ErrorKind::MissingRequiredArgument && text.contains("<LINK>") {
         say(
-            "\n  tip: LINK is a serial device (`groundwave ports` lists them), tcp:HOST:PORT, a name of the configuration, or \
-             sim for a simulated robot",
+            "\n  tip: LINK is a serial device (`groundwave ports` lists them), tcp:HOST:PORT, a name from the configuration, \
+             or sim for a simulated robot",
         );
     }
     u8::try_from(error.exit_code()).map_or(ExitCode::FAILURE, ExitCode::from)
@@ -76,18 +76,17 @@ fn dispatch(cli: &Cli) -> Result<(), Fault> {
     let Some(command) = &cli.command else {
         return welcome::run(cli.config.as_deref());
     };
-    // One that is named is read in any case: a mistake in it is told. The verb that is about it does so itself.
-    let is_about_it = matches!(command, Command::Config(_));
-    let is_named = cli.config.is_some() && !is_about_it;
+    // A file named with --config is read and checked by every command; `config` does so itself.
+    let is_named = cli.config.is_some() && !matches!(command, Command::Config(_));
     let (config, fault) = if is_named || command.uses_config() {
         config::load_lenient(cli.config.as_deref())
     } else {
         (Config::default(), None)
     };
     match fault {
-        // A slip in the theme's name shall not keep a robot going.
+        // A mistake in the configuration must not prevent a stop.
         Some(fault) if command.is_stop() => say(format_args!(
-            "groundwave: {fault}\nThe stop is tried all the same, with what could be read."
+            "groundwave: {fault}\nTrying to stop anyway, with the rest of the configuration."
         )),
         Some(fault) => return Err(fault),
         None => {}
@@ -120,7 +119,7 @@ fn dispatch(cli: &Cli) -> Result<(), Fault> {
     }
 }
 
-/// Writes a result to standard output.
+/// Writes results to standard output.
 fn show(text: impl AsRef<[u8]>) -> Result<(), Fault> {
     let mut out = io::stdout().lock();
     out.write_all(text.as_ref())
@@ -133,25 +132,24 @@ fn show_line(line: impl Display) -> Result<(), Fault> {
     show(format!("{line}\n"))
 }
 
-/// Tells the person at standard error. One that is closed or full changes neither what is done nor the
-/// exit code.
+/// Writes a message to standard error; a closed or full one is ignored.
 fn say(text: impl Display) {
     let _ = writeln!(io::stderr(), "{text}");
 }
 
-/// Tells the person at a terminal how far it is, over what was told before.
+/// Writes a progress message over the last one.
 fn say_progress(text: impl Display) {
     let _ = write!(io::stderr(), "\r{text} ");
 }
 
-/// One thread runs everything that is not a blocking read or write.
+/// Runs a future on a single-threaded runtime.
 fn block_on<T>(future: impl Future<Output = Result<T, Fault>>) -> Result<T, Fault> {
     let runtime = tokio::runtime::Builder::new_current_thread()
         .enable_all()
         .build()
         .map_err(|error| Fault::new(Exit::Failed, format!("cannot start: {error}")))?;
     let result = runtime.block_on(future);
-    // A conversation that was given up may block until its time is over: nobody waits for it.
+    // A blocking task may still wait for a station; do not wait for it.
     runtime.shutdown_background();
     result
 }

@@ -1,4 +1,4 @@
-//! Files that a verb makes: named after captures, whole or not there at all.
+//! Output files, named after captures and written whole or not at all.
 
 use std::fs::{self, File};
 use std::io::{self, BufWriter, Write};
@@ -8,11 +8,11 @@ use std::sync::{Mutex, MutexGuard, Once, PoisonError};
 use super::{Exit, Fault, cli};
 use crate::capture::recover;
 use crate::capture::source::Form;
+use crate::hint;
 use crate::io::files::beside;
 use crate::io::signals;
-use crate::remedy;
 
-/// Where the result of a capture goes.
+/// Where a result is written.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub(super) enum Target {
     /// Standard output.
@@ -21,11 +21,10 @@ pub(super) enum Target {
     File(PathBuf, bool),
 }
 
-/// Says where the result of each capture goes, before any work is done. `extension` comes in place of the
-/// capture's own.
+/// The target for each capture, with `extension` in place of the capture's own.
 ///
 /// # Errors
-/// When two results would have one name or one has a name of the recorder's, or a file is there that may not be overwritten.
+/// If two results would have the same name, or a file exists that must not be overwritten.
 pub(super) fn targets(
     files: &[PathBuf],
     options: &cli::Output,
@@ -37,20 +36,20 @@ pub(super) fn targets(
     {
         let path = path.display();
         return usage(format!(
-            "{} captures cannot all go to {path}: say --output-dir",
+            "cannot write the results of {} captures to {path}; use --output-dir",
             files.len()
         ));
     }
     if let Some(folder) = &options.output_dir {
         fs::create_dir_all(folder).map_err(|error| {
             let folder = folder.display();
-            let remedy = match error.kind() {
+            let hint = match error.kind() {
                 io::ErrorKind::AlreadyExists => {
-                    "a file has that name; choose another one".to_owned()
+                    "a file with that name exists; choose another name".to_owned()
                 }
-                _ => format!("{error}; choose a directory you may write to"),
+                _ => format!("{error}; choose a writable folder"),
             };
-            Fault::new(Exit::Failed, format!("cannot make {folder}: {remedy}"))
+            Fault::new(Exit::Failed, format!("cannot create {folder}: {hint}"))
         })?;
     }
     let mut targets: Vec<Target> = Vec::new();
@@ -71,12 +70,14 @@ pub(super) fn targets(
             if let Some(input) = files.iter().find(|input| is_same(input, path)) {
                 let input = input.display();
                 return usage(format!(
-                    "{input} would be overwritten by what is made of it: choose another name"
+                    "{input} would be overwritten by its own result; choose another name"
                 ));
             }
             if targets.contains(&target) {
                 let path = path.display();
-                return usage(format!("two captures would both become {path}"));
+                return usage(format!(
+                    "two captures would be written to {path}; use --output-dir or rename one"
+                ));
             }
             refuse(path, *force)?;
         }
@@ -85,21 +86,18 @@ pub(super) fn targets(
     Ok(targets)
 }
 
-/// Refuses a name that says another form than the result has. `remedy` says what to do instead.
-///
-/// # Errors
-/// When the name does.
-pub(super) fn check_form(target: &Target, form: Form, remedy: &str) -> Result<(), Fault> {
+/// Refuses a file name whose extension contradicts the format; `hint` says what to do instead.
+pub(super) fn check_form(target: &Target, form: Form, hint: &str) -> Result<(), Fault> {
     let Target::File(path, _) = target else {
         return Ok(());
     };
     let extension = path.extension().unwrap_or_default().to_ascii_lowercase();
-    let said = match extension.to_str() {
+    let named = match extension.to_str() {
         Some("mcap") => Form::Mcap,
         Some("txt" | "raw" | "log") => Form::Raw,
         _ => return Ok(()),
     };
-    if said == form {
+    if named == form {
         return Ok(());
     }
     let what = match form {
@@ -109,11 +107,11 @@ pub(super) fn check_form(target: &Target, form: Form, remedy: &str) -> Result<()
     let path = path.display();
     Err(Fault::new(
         Exit::Usage,
-        format!("{path} would be {what}, whatever its name says: {remedy}"),
+        format!("{path}: the output is {what}, but the name says otherwise; {hint}"),
     ))
 }
 
-/// Whether both names lead to one file.
+/// Whether both paths name the same file.
 fn is_same(one: &Path, other: &Path) -> bool {
     match (fs::canonicalize(one), fs::canonicalize(other)) {
         (Ok(one), Ok(other)) => one == other && one.is_file(),
@@ -121,7 +119,7 @@ fn is_same(one: &Path, other: &Path) -> bool {
     }
 }
 
-/// Refuses a name that nothing can or may be written under.
+/// Refuses a path that cannot or must not be written.
 fn refuse(path: &Path, force: bool) -> Result<(), Fault> {
     recover::refuse_own_name(path)?;
     if path.is_dir() || !force && is_in_the_way(path) {
@@ -130,21 +128,21 @@ fn refuse(path: &Path, force: bool) -> Result<(), Fault> {
     Ok(())
 }
 
-/// A pipe or a device can be written to as often as one likes.
+/// Whether the path is an existing file or folder; pipes and devices can be written to again.
 fn is_in_the_way(path: &Path) -> bool {
     fs::metadata(path).is_ok_and(|about| about.is_file() || about.is_dir())
 }
 
 fn exists(path: &Path) -> Fault {
-    let remedy = if path.is_dir() {
-        "is a folder: name a file in it"
+    let hint = if path.is_dir() {
+        "is a folder; name a file in it"
     } else {
-        "exists: choose another name, or say --force to overwrite it"
+        "exists; choose another name, or use --force to overwrite it"
     };
-    Fault::new(Exit::Usage, format!("{} {remedy}", path.display()))
+    Fault::new(Exit::Usage, format!("{} {hint}", path.display()))
 }
 
-/// Writes a file at one stroke.
+/// Writes a whole file.
 pub(super) fn write_file(path: &Path, text: &str, force: bool) -> Result<(), Fault> {
     refuse(path, force)?;
     let mut output = Output::create(&Target::File(path.to_owned(), force))?;
@@ -154,24 +152,24 @@ pub(super) fn write_file(path: &Path, text: &str, force: bool) -> Result<(), Fau
     }
 }
 
-/// A result under way. What is not finished leaves nothing behind.
+/// An output being written; if it is not finished, no file remains.
 pub(super) struct Output {
     writer: Option<BufWriter<Box<dyn Write + Send>>>,
     file: Option<Unfinished>,
 }
 
-/// A file that has not got its name yet.
+/// A file that still has its temporary name.
 struct Unfinished {
     path: PathBuf,
     made: PathBuf,
     force: bool,
 }
 
-/// Files that are to go when the program is told to leave.
+/// Temporary files, removed when a signal ends the program.
 static UNFINISHED: Mutex<Vec<PathBuf>> = Mutex::new(Vec::new());
 
 impl Unfinished {
-    /// Creates the file, and not a moment before somebody would remove it.
+    /// Creates the file once the signal handler can remove it.
     fn create(path: &Path, force: bool) -> io::Result<(File, Self)> {
         static LISTENS: Once = Once::new();
         LISTENS.call_once(|| signals::when_told_to_leave(remove_all));
@@ -186,7 +184,7 @@ impl Unfinished {
 
 impl Drop for Unfinished {
     fn drop(&mut self) {
-        // Once it has its name it is gone from here.
+        // After the renaming there is nothing to remove.
         let _ = fs::remove_file(&self.made);
         all_unfinished().retain(|path| *path != self.made);
     }
@@ -196,18 +194,18 @@ fn all_unfinished() -> MutexGuard<'static, Vec<PathBuf>> {
     UNFINISHED.lock().unwrap_or_else(PoisonError::into_inner)
 }
 
-/// Holds on to the list, so that nothing is begun any more.
+/// Removes all temporary files; the returned guard keeps new ones from being created.
 fn remove_all() -> MutexGuard<'static, Vec<PathBuf>> {
     let unfinished = all_unfinished();
     for path in &*unfinished {
-        // What is gone already is as good.
+        // The file may be gone already.
         let _ = fs::remove_file(path);
     }
     unfinished
 }
 
 impl Output {
-    /// Begins.
+    /// Opens the target.
     pub(super) fn create(target: &Target) -> Result<Self, Fault> {
         let (sink, file): (Box<dyn Write + Send>, _) = match target {
             Target::Standard => (Box::new(io::stdout()), None),
@@ -231,7 +229,7 @@ impl Output {
         })
     }
 
-    /// Gives it its name, now that it is whole.
+    /// Completes the file and gives it its name.
     pub(super) fn finish(mut self) -> Result<(), Fault> {
         let flushed = self.flush();
         let Some(file) = self.file.take() else {
@@ -242,7 +240,7 @@ impl Output {
             if file.force {
                 return fs::rename(&file.made, &file.path);
             }
-            // A link never overwrites what has appeared in the meantime; not every file system has links.
+            // A link never overwrites a new file; not every file system has links.
             match fs::hard_link(&file.made, &file.path) {
                 Err(error) if error.kind() != io::ErrorKind::AlreadyExists => {
                     if fs::exists(&file.path)? {
@@ -259,7 +257,7 @@ impl Output {
         })
     }
 
-    /// An error of writing: a reader of standard output that has gone away is none.
+    /// The fault for a write error; a closed pipe is not an error.
     pub(super) fn fault(self, error: &io::Error) -> Result<(), Fault> {
         match &self.file {
             None => Fault::output(error),
@@ -283,6 +281,6 @@ impl Write for Output {
 
 fn cannot_write(path: &Path, error: &io::Error) -> Fault {
     let path = path.display();
-    let problem = remedy::of_writing(error);
+    let problem = hint::of_writing(error);
     Fault::new(Exit::Failed, format!("cannot write {path}: {problem}"))
 }

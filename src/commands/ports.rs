@@ -1,4 +1,4 @@
-//! `ports`: what is plugged in.
+//! `ports`: the serial ports of this machine.
 
 use std::io::{self, Write};
 
@@ -11,7 +11,7 @@ use crate::io::ports::{Port, list};
 pub(super) fn run(options: &Ports) -> Result<(), Fault> {
     let ports = list().map_err(|error| Fault::new(Exit::Failed, error))?;
     if ports.is_empty() && !options.json {
-        super::say("no serial ports found. Plug a radio in, or try `groundwave demo`");
+        super::say("no serial ports found; connect a radio, or try `groundwave demo`");
     }
     let written = if options.json {
         write_json(&ports)

@@ -1,4 +1,4 @@
-//! How far long work is, for a person at a terminal.
+//! Progress of long work, shown on a terminal.
 
 use std::io::{self, IsTerminal, Read};
 use std::sync::Arc;
@@ -7,13 +7,13 @@ use std::time::{Duration, Instant};
 
 use super::say_progress;
 
-/// Work that is done sooner than this is not talked about.
-const PATIENCE: Duration = Duration::from_millis(500);
+/// Shorter work shows no progress.
+const SHOW_AFTER: Duration = Duration::from_millis(500);
 
-/// Erases the line that the cursor is in, on terminals of all kinds.
+/// Erases the cursor's line.
 const ERASE: &str = "\x1b[2K\r";
 
-/// Bytes read of all files together, and how many there are.
+/// Bytes read of all files together.
 pub(super) struct Progress {
     done: Arc<AtomicU64>,
     total: u64,
@@ -22,7 +22,7 @@ pub(super) struct Progress {
 }
 
 impl Progress {
-    /// Of work on so many bytes; none if their number is not known. Only a terminal is told.
+    /// Progress over `total` bytes; shown only on a terminal and if the total is known.
     pub(super) fn new(total: Option<u64>, quiet: bool) -> Self {
         Self {
             done: Arc::default(),
@@ -32,7 +32,7 @@ impl Progress {
         }
     }
 
-    /// A source whose bytes count.
+    /// Counts the bytes read from `source`.
     pub(super) fn count<R: Read>(&self, source: R) -> Counting<R> {
         Counting {
             source,
@@ -40,28 +40,28 @@ impl Progress {
         }
     }
 
-    /// Says how far it is.
+    /// Shows the progress.
     pub(super) fn show(&self) {
         let passed = self.began.elapsed();
-        if self.is_shown && passed >= PATIENCE {
+        if self.is_shown && passed >= SHOW_AFTER {
             let done = self.done.load(Ordering::Relaxed);
             say_progress(format_args!(
                 "{ERASE}{}",
-                in_words(done, self.total, passed)
+                describe(done, self.total, passed)
             ));
         }
     }
 
-    /// Takes back what was said.
+    /// Erases the progress.
     pub(super) fn clear(&self) {
-        if self.is_shown && self.began.elapsed() >= PATIENCE {
+        if self.is_shown && self.began.elapsed() >= SHOW_AFTER {
             say_progress(ERASE);
         }
     }
 }
 
 /// `43 %, 0:12 left`
-fn in_words(done: u64, total: u64, passed: Duration) -> String {
+fn describe(done: u64, total: u64, passed: Duration) -> String {
     let share = (done as f64 / total.max(1) as f64).min(1.0);
     if share <= 0.0 {
         return "0 %".to_owned();
@@ -71,7 +71,7 @@ fn in_words(done: u64, total: u64, passed: Duration) -> String {
     format!("{per_cent} %, {}:{:02} left", left_s / 60, left_s % 60)
 }
 
-/// Counts what is read.
+/// A source that counts its bytes.
 pub(super) struct Counting<R> {
     source: R,
     done: Arc<AtomicU64>,
@@ -90,12 +90,12 @@ mod tests {
     use super::*;
 
     #[test]
-    fn the_time_left_follows_from_the_time_passed() {
+    fn time_left_follows_from_time_passed() {
         let after = Duration::from_secs(30);
-        assert_eq!(in_words(0, 100, after), "0 %");
-        assert_eq!(in_words(25, 100, after), "25 %, 1:30 left");
-        assert_eq!(in_words(100, 100, after), "100 %, 0:00 left");
-        assert_eq!(in_words(200, 100, after), "100 %, 0:00 left");
-        assert_eq!(in_words(5, 0, after), "100 %, 0:00 left");
+        assert_eq!(describe(0, 100, after), "0 %");
+        assert_eq!(describe(25, 100, after), "25 %, 1:30 left");
+        assert_eq!(describe(100, 100, after), "100 %, 0:00 left");
+        assert_eq!(describe(200, 100, after), "100 %, 0:00 left");
+        assert_eq!(describe(5, 0, after), "100 %, 0:00 left");
     }
 }

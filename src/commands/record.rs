@@ -1,4 +1,4 @@
-//! `record`: what the radio delivers, into a file, without a dashboard.
+//! `record`: received bytes into a file, without a dashboard.
 
 use std::io::{self, IsTerminal};
 use std::path::PathBuf;
@@ -32,7 +32,7 @@ pub(super) fn run(options: &Record, config: &Config) -> Result<(), Fault> {
     if is_mcap && options.append {
         return Err(Fault::new(
             Exit::Usage,
-            "--append goes with raw files; an MCAP file is closed when it is finished",
+            "--append needs a raw file; a finished MCAP file cannot be appended to",
         ));
     }
     let (spec, simulator) = simulated::embed(link, RadioKind::Auto)?;
@@ -51,12 +51,12 @@ pub(super) fn run(options: &Record, config: &Config) -> Result<(), Fault> {
         notes: simulator.iter().filter_map(simulated::truth_note).collect(),
         configuration: config.text.clone(),
         rotation: recording::rotation(options.rotate, config),
-        // A recording under way remembers nothing besides.
+        // The recording runs from the start, so no time before it is needed.
         remembered: Duration::ZERO,
     };
     block_on(async {
         let (inputs, from_link) = tokio::sync::mpsc::channel(256);
-        // The link first: a port that cannot be opened leaves no empty file behind.
+        // Opened first: a port that cannot be opened leaves no empty file behind.
         let connection =
             Connection::open(&spec, baud).map_err(|error| Fault::new(Exit::NoLink, error))?;
         let sharing = options.sharing.or(config);
@@ -85,21 +85,21 @@ pub(super) fn run(options: &Record, config: &Config) -> Result<(), Fault> {
         let written = keeper.finish().map_err(Fault::from);
         say_notices(&keeper, options.quiet);
         let written = written?;
-        let heard = result?;
+        let counters = result?;
         if !options.quiet {
             say(format_args!(
-                "recorded {}: {} bytes heard, {written} written, {} lines, {} lost",
+                "recorded {}: {} bytes received, {written} written, {} lines, {} lost",
                 mcap.as_ref().unwrap_or(&output).display(),
-                heard.bytes,
-                heard.lines,
-                heard.lines_lost
+                counters.bytes,
+                counters.lines,
+                counters.lines_lost
             ));
         }
         Ok(())
     })
 }
 
-/// Says what became of recordings that were interrupted.
+/// Prints the recording manager's notices.
 fn say_notices(keeper: &Keeper, quiet: bool) {
     while let Some((_, text)) = keeper.poll_notice() {
         if !quiet {
@@ -108,7 +108,7 @@ fn say_notices(keeper: &Keeper, quiet: bool) {
     }
 }
 
-/// Records until somebody or something ends it; returns what was heard.
+/// Records until a signal, the end of the link or of the duration; returns the counters.
 async fn until_done(
     options: &Record,
     mut driver: Driver,
@@ -137,7 +137,7 @@ async fn until_done(
                 if shows_progress {
                     let counters = driver.station().counters();
                     say_progress(format_args!(
-                        "{} bytes heard, {} lines, {} lost",
+                        "{} bytes received, {} lines, {} lost",
                         counters.bytes, counters.lines, counters.lines_lost
                     ));
                 }
@@ -149,7 +149,7 @@ async fn until_done(
                 Event::Link(LinkEvent::Ended) => ended = true,
                 Event::Link(LinkEvent::Lost { reason }) if !options.quiet => {
                     say(format_args!(
-                        "groundwave: link lost: {reason}; trying again"
+                        "groundwave: link lost: {reason}; reconnecting"
                     ));
                 }
                 Event::Notice { text, .. } if !options.quiet => {

@@ -1,4 +1,4 @@
-//! The options that say where received bytes are kept.
+//! Recordings as the options ask for them.
 
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
@@ -10,7 +10,7 @@ use super::{Exit, Fault};
 use crate::capture::{Existing, Rotation, name};
 use crate::runtime::{KeepOptions, Keeper};
 
-/// Opens what the options name.
+/// Opens the recordings that the options name.
 pub(super) fn open(
     options: &RecordingArgs,
     link: &str,
@@ -39,28 +39,29 @@ pub(super) fn open(
     Keeper::open(&keep, started).map_err(Fault::from)
 }
 
-/// A recording is a file; elsewhere `-` is standard output, and a file of that name would surprise.
+/// Refuses `-`, which means standard output elsewhere.
 pub(super) fn check_name(path: &Path) -> Result<(), Fault> {
     if path != Path::new("-") {
         return Ok(());
     }
     Err(Fault::new(
         Exit::Usage,
-        "nothing is recorded to standard output: what arrives there is shown by `groundwave watch - --headless` \
-         or passed on by `cat`; a file of that name is ./-",
+        "cannot record to standard output; write to a file, or use `groundwave watch LINK --headless` for events (a file \
+         named - is ./-)",
     ))
 }
 
-/// When a recording goes on in another file: as it was said, or as it is configured.
-pub(super) fn rotation(said: Option<Rotation>, config: &Config) -> Rotation {
-    said.or(config.recording.rotate).unwrap_or_default()
+/// When to start another file: by the command line, else by the configuration.
+pub(super) fn rotation(option: Option<Rotation>, config: &Config) -> Rotation {
+    option.or(config.recording.rotate).unwrap_or_default()
 }
 
-/// For a recording that nobody named.
+/// The default name of a recording.
 pub(super) fn automatic_name() -> PathBuf {
     PathBuf::from(name::automatic(SystemTime::now()))
 }
 
+/// What to do with an existing file.
 pub(super) const fn existing(append: bool, force: bool) -> Existing {
     match (append, force) {
         (true, _) => Existing::Append,

@@ -1,4 +1,4 @@
-//! `recover`: recordings that were interrupted or damaged.
+//! `recover`: finishes interrupted recordings and repairs damaged ones.
 
 use std::io::{self, Write};
 use std::path::PathBuf;
@@ -14,7 +14,7 @@ pub(super) fn run(options: &Recover) -> Result<(), Fault> {
             let found = find_interrupted(file);
             if found.is_empty() && !options.json {
                 say(format_args!(
-                    "groundwave: {}: no recording there was interrupted",
+                    "groundwave: {}: no interrupted recordings",
                     file.display()
                 ));
             }
@@ -35,7 +35,7 @@ pub(super) fn run(options: &Recover) -> Result<(), Fault> {
                 }
             }
             Err(error) => {
-                // The others get their turn all the same; the last is told on leaving.
+                // Go on with the others; the last fault is returned.
                 if let Some(before) = fault.replace(Fault::from(error)) {
                     say(format_args!("groundwave: {before}"));
                 }

@@ -16,7 +16,7 @@ use crate::timeline::scene::SPACING;
 use crate::timeline::{Player, Reel, Scene, survey};
 use crate::travel::{SPEED_MAX, SPEED_MIN};
 
-/// States on their way from the thread that reads the capture through.
+/// Capacity of the channel from the thread that reads the capture through.
 const FINDINGS: usize = 4;
 
 pub(super) fn run(options: &Replay, config: &config::Config) -> Result<(), Fault> {
@@ -24,7 +24,7 @@ pub(super) fn run(options: &Replay, config: &config::Config) -> Result<(), Fault
         return Err(Fault::new(
             Exit::Usage,
             format!(
-                "--speed {}: choose from {SPEED_MIN} to {SPEED_MAX}",
+                "--speed {}: give a number from {SPEED_MIN} to {SPEED_MAX}",
                 options.speed
             ),
         ));
@@ -32,7 +32,7 @@ pub(super) fn run(options: &Replay, config: &config::Config) -> Result<(), Fault
     watch::needs_terminal("groundwave decode")?;
     let tape = index::open(&options.file)?;
     let name = format!("replay of {}", options.file.display());
-    // What rang once need not ring again.
+    // A replay does not ring.
     let config = Arc::new(Config {
         bell: false,
         capture: Some(options.file.display().to_string()),
@@ -70,7 +70,7 @@ pub(super) fn run(options: &Replay, config: &config::Config) -> Result<(), Fault
             .await
             .or_else(|error| watch::terminal_failed(&error))
     })?;
-    // The dashboard is gone; what could not be read is told once more on the restored terminal.
+    // Report unreadable parts again, on the restored terminal.
     match reader.join() {
         Ok(None) => Ok(()),
         Ok(Some(damage)) => Err(input::not_whole(&options.file, &damage)),

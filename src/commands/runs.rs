@@ -1,4 +1,4 @@
-//! `runs`: the captures there are, with what their operator says of them.
+//! `runs`: captures with their labels and figures.
 
 use std::io::{self, Write};
 use std::path::{Path, PathBuf};
@@ -7,7 +7,7 @@ use super::cli::Runs;
 use super::{Exit, Fault, say};
 use crate::capture::recover::{Interrupted, find_interrupted};
 use crate::capture::runs::folder::{self, Run, RunError};
-use crate::remedy;
+use crate::hint;
 use crate::run::{Figures, HEADING};
 
 pub(super) fn run(options: &Runs) -> Result<(), Fault> {
@@ -49,12 +49,12 @@ pub(super) fn run(options: &Runs) -> Result<(), Fault> {
         }
     }
     if shown == 0 && interrupted.is_empty() && fault.is_none() {
-        say("no finished capture here: `groundwave demo --record` makes one");
+        say("no finished captures here; `groundwave demo --record` makes one");
     }
     fault.map_or(Ok(()), Err)
 }
 
-/// One bad file does not hide the others: the last fault is left to the caller.
+/// Prints the earlier fault and keeps the new one for the caller.
 fn note(fault: &mut Option<Fault>, found: Option<Fault>) {
     if let Some(found) = found
         && let Some(earlier) = fault.replace(found)
@@ -63,9 +63,9 @@ fn note(fault: &mut Option<Fault>, found: Option<Fault>) {
     }
 }
 
-/// What could be read, and why that is not all.
+/// Reads the figures of a run, and the fault if they are incomplete.
 fn read(path: &Path) -> Result<(Figures, Option<Fault>), Fault> {
-    let run = look(path)?;
+    let run = read_run(path)?;
     let problem = run.problem.map(Fault::from);
     match problem {
         Some(problem) if run.course.points().is_empty() => Err(problem),
@@ -73,15 +73,15 @@ fn read(path: &Path) -> Result<(Figures, Option<Fault>), Fault> {
     }
 }
 
-/// A run, or whose fault it is that there is none.
-pub(super) fn look(path: &Path) -> Result<Run, Fault> {
+/// Reads a run.
+pub(super) fn read_run(path: &Path) -> Result<Run, Fault> {
     Run::read(path).map_err(|error| match error {
         RunError::Label(error) => Fault::new(Exit::Usage, error),
         RunError::Capture(error) => Fault::from(error),
     })
 }
 
-/// A file as it is named; of a folder the captures in it, by name.
+/// The file itself, or the captures in a folder, by name.
 fn captures(path: &Path) -> Result<Vec<PathBuf>, Fault> {
     if !path.is_dir() {
         return Ok(vec![path.to_owned()]);
@@ -92,7 +92,7 @@ fn captures(path: &Path) -> Result<Vec<PathBuf>, Fault> {
             format!(
                 "cannot read {}: {}",
                 path.display(),
-                remedy::of_reading(&error)
+                hint::of_reading(&error)
             ),
         )
     };

@@ -1,4 +1,4 @@
-//! The options that say who else may use the link.
+//! Shared links as the options ask for them.
 
 use super::cli::Sharing;
 use super::{Exit, Fault};
@@ -6,7 +6,7 @@ use crate::io::foxglove::{Foxglove, FoxgloveError};
 use crate::io::link::Sink;
 use crate::io::share::{Share, ShareError};
 
-/// Shares the link if the options say so; must be called within the runtime.
+/// Opens the share server if the options ask for it; must be called within the runtime.
 pub(super) fn listen(options: &Sharing) -> Result<Option<Share>, Fault> {
     options
         .share
@@ -22,8 +22,7 @@ pub(super) fn listen(options: &Sharing) -> Result<Option<Share>, Fault> {
         })
 }
 
-/// Lets tools watch live if the options say so; must be called within the runtime. `name` is what they
-/// show the station as.
+/// Opens the Foxglove server if the options ask for it; must be called within the runtime. Clients show `name`.
 pub(super) async fn foxglove(options: &Sharing, name: &str) -> Result<Option<Foxglove>, Fault> {
     let Some(address) = &options.foxglove else {
         return Ok(None);
@@ -40,7 +39,7 @@ pub(super) async fn foxglove(options: &Sharing, name: &str) -> Result<Option<Fox
     })
 }
 
-/// The recorder first, then those who share.
+/// A sink that passes bytes to the recorder first, then to the share server.
 pub(super) fn sink(share: Option<&Share>, mut recorder: Sink) -> Sink {
     match share.map(Share::tap) {
         None => recorder,

@@ -1,4 +1,4 @@
-//! `sim`: a robot for cat, tio, minicom and `watch`.
+//! `sim`: a simulated robot for cat, tio, minicom and `watch`.
 
 use std::io::{self, Write};
 use std::path::{Path, PathBuf};
@@ -10,34 +10,34 @@ use super::cli::Sim;
 use super::{Exit, Fault, block_on, say, simulated};
 use crate::io::signals::{Signal, Signals, stop_myself};
 
-/// How often the end of a simulation with a duration is looked for.
-const LOOK_EVERY: Duration = Duration::from_millis(50);
+/// Interval of the checks for the end of a simulation with a duration.
+const CHECK_EVERY: Duration = Duration::from_millis(50);
 
-/// A boot number that differs from that of a simulator killed a moment ago: without an EEPROM file nothing
-/// else would tell a station that the robot is another.
+/// A boot number from the clock. It differs from that of a simulator killed a moment ago, so that a station notices the
+/// new robot even without an EEPROM file.
 fn boots_now() -> u16 {
     let since_1970 = SystemTime::now().duration_since(SystemTime::UNIX_EPOCH);
     since_1970.map_or(1, |time| (time.as_secs() % 999) as u16 + 1)
 }
 
-/// Where the robot remembers how often it has booted. Under a steady name stations stay while simulators
-/// come and go, and a robot whose boot number happens to agree with the last one's passes for it.
+/// The EEPROM file, which keeps the boot number. A link with a fixed name has one by default, because stations stay
+/// connected to it from one simulator to the next.
 fn eeprom(options: &Sim) -> Option<PathBuf> {
     let beside = |link: &PathBuf| {
         let name = link.file_name()?.to_string_lossy();
         Some(link.with_file_name(format!(".{name}.eeprom")))
     };
-    let given = options.eeprom.clone();
-    given.or_else(|| options.pty.as_ref().and_then(beside))
+    let named = options.eeprom.clone();
+    named.or_else(|| options.pty.as_ref().and_then(beside))
 }
 
-/// A file that is there holds something; a pipe or a device holds nothing.
+/// Refuses an existing regular file without `--force`.
 fn refuse_to_overwrite(path: &Path, force: bool) -> Result<(), Fault> {
     if force || !path.is_file() {
         return Ok(());
     }
     let message = format!(
-        "{} exists: choose another name, or say --force to overwrite it",
+        "{} exists; choose another name, or use --force to overwrite it",
         path.display()
     );
     Err(Fault::new(Exit::Usage, message))
@@ -85,24 +85,24 @@ pub(super) fn run(options: &Sim) -> Result<(), Fault> {
     } else {
         shown.clone()
     };
-    // The address alone on standard output, for scripts; the rest is for a person.
+    // Only the address goes to standard output, for scripts.
     let mut out = io::stdout().lock();
     writeln!(out, "{}", if is_tcp { &link } else { &shown })
         .and_then(|()| out.flush())
         .or_else(|error| Fault::output(&error))?;
     drop(out);
     say(format_args!(
-        "SR04 number {} prowls the world `{}`, seed {}, {}",
+        "robot {} in world `{}`, seed {}, {}",
         simulated::ROBOT_ID,
         options.simulated.world,
         options.simulated.seed,
         simulated::rate_words(options.simulated.time_factor)
     ));
     if !is_tcp {
-        say(format_args!("look at it:  cat {shown}"));
+        say(format_args!("raw lines:  cat {shown}"));
     }
-    say(format_args!("watch it:    groundwave watch {link}"));
-    say("Ctrl-C ends it");
+    say(format_args!("dashboard:  groundwave watch {link}"));
+    say("stop:       Ctrl-C");
     block_on(async {
         let mut signals = Signals::listen().map_err(|error| {
             Fault::new(Exit::Failed, format!("cannot listen for signals: {error}"))
@@ -113,7 +113,7 @@ pub(super) fn run(options: &Sim) -> Result<(), Fault> {
                     Signal::Leave => break,
                     Signal::Suspend => stop_myself(),
                 },
-                () = tokio::time::sleep(LOOK_EVERY), if options.duration.is_some() => {}
+                () = tokio::time::sleep(CHECK_EVERY), if options.duration.is_some() => {}
             }
         }
         Ok(())

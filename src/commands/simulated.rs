@@ -1,4 +1,4 @@
-//! A simulated robot served from within this program.
+//! A simulated robot inside this process.
 
 use std::io::ErrorKind;
 
@@ -13,19 +13,19 @@ use crate::event::Truth;
 use crate::io::link::LinkSpec;
 use crate::radio::RadioKind;
 
-/// The house that comes up when nobody chooses.
+/// The default world.
 const DEFAULT_WORLD: &str = "house";
 
-/// The number of the robot that is simulated.
+/// Id of the simulated robot.
 pub(super) const ROBOT_ID: u8 = 4;
 
-/// A robot behind HC-12 modules waits so many byte times for an answer (tests/link.rs).
+/// How long a robot behind HC-12 modules waits for an answer, in byte times (tests/link.rs).
 const HC_12_PATIENCE_BYTES: u8 = 160;
 
-/// Likewise behind `XBee` modules.
+/// How long a robot behind `XBee` modules waits for an answer, in byte times.
 const XBEE_PATIENCE_BYTES: u8 = 60;
 
-/// What to simulate, checked.
+/// The simulation that the options describe.
 pub(super) fn config(options: &Simulated) -> Result<SimulationConfig, Fault> {
     let world = World::open(&options.world).map_err(|error| Fault::new(Exit::Usage, error))?;
     let mut config = SimulationConfig::new(world, options.seed);
@@ -39,7 +39,7 @@ pub(super) fn config(options: &Simulated) -> Result<SimulationConfig, Fault> {
     Ok(config)
 }
 
-/// The radio that the channel and the robot have in common: a robot on a half-duplex channel takes turns.
+/// Sets channel and robot to the kind of radio; on a half-duplex channel the robot takes turns.
 fn fit_radio(config: &mut SimulationConfig, kind: RadioKind) {
     match kind {
         RadioKind::Auto | RadioKind::Full | RadioKind::ReceiveOnly => {}
@@ -56,12 +56,12 @@ fn fit_radio(config: &mut SimulationConfig, kind: RadioKind) {
     config.duplex = Duplex::Half { patience_bytes };
 }
 
-/// The worlds that come with the program.
+/// Names of the built-in worlds.
 pub(super) fn world_names() -> impl Iterator<Item = &'static str> {
     World::built_in_names()
 }
 
-/// Starts a robot on these endpoints.
+/// Starts a simulated robot.
 pub(super) fn start(config: SimulationConfig, options: &ServeOptions) -> Result<Server, Fault> {
     serve(config, options).map_err(|error| {
         let exit = match &error {
@@ -79,7 +79,7 @@ pub(super) fn start(config: SimulationConfig, options: &ServeOptions) -> Result<
     })
 }
 
-/// A serial line where the system has pseudo-terminals, a TCP port elsewhere.
+/// A pseudo-terminal on Unix, a TCP port elsewhere.
 pub(super) fn endpoint(copy_only: bool) -> Endpoint {
     if cfg!(unix) {
         Endpoint::Pty {
@@ -103,7 +103,7 @@ pub(super) fn link_to(address: &str) -> LinkSpec {
     }
 }
 
-/// A robot within this program, if there is one; it ends with this value.
+/// The simulated robot behind a link `sim`; dropping it ends the simulation.
 pub(super) type Embedded = Option<Server>;
 
 /// Stands in for a link called `sim`: starts a robot and links to it. The robot lives as long as the
@@ -129,7 +129,7 @@ pub(super) fn embed(link: &LinkSpec, radio: RadioKind) -> Result<(LinkSpec, Embe
     Ok((link_to(address), Some(server)))
 }
 
-/// The simulator's truth for the map.
+/// The world's walls and circles for the map.
 #[must_use]
 pub fn truth(outlines: &[Outline]) -> Truth {
     let mut truth = Truth::default();
@@ -150,13 +150,13 @@ pub fn truth(outlines: &[Outline]) -> Truth {
     truth
 }
 
-/// The simulator's truth for a recording, so that the map is drawn the same when it is played.
+/// The world's walls and circles as metadata for a recording, for the map in a replay.
 pub(super) fn truth_note(server: &Server) -> Option<(String, String)> {
     let truth = serde_json::to_string(&truth(server.outlines())).ok()?;
     Some((Session::TRUTH.to_owned(), truth))
 }
 
-/// How fast the line really is, for a person.
+/// Baud rate and bytes per second, as text.
 pub(super) fn rate_words(time_factor: f64) -> String {
     let bytes_s = f64::from(BYTES_PER_S) * time_factor;
     format!("2400 baud 8N1, {bytes_s:.0} bytes/s")
@@ -181,23 +181,23 @@ mod tests {
     }
 
     #[test]
-    fn a_battery_of_a_few_per_cent_calls_within_a_minute_and_a_full_one_does_not() {
+    fn low_battery_is_reported_within_a_minute() {
         for (line, power) in [
             (&["groundwave", "demo", "--battery", "14"][..], Power::Low),
             (&["groundwave", "demo"][..], Power::Ok),
         ] {
             let config = config(&options(line)).expect("it can be simulated");
             let mut simulation = Simulation::new(&config);
-            let (mut decoder, mut told) = (Decoder::default(), Power::Ok);
+            let (mut decoder, mut reported) = (Decoder::default(), Power::Ok);
             simulation.run_for_ms(60_000);
             while let Some(byte) = simulation.poll_downlink() {
                 if let Some(Received::Line(line, _)) = decoder.lines(&[byte]).next()
                     && let Body::State(state) = line.body
                 {
-                    told = state.power;
+                    reported = state.power;
                 }
             }
-            assert_eq!(told, power);
+            assert_eq!(reported, power);
         }
         let too_full = ["groundwave", "demo", "--battery", "101"];
         assert!(Cli::try_parse_from(too_full).is_err());

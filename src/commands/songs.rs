@@ -1,4 +1,4 @@
-//! `songs`: what the robot sang, as notes and as sound.
+//! `songs`: the robot's songs as notes and as sound.
 
 use std::fs::{self, File};
 use std::io::{self, BufWriter, Write};
@@ -57,7 +57,7 @@ pub(super) fn run(options: &Songs) -> Result<(), Fault> {
     }
 }
 
-/// One song a line; standard output is flushed at its line feeds, so that a live stream shows it at once.
+/// Prints a song. Standard output is flushed at line feeds, so that songs of a live stream appear at once.
 fn list(number: u32, at: Duration, song: &SongLine) -> io::Result<()> {
     writeln!(
         io::stdout().lock(),
@@ -74,7 +74,7 @@ fn save(folder: &Path, number: u32, song: &SongLine, force: bool) -> Result<(), 
         io::ErrorKind::AlreadyExists if path.exists() => Fault::new(
             Exit::Usage,
             format!(
-                "{} exists: choose another folder, or say --force to overwrite what is in it",
+                "{} exists; choose another folder, or use --force to overwrite its files",
                 path.display()
             ),
         ),

@@ -1,4 +1,4 @@
-//! `verify`: whether captures are what they should be.
+//! `verify`: checks captures for damage and gaps.
 
 use std::fs::File;
 use std::io::{self, Read, Write};
@@ -16,7 +16,7 @@ pub(super) fn run(options: &Verify) -> Result<(), Fault> {
     let files = batch::files(&options.captures)?;
     if options.raw.is_some() && files.len() > 1 {
         let problem =
-            "--raw goes with one capture; of many, each is compared with the raw file beside it";
+            "--raw takes one capture; several are compared with the raw files beside them";
         return Err(Fault::new(Exit::Usage, problem));
     }
     batch::each(
@@ -25,7 +25,7 @@ pub(super) fn run(options: &Verify) -> Result<(), Fault> {
         |index, progress| {
             let path = &files[index];
             let source = input::open(path, progress)?;
-            let (form, source) = input::tell_form(path, source)?;
+            let (form, source) = input::detect_form(path, source)?;
             let verdict = match form {
                 Form::Mcap => verify_mcap(source, beside(options, path)?),
                 Form::Raw => verify_raw(source),
@@ -45,16 +45,16 @@ pub(super) fn run(options: &Verify) -> Result<(), Fault> {
                 return Ok(ControlFlow::Continue(()));
             }
             let count = verdict.fault_count;
-            let things = if count == 1 { "thing" } else { "things" };
+            let faults = if count == 1 { "fault" } else { "faults" };
             Err(input::not_whole(
                 &files[index],
-                &format!("{count} {things} wrong"),
+                &format!("{count} {faults}"),
             ))
         },
     )
 }
 
-/// What should hold the same bytes: the raw file that was named, or the one beside it, and the recording's journal.
+/// The files that should hold the same bytes: the named raw file or the one beside the recording, and the journal.
 fn beside(options: &Verify, path: &Path) -> Result<Beside, Fault> {
     let is_file = path != Path::new("-");
     let raw = || Some(path.with_extension("txt")).filter(|raw| is_file && raw.is_file());

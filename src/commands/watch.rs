@@ -1,4 +1,4 @@
-//! `watch` and `demo`: the live dashboard. `watch --headless`: its events as JSON lines.
+//! `watch` and `demo`: the live dashboard.
 
 use std::collections::BTreeMap;
 use std::io;
@@ -25,7 +25,7 @@ pub(super) fn watch(options: &Watch, config: &config::Config) -> Result<(), Faul
     if *link == LinkSpec::Stdin && !options.headless && !cfg!(unix) {
         return Err(Fault::new(
             Exit::Usage,
-            "the dashboard needs the keyboard; use --headless with -",
+            "the dashboard needs standard input for keys; use --headless with link -",
         ));
     }
     let started = Instant::now();
@@ -122,13 +122,11 @@ pub(super) fn needs_terminal(instead: &str) -> Result<(), Fault> {
     }
     Err(Fault::new(
         Exit::Usage,
-        format!(
-            "the dashboard needs a terminal, and standard output is none; use `{instead}` instead"
-        ),
+        format!("the dashboard needs a terminal; use `{instead}` instead"),
     ))
 }
 
-/// What a station is to be opened on.
+/// The settings of a station.
 struct Plan {
     name: String,
     spec: LinkSpec,
@@ -142,7 +140,7 @@ struct Plan {
 }
 
 impl Plan {
-    /// The link first: one that cannot be opened leaves no empty file behind.
+    /// Opens link, servers and recordings, the link first: if it fails, no empty file is left behind.
     async fn open(&self) -> Result<(Driver, Keeper), Fault> {
         let (inputs, from_link) = tokio::sync::mpsc::channel(256);
         let connection = Connection::open(&self.spec, self.baud)
@@ -201,7 +199,7 @@ fn show(plan: &Plan, mut config: Config, first: Vec<Event>) -> Result<(), Fault>
     })
 }
 
-/// A terminal that is gone has nobody behind it: the session has ended, as by a hangup.
+/// The fault for a terminal error; a terminal that is gone only ends the session.
 pub(super) fn terminal_failed(error: &io::Error) -> Result<(), Fault> {
     if !terminal::is_there() {
         return Ok(());

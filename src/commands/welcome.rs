@@ -1,4 +1,4 @@
-//! `groundwave` alone: what can be done next on this machine.
+//! `groundwave` without a command: suggests what to run on this machine.
 
 use std::fmt::Write as _;
 use std::fs;
@@ -8,10 +8,10 @@ use std::time::SystemTime;
 use super::{Fault, config};
 use crate::capture::recover::{Paths, find_interrupted};
 use crate::capture::runs::folder;
+use crate::hint::shell_word;
 use crate::io::ports::{Port, list};
-use crate::remedy::shell_word;
 
-/// Ports that are shown; a machine may have dozens that nobody plugged in.
+/// Most ports shown; a machine may have dozens of built-in ones.
 const PORTS_MAX: usize = 4;
 
 pub(super) fn run(named: Option<&Path>) -> Result<(), Fault> {
@@ -29,42 +29,42 @@ fn text(profiles: &[&str], ports: &[Port], captures: &Captures) -> String {
     let mut offers: Vec<(String, &str)> = Vec::new();
     let mut offer = |what, command: &str| offers.push((format!("groundwave {command}"), what));
     for name in profiles {
-        offer("as it is configured", &format!("watch {name}"));
+        offer("from the configuration", &format!("watch {name}"));
     }
-    // What was plugged in comes first; a machine's own ports are rarely a radio.
+    // Prefer USB adapters; built-in ports are rarely a radio.
     let (usb, others): (Vec<_>, Vec<_>) =
         ports.iter().partition(|port| port.kind.starts_with("USB"));
     let shown = if usb.is_empty() { others } else { usb };
     for port in shown.iter().take(PORTS_MAX) {
         let what = match (&port.description, port.kind.as_str()) {
             (Some(description), _) => description,
-            (None, "serial") => "a serial port of this machine",
+            (None, "serial") => "a built-in serial port",
             (None, kind) => kind,
         };
         offer(what, &format!("watch {}", port.name));
     }
     if ports.is_empty() {
-        offer("no serial port was found: look again", "ports");
+        offer("list serial ports; none found yet", "ports");
     }
     if let Some(path) = &captures.newest {
         offer(
-            "the newest capture here",
+            "play the newest capture here",
             &format!("replay {}", shell_word(path)),
         );
     }
     if let Some(path) = &captures.interrupted {
         let command = format!("recover {}", shell_word(path));
-        offer("a recording that was interrupted", &command);
+        offer("finish an interrupted recording", &command);
     }
-    offer("a simulated robot prowls a house", "demo");
-    offer("everything else", "--help");
+    offer("simulate a robot in a house", "demo");
+    offer("list all commands", "--help");
     let width = offers
         .iter()
         .map(|(command, _)| command.chars().count())
         .max();
     let width = width.unwrap_or_default();
     let mut text =
-        String::from("Groundwave: a ground station for a small robot. What can be done next:\n\n");
+        String::from("Groundwave, a ground station for a small robot. Try one of these:\n\n");
     for (command, what) in offers {
         // Writing to a string cannot fail.
         let _ = writeln!(text, "  {command:width$}  {what}");
@@ -72,12 +72,12 @@ fn text(profiles: &[&str], ports: &[Port], captures: &Captures) -> String {
     text
 }
 
-/// What was recorded in this folder.
+/// Captures in this folder.
 #[derive(Debug, Default)]
 struct Captures {
-    /// The whole one that was written last.
+    /// The newest finished capture.
     newest: Option<PathBuf>,
-    /// The interrupted one that was written last.
+    /// The newest interrupted recording.
     interrupted: Option<PathBuf>,
 }
 
@@ -109,7 +109,7 @@ fn interrupted() -> Option<PathBuf> {
     Some(newest.strip_prefix(".").unwrap_or(&newest).to_owned())
 }
 
-/// `None` where there is no such file.
+/// Time of the last change; `None` if there is no such file.
 fn written_at(path: &Path) -> Option<SystemTime> {
     fs::metadata(path).and_then(|file| file.modified()).ok()
 }
@@ -119,7 +119,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn what_is_there_is_offered() {
+    fn suggestions_follow_from_profiles_ports_and_captures() {
         let port = |name: &str, kind: &str| Port {
             name: name.to_owned(),
             kind: kind.to_owned(),
@@ -128,7 +128,7 @@ mod tests {
         let none = Captures::default();
         let bare = text(&[], &[], &none);
         assert!(
-            bare.contains("groundwave demo") && bare.contains("no serial port"),
+            bare.contains("groundwave demo") && bare.contains("none found yet"),
             "{bare}"
         );
         let ports = [

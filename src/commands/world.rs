@@ -1,4 +1,4 @@
-//! `world`: the worlds there are, a world as a picture, and what is wrong with it.
+//! `world`: lists, checks and draws worlds.
 
 use sr04_sim::World;
 
@@ -21,7 +21,7 @@ pub(super) fn run(options: &cli::World) -> Result<(), Fault> {
     }
     if options.check {
         let count = warnings.len();
-        let message = format!("{name}: {count} to look at; it can be simulated as it is");
+        let message = format!("{name}: {count} warnings; the world can be simulated");
         return match count {
             0 => Ok(()),
             _ => Err(Fault::new(Exit::Failed, message)),
@@ -37,14 +37,14 @@ fn list() -> String {
     World::built_in_names()
         .filter_map(|name| Some((name, World::built_in(name)?)))
         .map(|(name, world)| format!("{name:12}  {}\n", world.about()))
-        .chain(["generated:7   A house made from seed 7, or any other\n".to_owned()])
+        .chain(["generated:7   A house generated from seed 7, or any other\n".to_owned()])
         .collect()
 }
 
 fn described(world: &World) -> String {
     let [width, height] = world.size_in();
     format!(
-        "{}: {}\n{:.0} by {:.0} ft, the robot can reach {:.0} % of the floor on which it can stand\n\n{}",
+        "{}: {}\n{:.0} by {:.0} ft; the robot can reach {:.0} % of the free floor\n\n{}",
         world.name(),
         world.about(),
         width / 12.0,

@@ -7,7 +7,7 @@ use std::path::{Path, PathBuf};
 use std::process;
 
 use crate::event::SaveProblem;
-use crate::remedy;
+use crate::hint;
 
 /// No text that a person names here is longer.
 const BYTES_MAX: u64 = 1 << 20;
@@ -19,7 +19,7 @@ const BYTES_MAX: u64 = 1 << 20;
 /// One line for a person: the path, what happened, what to do.
 pub fn read_text(path: &str) -> Result<String, String> {
     let full = expand_home(path, env::home_dir().as_deref());
-    let fail = |error: io::Error| format!("cannot read {path}: {}", remedy::of_reading(&error));
+    let fail = |error: io::Error| format!("cannot read {path}: {}", hint::of_reading(&error));
     let about = fs::metadata(&full).map_err(fail)?;
     if !about.is_file() {
         return Err(format!("cannot read {path}: choose a file; this is none"));
@@ -47,10 +47,7 @@ pub fn write_text(path: &str, text: &str, overwrite: bool) -> Result<(), SavePro
         return Err(SaveProblem::Exists);
     }
     let fail = |error: io::Error| {
-        SaveProblem::Failed(format!(
-            "cannot write {path}: {}",
-            remedy::of_writing(&error)
-        ))
+        SaveProblem::Failed(format!("cannot write {path}: {}", hint::of_writing(&error)))
     };
     let new = beside(&full);
     File::create_new(&new)
@@ -111,7 +108,7 @@ mod tests {
         let nowhere = folder.path().join("none").join("tour.txt");
         let error = write_text(nowhere.to_str().unwrap(), "", false).unwrap_err();
         assert!(
-            matches!(error, SaveProblem::Failed(text) if text.ends_with("; make the directory first"))
+            matches!(error, SaveProblem::Failed(text) if text.ends_with("; create the folder first"))
         );
     }
 

@@ -5,8 +5,7 @@ use groundwave_protocol::status_codes::Mode;
 
 use super::keys::Action;
 use super::{Facts, Overlay, Purpose, TextEntry, Ui};
-use crate::event::{Effect, Level, remark_from_words};
-use crate::quoted::unquoted;
+use crate::event::{Effect, Level, remark_from_words, unquoted};
 use crate::request::Request;
 
 /// The commands are the last page of the help, counted from its first one backwards.

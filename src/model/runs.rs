@@ -5,7 +5,6 @@ use std::sync::Arc;
 
 use super::{Facts, Overlay, TextEntry, Ui};
 use crate::event::{Effect, Remark};
-use crate::quoted;
 use crate::run::{Listed, Overlaid};
 
 /// What lies over the panels.
@@ -41,16 +40,19 @@ impl Ui {
         if !matches!(command, Some("runs" | "compare")) {
             return Ok(None);
         }
-        let mut words = quoted::words(line)?.into_iter().skip(1);
+        let mut words = shlex::split(line)
+            .ok_or("a quote is not closed")?
+            .into_iter()
+            .skip(1);
         let (first, second, more) = (words.next(), words.next(), words.next());
         match (command, first, second, more) {
             (Some("runs"), None, ..) => Ok(Some(self.list_runs(self.folder_at_hand(facts)))),
             (Some("runs"), Some(folder), None, _) => Ok(Some(self.list_runs(folder))),
             (Some("runs"), ..) => {
-                Err("`runs` takes one folder; one with blanks stands in quotes".to_owned())
+                Err("`runs` takes one folder; quote a name with spaces".to_owned())
             }
             (_, Some(a), Some(b), None) => Ok(Some(self.compare_runs([a, b]))),
-            _ => Err("`compare` takes two captures; one with blanks stands in quotes".to_owned()),
+            _ => Err("`compare` takes two captures; quote a name with spaces".to_owned()),
         }
     }
 

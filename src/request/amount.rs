@@ -1,13 +1,13 @@
-//! What a parameter is to be: so many of what the robot counts, or the same in the whole unit.
+//! Values of parameters, as counts of the robot's unit or as decimals of the whole unit.
 
 use std::fmt;
 
-/// What an operator wants a parameter to be.
+/// A value for a parameter.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Amount {
-    /// So many of what the robot counts: `116` of `V/10`.
+    /// Counts of the robot's unit: `116` of `V/10`.
     Counts(i32),
-    /// Of the whole unit, with a decimal point: `11.6` volts. What the robot counts is known once it has said so.
+    /// A decimal of the whole unit: `11.6` volts. It becomes counts once the robot has reported its unit.
     Decimal {
         /// The number without its point.
         digits: i32,
@@ -17,7 +17,7 @@ pub enum Amount {
 }
 
 impl Amount {
-    /// Reads a whole or a decimal number; the zeros at a decimal's end count for nothing.
+    /// Parses a whole or decimal number; trailing zeros of a decimal are ignored.
     pub(super) fn read(word: &str) -> Option<Self> {
         let Some((whole, fraction)) = word.split_once('.') else {
             return word.parse().ok().map(Self::Counts);
@@ -31,7 +31,7 @@ impl Amount {
         })
     }
 
-    /// So many of what the robot counts; `None` for a number that is finer than its unit.
+    /// The value in counts of `unit`; `None` if it is finer than the unit.
     #[must_use]
     pub fn counts(self, unit: &str) -> Option<i32> {
         match self {
@@ -49,14 +49,14 @@ impl fmt::Display for Amount {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match *self {
             Self::Counts(counts) => counts.fmt(f),
-            // A point is what makes it one of the whole unit.
+            // The decimal point marks the whole unit.
             Self::Decimal { digits, places: 0 } => write!(f, "{digits}.0"),
             Self::Decimal { digits, places } => f.write_str(&decimal(digits, places)),
         }
     }
 }
 
-/// What a unit that is a tenth, a hundredth or a thousandth is of, and the decimals of that: `V/10` is of `V`, with one.
+/// The whole unit of a tenth, hundredth or thousandth, and its decimals: `V` and 1 for `V/10`.
 fn whole_unit(unit: &str) -> Option<(&str, u8)> {
     let (whole, divisor) = unit.rsplit_once('/')?;
     let decimals = match divisor {
@@ -68,8 +68,7 @@ fn whole_unit(unit: &str) -> Option<(&str, u8)> {
     Some((whole, decimals))
 }
 
-/// A value that the robot counts, in the whole unit: 116 of `V/10` are `11.6` and `V`. `None` where the robot's own unit is
-/// a whole one.
+/// A count in the whole unit: `11.6` and `V` for 116 of `V/10`. `None` if `unit` is a whole one.
 #[must_use]
 pub fn in_whole_unit(value: i32, unit: &str) -> Option<(String, &str)> {
     let (whole, decimals) = whole_unit(unit)?;
@@ -89,7 +88,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn a_decimal_counts_in_the_whole_unit() {
+    fn decimals_are_of_the_whole_unit() {
         for (word, unit, counts) in [
             ("116", "V/10", Some(116)),
             ("11.6", "V/10", Some(116)),
@@ -112,7 +111,7 @@ mod tests {
     }
 
     #[test]
-    fn what_is_written_reads_back() {
+    fn formatted_amount_parses_to_the_same() {
         for word in ["116", "-3", "11.6", "12.0", "-0.05", "0.007"] {
             let amount = Amount::read(word).unwrap_or_else(|| panic!("{word}"));
             assert_eq!(amount.to_string(), word);
@@ -120,11 +119,12 @@ mod tests {
     }
 
     #[test]
-    fn a_count_is_told_in_the_whole_unit() {
-        let told = |value, unit| in_whole_unit(value, unit);
-        assert_eq!(told(116, "V/10"), Some(("11.6".to_owned(), "V")));
-        assert_eq!(told(-5, "in/1000"), Some(("-0.005".to_owned(), "in")));
-        assert_eq!(told(15, "in/s"), None);
-        assert_eq!(told(15, "1/256"), None);
+    fn counts_convert_to_the_whole_unit() {
+        let volts = Some(("11.6".to_owned(), "V"));
+        assert_eq!(in_whole_unit(116, "V/10"), volts);
+        let inches = Some(("-0.005".to_owned(), "in"));
+        assert_eq!(in_whole_unit(-5, "in/1000"), inches);
+        assert_eq!(in_whole_unit(15, "in/s"), None);
+        assert_eq!(in_whole_unit(15, "1/256"), None);
     }
 }

@@ -1,7 +1,6 @@
-//! What every command is for, as the dashboard lists it.
+//! The list of commands in the dashboard.
 
-/// The words of commands and what they are for, in the order of the list; keys by the names that they have in the
-/// configuration, as the dashboard fills them in.
+/// Commands and their descriptions, in the order of the list. The dashboard replaces names in angle brackets by keys.
 pub const LISTING: [(&str, &str); 22] = [
     ("stop", "motors off"),
     (
@@ -10,51 +9,45 @@ pub const LISTING: [(&str, &str); 22] = [
     ),
     (
         "prowl reactive ..",
-        "a mode in one word: passive, wander, home; dock is forage",
+        "short for `mode ..`: passive, wander, home; dock is forage",
     ),
     (
         "enable L,L",
         "layers: user bumpers rotation ir sonar photo motion dr",
     ),
-    ("disable L,L", "forbid them"),
+    ("disable L,L", "forbid these layers"),
     ("only L,L", "allow these and no others; or none"),
     (
         "preset P",
         "all sonar-only sonar-ir moth shy reactive passive wander",
     ),
-    (
-        "goto X Y",
-        "one waypoint, inches; with --go it prowls there at once",
-    ),
+    ("goto X Y", "one waypoint in inches; --go drives it"),
     (
         "route FILE",
-        "load X,Y lines as the draft; <send-draft> sends it, --go drives it",
+        "load X,Y lines as a draft; <send-draft> sends it, --go drives it",
     ),
-    ("clear", "empty the robot's list (asks)"),
-    ("set-pose X Y DEG", "tell the robot where it is (asks)"),
-    ("reset-pose", "the same for 0 0 0 (asks)"),
-    ("scan", "look around once"),
+    ("clear", "delete the robot's route (asks)"),
+    ("set-pose X Y DEG", "set the robot's pose (asks)"),
+    ("reset-pose", "set the pose to 0 0 0 (asks)"),
+    ("scan", "measure the distances all around"),
     (
         "failsafe M 30s",
-        "a mode after so long without a word from here; or off",
+        "mode after this time without frames; or off",
     ),
     (
         "param NAME VALUE",
-        "set it; also param list, get NAME, save",
+        "set a parameter; also param list, get NAME, save",
     ),
-    ("name TEXT", "call the run that is being recorded"),
-    ("note TEXT", "add a note to it"),
-    ("void WHY", "it does not count; counts takes that back"),
+    ("name TEXT", "name the run being recorded"),
+    ("note TEXT", "add a note to the run"),
+    ("void WHY", "mark the run void; `counts` undoes it"),
     (
         "runs FOLDER",
-        "list the runs there, or beside this one; <runs-window/submit> on two",
+        "list runs; <runs-window/submit> on two compares them",
     ),
-    (
-        "compare A B",
-        "lay the runs of two captures over each other",
-    ),
-    ("help", "this list"),
-    ("quit", "leave; the robot carries on"),
+    ("compare A B", "compare the runs of two captures"),
+    ("help", "show this list"),
+    ("quit", "quit; the robot carries on"),
 ];
 
 #[cfg(test)]
@@ -68,7 +61,7 @@ mod tests {
             .iter()
             .flat_map(|(words, does)| {
                 format!("{words} {does}")
-                    .split([' ', ',', ':', ';'])
+                    .split([' ', ',', ':', ';', '`'])
                     .map(str::to_owned)
                     .collect::<Vec<_>>()
             })

@@ -1,14 +1,14 @@
-//! What parameters are called in this version, for offers and for slips. The robot tells itself which it has, and may have others.
+//! The parameters of this version's robot, for completion and suggestions. Other robots may have others.
 
 use sr04_firmware::parameters::Parameter;
 
-/// Names, each with what it is.
+/// The names with their descriptions.
 pub fn known() -> impl Iterator<Item = (&'static str, &'static str)> {
     let all = Parameter::ALL.iter();
     all.map(|one| (one.definition().name, one.about()))
 }
 
-/// The known name that one which is not known is a slip of.
+/// The known name that `name` is probably a typing error of.
 pub(super) fn meant(name: &str) -> Option<&'static str> {
     crate::suggest::nearest(name, known().map(|(known, _)| known)).filter(|known| *known != name)
 }

@@ -1,4 +1,4 @@
-//! The author's combinations: which layers may run, in which mode.
+//! Presets: combinations of layers, mode and parameters.
 
 use groundwave_protocol::status_codes::{Layer, LayerMask, Mode};
 use groundwave_protocol::telemetry::ParameterName;
@@ -12,10 +12,10 @@ struct Preset {
     parameter: Option<(&'static str, i32)>,
 }
 
-/// Where light plays a part, a preset says which: none takes over what another one left.
+/// Set by each preset that uses light, so that none depends on the one before.
 const TOWARD_LIGHT: Option<(&str, i32)> = Some(("photo-avoid", 0));
 
-/// Who holds the hand drive loses it in none of them.
+/// Every preset allows layer `user`, so that manual driving goes on.
 const PRESETS: [Preset; 8] = [
     Preset {
         name: "all",
@@ -67,7 +67,7 @@ const PRESETS: [Preset; 8] = [
     },
 ];
 
-/// What a preset asks for, one after the other: first how the robot is tuned, then what may run, then what to do.
+/// The commands of a preset, in order: parameter, layers, mode.
 pub(super) fn requests(name: &str) -> Result<Vec<Request>, RequestError> {
     let preset = PRESETS
         .iter()
@@ -83,12 +83,12 @@ pub(super) fn requests(name: &str) -> Result<Vec<Request>, RequestError> {
     Ok(tune.into_iter().chain(then).collect())
 }
 
-/// What they are called.
+/// The names of the presets.
 pub fn names() -> impl Iterator<Item = &'static str> {
     PRESETS.iter().map(|preset| preset.name)
 }
 
-/// The same in one line.
+/// The names in one line.
 pub(super) fn names_text() -> String {
     names().collect::<Vec<_>>().join(", ")
 }

@@ -1,11 +1,11 @@
-//! Why a robot refuses, as far as it has said what it is set to, and what would help.
+//! Reasons for a refusal, from the robot's last reported mode and layers, with a hint.
 
 use groundwave_protocol::status_codes::{Layer, LayerMask, Mode};
 use groundwave_protocol::telemetry::{Body, Outcome};
 
 use super::{Request, Tuning, layer_word, mode_word};
 
-/// What a robot last said it is set to.
+/// The mode and layers that a robot last reported.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Standing {
     /// From line A.
@@ -15,13 +15,13 @@ pub struct Standing {
 }
 
 impl Standing {
-    /// As far as it is known already.
+    /// A known mode and known layers.
     #[must_use]
     pub const fn new(mode: Option<Mode>, allowed: Option<LayerMask>) -> Self {
         Self { mode, allowed }
     }
 
-    /// Takes what a line says.
+    /// Updates from a line.
     pub const fn take(&mut self, body: &Body) {
         match body {
             Body::State(state) => self.mode = Some(state.mode),
@@ -30,29 +30,32 @@ impl Standing {
         }
     }
 
-    /// Whether the lines that have not come yet may say more of why.
+    /// Whether further lines may explain the refusal.
     #[must_use]
     pub const fn wants_more(&self, request: &Request, outcome: Outcome) -> bool {
         matches!((request, outcome), (Request::Scan, Outcome::NotNow))
             && (self.mode.is_none() || self.allowed.is_none())
     }
 
-    /// Why the robot refused, and what to do about it; `None` where the outcome alone says all there is.
+    /// The reason for a refusal with a hint; `None` if the outcome alone explains it.
     #[must_use]
     pub fn why(&self, request: &Request, outcome: Outcome) -> Option<String> {
         match (request, outcome) {
             (Request::Scan, Outcome::NotNow) => {}
             (Request::Parameter(Tuning::Get(name) | Tuning::Set(name, _)), Outcome::Unknown) => {
                 return Some(format!(
-                    "it has no parameter `{}`; `param list` shows those it has",
+                    "it has no parameter `{}`; `param list` shows its parameters",
                     name.as_str()
                 ));
             }
             (Request::Mode(Mode::Forage), Outcome::NotFitted) => {
-                return Some("it has no sensor for a dock's beacon; try `home`".to_owned());
+                return Some("it has no sensor for the dock's beacon; try `home`".to_owned());
             }
             (Request::Mode(Mode::Passive), Outcome::NotFitted) => {
-                return Some("it has no motion detector to wait with; try `reactive`".to_owned());
+                return Some(
+                    "mode passive needs a motion detector, which it does not have; try `reactive`"
+                        .to_owned(),
+                );
             }
             _ => return None,
         }
@@ -62,17 +65,16 @@ impl Standing {
             .is_some_and(|allowed| !allowed.contains(Layer::Rotation))
         {
             return Some(format!(
-                "it looks around with layer {rotation}, which is not allowed: `enable {rotation}` first"
+                "a scan needs layer {rotation}, which is forbidden; `enable {rotation}` first"
             ));
         }
         Some(match self.mode {
             Some(mode @ (Mode::Stop | Mode::User | Mode::Passive | Mode::Calibrate)) => format!(
-                "in mode {} it does not turn by itself: enter another first, such as `mode prowl`",
+                "in mode {} it does not turn by itself; enter another mode first, such as `mode prowl`",
                 mode_word(mode)
             ),
             _ => format!(
-                "it looks around only where it drives by itself and layer {rotation} is allowed: \
-                 `enable {rotation}` and `mode prowl` first"
+                "a scan needs an autonomous mode and layer {rotation}; `enable {rotation}` and `mode prowl` first"
             ),
         })
     }
@@ -88,7 +90,7 @@ mod tests {
     }
 
     #[test]
-    fn a_scan_that_is_refused_comes_with_its_remedy() {
+    fn refused_scan_has_a_hint() {
         let without = LayerMask::ALL.without(Layer::Rotation);
         let forbidden = standing(Some(Mode::Prowl), Some(without));
         assert!(forbidden.contains("`enable rotation` first"), "{forbidden}");
@@ -99,7 +101,7 @@ mod tests {
     }
 
     #[test]
-    fn a_mode_without_its_sensor_is_refused_with_the_one_to_take_instead() {
+    fn mode_without_its_sensor_has_an_alternative() {
         let why = |mode| Standing::default().why(&Request::Mode(mode), Outcome::NotFitted);
         let dock = why(Mode::Forage).expect("there is a reason");
         assert!(dock.contains("beacon") && dock.contains("`home`"), "{dock}");
@@ -111,7 +113,7 @@ mod tests {
     }
 
     #[test]
-    fn an_unknown_parameter_is_refused_with_where_to_look() {
+    fn unknown_parameter_points_to_the_list() {
         let words = ["param", "set", "warp-speed", "9"];
         let request = Request::from_words(&words).expect("a name");
         let why = Standing::default().why(&request, Outcome::Unknown);
@@ -123,7 +125,7 @@ mod tests {
     }
 
     #[test]
-    fn other_refusals_speak_for_themselves() {
+    fn other_refusals_have_no_hint() {
         let standing = Standing::default();
         assert_eq!(standing.why(&Request::Scan, Outcome::NotFitted), None);
         let mode = Request::Mode(Mode::Prowl);

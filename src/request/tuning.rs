@@ -1,4 +1,4 @@
-//! Wishes about the robot's parameters.
+//! Commands about the robot's parameters.
 
 use std::fmt;
 
@@ -9,21 +9,21 @@ use super::parameters::meant;
 use super::{Amount, RequestError};
 use crate::suggest::nearest;
 
-/// What an operator can ask about parameters.
+/// A command about parameters.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Tuning {
-    /// Say all of them.
+    /// Report all parameters.
     List,
-    /// Say one.
+    /// Report one.
     Get(ParameterName),
     /// Change one, until the next reset.
     Set(ParameterName, Amount),
-    /// Keep them all over a reset.
+    /// Save all over a reset.
     Save,
 }
 
 impl Tuning {
-    /// The words after `param`.
+    /// Parses the words after `param`.
     pub(super) fn from_words(words: &[&str]) -> Result<Self, RequestError> {
         match *words {
             ["list"] => Ok(Self::List),
@@ -36,7 +36,7 @@ impl Tuning {
                 Err(RequestError::ValueMissing(name.to_owned()))
             }
             ["set", name, value] => Ok(Self::Set(read_name(name)?, read_value(value)?)),
-            // What is like a verb may still be what the robot calls a parameter.
+            // A word similar to a subcommand may still be the name of a parameter.
             [name, value]
                 if verb_meant(name).is_none()
                     || (!VERBS.contains(&name) && Amount::read(value).is_some()) =>
@@ -47,11 +47,11 @@ impl Tuning {
                 read_name(name)?;
                 Err(RequestError::ParameterAlone(name.to_owned()))
             }
-            _ => Err(Self::mistaken(words)),
+            _ => Err(Self::wrong_words(words)),
         }
     }
 
-    fn mistaken(words: &[&str]) -> RequestError {
+    fn wrong_words(words: &[&str]) -> RequestError {
         let first = words.first().copied().unwrap_or_default();
         match verb_meant(first) {
             Some(verb) if verb != first => RequestError::ParameterVerb(first.to_owned(), verb),
@@ -64,12 +64,12 @@ impl Tuning {
     }
 }
 
-/// The verb that a word is, or is a slip of.
+/// The subcommand that a word is, or is probably a typing error of.
 fn verb_meant(word: &str) -> Option<&'static str> {
     nearest(word, VERBS)
 }
 
-/// No parameter is called so.
+/// Subcommands of `param`; no parameter has these names.
 const VERBS: [&str; 4] = ["list", "get", "set", "save"];
 
 impl fmt::Display for Tuning {
@@ -83,7 +83,7 @@ impl fmt::Display for Tuning {
     }
 }
 
-/// A name as it is read again.
+/// A name in the form that parses to the same.
 struct Named<'a>(&'a ParameterName);
 
 impl fmt::Display for Named<'_> {
@@ -94,7 +94,7 @@ impl fmt::Display for Named<'_> {
     }
 }
 
-/// A name, or one that is insisted on with `=` before it: the robot may have parameters that are not known here.
+/// Parses a name. `=` before it passes an unknown name on, because the robot may know more parameters.
 fn read_name(word: &str) -> Result<ParameterName, RequestError> {
     let name = word.strip_prefix('=').unwrap_or(word);
     if !parameter::is_name(name) {
@@ -109,7 +109,7 @@ fn read_name(word: &str) -> Result<ParameterName, RequestError> {
 fn read_value(word: &str) -> Result<Amount, RequestError> {
     let fits = |amount: &Amount| match amount {
         Amount::Counts(value) => value.abs() <= VALUE_MAX,
-        // How many that is, the robot has to say.
+        // Its limits depend on the unit, which the robot reports.
         Amount::Decimal { .. } => true,
     };
     Amount::read(word)

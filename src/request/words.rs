@@ -6,7 +6,7 @@ use groundwave_captures::words::{layer_word, mode_word};
 
 use super::{Request, RequestError};
 
-/// What is understood besides, because it is shorter or is what people say.
+/// Other words for layers: shorter or more common ones.
 const OTHER_WORDS: [(&str, Layer); 6] = [
     ("rotate", Layer::Rotation),
     ("ir", Layer::Infrared),
@@ -16,7 +16,7 @@ const OTHER_WORDS: [(&str, Layer); 6] = [
     ("light", Layer::Photo),
 ];
 
-/// Layers with commas between.
+/// The names of layers, separated by commas.
 pub(super) fn layer_words(layers: LayerMask) -> String {
     let words: Vec<&str> = Layer::ALL
         .into_iter()
@@ -42,7 +42,7 @@ fn read_layer(word: &str) -> Option<Layer> {
         .find_map(|(known, layer)| (known == word).then_some(layer))
 }
 
-/// `mode stop` is STOP: there is one way to stop, the safest.
+/// Parses a mode; `mode stop` becomes `stop`, which is the safest way to stop.
 pub(super) fn read_mode(word: &str) -> Result<Request, RequestError> {
     Ok(match find_mode(word)? {
         Mode::Stop => Request::Stop,
@@ -63,7 +63,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn a_layer_has_the_screens_word_and_shorter_ones() {
+    fn layers_parse_by_name_and_by_other_words() {
         for layer in Layer::ALL {
             let mask = LayerMask::NONE.with(layer);
             assert_eq!(read_layers(layer_word(layer)), Ok(mask));

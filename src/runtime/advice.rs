@@ -16,13 +16,13 @@ pub(super) fn advice(reception: Reception, baud: Option<u32>) -> (Level, String)
             "no line is intact, but it is text: a weak signal, or another kind of robot".to_owned()
         }
         Reception::WrongRate(rate) => {
-            let remedy = match baud {
+            let hint = match baud {
                 None => "check the serial server's baud rate".to_owned(),
                 Some(BAUD) => format!("try --baud {}", other_rate(rate)),
                 Some(baud) => format!("the port is at {baud}: try --baud {BAUD}"),
             };
             format!(
-                "no line is intact: {remedy}. Bytes arrive, but is the robot's radio at {BAUD} baud?"
+                "no line is intact: {hint}. Bytes arrive, but is the robot's radio at {BAUD} baud?"
             )
         }
     };

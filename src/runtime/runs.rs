@@ -5,13 +5,13 @@ use std::sync::Arc;
 
 use crate::capture::runs::comparison::{Apart, Comparison};
 use crate::capture::runs::folder::{self, Run};
-use crate::remedy;
+use crate::hint;
 use crate::run::{Listed, Overlaid};
 
 /// The runs of the captures in a folder; what cannot be read is told beside the others.
 pub(super) fn list(folder: String) -> Result<Arc<Listed>, String> {
     let captures = folder::captures(Path::new(&folder))
-        .map_err(|error| format!("cannot read {folder}: {}", remedy::of_reading(&error)))?;
+        .map_err(|error| format!("cannot read {folder}: {}", hint::of_reading(&error)))?;
     let (mut runs, mut problems) = (Vec::new(), Vec::new());
     for capture in captures {
         match Run::read(&capture) {

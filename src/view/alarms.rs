@@ -43,7 +43,7 @@ impl Screen<'_> {
         let words = self.alarm_words(rule, raised, now);
         let text = match raised.over_at {
             Some(_) => format!("{glyph} {when}{words}"),
-            None => format!("{glyph} {when}{words}; {}", self.told(rule.remedy)),
+            None => format!("{glyph} {when}{words}; {}", self.told(rule.hint)),
         };
         let line = Line::styled(text, style);
         let line = self.with_right(line, right, usize::from(area.width));
@@ -63,10 +63,8 @@ impl Screen<'_> {
                 let glyph = if n == 0 { glyph } else { " " };
                 lines.push(Line::styled(format!("{glyph} {row}"), style));
             }
-            let remedy = wrap(&self.told(rule.remedy), room, room).into_iter();
-            lines.extend(
-                remedy.map(|row| Line::styled(format!("{:INDENT$}{row}", ""), theme.plain)),
-            );
+            let hint = wrap(&self.told(rule.hint), room, room).into_iter();
+            lines.extend(hint.map(|row| Line::styled(format!("{:INDENT$}{row}", ""), theme.plain)));
         }
         let quiet = self.facts.alarms.all(&self.ui.acknowledged);
         for (rule, value, _) in quiet.filter(|(_, _, raised)| raised.is_none()) {

@@ -10,11 +10,11 @@ use ratatui::text::{Line, Span};
 
 use super::status::{file_name, shortened};
 use super::{Screen, put, width_of};
+use crate::hint::shell_word;
 use crate::model::keys::{Action, Context};
 use crate::model::link::{Connection, Health};
 use crate::model::news::{News, Passing};
 use crate::model::{Overlay, Panel, Purpose};
-use crate::remedy::shell_word;
 use crate::travel::{TARGET_HELP, Travel};
 
 /// How much the one line says, from everything to what must be there: it takes the first that fits.

@@ -5,7 +5,7 @@ use std::path::{Path, PathBuf};
 
 use super::survey::Survey;
 use super::{Paths, is_in_use, refuse_foreign};
-use crate::remedy::shell_word;
+use crate::hint::shell_word;
 
 /// A recording that was never finished: what is missing from it, and what to do.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -46,10 +46,10 @@ impl Interrupted {
         } else {
             "its end is missing"
         };
-        format!("{missing}{}", self.remedy())
+        format!("{missing}{}", self.hint())
     }
 
-    fn remedy(&self) -> String {
+    fn hint(&self) -> String {
         if self.is_in_use {
             return "; it can be read when the recording has ended".to_owned();
         }
@@ -74,6 +74,6 @@ impl fmt::Display for Interrupted {
             (bytes, 0) => write!(f, ": {bytes} bytes of the radio lie in its journal")?,
             (bytes, _) => write!(f, ": {bytes} bytes more lie in its journal")?,
         }
-        f.write_str(&self.remedy())
+        f.write_str(&self.hint())
     }
 }

@@ -35,7 +35,7 @@ pub struct Note {
 }
 
 /// A label has no other place than beside its capture.
-fn remedy(error: &io::Error) -> &'static str {
+fn hint(error: &io::Error) -> &'static str {
     match error.kind() {
         ErrorKind::PermissionDenied | ErrorKind::ReadOnlyFilesystem => {
             "; it lies beside its capture: copy that to a folder you may write to"
@@ -49,7 +49,7 @@ fn remedy(error: &io::Error) -> &'static str {
 #[derive(Debug, thiserror::Error)]
 pub enum LabelError {
     /// The operating system.
-    #[error("cannot {action} {}: {error}{}", path.display(), remedy(error))]
+    #[error("cannot {action} {}: {error}{}", path.display(), hint(error))]
     File {
         /// What was tried.
         action: &'static str,

@@ -1,5 +1,4 @@
-//! Delivers the calibration's orders and hears the robot meanwhile: over a link of its own, or through the station that
-//! shares its link.
+//! Delivers the calibration's commands over an own link or a shared one, and listens to the robot meanwhile.
 
 use std::time::Duration;
 
@@ -21,20 +20,20 @@ use crate::request::{Amount, Request, Tuning};
 use crate::runtime::Driver;
 use crate::share::{Address, Ask, Heard, StationLine, why_refused};
 
-/// A command that lists all parameters takes this much longer than another.
+/// Factor on the timeout of a command that lists all parameters.
 const LIST_TIMES: u32 = 6;
 
-/// What the robot does with an order, and what it says besides.
+/// A link to the robot and the way its commands go.
 pub(super) struct Operator {
     driver: Driver,
     _simulator: Embedded,
-    /// The station that sends for us; the driver only listens then.
+    /// The station that sends the commands; the driver then only listens.
     via: Option<Address>,
     timeout: Duration,
 }
 
 impl Operator {
-    /// Opens the link, or the way through a station: its raw bytes are heard like those of a radio.
+    /// Opens the link, or connects to a station and reads its raw bytes like a radio's.
     pub(super) fn connect(options: &Calibrate, config: &Config) -> Result<Self, Fault> {
         let way = options
             .way()
@@ -70,24 +69,25 @@ impl Operator {
         })
     }
 
-    /// Waits for something to happen; nothing is lost when the wait is abandoned.
+    /// Waits for events; safe to cancel.
     pub(super) async fn step(&mut self) {
         self.driver.step().await;
     }
 
-    /// What has happened.
+    /// The next event.
     pub(super) fn poll_event(&mut self) -> Option<Event> {
         self.driver.poll_event()
     }
 
-    /// What the robot says of one parameter.
+    /// The value of a parameter.
     pub(super) async fn get(&mut self, name: &str) -> Result<i16, Fault> {
         let request = Request::Parameter(Tuning::Get(ParameterName::new(name)));
-        let told = self.deliver(request).await?;
-        told.last()
+        let lines = self.deliver(request).await?;
+        lines
+            .last()
             .and_then(|line| i16::try_from(line.value).ok())
             .ok_or_else(|| {
-                let message = format!("the robot did not say its parameter `{name}`");
+                let message = format!("the robot did not report its parameter `{name}`");
                 Fault::new(Exit::Failed, message)
             })
     }
@@ -98,7 +98,7 @@ impl Operator {
         self.deliver(Request::Parameter(tuning)).await.map(|_| ())
     }
 
-    /// Delivers a request; returns what the robot told of its parameters with the proof.
+    /// Delivers a command; returns the parameters that the robot reported.
     pub(super) async fn deliver(&mut self, request: Request) -> Result<Vec<ParameterLine>, Fault> {
         let times = match request {
             Request::Parameter(Tuning::List) => LIST_TIMES,
@@ -107,11 +107,11 @@ impl Operator {
         let timeout = self.timeout * times;
         match self.via.clone() {
             Some(address) => self.deliver_via(address, request, timeout).await,
-            None => self.deliver_ourselves(request, timeout).await,
+            None => self.deliver_over_own_link(request, timeout).await,
         }
     }
 
-    async fn deliver_ourselves(
+    async fn deliver_over_own_link(
         &mut self,
         request: Request,
         timeout: Duration,
@@ -125,7 +125,7 @@ impl Operator {
                     continue;
                 };
                 if of == id && progress.take(&request, &step, self.driver.heard(), timeout)? {
-                    return Ok(progress.told);
+                    return Ok(progress.reported);
                 }
             }
             tokio::select! {
@@ -144,14 +144,14 @@ impl Operator {
         request: Request,
         timeout: Duration,
     ) -> Result<Vec<ParameterLine>, Fault> {
-        // A conversation blocks; the robot is listened to meanwhile.
+        // The client blocks; the driver goes on listening.
         let asked = tokio::task::spawn_blocking(move || ask(&address, request, timeout));
         tokio::pin!(asked);
         loop {
             tokio::select! {
-                told = &mut asked => {
+                result = &mut asked => {
                     let failed = |error| Fault::new(Exit::Failed, error);
-                    return told.map_err(failed)?;
+                    return result.map_err(failed)?;
                 }
                 () = self.driver.step() => while self.driver.poll_event().is_some() {},
             }
@@ -179,18 +179,18 @@ fn ask(
         let ended = progress.take(&ask.request, &step, heard, timeout)?;
         Ok(ended.then_some(()))
     })?;
-    Ok(progress.told)
+    Ok(progress.reported)
 }
 
-/// How far a command is.
+/// Progress of a command.
 #[derive(Default)]
 struct Progress {
-    told: Vec<ParameterLine>,
+    reported: Vec<ParameterLine>,
     frames: u32,
 }
 
 impl Progress {
-    /// Takes a step; says whether it is proven.
+    /// Handles a step; returns whether the command is confirmed.
     fn take(
         &mut self,
         request: &Request,
@@ -199,7 +199,7 @@ impl Progress {
         timeout: Duration,
     ) -> Result<bool, Fault> {
         match step {
-            CommandStep::Told(line) => self.told.push(**line),
+            CommandStep::Told(line) => self.reported.push(**line),
             CommandStep::Sent { frames } => self.frames = *frames,
             CommandStep::Proven { .. } => return Ok(true),
             CommandStep::Refused(outcome) => return Err(refused(request, why_refused(*outcome))),

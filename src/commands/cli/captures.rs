@@ -1,4 +1,4 @@
-//! The arguments of the verbs that work on captures.
+//! The arguments of the commands that work on captures.
 
 use std::path::PathBuf;
 
@@ -7,24 +7,24 @@ use clap::{Args, ValueEnum};
 use super::{laid_out, parse_factor};
 use crate::capture::when::When;
 
-/// Which captures.
+/// The captures to read.
 #[derive(Clone, Debug, Args)]
 pub struct Captures {
-    /// Raw captures or MCAP files, patterns in quotes ('*.mcap'), or - for standard input
+    /// Raw text or MCAP files, quoted patterns ('*.mcap'), or - for standard input
     #[arg(required = true, value_name = "FILE")]
     pub files: Vec<PathBuf>,
-    /// Say nothing but results and errors
+    /// Print only results and errors
     #[arg(short, long)]
     pub quiet: bool,
 }
 
-/// Where results go.
+/// Where results are written.
 #[derive(Clone, Debug, Args)]
 pub struct Output {
-    /// Write to FILE, or to standard output for -
+    /// Write to FILE; - is standard output
     #[arg(short, long, value_name = "FILE", conflicts_with = "output_dir")]
     pub output: Option<PathBuf>,
-    /// Write into DIR, which is made if it is not there, under names made from those of the captures
+    /// Write into DIR under the captures' names; DIR is created if it does not exist
     #[arg(long, value_name = "DIR")]
     pub output_dir: Option<PathBuf>,
     /// Overwrite existing files
@@ -39,13 +39,13 @@ Examples:
   groundwave replay evening.mcap
   groundwave replay evening.txt --speed 10
 
-In the dashboard, with the keys as they come: k stands still and goes on, comma and full stop step a line back and
-on, < and > change the speed, g goes to 12:30, +30s, 90% or packet #1234, n and N go to the next and last alarm,
-bump, behaviour change or command, m marks, o loops, ? shows every key."))]
+Default keys: k pauses and resumes; comma and full stop step one line back and forward; < and > change the speed; g goes
+to 12:30, +30s, 90% or line #1234; n and N go to the next and the previous alarm, bump, behaviour change or command; m
+marks; o loops; ? shows all keys."))]
 pub struct Replay {
-    /// A raw capture, with times before its lines or without, or an MCAP file
+    /// A raw text capture, with or without timestamps, or an MCAP file
     pub file: PathBuf,
-    /// Multiple of the speed it was recorded at
+    /// Speed, as a multiple of the recorded one
     #[arg(long, value_name = "X", default_value_t = 1.0, value_parser = parse_factor)]
     pub speed: f64,
 }
@@ -57,19 +57,19 @@ Examples:
   groundwave decode evening.txt --to csv > evening.csv
   cat /dev/ttyUSB0 | groundwave decode - --to jsonl"))]
 pub struct Decode {
-    /// A raw capture, an MCAP file, or - for standard input
+    /// A raw text or MCAP file, or - for standard input
     pub file: PathBuf,
-    /// What to write to standard output
+    /// Output format
     #[arg(long, value_enum)]
     pub to: DecodeFormat,
 }
 
-/// What `decode` writes.
+/// The output formats of `decode`.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
 pub enum DecodeFormat {
     /// One JSON object a line
     Jsonl,
-    /// One table with a header
+    /// A table with a header
     Csv,
 }
 
@@ -80,10 +80,10 @@ Examples:
   groundwave info evening.mcap
   groundwave info --json 'evenings/*.mcap' | jq .distance_in"))]
 pub struct Info {
-    /// Which captures.
+    /// The captures to read.
     #[command(flatten)]
     pub captures: Captures,
-    /// As JSON, one object a file
+    /// Print one JSON object a file
     #[arg(long)]
     pub json: bool,
 }
@@ -92,25 +92,24 @@ pub struct Info {
 #[derive(Debug, Args)]
 #[command(after_help = laid_out("\
 Examples:
-  groundwave convert evening.txt                   evening.mcap, with every topic a recording has
-  groundwave convert evening.mcap                  evening.txt, the bytes of the radio as they came
+  groundwave convert evening.txt                   writes evening.mcap, with all topics of a recording
+  groundwave convert evening.mcap                  writes evening.txt, with the received bytes
   groundwave convert 'evenings/*.txt' --output-dir converted
   ssh robot cat evening.txt | groundwave convert - -o evening.mcap
 
-A raw capture knows no time: its lines are given that of a radio at 2400 baud which never paused, from --start on. One with
-a time before each line, as other stations and `ts` write it, has those times; it and one whose CR LF an editor has changed
-become what the radio delivered."))]
+Lines of raw text get timestamps as if the radio had sent without a pause at 2400 baud from --start on. Timestamps before
+the lines, as other stations and `ts` write them, are used instead. Line ends changed by an editor are restored."))]
 pub struct Convert {
-    /// Which captures.
+    /// The captures to read.
     #[command(flatten)]
     pub captures: Captures,
-    /// Where results go; beside each capture if nothing is said.
+    /// Where results are written; by default beside each capture.
     #[command(flatten)]
     pub output: Output,
-    /// When a raw capture began: 2025-03-14T09:26:53Z [default: what its lines say, else 1970]
+    /// Start of a raw capture: 2025-03-14T09:26:53Z [default: its first timestamp, else 1970]
     #[arg(long, value_name = "TIME")]
     pub start: Option<When>,
-    /// Make MCAP also of what has not one line of a robot, such as noise
+    /// Convert files without a single line too, such as noise
     #[arg(long)]
     pub anyway: bool,
 }
@@ -119,31 +118,31 @@ pub struct Convert {
 #[derive(Debug, Args)]
 #[command(after_help = laid_out("\
 Examples:
-  groundwave export evening.mcap --to svg              evening.svg: the track with its events
+  groundwave export evening.mcap --to svg              writes evening.svg, the path with its events
   groundwave export 'evenings/*.mcap' --to csv --output-dir tables
   groundwave export evening.txt --to jsonl -o -"))]
 pub struct Export {
-    /// Which captures.
+    /// The captures to read.
     #[command(flatten)]
     pub captures: Captures,
-    /// What to make
+    /// Output format
     #[arg(long, value_enum)]
     pub to: ExportFormat,
-    /// Where results go; beside each capture if nothing is said.
+    /// Where results are written; by default beside each capture.
     #[command(flatten)]
     pub output: Output,
 }
 
-/// What `export` makes.
+/// The output formats of `export`.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
 pub enum ExportFormat {
-    /// One table with a header, a row a line of the robot
+    /// A table with a header, one row a line
     Csv,
-    /// One JSON object a line of the robot
+    /// One JSON object a line
     Jsonl,
-    /// The track with its events, as a drawing
+    /// The path with its events, as SVG
     Svg,
-    /// The track with its events, as pixels
+    /// The path with its events, as PNG
     Png,
 }
 
@@ -152,21 +151,21 @@ pub enum ExportFormat {
 #[command(after_help = laid_out("\
 Examples:
   groundwave cut evening.mcap --from 1:30 --to 2m -o bump.mcap
-  groundwave cut evening.mcap --from 2025-03-14T20:15:00Z      evening.cut.mcap
+  groundwave cut evening.mcap --from 2025-03-14T20:15:00Z      writes evening.cut.mcap
   groundwave cut evening.txt --to 10m -o -
 
-The part has the form of the capture. A line belongs to the part in which it ends, so parts that meet make up the whole."))]
+The output has the format of the input. A line belongs to the part in which it ends, so adjacent parts lose nothing."))]
 pub struct Cut {
-    /// Which captures.
+    /// The captures to read.
     #[command(flatten)]
     pub captures: Captures,
-    /// Where the part begins: 90s, 1:30, 1:02:03 since the beginning, or by the clock, 2025-03-14T09:26:53Z
+    /// Start: 90s, 1:30 or 1:02:03 since the start of the capture, or a date, 2025-03-14T09:26:53Z
     #[arg(long, value_name = "TIME")]
     pub from: Option<When>,
-    /// Where it ends, likewise
+    /// End, in the same forms
     #[arg(long, value_name = "TIME")]
     pub to: Option<When>,
-    /// Where results go; beside each capture, as NAME.cut.mcap, if nothing is said.
+    /// Where results are written; by default beside each capture, as NAME.cut.mcap.
     #[command(flatten)]
     pub output: Output,
 }
@@ -178,18 +177,18 @@ Examples:
   groundwave verify 'evenings/*.mcap'
   groundwave verify evening.mcap --raw evening.txt
 
-Every checksum, the numbers of the messages, the offsets of the bytes, the statistics; that each message which
-follows from the bytes and the station's events is what they give today, on every topic; and that the raw file (NAME.txt) and the
-journal (NAME.mcap.journal) beside it, where there are such, hold the same bytes. What the radio lost is told and no fault of the capture.
-Exit code 0: all good; 1: not; 2: not a capture at all."))]
+Checks all checksums, message numbers, byte offsets and statistics; that all messages derived from the bytes and the
+station's events are what the bytes decode to; and that the raw file beside the recording (NAME.txt), if there is one,
+holds the same bytes. Lines lost on the radio are reported, but are not a fault of the capture.
+Exit codes: 0 all good, 1 not good, 2 not a capture."))]
 pub struct Verify {
-    /// Which captures.
+    /// The captures to read.
     #[command(flatten)]
     pub captures: Captures,
-    /// The raw file with the same bytes [default: NAME.txt beside NAME.mcap, where there is one]
+    /// Raw file to compare with [default: NAME.txt beside NAME.mcap, if it exists]
     #[arg(long, value_name = "FILE")]
     pub raw: Option<PathBuf>,
-    /// As JSON, one object a file
+    /// Print one JSON object a file
     #[arg(long)]
     pub json: bool,
 }
@@ -199,12 +198,16 @@ pub struct Verify {
 #[command(after_help = laid_out("\
 Examples:
   groundwave recover evening.mcap
-  groundwave recover .                    every interrupted recording of this folder"))]
+  groundwave recover --json ~/captures    all interrupted recordings in a folder
+
+An interrupted recording is finished: its messages are indexed and compressed. A damaged recording is rewritten from its
+readable parts, the skipped parts are reported, and the original is kept as FILE.damaged. Interrupt and repeat the command
+as you like."))]
 pub struct Recover {
-    /// Recordings, or folders with interrupted ones
+    /// Recordings, or folders with interrupted recordings
     #[arg(required = true)]
     pub files: Vec<PathBuf>,
-    /// What was saved as a JSON line for each
+    /// Print one JSON object a recording
     #[arg(long)]
     pub json: bool,
 }
@@ -214,13 +217,13 @@ pub struct Recover {
 #[command(after_help = laid_out("\
 Examples:
   groundwave songs evening.mcap
-  groundwave songs evening.txt --wav songs      songs/song-01.wav and so on, numbered as listed
+  groundwave songs evening.txt --wav songs      writes songs/song-01.wav and so on, numbered as listed
 
-A note is named by the nearest key of a piano (A4 is 440 Hz), with its length in seconds; a dash is a rest."))]
+A note has the name of the nearest piano key (A4 is 440 Hz) and its length in seconds; a dash is a rest."))]
 pub struct Songs {
-    /// A raw capture, an MCAP file, or - for standard input
+    /// A raw text or MCAP file, or - for standard input
     pub file: PathBuf,
-    /// Write each song into this folder, which is made if it is not there
+    /// Write each song as a WAV file into DIR, which is created if it does not exist
     #[arg(long, value_name = "DIR")]
     pub wav: Option<PathBuf>,
     /// Overwrite existing files

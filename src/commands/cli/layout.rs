@@ -1,20 +1,19 @@
-//! How the texts behind the options are laid out.
+//! Layout of the help texts below the options.
 
 use std::iter;
 
 use crate::view::wrap;
 
-/// Of the narrowest terminal that is thought of.
+/// Width of the narrowest supported terminal.
 const COLUMNS: usize = 80;
 
-/// What an example does begins at this column or before, or below the example.
+/// Last column at which an explanation may begin beside its example; otherwise it goes below.
 const EXPLAINED_AT_MAX: usize = 34;
 
-/// Indentation of what stands below.
+/// Indentation of an explanation below its example.
 const BELOW: usize = 6;
 
-/// Joins the lines of a paragraph: where it breaks is known where it is shown. Indented rows are examples and tables: they
-/// fit 80 columns, and can be copied out.
+/// Joins the lines of each paragraph, which clap wraps, and fits indented rows into 80 columns.
 pub(super) fn laid_out(text: &str) -> String {
     let mut rows: Vec<String> = Vec::new();
     let mut is_in_paragraph = false;
@@ -33,7 +32,7 @@ pub(super) fn laid_out(text: &str) -> String {
     rows.join("\n")
 }
 
-/// A row whose second column goes on in the next row, or begins there.
+/// Wraps the second column of a row.
 fn narrow(line: &str) -> Vec<String> {
     let Some((head, tail)) = line.rsplit_once("  ") else {
         return vec![line.to_owned()];
@@ -62,24 +61,24 @@ mod tests {
     use super::*;
 
     #[test]
-    fn paragraphs_are_joined_and_rows_fit() {
+    fn paragraphs_are_joined_and_rows_fit_80_columns() {
         let text = "\
 Examples:
   groundwave sim                            prints the path of a pseudo-terminal: cat it, tio it, watch it
   groundwave demo
-  stop        motors off; needs no session and no proof of who asks, and whoever says it is believed
+  stop        motors off; needs no session and no proof of the sender, and every sender is believed
 
-What stands here in two lines
-is one paragraph.";
+These two lines
+are one paragraph.";
         let wanted = "\
 Examples:
   groundwave sim
       prints the path of a pseudo-terminal: cat it, tio it, watch it
   groundwave demo
-  stop        motors off; needs no session and no proof of who asks, and
-              whoever says it is believed
+  stop        motors off; needs no session and no proof of the sender, and
+              every sender is believed
 
-What stands here in two lines is one paragraph.";
+These two lines are one paragraph.";
         assert_eq!(laid_out(text), wanted);
     }
 }

@@ -1,4 +1,4 @@
-//! The arguments of the verbs that listen to a link: `watch` and `record`.
+//! The arguments of `watch` and `record`, and those about radio, recording and sharing.
 
 use std::path::PathBuf;
 use std::time::Duration;
@@ -15,31 +15,31 @@ use crate::io::link::{BAUD, LinkSpec};
 use crate::radio::{Radio, RadioKind};
 use crate::share::Address;
 
-/// What is known of the radio.
+/// The radio.
 #[derive(Clone, Debug, Default, Args)]
 pub struct RadioArgs {
     /// Baud rate of the serial device [default: 2400]
     #[arg(long, value_parser = parse_baud)]
     pub baud: Option<u32>,
-    /// What kind of radio it is [default: auto]
+    /// Kind of radio [default: auto]
     #[arg(long, value_enum, value_name = "KIND")]
     pub radio: Option<RadioKind>,
-    /// What the radio adds to the time on the wire, both ways together: 80ms
+    /// Latency that the radio adds to a round trip: 80ms [default: by its kind, or measured]
     #[arg(long, value_name = "T", value_parser = parse_duration)]
     pub latency: Option<Duration>,
-    /// Never send a byte: as --radio receive-only
+    /// Never send a byte; the same as --radio receive-only
     #[arg(long, conflicts_with = "radio")]
     pub no_uplink: bool,
 }
 
 impl RadioArgs {
-    /// The port's rate: what is said here outranks the configuration.
+    /// The port's baud rate; the command line outranks the configuration.
     #[must_use]
     pub fn baud(&self, config: &Config) -> u32 {
         self.baud.or(config.link.baud).unwrap_or(BAUD)
     }
 
-    /// The radio: what is said here outranks the configuration.
+    /// The radio; the command line outranks the configuration.
     #[must_use]
     pub fn radio(&self, config: &Config) -> Radio {
         let kind = if self.no_uplink {
@@ -54,20 +54,19 @@ impl RadioArgs {
     }
 }
 
-/// Where received bytes are kept.
+/// Where received bytes are recorded.
 #[derive(Clone, Debug, Default, Args)]
 pub struct RecordingArgs {
-    /// Copy every received byte to FILE, before anything else happens to it
+    /// Copy every received byte to FILE
     #[arg(long, value_name = "FILE")]
     pub tee: Option<PathBuf>,
-    /// Record to an MCAP file; without FILE under a name made from the date
+    /// Record to an MCAP file [default name: from date and time]
     #[arg(long, value_name = "FILE", num_args = 0..=1)]
     pub record: Option<Option<PathBuf>>,
-    /// Go on in another MCAP file after so long, or when the disk has so many bytes of it (what comes in 10 s is more):
-    /// 1h, 64MB, 1h,64MB, never [default: 24h]
+    /// Start another MCAP file after a time or a size: 1h, 64MB, 1h,64MB or never [default: 24h]
     #[arg(long, value_name = "T|SIZE")]
     pub rotate: Option<Rotation>,
-    /// Add to an existing --tee file
+    /// Append to an existing --tee file
     #[arg(long, conflicts_with = "force")]
     pub append: bool,
     /// Overwrite existing files
@@ -75,24 +74,24 @@ pub struct RecordingArgs {
     pub force: bool,
 }
 
-/// Who else may use the link.
+/// How the link is shared.
 #[derive(Clone, Debug, Default, Args)]
 #[command(group = ArgGroup::new("shared").args(["share", "foxglove"]).multiple(true))]
 pub struct Sharing {
-    /// Share the link on a port of this machine (4001, 127.0.0.1:4001) or a Unix socket (/tmp/x.sock):
-    /// others read the raw bytes there, and `send --via` sends through it
+    /// Share the link on a local port (4001, 127.0.0.1:4001) or a Unix socket (/tmp/x.sock): other programs read
+    /// the raw bytes there, and `send --via` sends through it
     #[arg(long, value_name = "ADDR|PATH")]
     pub share: Option<Address>,
-    /// Let Foxglove, Lichtblick and others watch live and steer, on this port or address
+    /// Serve Foxglove and Lichtblick on this port or address; they can watch and steer the robot
     #[arg(long, value_name = "ADDR", num_args = 0..=1, default_missing_value = DEFAULT_ADDRESS)]
     pub foxglove: Option<Address>,
-    /// Let --share and --foxglove be reached from other machines: whoever reaches them can steer the robot
+    /// Allow addresses that other machines can reach; every machine that reaches one can steer the robot
     #[arg(long, requires = "shared")]
     pub share_open_to_network: bool,
 }
 
 impl Sharing {
-    /// What is said here outranks the configuration.
+    /// The command line's address, else the configured one.
     #[must_use]
     pub fn or(&self, config: &Config) -> Self {
         Self {
@@ -114,19 +113,19 @@ pub struct Watch {
     /// A serial device, tcp:HOST:PORT, unix:PATH, - (standard input) or sim
     #[arg(add = ArgValueCompleter::new(completions::links))]
     pub link: LinkSpec,
-    /// What is known of the radio.
+    /// The radio.
     #[command(flatten)]
     pub radio: RadioArgs,
-    /// No dashboard: events as JSON lines on standard output
+    /// Write events as JSON lines to standard output instead of showing a dashboard
     #[arg(long)]
     pub headless: bool,
-    /// Ring the bell for alarms and songs; key b switches it while it runs
+    /// Ring the bell for alarms and songs; key b switches it
     #[arg(long)]
     pub bell: bool,
-    /// Where received bytes are kept.
+    /// Where received bytes are recorded.
     #[command(flatten)]
     pub recording: RecordingArgs,
-    /// Who else may use the link.
+    /// How the link is shared.
     #[command(flatten)]
     pub sharing: Sharing,
 }
@@ -141,12 +140,10 @@ pub struct Record {
     /// A serial device, tcp:HOST:PORT, unix:PATH, - (standard input) or sim
     #[arg(add = ArgValueCompleter::new(completions::links))]
     pub link: LinkSpec,
-    /// Where to; .mcap is recorded as MCAP, anything else as the raw bytes. Without it, as MCAP under a name made
-    /// from the date
+    /// Output file: MCAP if the name ends in .mcap, else the raw bytes [default: MCAP, named by date and time]
     #[arg(short, long, value_name = "FILE")]
     pub output: Option<PathBuf>,
-    /// Go on in another MCAP file after so long, or when the disk has so many bytes of it (what comes in 10 s is more):
-    /// 1h, 64MB, 1h,64MB, never [default: 24h]
+    /// Start another MCAP file after a time or a size: 1h, 64MB, 1h,64MB or never [default: 24h]
     #[arg(long, value_name = "T|SIZE")]
     pub rotate: Option<Rotation>,
     /// Stop after this long: 30s, 90m, 2h
@@ -155,16 +152,16 @@ pub struct Record {
     /// Baud rate of the serial device [default: 2400]
     #[arg(long, value_parser = parse_baud)]
     pub baud: Option<u32>,
-    /// Add to an existing raw file
+    /// Append to an existing raw file
     #[arg(long, conflicts_with = "force")]
     pub append: bool,
     /// Overwrite an existing file
     #[arg(long)]
     pub force: bool,
-    /// Say nothing but errors
+    /// Print only errors
     #[arg(short, long)]
     pub quiet: bool,
-    /// Who else may use the link; nobody can send through a recording.
+    /// How the link is shared; a link opened by `record` is receive-only.
     #[command(flatten)]
     pub sharing: Sharing,
 }

@@ -1,4 +1,4 @@
-//! The arguments of the verbs that send: `send`, `param` and `calibrate`.
+//! The arguments of `send`, `param` and `calibrate`.
 
 use std::path::{Path, PathBuf};
 use std::time::Duration;
@@ -19,35 +19,34 @@ use crate::share::Address;
     reason = "each is a flag on the command line"
 )]
 pub struct Send {
-    /// A serial device, tcp:HOST:PORT or sim; none with --via
+    /// A serial device, tcp:HOST:PORT or sim; omit it with --via
     #[arg(required_unless_present_any = ["via", "dry_run"], add = ArgValueCompleter::new(completions::links))]
     link: Option<String>,
     /// The command and its arguments
     #[arg(value_name = "COMMAND", allow_negative_numbers = true, add = ArgValueCompleter::new(completions::commands))]
     words: Vec<String>,
-    /// Send through the station that owns the radio and shares it with --share
+    /// Send through the station that shares its link with --share
     #[arg(long, value_name = "ADDR|PATH")]
     pub via: Option<Address>,
-    /// Read commands from FILE (- is standard input), one a line; stop at the first that fails
+    /// Read commands from FILE (- is standard input), one a line; stop at the first failure
     #[arg(short, long, value_name = "FILE", conflicts_with = "words")]
     pub file: Option<PathBuf>,
-    /// Send nothing and open no link: say which bytes would go out, and how long they take at least.
-    /// LINK may be left out
+    /// Send nothing; print the frames and the least time they take. LINK may be omitted
     #[arg(long)]
     pub dry_run: bool,
-    /// After goto or route, enter mode prowl so that the robot drives there
+    /// After goto or route, enter mode prowl, so that the robot drives
     #[arg(long)]
     pub go: bool,
-    /// Give up after this long without proof
+    /// Give up if the robot has not confirmed after this time
     #[arg(long, value_name = "T", value_parser = parse_duration, default_value = "20s")]
     pub timeout: Duration,
-    /// What is known of the radio.
+    /// The radio.
     #[command(flatten)]
     pub radio: RadioArgs,
-    /// Each stage as a JSON line on standard output
+    /// Print each status as a JSON line
     #[arg(long)]
     pub json: bool,
-    /// Say nothing but errors
+    /// Print only errors
     #[arg(short, long)]
     pub quiet: bool,
 }
@@ -55,31 +54,31 @@ pub struct Send {
 /// `param`
 #[derive(Debug, Args)]
 pub struct Param {
-    /// A serial device, tcp:HOST:PORT or sim; none with --via
+    /// A serial device, tcp:HOST:PORT or sim; omit it with --via
     #[arg(required_unless_present = "via", add = ArgValueCompleter::new(completions::links))]
     link: Option<String>,
     /// list, get NAME, set NAME VALUE or save
     #[arg(value_name = "WHAT", allow_negative_numbers = true, add = ArgValueCompleter::new(completions::param))]
     words: Vec<String>,
-    /// Send through the station that owns the radio and shares it with --share
+    /// Send through the station that shares its link with --share
     #[arg(long, value_name = "ADDR|PATH")]
     via: Option<Address>,
-    /// Give up after this long without proof
+    /// Give up if the robot has not confirmed after this time
     #[arg(long, value_name = "T", value_parser = parse_duration, default_value = "2m")]
     timeout: Duration,
-    /// What is known of the radio.
+    /// The radio.
     #[command(flatten)]
     radio: RadioArgs,
-    /// Each stage as a JSON line on standard output
+    /// Print each status as a JSON line
     #[arg(long)]
     json: bool,
-    /// Say nothing but values and errors
+    /// Print only values and errors
     #[arg(short, long)]
     quiet: bool,
 }
 
 impl Param {
-    /// The same as `send`, whose words begin with `param`.
+    /// The same command for `send`, beginning with the word `param`.
     #[must_use]
     pub fn to_send(&self) -> Send {
         let word = || "param".to_owned();
@@ -113,34 +112,34 @@ impl Param {
 /// `calibrate`
 #[derive(Debug, Args)]
 pub struct Calibrate {
-    /// A serial device, tcp:HOST:PORT or sim; none with --via
+    /// A serial device, tcp:HOST:PORT or sim; omit it with --via
     #[arg(required_unless_present = "via", conflicts_with = "via", add = ArgValueCompleter::new(completions::links))]
     link: Option<LinkSpec>,
-    /// Send through the station that owns the radio and shares it with --share
+    /// Send through the station that shares its link with --share
     #[arg(long, value_name = "ADDR|PATH")]
     via: Option<Address>,
-    /// Side of the square in inches; the floor has to be free for a foot more on every side
+    /// Side of the square in inches; keep another foot of floor free around it
     #[arg(long, value_name = "IN", default_value_t = 157, value_parser = clap::value_parser!(i16).range(40..=400))]
     pub side: i16,
-    /// Let the robot keep the result over a reset
+    /// Save the result in the robot, over a reset
     #[arg(long)]
     pub save: bool,
     /// Do not drive the squares a second time
     #[arg(long)]
     pub once: bool,
-    /// Give up after this long without proof of an order
+    /// Give up if the robot has not confirmed a command after this time
     #[arg(long, value_name = "T", value_parser = parse_duration, default_value = "20s")]
     pub timeout: Duration,
-    /// What is known of the radio.
+    /// The radio.
     #[command(flatten)]
     pub radio: RadioArgs,
 }
 
 impl Calibrate {
-    /// Which way.
+    /// The way to the radio.
     ///
     /// # Errors
-    /// When there is none.
+    /// If neither a link nor `--via` is given.
     pub fn way(&self) -> Result<Way, String> {
         match (&self.via, &self.link) {
             (Some(address), _) => Ok(Way::Via(address.clone())),
@@ -150,26 +149,26 @@ impl Calibrate {
     }
 }
 
-/// How a command gets to the radio.
+/// The way to the radio.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub enum Way {
-    /// Over a link of our own.
+    /// A link that this process opens.
     Link(LinkSpec),
-    /// Through the station that shares its link here.
+    /// A station that shares its link at this address.
     Via(Address),
 }
 
 impl Send {
-    /// Whether it is to stop the robot, and nothing else.
+    /// Whether the command is `stop`.
     #[must_use]
     pub fn is_stop(&self) -> bool {
         self.way().is_ok_and(|(_, words)| words == ["stop"])
     }
 
-    /// Which way, and the words of the command: with `--via` no link stands before them.
+    /// The way to the radio and the words of the command. With `--via` no link precedes them.
     ///
     /// # Errors
-    /// When the link is none.
+    /// If the link is not valid.
     pub fn way(&self) -> Result<(Way, Vec<&str>), String> {
         let first = self.link.as_deref();
         let words = self.words.iter().map(String::as_str);
@@ -188,7 +187,7 @@ impl Send {
     }
 }
 
-/// Reads a link. A command's own word in its place is more likely a link forgotten than a file of that name.
+/// Parses a link. A command word in its place probably means that the link was forgotten.
 fn read_link(first: &str, words: &[&str]) -> Result<LinkSpec, String> {
     let is_forgotten = match words.first() {
         Some(&"param") => matches!(first, "list" | "get" | "set" | "save"),
@@ -196,19 +195,18 @@ fn read_link(first: &str, words: &[&str]) -> Result<LinkSpec, String> {
     };
     if is_forgotten && !Path::new(first).exists() {
         return Err(format!(
-            "`{first}` stands where the link belongs: LINK comes first, as in /dev/ttyUSB0 or tcp:HOST:PORT; \
-             `groundwave ports` lists what is plugged in, and --via ADDR needs none"
+            "`{first}` is in the place of LINK; give the link first, such as /dev/ttyUSB0 or tcp:HOST:PORT \
+             (`groundwave ports` lists the ports), or use --via ADDR"
         ));
     }
     first.parse()
 }
 
 impl Send {
-    /// The words of the command for `--dry-run`, before which a link may stand: it is checked and not
-    /// opened. A link that is called like a command is taken for one.
+    /// The words of the command for `--dry-run`. A link before them is checked but not opened.
     ///
     /// # Errors
-    /// When the link is none.
+    /// If the link is not valid.
     pub fn words_to_plan(&self) -> Result<Vec<&str>, String> {
         let first = self.link.as_deref();
         let is_link = self.via.is_none() && !first.is_some_and(Request::is_command);

@@ -1,5 +1,4 @@
-//! The arguments of the verbs that are about the program itself and the machine it runs on: `ports`, `config`,
-//! `completions` and `man`.
+//! The arguments of `ports`, `config`, `completions` and `man`.
 
 use std::path::PathBuf;
 
@@ -15,7 +14,7 @@ Examples:
   groundwave ports
   groundwave ports --json"))]
 pub struct Ports {
-    /// As JSON, one object a port
+    /// Print one JSON object a port
     #[arg(long)]
     pub json: bool,
 }
@@ -24,24 +23,24 @@ pub struct Ports {
 #[derive(Debug, Args)]
 #[command(after_help = laid_out("\
 Examples:
-  groundwave config                                     the file as it comes, every line explained
-  groundwave config > ~/.config/groundwave/config.toml  a file to start from
-  groundwave config path                                where it is read from
-  groundwave config check my.toml                       whether it can be read, and what is wrong with it"))]
+  groundwave config                                     print the default configuration, with comments
+  groundwave config > ~/.config/groundwave/config.toml  make a file to start from
+  groundwave config path                                print the file's path
+  groundwave config check my.toml                       list the mistakes in a file"))]
 pub struct ConfigArgs {
-    /// What to do; without a word the file as it comes is printed
+    /// Without a subcommand, the default configuration is printed
     #[command(subcommand)]
     pub what: Option<ConfigVerb>,
 }
 
-/// What can be done about the configuration.
+/// The subcommands of `config`.
 #[derive(Debug, Subcommand)]
 pub enum ConfigVerb {
-    /// Say where it is read from
+    /// Print the path of the configuration
     Path,
-    /// Read it, and say what is in it or what is wrong with it
+    /// Check a configuration and list its mistakes
     Check {
-        /// Another file than the usual one
+        /// The file [default: the one that is in use]
         file: Option<PathBuf>,
     },
 }
@@ -54,10 +53,9 @@ Examples:
   echo 'source <(groundwave completions zsh)' >> ~/.zshrc
   groundwave completions fish > ~/.config/fish/completions/groundwave.fish
 
-The shell asks the program itself, so that worlds, modes, layers, presets, ports and the names of your configuration are
-offered as they are."))]
+The shell asks the program, so it completes worlds, modes, layers, presets, ports and the names in your configuration."))]
 pub struct Completions {
-    /// For which shell
+    /// The shell
     pub shell: Shell,
 }
 
@@ -65,9 +63,9 @@ pub struct Completions {
 #[derive(Debug, Args)]
 #[command(after_help = laid_out("\
 Examples:
-  groundwave man | man -l -                             read it
-  groundwave man ~/.local/share/man/man1                one page for each verb"))]
+  groundwave man | man -l -                             read the page
+  groundwave man ~/.local/share/man/man1                write one page for each command"))]
 pub struct Man {
-    /// Write a page for each verb into this folder, which is made if it is not there
+    /// Write one page for each command into DIR, which is created if it does not exist
     pub dir: Option<PathBuf>,
 }

@@ -1,5 +1,4 @@
-//! What is meant by a link's name: a profile of the configuration, an adapter by what it says of itself, or the link as
-//! it stands.
+//! Resolves the name of a link: a robot or link of the configuration, a USB adapter, or a link as given.
 
 use super::super::cli::Way;
 use std::path::Path;
@@ -10,8 +9,7 @@ use crate::io::ports;
 use crate::suggest;
 
 impl Config {
-    /// The link that is meant, and what is configured for it: a robot's own word comes before its link's, and that before
-    /// what holds for all.
+    /// The link and its configuration. Settings of a robot outrank those of its link, and those outrank `[link]`.
     pub(in super::super) fn at(&self, link: &LinkSpec) -> Result<(LinkSpec, Self), Fault> {
         let usage = |message: String| Fault::new(Exit::Usage, message);
         let mut config = self.clone();
@@ -31,15 +29,14 @@ impl Config {
                     ports::find_usb(adapter).map_err(|error| Fault::new(Exit::NoLink, error))?;
                 return Ok((LinkSpec::Serial(port.into()), config));
             }
-            self.is_port(name)?;
+            self.check_port(name)?;
         }
         Ok((link, config))
     }
 
-    /// A word without a path that is nothing here is a name that nobody gave.
-    fn is_port(&self, name: &str) -> Result<(), Fault> {
-        let may_be = Path::new(name).exists() || !cfg!(unix) && ports::is_there(name);
-        if may_be {
+    /// Refuses a name that is neither configured nor an existing device.
+    fn check_port(&self, name: &str) -> Result<(), Fault> {
+        if Path::new(name).exists() || !cfg!(unix) && ports::is_there(name) {
             return Ok(());
         }
         let names: Vec<&str> = self
@@ -49,25 +46,24 @@ impl Config {
             .map(String::as_str)
             .collect();
         if let Some(near) = suggest::nearest(name, names.iter().copied()) {
-            let message = format!(
-                "no link and no robot is called `{name}` in the configuration; did you mean `{near}`?"
-            );
+            let message =
+                format!("no link or robot `{name}` in the configuration; did you mean `{near}`?");
             return Err(Fault::new(Exit::Usage, message));
         }
-        let there_are = match names[..] {
-            [] => "the configuration names none yet".to_owned(),
-            _ => format!("the configuration has {}", names.join(", ")),
+        let configured = match names[..] {
+            [] => "none configured".to_owned(),
+            _ => format!("configured: {}", names.join(", ")),
         };
         let message = format!(
-            "cannot open {name}: there is no such device here, and no link or robot of that name ({there_are}). `groundwave \
-             ports` lists the devices, `groundwave config` shows how a name is given: [robot.{name}], link = \"/dev/ttyUSB0\""
+            "cannot open {name}: no such device, and no link or robot of that name ({configured}). `groundwave ports` lists \
+             the devices; to configure a name, write [robot.{name}] and link = \"/dev/ttyUSB0\""
         );
         Err(Fault::new(Exit::NoLink, message))
     }
 }
 
 impl Way {
-    /// The way that is meant, and what is configured for it.
+    /// The way with its link resolved, and the configuration for it.
     pub(in super::super) fn at(self, config: &Config) -> Result<(Self, Config), Fault> {
         match self {
             Self::Link(link) => {
@@ -79,7 +75,7 @@ impl Way {
     }
 }
 
-/// What may be a name: a path is none.
+/// The link if it may be a name; a path is not.
 fn named(link: &LinkSpec) -> Option<&str> {
     match link {
         LinkSpec::Serial(path) => path.to_str().filter(|name| !name.contains('/')),
@@ -126,7 +122,7 @@ mod tests {
     }
 
     #[test]
-    fn a_robot_has_its_links_word_and_that_the_word_for_all() {
+    fn robot_settings_outrank_link_settings_and_those_the_defaults() {
         let (link, config) = at("marvin");
         assert_eq!(link, LinkSpec::Serial("/dev/ttyUSB7".into()));
         assert_eq!(config.link.baud, Some(9600));
@@ -141,7 +137,7 @@ mod tests {
     }
 
     #[test]
-    fn what_is_no_profile_stays_what_it_is() {
+    fn names_that_are_not_configured_stay_links() {
         for name in ["/dev/ttyUSB0", "sim", "tcp:x:1", "./shed"] {
             assert_eq!(at(name).0, name.parse::<LinkSpec>().expect("a link"));
         }
@@ -156,7 +152,7 @@ mod tests {
         let error = config
             .at(&LinkSpec::Serial("trillian".into()))
             .expect_err("none is called so");
-        let told = "the configuration has arthur, marvin, shed";
-        assert!(error.to_string().contains(told), "{error}");
+        let names = "configured: arthur, marvin, shed";
+        assert!(error.to_string().contains(names), "{error}");
     }
 }

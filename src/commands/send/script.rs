@@ -1,4 +1,4 @@
-//! What `send` is to deliver: the words of one command, or a script of one command a line.
+//! The commands to deliver: one given as words, or a script with one a line.
 
 use std::fs;
 use std::io::{self, Read};
@@ -8,31 +8,30 @@ use groundwave_protocol::status_codes::Mode;
 
 use super::super::cli::Send;
 use super::super::{Exit, Fault};
-use crate::quoted;
-use crate::remedy;
+use crate::hint;
 use crate::request::Request;
 use crate::route;
 
-/// A command, and where it stands.
+/// A command and its place in the script.
 pub(super) struct Line {
     pub(super) request: Request,
-    /// From 1; none where the command was given as words.
+    /// Line number, from 1; `None` for a command given as words.
     pub(super) number: Option<usize>,
 }
 
-/// Commands to be delivered one after the other, until one fails.
+/// Commands in the order of delivery.
 pub(super) struct Script {
-    /// The file they come from.
+    /// The file, if there is one.
     name: Option<String>,
     lines: Vec<Line>,
 }
 
 impl Script {
-    /// Everything is read and checked before anything is sent.
+    /// Reads and checks all commands.
     pub(super) fn read(options: &Send, words: &[&str]) -> Result<Self, Fault> {
         let mut script = match &options.file {
             Some(_) if !words.is_empty() => {
-                return Err(usage("a command is given both as words and with -f"));
+                return Err(usage("give the command either as words or with -f"));
             }
             None => Self {
                 name: None,
@@ -55,7 +54,7 @@ impl Script {
                 }) if !route.is_empty() => *number,
                 _ => {
                     return Err(usage(
-                        "--go goes with `goto` or `route`: it drives the list",
+                        "--go needs `goto` or `route`, to drive its waypoints",
                     ));
                 }
             };
@@ -73,13 +72,16 @@ impl Script {
         let mut lines = Vec::new();
         for (number, line) in (1..).zip(text.lines()) {
             let wrong = |message| usage(format!("{name}:{number}: {message}"));
-            let words = quoted::words_of_script(line).map_err(wrong)?;
+            let words = shlex::split(line).ok_or_else(|| {
+                wrong("a quote is not closed; write an apostrophe as \"'\"".to_owned())
+            })?;
             let words: Vec<&str> = words.iter().map(String::as_str).collect();
             let requests = match words[..] {
                 [] => continue,
-                ["route", "-"] if is_standard_input(path) => {
-                    Err("standard input is the script; name the route's file".to_owned())
-                }
+                ["route", "-"] if is_standard_input(path) => Err(
+                    "the script itself is read from standard input; name the route's file"
+                        .to_owned(),
+                ),
                 _ => read_words(&words),
             };
             let requests = requests.map_err(wrong)?;
@@ -90,7 +92,7 @@ impl Script {
         }
         if lines.is_empty() {
             return Err(usage(format!(
-                "{name}: no commands; one a line, as after `groundwave send LINK`"
+                "{name}: no commands; write one a line, as after `groundwave send LINK`"
             )));
         }
         Ok(Self {
@@ -99,12 +101,12 @@ impl Script {
         })
     }
 
-    /// The commands in their order.
+    /// The commands in the order of delivery.
     pub(super) fn lines(&self) -> &[Line] {
         &self.lines
     }
 
-    /// Says of a fault at which line it happened, and that nothing after it was sent.
+    /// The fault with the line it happened at and the commands that were not sent.
     pub(super) fn blame(&self, index: usize, fault: Fault) -> Fault {
         let number = self.lines.get(index).and_then(|line| line.number);
         let place = match (&self.name, number) {
@@ -146,9 +148,10 @@ fn read_words(words: &[&str]) -> Result<Vec<Request>, String> {
             let request = Request::route(waypoints).map_err(|error| error.to_string())?;
             Ok(vec![request])
         }
-        ["route", ..] => {
-            Err("`route` takes one file of `X,Y` lines, or - for standard input; one with blanks stands in quotes".to_owned())
-        }
+        ["route", ..] => Err(
+            "`route` takes one file of `X,Y` lines, or - for standard input; quote a name with spaces"
+                .to_owned(),
+        ),
         _ => Request::all_from_words(words).map_err(|error| error.in_shell()),
     }
 }
@@ -161,7 +164,7 @@ fn read_text(path: &Path) -> Result<String, Fault> {
         fs::read_to_string(path)
     };
     read.map_err(|error| {
-        let why = remedy::of_reading(&error);
+        let why = hint::of_reading(&error);
         usage(format!("cannot read {}: {why}", name_of(path)))
     })
 }

@@ -1,11 +1,11 @@
-//! Why a link cannot be opened, with the remedy.
+//! Why a link cannot be opened, with the hint.
 
 use std::io;
 use std::path::Path;
 
 use crate::io::ports;
 
-/// Why a link cannot be opened, with the remedy.
+/// Why a link cannot be opened, with the hint.
 #[derive(Debug, thiserror::Error)]
 pub enum OpenError {
     /// Nothing of that name.
@@ -19,7 +19,7 @@ pub enum OpenError {
     )]
     Busy(String),
     /// Not ours to open.
-    #[error("cannot open {0}: permission denied. {remedy}", remedy = permission_remedy())]
+    #[error("cannot open {0}: permission denied. {hint}", hint = permission_remedy())]
     Permission(String),
     /// It is there and does not behave like a serial device.
     #[error(

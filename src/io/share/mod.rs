@@ -33,7 +33,7 @@ pub enum ShareError {
     #[error("cannot share on {0}: {1}")]
     Taken(String, &'static str),
     /// The system refuses.
-    #[error("cannot share on {0}: {1}; {remedy}", remedy = match .1.kind() {
+    #[error("cannot share on {0}: {1}; {hint}", hint = match .1.kind() {
         io::ErrorKind::NotFound => "make the folder first",
         io::ErrorKind::PermissionDenied => "choose a port above 1023 or a folder of yours",
         _ => "choose another address, or port 0 for a free one",

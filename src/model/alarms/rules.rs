@@ -106,7 +106,7 @@ pub(crate) struct Rule {
     pub(crate) level: Level,
     pub(crate) name: &'static str,
     /// What to do about it, for [`Keymap::told`](crate::model::keys::Keymap::told).
-    pub(crate) remedy: &'static str,
+    pub(crate) hint: &'static str,
     /// Unit of the figure; empty where there is none.
     pub(crate) unit: &'static str,
     /// Whether nobody else puts it into the log.
@@ -127,7 +127,7 @@ pub(crate) const RULES: [Rule; RULES_COUNT] = [
     Rule {
         level: Level::Alarm,
         name: "battery critical",
-        remedy: "switch it off, or dock it (<mode-forage>)",
+        hint: "switch it off, or dock it (<mode-forage>)",
         unit: "V",
         logged_here: true,
         source: Source::Status,
@@ -137,7 +137,7 @@ pub(crate) const RULES: [Rule; RULES_COUNT] = [
     Rule {
         level: Level::Alarm,
         name: "fallen or lifted",
-        remedy: "no floor under it: go and look",
+        hint: "no floor under it: go and look",
         unit: "",
         logged_here: true,
         source: Source::State,
@@ -147,7 +147,7 @@ pub(crate) const RULES: [Rule; RULES_COUNT] = [
     Rule {
         level: Level::Alarm,
         name: "failsafe",
-        remedy: "it hears no ground station and acts by itself",
+        hint: "it hears no ground station and acts by itself",
         unit: "",
         logged_here: false,
         source: Source::State,
@@ -161,7 +161,7 @@ pub(crate) const RULES: [Rule; RULES_COUNT] = [
     Rule {
         level: Level::Alarm,
         name: "link lost",
-        remedy: "see to plug, cable and network; it is tried all the time",
+        hint: "see to plug, cable and network; it is tried all the time",
         unit: "",
         logged_here: false,
         source: Source::Station,
@@ -174,7 +174,7 @@ pub(crate) const RULES: [Rule; RULES_COUNT] = [
     Rule {
         level: Level::Alarm,
         name: "robot silent",
-        remedy: "is it on, and in reach?",
+        hint: "is it on, and in reach?",
         unit: SECONDS,
         logged_here: true,
         source: Source::Station,
@@ -191,7 +191,7 @@ pub(crate) const RULES: [Rule; RULES_COUNT] = [
     Rule {
         level: Level::Alarm,
         name: "recording failed",
-        remedy: "make room, then <toggle-recording> records on; until then memory keeps the newest",
+        hint: "make room, then <toggle-recording> records on; until then memory keeps the newest",
         unit: "",
         logged_here: false,
         source: Source::Station,
@@ -204,7 +204,7 @@ pub(crate) const RULES: [Rule; RULES_COUNT] = [
     Rule {
         level: Level::Alarm,
         name: "battery low",
-        remedy: "call it home (<mode-go-home>) or to a dock (<mode-forage>)",
+        hint: "call it home (<mode-go-home>) or to a dock (<mode-forage>)",
         unit: "V",
         logged_here: true,
         source: Source::Status,
@@ -214,7 +214,7 @@ pub(crate) const RULES: [Rule; RULES_COUNT] = [
     Rule {
         level: Level::Alarm,
         name: "stalled",
-        remedy: "its wheels do not turn: free it, or STOP (<stop>)",
+        hint: "its wheels do not turn: free it, or STOP (<stop>)",
         unit: "",
         logged_here: true,
         source: Source::State,
@@ -224,7 +224,7 @@ pub(crate) const RULES: [Rule; RULES_COUNT] = [
     Rule {
         level: Level::Warning,
         name: "bumper jammed",
-        remedy: "something hooks its bumper: free it if it does not",
+        hint: "something hooks its bumper: free it if it does not",
         unit: "",
         logged_here: true,
         source: Source::State,
@@ -238,7 +238,7 @@ pub(crate) const RULES: [Rule; RULES_COUNT] = [
     Rule {
         level: Level::Warning,
         name: "layers thrash",
-        remedy: "they take the motors from each other: forbid one (<toggle-layer-bumpers..>)",
+        hint: "they take the motors from each other: forbid one (<toggle-layer-bumpers..>)",
         unit: "",
         logged_here: true,
         source: Source::State,
@@ -254,7 +254,7 @@ pub(crate) const RULES: [Rule; RULES_COUNT] = [
     Rule {
         level: Level::Warning,
         name: "lines lost",
-        remedy: "a weak or disturbed radio: come closer",
+        hint: "a weak or disturbed radio: come closer",
         unit: "%",
         logged_here: true,
         source: Source::Lines,
@@ -373,6 +373,6 @@ impl Rule {
             _ => String::new(),
         };
         self.logged_here
-            .then(|| format!("{}{figures}: {}", self.name, config.keys.told(self.remedy)))
+            .then(|| format!("{}{figures}: {}", self.name, config.keys.told(self.hint)))
     }
 }

@@ -115,9 +115,8 @@ fn runs_are_listed_beside_the_recording_and_two_are_compared() {
     assert_eq!(scene.model.ui.overlay, failed);
 }
 
-/// A name with blanks is as good as any other; whoever forgets the quotes is told of them.
 #[test]
-fn a_name_with_blanks_is_said_in_quotes() {
+fn file_names_with_spaces_need_quotes() {
     let mut scene = scene();
     let load = [Effect::LoadRoute("my tour.csv".to_owned())];
     for text in [
@@ -132,9 +131,9 @@ fn a_name_with_blanks_is_said_in_quotes() {
     }
     for (text, told) in [
         (":compare my evening.mcap b", "`compare` takes two captures"),
-        (":compare a", "one with blanks stands in quotes"),
+        (":compare a", "quote a name with spaces"),
         (":runs my evenings", "`runs` takes one folder"),
-        (":compare \"a b", "the quote before `a b` is not closed"),
+        (":compare \"a b", "a quote is not closed"),
     ] {
         scene.type_text(text);
         assert_eq!(scene.press(&[KeyCode::Enter]), [], "{text}");

@@ -82,7 +82,7 @@ fn another_attempt_loses_nothing() {
     wait_until("it has been tried", || !keeper.lock().is_beginning);
     let (level, text) = keeper.poll_notice().unwrap();
     assert_eq!(level, Level::Alarm);
-    assert!(text.contains("make the directory first"), "{text}");
+    assert!(text.contains("create the folder first"), "{text}");
     assert_eq!(keeper.poll_notice(), None);
     keeper.toggle_as(folder.path().join("c.mcap"));
     wait_for_notice(&keeper, "recording to");

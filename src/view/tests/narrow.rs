@@ -216,7 +216,7 @@ fn what_no_robot_can_do_is_refused_with_what_to_do_instead() {
     let mut scene = flight(demo());
     let dock = Request::Mode(Mode::Forage);
     scene.command(1, dock, CommandStep::Refused(Outcome::NotFitted));
-    let words = "REFUSED: it has no sensor for a dock's beacon; try `home`";
+    let words = "REFUSED: it has no sensor for the dock's beacon; try `home`";
     for (width, height) in [(80, 24), (120, 40)] {
         row(&screen(&scene, width, height), words);
     }

@@ -269,9 +269,9 @@ fn what_is_said_of_a_key_is_said_of_the_chosen_one() {
 #[test]
 fn every_remedy_and_every_command_knows_the_keys_it_speaks_of() {
     let labels = labels_of_the_table();
-    let remedies = RULES.iter().map(|rule| rule.remedy);
+    let hints = RULES.iter().map(|rule| rule.hint);
     let listing = LISTING.into_iter().map(|(_, does)| does);
-    for text in remedies.chain(listing) {
+    for text in hints.chain(listing) {
         let told = Keymap::default().told(text);
         assert!(!told.contains('<'), "{told}");
         let told = all_otherwise().told(text);

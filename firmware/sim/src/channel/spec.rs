@@ -269,7 +269,7 @@ mod tests {
 
     #[test]
     fn errors_name_the_option_and_a_remedy() {
-        for (text, names, remedy) in [
+        for (text, names, hint) in [
             ("ber=2", "`ber=2`", "like ber=1e-3"),
             ("ber", "`ber`", "like ber=1e-3"),
             ("noise=1", "`noise=1`", "use ber"),
@@ -286,7 +286,7 @@ mod tests {
         ] {
             let error = text.parse::<ChannelSpec>().unwrap_err().to_string();
             assert!(
-                error.contains(names) && error.contains(remedy),
+                error.contains(names) && error.contains(hint),
                 "{text}: {error}"
             );
         }

@@ -14,7 +14,7 @@ pub enum ServeError {
     Link {
         /// Path of the link.
         path: PathBuf,
-        /// Cause and remedy.
+        /// Cause and hint.
         problem: String,
     },
     /// The address cannot be listened on.
@@ -32,7 +32,7 @@ pub enum ServeError {
     Eeprom {
         /// Path of the file.
         path: PathBuf,
-        /// Cause and remedy.
+        /// Cause and hint.
         problem: String,
     },
     /// The trace or the sound cannot be written.

@@ -16,7 +16,7 @@ pub enum WorldError {
         line: usize,
         /// Column, in characters.
         column: usize,
-        /// The problem and its remedy.
+        /// The problem and its hint.
         problem: String,
     },
     /// The file cannot be read.

@@ -113,7 +113,7 @@ impl World {
     ///
     /// # Errors
     ///
-    /// The first error in the text, with file, line, column and remedy.
+    /// The first error in the text, with file, line, column and hint.
     pub fn parse(file: &str, text: &str) -> Result<Self, WorldError> {
         let source = Source { file, text };
         let entries: File = toml::from_str(text).map_err(|error| {

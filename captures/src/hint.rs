@@ -1,13 +1,13 @@
-//! What the operating system says of a file, in words for a person, with what to do about it.
+//! Hints for errors of the operating system about files.
 
 use std::io;
 use std::path::Path;
 
-/// The name of a file as a shell takes it: what a person copies out of a remedy works, blanks or not.
+/// A file name quoted for a shell, so that it can be copied from a hint.
 #[must_use]
 pub fn shell_word(path: &Path) -> String {
     let name = path.display().to_string();
-    // An option is none behind a folder.
+    // With a folder before it, the name is not read as an option.
     let name = if name.starts_with('-') && name != "-" {
         format!("./{name}")
     } else {
@@ -26,38 +26,38 @@ pub fn shell_word(path: &Path) -> String {
     }
 }
 
-/// Why a file cannot be read.
+/// Why a file cannot be read, and what to do.
 #[must_use]
 pub fn of_reading(error: &io::Error) -> String {
     match error.kind() {
-        io::ErrorKind::NotFound => {
-            "there is no such file; look whether the name and the folder are right".to_owned()
-        }
+        io::ErrorKind::NotFound => "file not found; check the path".to_owned(),
         io::ErrorKind::IsADirectory => {
-            "it is a folder; name a file in it, or several in quotes: 'FOLDER/*.mcap'".to_owned()
+            "it is a folder; name a file in it, or a quoted pattern: 'FOLDER/*.mcap'".to_owned()
         }
-        io::ErrorKind::PermissionDenied => "you may not read it; `ls -l` shows who may".to_owned(),
-        io::ErrorKind::InvalidData => "it is no text; name a text file".to_owned(),
+        io::ErrorKind::PermissionDenied => {
+            "permission denied; `ls -l` shows who may read it".to_owned()
+        }
+        io::ErrorKind::InvalidData => "it is not text; name a text file".to_owned(),
         _ => error.to_string(),
     }
 }
 
-/// Why a file cannot be written.
+/// Why a file cannot be written, and what to do.
 #[must_use]
 pub fn of_writing(error: &io::Error) -> String {
-    let remedy = match error.kind() {
-        io::ErrorKind::NotFound => "; make the directory first",
+    let hint = match error.kind() {
+        io::ErrorKind::NotFound => "; create the folder first",
         io::ErrorKind::NotADirectory | io::ErrorKind::AlreadyExists => {
-            "; a file stands where the directory should be"
+            "; a file has the name of the folder"
         }
         io::ErrorKind::IsADirectory => "; name a file in it",
-        io::ErrorKind::StorageFull | io::ErrorKind::QuotaExceeded => "; make room",
+        io::ErrorKind::StorageFull | io::ErrorKind::QuotaExceeded => "; free some space",
         io::ErrorKind::PermissionDenied | io::ErrorKind::ReadOnlyFilesystem => {
-            "; choose a directory you may write to"
+            "; choose a writable folder"
         }
         _ => "",
     };
-    format!("{error}{remedy}")
+    format!("{error}{hint}")
 }
 
 #[cfg(test)]
@@ -66,7 +66,7 @@ mod tests {
 
     #[cfg(unix)]
     #[test]
-    fn a_shell_takes_a_name_for_one_word() {
+    fn quoted_name_is_one_word_for_a_shell() {
         for name in [
             "run.mcap",
             "/tmp/my run 1.mcap",
@@ -87,7 +87,7 @@ mod tests {
     }
 
     #[test]
-    fn what_happens_to_people_has_a_remedy() {
+    fn common_read_errors_have_a_hint() {
         for kind in [
             io::ErrorKind::NotFound,
             io::ErrorKind::IsADirectory,

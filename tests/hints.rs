@@ -1,5 +1,4 @@
-//! What was tried, what happened, what to do: each verb, given what it cannot use, says all three and leaves with the exit
-//! code for it.
+//! Error messages of all commands: what failed, why, what to do, and the exit code.
 #![cfg(unix)]
 
 use std::fs;
@@ -8,33 +7,33 @@ use std::process::{Command, Stdio};
 use crate::programs::{GROUNDWAVE, scratch};
 
 const CAPTURE: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/captures/demo-commands.mcap");
-const NO_FILE: &str = "there is no such file; look whether";
+const NO_FILE: &str = "file not found; check the path";
 const IS_FOLDER: &str = "it is a folder; name a file in it";
-const NO_LINE: &str = "not one line of a robot in 6 bytes; it is no capture";
+const NO_LINE: &str = "no line found in 6 bytes; the file is not a capture";
 
-/// The exit code, the words, and what has to be said.
+/// Exit code, arguments, and a part of the message.
 #[rustfmt::skip]
 const CASES: &[(i32, &[&str], &str)] = &[
     (2, &["info", "gone"], NO_FILE),
     (2, &["info", "."], IS_FOLDER),
     (2, &["info", "a.txt"], NO_LINE),
-    (2, &["info", "empty.txt"], "in 0 bytes; it is no capture"),
+    (2, &["info", "empty.txt"], "in 0 bytes; the file is not a capture"),
     (2, &["info", "no*such.mcap"], "no file matches"),
     (2, &["decode", "gone", "--to", "csv"], NO_FILE),
     (2, &["decode", "a.txt", "--to", "jsonl"], NO_LINE),
     (2, &["decode", "a.txt", "--to", "xml"], "possible values: jsonl, csv"),
     (2, &["convert", "gone"], NO_FILE),
-    (1, &["convert", CAPTURE, "--output-dir", "a.txt"], "a file has that name; choose another"),
-    (2, &["convert", CAPTURE, "-o", "."], "is a folder: name a file in it"),
+    (1, &["convert", CAPTURE, "--output-dir", "a.txt"], "a file with that name exists; choose another"),
+    (2, &["convert", CAPTURE, "-o", "."], "is a folder; name a file in it"),
     (2, &["convert", CAPTURE, "--start", "noon"], "is no moment; try 90s"),
     (2, &["verify", "gone"], NO_FILE),
     (2, &["verify", CAPTURE, "--raw", "gone"], NO_FILE),
     (2, &["songs", "."], IS_FOLDER),
     (2, &["export", "a.txt", "--to", "svg"], "there is nothing to draw"),
     (2, &["cut", CAPTURE, "--from", "x"], "is no moment; try 90s"),
-    (2, &["cut", CAPTURE, "--from", "2m", "--to", "1m"], "--from is not before --to"),
-    (1, &["cut", CAPTURE, "--from", "1s", "-o", "gone/a.mcap"], "make the directory first"),
-    (2, &["replay", CAPTURE, "--speed", "fast"], "`fast` is no number; try 10 or 0.5"),
+    (2, &["cut", CAPTURE, "--from", "2m", "--to", "1m"], "--from must be before --to"),
+    (1, &["cut", CAPTURE, "--from", "1s", "-o", "gone/a.mcap"], "create the folder first"),
+    (2, &["replay", CAPTURE, "--speed", "fast"], "`fast` is not a number; write 10 or 0.5"),
     (2, &["replay", CAPTURE], "needs a terminal"),
     (2, &["demo"], "use `groundwave sim` instead"),
     (2, &["watch", "sim"], "use `watch --headless` instead"),
@@ -62,36 +61,36 @@ const CASES: &[(i32, &[&str], &str)] = &[
     (2, &["send", "sim", "goto", "1", "x"], "whole number of inches from"),
     (2, &["send", "sim", "enable", "sonr"], "did you mean `sonar`?"),
     (2, &["param", "sim", "set", "top-sped", "8"], "did you mean `top-speed`?"),
-    (2, &["param", "sim", "get", "top-sped"], "say `'=top-sped'`"),
-    (2, &["send", "sim", "route", "a", "b.csv"], "one with blanks stands in quotes"),
-    (2, &["send", "sim", "--timeout", "soon", "stop"], "is no duration; try 30s"),
-    (2, &["send", "sim", "--baud", "fast", "stop"], "`fast` is no baud rate; try 2400"),
+    (2, &["param", "sim", "get", "top-sped"], "write `'=top-sped'`"),
+    (2, &["send", "sim", "route", "a", "b.csv"], "quote a name with spaces"),
+    (2, &["send", "sim", "--timeout", "soon", "stop"], "is not a duration; write 30s"),
+    (2, &["send", "sim", "--baud", "fast", "stop"], "`fast` is not a baud rate; write a number such as 2400"),
     (2, &["calibrate", "sim", "--side", "10"], "10 is not in 40..=400"),
-    (2, &["record", "sim", "--duration", "0"], "is no duration; try 30s"),
-    (1, &["record", "sim", "-o", "gone/a.mcap", "--duration", "1s"], "make the directory first"),
+    (2, &["record", "sim", "--duration", "0"], "is not a duration; write 30s"),
+    (1, &["record", "sim", "-o", "gone/a.mcap", "--duration", "1s"], "create the folder first"),
     (2, &["record", "sim", "-o", "a.txt", "--duration", "1s"], "say --force to lose what is in it"),
     (2, &["record", "sim", "-o", ".", "--duration", "1s"], "name a file in it"),
     (1, &["watch", "sim", "--headless", "--share", "gone/a.mcap"], "make the folder first"),
     (2, &["watch", "sim", "--headless", "--share", "99999"], "neither a port (4001)"),
     (2, &["watch", "sim", "--headless", "--share", "host"], "nor a Unix socket (station.sock"),
     (2, &["watch", "sim", "--headless", "--rotate", "5x"], "a size like 64MB"),
-    (2, &["sim", "--world", "huose"], "that come with the program are house"),
+    (2, &["sim", "--world", "huose"], "a built-in world (house"),
     (2, &["sim", "--channel", "ber=2"], "like ber=1e-3"),
     (2, &["sim", "--listen", "127.0.0.1:99999"], "choose another address"),
-    (2, &["sim", "--time-factor", "0"], "choose a factor above 0"),
-    (2, &["sim", "--seed", "-1"], "try a whole number such as 7"),
-    (2, &["world", "house", "--svg", "."], "is a folder: name a file in it"),
-    (2, &["--config", "gone", "ports"], "makes one to start from"),
-    (2, &["config", "check", "gone"], "makes one to start from"),
+    (2, &["sim", "--time-factor", "0"], "choose one above 0"),
+    (2, &["sim", "--seed", "-1"], "write a whole number such as 7"),
+    (2, &["world", "house", "--svg", "."], "is a folder; name a file in it"),
+    (2, &["--config", "gone", "ports"], "makes a file to start from"),
+    (2, &["config", "check", "gone"], "makes a file to start from"),
     (2, &["completions", "tcsh"], "possible values: bash"),
-    (1, &["man", "a.txt"], "name a folder you may write to"),
+    (1, &["man", "a.txt"], "name a writable folder"),
     (2, &["wach", "sim"], "a similar subcommand exists: 'watch'"),
     (2, &["watch", "sim", "--headles"], "a similar argument exists: '--headless'"),
 ];
 
 #[test]
-fn what_cannot_be_done_is_told_with_its_remedy() {
-    let folder = scratch("remedies");
+fn errors_have_a_hint_and_the_right_exit_code() {
+    let folder = scratch("hints");
     for (name, text) in [
         ("a.txt", "hello\n"),
         ("empty.txt", ""),
