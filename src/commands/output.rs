@@ -172,7 +172,7 @@ impl Unfinished {
     /// Creates the file once the signal handler can remove it.
     fn create(path: &Path, force: bool) -> io::Result<(File, Self)> {
         static LISTENS: Once = Once::new();
-        LISTENS.call_once(|| signals::when_told_to_leave(remove_all));
+        LISTENS.call_once(|| signals::on_leave(remove_all));
         let made = beside(path);
         let mut unfinished = all_unfinished();
         let file = File::create_new(&made)?;

@@ -1,4 +1,4 @@
-//! Small text files that a person names while the dashboard runs.
+//! Small text files named by the operator while the dashboard runs.
 
 use std::env;
 use std::fs::{self, File};
@@ -9,14 +9,13 @@ use std::process;
 use crate::event::SaveProblem;
 use crate::hint;
 
-/// No text that a person names here is longer.
+/// Maximum length of a text file, bytes.
 const BYTES_MAX: u64 = 1 << 20;
 
-/// Reads a text file; `~/` is the home folder, as in a shell. Pipes and devices are refused: opening one
-/// can take for ever.
+/// Reads a text file; `~/` is the home folder. Refuses pipes and devices: opening one can block.
 ///
 /// # Errors
-/// One line for a person: the path, what happened, what to do.
+/// One line to show: the path, the reason, the remedy.
 pub fn read_text(path: &str) -> Result<String, String> {
     let full = expand_home(path, env::home_dir().as_deref());
     let fail = |error: io::Error| format!("cannot read {path}: {}", hint::of_reading(&error));
@@ -37,10 +36,10 @@ pub fn read_text(path: &str) -> Result<String, String> {
     Ok(text)
 }
 
-/// Writes a text file whole or not at all; `~/` is the home folder. What is there stays, unless it may go.
+/// Writes a text file whole or not at all; `~/` is the home folder. Replaces a file only with `overwrite`.
 ///
 /// # Errors
-/// Says whether there is a file already, or in one line what else happened.
+/// Whether a file exists already, or one line to show.
 pub fn write_text(path: &str, text: &str, overwrite: bool) -> Result<(), SaveProblem> {
     let full = expand_home(path, env::home_dir().as_deref());
     if !overwrite && fs::symlink_metadata(&full).is_ok() {
@@ -54,13 +53,13 @@ pub fn write_text(path: &str, text: &str, overwrite: bool) -> Result<(), SavePro
         .and_then(|mut file| file.write_all(text.as_bytes()))
         .and_then(|()| fs::rename(&new, &full))
         .map_err(|error| {
-            // What could not be finished is of no use to anybody.
+            // An unfinished file is useless.
             let _ = fs::remove_file(&new);
             fail(error)
         })
 }
 
-/// A name beside the one that a file shall have, so that it gets it at one stroke.
+/// A temporary name beside `path`, for a rename in one step.
 #[must_use]
 pub fn beside(path: &Path) -> PathBuf {
     let mut name = path.as_os_str().to_owned();
@@ -91,7 +90,7 @@ mod tests {
     }
 
     #[test]
-    fn what_is_there_stays_unless_it_may_go() {
+    fn an_existing_file_is_replaced_only_on_request() {
         let folder = tempfile::tempdir().unwrap();
         let path = folder.path().join("tour.txt");
         let path = path.to_str().unwrap();
@@ -113,7 +112,7 @@ mod tests {
     }
 
     #[test]
-    fn what_is_no_short_text_is_refused() {
+    fn files_that_are_no_short_text_are_refused() {
         let folder = tempfile::tempdir().unwrap();
         let long = folder.path().join("long.txt");
         File::create(&long).unwrap().set_len(BYTES_MAX + 1).unwrap();

@@ -1,5 +1,4 @@
-//! The operating system: ports, sockets, signals, the terminal, and files that are named while the
-//! dashboard runs. Recordings are [`crate::capture`]'s.
+//! The operating system: ports, sockets, signals, the terminal, and text files. Recordings belong to [`crate::capture`].
 
 pub mod files;
 pub mod foxglove;

@@ -1,13 +1,13 @@
-//! The mouse's buttons and wheel, not its every move: a hand that rests on it must not keep the program awake.
+//! Mouse clicks and wheel without movements, which would wake the program all the time.
 
 use std::fmt;
 
 use crossterm::Command;
 
-/// Asks the terminal for clicks and the wheel.
+/// Enables reports of clicks and the wheel.
 pub(super) struct EnableClicks;
 
-/// Asks it for no more of them.
+/// Disables reports of clicks and the wheel.
 pub(super) struct DisableClicks;
 
 impl Command for EnableClicks {

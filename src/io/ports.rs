@@ -1,17 +1,17 @@
-//! Serial ports that are plugged in.
+//! The serial ports of this machine.
 
 use serialport::{SerialPortInfo, SerialPortType};
 
 use super::link::{Plugged, UsbIdentity};
 
-/// A serial port and what is known of it.
+/// A serial port and its description.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Port {
-    /// What to give to `watch`.
+    /// Name for `groundwave watch`.
     pub name: String,
-    /// What kind it is, for a person.
+    /// Kind of port, to show.
     pub kind: String,
-    /// What the device says of itself, if it is on USB.
+    /// The USB device's description of itself.
     pub description: Option<String>,
 }
 
@@ -36,7 +36,7 @@ pub fn list() -> Result<Vec<Port>, String> {
     Ok(ports)
 }
 
-/// Whether a port is called so.
+/// Whether a port of this name exists.
 #[must_use]
 pub fn is_there(name: &str) -> bool {
     list().is_ok_and(|ports| {
@@ -46,8 +46,7 @@ pub fn is_there(name: &str) -> bool {
     })
 }
 
-/// The ports of this machine by what their adapters say of themselves; none where the system cannot
-/// list them.
+/// The ports of this machine with their USB identities; empty if the system cannot list them.
 pub(super) fn plugged() -> Vec<Plugged> {
     available()
         .unwrap_or_default()
@@ -66,10 +65,10 @@ pub(super) fn plugged() -> Vec<Plugged> {
         .collect()
 }
 
-/// The port of the one adapter that is called so: `VID:PID` in hexadecimal digits, with `:SERIAL` where several are alike.
+/// The port of a USB adapter, given as `VID:PID` or `VID:PID:SERIAL` in hexadecimal digits.
 ///
 /// # Errors
-/// When that is no identity, no adapter has it, or several have.
+/// When the identity is malformed, or no adapter or several have it.
 pub fn find_usb(identity: &str) -> Result<String, String> {
     let ports = plugged();
     find_identity(identity, &ports)
@@ -105,7 +104,7 @@ fn find_identity(identity: &str, ports: &[Plugged]) -> Result<String, String> {
 }
 
 fn available() -> Result<Vec<SerialPortInfo>, String> {
-    // On Linux the library panics where the kernel shows no such folder.
+    // On Linux the library panics without this folder.
     if cfg!(target_os = "linux") && !std::path::Path::new("/sys/class/tty").is_dir() {
         return Ok(Vec::new());
     }
@@ -134,7 +133,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn an_adapter_is_found_by_what_it_says_of_itself() {
+    fn an_adapter_is_found_by_its_usb_identity() {
         let port = |name: &str, serial: Option<&str>| Plugged {
             name: name.to_owned(),
             usb: Some(UsbIdentity {

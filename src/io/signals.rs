@@ -1,11 +1,11 @@
-//! What the system tells a program to do.
+//! Signals of the operating system.
 
 use std::io;
 
-/// A signal that concerns us.
+/// A signal that the program handles.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Signal {
-    /// Leave in good order: interrupt, termination or a closed terminal.
+    /// Interrupt, termination, quit or a closed terminal: leave in good order.
     Leave,
     /// Stop and go to the background.
     Suspend,
@@ -63,7 +63,7 @@ impl Signals {
 
     /// The next signal.
     pub async fn next(&mut self) -> Signal {
-        // Without a way to listen there is nothing to come.
+        // Without a handler no signal arrives.
         if tokio::signal::ctrl_c().await.is_err() {
             std::future::pending::<()>().await;
         }
@@ -71,12 +71,11 @@ impl Signals {
     }
 }
 
-/// What a shell says of a program that was interrupted.
+/// Exit code of an interrupted program.
 const INTERRUPTED: i32 = 130;
 
-/// On a thread of its own: does something when the program is told to leave, and ends it then. What is returned is held
-/// to the end. A system that tells nothing changes nothing.
-pub fn when_told_to_leave<T>(work: impl FnOnce() -> T + Send + 'static) {
+/// Runs `work` on a thread at the first signal to leave, keeps its result until the end, and ends the program.
+pub fn on_leave<T>(work: impl FnOnce() -> T + Send + 'static) {
     let (not_yet, listens) = std::sync::mpsc::channel::<()>();
     let listen = move || {
         let runtime = tokio::runtime::Builder::new_current_thread()
@@ -95,11 +94,11 @@ pub fn when_told_to_leave<T>(work: impl FnOnce() -> T + Send + 'static) {
             std::process::exit(INTERRUPTED);
         });
     };
-    // Without a thread the program leaves as it would have.
+    // Without a thread the signal has its default effect.
     let _ = std::thread::Builder::new()
         .name("signals".into())
         .spawn(listen);
-    // Nothing is ever sent: this ends when the thread listens, or cannot.
+    // Ends when the thread listens, or cannot.
     let _ = listens.recv();
 }
 
@@ -108,7 +107,7 @@ pub fn stop_myself() {
     #[cfg(unix)]
     {
         use rustix::process::{Signal, getpid, kill_process};
-        // A process may always signal itself; if not, it just goes on.
+        // A process may always signal itself.
         let _ = kill_process(getpid(), Signal::STOP);
     }
 }

@@ -1,10 +1,9 @@
-//! What to do about a link on which no line comes.
+//! Advice for a link without intact lines.
 
 use crate::event::{Level, LineRate, Reception};
 use crate::io::link::BAUD;
 
-/// A line for the log: what is heard, and what to do, first of all where the line may be cut. `baud` is
-/// the port's rate, if it is ours to choose.
+/// A log entry: the kind of bytes received and the remedy. `baud` is the port's rate if the station sets it.
 pub(super) fn advice(reception: Reception, baud: Option<u32>) -> (Level, String) {
     let words = match reception {
         Reception::Lines => return (Level::Info, "intact lines are heard again".to_owned()),
@@ -29,7 +28,7 @@ pub(super) fn advice(reception: Reception, baud: Option<u32>) -> (Level, String)
     (Level::Warning, words)
 }
 
-/// The commonest on that side of the usual one.
+/// The most common rate above or below the usual one.
 const fn other_rate(rate: LineRate) -> u32 {
     match rate {
         LineRate::Slower => BAUD / 2,

@@ -21,37 +21,36 @@ use crate::model::{Shown, Ui};
 use crate::route;
 use crate::view;
 
-/// How often it is asked what has been recorded, when something else is to be drawn anyway: a frame for this alone would
-/// be every fourth.
+/// Interval of updates of the recording's figures while lines arrive: they cause no frame of their own.
 const RECORDING_PERIOD: Duration = Duration::from_secs(1);
 
-/// How often on a silent link.
+/// The interval on a silent link.
 const RECORDING_PERIOD_SILENT: Duration = Duration::from_secs(2);
 
-/// How often while one is being begun or ended.
+/// The interval while a recording starts or ends.
 const RECORDING_PERIOD_BUSY: Duration = Duration::from_millis(100);
 
-/// Terminal events taken at one go.
+/// Maximum number of terminal events taken in a row.
 const BATCH: usize = 32;
 
-/// Everything a dashboard joins together.
+/// The parts of a dashboard.
 pub struct Dashboard {
-    /// Where its facts come from.
+    /// The source of facts.
     pub session: Session,
-    /// How the operator looks at them.
+    /// The operator's view of them.
     pub ui: Ui,
-    /// Says what has been recorded.
+    /// Returns the recording's figures.
     pub recording: Box<dyn FnMut() -> Recording>,
-    /// Events to begin with.
+    /// First events.
     pub first: Vec<Event>,
-    /// Begins and ends recordings; `None` where there is nothing to record.
+    /// Starts and ends recordings; `None` in a replay.
     pub keeper: Option<Keeper>,
 }
 
-/// Runs until the operator leaves, a signal says so or the terminal is gone.
+/// Runs until the operator leaves, a signal arrives or the terminal is gone.
 ///
 /// # Errors
-/// When the terminal cannot be taken over or drawn to.
+/// When the terminal cannot be set up or written to.
 pub async fn run(dashboard: Dashboard) -> io::Result<()> {
     let mut signals = Signals::listen()?;
     let screen = Screen::take(dashboard.ui.wants_mouse())?;
@@ -105,7 +104,7 @@ pub async fn run(dashboard: Dashboard) -> io::Result<()> {
             },
             event = keys.recv() => match event {
                 Some(event) => running.take_keys(event, &mut keys)?,
-                // The terminal is gone: nobody can see or steer any more.
+                // The terminal is gone, and with it the operator.
                 None => true,
             },
             Some(event) = read.recv() => running.tell(event)?,
@@ -127,7 +126,7 @@ struct Running {
     session: Session,
     ui: Ui,
     screen: Screen,
-    /// For threads that read files: what they found comes back as an event.
+    /// For threads that work on files: they answer with an event.
     readers: Sender<Event>,
     drawn: Option<Drawn>,
     pace: Pace,
@@ -136,12 +135,12 @@ struct Running {
 /// The frame that is on the screen.
 struct Drawn {
     revision: u64,
-    /// When ages on it will be wrong.
+    /// Time at which shown ages are outdated.
     stale_at: Option<Moment>,
 }
 
 impl Running {
-    /// Handles an event and carries out its effects; says whether to leave.
+    /// Handles an event and carries out its effects; returns whether to leave.
     fn tell(&mut self, event: Event) -> io::Result<bool> {
         let change = self.session.take(&event);
         let now = self.session.now();
@@ -153,7 +152,7 @@ impl Running {
         Ok(leave)
     }
 
-    /// What became of recordings.
+    /// Shows the recorder's notices.
     fn tell_notices(&mut self) -> io::Result<bool> {
         let mut leave = false;
         while let Some((level, text)) = self.keeper.as_ref().and_then(Keeper::poll_notice) {
@@ -214,7 +213,7 @@ impl Running {
         }
     }
 
-    /// What is on the screen, and its moment.
+    /// The shown facts with the view, and their moment.
     fn shown(&self) -> (Shown<'_>, Moment) {
         let (facts, at) = self.session.shown();
         let shown = Shown {
@@ -282,7 +281,7 @@ impl Running {
         Ok(false)
     }
 
-    /// A capture has no robot: there the model asks for nothing of this.
+    /// Sends a command; a replay has no robot.
     fn send(&mut self, effect: Effect) {
         let Some(driver) = self.session.driver() else {
             return;
@@ -301,7 +300,7 @@ impl Running {
         }
     }
 
-    /// Time passed and nothing else happened.
+    /// Lets time pass.
     fn tick(&mut self) -> io::Result<bool> {
         if self.session.advance() {
             self.refresh();
@@ -309,21 +308,21 @@ impl Running {
         self.tell(Event::Tick)
     }
 
-    /// Brings the screen to the moment that it is to show.
+    /// Brings the view to the shown moment.
     fn refresh(&mut self) {
         self.ui.show_moment(self.session.playback());
     }
 
-    /// On a thread of its own: a disk may take its time, and STOP may not wait for it.
+    /// Runs `work` on a thread: STOP must not wait for a slow disk.
     fn work_on_files(&self, work: impl FnOnce() -> Event + Send + 'static) {
         let readers = self.readers.clone();
         thread::spawn(move || {
-            // A dashboard that is gone need not be told.
+            // The dashboard may have ended.
             let _ = readers.blocking_send(work());
         });
     }
 
-    /// Beside the capture, and in its log at this moment.
+    /// Labels a capture, with an entry in its log at the shown moment.
     fn label(&self, capture: String, remark: Remark, ago: Moment) {
         let said = Event::Notice {
             level: Level::Info,
@@ -353,7 +352,7 @@ impl Running {
                 },
                 |()| said,
             );
-            // A dashboard that is gone has kept it all the same.
+            // The dashboard may have ended; the label is kept.
             let _ = readers.blocking_send(told);
         });
     }
@@ -365,7 +364,7 @@ impl Running {
         Ok(())
     }
 
-    /// When the screen has to be drawn again, if nothing else happens.
+    /// Time of the next frame if nothing else happens.
     fn due(&self) -> Option<Moment> {
         let Some(drawn) = &self.drawn else {
             return Some(Moment::ZERO);
@@ -378,7 +377,7 @@ impl Running {
         }
     }
 
-    /// When to wake up although nothing happens.
+    /// Time to wake up if nothing happens.
     fn wake_at(&mut self) -> Option<Instant> {
         let host = self.session.host_now();
         let timeouts = [self.ui.poll_timeout(), self.session.poll_timeout()];
@@ -408,7 +407,7 @@ impl Running {
     }
 }
 
-/// A moment in seconds, as exactly as anybody means it.
+/// A moment in seconds, rounded to tenths.
 fn tenths_s(at: Moment) -> f64 {
     (at.as_secs_f64() * 10.0).round() / 10.0
 }

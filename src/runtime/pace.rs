@@ -1,14 +1,14 @@
-//! How often the screen is drawn.
+//! The limit of frames per second.
 
 use std::time::Duration;
 
 use crate::event::Moment;
 
-/// No more than two frames in any stretch of this length: a burst of bytes is drawn at its beginning and at its end, and
-/// a line that comes just after something else was drawn, a key or an age, need not wait.
+/// Time in which at most two frames are drawn: a burst is drawn at its start and its end, and a line right after a key need
+/// not wait.
 const STRETCH: Duration = Duration::from_millis(80);
 
-/// When frames were drawn.
+/// Times of the latest two frames.
 #[derive(Debug, Default)]
 pub(super) struct Pace {
     last: Option<Moment>,
@@ -16,12 +16,12 @@ pub(super) struct Pace {
 }
 
 impl Pace {
-    /// From when on a frame may be drawn.
+    /// Earliest time of the next frame.
     pub(super) fn earliest(&self) -> Moment {
         self.before.map_or(Moment::ZERO, |at| at + STRETCH)
     }
 
-    /// One was drawn.
+    /// Takes note of a frame.
     pub(super) fn drew(&mut self, now: Moment) {
         self.before = self.last.replace(now);
     }
@@ -31,9 +31,8 @@ impl Pace {
 mod tests {
     use super::*;
 
-    /// Whatever wants to be drawn whenever: never three frames in a stretch, and the second one at once.
     #[test]
-    fn two_frames_in_a_stretch_and_no_third() {
+    fn a_stretch_has_two_frames_and_no_third() {
         let mut pace = Pace::default();
         let mut drawn: Vec<Moment> = Vec::new();
         for ms in 0..1000 {
@@ -46,7 +45,7 @@ mod tests {
         assert_eq!(drawn[1], Moment::from_millis(1));
         assert!(drawn.windows(3).all(|three| three[0] + STRETCH <= three[2]));
         assert_eq!(drawn.len(), 26);
-        // A line after a pause, and another thing just before it: both at once.
+        // After a pause two frames may follow each other.
         for ms in [5000, 5003] {
             let now = Moment::from_millis(ms);
             assert!(pace.earliest() <= now);

@@ -1,4 +1,4 @@
-//! Alarms: a strip under the status line while one calls, and the panel with all of them and their limits.
+//! Alarms: a strip under the status line for the unacknowledged ones, and the panel with all alarms and limits.
 
 use ratatui::buffer::Buffer;
 use ratatui::layout::Rect;
@@ -17,16 +17,16 @@ const NAME_COLUMNS: usize = 17;
 
 const INDENT: usize = 2;
 
-/// What puts a call away.
+/// The key that acknowledges.
 const SEEN: &str = "<acknowledge-alarms>: seen";
 
 impl Screen<'_> {
-    /// What nobody has seen yet: of now, even while the screen shows another moment of a live session.
+    /// The unacknowledged alarms as of now, even while the screen shows the past of a live session.
     pub(super) fn calling(&self) -> Vec<(&'static Rule, Raised)> {
         self.present.alarms.calling(&self.ui.acknowledged)
     }
 
-    /// The worst of what nobody has seen yet, and how many more there are.
+    /// Draws the worst unacknowledged alarm and the number of others.
     pub(super) fn alarm_strip(&self, buffer: &mut Buffer, area: Rect) {
         let calling = self.calling();
         let past = self.ui.playback.as_ref().filter(|past| past.is_live);
@@ -89,7 +89,7 @@ impl Screen<'_> {
         }
     }
 
-    /// Shape and style: what is still so, what is over, what somebody has seen.
+    /// Glyph and style of an alarm: active, over or acknowledged.
     fn alarm_mark(&self, rule: &Rule, raised: &Raised) -> (&'static str, Style) {
         let theme = &self.theme;
         let glyphs = theme.glyphs;
@@ -101,7 +101,7 @@ impl Screen<'_> {
         }
     }
 
-    /// What, how bad and since when.
+    /// Name, figures and duration of an alarm.
     fn alarm_words(&self, rule: &Rule, raised: &Raised, now: Moment) -> String {
         let figure = match raised.worst.filter(|_| rule.has_figure()) {
             Some(worst) => {
@@ -130,7 +130,7 @@ impl Screen<'_> {
         format!("{}{figure}{times} {when}", rule.name.to_uppercase())
     }
 
-    /// How it is with a rule that is not raised, marked when the robot has said so long ago.
+    /// The value of a rule without an alarm, marked if stale.
     fn standing(&self, rule: &Rule, value: Option<f64>) -> String {
         let robot = &self.facts.robot;
         let known = match rule.source {
@@ -140,7 +140,7 @@ impl Screen<'_> {
                 let age = self.facts.link.newest_age(self.now);
                 age.map(|age| (age, STATE_STALE))
             }
-            // What is measured has to have been measured once.
+            // A rule with a unit needs a measurement first.
             Source::Station if value.is_none() && !rule.unit.is_empty() => None,
             Source::Station => Some((Moment::ZERO, STATE_STALE)),
         };
@@ -160,7 +160,7 @@ impl Screen<'_> {
     }
 }
 
-/// The latest figure and the worst one, so that neither is taken for the other.
+/// The latest figure and the worst one, each labelled.
 fn figure_words(rule: &Rule, raised: &Raised, worst: f64) -> String {
     let worst = rule.figure(worst);
     let latest = raised.latest.map(|latest| rule.figure(latest));

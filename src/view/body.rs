@@ -1,4 +1,4 @@
-//! The robot seen from above: what its sensors feel and see, lit where they are, and what its wheels do.
+//! The robot seen from above: its sensors, lit in their places, and its wheels.
 
 use groundwave_protocol::status_codes::{Arm, Bump, Cliff, Drive, Infrared};
 use groundwave_protocol::telemetry::StateLine;
@@ -11,20 +11,20 @@ use super::{Screen, put};
 use crate::model::robot::{STATE_STALE, ordered_wheels_in_s};
 use crate::model::{Panel, why, words};
 
-/// Columns of the picture.
+/// Width of the picture, columns.
 const COLUMNS: u16 = 38;
 
-/// Rows of the panel with long cones, and with short ones.
+/// Height of the panel with long cones, rows.
 pub(super) const ROWS: u16 = 1 + 3 + BODY_ROWS;
 const BODY_ROWS: u16 = 5;
 
-/// An echo nearer than each of these lights one row of the cone less, inches.
+/// Ranges below which a cone is one row shorter, inches.
 const CONE_STEPS_IN: [u16; 2] = [60, 30];
 
-/// An echo nearer than this is worth a look, inches.
+/// Range below which an echo is highlighted, inches.
 const NEAR_IN: u16 = 30;
 
-/// A picture being drawn; a word of it at a place.
+/// An area that texts are placed in.
 struct Canvas<'b> {
     buffer: &'b mut Buffer,
     area: Rect,
@@ -69,14 +69,14 @@ impl Screen<'_> {
                 ..below
             },
         };
-        // What is old is dim; its shapes stay.
+        // Stale values are dim and keep their shapes.
         let lit = |style: Style| if is_stale { self.theme.dim } else { style };
         self.cones(&mut canvas, &state.value, long, lit);
         self.front(&mut canvas, &state.value, long, lit);
         self.inside(&mut canvas, &state.value, long, lit);
     }
 
-    /// The sonars' beams: the nearer the echo, the shorter.
+    /// Draws the sonar beams: a nearer echo is a shorter cone.
     fn cones(
         &self,
         canvas: &mut Canvas<'_>,
@@ -118,7 +118,7 @@ impl Screen<'_> {
         }
     }
 
-    /// The bumper's three parts, and the infrared detectors beside it.
+    /// Draws the bumper's three parts and the infrared detectors beside it.
     fn front(
         &self,
         canvas: &mut Canvas<'_>,
@@ -184,7 +184,7 @@ impl Screen<'_> {
         }
     }
 
-    /// Floor, light, motion and wheels.
+    /// Draws edge sensors, photocells, motion and wheels.
     fn inside(
         &self,
         canvas: &mut Canvas<'_>,
@@ -261,7 +261,7 @@ impl Screen<'_> {
         canvas.at(11, front + 4, drive, lit(theme.warning));
     }
 
-    /// What each wheel does and what it was ordered to.
+    /// Draws each wheel's measured and ordered speed.
     fn wheels(
         &self,
         canvas: &mut Canvas<'_>,

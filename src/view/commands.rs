@@ -1,4 +1,4 @@
-//! The command ledger: what was asked on the left, what the robot says of it on the right.
+//! The command ledger: the command on the left, the robot's report on the right.
 
 use ratatui::buffer::Buffer;
 use ratatui::layout::Rect;
@@ -60,7 +60,7 @@ impl Screen<'_> {
         lines
     }
 
-    /// No more than the robot acknowledged.
+    /// The state of a command, from acknowledgements and the robot's own lines only.
     pub(super) fn fate(&self, entry: &Entry) -> (&'static str, String, Style) {
         let theme = &self.theme;
         let glyphs = theme.glyphs;
@@ -118,7 +118,7 @@ impl Screen<'_> {
         }
     }
 
-    /// How long the proof took, and how many frames.
+    /// Time and frames until the confirmation.
     fn proof(&self, entry: &Entry) -> String {
         let Some(proof) = entry.proof else {
             return String::new();
@@ -130,7 +130,7 @@ impl Screen<'_> {
         format!(" in {:.1} s{frames}", proof.as_secs_f64())
     }
 
-    /// The draft, and a list that the robot has from elsewhere.
+    /// The draft, and a route of another station that the robot holds.
     fn list_lines(&self, width: usize) -> Vec<Line<'static>> {
         let mut lines = Vec::new();
         let mut tell = |words: &str, style: Style| {

@@ -1,4 +1,4 @@
-//! The last line: the keys, or what is being typed.
+//! The last row: the keys, or the text being typed.
 
 use groundwave_protocol::status_codes::Mode;
 use ratatui::buffer::Buffer;
@@ -27,7 +27,7 @@ impl Screen<'_> {
             let taken = prompt.len() + 1 + width_of(&keys.spans);
             let room = usize::from(area.width).saturating_sub(taken);
             let (before, behind) = entry.parts();
-            // What stands before the caret matters more than what is behind it.
+            // The text before the caret matters more than the text after it.
             let room_before = room - columns(behind).min(room / 4);
             let mut ends = before.char_indices().map(|(at, _)| &before[at..]);
             let before = ends.find(|end| columns(end) <= room_before);
@@ -85,7 +85,7 @@ impl Screen<'_> {
         put_right(buffer, area, 0, &Line::from(always));
     }
 
-    /// The keys that are named as far as there is room, what matters most first.
+    /// The keys, most important first, as far as there is room.
     fn others(&self, context: Context) -> Vec<Span<'static>> {
         let mut rows: Vec<_> = self
             .named_rows(context)
@@ -93,7 +93,7 @@ impl Screen<'_> {
             .filter(|row| self.does_something(row))
             .collect();
         rows.sort_by_cached_key(|row| {
-            // What a draft is for comes before what changes it.
+            // Sending a draft comes before editing it.
             let change = [Action::EditRoute, Action::UndoDraft];
             let change = change.iter().position(|known| *known == row.action);
             (self.place_in_footer(row.action), change)
@@ -101,7 +101,7 @@ impl Screen<'_> {
         rows.into_iter().flat_map(|row| self.named(row)).collect()
     }
 
-    /// Whether there is something to put away, to give up, to send or to choose from.
+    /// Whether an action has an object: a window to close, a command to cancel, a draft to send.
     fn does_something(&self, row: &Row) -> bool {
         let facts = self.facts;
         match (row.context, row.action) {
@@ -117,18 +117,18 @@ impl Screen<'_> {
         }
     }
 
-    /// Whether a route is being put together on the map.
+    /// Whether a route is drafted on the map.
     fn is_drafting(&self) -> bool {
         self.ui.map.cursor.is_some() || !self.ui.map.draft.waypoints().is_empty()
     }
 
-    /// STOP, what belongs to what is looked at, then what is for everything.
+    /// STOP, the keys of the panel in focus, then the general ones.
     fn place_in_footer(&self, action: Action) -> usize {
         let facts = self.facts;
         let common = Action::COMMON.iter().position(|known| *known == action);
         match action {
             Action::Stop => 0,
-            // Whoever looks at another moment moves in time first of all.
+            // In the past, moving in time comes first.
             _ if self.ui.playback.is_some() && action.moves_in_time() => 1,
             Action::CancelCommands if facts.ledger.is_busy() => 2,
             Action::Enlarge if self.ui.enlarged.is_some() => 2,
@@ -139,7 +139,7 @@ impl Screen<'_> {
         }
     }
 
-    /// The keys of the prompt, STOP first, as many as leave room to type.
+    /// The keys of the prompt, STOP first, as far as there is room beside the text.
     fn keys_beside_prompt(&self, width: u16) -> Vec<Span<'static>> {
         let mut room = usize::from(width).saturating_sub(TYPING_COLUMNS);
         let mut spans = vec![Span::raw("  ")];
@@ -154,7 +154,7 @@ impl Screen<'_> {
         spans
     }
 
-    /// The keys of a context that the footer names: label and meaning, two spans each.
+    /// The keys of a context for the footer: two spans each, label and meaning.
     pub(super) fn named_keys(
         &self,
         context: Context,
@@ -164,7 +164,7 @@ impl Screen<'_> {
         rows.flat_map(|row| self.named(row)).collect()
     }
 
-    /// What would ask something of a robot that cannot be asked is not offered.
+    /// Whether an action is offered: commands only on a link that can send.
     fn named_rows(&self, context: Context) -> impl Iterator<Item = &Row> {
         let deaf = self.facts.link.is_receive_only();
         self.ui.config.keys.rows().filter(move |row| {
@@ -190,7 +190,7 @@ impl Screen<'_> {
     }
 }
 
-/// Named at the right end of the footer however narrow it is.
+/// Keys at the right end of the footer at any width.
 const ALWAYS_SEEN: &[Action] = &[
     Action::Help,
     Action::Quit,
@@ -199,5 +199,5 @@ const ALWAYS_SEEN: &[Action] = &[
     Action::Route(RouteAction::Leave),
 ];
 
-/// Columns of the prompt row that its keys leave free.
+/// Columns of the prompt row kept free for text.
 const TYPING_COLUMNS: usize = 34;

@@ -1,5 +1,4 @@
-//! The line above the keys: what became of the operator's last wish while that is news, else the one line
-//! that says it all.
+//! The hint row above the keys: the result of the operator's latest command while it is new, otherwise a summary.
 
 use std::path::Path;
 
@@ -17,7 +16,7 @@ use crate::model::news::{News, Passing};
 use crate::model::{Overlay, Panel, Purpose};
 use crate::travel::{TARGET_HELP, Travel};
 
-/// How much the one line says, from everything to what must be there: it takes the first that fits.
+/// Variants of the summary from longest to shortest: the first that fits is drawn.
 const TERSENESS: [Terseness; 4] = [
     Terseness {
         short: false,
@@ -29,7 +28,7 @@ const TERSENESS: [Terseness; 4] = [
         flow: true,
         name_columns: usize::MAX,
     },
-    // The status line has rate and loss too.
+    // The status row has rate and loss too.
     Terseness {
         short: true,
         flow: false,
@@ -42,20 +41,19 @@ const TERSENESS: [Terseness; 4] = [
     },
 ];
 
-/// What to leave away.
+/// What a variant of the summary leaves out.
 #[derive(Clone, Copy)]
 struct Terseness {
-    /// Fewer words, and files without their folders.
+    /// Shorter words, and files without their folders.
     short: bool,
     /// Rate and loss.
     flow: bool,
-    /// Longest name of a recording.
+    /// Maximum length of a recording's name.
     name_columns: usize,
 }
 
 impl Screen<'_> {
-    /// Help for what is being typed; news; else rate, loss, where it is recorded, how to see it raw, the
-    /// way home.
+    /// Draws help for the text being typed, else news, else the summary: rate, loss, recording, raw command.
     pub(super) fn hint(&self, buffer: &mut Buffer, area: Rect) {
         let line = if let Some(help) = self.prompt_help() {
             help
@@ -63,7 +61,7 @@ impl Screen<'_> {
             aside
         } else if let Some(traced) = self.trace_words() {
             traced
-        } else if let Some(news) = self.shown().news(self.told_at) {
+        } else if let Some(news) = self.shown().news(self.present_at) {
             self.news(news)
         } else {
             self.one_line(usize::from(area.width))
@@ -94,7 +92,7 @@ impl Screen<'_> {
         })
     }
 
-    /// While the screen shows another moment: what the operator is told now, and where commands go.
+    /// The hint in the past: news, or the target of commands.
     fn aside(&self) -> Option<Line<'_>> {
         let playback = self.ui.playback.as_ref()?;
         let said = self.ui.aside.as_ref().or(playback.note.as_ref());
@@ -133,7 +131,7 @@ impl Screen<'_> {
         }
     }
 
-    /// Which key shows which panel.
+    /// The keys of the panels.
     fn panel_keys(&self) -> Line<'_> {
         let theme = &self.theme;
         let chosen = self.ui.panel;
@@ -169,7 +167,7 @@ impl Screen<'_> {
         let link = &self.facts.link;
         let separator = format!(" {} ", theme.glyphs.dot);
         let mut facts = Vec::new();
-        // Figures of the last seconds are none of a link on which nothing comes.
+        // A silent link has no rate.
         if flow && matches!(link.health(self.now), Health::Good | Health::Weak) {
             if link.newest_raw().is_some() {
                 let unit = if short { "/s" } else { " lines/s" };

@@ -1,4 +1,4 @@
-//! The subsumption ladder: who holds the motors, why, and whom it suppresses.
+//! The subsumption ladder: the layer that holds the motors, the reason, and the layers it suppresses.
 
 use groundwave_protocol::status_codes::{Layer, LayerState};
 use ratatui::buffer::Buffer;
@@ -15,29 +15,29 @@ use crate::model::motors::{self, Holder};
 use crate::model::robot::{COUNTERS_STALE, STATE_STALE};
 use crate::model::{why, words};
 
-/// Rows of the panel: title, three of words, eight layers and prowl.
+/// Height of the panel: title, three rows of text, eight layers and prowl.
 pub(super) const ROWS: u16 = 1 + WORDS_ROWS + 9;
 
 const WORDS_ROWS: u16 = 3;
 
-/// From this width up the shares are drawn as bars too.
+/// Minimum width for bars of the shares.
 const BARS_WIDTH: u16 = 52;
 
-/// Columns of a share in figures.
+/// Width of a share's figures, columns.
 const SHARE_COLUMNS: usize = 6;
 
-/// Cells of a share's bar.
+/// Width of a share's bar, columns.
 const BAR_CELLS: usize = 8;
 
 struct Rung {
-    /// The key that allows the layer, or forbids it.
+    /// The key that enables or disables the layer.
     key: String,
     glyph: &'static str,
     name: String,
     says: String,
     style: Style,
     share: Option<f64>,
-    /// Since when it has stood like this.
+    /// Time of the layer's latest change.
     since: Option<Moment>,
 }
 
@@ -58,7 +58,7 @@ impl Screen<'_> {
         }
     }
 
-    /// Since when, and whether it changes too often.
+    /// The time that the holder has held the motors, or a warning.
     fn ladder_note(&self, wide: bool) -> Span<'static> {
         let motors = &self.facts.motors;
         let Some(holder) = motors.holder() else {
@@ -76,7 +76,7 @@ impl Screen<'_> {
         Span::styled(format!("for {since}{shares}"), self.theme.dim)
     }
 
-    /// Whether the robot has not been heard for a while.
+    /// Whether the robot's state is stale.
     fn is_stale(&self) -> bool {
         self.facts
             .robot
@@ -84,13 +84,13 @@ impl Screen<'_> {
             .is_none_or(|state| state.age(self.now) >= STATE_STALE)
     }
 
-    /// Whether what the shares are counted by has not come for a while.
+    /// Whether the counters behind the shares are stale.
     fn are_shares_stale(&self) -> bool {
         let counters = self.facts.robot.counters;
         self.is_stale() || counters.is_some_and(|line| line.age(self.now) >= COUNTERS_STALE)
     }
 
-    /// Who holds the motors and why, in as many rows as there are; the last one ends with a mark if that is not all.
+    /// Draws the holder and the reason; a mark at the end says that the text was cut.
     fn put_sentence(&self, buffer: &mut Buffer, area: Rect) {
         let (Some(state), Some(holder)) = (self.facts.robot.state, self.facts.motors.holder())
         else {
@@ -257,7 +257,7 @@ impl Screen<'_> {
         put_right(buffer, area, row, &Line::from(spans));
     }
 
-    /// Since when, where there is room for it between the words and the share.
+    /// Draws the time of the latest change if there is room between text and share.
     fn draw_since(&self, buffer: &mut Buffer, area: Rect, row: u16, line: &Line<'_>, rung: &Rung) {
         let Some(since) = rung.since else {
             return;
@@ -279,7 +279,7 @@ impl Screen<'_> {
         }
     }
 
-    /// A bar of so many cells, filled to a share of it.
+    /// A bar of `cells` columns, filled to `share` (0 to 1).
     pub(super) fn bar(&self, share: f64, cells: usize) -> String {
         let eighths = (share.clamp(0.0, 1.0) * (cells * 8) as f64).round() as usize;
         let full = self.theme.glyphs.bar[7].repeat(eighths / 8);

@@ -1,4 +1,4 @@
-//! Which panel stands where.
+//! The layout of the panels.
 
 use ratatui::buffer::Buffer;
 use ratatui::layout::Rect;
@@ -7,28 +7,27 @@ use super::pointer::Mark;
 use super::{Screen, body, ladder, link, sensors, split_bottom, split_right, split_top};
 use crate::model::{Large, Panel};
 
-/// From this size up the panels that everybody looks at have a place of their own.
+/// Minimum size for the full layout.
 pub(super) const WIDTH_FULL: u16 = 110;
 pub(super) const HEIGHT_FULL: u16 = 34;
 
-/// From this size up every panel has.
+/// Minimum size for the layout with every panel.
 const WIDTH_ALL: u16 = 170;
 const HEIGHT_ALL: u16 = 44;
 
-/// Columns of the third column, with the robot from above, the plots and the alarms.
+/// Width of the third column: robot from above, plots and alarms.
 const THIRD_COLUMNS: u16 = 50;
 
-/// Rows of the alarms in it: one for each, and a title.
+/// Height of the alarms in it: one row each, and a title.
 const ALARM_ROWS: u16 = 12;
 
-/// Rows that the log has beside the link's figures, and those that it keeps where the screen gives up some for
-/// what calls.
+/// Height of the log above the link's figures, and its minimum on a low screen.
 const LOG_ROWS: u16 = 5;
 const LOG_ROWS_MIN: u16 = 3;
 
 impl Screen<'_> {
     pub(super) fn panels(&self, buffer: &mut Buffer, area: Rect, is_full: bool) {
-        // What is being edited is seen.
+        // A route being edited stays visible.
         let enlarged = self.ui.enlarged;
         match enlarged.filter(|_| self.ui.editor.is_none()) {
             Some(Large::Panel) => self.draw_panel(buffer, area, self.ui.panel),

@@ -28,7 +28,7 @@ pub(super) fn width_of(spans: &[Span<'_>]) -> usize {
     spans.iter().map(|span| columns(&span.content)).sum()
 }
 
-/// Writes a line into a row of an area, clipped to it. A line that may be longer has to be shortened with a mark before.
+/// Writes a line into a row of an area and clips it. Shorten a longer line with a mark first.
 pub(super) fn put(buffer: &mut Buffer, area: Rect, row: u16, line: &Line<'_>) {
     let area = area.intersection(buffer.area);
     if row >= area.height {

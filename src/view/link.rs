@@ -1,4 +1,4 @@
-//! How the link does, in figures, and what the robot does without it.
+//! The link in figures, and the robot's behaviour without it.
 
 use groundwave_protocol::status_codes::Link;
 use ratatui::buffer::Buffer;
@@ -12,12 +12,12 @@ use crate::model::link::SILENT_AFTER;
 use crate::model::{Panel, failsafe};
 use crate::statistics::{Proof, Rejected, Resync, Statistics};
 
-/// Rows without which the panel says too little beside others.
+/// Minimum height of the panel beside others, rows.
 pub(super) const ROWS_MIN: u16 = 5;
 
 const TITLE: &str = "link: in all; air of 20 s";
 
-/// From this width up a row says two things.
+/// Minimum width for two figures in a row.
 const TWO_COLUMNS: u16 = 58;
 
 const NAME_COLUMNS: usize = 7;
@@ -38,7 +38,7 @@ impl Screen<'_> {
         self.pages(buffer, area, (Panel::Link, TITLE), note, &lines, First::Top);
     }
 
-    /// Rows that the panel would fill, its title among them.
+    /// Height that the panel would fill, with its title.
     pub(super) fn link_height(&self, width: u16) -> u16 {
         1 + self.link_rows(width).len() as u16
     }
@@ -116,7 +116,7 @@ impl Screen<'_> {
         }
     }
 
-    /// For the status line: whether the robot acts alone, or would.
+    /// The failsafe in the status row.
     pub(super) fn failsafe_at_a_glance(&self, is_wide: bool) -> Option<Span<'static>> {
         let (letter, says) = failsafe::standing(&self.facts.robot)?;
         let words = match letter {

@@ -11,10 +11,10 @@ use crate::event::Level;
 use crate::model::Panel;
 use crate::model::log::{Entry, Subject};
 
-/// A glyph and a blank.
+/// Width of a glyph and a space.
 const MARK_COLUMNS: usize = 2;
 
-/// The most that says how often it happened.
+/// Maximum width of an entry's count.
 const TIMES_COLUMNS: usize = 12;
 
 impl Screen<'_> {
@@ -32,7 +32,7 @@ impl Screen<'_> {
         for (entry, rows) in entries {
             let begin = place;
             place += rows;
-            // What is not on this page is not even put into words.
+            // Entries of other pages are only measured.
             if begin >= shown.end || place <= shown.start {
                 continue;
             }
@@ -44,12 +44,12 @@ impl Screen<'_> {
         }
     }
 
-    /// Rows that an entry takes.
+    /// Height of an entry in rows.
     fn rows_of(&self, entry: &Entry, width: usize) -> usize {
         let minutes = entry.at.as_secs() / 60;
         let time = minutes.checked_ilog10().map_or(2, |log| log.max(1) + 1) as usize + ":00 ".len();
         let times = if entry.times == 1 { 0 } else { TIMES_COLUMNS };
-        // No character takes more columns than bytes.
+        // A character has at least as many bytes as columns.
         if time + MARK_COLUMNS + times + entry.text.len() <= width {
             1
         } else {
@@ -59,7 +59,7 @@ impl Screen<'_> {
         }
     }
 
-    /// The glyph and the style of an entry.
+    /// Glyph and style of an entry.
     pub(super) fn mark(&self, entry: &Entry) -> (&'static str, Style) {
         let theme = &self.theme;
         let glyphs = theme.glyphs;
@@ -76,7 +76,7 @@ impl Screen<'_> {
         }
     }
 
-    /// An entry with its time; how often it happened comes first, where it is never cut.
+    /// The rows of an entry: time, count, text. The count is never cut.
     fn log_lines(&self, entry: &Entry, width: usize) -> Vec<Line<'static>> {
         let (_, style) = self.mark(entry);
         let s = entry.at.as_secs();
@@ -93,7 +93,7 @@ impl Screen<'_> {
         [first].into_iter().chain(more).collect()
     }
 
-    /// What stands behind the time of an entry.
+    /// The text of an entry without its time.
     fn log_text(&self, entry: &Entry) -> String {
         let (glyph, _) = self.mark(entry);
         match entry.times {
@@ -103,7 +103,7 @@ impl Screen<'_> {
     }
 }
 
-/// Columns for the text of an entry beside its time, in the first row and in those below.
+/// Width of an entry's text in its first row and in those below.
 const fn room_beside(time: usize, width: usize) -> (usize, usize) {
     (
         width.saturating_sub(time),
@@ -120,7 +120,7 @@ mod tests {
     use crate::model::{Config, Model, Shown};
 
     proptest! {
-        /// Where entries are only counted, they are counted as they are drawn.
+        /// Measuring an entry gives the number of rows that drawing it takes.
         #[test]
         fn rows_are_counted_as_they_are_drawn(
             text in "[a-z ]{0,80}|[漢字 a]{0,20}",

@@ -1,4 +1,4 @@
-//! The map: where the robot is, was and goes, and what it met.
+//! The map: the robot, its trail, its route and its encounters.
 
 use groundwave_protocol::{WAYPOINT_LIMIT_IN, Waypoint};
 use ratatui::buffer::Buffer;
@@ -15,17 +15,17 @@ use crate::model::ghost::{Ghost, ghost};
 use crate::model::map::{Focus, MapView};
 use crate::model::robot::STATE_STALE;
 
-/// Inches to a dot; the picture jumps between these, so that it does not creep.
+/// Scales in inches per dot; the map zooms in these steps.
 const SCALES_IN: [f64; 38] = [
     0.25, 0.375, 0.5, 0.75, 1.0, 1.25, 1.5, 1.75, 2.0, 2.5, 3.0, 3.5, 4.0, 5.0, 6.0, 7.0, 8.0,
     10.0, 12.0, 14.0, 16.0, 20.0, 24.0, 28.0, 32.0, 40.0, 48.0, 56.0, 64.0, 96.0, 128.0, 192.0,
     256.0, 384.0, 512.0, 1024.0, 2048.0, 4096.0,
 ];
 
-/// The scale that shows everything is never finer than this.
+/// Finest scale that is chosen to show everything.
 const FIT_SCALE_MIN: usize = 4;
 
-/// Lengths of the scale bar.
+/// Lengths of the scale bar, inches and label.
 const BARS: [(f64, &str); 11] = [
     (6.0, "6 in"),
     (12.0, "1 ft"),
@@ -40,10 +40,10 @@ const BARS: [(f64, &str); 11] = [
     (12000.0, "1000 ft"),
 ];
 
-/// A sonar beam's width, degrees; the two lie side by side.
+/// Width of a sonar beam, degrees; the two are side by side.
 const BEAM_DEG: f64 = 15.0;
 
-/// From floor to screen.
+/// The transformation from floor to screen.
 pub(super) struct Projection {
     middle: (f64, f64),
     scale_in: f64,
@@ -67,7 +67,7 @@ impl Projection {
         projection
     }
 
-    /// All of a rectangle of the floor, given by two of its corners.
+    /// A view of a whole rectangle of the floor, given by two corners.
     pub(super) fn over(low: (f64, f64), high: (f64, f64), area: Rect) -> Self {
         let (width_in, height_in) = (high.0 - low.0, high.1 - low.1);
         Self {
@@ -77,7 +77,7 @@ impl Projection {
         }
     }
 
-    /// Moves the middle no more than it takes to show a point.
+    /// Moves the middle just far enough to show a point.
     fn show(&mut self, x_in: f64, y_in: f64) {
         let reach =
             |cells: u16, dots: f64| (f64::from(cells / 2) - 1.0).max(0.0) * dots * self.scale_in;
@@ -86,7 +86,7 @@ impl Projection {
         self.middle.1 = self.middle.1.clamp(y_in - reach_y, y_in + reach_y);
     }
 
-    /// The dot of a point on the floor, from the upper left.
+    /// The dot of a point on the floor, counted from the upper left.
     pub(super) fn dot(&self, (x_in, y_in): (f64, f64)) -> (f64, f64) {
         (
             f64::from(self.area.width) + ((x_in - self.middle.0) / self.scale_in).round(),
@@ -94,7 +94,7 @@ impl Projection {
         )
     }
 
-    /// The cell of a point on the floor, if it is on the screen.
+    /// The cell of a point on the floor; `None` off the screen.
     fn cell(&self, point: (f64, f64)) -> Option<Rect> {
         let (x, y) = self.dot(point);
         let (column, row) = ((x / 2.0).floor(), (y / 4.0).floor());
@@ -119,7 +119,7 @@ impl Projection {
     }
 }
 
-/// The place of the finest scale that shows so much, inches across and along.
+/// Index of the finest scale that shows an area, inches.
 fn fitting((width_in, height_in): (f64, f64), area: Rect) -> usize {
     let (columns, rows) = (f64::from(area.width.max(1)), f64::from(area.height.max(1)));
     let needed_in = (width_in / (2.0 * columns)).max(height_in / (4.0 * rows));
@@ -206,7 +206,7 @@ impl Screen<'_> {
         }
     }
 
-    /// Where the robot may be by now, while it is not heard.
+    /// Draws the dead-reckoned position of a silent robot with its uncertainty.
     fn ghost(&self) -> Option<Ghost> {
         ghost(self.facts.robot.state.as_ref()?, self.now)
     }
@@ -240,7 +240,7 @@ impl Screen<'_> {
         }
     }
 
-    /// What stands in a cell of its own, the more important over the less.
+    /// Draws marks of one cell, the more important over the less.
     fn marks(&self, projection: &Projection, buffer: &mut Buffer) {
         let theme = &self.theme;
         let glyphs = theme.glyphs;
@@ -378,7 +378,7 @@ fn circle(
     }
 }
 
-/// A circle of which every other stretch is drawn.
+/// Draws a dashed circle.
 fn dashed_circle(
     raster: &mut Raster,
     projection: &Projection,
@@ -395,7 +395,7 @@ fn dashed_circle(
     }
 }
 
-/// The edges of a sonar beam, thinly, and the arc on which its echo lies.
+/// Draws the edges of a sonar beam and the arc of its echo.
 fn beam(
     raster: &mut Raster,
     projection: &Projection,
@@ -406,7 +406,7 @@ fn beam(
     let nose = projection.dot(pose.ahead(0.0, ROBOT_RADIUS_IN));
     let at = |deg: f64| projection.dot(pose.ahead(deg, range_in + ROBOT_RADIUS_IN));
     let right_edge_deg = left_edge_deg + BEAM_DEG;
-    // The edge that the beams share is left out: two lines say as much as three.
+    // The edge between the two beams is left out.
     let outer_deg = if left_edge_deg < 0.0 {
         left_edge_deg
     } else {

@@ -1,7 +1,6 @@
-//! The screen. It reads the model and cannot change it.
+//! The screen, drawn from the model without changing it.
 //!
-//! A row below the status line says so when another moment than now is shown, and another one calls while nobody
-//! has seen an alarm. From 110x34 up:
+//! Below the status row there is a row for the shown moment in the past, and one for unacknowledged alarms. From 110x34 up:
 //!
 //! ```text
 //! +------------------------------ status ------------------------------+
@@ -19,10 +18,9 @@
 //! +--------------------------------------------------------------------+
 //! ```
 //!
-//! The robot from above, the plots and the alarms take the sensors' place when they are chosen (F2 to F8, Tab); from
-//! 170x44 up they have a column of their own at the right. Where the band of commands and log is low, the link's
-//! figures stand in the log's place when they are chosen. Whatever is chosen can be enlarged to the whole middle.
-//! Below, down to 80x24, what stands under the ladder is what was chosen, and the others as far as there is room:
+//! The robot from above, the plots and the alarms replace the sensors when chosen (F2 to F8, Tab); from 170x44 up they have a
+//! column of their own. On a low screen the link's figures replace the log when chosen. Each panel can be enlarged. Down to
+//! 80x24 the chosen panel is under the ladder, and others follow as far as there is room:
 //!
 //! ```text
 //! +----------------------- status -----------------------+
@@ -84,24 +82,24 @@ pub use pointer::spot;
 pub(crate) use text::wrap;
 use theme::Theme;
 
-/// Draws the whole dashboard on a blank page.
+/// Draws the whole dashboard on a blank buffer.
 pub fn draw<'a>(shown: impl Into<Shown<'a>>, now: Moment, page: &mut Buffer) {
     let area = page.area;
     Screen::of(shown.into(), now).draw_all(page, area);
 }
 
-/// What every panel draws from.
+/// The model and the clock that panels draw from.
 struct Screen<'a> {
     facts: &'a Facts,
-    /// What is known now, while the facts are of an earlier moment.
+    /// The facts as of now; `facts` may be of an earlier moment.
     present: &'a Facts,
     ui: &'a Ui,
-    /// Stands still when the session does.
+    /// Time of the robot's values; stands still when the session ends.
     now: Moment,
-    /// Never stands still: for what is told in passing.
-    told_at: Moment,
+    /// Time of the operator, for news.
+    present_at: Moment,
     theme: Theme,
-    /// Who drew where.
+    /// The parts of the screen and what drew them.
     marks: RefCell<Vec<(Rect, Mark)>>,
 }
 
@@ -112,7 +110,7 @@ impl<'m> Screen<'m> {
             present: shown.present,
             ui: shown.ui,
             now: shown.facts.link.clock(now),
-            told_at: now,
+            present_at: now,
             theme: Theme::of(&shown.ui.config),
             marks: RefCell::default(),
         }
@@ -122,7 +120,7 @@ impl<'m> Screen<'m> {
 impl Screen<'_> {
     fn draw_all(&self, buffer: &mut Buffer, area: Rect) {
         if self.ui.config.colors == Colors::HighContrast {
-            // It counts on no colour of the terminal's own.
+            // High contrast uses none of the terminal's own colours.
             buffer.set_style(area, self.theme.plain);
         }
         if area.width < SIZE_MIN.0 || area.height < SIZE_MIN.1 {
@@ -177,7 +175,7 @@ impl Screen<'_> {
         }
     }
 
-    /// What the screen is drawn from.
+    /// The parts of the model that the screen is drawn from.
     const fn shown(&self) -> Shown<'_> {
         Shown {
             facts: self.facts,
@@ -204,8 +202,8 @@ impl Screen<'_> {
             .to_owned()
     }
 
-    /// A rule with a title at its left and something short at its right; returns what is below. What the title
-    /// says after a colon gives way to what is at the right.
+    /// Draws a rule with a title at the left and a note at the right; returns the area below. The title's part after a colon
+    /// is left out if there is no room.
     fn panel(&self, buffer: &mut Buffer, area: Rect, title: &str, right: Option<Span<'_>>) -> Rect {
         let right = right.filter(|right| !right.content.is_empty());
         let needed = right
@@ -241,7 +239,7 @@ impl Screen<'_> {
         below
     }
 
-    /// The mark before a value that has become stale; nothing while it is fresh.
+    /// The mark before a stale value; empty while it is fresh.
     fn old_mark(&self, age: Moment, stale_after: Moment) -> String {
         if age >= stale_after {
             format!("{} ", self.theme.glyphs.stale)
@@ -250,7 +248,7 @@ impl Screen<'_> {
         }
     }
 
-    /// The mark and age of a value that has become stale; nothing while it is fresh.
+    /// The mark and age of a stale value; `None` while it is fresh.
     fn staleness(&self, age: Option<Moment>, stale_after: Moment) -> Option<String> {
         let age = age.filter(|age| *age >= stale_after)?;
         let words = crate::model::age::words(age);
@@ -277,7 +275,7 @@ fn split_bottom(area: Rect, rows: u16) -> (Rect, Rect) {
     split_top(area, area.height - rows.min(area.height))
 }
 
-/// Two areas side by side with a free column between them.
+/// Splits an area into two, with a free column between them.
 fn split_right(area: Rect, columns: u16) -> (Rect, Rect) {
     let columns = columns.min(area.width);
     let left = area.width - columns;

@@ -1,4 +1,4 @@
-//! What lies over the panels: a question, or the list of keys.
+//! Windows over the panels: a question, the list of keys, a long error.
 
 use ratatui::buffer::{Buffer, CellWidth};
 use ratatui::layout::{Margin, Rect};
@@ -15,15 +15,15 @@ use crate::request::LISTING;
 const QUESTION_COLUMNS: u16 = 56;
 const QUESTION_ROWS: u16 = 7;
 
-/// Columns of a key's label in the help.
+/// Width of a key's label in the help, columns.
 const LABEL_COLUMNS: usize = 8;
 
 const HELP_COLUMNS: u16 = 80;
 
-/// Columns of a command in the help.
+/// Width of a command in the help, columns.
 const COMMAND_COLUMNS: usize = 18;
 
-/// Whose keys the help names besides, in a row each.
+/// Further contexts in the help, one row each.
 const ELSEWHERE: [(&str, Context); 2] = [("driving", Context::Drive), ("typing", Context::Text)];
 
 const ASCII_BORDER: border::Set<'_> = border::Set {
@@ -50,7 +50,7 @@ impl Screen<'_> {
         }
     }
 
-    /// What is wrong with what was typed, over the rows above as well where one row does not hold it.
+    /// Draws the error of the typed text over the rows above if it is longer than one row.
     fn long_error(&self, buffer: &mut Buffer, area: Rect, entry: &TextEntry) {
         let width = usize::from(area.width);
         let error = entry.error.as_deref().unwrap_or_default();
@@ -159,7 +159,7 @@ impl Screen<'_> {
         }
     }
 
-    /// A framed empty window in the middle; returns what is inside.
+    /// Draws an empty framed window in the middle; returns its inside.
     pub(super) fn window(
         &self,
         buffer: &mut Buffer,
@@ -177,7 +177,7 @@ impl Screen<'_> {
         Clear.render(window, buffer);
         for y in window.top()..window.bottom() {
             let left = window.x.checked_sub(1).map(|x| (x, y));
-            // Nobody draws half of a wide character.
+            // A terminal cannot draw half of a wide character.
             if let Some(cell) = left.and_then(|place| buffer.cell_mut(place))
                 && cell.symbol().cell_width() > 1
             {

@@ -1,4 +1,4 @@
-//! The palette: what is typed, and what it finds.
+//! The command palette: the typed text and its matches.
 
 use ratatui::buffer::Buffer;
 use ratatui::layout::Rect;

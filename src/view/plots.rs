@@ -1,7 +1,7 @@
-//! Figures over time. A gap in the telemetry is a gap in the plot.
+//! Plots over time. A gap in the telemetry is a gap in the plot.
 //!
-//! Left and right are told apart without colours: the left one is drawn through, the right one in dots, and each has its
-//! letter at its newest end. What was asked for is fainter dots still. Where there is only ASCII they are letters.
+//! Left and right differ without colours: the left trace is solid, the right one dotted, and each ends with its letter.
+//! Ordered values are faint dots. With ASCII only, traces are letters.
 
 use ratatui::buffer::Buffer;
 use ratatui::layout::Rect;
@@ -14,36 +14,36 @@ use crate::model::Panel;
 use crate::model::plots::{Trace, WINDOWS};
 use crate::model::robot::{STATE_STALE, STATUS_STALE};
 
-/// Columns of names and figures at the left.
+/// Width of names and figures at the left, columns.
 const LABEL_COLUMNS: u16 = 15;
 
-/// Rows of a plot without which it says nothing.
+/// Minimum height of a plot, rows.
 const ROWS_MIN: u16 = 3;
 
 const ROWS_MAX: u16 = 9;
 
-/// Columns right of the plots, for the letters of their traces.
+/// Width of the trace letters at the right, columns.
 const LETTER_COLUMNS: u16 = 2;
 
-/// From so many columns up the time has closer labels.
+/// Minimum width for close time labels, columns.
 const CLOSE_LABELS_WIDTH: u16 = 44;
 
-/// Seconds from one label of the time to the next for each window: far apart, and close.
+/// Seconds between time labels for each window: wide, and close.
 const LABELS_EVERY_S: [[u64; 2]; WINDOWS.len()] =
     [[30, 15], [300, 120], [3600, 1800], [43_200, 21_600]];
 
 struct Plot {
     name: &'static str,
     unit: &'static str,
-    /// Lower end, and the least that the upper end may be.
+    /// Lower end, and the smallest upper end.
     low: i16,
     high: i16,
-    /// Figures are shown divided by this.
+    /// Divisor of the shown figures.
     divisor: i16,
     traces: &'static [(&'static str, Trace, Ink)],
 }
 
-/// What was ordered lies under what was measured; left under right.
+/// Traces from bottom to top: ordered under measured, left under right.
 const PLOTS: [Plot; 5] = [
     Plot {
         name: "wheels",
@@ -121,7 +121,7 @@ impl Screen<'_> {
             self.plot(buffer, here, plot);
             below = rest;
         }
-        // What is left is the axis and perhaps some free rows.
+        // The axis follows, and perhaps free rows.
         let (axis, _) = split_top(below, 1);
         let (_, axis) = split_picture(axis);
         self.time_labels(buffer, axis);
@@ -179,7 +179,7 @@ impl Screen<'_> {
         self.plot_label(buffer, label, plot, (low, high));
     }
 
-    /// What it is, the newest figures and how far the plot reaches.
+    /// Draws a plot's name, newest figures and range.
     fn plot_label(&self, buffer: &mut Buffer, area: Rect, plot: &Plot, (low, high): (i16, i16)) {
         let theme = &self.theme;
         let figure = |value: i16| match plot.divisor {
@@ -218,7 +218,7 @@ impl Screen<'_> {
         put(buffer, area, last, &Line::styled(range, theme.dim));
     }
 
-    /// How long ago, under the plots.
+    /// Draws the time axis.
     fn time_labels(&self, buffer: &mut Buffer, area: Rect) {
         let chosen = self.ui.plot_window;
         let (_, window) = WINDOWS[chosen];
@@ -241,14 +241,14 @@ impl Screen<'_> {
     }
 }
 
-/// The labels' columns and the picture's, with room for letters right of it.
+/// Splits an area into labels and picture, and leaves room for letters at the right.
 fn split_picture(area: Rect) -> (Rect, Rect) {
     let (label, picture) = split_right(area, area.width.saturating_sub(LABEL_COLUMNS));
     let width = picture.width.saturating_sub(LETTER_COLUMNS);
     (label, Rect { width, ..picture })
 }
 
-/// A line through what is known. Where it is level, a trace that is not the left one of a pair is only dots.
+/// Draws a line through the known points. Level parts of a right trace are dotted.
 fn draw_trace(
     raster: &mut Raster,
     columns: &[Option<(i16, i16)>],
@@ -276,7 +276,7 @@ fn draw_trace(
     }
 }
 
-/// A length of time in its own unit.
+/// A duration in its natural unit.
 fn length_words(length: Moment) -> String {
     match length.as_secs() {
         s if s % 3600 == 0 => format!("{} h", s / 3600),

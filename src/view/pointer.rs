@@ -1,4 +1,4 @@
-//! What stands under the mouse: found by drawing the screen once more and looking who drew there.
+//! The object under the mouse, found by drawing the screen once more with marks.
 
 use ratatui::buffer::Buffer;
 use ratatui::layout::{Position, Rect};
@@ -8,14 +8,14 @@ use super::map::Projection;
 use crate::event::{Moment, Spot};
 use crate::model::{Panel, Shown};
 
-/// Who drew in a part of the screen.
+/// The object that a part of the screen shows.
 pub(super) enum Mark {
     Map(Projection),
     Panel(Panel),
     Waypoint(usize),
 }
 
-/// What a cell of the screen shows, if it is something to point at.
+/// The object in a cell of the screen, if it can be clicked.
 #[must_use]
 pub fn spot<'a>(
     shown: impl Into<Shown<'a>>,
@@ -41,7 +41,7 @@ pub fn spot<'a>(
 }
 
 impl Screen<'_> {
-    /// Remembers who draws here.
+    /// Marks an area as showing an object.
     pub(super) fn claim(&self, area: Rect, mark: Mark) {
         self.marks.borrow_mut().push((area, mark));
     }

@@ -1,4 +1,4 @@
-//! Lines and points on a grid of dots: two across and four down to a cell, as braille has them.
+//! Lines and points on a grid of dots: two across and four down in each cell, as in braille.
 
 use ratatui::buffer::Buffer;
 use ratatui::layout::Rect;
@@ -6,7 +6,7 @@ use ratatui::style::Style;
 
 use super::theme::Theme;
 
-/// What a dot belongs to; where several meet in a cell, the last of this list gives the colour.
+/// The object of a dot; of several in a cell, the last in this list gives the colour.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, PartialOrd, Ord)]
 pub(super) enum Ink {
     #[default]
@@ -17,7 +17,7 @@ pub(super) enum Ink {
     Draft,
     Route,
     Trail,
-    /// Of a pair, the left one.
+    /// The left trace of a pair.
     Left,
     Right,
     Robot,
@@ -56,16 +56,16 @@ impl Ink {
 /// Bits of a braille character, `[row][column]`.
 const DOTS: [[u8; 2]; 4] = [[0x01, 0x08], [0x02, 0x10], [0x04, 0x20], [0x40, 0x80]];
 
-/// Where the braille characters begin.
+/// First braille character.
 const BRAILLE: u32 = 0x2800;
 
 #[cfg(test)]
 thread_local! {
-    /// Dots asked for so far, for tests of what a frame costs.
+    /// Number of dots drawn so far, for tests of the cost of a frame.
     pub(super) static DRAWN: std::cell::Cell<u64> = const { std::cell::Cell::new(0) };
 }
 
-/// A picture being drawn.
+/// A picture of dots.
 #[derive(Debug)]
 pub(super) struct Raster {
     columns: usize,
@@ -75,7 +75,7 @@ pub(super) struct Raster {
 }
 
 impl Raster {
-    /// An empty picture of so many cells.
+    /// An empty picture for an area of cells.
     pub(super) fn new(area: Rect) -> Self {
         let (columns, rows) = (usize::from(area.width), usize::from(area.height));
         Self {
@@ -86,7 +86,7 @@ impl Raster {
         }
     }
 
-    /// Sets a dot, counted from the upper left; what lies outside is not drawn.
+    /// Sets a dot, counted from the upper left; ignores dots outside the picture.
     pub(super) fn dot(&mut self, x: f64, y: f64, ink: Ink) {
         #[cfg(test)]
         DRAWN.set(DRAWN.get() + 1);
@@ -100,9 +100,9 @@ impl Raster {
         }
     }
 
-    /// Draws a line, every dot of it or only every so many.
+    /// Draws a line of dots; `every` is their spacing.
     pub(super) fn line(&mut self, from: (f64, f64), to: (f64, f64), every: usize, ink: Ink) {
-        // Most of a trail.
+        // The usual case in a trail.
         if from == to {
             self.dot(from.0, from.1, ink);
             return;
@@ -137,7 +137,7 @@ impl Raster {
         (enters <= leaves).then(|| (at(enters), at(leaves)))
     }
 
-    /// Puts the picture on the screen.
+    /// Draws the picture.
     pub(super) fn draw(&self, buffer: &mut Buffer, area: Rect, theme: &Theme) {
         let places = area.positions();
         for (place, &(bits, ink)) in places.zip(&self.cells) {

@@ -1,4 +1,4 @@
-//! The newest line as it came from the radio, under a ruler: any value can be traced to its columns.
+//! The newest line as received, under a ruler: each value can be traced to its columns.
 
 use groundwave_protocol::LINE_BYTES;
 use ratatui::buffer::Buffer;
@@ -25,7 +25,7 @@ impl Screen<'_> {
         put(buffer, area, 0, &line);
     }
 
-    /// The value that is being traced.
+    /// The traced value.
     fn traced(&self) -> Option<&'static Field> {
         match self.ui.overlay {
             Overlay::Trace(at) => FIELDS.get(at),
@@ -33,7 +33,7 @@ impl Screen<'_> {
         }
     }
 
-    /// The newest line that has a value, with the columns of it lit.
+    /// The newest line with the traced value, its columns highlighted.
     fn lit(&self, field: &Field) -> Line<'static> {
         let theme = &self.theme;
         let letter = char::from(field.kind.letter());
@@ -50,7 +50,7 @@ impl Screen<'_> {
         ])
     }
 
-    /// What is being traced, in words.
+    /// The traced value in words.
     pub(super) fn trace_words(&self) -> Option<Line<'static>> {
         let field = self.traced()?;
         let letter = char::from(field.kind.letter());

@@ -1,4 +1,4 @@
-//! The route editor: the draft as a list, beside the map on which it lies.
+//! The route editor: the draft as a list beside the map.
 
 use groundwave_protocol::digest::digest;
 use ratatui::buffer::Buffer;
@@ -10,12 +10,12 @@ use super::text::wrap;
 use super::{Screen, put, split_bottom};
 use crate::model::editor::Editor;
 
-/// What the robot takes for a way and for each waypoint at which it turns. Measured in `sim --world open-room`: a
-/// square of 8 legs of 96 in takes 85 s, two rounds of a ring with 40 legs of 19 in 149 s.
+/// Average speed on a leg and time for each turn. Measured in `sim --world open-room`: a square of 8 legs of 96 in takes 85 s,
+/// a ring of 40 legs of 19 in, driven twice, 149 s.
 const SPEED_IN_S: f64 = 11.0;
 const TURN_S: f64 = 2.0;
 
-/// Lines below the list: against the robot's list, what the arrows do, why a key did nothing.
+/// Rows below the list: comparison with the robot's route, arrow keys, reason of a refused key.
 const NOTES: u16 = 3;
 
 impl Screen<'_> {
@@ -102,7 +102,7 @@ impl Screen<'_> {
         }
     }
 
-    /// The draft against what the robot says it holds.
+    /// The draft compared with the robot's route.
     fn against_robot(&self) -> String {
         let draft = self.ui.map.draft.waypoints();
         let Some(status) = self.facts.robot.status else {
@@ -122,7 +122,7 @@ impl Screen<'_> {
     }
 }
 
-/// `0:45` or `12:05`.
+/// Minutes and seconds: `0:45` or `12:05`.
 fn time(way_in: f64, waypoints: usize) -> String {
     let seconds = (way_in / SPEED_IN_S + TURN_S * waypoints as f64).round() as u64;
     format!("{}:{:02}", seconds / 60, seconds % 60)

@@ -1,4 +1,4 @@
-//! The list of runs, and two of them over each other.
+//! The list of runs, and the comparison of two.
 
 use ratatui::buffer::Buffer;
 use ratatui::layout::Rect;
@@ -11,15 +11,15 @@ use super::{Screen, columns, put, split_bottom, split_top};
 use crate::model::runs::Runs;
 use crate::run::{HEADING, Listed, Overlaid, Place};
 
-/// Columns and rows that the window would have.
+/// Preferred size of the window, columns and rows.
 const SIZE: (u16, u16) = (110, 44);
 
-/// The one and the other, and how close the dots of each are: where there is one colour they tell them apart.
+/// The two runs with the spacing of their dots, which tells them apart without colours.
 const INKS: [(Ink, usize); 2] = [(Ink::Left, 1), (Ink::Right, 3)];
 
 impl Screen<'_> {
     pub(super) fn runs_window(&self, buffer: &mut Buffer, area: Rect, runs: &Runs) {
-        // The hint and the keys stay in sight.
+        // The hint and the keys stay visible.
         let (above, _) = split_bottom(area, 2);
         match runs {
             Runs::Waits(what) => {
@@ -85,7 +85,7 @@ impl Screen<'_> {
     fn two_runs(&self, buffer: &mut Buffer, area: Rect, overlaid: &Overlaid) {
         let inner = self.window(buffer, area, SIZE, " two runs over each other ");
         let mut text = Vec::new();
-        // Memory takes everything.
+        // Writing to a string cannot fail.
         let _ = overlaid.comparison.write_text(&mut text);
         let text = String::from_utf8_lossy(&text);
         let lines: Vec<String> = text
@@ -140,10 +140,10 @@ impl Screen<'_> {
         raster.draw(buffer, area, &self.theme);
     }
 
-    /// Lines, the longer ones over several rows.
+    /// Draws lines, wrapped to the window.
     fn rows(&self, buffer: &mut Buffer, area: Rect, lines: &[String]) {
         let width = usize::from(area.width);
-        // Columns of a table stay where they are.
+        // Table rows are not wrapped.
         let rows = lines.iter().flat_map(|line| {
             if columns(line) <= width {
                 vec![line.clone()]

@@ -1,4 +1,4 @@
-//! The sensors: what the robot sees, feels and does, each value with its age once it is old.
+//! The sensors: the robot's measured values, each with its age once stale.
 
 use groundwave_protocol::status_codes::{Arm, Bump, Cliff, Drive, Infrared, Power};
 use ratatui::buffer::Buffer;
@@ -14,22 +14,22 @@ use crate::model::robot::{
 };
 use crate::model::{Panel, age, why, words};
 
-/// Rows of the whole panel.
+/// Height of the whole panel, rows.
 pub(super) const ROWS: u16 = 11;
 
-/// The battery's row among those of line A.
+/// Index of the battery's row among those of line A.
 const BATTERY_PLACE: usize = 5;
 
-/// Columns of a row's name.
+/// Width of a row's name, columns.
 const NAME_COLUMNS: usize = 9;
 
-/// A sonar bar is full here, inches.
+/// Range of a full sonar bar, inches.
 const SONAR_BAR_IN: f64 = 120.0;
 
-/// The bounds of the battery's plot, decivolts: a flat lead-acid battery and a full one.
+/// Range of the battery's plot, decivolts: an empty and a full lead-acid battery.
 const VOLTS_DV: (u16, u16) = (105, 138);
 
-/// One row, before it is drawn.
+/// One row to draw.
 struct Row<'a> {
     name: &'static str,
     spans: Vec<Span<'a>>,
@@ -195,7 +195,7 @@ impl Screen<'_> {
         }
     }
 
-    /// Left and right, each with a bar.
+    /// The left and the right value, each with a bar.
     fn pair(&self, width: u16, values: [(String, Option<f64>); 2]) -> Vec<Span<'_>> {
         let room = usize::from(width).saturating_sub(NAME_COLUMNS + 10);
         let cells = (room / 2).saturating_sub(9).clamp(2, 12);
@@ -271,7 +271,7 @@ impl Screen<'_> {
         })
     }
 
-    /// The whole session's battery in so many cells.
+    /// The battery voltage of the whole session as a plot of `cells` columns.
     fn volts_plot(&self, cells: usize) -> String {
         let samples = self.facts.robot.volts.samples();
         let cells = cells.min(samples.len());
@@ -312,7 +312,7 @@ impl Screen<'_> {
     }
 }
 
-/// `right bumper` in a row that is about the bumper already.
+/// Shortens `right bumper` to `right` for the bumper's row.
 fn side(words: &str) -> &str {
     words.trim_end_matches(" bumper")
 }

@@ -1,4 +1,4 @@
-//! The status line: the link and its health, the recording, the clock, the mode, the battery.
+//! The status row: link and health, recording, clock, mode, battery.
 
 use std::path::Path;
 
@@ -33,7 +33,7 @@ impl Screen<'_> {
         put_right(buffer, area, 0, &right);
     }
 
-    /// The link in no more columns than there are, where that can be.
+    /// Name, health, rate, loss and age of the link.
     fn link_at_a_glance(&self, room: usize) -> Vec<Span<'_>> {
         let link = &self.facts.link;
         let theme = &self.theme;
@@ -90,7 +90,7 @@ impl Screen<'_> {
         ]
     }
 
-    /// What comes from the radio when no line does.
+    /// The kind of bytes received if no line is intact.
     pub(super) fn instead_of_lines(&self) -> Option<String> {
         let (reception, age) = self.facts.link.instead_of_lines(self.now)?;
         Some(words::reception(reception, &age::words(age)))
@@ -104,11 +104,11 @@ impl Screen<'_> {
         format!("  LINK LOST {since}: {reason}; keeps trying")
     }
 
-    /// Whether and where it is recorded, in the most words that fit.
+    /// The state of the recording in the longest words that fit.
     fn recording(&self, room: usize) -> Span<'_> {
         let recording = &self.present.recording;
         let theme = &self.theme;
-        // The last is a mark alone: whether it is recorded is told in any room.
+        // The shortest variant always shows.
         let longest = |words: [String; 3]| {
             let [.., least] = words.clone();
             let mut fitting = words.into_iter().filter(|w| w.chars().count() <= room);
@@ -192,10 +192,10 @@ impl Screen<'_> {
     }
 }
 
-/// Columns of the marks for the link and for the recording, with what is between.
+/// Width of the marks for link and recording with their spaces, columns.
 const MARKS_COLUMNS: usize = 5;
 
-/// That it is over, in as many words as there is room for.
+/// The longest text for an ended session that fits into `room` columns.
 fn ended(room: usize) -> String {
     let words = [
         "  session ended; what you see is its last moment",
@@ -206,7 +206,7 @@ fn ended(room: usize) -> String {
     fits.unwrap_or("  ended").to_owned()
 }
 
-/// Columns of the link's name.
+/// Maximum width of the link's name, columns.
 const NAME_COLUMNS: usize = 24;
 
 /// The last part of a path.
@@ -217,7 +217,7 @@ pub(super) fn file_name(path: &str) -> &str {
         .unwrap_or(path)
 }
 
-/// A name that is too long keeps its end, which tells more.
+/// Shortens a name at its start: the end tells more.
 pub(super) fn shortened(name: &str, width: usize) -> String {
     let length = name.chars().count();
     if length <= width {

@@ -1,4 +1,4 @@
-//! The screen as text: pictures of the whole, and the facts that matter beside them.
+//! The screen as text: snapshots, and the important facts beside them.
 
 use crossterm::event::KeyCode;
 use groundwave_protocol::digest::digest;
@@ -42,7 +42,7 @@ fn buffer_of(shown: Shown<'_>, now: Moment, width: u16, height: u16) -> Buffer {
     terminal.backend().buffer().clone()
 }
 
-/// The screen, row by row, without the spaces at the ends of rows.
+/// The rows of the screen without trailing spaces.
 fn screen(scene: &Scene, width: u16, height: u16) -> String {
     text(&buffer(scene, width, height))
 }
@@ -57,7 +57,7 @@ fn text(buffer: &Buffer) -> String {
     rows.collect()
 }
 
-/// The row that holds some words.
+/// The row that contains some words.
 fn row<'a>(screen: &'a str, words: &str) -> &'a str {
     screen
         .lines()
@@ -82,7 +82,7 @@ fn house() -> Truth {
     }
 }
 
-/// A robot that has prowled through a house for a while and has just hit something.
+/// A robot that has prowled through a house and has just bumped.
 fn flight(config: Config) -> Scene {
     use LayerState::{Holds, Quiet, Raised};
     let mut scene = Scene::new(config);
@@ -124,7 +124,7 @@ fn demo() -> Config {
     }
 }
 
-/// Two waypoints set on the map, sent and acknowledged; another command refused, one lost, one waiting.
+/// A confirmed route of two waypoints, a refused command, a timed-out one and a queued one.
 fn commanded(scene: &mut Scene) -> u32 {
     scene.press(&[KeyCode::Left; 8]);
     scene.type_text("w");
@@ -223,7 +223,7 @@ fn commands_at_120_by_40_and_at_80_by_24() {
 }
 
 #[test]
-fn without_braille_and_color_everything_is_still_told() {
+fn a_plain_terminal_shows_the_same_facts() {
     let mut scene = flight(Config {
         colors: Colors::Mono,
         ascii: true,
@@ -274,7 +274,7 @@ fn dialogs_at_80_by_24() {
 }
 
 #[test]
-fn a_lost_link_is_told_at_once_and_values_age() {
+fn a_lost_link_shows_at_once_and_values_age() {
     let mut scene = flight(demo());
     scene.event(Event::Link(LinkEvent::Lost {
         reason: "the device is gone".to_owned(),
@@ -291,7 +291,7 @@ fn a_lost_link_is_told_at_once_and_values_age() {
 }
 
 #[test]
-fn a_silent_robot_is_not_a_lost_link() {
+fn a_silent_robot_differs_from_a_lost_link() {
     let mut scene = flight(demo());
     scene.wait_ms(3100);
     let silent = screen(&scene, 80, 24);
@@ -300,7 +300,7 @@ fn a_silent_robot_is_not_a_lost_link() {
 }
 
 #[test]
-fn what_comes_instead_of_lines_is_told_for_hours() {
+fn bytes_without_lines_are_described_for_hours() {
     let mut scene = flight(demo());
     let since = scene.now;
     scene.wait_ms(3 * 3600 * 1000);
@@ -324,7 +324,7 @@ fn what_comes_instead_of_lines_is_told_for_hours() {
 }
 
 #[test]
-fn a_recording_that_failed_is_an_alarm() {
+fn a_failed_recording_is_an_alarm() {
     let mut scene = flight(Config::default());
     scene.event(Event::Recording(Recording {
         mcap: Some("session.mcap".to_owned()),
@@ -338,7 +338,7 @@ fn a_recording_that_failed_is_an_alarm() {
 }
 
 #[test]
-fn the_simulators_truth_can_be_switched_off() {
+fn the_simulators_truth_can_be_hidden() {
     let mut scene = flight(Config::default());
     scene.type_text("t");
     let without = screen(&scene, 120, 40);
@@ -381,7 +381,7 @@ fn a_map_is_as_wide_as_it_is_high() {
 }
 
 #[test]
-fn driven_is_told_only_of_the_digest_that_was_acknowledged() {
+fn driven_waypoints_show_only_for_the_confirmed_digest() {
     let mut scene = flight(Config::default());
     let digest = commanded(&mut scene);
     scene.status.list = ListPlace {
@@ -416,7 +416,7 @@ fn the_raw_line_is_under_its_ruler() {
 }
 
 #[test]
-fn a_waypoint_far_out_is_seen() {
+fn a_distant_waypoint_is_visible() {
     let mut scene = flight(Config::default());
     let far = Waypoint {
         x_in: 9999,
@@ -429,7 +429,7 @@ fn a_waypoint_far_out_is_seen() {
     row(&screen(&scene, 120, 40), "◇");
 }
 
-/// A robot somewhere and a draft of a square, in the editor.
+/// A robot and a drafted square in the route editor.
 fn drafting(config: Config) -> Scene {
     let mut scene = flight(config);
     scene.type_text("e");

@@ -1,4 +1,4 @@
-//! Words in rows: cut, wrapped and turned over by pages.
+//! Text in rows: cut, wrapped and divided into pages.
 
 use std::ops::Range;
 
@@ -9,14 +9,14 @@ use ratatui::text::{Line, Span};
 use super::{Screen, columns, put, width_of};
 use crate::model::Panel;
 
-/// Which end of a panel's rows is shown first.
+/// The end of a panel's rows that is shown first.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum First {
     Top,
     Bottom,
 }
 
-/// As much of the start of a text as so many columns hold.
+/// The longest start of a text that fits into `room` columns.
 pub(super) fn start_of(text: &str, room: usize) -> &str {
     let ends = text.char_indices().map(|(at, c)| at + c.len_utf8());
     let fits = ends.map(|end| &text[..end]);
@@ -25,12 +25,12 @@ pub(super) fn start_of(text: &str, room: usize) -> &str {
         .unwrap_or_default()
 }
 
-/// A text in rows of so many columns, the first of which may hold fewer. Words stay whole where they can.
+/// Wraps a text at its words into rows of `first` and then `others` columns.
 pub(crate) fn wrap(text: &str, first: usize, others: usize) -> Vec<String> {
     rows(text, first, others).map(str::to_owned).collect()
 }
 
-/// The parts of a text that are its rows, as [`wrap`] has them; at least one.
+/// The ranges of a text that [`wrap`] returns as rows; at least one.
 pub(super) fn rows(text: &str, first: usize, others: usize) -> impl Iterator<Item = &str> {
     let mut left = Some(text);
     let mut room = first.max(1);
@@ -42,7 +42,7 @@ pub(super) fn rows(text: &str, first: usize, others: usize) -> impl Iterator<Ite
     })
 }
 
-/// What of a text stands in a row of so many columns, and from which word on it goes on.
+/// The end of the first row of a text, and the start of the next.
 fn first_row(text: &str, room: usize) -> (&str, &str) {
     let (mut end, mut taken) = (0, 0);
     loop {
@@ -55,7 +55,7 @@ fn first_row(text: &str, room: usize) -> (&str, &str) {
             return (&text[..end], rest);
         }
         if wide > room {
-            // A character that is wider than the row has it for itself.
+            // A character wider than the row has a row of its own.
             let first = word.chars().next().map_or(0, char::len_utf8);
             let fits = start_of(word, room).len().max(first);
             return (&text[..fits], text[fits..].trim_start_matches(' '));
@@ -66,7 +66,7 @@ fn first_row(text: &str, room: usize) -> (&str, &str) {
 }
 
 impl Screen<'_> {
-    /// A panel of rows; where they do not fit, the page of them that the operator has chosen, and which it is.
+    /// Draws a panel of rows; if they do not fit, the chosen page with its number.
     pub(super) fn pages(
         &self,
         buffer: &mut Buffer,
@@ -82,7 +82,7 @@ impl Screen<'_> {
         }
     }
 
-    /// The frame of a panel of so many rows: where they are drawn, and which of them.
+    /// Draws the frame of a panel; returns the area for rows and the range of rows to show.
     pub(super) fn page(
         &self,
         buffer: &mut Buffer,
@@ -96,7 +96,7 @@ impl Screen<'_> {
         let pages = rows.div_ceil(height).max(1);
         let (page, key) = match first {
             First::Top => (self.page_of(panel, pages), "<turn-page-more>"),
-            // What is older is above.
+            // Older rows are above.
             First::Bottom => (
                 (pages - self.page_of(panel, pages)) % pages,
                 "<turn-page-less>",
@@ -107,7 +107,7 @@ impl Screen<'_> {
             let turn = self.told(&format!("{key} {}/{pages}", page + 1));
             let words =
                 note.map_or_else(|| turn.clone(), |note| format!("{}  {turn}", note.content));
-            // How to come to the rest is what must be told.
+            // The key that turns the page comes before other notes.
             let short = title.split(':').next().unwrap_or_default();
             let taken = self.titled(panel, short).chars().count() + 8;
             let fits = taken + words.chars().count() <= usize::from(area.width);
@@ -126,7 +126,7 @@ impl Screen<'_> {
         (below, shown)
     }
 
-    /// The page that is shown of so many: the first, unless the panel is the chosen one and was turned over.
+    /// The shown page of a panel: the first, unless the operator turned it.
     pub(super) fn page_of(&self, panel: Panel, pages: usize) -> usize {
         let chosen = if self.ui.panel == panel {
             self.ui.page
@@ -136,7 +136,7 @@ impl Screen<'_> {
         chosen.rem_euclid(pages.max(1) as i32) as usize
     }
 
-    /// A line that is too wide ends with a mark of that.
+    /// Cuts a line to a width, with a mark at its end.
     pub(super) fn cut<'l>(&self, line: Line<'l>, width: usize) -> Line<'l> {
         let blanks = line
             .spans
@@ -164,11 +164,11 @@ impl Screen<'_> {
         Line::from(spans).style(line.style)
     }
 
-    /// A line with something flush right after it, which is never cut.
+    /// A line with a right-aligned span, which is never cut.
     pub(super) fn with_right<'l>(&self, line: Line<'l>, right: Span<'l>, width: usize) -> Line<'l> {
         let taken = columns(&right.content);
         let mut line = self.cut(line, width.saturating_sub(taken + 1));
-        // Blanks at its end give way to what is right of it.
+        // Spaces at its end leave room for the right span.
         while let Some(last) = line.spans.last_mut() {
             let trimmed = last.content.trim_end().len();
             if trimmed > 0 {
@@ -191,7 +191,7 @@ mod tests {
     use super::*;
 
     proptest! {
-        /// Every character but blanks is in the rows, in order, and no row is wider than it may be but for one character.
+        /// Rows hold every character except spaces, in order, and are no wider than allowed unless they are one character.
         #[test]
         fn nothing_is_lost_between_rows(text in "[a-c漢 ]{0,60}", first in 0_usize..12, others in 0_usize..12) {
             let rows = wrap(&text, first, others);

@@ -1,4 +1,4 @@
-//! Colours and glyphs. No meaning rides on colour alone: whatever is coloured has a shape or a word too.
+//! Colours and glyphs. Each colour goes with a shape or a word, so that no meaning depends on colour alone.
 
 use ratatui::style::{Color, Modifier, Style};
 
@@ -25,7 +25,7 @@ pub(super) struct Theme {
     pub(super) robot: Style,
     pub(super) route: Style,
     pub(super) draft: Style,
-    /// What has been picked out.
+    /// The selected item.
     pub(super) lit: Style,
     pub(super) glyphs: &'static Glyphs,
 }
@@ -41,7 +41,7 @@ pub(super) struct Glyphs {
     pub(super) bad: &'static str,
     pub(super) ended: &'static str,
     pub(super) paused: &'static str,
-    /// Time that is behind the moment shown.
+    /// Time before the shown moment.
     pub(super) played: &'static str,
     /// The past.
     pub(super) back: &'static str,
@@ -66,13 +66,13 @@ pub(super) struct Glyphs {
     pub(super) cursor: &'static str,
     pub(super) origin: &'static str,
     pub(super) text_cursor: &'static str,
-    /// Where words were cut off.
+    /// The mark of a cut text.
     pub(super) cut: &'static str,
     /// Clockwise from straight up, 45 degrees apart.
     pub(super) arrows: [&'static str; 8],
-    /// A cell filled by eighths, from one eighth.
+    /// A cell filled from the left by eighths.
     pub(super) bar: [&'static str; 8],
-    /// A column filled by eighths, from one eighth.
+    /// A cell filled from the bottom by eighths.
     pub(super) column: [&'static str; 8],
     pub(super) scale: [&'static str; 3],
 }
@@ -197,7 +197,7 @@ fn colored(dim: Color, faint: Color, accent: Color) -> Theme {
     }
 }
 
-/// Nothing dim, nothing dark: white and yellow on black, whatever the terminal's own colours are.
+/// High contrast: white and yellow on black, independent of the terminal's colours.
 fn high_contrast() -> Theme {
     let plain = Style::new().fg(Color::Indexed(231)).bg(Color::Indexed(16));
     let bold = plain.add_modifier(Modifier::BOLD);

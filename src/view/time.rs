@@ -1,4 +1,4 @@
-//! The row that says which moment is on the screen, when it is not now.
+//! The time row: the shown moment of a replay or of the past.
 
 use ratatui::buffer::Buffer;
 use ratatui::layout::Rect;
@@ -10,18 +10,17 @@ use crate::event::Moment;
 use crate::model::age;
 use crate::travel::{Playback, clock_words};
 
-/// The time line is left out where there is less room for it.
+/// Minimum width of the time line, columns.
 const LINE_COLUMNS_MIN: usize = 8;
 
 impl Screen<'_> {
-    /// Where in time the screen stands: how far back, the moment, a line of all there is with marks and
-    /// loop, its length, the packet, the speed and the time of day.
+    /// Draws distance to now, moment, time line with marks and loop, length, line number, speed and time of day.
     pub(super) fn time(&self, buffer: &mut Buffer, area: Rect, playback: &Playback) {
         let style = self.time_style(playback);
         let width = usize::from(area.width);
         let left = self.moment_words(playback);
         let mut right = self.end_words(playback);
-        // What is told last goes first.
+        // The last words are left out first.
         while right.len() > 1
             && left.chars().count() + words_width(&right) + LINE_COLUMNS_MIN > width
         {
@@ -42,7 +41,7 @@ impl Screen<'_> {
         );
     }
 
-    /// The past is not told by colour alone: the row is reversed, and arrows point back.
+    /// The first words of the row. The past is reversed and has arrows, so that it does not depend on colour.
     fn time_style(&self, playback: &Playback) -> Style {
         if playback.is_live {
             let style = self.theme.warning;
@@ -74,7 +73,7 @@ impl Screen<'_> {
         }
     }
 
-    /// What stands at the right, what can be left out last.
+    /// The words at the right, from most to least important.
     fn end_words(&self, playback: &Playback) -> Vec<String> {
         let glyphs = self.theme.glyphs;
         let mut words = vec![format!(" {}", clock_words(playback.until))];
@@ -99,7 +98,7 @@ impl Screen<'_> {
         words
     }
 
-    /// All the time there is as a line: what is behind the moment, what is ahead, marks, and a loop's ends.
+    /// The time line: played and unplayed parts, marks, and the ends of a loop.
     fn time_line(&self, playback: &Playback, columns: usize) -> String {
         let glyphs = self.theme.glyphs;
         let place = |at: Moment| {
@@ -134,7 +133,7 @@ fn words_width(words: &[String]) -> usize {
     words.iter().map(|word| word.chars().count()).sum()
 }
 
-/// Where a moment lies in all there is, 0 to 1.
+/// Position of a moment in the whole span, 0 to 1.
 fn share(playback: &Playback, at: Moment) -> f64 {
     let all = playback.until.saturating_sub(playback.from).as_secs_f64();
     let part = at.saturating_sub(playback.from).as_secs_f64();

@@ -1,4 +1,4 @@
-//! Why did it do that: what is known of the shown moment, gathered in one place.
+//! The "why" window: the facts behind the robot's behaviour at the shown moment.
 
 use groundwave_protocol::status_codes::{Layer, LayerState};
 use ratatui::buffer::Buffer;
@@ -16,12 +16,12 @@ use crate::model::{why, words};
 
 const COLUMNS: u16 = 78;
 
-/// Rows that the window would have.
+/// Preferred height of the window, rows.
 const ROWS: u16 = 22;
 
 const NAME_COLUMNS: usize = 10;
 
-/// Entries of the log that led up to it.
+/// Number of earlier log entries shown.
 const BEFORE: usize = 6;
 
 impl Screen<'_> {

@@ -1,19 +1,19 @@
-//! What stands for the server in a program that was built without it.
+//! The stand-in for the server in a build without it.
 
 use super::{Call, FoxgloveError};
 use crate::capture::topics::TopicMessage;
 use crate::share::Address;
 
-/// A server that cannot be.
+/// A server that cannot exist.
 #[derive(Debug)]
 pub enum Foxglove {}
 
-/// An answer that nobody waits for.
+/// An answer to no call.
 #[derive(Debug)]
 pub enum Answer {}
 
 impl Foxglove {
-    /// Says that there is none.
+    /// Fails.
     ///
     /// # Errors
     /// Always.
@@ -22,18 +22,18 @@ impl Foxglove {
         Err(FoxgloveError::Absent)
     }
 
-    /// Where it listens.
+    /// The server's address.
     #[must_use]
     pub fn address(&self) -> &str {
         match *self {}
     }
 
-    /// Sends a message to those who subscribed to its topic.
+    /// Sends a message to a topic's subscribers.
     pub fn publish(&self, _: TopicMessage<'_>) {
         match *self {}
     }
 
-    /// What clients ask for.
+    /// The next call of a client.
     #[expect(clippy::unused_async, reason = "the server's own function waits")]
     pub async fn next(&mut self) -> Call {
         match *self {}

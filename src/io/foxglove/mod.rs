@@ -1,7 +1,5 @@
-//! A Foxglove WebSocket server: the topics of a capture live, for Foxglove, Lichtblick and programs that
-//! speak its protocol, and a service by which they ask for what an operator could.
-//!
-//! The protocol is the `foxglove` crate's. Without the cargo feature of that name nothing here listens.
+//! A Foxglove WebSocket server: a capture's topics live, and a service for commands. The `foxglove` crate does the protocol;
+//! without the cargo feature of that name there is no server.
 
 #[cfg(not(feature = "foxglove"))]
 #[path = "absent.rs"]
@@ -14,27 +12,27 @@ use std::io;
 use crate::share::{Address, Exposed};
 pub use server::{Answer, Foxglove};
 
-/// Where it listens unless told otherwise: Foxglove's own default.
+/// Default address, the same as Foxglove's.
 pub const DEFAULT_ADDRESS: &str = "127.0.0.1:8765";
 
-/// The service by which clients ask.
+/// Name of the service for commands.
 pub const SERVICE: &str = "/groundwave/send";
 
-/// A client asked for something.
+/// A client's call of the service.
 #[derive(Debug)]
 pub struct Call {
-    /// Who it is, for a person.
+    /// The client's name, to show.
     pub by: String,
-    /// What it asks for, as JSON: see [`crate::share::Calls`].
+    /// The command as JSON: see [`crate::share::Calls`].
     pub payload: Vec<u8>,
-    /// Where the answer goes.
+    /// The way for the answer.
     pub answer: Answer,
 }
 
 /// Why Foxglove cannot be served.
 #[derive(Debug, thiserror::Error)]
 pub enum FoxgloveError {
-    /// It would be open to a network.
+    /// The address is open to a network without permission.
     #[error(transparent)]
     Exposed(#[from] Exposed),
     /// The address is a path.
@@ -42,10 +40,10 @@ pub enum FoxgloveError {
         "cannot serve Foxglove on {0}: it connects to a port, such as {DEFAULT_ADDRESS}, and not to a path"
     )]
     Path(Address),
-    /// The system refuses.
+    /// The system refused.
     #[error("cannot serve Foxglove on {0}: {1}; choose another address, or port 0 for a free one")]
     Listen(String, io::Error),
-    /// The program has no such server.
+    /// The build has no server.
     #[error(
         "this groundwave was built without the Foxglove server; build it with: cargo install --path . --features foxglove"
     )]

@@ -1,8 +1,4 @@
-//! The server, by the `foxglove` crate.
-//!
-//! Whoever does not read loses the oldest messages that wait for it, and nobody waits for whoever does
-//! not read: messages are handed over without waiting, and the sockets are served between the
-//! station's own turns.
+//! The server, by the `foxglove` crate. Slow clients lose their oldest messages; sends never block.
 
 use std::collections::{BTreeMap, HashMap};
 use std::fmt;
@@ -20,40 +16,40 @@ use super::{Call, FoxgloveError, SERVICE};
 use crate::capture::topics::{Topic, TopicMessage};
 use crate::share::{Address, busy, is_stop, stop_queued};
 
-/// Messages that wait for a client that does not read: half a minute of all topics.
+/// Maximum number of messages queued for a client: half a minute of all topics.
 const BACKLOG: usize = 1024;
 
-/// Calls that wait for the station.
+/// Maximum number of calls queued for the station.
 const CALLS: usize = 32;
 
-/// Of each client so many calls may wait for their answer, and STOPs besides: the `foxglove` crate refuses the
-/// thirty-third, which must never be a STOP.
+/// Maximum number of unanswered calls of a client, STOPs aside. The `foxglove` crate refuses the thirty-third call, which must
+/// never be a STOP.
 const CALLS_OF_CLIENT: usize = 24;
 
-/// With so many waiting a STOP is answered at once, so that there is room for the next.
+/// Number of unanswered calls from which a STOP is answered at once, so that there is room for the next.
 const STOPS_OF_CLIENT: usize = 30;
 
 const REQUEST_SCHEMA: &str = include_str!("request.schema.json");
 const RESPONSE_SCHEMA: &str = include_str!("response.schema.json");
 
-/// A server; it ends when this is dropped.
+/// A running server; dropping it ends it.
 pub struct Foxglove {
     address: String,
     channels: BTreeMap<Topic, Arc<RawChannel>>,
     newest: Newest,
     calls: mpsc::Receiver<Call>,
-    /// STOPs do not wait behind other calls.
+    /// STOPs have a queue of their own.
     stops: mpsc::UnboundedReceiver<Call>,
-    /// Channels and clients find each other here.
+    /// The registry of channels and clients.
     _context: Arc<Context>,
     server: Option<WebSocketServerHandle>,
 }
 
 impl Foxglove {
-    /// Begins to listen; must be called within the runtime. `name` is what clients show it as.
+    /// Starts listening; must be called within the runtime. Clients show `name`.
     ///
     /// # Errors
-    /// When the address is open to a network and must not be, is taken, or the system refuses.
+    /// When the address is open to a network without permission or in use, or the system refuses.
     pub async fn listen(
         address: &Address,
         open_to_network: bool,
@@ -113,13 +109,13 @@ impl Foxglove {
         })
     }
 
-    /// Where it listens, as clients have to name it.
+    /// The address for clients.
     #[must_use]
     pub fn address(&self) -> &str {
         &self.address
     }
 
-    /// Sends a message to those who subscribed to its topic; never waits.
+    /// Sends a message to a topic's subscribers; never waits.
     pub fn publish(&self, message: TopicMessage<'_>) {
         let Some(channel) = self.channels.get(&message.topic) else {
             return;
@@ -133,7 +129,7 @@ impl Foxglove {
         channel.log_with_meta(message.data, at(message.log_time_ns));
     }
 
-    /// What clients ask for. Nothing is lost when the wait is abandoned.
+    /// The next call of a client. Cancel safe.
     pub async fn next(&mut self) -> Call {
         let call = tokio::select! {
             biased;
@@ -151,7 +147,7 @@ impl Foxglove {
 impl Drop for Foxglove {
     fn drop(&mut self) {
         if let Some(server) = self.server.take() {
-            // Nobody waits for its clients.
+            // The program does not wait for clients.
             drop(server.stop());
         }
     }
@@ -181,7 +177,7 @@ impl Newest {
     }
 }
 
-/// Hands the newest message to who subscribes: a list of waypoints may not change for hours.
+/// Sends the newest message to a new subscriber: a route may not change for hours.
 struct Greeter {
     newest: Newest,
     channels: BTreeMap<Topic, Arc<RawChannel>>,
@@ -205,7 +201,7 @@ fn at(log_time_ns: u64) -> PartialMetadata {
     }
 }
 
-/// Where clients come to ask.
+/// The service's handler.
 struct Counter {
     calls: mpsc::Sender<Call>,
     stops: mpsc::UnboundedSender<Call>,
@@ -227,7 +223,7 @@ impl Handler for Counter {
                 let answered = Answer(call.answer.0.take());
                 answered.give(&stop_queued());
             }
-            // Only a station that has ended takes no more.
+            // The queue is closed only after the station has ended.
             let _ = self.stops.send(call);
         } else if before >= CALLS_OF_CLIENT {
             call.answer.give(&busy());
@@ -237,12 +233,12 @@ impl Handler for Counter {
     }
 }
 
-/// Calls of each client that have not been answered.
+/// Number of unanswered calls by client.
 #[derive(Clone, Debug, Default)]
 struct Waiting(Arc<Mutex<HashMap<ClientId, usize>>>);
 
 impl Waiting {
-    /// A place for one more, and how many there were.
+    /// Counts one more call; returns its guard and the earlier number.
     fn take(&self, client: ClientId) -> (Place, usize) {
         let mut waiting = self.0.lock().unwrap_or_else(PoisonError::into_inner);
         let count = waiting.entry(client).or_default();
@@ -255,7 +251,7 @@ impl Waiting {
     }
 }
 
-/// One call that has not been answered.
+/// An unanswered call; dropping it uncounts it.
 #[derive(Debug)]
 struct Place {
     waiting: Waiting,
@@ -278,12 +274,12 @@ impl Drop for Place {
     }
 }
 
-/// Where the answer to a call goes; nowhere, if it has been answered.
+/// The way for the answer to a call; `None` after the answer.
 #[derive(Debug)]
 pub struct Answer(Option<(Responder, Place)>);
 
 impl Answer {
-    /// Answers with JSON. A client that is gone hears nothing.
+    /// Answers with JSON; ignored by a client that is gone.
     pub fn give(self, answer: &[u8]) {
         if let Some((responder, _)) = self.0 {
             responder.respond_ok(answer);

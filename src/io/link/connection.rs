@@ -1,4 +1,4 @@
-//! Opening what a link is made of: serial devices, sockets, standard input.
+//! Opening serial devices, sockets and standard input.
 
 use std::fs;
 use std::io::{self, Read, Write};
@@ -11,20 +11,19 @@ use super::identity::{self, UsbIdentity, Whereabouts};
 use super::spec::LinkSpec;
 use crate::io::ports;
 
-/// A read that brings nothing returns after this, and a write that is taken by nobody fails: neither
-/// the reader nor the writer waits for a dead device for ever.
+/// Time-out of each read and write, so that a dead device blocks no thread.
 const PATIENCE: Duration = Duration::from_secs(1);
 
 const CONNECT_TIMEOUT: Duration = Duration::from_secs(3);
 
-/// Shorter than the first: a host that is back is to be found within 2 s.
+/// Shorter than the first time-out, to find a host within 2 s of its return.
 const RECONNECT_TIMEOUT: Duration = Duration::from_millis(1200);
 
-/// A connection on which nothing comes is probed after this, and so often.
+/// Keepalive probes: idle time before the first, and the interval.
 const PROBE_AFTER: Duration = Duration::from_secs(5);
 const PROBE_EVERY: Duration = Duration::from_secs(2);
 
-/// A peer that acknowledges nothing for so long is gone.
+/// Time without acknowledgement after which a peer is lost.
 #[cfg(target_os = "linux")]
 const PEER_TIMEOUT: Duration = Duration::from_secs(10);
 
@@ -35,7 +34,7 @@ pub(super) type Writing = Box<dyn Write + Send>;
 /// An open device or socket.
 pub struct Connection {
     pub(super) reading: Reading,
-    /// `None` where nothing can be sent.
+    /// `None` for receive-only links.
     pub(super) writing: Option<Writing>,
     /// The device's name, if it differs from the operator's.
     pub(super) renamed: Option<String>,
@@ -45,7 +44,7 @@ impl Connection {
     /// Opens a link.
     ///
     /// # Errors
-    /// When it cannot be opened now.
+    /// When the link cannot be opened now.
     pub fn open(spec: &LinkSpec, baud: u32) -> Result<Self, OpenError> {
         Self::open_within(spec, baud, CONNECT_TIMEOUT)
     }
@@ -76,7 +75,7 @@ impl Connection {
     }
 }
 
-/// Opens a link again after it was lost, and remembers what is needed for that.
+/// Reopens a lost link.
 pub(super) struct Reopener {
     spec: LinkSpec,
     baud: u32,
@@ -84,7 +83,7 @@ pub(super) struct Reopener {
 }
 
 impl Reopener {
-    /// For a link that is open now: what it is made of is looked up while it is there.
+    /// For an open link: looks up the adapter's USB identity while it is plugged in.
     pub(super) fn new(spec: LinkSpec, baud: u32) -> Self {
         let usb = match &spec {
             LinkSpec::Serial(path) => {
@@ -99,12 +98,12 @@ impl Reopener {
         Self { spec, baud, usb }
     }
 
-    /// Whether its end is the end of the session.
+    /// Whether the end of its bytes ends the session.
     pub(super) fn is_final(&self) -> bool {
         self.spec == LinkSpec::Stdin
     }
 
-    /// What to say when the other end is gone without an error.
+    /// The reason to show for an end of file.
     pub(super) const fn end_of_file(&self) -> &'static str {
         match self.spec {
             LinkSpec::Serial(_) => "unplugged",
@@ -135,7 +134,7 @@ impl Reopener {
     }
 }
 
-/// The name that the system's list of ports uses: a path such as `/dev/serial/by-id/...` points to it.
+/// The device's name in the system's list of ports: `/dev/serial/by-id/...` is a link to it.
 fn device_name(path: &Path) -> String {
     fs::canonicalize(path)
         .unwrap_or_else(|_| path.to_owned())
@@ -154,7 +153,7 @@ fn open_tcp(address: &str, timeout: Duration) -> io::Result<Connection> {
     Err(failure)
 }
 
-/// A host that vanishes without a word (a bridge that lost its power) is noticed by probes.
+/// Sets time-outs and keepalive probes, which notice a bridge that lost its power.
 fn prepare_tcp(stream: TcpStream) -> io::Result<Connection> {
     stream.set_nodelay(true)?;
     stream.set_read_timeout(Some(PATIENCE))?;
@@ -189,7 +188,7 @@ fn open_unix(_path: &Path) -> io::Result<Connection> {
     ))
 }
 
-/// Opening leaves DTR as it is: toggling it resets an Arduino.
+/// Opens a serial port and leaves DTR unchanged: toggling it resets an Arduino.
 fn open_serial(name: &str, baud: u32) -> Result<Connection, OpenError> {
     let failed = |error| OpenError::serial(name, &error);
     let port = serialport::new(name, baud)
@@ -205,7 +204,7 @@ fn open_serial(name: &str, baud: u32) -> Result<Connection, OpenError> {
     })
 }
 
-/// Without the buffer of the standard library: what it holds would be in no journal when the program is killed.
+/// Standard input without the standard library's buffer: its bytes would miss the recording if the program is killed.
 fn standard_input() -> Reading {
     #[cfg(unix)]
     {
@@ -223,13 +222,13 @@ mod tests {
     use crate::io::link::BAUD;
 
     #[test]
-    fn a_missing_device_is_called_missing() {
+    fn a_missing_device_is_reported_as_missing() {
         let spec = LinkSpec::Serial("/dev/groundwave-no-such-device".into());
         let error = Connection::open(&spec, BAUD).err().expect("opened");
         assert!(matches!(error, OpenError::Missing(_)), "{error}");
     }
 
-    /// Its window shrinks to nothing while nobody reads: without a limit the write would last for ever.
+    /// The peer reads nothing, so its window closes: without a time-out the write would block for ever.
     #[test]
     fn a_bridge_that_takes_no_bytes_fails_the_write() {
         let listener = std::net::TcpListener::bind("127.0.0.1:0").expect("a port");

@@ -1,14 +1,14 @@
-//! Why a link cannot be opened, with the hint.
+//! Reasons that a link cannot be opened, each with a hint.
 
 use std::io;
 use std::path::Path;
 
 use crate::io::ports;
 
-/// Why a link cannot be opened, with the hint.
+/// Reason that a link cannot be opened, with a hint.
 #[derive(Debug, thiserror::Error)]
 pub enum OpenError {
-    /// Nothing of that name.
+    /// No device of this name.
     #[error(
         "cannot open {0}: there is no such device. `groundwave ports` lists what is plugged in"
     )]
@@ -18,10 +18,10 @@ pub enum OpenError {
         "cannot open {0}: it is busy, another program holds it. Close that program (`fuser {0}` names it on Linux) and try again; or, if it is a groundwave started with --share ADDR, send through it: `groundwave send --via ADDR ...`"
     )]
     Busy(String),
-    /// Not ours to open.
-    #[error("cannot open {0}: permission denied. {hint}", hint = permission_remedy())]
+    /// No permission to open it.
+    #[error("cannot open {0}: permission denied. {hint}", hint = permission_hint())]
     Permission(String),
-    /// It is there and does not behave like a serial device.
+    /// Not a serial device.
     #[error(
         "cannot open {0}: it is not a serial device. `groundwave ports` lists those there are; a capture is shown with `groundwave replay {0}`"
     )]
@@ -32,7 +32,7 @@ pub enum OpenError {
     /// The station at a Unix socket does not answer.
     #[error("cannot connect to {0}: {1}. Is a groundwave running with --share {0}?")]
     Unix(String, io::Error),
-    /// The name is there, but it is not the device that was unplugged.
+    /// Another device has the name of the unplugged one.
     #[error("{0} is another USB device now; waiting for the one that was unplugged")]
     Another(String),
     /// Several devices look like the one that was unplugged.
@@ -40,13 +40,13 @@ pub enum OpenError {
         "{0} is gone and {1} look the same; plug it in where it was, or start again with the right one"
     )]
     Ambiguous(String, String),
-    /// Something else.
+    /// Another error.
     #[error("cannot open {0}: {1}")]
     Other(String, String),
 }
 
 impl OpenError {
-    /// Whether it only says that the link has not come back yet.
+    /// Whether the link is only not back yet.
     pub(super) const fn is_absence(&self) -> bool {
         matches!(self, Self::Missing(_) | Self::Tcp(..) | Self::Unix(..))
     }
@@ -56,7 +56,7 @@ impl OpenError {
         let name = name.to_owned();
         match error.kind {
             Kind::Io(io::ErrorKind::PermissionDenied) => Self::Permission(name),
-            // The library says `NoDevice` both for a port that is gone and for one that is locked.
+            // The library returns `NoDevice` for a missing and for a locked port.
             Kind::NoDevice if exists(&name) => Self::Busy(name),
             Kind::NoDevice | Kind::Io(io::ErrorKind::NotFound) => Self::Missing(name),
             Kind::Unknown
@@ -71,7 +71,7 @@ impl OpenError {
     }
 }
 
-/// A port is a file on Unix and a name in a list elsewhere.
+/// Whether a port exists: a file on Unix, a name in a list elsewhere.
 fn exists(name: &str) -> bool {
     if cfg!(unix) {
         return Path::new(name).exists();
@@ -79,7 +79,7 @@ fn exists(name: &str) -> bool {
     ports::is_there(name)
 }
 
-const fn permission_remedy() -> &'static str {
+const fn permission_hint() -> &'static str {
     if cfg!(target_os = "linux") {
         "Serial devices belong to a group, mostly `dialout` or `uucp` (`ls -l` shows which): `sudo usermod -aG dialout $USER`, then log in again"
     } else if cfg!(target_os = "macos") {
@@ -112,18 +112,18 @@ mod tests {
     }
 
     #[test]
-    fn a_port_that_is_not_there_is_missing() {
+    fn an_absent_port_is_missing() {
         let error = OpenError::serial("/dev/groundwave-no-such-device", &no_device());
         assert!(matches!(error, OpenError::Missing(_)), "{error}");
     }
 
     #[test]
-    fn a_port_of_somebody_elses_names_a_remedy() {
+    fn a_port_without_permission_names_a_hint() {
         let denied = serialport::ErrorKind::Io(io::ErrorKind::PermissionDenied);
         let error = OpenError::serial("/dev/ttyUSB0", &serialport::Error::new(denied, "denied"));
         let words = error.to_string();
         assert!(
-            words.contains("permission denied") && words.contains(permission_remedy()),
+            words.contains("permission denied") && words.contains(permission_hint()),
             "{words}"
         );
     }

@@ -1,43 +1,42 @@
-//! A USB adapter that is unplugged may come back under another name: it is known by what it says of
-//! itself.
+//! Finding a USB adapter again: after an unplugging it may have another name.
 
-/// What tells a USB adapter from others.
+/// Identity of a USB adapter.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct UsbIdentity {
     /// Vendor and product number.
     pub product: (u16, u16),
-    /// Serial number, if its maker gave it one.
+    /// Serial number, if it has one.
     pub serial: Option<String>,
-    /// Which port of an adapter that has several.
+    /// Number of the port on an adapter with several.
     pub interface: Option<u8>,
 }
 
-/// A port that is plugged in now.
+/// A plugged-in port.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Plugged {
-    /// Its name.
+    /// Name of the port.
     pub name: String,
-    /// What it says of itself, if it is on USB.
+    /// Identity of a USB port.
     pub usb: Option<UsbIdentity>,
 }
 
-/// Where a known adapter is.
+/// Location of a known adapter.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub(super) enum Whereabouts {
     /// Under this name.
     Here(String),
     /// Not plugged in.
     Absent,
-    /// Not plugged in, and something else has its name.
+    /// Not plugged in, and another device has its name.
     Replaced,
-    /// These are alike, and none has the old name.
+    /// Several alike, none with the old name.
     Ambiguous(Vec<String>),
 }
 
-/// Looks for an adapter that was known as `name`.
+/// Finds an adapter formerly called `name`.
 pub(super) fn find(name: &str, known: &UsbIdentity, ports: &[Plugged]) -> Whereabouts {
     let at_name = ports.iter().find(|port| port.name == name);
-    // A name whose device says nothing of itself is taken as it is, as it was by the operator.
+    // A device without an identity is known by its name alone.
     if at_name.is_some_and(|port| port.usb.as_ref().is_none_or(|usb| usb == known)) {
         return Whereabouts::Here(name.to_owned());
     }
@@ -86,7 +85,7 @@ mod tests {
     }
 
     #[test]
-    fn it_is_found_under_another_name() {
+    fn an_adapter_is_found_under_another_name() {
         let known = adapter(Some("A5"));
         let ports = [
             port("/dev/ttyS0", None),
@@ -96,7 +95,7 @@ mod tests {
         assert_eq!(
             find("/dev/ttyUSB0", &known, &ports),
             here("/dev/ttyUSB1"),
-            "not the stranger that has its name"
+            "another adapter has its name"
         );
         assert_eq!(
             find("/dev/ttyUSB0", &known, &ports[..2]),
@@ -109,7 +108,7 @@ mod tests {
     }
 
     #[test]
-    fn its_old_name_comes_before_its_twins() {
+    fn of_twins_the_one_with_the_old_name_is_found() {
         let known = adapter(None);
         let twins = [
             port("/dev/ttyUSB1", Some(known.clone())),
@@ -123,7 +122,7 @@ mod tests {
     }
 
     #[test]
-    fn another_port_of_the_same_adapter_is_not_it() {
+    fn another_port_of_the_same_adapter_is_ignored() {
         let known = adapter(Some("A5"));
         let second = UsbIdentity {
             interface: Some(1),
@@ -134,7 +133,7 @@ mod tests {
     }
 
     #[test]
-    fn a_call_out_device_stays_one() {
+    fn a_call_out_device_is_found_as_a_call_out_device() {
         let known = adapter(None);
         let ports = [
             port("/dev/cu.usbserial-20", Some(known.clone())),
@@ -146,9 +145,9 @@ mod tests {
         );
     }
 
-    /// The system removes such a path with the device, and makes it anew a moment after it.
+    /// The system creates such a path a moment after the device.
     #[test]
-    fn it_is_found_when_it_was_given_by_a_stable_path() {
+    fn an_adapter_given_by_a_stable_path_is_found() {
         let known = adapter(None);
         let ports = [port("/dev/ttyUSB1", Some(known.clone()))];
         let path = "/dev/serial/by-id/usb-1a86_USB2.0-Serial-if00-port0";
@@ -156,7 +155,7 @@ mod tests {
     }
 
     #[test]
-    fn a_device_that_says_nothing_of_itself_is_taken_by_its_name() {
+    fn a_device_without_an_identity_is_found_by_its_name() {
         let ports = [port("/dev/ttyUSB0", None)];
         assert_eq!(
             find("/dev/ttyUSB0", &adapter(None), &ports),

@@ -26,15 +26,15 @@ use connection::Reopener;
 use reader::{Reader, Reopen};
 use tx_queue::TxQueue;
 
-/// The radio's speed.
+/// The radio's rate, bit/s.
 pub const BAUD: u32 = 2400;
 
-/// What the reader thread reports.
+/// A report of the reader thread.
 #[derive(Debug)]
 pub enum LinkInput {
-    /// The link is open (again).
+    /// The link is open, or open again.
     Opened {
-        /// The device's name, where it is another than the operator gave.
+        /// The device's name, if it differs from the operator's.
         renamed: Option<String>,
     },
     /// Bytes, and the time at which their read returned.

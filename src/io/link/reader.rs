@@ -14,15 +14,15 @@ use super::error::OpenError;
 use super::tx_queue::TxQueue;
 use super::{LinkInput, Sink};
 
-/// How long to wait before a lost link is tried again.
+/// Interval of attempts to reopen a lost link.
 const RETRY_EVERY: Duration = Duration::from_millis(400);
 
-/// What a lost link is opened again with.
+/// The way to reopen a lost link; tests have their own.
 pub(super) trait Reopen: Send {
     fn open(&mut self) -> Result<Connection, OpenError>;
-    /// Whether the end of its bytes is the end of the session.
+    /// Whether the end of its bytes ends the session.
     fn is_final(&self) -> bool;
-    /// What the end of its bytes means otherwise.
+    /// The reason to show for an end of file.
     fn end_of_file(&self) -> &'static str;
 }
 
@@ -40,9 +40,9 @@ impl Reopen for Reopener {
     }
 }
 
-/// How the reading of one connection ended.
+/// The end of a connection's bytes.
 enum End {
-    /// Nobody listens to us any more.
+    /// The station is gone.
     Closed,
     /// End of file: a closed pty, an unplugged device or the end of standard input.
     Finished,
@@ -59,7 +59,7 @@ pub(super) struct Reader<R> {
 }
 
 impl<R: Reopen> Reader<R> {
-    /// Until nobody listens or nothing more can come.
+    /// Runs until the station is gone or the link is final and has ended.
     pub(super) fn run(mut self, connection: Connection) {
         let Connection {
             mut reading,
@@ -73,7 +73,7 @@ impl<R: Reopen> Reader<R> {
             let reason = match self.read_until_lost(&mut reading) {
                 End::Closed => return,
                 End::Finished if self.reopener.is_final() => {
-                    // The station may be gone already; there is nobody else to tell.
+                    // The station may be gone already.
                     self.tell(LinkInput::Ended);
                     return;
                 }
@@ -94,7 +94,7 @@ impl<R: Reopen> Reader<R> {
         }
     }
 
-    /// `None` when nobody listens any more.
+    /// `None` when the station is gone.
     fn tell(&self, input: LinkInput) -> Option<()> {
         self.inputs.blocking_send(input).ok()
     }
@@ -106,8 +106,8 @@ impl<R: Reopen> Reader<R> {
                 Ok(connection) => return Some(connection),
                 Err(error) if error.is_absence() => {}
                 Err(error) => {
-                    // It is there and cannot be had: that is news, once, unless it passes. A device that
-                    // has just come back belongs to nobody for a moment.
+                    // A device that is present but cannot be opened is reported once, at the second attempt: a device that
+                    // has just come back has the wrong permissions for a moment.
                     let reason = error.to_string();
                     if reason == latest && reason != told {
                         told.clone_from(&reason);
@@ -166,7 +166,7 @@ impl<R: Reopen> Reader<R> {
     }
 }
 
-/// Bytes that the sink has and the station has not.
+/// Bytes handed to the sink and not yet to the station.
 #[derive(Default)]
 struct Held {
     newest_at: Option<Instant>,

@@ -1,17 +1,17 @@
-//! Where a radio is, in the words of the command line.
+//! The address of a radio as given on the command line.
 
 use std::fmt;
 use std::path::PathBuf;
 use std::str::FromStr;
 
-/// Where the radio is.
+/// The address of a radio.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub enum LinkSpec {
     /// A serial device.
     Serial(PathBuf),
-    /// A serial server, or a station that shares its link: `HOST:PORT`.
+    /// A serial server or a sharing station: `HOST:PORT`.
     Tcp(String),
-    /// A station that shares its link on a Unix socket, receive only.
+    /// A sharing station's Unix socket, receive only.
     Unix(PathBuf),
     /// Standard input, receive only.
     Stdin,
@@ -20,7 +20,7 @@ pub enum LinkSpec {
 }
 
 impl LinkSpec {
-    /// The rate of the port, where there is a port to set one.
+    /// The port's rate for a serial device; `None` for other links.
     #[must_use]
     pub const fn baud(&self, asked: u32) -> Option<u32> {
         match self {
@@ -57,7 +57,7 @@ impl FromStr for LinkSpec {
     }
 }
 
-/// Whether this is `HOST:PORT`.
+/// Whether a text is `HOST:PORT`.
 fn has_port(address: &str) -> bool {
     address
         .rsplit_once(':')
@@ -81,7 +81,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn links_are_told_apart() {
+    fn each_form_of_address_is_recognized() {
         assert_eq!("-".parse(), Ok(LinkSpec::Stdin));
         assert_eq!("sim".parse(), Ok(LinkSpec::Sim));
         assert_eq!(

@@ -1,41 +1,41 @@
-//! Esc and a key that come in one burst, as a slow line or a quick hand makes them.
+//! The escape-sequence reader: Esc directly followed by a key.
 //!
-//! An arrow is an escape and letters. When another escape comes right before it crossterm 0.29 takes the two for one Esc and
-//! hands the letters over as if they were typed: `[` and `D`, which docks the robot.
+//! An arrow key is an escape and letters. With another escape right before it, crossterm 0.29 returns one Esc and the letters
+//! as if typed: `[` and `D`, and `D` docks the robot.
 
 use std::io;
 
 use crossterm::event::{Event, KeyCode, KeyEvent, KeyEventKind, KeyModifiers};
 
-/// The longest sequence of a key.
+/// Maximum length of a key's sequence.
 const LETTERS_MAX: usize = 16;
 
-/// What follows an Esc that has been told. `next` is the next event, if it comes in the same burst.
+/// The events after an Esc. `next` returns the next event of the same burst.
 pub(super) fn after_escape(
     mut next: impl FnMut() -> io::Result<Option<Event>>,
 ) -> io::Result<Vec<Event>> {
-    let mut told = Vec::new();
+    let mut events = Vec::new();
     loop {
         let Some(event) = next()? else {
-            return Ok(told);
+            return Ok(events);
         };
         match letter(&event) {
             Some('[') => {
                 let (letters, other) = rest_of(&mut next)?;
-                told.extend(key(&letters));
-                told.extend(other);
+                events.extend(key(&letters));
+                events.extend(other);
             }
             Some('O') => {
                 let event = next()?;
                 match event.as_ref().and_then(letter) {
-                    Some(letter) => told.extend(key(&[letter])),
-                    None => told.extend(event),
+                    Some(letter) => events.extend(key(&[letter])),
+                    None => events.extend(event),
                 }
             }
-            _ => told.push(event),
+            _ => events.push(event),
         }
-        if !told.last().is_some_and(is_escape) {
-            return Ok(told);
+        if !events.last().is_some_and(is_escape) {
+            return Ok(events);
         }
     }
 }
@@ -56,7 +56,7 @@ fn letter(event: &Event) -> Option<char> {
     }
 }
 
-/// The letters of a sequence up to the one that ends it, or whatever came instead.
+/// The letters of a sequence up to its final one, or the event that came instead.
 fn rest_of(
     next: &mut impl FnMut() -> io::Result<Option<Event>>,
 ) -> io::Result<(Vec<char>, Option<Event>)> {
@@ -76,7 +76,7 @@ fn rest_of(
     Ok((Vec::new(), None))
 }
 
-/// The key of a sequence, without the modifiers that may stand in it; what no key sends is dropped.
+/// The key of a sequence, without modifiers; `None` if no key sends it.
 fn key(letters: &[char]) -> Option<Event> {
     let (last, said) = letters.split_last()?;
     let number: String = said.iter().take_while(|c| c.is_ascii_digit()).collect();
@@ -109,26 +109,26 @@ mod tests {
         keys.chars().map(|c| Event::Key(code(c).into())).collect()
     }
 
-    /// The keys told for what crossterm makes of `\x1b` and these bytes, all in one burst.
-    fn mended(keys: &str) -> Vec<KeyCode> {
+    /// The keys read from one burst of bytes as crossterm returns them.
+    fn keys_of(keys: &str) -> Vec<KeyCode> {
         let mut events = typed(keys).into_iter();
-        let mut told = Vec::new();
+        let mut read = Vec::new();
         while let Some(event) = events.next() {
             let is_escape = is_escape(&event);
-            told.push(event);
+            read.push(event);
             if is_escape {
-                told.extend(after_escape(|| Ok(events.next())).expect("nothing fails here"));
+                read.extend(after_escape(|| Ok(events.next())).expect("nothing fails here"));
             }
         }
         let code = |event| match event {
             Event::Key(key) => key.code,
             other => panic!("{other:?}"),
         };
-        told.into_iter().map(code).collect()
+        read.into_iter().map(code).collect()
     }
 
     #[test]
-    fn esc_and_another_key_are_these_two() {
+    fn esc_and_another_key_are_two_keys() {
         for (keys, code) in [
             ("\x1b[D", KeyCode::Left),
             ("\x1b[1;2D", KeyCode::Left),
@@ -138,21 +138,21 @@ mod tests {
             ("\x1b[3~", KeyCode::Delete),
             ("\x1bOP", KeyCode::F(1)),
         ] {
-            assert_eq!(mended(keys), [KeyCode::Esc, code], "{keys:?}");
+            assert_eq!(keys_of(keys), [KeyCode::Esc, code], "{keys:?}");
         }
     }
 
     #[test]
-    fn what_no_key_sends_is_dropped_and_what_follows_is_not() {
-        assert_eq!(mended("\x1b[15~ "), [KeyCode::Esc, KeyCode::Char(' ')]);
-        assert_eq!(mended("\x1b[1;2"), [KeyCode::Esc]);
-        assert_eq!(mended("\x1bO"), [KeyCode::Esc]);
+    fn unknown_sequences_are_dropped_and_the_next_key_is_not() {
+        assert_eq!(keys_of("\x1b[15~ "), [KeyCode::Esc, KeyCode::Char(' ')]);
+        assert_eq!(keys_of("\x1b[1;2"), [KeyCode::Esc]);
+        assert_eq!(keys_of("\x1bO"), [KeyCode::Esc]);
         let two = [KeyCode::Esc, KeyCode::Left, KeyCode::Esc, KeyCode::Right];
-        assert_eq!(mended("\x1b[D\x1b[C"), two);
+        assert_eq!(keys_of("\x1b[D\x1b[C"), two);
         assert_eq!(
-            mended("\x1b\x1b "),
+            keys_of("\x1b\x1b "),
             [KeyCode::Esc, KeyCode::Esc, KeyCode::Char(' ')]
         );
-        assert_eq!(mended("[D"), [KeyCode::Char('['), KeyCode::Char('D')]);
+        assert_eq!(keys_of("[D"), [KeyCode::Char('['), KeyCode::Char('D')]);
     }
 }

@@ -1,4 +1,4 @@
-//! What has the place of all panels.
+//! Enlarged panels.
 
 use super::*;
 
@@ -43,7 +43,7 @@ fn the_map_and_the_ladder_can_be_enlarged_too() {
     );
     insta::assert_snapshot!("ladder_enlarged", ladder);
     assert!(shown(&mut scene).contains("── map"));
-    // A panel that is asked for is seen.
+    // Choosing a panel shows it.
     scene.type_text("zz");
     scene.press(&[KeyCode::F(6)]);
     assert!(screen(&scene, 80, 24).contains("── F6 log"));

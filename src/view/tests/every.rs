@@ -1,5 +1,4 @@
-//! Every panel and every state at every size, with colours and without: what must be told is on each, and nothing ends
-//! in the middle of a word.
+//! Every panel and state at every size, with and without colours: each shows its facts, and no word is clipped.
 
 use std::fmt::Write as _;
 
@@ -15,11 +14,11 @@ use crate::view::CLIPPED;
 
 pub(super) const SIZES: [(u16, u16); 3] = [(80, 24), (120, 40), (200, 60)];
 
-/// Something that the screen can show.
+/// A state of the screen.
 pub(super) struct State {
     pub(super) name: &'static str,
     pub(super) make: fn(Config) -> Scene,
-    /// What every picture of it says.
+    /// Texts in each snapshot of it.
     facts: &'static [&'static str],
 }
 
@@ -341,7 +340,7 @@ pub(super) const STATES: &[State] = &[
     },
 ];
 
-/// Everything at once: lit from all sides.
+/// A robot with every sensor triggered.
 fn busy(config: Config) -> Scene {
     let mut scene = flight(config);
     scene.state.bump = Bump::LeftCenter;
@@ -353,7 +352,7 @@ fn busy(config: Config) -> Scene {
     scene
 }
 
-/// The scene with a panel chosen and the news of that over.
+/// The scene with a chosen panel, after the news of that.
 fn chosen(mut scene: Scene, key: u8) -> Scene {
     if key > 2 {
         scene.press(&[KeyCode::F(key)]);
@@ -375,7 +374,7 @@ fn without_colors(ascii: bool) -> Config {
     }
 }
 
-/// The words that ended in the middle while a screen was drawn.
+/// The texts clipped while a screen was drawn.
 fn clipped(scene: &Scene, width: u16, height: u16) -> Vec<String> {
     CLIPPED.take();
     screen(scene, width, height);
@@ -383,7 +382,7 @@ fn clipped(scene: &Scene, width: u16, height: u16) -> Vec<String> {
 }
 
 #[test]
-fn every_state_is_told_at_every_size_with_colors_and_without() {
+fn every_state_shows_its_facts_at_every_size_with_and_without_colors() {
     let mut missing = Vec::new();
     for State { name, make, facts } in STATES {
         let mut pictures = String::new();
@@ -394,7 +393,7 @@ fn every_state_is_told_at_every_size_with_colors_and_without() {
                 let untold = facts.iter().filter(|fact| !shown.contains(**fact));
                 missing.extend(untold.map(|fact| format!("{name} at {width}x{height}: {fact}")));
                 assert!(!ascii || shown.is_ascii(), "{name}\n{shown}");
-                // What is the same at the largest size but for its signs is looked at once.
+                // At the largest size the variants differ in glyphs only.
                 if !ascii || width < 200 {
                     let look = if ascii { ", monochrome, ASCII" } else { "" };
                     write!(pictures, "== {width}x{height}{look}\n{shown}").unwrap();
@@ -407,7 +406,7 @@ fn every_state_is_told_at_every_size_with_colors_and_without() {
 }
 
 #[test]
-fn no_words_end_in_the_middle_without_a_mark() {
+fn no_text_is_clipped_without_a_mark() {
     for State { name, make, .. } in STATES {
         for ascii in [false, true] {
             let mut scene = make(without_colors(ascii));

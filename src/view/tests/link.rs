@@ -1,4 +1,4 @@
-//! How the link does, and what the robot does without it.
+//! The link's figures and the failsafe.
 
 use crossterm::event::KeyCode;
 use groundwave_protocol::failsafe::Failsafe;
@@ -54,7 +54,7 @@ pub(super) fn measured(config: Config) -> Scene {
 }
 
 #[test]
-fn the_figures_stand_beside_the_log() {
+fn figures_are_beside_the_log() {
     let scene = measured(Config::default());
     let wide = screen(&scene, 120, 40);
     insta::assert_snapshot!("link_wide", wide);
@@ -75,7 +75,7 @@ fn the_figures_stand_beside_the_log() {
 }
 
 #[test]
-fn the_figures_are_a_few_keys_away_on_the_smallest_screen() {
+fn figures_are_reachable_on_the_smallest_screen() {
     let mut scene = measured(Config::default());
     scene.press(&[KeyCode::F(7)]);
     let narrow = screen(&scene, 80, 24);
@@ -85,14 +85,14 @@ fn the_figures_are_a_few_keys_away_on_the_smallest_screen() {
     row(&narrow, "errors 41 CRC, 17 shape, 0 field");
     row(&narrow, "proof  0.4 s last, 0.6 mean, 1.3 worst");
     row(&narrow, "alone  home after 30 s of silence, ar");
-    // Where the band below is too low for both, the figures take the log's place.
+    // On a low screen the figures replace the log.
     assert!(screen(&scene, 110, 34).contains("── F7 link"));
     scene.press(&[KeyCode::Tab]);
     assert!(!screen(&scene, 110, 34).contains("── F7 link"));
 }
 
 #[test]
-fn a_failsafe_that_acts_is_seen_on_every_screen() {
+fn an_active_failsafe_shows_on_every_screen() {
     let mut scene = measured(Config::default());
     scene.state.link = Link::Failsafe;
     scene.hear();
@@ -105,7 +105,7 @@ fn a_failsafe_that_acts_is_seen_on_every_screen() {
 }
 
 #[test]
-fn what_means_nothing_is_not_said() {
+fn meaningless_figures_are_left_out() {
     let mut scene = measured(Config::default());
     scene.event(Event::Statistics(Box::new(Statistics {
         not_taken_bytes: 12,

@@ -1,9 +1,9 @@
-//! What must be told where there is little room.
+//! Facts that must show on a small screen.
 
 use super::*;
 
 #[test]
-fn words_that_do_not_fit_end_with_a_mark() {
+fn a_cut_text_ends_with_a_mark() {
     let mut scene = flight(demo());
     scene.state.bump = Bump::None;
     scene.hear();
@@ -18,9 +18,8 @@ fn words_that_do_not_fit_end_with_a_mark() {
     assert!(row(&screen(&scene, 80, 24), "! a reason").ends_with('…'));
 }
 
-/// Whatever the size and the recording, the one line is whole.
 #[test]
-fn the_one_line_is_never_cut() {
+fn the_summary_is_never_cut() {
     let long = format!("/tmp/{}.txt", "a-very-long-name-".repeat(12));
     for (tee, named) in [
         (None, "not recorded"),
@@ -52,9 +51,8 @@ fn the_one_line_is_never_cut() {
     }
 }
 
-/// No wish goes unanswered where the ledger and the log are behind the Tab key.
 #[test]
-fn what_became_of_a_wish_is_told_on_the_smallest_screen() {
+fn the_result_of_a_command_shows_on_the_smallest_screen() {
     let mut scene = flight(demo());
     let hint = |scene: &Scene| {
         let screen = screen(scene, 80, 24);
@@ -95,7 +93,7 @@ fn what_became_of_a_wish_is_told_on_the_smallest_screen() {
 }
 
 #[test]
-fn a_link_that_carries_nothing_offers_no_commands() {
+fn a_receive_only_link_offers_no_commands() {
     let mut scene = flight(demo());
     scene.event(Event::Link(LinkEvent::Opened {
         name: "radio".to_owned(),
@@ -115,7 +113,7 @@ fn a_link_that_carries_nothing_offers_no_commands() {
 }
 
 #[test]
-fn a_prompt_says_how_to_stop_and_how_to_leave() {
+fn a_prompt_names_the_keys_to_stop_and_to_leave() {
     let mut scene = flight(demo());
     for keys in [
         ":mode prowl",
@@ -138,9 +136,8 @@ fn a_prompt_says_how_to_stop_and_how_to_leave() {
     }
 }
 
-/// The footer is of what is looked at, whichever panel that is.
 #[test]
-fn the_footer_names_the_keys_of_the_panel_that_is_looked_at() {
+fn the_footer_names_the_keys_of_the_chosen_panel() {
     let footer = |scene: &Scene| screen(scene, 80, 24).lines().last().unwrap().to_owned();
     let mut scene = flight(demo());
     for (key, named) in [
@@ -161,7 +158,7 @@ fn the_footer_names_the_keys_of_the_panel_that_is_looked_at() {
         step: CommandStep::Queued(Request::Scan),
     });
     assert!(footer(&scene).starts_with("Space STOP  x give up  "));
-    // What a draft is for comes before what takes a change back.
+    // Sending comes before undoing.
     scene.press(&[KeyCode::F(5), KeyCode::Left]);
     scene.type_text("w");
     assert!(footer(&scene).contains("S send"), "{}", footer(&scene));
@@ -176,9 +173,8 @@ fn the_footer_names_the_keys_of_the_panel_that_is_looked_at() {
     }
 }
 
-/// There is nothing to choose from in a comparison, nor in an empty list.
 #[test]
-fn only_a_list_of_runs_is_chosen_from() {
+fn only_a_list_of_runs_offers_a_choice() {
     let mut scene = flight(demo());
     scene.type_text(":runs");
     scene.press(&[KeyCode::Enter]);
@@ -212,7 +208,7 @@ fn a_wide_name_is_cut_with_a_mark() {
 }
 
 #[test]
-fn what_no_robot_can_do_is_refused_with_what_to_do_instead() {
+fn an_impossible_command_is_refused_with_a_remedy() {
     let mut scene = flight(demo());
     let dock = Request::Mode(Mode::Forage);
     scene.command(1, dock, CommandStep::Refused(Outcome::NotFitted));
@@ -223,7 +219,7 @@ fn what_no_robot_can_do_is_refused_with_what_to_do_instead() {
 }
 
 #[test]
-fn driving_by_hand_says_what_keys_do_and_what_follows() {
+fn hand_driving_names_its_keys_and_its_end() {
     let mut scene = flight(demo());
     scene.type_text("dy");
     scene.state.mode = Mode::User;
@@ -253,9 +249,9 @@ fn a_silent_link_has_no_rate() {
     assert!(!hint.contains("/s") && !hint.contains("loss"), "{hint}");
 }
 
-/// What calls takes a row, what is shown of the past another one.
+/// Alarms and the past take a row each.
 #[test]
-fn the_links_figures_stay_when_something_calls() {
+fn the_links_figures_stay_during_an_alarm() {
     let mut scene = time::flight_at(demo(), |scene| time::playback(scene, true));
     scene.event(Event::Link(LinkEvent::Lost {
         reason: "gone".to_owned(),
@@ -268,7 +264,7 @@ fn the_links_figures_stay_when_something_calls() {
 }
 
 #[test]
-fn a_share_that_is_not_counted_any_more_is_marked() {
+fn a_stale_share_is_marked() {
     let mut scene = flight(demo());
     let share = |scene: &Scene| row(&screen(scene, 120, 40), "4 △ sonar").to_owned();
     assert!(share(&scene).ends_with("  12 %"));
@@ -283,9 +279,8 @@ fn a_share_that_is_not_counted_any_more_is_marked() {
     assert!(robot.contains("◌ 20 s"), "{robot}");
 }
 
-/// Nothing is out of reach for want of rows.
 #[test]
-fn every_row_of_the_sensors_is_within_reach() {
+fn every_row_of_the_sensors_is_reachable() {
     let mut scene = flight(Config::default());
     let first = screen(&scene, 80, 24);
     row(&first, "── F2 sensors ────────────── PgDn 1/2 ──");
@@ -315,7 +310,7 @@ fn every_row_of_the_sensors_is_within_reach() {
 }
 
 #[test]
-fn the_log_wraps_and_says_how_often_before_what() {
+fn the_log_wraps_and_shows_counts_first() {
     let mut scene = flight(Config::default());
     for _ in 0..3 {
         scene.hear_text("scan: longest view 172, brightest light 270, clearest 352 deg");
@@ -353,9 +348,8 @@ fn every_key_is_in_the_help_however_small_the_screen() {
     }
 }
 
-/// An answer that is cut where the help begins is none.
 #[test]
-fn a_long_error_is_told_whole() {
+fn a_long_error_is_shown_whole() {
     let mut scene = flight(demo());
     scene.type_text(":xyzzy");
     scene.press(&[KeyCode::Enter]);
@@ -365,7 +359,7 @@ fn a_long_error_is_told_whole() {
 }
 
 #[test]
-fn an_ended_replay_says_so_without_being_cut() {
+fn the_end_of_a_replay_is_never_cut() {
     let mut scene = flight(demo());
     scene.event(Event::Link(LinkEvent::Opened {
         name: "replay of captures/house-clean.txt".to_owned(),
@@ -380,7 +374,7 @@ fn an_ended_replay_says_so_without_being_cut() {
 }
 
 #[test]
-fn what_failed_to_record_is_not_told_as_recorded() {
+fn a_failed_recording_is_not_shown_as_recorded() {
     let mut scene = flight(demo());
     scene.event(Event::Recording(Recording {
         mcap: Some("f.mcap".to_owned()),
@@ -407,9 +401,8 @@ fn a_lost_link_offers_nothing_to_send() {
     );
 }
 
-/// The worst figure is not the latest.
 #[test]
-fn an_alarm_tells_its_latest_figure_and_its_worst() {
+fn an_alarm_shows_its_latest_and_its_worst_figure() {
     let mut scene = flight(demo());
     for _ in 0..40 {
         scene.lose(3);
@@ -429,7 +422,7 @@ fn an_alarm_tells_its_latest_figure_and_its_worst() {
 }
 
 #[test]
-fn a_copy_of_the_robots_list_is_not_told_as_unsent() {
+fn a_copy_of_the_robots_route_is_not_shown_as_unsent() {
     let mut scene = flight(demo());
     commanded(&mut scene);
     scene.type_text("eyq");
@@ -438,7 +431,7 @@ fn a_copy_of_the_robots_list_is_not_told_as_unsent() {
 }
 
 #[test]
-fn a_blank_is_before_the_mark_of_an_old_share() {
+fn a_space_precedes_the_mark_of_a_stale_share() {
     let mut scene = flight(Config {
         ascii: true,
         ..demo()

@@ -1,4 +1,4 @@
-//! The palette on the screen, and what choosing in it does.
+//! The command palette, and the effects of a choice.
 
 use crossterm::event::KeyCode;
 use groundwave_protocol::status_codes::Mode;
@@ -9,7 +9,7 @@ use crate::event::{Effect, Event};
 use crate::request::Request;
 
 #[test]
-fn a_few_letters_find_what_to_do_and_enter_does_it() {
+fn a_few_letters_find_a_command_and_enter_runs_it() {
     let mut scene = flight(demo());
     scene.ctrl('p');
     for (width, height) in [(80, 24), (120, 40), (200, 60)] {
@@ -31,7 +31,7 @@ fn a_few_letters_find_what_to_do_and_enter_does_it() {
 }
 
 #[test]
-fn what_the_route_editor_does_is_found_and_done_there() {
+fn commands_of_the_route_editor_run_in_it() {
     let mut scene = flight(demo());
     let draft = |scene: &Scene| scene.model.ui.map.draft.waypoints().to_vec();
     scene.event(Event::Paste("0,0\n12,24\n".to_owned()));
@@ -49,9 +49,9 @@ fn what_the_route_editor_does_is_found_and_done_there() {
     row(&screen(&scene, 80, 24), "save as: ▏");
 }
 
-/// What has the letters somewhere is offered, and not done before somebody has chosen it.
+/// Other matches are offered and need a choice.
 #[test]
-fn only_what_begins_as_it_was_typed_is_chosen_already() {
+fn only_a_match_at_the_start_is_preselected() {
     for typed in ["lysonar", "ound"] {
         let mut scene = flight(demo());
         scene.ctrl('p');
@@ -67,9 +67,8 @@ fn only_what_begins_as_it_was_typed_is_chosen_already() {
     }
 }
 
-/// Whoever says no to a command of the past has the draft as before, however it was asked for.
 #[test]
-fn a_draft_that_the_palette_would_send_is_not_lost() {
+fn declining_to_send_from_the_past_keeps_the_draft() {
     let mut scene = flight_at(demo(), |scene| playback(scene, true));
     scene.event(Event::Paste("0,0\n12,0\n".to_owned()));
     scene.ctrl('p');

@@ -1,4 +1,4 @@
-//! Alarms, plots, the robot from above, and what is told of a robot that is not heard.
+//! Alarms, plots, the robot from above, and a silent robot.
 
 use groundwave_protocol::status_codes::{Arm, Cliff, Power};
 
@@ -17,7 +17,7 @@ fn mono() -> Config {
     }
 }
 
-/// Everything at once: lit from all sides.
+/// A robot with every sensor triggered.
 fn busy(config: Config) -> Scene {
     let mut scene = flight(config);
     scene.state.bump = Bump::LeftCenter;
@@ -31,7 +31,7 @@ fn busy(config: Config) -> Scene {
 }
 
 #[test]
-fn an_alarm_is_seen_on_every_screen_until_somebody_says_so() {
+fn an_alarm_shows_on_every_screen_until_acknowledged() {
     let mut scene = flight(Config::default());
     scene.state.power = Power::Low;
     scene.hear();
@@ -62,7 +62,7 @@ fn an_alarm_is_seen_on_every_screen_until_somebody_says_so() {
 }
 
 #[test]
-fn what_no_alarm_says_is_as_old_as_what_it_is_known_from() {
+fn a_quiet_rule_shows_the_age_of_its_line() {
     let alarms = |scene: &mut Scene| {
         scene.press(&[KeyCode::F(8)]);
         scene.type_text("z");
@@ -83,7 +83,7 @@ fn what_no_alarm_says_is_as_old_as_what_it_is_known_from() {
 }
 
 #[test]
-fn a_wide_status_line_has_a_clock_that_goes_on_by_itself() {
+fn a_wide_status_row_has_a_running_clock() {
     let config = Config {
         unix: Some(Moment::from_secs(86_400 * 20_000 + 9 * 3600 + 59 * 60 + 50)),
         ..Config::default()
@@ -130,7 +130,7 @@ fn without_color_an_alarm_has_its_shape() {
 }
 
 #[test]
-fn the_robot_from_above_is_lit_where_it_feels_something() {
+fn the_robot_from_above_highlights_triggered_sensors() {
     for (config, name) in [(Config::default(), "body"), (mono(), "body_ascii")] {
         let mut scene = busy(config);
         scene.press(&[KeyCode::F(3)]);
@@ -173,7 +173,7 @@ fn every_panel_has_a_place_on_a_large_screen() {
 }
 
 #[test]
-fn plots_have_gaps_where_nothing_was_heard() {
+fn plots_have_gaps_in_silence() {
     let mut scene = flight(Config::default());
     scene.wait_ms(12_000);
     scene.drive(30, 3.0, 2);
@@ -205,7 +205,7 @@ fn plots_have_gaps_where_nothing_was_heard() {
 }
 
 #[test]
-fn what_is_old_is_dim_marked_and_named() {
+fn stale_values_are_dim_marked_and_named() {
     let mut scene = flight(demo());
     scene.hear();
     scene.wait_ms(12_000);
@@ -222,7 +222,7 @@ fn what_is_old_is_dim_marked_and_named() {
     }
 }
 
-/// The words of the legend's radius.
+/// The radius in the legend, inches.
 fn radius(scene: &Scene) -> Option<u32> {
     let screen = screen(scene, 120, 40);
     let (_, rest) = screen.split_once("reckoned, within ")?;
@@ -230,7 +230,7 @@ fn radius(scene: &Scene) -> Option<u32> {
 }
 
 #[test]
-fn a_silent_robot_has_a_ghost_that_grows() {
+fn a_silent_robot_has_a_growing_ghost() {
     let mut scene = flight(Config::default());
     scene.state.bump = Bump::None;
     (scene.state.wheel_left_in_s, scene.state.wheel_right_in_s) = (10, 10);
@@ -254,7 +254,7 @@ fn a_silent_robot_has_a_ghost_that_grows() {
 }
 
 #[test]
-fn each_rung_says_since_when() {
+fn each_rung_shows_its_latest_change() {
     let mut scene = flight(Config::default());
     for _ in 0..12 {
         scene.hear();
@@ -266,7 +266,7 @@ fn each_rung_says_since_when() {
     assert!(quiet.contains("18 s"), "{quiet}");
 }
 
-/// The cells of the row that are shown in reverse, as a string.
+/// The reversed cells of the row.
 fn lit(scene: &Scene, width: u16, height: u16) -> String {
     let buffer = buffer(scene, width, height);
     let cells = buffer.content().iter();
@@ -305,7 +305,7 @@ fn a_value_is_traced_to_its_columns() {
 }
 
 #[test]
-fn why_it_does_that_is_told_of_the_shown_moment() {
+fn the_why_window_is_about_the_shown_moment() {
     let mut scene = flight(Config::default());
     commanded(&mut scene);
     scene.type_text("y");
@@ -331,7 +331,7 @@ fn why_it_does_that_is_told_of_the_shown_moment() {
 }
 
 #[test]
-fn a_list_is_followed_from_draft_to_driven() {
+fn a_route_is_followed_from_draft_to_driven() {
     let mut scene = flight(Config::default());
     scene.press(&[KeyCode::Left; 4]);
     scene.type_text("w");
@@ -387,9 +387,8 @@ fn a_list_is_followed_from_draft_to_driven() {
     says(&scene, "driven 1/1, since");
 }
 
-/// On a screen without colours nothing has one, and what is told by colour elsewhere has another mark.
 #[test]
-fn without_color_nothing_has_one_and_what_calls_is_bold_or_reversed() {
+fn without_colors_alarms_are_bold_or_reversed() {
     let config = Config {
         colors: Colors::Mono,
         ..Config::default()
@@ -418,7 +417,7 @@ fn without_color_nothing_has_one_and_what_calls_is_bold_or_reversed() {
 }
 
 #[test]
-fn the_caret_is_seen_whatever_stands_before_it() {
+fn the_caret_is_visible_after_any_text() {
     let mut scene = flight(Config::default());
     scene.type_text(":");
     scene.event(Event::Paste(format!("{}abc", "漢".repeat(90))));

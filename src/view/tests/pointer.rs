@@ -1,4 +1,4 @@
-//! What a click finds is what stands there.
+//! Clicks and the wheel.
 
 use crossterm::event::KeyCode;
 use ratatui::layout::Position;
@@ -13,7 +13,7 @@ fn find(scene: &Scene, size: (u16, u16), at: Position) -> Option<Spot> {
     spot(&scene.model, scene.now, size, at.x, at.y)
 }
 
-/// Where words stand on the screen.
+/// Position of a text on the screen.
 fn place(scene: &Scene, (width, height): (u16, u16), words: &str) -> Position {
     let text = screen(scene, width, height);
     let (row, line) = (0..)
@@ -53,7 +53,7 @@ fn a_click_chooses_a_panel_and_the_wheel_zooms_the_map() {
     let gesture = Gesture::Wheel(1);
     scene.event(Event::Pointer { on: map, gesture });
     assert_eq!(scene.model.ui.map.zoom, 1);
-    // What lies over the panels takes no clicks through it.
+    // Windows let no click through.
     scene.type_text("?");
     scene.event(Event::Pointer { on: map, gesture });
     assert_eq!(scene.model.ui.map.zoom, 1);
@@ -74,7 +74,7 @@ fn in_the_route_editor_a_click_chooses_a_waypoint_or_a_place_for_one() {
             let gesture = Gesture::Click;
             scene.event(Event::Pointer { on, gesture });
         };
-        // Two on the map, of which the cursor marks the one chosen.
+        // Two on the map; the cursor marks the chosen one.
         let places = [Position::new(12, 9), Position::new(20, 13)];
         for place in places {
             click(&mut scene, place);
@@ -99,7 +99,7 @@ fn in_the_route_editor_a_click_chooses_a_waypoint_or_a_place_for_one() {
 }
 
 #[test]
-fn a_place_pointed_at_is_told_and_outlives_a_key_that_did_nothing() {
+fn a_clicked_place_shows_and_outlives_a_refused_key() {
     let size = (80, 24);
     let mut scene = flight(demo());
     scene.type_text("e");

@@ -1,4 +1,4 @@
-//! What holds of the screen whatever happens.
+//! Properties of the screen under random events.
 
 use proptest::prelude::*;
 
@@ -8,9 +8,8 @@ use crate::model::testing::{any_event, any_happening};
 proptest! {
     #![proptest_config(ProptestConfig { cases: 32, failure_persistence: None, ..ProptestConfig::default() })]
 
-    /// Whatever happens, and however often it happens again.
     #[test]
-    fn what_a_frame_costs_does_not_grow_with_the_session(
+    fn the_cost_of_a_frame_does_not_grow_with_the_session(
         events in prop::collection::vec((any_happening(), 0_u64..5000), 1..60),
     ) {
         let mut scene = Scene::new(demo());
@@ -34,7 +33,7 @@ proptest! {
     #![proptest_config(ProptestConfig { cases: 128, failure_persistence: None, ..ProptestConfig::default() })]
 
     #[test]
-    fn drawing_never_panics_and_writes_nothing(
+    fn drawing_never_panics_and_prints_nothing(
         events in prop::collection::vec((any_happening(), 0_u64..5000), 0..60),
         width in 1_u16..=250,
         height in 1_u16..=80,
@@ -52,7 +51,7 @@ proptest! {
     }
 
     #[test]
-    fn a_row_says_active_only_with_a_digest_that_the_robot_acknowledged(
+    fn a_route_is_confirmed_only_with_the_robots_digest(
         events in prop::collection::vec(any_event(), 0..80),
     ) {
         let mut scene = Scene::new(Config::default());
@@ -73,7 +72,7 @@ proptest! {
     }
 }
 
-/// What a frame costs is counted, not timed: the dots drawn, and what is kept.
+/// The cost of a frame as counts: dots drawn, and entries kept.
 fn cost(scene: &Scene) -> (u64, usize) {
     use super::super::raster::DRAWN;
     DRAWN.set(0);
@@ -90,7 +89,7 @@ fn a_day_costs_no_more_than_its_first_hour() {
     let mut scene = flight(Config::default());
     let drive = |scene: &mut Scene, lines: u32| {
         for n in 0..lines {
-            // Round and round through a house of 40 by 40 ft.
+            // Laps through a house of 40 by 40 ft.
             let turn = f64::from(n) / 97.0;
             scene.state.x_tenths_in = (2400.0 * (turn * 1.5).sin()) as i32;
             scene.state.y_tenths_in = (2400.0 * turn.cos()) as i32;

@@ -1,4 +1,4 @@
-//! Whoever has chosen other keys is told of those, and of no key that does something else by now.
+//! Rebound keys: texts name the chosen keys only.
 
 use std::collections::BTreeSet;
 use std::sync::Arc;
@@ -13,10 +13,10 @@ use crate::model::keys::{Keymap, Rebinding};
 use crate::request::LISTING;
 use crate::run::Listed;
 
-/// Where the syllables begin that are keys here: one column each, and nothing else on the screen has them.
+/// First of the characters used as keys: one column each, and unused elsewhere on the screen.
 const SYLLABLES: u32 = 0x1401;
 
-/// Every key of the table chosen otherwise.
+/// A keymap with every key rebound.
 fn all_otherwise() -> Keymap {
     let table = Keymap::default();
     let rebindings = table
@@ -33,7 +33,7 @@ fn all_otherwise() -> Keymap {
     Keymap::with(&rebindings.collect::<Vec<_>>()).unwrap()
 }
 
-/// The keys of the table as texts name them; those that STOP always has do not mislead.
+/// Labels of the default keys, except the fixed ones of STOP.
 fn labels_of_the_table() -> BTreeSet<String> {
     let table = Keymap::default();
     let labels = table.rows().flat_map(|row| {
@@ -44,11 +44,11 @@ fn labels_of_the_table() -> BTreeSet<String> {
     labels.filter(|label| !stops.contains(&&**label)).collect()
 }
 
-/// What looks like a key and is none.
+/// Texts that look like keys.
 const NO_KEYS: [&str; 5] = ["L none", "R none", "x y leg", "line A,", "preset P "];
 
-/// The words of a text that name a key of the table: long ones, and letters or signs where they stand as a key does, before
-/// a colon, in brackets or before what it does; not the unit behind a number, an article or a figure.
+/// The default keys named in a text: long labels anywhere; letters and signs only before a colon, in brackets or before their
+/// meaning, not as a unit, an article or a figure.
 fn keys_named(text: &str, labels: &BTreeSet<String>) -> Vec<String> {
     let mut named = Vec::new();
     for line in text.lines() {
@@ -82,7 +82,7 @@ fn named_in(line: &str, labels: &BTreeSet<String>) -> Vec<String> {
 
 type Make = fn(Config) -> Scene;
 
-/// Screens of which no picture is kept, and what each says of keys.
+/// Screens without a snapshot, with their texts about keys.
 const MORE: &[(&str, Make, &str)] = &[
     (
         "an empty list",
@@ -235,7 +235,7 @@ fn otherwise() -> Config {
 }
 
 #[test]
-fn no_picture_names_a_key_that_was_given_away() {
+fn no_screen_names_a_key_that_was_rebound() {
     let labels = labels_of_the_table();
     let states = STATES.iter().map(|State { name, make, .. }| (*name, *make));
     let more = MORE.iter().map(|(name, make, _)| (*name, *make));
@@ -253,7 +253,7 @@ fn no_picture_names_a_key_that_was_given_away() {
 }
 
 #[test]
-fn what_is_said_of_a_key_is_said_of_the_chosen_one() {
+fn texts_name_the_chosen_keys() {
     for (name, make, says) in MORE {
         for config in [demo(), otherwise()] {
             let scene = make(config);
@@ -265,9 +265,8 @@ fn what_is_said_of_a_key_is_said_of_the_chosen_one() {
     }
 }
 
-/// Whatever waits to be shown names no key that is not one.
 #[test]
-fn every_remedy_and_every_command_knows_the_keys_it_speaks_of() {
+fn remedies_and_commands_name_existing_keys() {
     let labels = labels_of_the_table();
     let hints = RULES.iter().map(|rule| rule.hint);
     let listing = LISTING.into_iter().map(|(_, does)| does);
@@ -279,7 +278,7 @@ fn every_remedy_and_every_command_knows_the_keys_it_speaks_of() {
     }
 }
 
-/// The keys of the table but for one action of the dashboard.
+/// The default keys except for one action of the dashboard.
 fn but(name: &str, keys: &[&str]) -> Config {
     let rebinding = Rebinding {
         context: "dashboard".to_owned(),
@@ -293,20 +292,20 @@ fn but(name: &str, keys: &[&str]) -> Config {
 }
 
 #[test]
-fn a_screen_too_small_names_the_key_that_stops() {
+fn a_small_screen_names_the_stop_key() {
     let small = |config| screen(&Scene::new(config), 60, 15);
     assert!(small(but("stop", &["F12"])).contains("F12: STOP"));
     assert!(small(demo()).contains("Space: STOP"));
 }
 
 #[test]
-fn what_has_no_key_is_not_offered() {
+fn an_action_without_a_key_is_not_offered() {
     let shown = screen(&flight(but("mode-go-home", &[])), 200, 60);
     assert!(!shown.contains("home"), "{shown}");
 }
 
 #[test]
-fn several_keys_stand_apart_from_what_they_do() {
+fn several_keys_are_apart_from_their_meaning() {
     let help = screen(&typed(but("stop", &["F12"]), "?"), 80, 24);
     row(&help, " F12 Space Ctrl-S STOP ");
     let help = screen(&typed(but("scan", &["F9", "F10", "F11"]), "?"), 120, 40);

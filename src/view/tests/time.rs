@@ -1,4 +1,4 @@
-//! Another moment than now.
+//! The past and replays.
 
 use super::*;
 use crate::travel::Playback;
@@ -51,9 +51,8 @@ fn the_past_at_120_by_40() {
     );
 }
 
-/// What calls now is told whichever moment is looked at, and with its own age.
 #[test]
-fn an_alarm_of_now_is_told_in_the_past() {
+fn an_alarm_of_now_shows_in_the_past_with_its_own_age() {
     let mut hands = flight(Config::default());
     let past = hands.model.facts.clone();
     hands.wait_ms(60_000);
@@ -82,9 +81,8 @@ fn an_alarm_of_now_is_told_in_the_past() {
     assert!(!screen(&hands, 80, 24).contains("NOW:"));
 }
 
-/// By shape alone, and by the reversed row where there are no colours.
 #[test]
-fn the_past_is_told_without_colours_and_braille() {
+fn a_plain_terminal_marks_the_past_by_shape_and_reversed_row() {
     let mut scene = flight(Config {
         colors: Colors::Mono,
         ascii: true,
@@ -120,7 +118,7 @@ fn a_replay_at_80_by_24() {
 }
 
 #[test]
-fn a_replay_that_is_still_read_at_120_by_40() {
+fn a_replay_while_reading_at_120_by_40() {
     let scene = flight_at(Config::default(), |scene| Playback {
         read_until: Some(scene.now / 2),
         is_partial: true,
@@ -134,9 +132,8 @@ fn a_replay_that_is_still_read_at_120_by_40() {
     assert!(screen.contains("still being read"));
 }
 
-/// Time that stands still loses no link and makes nothing older.
 #[test]
-fn a_moment_is_drawn_the_same_however_long_one_looks_at_it() {
+fn a_paused_moment_does_not_age() {
     for is_live in [false, true] {
         let scene = flight_at(Config::default(), |scene| playback(scene, is_live));
         let drawn = screen(&scene, 120, 40);
@@ -147,7 +144,7 @@ fn a_moment_is_drawn_the_same_however_long_one_looks_at_it() {
 }
 
 #[test]
-fn what_became_of_a_jump_is_told() {
+fn the_result_of_a_jump_shows() {
     let scene = flight_at(Config::default(), |scene| Playback {
         note: Some("there are no later alarms".to_owned()),
         ..playback(scene, true)
@@ -156,7 +153,7 @@ fn what_became_of_a_jump_is_told() {
 }
 
 #[test]
-fn a_jump_names_what_can_be_jumped_to() {
+fn the_jump_prompt_names_its_targets() {
     let mut scene = flight(Config::default());
     scene.type_text("n");
     let told = screen(&scene, 80, 24);

@@ -1,4 +1,4 @@
-//! Links made of channels: what they deliver, when they end, and that nothing holds them up.
+//! Links made of channels: deliveries, ends, and stuck devices.
 
 use std::collections::VecDeque;
 use std::io::{Read, Write};
@@ -28,7 +28,7 @@ impl Read for Fed {
     }
 }
 
-/// Takes nothing until its other end is dropped, and reports that it was asked.
+/// Takes no bytes until its other end is dropped, and reports each write.
 struct Stuck {
     asked: Feed<()>,
     until: Receiver<()>,
@@ -137,9 +137,9 @@ fn the_last_half_line_arrives_before_the_loss() {
     assert_eq!(bench.next(), "opened ");
 }
 
-/// Otherwise noise without a line feed would be heard late, and a robot that stops in mid-line never.
+/// Noise without a line feed, and a robot that stops in mid-line, would otherwise arrive late or never.
 #[test]
-fn a_pause_hands_over_what_has_come() {
+fn a_pause_hands_over_the_bytes_so_far() {
     let (feed, connection) = fed();
     let mut bench = Bench::new(connection, vec![]);
     feed.send(Ok(b"half".to_vec())).expect("a reader");
@@ -150,7 +150,7 @@ fn a_pause_hands_over_what_has_come() {
 }
 
 #[test]
-fn a_device_that_takes_no_bytes_does_not_hold_up_the_loss() {
+fn a_stuck_device_does_not_delay_the_loss() {
     let (feed, mut connection) = fed();
     let (asked, was_asked) = channel();
     let (_held, until) = channel();
@@ -195,13 +195,13 @@ fn bytes_that_a_stuck_device_does_not_take_are_counted() {
 }
 
 #[test]
-fn what_keeps_a_link_from_coming_back_is_told_once() {
+fn the_reason_for_a_missing_link_is_reported_once() {
     let (feed, connection) = fed();
     let (_second, mut again) = fed();
     again.renamed = Some("/dev/ttyUSB1".to_owned());
     let busy = || Err(OpenError::Another("it".to_owned()));
     let missing = Err(OpenError::Missing("it".to_owned()));
-    // A device that has just come back belongs to nobody for a moment.
+    // A device that has just come back has the wrong permissions for a moment.
     let denied = Err(OpenError::Permission("it".to_owned()));
     let openings = vec![missing, denied, busy(), busy(), busy(), Ok(again)];
     let mut bench = Bench::new(connection, openings);
@@ -212,7 +212,7 @@ fn what_keeps_a_link_from_coming_back_is_told_once() {
     assert_eq!(bench.next(), "opened /dev/ttyUSB1");
 }
 
-/// Takes everything, and reports that it was let go.
+/// Takes all bytes, and reports that it was closed.
 struct LetGo(Feed<()>);
 
 impl Write for LetGo {
@@ -231,9 +231,9 @@ impl Drop for LetGo {
     }
 }
 
-/// A name that is held is not given again: an adapter that comes back would have to take another.
+/// An open device keeps its name: the adapter would come back under another.
 #[test]
-fn a_lost_device_is_let_go_before_it_is_back() {
+fn a_lost_device_is_closed_before_it_is_back() {
     let (feed, mut connection) = fed();
     let (let_go, was_let_go) = channel();
     connection.writing = Some(Box::new(LetGo(let_go)));
