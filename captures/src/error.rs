@@ -6,7 +6,7 @@ use std::io;
 use std::path::{Path, PathBuf};
 
 use super::recover::Interrupted;
-use super::unpacker::Problem;
+use super::repair::Problem;
 use crate::hint::{self, shell_word};
 
 /// What to do when the file to be written exists.

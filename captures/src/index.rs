@@ -5,9 +5,7 @@
 //! order. An MCAP has its chunks' times in the summary at its end, and how many messages each topic has in them; of
 //! those of a very long one some are kept, and the headers between them say the rest.
 
-mod block;
-mod chunk_index;
-mod marks;
+mod chunk_table;
 mod mcap;
 mod scout;
 mod text;
@@ -21,21 +19,17 @@ use super::CaptureError;
 use super::source::{Form, HEAD_BYTES, ROUTE_HEAD_BYTES, is_route, open_file};
 use crate::event::Landmark;
 use crate::event::{Moment, Truth};
-use crate::topics::StationEvent;
+use crate::pieces::PiecePosition;
 
+pub use crate::pieces::Piece;
 pub use mcap::McapTape;
 pub use text::TextTape;
 
-/// Where something begins in a capture.
+/// Where a piece begins in a capture.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Place {
-    /// Byte in the file.
-    offset: u64,
-    /// Messages of the chunk there that come before it.
-    item: u32,
-    /// Bytes of the stream before it, if that is known.
-    stream: Option<u64>,
-    /// When what came before it happened.
+    position: PiecePosition,
+    /// When the piece before it happened.
     at: Moment,
 }
 
@@ -45,23 +39,6 @@ impl Place {
     pub const fn at(&self) -> Moment {
         self.at
     }
-}
-
-/// What a capture holds, in its order.
-#[derive(Clone, Debug, PartialEq)]
-pub enum Piece<'a> {
-    /// Bytes from the radio.
-    Received(&'a [u8]),
-    /// Bytes to the radio.
-    Sent(&'a [u8]),
-    /// What the station knew besides them.
-    Told(Box<StationEvent>),
-    /// What follows from the bytes anyway.
-    Nothing,
-    /// So many received bytes are not in the capture.
-    Missing(u64),
-    /// A part of the capture cannot be read: which, and why.
-    Damaged(String),
 }
 
 /// A capture that can be read from any place.

@@ -10,9 +10,11 @@ use groundwave_protocol::decoder::{Decoder, Received};
 
 use super::CaptureError;
 use super::journal::Kind;
-use super::mcap_reader::{McapProblem, McapReader};
+use super::mcap_reader::Damages;
+use super::pieces::{Piece, Pieces, has_received};
 use super::recover::Interrupted;
 use super::text::TextReader;
+use super::topics::RAW_RX;
 use crate::statistics::Uplink;
 
 /// Bytes that arrived together.
@@ -135,15 +137,21 @@ type Source = io::Chain<Cursor<Vec<u8>>, Box<dyn Read + Send>>;
 
 enum Reader {
     Raw(TextReader<Source>),
-    Mcap(Box<McapReader<Source>>),
+    Mcap(Box<Pieces<Source>>),
 }
 
-/// A capture that has been opened.
+/// A capture that has been opened, read from its beginning.
 pub struct Capture {
     path: PathBuf,
     reader: Reader,
     read_bytes: u64,
     end: Duration,
+    missing_bytes: u64,
+    uplink: Uplink,
+    damages: Damages,
+    has_verdict: bool,
+    /// The bytes given out last.
+    current: Vec<u8>,
 }
 
 impl Capture {
@@ -159,7 +167,7 @@ impl Capture {
         Self::read(path, Box::new(open_file(path)?))
     }
 
-    /// Reads a capture from anywhere; the name is for messages.
+    /// Reads a capture from any source; the name is for messages.
     ///
     /// # Errors
     /// When its beginning cannot be read, or is that of a journal.
@@ -179,7 +187,7 @@ impl Capture {
         let form = Form::tell(&head, &path)?;
         let source = Cursor::new(head).chain(source);
         let reader = match form {
-            Form::Mcap => Reader::Mcap(Box::new(McapReader::new(source))),
+            Form::Mcap => Reader::Mcap(Box::new(Pieces::new(source))),
             Form::Raw => Reader::Raw(TextReader::new(source)),
         };
         Ok(Self {
@@ -187,10 +195,15 @@ impl Capture {
             reader,
             read_bytes: 0,
             end: Duration::ZERO,
+            missing_bytes: 0,
+            uplink: Uplink::default(),
+            damages: Damages::default(),
+            has_verdict: false,
+            current: Vec::new(),
         })
     }
 
-    /// What it is stored as.
+    /// Its form.
     #[must_use]
     pub const fn form(&self) -> Form {
         match self.reader {
@@ -199,7 +212,7 @@ impl Capture {
         }
     }
 
-    /// What of a raw capture is not as the radio delivered it, in words; known when some of it has been read.
+    /// What of a raw capture differs from the radio's bytes; known when some of it has been read.
     #[must_use]
     pub fn stored(&self) -> Option<String> {
         match &self.reader {
@@ -208,16 +221,13 @@ impl Capture {
         }
     }
 
-    /// Bytes that an MCAP says were read and are not in it.
+    /// Received bytes, up to those read last, that an MCAP does not hold.
     #[must_use]
-    pub fn missing_bytes(&self) -> u64 {
-        match &self.reader {
-            Reader::Raw(_) => 0,
-            Reader::Mcap(reader) => reader.missing_bytes(),
-        }
+    pub const fn missing_bytes(&self) -> u64 {
+        self.missing_bytes
     }
 
-    /// What an MCAP says of itself, as far as it has been read: `link`, `start` and others; nothing of a raw capture.
+    /// Metadata of an MCAP read so far: `link`, `start` and others; `None` of a raw capture.
     #[must_use]
     pub fn session(&self) -> Option<&BTreeMap<String, String>> {
         match &self.reader {
@@ -226,54 +236,111 @@ impl Capture {
         }
     }
 
-    /// What was sent up to the bytes read last; a raw capture does not know.
+    /// Statistics of the bytes sent up to the piece read last; `None` of a raw capture.
     #[must_use]
-    pub fn uplink(&self) -> Option<&Uplink> {
+    pub const fn uplink(&self) -> Option<&Uplink> {
         match &self.reader {
             Reader::Raw(_) => None,
-            Reader::Mcap(reader) => Some(reader.uplink()),
+            Reader::Mcap(_) => Some(&self.uplink),
         }
     }
 
-    /// When the latest bytes arrived, since the capture began.
+    /// When the latest received bytes arrived, since the capture began.
     #[must_use]
     pub const fn end(&self) -> Duration {
         self.end
     }
 
+    /// The next piece and its time since the capture began; `None` at the end.
+    ///
+    /// # Errors
+    /// When it cannot be read; and once, at the end, the damage met on the way.
+    pub fn next_piece(&mut self) -> Result<Option<(Duration, Piece<'_>)>, CaptureError> {
+        let read_error = |error| CaptureError::Read {
+            path: self.path.clone(),
+            error,
+        };
+        if let Reader::Mcap(reader) = &mut self.reader
+            && reader.next_ns().map_err(read_error)?.is_none()
+        {
+            return self.verdict().map_or(Ok(None), Err);
+        }
+        let (at, piece) = match &mut self.reader {
+            Reader::Raw(reader) => {
+                let piece = reader.next_piece().map_err(read_error)?;
+                return Ok(piece.map(|piece| (piece.at, Piece::Received(piece.radio))));
+            }
+            Reader::Mcap(reader) => {
+                let first_ns = reader.first_ns().unwrap_or(0);
+                let Some((at_ns, piece)) = reader.next_piece().map_err(read_error)? else {
+                    return Ok(None);
+                };
+                let since_first_ns = at_ns.saturating_sub(first_ns);
+                (Duration::from_nanos(since_first_ns), piece)
+            }
+        };
+        match &piece {
+            Piece::Received(bytes) => self.read_bytes += bytes.len() as u64,
+            Piece::Sent(bytes) => self.uplink.take(at, bytes),
+            Piece::Missing(bytes) => self.missing_bytes += bytes,
+            Piece::Repeated(offset) => {
+                let damage = format_args!("{RAW_RX}: the bytes at {offset} come twice");
+                self.damages.push(damage);
+            }
+            Piece::Damaged(damage) => self.damages.push(damage),
+            Piece::Event(_) => {}
+        }
+        Ok(Some((at, piece)))
+    }
+
+    /// Why an MCAP could not be read whole; said once.
+    fn verdict(&mut self) -> Option<CaptureError> {
+        let Reader::Mcap(reader) = &self.reader else {
+            return None;
+        };
+        if std::mem::replace(&mut self.has_verdict, true) {
+            return None;
+        }
+        let path = self.path.clone();
+        if !self.damages.is_empty() {
+            let problem = self.damages.in_words();
+            Some(CaptureError::Damaged { path, problem })
+        } else if !reader.is_finished() {
+            Some(unfinished(&path, self.read_bytes))
+        } else if !has_received(reader.channels()) {
+            Some(CaptureError::NoRawBytes(path))
+        } else {
+            None
+        }
+    }
+
     /// The next bytes from the robot; `None` at the end.
     ///
     /// # Errors
-    /// Says why the rest cannot be read; what came before is good.
+    /// Those of [`Self::next_piece`].
     pub fn next_chunk(&mut self) -> Result<Option<Chunk<'_>>, CaptureError> {
-        let (path, read_bytes) = (&self.path, &mut self.read_bytes);
-        let chunk = match &mut self.reader {
-            Reader::Raw(reader) => match reader.next_piece() {
-                Ok(piece) => Ok(piece.map(|piece| Chunk {
-                    at: piece.at,
-                    bytes: piece.radio,
-                    is_interrupted: false,
-                })),
-                Err(error) => Err(CaptureError::Read {
-                    path: path.clone(),
-                    error,
-                }),
-            },
-            Reader::Mcap(reader) => reader.next_chunk().map_err(|problem| {
-                let path = path.clone();
-                match problem {
-                    McapProblem::Read(error) => CaptureError::Read { path, error },
-                    McapProblem::Unfinished => unfinished(&path, *read_bytes),
-                    McapProblem::Damaged(problem) => CaptureError::Damaged { path, problem },
-                    McapProblem::NoRawBytes => CaptureError::NoRawBytes(path),
+        let mut bytes = std::mem::take(&mut self.current);
+        let mut is_interrupted = false;
+        let at = loop {
+            match self.next_piece()? {
+                None => return Ok(None),
+                Some((at, Piece::Received(received))) => {
+                    bytes.clear();
+                    bytes.extend_from_slice(received);
+                    break at;
                 }
-            }),
-        }?;
-        if let Some(chunk) = chunk {
-            self.end = chunk.at;
-            *read_bytes += chunk.bytes.len() as u64;
-        }
-        Ok(chunk)
+                Some((_, Piece::Missing(_) | Piece::Damaged(_))) => is_interrupted = true,
+                Some((_, Piece::Event(event))) => is_interrupted |= event.is_loss_of_link(),
+                Some((_, Piece::Sent(_) | Piece::Repeated(_))) => {}
+            }
+        };
+        self.current = bytes;
+        self.end = at;
+        Ok(Some(Chunk {
+            at,
+            bytes: &self.current,
+            is_interrupted,
+        }))
     }
 
     /// Runs everything through a decoder and calls `take` with each line and the time it was complete.

@@ -1,33 +1,7 @@
 //! What a chunk of an MCAP holds, believed when its checksum holds.
 
-use serde::{Serialize, Serializer};
-
+use super::repair::Problem;
 use super::writer::records::Reader;
-
-/// What does not hold of a file, or cannot be read of it.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
-pub enum Problem {
-    /// A chunk in the other compression that the MCAP specification knows. It may be whole.
-    #[error(
-        "a chunk is compressed with LZ4, which is not read here; `mcap compress` rewrites the file with zstd"
-    )]
-    Lz4,
-    /// Anything else, in words.
-    #[error("{0}")]
-    Flaw(&'static str),
-}
-
-impl From<&'static str> for Problem {
-    fn from(words: &'static str) -> Self {
-        Self::Flaw(words)
-    }
-}
-
-impl Serialize for Problem {
-    fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
-        serializer.collect_str(self)
-    }
-}
 
 /// Unpacks chunks one after the other: making what decompresses them takes longer than a small chunk.
 #[derive(Default)]
@@ -126,18 +100,5 @@ impl<'a> Header<'a> {
             },
         };
         fields.0.is_empty().then_some(header)
-    }
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn a_problem_is_its_words_for_programs_too() {
-        for problem in [Problem::Lz4, Problem::from("a record makes no sense")] {
-            let json = serde_json::to_value(problem).unwrap();
-            assert_eq!(json, problem.to_string());
-        }
     }
 }

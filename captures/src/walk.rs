@@ -6,51 +6,19 @@
 
 mod record;
 
-use std::fmt;
 use std::io::{self, Read};
 use std::ops::Range;
 
-use ::mcap::MAGIC;
-use serde::Serialize;
-
-pub use super::unpacker::Problem;
+pub use super::repair::{Damage, Problem};
 use super::unpacker::{Lost, Unpacker};
 use super::writer::CheckedChunk;
 use super::writer::records::{HEAD_BYTES, op};
+use ::mcap::MAGIC;
 pub(super) use record::RECORD_BYTES_MAX;
 use record::{checked, fills_its_length, flaw, head, u32_at};
 
 /// How much is read at a time.
 const READ_BYTES: usize = 256 << 10;
-
-/// A part of the file that does not hold.
-#[derive(Clone, Debug, PartialEq, Eq, Serialize)]
-pub struct Damage {
-    /// Where in the file it begins, bytes.
-    pub offset: u64,
-    /// Bytes of the file that are skipped because of it; none where nobody knows which are wrong.
-    pub bytes: u64,
-    /// What does not hold.
-    pub problem: Problem,
-    /// First and last log time of the messages lost, nanoseconds, where the chunk still says it.
-    #[serde(skip)]
-    pub times_ns: Option<(u64, u64)>,
-}
-
-impl fmt::Display for Damage {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        let Self { offset, bytes, .. } = self;
-        if *bytes == 0 {
-            return write!(f, "{}", self.problem);
-        }
-        write!(f, "{} ({bytes} bytes at byte {offset}", self.problem)?;
-        if let Some((first_ns, last_ns)) = self.times_ns {
-            let s = last_ns.saturating_sub(first_ns) as f64 / 1e9;
-            write!(f, ", {s:.1} s of the recording")?;
-        }
-        f.write_str(")")
-    }
-}
 
 /// The next thing in the file.
 #[derive(Debug)]

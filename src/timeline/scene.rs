@@ -122,7 +122,7 @@ impl Scene {
         match piece {
             Some(Piece::Received(bytes)) => self.station.handle_bytes(self.at, bytes),
             Some(Piece::Sent(bytes)) => self.station.handle_sent(self.at, bytes),
-            Some(Piece::Told(event)) => match from_recorded(&event) {
+            Some(Piece::Event(event)) => match from_recorded(&event) {
                 Some(Event::Link(event)) => self.take_link(event),
                 Some(Event::Mark(mark)) => self.take_mark(mark),
                 Some(event) => self.tell(&event),
@@ -143,7 +143,7 @@ impl Scene {
                     text,
                 });
             }
-            Some(Piece::Nothing) | None => {}
+            Some(Piece::Repeated(_)) | None => {}
         }
     }
 

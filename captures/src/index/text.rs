@@ -11,6 +11,7 @@ use super::scout::Scout;
 use super::{Piece, Place, Source, Tape, read_at};
 use crate::event::Landmark;
 use crate::event::Moment;
+use crate::pieces::PiecePosition;
 use crate::text::{HEAD_BYTES, Style};
 
 /// The last time is looked for in so much of the end.
@@ -150,7 +151,7 @@ impl TextTape {
 
     fn look_ahead(&mut self) -> Option<&(Range<usize>, Moment)> {
         if self.ahead.is_none() && self.problem.is_none() {
-            let (offset, last, style) = (self.place.offset, self.place.at, self.style);
+            let (offset, last, style) = (self.place.position.offset(), self.place.at, self.style);
             let bytes = self.fill(offset, style.reach());
             let length = style.piece_bytes(bytes);
             if length > 0 {
@@ -245,10 +246,9 @@ impl TextTape {
             match self.time_after(middle, high) {
                 Some((said, offset)) if said < at => {
                     found = Place {
-                        offset,
+                        position: PiecePosition::of_record(offset),
                         // A moment before it: it is taken at its word.
                         at: said.saturating_sub(Moment::from_nanos(1)),
-                        ..Place::default()
                     };
                     // The line after it, whatever it is.
                     let style = self.style;
@@ -274,7 +274,8 @@ impl Tape for TextTape {
             return Some(Piece::Damaged(problem));
         }
         let (range, at) = self.ahead.take()?;
-        self.place.offset += range.len() as u64;
+        let offset = self.place.position.offset() + range.len() as u64;
+        self.place.position = PiecePosition::of_record(offset);
         self.place.at = at;
         match self.style.radio(&self.buffer[range]) {
             Cow::Borrowed(bytes) => Some(Piece::Received(bytes)),
@@ -312,9 +313,8 @@ impl Tape for TextTape {
         }
         let offset = self.line_start(low.saturating_sub(1));
         Place {
-            offset,
+            position: PiecePosition::of_record(offset),
             at: self.style.on_the_wire(offset),
-            ..Place::default()
         }
     }
 

@@ -39,6 +39,11 @@ impl StationEvent {
         }
     }
 
+    /// Whether the link was lost.
+    pub(crate) fn is_loss_of_link(&self) -> bool {
+        matches!(self, Self::Log(log) if is_loss_of_link(log))
+    }
+
     /// A line of the log, with the name of who says it.
     #[must_use]
     pub fn log(level: LogLevel, name: &str, message: impl Into<String>) -> Self {

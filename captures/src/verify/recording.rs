@@ -71,6 +71,7 @@ pub fn verify_mcap<R: Read>(source: R, beside: Beside) -> io::Result<Verdict> {
     let has = |topic: Topic| {
         entries
             .channels()
+            .values()
             .any(|channel| channel.topic == topic.name())
     };
     check.finish(entries.is_finished(), has)

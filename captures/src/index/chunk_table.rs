@@ -1,0 +1,203 @@
+//! Where the chunks of a recording begin, and how much lies before each.
+
+use std::collections::BTreeMap;
+
+use ::mcap::records::ChunkIndex;
+
+use crate::event::Landmark;
+use crate::mcap_reader::Channels;
+use crate::record::HEAD_BYTES;
+use crate::topics::Topic;
+
+/// Bytes of the channel number and the length before the entries of a message index.
+const INDEX_HEAD_BYTES: u64 = 2 + 4;
+
+/// Bytes of the log time and offset of a message.
+const ENTRY_BYTES: u64 = 16;
+
+/// Messages of the topics that are counted without being read.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) struct Counts {
+    /// Intact lines, acknowledgement lines among them.
+    pub(super) lines: u64,
+    /// `None` where the recording has no such topic: commands may still be in it.
+    uplinks: Option<u64>,
+    /// Likewise for bumps.
+    logs: Option<u64>,
+}
+
+impl Counts {
+    const ZERO: Self = Self {
+        lines: 0,
+        uplinks: Some(0),
+        logs: Some(0),
+    };
+
+    /// The sum; a damaged index may say anything.
+    fn add(&mut self, other: Self) {
+        let sum = |one: Option<u64>, other: Option<u64>| Some(one?.saturating_add(other?));
+        self.lines = self.lines.saturating_add(other.lines);
+        self.uplinks = sum(self.uplinks, other.uplinks);
+        self.logs = sum(self.logs, other.logs);
+    }
+}
+
+/// A chunk of the table, or a record outside of chunks.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Entry {
+    /// First log time, nanoseconds.
+    pub(super) start_ns: u64,
+    /// Byte in the file.
+    pub(super) offset: u64,
+    /// Messages of the chunks before it.
+    pub(super) before: Counts,
+    /// Byte in the file of the index of its lines; 0 where it has none.
+    pub(super) lines_at: u64,
+}
+
+/// Chunks in the order of their times.
+#[derive(Clone, Debug)]
+pub(super) struct ChunkTable {
+    entries: Vec<Entry>,
+    counts: Counts,
+    /// Each chunk says how many messages of each topic it holds.
+    are_counted: bool,
+}
+
+impl Default for ChunkTable {
+    fn default() -> Self {
+        Self {
+            entries: Vec::new(),
+            counts: Counts::ZERO,
+            are_counted: true,
+        }
+    }
+}
+
+impl ChunkTable {
+    /// Adds the next chunk that a summary lists.
+    pub(super) fn add(&mut self, index: &ChunkIndex, channels: &Channels) {
+        // A chunk without messages says no time.
+        if index.message_end_time == 0 {
+            return;
+        }
+        let ids = Ids::of(channels);
+        let lines_at = ids
+            .lines
+            .and_then(|id| index.message_index_offsets.get(&id));
+        self.entries.push(Entry {
+            start_ns: index.message_start_time,
+            offset: index.chunk_start_offset,
+            before: self.counts,
+            lines_at: lines_at.map_or(0, |at| *at),
+        });
+        let counts = counts(index, ids);
+        self.are_counted &= counts.is_some();
+        self.counts.add(counts.unwrap_or(Counts::ZERO));
+    }
+
+    /// Adds a record of which only the first log time, nanoseconds, and the byte in the file are known.
+    pub(super) fn add_uncounted(&mut self, start_ns: u64, offset: u64) {
+        self.are_counted = false;
+        self.entries.push(Entry {
+            start_ns,
+            offset,
+            before: self.counts,
+            lines_at: 0,
+        });
+    }
+
+    /// The last entry.
+    pub(super) fn last(&self) -> Option<&Entry> {
+        self.entries.last()
+    }
+
+    /// The last entry that begins before a log time.
+    pub(super) fn before(&self, at_ns: u64) -> Option<&Entry> {
+        let after = self.entries.partition_point(|entry| entry.start_ns < at_ns);
+        self.entries.get(after.checked_sub(1)?)
+    }
+
+    /// The chunk that holds the line of a number, from 1; `None` where lines are not counted or there are fewer.
+    pub(super) fn of_line(&self, number: u64) -> Option<&Entry> {
+        let fewer = |entry: &Entry| entry.before.lines < number;
+        let after = self.entries.partition_point(fewer);
+        let is_there = self.are_counted && self.counts.lines >= number;
+        self.entries.get(after.checked_sub(1).filter(|_| is_there)?)
+    }
+
+    /// Whether there may be a landmark of a kind from one log time to another, both included.
+    pub(super) fn may_hold(&self, landmark: Landmark, from_ns: u64, until_ns: u64) -> bool {
+        let count = |counts: Counts| match landmark {
+            // A message tells of each.
+            Landmark::Bump => counts.logs,
+            Landmark::Command => counts.uplinks,
+            // No topic tells of all of these.
+            Landmark::Line | Landmark::Alarm | Landmark::Behaviour | Landmark::Marker => None,
+        };
+        let later = self
+            .entries
+            .partition_point(|entry| entry.start_ns <= until_ns);
+        // The end of a damaged recording may hold more than its last chunk says.
+        let Some(after) = self.entries.get(later).filter(|_| self.are_counted) else {
+            return true;
+        };
+        let before = self.before(from_ns);
+        let before = before.map_or(Counts::ZERO, |entry| entry.before);
+        match (count(before), count(after.before)) {
+            (Some(before), Some(after)) => after > before,
+            _ => true,
+        }
+    }
+}
+
+/// The channels that are counted.
+#[derive(Clone, Copy)]
+struct Ids {
+    lines: Option<u16>,
+    uplinks: Option<u16>,
+    logs: Option<u16>,
+}
+
+impl Ids {
+    fn of(channels: &Channels) -> Self {
+        let id = |topic| {
+            let mut known = channels.iter();
+            known.find_map(|(id, channel)| (channel.ours == Some(topic)).then_some(*id))
+        };
+        Self {
+            lines: id(Topic::Telemetry).filter(|_| id(Topic::RawRx).is_some()),
+            uplinks: id(Topic::Uplink),
+            logs: id(Topic::Log),
+        }
+    }
+}
+
+/// The messages of a chunk, by the lengths of the message indexes after it: each ends where the next begins. `None`
+/// where the summary does not say.
+fn counts(index: &ChunkIndex, ids: Ids) -> Option<Counts> {
+    let mut indexes: BTreeMap<u64, u16> = BTreeMap::new();
+    for (id, at) in &index.message_index_offsets {
+        indexes.insert(*at, *id);
+    }
+    let chunk_end = index.chunk_start_offset.checked_add(index.chunk_length)?;
+    let end = chunk_end.checked_add(index.message_index_length)?;
+    let ends = indexes.keys().copied().skip(1).chain([end]);
+    let mut counts = Counts {
+        lines: ids.lines.map(|_| 0)?,
+        uplinks: ids.uplinks.map(|_| 0),
+        logs: ids.logs.map(|_| 0),
+    };
+    for ((at, id), end) in indexes.iter().zip(ends) {
+        let bytes = end.checked_sub(*at)?.checked_sub(HEAD_BYTES as u64)?;
+        let messages = bytes.saturating_sub(INDEX_HEAD_BYTES) / ENTRY_BYTES;
+        if ids.lines == Some(*id) {
+            counts.lines = messages;
+        } else if ids.uplinks == Some(*id) {
+            counts.uplinks = Some(messages);
+        } else if ids.logs == Some(*id) {
+            counts.logs = Some(messages);
+        }
+    }
+    (!indexes.is_empty()).then_some(counts)
+}

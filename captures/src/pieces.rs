@@ -1,0 +1,276 @@
+//! The radio's bytes and the station's events in an MCAP, one after the other.
+
+use std::collections::BTreeMap;
+use std::io::{self, Read};
+
+use ::mcap::records::{Record, op};
+use foxglove::messages::Log;
+use prost::Message as _;
+
+use super::composer::Session;
+use super::mcap_reader::{Channels, Entries, Entry};
+use super::messages::{RawBytes, UplinkEvent};
+use super::record::parse;
+use super::repair::Position;
+use super::topics::{RAW_RX, StationEvent, Topic};
+
+/// The largest believed gap in the received bytes: 50 days of a 2400-baud radio.
+const GAP_BYTES_MAX: u64 = 1 << 30;
+
+/// A part of a capture.
+#[derive(Clone, Debug, PartialEq)]
+pub enum Piece<'a> {
+    /// Bytes from the radio.
+    Received(&'a [u8]),
+    /// Bytes to the radio.
+    Sent(&'a [u8]),
+    /// An event that no byte tells.
+    Event(Box<StationEvent>),
+    /// Number of received bytes that are not in the capture.
+    Missing(u64),
+    /// Received bytes that came before, left out: offset in the stream.
+    Repeated(u64),
+    /// A part that cannot be read: which, and why.
+    Damaged(String),
+}
+
+/// A piece before it is given out.
+enum Ahead {
+    Received(RawBytes),
+    Sent(RawBytes),
+    Event(Box<StationEvent>),
+    Damaged(String),
+}
+
+/// Position from which reading the pieces can go on.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct PiecePosition {
+    position: Position,
+    /// Received bytes before it; `None` where that is unknown.
+    stream: Option<u64>,
+}
+
+impl PiecePosition {
+    /// The beginning of a recording.
+    pub(crate) const BEGINNING: Self = Self {
+        position: Position {
+            offset: 0,
+            record: 0,
+        },
+        stream: Some(0),
+    };
+
+    /// The record outside of chunks, or the chunk, at a byte of the file.
+    pub(crate) const fn of_record(offset: u64) -> Self {
+        Self {
+            position: Position { offset, record: 0 },
+            stream: None,
+        }
+    }
+
+    /// Byte of the file at which reading goes on.
+    pub(crate) const fn offset(&self) -> u64 {
+        self.position.offset
+    }
+
+    /// After the last piece.
+    pub(crate) const END: Self = Self::of_record(u64::MAX);
+}
+
+/// Reads the pieces of a recording.
+pub(crate) struct Pieces<R> {
+    entries: Entries<R>,
+    session: BTreeMap<String, String>,
+    /// Log time of the first message, nanoseconds.
+    first_ns: Option<u64>,
+    last_ns: u64,
+    /// The next piece and its log time, nanoseconds.
+    ahead: Option<(u64, Ahead)>,
+    place: PiecePosition,
+    /// Where the stream goes on if the offset of the bytes after the latest gap is damaged.
+    without_gap: Option<u64>,
+    current: RawBytes,
+}
+
+impl<R: Read> Pieces<R> {
+    /// Reads from the beginning of `source`.
+    pub(crate) fn new(source: R) -> Self {
+        Self::of(Entries::new(source), PiecePosition::BEGINNING)
+    }
+
+    /// Reads from the beginning of `source`, whose channels are known.
+    pub(crate) fn of_channels(source: R, channels: Channels) -> Self {
+        let entries = Entries::of_channels(source, channels);
+        Self::of(entries, PiecePosition::BEGINNING)
+    }
+
+    /// Reads on from a place, with the channels known there; `source` begins at its offset.
+    pub(crate) fn resume(source: R, place: PiecePosition, channels: Channels) -> io::Result<Self> {
+        let entries = Entries::resume(source, place.position, channels)?;
+        Ok(Self::of(entries, place))
+    }
+
+    const fn of(entries: Entries<R>, place: PiecePosition) -> Self {
+        Self {
+            entries,
+            session: BTreeMap::new(),
+            first_ns: None,
+            last_ns: 0,
+            ahead: None,
+            place,
+            without_gap: None,
+            current: RawBytes {
+                stream_offset: 0,
+                data: Vec::new(),
+            },
+        }
+    }
+
+    /// Log time of the next piece, nanoseconds; `None` at the end.
+    pub(crate) fn next_ns(&mut self) -> io::Result<Option<u64>> {
+        while self.ahead.is_none() {
+            let Some(entry) = self.entries.next_entry()? else {
+                break;
+            };
+            self.ahead = match entry {
+                Entry::Damage(damage) => {
+                    let at_ns = damage
+                        .times_ns
+                        .map_or(self.last_ns, |(first_ns, _)| first_ns);
+                    Some((at_ns, Ahead::Damaged(damage.to_string())))
+                }
+                Entry::Other { opcode, body } => {
+                    if opcode == op::METADATA
+                        && let Some(Record::Metadata(table)) = parse(opcode, body)
+                        && table.name == Session::TABLE
+                    {
+                        self.session = table.metadata;
+                    }
+                    None
+                }
+                Entry::Message {
+                    channel,
+                    header,
+                    data,
+                } => {
+                    self.first_ns.get_or_insert(header.log_time);
+                    self.last_ns = header.log_time;
+                    let ahead = channel.ours.and_then(|topic| decode(topic, data));
+                    ahead.map(|ahead| (header.log_time, ahead))
+                }
+            };
+        }
+        Ok(self.ahead.as_ref().map(|(at_ns, _)| *at_ns))
+    }
+
+    /// The next piece and its log time, nanoseconds; `None` at the end.
+    pub(crate) fn next_piece(&mut self) -> io::Result<Option<(u64, Piece<'_>)>> {
+        self.next_ns()?;
+        let Some((at_ns, ahead)) = self.ahead.take() else {
+            return Ok(None);
+        };
+        let piece = match ahead {
+            Ahead::Received(raw) => {
+                let missing = self.missing_before(&raw);
+                if let Some(missing @ 1..) = missing {
+                    self.place.stream = Some(raw.stream_offset);
+                    self.ahead = Some((at_ns, Ahead::Received(raw)));
+                    return Ok(Some((at_ns, Piece::Missing(missing))));
+                }
+                self.current = raw;
+                let offset = self.current.stream_offset;
+                if missing == Some(0) {
+                    let end = offset.saturating_add(self.current.data.len() as u64);
+                    self.place.stream = Some(end);
+                    Piece::Received(&self.current.data)
+                } else if offset < self.place.stream.unwrap_or(0) {
+                    Piece::Repeated(offset)
+                } else {
+                    let damage = format!("{RAW_RX}: the offset {offset} makes no sense");
+                    Piece::Damaged(damage)
+                }
+            }
+            Ahead::Sent(raw) => {
+                self.current = raw;
+                Piece::Sent(&self.current.data)
+            }
+            Ahead::Event(event) => Piece::Event(event),
+            Ahead::Damaged(damage) => Piece::Damaged(damage),
+        };
+        self.place.position = self.entries.position();
+        Ok(Some((at_ns, piece)))
+    }
+
+    /// Bytes missing before these; `None` where these came before or their offset is damaged.
+    fn missing_before(&mut self, raw: &RawBytes) -> Option<u64> {
+        let offset = raw.stream_offset;
+        let Some(expected) = self.place.stream else {
+            return Some(0);
+        };
+        if self.without_gap.take_if(|it| *it == offset).is_some() {
+            return Some(0);
+        }
+        let missing = offset
+            .checked_sub(expected)
+            .filter(|missing| *missing <= GAP_BYTES_MAX)?;
+        if missing > 0 {
+            self.without_gap = Some(expected.saturating_add(raw.data.len() as u64));
+        }
+        Some(missing)
+    }
+
+    /// Where the next piece begins.
+    pub(crate) const fn place(&self) -> PiecePosition {
+        self.place
+    }
+
+    /// Metadata of the session met so far: link, start, software.
+    pub(crate) const fn session(&self) -> &BTreeMap<String, String> {
+        &self.session
+    }
+
+    /// Log time of the first message read, nanoseconds.
+    pub(crate) const fn first_ns(&self) -> Option<u64> {
+        self.first_ns
+    }
+
+    /// Log time of the last message read, nanoseconds.
+    pub(crate) const fn last_ns(&self) -> u64 {
+        self.last_ns
+    }
+
+    /// The channels met so far.
+    pub(crate) const fn channels(&self) -> &Channels {
+        self.entries.channels()
+    }
+
+    /// Byte of the file at which the record of the next piece begins, or its chunk; known when its time is.
+    pub(crate) const fn part_offset(&self) -> u64 {
+        self.entries.part_offset()
+    }
+
+    /// Whether the file has its end mark; known at the end.
+    pub(crate) fn is_finished(&self) -> bool {
+        self.entries.is_finished()
+    }
+}
+
+/// Whether received bytes are among the channels.
+pub(crate) fn has_received(channels: &Channels) -> bool {
+    channels
+        .values()
+        .any(|channel| channel.ours == Some(Topic::RawRx))
+}
+
+/// The piece of a message; `None` on topics that follow from the bytes.
+fn decode(topic: Topic, data: &[u8]) -> Option<Ahead> {
+    let decoded = match topic {
+        Topic::RawRx => RawBytes::decode(data).map(Ahead::Received),
+        Topic::RawTx => RawBytes::decode(data).map(Ahead::Sent),
+        Topic::Uplink => UplinkEvent::decode(data)
+            .map(|event| Ahead::Event(Box::new(StationEvent::Uplink(event)))),
+        Topic::Log => Log::decode(data).map(|log| Ahead::Event(Box::new(StationEvent::Log(log)))),
+        _ => return None,
+    };
+    Some(decoded.unwrap_or_else(|error| Ahead::Damaged(format!("{}: {error}", topic.name()))))
+}

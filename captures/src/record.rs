@@ -1,0 +1,101 @@
+//! The shape of MCAP records: <https://mcap.dev/spec>.
+
+use ::mcap::parse_record;
+use ::mcap::records::{Record, op};
+
+/// Bytes of the opcode and the length before each record.
+pub(crate) const HEAD_BYTES: usize = 9;
+
+/// The largest accepted record, and the largest accepted chunk once unpacked, bytes.
+pub(crate) const RECORD_BYTES_MAX: usize = 64 << 20;
+
+/// A field of a record.
+#[derive(Clone, Copy)]
+enum Field {
+    /// A number, or several, of fixed size in bytes.
+    Fixed(usize),
+    /// A string or array after its length of 32 bits.
+    Sized,
+    /// Data after its length of 64 bits.
+    Data,
+    /// Pairs of strings after their common length of 32 bits.
+    Map,
+}
+
+use Field::{Data, Fixed, Map, Sized};
+
+/// The opcode and the length of the body, if they can be those of a record.
+pub(crate) fn head(bytes: &[u8]) -> Option<(u8, usize)> {
+    let (head, _) = bytes.split_first_chunk::<HEAD_BYTES>()?;
+    let [opcode, length @ ..] = *head;
+    let length = usize::try_from(u64::from_le_bytes(length)).ok()?;
+    let is_known = matches!(opcode, op::HEADER..=op::DATA_END | 0x80..);
+    (is_known && length <= RECORD_BYTES_MAX).then_some((opcode, length))
+}
+
+/// The fields of a kind of record; a message ends with data of any length.
+const fn fields(opcode: u8) -> &'static [Field] {
+    match opcode {
+        op::HEADER => &[Sized, Sized],
+        op::FOOTER => &[Fixed(20)],
+        op::SCHEMA => &[Fixed(2), Sized, Sized, Sized],
+        op::CHANNEL => &[Fixed(4), Sized, Sized, Map],
+        op::MESSAGE => &[Fixed(22)],
+        op::CHUNK => &[Fixed(28), Sized, Data],
+        op::MESSAGE_INDEX => &[Fixed(2), Sized],
+        op::CHUNK_INDEX => &[Fixed(32), Sized, Fixed(8), Sized, Fixed(16)],
+        op::ATTACHMENT => &[Fixed(16), Sized, Sized, Data, Fixed(4)],
+        op::ATTACHMENT_INDEX => &[Fixed(40), Sized, Sized],
+        op::STATISTICS => &[Fixed(42), Sized],
+        op::METADATA => &[Sized, Map],
+        op::METADATA_INDEX => &[Fixed(16), Sized],
+        op::SUMMARY_OFFSET => &[Fixed(17)],
+        op::DATA_END => &[Fixed(4)],
+        _ => &[],
+    }
+}
+
+/// Bytes of the body after its fields; `None` where a field is longer than the body.
+pub(crate) fn bytes_after_fields(opcode: u8, body: &[u8]) -> Option<usize> {
+    fn sized<'a>(bytes: &mut &'a [u8]) -> Option<&'a [u8]> {
+        let (length, rest) = bytes.split_first_chunk()?;
+        let (content, rest) = rest.split_at_checked(u32::from_le_bytes(*length) as usize)?;
+        *bytes = rest;
+        Some(content)
+    }
+    let mut rest = body;
+    for field in fields(opcode) {
+        match field {
+            Fixed(bytes) => rest = rest.get(*bytes..)?,
+            Sized => drop(sized(&mut rest)?),
+            Data => {
+                let (length, data) = rest.split_first_chunk()?;
+                let length = usize::try_from(u64::from_le_bytes(*length)).ok()?;
+                rest = data.get(length..)?;
+            }
+            Map => {
+                let mut pairs = sized(&mut rest)?;
+                while !pairs.is_empty() {
+                    sized(&mut pairs)?;
+                    sized(&mut pairs)?;
+                }
+            }
+        }
+    }
+    Some(rest.len())
+}
+
+/// The record with this body. Lengths in it are checked first, because [`parse_record`] reserves memory for them.
+pub(crate) fn parse(opcode: u8, body: &[u8]) -> Option<Record<'_>> {
+    bytes_after_fields(opcode, body)?;
+    parse_record(opcode, body).ok()
+}
+
+/// Whether the body proves the length in its head: its fields fill it, and not by chance.
+pub(crate) fn proves_its_length(opcode: u8, body: &[u8]) -> bool {
+    let has_lengths = matches!(
+        opcode,
+        op::HEADER | op::SCHEMA | op::CHANNEL | op::METADATA | op::ATTACHMENT
+    );
+    has_lengths && bytes_after_fields(opcode, body) == Some(0)
+}

@@ -1,0 +1,573 @@
+//! Reads the records of an MCAP and goes on after damage.
+//!
+//! The `mcap` crate reads the records and checks every checksum, but stops at the first damage. The repairing reader skips and
+//! names a damaged record; where the length of a record is damaged it goes on at the next whole chunk or, between messages
+//! outside of chunks, at the next row of messages. Nothing of a chunk is given out before its checksum holds.
+
+use std::fmt;
+use std::io::{self, Read};
+
+use ::mcap::records::{Record, op};
+use ::mcap::sans_io::{LinearReadEvent, LinearReader, LinearReaderOptions};
+use ::mcap::{MAGIC, McapError};
+use serde::{Serialize, Serializer};
+
+use crate::record::{
+    HEAD_BYTES, RECORD_BYTES_MAX, bytes_after_fields, head, parse, proves_its_length,
+};
+
+/// Bytes read at a time.
+const READ_BYTES: usize = 256 << 10;
+
+/// Records in a row from which a file without chunks is understood again.
+const ROW_RECORDS: usize = 3;
+
+/// Longest pause between two messages of such a row, nanoseconds.
+const ROW_PAUSE_NS: u64 = 86_400_000_000_000;
+
+/// Reason why a part of a file cannot be read.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
+pub enum Problem {
+    /// A chunk in the other compression of the MCAP specification. It may be whole.
+    #[error(
+        "a chunk is compressed with LZ4, which is not read here; `mcap compress` rewrites the file with zstd"
+    )]
+    Lz4,
+    /// Any other.
+    #[error("{0}")]
+    Flaw(&'static str),
+}
+
+impl From<&'static str> for Problem {
+    fn from(text: &'static str) -> Self {
+        Self::Flaw(text)
+    }
+}
+
+impl Serialize for Problem {
+    fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
+        serializer.collect_str(self)
+    }
+}
+
+/// A damaged part of the file.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize)]
+pub struct Damage {
+    /// First byte in the file.
+    pub offset: u64,
+    /// Bytes skipped; 0 where it is unknown which are wrong.
+    pub bytes: u64,
+    /// Reason.
+    pub problem: Problem,
+    /// First and last log time of the messages lost, nanoseconds, where the chunk says it.
+    #[serde(skip)]
+    pub times_ns: Option<(u64, u64)>,
+}
+
+impl fmt::Display for Damage {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let Self { offset, bytes, .. } = self;
+        if *bytes == 0 {
+            return write!(f, "{}", self.problem);
+        }
+        write!(f, "{} ({bytes} bytes at byte {offset}", self.problem)?;
+        if let Some((first_ns, last_ns)) = self.times_ns {
+            let s = last_ns.saturating_sub(first_ns) as f64 / 1e9;
+            write!(f, ", {s:.1} s of the recording")?;
+        }
+        f.write_str(")")
+    }
+}
+
+/// The next part of the file.
+#[derive(Debug)]
+pub enum Part<'a> {
+    /// A record; those of a chunk one by one, the chunk itself never.
+    Record {
+        /// Kind of the record: [`op`].
+        opcode: u8,
+        /// The record after its length.
+        body: &'a [u8],
+    },
+    /// A part that was skipped.
+    Damage(Damage),
+}
+
+/// Position from which reading can go on.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, PartialOrd, Ord)]
+pub struct Position {
+    /// Byte of a record outside of chunks, or of a chunk.
+    pub offset: u64,
+    /// Records of the chunk before it.
+    pub record: u32,
+}
+
+/// How the file ends.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum End {
+    Finished,
+    Unfinished,
+}
+
+/// A part without its body.
+enum Found {
+    Record(u8),
+    Damage(Damage),
+}
+
+/// Reads a file or a stream.
+pub struct RepairingReader<R> {
+    window: Window<R>,
+    /// Reads the file, chunks as they are.
+    outer: LinearReader,
+    /// Bytes from the beginning of the window on that `outer` has.
+    given: usize,
+    chunk: Option<Chunk>,
+    /// The record given out last.
+    body: Vec<u8>,
+    /// Log time of the latest message outside of chunks, nanoseconds.
+    last_ns: Option<u64>,
+    /// Byte of the file at which the record or chunk given out last begins.
+    part_offset: u64,
+    has_footer: bool,
+    is_damaged: bool,
+    end: Option<End>,
+}
+
+impl<R: Read> RepairingReader<R> {
+    /// Reads from the beginning of `source`, which needs no buffer of its own.
+    pub fn new(source: R) -> Self {
+        let options = outer_options()
+            .with_skip_start_magic(false)
+            .with_validate_data_section_crc(true);
+        Self {
+            window: Window::new(source),
+            outer: LinearReader::new_with_options(options),
+            given: 0,
+            chunk: None,
+            body: Vec::new(),
+            last_ns: None,
+            part_offset: 0,
+            has_footer: false,
+            is_damaged: false,
+            end: None,
+        }
+    }
+
+    /// Reads on from a position; `source` begins at its offset.
+    ///
+    /// # Errors
+    /// When the source cannot be read.
+    pub fn resume(source: R, position: Position) -> io::Result<Self> {
+        let mut reader = Self::new(source);
+        if position.offset > 0 {
+            reader.window.offset = position.offset;
+            reader.restart();
+        }
+        while reader.position() < position && reader.advance()?.is_some() {}
+        Ok(reader)
+    }
+
+    /// Where the next part begins.
+    #[must_use]
+    pub fn position(&self) -> Position {
+        let outside = Position {
+            offset: self.window.offset,
+            record: 0,
+        };
+        self.chunk.as_ref().map_or(outside, |chunk| chunk.position)
+    }
+
+    /// Byte of the file at which the record given out last begins, or its chunk.
+    #[must_use]
+    pub const fn part_offset(&self) -> u64 {
+        self.part_offset
+    }
+
+    /// Whether the file has its end mark; known when there is no next part.
+    #[must_use]
+    pub fn is_finished(&self) -> bool {
+        self.end == Some(End::Finished)
+    }
+
+    /// The next record or damaged part; `None` at the end. A record that the end of the file cuts off is left out.
+    ///
+    /// # Errors
+    /// When the source cannot be read.
+    pub fn next_part(&mut self) -> io::Result<Option<Part<'_>>> {
+        Ok(self.advance()?.map(|found| match found {
+            Found::Damage(damage) => Part::Damage(damage),
+            Found::Record(opcode) => Part::Record {
+                opcode,
+                body: &self.body,
+            },
+        }))
+    }
+
+    fn advance(&mut self) -> io::Result<Option<Found>> {
+        let mut found = self.next_in_chunk();
+        while found.is_none() && self.end.is_none() {
+            match self.outer.next_event() {
+                None => self.end = Some(End::Finished),
+                Some(Ok(LinearReadEvent::ReadRequest(bytes))) => self.give(bytes)?,
+                Some(Ok(LinearReadEvent::Record { data, opcode })) => {
+                    self.body.clear();
+                    self.body.extend_from_slice(data);
+                    found = self.take_record(opcode)?;
+                }
+                Some(Err(error)) => found = self.take_error(&error)?,
+            }
+        }
+        Ok(found)
+    }
+
+    fn next_in_chunk(&mut self) -> Option<Found> {
+        let chunk = self.chunk.as_mut()?;
+        chunk.position.record += 1;
+        if let Some((opcode, body)) = chunk.first.take() {
+            self.body = body;
+            return Some(Found::Record(opcode));
+        }
+        match chunk.reader.next_event() {
+            Some(Ok(LinearReadEvent::Record { data, opcode })) => {
+                self.body.clear();
+                self.body.extend_from_slice(data);
+                Some(Found::Record(opcode))
+            }
+            Some(Ok(LinearReadEvent::ReadRequest(_))) | None => {
+                self.chunk = None;
+                None
+            }
+            Some(Err(_)) => {
+                self.chunk = None;
+                let problem = "the inside of a chunk makes no sense".into();
+                Some(self.damage(self.window.offset, (problem, None)))
+            }
+        }
+    }
+
+    /// Hands bytes on to the reader of the file, none at the end.
+    fn give(&mut self, wanted: usize) -> io::Result<()> {
+        let bytes = self.window.fill(self.given + wanted)?;
+        let bytes = bytes.get(self.given..).unwrap_or_default();
+        let bytes = &bytes[..bytes.len().min(wanted)];
+        self.outer.insert(wanted)[..bytes.len()].copy_from_slice(bytes);
+        self.outer.notify_read(bytes.len());
+        self.given += bytes.len();
+        Ok(())
+    }
+
+    /// Accepts the record in `body`, skips it, or searches on where its length is not to be believed.
+    fn take_record(&mut self, opcode: u8) -> io::Result<Option<Found>> {
+        let length = HEAD_BYTES + self.body.len();
+        // The first record comes after the start mark.
+        self.window.advance(self.given - length);
+        let at = self.window.offset;
+        let after = self.window.fill(length + HEAD_BYTES)?;
+        let after = after.get(length..).unwrap_or_default();
+        let goes_on = match opcode {
+            op::FOOTER => after.starts_with(MAGIC) || MAGIC.starts_with(after),
+            _ => after.len() < HEAD_BYTES || head(after).is_some(),
+        };
+        let chunk = (opcode == op::CHUNK).then(|| Chunk::open(&self.body, at));
+        let flaw = match &chunk {
+            Some(opened) => opened.as_ref().err().copied(),
+            None => flaw(opcode, &self.body).map(|problem| (problem.into(), None)),
+        };
+        let is_proven = chunk.is_some() || goes_on || proves_its_length(opcode, &self.body);
+        match flaw {
+            None if is_proven => {}
+            Some(lost) if goes_on => {
+                self.accept(length);
+                return Ok(Some(self.damage(at, lost)));
+            }
+            _ => return self.search(false),
+        }
+        self.accept(length);
+        self.part_offset = at;
+        match opcode {
+            op::CHUNK => {
+                self.chunk = chunk.and_then(Result::ok);
+                return Ok(self.next_in_chunk());
+            }
+            op::MESSAGE => self.last_ns = log_time_ns(&self.body),
+            // The summary has a checksum of its own.
+            op::DATA_END => self.is_damaged = false,
+            op::FOOTER => self.has_footer = true,
+            _ => {}
+        }
+        Ok(Some(Found::Record(opcode)))
+    }
+
+    fn take_error(&mut self, error: &McapError) -> io::Result<Option<Found>> {
+        let at = self.window.offset;
+        let crc = match error {
+            McapError::BadDataCrc { .. } => "the checksum of the data section does not hold",
+            McapError::BadSummaryCrc { .. } => "the checksum of the summary does not hold",
+            McapError::BytesAfterEndMagic => {
+                self.end = Some(End::Finished);
+                let problem = "something follows the end mark".into();
+                return Ok(Some(self.damage(at, (problem, None))));
+            }
+            _ if self.has_footer || self.window.fill(1)?.is_empty() => {
+                self.end = Some(End::Unfinished);
+                return Ok(None);
+            }
+            McapError::BadMagic => return self.take_bad_magic(),
+            McapError::UnexpectedEof => return self.search(true),
+            _ => return self.search(false),
+        };
+        let is_known = std::mem::replace(&mut self.is_damaged, true);
+        self.restart();
+        Ok((!is_known).then(|| self.damage(at, (crc.into(), None))))
+    }
+
+    /// Goes on where the first record should be.
+    fn take_bad_magic(&mut self) -> io::Result<Option<Found>> {
+        let bytes = self.window.fill(MAGIC.len() + HEAD_BYTES)?;
+        if head(bytes.get(MAGIC.len()..).unwrap_or_default()).is_none() {
+            return self.search(false);
+        }
+        self.accept(MAGIC.len());
+        self.restart();
+        let problem = "it does not begin as an MCAP does".into();
+        Ok(Some(self.damage(0, (problem, None))))
+    }
+
+    /// Skips to where the file can be understood again.
+    fn search(&mut self, is_torn: bool) -> io::Result<Option<Found>> {
+        let at = self.window.offset;
+        self.window.advance(1);
+        while !self.window.fill(1)?.is_empty() {
+            if self.can_go_on()? {
+                self.restart();
+                return Ok(Some(
+                    self.damage(at, ("no record begins here".into(), None)),
+                ));
+            }
+            self.window.advance(1);
+        }
+        self.end = Some(End::Unfinished);
+        let problem = "nothing makes sense from here to the end".into();
+        Ok((!is_torn).then(|| self.damage(at, (problem, None))))
+    }
+
+    /// Whether a whole chunk, the end of the data or a row of messages begins here.
+    fn can_go_on(&mut self) -> io::Result<bool> {
+        let Some((opcode, length)) = head(self.window.fill(HEAD_BYTES)?) else {
+            return Ok(false);
+        };
+        if opcode == op::MESSAGE {
+            return self.is_row();
+        }
+        if !matches!(opcode, op::CHUNK | op::DATA_END | op::FOOTER) {
+            return Ok(false);
+        }
+        let bytes = self.window.fill(2 * HEAD_BYTES + length)?;
+        let Some((body, after)) = bytes[HEAD_BYTES..].split_at_checked(length) else {
+            return Ok(false);
+        };
+        Ok(match opcode {
+            op::CHUNK => Chunk::open(body, 0).is_ok(),
+            op::FOOTER => flaw(opcode, body).is_none() && MAGIC.starts_with(after),
+            _ => flaw(opcode, body).is_none() && head(after).is_some(),
+        })
+    }
+
+    /// Whether a message begins here and whole records follow each other from it on, times in order. Messages outside
+    /// of chunks have no checksum.
+    fn is_row(&mut self) -> io::Result<bool> {
+        let mut at = 0;
+        let mut last_ns = self.last_ns;
+        for number in 0..ROW_RECORDS {
+            let unread = &self.window.fill(at + HEAD_BYTES)?[at..];
+            let Some((opcode, length)) = head(unread) else {
+                return Ok(number > 0 && unread.is_empty());
+            };
+            let end = at + HEAD_BYTES + length;
+            let Some(body) = self.window.fill(end)?.get(at + HEAD_BYTES..end) else {
+                return Ok(number > 0 && opcode == op::MESSAGE);
+            };
+            if flaw(opcode, body).is_some() {
+                return Ok(false);
+            }
+            if opcode == op::MESSAGE {
+                let at_ns = log_time_ns(body);
+                if let (Some(last_ns), Some(at_ns)) = (last_ns, at_ns)
+                    && !(last_ns..last_ns.saturating_add(ROW_PAUSE_NS)).contains(&at_ns)
+                {
+                    return Ok(false);
+                }
+                last_ns = at_ns;
+            }
+            at = end;
+        }
+        Ok(true)
+    }
+
+    /// Reads on at the beginning of the window.
+    fn restart(&mut self) {
+        self.outer = LinearReader::new_with_options(outer_options());
+        self.given = 0;
+    }
+
+    /// Leaves a record behind.
+    fn accept(&mut self, length: usize) {
+        self.window.advance(length);
+        self.given = 0;
+    }
+
+    /// The damaged part that ends here.
+    fn damage(&mut self, offset: u64, (problem, times_ns): Lost) -> Found {
+        self.is_damaged = true;
+        Found::Damage(Damage {
+            offset,
+            bytes: self.window.offset - offset,
+            problem,
+            times_ns,
+        })
+    }
+}
+
+fn outer_options() -> LinearReaderOptions {
+    LinearReaderOptions::default()
+        .with_skip_start_magic(true)
+        .with_check_finishes_after_end_magic(true)
+        .with_emit_chunks(true)
+        .with_validate_summary_section_crc(true)
+        .with_record_length_limit(RECORD_BYTES_MAX)
+}
+
+/// Defect of a record outside of chunks; chunks are opened instead.
+fn flaw(opcode: u8, body: &[u8]) -> Option<&'static str> {
+    let is_whole = match (opcode, bytes_after_fields(opcode, body)) {
+        (_, None) => false,
+        (op::MESSAGE, _) => true,
+        (op::DATA_END | op::FOOTER | op::MESSAGE_INDEX, Some(rest)) => rest == 0,
+        (op::ATTACHMENT, _) if parse(opcode, body).is_none() => {
+            return Some("the checksum of an attachment does not hold");
+        }
+        _ => parse(opcode, body).is_some(),
+    };
+    (!is_whole).then_some("a record makes no sense")
+}
+
+fn log_time_ns(message: &[u8]) -> Option<u64> {
+    let at_ns = message.get(6..)?.first_chunk()?;
+    Some(u64::from_le_bytes(*at_ns))
+}
+
+/// Reason why a chunk is lost, and first and last log time of its messages, nanoseconds.
+type Lost = (Problem, Option<(u64, u64)>);
+
+/// A chunk whose checksum holds.
+struct Chunk {
+    reader: LinearReader,
+    /// Its first record, which is read to check the chunk.
+    first: Option<(u8, Vec<u8>)>,
+    position: Position,
+}
+
+impl Chunk {
+    /// Opens the chunk with this record body, which is at an offset of the file.
+    fn open(body: &[u8], offset: u64) -> Result<Self, Lost> {
+        let header = match parse(op::CHUNK, body) {
+            Some(Record::Chunk { header, .. })
+                if bytes_after_fields(op::CHUNK, body) == Some(0) =>
+            {
+                header
+            }
+            _ => return Err(("a chunk makes no sense".into(), None)),
+        };
+        let options = LinearReaderOptions::default()
+            .with_skip_start_magic(true)
+            .with_skip_end_magic(true)
+            .with_prevalidate_chunk_crcs(true)
+            .with_record_length_limit(RECORD_BYTES_MAX);
+        let mut reader = LinearReader::new_with_options(options);
+        let (opcode, rest) = reader.insert(HEAD_BYTES + body.len()).split_at_mut(1);
+        opcode[0] = op::CHUNK;
+        let (length, content) = rest.split_at_mut(HEAD_BYTES - 1);
+        length.copy_from_slice(&(body.len() as u64).to_le_bytes());
+        content.copy_from_slice(body);
+        reader.notify_read(HEAD_BYTES + body.len());
+        let first = match reader.next_event() {
+            Some(Ok(LinearReadEvent::Record { data, opcode })) => Some((opcode, data.to_vec())),
+            Some(Err(error)) => {
+                let times_ns = (header.message_start_time, header.message_end_time);
+                return Err((chunk_problem(&error), Some(times_ns)));
+            }
+            _ => None,
+        };
+        Ok(Self {
+            reader,
+            first,
+            position: Position { offset, record: 0 },
+        })
+    }
+}
+
+fn chunk_problem(error: &McapError) -> Problem {
+    Problem::Flaw(match error {
+        McapError::UnsupportedCompression(name) if name == "lz4" => return Problem::Lz4,
+        McapError::UnsupportedCompression(_) => {
+            "a chunk is compressed with something else than zstd"
+        }
+        McapError::BadChunkCrc { .. } => "the checksum of a chunk does not hold",
+        McapError::ChunkTooLarge(_) => "a chunk claims to be larger than any",
+        _ => "a chunk cannot be unpacked",
+    })
+}
+
+/// The unread part of a source, from the beginning of a record on.
+struct Window<R> {
+    source: R,
+    bytes: Vec<u8>,
+    start: usize,
+    /// Byte of the file at `start`.
+    offset: u64,
+    has_ended: bool,
+}
+
+impl<R: Read> Window<R> {
+    const fn new(source: R) -> Self {
+        Self {
+            source,
+            bytes: Vec::new(),
+            start: 0,
+            offset: 0,
+            has_ended: false,
+        }
+    }
+
+    /// At least `wanted` unread bytes, or all there are.
+    fn fill(&mut self, wanted: usize) -> io::Result<&[u8]> {
+        while self.bytes.len() - self.start < wanted && !self.has_ended {
+            self.bytes.drain(..self.start);
+            self.start = 0;
+            let missing = (wanted - self.bytes.len()).max(READ_BYTES) as u64;
+            let mut source = self.source.by_ref().take(missing);
+            self.has_ended = source.read_to_end(&mut self.bytes)? == 0;
+        }
+        Ok(&self.bytes[self.start..])
+    }
+
+    /// Leaves bytes behind that have been filled.
+    const fn advance(&mut self, bytes: usize) {
+        self.start += bytes;
+        self.offset += bytes as u64;
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_problem_is_its_text_for_programs_too() {
+        for problem in [Problem::Lz4, Problem::from("a record makes no sense")] {
+            let json = serde_json::to_value(problem).unwrap();
+            assert_eq!(json, problem.to_string());
+        }
+    }
+}
