@@ -83,7 +83,7 @@ fn measure(hours: u64, form: &str, path: &Path) {
     let opened = begun.elapsed();
     let length = tape.length();
     let first = Scene::new("bench", Arc::default(), &*tape);
-    let mut again = tape.again();
+    let mut again = tape.reopen();
     let mut reel = Reel::new(tape, first.clone(), SPACING);
     let begun = Instant::now();
     reel.seek(length.mul_f64(0.9));

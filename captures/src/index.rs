@@ -1,13 +1,11 @@
-//! Captures that are read from anywhere: opening one and going to a place in it take the same time and
-//! memory however long it is.
+//! Seekable captures: opening one and seeking in it take the same time however long it is.
 //!
-//! A text needs no index: a byte's place is its time on a 2400-baud radio, and the times of one that has them are in
-//! order. An MCAP has its chunks' times in the summary at its end, and how many messages each topic has in them; of
-//! those of a very long one some are kept, and the headers between them say the rest.
+//! Raw text needs no index: the offset of a byte is its time on a 2400-baud radio, and timestamps are in order. The summary of an
+//! MCAP lists the chunks with their times and numbers of messages. An unfinished MCAP has no summary and is read through once.
 
 mod chunk_table;
 mod mcap;
-mod scout;
+mod prefilter;
 mod text;
 
 use std::fs::File;
@@ -22,19 +20,19 @@ use crate::event::{Moment, Truth};
 use crate::pieces::PiecePosition;
 
 pub use crate::pieces::Piece;
-pub use mcap::McapTape;
-pub use text::TextTape;
+pub use mcap::SeekableRecording;
+pub use text::SeekableText;
 
 /// Where a piece begins in a capture.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Place {
     position: PiecePosition,
-    /// When the piece before it happened.
+    /// Time of the piece before it, since the capture began.
     at: Moment,
 }
 
 impl Place {
-    /// When what came before it happened.
+    /// Time of the piece before it, since the capture began.
     #[must_use]
     pub const fn at(&self) -> Moment {
         self.at
@@ -42,8 +40,8 @@ impl Place {
 }
 
 /// A capture that can be read from any place.
-pub trait Tape {
-    /// When the next piece happened, since the capture began; `None` at the end.
+pub trait SeekableReader {
+    /// Time of the next piece, since the capture began; `None` at the end.
     fn next_at(&mut self) -> Option<Moment>;
 
     /// The next piece; `None` at the end.
@@ -52,43 +50,44 @@ pub trait Tape {
     /// Where the next piece begins.
     fn place(&self) -> Place;
 
-    /// Goes on reading at a place of this capture.
-    fn go(&mut self, place: Place);
+    /// Reads on at a place of this capture.
+    fn seek(&mut self, place: Place);
 
-    /// A place before everything that happened at a moment or later, and not long before it.
+    /// A place shortly before the first piece at a moment or later.
     fn find(&mut self, at: Moment) -> Place;
 
-    /// When the line of a number, from 1, came, and how many lines came before that moment: as far as can be told
-    /// without reading what lies before it, which may know better. `None` where nothing tells.
+    /// Estimated time of line `number`, from 1, and number of lines before that time, without reading the part before it.
+    /// `None` where the capture gives no hint.
     fn about_line(&mut self, number: u64) -> Option<(Moment, u64)>;
 
-    /// Whether there may be a landmark of a kind from one moment until another, both included, as far as can be told without reading.
+    /// Whether there may be a landmark of a kind from one moment until another, both included. A prefilter: `true` may be wrong,
+    /// `false` is not.
     fn may_hold(&mut self, landmark: Landmark, from: Moment, until: Moment) -> bool;
 
-    /// When the last of it happened; what a damaged capture says of itself may be too much.
+    /// Duration of the capture; of a damaged one it may be too long.
     fn length(&self) -> Moment;
 
-    /// Time of day at its beginning, since 1970, if it knows.
+    /// Time since 1970 of its beginning, if known.
     fn unix(&self) -> Option<Moment>;
 
-    /// The simulator's truth, where the capture is of a simulated robot and has it.
+    /// The true state of a simulated robot, where the capture has it.
     fn truth(&self) -> Option<Truth> {
         None
     }
 
-    /// The same capture once more, for somebody else to read.
-    fn again(&self) -> Box<dyn Tape + Send>;
+    /// A second, independent reader of this capture.
+    fn reopen(&self) -> Box<dyn SeekableReader + Send>;
 }
 
-/// Anything that can be read from anywhere, by several at a time.
+/// Bytes with random access, for several readers at a time.
 pub trait Source: Send + Sync {
-    /// Reads what there is at an offset; nothing at the end.
+    /// Reads bytes at an offset; none at the end.
     ///
     /// # Errors
     /// The operating system's.
     fn read_at(&self, offset: u64, buffer: &mut [u8]) -> io::Result<usize>;
 
-    /// Bytes there are.
+    /// Size in bytes.
     ///
     /// # Errors
     /// The operating system's.
@@ -122,12 +121,12 @@ impl Source for Vec<u8> {
     }
 }
 
-/// Opens a capture of either form, told apart by content. `-` is standard input; what cannot be read from
-/// anywhere, like a pipe, is read to its end first and kept in a temporary file that nobody sees.
+/// Opens a capture of either form, told apart by content. `-` is standard input. A pipe is read to its end first and kept in
+/// an unlinked temporary file.
 ///
 /// # Errors
 /// When it cannot be opened, or is no capture.
-pub fn open(path: &Path) -> Result<Box<dyn Tape + Send>, CaptureError> {
+pub fn open(path: &Path) -> Result<Box<dyn SeekableReader + Send>, CaptureError> {
     let open_error = |error| CaptureError::Open {
         path: path.to_owned(),
         error,
@@ -143,18 +142,18 @@ pub fn open(path: &Path) -> Result<Box<dyn Tape + Send>, CaptureError> {
     }
 }
 
-fn spool(from: &mut dyn Read, path: &Path) -> Result<Box<dyn Tape + Send>, CaptureError> {
+fn spool(from: &mut dyn Read, path: &Path) -> Result<Box<dyn SeekableReader + Send>, CaptureError> {
     let read_error = |error| CaptureError::Read {
         path: path.to_owned(),
         error,
     };
-    let mut spool = unseen_file().map_err(read_error)?;
+    let mut spool = unlinked_file().map_err(read_error)?;
     io::copy(from, &mut spool).map_err(read_error)?;
     read(Arc::new(spool), path)
 }
 
-/// A file that goes with its handle.
-fn unseen_file() -> io::Result<File> {
+/// A file that is deleted when it is closed.
+fn unlinked_file() -> io::Result<File> {
     let mut tries = 0;
     loop {
         let name = format!("groundwave-{}-{tries}.spool", std::process::id());
@@ -166,7 +165,7 @@ fn unseen_file() -> io::Result<File> {
             .open(&path);
         match made {
             Ok(file) => {
-                // Where an open file cannot be unlinked it stays until somebody clears the folder.
+                // Where an open file cannot be unlinked it stays in the temporary folder.
                 let _ = std::fs::remove_file(&path);
                 return Ok(file);
             }
@@ -176,11 +175,14 @@ fn unseen_file() -> io::Result<File> {
     }
 }
 
-/// A capture in anything that can be read from anywhere; the name is for messages.
+/// Opens a capture in a source with random access; the name is for messages.
 ///
 /// # Errors
 /// When it cannot be read, or is no capture.
-pub fn read(source: Arc<dyn Source>, name: &Path) -> Result<Box<dyn Tape + Send>, CaptureError> {
+pub fn read(
+    source: Arc<dyn Source>,
+    name: &Path,
+) -> Result<Box<dyn SeekableReader + Send>, CaptureError> {
     let read_error = |error| CaptureError::Read {
         path: name.to_owned(),
         error,
@@ -192,12 +194,12 @@ pub fn read(source: Arc<dyn Source>, name: &Path) -> Result<Box<dyn Tape + Send>
         return Err(CaptureError::Route(name.to_owned()));
     }
     Ok(match Form::tell(&head[..length.min(HEAD_BYTES)], name)? {
-        Form::Mcap => Box::new(McapTape::new(source, name)?),
-        Form::Raw => Box::new(TextTape::new(source).map_err(read_error)?),
+        Form::Mcap => Box::new(SeekableRecording::new(source, name)?),
+        Form::Raw => Box::new(SeekableText::new(source).map_err(read_error)?),
     })
 }
 
-/// As many bytes as there are from a place on, up to the length of the buffer.
+/// Fills the buffer from an offset on, as far as there are bytes; returns how many.
 fn read_at(source: &dyn Source, offset: u64, buffer: &mut [u8]) -> io::Result<usize> {
     let mut filled = 0;
     while filled < buffer.len() {

@@ -47,7 +47,7 @@ pub(super) fn run(options: &Replay, config: &config::Config) -> Result<(), Fault
     }
     let (tell, findings) = tokio::sync::mpsc::channel(FINDINGS);
     let reader = {
-        let (scene, mut tape) = (first.clone(), tape.again());
+        let (scene, mut tape) = (first.clone(), tape.reopen());
         thread::spawn(move || survey(scene, &mut tape, |found| tell.blocking_send(found).is_ok()))
     };
     let started = Instant::now();

@@ -6,7 +6,7 @@
 //! session's a [`past`]; a [`player`] lets time pass in either, at any speed, and obeys the operator.
 //!
 //! Nothing here reads a clock or a file: the host's time is a parameter, and a capture is a
-//! [`Tape`](crate::capture::index::Tape).
+//! [`SeekableReader`](crate::capture::index::SeekableReader).
 
 mod hunt;
 pub mod keyframes;

@@ -6,7 +6,7 @@ use groundwave_protocol::arq;
 
 use super::keyframes::Keyframes;
 use super::reel::Cursor;
-use crate::capture::index::{Piece, Place, Tape};
+use crate::capture::index::{Piece, Place, SeekableReader};
 use crate::event::{Event, Level, LinkEvent, Moment};
 use crate::model::{Config, Facts};
 use crate::recorded::from_recorded;
@@ -51,11 +51,11 @@ pub struct Scene {
 impl Scene {
     /// The beginning of a capture, of which the screen says the name. Limits of alarms are the configuration's.
     #[must_use]
-    pub fn new(name: &str, config: Arc<Config>, tape: &dyn Tape) -> Self {
+    pub fn new(name: &str, config: Arc<Config>, tape: &dyn SeekableReader) -> Self {
         Self::from(name, config, tape.place(), tape)
     }
 
-    fn from(name: &str, config: Arc<Config>, place: Place, tape: &dyn Tape) -> Self {
+    fn from(name: &str, config: Arc<Config>, place: Place, tape: &dyn SeekableReader) -> Self {
         let mut station = Station::new(arq::Config::new(1), false);
         station.handle_link(opened(name));
         let mut scene = Self {
@@ -94,12 +94,12 @@ impl Scene {
         self.facts.update(self.at, event);
     }
 
-    fn next(&self, tape: &mut dyn Tape) -> Option<(Moment, Next)> {
+    fn next(&self, tape: &mut dyn SeekableReader) -> Option<(Moment, Next)> {
         if self.is_over {
             return None;
         }
         if tape.place() != self.place {
-            tape.go(self.place);
+            tape.seek(self.place);
         }
         let Some(piece_at) = tape.next_at() else {
             return Some((self.at, Next::End));
@@ -176,7 +176,7 @@ impl Scene {
 }
 
 impl Cursor for Scene {
-    type Supply = Box<dyn Tape + Send>;
+    type Supply = Box<dyn SeekableReader + Send>;
 
     fn facts(&self) -> &Facts {
         &self.facts
@@ -257,7 +257,7 @@ pub enum Finding {
 /// until nobody wants to know. Returns what could not be read, the first of it.
 pub fn survey(
     mut scene: Scene,
-    tape: &mut Box<dyn Tape + Send>,
+    tape: &mut Box<dyn SeekableReader + Send>,
     mut tell: impl FnMut(Finding) -> bool,
 ) -> Option<String> {
     let mut told = Keyframes::new(SPACING);

@@ -1,4 +1,4 @@
-//! MCAP recordings, read from any place.
+//! Seekable MCAP recordings.
 
 use std::io::{self, Read};
 use std::path::Path;
@@ -8,7 +8,7 @@ use ::mcap::MAGIC;
 use ::mcap::records::{Record, op};
 
 use super::chunk_table::ChunkTable;
-use super::{Place, Source, Tape, read_at};
+use super::{Place, SeekableReader, Source, read_at};
 use crate::CaptureError;
 use crate::composer::Session;
 use crate::event::{Landmark, Moment, Truth};
@@ -30,7 +30,7 @@ const INDEXED_BYTES_MAX: u64 = 1024 * 1024;
 const SPACING_BYTES: u64 = 64 * 1024;
 
 /// A recording.
-pub struct McapTape {
+pub struct SeekableRecording {
     source: Arc<dyn Source>,
     table: Arc<ChunkTable>,
     start_ns: u64,
@@ -42,7 +42,7 @@ pub struct McapTape {
     is_over: bool,
 }
 
-impl McapTape {
+impl SeekableRecording {
     /// A recording from its beginning.
     ///
     /// # Errors
@@ -97,7 +97,7 @@ impl McapTape {
     }
 }
 
-impl Tape for McapTape {
+impl SeekableReader for SeekableRecording {
     fn next_at(&mut self) -> Option<Moment> {
         match self.next_ns() {
             Ok(at_ns) => Some(self.since_start(at_ns)),
@@ -129,7 +129,7 @@ impl Tape for McapTape {
         }
     }
 
-    fn go(&mut self, place: Place) {
+    fn seek(&mut self, place: Place) {
         let channels = self.pieces.channels().clone();
         self.at = place.at;
         self.is_over = place.position == PiecePosition::END;
@@ -181,18 +181,18 @@ impl Tape for McapTape {
         Moment::from_nanos(self.end_ns - self.start_ns)
     }
 
-    fn again(&self) -> Box<dyn Tape + Send> {
+    fn reopen(&self) -> Box<dyn SeekableReader + Send> {
         let source = Arc::clone(&self.source);
         let channels = self.pieces.channels().clone();
-        let mut again = Self {
+        let mut reader = Self {
             pieces: Pieces::of_channels(SourceReader::new(&source, 0), channels),
             source,
             table: Arc::clone(&self.table),
             truth: self.truth.clone(),
             ..*self
         };
-        again.go(self.place());
-        Box::new(again)
+        reader.seek(self.place());
+        Box::new(reader)
     }
 
     fn truth(&self) -> Option<Truth> {

@@ -1,4 +1,4 @@
-//! Captures that are text, from any place.
+//! Seekable raw text.
 
 use std::borrow::Cow;
 use std::io;
@@ -7,56 +7,55 @@ use std::sync::Arc;
 
 use groundwave_protocol::decoder::{Decoder, Received};
 
-use super::scout::Scout;
-use super::{Piece, Place, Source, Tape, read_at};
+use super::prefilter::Prefilter;
+use super::{Piece, Place, SeekableReader, Source, read_at};
 use crate::event::Landmark;
 use crate::event::Moment;
 use crate::pieces::PiecePosition;
 use crate::text::{HEAD_BYTES, Style};
 
-/// The last time is looked for in so much of the end.
+/// Bytes at the end that are searched for the last timestamp.
 const TAIL_BYTES: u64 = 4096;
 
-/// Where the clock of the lines has no date, days are counted with a look every so many bytes: four minutes of lines,
-/// and no day.
+/// Bytes between the samples that count days where timestamps have no date: four minutes of lines.
 const DAYS_STEP_BYTES: usize = 64 * 1024;
 
-/// A look at so many, in which a line begins.
-const DAYS_LOOK_BYTES: usize = 512;
+/// Bytes of such a sample; a line begins in it.
+const DAYS_SAMPLE_BYTES: usize = 512;
 
-/// What is new in a line is judged by what came so long before it.
-const HEARD_BEFORE: Moment = Moment::from_mins(3);
+/// Time before a search from which on lines are read, to know what is new in the first.
+const READ_BEFORE: Moment = Moment::from_mins(3);
 
-/// How dense lines are is looked at in so many places.
-const LOOKS: u64 = 64;
+/// Samples that estimate the density of lines.
+const SAMPLES: u64 = 64;
 
-/// A look at so many, in which fifty lines are.
-const LOOK_BYTES: usize = 4096;
+/// Bytes of such a sample: fifty lines.
+const SAMPLE_BYTES: usize = 4096;
 
-/// A capture that is text.
+/// A raw text.
 #[derive(Clone)]
-pub struct TextTape {
+pub struct SeekableText {
     source: Arc<dyn Source>,
     size: u64,
     style: Style,
-    /// Places and times from which days are counted.
+    /// Offsets and times from which days are counted.
     days: Vec<(u64, Moment)>,
     length: Moment,
     buffer: Box<[u8]>,
-    /// Where in the file the buffer begins.
+    /// Byte of the file at which the buffer begins.
     buffered_at: u64,
     filled: usize,
     place: Place,
-    /// The next piece: where it is in the buffer, and when it happened.
+    /// The next piece: its range in the buffer, and its time.
     ahead: Option<(Range<usize>, Moment)>,
-    /// What the radio delivered of the piece given out last.
+    /// The radio's bytes of the piece given out last.
     current: Vec<u8>,
-    /// Reading failed: what is told once.
+    /// Why reading failed, until it is given out.
     problem: Option<String>,
 }
 
-impl TextTape {
-    /// A capture from its beginning.
+impl SeekableText {
+    /// Reads from the beginning.
     ///
     /// # Errors
     /// When reading fails.
@@ -65,7 +64,7 @@ impl TextTape {
         let mut buffer = vec![0; HEAD_BYTES].into_boxed_slice();
         let head = read_at(&*source, 0, &mut buffer)?;
         let style = Style::of(&buffer[..head]).unwrap_or_default();
-        let mut tape = Self {
+        let mut reader = Self {
             source,
             size,
             style,
@@ -80,22 +79,22 @@ impl TextTape {
             problem: None,
         };
         if style.goes_round() {
-            tape.count_days()?;
+            reader.count_days()?;
         }
         if style.is_stamped() {
-            tape.length = tape.last_time()?;
+            reader.length = reader.last_time()?;
         }
-        Ok(tape)
+        Ok(reader)
     }
 
     fn count_days(&mut self) -> io::Result<()> {
-        let mut lines = [0; DAYS_LOOK_BYTES];
+        let mut lines = [0; DAYS_SAMPLE_BYTES];
         let mut last = Moment::ZERO;
         for offset in (0..self.size).step_by(DAYS_STEP_BYTES) {
             let read = read_at(&*self.source, offset, &mut lines)?;
             let mut at = offset;
             for line in lines[..read].split_inclusive(|&byte| byte == b'\n') {
-                // The first one may be the end of a line.
+                // The first may be the end of a line.
                 let is_whole = at > offset || offset == 0;
                 if let Some(said) = self.style.said(line, last).filter(|_| is_whole) {
                     last = said;
@@ -108,7 +107,7 @@ impl TextTape {
         Ok(())
     }
 
-    /// A moment not long before the piece at an offset.
+    /// A time shortly before that of the piece at an offset.
     fn about(&self, offset: u64) -> Moment {
         let after = self.days.partition_point(|(from, _)| *from <= offset);
         let day = after.checked_sub(1).and_then(|n| self.days.get(n));
@@ -125,7 +124,7 @@ impl TextTape {
         Ok(last.next_back().unwrap_or(Moment::ZERO))
     }
 
-    /// Makes the buffer hold what there is from an offset on, so many bytes at least.
+    /// At least `wanted` bytes from an offset on, or all there are.
     fn fill(&mut self, offset: u64, wanted: usize) -> &[u8] {
         let end = self.buffered_at + self.filled as u64;
         let wanted_end = (offset + wanted as u64).min(self.size);
@@ -140,7 +139,7 @@ impl TextTape {
                     0
                 }
             };
-            // Cut off while it is read: what is gone is not waited for.
+            // The file was cut off while it is read.
             if self.filled < wanted {
                 self.size = self.size.min(offset + self.filled as u64);
             }
@@ -163,7 +162,7 @@ impl TextTape {
         self.ahead.as_ref()
     }
 
-    /// The beginning of the line in which an offset lies; the offset itself, where no line is.
+    /// Offset at which the line around an offset begins; the offset itself, where there is no line.
     fn line_start(&mut self, offset: u64) -> u64 {
         let from = offset.saturating_sub(4 * self.style.reach() as u64);
         if from == 0 && offset == 0 {
@@ -179,7 +178,7 @@ impl TextTape {
         }
     }
 
-    /// The time of the first line that says one at an offset or after it, and where the line begins.
+    /// Time and offset of the first line with a timestamp at an offset or after it.
     fn time_after(&mut self, mut offset: u64, until: u64) -> Option<(Moment, u64)> {
         let style = self.style;
         while offset < until {
@@ -197,9 +196,9 @@ impl TextTape {
         None
     }
 
-    /// About where the line of a number begins, judged by looks at evenly spaced places.
+    /// Estimated offset of line `number`, by evenly spaced samples.
     fn about_offset(&self, number: u64) -> Option<u64> {
-        let step = (self.size / LOOKS).max(LOOK_BYTES as u64);
+        let step = (self.size / SAMPLES).max(SAMPLE_BYTES as u64);
         let mut left = number.saturating_sub(1) as f64;
         for from in (0..self.size).step_by(usize::try_from(step).ok()?) {
             let lines_per_byte = self.lines_per_byte(from);
@@ -212,14 +211,14 @@ impl TextTape {
         None
     }
 
-    /// How many intact lines there are for each byte about an offset.
+    /// Intact lines per byte in the sample at an offset.
     fn lines_per_byte(&self, offset: u64) -> f64 {
-        let mut bytes = [0; LOOK_BYTES];
+        let mut bytes = [0; SAMPLE_BYTES];
         let read = read_at(&*self.source, offset, &mut bytes).unwrap_or_default();
         let mut rest = &bytes[..read];
         let mut decoder = Decoder::default();
         let (mut lines, mut looked_at) = (0_u32, 0);
-        // The first line may be the end of one, and the last the beginning.
+        // The sample may begin and end inside a line.
         let mut is_whole = offset == 0;
         while rest.len() >= self.style.reach() {
             let (piece, after) = rest.split_at(self.style.piece_bytes(rest));
@@ -237,7 +236,7 @@ impl TextTape {
         f64::from(lines) / looked_at.max(1) as f64
     }
 
-    /// The last line whose time is before a moment.
+    /// The last line with a timestamp before a moment.
     fn find_time(&mut self, at: Moment) -> Place {
         let (mut low, mut high) = (0, self.size);
         let mut found = Place::default();
@@ -247,10 +246,10 @@ impl TextTape {
                 Some((said, offset)) if said < at => {
                     found = Place {
                         position: PiecePosition::of_record(offset),
-                        // A moment before it: it is taken at its word.
+                        // Just before it, so that its own timestamp counts.
                         at: said.saturating_sub(Moment::from_nanos(1)),
                     };
-                    // The line after it, whatever it is.
+                    // Go on after it.
                     let style = self.style;
                     low = offset + style.piece_bytes(self.fill(offset, style.reach())) as u64;
                 }
@@ -261,7 +260,7 @@ impl TextTape {
     }
 }
 
-impl Tape for TextTape {
+impl SeekableReader for SeekableText {
     fn next_at(&mut self) -> Option<Moment> {
         let last = self.place.at;
         let ahead = self.look_ahead().map(|(_, at)| *at);
@@ -290,7 +289,7 @@ impl Tape for TextTape {
         self.place
     }
 
-    fn go(&mut self, place: Place) {
+    fn seek(&mut self, place: Place) {
         if place != self.place {
             self.place = place;
             self.ahead = None;
@@ -325,19 +324,19 @@ impl Tape for TextTape {
         let at = if self.style.is_stamped() {
             self.time_after(from, self.size)?.0
         } else {
-            // The line before it came just then.
+            // The line before it ended at this time.
             self.style.on_the_wire(from) + Moment::from_nanos(1)
         };
         Some((at, number.saturating_sub(1)))
     }
 
     fn may_hold(&mut self, landmark: Landmark, from: Moment, until: Moment) -> bool {
-        let Some(mut scout) = Scout::of(landmark) else {
+        let Some(mut prefilter) = Prefilter::of(landmark) else {
             return true;
         };
         let mut ahead = self.clone();
-        let place = ahead.find(from.saturating_sub(HEARD_BEFORE));
-        ahead.go(place);
+        let place = ahead.find(from.saturating_sub(READ_BEFORE));
+        ahead.seek(place);
         while let Some(at) = ahead.next_at() {
             if at > until {
                 return false;
@@ -345,11 +344,11 @@ impl Tape for TextTape {
             let Some(Piece::Received(bytes)) = ahead.next_piece() else {
                 return true;
             };
-            if scout.sees_one(bytes) && at >= from {
+            if prefilter.may_hold(bytes) && at >= from {
                 return true;
             }
         }
-        // Whoever reads on sees that here is the end.
+        // The end is found by reading on.
         true
     }
 
@@ -357,7 +356,7 @@ impl Tape for TextTape {
         self.length
     }
 
-    fn again(&self) -> Box<dyn Tape + Send> {
+    fn reopen(&self) -> Box<dyn SeekableReader + Send> {
         Box::new(self.clone())
     }
 

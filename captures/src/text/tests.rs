@@ -3,7 +3,7 @@ use std::path::Path;
 use std::sync::Arc;
 
 use super::*;
-use crate::index::{self, Piece, Tape};
+use crate::index::{self, Piece, SeekableReader};
 
 /// Hands out a few bytes at a time.
 struct Trickle<'a>(&'a [u8], usize);
@@ -28,7 +28,7 @@ fn pieces(source: impl Read) -> Vec<(Moment, Vec<u8>, Vec<u8>)> {
 }
 
 /// The same from a place on, as it is replayed.
-fn played(tape: &mut dyn Tape) -> Vec<(Moment, Vec<u8>)> {
+fn played(tape: &mut dyn SeekableReader) -> Vec<(Moment, Vec<u8>)> {
     let mut pieces = Vec::new();
     while let Some(at) = tape.next_at() {
         match tape.next_piece() {
@@ -39,7 +39,7 @@ fn played(tape: &mut dyn Tape) -> Vec<(Moment, Vec<u8>)> {
     pieces
 }
 
-fn tape(bytes: &[u8]) -> Box<dyn Tape + Send> {
+fn tape(bytes: &[u8]) -> Box<dyn SeekableReader + Send> {
     index::read(Arc::new(bytes.to_vec()), Path::new("text")).unwrap()
 }
 
@@ -207,7 +207,7 @@ fn a_clock_without_a_date_is_followed_over_days() {
     for part in 1..40 {
         let at = last / 40 * part;
         let place = tape.find(at);
-        tape.go(place);
+        tape.seek(place);
         let next = tape.next_at().unwrap();
         assert!(
             next < at && at <= next + Moment::from_mins(2),

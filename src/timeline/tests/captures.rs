@@ -53,7 +53,7 @@ fn stamped_text_is_played_at_its_own_times() {
         let at = Moment::from_secs(s);
         let place = text(&stamped).find(at);
         let mut tape = text(&stamped);
-        tape.go(place);
+        tape.seek(place);
         let next = tape.next_at().unwrap();
         assert!(next < at || s == 0, "{s}: {next:?}");
         while tape.next_at().is_some_and(|next| next < at) {

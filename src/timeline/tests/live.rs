@@ -310,9 +310,7 @@ fn a_live_run_in_any_chunks_and_its_replay_are_the_same_to_the_last_character() 
                         live.composer.handle_tx(live.at_ns(), bytes).unwrap();
                         live.listen();
                     }
-                    // What a station of that day told, this one tells of the same bytes.
-                    Piece::Nothing => {}
-                    Piece::Told(event) => match from_recorded(&event) {
+                    Piece::Event(event) => match from_recorded(&event) {
                         None | Some(Event::Link(_)) => {}
                         Some(event) => {
                             live.pass_to(at);

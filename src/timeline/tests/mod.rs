@@ -14,7 +14,7 @@ use super::scene::SPACING;
 use super::*;
 use crate::capture::Session;
 use crate::capture::composer::Composer;
-use crate::capture::index::{self, Tape};
+use crate::capture::index::{self, SeekableReader};
 use crate::event::{CommandId, CommandStep, Event, Moment};
 use crate::model::{Config, Facts};
 use crate::request::Request;
@@ -24,19 +24,19 @@ fn told(facts: &Facts) -> String {
     format!("{facts:?}")
 }
 
-fn capture(name: &str) -> Box<dyn Tape + Send> {
+fn capture(name: &str) -> Box<dyn SeekableReader + Send> {
     let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("captures");
     index::open(&folder.join(name)).unwrap()
 }
 
-fn text(bytes: &[u8]) -> Box<dyn Tape + Send> {
+fn text(bytes: &[u8]) -> Box<dyn SeekableReader + Send> {
     index::read(Arc::new(bytes.to_vec()), Path::new("text")).unwrap()
 }
 
 /// A capture with all its states.
-fn surveyed(tape: Box<dyn Tape + Send>) -> (Reel<Scene>, Moment) {
+fn surveyed(tape: Box<dyn SeekableReader + Send>) -> (Reel<Scene>, Moment) {
     let first = Scene::new("radio", Arc::default(), &*tape);
-    let mut again = tape.again();
+    let mut again = tape.reopen();
     let mut reel = Reel::new(tape, first.clone(), SPACING);
     let mut end = Moment::ZERO;
     survey(first, &mut again, |finding| {

@@ -24,8 +24,8 @@ fn a_jump_waits_for_what_is_not_read_yet() {
     let tape = text(&day);
     let length = tape.length();
     let first = Scene::new("radio", Arc::default(), &*tape);
-    let mut again = tape.again();
-    let reel = Reel::new(tape.again(), first.clone(), SPACING);
+    let mut again = tape.reopen();
+    let reel = Reel::new(tape.reopen(), first.clone(), SPACING);
     let host = Moment::ZERO;
     let mut player = Player::of_capture(reel, host, 1.0, length, None);
     let packet = |number| Travel::Seek(Target::Packet(number));
@@ -54,7 +54,7 @@ fn a_jump_waits_for_what_is_not_read_yet() {
     assert_eq!(player.playback().packet, Some(lines - 100));
     // At the end it is known that there is none.
     let mut player = Player::of_capture(
-        Reel::new(tape.again(), first, SPACING),
+        Reel::new(tape.reopen(), first, SPACING),
         host,
         1.0,
         length,
@@ -228,7 +228,7 @@ fn marks_of_a_recorded_session_come_back() {
     let mcap = composer.finish().unwrap();
     let tape = index::read(Arc::new(mcap), Path::new("a.mcap")).unwrap();
     let first = Scene::new("radio", Arc::default(), &*tape);
-    let mut again = tape.again();
+    let mut again = tape.reopen();
     let length = tape.length();
     let reel = Reel::new(tape, first.clone(), SPACING);
     let mut player = Player::of_capture(reel, Moment::ZERO, 1.0, length, None);

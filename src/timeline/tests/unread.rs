@@ -21,7 +21,7 @@ fn bytes_of(name: &str) -> Vec<u8> {
     bytes
 }
 
-fn of_bytes(bytes: Vec<u8>) -> Box<dyn Tape + Send> {
+fn of_bytes(bytes: Vec<u8>) -> Box<dyn SeekableReader + Send> {
     index::read(Arc::new(bytes), Path::new("unread")).unwrap()
 }
 
@@ -63,7 +63,7 @@ fn without(topic: &str, recording: &[u8]) -> Vec<u8> {
     filtered.into_inner()
 }
 
-fn unread(tape: Box<dyn Tape + Send>) -> Reel<Scene> {
+fn unread(tape: Box<dyn SeekableReader + Send>) -> Reel<Scene> {
     let first = Scene::new("radio", Arc::default(), &*tape);
     Reel::new(tape, first, SPACING)
 }
@@ -94,7 +94,7 @@ proptest! {
         for (is_counted, bytes) in [(true, recorded(&text, chunks)), (false, text)] {
             let mut tape = of_bytes(bytes);
             let mut scene = Scene::new("radio", Arc::default(), &*tape);
-            let mut index = tape.again();
+            let mut index = tape.reopen();
             let mut left_out = 0;
             // How many lines came until when.
             let mut came = vec![(Moment::ZERO, 0)];
@@ -216,7 +216,7 @@ fn a_damaged_index_is_put_right_by_reading() {
         let Ok(tape) = index::read(Arc::new(bytes), Path::new("unread")) else {
             continue;
         };
-        let mut again = tape.again();
+        let mut again = tape.reopen();
         let first = Scene::new("radio", Arc::default(), &*tape);
         let mut reel = unread(tape);
         reel.seek_about_line(300);
@@ -321,7 +321,7 @@ fn states_kept_of_the_way_show_what_playing_there_shows() {
     let bytes = bytes_of("house-noisy.txt").repeat(12);
     let mut tape = of_bytes(bytes.clone());
     let mut scene = Scene::new("radio", Arc::default(), &*tape);
-    let mut reel = Reel::new(tape.again(), scene.clone(), Moment::MAX);
+    let mut reel = Reel::new(tape.reopen(), scene.clone(), Moment::MAX);
     reel.complete();
     let mut played = Vec::new();
     let mut things = 0;

@@ -1,4 +1,4 @@
-//! Looks through lines for landmarks without a model, which takes a fifth of the time.
+//! Searches lines for possible landmarks without a model, in a fifth of the model's time.
 
 use groundwave_protocol::decoder::{Decoder, Received};
 use groundwave_protocol::telemetry::{Ack, Body};
@@ -6,9 +6,9 @@ use groundwave_protocol::telemetry::{Ack, Body};
 use crate::event::Landmark;
 use crate::topics::is_contact;
 
-/// Sees every landmark of its kind, and may see some that are none.
+/// Finds every landmark of a kind, and may find some that are none.
 #[derive(Debug)]
-pub(super) struct Scout {
+pub(super) struct Prefilter {
     kind: Kind,
     decoder: Decoder,
 }
@@ -16,12 +16,12 @@ pub(super) struct Scout {
 #[derive(Debug)]
 enum Kind {
     Bump,
-    /// With what the robot has acknowledged.
+    /// With the robot's latest acknowledgement.
     Command(Option<(u8, u8, u8, u8)>),
 }
 
-impl Scout {
-    /// One for a kind that the lines alone tell of; `None` for another.
+impl Prefilter {
+    /// A prefilter for landmarks that follow from the lines alone; `None` for others.
     pub(super) fn of(landmark: Landmark) -> Option<Self> {
         let kind = match landmark {
             Landmark::Bump => Kind::Bump,
@@ -34,15 +34,15 @@ impl Scout {
         Some(Self { kind, decoder })
     }
 
-    /// Takes what was received next; whether there may be one in it.
-    pub(super) fn sees_one(&mut self, mut bytes: &[u8]) -> bool {
-        let mut sees_one = false;
+    /// Takes the next bytes received; whether they may hold a landmark.
+    pub(super) fn may_hold(&mut self, mut bytes: &[u8]) -> bool {
+        let mut may_hold = false;
         while !bytes.is_empty() {
             let (taken, received) = self.decoder.handle_bytes(bytes);
             bytes = &bytes[taken..];
-            sees_one |= received.is_some_and(|received| self.is_one(&received));
+            may_hold |= received.is_some_and(|received| self.is_one(&received));
         }
-        sees_one
+        may_hold
     }
 
     fn is_one(&mut self, received: &Received) -> bool {
@@ -54,9 +54,9 @@ impl Scout {
                 Received::Ack(_) => false,
             },
             Kind::Command(known) => {
-                let told = |ack: &Ack| (ack.boot, ack.session, ack.sequence, ack.outcome as u8);
-                let told = Some(told(received.ack()));
-                std::mem::replace(known, told) != told
+                let key = |ack: &Ack| (ack.boot, ack.session, ack.sequence, ack.outcome as u8);
+                let acknowledged = Some(key(received.ack()));
+                std::mem::replace(known, acknowledged) != acknowledged
             }
         }
     }
