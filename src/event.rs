@@ -7,11 +7,11 @@ use std::sync::Arc;
 
 use groundwave_protocol::Waypoint;
 use groundwave_protocol::decoder::Counters;
-use groundwave_protocol::telemetry::{AckLine, Line, Outcome, ParameterLine};
+use groundwave_protocol::telemetry::{AckLine, Line};
 
 pub use groundwave_captures::event::{
-    CommandId, Failure, Landmark, Level, LineRate, LinkEvent, Mark, Moment, Reception, Remark,
-    Truth,
+    CommandId, CommandStatus, Failure, Landmark, Level, LineRate, LinkEvent, Mark, Moment, Notice,
+    NoticeCode, Reception, Remark, Truth,
 };
 
 use crate::request::Request;
@@ -45,19 +45,21 @@ pub enum Event {
         /// Since when.
         since: Moment,
     },
-    /// A command went a step further.
-    Command {
-        /// Which command.
-        id: CommandId,
-        /// The step.
-        step: CommandStep,
-    },
-    /// A command was asked for by somebody who shares the link.
+    /// A command was asked for, and is queued.
     Asked {
-        /// Which command; its first step was told already.
+        /// The command.
         id: CommandId,
-        /// Who it was, for a person.
-        by: String,
+        /// The request.
+        request: Request,
+        /// The client that asked, when the link is shared; `None` for this station's operator.
+        by: Option<String>,
+    },
+    /// A command has a new status.
+    Command {
+        /// The command.
+        id: CommandId,
+        /// Its status, never [`CommandStatus::Queued`].
+        status: CommandStatus,
     },
     /// Where the session is being recorded changed.
     Recording(Recording),
@@ -83,13 +85,8 @@ pub enum Event {
     Mark(Mark),
     /// What only a simulator knows: shown as the simulator's truth, used for nothing.
     Truth(Truth),
-    /// Something worth a line in the log.
-    Notice {
-        /// How much it matters.
-        level: Level,
-        /// One line for a person.
-        text: String,
-    },
+    /// A line for the log.
+    Notice(Notice),
     /// A key was pressed, repeated or released.
     Key(crossterm::event::KeyEvent),
     /// Text was pasted.
@@ -184,12 +181,7 @@ pub enum Effect {
     /// Show another moment of the session or capture.
     Travel(Travel),
     /// Tell of something in the log: it comes back as [`Event::Notice`].
-    Notice {
-        /// How much it matters.
-        level: Level,
-        /// One line for a person.
-        text: String,
-    },
+    Notice(Notice),
     /// Ring the bell: the robot sings, or calls.
     Ring,
     /// Draw the whole screen anew: something else wrote on it.
@@ -235,37 +227,6 @@ pub enum SaveProblem {
     Exists,
     /// One line for a person.
     Failed(String),
-}
-
-/// A step in the life of a command. Only [`CommandStep::Proven`] says that the robot has done it.
-#[derive(Clone, Debug, PartialEq)]
-pub enum CommandStep {
-    /// Waits for its turn.
-    Queued(Request),
-    /// A frame of it went to the radio.
-    Sent {
-        /// Frames sent for it so far, repetitions included.
-        frames: u32,
-    },
-    /// The robot acknowledged some blocks of a waypoint list.
-    Progress {
-        /// Waypoints acknowledged.
-        acknowledged: u16,
-        /// Waypoints in the list.
-        total: u16,
-    },
-    /// The robot told of a parameter that was asked for.
-    Told(Box<ParameterLine>),
-    /// The robot's own acknowledgement says that it was executed; for a list, that the robot verified
-    /// this digest.
-    Proven {
-        /// Digest of the list now active, when the command was a list.
-        digest: Option<u32>,
-    },
-    /// The robot refused.
-    Refused(Outcome),
-    /// Given up without proof.
-    Failed(Failure),
 }
 
 /// Where the session is being recorded.

@@ -150,7 +150,7 @@ fn a_scan_tells_what_was_found_and_a_refused_one_why() {
     let found = groundwave(&["send", "--via", socket, "scan", "--json"]);
     let found = String::from_utf8(found.stdout).unwrap();
     let last: serde_json::Value = serde_json::from_str(found.lines().last().unwrap()).unwrap();
-    assert_eq!(last["stage"], "said", "{found}");
+    assert_eq!(last["status"], "said", "{found}");
     assert!(
         last["text"].as_str().unwrap().starts_with("scan: longest"),
         "{found}"

@@ -3,7 +3,7 @@
 use std::collections::HashSet;
 
 use crate::common::{CoSimulation, Dice, on_all_cores, seeds};
-use groundwave::event::{CommandStep, Failure};
+use groundwave::event::{CommandStatus, Failure};
 use groundwave::request::Request;
 use groundwave_protocol::Waypoint;
 use groundwave_protocol::digest::digest;
@@ -14,7 +14,7 @@ const SEEDS: u64 = 50;
 /// A perfect radio, and one that spoils a line in two.
 const CHANNELS: [&str; 2] = ["", "ber=1e-3"];
 
-const PROVEN: CommandStep = CommandStep::Proven { digest: None };
+const PROVEN: CommandStatus = CommandStatus::Confirmed { digest: None };
 
 /// Runs a property over all seeds and channels.
 fn over_seeds(property: impl Fn(u64, &str) + Sync) {
@@ -83,7 +83,7 @@ fn a_route_of_forty_waypoints_is_held_exactly_and_driven() {
         let wanted = digest(route.iter());
         assert_eq!(
             co.deliver(Request::Route(route.clone())),
-            CommandStep::Proven {
+            CommandStatus::Confirmed {
                 digest: Some(wanted)
             },
             "{}",
@@ -142,7 +142,7 @@ fn stop_stops_and_nothing_sent_before_it_moves_the_robot_again() {
         let stop = co.request(Request::Stop);
         co.run_until("STOP is proven", 60, |co| co.fate(stop) == Some(PROVEN));
         assert!(
-            matches!(co.fate(prowl), Some(CommandStep::Failed(_))),
+            matches!(co.fate(prowl), Some(CommandStatus::Failed(_))),
             "{}",
             co.context()
         );
@@ -167,7 +167,7 @@ fn a_command_that_is_given_up_leaves_the_others_alone() {
                 matches!(
                     event,
                     groundwave::event::Event::Command {
-                        step: CommandStep::Progress { .. },
+                        status: CommandStatus::Progress { .. },
                         ..
                     }
                 )
@@ -180,7 +180,7 @@ fn a_command_that_is_given_up_leaves_the_others_alone() {
         assert_eq!(co.fate(third), Some(PROVEN), "{}", co.context());
         for given_up in [first, second] {
             let fate = co.fate(given_up);
-            let failed = Some(CommandStep::Failed(Failure::TimedOut));
+            let failed = Some(CommandStatus::Failed(Failure::TimedOut));
             assert_eq!(fate, failed, "{}", co.context());
         }
         assert!(!co.modes.contains(&Mode::Passive), "{}", co.context());

@@ -41,7 +41,7 @@ fn station(link: &str, socket: &str, more: &[&str]) -> Telling {
 
 fn is_stage(stage: &str) -> impl Fn(&Value) -> bool {
     let stage = stage.to_owned();
-    move |value| value["stage"] == stage.as_str()
+    move |value| value["status"] == stage.as_str()
 }
 
 /// A robot with a link that stays the same when it is started again.
@@ -77,7 +77,7 @@ fn pull_at(name: &str, point: &str) {
     sender.wait_for(point, |value| match point {
         // The last blocks and the order to activate them are in the air.
         "nearly all" => value["acknowledged"].as_i64().is_some_and(|n| n > 60),
-        _ => value["stage"] == point,
+        _ => value["status"] == point,
     });
     drop(sim);
     watch.wait_for("the loss", |text| text.contains("LINK LOST"));
@@ -149,15 +149,15 @@ fn two_senders_at_once_are_both_proven_one_after_the_other() {
         Telling::start(&["send", "--via", &socket, "mode", "reactive", "--json"]),
     ];
     for sender in &mut senders {
-        sender.wait_for("the proof", is_stage("proven"));
+        sender.wait_for("the proof", is_stage("confirmed"));
         assert_eq!(sender.process.0.wait().unwrap().code(), Some(0));
     }
     for id in [1, 2] {
         station.wait_for("the proof", |value| {
-            value["id"] == id && value["stage"] == "proven"
+            value["id"] == id && value["status"] == "confirmed"
         });
         let asked = station.wait_for("who asked", |value| {
-            value["event"] == "asked" && value["id"] == id
+            value["status"] == "queued" && value["id"] == id
         });
         let by = asked["by"].as_str().unwrap();
         assert!(by.starts_with("pid ") && by.ends_with(&socket), "{by}");
@@ -165,7 +165,7 @@ fn two_senders_at_once_are_both_proven_one_after_the_other() {
     let sent: Vec<i64> = station
         .said
         .iter()
-        .filter(|value| value["event"] == "command" && value["stage"] != "queued")
+        .filter(|value| value["event"] == "command" && value["status"] != "queued")
         .map(|value| value["id"].as_i64().unwrap())
         .collect();
     assert!(sent.is_sorted(), "the second waits for the first: {sent:?}");
@@ -196,7 +196,7 @@ fn what_a_client_asked_for_goes_on_without_it() {
     let mut sender = Telling::start(&["send", "--via", &socket, "route", &route, "--json"]);
     sender.wait_for("progress", is_stage("progress"));
     drop(sender);
-    station.wait_for("the proof", is_stage("proven"));
+    station.wait_for("the proof", is_stage("confirmed"));
 }
 
 #[test]
@@ -372,13 +372,13 @@ fn what_comes_without_a_line_is_judged() {
     let bridge = Bridge::new();
     let mut watch = Telling::start(&["watch", &bridge.link, "--headless"]);
     let mut stream = bridge.accept();
-    let is_heard = |what: &'static str| move |value: &Value| value["what"] == what;
+    let is_heard = |what: &'static str| move |value: &Value| value["code"] == what;
     watch.wait_for("nothing", is_heard("nothing"));
     // Sampled four times too often, each bit becomes four: this is 2400 baud heard at 9600.
     stream
         .write_all(&[0x00, 0xF0, 0x0F, 0xF8, 0x80, 0x07].repeat(100))
         .unwrap();
-    watch.wait_for("the wrong rate", is_heard("wrong-rate"));
+    watch.wait_for("the wrong rate", is_heard("slower-rate"));
     watch.wait_for_new("the hint", |value| {
         let text = value["text"].as_str().unwrap_or_default();
         value["level"] == "warning" && text.contains("serial server's baud rate")

@@ -6,7 +6,7 @@
 use std::process::Command;
 use std::time::Duration;
 
-use groundwave::event::{CommandStep, Event, LinkEvent};
+use groundwave::event::{CommandStatus, Event, LinkEvent};
 use groundwave::model::{Config as ModelConfig, Model};
 use groundwave::request::Request;
 use groundwave::station::Station;
@@ -107,10 +107,10 @@ impl Day {
             self.radio.transmit(&bytes);
         }
         while let Some(event) = self.station.poll_event() {
-            if let Event::Command { step, .. } = &event {
-                match step {
-                    CommandStep::Proven { .. } => self.proven += 1,
-                    CommandStep::Refused(_) | CommandStep::Failed(_) => self.failed += 1,
+            if let Event::Command { status, .. } = &event {
+                match status {
+                    CommandStatus::Confirmed { .. } => self.proven += 1,
+                    CommandStatus::Refused(_) | CommandStatus::Failed(_) => self.failed += 1,
                     _ => {}
                 }
             }
@@ -148,7 +148,7 @@ impl Day {
             _ => Request::Stop,
         };
         self.orders += 1;
-        self.station.handle_request(self.now(), request);
+        self.station.handle_request(self.now(), request, None);
     }
 
     /// An hour of weather, with orders now and then.

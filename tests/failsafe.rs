@@ -3,7 +3,7 @@
 
 use crate::common::{CoSimulation, on_all_cores, seeds};
 use crate::witness::Trial;
-use groundwave::event::CommandStep;
+use groundwave::event::CommandStatus;
 use groundwave::request::Request;
 use groundwave_protocol::failsafe::Failsafe;
 use groundwave_protocol::status_codes::Mode;
@@ -34,7 +34,7 @@ fn armed(seed: u64) -> CoSimulation {
         let end = co.deliver(request);
         assert_eq!(
             end,
-            CommandStep::Proven { digest: None },
+            CommandStatus::Confirmed { digest: None },
             "{}",
             co.context()
         );

@@ -2,7 +2,7 @@
 //! the robot, at every moment at which the row could change.
 
 use crate::common::{CoSimulation, Dice, on_all_cores, seeds};
-use groundwave::event::{CommandId, CommandStep, Event, LinkEvent};
+use groundwave::event::{CommandId, CommandStatus, Event, LinkEvent};
 use groundwave::model::{Config, Model};
 use groundwave::request::Request;
 use groundwave::view;
@@ -75,7 +75,7 @@ impl Watched {
         };
         let (successor, _) = self.lists[held];
         let proven = self.co.events[..self.taken].iter().any(|(_, event)| {
-            matches!(event, Event::Command { id, step: CommandStep::Proven { .. } } if *id == successor)
+            matches!(event, Event::Command { id, status: CommandStatus::Confirmed { .. } } if *id == successor)
         });
         claimed == held || (claimed + 1 == held && !proven)
     }
@@ -174,7 +174,7 @@ fn no_row_says_more_than_is_so_at_the_robot() {
             let route = route(&mut dice);
             let id = watched.send_list(route);
             watched.run_until("the list is active", 120, |watched| {
-                matches!(watched.co.fate(id), Some(CommandStep::Proven { .. }))
+                matches!(watched.co.fate(id), Some(CommandStatus::Confirmed { .. }))
                     && watched.active_claimed
             });
         }
@@ -186,7 +186,7 @@ fn no_row_says_more_than_is_so_at_the_robot() {
         );
         assert!(matches!(
             watched.co.fate(prowl),
-            Some(CommandStep::Proven { .. })
+            Some(CommandStatus::Confirmed { .. })
         ));
         // The robot forgets; as soon as any line of its new life has come, so does the screen.
         watched.co.simulation.reboot();

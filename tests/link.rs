@@ -4,7 +4,7 @@
 
 use crate::common::{on_all_cores, seeds};
 use crate::witness::Trial;
-use groundwave::event::CommandStep;
+use groundwave::event::CommandStatus;
 use groundwave_protocol::status_codes::Mode;
 
 const SEEDS: u64 = 50;
@@ -142,7 +142,7 @@ fn a_cold_stop_takes_its_turn() {
         for _ in 0..30_000 {
             trial.step();
         }
-        let proven = CommandStep::Proven { digest: None };
+        let proven = CommandStatus::Confirmed { digest: None };
         assert_eq!(trial.stopped(), Some(&proven), "seed {seed}");
         let mode = trial.co.simulation.robot().mode();
         assert_eq!(mode, Mode::Stop, "seed {seed}");

@@ -2,7 +2,7 @@
 
 use crate::common::{CoSimulation, on_all_cores, seeds};
 use crate::programs;
-use groundwave::event::{CommandStep, Event};
+use groundwave::event::{CommandStatus, Event};
 use groundwave::request::{Amount, Request, Tuning};
 use groundwave_protocol::status_codes::{Layer, LayerMask};
 use groundwave_protocol::telemetry::{Outcome, ParameterLine, ParameterName};
@@ -13,7 +13,7 @@ const SEEDS: u64 = 5;
 /// A perfect radio, and one that spoils a long line in two.
 const CHANNELS: [&str; 2] = ["", "ber=1e-3"];
 
-const PROVEN: CommandStep = CommandStep::Proven { digest: None };
+const PROVEN: CommandStatus = CommandStatus::Confirmed { digest: None };
 
 fn over_seeds(property: impl Fn(&mut CoSimulation) + Sync) {
     on_all_cores(seeds(SEEDS), |seed| {
@@ -35,9 +35,9 @@ fn told(co: &CoSimulation) -> Vec<ParameterLine> {
     events
         .filter_map(|(_, event)| match event {
             Event::Command {
-                step: CommandStep::Told(line),
+                status: CommandStatus::Reported(line),
                 ..
-            } => Some(**line),
+            } => Some(*line),
             _ => None,
         })
         .collect()
@@ -70,12 +70,12 @@ fn a_parameter_is_set_proven_kept_and_brought_back_by_a_reset() {
 #[test]
 fn what_the_robot_does_not_take_is_refused_with_its_limits() {
     over_seeds(|co| {
-        let refused = CommandStep::Refused(Outcome::BadValue);
+        let refused = CommandStatus::Refused(Outcome::BadValue);
         assert_eq!(co.deliver(set(13)), refused, "{}", co.context());
         let parameters = co.simulation.robot().parameters();
         assert_eq!(parameters.get(Parameter::TopSpeed), 12, "{}", co.context());
         let nobody = Request::Parameter(Tuning::Get(ParameterName::new("warp-speed")));
-        let unknown = CommandStep::Refused(Outcome::Unknown);
+        let unknown = CommandStatus::Refused(Outcome::Unknown);
         assert_eq!(co.deliver(nobody), unknown, "{}", co.context());
     });
 }
@@ -95,7 +95,7 @@ fn a_decimal_is_of_the_whole_unit() {
         let parameters = co.simulation.robot().parameters();
         let values = [Parameter::LowBattery, Parameter::Charge].map(|one| parameters.get(one));
         assert_eq!(values, [118, 20], "{}", co.context());
-        let refused = CommandStep::Refused(Outcome::BadValue);
+        let refused = CommandStatus::Refused(Outcome::BadValue);
         for (name, word) in [
             ("battery-low", "20.0"),
             ("battery-low", "11.65"),
@@ -106,7 +106,7 @@ fn a_decimal_is_of_the_whole_unit() {
             assert_eq!(end, refused, "{name} {word}: {}", co.context());
         }
         let nobody = co.deliver(set("warp-speed", "9.9"));
-        let unknown = CommandStep::Refused(Outcome::Unknown);
+        let unknown = CommandStatus::Refused(Outcome::Unknown);
         assert_eq!(nobody, unknown, "{}", co.context());
         let parameters = co.simulation.robot().parameters();
         assert_eq!(parameters.get(Parameter::LowBattery), 118);
@@ -159,7 +159,7 @@ fn every_layer_is_switched_on_and_off_and_exactly_those_that_are_named_run() {
                 if end == PROVEN {
                     assert_eq!(allowed(co).contains(layer), is_on, "{}", co.context());
                 } else {
-                    assert_eq!(end, CommandStep::Refused(Outcome::NotFitted));
+                    assert_eq!(end, CommandStatus::Refused(Outcome::NotFitted));
                 }
             }
         }
@@ -227,7 +227,7 @@ fn people_set_save_and_see_parameters() {
     assert!(err.contains("it has no parameter `warp-speed`"), "{err}");
     let (out, _) = expect(0, &["param", &sim.path, "get", "top-speed", "--json"]);
     assert!(
-        out.contains("\"stage\":\"told\"") && out.contains("\"value\":8"),
+        out.contains("\"status\":\"reported\"") && out.contains("\"value\":8"),
         "{out}"
     );
     expect(0, &["send", &sim.path, "param", "save"]);

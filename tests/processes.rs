@@ -35,7 +35,10 @@ fn commands_are_proven_or_refused_with_the_right_code() {
     assert!(err.contains("refused `param get warp-speed`"), "{err}");
     let (out, _) = expect(0, &["send", &sim.path, "goto", "-48", "12", "--json"]);
     assert!(
-        out.lines().last().unwrap().contains("\"stage\":\"proven\""),
+        out.lines()
+            .last()
+            .unwrap()
+            .contains("\"status\":\"confirmed\""),
         "{out}"
     );
     let (out, _) = expect(0, &["send", &sim.path, "stop"]);

@@ -9,11 +9,12 @@ use crate::recordings::{
     chunks, concatenated, feed, finished, killed, messages, received, session, settle, wall,
 };
 use crate::streams::Dice;
+use groundwave::capture::messages::StationEvent;
 use groundwave::capture::recover::{
     Outcome, Paths, Recovery, find_interrupted, recover, set_aside,
 };
-use groundwave::capture::topics::StationEvent;
 use groundwave::capture::{CaptureError, Existing, Recorder};
+use groundwave::event::{Level, NoticeCode};
 use tempfile::TempDir;
 
 /// Every piece is what was received there, in order, and each step is named.
@@ -377,7 +378,11 @@ fn what_was_said_is_saved_once() {
     for (n, line) in (0_u32..).zip(streams::clean(90).chunks(80)) {
         now += Duration::from_millis(333);
         recorder.handle_rx(now, wall(now), line);
-        let said = StationEvent::note(if n % 3 == 0 { "the same" } else { "another" });
+        let said = StationEvent::notice(
+            NoticeCode::Other,
+            Level::Info,
+            if n % 3 == 0 { "the same" } else { "another" },
+        );
         // Read by another thread, a moment before.
         recorder.handle_event(now, wall(now) - Duration::from_millis(5), &said);
         settle(&recorder);

@@ -3,7 +3,7 @@
 
 use crate::common::{CoSimulation, is_nightly, on_all_cores};
 use crate::witness::Trial;
-use groundwave::event::CommandStep;
+use groundwave::event::CommandStatus;
 use groundwave::request::Request;
 use groundwave_protocol::status_codes::Mode;
 use sr04_firmware::board::PATIENCE_BYTES;
@@ -134,7 +134,7 @@ fn what_an_earlier_life_sent_does_nothing_in_a_later_one() {
     }
 }
 
-const PROVEN: CommandStep = CommandStep::Proven { digest: None };
+const PROVEN: CommandStatus = CommandStatus::Confirmed { digest: None };
 
 /// The gate tries every fourth moment, the night every one.
 fn sampling() -> usize {
@@ -182,7 +182,7 @@ fn stop_at(phase_ms: u64, seed: u64, channel: &str, lists: (usize, usize)) {
     );
     let end = trial.end(number);
     assert!(
-        had_ended || matches!(end, Some(CommandStep::Failed(_))),
+        had_ended || matches!(end, Some(CommandStatus::Failed(_))),
         "{end:?}: {}",
         trial.co.context()
     );

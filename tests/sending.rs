@@ -202,14 +202,14 @@ fn failed_script_names_the_line_and_the_commands_not_sent() {
             (
                 step["command"].as_str().unwrap().to_owned(),
                 step["line"].as_u64().unwrap(),
-                step["stage"].as_str().unwrap().to_owned(),
+                step["status"].as_str().unwrap().to_owned(),
             )
         })
         .collect();
     let ends: Vec<_> = steps.iter().filter(|step| step.2 != "sent").collect();
     let expected = [
         ("mode reactive", 2, "queued"),
-        ("mode reactive", 2, "proven"),
+        ("mode reactive", 2, "confirmed"),
         ("mode forage", 4, "queued"),
         ("mode forage", 4, "refused"),
     ];
@@ -235,7 +235,7 @@ fn a_script_comes_from_standard_input_too() {
     assert_eq!(output.status.code(), Some(0), "{out}");
     let proven: Vec<String> = json_lines(&out)
         .iter()
-        .filter(|step| step["stage"] == "proven")
+        .filter(|step| step["status"] == "confirmed")
         .map(|step| format!("{} {}", step["line"], step["command"].as_str().unwrap()))
         .collect();
     assert_eq!(proven, ["1 mode reactive", "2 goto 12 -5", "2 mode prowl"]);
@@ -260,7 +260,7 @@ fn what_was_not_confirmed_in_time_has_failed_for_a_program_too() {
     let (out, err) = expect(3, &arguments);
     let last = json_lines(&out).pop().unwrap();
     assert_eq!(
-        (&last["stage"], &last["code"], &last["line"]),
+        (&last["status"], &last["code"], &last["line"]),
         (&"failed".into(), &"timed-out".into(), &2.into())
     );
     assert!(
@@ -290,7 +290,7 @@ fn a_script_through_a_station_stops_there_too() {
     let (out, err) = expect(5, &arguments);
     let last = json_lines(&out).pop().unwrap();
     assert_eq!(
-        (&last["stage"], &last["command"], &last["line"]),
+        (&last["status"], &last["command"], &last["line"]),
         (&"refused".into(), &"mode forage".into(), &2.into())
     );
     assert!(

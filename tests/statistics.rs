@@ -12,7 +12,7 @@ use groundwave::capture::messages::RawBytes;
 use groundwave::capture::runs::Label;
 use groundwave::capture::topics::{Topic, TopicMessage};
 use groundwave::capture::writer::McapWriter;
-use groundwave::event::{CommandStep, Event};
+use groundwave::event::{CommandStatus, Event};
 use groundwave::request::Request;
 use groundwave::statistics::Resync;
 use groundwave_protocol::command::{Command as Sequenced, Key, Message, Order};
@@ -146,7 +146,7 @@ fn a_station_measures_what_it_does() {
     for mode in [Mode::Reactive, Mode::Prowl, Mode::Reactive] {
         let end = co.deliver(Request::Mode(mode));
         assert!(
-            matches!(end, CommandStep::Proven { .. }),
+            matches!(end, CommandStatus::Confirmed { .. }),
             "{}",
             co.context()
         );

@@ -7,9 +7,9 @@ use std::f64::consts::FRAC_PI_2;
 use foxglove::messages::{
     FrameTransforms, Grid, LaserScan, Log, PoseInFrame, PosesInFrame, SceneUpdate,
 };
-use groundwave::capture::messages::{RawBytes, Telemetry, UplinkEvent, UplinkStep};
+use groundwave::capture::messages::{RawBytes, StationEvent, Telemetry, UplinkEvent};
 use groundwave::capture::topics::{Deriver, Topic, TopicMessage};
-use groundwave::event::{CommandId, CommandStep, Event, LinkEvent};
+use groundwave::event::{CommandId, CommandStatus, Event, LinkEvent};
 use groundwave::recorded::to_recorded;
 use groundwave::request::Request;
 use groundwave_protocol::Waypoint;
@@ -74,6 +74,16 @@ fn decoded<M: Message + Default>(kept: &[Kept], topic: Topic) -> Vec<M> {
         .collect()
 }
 
+const ID: CommandId = CommandId(7);
+
+fn asked(waypoints: Vec<Waypoint>) -> Event {
+    Event::Asked {
+        id: ID,
+        request: Request::Route(waypoints),
+        by: None,
+    }
+}
+
 #[test]
 fn raw_bytes_are_the_stream_and_telemetry_is_every_line() {
     let stream = streams::noisy(600, 5);
@@ -128,12 +138,9 @@ fn messages_are_as_derived_encoders_write_them() {
     let mut kept = Vec::new();
     for count in [0, 1, 100] {
         let waypoints = (0..count).map(|n| Waypoint::new(n, -n).unwrap()).collect();
-        for step in [
-            CommandStep::Queued(Request::Route(waypoints)),
-            CommandStep::Proven { digest: Some(99) },
-        ] {
-            let id = CommandId(7);
-            let event = to_recorded(&Event::Command { id, step }).unwrap();
+        let status = CommandStatus::Confirmed { digest: Some(99) };
+        for event in [asked(waypoints), Event::Command { id: ID, status }] {
+            let event = to_recorded(&event).unwrap();
             deriver
                 .handle_event(START_NS, &event, keep(&mut kept))
                 .unwrap();
@@ -155,6 +162,7 @@ fn messages_are_as_derived_encoders_write_them() {
             Topic::RawRx | Topic::RawTx => again::<RawBytes>,
             Topic::Telemetry => again::<Telemetry>,
             Topic::Uplink => again::<UplinkEvent>,
+            Topic::Station => again::<StationEvent>,
             Topic::Tf => again::<FrameTransforms>,
             Topic::Pose => again::<PoseInFrame>,
             Topic::Path => again::<PosesInFrame>,
@@ -256,25 +264,21 @@ fn the_path_is_bounded_and_told_now_and_then() {
 }
 
 #[test]
-fn markers_show_body_bumps_and_the_list_that_was_proven() {
+fn markers_show_body_bumps_and_the_confirmed_list() {
     let mut deriver = Deriver::new();
     let mut kept = Vec::new();
     let waypoints = [(0, 0), (0, 48), (48, 48)].map(|(x, y)| Waypoint::new(x, y).unwrap());
-    let steps = [
-        CommandStep::Queued(Request::Route(waypoints.to_vec())),
-        CommandStep::Sent { frames: 1 },
-        CommandStep::Sent { frames: 2 },
-        CommandStep::Progress {
+    let statuses = [
+        CommandStatus::Sent { frames: 1 },
+        CommandStatus::Sent { frames: 2 },
+        CommandStatus::Progress {
             acknowledged: 2,
             total: 3,
         },
-        CommandStep::Proven { digest: Some(99) },
+        CommandStatus::Confirmed { digest: Some(99) },
     ];
-    for step in steps {
-        let event = Event::Command {
-            id: CommandId(7),
-            step,
-        };
+    let statuses = statuses.map(|status| Event::Command { id: ID, status });
+    for event in [asked(waypoints.to_vec())].into_iter().chain(statuses) {
         let event = to_recorded(&event).unwrap();
         deriver
             .handle_event(START_NS, &event, keep(&mut kept))
@@ -287,21 +291,15 @@ fn markers_show_body_bumps_and_the_list_that_was_proven() {
         .unwrap();
     assert!(deriver.take_urgent(), "there is a bump in it");
     let uplink = decoded::<UplinkEvent>(&kept, Topic::Uplink);
-    let told: Vec<_> = uplink[..5].iter().map(UplinkEvent::step).collect();
-    assert_eq!(
-        told,
-        [
-            UplinkStep::Queued,
-            UplinkStep::Sent,
-            UplinkStep::Sent,
-            UplinkStep::Progress,
-            UplinkStep::Proven
-        ]
-    );
+    let codes: Vec<&str> = uplink[..5]
+        .iter()
+        .map(|event| event.status.as_str())
+        .collect();
+    assert_eq!(codes, ["queued", "sent", "sent", "progress", "confirmed"]);
     assert_eq!(uplink[0].waypoints_y_in, [0, 48, 48]);
     assert_eq!(uplink[4].list_digest, Some(99));
-    let robot_says = |step| uplink.iter().any(|event| event.step() == step);
-    assert!(robot_says(UplinkStep::Acknowledged) && robot_says(UplinkStep::List));
+    let robot_says = |code| uplink.iter().any(|event| event.status == code);
+    assert!(robot_says(UplinkEvent::ACKNOWLEDGEMENT) && robot_says(UplinkEvent::LIST));
     let scene = decoded::<SceneUpdate>(&kept, Topic::Markers).pop().unwrap();
     let entity = |id: &str| scene.entities.iter().find(|e| e.id == id).unwrap();
     assert_eq!(entity("robot").frame_id, "base_link");
@@ -314,7 +312,7 @@ fn markers_show_body_bumps_and_the_list_that_was_proven() {
         .into_iter()
         .map(|log| format!("{}: {}", log.name, log.message))
         .collect();
-    assert_eq!(log[0], "command: route of 3 waypoints: proven");
+    assert_eq!(log[0], "command: route of 3 waypoints: confirmed");
     assert!(log.contains(&"robot: bump left".to_owned()), "{log:?}");
 }
 

@@ -59,7 +59,7 @@ fn what_does_not_follow_from_the_bytes_is_found_on_every_topic() {
             let mut message = message.unwrap();
             if message.channel.topic == wrong {
                 count += 1;
-                // Not the first of `/log`, which is the station's.
+                // Not the first of `/log`, which tells of the beginning.
                 if count == 2 {
                     let mut data = message.data.into_owned();
                     *data.last_mut().unwrap() ^= 1;

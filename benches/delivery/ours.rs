@@ -1,6 +1,6 @@
 //! One run of our own protocol: the real station against the robot's real program.
 
-use groundwave::event::{CommandId, CommandStep, Event};
+use groundwave::event::{CommandId, CommandStatus, Event};
 use groundwave::request::Request;
 use groundwave_protocol::Waypoint;
 use groundwave_protocol::arq::Config;
@@ -77,7 +77,7 @@ fn proof_s(co: &mut CoSimulation, request: Request) -> Option<f64> {
     let begun_ms = co.simulation.now_ms();
     let id = co.request(request);
     co.run_until("it ends", LIMIT_S, |co| co.fate(id).is_some());
-    matches!(co.fate(id), Some(CommandStep::Proven { .. }))
+    matches!(co.fate(id), Some(CommandStatus::Confirmed { .. }))
         .then(|| (co.simulation.now_ms() - begun_ms) as f64 / 1000.0)
 }
 
@@ -145,7 +145,7 @@ pub fn stop_s(duplex: Duplex, spec: &str, seed: u64) -> (Option<f64>, Option<f64
         }
         co.fate(stop).is_some()
     });
-    let is_proven = co.fate(stop) == Some(CommandStep::Proven { digest: None });
+    let is_proven = co.fate(stop) == Some(CommandStatus::Confirmed { digest: None });
     (effect_s, is_proven.then(|| since_s(&co)))
 }
 

@@ -5,10 +5,10 @@ use std::convert::Infallible;
 use std::io::{self, Write};
 use std::time::{SystemTime, UNIX_EPOCH};
 
-use foxglove::messages::Log;
 use groundwave_protocol::telemetry::FirmwareVersion;
 use serde::{Deserialize, Serialize};
 
+use super::event::{Level, NoticeCode};
 use super::journal::{Entry, Kind};
 use super::topics::{Deriver, StationEvent, TopicMessage};
 use super::writer::{Attachment, McapWriter};
@@ -72,7 +72,8 @@ impl<W: Write> Composer<W> {
         let mut composer = Self::around(McapWriter::new(output)?, deriver);
         let time_ns = since_1970_ns(session.start);
         // Every chunk has a message, the first too.
-        let begun = StationEvent::note(format!("{BEGINS}{} begins", session.link));
+        let text = format!("recording of {} begins", session.link);
+        let begun = StationEvent::notice(NoticeCode::RecordingBegun, Level::Info, text);
         composer.handle_event(time_ns, &begun)?;
         composer
             .writer
@@ -160,7 +161,7 @@ impl<W: Write> Composer<W> {
                 self.deriver.skip_tx(step);
                 self.handle_tx(entry.at_ns, bytes)
             }
-            Kind::Uplink | Kind::Log => match entry.event() {
+            Kind::Event => match entry.event() {
                 Some(event) => self.handle_event(entry.at_ns, &event),
                 None => Ok(()),
             },
@@ -190,7 +191,7 @@ impl<W: Write> Composer<W> {
                 deriver.skip_tx(step);
                 deriver.handle_tx(entry.at_ns, bytes, nowhere)
             }
-            Kind::Uplink | Kind::Log => entry.event().map_or(Ok(()), |event| {
+            Kind::Event => entry.event().map_or(Ok(()), |event| {
                 deriver.handle_event(entry.at_ns, &event, nowhere)
             }),
         };
@@ -251,15 +252,6 @@ fn fresh<D: AsRef<[u8]>>(entry: &Entry<D>, have: u64) -> Option<(u64, &[u8])> {
     let step = entry.offset.saturating_sub(have);
     let from = usize::try_from(known).unwrap_or(usize::MAX);
     Some((step, entry.data.as_ref().get(from..)?))
-}
-
-/// How the first message of every recording begins.
-const BEGINS: &str = "recording of ";
-
-/// Whether this is the first message of a recording.
-#[must_use]
-pub fn is_beginning(log: &Log) -> bool {
-    log.name == "station" && log.message.starts_with(BEGINS)
 }
 
 fn about((robot_id, version): (u8, FirmwareVersion)) -> BTreeMap<String, String> {

@@ -1,8 +1,9 @@
-//! What a recording knows besides bytes, and the words for it.
+//! What a recording knows besides bytes.
 
 use std::fmt;
 use std::time::Duration;
 
+pub use groundwave_protocol::arq::{CommandStatus, Failure};
 use serde::{Deserialize, Serialize};
 
 /// The simulator's truth, in the robot's own frame.
@@ -14,15 +15,109 @@ pub struct Truth {
     pub circles: Vec<((f64, f64), f64)>,
 }
 
-/// How much a notice matters.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
-pub enum Level {
-    /// For the record.
-    Info,
-    /// Something to look at.
-    Warning,
-    /// Something to act on.
-    Alarm,
+/// An enum with a stable code for each variant.
+macro_rules! coded {
+    ($(#[$doc:meta])+ $name:ident { $($(#[$variant_doc:meta])+ $variant:ident = $code:literal,)+ }) => {
+        $(#[$doc])+
+        #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+        pub enum $name {
+            $($(#[$variant_doc])+ $variant,)+
+        }
+
+        impl $name {
+            /// Stable code.
+            #[must_use]
+            pub const fn code(self) -> &'static str {
+                match self {
+                    $(Self::$variant => $code,)+
+                }
+            }
+
+            /// The variant with a code; `None` for an unknown one.
+            #[must_use]
+            pub fn from_code(code: &str) -> Option<Self> {
+                match code {
+                    $($code => Some(Self::$variant),)+
+                    _ => None,
+                }
+            }
+        }
+    };
+}
+
+coded! {
+    /// How much a notice matters.
+    Level {
+        /// For the record.
+        Info = "info",
+        /// Needs a look.
+        Warning = "warning",
+        /// Needs an action.
+        Alarm = "alarm",
+    }
+}
+
+coded! {
+    /// Subject of a notice.
+    NoticeCode {
+        /// A session with the robot was opened.
+        SessionOpened = "session-opened",
+        /// The session with the robot ended.
+        SessionEnded = "session-ended",
+        /// Hint about a radio from which no intact line comes, or that lines come again.
+        Radio = "radio",
+        /// The device takes no bytes.
+        NotTaken = "not-taken",
+        /// The link is shared.
+        Shared = "shared",
+        /// A client of the shared link was closed.
+        ShareClient = "share-client",
+        /// The Foxglove server listens.
+        Foxglove = "foxglove",
+        /// A recording began.
+        RecordingBegun = "recording-begun",
+        /// A recording began, ended, failed or was recovered.
+        Recording = "recording",
+        /// The beginning of a recording is missing.
+        BeginningMissing = "beginning-missing",
+        /// A label was kept beside a capture, or could not be.
+        Label = "label",
+        /// Answer to a key or a prompt.
+        Operator = "operator",
+        /// State of the playback.
+        Playback = "playback",
+        /// Bytes are missing from a capture.
+        Missing = "missing",
+        /// A part of a capture cannot be read.
+        Damaged = "damaged",
+        /// Something in the configuration needs attention.
+        Configuration = "configuration",
+        /// A code of a newer version.
+        Other = "other",
+    }
+}
+
+/// A line for the log.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Notice {
+    /// Subject.
+    pub code: NoticeCode,
+    /// How much it matters.
+    pub level: Level,
+    /// One line for people.
+    pub text: String,
+}
+
+impl Notice {
+    /// A notice.
+    #[must_use]
+    pub fn new(code: NoticeCode, level: Level, text: impl Into<String>) -> Self {
+        Self {
+            code,
+            level,
+            text: text.into(),
+        }
+    }
 }
 
 /// Time since the station started.
@@ -30,41 +125,6 @@ pub type Moment = Duration;
 /// A command of this session, numbered from 1.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub struct CommandId(pub u32);
-
-/// Why a command ended without proof.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
-pub enum Failure {
-    /// No acknowledgement came in time.
-    #[error("not confirmed in time: the robot may or may not have heard it")]
-    TimedOut,
-    /// The robot booted in the middle.
-    #[error("the robot restarted before it confirmed")]
-    RobotRestarted,
-    /// Another station opened a session.
-    #[error("another station took over the robot")]
-    TakenOver,
-    /// STOP came first.
-    #[error("cancelled by STOP")]
-    Stopped,
-    /// The operator cancelled it.
-    #[error("cancelled")]
-    Cancelled,
-    /// The link carries nothing to the robot.
-    #[error("the link is receive-only")]
-    ReceiveOnly,
-}
-
-impl Failure {
-    /// All of them.
-    pub const ALL: [Self; 6] = [
-        Self::TimedOut,
-        Self::RobotRestarted,
-        Self::TakenOver,
-        Self::Stopped,
-        Self::Cancelled,
-        Self::ReceiveOnly,
-    ];
-}
 
 /// The connection to the radio.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -98,6 +158,37 @@ pub enum Reception {
     Damaged,
     /// Bytes with an order that makes no text: the port's baud rate is not the radio's.
     WrongRate(LineRate),
+}
+
+impl Reception {
+    /// All of them.
+    pub const ALL: [Self; 6] = [
+        Self::Lines,
+        Self::Nothing,
+        Self::Noise,
+        Self::Damaged,
+        Self::WrongRate(LineRate::Slower),
+        Self::WrongRate(LineRate::Faster),
+    ];
+
+    /// Stable code.
+    #[must_use]
+    pub const fn code(self) -> &'static str {
+        match self {
+            Self::Lines => "lines",
+            Self::Nothing => "nothing",
+            Self::Noise => "noise",
+            Self::Damaged => "damaged",
+            Self::WrongRate(LineRate::Slower) => "slower-rate",
+            Self::WrongRate(LineRate::Faster) => "faster-rate",
+        }
+    }
+
+    /// The kind with a code; `None` for an unknown one.
+    #[must_use]
+    pub fn from_code(code: &str) -> Option<Self> {
+        Self::ALL.into_iter().find(|kind| kind.code() == code)
+    }
 }
 
 /// How the radio's baud rate differs from the port's.
@@ -137,7 +228,7 @@ impl fmt::Display for Remark {
 /// The operator marked a moment, or took a mark away.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Mark {
-    /// How long ago the moment was; to the millisecond when it is told in words.
+    /// Time since the marked moment.
     pub ago: Moment,
     /// Set; else taken away.
     pub is_set: bool,
@@ -147,22 +238,6 @@ impl fmt::Display for Mark {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let word = if self.is_set { "marked" } else { "unmarked" };
         write!(f, "{word} {:.3} s ago", self.ago.as_secs_f64())
-    }
-}
-
-impl Mark {
-    /// What its words say; `None` for other words.
-    #[must_use]
-    pub fn from_words(words: &str) -> Option<Self> {
-        let (word, ago) = words.split_once(' ')?;
-        let is_set = match word {
-            "marked" => true,
-            "unmarked" => false,
-            _ => return None,
-        };
-        let ago_s = ago.strip_suffix(" s ago")?.parse().ok()?;
-        let ago = Moment::try_from_secs_f64(ago_s).ok()?;
-        Some(Self { ago, is_set })
     }
 }
 

@@ -14,11 +14,9 @@ use std::fs::File;
 use std::io::{self, BufReader, Read, Write};
 use std::path::{Path, PathBuf};
 
-use foxglove::messages::Log;
 use prost::Message;
 
 use super::error::create;
-use super::messages::UplinkEvent;
 use super::recover::claim;
 use super::topics::StationEvent;
 use super::{CaptureError, Existing};
@@ -45,14 +43,12 @@ pub enum Kind {
     Rx = b'r',
     /// Bytes sent.
     Tx = b't',
-    /// A [`UplinkEvent`].
-    Uplink = b'u',
-    /// A [`Log`].
-    Log = b'l',
+    /// A [`StationEvent`].
+    Event = b'e',
 }
 
 impl Kind {
-    const ALL: [Self; 5] = [Self::Session, Self::Rx, Self::Tx, Self::Uplink, Self::Log];
+    const ALL: [Self; 4] = [Self::Session, Self::Rx, Self::Tx, Self::Event];
 
     fn from_letter(letter: u8) -> Option<Self> {
         Self::ALL.into_iter().find(|kind| *kind as u8 == letter)
@@ -76,15 +72,11 @@ impl Entry {
     /// An event as an entry.
     #[must_use]
     pub fn of_event(at_ns: u64, event: &StationEvent) -> Self {
-        let (kind, data) = match event {
-            StationEvent::Uplink(event) => (Kind::Uplink, event.encode_to_vec()),
-            StationEvent::Log(log) => (Kind::Log, log.encode_to_vec()),
-        };
         Self {
-            kind,
+            kind: Kind::Event,
             at_ns,
             offset: 0,
-            data,
+            data: event.encode_to_vec(),
         }
     }
 }
@@ -102,8 +94,7 @@ impl<D: AsRef<[u8]>> Entry<D> {
     pub fn event(&self) -> Option<StationEvent> {
         let data = self.data.as_ref();
         match self.kind {
-            Kind::Uplink => UplinkEvent::decode(data).ok().map(StationEvent::Uplink),
-            Kind::Log => Log::decode(data).ok().map(StationEvent::Log),
+            Kind::Event => StationEvent::decode(data).ok(),
             Kind::Session | Kind::Rx | Kind::Tx => None,
         }
     }

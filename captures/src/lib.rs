@@ -39,6 +39,7 @@ pub mod schema;
 pub mod song;
 pub mod songs;
 pub mod source;
+mod station_event;
 pub mod statistics;
 pub mod text;
 pub mod topics;

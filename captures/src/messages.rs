@@ -11,7 +11,8 @@ mod fill;
 use groundwave_protocol::decoder::Received;
 
 use super::protobuf::Protobuf;
-pub use super::uplink_event::{UplinkEvent, UplinkStep};
+pub use super::station_event::{StationEvent, StationEventKind};
+pub use super::uplink_event::UplinkEvent;
 
 /// Bytes of a stream as they were read or sent.
 #[derive(Clone, PartialEq, Eq, prost::Message)]

@@ -4,15 +4,14 @@ use std::collections::BTreeMap;
 use std::io::{self, Read};
 
 use ::mcap::records::{Record, op};
-use foxglove::messages::Log;
 use prost::Message as _;
 
 use super::composer::Session;
 use super::mcap_reader::{Channels, Entries, Entry};
-use super::messages::{RawBytes, UplinkEvent};
+use super::messages::{RawBytes, StationEvent};
 use super::record::parse;
 use super::repair::Position;
-use super::topics::{RAW_RX, StationEvent, Topic};
+use super::topics::{RAW_RX, Topic};
 
 /// The largest believed gap in the received bytes: 50 days of a 2400-baud radio.
 const GAP_BYTES_MAX: u64 = 1 << 30;
@@ -267,9 +266,7 @@ fn decode(topic: Topic, data: &[u8]) -> Option<Ahead> {
     let decoded = match topic {
         Topic::RawRx => RawBytes::decode(data).map(Ahead::Received),
         Topic::RawTx => RawBytes::decode(data).map(Ahead::Sent),
-        Topic::Uplink => UplinkEvent::decode(data)
-            .map(|event| Ahead::Event(Box::new(StationEvent::Uplink(event)))),
-        Topic::Log => Log::decode(data).map(|log| Ahead::Event(Box::new(StationEvent::Log(log)))),
+        Topic::Station => StationEvent::decode(data).map(|event| Ahead::Event(Box::new(event))),
         _ => return None,
     };
     Some(decoded.unwrap_or_else(|error| Ahead::Damaged(format!("{}: {error}", topic.name()))))

@@ -230,7 +230,7 @@ impl Recorder {
             match entry.kind {
                 Kind::Rx => self.journal.rx(entry.at_ns, &entry.data),
                 Kind::Tx => self.journal.tx(entry.at_ns, &entry.data),
-                Kind::Session | Kind::Uplink | Kind::Log => self.journal.entry(&entry),
+                Kind::Session | Kind::Event => self.journal.entry(&entry),
             }
             self.hold(now);
         }

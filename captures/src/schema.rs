@@ -1,6 +1,6 @@
 //! The protobuf schemas that an MCAP carries, as other tools want them.
 
-use super::messages::{RawBytes, Telemetry, UplinkEvent};
+use super::messages::{RawBytes, StationEvent, Telemetry, UplinkEvent};
 
 /// `proto/groundwave.proto`, compiled: a `FileDescriptorSet`. A test compiles the text and compares.
 pub const DESCRIPTORS: &[u8] = include_bytes!("proto/groundwave.binpb");
@@ -21,6 +21,10 @@ impl Schema for Telemetry {
 
 impl Schema for UplinkEvent {
     const NAME: &str = "groundwave.UplinkEvent";
+}
+
+impl Schema for StationEvent {
+    const NAME: &str = "groundwave.StationEvent";
 }
 
 #[cfg(test)]

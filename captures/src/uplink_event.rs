@@ -1,42 +1,20 @@
-//! What became of commands, as a protobuf message.
+//! Status of commands and the robot's acknowledgements, as a protobuf message.
 
-/// What happened to a command.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, prost::Enumeration)]
-#[repr(i32)]
-pub enum UplinkStep {
-    /// Waits for its turn.
-    Queued = 0,
-    /// A frame of it went to the radio.
-    Sent = 1,
-    /// Some of a list was acknowledged.
-    Progress = 2,
-    /// The robot told of a parameter.
-    Told = 3,
-    /// The robot's acknowledgement proves it.
-    Proven = 4,
-    /// The robot refused.
-    Refused = 5,
-    /// Given up without proof.
-    Failed = 6,
-    /// Somebody who shares the link asked for it.
-    Asked = 7,
-    /// The robot acknowledges another command than before; from its lines alone.
-    Acknowledged = 8,
-    /// The robot holds another list than before; from its lines alone.
-    List = 9,
-}
+use groundwave_protocol::arq::{CommandStatus, Failure};
+use groundwave_protocol::telemetry::Outcome;
 
-/// A step of a command on its way to the robot, or something new in the robot's own acknowledgement.
-/// What a step does not say is absent.
+use crate::event::CommandId;
+
+/// A command's new status, or a change in the robot's own acknowledgement. Absent fields do not apply.
 #[derive(Clone, PartialEq, prost::Message)]
 pub struct UplinkEvent {
-    /// What happened.
-    #[prost(enumeration = "UplinkStep", tag = 1)]
-    pub step: i32,
+    /// Code of the status, or [`Self::ACKNOWLEDGEMENT`] or [`Self::LIST`].
+    #[prost(string, tag = 1)]
+    pub status: String,
     /// Number of the command in its session at the station, from 1.
     #[prost(uint32, optional, tag = 2)]
     pub command_id: Option<u32>,
-    /// The command in the words of the command line.
+    /// The command in the words of the command line, when it is queued.
     #[prost(string, optional, tag = 3)]
     pub command: Option<String>,
     /// Frames sent for it so far, repetitions included.
@@ -51,45 +29,97 @@ pub struct UplinkEvent {
     /// Digest of a waypoint list that the robot verified.
     #[prost(uint32, optional, tag = 7)]
     pub list_digest: Option<u32>,
-    /// What the robot says became of the command: the place of the outcome in the wire's list.
-    #[prost(int32, optional, tag = 8)]
-    pub outcome: Option<i32>,
-    /// Why it ended without proof.
+    /// Why the command was refused or failed, or the outcome that the robot acknowledges: a stable code.
+    #[prost(string, optional, tag = 8)]
+    pub code: Option<String>,
+    /// The client that asked, when the link is shared.
     #[prost(string, optional, tag = 9)]
-    pub reason: Option<String>,
-    /// Who asked for it.
-    #[prost(string, optional, tag = 10)]
     pub by: Option<String>,
     /// Low 3 bits of the robot's boot counter.
-    #[prost(uint32, optional, tag = 11)]
+    #[prost(uint32, optional, tag = 10)]
     pub boot: Option<u32>,
     /// Session, 1 to 7 in turn; 0 before the first.
-    #[prost(uint32, optional, tag = 12)]
+    #[prost(uint32, optional, tag = 11)]
     pub session: Option<u32>,
     /// Sequence of the latest command taken, low 3 bits.
-    #[prost(uint32, optional, tag = 13)]
+    #[prost(uint32, optional, tag = 12)]
     pub sequence: Option<u32>,
-    /// Waypoints of the list that is queued, inches.
-    #[prost(sint32, repeated, tag = 14)]
+    /// X of the waypoints of a queued list, inches.
+    #[prost(sint32, repeated, tag = 13)]
     pub waypoints_x_in: Vec<i32>,
-    /// The same, inches.
-    #[prost(sint32, repeated, tag = 15)]
+    /// Y of the same, inches.
+    #[prost(sint32, repeated, tag = 14)]
     pub waypoints_y_in: Vec<i32>,
-    /// A parameter that the robot told of.
-    #[prost(string, optional, tag = 16)]
+    /// Name of a parameter that the robot reported.
+    #[prost(string, optional, tag = 15)]
     pub parameter_name: Option<String>,
-    /// What it is.
-    #[prost(sint32, optional, tag = 17)]
+    /// Value of that parameter.
+    #[prost(sint32, optional, tag = 16)]
     pub parameter_value: Option<i32>,
 }
 
 impl UplinkEvent {
-    /// A step that says nothing more.
+    /// The robot acknowledges another command than before; follows from its lines.
+    pub const ACKNOWLEDGEMENT: &str = "acknowledgement";
+    /// The robot holds another list than before; follows from its lines.
+    pub const LIST: &str = "list";
+
+    /// An event with a status and nothing else.
     #[must_use]
-    pub fn new(step: UplinkStep) -> Self {
+    pub fn new(status: &str) -> Self {
         Self {
-            step: step as i32,
+            status: status.to_owned(),
             ..Self::default()
         }
+    }
+
+    /// A command's new status.
+    #[must_use]
+    pub fn of_command(id: CommandId, status: &CommandStatus) -> Self {
+        let mut event = Self {
+            command_id: Some(id.0),
+            code: status.reason_code().map(str::to_owned),
+            ..Self::new(status.code())
+        };
+        match status {
+            CommandStatus::Queued | CommandStatus::Refused(_) | CommandStatus::Failed(_) => {}
+            CommandStatus::Sent { frames } => event.frames = Some(*frames),
+            CommandStatus::Progress {
+                acknowledged,
+                total,
+            } => {
+                event.acknowledged = Some((*acknowledged).into());
+                event.total = Some((*total).into());
+            }
+            CommandStatus::Reported(line) => {
+                event.parameter_name = Some(line.name.as_str().to_owned());
+                event.parameter_value = Some(line.value);
+            }
+            CommandStatus::Confirmed { digest } => event.list_digest = *digest,
+        }
+        event
+    }
+
+    /// Status of the command; `None` for an unknown code, and for a reported parameter, whose line is among the
+    /// received bytes.
+    #[must_use]
+    pub fn command_status(&self) -> Option<CommandStatus> {
+        let code = self.code.as_deref();
+        Some(match self.status.as_str() {
+            CommandStatus::QUEUED => CommandStatus::Queued,
+            CommandStatus::SENT => CommandStatus::Sent {
+                frames: self.frames?,
+            },
+            CommandStatus::PROGRESS => CommandStatus::Progress {
+                acknowledged: u16::try_from(self.acknowledged?).ok()?,
+                total: u16::try_from(self.total?).ok()?,
+            },
+            CommandStatus::CONFIRMED => CommandStatus::Confirmed {
+                digest: self.list_digest,
+            },
+            CommandStatus::REFUSED => CommandStatus::Refused(Outcome::from_code(code?)?),
+            CommandStatus::FAILED => CommandStatus::Failed(Failure::from_code(code?)?),
+            _ => return None,
+        })
     }
 }

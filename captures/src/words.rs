@@ -1,8 +1,24 @@
-//! The words for layers and modes.
+//! Words for codes and states of the wire.
 
 use groundwave_protocol::status_codes::{Layer, Mode};
+use groundwave_protocol::telemetry::Outcome;
 
-/// The word for a layer.
+/// Why the robot refused a command.
+#[must_use]
+pub const fn outcome_words(outcome: Outcome) -> &'static str {
+    match outcome {
+        Outcome::Done => "it did not refuse",
+        Outcome::NotFitted => "this robot has no such layer or mode",
+        Outcome::BadValue => "a value is out of range",
+        Outcome::ListIncomplete => "waypoints are missing",
+        Outcome::DigestMismatch => "the list it holds is not the one that was announced",
+        Outcome::NotNow => "not in its present state",
+        Outcome::Unknown => "its firmware does not know this command",
+        Outcome::Failed => "it tried and could not",
+    }
+}
+
+/// Name of a layer.
 #[must_use]
 pub const fn layer_word(layer: Layer) -> &'static str {
     match layer {
@@ -17,7 +33,7 @@ pub const fn layer_word(layer: Layer) -> &'static str {
     }
 }
 
-/// The word for a mode.
+/// Name of a mode.
 #[must_use]
 pub const fn mode_word(mode: Mode) -> &'static str {
     match mode {

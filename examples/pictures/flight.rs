@@ -68,7 +68,7 @@ impl Flight {
     pub fn send_route(&mut self, points: &[(i16, i16)]) {
         let point = |&(x_in, y_in): &(i16, i16)| Waypoint { x_in, y_in };
         let route = Request::Route(points.iter().map(point).collect());
-        self.station.handle_request(self.now, route);
+        self.station.handle_request(self.now, route, None);
         self.settle();
     }
 
@@ -104,7 +104,7 @@ impl Flight {
     fn tell(&mut self, event: Event) {
         for effect in self.model.update(self.now, event) {
             if let Effect::Send(request) = effect {
-                self.station.handle_request(self.now, request);
+                self.station.handle_request(self.now, request, None);
                 self.settle();
             }
         }

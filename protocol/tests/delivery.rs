@@ -2,12 +2,12 @@
 
 mod world;
 
-use groundwave_protocol::arq::{FopEvent, Loss, Task};
+use groundwave_protocol::arq::{CommandStatus, Failure, FopEvent, Task};
 use groundwave_protocol::command::{Key, Message, Open, Order};
 use groundwave_protocol::digest::digest;
 use groundwave_protocol::status_codes::{LayerMask, Mode};
 use groundwave_protocol::telemetry::Outcome;
-use world::{DONE, ROBOT_ID, Robot, World, route};
+use world::{DONE, ROBOT_ID, Robot, STOPPED, World, failed, replaced, route};
 
 #[test]
 fn a_command_is_executed_once_and_proven() {
@@ -52,16 +52,9 @@ fn a_list_arrives_whole_or_not_at_all() {
             let mut world = World::new(seed, bit_error_rate);
             let list = route(seed, count);
             let event = world.deliver(Task::List(&list));
-            let digest = Some(digest(list.iter()));
+            let digest = digest(list.iter());
             let context = format!("seed {seed}, {count} waypoints, ber {bit_error_rate}");
-            assert_eq!(
-                event,
-                FopEvent::Concluded {
-                    outcome: Outcome::Done,
-                    digest
-                },
-                "{context}"
-            );
+            assert_eq!(event, replaced(digest), "{context}");
             assert_eq!(world.robot.farm.lists().active(), list, "{context}");
             assert_eq!(world.robot.lists.len(), 1, "{context}");
         }
@@ -73,24 +66,14 @@ fn an_empty_list_clears() {
     let mut world = World::new(1, 0.0);
     world.deliver(Task::List(&route(1, 5)));
     let event = world.deliver(Task::List(&[]));
-    let digest = Some(digest([].iter()));
-    assert_eq!(
-        event,
-        FopEvent::Concluded {
-            outcome: Outcome::Done,
-            digest
-        }
-    );
+    assert_eq!(event, replaced(digest([].iter())));
     assert_eq!(world.robot.farm.lists().active(), []);
 }
 
 #[test]
 fn a_refusal_has_a_reason_and_the_next_command_is_delivered() {
     let mut world = World::new(1, 0.0);
-    let refused = FopEvent::Concluded {
-        outcome: Outcome::NotFitted,
-        digest: None,
-    };
+    let refused = FopEvent::Task(CommandStatus::Refused(Outcome::NotFitted));
     assert_eq!(world.deliver(Task::Order(Order::Scan)), refused);
     assert_eq!(world.deliver(Task::Order(Order::Mode(Mode::Prowl))), DONE);
 }
@@ -112,9 +95,9 @@ fn stop_interrupts_a_transfer_and_no_earlier_command_runs_after_it() {
         }
         let heard_s = (world.now_us - pressed_us) as f64 / 1e6;
         assert!(seed % 2 == 1 || heard_s < 0.15, "seed {seed}: {heard_s} s");
-        world.run_until(60, |event| *event == FopEvent::StopProven);
+        world.run_until(60, |event| *event == STOPPED);
         assert!(
-            world.events.contains(&FopEvent::Failed(Loss::Stopped)),
+            world.events.contains(&failed(Failure::Stopped)),
             "seed {seed}"
         );
         assert_eq!(world.robot.lists, [], "seed {seed}");
@@ -136,7 +119,7 @@ fn a_reboot_ends_the_session_and_the_transfer() {
         world.step();
     }
     world.robot = Robot::new(2);
-    assert_eq!(world.finish(), FopEvent::Failed(Loss::RobotRestarted));
+    assert_eq!(world.finish(), failed(Failure::RobotRestarted));
     assert_eq!(
         world.deliver(Task::Order(Order::Mode(Mode::Reactive))),
         DONE
@@ -156,7 +139,9 @@ fn a_second_station_takes_over_and_the_first_reports_it() {
     for &byte in Message::Open(open).encode(Key::robot(ROBOT_ID)).as_bytes() {
         world.robot.handle_byte(byte);
     }
-    world.run_until(5, |event| *event == FopEvent::Session(Err(Loss::TakenOver)));
+    world.run_until(5, |event| {
+        *event == FopEvent::Session(Err(Failure::TakenOver))
+    });
 }
 
 #[test]
@@ -168,10 +153,7 @@ fn a_task_for_a_deaf_robot_fails_and_never_runs_late() {
         which: LayerMask::ALL,
         allowed: LayerMask::NONE,
     };
-    assert_eq!(
-        world.deliver(Task::Order(lost)),
-        FopEvent::Failed(Loss::TimedOut)
-    );
+    assert_eq!(world.deliver(Task::Order(lost)), failed(Failure::TimedOut));
     world.deaf = false;
     assert_eq!(world.deliver(Task::Order(Order::Mode(Mode::Prowl))), DONE);
     assert!(!world.robot.executed.contains(&lost));

@@ -3,21 +3,18 @@
 mod world;
 
 use groundwave_protocol::Waypoint;
-use groundwave_protocol::arq::{Config, Duplex, Fop, FopEvent, Loss, Task};
+use groundwave_protocol::arq::{CommandStatus, Config, Duplex, Failure, Fop, FopEvent, Task};
 use groundwave_protocol::command::{Key, Message, Order};
 use groundwave_protocol::decoder::{Decoder, Received};
 use groundwave_protocol::digest::digest;
 use groundwave_protocol::failsafe::Failsafe;
 use groundwave_protocol::receiver::Receiver;
 use groundwave_protocol::status_codes::{Link, Mode};
-use groundwave_protocol::telemetry::{Ack, Body, Detail, Line, Outcome, StateLine};
-use world::{DONE, ROBOT_ID, Robot, World, route};
+use groundwave_protocol::telemetry::{Ack, Body, Detail, Line, StateLine};
+use world::{DONE, ROBOT_ID, Robot, STOPPED, World, failed, replaced, route};
 
 fn replaced_by(list: &[Waypoint]) -> FopEvent {
-    FopEvent::Concluded {
-        outcome: Outcome::Done,
-        digest: Some(digest(list.iter())),
-    }
+    replaced(digest(list.iter()))
 }
 
 #[test]
@@ -62,7 +59,7 @@ fn a_list_that_never_arrives_fails_while_other_frames_do() {
     let mut world = World::new(2, 0.0);
     world.robot.deaf_to = |message| matches!(message, Message::Waypoints(_));
     let event = world.deliver(Task::List(&route(2, 10)));
-    assert_eq!(event, FopEvent::Failed(Loss::TimedOut));
+    assert_eq!(event, failed(Failure::TimedOut));
     assert_eq!(
         world.deliver(Task::Order(Order::Mode(Mode::Reactive))),
         DONE
@@ -93,7 +90,7 @@ fn only_stop_is_sent_until_it_is_proven() {
                 .start(world.now_us, Task::Order(Order::Mode(Mode::Prowl)))
         );
         world.finish();
-        let proven = world.events.iter().position(|e| *e == FopEvent::StopProven);
+        let proven = world.events.iter().position(|e| *e == STOPPED);
         let concluded = world.events.iter().rposition(|e| *e == DONE);
         assert!(proven.is_some() && proven < concluded, "seed {seed}");
         for _ in 0..240 * 3 {
@@ -131,7 +128,10 @@ fn a_late_line_of_a_stopped_robot_proves_no_stop() {
     fop.handle_received(0, &stopped_line(0));
     fop.stop(1_000_000);
     assert!(fop.poll_transmit(1_000_000).is_some());
-    assert_eq!(fop.poll_event(), Some(FopEvent::StopSent));
+    assert_eq!(
+        fop.poll_event(),
+        Some(FopEvent::Stop(CommandStatus::Sent { frames: 1 }))
+    );
     for sequence in 1..20 {
         let arrived_us = 1_000_000 + u64::from(sequence) * 333_000;
         fop.handle_received(arrived_us, &stopped_line(sequence));
@@ -152,10 +152,15 @@ fn a_stop_that_never_arrives_is_never_proven() {
             world.step();
         }
         world.fop.stop(world.now_us);
-        let end = world.run_until(60, |event| {
-            matches!(event, FopEvent::StopProven | FopEvent::StopFailed)
-        });
-        assert_eq!(end, FopEvent::StopFailed, "seed {seed}");
+        let end = world.run_until(
+            60,
+            |event| matches!(event, FopEvent::Stop(status) if status.is_end()),
+        );
+        assert_eq!(
+            end,
+            FopEvent::Stop(CommandStatus::Failed(Failure::TimedOut)),
+            "seed {seed}"
+        );
     }
 }
 
@@ -167,10 +172,14 @@ fn a_restart_proves_no_stop() {
     world.robot = Robot::new(9);
     world.robot.deaf_to = |message| *message == Message::Stop;
     world.fop.stop(world.now_us);
-    let end = world.run_until(60, |event| {
-        matches!(event, FopEvent::StopProven | FopEvent::StopFailed)
-    });
-    assert_eq!(end, FopEvent::StopFailed);
+    let end = world.run_until(
+        60,
+        |event| matches!(event, FopEvent::Stop(status) if status.is_end()),
+    );
+    assert_eq!(
+        end,
+        FopEvent::Stop(CommandStatus::Failed(Failure::TimedOut))
+    );
 }
 
 /// A task begun between two STOPs, before the first is proven, ends with the second.
@@ -191,7 +200,7 @@ fn a_second_stop_ends_a_task_begun_after_the_first() {
             world.step();
             assert_ne!(world.robot.mode, Mode::Prowl, "seed {seed}");
         }
-        let failed = FopEvent::Failed(Loss::Stopped);
+        let failed = failed(Failure::Stopped);
         assert!(world.events.contains(&failed), "seed {seed}");
         assert_eq!(world.robot.mode, Mode::Stop, "seed {seed}");
         assert_eq!(world.robot.drives, 0, "seed {seed}");

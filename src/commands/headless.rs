@@ -8,10 +8,10 @@ use serde_json::{Value, json};
 
 use super::{Exit, Fault};
 use crate::capture::decode;
-use crate::event::{CommandStep, Event, Level, LinkEvent, Moment, Reception};
+use crate::event::{CommandId, CommandStatus, Event, Level, LinkEvent, Moment, Notice, NoticeCode};
 use crate::io::signals::{Signal, Signals, stop_myself};
 use crate::runtime::{Driver, Keeper};
-use crate::share::Stage;
+use crate::share::StatusJson;
 
 /// Interval of the checks on the recording.
 const CHECK_EVERY: Duration = Duration::from_secs(1);
@@ -45,14 +45,14 @@ pub(super) async fn run(mut driver: Driver, keeper: &Keeper) -> Result<(), Fault
                 // The call also flushes the recording when that is due.
                 let problem = keeper.status().problem;
                 if let Some(text) = problem.clone().filter(|_| problem != reported) {
-                    let notice = Event::Notice { level: Level::Alarm, text };
+                    let notice = Event::Notice(Notice::new(NoticeCode::Recording, Level::Alarm, text));
                     if let Err(error) = print(driver.now(), &notice) {
                         return Fault::output(&error);
                     }
                 }
                 reported = problem;
                 while let Some((level, text)) = keeper.poll_notice() {
-                    if let Err(error) = print(driver.now(), &Event::Notice { level, text }) {
+                    if let Err(error) = print(driver.now(), &Event::Notice(Notice::new(NoticeCode::Recording, level, text))) {
                         return Fault::output(&error);
                     }
                 }
@@ -121,26 +121,25 @@ fn other_json(at: Moment, event: &Event) -> Option<Value> {
             json!({ "event": "link", "state": "open", "name": name, "can_send": can_send })
         }
         Event::Link(LinkEvent::Lost { reason }) => {
-            json!({ "event": "link", "state": "lost", "reason": reason })
+            json!({ "event": "link", "state": "lost", "text": reason })
         }
         Event::Link(LinkEvent::Ended) => json!({ "event": "link", "state": "ended" }),
         Event::Reception { reception, since } => json!({
             "event": "reception",
-            "what": reception_word(*reception),
+            "code": reception.code(),
             "since_s": since.as_secs_f64(),
         }),
-        Event::Asked { id, by } => json!({ "event": "asked", "id": id.0, "by": by }),
-        Event::Command { id, step } => {
-            let mut value = json!(Stage::of(step));
-            value["event"] = json!("command");
-            value["id"] = json!(id.0);
-            if let CommandStep::Queued(request) = step {
-                value["command"] = json!(request.to_string());
+        Event::Asked { id, request, by } => {
+            let mut value = command_json(*id, &CommandStatus::Queued);
+            value["command"] = json!(request.to_string());
+            if let Some(by) = by {
+                value["by"] = json!(by);
             }
             value
         }
-        Event::Notice { level, text } => {
-            json!({ "event": "notice", "level": format!("{level:?}").to_lowercase(), "text": text })
+        Event::Command { id, status } => command_json(*id, status),
+        Event::Notice(Notice { code, level, text }) => {
+            json!({ "event": "notice", "code": code.code(), "level": level.code(), "text": text })
         }
         _ => return None,
     };
@@ -148,12 +147,9 @@ fn other_json(at: Moment, event: &Event) -> Option<Value> {
     Some(value)
 }
 
-const fn reception_word(reception: Reception) -> &'static str {
-    match reception {
-        Reception::Lines => "lines",
-        Reception::Nothing => "nothing",
-        Reception::Noise => "noise",
-        Reception::Damaged => "damaged",
-        Reception::WrongRate(_) => "wrong-rate",
-    }
+fn command_json(id: CommandId, status: &CommandStatus) -> Value {
+    let mut value = json!(StatusJson::from(status));
+    value["event"] = json!("command");
+    value["id"] = json!(id.0);
+    value
 }

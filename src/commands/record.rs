@@ -152,8 +152,8 @@ async fn until_done(
                         "groundwave: link lost: {reason}; reconnecting"
                     ));
                 }
-                Event::Notice { text, .. } if !options.quiet => {
-                    say(format_args!("groundwave: {text}"));
+                Event::Notice(notice) if !options.quiet => {
+                    say(format_args!("groundwave: {}", notice.text));
                 }
                 _ => {}
             }

@@ -9,7 +9,7 @@ use super::cli::Replay;
 use super::{Exit, Fault, block_on, config, input, watch};
 use crate::capture::source::unfinished;
 use crate::capture::{CaptureError, index};
-use crate::event::{Event, Level, Moment, Recording};
+use crate::event::{Event, Level, Moment, Notice, NoticeCode, Recording};
 use crate::model::{Config, Ui};
 use crate::runtime::{self, Dashboard, Session, run as run_dashboard};
 use crate::timeline::scene::SPACING;
@@ -40,10 +40,11 @@ pub(super) fn run(options: &Replay, config: &config::Config) -> Result<(), Fault
     });
     let mut first = Scene::new(&name, Arc::clone(&config), &*tape);
     if let CaptureError::Interrupted(interrupted) = unfinished(&options.file, 0) {
-        first.tell(&Event::Notice {
-            level: Level::Warning,
-            text: interrupted.beforehand(),
-        });
+        first.tell(&Event::Notice(Notice::new(
+            NoticeCode::Damaged,
+            Level::Warning,
+            interrupted.beforehand(),
+        )));
     }
     let (tell, findings) = tokio::sync::mpsc::channel(FINDINGS);
     let reader = {

@@ -10,7 +10,7 @@ use sr04_sim::serve::{ServeOptions, Server};
 use super::appearance::appearance;
 use super::cli::{Demo, RecordingArgs, Sharing, Watch};
 use super::{Exit, Fault, block_on, config, headless, recording, sharing, simulated};
-use crate::event::{Event, Level};
+use crate::event::{Event, Level, Notice, NoticeCode};
 use crate::io::link::{BAUD, Connection, Link, LinkSpec};
 use crate::io::terminal;
 use crate::model::{Config, Facts, Ui};
@@ -105,10 +105,9 @@ pub(super) fn demo(options: &Demo, settings: &config::Config) -> Result<(), Faul
         format!("tcp:{raw}")
     });
     let truth = Event::Truth(simulated::truth(server.outlines()));
-    let warnings = warnings.into_iter().map(|text| Event::Notice {
-        level: Level::Warning,
-        text,
-    });
+    let warnings = warnings
+        .into_iter()
+        .map(|text| Event::Notice(Notice::new(NoticeCode::Configuration, Level::Warning, text)));
     show(&plan, model, warnings.chain([truth]).collect())
 }
 

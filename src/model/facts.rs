@@ -16,7 +16,8 @@ use super::plots::Plots;
 use super::robot::Robot;
 use super::tally::Counted;
 use super::{failsafe, why, words};
-use crate::event::{CommandId, CommandStep, Event, Level, LinkEvent, Moment, Recording};
+use crate::event::{CommandId, CommandStatus, Event, Level, LinkEvent, Moment, Recording};
+use crate::request::Request;
 use crate::travel::Tally;
 
 /// Everything that follows from events.
@@ -114,13 +115,14 @@ impl Facts {
                 is_shown = false;
             }
             Event::Link(link) => self.take_link(now, link),
-            Event::Command { id, step } => self.take_step(now, *id, step),
+            Event::Command { id, status } => self.take_command_status(now, *id, status),
             Event::Reception { reception, since } => self.link.take_reception(*reception, *since),
-            Event::Asked { id, by } => self.take_asker(now, *id, by),
+            Event::Asked { id, request, by } => self.take_asked(now, *id, request, by.as_deref()),
             Event::Recording(recording) => is_shown = self.take_recording(now, recording),
             Event::Truth(truth) => self.chart.take_truth(truth.clone()),
-            Event::Notice { level, text } => {
-                self.log.add(now, *level, Subject::Station, text.as_str());
+            Event::Notice(notice) => {
+                let text = notice.text.as_str();
+                self.log.add(now, notice.level, Subject::Station, text);
             }
             _ => is_shown = false,
         }
@@ -280,43 +282,46 @@ impl Facts {
         self.link.take_event(now, event);
     }
 
-    fn take_step(&mut self, now: Moment, id: CommandId, step: &CommandStep) {
-        self.counted.take_step(step);
-        let Some(entry) = self.ledger.take_step(now, id, step) else {
+    fn take_asked(&mut self, now: Moment, id: CommandId, request: &Request, by: Option<&str>) {
+        self.counted.take_asked();
+        if let Some(by) = by {
+            let text = format!("{request}: asked by {by}");
+            self.log.add(now, Level::Info, Subject::Command, text);
+        }
+        let by = by.map(str::to_owned);
+        self.ledger.add(now, id, request.clone(), by);
+    }
+
+    fn take_command_status(&mut self, now: Moment, id: CommandId, status: &CommandStatus) {
+        self.counted.take_command_status(status);
+        let Some(entry) = self.ledger.take_command_status(now, id, status) else {
             return;
         };
         let asked = &entry.request;
-        let (level, text) = match step {
-            CommandStep::Queued(_)
-            | CommandStep::Sent { .. }
-            | CommandStep::Progress { .. }
-            | CommandStep::Told(_) => return,
-            CommandStep::Proven {
+        let (level, text) = match status {
+            CommandStatus::Queued
+            | CommandStatus::Sent { .. }
+            | CommandStatus::Progress { .. }
+            | CommandStatus::Reported(_) => return,
+            CommandStatus::Confirmed {
                 digest: Some(digest),
             } => (
                 Level::Info,
                 format!("{asked}: the robot verified {digest:08X}"),
             ),
-            CommandStep::Proven { digest: None } => {
+            CommandStatus::Confirmed { digest: None } => {
                 (Level::Info, format!("{asked}: the robot acknowledged"))
             }
-            CommandStep::Refused(outcome) => {
+            CommandStatus::Refused(outcome) => {
                 let reason = self.robot.standing().why(asked, *outcome);
                 let why = reason.as_deref().unwrap_or(words::outcome(*outcome));
                 let text = format!("{asked}: refused, {why}");
                 self.ledger.take_reason(id, reason);
                 (Level::Warning, text)
             }
-            CommandStep::Failed(failure) => (Level::Warning, format!("{asked}: {failure}")),
+            CommandStatus::Failed(failure) => (Level::Warning, format!("{asked}: {failure}")),
         };
         self.log.add(now, level, Subject::Command, text);
-    }
-
-    fn take_asker(&mut self, now: Moment, id: CommandId, by: &str) {
-        if let Some(entry) = self.ledger.take_asker(id, by) {
-            let text = format!("{}: asked by {by}", entry.request);
-            self.log.add(now, Level::Info, Subject::Command, text);
-        }
     }
 
     fn take_recording(&mut self, now: Moment, recording: &Recording) -> bool {

@@ -4,29 +4,12 @@ use std::collections::VecDeque;
 
 use groundwave_protocol::Waypoint;
 use groundwave_protocol::status_codes::{Layer, LayerMask};
-use groundwave_protocol::telemetry::{ListPlace, Outcome, StatusLine};
+use groundwave_protocol::telemetry::{ListPlace, StatusLine};
 
-use crate::event::{CommandId, CommandStep, Failure, Moment};
+use crate::event::{CommandId, CommandStatus, Moment};
 use crate::request::Request;
 
 const ENTRIES_MAX: usize = 64;
-
-/// How far a command has come.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(crate) enum Stage {
-    /// Waits for its turn.
-    Queued,
-    /// Went to the radio; nothing is known of it.
-    Sent,
-    /// The robot acknowledged it.
-    Acknowledged,
-    /// The robot verified this digest and made the list its own.
-    Activated { digest: u32 },
-    /// The robot refused.
-    Refused(Outcome),
-    /// Given up without proof.
-    Failed(Failure),
-}
 
 /// A command.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -35,11 +18,12 @@ pub(crate) struct Entry {
     pub(crate) request: Request,
     /// Who asked for it, if it was not this station's operator.
     pub(crate) by: Option<String>,
-    pub(crate) stage: Stage,
+    /// Queued, sent, or how it ended.
+    pub(crate) status: CommandStatus,
     pub(crate) attempts: u32,
     /// Waypoints that the robot acknowledged, of how many.
     pub(crate) progress: Option<(u16, u16)>,
-    /// When the stage changed.
+    /// When the status changed.
     pub(crate) at: Moment,
     /// When it was asked for.
     pub(crate) asked_at: Moment,
@@ -53,7 +37,7 @@ pub(crate) struct Entry {
 
 impl Entry {
     fn is_over(&self) -> bool {
-        !matches!(self.stage, Stage::Queued | Stage::Sent)
+        self.status.is_end()
     }
 }
 
@@ -80,48 +64,39 @@ impl Ledger {
         self.entries.iter().any(|entry| !entry.is_over())
     }
 
-    /// Takes a step; returns the entry it belongs to, if that is known.
-    pub(super) fn take_step(
+    /// Takes a new status; returns the entry it belongs to, if that is known.
+    pub(super) fn take_command_status(
         &mut self,
         now: Moment,
         id: CommandId,
-        step: &CommandStep,
+        status: &CommandStatus,
     ) -> Option<&Entry> {
-        if let CommandStep::Queued(request) = step {
-            self.add(now, id, request.clone());
-        }
         let entry = self.entries.iter_mut().rev().find(|entry| entry.id == id)?;
-        match step {
-            CommandStep::Queued(_) | CommandStep::Told(_) => {}
-            CommandStep::Sent { frames: attempt } => {
-                entry.stage = Stage::Sent;
-                entry.attempts = *attempt;
-            }
-            CommandStep::Progress {
+        entry.at = now;
+        match status {
+            CommandStatus::Progress {
                 acknowledged,
                 total,
             } => entry.progress = Some((*acknowledged, *total)),
-            CommandStep::Proven { digest: None } => entry.stage = Stage::Acknowledged,
-            CommandStep::Proven {
-                digest: Some(digest),
-            } => {
-                entry.stage = Stage::Activated { digest: *digest };
-                if let Request::Route(waypoints) = &entry.request {
+            CommandStatus::Queued | CommandStatus::Reported(_) => {}
+            CommandStatus::Sent { frames } => {
+                entry.status = *status;
+                entry.attempts = *frames;
+            }
+            CommandStatus::Refused(_) | CommandStatus::Failed(_) => entry.status = *status,
+            CommandStatus::Confirmed { digest } => {
+                entry.status = *status;
+                entry.proof = Some(now.saturating_sub(entry.asked_at));
+                if let (Some(digest), Request::Route(waypoints)) = (*digest, &entry.request) {
                     self.active = Some(ActiveList {
                         id,
-                        digest: *digest,
+                        digest,
                         waypoints: waypoints.clone(),
                         driven: None,
                     });
                 }
             }
-            CommandStep::Refused(outcome) => entry.stage = Stage::Refused(*outcome),
-            CommandStep::Failed(failure) => entry.stage = Stage::Failed(*failure),
         }
-        if let CommandStep::Proven { .. } = step {
-            entry.proof = Some(now.saturating_sub(entry.asked_at));
-        }
-        entry.at = now;
         Some(entry)
     }
 
@@ -131,17 +106,18 @@ impl Ledger {
         Some(&entry.request)
     }
 
-    fn add(&mut self, now: Moment, id: CommandId, request: Request) {
+    /// Takes a command that was asked for, by a client of the shared link if one is named.
+    pub(super) fn add(&mut self, now: Moment, id: CommandId, request: Request, by: Option<String>) {
         if self.entries.len() == ENTRIES_MAX {
-            // What is still under way outlives what is over.
+            // A command under way stays longer than one that has ended.
             let victim = self.entries.iter().position(Entry::is_over).unwrap_or(0);
             self.entries.remove(victim);
         }
         self.entries.push_back(Entry {
             id,
             request,
-            by: None,
-            stage: Stage::Queued,
+            by,
+            status: CommandStatus::Queued,
             attempts: 0,
             progress: None,
             at: now,
@@ -150,13 +126,6 @@ impl Ledger {
             reason: None,
             driven: None,
         });
-    }
-
-    /// Somebody who shares the link asked for this one; returns its entry, if that is known.
-    pub(super) fn take_asker(&mut self, id: CommandId, by: &str) -> Option<&Entry> {
-        let entry = self.entries.iter_mut().rev().find(|entry| entry.id == id)?;
-        entry.by = Some(by.to_owned());
-        Some(entry)
     }
 
     /// Takes a line B: it confirms the active list, or tells that the robot has another.
@@ -184,8 +153,8 @@ impl Ledger {
         self.entries.iter()
     }
 
-    /// The command that went a step further last.
-    pub(crate) fn newest_step(&self) -> Option<&Entry> {
+    /// The command whose status changed last.
+    pub(crate) fn newest(&self) -> Option<&Entry> {
         self.entries.iter().max_by_key(|entry| entry.at)
     }
 

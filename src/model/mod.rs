@@ -84,10 +84,10 @@ impl Model {
         let effects = self.ui.update(now, event, &self.facts, change);
         let (notices, effects): (Vec<_>, Vec<_>) = effects
             .into_iter()
-            .partition(|effect| matches!(effect, Effect::Notice { .. }));
+            .partition(|effect| matches!(effect, Effect::Notice(_)));
         for effect in notices {
-            if let Effect::Notice { level, text } = effect {
-                self.update(now, Event::Notice { level, text });
+            if let Effect::Notice(notice) = effect {
+                self.update(now, Event::Notice(notice));
             }
         }
         effects

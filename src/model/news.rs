@@ -47,7 +47,7 @@ impl<'a> Shown<'a> {
     }
 
     fn newest(&self) -> Option<(Moment, News<'a>)> {
-        let command = self.facts.ledger.newest_step();
+        let command = self.facts.ledger.newest();
         let command = command.map(|entry| (entry.at, News::Command(entry)));
         let logged = self.facts.log.newest_first().find(|entry| entry.is_news());
         let logged = logged.map(|entry| (entry.at, News::Logged(entry)));

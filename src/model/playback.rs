@@ -178,7 +178,7 @@ mod tests {
     use crossterm::event::KeyCode;
 
     use super::*;
-    use crate::event::{CommandId, CommandStep, Event, Moment};
+    use crate::event::{Event, Level, Moment, Notice, NoticeCode};
     use crate::model::testing::{Scene, playback};
     use crate::model::{Change, Config, Panel};
     use crate::travel::{Landmark, Playback};
@@ -369,10 +369,7 @@ mod tests {
         scene.ack.sequence += 1;
         scene.hear();
         assert_eq!(scene.model.facts.tally().commands, 1, "somebody else's");
-        scene.event(Event::Command {
-            id: CommandId(1),
-            step: CommandStep::Queued(Request::Scan),
-        });
+        scene.ask(1, Request::Scan);
         scene.ack.sequence += 1;
         scene.hear();
         assert_eq!(
@@ -380,10 +377,11 @@ mod tests {
             2,
             "one's own is told once"
         );
-        scene.event(Event::Notice {
-            level: crate::event::Level::Alarm,
-            text: "x".to_owned(),
-        });
+        scene.event(Event::Notice(Notice::new(
+            NoticeCode::Other,
+            Level::Alarm,
+            "x",
+        )));
         assert_eq!(scene.model.facts.tally().alarms, 1);
     }
 }

@@ -2,7 +2,7 @@
 
 use groundwave_protocol::telemetry::Ack;
 
-use crate::event::CommandStep;
+use crate::event::CommandStatus;
 use crate::travel::Tally;
 
 /// What counts as a landmark and is not told by what the model shows: of alarms, those that are logged as less.
@@ -25,16 +25,13 @@ impl Counted {
         }
     }
 
-    /// Takes a step of a command.
-    pub(super) fn take_step(&mut self, step: &CommandStep) {
+    pub(super) fn take_asked(&mut self) {
         self.knows_commands = true;
-        let is_landmark = match step {
-            CommandStep::Queued(_)
-            | CommandStep::Proven { .. }
-            | CommandStep::Refused(_)
-            | CommandStep::Failed(_) => true,
-            CommandStep::Sent { .. } | CommandStep::Progress { .. } | CommandStep::Told(_) => false,
-        };
-        self.tally.commands += u64::from(is_landmark);
+        self.tally.commands += 1;
+    }
+
+    pub(super) fn take_command_status(&mut self, status: &CommandStatus) {
+        self.knows_commands = true;
+        self.tally.commands += u64::from(status.is_end());
     }
 }

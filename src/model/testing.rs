@@ -17,7 +17,7 @@ pub(crate) use any::{Happening, any_event, any_happening};
 
 use super::keys::Keymap;
 use super::{Config, Model, Shown};
-use crate::event::{CommandId, CommandStep, Effect, Event, LinkEvent, Moment};
+use crate::event::{CommandId, CommandStatus, Effect, Event, LinkEvent, Moment};
 use crate::request::Request;
 use crate::run::{Apart, Comparison, Figures, Listed, Overlaid};
 use crate::travel::Playback;
@@ -189,16 +189,26 @@ impl Scene {
         self.key(KeyEvent::new(KeyCode::Char(c), KeyModifiers::CONTROL))
     }
 
-    /// A command from its first step to its last.
-    pub(crate) fn command(&mut self, id: u32, request: Request, last: CommandStep) {
+    /// The operator asks for a command.
+    pub(crate) fn ask(&mut self, id: u32, request: Request) {
+        self.event(Event::Asked {
+            id: CommandId(id),
+            request,
+            by: None,
+        });
+    }
+
+    /// A command gets a new status.
+    pub(crate) fn status_of(&mut self, id: u32, status: CommandStatus) {
         let id = CommandId(id);
-        for step in [
-            CommandStep::Queued(request),
-            CommandStep::Sent { frames: 1 },
-            last,
-        ] {
-            self.event(Event::Command { id, step });
-        }
+        self.event(Event::Command { id, status });
+    }
+
+    /// A command is asked for, sent, and gets a last status.
+    pub(crate) fn command(&mut self, id: u32, request: Request, last: CommandStatus) {
+        self.ask(id, request);
+        self.status_of(id, CommandStatus::Sent { frames: 1 });
+        self.status_of(id, last);
     }
 
     pub(crate) fn layers(&mut self, states: &[(Layer, LayerState)]) {

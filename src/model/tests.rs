@@ -11,7 +11,7 @@ use super::map::Focus;
 use super::motors::{Holder, suppressed};
 use super::testing::{Scene, listed, overlaid, playback, state};
 use super::{Config, Overlay};
-use crate::event::{CommandId, CommandStep, Effect, Event, Failure, LinkEvent, Moment};
+use crate::event::{CommandId, CommandStatus, Effect, Event, Failure, LinkEvent, Moment};
 use crate::request::Request;
 
 mod alarms;
@@ -114,11 +114,7 @@ fn a_long_session_takes_no_more_room_than_a_short_one() {
         scene.drive(1, 4.0, if n % 50 < 10 { 9 } else { 0 });
         if n % 10 == 0 {
             scene.hear_text(&format!("line {n}"));
-            let id = CommandId(n);
-            scene.event(Event::Command {
-                id,
-                step: CommandStep::Queued(Request::Scan),
-            });
+            scene.ask(n, Request::Scan);
         }
     }
     let model = &scene.model.facts;

@@ -16,7 +16,7 @@ use super::panels::{Large, Panel};
 use super::plots::WINDOWS;
 use super::runs::Runs;
 use super::text_entry::{TextEntry, Typed};
-use crate::event::{CommandId, CommandStep, Effect, Event, Level, Moment};
+use crate::event::{CommandId, CommandStatus, Effect, Event, Level, Moment, Notice, NoticeCode};
 use crate::request::Request;
 use crate::travel::Playback;
 
@@ -143,10 +143,10 @@ impl Ui {
             Event::RouteSaved { path, saved } => self.take_saved(&path, &saved),
             Event::Runs(runs) => changed = self.take_runs(runs),
             Event::Overlaid(overlaid) => changed = self.take_overlaid(overlaid),
-            Event::Notice { text, .. } if self.is_replay() => self.aside = Some(text),
+            Event::Notice(notice) if self.is_replay() => self.aside = Some(notice.text),
             Event::Command {
                 id,
-                step: CommandStep::Refused(_) | CommandStep::Failed(_),
+                status: CommandStatus::Refused(_) | CommandStatus::Failed(_),
             } => self.recover_draft(facts, id),
             _ => changed = change.is_shown,
         }
@@ -163,7 +163,7 @@ impl Ui {
     /// Whether an event is shown beside the facts instead of becoming one: the log of a capture is of its own time.
     #[must_use]
     pub fn takes_aside(&self, event: &Event) -> bool {
-        matches!(event, Event::Notice { .. }) && self.is_replay()
+        matches!(event, Event::Notice(_)) && self.is_replay()
     }
 
     /// Shows another moment, or now.
@@ -225,8 +225,8 @@ impl Ui {
 
     /// Adds a line to the log.
     pub(super) fn note(&mut self, level: Level, text: impl Into<String>) {
-        let text = text.into();
-        self.notices.push(Effect::Notice { level, text });
+        let notice = Notice::new(NoticeCode::Operator, level, text);
+        self.notices.push(Effect::Notice(notice));
     }
 
     /// Warns in the log and, while the screen shows another moment, beside it.

@@ -13,7 +13,7 @@ use super::pace::Pace;
 use super::runs;
 use super::{Driver, Keeper, Session};
 use crate::capture::runs::Label;
-use crate::event::{Effect, Event, Gesture, Level, Moment, Recording, Remark};
+use crate::event::{Effect, Event, Gesture, Level, Moment, Notice, NoticeCode, Recording, Remark};
 use crate::io::files;
 use crate::io::signals::{Signal, Signals, stop_myself};
 use crate::io::terminal::{self, Screen};
@@ -156,7 +156,11 @@ impl Running {
     fn tell_notices(&mut self) -> io::Result<bool> {
         let mut leave = false;
         while let Some((level, text)) = self.keeper.as_ref().and_then(Keeper::poll_notice) {
-            leave |= self.tell(Event::Notice { level, text })?;
+            leave |= self.tell(Event::Notice(Notice::new(
+                NoticeCode::Recording,
+                level,
+                text,
+            )))?;
         }
         Ok(leave)
     }
@@ -244,10 +248,11 @@ impl Running {
             Effect::ToggleRecording => match &self.keeper {
                 Some(keeper) => keeper.toggle(),
                 None => {
-                    return self.tell(Event::Notice {
-                        level: Level::Warning,
-                        text: "a capture is shown: there is nothing to record".to_owned(),
-                    });
+                    return self.tell(Event::Notice(Notice::new(
+                        NoticeCode::Recording,
+                        Level::Warning,
+                        "a capture is shown: there is nothing to record",
+                    )));
                 }
             },
             Effect::Label {
@@ -272,7 +277,7 @@ impl Running {
                 let saved = files::write_text(&path, &text, overwrite);
                 Event::RouteSaved { path, saved }
             }),
-            Effect::Notice { level, text } => return self.tell(Event::Notice { level, text }),
+            Effect::Notice(notice) => return self.tell(Event::Notice(notice)),
             Effect::Ring => self.screen.ring()?,
             Effect::Redraw => self.screen.redraw()?,
             Effect::Suspend => self.suspend()?,
@@ -324,10 +329,8 @@ impl Running {
 
     /// Labels a capture, with an entry in its log at the shown moment.
     fn label(&self, capture: String, remark: Remark, ago: Moment) {
-        let said = Event::Notice {
-            level: Level::Info,
-            text: remark.to_string(),
-        };
+        let notice = |level, text| Event::Notice(Notice::new(NoticeCode::Label, level, text));
+        let said = notice(Level::Info, remark.to_string());
         let now = Instant::now();
         let at = match (&self.session, &self.keeper) {
             (Session::Replay(_), _) => Some(self.session.now()),
@@ -345,13 +348,8 @@ impl Running {
                 label.take(at.map(tenths_s), &remark);
                 label.keep(path)
             });
-            let told = kept.map_or_else(
-                |error| Event::Notice {
-                    level: Level::Warning,
-                    text: error.to_string(),
-                },
-                |()| said,
-            );
+            let told =
+                kept.map_or_else(|error| notice(Level::Warning, error.to_string()), |()| said);
             // The dashboard may have ended; the label is kept.
             let _ = readers.blocking_send(told);
         });

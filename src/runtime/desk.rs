@@ -1,6 +1,6 @@
 //! Where those who share a link come to ask: joins the [`Broker`] to its sockets.
 
-use crate::event::{CommandId, Event, Level, LinkEvent, Moment};
+use crate::event::{CommandId, CommandStatus, Event, Level, LinkEvent, Moment, Notice, NoticeCode};
 use crate::io::share::{FromClient, Share};
 use crate::share::{Asked, Broker, Heard, Output};
 
@@ -68,7 +68,11 @@ impl Desk {
     /// Takes what happened: those who asked for it are told.
     pub(super) fn handle_event(&mut self, event: &Event, heard: Heard) {
         match event {
-            Event::Command { id, step } => self.broker.handle_step(*id, step, heard),
+            Event::Asked { id, .. } => {
+                self.broker
+                    .handle_status(*id, &CommandStatus::Queued, heard);
+            }
+            Event::Command { id, status } => self.broker.handle_status(*id, status, heard),
             Event::Link(LinkEvent::Lost { reason }) => self.broker.handle_lost(reason),
             Event::Line { line, .. } => self.broker.handle_body(&line.body),
             _ => {}
@@ -92,10 +96,11 @@ impl Desk {
                 Output::Close(client) => self.share.close(client),
                 Output::GiveUp(id) => return Some(Wanted::GiveUp(id)),
                 Output::Warning(text) => {
-                    return Some(Wanted::Tell(Event::Notice {
-                        level: Level::Warning,
-                        text: format!("shared link: {text}"),
-                    }));
+                    return Some(Wanted::Tell(Event::Notice(Notice::new(
+                        NoticeCode::ShareClient,
+                        Level::Warning,
+                        format!("shared link: {text}"),
+                    ))));
                 }
             }
         }

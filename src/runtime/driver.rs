@@ -10,7 +10,7 @@ use tokio::time::{Instant as TokioInstant, sleep_until};
 use super::advice::advice;
 use super::desk::{Desk, Wanted};
 use super::live::{self, Live};
-use crate::event::{CommandId, Event, Level, LinkEvent, Moment, Reception};
+use crate::event::{CommandId, Event, Level, LinkEvent, Moment, Notice, NoticeCode, Reception};
 use crate::io::foxglove::{Call, Foxglove};
 use crate::io::link::{Link, LinkInput};
 use crate::io::share::{FromClient, Share};
@@ -46,7 +46,7 @@ impl Advising {
         let is_news = complains || self.has_complained;
         self.has_complained = complains;
         let (level, text) = advice(reception, self.baud);
-        is_news.then_some(Event::Notice { level, text })
+        is_news.then(|| Event::Notice(Notice::new(NoticeCode::Radio, level, text)))
     }
 }
 
@@ -122,10 +122,11 @@ impl Driver {
     pub fn shared(mut self, share: Option<Share>) -> Self {
         if let Some(share) = share {
             let desk = Desk::new(share, &self.name, self.can_send());
-            self.events.push_back(Event::Notice {
-                level: Level::Info,
-                text: format!("shared on {}", desk.address()),
-            });
+            self.events.push_back(Event::Notice(Notice::new(
+                NoticeCode::Shared,
+                Level::Info,
+                format!("shared on {}", desk.address()),
+            )));
             self.desk = Some(desk);
         }
         self
@@ -136,10 +137,11 @@ impl Driver {
     pub fn watched(mut self, server: Option<Foxglove>) -> Self {
         if let Some(server) = server {
             let live = Live::new(server, self.now());
-            self.events.push_back(Event::Notice {
-                level: Level::Info,
-                text: format!("Foxglove at {}", live.address()),
-            });
+            self.events.push_back(Event::Notice(Notice::new(
+                NoticeCode::Foxglove,
+                Level::Info,
+                format!("Foxglove at {}", live.address()),
+            )));
             self.live = Some(live);
         }
         self
@@ -212,11 +214,11 @@ impl Driver {
             return;
         };
         let (now, heard) = (self.now(), self.heard());
-        let id = self.start(now, asked.ask.request.clone());
+        let by = Some(asked.by.clone());
+        let id = self.start(now, asked.ask.request.clone(), by);
         if let Some(desk) = &mut self.desk {
             desk.handle_started(now, id, &asked, heard);
         }
-        self.events.push_back(Event::Asked { id, by: asked.by });
     }
 
     fn handle_call(&mut self, call: Call) {
@@ -230,11 +232,11 @@ impl Driver {
     fn serve_live(&mut self) {
         while let Some(wanted) = self.live.as_mut().and_then(Live::poll) {
             match wanted {
-                live::Wanted::Start(call, request) => {
-                    let id = self.start(self.now(), request);
-                    let live = self.live.as_mut();
-                    let asked = live.and_then(|live| live.handle_started(call, id));
-                    self.events.extend(asked);
+                live::Wanted::Start { call, request, by } => {
+                    let id = self.start(self.now(), request, Some(by));
+                    if let Some(live) = &mut self.live {
+                        live.handle_started(call, id);
+                    }
                 }
                 live::Wanted::GiveUp(id) => self.station.handle_give_up(self.now(), id),
             }
@@ -276,10 +278,11 @@ impl Driver {
         let (told, at) = self.told_not_taken;
         if bytes > told && at.is_none_or(|at| now.saturating_sub(at) >= NOT_TAKEN_REST) {
             self.told_not_taken = (bytes, Some(now));
-            self.events.push_back(Event::Notice {
-                level: Level::Warning,
-                text: format!("the device takes no bytes: {bytes} not sent so far"),
-            });
+            self.events.push_back(Event::Notice(Notice::new(
+                NoticeCode::NotTaken,
+                Level::Warning,
+                format!("the device takes no bytes: {bytes} not sent so far"),
+            )));
         }
     }
 
@@ -303,16 +306,16 @@ impl Driver {
 
     /// Delivers a wish; its fate comes as events.
     pub fn request(&mut self, request: Request) -> CommandId {
-        let id = self.start(self.now(), request);
+        let id = self.start(self.now(), request, None);
         self.flush();
         id
     }
 
-    fn start(&mut self, now: Moment, request: Request) -> CommandId {
+    fn start(&mut self, now: Moment, request: Request, by: Option<String>) -> CommandId {
         if request == Request::Stop {
             self.link.clear_queue();
         }
-        self.station.handle_request(now, request)
+        self.station.handle_request(now, request, by)
     }
 
     /// Drives by hand for half a second.

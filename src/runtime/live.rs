@@ -14,8 +14,12 @@ use crate::share::{CallId, CallOutput, Calls};
 /// What the station has to do for those who call.
 #[derive(Debug)]
 pub(super) enum Wanted {
-    /// Deliver this; its number is to be told with [`Live::handle_started`].
-    Start(CallId, Request),
+    /// Queue this request for the client named, then call [`Live::handle_started`] with the command's number.
+    Start {
+        call: CallId,
+        request: Request,
+        by: String,
+    },
     /// Nobody waits for this command any more.
     GiveUp(CommandId),
 }
@@ -74,8 +78,8 @@ impl Live {
 
     /// Takes what happened: those who asked for it are told when it has ended.
     pub(super) fn handle_event(&mut self, now: Moment, event: &Event) {
-        if let Event::Command { id, step } = event {
-            self.calls.handle_step(*id, step);
+        if let Event::Command { id, status } = event {
+            self.calls.handle_status(*id, status);
         }
         if let Some(event) = recorded::to_recorded(event) {
             let at_ns = self.since_1970_ns(now);
@@ -96,11 +100,8 @@ impl Live {
         self.calls.handle_call(now, id, &payload);
     }
 
-    /// Who asked, for a person.
-    pub(super) fn handle_started(&mut self, call: CallId, command: CommandId) -> Option<Event> {
+    pub(super) fn handle_started(&mut self, call: CallId, command: CommandId) {
         self.calls.handle_started(call, command);
-        let by = self.waiting.get(&call)?.by.clone();
-        Some(Event::Asked { id: command, by })
     }
 
     pub(super) fn handle_timeout(&mut self, now: Moment) {
@@ -120,7 +121,12 @@ impl Live {
                         waiting.answer.give(&answer);
                     }
                 }
-                CallOutput::Start(id, request) => return Some(Wanted::Start(id, request)),
+                CallOutput::Start(call, request) => {
+                    if let Some(Waiting { by, .. }) = self.waiting.get(&call) {
+                        let by = by.clone();
+                        return Some(Wanted::Start { call, request, by });
+                    }
+                }
                 CallOutput::GiveUp(id) => return Some(Wanted::GiveUp(id)),
             }
         }

@@ -5,7 +5,7 @@ use std::time::{Duration, Instant, SystemTime, UNIX_EPOCH};
 use tokio::sync::mpsc::Receiver;
 
 use super::Driver;
-use crate::event::{Event, Level, Moment};
+use crate::event::{Event, Level, Moment, Notice, NoticeCode};
 use crate::model::{Change, Facts};
 use crate::timeline::past::{self, REMEMBERED};
 use crate::timeline::{Finding, History, Past, Player, Reel, Scene};
@@ -147,10 +147,11 @@ impl Live {
     /// The player's note as a line for the log, where the playback line does not show it.
     fn note(&self) -> Option<Event> {
         let text = self.player.playback().note?;
-        Some(Event::Notice {
-            level: Level::Info,
+        Some(Event::Notice(Notice::new(
+            NoticeCode::Playback,
+            Level::Info,
             text,
-        })
+        )))
     }
 
     fn come_back(&mut self) {

@@ -9,8 +9,8 @@ use groundwave_protocol::telemetry::Body;
 
 use super::codec::{Ask, ClientLine, Heard, StationLine, Welcome};
 use super::lines::TooLong;
-use super::stage::Stage;
-use crate::event::{CommandId, CommandStep, Failure, Moment};
+use super::status::StatusJson;
+use crate::event::{CommandId, CommandStatus, Failure, Moment};
 use crate::request::{Request, Standing};
 
 /// Commands of one client that have not ended.
@@ -192,27 +192,24 @@ impl Broker {
         );
     }
 
-    /// A command went a step further.
-    pub fn handle_step(&mut self, id: CommandId, step: &CommandStep, heard: Heard) {
+    /// Passes a command's new status to its client.
+    pub fn handle_status(&mut self, id: CommandId, status: &CommandStatus, heard: Heard) {
         let Some(command) = self.commands.get(&id) else {
             return;
         };
-        let mut stage = Stage::of(step);
-        if let (Stage::Refused { reason, .. }, CommandStep::Refused(outcome)) = (&mut stage, step)
+        let mut json = StatusJson::from(status);
+        if let CommandStatus::Refused(outcome) = status
             && let Some(why) = self.robot.why(&command.request, *outcome)
         {
-            *reason = why;
+            json.text = Some(why);
         }
-        let line = StationLine::Step {
+        let line = StationLine::Status {
             id: command.tag,
-            stage,
+            status: json,
             heard: heard.since(command.heard_before),
         };
         self.reply(command.client, &line);
-        if matches!(
-            step,
-            CommandStep::Proven { .. } | CommandStep::Refused(_) | CommandStep::Failed(_)
-        ) {
+        if status.is_end() {
             self.forget(id);
         }
     }
@@ -255,7 +252,7 @@ impl Broker {
             .map(|(id, _)| *id)
             .collect();
         for id in over {
-            self.handle_step(id, &CommandStep::Failed(Failure::TimedOut), heard);
+            self.handle_status(id, &CommandStatus::Failed(Failure::TimedOut), heard);
             self.outputs.push_back(Output::GiveUp(id));
         }
     }

@@ -5,7 +5,7 @@
 //! the robot has proven or refused it, or when its time is over. What stands for several commands
 //! (`preset`) is sent one after the other and ends with the first that is not proven.
 //!
-//! An answer is JSON too, and its `stage` says how it ended: tools show such an answer, and not all of
+//! An answer is JSON too, and its `status` says how it ended: tools show such an answer, and not all of
 //! them show that a call failed.
 
 use std::collections::{BTreeMap, VecDeque};
@@ -15,8 +15,8 @@ use serde::Deserialize;
 use serde_json::{Value, json};
 
 use super::codec::{CodecError, read_route, read_timeout};
-use super::stage::Stage;
-use crate::event::{CommandId, CommandStep, Failure, Moment};
+use super::status::{ParameterJson, StatusJson};
+use crate::event::{CommandId, CommandStatus, Failure, Moment};
 use crate::request::Request;
 
 /// A call, numbered from 1 and never again.
@@ -74,8 +74,8 @@ struct Call {
     /// To be sent when it is proven.
     rest: VecDeque<Request>,
     deadline: Moment,
-    /// Parameters that the robot told of.
-    told: Vec<Stage>,
+    /// Parameters that the robot reported.
+    parameters: Vec<ParameterJson>,
 }
 
 /// Keeps the calls apart that have not been answered.
@@ -95,17 +95,14 @@ impl Calls {
                     command: None,
                     rest,
                     deadline: now + timeout,
-                    told: Vec::new(),
+                    parameters: Vec::new(),
                 };
                 self.calls.insert(id, call);
                 self.outputs.push_back(CallOutput::Start(id, first));
             }
             Err(error) => {
-                let failed = Stage::Failed {
-                    code: "not-understood".to_owned(),
-                    reason: error.to_string(),
-                };
-                self.answer(id, json!(failed));
+                let failed = StatusJson::failed("not-understood", error.to_string());
+                self.answer(id, &json!(failed));
             }
         }
     }
@@ -117,25 +114,27 @@ impl Calls {
         }
     }
 
-    /// A command went a step further.
-    pub fn handle_step(&mut self, command: CommandId, step: &CommandStep) {
+    /// Takes a command's new status.
+    pub fn handle_status(&mut self, command: CommandId, status: &CommandStatus) {
         let mut calls = self.calls.iter();
         if let Some((&id, _)) = calls.find(|(_, call)| call.command == Some(command)) {
-            self.step(id, step);
+            self.take_status(id, status);
         }
     }
 
-    fn step(&mut self, id: CallId, step: &CommandStep) {
+    fn take_status(&mut self, id: CallId, status: &CommandStatus) {
         let Some(call) = self.calls.get_mut(&id) else {
             return;
         };
-        match Stage::of(step) {
-            Stage::Queued | Stage::Sent { .. } | Stage::Progress { .. } => return,
-            told @ Stage::Told { .. } => {
-                call.told.push(told);
+        match status {
+            CommandStatus::Queued | CommandStatus::Sent { .. } | CommandStatus::Progress { .. } => {
                 return;
             }
-            Stage::Proven { .. } => {
+            CommandStatus::Reported(line) => {
+                call.parameters.push(line.into());
+                return;
+            }
+            CommandStatus::Confirmed { .. } => {
                 if let Some(next) = call.rest.pop_front() {
                     call.request = next.clone();
                     call.command = None;
@@ -143,14 +142,14 @@ impl Calls {
                     return;
                 }
             }
-            Stage::Refused { .. } | Stage::Failed { .. } => {}
+            CommandStatus::Refused(_) | CommandStatus::Failed(_) => {}
         }
-        let mut answer = json!(Stage::of(step));
+        let mut answer = json!(StatusJson::from(status));
         answer["command"] = json!(call.request.to_string());
-        if !call.told.is_empty() {
-            answer["told"] = json!(call.told);
+        if !call.parameters.is_empty() {
+            answer["parameters"] = json!(call.parameters);
         }
-        self.answer(id, answer);
+        self.answer(id, &answer);
     }
 
     /// Lets time pass: calls whose time is over end without proof.
@@ -163,7 +162,7 @@ impl Calls {
             .collect();
         for id in over {
             let command = self.calls.get(&id).and_then(|call| call.command);
-            self.step(id, &CommandStep::Failed(Failure::TimedOut));
+            self.take_status(id, &CommandStatus::Failed(Failure::TimedOut));
             let given_up = command.map(CallOutput::GiveUp);
             self.outputs.extend(given_up);
         }
@@ -180,12 +179,8 @@ impl Calls {
         self.outputs.pop_front()
     }
 
-    fn answer(&mut self, id: CallId, mut answer: Value) {
+    fn answer(&mut self, id: CallId, answer: &Value) {
         self.calls.remove(&id);
-        // What is null is not there: schemas of tools know no such alternative.
-        if let Value::Object(fields) = &mut answer {
-            fields.retain(|_, value| !value.is_null());
-        }
         let answer = answer.to_string().into_bytes();
         self.outputs.push_back(CallOutput::Answer(id, answer));
     }
@@ -200,18 +195,16 @@ pub fn is_stop(payload: &[u8]) -> bool {
 /// The answer to a call that is not taken on because too many wait.
 #[must_use]
 pub fn busy() -> Vec<u8> {
-    let busy = Stage::Failed {
-        code: "busy".to_owned(),
-        reason: "too many calls of yours wait for the robot; try again when some are answered"
-            .to_owned(),
-    };
-    json!(busy).to_string().into_bytes()
+    let text = "too many calls of yours wait for the robot; try again when some are answered";
+    json!(StatusJson::failed("busy", text))
+        .to_string()
+        .into_bytes()
 }
 
 /// The answer to one more STOP while others of the same client wait for their proof: it goes out like them.
 #[must_use]
 pub fn stop_queued() -> Vec<u8> {
-    let mut answer = json!(Stage::Queued);
+    let mut answer = json!(StatusJson::from(&CommandStatus::Queued));
     answer["command"] = json!(Request::Stop.to_string());
     answer.to_string().into_bytes()
 }

@@ -10,7 +10,7 @@ use groundwave_protocol::Waypoint;
 use serde::{Deserialize, Serialize};
 use serde_json::json;
 
-use super::stage::Stage;
+use super::status::StatusJson;
 use crate::request::Request;
 
 /// The version of these lines.
@@ -247,13 +247,13 @@ impl Welcome {
 pub enum StationLine {
     /// The station speaks JSON from here on.
     Welcome(Welcome),
-    /// A command went a step further.
-    Step {
+    /// A command has a new status.
+    Status {
         /// The client's number.
         id: u32,
-        /// The step.
+        /// The status.
         #[serde(flatten)]
-        stage: Stage,
+        status: StatusJson,
         /// What was heard from the robot since it was asked.
         heard: Heard,
     },
@@ -286,8 +286,8 @@ impl StationLine {
     pub fn to_line(&self) -> Vec<u8> {
         match self {
             Self::Welcome(welcome) => line_of(welcome),
-            Self::Step { id, stage, heard } => {
-                let mut json = json!(stage);
+            Self::Status { id, status, heard } => {
+                let mut json = json!(status);
                 json["id"] = json!(id);
                 json["heard"] = json!(heard);
                 line_of(&json)

@@ -9,11 +9,11 @@ mod broker;
 mod calls;
 mod codec;
 mod lines;
-mod stage;
+mod status;
 
 pub use address::{Address, Exposed};
 pub use broker::{Asked, Broker, ClientId, Output};
 pub use calls::{CallError, CallId, CallOutput, Calls, busy, is_stop, stop_queued};
 pub use codec::{Ask, ClientLine, CodecError, Heard, StationLine, Welcome};
 pub use lines::{LINE_MAX, Lines, TooLong};
-pub use stage::{Stage, why_refused};
+pub use status::StatusJson;

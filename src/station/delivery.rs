@@ -1,13 +1,13 @@
 //! Commands on their way: the next one begins, what the link's own end reports becomes a step, and each has its end.
 
-use groundwave_protocol::arq::{FopEvent, Loss, Task};
+use groundwave_protocol::arq::{FopEvent, Task};
 use groundwave_protocol::command::Order;
 use groundwave_protocol::status_codes::LayerMask;
 use groundwave_protocol::telemetry::Outcome;
 
 use super::tuner::{self, Tuner, Verdict};
 use super::{Station, Waiting, micros};
-use crate::event::{CommandId, CommandStep, Event, Failure, Level, Moment};
+use crate::event::{CommandId, CommandStatus, Event, Failure, Level, Moment, NoticeCode};
 use crate::request::Request;
 
 impl Station {
@@ -39,7 +39,7 @@ impl Station {
             self.current = Some(id);
         } else {
             // Nothing is under way, so it is the list that no frame can carry.
-            self.step(now, id, CommandStep::Refused(Outcome::BadValue));
+            self.report(now, id, CommandStatus::Refused(Outcome::BadValue));
         }
         true
     }
@@ -49,66 +49,47 @@ impl Station {
             match event {
                 FopEvent::Session(Ok(())) => {
                     self.stopped = false;
-                    self.notice(Level::Info, "session opened");
+                    self.notice(NoticeCode::SessionOpened, Level::Info, "session opened");
                 }
-                FopEvent::Session(Err(loss)) => {
-                    self.give_up_tuning(now, failure(loss));
-                    self.notice(Level::Warning, lost_session(loss, self.stopped));
+                FopEvent::Session(Err(failure)) => {
+                    self.give_up_tuning(now, failure);
+                    let text = lost_session(failure, self.stopped);
+                    self.notice(NoticeCode::SessionEnded, Level::Warning, text);
                 }
-                FopEvent::Sent { frames } => {
-                    self.step_current(now, CommandStep::Sent { frames });
-                }
-                FopEvent::Progress {
-                    acknowledged,
-                    total,
-                } => {
-                    self.step_current(
-                        now,
-                        CommandStep::Progress {
-                            acknowledged,
-                            total,
-                        },
-                    );
-                }
-                FopEvent::Concluded { outcome, digest } => self.conclude(now, outcome, digest),
-                FopEvent::Failed(loss) => {
-                    self.tuner = None;
-                    if let Some(id) = self.current.take() {
-                        self.step(now, id, CommandStep::Failed(failure(loss)));
-                    }
-                }
-                FopEvent::StopSent => {
-                    for id in self.stops.clone() {
-                        self.step(now, id, CommandStep::Sent { frames: 1 });
-                    }
-                }
-                FopEvent::StopProven => {
-                    for id in std::mem::take(&mut self.stops) {
-                        self.step(now, id, CommandStep::Proven { digest: None });
-                    }
-                }
-                FopEvent::StopFailed => {
-                    for id in std::mem::take(&mut self.stops) {
-                        self.step(now, id, CommandStep::Failed(Failure::TimedOut));
-                    }
-                }
+                FopEvent::Task(status) => self.take_status(now, status),
+                FopEvent::Stop(status) => self.take_stop_status(now, status),
             }
         }
     }
 
-    pub(super) fn conclude(&mut self, now: Moment, outcome: Outcome, digest: Option<u32>) {
+    fn take_status(&mut self, now: Moment, status: CommandStatus) {
         if let Some(tuner) = &mut self.tuner {
-            let verdict = tuner.take_outcome(now, outcome);
-            self.follow(now, verdict);
-            return;
+            let outcome = match status {
+                CommandStatus::Confirmed { .. } => Some(Outcome::Done),
+                CommandStatus::Refused(outcome) => Some(outcome),
+                _ => None,
+            };
+            if let Some(outcome) = outcome {
+                let verdict = tuner.take_outcome(now, outcome);
+                return self.follow(now, verdict);
+            }
         }
-        let Some(id) = self.current.take() else {
-            return;
-        };
-        if outcome == Outcome::Done {
-            self.step(now, id, CommandStep::Proven { digest });
+        if status.is_end() {
+            self.tuner = None;
+            if let Some(id) = self.current.take() {
+                self.report(now, id, status);
+            }
         } else {
-            self.step(now, id, CommandStep::Refused(outcome));
+            self.report_current(now, status);
+        }
+    }
+
+    fn take_stop_status(&mut self, now: Moment, status: CommandStatus) {
+        for id in self.stops.clone() {
+            self.report(now, id, status);
+        }
+        if status.is_end() {
+            self.stops.clear();
         }
     }
 
@@ -121,13 +102,13 @@ impl Station {
                 self.fop.start(micros(now), Task::Order(order));
                 return;
             }
-            Verdict::Proven => CommandStep::Proven { digest: None },
-            Verdict::Refused(outcome) => CommandStep::Refused(outcome),
-            Verdict::TimedOut => CommandStep::Failed(Failure::TimedOut),
+            Verdict::Proven => CommandStatus::Confirmed { digest: None },
+            Verdict::Refused(outcome) => CommandStatus::Refused(outcome),
+            Verdict::TimedOut => CommandStatus::Failed(Failure::TimedOut),
         };
         self.tuner = None;
         if let Some(id) = self.current.take() {
-            self.step(now, id, end);
+            self.report(now, id, end);
         }
         self.settle(now);
     }
@@ -137,26 +118,22 @@ impl Station {
         if self.tuner.take().is_some()
             && let Some(id) = self.current.take()
         {
-            self.step(now, id, CommandStep::Failed(failure));
+            self.report(now, id, CommandStatus::Failed(failure));
         }
     }
 
-    pub(super) fn step_current(&mut self, now: Moment, step: CommandStep) {
+    pub(super) fn report_current(&mut self, now: Moment, status: CommandStatus) {
         if let Some(id) = self.current {
-            self.step(now, id, step);
+            self.report(now, id, status);
         }
     }
 
-    pub(super) fn step(&mut self, now: Moment, id: CommandId, step: CommandStep) {
-        match &step {
-            CommandStep::Proven { .. } => self.meter.take_end(now, id, true),
-            CommandStep::Refused(_) | CommandStep::Failed(_) => self.meter.take_end(now, id, false),
-            CommandStep::Queued(_)
-            | CommandStep::Sent { .. }
-            | CommandStep::Progress { .. }
-            | CommandStep::Told(_) => {}
+    pub(super) fn report(&mut self, now: Moment, id: CommandId, status: CommandStatus) {
+        if status.is_end() {
+            let is_confirmed = matches!(status, CommandStatus::Confirmed { .. });
+            self.meter.take_end(now, id, is_confirmed);
         }
-        self.events.push_back(Event::Command { id, step });
+        self.events.push_back(Event::Command { id, status });
     }
 }
 
@@ -190,24 +167,16 @@ pub(super) fn order(request: &Request) -> Option<Order> {
     })
 }
 
-const fn lost_session(loss: Loss, stopped: bool) -> &'static str {
+const fn lost_session(loss: Failure, stopped: bool) -> &'static str {
     match loss {
-        Loss::RobotRestarted => {
+        Failure::RobotRestarted => {
             "the robot restarted: session, staged list and active list are gone"
         }
-        Loss::TakenOver => "another station opened a session: this one sends nothing until you do",
-        Loss::Stopped if stopped => "STOP ended the session",
-        Loss::Stopped => "the robot ended the session: somebody else's STOP, or it restarted",
-        Loss::TimedOut | Loss::Cancelled => "session given up",
-    }
-}
-
-const fn failure(loss: Loss) -> Failure {
-    match loss {
-        Loss::TimedOut => Failure::TimedOut,
-        Loss::RobotRestarted => Failure::RobotRestarted,
-        Loss::TakenOver => Failure::TakenOver,
-        Loss::Stopped => Failure::Stopped,
-        Loss::Cancelled => Failure::Cancelled,
+        Failure::TakenOver => {
+            "another station opened a session: this one sends nothing until you do"
+        }
+        Failure::Stopped if stopped => "STOP ended the session",
+        Failure::Stopped => "the robot ended the session: somebody else's STOP, or it restarted",
+        Failure::TimedOut | Failure::Cancelled | Failure::ReceiveOnly => "session given up",
     }
 }

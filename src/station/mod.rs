@@ -15,7 +15,10 @@ use groundwave_protocol::arq::{Config, Duplex, Fop};
 use groundwave_protocol::decoder::{Counters, Decoder, Received};
 use groundwave_protocol::telemetry::Body;
 
-use crate::event::{CommandId, CommandStep, Event, Failure, Level, LinkEvent, Moment, Reception};
+use crate::event::{
+    CommandId, CommandStatus, Event, Failure, Level, LinkEvent, Moment, Notice, NoticeCode,
+    Reception,
+};
 use crate::request::Request;
 use crate::statistics::{LinkMeter, Statistics};
 use reception::Listener;
@@ -197,20 +200,29 @@ impl Station {
         {
             let (is_meant, verdict) = tuner.take_line(now, parameter);
             if is_meant {
-                self.step_current(now, CommandStep::Told(Box::new(*parameter)));
+                self.report_current(now, CommandStatus::Reported(*parameter));
             }
             self.follow(now, verdict);
         }
     }
 
-    /// Takes a wish; says under which number it will be reported.
-    pub fn handle_request(&mut self, now: Moment, request: Request) -> CommandId {
+    /// Queues a request, of a client of the shared link when `by` names one; returns the command's number.
+    pub fn handle_request(
+        &mut self,
+        now: Moment,
+        request: Request,
+        by: Option<String>,
+    ) -> CommandId {
         let id = CommandId(self.next_id);
         self.next_id += 1;
         self.meter.take_asked(now, id);
-        self.step(now, id, CommandStep::Queued(request.clone()));
+        self.events.push_back(Event::Asked {
+            id,
+            request: request.clone(),
+            by,
+        });
         if !self.can_send {
-            self.step(now, id, CommandStep::Failed(Failure::ReceiveOnly));
+            self.report(now, id, CommandStatus::Failed(Failure::ReceiveOnly));
         } else if request == Request::Stop {
             self.cancel_waiting(now, Failure::Stopped);
             self.give_up_tuning(now, Failure::Stopped);
@@ -259,13 +271,13 @@ impl Station {
         } else {
             return;
         }
-        self.step(now, id, CommandStep::Failed(Failure::TimedOut));
+        self.report(now, id, CommandStatus::Failed(Failure::TimedOut));
         self.settle(now);
     }
 
     fn cancel_waiting(&mut self, now: Moment, failure: Failure) {
         for waiting in std::mem::take(&mut self.waiting) {
-            self.step(now, waiting.id, CommandStep::Failed(failure));
+            self.report(now, waiting.id, CommandStatus::Failed(failure));
         }
     }
 
@@ -334,11 +346,9 @@ impl Station {
         self.waiting.is_empty() && self.current.is_none() && self.stops.is_empty()
     }
 
-    fn notice(&mut self, level: Level, text: &str) {
-        self.events.push_back(Event::Notice {
-            level,
-            text: text.to_owned(),
-        });
+    fn notice(&mut self, code: NoticeCode, level: Level, text: &str) {
+        self.events
+            .push_back(Event::Notice(Notice::new(code, level, text)));
     }
 }
 

@@ -7,7 +7,7 @@ use groundwave_protocol::arq;
 use super::keyframes::Keyframes;
 use super::reel::Cursor;
 use crate::capture::index::{Piece, Place, SeekableReader};
-use crate::event::{Event, Level, LinkEvent, Moment};
+use crate::event::{Event, Level, LinkEvent, Moment, Notice, NoticeCode};
 use crate::model::{Config, Facts};
 use crate::recorded::from_recorded;
 use crate::station::Station;
@@ -130,18 +130,20 @@ impl Scene {
             },
             Some(Piece::Missing(bytes)) => {
                 self.station.handle_interruption();
-                self.tell(&Event::Notice {
-                    level: Level::Warning,
-                    text: format!("{bytes} bytes are missing from the capture here"),
-                });
+                self.tell(&Event::Notice(Notice::new(
+                    NoticeCode::Missing,
+                    Level::Warning,
+                    format!("{bytes} bytes are missing from the capture here"),
+                )));
             }
             Some(Piece::Damaged(text)) => {
                 self.station.handle_interruption();
                 self.damage.get_or_insert_with(|| text.clone());
-                self.tell(&Event::Notice {
-                    level: Level::Alarm,
+                self.tell(&Event::Notice(Notice::new(
+                    NoticeCode::Damaged,
+                    Level::Alarm,
                     text,
-                });
+                )));
             }
             Some(Piece::Repeated(_)) | None => {}
         }
@@ -281,14 +283,13 @@ pub fn survey(
 
 #[cfg(test)]
 mod tests {
-    use foxglove::messages::Log;
     use prost::Message as _;
     use std::io::Cursor as Bytes;
     use std::path::Path;
 
     use super::*;
     use crate::capture::info::Info;
-    use crate::capture::messages::RawBytes;
+    use crate::capture::messages::{RawBytes, StationEvent};
     use crate::capture::topics::{Topic, TopicMessage};
     use crate::capture::writer::McapWriter;
     use crate::capture::{Capture, index};
@@ -351,7 +352,7 @@ mod tests {
     }
 
     #[test]
-    fn what_a_lost_link_cuts_off_is_no_error_for_anybody() {
+    fn a_line_cut_off_by_a_lost_link_is_no_error() {
         let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("captures");
         let bytes = std::fs::read(folder.join("house-clean.txt")).unwrap();
         let mut mcap = McapWriter::new(Vec::new()).unwrap();
@@ -372,18 +373,14 @@ mod tests {
             }
             .encode_to_vec()
         };
-        let log = |message: &str| {
-            Log {
-                name: "link".to_owned(),
-                message: message.to_owned(),
-                ..Log::default()
-            }
-            .encode_to_vec()
+        let link = |event: &LinkEvent| StationEvent::from(event).encode_to_vec();
+        let lost = LinkEvent::Lost {
+            reason: "unplugged".to_owned(),
         };
-        write(Topic::Log, 1, &log("radio is open"));
+        write(Topic::Station, 1, &link(&opened("radio")));
         write(Topic::RawRx, 2, &raw(0, &bytes[..840]));
-        write(Topic::Log, 3, &log("link lost: unplugged"));
-        write(Topic::Log, 60, &log("radio is open"));
+        write(Topic::Station, 3, &link(&lost));
+        write(Topic::Station, 60, &link(&opened("radio")));
         write(Topic::RawRx, 61, &raw(840, &bytes[8010..9600]));
         let (info, _) = assert_the_same(mcap.finish().unwrap());
         assert_eq!((info.lines_lost, info.resync), (0, None));

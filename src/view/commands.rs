@@ -7,8 +7,9 @@ use ratatui::text::{Line, Span};
 
 use super::Screen;
 use super::text::{First, wrap};
+use crate::event::CommandStatus;
 use crate::model::Panel;
-use crate::model::ledger::{Entry, Stage};
+use crate::model::ledger::Entry;
 use crate::model::robot::STATUS_STALE;
 use crate::model::words;
 
@@ -65,20 +66,19 @@ impl Screen<'_> {
         let theme = &self.theme;
         let glyphs = theme.glyphs;
         let sent = || format!("sent {}{}", glyphs.times, entry.attempts);
-        match (entry.stage, entry.progress) {
-            (Stage::Queued, _) => (glyphs.waiting, "waits".to_owned(), theme.dim),
-            (Stage::Sent, None) => (glyphs.waiting, sent(), theme.plain),
-            (Stage::Sent, Some((held, total))) => (
-                glyphs.waiting,
-                format!("holds {held}/{total}, {}", sent()),
-                theme.plain,
-            ),
-            (Stage::Acknowledged, _) => {
+        match (entry.status, entry.progress) {
+            (CommandStatus::Queued, _) => (glyphs.waiting, "waits".to_owned(), theme.dim),
+            (CommandStatus::Confirmed { digest: None }, _) => {
                 let says = format!("acknowledged{}", self.proof(entry));
                 (glyphs.done, says, theme.good)
             }
-            (Stage::Activated { digest }, _) => self.list_fate(entry, digest),
-            (Stage::Refused(outcome), _) => (
+            (
+                CommandStatus::Confirmed {
+                    digest: Some(digest),
+                },
+                _,
+            ) => self.list_fate(entry, digest),
+            (CommandStatus::Refused(outcome), _) => (
                 glyphs.bad,
                 format!(
                     "REFUSED: {}",
@@ -86,7 +86,13 @@ impl Screen<'_> {
                 ),
                 theme.warning,
             ),
-            (Stage::Failed(failure), _) => (glyphs.bad, failure.to_string(), theme.warning),
+            (CommandStatus::Failed(failure), _) => (glyphs.bad, failure.to_string(), theme.warning),
+            (_, Some((held, total))) => (
+                glyphs.waiting,
+                format!("holds {held}/{total}, {}", sent()),
+                theme.plain,
+            ),
+            (_, None) => (glyphs.waiting, sent(), theme.plain),
         }
     }
 

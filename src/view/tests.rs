@@ -23,8 +23,7 @@ mod time;
 
 use super::draw;
 use crate::event::{
-    CommandId, CommandStep, Effect, Event, Failure, LineRate, LinkEvent, Moment, Reception,
-    Recording, Truth,
+    CommandStatus, Effect, Event, Failure, LineRate, LinkEvent, Moment, Reception, Recording, Truth,
 };
 use crate::model::testing::{Scene, listed, overlaid};
 use crate::model::{Colors, Config, Large, Shown};
@@ -138,25 +137,22 @@ fn commanded(scene: &mut Scene) -> u32 {
     scene.command(
         1,
         Request::Mode(Mode::Prowl),
-        CommandStep::Proven { digest: None },
+        CommandStatus::Confirmed { digest: None },
     );
     scene.command(
         2,
         Request::Route(route.clone()),
-        CommandStep::Proven {
+        CommandStatus::Confirmed {
             digest: Some(digest),
         },
     );
-    scene.command(3, Request::Scan, CommandStep::Refused(Outcome::NotFitted));
+    scene.command(3, Request::Scan, CommandStatus::Refused(Outcome::NotFitted));
     scene.command(
         4,
         Request::Mode(Mode::Reactive),
-        CommandStep::Failed(Failure::TimedOut),
+        CommandStatus::Failed(Failure::TimedOut),
     );
-    scene.event(Event::Command {
-        id: CommandId(5),
-        step: CommandStep::Queued(Request::Disable(LayerMask::NONE.with(Layer::Sonar))),
-    });
+    scene.ask(5, Request::Disable(LayerMask::NONE.with(Layer::Sonar)));
     scene.hear();
     digest
 }

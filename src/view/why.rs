@@ -104,7 +104,7 @@ impl Screen<'_> {
             why::arm(state.arm)
         );
         facts.push(("senses", text, theme.plain));
-        let command = match self.facts.ledger.newest_step() {
+        let command = match self.facts.ledger.newest() {
             Some(entry) => {
                 let (_, says, _) = self.fate(entry);
                 let ago = age::words(self.now.saturating_sub(entry.asked_at));

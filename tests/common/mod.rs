@@ -8,7 +8,7 @@ use std::sync::atomic::{AtomicU64, Ordering};
 use std::thread;
 use std::time::Duration;
 
-use groundwave::event::{CommandId, CommandStep, Event};
+use groundwave::event::{CommandId, CommandStatus, Event};
 use groundwave::request::Request;
 use groundwave::station::Station;
 use groundwave_protocol::arq::Config;
@@ -174,8 +174,8 @@ impl CoSimulation {
             },
             // What the ledger claims must hold at the robot at this very moment.
             Event::Command {
-                step:
-                    CommandStep::Proven {
+                status:
+                    CommandStatus::Confirmed {
                         digest: Some(digest),
                     },
                 ..
@@ -206,11 +206,11 @@ impl CoSimulation {
 
     pub fn request(&mut self, request: Request) -> CommandId {
         let now = self.now();
-        self.station.handle_request(now, request)
+        self.station.handle_request(now, request, None)
     }
 
     /// Delivers a request and returns the step that ended it.
-    pub fn deliver(&mut self, request: Request) -> CommandStep {
+    pub fn deliver(&mut self, request: Request) -> CommandStatus {
         let what = format!("`{request}` ends");
         let id = self.request(request);
         let mut end = None;
@@ -222,14 +222,9 @@ impl CoSimulation {
     }
 
     /// How a command ended, if it has.
-    pub fn fate(&self, id: CommandId) -> Option<CommandStep> {
+    pub fn fate(&self, id: CommandId) -> Option<CommandStatus> {
         self.events.iter().rev().find_map(|(_, event)| match event {
-            Event::Command { id: of, step } if *of == id => match step {
-                CommandStep::Proven { .. } | CommandStep::Refused(_) | CommandStep::Failed(_) => {
-                    Some(step.clone())
-                }
-                _ => None,
-            },
+            Event::Command { id: of, status } if *of == id && status.is_end() => Some(*status),
             _ => None,
         })
     }

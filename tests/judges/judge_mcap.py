@@ -31,6 +31,7 @@ TOPICS = {
     "/map": "foxglove.Grid",
     "/markers": "foxglove.SceneUpdate",
     "/log": "foxglove.Log",
+    "/station": "groundwave.StationEvent",
 }
 
 M_PER_IN = 0.0254

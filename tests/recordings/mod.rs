@@ -8,7 +8,7 @@ use std::time::{Duration, SystemTime, UNIX_EPOCH};
 use groundwave::capture::messages::RawBytes;
 use groundwave::capture::recover::Paths;
 use groundwave::capture::{Existing, Recorder, Session};
-use groundwave::event::{CommandId, CommandStep, Event};
+use groundwave::event::{CommandId, CommandStatus, Event};
 use groundwave::recorded::to_recorded;
 use groundwave::request::Request;
 use mcap::sans_io::LinearReaderOptions;
@@ -37,9 +37,13 @@ pub fn feed(recorder: &mut Recorder, stream: &[u8]) -> Duration {
         recorder.handle_rx(now, wall(now), read);
         if n % 97 == 50 {
             let id = CommandId(n);
-            let queued = CommandStep::Queued(Request::Scan);
-            for step in [queued, CommandStep::Proven { digest: None }] {
-                let event = to_recorded(&Event::Command { id, step }).unwrap();
+            let (request, by) = (Request::Scan, None);
+            let status = CommandStatus::Confirmed { digest: None };
+            for event in [
+                Event::Asked { id, request, by },
+                Event::Command { id, status },
+            ] {
+                let event = to_recorded(&event).unwrap();
                 recorder.handle_event(now, wall(now), &event);
             }
             recorder.handle_tx(now, wall(now), b"\nframe\n");

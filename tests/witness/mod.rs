@@ -3,7 +3,7 @@
 
 use std::time::Duration;
 
-use groundwave::event::{CommandId, CommandStep, Event};
+use groundwave::event::{CommandId, CommandStatus, Event};
 use groundwave::request::Request;
 use groundwave::station::Station;
 use groundwave_protocol::arq::{self, Config};
@@ -59,7 +59,7 @@ struct Issued {
     at: Duration,
     /// While its station lives.
     id: Option<CommandId>,
-    end: Option<CommandStep>,
+    end: Option<CommandStatus>,
 }
 
 /// The two and what has been seen of them.
@@ -72,7 +72,7 @@ pub struct Trial {
     poses_executed: usize,
     list: Vec<Waypoint>,
     pose_in: (i32, i32),
-    stops: Vec<(CommandId, Option<CommandStep>)>,
+    stops: Vec<(CommandId, Option<CommandStatus>)>,
     /// When a frame or a line had just ended on the wire.
     pub boundaries_ms: Vec<u64>,
     /// Bytes of the station that have left the wire.
@@ -164,12 +164,12 @@ impl Trial {
     }
 
     /// How an order ended, if it has.
-    pub fn end(&self, number: usize) -> Option<&CommandStep> {
+    pub fn end(&self, number: usize) -> Option<&CommandStatus> {
         self.issued[number].end.as_ref()
     }
 
     pub fn is_proven(&self, number: usize) -> bool {
-        matches!(self.end(number), Some(CommandStep::Proven { .. }))
+        matches!(self.end(number), Some(CommandStatus::Confirmed { .. }))
     }
 
     pub fn is_executed(&self, number: usize) -> bool {
@@ -185,7 +185,7 @@ impl Trial {
     }
 
     /// How the latest STOP ended, if it has.
-    pub fn stopped(&self) -> Option<&CommandStep> {
+    pub fn stopped(&self) -> Option<&CommandStatus> {
         self.stops.last().and_then(|(_, end)| end.as_ref())
     }
 
@@ -340,26 +340,23 @@ impl Trial {
             if matches!(event, Event::Line { .. } | Event::Ack(_)) {
                 self.boundaries_ms.push(at.as_millis() as u64);
             }
-            let Event::Command { id, step } = event else {
+            let Event::Command { id, status } = event else {
                 continue;
             };
-            let is_end = matches!(
-                step,
-                CommandStep::Proven { .. } | CommandStep::Refused(_) | CommandStep::Failed(_)
-            );
-            if !is_end {
+            if !status.is_end() {
                 continue;
             }
             if let Some((_, end)) = self.stops.iter_mut().find(|(stop, _)| *stop == id) {
-                *end = Some(step);
+                *end = Some(status);
             } else if let Some(number) = self.issued.iter().position(|i| i.id == Some(id)) {
                 assert!(
-                    !matches!(step, CommandStep::Proven { .. }) || self.executed.contains(&number),
+                    !matches!(status, CommandStatus::Confirmed { .. })
+                        || self.executed.contains(&number),
                     "claimed and not executed: {:?}; {}",
                     self.issued[number],
                     self.co.context()
                 );
-                let end = self.issued[number].end.replace(step);
+                let end = self.issued[number].end.replace(status);
                 assert_eq!(end, None, "ended twice: {}", self.co.context());
             }
         }

@@ -306,7 +306,9 @@ pub(super) fn write_error(path: &Path, error: io::Error) -> CaptureError {
 #[cfg(test)]
 mod tests {
     use super::super::super::journal::JournalWriter;
-    use super::super::super::topics::StationEvent;
+    use super::super::super::messages::StationEvent;
+    use crate::event::{Level, NoticeCode};
+
     use super::super::Recorder;
     use super::*;
     use crate::event::Moment;
@@ -338,6 +340,10 @@ mod tests {
         let mut worker = Worker::begin(part, file, Arc::clone(shared)).unwrap();
         worker.file = Arc::new(File::options().write(true).open("/dev/null").unwrap());
         worker
+    }
+
+    fn note(text: &str) -> StationEvent {
+        StationEvent::notice(NoticeCode::Other, Level::Info, text)
     }
 
     #[test]
@@ -392,7 +398,7 @@ mod tests {
         let stalled = stall(&mut recorder, 4);
         recorder.handle_rx(Moment::ZERO + later, UNIX_EPOCH + later, b"y\n");
         assert_ne!(recorder.path(), path, "the second part has begun");
-        let event = StationEvent::note("said");
+        let event = note("said");
         recorder.handle_event(Moment::ZERO + later, UNIX_EPOCH + later, &event);
         assert_eq!(recorder.dropped(), 1);
         go_on(&mut recorder, stalled);
@@ -409,12 +415,12 @@ mod tests {
         let path = folder.path().join("a.mcap");
         let mut recorder = Recorder::start(&path, Existing::Refuse, &session()).unwrap();
         let stalled = stall(&mut recorder, 0);
-        let dropped = StationEvent::note("dropped");
+        let dropped = note("dropped");
         recorder.handle_event(Moment::ZERO, UNIX_EPOCH, &dropped);
         assert_eq!(recorder.dropped(), 1);
         go_on(&mut recorder, stalled);
         recorder.journal.fail();
-        let event = StationEvent::note("said");
+        let event = note("said");
         for _ in 0..3 {
             recorder.handle_event(Moment::ZERO, UNIX_EPOCH, &event);
         }

@@ -8,7 +8,7 @@ use super::channels::{Raw, Topics};
 use super::fill::Balance;
 use crate::composer::Composer;
 use crate::journal::{Entry, Kind};
-use crate::messages::{RawBytes, UplinkEvent, UplinkStep};
+use crate::messages::RawBytes;
 use crate::topics::Topic;
 use crate::walk::Part;
 use crate::writer::Attachment;
@@ -91,10 +91,7 @@ fn recall<W: io::Write>(composer: &mut Composer<W>, message: &Raw<'_>, balance: 
         Some(Topic::RawTx) => RawBytes::decode(message.data)
             .ok()
             .map(|raw| entry(Kind::Tx, raw.stream_offset, raw.data)),
-        Some(Topic::Uplink) => UplinkEvent::decode(message.data)
-            .ok()
-            .filter(|event| !matches!(event.step(), UplinkStep::Acknowledged | UplinkStep::List))
-            .map(|_| entry(Kind::Uplink, 0, message.data.to_vec())),
+        Some(Topic::Station) => Some(entry(Kind::Event, 0, message.data.to_vec())),
         _ => None,
     };
     if let Some(entry) = entry {

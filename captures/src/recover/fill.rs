@@ -10,9 +10,6 @@ use std::hash::{DefaultHasher, Hash, Hasher};
 use std::io::{self, BufReader, Write};
 use std::path::{Path, PathBuf};
 
-use foxglove::messages::Log;
-use prost::Message as _;
-
 use super::Missing;
 use super::temporary::Temporary;
 use crate::CaptureError;
@@ -76,14 +73,10 @@ impl Balance {
     }
 }
 
-/// Stands for an event: the same for the entry of a journal and for the message made of it, which alone repeats its
-/// time inside.
+/// Key of an event: the same for the entry of a journal and for the message made of it.
 pub(super) fn event_key(kind: Kind, at_ns: u64, data: &[u8]) -> u64 {
     let mut hasher = DefaultHasher::new();
-    match (kind, Log::decode(data)) {
-        (Kind::Log, Ok(log)) => (at_ns, log.level, log.name, log.message).hash(&mut hasher),
-        _ => (kind as u8, at_ns, data).hash(&mut hasher),
-    }
+    (kind as u8, at_ns, data).hash(&mut hasher);
     hasher.finish()
 }
 
@@ -141,7 +134,7 @@ impl Filler {
         while let Some(mut entry) = self.take_next()? {
             let (have, limit) = match entry.kind {
                 Kind::Session => continue,
-                Kind::Uplink | Kind::Log => {
+                Kind::Event => {
                     if entry.at_ns > start.at_ns {
                         self.next = Some(entry);
                         break;

@@ -33,6 +33,7 @@ pub use report::{End, Missing, Outcome, Recovery};
 
 use super::CaptureError;
 use super::composer::{Composer, Session};
+use super::event::{Level, NoticeCode};
 use super::journal::{BEGIN, Kind};
 use super::repair::Problem;
 use super::topics::{Deriver, StationEvent};
@@ -220,7 +221,11 @@ fn repair(paths: &Paths, source: &Path, mut scan: Scan) -> Result<Recovery, Capt
     writer.declare(schemas, channels).map_err(failed)?;
     let mut composer = Composer::around(writer, Deriver::new());
     if has_lost_topics {
-        let note = StationEvent::note("the beginning of this recording could not be saved");
+        let note = StationEvent::notice(
+            NoticeCode::BeginningMissing,
+            Level::Warning,
+            "the beginning of this recording could not be saved",
+        );
         composer
             .handle_event(scan.earliest_ns, &note)
             .map_err(failed)?;
@@ -341,7 +346,7 @@ fn holds_everything(paths: &Paths) -> Result<bool, CaptureError> {
         let survey = Survey::of(&paths.journal)?;
         holds &= have.rx_end == survey.rx_end && have.tx_end == survey.tx_end;
         for_each_entry(&paths.journal, |entry| {
-            let is_event = matches!(entry.kind, Kind::Uplink | Kind::Log);
+            let is_event = matches!(entry.kind, Kind::Event);
             let key = event_key(entry.kind, entry.at_ns, &entry.data);
             holds &= !is_event || have.events.contains(&key);
             Ok(())

@@ -134,12 +134,8 @@ impl Scan {
         let (start, end) = match message.topic {
             Some(Topic::RawRx) => (&mut chunk.rx, &mut self.rx_end),
             Some(Topic::RawTx) => (&mut chunk.tx, &mut self.tx_end),
-            Some(topic @ (Topic::Uplink | Topic::Log)) => {
-                let kind = match topic {
-                    Topic::Uplink => Kind::Uplink,
-                    _ => Kind::Log,
-                };
-                let key = event_key(kind, message.log_time_ns, message.data);
+            Some(Topic::Station) => {
+                let key = event_key(Kind::Event, message.log_time_ns, message.data);
                 self.events.insert(key);
                 return;
             }

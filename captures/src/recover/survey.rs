@@ -45,7 +45,7 @@ impl Survey {
                     survey.missing_tx += entry.offset.saturating_sub(survey.tx_end);
                     survey.tx_end = survey.tx_end.max(end);
                 }
-                Kind::Uplink | Kind::Log => {}
+                Kind::Event => {}
             }
             Ok(())
         })?;

@@ -2,7 +2,6 @@
 
 use std::collections::VecDeque;
 
-use foxglove::messages::Log;
 use foxglove::messages::log::Level;
 use groundwave_protocol::LINE_BYTES;
 use groundwave_protocol::decoder::{Counters, Decoder, Received};
@@ -10,14 +9,16 @@ use groundwave_protocol::status_codes::Drive;
 use groundwave_protocol::telemetry::{Ack, Body, FirmwareVersion, StateLine, StatusLine};
 
 use super::forms::Encoder;
-use super::geometry::{Place, timestamp};
+use super::geometry::Place;
 use super::path::Path;
 use super::scene::Scene;
 use super::story::{Story, is_contact};
-use super::{StationEvent, Topic, TopicMessage};
-use crate::messages::{UplinkEvent, UplinkStep};
+use super::{Topic, TopicMessage};
+use crate::event::{CommandStatus, Level as NoticeLevel, LinkEvent, Mark, Reception};
+use crate::messages::{StationEvent, StationEventKind, UplinkEvent};
 use crate::robot_clock::RobotClock;
 use crate::text::line_feed;
+use crate::words::outcome_words;
 
 /// Commands that have begun and not ended, of which the words are kept: the newest.
 const COMMANDS_MAX: usize = 64;
@@ -194,17 +195,42 @@ impl Deriver {
     ) -> Result<(), E> {
         self.now_ns = self.now_ns.max(at_ns);
         self.is_urgent |= event.is_urgent();
-        match event {
-            StationEvent::Uplink(event) => self.handle_uplink(event, &mut take),
-            StationEvent::Log(log) => {
-                let log = Log {
-                    timestamp: Some(timestamp(self.now_ns)),
-                    ..log.clone()
+        self.encoder.encode(event);
+        take(self.encoder.message(Topic::Station, self.now_ns, None))?;
+        let (name, level, text) = match &event.kind {
+            Some(StationEventKind::Command(event)) => return self.handle_uplink(event, &mut take),
+            Some(StationEventKind::Link(link)) => match link.event() {
+                Some(LinkEvent::Opened { name, .. }) => {
+                    ("link", Level::Info, format!("{name} is open"))
+                }
+                Some(LinkEvent::Lost { reason }) => {
+                    ("link", Level::Warning, format!("link lost: {reason}"))
+                }
+                Some(LinkEvent::Ended) => ("link", Level::Info, "the link has ended".to_owned()),
+                None => return Ok(()),
+            },
+            Some(StationEventKind::Reception(code)) => {
+                let Some(reception) = Reception::from_code(code) else {
+                    return Ok(());
                 };
-                self.encoder.encode(&log);
-                take(self.encoder.message(Topic::Log, self.now_ns, None))
+                let (level, text) = reception_words(reception);
+                ("link", level, text.to_owned())
             }
-        }
+            Some(StationEventKind::Mark(mark)) => {
+                ("mark", Level::Info, Mark::from(*mark).to_string())
+            }
+            Some(StationEventKind::Notice(notice)) => {
+                let level = match notice.level() {
+                    NoticeLevel::Info => Level::Info,
+                    NoticeLevel::Warning => Level::Warning,
+                    NoticeLevel::Alarm => Level::Error,
+                };
+                ("station", level, notice.text.clone())
+            }
+            None => return Ok(()),
+        };
+        self.encoder.log(self.now_ns, level, name, &text);
+        take(self.encoder.message(Topic::Log, self.now_ns, None))
     }
 
     /// Gives out bytes that belong to no whole line yet.
@@ -293,11 +319,11 @@ impl Deriver {
             return Ok(());
         }
         self.encoder.encode(&UplinkEvent {
-            outcome: Some(ack.outcome as i32),
+            code: Some(ack.outcome.code().to_owned()),
             boot: Some(ack.boot.into()),
             session: Some(ack.session.into()),
             sequence: Some(ack.sequence.into()),
-            ..UplinkEvent::new(UplinkStep::Acknowledged)
+            ..UplinkEvent::new(UplinkEvent::ACKNOWLEDGEMENT)
         });
         take(self.encoder.message(Topic::Uplink, self.now_ns, None))
     }
@@ -344,7 +370,7 @@ impl Deriver {
             self.encoder.encode(&UplinkEvent {
                 list_digest: Some(status.digest),
                 total: Some(status.list.count.into()),
-                ..UplinkEvent::new(UplinkStep::List)
+                ..UplinkEvent::new(UplinkEvent::LIST)
             });
             take(self.encoder.message(Topic::Uplink, self.now_ns, None))?;
         }
@@ -370,41 +396,55 @@ impl Deriver {
     ) -> Result<(), E> {
         self.encoder.encode(event);
         take(self.encoder.message(Topic::Uplink, self.now_ns, None))?;
-        let id = event.command_id.unwrap_or_default();
-        let (level, end) = match event.step() {
-            UplinkStep::Queued => {
-                if self.commands.len() == COMMANDS_MAX {
-                    self.commands.pop_front();
-                }
-                let points = event.waypoints_x_in.iter().zip(&event.waypoints_y_in);
-                self.commands.push_back(Command {
-                    id,
-                    words: event.command.clone().unwrap_or_default(),
-                    waypoints_in: event.total.map(|_| points.map(|(&x, &y)| (x, y)).collect()),
-                });
-                return Ok(());
-            }
-            UplinkStep::Proven => (Level::Info, "proven"),
-            UplinkStep::Refused => (Level::Warning, "the robot refused"),
-            UplinkStep::Failed => (
-                Level::Warning,
-                event.reason.as_deref().unwrap_or("given up"),
-            ),
-            _ => return Ok(()),
+        let (Some(id), Some(status)) = (event.command_id, event.command_status()) else {
+            return Ok(());
         };
+        if status == CommandStatus::Queued {
+            if self.commands.len() == COMMANDS_MAX {
+                self.commands.pop_front();
+            }
+            let points = event.waypoints_x_in.iter().zip(&event.waypoints_y_in);
+            self.commands.push_back(Command {
+                id,
+                words: event.command.clone().unwrap_or_default(),
+                waypoints_in: event.total.map(|_| points.map(|(&x, &y)| (x, y)).collect()),
+            });
+            return Ok(());
+        }
+        if !status.is_end() {
+            return Ok(());
+        }
         let ended = self.commands.iter().position(|command| command.id == id);
         let Some(command) = ended.and_then(|at| self.commands.remove(at)) else {
             return Ok(());
         };
+        let (level, end) = match status {
+            CommandStatus::Refused(outcome) => (
+                Level::Warning,
+                format!("refused: {}", outcome_words(outcome)),
+            ),
+            CommandStatus::Failed(failure) => (Level::Warning, failure.to_string()),
+            _ => (Level::Info, "confirmed".to_owned()),
+        };
         let text = format!("{}: {end}", command.words);
         self.encoder.log(self.now_ns, level, "command", &text);
         take(self.encoder.message(Topic::Log, self.now_ns, None))?;
-        if event.step() == UplinkStep::Proven
+        if let CommandStatus::Confirmed { .. } = status
             && let Some(waypoints_in) = command.waypoints_in
         {
             self.scene.set_waypoints(waypoints_in.into_iter());
             self.give_scene(None, take)?;
         }
         Ok(())
+    }
+}
+
+const fn reception_words(reception: Reception) -> (Level, &'static str) {
+    match reception {
+        Reception::Lines => (Level::Info, "intact lines arrive"),
+        Reception::Nothing => (Level::Warning, "no bytes arrive"),
+        Reception::Noise => (Level::Warning, "only noise arrives"),
+        Reception::Damaged => (Level::Warning, "no line arrives intact"),
+        Reception::WrongRate(_) => (Level::Warning, "the radio has another baud rate"),
     }
 }

@@ -1,7 +1,5 @@
 //! The robot's inches and degrees as metres, radians and quaternions.
 
-use foxglove::messages::Timestamp;
-
 use crate::protobuf::Protobuf;
 
 /// The frame in which the robot reckons: its origin is where the odometer was last reset.
@@ -98,11 +96,6 @@ pub(super) fn triple(to: &mut Vec<u8>, [x, y, z]: [f64; 3]) {
 pub(super) fn upright(to: &mut Vec<u8>, at_m: [f64; 3]) {
     to.message(1, |to| triple(to, at_m));
     to.message(2, |to| Rotation::NONE.encode(to));
-}
-
-pub(super) fn timestamp(since_1970_ns: u64) -> Timestamp {
-    let [s, ns] = seconds(since_1970_ns);
-    Timestamp::new(s, ns)
 }
 
 /// Whole seconds, and the nanoseconds that are left.

@@ -15,7 +15,6 @@ mod geometry;
 mod newest;
 mod path;
 mod scene;
-mod station_event;
 mod story;
 
 use std::borrow::Cow;
@@ -27,10 +26,9 @@ use foxglove::messages::{
 
 pub use deriver::Deriver;
 pub use geometry::{BASE, ODOM};
-pub(crate) use station_event::is_loss_of_link;
-pub use station_event::{LINK, LINK_LOST, MARK, StationEvent};
 pub(super) use story::is_contact;
 
+pub use super::messages::StationEvent;
 use super::messages::{RawBytes, Telemetry, UplinkEvent};
 use super::schema::{DESCRIPTORS, Schema};
 
@@ -65,11 +63,13 @@ pub enum Topic {
     Markers,
     /// What happened, in words.
     Log,
+    /// What no byte tells: commands, the link, marks and notices.
+    Station,
 }
 
 impl Topic {
     /// Every topic, in the order of their numbers.
-    pub const ALL: [Self; 11] = [
+    pub const ALL: [Self; 12] = [
         Self::RawRx,
         Self::RawTx,
         Self::Telemetry,
@@ -81,6 +81,7 @@ impl Topic {
         Self::Map,
         Self::Markers,
         Self::Log,
+        Self::Station,
     ];
 
     /// Its name in a capture.
@@ -98,6 +99,7 @@ impl Topic {
             Self::Map => "/map",
             Self::Markers => "/markers",
             Self::Log => "/log",
+            Self::Station => "/station",
         }
     }
 
@@ -125,6 +127,7 @@ impl Topic {
             Self::Map => well_known::<Grid>(),
             Self::Markers => well_known::<SceneUpdate>(),
             Self::Log => well_known::<Log>(),
+            Self::Station => ours(StationEvent::NAME),
         }
     }
 }

@@ -7,12 +7,11 @@ use std::collections::{BTreeMap, VecDeque};
 use std::convert::Infallible;
 
 use ::mcap::records::MessageHeader;
-use foxglove::messages::Log;
 use prost::Message as _;
 
 use super::Verdict;
-use crate::messages::{RawBytes, UplinkEvent, UplinkStep};
-use crate::topics::{Deriver, RAW_RX, StationEvent, Topic, TopicMessage};
+use crate::messages::{RawBytes, StationEvent};
+use crate::topics::{Deriver, RAW_RX, Topic, TopicMessage};
 
 /// Derived messages of a topic that may wait for those of the recording.
 const WAITING_MAX: usize = 4096;
@@ -100,8 +99,7 @@ impl Derived {
                 }
                 return;
             }
-            Topic::Uplink => told_uplink(data),
-            Topic::Log => told_log(data),
+            Topic::Station => StationEvent::decode(data).ok(),
             _ => None,
         };
         let Some(event) = event else {
@@ -188,17 +186,4 @@ fn expect(queues: &mut BTreeMap<Topic, Queue>, is_exact: bool, message: &TopicMe
         // Of a topic that is there the end tells that it lacks so many.
         queue.expected.pop_front();
     }
-}
-
-/// What the station has told of a command; nothing of what follows from the robot's lines.
-fn told_uplink(data: &[u8]) -> Option<StationEvent> {
-    let event = UplinkEvent::decode(data).ok()?;
-    let follows = matches!(event.step(), UplinkStep::Acknowledged | UplinkStep::List);
-    (!follows).then_some(StationEvent::Uplink(event))
-}
-
-fn told_log(data: &[u8]) -> Option<StationEvent> {
-    let log = Log::decode(data).ok()?;
-    let follows = matches!(log.name.as_str(), "robot" | "command");
-    (!follows).then_some(StationEvent::Log(log))
 }

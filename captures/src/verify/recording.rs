@@ -7,18 +7,16 @@ use std::time::Duration;
 
 use ::mcap::parse_record;
 use ::mcap::records::{MessageHeader, Record, op};
-use foxglove::messages::Log;
 use prost::Message as _;
 
 use super::derived::Derived;
 use super::side_car::SideCar;
 use super::{Lines, Verdict};
-use crate::composer::is_beginning;
+use crate::event::NoticeCode;
 use crate::journal::Kind;
 use crate::mcap_reader::{Channel, Entries, Entry};
-use crate::messages::RawBytes;
+use crate::messages::{RawBytes, StationEvent};
 use crate::source::Form;
-use crate::topics::is_loss_of_link;
 use crate::topics::{RAW_RX, RAW_TX, Topic};
 use crate::writer::LIBRARY;
 
@@ -117,7 +115,7 @@ impl Check {
         }
         self.last_ns = header.log_time;
         let is_first = self.start_ns.is_none();
-        if self.is_ours && is_first && topic == Topic::Log.name() && begins(data) {
+        if self.is_ours && is_first && topic == Topic::Station.name() && begins(data) {
             self.derived.begin();
         }
         self.start_ns.get_or_insert(header.log_time);
@@ -130,7 +128,9 @@ impl Check {
         {
             side_car.compare(&raw, &mut self.verdict)?;
         }
-        if topic == Topic::Log.name() && Log::decode(data).is_ok_and(|log| is_loss_of_link(&log)) {
+        if topic == Topic::Station.name()
+            && StationEvent::decode(data).is_ok_and(|event| event.is_loss_of_link())
+        {
             self.lines.decoder.interrupt();
         }
         if let Some(topic) = Topic::from_name(topic) {
@@ -220,6 +220,6 @@ impl Check {
 }
 
 /// Whether this is the first thing that a recording says; what was cut out of one begins otherwise.
-fn begins(log: &[u8]) -> bool {
-    Log::decode(log).is_ok_and(|log| is_beginning(&log))
+fn begins(event: &[u8]) -> bool {
+    StationEvent::decode(event).is_ok_and(|event| event.is_notice(NoticeCode::RecordingBegun))
 }

@@ -10,10 +10,11 @@ mod sending;
 mod session;
 mod turn;
 
-pub use interface::{Config, Duplex, FopEvent, Loss, Task};
+pub use interface::{Config, Duplex, FopEvent, Task};
 
 use super::pacer::Pacer;
 use super::quality::Quality;
+use super::status::{CommandStatus, Failure};
 use super::transfer::Transfer;
 use crate::command::{Command, Key, Order};
 use crate::telemetry::Ack;
@@ -233,13 +234,13 @@ impl Fop {
 
     /// Cancels the task. Commands already sent may still be executed.
     pub fn cancel(&mut self) {
-        self.fail(Loss::Cancelled);
+        self.fail(Failure::Cancelled);
     }
 
     /// Stops the robot, and sends nothing else until a line proves the STOP. Ends task, hand drive and session. A
     /// further call extends the time to try.
     pub fn stop(&mut self, now_us: u64) {
-        self.lose_session(Loss::Stopped);
+        self.lose_session(Failure::Stopped);
         // Repeated keys must neither abort nor delay the frame.
         if let Some(stopping) = &mut self.stopping {
             stopping.since_us = now_us;
@@ -286,10 +287,10 @@ impl Fop {
             .is_some_and(|s| now_us >= s.since_us + self.config.give_up_us)
         {
             self.stopping = None;
-            self.push(FopEvent::StopFailed);
+            self.push(FopEvent::Stop(CommandStatus::Failed(Failure::TimedOut)));
         }
         if self.work.is_some() && now_us >= self.progress_us + self.config.give_up_us {
-            self.fail(Loss::TimedOut);
+            self.fail(Failure::TimedOut);
         }
         if self.drive.is_some_and(|d| now_us >= d.until_us) && !self.is_open() {
             self.drive = None;

@@ -5,8 +5,10 @@ mod fop;
 mod lists;
 mod pacer;
 mod quality;
+mod status;
 mod transfer;
 
 pub use farm::{Action, Farm};
-pub use fop::{Config, Duplex, Fop, FopEvent, Loss, Task};
+pub use fop::{Config, Duplex, Fop, FopEvent, Task};
 pub use lists::Lists;
+pub use status::{CommandStatus, Failure};

@@ -57,6 +57,27 @@ impl Outcome {
         Self::Unknown,
         Self::Failed,
     ];
+
+    /// Stable code.
+    #[must_use]
+    pub const fn code(self) -> &'static str {
+        match self {
+            Self::Done => "done",
+            Self::NotFitted => "not-fitted",
+            Self::BadValue => "bad-value",
+            Self::ListIncomplete => "list-incomplete",
+            Self::DigestMismatch => "digest-mismatch",
+            Self::NotNow => "not-now",
+            Self::Unknown => "unknown",
+            Self::Failed => "failed",
+        }
+    }
+
+    /// The outcome with a code; `None` for an unknown one.
+    #[must_use]
+    pub fn from_code(code: &str) -> Option<Self> {
+        Self::ALL.into_iter().find(|outcome| outcome.code() == code)
+    }
 }
 
 /// The second half of an acknowledgement.

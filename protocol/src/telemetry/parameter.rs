@@ -16,7 +16,7 @@ use nom::combinator::verify;
 use nom::sequence::separated_pair;
 
 /// Line P.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub struct ParameterLine {
     /// Its place in the robot's table, from 1.
     pub place: u8,

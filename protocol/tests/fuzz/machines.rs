@@ -1,7 +1,7 @@
 //! Both ends of delivery under steps taken from arbitrary bytes.
 
 use groundwave_protocol::Waypoint;
-use groundwave_protocol::arq::{Action, Config, Farm, Fop, FopEvent, Task};
+use groundwave_protocol::arq::{Action, CommandStatus, Config, Farm, Fop, FopEvent, Task};
 use groundwave_protocol::command::{Command, Key, Message, Open, Order};
 use groundwave_protocol::decoder::Received;
 use groundwave_protocol::receiver::Receiver;
@@ -189,14 +189,19 @@ fn ack(input: &mut Input) -> Ack {
 fn check_events(fop: &mut Fop, line: Option<Ack>) {
     while let Some(event) = fop.poll_event() {
         match event {
-            FopEvent::Concluded { outcome, .. } => {
+            FopEvent::Task(CommandStatus::Confirmed { .. }) => {
+                assert_eq!(line.map(|ack| ack.outcome), Some(Outcome::Done), "made up");
+            }
+            FopEvent::Task(CommandStatus::Refused(outcome)) => {
                 assert_eq!(line.map(|ack| ack.outcome), Some(outcome), "made up");
             }
             FopEvent::Session(Ok(())) => {
                 let ours = |ack: Ack| matches!(ack.detail, Detail::Idle { owner: OWNER, .. });
                 assert!(line.is_some_and(ours), "a session that is not ours");
             }
-            FopEvent::StopProven => assert!(line.is_some(), "proven without a line"),
+            FopEvent::Stop(CommandStatus::Confirmed { .. }) => {
+                assert!(line.is_some(), "confirmed without a line");
+            }
             _ => {}
         }
     }

@@ -1,6 +1,6 @@
 //! A station: the real FOP and its operator.
 
-use groundwave_protocol::arq::{Config, Duplex, Fop, FopEvent, Task};
+use groundwave_protocol::arq::{CommandStatus, Config, Duplex, Fop, FopEvent, Task};
 use groundwave_protocol::command::{BLOCK_WAYPOINTS, Order};
 use groundwave_protocol::digest::digest;
 use groundwave_protocol::{BYTES_PER_S, Waypoint};
@@ -114,7 +114,7 @@ impl Ground {
 
     pub fn next_event(&mut self) -> Option<FopEvent> {
         let event = self.fop.poll_event();
-        if let Some(FopEvent::Failed(_)) = event {
+        if let Some(FopEvent::Task(CommandStatus::Failed(_))) = event {
             self.task = None;
         }
         event

@@ -4,9 +4,8 @@
 //! in any order, repeatedly or never: loss, duplication, reordering and delay. It may delay a frame for
 //! ever, and a line until a timer for silence runs out.
 
-use groundwave_protocol::arq::FopEvent;
+use groundwave_protocol::arq::{CommandStatus, FopEvent};
 use groundwave_protocol::decoder::Received;
-use groundwave_protocol::telemetry::Outcome;
 use stateright::{Model, Property};
 use std::hash::{Hash, Hasher};
 use std::sync::Arc;
@@ -348,16 +347,18 @@ impl State {
                         session: line.received.ack().session,
                     });
                 }
-                FopEvent::Concluded { outcome, digest } => {
+                FopEvent::Task(
+                    status @ (CommandStatus::Confirmed { .. } | CommandStatus::Refused(_)),
+                ) => {
                     let task = ground.task.take();
                     let deeds = &self.robot.deeds;
                     let deed = deeds.iter().find(|deed| Some(deed.task) == task);
-                    if outcome != Outcome::Done {
+                    let CommandStatus::Confirmed { digest } = status else {
                         if deed.is_some() {
                             self.happened.push(REFUSAL);
                         }
                         continue;
-                    }
+                    };
                     self.happened.push(PROVEN);
                     if line.boots > 1 {
                         self.happened.push(PROVEN_AFTER_REBOOT);
@@ -372,7 +373,7 @@ impl State {
                         self.happened.push(PROOF);
                     }
                 }
-                FopEvent::StopProven => {
+                FopEvent::Stop(CommandStatus::Confirmed { .. }) => {
                     self.happened.push(STOP_PROVEN);
                     if !self.robot.stopped {
                         self.happened.push(STOP_PROOF);
@@ -388,7 +389,11 @@ impl State {
         for ground in &mut self.grounds {
             let ground = Arc::make_mut(ground);
             while let Some(event) = ground.next_event() {
-                let proves = matches!(event, FopEvent::Concluded { .. } | FopEvent::StopProven);
+                let proves = matches!(
+                    event,
+                    FopEvent::Task(CommandStatus::Confirmed { .. } | CommandStatus::Refused(_))
+                        | FopEvent::Stop(CommandStatus::Confirmed { .. })
+                );
                 assert!(!proves, "{event:?} though no line arrived");
             }
         }

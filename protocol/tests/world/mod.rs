@@ -3,7 +3,7 @@
 #![allow(clippy::unwrap_used, reason = "a test stops where something is wrong")]
 
 use groundwave_protocol::Waypoint;
-use groundwave_protocol::arq::{Action, Config, Farm, Fop, FopEvent, Task};
+use groundwave_protocol::arq::{Action, CommandStatus, Config, Failure, Farm, Fop, FopEvent, Task};
 use groundwave_protocol::command::{Message, Order};
 use groundwave_protocol::decoder::Decoder;
 use groundwave_protocol::failsafe::Failsafe;
@@ -314,14 +314,13 @@ impl World {
 
     /// Checks that an event is true at the robot at that moment.
     pub fn check(&self, event: FopEvent) {
-        if let FopEvent::Concluded {
-            outcome: Outcome::Done,
+        if let FopEvent::Task(CommandStatus::Confirmed {
             digest: Some(digest),
-        } = event
+        }) = event
         {
             assert_eq!(self.robot.farm.lists().active_digest(), digest);
         }
-        if event == FopEvent::StopProven {
+        if event == STOPPED {
             assert_eq!(self.robot.mode, Mode::Stop);
         }
     }
@@ -342,9 +341,10 @@ impl World {
     }
 
     pub fn finish(&mut self) -> FopEvent {
-        self.run_until(600, |event| {
-            matches!(event, FopEvent::Concluded { .. } | FopEvent::Failed(_))
-        })
+        self.run_until(
+            600,
+            |event| matches!(event, FopEvent::Task(status) if status.is_end()),
+        )
     }
 
     pub fn deliver(&mut self, task: Task<'_>) -> FopEvent {
@@ -364,7 +364,15 @@ pub fn route(seed: u64, count: usize) -> Vec<Waypoint> {
         .collect()
 }
 
-pub const DONE: FopEvent = FopEvent::Concluded {
-    outcome: Outcome::Done,
-    digest: None,
-};
+pub const DONE: FopEvent = FopEvent::Task(CommandStatus::Confirmed { digest: None });
+pub const STOPPED: FopEvent = FopEvent::Stop(CommandStatus::Confirmed { digest: None });
+
+pub const fn replaced(digest: u32) -> FopEvent {
+    FopEvent::Task(CommandStatus::Confirmed {
+        digest: Some(digest),
+    })
+}
+
+pub const fn failed(failure: Failure) -> FopEvent {
+    FopEvent::Task(CommandStatus::Failed(failure))
+}

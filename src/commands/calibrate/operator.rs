@@ -9,16 +9,17 @@ use super::super::cli::{Calibrate, Way};
 use super::super::config::Config;
 use super::super::send::faults::{failed, not_confirmed, receive_only, refused};
 use super::super::send::own_link::connect;
-use super::super::send::shared_link::{converse, step_of};
+use super::super::send::shared_link::{converse, status_of};
 use super::super::simulated::Embedded;
 use super::super::{Exit, Fault};
-use crate::event::{CommandStep, Event, Failure};
+use crate::capture::words::outcome_words;
+use crate::event::{CommandStatus, Event, Failure};
 use crate::io::link::LinkSpec;
 use crate::io::via::Via;
 use crate::radio::Radio;
 use crate::request::{Amount, Request, Tuning};
 use crate::runtime::Driver;
-use crate::share::{Address, Ask, Heard, StationLine, why_refused};
+use crate::share::{Address, Ask, Heard, StationLine};
 
 /// Factor on the timeout of a command that lists all parameters.
 const LIST_TIMES: u32 = 6;
@@ -121,10 +122,10 @@ impl Operator {
         let mut progress = Progress::default();
         loop {
             while let Some(event) = self.driver.poll_event() {
-                let Event::Command { id: of, step } = event else {
+                let Event::Command { id: of, status } = event else {
                     continue;
                 };
-                if of == id && progress.take(&request, &step, self.driver.heard(), timeout)? {
+                if of == id && progress.take(&request, &status, self.driver.heard(), timeout)? {
                     return Ok(progress.reported);
                 }
             }
@@ -172,11 +173,11 @@ fn ask(
     };
     let mut progress = Progress::default();
     converse(&mut via, &ask, |said| {
-        let StationLine::Step { stage, heard, .. } = said else {
+        let StationLine::Status { status, heard, .. } = said else {
             return Ok(None);
         };
-        let step = step_of(&stage, &ask.request)?;
-        let ended = progress.take(&ask.request, &step, heard, timeout)?;
+        let status = status_of(&status, &ask.request)?;
+        let ended = progress.take(&ask.request, &status, heard, timeout)?;
         Ok(ended.then_some(()))
     })?;
     Ok(progress.reported)
@@ -190,24 +191,26 @@ struct Progress {
 }
 
 impl Progress {
-    /// Handles a step; returns whether the command is confirmed.
+    /// Handles a status; returns whether the command is confirmed.
     fn take(
         &mut self,
         request: &Request,
-        step: &CommandStep,
+        status: &CommandStatus,
         heard: Heard,
         timeout: Duration,
     ) -> Result<bool, Fault> {
-        match step {
-            CommandStep::Told(line) => self.reported.push(**line),
-            CommandStep::Sent { frames } => self.frames = *frames,
-            CommandStep::Proven { .. } => return Ok(true),
-            CommandStep::Refused(outcome) => return Err(refused(request, why_refused(*outcome))),
-            CommandStep::Failed(Failure::TimedOut) => {
+        match status {
+            CommandStatus::Reported(line) => self.reported.push(*line),
+            CommandStatus::Sent { frames } => self.frames = *frames,
+            CommandStatus::Confirmed { .. } => return Ok(true),
+            CommandStatus::Refused(outcome) => {
+                return Err(refused(request, outcome_words(*outcome)));
+            }
+            CommandStatus::Failed(Failure::TimedOut) => {
                 return Err(not_confirmed(request, heard, timeout, self.frames));
             }
-            CommandStep::Failed(failure) => return Err(failed(request, *failure)),
-            CommandStep::Queued(_) | CommandStep::Progress { .. } => {}
+            CommandStatus::Failed(failure) => return Err(failed(request, *failure)),
+            CommandStatus::Queued | CommandStatus::Progress { .. } => {}
         }
         Ok(false)
     }

@@ -94,7 +94,7 @@ fn to_json(line: &Line, plan: &Plan, typical: Typical) -> Value {
     let Typical { of, mean_s, p95_s } = typical;
     let text = |frame: &Frame| String::from_utf8_lossy(frame.as_bytes()).into_owned();
     let mut value = json!({
-        "stage": "dry-run",
+        "status": "dry-run",
         "command": line.request.to_string(),
         "opening": plan.opening.as_ref().map(text),
         "frames": plan.frames.iter().map(text).collect::<Vec<_>>(),

@@ -12,7 +12,7 @@ use super::super::{Exit, Fault};
 use super::faults::not_confirmed;
 use super::report::{Report, SCAN_TIMEOUT, scan_result};
 use super::script::{Line, Script};
-use crate::event::{CommandId, CommandStep, Event, Failure};
+use crate::event::{CommandId, CommandStatus, Event, Failure};
 use crate::io::link::{Connection, Link, LinkSpec};
 use crate::radio::Radio;
 use crate::request::Request;
@@ -103,7 +103,7 @@ async fn deliver_one(
                 driver.cancel();
                 let after = driver.now().saturating_sub(begun);
                 // The fault below says more than the one this step returns.
-                report.step(line, &CommandStep::Failed(Failure::TimedOut), after)?;
+                report.status(line, &CommandStatus::Failed(Failure::TimedOut), after)?;
                 let heard = driver.heard();
                 return Err(not_confirmed(&line.request, heard, options.timeout, report.frames));
             }
@@ -116,7 +116,7 @@ fn refusal(event: &Event, id: CommandId) -> Option<Outcome> {
     match event {
         Event::Command {
             id: of,
-            step: CommandStep::Refused(outcome),
+            status: CommandStatus::Refused(outcome),
         } if *of == id => Some(*outcome),
         _ => None,
     }

@@ -10,9 +10,10 @@ use super::super::cli::Send;
 use super::super::{Exit, Fault, say, say_progress, show_line};
 use super::faults::{failed, refused};
 use super::script::Line;
-use crate::event::{CommandId, CommandStep, Event, LinkEvent};
+use crate::capture::words::outcome_words;
+use crate::event::{CommandId, CommandStatus, Event, LinkEvent};
 use crate::request::{Request, Standing, Tuning, in_whole_unit};
-use crate::share::{Stage, why_refused};
+use crate::share::StatusJson;
 
 /// How long to wait for the result of a scan: it takes 9 s, and at most 16.
 pub(super) const SCAN_TIMEOUT: Duration = Duration::from_secs(25);
@@ -62,7 +63,12 @@ impl Report {
         after: Duration,
     ) -> Result<Ended, Fault> {
         match event {
-            Event::Command { id: of, step } if *of == id => return self.step(line, step, after),
+            Event::Asked { id: of, .. } if *of == id => {
+                return self.status(line, &CommandStatus::Queued, after);
+            }
+            Event::Command { id: of, status } if *of == id => {
+                return self.status(line, status, after);
+            }
             Event::Link(LinkEvent::Lost { reason }) => self.lost(reason),
             Event::Line { line, .. } => self.robot.take(&line.body),
             _ => {}
@@ -70,31 +76,31 @@ impl Report {
         Ok(None)
     }
 
-    /// Reports a step; returns the result once the command has ended.
-    pub(super) fn step(
+    /// Reports a status; returns the result once the command has ended.
+    pub(super) fn status(
         &mut self,
         line: &Line,
-        step: &CommandStep,
+        status: &CommandStatus,
         after: Duration,
     ) -> Result<Ended, Fault> {
-        match step {
-            CommandStep::Queued(_) => {
+        match status {
+            CommandStatus::Queued => {
                 self.frames = 0;
                 self.parameter = None;
                 self.reason = None;
             }
-            CommandStep::Told(line) => self.parameter = Some(**line),
-            CommandStep::Sent { frames } => self.frames = *frames,
+            CommandStatus::Reported(line) => self.parameter = Some(*line),
+            CommandStatus::Sent { frames } => self.frames = *frames,
             _ => {}
         }
         if self.json {
-            let mut value = json!(Stage::of(step));
-            if let CommandStep::Refused(outcome) = step {
-                value["reason"] = json!(self.why(&line.request, *outcome));
+            let mut value = json!(StatusJson::from(status));
+            if let CommandStatus::Refused(outcome) = status {
+                value["text"] = json!(self.why(&line.request, *outcome));
             }
             show_line(with_context(value, line, after))?;
         }
-        Ok(self.handle_step(&line.request, step, after))
+        Ok(self.result(&line.request, status, after))
     }
 
     /// Reports a lost link, which will be opened again.
@@ -121,7 +127,7 @@ impl Report {
             ));
         };
         if self.json {
-            let value = json!({ "stage": "said", "text": text });
+            let value = json!({ "status": "said", "text": text });
             show_line(with_context(value, line, after))?;
         } else if !self.quiet {
             show_line(text)?;
@@ -134,16 +140,16 @@ impl Report {
         Ok(())
     }
 
-    fn handle_step(&self, request: &Request, step: &CommandStep, after: Duration) -> Ended {
-        match step {
-            CommandStep::Queued(_) | CommandStep::Sent { .. } => None,
-            CommandStep::Told(line) => match request {
+    fn result(&self, request: &Request, status: &CommandStatus, after: Duration) -> Ended {
+        match status {
+            CommandStatus::Queued | CommandStatus::Sent { .. } => None,
+            CommandStatus::Reported(line) => match request {
                 Request::Parameter(Tuning::List | Tuning::Get(_)) if !self.json => {
                     show_line(parameter_text(line)).err().map(Err)
                 }
                 _ => None,
             },
-            CommandStep::Progress {
+            CommandStatus::Progress {
                 acknowledged,
                 total,
             } => {
@@ -157,7 +163,7 @@ impl Report {
                 }
                 None
             }
-            CommandStep::Proven { digest } => {
+            CommandStatus::Confirmed { digest } => {
                 // The values themselves are the result.
                 let is_question =
                     matches!(request, Request::Parameter(Tuning::List | Tuning::Get(_)));
@@ -171,10 +177,10 @@ impl Report {
                 }
                 Some(Ok(()))
             }
-            CommandStep::Refused(outcome) => {
+            CommandStatus::Refused(outcome) => {
                 Some(Err(refused(request, &self.why(request, *outcome))))
             }
-            CommandStep::Failed(failure) => Some(Err(failed(request, *failure))),
+            CommandStatus::Failed(failure) => Some(Err(failed(request, *failure))),
         }
     }
 
@@ -187,7 +193,7 @@ impl Report {
                 .why(request, outcome)
                 .filter(|_| self.reason.is_none())
                 .or_else(|| self.reason.clone())
-                .unwrap_or_else(|| why_refused(outcome).to_owned()),
+                .unwrap_or_else(|| outcome_words(outcome).to_owned()),
         }
     }
 }

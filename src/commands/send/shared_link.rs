@@ -7,10 +7,10 @@ use super::super::{Exit, Fault};
 use super::faults::not_confirmed;
 use super::report::{Report, SCAN_TIMEOUT, scan_result};
 use super::script::{Line, Script};
-use crate::event::{CommandStep, Failure};
+use crate::event::{CommandStatus, Failure};
 use crate::io::via::{Via, ViaError};
 use crate::request::Request;
-use crate::share::{Address, Ask, ClientLine, Stage, StationLine};
+use crate::share::{Address, Ask, ClientLine, StationLine, StatusJson};
 
 /// How long to wait beyond the timeout, which the station itself keeps, before giving the station up.
 const GRACE: Duration = Duration::from_secs(5);
@@ -41,13 +41,17 @@ fn ask(
         timeout: options.timeout,
     };
     converse(via, &ask, |said| match said {
-        StationLine::Step { stage, heard, .. } => {
-            let step = step_of(&stage, request)?;
-            if let Stage::Refused { reason, .. } = &stage {
-                report.reason = Some(reason.clone());
+        StationLine::Status {
+            status: json,
+            heard,
+            ..
+        } => {
+            let status = status_of(&json, request)?;
+            if let CommandStatus::Refused(_) = status {
+                report.reason = json.text;
             }
-            let ended = report.step(line, &step, begun.elapsed())?;
-            if step == CommandStep::Failed(Failure::TimedOut) {
+            let ended = report.status(line, &status, begun.elapsed())?;
+            if status == CommandStatus::Failed(Failure::TimedOut) {
                 let waited = begun.elapsed();
                 return Err(not_confirmed(request, heard, waited, report.frames));
             }
@@ -73,11 +77,14 @@ fn ask(
     report.scan(line, result.as_deref(), begun.elapsed())
 }
 
-/// The step that a station reported.
-pub(in super::super) fn step_of(stage: &Stage, request: &Request) -> Result<CommandStep, Fault> {
-    stage.step(request).ok_or_else(|| {
+/// The status that a station reported.
+pub(in super::super) fn status_of(
+    json: &StatusJson,
+    request: &Request,
+) -> Result<CommandStatus, Fault> {
+    json.status().ok_or_else(|| {
         let message = format!(
-            "`{request}`: the station sent an unknown status {stage:?}; update this program"
+            "`{request}`: the station sent an unknown status {json:?}; update this program"
         );
         Fault::new(Exit::Failed, message)
     })
@@ -99,7 +106,7 @@ pub(in super::super) fn converse<T>(
     loop {
         let line = via.next(deadline).map_err(unknown)?;
         match &line {
-            StationLine::Step { id, .. } if *id != ask.tag => continue,
+            StationLine::Status { id, .. } if *id != ask.tag => continue,
             StationLine::Error { error } => {
                 return Err(Fault::new(Exit::Failed, format!("`{request}`: {error}")));
             }

@@ -15,8 +15,8 @@ use proptest::sample::select;
 
 use super::{counters, status};
 use crate::event::{
-    CommandId, CommandStep, Event, Failure, Level, LineRate, LinkEvent, Moment, Reception,
-    Recording, Truth,
+    CommandId, CommandStatus, Event, Failure, Level, LineRate, LinkEvent, Moment, Notice,
+    NoticeCode, Reception, Recording, Truth,
 };
 use crate::request::Request;
 use crate::travel::Playback;
@@ -120,17 +120,17 @@ fn any_request() -> impl Strategy<Value = Request> {
     ]
 }
 
-fn any_step() -> impl Strategy<Value = CommandStep> {
+fn any_status() -> impl Strategy<Value = CommandStatus> {
     prop_oneof![
-        4 => any_request().prop_map(CommandStep::Queued),
-        1 => any::<u32>().prop_map(|frames| CommandStep::Sent { frames }),
-        1 => any::<(u16, u16)>().prop_map(|(acknowledged, total)| CommandStep::Progress {
+        1 => Just(CommandStatus::Queued),
+        1 => any::<u32>().prop_map(|frames| CommandStatus::Sent { frames }),
+        1 => any::<(u16, u16)>().prop_map(|(acknowledged, total)| CommandStatus::Progress {
             acknowledged,
             total
         }),
-        3 => prop::option::of(0_u32..4).prop_map(|digest| CommandStep::Proven { digest }),
-        1 => Just(CommandStep::Refused(Outcome::BadValue)),
-        1 => Just(CommandStep::Failed(Failure::TimedOut)),
+        3 => prop::option::of(0_u32..4).prop_map(|digest| CommandStatus::Confirmed { digest }),
+        1 => Just(CommandStatus::Refused(Outcome::BadValue)),
+        1 => Just(CommandStatus::Failed(Failure::TimedOut)),
     ]
 }
 
@@ -228,8 +228,11 @@ pub(crate) fn any_event() -> impl Strategy<Value = Event> {
             Just(LinkEvent::Lost { reason: "it is gone".to_owned() }),
             Just(LinkEvent::Ended),
         ].prop_map(Event::Link),
-        6 => (1_u32..6, any_step()).prop_map(|(id, step)| {
-            Event::Command { id: CommandId(id), step }
+        3 => (1_u32..6, any_status()).prop_map(|(id, status)| {
+            Event::Command { id: CommandId(id), status }
+        }),
+        3 => (1_u32..6, any_request(), any::<Option<String>>()).prop_map(|(id, request, by)| {
+            Event::Asked { id: CommandId(id), request, by }
         }),
         1 => any::<Option<String>>().prop_map(|problem| {
             Event::Recording(Recording { problem, tee: Some("a.txt".to_owned()), ..Recording::default() })
@@ -240,14 +243,13 @@ pub(crate) fn any_event() -> impl Strategy<Value = Event> {
             Just(Reception::Noise),
             Just(Reception::WrongRate(LineRate::Faster)),
         ].prop_map(|reception| Event::Reception { reception, since: Moment::from_secs(1) }),
-        1 => (1_u32..6, any::<String>()).prop_map(|(id, by)| Event::Asked { id: CommandId(id), by }),
         1 => any_waypoints().prop_map(|route| {
             Event::RouteLoaded { path: "r.txt".to_owned(), route: Ok(route) }
         }),
         1 => any::<[f64; 5]>().prop_map(|[a, b, c, d, radius_in]| {
             Event::Truth(Truth { walls: vec![[(a, b), (c, d)]], circles: vec![((c, b), radius_in)] })
         }),
-        1 => any::<String>().prop_map(|text| Event::Notice { level: Level::Alarm, text }),
+        1 => any::<String>().prop_map(|text| Event::Notice(Notice::new(NoticeCode::Other, Level::Alarm, text))),
         8 => any_key().prop_map(Event::Key),
         1 => any::<String>().prop_map(Event::Paste),
         1 => any::<(u16, u16)>().prop_map(|(width, height)| Event::Resize { width, height }),

@@ -125,10 +125,7 @@ fn a_layer_key_asks_for_the_opposite_of_what_was_asked_or_reported() {
     let sonar = LayerMask::NONE.with(Layer::Sonar);
     let disable = Request::Disable(sonar);
     assert_eq!(scene.type_text("4"), [Effect::Send(disable.clone())]);
-    scene.event(Event::Command {
-        id: CommandId(1),
-        step: CommandStep::Queued(disable),
-    });
+    scene.ask(1, disable);
     assert_eq!(
         scene.type_text("4"),
         [Effect::Send(Request::Enable(sonar))],

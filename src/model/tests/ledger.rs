@@ -14,24 +14,18 @@ fn active_is_what_the_robot_acknowledged_until_it_says_otherwise() {
             .active()
             .map(|a| (a.digest, a.driven))
     };
-    for step in [
-        CommandStep::Queued(list.clone()),
-        CommandStep::Sent { frames: 1 },
-        CommandStep::Progress {
+    scene.ask(1, list.clone());
+    for status in [
+        CommandStatus::Sent { frames: 1 },
+        CommandStatus::Progress {
             acknowledged: 2,
             total: 2,
         },
     ] {
-        scene.event(Event::Command {
-            id: CommandId(1),
-            step,
-        });
+        scene.status_of(1, status);
         assert_eq!(active(&scene), None, "delivered is not active");
     }
-    scene.event(Event::Command {
-        id: CommandId(1),
-        step: CommandStep::Proven { digest: Some(7) },
-    });
+    scene.status_of(1, CommandStatus::Confirmed { digest: Some(7) });
     assert_eq!(active(&scene), Some((7, None)), "active is not driven");
     scene.status.digest = 7;
     scene.status.list = ListPlace {
@@ -44,7 +38,7 @@ fn active_is_what_the_robot_acknowledged_until_it_says_otherwise() {
     scene.hear_status();
     assert_eq!(active(&scene), None, "another list is driven");
 
-    scene.command(2, list, CommandStep::Proven { digest: Some(9) });
+    scene.command(2, list, CommandStatus::Confirmed { digest: Some(9) });
     assert_eq!(active(&scene), Some((9, None)));
     scene.ack.boot = 1;
     scene.hear();
@@ -52,11 +46,14 @@ fn active_is_what_the_robot_acknowledged_until_it_says_otherwise() {
 }
 
 #[test]
-fn a_command_of_somebody_elses_says_whose_it_is() {
+fn a_command_of_a_client_names_the_client() {
     let mut scene = scene();
     let (id, by) = (CommandId(1), "pid 7 via ./x.sock".to_owned());
-    scene.command(1, Request::Scan, CommandStep::Sent { frames: 1 });
-    scene.event(Event::Asked { id, by: by.clone() });
+    scene.event(Event::Asked {
+        id,
+        request: Request::Scan,
+        by: Some(by.clone()),
+    });
     let entry = scene.model.facts.ledger.entries().next();
     assert_eq!(entry.and_then(|entry| entry.by.clone()), Some(by.clone()));
     let newest = scene.model.facts.log.newest_first().next();

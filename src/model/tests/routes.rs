@@ -18,7 +18,7 @@ fn a_route_is_drafted_on_the_map_and_sent() {
     assert_eq!(scene.type_text("S"), [Effect::Send(sent.clone())]);
     assert!(scene.model.ui.map.draft.waypoints().is_empty());
     assert_eq!(scene.type_text("S"), [], "nothing is left to send");
-    scene.command(1, sent, CommandStep::Failed(Failure::TimedOut));
+    scene.command(1, sent, CommandStatus::Failed(Failure::TimedOut));
     assert_eq!(
         scene.model.ui.map.draft.waypoints(),
         route(&[(0, 12), (6, 12)]),

@@ -33,9 +33,9 @@ fn refusal(payload: &str) -> String {
     let answer = answer(&mut calls);
     assert_eq!(calls.poll_output(), None);
     assert_eq!(calls.poll_timeout(), None);
-    assert_eq!(answer["stage"], "failed");
+    assert_eq!(answer["status"], "failed");
     assert_eq!(answer["code"], "not-understood");
-    answer["reason"].as_str().unwrap().to_owned()
+    answer["text"].as_str().unwrap().to_owned()
 }
 
 #[test]
@@ -44,25 +44,25 @@ fn a_list_is_answered_when_the_robot_has_proven_it() {
     let points = [(48, 0), (48, -48)].map(|(x, y)| Waypoint::new(x, y).unwrap());
     assert_eq!(start(&mut calls, 7), Request::Route(points.to_vec()));
     let id = CommandId(7);
-    calls.handle_step(id, &CommandStep::Sent { frames: 2 });
-    let half = CommandStep::Progress {
+    calls.handle_status(id, &CommandStatus::Sent { frames: 2 });
+    let half = CommandStatus::Progress {
         acknowledged: 1,
         total: 2,
     };
-    calls.handle_step(id, &half);
+    calls.handle_status(id, &half);
     // Somebody else's.
-    calls.handle_step(CommandId(6), &CommandStep::Proven { digest: None });
+    calls.handle_status(CommandId(6), &CommandStatus::Confirmed { digest: None });
     assert_eq!(calls.poll_output(), None);
     let digest = Some(0x89ab_cdef);
-    calls.handle_step(id, &CommandStep::Proven { digest });
+    calls.handle_status(id, &CommandStatus::Confirmed { digest });
     let proof = answer(&mut calls);
     let expected = json!({
-        "stage": "proven",
+        "status": "confirmed",
         "command": "route of 2 waypoints",
         "digest": "89abcdef",
     });
     assert_eq!(proof, expected);
-    calls.handle_step(id, &CommandStep::Proven { digest });
+    calls.handle_status(id, &CommandStatus::Confirmed { digest });
     assert_eq!(calls.poll_output(), None, "answered once");
     assert_eq!(calls.poll_timeout(), None);
 }
@@ -72,14 +72,14 @@ fn a_preset_goes_one_by_one_and_ends_with_the_first_that_is_refused() {
     let mut calls = called(r#"{"do":"preset sonar-only"}"#);
     assert!(matches!(start(&mut calls, 1), Request::Only(_)));
     assert_eq!(calls.poll_output(), None);
-    calls.handle_step(CommandId(1), &CommandStep::Proven { digest: None });
+    calls.handle_status(CommandId(1), &CommandStatus::Confirmed { digest: None });
     let next = start(&mut calls, 2);
-    calls.handle_step(CommandId(2), &CommandStep::Refused(Outcome::NotNow));
+    calls.handle_status(CommandId(2), &CommandStatus::Refused(Outcome::NotNow));
     let expected = json!({
-        "stage": "refused",
+        "status": "refused",
         "command": next.to_string(),
         "code": "not-now",
-        "reason": "not in its present state",
+        "text": "not in its present state",
     });
     assert_eq!(answer(&mut calls), expected);
     assert_eq!(calls.poll_output(), None);
@@ -95,7 +95,7 @@ fn without_proof_it_ends_with_its_time_and_is_given_up() {
     assert_eq!(calls.poll_output(), None);
     calls.handle_timeout(deadline);
     let failed = answer(&mut calls);
-    assert_eq!(failed["stage"], "failed");
+    assert_eq!(failed["status"], "failed");
     assert_eq!(failed["code"], "timed-out");
     assert_eq!(calls.poll_output(), Some(CallOutput::GiveUp(CommandId(3))));
     assert_eq!(calls.poll_timeout(), None);

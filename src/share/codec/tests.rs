@@ -8,7 +8,7 @@ use proptest::prelude::*;
 use proptest::sample::select;
 
 use super::*;
-use crate::event::{CommandStep, Failure};
+use crate::event::{CommandStatus, Failure};
 use crate::request::{Amount, Tuning};
 use crate::share::LINE_MAX;
 
@@ -61,15 +61,15 @@ fn every_request_comes_back_as_it_was() {
 }
 
 #[test]
-fn every_step_comes_back_as_it_was() {
-    let mut steps = vec![
-        CommandStep::Queued(Request::Scan),
-        CommandStep::Sent { frames: 3 },
-        CommandStep::Progress {
+fn every_status_comes_back_as_it_was() {
+    let mut statuses = vec![
+        CommandStatus::Queued,
+        CommandStatus::Sent { frames: 3 },
+        CommandStatus::Progress {
             acknowledged: 8,
             total: 100,
         },
-        CommandStep::Told(Box::new(ParameterLine {
+        CommandStatus::Reported(ParameterLine {
             place: 3,
             count: 20,
             name: ParameterName::new("track"),
@@ -78,25 +78,25 @@ fn every_step_comes_back_as_it_was() {
             least: -2_000_000,
             most: 2_000_000,
             unit: Printable::new("in/1000"),
-        })),
-        CommandStep::Proven { digest: None },
-        CommandStep::Proven {
+        }),
+        CommandStatus::Confirmed { digest: None },
+        CommandStatus::Confirmed {
             digest: Some(0xBEEF),
         },
     ];
-    steps.extend(Outcome::ALL.map(CommandStep::Refused));
-    steps.extend(Failure::ALL.map(CommandStep::Failed));
-    for step in steps {
-        let line = StationLine::Step {
+    statuses.extend(Outcome::ALL.map(CommandStatus::Refused));
+    statuses.extend(Failure::ALL.map(CommandStatus::Failed));
+    for expected in statuses {
+        let line = StationLine::Status {
             id: 9,
-            stage: Stage::of(&step),
+            status: StatusJson::from(&expected),
             heard: Heard { bytes: 5, lines: 1 },
         };
         assert_eq!(StationLine::parse(&line.to_line()), Some(line.clone()));
-        let StationLine::Step { stage, .. } = line else {
+        let StationLine::Status { status, .. } = line else {
             unreachable!("it was made above")
         };
-        assert_eq!(stage.step(&Request::Scan), Some(step));
+        assert_eq!(status.status(), Some(expected));
     }
     for line in [
         StationLine::Welcome(Welcome::new("/dev/ttyUSB0".to_owned(), true)),

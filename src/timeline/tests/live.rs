@@ -11,7 +11,7 @@ use super::*;
 use crate::capture::Session as About;
 use crate::capture::composer::Composer;
 use crate::capture::index::Piece;
-use crate::event::{Level, LinkEvent};
+use crate::event::{Level, LinkEvent, Notice, NoticeCode};
 use crate::model::testing::{Scene as Robot, any_event};
 use crate::model::{Shown, Ui};
 use crate::recorded::{self, from_recorded};
@@ -120,14 +120,13 @@ fn a_live_session_of_hours_is_remembered_in_bounded_memory() {
     for n in 0..40_000 {
         robot.state.x_tenths_in = n;
         session.now += Moment::from_millis(333);
-        session.take(&Event::Notice {
-            level: if n % 10_000 == 9_000 {
-                Level::Alarm
-            } else {
-                Level::Info
-            },
-            text: n.to_string(),
-        });
+        let level = if n % 10_000 == 9_000 {
+            Level::Alarm
+        } else {
+            Level::Info
+        };
+        let notice = Notice::new(NoticeCode::Other, level, n.to_string());
+        session.take(&Event::Notice(notice));
     }
     let from = session.reel.oldest_at().unwrap();
     let back = session.now.saturating_sub(from);
@@ -350,10 +349,9 @@ fn what_is_not_found_leaves_the_session_at_its_newest_moment() {
     let mut session = Session::new();
     for sequence in 0..10 {
         session.now += Moment::from_millis(333);
-        session.take(&Event::Notice {
-            level: Level::Info,
-            text: format!("line {sequence}"),
-        });
+        let text = format!("line {sequence}");
+        let notice = Notice::new(NoticeCode::Other, Level::Info, text);
+        session.take(&Event::Notice(notice));
     }
     let now = session.now + Moment::from_secs(1);
     let mut player = Player::of_session(session.reel, None);

@@ -15,7 +15,7 @@ use super::*;
 use crate::capture::Session;
 use crate::capture::composer::Composer;
 use crate::capture::index::{self, SeekableReader};
-use crate::event::{CommandId, CommandStep, Event, Moment};
+use crate::event::{CommandId, Event, Moment};
 use crate::model::{Config, Facts};
 use crate::request::Request;
 use crate::travel::{Landmark, Target, Travel};

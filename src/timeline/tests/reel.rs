@@ -182,8 +182,9 @@ fn a_command_near_is_found_before_all_of_the_front_is_read() {
         composer.handle_rx(at_ns, line).unwrap();
         if n % 211 == 100 {
             let id = CommandId(n as u32);
-            let step = CommandStep::Queued(Request::Scan);
-            let event = crate::recorded::to_recorded(&Event::Command { id, step }).unwrap();
+            let request = Request::Scan;
+            let by = None;
+            let event = crate::recorded::to_recorded(&Event::Asked { id, request, by }).unwrap();
             composer.handle_event(at_ns, &event).unwrap();
             // The recording's first message is of 1970.
             asked.push(Moment::from_nanos(at_ns));

@@ -68,20 +68,11 @@ fn the_result_of_a_command_shows_on_the_smallest_screen() {
     scene.wait_ms(1000);
     assert!(hint(&scene).contains("h sends it home"));
 
-    scene.event(Event::Command {
-        id: CommandId(1),
-        step: CommandStep::Queued(Request::Scan),
-    });
-    scene.event(Event::Command {
-        id: CommandId(1),
-        step: CommandStep::Sent { frames: 1 },
-    });
+    scene.ask(1, Request::Scan);
+    scene.status_of(1, CommandStatus::Sent { frames: 1 });
     assert_eq!(hint(&scene), "… scan: sent ×1");
     scene.wait_ms(700);
-    scene.event(Event::Command {
-        id: CommandId(1),
-        step: CommandStep::Refused(Outcome::NotFitted),
-    });
+    scene.status_of(1, CommandStatus::Refused(Outcome::NotFitted));
     assert_eq!(hint(&scene), "✖ scan: REFUSED: not fitted");
     scene.event(Event::RouteLoaded {
         path: "r.txt".to_owned(),
@@ -108,7 +99,11 @@ fn a_receive_only_link_offers_no_commands() {
         }
         scene.press(&[KeyCode::Esc]);
     }
-    scene.command(1, Request::Stop, CommandStep::Failed(Failure::ReceiveOnly));
+    scene.command(
+        1,
+        Request::Stop,
+        CommandStatus::Failed(Failure::ReceiveOnly),
+    );
     row(&screen(&scene, 80, 24), "✖ stop: the link is receive-only");
 }
 
@@ -153,20 +148,14 @@ fn the_footer_names_the_keys_of_the_chosen_panel() {
     }
     scene.press(&[KeyCode::F(6)]);
     assert!(!footer(&scene).contains("give up"), "nothing is under way");
-    scene.event(Event::Command {
-        id: CommandId(1),
-        step: CommandStep::Queued(Request::Scan),
-    });
+    scene.ask(1, Request::Scan);
     assert!(footer(&scene).starts_with("Space STOP  x give up  "));
     // Sending comes before undoing.
     scene.press(&[KeyCode::F(5), KeyCode::Left]);
     scene.type_text("w");
     assert!(footer(&scene).contains("S send"), "{}", footer(&scene));
     scene.press(&[KeyCode::Backspace, KeyCode::Esc, KeyCode::F(6)]);
-    scene.event(Event::Command {
-        id: CommandId(1),
-        step: CommandStep::Proven { digest: None },
-    });
+    scene.status_of(1, CommandStatus::Confirmed { digest: None });
     scene.press(&[KeyCode::Left]);
     for named in ["arrows move", "w add", "u undo", "S send", "e edit"] {
         assert!(footer(&scene).contains(named), "{}", footer(&scene));
@@ -211,7 +200,7 @@ fn a_wide_name_is_cut_with_a_mark() {
 fn an_impossible_command_is_refused_with_a_remedy() {
     let mut scene = flight(demo());
     let dock = Request::Mode(Mode::Forage);
-    scene.command(1, dock, CommandStep::Refused(Outcome::NotFitted));
+    scene.command(1, dock, CommandStatus::Refused(Outcome::NotFitted));
     let words = "REFUSED: it has no sensor for the dock's beacon; try `home`";
     for (width, height) in [(80, 24), (120, 40)] {
         row(&screen(&scene, width, height), words);

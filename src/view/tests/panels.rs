@@ -345,24 +345,19 @@ fn a_route_is_followed_from_draft_to_driven() {
         panic!("sending the draft gave {effects:?}");
     };
     let digest = digest(route.iter());
-    let step = |scene: &mut Scene, step| {
+    let step = |scene: &mut Scene, status| {
         scene.wait_ms(300);
-        scene.event(Event::Command {
-            id: CommandId(1),
-            step,
-        });
+        scene.status_of(1, status);
     };
-    step(
-        &mut scene,
-        CommandStep::Queued(Request::Route(route.clone())),
-    );
+    scene.wait_ms(300);
+    scene.ask(1, Request::Route(route.clone()));
     says(&scene, "… waits");
-    step(&mut scene, CommandStep::Sent { frames: 3 });
+    step(&mut scene, CommandStatus::Sent { frames: 3 });
     says(&scene, "… sent ×3");
     let (acknowledged, total) = (1, 1);
     step(
         &mut scene,
-        CommandStep::Progress {
+        CommandStatus::Progress {
             acknowledged,
             total,
         },
@@ -370,7 +365,7 @@ fn a_route_is_followed_from_draft_to_driven() {
     says(&scene, "… holds 1/1, sent ×3");
     step(
         &mut scene,
-        CommandStep::Proven {
+        CommandStatus::Confirmed {
             digest: Some(digest),
         },
     );

@@ -57,7 +57,7 @@ proptest! {
         let mut scene = Scene::new(Config::default());
         let mut acknowledged = Vec::new();
         for event in events {
-            if let Event::Command { id, step: CommandStep::Proven { digest: Some(digest) } } = &event {
+            if let Event::Command { id, status: CommandStatus::Confirmed { digest: Some(digest) } } = &event {
                 acknowledged.push((format!("{} ", id.0), format!("ACTIVE {digest:08X}")));
             }
             scene.event(event);

@@ -34,6 +34,7 @@ const TOPICS = {
   "/map": "foxglove.Grid",
   "/markers": "foxglove.SceneUpdate",
   "/log": "foxglove.Log",
+  "/station": "groundwave.StationEvent",
 };
 // What Lichtblick offers, in its order.
 const SUBPROTOCOLS = [FoxgloveClient.SUPPORTED_SUBPROTOCOL, "foxglove.sdk.v1"];
@@ -90,7 +91,7 @@ class Client {
       this.answers.set(callId, JSON.parse(new TextDecoder().decode(data))),
     );
     this.client.on("serviceCallFailure", ({ callId, message }) =>
-      this.answers.set(callId, { stage: "call failed", reason: message }),
+      this.answers.set(callId, { status: "call failed", text: message }),
     );
     this.client.on("message", ({ subscriptionId, timestamp, data }) => {
       const topic = this.#topics.get(subscriptionId);
@@ -198,7 +199,7 @@ async function main(folder) {
 
   for (const rubbish of ["", "mode prowl", "{}", '{"do":"fly"}', '{"route":[[1,2,3]]}', '{"route":[{"x_in":0.5,"y_in":0}]}']) {
     const answer = await client.call(rubbish);
-    check(answer.stage === "failed" && answer.code === "not-understood", JSON.stringify(answer));
+    check(answer.status === "failed" && answer.code === "not-understood", JSON.stringify(answer));
   }
   const route = [
     { x_in: 24, y_in: 12 },
@@ -206,24 +207,24 @@ async function main(folder) {
     { x_in: 0, y_in: 48 },
   ];
   const list = await client.call({ route });
-  check(list.stage === "proven" && /^[0-9a-f]{8}$/.test(list.digest), JSON.stringify(list));
+  check(list.status === "confirmed" && /^[0-9a-f]{8}$/.test(list.digest), JSON.stringify(list));
   const mode = await client.call({ do: "mode prowl" });
-  check(mode.stage === "proven" && mode.command === "mode prowl", JSON.stringify(mode));
+  check(mode.status === "confirmed" && mode.command === "mode prowl", JSON.stringify(mode));
   const preset = await client.call({ do: "preset reactive", timeout_ms: 40_000 });
-  check(preset.stage === "proven" && preset.command === "mode reactive", JSON.stringify(preset));
+  check(preset.status === "confirmed" && preset.command === "mode reactive", JSON.stringify(preset));
   const hurried = await client.call({ do: "mode wander", timeout_ms: 1 });
-  check(hurried.stage === "failed" && hurried.code === "timed-out", JSON.stringify(hurried));
+  check(hurried.status === "failed" && hurried.code === "timed-out", JSON.stringify(hurried));
 
   // More calls than may wait at once: those in excess are told so, and a STOP gets through all the same.
   const crowd = Array.from({ length: 60 }, () => client.call({ do: "mode prowl", timeout_ms: 5000 }));
   const stops = Array.from({ length: 12 }, () => client.call({ do: "stop" }));
   const stopped = await Promise.all(stops);
-  check(stopped[0].stage === "proven" && stopped[0].command === "stop", JSON.stringify(stopped[0]));
-  const went = stopped.filter(({ stage, command }) => command === "stop" && (stage === "proven" || stage === "queued"));
+  check(stopped[0].status === "confirmed" && stopped[0].command === "stop", JSON.stringify(stopped[0]));
+  const went = stopped.filter(({ status, command }) => command === "stop" && (status === "confirmed" || status === "queued"));
   check(went.length === stops.length, JSON.stringify(stopped));
   const crowded = await Promise.all(crowd);
   check(crowded.some(({ code }) => code === "busy"), "nobody was told that too many wait");
-  check(crowded.every(({ stage }) => stage === "failed" || stage === "proven"), JSON.stringify(crowded));
+  check(crowded.every(({ status }) => status === "failed" || status === "confirmed"), JSON.stringify(crowded));
 
   // The same proof goes to everybody, and what the robot holds is drawn.
   await until("the proof among the commands", () =>

@@ -2,8 +2,8 @@
 
 use super::turn::{PATIENCE_BYTES, Turn};
 use super::{
-    Duplex, FORGET_BYTES, Fop, FopEvent, LATCH_TO_END_US, LONG_LINES, MISMATCHES_MAX,
-    STOP_BLIND_US, Session, US_PER_BYTE, Work, next_tag,
+    CommandStatus, Duplex, FORGET_BYTES, Fop, FopEvent, LATCH_TO_END_US, LONG_LINES,
+    MISMATCHES_MAX, STOP_BLIND_US, Session, US_PER_BYTE, Work, next_tag,
 };
 use crate::LINE_BYTES;
 use crate::command::Order;
@@ -123,7 +123,8 @@ impl Fop {
         let is_booted = (ack.session, ack.sequence) == (0, 0);
         if is_closed && !is_booted && now != before && stopping.has_left {
             self.stopping = None;
-            self.push(FopEvent::StopProven);
+            let confirmed = CommandStatus::Confirmed { digest: None };
+            self.push(FopEvent::Stop(confirmed));
         }
     }
 
@@ -139,10 +140,10 @@ impl Fop {
             news = transfer.handle_detail(ack.detail, latched_us);
             if news {
                 let (acknowledged, total) = (transfer.acknowledged(), transfer.count());
-                self.push(FopEvent::Progress {
+                self.push(FopEvent::Task(CommandStatus::Progress {
                     acknowledged,
                     total,
-                });
+                }));
             }
         }
         if let Some(outstanding) = &mut self.outstanding {
@@ -180,7 +181,10 @@ impl Fop {
                     Work::Order(_) => None,
                 };
                 self.work = None;
-                self.push(FopEvent::Concluded { outcome, digest });
+                self.push(FopEvent::Task(match outcome {
+                    Outcome::Done => CommandStatus::Confirmed { digest },
+                    refused => CommandStatus::Refused(refused),
+                }));
             }
         }
     }

@@ -1,8 +1,8 @@
 //! Configuration, tasks and events of the [`super::Fop`].
 
+use super::super::status::{CommandStatus, Failure};
 use crate::Waypoint;
 use crate::command::Order;
-use crate::telemetry::Outcome;
 
 /// Configuration of the [`super::Fop`].
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
@@ -60,47 +60,9 @@ pub enum Task<'a> {
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub enum FopEvent {
     /// A session was opened, or lost for a reason.
-    Session(Result<(), Loss>),
-    /// A frame of the task was sent, for the first time or again.
-    Sent {
-        /// Frames of the task sent so far.
-        frames: u32,
-    },
-    /// The robot acknowledged more waypoints.
-    Progress {
-        /// Waypoints acknowledged.
-        acknowledged: u16,
-        /// Waypoints in the list.
-        total: u16,
-    },
-    /// The robot acknowledged the command. With [`Outcome::Done`] for a list, it has verified the digest.
-    Concluded {
-        /// Result of the command.
-        outcome: Outcome,
-        /// Digest of the list; `None` for other orders.
-        digest: Option<u32>,
-    },
-    /// The task failed without an acknowledgement.
-    Failed(Loss),
-    /// STOP was sent for the first time.
-    StopSent,
-    /// An acknowledgement proved the STOP.
-    StopProven,
-    /// STOP timed out without proof.
-    StopFailed,
-}
-
-/// Reason why a task or session ended.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
-pub enum Loss {
-    /// No progress within [`Config::give_up_us`].
-    TimedOut,
-    /// The robot rebooted.
-    RobotRestarted,
-    /// Another station opened a session.
-    TakenOver,
-    /// A STOP, from this or another station, ended the session.
-    Stopped,
-    /// The caller cancelled the task.
-    Cancelled,
+    Session(Result<(), Failure>),
+    /// The task has a new status.
+    Task(CommandStatus),
+    /// STOP has a new status: sent, confirmed or failed.
+    Stop(CommandStatus),
 }

@@ -2,7 +2,7 @@
 
 use super::turn::Turn;
 use super::{
-    ALIVE_PERIOD_US, DRIVE_PERIOD_US, Duplex, Fop, FopEvent, KEEPALIVES_PER_SILENCE,
+    ALIVE_PERIOD_US, CommandStatus, DRIVE_PERIOD_US, Duplex, Fop, FopEvent, KEEPALIVES_PER_SILENCE,
     KNOCK_PERIOD_US, Outstanding, STOP_BLIND_US, STOP_PERIOD_US, Session, Work,
 };
 use crate::command::{
@@ -231,7 +231,7 @@ impl Fop {
                     stopping.next_us = ends_us + STOP_PERIOD_US;
                     stopping.blind_us = ends_us + STOP_BLIND_US;
                     if !core::mem::replace(&mut stopping.has_left, true) {
-                        self.push(FopEvent::StopSent);
+                        self.push(FopEvent::Stop(CommandStatus::Sent { frames: 1 }));
                     }
                 }
                 return;
@@ -262,9 +262,9 @@ impl Fop {
         }
         if self.work.is_some() {
             self.frames += 1;
-            self.push(FopEvent::Sent {
+            self.push(FopEvent::Task(CommandStatus::Sent {
                 frames: self.frames,
-            });
+            }));
         }
     }
 }

@@ -1,6 +1,6 @@
 //! Opening and losing sessions.
 
-use super::{Fop, FopEvent, Loss, Session, Work};
+use super::{CommandStatus, Failure, Fop, FopEvent, Session, Work};
 use crate::command::Key;
 use crate::telemetry::{Ack, Detail};
 
@@ -46,44 +46,44 @@ impl Fop {
                     // A STOP has closed it.
                     self.session = Session::None;
                 } else {
-                    self.lose_session(Loss::TakenOver);
+                    self.lose_session(Failure::TakenOver);
                 }
             }
             Session::Open { boot, number, .. } => {
                 if ack.boot != *boot {
-                    self.lose_session(Loss::RobotRestarted);
+                    self.lose_session(Failure::RobotRestarted);
                 } else if ack.session != *number {
                     let closed = matches!(ack.detail, Detail::Idle { owner: 0, .. });
                     self.lose_session(if closed {
-                        Loss::Stopped
+                        Failure::Stopped
                     } else {
-                        Loss::TakenOver
+                        Failure::TakenOver
                     });
                 } else if matches!(ack.detail, Detail::Idle { owner, .. } if owner != self.config.owner)
                 {
-                    self.lose_session(Loss::TakenOver);
+                    self.lose_session(Failure::TakenOver);
                 }
             }
         }
     }
 
-    pub(super) fn lose_session(&mut self, loss: Loss) {
+    pub(super) fn lose_session(&mut self, failure: Failure) {
         if self.is_open() {
-            self.push(FopEvent::Session(Err(loss)));
+            self.push(FopEvent::Session(Err(failure)));
         }
         self.session = Session::None;
         self.drive = None;
         self.failsafe_silence_us = None;
-        self.fail(loss);
+        self.fail(failure);
     }
 
-    pub(super) fn fail(&mut self, loss: Loss) {
+    pub(super) fn fail(&mut self, failure: Failure) {
         if self.outstanding.take().is_some() {
             // The robot may have received the command, so its sequence cannot be used again in this session.
             self.session = Session::None;
         }
         if self.work.take().is_some() {
-            self.push(FopEvent::Failed(loss));
+            self.push(FopEvent::Task(CommandStatus::Failed(failure)));
         }
     }
 }

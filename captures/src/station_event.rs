@@ -1,0 +1,196 @@
+//! Events that no byte of the radio tells, as a protobuf message.
+
+use crate::event::{CommandStatus, Level, LinkEvent, Mark, Moment, NoticeCode, Reception};
+use crate::uplink_event::UplinkEvent;
+
+/// An event of the station. A capture keeps it on `/station`; `/uplink` and `/log` are derived from it and the
+/// bytes. Codes and numbers decide; a text is only shown.
+#[derive(Clone, PartialEq, prost::Message)]
+pub struct StationEvent {
+    /// The event; `None` for one of a newer version.
+    #[prost(oneof = "StationEventKind", tags = "1, 2, 3, 4, 5")]
+    pub kind: Option<StationEventKind>,
+}
+
+/// Kinds of [`StationEvent`].
+#[derive(Clone, PartialEq, prost::Oneof)]
+pub enum StationEventKind {
+    /// A command was asked for, or has a new status.
+    #[prost(message, tag = 1)]
+    Command(UplinkEvent),
+    /// The connection to the radio changed.
+    #[prost(message, tag = 2)]
+    Link(LinkMessage),
+    /// The kind of bytes that arrive changed: a code of [`Reception`].
+    #[prost(string, tag = 3)]
+    Reception(String),
+    /// The operator set or cleared a mark.
+    #[prost(message, tag = 4)]
+    Mark(MarkMessage),
+    /// A line for the log.
+    #[prost(message, tag = 5)]
+    Notice(NoticeMessage),
+}
+
+/// A [`LinkEvent`].
+#[derive(Clone, PartialEq, Eq, prost::Message)]
+pub struct LinkMessage {
+    /// A code: `open`, `lost` or `ended`.
+    #[prost(string, tag = 1)]
+    pub state: String,
+    /// Device, address or file, when open.
+    #[prost(string, optional, tag = 2)]
+    pub name: Option<String>,
+    /// Why it was lost, for people.
+    #[prost(string, optional, tag = 3)]
+    pub text: Option<String>,
+}
+
+/// A [`Mark`].
+#[derive(Clone, Copy, PartialEq, Eq, prost::Message)]
+pub struct MarkMessage {
+    /// Time from the marked moment to this message, nanoseconds.
+    #[prost(uint64, tag = 1)]
+    pub ago_ns: u64,
+    /// Whether it is set; else cleared.
+    #[prost(bool, tag = 2)]
+    pub is_set: bool,
+}
+
+/// A notice.
+#[derive(Clone, PartialEq, Eq, prost::Message)]
+pub struct NoticeMessage {
+    /// A code of [`NoticeCode`].
+    #[prost(string, tag = 1)]
+    pub code: String,
+    /// A code of [`Level`].
+    #[prost(string, tag = 2)]
+    pub level: String,
+    /// One line for people.
+    #[prost(string, tag = 3)]
+    pub text: String,
+}
+
+impl LinkMessage {
+    const OPEN: &str = "open";
+    const LOST: &str = "lost";
+    const ENDED: &str = "ended";
+
+    /// The event; `None` for an unknown code. A recording does not say whether commands could be sent.
+    #[must_use]
+    pub fn event(&self) -> Option<LinkEvent> {
+        Some(match self.state.as_str() {
+            Self::OPEN => LinkEvent::Opened {
+                name: self.name.clone()?,
+                can_send: false,
+            },
+            Self::LOST => LinkEvent::Lost {
+                reason: self.text.clone().unwrap_or_default(),
+            },
+            Self::ENDED => LinkEvent::Ended,
+            _ => return None,
+        })
+    }
+}
+
+impl NoticeMessage {
+    /// How much the notice matters; an unknown code counts as information.
+    #[must_use]
+    pub fn level(&self) -> Level {
+        Level::from_code(&self.level).unwrap_or(Level::Info)
+    }
+}
+
+impl From<StationEventKind> for StationEvent {
+    fn from(kind: StationEventKind) -> Self {
+        Self { kind: Some(kind) }
+    }
+}
+
+impl From<UplinkEvent> for StationEvent {
+    fn from(event: UplinkEvent) -> Self {
+        StationEventKind::Command(event).into()
+    }
+}
+
+impl From<&LinkEvent> for StationEvent {
+    fn from(event: &LinkEvent) -> Self {
+        let (state, name, text) = match event {
+            LinkEvent::Opened { name, .. } => (LinkMessage::OPEN, Some(name), None),
+            LinkEvent::Lost { reason } => (LinkMessage::LOST, None, Some(reason)),
+            LinkEvent::Ended => (LinkMessage::ENDED, None, None),
+        };
+        let message = LinkMessage {
+            state: state.to_owned(),
+            name: name.cloned(),
+            text: text.cloned(),
+        };
+        StationEventKind::Link(message).into()
+    }
+}
+
+impl From<Reception> for StationEvent {
+    fn from(reception: Reception) -> Self {
+        StationEventKind::Reception(reception.code().to_owned()).into()
+    }
+}
+
+impl From<Mark> for StationEvent {
+    fn from(mark: Mark) -> Self {
+        StationEventKind::Mark(MarkMessage {
+            ago_ns: u64::try_from(mark.ago.as_nanos()).unwrap_or(u64::MAX),
+            is_set: mark.is_set,
+        })
+        .into()
+    }
+}
+
+impl From<MarkMessage> for Mark {
+    fn from(message: MarkMessage) -> Self {
+        Self {
+            ago: Moment::from_nanos(message.ago_ns),
+            is_set: message.is_set,
+        }
+    }
+}
+
+impl StationEvent {
+    /// A line for the log.
+    #[must_use]
+    pub fn notice(code: NoticeCode, level: Level, text: impl Into<String>) -> Self {
+        StationEventKind::Notice(NoticeMessage {
+            code: code.code().to_owned(),
+            level: level.code().to_owned(),
+            text: text.into(),
+        })
+        .into()
+    }
+
+    /// Whether it is to be on the disk at once: a command begins or ends, or something is wrong.
+    #[must_use]
+    pub fn is_urgent(&self) -> bool {
+        match &self.kind {
+            Some(StationEventKind::Command(event)) => event
+                .command_status()
+                .is_some_and(|status| status == CommandStatus::Queued || status.is_end()),
+            Some(StationEventKind::Link(link)) => link.state == LinkMessage::LOST,
+            Some(StationEventKind::Reception(code)) => {
+                Reception::from_code(code) != Some(Reception::Lines)
+            }
+            Some(StationEventKind::Notice(notice)) => notice.level() > Level::Info,
+            Some(StationEventKind::Mark(_)) | None => false,
+        }
+    }
+
+    /// Whether the link was lost: no line goes on after it.
+    #[must_use]
+    pub fn is_loss_of_link(&self) -> bool {
+        matches!(&self.kind, Some(StationEventKind::Link(link)) if link.state == LinkMessage::LOST)
+    }
+
+    /// Whether it is the notice with this code.
+    #[must_use]
+    pub fn is_notice(&self, code: NoticeCode) -> bool {
+        matches!(&self.kind, Some(StationEventKind::Notice(notice)) if notice.code == code.code())
+    }
+}

@@ -1,0 +1,148 @@
+//! Status of a command, the same from the link's sending end to screen, recording and JSON.
+
+use core::fmt;
+
+use crate::telemetry::{Outcome, ParameterLine};
+
+/// How far a command has come.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+pub enum CommandStatus {
+    /// Waits for its turn.
+    Queued,
+    /// Frames of it went to the radio.
+    Sent {
+        /// Frames sent for it, repetitions included.
+        frames: u32,
+    },
+    /// The robot acknowledged some waypoints of a list.
+    Progress {
+        /// Waypoints acknowledged.
+        acknowledged: u16,
+        /// Waypoints in the list.
+        total: u16,
+    },
+    /// The robot reported a parameter that the command asks about.
+    Reported(ParameterLine),
+    /// The robot acknowledged that it executed the command; for a list, that it verified the digest.
+    Confirmed {
+        /// Digest of the list, if the command was one.
+        digest: Option<u32>,
+    },
+    /// The robot refused.
+    Refused(Outcome),
+    /// Ended without confirmation.
+    Failed(Failure),
+}
+
+impl CommandStatus {
+    /// Stable code of [`Self::Queued`].
+    pub const QUEUED: &str = "queued";
+    /// Stable code of [`Self::Sent`].
+    pub const SENT: &str = "sent";
+    /// Stable code of [`Self::Progress`].
+    pub const PROGRESS: &str = "progress";
+    /// Stable code of [`Self::Reported`].
+    pub const REPORTED: &str = "reported";
+    /// Stable code of [`Self::Confirmed`].
+    pub const CONFIRMED: &str = "confirmed";
+    /// Stable code of [`Self::Refused`].
+    pub const REFUSED: &str = "refused";
+    /// Stable code of [`Self::Failed`].
+    pub const FAILED: &str = "failed";
+
+    /// Stable code of the status.
+    #[must_use]
+    pub const fn code(&self) -> &'static str {
+        match self {
+            Self::Queued => Self::QUEUED,
+            Self::Sent { .. } => Self::SENT,
+            Self::Progress { .. } => Self::PROGRESS,
+            Self::Reported(_) => Self::REPORTED,
+            Self::Confirmed { .. } => Self::CONFIRMED,
+            Self::Refused(_) => Self::REFUSED,
+            Self::Failed(_) => Self::FAILED,
+        }
+    }
+
+    /// Stable code of the reason why the command was refused or failed.
+    #[must_use]
+    pub const fn reason_code(&self) -> Option<&'static str> {
+        match self {
+            Self::Refused(outcome) => Some(outcome.code()),
+            Self::Failed(failure) => Some(failure.code()),
+            _ => None,
+        }
+    }
+
+    /// Whether the command has ended.
+    #[must_use]
+    pub const fn is_end(&self) -> bool {
+        matches!(
+            self,
+            Self::Confirmed { .. } | Self::Refused(_) | Self::Failed(_)
+        )
+    }
+}
+
+/// Why a command ended without confirmation.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+pub enum Failure {
+    /// No acknowledgement came in time.
+    TimedOut,
+    /// The robot restarted.
+    RobotRestarted,
+    /// Another station opened a session.
+    TakenOver,
+    /// STOP, from this station or another, ended the session.
+    Stopped,
+    /// The operator cancelled it.
+    Cancelled,
+    /// The link is receive-only.
+    ReceiveOnly,
+}
+
+impl Failure {
+    /// All of them.
+    pub const ALL: [Self; 6] = [
+        Self::TimedOut,
+        Self::RobotRestarted,
+        Self::TakenOver,
+        Self::Stopped,
+        Self::Cancelled,
+        Self::ReceiveOnly,
+    ];
+
+    /// Stable code.
+    #[must_use]
+    pub const fn code(self) -> &'static str {
+        match self {
+            Self::TimedOut => "timed-out",
+            Self::RobotRestarted => "robot-restarted",
+            Self::TakenOver => "taken-over",
+            Self::Stopped => "stopped",
+            Self::Cancelled => "cancelled",
+            Self::ReceiveOnly => "receive-only",
+        }
+    }
+
+    /// The failure with a code; `None` for an unknown one.
+    #[must_use]
+    pub fn from_code(code: &str) -> Option<Self> {
+        Self::ALL.into_iter().find(|failure| failure.code() == code)
+    }
+}
+
+impl fmt::Display for Failure {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(match self {
+            Self::TimedOut => "not confirmed in time: the robot may or may not have heard it",
+            Self::RobotRestarted => "the robot restarted before it confirmed",
+            Self::TakenOver => "another station took over the robot",
+            Self::Stopped => "cancelled by STOP",
+            Self::Cancelled => "cancelled",
+            Self::ReceiveOnly => "the link is receive-only",
+        })
+    }
+}
+
+impl core::error::Error for Failure {}
