@@ -1,5 +1,4 @@
-//! `groundwave calibrate` beside a simulated robot in a process of its own: what a person types in the place of a
-//! tape measure becomes parameters that the robot keeps.
+//! `groundwave calibrate` with a simulated robot in another process.
 #![cfg(unix)]
 
 use std::fs;
@@ -11,13 +10,13 @@ use std::time::{Duration, Instant};
 
 use crate::programs::{GROUNDWAVE, Running, Sim, Telling, expect, scratch};
 
-/// A conversation with a station that says nothing lasts a quarter of a minute.
+/// Longest wait for a silent station.
 const PATIENCE: Duration = Duration::from_secs(12);
 
-/// Many times faster than real: a square of 40 in takes a minute.
+/// Time factor; a square of 40 in takes a minute of simulated time.
 const TIME_FACTOR: &str = "16";
 
-/// A robot in a hall in which it can drive its squares, and what it remembers.
+/// A robot in a hall with room for its squares, and its EEPROM file.
 fn robot_in_a_hall(folder: &Path) -> (Sim, PathBuf) {
     let hall = folder.join("hall.toml");
     let floor = format!("#{}#\n", ".".repeat(60)).repeat(30);
@@ -40,7 +39,7 @@ fn robot_in_a_hall(folder: &Path) -> (Sim, PathBuf) {
     (robot, eeprom)
 }
 
-/// Calibrates and answers its questions; returns what it said.
+/// Runs the calibration and answers its questions; returns its output.
 fn calibrate(way: &[&str]) -> String {
     let child = Command::new(GROUNDWAVE)
         .arg("calibrate")
@@ -69,7 +68,7 @@ fn calibrate(way: &[&str]) -> String {
 }
 
 #[test]
-fn what_is_measured_is_sent_and_kept() {
+fn calibration_is_sent_and_saved() {
     let folder = scratch("calibrate");
     let (robot, eeprom) = robot_in_a_hall(&folder);
     // Somebody tries another speed, and does not mean it to stay.
@@ -113,7 +112,7 @@ fn what_is_measured_is_sent_and_kept() {
 }
 
 #[test]
-fn a_station_that_shares_its_link_can_be_calibrated_through() {
+fn calibration_works_over_a_shared_link() {
     let folder = scratch("calibrate-via");
     let (robot, eeprom) = robot_in_a_hall(&folder);
     let socket = folder.join("s");
@@ -130,9 +129,9 @@ fn a_station_that_shares_its_link_can_be_calibrated_through() {
     robot.end();
 }
 
-/// The station asks the robot for minutes; a person who gives up does not wait for that.
+/// The station may wait for the robot for minutes; Ctrl-C does not.
 #[test]
-fn who_gives_up_calibrating_through_another_station_is_free_at_once() {
+fn interrupted_calibration_over_a_shared_link_ends_at_once() {
     let folder = scratch("calibrate-given-up");
     let robot = Sim::start(&["--channel", "out=0s..10000s"]);
     let socket = folder.join("s");
@@ -162,7 +161,7 @@ fn who_gives_up_calibrating_through_another_station_is_free_at_once() {
 }
 
 #[test]
-fn what_cannot_send_cannot_calibrate() {
+fn receive_only_link_cannot_calibrate() {
     let (_, told) = expect(6, &["calibrate", "-"]);
     assert!(told.contains("receive-only"), "{told}");
 }

@@ -1,4 +1,4 @@
-//! Two squares of a robot whose wheels are not as drawn tell what they are.
+//! Two squares reveal the true wheel and track size of a simulated robot.
 
 use crate::rig::{Rig, hall, parameters};
 use groundwave::calibration::{Gauge, Offset, Squares};
@@ -32,7 +32,7 @@ fn drive(seed: u64, side: i16, gauge: Gauge) -> Offset {
 }
 
 #[test]
-fn after_two_squares_it_is_right_to_one_per_cent_of_the_path_and_five_times_better() {
+fn two_squares_reduce_the_error_to_one_per_cent_of_the_path() {
     let drawn = Gauge {
         wheel_left: 5000,
         wheel_right: 5000,

@@ -1,4 +1,4 @@
-//! What the command line says to somebody who is new to it, or who made a slip.
+//! The command line: hints for beginners, suggestions for typing errors, configuration and completion.
 #![cfg(unix)]
 
 use std::fs;
@@ -7,7 +7,7 @@ use std::process::Command;
 use crate::programs::{GROUNDWAVE, Sim, Telling, expect, groundwave, scratch};
 
 #[test]
-fn a_forgotten_link_is_named() {
+fn missing_link_is_reported() {
     for arguments in [
         &["send", "mode", "prowl"][..],
         &["send", "stop"],
@@ -24,7 +24,7 @@ fn a_forgotten_link_is_named() {
 }
 
 #[test]
-fn a_verb_without_its_link_says_what_a_link_is() {
+fn missing_link_argument_explains_links() {
     for verb in ["watch", "record", "send", "param", "calibrate"] {
         let (_, err) = expect(2, &[verb]);
         assert!(err.contains("groundwave ports"), "{verb}: {err}");
@@ -34,7 +34,7 @@ fn a_verb_without_its_link_says_what_a_link_is() {
 }
 
 #[test]
-fn words_that_are_missing_or_too_many_are_named_before_a_link_is_opened() {
+fn wrong_words_are_reported_before_the_link_is_opened() {
     let link = "/dev/no-such-port";
     for (words, told) in [
         (&["send", link][..], "no command given; try `mode prowl`"),
@@ -58,7 +58,7 @@ fn words_that_are_missing_or_too_many_are_named_before_a_link_is_opened() {
 }
 
 #[test]
-fn a_trace_and_a_sound_are_not_overwritten() {
+fn trace_and_sound_are_not_overwritten() {
     let folder = scratch("sim-files");
     for option in ["--trace", "--wav"] {
         let path = folder.join("evening");
@@ -87,7 +87,7 @@ const SHUT_ROOM: &str = "name = \"shut\"\ncell_in = 12\nplan = '''\n\
 ##############\n#.....#......#\n#..^..#......#\n#.....#......#\n#.....#......#\n#.....#......#\n##############\n'''\n";
 
 #[test]
-fn a_room_that_cannot_be_reached_is_told_by_all_who_open_the_world() {
+fn unreachable_room_is_reported_by_all_commands_that_open_the_world() {
     let folder = scratch("shut-room");
     let path = folder.join("shut.toml");
     fs::write(&path, SHUT_ROOM).unwrap();
@@ -117,7 +117,7 @@ fn a_room_that_cannot_be_reached_is_told_by_all_who_open_the_world() {
 }
 
 #[test]
-fn a_scan_tells_what_was_found_and_a_refused_one_why() {
+fn scan_prints_its_result_or_the_reason_for_a_refusal() {
     let folder = scratch("scan");
     let socket = folder.join("s");
     let socket = socket.to_str().unwrap();
@@ -158,7 +158,7 @@ fn a_scan_tells_what_was_found_and_a_refused_one_why() {
 }
 
 #[test]
-fn a_parameter_is_told_and_taken_in_the_whole_unit() {
+fn parameter_is_shown_and_set_in_the_whole_unit() {
     let sim = Sim::start(&["--listen", "127.0.0.1:0", "--time-factor", "10"]);
     let (out, _) = expect(0, &["param", &sim.path, "get", "battery-low"]);
     assert!(out.contains("V/10") && out.contains("= 11.6 V"), "{out}");
@@ -173,7 +173,7 @@ fn a_parameter_is_told_and_taken_in_the_whole_unit() {
 }
 
 #[test]
-fn alone_it_says_what_can_be_done_next() {
+fn program_without_a_command_suggests_commands() {
     let (out, err) = expect(0, &[]);
     assert!(
         out.contains("groundwave demo") && out.contains("--help"),
@@ -183,7 +183,7 @@ fn alone_it_says_what_can_be_done_next() {
 }
 
 #[test]
-fn shells_and_man_are_served_from_the_definitions() {
+fn completions_and_manual_cover_all_commands() {
     for shell in ["bash", "zsh", "fish", "elvish", "powershell"] {
         let (out, _) = expect(0, &["completions", shell]);
         assert!(
@@ -221,7 +221,7 @@ fn shells_and_man_are_served_from_the_definitions() {
 }
 
 #[test]
-fn a_configuration_is_printed_checked_and_blamed() {
+fn configuration_is_printed_and_checked() {
     let folder = scratch("config");
     let path = folder.join("config.toml");
     let name = path.to_str().unwrap();
@@ -257,7 +257,7 @@ fn a_configuration_is_printed_checked_and_blamed() {
 }
 
 #[test]
-fn a_robot_is_known_by_the_name_that_the_configuration_gives_it() {
+fn configured_robot_name_is_a_link() {
     let folder = scratch("profile");
     let sim = Sim::start(&["--listen", "127.0.0.1:0"]);
     let path = folder.join("config.toml");
@@ -280,9 +280,9 @@ fn a_robot_is_known_by_the_name_that_the_configuration_gives_it() {
     assert!(out.contains("groundwave watch marvin "), "{out}");
 }
 
-/// Whoever asks a shell gets what there is: the program's own words, files and the names of the configuration.
+/// The shell completes words of the program, files and names in the configuration.
 #[test]
-fn a_shell_is_offered_what_there_is() {
+fn shell_completes_existing_names() {
     let folder = scratch("completions");
     fs::write(folder.join("square.csv"), "1,2\n").unwrap();
     fs::write(folder.join("flat.toml"), "").unwrap();

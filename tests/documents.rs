@@ -1,4 +1,4 @@
-//! The documents that are made from tables are those of the tables as they are now.
+//! Generated documents match their tables.
 
 use std::fs;
 
@@ -6,7 +6,7 @@ use std::fs;
 mod made;
 
 #[test]
-fn what_is_made_from_tables_is_current() {
+fn generated_documents_are_current() {
     for (name, make) in made::DOCUMENTS {
         let written = fs::read_to_string(made::path(name)).unwrap_or_default();
         assert!(

@@ -1,4 +1,4 @@
-//! Real edges: cables that are pulled, stations that are killed, several users of one radio.
+//! Pulled cables, killed stations, and several users of one radio.
 #![cfg(unix)]
 
 use std::fmt::Write as _;
@@ -11,7 +11,7 @@ use crate::programs::{GROUNDWAVE, Sim, Telling, expect, scratch};
 use crate::pty::OnTerminal;
 use serde_json::Value;
 
-/// A list that takes seconds to transfer.
+/// A route that takes seconds to transfer.
 fn long_route(folder: &Path) -> String {
     let mut text = String::new();
     for n in 0..100 {
@@ -44,7 +44,7 @@ fn is_stage(stage: &str) -> impl Fn(&Value) -> bool {
     move |value| value["status"] == stage.as_str()
 }
 
-/// A robot with a link that stays the same when it is started again.
+/// A robot whose link keeps its name over a restart.
 struct Plug {
     link: String,
     eeprom: String,
@@ -63,7 +63,7 @@ impl Plug {
     }
 }
 
-/// Pulls the cable at some point of a transfer; the station shows it, comes back by itself and delivers.
+/// Pulls the cable during a transfer; the station reports it, reconnects and delivers.
 fn pull_at(name: &str, point: &str) {
     let folder = scratch(name);
     let plug = Plug::new(&folder);
@@ -95,22 +95,22 @@ fn pull_at(name: &str, point: &str) {
 }
 
 #[test]
-fn a_cable_pulled_while_the_session_is_opened() {
+fn cable_pulled_while_the_session_is_opened() {
     pull_at("pull-opening", "queued");
 }
 
 #[test]
-fn a_cable_pulled_in_the_middle_of_a_transfer() {
+fn cable_pulled_during_a_transfer() {
     pull_at("pull-transfer", "progress");
 }
 
 #[test]
-fn a_cable_pulled_while_the_proof_is_awaited() {
+fn cable_pulled_before_the_confirmation() {
     pull_at("pull-proof", "nearly all");
 }
 
 #[test]
-fn a_station_killed_in_the_middle_of_a_transfer_sends_anew() {
+fn killed_station_can_be_replaced_during_a_transfer() {
     let folder = scratch("killed");
     let route = long_route(&folder);
     let sim = Sim::start(&[]);
@@ -122,7 +122,7 @@ fn a_station_killed_in_the_middle_of_a_transfer_sends_anew() {
 }
 
 #[test]
-fn a_sharing_station_killed_in_the_middle_leaves_no_obstacle() {
+fn killed_share_server_leaves_no_obstacle() {
     let folder = scratch("killed-share");
     let route = long_route(&folder);
     let socket = path_in(&folder, "s");
@@ -138,7 +138,7 @@ fn a_sharing_station_killed_in_the_middle_leaves_no_obstacle() {
 }
 
 #[test]
-fn two_senders_at_once_are_both_proven_one_after_the_other() {
+fn commands_of_two_senders_are_confirmed_one_after_the_other() {
     let folder = scratch("two");
     let route = long_route(&folder);
     let socket = path_in(&folder, "s");
@@ -172,7 +172,7 @@ fn two_senders_at_once_are_both_proven_one_after_the_other() {
 }
 
 #[test]
-fn a_stop_overtakes_what_others_have_asked_for() {
+fn stop_overtakes_queued_commands() {
     let folder = scratch("overtake");
     let route = long_route(&folder);
     let socket = path_in(&folder, "s");
@@ -187,7 +187,7 @@ fn a_stop_overtakes_what_others_have_asked_for() {
 }
 
 #[test]
-fn what_a_client_asked_for_goes_on_without_it() {
+fn command_outlives_its_client() {
     let folder = scratch("vanish");
     let route = long_route(&folder);
     let socket = path_in(&folder, "s");
@@ -200,7 +200,7 @@ fn what_a_client_asked_for_goes_on_without_it() {
 }
 
 #[test]
-fn the_exit_codes_are_those_of_a_link_of_ones_own() {
+fn exit_codes_over_a_shared_link_are_those_of_an_own_link() {
     let folder = scratch("codes");
     let socket = path_in(&folder, "s");
     let sim = Sim::start(&["--seed", "5"]);
@@ -224,9 +224,9 @@ fn the_exit_codes_are_those_of_a_link_of_ones_own() {
     assert!(err.contains("cannot reach a station at"), "{err}");
 }
 
-/// Two who ask for a STOP at once have one on the radio between them.
+/// Two clients that send STOP at once share one frame.
 #[test]
-fn of_a_stop_that_goes_out_for_another_nobody_says_that_it_was_not_sent() {
+fn joined_stop_is_not_reported_as_unsent() {
     let folder = scratch("two-stops");
     let socket = path_in(&folder, "s");
     let sim = Sim::start(&["--channel", "out=0s..10000s"]);
@@ -245,7 +245,7 @@ fn of_a_stop_that_goes_out_for_another_nobody_says_that_it_was_not_sent() {
 }
 
 #[test]
-fn a_station_that_only_listens_says_so() {
+fn receive_only_station_refuses_commands() {
     let folder = scratch("listens");
     let socket = path_in(&folder, "s");
     let sim = Sim::start(&[]);
@@ -255,7 +255,7 @@ fn a_station_that_only_listens_says_so() {
 }
 
 #[test]
-fn anything_that_reads_sees_the_raw_bytes() {
+fn shared_link_passes_raw_bytes() {
     let folder = scratch("raw");
     let socket = path_in(&folder, "s");
     let sim = Sim::start(&[]);
@@ -270,7 +270,7 @@ fn anything_that_reads_sees_the_raw_bytes() {
 }
 
 #[test]
-fn garbage_is_answered_and_closed_and_harms_nobody() {
+fn garbage_closes_only_its_own_connection() {
     let sim = Sim::start(&[]);
     let mut station = station(&sim.path, "0", &[]);
     let told = station.wait_for("where", |value| value["event"] == "notice");
@@ -299,7 +299,7 @@ fn garbage_is_answered_and_closed_and_harms_nobody() {
 }
 
 #[test]
-fn a_link_is_not_opened_to_a_network_by_accident() {
+fn sharing_with_the_network_needs_its_option() {
     let sim = Sim::start(&[]);
     let open = ["watch", &sim.path, "--headless", "--share", "0.0.0.0:0"];
     let (_, err) = expect(2, &open);
@@ -307,7 +307,7 @@ fn a_link_is_not_opened_to_a_network_by_accident() {
 }
 
 #[test]
-fn a_reader_that_stops_reading_is_cut_off_and_stalls_nobody() {
+fn stopped_reader_is_disconnected_without_delaying_others() {
     let folder = scratch("stalled");
     let socket = path_in(&folder, "s");
     let sim = Sim::start(&["--listen", "127.0.0.1:0", "--time-factor", "300"]);
@@ -322,7 +322,7 @@ fn a_reader_that_stops_reading_is_cut_off_and_stalls_nobody() {
 }
 
 #[test]
-fn a_reader_that_gives_its_place_to_another_is_told_of_as_such() {
+fn replaced_reader_is_reported() {
     let folder = scratch("crowd");
     let socket = path_in(&folder, "s");
     let sim = Sim::start(&[]);
@@ -338,7 +338,7 @@ fn a_reader_that_gives_its_place_to_another_is_told_of_as_such() {
     }
 }
 
-/// A bridge to a serial port is a TCP server; this one says what the test wants.
+/// A TCP bridge to a serial port that sends the bytes of the test.
 struct Bridge {
     listener: std::net::TcpListener,
     link: String,
@@ -357,7 +357,7 @@ impl Bridge {
 }
 
 #[test]
-fn a_bridge_that_closes_is_connected_to_again() {
+fn closed_bridge_is_reconnected() {
     let bridge = Bridge::new();
     let mut watch = Telling::start(&["watch", &bridge.link, "--headless"]);
     drop(bridge.accept());
@@ -368,7 +368,7 @@ fn a_bridge_that_closes_is_connected_to_again() {
 }
 
 #[test]
-fn what_comes_without_a_line_is_judged() {
+fn bytes_without_a_line_are_classified() {
     let bridge = Bridge::new();
     let mut watch = Telling::start(&["watch", &bridge.link, "--headless"]);
     let mut stream = bridge.accept();
@@ -390,9 +390,9 @@ fn what_comes_without_a_line_is_judged() {
     watch.wait_for("lines", is_heard("lines"));
 }
 
-/// A robot that takes turns is recognised by its lines, and told about by option or configuration.
+/// Half duplex is detected by the robot's lines, or set by option or configuration.
 #[test]
-fn a_half_duplex_radio_is_found_out_or_told_about() {
+fn half_duplex_radio_is_detected_or_configured() {
     let folder = scratch("half-duplex");
     let config = path_in(&folder, "config.toml");
     fs::write(&config, "[link]\nradio = \"half\"\n").unwrap();
@@ -407,21 +407,21 @@ fn a_half_duplex_radio_is_found_out_or_told_about() {
 }
 
 #[test]
-fn a_buffered_modem_needs_its_preset_and_delivers() {
+fn buffered_modem_delivers_with_its_preset() {
     let sim = Sim::start(&["--radio", "xbee"]);
     let route = long_route(&scratch("xbee"));
     expect(0, &["send", &sim.path, "--radio", "xbee", "route", &route]);
 }
 
 #[test]
-fn a_receive_only_radio_sends_nothing_and_says_so() {
+fn receive_only_radio_never_sends() {
     let sim = Sim::start(&[]);
     let (_, err) = expect(6, &["send", &sim.path, "--radio", "receive-only", "stop"]);
     assert!(err.contains("receive-only"), "{err}");
 }
 
 #[test]
-fn a_wrong_configuration_is_named() {
+fn wrong_configuration_is_reported() {
     let folder = scratch("configuration");
     let config = path_in(&folder, "config.toml");
     fs::write(&config, "[link]\nradoi = \"half\"\n").unwrap();
@@ -433,7 +433,7 @@ fn a_wrong_configuration_is_named() {
 }
 
 #[test]
-fn a_stop_waits_for_no_configuration_to_be_right() {
+fn stop_works_with_a_wrong_configuration() {
     let folder = scratch("stop-configuration");
     let config = path_in(&folder, "config.toml");
     let sim = Sim::start(&[]);
@@ -460,9 +460,9 @@ fn a_stop_waits_for_no_configuration_to_be_right() {
     assert!(err.contains(":4:"), "{err}");
 }
 
-/// However many only read, an operator gets through.
+/// Readers do not use up the connections for commands.
 #[test]
-fn idle_readers_do_not_lock_out_a_stop() {
+fn idle_readers_do_not_block_stop() {
     let folder = scratch("readers");
     let socket = path_in(&folder, "s");
     let sim = Sim::start(&[]);

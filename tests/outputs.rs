@@ -1,4 +1,4 @@
-//! What verbs make: never instead of what it is made of, and whole or not there at all.
+//! Output files: never in place of the input, and whole or absent.
 
 use std::fs;
 use std::process::{Command, Stdio};
@@ -9,7 +9,7 @@ use crate::programs::{GROUNDWAVE, expect, scratch};
 const CLEAN: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/captures/house-clean.txt");
 
 #[test]
-fn a_capture_is_not_replaced_by_what_is_made_of_it() {
+fn capture_is_not_overwritten_by_its_own_result() {
     let folder = scratch("own-input");
     let file = |name: &str| folder.join(name).display().to_string();
     fs::copy(CLEAN, folder.join("a.txt")).unwrap();
@@ -57,7 +57,7 @@ fn nothing_gets_a_name_of_the_recorders() {
 
 #[cfg(unix)]
 #[test]
-fn whoever_is_interrupted_leaves_nothing_behind() {
+fn interrupted_command_leaves_no_file() {
     let folder = scratch("interrupted-output");
     for signal in ["-INT", "-TERM"] {
         let mut program = Command::new(GROUNDWAVE)
@@ -95,7 +95,7 @@ fn whoever_is_interrupted_leaves_nothing_behind() {
 }
 
 #[test]
-fn a_remark_is_about_a_moment_that_there_was() {
+fn note_after_the_end_of_the_capture_is_refused() {
     let folder = scratch("label-at");
     let file = folder.join("a.txt").display().to_string();
     fs::copy(CLEAN, &file).unwrap();
@@ -108,7 +108,7 @@ fn a_remark_is_about_a_moment_that_there_was() {
 }
 
 #[test]
-fn a_result_is_what_its_name_says() {
+fn file_extension_must_match_the_format() {
     let folder = scratch("names");
     let file = |name: &str| folder.join(name).display().to_string();
     expect(0, &["convert", CLEAN, "-o", &file("a.mcap")]);
@@ -138,7 +138,7 @@ fn a_result_is_what_its_name_says() {
 }
 
 #[test]
-fn what_has_not_one_line_of_a_robot_becomes_no_capture() {
+fn file_without_a_line_is_not_converted() {
     let folder = scratch("noise");
     let file = |name: &str| folder.join(name).display().to_string();
     for (name, content) in [("notes.txt", "milk\n"), ("empty.txt", "")] {
@@ -158,7 +158,7 @@ fn what_has_not_one_line_of_a_robot_becomes_no_capture() {
 }
 
 #[test]
-fn a_pattern_without_a_match_hides_no_other_capture() {
+fn pattern_without_a_match_does_not_hide_other_captures() {
     let folder = scratch("patterns");
     fs::copy(CLEAN, folder.join("a.txt")).unwrap();
     let file = |name: &str| folder.join(name).display().to_string();

@@ -1,4 +1,4 @@
-//! Parameters end to end: set, said, kept, brought back by a reset; over seeds, and as people type it.
+//! Parameters end to end: set, reported, saved, restored by a reset; over seeds and by the command line.
 
 use crate::common::{CoSimulation, on_all_cores, seeds};
 use crate::programs;
@@ -10,7 +10,7 @@ use sr04_firmware::parameters::Parameter;
 
 const SEEDS: u64 = 5;
 
-/// A perfect radio, and one that spoils a long line in two.
+/// A perfect radio, and one that damages every second long line.
 const CHANNELS: [&str; 2] = ["", "ber=1e-3"];
 
 const PROVEN: CommandStatus = CommandStatus::Confirmed { digest: None };
@@ -44,7 +44,7 @@ fn told(co: &CoSimulation) -> Vec<ParameterLine> {
 }
 
 #[test]
-fn a_parameter_is_set_proven_kept_and_brought_back_by_a_reset() {
+fn parameter_is_set_confirmed_saved_and_restored_by_a_reset() {
     over_seeds(|co| {
         assert_eq!(co.deliver(set(8)), PROVEN, "{}", co.context());
         let parameters = co.simulation.robot().parameters();
@@ -68,7 +68,7 @@ fn a_parameter_is_set_proven_kept_and_brought_back_by_a_reset() {
 }
 
 #[test]
-fn what_the_robot_does_not_take_is_refused_with_its_limits() {
+fn value_outside_the_limits_is_refused_with_the_limits() {
     over_seeds(|co| {
         let refused = CommandStatus::Refused(Outcome::BadValue);
         assert_eq!(co.deliver(set(13)), refused, "{}", co.context());
@@ -80,9 +80,9 @@ fn what_the_robot_does_not_take_is_refused_with_its_limits() {
     });
 }
 
-/// What the robot counts is not known here: it is asked first.
+/// The robot is first asked for its unit.
 #[test]
-fn a_decimal_is_of_the_whole_unit() {
+fn decimal_value_is_in_the_whole_unit() {
     let set = |name, word| {
         let words = ["param", "set", name, word];
         Request::from_words(&words).expect("it reads")
@@ -114,7 +114,7 @@ fn a_decimal_is_of_the_whole_unit() {
 }
 
 #[test]
-fn the_list_is_whole() {
+fn parameter_list_is_complete() {
     over_seeds(|co| {
         let list = Request::Parameter(Tuning::List);
         assert_eq!(co.deliver(list), PROVEN, "{}", co.context());
@@ -133,7 +133,7 @@ fn the_list_is_whole() {
 }
 
 #[test]
-fn a_stop_ends_a_list_that_is_under_way() {
+fn stop_ends_a_parameter_list() {
     over_seeds(|co| {
         let id = co.request(Request::Parameter(Tuning::List));
         co.run(4);
@@ -145,7 +145,7 @@ fn a_stop_ends_a_list_that_is_under_way() {
 }
 
 #[test]
-fn every_layer_is_switched_on_and_off_and_exactly_those_that_are_named_run() {
+fn layers_are_switched_one_by_one_and_as_a_set() {
     over_seeds(|co| {
         for layer in Layer::ALL {
             let mask = LayerMask::NONE.with(layer);
@@ -170,7 +170,7 @@ fn every_layer_is_switched_on_and_off_and_exactly_those_that_are_named_run() {
 }
 
 #[test]
-fn presets_ask_for_layers_and_a_mode() {
+fn preset_sets_layers_and_mode() {
     let requests = Request::all_from_words(&["preset", "shy"]).expect("a preset");
     let words: Vec<_> = requests.iter().map(ToString::to_string).collect();
     let expected = [
@@ -184,7 +184,7 @@ fn presets_ask_for_layers_and_a_mode() {
 }
 
 #[test]
-fn what_is_said_is_read() {
+fn words_become_commands() {
     for words in [
         "param list",
         "param get top-speed",
@@ -211,7 +211,7 @@ fn what_is_said_is_read() {
 
 #[cfg(unix)]
 #[test]
-fn people_set_save_and_see_parameters() {
+fn param_command_sets_saves_and_shows() {
     use programs::{Sim, expect, scratch};
     let eeprom = scratch("param").join("eeprom");
     let kept = eeprom.to_str().expect("a plain name");

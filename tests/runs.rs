@@ -1,4 +1,4 @@
-//! Runs: what is said of a capture, the list of them, and two laid over each other.
+//! `runs`, `label` and `compare`.
 
 use std::fs;
 use std::path::Path;
@@ -21,7 +21,7 @@ fn told(output: &Output) -> String {
     String::from_utf8(output.stdout.clone()).unwrap()
 }
 
-/// A folder with two of the project's captures and something that is none.
+/// A folder with two captures and a file that is not a capture.
 fn folder() -> tempfile::TempDir {
     let folder = tempfile::tempdir().unwrap();
     let captures = Path::new(env!("CARGO_MANIFEST_DIR")).join("captures");
@@ -40,7 +40,7 @@ fn folder() -> tempfile::TempDir {
 }
 
 #[test]
-fn the_list_has_every_capture_and_nothing_else() {
+fn runs_lists_all_captures_and_nothing_else() {
     let folder = folder();
     let list = told(&groundwave(folder.path(), &["runs"]));
     let captures: Vec<&str> = list
@@ -52,7 +52,7 @@ fn the_list_has_every_capture_and_nothing_else() {
 }
 
 #[test]
-fn what_is_said_of_a_run_is_kept_beside_it_and_told_in_the_list() {
+fn label_is_kept_beside_the_capture_and_listed() {
     let folder = folder();
     let capture = folder.path().join("b.mcap");
     let before = fs::read(&capture).unwrap();
@@ -89,7 +89,7 @@ fn what_is_said_of_a_run_is_kept_beside_it_and_told_in_the_list() {
 }
 
 #[test]
-fn a_label_needs_its_capture_and_one_that_is_broken_is_left_alone() {
+fn label_needs_a_capture_and_a_broken_label_is_not_replaced() {
     let folder = folder();
     for empty in ["", " "] {
         let note = groundwave(folder.path(), &["label", "b.mcap", "--note", empty]);
@@ -114,7 +114,7 @@ fn a_label_needs_its_capture_and_one_that_is_broken_is_left_alone() {
 }
 
 #[test]
-fn two_runs_are_laid_over_each_other() {
+fn compare_draws_two_runs() {
     let folder = folder();
     told(&groundwave(
         folder.path(),
@@ -140,7 +140,7 @@ fn two_runs_are_laid_over_each_other() {
     assert_eq!(own["runs"][0]["name"], "before");
 }
 
-/// A capture with a spoilt chunk in its middle.
+/// A capture with a damaged chunk in the middle.
 fn spoilt() -> Vec<u8> {
     let captures = Path::new(env!("CARGO_MANIFEST_DIR")).join("captures");
     let raw = fs::read(captures.join("house-clean.txt")).unwrap();
@@ -161,7 +161,7 @@ fn spoilt() -> Vec<u8> {
 }
 
 #[test]
-fn of_a_damaged_capture_the_rest_is_told_and_the_problem() {
+fn damaged_capture_is_listed_with_its_fault() {
     let folder = folder();
     fs::write(folder.path().join("c.mcap"), spoilt()).unwrap();
     let check = |arguments: &[&str], facts: &[&str]| {
@@ -180,7 +180,7 @@ fn of_a_damaged_capture_the_rest_is_told_and_the_problem() {
 }
 
 #[test]
-fn a_picture_of_nothing_but_damage_ends_as_a_table_does() {
+fn picture_of_a_capture_without_readable_parts_is_an_error() {
     let folder = folder();
     let mut mcap = spoilt();
     let summary = mcap::Summary::read(&mcap).unwrap().unwrap();
@@ -197,7 +197,7 @@ fn a_picture_of_nothing_but_damage_ends_as_a_table_does() {
 }
 
 #[test]
-fn without_a_word_what_was_recorded_last_is_offered() {
+fn program_without_a_command_suggests_the_newest_capture() {
     let folder = tempfile::tempdir().unwrap();
     let offered = || {
         let output = groundwave(folder.path(), &[]);

@@ -1,4 +1,4 @@
-//! `send` as scripts use it: what would go out, commands from a file or a pipe, and who is to blame.
+//! `send` in scripts: dry runs, commands from a file or a pipe, and the line at fault.
 #![cfg(unix)]
 
 use std::fs;
@@ -13,7 +13,7 @@ use groundwave_protocol::digest::digest;
 use groundwave_protocol::status_codes::Mode;
 use serde_json::Value;
 
-/// The key that `--dry-run` says it uses.
+/// The key of the frames that `--dry-run` prints.
 const KEY: Key = Key::session(7, 1, 1, 677);
 
 fn frame(message: &Message) -> String {
@@ -51,7 +51,7 @@ fn with_input(arguments: &[&str], input: &str) -> Output {
     child.wait_with_output().unwrap()
 }
 
-/// The frame of a vector, by what it is about.
+/// The frame of a test vector, by its name.
 fn vector(about: &str) -> String {
     let vectors = include_str!("../protocol/vectors/frames.jsonl");
     let found = json_lines(vectors)
@@ -61,7 +61,7 @@ fn vector(about: &str) -> String {
 }
 
 #[test]
-fn a_dry_run_says_the_bytes_and_opens_no_link() {
+fn dry_run_prints_frames_without_opening_a_link() {
     // Whoever opened this link would say 4.
     let (out, err) = expect(
         0,
@@ -99,7 +99,7 @@ fn a_dry_run_says_the_bytes_and_opens_no_link() {
 }
 
 #[test]
-fn a_dry_run_of_a_route_is_what_the_encoders_say() {
+fn dry_run_of_a_route_matches_the_encoders() {
     let route = scratch("dry-route").join("route.txt");
     let waypoints: Vec<Waypoint> = (0..37).map(|n| Waypoint { x_in: n, y_in: -n }).collect();
     let rows: Vec<String> = waypoints
@@ -138,7 +138,7 @@ fn a_dry_run_of_a_route_is_what_the_encoders_say() {
 }
 
 #[test]
-fn a_dry_run_refuses_what_send_refuses() {
+fn dry_run_and_send_refuse_the_same_words() {
     for wrong in [
         &["fly"][..],
         &["goto", "1"],
@@ -227,7 +227,7 @@ fn failed_script_names_the_line_and_the_commands_not_sent() {
 }
 
 #[test]
-fn a_script_comes_from_standard_input_too() {
+fn script_is_read_from_standard_input() {
     let sim = Sim::start(&["--seed", "6"]);
     let arguments = ["send", &sim.path, "-f", "-", "--go", "--json"];
     let output = with_input(&arguments, "mode reactive\ngoto 12 -5\n");
@@ -252,7 +252,7 @@ fn a_script_comes_from_standard_input_too() {
 }
 
 #[test]
-fn what_was_not_confirmed_in_time_has_failed_for_a_program_too() {
+fn timeout_is_reported_in_json() {
     let sim = Sim::start(&["--channel", "out=0s..10000s"]);
     let path = script("script-late", "\nmode prowl\nstop\n");
     let path = path.to_str().unwrap();
@@ -271,7 +271,7 @@ fn what_was_not_confirmed_in_time_has_failed_for_a_program_too() {
 }
 
 #[test]
-fn a_script_through_a_station_stops_there_too() {
+fn script_over_a_shared_link_stops_at_the_first_failure() {
     let folder = scratch("via-script");
     let socket = folder.join("x.sock");
     let socket = socket.to_str().unwrap();

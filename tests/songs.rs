@@ -1,4 +1,4 @@
-//! The robot's songs, made audible: from captures by `songs`, from the simulator by `sim --wav`.
+//! Songs as sound files: from captures by `songs`, from the simulator by `sim --wav`.
 #![cfg(unix)]
 
 use std::fs;
@@ -39,8 +39,8 @@ fn capture(folder: &Path, songs: &[Vec<Note>]) -> PathBuf {
     path
 }
 
-/// Checks that a WAV file holds these notes of hertz and ticks and nothing else, by how often the sound rises
-/// through zero. One or two ticks are too few to tell a frequency.
+/// Checks that a WAV file holds exactly these notes (hertz, ticks), by counting rising zero crossings. One or two ticks
+/// are too few to measure a frequency.
 fn hears(path: &Path, notes: &[(u16, u32)]) {
     let mut reader = hound::WavReader::open(path).unwrap();
     let rate = reader.spec().sample_rate;
@@ -67,7 +67,7 @@ fn hears(path: &Path, notes: &[(u16, u32)]) {
     assert!(more <= fade, "{more} samples too many");
 }
 
-/// What [`hears`] takes.
+/// The notes for [`hears`].
 fn sung(notes: &[Note]) -> Vec<(u16, u32)> {
     notes
         .iter()
@@ -80,7 +80,7 @@ fn note(hz: u16, ticks: u8) -> Note {
 }
 
 #[test]
-fn songs_of_a_capture_are_listed_and_sound() {
+fn songs_of_a_capture_are_listed_and_saved() {
     let folder = scratch("songs");
     let songs = [
         vec![note(523, 4), note(0, 2), note(659, 8)],
@@ -109,7 +109,7 @@ fn songs_of_a_capture_are_listed_and_sound() {
 }
 
 #[test]
-fn any_song_comes_through_a_capture() {
+fn random_songs_survive_a_capture() {
     let folder = scratch("any-song");
     let notes = prop::collection::vec(
         (prop_oneof![Just(0), 150u16..=4095], 3u8..=63).prop_map(|(hz, ticks)| note(hz, ticks)),
@@ -140,7 +140,7 @@ fn any_song_comes_through_a_capture() {
 }
 
 #[test]
-fn a_recording_and_a_pipe_are_read_as_well() {
+fn songs_are_read_from_a_recording_and_a_pipe() {
     let folder = scratch("songs-mcap");
     let songs = [vec![note(880, 4)]];
     let path = folder.join("evening.mcap");
@@ -172,7 +172,7 @@ fn a_recording_and_a_pipe_are_read_as_well() {
 }
 
 #[test]
-fn a_capture_without_a_song_says_so() {
+fn capture_without_a_song_is_reported() {
     let folder = scratch("no-songs");
     let file = capture(&folder, &[]);
     let wav = folder.join("wav");
@@ -191,9 +191,9 @@ fn a_capture_without_a_song_says_so() {
     assert!(err.contains("no line found in 0 bytes"), "{err}");
 }
 
-/// The robot finds its list of one point done at once and sings of it; a signal ends the program.
+/// The robot finishes its route of one waypoint at once and sings; a signal ends the program.
 #[test]
-fn a_simulator_that_is_told_to_end_leaves_a_whole_sound_file() {
+fn terminated_simulator_leaves_a_whole_sound_file() {
     let folder = scratch("sim-wav");
     let (wav, trace) = (folder.join("sim.wav"), folder.join("sim.csv"));
     let sim = Sim::start(&[

@@ -1,4 +1,4 @@
-//! Captures that other stations and editors have stored as text: every verb reads the same lines at the same times.
+//! Text captures of other stations and editors: all commands read the same lines with the same timestamps.
 
 use std::fs;
 use std::path::Path;
@@ -6,7 +6,7 @@ use std::path::Path;
 use crate::programs::{expect, scratch};
 use serde_json::Value;
 
-/// A house of two minutes, switched off for an hour in the middle, with a time before each line.
+/// Two minutes in the house with a pause of an hour in the middle and a timestamp before each line.
 fn stamped(end: &[u8]) -> (Vec<u8>, Vec<u8>) {
     let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("captures/house-clean.txt");
     let plain = fs::read(path).unwrap();
@@ -32,7 +32,7 @@ fn json(args: &[&str]) -> Vec<Value> {
 }
 
 #[test]
-fn every_verb_reads_the_times_before_lines_and_lines_without_cr() {
+fn all_commands_read_timestamps_and_lines_without_cr() {
     for (name, end) in [("crlf", &b"\r\n"[..]), ("lf", b"\n"), ("crcrlf", b"\r\r\n")] {
         let folder = scratch(&format!("text-{name}"));
         let file = |name: &str| folder.join(name).display().to_string();
@@ -109,9 +109,9 @@ fn every_verb_reads_the_times_before_lines_and_lines_without_cr() {
     }
 }
 
-/// A text that says no time and the recording made of it have the same times.
+/// Text without timestamps and the recording made of it have the same times.
 #[test]
-fn a_converted_capture_has_the_times_of_the_text() {
+fn converted_capture_keeps_the_timestamps_of_the_text() {
     let folder = scratch("text-times");
     let raw = concat!(env!("CARGO_MANIFEST_DIR"), "/captures/house-noisy.txt");
     let mcap = folder.join("a.mcap").display().to_string();
@@ -128,9 +128,9 @@ fn a_converted_capture_has_the_times_of_the_text() {
     fs::remove_dir_all(folder).unwrap();
 }
 
-/// Bumps are counted one way, whoever tells of them.
+/// All commands count bumps in the same way.
 #[test]
-fn everybody_counts_the_same_bumps() {
+fn all_commands_count_the_same_bumps() {
     for name in ["house-clean.txt", "house-noisy.txt", "demo-commands.mcap"] {
         let file = format!("{}/captures/{name}", env!("CARGO_MANIFEST_DIR"));
         let of_info = json(&["info", "--json", &file])[0]["bumps"].clone();

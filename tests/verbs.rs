@@ -1,4 +1,4 @@
-//! The verbs that work on captures as programs: many files, pipes, results whole or not there at all.
+//! Commands on captures as processes: several files, pipes, and results that are whole or absent.
 
 use crate::streams;
 use std::fs;
@@ -16,7 +16,7 @@ fn open(bytes: &[u8]) -> Capture {
     Capture::read("", Box::new(Cursor::new(bytes.to_vec()))).unwrap()
 }
 
-/// The bytes of the radio in a capture.
+/// The received bytes in a capture.
 fn whole(capture: &[u8]) -> Vec<u8> {
     let mut capture = open(capture);
     let mut whole = Vec::new();
@@ -27,7 +27,7 @@ fn whole(capture: &[u8]) -> Vec<u8> {
 }
 
 #[test]
-fn nothing_is_overwritten_and_nothing_is_left_behind() {
+fn existing_files_are_kept_and_no_temporary_file_remains() {
     let folder = scratch("overwrite");
     let file = |name: &str| folder.join(name).to_str().unwrap().to_owned();
     fs::write(file("a.txt"), streams::clean(30)).unwrap();
@@ -54,7 +54,7 @@ fn nothing_is_overwritten_and_nothing_is_left_behind() {
 }
 
 #[test]
-fn many_files_are_worked_on_at_once_and_told_in_order() {
+fn results_of_several_files_are_in_order() {
     let folder = scratch("many");
     let file = |name: &str| folder.join(name).to_str().unwrap().to_owned();
     for number in 0..12_u32 {
@@ -131,7 +131,7 @@ fn pipe(arguments: &[&str], input: &[u8]) -> Vec<u8> {
 }
 
 #[test]
-fn verbs_work_in_pipes() {
+fn commands_work_in_pipes() {
     let raw = streams::noisy(400, 9);
     let mcap = pipe(&["convert", "-"], &raw);
     assert_eq!(pipe(&["convert", "-", "-o", "-"], &mcap), raw);
@@ -156,7 +156,7 @@ struct Received {
 
 #[cfg(unix)]
 #[test]
-fn a_reader_that_goes_away_is_no_error() {
+fn closed_pipe_is_not_an_error() {
     let folder = scratch("broken-pipe");
     let file = |name: &str| folder.join(name).to_str().unwrap().to_owned();
     fs::write(file("a.txt"), streams::clean(8000).repeat(3)).unwrap();
@@ -185,7 +185,7 @@ fn a_reader_that_goes_away_is_no_error() {
 }
 
 #[test]
-fn the_text_for_people_names_the_file() {
+fn text_output_names_the_file() {
     let folder = scratch("names");
     let path = folder.join("a.txt");
     fs::write(&path, streams::clean(30)).unwrap();
@@ -195,7 +195,7 @@ fn the_text_for_people_names_the_file() {
 }
 
 #[test]
-fn a_part_outside_of_the_capture_is_an_error_and_makes_no_file() {
+fn part_outside_the_capture_is_an_error_without_output() {
     let folder = scratch("outside");
     let file = |name: &str| folder.join(name).to_str().unwrap().to_owned();
     fs::write(file("a.txt"), streams::clean(570)).unwrap();
@@ -219,7 +219,7 @@ fn a_part_outside_of_the_capture_is_an_error_and_makes_no_file() {
 }
 
 #[test]
-fn nothing_is_recorded_to_a_file_called_dash() {
+fn recording_to_dash_is_refused() {
     let folder = scratch("dash");
     for arguments in [
         ["record", "-", "-o", "-"].as_slice(),

@@ -33,7 +33,7 @@ pub(in super::super) fn failed(request: &Request, failure: Failure) -> Fault {
     Fault::new(exit, format!("`{request}`: {failure}"))
 }
 
-/// No confirmation came in time: says what was received and sent meanwhile, and what is known of the robot.
+/// No confirmation in time, with the counts of what was received meanwhile and the possible state of the robot.
 pub(in super::super) fn not_confirmed(
     request: &Request,
     heard: Heard,
