@@ -320,7 +320,7 @@ fn an_uptime_that_runs_backwards_is_a_reboot_and_no_loss() {
         joined(&[line(4), line(3), counters_at(5, 4), line(8)]),
         (1 + 2, 1)
     );
-    // What the step skipped is not taken off again when it comes late.
+    // Late lines of the gap are not subtracted.
     assert_eq!(joined(&[counters_at(3, 4), line(1), line(4)]), (1, 1));
     let far = [counters_at(3, 999_999), line(6), counters_at(7, 3)];
     assert_eq!(seen(&far), (2, 0), "the uptime goes round");

@@ -12,13 +12,13 @@ mod model;
 mod robot;
 mod world;
 
-use ground::Wish::{List, Order};
+use ground::Request::{List, Order};
 use model::Setting;
 use stateright::{Checker, Expectation, HasDiscoveries, Model};
 
-fn alone(wishes: &[ground::Wish]) -> Setting {
+fn alone(requests: &[ground::Request]) -> Setting {
     Setting {
-        stations: vec![(0x2A5, wishes.to_vec())],
+        stations: vec![(0x2A5, requests.to_vec())],
         reboots: 0,
         restarts: 0,
         stops: 0,

@@ -22,7 +22,7 @@ struct Mutant {
 const ONCE: &str = "broken: each command executes at most once";
 const EPOCH: &str = "broken: nothing of a stale epoch executes";
 const WHOLE: &str = "broken: the active list is one that was sent, whole";
-const PROOF: &str = "broken: what is claimed as done was done in the same life";
+const PROOF: &str = "broken: a command reported as done was done in the same life";
 /// The station waits for the end of a session that does not end.
 const ENDS: &str = "broken: a channel that works again ends every task";
 const TAKEN: &str = " bits [";

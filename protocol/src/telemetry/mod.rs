@@ -151,7 +151,7 @@ impl Line {
     }
 }
 
-/// Whether the checksum of a line, of 80 or of 14 bytes, holds.
+/// Whether the checksum of a line of 80 or 14 bytes is valid.
 pub(crate) fn is_intact<const N: usize>(line: &[u8; N]) -> bool {
     let end = (sixbits::<{ crc::CHARACTERS }, u32>, tag("\r\n"));
     let content = take(N - crc::CHARACTERS - 2);

@@ -58,7 +58,7 @@ pub fn farm(input: &[u8]) {
                 Action::ListReplaced => assert_eq!(farm.ack().outcome, Outcome::Done),
                 Action::Drive(_) | Action::Heard => {
                     let same = farm.lists().active() == before.lists().active();
-                    assert!(same, "a list was replaced and nobody said so");
+                    assert!(same, "a list was replaced without an action");
                 }
             }
             assert_eq!(Ack::decode(farm.ack().encode()), Some(farm.ack()));

@@ -12,7 +12,7 @@ use crate::world::ROBOT_ID;
 
 /// A task that an operator requests.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
-pub enum Wish {
+pub enum Request {
     /// An order that differs from all others.
     Order,
     /// A list with this number of blocks.
@@ -24,7 +24,7 @@ pub struct Ground {
     pub fop: Fop,
     /// Number of the station, part of its task numbers.
     number: usize,
-    wishes: Vec<Wish>,
+    requests: Vec<Request>,
     /// Number of tasks begun.
     pub begun: usize,
     /// The task under way.
@@ -42,11 +42,11 @@ const GIVE_UP_US: u64 = 1_000_000_000_000;
 pub const US_PER_BYTE: u64 = 1_000_000 / BYTES_PER_S as u64;
 
 impl Ground {
-    pub fn new(number: usize, owner: u16, wishes: &[Wish]) -> Self {
+    pub fn new(number: usize, owner: u16, requests: &[Request]) -> Self {
         Self {
             fop: fop(owner),
             number,
-            wishes: wishes.to_vec(),
+            requests: requests.to_vec(),
             begun: 0,
             task: None,
             epoch: None,
@@ -72,15 +72,15 @@ impl Ground {
     }
 
     pub fn can_begin(&self) -> bool {
-        !self.fop.is_busy() && self.begun < self.wishes.len()
+        !self.fop.is_busy() && self.begun < self.requests.len()
     }
 
     pub fn begin(&mut self, now_us: u64) {
-        let wish = self.wishes[self.begun];
+        let request = self.requests[self.begun];
         let task = (1 + self.number * 10 + self.begun) as TaskId;
-        let taken = match wish {
-            Wish::Order => self.fop.start(now_us, Task::Order(order(task))),
-            Wish::List(blocks) => self.fop.start(now_us, Task::List(&list(task, blocks))),
+        let taken = match request {
+            Request::Order => self.fop.start(now_us, Task::Order(order(task))),
+            Request::List(blocks) => self.fop.start(now_us, Task::List(&list(task, blocks))),
         };
         assert!(taken, "an idle station takes a task");
         self.begun += 1;
@@ -89,10 +89,15 @@ impl Ground {
 
     /// Whether `digest` belongs to a list of this station.
     pub fn sent_list(&self, active: &[Waypoint]) -> bool {
-        self.wishes.iter().enumerate().any(|(n, wish)| match wish {
-            Wish::Order => false,
-            Wish::List(blocks) => active == list((1 + self.number * 10 + n) as TaskId, *blocks),
-        })
+        self.requests
+            .iter()
+            .enumerate()
+            .any(|(n, request)| match request {
+                Request::Order => false,
+                Request::List(blocks) => {
+                    active == list((1 + self.number * 10 + n) as TaskId, *blocks)
+                }
+            })
     }
 
     /// The next frame, and when its last byte was sent; `None` if there is none now.

@@ -10,7 +10,7 @@ use stateright::{Model, Property};
 use std::hash::{Hash, Hasher};
 use std::sync::Arc;
 
-use crate::ground::{Ground, WAITS_US, Wish, digest_of};
+use crate::ground::{Ground, Request, WAITS_US, digest_of};
 use crate::instants::{EPOCH_US, Quick};
 use crate::robot::{Epoch, Robot};
 
@@ -18,7 +18,7 @@ use crate::robot::{Epoch, Robot};
 #[derive(Clone, Debug)]
 pub struct Setting {
     /// Owner and tasks of each station.
-    pub stations: Vec<(u16, Vec<Wish>)>,
+    pub stations: Vec<(u16, Vec<Request>)>,
     /// Most reboots of the robot.
     pub reboots: u8,
     /// Most restarts of the first station, each with another owner.
@@ -113,8 +113,8 @@ pub enum Step {
 pub const ONCE: &str = "each command executes at most once";
 pub const EPOCH: &str = "nothing of a stale epoch executes";
 pub const WHOLE: &str = "the active list is one that was sent, whole";
-pub const PROOF: &str = "what is claimed as done was done in the same life";
-pub const REFUSAL: &str = "what is claimed as refused was not done";
+pub const PROOF: &str = "a command reported as done was done in the same life";
+pub const REFUSAL: &str = "a command reported as refused was not done";
 pub const AFTER_STOP: &str = "nothing sent before a STOP executes after it";
 pub const STOP_PROOF: &str = "a proven STOP was heard";
 pub const ENDS: &str = "a channel that works again ends every task";
@@ -152,7 +152,7 @@ impl Model for Setting {
         let mut state = State {
             now_us: EPOCH_US,
             grounds: stations
-                .map(|(n, (owner, wishes))| Arc::new(Ground::new(n, *owner, wishes)))
+                .map(|(n, (owner, requests))| Arc::new(Ground::new(n, *owner, requests)))
                 .collect(),
             robot: Arc::new(Robot::new()),
             frames: Vec::new(),
@@ -266,8 +266,8 @@ impl Model for Setting {
         if self.reboots > 0 {
             properties.push(sometimes!(PROVEN_AFTER_REBOOT));
         }
-        let mut wishes = self.stations.iter().flat_map(|(_, wishes)| wishes);
-        if wishes.any(|wish| matches!(wish, Wish::List(_))) {
+        let mut requests = self.stations.iter().flat_map(|(_, requests)| requests);
+        if requests.any(|request| matches!(request, Request::List(_))) {
             properties.push(sometimes!(LIST_PROVEN));
         }
         properties
