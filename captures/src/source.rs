@@ -353,16 +353,11 @@ impl Capture {
         mut take: impl FnMut(Duration, &Received) -> Result<(), E>,
     ) -> Result<(), E> {
         while let Some(chunk) = self.next_chunk()? {
-            let Chunk { at, mut bytes, .. } = chunk;
             if chunk.is_interrupted {
                 decoder.interrupt();
             }
-            while !bytes.is_empty() {
-                let (taken, received) = decoder.handle_bytes(bytes);
-                bytes = &bytes[taken..];
-                if let Some(received) = received {
-                    take(at, &received)?;
-                }
+            for received in decoder.lines(chunk.bytes) {
+                take(chunk.at, &received)?;
             }
         }
         Ok(())

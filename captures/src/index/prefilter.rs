@@ -37,10 +37,8 @@ impl Prefilter {
     /// Takes the next bytes received; whether they may hold a landmark.
     pub(super) fn may_hold(&mut self, mut bytes: &[u8]) -> bool {
         let mut may_hold = false;
-        while !bytes.is_empty() {
-            let (taken, received) = self.decoder.handle_bytes(bytes);
-            bytes = &bytes[taken..];
-            may_hold |= received.is_some_and(|received| self.is_one(&received));
+        while let Some(received) = self.decoder.next_line(&mut bytes) {
+            may_hold |= self.is_one(&received);
         }
         may_hold
     }

@@ -5,7 +5,7 @@ use std::io;
 use std::ops::Range;
 use std::sync::Arc;
 
-use groundwave_protocol::decoder::{Decoder, Received};
+use groundwave_protocol::decoder::Decoder;
 
 use super::prefilter::Prefilter;
 use super::{Piece, Place, SeekableReader, Source, read_at};
@@ -217,23 +217,19 @@ impl SeekableText {
         let read = read_at(&*self.source, offset, &mut bytes).unwrap_or_default();
         let mut rest = &bytes[..read];
         let mut decoder = Decoder::default();
-        let (mut lines, mut looked_at) = (0_u32, 0);
+        let mut looked_at = 0;
         // The sample may begin and end inside a line.
         let mut is_whole = offset == 0;
         while rest.len() >= self.style.reach() {
             let (piece, after) = rest.split_at(self.style.piece_bytes(rest));
             rest = after;
-            let radio = self.style.radio(piece);
-            let mut unread = &radio[..];
-            while is_whole && !unread.is_empty() {
-                let (taken, received) = decoder.handle_bytes(unread);
-                unread = &unread[taken..];
-                lines += u32::from(matches!(received, Some(Received::Line(..))));
+            if is_whole {
+                decoder.lines(&self.style.radio(piece)).for_each(drop);
+                looked_at += piece.len();
             }
-            looked_at += if is_whole { piece.len() } else { 0 };
             is_whole = true;
         }
-        f64::from(lines) / looked_at.max(1) as f64
+        decoder.counters().lines as f64 / looked_at.max(1) as f64
     }
 
     /// The last line with a timestamp before a moment.

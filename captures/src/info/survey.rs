@@ -73,13 +73,9 @@ impl Survey {
                 Some(at) => (bytes.len() - at - 1) as u64,
                 None => self.since_line_feed + bytes.len() as u64,
             };
-            while !bytes.is_empty() {
-                let (taken, received) = decoder.handle_bytes(bytes);
-                bytes = &bytes[taken..];
-                if let Some(received) = received {
-                    self.gaps.take_line(decoder.counters());
-                    self.take(&received);
-                }
+            while let Some(received) = decoder.next_line(&mut bytes) {
+                self.gaps.take_line(decoder.counters());
+                self.take(&received);
             }
         }
         Ok(())

@@ -92,14 +92,9 @@ fn has_line(capture: &mut Capture) -> bool {
         let Ok(Some(chunk)) = capture.next_chunk() else {
             return false;
         };
-        let mut bytes = chunk.bytes;
-        looked += bytes.len();
-        while !bytes.is_empty() {
-            let (taken, received) = decoder.handle_bytes(bytes);
-            bytes = &bytes[taken..];
-            if received.is_some() {
-                return true;
-            }
+        looked += chunk.bytes.len();
+        if decoder.lines(chunk.bytes).next().is_some() {
+            return true;
         }
     }
     false

@@ -225,7 +225,7 @@ pub(super) fn line_feed(bytes: &[u8]) -> Option<usize> {
 }
 
 fn intact(line: &[u8]) -> Option<Received> {
-    Decoder::default().handle_bytes(line).1
+    Decoder::default().lines(line).next()
 }
 
 /// How long so many bytes take at 2400 baud.

@@ -173,16 +173,12 @@ struct Lines {
 
 impl Lines {
     fn take(&mut self, mut bytes: &[u8], at: Duration, verdict: &mut Verdict) {
-        while !bytes.is_empty() {
-            let before = self.decoder.counters().lines_lost;
-            let (taken, received) = self.decoder.handle_bytes(bytes);
-            bytes = &bytes[taken..];
-            if received.is_none() {
-                continue;
-            }
-            let lost = self.decoder.counters().lines_lost;
-            // A late line and a restart take back what was counted.
-            let lost = lost.saturating_sub(before);
+        let mut before = self.decoder.counters().lines_lost;
+        while self.decoder.next_line(&mut bytes).is_some() {
+            let counted = self.decoder.counters().lines_lost;
+            // The count falls after a late line or a reboot.
+            let lost = counted.saturating_sub(before);
+            before = counted;
             if lost > 0 {
                 verdict.gaps += 1;
                 if verdict.worst_gap.is_none_or(|worst| worst.lines < lost) {
