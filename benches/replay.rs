@@ -12,9 +12,9 @@ use std::time::{Duration, Instant};
 
 use groundwave::capture::convert::convert_raw;
 use groundwave::capture::index;
-use groundwave::timeline::scene::SPACING;
-use groundwave::timeline::{Finding, Reel, Scene, survey};
-use groundwave::travel::Landmark;
+use groundwave::playback::Landmark;
+use groundwave::playback::capture::timeline;
+use groundwave::playback::{CaptureState, Finding, read_through};
 use sr04_sim::{Simulation, SimulationConfig, World};
 
 const SEEKS: u32 = 500;
@@ -82,31 +82,31 @@ fn measure(hours: u64, form: &str, path: &Path) {
     let tape = index::open(path).expect("a capture");
     let opened = begun.elapsed();
     let length = tape.length();
-    let first = Scene::new("bench", Arc::default(), &*tape);
+    let first = CaptureState::new("bench", Arc::default(), &*tape);
     let mut again = tape.reopen();
-    let mut reel = Reel::new(tape, first.clone(), SPACING);
+    let mut timeline = timeline(tape, first.clone());
     let begun = Instant::now();
-    reel.seek(length.mul_f64(0.9));
+    timeline.seek(length.mul_f64(0.9));
     let unread = begun.elapsed();
     let begun = Instant::now();
     let nine_tenths = length.mul_f64(0.9 * LINES_PER_S).as_secs();
-    reel.seek_about_line(nine_tenths).expect("it is there");
+    timeline.seek_about_line(nine_tenths).expect("it is there");
     let packet = begun.elapsed();
     // There is none: all of the second half is looked through, as far as that cannot be left out.
     let begun = Instant::now();
-    reel.find_next(Landmark::Command, length / 2, 1);
-    while reel.is_hunting() {
-        reel.hunt(usize::MAX);
+    timeline.find_next(Landmark::Command, length / 2, 1);
+    while timeline.is_searching() {
+        timeline.search(usize::MAX);
     }
     let rare = begun.elapsed();
     let begun = Instant::now();
-    survey(first, &mut again, |finding| {
+    read_through(first, &mut again, |finding| {
         if let Finding::State(scene) = finding {
-            reel.keep(*scene);
+            timeline.keep(*scene);
         }
         true
     });
-    reel.complete();
+    timeline.complete();
     let read = begun.elapsed();
     let (mut all, mut worst, mut back) = (Duration::ZERO, Duration::ZERO, Duration::ZERO);
     let mut place = 0.5;
@@ -114,18 +114,18 @@ fn measure(hours: u64, form: &str, path: &Path) {
         // The golden section goes everywhere and never twice.
         place = (place + 0.618_033_988_749_895_f64).fract();
         let begun = Instant::now();
-        reel.seek(length.mul_f64(place));
+        timeline.seek(length.mul_f64(place));
         let took = begun.elapsed();
         all += took;
         worst = worst.max(took);
         let begun = Instant::now();
-        reel.step_back();
+        timeline.step_back();
         back = back.max(begun.elapsed());
     }
     let mut jump = Duration::ZERO;
     for n in 0..50 {
         let begun = Instant::now();
-        reel.find_next(
+        timeline.find_next(
             Landmark::Bump,
             length.mul_f64(f64::from(n) / 50.0),
             usize::MAX,

@@ -14,10 +14,10 @@ pub use groundwave_captures::event::{
     NoticeCode, Reception, Remark, Truth,
 };
 
+use crate::playback::Control;
 use crate::request::Request;
 use crate::run::{Listed, Overlaid};
 use crate::statistics::Statistics;
-use crate::travel::Travel;
 
 /// Something that happened. The time it happened at travels beside it, as the time since the station
 /// started.
@@ -179,7 +179,7 @@ pub enum Effect {
         overwrite: bool,
     },
     /// Show another moment of the session or capture.
-    Travel(Travel),
+    Playback(Control),
     /// Tell of something in the log: it comes back as [`Event::Notice`].
     Notice(Notice),
     /// Ring the bell: the robot sings, or calls.

@@ -9,7 +9,7 @@ use crate::capture::index;
 use crate::capture::runs::Label;
 use crate::capture::source::unfinished;
 use crate::capture::{Capture, CaptureError};
-use crate::travel::clock_words;
+use crate::playback::clock_words;
 
 pub(super) fn run(options: &cli::Label) -> Result<(), Fault> {
     if options

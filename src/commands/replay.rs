@@ -11,12 +11,12 @@ use crate::capture::source::unfinished;
 use crate::capture::{CaptureError, index};
 use crate::event::{Event, Level, Moment, Notice, NoticeCode, Recording};
 use crate::model::{Config, Ui};
-use crate::runtime::{self, Dashboard, Session, run as run_dashboard};
-use crate::timeline::scene::SPACING;
-use crate::timeline::{Player, Reel, Scene, survey};
-use crate::travel::{SPEED_MAX, SPEED_MIN};
+use crate::playback::capture::timeline;
+use crate::playback::{CaptureState, Player, read_through};
+use crate::playback::{SPEED_MAX, SPEED_MIN};
+use crate::runtime::{CaptureSource, Dashboard, Source, run as run_dashboard};
 
-/// Capacity of the channel from the thread that reads the capture through.
+/// Most findings waiting for the dashboard.
 const FINDINGS: usize = 4;
 
 pub(super) fn run(options: &Replay, config: &config::Config) -> Result<(), Fault> {
@@ -38,7 +38,7 @@ pub(super) fn run(options: &Replay, config: &config::Config) -> Result<(), Fault
         capture: Some(options.file.display().to_string()),
         ..appearance(config)
     });
-    let mut first = Scene::new(&name, Arc::clone(&config), &*tape);
+    let mut first = CaptureState::new(&name, Arc::clone(&config), &*tape);
     if let CaptureError::Interrupted(interrupted) = unfinished(&options.file, 0) {
         first.tell(&Event::Notice(Notice::new(
             NoticeCode::Damaged,
@@ -48,16 +48,18 @@ pub(super) fn run(options: &Replay, config: &config::Config) -> Result<(), Fault
     }
     let (tell, findings) = tokio::sync::mpsc::channel(FINDINGS);
     let reader = {
-        let (scene, mut tape) = (first.clone(), tape.reopen());
-        thread::spawn(move || survey(scene, &mut tape, |found| tell.blocking_send(found).is_ok()))
+        let (state, mut tape) = (first.clone(), tape.reopen());
+        thread::spawn(move || {
+            read_through(state, &mut tape, |found| tell.blocking_send(found).is_ok())
+        })
     };
     let started = Instant::now();
     let (length, unix) = (tape.length(), tape.unix());
-    let reel = Reel::new(tape, first, SPACING);
-    let player = Player::of_capture(reel, Moment::ZERO, options.speed, length, unix);
+    let timeline = timeline(tape, first);
+    let player = Player::of_capture(timeline, Moment::ZERO, options.speed, length, unix);
     block_on(async {
         let dashboard = Dashboard {
-            session: Session::Replay(Box::new(runtime::Replay {
+            source: Source::Capture(Box::new(CaptureSource {
                 player,
                 findings,
                 started,

@@ -15,7 +15,7 @@ use crate::io::link::{BAUD, Connection, Link, LinkSpec};
 use crate::io::terminal;
 use crate::model::{Config, Facts, Ui};
 use crate::radio::Radio;
-use crate::runtime::{Dashboard, Driver, Keeper, Live, Session, run};
+use crate::runtime::{Dashboard, Driver, Keeper, LiveSource, Source, run};
 
 pub(super) fn watch(options: &Watch, config: &config::Config) -> Result<(), Fault> {
     let (link, config) = &config.at(&options.link)?;
@@ -185,7 +185,7 @@ fn show(plan: &Plan, mut config: Config, first: Vec<Event>) -> Result<(), Fault>
         let config = Arc::new(config);
         let facts = Facts::new(Arc::clone(&config));
         let dashboard = Dashboard {
-            session: Session::Live(Box::new(Live::new(driver, facts))),
+            source: Source::Live(Box::new(LiveSource::new(driver, facts))),
             ui: Ui::new(config),
             recording: Box::new(move || status.status()),
             first,

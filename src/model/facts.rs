@@ -17,8 +17,8 @@ use super::robot::Robot;
 use super::tally::Counted;
 use super::{failsafe, why, words};
 use crate::event::{CommandId, CommandStatus, Event, Level, LinkEvent, Moment, Recording};
+use crate::playback::Tally;
 use crate::request::Request;
-use crate::travel::Tally;
 
 /// Everything that follows from events.
 #[derive(Clone, Debug)]

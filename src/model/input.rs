@@ -14,9 +14,9 @@ use super::playback::NO_ROBOT;
 use super::ui::{Overlay, Question, Then};
 use super::{Facts, Purpose, SIZE_MIN, TextEntry, Ui, trace, words};
 use crate::event::{Effect, Level, Moment};
+use crate::playback::Control;
 use crate::request::Request;
 use crate::route;
-use crate::travel::Travel;
 
 impl Ui {
     pub(super) fn take_key(&mut self, facts: &Facts, now: Moment, key: KeyEvent) -> Vec<Effect> {
@@ -199,7 +199,10 @@ impl Ui {
             Action::ToggleRecording => return vec![Effect::ToggleRecording],
             Action::AskMoment => self.overlay = Overlay::Text(TextEntry::new(Purpose::Moment)),
             Action::AskJump { forward } => self.overlay = Overlay::Jump { forward },
-            Action::Travel(_) | Action::Speed(_) | Action::JumpTo(_) | Action::JumpAgain { .. } => {
+            Action::Playback(_)
+            | Action::Speed(_)
+            | Action::JumpTo(_)
+            | Action::JumpAgain { .. } => {
                 return self.act_on_time(action);
             }
             Action::Suspend => return vec![Effect::Suspend],
@@ -293,7 +296,7 @@ impl Ui {
                 return vec![Effect::DriveEnd];
             }
             (Action::Close, Overlay::None) if is_looking => {
-                return vec![Effect::Travel(Travel::GiveUp)];
+                return vec![Effect::Playback(Control::StopSearch)];
             }
             (Action::Close, Overlay::None) if self.map.cursor.is_none() => self.enlarged = None,
             (Action::Close, Overlay::None) => self.map.cursor = None,

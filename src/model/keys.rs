@@ -10,7 +10,7 @@ use groundwave_protocol::status_codes::{Layer, Mode};
 
 use super::editor::RouteAction;
 use super::{Caret, Panel};
-use crate::travel::{Landmark, Travel};
+use crate::playback::{Control, Landmark};
 
 /// Where the keyboard goes.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -189,18 +189,18 @@ const TABLE: &[Binding] = &[
     row(Dashboard, "b", &[plain('b')], Action::ToggleBell, "bell for alarms: on, or off", "bell"),
     row(Dashboard, "i", &[plain('i')], Action::Trace, "trace a value to its columns", "trace"),
     row(Dashboard, "y", &[plain('y')], Action::Why, "explain: why does it do that?", "why"),
-    row(Dashboard, "k", &[plain('k')], Action::Travel(Travel::TogglePause), "time: stand still, go on", "still"),
-    row(Dashboard, ", .", &[plain(',')], Action::Travel(Travel::Step { forward: false }), "time: a line back, a line on", "line"),
-    row(Dashboard, "", &[plain('.')], Action::Travel(Travel::Step { forward: true }), "", ""),
+    row(Dashboard, "k", &[plain('k')], Action::Playback(Control::TogglePause), "time: stand still, go on", "still"),
+    row(Dashboard, ", .", &[plain(',')], Action::Playback(Control::Step { forward: false }), "time: a line back, a line on", "line"),
+    row(Dashboard, "", &[plain('.')], Action::Playback(Control::Step { forward: true }), "", ""),
     row(Dashboard, "< >", &[plain('<')], Action::Speed(-1), "time: slower, faster", "speed"),
     row(Dashboard, "", &[plain('>')], Action::Speed(1), "", ""),
     row(Dashboard, "g", &[plain('g')], Action::AskMoment, "time: go to 12:30, +30s, #12", "go to"),
     row(Dashboard, "n N", &[plain('n')], Action::AskJump { forward: true }, "time: next alarm, bump, ..", "next"),
     row(Dashboard, "", &[plain('N')], Action::AskJump { forward: false }, "", ""),
-    row(Dashboard, "m", &[plain('m')], Action::Travel(Travel::Mark), "time: mark this moment", "mark"),
-    row(Dashboard, "o", &[plain('o')], Action::Travel(Travel::Loop), "time: loop from here, to here", "loop"),
-    row(Dashboard, "G", &[plain('G'), bare(KeyCode::End)], Action::Travel(Travel::Newest), "time: now, or the end (End)", "newest"),
-    row(Dashboard, "Home", &[bare(KeyCode::Home)], Action::Travel(Travel::Oldest), "time: to the beginning", ""),
+    row(Dashboard, "m", &[plain('m')], Action::Playback(Control::Mark), "time: mark this moment", "mark"),
+    row(Dashboard, "o", &[plain('o')], Action::Playback(Control::Loop), "time: loop from here, to here", "loop"),
+    row(Dashboard, "G", &[plain('G'), bare(KeyCode::End)], Action::Playback(Control::Newest), "time: now, or the end (End)", "newest"),
+    row(Dashboard, "Home", &[bare(KeyCode::Home)], Action::Playback(Control::Oldest), "time: to the beginning", ""),
     row(Dashboard, "?", &[plain('?'), bare(KeyCode::F(1))], Action::Help, "these keys", "keys"),
     row(Dashboard, "Esc", &[bare(KeyCode::Esc)], Action::Close, "put the cursor away", "back"),
     row(Dashboard, "Ctrl-L", &[ctrl('l')], Action::Redraw, "draw the screen anew", ""),

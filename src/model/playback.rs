@@ -9,8 +9,8 @@ use super::keys::Action;
 use super::ui::{Overlay, Question, Then};
 use super::{TextEntry, Ui, age};
 use crate::event::Effect;
+use crate::playback::{Control, Position, SPEED_MAX, SPEED_MIN};
 use crate::request::Request;
-use crate::travel::{SPEED_MAX, SPEED_MIN, Target, Travel};
 
 /// The speeds that a key goes through.
 const SPEEDS: [f64; 14] = [
@@ -38,22 +38,22 @@ impl Ui {
 
     pub(super) fn act_on_time(&mut self, action: Action) -> Vec<Effect> {
         let travel = match (action, &self.overlay) {
-            (Action::Travel(travel), _) => travel,
+            (Action::Playback(travel), _) => travel,
             (Action::Speed(steps), _) => return self.speed(steps),
             (Action::JumpTo(landmark), &Overlay::Jump { forward }) => {
                 self.overlay = Overlay::None;
-                Travel::Jump {
+                Control::Jump {
                     to: Some(landmark),
                     forward,
                 }
             }
             (Action::JumpAgain { forward }, _) => {
                 self.overlay = Overlay::None;
-                Travel::Jump { to: None, forward }
+                Control::Jump { to: None, forward }
             }
             _ => return Vec::new(),
         };
-        vec![Effect::Travel(travel)]
+        vec![Effect::Playback(travel)]
     }
 
     fn speed(&self, steps: i8) -> Vec<Effect> {
@@ -66,16 +66,16 @@ impl Ui {
             .unwrap_or(SPEEDS.len() - 1);
         SPEEDS
             .get(at.saturating_add_signed(isize::from(steps)))
-            .map(|&speed| Effect::Travel(Travel::Speed(speed)))
+            .map(|&speed| Effect::Playback(Control::Speed(speed)))
             .into_iter()
             .collect()
     }
 
     pub(super) fn submit_moment(&mut self, entry: TextEntry) -> Vec<Effect> {
-        match entry.text.parse::<Target>() {
+        match entry.text.parse::<Position>() {
             Ok(target) => {
                 self.overlay = Overlay::None;
-                vec![Effect::Travel(Travel::Seek(target))]
+                vec![Effect::Playback(Control::Seek(target))]
             }
             Err(error) => {
                 self.overlay = Overlay::Text(TextEntry {
@@ -109,8 +109,7 @@ impl Ui {
                 Effect::Send(request) if request != Request::Stop => asked.push(request),
                 other => {
                     if other == Effect::Send(Request::Stop) {
-                        let aside =
-                            "STOP goes to the robot now; <travel-newest> shows what becomes of it";
+                        let aside = "STOP goes to the robot now; <playback-newest> shows what becomes of it";
                         self.aside = Some(self.told(aside));
                     }
                     rest.push(other);
@@ -155,7 +154,7 @@ impl Ui {
                 }
                 if self.shows_past() {
                     let aside =
-                        "it goes to the robot now; <travel-newest> shows what becomes of it";
+                        "it goes to the robot now; <playback-newest> shows what becomes of it";
                     self.aside = Some(self.told(aside));
                 }
                 requests.into_iter().map(Effect::Send).collect()
@@ -164,7 +163,9 @@ impl Ui {
             Then::Drive => {
                 self.overlay = Overlay::Drive(Stick::default());
                 // Nobody steers by what has been.
-                let back = self.shows_past().then_some(Effect::Travel(Travel::Newest));
+                let back = self
+                    .shows_past()
+                    .then_some(Effect::Playback(Control::Newest));
                 back.into_iter()
                     .chain([Effect::Send(Request::Mode(Mode::User))])
                     .collect()
@@ -181,7 +182,7 @@ mod tests {
     use crate::event::{Event, Level, Moment, Notice, NoticeCode};
     use crate::model::testing::{Scene, playback};
     use crate::model::{Change, Config, Panel};
-    use crate::travel::{Landmark, Playback};
+    use crate::playback::{Landmark, Playback};
 
     fn scene(is_live: bool) -> Scene {
         let mut scene = Scene::new(Config::default());
@@ -256,7 +257,7 @@ mod tests {
         scene.type_text("d");
         assert!(question(&scene).contains("PAST"));
         let effects = [
-            Effect::Travel(Travel::Newest),
+            Effect::Playback(Control::Newest),
             Effect::Send(Request::Mode(Mode::User)),
         ];
         assert_eq!(scene.type_text("y"), effects);
@@ -278,17 +279,17 @@ mod tests {
 
     #[test]
     fn keys_ask_for_moments() {
-        let travel = |travel| vec![Effect::Travel(travel)];
-        let jump = |to, forward| travel(Travel::Jump { to, forward });
+        let travel = |travel| vec![Effect::Playback(travel)];
+        let jump = |to, forward| travel(Control::Jump { to, forward });
         for (keys, wanted) in [
-            ("k", travel(Travel::TogglePause)),
-            (",", travel(Travel::Step { forward: false })),
-            (".", travel(Travel::Step { forward: true })),
-            ("<", travel(Travel::Speed(0.5))),
-            (">", travel(Travel::Speed(2.0))),
-            ("m", travel(Travel::Mark)),
-            ("o", travel(Travel::Loop)),
-            ("G", travel(Travel::Newest)),
+            ("k", travel(Control::TogglePause)),
+            (",", travel(Control::Step { forward: false })),
+            (".", travel(Control::Step { forward: true })),
+            ("<", travel(Control::Speed(0.5))),
+            (">", travel(Control::Speed(2.0))),
+            ("m", travel(Control::Mark)),
+            ("o", travel(Control::Loop)),
+            ("G", travel(Control::Newest)),
             ("na", jump(Some(Landmark::Alarm), true)),
             ("Nb", jump(Some(Landmark::Bump), false)),
             ("nv", jump(Some(Landmark::Behaviour), true)),
@@ -303,8 +304,8 @@ mod tests {
         }
         let mut scene = scene(true);
         scene.type_text("g+30s");
-        let ahead = Target::Ahead(Moment::from_secs(30));
-        assert_eq!(scene.press(&[KeyCode::Enter]), travel(Travel::Seek(ahead)));
+        let ahead = Position::Ahead(Moment::from_secs(30));
+        assert_eq!(scene.press(&[KeyCode::Enter]), travel(Control::Seek(ahead)));
         scene.type_text("gsoon");
         assert_eq!(scene.press(&[KeyCode::Enter]), []);
         let Overlay::Text(entry) = &scene.model.ui.overlay else {
@@ -322,7 +323,7 @@ mod tests {
             ..playback(false)
         };
         scene.show_moment(Some(looking));
-        let give_up = [Effect::Travel(Travel::GiveUp)];
+        let give_up = [Effect::Playback(Control::StopSearch)];
         assert_eq!(scene.press(&[KeyCode::Esc]), give_up);
         assert!(scene.model.ui.map.cursor.is_some());
     }

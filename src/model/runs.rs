@@ -94,7 +94,7 @@ impl Ui {
             return Vec::new();
         };
         let shown = self.playback.as_ref().filter(|playback| playback.is_live);
-        let ago = shown.map(crate::travel::Playback::behind);
+        let ago = shown.map(crate::playback::Playback::behind);
         vec![Effect::Label {
             capture,
             remark,

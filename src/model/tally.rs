@@ -3,7 +3,7 @@
 use groundwave_protocol::telemetry::Ack;
 
 use crate::event::CommandStatus;
-use crate::travel::Tally;
+use crate::playback::Tally;
 
 /// What counts as a landmark and is not told by what the model shows: of alarms, those that are logged as less.
 #[derive(Clone, Copy, Debug, Default)]

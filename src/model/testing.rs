@@ -18,9 +18,9 @@ pub(crate) use any::{Happening, any_event, any_happening};
 use super::keys::Keymap;
 use super::{Config, Model, Shown};
 use crate::event::{CommandId, CommandStatus, Effect, Event, LinkEvent, Moment};
+use crate::playback::Playback;
 use crate::request::Request;
 use crate::run::{Apart, Comparison, Figures, Listed, Overlaid};
-use crate::travel::Playback;
 
 /// A model, the time, and what its lines are made from.
 pub(crate) struct Scene {

@@ -17,8 +17,8 @@ use super::plots::WINDOWS;
 use super::runs::Runs;
 use super::text_entry::{TextEntry, Typed};
 use crate::event::{CommandId, CommandStatus, Effect, Event, Level, Moment, Notice, NoticeCode};
+use crate::playback::Playback;
 use crate::request::Request;
-use crate::travel::Playback;
 
 /// What lies over the panels and takes the keyboard.
 #[derive(Clone, Debug, Default, PartialEq)]

@@ -11,7 +11,7 @@ use tokio::time::{Instant as TokioInstant, sleep_until};
 
 use super::pace::Pace;
 use super::runs;
-use super::{Driver, Keeper, Session};
+use super::{Driver, Keeper, Source};
 use crate::capture::runs::Label;
 use crate::event::{Effect, Event, Gesture, Level, Moment, Notice, NoticeCode, Recording, Remark};
 use crate::io::files;
@@ -36,7 +36,7 @@ const BATCH: usize = 32;
 /// The parts of a dashboard.
 pub struct Dashboard {
     /// The source of facts.
-    pub session: Session,
+    pub source: Source,
     /// The operator's view of them.
     pub ui: Ui,
     /// Returns the recording's figures.
@@ -58,7 +58,7 @@ pub async fn run(dashboard: Dashboard) -> io::Result<()> {
     let (readers, mut read) = channel(4);
     let mut running = Running {
         keeper: dashboard.keeper,
-        session: dashboard.session,
+        source: dashboard.source,
         ui: dashboard.ui,
         screen,
         readers,
@@ -108,7 +108,7 @@ pub async fn run(dashboard: Dashboard) -> io::Result<()> {
                 None => true,
             },
             Some(event) = read.recv() => running.tell(event)?,
-            changed = running.session.step() => {
+            changed = running.source.step() => {
                 if changed {
                     running.refresh();
                 }
@@ -123,7 +123,7 @@ pub async fn run(dashboard: Dashboard) -> io::Result<()> {
 
 struct Running {
     keeper: Option<Keeper>,
-    session: Session,
+    source: Source,
     ui: Ui,
     screen: Screen,
     /// For threads that work on files: they answer with an event.
@@ -142,9 +142,9 @@ struct Drawn {
 impl Running {
     /// Handles an event and carries out its effects; returns whether to leave.
     fn tell(&mut self, event: Event) -> io::Result<bool> {
-        let change = self.session.take(&event);
-        let now = self.session.now();
-        let effects = self.ui.update(now, event, self.session.present(), change);
+        let change = self.source.take(&event);
+        let now = self.source.now();
+        let effects = self.ui.update(now, event, self.source.present(), change);
         let mut leave = false;
         for effect in effects {
             leave |= self.act(effect)?;
@@ -167,7 +167,7 @@ impl Running {
 
     fn tell_all(&mut self) -> io::Result<bool> {
         let mut leave = false;
-        while let Some(event) = self.session.driver().and_then(Driver::poll_event) {
+        while let Some(event) = self.source.driver().and_then(Driver::poll_event) {
             leave |= self.tell(event)?;
         }
         Ok(leave)
@@ -219,10 +219,10 @@ impl Running {
 
     /// The shown facts with the view, and their moment.
     fn shown(&self) -> (Shown<'_>, Moment) {
-        let (facts, at) = self.session.shown();
+        let (facts, at) = self.source.shown();
         let shown = Shown {
             facts,
-            present: self.session.present(),
+            present: self.source.present(),
             ui: &self.ui,
         };
         (shown, at)
@@ -233,11 +233,11 @@ impl Running {
             Effect::Send(_) | Effect::Drive { .. } | Effect::DriveEnd | Effect::CancelCommands => {
                 self.send(effect);
             }
-            Effect::Travel(travel) => {
-                let told = self.session.travel(travel);
+            Effect::Playback(control) => {
+                let events = self.source.handle(control);
                 self.refresh();
                 let mut leave = false;
-                for event in told {
+                for event in events {
                     if let (Event::Mark(_), Some(keeper)) = (&event, &self.keeper) {
                         keeper.event_sink()(Instant::now(), &event);
                     }
@@ -288,7 +288,7 @@ impl Running {
 
     /// Sends a command; a replay has no robot.
     fn send(&mut self, effect: Effect) {
-        let Some(driver) = self.session.driver() else {
+        let Some(driver) = self.source.driver() else {
             return;
         };
         match effect {
@@ -307,7 +307,7 @@ impl Running {
 
     /// Lets time pass.
     fn tick(&mut self) -> io::Result<bool> {
-        if self.session.advance() {
+        if self.source.advance() {
             self.refresh();
         }
         self.tell(Event::Tick)
@@ -315,7 +315,7 @@ impl Running {
 
     /// Brings the view to the shown moment.
     fn refresh(&mut self) {
-        self.ui.show_moment(self.session.playback());
+        self.ui.show_moment(self.source.playback());
     }
 
     /// Runs `work` on a thread: STOP must not wait for a slow disk.
@@ -332,14 +332,14 @@ impl Running {
         let notice = |level, text| Event::Notice(Notice::new(NoticeCode::Label, level, text));
         let said = notice(Level::Info, remark.to_string());
         let now = Instant::now();
-        let at = match (&self.session, &self.keeper) {
-            (Session::Replay(_), _) => Some(self.session.now()),
-            (Session::Live(_), Some(keeper)) => {
+        let at = match (&self.source, &self.keeper) {
+            (Source::Capture(_), _) => Some(self.source.now()),
+            (Source::Live(_), Some(keeper)) => {
                 keeper.event_sink()(now, &said);
                 let at = keeper.moment_of(Path::new(&capture), now);
                 at.map(|at| at.saturating_sub(ago))
             }
-            (Session::Live(_), None) => None,
+            (Source::Live(_), None) => None,
         };
         let readers = self.readers.clone();
         thread::spawn(move || {
@@ -377,21 +377,21 @@ impl Running {
 
     /// Time to wake up if nothing happens.
     fn wake_at(&mut self) -> Option<Instant> {
-        let host = self.session.host_now();
-        let timeouts = [self.ui.poll_timeout(), self.session.poll_timeout()];
+        let host = self.source.host_now();
+        let timeouts = [self.ui.poll_timeout(), self.source.poll_timeout()];
         let at = timeouts.into_iter().chain([self.due()]).flatten().min();
         let at = at.map(|at| Instant::now() + at.saturating_sub(host));
-        [at, self.session.wake_at()].into_iter().flatten().min()
+        [at, self.source.wake_at()].into_iter().flatten().min()
     }
 
     /// Hands the drawing thread a frame if one is due.
     fn draw_if_due(&mut self) -> io::Result<()> {
-        let host = self.session.host_now();
+        let host = self.source.host_now();
         if self.due().is_some_and(|at| at <= host) {
-            let (facts, now) = self.session.shown();
+            let (facts, now) = self.source.shown();
             let shown = Shown {
                 facts,
-                present: self.session.present(),
+                present: self.source.present(),
                 ui: &self.ui,
             };
             self.screen.draw(|page| view::draw(shown, now, page))?;

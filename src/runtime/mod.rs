@@ -8,9 +8,9 @@ mod keeper;
 mod live;
 mod pace;
 mod runs;
-mod session;
+mod source;
 
 pub use dashboard::{Dashboard, run};
 pub use driver::Driver;
 pub use keeper::{FinishOnDrop, KeepOptions, Keeper, REMEMBERED};
-pub use session::{Live, Replay, Session};
+pub use source::{CaptureSource, LiveSource, Source};

@@ -14,7 +14,7 @@ use crate::model::keys::{Action, Context};
 use crate::model::link::{Connection, Health};
 use crate::model::news::{News, Passing};
 use crate::model::{Overlay, Panel, Purpose};
-use crate::travel::{TARGET_HELP, Travel};
+use crate::playback::{Control, POSITION_HELP};
 
 /// Variants of the summary from longest to shortest: the first that fits is drawn.
 const TERSENESS: [Terseness; 4] = [
@@ -79,7 +79,7 @@ impl Screen<'_> {
                 Line::styled(words, self.theme.plain)
             }
             (Some(error), _) => Line::styled(error.clone(), self.theme.warning),
-            (None, Purpose::Moment) => Line::styled(TARGET_HELP, self.theme.dim),
+            (None, Purpose::Moment) => Line::styled(POSITION_HELP, self.theme.dim),
             (None, Purpose::Command) => Line::styled(COMMAND_HELP, self.theme.dim),
             (None, Purpose::SaveRoute) => Line::styled(
                 "a file for the draft: it is asked before anything is overwritten",
@@ -110,7 +110,7 @@ impl Screen<'_> {
                     "commands go to the robot as it is now, and ask first; ",
                     self.theme.plain,
                 ),
-                Span::styled(self.told("<travel-newest>"), self.theme.key),
+                Span::styled(self.told("<playback-newest>"), self.theme.key),
                 Span::styled(" comes back to now", self.theme.plain),
             ])
         })
@@ -206,12 +206,12 @@ impl Screen<'_> {
             };
             facts.push(format!("{how}: {command}"));
         }
-        let step = Action::Travel(Travel::Step { forward: false });
+        let step = Action::Playback(Control::Step { forward: false });
         let keys: &[(Action, &str)] = if self.ui.context() != Context::Dashboard {
             &[]
         } else if self.ui.is_replay() {
             &[
-                (Action::Travel(Travel::TogglePause), " stands still"),
+                (Action::Playback(Control::TogglePause), " stands still"),
                 (step, " a line back or on"),
                 (Action::AskMoment, " goes to a time"),
             ]

@@ -8,7 +8,7 @@ use ratatui::text::{Line, Span};
 use super::{Screen, put};
 use crate::event::Moment;
 use crate::model::age;
-use crate::travel::{Playback, clock_words};
+use crate::playback::{Playback, clock_words};
 
 /// Minimum width of the time line, columns.
 const LINE_COLUMNS_MIN: usize = 8;

@@ -4,7 +4,7 @@ use groundwave_protocol::status_codes::{Layer, Mode};
 
 use crate::model::editor::RouteAction;
 use crate::model::{Caret, Panel};
-use crate::travel::{Landmark, Travel};
+use crate::playback::{Control, Landmark};
 
 /// What a key does.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -57,7 +57,7 @@ pub(crate) enum Action {
     EraseAll,
     Caret(Caret),
     Recall(i8),
-    Travel(Travel),
+    Playback(Control),
     Speed(i8),
     AskMoment,
     AskJump { forward: bool },
@@ -73,7 +73,7 @@ impl Action {
     pub(crate) const fn moves_in_time(self) -> bool {
         matches!(
             self,
-            Self::Travel(_) | Self::Speed(_) | Self::AskMoment | Self::AskJump { .. }
+            Self::Playback(_) | Self::Speed(_) | Self::AskMoment | Self::AskJump { .. }
         )
     }
 

@@ -4,8 +4,8 @@ use super::super::Caret;
 use super::super::editor::RouteAction;
 use super::Action;
 use super::notation;
+use crate::playback::Control;
 use crate::request::layer_word;
-use crate::travel::Travel;
 
 /// In words; `None` for what the help tells by itself anyhow.
 pub(super) fn alone(action: Action) -> Option<String> {
@@ -27,11 +27,11 @@ pub(super) fn alone(action: Action) -> Option<String> {
             )
         }
         Action::TurnPage(steps) => pick(steps, "the next page", "the page before"),
-        Action::Travel(Travel::Step { forward }) => {
+        Action::Playback(Control::Step { forward }) => {
             format!("time: a line {}", if forward { "on" } else { "back" })
         }
-        Action::Travel(Travel::Newest) => "time: back to now, or to the end".to_owned(),
-        Action::Travel(Travel::Oldest) => "time: to the beginning".to_owned(),
+        Action::Playback(Control::Newest) => "time: back to now, or to the end".to_owned(),
+        Action::Playback(Control::Oldest) => "time: to the beginning".to_owned(),
         Action::Speed(steps) => pick(steps, "time: faster", "time: slower"),
         Action::AskJump { forward } => {
             let which = if forward { "after" } else { "before" };

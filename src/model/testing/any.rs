@@ -18,8 +18,8 @@ use crate::event::{
     CommandId, CommandStatus, Event, Failure, Level, LineRate, LinkEvent, Moment, Notice,
     NoticeCode, Reception, Recording, Truth,
 };
+use crate::playback::Playback;
 use crate::request::Request;
-use crate::travel::Playback;
 
 fn any_state() -> impl Strategy<Value = StateLine> {
     let place = || prop_oneof![-20_000..20_000, -999_999..999_999];

@@ -9,7 +9,7 @@ use super::time::{flight_at, playback};
 use super::*;
 use crate::event::Moment;
 use crate::model::Large;
-use crate::travel::Playback;
+use crate::playback::Playback;
 use crate::view::CLIPPED;
 
 pub(super) const SIZES: [(u16, u16); 3] = [(80, 24), (120, 40), (200, 60)];

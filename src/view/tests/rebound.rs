@@ -155,12 +155,12 @@ const MORE: &[(&str, Make, &str)] = &[
     (
         "STOP in the past",
         |config| past(config, " "),
-        "STOP goes to the robot now; <travel-newest> shows what",
+        "STOP goes to the robot now; <playback-newest> shows what",
     ),
     (
         "a command in the past",
         |config| past(config, "py"),
-        "it goes to the robot now; <travel-newest> shows what",
+        "it goes to the robot now; <playback-newest> shows what",
     ),
     (
         "nothing to name",

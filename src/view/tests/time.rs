@@ -1,7 +1,7 @@
 //! The past and replays.
 
 use super::*;
-use crate::travel::Playback;
+use crate::playback::Playback;
 
 pub(super) fn playback(scene: &Scene, is_live: bool) -> Playback {
     Playback {

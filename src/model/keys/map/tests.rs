@@ -119,7 +119,7 @@ fn help_names_no_key_that_was_chosen_otherwise() {
     let chosen = [
         ("dashboard", "add-waypoint", &["F9"] as &[&str]),
         ("dashboard", "turn-page-less", &["F10"]),
-        ("dashboard", "travel-newest", &["F11"]),
+        ("dashboard", "playback-newest", &["F11"]),
         ("dashboard", "enter-drive", &["F12"]),
     ];
     let keymap = with(&chosen).expect("they are free");
@@ -130,7 +130,7 @@ fn help_names_no_key_that_was_chosen_otherwise() {
     for (name, told) in [
         ("add-waypoint", "draft a waypoint"),
         ("turn-page-less", "the page before"),
-        ("travel-newest", "time: back to now, or to the end"),
+        ("playback-newest", "time: back to now, or to the end"),
         ("enter-drive", "drive by hand (asks)"),
     ] {
         assert_eq!(help(name).as_deref(), Some(told));

@@ -4,11 +4,11 @@ use super::*;
 use crate::model::keys::{Keymap, Rebinding};
 use crate::recorded;
 
-fn player(name: &str) -> Player<Scene> {
+fn player(name: &str) -> Player<CaptureState> {
     let tape = capture(name);
     let (length, unix) = (tape.length(), tape.unix());
-    let (reel, end) = surveyed(tape);
-    let mut player = Player::of_capture(reel, Moment::ZERO, 1.0, length, unix);
+    let (timeline, end) = read_whole(tape);
+    let mut player = Player::of_capture(timeline, Moment::ZERO, 1.0, length, unix);
     player.set_read_through(end);
     player
 }
@@ -23,14 +23,14 @@ fn a_jump_waits_for_what_is_not_read_yet() {
     let lines = 60 * 359;
     let tape = text(&day);
     let length = tape.length();
-    let first = Scene::new("radio", Arc::default(), &*tape);
+    let first = CaptureState::new("radio", Arc::default(), &*tape);
     let mut again = tape.reopen();
-    let reel = Reel::new(tape.reopen(), first.clone(), SPACING);
+    let timeline = capture::timeline(tape.reopen(), first.clone());
     let host = Moment::ZERO;
-    let mut player = Player::of_capture(reel, host, 1.0, length, None);
-    let packet = |number| Travel::Seek(Target::Packet(number));
+    let mut player = Player::of_capture(timeline, host, 1.0, length, None);
+    let packet = |number| Control::Seek(Position::Packet(number));
     player.handle(host, packet(lines - 100));
-    let looks = |player: &Player<Scene>| {
+    let looks = |player: &Player<CaptureState>| {
         let playback = player.playback();
         let note = playback.note.unwrap_or_default();
         let says = ["looking for packet", "about packet"];
@@ -41,10 +41,10 @@ fn a_jump_waits_for_what_is_not_read_yet() {
     assert!(looks(&player) && player.is_paused());
     player.handle(host, packet(lines - 100));
     let mut findings = 0;
-    survey(first.clone(), &mut again, |finding| {
+    read_through(first.clone(), &mut again, |finding| {
         if let Finding::State(scene) = finding {
             let at = scene.moment();
-            player.reel_mut().keep(*scene);
+            player.timeline_mut().keep(*scene);
             player.set_read(at);
             findings += 1;
         }
@@ -54,7 +54,7 @@ fn a_jump_waits_for_what_is_not_read_yet() {
     assert_eq!(player.playback().packet, Some(lines - 100));
     // At the end it is known that there is none.
     let mut player = Player::of_capture(
-        Reel::new(tape.reopen(), first, SPACING),
+        capture::timeline(tape.reopen(), first),
         host,
         1.0,
         length,
@@ -72,14 +72,14 @@ fn time_passes_at_any_speed_and_loops() {
     let mut player = player("house-clean.txt");
     let s = Moment::from_secs;
     let mut host = s(0);
-    let mut pass = |player: &mut Player<Scene>, seconds: u64| {
+    let mut pass = |player: &mut Player<CaptureState>, seconds: u64| {
         for _ in 0..seconds * 10 {
             host += Moment::from_millis(100);
             player.advance(host);
         }
         host
     };
-    let about = |player: &Player<Scene>, wanted: u64| {
+    let about = |player: &Player<CaptureState>, wanted: u64| {
         let off = player.at().abs_diff(s(wanted));
         assert!(
             off < Moment::from_millis(5),
@@ -89,31 +89,31 @@ fn time_passes_at_any_speed_and_loops() {
     };
     let host = pass(&mut player, 10);
     about(&player, 10);
-    player.handle(host, Travel::Speed(4.0));
+    player.handle(host, Control::Speed(4.0));
     let host = pass(&mut player, 5);
     about(&player, 30);
-    player.handle(host, Travel::TogglePause);
+    player.handle(host, Control::TogglePause);
     let shown = told(player.facts());
     let host = pass(&mut player, 100);
     about(&player, 30);
     assert_eq!(told(player.facts()), shown, "it stands still");
     assert_eq!(player.wake_at(), None, "and costs nothing");
-    player.handle(host, Travel::TogglePause);
-    player.handle(host, Travel::Speed(0.1));
+    player.handle(host, Control::TogglePause);
+    player.handle(host, Control::Speed(0.1));
     let host = pass(&mut player, 10);
     about(&player, 31);
-    player.handle(host, Travel::Speed(1.0));
-    player.handle(host, Travel::Loop);
+    player.handle(host, Control::Speed(1.0));
+    player.handle(host, Control::Loop);
     let host = pass(&mut player, 5);
-    player.handle(host, Travel::Loop);
+    player.handle(host, Control::Loop);
     about(&player, 36);
     let host = pass(&mut player, 7);
     about(&player, 33);
-    player.handle(host, Travel::Loop);
-    player.handle(host, Travel::Speed(f64::MAX));
+    player.handle(host, Control::Loop);
+    player.handle(host, Control::Speed(f64::MAX));
     let host = pass(&mut player, 1);
     assert!(player.is_at_end() && player.is_paused());
-    player.handle(host, Travel::TogglePause);
+    player.handle(host, Control::TogglePause);
     about(&player, 0);
 }
 
@@ -122,12 +122,12 @@ fn every_typed_place_is_gone_to() {
     let mut player = player("demo-commands.mcap");
     let s = Moment::from_secs;
     let host = s(0);
-    player.handle(host, Travel::TogglePause);
+    player.handle(host, Control::TogglePause);
     let end = player.playback().until;
     let unix = player.playback().unix.unwrap();
     let mut go = |text: &str| {
-        let target: Target = text.parse().unwrap();
-        player.handle(host, Travel::Seek(target));
+        let target: Position = text.parse().unwrap();
+        player.handle(host, Control::Seek(target));
         (player.at(), player.playback())
     };
     assert_eq!(go("0:20").0, s(20));
@@ -161,15 +161,15 @@ fn marks_are_set_gone_to_and_taken_away() {
     let mut player = player("house-clean.txt");
     let host = Moment::ZERO;
     let s = Moment::from_secs;
-    let seek = |player: &mut Player<Scene>, at| {
-        player.handle(host, Travel::Seek(Target::At(at)));
+    let seek = |player: &mut Player<CaptureState>, at| {
+        player.handle(host, Control::Seek(Position::At(at)));
     };
     for at in [s(40), s(20)] {
         seek(&mut player, at);
-        player.handle(host, Travel::Mark);
+        player.handle(host, Control::Mark);
     }
     assert_eq!(player.playback().markers, [s(20), s(40)]);
-    let jump = |forward| Travel::Jump {
+    let jump = |forward| Control::Jump {
         to: Some(Landmark::Marker),
         forward,
     };
@@ -183,20 +183,20 @@ fn marks_are_set_gone_to_and_taken_away() {
     );
     player.handle(
         host,
-        Travel::Jump {
+        Control::Jump {
             to: None,
             forward: false,
         },
     );
     assert_eq!(player.at(), s(20), "as before");
-    player.handle(host, Travel::Mark);
+    player.handle(host, Control::Mark);
     assert_eq!(player.playback().markers, [s(40)]);
 }
 
 /// What was marked while it was recorded is marked when it is played.
 #[test]
 fn marks_of_a_recorded_session_come_back() {
-    use crate::travel::Mark;
+    use crate::playback::Mark;
     let plain =
         std::fs::read(Path::new(env!("CARGO_MANIFEST_DIR")).join("captures/house-clean.txt"));
     let plain = plain.unwrap();
@@ -227,16 +227,16 @@ fn marks_of_a_recorded_session_come_back() {
     }
     let mcap = composer.finish().unwrap();
     let tape = index::read(Arc::new(mcap), Path::new("a.mcap")).unwrap();
-    let first = Scene::new("radio", Arc::default(), &*tape);
+    let first = CaptureState::new("radio", Arc::default(), &*tape);
     let mut again = tape.reopen();
     let length = tape.length();
-    let reel = Reel::new(tape, first.clone(), SPACING);
-    let mut player = Player::of_capture(reel, Moment::ZERO, 1.0, length, None);
-    player.handle(Moment::ZERO, Travel::TogglePause);
-    player.handle(Moment::ZERO, Travel::Seek(Target::At(s(5))));
-    player.handle(Moment::ZERO, Travel::Mark);
+    let timeline = capture::timeline(tape, first.clone());
+    let mut player = Player::of_capture(timeline, Moment::ZERO, 1.0, length, None);
+    player.handle(Moment::ZERO, Control::TogglePause);
+    player.handle(Moment::ZERO, Control::Seek(Position::At(s(5))));
+    player.handle(Moment::ZERO, Control::Mark);
     assert_eq!(player.take_marked(), Some((s(5), true)));
-    survey(first, &mut again, |finding| {
+    read_through(first, &mut again, |finding| {
         if let Finding::Marks(marks) = finding {
             player.set_recorded_marks(marks);
         }
@@ -249,7 +249,7 @@ fn marks_of_a_recorded_session_come_back() {
 fn jumps_stand_still_where_it_happened() {
     let mut player = player("house-clean.txt");
     let host = Moment::ZERO;
-    let bump = |forward| Travel::Jump {
+    let bump = |forward| Control::Jump {
         to: Some(Landmark::Bump),
         forward,
     };
@@ -265,17 +265,17 @@ fn jumps_stand_still_where_it_happened() {
         player.playback().note.as_deref(),
         Some("there are no earlier bumps")
     );
-    player.handle(host, Travel::Newest);
+    player.handle(host, Control::Newest);
     assert!(player.is_at_end());
-    player.handle(host, Travel::Oldest);
+    player.handle(host, Control::Oldest);
     assert_eq!(player.at(), Moment::ZERO);
 }
 
 #[test]
 fn what_the_player_says_names_the_chosen_keys() {
     let chosen = [
-        ("travel-loop", "F9"),
-        ("travel-mark", "F10"),
+        ("playback-loop", "F9"),
+        ("playback-mark", "F10"),
         ("ask-jump-forward", "F11"),
     ];
     let keys = chosen.map(|(name, key)| Rebinding {
@@ -288,19 +288,19 @@ fn what_the_player_says_names_the_chosen_keys() {
         ..Config::default()
     };
     let tape = capture("house-clean.txt");
-    let first = Scene::new("radio", Arc::new(config), &*tape);
-    let reel = Reel::new(tape, first, SPACING);
-    let mut player = Player::of_capture(reel, Moment::ZERO, 1.0, Moment::ZERO, None);
-    let mut note = |travel| {
-        player.handle(Moment::ZERO, travel);
+    let first = CaptureState::new("radio", Arc::new(config), &*tape);
+    let timeline = capture::timeline(tape, first);
+    let mut player = Player::of_capture(timeline, Moment::ZERO, 1.0, Moment::ZERO, None);
+    let mut note = |control| {
+        player.handle(Moment::ZERO, control);
         player.playback().note.unwrap_or_default()
     };
     assert_eq!(
-        note(Travel::Loop),
+        note(Control::Loop),
         "the loop begins at 00:00; F9 where it ends"
     );
     assert_eq!(
-        note(Travel::Mark),
+        note(Control::Mark),
         "marked 00:00; F11 m and N m go to marks"
     );
 }

@@ -14,14 +14,14 @@ use crate::capture::index::Piece;
 use crate::event::{Level, LinkEvent, Notice, NoticeCode};
 use crate::model::testing::{Scene as Robot, any_event};
 use crate::model::{Shown, Ui};
+use crate::playback::live::{REMEMBERED, SPACING};
 use crate::recorded::{self, from_recorded};
 use crate::station::Station;
-use crate::timeline::past::{self, REMEMBERED};
 use crate::view;
 
 /// A live session as the event loop remembers it.
 struct Session {
-    reel: Reel<Past>,
+    timeline: Timeline<LiveState>,
     facts: Facts,
     now: Moment,
 }
@@ -29,25 +29,25 @@ struct Session {
 impl Session {
     fn new() -> Self {
         let facts = Facts::new(Arc::default());
-        let first = Past::new(facts.clone(), Moment::ZERO, 0);
+        let first = LiveState::new(facts.clone(), Moment::ZERO, 0);
         Self {
-            reel: Reel::new(History::default(), first, past::SPACING),
+            timeline: Timeline::new(EventHistory::default(), first, SPACING),
             facts,
             now: Moment::ZERO,
         }
     }
 
     fn take(&mut self, event: &Event) {
-        self.reel.supply_mut().push(self.now, event.clone());
+        self.timeline.source_mut().push(self.now, event.clone());
         self.facts.update(self.now, event);
-        if self.reel.wants(self.now) {
-            let next = self.reel.supply().count();
-            self.reel
-                .keep(Past::new(self.facts.clone(), self.now, next));
+        if self.timeline.wants(self.now) {
+            let next = self.timeline.source().count();
+            self.timeline
+                .keep(LiveState::new(self.facts.clone(), self.now, next));
         }
         let oldest = self.now.saturating_sub(REMEMBERED);
-        if let Some(next) = self.reel.forget_before(oldest).map(Past::next) {
-            self.reel.supply_mut().forget_before(next);
+        if let Some(next) = self.timeline.forget_before(oldest).map(LiveState::next) {
+            self.timeline.source_mut().forget_before(next);
         }
     }
 }
@@ -69,8 +69,8 @@ proptest! {
         }
         for place in places {
             let (at, was) = place.get(&was);
-            session.reel.seek(*at);
-            prop_assert_eq!(&told(session.reel.facts()), was);
+            session.timeline.seek(*at);
+            prop_assert_eq!(&told(session.timeline.facts()), was);
         }
     }
 }
@@ -96,21 +96,21 @@ fn what_is_forgotten_is_not_gone_on_with() {
         session.take(event);
     }
     let lines = session.facts.tally().lines;
-    session.reel.complete();
-    session.reel.seek(s(1));
-    assert_eq!(session.reel.packet(), Some(lines));
-    let next = session.reel.supply().count();
+    session.timeline.complete();
+    session.timeline.seek(s(1));
+    assert_eq!(session.timeline.packet(), Some(lines));
+    let next = session.timeline.source().count();
     session
-        .reel
-        .keep(Past::new(session.facts.clone(), s(1), next));
-    let oldest = session.reel.forget_before(s(2)).map(Past::next);
+        .timeline
+        .keep(LiveState::new(session.facts.clone(), s(1), next));
+    let oldest = session.timeline.forget_before(s(2)).map(LiveState::next);
     assert_eq!(oldest, Some(next));
-    session.reel.supply_mut().forget_before(next);
+    session.timeline.source_mut().forget_before(next);
     session.now = s(3);
     session.take(&heard[0]);
-    session.reel.seek(s(3));
-    session.reel.seek(s(1));
-    assert_eq!(session.reel.packet(), Some(lines));
+    session.timeline.seek(s(3));
+    session.timeline.seek(s(1));
+    assert_eq!(session.timeline.packet(), Some(lines));
 }
 
 #[test]
@@ -128,26 +128,28 @@ fn a_live_session_of_hours_is_remembered_in_bounded_memory() {
         let notice = Notice::new(NoticeCode::Other, level, n.to_string());
         session.take(&Event::Notice(notice));
     }
-    let from = session.reel.oldest_at().unwrap();
+    let from = session.timeline.oldest_at().unwrap();
     let back = session.now.saturating_sub(from);
     assert!(
-        back >= REMEMBERED && back < REMEMBERED + past::SPACING * 2,
+        back >= REMEMBERED && back < REMEMBERED + SPACING * 2,
         "{back:?}"
     );
-    session.reel.seek(Moment::ZERO);
-    assert!(session.reel.at() <= from, "no farther than it goes");
+    session.timeline.seek(Moment::ZERO);
+    assert!(session.timeline.at() <= from, "no farther than it goes");
     let last = session
-        .reel
+        .timeline
         .find_last(Landmark::Alarm, session.now, STEPS_MAX);
     let alarm = Moment::from_millis(39_001 * 333);
     assert_eq!(last, Found::At(alarm));
     assert_eq!(
-        session.reel.find_next(Landmark::Alarm, alarm, STEPS_MAX),
+        session
+            .timeline
+            .find_next(Landmark::Alarm, alarm, STEPS_MAX),
         Found::Nowhere
     );
     assert_eq!(
         session
-            .reel
+            .timeline
             .find_last(Landmark::Bump, session.now, STEPS_MAX),
         Found::Nowhere
     );
@@ -322,13 +324,13 @@ fn a_live_run_in_any_chunks_and_its_replay_are_the_same_to_the_last_character() 
             assert!(was.len() > 5, "{name}");
             let mcap = live.composer.finish().unwrap();
             let tape = index::read(Arc::new(mcap), Path::new("a.mcap")).unwrap();
-            let (mut replay, _) = surveyed(tape);
+            let (mut replay, _) = read_whole(tape);
             for (at, facts, drawn, lines) in was {
                 let place = format!("{name}, seed {seed}, at {at:?}");
-                live.session.reel.seek(at);
+                live.session.timeline.seek(at);
                 replay.seek(at);
                 for (which, shown) in [
-                    ("PAST", live.session.reel.facts()),
+                    ("PAST", live.session.timeline.facts()),
                     ("replay", replay.facts()),
                 ] {
                     assert_eq!(shown.tally().lines, lines, "{which}: {place}");
@@ -354,30 +356,30 @@ fn what_is_not_found_leaves_the_session_at_its_newest_moment() {
         session.take(&Event::Notice(notice));
     }
     let now = session.now + Moment::from_secs(1);
-    let mut player = Player::of_session(session.reel, None);
-    let jump = |to, forward| Travel::Jump {
+    let mut player = Player::of_session(session.timeline, None);
+    let jump = |to, forward| Control::Jump {
         to: Some(to),
         forward,
     };
-    let seek = Travel::Seek;
-    for (travel, note) in [
+    let seek = Control::Seek;
+    for (control, note) in [
         (jump(Landmark::Alarm, true), "there are no later alarms"),
         (jump(Landmark::Bump, false), "there are no earlier bumps"),
-        (seek(Target::Packet(99_999)), "there is no packet 99999"),
-        (seek(Target::Ahead(now)), "it goes no further than now"),
-        (Travel::Step { forward: true }, "this is the last line"),
+        (seek(Position::Packet(99_999)), "there is no packet 99999"),
+        (seek(Position::Ahead(now)), "it goes no further than now"),
+        (Control::Step { forward: true }, "this is the last line"),
     ] {
         player.set_span(Moment::ZERO, now);
-        assert!(!player.leave_newest(now, travel), "{travel:?}");
-        assert!(player.is_at_end(), "{travel:?}");
+        assert!(!player.leave_newest(now, control), "{control:?}");
+        assert!(player.is_at_end(), "{control:?}");
         assert_eq!(player.playback().note.as_deref(), Some(note));
     }
-    for travel in [
-        seek(Target::Back(Moment::from_secs(1))),
-        seek(Target::At(Moment::from_secs(2))),
+    for control in [
+        seek(Position::Back(Moment::from_secs(1))),
+        seek(Position::At(Moment::from_secs(2))),
     ] {
         player.set_span(Moment::ZERO, now);
-        assert!(player.leave_newest(now, travel), "{travel:?}");
-        assert!(!player.is_at_end(), "{travel:?}");
+        assert!(player.leave_newest(now, control), "{control:?}");
+        assert!(!player.is_at_end(), "{control:?}");
     }
 }

@@ -1,28 +1,27 @@
-//! A capture's state: a station that hears what was heard, and what it tells.
+//! The state of a capture: a station that hears the recorded bytes, and the facts it reports.
 
 use std::sync::Arc;
 
 use groundwave_protocol::arq;
 
+use super::control::{MARKER_REACH, MARKERS_MAX, Mark};
 use super::keyframes::Keyframes;
-use super::reel::Cursor;
+use super::timeline::{Cursor, Shortcuts, Timeline};
 use crate::capture::index::{Piece, Place, SeekableReader};
 use crate::event::{Event, Level, LinkEvent, Moment, Notice, NoticeCode};
 use crate::model::{Config, Facts};
 use crate::recorded::from_recorded;
 use crate::station::Station;
-use crate::travel::{Landmark, MARKER_REACH, MARKERS_MAX, Mark};
 
-/// The spacing of states that a capture begins with; a day ends with some of five minutes.
+/// Time between two kept states at first; in a day it grows to about five minutes.
 pub const SPACING: Moment = Moment::from_secs(20);
 
-/// A state that is to be there at once has heard so much of what came before: what is told of the latest
-/// minute is as it was.
+/// How long a fresh state listens before its moment: enough for the figures of the latest minute.
 const HEARD_BEFORE: Moment = Moment::from_mins(3);
 
-/// What happens next.
+/// The next step.
 enum Next {
-    /// Station or model waited for this.
+    /// A timeout of the station or the facts.
     Timeout,
     /// The capture goes on.
     Piece,
@@ -30,26 +29,26 @@ enum Next {
     End,
 }
 
-/// Station and model at a moment of a capture.
+/// Station and facts at a moment of a capture.
 #[derive(Clone, Debug)]
-pub struct Scene {
+pub struct CaptureState {
     station: Station,
     facts: Facts,
     name: String,
     place: Place,
     at: Moment,
-    /// A time has come and changed nothing: the next piece is waited for.
+    /// A timeout changed nothing: the next piece comes first.
     is_waiting: bool,
     is_over: bool,
     is_lost: bool,
-    /// Moments that were marked while it was recorded, in order.
+    /// Moments marked in the recording, in order.
     marks: Vec<Moment>,
-    /// What could not be read, the first of it.
+    /// The first damaged part.
     damage: Option<String>,
 }
 
-impl Scene {
-    /// The beginning of a capture, of which the screen says the name. Limits of alarms are the configuration's.
+impl CaptureState {
+    /// The beginning of a capture, shown under `name`.
     #[must_use]
     pub fn new(name: &str, config: Arc<Config>, tape: &dyn SeekableReader) -> Self {
         Self::from(name, config, tape.place(), tape)
@@ -77,7 +76,7 @@ impl Scene {
         scene
     }
 
-    /// When the last thing happened.
+    /// When the last step happened.
     #[must_use]
     pub const fn moment(&self) -> Moment {
         self.at
@@ -104,7 +103,7 @@ impl Scene {
         let Some(piece_at) = tape.next_at() else {
             return Some((self.at, Next::End));
         };
-        // At the same time bytes come first, however they are cut into pieces.
+        // At the same moment bytes come before timeouts, however they are cut into pieces.
         let timeout = self.poll_timeout().filter(|_| !self.is_waiting);
         match timeout.map(|at| at.max(self.at)) {
             Some(at) if at < piece_at => Some((at, Next::Timeout)),
@@ -112,7 +111,7 @@ impl Scene {
         }
     }
 
-    /// When time alone changes something: what the station hears, or what has been wrong for too long.
+    /// When time alone changes something.
     fn poll_timeout(&self) -> Option<Moment> {
         let station = self.station.poll_timeout();
         station.into_iter().chain(self.facts.poll_timeout()).min()
@@ -149,7 +148,7 @@ impl Scene {
         }
     }
 
-    /// A mark before the beginning is in another file.
+    /// A mark before the beginning belongs to another file.
     fn take_mark(&mut self, mark: Mark) {
         let Some(at) = self.at.checked_sub(mark.ago) else {
             return;
@@ -163,7 +162,7 @@ impl Scene {
         }
     }
 
-    /// The link of the session that was recorded went and came back.
+    /// The recorded link was lost or came back.
     fn take_link(&mut self, event: LinkEvent) {
         match event {
             LinkEvent::Lost { .. } => self.is_lost = true,
@@ -177,8 +176,8 @@ impl Scene {
     }
 }
 
-impl Cursor for Scene {
-    type Supply = Box<dyn SeekableReader + Send>;
+impl Cursor for CaptureState {
+    type Source = Box<dyn SeekableReader + Send>;
 
     fn facts(&self) -> &Facts {
         &self.facts
@@ -188,11 +187,11 @@ impl Cursor for Scene {
         self.at
     }
 
-    fn next_at(&self, tape: &mut Self::Supply) -> Option<Moment> {
+    fn next_at(&self, tape: &mut Self::Source) -> Option<Moment> {
         self.next(&mut **tape).map(|(at, _)| at)
     }
 
-    fn step(&mut self, tape: &mut Self::Supply) {
+    fn step(&mut self, tape: &mut Self::Source) {
         let Some((at, next)) = self.next(&mut **tape) else {
             return;
         };
@@ -216,27 +215,29 @@ impl Cursor for Scene {
         }
         self.listen();
     }
-
-    fn afresh(&self, tape: &mut Self::Supply, at: Moment) -> Option<Self> {
-        let place = tape.find(at.saturating_sub(HEARD_BEFORE));
-        Some(Self::from(
-            &self.name,
-            Arc::clone(self.facts.config()),
-            place,
-            &**tape,
-        ))
-    }
-
-    fn about_line(tape: &mut Self::Supply, number: u64) -> Option<(Moment, u64)> {
-        tape.about_line(number)
-    }
-
-    fn may_hold(tape: &mut Self::Supply, landmark: Landmark, from: Moment, until: Moment) -> bool {
-        tape.may_hold(landmark, from, until)
-    }
 }
 
-/// Nobody can send anything into a capture.
+/// How to enter a capture anywhere.
+pub(super) static SHORTCUTS: Shortcuts<CaptureState> = Shortcuts {
+    fresh: |state, tape, at| {
+        let place = tape.find(at.saturating_sub(HEARD_BEFORE));
+        let config = Arc::clone(state.facts.config());
+        CaptureState::from(&state.name, config, place, &**tape)
+    },
+    about_line: |tape, number| tape.about_line(number),
+    may_hold: |tape, landmark, from, until| tape.may_hold(landmark, from, until),
+};
+
+/// The timeline of a capture of which no state has been read yet but the first.
+#[must_use]
+pub fn timeline(
+    tape: Box<dyn SeekableReader + Send>,
+    first: CaptureState,
+) -> Timeline<CaptureState> {
+    Timeline::unread(tape, &SHORTCUTS, first, SPACING)
+}
+
+/// The link of a capture, which is receive-only.
 fn opened(name: &str) -> LinkEvent {
     LinkEvent::Opened {
         name: name.to_owned(),
@@ -244,40 +245,40 @@ fn opened(name: &str) -> LinkEvent {
     }
 }
 
-/// What was found when a capture was read through.
+/// A finding of [`read_through`].
 #[derive(Debug)]
 pub enum Finding {
-    /// A state to be kept.
-    State(Box<Scene>),
-    /// Moments that were marked while it was recorded, all that are known.
+    /// A state to keep.
+    State(Box<CaptureState>),
+    /// All marks known so far.
     Marks(Vec<Moment>),
-    /// There is no more; the last of it happened then.
+    /// The end, and its moment.
     End(Moment),
 }
 
-/// Reads a capture through and tells of states to keep, as many as are wanted of a capture of its length,
-/// until nobody wants to know. Returns what could not be read, the first of it.
-pub fn survey(
-    mut scene: Scene,
+/// Reads a capture to its end and reports states to keep, spaced by its length, until `report` returns `false`.
+/// Returns the first damaged part.
+pub fn read_through(
+    mut scene: CaptureState,
     tape: &mut Box<dyn SeekableReader + Send>,
-    mut tell: impl FnMut(Finding) -> bool,
+    mut report: impl FnMut(Finding) -> bool,
 ) -> Option<String> {
-    let mut told = Keyframes::new(SPACING);
-    told.push(scene.at, ());
+    let mut kept = Keyframes::new(SPACING);
+    kept.push(scene.at, ());
     while scene.next_at(tape).is_some() {
         let marks = scene.marks.len();
         scene.step(tape);
-        if scene.marks.len() != marks && !tell(Finding::Marks(scene.marks.clone())) {
+        if scene.marks.len() != marks && !report(Finding::Marks(scene.marks.clone())) {
             return scene.damage;
         }
-        if told.wants(scene.at) {
-            told.push(scene.at, ());
-            if !tell(Finding::State(Box::new(scene.clone()))) {
+        if kept.wants(scene.at) {
+            kept.push(scene.at, ());
+            if !report(Finding::State(Box::new(scene.clone()))) {
                 return scene.damage;
             }
         }
     }
-    tell(Finding::End(scene.at));
+    report(Finding::End(scene.at));
     scene.damage
 }
 
@@ -296,11 +297,11 @@ mod tests {
     use crate::statistics::{Rejected, Resync};
 
     /// The same bytes read by `info`, and played to their end.
-    fn both(bytes: Vec<u8>) -> (Info, Scene) {
+    fn both(bytes: Vec<u8>) -> (Info, CaptureState) {
         let mut capture = Capture::read("", Box::new(Bytes::new(bytes.clone()))).unwrap();
         let info = Info::read(&mut capture);
         let mut tape = index::read(Arc::new(bytes), Path::new("")).unwrap();
-        let mut scene = Scene::new("", Arc::default(), &*tape);
+        let mut scene = CaptureState::new("", Arc::default(), &*tape);
         while scene.next_at(&mut tape).is_some() {
             scene.step(&mut tape);
         }
@@ -317,7 +318,7 @@ mod tests {
     }
 
     /// What `info`, the link panel and the raw panel say.
-    fn assert_the_same(bytes: Vec<u8>) -> (Info, Scene) {
+    fn assert_the_same(bytes: Vec<u8>) -> (Info, CaptureState) {
         let (info, scene) = both(bytes);
         let link = &scene.facts.link;
         let panel = *link.statistics().unwrap();

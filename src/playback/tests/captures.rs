@@ -20,31 +20,34 @@ fn stamped_text_is_played_at_its_own_times() {
     let tape = text(&stamped);
     assert_eq!(tape.unix(), Some(Moment::from_hours(498_694)));
     let length = tape.length();
-    let (mut reel, end) = surveyed(tape);
+    let (mut timeline, end) = read_whole(tape);
     assert!(
         end <= length && end > Moment::from_hours(1),
         "{end:?} of {length:?}"
     );
-    let (mut untimed, plain_end) = surveyed(text(&plain));
-    reel.seek(end);
+    let (mut untimed, plain_end) = read_whole(text(&plain));
+    timeline.seek(end);
     untimed.seek(plain_end);
-    assert_eq!(reel.facts().tally().lines, untimed.facts().tally().lines);
-    // In the pause nothing happened, and the link is told to be silent.
-    reel.seek(Moment::from_mins(30));
-    let silent = reel.facts().tally().lines;
     assert_eq!(
-        reel.at().as_secs(),
+        timeline.facts().tally().lines,
+        untimed.facts().tally().lines
+    );
+    // In the pause nothing happened, and the link is told to be silent.
+    timeline.seek(Moment::from_mins(30));
+    let silent = timeline.facts().tally().lines;
+    assert_eq!(
+        timeline.at().as_secs(),
         55,
         "five seconds after the last line it is told"
     );
-    reel.seek(Moment::from_mins(50));
-    assert_eq!(reel.facts().tally().lines, silent);
+    timeline.seek(Moment::from_mins(50));
+    assert_eq!(timeline.facts().tally().lines, silent);
     // Lines with the same stamp follow each other as on the radio.
-    assert!(matches!(reel.seek_line(20, STEPS_MAX), Found::At(_)));
+    assert!(matches!(timeline.seek_line(20, STEPS_MAX), Found::At(_)));
     let times: Vec<Moment> = (0..6)
         .map(|_| {
-            assert!(reel.step_forward());
-            reel.at()
+            assert!(timeline.step_forward());
+            timeline.at()
         })
         .collect();
     assert!(times.is_sorted_by(|a, b| a < b), "{times:?}");
@@ -75,10 +78,10 @@ fn what_is_cut_off_or_damaged_is_shown_as_far_as_it_goes_and_says_why() {
     let lines = |bytes: &[u8]| {
         let tape = index::read(Arc::new(bytes.to_vec()), Path::new("x.mcap"));
         let tape = tape.map_err(|error| error.to_string())?;
-        let (mut reel, end) = surveyed(tape);
-        reel.seek(end);
-        let tally = reel.facts().tally();
-        let log: Vec<String> = reel
+        let (mut timeline, end) = read_whole(tape);
+        timeline.seek(end);
+        let tally = timeline.facts().tally();
+        let log: Vec<String> = timeline
             .facts()
             .log
             .newest_first()
@@ -123,8 +126,8 @@ fn what_is_cut_off_or_damaged_is_shown_as_far_as_it_goes_and_says_why() {
 
 #[test]
 fn an_empty_capture_ends_at_once() {
-    let (mut reel, end) = surveyed(text(b""));
-    reel.seek(end);
+    let (mut timeline, end) = read_whole(text(b""));
+    timeline.seek(end);
     assert_eq!(end, Moment::ZERO);
-    assert!(!reel.step_forward() && !reel.step_back());
+    assert!(!timeline.step_forward() && !timeline.step_back());
 }

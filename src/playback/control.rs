@@ -21,7 +21,7 @@ pub const MARKER_REACH: Moment = Moment::from_millis(250);
 
 /// What the operator asks for.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub enum Travel {
+pub enum Control {
     /// Stand still, or go on.
     TogglePause,
     /// Let time pass at this multiple of real time.
@@ -32,7 +32,7 @@ pub enum Travel {
         forward: bool,
     },
     /// To a place that was typed.
-    Seek(Target),
+    Seek(Position),
     /// To the next of a kind, or the one before.
     Jump {
         /// Which kind; the one of the last jump where there is none.
@@ -44,8 +44,8 @@ pub enum Travel {
     Mark,
     /// Begin a loop here, end it here, or take it away: in this order.
     Loop,
-    /// No more of what is looked for.
-    GiveUp,
+    /// End the search under way.
+    StopSearch,
     /// To the newest there is: back to now in a live session.
     Newest,
     /// To the oldest there is.
@@ -84,7 +84,7 @@ impl Tally {
 
 /// A place in time that can be typed.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub enum Target {
+pub enum Position {
     /// Since the beginning: `12:30`, `1:02:30`, `90s`.
     At(Moment),
     /// From here on: `+30s`.
@@ -100,37 +100,37 @@ pub enum Target {
 }
 
 /// How to type a place, for a person.
-pub const TARGET_HELP: &str =
+pub const POSITION_HELP: &str =
     "to 12:30, 1:02:30, +30s, -2m, 90%, #1234 (a packet) or 14:05Z (time of day, UTC)";
 
 /// What was typed is no place in time.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 #[error("`{0}` is no time: say 12:30, +30s, -2m, 90%, #1234 or 14:05Z")]
-pub struct NoTarget(String);
+pub struct PositionError(String);
 
-impl FromStr for Target {
-    type Err = NoTarget;
+impl FromStr for Position {
+    type Err = PositionError;
 
-    fn from_str(text: &str) -> Result<Self, NoTarget> {
+    fn from_str(text: &str) -> Result<Self, PositionError> {
         let text = text.trim();
-        parse(text).ok_or_else(|| NoTarget(text.to_owned()))
+        parse(text).ok_or_else(|| PositionError(text.to_owned()))
     }
 }
 
-fn parse(text: &str) -> Option<Target> {
+fn parse(text: &str) -> Option<Position> {
     if let Some(number) = text.strip_prefix('#') {
         let number = number.trim().parse().ok()?;
-        return (number > 0).then_some(Target::Packet(number));
+        return (number > 0).then_some(Position::Packet(number));
     }
     if let Some(number) = text.strip_suffix('%') {
         let percent = decimal(number.trim())?;
-        return (percent <= 100.0).then_some(Target::Percent(percent));
+        return (percent <= 100.0).then_some(Position::Percent(percent));
     }
     if let Some(span) = text.strip_prefix('+') {
-        return Some(Target::Ahead(time_span(span.trim())?));
+        return Some(Position::Ahead(time_span(span.trim())?));
     }
     if let Some(span) = text.strip_prefix('-') {
-        return Some(Target::Back(time_span(span.trim())?));
+        return Some(Position::Back(time_span(span.trim())?));
     }
     if let Some(clock) = text.strip_suffix(['Z', 'z']) {
         let (hours, rest) = clock.split_once(':')?;
@@ -139,9 +139,9 @@ fn parse(text: &str) -> Option<Target> {
         let seconds = decimal(seconds)?;
         let is_clock = hours < 24 && minutes < 60 && seconds < 60.0;
         let since_midnight = Moment::from_secs(hours * 3600 + minutes * 60);
-        return is_clock.then(|| Target::Utc(since_midnight + Moment::from_secs_f64(seconds)));
+        return is_clock.then(|| Position::Utc(since_midnight + Moment::from_secs_f64(seconds)));
     }
-    time_span(text).map(Target::At)
+    time_span(text).map(Position::At)
 }
 
 /// `12:30`, `1:02:30`, `30s`, `2m`, `1h`, or seconds alone.
@@ -254,20 +254,20 @@ mod tests {
     #[test]
     fn a_place_is_typed_as_people_write_it() {
         for (text, target) in [
-            ("12:30", Target::At(ms(750_000))),
-            (" 1:02:30 ", Target::At(ms(3_750_000))),
-            ("90:00", Target::At(ms(5_400_000))),
-            ("0:07.5", Target::At(ms(7_500))),
-            ("45", Target::At(ms(45_000))),
-            ("45s", Target::At(ms(45_000))),
-            ("+30s", Target::Ahead(ms(30_000))),
-            ("+1:30", Target::Ahead(ms(90_000))),
-            ("-2m", Target::Back(ms(120_000))),
-            ("-0.5h", Target::Back(ms(1_800_000))),
-            ("90%", Target::Percent(90.0)),
-            ("#1234", Target::Packet(1234)),
-            ("14:05Z", Target::Utc(ms(50_700_000))),
-            ("14:05:07z", Target::Utc(ms(50_707_000))),
+            ("12:30", Position::At(ms(750_000))),
+            (" 1:02:30 ", Position::At(ms(3_750_000))),
+            ("90:00", Position::At(ms(5_400_000))),
+            ("0:07.5", Position::At(ms(7_500))),
+            ("45", Position::At(ms(45_000))),
+            ("45s", Position::At(ms(45_000))),
+            ("+30s", Position::Ahead(ms(30_000))),
+            ("+1:30", Position::Ahead(ms(90_000))),
+            ("-2m", Position::Back(ms(120_000))),
+            ("-0.5h", Position::Back(ms(1_800_000))),
+            ("90%", Position::Percent(90.0)),
+            ("#1234", Position::Packet(1234)),
+            ("14:05Z", Position::Utc(ms(50_700_000))),
+            ("14:05:07z", Position::Utc(ms(50_707_000))),
         ] {
             assert_eq!(text.parse(), Ok(target), "{text}");
         }
@@ -297,7 +297,7 @@ mod tests {
             "9999999999999999999999h",
             "+ -3",
         ] {
-            let error = text.parse::<Target>().expect_err(text);
+            let error = text.parse::<Position>().expect_err(text);
             assert!(error.to_string().contains("+30s"), "{text}");
         }
     }
@@ -306,7 +306,7 @@ mod tests {
     fn times_are_told_as_they_are_typed() {
         for s in [0, 59, 60, 3599, 3600, 86_399] {
             let at = Moment::from_secs(s);
-            assert_eq!(clock_words(at).parse(), Ok(Target::At(at)));
+            assert_eq!(clock_words(at).parse(), Ok(Position::At(at)));
         }
     }
 }

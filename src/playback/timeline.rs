@@ -1,89 +1,106 @@
 //! Finds moments: by time, by line, by landmark.
 
-use super::hunt::Hunt;
+use super::cache::{Cache, go_on, run};
+use super::control::Landmark;
 use super::keyframes::Keyframes;
-use super::way::{Near, go_on, run};
+use super::search::Search;
 use crate::event::Moment;
 use crate::model::Facts;
-use crate::travel::Landmark;
 
-/// A state that goes forward in time, thing by thing.
-pub trait Cursor: Clone {
-    /// Where it takes what happens next from.
-    type Supply;
+/// A state that goes forward in time, step by step.
+pub trait Cursor: Clone + 'static {
+    /// Where its events come from.
+    type Source;
 
     /// What is known at its moment.
     fn facts(&self) -> &Facts;
 
-    /// When the last thing happened.
+    /// When the last step happened.
     fn at(&self) -> Moment;
 
-    /// When the next thing happens; `None` at the end.
-    fn next_at(&self, supply: &mut Self::Supply) -> Option<Moment>;
+    /// When the next step happens; `None` at the end.
+    fn next_at(&self, source: &mut Self::Source) -> Option<Moment>;
 
-    /// Lets the next thing happen.
-    fn step(&mut self, supply: &mut Self::Supply);
-
-    /// A state that knows nothing of what happened long before a moment and so is there at once; `None`
-    /// where no state is ever far away.
-    fn afresh(&self, supply: &mut Self::Supply, at: Moment) -> Option<Self>;
-
-    /// When the line of a number came, and how many lines came before that moment, as far as the supply tells without
-    /// being read.
-    fn about_line(supply: &mut Self::Supply, number: u64) -> Option<(Moment, u64)>;
-
-    /// Whether there may be a landmark of a kind from one moment until another, as far as the supply tells without
-    /// being read.
-    fn may_hold(supply: &mut Self::Supply, landmark: Landmark, from: Moment, until: Moment)
-    -> bool;
+    /// Takes the next step.
+    fn step(&mut self, source: &mut Self::Source);
 }
 
-/// Going somewhere takes no more things than this before something less than exact is shown.
+/// A moment, and the number of lines before it.
+pub type LinePlace = (Moment, u64);
+
+/// How to enter a source anywhere without reading what lies before.
+pub struct Shortcuts<C: Cursor> {
+    /// A state shortly before a moment that lacks what happened long before; any state of the source makes one.
+    pub fresh: fn(&C, &mut C::Source, Moment) -> C,
+    /// The place of the line of a number, by the index; may be inexact.
+    pub about_line: fn(&mut C::Source, u64) -> Option<LinePlace>,
+    /// Whether a landmark may lie between two moments, by the index.
+    pub may_hold: fn(&mut C::Source, Landmark, Moment, Moment) -> bool,
+}
+
+/// Most steps to a moment before an incomplete state is shown meanwhile.
 pub const STEPS_MAX: usize = 4096;
 
-/// Where no kept state is near, a jump goes through so many times as many things before it waits for what is being read.
-const HUNTS: usize = 4;
+/// How many times as many steps a jump searches the unread part at once.
+const SEARCH_FACTOR: usize = 4;
 
 /// What became of a search.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Found {
-    /// It is here.
+    /// At this moment.
     At(Moment),
-    /// There is none.
+    /// It does not exist.
     Nowhere,
-    /// Nobody has read as far as it may be.
+    /// It may lie in the unread part.
     NotYet,
 }
 
-/// All that can be shown of a capture or a session.
-pub struct Reel<C: Cursor> {
-    supply: C::Supply,
+/// Every moment of a capture or of a live session that can be shown.
+pub struct Timeline<C: Cursor> {
+    source: C::Source,
+    /// `None` where every state is near.
+    shortcuts: Option<&'static Shortcuts<C>>,
     frames: Keyframes<C>,
-    /// States that lack nothing, of what was gone through lately.
-    near: Near<C>,
+    cache: Cache<C>,
     shown: C,
-    /// On its way to the shown moment with everything that happened before, while `shown` lacks that.
-    chase: Option<C>,
-    /// A search where nobody has read yet.
-    hunt: Option<Hunt<C>>,
+    /// The complete state on its way to the shown moment, while `shown` is incomplete.
+    catch_up: Option<C>,
+    /// A search in the unread part.
+    search: Option<Search<C>>,
     /// Keyframes reach to the end.
     is_complete: bool,
 }
 
-impl<C: Cursor> Reel<C> {
-    /// A reel that shows a first moment, before which nothing happened.
+impl<C: Cursor> Timeline<C> {
+    /// A timeline of which every state is kept, standing at its first moment.
     #[must_use]
-    pub fn new(supply: C::Supply, first: C, spacing: Moment) -> Self {
+    pub fn new(source: C::Source, first: C, spacing: Moment) -> Self {
         let mut frames = Keyframes::new(spacing);
         frames.push(first.at(), first.clone());
         Self {
-            supply,
+            source,
+            shortcuts: None,
             frames,
-            near: Near::default(),
+            cache: Cache::default(),
             shown: first,
-            chase: None,
-            hunt: None,
+            catch_up: None,
+            search: None,
+            is_complete: true,
+        }
+    }
+
+    /// A timeline of which states are still being read: [`Self::complete`] says when all are kept.
+    #[must_use]
+    pub fn unread(
+        source: C::Source,
+        shortcuts: &'static Shortcuts<C>,
+        first: C,
+        spacing: Moment,
+    ) -> Self {
+        Self {
+            shortcuts: Some(shortcuts),
             is_complete: false,
+            ..Self::new(source, first, spacing)
         }
     }
 
@@ -93,41 +110,41 @@ impl<C: Cursor> Reel<C> {
         self.shown.facts()
     }
 
-    /// When the last thing shown happened.
+    /// When the last step shown happened.
     #[must_use]
     pub fn at(&self) -> Moment {
         self.shown.at()
     }
 
-    /// Where things come from.
+    /// Where events come from.
     #[must_use]
-    pub const fn supply(&self) -> &C::Supply {
-        &self.supply
+    pub const fn source(&self) -> &C::Source {
+        &self.source
     }
 
-    /// Where things come from.
-    pub const fn supply_mut(&mut self) -> &mut C::Supply {
-        &mut self.supply
+    /// Where events come from.
+    pub const fn source_mut(&mut self) -> &mut C::Source {
+        &mut self.source
     }
 
-    /// Number of the newest line shown; `None` while that is not known.
+    /// Number of the newest line shown; `None` while it is unknown.
     #[must_use]
     pub fn packet(&self) -> Option<u64> {
-        self.chase.is_none().then(|| self.facts().tally().lines)
+        self.catch_up.is_none().then(|| self.facts().tally().lines)
     }
 
-    /// Whether what happened long before the shown moment is missing from it.
+    /// Whether the shown state lacks what happened long before.
     #[must_use]
     pub const fn is_partial(&self) -> bool {
-        self.chase.is_some()
+        self.catch_up.is_some()
     }
 
-    /// When the next thing happens.
+    /// When the next step happens.
     pub fn next_at(&mut self) -> Option<Moment> {
-        self.shown.next_at(&mut self.supply)
+        self.shown.next_at(&mut self.source)
     }
 
-    /// Takes a state of the reel, newer than those it has.
+    /// Keeps a state newer than those kept.
     pub fn keep(&mut self, frame: C) {
         self.frames.push(frame.at(), frame);
     }
@@ -144,35 +161,37 @@ impl<C: Cursor> Reel<C> {
         self.frames.get(0).map(|(at, _)| *at)
     }
 
-    /// Everything has been read: its states are here.
+    /// All states have been read and kept.
     pub const fn complete(&mut self) {
         self.is_complete = true;
     }
 
-    /// Forgets states that are not needed to show a moment or later; returns the oldest that is left.
+    /// Forgets states that are not needed to show `at` or later; returns the oldest left if any went.
     pub fn forget_before(&mut self, at: Moment) -> Option<&C> {
         let has_gone = self.frames.forget_before(at);
         let (oldest_at, oldest) = self.frames.get(0).filter(|_| has_gone)?;
-        // One of the same moment may stand before what is forgotten.
-        self.near.states.retain(|near| near.at() > *oldest_at);
+        // A cached state of the same moment may stand before forgotten events.
+        self.cache.states.retain(|state| state.at() > *oldest_at);
         Some(oldest)
     }
 
-    /// Shows a moment: everything that happened until then, it included.
+    /// Shows a moment: everything that happened until then, inclusive.
     pub fn seek(&mut self, at: Moment) {
         let mut cursor = self.exact_before(at);
-        if self.near.run(&mut cursor, &mut self.supply, at, STEPS_MAX) {
+        if self.cache.run(&mut cursor, &mut self.source, at, STEPS_MAX) {
             self.show(cursor);
             return;
         }
-        match cursor.afresh(&mut self.supply, at) {
+        let shortcuts = self.shortcuts;
+        match shortcuts.map(|to| (to.fresh)(&cursor, &mut self.source, at)) {
             Some(mut fresh) if fresh.at() > cursor.at() => {
-                run(&mut fresh, &mut self.supply, at);
+                run(&mut fresh, &mut self.source, at);
                 self.shown = fresh;
-                self.chase = Some(cursor);
+                self.catch_up = Some(cursor);
             }
             _ => {
-                self.near.run(&mut cursor, &mut self.supply, at, usize::MAX);
+                self.cache
+                    .run(&mut cursor, &mut self.source, at, usize::MAX);
                 self.show(cursor);
             }
         }
@@ -180,28 +199,28 @@ impl<C: Cursor> Reel<C> {
 
     /// Lets time pass until a moment.
     pub fn run_to(&mut self, at: Moment) {
-        run(&mut self.shown, &mut self.supply, at);
+        run(&mut self.shown, &mut self.source, at);
     }
 
     fn show(&mut self, cursor: C) {
         self.shown = cursor;
-        self.chase = None;
+        self.catch_up = None;
     }
 
-    /// The nearest state that lacks nothing and is not after a moment.
+    /// The nearest complete state not after a moment.
     fn exact_before(&self, at: Moment) -> C {
         self.nearest(|cursor| cursor.at() <= at)
             .unwrap_or(&self.shown)
             .clone()
     }
 
-    /// The newest state that lacks nothing of those for which something holds that holds for all before them, too;
-    /// the first of all states where it holds for none.
+    /// The newest complete state for which `holds`, which must hold for all before it, too; the first state where it
+    /// holds for none.
     fn nearest(&self, holds: impl Fn(&C) -> bool) -> Option<&C> {
         let place = self.frames.last_where(&holds).unwrap_or(0);
         let frame = self.frames.get(place).map(|(_, frame)| frame);
-        let exact = self.chase.as_ref().unwrap_or(&self.shown);
-        let others = self.near.states.iter().chain([exact]);
+        let exact = self.catch_up.as_ref().unwrap_or(&self.shown);
+        let others = self.cache.states.iter().chain([exact]);
         let newer = others.filter(|cursor| holds(cursor));
         frame
             .into_iter()
@@ -209,22 +228,24 @@ impl<C: Cursor> Reel<C> {
             .max_by_key(|cursor| cursor.at())
     }
 
-    /// Works on what is missing from the shown moment, for so many things; says whether it is there now.
+    /// Completes the shown state, in at most `steps` steps; says whether it is complete now.
     pub fn work(&mut self, steps: usize) -> bool {
-        let Some(mut chase) = self.chase.take() else {
+        let Some(mut catch_up) = self.catch_up.take() else {
             return false;
         };
         let target = self.shown.at();
         if let Some((at, frame)) = self.frames.before(target).and_then(|n| self.frames.get(n))
-            && *at > chase.at()
+            && *at > catch_up.at()
         {
-            chase = frame.clone();
+            catch_up = frame.clone();
         }
-        let is_there = self.near.run(&mut chase, &mut self.supply, target, steps);
+        let is_there = self
+            .cache
+            .run(&mut catch_up, &mut self.source, target, steps);
         if is_there {
-            self.shown = chase;
+            self.shown = catch_up;
         } else {
-            self.chase = Some(chase);
+            self.catch_up = Some(catch_up);
         }
         is_there
     }
@@ -234,7 +255,7 @@ impl<C: Cursor> Reel<C> {
         let lines = self.facts().tally().lines;
         let mut cursor = self.shown.clone();
         let goes_on = |cursor: &C, _| cursor.facts().tally().lines == lines;
-        go_on(&mut cursor, &mut self.supply, usize::MAX, goes_on, |_| {});
+        go_on(&mut cursor, &mut self.source, usize::MAX, goes_on, |_| {});
         let is_there = cursor.facts().tally().lines > lines;
         if is_there {
             self.shown = cursor;
@@ -251,18 +272,19 @@ impl<C: Cursor> Reel<C> {
         lines > 1 && self.seek_line(lines - 1, usize::MAX) != Found::Nowhere
     }
 
-    /// Where the number of a line is not known, its time says which it is.
+    /// Finds the line before by time, where its number is unknown.
     fn step_back_by_time(&mut self) -> bool {
         let Some(line_at) = self.facts().newest_line_at() else {
             return false;
         };
-        let Some(mut cursor) = self.shown.afresh(&mut self.supply, line_at) else {
+        let Some(shortcuts) = self.shortcuts else {
             return false;
         };
+        let mut cursor = (shortcuts.fresh)(&self.shown, &mut self.source, line_at);
         let mut before = None;
-        while let Some(at) = cursor.next_at(&mut self.supply).filter(|at| *at < line_at) {
+        while let Some(at) = cursor.next_at(&mut self.source).filter(|at| *at < line_at) {
             let lines = cursor.facts().tally().lines;
-            cursor.step(&mut self.supply);
+            cursor.step(&mut self.source);
             if cursor.facts().tally().lines > lines {
                 before = Some((at, cursor.clone()));
             }
@@ -274,8 +296,7 @@ impl<C: Cursor> Reel<C> {
         true
     }
 
-    /// Shows the line of a number, from 1, at its moment. While the reel is not complete, so many things behind its
-    /// newest state are looked through.
+    /// Shows the line of a number, from 1. In the unread part at most `beyond` steps after the newest state are taken.
     pub fn seek_line(&mut self, number: u64, beyond: usize) -> Found {
         let lines = |cursor: &C| cursor.facts().tally().lines;
         let place = self.frames.last_where(|frame| lines(frame) < number);
@@ -286,13 +307,13 @@ impl<C: Cursor> Reel<C> {
         let mut cursor = nearest.unwrap_or(&self.shown).clone();
         let is_newest = place.is_none_or(|place| self.frames.get(place + 1).is_none());
         let reach = self.reach(is_newest, beyond);
-        let supply = &mut self.supply;
+        let source = &mut self.source;
         go_on(
             &mut cursor,
-            supply,
+            source,
             reach,
             |cursor, _| lines(cursor) < number,
-            |cursor| self.near.keep(cursor),
+            |cursor| self.cache.keep(cursor),
         );
         if lines(&cursor) >= number {
             let at = cursor.at();
@@ -302,71 +323,81 @@ impl<C: Cursor> Reel<C> {
         self.missed(&cursor)
     }
 
-    /// Shows the line of a number where nobody has read yet, as far as the capture tells where it is: another one is
-    /// shown where it tells no more than about where. Says when the line is; `None` where nothing tells.
+    /// Shows the line of a number at its place in the unread part, estimated by the index; returns its moment, `None`
+    /// where there is no estimate.
     pub fn seek_about_line(&mut self, number: u64) -> Option<Moment> {
-        let (from, before) = C::about_line(&mut self.supply, number)?;
+        let shortcuts = self.shortcuts?;
+        let (from, before) = (shortcuts.about_line)(&mut self.source, number)?;
         let lines = |cursor: &C| cursor.facts().tally().lines;
-        let mut fresh = self.shown.afresh(&mut self.supply, from)?;
-        let supply = &mut self.supply;
+        let mut fresh = (shortcuts.fresh)(&self.shown, &mut self.source, from);
+        let source = &mut self.source;
         go_on(
             &mut fresh,
-            supply,
+            source,
             usize::MAX,
             |_, next| next < from,
             |_| {},
         );
         let wanted = lines(&fresh).saturating_add(number.checked_sub(before)?);
         let goes_on = |cursor: &C, _| lines(cursor) < wanted;
-        go_on(&mut fresh, supply, STEPS_MAX, goes_on, |_| {});
+        go_on(&mut fresh, source, STEPS_MAX, goes_on, |_| {});
         let at = fresh.at();
         if lines(&fresh) < wanted {
             return None;
         }
-        self.chase = Some(self.exact_before(at));
+        self.catch_up = Some(self.exact_before(at));
         self.shown = fresh;
         Some(at)
     }
 
-    /// The first of a kind after a moment, found as [`Self::seek_line`] finds a line; where nobody has read yet it is
-    /// looked for from the moment on, which [`Self::hunt`] goes on with.
+    /// The first landmark of a kind after a moment. In the unread part at most `beyond` steps are taken at once;
+    /// [`Self::search`] continues.
     pub fn find_next(&mut self, landmark: Landmark, after: Moment, beyond: usize) -> Found {
         let found = self.find_next_read(landmark, after, beyond);
-        self.or_hunt(found, beyond, || Hunt::ahead(landmark, after))
+        self.or_search(found, beyond, |shortcuts| {
+            Search::ahead(landmark, after, shortcuts)
+        })
     }
 
-    /// The last of a kind before a moment, likewise.
+    /// The last landmark of a kind before a moment, likewise.
     pub fn find_last(&mut self, landmark: Landmark, before: Moment, beyond: usize) -> Found {
         let found = self.find_last_read(landmark, before, beyond);
         let kept = self.frames.before(Moment::MAX);
         let kept = kept.and_then(|place| self.frames.get(place));
         let kept_at = kept.map_or(Moment::ZERO, |(at, _)| *at);
-        self.or_hunt(found, beyond, || Hunt::back(landmark, before, kept_at))
+        self.or_search(found, beyond, |shortcuts| {
+            Search::back(landmark, before, kept_at, shortcuts)
+        })
     }
 
-    fn or_hunt(&mut self, found: Found, beyond: usize, hunt: impl FnOnce() -> Hunt<C>) -> Found {
+    fn or_search(
+        &mut self,
+        found: Found,
+        beyond: usize,
+        search: impl FnOnce(&'static Shortcuts<C>) -> Search<C>,
+    ) -> Found {
         if found != Found::NotYet {
-            self.hunt = None;
-        } else if beyond > 0 {
-            self.hunt = Some(hunt());
-            return self.hunt(beyond.saturating_mul(HUNTS));
+            self.search = None;
+        } else if let Some(shortcuts) = self.shortcuts.filter(|_| beyond > 0) {
+            self.search = Some(search(shortcuts));
+            return self.search(beyond.saturating_mul(SEARCH_FACTOR));
         }
         found
     }
 
-    /// Goes on with the search where nobody has read yet, through so many things.
-    pub fn hunt(&mut self, steps: usize) -> Found {
-        let Some(mut hunt) = self.hunt.take() else {
+    /// Continues the search of the unread part, in at most `steps` steps.
+    pub fn search(&mut self, steps: usize) -> Found {
+        let Some(mut search) = self.search.take() else {
             return Found::NotYet;
         };
-        match hunt.go_on(&self.shown, &mut self.supply, steps) {
-            Found::NotYet => self.hunt = Some(hunt),
+        match search.go_on(&self.shown, &mut self.source, steps) {
+            Found::NotYet => self.search = Some(search),
             Found::At(at) => return Found::At(at),
             Found::Nowhere => {
-                return match (hunt.back_to(), hunt.landmark()) {
-                    // What is kept knows all before it.
+                return match (search.back_to(), search.landmark()) {
+                    // Kept states know everything before them.
                     (Some(kept_at), sought) => self.find_last_read(sought, kept_at, usize::MAX),
-                    // What has been wrong for how long is known for certain by who has read everything.
+                    // How long an alarm's cause has lasted is certain only after reading everything.
                     (None, Landmark::Alarm) => Found::NotYet,
                     (None, _) => Found::Nowhere,
                 };
@@ -375,15 +406,15 @@ impl<C: Cursor> Reel<C> {
         Found::NotYet
     }
 
-    /// Whether a search goes on where nobody has read yet.
+    /// Whether a search of the unread part is under way.
     #[must_use]
-    pub const fn is_hunting(&self) -> bool {
-        self.hunt.is_some()
+    pub const fn is_searching(&self) -> bool {
+        self.search.is_some()
     }
 
-    /// Gives the search up.
-    pub fn give_up(&mut self) {
-        self.hunt = None;
+    /// Ends the search.
+    pub fn stop_search(&mut self) {
+        self.search = None;
     }
 
     fn find_next_read(&mut self, landmark: Landmark, after: Moment, beyond: usize) -> Found {
@@ -399,13 +430,13 @@ impl<C: Cursor> Reel<C> {
                 };
                 let mut steps = self.reach(until.is_none(), beyond);
                 let last = until.unwrap_or(Moment::MAX);
-                while let Some(at) = cursor.next_at(&mut self.supply).filter(|at| *at <= last) {
+                while let Some(at) = cursor.next_at(&mut self.source).filter(|at| *at <= last) {
                     if steps == 0 {
                         return Found::NotYet;
                     }
                     steps -= 1;
                     let before = count(&cursor);
-                    cursor.step(&mut self.supply);
+                    cursor.step(&mut self.source);
                     if at > after && count(&cursor) > before {
                         return Found::At(at);
                     }
@@ -434,7 +465,7 @@ impl<C: Cursor> Reel<C> {
             let mut steps = self.reach(end.is_none(), beyond);
             let mut cursor = frame.clone();
             let mut found = None;
-            while let Some(at) = cursor.next_at(&mut self.supply).filter(|at| *at <= last) {
+            while let Some(at) = cursor.next_at(&mut self.source).filter(|at| *at <= last) {
                 if at >= before {
                     break;
                 }
@@ -443,7 +474,7 @@ impl<C: Cursor> Reel<C> {
                 }
                 steps -= 1;
                 let counted = count(&cursor);
-                cursor.step(&mut self.supply);
+                cursor.step(&mut self.source);
                 if count(&cursor) > counted {
                     found = Some(at);
                 }
@@ -455,7 +486,7 @@ impl<C: Cursor> Reel<C> {
         Found::Nowhere
     }
 
-    /// How many things are worth going through from a state on in search of something.
+    /// Most steps to search from a state.
     const fn reach(&self, is_newest: bool, beyond: usize) -> usize {
         if self.is_complete || !is_newest {
             usize::MAX
@@ -464,9 +495,9 @@ impl<C: Cursor> Reel<C> {
         }
     }
 
-    /// What it means that a search ended without success where a state stands now.
+    /// The result of a search that ended at a state without success.
     fn missed(&mut self, cursor: &C) -> Found {
-        match cursor.next_at(&mut self.supply) {
+        match cursor.next_at(&mut self.source) {
             Some(_) => Found::NotYet,
             None => Found::Nowhere,
         }

@@ -1,25 +1,25 @@
-//! Lets time pass in a reel and obeys the operator. The host's time is a parameter.
+//! Lets time pass in a timeline and obeys the operator; the host's time is a parameter.
 
-use super::quest::Quest;
-use super::reel::{Cursor, Found, Reel, STEPS_MAX};
-use crate::event::Moment;
-use crate::model::Facts;
-use crate::travel::{
-    Landmark, MARKER_REACH, MARKERS_MAX, Playback, SPEED_MAX, SPEED_MIN, Target, Travel,
+use super::control::{
+    Control, Landmark, MARKER_REACH, MARKERS_MAX, Playback, Position, SPEED_MAX, SPEED_MIN,
     clock_words,
 };
+use super::target::Target;
+use super::timeline::{Cursor, Found, STEPS_MAX, Timeline};
+use crate::event::Moment;
+use crate::model::Facts;
 
-/// The screen is brought up to date no more often than this, and no less often than [`SLOWEST`] while time
-/// passes.
+/// Least time between two updates of the screen.
 const FASTEST: Moment = Moment::from_millis(40);
 
+/// Most time between two updates of the screen while time passes.
 const SLOWEST: Moment = Moment::from_secs(1);
 
 const DAY: Moment = Moment::from_hours(24);
 
-/// Plays a reel.
+/// Plays a capture or the past of a live session.
 pub struct Player<C: Cursor> {
-    reel: Reel<C>,
+    timeline: Timeline<C>,
     is_live: bool,
     paused: bool,
     speed: f64,
@@ -29,32 +29,32 @@ pub struct Player<C: Cursor> {
     from: Moment,
     until: Moment,
     unix: Option<Moment>,
-    /// While the reel is not complete: how far it goes.
+    /// How far the timeline has been read; `None` when it is complete.
     read_until: Option<Moment>,
     markers: Vec<Moment>,
-    /// Those of them that came with the capture.
+    /// The markers from the capture.
     recorded: Vec<Moment>,
-    /// A moment that was marked just now, or is not any more.
+    /// The mark set (`true`) or removed last.
     marked: Option<(Moment, bool)>,
     repeat: Option<(Moment, Option<Moment>)>,
     note: Option<String>,
-    sought: Landmark,
-    /// What was asked for and may lie where nobody has read yet.
-    quest: Option<Quest>,
+    landmark: Landmark,
+    /// A target that may lie in the unread part.
+    target: Option<Target>,
 }
 
 impl<C: Cursor> Player<C> {
     /// Plays a capture from its beginning.
     #[must_use]
     pub const fn of_capture(
-        reel: Reel<C>,
+        timeline: Timeline<C>,
         host: Moment,
         speed: f64,
         length: Moment,
         unix: Option<Moment>,
     ) -> Self {
         Self {
-            reel,
+            timeline,
             is_live: false,
             paused: false,
             speed,
@@ -69,39 +69,37 @@ impl<C: Cursor> Player<C> {
             marked: None,
             repeat: None,
             note: None,
-            sought: Landmark::Alarm,
-            quest: None,
+            landmark: Landmark::Alarm,
+            target: None,
         }
     }
 
-    /// Shows what was in a live session, of which the beginning was at a time of day; it stands at its
-    /// newest moment until told otherwise.
+    /// Plays the past of a live session that began `unix` after 1970; stands at the newest moment.
     #[must_use]
-    pub fn of_session(mut reel: Reel<C>, unix: Option<Moment>) -> Self {
-        reel.complete();
+    pub fn of_session(timeline: Timeline<C>, unix: Option<Moment>) -> Self {
         Self {
             is_live: true,
             paused: true,
             read_until: None,
-            ..Self::of_capture(reel, Moment::ZERO, 1.0, Moment::ZERO, unix)
+            ..Self::of_capture(timeline, Moment::ZERO, 1.0, Moment::ZERO, unix)
         }
     }
 
     /// What is known at the moment shown.
     #[must_use]
     pub fn facts(&self) -> &Facts {
-        self.reel.facts()
+        self.timeline.facts()
     }
 
-    /// What is played.
+    /// The moments that can be shown.
     #[must_use]
-    pub const fn reel(&self) -> &Reel<C> {
-        &self.reel
+    pub const fn timeline(&self) -> &Timeline<C> {
+        &self.timeline
     }
 
-    /// What is played.
-    pub const fn reel_mut(&mut self) -> &mut Reel<C> {
-        &mut self.reel
+    /// The moments that can be shown.
+    pub const fn timeline_mut(&mut self) -> &mut Timeline<C> {
+        &mut self.timeline
     }
 
     /// The moment shown.
@@ -130,13 +128,13 @@ impl<C: Cursor> Player<C> {
         self.at = self.until;
     }
 
-    /// What can be shown begins and ends then.
+    /// Sets the span that can be shown.
     pub fn set_span(&mut self, from: Moment, until: Moment) {
         (self.from, self.until) = (from, until);
         self.markers.retain(|marker| *marker >= from);
     }
 
-    /// Moments that were marked when the capture was made; the operator's own stay.
+    /// Sets the marks of the recording; the operator's own stay.
     pub fn set_recorded_marks(&mut self, marks: Vec<Moment>) {
         let before = std::mem::replace(&mut self.recorded, marks);
         let recorded = &self.recorded;
@@ -148,12 +146,12 @@ impl<C: Cursor> Player<C> {
         self.markers.dedup();
     }
 
-    /// The moment that was marked since this was asked last, and whether it is now, or is not any more.
+    /// The mark set (`true`) or removed since the last call.
     pub const fn take_marked(&mut self) -> Option<(Moment, bool)> {
         self.marked.take()
     }
 
-    /// The capture has been read so far, and the reel has its states; what is looked for may be among them.
+    /// The capture has been read up to a moment, and its states are kept; continues a search.
     pub fn set_read(&mut self, until: Moment) {
         self.read_until = Some(until);
         self.look_on();
@@ -163,7 +161,7 @@ impl<C: Cursor> Player<C> {
     pub fn set_read_through(&mut self, end: Moment) {
         self.read_until = None;
         self.until = end;
-        self.reel.complete();
+        self.timeline.complete();
         if self.at > end {
             self.at = end;
         }
@@ -191,7 +189,7 @@ impl<C: Cursor> Player<C> {
             to = self.until;
             self.paused = true;
         }
-        self.reel.run_to(to);
+        self.timeline.run_to(to);
         self.at = to;
         true
     }
@@ -202,7 +200,7 @@ impl<C: Cursor> Player<C> {
         if self.paused {
             return None;
         }
-        let next = self.reel.next_at().unwrap_or(Moment::MAX);
+        let next = self.timeline.next_at().unwrap_or(Moment::MAX);
         let tick = Moment::from_secs(self.at.as_secs() + 1);
         let mut next = next.min(tick).min(self.until);
         if let Some((_, Some(end))) = self.repeat {
@@ -213,46 +211,46 @@ impl<C: Cursor> Player<C> {
     }
 
     /// Does what the operator asks for.
-    pub fn handle(&mut self, host: Moment, travel: Travel) {
+    pub fn handle(&mut self, host: Moment, control: Control) {
         self.advance(host);
         self.set_at = host;
         self.note = None;
-        self.quest = None;
-        self.reel.give_up();
-        match travel {
-            Travel::TogglePause => {
+        self.target = None;
+        self.timeline.stop_search();
+        match control {
+            Control::TogglePause => {
                 self.paused = !self.paused;
                 if !self.paused && !self.is_live && self.is_at_end() {
                     self.go(self.from);
                 }
             }
-            Travel::Speed(speed) if speed.is_finite() => {
+            Control::Speed(speed) if speed.is_finite() => {
                 self.speed = speed.clamp(SPEED_MIN, SPEED_MAX);
             }
-            Travel::Step { forward } => self.step(forward),
-            Travel::Seek(target) => self.seek(target),
-            Travel::Jump { to, forward } => {
-                self.sought = to.unwrap_or(self.sought);
+            Control::Step { forward } => self.step(forward),
+            Control::Seek(target) => self.seek(target),
+            Control::Jump { to, forward } => {
+                self.landmark = to.unwrap_or(self.landmark);
                 self.jump(forward);
             }
-            Travel::Mark => self.mark(),
-            Travel::Loop => self.set_loop(),
-            // No such speed; and a quest is given up by whatever is done.
-            Travel::Speed(_) | Travel::GiveUp => {}
-            Travel::Newest => self.go(self.until),
-            Travel::Oldest => self.go(self.from),
+            Control::Mark => self.mark(),
+            Control::Loop => self.set_loop(),
+            // A speed that is not finite; any other control ends the search, too.
+            Control::Speed(_) | Control::StopSearch => {}
+            Control::Newest => self.go(self.until),
+            Control::Oldest => self.go(self.from),
         }
     }
 
-    /// As [`Self::handle`], at the newest moment of a live session; says whether another moment is shown for it.
-    /// Where nothing is found the note tells, and the session goes on.
-    pub fn leave_newest(&mut self, host: Moment, travel: Travel) -> bool {
+    /// Like [`Self::handle`], from the newest moment of a live session; returns whether another moment is shown. The
+    /// note says why not.
+    pub fn leave_newest(&mut self, host: Moment, control: Control) -> bool {
         self.rest();
-        self.handle(host, Travel::Newest);
-        self.handle(host, travel);
-        let is_there = match travel {
-            Travel::Jump { .. } | Travel::Step { .. } => self.note.is_none(),
-            Travel::Seek(_) if self.is_at_end() => {
+        self.handle(host, Control::Newest);
+        self.handle(host, control);
+        let is_there = match control {
+            Control::Jump { .. } | Control::Step { .. } => self.note.is_none(),
+            Control::Seek(_) if self.is_at_end() => {
                 self.note
                     .get_or_insert_with(|| "it goes no further than now".to_owned());
                 false
@@ -267,36 +265,36 @@ impl<C: Cursor> Player<C> {
 
     fn go(&mut self, at: Moment) {
         let at = at.clamp(self.from, self.until.max(self.from));
-        self.reel.seek(at);
+        self.timeline.seek(at);
         self.at = at;
     }
 
     fn step(&mut self, forward: bool) {
         self.paused = true;
         let is_there = if forward {
-            self.reel.step_forward()
+            self.timeline.step_forward()
         } else {
-            self.reel.step_back()
+            self.timeline.step_back()
         };
         if is_there {
-            self.at = self.reel.at().min(self.until);
+            self.at = self.timeline.at().min(self.until);
         } else {
             let end = if forward { "last" } else { "first" };
             self.note = Some(format!("this is the {end} line"));
         }
     }
 
-    fn seek(&mut self, target: Target) {
+    fn seek(&mut self, target: Position) {
         match target {
-            Target::At(at) => self.go(at),
-            Target::Ahead(span) => self.go(self.at.saturating_add(span)),
-            Target::Back(span) => self.go(self.at.saturating_sub(span)),
-            Target::Percent(percent) => {
+            Position::At(at) => self.go(at),
+            Position::Ahead(span) => self.go(self.at.saturating_add(span)),
+            Position::Back(span) => self.go(self.at.saturating_sub(span)),
+            Position::Percent(percent) => {
                 let span = self.until.saturating_sub(self.from);
                 self.go(self.from + span.mul_f64(percent / 100.0));
             }
-            Target::Packet(number) => self.look_for(Quest::Packet(number), STEPS_MAX),
-            Target::Utc(since_midnight) => match self.moment_of_utc(since_midnight) {
+            Position::Packet(number) => self.look_for(Target::Packet(number), STEPS_MAX),
+            Position::Utc(since_midnight) => match self.moment_of_utc(since_midnight) {
                 Some(at) => self.go(at),
                 None => self.note = Some("it does not reach to that time of day".to_owned()),
             },
@@ -316,47 +314,47 @@ impl<C: Cursor> Player<C> {
     }
 
     fn jump(&mut self, forward: bool) {
-        let quest = Quest::Landmark {
-            sought: self.sought,
+        let target = Target::Landmark {
+            landmark: self.landmark,
             from: self.at,
             forward,
         };
-        self.look_for(quest, STEPS_MAX);
+        self.look_for(target, STEPS_MAX);
     }
 
-    /// More has been read: looks there.
+    /// Continues a search in what has been read since.
     fn look_on(&mut self) {
-        if let Some(quest) = self.quest.take() {
-            self.look_for(quest, 0);
+        if let Some(target) = self.target.take() {
+            self.look_for(target, 0);
         }
     }
 
-    /// Goes to what is looked for and stands still there; what may lie where nobody has read yet is waited for.
-    fn look_for(&mut self, quest: Quest, beyond: usize) {
-        let found = self.find(quest, beyond);
-        self.arrive(quest, found);
-        if let (Quest::Packet(number), Found::NotYet, 1..) = (quest, found, beyond)
-            && let Some(at) = self.reel.seek_about_line(number)
+    /// Goes to a target and pauses there; waits for one that may lie in the unread part.
+    fn look_for(&mut self, target: Target, beyond: usize) {
+        let found = self.find(target, beyond);
+        self.arrive(target, found);
+        if let (Target::Packet(number), Found::NotYet, 1..) = (target, found, beyond)
+            && let Some(at) = self.timeline.seek_about_line(number)
         {
             self.at = at.min(self.until);
         }
     }
 
-    fn arrive(&mut self, quest: Quest, found: Found) {
-        self.quest = None;
+    fn arrive(&mut self, target: Target, found: Found) {
+        self.target = None;
         match found {
             Found::At(at) => {
                 self.paused = true;
-                match quest {
-                    // The reel is there, which may be one of several lines of that moment.
-                    Quest::Packet(_) => self.at = at.min(self.until),
-                    Quest::Landmark { .. } => self.go(at),
+                match target {
+                    // The timeline stands at this line, which may be one of several of its moment.
+                    Target::Packet(_) => self.at = at.min(self.until),
+                    Target::Landmark { .. } => self.go(at),
                 }
             }
-            Found::Nowhere => self.note = Some(quest.nowhere()),
+            Found::Nowhere => self.note = Some(target.not_found()),
             Found::NotYet => {
                 self.paused = true;
-                self.quest = Some(quest);
+                self.target = Some(target);
             }
         }
     }
@@ -364,37 +362,36 @@ impl<C: Cursor> Player<C> {
     /// Whether there is something to do for [`Self::work`].
     #[must_use]
     pub const fn has_work(&self) -> bool {
-        self.reel.is_partial() || self.reel.is_hunting()
+        self.timeline.is_partial() || self.timeline.is_searching()
     }
 
-    /// Works on what is looked for, or on what is missing from the moment shown, for so many things; says whether anything
-    /// on the screen changed.
+    /// Continues a search, or completes the state shown, in at most `steps` steps; says whether the screen changes.
     pub fn work(&mut self, steps: usize) -> bool {
-        if self.reel.is_hunting() {
-            let found = self.reel.hunt(steps);
-            let quest = self.quest.filter(|_| found != Found::NotYet);
-            if let Some(quest) = quest {
-                self.arrive(quest, found);
+        if self.timeline.is_searching() {
+            let found = self.timeline.search(steps);
+            let target = self.target.filter(|_| found != Found::NotYet);
+            if let Some(target) = target {
+                self.arrive(target, found);
             }
-            return quest.is_some();
+            return target.is_some();
         }
-        let is_whole = self.reel.work(steps);
-        if let Some(quest @ Quest::Packet(_)) = self.quest.filter(|_| is_whole) {
-            // Which line is shown is known; it may be another one than was asked for.
-            let found = self.find(quest, STEPS_MAX);
-            self.arrive(quest, found);
+        let is_whole = self.timeline.work(steps);
+        if let Some(target @ Target::Packet(_)) = self.target.filter(|_| is_whole) {
+            // The number of the line shown is known, and may differ from the estimate.
+            let found = self.find(target, STEPS_MAX);
+            self.arrive(target, found);
         }
         is_whole
     }
 
-    fn find(&mut self, quest: Quest, beyond: usize) -> Found {
-        let (landmark, from, forward) = match quest {
-            Quest::Packet(number) => return self.reel.seek_line(number, beyond),
-            Quest::Landmark {
-                sought,
+    fn find(&mut self, target: Target, beyond: usize) -> Found {
+        let (landmark, from, forward) = match target {
+            Target::Packet(number) => return self.timeline.seek_line(number, beyond),
+            Target::Landmark {
+                landmark,
                 from,
                 forward,
-            } => (sought, from, forward),
+            } => (landmark, from, forward),
         };
         match (landmark, forward) {
             (Landmark::Marker, true) => {
@@ -405,21 +402,21 @@ impl<C: Cursor> Player<C> {
                 let last = self.markers.iter().rev().find(|marker| **marker < from);
                 last.map_or(Found::Nowhere, |at| Found::At(*at))
             }
-            (landmark, true) => self.reel.find_next(landmark, from, beyond),
-            (landmark, false) => self.reel.find_last(landmark, from, beyond),
+            (landmark, true) => self.timeline.find_next(landmark, from, beyond),
+            (landmark, false) => self.timeline.find_last(landmark, from, beyond),
         }
     }
 
-    /// How far the search is, if there is one.
+    /// The progress of the search.
     fn progress(&self) -> Option<String> {
-        let quest = self.quest?;
+        let target = self.target?;
         let read = clock_words(self.read_until.unwrap_or(self.until));
         let until = clock_words(self.until);
-        Some(match quest {
-            Quest::Packet(_) if self.reel.is_partial() => {
-                format!("about {quest}: it is not read up to here yet; <close> stays here")
+        Some(match target {
+            Target::Packet(_) if self.timeline.is_partial() => {
+                format!("about {target}: it is not read up to here yet; <close> stays here")
             }
-            _ => format!("looking for {quest}: read up to {read} of {until}; <close> gives up"),
+            _ => format!("looking for {target}: read up to {read} of {until}; <close> gives up"),
         })
     }
 
@@ -431,7 +428,7 @@ impl<C: Cursor> Player<C> {
             self.note = Some(format!("the mark at {marked} is gone"));
         } else if self.markers.len() == MARKERS_MAX {
             self.note = Some(format!(
-                "there are {MARKERS_MAX} marks already: <travel-mark> on one takes it away"
+                "there are {MARKERS_MAX} marks already: <playback-mark> on one takes it away"
             ));
         } else {
             let place = self.markers.partition_point(|marker| *marker < self.at);
@@ -451,12 +448,12 @@ impl<C: Cursor> Player<C> {
             None => (
                 Some((self.at, None)),
                 Some(format!(
-                    "the loop begins at {at}; <travel-loop> where it ends"
+                    "the loop begins at {at}; <playback-loop> where it ends"
                 )),
             ),
             Some((begin, None)) if self.at > begin => {
                 let begins = clock_words(begin);
-                let note = format!("loops from {begins} to {at}; <travel-loop> ends that");
+                let note = format!("loops from {begins} to {at}; <playback-loop> ends that");
                 (Some((begin, Some(self.at))), Some(note))
             }
             Some((begin, None)) => (
@@ -479,12 +476,12 @@ impl<C: Cursor> Player<C> {
             from: self.from,
             until: self.until,
             unix: self.unix,
-            packet: self.reel.packet(),
+            packet: self.timeline.packet(),
             read_until: self.read_until,
-            is_partial: self.reel.is_partial(),
+            is_partial: self.timeline.is_partial(),
             markers: self.markers.clone(),
             repeat: self.repeat,
-            is_looking: self.quest.is_some(),
+            is_looking: self.target.is_some(),
             note: note.map(|note| self.facts().config().keys.told(&note)),
         }
     }

@@ -3,22 +3,21 @@
 mod captures;
 mod live;
 mod player;
-mod reel;
+mod timeline;
 mod unread;
 
 use std::path::Path;
 use std::sync::Arc;
 
-use super::reel::{Cursor, Found, STEPS_MAX};
-use super::scene::SPACING;
+use super::timeline::{Cursor, Found, STEPS_MAX};
 use super::*;
 use crate::capture::Session;
 use crate::capture::composer::Composer;
 use crate::capture::index::{self, SeekableReader};
 use crate::event::{CommandId, Event, Moment};
 use crate::model::{Config, Facts};
+use crate::playback::{Control, Landmark, Position};
 use crate::request::Request;
-use crate::travel::{Landmark, Target, Travel};
 
 fn told(facts: &Facts) -> String {
     format!("{facts:?}")
@@ -34,21 +33,21 @@ fn text(bytes: &[u8]) -> Box<dyn SeekableReader + Send> {
 }
 
 /// A capture with all its states.
-fn surveyed(tape: Box<dyn SeekableReader + Send>) -> (Reel<Scene>, Moment) {
-    let first = Scene::new("radio", Arc::default(), &*tape);
+fn read_whole(tape: Box<dyn SeekableReader + Send>) -> (Timeline<CaptureState>, Moment) {
+    let first = CaptureState::new("radio", Arc::default(), &*tape);
     let mut again = tape.reopen();
-    let mut reel = Reel::new(tape, first.clone(), SPACING);
+    let mut timeline = capture::timeline(tape, first.clone());
     let mut end = Moment::ZERO;
-    survey(first, &mut again, |finding| {
+    read_through(first, &mut again, |finding| {
         match finding {
-            Finding::State(scene) => reel.keep(*scene),
+            Finding::State(scene) => timeline.keep(*scene),
             Finding::Marks(_) => {}
             Finding::End(at) => end = at,
         }
         true
     });
-    reel.complete();
-    (reel, end)
+    timeline.complete();
+    (timeline, end)
 }
 
 const CAPTURES: [&str; 4] = [

@@ -3,6 +3,7 @@
 
 use proptest::prelude::*;
 
+use super::capture::SHORTCUTS;
 use super::*;
 use crate::capture::Session;
 use crate::capture::composer::Composer;
@@ -63,9 +64,9 @@ fn without(topic: &str, recording: &[u8]) -> Vec<u8> {
     filtered.into_inner()
 }
 
-fn unread(tape: Box<dyn SeekableReader + Send>) -> Reel<Scene> {
-    let first = Scene::new("radio", Arc::default(), &*tape);
-    Reel::new(tape, first, SPACING)
+fn unread(tape: Box<dyn SeekableReader + Send>) -> Timeline<CaptureState> {
+    let first = CaptureState::new("radio", Arc::default(), &*tape);
+    capture::timeline(tape, first)
 }
 
 fn lines(facts: &Facts) -> u64 {
@@ -93,7 +94,7 @@ proptest! {
         let text = bytes_of(name).repeat(times);
         for (is_counted, bytes) in [(true, recorded(&text, chunks)), (false, text)] {
             let mut tape = of_bytes(bytes);
-            let mut scene = Scene::new("radio", Arc::default(), &*tape);
+            let mut scene = CaptureState::new("radio", Arc::default(), &*tape);
             let mut index = tape.reopen();
             let mut left_out = 0;
             // How many lines came until when.
@@ -163,16 +164,16 @@ fn a_packet_is_there_before_it_is_read() {
             ("mcap", 0.0, recorded(&text, None)),
             ("raw", slack, text.clone()),
         ] {
-            let (mut whole, end) = surveyed(of_bytes(bytes.clone()));
+            let (mut whole, end) = read_whole(of_bytes(bytes.clone()));
             whole.seek(end);
             let all = lines(whole.facts());
             for number in [all / 2, all * 4 / 5, all * 19 / 20] {
                 assert!(matches!(whole.seek_line(number, 0), Found::At(_)));
                 let tape = of_bytes(bytes.clone());
                 let length = tape.length();
-                let reel = unread(tape);
-                let mut player = Player::of_capture(reel, Moment::ZERO, 1.0, length, None);
-                player.handle(Moment::ZERO, Travel::Seek(Target::Packet(number)));
+                let timeline = unread(tape);
+                let mut player = Player::of_capture(timeline, Moment::ZERO, 1.0, length, None);
+                player.handle(Moment::ZERO, Control::Seek(Position::Packet(number)));
                 let playback = player.playback();
                 assert!(playback.is_looking && player.is_paused(), "{name} {form}");
                 let note = playback.note.unwrap();
@@ -217,21 +218,21 @@ fn a_damaged_index_is_put_right_by_reading() {
             continue;
         };
         let mut again = tape.reopen();
-        let first = Scene::new("radio", Arc::default(), &*tape);
-        let mut reel = unread(tape);
-        reel.seek_about_line(300);
-        let mut player = Player::of_capture(reel, Moment::ZERO, 1.0, Moment::MAX, None);
+        let first = CaptureState::new("radio", Arc::default(), &*tape);
+        let mut timeline = unread(tape);
+        timeline.seek_about_line(300);
+        let mut player = Player::of_capture(timeline, Moment::ZERO, 1.0, Moment::MAX, None);
         player.handle(
             Moment::ZERO,
-            Travel::Jump {
+            Control::Jump {
                 to: Some(Landmark::Command),
                 forward: true,
             },
         );
-        player.handle(Moment::ZERO, Travel::Seek(Target::Packet(300)));
-        survey(first, &mut again, |finding| {
+        player.handle(Moment::ZERO, Control::Seek(Position::Packet(300)));
+        read_through(first, &mut again, |finding| {
             match finding {
-                Finding::State(scene) => player.reel_mut().keep(*scene),
+                Finding::State(scene) => player.timeline_mut().keep(*scene),
                 Finding::Marks(_) => {}
                 Finding::End(at) => player.set_read_through(at),
             }
@@ -249,12 +250,12 @@ fn about_a_packet_one_can_stay() {
     let tape = of_bytes(bytes);
     let length = tape.length();
     let mut player = Player::of_capture(unread(tape), Moment::ZERO, 1.0, length, None);
-    player.handle(Moment::ZERO, Travel::Seek(Target::Packet(7000)));
+    player.handle(Moment::ZERO, Control::Seek(Position::Packet(7000)));
     let at = player.at();
     assert!(at > Moment::from_mins(30));
-    player.handle(Moment::ZERO, Travel::GiveUp);
+    player.handle(Moment::ZERO, Control::StopSearch);
     assert!(player.at() == at && !player.playback().is_looking);
-    player.handle(Moment::ZERO, Travel::Seek(Target::Packet(70_000)));
+    player.handle(Moment::ZERO, Control::Seek(Position::Packet(70_000)));
     assert!(player.at() == at && player.playback().is_looking);
     player.set_read_through(length);
     assert_eq!(
@@ -277,23 +278,23 @@ fn a_search_goes_on_where_it_was_interrupted() {
         noisy,
         commands,
     ] {
-        let (mut whole, end) = surveyed(of_bytes(bytes.clone()));
+        let (mut whole, end) = read_whole(of_bytes(bytes.clone()));
         for kind in KINDS {
-            let mut reel = unread(of_bytes(bytes.clone()));
+            let mut timeline = unread(of_bytes(bytes.clone()));
             for place in [5, 6, 9] {
                 let at = end * place / 10;
-                let hunted = |found: Found, reel: &mut Reel<Scene>| {
+                let searched = |found: Found, timeline: &mut Timeline<CaptureState>| {
                     let mut found = found;
-                    while found == Found::NotYet && reel.is_hunting() {
-                        found = reel.hunt(7);
+                    while found == Found::NotYet && timeline.is_searching() {
+                        found = timeline.search(7);
                     }
                     found
                 };
-                let found = reel.find_next(kind, at, 1);
-                let found = hunted(found, &mut reel);
+                let found = timeline.find_next(kind, at, 1);
+                let found = searched(found, &mut timeline);
                 assert_eq!(found, whole.find_next(kind, at, 0), "{kind:?} after {at:?}");
-                let found = reel.find_last(kind, at, 1);
-                let found = hunted(found, &mut reel);
+                let found = timeline.find_last(kind, at, 1);
+                let found = searched(found, &mut timeline);
                 assert_eq!(
                     found,
                     whole.find_last(kind, at, 0),
@@ -302,14 +303,14 @@ fn a_search_goes_on_where_it_was_interrupted() {
             }
         }
         // Before the first there is none, and what is kept knows it.
-        let mut reel = unread(of_bytes(bytes));
+        let mut timeline = unread(of_bytes(bytes));
         let first = whole.find_next(Landmark::Bump, Moment::ZERO, 0);
         let Found::At(first) = first else {
             panic!("{first:?}");
         };
-        let mut found = reel.find_last(Landmark::Bump, first, 1);
-        while found == Found::NotYet && reel.is_hunting() {
-            found = reel.hunt(7);
+        let mut found = timeline.find_last(Landmark::Bump, first, 1);
+        while found == Found::NotYet && timeline.is_searching() {
+            found = timeline.search(7);
         }
         assert_eq!(found, Found::Nowhere);
     }
@@ -320,9 +321,9 @@ fn a_search_goes_on_where_it_was_interrupted() {
 fn states_kept_of_the_way_show_what_playing_there_shows() {
     let bytes = bytes_of("house-noisy.txt").repeat(12);
     let mut tape = of_bytes(bytes.clone());
-    let mut scene = Scene::new("radio", Arc::default(), &*tape);
-    let mut reel = Reel::new(tape.reopen(), scene.clone(), Moment::MAX);
-    reel.complete();
+    let mut scene = CaptureState::new("radio", Arc::default(), &*tape);
+    let mut timeline = Timeline::unread(tape.reopen(), &SHORTCUTS, scene.clone(), Moment::MAX);
+    timeline.complete();
     let mut played = Vec::new();
     let mut things = 0;
     while scene.next_at(&mut tape).is_some() {
@@ -346,15 +347,15 @@ fn states_kept_of_the_way_show_what_playing_there_shows() {
         let wanted = &played[(dice >> 33) % played.len()];
         let number = lines(wanted.facts());
         match n % 3 {
-            0 => reel.seek(wanted.moment()),
-            1 => assert!(matches!(reel.seek_line(number, 0), Found::At(_))),
+            0 => timeline.seek(wanted.moment()),
+            1 => assert!(matches!(timeline.seek_line(number, 0), Found::At(_))),
             _ => {
-                assert!(matches!(reel.seek_line(number, 0), Found::At(_)));
-                assert!(reel.step_forward() && reel.step_back());
+                assert!(matches!(timeline.seek_line(number, 0), Found::At(_)));
+                assert!(timeline.step_forward() && timeline.step_back());
             }
         }
-        assert!(!reel.is_partial());
-        assert_eq!(reel.packet(), Some(number), "visit {n}");
-        assert!(told(reel.facts()) == told(wanted.facts()), "visit {n}");
+        assert!(!timeline.is_partial());
+        assert_eq!(timeline.packet(), Some(number), "visit {n}");
+        assert!(told(timeline.facts()) == told(wanted.facts()), "visit {n}");
     }
 }

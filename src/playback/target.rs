@@ -1,35 +1,35 @@
-//! What is looked for and may lie where nobody has read yet.
+//! What the operator looks for.
 
 use std::fmt;
 
+use super::control::Landmark;
 use crate::event::Moment;
-use crate::travel::Landmark;
 
-/// What is looked for.
+/// A line or landmark that may lie in the unread part of a capture.
 #[derive(Clone, Copy, Debug)]
-pub(super) enum Quest {
+pub(super) enum Target {
     /// The line of this number.
     Packet(u64),
-    /// A landmark, from a moment on.
+    /// The next landmark after a moment, or the last before it.
     Landmark {
-        sought: Landmark,
+        landmark: Landmark,
         from: Moment,
         forward: bool,
     },
 }
 
-impl fmt::Display for Quest {
+impl fmt::Display for Target {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
             Self::Packet(number) => write!(f, "packet {number}"),
-            Self::Landmark { sought, .. } => f.write_str(sought.words()),
+            Self::Landmark { landmark, .. } => f.write_str(landmark.words()),
         }
     }
 }
 
-impl Quest {
-    /// What is told when there is none.
-    pub(super) fn nowhere(self) -> String {
+impl Target {
+    /// The note when it does not exist.
+    pub(super) fn not_found(self) -> String {
         match self {
             Self::Packet(_) => format!("there is no {self}"),
             Self::Landmark { forward: true, .. } => format!("there are no later {self}"),

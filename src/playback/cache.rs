@@ -1,0 +1,83 @@
+//! Replay cache: states passed lately, for moments near the one shown.
+
+use std::collections::VecDeque;
+
+use super::timeline::Cursor;
+use crate::event::Moment;
+
+/// Steps between two cached states.
+const CACHE_STEPS: usize = 512;
+
+/// Most states in the cache; the oldest goes first.
+const CACHE_MAX: usize = 16;
+
+/// Complete states that were passed lately.
+pub(super) struct Cache<C> {
+    pub(super) states: VecDeque<C>,
+}
+
+impl<C> Default for Cache<C> {
+    fn default() -> Self {
+        Self {
+            states: VecDeque::new(),
+        }
+    }
+}
+
+impl<C: Cursor> Cache<C> {
+    pub(super) fn keep(&mut self, cursor: &C) {
+        if self.states.len() == CACHE_MAX {
+            self.states.pop_front();
+        }
+        self.states.push_back(cursor.clone());
+    }
+
+    /// Runs to a moment in at most `steps` steps and keeps states on the way; `false` when more steps are needed.
+    pub(super) fn run(
+        &mut self,
+        cursor: &mut C,
+        source: &mut C::Source,
+        until: Moment,
+        steps: usize,
+    ) -> bool {
+        let goes_on = |_: &C, next| next <= until;
+        go_on(cursor, source, steps, goes_on, |cursor| self.keep(cursor))
+    }
+}
+
+/// Runs to a moment.
+pub(super) fn run<C: Cursor>(cursor: &mut C, source: &mut C::Source, until: Moment) {
+    go_on(
+        cursor,
+        source,
+        usize::MAX,
+        |_, next| next <= until,
+        |_: &C| {},
+    );
+}
+
+/// Steps while `goes_on` allows the next step, given the state and the step's moment; `false` when more than `steps`
+/// steps are needed. Every [`CACHE_STEPS`] the state goes to `pass`.
+pub(super) fn go_on<C: Cursor>(
+    cursor: &mut C,
+    source: &mut C::Source,
+    steps: usize,
+    goes_on: impl Fn(&C, Moment) -> bool,
+    mut pass: impl FnMut(&C),
+) -> bool {
+    let mut done = 0;
+    while cursor
+        .next_at(source)
+        .is_some_and(|next| goes_on(cursor, next))
+    {
+        if done == steps {
+            return false;
+        }
+        cursor.step(source);
+        done += 1;
+        if done % CACHE_STEPS == 0 {
+            pass(cursor);
+        }
+    }
+    true
+}

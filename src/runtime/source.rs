@@ -1,0 +1,180 @@
+//! Where a dashboard's facts come from.
+
+use std::time::{Instant, SystemTime, UNIX_EPOCH};
+
+use tokio::sync::mpsc::Receiver;
+
+use super::Driver;
+use crate::event::{Event, Moment};
+use crate::model::{Change, Facts};
+use crate::playback::{CaptureState, Control, Finding, LivePlayer, Playback, Player};
+
+/// Steps through a capture before keys get their turn.
+const STEPS: usize = 512;
+
+/// The source of facts, which plays its past.
+pub enum Source {
+    /// A station on its link.
+    Live(Box<LiveSource>),
+    /// A capture.
+    Capture(Box<CaptureSource>),
+}
+
+/// A station on its link.
+pub struct LiveSource {
+    driver: Driver,
+    player: LivePlayer,
+}
+
+impl LiveSource {
+    /// A session that begins with these facts.
+    #[must_use]
+    pub fn new(driver: Driver, facts: Facts) -> Self {
+        let now = driver.now();
+        let unix = SystemTime::now().duration_since(UNIX_EPOCH).ok();
+        let unix = unix.and_then(|unix| unix.checked_sub(now));
+        let player = LivePlayer::new(facts, now, unix);
+        Self { driver, player }
+    }
+}
+
+/// A capture, and the findings of the thread that reads it to its end.
+pub struct CaptureSource {
+    /// The capture.
+    pub player: Player<CaptureState>,
+    /// Findings so far.
+    pub findings: Receiver<Finding>,
+    /// Origin of the host's time.
+    pub started: Instant,
+}
+
+impl CaptureSource {
+    fn take(&mut self, finding: Finding) {
+        match finding {
+            Finding::State(state) => {
+                let at = state.moment();
+                self.player.timeline_mut().keep(*state);
+                self.player.set_read(at);
+            }
+            Finding::Marks(marks) => self.player.set_recorded_marks(marks),
+            Finding::End(at) => self.player.set_read_through(at),
+        }
+    }
+}
+
+impl Source {
+    /// The present: the time since a live session began, or the moment shown of a capture.
+    pub(super) fn now(&self) -> Moment {
+        match self {
+            Self::Live(live) => live.driver.now(),
+            Self::Capture(capture) => capture.player.at(),
+        }
+    }
+
+    /// The time of the host.
+    pub(super) fn host_now(&self) -> Moment {
+        match self {
+            Self::Live(live) => live.driver.now(),
+            Self::Capture(capture) => capture.started.elapsed(),
+        }
+    }
+
+    /// The station, if there is one.
+    pub(super) fn driver(&mut self) -> Option<&mut Driver> {
+        match self {
+            Self::Live(live) => Some(&mut live.driver),
+            Self::Capture(_) => None,
+        }
+    }
+
+    /// What is known at the present.
+    pub(super) fn present(&self) -> &Facts {
+        match self {
+            Self::Live(live) => live.player.present(),
+            Self::Capture(capture) => capture.player.facts(),
+        }
+    }
+
+    /// What is known at the moment on the screen, and that moment.
+    pub(super) fn shown(&self) -> (&Facts, Moment) {
+        match self {
+            Self::Live(live) => live.player.shown(live.driver.now()),
+            Self::Capture(capture) => (capture.player.facts(), capture.player.at()),
+        }
+    }
+
+    /// Where the screen stands in time; `None` when it shows now.
+    pub(super) fn playback(&self) -> Option<Playback> {
+        match self {
+            Self::Live(live) => live.player.playback(),
+            Self::Capture(capture) => Some(capture.player.playback()),
+        }
+    }
+
+    /// Waits for something to happen; says whether the screen changed by it. Cancel-safe.
+    pub(super) async fn step(&mut self) -> bool {
+        match self {
+            Self::Live(live) => {
+                live.driver.step().await;
+                false
+            }
+            Self::Capture(capture) => match capture.findings.recv().await {
+                Some(finding) => {
+                    capture.take(finding);
+                    true
+                }
+                None => std::future::pending().await,
+            },
+        }
+    }
+
+    /// Takes an event of a live session; returns what it changed on the screen. A capture has its own events.
+    pub(super) fn take(&mut self, event: &Event) -> Change {
+        match self {
+            Self::Live(live) => live.player.take(live.driver.now(), event),
+            Self::Capture(_) => Change::default(),
+        }
+    }
+
+    /// Shows another moment; returns events for the log and the recording.
+    pub(super) fn handle(&mut self, control: Control) -> Vec<Event> {
+        match self {
+            Self::Live(live) => live.player.handle(live.driver.now(), control),
+            Self::Capture(capture) => {
+                capture.player.handle(capture.started.elapsed(), control);
+                Vec::new()
+            }
+        }
+    }
+
+    /// Lets time pass in the playback; says whether the screen changes.
+    pub(super) fn advance(&mut self) -> bool {
+        let host = self.host_now();
+        match self {
+            Self::Live(live) => live.player.advance(host),
+            Self::Capture(capture) => {
+                let has_changed = capture.player.work(STEPS);
+                capture.player.advance(host) || has_changed
+            }
+        }
+    }
+
+    /// When to call [`Self::advance`].
+    pub(super) fn wake_at(&mut self) -> Option<Instant> {
+        let host = self.host_now();
+        let at = match self {
+            Self::Live(live) => live.player.wake_at(),
+            Self::Capture(capture) if capture.player.has_work() => Some(host),
+            Self::Capture(capture) => capture.player.wake_at(),
+        };
+        at.map(|at| Instant::now() + at.saturating_sub(host))
+    }
+
+    /// When an alarm is due in a live session; a capture raises its own.
+    pub(super) fn poll_timeout(&self) -> Option<Moment> {
+        match self {
+            Self::Live(live) => live.player.present().poll_timeout(),
+            Self::Capture(_) => None,
+        }
+    }
+}
