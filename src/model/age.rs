@@ -1,4 +1,4 @@
-//! How ages are told: by the second at first, by ten seconds from a minute on.
+//! Ages in words: by the second at first, by ten seconds from a minute on.
 
 use crate::event::Moment;
 
@@ -24,7 +24,7 @@ fn told_s(age: Moment) -> u64 {
     }
 }
 
-/// The next moment after `now` at which the age of something of `since` is told differently.
+/// The next moment after `now` when the words for the age of `since` change.
 pub(super) fn next_change(since: Moment, now: Moment) -> Moment {
     let s = now.saturating_sub(since).as_secs();
     let step_s = if s < COARSE_AFTER_S { 1 } else { COARSE_STEP_S };

@@ -1,4 +1,4 @@
-//! Alarms: raised when a rule has struck for long enough, kept until the operator acknowledges them.
+//! Alarms: raised when a rule has matched for long enough, kept until the operator acknowledges them.
 
 mod rules;
 
@@ -58,10 +58,10 @@ struct Episode {
     times: u32,
 }
 
-/// Where one rule stands.
+/// The state of one rule.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 struct Standing {
-    /// Beyond the limit since then, and not yet for long enough.
+    /// Since when the limit is passed, while that is too short to raise the alarm.
     pending_since: Option<Moment>,
     episode: Option<Episode>,
     /// The latest figure.
@@ -75,7 +75,7 @@ pub(crate) struct Alarms {
 }
 
 impl Alarms {
-    /// Looks whether anything is wrong; returns what is newly so, and whether anything changed.
+    /// Checks every rule; returns the alarms raised now with their figures, and whether anything changed.
     pub(super) fn watch(
         &mut self,
         inputs: &Inputs<'_>,
@@ -94,7 +94,7 @@ impl Alarms {
         (new, changed)
     }
 
-    /// When something that is beyond its limit has been so for long enough.
+    /// When the next pending alarm is raised.
     pub(super) fn next_due(&self, limits: &Limits) -> Option<Moment> {
         let due = RULES.iter().zip(&self.standings).map(|(rule, standing)| {
             standing
@@ -153,7 +153,7 @@ impl Alarms {
 }
 
 impl Standing {
-    /// Says whether it was raised just now.
+    /// Checks the rule; returns whether it was raised now.
     fn look(&mut self, rule: &Rule, inputs: &Inputs<'_>, limits: &Limits) -> bool {
         let bounds = rule.bounds(limits);
         let sight = (rule.look)(inputs);
@@ -171,7 +171,7 @@ impl Standing {
             Sight::No => (false, bounds.persists),
             Sight::Yes => (true, bounds.persists),
             Sight::Certain => (true, Moment::ZERO),
-            // Once raised it holds until the figure is well on the good side again.
+            // Hysteresis: a raised alarm lasts until the figure is clear of the limit.
             Sight::Is(value) if is_up => (!bounds.is_clear(value), bounds.persists),
             Sight::Is(value) => (bounds.reaches(value), bounds.persists),
         };
@@ -192,7 +192,7 @@ impl Standing {
         }
         self.pending_since = None;
         let began = match sight {
-            // The figure is the time itself.
+            // The figure is the age of the cause.
             Sight::Is(s) if rule.unit == SECONDS => {
                 inputs.now.saturating_sub(Moment::from_secs_f64(s.max(0.0)))
             }

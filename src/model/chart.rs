@@ -14,29 +14,29 @@ const MARKS_MAX: usize = 256;
 /// Radius of the robot, inches.
 pub(crate) const ROBOT_RADIUS_IN: f64 = 5.5;
 
-/// A mark closer than this to the newest of its kind adds nothing, inches.
+/// Least distance between two marks of a kind, inches.
 const MARK_SPACING_IN: f64 = 6.0;
 
-/// Without a line for this long the trail has a gap.
+/// Time without a line after which the trail has a gap.
 const GAP_AFTER: Moment = Moment::from_secs(2);
 
-/// Farther than this between two lines no robot drives, inches.
+/// A greater distance between two lines is a jump, inches.
 const JUMP_IN: f64 = 60.0;
 
-/// The bounds of what is known grow in steps of this, so that the picture does not creep, inches.
+/// Step by which the known bounds grow, inches, so that the picture does not creep.
 const BOUNDS_STEP_IN: f64 = 24.0;
 
-/// While following, the robot may stray this far from the middle, inches.
+/// Distance the followed robot may stray from the middle, inches.
 const FOLLOW_SLACK_IN: f64 = 24.0;
 
-/// Something that happened at a place.
+/// The place of a contact or a detection.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct Mark {
     pub(crate) x_in: f64,
     pub(crate) y_in: f64,
 }
 
-/// Where the robot is.
+/// A position and heading of the robot.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct Pose {
     pub(crate) x_in: f64,
@@ -94,7 +94,7 @@ impl Bounds {
         }
     }
 
-    /// East to west and south to north, inches.
+    /// Width and height, inches.
     pub(crate) fn extent(&self) -> (f64, f64) {
         (self.max.0 - self.min.0, self.max.1 - self.min.1)
     }
@@ -115,7 +115,7 @@ impl Bounds {
     }
 }
 
-/// The map.
+/// The map's facts.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct Chart {
     pub(crate) trail: Trail,
@@ -124,13 +124,13 @@ pub(crate) struct Chart {
     pub(crate) truth: Truth,
     pub(crate) bounds: Bounds,
     pose: Option<Reading<Pose>>,
-    /// Where the picture's middle was put while following.
+    /// Middle of the picture while it follows the robot.
     pub(super) followed: (f64, f64),
     was_touching: bool,
 }
 
 impl Chart {
-    /// Takes a line A; says where a new contact happened.
+    /// Takes a line A; returns the place of a new contact.
     pub(super) fn take_state(&mut self, now: Moment, state: &StateLine) -> Option<(f64, f64)> {
         if state.drive == Drive::OdometerReset {
             self.start_afresh();
@@ -163,7 +163,7 @@ impl Chart {
         })
     }
 
-    /// The robot measures from elsewhere now: what was marked before lies in another frame.
+    /// Clears trail and marks: the robot's frame has a new origin.
     pub(super) fn start_afresh(&mut self) {
         self.trail = Trail::default();
         self.bumps.clear();
@@ -187,7 +187,7 @@ impl Chart {
         self.truth = truth;
     }
 
-    /// Where the robot reported to be last.
+    /// The latest reported pose.
     pub(crate) fn pose(&self) -> Option<Pose> {
         self.pose.map(|pose| pose.value)
     }

@@ -5,26 +5,26 @@ use std::time::Duration;
 use super::Limits;
 use super::keys::Keymap;
 
-/// How the dashboard is to look, fixed for a session.
+/// Settings of the dashboard, fixed for a session.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Config {
     /// Colours.
     pub colors: Colors,
-    /// Nothing but ASCII on the screen.
+    /// Draw with ASCII only.
     pub ascii: bool,
-    /// How to see the raw line from another terminal, told above the keys; `None` where there is no way.
+    /// How to see raw lines in another terminal, shown above the keys.
     pub raw_copy: Option<String>,
-    /// The capture on show; `None` in a live session.
+    /// The capture shown; `None` in a live session.
     pub capture: Option<String>,
     /// Ring the bell for alarms and songs.
     pub bell: bool,
-    /// Ask the terminal for the mouse.
+    /// Use the mouse.
     pub mouse: bool,
     /// What every key does.
     pub keys: Keymap,
-    /// When there is an alarm.
+    /// Limits of the alarms.
     pub limits: Limits,
-    /// Since 1970 at the beginning of the session; `None` shows no clock.
+    /// Time since 1970 at the start of the session; `None` shows no clock.
     pub unix: Option<Duration>,
 }
 
@@ -38,6 +38,6 @@ pub enum Colors {
     Light,
     /// Black, white and yellow.
     HighContrast,
-    /// None: `NO_COLOR`.
+    /// No colours: `NO_COLOR`.
     Mono,
 }

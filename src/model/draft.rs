@@ -1,4 +1,4 @@
-//! The draft of a route: a waypoint list that the operator is making, of which the robot knows nothing.
+//! The draft of a route: a waypoint list that the operator edits and has not sent.
 
 use std::collections::VecDeque;
 
@@ -6,13 +6,13 @@ use groundwave_protocol::{WAYPOINT_LIMIT_IN, WAYPOINTS_MAX, Waypoint};
 
 use super::chart::Pose;
 
-/// Changes that can be taken back.
+/// Most changes that can be undone.
 const UNDO_MAX: usize = 64;
 
-/// A new waypoint without a direction to go on in lies this far ahead, inches.
+/// Distance ahead of a new waypoint without a previous leg, inches.
 const STEP_IN: f64 = 12.0;
 
-/// A change of the draft that cannot be made; the draft is as it was. For [`Keymap::told`](super::keys::Keymap::told).
+/// A change of the draft that was refused; for [`Keymap::told`](super::keys::Keymap::told).
 #[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
 pub(crate) enum DraftError {
     #[error("the robot's list holds no more than {WAYPOINTS_MAX} waypoints")]
@@ -29,32 +29,32 @@ pub(crate) enum DraftError {
     NothingToRedo,
 }
 
-/// What is done to the draft.
+/// A change of the draft.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) enum Edit {
-    /// Adds one behind the selected, as far on as the last leg was long.
+    /// Adds a waypoint behind the selected, continuing the last leg.
     Append,
-    /// Adds one halfway between the one before and the selected.
+    /// Adds a waypoint halfway between the previous and the selected.
     Insert,
-    /// Adds one here, behind the selected.
+    /// Adds a waypoint at this place, behind the selected.
     AppendAt(f64, f64),
     Delete,
-    /// Moves the selected one, inches east and north.
+    /// Moves the selected waypoint, inches east and north.
     Move(f64, f64),
-    /// Moves all of it.
+    /// Moves the whole route.
     Shift(f64, f64),
-    /// Turns it about its middle, degrees clockwise.
+    /// Turns the route about its middle, degrees clockwise.
     Rotate(f64),
-    /// Swaps east and west about its middle.
+    /// Swaps east and west about the route's middle.
     Mirror,
-    /// About its middle.
+    /// Scales the route about its middle.
     Scale(f64),
-    /// Last first.
+    /// Reverses the order.
     Reverse,
     Clear,
 }
 
-/// A place on the floor, inches. Fractions are kept, so that turning a route to and fro leaves it as it was.
+/// A place on the floor, inches; fractions are kept so that rotations can be reverted.
 type Place = (f64, f64);
 
 #[derive(Clone, Debug, Default, PartialEq)]
@@ -63,7 +63,7 @@ struct Version {
     selected: usize,
 }
 
-/// The draft, with what it was before.
+/// The draft with its undo and redo history.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct Draft {
     present: Version,
@@ -78,7 +78,7 @@ impl Draft {
         &self.waypoints
     }
 
-    /// Which of them is selected, from 0; `None` when there is none.
+    /// Index of the selected waypoint; `None` when the draft is empty.
     pub(crate) fn selected(&self) -> Option<usize> {
         (!self.waypoints.is_empty()).then_some(self.present.selected)
     }
@@ -88,18 +88,18 @@ impl Draft {
         self.waypoints.get(self.present.selected).copied()
     }
 
-    /// Selects the next one, or the one so many on or back; stays within the list.
+    /// Moves the selection by `steps`, within the list.
     pub(super) fn select(&mut self, steps: isize) {
         let last = self.waypoints.len().saturating_sub(1);
         self.present.selected = self.present.selected.saturating_add_signed(steps).min(last);
     }
 
-    /// Selects one, from 0.
+    /// Selects the waypoint of an index.
     pub(super) fn choose(&mut self, n: usize) {
         self.present.selected = n.min(self.waypoints.len().saturating_sub(1));
     }
 
-    /// The waypoint nearest to a place, if one is no farther than this.
+    /// Index of the waypoint nearest to a place and within `reach_in` inches.
     pub(super) fn nearest(&self, at: Waypoint, reach_in: i16) -> Option<usize> {
         let (x, y) = place(at);
         let distances_in = self.waypoints.iter().copied().map(|waypoint| {
@@ -113,7 +113,7 @@ impl Draft {
             .map(|(n, _)| n)
     }
 
-    /// Another list in place of this one.
+    /// Replaces the draft.
     pub(super) fn replace(&mut self, waypoints: &[Waypoint]) {
         let places = waypoints.iter().copied().map(place).collect();
         self.change(Version {
@@ -122,17 +122,17 @@ impl Draft {
         });
     }
 
-    /// It has been sent: the robot's list from now on, and no longer a draft. It can be taken back.
+    /// Returns the waypoints to send and empties the draft; undo restores it.
     pub(super) fn take(&mut self) -> Vec<Waypoint> {
         let waypoints = self.waypoints.clone();
         self.change(Version::default());
         waypoints
     }
 
-    /// Changes it; `robot` is where a route would begin.
+    /// Changes the draft; the route begins at `robot`.
     ///
     /// # Errors
-    /// Says why it stays as it was.
+    /// Why the change was refused.
     pub(crate) fn edit(&mut self, edit: Edit, robot: Option<Pose>) -> Result<(), DraftError> {
         let mut next = self.present.clone();
         next.apply(edit, robot)?;
@@ -145,7 +145,7 @@ impl Draft {
         Ok(())
     }
 
-    /// Takes the last change back.
+    /// Undoes the last change.
     ///
     /// # Errors
     /// When there is none.
@@ -156,7 +156,7 @@ impl Draft {
         Ok(())
     }
 
-    /// Makes the change again that was taken back last.
+    /// Redoes the change undone last.
     ///
     /// # Errors
     /// When there is none.
@@ -180,7 +180,7 @@ impl Draft {
         self.future.clear();
     }
 
-    /// Another version in place of the present one, which is returned.
+    /// Replaces the present version and returns it.
     fn show(&mut self, version: Version) -> Version {
         let shown = std::mem::replace(&mut self.present, version);
         self.round();
@@ -201,7 +201,7 @@ impl Draft {
             .collect();
     }
 
-    /// From the robot, if its place is known, to each waypoint in turn, inches.
+    /// Lengths of the legs from the robot, if its place is known, through the waypoints, inches.
     pub(crate) fn legs_in(&self, robot: Option<Pose>) -> Vec<f64> {
         let start = robot.map(|pose| (pose.x_in, pose.y_in));
         let mut from = start.or_else(|| self.waypoints.first().copied().map(place));
@@ -263,7 +263,7 @@ impl Version {
         (self.selected + 1).min(self.places.len())
     }
 
-    /// On in the direction of the leg that leads to the selected one; the first lies where the robot is.
+    /// The place that continues the leg to the selected waypoint; for an empty draft the robot's.
     fn onward(&self, robot: Option<Pose>) -> Place {
         let here = robot.map(|pose| (pose.x_in, pose.y_in));
         let Some(&(x, y)) = self.places.get(self.selected) else {
@@ -271,7 +271,7 @@ impl Version {
         };
         let before = self.selected.checked_sub(1).map(|n| self.places[n]);
         let leg = before.map(|(from_x, from_y)| (x - from_x, y - from_y));
-        // The way here from a robot that drives on says nothing about where the route shall go.
+        // The leg from the moving robot says nothing about the route's direction.
         let (dx, dy) = leg
             .filter(|(dx, dy)| dx.hypot(*dy) >= 1.0)
             .unwrap_or_else(|| step(robot));
@@ -298,7 +298,7 @@ impl Version {
         }
     }
 
-    /// The middle is that of its bounds: it stays where it is when the route is turned by quarters.
+    /// Maps every place relative to the middle of the route's bounds.
     fn about_middle(&mut self, f: impl Fn(Place) -> Place) {
         let Some(&first) = self.places.first() else {
             return;
@@ -317,7 +317,7 @@ impl Version {
     }
 }
 
-/// The way on where no leg says which: as the robot looks.
+/// The step of a route without a leg: ahead of the robot.
 fn step(robot: Option<Pose>) -> Place {
     robot.map_or((0.0, STEP_IN), |pose| {
         let (x, y) = pose.ahead(0.0, STEP_IN);

@@ -2,10 +2,10 @@
 
 use crate::event::{Effect, Moment};
 
-/// The first press of a key: long enough to bridge the pause before a keyboard repeats.
+/// Lease of the first press: bridges the pause before the keyboard repeats.
 const FIRST_LEASE: Moment = Moment::from_millis(500);
 
-/// Each repetition.
+/// Lease of each repetition.
 const LEASE: Moment = Moment::from_millis(300);
 
 const SPEED_DEFAULT_IN_S: i8 = 8;
@@ -19,7 +19,7 @@ struct Axis {
     until: Moment,
 }
 
-/// The operator's hand on the stick.
+/// The stick: what the held arrows ask for.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) struct Stick {
     ahead: Axis,
@@ -27,7 +27,7 @@ pub(crate) struct Stick {
     /// Speed of a push, in/s.
     pub(crate) speed_in_s: i8,
     moving: bool,
-    /// The terminal tells when a key goes up.
+    /// The terminal reports key releases.
     tells_releases: bool,
 }
 
@@ -44,8 +44,8 @@ impl Default for Stick {
 }
 
 impl Stick {
-    /// A key went down or repeated. Of two that are held only the last repeats: where the terminal tells when a key goes
-    /// up, the other is renewed with it.
+    /// A key was pressed or repeated. Only the last of two held keys repeats: where the terminal reports releases, the
+    /// other is renewed with it.
     pub(super) fn push(&mut self, now: Moment, ahead: i8, right: i8, repeated: bool) -> Effect {
         for (axis, direction) in [(&mut self.ahead, ahead), (&mut self.right, right)] {
             if direction == 0 {
@@ -70,7 +70,7 @@ impl Stick {
         self.effect()
     }
 
-    /// A key went up.
+    /// A key was released.
     pub(super) fn release(&mut self, ahead: i8, right: i8) -> Option<Effect> {
         self.tells_releases = true;
         for (axis, direction) in [(&mut self.ahead, ahead), (&mut self.right, right)] {
@@ -117,12 +117,12 @@ impl Stick {
             (self.speed_in_s + steps * SPEED_STEP_IN_S).clamp(SPEED_STEP_IN_S, SPEED_MAX_IN_S);
     }
 
-    /// Speed at the centre that is asked for, in/s.
+    /// Commanded speed at the centre, in/s.
     pub(crate) const fn velocity_in_s(&self) -> i8 {
         self.ahead.direction * self.speed_in_s
     }
 
-    /// Left minus right that is asked for, in/s.
+    /// Commanded left minus right, in/s.
     pub(crate) const fn rotation_in_s(&self) -> i8 {
         self.right.direction * self.speed_in_s
     }

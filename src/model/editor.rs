@@ -8,14 +8,14 @@ use super::{Facts, Purpose, TextEntry, Ui};
 use crate::event::{Effect, Level, SaveProblem};
 use crate::route;
 
-/// A step of an arrow, inches; with Shift a fine one.
+/// Step of an arrow key, inches; the fine step with Shift.
 const STEP_IN: f64 = 6.0;
 const FINE_STEP_IN: f64 = 1.0;
 
-/// One press makes the route larger by this.
+/// Factor by which one press enlarges the route.
 const GROWTH: f64 = 1.1;
 
-/// The route editor is open.
+/// The state of the open route editor.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub(crate) struct Editor {
     /// The arrows move the whole route.
@@ -133,7 +133,7 @@ impl Ui {
             }
         };
         let problem = result.err().map(|error| self.told(&error.to_string()));
-        // A place that was pointed at is not forgotten for a key that did nothing.
+        // A refused change keeps the place under the cursor.
         if problem.is_none() {
             self.show_selected();
         }
@@ -143,7 +143,7 @@ impl Ui {
         Vec::new()
     }
 
-    /// Where the cursor is when the mouse has put it somewhere else than on the selected waypoint.
+    /// The cursor, if the mouse put it elsewhere than on the selected waypoint.
     fn pointed_at(&self) -> Option<Waypoint> {
         let selected = self.map.draft.selected_waypoint();
         self.map.cursor.filter(|at| Some(*at) != selected)
@@ -171,7 +171,7 @@ impl Ui {
         Vec::new()
     }
 
-    /// The selected waypoint is always on the map, under the cursor.
+    /// Moves the cursor to the selected waypoint and keeps it on the map.
     pub(super) fn show_selected(&mut self) {
         if self.editor.is_some() {
             self.map.include_draft();

@@ -133,7 +133,7 @@ impl Facts {
         }
     }
 
-    /// When to send [`Event::Tick`] at the latest: something has been wrong for so long that it is an alarm.
+    /// When to send [`Event::Tick`] at the latest: the next pending alarm is due.
     #[must_use]
     pub fn poll_timeout(&self) -> Option<Moment> {
         let alarm = self.alarms.next_due(&self.config.limits);
@@ -161,7 +161,7 @@ impl Facts {
         &self.config
     }
 
-    /// Raises what is wrong, once; says whether the screen changes. Nothing does while time stands still.
+    /// Checks the alarms; returns whether the screen changes. Does nothing after the end of a session.
     fn watch_alarms(&mut self, now: Moment) -> bool {
         if self.link.is_frozen() {
             return false;
@@ -176,7 +176,7 @@ impl Facts {
         let (raised, changed) = self.alarms.watch(&inputs, &self.config.limits);
         for (rule, value) in raised {
             self.calls = true;
-            // One of the highest level counts where it is logged.
+            // Alarms of the highest level are counted by the log.
             self.counted.tally.alarms += u64::from(rule.level != Level::Alarm);
             if let Some(text) = rule.log_text(value, &self.config) {
                 self.log.add(now, rule.level, Subject::Alarm, text);
@@ -217,7 +217,7 @@ impl Facts {
         }
     }
 
-    /// The robot booted: it has forgotten its list, and measures from where it stands.
+    /// The robot restarted: its list is gone, and its frame begins where it stands.
     fn take_restart(&mut self, now: Moment) {
         self.ledger.take_restart();
         self.motors.take_restart();

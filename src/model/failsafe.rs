@@ -1,4 +1,4 @@
-//! What the robot does by itself when the ground falls silent, as it says so.
+//! The robot's failsafe: what it does by itself when the ground station is silent.
 
 use groundwave_protocol::failsafe::Failsafe;
 use groundwave_protocol::status_codes::Link;
@@ -7,12 +7,12 @@ use super::robot::Robot;
 use super::words;
 use crate::event::Level;
 
-/// What it is set to by the latest line C.
+/// The setting in the latest line C.
 fn setting(robot: &Robot) -> Option<Failsafe> {
     robot.counters.and_then(|counters| counters.value.failsafe)
 }
 
-/// What it does, in words: "home after 30 s of silence".
+/// The setting in words: "home after 30 s of silence".
 fn words_of(setting: Option<Failsafe>) -> String {
     match setting {
         Some(Failsafe { silence_s, mode }) => {
@@ -23,7 +23,7 @@ fn words_of(setting: Option<Failsafe>) -> String {
     }
 }
 
-/// How it stands by the latest line A; `None` when it is not set and nothing else is known.
+/// The state in the latest line A, in words; `None` when it is not set or unknown.
 pub(crate) fn standing(robot: &Robot) -> Option<(Link, String)> {
     let link = robot.state.map_or(Link::Ok, |state| state.value.link);
     let does = words_of(setting(robot));
@@ -34,7 +34,7 @@ pub(crate) fn standing(robot: &Robot) -> Option<(Link, String)> {
     }
 }
 
-/// What a change of line A's letter is worth in the log.
+/// The log line for a change of line A's link letter.
 pub(super) fn news(before: Option<Link>, now: Link, robot: &Robot) -> Option<(Level, String)> {
     let does = || words_of(setting(robot));
     match (before.unwrap_or(Link::Ok), now) {

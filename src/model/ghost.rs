@@ -1,5 +1,5 @@
-//! Where a robot that is not heard may be: dead-reckoned from what its wheels did last, with what that is
-//! worth.
+//! Where a silent robot may be: dead reckoning from its last wheel speeds, with the
+//! uncertainty.
 
 use groundwave_protocol::telemetry::StateLine;
 
@@ -7,27 +7,27 @@ use super::chart::{Pose, ROBOT_RADIUS_IN};
 use super::robot::{Reading, STATE_STALE};
 use crate::event::Moment;
 
-/// Between the wheels, inches.
+/// Distance between the wheels, inches.
 const TRACK_IN: f64 = 10.0;
 
-/// It may have begun to creep somewhere else at once, in/s.
+/// Growth of the uncertainty, in/s.
 const DRIFT_IN_S: f64 = 1.0;
 
-/// It may have turned off its way: so much of the way it would have gone.
+/// Uncertainty as a share of the reckoned distance.
 const STRAYING: f64 = 0.5;
 
-/// Later than this nothing is gained by reckoning on.
+/// Longest time to reckon ahead.
 const RECKONED_MAX: Moment = Moment::from_mins(1);
 
-/// Where it may be.
+/// The estimated place.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct Ghost {
     pub(crate) pose: Pose,
-    /// Within so many inches of there.
+    /// Uncertainty, inches.
     pub(crate) radius_in: f64,
 }
 
-/// Where a robot may be that was heard last then; `None` while it is heard.
+/// Where the robot may be after its last line; `None` while it is heard.
 pub(crate) fn ghost(last: &Reading<StateLine>, now: Moment) -> Option<Ghost> {
     let age = last.age(now);
     if age < STATE_STALE {
@@ -40,7 +40,7 @@ pub(crate) fn ghost(last: &Reading<StateLine>, now: Moment) -> Option<Ghost> {
     let speed_in_s = f64::midpoint(left, right);
     let turned = (left - right) / TRACK_IN * s;
     let from = Pose::of(state);
-    // A circle of which the chord is driven.
+    // The chord of the driven arc.
     let way_in = speed_in_s * s;
     let chord_in = if turned.abs() < 1e-6 {
         way_in

@@ -1,4 +1,4 @@
-//! The operator's keys become changes of the screen and wishes.
+//! Turns keys into changes of the screen and effects.
 
 use crossterm::event::{KeyCode, KeyEvent, KeyEventKind, KeyModifiers};
 use groundwave_protocol::Waypoint;
@@ -24,7 +24,7 @@ impl Ui {
             return effects;
         }
         let keys = &self.config.keys;
-        // A screen that another program has written on is drawn anew wherever one is.
+        // Redraw and suspend work in every context.
         let everywhere = |action: &Action| matches!(action, Action::Redraw | Action::Suspend);
         let action = keys
             .action(self.context(), key)
@@ -71,8 +71,8 @@ impl Ui {
         Vec::new()
     }
 
-    /// Takes Esc and what followed it in one burst, which terminals take for Alt: nothing is bound to that. Of what followed
-    /// only STOP counts, for Alt may have been meant, and nothing goes to the robot that was not asked for.
+    /// Takes Esc and a key in one burst, which reads as Alt and a key; nothing is bound to Alt. Of the second
+    /// key only STOP counts, for Alt may have been meant.
     fn take_escape_and(
         &mut self,
         facts: &Facts,
@@ -100,13 +100,13 @@ impl Ui {
         Some(effects)
     }
 
-    /// Whether there is no room to show what a key would do; nobody has said how large it is at the start.
+    /// Whether the terminal is too small to show what a key does; `false` while its size is unknown.
     const fn is_too_small(&self) -> bool {
         let (width, height) = self.size;
         (width > 0 && width < SIZE_MIN.0) || (height > 0 && height < SIZE_MIN.1)
     }
 
-    /// Takes what was pasted: into what is being typed its first line, else a route as the draft.
+    /// Takes pasted text: its first line into an open prompt, else a route as the draft.
     pub(super) fn take_paste(&mut self, text: &str) -> bool {
         if self.is_too_small() {
             return false;
@@ -250,7 +250,7 @@ impl Ui {
             Action::AddWaypoint if !map.add_waypoint(robot) => {
                 self.warn("the robot's list holds no more waypoints");
             }
-            // With nothing to take back there is nothing to say either: the map shows it.
+            // Nothing to undo needs no words: the map shows it.
             Action::UndoDraft => {
                 let _ = map.draft.undo();
             }
@@ -330,7 +330,7 @@ impl Ui {
         Vec::new()
     }
 
-    /// The mode stays: nothing drives the robot until somebody says what shall.
+    /// Notes that the robot stays in mode user until another command.
     fn tell_what_follows_driving(&mut self) {
         let text = "it stands in mode user: <mode-prowl> prowls, <mode-go-home> goes home, <enter-drive> drives on";
         self.note(Level::Info, self.told(text));
@@ -384,8 +384,8 @@ impl Ui {
         }
     }
 
-    /// The wire carries the whole mask; what is toggled is what was asked last, else what the robot
-    /// reports.
+    /// Toggles a layer: the opposite of the pending command, else of the robot's
+    /// report.
     fn toggle(&mut self, facts: &Facts, layer: Layer) -> Vec<Effect> {
         let name = words::layer(layer);
         let Some(allowed) = facts.robot.allowed() else {

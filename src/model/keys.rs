@@ -12,35 +12,35 @@ use super::editor::RouteAction;
 use super::{Caret, Panel};
 use crate::playback::{Control, Landmark};
 
-/// Where the keyboard goes.
+/// The part of the screen that has the keyboard.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Context {
     /// The panels.
     Dashboard,
-    /// Changing the draft of a route.
+    /// The route editor.
     Route,
     /// Driving by hand.
     Drive,
-    /// Typing a command or the name of a file.
+    /// A prompt for a command, a file name or a time.
     Text,
     /// A question.
     Question,
     /// The list of keys.
     Help,
-    /// Looking for something to do.
+    /// The palette.
     Palette,
-    /// What to jump to.
+    /// The choice of a landmark.
     Jump,
-    /// From a value to its columns.
+    /// A value and its columns.
     Trace,
-    /// Why the robot does that.
+    /// The reasons for the robot's action.
     Why,
-    /// Runs, and two of them over each other.
+    /// The list of runs, or two runs over each other.
     Runs,
 }
 
 impl Context {
-    /// All of them.
+    /// Every context.
     pub(crate) const ALL: [Self; 11] = [
         Self::Dashboard,
         Self::Route,
@@ -55,7 +55,7 @@ impl Context {
         Self::Runs,
     ];
 
-    /// What the configuration calls it.
+    /// Its name in the configuration.
     pub(crate) const fn name(self) -> &'static str {
         match self {
             Self::Dashboard => "dashboard",
@@ -81,13 +81,13 @@ pub use map::{KeyMistake, Keymap, Rebinding};
 #[derive(Clone, Copy, Debug)]
 struct Binding {
     context: Context,
-    /// As the help writes it.
+    /// The keys as the help writes them.
     label: &'static str,
     keys: &'static [(KeyCode, KeyModifiers)],
     action: Action,
-    /// What it does, for the help; empty when another row speaks for it.
+    /// The action, for the help; empty when another row describes it.
     help: &'static str,
-    /// What it does, for the footer; empty when it is not named there.
+    /// The action, for the footer; empty when it is not shown there.
     footer: &'static str,
 }
 
@@ -127,7 +127,7 @@ const fn row(
 
 use Context::{Dashboard, Drive, Help, Jump, Palette, Question, Route, Runs, Text, Trace, Why};
 
-/// Every key. STOP comes first wherever the keyboard goes: Space, and Ctrl-S where Space is a letter.
+/// Every key. STOP is the first of each context: Space, and Ctrl-S where Space is a character.
 #[rustfmt::skip]
 const TABLE: &[Binding] = &[
     row(Dashboard, "Space", &[plain(' '), ctrl('s')], Action::Stop, "STOP (Ctrl-S while typing)", "STOP"),

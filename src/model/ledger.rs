@@ -1,4 +1,4 @@
-//! The command ledger: what was asked, and only as much of its fate as the robot acknowledged.
+//! The command ledger: commands and their confirmed progress.
 
 use std::collections::VecDeque;
 
@@ -16,22 +16,22 @@ const ENTRIES_MAX: usize = 64;
 pub(crate) struct Entry {
     pub(crate) id: CommandId,
     pub(crate) request: Request,
-    /// Who asked for it, if it was not this station's operator.
+    /// Name of the remote operator, if it came over the shared link.
     pub(crate) by: Option<String>,
     /// Queued, sent, or how it ended.
     pub(crate) status: CommandStatus,
     pub(crate) attempts: u32,
-    /// Waypoints that the robot acknowledged, of how many.
+    /// Waypoints acknowledged, and in total.
     pub(crate) progress: Option<(u16, u16)>,
     /// When the status changed.
     pub(crate) at: Moment,
-    /// When it was asked for.
+    /// When it was queued.
     pub(crate) asked_at: Moment,
-    /// From the wish to the proof.
+    /// From the command to its confirmation.
     pub(crate) proof: Option<Moment>,
-    /// Why the robot refused and what to do instead, where more is known than its outcome.
+    /// Why the robot refused and what to do, where more than the outcome is known.
     pub(crate) reason: Option<String>,
-    /// How far its list was driven when the robot last spoke of it.
+    /// How far its list was driven by the latest line B.
     pub(crate) driven: Option<ListPlace>,
 }
 
@@ -41,17 +41,17 @@ impl Entry {
     }
 }
 
-/// The list that the robot acknowledged as its own.
+/// The list that the robot confirmed.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub(crate) struct ActiveList {
     pub(crate) id: CommandId,
     pub(crate) digest: u32,
     pub(crate) waypoints: Vec<Waypoint>,
-    /// How far it has been driven, by a line B that names the same digest; `None` until one came.
+    /// How far it has been driven, by a line B with the same digest; `None` before one.
     pub(crate) driven: Option<ListPlace>,
 }
 
-/// What was asked of the robot.
+/// The latest commands.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct Ledger {
     entries: VecDeque<Entry>,
@@ -59,12 +59,12 @@ pub(crate) struct Ledger {
 }
 
 impl Ledger {
-    /// Whether anything waits for its proof.
+    /// Whether a command waits for its confirmation.
     pub(crate) fn is_busy(&self) -> bool {
         self.entries.iter().any(|entry| !entry.is_over())
     }
 
-    /// Takes a new status; returns the entry it belongs to, if that is known.
+    /// Takes a new status; returns its entry, if known.
     pub(super) fn take_command_status(
         &mut self,
         now: Moment,
@@ -100,7 +100,7 @@ impl Ledger {
         Some(entry)
     }
 
-    /// What a command asks for, while it is remembered.
+    /// The request of a command, while it is remembered.
     pub(super) fn request(&self, id: CommandId) -> Option<&Request> {
         let entry = self.entries.iter().rev().find(|entry| entry.id == id)?;
         Some(&entry.request)
@@ -128,7 +128,7 @@ impl Ledger {
         });
     }
 
-    /// Takes a line B: it confirms the active list, or tells that the robot has another.
+    /// Takes a line B, which confirms the active list or reports another.
     pub(super) fn take_status(&mut self, status: &StatusLine) {
         if let Some(active) = &mut self.active {
             if active.digest == status.digest {
@@ -143,7 +143,7 @@ impl Ledger {
         }
     }
 
-    /// The robot booted: what it had acknowledged is gone.
+    /// The robot restarted: its list is gone.
     pub(super) fn take_restart(&mut self) {
         self.active = None;
     }
@@ -158,19 +158,19 @@ impl Ledger {
         self.entries.iter().max_by_key(|entry| entry.at)
     }
 
-    /// Takes why the robot refused one.
+    /// Notes why the robot refused a command.
     pub(super) fn take_reason(&mut self, id: CommandId, reason: Option<String>) {
         if let Some(entry) = self.entries.iter_mut().rev().find(|entry| entry.id == id) {
             entry.reason = reason;
         }
     }
 
-    /// The list of this session that the robot acknowledged and has not contradicted since.
+    /// The list of this session that the robot confirmed and still reports.
     pub(crate) const fn active(&self) -> Option<&ActiveList> {
         self.active.as_ref()
     }
 
-    /// The newest list that is under way.
+    /// The newest list under way.
     pub(crate) fn pending_route(&self) -> Option<&[Waypoint]> {
         self.entries
             .iter()
@@ -182,7 +182,7 @@ impl Ledger {
             })
     }
 
-    /// What the operator asked of a layer and the robot has not answered yet.
+    /// The pending command for a layer: allow or forbid.
     pub(crate) fn asked_of(&self, layer: Layer) -> Option<bool> {
         let asks = |mask: &LayerMask| mask.contains(layer);
         self.entries

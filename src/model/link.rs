@@ -1,4 +1,4 @@
-//! The link to the robot: is it there, how much comes through, how old is the newest line.
+//! The link to the robot: its state, its loss and the age of the newest line.
 
 use std::collections::VecDeque;
 
@@ -11,24 +11,24 @@ use super::trace::Kind;
 use crate::event::{LinkEvent, Moment, Reception};
 use crate::statistics::Statistics;
 
-/// Rate and loss are taken over this long.
+/// Window of rate and loss.
 const WINDOW: Moment = Moment::from_secs(20);
 
-/// No line for this long means that the robot is silent.
+/// Time without a line after which the robot is silent.
 pub(crate) const SILENT_AFTER: Moment = Moment::from_secs(2);
 
-/// Loss above this share of lines is worth a mark.
+/// Share of lines lost above which the link is weak.
 const WEAK_LOSS: f64 = 0.05;
 
-/// Where the connection stands.
+/// The state of the connection.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub(crate) enum Connection {
     /// Not open yet.
     #[default]
     Opening,
-    /// Bytes can come.
+    /// Open.
     Open,
-    /// Gone since then; the station keeps trying.
+    /// Lost; the station keeps trying.
     Lost { reason: String, since: Moment },
     /// Over for good.
     Ended,
@@ -37,15 +37,15 @@ pub(crate) enum Connection {
 /// The link at a glance.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Health {
-    /// Nothing has come yet.
+    /// No line yet.
     Waiting,
-    /// Lines come and few are missing.
+    /// Lines arrive, few are lost.
     Good,
-    /// Lines come and many are missing.
+    /// Lines arrive, many are lost.
     Weak,
-    /// The link is open and no line comes.
+    /// The link is open and no line arrives.
     Silent,
-    /// The link is gone; the station keeps trying.
+    /// The link is lost; the station keeps trying.
     Lost,
     /// Over for good.
     Ended,
@@ -61,9 +61,9 @@ pub(crate) struct Link {
     frozen_at: Option<Moment>,
     newest_line_at: Option<Moment>,
     newest_raw: Option<[u8; LINE_BYTES]>,
-    /// The newest of each line whose columns are traced.
+    /// The newest line of each traced kind.
     traced: [Option<Reading<[u8; LINE_BYTES]>>; Kind::ALL.len()],
-    /// What comes, and since when.
+    /// The kind of bytes received, and since when.
     reception: Option<(Reception, Moment)>,
     counters: Counters,
     statistics: Option<Statistics>,
@@ -102,7 +102,7 @@ impl Link {
         self.reception = Some((reception, since));
     }
 
-    /// What comes instead of lines, and for how long; `None` while lines come and before it is known.
+    /// The kind of bytes received instead of lines, and for how long; `None` while lines arrive or before it is known.
     pub(crate) fn instead_of_lines(&self, now: Moment) -> Option<(Reception, Moment)> {
         let (reception, since) = self.reception?;
         let age = self.clock(now).saturating_sub(since);
@@ -120,12 +120,12 @@ impl Link {
         }
     }
 
-    /// Whether nothing can be sent, for good; unknown before the link is open.
+    /// Whether the link is receive-only; `false` before it is open.
     pub(crate) fn is_receive_only(&self) -> bool {
         !self.can_send && self.connection != Connection::Opening
     }
 
-    /// Bytes heard.
+    /// Bytes received.
     pub(crate) const fn bytes(&self) -> u64 {
         self.counters.bytes
     }
@@ -155,7 +155,7 @@ impl Link {
         self.statistics = Some(statistics);
     }
 
-    /// How it does, not older than a second; `None` before anything was measured.
+    /// Link statistics, at most a second old.
     pub(crate) const fn statistics(&self) -> Option<&Statistics> {
         self.statistics.as_ref()
     }
@@ -165,7 +165,7 @@ impl Link {
         &self.counters
     }
 
-    /// The newest 80 bytes.
+    /// The newest line.
     pub(crate) const fn newest_raw(&self) -> Option<&[u8; LINE_BYTES]> {
         self.newest_raw.as_ref()
     }
@@ -175,12 +175,12 @@ impl Link {
         self.traced[kind as usize]
     }
 
-    /// `now`, or the moment at which the session stopped.
+    /// `now`, or the end of the session.
     pub(crate) fn clock(&self, now: Moment) -> Moment {
         self.frozen_at.map_or(now, |at| at.min(now))
     }
 
-    /// Whether time stands still on the screen.
+    /// Whether the session has ended.
     pub(crate) const fn is_frozen(&self) -> bool {
         self.frozen_at.is_some()
     }
@@ -190,7 +190,7 @@ impl Link {
         self.newest_line_at
     }
 
-    /// How old the newest line is.
+    /// Age of the newest line.
     pub(crate) fn newest_age(&self, now: Moment) -> Option<Moment> {
         let at = self.newest_line_at?;
         Some(self.clock(now).saturating_sub(at))
@@ -201,7 +201,7 @@ impl Link {
         self.rate(now, |counters| counters.lines)
     }
 
-    /// Acknowledgement lines a second over the window: they take turns with the others on the air.
+    /// Acknowledgement lines a second over the window.
     pub(crate) fn acks_per_s(&self, now: Moment) -> f64 {
         self.rate(now, |counters| counters.ack_lines)
     }
@@ -220,7 +220,7 @@ impl Link {
         lines as f64 / until.saturating_sub(at).as_secs_f64().max(1.0)
     }
 
-    /// Share of lines lost over the window, 0 to 1; `None` before there is anything to count.
+    /// Share of lines lost over the window, 0 to 1; `None` without lines.
     pub(crate) fn loss(&self, now: Moment) -> Option<f64> {
         let (_, then) = self.window_start(self.clock(now))?;
         let received = |c: &Counters| c.lines + c.ack_lines;
@@ -250,7 +250,7 @@ impl Link {
         }
     }
 
-    /// When the ages on the screen change by themselves.
+    /// When an age on the screen changes.
     pub(super) fn next_tick(&self, now: Moment) -> Option<Moment> {
         if self.is_frozen() {
             return None;

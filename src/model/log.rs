@@ -1,4 +1,4 @@
-//! The log: the newest things worth a line, in bounded memory.
+//! The log, in bounded memory.
 
 use std::collections::VecDeque;
 
@@ -6,26 +6,26 @@ use crate::event::{Level, Moment};
 
 const ENTRIES_MAX: usize = 256;
 
-/// Changes of holder closer together than this share a line.
+/// Least time between two log lines about the holder of the motors.
 const HOLDER_REST: Moment = Moment::from_millis(1500);
 
-/// Steering changes hands all the time: it is told no more often than this.
+/// The same for routine steering.
 const ROUTINE_REST: Moment = Moment::from_secs(6);
 
-/// What an entry is about: its mark on the screen.
+/// The subject of an entry: its mark on the screen.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Subject {
-    /// Somebody else holds the motors, or the mode changed.
+    /// The holder of the motors or the mode changed.
     Behaviour,
-    /// The bumper touched something.
+    /// A contact.
     Bump,
     /// The connection.
     Link,
-    /// A command of the operator's.
+    /// A command.
     Command,
-    /// The robot's own words.
+    /// Text from the robot.
     Robot,
-    /// A limit that was passed; the alarms have a place of their own where everybody looks.
+    /// An alarm.
     Alarm,
     /// The station.
     Station,
@@ -38,13 +38,13 @@ pub(crate) struct Entry {
     pub(crate) level: Level,
     pub(crate) subject: Subject,
     pub(crate) text: String,
-    /// How often it happened in a row.
+    /// Repetitions in a row.
     pub(crate) times: u32,
 }
 
 impl Entry {
-    /// Whether it is worth a place where everybody looks. Commands have their own
-    /// way there, and the status line tells of the link.
+    /// Whether the hint line shows it as news. Commands and the link
+    /// have places of their own.
     pub(crate) fn is_news(&self) -> bool {
         match self.subject {
             Subject::Station => true,
@@ -96,7 +96,7 @@ impl Log {
         });
     }
 
-    /// A change of holder, unless the one before has only just been told: the ladder shows each.
+    /// Adds a change of holder, at most one in a while: the ladder shows each.
     pub(super) fn add_holder(&mut self, at: Moment, routine: bool, text: impl FnOnce() -> String) {
         let rest = if routine { ROUTINE_REST } else { HOLDER_REST };
         if self
@@ -108,7 +108,7 @@ impl Log {
         }
     }
 
-    /// How many alarms there were.
+    /// Number of alarms so far.
     pub(super) const fn alarms(&self) -> u64 {
         self.alarms
     }

@@ -37,13 +37,13 @@ pub(crate) struct MapView {
 }
 
 impl MapView {
-    /// The floor that the map shows when everything is shown.
+    /// The floor shown at zoom 0.
     pub(crate) fn bounds(&self, chart: &Chart) -> Bounds {
         self.drafted
             .map_or(chart.bounds, |drafted| drafted.union(chart.bounds))
     }
 
-    /// The middle of the picture, inches, before it gives way to the cursor.
+    /// The middle of the picture, inches, before it makes room for the cursor.
     pub(crate) fn middle(&self, chart: &Chart) -> (f64, f64) {
         match self.focus {
             Focus::Everything => self.bounds(chart).middle(),
@@ -92,7 +92,7 @@ impl MapView {
         })
     }
 
-    /// Adds a waypoint to the draft at the cursor; `false` when the robot's list would not hold it.
+    /// Adds a waypoint at the cursor; `false` when the list is full.
     pub(super) fn add_waypoint(&mut self, robot: Option<Pose>) -> bool {
         let Some(cursor) = self.cursor else {
             self.move_cursor(robot, 0, 0);

@@ -1,4 +1,4 @@
-//! Who holds the motors, since when, for what share of the time, and whether it changes too often.
+//! The holder of the motors: since when, its share of the time, and how often it changes.
 
 use std::collections::VecDeque;
 
@@ -8,20 +8,20 @@ use groundwave_protocol::telemetry::{CountersLine, HOLDERS, ParameterLine, State
 use super::robot::Reading;
 use crate::event::Moment;
 
-/// Ticks won travel modulo this.
+/// Modulus of the ticks won on the wire.
 const TICKS_MODULUS: u16 = 4096;
 
-/// At twenty ticks a second, a count has not gone round unseen within this.
+/// Longest time between two counts without an unseen wrap, at twenty ticks a second.
 const TICKS_UNAMBIGUOUS: Moment = Moment::from_mins(3);
 
-/// Shares are told over about this long.
+/// Window of the shares.
 const SHARE_WINDOW: Moment = Moment::from_mins(1);
 
 /// Steps of the share window.
 const SHARE_STEP: Moment = Moment::from_secs(6);
 
-/// So many changes from layer to layer within [`THRASH_WINDOW`] are thrashing. Those to and from prowl
-/// are not counted: steering is made of them.
+/// Changes between layers within [`THRASH_WINDOW`] that count as thrashing. Changes to and from prowl
+/// are ordinary steering.
 const THRASH_CHANGES: usize = 6;
 
 const THRASH_WINDOW: Moment = Moment::from_secs(8);
@@ -29,23 +29,23 @@ const THRASH_WINDOW: Moment = Moment::from_secs(8);
 /// The robot's parameter that switches its cliff guard on and off.
 const CLIFF_GUARD: &str = "cliff-guard";
 
-/// Whoever can hold the motors.
+/// A holder of the motors.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Holder {
     /// One of the eight layers.
     Layer(Layer),
     /// The default behaviour below them.
     Prowl,
-    /// Behind the layers: there is no floor where the winner would go.
+    /// After the layers: no floor in the winner's direction.
     CliffGuard,
-    /// Behind the layers: the arm is not stowed yet.
+    /// After the layers: the arm is not stowed yet.
     ArmGuard,
     /// The motors are off.
     Nobody,
 }
 
 impl Holder {
-    /// Who holds the motors by one line A, of a robot whose cliff guard is switched on.
+    /// The holder by one line A, with the cliff guard on.
     pub(crate) fn of(state: &StateLine) -> Self {
         match (state.layers.holder(), state.mode) {
             (None, mode) if mode != Mode::Stop && lacks_floor(state) => Self::CliffGuard,
@@ -54,7 +54,7 @@ impl Holder {
         }
     }
 
-    /// The same where only layers and prowl can hold them.
+    /// The holder by one line A, with the cliff guard off.
     fn unguarded(state: &StateLine) -> Self {
         match (state.layers.holder(), state.mode) {
             (Some(layer), _) => Self::Layer(layer),
@@ -64,12 +64,12 @@ impl Holder {
         }
     }
 
-    /// Whether its coming and going is ordinary steering.
+    /// Whether it is ordinary steering.
     pub(super) const fn is_routine(self) -> bool {
         matches!(self, Self::Prowl | Self::Layer(Layer::Sonar | Layer::Photo))
     }
 
-    /// Its place among the ticks won of line C.
+    /// Its index in the ticks won of line C.
     pub(crate) const fn place(self) -> Option<usize> {
         match self {
             Self::Layer(layer) => Some(layer as usize),
@@ -87,13 +87,13 @@ pub(crate) const fn prowls(mode: Mode) -> bool {
     )
 }
 
-/// Whether an edge sensor sees no floor, or the cliff guard acts for what one saw.
+/// Whether a sensor sees no floor, or the cliff guard acts on it.
 pub(crate) const fn lacks_floor(state: &StateLine) -> bool {
     !matches!(state.cliff, Cliff::None | Cliff::NotFitted)
 }
 
-/// Who wants the motors and does not get them from this holder, in priority order. A raised flag above the
-/// holder was lowered again before the line was sent: nobody suppresses it.
+/// Layers suppressed by a holder, in priority order. A flag raised above the
+/// holder was lowered before the line was sent.
 pub(crate) fn suppressed(holder: Holder, state: &StateLine) -> Vec<Holder> {
     let above = match holder {
         Holder::Layer(holder) => Some(holder),
@@ -112,34 +112,34 @@ pub(crate) fn suppressed(holder: Holder, state: &StateLine) -> Vec<Holder> {
     suppressed
 }
 
-/// The history of who held the motors.
+/// The history of the holders.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct Motors {
     holder: Option<Reading<Holder>>,
-    /// How each layer stands, and since when.
+    /// The state of each layer, and since when.
     rungs: [Option<Reading<LayerState>>; Layer::ALL.len()],
     changes: VecDeque<Moment>,
     samples: Tally,
     ticks: Tally,
     newest_counters: Option<Reading<CountersLine>>,
-    /// The robot has said that its cliff guard is switched off.
+    /// The robot reported its cliff guard off.
     is_unguarded: bool,
 }
 
 impl Motors {
-    /// Takes a line P, of which one tells of the cliff guard.
+    /// Takes a line P; one parameter is the cliff guard.
     pub(super) fn take_parameter(&mut self, parameter: &ParameterLine) {
         if parameter.name.as_str() == CLIFF_GUARD {
             self.is_unguarded = parameter.value == 0;
         }
     }
 
-    /// The robot restarted: one whose guard is off says so again.
+    /// The robot restarted: the cliff guard counts as on until reported.
     pub(super) fn take_restart(&mut self) {
         self.is_unguarded = false;
     }
 
-    /// Takes a line A; says whether somebody else holds the motors now.
+    /// Takes a line A; returns whether the holder changed.
     pub(super) fn take_state(&mut self, now: Moment, state: &StateLine) -> bool {
         let holder = match Holder::of(state) {
             Holder::CliffGuard if self.is_unguarded => Holder::unguarded(state),
@@ -150,7 +150,7 @@ impl Motors {
         if let Some(place) = holder.place() {
             won[place] = 1;
         }
-        // Also of a line in which nobody held them: what was won longer ago goes out of the window.
+        // Lines without a holder also move the window.
         self.samples.add(now, &won);
         if self.holder.is_some_and(|held| held.value == holder) {
             return false;
@@ -182,7 +182,7 @@ impl Motors {
         }
     }
 
-    /// Since when a layer has stood as it does; `None` before it was heard of.
+    /// Since when a layer has been in its state; `None` before the first report.
     pub(crate) fn since(&self, layer: Layer) -> Option<Moment> {
         self.rungs
             .get(layer as usize)
@@ -218,13 +218,13 @@ impl Motors {
         self.ticks.add(now, &won);
     }
 
-    /// Who holds the motors and since when.
+    /// The holder, and since when.
     pub(crate) const fn holder(&self) -> Option<Reading<Holder>> {
         self.holder
     }
 
-    /// Share of the last minute won by a holder, 0 to 1: by the robot's own count of ticks when it has
-    /// told one, else by the lines that arrived.
+    /// A holder's share of the last minute, 0 to 1: by the robot's count of ticks, if reported,
+    /// else by the lines received.
     pub(crate) fn share(&self, holder: Holder) -> Option<f64> {
         let place = holder.place()?;
         self.ticks
@@ -232,7 +232,7 @@ impl Motors {
             .or_else(|| self.samples.share(place))
     }
 
-    /// Whether the motors change hands too often to get anywhere.
+    /// Whether the holder changes too often.
     pub(crate) fn thrashes(&self, now: Moment) -> bool {
         self.changes.len() == THRASH_CHANGES
             && self
@@ -242,7 +242,7 @@ impl Motors {
     }
 }
 
-/// Running totals, and what they were at some moments of the last minute.
+/// Running totals, and their values during the last minute.
 #[derive(Clone, Debug, Default)]
 struct Tally {
     totals: [u64; HOLDERS],

@@ -1,29 +1,29 @@
-//! What became of the operator's last wish, while that is news.
+//! News for the hint line: command steps, log lines and feedback to keys.
 
 use super::{Shown, Ui, ledger, log};
 use crate::event::Moment;
 
-/// What is told where everybody looks.
+/// The newest of the news.
 #[derive(Clone, Copy, Debug)]
 pub(crate) enum News<'a> {
-    /// A command went a step further.
+    /// A command's latest step.
     Command(&'a ledger::Entry),
-    /// The station had something to say, or the robot raised an alarm.
+    /// A log line of the station, or an alarm of the robot.
     Logged(&'a log::Entry),
-    /// Something about the keys.
+    /// Feedback to a key.
     Passing(&'a Passing),
 }
 
-/// What is told once about the keys and is not worth a line in the log.
+/// Feedback to a key that is not logged.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub(crate) enum Passing {
-    /// Another panel was chosen: which there are.
+    /// The list of panels, after another was chosen.
     Panels,
-    /// These words.
+    /// A text.
     Words(String),
 }
 
-/// How long something is news.
+/// How long news is shown.
 const NEWS_FOR: Moment = Moment::from_secs(5);
 
 impl Ui {
@@ -34,13 +34,13 @@ impl Ui {
 }
 
 impl<'a> Shown<'a> {
-    /// What is news now.
+    /// The news at `now`.
     pub(crate) fn news(&self, now: Moment) -> Option<News<'a>> {
         let (at, news) = self.newest()?;
         (now < at + NEWS_FOR).then_some(news)
     }
 
-    /// When what is news now no longer is.
+    /// When the news expires.
     pub(super) fn news_until(&self, now: Moment) -> Option<Moment> {
         let (at, _) = self.newest()?;
         Some(at + NEWS_FOR).filter(|until| *until > now)
@@ -53,7 +53,7 @@ impl<'a> Shown<'a> {
         let logged = logged.map(|entry| (entry.at, News::Logged(entry)));
         let passing = self.ui.passing.as_ref();
         let passing = passing.map(|(at, what)| (*at, News::Passing(what)));
-        // A wish that is older than a word of the station's is not about it.
+        // The newest wins: a log line after a command replaces it.
         command
             .into_iter()
             .chain(logged)

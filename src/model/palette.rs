@@ -1,4 +1,4 @@
-//! The palette: a few letters find whatever a key or a command can do.
+//! The palette: finds keys and commands by a few letters.
 
 use nucleo_matcher::pattern::{AtomKind, CaseMatching, Normalization, Pattern};
 use nucleo_matcher::{Config, Matcher};
@@ -10,19 +10,19 @@ use super::{Facts, Overlay, Panel, Purpose, TextEntry, Ui};
 use crate::event::{Effect, Moment};
 use crate::request::{Request, known_parameters, preset_names};
 
-/// What is being looked for.
+/// The search text and the choice.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub(crate) struct Palette {
     pub(crate) text: String,
-    /// Place among what was found, once somebody has chosen.
+    /// Index of the chosen entry; `None` before a choice.
     chosen: Option<usize>,
 }
 
-/// Something that can be done.
+/// An action or command.
 #[derive(Clone, Debug, PartialEq)]
 pub(crate) struct Entry {
     pub(crate) title: String,
-    /// The key that does it too.
+    /// Its key.
     pub(crate) key: String,
     searched: String,
     pick: Pick,
@@ -31,7 +31,7 @@ pub(crate) struct Entry {
 #[derive(Clone, Debug, PartialEq)]
 enum Pick {
     Action(Action),
-    /// The words of a command, or its first one.
+    /// The words of a command, complete or not.
     Words(String),
 }
 
@@ -42,14 +42,14 @@ impl AsRef<str> for Entry {
 }
 
 impl Palette {
-    /// What is found, the best first, and before that what begins as it was typed: everything as long as nothing is typed.
+    /// Matches, the best first, with matches at word starts before all others; every entry for an empty text.
     pub(crate) fn found(&self, keymap: &Keymap) -> Vec<Entry> {
         let mut matcher = Matcher::new(Config::DEFAULT);
         let mut matching = |kind| {
             let (case, marks) = (CaseMatching::Ignore, Normalization::Smart);
             Pattern::new(&self.text, case, marks, kind).match_list(entries(keymap), &mut matcher)
         };
-        // Letters far from each other are in almost everything: only where nothing holds the words as they are typed.
+        // Scattered letters match almost everything: used only where nothing contains the typed words.
         let mut found = matching(AtomKind::Substring);
         if found.is_empty() {
             found = matching(AtomKind::Fuzzy);
@@ -59,7 +59,7 @@ impl Palette {
         found
     }
 
-    /// Whether a word of it begins with each that was typed.
+    /// Whether each typed word begins a word of the entry.
     fn begins(&self, entry: &Entry) -> bool {
         let searched = entry.searched.to_lowercase();
         let is_begun = |typed: &str| {
@@ -69,7 +69,7 @@ impl Palette {
         self.text.to_lowercase().split_whitespace().all(is_begun)
     }
 
-    /// The chosen one among what was found: the best, unless it only has the letters somewhere, which is no choice.
+    /// Index of the chosen match: the best by default, unless it only has scattered letters.
     pub(crate) fn chosen(&self, found: &[Entry]) -> Option<usize> {
         let best = found.first().filter(|entry| self.begins(entry)).map(|_| 0);
         let last = found.len().checked_sub(1)?;
@@ -82,7 +82,7 @@ impl Palette {
         self.chosen = found.len().checked_sub(1).map(|last| place.min(last));
     }
 
-    /// More is typed: the best is chosen anew.
+    /// Appends text; the best match is chosen again.
     pub(super) fn append(&mut self, text: &str) {
         let room = TEXT_MAX.saturating_sub(self.text.len());
         let printable = text.chars().filter(|c| !c.is_control());
@@ -90,7 +90,7 @@ impl Palette {
         self.chosen = None;
     }
 
-    /// So many characters are taken back.
+    /// Erases characters at the end.
     pub(super) fn erase(&mut self, characters: usize) {
         let count = self.text.chars().count().saturating_sub(characters);
         self.text = self.text.chars().take(count).collect();
@@ -98,10 +98,10 @@ impl Palette {
     }
 }
 
-/// What is asked of the station, not of the robot.
+/// Commands to the station.
 const OTHER_COMMANDS: [&str; 6] = ["runs", "compare", "name", "note", "void", "counts"];
 
-/// The rows of the dashboard's keys and of the route editor's, then the commands.
+/// Keys of the dashboard and the route editor, then commands.
 fn entries(keymap: &Keymap) -> Vec<Entry> {
     let keys = keymap.rows().filter(|row| match row.action {
         Action::AskPalette | Action::Route(RouteAction::Leave) => false,
@@ -144,14 +144,14 @@ fn entries(keymap: &Keymap) -> Vec<Entry> {
     keys.chain(commands).chain(parameters).collect()
 }
 
-/// A sentence as it stands behind a colon.
+/// A sentence in the form that follows a colon.
 fn in_passing(sentence: &str) -> String {
     let mut letters = sentence.trim_end_matches('.').chars();
     let first = letters.next().map(|first| first.to_ascii_lowercase());
     first.into_iter().chain(letters).collect()
 }
 
-/// What is looked for in a panel and is not in its name.
+/// Search words for a panel besides its name.
 const fn topics(action: Action) -> &'static str {
     match action {
         Action::Show(Panel::Alarms) => "limits battery silence loss",
@@ -162,11 +162,11 @@ const fn topics(action: Action) -> &'static str {
 }
 
 impl Ui {
-    /// Does what is chosen; a command that needs more words is left to be typed on.
+    /// Carries out the choice; an incomplete command opens the prompt.
     pub(super) fn pick(&mut self, facts: &Facts, now: Moment, palette: &Palette) -> Vec<Effect> {
         let mut found = palette.found(&self.config.keys);
         let chosen = palette.chosen(&found);
-        // Nothing is done that nobody chose; where nothing is found there is nothing to choose either.
+        // Without a choice the palette stays open; without matches it closes.
         if chosen.is_some() || found.is_empty() {
             self.overlay = Overlay::None;
         }
@@ -189,7 +189,7 @@ impl Ui {
                         .flat_map(|request| self.ask_or_send(request))
                         .collect();
                 }
-                // What is missing is typed then.
+                // The prompt takes the missing words.
                 if let Ok(Some(effects)) = self.ask_for_runs(facts, &words) {
                     return effects;
                 }

@@ -1,8 +1,8 @@
-//! Which panel is looked at, how much of it, and which value of the line.
+//! The choice of the panel, of its page and of what is enlarged.
 
 use super::{Overlay, Ui};
 
-/// A panel that shares its place with others where the screen is small.
+/// A panel; on a small screen one is shown at a time.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub(crate) enum Panel {
     #[default]
@@ -17,7 +17,7 @@ pub(crate) enum Panel {
 }
 
 impl Panel {
-    /// What it is called where it is chosen.
+    /// Its name in the list of panels.
     pub(crate) const fn name(self) -> &'static str {
         match self {
             Self::Sensors => "sensors",
@@ -30,7 +30,7 @@ impl Panel {
         }
     }
 
-    /// In the order of the Tab key.
+    /// Every panel, in the order of the Tab key.
     pub(crate) const ALL: [Self; 7] = [
         Self::Sensors,
         Self::Body,
@@ -42,14 +42,14 @@ impl Panel {
     ];
 }
 
-/// Columns and rows below which there is no room for a dashboard: only STOP and leaving work then, for nobody sees
-/// what else a key would do.
+/// Least columns and rows of the dashboard; on a smaller terminal only STOP and quit
+/// work.
 pub(crate) const SIZE_MIN: (u16, u16) = (80, 24);
 
-/// What has the place of all panels.
+/// What is enlarged.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Large {
-    /// The chosen one.
+    /// The chosen panel.
     Panel,
     Map,
     Ladder,
@@ -71,7 +71,7 @@ impl Ui {
         self.page = 0;
     }
 
-    /// Chooses a panel; the one that is chosen already is enlarged, or no longer.
+    /// Chooses a panel; toggles its enlargement if it is chosen already.
     pub(super) fn show(&mut self, panel: Panel) {
         let is_seen = matches!(self.enlarged, None | Some(Large::Panel));
         if self.panel == panel && is_seen {
@@ -83,7 +83,7 @@ impl Ui {
         self.page = 0;
     }
 
-    /// Enlarges one thing after the other, and then none.
+    /// Enlarges panel, map and ladder in turn, then nothing.
     pub(super) const fn enlarge_next(&mut self) {
         self.enlarged = match self.enlarged {
             None => Some(Large::Panel),

@@ -1,5 +1,5 @@
-//! When the screen shows another moment than now: what its keys ask for, and what is the operator's own
-//! and does not travel.
+//! Keys for the moment shown, and commands given while it is
+//! in the past.
 
 use groundwave_protocol::status_codes::Mode;
 
@@ -12,26 +12,26 @@ use crate::event::Effect;
 use crate::playback::{Control, Position, SPEED_MAX, SPEED_MIN};
 use crate::request::Request;
 
-/// The speeds that a key goes through.
+/// Speeds that the keys step through.
 const SPEEDS: [f64; 14] = [
     SPEED_MIN, 0.25, 0.5, 1.0, 2.0, 4.0, 8.0, 16.0, 32.0, 64.0, 128.0, 250.0, 500.0, SPEED_MAX,
 ];
 
-/// What whoever commands a capture is told.
+/// Answer to a command in a capture.
 pub(super) const NO_ROBOT: &str = "a capture has no robot: nothing is sent";
 
 impl Ui {
-    /// Whether the session is live and the screen shows an earlier moment of it.
+    /// Whether the screen shows the past of a live session.
     pub(crate) fn shows_past(&self) -> bool {
         self.playback.as_ref().is_some_and(|p| p.is_live)
     }
 
-    /// Whether this is a capture, and no robot can hear.
+    /// Whether the screen shows a capture.
     pub(crate) fn is_replay(&self) -> bool {
         self.playback.as_ref().is_some_and(|p| !p.is_live)
     }
 
-    /// Whether something is looked for where a capture has not been read yet.
+    /// Whether a search of the unread part is under way.
     pub(super) fn is_looking(&self) -> bool {
         self.playback.as_ref().is_some_and(|p| p.is_looking)
     }
@@ -87,8 +87,8 @@ impl Ui {
         }
     }
 
-    /// What a key asks of the robot goes to the robot as it is now: whoever looks at another moment is asked
-    /// first. STOP never asks.
+    /// Asks before a command that was given while the screen shows the past, because it reaches the robot as it is
+    /// now. STOP never asks.
     pub(super) fn ask_from_the_past(
         &mut self,
         action: Action,
@@ -118,7 +118,7 @@ impl Ui {
         }
         let sends_draft = matches!(action, Action::SendDraft | Action::Route(RouteAction::Send));
         if sends_draft && (is_dropped || !asked.is_empty()) {
-            // Whoever says no has not lost it; that there is something to take back is certain.
+            // A no keeps the draft; the draft was just taken, so the undo succeeds.
             let _ = self.map.draft.undo();
         }
         if !asked.is_empty() {
@@ -131,7 +131,7 @@ impl Ui {
         rest
     }
 
-    /// A question, and before it how old what the operator sees is.
+    /// A question, preceded by the age of the moment shown.
     pub(super) fn said_of_the_past(&self, question: String) -> String {
         match &self.playback {
             Some(playback) if playback.is_live => {
@@ -142,7 +142,7 @@ impl Ui {
         }
     }
 
-    /// A yes was said.
+    /// Carries out a confirmed question.
     pub(super) fn go_ahead(&mut self, then: Then) -> Vec<Effect> {
         self.overlay = Overlay::None;
         match then {
@@ -162,7 +162,7 @@ impl Ui {
             Then::SaveRoute(path) => vec![self.save_route(&path, true)],
             Then::Drive => {
                 self.overlay = Overlay::Drive(Stick::default());
-                // Nobody steers by what has been.
+                // Hand driving needs the present on the screen.
                 let back = self
                     .shows_past()
                     .then_some(Effect::Playback(Control::Newest));

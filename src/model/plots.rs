@@ -1,4 +1,4 @@
-//! Figures over time in bounded memory: the least and the greatest of each stretch of several windows.
+//! Figures over time in bounded memory: least and greatest value per stretch, for several windows.
 
 use groundwave_protocol::telemetry::{StateLine, StatusLine};
 
@@ -17,13 +17,13 @@ pub(crate) const WINDOWS: [(&str, Moment); 4] = [
     ("24 h", Moment::from_hours(24)),
 ];
 
-/// What is plotted.
+/// A plotted figure.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Trace {
     /// In/s.
     WheelLeft,
     WheelRight,
-    /// What the wheels were ordered to do, in/s.
+    /// Commanded wheel speeds, in/s.
     OrderLeft,
     OrderRight,
     /// Inches.
@@ -34,13 +34,13 @@ pub(crate) enum Trace {
     DarkRight,
     /// Decivolts.
     Battery,
-    /// Lines lost of the latest 20 s, per cent.
+    /// Lines lost over 20 s, per cent.
     Loss,
 }
 
 const TRACES: usize = Trace::Loss as usize + 1;
 
-/// The least and the greatest figure of a stretch; the least is greater where there was none.
+/// Least and greatest figure of a stretch; empty when the least is greater.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 struct Stretch {
     least: i16,
@@ -66,10 +66,10 @@ impl Stretch {
 /// One figure over one window: a ring of stretches.
 #[derive(Clone, Debug)]
 struct Ring {
-    /// Of one stretch.
+    /// Length of one stretch.
     length: Moment,
     stretches: Vec<Stretch>,
-    /// The number of the newest stretch, counted from the beginning of time.
+    /// Number of the newest stretch since moment zero.
     newest: u64,
 }
 
@@ -86,7 +86,7 @@ impl Ring {
         (at.as_millis() / self.length.as_millis()) as u64
     }
 
-    /// `held` is what stands for the time since the figure before, where nothing was missed.
+    /// Adds a figure; `held` fills the stretches since the previous one, `None` leaves a gap.
     fn push(&mut self, now: Moment, value: i16, held: Option<i16>) {
         if self.stretches.is_empty() {
             self.stretches = vec![NOTHING; STRETCHES];
@@ -110,7 +110,7 @@ impl Ring {
         });
     }
 
-    /// The stretch so many before the one that holds `now`.
+    /// The stretch `back` stretches before the one of `now`.
     fn before(&self, now: Moment, back: u64) -> Stretch {
         let Some(number) = self.number(now).max(self.newest).checked_sub(back) else {
             return NOTHING;
@@ -140,7 +140,7 @@ impl Default for Series {
 }
 
 impl Series {
-    /// Within `joined` of the one before nothing was missed.
+    /// Adds a figure; the previous one holds until now if it is younger than `joined`.
     fn push(&mut self, now: Moment, value: i16, joined: Moment) {
         let held = self
             .newest
@@ -189,8 +189,8 @@ impl Plots {
         self.series[Trace::Battery as usize].push(now, value, STATUS_STALE);
     }
 
-    /// A figure over a window of [`WINDOWS`] until `now` in so many columns, oldest first: the least and the greatest
-    /// of each, `None` where there was none.
+    /// A figure over a window of [`WINDOWS`] until `now`, in `columns` columns, oldest first: least and greatest
+    /// value of each, `None` without a value.
     pub(crate) fn columns(
         &self,
         trace: Trace,

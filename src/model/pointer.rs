@@ -1,4 +1,4 @@
-//! The mouse: a click chooses, the wheel zooms or turns pages. It asks nothing of the robot.
+//! The mouse: a click chooses, the wheel zooms or turns pages. It sends nothing to the robot.
 
 use groundwave_protocol::Waypoint;
 
@@ -6,7 +6,7 @@ use super::{Overlay, Panel, Ui};
 use crate::event::{Gesture, Spot};
 
 impl Ui {
-    /// Takes what was done on the screen; whatever lies over the panels has to be closed by a key.
+    /// Takes a gesture; ignored while an overlay is open.
     pub(super) fn take_pointer(&mut self, on: Spot, gesture: Gesture) -> bool {
         if self.overlay != Overlay::None {
             return false;

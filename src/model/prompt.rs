@@ -1,4 +1,4 @@
-//! What is typed: commands, the names of files, moments.
+//! The prompt: commands, file names and times.
 
 use groundwave_protocol::Waypoint;
 use groundwave_protocol::status_codes::Mode;
@@ -8,7 +8,7 @@ use super::{Facts, Overlay, Purpose, TextEntry, Ui};
 use crate::event::{Effect, Level, remark_from_words, unquoted};
 use crate::request::Request;
 
-/// The commands are the last page of the help, counted from its first one backwards.
+/// Page of the commands in the help: the last.
 const HELP_OF_COMMANDS: i32 = -1;
 
 impl Ui {
@@ -30,7 +30,7 @@ impl Ui {
             }
         };
         if let Some(effect) = named {
-            // The prompt stays until the file turns out to be right: what is wrong with its name can be mended.
+            // The prompt stays open until the file is read or written, so that its name can be corrected.
             self.overlay = Overlay::Text(TextEntry {
                 waits: true,
                 error: None,
@@ -76,7 +76,7 @@ impl Ui {
         }
     }
 
-    /// Takes a route as the draft; sends it and lets the robot prowl where that was typed with the file's name.
+    /// Takes a route as the draft; with `--go` sends it and lets the robot prowl.
     pub(super) fn take_route(
         &mut self,
         path: &str,
@@ -110,7 +110,7 @@ impl Ui {
         self.ask_from_the_past(Action::SendDraft, effects)
     }
 
-    /// What became of the file that a prompt waits for: the prompt goes, or says what is wrong.
+    /// Closes the prompt that waits for a file, or shows its error.
     pub(super) fn end_waiting(&mut self, error: Option<&str>) {
         match (&mut self.overlay, error) {
             (Overlay::Text(entry), Some(error)) if entry.waits => {
@@ -123,7 +123,7 @@ impl Ui {
     }
 }
 
-/// The file of `route FILE` as it was typed, and whether `--go` is behind it; `None` for other commands.
+/// The file of `route FILE`, and whether `--go` follows; `None` for other commands.
 fn route_file(command: &str) -> Option<(&str, bool)> {
     let file = command.trim().strip_prefix("route ")?.trim();
     let before = file.strip_suffix("--go");
@@ -132,7 +132,7 @@ fn route_file(command: &str) -> Option<(&str, bool)> {
 }
 
 impl TextEntry {
-    /// Whether the route of a file that is named here is to be driven at once.
+    /// Whether the route is driven at once.
     fn goes(&self) -> bool {
         let is_command = self.purpose == Purpose::Command;
         is_command && route_file(&self.text).is_some_and(|(_, goes)| goes)

@@ -1,4 +1,4 @@
-//! What the robot has said of itself, and when.
+//! The newest reports of the robot, with their moments.
 
 use groundwave_protocol::status_codes::{Bump, Infrared, Layer, LayerMask};
 use groundwave_protocol::telemetry::{Body, CountersLine, Line, StateLine, StatusLine};
@@ -15,30 +15,30 @@ pub(crate) struct Reading<T> {
 }
 
 impl<T> Reading<T> {
-    /// How old it is.
+    /// Its age.
     pub(crate) fn age(&self, now: Moment) -> Moment {
         now.saturating_sub(self.at)
     }
 }
 
-/// A line A is expected three times a second; older than this it is stale.
+/// Age at which a line A is stale; three are expected a second.
 pub(crate) const STATE_STALE: Moment = Moment::from_secs(2);
 
-/// A line B is expected every two seconds.
+/// Age at which a line B is stale; one is expected every two seconds.
 pub(crate) const STATUS_STALE: Moment = Moment::from_secs(8);
 
-/// A line C is expected every four seconds, and a weak link loses some.
+/// Age at which a line C is stale; one is expected every four seconds.
 pub(crate) const COUNTERS_STALE: Moment = Moment::from_secs(16);
 
-/// The newest line of each kind and what outlives it.
+/// The newest line of each kind, and the latest contact and detection.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct Robot {
     pub(crate) state: Option<Reading<StateLine>>,
     pub(crate) status: Option<Reading<StatusLine>>,
     pub(crate) counters: Option<Reading<CountersLine>>,
-    /// The newest contact, however long ago.
+    /// The latest contact.
     pub(crate) bump: Option<Reading<Bump>>,
-    /// The newest detection, however long ago.
+    /// The latest detection.
     pub(crate) infrared: Option<Reading<Infrared>>,
     /// Battery voltage over the whole session, decivolts.
     pub(crate) volts: History,
@@ -65,7 +65,7 @@ impl Robot {
         }
     }
 
-    /// What is old by now, by name.
+    /// Names of the stale lines.
     pub(crate) fn stale(&self, now: Moment) -> Vec<&'static str> {
         let old = |age: Option<Moment>, limit| age.is_some_and(|age| age >= limit);
         [
@@ -87,22 +87,22 @@ impl Robot {
         .collect()
     }
 
-    /// Layers this firmware has; `None` until it has said so.
+    /// Layers fitted on this robot; `None` before its report.
     pub(crate) fn fitted(&self) -> Option<LayerMask> {
         self.status.map(|status| status.value.fitted)
     }
 
-    /// Layers the robot says the operator allows.
+    /// Layers allowed, by the robot's report.
     pub(crate) fn allowed(&self) -> Option<LayerMask> {
         self.status.map(|status| status.value.allowed)
     }
 
-    /// What it is set to, for the reason of a refusal.
+    /// Settings that explain a refusal.
     pub(crate) fn standing(&self) -> Standing {
         Standing::new(self.state.map(|state| state.value.mode), self.allowed())
     }
 
-    /// Whether the firmware is known to lack a layer.
+    /// Whether the robot is known to lack a layer.
     pub(crate) fn lacks(&self, layer: Layer) -> bool {
         self.fitted().is_some_and(|fitted| !fitted.contains(layer))
     }
@@ -112,11 +112,11 @@ const fn reading<T>(at: Moment, value: T) -> Reading<T> {
     Reading { value, at }
 }
 
-/// Fastest that the robot lets a wheel turn, in/s.
+/// Fastest wheel speed, in/s.
 const WHEEL_MAX_IN_S: i32 = 12;
 
-/// What each wheel was ordered to do, left and right, in/s: as the robot does, speed gives way to turning
-/// where a wheel would have to turn too fast.
+/// Commanded speeds of the left and right wheel, in/s. As in the robot, speed gives way to turning
+/// where a wheel would be too fast.
 pub(crate) fn ordered_wheels_in_s(state: &StateLine) -> [i32; 2] {
     let most = 2 * WHEEL_MAX_IN_S;
     // Doubled, so that half of an odd rotation is whole.
@@ -126,12 +126,12 @@ pub(crate) fn ordered_wheels_in_s(state: &StateLine) -> [i32; 2] {
     [speed + turn, speed - turn].map(|doubled| i32::midpoint(doubled, doubled.signum()))
 }
 
-/// Whether something presses the bumper.
+/// Whether the bumper is pressed.
 pub(crate) const fn touches(bump: Bump) -> bool {
     !matches!(bump, Bump::None | Bump::NotFitted)
 }
 
-/// Whether an infrared detector sees something.
+/// Whether an infrared detector triggers.
 pub(crate) const fn detects(infrared: Infrared) -> bool {
     matches!(infrared, Infrared::Left | Infrared::Right | Infrared::Both)
 }

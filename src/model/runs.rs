@@ -1,4 +1,4 @@
-//! The list of runs and two of them over each other, on the dashboard.
+//! The list of runs and the comparison of two, on the dashboard.
 
 use std::path::Path;
 use std::sync::Arc;
@@ -7,22 +7,22 @@ use super::{Facts, Overlay, TextEntry, Ui};
 use crate::event::{Effect, Remark};
 use crate::run::{Listed, Overlaid};
 
-/// What lies over the panels.
+/// The runs overlay.
 #[derive(Clone, Debug, PartialEq)]
 pub(crate) enum Runs {
-    /// Files are being read: what for.
+    /// Files are being read, with the reason.
     Waits(String),
-    /// A list to choose from.
+    /// The list of runs.
     Listed {
         list: Arc<Listed>,
-        /// Place of the marked row.
+        /// Index of the selected run.
         chosen: usize,
-        /// Place of the run that another is to be compared with.
+        /// Index of the first run of a comparison.
         first: Option<usize>,
     },
-    /// Two runs.
+    /// Two runs over each other.
     Overlaid(Arc<Overlaid>),
-    /// Why there is nothing to show.
+    /// Why nothing can be shown.
     Failed(String),
 }
 
@@ -30,7 +30,7 @@ impl Ui {
     /// `runs`, `runs FOLDER` and `compare A B`; `None` for other commands.
     ///
     /// # Errors
-    /// When it is one of them and the rest is wrong.
+    /// When their arguments are wrong.
     pub(super) fn ask_for_runs(
         &mut self,
         facts: &Facts,
@@ -68,14 +68,14 @@ impl Ui {
         vec![Effect::CompareRuns(captures)]
     }
 
-    /// The capture on show, else the one that is being recorded.
+    /// The capture shown, else the recording under way.
     fn capture_at_hand<'a>(&'a self, facts: &'a Facts) -> Option<&'a String> {
         let recording = &facts.recording;
         let recorded = recording.mcap.as_ref().or(recording.tee.as_ref());
         self.config.capture.as_ref().or(recorded)
     }
 
-    /// Where it lies.
+    /// Its folder.
     fn folder_at_hand(&self, facts: &Facts) -> String {
         let capture = self.capture_at_hand(facts).map(Path::new);
         let folder = capture.and_then(Path::parent).and_then(Path::to_str);
@@ -83,7 +83,7 @@ impl Ui {
         folder.unwrap_or(".").to_owned()
     }
 
-    /// What is said of the run on show, or of the one that is being recorded.
+    /// Labels the run shown, or the recording under way.
     pub(super) fn label(&mut self, facts: &Facts, remark: Remark, entry: TextEntry) -> Vec<Effect> {
         let Some(capture) = self.capture_at_hand(facts).cloned() else {
             let error = "nothing is recorded: <toggle-recording> begins a recording, with what came before it";
@@ -102,7 +102,7 @@ impl Ui {
         }]
     }
 
-    /// Whoever has put the window away does not wait any more.
+    /// Whether the overlay still waits for files.
     fn waits_for_runs(&self) -> bool {
         matches!(self.overlay, Overlay::Runs(Runs::Waits(_)))
     }
@@ -133,7 +133,7 @@ impl Ui {
         waits
     }
 
-    /// Puts the window away; behind two runs that were picked from a list is the list.
+    /// Closes the overlay; a comparison from the list returns to the list.
     pub(super) fn put_away(&mut self) {
         let behind = self.behind.take();
         let is_comparison =
@@ -142,7 +142,7 @@ impl Ui {
         self.overlay = behind.map_or(Overlay::None, Overlay::Runs);
     }
 
-    /// Takes the marked run for the first one of a comparison, or for the second and compares.
+    /// Takes the selected run as the first of a comparison, or as the second and compares.
     pub(super) fn pick_run(&mut self) -> Vec<Effect> {
         let Overlay::Runs(Runs::Listed {
             list,
@@ -167,7 +167,7 @@ impl Ui {
                     return effects;
                 }
             }
-            // Picked again: not that one.
+            // The same run again: deselects it.
             None | Some(_) => {}
         }
         Vec::new()
@@ -175,7 +175,7 @@ impl Ui {
 }
 
 impl Runs {
-    /// Marks a row further down or up.
+    /// Moves the selection.
     pub(super) fn choose(&mut self, steps: i8) {
         if let Self::Listed { list, chosen, .. } = self {
             let last = list.runs.len().saturating_sub(1);

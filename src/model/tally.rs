@@ -5,17 +5,17 @@ use groundwave_protocol::telemetry::Ack;
 use crate::event::CommandStatus;
 use crate::playback::Tally;
 
-/// What counts as a landmark and is not told by what the model shows: of alarms, those that are logged as less.
+/// Counts of landmarks; of alarms, only those below the highest level, as the log counts the others.
 #[derive(Clone, Copy, Debug, Default)]
 pub(super) struct Counted {
     pub(super) tally: Tally,
     ack: Option<Ack>,
-    /// The session's own commands are known: the robot's acknowledgements need not speak for them.
+    /// Command events were seen: acknowledgements are not counted.
     knows_commands: bool,
 }
 
 impl Counted {
-    /// Takes the acknowledgement in any line.
+    /// Takes the acknowledgement in a line.
     pub(super) fn take_ack(&mut self, ack: Ack) {
         let told = |ack: Ack| (ack.boot, ack.session, ack.sequence, ack.outcome);
         let before = self.ack.replace(ack);

@@ -22,7 +22,7 @@ use crate::playback::Playback;
 use crate::request::Request;
 use crate::run::{Apart, Comparison, Figures, Listed, Overlaid};
 
-/// A model, the time, and what its lines are made from.
+/// A model, the time, and the contents of the next lines.
 pub(crate) struct Scene {
     pub(crate) model: Model,
     pub(crate) now: Moment,
@@ -35,7 +35,7 @@ pub(crate) struct Scene {
 }
 
 impl Scene {
-    /// A robot that prowls on an open link and has not been heard yet.
+    /// A prowling robot on an open link, before its first line.
     pub(crate) fn new(config: Config) -> Self {
         let mut scene = Self {
             model: Model::new(config),
@@ -139,14 +139,14 @@ impl Scene {
         self.event(Event::Counters(self.counters));
     }
 
-    /// Lines that were sent and did not arrive.
+    /// Loses lines.
     pub(crate) fn lose(&mut self, lines: u8) {
         self.wait_ms(333 * u64::from(lines));
         self.sequence = (self.sequence + lines) % 100;
         self.counters.lines_lost += u64::from(lines);
     }
 
-    /// Drives ahead for so many lines.
+    /// Drives ahead for a number of lines.
     pub(crate) fn drive(&mut self, lines: usize, in_a_line: f64, turn_deg: i32) {
         for _ in 0..lines {
             let theta = i32::from(self.state.theta_deg) + turn_deg;
@@ -164,7 +164,7 @@ impl Scene {
         keys.iter().flat_map(press).collect()
     }
 
-    /// Presses the key that does what this one does in the table: with keys chosen otherwise a test does the same.
+    /// Presses the key whose action this key has in the table, so that tests also run with rebound keys.
     fn key(&mut self, key: KeyEvent) -> Vec<Effect> {
         static TABLE: LazyLock<Keymap> = LazyLock::new(Keymap::default);
         let (keys, context) = (&self.model.ui.config.keys, self.model.ui.context());
@@ -282,7 +282,7 @@ pub(crate) fn status() -> StatusLine {
     }
 }
 
-/// A minute of something three minutes long, which stands still.
+/// Paused at minute one of three.
 pub(crate) fn playback(is_live: bool) -> Playback {
     Playback {
         is_live,
@@ -314,7 +314,7 @@ pub(crate) fn listed() -> Arc<Listed> {
     })
 }
 
-/// Two rounds, of which the second ends farther from where it began.
+/// Two rounds; the second ends farther from its start.
 pub(crate) fn overlaid() -> Arc<Overlaid> {
     let round = |side_in: i32, end_in: i32| {
         let east = (0..=side_in).map(|x| (x, 0));

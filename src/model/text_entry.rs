@@ -1,41 +1,41 @@
-//! A line being typed, and those that were.
+//! The text of a prompt, and its history.
 
 use std::collections::VecDeque;
 
 /// Longest line that can be typed or pasted.
 pub(super) const TEXT_MAX: usize = 512;
 
-/// Lines that are kept to be typed again.
+/// Most lines in the history.
 const TYPED_MAX: usize = 64;
 
-/// What a typed line is for.
+/// The purpose of a prompt.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Purpose {
     Command,
     RouteFile,
     SaveRoute,
-    /// A place in time.
+    /// A position in time.
     Moment,
 }
 
-/// A line being typed.
+/// A prompt.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub(crate) struct TextEntry {
     pub(crate) purpose: Purpose,
     pub(crate) text: String,
-    /// Characters behind the caret.
+    /// Characters after the caret.
     pub(super) behind: usize,
-    /// Why the text as it was submitted does not do.
+    /// Why the submitted text was refused.
     pub(crate) error: Option<String>,
-    /// The file that was named is being read or written.
+    /// The named file is being read or written.
     pub(crate) waits: bool,
-    /// How many lines ago this one was typed, 0 when it is a new one.
+    /// Place in the history, 0 for a new line.
     pub(super) ago: usize,
-    /// The new one, while another is looked at.
+    /// The new line, while one of the history is shown.
     pub(super) unsent: String,
 }
 
-/// Where the caret goes.
+/// A movement of the caret.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Caret {
     Left,
@@ -56,13 +56,13 @@ impl TextEntry {
             unsent: String::new(),
         }
     }
-    /// What was said of the text before does not hold for another one.
+    /// Clears the error, which was about the previous text.
     fn changed(&mut self) {
         self.error = None;
         self.waits = false;
     }
 
-    /// Where the caret is, bytes.
+    /// Position of the caret, bytes.
     fn at(&self) -> usize {
         let mut ends = self.text.char_indices().rev().map(|(at, _)| at);
         match self.behind.checked_sub(1) {
@@ -71,14 +71,14 @@ impl TextEntry {
         }
     }
 
-    /// The text before the caret and behind it.
+    /// The text before and after the caret.
     pub(crate) fn parts(&self) -> (&str, &str) {
         self.text.split_at(self.at())
     }
 
     pub(super) fn insert(&mut self, text: &str) {
         let room = TEXT_MAX.saturating_sub(self.text.len());
-        // Columns of a table are words of a command.
+        // A pasted tab separates words.
         let text = text.replace('\t', " ");
         let printable = text.chars().filter(|c| !c.is_control());
         let printable: String = printable.take(room).collect();
@@ -111,7 +111,7 @@ impl TextEntry {
         };
     }
 
-    /// Shows a line typed before for the same, or one typed after it; at the end the new one again.
+    /// Shows an earlier or later line of the history; after the latest, the new line.
     pub(super) fn recall(&mut self, typed: &Typed, steps: i8) {
         let ago = self.ago.saturating_add_signed((-steps).into());
         let text = match ago.checked_sub(1) {
@@ -131,7 +131,7 @@ impl TextEntry {
     }
 }
 
-/// Lines that were submitted, the latest last.
+/// Submitted lines, the latest last.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct Typed(VecDeque<(Purpose, String)>);
 

@@ -23,7 +23,7 @@ impl Kind {
         }
     }
 
-    /// The kind of a line by its first byte; `None` for those whose values are only words.
+    /// The kind of a line by its first byte; `None` for lines without traced values.
     pub(crate) fn of(raw: &[u8]) -> Option<Self> {
         let first = raw.first()?;
         Self::ALL.into_iter().find(|kind| kind.letter() == *first)
@@ -108,7 +108,7 @@ pub(crate) const FIELDS: [Field; 45] = [
     c("failsafe mode", 66, 66),
 ];
 
-/// The field so many steps further, round and round.
+/// Index of the field `steps` further, wrapping around.
 pub(crate) const fn step(at: usize, steps: i8) -> usize {
     let count = FIELDS.len() as isize;
     (at as isize + steps as isize).rem_euclid(count) as usize
@@ -139,7 +139,7 @@ mod tests {
     use super::*;
     use crate::model::testing::{counters, state, status};
 
-    /// The columns in which two lines differ, without those of sequence, acknowledgement and checksum.
+    /// Columns in which two lines differ, except sequence, acknowledgement and checksum.
     fn changed(one: Body, other: Body) -> Vec<usize> {
         let encode = |body| {
             let ack = Ack::default();

@@ -1,19 +1,19 @@
-//! Where the robot has been, in bounded memory: the newest part as a line, everything older as the
-//! places it passed, on a grid that grows coarser only when the robot covers new ground.
+//! The robot's trail in bounded memory: the newest part as a line, older parts as
+//! grid cells, which grow only when the robot covers new ground.
 
 use std::collections::{BTreeSet, VecDeque};
 use std::sync::Arc;
 
-/// Points of the line.
+/// Most points of the line.
 const RECENT_MAX: usize = 1024;
 
 /// Distance between two points of the line, inches.
 const SPACING_IN: f64 = 3.0;
 
-/// Places remembered of what is older than the line.
+/// Most grid cells.
 const OLDER_MAX: usize = 4096;
 
-/// Side of a grid cell at the start, inches.
+/// First side of a grid cell, inches.
 const CELL_IN: f64 = 4.0;
 
 /// A point of the line.
@@ -21,15 +21,15 @@ const CELL_IN: f64 = 4.0;
 pub(crate) struct TrailPoint {
     pub(crate) x_in: f64,
     pub(crate) y_in: f64,
-    /// Whether the robot was heard all the way from the point before.
+    /// Whether no line was lost since the previous point.
     pub(crate) joined: bool,
 }
 
-/// Where the robot has been.
+/// The robot's trail.
 #[derive(Clone, Debug)]
 pub(crate) struct Trail {
     recent: VecDeque<TrailPoint>,
-    /// Shared with the states kept of other moments: a robot that has been everywhere adds nothing.
+    /// Shared with the kept states of other moments.
     older: Arc<BTreeSet<(i32, i32)>>,
     cell_in: f64,
 }
@@ -45,7 +45,7 @@ impl Default for Trail {
 }
 
 impl Trail {
-    /// Takes a position; `joined` when nothing was missed since the one before.
+    /// Adds a position; `joined` if no line was lost since the previous one.
     pub(super) fn push(&mut self, x_in: f64, y_in: f64, joined: bool) {
         if let Some(last) = self.recent.back() {
             let moved_in = (x_in - last.x_in).hypot(y_in - last.y_in);
@@ -80,7 +80,7 @@ impl Trail {
         self.recent.iter()
     }
 
-    /// The middles of the places passed before that.
+    /// Middles of the grid cells of older parts.
     pub(crate) fn older(&self) -> impl Iterator<Item = (f64, f64)> {
         let middle = |cell: i32| (f64::from(cell) + 0.5) * self.cell_in;
         self.older.iter().map(move |&(x, y)| (middle(x), middle(y)))

@@ -30,31 +30,31 @@ pub(crate) enum Overlay {
     Text(TextEntry),
     Drive(Stick),
     Palette(Palette),
-    /// Which kind of moment to jump to.
+    /// The choice of a landmark to jump to.
     Jump {
         forward: bool,
     },
-    /// One value and the columns it comes from: its place in [`trace::FIELDS`].
+    /// A value and its columns: an index into [`trace::FIELDS`].
     Trace(usize),
-    /// Why it does what it does at the shown moment.
+    /// The reasons for the robot's action.
     Why,
     /// The list of runs, or two of them over each other.
     Runs(Runs),
 }
 
-/// A question that is answered with yes or no.
+/// A yes-or-no question.
 #[derive(Clone, Debug, PartialEq)]
 pub(crate) struct Question {
     pub(crate) text: String,
     pub(super) then: Then,
 }
 
-/// What a yes leads to.
+/// What to do after a yes.
 #[derive(Clone, Debug, PartialEq)]
 pub(super) enum Then {
     Send(Vec<Request>),
     Drive,
-    /// Write the draft over the file of this name.
+    /// Overwrite the file of this name with the draft.
     SaveRoute(String),
 }
 
@@ -206,7 +206,7 @@ impl Ui {
         minute.checked_sub(unix)
     }
 
-    /// Where the keyboard goes.
+    /// The part of the screen that has the keyboard.
     pub(crate) const fn context(&self) -> Context {
         match self.overlay {
             Overlay::None if self.editor.is_some() => Context::Route,

@@ -1,4 +1,4 @@
-//! Why somebody holds the motors, in words, from what the robot said.
+//! Why a holder holds the motors, in words, from the robot's reports.
 
 use groundwave_protocol::status_codes::{Arm, Bump, Cliff, Drive, Infrared, Layer, Mode};
 use groundwave_protocol::telemetry::StateLine;
@@ -7,13 +7,13 @@ use super::motors::{Holder, lacks_floor};
 use super::robot::{Robot, detects, touches};
 use crate::event::Moment;
 
-/// Both sonars closer than this make the sonar layer stop and turn, inches.
+/// Range of both sonars below which the sonar layer stops and turns, inches.
 const SONAR_CLOSE_IN: u16 = 30;
 
-/// A contact explains what the bumper layer does for this long.
+/// How long a contact explains the bumper layer.
 const CONTACT_EXPLAINS: Moment = Moment::from_secs(20);
 
-/// Why the holder holds the motors.
+/// The holder's reason.
 pub(crate) fn why(holder: Holder, state: &StateLine, robot: &Robot, now: Moment) -> String {
     match holder {
         Holder::Layer(Layer::User) => by_hand(state),
@@ -72,7 +72,7 @@ fn bumpers(state: &StateLine, robot: &Robot, now: Moment) -> String {
     }
 }
 
-/// What the bumper felt.
+/// The bumper's state in words.
 pub(crate) const fn bump(bump: Bump) -> &'static str {
     match bump {
         Bump::None => "free",
@@ -108,7 +108,7 @@ fn sonar(state: &StateLine) -> String {
             format!("{left} in left, {right} in right: too close, turns on the spot")
         }
         (left, right) => {
-            // No echo is as clear as it gets.
+            // No echo means the clearest side.
             let clear = |range: Option<u16>| range.unwrap_or(u16::MAX);
             let side = match clear(left).cmp(&clear(right)) {
                 std::cmp::Ordering::Greater => "left is clearer",
@@ -134,7 +134,7 @@ fn photo(state: &StateLine) -> String {
     format!("{side}; {}", moving(state))
 }
 
-/// What the arm does.
+/// The arm's state in words.
 pub(crate) const fn arm(arm: Arm) -> &'static str {
     match arm {
         Arm::Stowed => "stowed",
@@ -186,7 +186,7 @@ fn no_floor(state: &StateLine) -> String {
     format!("{}; {}", edge(state.cliff), moving(state))
 }
 
-/// Where there is no floor.
+/// The edge sensors' state in words.
 const fn edge(cliff: Cliff) -> &'static str {
     match cliff {
         Cliff::Left => "no floor on the left",

@@ -32,7 +32,7 @@ pub(crate) const fn holder(holder: Holder) -> &'static str {
     }
 }
 
-/// Who holds the motors, as a sentence.
+/// The holder, as a sentence.
 pub(crate) fn holds(who: Holder) -> String {
     let verb = if who == Holder::Layer(Layer::Bumpers) {
         "hold"
@@ -47,7 +47,7 @@ pub(crate) const fn mode(mode: Mode) -> &'static str {
     request::mode_word(mode)
 }
 
-/// What the infrared detectors see.
+/// The infrared detectors' state.
 pub(crate) const fn infrared(infrared: Infrared) -> &'static str {
     match infrared {
         Infrared::None => "clear",
@@ -59,7 +59,7 @@ pub(crate) const fn infrared(infrared: Infrared) -> &'static str {
     }
 }
 
-/// What the floor sensors see.
+/// The floor sensors' state.
 pub(crate) const fn cliff(cliff: Cliff) -> &'static str {
     match cliff {
         Cliff::None => "floor",
@@ -71,7 +71,7 @@ pub(crate) const fn cliff(cliff: Cliff) -> &'static str {
     }
 }
 
-/// What the drive train does.
+/// The drive train's state.
 pub(crate) const fn drive(drive: Drive) -> &'static str {
     match drive {
         Drive::Ok => "ok",
@@ -82,7 +82,7 @@ pub(crate) const fn drive(drive: Drive) -> &'static str {
     }
 }
 
-/// The battery's state; empty when there is nothing to say.
+/// The battery's state; empty when it is fine.
 pub(crate) const fn power(power: Power) -> &'static str {
     match power {
         Power::Ok => "",
@@ -93,7 +93,7 @@ pub(crate) const fn power(power: Power) -> &'static str {
     }
 }
 
-/// A parameter, as the robot tells of it.
+/// A parameter as reported.
 pub(crate) fn parameter(line: &ParameterLine) -> String {
     let unit = line.unit.as_str();
     let number = |value: i32| {
@@ -110,7 +110,7 @@ pub(crate) fn parameter(line: &ParameterLine) -> String {
     format!("{name} is {value} {whole} ({least} to {most}{kept})")
 }
 
-/// What the robot sings: what it means, and the notes by name.
+/// A song: its meaning and its notes.
 pub(crate) fn song(line: &SongLine) -> String {
     let notes: Vec<_> = line.notes().map(|note| song::note_name(note.hz)).collect();
     let notes = notes.join(" ");
@@ -134,7 +134,7 @@ pub(crate) const fn outcome(outcome: Outcome) -> &'static str {
     }
 }
 
-/// What comes when no line does, for so long.
+/// The kind of bytes received instead of lines, and for how long.
 pub(crate) fn reception(reception: Reception, age: &str) -> String {
     match reception {
         Reception::Lines => "lines".to_owned(),

@@ -1,4 +1,4 @@
-//! What must not go unnoticed: every alarm in one table, with its limits.
+//! Every alarm in one table, with its limits.
 
 use groundwave_protocol::status_codes::{Bump, Cliff, Drive, Link as LinkLetter, Power};
 use groundwave_protocol::telemetry::StateLine;
@@ -10,29 +10,29 @@ use crate::model::link::{Connection, Link};
 use crate::model::motors::Motors;
 use crate::model::robot::Robot;
 
-/// From which values on there is an alarm.
+/// Limits of the alarms.
 #[derive(Clone, Debug, PartialEq, Eq, Deserialize)]
 #[serde(default, deny_unknown_fields)]
 pub struct Limits {
-    /// At this voltage the battery is low, decivolts.
+    /// Battery low at this voltage or below, decivolts.
     pub battery_low_dv: u16,
-    /// At this voltage it is all but empty, decivolts.
+    /// Battery critical at this voltage or below, decivolts.
     pub battery_critical_dv: u16,
-    /// A battery that is low or critical is not any more this far above, decivolts.
+    /// A low or critical battery recovers this far above its limit, decivolts.
     pub battery_hysteresis_dv: u16,
-    /// The battery has to be below for so long: motors that start draw it down, s.
+    /// Time below the limit before the alarm, s: starting motors draw the voltage down.
     pub battery_for_s: u16,
-    /// No line for so long is silence, s.
+    /// Time without a line before the robot is silent, s.
     pub silent_s: u16,
-    /// This share of lines lost is too much, per cent.
+    /// Share of lines lost that raises an alarm, per cent.
     pub loss_pct: u8,
-    /// For so long, s.
+    /// Time above that share before the alarm, s.
     pub loss_for_s: u16,
-    /// Wheels that have to turn and do not for so long are stalled, s.
+    /// Time that ordered wheels stand still before they are stalled, s.
     pub stalled_s: u16,
-    /// No floor under several sensors for so long: it fell, or somebody lifted it, s.
+    /// Time without floor under several sensors before the robot counts as fallen or lifted, s.
     pub fallen_s: u16,
-    /// Layers have to take the motors from each other for so long, s.
+    /// Time that layers take the motors from each other before the alarm, s.
     pub thrash_s: u16,
 }
 
@@ -54,7 +54,7 @@ impl Default for Limits {
     }
 }
 
-/// What the rules look at.
+/// Inputs of the rules.
 pub(in crate::model) struct Inputs<'a> {
     pub(in crate::model) now: Moment,
     pub(in crate::model) robot: &'a Robot,
@@ -63,39 +63,39 @@ pub(in crate::model) struct Inputs<'a> {
     pub(in crate::model) recording: &'a Recording,
 }
 
-/// What a rule sees.
+/// The result of a rule.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) enum Sight {
-    /// Nothing is known: it stays as it was.
+    /// Unknown: the alarm stays as it was.
     Unknown,
     No,
-    /// It is so, and counts when it has lasted.
+    /// The cause is there; counts when it has lasted.
     Yes,
-    /// It is so by the robot's or the recorder's own judgement, which counts at once.
+    /// The robot or the recorder reports it; counts at once.
     Certain,
-    /// A figure to be compared with the limit.
+    /// A figure to compare with the limit.
     Is(f64),
 }
 
-/// When a rule strikes.
+/// Limits of one rule.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct Bounds {
-    /// At this figure.
+    /// The figure that raises the alarm.
     pub(crate) raise: f64,
-    /// No longer at this one; which of the two is greater says in which direction it is bad.
+    /// The figure that clears it; below `raise` if high figures are bad, else above.
     clear: f64,
-    /// For so long.
+    /// Time beyond the limit before the alarm is raised.
     pub(super) persists: Moment,
 }
 
-/// From whom a rule knows how things are.
+/// Where a rule's figure comes from.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Source {
     /// The robot's line A.
     State,
     /// The robot's line B.
     Status,
-    /// Lines that come, or do not.
+    /// Received and lost lines.
     Lines,
     /// This station.
     Station,
@@ -109,15 +109,15 @@ pub(crate) struct Rule {
     pub(crate) hint: &'static str,
     /// Unit of the figure; empty where there is none.
     pub(crate) unit: &'static str,
-    /// Whether nobody else puts it into the log.
+    /// Whether raising it adds the log line; otherwise another event does.
     logged_here: bool,
-    /// Who says how it is.
+    /// Where its figure comes from.
     pub(crate) source: Source,
     pub(super) look: fn(&Inputs<'_>) -> Sight,
     bounds: fn(&Limits) -> Bounds,
 }
 
-/// Unit of a figure that says since when: it is told as an age.
+/// Unit of a figure that is an age.
 pub(super) const SECONDS: &str = "s";
 
 pub(super) const RULES_COUNT: usize = 11;
@@ -319,7 +319,7 @@ impl Bounds {
         self.raise > self.clear
     }
 
-    /// Whether a figure is at the limit or beyond it.
+    /// Whether a figure reaches the limit.
     pub(super) fn reaches(self, value: f64) -> bool {
         if self.is_high_bad() {
             value >= self.raise
@@ -328,7 +328,7 @@ impl Bounds {
         }
     }
 
-    /// Whether a figure is well on the good side.
+    /// Whether a figure is clear of the limit.
     pub(super) fn is_clear(self, value: f64) -> bool {
         if self.is_high_bad() {
             value <= self.clear
@@ -343,12 +343,12 @@ impl Rule {
         (self.bounds)(limits)
     }
 
-    /// Whether a figure is at the limit or beyond it.
+    /// Whether a figure reaches the limit.
     pub(crate) fn is_beyond(&self, value: f64, limits: &Limits) -> bool {
         self.bounds(limits).reaches(value)
     }
 
-    /// Whether its figure is worth telling beside its age.
+    /// Whether it has a figure besides its age.
     pub(crate) fn has_figure(&self) -> bool {
         !matches!(self.unit, "" | SECONDS)
     }
@@ -363,7 +363,7 @@ impl Rule {
 }
 
 impl Rule {
-    /// What the log says when it is raised; `None` when somebody else does.
+    /// The log line when it is raised; `None` when another event adds one.
     pub(in crate::model) fn log_text(&self, value: Option<f64>, config: &Config) -> Option<String> {
         let figures = match value {
             Some(value) if self.has_figure() => {

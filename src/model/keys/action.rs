@@ -1,4 +1,4 @@
-//! What keys do.
+//! The actions of keys.
 
 use groundwave_protocol::status_codes::{Layer, Mode};
 
@@ -6,7 +6,7 @@ use crate::model::editor::RouteAction;
 use crate::model::{Caret, Panel};
 use crate::playback::{Control, Landmark};
 
-/// What a key does.
+/// The action of a key.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) enum Action {
     Stop,
@@ -77,7 +77,7 @@ impl Action {
         )
     }
 
-    /// Whether it is about the draft of a route on the map.
+    /// Whether it changes the draft on the map.
     pub(crate) const fn drafts(self) -> bool {
         matches!(
             self,
@@ -89,7 +89,7 @@ impl Action {
         )
     }
 
-    /// Whether it is about what a panel shows.
+    /// Whether it concerns what a panel shows.
     pub(crate) const fn is_for(self, panel: Panel) -> bool {
         matches!(
             (panel, self),
@@ -103,7 +103,7 @@ impl Action {
         )
     }
 
-    /// What the footer names first of what is not about one panel; the rest follows as in the table.
+    /// Whether the footer shows it before the others that concern no single panel.
     pub(crate) const COMMON: [Self; 7] = [
         Self::Mode(Mode::Prowl),
         Self::Mode(Mode::GoHome),
@@ -114,7 +114,7 @@ impl Action {
         Self::ToggleLayer(Layer::Bumpers),
     ];
 
-    /// Whether it is for a link that carries something to the robot.
+    /// Whether it needs a link that can send.
     pub(crate) const fn asks_the_robot(self) -> bool {
         matches!(
             self,

@@ -1,4 +1,4 @@
-//! The keys of a session: those of the table, and what the configuration says instead.
+//! The keys of a session: the table, with the configuration's changes.
 
 use std::borrow::Cow;
 use std::ops::Range;
@@ -9,52 +9,52 @@ use crossterm::event::{KeyCode, KeyEvent, KeyModifiers};
 use super::{Action, Binding, Context, RouteAction, TABLE, notation, words};
 use crate::suggest;
 
-/// A key and what is held with it.
+/// A key and its modifiers.
 pub(super) type Key = (KeyCode, KeyModifiers);
 
-/// What the configuration calls each row of the table.
+/// The name of each row in the configuration.
 static NAMES: LazyLock<Vec<String>> = LazyLock::new(|| {
     let actions = TABLE.iter().map(|binding| binding.action);
     actions.map(notation::action_name).collect()
 });
 
-/// Another choice of keys for one action.
+/// The configuration's keys for one action.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Rebinding {
-    /// Where it counts: `dashboard`, `drive` and so on.
+    /// The context: `dashboard`, `drive` and so on.
     pub context: String,
-    /// What is to be done, by its name.
+    /// The action's name.
     pub name: String,
-    /// The keys for it; none at all leaves it without.
+    /// Its keys; may be empty.
     pub keys: Vec<String>,
 }
 
-/// Why a choice of keys does not do, and which one.
+/// A mistake in the configuration of keys.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct KeyMistake {
     /// Place among the rebindings.
     pub index: usize,
-    /// What is wrong with it.
+    /// Why it is refused.
     pub message: String,
 }
 
-/// A row of the table as it is in this session.
+/// A row of the table in this session.
 #[derive(Clone, Debug, PartialEq)]
 pub(crate) struct Row {
     pub(crate) context: Context,
     pub(crate) label: Cow<'static, str>,
-    /// Its keys and those of the rows that its label speaks for, as the table writes them, `1-7` or `arrows`, or the first
-    /// key of each where they were chosen otherwise; empty where there are none.
+    /// Its keys and those of the rows it describes, as in the table (`1-7`, `arrows`), or the first
+    /// key of each where the configuration changed them; may be empty.
     pub(crate) labels: Cow<'static, str>,
     pub(crate) keys: Vec<Key>,
     pub(crate) action: Action,
-    /// What the configuration calls it.
+    /// Its name in the configuration.
     pub(crate) name: &'static str,
     pub(crate) help: Cow<'static, str>,
     pub(crate) footer: &'static str,
 }
 
-/// What every key does: dispatch, footer, help, palette and manual read it here.
+/// The action of every key, for dispatch, footer, help, palette and manual.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Keymap(Arc<[Row]>);
 
@@ -65,10 +65,10 @@ impl Default for Keymap {
 }
 
 impl Keymap {
-    /// The table with some keys chosen otherwise. What is not named keeps its keys.
+    /// The table with the configuration's changes.
     ///
     /// # Errors
-    /// Names all that do not do: unknown names and keys, keys that have two meanings.
+    /// Every mistake: unknown names and keys, and keys with two meanings.
     pub fn with(rebindings: &[Rebinding]) -> Result<Self, Vec<KeyMistake>> {
         let mut rows: Vec<Row> = table().collect();
         let mut chosen = vec![None; rows.len()];
@@ -103,23 +103,23 @@ impl Keymap {
         self.0.iter()
     }
 
-    /// How the first key for something is written; empty where it has none.
+    /// The first key of an action; empty where it has none.
     pub(crate) fn label(&self, context: Context, action: Action) -> String {
         let mut rows = self.rows();
         let row = rows.find(|row| row.context == context && row.action == action);
         row.map_or_else(String::new, Row::first_key)
     }
 
-    /// The keys of a row and of those that it speaks for.
+    /// The keys of a row and of the rows it describes.
     pub(crate) fn labels(&self, context: Context, action: Action) -> &str {
         let mut rows = self.rows();
         let row = rows.find(|row| row.context == context && row.action == action);
         row.map_or("", |row| &row.labels)
     }
 
-    /// A text with the keys that it speaks of: `<scan>` is the first key for that on the dashboard, `<route/route-undo>` the
-    /// one of another place, `<toggle-layer-bumpers..>` the keys of a row and of those that it speaks for. What has no key
-    /// is called by its name, under which the palette finds it; what is no name stays as it is.
+    /// A text with key names in place of action names: `<scan>` becomes the first key of that action on the dashboard,
+    /// `<route/route-undo>` that of another context, `<toggle-layer-bumpers..>` the keys of a row and of the rows it
+    /// describes. An action without a key keeps its name, which the palette finds; other brackets stay.
     pub(crate) fn told(&self, text: &str) -> String {
         let (mut told, mut rest) = (String::new(), text);
         while let Some((before, after)) = rest.split_once('<') {
@@ -133,7 +133,7 @@ impl Keymap {
         told + rest
     }
 
-    /// The keys that such brackets stand for.
+    /// The keys for the name in brackets.
     fn named(&self, what: &str) -> Option<String> {
         let (place, name) = what.split_once('/').unwrap_or(("dashboard", what));
         let only = name.strip_suffix("..");
@@ -151,7 +151,7 @@ impl Keymap {
         })
     }
 
-    /// What a key does in a context.
+    /// The action of a key in a context.
     pub(crate) fn action(&self, context: Context, key: KeyEvent) -> Option<Action> {
         let found = self
             .rows()
@@ -159,7 +159,7 @@ impl Keymap {
         found.map(|row| row.action)
     }
 
-    /// Everything for a manual: where, the keys, the name in the configuration and what it does.
+    /// Rows of the manual: context, keys, name in the configuration and description.
     pub fn manual(&self) -> impl Iterator<Item = [Cow<'_, str>; 4]> {
         self.rows().map(|row| {
             let (context, name) = (row.context.name().into(), row.name.into());
@@ -169,7 +169,7 @@ impl Keymap {
     }
 }
 
-/// Which row is meant, and the keys for it.
+/// The row and keys of a rebinding.
 fn read(rows: &[Row], rebinding: &Rebinding) -> Result<(usize, Vec<Key>), String> {
     let at = find(rows, context(&rebinding.context)?, &rebinding.name)?;
     let keys = rebinding.keys.iter().map(|word| notation::read(word));
@@ -187,7 +187,7 @@ fn read(rows: &[Row], rebinding: &Rebinding) -> Result<(usize, Vec<Key>), String
     Ok((at, keys))
 }
 
-/// Whether it puts away what lies over the dashboard.
+/// Whether the action closes an overlay.
 fn leads_out(row: &Row) -> bool {
     let leaves = matches!(
         row.action,
@@ -196,7 +196,7 @@ fn leads_out(row: &Row) -> bool {
     leaves && row.context != Context::Dashboard
 }
 
-/// Some keys, and those of others that are not among them.
+/// Joins two lists of keys without repetition.
 fn besides(mut keys: Vec<Key>, others: &[Key]) -> Vec<Key> {
     for key in others {
         if !keys.contains(key) {
@@ -206,7 +206,7 @@ fn besides(mut keys: Vec<Key>, others: &[Key]) -> Vec<Key> {
     keys
 }
 
-/// What stops on the dashboard stops wherever nothing else is said; where one types a character is what is typed.
+/// Lets the dashboard's STOP keys stop in every context without STOP keys of its own; characters are typed in prompts.
 fn stop_everywhere(rows: &mut [Row], chosen: &mut [Option<usize>]) {
     let is_stop = |row: &Row| row.action == Action::Stop;
     let stop = rows
@@ -239,7 +239,7 @@ fn rebind(rows: &mut [Row], at: usize, keys: Vec<Key>) {
     row.help = without_key(&row.help).to_owned().into();
 }
 
-/// Help without the second key that it names at its end, as in `draft a waypoint (Enter)`.
+/// The help text without the second key at its end, as in `draft a waypoint (Enter)`.
 fn without_key(help: &str) -> &str {
     let named = help
         .strip_suffix(')')
@@ -250,7 +250,7 @@ fn without_key(help: &str) -> &str {
     }
 }
 
-/// Keys that mean two things in one place; the choice is blamed that came last.
+/// Keys with two meanings in one context; the later rebinding is blamed.
 fn clashes(rows: &[Row], chosen: &[Option<usize>], rebindings: &[Rebinding]) -> Vec<KeyMistake> {
     let mut clashes: Vec<Clash<'_>> = Vec::new();
     for (at, row) in rows.iter().enumerate() {
@@ -259,7 +259,7 @@ fn clashes(rows: &[Row], chosen: &[Option<usize>], rebindings: &[Rebinding]) -> 
             let (Some(&key), true) = (shared, row.context == twin.context) else {
                 continue;
             };
-            // The table itself has no such pair.
+            // The table has no such pair.
             let (index, taker, owner) = match (chosen[at], chosen[other]) {
                 (Some(index), Some(later)) if index < later => (later, twin, row),
                 (Some(index), _) => (index, row, twin),
@@ -288,7 +288,7 @@ fn clashes(rows: &[Row], chosen: &[Option<usize>], rebindings: &[Rebinding]) -> 
     mistakes.collect()
 }
 
-/// A key that was chosen for something and does something else too, in one place or in several.
+/// A rebound key with another meaning in one or more contexts.
 struct Clash<'r> {
     /// Place among the rebindings.
     index: usize,
@@ -298,7 +298,7 @@ struct Clash<'r> {
 }
 
 impl Clash<'_> {
-    /// What is wrong with it, for whoever chose it in a place.
+    /// The mistake, for its context.
     fn message(&self, place: &str) -> String {
         let list = |tell: fn(&Row) -> String| {
             let told = self.owners.iter().map(|owner| {
@@ -324,7 +324,7 @@ impl Clash<'_> {
     }
 }
 
-/// A row whose keys are chosen otherwise is told by itself, and so are those that it spoke for, or that spoke for it.
+/// Describes a row with changed keys by itself, and so the rows it described or that described it.
 fn speak_for_themselves(rows: &mut [Row], at: usize) {
     let first = (0..=at).rev().find(|&row| TABLE[row].is_told());
     let first = first.unwrap_or(at);
@@ -338,7 +338,7 @@ fn speak_for_themselves(rows: &mut [Row], at: usize) {
     }
 }
 
-/// What [`Row::labels`] is to be.
+/// The value of [`Row::labels`].
 fn labels(rows: &[Row], at: usize) -> Cow<'static, str> {
     let group = group(at);
     let (rows, table) = (&rows[group.clone()], &TABLE[group]);
@@ -355,7 +355,7 @@ fn labels(rows: &[Row], at: usize) -> Cow<'static, str> {
     keys.join(" ").into()
 }
 
-/// A row of the table and those behind it that say nothing themselves: it speaks for them.
+/// A row of the table and the following rows without a description of their own.
 fn group(first: usize) -> Range<usize> {
     let follow = TABLE[first + 1..].iter().take_while(|row| !row.is_told());
     first..first + 1 + follow.count()
@@ -382,7 +382,7 @@ fn find(rows: &[Row], context: Context, name: &str) -> Result<usize, String> {
         .ok_or_else(|| format!("no key does `{name}`{}", instead(rows, context, name)))
 }
 
-/// What may have been meant by a name that is none: the same or a near one here, then elsewhere, then names with a word
+/// Suggestions for an unknown name: the same or a similar one in this context, then in others, then names with a word
 /// in common.
 fn instead(rows: &[Row], context: Context, name: &str) -> String {
     let of = |here: bool| {
@@ -416,7 +416,7 @@ fn instead(rows: &[Row], context: Context, name: &str) -> String {
     }
 }
 
-/// Where the configuration has the keys of a place.
+/// The configuration table of a context.
 fn section_of(context: Context) -> String {
     match context {
         Context::Dashboard => "[keys]".to_owned(),
@@ -434,7 +434,7 @@ fn table() -> impl Iterator<Item = Row> {
 }
 
 impl Binding {
-    /// Whether it says what it does, for itself and for those that follow it without a word.
+    /// Whether it has a description, which also covers the following rows without one.
     const fn is_told(&self) -> bool {
         !self.help.is_empty() || !self.footer.is_empty()
     }
@@ -454,7 +454,7 @@ impl Row {
         }
     }
 
-    /// Empty where it has none.
+    /// Empty without keys.
     fn first_key(&self) -> String {
         let first = self.keys.first();
         first.map_or_else(String::new, |key| notation::name(*key))
@@ -465,7 +465,7 @@ impl Row {
         notation::names(&self.keys)
     }
 
-    /// What it does, in words of its own even where another row of the table speaks for it.
+    /// The description, even where another row of the table covers it.
     pub(crate) fn does(&self) -> Cow<'_, str> {
         match words::alone(self.action) {
             Some(words) => words.into(),
@@ -478,7 +478,7 @@ impl Row {
     fn takes(&self, key: KeyEvent) -> bool {
         let mut held = key.modifiers & (KeyModifiers::CONTROL | KeyModifiers::SHIFT);
         if let KeyCode::Char(_) = key.code {
-            // The character says it: some terminals report Shift beside `W`, some do not.
+            // The character implies Shift: some terminals report Shift beside `W`, some do not.
             held -= KeyModifiers::SHIFT;
         }
         self.keys.contains(&(key.code, held))

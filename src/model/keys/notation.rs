@@ -1,4 +1,4 @@
-//! How keys and what they do are written.
+//! The notation of keys and actions.
 
 use std::fmt::Debug;
 
@@ -43,7 +43,7 @@ pub(super) fn read(word: &str) -> Result<Key, String> {
         )
     })?;
     let code = match code {
-        // A control character comes as its small letter, and a character says itself whether Shift was held.
+        // A control character comes in lower case, and a character implies Shift.
         KeyCode::Char(c) if held.contains(KeyModifiers::CONTROL) => {
             KeyCode::Char(c.to_ascii_lowercase())
         }
@@ -79,7 +79,7 @@ fn read_code(word: &str) -> Option<KeyCode> {
     })
 }
 
-/// A key as [`read`] takes it.
+/// A key in the notation of [`read`].
 pub(super) fn name((code, held): Key) -> String {
     let mut text = String::new();
     if held.contains(KeyModifiers::CONTROL) {
@@ -107,8 +107,8 @@ pub(super) fn names(keys: &[Key]) -> String {
     names.join(" ")
 }
 
-/// What the configuration calls an action, made from the program's own name for it: `Mode(GoHome)` is `mode-go-home`, and
-/// a direction or a sign becomes a word. Whoever adds an action need not name it twice.
+/// An action's name in the configuration, from its name in the code: `Mode(GoHome)` is `mode-go-home`;
+/// directions and signs become words.
 pub(super) fn action_name(action: impl Debug) -> String {
     let text = format!("{action:?}");
     let mut words: Vec<String> = Vec::new();

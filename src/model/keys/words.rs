@@ -1,4 +1,4 @@
-//! What one key does by itself, where the help tells several in one line.
+//! Descriptions of single keys that share a line of the help.
 
 use super::super::Caret;
 use super::super::editor::RouteAction;
@@ -7,7 +7,7 @@ use super::notation;
 use crate::playback::Control;
 use crate::request::layer_word;
 
-/// In words; `None` for what the help tells by itself anyhow.
+/// The description; `None` where the help has one.
 pub(super) fn alone(action: Action) -> Option<String> {
     let words = match action {
         Action::ToggleLayer(layer) => {
