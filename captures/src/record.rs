@@ -2,12 +2,16 @@
 
 use ::mcap::parse_record;
 use ::mcap::records::{Record, op};
+use prost::encoding::{DecodeContext, decode_key, skip_field};
 
 /// Bytes of the opcode and the length before each record.
 pub(crate) const HEAD_BYTES: usize = 9;
 
 /// The largest accepted record, and the largest accepted chunk once unpacked, bytes.
 pub(crate) const RECORD_BYTES_MAX: usize = 64 << 20;
+
+/// Bytes of a message record before its data.
+const MESSAGE_HEADER_BYTES: usize = 22;
 
 /// A field of a record.
 #[derive(Clone, Copy)]
@@ -40,7 +44,7 @@ const fn fields(opcode: u8) -> &'static [Field] {
         op::FOOTER => &[Fixed(20)],
         op::SCHEMA => &[Fixed(2), Sized, Sized, Sized],
         op::CHANNEL => &[Fixed(4), Sized, Sized, Map],
-        op::MESSAGE => &[Fixed(22)],
+        op::MESSAGE => &[Fixed(MESSAGE_HEADER_BYTES)],
         op::CHUNK => &[Fixed(28), Sized, Data],
         op::MESSAGE_INDEX => &[Fixed(2), Sized],
         op::CHUNK_INDEX => &[Fixed(32), Sized, Fixed(8), Sized, Fixed(16)],
@@ -93,9 +97,26 @@ pub(crate) fn parse(opcode: u8, body: &[u8]) -> Option<Record<'_>> {
 
 /// Whether the body proves the length in its head: its fields fill it, and not by chance.
 pub(crate) fn proves_its_length(opcode: u8, body: &[u8]) -> bool {
+    if opcode == op::MESSAGE {
+        return body.get(MESSAGE_HEADER_BYTES..).is_some_and(is_protobuf);
+    }
     let has_lengths = matches!(
         opcode,
         op::HEADER | op::SCHEMA | op::CHANNEL | op::METADATA | op::ATTACHMENT
     );
     has_lengths && bytes_after_fields(opcode, body) == Some(0)
+}
+
+/// Whether whole protobuf fields fill the bytes.
+fn is_protobuf(mut bytes: &[u8]) -> bool {
+    let is_empty = bytes.is_empty();
+    while !bytes.is_empty() {
+        let field = decode_key(&mut bytes).and_then(|(tag, wire_type)| {
+            skip_field(wire_type, tag, &mut bytes, DecodeContext::default())
+        });
+        if field.is_err() {
+            return false;
+        }
+    }
+    !is_empty
 }

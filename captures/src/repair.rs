@@ -4,80 +4,30 @@
 //! names a damaged record; where the length of a record is damaged it goes on at the next whole chunk or, between messages
 //! outside of chunks, at the next row of messages. Nothing of a chunk is given out before its checksum holds.
 
-use std::fmt;
+mod chunk;
+mod damage;
+#[cfg(test)]
+mod tests;
+mod window;
+
 use std::io::{self, Read};
 
-use ::mcap::records::{Record, op};
+use ::mcap::records::op;
 use ::mcap::sans_io::{LinearReadEvent, LinearReader, LinearReaderOptions};
 use ::mcap::{MAGIC, McapError};
-use serde::{Serialize, Serializer};
+use chunk::{Chunk, Lost};
+pub use damage::{Damage, Problem};
+use window::Window;
 
 use crate::record::{
     HEAD_BYTES, RECORD_BYTES_MAX, bytes_after_fields, head, parse, proves_its_length,
 };
-
-/// Bytes read at a time.
-const READ_BYTES: usize = 256 << 10;
 
 /// Records in a row from which a file without chunks is understood again.
 const ROW_RECORDS: usize = 3;
 
 /// Longest pause between two messages of such a row, nanoseconds.
 const ROW_PAUSE_NS: u64 = 86_400_000_000_000;
-
-/// Reason why a part of a file cannot be read.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
-pub enum Problem {
-    /// A chunk in the other compression of the MCAP specification. It may be whole.
-    #[error(
-        "a chunk is compressed with LZ4, which is not read here; `mcap compress` rewrites the file with zstd"
-    )]
-    Lz4,
-    /// Any other.
-    #[error("{0}")]
-    Flaw(&'static str),
-}
-
-impl From<&'static str> for Problem {
-    fn from(text: &'static str) -> Self {
-        Self::Flaw(text)
-    }
-}
-
-impl Serialize for Problem {
-    fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
-        serializer.collect_str(self)
-    }
-}
-
-/// A damaged part of the file.
-#[derive(Clone, Debug, PartialEq, Eq, Serialize)]
-pub struct Damage {
-    /// First byte in the file.
-    pub offset: u64,
-    /// Bytes skipped; 0 where it is unknown which are wrong.
-    pub bytes: u64,
-    /// Reason.
-    pub problem: Problem,
-    /// First and last log time of the messages lost, nanoseconds, where the chunk says it.
-    #[serde(skip)]
-    pub times_ns: Option<(u64, u64)>,
-}
-
-impl fmt::Display for Damage {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        let Self { offset, bytes, .. } = self;
-        if *bytes == 0 {
-            return write!(f, "{}", self.problem);
-        }
-        write!(f, "{} ({bytes} bytes at byte {offset}", self.problem)?;
-        if let Some((first_ns, last_ns)) = self.times_ns {
-            let s = last_ns.saturating_sub(first_ns) as f64 / 1e9;
-            write!(f, ", {s:.1} s of the recording")?;
-        }
-        f.write_str(")")
-    }
-}
 
 /// The next part of the file.
 #[derive(Debug)]
@@ -455,119 +405,4 @@ fn flaw(opcode: u8, body: &[u8]) -> Option<&'static str> {
 fn log_time_ns(message: &[u8]) -> Option<u64> {
     let at_ns = message.get(6..)?.first_chunk()?;
     Some(u64::from_le_bytes(*at_ns))
-}
-
-/// Reason why a chunk is lost, and first and last log time of its messages, nanoseconds.
-type Lost = (Problem, Option<(u64, u64)>);
-
-/// A chunk whose checksum holds.
-struct Chunk {
-    reader: LinearReader,
-    /// Its first record, which is read to check the chunk.
-    first: Option<(u8, Vec<u8>)>,
-    position: Position,
-}
-
-impl Chunk {
-    /// Opens the chunk with this record body, which is at an offset of the file.
-    fn open(body: &[u8], offset: u64) -> Result<Self, Lost> {
-        let header = match parse(op::CHUNK, body) {
-            Some(Record::Chunk { header, .. })
-                if bytes_after_fields(op::CHUNK, body) == Some(0) =>
-            {
-                header
-            }
-            _ => return Err(("a chunk makes no sense".into(), None)),
-        };
-        let options = LinearReaderOptions::default()
-            .with_skip_start_magic(true)
-            .with_skip_end_magic(true)
-            .with_prevalidate_chunk_crcs(true)
-            .with_record_length_limit(RECORD_BYTES_MAX);
-        let mut reader = LinearReader::new_with_options(options);
-        let (opcode, rest) = reader.insert(HEAD_BYTES + body.len()).split_at_mut(1);
-        opcode[0] = op::CHUNK;
-        let (length, content) = rest.split_at_mut(HEAD_BYTES - 1);
-        length.copy_from_slice(&(body.len() as u64).to_le_bytes());
-        content.copy_from_slice(body);
-        reader.notify_read(HEAD_BYTES + body.len());
-        let first = match reader.next_event() {
-            Some(Ok(LinearReadEvent::Record { data, opcode })) => Some((opcode, data.to_vec())),
-            Some(Err(error)) => {
-                let times_ns = (header.message_start_time, header.message_end_time);
-                return Err((chunk_problem(&error), Some(times_ns)));
-            }
-            _ => None,
-        };
-        Ok(Self {
-            reader,
-            first,
-            position: Position { offset, record: 0 },
-        })
-    }
-}
-
-fn chunk_problem(error: &McapError) -> Problem {
-    Problem::Flaw(match error {
-        McapError::UnsupportedCompression(name) if name == "lz4" => return Problem::Lz4,
-        McapError::UnsupportedCompression(_) => {
-            "a chunk is compressed with something else than zstd"
-        }
-        McapError::BadChunkCrc { .. } => "the checksum of a chunk does not hold",
-        McapError::ChunkTooLarge(_) => "a chunk claims to be larger than any",
-        _ => "a chunk cannot be unpacked",
-    })
-}
-
-/// The unread part of a source, from the beginning of a record on.
-struct Window<R> {
-    source: R,
-    bytes: Vec<u8>,
-    start: usize,
-    /// Byte of the file at `start`.
-    offset: u64,
-    has_ended: bool,
-}
-
-impl<R: Read> Window<R> {
-    const fn new(source: R) -> Self {
-        Self {
-            source,
-            bytes: Vec::new(),
-            start: 0,
-            offset: 0,
-            has_ended: false,
-        }
-    }
-
-    /// At least `wanted` unread bytes, or all there are.
-    fn fill(&mut self, wanted: usize) -> io::Result<&[u8]> {
-        while self.bytes.len() - self.start < wanted && !self.has_ended {
-            self.bytes.drain(..self.start);
-            self.start = 0;
-            let missing = (wanted - self.bytes.len()).max(READ_BYTES) as u64;
-            let mut source = self.source.by_ref().take(missing);
-            self.has_ended = source.read_to_end(&mut self.bytes)? == 0;
-        }
-        Ok(&self.bytes[self.start..])
-    }
-
-    /// Leaves bytes behind that have been filled.
-    const fn advance(&mut self, bytes: usize) {
-        self.start += bytes;
-        self.offset += bytes as u64;
-    }
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn a_problem_is_its_text_for_programs_too() {
-        for problem in [Problem::Lz4, Problem::from("a record makes no sense")] {
-            let json = serde_json::to_value(problem).unwrap();
-            assert_eq!(json, problem.to_string());
-        }
-    }
 }

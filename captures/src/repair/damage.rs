@@ -1,0 +1,72 @@
+//! Damaged parts of a file.
+
+use std::fmt;
+
+use serde::{Serialize, Serializer};
+
+/// Reason why a part of a file cannot be read.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
+pub enum Problem {
+    /// A chunk in the other compression of the MCAP specification. It may be whole.
+    #[error(
+        "a chunk is compressed with LZ4, which is not read here; `mcap compress` rewrites the file with zstd"
+    )]
+    Lz4,
+    /// Any other.
+    #[error("{0}")]
+    Flaw(&'static str),
+}
+
+impl From<&'static str> for Problem {
+    fn from(text: &'static str) -> Self {
+        Self::Flaw(text)
+    }
+}
+
+impl Serialize for Problem {
+    fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
+        serializer.collect_str(self)
+    }
+}
+
+/// A damaged part of the file.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize)]
+pub struct Damage {
+    /// First byte in the file.
+    pub offset: u64,
+    /// Bytes skipped; 0 where it is unknown which are wrong.
+    pub bytes: u64,
+    /// Reason.
+    pub problem: Problem,
+    /// First and last log time of the messages lost, nanoseconds, where the chunk says it.
+    #[serde(skip)]
+    pub times_ns: Option<(u64, u64)>,
+}
+
+impl fmt::Display for Damage {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let Self { offset, bytes, .. } = self;
+        if *bytes == 0 {
+            return write!(f, "{}", self.problem);
+        }
+        write!(f, "{} ({bytes} bytes at byte {offset}", self.problem)?;
+        if let Some((first_ns, last_ns)) = self.times_ns {
+            let s = last_ns.saturating_sub(first_ns) as f64 / 1e9;
+            write!(f, ", {s:.1} s of the recording")?;
+        }
+        f.write_str(")")
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_problem_is_its_text_for_programs_too() {
+        for problem in [Problem::Lz4, Problem::from("a record makes no sense")] {
+            let json = serde_json::to_value(problem).unwrap();
+            assert_eq!(json, problem.to_string());
+        }
+    }
+}

@@ -1,0 +1,123 @@
+//! Damage to recordings without chunks, as they are while they are recorded.
+
+use std::collections::BTreeMap;
+use std::io::Cursor;
+
+use ::mcap::records::MessageHeader;
+use proptest::prelude::*;
+use prost::Message as _;
+
+use super::*;
+use crate::messages::RawBytes;
+
+const MESSAGES: u64 = 200;
+
+/// A file as it is while it is recorded, and where each message begins and ends.
+fn unfinished() -> (Vec<u8>, Vec<(usize, usize)>) {
+    let options = ::mcap::WriteOptions::new()
+        .use_chunks(false)
+        .compression(None)
+        .emit_summary_records(false);
+    let mut writer = options.create(Cursor::new(Vec::new())).unwrap();
+    let schema = writer.add_schema("Bytes", "protobuf", b"text").unwrap();
+    let table = BTreeMap::new();
+    let channel_id = writer
+        .add_channel(schema, "/raw/rx", "protobuf", &table)
+        .unwrap();
+    for number in 0..MESSAGES {
+        let data = RawBytes {
+            stream_offset: number * 80,
+            data: vec![b'A' + (number % 26) as u8; 80],
+        };
+        let header = MessageHeader {
+            channel_id,
+            sequence: number as u32,
+            log_time: 1_700_000_000_000_000_000 + number * 333_000_000,
+            publish_time: 1_700_000_000_000_000_000,
+        };
+        writer
+            .write_to_known_channel(&header, &data.encode_to_vec())
+            .unwrap();
+    }
+    writer.finish().unwrap();
+    let mut bytes = writer.into_inner().into_inner();
+    let mut messages = Vec::new();
+    let mut at = MAGIC.len();
+    while let Some((opcode, length)) = head(&bytes[at..]) {
+        let end = at + HEAD_BYTES + length;
+        match opcode {
+            op::MESSAGE => messages.push((at, end)),
+            op::DATA_END => break,
+            _ => {}
+        }
+        at = end;
+    }
+    // Nothing follows the last message.
+    bytes.truncate(at);
+    (bytes, messages)
+}
+
+/// Numbers of the messages read, and the damage met.
+fn read(bytes: &[u8]) -> (Vec<u32>, Vec<Damage>) {
+    let mut reader = RepairingReader::new(bytes);
+    let (mut numbers, mut damages) = (Vec::new(), Vec::new());
+    while let Some(part) = reader.next_part().unwrap() {
+        match part {
+            Part::Record { opcode, body } if opcode == op::MESSAGE => {
+                numbers.push(u32::from_le_bytes(body[2..6].try_into().unwrap()));
+            }
+            Part::Record { .. } => {}
+            Part::Damage(damage) => damages.push(damage),
+        }
+    }
+    assert!(!reader.is_finished());
+    (numbers, damages)
+}
+
+#[test]
+fn a_cut_costs_no_whole_message_before_it() {
+    let (bytes, messages) = unfinished();
+    for cut in (messages[0].0..bytes.len()).step_by(7) {
+        let whole = messages.iter().filter(|(_, end)| *end <= cut).count() as u32;
+        let (numbers, damages) = read(&bytes[..cut]);
+        assert_eq!(numbers, (0..whole).collect::<Vec<_>>(), "cut at {cut}");
+        assert_eq!(damages, [], "cut at {cut}");
+    }
+}
+
+proptest! {
+    /// A bit that flips in the length of a message, wherever it leads, costs that message alone.
+    #[test]
+    fn a_damaged_length_costs_its_message_and_is_named(
+        number in 0..MESSAGES as usize - 8,
+        bit in 0..64_usize,
+    ) {
+        let (mut bytes, messages) = unfinished();
+        bytes[messages[number].0 + 1 + bit / 8] ^= 1 << (bit % 8);
+        let (numbers, damages) = read(&bytes);
+        let lost = MESSAGES as usize - numbers.len();
+        prop_assert!(lost <= 1, "{lost} lost of bit {bit}: {damages:?}");
+        prop_assert_eq!(damages.len(), 1);
+        prop_assert!(damages[0].offset == messages[number].0 as u64);
+    }
+
+    /// Reading goes on at each position as it went on without a stop.
+    #[test]
+    fn reading_resumes_at_each_position(stop in 0..MESSAGES as usize) {
+        let (bytes, _) = unfinished();
+        let mut reader = RepairingReader::new(&bytes[..]);
+        for _ in 0..stop {
+            reader.next_part().unwrap();
+        }
+        let position = reader.position();
+        let rest = &bytes[position.offset as usize..];
+        let mut resumed = RepairingReader::resume(rest, position).unwrap();
+        loop {
+            let (one, other) = (reader.next_part().unwrap(), resumed.next_part().unwrap());
+            prop_assert_eq!(format!("{one:?}"), format!("{other:?}"));
+            if one.is_none() {
+                break;
+            }
+        }
+    }
+}

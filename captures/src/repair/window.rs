@@ -1,0 +1,46 @@
+//! Reading ahead in a source.
+
+use std::io::{self, Read};
+
+/// Bytes read at a time.
+const READ_BYTES: usize = 256 << 10;
+
+/// The unread part of a source, from the beginning of a record on.
+pub(super) struct Window<R> {
+    source: R,
+    bytes: Vec<u8>,
+    start: usize,
+    /// Byte of the file at `start`.
+    pub(super) offset: u64,
+    has_ended: bool,
+}
+
+impl<R: Read> Window<R> {
+    pub(super) const fn new(source: R) -> Self {
+        Self {
+            source,
+            bytes: Vec::new(),
+            start: 0,
+            offset: 0,
+            has_ended: false,
+        }
+    }
+
+    /// At least `wanted` unread bytes, or all there are.
+    pub(super) fn fill(&mut self, wanted: usize) -> io::Result<&[u8]> {
+        while self.bytes.len() - self.start < wanted && !self.has_ended {
+            self.bytes.drain(..self.start);
+            self.start = 0;
+            let missing = (wanted - self.bytes.len()).max(READ_BYTES) as u64;
+            let mut source = self.source.by_ref().take(missing);
+            self.has_ended = source.read_to_end(&mut self.bytes)? == 0;
+        }
+        Ok(&self.bytes[self.start..])
+    }
+
+    /// Leaves bytes behind that have been filled.
+    pub(super) const fn advance(&mut self, bytes: usize) {
+        self.start += bytes;
+        self.offset += bytes as u64;
+    }
+}
