@@ -10,7 +10,7 @@ use crate::programs::{expect, scratch};
 use groundwave::capture::convert::convert_raw;
 use groundwave::capture::cut::{Window, cut_mcap, cut_raw};
 use groundwave::capture::decode::{Format, decode};
-use groundwave::capture::verify::{Beside, verify_mcap};
+use groundwave::capture::verify::verify_mcap;
 use groundwave::capture::when::When;
 use groundwave::capture::{Capture, CaptureError};
 use proptest::prelude::*;
@@ -84,14 +84,10 @@ proptest! {
     fn what_a_robot_sends_comes_back_from_an_mcap(seed in any::<u64>(), slots in 1_u32..300) {
         let raw = streams::noisy(slots, seed);
         let mcap = converted(&raw);
-        let side_car: Box<dyn std::io::Read> = Box::new(Cursor::new(raw.clone()));
-        let beside = Beside {
-            raw: Some(side_car),
-            journal: None,
-        };
-        let verdict = verify_mcap(&mcap[..], beside).unwrap();
+        let text: Box<dyn std::io::Read> = Box::new(Cursor::new(raw.clone()));
+        let verdict = verify_mcap(&mcap[..], Some(text)).unwrap();
         prop_assert!(verdict.is_good(), "{:?}", verdict.faults);
-        prop_assert_eq!(verdict.is_as_side_car, Some(true));
+        prop_assert_eq!(verdict.is_as_raw_file, Some(true));
         let (lines, _) = streams::live(&raw);
         prop_assert_eq!(verdict.messages.get("/telemetry").copied().unwrap_or(0), lines.len() as u64);
         // All but the bytes and the word that the recording begins.
@@ -117,7 +113,7 @@ proptest! {
         let mut counted = BTreeMap::<String, u64>::new();
         let mut lines = 0;
         for piece in pieces(&mcap, &at) {
-            let verdict = verify_mcap(&piece[..], Beside::default()).unwrap();
+            let verdict = verify_mcap(&piece[..], None).unwrap();
             prop_assert!(verdict.is_good(), "{:?}", verdict.faults);
             prop_assert!(verdict.derived_equal >= verdict.lines);
             for (topic, count) in verdict.messages {
@@ -126,7 +122,7 @@ proptest! {
             lines += verdict.lines;
             bytes.extend(whole(&piece));
         }
-        let verdict = verify_mcap(&mcap[..], Beside::default()).unwrap();
+        let verdict = verify_mcap(&mcap[..], None).unwrap();
         prop_assert_eq!(bytes, raw);
         prop_assert_eq!(lines, verdict.lines);
         // Where a message with bytes is cut in two there is one more.
@@ -190,11 +186,11 @@ fn after_a_damaged_chunk_reading_goes_on() {
         "what follows the chunk is there"
     );
 
-    let verdict = verify_mcap(&spoilt[..], Beside::default()).unwrap();
+    let verdict = verify_mcap(&spoilt[..], None).unwrap();
     assert!(!verdict.is_good());
     assert_eq!(verdict.bytes, left.len() as u64);
     assert_eq!(verdict.missing_bytes, (raw.len() - left.len()) as u64);
-    // Beside the line that was cut in two at either end everything still agrees.
+    // All agrees but for the line that was cut in two at either end.
     assert!(verdict.derived_equal + 2 >= verdict.lines);
     assert!(verdict.faults[0].contains("chunk"), "{:?}", verdict.faults);
 }

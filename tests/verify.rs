@@ -1,16 +1,15 @@
-//! What `verify` finds: messages that do not follow from the bytes, and side-cars that hold others.
+//! What `verify` finds: messages that do not follow from the bytes, and lines lost with the link.
 
 use crate::streams;
 use std::fs;
 use std::io::Cursor;
 use std::time::Duration;
 
-use crate::programs::{expect, scratch};
+use crate::programs::scratch;
 use crate::recordings::{session, wall};
 use groundwave::capture::convert::convert_raw;
 use groundwave::capture::info::Info;
-use groundwave::capture::journal::JournalWriter;
-use groundwave::capture::verify::{Beside, verify_mcap};
+use groundwave::capture::verify::verify_mcap;
 use groundwave::capture::{Capture, Existing, Recorder};
 use groundwave::event::{Event, LinkEvent};
 use groundwave::recorded::to_recorded;
@@ -71,7 +70,7 @@ fn what_does_not_follow_from_the_bytes_is_found_on_every_topic() {
         writer.finish().unwrap();
         drop(writer);
         assert!(count >= 2, "{wrong}");
-        let verdict = verify_mcap(&spoilt[..], Beside::default()).unwrap();
+        let verdict = verify_mcap(&spoilt[..], None).unwrap();
         let is_found = |fault: &String| {
             fault.starts_with(wrong) && fault.ends_with("is not what /raw/rx decodes to")
         };
@@ -106,7 +105,7 @@ fn what_another_version_told_otherwise_is_no_fault() {
         }
         writer.finish().unwrap();
         drop(writer);
-        let verdict = verify_mcap(&other[..], Beside::default()).unwrap();
+        let verdict = verify_mcap(&other[..], None).unwrap();
         assert_eq!(
             verdict.is_good(),
             is_good,
@@ -115,35 +114,6 @@ fn what_another_version_told_otherwise_is_no_fault() {
         );
         assert!(verdict.derived_unchecked > 0, "{library}");
     }
-}
-
-#[test]
-fn a_journal_beside_a_recording_is_compared_with_it() {
-    let folder = scratch("verify-journal");
-    let file = |name: &str| folder.join(name).display().to_string();
-    let raw = streams::clean(300);
-    fs::write(folder.join("a.mcap"), converted(&raw)).unwrap();
-    for (spoilt, code) in [(None, 0), (Some(4000), 1)] {
-        let journal = folder.join("a.mcap.journal");
-        let mut writer = JournalWriter::create(&journal).unwrap();
-        writer.session(0, b"{}");
-        let mut bytes = raw.clone();
-        if let Some(place) = spoilt {
-            bytes[place] ^= 1;
-        }
-        for read in bytes.chunks(37) {
-            writer.rx(0, read);
-        }
-        drop(writer);
-        let (out, _) = expect(code, &["verify", &file("a.mcap")]);
-        let says = match spoilt {
-            None => "side-car   holds the same bytes",
-            Some(_) => "the journal differs from byte 4000 on",
-        };
-        assert!(out.contains(says), "{out}");
-        fs::remove_file(journal).unwrap();
-    }
-    fs::remove_dir_all(folder).unwrap();
 }
 
 #[test]
@@ -163,7 +133,7 @@ fn telemetry_that_is_not_what_was_received_is_found() {
     }
     writer.finish().unwrap();
     drop(writer);
-    let verdict = verify_mcap(&mcap[..], Beside::default()).unwrap();
+    let verdict = verify_mcap(&mcap[..], None).unwrap();
     let found = verdict
         .faults
         .iter()
@@ -187,7 +157,7 @@ fn a_lost_link_counts_nothing_as_lost_by_the_radio() {
     recorder.handle_event(now, wall(now), &lost);
     recorder.handle_rx(2 * now, wall(2 * now), after);
     recorder.finish().unwrap();
-    let verdict = verify_mcap(fs::File::open(&path).unwrap(), Beside::default()).unwrap();
+    let verdict = verify_mcap(fs::File::open(&path).unwrap(), None).unwrap();
     let info = Info::read(&mut Capture::open(&path).unwrap());
     assert_eq!(info.lines_lost, 0);
     assert_eq!(

@@ -8,9 +8,8 @@ use std::path::Path;
 use super::cli::Verify;
 use super::{Exit, Fault, batch, input};
 use crate::capture::CaptureError;
-use crate::capture::recover::Paths;
 use crate::capture::source::Form;
-use crate::capture::verify::{Beside, Verdict, verify_mcap, verify_raw};
+use crate::capture::verify::{Verdict, verify_mcap, verify_raw};
 
 pub(super) fn run(options: &Verify) -> Result<(), Fault> {
     let files = batch::files(&options.captures)?;
@@ -27,7 +26,7 @@ pub(super) fn run(options: &Verify) -> Result<(), Fault> {
             let source = input::open(path, progress)?;
             let (form, source) = input::detect_form(path, source)?;
             let verdict = match form {
-                Form::Mcap => verify_mcap(source, beside(options, path)?),
+                Form::Mcap => verify_mcap(source, raw_file(options, path)?),
                 Form::Raw => verify_raw(source),
             };
             let verdict = verdict.map_err(|error| input::cannot_read(path, error))?;
@@ -54,22 +53,17 @@ pub(super) fn run(options: &Verify) -> Result<(), Fault> {
     )
 }
 
-/// The files that should hold the same bytes: the named raw file or the one beside the recording, and the journal.
-fn beside(options: &Verify, path: &Path) -> Result<Beside, Fault> {
+/// The raw file to compare: the one named, or the one beside the recording.
+fn raw_file(options: &Verify, path: &Path) -> Result<Option<Box<dyn Read>>, Fault> {
     let is_file = path != Path::new("-");
     let raw = || Some(path.with_extension("txt")).filter(|raw| is_file && raw.is_file());
-    let raw = match options.raw.clone().or_else(raw) {
-        None => None,
-        Some(raw) => match File::open(&raw) {
-            Ok(file) => Some(Box::new(file) as Box<dyn Read>),
-            Err(error) => return Err(Fault::from(CaptureError::Open { path: raw, error })),
-        },
+    let Some(raw) = options.raw.clone().or_else(raw) else {
+        return Ok(None);
     };
-    let journal = Paths::of(path).journal;
-    Ok(Beside {
-        raw,
-        journal: (is_file && journal.is_file()).then_some(journal),
-    })
+    match File::open(&raw) {
+        Ok(file) => Ok(Some(Box::new(file))),
+        Err(error) => Err(Fault::from(CaptureError::Open { path: raw, error })),
+    }
 }
 
 fn write(options: &Verify, path: &Path, verdict: &Verdict) -> io::Result<()> {

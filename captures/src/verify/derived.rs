@@ -1,7 +1,6 @@
-//! Whether the topics of a recording are what follows from its bytes and events.
+//! Comparison of a recording's derived topics with those that its bytes and events give today.
 //!
-//! Everything that was received, sent and told goes through the [`Deriver`] again, and what it says is held until the
-//! recording says the same.
+//! Received bytes, sent bytes and events go through the [`Deriver`] again; its messages wait until the recording has the same.
 
 use std::collections::{BTreeMap, VecDeque};
 use std::convert::Infallible;
@@ -13,10 +12,10 @@ use super::Verdict;
 use crate::messages::{RawBytes, StationEvent};
 use crate::topics::{Deriver, RAW_RX, Topic, TopicMessage};
 
-/// Derived messages of a topic that may wait for those of the recording.
+/// Maximum derived messages of a topic that wait for those of the recording.
 const WAITING_MAX: usize = 4096;
 
-/// A message that follows from what came before.
+/// A derived message.
 #[derive(Debug, PartialEq, Eq)]
 struct Expected {
     times_ns: (u64, u64),
@@ -26,15 +25,15 @@ struct Expected {
 #[derive(Debug)]
 struct Queue {
     expected: VecDeque<Expected>,
-    /// The next message of the topic must be the first of `expected`. Where something is missing it may be another.
+    /// The next message of the topic must be the first of `expected`; after a gap it may be another.
     is_aligned: bool,
 }
 
-/// What is to be expected of a recording.
+/// The messages expected of a recording.
 pub(super) struct Derived {
     deriver: Deriver,
     queues: BTreeMap<Topic, Queue>,
-    /// Everything from the beginning is here: what depends on it must be equal too, and so must all times.
+    /// The recording is complete from its beginning: every message and time must be equal.
     is_exact: bool,
 }
 
@@ -47,12 +46,12 @@ impl Derived {
         }
     }
 
-    /// Nothing came before what comes now, and this version told what follows.
+    /// The recording begins here, and this version wrote it.
     pub(super) const fn begin(&mut self) {
         self.is_exact = true;
     }
 
-    /// What came before is not known: this is a part.
+    /// The recording is a part; what came before is unknown.
     pub(super) fn forget_beginning(&mut self) {
         self.is_exact = false;
         for (topic, queue) in &mut self.queues {
@@ -60,7 +59,7 @@ impl Derived {
         }
     }
 
-    /// Something is missing: derived messages without one of the recording, and the other way round, are to be expected.
+    /// Bytes are missing: derived messages and those of the recording may differ for a while.
     pub(super) fn lose_track(&mut self) {
         self.is_exact = false;
         for queue in self.queues.values_mut() {
@@ -68,7 +67,7 @@ impl Derived {
         }
     }
 
-    /// Takes bytes received, after so many that are missing.
+    /// Takes received bytes that come after `missing` lost ones.
     pub(super) fn take_received(&mut self, at_ns: u64, missing: u64, bytes: &[u8]) {
         let (queues, is_exact) = (&mut self.queues, self.is_exact);
         let mut take = |message: TopicMessage<'_>| {
@@ -82,7 +81,7 @@ impl Derived {
         let Ok(()) = self.deriver.finish(&mut take);
     }
 
-    /// Takes a message of any other topic: what the station has told, or what follows.
+    /// Takes a message of any other topic: an event of the station, or a derived message.
     pub(super) fn take(
         &mut self,
         topic: Topic,
@@ -110,7 +109,7 @@ impl Derived {
         let Ok(()) = self
             .deriver
             .handle_event(header.log_time, &event, |message| {
-                // The first is the event as it was told.
+                // The first is the event itself.
                 if !std::mem::take(&mut is_itself) {
                     expect(queues, is_exact, &message);
                 }
@@ -144,7 +143,7 @@ impl Derived {
         verdict.derived_unchecked += 1;
     }
 
-    /// What was expected and did not come, of the topics that the recording has.
+    /// Reports expected messages that did not come, on topics that the recording has.
     pub(super) fn finish(&self, has: impl Fn(Topic) -> bool, verdict: &mut Verdict) {
         for (topic, queue) in &self.queues {
             let count = queue.expected.len();
@@ -158,7 +157,7 @@ impl Derived {
     }
 }
 
-/// Whether a message follows from one line alone, and not from what came before it.
+/// Whether a message follows from one line alone.
 const fn is_of_one_line(topic: Topic) -> bool {
     matches!(
         topic,
@@ -183,7 +182,7 @@ fn expect(queues: &mut BTreeMap<Topic, Queue>, is_exact: bool, message: &TopicMe
         data: message.data.to_vec(),
     });
     if queue.expected.len() > WAITING_MAX {
-        // Of a topic that is there the end tells that it lacks so many.
+        // The end reports the rest as missing.
         queue.expected.pop_front();
     }
 }

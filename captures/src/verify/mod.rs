@@ -1,13 +1,12 @@
-//! Whether a capture is what it should be.
+//! Verification of captures.
 //!
-//! Of an MCAP every checksum, the numbers of the messages, the offsets of the bytes, the statistics, and that each
-//! message of a topic that follows from the bytes is what they give today (`derived`); and that the raw file and the
-//! journal beside it hold the same bytes (`side_car`). A raw capture has no checksums but those of its lines. What the
-//! radio lost on the way is told and no fault of the capture.
+//! Of an MCAP: every checksum, the numbers of the messages, the offsets of the bytes and the statistics; that each derived
+//! message is what the bytes give today (`derived`); and that a raw text beside it holds the same bytes (`raw_file`). Raw text
+//! has no checksums but those of its lines. Lines lost by the radio are counted and no fault.
 
 mod derived;
+mod raw_file;
 mod recording;
-mod side_car;
 
 use std::collections::BTreeMap;
 use std::io::{self, Read, Write};
@@ -19,48 +18,48 @@ use serde::Serialize;
 use super::source::Form;
 use super::text::TextReader;
 use super::topics::RAW_RX;
-pub use recording::{Beside, verify_mcap};
+pub use recording::verify_mcap;
 
-/// Faults that are told one by one.
-const FAULTS_TOLD: usize = 10;
+/// Faults that are listed one by one.
+const FAULTS_LISTED: usize = 10;
 
-/// What was found.
+/// The result.
 #[derive(Clone, Debug, Serialize)]
 pub struct Verdict {
-    /// How it is stored.
+    /// Form of the capture.
     pub form: Form,
-    /// Bytes received that it holds.
+    /// Received bytes in the capture.
     pub bytes: u64,
-    /// Bytes received that it does not hold.
+    /// Received bytes that are missing from it.
     pub missing_bytes: u64,
     /// Intact lines.
     pub lines: u64,
-    /// Lines that the radio lost, by their sequence.
+    /// Lines lost by the radio, by their sequence.
     pub lines_lost: u64,
-    /// Times in a row that lines were lost.
+    /// Gaps in the sequence.
     pub gaps: u64,
-    /// The longest of these.
+    /// The longest gap.
     pub worst_gap: Option<Gap>,
     /// Messages by topic.
     pub messages: BTreeMap<String, u64>,
-    /// Messages that are what follows from the bytes and the station's events.
+    /// Derived messages equal to those that the bytes and events give today.
     pub derived_equal: u64,
-    /// Messages of which it is not known what they follow from: bytes are missing, or came before the beginning.
+    /// Derived messages that cannot be checked: their bytes are missing or came before the beginning.
     pub derived_unchecked: u64,
-    /// Whether the bytes are those of the raw file and the journal beside it; unknown where there is neither.
-    pub is_as_side_car: Option<bool>,
-    /// What is wrong, the first of it.
+    /// Whether the raw text beside it holds the same bytes; `None` where there is none.
+    pub is_as_raw_file: Option<bool>,
+    /// The first faults.
     pub faults: Vec<String>,
-    /// How much is wrong.
+    /// Number of faults.
     pub fault_count: u64,
 }
 
-/// Lines lost in a row.
+/// Consecutive lines lost.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 pub struct Gap {
-    /// How many.
+    /// Number of lines.
     pub lines: u64,
-    /// When the next one came, seconds since the beginning.
+    /// Time of the next line, seconds since the beginning.
     pub until_s: f64,
 }
 
@@ -77,13 +76,13 @@ impl Verdict {
             messages: BTreeMap::new(),
             derived_equal: 0,
             derived_unchecked: 0,
-            is_as_side_car: None,
+            is_as_raw_file: None,
             faults: Vec::new(),
             fault_count: 0,
         }
     }
 
-    /// Whether nothing is wrong.
+    /// Whether there are no faults.
     #[must_use]
     pub const fn is_good(&self) -> bool {
         self.fault_count == 0
@@ -91,12 +90,12 @@ impl Verdict {
 
     fn fault(&mut self, what: impl Into<String>) {
         self.fault_count += 1;
-        if self.faults.len() < FAULTS_TOLD {
+        if self.faults.len() < FAULTS_LISTED {
             self.faults.push(what.into());
         }
     }
 
-    /// Writes it for a person.
+    /// Writes the result as text.
     ///
     /// # Errors
     /// When the output takes no more.
@@ -125,29 +124,29 @@ impl Verdict {
             writeln!(output, "messages   {messages} of {topics} topics")?;
             write!(
                 output,
-                "derived    {} messages are what follows from {RAW_RX}",
+                "derived    {} messages follow from {RAW_RX}",
                 self.derived_equal
             )?;
             match self.derived_unchecked {
                 0 => writeln!(output)?,
-                unchecked => writeln!(output, "; {unchecked} follow from what is not here")?,
+                unchecked => writeln!(output, "; {unchecked} cannot be checked")?,
             }
         }
-        if self.is_as_side_car == Some(true) {
-            writeln!(output, "side-car   holds the same bytes")?;
+        if self.is_as_raw_file == Some(true) {
+            writeln!(output, "raw file   holds the same bytes")?;
         }
         for fault in &self.faults {
             writeln!(output, "wrong      {fault}")?;
         }
-        let untold = self.fault_count - self.faults.len() as u64;
-        if untold > 0 {
-            writeln!(output, "wrong      and {untold} more")?;
+        let unlisted = self.fault_count - self.faults.len() as u64;
+        if unlisted > 0 {
+            writeln!(output, "wrong      and {unlisted} more")?;
         }
         Ok(())
     }
 }
 
-/// Looks through a raw capture.
+/// Verifies a raw text.
 ///
 /// # Errors
 /// When it cannot be read.
@@ -165,7 +164,7 @@ pub fn verify_raw(source: impl Read) -> io::Result<Verdict> {
     Ok(verdict)
 }
 
-/// Counts the lines in a stream and the gaps between them.
+/// Counts lines and gaps in a stream.
 #[derive(Default)]
 struct Lines {
     decoder: Decoder,

@@ -1,8 +1,7 @@
-//! Looks through an MCAP.
+//! Verifies an MCAP.
 
 use std::collections::HashMap;
 use std::io::{self, Read};
-use std::path::PathBuf;
 use std::time::Duration;
 
 use ::mcap::parse_record;
@@ -10,30 +9,20 @@ use ::mcap::records::{MessageHeader, Record, op};
 use prost::Message as _;
 
 use super::derived::Derived;
-use super::side_car::SideCar;
+use super::raw_file::RawFile;
 use super::{Lines, Verdict};
 use crate::event::NoticeCode;
-use crate::journal::Kind;
 use crate::mcap_reader::{Channel, Entries, Entry};
 use crate::messages::{RawBytes, StationEvent};
 use crate::source::Form;
-use crate::topics::{RAW_RX, RAW_TX, Topic};
+use crate::topics::{RAW_RX, Topic};
 use crate::writer::LIBRARY;
 
-/// What lies beside a recording and should hold the same bytes.
-#[derive(Default)]
-pub struct Beside {
-    /// A raw capture.
-    pub raw: Option<Box<dyn Read>>,
-    /// The recording's journal.
-    pub journal: Option<PathBuf>,
-}
-
-/// Looks through an MCAP and what lies beside it.
+/// Verifies an MCAP, and that a raw text holds the same bytes.
 ///
 /// # Errors
 /// When one of them cannot be read.
-pub fn verify_mcap<R: Read>(source: R, beside: Beside) -> io::Result<Verdict> {
+pub fn verify_mcap<R: Read>(source: R, raw: Option<Box<dyn Read>>) -> io::Result<Verdict> {
     let mut entries = Entries::new(source);
     let mut check = Check {
         verdict: Verdict::new(Form::Mcap),
@@ -43,14 +32,9 @@ pub fn verify_mcap<R: Read>(source: R, beside: Beside) -> io::Result<Verdict> {
         start_ns: None,
         last_ns: 0,
         sequences: HashMap::new(),
-        received: beside.raw.map(SideCar::raw).into_iter().collect(),
-        sent: None,
+        raw: raw.map(RawFile::new),
         in_summary: false,
     };
-    if let Some(journal) = &beside.journal {
-        check.received.push(SideCar::journal(journal, Kind::Rx)?);
-        check.sent = Some(SideCar::journal(journal, Kind::Tx)?);
-    }
     while let Some(entry) = entries.next_entry()? {
         match entry {
             Entry::Damage(damage) => {
@@ -79,13 +63,12 @@ struct Check {
     verdict: Verdict,
     lines: Lines,
     derived: Derived,
-    /// This version wrote it: what follows is what it would tell.
+    /// This version wrote it, so that derived messages must be equal.
     is_ours: bool,
     start_ns: Option<u64>,
     last_ns: u64,
     sequences: HashMap<u16, u32>,
-    received: Vec<SideCar>,
-    sent: Option<SideCar>,
+    raw: Option<RawFile>,
     in_summary: bool,
 }
 
@@ -121,12 +104,6 @@ impl Check {
         self.start_ns.get_or_insert(header.log_time);
         if topic == RAW_RX {
             return self.take_received(header, data);
-        }
-        if topic == RAW_TX
-            && let Some(side_car) = &mut self.sent
-            && let Ok(raw) = RawBytes::decode(data)
-        {
-            side_car.compare(&raw, &mut self.verdict)?;
         }
         if topic == Topic::Station.name()
             && StationEvent::decode(data).is_ok_and(|event| event.is_loss_of_link())
@@ -167,8 +144,8 @@ impl Check {
         self.lines.take(&raw.data, at, &mut self.verdict);
         self.derived
             .take_received(header.log_time, missing, &raw.data);
-        for side_car in &mut self.received {
-            side_car.compare(&raw, &mut self.verdict)?;
+        if let Some(file) = &mut self.raw {
+            file.compare(&raw, &mut self.verdict)?;
         }
         Ok(())
     }
@@ -177,7 +154,7 @@ impl Check {
         self.in_summary |= opcode == op::DATA_END;
         match parse_record(opcode, body) {
             Ok(Record::Header(header)) => self.is_ours = header.library == LIBRARY,
-            // What the robot had told before this part is in another file.
+            // Lines before this part are in another file.
             Ok(Record::Metadata(table)) if table.metadata.get("part").is_some_and(|n| n != "1") => {
                 self.derived.forget_beginning();
             }
@@ -209,17 +186,15 @@ impl Check {
         }
         let has = |topic| topic == Topic::Telemetry || has(topic);
         self.derived.finish(has, &mut self.verdict);
-        for side_car in self.received.into_iter().chain(self.sent) {
-            let is_equal = side_car.finish(&mut self.verdict)?;
-            let before = self.verdict.is_as_side_car.unwrap_or(true);
-            self.verdict.is_as_side_car = Some(before && is_equal);
+        if let Some(file) = self.raw {
+            self.verdict.is_as_raw_file = Some(file.finish(&mut self.verdict)?);
         }
         self.lines.finish(&mut self.verdict);
         Ok(self.verdict)
     }
 }
 
-/// Whether this is the first thing that a recording says; what was cut out of one begins otherwise.
+/// Whether this is the first message of a recording; a part cut out of one begins otherwise.
 fn begins(event: &[u8]) -> bool {
     StationEvent::decode(event).is_ok_and(|event| event.is_notice(NoticeCode::RecordingBegun))
 }

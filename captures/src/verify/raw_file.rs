@@ -1,0 +1,80 @@
+//! Whether a raw text holds the same bytes as a recording.
+
+use std::io::{self, Read};
+
+use super::Verdict;
+use crate::messages::RawBytes;
+use crate::text::TextReader;
+
+/// A raw text that is compared with the received bytes of a recording.
+pub(super) struct RawFile {
+    source: RadioBytes,
+    offset: u64,
+    is_equal: bool,
+}
+
+impl RawFile {
+    pub(super) fn new(source: Box<dyn Read>) -> Self {
+        let source = RadioBytes {
+            reader: TextReader::new(source),
+            unread: Vec::new(),
+        };
+        Self {
+            source,
+            offset: 0,
+            is_equal: true,
+        }
+    }
+
+    /// Compares the next bytes received; the first difference is a fault.
+    pub(super) fn compare(&mut self, raw: &RawBytes, verdict: &mut Verdict) -> io::Result<()> {
+        if !self.is_equal {
+            return Ok(());
+        }
+        let skipped = raw.stream_offset.saturating_sub(self.offset);
+        io::copy(&mut self.source.by_ref().take(skipped), &mut io::sink())?;
+        let length = raw.data.len() as u64;
+        let mut theirs = Vec::with_capacity(raw.data.len());
+        self.source.by_ref().take(length).read_to_end(&mut theirs)?;
+        self.offset = raw.stream_offset + length;
+        if theirs != raw.data {
+            let equal = theirs.iter().zip(&raw.data).take_while(|(a, b)| a == b);
+            let byte = raw.stream_offset + equal.count() as u64;
+            verdict.fault(format!("the raw file differs from byte {byte} on"));
+            self.is_equal = false;
+        }
+        Ok(())
+    }
+
+    /// Whether all bytes are equal; bytes left over are a fault.
+    pub(super) fn finish(mut self, verdict: &mut Verdict) -> io::Result<bool> {
+        if self.is_equal {
+            let more = io::copy(&mut self.source, &mut io::sink())?;
+            if more > 0 {
+                verdict.fault(format!("the raw file holds {more} bytes more"));
+                self.is_equal = false;
+            }
+        }
+        Ok(self.is_equal)
+    }
+}
+
+/// The radio's bytes in a raw text, as a stream.
+struct RadioBytes {
+    reader: TextReader<Box<dyn Read>>,
+    unread: Vec<u8>,
+}
+
+impl Read for RadioBytes {
+    fn read(&mut self, to: &mut [u8]) -> io::Result<usize> {
+        if self.unread.is_empty()
+            && let Some(piece) = self.reader.next_piece()?
+        {
+            self.unread.extend_from_slice(piece.radio);
+        }
+        let length = self.unread.len().min(to.len());
+        to[..length].copy_from_slice(&self.unread[..length]);
+        self.unread.drain(..length);
+        Ok(length)
+    }
+}
