@@ -1,16 +1,14 @@
-//! How often a robot touched something: one count for everybody who tells it.
+//! The number of bumps, counted in one place.
 
 use groundwave_protocol::telemetry::{CountersLine, StateLine};
 
 use super::topics::is_contact;
 
-/// Line C counts up to this.
+/// Modulus of the count in line C.
 const COUNT_MODULUS: u16 = 10_000;
 
-/// Counts contacts of the bumper.
-///
-/// The robot counts them itself, and says so in its lines C: what counts is what it counted from the first of them to the
-/// last. Of a robot whose lines C are lost the contacts count that lines A show, which miss a short one.
+/// Counts contacts of the bumper: by the robot's own count between the first line C and the last, else by lines A, which miss
+/// short contacts.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub(super) struct Bumps {
     seen: u32,
@@ -20,7 +18,7 @@ pub(super) struct Bumps {
 }
 
 impl Bumps {
-    /// Takes a line A; says whether it shows a contact that the one before it did not show.
+    /// Takes a line A; returns whether a contact begins.
     pub(super) fn take_state(&mut self, state: &StateLine) -> bool {
         let was_touching = std::mem::replace(&mut self.is_touching, is_contact(state.bump));
         let is_new = self.is_touching && !was_touching;
@@ -28,7 +26,7 @@ impl Bumps {
         is_new
     }
 
-    /// Takes a line C; a robot that booted has begun anew.
+    /// Takes a line C; a boot starts the robot's count again.
     pub(super) fn take_counters(&mut self, counters: &CountersLine) {
         let now = (counters.boots, counters.bumps);
         if let Some((boots, bumps)) = self.last.replace(now)
@@ -39,13 +37,13 @@ impl Bumps {
         }
     }
 
-    /// Begins again at nothing; what the robot counts goes on.
+    /// Resets the count.
     pub(super) const fn begin_anew(&mut self) {
         self.seen = 0;
         self.counted = None;
     }
 
-    /// How many there were.
+    /// Number of contacts.
     pub(super) fn total(&self) -> u32 {
         self.counted.unwrap_or(self.seen)
     }

@@ -1,8 +1,7 @@
 //! Captures as JSON lines and as CSV.
 //!
-//! Both have one record a line of the robot, with the field names of [`Telemetry`] after `at_s`, the
-//! time since the capture began. JSON leaves out what a line does not say; CSV has every column in
-//! every row and leaves the cell empty.
+//! Both have one record per line of the robot: `at_s`, the time since the capture began, then the fields of [`Telemetry`]. A field
+//! that a line does not have is left out in JSON and empty in CSV.
 
 use std::io::{self, Write};
 use std::time::Duration;
@@ -12,28 +11,27 @@ use groundwave_protocol::decoder::{Counters, Decoder, Received};
 use super::messages::{Telemetry, Value};
 use super::{Capture, CaptureError};
 
-/// What to write.
+/// Output format.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Format {
-    /// One JSON object a line.
+    /// One JSON object per line.
     Jsonl,
-    /// One flat table with a header.
+    /// One table with a header.
     Csv,
 }
 
-/// Why decoding ended early. Everything before that has been written.
+/// Reason why decoding ended early; everything before it has been written.
 #[derive(Debug, thiserror::Error)]
 pub enum DecodeError {
-    /// The capture.
+    /// The capture cannot be read.
     #[error(transparent)]
     Capture(#[from] CaptureError),
-    /// The output. A broken pipe is the reader's way of saying that it has seen enough.
+    /// The output cannot be written. A broken pipe means that the reader has seen enough.
     #[error("cannot write: {0}")]
     Output(#[from] io::Error),
 }
 
-/// Writes every intact line of a capture and returns what was seen. Wrap `output` in a buffer, except
-/// where somebody watches.
+/// Writes each intact line of a capture; returns the decoder's totals. Pass a buffered `output`, except to a terminal.
 ///
 /// # Errors
 /// When the capture cannot be read on or the output takes no more.
@@ -71,7 +69,7 @@ fn write_header(output: &mut impl Write) -> io::Result<()> {
 /// Appends one line of the robot as a JSON object and a line feed.
 ///
 /// # Errors
-/// None that a vector could cause.
+/// None: writing to a vector cannot fail.
 pub fn write_json(output: &mut Vec<u8>, at: Duration, received: &Received) -> io::Result<()> {
     output.write_all(b"{\"at_s\":")?;
     write_seconds(output, at)?;

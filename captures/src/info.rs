@@ -1,4 +1,4 @@
-//! What a capture holds, at a glance.
+//! Summary of a capture.
 
 mod survey;
 mod text;
@@ -12,70 +12,69 @@ use super::source::Form;
 use crate::statistics::{Rejected, Resync};
 use survey::Survey;
 
-/// What a capture holds.
+/// Summary of a capture.
 #[derive(Clone, Debug, Serialize)]
 pub struct Info {
-    /// How it is stored.
+    /// Form of the capture.
     pub form: Form,
-    /// What of a raw capture is not as the radio delivered it, in words: times before the lines, other line ends.
+    /// Difference of a raw text from the radio's bytes: timestamps, other line ends.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub stored: Option<String>,
-    /// When it was made, in UTC, as an MCAP says.
+    /// Start in UTC, from the metadata of an MCAP.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub start: Option<String>,
-    /// The link it was made with, likewise.
+    /// Link it was recorded from, likewise.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub link: Option<String>,
-    /// The program that made it and its version, likewise.
+    /// Program and version that recorded it, likewise.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub software: Option<String>,
-    /// What the run is called.
+    /// Name of the run.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub name: Option<String>,
-    /// Why the run does not count; of one that counts there is nothing.
+    /// Reason why the run does not count; `None` of one that counts.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub void: Option<String>,
-    /// From its beginning to its last byte, seconds. Of a raw capture whose lines say no time, the time that a radio at
-    /// 2400 baud takes for as many bytes.
+    /// Time from the beginning to the last byte, seconds; of raw text without timestamps the transmission time at 2400 baud.
     pub duration_s: f64,
     /// Bytes received.
     pub bytes: u64,
-    /// Bytes that belong to no intact line.
+    /// Bytes outside intact lines.
     pub noise_bytes: u64,
-    /// Those of them that may be the beginning of a line under way when the capture ended.
+    /// Bytes of them at the end that may begin a line.
     pub unfinished_bytes: u64,
-    /// Bytes that were received and could not be recorded.
+    /// Received bytes that are missing from the capture.
     pub missing_bytes: u64,
     /// Intact lines.
     pub lines: LineCounts,
-    /// Lines that the sequence says were sent and that did not arrive intact.
+    /// Lines sent, by their sequence, that did not arrive intact.
     pub lines_lost: u64,
     /// `lines_lost` in per cent of the lines sent.
     pub loss_pct: f64,
-    /// What was taken for a line and rejected.
+    /// Damaged lines by reason.
     pub rejected: Rejected,
-    /// Bytes from an intact line to the next, where there were any between them.
+    /// Bytes between intact lines, where there are any.
     pub resync: Option<Resync>,
-    /// Share of the way down in use, per cent; unknown of a raw capture, which knows no time, and where the
-    /// clock of the capture is not that of the radio: read from a pipe, or from a simulator that runs faster.
+    /// Downlink airtime, per cent; `None` of raw text and where the clock of the capture is not that of the radio: a pipe, or a
+    /// simulator that runs faster.
     pub airtime_down_pct: Option<f64>,
-    /// What was sent; unknown of a raw capture.
+    /// Totals sent; `None` of raw text.
     pub sent: Option<Sent>,
-    /// Robot and firmware, as it last said.
+    /// Robot and firmware, as last reported.
     pub robot: Option<Robot>,
-    /// Times the robot is seen to have booted in the middle: another boot counter, or an uptime that runs backwards.
+    /// Restarts of the robot: another boot counter, or an uptime that runs backwards.
     pub restarts: u64,
-    /// Way between the reported positions, inches.
+    /// Distance between the reported positions, inches.
     pub distance_in: f64,
-    /// Who held the motors, in per cent of the ticks between the first line C and the last.
+    /// Behaviours that held the motors, in per cent of the ticks between the first line C and the last.
     pub holders: Vec<HolderShare>,
     /// First voltage reported.
     pub battery_first_v: Option<f64>,
     /// Last voltage reported.
     pub battery_last_v: Option<f64>,
-    /// Bumper contacts: by the robot's own count between the first line C and the last, else as seen in lines A.
+    /// Bumper contacts, by the robot's own count between the first line C and the last, else by lines A.
     pub bumps: u32,
-    /// Why the capture could not be read to its end.
+    /// Reason why the capture could not be read whole.
     pub problem: Option<String>,
 }
 
@@ -109,7 +108,7 @@ impl LineCounts {
     }
 }
 
-/// Lines that most captures have none of are told of only where there are some.
+/// Whether to leave out a rare type of line.
 #[expect(
     clippy::trivially_copy_pass_by_ref,
     reason = "serde calls it with a reference"
@@ -118,20 +117,20 @@ const fn is_none(count: &u64) -> bool {
     *count == 0
 }
 
-/// What was sent while it was recorded.
+/// Totals sent while it was recorded.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 pub struct Sent {
     /// Bytes handed to the device.
     pub bytes: u64,
-    /// STOPs, requests for a session, commands and waypoints.
+    /// Frames: STOPs, session requests, commands and waypoints.
     pub frames: u64,
-    /// Those of them that had gone before.
+    /// Frames of them that were repeated.
     pub frames_again: u64,
-    /// Share of the way up in use, per cent; unknown where that of the way down is.
+    /// Uplink airtime, per cent; `None` where that of the downlink is.
     pub airtime_up_pct: Option<f64>,
 }
 
-/// Who sent it.
+/// The robot that sent the lines.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize)]
 pub struct Robot {
     /// 1 to 99.
@@ -140,7 +139,7 @@ pub struct Robot {
     pub firmware_version: String,
 }
 
-/// The part of the time that a behaviour held the motors.
+/// Share of the time in which a behaviour held the motors.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct HolderShare {
     /// A layer or `prowl`.
@@ -150,7 +149,7 @@ pub struct HolderShare {
 }
 
 impl Info {
-    /// Reads a whole capture. A capture that is damaged or ends early is told about up to there.
+    /// Reads a whole capture, as far as it can be read.
     #[must_use]
     pub fn read(capture: &mut Capture) -> Self {
         let mut decoder = Decoder::default();
@@ -163,7 +162,7 @@ impl Info {
         )
     }
 
-    /// With what an operator says of the run.
+    /// Adds the operator's label of the run.
     #[must_use]
     pub fn with_label(self, label: Label) -> Self {
         let Label { name, void, .. } = label;

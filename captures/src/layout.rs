@@ -1,12 +1,12 @@
-//! How Foxglove and Lichtblick show a capture: their own format, attached to every recording.
+//! The layout for Foxglove and Lichtblick, attached to each recording.
 //!
-//! The room from above, plots, states, log, and beside the decoded line the bytes it came in. For live
-//! connections there is a panel that sends commands.
+//! It shows the room from above, plots, states, the log, and the bytes beside each decoded line; for live connections also a
+//! panel that sends commands.
 
-/// The name of the attachment.
+/// Name of the attachment.
 pub const NAME: &str = "groundwave.layout.json";
 
-/// The layout, to be imported as one: `docs/opening-captures.md` shows how.
+/// The layout; `docs/opening-captures.md` describes how to import it.
 pub const JSON: &str = include_str!("layout.json");
 
 #[cfg(test)]

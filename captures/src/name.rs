@@ -1,15 +1,15 @@
-//! A name for a recording that nobody named.
+//! Names of recordings.
 
 use std::path::{Path, PathBuf};
 use std::time::{SystemTime, UNIX_EPOCH};
 
-/// `groundwave-20250314T092653Z.mcap`: sorts by time, and is a file name everywhere.
+/// Default name, `groundwave-20250314T092653Z.mcap`: sorts by time and is valid on every system.
 #[must_use]
 pub fn automatic(start: SystemTime) -> String {
     format!("groundwave-{}.mcap", utc(start).replace(['-', ':'], ""))
 }
 
-/// The name of a recording, or one like it where that is taken: `run.mcap` as `run.2.mcap`, which is no part of it.
+/// Variant of a taken name: `run.mcap` becomes `run.2.mcap` for number 2.
 #[must_use]
 pub fn another(path: &Path, number: u32) -> PathBuf {
     if number == 1 {
@@ -22,7 +22,7 @@ pub fn another(path: &Path, number: u32) -> PathBuf {
     }
 }
 
-/// `2025-03-14T09:26:53Z`. A time before 1970 counts as 1970.
+/// Time in UTC, `2025-03-14T09:26:53Z`; a time before 1970 counts as 1970.
 #[must_use]
 pub fn utc(time: SystemTime) -> String {
     let seconds = time
@@ -35,8 +35,7 @@ pub fn utc(time: SystemTime) -> String {
     format!("{year:04}-{month:02}-{day:02}T{hour:02}:{minute:02}:{second:02}Z")
 }
 
-/// Year, month and day of a count of days since 1970, by counting from 1 March of year 0 so that the
-/// leap day comes last.
+/// Year, month and day of a number of days since 1970. Counts from 1 March of year 0, so that the leap day comes last.
 const fn civil(days: u64) -> (u64, u64, u64) {
     const DAYS_TO_1970: u64 = 719_468;
     const DAYS_IN_400_YEARS: u64 = 146_097;

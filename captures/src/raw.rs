@@ -1,4 +1,4 @@
-//! Writes raw captures: the bytes of the radio, and nothing else.
+//! Writes raw text: the bytes of the radio and nothing else.
 
 use std::fs::File;
 use std::io::{self, Write};
@@ -7,15 +7,14 @@ use std::path::{Path, PathBuf};
 use super::error::create;
 use super::{CaptureError, Existing, presence};
 
-/// Appends what is read from the radio to a file, each read in one write and without a buffer, so that
-/// a killed program has lost nothing.
+/// Appends each read of the radio to a file in one unbuffered write, so that a kill loses nothing.
 #[derive(Debug)]
 pub struct RawWriter {
     path: PathBuf,
     file: File,
     bytes: u64,
     problem: Option<CaptureError>,
-    /// The file is not where its name says.
+    /// The file was removed or renamed.
     gone: Option<CaptureError>,
 }
 
@@ -23,7 +22,7 @@ impl RawWriter {
     /// Creates the file.
     ///
     /// # Errors
-    /// When it exists and may not be touched, or cannot be made.
+    /// When it exists and may not be overwritten, or cannot be created.
     pub fn create(path: impl Into<PathBuf>, existing: Existing) -> Result<Self, CaptureError> {
         let path = path.into();
         Ok(Self {
@@ -35,9 +34,8 @@ impl RawWriter {
         })
     }
 
-    /// Writes what was just read, before anything else sees it. Nothing here fails: after an error
-    /// nothing more is written, so that the file is exactly the beginning of the stream;
-    /// [`Self::problem`] and [`Self::finish`] tell.
+    /// Writes a read before anything parses it. After an error nothing more is written, so that the file stays the exact
+    /// beginning of the stream; [`Self::problem`] and [`Self::finish`] return the error.
     pub fn write(&mut self, bytes: &[u8]) {
         if self.problem.is_some() {
             return;
@@ -65,19 +63,18 @@ impl RawWriter {
         Ok(())
     }
 
-    /// Looks whether the file is still where its name says; [`Self::problem`] tells. What comes is written
-    /// on even if it is not, for a file that was only moved has it.
+    /// Checks that the file still has its name; [`Self::problem`] returns the result. Writing goes on, because a renamed file
+    /// keeps the bytes.
     pub fn look(&mut self) {
         if self.gone.is_none() {
             self.gone = presence::check(&self.file, &self.path).err();
         }
     }
 
-    /// Waits until the disk has everything; returns how many bytes that is.
+    /// Syncs the file; returns the number of bytes written.
     ///
     /// # Errors
-    /// What went wrong since the start, that the file was taken away, or that the disk will not. A pipe or a device that knows nothing
-    /// of disks has had its bytes when it took them.
+    /// The first error since the start, a removed file, or a failed sync. Pipes and devices are not synced.
     pub fn finish(mut self) -> Result<u64, CaptureError> {
         self.look();
         if let Some(problem) = self.problem.or(self.gone) {
@@ -102,7 +99,7 @@ impl RawWriter {
         })
     }
 
-    /// Where the bytes go.
+    /// Path of the file.
     #[must_use]
     pub fn path(&self) -> &Path {
         &self.path
@@ -114,7 +111,7 @@ impl RawWriter {
         self.bytes
     }
 
-    /// Why writing has ended, or why it leads nowhere.
+    /// Reason why writing ended or the file is lost.
     #[must_use]
     pub fn problem(&self) -> Option<String> {
         let problem = self.problem.as_ref().or(self.gone.as_ref());

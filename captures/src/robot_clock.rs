@@ -1,4 +1,4 @@
-//! The robot's own time of each line.
+//! Time of each line by the robot's clock.
 
 use groundwave_protocol::decoder::Received;
 use groundwave_protocol::telemetry::{ACK_LINE_BYTES, Body, SEQUENCE_MODULUS};
@@ -6,26 +6,25 @@ use groundwave_protocol::{BYTES_PER_S, LINE_BYTES};
 
 const S_NS: u64 = 1_000_000_000;
 
-/// Time on the wire of a number of bytes.
+/// Transmission time of a number of bytes, nanoseconds.
 const fn wire_ns(bytes: usize) -> u64 {
     bytes as u64 * S_NS / BYTES_PER_S as u64
 }
 
-/// After a pause of this length the sequence may have gone round.
+/// Pause after which the sequence may have wrapped around, nanoseconds.
 const SEQUENCE_ROUND_NS: u64 = (SEQUENCE_MODULUS as u64 - 1) * wire_ns(LINE_BYTES);
 
-/// Farther off than this, line C speaks of another boot or its seconds have gone round.
+/// Difference from which line C belongs to another boot or its seconds wrapped around, nanoseconds.
 const SAME_CLOCK_NS: u64 = 60 * S_NS;
 
-/// Dates lines by the uptime in line C, carried on between two of them by the sequence: evenly spaced,
-/// however the link clumped them. The zero of the robot's clock is where the first line C after a
-/// boot puts it.
+/// Timestamps lines by the uptime in line C, carried on by the sequence in between: evenly spaced, however the link
+/// bunched them. The first line C after a boot sets the zero of the robot's clock.
 #[derive(Debug, Default)]
 pub(super) struct RobotClock(Option<State>);
 
 #[derive(Clone, Copy, Debug)]
 struct State {
-    /// The host's time at the robot's zero.
+    /// Host time at the zero of the robot's clock.
     zero_ns: u64,
     boots: u16,
     uptime_ns: u64,
@@ -34,8 +33,7 @@ struct State {
 }
 
 impl RobotClock {
-    /// The robot's time of a line, nanoseconds since 1970 as `host_ns`, the time it was received;
-    /// `None` before the first line C.
+    /// Robot time of a line, nanoseconds since 1970; `None` before the first line C. `host_ns` is the time it was received.
     pub(super) fn handle_line(&mut self, host_ns: u64, received: &Received) -> Option<u64> {
         let carried = self.0.map(|state| state.carry_on(host_ns, received));
         self.0 = match received {
@@ -47,7 +45,7 @@ impl RobotClock {
                             && state.uptime_ns.abs_diff(said_ns) < SAME_CLOCK_NS
                     });
                     Some(match same_clock {
-                        // Line C says whole seconds; the fraction comes from the lines between.
+                        // Line C has whole seconds; the lines in between give the fraction.
                         Some(state) => State {
                             uptime_ns: state.uptime_ns.clamp(said_ns, said_ns + S_NS - 1),
                             ..state

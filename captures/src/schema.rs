@@ -1,13 +1,13 @@
-//! The protobuf schemas that an MCAP carries, as other tools want them.
+//! The protobuf schemas stored in each MCAP.
 
 use super::messages::{RawBytes, StationEvent, Telemetry, UplinkEvent};
 
-/// `proto/groundwave.proto`, compiled: a `FileDescriptorSet`. A test compiles the text and compares.
+/// `proto/groundwave.proto` compiled to a `FileDescriptorSet`; a test compares it with the text.
 pub const DESCRIPTORS: &[u8] = include_bytes!("proto/groundwave.binpb");
 
-/// A message type that has a schema.
+/// A message type with a schema.
 pub trait Schema: prost::Message {
-    /// Its name in the schema, with the package.
+    /// Full name, with the package.
     const NAME: &str;
 }
 
@@ -46,7 +46,7 @@ mod tests {
         found.unwrap().clone()
     }
 
-    /// `BLESS=1 cargo test schema` compiles anew.
+    /// `BLESS=1 cargo test schema` compiles the schema again.
     #[test]
     fn the_descriptors_are_the_text_compiled() {
         let folder = concat!(env!("CARGO_MANIFEST_DIR"), "/src/proto");

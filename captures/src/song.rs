@@ -1,8 +1,8 @@
-//! What the robot sings, for people: the names of notes, and what its songs mean.
+//! Names of notes and meanings of the robot's songs.
 
 use groundwave_protocol::telemetry::SongLine;
 
-/// The first three notes in hertz, in which the songs of the SR04 firmware differ, and what each tells.
+/// First three notes of each song of the SR04 firmware, hertz, and its meaning.
 const MEANINGS: [([u16; 3], &str); 6] = [
     ([523, 659, 784], "finished its list"),
     ([1568, 1175, 1568], "wandered long enough, goes home"),
@@ -12,7 +12,7 @@ const MEANINGS: [([u16; 3], &str); 6] = [
     ([784, 784, 1047], "home again"),
 ];
 
-/// What a song tells; `None` for one that no firmware of ours sings.
+/// Meaning of a song; `None` for an unknown one.
 #[must_use]
 pub fn meaning(song: &SongLine) -> Option<&'static str> {
     let begins = |beginning: &[u16; 3]| {
@@ -27,7 +27,7 @@ pub fn meaning(song: &SongLine) -> Option<&'static str> {
         .map(|(_, meaning)| *meaning)
 }
 
-/// The nearest key of a piano that goes on for ever, A4 at 440 Hz; a dash for a rest.
+/// Name of the nearest semitone, A4 = 440 Hz; a dash for a rest.
 #[must_use]
 pub fn note_name(hz: u16) -> String {
     const NAMES: [&str; 12] = [

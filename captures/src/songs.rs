@@ -1,4 +1,4 @@
-//! The songs in a capture, for people who read notes.
+//! The songs in a capture.
 
 use std::fmt;
 use std::time::Duration;
@@ -9,8 +9,7 @@ use groundwave_protocol::telemetry::{Body, Note, SongLine};
 use super::{Capture, CaptureError};
 use crate::song::note_name;
 
-/// Calls `take` with each song, and the time since the capture began at which its line was complete. Returns what
-/// was seen.
+/// Calls `take` with each song and the time of its line since the capture began; returns the decoder's totals.
 ///
 /// # Errors
 /// The capture's, and those of `take`.
@@ -29,18 +28,18 @@ pub fn for_each_song<E: From<CaptureError>>(
     Ok(*decoder.counters())
 }
 
-/// How long the song takes.
+/// Duration of a song.
 #[must_use]
 pub fn length(song: &SongLine) -> Duration {
     song.notes().map(note_length).sum()
 }
 
-/// A note's length.
+/// Duration of a note.
 fn note_length(note: Note) -> Duration {
     Duration::from_millis(50) * u32::from(note.ticks)
 }
 
-/// The notes with their lengths in seconds: `C5 0.20  - 0.10  E5 0.40`.
+/// Displays the notes with their durations in seconds: `C5 0.20  - 0.10  E5 0.40`.
 pub struct Notes<'a>(pub &'a SongLine);
 
 impl fmt::Display for Notes<'_> {

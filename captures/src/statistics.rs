@@ -1,17 +1,15 @@
-//! How the link does, in figures that somebody can act on. Sans-IO: time is a parameter, memory is bounded.
+//! Link statistics. Sans-IO: time is a parameter, memory is bounded.
 //!
-//! - *Loss*: lines that the sequence says were sent and that did not arrive intact, of those sent.
+//! - *Loss*: share of the lines sent, by their sequence, that did not arrive intact.
 //! - *Errors*: line feeds that ended no intact line, by reason.
-//! - *Resync*: bytes from the end of an intact line to the beginning of the next, where there are any: what
-//!   an error costs until the decoder is back in step. One wrong bit in a line costs that line, 80. What
-//!   came before the first line, or before a lost link was back, is no error.
-//! - *Again*: a frame that has gone before: the same STOP within a second, the same request for a session,
-//!   the same command, or waypoints of which some have gone before. Hand drive and keepalives are not
-//!   counted: they are never repeated. The station sends again while it waits for an acknowledgement, before it knows of
-//!   any loss: some frames go again on a link that loses nothing.
+//! - *Resync*: bytes between two intact lines, where there are any: the cost of an error until the decoder is back in step. One
+//!   wrong bit costs its line, 80 bytes. Bytes before the first line, or before a lost link is back, are no error.
+//! - *Again*: a repeated frame: the same STOP within a second, the same session request, the same command, or waypoints of which
+//!   some were sent before. Hand drive and keepalives are never repeated and not counted. The station repeats frames while it
+//!   waits for an acknowledgement, also on a link without loss.
 //! - *Proof*: from the moment a command was asked for until it was proven, the wait for its turn included.
-//! - *Airtime*: the share of time in which the radio carried bytes, noise included, at 240 a second. Bytes come in
-//!   clumps, each of which was in the air before it is told of. What was handed to the device counts as sent.
+//! - *Airtime*: share of the time in which the radio carried bytes, noise included, at 240 a second. Bytes arrive in bunches, each
+//!   of which was in the air before. Bytes handed to the device count as sent.
 
 mod airtime;
 mod uplink;
@@ -24,10 +22,10 @@ use airtime::Airtime;
 pub use airtime::share_pct;
 pub use uplink::Uplink;
 
-/// Commands under way whose time is taken; of more the oldest are not timed.
+/// Maximum commands under way that are timed; the oldest beyond are not.
 const ASKED_MAX: usize = 64;
 
-/// The figures at a moment.
+/// Statistics at a moment.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize)]
 pub struct Statistics {
     /// Intact lines of all types.
@@ -42,31 +40,31 @@ pub struct Statistics {
     pub resync: Option<Resync>,
     /// STOPs, requests for a session, commands and waypoints sent.
     pub frames: u64,
-    /// Those of them that had gone before.
+    /// Frames of them that were repeated.
     pub frames_again: u64,
     /// How long proof takes; `None` before the first.
     pub proof: Option<Proof>,
-    /// Share of the way down in use over the latest 20 s, per cent.
+    /// Downlink airtime over the latest 20 s, per cent.
     pub airtime_down_pct: f64,
-    /// Share of the way up in use over the latest 20 s, per cent.
+    /// Uplink airtime over the latest 20 s, per cent.
     pub airtime_up_pct: f64,
     /// Bytes that the device did not take.
     pub not_taken_bytes: u64,
 }
 
-/// Candidates for a line, by what was wrong with them.
+/// Damaged lines by reason.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize)]
 pub struct Rejected {
-    /// The checksum did not hold.
+    /// Wrong checksum.
     pub crc: u64,
-    /// A line feed with nothing like a line before it.
+    /// A line feed without the shape of a line before it.
     pub shape: u64,
-    /// The checksum held and a field made no sense: another version of the wire.
+    /// Right checksum and an invalid field: another version of the wire.
     pub field: u64,
 }
 
 impl Rejected {
-    /// As the decoder counted them.
+    /// The decoder's counts.
     #[must_use]
     pub const fn of(counters: &Counters) -> Self {
         Self {
@@ -77,14 +75,14 @@ impl Rejected {
     }
 }
 
-/// Bytes from an intact line to the next, where there were any between them.
+/// Bytes between intact lines, where there are any.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 pub struct Resync {
-    /// How often.
+    /// Number of times.
     pub count: u64,
     /// The latest.
     pub last_bytes: u64,
-    /// All of them together, divided by how many.
+    /// Mean.
     pub mean_bytes: f64,
     /// The longest.
     pub worst_bytes: u64,
@@ -97,13 +95,13 @@ pub struct Proof {
     pub count: u64,
     /// The latest.
     pub last_s: f64,
-    /// All of them together, divided by how many.
+    /// Mean.
     pub mean_s: f64,
     /// The longest.
     pub worst_s: f64,
 }
 
-/// `part` in per cent of `whole`; none of nothing.
+/// `part` in per cent of `whole`; 0 of 0.
 #[must_use]
 pub fn per_cent(part: u64, whole: u64) -> f64 {
     if whole == 0 {
@@ -114,7 +112,7 @@ pub fn per_cent(part: u64, whole: u64) -> f64 {
 }
 
 impl Statistics {
-    /// Takes the decoder's totals, from which everything about the way down but the airtime and the resync follows.
+    /// Takes the decoder's totals, which give all downlink statistics but airtime and resync.
     pub fn count(&mut self, counters: &Counters) {
         let lines = counters.lines + counters.ack_lines;
         self.lines = lines;
@@ -124,7 +122,7 @@ impl Statistics {
     }
 }
 
-/// Measures how far intact lines lie apart.
+/// Measures the bytes between intact lines.
 #[derive(Clone, Debug, Default)]
 pub struct Gaps {
     /// Noise before the latest intact line; `None` before the first.
@@ -148,12 +146,12 @@ impl Gaps {
         }
     }
 
-    /// The link was interrupted: what comes until the next line is no error.
+    /// The link was interrupted: bytes until the next line are no error.
     pub const fn interrupt(&mut self) {
         self.noise_bytes = None;
     }
 
-    /// What was found; `None` before the first gap.
+    /// The result; `None` before the first gap.
     #[must_use]
     pub fn resync(&self) -> Option<Resync> {
         (self.count > 0).then(|| Resync {
@@ -165,7 +163,7 @@ impl Gaps {
     }
 }
 
-/// Watches a link.
+/// Observes a link.
 #[derive(Clone, Debug, Default)]
 pub struct LinkMeter {
     gaps: Gaps,
@@ -180,22 +178,22 @@ pub struct LinkMeter {
 }
 
 impl LinkMeter {
-    /// So many bytes came from the radio.
+    /// Takes a number of bytes from the radio.
     pub fn take_received(&mut self, now: Moment, bytes: usize) {
         self.down.take(now, bytes);
     }
 
-    /// The decoder has just found a line.
+    /// Takes the decoder's totals after a line.
     pub fn take_line(&mut self, counters: &Counters) {
         self.gaps.take_line(counters);
     }
 
-    /// The link is gone, or back.
+    /// The link was lost, or is back.
     pub const fn interrupt(&mut self) {
         self.gaps.interrupt();
     }
 
-    /// These bytes go to the radio.
+    /// Takes bytes sent to the radio.
     pub fn take_sent(&mut self, now: Moment, bytes: &[u8]) {
         self.up.take(now, bytes.len());
         self.uplink.take(now, bytes);

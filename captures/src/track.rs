@@ -1,4 +1,4 @@
-//! The way a robot went, and what happened on it.
+//! The robot's track and the events on it.
 
 use std::time::Duration;
 
@@ -11,16 +11,16 @@ use super::odometer::{can_be_driven, seconds_of, slots_between};
 use super::{Capture, CaptureError};
 use crate::words::layer_word;
 
-/// Points kept; the way is told more coarsely rather than with more.
+/// Maximum points; a longer track is thinned out.
 const POINTS_MAX: usize = 20_000;
 
-/// Events kept of each kind; the first ones. Their number is told in any case.
+/// Maximum places kept of each kind of event, the first ones; all events are counted.
 const EVENTS_MAX: usize = 2_000;
 
-/// Steps shorter than this are told as one, inches.
+/// Shorter steps are joined, inches.
 const STEP_IN: f32 = 0.4;
 
-/// Who held the motors.
+/// Behaviour that held the motors.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub enum Holder {
     /// One of the layers.
@@ -30,7 +30,7 @@ pub enum Holder {
 }
 
 impl Holder {
-    /// A layer's word, or `prowl`.
+    /// Word of the layer, or `prowl`.
     #[must_use]
     pub fn word(self) -> &'static str {
         match self {
@@ -43,35 +43,35 @@ impl Holder {
 /// How a point follows the one before it.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Joint {
-    /// The robot said so.
+    /// Reported by the robot.
     Driven,
-    /// Lines were lost between them: what the robot did there is not known.
+    /// Lines between them were lost: the track there is unknown.
     Guessed,
-    /// The odometer was set anew.
+    /// The odometer was reset.
     Apart,
 }
 
-/// A point of the way.
+/// A point of the track.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Point {
-    /// Inches.
+    /// X, inches; positive east.
     pub x_in: f32,
-    /// Inches.
+    /// Y, inches; positive north.
     pub y_in: f32,
-    /// Who drove there.
+    /// Behaviour that drove there.
     pub holder: Holder,
-    /// From the point before it.
+    /// Link to the point before it.
     pub joint: Joint,
 }
 
-/// What can happen on the way.
+/// Kind of event on the track.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub enum Event {
     /// A bumper touched.
     Bump,
     /// The floor ended.
     Edge,
-    /// The motors turned nothing.
+    /// The wheels stalled.
     Stall,
     /// The robot booted.
     Restart,
@@ -81,7 +81,7 @@ impl Event {
     /// Every kind.
     pub const ALL: [Self; 4] = [Self::Bump, Self::Edge, Self::Stall, Self::Restart];
 
-    /// In a word.
+    /// Word for a legend.
     #[must_use]
     pub const fn word(self) -> &'static str {
         match self {
@@ -96,29 +96,29 @@ impl Event {
 /// Events of one kind.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Events {
-    /// How many there were; bumps are counted by the robot, and its lines A may show others.
+    /// Number of events; bumps as the robot counts them, which lines A may not show.
     pub count: u32,
-    /// Where the first of those that were seen were, inches.
+    /// Places of the first ones seen, inches.
     pub places_in: Vec<(f32, f32)>,
 }
 
-/// The way of a capture.
+/// The track of a capture.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Track {
-    /// In their order; thinned out where there are many.
+    /// Points in order, thinned out where there are many.
     pub points: Vec<Point>,
-    /// By [`Event::ALL`].
+    /// Events, indexed as [`Event::ALL`].
     pub events: [Events; 4],
-    /// Length of the way, inches.
+    /// Distance driven, inches.
     pub distance_in: f64,
-    /// Of the whole capture.
+    /// Duration of the capture.
     pub duration: Duration,
-    /// Where it looked at the end, degrees clockwise from +Y.
+    /// Heading at the end, degrees clockwise from +Y.
     pub heading_deg: u16,
 }
 
 impl Track {
-    /// Reads a whole capture. One that is damaged or ends early is told about up to there, and why that is not all.
+    /// Reads a whole capture; returns the track and the reason why it is not complete.
     #[must_use]
     pub fn read(capture: &mut Capture) -> (Self, Option<CaptureError>) {
         let mut fold = Fold::default();
@@ -238,7 +238,7 @@ impl Fold {
         if points.len() >= POINTS_MAX {
             self.step_in = step_in * 2.0;
             thin(points, self.step_in);
-            // A way of nothing but turns of mind would not become shorter.
+            // Distance alone does not thin out a track that changes its behaviour at each point.
             if points.len() > POINTS_MAX / 2 {
                 let mut place = 0;
                 points.retain(|point| {
@@ -269,7 +269,7 @@ impl Fold {
     }
 }
 
-/// Leaves out points that are nearer than that to the one kept before them.
+/// Removes points nearer than `step_in` inches to the point kept before them.
 fn thin(points: &mut Vec<Point>, step_in: f32) {
     let mut last: Option<Point> = None;
     points.retain(|point| {

@@ -1,4 +1,4 @@
-//! Moments in a capture, as a person names them.
+//! Time arguments: moments in a capture as typed by the operator.
 
 use std::str::FromStr;
 use std::time::Duration;
@@ -6,13 +6,13 @@ use std::time::Duration;
 /// A moment in a capture.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum When {
-    /// Since its beginning.
+    /// Since the beginning of the capture.
     Since(Duration),
-    /// By the clock of the host that recorded it, nanoseconds since 1970.
+    /// Host time, nanoseconds since 1970.
     Wall(u64),
 }
 
-/// Why words are no moment.
+/// Text that is no moment.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 #[error("`{0}` is no moment; try 90s, 1:30, 1:02:03.5 or 2025-03-14T09:26:53Z")]
 pub struct NoMoment(String);
@@ -20,8 +20,8 @@ pub struct NoMoment(String);
 impl FromStr for When {
     type Err = NoMoment;
 
-    /// `90`, `90s`, `2m`, `1.5h`, `250ms`; `1:30`, `1:02:03.5`; `2025-03-14T09:26:53Z`, in UTC, also with a
-    /// space for the T and without the Z.
+    /// Parses `90`, `90s`, `2m`, `1.5h`, `250ms`; `1:30`, `1:02:03.5`; `2025-03-14T09:26:53Z` in UTC, also with a space for
+    /// the T and without the Z.
     fn from_str(text: &str) -> Result<Self, NoMoment> {
         let moment = match text.split_once(['T', ' ']) {
             Some((day, time)) => wall(day, time.trim_end_matches('Z')).map(Self::Wall),
@@ -32,7 +32,7 @@ impl FromStr for When {
     }
 }
 
-/// `90`, `90s`, `1.5m`, `2h` or `250ms`; `None` for anything else.
+/// Parses `90`, `90s`, `1.5m`, `2h` or `250ms`; `None` for other text.
 #[must_use]
 pub fn span(text: &str) -> Option<Duration> {
     let digits = text.trim_end_matches(|c: char| c.is_ascii_alphabetic());
@@ -48,7 +48,7 @@ pub fn span(text: &str) -> Option<Duration> {
     Duration::try_from_secs_f64(number * unit_s).ok()
 }
 
-/// Minutes and seconds, or hours, minutes and seconds.
+/// Parses minutes and seconds, or hours, minutes and seconds.
 fn clock(text: &str) -> Option<Duration> {
     let mut parts = text.rsplit(':');
     let seconds = span(parts.next()?).filter(|s| *s < Duration::from_mins(1))?;
@@ -127,7 +127,7 @@ mod tests {
     }
 
     #[test]
-    fn what_is_no_moment_is_refused() {
+    fn text_that_is_no_moment_is_refused() {
         let wrong = [
             "",
             "s",

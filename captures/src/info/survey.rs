@@ -1,4 +1,4 @@
-//! Adds up what a capture holds, line by line.
+//! Adds up the lines of a capture.
 
 use std::time::Duration;
 
@@ -15,13 +15,13 @@ use crate::statistics::{Gaps, Rejected, per_cent, share_pct};
 use crate::words::layer_word;
 use crate::{Capture, CaptureError};
 
-/// The count of ticks goes round after 4096; a longer silence than this at 20 Hz cannot be told.
+/// Silence after which the count of ticks, modulo 4096 at 20 Hz, is ambiguous, seconds.
 const TICKS_ROUND_S: u32 = 200;
 
-/// More of the radio than this cannot have been in use: clocks of serial ports differ by a few per cent.
+/// Largest plausible airtime, per cent: clocks of serial ports differ by a few per cent.
 const SHARE_MAX_PCT: f64 = 105.0;
 
-/// So many bytes in a time, in per cent of what the radio can carry, if it can.
+/// Airtime of a number of bytes in a time, per cent; `None` where the radio cannot carry them.
 fn plausible_share_pct(bytes: u64, time: Duration) -> Option<f64> {
     if time.is_zero() && bytes > 0 {
         return None;
@@ -29,7 +29,7 @@ fn plausible_share_pct(bytes: u64, time: Duration) -> Option<f64> {
     Some(share_pct(bytes, time)).filter(|share_pct| *share_pct <= SHARE_MAX_PCT)
 }
 
-/// What has been seen so far.
+/// Totals so far.
 #[derive(Default)]
 pub(super) struct Survey {
     lines: LineCounts,
@@ -41,12 +41,12 @@ pub(super) struct Survey {
     ticks: [u64; HOLDERS],
     bumps: Bumps,
     since_line_feed: u64,
-    /// Bytes that came before the clock of the capture began to run.
+    /// Bytes at time zero.
     first_bytes: u64,
     gaps: Gaps,
 }
 
-/// Where the robot was, and the sequence of that line.
+/// Position of the robot, and the sequence of that line.
 #[derive(Clone, Copy)]
 struct Place {
     x_in: f64,

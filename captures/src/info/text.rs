@@ -1,4 +1,4 @@
-//! What a capture holds, in words.
+//! Summary of a capture as text.
 
 use std::io::{self, Write};
 
@@ -6,7 +6,7 @@ use super::{Info, LineCounts};
 use crate::statistics::Rejected;
 
 impl Info {
-    /// Which run it is and where it comes from.
+    /// Writes the run and its origin.
     fn write_origin(&self, output: &mut impl Write) -> io::Result<()> {
         for (what, words) in [
             ("run", &self.name),
@@ -25,7 +25,7 @@ impl Info {
         Ok(())
     }
 
-    /// Writes it for a person, a line a fact.
+    /// Writes the summary as text, one fact per line.
     ///
     /// # Errors
     /// When the output takes no more.
@@ -125,9 +125,9 @@ impl Info {
     }
 }
 
-/// `5 min 5.3 s`; from an hour on `23 h 56 min 57 s`.
+/// Duration as `5 min 5.3 s`; from an hour on as `23 h 56 min 57 s`.
 fn duration_words(duration_s: f64) -> String {
-    // Rounded first: 119.97 s are 2 minutes and not 1 minute and 60 seconds.
+    // Round first, so that 119.97 s are 2 minutes.
     let tenths = (duration_s * 10.0).round() as u64;
     if tenths < 36_000 {
         return format!(
@@ -146,7 +146,7 @@ mod tests {
     use super::duration_words;
 
     #[test]
-    fn a_duration_is_told_as_people_say_it() {
+    fn durations_have_minutes_or_hours() {
         for (duration_s, words) in [
             (0.04, "0 min 0.0 s"),
             (119.97, "2 min 0.0 s"),

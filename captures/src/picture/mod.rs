@@ -1,7 +1,7 @@
-//! A picture of the track with its events, as SVG and as PNG.
+//! Pictures of the track with its events, as SVG and PNG.
 //!
-//! One scene of a few shapes, drawn twice. The colours are those of Okabe and Ito, which people who see
-//! colours differently tell apart; every event has a shape of its own besides.
+//! Both draw the same shapes. The colours are those of Okabe and Ito, which colour-blind people tell apart; each kind of event
+//! also has a shape of its own.
 
 mod png;
 pub(super) mod svg;
@@ -10,14 +10,14 @@ use super::error::CaptureError;
 use super::track::{Event, Holder, Joint, Track};
 use groundwave_protocol::status_codes::Layer;
 
-/// The picture's size, pixels.
+/// Size of the picture, pixels.
 const WIDTH: f32 = 1280.0;
 const HEIGHT: f32 = 960.0;
 
-/// Where the track is drawn: left, top, width, height.
+/// Area of the track: left, top, width, height, pixels.
 const PLOT: [f32; 4] = [30.0, 60.0, 980.0, 870.0];
 
-/// The legend's left edge and the distance of its rows.
+/// Left edge of the legend and distance of its rows, pixels.
 const LEGEND_X: f32 = 1035.0;
 const ROW: f32 = 28.0;
 
@@ -36,10 +36,10 @@ const PURPLE: Color = [0xcc, 0x79, 0xa7];
 /// Red, green and blue.
 type Color = [u8; 3];
 
-/// A place in the picture, pixels right and down.
+/// Position in the picture, pixels right and down.
 type Place = (f32, f32);
 
-/// What a picture is made of.
+/// An element of a picture.
 #[derive(Clone, Debug, PartialEq)]
 enum Shape {
     Line {
@@ -59,19 +59,19 @@ enum Shape {
         color: Color,
     },
     Words {
-        /// Left end of the line they stand on.
+        /// Left end of the baseline.
         at: Place,
         words: String,
         large: bool,
     },
 }
 
-/// A track as a drawing, to be written in one form or another.
+/// The drawing of a track.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Picture(Vec<Shape>);
 
 impl Picture {
-    /// Draws a track under a title, and why it is not all of it. `None` where there is not one position.
+    /// Draws a track with its title and the reason why it is not complete; `None` where there is no position.
     #[must_use]
     pub fn new(title: &str, track: &Track, problem: Option<&CaptureError>) -> Option<Self> {
         let [x, y] = track.bounds_in()?;
@@ -89,13 +89,13 @@ impl Picture {
         Some(Self(shapes))
     }
 
-    /// As SVG.
+    /// The picture as SVG.
     #[must_use]
     pub fn svg(&self) -> String {
         svg::draw(&self.0)
     }
 
-    /// As PNG.
+    /// The picture as PNG.
     ///
     /// # Errors
     /// When it cannot be encoded.
@@ -104,18 +104,18 @@ impl Picture {
     }
 }
 
-/// From inches to pixels.
+/// Conversion from inches to pixels.
 #[expect(clippy::struct_field_names, reason = "units come last")]
 struct Scale {
     pixels_per_in: f32,
     left_in: f32,
     top_in: f32,
-    /// Length of the scale bar and distance of the grid's lines, inches.
+    /// Length of the scale bar and distance of the grid lines, inches.
     bar_in: f32,
 }
 
 impl Scale {
-    /// A robot that stood still is shown on this much floor.
+    /// Smallest floor shown, inches.
     const SPAN_MIN_IN: f32 = 36.0;
     const MARGIN: f32 = 1.08;
     const BARS_IN: [f32; 9] = [6.0, 12.0, 24.0, 60.0, 120.0, 240.0, 600.0, 1200.0, 2400.0];
@@ -134,7 +134,7 @@ impl Scale {
         }
     }
 
-    /// +Y is up.
+    /// Position of a place; +Y is up.
     fn place(&self, x_in: f32, y_in: f32) -> Place {
         let x = PLOT[0] + (x_in - self.left_in) * self.pixels_per_in;
         (x, PLOT[1] + (self.top_in - y_in) * self.pixels_per_in)
@@ -183,7 +183,7 @@ fn grid(shapes: &mut Vec<Shape>, scale: &Scale) {
     }
 }
 
-/// One line for every stretch that was driven by the same, and a dashed one where it is not known.
+/// Draws one line for each stretch of the same behaviour; a dashed one where lines were lost.
 fn way(shapes: &mut Vec<Shape>, scale: &Scale, track: &Track) {
     let mut points = track.points.iter().peekable();
     while let Some(first) = points.next() {
@@ -207,7 +207,7 @@ fn way(shapes: &mut Vec<Shape>, scale: &Scale, track: &Track) {
             } else {
                 places.push(at);
                 if next.holder != last.holder {
-                    // The way to a point was driven by whoever drove there when it was told.
+                    // The stretch to a point has the behaviour of its end.
                     let from = places[places.len().saturating_sub(2)];
                     let end = places.len() - 1;
                     push_line(shapes, places[..end].to_vec(), color(last.holder), false);
@@ -294,7 +294,7 @@ fn start(shapes: &mut Vec<Shape>, center: Place) {
     }
 }
 
-/// An arrowhead that looks where the robot looked.
+/// Draws an arrowhead with the robot's heading.
 fn end(shapes: &mut Vec<Shape>, (x, y): Place, heading: f32) {
     let at = |ahead: f32, right: f32| {
         let (sin, cos) = heading.sin_cos();

@@ -1,14 +1,14 @@
-//! A picture as SVG.
+//! Pictures as SVG.
 
 use std::fmt::Write as _;
 
 use super::{Color, HEIGHT, Place, Shape, WIDTH};
 
-/// Sizes of letters, pixels.
+/// Font sizes, pixels.
 const LARGE: u8 = 22;
 const SMALL: u8 = 16;
 
-/// Writes it out. A string takes everything, so that nothing here can fail.
+/// The shapes as an SVG document. Writing to a string cannot fail.
 pub(super) fn draw(shapes: &[Shape]) -> String {
     let mut svg = format!(
         "<svg xmlns=\"http://www.w3.org/2000/svg\" viewBox=\"0 0 {WIDTH} {HEIGHT}\" \
@@ -75,7 +75,7 @@ fn hex([red, green, blue]: Color) -> String {
     format!("#{red:02x}{green:02x}{blue:02x}")
 }
 
-/// Words as XML takes them.
+/// Text escaped for XML.
 pub(in super::super) fn escaped(words: &str) -> String {
     let mut text = String::with_capacity(words.len());
     for c in words.chars() {

@@ -1,14 +1,14 @@
-//! How two runs differ.
+//! Comparison of two runs.
 
 use super::Course;
 use super::course::{Place, way};
 pub use crate::runs::figures::{Apart, Comparison, Figures};
 
-/// Places compared; more would say nothing new and take time by the square.
+/// Maximum places compared; time grows with the square.
 const PLACES_MAX: usize = 2048;
 
 impl Figures {
-    /// Those of a course.
+    /// The figures of a course.
     #[must_use]
     pub fn of(capture: String, label: super::Label, course: &Course) -> Self {
         Self {
@@ -25,9 +25,8 @@ impl Figures {
 }
 
 impl Apart {
-    /// From each place of either course to the nearest of the other; `None` when one has no place.
-    ///
-    /// Both are taken as they were reported: in the robot's own frame, as it was last set.
+    /// Distances from each place of either course to the other, both in the robot's frame as reported; `None` when one has no
+    /// place.
     #[must_use]
     pub fn between(a: &Course, b: &Course) -> Option<Self> {
         let (a, b) = (places(a), places(b));
@@ -59,7 +58,7 @@ fn places(course: &Course) -> Vec<Place> {
     points.iter().copied().step_by(every).collect()
 }
 
-/// From a place to a line through others, inches.
+/// Distance from a place to a line through others, inches.
 fn nearest_in(place: Place, line: &[Place]) -> f64 {
     let alone = way(place, line[0]);
     line.windows(2)

@@ -1,4 +1,4 @@
-//! The way a run took, as the robot reported it, in bounded memory.
+//! The path of a run as reported by the robot, in bounded memory.
 
 use std::time::Duration;
 
@@ -11,24 +11,22 @@ use crate::odometer::{can_be_driven, seconds_of, slots_between};
 pub use crate::runs::figures::Place;
 use crate::{Capture, CaptureError};
 
-/// Points kept; a longer way is kept more coarsely.
+/// Maximum points; a longer path is kept more coarsely.
 const POINTS_MAX: usize = 4096;
 
-/// Distance between two points at the start, inches.
+/// Initial distance between two points, inches.
 const SPACING_IN: f64 = 1.0;
 
-/// The way from the place where the robot's odometer was last set.
-///
-/// What came before lies in another frame and cannot be laid over it.
+/// The path since the robot's odometer was last reset. Earlier positions are in another frame.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Course {
     points: Vec<Place>,
     spacing_in: f64,
-    /// Where it began and ended, and when, since the beginning of the capture.
+    /// First and last position report.
     ends: Option<(Fix, Fix)>,
-    /// Way driven, inches.
+    /// Distance driven, inches.
     pub distance_in: f64,
-    /// How often the odometer was set in the middle: each time the course began anew.
+    /// Odometer resets in the middle, each of which began a new course.
     pub restarts: u32,
     bumps: Bumps,
 }
@@ -54,8 +52,7 @@ impl Default for Course {
 }
 
 impl Course {
-    /// Reads a whole capture; returns what was seen beside it, and why that is not all. A capture that is
-    /// damaged gives the rest of it.
+    /// Reads a whole capture; returns its course, the decoder's totals, and the reason why they are not complete.
     pub fn read(capture: &mut Capture) -> (Self, Counters, Option<CaptureError>) {
         let mut course = Self::default();
         let mut decoder = Decoder::default();
@@ -130,25 +127,25 @@ impl Course {
         self.bumps.total()
     }
 
-    /// Places it passed, in order, evenly spaced.
+    /// Places in order, evenly spaced.
     #[must_use]
     pub fn points(&self) -> &[Place] {
         &self.points
     }
 
-    /// Where it began.
+    /// First place.
     #[must_use]
     pub fn start(&self) -> Option<Place> {
         self.ends.map(|(first, _)| first.place)
     }
 
-    /// Where it ended.
+    /// Last place.
     #[must_use]
     pub fn end(&self) -> Option<Place> {
         self.ends.map(|(_, last)| last.place)
     }
 
-    /// From its first report to its last.
+    /// Time from its first report to its last.
     #[must_use]
     pub fn duration(&self) -> Duration {
         self.ends.map_or(Duration::ZERO, |(first, last)| {
@@ -156,14 +153,14 @@ impl Course {
         })
     }
 
-    /// From where it ended back to where it began, inches: what is wrong after a round.
+    /// Distance from its end to its beginning, inches: the error after a round.
     #[must_use]
     pub fn closing_error_in(&self) -> Option<f64> {
         self.ends.map(|(first, last)| way(first.place, last.place))
     }
 }
 
-/// Between two places, inches.
+/// Distance between two places, inches.
 pub(super) fn way(a: Place, b: Place) -> f64 {
     (a.0 - b.0).hypot(a.1 - b.1)
 }

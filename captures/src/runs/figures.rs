@@ -1,35 +1,35 @@
-//! What runs amount to, as they are listed and compared: the same words on paper and on the screen.
+//! Figures of runs, listed and compared as text and on the screen.
 
 use std::fmt;
 use std::io::{self, Write};
 
 use serde::Serialize;
 
-/// A place on the floor in the robot's own frame: east and north, inches.
+/// A place in the robot's frame: east and north, inches.
 pub type Place = (f64, f64);
 
-/// What a run amounts to.
+/// The figures of a run.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Figures {
     /// The capture.
     pub capture: String,
-    /// What its operator calls it.
+    /// The operator's name of the run.
     pub name: Option<String>,
-    /// Why it does not count.
+    /// Reason why it does not count.
     pub void: Option<String>,
-    /// From the first report of its course to the last, seconds.
+    /// Time from the first position report to the last, seconds.
     pub duration_s: f64,
-    /// Way driven, inches.
+    /// Distance driven, inches.
     pub distance_in: f64,
-    /// From where it ended back to where it began, inches; none without a report.
+    /// Distance from its end to its beginning, inches; `None` without a report.
     pub closing_error_in: Option<f64>,
     /// Contacts of the bumper.
     pub bumps: u32,
-    /// How often the odometer was set in the middle; the figures are of what came after the last time.
+    /// Odometer resets in the middle; the figures count from the last.
     pub restarts: u32,
 }
 
-/// Above the rows of a list of runs.
+/// Header of a list of runs.
 pub const HEADING: &str = "     time        way    closing  bumps        capture";
 
 /// A row of a list of runs.
@@ -57,28 +57,28 @@ impl fmt::Display for Figures {
     }
 }
 
-/// How far two courses are from each other.
+/// Distance between two courses.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 pub struct Apart {
-    /// On average over both courses, inches.
+    /// Mean over both courses, inches.
     pub mean_in: f64,
-    /// At most, inches.
+    /// Maximum, inches.
     pub worst_in: f64,
-    /// Where on one of them, inches.
+    /// Place of the maximum, inches.
     pub worst_at_in: Place,
 }
 
-/// Two runs side by side.
+/// A comparison of two runs.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Comparison {
-    /// The one and the other.
+    /// Both runs.
     pub runs: [Figures; 2],
-    /// Between their courses.
+    /// Distance between their courses.
     pub apart: Option<Apart>,
 }
 
 impl Comparison {
-    /// Writes it for a person.
+    /// Writes the comparison as text.
     ///
     /// # Errors
     /// When the output takes no more.
@@ -167,7 +167,7 @@ impl Comparison {
     }
 }
 
-/// The end of a long name: that is where captures differ.
+/// The end of a long name, where captures differ.
 fn short(name: &str) -> String {
     const WIDTH: usize = 18;
     let length = name.chars().count();
@@ -181,21 +181,21 @@ fn short(name: &str) -> String {
 /// The runs in a folder.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Listed {
-    /// The folder, or what else was looked at.
+    /// Name of the folder or the files.
     pub folder: String,
-    /// What could be read, by the names of the captures.
+    /// Figures of the runs, by file name.
     pub runs: Vec<Figures>,
-    /// What could not, each a line for a person.
+    /// Problems, one line each.
     pub problems: Vec<String>,
 }
 
-/// Two runs, and the ways they took.
+/// Two runs and their courses.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Overlaid {
-    /// How they differ.
+    /// The comparison.
     pub comparison: Comparison,
-    /// Places that each passed, in order.
+    /// Places of each course, in order.
     pub ways: [Vec<Place>; 2],
-    /// Why that is not all, each a line for a person.
+    /// Problems, one line each.
     pub problems: Vec<String>,
 }

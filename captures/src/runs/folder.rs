@@ -11,35 +11,35 @@ use super::{Course, Label};
 use crate::runs::figures::Figures;
 use crate::{Capture, CaptureError};
 
-/// A file without one line of a robot in so many bytes is something else.
+/// Bytes of a file that are searched for a line of a robot.
 const LOOK_BYTES: usize = 64 * 1024;
 
-/// A run could not be looked at.
+/// A run cannot be read.
 #[derive(Debug, thiserror::Error)]
 pub enum RunError {
-    /// What is said of it.
+    /// Its label.
     #[error(transparent)]
     Label(#[from] LabelError),
-    /// The capture.
+    /// Its capture.
     #[error(transparent)]
     Capture(#[from] CaptureError),
 }
 
-/// What could be read of a run.
+/// A run as far as it could be read.
 #[derive(Debug)]
 pub struct Run {
-    /// What it amounts to.
+    /// Its figures.
     pub figures: Figures,
-    /// The way it took.
+    /// Its path.
     pub course: Course,
-    /// What was seen beside it.
+    /// The decoder's totals.
     pub counters: Counters,
-    /// Why that is not all.
+    /// Reason why it is not complete.
     pub problem: Option<CaptureError>,
 }
 
 impl Run {
-    /// Reads a whole capture and what is said of it.
+    /// Reads a whole capture and its label.
     ///
     /// # Errors
     /// When either cannot be opened.
@@ -65,7 +65,7 @@ pub fn captures(folder: &Path) -> io::Result<Vec<PathBuf>> {
     for entry in fs::read_dir(folder)? {
         let file = entry?.path();
         if is_capture(&file) {
-            // Nobody writes `./` before the name of a file at hand.
+            // Names in the current folder have no `./`.
             let short = file.strip_prefix(".").map(Path::to_owned);
             found.push(short.unwrap_or(file));
         }

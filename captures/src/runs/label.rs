@@ -1,4 +1,4 @@
-//! What an operator says of a run, in a small TOML file beside its capture.
+//! The operator's label of a run, in a small TOML file beside its capture.
 
 use std::fs::{self, File};
 use std::io::{self, ErrorKind, Write};
@@ -12,13 +12,13 @@ use crate::event::Remark;
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Label {
-    /// What to call the run.
+    /// Name of the run.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub name: Option<String>,
-    /// Why the run does not count; one that counts says nothing.
+    /// Reason why the run does not count; `None` of one that counts.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub void: Option<String>,
-    /// Remarks, in the order they were made.
+    /// Remarks in the order they were made.
     #[serde(default, rename = "note", skip_serializing_if = "Vec::is_empty")]
     pub notes: Vec<Note>,
 }
@@ -27,14 +27,14 @@ pub struct Label {
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Note {
-    /// The moment it is about, seconds since the capture began; none when it is about all of it.
+    /// Its moment, seconds since the capture began; `None` of a remark about the whole run.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub at_s: Option<f64>,
-    /// The remark.
+    /// Its text.
     pub text: String,
 }
 
-/// A label has no other place than beside its capture.
+/// Header of the file.
 fn hint(error: &io::Error) -> &'static str {
     match error.kind() {
         ErrorKind::PermissionDenied | ErrorKind::ReadOnlyFilesystem => {
@@ -51,24 +51,24 @@ pub enum LabelError {
     /// The operating system.
     #[error("cannot {action} {}: {error}{}", path.display(), hint(error))]
     File {
-        /// What was tried.
+        /// The action that failed.
         action: &'static str,
         /// The label's file.
         path: PathBuf,
         /// What the operating system says.
         error: io::Error,
     },
-    /// Somebody wrote in it what this program does not understand; it is left as it is.
+    /// The file cannot be parsed; it is left as it is.
     #[error("{} is no label of a run: {problem}; mend it by hand, or delete it to start anew", path.display())]
     Malformed {
         /// The label's file.
         path: PathBuf,
-        /// What is wrong, and where.
+        /// The mistake and its place.
         problem: String,
     },
 }
 
-/// The file beside a capture: `evening.mcap.run.toml`.
+/// Path of the label of a capture: `evening.mcap.run.toml`.
 #[must_use]
 pub fn file_of(capture: &Path) -> PathBuf {
     let mut name = capture.as_os_str().to_owned();
@@ -77,10 +77,10 @@ pub fn file_of(capture: &Path) -> PathBuf {
 }
 
 impl Label {
-    /// The label of a capture; an empty one where nobody has said anything.
+    /// The label of a capture; an empty one where there is no file.
     ///
     /// # Errors
-    /// When there is one that cannot be read or understood.
+    /// When the file cannot be read or parsed.
     pub fn of(capture: &Path) -> Result<Self, LabelError> {
         let path = file_of(capture);
         let text = match fs::read_to_string(&path) {
@@ -100,8 +100,7 @@ impl Label {
         })
     }
 
-    /// Puts it beside the capture. Whatever happens on the way, the old label or the new one is there,
-    /// whole.
+    /// Saves the label beside the capture. A failure leaves the old label whole.
     ///
     /// # Errors
     /// When it cannot be written.
@@ -129,7 +128,7 @@ impl Label {
             })
     }
 
-    /// Takes what an operator said of it at a moment, seconds since the capture began; only a note has one.
+    /// Applies a remark of the operator; `at_s`, seconds since the capture began, is used by notes only.
     pub fn take(&mut self, at_s: Option<f64>, remark: &Remark) {
         match remark {
             Remark::Name(name) => self.name = Some(name.clone()),
@@ -139,7 +138,7 @@ impl Label {
         }
     }
 
-    /// Adds a remark, of a moment or of the whole run.
+    /// Adds a remark about a moment or the whole run.
     pub fn remark(&mut self, at_s: Option<f64>, text: &str) {
         self.notes.push(Note {
             at_s,

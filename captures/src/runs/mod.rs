@@ -1,7 +1,7 @@
-//! Runs: captures with what their operator has to say of them, and how two of them differ.
+//! Runs: captures with their operator's labels, and comparisons of two.
 //!
-//! A capture is evidence and is never written to again; what people think of it stands beside it, in a
-//! [`label`]. A [`course`] is the way a run took, and a [`comparison`] lays two of them over each other.
+//! A finished capture is never changed; the operator's remarks are in a [`label`] beside it. A [`course`] is the path of a run, and
+//! a [`comparison`] lays two of them over each other.
 
 pub mod comparison;
 pub mod course;

@@ -1,4 +1,4 @@
-//! Two courses over each other as a drawing in SVG.
+//! Two courses over each other as SVG.
 
 use std::fmt::Write as _;
 
@@ -6,23 +6,22 @@ use super::Course;
 use super::course::Place;
 use crate::picture::svg::escaped;
 
-/// Told apart by colour-blind people and, by the dashes, in print.
+/// Colours for colour-blind readers, and dashes for print.
 const STYLES: [&str; 2] = [
     "stroke=\"#0072b2\"",
     "stroke=\"#d55e00\" stroke-dasharray=\"3 2\"",
 ];
 
-/// Room around the courses, inches.
+/// Margin around the courses, inches.
 const MARGIN_IN: f64 = 12.0;
 
-/// Room for the legend below them, inches.
+/// Height of the legend, inches.
 const LEGEND_IN: f64 = 26.0;
 
-/// Pixels to the inch.
+/// Pixels per inch.
 const SCALE: f64 = 4.0;
 
-/// An SVG document: both courses to one scale, north up, with their names, a circle where each began, a
-/// square where it ended, and a bar of a length that is said.
+/// Both courses as an SVG document to one scale, north up: names, circles at the beginnings, squares at the ends, a scale bar.
 #[must_use]
 pub fn overlay(courses: [&Course; 2], names: [&str; 2]) -> String {
     let all = || courses.iter().flat_map(|course| course.points());

@@ -1,13 +1,13 @@
-//! Two courses over each other in characters, for a terminal or a text file.
+//! Two courses over each other as characters.
 
 use super::Course;
 use super::course::Place;
 
-/// A character is about twice as high as it is wide.
+/// Height of a character over its width.
 const CELL_RATIO: f64 = 2.0;
 
-/// Draws courses to one scale, north up, in at most so many columns and rows: `1` where only the first
-/// passed, `2` where only the second did, `#` where both did. Empty when neither has a place.
+/// Draws two courses to one scale, north up, in at most the given columns and rows: `1` for the first, `2` for the second, `#`
+/// for both. Empty when neither has a place.
 #[must_use]
 pub fn sketch(courses: [&Course; 2], columns: usize, rows: usize) -> String {
     let all = || courses.iter().flat_map(|course| course.points());

@@ -1,4 +1,4 @@
-//! How much of a direction of the radio is in use.
+//! Airtime of one direction of the radio.
 
 use std::collections::VecDeque;
 
@@ -6,19 +6,19 @@ use groundwave_protocol::BYTES_PER_S;
 
 use crate::event::Moment;
 
-/// The share is taken over this long.
+/// Window of the airtime.
 const WINDOW: Moment = Moment::from_secs(20);
 
 /// Bytes of the latest seconds.
 #[derive(Clone, Debug, Default)]
 pub(super) struct Airtime {
-    /// When the first bytes began to pass.
+    /// Time at which the first bytes began.
     begun: Option<Moment>,
-    /// What passed in each second in which anything did, oldest first.
+    /// Bytes of each second with any, oldest first.
     clumps: VecDeque<Clump>,
 }
 
-/// Bytes and the moment at which the last of them had passed.
+/// Number of bytes and the time of the last of them.
 #[derive(Clone, Copy, Debug)]
 struct Clump {
     until: Moment,
@@ -45,9 +45,8 @@ impl Airtime {
         }
     }
 
-    /// Per cent of the time in which the radio carried something, over the window or since the beginning, at
-    /// least a second. Bytes were in the air before the moment at which they are told of, and before those
-    /// that came after them: so it never exceeds 100, however they clump.
+    /// Airtime over the window or since the beginning, at least a second, per cent. Bytes were in the air before they arrive and
+    /// before later ones, so that it never exceeds 100.
     pub(super) fn share_pct(&self, now: Moment) -> f64 {
         let Some(begun) = self.begun else {
             return 0.0;
@@ -66,12 +65,12 @@ impl Airtime {
     }
 }
 
-/// How long the radio takes for so many bytes.
+/// Transmission time of a number of bytes.
 fn air(bytes: u64) -> Moment {
     Moment::from_micros(bytes.saturating_mul(1_000_000) / u64::from(BYTES_PER_S))
 }
 
-/// So many bytes in a time, in per cent of what the radio can carry in it; nothing in no time.
+/// Airtime of a number of bytes in a time, per cent; 0 in no time.
 #[must_use]
 pub fn share_pct(bytes: u64, time: Moment) -> f64 {
     if time.is_zero() {

@@ -1,17 +1,17 @@
-//! Frames in what was sent, and which of them had gone before.
+//! Frames sent, and which of them were repeated.
 
 use groundwave_protocol::command::{BLOCK_WAYPOINTS, FRAME_BYTES_MAX, Message, Open};
 use groundwave_protocol::crc;
 
 use crate::event::Moment;
 
-/// A STOP that follows another within this is the same one.
+/// Time within which a second STOP is a repetition.
 const STOP_AGAIN: Moment = Moment::from_secs(1);
 
-/// Reads what was sent, byte for byte, in any chunking.
+/// Counts the frames in the bytes sent, however they are split.
 #[derive(Clone, Debug, Default)]
 pub struct Uplink {
-    /// Bytes since the latest line feed; one more than a frame holds means too long.
+    /// Bytes since the latest line feed, at most one more than a frame has.
     run: Vec<u8>,
     bytes: u64,
     frames: u64,
@@ -20,7 +20,7 @@ pub struct Uplink {
     open: Option<Open>,
     /// The latest command with its checksum, which tells sessions apart.
     command: Vec<u8>,
-    /// The list under way and its blocks that have gone.
+    /// The route under way and the blocks of it that were sent.
     tag: u8,
     blocks: u128,
 }
@@ -53,13 +53,13 @@ impl Uplink {
         self.frames
     }
 
-    /// Those of them that had gone before.
+    /// Frames that were repeated.
     #[must_use]
     pub const fn frames_again(&self) -> u64 {
         self.again
     }
 
-    /// What is no frame, like one that a STOP cut short, counts as bytes only.
+    /// Counts a frame; one cut short by a STOP counts as bytes only.
     fn end_frame(&mut self, now: Moment) {
         let content = self.run.len().saturating_sub(crc::CHARACTERS);
         let Some(message) = Message::parse(&self.run[..content]) else {

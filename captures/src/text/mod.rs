@@ -1,9 +1,8 @@
-//! Captures that are text: the robot's lines, when they came, and how somebody stored them.
+//! Raw text: the robot's lines, their times, and the style in which they are stored.
 //!
-//! A tee writes what the radio delivered, byte for byte, and knows no time: its lines came as from a
-//! 2400-baud radio that never paused. Other stations and tools put a time before each line, and what was
-//! copied as text may have lost the CR of its line ends or got another one. The first intact lines say how a
-//! capture is stored; everybody who reads one gets from here what the radio delivered, and when.
+//! `tee` writes the radio's bytes without times: they count as coming from a 2400-baud radio without pauses. Other programs put a
+//! timestamp before each line, and copied text may have lost the CR of its line ends or gained a second one. The first intact
+//! lines show the style; readers get the radio's bytes and their times.
 
 mod reader;
 mod stamps;
@@ -18,28 +17,28 @@ use crate::event::Moment;
 pub use reader::TextReader;
 use stamps::{STAMP_BYTES_MAX, Stamps};
 
-/// An intact line is looked for in so much of the beginning: four minutes of noise.
+/// Bytes at the beginning that are searched for intact lines: four minutes of noise.
 pub(super) const HEAD_BYTES: usize = 64 * 1024;
 
-/// So many intact lines must be stored alike.
+/// Intact lines that must have the same style.
 const WITNESSES: usize = 3;
 
-/// The longest line with a time before it; what is longer is taken apart.
+/// Longest line with a timestamp, bytes; longer ones are split.
 const STAMPED_BYTES_MAX: usize = STAMP_BYTES_MAX + LINE_BYTES + 1;
 
-/// How the lines of a capture end.
+/// Line ends of a raw text.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 enum Ends {
-    /// In CR LF, as the robot sends them.
+    /// CR LF, as the robot sends them.
     #[default]
     AsSent,
-    /// In LF.
+    /// LF.
     Lf,
-    /// In CR CR LF.
+    /// CR CR LF.
     CrCrLf,
 }
 
-/// How a capture is stored.
+/// Style of a raw text.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Style {
     stamps: Option<Stamps>,
@@ -47,9 +46,8 @@ pub struct Style {
 }
 
 impl Style {
-    /// As the first intact lines of a beginning say; `None` where there are too few of them. One that is as the robot
-    /// sent it decides at once. One that is not may have come so: a radio loses a CR, and the end of one line stands before
-    /// the next like a time.
+    /// Style of the first intact lines; `None` where there are too few. A line as the robot sent it decides at once; another may
+    /// be an accident, as a radio loses a CR and leaves the end of one line before the next.
     #[must_use]
     pub fn of(head: &[u8]) -> Option<Self> {
         let mut lines = head
@@ -67,7 +65,7 @@ impl Style {
                 style.ends = Ends::AsSent;
             }
         }
-        // Times count from the first one, whatever stands behind it.
+        // Times count from the first timestamp, also of a damaged line.
         if let Some(like) = style.stamps {
             let mut lines = head.split_inclusive(|&byte| byte == b'\n');
             let is_like = |stamps: &Stamps| stamps.is_like(&like);
@@ -76,7 +74,7 @@ impl Style {
         Some(style)
     }
 
-    /// How an intact line is stored; `None` of one that is not.
+    /// Style of an intact line; `None` of another.
     fn of_line(line: &[u8]) -> Option<Self> {
         let ends = Ends::of(line);
         let length = match intact(&ends.restore(line))? {
@@ -88,7 +86,7 @@ impl Style {
         Some(Self { stamps, ends })
     }
 
-    /// What differs from the radio's bytes, for a person; nothing where nothing does.
+    /// Differences from the radio's bytes as text; `None` where there are none.
     #[must_use]
     pub fn words(&self) -> Option<String> {
         let stamps = self.stamps.map(|_| "with a time before each line");
@@ -101,23 +99,23 @@ impl Style {
         (!words.is_empty()).then(|| words.join(", "))
     }
 
-    /// Time of day at the beginning of the capture, since 1970, if its lines say it.
+    /// Time since 1970 of the beginning, if timestamps have a date.
     #[must_use]
     pub fn unix(&self) -> Option<Moment> {
         self.stamps.and_then(|stamps| stamps.unix())
     }
 
-    /// Whether its lines say their time.
+    /// Whether lines have timestamps.
     pub(super) const fn is_stamped(&self) -> bool {
         self.stamps.is_some()
     }
 
-    /// Whether their time is that of a clock without a date.
+    /// Whether timestamps wrap around, without a full date.
     pub(super) fn goes_round(&self) -> bool {
         self.stamps.is_some_and(|stamps| stamps.go_round())
     }
 
-    /// No piece is longer.
+    /// Length of the longest piece, bytes.
     pub(super) const fn reach(&self) -> usize {
         match (self.stamps, self.ends) {
             (Some(_), _) => STAMPED_BYTES_MAX,
@@ -126,26 +124,26 @@ impl Style {
         }
     }
 
-    /// Bytes of the first piece of these, of which there are at least [`Self::reach`] unless the capture ends: a
-    /// line, noise or not, or a part of one that is too long.
+    /// Length of the first piece of `bytes`: a line, or a part of one that is too long. There are at least [`Self::reach`] bytes
+    /// unless the capture ends.
     pub(super) fn piece_bytes(&self, bytes: &[u8]) -> usize {
         let reach = bytes.len().min(self.reach());
         line_feed(&bytes[..reach]).map_or(reach, |at| at + 1)
     }
 
-    /// The time that a piece says, after one that came at `last`.
+    /// Timestamp of a piece that follows one at `last`.
     pub(super) fn said(&self, piece: &[u8], last: Moment) -> Option<Moment> {
         Some(self.stamps?.read(piece, last)?.at)
     }
 
-    /// The time up to which a piece may have come by what it says: a whole second may be meant.
+    /// Latest time of a piece by its timestamp, whose last digit may be a whole second.
     pub(super) fn said_until(&self, piece: &[u8], last: Moment) -> Option<Moment> {
         let stamped = self.stamps?.read(piece, last)?;
         Some(stamped.at + stamped.resolution)
     }
 
-    /// When a piece came, since the capture began. It ends at this byte of the file and comes after one that came at
-    /// `last`. Lines that say the same time follow each other as on the radio.
+    /// Time of a piece since the capture began. It ends at byte `end` of the file and follows one at `last`. Lines with the same
+    /// timestamp follow each other as on the radio.
     pub(super) fn time(&self, piece: &[u8], end: u64, last: Moment) -> Moment {
         let Some(stamps) = self.stamps else {
             return self.on_the_wire(end);
@@ -161,7 +159,7 @@ impl Style {
         }
     }
 
-    /// How long so many bytes of the file take on a 2400-baud radio.
+    /// Transmission time of a number of bytes of the file at 2400 baud.
     pub(super) fn on_the_wire(&self, bytes: u64) -> Moment {
         const LINE: u64 = LINE_BYTES as u64;
         on_the_wire(match self.ends {
@@ -172,7 +170,7 @@ impl Style {
         })
     }
 
-    /// What the radio delivered of a piece.
+    /// The radio's bytes of a piece.
     pub(super) fn radio<'a>(&self, piece: &'a [u8]) -> Cow<'a, [u8]> {
         let stamped = self
             .stamps
@@ -191,7 +189,7 @@ impl Ends {
         }
     }
 
-    /// With the end that the robot gave it.
+    /// The line with the robot's line end.
     fn restore(self, line: &[u8]) -> Cow<'_, [u8]> {
         let kept = match (self, Self::of(line)) {
             (Self::Lf, Self::Lf) => line.strip_suffix(b"\n"),
@@ -204,7 +202,7 @@ impl Ends {
         }
     }
 
-    /// Bytes that a line of so many has in the file.
+    /// Length in the file of a line sent with `sent` bytes.
     const fn stored_bytes(self, sent: usize) -> usize {
         match self {
             Self::AsSent => sent,
@@ -214,8 +212,7 @@ impl Ends {
     }
 }
 
-/// Where the first line feed is. Most often it is the last byte: whether there is one before it is found out several bytes
-/// at a time.
+/// Index of the first line feed. It is the last byte most often, so the bytes before it are checked at once.
 pub(super) fn line_feed(bytes: &[u8]) -> Option<usize> {
     let (last, head) = bytes.split_last()?;
     if head.contains(&b'\n') {
@@ -228,7 +225,7 @@ fn intact(line: &[u8]) -> Option<Received> {
     Decoder::default().lines(line).next()
 }
 
-/// How long so many bytes take at 2400 baud.
+/// Transmission time of a number of bytes at 2400 baud.
 #[must_use]
 pub fn on_the_wire(bytes: u64) -> Moment {
     const RATE: u64 = BYTES_PER_S as u64;

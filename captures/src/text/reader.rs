@@ -1,4 +1,4 @@
-//! Reads a capture that is text from its front.
+//! Reads raw text from its beginning.
 
 use std::borrow::Cow;
 use std::io::{self, Read};
@@ -9,27 +9,25 @@ use crate::event::Moment;
 /// A line, noise or not, or 80 bytes without an end.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Piece<'a> {
-    /// When it came, since the capture began.
+    /// Time since the capture began.
     pub at: Moment,
-    /// What the radio delivered.
+    /// The radio's bytes.
     pub radio: &'a [u8],
-    /// What stands in the file.
+    /// The bytes of the file.
     pub stored: &'a [u8],
 }
 
-/// Reads pieces; they are the same however the bytes arrive.
-///
-/// Nothing is given out before it is known how the capture is stored, which its first intact line says.
+/// Reads pieces; they do not depend on how the bytes arrive. The first piece waits until the style is known.
 pub struct TextReader<R> {
     source: R,
     buffer: Box<[u8]>,
-    /// What has been read and not yet given out.
+    /// The bytes read and not yet given out.
     unread: std::ops::Range<usize>,
     has_ended: bool,
     style: Option<Style>,
     offset: u64,
     last: Moment,
-    /// What the radio delivered of the latest piece, where the file has something else.
+    /// The radio's bytes of the latest piece, where the file has others.
     radio: Vec<u8>,
 }
 
@@ -48,7 +46,7 @@ impl<R: Read> TextReader<R> {
         }
     }
 
-    /// How the capture is stored.
+    /// Style of the text.
     ///
     /// # Errors
     /// When reading fails.
@@ -59,7 +57,7 @@ impl<R: Read> TextReader<R> {
                 return Ok(style);
             }
             let unread = &self.buffer[self.unread.clone()];
-            // A beginning is judged anew when there is another line of it.
+            // Each further line is considered.
             if unread[judged..].contains(&b'\n') {
                 self.style = Style::of(unread);
             }
@@ -74,7 +72,7 @@ impl<R: Read> TextReader<R> {
         }
     }
 
-    /// Likewise, as far as has been read.
+    /// Style of the text, if known so far.
     #[must_use]
     pub const fn judged(&self) -> Option<Style> {
         self.style

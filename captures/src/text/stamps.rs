@@ -10,7 +10,7 @@ const BACK_MAX: Moment = Moment::from_hours(1);
 /// Bytes of a line in which its stamp must end.
 pub(super) const STAMP_BYTES_MAX: usize = 48;
 
-/// How the lines of a capture are stamped.
+/// Kind of timestamp.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 enum Kind {
     /// Seconds since 1970, or a date with its year.
@@ -24,7 +24,7 @@ enum Kind {
 }
 
 impl Kind {
-    /// After so long the stamps begin anew.
+    /// Time after which timestamps wrap around.
     const fn round(self) -> Option<Moment> {
         match self {
             Self::Unix | Self::Seconds => None,
@@ -38,39 +38,38 @@ impl Kind {
 struct Stamp {
     kind: Kind,
     at: Moment,
-    /// What the last digit stands for.
+    /// Unit of the last digit.
     resolution: Moment,
-    /// Bytes of the line that belong to it.
+    /// Bytes of the line that it takes.
     length: usize,
 }
 
-/// The stamps of a capture that has them.
+/// The timestamps of a raw text.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) struct Stamps {
     kind: Kind,
     base: Moment,
 }
 
-/// A line's own time.
+/// Timestamp of a line.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) struct Stamped {
     /// Since the capture began.
     pub(super) at: Moment,
-    /// What its last digit stands for.
+    /// Unit of its last digit.
     pub(super) resolution: Moment,
-    /// Bytes of the line that say it.
+    /// Bytes of the line that it takes.
     pub(super) length: usize,
 }
 
 impl Stamps {
-    /// Stamps like the one of this line, which is the first, counted from it.
+    /// Timestamps of the kind of this first line, counted from it.
     pub(super) fn like(first: &[u8]) -> Option<Self> {
         let Stamp { kind, at, .. } = parse(first)?;
         Some(Self { kind, base: at })
     }
 
-    /// The time at the beginning of a line, after one that came at `last`: a clock that shows no more than the
-    /// time of day has gone round then.
+    /// Timestamp of a line that follows one at `last`: a clock without a date has wrapped around where it runs back.
     pub(super) fn read(&self, line: &[u8], last: Moment) -> Option<Stamped> {
         let stamp = parse(line).filter(|stamp| stamp.kind == self.kind)?;
         let at = match self.kind.round() {
@@ -96,30 +95,30 @@ impl Stamps {
         })
     }
 
-    /// Whether these are of the same kind.
+    /// Whether both are of the same kind.
     pub(super) fn is_like(&self, other: &Self) -> bool {
         self.kind == other.kind
     }
 
-    /// Whether the clock that they are of goes round.
+    /// Whether they wrap around.
     pub(super) const fn go_round(&self) -> bool {
         self.kind.round().is_some()
     }
 
-    /// Time of day at the beginning of the capture, since 1970.
+    /// Time since 1970 at the beginning of the capture.
     pub(super) fn unix(&self) -> Option<Moment> {
         matches!(self.kind, Kind::Unix).then_some(self.base)
     }
 }
 
-/// Words of a text, and how much of it they have taken.
+/// Words of a text and the number of bytes taken.
 struct Words<'a> {
     text: &'a str,
     taken: usize,
 }
 
 impl<'a> Words<'a> {
-    /// What stands before a word is passed over.
+    /// The next word, after separators.
     fn next(&mut self) -> Option<&'a str> {
         const BETWEEN: [char; 5] = [' ', '\t', ']', ')', ';'];
         let rest = &self.text[self.taken..];
@@ -130,7 +129,7 @@ impl<'a> Words<'a> {
         (length > 0).then(|| rest[..length].trim_end_matches([':', ',']))
     }
 
-    /// With the brackets and the one space or tab that end it.
+    /// Bytes taken, with closing brackets and one space or tab.
     fn length(&self) -> usize {
         let rest = &self.text[self.taken..];
         let line = rest.trim_start_matches([']', ')', ';']);
@@ -154,7 +153,7 @@ fn parse(line: &[u8]) -> Option<Stamp> {
     })
 }
 
-/// A stamp, but for its length.
+/// A timestamp without its length.
 fn read(words: &mut Words<'_>) -> Option<Stamp> {
     let first = words.next()?;
     if let Some(stamp) = number(first).or_else(|| date_and_time(first)) {
@@ -192,7 +191,7 @@ const MONTHS: [&str; 12] = [
 /// Days of a leap year before each month.
 const DAYS_BEFORE: [u32; 12] = [0, 31, 60, 91, 121, 152, 182, 213, 244, 274, 305, 335];
 
-/// Digits of a number of seconds since 1970; fewer are since the beginning.
+/// Digits of a number of seconds since 1970; fewer digits count from the beginning.
 const UNIX_DIGITS: usize = 9;
 
 fn number(word: &str) -> Option<Stamp> {
@@ -212,7 +211,7 @@ fn number(word: &str) -> Option<Stamp> {
     })
 }
 
-/// Digits, and up to nine more after a dot or a comma.
+/// Parses seconds with up to nine decimals.
 fn seconds(word: &str) -> Option<(Moment, Moment)> {
     let (whole, part) = word.split_once('.').unwrap_or((word, ""));
     let whole = Moment::from_secs(digits(whole)?);
@@ -225,7 +224,7 @@ fn seconds(word: &str) -> Option<(Moment, Moment)> {
     Some((whole + part, Moment::from_nanos(unit_ns)))
 }
 
-/// `2026-11-21T20:46:48.123Z`, or with a zone like `+01:00`; without one it counts as Greenwich.
+/// `2026-11-21T20:46:48.123Z`, or with a zone like `+01:00`; without one it counts as UTC.
 fn date_and_time(word: &str) -> Option<Stamp> {
     let (day, rest) = word.split_once('T')?;
     let (at, resolution) = clock(rest)?;
@@ -242,7 +241,7 @@ fn unix(days: i64, at: i64, resolution: Moment) -> Option<Stamp> {
     })
 }
 
-/// Nanoseconds from midnight at Greenwich, and what the last digit stands for.
+/// Parses nanoseconds since midnight in UTC, and the unit of the last digit.
 fn clock(word: &str) -> Option<(i64, Moment)> {
     let zone_at = word.find(['Z', '+', '-']).unwrap_or(word.len());
     let (local, zone) = word.split_at(zone_at);
@@ -317,7 +316,7 @@ mod tests {
     }
 
     #[test]
-    fn the_stamps_of_others_are_read() {
+    fn timestamps_of_other_programs_are_read() {
         for (first, second, passed_ms) in [
             ("Nov 21 20:46:48", "Nov 21 20:46:49", 1000),
             ("Dec 31 23:59:59", "Jan 01 00:00:01", 2000),
@@ -352,7 +351,7 @@ mod tests {
     }
 
     #[test]
-    fn a_clock_without_a_date_goes_round_as_often_as_it_must() {
+    fn a_clock_without_a_date_wraps_around_each_day() {
         let stamps = Stamps::like(b"23:00:00 A00\r\n").unwrap();
         let mut last = Moment::ZERO;
         for hour in 1..100_u64 {
@@ -368,13 +367,13 @@ mod tests {
     }
 
     #[test]
-    fn a_date_with_its_year_tells_the_time_of_day() {
+    fn a_date_with_a_year_gives_the_time_since_1970() {
         let stamps = Stamps::like(b"2026-11-21T20:46:48Z A00\r\n").unwrap();
         assert_eq!(stamps.unix(), Some(Moment::from_secs(1_795_294_008)));
     }
 
     #[test]
-    fn what_is_no_stamp_is_none() {
+    fn text_without_timestamps_has_none() {
         for head in [
             "A00 line",
             "12 line",
