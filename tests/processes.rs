@@ -112,12 +112,12 @@ fn the_dashboard_shows_the_robot_obeys_keys_and_gives_the_terminal_back() {
     watch.type_keys(" ");
     watch.wait_for("STOP in the ledger and proven", |text| {
         text.lines()
-            .any(|line| line.contains("stop") && line.contains("acknowledged"))
+            .any(|line| line.contains("stop") && line.contains("confirmed"))
     });
     watch.type_keys("p");
     watch.wait_for("prowl acknowledged", |text| {
         text.lines()
-            .any(|line| line.contains("mode prowl") && line.contains("acknowledged"))
+            .any(|line| line.contains("mode prowl") && line.contains("confirmed"))
     });
     watch.resize(80, 24);
     watch.wait_for("a small screen", |text| {
@@ -177,7 +177,7 @@ fn a_route_from_a_pipe_that_is_silent_stops_nothing() {
     watch.wait_for("what is wrong", |text| text.contains("choose a file"));
     // The prompt stays, for the name can be mended; there STOP is Ctrl-S.
     watch.type_keys("\x13");
-    watch.wait_for("STOP", |text| text.contains("stop: the robot acknowledged"));
+    watch.wait_for("STOP", |text| text.contains("stop: confirmed"));
     watch.type_keys("q");
     assert_eq!(watch.wait(), 0);
 }

@@ -89,10 +89,10 @@ fn a_route_under_way_at_120x40() {
     insta::assert_snapshot!(screen);
     assert!(screen.contains("DEAD RECKONING holds the motors"));
     assert!(screen.contains("newest <1 s"));
-    let list = format!("robot's list, not of this session: {digest:08X}, driven 1/4");
+    let list = format!("robot's route, not of this session: {digest:08X}, driven 1/4");
     assert!(screen.contains(&list), "{list}");
     // What this station has not sent, it does not claim.
-    assert!(!screen.contains("ACTIVE"));
+    assert!(!screen.contains(&format!("confirmed {digest:08X}")));
 }
 
 #[test]

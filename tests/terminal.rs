@@ -117,14 +117,14 @@ fn a_pasted_route_is_sent_while_the_size_changes() {
         watch.resize(columns, rows);
     }
     watch.wait_for("all of it, at the new size", |text| {
-        text.contains("ACTIVE ") && text.lines().any(|line| line.contains("── F6 log"))
+        text.contains("confirmed ") && text.lines().any(|line| line.contains("── F6 log"))
     });
     // What is too small for a dashboard says so, and STOP works there.
     watch.resize(40, 10);
     watch.wait_for("what it needs", |text| text.contains("needs 80x24"));
     watch.type_keys(" ");
     watch.resize(120, 40);
-    watch.wait_for("STOP", |text| text.contains("stop: the robot acknowledged"));
+    watch.wait_for("STOP", |text| text.contains("stop: confirmed"));
     leave(watch);
 }
 
@@ -136,11 +136,11 @@ fn a_paste_that_is_no_route_says_what_is_wrong() {
     watch.wait_for("what is wrong", |text| text.contains("pasted:2:1: "));
     // Into a prompt goes its first line, and nothing of it is done.
     watch.type_keys(":");
-    watch.wait_for("the prompt", |text| text.contains("Esc never mind"));
+    watch.wait_for("the prompt", |text| text.contains("Esc cancel"));
     watch.type_keys(&paste("mode prowl\nstop\n"));
     watch.wait_for("one line", |text| text.contains(":mode prowl▏"));
     watch.type_keys(ESC);
-    watch.wait_for("no prompt", |text| !text.contains("Esc never mind"));
+    watch.wait_for("no prompt", |text| !text.contains("Esc cancel"));
     leave(watch);
 }
 
@@ -151,12 +151,12 @@ fn esc_and_an_arrow_in_one_burst_send_nothing() {
     let mut watch = watch(&sim, &[], 120, 40);
     for keys in ["\x1b\x1b[D", "\x1b\x1b[1;2D", "\x1b\x1b[5~", "\x1b\x1bOC"] {
         watch.type_keys(":mode wander");
-        watch.wait_for("the prompt", |text| text.contains("Esc never mind"));
+        watch.wait_for("the prompt", |text| text.contains("Esc cancel"));
         watch.type_keys(keys);
-        watch.wait_for("no prompt", |text| !text.contains("Esc never mind"));
+        watch.wait_for("no prompt", |text| !text.contains("Esc cancel"));
     }
     watch.type_keys("p");
-    watch.wait_for("proof", |text| text.contains("mode prowl: acknowledged"));
+    watch.wait_for("proof", |text| text.contains("mode prowl: confirmed"));
     let text = watch.text();
     for word in ["forage", "wander", "photo", "clear"] {
         let asked = format!("{word}: ");
@@ -174,7 +174,7 @@ fn a_wrong_file_is_mended_where_it_was_typed() {
     let mut watch = watch(&sim, &[], 120, 40);
     watch.type_keys(&format!("l{}x{ENTER}", route.display()));
     watch.wait_for("that there is no such file", |text| {
-        text.contains("tour.txtx▏") && text.to_lowercase().contains("no such file")
+        text.contains("tour.txtx▏") && text.contains("file not found")
     });
     watch.type_keys(&format!("\x7f{ENTER}"));
     watch.wait_for("the draft", |text| text.contains("2 waypoints drafted"));

@@ -307,10 +307,10 @@ impl Facts {
                 digest: Some(digest),
             } => (
                 Level::Info,
-                format!("{asked}: the robot verified {digest:08X}"),
+                format!("{asked}: confirmed, digest {digest:08X}"),
             ),
             CommandStatus::Confirmed { digest: None } => {
-                (Level::Info, format!("{asked}: the robot acknowledged"))
+                (Level::Info, format!("{asked}: confirmed"))
             }
             CommandStatus::Refused(outcome) => {
                 let reason = self.robot.standing().why(asked, *outcome);

@@ -18,7 +18,7 @@ const NAME_COLUMNS: usize = 17;
 const INDENT: usize = 2;
 
 /// The key that acknowledges.
-const SEEN: &str = "<acknowledge-alarms>: seen";
+const ACKNOWLEDGE: &str = "<acknowledge-alarms>: acknowledge";
 
 impl Screen<'_> {
     /// The unacknowledged alarms as of now, even while the screen shows the past of a live session.
@@ -39,7 +39,7 @@ impl Screen<'_> {
             1 => String::new(),
             n => format!("+{} more  ", n - 1),
         };
-        let right = Span::styled(self.told(&format!("{more}{SEEN}")), self.theme.key);
+        let right = Span::styled(self.told(&format!("{more}{ACKNOWLEDGE}")), self.theme.key);
         let words = self.alarm_words(rule, raised, now);
         let text = match raised.over_at {
             Some(_) => format!("{glyph} {when}{words}"),
@@ -85,7 +85,7 @@ impl Screen<'_> {
         let calling = self.facts.alarms.calling(&self.ui.acknowledged).len();
         match calling {
             0 => String::new(),
-            n => self.told(&format!("{n} not seen, {SEEN}")),
+            n => self.told(&format!("{n} new, {ACKNOWLEDGE}")),
         }
     }
 
@@ -124,7 +124,7 @@ impl Screen<'_> {
                 let ago = age::words(now.saturating_sub(over_at));
                 format!("over, {ago} ago")
             }
-            None if raised.is_acknowledged => format!("for {since}, seen"),
+            None if raised.is_acknowledged => format!("for {since}, acknowledged"),
             None => format!("for {since}"),
         };
         format!("{}{figure}{times} {when}", rule.name.to_uppercase())

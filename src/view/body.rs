@@ -54,7 +54,7 @@ impl Screen<'_> {
                 buffer,
                 below,
                 0,
-                &Line::styled("nothing heard yet", self.theme.dim),
+                &Line::styled("no data yet", self.theme.dim),
             );
             return;
         };

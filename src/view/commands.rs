@@ -1,5 +1,6 @@
 //! The command ledger: the command on the left, the robot's report on the right.
 
+use groundwave_protocol::telemetry::ListPlace;
 use ratatui::buffer::Buffer;
 use ratatui::layout::Rect;
 use ratatui::style::Style;
@@ -13,7 +14,7 @@ use crate::model::ledger::Entry;
 use crate::model::robot::STATUS_STALE;
 use crate::model::words;
 
-const TITLE: &str = "commands: asked | the robot says";
+const TITLE: &str = "commands: commanded | reported";
 
 const ASKED_COLUMNS_MIN: usize = 22;
 
@@ -21,10 +22,7 @@ impl Screen<'_> {
     pub(super) fn commands(&self, buffer: &mut Buffer, area: Rect) {
         let mut lines = self.command_lines(usize::from(area.width));
         if lines.is_empty() {
-            lines.push(Line::styled(
-                "none yet; nothing is sent unasked",
-                self.theme.dim,
-            ));
+            lines.push(Line::styled("No commands sent yet", self.theme.dim));
         }
         lines.extend(self.list_lines(usize::from(area.width)));
         self.pages(
@@ -67,9 +65,9 @@ impl Screen<'_> {
         let glyphs = theme.glyphs;
         let sent = || format!("sent {}{}", glyphs.times, entry.attempts);
         match (entry.status, entry.progress) {
-            (CommandStatus::Queued, _) => (glyphs.waiting, "waits".to_owned(), theme.dim),
+            (CommandStatus::Queued, _) => (glyphs.waiting, "queued".to_owned(), theme.dim),
             (CommandStatus::Confirmed { digest: None }, _) => {
-                let says = format!("acknowledged{}", self.proof(entry));
+                let says = format!("confirmed{}", self.proof(entry));
                 (glyphs.done, says, theme.good)
             }
             (
@@ -103,25 +101,21 @@ impl Screen<'_> {
             .ledger
             .active()
             .filter(|active| active.id == entry.id && active.digest == digest);
-        let driven = entry.driven.filter(|place| place.count > 0);
-        let of = driven.map_or(String::new(), |place| {
-            format!(", driven {}/{}", place.driven, place.count)
-        });
-        let is_over = driven.is_some_and(|place| place.driven == place.count);
-        match active {
-            None => {
-                let says = format!("verified {digest:08X}{of}, since replaced");
-                (theme.glyphs.done, says, theme.dim)
+        let driven = entry.driven.filter(|place| place.driven > 0);
+        let glyph = theme.glyphs.done;
+        let says = match (active, driven) {
+            (None, None) => return (glyph, format!("replaced {digest:08X}"), theme.dim),
+            (None, Some(ListPlace { driven, count })) => {
+                let says = format!("replaced {digest:08X}, driven {driven}/{count}");
+                return (glyph, says, theme.dim);
             }
-            Some(_) if is_over => {
-                let says = format!("ACTIVE {digest:08X}{of}: done");
-                (theme.glyphs.done, says, theme.good)
+            (Some(_), None) => format!("confirmed {digest:08X}{}", self.proof(entry)),
+            (Some(_), Some(ListPlace { driven, count })) => {
+                let state = if driven == count { "done" } else { "driving" };
+                format!("{state} {driven}/{count}, {digest:08X}")
             }
-            Some(_) => {
-                let says = format!("ACTIVE {digest:08X}{of}{}", self.proof(entry));
-                (theme.glyphs.done, says, theme.good)
-            }
-        }
+        };
+        (glyph, says, theme.good)
     }
 
     /// Time and frames until the confirmation.
@@ -155,7 +149,7 @@ impl Screen<'_> {
         {
             let list = status.value.list;
             let words = format!(
-                "{}robot's list, not of this session: {:08X}, driven {}/{}",
+                "{}robot's route, not of this session: {:08X}, driven {}/{}",
                 self.old_mark(status.age(self.now), STATUS_STALE),
                 status.value.digest,
                 list.driven,
@@ -181,9 +175,9 @@ impl Screen<'_> {
                 None => ["<send-draft>", "<undo-draft>", "<discard-draft>"],
             };
             let fate = if active.is_some_and(|active| active.waypoints == draft) {
-                format!("just what the robot holds; {discard} discards")
+                format!("same as the robot's route; {discard} discards")
             } else {
-                format!("not sent; {send} sends, {undo} takes back")
+                format!("not sent; {send} sends, {undo} undoes")
             };
             let fate = self.told(&fate);
             let words = format!(

@@ -75,14 +75,14 @@ impl Screen<'_> {
         };
         Some(match (&entry.error, entry.purpose) {
             (None, _) if entry.waits => {
-                let words = self.told("waits for that file; <text/close> never mind");
+                let words = self.told("reading that file; <text/close> cancel");
                 Line::styled(words, self.theme.plain)
             }
             (Some(error), _) => Line::styled(error.clone(), self.theme.warning),
             (None, Purpose::Moment) => Line::styled(POSITION_HELP, self.theme.dim),
             (None, Purpose::Command) => Line::styled(COMMAND_HELP, self.theme.dim),
             (None, Purpose::SaveRoute) => Line::styled(
-                "a file for the draft: it is asked before anything is overwritten",
+                "a file for the draft; overwriting asks first",
                 self.theme.dim,
             ),
             (None, Purpose::RouteFile) => Line::styled(
@@ -100,18 +100,17 @@ impl Screen<'_> {
             return Some(Line::styled(format!("! {said}"), self.theme.warning));
         }
         if playback.is_partial {
-            let text =
-                "what came long before this is still being read: trail and totals begin late";
+            let text = "still reading the recording: trail and totals are incomplete";
             return Some(Line::styled(text, self.theme.dim));
         }
         playback.is_live.then(|| {
             Line::from(vec![
                 Span::styled(
-                    "commands go to the robot as it is now, and ask first; ",
+                    "commands go to the robot now, after a question; ",
                     self.theme.plain,
                 ),
                 Span::styled(self.told("<playback-newest>"), self.theme.key),
-                Span::styled(" comes back to now", self.theme.plain),
+                Span::styled(" returns to now", self.theme.plain),
             ])
         })
     }

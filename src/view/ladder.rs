@@ -94,7 +94,7 @@ impl Screen<'_> {
     fn put_sentence(&self, buffer: &mut Buffer, area: Rect) {
         let (Some(state), Some(holder)) = (self.facts.robot.state, self.facts.motors.holder())
         else {
-            let nothing = Line::styled("nothing heard from the robot yet", self.theme.dim);
+            let nothing = Line::styled("no data from the robot yet", self.theme.dim);
             put(buffer, area, 0, &nothing);
             return;
         };
@@ -170,10 +170,10 @@ impl Screen<'_> {
                     (glyphs.raised, "suppressed", theme.raised)
                 }
                 LayerState::Raised | LayerState::Holds => {
-                    (glyphs.raised, "just had it", theme.raised)
+                    (glyphs.raised, "triggered", theme.raised)
                 }
                 LayerState::Quiet => (glyphs.quiet, "quiet", theme.plain),
-                LayerState::Off if layer == Layer::User => (glyphs.quiet, "hands off", theme.plain),
+                LayerState::Off if layer == Layer::User => (glyphs.quiet, "idle", theme.plain),
                 LayerState::Off => (glyphs.off, "off", theme.dim),
             }
         };

@@ -15,7 +15,7 @@ use crate::statistics::{Proof, Rejected, Resync, Statistics};
 /// Minimum height of the panel beside others, rows.
 pub(super) const ROWS_MIN: u16 = 5;
 
-const TITLE: &str = "link: in all; air of 20 s";
+const TITLE: &str = "link: totals; airtime over 20 s";
 
 /// Minimum width for two figures in a row.
 const TWO_COLUMNS: u16 = 58;
@@ -71,7 +71,7 @@ impl Screen<'_> {
         let acks_per_s = link.acks_per_s(self.now);
         if acks_per_s > 0.0 {
             let packets_per_s = link.lines_per_s(self.now);
-            let rates = format!("{packets_per_s:.1} packets + {acks_per_s:.1} K (short) a second");
+            let rates = format!("{packets_per_s:.1} lines + {acks_per_s:.1} short (K) a second");
             rows.push(("rate", rates, theme.plain));
         }
         let resync = match statistics.resync {
@@ -81,7 +81,7 @@ impl Screen<'_> {
                 worst_bytes,
                 ..
             }) => format!("{last_bytes} B last, {mean_bytes:.0} mean, {worst_bytes} worst"),
-            None => "never needed".to_owned(),
+            None => "none needed".to_owned(),
         };
         rows.push(("resync", resync, theme.plain));
         if !link.is_receive_only() {
@@ -103,7 +103,7 @@ impl Screen<'_> {
 
     fn up_row(&self, statistics: &Statistics, air: &str) -> (&'static str, String, Style) {
         let frames = format!(
-            "{air}{} frames, {} again",
+            "{air}{} frames, {} repeated",
             statistics.frames, statistics.frames_again
         );
         match statistics.not_taken_bytes {

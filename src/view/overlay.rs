@@ -67,7 +67,7 @@ impl Screen<'_> {
     }
 
     fn question(&self, buffer: &mut Buffer, area: Rect, question: &Question) {
-        let inner = self.window(buffer, area, (QUESTION_COLUMNS, QUESTION_ROWS), " sure? ");
+        let inner = self.window(buffer, area, (QUESTION_COLUMNS, QUESTION_ROWS), " confirm ");
         Paragraph::new(question.text.as_str())
             .wrap(Wrap { trim: true })
             .render(inner, buffer);

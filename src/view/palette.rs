@@ -13,7 +13,7 @@ const ROWS: u16 = 16;
 impl Screen<'_> {
     pub(super) fn palette(&self, buffer: &mut Buffer, area: Rect, palette: &Palette) {
         let theme = &self.theme;
-        let inner = self.window(buffer, area, (COLUMNS, ROWS), " what to do ");
+        let inner = self.window(buffer, area, (COLUMNS, ROWS), " commands ");
         let prompt = Line::from(vec![
             Span::styled("find: ", theme.key),
             Span::styled(palette.text.as_str(), theme.strong),
@@ -22,14 +22,14 @@ impl Screen<'_> {
         put(buffer, inner, 0, &prompt);
         let found = palette.found(&self.ui.config.keys);
         if found.is_empty() {
-            let nothing = Line::styled("nothing is called so", theme.dim);
+            let nothing = Line::styled("no match", theme.dim);
             put(buffer, inner, 1, &nothing);
             return;
         }
         let rows = usize::from(inner.height.saturating_sub(1)).max(1);
         let chosen = palette.chosen(&found);
         if chosen.is_none() {
-            let words = self.told("nothing begins so: <palette/choose-less..> choose");
+            let words = self.told("No match. Closest (<palette/choose-less..> choose):");
             put_right(buffer, inner, 0, &Line::styled(words, theme.dim));
         }
         let first = chosen.unwrap_or_default().saturating_sub(rows - 1);

@@ -98,12 +98,12 @@ impl Screen<'_> {
             width: rect.width.saturating_sub(LINE_BYTES as u16 + 2),
             ..rect
         };
-        let rejected = counters.crc_rejected + counters.shape_rejected + counters.field_rejected;
+        let damaged = counters.crc_rejected + counters.shape_rejected + counters.field_rejected;
         let acks = match counters.ack_lines {
             0 => String::new(),
             lines => format!(" + {lines} K"),
         };
-        let words = format!("{} packets{acks}, {rejected} rejected", counters.lines);
+        let words = format!("{} lines{acks}, {damaged} damaged", counters.lines);
         put(buffer, beside(row), 0, &Line::styled(words, self.theme.dim));
     }
 }

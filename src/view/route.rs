@@ -106,17 +106,17 @@ impl Screen<'_> {
     fn against_robot(&self) -> String {
         let draft = self.ui.map.draft.waypoints();
         let Some(status) = self.facts.robot.status else {
-            return "what the robot holds is not known yet".to_owned();
+            return "robot's route unknown".to_owned();
         };
         let status = status.value;
         let (driven, count) = (status.list.driven, status.list.count);
         if !draft.is_empty() && status.digest == digest(draft.iter()) {
-            return format!("the robot holds just this, {driven} of {count} driven");
+            return format!("same as the robot's route, {driven} of {count} driven");
         }
         self.told(&match count {
-            0 => "the robot holds no list; <route/route-send> sends this".to_owned(),
+            0 => "the robot has no route; <route/route-send> sends this".to_owned(),
             _ => format!(
-                "the robot holds another list of {count}, {driven} driven; <route/route-send> replaces it"
+                "the robot has another route of {count}, {driven} driven; <route/route-send> replaces it"
             ),
         })
     }

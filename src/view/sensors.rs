@@ -45,7 +45,7 @@ impl Screen<'_> {
             .map(|row| self.sensor_line(area.width, row))
             .collect();
         if lines.is_empty() {
-            lines.push(Line::styled("nothing heard yet", self.theme.dim));
+            lines.push(Line::styled("no data yet", self.theme.dim));
         }
         let stale = self.facts.robot.stale(self.now);
         let note = (!stale.is_empty()).then(|| {
@@ -293,7 +293,8 @@ impl Screen<'_> {
         let counters = self.facts.robot.counters?;
         let c = counters.value;
         let words = format!(
-            "up {}, bumps {}, boot {}, v{}.{:02}",
+            "id {}, up {}, bumps {}, boot {}, v{}.{:02}",
+            c.robot_id,
             age::words(Moment::from_secs(u64::from(c.uptime_s))),
             c.bumps,
             c.boots,
@@ -302,10 +303,7 @@ impl Screen<'_> {
         );
         Some(Row {
             name: "robot",
-            spans: vec![Span::styled(
-                format!("{} {words}", c.robot_id),
-                self.theme.dim,
-            )],
+            spans: vec![Span::styled(words, self.theme.dim)],
             age: Some(counters.age(self.now)),
             stale_after: COUNTERS_STALE,
         })

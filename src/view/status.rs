@@ -101,7 +101,7 @@ impl Screen<'_> {
             return String::new();
         };
         let since = age::words(self.now.saturating_sub(*since));
-        format!("  LINK LOST {since}: {reason}; keeps trying")
+        format!("  LINK LOST {since}: {reason}; reconnecting")
     }
 
     /// The state of the recording in the longest words that fit.

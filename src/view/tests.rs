@@ -188,7 +188,7 @@ fn a_flight_at_80_by_24() {
     );
     assert!(row(&sensors, "● sim").contains("◉ recording "));
     for (panel, words) in [
-        ("F5 commands", "nothing is sent"),
+        ("F5 commands", "No commands sent"),
         ("F6 log", "right bumper hit at"),
     ] {
         while !screen(&scene, 80, 24).contains(&format!("── {panel}")) {
@@ -204,10 +204,13 @@ fn a_flight_at_80_by_24() {
 fn commands_at_120_by_40_and_at_80_by_24() {
     let mut scene = flight(Config::default());
     let digest = commanded(&mut scene);
-    let active = format!("ACTIVE {digest:08X}");
+    let confirmed = format!("confirmed {digest:08X}");
     let wide = screen(&scene, 120, 40);
     insta::assert_snapshot!("commands_wide", wide);
-    row(&wide, &format!("2 route of 2 waypoints        ✔ {active}"));
+    row(
+        &wide,
+        &format!("2 route of 2 waypoints        ✔ {confirmed}"),
+    );
     row(&wide, "3 scan                        ✖ REFUSED: not fitted");
     assert!(row(&wide, "4 △ sonar").contains("asked off"));
     scene.press(&[KeyCode::F(5)]);
@@ -215,7 +218,7 @@ fn commands_at_120_by_40_and_at_80_by_24() {
     insta::assert_snapshot!("commands_narrow", narrow);
     row(&narrow, "── F5 commands");
     scene.press(&[KeyCode::PageUp]);
-    row(&screen(&scene, 80, 24), &active);
+    row(&screen(&scene, 80, 24), &format!("{digest:08X} in "));
 }
 
 #[test]
@@ -250,7 +253,7 @@ fn dialogs_at_80_by_24() {
         &help,
         "driving Space STOP  arrows hold to drive  + - speed  Esc let go",
     );
-    row(&help, "typing  Ctrl-S STOP  Enter do it  Esc never mind");
+    row(&help, "typing  Ctrl-S STOP  Enter do it  Esc cancel");
     scene.type_text("?d");
     insta::assert_snapshot!("question", screen(&scene, 80, 24));
     scene.type_text("y");
@@ -277,7 +280,7 @@ fn a_lost_link_shows_at_once_and_values_age() {
     }));
     row(
         &screen(&scene, 120, 40),
-        "✖ sim  LINK LOST <1 s: the device is gone; keeps trying",
+        "✖ sim  LINK LOST <1 s: the device is gone; reconnecting",
     );
     scene.wait_ms(4500);
     let lost = screen(&scene, 120, 40);
@@ -387,14 +390,15 @@ fn driven_waypoints_show_only_for_the_confirmed_digest() {
     scene.status.digest = digest;
     scene.hear_status();
     let same = screen(&scene, 120, 40);
-    row(&same, &format!("ACTIVE {digest:08X}, driven 1/2"));
+    row(&same, &format!("driving 1/2, {digest:08X}"));
     scene.status.digest ^= 1;
     scene.hear_status();
     let other = screen(&scene, 120, 40);
-    assert!(!other.contains("ACTIVE"), "{other}");
+    assert!(!other.contains("driving "), "{other}");
+    assert!(!other.contains(&format!("confirmed {digest:08X}")));
     row(
         &other,
-        &format!("robot's list, not of this session: {:08X}", digest ^ 1),
+        &format!("robot's route, not of this session: {:08X}", digest ^ 1),
     );
 }
 
@@ -442,13 +446,7 @@ fn the_draft_is_a_list_beside_the_map() {
         let mut scene = drafting(Config::default());
         scene.type_text("b>");
         let shown = screen(&scene, width, height);
-        for fact in [
-            "route: 4, ",
-            "about ",
-            "robot holds",
-            "arrows move",
-            "S send",
-        ] {
+        for fact in ["route: 4, ", "about ", "robot", "arrows move", "S send"] {
             assert!(shown.contains(fact), "{fact} is not on\n{shown}");
         }
         insta::assert_snapshot!(name, shown);

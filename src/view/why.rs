@@ -48,7 +48,7 @@ impl Screen<'_> {
     fn why_facts(&self) -> Vec<(&'static str, String, Style)> {
         let theme = &self.theme;
         let Some(state) = self.facts.robot.state else {
-            return vec![("", "nothing heard from the robot yet".to_owned(), theme.dim)];
+            return vec![("", "no data from the robot yet".to_owned(), theme.dim)];
         };
         let heard = age::words(state.age(self.now));
         let state_age = state.age(self.now);

@@ -161,7 +161,7 @@ pub(crate) const RULES: [Rule; RULES_COUNT] = [
     Rule {
         level: Level::Alarm,
         name: "link lost",
-        hint: "see to plug, cable and network; it is tried all the time",
+        hint: "check cable or network; reconnecting",
         unit: "",
         logged_here: false,
         source: Source::Station,

@@ -26,7 +26,7 @@ pub(super) const STATES: &[State] = &[
     State {
         name: "waiting",
         make: |config| Scene::new(config),
-        facts: &["no line yet", "nothing heard", "not recorded"],
+        facts: &["no line yet", "no data", "not recorded"],
     },
     State {
         name: "sensors",
@@ -74,7 +74,7 @@ pub(super) const STATES: &[State] = &[
             "F5 commands",
             "REFUSED: not",
             "not confirmed",
-            "waits",
+            "queued",
             "x give up",
         ],
     },
@@ -93,7 +93,7 @@ pub(super) const STATES: &[State] = &[
             chosen(scene, 5)
         },
         facts: &[
-            "robot's list, not of this",
+            "robot's route, not of this",
             "driven 3/12",
             "draft: 1 waypoint",
             "S send",
@@ -132,8 +132,8 @@ pub(super) const STATES: &[State] = &[
             "BATTERY CRITICAL",
             "F8 alarms",
             "+1 more",
-            "A: seen",
-            "A seen",
+            "A: acknowledge",
+            "A ack",
         ],
     },
     State {
@@ -164,7 +164,11 @@ pub(super) const STATES: &[State] = &[
             scene.wait_ms(4500);
             scene
         },
-        facts: &["LINK LOST 4 s", "the device is gone", "see to plug, cable"],
+        facts: &[
+            "LINK LOST 4 s",
+            "the device is gone",
+            "check cable or network",
+        ],
     },
     State {
         name: "ended",
@@ -186,7 +190,7 @@ pub(super) const STATES: &[State] = &[
         facts: &[
             "PAST 2 m",
             "BATTERY LOW",
-            "commands go to the robot as it is now",
+            "commands go to the robot now",
             "k still",
         ],
     },
@@ -205,7 +209,7 @@ pub(super) const STATES: &[State] = &[
                 ..playback(scene, false)
             })
         },
-        facts: &["REPLAY", "still being read"],
+        facts: &["REPLAY", "still reading"],
     },
     State {
         name: "help",
@@ -240,7 +244,7 @@ pub(super) const STATES: &[State] = &[
             scene.ctrl('p');
             scene
         },
-        facts: &["what to do", "STOP", "prowl: move about", "Enter do it"],
+        facts: &["commands", "STOP", "prowl: move about", "Enter do it"],
     },
     State {
         name: "question",

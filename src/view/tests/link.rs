@@ -65,7 +65,7 @@ fn figures_are_beside_the_log() {
         "down   99 % air, loss 6.0 %; 41 CRC, 17 shape, 0 field",
     );
     row(&wide, "resync 80 B last, 96 mean, 412 worst");
-    row(&wide, "up     2 % air, 37 frames, 5 again");
+    row(&wide, "up     2 % air, 37 frames, 5 repeated");
     row(&wide, "proof  0.4 s last, 0.6 mean, 1.3 worst");
     let status = wide.lines().next().unwrap();
     assert!(
@@ -112,7 +112,10 @@ fn meaningless_figures_are_left_out() {
         ..statistics()
     })));
     let told = screen(&scene, 120, 40);
-    row(&told, "up     12 B NOT TAKEN, 2 % air, 37 frames, 5 again");
+    row(
+        &told,
+        "up     12 B NOT TAKEN, 2 % air, 37 frames, 5 repeated",
+    );
     scene.event(Event::Link(LinkEvent::Opened {
         name: "-".to_owned(),
         can_send: false,

@@ -119,7 +119,7 @@ fn a_prompt_names_the_keys_to_stop_and_to_leave() {
             let screen = screen(&scene, width, height);
             let footer = screen.lines().last().unwrap();
             assert!(
-                footer.contains("Ctrl-S STOP  Enter do it  Esc never mind"),
+                footer.contains("Ctrl-S STOP  Enter do it  Esc cancel"),
                 "{footer}"
             );
             assert!(
@@ -138,7 +138,7 @@ fn the_footer_names_the_keys_of_the_chosen_panel() {
     for (key, named) in [
         (4, "Space STOP  T longer  p prowl"),
         (5, "Space STOP  : command  p prowl"),
-        (8, "Space STOP  A seen  b bell  p prowl"),
+        (8, "Space STOP  A ack  b bell  p prowl"),
     ] {
         scene.press(&[KeyCode::F(key)]);
         assert!(footer(&scene).starts_with(named), "{}", footer(&scene));
@@ -264,7 +264,7 @@ fn a_stale_share_is_marked() {
     scene.hear_ticks(90, [0, 20, 0, 160, 120, 0, 0, 0, 850]);
     assert!(!share(&scene).contains('◌'), "{}", share(&scene));
     scene.wait_ms(20_000);
-    let robot = row(&screen(&scene, 120, 40), "robot    7 up").to_owned();
+    let robot = row(&screen(&scene, 120, 40), "robot    id 7, up").to_owned();
     assert!(robot.contains("◌ 20 s"), "{robot}");
 }
 
@@ -278,7 +278,7 @@ fn every_row_of_the_sensors_is_reachable() {
     insta::assert_snapshot!("sensors_second_page", second);
     row(&second, "drive    ok   edge not fitted");
     row(&second, "arm      not fitted");
-    row(&second, "robot    7 up 1 m 00 s, bumps 2");
+    row(&second, "robot    id 7, up 1 m 00 s, bumps 2");
     scene.press(&[KeyCode::PageDown]);
     assert_eq!(screen(&scene, 80, 24), first, "round and round");
     scene.press(&[KeyCode::PageUp]);
@@ -286,7 +286,7 @@ fn every_row_of_the_sensors_is_reachable() {
     scene.press(&[KeyCode::F(2)]);
     let large = screen(&scene, 80, 24);
     row(&large, "wheels   L  -5 of  -6  R  -6 of  -6 in/s");
-    row(&large, "robot    7 up 1 m 00 s");
+    row(&large, "robot    id 7, up 1 m 00 s");
     scene.press(&[KeyCode::Esc]);
     let panels = |screen: &str| {
         screen
@@ -416,7 +416,7 @@ fn a_copy_of_the_robots_route_is_not_shown_as_unsent() {
     commanded(&mut scene);
     scene.type_text("eyq");
     let copied = screen(&scene, 120, 40);
-    row(&copied, "draft: 2 waypoints, just what the robot");
+    row(&copied, "draft: 2 waypoints, same as the robot");
 }
 
 #[test]

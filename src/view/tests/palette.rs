@@ -14,7 +14,7 @@ fn a_few_letters_find_a_command_and_enter_runs_it() {
     scene.ctrl('p');
     for (width, height) in [(80, 24), (120, 40), (200, 60)] {
         let all = screen(&scene, width, height);
-        row(&all, "what to do");
+        row(&all, "╭ commands ─");
         row(&all, "STOP (Ctrl-S while typing)");
     }
     scene.type_text("go home");
@@ -57,10 +57,10 @@ fn only_a_match_at_the_start_is_preselected() {
         scene.ctrl('p');
         scene.type_text(typed);
         let found = screen(&scene, 80, 24);
-        row(&found, "nothing begins so: arrows choose");
+        row(&found, "No match. Closest (arrows choose):");
         assert!(!found.contains("▶ "), "{typed}\n{found}");
         assert_eq!(scene.press(&[KeyCode::Enter]), [], "{typed}");
-        row(&screen(&scene, 80, 24), "what to do");
+        row(&screen(&scene, 80, 24), "╭ commands ─");
         scene.press(&[KeyCode::Down]);
         row(&screen(&scene, 80, 24), "│ ▶ ");
         assert_eq!(scene.press(&[KeyCode::Enter]).len(), 1, "{typed}");

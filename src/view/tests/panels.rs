@@ -39,7 +39,7 @@ fn an_alarm_shows_on_every_screen_until_acknowledged() {
         let screen = screen(&scene, width, height);
         let strip = screen.lines().nth(1).unwrap();
         assert!(strip.starts_with("✖ BATTERY LOW"), "{strip}");
-        assert!(strip.ends_with("A: seen"), "{strip}");
+        assert!(strip.ends_with("A: acknowledge"), "{strip}");
     }
     scene.press(&[KeyCode::F(8)]);
     let panel = screen(&scene, 80, 24);
@@ -58,7 +58,7 @@ fn an_alarm_shows_on_every_screen_until_acknowledged() {
         "{seen}"
     );
     row(&seen, "✔ BATTERY LOW");
-    row(&seen, ", seen");
+    row(&seen, ", acknowledged");
 }
 
 #[test]
@@ -126,7 +126,7 @@ fn without_color_an_alarm_has_its_shape() {
     assert!(screen.is_ascii(), "{screen}");
     insta::assert_snapshot!("alarms_ascii", screen);
     row(&screen, "X BATTERY CRITICAL");
-    row(&screen, "+1 more  A: seen");
+    row(&screen, "+1 more  A: acknowledge");
 }
 
 #[test]
@@ -214,7 +214,7 @@ fn stale_values_are_dim_marked_and_named() {
     row(&silent, "◌ PROWL  ◌ 12.4 V");
     row(&silent, "map: ◌ x ");
     row(&silent, "◌ old: sensors, battery");
-    row(&silent, "link: in all; air of 20 s ──────");
+    row(&silent, "link: totals; airtime over 20 s ──────");
     row(&silent, "✖ ROBOT SILENT");
     for name in ["bumper", "infrared", "wheels", "battery", "drive"] {
         let aged = |row: &str| row.contains(&format!("{name:<9}")) && row.contains('◌');
@@ -318,7 +318,7 @@ fn the_why_window_is_about_the_shown_moment() {
     );
     row(&narrow, "beaten    sonar, prowl");
     row(&narrow, "wheels ordered -6 -6, measured -5 -6 in/s");
-    row(&narrow, "command   disable sonar, <1 s ago: waits");
+    row(&narrow, "command   disable sonar, <1 s ago: queued");
     row(&narrow, "right bumper hit at (79, 39)");
     scene.wait_ms(60_000);
     row(
@@ -351,7 +351,7 @@ fn a_route_is_followed_from_draft_to_driven() {
     };
     scene.wait_ms(300);
     scene.ask(1, Request::Route(route.clone()));
-    says(&scene, "… waits");
+    says(&scene, "… queued");
     step(&mut scene, CommandStatus::Sent { frames: 3 });
     says(&scene, "… sent ×3");
     let (acknowledged, total) = (1, 1);
@@ -369,17 +369,17 @@ fn a_route_is_followed_from_draft_to_driven() {
             digest: Some(digest),
         },
     );
-    says(&scene, &format!("✔ ACTIVE {digest:08X} in 0.9 s"));
+    says(&scene, &format!("✔ confirmed {digest:08X} in 0.9 s"));
     scene.status.digest = digest;
     scene.status.list = ListPlace {
         driven: 1,
         count: 1,
     };
     scene.hear_status();
-    says(&scene, &format!("✔ ACTIVE {digest:08X}, driven 1/1: done"));
+    says(&scene, &format!("✔ done 1/1, {digest:08X}"));
     scene.status.digest ^= 1;
     scene.hear_status();
-    says(&scene, "driven 1/1, since");
+    says(&scene, &format!("replaced {digest:08X}, driven 1/1"));
 }
 
 #[test]

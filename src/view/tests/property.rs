@@ -58,15 +58,21 @@ proptest! {
         let mut acknowledged = Vec::new();
         for event in events {
             if let Event::Command { id, status: CommandStatus::Confirmed { digest: Some(digest) } } = &event {
-                acknowledged.push((format!("{} ", id.0), format!("ACTIVE {digest:08X}")));
+                acknowledged.push((format!("{} ", id.0), format!("{digest:08X}")));
             }
             scene.event(event);
         }
         let screen = screen(&scene, 200, 80);
-        for row in screen.lines().filter(|row| row.contains("✔ ACTIVE ")) {
+        let is_claim = |row: &&str| {
+            let states = ["✔ confirmed ", "✔ driving ", "✔ done "];
+            let claims = states.iter().filter_map(|state| Some(row.split_once(state)?.1));
+            let mut words = claims.flat_map(|claim| claim.split([' ', ',']).take(3));
+            words.any(|word| word.len() == 8 && u32::from_str_radix(word, 16).is_ok())
+        };
+        for row in screen.lines().filter(is_claim) {
             let known = acknowledged
                 .iter()
-                .any(|(id, active)| row.starts_with(id) && row.contains(active));
+                .any(|(id, digest)| row.starts_with(id) && row.contains(digest));
             prop_assert!(known, "{row}");
         }
     }

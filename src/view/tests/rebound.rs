@@ -45,7 +45,14 @@ fn labels_of_the_table() -> BTreeSet<String> {
 }
 
 /// Texts that look like keys.
-const NO_KEYS: [&str; 5] = ["L none", "R none", "x y leg", "line A,", "preset P "];
+const NO_KEYS: [&str; 6] = [
+    "L none",
+    "R none",
+    "x y leg",
+    "line A,",
+    "preset P ",
+    " s, bumps",
+];
 
 /// The default keys named in a text: long labels anywhere; letters and signs only before a colon, in brackets or before their
 /// meaning, not as a unit, an article or a figure.
@@ -136,7 +143,7 @@ const MORE: &[(&str, Make, &str)] = &[
             scene.press(&[KeyCode::Enter]);
             scene
         },
-        "waits for that file; <text/close> never mind",
+        "reading that file; <text/close> cancel",
     ),
     (
         "no key of driving",
@@ -194,7 +201,7 @@ const MORE: &[(&str, Make, &str)] = &[
             scene.type_text("lysonar");
             scene
         },
-        "nothing begins so: <palette/choose-less..> choose",
+        "No match. Closest (<palette/choose-less..> choose):",
     ),
     (
         "a question",

@@ -36,7 +36,7 @@ fn the_past_at_80_by_24() {
     insta::assert_snapshot!(screen);
     let row = row(&screen, "PAST 2 m 00 s ago");
     assert!(row.contains("◀◀") && row.contains('‖'), "{row}");
-    assert!(screen.contains("commands go to the robot as it is now, and ask first; G comes back"));
+    assert!(screen.contains("commands go to the robot now, after a question; G returns"));
 }
 
 #[test]
@@ -129,7 +129,7 @@ fn a_replay_while_reading_at_120_by_40() {
     insta::assert_snapshot!(screen);
     let row = row(&screen, "REPLAY");
     assert!(row.contains("reading ") && row.contains('Z'), "{row}");
-    assert!(screen.contains("still being read"));
+    assert!(screen.contains("still reading"));
 }
 
 #[test]
