@@ -1,7 +1,7 @@
-//! Facts and wishes: what the station tells the model, and what the operator wants done.
+//! Events and effects: what happened, and what the operator wants done.
 //!
-//! Facts enter the model only as an [`Event`]; wishes leave it only as an [`Effect`]. The robot's
-//! acknowledgement of a wish comes back as an event like any other.
+//! The model takes an [`Event`] and returns [`Effect`]s. The robot's acknowledgement of a command is an event like
+//! any other.
 
 use std::sync::Arc;
 
@@ -81,7 +81,7 @@ pub enum Event {
     Runs(Result<Arc<Listed>, String>),
     /// Two runs were read for [`Effect::CompareRuns`], or why they could not be.
     Overlaid(Result<Arc<Overlaid>, String>),
-    /// The operator marked a moment, for whoever plays the recording.
+    /// The operator set or cleared a mark.
     Mark(Mark),
     /// What only a simulator knows: shown as the simulator's truth, used for nothing.
     Truth(Truth),

@@ -13,7 +13,7 @@ use groundwave::event::{CommandId, CommandStatus, Event, LinkEvent};
 use groundwave::recorded::to_recorded;
 use groundwave::request::Request;
 use groundwave_protocol::Waypoint;
-use groundwave_protocol::decoder::Received;
+use groundwave_protocol::decoder::{Decoder, Received};
 use groundwave_protocol::telemetry::{
     Ack, Body, Line, Note, ParameterLine, ParameterName, Printable, SongLine, TextLine,
 };
@@ -364,6 +364,27 @@ fn what_is_no_part_of_a_capture_is_left_out() {
         reason: "unplugged".to_owned(),
     });
     assert!(to_recorded(&lost).unwrap().is_urgent());
+}
+
+/// The station decodes live; the topics are those that follow from the bytes.
+#[test]
+fn topics_of_decoded_lines_are_those_of_the_bytes() {
+    let (mut of_bytes, mut of_lines) = (Deriver::new(), Deriver::of_decoded_lines());
+    let (mut expected, mut kept) = (Vec::new(), Vec::new());
+    let mut decoder = Decoder::default();
+    for run in streams::noisy(3000, 7).split_inclusive(|byte| *byte == b'\n') {
+        of_bytes
+            .handle_rx(START_NS, run, keep(&mut expected))
+            .unwrap();
+        of_lines.handle_rx(START_NS, run, keep(&mut kept)).unwrap();
+        for received in decoder.lines(run) {
+            of_lines
+                .handle_received(START_NS, &received, keep(&mut kept))
+                .unwrap();
+        }
+    }
+    assert!(kept.len() > 3000, "{}", kept.len());
+    assert_eq!(kept, expected);
 }
 
 proptest! {

@@ -136,16 +136,16 @@ pub enum LinkEvent {
         /// Whether commands can be sent.
         can_send: bool,
     },
-    /// Gone; the station keeps trying.
+    /// Lost; the station keeps trying.
     Lost {
-        /// What happened, for a person.
+        /// Reason, for people.
         reason: String,
     },
     /// Over for good: end of a file or of standard input.
     Ended,
 }
 
-/// What comes from the radio, judged over seconds.
+/// Kind of the bytes from the radio, judged over seconds.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Reception {
     /// Intact lines.
@@ -200,14 +200,14 @@ pub enum LineRate {
     Faster,
 }
 
-/// What an operator says of a run.
+/// A label of a run.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub enum Remark {
-    /// What to call it.
+    /// Its name.
     Name(String),
-    /// Something worth keeping.
+    /// A note.
     Note(String),
-    /// It does not count, and why.
+    /// It does not count, for a reason.
     Void(String),
     /// It counts after all.
     Counts,
@@ -225,12 +225,12 @@ impl fmt::Display for Remark {
     }
 }
 
-/// The operator marked a moment, or took a mark away.
+/// A mark that the operator set or cleared.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Mark {
     /// Time since the marked moment.
     pub ago: Moment,
-    /// Set; else taken away.
+    /// Set; else cleared.
     pub is_set: bool,
 }
 
@@ -241,25 +241,25 @@ impl fmt::Display for Mark {
     }
 }
 
-/// What can be jumped to.
+/// A kind of moment to jump to.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Landmark {
     /// A line of the robot.
     Line,
-    /// Something to act on.
+    /// An alarm.
     Alarm,
     /// The bumper touched something.
     Bump,
-    /// Somebody else holds the motors, steering aside, or the mode changed.
+    /// Another layer holds the motors, steering aside, or the mode changed.
     Behaviour,
-    /// A command was asked for or came to its end; where a capture does not say, the robot acknowledged another.
+    /// A command was asked for or ended; in a capture without events, the robot acknowledged another command.
     Command,
     /// A moment that the operator marked.
     Marker,
 }
 
 impl Landmark {
-    /// In the plural.
+    /// Plural noun.
     #[must_use]
     pub const fn words(self) -> &'static str {
         match self {

@@ -6,6 +6,6 @@ pub mod link;
 mod mouse;
 pub mod ports;
 pub mod share;
+pub mod share_client;
 pub mod signals;
 pub mod terminal;
-pub mod via;

@@ -8,8 +8,8 @@ use tokio::sync::mpsc::Receiver;
 use tokio::time::{Instant as TokioInstant, sleep_until};
 
 use super::advice::advice;
-use super::desk::{Desk, Wanted};
 use super::live::{self, Live};
+use super::share_server::{ShareServer, Wanted};
 use crate::event::{CommandId, Event, Level, LinkEvent, Moment, Notice, NoticeCode, Reception};
 use crate::io::foxglove::{Call, Foxglove};
 use crate::io::link::{Link, LinkInput};
@@ -62,7 +62,7 @@ pub struct Driver {
     told: Option<EventSink>,
     /// Bytes not taken by the device that were told about, and when.
     told_not_taken: (u64, Option<Moment>),
-    desk: Option<Desk>,
+    share: Option<ShareServer>,
     live: Option<Live>,
     advising: Option<Advising>,
     /// What happened besides the station's own events.
@@ -93,7 +93,7 @@ impl Driver {
             sent,
             told: None,
             told_not_taken: (0, None),
-            desk: None,
+            share: None,
             live: None,
             advising: None,
             events: VecDeque::new(),
@@ -121,13 +121,13 @@ impl Driver {
     #[must_use]
     pub fn shared(mut self, share: Option<Share>) -> Self {
         if let Some(share) = share {
-            let desk = Desk::new(share, &self.name, self.can_send());
+            let server = ShareServer::new(share, &self.name, self.can_send());
             self.events.push_back(Event::Notice(Notice::new(
                 NoticeCode::Shared,
                 Level::Info,
-                format!("shared on {}", desk.address()),
+                format!("shared on {}", server.address()),
             )));
-            self.desk = Some(desk);
+            self.share = Some(server);
         }
         self
     }
@@ -168,9 +168,9 @@ impl Driver {
     /// Waits for something to happen on the link, or for the station's next deadline. Nothing is lost
     /// when the wait is abandoned.
     pub async fn step(&mut self) {
-        let desk = self.desk.as_ref().and_then(Desk::poll_timeout);
+        let server = self.share.as_ref().and_then(ShareServer::poll_timeout);
         let live = self.live.as_ref().and_then(Live::poll_timeout);
-        let deadline = [self.station.poll_timeout(), desk, live]
+        let deadline = [self.station.poll_timeout(), server, live]
             .into_iter()
             .flatten()
             .min()
@@ -189,7 +189,7 @@ impl Driver {
                     }
                 }
             }
-            input = next_client(self.desk.as_mut()) => self.handle_client(input),
+            input = next_client(self.share.as_mut()) => self.handle_client(input),
             call = next_call(self.live.as_mut()) => self.handle_call(call),
             () = sleep_to(deadline) => {}
         }
@@ -197,10 +197,10 @@ impl Driver {
         self.link.hand_over_at_once(self.station.takes_turns());
         self.station.handle_timeout(now);
         let heard = self.heard();
-        if let Some(desk) = &mut self.desk {
-            desk.handle_timeout(now, heard);
+        if let Some(server) = &mut self.share {
+            server.handle_timeout(now, heard);
         }
-        self.serve_desk();
+        self.serve_share();
         if let Some(live) = &mut self.live {
             live.handle_timeout(now);
         }
@@ -210,14 +210,14 @@ impl Driver {
     }
 
     fn handle_client(&mut self, input: FromClient) {
-        let Some(asked) = self.desk.as_mut().and_then(|desk| desk.handle(input)) else {
+        let Some(asked) = self.share.as_mut().and_then(|server| server.handle(input)) else {
             return;
         };
         let (now, heard) = (self.now(), self.heard());
         let by = Some(asked.by.clone());
         let id = self.start(now, asked.ask.request.clone(), by);
-        if let Some(desk) = &mut self.desk {
-            desk.handle_started(now, id, &asked, heard);
+        if let Some(server) = &mut self.share {
+            server.handle_started(now, id, &asked, heard);
         }
     }
 
@@ -243,9 +243,9 @@ impl Driver {
         }
     }
 
-    /// What the desk wants done.
-    fn serve_desk(&mut self) {
-        while let Some(wanted) = self.desk.as_mut().and_then(Desk::poll) {
+    /// Carries out the requests of the share server.
+    fn serve_share(&mut self) {
+        while let Some(wanted) = self.share.as_mut().and_then(ShareServer::poll) {
             match wanted {
                 Wanted::GiveUp(id) => self.station.handle_give_up(self.now(), id),
                 Wanted::Tell(event) => self.events.push_back(event),
@@ -349,9 +349,9 @@ impl Driver {
             self.events.extend(advising.advise(*reception));
         }
         let heard = self.heard();
-        if let (Some(event), Some(desk)) = (&event, &mut self.desk) {
-            desk.handle_event(event, heard);
-            self.serve_desk();
+        if let (Some(event), Some(server)) = (&event, &mut self.share) {
+            server.handle_event(event, heard);
+            self.serve_share();
         }
         let event = event.or_else(|| self.events.pop_front());
         if let (Some(event), Some(told)) = (&event, &mut self.told) {
@@ -380,9 +380,9 @@ impl Driver {
     }
 }
 
-async fn next_client(desk: Option<&mut Desk>) -> FromClient {
-    match desk {
-        Some(desk) => desk.next().await,
+async fn next_client(server: Option<&mut ShareServer>) -> FromClient {
+    match server {
+        Some(server) => server.next().await,
         None => std::future::pending().await,
     }
 }

@@ -4,6 +4,8 @@ use std::collections::BTreeMap;
 use std::convert::Infallible;
 use std::time::{Duration, SystemTime, UNIX_EPOCH};
 
+use groundwave_protocol::decoder::Received;
+
 use crate::capture::topics::{Deriver, TopicMessage};
 use crate::event::{CommandId, Event, Moment};
 use crate::io::foxglove::{Answer, Call, Foxglove};
@@ -20,7 +22,7 @@ pub(super) enum Wanted {
         request: Request,
         by: String,
     },
-    /// Nobody waits for this command any more.
+    /// The time of a command is over.
     GiveUp(CommandId),
 }
 
@@ -47,7 +49,7 @@ impl Live {
         let since_1970 = SystemTime::now().duration_since(UNIX_EPOCH);
         Self {
             server,
-            deriver: Deriver::default(),
+            deriver: Deriver::of_decoded_lines(),
             calls: Calls::default(),
             waiting: BTreeMap::new(),
             newest_call: 0,
@@ -76,14 +78,21 @@ impl Live {
         let Ok(()) = self.deriver.handle_tx(at_ns, bytes, publish);
     }
 
-    /// Takes what happened: those who asked for it are told when it has ended.
+    /// Publishes an event, and answers the call whose command has ended.
     pub(super) fn handle_event(&mut self, now: Moment, event: &Event) {
         if let Event::Command { id, status } = event {
             self.calls.handle_status(*id, status);
         }
-        if let Some(event) = recorded::to_recorded(event) {
-            let at_ns = self.since_1970_ns(now);
-            let publish = publish_to(&self.server);
+        let at_ns = self.since_1970_ns(now);
+        let publish = publish_to(&self.server);
+        let received = match event {
+            Event::Line { line, raw } => Some(Received::Line(**line, *raw)),
+            Event::Ack(line) => Some(Received::Ack(*line)),
+            _ => None,
+        };
+        if let Some(received) = received {
+            let Ok(()) = self.deriver.handle_received(at_ns, &received, publish);
+        } else if let Some(event) = recorded::to_recorded(event) {
             let Ok(()) = self.deriver.handle_event(at_ns, &event, publish);
         }
     }
@@ -112,7 +121,7 @@ impl Live {
         self.calls.poll_timeout()
     }
 
-    /// Answers whoever can be answered; returns what concerns the station.
+    /// Gives the answers that are due; returns a request to the station.
     pub(super) fn poll(&mut self) -> Option<Wanted> {
         loop {
             match self.calls.poll_output()? {

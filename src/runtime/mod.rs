@@ -2,12 +2,12 @@
 
 mod advice;
 mod dashboard;
-mod desk;
 mod driver;
 mod keeper;
 mod live;
 mod pace;
 mod runs;
+mod share_server;
 mod source;
 
 pub use dashboard::{Dashboard, run};

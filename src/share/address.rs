@@ -32,7 +32,7 @@ impl Address {
     /// Unix socket.
     ///
     /// # Errors
-    /// When it is, or cannot be told.
+    /// When it is, or when that is unknown.
     pub fn to_listen_on(&self, open_to_network: bool) -> Result<Option<SocketAddr>, Exposed> {
         let Self::Tcp(text) = self else {
             return Ok(None);
@@ -108,7 +108,7 @@ mod tests {
     }
 
     #[test]
-    fn ports_addresses_and_paths_are_told_apart() {
+    fn ports_addresses_and_paths_are_distinguished() {
         assert_eq!("4001".parse(), Ok(tcp("127.0.0.1:4001")));
         assert_eq!("0.0.0.0:4001".parse(), Ok(tcp("0.0.0.0:4001")));
         assert_eq!("tcp:[::1]:4001".parse(), Ok(tcp("[::1]:4001")));
@@ -134,7 +134,7 @@ mod tests {
     }
 
     #[test]
-    fn only_this_machine_unless_told_so() {
+    fn a_port_alone_is_of_this_machine() {
         for local in [
             "127.0.0.1:1",
             "[::1]:1",

@@ -1,7 +1,7 @@
-//! Who asked for what: clients, their commands and the answers, without sockets and clocks.
+//! Clients of a shared link, their commands and the answers, without sockets and clocks.
 //!
-//! The station keeps the order; a STOP overtakes there. A client that is gone leaves its commands
-//! behind, and each ends at the time its client gave it.
+//! The station keeps the order of commands, and STOP overtakes there. Commands of a client that has left go on until
+//! the timeout that it set.
 
 use std::collections::{BTreeMap, VecDeque};
 
@@ -20,7 +20,7 @@ const ASKS_MAX: usize = 16;
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub struct ClientId(pub u64);
 
-/// What is to be done outside.
+/// An output for the sockets or the station.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub enum Output {
     /// No raw bytes for this client any more.
@@ -29,27 +29,27 @@ pub enum Output {
     Line(ClientId, Vec<u8>),
     /// Close this client when it has its lines.
     Close(ClientId),
-    /// Nobody waits for this command any more: its time is over.
+    /// Give this command up: its time is over.
     GiveUp(CommandId),
     /// Something to log: a client did not behave.
     Warning(String),
 }
 
-/// A wish that is to be handed to the station, and whose it is.
+/// A command for the station, and its client.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Asked {
     /// The client.
     pub client: ClientId,
-    /// Who that is, for a person.
+    /// Name of the client for people.
     pub by: String,
-    /// What it wants.
+    /// The command.
     pub ask: Ask,
 }
 
 #[derive(Debug)]
 struct Client {
     peer: String,
-    /// It has said hello.
+    /// Has said hello.
     converses: bool,
     asks: usize,
 }
@@ -63,7 +63,7 @@ struct Command {
     heard_before: Heard,
 }
 
-/// Keeps the clients and their commands apart.
+/// Clients and their commands.
 #[derive(Debug, Default)]
 pub struct Broker {
     link: String,
@@ -75,7 +75,7 @@ pub struct Broker {
 }
 
 impl Broker {
-    /// For a link of this name.
+    /// A broker for the link of this name.
     #[must_use]
     pub fn new(link: String, can_send: bool) -> Self {
         Self {
@@ -85,7 +85,7 @@ impl Broker {
         }
     }
 
-    /// Somebody connected.
+    /// Adds a client.
     pub fn handle_connected(&mut self, client: ClientId, peer: String) {
         self.clients.insert(
             client,
@@ -97,12 +97,12 @@ impl Broker {
         );
     }
 
-    /// Somebody is gone. What it asked for goes on.
+    /// Removes a client. Its commands go on.
     pub fn handle_gone(&mut self, client: ClientId) {
         self.clients.remove(&client);
     }
 
-    /// Somebody did not take the raw bytes that wait for it and was cut off.
+    /// Removes a client that was closed because it did not read its raw bytes.
     pub fn handle_too_slow(&mut self, client: ClientId, unread_bytes: usize) {
         if let Some(gone) = self.clients.remove(&client) {
             self.outputs.push_back(Output::Warning(format!(
@@ -112,7 +112,7 @@ impl Broker {
         }
     }
 
-    /// Somebody who only read was cut off, as there are too many.
+    /// Removes a reading client that was closed to make room for another.
     pub fn handle_gave_way(&mut self, client: ClientId) {
         if let Some(gone) = self.clients.remove(&client) {
             self.outputs.push_back(Output::Warning(format!(
@@ -122,8 +122,7 @@ impl Broker {
         }
     }
 
-    /// Takes a line. Returns a wish for the station; the number it gets there is to be told with
-    /// [`Broker::handle_started`].
+    /// Takes a line. Returns a command for the station; pass its number to [`Broker::handle_started`].
     pub fn handle_line(&mut self, client: ClientId, line: Result<&[u8], TooLong>) -> Option<Asked> {
         let known = self.clients.get_mut(&client)?;
         let parsed = line
@@ -162,7 +161,7 @@ impl Broker {
         let peer = known.peer.clone();
         self.refuse(client, &problem);
         self.outputs.push_back(Output::Warning(format!(
-            "{peer} was closed: it sent what is no request"
+            "{peer} was closed: it sent an invalid line"
         )));
         None
     }
@@ -178,7 +177,7 @@ impl Broker {
         self.clients.remove(&client);
     }
 
-    /// The station gave a wish this number.
+    /// Takes the number that the station gave a command.
     pub fn handle_started(&mut self, now: Moment, id: CommandId, asked: &Asked, heard: Heard) {
         self.commands.insert(
             id,
@@ -214,24 +213,24 @@ impl Broker {
         }
     }
 
-    /// The robot told something.
+    /// Takes the body of a line; its text goes to all clients.
     pub fn handle_body(&mut self, body: &Body) {
         self.robot.take(body);
         if let Body::Text(text) = body {
-            self.tell_all(&StationLine::Said {
+            self.send_all(&StationLine::Said {
                 said: text.as_str().to_owned(),
             });
         }
     }
 
-    /// The link to the robot is gone.
+    /// Tells all clients of a lost link.
     pub fn handle_lost(&mut self, reason: &str) {
-        self.tell_all(&StationLine::Lost {
+        self.send_all(&StationLine::Lost {
             lost: reason.to_owned(),
         });
     }
 
-    fn tell_all(&mut self, line: &StationLine) {
+    fn send_all(&mut self, line: &StationLine) {
         let conversing: Vec<ClientId> = self
             .clients
             .iter()
@@ -243,7 +242,7 @@ impl Broker {
         }
     }
 
-    /// Lets time pass: commands whose time is over end without proof.
+    /// Ends commands whose time is over.
     pub fn handle_timeout(&mut self, now: Moment, heard: Heard) {
         let over: Vec<CommandId> = self
             .commands
@@ -263,7 +262,7 @@ impl Broker {
         self.commands.values().map(|command| command.deadline).min()
     }
 
-    /// What is to be done.
+    /// The next output.
     pub fn poll_output(&mut self) -> Option<Output> {
         self.outputs.pop_front()
     }

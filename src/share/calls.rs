@@ -1,9 +1,9 @@
-//! Calls: who asks once and waits for the end, as tools with services do. A wish in, one answer out.
+//! Calls of services: one command in, one answer out.
 //!
 //! A call is JSON: `{"do":"mode prowl"}`, in the words of `groundwave send`, or
 //! `{"route":[{"x_in":48,"y_in":0}]}`, with `"timeout_ms"` where 20 s are not right. It is answered when
-//! the robot has proven or refused it, or when its time is over. What stands for several commands
-//! (`preset`) is sent one after the other and ends with the first that is not proven.
+//! the robot has confirmed or refused it, or when its time is over. The commands of a `preset` are sent one after the other,
+//! up to the first that is not confirmed.
 //!
 //! An answer is JSON too, and its `status` says how it ended: tools show such an answer, and not all of
 //! them show that a call failed.
@@ -40,14 +40,14 @@ pub enum CallError {
     Request(String),
 }
 
-/// What is to be done outside.
+/// An output for the server or the station.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub enum CallOutput {
-    /// Hand this to the station, and tell its number with [`Calls::handle_started`].
+    /// Queue this at the station, and pass its number to [`Calls::handle_started`].
     Start(CallId, Request),
-    /// The call has ended: tell it this JSON.
+    /// Answer the call with this JSON.
     Answer(CallId, Vec<u8>),
-    /// Nobody waits for this command any more: its time is over.
+    /// Give this command up: its time is over.
     GiveUp(CommandId),
 }
 
@@ -68,17 +68,17 @@ struct PointJson {
 
 #[derive(Debug)]
 struct Call {
-    /// Under way.
+    /// The command under way.
     request: Request,
     command: Option<CommandId>,
-    /// To be sent when it is proven.
+    /// Commands to send after it.
     rest: VecDeque<Request>,
     deadline: Moment,
     /// Parameters that the robot reported.
     parameters: Vec<ParameterJson>,
 }
 
-/// Keeps the calls apart that have not been answered.
+/// Calls that have not been answered.
 #[derive(Debug, Default)]
 pub struct Calls {
     calls: BTreeMap<CallId, Call>,
@@ -107,7 +107,7 @@ impl Calls {
         }
     }
 
-    /// The station gave a call's request this number.
+    /// Takes the number that the station gave a call's command.
     pub fn handle_started(&mut self, id: CallId, command: CommandId) {
         if let Some(call) = self.calls.get_mut(&id) {
             call.command = Some(command);
@@ -152,7 +152,7 @@ impl Calls {
         self.answer(id, &answer);
     }
 
-    /// Lets time pass: calls whose time is over end without proof.
+    /// Ends calls whose time is over.
     pub fn handle_timeout(&mut self, now: Moment) {
         let over: Vec<CallId> = self
             .calls
@@ -174,7 +174,7 @@ impl Calls {
         self.calls.values().map(|call| call.deadline).min()
     }
 
-    /// What is to be done.
+    /// The next output.
     pub fn poll_output(&mut self) -> Option<CallOutput> {
         self.outputs.pop_front()
     }
@@ -186,13 +186,13 @@ impl Calls {
     }
 }
 
-/// Whether a call asks for STOP, which must get through whatever else is asked.
+/// Whether a call asks for STOP, which is never refused.
 #[must_use]
 pub fn is_stop(payload: &[u8]) -> bool {
     matches!(parse(payload), Ok((Request::Stop, _, _)))
 }
 
-/// The answer to a call that is not taken on because too many wait.
+/// The answer to a call beyond the limit of waiting calls.
 #[must_use]
 pub fn busy() -> Vec<u8> {
     let text = "too many calls of yours wait for the robot; try again when some are answered";
@@ -201,7 +201,7 @@ pub fn busy() -> Vec<u8> {
         .into_bytes()
 }
 
-/// The answer to one more STOP while others of the same client wait for their proof: it goes out like them.
+/// The answer to a further STOP while others of the same client wait: it goes out like them.
 #[must_use]
 pub fn stop_queued() -> Vec<u8> {
     let mut answer = json!(StatusJson::from(&CommandStatus::Queued));

@@ -2,7 +2,7 @@
 //!
 //! A client begins with `{"groundwave":1,"pid":1234}`. It asks with
 //! `{"id":1,"do":"mode prowl","timeout_ms":20000}`, in the words of `groundwave send`, or with
-//! `{"id":2,"route":[[48,0],[48,48]],"timeout_ms":20000}`, and is told every step under that number.
+//! `{"id":2,"route":[[48,0],[48,48]],"timeout_ms":20000}`, and gets every status under that number.
 
 use std::time::Duration;
 
@@ -54,18 +54,18 @@ pub enum ClientLine {
         /// Its process, as it says.
         pid: Option<u32>,
     },
-    /// A wish.
+    /// A command.
     Ask(Ask),
 }
 
-/// A wish of a client's.
+/// A command of a client.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Ask {
     /// The client's own number for it.
     pub tag: u32,
-    /// What it wants.
+    /// The command.
     pub request: Request,
-    /// Give up after this long without proof.
+    /// Timeout without confirmation.
     pub timeout: Duration,
 }
 
@@ -199,7 +199,7 @@ pub(super) fn read_timeout(ms: Option<u64>) -> Result<Duration, CodecError> {
     Ok(timeout)
 }
 
-/// What the station heard from the robot while a command was under way.
+/// Bytes and lines received while a command was under way.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Heard {
     /// Bytes of any kind.
@@ -209,7 +209,7 @@ pub struct Heard {
 }
 
 impl Heard {
-    /// What was heard since then.
+    /// Counts since an earlier moment.
     #[must_use]
     pub const fn since(self, then: Self) -> Self {
         Self {
@@ -254,7 +254,7 @@ pub enum StationLine {
         /// The status.
         #[serde(flatten)]
         status: StatusJson,
-        /// What was heard from the robot since it was asked.
+        /// Received since the command was asked for.
         heard: Heard,
     },
     /// The link to the robot is gone; the station keeps trying.
@@ -262,7 +262,7 @@ pub enum StationLine {
         /// Why.
         lost: String,
     },
-    /// The robot said something in words.
+    /// Text of a line T of the robot.
     Said {
         /// What.
         said: String,

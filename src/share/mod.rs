@@ -1,8 +1,8 @@
-//! One radio, several users: what a station says to those who share its link, and they to it.
+//! One radio, several clients: the protocol of a shared link.
 //!
-//! Whoever connects is handed the raw bytes from the radio, so that any tool can read them. Whoever
-//! sends a [`ClientLine::Hello`] speaks JSON lines from then on: wishes in, their steps out. Nothing
-//! here touches a socket or a clock; [`crate::io::share`] and the runtime do.
+//! A client gets the raw bytes from the radio, so that any tool can read them. After a [`ClientLine::Hello`] it speaks
+//! JSON lines: commands in, statuses out. Nothing here touches a socket or a clock; [`crate::io::share`] and the
+//! runtime do.
 
 mod address;
 mod broker;

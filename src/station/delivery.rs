@@ -1,4 +1,4 @@
-//! Commands on their way: the next one begins, what the link's own end reports becomes a step, and each has its end.
+//! Delivery of commands: starts the next, and reports each status until the end.
 
 use groundwave_protocol::arq::{FopEvent, Task};
 use groundwave_protocol::command::Order;
@@ -26,8 +26,8 @@ impl Station {
         let now_us = micros(now);
         let started = match &request {
             Request::Route(waypoints) => self.fop.start(now_us, Task::List(waypoints)),
-            Request::Parameter(wish) => {
-                let (tuner, order) = Tuner::begin(*wish);
+            Request::Parameter(tuning) => {
+                let (tuner, order) = Tuner::begin(*tuning);
                 self.tuner = Some(tuner);
                 self.fop.start(now_us, Task::Order(order))
             }
@@ -93,12 +93,12 @@ impl Station {
         }
     }
 
-    /// Goes on with a wish about parameters.
+    /// Follows the verdict on a parameter command.
     pub(super) fn follow(&mut self, now: Moment, verdict: Verdict) {
         let end = match verdict {
             Verdict::Wait => return,
             Verdict::Ask(order) => {
-                // Nothing else is under way: this wish is.
+                // This command is the one under way.
                 self.fop.start(micros(now), Task::Order(order));
                 return;
             }
@@ -113,7 +113,7 @@ impl Station {
         self.settle(now);
     }
 
-    /// A wish about parameters that waits for a line is nothing that the sending end could lose.
+    /// Ends a parameter command, which may wait for a line while the sending end is idle.
     pub(super) fn give_up_tuning(&mut self, now: Moment, failure: Failure) {
         if self.tuner.take().is_some()
             && let Some(id) = self.current.take()
@@ -155,7 +155,7 @@ pub(super) fn order(request: &Request) -> Option<Order> {
             allowed: *layers,
         },
         Request::Failsafe(failsafe) => Order::Failsafe(*failsafe),
-        Request::Parameter(wish) => tuner::order(wish),
+        Request::Parameter(tuning) => tuner::order(tuning),
         Request::Pose {
             position,
             theta_deg,
@@ -176,7 +176,7 @@ const fn lost_session(loss: Failure, stopped: bool) -> &'static str {
             "another station opened a session: this one sends nothing until you do"
         }
         Failure::Stopped if stopped => "STOP ended the session",
-        Failure::Stopped => "the robot ended the session: somebody else's STOP, or it restarted",
+        Failure::Stopped => "the robot ended the session: a STOP from elsewhere, or a restart",
         Failure::TimedOut | Failure::Cancelled | Failure::ReceiveOnly => "session given up",
     }
 }

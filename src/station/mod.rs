@@ -1,4 +1,4 @@
-//! The station without its ports and clocks: bytes become facts, wishes become bytes.
+//! The station without ports and clocks: bytes become events, commands become bytes.
 //!
 //! `handle_*` takes something in, `poll_*` gives something out; after each `handle_*`, poll until
 //! everything says `None`.
@@ -24,7 +24,7 @@ use crate::statistics::{LinkMeter, Statistics};
 use reception::Listener;
 use tuner::Tuner;
 
-/// Statistics are told no more often than this.
+/// Least time between two reports of the statistics.
 const STATISTICS_REST: Duration = Duration::from_secs(1);
 
 /// A press of a drive key counts for this long unless it is renewed.
@@ -36,7 +36,7 @@ struct Waiting {
     request: Request,
 }
 
-/// The ground's end of everything.
+/// The ground station.
 #[derive(Clone, Debug)]
 pub struct Station {
     decoder: Decoder,
@@ -52,9 +52,9 @@ pub struct Station {
     /// Whether a STOP of ours went out in this session.
     stopped: bool,
     next_id: u32,
-    told_counters: Counters,
+    reported_counters: Counters,
     meter: LinkMeter,
-    told_statistics: Option<(Moment, Statistics)>,
+    reported_statistics: Option<(Moment, Statistics)>,
     events: VecDeque<Event>,
 }
 
@@ -74,9 +74,9 @@ impl Station {
             stops: Vec::new(),
             stopped: false,
             next_id: 1,
-            told_counters: Counters::default(),
+            reported_counters: Counters::default(),
             meter: LinkMeter::default(),
-            told_statistics: None,
+            reported_statistics: None,
             events: VecDeque::new(),
         }
     }
@@ -84,7 +84,7 @@ impl Station {
     /// Takes a change of the connection.
     pub fn handle_link(&mut self, event: LinkEvent) {
         if !matches!(event, LinkEvent::Opened { .. }) {
-            self.tell_last_statistics();
+            self.report_last_statistics();
         }
         self.listener
             .open(matches!(event, LinkEvent::Opened { .. }));
@@ -97,13 +97,13 @@ impl Station {
         self.events.push_back(Event::Link(event));
     }
 
-    /// Whether it speaks only when the robot is silent, and so wants to know of each byte when it comes.
+    /// Whether the link is half duplex: the station sends only when the robot is silent, so bytes must arrive at once.
     #[must_use]
     pub fn takes_turns(&self) -> bool {
         self.fop.duplex() == Duplex::Half
     }
 
-    /// Takes bytes from the radio. What it tells does not depend on how they were cut into pieces.
+    /// Takes bytes from the radio. The events do not depend on how the bytes were cut into pieces.
     pub fn handle_bytes(&mut self, now: Moment, bytes: &[u8]) {
         self.fop.handle_carrier(micros(now));
         for run in bytes.split_inclusive(|byte| *byte == b'\n') {
@@ -111,7 +111,7 @@ impl Station {
         }
     }
 
-    /// Takes bytes of which none but the last is a line feed: whatever there is to tell, a line feed ends.
+    /// Takes bytes of which only the last may be a line feed; lines end there.
     fn handle_run(&mut self, now: Moment, run: &[u8]) {
         self.meter.take_received(now, run.len());
         let mut bytes = run;
@@ -122,7 +122,7 @@ impl Station {
             self.handle_received(now, &received);
         }
         let heard = self.listener.take(now, run, has_line);
-        self.tell_reception(heard);
+        self.report_reception(heard);
         if run.last() != Some(&b'\n') {
             return;
         }
@@ -135,51 +135,51 @@ impl Station {
                 c.lines + c.ack_lines,
             )
         };
-        if ended(&counters) != ended(&self.told_counters) {
-            self.told_counters = counters;
+        if ended(&counters) != ended(&self.reported_counters) {
+            self.reported_counters = counters;
             self.events.push_back(Event::Counters(counters));
         }
-        self.tell_statistics(now);
+        self.report_statistics(now);
     }
 
-    /// Takes bytes that were sent when what is heard now was heard: a recording has them.
+    /// Takes bytes sent at that time, from a recording.
     pub fn handle_sent(&mut self, now: Moment, bytes: &[u8]) {
         self.meter.take_sent(now, bytes);
     }
 
-    /// Bytes are missing between what was heard and what will be: no line is read across the gap.
+    /// Bytes are missing here: no line goes on across the gap.
     pub const fn handle_interruption(&mut self) {
         self.decoder.interrupt();
         self.meter.interrupt();
     }
 
-    /// Nothing more comes: the figures are told however short a time ago others were.
-    fn tell_last_statistics(&mut self) {
-        if let Some((at, told)) = self.told_statistics {
+    /// Reports the last statistics, whenever others were reported.
+    fn report_last_statistics(&mut self) {
+        if let Some((at, latest)) = self.reported_statistics {
             let statistics = self.statistics(at);
             let last = Statistics {
-                airtime_down_pct: told.airtime_down_pct,
-                airtime_up_pct: told.airtime_up_pct,
+                airtime_down_pct: latest.airtime_down_pct,
+                airtime_up_pct: latest.airtime_up_pct,
                 ..statistics
             };
-            self.told_statistics = Some((at, last));
+            self.reported_statistics = Some((at, last));
             self.events.push_back(Event::Statistics(Box::new(last)));
         }
     }
 
-    fn tell_statistics(&mut self, now: Moment) {
+    fn report_statistics(&mut self, now: Moment) {
         let is_early = self
-            .told_statistics
+            .reported_statistics
             .is_some_and(|(at, _)| now < at + STATISTICS_REST);
         let statistics = self.statistics(now);
         if is_early
             || self
-                .told_statistics
-                .is_some_and(|(_, told)| told == statistics)
+                .reported_statistics
+                .is_some_and(|(_, latest)| latest == statistics)
         {
             return;
         }
-        self.told_statistics = Some((now, statistics));
+        self.reported_statistics = Some((now, statistics));
         self.events
             .push_back(Event::Statistics(Box::new(statistics)));
     }
@@ -252,7 +252,7 @@ impl Station {
         }
     }
 
-    /// Gives up what waits and what is under way.
+    /// Cancels all commands.
     pub fn handle_cancel(&mut self, now: Moment) {
         self.cancel_waiting(now, Failure::Cancelled);
         self.give_up_tuning(now, Failure::Cancelled);
@@ -260,7 +260,7 @@ impl Station {
         self.settle(now);
     }
 
-    /// Gives up one command: its time is over. A STOP is never given up.
+    /// Ends a command whose time is over. A STOP goes on.
     pub fn handle_give_up(&mut self, now: Moment, id: CommandId) {
         if self.current == Some(id) {
             self.current = None;
@@ -281,7 +281,7 @@ impl Station {
         }
     }
 
-    /// Lets time pass.
+    /// Handles deadlines that have passed.
     pub fn handle_timeout(&mut self, now: Moment) {
         self.fop.handle_timeout(micros(now));
         self.settle(now);
@@ -290,16 +290,16 @@ impl Station {
             self.follow(now, verdict);
         }
         let heard = self.listener.handle_timeout(now);
-        self.tell_reception(heard);
-        self.tell_statistics(now);
+        self.report_reception(heard);
+        self.report_statistics(now);
     }
 
-    fn tell_reception(&mut self, heard: Option<(Reception, Moment)>) {
+    fn report_reception(&mut self, heard: Option<(Reception, Moment)>) {
         self.events
             .extend(heard.map(|(reception, since)| Event::Reception { reception, since }));
     }
 
-    /// Bytes for the radio.
+    /// The next bytes for the radio.
     pub fn poll_transmit(&mut self, now: Moment) -> Option<Vec<u8>> {
         if !self.can_send {
             return None;
@@ -312,7 +312,7 @@ impl Station {
         bytes
     }
 
-    /// What has happened.
+    /// The next event.
     pub fn poll_event(&mut self) -> Option<Event> {
         self.events.pop_front()
     }
@@ -334,7 +334,7 @@ impl Station {
         self.decoder.counters()
     }
 
-    /// How the link does. What a device did not take is not known here.
+    /// Statistics of the link, without the bytes that the device did not take.
     #[must_use]
     pub fn statistics(&self, now: Moment) -> Statistics {
         self.meter.statistics(now, self.decoder.counters())

@@ -1,4 +1,4 @@
-//! What wishes become on the radio when nothing gets lost: the frames, before any robot has been heard.
+//! The frames of commands when nothing gets lost, without a robot.
 //!
 //! Length and payload are those that go out; the checksum of a frame depends on robot, boot, session and
 //! owner, and so does the payload of the request for a session. They stand here as for an example.
@@ -22,7 +22,7 @@ pub const BOOT: u8 = 1;
 /// The station's nonce.
 pub const OWNER: u16 = 677;
 
-/// Plans one wish after the other, as one station would send them to a robot that has just booted.
+/// Plans one command after the other, as a station sends them to a robot that has just booted.
 #[derive(Clone, Debug, Default)]
 pub struct Planner {
     /// The robot's session, and whether it is ours.
@@ -32,12 +32,12 @@ pub struct Planner {
     tag: u8,
 }
 
-/// What one wish takes.
+/// Frames of one command.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Plan {
-    /// The request for a session, where the wish needs one and none is open.
+    /// The request for a session, if the command needs one and none is open.
     pub opening: Option<Frame>,
-    /// The wish itself: on a bad channel in shorter frames, and some of them again.
+    /// The command; on a bad channel its frames are shorter, and some are repeated.
     pub frames: Vec<Frame>,
 }
 
@@ -59,7 +59,7 @@ impl Plan {
 }
 
 impl Planner {
-    /// The frames of a wish that is delivered after those planned before.
+    /// The frames of a command that follows those planned before.
     pub fn plan(&mut self, request: &Request) -> Plan {
         if *request == Request::Stop {
             if self.is_open {

@@ -48,7 +48,7 @@ const TRUST: Duration = Duration::from_mins(1);
 #[derive(Clone, Debug, Default)]
 pub(super) struct Listener {
     is_open: bool,
-    told: Option<Reception>,
+    reported: Option<Reception>,
     window: VecDeque<u8>,
     /// When the latest intact line came, or listening began.
     line_at: Option<Moment>,
@@ -86,7 +86,7 @@ impl Listener {
             self.line_at = Some(now);
             self.text_at = Some(now);
             self.is_new = false;
-            return self.tell(Reception::Lines, now);
+            return self.report(Reception::Lines, now);
         }
         let newest = &bytes[bytes.len().saturating_sub(WINDOW)..];
         let excess = (self.window.len() + newest.len()).saturating_sub(WINDOW);
@@ -120,11 +120,11 @@ impl Listener {
                 }
                 reception => reception,
             };
-            return self.tell(reception, line_at);
+            return self.report(reception, line_at);
         }
         self.window.clear();
         self.is_new = false;
-        self.tell(Reception::Nothing, byte_at)
+        self.report(Reception::Nothing, byte_at)
     }
 
     /// When to call [`Listener::handle_timeout`] at the latest.
@@ -132,7 +132,7 @@ impl Listener {
         if !self.is_open {
             return None;
         }
-        let silence = match (self.byte_at, self.told) {
+        let silence = match (self.byte_at, self.reported) {
             (_, Some(Reception::Nothing)) => None,
             (Some(at), _) => Some(at + PATIENCE),
             (None, _) => Some(Moment::ZERO),
@@ -147,9 +147,9 @@ impl Listener {
             .then(|| rested.map_or(patient, |at| at.max(patient)))
     }
 
-    fn tell(&mut self, reception: Reception, since: Moment) -> Option<(Reception, Moment)> {
-        let is_news = self.told != Some(reception);
-        self.told = Some(reception);
+    fn report(&mut self, reception: Reception, since: Moment) -> Option<(Reception, Moment)> {
+        let is_news = self.reported != Some(reception);
+        self.reported = Some(reception);
         is_news.then_some((reception, since))
     }
 }

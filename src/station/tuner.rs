@@ -1,4 +1,4 @@
-//! A wish about parameters under way: an acknowledgement is not enough, line P has to come back.
+//! A parameter command under way: it ends with a line P, not with an acknowledgement.
 
 use std::collections::{BTreeSet, VecDeque};
 use std::time::Duration;
@@ -14,13 +14,13 @@ use crate::request::{Amount, Tuning};
 /// a second and a half after the order at most.
 const PATIENCE: Duration = Duration::from_millis(2500);
 
-/// So many rounds of asking may bring nothing: where one line in two is lost, one wish in a thousand ends so.
+/// Maximum rounds without an answer: with every second line lost, one command in a thousand fails.
 const VAIN_ROUNDS_MAX: u8 = 12;
 
-/// What is known of a wish about parameters.
+/// State of a parameter command.
 #[derive(Clone, Debug)]
 pub(super) struct Tuner {
-    wish: Tuning,
+    tuning: Tuning,
     /// What is to be set in the robot's own counts: a decimal waits for the robot to say its unit.
     counts: Option<i32>,
     /// Places of the lines that came.
@@ -60,11 +60,11 @@ pub(super) enum Verdict {
 }
 
 impl Tuner {
-    /// The wish, and the order it begins with.
-    pub(super) fn begin(wish: Tuning) -> (Self, Order) {
+    /// A tuner for a command, and its first order.
+    pub(super) fn begin(tuning: Tuning) -> (Self, Order) {
         let tuner = Self {
-            wish,
-            counts: match wish {
+            tuning,
+            counts: match tuning {
                 Tuning::Set(_, Amount::Counts(counts)) => Some(counts),
                 _ => None,
             },
@@ -74,12 +74,12 @@ impl Tuner {
             round: VecDeque::new(),
             vain_rounds: 0,
         };
-        (tuner, order(&wish))
+        (tuner, order(&tuning))
     }
 
     /// What the robot made of an order.
     pub(super) fn take_outcome(&mut self, now: Moment, outcome: Outcome) -> Verdict {
-        match (outcome, self.wish) {
+        match (outcome, self.tuning) {
             (Outcome::Done, Tuning::Save) => Verdict::Proven,
             (Outcome::Done, _) if self.is_complete() => Verdict::Proven,
             (Outcome::Done, _) if !self.round.is_empty() => self.ask_next(),
@@ -104,7 +104,7 @@ impl Tuner {
     /// Takes a line P; says whether the operator waits for it, and what follows.
     pub(super) fn take_line(&mut self, now: Moment, line: &ParameterLine) -> (bool, Verdict) {
         if let State::Refused { outcome, .. } = self.state {
-            return match self.wish {
+            return match self.tuning {
                 Tuning::Set(name, _) if name == line.name => (true, Verdict::Refused(outcome)),
                 _ => (false, Verdict::Wait),
             };
@@ -112,7 +112,7 @@ impl Tuner {
         if let Some(followed) = self.learn_unit(line) {
             return followed;
         }
-        let is_meant = match self.wish {
+        let is_meant = match self.tuning {
             Tuning::List => true,
             Tuning::Get(name) => name == line.name,
             Tuning::Set(name, _) => name == line.name && self.counts == Some(line.value),
@@ -138,7 +138,7 @@ impl Tuner {
     /// The robot has said what it counts, as it was asked to where a decimal is to be set: what that comes to is set now.
     fn learn_unit(&mut self, line: &ParameterLine) -> Option<(bool, Verdict)> {
         let (Tuning::Set(name, amount), None, State::Listening { .. }) =
-            (self.wish, self.counts, self.state)
+            (self.tuning, self.counts, self.state)
         else {
             return None;
         };
@@ -164,7 +164,7 @@ impl Tuner {
                 if self.vain_rounds > VAIN_ROUNDS_MAX {
                     return Verdict::TimedOut;
                 }
-                if let (Tuning::List, Some(count)) = (self.wish, self.count) {
+                if let (Tuning::List, Some(count)) = (self.tuning, self.count) {
                     let missing = (1..=count).filter(|place| !self.heard.contains(place));
                     self.round = missing.collect();
                 }
@@ -187,7 +187,7 @@ impl Tuner {
     /// Asks for what is missing, and never sets anything again.
     fn ask_next(&mut self) -> Verdict {
         self.state = State::Ordered;
-        Verdict::Ask(match self.wish {
+        Verdict::Ask(match self.tuning {
             Tuning::Get(name) | Tuning::Set(name, _) => Order::ReadParameter {
                 key: key(name.as_str()),
             },
@@ -198,7 +198,7 @@ impl Tuner {
     }
 
     fn is_complete(&self) -> bool {
-        match self.wish {
+        match self.tuning {
             Tuning::List => self.count.map(usize::from) == Some(self.heard.len()),
             Tuning::Get(_) | Tuning::Set(..) => !self.heard.is_empty(),
             Tuning::Save => true,
@@ -206,9 +206,9 @@ impl Tuner {
     }
 }
 
-/// The order that a wish begins with: whoever sets a decimal asks first what the robot counts.
-pub(super) fn order(wish: &Tuning) -> Order {
-    match wish {
+/// First order of a command: setting a decimal begins with asking for the robot's unit.
+pub(super) fn order(tuning: &Tuning) -> Order {
+    match tuning {
         Tuning::List => Order::ReadParameters { place: 0 },
         Tuning::Get(name) | Tuning::Set(name, Amount::Decimal { .. }) => Order::ReadParameter {
             key: key(name.as_str()),

@@ -43,6 +43,8 @@ pub struct Deriver {
     /// Received, and not yet given out.
     pending: Vec<u8>,
     decoder: Decoder,
+    /// Lines are decoded elsewhere and come through [`Self::handle_received`].
+    takes_lines: bool,
     clock: RobotClock,
     ack: Option<(u8, u8, u8, u8)>,
     list_digest: Option<u32>,
@@ -71,6 +73,15 @@ impl Deriver {
     #[must_use]
     pub fn new() -> Self {
         Self::default()
+    }
+
+    /// A deriver whose bytes are decoded elsewhere: each line comes through [`Self::handle_received`] after its bytes.
+    #[must_use]
+    pub fn of_decoded_lines() -> Self {
+        Self {
+            takes_lines: true,
+            ..Self::default()
+        }
     }
 
     /// Another part of a recording begins: both streams count from zero, and what is only told now and
@@ -162,6 +173,20 @@ impl Deriver {
             }
         }
         Ok(())
+    }
+
+    /// Takes a line that was decoded elsewhere, from bytes read at `at_ns`.
+    ///
+    /// # Errors
+    /// Those of `take`.
+    pub fn handle_received<E>(
+        &mut self,
+        at_ns: u64,
+        received: &Received,
+        mut take: impl FnMut(TopicMessage<'_>) -> Result<(), E>,
+    ) -> Result<(), E> {
+        self.now_ns = self.now_ns.max(at_ns);
+        self.handle_line(received, &mut take)
     }
 
     /// Takes bytes handed to the radio at `at_ns`.
@@ -266,7 +291,7 @@ impl Deriver {
         self.encoder.raw(self.rx_offset, bytes);
         self.rx_offset = self.rx_offset.saturating_add(bytes.len() as u64);
         take(self.encoder.message(Topic::RawRx, self.now_ns, None))?;
-        while !bytes.is_empty() {
+        while !bytes.is_empty() && !self.takes_lines {
             let (taken, received) = self.decoder.handle_bytes(bytes);
             bytes = &bytes[taken..];
             if let Some(received) = received {

@@ -15,7 +15,7 @@ use super::super::{Exit, Fault};
 use crate::capture::words::outcome_words;
 use crate::event::{CommandStatus, Event, Failure};
 use crate::io::link::LinkSpec;
-use crate::io::via::Via;
+use crate::io::share_client::ShareClient;
 use crate::radio::Radio;
 use crate::request::{Amount, Request, Tuning};
 use crate::runtime::Driver;
@@ -49,8 +49,8 @@ impl Operator {
                 (link.clone(), radio, None)
             }
             Way::Via(address) => {
-                let (_, welcome) =
-                    Via::connect(address).map_err(|error| Fault::new(Exit::NoLink, error))?;
+                let (_, welcome) = ShareClient::connect(address)
+                    .map_err(|error| Fault::new(Exit::NoLink, error))?;
                 if !welcome.can_send || !radio.can_send() {
                     return Err(receive_only(&welcome.link));
                 }
@@ -165,14 +165,15 @@ fn ask(
     request: Request,
     timeout: Duration,
 ) -> Result<Vec<ParameterLine>, Fault> {
-    let (mut via, _) = Via::connect(address).map_err(|error| Fault::new(Exit::NoLink, error))?;
+    let (mut client, _) =
+        ShareClient::connect(address).map_err(|error| Fault::new(Exit::NoLink, error))?;
     let ask = Ask {
         tag: 1,
         request,
         timeout,
     };
     let mut progress = Progress::default();
-    converse(&mut via, &ask, |said| {
+    converse(&mut client, &ask, |said| {
         let StationLine::Status { status, heard, .. } = said else {
             return Ok(None);
         };

@@ -8,7 +8,7 @@ use super::faults::not_confirmed;
 use super::report::{Report, SCAN_TIMEOUT, scan_result};
 use super::script::{Line, Script};
 use crate::event::{CommandStatus, Failure};
-use crate::io::via::{Via, ViaError};
+use crate::io::share_client::{ShareClient, ShareClientError};
 use crate::request::Request;
 use crate::share::{Address, Ask, ClientLine, StationLine, StatusJson};
 
@@ -17,10 +17,11 @@ const GRACE: Duration = Duration::from_secs(5);
 
 /// Delivers each command of the script until one fails.
 pub(super) fn deliver(options: &Send, address: &Address, script: &Script) -> Result<(), Fault> {
-    let (mut via, _) = Via::connect(address).map_err(|error| Fault::new(Exit::NoLink, error))?;
+    let (mut client, _) =
+        ShareClient::connect(address).map_err(|error| Fault::new(Exit::NoLink, error))?;
     let mut report = Report::new(options);
     for (index, (tag, line)) in (1..).zip(script.lines()).enumerate() {
-        ask(options, &mut via, &mut report, tag, line)
+        ask(options, &mut client, &mut report, tag, line)
             .map_err(|fault| script.blame(index, fault))?;
     }
     Ok(())
@@ -28,7 +29,7 @@ pub(super) fn deliver(options: &Send, address: &Address, script: &Script) -> Res
 
 fn ask(
     options: &Send,
-    via: &mut Via,
+    client: &mut ShareClient,
     report: &mut Report,
     tag: u32,
     line: &Line,
@@ -40,7 +41,7 @@ fn ask(
         request: request.clone(),
         timeout: options.timeout,
     };
-    converse(via, &ask, |said| match said {
+    converse(client, &ask, |said| match said {
         StationLine::Status {
             status: json,
             heard,
@@ -68,7 +69,7 @@ fn ask(
     }
     let until = Instant::now() + SCAN_TIMEOUT;
     let result = loop {
-        match via.next(until) {
+        match client.next(until) {
             Ok(StationLine::Said { said }) if scan_result(&said).is_some() => break Some(said),
             Ok(_) => {}
             Err(_) => break None,
@@ -92,19 +93,21 @@ pub(in super::super) fn status_of(
 
 /// Sends a command and hands each answer about it to `take` until that returns a value.
 pub(in super::super) fn converse<T>(
-    via: &mut Via,
+    client: &mut ShareClient,
     ask: &Ask,
     mut take: impl FnMut(StationLine) -> Result<Option<T>, Fault>,
 ) -> Result<T, Fault> {
     let request = &ask.request;
-    let unknown = |error: ViaError| {
+    let unknown = |error: ShareClientError| {
         let message = format!("`{request}`: {error}: the robot may or may not have executed it");
         Fault::new(Exit::NotConfirmed, message)
     };
     let deadline = Instant::now() + ask.timeout + GRACE;
-    via.send(&ClientLine::Ask(ask.clone())).map_err(unknown)?;
+    client
+        .send(&ClientLine::Ask(ask.clone()))
+        .map_err(unknown)?;
     loop {
-        let line = via.next(deadline).map_err(unknown)?;
+        let line = client.next(deadline).map_err(unknown)?;
         match &line {
             StationLine::Status { id, .. } if *id != ask.tag => continue,
             StationLine::Error { error } => {

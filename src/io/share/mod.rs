@@ -44,7 +44,7 @@ pub enum ShareError {
 /// What clients do.
 #[derive(Debug)]
 pub enum FromClient {
-    /// Somebody connected.
+    /// A client connected.
     Connected {
         /// Its number.
         client: ClientId,
@@ -58,19 +58,19 @@ pub enum FromClient {
         /// The line without its end.
         line: Result<Vec<u8>, TooLong>,
     },
-    /// Somebody did not read for so long that it was cut off.
+    /// A client that did not read was closed.
     TooSlow {
         /// Who.
         client: ClientId,
         /// Bytes that waited for it.
         unread_bytes: usize,
     },
-    /// Somebody who only read was cut off for somebody else.
+    /// A reading client was closed to make room for another.
     GaveWay {
         /// Who.
         client: ClientId,
     },
-    /// Somebody is gone.
+    /// A client left.
     Gone {
         /// Who.
         client: ClientId,

@@ -5,6 +5,7 @@ mod live;
 mod player;
 mod timeline;
 mod unread;
+mod wording;
 
 use std::path::Path;
 use std::sync::Arc;

@@ -277,7 +277,7 @@ fn a_line_in_five_seconds_is_reception() {
         let now = Moment::from_secs(second);
         listener.take(now, &[0xA5; 200], second % 4 == 0);
         listener.handle_timeout(now);
-        assert_eq!(listener.told, Some(Reception::Lines), "at {second} s");
+        assert_eq!(listener.reported, Some(Reception::Lines), "at {second} s");
     }
 }
 

@@ -1,26 +1,26 @@
-//! Where those who share a link come to ask: joins the [`Broker`] to its sockets.
+//! The share server: joins the [`Broker`] to its sockets.
 
 use crate::event::{CommandId, CommandStatus, Event, Level, LinkEvent, Moment, Notice, NoticeCode};
 use crate::io::share::{FromClient, Share};
 use crate::share::{Asked, Broker, Heard, Output};
 
-/// A shared link's clients.
+/// The clients of a shared link.
 #[derive(Debug)]
-pub(super) struct Desk {
+pub(super) struct ShareServer {
     share: Share,
     broker: Broker,
 }
 
-/// What the station has to do for the desk.
+/// A request of the share server to the station.
 #[derive(Debug)]
 pub(super) enum Wanted {
-    /// Nobody waits for this command any more.
+    /// The time of a command is over.
     GiveUp(CommandId),
-    /// To be logged.
+    /// Log this event.
     Tell(Event),
 }
 
-impl Desk {
+impl ShareServer {
     pub(super) fn new(share: Share, link: &str, can_send: bool) -> Self {
         Self {
             share,
@@ -37,7 +37,7 @@ impl Desk {
         self.share.next().await
     }
 
-    /// Takes what a client did; returns a wish for the station.
+    /// Takes what a client did; returns a command for the station.
     pub(super) fn handle(&mut self, input: FromClient) -> Option<Asked> {
         match input {
             FromClient::Connected { client, peer } => self.broker.handle_connected(client, peer),
@@ -65,7 +65,7 @@ impl Desk {
         self.broker.handle_started(now, id, asked, heard);
     }
 
-    /// Takes what happened: those who asked for it are told.
+    /// Passes an event to the clients it concerns.
     pub(super) fn handle_event(&mut self, event: &Event, heard: Heard) {
         match event {
             Event::Asked { id, .. } => {

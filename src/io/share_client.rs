@@ -1,4 +1,4 @@
-//! The other side of a shared link: asking the station that owns the radio.
+//! The share client: asks the station that shares its link.
 
 use std::io::{self, Read, Write};
 use std::net::{TcpStream, ToSocketAddrs};
@@ -14,8 +14,8 @@ const READ_TIMEOUT: Duration = Duration::from_millis(200);
 
 /// Why a station cannot be reached, or no more.
 #[derive(Debug, thiserror::Error)]
-pub enum ViaError {
-    /// Nobody shares there.
+pub enum ShareClientError {
+    /// No station shares a link there.
     #[error(
         "cannot reach a station at {0}: {1}. Start one that shares its link: `groundwave watch LINK --share {0}`"
     )]
@@ -37,40 +37,44 @@ trait Socket: Read + Write {}
 
 impl<T: Read + Write> Socket for T {}
 
-/// A conversation with a station.
-pub struct Via {
+/// A connection to a station that shares its link.
+pub struct ShareClient {
     address: Address,
     socket: Box<dyn Socket>,
     lines: Lines,
     unread: Vec<u8>,
 }
 
-impl Via {
+impl ShareClient {
     /// Connects and says hello.
     ///
     /// # Errors
     /// When no station answers there.
-    pub fn connect(address: &Address) -> Result<(Self, Welcome), ViaError> {
-        let socket = connect(address).map_err(|error| ViaError::Connect(address.clone(), error))?;
-        let mut via = Self {
+    pub fn connect(address: &Address) -> Result<(Self, Welcome), ShareClientError> {
+        let socket =
+            connect(address).map_err(|error| ShareClientError::Connect(address.clone(), error))?;
+        let mut client = Self {
             address: address.clone(),
             socket,
             lines: Lines::default(),
             unread: Vec::new(),
         };
-        via.send(&ClientLine::Hello {
+        client.send(&ClientLine::Hello {
             pid: Some(std::process::id()),
         })?;
         let deadline = Instant::now() + HELLO_TIMEOUT;
         loop {
-            match via.next(deadline) {
-                Ok(StationLine::Welcome(welcome)) => return Ok((via, welcome)),
+            match client.next(deadline) {
+                Ok(StationLine::Welcome(welcome)) => return Ok((client, welcome)),
                 Ok(StationLine::Error { error }) => {
-                    return Err(ViaError::Closed(via.address, format!(": {error}")));
+                    return Err(ShareClientError::Closed(
+                        client.address,
+                        format!(": {error}"),
+                    ));
                 }
                 Ok(_) => {}
-                Err(ViaError::Silent(address) | ViaError::Closed(address, _)) => {
-                    return Err(ViaError::NoStation(address));
+                Err(ShareClientError::Silent(address) | ShareClientError::Closed(address, _)) => {
+                    return Err(ShareClientError::NoStation(address));
                 }
                 Err(error) => return Err(error),
             }
@@ -81,17 +85,17 @@ impl Via {
     ///
     /// # Errors
     /// When it is gone.
-    pub fn send(&mut self, line: &ClientLine) -> Result<(), ViaError> {
+    pub fn send(&mut self, line: &ClientLine) -> Result<(), ShareClientError> {
         self.socket
             .write_all(&line.to_line())
-            .map_err(|error| ViaError::Closed(self.address.clone(), format!(": {error}")))
+            .map_err(|error| ShareClientError::Closed(self.address.clone(), format!(": {error}")))
     }
 
     /// The station's next line; what is none is passed over, as the raw bytes before its welcome.
     ///
     /// # Errors
     /// When the station is gone or says nothing until the deadline.
-    pub fn next(&mut self, deadline: Instant) -> Result<StationLine, ViaError> {
+    pub fn next(&mut self, deadline: Instant) -> Result<StationLine, ShareClientError> {
         loop {
             while !self.unread.is_empty() {
                 let (taken, line) = self.lines.take(&self.unread);
@@ -103,18 +107,26 @@ impl Via {
                 }
             }
             if Instant::now() >= deadline {
-                return Err(ViaError::Silent(self.address.clone()));
+                return Err(ShareClientError::Silent(self.address.clone()));
             }
             let mut buffer = [0; 4096];
             match self.socket.read(&mut buffer) {
-                Ok(0) => return Err(ViaError::Closed(self.address.clone(), String::new())),
+                Ok(0) => {
+                    return Err(ShareClientError::Closed(
+                        self.address.clone(),
+                        String::new(),
+                    ));
+                }
                 Ok(count) => self.unread.extend_from_slice(&buffer[..count]),
                 Err(error) => match error.kind() {
                     io::ErrorKind::WouldBlock
                     | io::ErrorKind::TimedOut
                     | io::ErrorKind::Interrupted => {}
                     _ => {
-                        return Err(ViaError::Closed(self.address.clone(), format!(": {error}")));
+                        return Err(ShareClientError::Closed(
+                            self.address.clone(),
+                            format!(": {error}"),
+                        ));
                     }
                 },
             }
