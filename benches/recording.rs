@@ -12,15 +12,12 @@ use std::path::Path;
 use std::time::{Duration, Instant, UNIX_EPOCH};
 
 use groundwave::capture::convert::convert_raw;
-use groundwave::capture::recover::{Paths, recover};
+use groundwave::capture::recover::recover;
 use groundwave::capture::topics::Deriver;
 use groundwave::capture::{Existing, Recorder, Session};
 use sr04_sim::{Simulation, SimulationConfig, World};
 
 const DAY_S: u64 = 86_400;
-
-/// Orders that wait for the disk; the recorder drops those beyond 1024.
-const BACKLOG_MAX: u64 = 800;
 
 fn main() -> Result<(), Box<dyn Error>> {
     let folder = tempfile::tempdir()?;
@@ -66,15 +63,11 @@ fn main() -> Result<(), Box<dyn Error>> {
         );
     }
 
-    let paths = Paths::of(&folder.path().join("killed.mcap"));
-    interrupted(&paths, &day)?;
+    let path = folder.path().join("killed.mcap");
+    interrupted(&path, &day)?;
     let began = Instant::now();
-    let recovery = recover(&paths.target)?;
-    println!(
-        "recover from the journal: {:.2?}: {}",
-        began.elapsed(),
-        recovery.headline()
-    );
+    let recovery = recover(&path)?;
+    println!("finish: {:.2?}: {}", began.elapsed(), recovery.headline());
     println!("memory: {} kB at most", memory_kb("VmHWM"));
 
     if std::env::args().any(|argument| argument == "--month") {
@@ -136,11 +129,6 @@ fn record(path: &Path, day: &[u8], days: u64, way: Way) -> Result<(), Box<dyn Er
             println!("day {}: {now} kB now, {most} kB at most", n + 1);
         }
     }
-    assert_eq!(
-        recorder.dropped(),
-        0,
-        "the disk is too slow to measure this"
-    );
     recorder.finish()?;
     Ok(())
 }
@@ -155,28 +143,15 @@ fn feed(recorder: &mut Recorder, day: &[u8], days: u64, way: Way) {
         let wall = Duration::from_secs(days * DAY_S) + period * n;
         let now = if is_live { wall } else { Duration::ZERO };
         recorder.handle_rx(now, UNIX_EPOCH + wall, read);
-        if recorder.backlog() > BACKLOG_MAX {
-            // Whoever looks every millisecond takes more CPU than the recorder.
-            while recorder.backlog() > BACKLOG_MAX / 4 {
-                std::thread::sleep(Duration::from_millis(20));
-            }
-        }
     }
 }
 
-/// A recording that is not finished when its files are copied.
-fn interrupted(paths: &Paths, day: &[u8]) -> Result<(), Box<dyn Error>> {
-    let live = paths.target.with_file_name("interrupted.mcap");
-    let mut recorder = Recorder::start(&live, Existing::Refuse, &session())?;
+/// A recording that is not finished.
+fn interrupted(path: &Path, day: &[u8]) -> Result<(), Box<dyn Error>> {
+    let mut recorder = Recorder::start(path, Existing::Refuse, &session())?;
     // A moment less than a day: the next part has not begun.
     feed(&mut recorder, &day[..day.len() - 800], 0, Way::Live(40));
-    while recorder.backlog() > 0 {
-        std::thread::yield_now();
-    }
-    let live = Paths::of(&live);
-    fs::copy(&live.partial, &paths.partial)?;
-    fs::copy(&live.journal, &paths.journal)?;
-    recorder.discard();
+    recorder.abandon();
     Ok(())
 }
 

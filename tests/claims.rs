@@ -4,7 +4,7 @@ use crate::streams;
 use std::fs;
 
 use crate::recordings::{chunks, finished, killed};
-use groundwave::capture::recover::{End, Outcome, recover};
+use groundwave::capture::recover::{Outcome, recover};
 use tempfile::TempDir;
 
 /// An older file of that name is another's evidence.
@@ -41,93 +41,38 @@ fn what_follows_the_end_mark_is_cut_off_and_kept() {
     }
 }
 
-/// "All" is said only of what the journal proves.
+/// "All" is said only of a file that ends with a whole message.
 #[test]
-fn an_end_that_nobody_knows_is_told() {
+fn a_torn_end_is_reported() {
     let folder = TempDir::new().unwrap();
-    let stream = streams::clean(60);
-    let paths = killed(folder.path(), &stream);
-    let partial = fs::read(&paths.partial).unwrap();
-    let journal = fs::read(&paths.journal).unwrap();
-    for (kept, end, said) in [
-        (
-            Some(journal.len()),
-            End::Known,
-            "bytes that reached the disk",
-        ),
-        (
-            Some(journal.len() - 1),
-            End::JournalCut,
-            "the journal ends in the middle of an entry: what came after byte",
-        ),
-        (
-            None,
-            End::NoJournal,
-            "the journal is missing: what came after byte",
-        ),
-        (
-            Some(0),
-            End::JournalShort,
-            "the journal ends before the recording",
-        ),
+    let path = killed(folder.path(), &streams::clean(60));
+    let unfinished = fs::read(&path).unwrap();
+    for (bytes, said) in [
+        (unfinished.len(), "bytes that reached the disk"),
+        (unfinished.len() - 1, "bytes received after byte"),
     ] {
-        fs::write(&paths.partial, &partial).unwrap();
-        if let Some(bytes) = kept {
-            fs::write(&paths.journal, &journal[..bytes]).unwrap();
-        }
-        let recovery = recover(&paths.target).unwrap();
+        fs::write(&path, &unfinished[..bytes]).unwrap();
+        let recovery = recover(&path).unwrap();
         let headline = recovery.headline();
-        assert_eq!(recovery.end, end, "{headline}");
+        let is_whole = bytes == unfinished.len();
+        assert_eq!(recovery.is_cut, !is_whole, "{headline}");
         assert_eq!(recovery.outcome, Outcome::Recovered, "{headline}");
         assert!(headline.contains(said), "{headline}");
-        assert_eq!(headline.contains(" all "), end == End::Known, "{headline}");
-        fs::remove_file(&paths.target).unwrap();
+        assert_eq!(headline.contains(" all "), is_whole, "{headline}");
     }
 }
 
-/// The unfinished file cannot be read and the journal is no proof that nothing was in it.
+/// The end of a finished file is lost with what was in it.
 #[test]
-fn what_the_journal_does_not_replace_is_kept() {
+fn a_finished_file_that_was_cut_is_kept() {
     let folder = TempDir::new().unwrap();
-    let paths = killed(folder.path(), &streams::clean(60));
-    let mut partial = fs::read(&paths.partial).unwrap();
-    let journal = fs::read(&paths.journal).unwrap();
-    let chunks = chunks(&paths.partial);
-    for (start, length) in &chunks {
-        partial[start + length / 2] ^= 1;
-    }
-    let mut damaged = journal.clone();
-    damaged[40] ^= 1;
-    for (journal, outcome) in [
-        (&journal[..], Outcome::Recovered),
-        (&[], Outcome::Partly),
-        (&damaged, Outcome::Partly),
-    ] {
-        fs::write(&paths.partial, &partial).unwrap();
-        fs::write(&paths.journal, journal).unwrap();
-        let recovery = recover(&paths.target).unwrap();
-        let headline = recovery.headline();
-        assert_eq!(recovery.damage.len(), chunks.len(), "{headline}");
-        assert_eq!(recovery.outcome, outcome, "{headline}");
-        let kept = recovery.original.map(|kept| fs::read(kept).unwrap());
-        let is_kept = kept.as_ref() == Some(&partial);
-        assert_eq!(is_kept, outcome == Outcome::Partly, "{headline}");
-        fs::remove_file(&paths.target).unwrap();
-    }
-}
-
-/// The last chunk is damaged and stands at the end; the journal ends before it.
-#[test]
-fn a_journal_that_ends_before_the_damage_proves_nothing_of_it() {
-    let folder = TempDir::new().unwrap();
-    let paths = killed(folder.path(), &streams::clean(60));
-    let mut partial = fs::read(&paths.partial).unwrap();
-    let (start, length) = *chunks(&paths.partial).last().unwrap();
-    partial.truncate(start + length);
-    partial[start + length / 2] ^= 1;
-    fs::write(&paths.partial, partial).unwrap();
-    fs::write(&paths.journal, "").unwrap();
-    let recovery = recover(&paths.target).unwrap();
-    assert_eq!(recovery.end, End::JournalShort);
+    let path = finished(folder.path(), &streams::clean(60));
+    let (start, length) = *chunks(&path).last().unwrap();
+    let mut cut = fs::read(&path).unwrap();
+    cut.truncate(start + length / 2);
+    fs::write(&path, &cut).unwrap();
+    let recovery = recover(&path).unwrap();
     assert_eq!(recovery.outcome, Outcome::Partly, "{}", recovery.headline());
+    assert!(recovery.headline().contains("the file was cut"));
+    assert_eq!(fs::read(recovery.original.unwrap()).unwrap(), cut);
 }

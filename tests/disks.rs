@@ -9,7 +9,8 @@ use std::time::{Duration, Instant, SystemTime};
 
 use crate::programs::{GROUNDWAVE, Sim, Telling, expect, scratch};
 use crate::pty::OnTerminal;
-use groundwave::capture::recover::{Outcome, Paths, recover};
+use groundwave::capture::files::find_interrupted;
+use groundwave::capture::recover::{Outcome, recover};
 use groundwave::capture::{Existing, RawWriter, Recorder, Session};
 
 /// A limit on the size of files does what a full disk does, and needs no rights.
@@ -18,7 +19,7 @@ fn a_full_disk_is_told_and_the_robot_is_watched_on() {
     let folder = scratch("full");
     let sim = Sim::start(&["--listen", "127.0.0.1:0", "--time-factor", "50"]);
     let path = folder.join("run.mcap");
-    let script = "trap '' XFSZ; ulimit -f 60; exec \"$0\" \"$@\"";
+    let script = "trap '' XFSZ; ulimit -f 100; exec \"$0\" \"$@\"";
     let mut watch = Telling::start_as(
         "sh",
         &[
@@ -37,7 +38,7 @@ fn a_full_disk_is_told_and_the_robot_is_watched_on() {
         value["event"] == "notice" && value["level"] == "alarm"
     });
     let text = told["text"].as_str().unwrap();
-    assert!(text.contains("run.mcap."), "{text}");
+    assert!(text.contains("run.mcap"), "{text}");
     assert!(
         text.contains("what was written until then is kept"),
         "{text}"
@@ -46,13 +47,11 @@ fn a_full_disk_is_told_and_the_robot_is_watched_on() {
     assert!(text.contains(&hint), "{text}");
     watch.wait_for_new("another line", |value| value["event"] == "line");
     drop(watch);
-    let paths = Paths::of(&path);
     let recovery = recover(&path).unwrap();
     assert!(recovery.rx_bytes > 5000, "{recovery:?}");
-    assert!(path.exists() && !paths.are_interrupted());
+    assert!(path.exists() && find_interrupted(&folder).is_empty());
 }
 
-/// The journal is full long before the recording itself is written on: one key goes on in another file all the same.
 #[test]
 fn after_a_full_disk_one_key_records_on() {
     let folder = scratch("full-dashboard");
@@ -91,15 +90,13 @@ fn an_interrupted_recording_is_recovered_when_the_next_begins() {
         killed.wait_for_new("a line", |value| value["event"] == "line");
     }
     drop(killed);
-    assert!(Paths::of(&path).are_interrupted());
+    assert_eq!(find_interrupted(&folder), [path.as_path()]);
     // The name is wanted for another: both are kept.
     let (_, err) = expect(0, &["record", &sim.path, "-o", name, "--duration", "1s"]);
     assert!(err.contains("recovered"), "{err}");
     assert!(err.contains("run.interrupted.mcap"), "{err}");
     for name in ["run.mcap", "run.interrupted.mcap"] {
-        let paths = Paths::of(&folder.join(name));
-        assert!(paths.target.exists() && !paths.are_interrupted(), "{name}");
-        assert_eq!(recover(&paths.target).unwrap().outcome, Outcome::Whole);
+        assert_eq!(recover(&folder.join(name)).unwrap().outcome, Outcome::Whole);
     }
     let (_, err) = expect(2, &["record", &sim.path, "-o", name, "--duration", "1s"]);
     assert!(err.contains("exists") && err.contains("--force"), "{err}");
@@ -136,7 +133,9 @@ fn a_disk_that_is_full_stops_a_recovery_and_changes_nothing() {
 fn what_cannot_be_recovered_is_told_once() {
     let folder = scratch("hopeless");
     for name in ["a.mcap", "b.mcap", "c.mcap"] {
-        fs::write(Paths::of(&folder.join(name)).partial, "").unwrap();
+        recorder(&folder.join(name)).abandon();
+        // In the way of what recovery writes.
+        fs::create_dir(folder.join(format!("{name}.finishing"))).unwrap();
     }
     let path = folder.join("run.mcap");
     let output = Command::new(GROUNDWAVE)
@@ -162,12 +161,7 @@ fn what_cannot_be_recovered_is_told_once() {
 #[test]
 fn names_of_unfinished_recordings_are_refused() {
     let folder = scratch("names");
-    for name in [
-        "x.mcap.journal",
-        "x.mcap.partial",
-        "x.damaged",
-        "x.recovering",
-    ] {
+    for name in ["x.damaged", "x.mcap.finishing"] {
         let path = folder.join(name);
         let (_, err) = expect(2, &["record", "-", "-o", path.to_str().unwrap()]);
         assert!(err.contains(name) && err.contains("another name"), "{err}");
@@ -281,31 +275,19 @@ fn files_that_are_taken_away_are_told_within_seconds() {
     const SOON: Duration = Duration::from_secs(10);
     let folder = scratch("taken");
     let path = |name: &str| folder.join(name);
-    let paths = |name: &str| Paths::of(&path(name));
 
-    let mut all = recorder(&path("all.mcap"));
-    fs::remove_file(paths("all.mcap").journal).unwrap();
-    fs::remove_file(paths("all.mcap").partial).unwrap();
-    all.handle_timeout(SOON);
-    assert!(problem(&all).contains("cannot be reached"));
-    assert!(all.finish().is_err());
+    let mut removed = recorder(&path("removed.mcap"));
+    fs::remove_file(path("removed.mcap")).unwrap();
+    removed.handle_timeout(SOON);
+    assert!(problem(&removed).contains("cannot be reached"));
+    assert!(removed.finish().is_err());
 
-    let mut partial = recorder(&path("partial.mcap"));
-    fs::remove_file(paths("partial.mcap").partial).unwrap();
-    partial.handle_timeout(SOON);
-    assert!(problem(&partial).contains("groundwave recover"));
-    assert!(partial.finish().is_err());
-    assert_eq!(recover(&path("partial.mcap")).unwrap().rx_bytes, 6);
-
-    let mut journal = recorder(&path("journal.mcap"));
-    fs::remove_file(paths("journal.mcap").journal).unwrap();
-    journal.handle_timeout(SOON);
-    assert!(problem(&journal).contains("goes on without it"));
-    journal.finish().unwrap();
-    assert_eq!(
-        recover(&path("journal.mcap")).unwrap().outcome,
-        Outcome::Whole
-    );
+    let mut moved = recorder(&path("here.mcap"));
+    fs::rename(path("here.mcap"), path("there.mcap")).unwrap();
+    moved.handle_timeout(SOON);
+    assert!(problem(&moved).contains("moved or renamed"));
+    assert!(moved.finish().is_err());
+    assert_eq!(recover(&path("there.mcap")).unwrap().rx_bytes, 6);
 
     let mut replaced = RawWriter::create(path("a.txt"), Existing::Refuse).unwrap();
     replaced.look();

@@ -38,7 +38,7 @@ const CASES: &[(i32, &[&str], &str)] = &[
     (2, &["demo"], "use `groundwave sim` instead"),
     (2, &["watch", "sim"], "use `watch --headless` instead"),
     (2, &["recover", "gone"], NO_FILE),
-    (1, &["recover", "a.txt"], "there is no journal"),
+    (1, &["recover", "a.txt"], "no part of a Groundwave recording"),
     (2, &["label", "gone"], NO_FILE),
     (2, &["label", "."], IS_FOLDER),
     (2, &["compare", CAPTURE, "gone"], NO_FILE),

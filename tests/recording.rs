@@ -53,7 +53,8 @@ fn days_are_recorded_in_parts_that_are_whole_by_themselves() {
 
 #[test]
 fn what_was_remembered_comes_first_with_its_times() {
-    use groundwave::capture::journal::{Entry, Kind};
+    use groundwave::capture::Observation;
+    use groundwave::capture::messages::RawBytes;
     let folder = TempDir::new().unwrap();
     let path = folder.path().join("late.mcap");
     let stream = streams::clean(30);
@@ -62,13 +63,15 @@ fn what_was_remembered_comes_first_with_its_times() {
         ..session()
     };
     let mut recorder = Recorder::start(&path, Existing::Refuse, &session).unwrap();
-    let remembered = stream[..1600].chunks(80).zip(0..).map(|(line, n)| Entry {
-        kind: Kind::Rx,
-        at_ns: (START_S - 600 + n) * 1_000_000_000,
-        offset: 0,
-        data: line.to_vec(),
+    let remembered = stream[..1600].chunks(80).zip(0..).map(|(line, n)| {
+        let raw = RawBytes {
+            stream_offset: 0,
+            data: line.to_vec(),
+        };
+        let at_ns = (START_S - 600 + n) * 1_000_000_000;
+        (at_ns, Observation::Received(raw))
     });
-    recorder.handle_backlog(Duration::ZERO, remembered.collect());
+    recorder.handle_backlog(Duration::ZERO, &remembered.collect::<Vec<_>>());
     recorder.handle_rx(Duration::ZERO, wall(Duration::ZERO), &stream[1600..]);
     recorder.finish().unwrap();
     assert_eq!(concatenated(&path), stream);
@@ -93,7 +96,7 @@ fn a_folder_that_is_removed_is_told_of_in_the_end() {
     fs::remove_dir_all(&inner).unwrap();
     feed(&mut recorder, &streams::clean(30));
     let error = recorder.finish().unwrap_err().to_string();
-    assert!(error.contains("a.mcap.partial"), "{error}");
+    assert!(error.contains("a.mcap"), "{error}");
     let error = Recorder::start(&path, Existing::Refuse, &session()).err();
     let error = error.unwrap().to_string();
     assert!(error.contains("create the folder first"), "{error}");

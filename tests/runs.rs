@@ -3,8 +3,10 @@
 use std::fs;
 use std::path::Path;
 use std::process::{Command, Output};
+use std::time::{Duration, SystemTime};
 
 use groundwave::capture::convert::convert_raw;
+use groundwave::capture::{Existing, Recorder, Session};
 use groundwave_protocol::telemetry::{Ack, Body, Line, Note, SongLine};
 use serde_json::Value;
 
@@ -206,12 +208,20 @@ fn program_without_a_command_suggests_the_newest_capture() {
     let raw = concat!(env!("CARGO_MANIFEST_DIR"), "/captures/house-clean.txt");
     fs::copy(raw, folder.path().join("evening.txt")).unwrap();
     // Nothing of ours.
-    fs::write(folder.path().join("film.mkv.partial"), "half").unwrap();
+    fs::write(folder.path().join("film.mcap.finishing"), "half").unwrap();
     let said = offered();
     assert!(said.contains("groundwave replay evening.txt"), "{said}");
     assert!(!said.contains("recover"), "{said}");
-    let late = folder.path().join("late.mcap.journal");
-    fs::write(&late, "killed").unwrap();
+    let late = folder.path().join("late.mcap");
+    let session = Session {
+        link: "radio".to_owned(),
+        start: SystemTime::UNIX_EPOCH,
+        notes: [].into(),
+        configuration: String::new(),
+    };
+    let mut killed = Recorder::start(&late, Existing::Refuse, &session).unwrap();
+    killed.handle_rx(Duration::ZERO, session.start, b"noise\n");
+    killed.abandon();
     let said = offered();
     assert!(said.contains("groundwave recover late.mcap "), "{said}");
     // One that somebody writes at this moment.

@@ -10,14 +10,15 @@ use groundwave::capture::Capture;
 use groundwave::capture::info::Info;
 use groundwave::capture::messages::RawBytes;
 use groundwave::capture::runs::Label;
+use groundwave::capture::session_writer::{CHUNK_BYTES, TopicWriter};
 use groundwave::capture::topics::{Topic, TopicMessage};
-use groundwave::capture::writer::McapWriter;
 use groundwave::event::{CommandStatus, Event};
 use groundwave::request::Request;
 use groundwave::statistics::Resync;
 use groundwave_protocol::command::{Command as Sequenced, Key, Message, Order};
 use groundwave_protocol::status_codes::Mode;
 use groundwave_protocol::telemetry::{Ack, Body, Line, TextLine};
+use mcap::records::Metadata;
 use prost::Message as _;
 use serde_json::Value;
 
@@ -34,7 +35,7 @@ fn line(sequence: u8) -> [u8; 80] {
 /// twice, and 4 bytes of knocking.
 #[test]
 fn a_recording_made_by_hand_comes_to_what_a_pencil_says() {
-    let mut mcap = McapWriter::new(Vec::new()).unwrap();
+    let mut mcap = TopicWriter::new(Vec::new(), CHUNK_BYTES).unwrap();
     let mut offsets = [0, 0];
     let mut write = |topic, at_s: u64, data: Vec<u8>| {
         let offset = &mut offsets[usize::from(topic == Topic::RawTx)];
@@ -70,7 +71,11 @@ fn a_recording_made_by_hand_comes_to_what_a_pencil_says() {
         ("software_version", "0.1.0"),
     ];
     let about = about.map(|(what, words)| (what.to_owned(), words.to_owned()));
-    mcap.write_metadata("session", &about.into()).unwrap();
+    let session = Metadata {
+        name: "session".to_owned(),
+        metadata: about.into(),
+    };
+    mcap.write_metadata(&session).unwrap();
     let path = scratch("by-hand").join("by-hand.mcap");
     fs::write(&path, mcap.finish().unwrap()).unwrap();
 
@@ -231,7 +236,7 @@ fn headless_tells_the_figures_at_its_end() {
 #[test]
 fn a_clock_that_could_not_have_carried_the_bytes_tells_no_airtime() {
     // 100 lines in 10 s, as from a simulator that runs three times as fast.
-    let mut mcap = McapWriter::new(Vec::new()).unwrap();
+    let mut mcap = TopicWriter::new(Vec::new(), CHUNK_BYTES).unwrap();
     for n in 0..100_u8 {
         let at_ns = u64::from(n) * 100_000_000;
         let bytes = RawBytes {

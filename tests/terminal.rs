@@ -370,7 +370,7 @@ fn a_signal_ends_a_dashboard_whose_terminal_takes_nothing() {
     for _ in 0..40 {
         watch.type_keys(REDRAW);
         // Some lines of the robot later there is another frame.
-        let size = || fs::metadata(format!("{capture}.journal")).map_or(0, |it| it.len());
+        let size = || fs::metadata(capture).map_or(0, |it| it.len());
         let before = size();
         while size() < before + 500 {
             std::thread::yield_now();

@@ -129,6 +129,11 @@ proptest! {
         let rx = counted.remove("/raw/rx").unwrap();
         let mut expected = verdict.messages;
         prop_assert!(rx >= expected.remove("/raw/rx").unwrap());
+        // Each piece says anew what a reader of it has to know first.
+        for topic in ["/log", "/markers", "/path", "/uplink"] {
+            let (pieces, whole) = (counted.remove(topic), expected.remove(topic));
+            prop_assert!(pieces >= whole, "{}: {:?} {:?}", topic, pieces, whole);
+        }
         prop_assert_eq!(counted, expected);
     }
 }

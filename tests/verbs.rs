@@ -7,10 +7,8 @@ use std::path::Path;
 use std::process::{Command, Stdio};
 
 use crate::programs::{GROUNDWAVE, expect, scratch};
-use groundwave::capture::index;
+use groundwave::capture::Capture;
 use groundwave::capture::info::Info;
-use groundwave::capture::journal::JournalWriter;
-use groundwave::capture::{Capture, CaptureError};
 
 fn open(bytes: &[u8]) -> Capture {
     Capture::read("", Box::new(Cursor::new(bytes.to_vec()))).unwrap()
@@ -237,48 +235,4 @@ fn recording_to_dash_is_refused() {
         assert!(err.contains("watch LINK --headless"), "{err}");
     }
     assert_eq!(fs::read_dir(&folder).unwrap().count(), 0);
-}
-
-#[test]
-fn a_part_of_an_unfinished_recording_is_named_as_a_whole_one() {
-    let folder = scratch("unfinished");
-    let file = |name: &str| folder.join(name).to_str().unwrap().to_owned();
-    fs::write(file("a.txt"), streams::clean(30)).unwrap();
-    expect(0, &["convert", &file("a.txt")]);
-    fs::rename(file("a.mcap"), file("a.mcap.partial")).unwrap();
-    expect(0, &["cut", "--from", "1", &file("a.mcap.partial")]);
-    expect(0, &["verify", &file("a.mcap.cut.mcap")]);
-    fs::rename(file("a.txt"), file("a.txt.partial")).unwrap();
-    let (_, err) = expect(2, &["cut", "--from", "1", &file("a.txt.partial")]);
-    assert!(err.contains("raw text"), "{err}");
-}
-
-#[test]
-fn a_journal_is_not_taken_for_a_raw_capture() {
-    let folder = scratch("journal");
-    let path = folder.join("a.mcap.journal");
-    let mut journal = JournalWriter::create(&path).unwrap();
-    journal.session(1, b"{}");
-    journal.rx(2, &streams::clean(30));
-    assert_eq!(journal.problem(), None);
-    drop(journal);
-    let name = path.to_str().unwrap();
-    for verb in [
-        ["info"].as_slice(),
-        &["decode", "--to", "csv"],
-        &["convert"],
-        &["verify"],
-        &["songs"],
-        &["cut", "--from", "1s"],
-        &["export", "--to", "csv"],
-    ] {
-        let (_, err) = expect(2, &[verb, &[name]].concat());
-        let told = "is the journal of a recording: groundwave recover ";
-        assert!(err.contains(told), "{verb:?}: {err}");
-    }
-    // What `replay` opens.
-    let error = index::open(&path).err().unwrap();
-    assert!(matches!(error, CaptureError::Journal(_)), "{error}");
-    expect(0, &["recover", name]);
-    expect(0, &["info", folder.join("a.mcap").to_str().unwrap()]);
 }

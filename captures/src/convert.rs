@@ -4,7 +4,8 @@ use std::collections::BTreeMap;
 use std::io::{self, Read, Write};
 use std::time::{Duration, UNIX_EPOCH};
 
-use super::composer::{Composer, Session};
+use super::session::Session;
+use super::session_writer::SessionWriter;
 use super::text::TextReader;
 
 /// Why a capture was not converted.
@@ -52,17 +53,17 @@ pub fn convert_raw(
         notes: BTreeMap::new(),
         configuration: String::new(),
     };
-    let mut composer = Composer::new(output, &session).map_err(ConvertError::Write)?;
+    let mut writer = SessionWriter::new(output, &session).map_err(ConvertError::Write)?;
     while let Some(piece) = reader.next_piece().map_err(ConvertError::Read)? {
         let at_ns = start_ns.saturating_add(nanoseconds(piece.at));
-        composer
+        writer
             .handle_rx(at_ns, piece.radio)
             .map_err(ConvertError::Write)?;
     }
-    let bytes = composer.deriver().rx_bytes();
+    let bytes = writer.deriver().rx_bytes();
     // Whatever is left over after the last line feed is no line.
-    let counters = *composer.deriver().counters();
-    composer.finish().map_err(ConvertError::Write)?;
+    let counters = *writer.deriver().counters();
+    writer.finish().map_err(ConvertError::Write)?;
     Ok(Converted {
         bytes,
         lines: counters.lines + counters.ack_lines,

@@ -3,26 +3,21 @@
 //! A line belongs to the part in which it ends, with all of its bytes; so parts that meet make up the
 //! whole, and each of them decodes and verifies by itself.
 
-use std::collections::{BTreeMap, HashSet, VecDeque};
+use std::collections::{BTreeMap, VecDeque};
 use std::io::{self, Read, Write};
 use std::time::{Duration, UNIX_EPOCH};
 
-use ::mcap::parse_record;
-use ::mcap::records::{Record, op};
+use ::mcap::records::Metadata;
 use groundwave_protocol::LINE_BYTES;
-use prost::Message as _;
 
-use super::mcap_reader::{Damages, Entries, Entry};
+use super::mcap_reader::Damages;
 use super::messages::RawBytes;
 use super::name::utc;
+use super::observations::{Item, Observation, Observations};
+use super::session_writer::{CHUNK_BYTES, SessionWriter};
 use super::text::TextReader;
-use super::topics::Topic;
+use super::topics::{RAW_RX, RAW_TX};
 use super::when::When;
-use super::writer::records::record;
-use super::writer::{Attachment, McapWriter};
-
-/// What is decoded from bytes is recorded a moment after them and still belongs to them.
-const LAG_NS: u64 = 1_000_000_000;
 
 /// From when to when; the end is not part of it.
 #[derive(Clone, Copy, Debug, Default)]
@@ -52,8 +47,8 @@ pub enum CutError {
 pub struct Part {
     /// Bytes received.
     pub bytes: u64,
-    /// Messages; none in a raw capture.
-    pub messages: u64,
+    /// Observations; none in a raw capture.
+    pub observations: u64,
     /// From the beginning of the whole capture to its last bytes; of a raw one only as far as it had to be read.
     pub whole: Duration,
     /// Why the capture could not be read whole.
@@ -97,37 +92,53 @@ pub fn cut_raw(
     Ok(part)
 }
 
-/// Cuts an MCAP: the messages of all topics, with every table and attachment. `/raw/rx` and `/raw/tx` begin
-/// again at offset 0; the table `cut` says where they began.
+/// Cuts a recording: what was received and sent and what the station did, with all that follows from it, every table and
+/// every attachment. `/raw/rx` and `/raw/tx` begin again at offset 0; the table `cut` says where they began.
 ///
 /// # Errors
 /// When reading or writing fails.
 pub fn cut_mcap(source: impl Read, window: Window, output: impl Write) -> Result<Part, CutError> {
-    let mut entries = Entries::new(source);
-    let mut next = entries.next_entry().map_err(CutError::Read)?;
+    let mut observations = Observations::new(source);
     let mut cutter = Cutter {
-        writer: McapWriter::empty(output, &library(next.as_ref())).map_err(CutError::Write)?,
+        writer: SessionWriter::with_chunks(output, CHUNK_BYTES).map_err(CutError::Write)?,
         window,
         start_ns: None,
-        place: Place::Before,
-        schemas: HashSet::new(),
-        channels: HashSet::new(),
-        held: Held::default(),
-        offsets: BTreeMap::new(),
-        ends: BTreeMap::new(),
-        in_summary: false,
-        damages: Damages::default(),
+        pending: VecDeque::new(),
+        pending_bytes: 0,
+        rx_offset: None,
+        tx_offset: None,
         part: Part::default(),
     };
-    while let Some(entry) = next {
-        cutter.take_entry(entry).map_err(CutError::Write)?;
-        next = entries.next_entry().map_err(CutError::Read)?;
+    let mut damages = Damages::default();
+    let (mut rx_end, mut tx_end) = (0, 0);
+    while let Some(item) = observations.next_item().map_err(CutError::Read)? {
+        match item {
+            Item::Damage(damage) => damages.push(damage),
+            Item::Observation { at_ns, observation } => {
+                let stream = match &observation {
+                    Observation::Received(raw) => Some((RAW_RX, raw, &mut rx_end)),
+                    Observation::Sent(raw) => Some((RAW_TX, raw, &mut tx_end)),
+                    Observation::Event(_) => None,
+                };
+                if let Some((topic, raw, end)) = stream {
+                    let at = raw.stream_offset;
+                    if at < *end {
+                        damages.push(format_args!("{topic}: the bytes at {at} come twice"));
+                        continue;
+                    }
+                    *end = at.saturating_add(raw.data.len() as u64);
+                }
+                cutter
+                    .handle_observation(at_ns, observation)
+                    .map_err(CutError::Write)?;
+            }
+            item => cutter.writer.handle_item(item).map_err(CutError::Write)?,
+        }
     }
-    let damages = std::mem::take(&mut cutter.damages);
     let mut part = cutter.finish().map_err(CutError::Write)?;
     part.problem = if !damages.is_empty() {
         Some(damages.in_words())
-    } else if entries.is_finished() {
+    } else if observations.has_ended() {
         None
     } else {
         Some("the recording was interrupted: its end is missing".to_owned())
@@ -135,142 +146,17 @@ pub fn cut_mcap(source: impl Read, window: Window, output: impl Write) -> Result
     Ok(part)
 }
 
-/// What wrote a capture, as its first record says: the channels of a part have the same numbers.
-fn library(first: Option<&Entry<'_>>) -> String {
-    match first {
-        Some(Entry::Other { opcode, body }) => match parse_record(*opcode, body) {
-            Ok(Record::Header(header)) => header.library,
-            _ => String::new(),
-        },
-        _ => String::new(),
-    }
-}
-
-#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
-enum Way {
-    Down,
-    Up,
-}
-
-enum Content {
-    Raw(Way, RawBytes),
-    Other(Vec<u8>),
-}
-
-struct Message {
-    channel: u16,
-    /// Received and made, nanoseconds.
-    times: (u64, u64),
-    content: Content,
-}
-
-impl Message {
-    /// The bytes received, if it is such.
-    const fn received(&self) -> Option<&RawBytes> {
-        match &self.content {
-            Content::Raw(Way::Down, raw) => Some(raw),
-            _ => None,
-        }
-    }
-
-    const fn received_mut(&mut self) -> Option<&mut RawBytes> {
-        match &mut self.content {
-            Content::Raw(Way::Down, raw) => Some(raw),
-            _ => None,
-        }
-    }
-}
-
-/// The latest messages: from the one with the first byte that may belong to an unfinished line.
-#[derive(Default)]
-struct Held {
-    messages: VecDeque<Message>,
-    /// Bytes received that are in `messages`.
-    bytes: usize,
-    /// Those of them, at the end, that no line feed follows; never a whole line.
-    unfinished: usize,
-}
-
-impl Held {
-    fn push(&mut self, message: Message) {
-        if let Some(raw) = message.received() {
-            let line_feed = raw.data.iter().rposition(|byte| *byte == b'\n');
-            let unfinished = match line_feed {
-                Some(place) => raw.data.len() - place - 1,
-                None => self.unfinished + raw.data.len(),
-            };
-            self.unfinished = unfinished.min(LINE_BYTES - 1);
-            self.bytes += raw.data.len();
-        }
-        self.messages.push_back(message);
-    }
-
-    /// The oldest message, unless it may hold a byte of an unfinished line.
-    fn pop(&mut self) -> Option<Message> {
-        let oldest = self.messages.front()?;
-        let bytes = oldest.received().map_or(0, |raw| raw.data.len());
-        if oldest.received().is_some() && self.bytes - bytes < self.unfinished {
-            return None;
-        }
-        self.bytes -= bytes;
-        self.messages.pop_front()
-    }
-
-    /// Splits at the unfinished line: what is before it stays here, and what is of it is returned.
-    fn split(&mut self) -> Self {
-        let mut rest = VecDeque::new();
-        let mut missing = self.unfinished;
-        for message in self.messages.iter_mut().rev() {
-            let (channel, times) = (message.channel, message.times);
-            let Some(raw) = message.received_mut() else {
-                continue;
-            };
-            let taken = missing.min(raw.data.len());
-            missing -= taken;
-            if taken > 0 {
-                let data = raw.data.split_off(raw.data.len() - taken);
-                let stream_offset = raw.stream_offset.saturating_add(raw.data.len() as u64);
-                let raw = RawBytes {
-                    stream_offset,
-                    data,
-                };
-                rest.push_front(Message {
-                    channel,
-                    times,
-                    content: Content::Raw(Way::Down, raw),
-                });
-            }
-        }
-        Self {
-            messages: rest,
-            bytes: self.unfinished,
-            unfinished: self.unfinished,
-        }
-    }
-}
-
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-enum Place {
-    Before,
-    Inside,
-    After,
-}
-
 struct Cutter<W: Write> {
-    writer: McapWriter<W>,
+    writer: SessionWriter<W>,
     window: Window,
+    /// Time of the first observation.
     start_ns: Option<u64>,
-    place: Place,
-    /// Those that have been copied, by their numbers.
-    schemas: HashSet<u16>,
-    channels: HashSet<u16>,
-    held: Held,
-    /// Where each way began in the capture.
-    offsets: BTreeMap<Way, u64>,
-    /// Where each way has got to.
-    ends: BTreeMap<Way, u64>,
-    in_summary: bool,
-    damages: Damages,
+    /// Received and not followed by a line feed yet, with their times; never a whole line.
+    pending: VecDeque<(u64, RawBytes)>,
+    pending_bytes: usize,
+    /// Where each stream began in the capture.
+    rx_offset: Option<u64>,
+    tx_offset: Option<u64>,
     part: Part,
 }
 
@@ -278,198 +164,117 @@ impl Part {
     /// Whether nothing of the capture lies in the window.
     #[must_use]
     pub const fn is_empty(&self) -> bool {
-        self.bytes == 0 && self.messages == 0
+        self.bytes == 0 && self.observations == 0
     }
 }
 
 impl<W: Write> Cutter<W> {
-    fn take_entry(&mut self, entry: Entry<'_>) -> io::Result<()> {
-        let (channel, header, data) = match entry {
-            Entry::Damage(damage) => {
-                self.damages.push(damage);
-                return Ok(());
+    fn handle_observation(&mut self, at_ns: u64, observation: Observation) -> io::Result<()> {
+        let start_ns = *self.start_ns.get_or_insert(at_ns);
+        match observation {
+            Observation::Received(raw) => {
+                let passed = Duration::from_nanos(at_ns.saturating_sub(start_ns));
+                self.part.whole = self.part.whole.max(passed);
+                self.handle_received(at_ns, raw)
             }
-            Entry::Other { opcode, body } => {
-                self.in_summary |= opcode == op::DATA_END;
-                if self.in_summary {
-                    return Ok(());
-                }
-                return self.copy_record(opcode, body);
-            }
-            Entry::Message {
-                channel,
-                header,
-                data,
-            } => (channel, header, data),
-        };
-        let way = match Topic::from_name(&channel.topic) {
-            Some(Topic::RawRx) => Some(Way::Down),
-            Some(Topic::RawTx) => Some(Way::Up),
-            _ => None,
-        };
-        let content = match way.map(|way| (way, RawBytes::decode(data))) {
-            None => Content::Other(data.to_vec()),
-            Some((way, Ok(raw))) => {
-                let end = self.ends.entry(way).or_insert(0);
-                let at = raw.stream_offset;
-                if at < *end {
-                    let problem = format_args!("{}: the bytes at {at} come twice", channel.topic);
-                    self.damages.push(problem);
-                    return Ok(());
-                }
-                *end = at.saturating_add(raw.data.len() as u64);
-                Content::Raw(way, raw)
-            }
-            Some((_, Err(error))) => {
-                self.damages
-                    .push(format_args!("{}: {error}", channel.topic));
-                return Ok(());
-            }
-        };
-        self.take(Message {
-            channel: header.channel_id,
-            times: (header.log_time, header.publish_time),
-            content,
-        })
+            observation if self.is_inside(at_ns) => self.write(at_ns, observation),
+            _ => Ok(()),
+        }
     }
 
-    fn copy_record(&mut self, opcode: u8, body: &[u8]) -> io::Result<()> {
-        match opcode {
-            op::SCHEMA | op::CHANNEL | op::METADATA | op::ATTACHMENT => {}
-            _ => return Ok(()),
+    /// Bytes belong to the time at which their line ends.
+    fn handle_received(&mut self, at_ns: u64, mut raw: RawBytes) -> io::Result<()> {
+        if let Some(line_feed) = raw.data.iter().rposition(|byte| *byte == b'\n') {
+            let rest = raw.data.split_off(line_feed + 1);
+            let stream_offset = raw.stream_offset.saturating_add(raw.data.len() as u64);
+            self.pending.push_back((at_ns, raw));
+            self.give_pending(at_ns)?;
+            raw = RawBytes {
+                stream_offset,
+                data: rest,
+            };
         }
-        let copy = || {
-            let mut bytes = Vec::with_capacity(body.len() + 16);
-            record(&mut bytes, opcode, |to| to.extend_from_slice(body));
-            bytes
-        };
-        match parse_record(opcode, body) {
-            Ok(Record::Schema { header, .. }) if self.schemas.insert(header.id) => {
-                self.writer.add_schema(&copy());
-            }
-            Ok(Record::Channel(channel)) if self.channels.insert(channel.id) => {
-                self.writer.add_channel(&copy());
-            }
-            Ok(Record::Metadata(table)) => {
-                self.writer.write_metadata(&table.name, &table.metadata)?;
-            }
-            Ok(Record::Attachment { header, data, .. }) => {
-                self.writer.attach(&Attachment {
-                    name: &header.name,
-                    media_type: &header.media_type,
-                    time_ns: header.log_time,
-                    data: &data,
-                })?;
-            }
-            _ => {}
-        }
-        Ok(())
-    }
-
-    fn take(&mut self, message: Message) -> io::Result<()> {
-        let start_ns = *self.start_ns.get_or_insert(message.times.0);
-        if message.received().is_some() {
-            let passed = Duration::from_nanos(message.times.0.saturating_sub(start_ns));
-            self.part.whole = self.part.whole.max(passed);
-        }
-        let has_come = |when: Option<When>| when.is_some_and(|when| self.has_come(when, &message));
-        let is_after = has_come(self.window.to);
-        let is_inside = self.window.from.is_none() || has_come(self.window.from);
-        match self.place {
-            Place::Before if is_after => self.place = Place::After,
-            Place::Before if is_inside => {
-                self.held = self.held.split();
-                self.place = Place::Inside;
-            }
-            Place::Inside if is_after => self.leave()?,
-            _ => {}
-        }
-        match self.place {
-            Place::After => return Ok(()),
-            Place::Before => {
-                self.held.push(message);
-                while self.held.pop().is_some() {}
-            }
-            Place::Inside => {
-                self.held.push(message);
-                while let Some(message) = self.held.pop() {
-                    self.write(message)?;
-                }
+        self.pending_bytes += raw.data.len();
+        self.pending.push_back((at_ns, raw));
+        // Bytes before the last line's length of them cannot belong to a line any more.
+        while let Some((at_ns, raw)) = self.pending.front()
+            && self.pending_bytes - raw.data.len() >= LINE_BYTES - 1
+        {
+            let at_ns = *at_ns;
+            if let Some((_, raw)) = self.pending.pop_front() {
+                self.pending_bytes -= raw.data.len();
+                self.write_if_inside(at_ns, at_ns, raw)?;
             }
         }
         Ok(())
     }
 
-    /// Whether a moment has come with this message. Bytes received say so at once; anything else may have been
-    /// decoded from bytes that came before the moment.
-    fn has_come(&self, when: When, message: &Message) -> bool {
-        let moment_ns = match when {
-            When::Wall(ns) => ns,
-            When::Since(since) if since.is_zero() => 0,
+    /// Gives out the bytes that wait: their line ended at `end_ns`.
+    fn give_pending(&mut self, end_ns: u64) -> io::Result<()> {
+        self.pending_bytes = 0;
+        for (at_ns, raw) in std::mem::take(&mut self.pending) {
+            self.write_if_inside(end_ns, at_ns, raw)?;
+        }
+        Ok(())
+    }
+
+    fn write_if_inside(&mut self, end_ns: u64, at_ns: u64, raw: RawBytes) -> io::Result<()> {
+        if raw.data.is_empty() || !self.is_inside(end_ns) {
+            return Ok(());
+        }
+        self.write(at_ns, Observation::Received(raw))
+    }
+
+    fn is_inside(&self, at_ns: u64) -> bool {
+        let has_come = |when| match when {
+            When::Wall(ns) => at_ns >= ns,
             When::Since(since) => {
-                let start_ns = self.start_ns.unwrap_or(message.times.0);
-                start_ns.saturating_add(nanoseconds(since))
+                let start_ns = self.start_ns.unwrap_or(at_ns);
+                at_ns >= start_ns.saturating_add(nanoseconds(since))
             }
         };
-        let lag_ns = if message.received().is_some() || moment_ns == 0 {
-            0
-        } else {
-            LAG_NS
-        };
-        message.times.0 >= moment_ns.saturating_add(lag_ns)
+        self.window.from.is_none_or(has_come) && !self.window.to.is_some_and(has_come)
     }
 
-    fn leave(&mut self) -> io::Result<()> {
-        self.held.split();
-        self.place = Place::After;
-        for message in std::mem::take(&mut self.held.messages) {
-            self.write(message)?;
+    fn write(&mut self, at_ns: u64, mut observation: Observation) -> io::Result<()> {
+        self.part.observations += 1;
+        match &mut observation {
+            Observation::Received(raw) => {
+                self.part.bytes += raw.data.len() as u64;
+                let base = *self.rx_offset.get_or_insert(raw.stream_offset);
+                raw.stream_offset = raw.stream_offset.saturating_sub(base);
+            }
+            Observation::Sent(raw) => {
+                let base = *self.tx_offset.get_or_insert(raw.stream_offset);
+                raw.stream_offset = raw.stream_offset.saturating_sub(base);
+            }
+            Observation::Event(_) => {}
         }
-        Ok(())
-    }
-
-    fn write(&mut self, message: Message) -> io::Result<()> {
-        let Message {
-            channel,
-            times: (log_ns, publish_ns),
-            content,
-        } = message;
-        let data = match content {
-            Content::Other(data) => data,
-            Content::Raw(_, raw) if raw.data.is_empty() => return Ok(()),
-            Content::Raw(way, mut raw) => {
-                raw.stream_offset -= *self.offsets.entry(way).or_insert(raw.stream_offset);
-                if way == Way::Down {
-                    self.part.bytes += raw.data.len() as u64;
-                }
-                raw.encode_to_vec()
-            }
-        };
         self.writer
-            .copy_message(channel, log_ns, publish_ns, &data)?;
-        self.part.messages += 1;
-        Ok(())
+            .handle_item(Item::Observation { at_ns, observation })
     }
 
     fn finish(mut self) -> io::Result<Part> {
-        if self.place == Place::Inside {
-            for message in std::mem::take(&mut self.held.messages) {
-                self.write(message)?;
-            }
+        if let Some((end_ns, _)) = self.pending.back() {
+            self.give_pending(*end_ns)?;
         }
         let in_words = |when: Option<When>| match when {
             None => "-".to_owned(),
             Some(When::Since(since)) => format!("{} s", since.as_secs_f64()),
             Some(When::Wall(ns)) => utc(UNIX_EPOCH + Duration::from_nanos(ns)),
         };
-        let offset = |way| self.offsets.get(&way).unwrap_or(&0).to_string();
-        let table = BTreeMap::from([
-            ("from".to_owned(), in_words(self.window.from)),
-            ("to".to_owned(), in_words(self.window.to)),
-            ("rx_offset".to_owned(), offset(Way::Down)),
-            ("tx_offset".to_owned(), offset(Way::Up)),
-        ]);
-        self.writer.write_metadata("cut", &table)?;
+        let offset = |offset: Option<u64>| offset.unwrap_or_default().to_string();
+        let table = [
+            ("from", in_words(self.window.from)),
+            ("to", in_words(self.window.to)),
+            ("rx_offset", offset(self.rx_offset)),
+            ("tx_offset", offset(self.tx_offset)),
+        ];
+        let table = table.map(|(name, value)| (name.to_owned(), value));
+        self.writer.write_metadata(&Metadata {
+            name: "cut".to_owned(),
+            metadata: BTreeMap::from(table),
+        })?;
         self.writer.finish()?;
         Ok(self.part)
     }

@@ -5,7 +5,6 @@ use std::fs::{File, OpenOptions};
 use std::io;
 use std::path::{Path, PathBuf};
 
-use super::recover::Interrupted;
 use super::repair::Problem;
 use crate::hint::{self, shell_word};
 
@@ -28,10 +27,6 @@ pub enum Fate {
     Removed,
     /// It has another name.
     Moved,
-    /// It has gone; the journal of that recording has not.
-    InJournal(PathBuf),
-    /// The journal alone has gone.
-    NoJournal,
 }
 
 impl fmt::Display for Fate {
@@ -42,14 +37,6 @@ impl fmt::Display for Fate {
             ),
             Self::Moved => f.write_str(
                 "it was moved or renamed, and what was written until then is where it is now: start a new recording",
-            ),
-            Self::InJournal(target) => write!(
-                f,
-                "its journal holds everything that was received: groundwave recover {}",
-                shell_word(target)
-            ),
-            Self::NoJournal => f.write_str(
-                "the recording goes on without it, and a power cut would cost its last seconds",
             ),
         }
     }
@@ -73,32 +60,13 @@ pub enum CaptureError {
     /// Two recordings in one file.
     #[error("will not record to {} twice: give --tee and --record different names", .0.display())]
     SameFile(PathBuf),
-    /// A finished recording cannot take the name it was given.
-    #[error(
-        "cannot name the recording {}: a file of that name has appeared; the recording is complete in {}",
-        path.display(),
-        partial.display()
-    )]
-    Appeared {
-        /// The name.
-        path: PathBuf,
-        /// Where the recording is.
-        partial: PathBuf,
-    },
     /// A name that the recorder gives to files of its own.
     #[error(
-        "will not write {}: names that end in .partial, .journal, .recovering or .damaged are those of \
-         unfinished and damaged recordings; choose another name",
+        "will not write {}: names that end in .finishing or .damaged are those of files that recovery makes; choose another \
+         name",
         .0.display()
     )]
     OwnName(PathBuf),
-    /// A file has the name of an unfinished recording and is none.
-    #[error(
-        "{} has the name of an unfinished recording and does not begin as one does: it was left alone, and \
-         so was what belongs to it; give it another name and run groundwave recover again",
-        .0.display()
-    )]
-    Foreign(PathBuf),
     /// A recovery could not write its result.
     #[error(
         "recovering {} failed: {error}; {}nothing was changed",
@@ -122,40 +90,12 @@ pub enum CaptureError {
     /// A recording that is being recorded or recovered is not recovered.
     #[error("will not recover {}: another groundwave is recording or recovering it; end it there first", .0.display())]
     UnderWay(PathBuf),
-    /// Not one chunk of a recording holds.
-    #[error("nothing of {} can be saved: not one of its chunks holds, and there is no journal", .0.display())]
+    /// Nothing in a file can be read as a recording.
+    #[error("nothing of {} can be saved: no part of a Groundwave recording in it can be read", .0.display())]
     NothingLeft(PathBuf),
-    /// What declares a channel is damaged, and nothing else tells of it.
-    #[error(
-        "will not recover {}: what says which topics its messages belong to is damaged, and nobody could read what was \
-         made of it; it was left alone",
-        .0.display()
-    )]
-    NoChannels(PathBuf),
     /// Chunks in a form that others write.
     #[error("will not recover {}: {}", .0.display(), Problem::Lz4)]
     Compression(PathBuf),
-    /// A finished recording does not read back as what was received.
-    #[error(
-        "{} does not hold everything that was received; the journal {} does: groundwave recover {}",
-        path.display(), journal.display(), shell_word(path)
-    )]
-    NotProven {
-        /// The recording.
-        path: PathBuf,
-        /// Its journal.
-        journal: PathBuf,
-    },
-    /// The disk was too slow for a recording, and its journal failed too.
-    #[error(
-        "{} does not hold everything that was received: the disk was too slow for it, and its journal ended early; both \
-         are kept, and groundwave recover {} makes a recording of its own of what the journal has",
-        path.display(), shell_word(path)
-    )]
-    Incomplete {
-        /// The recording.
-        path: PathBuf,
-    },
     /// Waypoints, and no capture.
     #[error(
         "{} is a route, not a capture: groundwave send LINK route {} sends it; in the dashboard l loads it as a draft",
@@ -194,6 +134,9 @@ pub enum CaptureError {
         /// What that means for what was written.
         fate: Fate,
     },
+    /// The disk takes its time.
+    #[error("recording to {}: the disk has kept nothing for 30 s; a power cut would lose what came in since", .0.display())]
+    Stalled(PathBuf),
     /// The file cannot be opened.
     #[error("cannot open {}: {}", path.display(), hint::of_reading(error))]
     Open {
@@ -202,9 +145,6 @@ pub enum CaptureError {
         /// What the operating system says.
         error: io::Error,
     },
-    /// There is no such recording, but what one left behind that was never finished.
-    #[error("cannot open that recording: {0}")]
-    Missing(Interrupted),
     /// Reading failed in the middle.
     #[error("cannot read {}: {}", path.display(), hint::of_reading(error))]
     Read {
@@ -213,15 +153,21 @@ pub enum CaptureError {
         /// What the operating system says.
         error: io::Error,
     },
-    /// An MCAP that ends too soon.
+    /// A finished recording does not read back as it was written.
     #[error(
-        "{} ends in the middle: the recording was interrupted; everything before that has been read",
-        .0.display()
+        "{} could not be finished: its copy did not read back as it was written; the recording is as it was, and \
+         `groundwave recover {}` tries again",
+        .0.display(), shell_word(.0)
     )]
-    Unfinished(PathBuf),
-    /// The file of a recording that was never finished: what could be read of it has been.
-    #[error("the recording ends in the middle: {0}")]
-    Interrupted(Interrupted),
+    NotProven(PathBuf),
+    /// A recording that is under way or was interrupted.
+    #[error("{}", unfinished_words(path, *is_in_use))]
+    Unfinished {
+        /// The file.
+        path: PathBuf,
+        /// Whether a program is recording it now.
+        is_in_use: bool,
+    },
     /// An MCAP whose checksums or structure do not hold.
     #[error("{} cannot be read whole: {problem}; everything else has been read", path.display())]
     Damaged {
@@ -230,23 +176,34 @@ pub enum CaptureError {
         /// What does not hold.
         problem: String,
     },
-    /// The side-car of a recording in the place of a recording.
-    #[error("{} is the journal of a recording: groundwave recover {}", .0.display(), shell_word(.0))]
-    Journal(PathBuf),
     /// An MCAP of something else.
     #[error("{} holds no {} channel of groundwave.RawBytes: not a Groundwave recording", .0.display(), super::topics::RAW_RX)]
     NoRawBytes(PathBuf),
 }
 
-/// What becomes of a recording that could not be finished.
+/// What becomes of an MCAP that takes no more.
 fn recovery(path: &Path) -> String {
-    match path.extension().and_then(|extension| extension.to_str()) {
-        Some("partial" | "journal") => format!(
-            ", and `groundwave recover {}` makes it whole when this has ended",
-            shell_word(&path.with_extension(""))
-        ),
-        _ => String::new(),
+    if path
+        .extension()
+        .is_some_and(|extension| extension == "mcap")
+    {
+        return format!(
+            ", and `groundwave recover {}` finishes it when this has ended",
+            shell_word(path)
+        );
     }
+    String::new()
+}
+
+fn unfinished_words(path: &Path, is_in_use: bool) -> String {
+    let name = path.display();
+    if is_in_use {
+        return format!("{name} is being recorded: its end is still to come");
+    }
+    format!(
+        "{name} was interrupted: it is read up to its end; `groundwave recover {}` finishes it",
+        shell_word(path)
+    )
 }
 
 fn hint(error: &io::Error) -> &'static str {
@@ -275,15 +232,20 @@ pub(super) fn create(
         Existing::Append => options.append(true).create(true),
         Existing::Overwrite => options.write(true).create(true).truncate(true),
     };
-    options.open(path).map_err(|error| {
-        let path = path.to_owned();
-        if path.is_dir() {
-            let error = io::ErrorKind::IsADirectory.into();
-            CaptureError::Create { path, error }
-        } else if error.kind() == io::ErrorKind::AlreadyExists {
-            CaptureError::Exists { path, can_append }
-        } else {
-            CaptureError::Create { path, error }
-        }
-    })
+    options
+        .open(path)
+        .map_err(|error| create_error(path, error, can_append))
+}
+
+/// The error for a file that could not be created.
+pub(super) fn create_error(path: &Path, error: io::Error, can_append: bool) -> CaptureError {
+    let path = path.to_owned();
+    if path.is_dir() {
+        let error = io::ErrorKind::IsADirectory.into();
+        CaptureError::Create { path, error }
+    } else if error.kind() == io::ErrorKind::AlreadyExists {
+        CaptureError::Exists { path, can_append }
+    } else {
+        CaptureError::Create { path, error }
+    }
 }

@@ -193,7 +193,7 @@ pub fn read(
     if is_route(head) {
         return Err(CaptureError::Route(name.to_owned()));
     }
-    Ok(match Form::tell(&head[..length.min(HEAD_BYTES)], name)? {
+    Ok(match Form::tell(&head[..length.min(HEAD_BYTES)]) {
         Form::Mcap => Box::new(SeekableRecording::new(source, name)?),
         Form::Raw => Box::new(SeekableText::new(source).map_err(read_error)?),
     })

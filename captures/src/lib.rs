@@ -4,24 +4,26 @@
 //! were read, noise included.
 //! MCAP (written by the [`recorder`]) holds the same bytes with the time each was read, and all
 //! that follows from them ([`topics`]), indexed and compressed, for other people's tools. A [`source`] reads
-//! either, for [`decode`] and [`info`]; the [`index`] reads it from anywhere, for replay. What was interrupted is
-//! made whole by [`recover`], from the [`journal`] that every recording has while it is written.
+//! either, for [`decode`] and [`info`]; the [`index`] reads it from anywhere, for replay. A recording under way is an MCAP
+//! without chunks that holds only the bytes and the station's events; [`recover`] makes the finished one of it.
 
+mod alarm_detector;
+mod backup;
 mod bumps;
-pub mod composer;
 pub mod convert;
 pub mod cut;
 pub mod decode;
 mod error;
 pub mod event;
+pub mod files;
 pub mod hint;
 pub mod index;
 pub mod info;
-pub mod journal;
 pub mod layout;
 pub mod mcap_reader;
 pub mod messages;
 pub mod name;
+pub mod observations;
 mod odometer;
 pub mod picture;
 mod pieces;
@@ -31,30 +33,35 @@ pub mod raw;
 mod record;
 pub mod recorder;
 pub mod recover;
+mod recovery;
 pub mod repair;
 mod robot_clock;
 pub mod rotation;
 pub mod runs;
 pub mod schema;
+pub mod session;
+pub mod session_writer;
 pub mod song;
 pub mod songs;
 pub mod source;
 mod station_event;
 pub mod statistics;
+mod temporary;
 pub mod text;
 pub mod topics;
 pub mod track;
-mod unpacker;
+mod unfinished;
 mod uplink_event;
 pub mod verify;
-pub mod walk;
 pub mod when;
 pub mod words;
-pub mod writer;
 
 pub use error::{CaptureError, Existing, Fate};
+pub use observations::Observation;
 pub use pieces::Piece;
 pub use raw::RawWriter;
-pub use recorder::{Recorder, Session};
+pub use recorder::Recorder;
 pub use rotation::Rotation;
+pub use session::Session;
+pub use session_writer::{SessionWriter, TopicWriter};
 pub use source::{Capture, Chunk};

@@ -172,6 +172,12 @@ impl<R: Read> Entries<R> {
         self.reader.part_offset()
     }
 
+    /// Whether the file ends in the middle of a record; known at the end.
+    #[must_use]
+    pub const fn is_torn(&self) -> bool {
+        self.reader.is_torn()
+    }
+
     /// Whether the file has its end mark; known at the end.
     #[must_use]
     pub fn is_finished(&self) -> bool {

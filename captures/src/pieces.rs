@@ -6,11 +6,11 @@ use std::io::{self, Read};
 use ::mcap::records::{Record, op};
 use prost::Message as _;
 
-use super::composer::Session;
 use super::mcap_reader::{Channels, Entries, Entry};
 use super::messages::{RawBytes, StationEvent};
 use super::record::parse;
 use super::repair::Position;
+use super::session::Session;
 use super::topics::{RAW_RX, Topic};
 
 /// The largest believed gap in the received bytes: 50 days of a 2400-baud radio.

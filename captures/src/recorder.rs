@@ -1,54 +1,38 @@
-//! Records a session: the journal at once, MCAP on a thread of its own.
+//! Records a session: each message at once, the disk's work on a thread.
 
-mod lookout;
-mod worker;
-
-use std::fs::{self, File};
+use std::fs::{self, File, OpenOptions, TryLockError};
 use std::io;
 use std::path::{Path, PathBuf};
-use std::sync::atomic::Ordering;
-use std::sync::mpsc::{SyncSender, TrySendError, sync_channel};
-use std::sync::{Arc, PoisonError};
+use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
+use std::sync::mpsc::{Receiver, Sender, channel};
+use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use std::thread::{self, JoinHandle};
 use std::time::{Duration, SystemTime};
 
-pub use super::composer::Session;
-
-use super::composer::since_1970_ns;
-use super::error::create;
-use super::journal::{Entry, JournalWriter, Kind};
+use super::alarm_detector::AlarmDetector;
+use super::error::create_error;
+use super::event::Moment;
+use super::files;
+use super::observations::Observation;
 use super::presence;
-use super::recover::{self, Paths};
-use super::rotation::{Rotation, part_name};
+use super::recover::{self, Outcome};
+use super::rotation::Rotation;
+use super::session::{Session, since_1970_ns};
 use super::topics::StationEvent;
+use super::unfinished::UnfinishedWriter;
 use super::{CaptureError, Existing};
-use crate::event::Moment;
-use lookout::Lookout;
-use worker::{Losses, Order, Part, Shared, Until, Worker, write_error};
 
-/// So that a power cut takes no more than the last 10 s, with a disk that needs its time.
-const FLUSH_PERIOD: Duration = Duration::from_secs(8);
+/// Limits what a power cut takes to the last 10 s, with a disk that needs its time.
+const SYNC_PERIOD: Duration = Duration::from_secs(8);
 
-/// The journal is enough for that. The disk is made to keep the MCAP too only so often: waiting for a disk is most of
-/// what a recording costs.
-const SYNC_PERIOD: Duration = Duration::from_mins(1);
-
-/// A disk may stall for minutes at 3 lines a second before the MCAP has to be made anew from the journal.
-const QUEUE_LENGTH: usize = 1024;
-
-/// What is in the journal waits so long for more before the thread is woken, and then until a line begins: at its end
-/// the station has something to do, and no thread shall be in its way.
-const HELD_PERIOD: Duration = Duration::from_secs(1);
-
-/// Clumps of bytes that wait at most.
-const HELD_MAX: usize = 64;
+/// Limits how long a disk may take before it is reported.
+const STALL_PERIOD: Duration = Duration::from_secs(30);
 
 /// A recording under way.
 ///
-/// What comes in is in the journal, `NAME.journal`, when a call returns. Nothing here fails, and nothing but
-/// that one write blocks: what else the disk does happens on the recorder's thread, and what went wrong is
-/// told by [`Self::problem`]. The file is called `NAME.partial` until [`Self::finish`], or until the recorder
-/// is dropped; then it has been read back, and the journal is gone.
+/// Each message is with the operating system when a call returns. Nothing here fails, and nothing but that one write can block:
+/// syncing and finishing happen on a thread, and [`Self::problem`] reports what went wrong. [`Self::finish`] makes the finished
+/// recording; so does dropping the recorder.
 pub struct Recorder {
     /// The name of the first part.
     path: PathBuf,
@@ -57,42 +41,31 @@ pub struct Recorder {
     rotation: Rotation,
     part: u32,
     part_since: Option<Moment>,
-    journal: JournalWriter,
-    /// In the journal, and not yet with the thread: waking it costs more than what it does with a few bytes.
-    held: Held,
-    lookout: Lookout,
-    orders: Option<SyncSender<Order>>,
+    file: UnfinishedWriter,
+    /// Why the present part takes no more.
+    write_error: Option<CaptureError>,
+    alarms: AlarmDetector,
+    orders: Option<Sender<Order>>,
     thread: Option<JoinHandle<Result<(), CaptureError>>>,
     shared: Arc<Shared>,
-    /// Of the present part.
-    losses: Arc<Losses>,
-    queued: u64,
-    dropped: u64,
-    flush_at: Option<Moment>,
-    look_at: Option<Moment>,
     sync_at: Option<Moment>,
-    /// Time of the newest entry, or of the beginning; nanoseconds since 1970.
+    /// Since when the disk has not got to a sync.
+    stalled_since: Option<Moment>,
+    /// The disk has not got to a sync for [`STALL_PERIOD`].
+    is_stalled: bool,
+    /// Time of the newest message, nanoseconds since 1970.
     last_ns: u64,
-    /// Time of the first entry of the part, from which a reader counts.
+    /// Time of the first observation of the part, from which a reader counts.
     first_ns: Option<u64>,
 }
 
-/// Entries as they stand in the journal.
-#[derive(Default)]
-struct Held {
-    entries: Vec<u8>,
-    count: usize,
-    /// When the first of them came.
-    since: Option<Moment>,
-}
-
 impl Recorder {
-    /// Creates the files, writes what a reader needs first and waits until the disk has it.
+    /// Creates the file and waits until the disk has its beginning.
     ///
-    /// An interrupted recording of that name must have been moved away: [`recover::set_aside`].
+    /// An interrupted recording of that name must have been moved away: [`files::set_aside`].
     ///
     /// # Errors
-    /// When the file or its `.partial` or `.journal` exists and may not be touched, or cannot be written.
+    /// When the file exists and may not be touched, is in use, or cannot be written.
     pub fn start(
         path: impl Into<PathBuf>,
         existing: Existing,
@@ -101,7 +74,7 @@ impl Recorder {
         Self::start_rotating(path, existing, session, Rotation::default())
     }
 
-    /// Likewise, with parts of another length than a day.
+    /// As [`Self::start`], with parts of another length than a day.
     ///
     /// # Errors
     /// As [`Self::start`].
@@ -112,48 +85,21 @@ impl Recorder {
         rotation: Rotation,
     ) -> Result<Self, CaptureError> {
         let path = path.into();
-        if existing == Existing::Append {
-            return Err(CaptureError::CannotAppend(path));
-        }
-        if existing == Existing::Refuse && fs::exists(&path).unwrap_or(false) {
-            return Err(CaptureError::Exists {
-                path,
-                can_append: false,
-            });
-        }
-        let paths = Paths::of(&path);
-        if recover::is_in_use(&paths) {
-            return Err(CaptureError::InUse(path));
-        }
+        let (part, file) = Part::begin(&path, existing, session)?;
         let shared = Arc::<Shared>::default();
-        let losses = Arc::<Losses>::default();
-        let journal = new_journal(&paths, session)?;
-        let worker = create_partial(&paths.partial, existing).and_then(|file| {
-            let part = Part {
-                paths: paths.clone(),
-                session: session.clone(),
-                existing,
-                journal: journal.handle().ok(),
-                losses: Arc::clone(&losses),
-            };
-            Worker::begin(part, file, Arc::clone(&shared)).inspect_err(|_| {
-                // It has nothing in it yet that could be lost.
-                let _ = fs::remove_file(&paths.partial);
-            })
-        });
-        let (orders, queue) = sync_channel(QUEUE_LENGTH);
-        let thread = worker.and_then(|worker| {
-            thread::Builder::new()
-                .name("recorder".into())
-                .spawn(move || worker.run(&queue))
-                .map_err(|error| CaptureError::Create {
-                    path: path.clone(),
-                    error,
-                })
-        });
-        let thread = thread.inspect_err(|_| {
-            let _ = fs::remove_file(&paths.journal);
-        })?;
+        let (orders, queue) = channel();
+        let worker = Worker {
+            part,
+            shared: Arc::clone(&shared),
+        };
+        let thread = thread::Builder::new()
+            .name("recorder".into())
+            .spawn(move || worker.run(&queue))
+            .map_err(|error| {
+                // It holds nothing yet.
+                let _ = fs::remove_file(&path);
+                create_error(&path, error, false)
+            })?;
         Ok(Self {
             path,
             existing,
@@ -161,37 +107,29 @@ impl Recorder {
             rotation,
             part: 1,
             part_since: None,
-            journal,
-            held: Held::default(),
-            lookout: Lookout::default(),
+            file,
+            write_error: None,
+            alarms: AlarmDetector::default(),
             orders: Some(orders),
             thread: Some(thread),
             shared,
-            losses,
-            queued: 0,
-            dropped: 0,
-            flush_at: None,
-            look_at: None,
             sync_at: None,
+            stalled_since: None,
+            is_stalled: false,
             last_ns: since_1970_ns(session.start),
             first_ns: None,
         })
     }
 
-    /// Records bytes from the radio, read at `wall`.
+    /// Records bytes from the radio, read at `wall`. A bump and an alarm go to the disk at once.
     pub fn handle_rx(&mut self, now: Moment, wall: SystemTime, bytes: &[u8]) {
         if bytes.is_empty() {
             return;
         }
         let at_ns = self.time_ns(since_1970_ns(wall));
-        self.journal.rx(at_ns, bytes);
-        self.hold(now);
-        let is_mid_line = !bytes.contains(&b'\n');
-        if self.lookout.sees_bump(bytes)
-            || self.held.count >= HELD_MAX
-            || is_mid_line && self.has_held_for(now, HELD_PERIOD)
-        {
-            self.hand_over();
+        self.write(|file| file.received(at_ns, bytes));
+        if self.alarms.handle_rx(bytes) {
+            self.sync(now);
         }
         self.handle_timeout(now);
         self.part_since.get_or_insert(now);
@@ -206,278 +144,350 @@ impl Recorder {
             return;
         }
         let at_ns = self.time_ns(since_1970_ns(wall));
-        self.journal.tx(at_ns, bytes);
-        self.hold(now);
-        self.hand_over();
+        self.write(|file| file.sent(at_ns, bytes));
         self.handle_timeout(now);
     }
 
-    /// Records an event of the station's. The beginning and the end of a command and an alarm go to the disk
-    /// at once, as a bump does.
+    /// Records an event of the station. Beginnings and ends of commands and alarms go to the disk at once.
     pub fn handle_event(&mut self, now: Moment, wall: SystemTime, event: &StationEvent) {
-        let entry = Entry::of_event(self.time_ns(since_1970_ns(wall)), event);
-        self.journal.entry(&entry);
-        self.hold(now);
-        self.hand_over();
-        self.handle_timeout(now);
-    }
-
-    /// Records what was remembered from before it began, oldest first, with its times since 1970. To be
-    /// called before anything else; offsets are set here.
-    pub fn handle_backlog(&mut self, now: Moment, entries: Vec<Entry>) {
-        for mut entry in entries {
-            entry.at_ns = self.time_ns(entry.at_ns);
-            match entry.kind {
-                Kind::Rx => self.journal.rx(entry.at_ns, &entry.data),
-                Kind::Tx => self.journal.tx(entry.at_ns, &entry.data),
-                Kind::Session | Kind::Event => self.journal.entry(&entry),
-            }
-            self.hold(now);
+        let at_ns = self.time_ns(since_1970_ns(wall));
+        self.write(|file| file.event(at_ns, event));
+        if event.is_urgent() {
+            self.sync(now);
         }
-        self.hand_over();
         self.handle_timeout(now);
     }
 
-    /// Time of an entry: never before the one before it. Recovery knows an event again by its time, and a recording's
-    /// messages have theirs in order.
+    /// Records observations from before the recording began, oldest first, with their times in nanoseconds since 1970. To be
+    /// called before anything else.
+    pub fn handle_backlog(&mut self, now: Moment, observations: &[(u64, Observation)]) {
+        for (at_ns, observation) in observations {
+            let at_ns = self.time_ns(*at_ns);
+            self.write(|file| match observation {
+                Observation::Received(raw) => file.received(at_ns, &raw.data),
+                Observation::Sent(raw) => file.sent(at_ns, &raw.data),
+                Observation::Event(event) => file.event(at_ns, event),
+            });
+        }
+        self.sync(now);
+    }
+
+    /// Time of a message: never before the one before it.
     fn time_ns(&mut self, at_ns: u64) -> u64 {
         self.last_ns = self.last_ns.max(at_ns);
         self.first_ns.get_or_insert(self.last_ns);
         self.last_ns
     }
 
-    /// When [`Self::handle_timeout`] wants to be called; `None` when the disk has everything.
-    #[must_use]
-    pub fn poll_timeout(&self) -> Option<Moment> {
-        let is_dirty = self.held.count > 0
-            || self.backlog() > 0
-            || self.shared.is_dirty.load(Ordering::Acquire);
-        self.flush_at.filter(|_| is_dirty)
-    }
-
-    /// Flushes what has waited long enough, and looks now and then whether the files are still there. To be
-    /// called every second or so, also while nothing comes in.
-    pub fn handle_timeout(&mut self, now: Moment) {
-        let is_flush_due = self.flush_at.is_some_and(|at| now >= at);
-        if is_flush_due || self.has_held_for(now, 2 * HELD_PERIOD) {
-            self.hand_over();
-        }
-        let look_at = *self.look_at.get_or_insert(now + FLUSH_PERIOD);
-        if now >= look_at && self.try_push(Order::Look) {
-            self.look_at = Some(now + FLUSH_PERIOD);
-        }
-        if is_flush_due {
-            let is_due = now >= *self.sync_at.get_or_insert(now + SYNC_PERIOD);
-            let until = if is_due {
-                Until::OnDisk
-            } else {
-                Until::InJournal
+    fn write(&mut self, write: impl FnOnce(&mut UnfinishedWriter) -> io::Result<()>) {
+        if let Err(error) = write(&mut self.file) {
+            let error = CaptureError::Write {
+                path: self.file.path().to_owned(),
+                error,
             };
-            if self.try_push(Order::Flush(until)) {
-                self.flush_at = None;
-                self.sync_at = self.sync_at.filter(|_| until == Until::InJournal);
-            }
+            self.shared.set_problem(&error);
+            self.write_error = Some(error);
         }
     }
 
-    /// How far into the file under way, as its reader counts, a time of day is; `None` while nothing is in it.
+    /// Syncs when the last sync is long ago, and checks that the file is still there. To be called every second or so, also
+    /// while nothing comes in.
+    pub fn handle_timeout(&mut self, now: Moment) {
+        if now >= *self.sync_at.get_or_insert(now + SYNC_PERIOD) {
+            self.sync(now);
+        }
+    }
+
+    fn sync(&mut self, now: Moment) {
+        self.sync_at = Some(now + SYNC_PERIOD);
+        if self.shared.is_sync_due.swap(true, Ordering::AcqRel) {
+            let since = *self.stalled_since.get_or_insert(now);
+            self.is_stalled = now.saturating_sub(since) >= STALL_PERIOD;
+        } else {
+            self.stalled_since = None;
+            self.is_stalled = false;
+            self.order(Order::Sync);
+        }
+    }
+
+    fn order(&self, order: Order) {
+        if let Some(orders) = &self.orders {
+            // A thread that has ended has reported why.
+            let _ = orders.send(order);
+        }
+    }
+
+    /// How far into the present file a time of day is, as its reader counts; `None` while it holds nothing.
     #[must_use]
     pub fn moment_of(&self, wall: SystemTime) -> Option<Moment> {
         let since_ns = since_1970_ns(wall).saturating_sub(self.first_ns?);
         Some(Moment::from_nanos(since_ns))
     }
 
-    /// The name that the present part will have.
+    /// The name of the present part.
     #[must_use]
-    pub fn path(&self) -> PathBuf {
-        part_name(&self.path, self.part)
+    pub fn path(&self) -> &Path {
+        self.file.path()
     }
 
     /// Bytes in the files.
     #[must_use]
     pub fn bytes(&self) -> u64 {
-        self.shared.bytes.load(Ordering::Relaxed)
+        self.shared.finished_bytes.load(Ordering::Acquire) + self.file.bytes()
     }
 
-    /// Orders that wait for the disk.
+    /// Whether the disk has all of the present part.
     #[must_use]
-    pub fn backlog(&self) -> u64 {
-        self.queued - self.shared.done.load(Ordering::Acquire)
+    pub fn is_synced(&self) -> bool {
+        self.shared.synced_bytes.load(Ordering::Acquire) == self.file.bytes()
     }
 
-    /// What the disk was too slow for. It is in the journal, and the MCAP is made anew from that in the end.
-    #[must_use]
-    pub const fn dropped(&self) -> u64 {
-        self.dropped
-    }
-
-    /// What went wrong, if anything did.
+    /// What went wrong first, if anything did.
     #[must_use]
     pub fn problem(&self) -> Option<String> {
-        let told = self
-            .shared
-            .problem
-            .lock()
-            .unwrap_or_else(PoisonError::into_inner);
-        told.clone().or_else(|| self.journal.problem())
+        let problem = self.shared.problem().clone();
+        let stalled = || CaptureError::Stalled(self.path().to_owned()).to_string();
+        problem.or_else(|| self.is_stalled.then(stalled))
     }
 
-    /// Whether one of its files takes no more: the MCAP, or the journal where it was not taken away.
+    /// Whether the present part takes no more or is gone.
     #[must_use]
     pub fn has_failed(&self) -> bool {
-        self.thread.as_ref().is_some_and(JoinHandle::is_finished) || self.journal.has_failed()
+        self.write_error.is_some() || self.thread.as_ref().is_some_and(JoinHandle::is_finished)
     }
 
-    /// Writes the index, waits until the disk has everything, reads it back and gives the recording its
-    /// name; returns the bytes in the files.
+    /// Makes the finished recording; returns the bytes in the files.
     ///
     /// # Errors
-    /// Whatever went wrong since the start.
+    /// The first thing that went wrong since the start.
     pub fn finish(mut self) -> Result<u64, CaptureError> {
         self.stop()?;
-        Ok(self.bytes())
+        Ok(self.shared.finished_bytes.load(Ordering::Acquire))
     }
 
-    /// Leaves nothing behind: for a session that does not begin after all.
-    pub fn discard(mut self) {
-        if let Some(orders) = &self.orders {
-            // A recorder that has failed has said so and reads no more orders.
-            let _ = orders.send(Order::Discard);
-        }
+    /// Leaves the present part unfinished, as a kill does.
+    pub fn abandon(mut self) {
+        self.order(Order::Leave);
         let _ = self.stop();
     }
 
-    fn stop(&mut self) -> Result<(), CaptureError> {
-        self.hand_over();
-        self.orders = None;
-        self.thread.take().map_or(Ok(()), |thread| {
-            thread.join().unwrap_or_else(|_| {
-                Err(write_error(
-                    &self.path,
-                    io::Error::other("the recorder stopped unexpectedly"),
-                ))
-            })
-        })
+    /// Removes the present part: for a session that does not begin after all.
+    pub fn discard(self) {
+        let path = self.path().to_owned();
+        self.abandon();
+        let _ = fs::remove_file(path);
     }
 
-    /// At the end of a line, so that no line is torn in two.
+    fn stop(&mut self) -> Result<(), CaptureError> {
+        let write_error = self.write_error.take();
+        if write_error.is_some() {
+            self.order(Order::Leave);
+        }
+        self.orders = None;
+        let ended = self.thread.take().map_or(Ok(()), |thread| {
+            thread.join().unwrap_or_else(|_| {
+                let error = io::Error::other("the recorder stopped unexpectedly");
+                Err(CaptureError::Write {
+                    path: self.path().to_owned(),
+                    error,
+                })
+            })
+        });
+        write_error.map_or(ended, Err)
+    }
+
+    /// Goes on in another part at the end of a line, so that no line is torn.
     fn rotate_if_due(&mut self, now: Moment, wall: SystemTime) {
-        let since = self.part_since.unwrap_or(now);
-        let bytes = self.shared.part_bytes.load(Ordering::Relaxed);
-        if !self.rotation.is_due(now.saturating_sub(since), bytes) || self.problem().is_some() {
+        let age = now.saturating_sub(self.part_since.unwrap_or(now));
+        if !self.rotation.is_due(age, self.file.bytes()) || self.shared.problem().is_some() {
             return;
         }
-        let Some((part, paths)) = recover::free_part(&self.path, self.part + 1) else {
+        let Some((number, path)) = files::free_part(&self.path, self.part + 1) else {
             return;
         };
         let mut session = self.session.clone();
         session.start = wall;
-        session.notes.insert("part".into(), part.to_string());
-        let journal = match new_journal(&paths, &session) {
-            Ok(journal) => journal,
-            Err(error) => return self.shared.set_problem(error.to_string()),
-        };
-        let losses = Arc::<Losses>::default();
-        let order = Order::Rotate(Box::new(Part {
-            paths: paths.clone(),
-            session,
-            existing: self.existing,
-            journal: journal.handle().ok(),
-            losses: Arc::clone(&losses),
-        }));
-        // What belongs to the part under way comes first. It goes on for a while when the disk is behind.
-        self.hand_over();
-        if self.try_push(order) {
-            self.journal = journal;
-            self.losses = losses;
-            self.part = part;
-            self.part_since = Some(now);
-            self.first_ns = None;
-        } else {
-            let _ = fs::remove_file(&paths.journal);
-        }
-    }
-
-    /// Keeps the entry that has just been written for the thread. The disk has it in good time, whether more comes or not.
-    fn hold(&mut self, now: Moment) {
-        if self.journal.has_failed() {
-            self.losses.has_lost_journal.store(true, Ordering::Release);
-        }
-        self.held.entries.extend_from_slice(self.journal.latest());
-        self.held.count += 1;
-        self.held.since.get_or_insert(now);
-        self.flush_at.get_or_insert(now + FLUSH_PERIOD);
-    }
-
-    fn has_held_for(&self, now: Moment, period: Duration) -> bool {
-        self.held
-            .since
-            .is_some_and(|since| now.saturating_sub(since) >= period)
-    }
-
-    fn hand_over(&mut self) {
-        if self.held.count == 0 {
-            return;
-        }
-        // The next ones have as many bytes as these.
-        let next = Held {
-            entries: Vec::with_capacity(self.held.entries.len()),
-            ..Held::default()
-        };
-        let Held { entries, count, .. } = std::mem::replace(&mut self.held, next);
-        if !self.try_push(Order::Entries(entries)) {
-            self.dropped += count as u64;
-            self.losses.has_dropped.store(true, Ordering::Release);
-        }
-    }
-
-    fn try_push(&mut self, order: Order) -> bool {
-        let Some(orders) = &self.orders else {
-            return false;
-        };
-        match orders.try_send(order) {
-            Ok(()) => {
-                self.queued += 1;
-                true
+        session.notes.insert("part".into(), number.to_string());
+        match Part::begin(&path, self.existing, &session) {
+            Ok((part, file)) => {
+                self.file = file;
+                self.order(Order::Next(part));
+                self.part = number;
+                self.part_since = Some(now);
+                self.first_ns = None;
             }
-            Err(TrySendError::Full(_)) => false,
-            Err(TrySendError::Disconnected(_)) => {
-                self.flush_at = None;
-                false
-            }
+            Err(error) => self.shared.set_problem(&error),
         }
     }
 }
 
 impl Drop for Recorder {
     fn drop(&mut self) {
-        // The problem, if any, has been there for all to see.
+        // A problem has been there for all to see.
         let _ = self.stop();
     }
 }
 
-fn new_journal(paths: &Paths, session: &Session) -> Result<JournalWriter, CaptureError> {
-    let mut journal = JournalWriter::create(&paths.journal)?;
-    let is_gone = |file: File| presence::check(&file, &paths.journal).is_err();
-    if journal.handle().is_ok_and(is_gone) {
-        // Somebody who took it for an interrupted one was faster.
-        return Err(CaptureError::InUse(paths.target.clone()));
+/// An order to the thread.
+enum Order {
+    /// Wait until the disk has everything, and check that the file is still there.
+    Sync,
+    /// Finish the present part and go on with this one.
+    Next(Part),
+    /// End, and leave the present part unfinished.
+    Leave,
+}
+
+/// What the thread reports.
+#[derive(Default)]
+struct Shared {
+    problem: Mutex<Option<String>>,
+    /// A sync has been ordered and has not begun.
+    is_sync_due: AtomicBool,
+    /// Bytes of the present part that the disk has.
+    synced_bytes: AtomicU64,
+    /// Bytes in the finished parts.
+    finished_bytes: AtomicU64,
+}
+
+impl Shared {
+    fn problem(&self) -> MutexGuard<'_, Option<String>> {
+        self.problem.lock().unwrap_or_else(PoisonError::into_inner)
     }
-    // A table of words is always JSON.
-    let about = serde_json::to_vec(session).unwrap_or_default();
-    journal.session(since_1970_ns(session.start), &about);
-    match journal.take_problem() {
-        Some(problem) => {
-            let _ = fs::remove_file(&paths.journal);
-            Err(problem)
-        }
-        None => Ok(journal),
+
+    /// Keeps the first problem.
+    fn set_problem(&self, problem: &CaptureError) {
+        self.problem().get_or_insert_with(|| problem.to_string());
     }
 }
 
-/// Creates the file that is written, and keeps others from taking it for an interrupted one.
-fn create_partial(path: &Path, existing: Existing) -> Result<File, CaptureError> {
-    let file = create(path, existing, false)?;
-    recover::claim(&file);
+/// A file of the recording, locked while this lives.
+struct Part {
+    path: PathBuf,
+    file: File,
+    /// Bytes written.
+    bytes: Arc<AtomicU64>,
+}
+
+impl Part {
+    /// Creates a part; when this returns, the disk has its beginning.
+    fn begin(
+        path: &Path,
+        existing: Existing,
+        session: &Session,
+    ) -> Result<(Self, UnfinishedWriter), CaptureError> {
+        let file = create(path, existing)?;
+        let begun = file.try_clone().and_then(|clone| {
+            let writer = UnfinishedWriter::begin(clone, path, session)?;
+            file.sync_data().map(|()| writer)
+        });
+        let writer = begun.map_err(|error| {
+            // It holds nothing yet.
+            let _ = fs::remove_file(path);
+            CaptureError::Write {
+                path: path.to_owned(),
+                error,
+            }
+        })?;
+        files::sync_folder(path);
+        let part = Self {
+            path: path.to_owned(),
+            file,
+            bytes: writer.counter(),
+        };
+        Ok((part, writer))
+    }
+}
+
+/// Creates a file and locks it.
+fn create(path: &Path, existing: Existing) -> Result<File, CaptureError> {
+    let mut options = OpenOptions::new();
+    match existing {
+        Existing::Append => return Err(CaptureError::CannotAppend(path.to_owned())),
+        Existing::Refuse => options.write(true).create_new(true),
+        // Emptied when it turns out that no other program records it.
+        Existing::Overwrite => options.write(true).create(true).truncate(false),
+    };
+    if files::is_in_use(path) {
+        return Err(CaptureError::InUse(path.to_owned()));
+    }
+    let file = options
+        .open(path)
+        .map_err(|error| create_error(path, error, false))?;
+    if existing == Existing::Overwrite {
+        let is_file = file.metadata().is_ok_and(|about| about.is_file());
+        let emptied = match file.try_lock() {
+            Err(TryLockError::WouldBlock) => return Err(CaptureError::InUse(path.to_owned())),
+            _ if is_file => file.set_len(0),
+            _ => Err(io::Error::other("a recording needs a file")),
+        };
+        emptied.map_err(|error| create_error(path, error, false))?;
+    } else {
+        files::claim(&file);
+    }
     Ok(file)
+}
+
+/// The thread of a recorder.
+struct Worker {
+    part: Part,
+    shared: Arc<Shared>,
+}
+
+impl Worker {
+    /// Carries out orders until there are no more, then finishes the recording.
+    fn run(mut self, queue: &Receiver<Order>) -> Result<(), CaptureError> {
+        let result = self.carry_out_all(queue);
+        if let Err(error) = &result {
+            self.shared.set_problem(error);
+        }
+        result
+    }
+
+    fn carry_out_all(&mut self, queue: &Receiver<Order>) -> Result<(), CaptureError> {
+        let mut finished = Ok(());
+        for order in queue {
+            match order {
+                Order::Sync => {
+                    self.shared.is_sync_due.store(false, Ordering::Release);
+                    let Part { path, file, bytes } = &self.part;
+                    let bytes = bytes.load(Ordering::Acquire);
+                    presence::check(file, path)?;
+                    file.sync_data().map_err(|error| CaptureError::Write {
+                        path: path.clone(),
+                        error,
+                    })?;
+                    self.shared.synced_bytes.store(bytes, Ordering::Release);
+                }
+                Order::Next(part) => {
+                    // A part that cannot be finished is whole as it is.
+                    let result = self.finish();
+                    if let Err(error) = &result {
+                        self.shared.set_problem(error);
+                    }
+                    finished = finished.and(result);
+                    self.part = part;
+                }
+                Order::Leave => return finished,
+            }
+        }
+        finished.and(self.finish())
+    }
+
+    fn finish(&self) -> Result<(), CaptureError> {
+        let Part { path, file, .. } = &self.part;
+        presence::check(file, path)?;
+        let recovery = recover::finish(path)?;
+        let bytes = fs::metadata(path).map_or(0, |about| about.len());
+        self.shared
+            .finished_bytes
+            .fetch_add(bytes, Ordering::AcqRel);
+        if recovery.outcome == Outcome::Partly {
+            return Err(CaptureError::Damaged {
+                path: path.clone(),
+                problem: recovery.headline(),
+            });
+        }
+        Ok(())
+    }
 }

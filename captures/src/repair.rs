@@ -22,6 +22,7 @@ use window::Window;
 use crate::record::{
     HEAD_BYTES, RECORD_BYTES_MAX, bytes_after_fields, head, parse, proves_its_length,
 };
+use crate::unfinished::CHECKSUM;
 
 /// Records in a row from which a file without chunks is understood again.
 const ROW_RECORDS: usize = 3;
@@ -77,6 +78,10 @@ pub struct RepairingReader<R> {
     body: Vec<u8>,
     /// Log time of the latest message outside of chunks, nanoseconds.
     last_ns: Option<u64>,
+    /// CRC-32 of the message that comes next, from the private record before it.
+    checksum: Option<u32>,
+    /// The file ends in the middle of a record.
+    is_torn: bool,
     /// Byte of the file at which the record or chunk given out last begins.
     part_offset: u64,
     has_footer: bool,
@@ -97,6 +102,8 @@ impl<R: Read> RepairingReader<R> {
             chunk: None,
             body: Vec::new(),
             last_ns: None,
+            checksum: None,
+            is_torn: false,
             part_offset: 0,
             has_footer: false,
             is_damaged: false,
@@ -138,6 +145,12 @@ impl<R: Read> RepairingReader<R> {
     #[must_use]
     pub fn is_finished(&self) -> bool {
         self.end == Some(End::Finished)
+    }
+
+    /// Whether the file ends in the middle of a record; known when there is no next part.
+    #[must_use]
+    pub const fn is_torn(&self) -> bool {
+        self.is_torn
     }
 
     /// The next record or damaged part; `None` at the end. A record that the end of the file cuts off is left out.
@@ -224,7 +237,18 @@ impl<R: Read> RepairingReader<R> {
             Some(opened) => opened.as_ref().err().copied(),
             None => flaw(opcode, &self.body).map(|problem| (problem.into(), None)),
         };
-        let is_proven = chunk.is_some() || goes_on || proves_its_length(opcode, &self.body);
+        let checksum = self.checksum.take().filter(|_| opcode == op::MESSAGE);
+        let is_checked = checksum.is_some_and(|sum| sum == crc32fast::hash(&self.body));
+        if checksum.is_some() && !is_checked {
+            if !goes_on {
+                return self.search(false);
+            }
+            self.accept(length);
+            let problem = "the checksum of a message does not hold".into();
+            return Ok(Some(self.damage(at, (problem, None))));
+        }
+        let is_proven =
+            chunk.is_some() || goes_on || is_checked || proves_its_length(opcode, &self.body);
         match flaw {
             None if is_proven => {}
             Some(lost) if goes_on => {
@@ -241,6 +265,7 @@ impl<R: Read> RepairingReader<R> {
                 return Ok(self.next_in_chunk());
             }
             op::MESSAGE => self.last_ns = log_time_ns(&self.body),
+            CHECKSUM => self.checksum = self.body.first_chunk().map(|sum| u32::from_le_bytes(*sum)),
             // The summary has a checksum of its own.
             op::DATA_END => self.is_damaged = false,
             op::FOOTER => self.has_footer = true,
@@ -298,6 +323,7 @@ impl<R: Read> RepairingReader<R> {
             self.window.advance(1);
         }
         self.end = Some(End::Unfinished);
+        self.is_torn = is_torn;
         let problem = "nothing makes sense from here to the end".into();
         Ok((!is_torn).then(|| self.damage(at, (problem, None))))
     }
@@ -309,6 +335,9 @@ impl<R: Read> RepairingReader<R> {
         };
         if opcode == op::MESSAGE {
             return self.is_row();
+        }
+        if opcode == CHECKSUM {
+            return self.is_checked_message();
         }
         if !matches!(opcode, op::CHUNK | op::DATA_END | op::FOOTER) {
             return Ok(false);
@@ -322,6 +351,20 @@ impl<R: Read> RepairingReader<R> {
             op::FOOTER => flaw(opcode, body).is_none() && MAGIC.starts_with(after),
             _ => flaw(opcode, body).is_none() && head(after).is_some(),
         })
+    }
+
+    /// Whether a checksum and the message that has it begin here.
+    fn is_checked_message(&mut self) -> io::Result<bool> {
+        const MESSAGE_AT: usize = HEAD_BYTES + 4;
+        let message = self.window.fill(MESSAGE_AT + HEAD_BYTES)?.get(MESSAGE_AT..);
+        let Some((op::MESSAGE, length)) = head(message.unwrap_or_default()) else {
+            return Ok(false);
+        };
+        let body_at = MESSAGE_AT + HEAD_BYTES;
+        let bytes = self.window.fill(body_at + length)?;
+        Ok(bytes.get(body_at..body_at + length).is_some_and(|body| {
+            crc32fast::hash(body).to_le_bytes() == bytes[HEAD_BYTES..MESSAGE_AT]
+        }))
     }
 
     /// Whether a message begins here and whole records follow each other from it on, times in order. Messages outside

@@ -9,12 +9,12 @@ use std::time::Duration;
 use groundwave_protocol::decoder::{Decoder, Received};
 
 use super::CaptureError;
-use super::journal::Kind;
+use super::files::is_in_use;
 use super::mcap_reader::Damages;
 use super::pieces::{Piece, Pieces, has_received};
-use super::recover::Interrupted;
 use super::text::TextReader;
 use super::topics::RAW_RX;
+use super::unfinished::is_unfinished;
 use crate::statistics::Uplink;
 
 /// Bytes that arrived together.
@@ -43,28 +43,14 @@ pub enum Form {
 /// Bytes from the beginning of a capture that tell what it is.
 pub const HEAD_BYTES: usize = ::mcap::MAGIC.len();
 
-/// The first entry of every journal begins so; its length, a number of 32 bits, follows.
-const JOURNAL_HEAD: [u8; 2] = [0x1E, Kind::Session as u8];
-
-/// No station says so much about a session.
-const SESSION_BYTES_MAX: u32 = 1024 * 1024;
-
 impl Form {
-    /// Tells the form by the first [`HEAD_BYTES`], or all there are; the name is for messages.
-    ///
-    /// # Errors
-    /// When it is the journal of a recording, which must not be taken for what the radio delivered.
-    pub fn tell(head: &[u8], name: &Path) -> Result<Self, CaptureError> {
+    /// The form of a capture that begins with these [`HEAD_BYTES`], or all there are.
+    #[must_use]
+    pub fn tell(head: &[u8]) -> Self {
         if head == ::mcap::MAGIC {
-            return Ok(Self::Mcap);
+            return Self::Mcap;
         }
-        let length = head
-            .strip_prefix(&JOURNAL_HEAD)
-            .and_then(|rest| rest.first_chunk());
-        if length.is_some_and(|length| u32::from_le_bytes(*length) <= SESSION_BYTES_MAX) {
-            return Err(CaptureError::Journal(name.to_owned()));
-        }
-        Ok(Self::Raw)
+        Self::Raw
     }
 }
 
@@ -99,38 +85,21 @@ pub(super) fn is_route(head: &[u8]) -> bool {
 /// Opens the file of a capture.
 ///
 /// # Errors
-/// When it cannot be opened: [`CaptureError::Missing`] where a recording of that name was never finished.
+/// When it cannot be opened.
 pub fn open_file(path: &Path) -> Result<File, CaptureError> {
-    let opened = File::open(path);
-    let is_missing = match &opened {
-        Ok(file) => is_unfinished(path) && file.metadata().is_ok_and(|about| about.len() == 0),
-        Err(error) => error.kind() == io::ErrorKind::NotFound,
-    };
-    if is_missing && let Some(interrupted) = Interrupted::find(path, 0) {
-        return Err(CaptureError::Missing(interrupted));
-    }
-    opened.map_err(|error| CaptureError::Open {
+    File::open(path).map_err(|error| CaptureError::Open {
         path: path.to_owned(),
         error,
     })
 }
 
-/// Whether the name is that of a recording under way.
-fn is_unfinished(path: &Path) -> bool {
-    path.extension()
-        .is_some_and(|extension| extension == "partial")
-}
-
-/// Why what is read of a recording that was never finished ends in the middle: [`CaptureError::Interrupted`] where
-/// the name is that of such a recording.
-pub fn unfinished(path: &Path, read_bytes: u64) -> CaptureError {
-    is_unfinished(path)
-        .then(|| Interrupted::find(path, read_bytes))
-        .flatten()
-        .map_or_else(
-            || CaptureError::Unfinished(path.to_owned()),
-            CaptureError::Interrupted,
-        )
+/// The error for a recording that is under way or was interrupted; `None` for any other file.
+#[must_use]
+pub fn unfinished(path: &Path) -> Option<CaptureError> {
+    is_unfinished(path).then(|| CaptureError::Unfinished {
+        path: path.to_owned(),
+        is_in_use: is_in_use(path),
+    })
 }
 
 type Source = io::Chain<Cursor<Vec<u8>>, Box<dyn Read + Send>>;
@@ -144,7 +113,6 @@ enum Reader {
 pub struct Capture {
     path: PathBuf,
     reader: Reader,
-    read_bytes: u64,
     end: Duration,
     missing_bytes: u64,
     uplink: Uplink,
@@ -184,7 +152,7 @@ impl Capture {
         {
             return Err(CaptureError::Read { path, error });
         }
-        let form = Form::tell(&head, &path)?;
+        let form = Form::tell(&head);
         let source = Cursor::new(head).chain(source);
         let reader = match form {
             Form::Mcap => Reader::Mcap(Box::new(Pieces::new(source))),
@@ -193,7 +161,6 @@ impl Capture {
         Ok(Self {
             path,
             reader,
-            read_bytes: 0,
             end: Duration::ZERO,
             missing_bytes: 0,
             uplink: Uplink::default(),
@@ -280,7 +247,6 @@ impl Capture {
             }
         };
         match &piece {
-            Piece::Received(bytes) => self.read_bytes += bytes.len() as u64,
             Piece::Sent(bytes) => self.uplink.take(at, bytes),
             Piece::Missing(bytes) => self.missing_bytes += bytes,
             Piece::Repeated(offset) => {
@@ -288,7 +254,7 @@ impl Capture {
                 self.damages.push(damage);
             }
             Piece::Damaged(damage) => self.damages.push(damage),
-            Piece::Event(_) => {}
+            Piece::Received(_) | Piece::Event(_) => {}
         }
         Ok(Some((at, piece)))
     }
@@ -306,7 +272,8 @@ impl Capture {
             let problem = self.damages.in_words();
             Some(CaptureError::Damaged { path, problem })
         } else if !reader.is_finished() {
-            Some(unfinished(&path, self.read_bytes))
+            let is_in_use = is_in_use(&path);
+            Some(CaptureError::Unfinished { path, is_in_use })
         } else if !has_received(reader.channels()) {
             Some(CaptureError::NoRawBytes(path))
         } else {

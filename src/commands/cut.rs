@@ -7,7 +7,7 @@ use super::cli::Cut;
 use super::output::{Output, Target, check_form, targets};
 use super::{Exit, Fault, batch, input, say};
 use crate::capture::cut::{CutError, Part, Window, cut_mcap, cut_raw};
-use crate::capture::recover;
+use crate::capture::files;
 use crate::capture::source::Form;
 use crate::capture::when::When;
 
@@ -19,7 +19,7 @@ pub(super) fn run(options: &Cut) -> Result<(), Fault> {
     check(window)?;
     let files = batch::files(&options.captures)?;
     let targets = targets(&files, &options.output, |path| {
-        if recover::is_own_name(path) {
+        if files::is_own_name(path) {
             return Ok("cut.mcap".to_owned());
         }
         let extension = path.extension().unwrap_or_default();
@@ -38,7 +38,7 @@ pub(super) fn run(options: &Cut) -> Result<(), Fault> {
                 Form::Mcap => "name it .mcap; `groundwave convert` makes raw text of it",
                 Form::Raw => "name it .txt; `groundwave convert` makes MCAP of it",
             };
-            if options.output.output.is_some() || recover::is_own_name(path) {
+            if options.output.output.is_some() || files::is_own_name(path) {
                 check_form(target, form, hint)?;
             }
             let mut output = Output::create(target)?;

@@ -116,13 +116,9 @@ impl From<CaptureError> for Fault {
             | CaptureError::SameFile(_)
             | CaptureError::InUse(_)
             | CaptureError::UnderWay(_)
-            | CaptureError::Missing(_)
             | CaptureError::OwnName(_)
             | CaptureError::Compression(_)
-            | CaptureError::NoChannels(_)
-            | CaptureError::Foreign(_)
             | CaptureError::CannotAppend(_)
-            | CaptureError::Journal(_)
             | CaptureError::Route(_)
             | CaptureError::Open { .. } => Exit::Usage,
             CaptureError::Read { ref error, .. } | CaptureError::Create { ref error, .. }

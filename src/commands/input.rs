@@ -45,7 +45,7 @@ pub(super) fn detect_form(path: &Path, mut source: Source) -> Result<(Form, Sour
         .take(HEAD_BYTES as u64)
         .read_to_end(&mut head)
         .map_err(|error| cannot_read(path, error))?;
-    let form = Form::tell(&head, path)?;
+    let form = Form::tell(&head);
     Ok((form, Box::new(Cursor::new(head).chain(source))))
 }
 
@@ -57,10 +57,10 @@ pub(super) fn cannot_read(path: &Path, error: io::Error) -> Fault {
 
 /// The fault for a capture that could be read only in part.
 pub(super) fn not_whole(path: &Path, problem: &str) -> Fault {
-    let path_shown = path.display();
-    let fault = match unfinished(path, 0) {
-        CaptureError::Interrupted(interrupted) => format!("{path_shown}: {problem}: {interrupted}"),
-        _ => format!("{path_shown}: {problem}"),
+    let shown = path.display();
+    let fault = match unfinished(path) {
+        Some(unfinished) => format!("{shown}: {problem}: {unfinished}"),
+        None => format!("{shown}: {problem}"),
     };
     Fault::new(Exit::Failed, fault)
 }

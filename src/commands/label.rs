@@ -5,10 +5,9 @@ use std::path::Path;
 
 use super::cli;
 use super::{Exit, Fault};
+use crate::capture::Capture;
 use crate::capture::index;
 use crate::capture::runs::Label;
-use crate::capture::source::unfinished;
-use crate::capture::{Capture, CaptureError};
 use crate::playback::clock_words;
 
 pub(super) fn run(options: &cli::Label) -> Result<(), Fault> {
@@ -22,10 +21,6 @@ pub(super) fn run(options: &cli::Label) -> Result<(), Fault> {
     }
     // A label needs its capture.
     Capture::open(&options.file)?;
-    // One beside an unfinished file would not be that of the recording.
-    if let CaptureError::Interrupted(interrupted) = unfinished(&options.file, 0) {
-        return Err(Fault::from(CaptureError::Missing(interrupted)));
-    }
     if let Some(at_s) = options.at {
         check_moment(&options.file, at_s)?;
     }

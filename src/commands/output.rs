@@ -6,7 +6,7 @@ use std::path::{Path, PathBuf};
 use std::sync::{Mutex, MutexGuard, Once, PoisonError};
 
 use super::{Exit, Fault, cli};
-use crate::capture::recover;
+use crate::capture::files;
 use crate::capture::source::Form;
 use crate::hint;
 use crate::io::files::beside;
@@ -121,7 +121,7 @@ fn is_same(one: &Path, other: &Path) -> bool {
 
 /// Refuses a path that cannot or must not be written.
 fn refuse(path: &Path, force: bool) -> Result<(), Fault> {
-    recover::refuse_own_name(path)?;
+    files::refuse_own_name(path)?;
     if path.is_dir() || !force && is_in_the_way(path) {
         return Err(exists(path));
     }

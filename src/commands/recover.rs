@@ -5,7 +5,8 @@ use std::path::PathBuf;
 
 use super::cli::Recover;
 use super::{Exit, Fault, say};
-use crate::capture::recover::{Outcome, Recovery, find_interrupted, recover};
+use crate::capture::files::find_interrupted;
+use crate::capture::recover::{Outcome, Recovery, recover};
 
 pub(super) fn run(options: &Recover) -> Result<(), Fault> {
     let mut paths: Vec<PathBuf> = Vec::new();

@@ -7,8 +7,8 @@ use std::time::Instant;
 use super::appearance::appearance;
 use super::cli::Replay;
 use super::{Exit, Fault, block_on, config, input, watch};
+use crate::capture::index;
 use crate::capture::source::unfinished;
-use crate::capture::{CaptureError, index};
 use crate::event::{Event, Level, Moment, Notice, NoticeCode, Recording};
 use crate::model::{Config, Ui};
 use crate::playback::capture::timeline;
@@ -39,11 +39,11 @@ pub(super) fn run(options: &Replay, config: &config::Config) -> Result<(), Fault
         ..appearance(config)
     });
     let mut first = CaptureState::new(&name, Arc::clone(&config), &*tape);
-    if let CaptureError::Interrupted(interrupted) = unfinished(&options.file, 0) {
+    if let Some(unfinished) = unfinished(&options.file) {
         first.tell(&Event::Notice(Notice::new(
             NoticeCode::Damaged,
             Level::Warning,
-            interrupted.beforehand(),
+            unfinished.to_string(),
         )));
     }
     let (tell, findings) = tokio::sync::mpsc::channel(FINDINGS);

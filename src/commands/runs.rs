@@ -5,7 +5,7 @@ use std::path::{Path, PathBuf};
 
 use super::cli::Runs;
 use super::{Exit, Fault, say};
-use crate::capture::recover::{Interrupted, find_interrupted};
+use crate::capture::CaptureError;
 use crate::capture::runs::folder::{self, Run, RunError};
 use crate::hint;
 use crate::run::{Figures, HEADING};
@@ -16,29 +16,33 @@ pub(super) fn run(options: &Runs) -> Result<(), Fault> {
     let mut shown = 0;
     let mut interrupted = Vec::new();
     for path in &options.paths {
-        if path.is_dir() {
-            let found = find_interrupted(path).into_iter();
-            interrupted.extend(
-                found.filter_map(|file| {
-                    Interrupted::find(file.strip_prefix(".").unwrap_or(&file), 0)
-                }),
-            );
-        }
         let captures = captures(path).unwrap_or_else(|found| {
             note(&mut fault, Some(found));
             Vec::new()
         });
         for capture in captures {
-            match read(&capture) {
-                Ok((figures, problem)) => {
-                    if let Err(error) = write(&mut out, &figures, options.json, shown == 0) {
-                        return Fault::output(&error);
-                    }
-                    shown += 1;
-                    note(&mut fault, problem);
+            let run = match read_run(&capture) {
+                Ok(run) => run,
+                Err(found) => {
+                    note(&mut fault, Some(found));
+                    continue;
                 }
-                Err(found) => note(&mut fault, Some(found)),
+            };
+            let is_empty = run.course.points().is_empty();
+            match run.problem {
+                Some(unfinished @ CaptureError::Unfinished { .. }) => interrupted.push(unfinished),
+                Some(problem) => {
+                    note(&mut fault, Some(problem.into()));
+                    if is_empty {
+                        continue;
+                    }
+                }
+                None => {}
             }
+            if let Err(error) = write(&mut out, &run.figures, options.json, shown == 0) {
+                return Fault::output(&error);
+            }
+            shown += 1;
         }
     }
     for recording in &interrupted {
@@ -48,7 +52,7 @@ pub(super) fn run(options: &Runs) -> Result<(), Fault> {
             return Fault::output(&error);
         }
     }
-    if shown == 0 && interrupted.is_empty() && fault.is_none() {
+    if shown == 0 && fault.is_none() {
         say("no finished captures here; `groundwave demo --record` makes one");
     }
     fault.map_or(Ok(()), Err)
@@ -60,16 +64,6 @@ fn note(fault: &mut Option<Fault>, found: Option<Fault>) {
         && let Some(earlier) = fault.replace(found)
     {
         say(format_args!("groundwave: {earlier}"));
-    }
-}
-
-/// Reads the figures of a run, and the fault if they are incomplete.
-fn read(path: &Path) -> Result<(Figures, Option<Fault>), Fault> {
-    let run = read_run(path)?;
-    let problem = run.problem.map(Fault::from);
-    match problem {
-        Some(problem) if run.course.points().is_empty() => Err(problem),
-        problem => Ok((run.figures, problem)),
     }
 }
 

@@ -6,7 +6,7 @@ use std::path::{Path, PathBuf};
 use std::time::SystemTime;
 
 use super::{Fault, config};
-use crate::capture::recover::{Paths, find_interrupted};
+use crate::capture::files::find_interrupted;
 use crate::capture::runs::folder;
 use crate::hint::shell_word;
 use crate::io::ports::{Port, list};
@@ -100,12 +100,7 @@ fn newest() -> Option<PathBuf> {
 fn interrupted() -> Option<PathBuf> {
     let newest = find_interrupted(Path::new("."))
         .into_iter()
-        .max_by_key(|target| {
-            let Paths {
-                partial, journal, ..
-            } = Paths::of(target);
-            written_at(&partial).max(written_at(&journal))
-        })?;
+        .max_by_key(|path| written_at(path))?;
     Some(newest.strip_prefix(".").unwrap_or(&newest).to_owned())
 }
 

@@ -291,8 +291,8 @@ mod tests {
     use super::*;
     use crate::capture::info::Info;
     use crate::capture::messages::{RawBytes, StationEvent};
+    use crate::capture::session_writer::{CHUNK_BYTES, TopicWriter};
     use crate::capture::topics::{Topic, TopicMessage};
-    use crate::capture::writer::McapWriter;
     use crate::capture::{Capture, index};
     use crate::statistics::{Rejected, Resync};
 
@@ -356,7 +356,7 @@ mod tests {
     fn a_line_cut_off_by_a_lost_link_is_no_error() {
         let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("captures");
         let bytes = std::fs::read(folder.join("house-clean.txt")).unwrap();
-        let mut mcap = McapWriter::new(Vec::new()).unwrap();
+        let mut mcap = TopicWriter::new(Vec::new(), CHUNK_BYTES).unwrap();
         let mut write = |topic, at_s: u64, data: &[u8]| {
             let at_ns = at_s * 1_000_000_000;
             mcap.write(&TopicMessage {

@@ -10,10 +10,12 @@ use std::thread::{self, JoinHandle};
 use std::time::{Duration, Instant, SystemTime, UNIX_EPOCH};
 
 use super::driver::{EventSink, SentSink};
-use crate::capture::composer::since_1970_ns;
-use crate::capture::journal::{Entry, Kind};
+use crate::capture::messages::RawBytes;
+use crate::capture::session::since_1970_ns;
 use crate::capture::topics::StationEvent;
-use crate::capture::{CaptureError, Existing, RawWriter, Recorder, Session, name, recover};
+use crate::capture::{
+    CaptureError, Existing, Observation, RawWriter, Recorder, Session, files, name, recover,
+};
 use crate::event::{Level, Moment, Recording};
 use crate::io::link::Sink;
 use crate::recorded;
@@ -65,7 +67,7 @@ impl Keeper {
             return Err(CaptureError::SameFile(tee.clone()));
         }
         for path in options.tee.iter().chain(&options.mcap) {
-            recover::refuse_own_name(path)?;
+            files::refuse_own_name(path)?;
         }
         let recorder = options
             .mcap
@@ -252,7 +254,7 @@ impl Keeper {
     /// On a thread of its own. What the recording holds need not be remembered any more, unless it failed:
     /// its path then.
     fn end_now(&self, recorder: Recorder, history: History) -> Option<PathBuf> {
-        let path = recorder.path();
+        let path = recorder.path().to_owned();
         let ended = recorder.finish();
         let mut inner = self.lock();
         let told = inner.told.take();
@@ -287,9 +289,9 @@ impl Keeper {
         inner.is_beginning = false;
         match begun {
             Ok(mut recorder) => {
-                let path = recorder.path();
+                let path = recorder.path().to_owned();
                 let (now, _) = inner.times(Instant::now());
-                recorder.handle_backlog(now, inner.history.entries());
+                recorder.handle_backlog(now, inner.history.observations());
                 inner.recorder = Some(recorder);
                 let text = format!("recording to {}", path.display());
                 inner.notices.push_back((Level::Info, text));
@@ -309,7 +311,7 @@ impl Keeper {
         let mut inner = self.lock();
         self.spawn(&mut inner, move |keeper| {
             let mut failed = Vec::new();
-            for path in recover::find_interrupted(&folder) {
+            for path in files::find_interrupted(&folder) {
                 let notice = match recover::recover(&path) {
                     Ok(recovery) => (recovery.level(), recovery.headline()),
                     // Somebody else was faster.
@@ -332,14 +334,13 @@ impl Keeper {
 fn hopeless(failed: &[(PathBuf, CaptureError)]) -> Option<String> {
     let (path, error) = failed.first()?;
     let name = path.display();
-    let files = format!("{name}.partial and {name}.journal");
     Some(match failed.len() {
         1 => format!(
-            "an interrupted recording cannot be recovered: {error}; move or delete {files} if they are of no use to you"
+            "an interrupted recording cannot be recovered: {error}; move or delete it if it is of no use"
         ),
         count => format!(
             "{count} interrupted recordings cannot be recovered, {name} first: {error}; `groundwave recover FOLDER` says why \
-             of each; move or delete {files} and those of the others if they are of no use to you"
+             of each; move or delete those that are of no use"
         ),
     })
 }
@@ -367,8 +368,8 @@ fn begin(options: &KeepOptions, path: &Path, start: SystemTime) -> Result<Record
         notes: options.notes.clone(),
         configuration: options.configuration.clone(),
     };
-    recover::refuse_own_name(path)?;
-    recover::set_aside(path)?;
+    files::refuse_own_name(path)?;
+    files::set_aside(path)?;
     Recorder::start_rotating(path, existing, &session, options.rotation)
 }
 
@@ -398,7 +399,8 @@ impl Inner {
             tee.write(bytes);
         }
         let (now, wall) = self.times(at);
-        self.history.push(entry(Kind::Rx, wall, bytes));
+        self.history
+            .push(since_1970_ns(wall), Observation::Received(raw(bytes)));
         if let Some(recorder) = &mut self.recorder {
             recorder.handle_rx(now, wall, bytes);
         }
@@ -406,7 +408,8 @@ impl Inner {
 
     fn handle_tx(&mut self, at: Instant, bytes: &[u8]) {
         let (now, wall) = self.times(at);
-        self.history.push(entry(Kind::Tx, wall, bytes));
+        self.history
+            .push(since_1970_ns(wall), Observation::Sent(raw(bytes)));
         if let Some(recorder) = &mut self.recorder {
             recorder.handle_tx(now, wall, bytes);
         }
@@ -415,7 +418,7 @@ impl Inner {
     fn handle_event(&mut self, at: Instant, event: &StationEvent) {
         let (now, wall) = self.times(at);
         self.history
-            .push(Entry::of_event(since_1970_ns(wall), event));
+            .push(since_1970_ns(wall), Observation::Event(event.clone()));
         if let Some(recorder) = &mut self.recorder {
             recorder.handle_event(now, wall, event);
         }
@@ -439,10 +442,7 @@ impl Inner {
         self.told.clone_from(&recorder_problem);
         Recording {
             tee: self.tee.as_ref().map(|tee| name(tee.path())),
-            mcap: self
-                .recorder
-                .as_ref()
-                .map(|recorder| name(&recorder.path())),
+            mcap: self.recorder.as_ref().map(|recorder| name(recorder.path())),
             bytes: match (&self.recorder, &self.tee) {
                 (Some(recorder), _) => recorder.bytes(),
                 (None, Some(tee)) => tee.bytes(),
@@ -453,11 +453,10 @@ impl Inner {
     }
 }
 
-fn entry(kind: Kind, wall: SystemTime, bytes: &[u8]) -> Entry {
-    Entry {
-        kind,
-        at_ns: since_1970_ns(wall),
-        offset: 0,
+/// Bytes whose place in the stream is not known yet.
+fn raw(bytes: &[u8]) -> RawBytes {
+    RawBytes {
+        stream_offset: 0,
         data: bytes.to_vec(),
     }
 }

@@ -6,7 +6,6 @@ use std::path::{Path, PathBuf};
 use std::time::{Duration, SystemTime, UNIX_EPOCH};
 
 use groundwave::capture::messages::RawBytes;
-use groundwave::capture::recover::Paths;
 use groundwave::capture::{Existing, Recorder, Session};
 use groundwave::event::{CommandId, CommandStatus, Event};
 use groundwave::recorded::to_recorded;
@@ -29,7 +28,7 @@ pub fn session() -> Session {
     }
 }
 
-/// Feeds a stream at 240 bytes a second, with a command now and then, and waits for the disk.
+/// Feeds a stream at 240 bytes a second, with a command now and then.
 pub fn feed(recorder: &mut Recorder, stream: &[u8]) -> Duration {
     let mut now = Duration::ZERO;
     for (n, read) in (0_u32..).zip(stream.chunks(33)) {
@@ -48,15 +47,8 @@ pub fn feed(recorder: &mut Recorder, stream: &[u8]) -> Duration {
             }
             recorder.handle_tx(now, wall(now), b"\nframe\n");
         }
-        settle(recorder);
     }
     now
-}
-
-pub fn settle(recorder: &Recorder) {
-    while recorder.backlog() > 0 && recorder.problem().is_none() {
-        std::thread::yield_now();
-    }
 }
 
 pub fn finished(folder: &Path, stream: &[u8]) -> PathBuf {
@@ -67,17 +59,16 @@ pub fn finished(folder: &Path, stream: &[u8]) -> PathBuf {
     path
 }
 
-/// What a kill would leave after this stream: the files of a recording under way, copied.
-pub fn killed(folder: &Path, stream: &[u8]) -> Paths {
+/// What a kill leaves after this stream: a copy of a recording under way.
+pub fn killed(folder: &Path, stream: &[u8]) -> PathBuf {
     let live = folder.join("live.mcap");
     let mut recorder = Recorder::start(&live, Existing::Refuse, &session()).unwrap();
     feed(&mut recorder, stream);
-    let (from, to) = (Paths::of(&live), Paths::of(&folder.join("killed.mcap")));
-    fs::copy(&from.partial, &to.partial).unwrap();
-    fs::copy(&from.journal, &to.journal).unwrap();
+    let killed = folder.join("killed.mcap");
+    fs::copy(&live, &killed).unwrap();
     recorder.discard();
-    assert!(!from.exist(), "something is left of a discarded recording");
-    to
+    assert!(!live.exists(), "something is left of a discarded recording");
+    killed
 }
 
 /// Byte and length of every chunk that holds, by others' code.

@@ -10,12 +10,12 @@ use ::mcap::records::{Record, op};
 use super::chunk_table::ChunkTable;
 use super::{Place, SeekableReader, Source, read_at};
 use crate::CaptureError;
-use crate::composer::Session;
 use crate::event::{Landmark, Moment, Truth};
 use crate::mcap_reader::{Channels, Entries, Entry};
 use crate::pieces::{Piece, PiecePosition, Pieces, has_received};
 use crate::record::{HEAD_BYTES, parse};
 use crate::repair::Position;
+use crate::session::Session;
 
 /// Bytes of the footer and the end mark of a finished file.
 const END_BYTES: usize = HEAD_BYTES + 20 + MAGIC.len();

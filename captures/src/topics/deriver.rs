@@ -10,9 +10,9 @@ use groundwave_protocol::telemetry::{Ack, Body, FirmwareVersion, StateLine, Stat
 
 use super::forms::Encoder;
 use super::geometry::Place;
+use super::log_messages::{LogMessages, is_contact};
 use super::path::Path;
 use super::scene::Scene;
-use super::story::{Story, is_contact};
 use super::{Topic, TopicMessage};
 use crate::event::{CommandStatus, Level as NoticeLevel, LinkEvent, Mark, Reception};
 use crate::messages::{StationEvent, StationEventKind, UplinkEvent};
@@ -54,7 +54,7 @@ pub struct Deriver {
     is_new_robot: bool,
     is_urgent: bool,
     commands: VecDeque<Command>,
-    story: Story,
+    log_messages: LogMessages,
     path: Path,
     scene: Scene,
     encoder: Encoder,
@@ -326,7 +326,7 @@ impl Deriver {
         }
         let encoder = &mut self.encoder;
         let is_urgent = &mut self.is_urgent;
-        self.story.handle_line(line, |level, text| {
+        self.log_messages.handle_line(line, |level, text| {
             *is_urgent |= level as i32 >= Level::Warning as i32;
             encoder.log(now_ns, level, "robot", text);
             take(encoder.message(Topic::Log, now_ns, None))

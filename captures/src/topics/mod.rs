@@ -12,13 +12,16 @@
 mod deriver;
 mod forms;
 mod geometry;
+mod log_messages;
 mod newest;
 mod path;
 mod scene;
-mod story;
 
 use std::borrow::Cow;
+use std::collections::BTreeMap;
+use std::io::{Seek, Write};
 
+use ::mcap::{McapResult, Writer};
 use foxglove::Encode;
 use foxglove::messages::{
     FrameTransforms, Grid, LaserScan, Log, PoseInFrame, PosesInFrame, SceneUpdate,
@@ -26,11 +29,14 @@ use foxglove::messages::{
 
 pub use deriver::Deriver;
 pub use geometry::{BASE, ODOM};
-pub(super) use story::is_contact;
+pub(super) use log_messages::{LogMessages, is_contact};
 
 pub use super::messages::StationEvent;
 use super::messages::{RawBytes, Telemetry, UplinkEvent};
 use super::schema::{DESCRIPTORS, Schema};
+
+/// How schemas and messages are encoded.
+const ENCODING: &str = "protobuf";
 
 /// Every byte read from the radio.
 pub const RAW_RX: &str = Topic::RawRx.name();
@@ -103,6 +109,20 @@ impl Topic {
         }
     }
 
+    /// The number of its channel.
+    #[must_use]
+    pub const fn channel_id(self) -> u16 {
+        self as u16 + 1
+    }
+
+    /// The number of its schema: that of the first topic that has it.
+    const fn schema_id(self) -> u16 {
+        match self {
+            Self::RawTx => Self::RawRx.channel_id(),
+            topic => topic.channel_id(),
+        }
+    }
+
     /// The topic of that name.
     #[must_use]
     pub fn from_name(name: &str) -> Option<Self> {
@@ -130,6 +150,30 @@ impl Topic {
             Self::Station => ours(StationEvent::NAME),
         }
     }
+}
+
+/// Adds topics and their schemas to a file under their numbers.
+///
+/// # Errors
+/// When writing fails.
+pub(super) fn register<W: Write + Seek>(
+    writer: &mut Writer<W>,
+    topics: &[Topic],
+) -> McapResult<()> {
+    for topic in topics {
+        let TopicSchema { name, descriptors } = topic.schema();
+        let schema_id = topic.schema_id();
+        writer.add_schema_with_id(schema_id, &name, ENCODING, &descriptors)?;
+        let metadata = BTreeMap::new();
+        writer.add_channel_with_id(
+            topic.channel_id(),
+            schema_id,
+            topic.name(),
+            ENCODING,
+            &metadata,
+        )?;
+    }
+    Ok(())
 }
 
 /// A protobuf type, as other programs need it to decode its messages.

@@ -14,9 +14,10 @@ use super::{Lines, Verdict};
 use crate::event::NoticeCode;
 use crate::mcap_reader::{Channel, Entries, Entry};
 use crate::messages::{RawBytes, StationEvent};
+use crate::session_writer::LIBRARY;
 use crate::source::Form;
 use crate::topics::{RAW_RX, Topic};
-use crate::writer::LIBRARY;
+use crate::unfinished::is_library;
 
 /// Verifies an MCAP, and that a raw text holds the same bytes.
 ///
@@ -29,6 +30,7 @@ pub fn verify_mcap<R: Read>(source: R, raw: Option<Box<dyn Read>>) -> io::Result
         lines: Lines::default(),
         derived: Derived::new(),
         is_ours: false,
+        is_unfinished: false,
         start_ns: None,
         last_ns: 0,
         sequences: HashMap::new(),
@@ -65,6 +67,8 @@ struct Check {
     derived: Derived,
     /// This version wrote it, so that derived messages must be equal.
     is_ours: bool,
+    /// Topics that can be derived are not in it yet.
+    is_unfinished: bool,
     start_ns: Option<u64>,
     last_ns: u64,
     sequences: HashMap<u16, u32>,
@@ -142,8 +146,10 @@ impl Check {
         let start_ns = self.start_ns.unwrap_or(header.log_time);
         let at = Duration::from_nanos(header.log_time.saturating_sub(start_ns));
         self.lines.take(&raw.data, at, &mut self.verdict);
-        self.derived
-            .take_received(header.log_time, missing, &raw.data);
+        if !self.is_unfinished {
+            self.derived
+                .take_received(header.log_time, missing, &raw.data);
+        }
         if let Some(file) = &mut self.raw {
             file.compare(&raw, &mut self.verdict)?;
         }
@@ -153,7 +159,10 @@ impl Check {
     fn take_record(&mut self, opcode: u8, body: &[u8]) {
         self.in_summary |= opcode == op::DATA_END;
         match parse_record(opcode, body) {
-            Ok(Record::Header(header)) => self.is_ours = header.library == LIBRARY,
+            Ok(Record::Header(header)) => {
+                self.is_ours = header.library == LIBRARY;
+                self.is_unfinished = is_library(&header.library);
+            }
             // Lines before this part are in another file.
             Ok(Record::Metadata(table)) if table.metadata.get("part").is_some_and(|n| n != "1") => {
                 self.derived.forget_beginning();

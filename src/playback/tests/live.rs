@@ -9,7 +9,7 @@ use ratatui::backend::TestBackend;
 
 use super::*;
 use crate::capture::Session as About;
-use crate::capture::composer::Composer;
+use crate::capture::SessionWriter;
 use crate::capture::index::Piece;
 use crate::event::{Level, LinkEvent, Notice, NoticeCode};
 use crate::model::testing::{Scene as Robot, any_event};
@@ -203,7 +203,7 @@ impl Dice {
 struct Listening {
     station: Station,
     session: Session,
-    composer: Composer<Vec<u8>>,
+    writer: SessionWriter<Vec<u8>>,
 }
 
 impl Listening {
@@ -219,7 +219,7 @@ impl Listening {
         let mut listening = Self {
             station: Station::new(groundwave_protocol::arq::Config::new(1), false),
             session: Session::new(),
-            composer: Composer::new(Vec::new(), &about).unwrap(),
+            writer: SessionWriter::new(Vec::new(), &about).unwrap(),
         };
         listening.station.handle_link(LinkEvent::Opened {
             name: "radio".to_owned(),
@@ -235,7 +235,7 @@ impl Listening {
 
     fn tell(&mut self, event: &Event) {
         if let Some(event) = recorded::to_recorded(event) {
-            self.composer.handle_event(self.at_ns(), &event).unwrap();
+            self.writer.handle_event(self.at_ns(), &event).unwrap();
         }
         self.session.take(event);
     }
@@ -266,7 +266,7 @@ impl Listening {
     }
 
     fn hear(&mut self, bytes: &[u8]) {
-        self.composer.handle_rx(self.at_ns(), bytes).unwrap();
+        self.writer.handle_rx(self.at_ns(), bytes).unwrap();
         self.station.handle_bytes(self.session.now, bytes);
         self.listen();
     }
@@ -308,7 +308,7 @@ fn a_live_run_in_any_chunks_and_its_replay_are_the_same_to_the_last_character() 
                     Piece::Sent(bytes) => {
                         live.pass_to(at);
                         live.station.handle_sent(at, bytes);
-                        live.composer.handle_tx(live.at_ns(), bytes).unwrap();
+                        live.writer.handle_tx(live.at_ns(), bytes).unwrap();
                         live.listen();
                     }
                     Piece::Event(event) => match from_recorded(&event) {
@@ -322,7 +322,7 @@ fn a_live_run_in_any_chunks_and_its_replay_are_the_same_to_the_last_character() 
                 }
             }
             assert!(was.len() > 5, "{name}");
-            let mcap = live.composer.finish().unwrap();
+            let mcap = live.writer.finish().unwrap();
             let tape = index::read(Arc::new(mcap), Path::new("a.mcap")).unwrap();
             let (mut replay, _) = read_whole(tape);
             for (at, facts, drawn, lines) in was {

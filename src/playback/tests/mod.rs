@@ -13,7 +13,7 @@ use std::sync::Arc;
 use super::timeline::{Cursor, Found, STEPS_MAX};
 use super::*;
 use crate::capture::Session;
-use crate::capture::composer::Composer;
+use crate::capture::SessionWriter;
 use crate::capture::index::{self, SeekableReader};
 use crate::event::{CommandId, Event, Moment};
 use crate::model::{Config, Facts};

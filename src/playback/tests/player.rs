@@ -206,11 +206,11 @@ fn marks_of_a_recorded_session_come_back() {
         notes: std::collections::BTreeMap::new(),
         configuration: String::new(),
     };
-    let mut composer = Composer::new(Vec::new(), &session).unwrap();
+    let mut writer = SessionWriter::new(Vec::new(), &session).unwrap();
     let s = Moment::from_secs;
     for (n, line) in (1_u64..).zip(plain.chunks(80)) {
         let at_ns = n * 1_000_000_000 / 3;
-        composer.handle_rx(at_ns, line).unwrap();
+        writer.handle_rx(at_ns, line).unwrap();
         // Now, a moment of the past, before the beginning; one is taken away again.
         for (when, ago, is_set) in [
             (60, s(0), true),
@@ -221,11 +221,11 @@ fn marks_of_a_recorded_session_come_back() {
         ] {
             if n == when {
                 let event = recorded::to_recorded(&Event::Mark(Mark { ago, is_set })).unwrap();
-                composer.handle_event(at_ns, &event).unwrap();
+                writer.handle_event(at_ns, &event).unwrap();
             }
         }
     }
-    let mcap = composer.finish().unwrap();
+    let mcap = writer.finish().unwrap();
     let tape = index::read(Arc::new(mcap), Path::new("a.mcap")).unwrap();
     let first = CaptureState::new("radio", Arc::default(), &*tape);
     let mut again = tape.reopen();

@@ -175,22 +175,22 @@ fn a_command_near_is_found_before_all_of_the_front_is_read() {
         notes: std::collections::BTreeMap::new(),
         configuration: String::new(),
     };
-    let mut composer = Composer::new(Vec::new(), &session).unwrap();
+    let mut writer = SessionWriter::new(Vec::new(), &session).unwrap();
     let mut asked = Vec::new();
     for (n, line) in (1_u64..).zip(calm.repeat(20).chunks(80)) {
         let at_ns = n * 1_000_000_000 / 3;
-        composer.handle_rx(at_ns, line).unwrap();
+        writer.handle_rx(at_ns, line).unwrap();
         if n % 211 == 100 {
             let id = CommandId(n as u32);
             let request = Request::Scan;
             let by = None;
             let event = crate::recorded::to_recorded(&Event::Asked { id, request, by }).unwrap();
-            composer.handle_event(at_ns, &event).unwrap();
+            writer.handle_event(at_ns, &event).unwrap();
             // The recording's first message is of 1970.
             asked.push(Moment::from_nanos(at_ns));
         }
     }
-    let day = composer.finish().unwrap();
+    let day = writer.finish().unwrap();
     let tape = index::read(Arc::new(day), Path::new("day.mcap")).unwrap();
     let first = CaptureState::new("radio", Arc::default(), &*tape);
     let mut timeline = capture::timeline(tape, first);

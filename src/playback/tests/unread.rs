@@ -6,7 +6,7 @@ use proptest::prelude::*;
 use super::capture::SHORTCUTS;
 use super::*;
 use crate::capture::Session;
-use crate::capture::composer::Composer;
+use crate::capture::SessionWriter;
 use crate::capture::index::Piece;
 use crate::model::Facts;
 
@@ -34,18 +34,18 @@ fn recorded(text: &[u8], chunks: impl IntoIterator<Item = usize>) -> Vec<u8> {
         notes: std::collections::BTreeMap::new(),
         configuration: String::new(),
     };
-    let mut composer = Composer::new(Vec::new(), &session).unwrap();
+    let mut writer = SessionWriter::new(Vec::new(), &session).unwrap();
     let mut chunks = chunks.into_iter();
     let mut left = chunks.next();
     for (n, line) in (1_u64..).zip(text.split_inclusive(|&byte| byte == b'\n')) {
-        composer.handle_rx(n * 1_000_000_000 / 3, line).unwrap();
+        writer.handle_rx(n * 1_000_000_000 / 3, line).unwrap();
         left = left.map(|left| left.saturating_sub(1));
         if left == Some(0) {
-            composer.flush().unwrap();
+            writer.end_chunk().unwrap();
             left = chunks.next();
         }
     }
-    composer.finish().unwrap()
+    writer.finish().unwrap()
 }
 
 /// The same recording without a topic, as other tools filter it.

@@ -1,22 +1,22 @@
-//! What came in and is in no finished recording: the newest minutes of it.
+//! The newest observations, for a recording that begins late.
 
 use std::collections::VecDeque;
 use std::time::Duration;
 
 use groundwave_protocol::LINE_BYTES;
 
-use crate::capture::journal::{Entry, Kind};
+use crate::capture::Observation;
 
-/// However long it may be: ten hours of a radio at 2400 baud.
+/// Limits the memory however long the history may be: ten hours of a radio at 2400 baud.
 const BYTES_MAX: usize = 8 * 1024 * 1024;
 
-/// What an entry takes besides its bytes.
-const ENTRY_BYTES: usize = size_of::<Entry>();
+/// Bytes of memory that an observation takes besides its data.
+const ENTRY_BYTES: usize = size_of::<(u64, Observation)>();
 
-/// The newest entries, oldest first.
+/// Observations that are in no finished recording, with their times in nanoseconds since 1970.
 #[derive(Debug)]
 pub(super) struct History {
-    entries: VecDeque<Entry>,
+    entries: VecDeque<(u64, Observation)>,
     bytes: usize,
     length_ns: u64,
 }
@@ -30,54 +30,53 @@ impl History {
         }
     }
 
-    /// Remembers something, and forgets what is too old for it.
-    pub(super) fn push(&mut self, entry: Entry) {
-        let newest_ns = entry.at_ns;
-        if !self.join(&entry) {
-            self.bytes += entry.data.len() + ENTRY_BYTES;
-            self.entries.push_back(entry);
+    /// Remembers an observation and forgets those that are too old.
+    pub(super) fn push(&mut self, at_ns: u64, observation: Observation) {
+        if !self.join(at_ns, &observation) {
+            self.bytes += bytes(&observation);
+            self.entries.push_back((at_ns, observation));
         }
-        self.trim(newest_ns);
+        self.trim(at_ns);
     }
 
     fn trim(&mut self, newest_ns: u64) {
-        while let Some(oldest) = self.entries.front() {
-            let is_old = newest_ns.saturating_sub(oldest.at_ns) > self.length_ns;
+        while let Some((at_ns, oldest)) = self.entries.front() {
+            let is_old = newest_ns.saturating_sub(*at_ns) > self.length_ns;
             if !is_old && self.bytes <= BYTES_MAX {
                 break;
             }
-            self.bytes -= oldest.data.len() + ENTRY_BYTES;
+            self.bytes -= bytes(oldest);
             self.entries.pop_front();
         }
     }
 
-    /// A port hands over single bytes: those of a line share an entry, which has the time of the last.
-    fn join(&mut self, entry: &Entry) -> bool {
-        let Some(last) = self.entries.back_mut().filter(|last| {
-            last.kind == entry.kind
-                && matches!(entry.kind, Kind::Rx)
-                && last.data.len() + entry.data.len() <= LINE_BYTES
-                && !last.data.ends_with(b"\n")
-        }) else {
+    /// Joins bytes to the line they belong to, which has the time of its last: a port may deliver single bytes.
+    fn join(&mut self, at_ns: u64, observation: &Observation) -> bool {
+        let (Some((last_ns, Observation::Received(last))), Observation::Received(raw)) =
+            (self.entries.back_mut(), observation)
+        else {
             return false;
         };
-        last.data.extend_from_slice(&entry.data);
-        last.at_ns = entry.at_ns;
-        self.bytes += entry.data.len();
+        if last.data.len() + raw.data.len() > LINE_BYTES || last.data.ends_with(b"\n") {
+            return false;
+        }
+        last.data.extend_from_slice(&raw.data);
+        *last_ns = at_ns;
+        self.bytes += raw.data.len();
         true
     }
 
-    /// When the oldest of it came in.
+    /// Time of the oldest observation.
     pub(super) fn first_ns(&self) -> Option<u64> {
-        self.entries.front().map(|entry| entry.at_ns)
+        self.entries.front().map(|(at_ns, _)| *at_ns)
     }
 
-    /// Everything, oldest first.
-    pub(super) fn entries(&self) -> Vec<Entry> {
-        self.entries.iter().cloned().collect()
+    /// Every observation, oldest first.
+    pub(super) fn observations(&mut self) -> &[(u64, Observation)] {
+        self.entries.make_contiguous()
     }
 
-    /// Takes everything away; nothing is remembered then.
+    /// Takes everything out.
     pub(super) fn take(&mut self) -> Self {
         let empty = Self {
             entries: VecDeque::new(),
@@ -87,47 +86,59 @@ impl History {
         std::mem::replace(self, empty)
     }
 
-    /// Puts what was taken away before what has come in since.
+    /// Puts back what was taken out, before what has come in since.
     pub(super) fn put_back(&mut self, mut taken: Self) {
         taken.entries.append(&mut self.entries);
         taken.bytes += self.bytes;
-        if let Some(newest_ns) = taken.entries.back().map(|entry| entry.at_ns) {
-            taken.trim(newest_ns);
+        if let Some((newest_ns, _)) = taken.entries.back() {
+            taken.trim(*newest_ns);
         }
         *self = taken;
     }
 }
 
+fn bytes(observation: &Observation) -> usize {
+    let data = match observation {
+        Observation::Received(raw) | Observation::Sent(raw) => raw.data.len(),
+        Observation::Event(_) => 0,
+    };
+    data + ENTRY_BYTES
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::capture::messages::RawBytes;
 
     const S_NS: u64 = 1_000_000_000;
 
-    fn rx(at_ns: u64, data: &[u8]) -> Entry {
-        Entry {
-            kind: Kind::Rx,
-            at_ns,
-            offset: 0,
+    fn push(history: &mut History, at_ns: u64, data: &[u8]) {
+        history.push(at_ns, received(data));
+    }
+
+    fn received(data: &[u8]) -> Observation {
+        Observation::Received(RawBytes {
+            stream_offset: 0,
             data: data.to_vec(),
-        }
+        })
     }
 
     #[test]
     fn the_newest_minutes_are_kept() {
         let mut history = History::new(Duration::from_mins(10));
         for second in 0..3600 {
-            history.push(rx(second * S_NS, b"line\n"));
+            push(&mut history, second * S_NS, b"line\n");
         }
-        let entries = history.entries();
+        let entries = history.observations().to_vec();
         assert_eq!(entries.len(), 601);
-        assert_eq!(entries[0].at_ns, 2999 * S_NS);
+        assert_eq!(entries[0].0, 2999 * S_NS);
         let taken = history.take();
-        assert_eq!((history.entries(), history.bytes), (Vec::new(), 0));
-        history.push(rx(3600 * S_NS, b"line\n"));
+        assert!(history.observations().is_empty());
+        assert_eq!(history.bytes, 0);
+        push(&mut history, 3600 * S_NS, b"line\n");
         history.put_back(taken);
-        assert_eq!(history.entries()[..600], entries[1..]);
-        assert_eq!(history.entries().len(), 601);
+        assert_eq!(history.observations()[..600], entries[1..]);
+        assert_eq!(history.observations().len(), 601);
         assert_eq!(history.bytes, 601 * (5 + ENTRY_BYTES));
     }
 
@@ -135,18 +146,19 @@ mod tests {
     fn single_bytes_share_an_entry_up_to_the_end_of_the_line() {
         let mut history = History::new(Duration::from_mins(10));
         for (at_ns, byte) in (0..).zip(b"one\ntwo\n") {
-            history.push(rx(at_ns, &[*byte]));
+            push(&mut history, at_ns, &[*byte]);
         }
-        assert_eq!(history.entries(), [rx(3, b"one\n"), rx(7, b"two\n")]);
+        let lines = [(3, received(b"one\n")), (7, received(b"two\n"))];
+        assert_eq!(history.observations(), lines);
     }
 
     #[test]
     fn it_is_bounded_however_much_comes_in() {
         let mut history = History::new(Duration::from_mins(10));
         for _ in 0..5000 {
-            history.push(rx(0, &[0; 4096]));
+            push(&mut history, 0, &[0; 4096]);
         }
-        let bytes: usize = history.entries().iter().map(|entry| entry.data.len()).sum();
+        let bytes = history.observations().len() * 4096;
         assert!(bytes <= BYTES_MAX && bytes > BYTES_MAX / 2, "{bytes}");
     }
 }

@@ -1,6 +1,5 @@
 use super::*;
 use crate::capture::Capture;
-use crate::capture::recover::Paths;
 use std::fs;
 
 /// Nobody records in the folder of the tests: the first that is asked for goes here.
@@ -90,16 +89,16 @@ fn another_attempt_loses_nothing() {
     assert_eq!(received(&folder.path().join("c.mcap")), "one\ntwo\n");
 }
 
-/// What failed in another folder than the next recording's is recovered with it.
+/// A failed recording in another folder than the next one's is recovered too.
 #[test]
 fn a_recording_that_failed_is_recovered_when_the_next_begins() {
     let folder = tempfile::tempdir().unwrap();
     let started = Instant::now();
     let keeper = keeper(folder.path(), started);
-    let first = folder.path().join("first/a.mcap");
+    let moved = folder.path().join("first/moved.mcap");
     let mut sink = keeper.sink();
     sink(started, b"one\n");
-    fs::remove_file(Paths::of(&first).partial).unwrap();
+    fs::rename(folder.path().join("first/a.mcap"), &moved).unwrap();
     sink(started + Duration::from_secs(20), b"two\n");
     wait_until("it has failed", || {
         keeper.lock().recorder.as_ref().unwrap().has_failed()
@@ -107,7 +106,7 @@ fn a_recording_that_failed_is_recovered_when_the_next_begins() {
     keeper.toggle_as(folder.path().join("b.mcap"));
     wait_for_notice(&keeper, "recording to");
     keeper.finish().unwrap();
-    assert_eq!(received(&first), "one\ntwo\n");
+    assert_eq!(received(&moved), "one\ntwo\n");
 }
 
 /// What is in a recording that has ended well is not in the next besides.

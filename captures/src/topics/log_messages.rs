@@ -13,7 +13,7 @@ struct Holder(Option<Layer>);
 
 /// Notices what changes from line to line.
 #[derive(Debug, Default)]
-pub(super) struct Story {
+pub(crate) struct LogMessages {
     mode: Option<Mode>,
     holder: Option<Holder>,
     bump: Option<Bump>,
@@ -23,9 +23,9 @@ pub(super) struct Story {
     life: Life,
 }
 
-impl Story {
+impl LogMessages {
     /// Takes a line; calls `tell` with each thing that is new in it.
-    pub(super) fn handle_line<E>(
+    pub(crate) fn handle_line<E>(
         &mut self,
         line: &Line,
         mut tell: impl FnMut(Level, &str) -> Result<(), E>,

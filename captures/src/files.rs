@@ -1,0 +1,186 @@
+//! The files of recordings: names, locks, and room for a new one.
+
+use std::ffi::OsString;
+use std::fs::{self, File, TryLockError};
+use std::io;
+use std::path::{Path, PathBuf};
+
+use super::CaptureError;
+use super::name::another;
+use super::presence;
+use super::rotation::part_name;
+use super::unfinished::is_unfinished;
+
+/// Limits the numbered variants of a file name.
+const VARIANTS_MAX: u32 = 1_000_000;
+
+/// The ending of the file that takes the place of a recording when it is complete.
+pub(crate) const FINISHING: &str = "finishing";
+/// The ending of a damaged file that is kept beside its replacement.
+pub(crate) const DAMAGED: &str = "damaged";
+
+/// A file that this program has locked.
+pub(crate) struct Lock(#[expect(dead_code, reason = "held, not used")] File);
+
+impl Lock {
+    /// Locks a file; `None` when another program records or recovers it, or has just replaced it.
+    ///
+    /// # Errors
+    /// When the file cannot be opened.
+    pub(crate) fn take(path: &Path) -> io::Result<Option<Self>> {
+        let file = File::open(path)?;
+        if let Err(TryLockError::WouldBlock) = file.try_lock() {
+            return Ok(None);
+        }
+        // A file system without locks has no other program to keep away.
+        Ok(presence::check(&file, path).is_ok().then_some(Self(file)))
+    }
+}
+
+/// Locks a file that is being written. Another program that checks it holds the lock for a moment only.
+pub(crate) fn claim(file: &File) {
+    // A file system without locks keeps no other program away; the recording goes on all the same.
+    let _ = file.lock();
+}
+
+/// Whether a program records or recovers this file now.
+#[must_use]
+pub fn is_in_use(path: &Path) -> bool {
+    matches!(Lock::take(path), Ok(None))
+}
+
+/// The unfinished recordings in a folder that no program is writing, by name.
+#[must_use]
+pub fn find_interrupted(folder: &Path) -> Vec<PathBuf> {
+    let folder = if folder.as_os_str().is_empty() {
+        Path::new(".")
+    } else {
+        folder
+    };
+    let Ok(entries) = fs::read_dir(folder) else {
+        return Vec::new();
+    };
+    let mut found: Vec<PathBuf> = entries
+        .filter_map(|entry| Some(entry.ok()?.path()))
+        .filter(|path| {
+            path.extension()
+                .is_some_and(|extension| extension == "mcap")
+        })
+        .filter(|path| is_unfinished(path) && !is_in_use(path))
+        .collect();
+    found.sort();
+    found
+}
+
+/// Whether this is the name of a file that recovery makes.
+#[must_use]
+pub fn is_own_name(path: &Path) -> bool {
+    path.extension()
+        .is_some_and(|extension| extension == FINISHING || extension == DAMAGED)
+}
+
+/// Refuses a name of the files that recovery makes.
+///
+/// # Errors
+/// When it is one.
+pub fn refuse_own_name(path: &Path) -> Result<(), CaptureError> {
+    if is_own_name(path) {
+        return Err(CaptureError::OwnName(path.to_owned()));
+    }
+    Ok(())
+}
+
+/// Renames an unfinished recording of this name, so that a new one can take it; returns its new name.
+///
+/// # Errors
+/// When it is being written now, or cannot be renamed.
+pub fn set_aside(path: &Path) -> Result<Option<PathBuf>, CaptureError> {
+    if !is_unfinished(path) {
+        return Ok(None);
+    }
+    let Ok(Some(_lock)) = Lock::take(path) else {
+        return Err(CaptureError::InUse(path.to_owned()));
+    };
+    let aside = match path.extension() {
+        Some(extension) => path
+            .with_extension("interrupted")
+            .with_added_extension(extension),
+        None => path.with_added_extension("interrupted"),
+    };
+    let mut names = (1..=VARIANTS_MAX).map(|number| another(&aside, number));
+    let aside = names.find(|name| !name.exists()).unwrap_or(aside);
+    fs::rename(path, &aside).map_err(|error| CaptureError::Write {
+        path: path.to_owned(),
+        error,
+    })?;
+    Ok(Some(aside))
+}
+
+/// The first part from number `from` on that has no file: its number and its name.
+#[must_use]
+pub fn free_part(path: &Path, from: u32) -> Option<(u32, PathBuf)> {
+    (from..=VARIANTS_MAX)
+        .map(|part| (part, part_name(path, part)))
+        .find(|(_, name)| !name.exists())
+}
+
+/// `run.mcap` as `run.mcap.damaged`.
+pub(crate) fn with_suffix(path: &Path, suffix: &str) -> PathBuf {
+    let mut name = OsString::from(path);
+    name.push(".");
+    name.push(suffix);
+    name.into()
+}
+
+/// Waits until a rename in the folder of this file is on the disk.
+pub(crate) fn sync_folder(path: &Path) {
+    let folder = path
+        .parent()
+        .filter(|folder| !folder.as_os_str().is_empty());
+    // Not every system can.
+    if let Ok(folder) = File::open(folder.unwrap_or(Path::new("."))) {
+        let _ = folder.sync_all();
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use std::sync::atomic::{AtomicBool, Ordering};
+
+    #[test]
+    fn only_one_program_locks_a_recording() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("a.mcap");
+        fs::write(&path, "").unwrap();
+        let first = Lock::take(&path).unwrap().unwrap();
+        assert!(Lock::take(&path).unwrap().is_none());
+        assert!(is_in_use(&path));
+        drop(first);
+        assert!(!is_in_use(&path));
+    }
+
+    #[test]
+    fn claim_waits_for_a_program_that_checks() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("a.mcap");
+        for _ in 0..100 {
+            let file = File::create(&path).unwrap();
+            let (checks, is_claimed) = (AtomicBool::new(false), AtomicBool::new(false));
+            std::thread::scope(|scope| {
+                scope.spawn(|| {
+                    while !is_claimed.load(Ordering::Relaxed) {
+                        let _ = is_in_use(&path);
+                        checks.store(true, Ordering::Relaxed);
+                    }
+                });
+                while !checks.load(Ordering::Relaxed) {
+                    std::thread::yield_now();
+                }
+                claim(&file);
+                is_claimed.store(true, Ordering::Relaxed);
+            });
+            assert!(is_in_use(&path), "another program could take it");
+        }
+    }
+}

@@ -1,0 +1,167 @@
+//! The part of a recording from which the rest follows, read from a finished, unfinished or damaged file.
+
+use std::borrow::Cow;
+use std::io::{self, Read};
+
+use ::mcap::records::{Metadata, Record, op};
+use ::mcap::{Attachment, parse_record};
+use prost::Message as _;
+
+use super::mcap_reader::{Channels, Entries, Entry};
+use super::messages::RawBytes;
+use super::repair::Damage;
+use super::topics::{StationEvent, Topic};
+
+/// Something that was recorded and cannot be derived.
+#[derive(Clone, Debug, PartialEq)]
+pub enum Observation {
+    /// Bytes from the radio.
+    Received(RawBytes),
+    /// Bytes to the radio.
+    Sent(RawBytes),
+    /// An event of the station.
+    Event(StationEvent),
+}
+
+impl RawBytes {
+    /// The bytes that are new after the first `have` of the stream, and the count of bytes missing before them; `None` when
+    /// none is new.
+    pub(crate) fn after(&self, have: u64) -> Option<(u64, &[u8])> {
+        let known = usize::try_from(have.saturating_sub(self.stream_offset)).ok()?;
+        let bytes = self.data.get(known..).filter(|bytes| !bytes.is_empty())?;
+        Some((self.stream_offset.saturating_sub(have), bytes))
+    }
+}
+
+/// The next thing that another recording of the same session needs.
+#[derive(Debug)]
+pub(crate) enum Item {
+    /// The library that the header names.
+    Library(String),
+    /// A metadata table.
+    Table(Metadata),
+    /// An attached file.
+    Attachment(Attachment<'static>),
+    /// An observation with its time, nanoseconds since 1970.
+    Observation {
+        at_ns: u64,
+        observation: Observation,
+    },
+    /// A part of the file that was skipped.
+    Damage(Damage),
+}
+
+/// Reads the items of a recording in the order of the file.
+pub(crate) struct Observations<R> {
+    entries: Entries<R>,
+    has_ended: bool,
+    has_bad_end: bool,
+    nameless: u64,
+}
+
+impl<R: Read> Observations<R> {
+    /// A reader from the beginning of an MCAP.
+    pub(crate) fn new(source: R) -> Self {
+        Self::with_channels(source, Channels::new())
+    }
+
+    /// The same, with the channels of an earlier pass.
+    pub(crate) fn with_channels(source: R, channels: Channels) -> Self {
+        Self {
+            entries: Entries::of_channels(source, channels),
+            has_ended: false,
+            has_bad_end: false,
+            nameless: 0,
+        }
+    }
+
+    /// Every channel, known at the end.
+    pub(crate) fn channels(&self) -> Channels {
+        self.entries.channels().clone()
+    }
+
+    /// The next item; `None` at the end of the data section.
+    ///
+    /// # Errors
+    /// When the source cannot be read.
+    pub(crate) fn next_item(&mut self) -> io::Result<Option<Item>> {
+        while let Some(entry) = self.entries.next_entry()? {
+            let item = match entry {
+                // The summary only repeats parts of the data section.
+                Entry::Damage(damage) => {
+                    self.has_bad_end |= self.has_ended;
+                    (!self.has_ended).then_some(Item::Damage(damage))
+                }
+                Entry::Other {
+                    opcode: op::MESSAGE,
+                    ..
+                } => {
+                    self.nameless += 1;
+                    None
+                }
+                Entry::Other { opcode, body } => {
+                    self.has_ended |= matches!(opcode, op::DATA_END | op::FOOTER);
+                    (!self.has_ended).then(|| other(opcode, body)).flatten()
+                }
+                Entry::Message {
+                    channel,
+                    header,
+                    data,
+                } => observation(Topic::from_name(&channel.topic), data).map(|observation| {
+                    Item::Observation {
+                        at_ns: header.log_time,
+                        observation,
+                    }
+                }),
+            };
+            if item.is_some() {
+                return Ok(item);
+            }
+        }
+        Ok(None)
+    }
+
+    /// Whether something after the data section does not hold; known at the end.
+    pub(crate) const fn has_bad_end(&self) -> bool {
+        self.has_bad_end
+    }
+
+    /// Messages whose channel is not known; known at the end.
+    pub(crate) const fn nameless(&self) -> u64 {
+        self.nameless
+    }
+
+    /// Whether the file ends in the middle of a record; known at the end.
+    pub(crate) const fn is_torn(&self) -> bool {
+        self.entries.is_torn()
+    }
+
+    /// Whether the data section has its end; known at the end.
+    pub(crate) const fn has_ended(&self) -> bool {
+        self.has_ended
+    }
+}
+
+fn observation(topic: Option<Topic>, data: &[u8]) -> Option<Observation> {
+    match topic? {
+        Topic::RawRx => RawBytes::decode(data).ok().map(Observation::Received),
+        Topic::RawTx => RawBytes::decode(data).ok().map(Observation::Sent),
+        Topic::Station => StationEvent::decode(data).ok().map(Observation::Event),
+        _ => None,
+    }
+}
+
+fn other(opcode: u8, body: &[u8]) -> Option<Item> {
+    match parse_record(opcode, body).ok()? {
+        Record::Header(header) => Some(Item::Library(header.library)),
+        Record::Metadata(table) => Some(Item::Table(table)),
+        Record::Attachment { header, data, .. } => Some(Item::Attachment(Attachment {
+            log_time: header.log_time,
+            create_time: header.create_time,
+            name: header.name,
+            media_type: header.media_type,
+            data: Cow::Owned(data.into_owned()),
+        })),
+        _ => None,
+    }
+}

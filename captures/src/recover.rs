@@ -1,0 +1,254 @@
+//! Finishes recordings: makes indexed files of unfinished and of damaged ones.
+//!
+//! Everything follows from the observations that can be read. The result is written beside the file, read back, synced and
+//! renamed over it, so an interrupted attempt changes nothing.
+
+use std::collections::BTreeMap;
+use std::fs::{self, File};
+use std::io::{BufReader, BufWriter};
+use std::path::Path;
+
+use ::mcap::io::MessageReader;
+use ::mcap::records::Metadata;
+use ::mcap::sans_io::LinearReaderOptions;
+
+use super::CaptureError;
+use super::backup;
+use super::files::Lock;
+use super::mcap_reader::Channels;
+use super::observations::{Item, Observation, Observations};
+use super::record::RECORD_BYTES_MAX;
+use super::repair::{Damage, Problem};
+use super::session_writer::{CHUNK_BYTES, SessionWriter};
+use super::temporary::Temporary;
+use super::unfinished;
+
+pub use super::recovery::{Missing, Outcome, Recovery};
+
+const BUFFER_BYTES: usize = 1024 * 1024;
+
+/// Limits the share of a recording that one damaged chunk costs, and the length of its index.
+const CHUNKS: u64 = 1024;
+
+/// Limits how small the chunks of a short recording get, uncompressed.
+const CHUNK_BYTES_MIN: u64 = 8 * 1024;
+
+/// The metadata table that a recovery with losses adds.
+const TABLE: &str = "recovery";
+
+/// Finishes an unfinished recording, or rewrites a damaged one from what can be read; reports what was saved and what is lost.
+///
+/// # Errors
+/// When the file is no recording, is being written now, or a disk fails. The file is as it was then.
+pub fn recover(path: &Path) -> Result<Recovery, CaptureError> {
+    let lock = Lock::take(path).map_err(|error| CaptureError::Open {
+        path: path.to_owned(),
+        error,
+    })?;
+    let Some(_lock) = lock else {
+        return Err(CaptureError::UnderWay(path.to_owned()));
+    };
+    if unfinished::is_unfinished(path) {
+        return finish(path);
+    }
+    let (survey, channels) = read(path, Channels::new(), |_| Ok(()))?;
+    if survey.damage.is_empty()
+        && !survey.has_bad_end
+        && let Some(messages) = count_if_whole(path)
+    {
+        return Ok(survey.report(path, Outcome::Whole, messages));
+    }
+    rewrite(path, channels)
+}
+
+/// Finishes a recording that the caller has locked.
+///
+/// # Errors
+/// As [`recover`].
+pub(super) fn finish(path: &Path) -> Result<Recovery, CaptureError> {
+    rewrite(path, Channels::new())
+}
+
+fn rewrite(path: &Path, channels: Channels) -> Result<Recovery, CaptureError> {
+    let path = &fs::canonicalize(path).unwrap_or_else(|_| path.to_owned());
+    let temporary = Temporary::create(path)?;
+    let failed = |error| temporary.failed(error);
+    let bytes = fs::metadata(path).map_or(0, |about| about.len());
+    let chunk_bytes = (bytes / CHUNKS).clamp(CHUNK_BYTES_MIN, CHUNK_BYTES);
+    let output = BufWriter::with_capacity(BUFFER_BYTES, &temporary.file);
+    let mut writer = SessionWriter::with_chunks(output, chunk_bytes).map_err(failed)?;
+    let (survey, _) = read(path, channels, |item| match item {
+        Item::Table(table) if table.name == TABLE => Ok(()),
+        item => writer.handle_item(item).map_err(failed),
+    })?;
+    if survey.is_compressed_by_others() {
+        return Err(CaptureError::Compression(path.clone()));
+    }
+    if survey.observations == 0 {
+        return Err(CaptureError::NothingLeft(path.clone()));
+    }
+    let has_loss = survey.has_loss();
+    if has_loss {
+        writer.write_metadata(&survey.table()).map_err(failed)?;
+    }
+    writer.finish().map_err(failed)?;
+    let Some(messages) = count_if_whole(&temporary.path) else {
+        return Err(CaptureError::NotProven(path.clone()));
+    };
+    let (proof, _) = read(&temporary.path, Channels::new(), |_| Ok(()))?;
+    if (proof.rx_end, proof.tx_end) != (survey.rx_end, survey.tx_end) {
+        return Err(CaptureError::NotProven(path.clone()));
+    }
+    let is_damaged = has_loss || !survey.damage.is_empty() || !survey.is_unfinished;
+    let outcome = if has_loss {
+        Outcome::Partly
+    } else {
+        Outcome::Recovered
+    };
+    let mut recovery = survey.report(path, outcome, messages);
+    if is_damaged {
+        recovery.original = Some(backup::keep(path)?);
+    }
+    temporary.put_in_place()?;
+    Ok(recovery)
+}
+
+/// What there is in a recording.
+#[derive(Default)]
+struct Survey {
+    is_unfinished: bool,
+    observations: u64,
+    rx_end: u64,
+    tx_end: u64,
+    rx_missing: Vec<Missing>,
+    tx_missing: u64,
+    damage: Vec<Damage>,
+    /// An unfinished file ends in the middle of a record, a finished one before its end.
+    is_cut: bool,
+    /// Something after the data section does not hold.
+    has_bad_end: bool,
+    /// Messages whose topic is not known.
+    nameless: u64,
+}
+
+/// Reads a recording, of which these channels are known, and hands on its items; returns what there is and every channel.
+fn read(
+    path: &Path,
+    channels: Channels,
+    mut take: impl FnMut(Item) -> Result<(), CaptureError>,
+) -> Result<(Survey, Channels), CaptureError> {
+    let file = File::open(path).map_err(|error| CaptureError::Open {
+        path: path.to_owned(),
+        error,
+    })?;
+    let read_error = |error| CaptureError::Read {
+        path: path.to_owned(),
+        error,
+    };
+    let mut survey = Survey::default();
+    let mut observations = Observations::with_channels(file, channels);
+    while let Some(item) = observations.next_item().map_err(read_error)? {
+        survey.take(&item);
+        take(item)?;
+    }
+    survey.has_bad_end = observations.has_bad_end();
+    survey.nameless = observations.nameless();
+    survey.is_cut = if survey.is_unfinished {
+        observations.is_torn()
+    } else {
+        !observations.has_ended()
+    };
+    Ok((survey, observations.channels()))
+}
+
+impl Survey {
+    fn take(&mut self, item: &Item) {
+        let observation = match item {
+            Item::Observation { observation, .. } => observation,
+            Item::Library(library) => {
+                self.is_unfinished = unfinished::is_library(library);
+                return;
+            }
+            Item::Damage(damage) => {
+                self.damage.push(damage.clone());
+                return;
+            }
+            Item::Table(_) | Item::Attachment(_) => return,
+        };
+        self.observations += 1;
+        match observation {
+            Observation::Received(raw) => {
+                if let Some((bytes, data)) = raw.after(self.rx_end) {
+                    let offset = self.rx_end;
+                    if bytes > 0 {
+                        self.rx_missing.push(Missing { offset, bytes });
+                    }
+                    self.rx_end = offset + bytes + data.len() as u64;
+                }
+            }
+            Observation::Sent(raw) => {
+                if let Some((step, data)) = raw.after(self.tx_end) {
+                    self.tx_missing += step;
+                    self.tx_end += step + data.len() as u64;
+                }
+            }
+            Observation::Event(_) => {}
+        }
+    }
+
+    fn has_loss(&self) -> bool {
+        let is_short = self.is_cut && !self.is_unfinished;
+        let is_incomplete =
+            is_short || self.nameless > 0 || !self.rx_missing.is_empty() || self.tx_missing > 0;
+        is_incomplete || self.damage.iter().any(|damage| damage.bytes > 0)
+    }
+
+    fn is_compressed_by_others(&self) -> bool {
+        let mut damage = self.damage.iter();
+        damage.any(|damage| damage.problem == Problem::Lz4)
+    }
+
+    fn missing_bytes(&self) -> u64 {
+        self.rx_missing.iter().map(|missing| missing.bytes).sum()
+    }
+
+    /// Says in the recording itself what it lacks.
+    fn table(&self) -> Metadata {
+        let metadata = [
+            ("rx_bytes_missing", self.missing_bytes().to_string()),
+            ("damaged_places", self.damage.len().to_string()),
+        ];
+        let metadata = metadata.map(|(name, value)| (name.to_owned(), value));
+        Metadata {
+            name: TABLE.to_owned(),
+            metadata: BTreeMap::from(metadata),
+        }
+    }
+
+    fn report(self, path: &Path, outcome: Outcome, messages: u64) -> Recovery {
+        Recovery {
+            path: path.to_owned(),
+            outcome,
+            messages,
+            rx_bytes: self.rx_end - self.missing_bytes(),
+            tx_bytes: self.tx_end - self.tx_missing,
+            is_cut: self.is_cut,
+            nameless: self.nameless,
+            rx_missing: self.rx_missing,
+            damage: self.damage,
+            original: None,
+        }
+    }
+}
+
+/// The count of messages of a file in which every checksum holds, the index's included, by the `mcap` crate alone.
+fn count_if_whole(path: &Path) -> Option<u64> {
+    let file = File::open(path).ok()?;
+    let options = LinearReaderOptions::default()
+        .with_prevalidate_chunk_crcs(true)
+        .with_validate_data_section_crc(true)
+        .with_validate_summary_section_crc(true)
+        .with_record_length_limit(RECORD_BYTES_MAX);
+    let mut reader = MessageReader::new_with_options(BufReader::new(file), options);
+    reader.try_fold(0, |count, message| message.ok().map(|_| count + 1))
+}

@@ -1,0 +1,119 @@
+//! The report of a recovery.
+
+use std::io::{self, Write};
+use std::path::PathBuf;
+
+use serde::Serialize;
+
+use super::event::Level;
+use super::repair::Damage;
+
+/// The result of a recovery.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
+#[serde(rename_all = "lowercase")]
+pub enum Outcome {
+    /// The recording is whole; nothing was changed.
+    Whole,
+    /// Everything that was received and reached the disk is in the recording.
+    Recovered,
+    /// Something is lost; the rest was saved.
+    Partly,
+}
+
+/// What a recovery saved and what is lost.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize)]
+pub struct Recovery {
+    /// The recording.
+    pub path: PathBuf,
+    /// The result.
+    pub outcome: Outcome,
+    /// Messages in the recording.
+    pub messages: u64,
+    /// Bytes from the radio in the recording.
+    pub rx_bytes: u64,
+    /// Bytes to the radio in the recording.
+    pub tx_bytes: u64,
+    /// Lost bytes from the radio, in order.
+    pub rx_missing: Vec<Missing>,
+    /// Damaged parts of the old file, in order.
+    pub damage: Vec<Damage>,
+    /// Whether the old file ended in the middle of a record, or was a finished one without its end.
+    pub is_cut: bool,
+    /// Messages whose topic nothing in the old file told.
+    pub nameless: u64,
+    /// Where the old file is kept, when it was damaged.
+    pub original: Option<PathBuf>,
+}
+
+/// A step in the stream of received bytes.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
+pub struct Missing {
+    /// Bytes of the stream before it.
+    pub offset: u64,
+    /// Bytes missing.
+    pub bytes: u64,
+}
+
+impl Recovery {
+    /// One line.
+    #[must_use]
+    pub fn headline(&self) -> String {
+        let path = self.path.display();
+        let (messages, bytes) = (self.messages, self.rx_bytes);
+        let missing: u64 = self.rx_missing.iter().map(|missing| missing.bytes).sum();
+        match self.outcome {
+            Outcome::Whole => {
+                format!("{path} is whole: {messages} messages, {bytes} bytes received")
+            }
+            Outcome::Recovered if self.is_cut => format!(
+                "recovered {path}: {messages} messages, {bytes} bytes received; the file ended in the middle of a message: bytes \
+                 received after byte {bytes}, if any, are lost"
+            ),
+            Outcome::Recovered => format!(
+                "recovered {path}: {messages} messages, all {bytes} bytes that reached the disk"
+            ),
+            Outcome::Partly => {
+                let lost = match (missing, self.is_cut) {
+                    (0, true) => {
+                        format!("the file was cut: bytes received after byte {bytes} are lost")
+                    }
+                    (0, false) => "the damaged parts are lost".to_owned(),
+                    (missing, _) => format!("{missing} bytes are lost"),
+                };
+                format!("saved part of {path}: {messages} messages, {bytes} bytes received; {lost}")
+            }
+        }
+    }
+
+    /// How much it matters to an operator.
+    #[must_use]
+    pub const fn level(&self) -> Level {
+        match self.outcome {
+            Outcome::Whole | Outcome::Recovered => Level::Info,
+            Outcome::Partly => Level::Warning,
+        }
+    }
+
+    /// Writes every fact on a line of its own.
+    ///
+    /// # Errors
+    /// The output's.
+    pub fn write_text(&self, output: &mut impl Write) -> io::Result<()> {
+        writeln!(output, "{}", self.headline())?;
+        for Missing { offset, bytes } in &self.rx_missing {
+            writeln!(output, "  lost: {bytes} bytes received after byte {offset}")?;
+        }
+        for damage in &self.damage {
+            writeln!(output, "  skipped: {damage}")?;
+        }
+        if self.nameless > 0 {
+            let count = self.nameless;
+            writeln!(output, "  skipped: {count} messages of unknown topics")?;
+        }
+        if let Some(original) = &self.original {
+            let original = original.display();
+            writeln!(output, "  the damaged file is kept as {original}")?;
+        }
+        Ok(())
+    }
+}

@@ -1,0 +1,76 @@
+//! The description of a session that every recording holds.
+
+use std::borrow::Cow;
+use std::collections::BTreeMap;
+use std::time::{SystemTime, UNIX_EPOCH};
+
+use ::mcap::Attachment;
+use ::mcap::records::Metadata;
+use serde::{Deserialize, Serialize};
+
+use super::event::{Level, NoticeCode};
+use super::name;
+use super::topics::StationEvent;
+
+/// The name of the attached configuration.
+const CONFIGURATION: &str = "groundwave.toml";
+
+/// What a recording says about itself from the start.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
+pub struct Session {
+    /// The link as the operator named it.
+    pub link: String,
+    /// When recording began.
+    pub start: SystemTime,
+    /// Anything else worth keeping: world, seed, command line.
+    pub notes: BTreeMap<String, String>,
+    /// The configuration in force, as text; empty when there is none.
+    #[serde(default)]
+    pub configuration: String,
+}
+
+impl Session {
+    /// The name of the metadata table that describes the session.
+    pub(super) const TABLE: &str = "session";
+
+    /// The note that has the simulator's truth, as JSON.
+    pub const TRUTH: &str = "truth";
+
+    /// The metadata table that describes the session.
+    pub(super) fn table(&self) -> Metadata {
+        let mut metadata = self.notes.clone();
+        metadata.insert("link".into(), self.link.clone());
+        metadata.insert("start".into(), name::utc(self.start));
+        metadata.insert("software".into(), "groundwave".into());
+        metadata.insert("software_version".into(), env!("CARGO_PKG_VERSION").into());
+        Metadata {
+            name: Self::TABLE.into(),
+            metadata,
+        }
+    }
+
+    /// The configuration as an attachment.
+    pub(super) fn configuration(&self) -> Option<Attachment<'_>> {
+        let time_ns = since_1970_ns(self.start);
+        (!self.configuration.is_empty()).then(|| Attachment {
+            log_time: time_ns,
+            create_time: time_ns,
+            name: CONFIGURATION.into(),
+            media_type: "application/toml".into(),
+            data: Cow::Borrowed(self.configuration.as_bytes()),
+        })
+    }
+
+    /// The first message of the recording.
+    pub(super) fn beginning(&self) -> StationEvent {
+        let text = format!("recording of {} begins", self.link);
+        StationEvent::notice(NoticeCode::RecordingBegun, Level::Info, text)
+    }
+}
+
+/// Nanoseconds since 1970; a time before that counts as 1970.
+#[must_use]
+pub fn since_1970_ns(wall: SystemTime) -> u64 {
+    let since_1970 = wall.duration_since(UNIX_EPOCH).unwrap_or_default();
+    u64::try_from(since_1970.as_nanos()).unwrap_or(u64::MAX)
+}

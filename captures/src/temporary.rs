@@ -1,0 +1,62 @@
+//! A file that is written beside a recording and takes its place when it is complete.
+
+use std::fs::{self, File};
+use std::io;
+use std::path::{Path, PathBuf};
+
+use super::CaptureError;
+use super::files::{FINISHING, sync_folder, with_suffix};
+
+/// A file under a temporary name, removed unless it takes the place of its target.
+pub(super) struct Temporary {
+    pub(super) path: PathBuf,
+    pub(super) file: File,
+    target: PathBuf,
+}
+
+impl Temporary {
+    /// Creates the file; one that an interrupted attempt left is replaced.
+    ///
+    /// # Errors
+    /// When it cannot be created.
+    pub(super) fn create(target: &Path) -> Result<Self, CaptureError> {
+        let path = with_suffix(target, FINISHING);
+        let file = File::create(&path).map_err(|error| CaptureError::Recovering {
+            path: target.to_owned(),
+            error,
+        })?;
+        Ok(Self {
+            path,
+            file,
+            target: target.to_owned(),
+        })
+    }
+
+    /// Renames the file over its target, once the disk has all of it.
+    ///
+    /// # Errors
+    /// When the disk fails; the target is as it was then.
+    pub(super) fn put_in_place(self) -> Result<(), CaptureError> {
+        self.file
+            .sync_all()
+            .and_then(|()| fs::rename(&self.path, &self.target))
+            .map_err(|error| self.failed(error))?;
+        sync_folder(&self.target);
+        Ok(())
+    }
+
+    /// The error for a file that could not be written.
+    pub(super) fn failed(&self, error: io::Error) -> CaptureError {
+        CaptureError::Recovering {
+            path: self.target.clone(),
+            error,
+        }
+    }
+}
+
+impl Drop for Temporary {
+    fn drop(&mut self) {
+        // After the rename no file has this name.
+        let _ = fs::remove_file(&self.path);
+    }
+}

@@ -1,0 +1,245 @@
+//! A recording under way: an MCAP without chunks under its final name.
+//!
+//! It holds what cannot be derived: bytes received and sent, station events, the session and its configuration. A message is
+//! with the operating system when a call returns, so a killed program loses none. Only chunks have checksums in MCAP; here a
+//! private record before each message holds the message's CRC-32.
+
+use std::fs::File;
+use std::io::{self, Read, Write};
+use std::path::{Path, PathBuf};
+use std::sync::Arc;
+use std::sync::atomic::{AtomicU64, Ordering};
+
+use ::mcap::records::{MessageHeader, Record, op};
+use ::mcap::write::NoSeek;
+use ::mcap::{MAGIC, McapResult, WriteOptions, Writer, parse_record};
+use prost::Message as _;
+
+use super::messages::RawBytes;
+use super::session::{Session, since_1970_ns};
+use super::session_writer::io_error;
+use super::topics::{StationEvent, Topic, register};
+
+/// The library that the header of an unfinished recording names.
+pub(crate) const LIBRARY: &str = concat!("groundwave ", env!("CARGO_PKG_VERSION"), ", unfinished");
+
+/// Opcode of the private record that holds the CRC-32 of the message record after it.
+pub(crate) const CHECKSUM: u8 = 0x80;
+
+/// The topics that cannot be derived.
+const TOPICS: [Topic; 3] = [Topic::RawRx, Topic::RawTx, Topic::Station];
+
+/// Limits the header that [`is_unfinished`] reads.
+const HEADER_BYTES_MAX: u64 = 256;
+
+/// Bytes of a message record before its data.
+const MESSAGE_HEAD_BYTES: usize = 22;
+
+/// Writes a recording under way. After an error, nothing more is written.
+pub(crate) struct UnfinishedWriter {
+    path: PathBuf,
+    /// `None` after an error.
+    writer: Option<Writer<NoSeek<Output>>>,
+    bytes: Arc<AtomicU64>,
+    rx_offset: u64,
+    tx_offset: u64,
+    /// By topic: the number of its next message.
+    sequences: [u32; Topic::ALL.len()],
+    /// The body of the message being written; kept for its memory.
+    body: Vec<u8>,
+}
+
+impl UnfinishedWriter {
+    /// Writes header, topics, session, configuration and the note that the recording begins.
+    pub(crate) fn begin(file: File, path: &Path, session: &Session) -> io::Result<Self> {
+        let bytes = Arc::<AtomicU64>::default();
+        let output = Output {
+            file,
+            pending: Vec::new(),
+            bytes: Arc::clone(&bytes),
+        };
+        let mut writer = WriteOptions::new()
+            .library(LIBRARY)
+            .use_chunks(false)
+            .compression(None)
+            .emit_summary_records(false)
+            .calculate_data_section_crc(false)
+            .create(NoSeek::new(output))
+            .map_err(io_error)?;
+        register(&mut writer, &TOPICS).map_err(io_error)?;
+        let mut unfinished = Self {
+            path: path.to_owned(),
+            writer: Some(writer),
+            bytes,
+            rx_offset: 0,
+            tx_offset: 0,
+            sequences: [0; Topic::ALL.len()],
+            body: Vec::new(),
+        };
+        // First, so that the first chunk of the finished recording holds a message.
+        unfinished.event(since_1970_ns(session.start), &session.beginning())?;
+        unfinished.write(|writer, _| {
+            writer.write_metadata(&session.table())?;
+            match session.configuration() {
+                Some(configuration) => writer.attach(&configuration),
+                None => Ok(()),
+            }
+        })?;
+        Ok(unfinished)
+    }
+
+    /// The file's name.
+    pub(crate) fn path(&self) -> &Path {
+        &self.path
+    }
+
+    /// The count of bytes written, for another thread.
+    pub(crate) fn counter(&self) -> Arc<AtomicU64> {
+        Arc::clone(&self.bytes)
+    }
+
+    /// Bytes written.
+    pub(crate) fn bytes(&self) -> u64 {
+        self.bytes.load(Ordering::Relaxed)
+    }
+
+    /// Writes bytes received, read at `at_ns` since 1970.
+    ///
+    /// # Errors
+    /// The operating system's.
+    pub(crate) fn received(&mut self, at_ns: u64, bytes: &[u8]) -> io::Result<()> {
+        let offset = self.rx_offset;
+        self.rx_offset += bytes.len() as u64;
+        self.raw(Topic::RawRx, at_ns, offset, bytes)
+    }
+
+    /// Writes bytes sent at `at_ns` since 1970.
+    ///
+    /// # Errors
+    /// The operating system's.
+    pub(crate) fn sent(&mut self, at_ns: u64, bytes: &[u8]) -> io::Result<()> {
+        let offset = self.tx_offset;
+        self.tx_offset += bytes.len() as u64;
+        self.raw(Topic::RawTx, at_ns, offset, bytes)
+    }
+
+    /// Writes a station event.
+    ///
+    /// # Errors
+    /// The operating system's.
+    pub(crate) fn event(&mut self, at_ns: u64, event: &StationEvent) -> io::Result<()> {
+        self.message(Topic::Station, at_ns, &event.encode_to_vec())
+    }
+
+    fn raw(&mut self, topic: Topic, at_ns: u64, offset: u64, bytes: &[u8]) -> io::Result<()> {
+        let raw = RawBytes {
+            stream_offset: offset,
+            data: bytes.to_vec(),
+        };
+        self.message(topic, at_ns, &raw.encode_to_vec())
+    }
+
+    /// Writes a message after its checksum.
+    #[expect(
+        clippy::default_trait_access,
+        reason = "mcap does not export the type of a record's options"
+    )]
+    fn message(&mut self, topic: Topic, at_ns: u64, data: &[u8]) -> io::Result<()> {
+        let next = &mut self.sequences[topic as usize];
+        let header = MessageHeader {
+            channel_id: topic.channel_id(),
+            sequence: *next,
+            log_time: at_ns,
+            publish_time: at_ns,
+        };
+        *next = next.wrapping_add(1);
+        self.body.clear();
+        self.body.extend(header.channel_id.to_le_bytes());
+        self.body.extend(header.sequence.to_le_bytes());
+        self.body.extend(at_ns.to_le_bytes());
+        self.body.extend(at_ns.to_le_bytes());
+        self.body.extend(data);
+        let checksum = crc32fast::hash(&self.body).to_le_bytes();
+        self.write(|writer, body| {
+            writer.write_private_record(CHECKSUM, &checksum, Default::default())?;
+            writer.write_to_known_channel(&header, &body[MESSAGE_HEAD_BYTES..])
+        })
+    }
+
+    /// Hands what `fill` writes to the operating system in one call.
+    fn write(
+        &mut self,
+        fill: impl FnOnce(&mut Writer<NoSeek<Output>>, &[u8]) -> McapResult<()>,
+    ) -> io::Result<()> {
+        let Some(writer) = &mut self.writer else {
+            return Ok(());
+        };
+        fill(writer, &self.body)
+            .and_then(|()| writer.flush())
+            .map_err(|error| {
+                self.close();
+                io_error(error)
+            })
+    }
+
+    /// Leaves the file as it is: a dropped writer would write an end.
+    fn close(&mut self) {
+        if let Some(writer) = self.writer.take() {
+            drop(writer.into_inner());
+        }
+    }
+}
+
+impl Drop for UnfinishedWriter {
+    fn drop(&mut self) {
+        self.close();
+    }
+}
+
+/// Collects what is written until a flush hands it to the file in one call.
+struct Output {
+    file: File,
+    pending: Vec<u8>,
+    bytes: Arc<AtomicU64>,
+}
+
+impl Write for Output {
+    fn write(&mut self, bytes: &[u8]) -> io::Result<usize> {
+        self.pending.extend(bytes);
+        Ok(bytes.len())
+    }
+
+    fn flush(&mut self) -> io::Result<()> {
+        self.file.write_all(&self.pending)?;
+        let count = self.pending.len() as u64;
+        self.bytes.fetch_add(count, Ordering::Release);
+        self.pending.clear();
+        Ok(())
+    }
+}
+
+/// Whether a file begins as an unfinished recording does. Only its beginning is read.
+pub(crate) fn is_unfinished(path: &Path) -> bool {
+    let mut begin = Vec::new();
+    File::open(path)
+        .and_then(|file| file.take(HEADER_BYTES_MAX).read_to_end(&mut begin))
+        .is_ok_and(|_| library(&begin).is_some_and(|library| is_library(&library)))
+}
+
+/// Whether the library in a header is that of an unfinished recording, of any version.
+pub(crate) fn is_library(library: &str) -> bool {
+    library.starts_with("groundwave ") && library.ends_with(", unfinished")
+}
+
+/// The library that the header at the beginning of an MCAP names.
+fn library(begin: &[u8]) -> Option<String> {
+    let (head, rest) = begin.strip_prefix(MAGIC)?.split_first_chunk::<9>()?;
+    let [op::HEADER, length @ ..] = *head else {
+        return None;
+    };
+    let body = rest.get(..usize::try_from(u64::from_le_bytes(length)).ok()?)?;
+    match parse_record(op::HEADER, body) {
+        Ok(Record::Header(header)) => Some(header.library),
+        _ => None,
+    }
+}
