@@ -43,8 +43,7 @@ pub struct Deriver {
     /// Received, and not yet given out.
     pending: Vec<u8>,
     decoder: Decoder,
-    /// Lines are decoded elsewhere and come through [`Self::handle_received`].
-    takes_lines: bool,
+    lines: Lines,
     clock: RobotClock,
     ack: Option<(u8, u8, u8, u8)>,
     list_digest: Option<u32>,
@@ -58,6 +57,16 @@ pub struct Deriver {
     path: Path,
     scene: Scene,
     encoder: Encoder,
+}
+
+/// Where the lines come from.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+enum Lines {
+    /// The deriver decodes the bytes.
+    #[default]
+    OfBytes,
+    /// They come through [`Deriver::handle_received`].
+    Decoded,
 }
 
 /// A command that has not ended.
@@ -79,7 +88,7 @@ impl Deriver {
     #[must_use]
     pub fn of_decoded_lines() -> Self {
         Self {
-            takes_lines: true,
+            lines: Lines::Decoded,
             ..Self::default()
         }
     }
@@ -291,7 +300,7 @@ impl Deriver {
         self.encoder.raw(self.rx_offset, bytes);
         self.rx_offset = self.rx_offset.saturating_add(bytes.len() as u64);
         take(self.encoder.message(Topic::RawRx, self.now_ns, None))?;
-        while !bytes.is_empty() && !self.takes_lines {
+        while !bytes.is_empty() && self.lines == Lines::OfBytes {
             let (taken, received) = self.decoder.handle_bytes(bytes);
             bytes = &bytes[taken..];
             if let Some(received) = received {
