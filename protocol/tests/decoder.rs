@@ -1,8 +1,6 @@
 //! The decoder on clean, noisy and damaged streams.
 
-mod damage;
-
-use damage::{Rng, Sample, samples};
+use crate::damage::{self, Rng, Sample, samples};
 use groundwave_protocol::decoder::{Counters, Decoder, Received};
 use groundwave_protocol::telemetry::{Ack, AckLine, Body, Line, TextLine};
 use proptest::prelude::*;

@@ -1,13 +1,11 @@
 //! Both ends of delivery over a wire that flips bits, in virtual time.
 
-mod world;
-
+use crate::world::{DONE, ROBOT_ID, Robot, STOPPED, World, failed, replaced, route};
 use groundwave_protocol::arq::{CommandStatus, Failure, FopEvent, Task};
 use groundwave_protocol::command::{Key, Message, Open, Order};
 use groundwave_protocol::digest::digest;
 use groundwave_protocol::status_codes::{LayerMask, Mode};
 use groundwave_protocol::telemetry::Outcome;
-use world::{DONE, ROBOT_ID, Robot, STOPPED, World, failed, replaced, route};
 
 #[test]
 fn a_command_is_executed_once_and_proven() {
@@ -100,7 +98,7 @@ fn stop_interrupts_a_transfer_and_no_earlier_command_runs_after_it() {
             world.events.contains(&failed(Failure::Stopped)),
             "seed {seed}"
         );
-        assert_eq!(world.robot.lists, [], "seed {seed}");
+        assert!(world.robot.lists.is_empty(), "seed {seed}");
         assert_eq!(
             world.deliver(Task::Order(Order::Mode(Mode::Prowl))),
             DONE,

@@ -1,7 +1,6 @@
 //! Delivery while stations, lists and robots change at the wrong moment.
 
-mod world;
-
+use crate::world::{DONE, ROBOT_ID, Robot, STOPPED, World, failed, replaced, route};
 use groundwave_protocol::Waypoint;
 use groundwave_protocol::arq::{CommandStatus, Config, Duplex, Failure, Fop, FopEvent, Task};
 use groundwave_protocol::command::{Key, Message, Order};
@@ -11,7 +10,6 @@ use groundwave_protocol::failsafe::Failsafe;
 use groundwave_protocol::receiver::Receiver;
 use groundwave_protocol::status_codes::{Link, Mode};
 use groundwave_protocol::telemetry::{Ack, Body, Detail, Line, StateLine};
-use world::{DONE, ROBOT_ID, Robot, STOPPED, World, failed, replaced, route};
 
 fn replaced_by(list: &[Waypoint]) -> FopEvent {
     replaced(digest(list.iter()))

@@ -1,9 +1,6 @@
 //! Fuzzing of both decoders and both state machines. `docs/fuzzing.md` describes longer runs and the corpus.
 
-mod damage;
-#[path = "fuzz/decoding.rs"]
 mod decoding;
-#[path = "fuzz/machines.rs"]
 mod machines;
 
 /// Generated inputs in a run of `cargo test`, beside those of the corpus.

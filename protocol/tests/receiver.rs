@@ -1,8 +1,6 @@
 //! The robot's receiver on clean and damaged frames.
 
-mod damage;
-
-use damage::Rng;
+use crate::damage::{self, Rng};
 use groundwave_protocol::Waypoint;
 use groundwave_protocol::command::{
     Command, Drive, FRAME_WAYPOINTS_MAX, Keepalive, Key, Message, Open, Order, Slots,

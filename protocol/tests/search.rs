@@ -2,15 +2,10 @@
 //!
 //! Each test searches a small setting to its end. `search/model.rs` and `search/instants.rs` describe the limits.
 
-#[path = "search/ground.rs"]
 mod ground;
-#[path = "search/instants.rs"]
 mod instants;
-#[path = "search/model.rs"]
 mod model;
-#[path = "search/robot.rs"]
 mod robot;
-mod world;
 
 use ground::Request::{List, Order};
 use model::Setting;

@@ -13,8 +13,8 @@ struct Mutant {
     /// Must occur exactly once in the file.
     from: &'static str,
     to: &'static str,
-    /// Integration test and the function in it.
-    test: (&'static str, &'static str),
+    /// Module and function of the integration test.
+    test: &'static str,
     /// What a failure has to say.
     finds: &'static str,
 }
@@ -33,7 +33,7 @@ const MUTANTS: &[Mutant] = &[
         file: "command/mod.rs",
         from: "| (boot as u32 & 7) << 13",
         to: "| (boot as u32 & 0) << 13",
-        test: ("search", "reboots"),
+        test: "search::reboots",
         finds: EPOCH,
     },
     Mutant {
@@ -41,7 +41,7 @@ const MUTANTS: &[Mutant] = &[
         file: "command/mod.rs",
         from: "| (session as u32 & 7) << 10",
         to: "| (session as u32 & 0) << 10",
-        test: ("search", "orders"),
+        test: "search::orders",
         finds: EPOCH,
     },
     Mutant {
@@ -49,7 +49,7 @@ const MUTANTS: &[Mutant] = &[
         file: "arq/farm.rs",
         from: "command.sequence == (self.sequence + 1) & 0x3F",
         to: "command.sequence & 1 == (self.sequence + 1) & 1",
-        test: ("search", "orders"),
+        test: "search::orders",
         finds: ONCE,
     },
     Mutant {
@@ -57,7 +57,7 @@ const MUTANTS: &[Mutant] = &[
         file: "arq/lists.rs",
         from: "if digest(self.bank(bank, count).iter()) != wanted {",
         to: "if digest(self.bank(bank, count).iter()) != wanted && false {",
-        test: ("search", "two_stations_with_the_same_owner"),
+        test: "search::two_stations_with_the_same_owner",
         finds: WHOLE,
     },
     Mutant {
@@ -65,7 +65,7 @@ const MUTANTS: &[Mutant] = &[
         file: "arq/farm.rs",
         from: "self.begin_session(None);",
         to: "",
-        test: ("search", "stop"),
+        test: "search::stop",
         finds: ENDS,
     },
     Mutant {
@@ -73,7 +73,7 @@ const MUTANTS: &[Mutant] = &[
         file: "arq/fop/late.rs",
         from: "ahead > AHEAD_MAX",
         to: "ahead > SEQUENCE_MODULUS",
-        test: ("search", "orders"),
+        test: "search::orders",
         finds: PROOF,
     },
     Mutant {
@@ -81,7 +81,7 @@ const MUTANTS: &[Mutant] = &[
         file: "arq/fop/hearing.rs",
         from: "&& now != before",
         to: "",
-        test: ("faults", "a_late_line_of_a_stopped_robot_proves_no_stop"),
+        test: "faults::a_late_line_of_a_stopped_robot_proves_no_stop",
         finds: "StopProven",
     },
     Mutant {
@@ -89,7 +89,7 @@ const MUTANTS: &[Mutant] = &[
         file: "arq/fop/hearing.rs",
         from: "&& !is_booted",
         to: "",
-        test: ("faults", "a_restart_proves_no_stop"),
+        test: "faults::a_restart_proves_no_stop",
         finds: "right: Stop",
     },
     Mutant {
@@ -97,7 +97,7 @@ const MUTANTS: &[Mutant] = &[
         file: "arq/fop.rs",
         from: "            stopping.since_us = now_us;\n            return;\n",
         to: "            stopping.since_us = now_us;\n",
-        test: ("faults", "repeated_stops_do_not_delay_the_first"),
+        test: "faults::repeated_stops_do_not_delay_the_first",
         finds: "panicked",
     },
     Mutant {
@@ -105,7 +105,7 @@ const MUTANTS: &[Mutant] = &[
         file: "crc.rs",
         from: "const POLYNOMIAL: u32 = 0x7B_01BD;",
         to: "const POLYNOMIAL: u32 = 0x00_0001;",
-        test: ("decoder", "every_flip_of_one_or_two_bits_is_rejected"),
+        test: "decoder::every_flip_of_one_or_two_bits_is_rejected",
         finds: TAKEN,
     },
     Mutant {
@@ -113,7 +113,7 @@ const MUTANTS: &[Mutant] = &[
         file: "telemetry/mod.rs",
         from: "checksum == crc::update(crc::DOWNLINK_INIT, content)",
         to: "(checksum ^ crc::update(crc::DOWNLINK_INIT, content)) & 0x3_FFFF == 0",
-        test: ("decoder", "every_flip_of_one_or_two_bits_is_rejected"),
+        test: "decoder::every_flip_of_one_or_two_bits_is_rejected",
         finds: TAKEN,
     },
 ];
@@ -148,7 +148,7 @@ pub(crate) fn check() -> Result<(), String> {
 }
 
 /// Every test of the table, once.
-fn tests() -> Vec<(&'static str, &'static str)> {
+fn tests() -> Vec<&'static str> {
     let mut tests: Vec<_> = MUTANTS.iter().map(|mutant| mutant.test).collect();
     tests.sort_unstable();
     tests.dedup();
@@ -156,16 +156,16 @@ fn tests() -> Vec<(&'static str, &'static str)> {
 }
 
 fn judge(mutant: &Mutant, output: &Output) -> Result<(), String> {
-    let (name, (file, function)) = (mutant.name, mutant.test);
+    let (name, test) = (mutant.name, mutant.test);
     let said = text(output);
     if output.status.success() {
-        Err(format!("{name}: nobody noticed, {file} {function} passes"))
+        Err(format!("{name}: {test} passes, expected a failure"))
     } else if said.contains(mutant.finds) {
         Ok(())
     } else {
         let wanted = mutant.finds;
         Err(format!(
-            "{name}: {file} {function} fails without saying `{wanted}`:\n{said}"
+            "{name}: {test} fails without saying `{wanted}`:\n{said}"
         ))
     }
 }
@@ -180,7 +180,7 @@ fn fill(copy: &Path) -> Result<(), String> {
         fs::remove_dir_all(&to).map_err(|error| trouble("cannot remove", &to, &error))?;
     }
     fs::create_dir_all(&to).map_err(|error| trouble("cannot create", &to, &error))?;
-    for part in ["Cargo.toml", "src", "tests", "vectors"] {
+    for part in ["Cargo.toml", "src", "tests", "examples", "vectors"] {
         copy_all(&from.join(part), &to.join(part))?;
     }
     let manifest = read(&root.join("Cargo.toml"))?;
@@ -224,7 +224,7 @@ fn copy_all(from: &Path, to: &Path) -> Result<(), String> {
     }
 }
 
-fn run(copy: &Path, (file, function): (&str, &str)) -> Result<Output, String> {
+fn run(copy: &Path, test: &str) -> Result<Output, String> {
     let mut command = Command::new(super::cargo_path());
     command
         .args([
@@ -233,15 +233,14 @@ fn run(copy: &Path, (file, function): (&str, &str)) -> Result<Output, String> {
             "-p",
             "groundwave-protocol",
             "--test",
-            file,
+            "protocol",
             "--",
+            "--exact",
+            test,
         ])
         .current_dir(copy)
         .env("CARGO_TARGET_DIR", super::root().join("target"))
         .env("RUST_BACKTRACE", "0");
-    if !function.is_empty() {
-        command.args(["--exact", function]);
-    }
     command
         .output()
         .map_err(|error| format!("cannot start {command:?}: {error}"))

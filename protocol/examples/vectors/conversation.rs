@@ -1,6 +1,6 @@
 //! Vectors of a conversation: frames, and the robot's acknowledgements.
 
-use crate::{describe, judge};
+use super::{describe, judge};
 use groundwave_protocol::arq::{Action, Farm};
 use groundwave_protocol::command::{Command, Drive, Keepalive, Key, Message, Open, Order, Slots};
 use groundwave_protocol::receiver::Receiver;

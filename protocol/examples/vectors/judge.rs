@@ -1,6 +1,6 @@
 //! The code's result for a line, stream or frame, which the generator writes and the test compares.
 
-use crate::describe;
+use super::describe;
 use groundwave_protocol::command::Key;
 use groundwave_protocol::decoder::{Decoder, Received};
 use groundwave_protocol::receiver::Receiver;

@@ -1,7 +1,7 @@
 //! Vectors of single lines.
 
-use crate::judge;
-use crate::samples::{
+use super::judge;
+use super::samples::{
     ACK, STAGING, acknowledge, altered, counters, encode, go_ahead, state, status, text,
 };
 use groundwave_protocol::failsafe::Failsafe;

@@ -1,9 +1,9 @@
 //! Vectors of lines P and S and of the orders for parameters. They were added after version 1 was frozen, so they
 //! have files of their own.
 
-use crate::lines::vector as line_vector;
-use crate::samples::{altered, encode, parameter, song};
-use crate::uplink::{EAR, sealed, session, vector as frame_vector};
+use super::lines::vector as line_vector;
+use super::samples::{altered, encode, parameter, song};
+use super::uplink::{EAR, sealed, session, vector as frame_vector};
 use groundwave_protocol::command::{Command, Message, Order};
 use groundwave_protocol::parameter::key;
 use groundwave_protocol::telemetry::{
@@ -108,7 +108,7 @@ fn bad_lines() -> Vec<Value> {
     ];
     bad.iter()
         .map(|&(line, column, characters)| {
-            let about = format!("{} from column {column} on", crate::judge::text(characters));
+            let about = format!("{} from column {column} on", super::judge::text(characters));
             line_vector(about, &altered(line.to_vec(), column, characters))
         })
         .collect()

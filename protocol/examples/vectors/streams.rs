@@ -1,7 +1,7 @@
 //! Vectors of streams and checksums.
 
-use crate::judge;
-use crate::samples::{ACK, acknowledge, altered, encode, state, text};
+use super::judge;
+use super::samples::{ACK, acknowledge, altered, encode, state, text};
 use groundwave_protocol::crc;
 use groundwave_protocol::telemetry::{Ack, Body, Line, TextLine};
 use serde_json::{Value, json};

@@ -1,6 +1,6 @@
 //! Vectors of frames and of digests.
 
-use crate::judge::{self, Ear};
+use super::judge::{self, Ear};
 use groundwave_protocol::command::{
     Command, Drive, FRAME_WAYPOINTS_MAX, Frame, Keepalive, Key, Message, Open, Order, Slots,
 };

@@ -1,5 +1,5 @@
 //! A line of every type, and ways to damage it.
-#![allow(dead_code, reason = "each test binary uses its own part")]
+#![allow(dead_code, reason = "an example uses a part of it")]
 
 use groundwave_protocol::crc;
 use groundwave_protocol::decoder::Received;

@@ -6,8 +6,8 @@ use groundwave_protocol::digest::digest;
 use groundwave_protocol::{BYTES_PER_S, Waypoint};
 use std::hash::{Hash, Hasher};
 
-use crate::instants::Relative;
-use crate::robot::{Epoch, TaskId};
+use super::instants::Relative;
+use super::robot::{Epoch, TaskId};
 use crate::world::ROBOT_ID;
 
 /// A task that an operator requests.

@@ -10,9 +10,9 @@ use stateright::{Model, Property};
 use std::hash::{Hash, Hasher};
 use std::sync::Arc;
 
-use crate::ground::{Ground, Request, WAITS_US, digest_of};
-use crate::instants::{EPOCH_US, Quick};
-use crate::robot::{Epoch, Robot};
+use super::ground::{Ground, Request, WAITS_US, digest_of};
+use super::instants::{EPOCH_US, Quick};
+use super::robot::{Epoch, Robot};
 
 /// The setting of a search and its limits.
 #[derive(Clone, Debug)]

@@ -9,7 +9,7 @@ use groundwave_protocol::status_codes::Mode;
 use groundwave_protocol::telemetry::{Body, Line, Outcome, StateLine};
 use std::hash::{Hash, Hasher};
 
-use crate::instants::Quick;
+use super::instants::Quick;
 use crate::world::ROBOT_ID;
 
 /// Number of a task of a station, carried as theta of an order or in the first waypoint of a list.

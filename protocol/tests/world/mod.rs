@@ -1,5 +1,4 @@
 //! Both ends of delivery and the wire between them, in virtual time, in steps of a byte time.
-#![allow(dead_code, reason = "each test binary uses its own part")]
 #![allow(clippy::unwrap_used, reason = "a test stops where something is wrong")]
 
 use groundwave_protocol::Waypoint;

@@ -1,0 +1,11 @@
+//! Tests of the wire from outside: one binary, one module a subject.
+
+mod damage;
+mod decoder;
+mod delivery;
+mod faults;
+mod fuzz;
+mod receiver;
+mod search;
+mod vectors;
+mod world;
