@@ -20,7 +20,7 @@ pub enum Observation {
     /// Bytes to the radio.
     Sent(RawBytes),
     /// An event of the station.
-    Event(StationEvent),
+    Event(Box<StationEvent>),
 }
 
 impl RawBytes {
@@ -146,7 +146,9 @@ fn observation(topic: Option<Topic>, data: &[u8]) -> Option<Observation> {
     match topic? {
         Topic::RawRx => RawBytes::decode(data).ok().map(Observation::Received),
         Topic::RawTx => RawBytes::decode(data).ok().map(Observation::Sent),
-        Topic::Station => StationEvent::decode(data).ok().map(Observation::Event),
+        Topic::Station => StationEvent::decode(data)
+            .ok()
+            .map(|event| Observation::Event(Box::new(event))),
         _ => None,
     }
 }

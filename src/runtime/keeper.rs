@@ -417,8 +417,10 @@ impl Inner {
 
     fn handle_event(&mut self, at: Instant, event: &StationEvent) {
         let (now, wall) = self.times(at);
-        self.history
-            .push(since_1970_ns(wall), Observation::Event(event.clone()));
+        self.history.push(
+            since_1970_ns(wall),
+            Observation::Event(Box::new(event.clone())),
+        );
         if let Some(recorder) = &mut self.recorder {
             recorder.handle_event(now, wall, event);
         }
