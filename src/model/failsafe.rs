@@ -106,7 +106,7 @@ mod tests {
     }
 
     #[test]
-    fn a_station_that_comes_late_is_told_at_once() {
+    fn late_station_logs_an_acting_failsafe() {
         let mut scene = Scene::new(Config::default());
         scene.state.link = Link::Failsafe;
         scene.hear();

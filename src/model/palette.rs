@@ -232,7 +232,7 @@ mod tests {
     }
 
     #[test]
-    fn what_only_has_the_letters_somewhere_is_not_in_the_way() {
+    fn scattered_letters_do_not_hide_better_matches() {
         let found = |text: &str| {
             let palette = Palette {
                 text: text.to_owned(),
@@ -260,7 +260,7 @@ mod tests {
 
     /// Two rows that read the same would leave open which is which.
     #[test]
-    fn what_is_offered_is_written_for_people_and_told_apart() {
+    fn palette_entries_have_distinct_titles() {
         let all = Palette::default().found(&Keymap::default());
         for (n, entry) in all.iter().enumerate() {
             assert!(!entry.title.trim().is_empty(), "{entry:?}");
@@ -270,7 +270,7 @@ mod tests {
     }
 
     #[test]
-    fn nothing_typed_offers_every_key_and_every_command() {
+    fn empty_search_lists_every_key_and_command() {
         let all = Palette::default().found(&Keymap::default());
         let rows = Keymap::default();
         let of = |context| rows.rows().filter(move |row| row.context == context);

@@ -226,7 +226,7 @@ mod tests {
     }
 
     #[test]
-    fn every_wish_of_the_keyboard_asks_in_the_past() {
+    fn commands_by_key_ask_in_the_past() {
         for key in "prhWv4CO".chars() {
             let mut scene = scene(true);
             assert_eq!(scene.type_text(&key.to_string()), [], "{key}");
@@ -252,7 +252,7 @@ mod tests {
     }
 
     #[test]
-    fn whoever_drives_comes_back_to_now() {
+    fn hand_driving_returns_to_the_present() {
         let mut scene = scene(true);
         scene.type_text("d");
         assert!(question(&scene).contains("PAST"));
@@ -369,7 +369,11 @@ mod tests {
         );
         scene.ack.sequence += 1;
         scene.hear();
-        assert_eq!(scene.model.facts.tally().commands, 1, "somebody else's");
+        assert_eq!(
+            scene.model.facts.tally().commands,
+            1,
+            "a command of another station"
+        );
         scene.ask(1, Request::Scan);
         scene.ack.sequence += 1;
         scene.hear();

@@ -1,4 +1,4 @@
-//! What the model says and wants, from lines and keys made by hand.
+//! The model's facts and effects, from hand-made lines and keys.
 
 use crossterm::event::{KeyCode, KeyEvent, KeyEventKind, KeyModifiers};
 use groundwave_protocol::status_codes::{
@@ -36,7 +36,7 @@ fn route(points: &[(i16, i16)]) -> Vec<Waypoint> {
     points.iter().map(waypoint).collect()
 }
 
-/// The boot counter in every line is modulo 8: lines B and C tell the robots apart in which it agrees.
+/// The boot counter of a line is modulo 8; lines B and C tell boots apart where it agrees.
 #[test]
 fn a_restart_is_noticed_although_the_short_boot_counter_agrees() {
     let restarts = |scene: &Scene| {
@@ -62,7 +62,7 @@ fn a_restart_is_noticed_although_the_short_boot_counter_agrees() {
     let before = restarts(&scene);
     scene.hear_ticks(3, [0; 9]);
     assert_eq!(restarts(&scene), before, "the count of seconds goes round");
-    // One restart is told once, whichever line is the first to tell.
+    // One restart is logged once, by whichever line comes first.
     scene.ack.boot = (scene.ack.boot + 1) % 8;
     scene.hear();
     scene.hear_status();
@@ -87,7 +87,7 @@ fn ages_tick_on_a_silent_link_and_stand_still_on_a_closed_one() {
 }
 
 #[test]
-fn what_the_screen_does_not_show_does_not_draw_it() {
+fn hidden_events_cause_no_redraw() {
     let mut scene = scene();
     scene.event(Event::Ack(AckLine {
         sequence: 3,
@@ -159,7 +159,7 @@ fn an_adapter_that_is_back_under_another_name_says_so() {
 fn a_song_and_a_low_battery_ring_the_bell_once_when_it_was_asked_for() {
     use groundwave_protocol::status_codes::Power;
     use groundwave_protocol::telemetry::{Ack, Body, Line, Note, SongLine, StateLine};
-    assert!(!Config::default().bell, "nobody asked for it");
+    assert!(!Config::default().bell, "off by default");
     for keys in ["", "b", "bb"] {
         let mut scene = Scene::new(Config::default());
         scene.type_text(keys);

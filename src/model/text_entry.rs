@@ -157,7 +157,7 @@ mod tests {
     use proptest::prelude::*;
 
     #[test]
-    fn what_is_typed_goes_in_at_the_caret() {
+    fn text_is_inserted_at_the_caret() {
         let mut entry = TextEntry::new(Purpose::Command);
         entry.insert("goto 48");
         entry.move_caret(Caret::Left);
@@ -176,7 +176,7 @@ mod tests {
     }
 
     #[test]
-    fn lines_typed_before_come_back_and_the_new_one_stays() {
+    fn history_is_recalled_and_the_new_line_kept() {
         let mut typed = Typed::default();
         for (purpose, text) in [
             (Purpose::Command, "scan"),

@@ -296,7 +296,7 @@ mod tests {
     use crate::capture::{Capture, index};
     use crate::statistics::{Rejected, Resync};
 
-    /// The same bytes read by `info`, and played to their end.
+    /// `info` of the bytes, and their state after playing to the end.
     fn both(bytes: Vec<u8>) -> (Info, CaptureState) {
         let mut capture = Capture::read("", Box::new(Bytes::new(bytes.clone()))).unwrap();
         let info = Info::read(&mut capture);
@@ -317,7 +317,7 @@ mod tests {
         )
     }
 
-    /// What `info`, the link panel and the raw panel say.
+    /// Asserts that `info`, the link panel and the raw panel agree.
     fn assert_the_same(bytes: Vec<u8>) -> (Info, CaptureState) {
         let (info, scene) = both(bytes);
         let link = &scene.facts.link;
@@ -341,7 +341,7 @@ mod tests {
         ] {
             let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("captures");
             let bytes = std::fs::read(folder.join(name)).unwrap();
-            // The last thing may be anything.
+            // The last piece may be of any kind.
             let ends = match name {
                 "demo-commands.mcap" => bytes.len()..=bytes.len(),
                 _ => bytes.len() - 160..=bytes.len(),
@@ -387,7 +387,7 @@ mod tests {
         assert_eq!((info.lines_lost, info.resync), (0, None));
     }
 
-    /// Where an appended run begins nothing was lost on the air, and the screen says what `info` says.
+    /// Nothing was lost where an appended run begins, for the screen and for `info`.
     #[test]
     fn an_appended_run_is_a_restart_and_no_alarm() {
         let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("captures");

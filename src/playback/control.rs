@@ -1,5 +1,5 @@
-//! Words for moving through the time of a session or a capture: what may be asked for, and where the
-//! screen stands.
+//! Playback controls and positions in time, and where
+//! the screen stands.
 
 use std::str::FromStr;
 
@@ -7,52 +7,52 @@ pub use crate::event::{Landmark, Mark};
 
 use crate::event::Moment;
 
-/// The slowest that time passes, as a multiple of real time.
+/// Lowest speed, as a multiple of real time.
 pub const SPEED_MIN: f64 = 0.1;
 
-/// The fastest.
+/// Highest speed, as a multiple of real time.
 pub const SPEED_MAX: f64 = 1000.0;
 
-/// Moments that the operator can mark.
+/// Most marks.
 pub const MARKERS_MAX: usize = 32;
 
-/// A mark closer than this to another is the same one.
+/// Two marks closer than this are the same.
 pub const MARKER_REACH: Moment = Moment::from_millis(250);
 
-/// What the operator asks for.
+/// A playback control.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Control {
-    /// Stand still, or go on.
+    /// Pause or play.
     TogglePause,
-    /// Let time pass at this multiple of real time.
+    /// Play at this multiple of real time.
     Speed(f64),
-    /// To the line after this one, or before it, and stand still.
+    /// Go to the next or previous line and pause.
     Step {
-        /// After.
+        /// To the next.
         forward: bool,
     },
-    /// To a place that was typed.
+    /// Go to a typed position.
     Seek(Position),
-    /// To the next of a kind, or the one before.
+    /// Go to the next or previous landmark.
     Jump {
-        /// Which kind; the one of the last jump where there is none.
+        /// Its kind; `None` repeats the kind of the last jump.
         to: Option<Landmark>,
-        /// Next.
+        /// To the next.
         forward: bool,
     },
-    /// Mark this moment, or take the mark away.
+    /// Set or remove a mark here.
     Mark,
-    /// Begin a loop here, end it here, or take it away: in this order.
+    /// Begin a loop here, end it here, or remove it, in this order.
     Loop,
     /// End the search under way.
     StopSearch,
-    /// To the newest there is: back to now in a live session.
+    /// Go to the newest moment: back to now in a live session.
     Newest,
-    /// To the oldest there is.
+    /// Go to the oldest moment.
     Oldest,
 }
 
-/// How many landmarks of each kind there were up to a moment; markers are not counted.
+/// Landmarks of each kind up to a moment, without marks.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Tally {
     /// Intact 80-byte lines.
@@ -68,7 +68,7 @@ pub struct Tally {
 }
 
 impl Tally {
-    /// How many of a kind.
+    /// The number of landmarks of a kind.
     #[must_use]
     pub const fn of(&self, landmark: Landmark) -> u64 {
         match landmark {
@@ -82,28 +82,28 @@ impl Tally {
     }
 }
 
-/// A place in time that can be typed.
+/// A position in time that can be typed.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Position {
     /// Since the beginning: `12:30`, `1:02:30`, `90s`.
     At(Moment),
-    /// From here on: `+30s`.
+    /// After the moment shown: `+30s`.
     Ahead(Moment),
-    /// Before here: `-2m`.
+    /// Before the moment shown: `-2m`.
     Back(Moment),
-    /// Of what there is, 0 to 100: `90%`.
+    /// Share of the whole, 0 to 100: `90%`.
     Percent(f64),
     /// The line of this number, from 1: `#1234`.
     Packet(u64),
-    /// The time of day at Greenwich, since midnight: `14:05Z`.
+    /// The time of day, UTC, since midnight: `14:05Z`.
     Utc(Moment),
 }
 
-/// How to type a place, for a person.
+/// The forms of a position, for the prompt.
 pub const POSITION_HELP: &str =
     "to 12:30, 1:02:30, +30s, -2m, 90%, #1234 (a packet) or 14:05Z (time of day, UTC)";
 
-/// What was typed is no place in time.
+/// The typed text is not a position.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 #[error("`{0}` is no time: say 12:30, +30s, -2m, 90%, #1234 or 14:05Z")]
 pub struct PositionError(String);
@@ -191,13 +191,13 @@ fn decimal(text: &str) -> Option<f64> {
     is_number.then(|| text.parse().ok()).flatten()
 }
 
-/// Where the screen stands in time, when it does not show now.
+/// Where the screen stands in time.
 #[expect(clippy::struct_excessive_bools, reason = "each is a fact of its own")]
 #[derive(Clone, Debug, PartialEq)]
 pub struct Playback {
-    /// A live session goes on underneath; else this is a capture.
+    /// The past of a live session; else a capture.
     pub is_live: bool,
-    /// Time stands still on the screen.
+    /// Playback is paused.
     pub paused: bool,
     /// Multiple of real time.
     pub speed: f64,
@@ -205,35 +205,35 @@ pub struct Playback {
     pub at: Moment,
     /// The oldest moment that can be shown.
     pub from: Moment,
-    /// The newest.
+    /// The newest moment that can be shown.
     pub until: Moment,
-    /// Time of day at moment zero, since 1970, where it is known.
+    /// Time since 1970 at moment zero, if known.
     pub unix: Option<Moment>,
-    /// Number of the newest line shown, from 1; `None` while it is not known.
+    /// Number of the newest line shown, from 1; `None` while unknown.
     pub packet: Option<u64>,
-    /// A capture is still being read through: up to here landmarks are known.
+    /// How far the capture has been read; `None` when complete.
     pub read_until: Option<Moment>,
-    /// What came long before this moment is not on the screen yet.
+    /// The state shown lacks what happened long before.
     pub is_partial: bool,
     /// Marked moments, in order.
     pub markers: Vec<Moment>,
-    /// Where a loop begins, and where it ends.
+    /// Begin and end of the loop.
     pub repeat: Option<(Moment, Option<Moment>)>,
-    /// What became of what was asked for last, when that is worth a word.
+    /// The result of the last control, if it needs words.
     pub note: Option<String>,
-    /// Something is looked for where the capture has not been read yet.
+    /// A search of the unread part is under way.
     pub is_looking: bool,
 }
 
 impl Playback {
-    /// How long before the newest moment the screen stands.
+    /// How far the moment shown lies before the newest.
     #[must_use]
     pub fn behind(&self) -> Moment {
         self.until.saturating_sub(self.at)
     }
 }
 
-/// `12:30`, from an hour on `1:02:30`.
+/// A moment as `12:30`, or `1:02:30` from an hour on.
 #[must_use]
 pub fn clock_words(at: Moment) -> String {
     let s = at.as_secs();
@@ -252,7 +252,7 @@ mod tests {
     }
 
     #[test]
-    fn a_place_is_typed_as_people_write_it() {
+    fn positions_parse_in_every_form() {
         for (text, target) in [
             ("12:30", Position::At(ms(750_000))),
             (" 1:02:30 ", Position::At(ms(3_750_000))),
@@ -274,7 +274,7 @@ mod tests {
     }
 
     #[test]
-    fn what_is_no_place_is_refused_with_the_way_out() {
+    fn invalid_position_is_refused_with_examples() {
         for text in [
             "",
             "x",
@@ -303,7 +303,7 @@ mod tests {
     }
 
     #[test]
-    fn times_are_told_as_they_are_typed() {
+    fn clock_words_parse_as_positions() {
         for s in [0, 59, 60, 3599, 3600, 86_399] {
             let at = Moment::from_secs(s);
             assert_eq!(clock_words(at).parse(), Ok(Position::At(at)));

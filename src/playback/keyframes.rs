@@ -1,13 +1,13 @@
-//! States kept of a time that may be long, evenly spaced, in bounded memory.
+//! Kept states: evenly spaced over any length of time, in bounded memory.
 
 use std::collections::VecDeque;
 
 use crate::event::Moment;
 
-/// No more than so many are kept.
+/// Most states kept.
 const FRAMES_MAX: usize = 384;
 
-/// Things of moments in their order, `spacing` apart. When there is no room for another, every other one
+/// Frames in order of time, `spacing` apart. When there is no room for another, every other one
 /// is dropped and the spacing doubles.
 #[derive(Clone, Debug)]
 pub struct Keyframes<T> {
@@ -16,7 +16,7 @@ pub struct Keyframes<T> {
 }
 
 impl<T> Keyframes<T> {
-    /// None yet, and the spacing to begin with.
+    /// No frames yet, and the first spacing.
     #[must_use]
     pub const fn new(spacing: Moment) -> Self {
         Self {
@@ -25,14 +25,14 @@ impl<T> Keyframes<T> {
         }
     }
 
-    /// Whether the newest is so old at a moment that another is wanted.
+    /// Whether a frame is due at a moment.
     #[must_use]
     pub fn wants(&self, at: Moment) -> bool {
         let newest = self.frames.back();
         newest.is_none_or(|(newest, _)| at.saturating_sub(*newest) >= self.spacing)
     }
 
-    /// Takes one that is newer than all others; one that is not is left.
+    /// Adds a frame; ignored unless it is newer than all others.
     pub fn push(&mut self, at: Moment, frame: T) {
         if self.frames.back().is_some_and(|(newest, _)| *newest >= at) {
             return;
@@ -44,7 +44,7 @@ impl<T> Keyframes<T> {
                 keep
             });
             self.spacing *= 2;
-            // The newest may have been dropped just now, and this one come too early.
+            // With the doubled spacing this frame may be too early.
             if !self.wants(at) {
                 return;
             }
@@ -52,7 +52,7 @@ impl<T> Keyframes<T> {
         self.frames.push_back((at, frame));
     }
 
-    /// Place of the newest that is not after a moment.
+    /// Index of the newest frame not after a moment.
     #[must_use]
     pub fn before(&self, at: Moment) -> Option<usize> {
         self.frames
@@ -60,7 +60,7 @@ impl<T> Keyframes<T> {
             .checked_sub(1)
     }
 
-    /// Place of the newest for which something holds that holds for all before it, too.
+    /// Index of the newest frame for which `holds`, which must hold for all before it, too.
     #[must_use]
     pub fn last_where(&self, holds: impl Fn(&T) -> bool) -> Option<usize> {
         self.frames
@@ -68,25 +68,25 @@ impl<T> Keyframes<T> {
             .checked_sub(1)
     }
 
-    /// The one at a place, oldest first.
+    /// The frame of an index, oldest first.
     #[must_use]
     pub fn get(&self, place: usize) -> Option<&(Moment, T)> {
         self.frames.get(place)
     }
 
-    /// How many there are.
+    /// Number of frames.
     #[must_use]
     pub fn len(&self) -> usize {
         self.frames.len()
     }
 
-    /// Whether there is none.
+    /// Whether there are no frames.
     #[must_use]
     pub fn is_empty(&self) -> bool {
         self.frames.is_empty()
     }
 
-    /// Drops the oldest for as long as another is left that is not after a moment; says whether any went.
+    /// Drops frames that another one not after `at` follows; returns whether any went.
     pub fn forget_before(&mut self, at: Moment) -> bool {
         let mut has_gone = false;
         while self.frames.get(1).is_some_and(|(second, _)| *second <= at) {

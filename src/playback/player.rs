@@ -114,13 +114,13 @@ impl<C: Cursor> Player<C> {
         self.at >= self.until
     }
 
-    /// Whether time stands still.
+    /// Whether playback is paused.
     #[must_use]
     pub const fn is_paused(&self) -> bool {
         self.paused
     }
 
-    /// Goes to the newest moment and stands still there.
+    /// Goes to the newest moment and pauses.
     pub fn rest(&mut self) {
         self.paused = true;
         self.speed = 1.0;
@@ -194,8 +194,8 @@ impl<C: Cursor> Player<C> {
         true
     }
 
-    /// When, in the host's time, to let time pass again: when something happens, or the clock on the
-    /// screen goes on.
+    /// When to call [`Self::advance`], in the host's time: the next step, or the next second of the clock on the
+    /// screen.
     pub fn wake_at(&mut self) -> Option<Moment> {
         if self.paused {
             return None;
@@ -210,7 +210,7 @@ impl<C: Cursor> Player<C> {
         Some(self.set_at + wait.clamp(FASTEST, SLOWEST))
     }
 
-    /// Does what the operator asks for.
+    /// Carries out a control.
     pub fn handle(&mut self, host: Moment, control: Control) {
         self.advance(host);
         self.set_at = host;

@@ -90,7 +90,7 @@ fn a_square_is_turned_mirrored_scaled_shifted_and_reversed() {
 }
 
 #[test]
-fn what_cannot_be_done_says_why_and_changes_nothing() {
+fn refused_edit_has_a_reason_and_changes_nothing() {
     let mut draft = Draft::default();
     assert_eq!(draft.edit(Edit::Delete, None), Err(DraftError::Empty));
     assert_eq!(draft.undo(), Err(DraftError::NothingToUndo));

@@ -5,7 +5,7 @@ use crate::event::{Level, LinkEvent, Recording};
 use crate::model::Limits;
 use groundwave_protocol::status_codes::{Cliff, Link, Power};
 
-/// Names of the alarms that are raised, with whether each is still so and whether somebody has seen it.
+/// Names of the raised alarms; whether each is active, and acknowledged.
 fn raised(scene: &Scene) -> Vec<(&'static str, bool, bool)> {
     let all = scene.model.facts.alarms.all(&scene.model.ui.acknowledged);
     all.filter_map(|(rule, _, raised)| {
@@ -51,7 +51,7 @@ fn a_battery_is_low_when_it_has_been_for_a_while_and_until_it_is_well_above() {
 }
 
 #[test]
-fn what_is_seen_and_still_so_stays_without_a_call() {
+fn acknowledged_active_alarm_stays_in_the_panel_only() {
     let mut scene = scene();
     scene.state.power = Power::Critical;
     scene.hear();
@@ -70,7 +70,7 @@ fn what_is_seen_and_still_so_stays_without_a_call() {
 }
 
 #[test]
-fn each_rule_strikes_by_its_own_evidence() {
+fn each_rule_is_raised_by_its_own_cause() {
     type Change = fn(&mut Scene);
     let cases: [(&str, Change); 8] = [
         ("stalled", |scene| scene.state.drive = Drive::Stalled),

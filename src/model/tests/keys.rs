@@ -109,7 +109,7 @@ fn a_held_arrow_drives_and_letting_go_stops() {
 }
 
 #[test]
-fn nobody_drives_over_a_link_that_only_receives() {
+fn receive_only_link_refuses_hand_driving() {
     let mut scene = scene();
     scene.event(Event::Link(LinkEvent::Opened {
         name: "radio".to_owned(),
@@ -133,7 +133,7 @@ fn a_layer_key_asks_for_the_opposite_of_what_was_asked_or_reported() {
     );
     assert_eq!(scene.type_text("5"), [], "photo is not fitted");
     let mut unheard = Scene::new(Config::default());
-    assert_eq!(unheard.type_text("4"), [], "nobody knows what is allowed");
+    assert_eq!(unheard.type_text("4"), [], "the allowed layers are unknown");
 }
 
 #[test]
@@ -223,7 +223,7 @@ fn on_a_screen_too_small_only_stop_and_leaving_work() {
 /// A slow line hands Esc and the key behind it over at once, which terminals take for Alt with the key. Esc counts
 /// everywhere, STOP too, and nothing else: Alt may have been meant.
 #[test]
-fn of_esc_and_a_key_in_one_burst_esc_and_stop_count() {
+fn esc_and_a_key_in_one_burst_act_as_esc_and_stop() {
     let alt = |code| Event::Key(KeyEvent::new(code, KeyModifiers::ALT));
     let stop = [Effect::Send(Request::Stop)];
     for code in [
@@ -258,7 +258,7 @@ fn of_esc_and_a_key_in_one_burst_esc_and_stop_count() {
 }
 
 #[test]
-fn the_screen_is_drawn_anew_wherever_the_operator_is() {
+fn redraw_works_in_every_context() {
     let ctrl = |c| Event::Key(KeyEvent::new(KeyCode::Char(c), KeyModifiers::CONTROL));
     for typed in ["", "?", "e", ":mode", "y", "d"] {
         let mut scene = scene();
@@ -270,7 +270,7 @@ fn the_screen_is_drawn_anew_wherever_the_operator_is() {
 
 /// The keys of a shell's prompt.
 #[test]
-fn a_line_is_mended_where_it_is_wrong_and_typed_again() {
+fn prompt_text_is_edited_at_the_caret_and_recalled() {
     let mut scene = scene();
     let enter = |scene: &mut Scene| scene.press(&[KeyCode::Enter]);
     scene.type_text(":gto 48 0");
@@ -288,7 +288,7 @@ fn a_line_is_mended_where_it_is_wrong_and_typed_again() {
 }
 
 #[test]
-fn what_is_pasted_from_a_table_keeps_its_words() {
+fn pasted_tabs_separate_words() {
     let mut scene = scene();
     scene.type_text(":");
     scene.event(Event::Paste("\n \ngoto\t48\t0\nscan\n".to_owned()));
@@ -298,7 +298,7 @@ fn what_is_pasted_from_a_table_keeps_its_words() {
 
 /// The example of the printed configuration.
 #[test]
-fn another_key_for_stop_takes_none_that_a_prompt_needs() {
+fn rebound_stop_takes_no_key_from_a_prompt() {
     let stop = Rebinding {
         context: "dashboard".to_owned(),
         name: "stop".to_owned(),
@@ -308,7 +308,7 @@ fn another_key_for_stop_takes_none_that_a_prompt_needs() {
 }
 
 #[test]
-fn nobody_is_locked_in() {
+fn every_overlay_can_be_closed() {
     for (context, name) in [
         ("help-screen", "close"),
         ("text", "close"),

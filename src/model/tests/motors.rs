@@ -66,7 +66,7 @@ fn only_what_is_below_the_holder_is_suppressed() {
     let mut line = state();
     line.layers.set(Layer::Infrared, LayerState::Raised);
     let by_holder = |line: &_| suppressed(Holder::of(line), line);
-    assert_eq!(by_holder(&line), [], "prowl suppresses nobody");
+    assert_eq!(by_holder(&line), [], "prowl suppresses no layer");
     line.layers.set(Layer::Sonar, LayerState::Holds);
     line.layers.set(Layer::DeadReckoning, LayerState::Raised);
     let below = [Holder::Layer(Layer::DeadReckoning), Holder::Prowl];
@@ -129,7 +129,7 @@ fn a_guard_that_took_the_motors_is_named_and_not_who_won_them() {
 }
 
 #[test]
-fn what_was_won_before_goes_out_of_the_window_while_nobody_holds() {
+fn shares_expire_while_no_holder_drives() {
     let mut scene = scene();
     for _ in 0..30 {
         scene.hear();

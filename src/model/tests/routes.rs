@@ -38,7 +38,7 @@ fn a_draft_never_outgrows_the_robots_list() {
 }
 
 #[test]
-fn a_route_file_is_read_by_somebody_else() {
+fn route_file_is_read_by_an_effect() {
     for keys in ["l tour.txt ", ":route tour.txt"] {
         let mut scene = scene();
         scene.type_text(keys);
@@ -96,7 +96,7 @@ fn a_route_is_driven_at_once_when_that_is_typed() {
         assert_eq!(scene.model.ui.overlay, Overlay::None);
         assert!(scene.model.ui.map.draft.waypoints().is_empty());
     }
-    // Whoever has put the prompt away has the draft, and nothing is sent.
+    // A closed prompt still drafts the route, and sends nothing.
     let mut scene = scene();
     scene.type_text(":route my tour.txt --go");
     scene.press(&[KeyCode::Enter, KeyCode::Esc]);
@@ -149,7 +149,7 @@ fn a_prompt_for_a_file_stays_until_the_file_is_right() {
         panic!("{:?}", scene.model.ui.overlay);
     };
     assert_eq!(entry.error.as_deref(), Some("no such folder"));
-    // Whoever has gone on to something else is not called back.
+    // Another overlay stays open.
     scene.press(&[KeyCode::Esc]);
     scene.event(Event::RouteSaved {
         path: "a.txt".to_owned(),
@@ -252,7 +252,7 @@ fn a_draft_is_saved_and_nothing_is_overwritten_unasked() {
 }
 
 #[test]
-fn a_pasted_route_is_a_draft_and_what_is_none_says_so() {
+fn pasted_route_is_drafted_and_other_text_refused() {
     let mut scene = scene();
     for text in ["10,20\n30,40\n# end\n", "10,20\r30,40\r", "10,20\r\n30,40"] {
         scene.event(Event::Paste(text.to_owned()));
@@ -271,10 +271,9 @@ fn a_pasted_route_is_a_draft_and_what_is_none_says_so() {
     assert!(newest.text.starts_with("pasted:1:1"), "{}", newest.text);
 }
 
-/// Whoever says no to a command of the past has the draft as before, however it was asked for, and so has who looks at a
-/// capture, which has no robot.
+/// A declined command in the past keeps the draft, and so does a command in a capture, which has no robot.
 #[test]
-fn a_draft_that_is_not_sent_after_all_stays() {
+fn declined_draft_stays() {
     for is_live in [true, false] {
         for typed in ["S", "eS", ":route tour.txt --go\n"] {
             let mut scene = scene();

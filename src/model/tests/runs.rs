@@ -23,7 +23,7 @@ fn a_note_without_words_is_asked_for_them() {
 }
 
 #[test]
-fn what_is_said_of_a_run_is_kept_beside_its_recording() {
+fn label_of_a_run_is_kept_beside_its_recording() {
     let mut scene = scene();
     scene.type_text(":note the glass door");
     assert_eq!(scene.press(&[KeyCode::Enter]), []);
@@ -100,7 +100,7 @@ fn runs_are_listed_beside_the_recording_and_two_are_compared() {
     scene.press(&[KeyCode::Esc]);
     assert_eq!(scene.model.ui.overlay, Overlay::None);
     assert_eq!(asked(&mut scene, ":runs elsewhere"), list("elsewhere"));
-    // Whoever does not wait any more is not interrupted.
+    // A closed overlay stays closed.
     scene.press(&[KeyCode::Esc]);
     scene.event(Event::Runs(Ok(listed())));
     assert_eq!(scene.model.ui.overlay, Overlay::None);
@@ -147,7 +147,7 @@ fn file_names_with_spaces_need_quotes() {
 }
 
 #[test]
-fn the_run_on_show_can_be_named_and_the_past_has_notes_of_its_own() {
+fn shown_run_is_named_and_past_moments_take_notes() {
     let mut scene = Scene::new(Config {
         capture: Some("old/house.mcap".to_owned()),
         ..Config::default()

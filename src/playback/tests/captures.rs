@@ -2,7 +2,7 @@
 
 use super::*;
 
-/// The same lines with the times of others before them: the same robot, at their times.
+/// Stamped text shows the same robot at the times of its stamps.
 #[test]
 fn stamped_text_is_played_at_its_own_times() {
     let plain =
@@ -10,7 +10,7 @@ fn stamped_text_is_played_at_its_own_times() {
     let plain = plain.unwrap();
     let mut stamped = Vec::new();
     for (n, line) in plain.split_inclusive(|&byte| byte == b'\n').enumerate() {
-        // A robot that was switched off for an hour in the middle.
+        // A robot switched off for an hour in the middle.
         let second = n / 3 + if n > 150 { 3600 } else { 0 };
         let (h, m, s) = (22 + second / 3600, second / 60 % 60, second % 60);
         let stamp = format!("2026-11-21T{h:02}:{m:02}:{s:02}Z ");
@@ -32,7 +32,7 @@ fn stamped_text_is_played_at_its_own_times() {
         timeline.facts().tally().lines,
         untimed.facts().tally().lines
     );
-    // In the pause nothing happened, and the link is told to be silent.
+    // During the pause the link is silent.
     timeline.seek(Moment::from_mins(30));
     let silent = timeline.facts().tally().lines;
     assert_eq!(
@@ -51,7 +51,7 @@ fn stamped_text_is_played_at_its_own_times() {
         })
         .collect();
     assert!(times.is_sorted_by(|a, b| a < b), "{times:?}");
-    // Finding a time in a file without reading it through.
+    // Seeks by time without reading the whole file.
     for s in [0, 1, 30, 49, 50, 51, 2000, 3650, 3700] {
         let at = Moment::from_secs(s);
         let place = text(&stamped).find(at);
@@ -72,7 +72,7 @@ fn stamped_text_is_played_at_its_own_times() {
 }
 
 #[test]
-fn what_is_cut_off_or_damaged_is_shown_as_far_as_it_goes_and_says_why() {
+fn damaged_capture_is_shown_up_to_the_damage_with_the_reason() {
     let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("captures/demo-commands.mcap");
     let whole = std::fs::read(path).unwrap();
     let lines = |bytes: &[u8]| {

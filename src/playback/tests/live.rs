@@ -1,4 +1,4 @@
-//! A live session again: by what is remembered of it, and by its recording.
+//! The past of a live session, from memory and from its recording.
 
 use std::fmt::Write;
 
@@ -19,7 +19,7 @@ use crate::recorded::{self, from_recorded};
 use crate::station::Station;
 use crate::view;
 
-/// A live session as the event loop remembers it.
+/// A live session and its memory.
 struct Session {
     timeline: Timeline<LiveState>,
     facts: Facts,
@@ -75,9 +75,9 @@ proptest! {
     }
 }
 
-/// A state kept of the way goes with the events that it would go on with.
+/// Cached states go together with their events.
 #[test]
-fn what_is_forgotten_is_not_gone_on_with() {
+fn cached_states_are_forgotten_with_their_events() {
     let mut tape = capture("house-clean.txt");
     let mut decoder = Decoder::default();
     let mut heard = Vec::new();
@@ -170,8 +170,8 @@ fn screen(facts: &Facts, now: Moment) -> String {
     terminal.backend().to_string()
 }
 
-/// What is known, but for the last digits of the airtime: that counts bytes as they come, of which a recording has
-/// the time of the line they end in.
+/// The facts as text, without the last digits of the airtime: it counts bytes as they come, and a recording has
+/// only the time of the line they end in.
 fn known(facts: &Facts) -> String {
     const AIRTIME: &str = "airtime_down_pct: ";
     let told = told(facts);
@@ -186,7 +186,7 @@ fn known(facts: &Facts) -> String {
     known + rest
 }
 
-/// The numbers of a dice.
+/// A small generator of random numbers.
 struct Dice(u64);
 
 impl Dice {
@@ -199,7 +199,7 @@ impl Dice {
     }
 }
 
-/// A station that listens, what is remembered of its session, and its recording.
+/// A listening station, the memory of its session, and its recording.
 struct Listening {
     station: Station,
     session: Session,
@@ -246,7 +246,7 @@ impl Listening {
         }
     }
 
-    /// Whatever is due until a moment happens.
+    /// Runs every timeout until a moment.
     fn pass_to(&mut self, at: Moment) {
         loop {
             let timeouts = [
@@ -272,9 +272,9 @@ impl Listening {
     }
 }
 
-/// One byte stream, heard live in any chunks, and its recording played: at every moment at which a line or a piece of
-/// noise has just ended both know the same, to the last counter, and show the same screen; and so does the live
-/// session when it is asked what it showed then.
+/// A byte stream heard live in random chunks, its recording played, and the past of the live session agree: the same
+/// facts, to the last counter, and the same screen at every moment when a line or noise
+/// has ended.
 #[test]
 fn a_live_run_in_any_chunks_and_its_replay_are_the_same_to_the_last_character() {
     for name in CAPTURES {
@@ -287,7 +287,7 @@ fn a_live_run_in_any_chunks_and_its_replay_are_the_same_to_the_last_character() 
             while let Some(at) = tape.next_at() {
                 match tape.next_piece().unwrap() {
                     Piece::Received(bytes) => {
-                        // As a port delivers it: some bytes now and some then, all by the end of the line.
+                        // Like a port: in random pieces, complete by the end of the line.
                         let mut rest = bytes;
                         while !rest.is_empty() {
                             let cut = 1 + dice.below(rest.len());
@@ -347,7 +347,7 @@ fn a_live_run_in_any_chunks_and_its_replay_are_the_same_to_the_last_character() 
 }
 
 #[test]
-fn what_is_not_found_leaves_the_session_at_its_newest_moment() {
+fn failed_search_leaves_the_session_at_its_newest_moment() {
     let mut session = Session::new();
     for sequence in 0..10 {
         session.now += Moment::from_millis(333);

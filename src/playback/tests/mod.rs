@@ -1,4 +1,4 @@
-//! A moment again is that moment: of live sessions made of anything, and of captures.
+//! A moment shown again is the same moment, in random live sessions and in captures.
 
 mod captures;
 mod live;

@@ -13,9 +13,9 @@ fn player(name: &str) -> Player<CaptureState> {
     player
 }
 
-/// What lies where nobody has read yet is waited for, and gone to by itself.
+/// A target in the unread part is reached when it has been read.
 #[test]
-fn a_jump_waits_for_what_is_not_read_yet() {
+fn jump_into_the_unread_part_waits_for_it() {
     let calm =
         std::fs::read(Path::new(env!("CARGO_MANIFEST_DIR")).join("captures/house-clean.txt"));
     let calm = calm.unwrap();
@@ -52,7 +52,7 @@ fn a_jump_waits_for_what_is_not_read_yet() {
     });
     assert!(findings > 10 && !looks(&player));
     assert_eq!(player.playback().packet, Some(lines - 100));
-    // At the end it is known that there is none.
+    // At the end of reading the target is known not to exist.
     let mut player = Player::of_capture(
         capture::timeline(tape.reopen(), first),
         host,
@@ -118,7 +118,7 @@ fn time_passes_at_any_speed_and_loops() {
 }
 
 #[test]
-fn every_typed_place_is_gone_to() {
+fn typed_positions_are_reached() {
     let mut player = player("demo-commands.mcap");
     let s = Moment::from_secs;
     let host = s(0);
@@ -193,7 +193,7 @@ fn marks_are_set_gone_to_and_taken_away() {
     assert_eq!(player.playback().markers, [s(40)]);
 }
 
-/// What was marked while it was recorded is marked when it is played.
+/// Marks of a recorded session are marks of its replay.
 #[test]
 fn marks_of_a_recorded_session_come_back() {
     use crate::playback::Mark;
@@ -211,7 +211,7 @@ fn marks_of_a_recorded_session_come_back() {
     for (n, line) in (1_u64..).zip(plain.chunks(80)) {
         let at_ns = n * 1_000_000_000 / 3;
         writer.handle_rx(at_ns, line).unwrap();
-        // Now, a moment of the past, before the beginning; one is taken away again.
+        // Now, in the past, and before the beginning; one is removed again.
         for (when, ago, is_set) in [
             (60, s(0), true),
             (90, s(15), true),
@@ -246,7 +246,7 @@ fn marks_of_a_recorded_session_come_back() {
 }
 
 #[test]
-fn jumps_stand_still_where_it_happened() {
+fn jumps_pause_at_the_landmark() {
     let mut player = player("house-clean.txt");
     let host = Moment::ZERO;
     let bump = |forward| Control::Jump {
@@ -272,7 +272,7 @@ fn jumps_stand_still_where_it_happened() {
 }
 
 #[test]
-fn what_the_player_says_names_the_chosen_keys() {
+fn notes_name_the_rebound_keys() {
     let chosen = [
         ("playback-loop", "F9"),
         ("playback-mark", "F10"),

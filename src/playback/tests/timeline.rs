@@ -1,8 +1,8 @@
-//! A moment that is gone to is the moment that playing there shows.
+//! Seeking shows the same as playing there.
 
 use super::*;
 
-/// Every moment at which something happened, and what was shown then by playing there from the beginning.
+/// Every moment with a step, and the facts after playing there from the beginning.
 fn played(name: &str) -> Vec<(Moment, String)> {
     let mut tape = capture(name);
     let mut scene = CaptureState::new("radio", Arc::default(), &*tape);
@@ -30,7 +30,7 @@ fn a_seek_shows_what_playing_there_shows() {
                 .wrapping_add(1_442_695_040_888_963_407);
             let place = (dice >> 33) % played.len();
             let (at, shown) = &played[place];
-            // Between this and the next thing nothing changes.
+            // Between two steps nothing changes.
             let next = played.get(place + 1).map_or(*at, |(next, _)| *next);
             let between = *at + next.checked_sub(*at).unwrap() * (n % 3) / 4;
             timeline.seek(between);
@@ -64,7 +64,7 @@ fn steps_go_back_the_way_they_came() {
     }
 }
 
-/// All landmarks of a kind found by going through everything are found by jumping, both ways.
+/// Jumping in both directions finds every landmark that playing finds.
 #[test]
 fn jumps_find_every_landmark_and_nothing_else() {
     let kinds = [
@@ -108,9 +108,9 @@ fn jumps_find_every_landmark_and_nothing_else() {
     assert!(found_any > 50, "{found_any}");
 }
 
-/// A long capture is there at once, says that it is not whole, and becomes what it is.
+/// A long capture opens at once, is partial at first, and then exact.
 #[test]
-fn before_a_long_capture_is_read_a_moment_is_partial_and_then_exact() {
+fn moment_of_an_unread_capture_is_partial_and_then_exact() {
     let day = std::fs::read(Path::new(env!("CARGO_MANIFEST_DIR")).join("captures/house-clean.txt"));
     let day = day.unwrap().repeat(40);
     let (mut whole, end) = read_whole(text(&day));
@@ -134,9 +134,9 @@ fn before_a_long_capture_is_read_a_moment_is_partial_and_then_exact() {
     assert_eq!(told(timeline.facts()), told(whole.facts()));
 }
 
-/// In a day of which nobody has read anything, what lies cache is found as in one that has been read.
+/// Nearby landmarks of an unread day are the same as in a read one.
 #[test]
-fn a_jump_looks_near_before_all_of_the_front_is_read() {
+fn jump_in_an_unread_capture_searches_nearby_first() {
     let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("captures");
     let day = std::fs::read(folder.join("house-clean.txt")).unwrap();
     let day = day.repeat(40);
@@ -163,10 +163,10 @@ fn a_jump_looks_near_before_all_of_the_front_is_read() {
     }
 }
 
-/// Commands are told in a recording, not in the robot's lines: the last and the next are found in a day of which nobody
-/// has read anything, as in one that has been read.
+/// Commands are station events, not lines: the last and the next are found in an unread day as
+/// in a read one.
 #[test]
-fn a_command_near_is_found_before_all_of_the_front_is_read() {
+fn nearby_command_in_an_unread_capture_is_found() {
     let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("captures");
     let calm = std::fs::read(folder.join("house-clean.txt")).unwrap();
     let session = Session {
@@ -202,7 +202,7 @@ fn a_command_near_is_found_before_all_of_the_front_is_read() {
     assert_eq!(last, Found::At(asked[middle - 1]));
     let next = timeline.find_next(Landmark::Command, beside, STEPS_MAX);
     assert_eq!(next, Found::At(asked[middle + 1]));
-    // Too far to look.
+    // Too far to search at once.
     let far = timeline.find_last(Landmark::Command, asked[middle], 10);
     assert_eq!(far, Found::NotYet);
 }

@@ -1,4 +1,4 @@
-//! What lies where nobody has read yet is gone to by what the capture tells without being read, and it is what
+//! Targets in the unread part are found by the index, and are the same as
 //! reading finds.
 
 use proptest::prelude::*;
@@ -10,7 +10,7 @@ use crate::capture::SessionWriter;
 use crate::capture::index::Piece;
 use crate::model::Facts;
 
-/// What the radio delivered.
+/// The received bytes of a capture.
 fn bytes_of(name: &str) -> Vec<u8> {
     let mut tape = capture(name);
     let mut bytes = Vec::new();
@@ -26,7 +26,7 @@ fn of_bytes(bytes: Vec<u8>) -> Box<dyn SeekableReader + Send> {
     index::read(Arc::new(bytes), Path::new("unread")).unwrap()
 }
 
-/// The same lines as a recording, three a second, whose chunks end after so many lines.
+/// The lines as a recording, three a second, in chunks of the given numbers of lines.
 fn recorded(text: &[u8], chunks: impl IntoIterator<Item = usize>) -> Vec<u8> {
     let session = Session {
         link: "radio".to_owned(),
@@ -48,7 +48,7 @@ fn recorded(text: &[u8], chunks: impl IntoIterator<Item = usize>) -> Vec<u8> {
     writer.finish().unwrap()
 }
 
-/// The same recording without a topic, as other tools filter it.
+/// The recording without a topic, as other tools filter it.
 fn without(topic: &str, recording: &[u8]) -> Vec<u8> {
     let mut filtered = std::io::Cursor::new(Vec::new());
     let options = mcap::WriteOptions::new().chunk_size(Some(1024));
@@ -83,8 +83,8 @@ const KINDS: [Landmark; 4] = [
 proptest! {
     #![proptest_config(ProptestConfig::with_cases(24))]
 
-    /// However a recording is cut into chunks: its index says of every line when it came, and leaves no landmark out;
-    /// nor does a look at a text.
+    /// For any chunks: the index knows when each line came and rules out no landmark,
+    /// and neither does the prefilter of a text.
     #[test]
     fn what_is_told_without_reading_is_what_reading_says(
         name in prop::sample::select(&CAPTURES[..]),
@@ -97,7 +97,7 @@ proptest! {
             let mut scene = CaptureState::new("radio", Arc::default(), &*tape);
             let mut index = tape.reopen();
             let mut left_out = 0;
-            // How many lines came until when.
+            // Lines up to each moment.
             let mut came = vec![(Moment::ZERO, 0)];
             while let Some(at) = scene.next_at(&mut tape) {
                 let counted = scene.facts().tally();
@@ -106,7 +106,7 @@ proptest! {
                 let is_line = tally.lines > counted.lines;
                 for kind in KINDS {
                     let is_one = tally.of(kind) > counted.of(kind);
-                    // A look takes its time.
+                    // A scan of the text takes time.
                     if is_counted || is_one || tally.lines.is_multiple_of(16) {
                         let may_hold = index.may_hold(kind, at, at);
                         prop_assert!(may_hold || !is_one, "{kind:?} at {at:?}");
@@ -116,7 +116,7 @@ proptest! {
                 if is_line && is_counted {
                     came.push((at, tally.lines));
                     let (from, count) = index.about_line(tally.lines).expect("it is there");
-                    // Lines that only acknowledge make it early.
+                    // Acknowledgement lines make the estimate early.
                     prop_assert!(from <= at);
                     if name != "demo-commands.mcap" {
                         prop_assert_eq!(from, at);
@@ -132,9 +132,9 @@ proptest! {
     }
 }
 
-/// A topic that is not in the recording does not say that nothing happened.
+/// A missing topic does not rule landmarks out.
 #[test]
-fn what_no_topic_tells_of_is_looked_for() {
+fn landmarks_without_a_topic_are_searched() {
     for name in CAPTURES {
         let recording = recorded(&bytes_of(name), std::iter::repeat(5));
         for (topic, kind) in [("/log", Landmark::Bump), ("/uplink", Landmark::Command)] {
@@ -155,9 +155,9 @@ fn what_no_topic_tells_of_is_looked_for() {
     }
 }
 
-/// A packet of a recording that nobody has read is there at once, and known for certain when it is read.
+/// A line of an unread recording is shown at once, and exactly when it is read.
 #[test]
-fn a_packet_is_there_before_it_is_read() {
+fn line_in_the_unread_part_is_shown_at_its_estimate() {
     for (name, slack) in [("house-clean.txt", 0.001), ("house-noisy.txt", 0.03)] {
         let text = bytes_of(name).repeat(40);
         for (form, slack, bytes) in [
@@ -201,9 +201,9 @@ fn a_packet_is_there_before_it_is_read() {
     }
 }
 
-/// An index that is damaged may lead anywhere, and reading puts it right.
+/// A damaged index may lead anywhere; reading corrects it.
 #[test]
-fn a_damaged_index_is_put_right_by_reading() {
+fn reading_corrects_a_damaged_index() {
     let bytes = recorded(&bytes_of("house-clean.txt"), (3..30).cycle().take(100));
     let summary_at = bytes.len() * 9 / 10;
     let mut dice = 11_usize;
@@ -243,28 +243,28 @@ fn a_damaged_index_is_put_right_by_reading() {
     }
 }
 
-/// Whoever gives up stays where he was shown, and what is not there is told of when all is read.
+/// Ending a search stays at the estimate; a missing line is reported when all is read.
 #[test]
-fn about_a_packet_one_can_stay() {
-    let bytes = recorded(&bytes_of("house-clean.txt").repeat(20), None);
+fn estimate_of_a_line_can_be_kept() {
+    let bytes = recorded(&bytes_of("house-clean.txt").repeat(60), None);
     let tape = of_bytes(bytes);
     let length = tape.length();
     let mut player = Player::of_capture(unread(tape), Moment::ZERO, 1.0, length, None);
-    player.handle(Moment::ZERO, Control::Seek(Position::Packet(7000)));
+    player.handle(Moment::ZERO, Control::Seek(Position::Packet(20_000)));
     let at = player.at();
     assert!(at > Moment::from_mins(30));
     player.handle(Moment::ZERO, Control::StopSearch);
     assert!(player.at() == at && !player.playback().is_looking);
-    player.handle(Moment::ZERO, Control::Seek(Position::Packet(70_000)));
+    player.handle(Moment::ZERO, Control::Seek(Position::Packet(200_000)));
     assert!(player.at() == at && player.playback().is_looking);
     player.set_read_through(length);
     assert_eq!(
         player.playback().note.as_deref(),
-        Some("there is no packet 70000")
+        Some("there is no packet 200000")
     );
 }
 
-/// A search that is interrupted as often as one likes finds what reading finds, in text and in recordings.
+/// A search interrupted after every few steps finds what reading finds, in text and in recordings.
 #[test]
 fn a_search_goes_on_where_it_was_interrupted() {
     let clean = bytes_of("house-clean.txt").repeat(30);
@@ -302,7 +302,7 @@ fn a_search_goes_on_where_it_was_interrupted() {
                 );
             }
         }
-        // Before the first there is none, and what is kept knows it.
+        // Kept states know that nothing lies before the first.
         let mut timeline = unread(of_bytes(bytes));
         let first = whole.find_next(Landmark::Bump, Moment::ZERO, 0);
         let Found::At(first) = first else {
@@ -316,9 +316,9 @@ fn a_search_goes_on_where_it_was_interrupted() {
     }
 }
 
-/// Among states that are far apart those kept of the way give the same moments, lines and landmarks.
+/// Cached states between distant kept ones give the same moments, lines and landmarks.
 #[test]
-fn states_kept_of_the_way_show_what_playing_there_shows() {
+fn cached_states_equal_played_states() {
     let bytes = bytes_of("house-noisy.txt").repeat(12);
     let mut tape = of_bytes(bytes.clone());
     let mut scene = CaptureState::new("radio", Arc::default(), &*tape);

@@ -19,7 +19,7 @@ fn press(keymap: &Keymap, code: KeyCode) -> Option<Action> {
 }
 
 #[test]
-fn nothing_said_is_the_table() {
+fn empty_configuration_is_the_table() {
     assert_eq!(with(&[]), Ok(Keymap::default()));
 }
 
@@ -45,7 +45,7 @@ fn every_name_is_its_rows_alone_and_reads_as_one() {
 }
 
 #[test]
-fn no_two_rows_of_a_place_are_told_in_the_same_words() {
+fn rows_of_a_context_have_different_descriptions() {
     let keymap = Keymap::default();
     let manual: Vec<_> = keymap.manual().collect();
     for (at, [context, _, name, does]) in manual.iter().enumerate() {
@@ -57,7 +57,7 @@ fn no_two_rows_of_a_place_are_told_in_the_same_words() {
 }
 
 #[test]
-fn a_key_is_chosen_otherwise_and_told_so() {
+fn rebound_key_is_shown() {
     let keymap = with(&[("dashboard", "scan", &["F9", "Ctrl-V"])]).expect("it is free");
     assert_eq!(press(&keymap, KeyCode::F(9)), Some(Action::Scan));
     assert_eq!(press(&keymap, KeyCode::Char('v')), None);
@@ -68,7 +68,7 @@ fn a_key_is_chosen_otherwise_and_told_so() {
 }
 
 #[test]
-fn a_row_of_a_group_leaves_none_of_the_others_untold() {
+fn rebinding_one_row_of_a_group_keeps_the_others_described() {
     let keymap = with(&[("dashboard", "toggle-layer-sonar", &["F10"])]).expect("it is free");
     let told = |name: &str| {
         let row = keymap.rows().find(|row| row.name == name);
@@ -81,7 +81,7 @@ fn a_row_of_a_group_leaves_none_of_the_others_untold() {
 }
 
 #[test]
-fn a_text_tells_the_keys_that_it_speaks_of() {
+fn text_names_keys_of_actions() {
     let text = "<scan> looks, <route/route-undo>, forbid one (<toggle-layer-bumpers..>), <move-cursor-left..> move, <1 s";
     let told = Keymap::default().told(text);
     assert_eq!(told, "v looks, u, forbid one (1-7), arrows move, <1 s");
@@ -115,7 +115,7 @@ fn a_label_that_is_a_key_speaks_for_that_alone() {
 
 /// Its other key is in the label then, or gone.
 #[test]
-fn help_names_no_key_that_was_chosen_otherwise() {
+fn help_names_no_replaced_key() {
     let chosen = [
         ("dashboard", "add-waypoint", &["F9"] as &[&str]),
         ("dashboard", "turn-page-less", &["F10"]),
@@ -221,7 +221,7 @@ fn a_key_for_stop_that_means_something_elsewhere_is_named_with_the_place() {
 }
 
 #[test]
-fn what_does_not_do_is_named() {
+fn mistakes_are_named() {
     let errors = |pairs: &[(&str, &str, &[&str])]| with(pairs).expect_err("it is wrong");
     let error = |pairs: &[(&str, &str, &[&str])]| match &errors(pairs)[..] {
         [only] => only.clone(),
