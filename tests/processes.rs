@@ -102,7 +102,7 @@ fn a_script_stops_at_the_first_command_that_fails() {
 }
 
 #[test]
-fn the_dashboard_shows_the_robot_obeys_keys_and_gives_the_terminal_back() {
+fn the_dashboard_obeys_keys_and_restores_the_terminal() {
     let sim = Sim::start(&["--seed", "2"]);
     let mut watch = OnTerminal::start(GROUNDWAVE, &["watch", &sim.path], 120, 40);
     watch.wait_for("the motors' holder in words", |text| {
@@ -226,7 +226,7 @@ fn panics_on_a_terminal_when_asked() {
 }
 
 #[test]
-fn a_panic_gives_the_terminal_back_and_is_seen() {
+fn a_panic_restores_the_terminal_and_shows_its_message() {
     let me = std::env::current_exe().unwrap();
     let arguments = [
         "GROUNDWAVE_TEST_PANIC=1",

@@ -1,4 +1,4 @@
-//! The whole dashboard, drawn from captures that do not change.
+//! The whole dashboard, drawn from sample captures.
 
 use std::path::Path;
 use std::time::Duration;
@@ -15,12 +15,12 @@ use groundwave_protocol::telemetry::Body;
 use ratatui::Terminal;
 use ratatui::backend::TestBackend;
 
-/// Plays a capture until a time and draws the screen then.
+/// The screen at a time of a capture.
 fn screen(capture: &str, until: Duration, width: u16, height: u16) -> String {
     screen_of(capture, until, (width, height), |_| true)
 }
 
-/// The same of a model that hears only some of the events.
+/// The screen of a model that receives only some events.
 fn screen_of(
     capture: &str,
     until: Duration,
@@ -56,8 +56,7 @@ fn screen_of(
     terminal.backend().to_string()
 }
 
-/// When the robot of a capture first drives on a list of which a part is behind it, and the digest of that
-/// list.
+/// Time at which the robot first drives a partly driven route, and the route's digest.
 fn under_way(capture: &str) -> (Duration, u32) {
     let path = Path::new(env!("CARGO_MANIFEST_DIR"))
         .join("captures")
@@ -91,7 +90,7 @@ fn a_route_under_way_at_120x40() {
     assert!(screen.contains("newest <1 s"));
     let list = format!("robot's route, not of this session: {digest:08X}, driven 1/4");
     assert!(screen.contains(&list), "{list}");
-    // What this station has not sent, it does not claim.
+    // A station does not claim another station's route.
     assert!(!screen.contains(&format!("confirmed {digest:08X}")));
 }
 
@@ -116,7 +115,7 @@ fn a_noisy_radio_at_120x40() {
     assert!(loss.parse::<f64>().is_ok_and(|loss| loss > 30.0), "{loss}");
 }
 
-/// A quarter of an hour after the last line: what is old says so.
+/// A quarter of an hour after the last line.
 #[test]
 fn a_silent_radio_at_120x40() {
     let screen = screen("living-room-bursts.txt", Duration::from_secs(1000), 120, 40);
@@ -128,8 +127,7 @@ fn a_silent_radio_at_120x40() {
     }
 }
 
-/// Shares by the robot's own count of ticks (line C) and by the lines that arrived (line A) agree: they are two
-/// ways to count the same.
+/// Shares counted from line C (ticks) and from line A (received lines) agree.
 #[test]
 fn shares_by_line_c_are_those_by_line_a() {
     let shares = |hears| {

@@ -1,4 +1,4 @@
-//! The dashboard on a terminal, as an operator has it in hand: keys, mouse, pastes, sizes, signals.
+//! The dashboard on a terminal: keys, mouse, pastes, sizes, signals.
 #![cfg(unix)]
 
 use std::fmt::Write as _;
@@ -14,7 +14,7 @@ use serde_json::Value;
 const ENTER: &str = "\r";
 const ESC: &str = "\x1b";
 
-/// A dashboard that hears a robot.
+/// A dashboard that receives lines.
 fn watch(sim: &Sim, more: &[&str], columns: u16, rows: u16) -> OnTerminal {
     let arguments = [&["watch", sim.path.as_str()], more].concat();
     let mut watch = OnTerminal::start(GROUNDWAVE, &arguments, columns, rows);
@@ -28,7 +28,7 @@ fn signal(watch: &OnTerminal, name: &str) {
     assert!(sent.success());
 }
 
-/// Where words stand on the screen, counted from 1 as terminals do.
+/// Position of a text on the screen, counted from 1 as terminals do.
 fn place(watch: &OnTerminal, words: &str) -> (usize, usize) {
     let text = watch.text();
     let found = (1..).zip(text.lines()).find_map(|(row, line)| {
@@ -38,7 +38,7 @@ fn place(watch: &OnTerminal, words: &str) -> (usize, usize) {
     found.unwrap_or_else(|| panic!("no `{words}` in\n{text}"))
 }
 
-/// What a terminal sends for a button that goes down there, or for a turn of the wheel.
+/// The sequence of a mouse button pressed at a position, or of the wheel.
 fn mouse(button: u8, (column, row): (usize, usize)) -> String {
     format!("\x1b[<{button};{column};{row}M")
 }
@@ -46,12 +46,12 @@ fn mouse(button: u8, (column, row): (usize, usize)) -> String {
 const LEFT_BUTTON: u8 = 0;
 const WHEEL_UP: u8 = 64;
 
-/// What a terminal sends for a paste; it ends lines as the Enter key does.
+/// The sequence of a paste, with its lines ended as by the Enter key.
 fn paste(text: &str) -> String {
     format!("\x1b[200~{}\x1b[201~", text.replace('\n', "\r"))
 }
 
-/// Presses a key with every line of the robot's, as a keyboard repeats it, until the screen shows something.
+/// Presses a key with each line of the robot, as a keyboard repeats it, until the screen shows a text.
 fn hold(watch: &mut OnTerminal, key: &str, shown: &str) {
     let newest = |text: &str| text.lines().rev().nth(2).map(str::to_owned);
     for _ in 0..30 {
@@ -98,7 +98,7 @@ fn a_click_chooses_a_panel_and_the_wheel_zooms() {
     leave(watch);
 }
 
-/// A route that takes seconds to transfer is pasted and sent; meanwhile the window is dragged about.
+/// A route that takes seconds to transfer is pasted and sent while the window is resized.
 #[test]
 fn a_pasted_route_is_sent_while_the_size_changes() {
     let mut route = String::new();
@@ -119,7 +119,7 @@ fn a_pasted_route_is_sent_while_the_size_changes() {
     watch.wait_for("all of it, at the new size", |text| {
         text.contains("confirmed ") && text.lines().any(|line| line.contains("── F6 log"))
     });
-    // What is too small for a dashboard says so, and STOP works there.
+    // STOP works on a terminal that is too small for the dashboard.
     watch.resize(40, 10);
     watch.wait_for("what it needs", |text| text.contains("needs 80x24"));
     watch.type_keys(" ");
@@ -129,12 +129,12 @@ fn a_pasted_route_is_sent_while_the_size_changes() {
 }
 
 #[test]
-fn a_paste_that_is_no_route_says_what_is_wrong() {
+fn a_paste_that_is_no_route_shows_its_error() {
     let sim = Sim::start(&[]);
     let mut watch = watch(&sim, &[], 80, 24);
     watch.type_keys(&paste("12,4\nhello\n"));
     watch.wait_for("what is wrong", |text| text.contains("pasted:2:1: "));
-    // Into a prompt goes its first line, and nothing of it is done.
+    // A prompt takes the first line and runs nothing.
     watch.type_keys(":");
     watch.wait_for("the prompt", |text| text.contains("Esc cancel"));
     watch.type_keys(&paste("mode prowl\nstop\n"));
@@ -144,7 +144,7 @@ fn a_paste_that_is_no_route_says_what_is_wrong() {
     leave(watch);
 }
 
-/// As a slow line hands them over: the letters of an arrow are no keys, `D` would dock the robot.
+/// As from a slow line: the letters of an arrow are no keys, `D` would dock the robot.
 #[test]
 fn esc_and_an_arrow_in_one_burst_send_nothing() {
     let sim = Sim::start(&[]);
@@ -166,7 +166,7 @@ fn esc_and_an_arrow_in_one_burst_send_nothing() {
 }
 
 #[test]
-fn a_wrong_file_is_mended_where_it_was_typed() {
+fn a_wrong_file_name_is_corrected_in_the_prompt() {
     let folder = scratch("mended");
     let route = folder.join("tour.txt");
     fs::write(&route, "48,0\n48,48\n").unwrap();
@@ -181,7 +181,7 @@ fn a_wrong_file_is_mended_where_it_was_typed() {
     leave(watch);
 }
 
-/// A terminal that tells when a key goes up, and one that does not: both drive and both stop.
+/// Terminals with and without key-up reports: both drive and both stop.
 #[test]
 fn hand_driving_survives_a_terminal_without_key_up() {
     let (up, up_released) = ("\x1b[A", "\x1b[1;1:3A");
@@ -205,12 +205,11 @@ fn hand_driving_survives_a_terminal_without_key_up() {
     leave(watch);
 }
 
-/// From another terminal, as job control does it.
 #[test]
-fn a_stopped_dashboard_gives_the_terminal_back_and_goes_on() {
+fn a_suspended_dashboard_restores_the_terminal_and_resumes() {
     let sim = Sim::start(&[]);
     let mut watch = watch(&sim, &[], 100, 30);
-    // At the size that it had, where nothing but coming back asks for a picture, and at another.
+    // At the same size, where only resuming causes a frame, and at another.
     for size in [(100, 30), (80, 24)] {
         signal(&watch, "-TSTP");
         watch.wait_for_terminal("the terminal given back", |screen| {
@@ -229,9 +228,8 @@ fn a_stopped_dashboard_gives_the_terminal_back_and_goes_on() {
     leave(watch);
 }
 
-/// A closed ssh, a terminated program: whatever ends it, the recording is finished and the terminal given back.
 #[test]
-fn a_signal_finishes_the_recording_and_gives_the_terminal_back() {
+fn a_signal_finishes_the_recording_and_restores_the_terminal() {
     for name in ["-HUP", "-TERM", "-INT", "-QUIT"] {
         let folder = scratch(&format!("ended{name}"));
         let capture = folder.join("run.mcap");
@@ -246,7 +244,6 @@ fn a_signal_finishes_the_recording_and_gives_the_terminal_back() {
     }
 }
 
-/// From the key through the recorder's thread to the file, and from the file to the screen.
 #[test]
 fn a_mark_of_a_live_session_comes_back_in_the_replay_of_its_recording() {
     let folder = scratch("marked");
@@ -278,9 +275,9 @@ fn a_mark_of_a_live_session_comes_back_in_the_replay_of_its_recording() {
     leave(replay);
 }
 
-/// Old terminals and C locales: nothing but ASCII, no colours, and nothing missing.
+/// Old terminals and C locales: ASCII only and no colours.
 #[test]
-fn a_plain_terminal_is_told_everything_in_ascii() {
+fn a_plain_terminal_gets_ascii_without_colors() {
     let sim = Sim::start(&[]);
     let arguments = [
         "NO_COLOR=1",
@@ -315,10 +312,10 @@ fn a_plain_terminal_is_told_everything_in_ascii() {
 
 const REDRAW: &str = "\x0c";
 
-/// A stalled ssh: whole frames are asked for until no terminal could hold them. Who shares the link hears all the while,
-/// STOP reaches the robot, the recording loses nothing, and what the terminal gets afterwards is the newest state.
+/// A stalled ssh with more frames than a terminal can hold: shared links go on, STOP reaches the robot, the recording is
+/// complete, and the terminal gets the newest state afterwards.
 #[test]
-fn a_terminal_that_takes_nothing_holds_up_nothing() {
+fn a_stalled_terminal_delays_only_drawing() {
     let folder = scratch("stalled");
     let (capture, socket) = (folder.join("run.mcap"), folder.join("s"));
     let (capture, socket) = (capture.to_str().unwrap(), socket.to_str().unwrap());
@@ -339,7 +336,7 @@ fn a_terminal_that_takes_nothing_holds_up_nothing() {
     watch.wait_for("what is so by now", |text| {
         text.contains("NOBODY holds the motors: stopped")
     });
-    // What was under way and the newest state, and nothing of the forty between.
+    // The frame under way and the newest one, without the forty between.
     assert!(watch.taken - before < 40_000, "{}", watch.taken - before);
     leave(watch);
     let (recorded, _) = expect(0, &["decode", capture, "--to", "jsonl"]);
@@ -360,7 +357,7 @@ fn a_terminal_that_takes_nothing_holds_up_nothing() {
 }
 
 #[test]
-fn a_signal_ends_a_dashboard_whose_terminal_takes_nothing() {
+fn a_signal_ends_a_dashboard_on_a_stalled_terminal() {
     let folder = scratch("ended-stalled");
     let capture = folder.join("run.mcap");
     let capture = capture.to_str().unwrap();
@@ -369,7 +366,7 @@ fn a_signal_ends_a_dashboard_whose_terminal_takes_nothing() {
     watch.stall();
     for _ in 0..40 {
         watch.type_keys(REDRAW);
-        // Some lines of the robot later there is another frame.
+        // After some lines there is another frame.
         let size = || fs::metadata(capture).map_or(0, |it| it.len());
         let before = size();
         while size() < before + 500 {

@@ -223,10 +223,18 @@ impl Screen<'_> {
             Cliff::NotFitted => theme.dim,
             Cliff::Left | Cliff::Center | Cliff::Right | Cliff::Several => theme.alarm,
         };
+        let has_floor = cliff == Cliff::None;
         vec![
             Span::styled(words::drive(drive), drive_style),
-            Span::styled("   edge ", theme.dim),
-            Span::styled(words::cliff(cliff), cliff_style),
+            Span::styled(if has_floor { "   " } else { "   edge " }, theme.dim),
+            Span::styled(
+                if has_floor {
+                    "floor OK"
+                } else {
+                    words::cliff(cliff)
+                },
+                cliff_style,
+            ),
         ]
     }
 

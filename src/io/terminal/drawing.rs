@@ -320,7 +320,7 @@ mod tests {
     }
 
     #[test]
-    fn a_terminal_that_takes_nothing_does_not_keep_the_program_from_ending() {
+    fn a_stalled_terminal_does_not_delay_the_end() {
         let (drawing, asked, permit) = gated(Duration::ZERO);
         assert_eq!(next(&asked), "<enter>");
         drawing.end(Duration::ZERO);
