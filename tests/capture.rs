@@ -10,7 +10,7 @@ use groundwave::capture::decode::{DecodeError, Format, decode};
 use groundwave::capture::info::Info;
 use groundwave::capture::source::Form;
 use groundwave::capture::{Capture, CaptureError, Existing, RawWriter, Recorder, Session};
-use groundwave_protocol::decoder::Decoder;
+use groundwave_protocol::decoder::{Decoder, Received};
 use proptest::prelude::*;
 use tempfile::TempDir;
 
@@ -34,12 +34,18 @@ fn feed(stream: &[u8], sizes: &[usize], raw: &mut RawWriter, recorder: &mut Reco
     let mut sizes = sizes.iter().cycle();
     let mut rest = stream;
     let mut now = Duration::ZERO;
+    let mut decoder = Decoder::default();
     while !rest.is_empty() {
         let (read, after) = rest.split_at((*sizes.next().unwrap()).min(rest.len()));
         rest = after;
         now = Duration::from_secs(stream.len() as u64 - rest.len() as u64) / 240;
         raw.write(read);
         recorder.handle_rx(now, wall(now), read);
+        for received in decoder.lines(read) {
+            if let Received::Line(line, _) = received {
+                recorder.handle_line(now, &line);
+            }
+        }
     }
     now
 }

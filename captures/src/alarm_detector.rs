@@ -1,40 +1,62 @@
-//! Detects received lines that the disk has to keep at once.
+//! Detects lines after which a recording goes to the disk at once.
 
 use std::convert::Infallible;
 
 use foxglove::messages::log::Level;
-use groundwave_protocol::decoder::{Decoder, Received};
-use groundwave_protocol::telemetry::Body;
+use groundwave_protocol::telemetry::{Body, Line};
 
 use super::bumps::Bumps;
 use super::topics::LogMessages;
 
-/// Reads the lines as they come in.
+/// Detects bumps and alarms in the decoded lines.
 #[derive(Default)]
 pub(super) struct AlarmDetector {
-    decoder: Decoder,
     bumps: Bumps,
     log: LogMessages,
 }
 
 impl AlarmDetector {
-    /// Takes bytes received; returns whether they hold a bump or an alarm.
-    pub(super) fn handle_rx(&mut self, mut bytes: &[u8]) -> bool {
-        let mut is_urgent = false;
-        while !bytes.is_empty() {
-            let (taken, received) = self.decoder.handle_bytes(bytes);
-            bytes = &bytes[taken..];
-            let Some(Received::Line(line, _)) = received else {
+    /// Takes a line; returns whether it brings a bump or an alarm.
+    pub(super) fn take_line(&mut self, line: &Line) -> bool {
+        let mut is_urgent =
+            matches!(&line.body, Body::State(state) if self.bumps.take_state(state));
+        let Ok(()) = self.log.handle_line(line, |level, _| {
+            is_urgent |= level as i32 >= Level::Warning as i32;
+            Ok::<(), Infallible>(())
+        });
+        is_urgent
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use groundwave_protocol::decoder::{Decoder, Received};
+
+    use super::*;
+    use crate::topics::is_contact;
+
+    #[test]
+    fn each_bump_of_the_sample_is_urgent_and_few_other_lines_are() {
+        let sample = include_bytes!("../house-clean.txt");
+        let mut detector = AlarmDetector::default();
+        let (mut lines, mut urgent, mut bumps, mut was_contact) = (0, 0, 0, false);
+        for received in Decoder::default().lines(sample) {
+            let Received::Line(line, _) = received else {
                 continue;
             };
-            if let Body::State(state) = line.body {
-                is_urgent |= self.bumps.take_state(&state);
+            let is_urgent = detector.take_line(&line);
+            lines += 1;
+            urgent += usize::from(is_urgent);
+            if let Body::State(state) = &line.body {
+                let is_bump = is_contact(state.bump) && !was_contact;
+                assert!(is_urgent || !is_bump, "{line:?}");
+                bumps += usize::from(is_bump);
+                was_contact = is_contact(state.bump);
             }
-            let Ok(()) = self.log.handle_line(&line, |level, _| {
-                is_urgent |= level as i32 >= Level::Warning as i32;
-                Ok::<(), Infallible>(())
-            });
         }
-        is_urgent
+        assert!(
+            bumps > 0 && urgent < lines / 4,
+            "{bumps}, {urgent}, {lines}"
+        );
     }
 }

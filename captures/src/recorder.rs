@@ -9,6 +9,8 @@ use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use std::thread::{self, JoinHandle};
 use std::time::{Duration, SystemTime};
 
+use groundwave_protocol::telemetry::Line;
+
 use super::alarm_detector::AlarmDetector;
 use super::error::create_error;
 use super::event::Moment;
@@ -121,20 +123,24 @@ impl Recorder {
         })
     }
 
-    /// Records bytes from the radio, read at `wall`. A bump and an alarm go to the disk at once.
+    /// Records bytes from the radio, read at `wall`.
     pub fn handle_rx(&mut self, now: Moment, wall: SystemTime, bytes: &[u8]) {
         if bytes.is_empty() {
             return;
         }
         let at_ns = self.time_ns(since_1970_ns(wall));
         self.write(|file| file.received(at_ns, bytes));
-        if self.alarms.handle_rx(bytes) {
-            self.sync(now);
-        }
         self.handle_timeout(now);
         self.part_since.get_or_insert(now);
         if bytes.ends_with(b"\n") {
             self.rotate_if_due(now, wall);
+        }
+    }
+
+    /// Takes a line decoded from recorded bytes. A bump and an alarm go to the disk at once.
+    pub fn handle_line(&mut self, now: Moment, line: &Line) {
+        if self.alarms.take_line(line) {
+            self.sync(now);
         }
     }
 

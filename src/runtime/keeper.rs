@@ -9,6 +9,8 @@ use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use std::thread::{self, JoinHandle};
 use std::time::{Duration, Instant, SystemTime, UNIX_EPOCH};
 
+use groundwave_protocol::telemetry::Line;
+
 use super::driver::{EventSink, SentSink};
 use crate::capture::messages::RawBytes;
 use crate::capture::session::since_1970_ns;
@@ -16,7 +18,7 @@ use crate::capture::topics::StationEvent;
 use crate::capture::{
     CaptureError, Existing, Observation, RawWriter, Recorder, Session, files, name, recover,
 };
-use crate::event::{Level, Moment, Recording};
+use crate::event::{Event, Level, Moment, Recording};
 use crate::io::link::Sink;
 use crate::recorded;
 use history::History;
@@ -137,7 +139,9 @@ impl Keeper {
     pub fn event_sink(&self) -> EventSink {
         let keeper = self.clone();
         Box::new(move |at, event| {
-            if let Some(event) = recorded::to_recorded(event) {
+            if let Event::Line { line, .. } = event {
+                keeper.lock().handle_line(at, line);
+            } else if let Some(event) = recorded::to_recorded(event) {
                 keeper.lock().handle_event(at, &event);
             }
         })
@@ -412,6 +416,13 @@ impl Inner {
             .push(since_1970_ns(wall), Observation::Sent(raw(bytes)));
         if let Some(recorder) = &mut self.recorder {
             recorder.handle_tx(now, wall, bytes);
+        }
+    }
+
+    fn handle_line(&mut self, at: Instant, line: &Line) {
+        let (now, _) = self.times(at);
+        if let Some(recorder) = &mut self.recorder {
+            recorder.handle_line(now, line);
         }
     }
 

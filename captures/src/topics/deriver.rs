@@ -51,7 +51,6 @@ pub struct Deriver {
     /// Who sends, as it says in line C.
     robot: Option<(u8, FirmwareVersion)>,
     is_new_robot: bool,
-    is_urgent: bool,
     commands: VecDeque<Command>,
     log_messages: LogMessages,
     path: Path,
@@ -126,12 +125,6 @@ impl Deriver {
         std::mem::take(&mut self.is_new_robot)
             .then_some(self.robot)
             .flatten()
-    }
-
-    /// Whether something has happened since this was asked last that shall be on the disk at once: a bump,
-    /// an alarm, the beginning or the end of a command.
-    pub fn take_urgent(&mut self) -> bool {
-        std::mem::take(&mut self.is_urgent)
     }
 
     /// Bytes of the radio are missing here: they leave a step in `/raw/rx`, and no line is read across it.
@@ -228,7 +221,6 @@ impl Deriver {
         mut take: impl FnMut(TopicMessage<'_>) -> Result<(), E>,
     ) -> Result<(), E> {
         self.now_ns = self.now_ns.max(at_ns);
-        self.is_urgent |= event.is_urgent();
         self.encoder.encode(event);
         take(self.encoder.message(Topic::Station, self.now_ns, None))?;
         let (name, level, text) = match &event.kind {
@@ -334,9 +326,7 @@ impl Deriver {
             Body::Text(_) | Body::Parameter(_) | Body::Song(_) => {}
         }
         let encoder = &mut self.encoder;
-        let is_urgent = &mut self.is_urgent;
         self.log_messages.handle_line(line, |level, text| {
-            *is_urgent |= level as i32 >= Level::Warning as i32;
             encoder.log(now_ns, level, "robot", text);
             take(encoder.message(Topic::Log, now_ns, None))
         })
@@ -387,7 +377,6 @@ impl Deriver {
         let is_bumped = is_contact(state.bump);
         if is_bumped && !self.was_bumped {
             self.scene.handle_bump(place);
-            self.is_urgent = true;
         }
         self.was_bumped = is_bumped;
         self.give_scene(robot_ns, take)
