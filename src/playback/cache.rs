@@ -2,7 +2,7 @@
 
 use std::collections::VecDeque;
 
-use super::timeline::Cursor;
+use super::cursor::Cursor;
 use crate::event::Moment;
 
 /// Steps between two cached states.

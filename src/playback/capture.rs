@@ -5,8 +5,9 @@ use std::sync::Arc;
 use groundwave_protocol::arq;
 
 use super::control::{MARKER_REACH, MARKERS_MAX, Mark};
+use super::cursor::{Cursor, Shortcuts};
 use super::keyframes::Keyframes;
-use super::timeline::{Cursor, Shortcuts, Timeline};
+use super::timeline::Timeline;
 use crate::capture::index::{Piece, Place, SeekableReader};
 use crate::event::{Event, Level, LinkEvent, Moment, Notice, NoticeCode};
 use crate::model::{Config, Facts};

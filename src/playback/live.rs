@@ -3,8 +3,9 @@
 use std::collections::VecDeque;
 
 use super::control::{Control, Mark, Playback};
+use super::cursor::Cursor;
 use super::player::Player;
-use super::timeline::{Cursor, Timeline};
+use super::timeline::Timeline;
 use crate::event::{Event, Level, Moment, Notice, NoticeCode};
 use crate::model::{Change, Facts};
 

@@ -11,6 +11,7 @@
 mod cache;
 pub mod capture;
 mod control;
+pub mod cursor;
 pub mod keyframes;
 pub mod live;
 pub mod player;

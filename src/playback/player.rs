@@ -4,8 +4,9 @@ use super::control::{
     Control, Landmark, MARKER_REACH, MARKERS_MAX, Playback, Position, SPEED_MAX, SPEED_MIN,
     clock_words,
 };
+use super::cursor::Cursor;
 use super::target::Target;
-use super::timeline::{Cursor, Found, STEPS_MAX, Timeline};
+use super::timeline::{Found, STEPS_MAX, Timeline};
 use crate::event::Moment;
 use crate::model::Facts;
 

@@ -4,7 +4,8 @@
 //! new in it; windows without the landmark, by the capture's index, are skipped unread.
 
 use super::control::Landmark;
-use super::timeline::{Cursor, Found, Shortcuts};
+use super::cursor::{Cursor, Shortcuts};
+use super::timeline::Found;
 use crate::event::Moment;
 
 /// Length of the first window; each is twice as long as the one before.

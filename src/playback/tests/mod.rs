@@ -10,7 +10,8 @@ mod wording;
 use std::path::Path;
 use std::sync::Arc;
 
-use super::timeline::{Cursor, Found, STEPS_MAX};
+use super::cursor::Cursor;
+use super::timeline::{Found, STEPS_MAX};
 use super::*;
 use crate::capture::Session;
 use crate::capture::SessionWriter;
