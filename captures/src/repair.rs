@@ -22,7 +22,7 @@ use window::Window;
 use crate::record::{
     HEAD_BYTES, RECORD_BYTES_MAX, bytes_after_fields, head, parse, proves_its_length,
 };
-use crate::unfinished::CHECKSUM;
+use crate::unfinished::{CHECKSUM, CHECKSUM_BYTES};
 
 /// Records in a row from which a file without chunks is understood again.
 const ROW_RECORDS: usize = 3;
@@ -237,6 +237,9 @@ impl<R: Read> RepairingReader<R> {
             Some(opened) => opened.as_ref().err().copied(),
             None => flaw(opcode, &self.body).map(|problem| (problem.into(), None)),
         };
+        if opcode == CHECKSUM && self.body.len() != CHECKSUM_BYTES {
+            return self.search(false);
+        }
         let checksum = self.checksum.take().filter(|_| opcode == op::MESSAGE);
         let is_checked = checksum.is_some_and(|sum| sum == crc32fast::hash(&self.body));
         if checksum.is_some() && !is_checked {
@@ -355,7 +358,7 @@ impl<R: Read> RepairingReader<R> {
 
     /// Whether a checksum and the message that has it begin here.
     fn is_checked_message(&mut self) -> io::Result<bool> {
-        const MESSAGE_AT: usize = HEAD_BYTES + 4;
+        const MESSAGE_AT: usize = HEAD_BYTES + CHECKSUM_BYTES;
         let message = self.window.fill(MESSAGE_AT + HEAD_BYTES)?.get(MESSAGE_AT..);
         let Some((op::MESSAGE, length)) = head(message.unwrap_or_default()) else {
             return Ok(false);

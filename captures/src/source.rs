@@ -138,7 +138,7 @@ impl Capture {
     /// Reads a capture from any source; the name is for messages.
     ///
     /// # Errors
-    /// When its beginning cannot be read, or is that of a journal.
+    /// When its beginning cannot be read.
     pub fn read(
         name: impl Into<PathBuf>,
         mut source: Box<dyn Read + Send>,

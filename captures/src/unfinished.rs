@@ -24,7 +24,10 @@ use super::topics::{StationEvent, Topic, register};
 pub(crate) const LIBRARY: &str = concat!("groundwave ", env!("CARGO_PKG_VERSION"), ", unfinished");
 
 /// Opcode of the private record that holds the CRC-32 of the message record after it.
-pub(crate) const CHECKSUM: u8 = 0x80;
+pub(crate) const CHECKSUM: u8 = 0xC3;
+
+/// Bytes of its body.
+pub(crate) const CHECKSUM_BYTES: usize = 4;
 
 /// The topics that cannot be derived.
 const TOPICS: [Topic; 3] = [Topic::RawRx, Topic::RawTx, Topic::Station];
