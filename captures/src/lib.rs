@@ -28,7 +28,6 @@ mod odometer;
 pub mod picture;
 mod pieces;
 mod presence;
-mod protobuf;
 pub mod raw;
 mod record;
 pub mod recorder;

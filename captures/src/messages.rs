@@ -10,7 +10,6 @@ mod fill;
 
 use groundwave_protocol::decoder::Received;
 
-use super::protobuf::Protobuf;
 pub use super::station_event::{StationEvent, StationEventKind};
 pub use super::uplink_event::UplinkEvent;
 
@@ -23,23 +22,6 @@ pub struct RawBytes {
     /// The bytes.
     #[prost(bytes = "vec", tag = 2)]
     pub data: Vec<u8>,
-}
-
-impl RawBytes {
-    /// Appends the message of these, encoded, without a copy of the bytes in between.
-    pub(super) fn encode_parts(stream_offset: u64, data: &[u8], to: &mut Vec<u8>) {
-        if stream_offset != 0 {
-            to.uint64(1, stream_offset);
-        }
-        to.bytes(2, data);
-    }
-}
-
-impl Telemetry {
-    /// Appends what a line says, encoded: the bytes of its [`Telemetry`], without that in between.
-    pub(super) fn encode_received(received: &Received, to: &mut Vec<u8>) {
-        fill::fill(received, &mut Encoded(to));
-    }
 }
 
 impl From<&Received> for Telemetry {
@@ -117,9 +99,6 @@ impl ToValue for String {
     }
 }
 
-/// A [`Telemetry`] that is encoded while it is filled.
-struct Encoded<'a>(&'a mut Vec<u8>);
-
 macro_rules! telemetry {
     ($($(#[$doc:meta])+ $tag:tt $name:ident: $kind:ident $(of $words:ident)?;)+) => {
         /// Everything a line says.
@@ -152,28 +131,7 @@ macro_rules! telemetry {
                 Ok(())
             }
         }
-
-        /// Takes what a line says, field by field in the order of the tags.
-        trait Take {
-            $(fn $name(&mut self, value: Option<telemetry!(@argument $kind)>);)+
-        }
-
-        impl Take for Telemetry {
-            $(fn $name(&mut self, value: Option<telemetry!(@argument $kind)>) {
-                self.$name = value.map(Into::into);
-            })+
-        }
-
-        impl Take for Encoded<'_> {
-            $(fn $name(&mut self, value: Option<telemetry!(@argument $kind)>) {
-                if let Some(value) = value {
-                    self.0.$kind($tag, value);
-                }
-            })+
-        }
     };
-    (@argument string) => { &str };
-    (@argument $kind:ident) => { kind::$kind };
     (@words) => { &[] };
     (@words $words:ident) => { $words };
 }

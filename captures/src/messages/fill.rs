@@ -8,11 +8,11 @@ use groundwave_protocol::telemetry::{
     Ack, Body, CountersLine, Detail, Note, ParameterLine, SongLine, StateLine, StatusLine,
 };
 
-use super::Take;
+use super::Telemetry;
 
-/// Hands a line's fields to `to`, in the order of their tags.
-pub(super) fn fill(received: &Received, to: &mut impl Take) {
-    to.line_type(Some(match received {
+/// Fills the fields that a line has.
+pub(super) fn fill(received: &Received, to: &mut Telemetry) {
+    to.line_type = Some(match received {
         Received::Ack(_) => 4,
         Received::Line(line, _) => match line.body {
             Body::State(_) => 0,
@@ -22,97 +22,97 @@ pub(super) fn fill(received: &Received, to: &mut impl Take) {
             Body::Parameter(_) => 5,
             Body::Song(_) => 6,
         },
-    }));
-    to.sequence(Some(received.sequence().into()));
+    });
+    to.sequence = Some(received.sequence().into());
     fill_ack(to, *received.ack());
     if let Received::Line(line, _) = received {
         match &line.body {
             Body::State(state) => fill_state(to, state),
             Body::Status(status) => fill_status(to, status),
             Body::Counters(counters) => fill_counters(to, counters),
-            Body::Text(text) => to.text(Some(text.as_str())),
+            Body::Text(text) => to.text = Some(text.as_str().to_owned()),
             Body::Parameter(parameter) => fill_parameter(to, parameter),
-            Body::Song(song) => to.song(Some(&notes(song))),
+            Body::Song(song) => to.song = Some(notes(song)),
         }
     }
 }
 
-fn fill_ack(to: &mut impl Take, ack: Ack) {
-    to.ack_boot(Some(ack.boot.into()));
-    to.ack_session(Some(ack.session.into()));
-    to.ack_sequence(Some(ack.sequence.into()));
-    to.ack_outcome(Some(ack.outcome as i32));
+fn fill_ack(to: &mut Telemetry, ack: Ack) {
+    to.ack_boot = Some(ack.boot.into());
+    to.ack_session = Some(ack.session.into());
+    to.ack_sequence = Some(ack.sequence.into());
+    to.ack_outcome = Some(ack.outcome as i32);
     match ack.detail {
         Detail::Idle { owner, robot_id } => {
-            to.ack_owner(Some(owner.into()));
-            to.ack_robot_id(Some(robot_id.into()));
+            to.ack_owner = Some(owner.into());
+            to.ack_robot_id = Some(robot_id.into());
         }
         Detail::Staging {
             first_missing,
             tag,
             window,
         } => {
-            to.ack_first_missing_block(Some(first_missing.into()));
-            to.ack_window_bits(Some(window.into()));
-            to.ack_list_tag(Some(tag.into()));
+            to.ack_first_missing_block = Some(first_missing.into());
+            to.ack_window_bits = Some(window.into());
+            to.ack_list_tag = Some(tag.into());
         }
     }
 }
 
-fn fill_state(to: &mut impl Take, line: &StateLine) {
-    to.x_in(Some(f64::from(line.x_tenths_in) / 10.0));
-    to.y_in(Some(f64::from(line.y_tenths_in) / 10.0));
-    to.theta_deg(Some(line.theta_deg.into()));
-    to.velocity_in_s(Some(line.velocity_in_s.into()));
-    to.rotation_in_s(Some(line.rotation_in_s.into()));
-    to.wheel_left_in_s(Some(line.wheel_left_in_s.into()));
-    to.wheel_right_in_s(Some(line.wheel_right_in_s.into()));
-    to.sonar_left_in(line.sonar_left_in.map(u32::from));
-    to.sonar_right_in(line.sonar_right_in.map(u32::from));
-    to.photo_left_pct(line.photo_left_pct.map(u32::from));
-    to.photo_right_pct(line.photo_right_pct.map(u32::from));
-    to.bump(number(Bump::ALL, line.bump));
-    to.infrared(number(Infrared::ALL, line.infrared));
-    to.cliff(number(Cliff::ALL, line.cliff));
-    to.arm(number(Arm::ALL, line.arm));
-    to.drive(number(Drive::ALL, line.drive));
-    to.power(number(Power::ALL, line.power));
-    to.link(number(Link::ALL, line.link));
-    to.mode(number(Mode::ALL, line.mode));
+fn fill_state(to: &mut Telemetry, line: &StateLine) {
+    to.x_in = Some(f64::from(line.x_tenths_in) / 10.0);
+    to.y_in = Some(f64::from(line.y_tenths_in) / 10.0);
+    to.theta_deg = Some(line.theta_deg.into());
+    to.velocity_in_s = Some(line.velocity_in_s.into());
+    to.rotation_in_s = Some(line.rotation_in_s.into());
+    to.wheel_left_in_s = Some(line.wheel_left_in_s.into());
+    to.wheel_right_in_s = Some(line.wheel_right_in_s.into());
+    to.sonar_left_in = line.sonar_left_in.map(u32::from);
+    to.sonar_right_in = line.sonar_right_in.map(u32::from);
+    to.photo_left_pct = line.photo_left_pct.map(u32::from);
+    to.photo_right_pct = line.photo_right_pct.map(u32::from);
+    to.bump = number(Bump::ALL, line.bump);
+    to.infrared = number(Infrared::ALL, line.infrared);
+    to.cliff = number(Cliff::ALL, line.cliff);
+    to.arm = number(Arm::ALL, line.arm);
+    to.drive = number(Drive::ALL, line.drive);
+    to.power = number(Power::ALL, line.power);
+    to.link = number(Link::ALL, line.link);
+    to.mode = number(Mode::ALL, line.mode);
     let layer = |layer| number(LayerState::ALL, line.layers.get(layer));
-    to.layer_bumpers(layer(Layer::Bumpers));
-    to.layer_rotation(layer(Layer::Rotation));
-    to.layer_infrared(layer(Layer::Infrared));
-    to.layer_sonar(layer(Layer::Sonar));
-    to.layer_photo(layer(Layer::Photo));
-    to.layer_motion(layer(Layer::Motion));
-    to.layer_dead_reckoning(layer(Layer::DeadReckoning));
-    to.holder(line.layers.holder().map(|layer| layer as i32));
+    to.layer_bumpers = layer(Layer::Bumpers);
+    to.layer_rotation = layer(Layer::Rotation);
+    to.layer_infrared = layer(Layer::Infrared);
+    to.layer_sonar = layer(Layer::Sonar);
+    to.layer_photo = layer(Layer::Photo);
+    to.layer_motion = layer(Layer::Motion);
+    to.layer_dead_reckoning = layer(Layer::DeadReckoning);
+    to.holder = line.layers.holder().map(|layer| layer as i32);
 }
 
-fn fill_status(to: &mut impl Take, line: &StatusLine) {
-    to.robot_id(Some(line.robot_id.into()));
-    to.battery_v(Some(f64::from(line.battery_dv) / 10.0));
-    to.target_x_in(line.target_in.map(|(x_in, _)| x_in.into()));
-    to.target_y_in(line.target_in.map(|(_, y_in)| y_in.into()));
-    to.waypoints_driven(Some(line.list.driven.into()));
-    to.waypoints_count(Some(line.list.count.into()));
-    to.list_digest(Some(line.digest));
-    to.max_count(Some(line.max_count.into()));
-    to.photo_left_raw(line.photo_left.map(u32::from));
-    to.photo_right_raw(line.photo_right.map(u32::from));
-    to.layers_fitted_bits(Some(line.fitted.bits().into()));
-    to.layers_allowed_bits(Some(line.allowed.bits().into()));
-    to.boots(Some(line.boots.into()));
-    to.odometer_resets(Some(line.odometer_resets.into()));
+fn fill_status(to: &mut Telemetry, line: &StatusLine) {
+    to.robot_id = Some(line.robot_id.into());
+    to.battery_v = Some(f64::from(line.battery_dv) / 10.0);
+    to.target_x_in = line.target_in.map(|(x_in, _)| x_in.into());
+    to.target_y_in = line.target_in.map(|(_, y_in)| y_in.into());
+    to.waypoints_driven = Some(line.list.driven.into());
+    to.waypoints_count = Some(line.list.count.into());
+    to.list_digest = Some(line.digest);
+    to.max_count = Some(line.max_count.into());
+    to.photo_left_raw = line.photo_left.map(u32::from);
+    to.photo_right_raw = line.photo_right.map(u32::from);
+    to.layers_fitted_bits = Some(line.fitted.bits().into());
+    to.layers_allowed_bits = Some(line.allowed.bits().into());
+    to.boots = Some(line.boots.into());
+    to.odometer_resets = Some(line.odometer_resets.into());
 }
 
-fn fill_counters(to: &mut impl Take, line: &CountersLine) {
-    to.robot_id(Some(line.robot_id.into()));
-    to.boots(Some(line.boots.into()));
-    to.uptime_s(Some(line.uptime_s));
-    to.firmware_major(Some(line.version.major.into()));
-    to.firmware_minor(Some(line.version.minor.into()));
+fn fill_counters(to: &mut Telemetry, line: &CountersLine) {
+    to.robot_id = Some(line.robot_id.into());
+    to.boots = Some(line.boots.into());
+    to.uptime_s = Some(line.uptime_s);
+    to.firmware_major = Some(line.version.major.into());
+    to.firmware_minor = Some(line.version.minor.into());
     let [
         user,
         bumpers,
@@ -124,35 +124,34 @@ fn fill_counters(to: &mut impl Take, line: &CountersLine) {
         route,
         prowl,
     ] = line.ticks_won.map(|ticks| Some(ticks.into()));
-    to.ticks_won_user(user);
-    to.ticks_won_bumpers(bumpers);
-    to.ticks_won_rotation(rotation);
-    to.ticks_won_infrared(infrared);
-    to.ticks_won_sonar(sonar);
-    to.ticks_won_photo(photo);
-    to.ticks_won_motion(motion);
-    to.ticks_won_dead_reckoning(route);
-    to.ticks_won_prowl(prowl);
-    to.frames_heard(Some(line.frames_heard.into()));
-    to.frames_rejected(Some(line.frames_rejected.into()));
-    to.ticks_late(Some(line.ticks_late.into()));
-    to.bumps(Some(line.bumps.into()));
-    to.failsafe_silence_s(line.failsafe.map(|failsafe| failsafe.silence_s.into()));
-    to.failsafe_mode(
-        line.failsafe
-            .and_then(|failsafe| number(Mode::ALL, failsafe.mode)),
-    );
+    to.ticks_won_user = user;
+    to.ticks_won_bumpers = bumpers;
+    to.ticks_won_rotation = rotation;
+    to.ticks_won_infrared = infrared;
+    to.ticks_won_sonar = sonar;
+    to.ticks_won_photo = photo;
+    to.ticks_won_motion = motion;
+    to.ticks_won_dead_reckoning = route;
+    to.ticks_won_prowl = prowl;
+    to.frames_heard = Some(line.frames_heard.into());
+    to.frames_rejected = Some(line.frames_rejected.into());
+    to.ticks_late = Some(line.ticks_late.into());
+    to.bumps = Some(line.bumps.into());
+    to.failsafe_silence_s = line.failsafe.map(|failsafe| failsafe.silence_s.into());
+    to.failsafe_mode = line
+        .failsafe
+        .and_then(|failsafe| number(Mode::ALL, failsafe.mode));
 }
 
-fn fill_parameter(to: &mut impl Take, line: &ParameterLine) {
-    to.parameter_place(Some(line.place.into()));
-    to.parameter_count(Some(line.count.into()));
-    to.parameter_name(Some(line.name.as_str()));
-    to.parameter_value(Some(line.value));
-    to.parameter_kept(Some(line.kept));
-    to.parameter_least(Some(line.least));
-    to.parameter_most(Some(line.most));
-    to.parameter_unit(Some(line.unit.as_str()));
+fn fill_parameter(to: &mut Telemetry, line: &ParameterLine) {
+    to.parameter_place = Some(line.place.into());
+    to.parameter_count = Some(line.count.into());
+    to.parameter_name = Some(line.name.as_str().to_owned());
+    to.parameter_value = Some(line.value);
+    to.parameter_kept = Some(line.kept);
+    to.parameter_least = Some(line.least);
+    to.parameter_most = Some(line.most);
+    to.parameter_unit = Some(line.unit.as_str().to_owned());
 }
 
 /// `523:0.20 0:0.10`. A tick is five hundredths of a second, so two decimals are exact.

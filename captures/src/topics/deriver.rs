@@ -8,7 +8,7 @@ use groundwave_protocol::decoder::{Counters, Decoder, Received};
 use groundwave_protocol::status_codes::Drive;
 use groundwave_protocol::telemetry::{Ack, Body, FirmwareVersion, StateLine, StatusLine};
 
-use super::forms::Encoder;
+use super::encoder::Encoder;
 use super::geometry::Place;
 use super::log_messages::{LogMessages, is_contact};
 use super::path::Path;
@@ -371,7 +371,7 @@ impl Deriver {
         self.encoder.scan(now_ns, state);
         take(self.encoder.message(Topic::Sonar, now_ns, robot_ns))?;
         if self.path.handle_place(now_ns, place) {
-            self.encoder.path(now_ns, &self.path);
+            self.encoder.encode(&self.path.message(now_ns));
             take(self.encoder.message(Topic::Path, now_ns, robot_ns))?;
         }
         let is_bumped = is_contact(state.bump);
@@ -408,7 +408,7 @@ impl Deriver {
         if !self.scene.poll(self.now_ns) {
             return Ok(());
         }
-        self.encoder.scene(self.now_ns, &self.scene);
+        self.encoder.encode(&self.scene.message(self.now_ns));
         take(self.encoder.message(Topic::Markers, self.now_ns, robot_ns))
     }
 

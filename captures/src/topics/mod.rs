@@ -10,10 +10,9 @@
 //! was when it last reset its odometer, looking along x; frame [`BASE`] is the robot.
 
 mod deriver;
-mod forms;
+mod encoder;
 mod geometry;
 mod log_messages;
-mod newest;
 mod path;
 mod scene;
 

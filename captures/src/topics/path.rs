@@ -1,25 +1,27 @@
-//! Where the robot was lately, in a message of bounded size that is sent now and then.
+//! The path driven lately, in a message of bounded size.
 
-use super::geometry::{ODOM, Place, put_timestamp};
-use super::newest::Newest;
-use crate::protobuf::Protobuf;
+use std::collections::VecDeque;
 
-/// Points remembered: the newest 250 ft or so.
+use foxglove::messages::{Pose, PosesInFrame};
+
+use super::geometry::{ODOM, Place, timestamp};
+
+/// Limits the points: about 250 ft.
 const POINTS_MAX: usize = 512;
 
-/// Distance between two of them, metres (6 in).
+/// Distance between two points, metres (6 in).
 const SPACING_M: f64 = 0.1524;
 
-/// The path goes out again when it has so many new points,
+/// New points after which the path is due,
 const FRESH_MAX: usize = 32;
 
-/// or when it is so old and has any.
+/// or its age when it has any.
 const AGE_MAX_NS: u64 = 30_000_000_000;
 
-/// The newest part of the robot's way.
+/// The newest part of the path.
 #[derive(Debug, Default)]
 pub(super) struct Path {
-    poses: Newest,
+    poses: VecDeque<Pose>,
     last: Option<Place>,
     /// Points that are not in the message sent last.
     fresh: usize,
@@ -33,7 +35,10 @@ impl Path {
             .last
             .is_none_or(|last| (place.x_m - last.x_m).hypot(place.y_m - last.y_m) >= SPACING_M);
         if is_new {
-            self.poses.push(POINTS_MAX, 3, |to| place.pose(to));
+            if self.poses.len() == POINTS_MAX {
+                self.poses.pop_front();
+            }
+            self.poses.push_back(place.pose());
             self.last = Some(place);
             self.fresh += 1;
         }
@@ -46,17 +51,18 @@ impl Path {
         is_due
     }
 
-    /// A `PosesInFrame`.
-    pub(super) fn encode(&self, now_ns: u64, to: &mut Vec<u8>) {
-        put_timestamp(to, now_ns);
-        to.string(2, ODOM);
-        self.poses.encode(to);
+    pub(super) fn message(&self, now_ns: u64) -> PosesInFrame {
+        PosesInFrame {
+            timestamp: Some(timestamp(now_ns)),
+            frame_id: ODOM.to_owned(),
+            poses: self.poses.iter().cloned().collect(),
+        }
     }
 
     /// The next place is followed by the whole path.
     pub(super) fn tell_anew(&mut self) {
         self.sent_ns = None;
-        self.fresh = self.poses.count();
+        self.fresh = self.poses.len();
     }
 
     /// The robot reckons from elsewhere now: the old points mean nothing there.

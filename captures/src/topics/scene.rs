@@ -1,8 +1,13 @@
 //! What a three-dimensional view shows besides the robot's axes.
 
-use super::geometry::{BASE, M_PER_IN, ODOM, Place, odom, put_timestamp, triple, upright};
-use super::newest::Newest;
-use crate::protobuf::Protobuf;
+use std::collections::VecDeque;
+
+use foxglove::messages::{
+    ArrowPrimitive, Color, CylinderPrimitive, LinePrimitive, Point3, SceneEntity, SceneUpdate,
+    SpherePrimitive, line_primitive,
+};
+
+use super::geometry::{BASE, M_PER_IN, ODOM, Place, odom, timestamp, upright, vector};
 
 /// The robot's shell, metres.
 const RADIUS_M: f64 = 5.5 * M_PER_IN;
@@ -18,23 +23,16 @@ const BUMPS_MAX: usize = 64;
 /// Everything goes out again after so long: a viewer that jumps somewhere looks for the latest message.
 const AGE_MAX_NS: u64 = 30_000_000_000;
 
-/// Red, green, blue and how opaque.
-type Color = [f64; 4];
-
-const BODY: Color = [0.35, 0.55, 0.85, 0.6];
-const NOSE: Color = [0.95, 0.95, 0.95, 0.9];
-const WAYPOINT: Color = [0.3, 0.8, 0.4, 0.9];
-const TARGET: Color = [0.95, 0.75, 0.2, 0.9];
-const BUMP: Color = [0.9, 0.25, 0.2, 0.9];
-
-/// Where a `SceneEntity` has its spheres.
-const SPHERES: u32 = 9;
+const BODY: Color = color([0.35, 0.55, 0.85, 0.6]);
+const NOSE: Color = color([0.95, 0.95, 0.95, 0.9]);
+const WAYPOINT: Color = color([0.3, 0.8, 0.4, 0.9]);
+const TARGET: Color = color([0.95, 0.75, 0.2, 0.9]);
+const BUMP: Color = color([0.9, 0.25, 0.2, 0.9]);
 
 /// The robot's body, the waypoints it holds, the one it drives to, and where it bumped.
 #[derive(Debug, Default)]
 pub(super) struct Scene {
-    /// Spheres.
-    bumps: Newest,
+    bumps: VecDeque<SpherePrimitive>,
     waypoints: Vec<(f64, f64)>,
     target: Option<(f64, f64)>,
     has_changed: bool,
@@ -44,8 +42,10 @@ pub(super) struct Scene {
 impl Scene {
     pub(super) fn handle_bump(&mut self, place: Place) {
         let at_m = place.ahead(RADIUS_M);
-        self.bumps
-            .push(BUMPS_MAX, SPHERES, |to| sphere(to, at_m, 0.06, BUMP));
+        if self.bumps.len() == BUMPS_MAX {
+            self.bumps.pop_front();
+        }
+        self.bumps.push_back(sphere(at_m, 0.06, BUMP));
         self.has_changed = true;
     }
 
@@ -84,77 +84,87 @@ impl Scene {
         is_due
     }
 
-    /// A `SceneUpdate`.
-    pub(super) fn encode(&self, now_ns: u64, to: &mut Vec<u8>) {
-        let mut entity = |frame: &str, id: &str, fill: &dyn Fn(&mut Vec<u8>)| {
-            to.message(2, |to| {
-                put_timestamp(to, now_ns);
-                to.string(2, frame);
-                to.string(3, id);
-                // It stays where it is in its frame.
-                to.uint32(5, 1);
-                fill(to);
-            });
+    pub(super) fn message(&self, now_ns: u64) -> SceneUpdate {
+        let entity = |frame: &str, id: &str| SceneEntity {
+            timestamp: Some(timestamp(now_ns)),
+            frame_id: frame.to_owned(),
+            id: id.to_owned(),
+            // It stays where it is in its frame.
+            frame_locked: true,
+            ..SceneEntity::default()
         };
-        entity(BASE, "robot", &robot);
-        entity(ODOM, "waypoints", &|to| self.route(to));
-        entity(ODOM, "bumps", &|to| self.bumps.encode(to));
-    }
-
-    fn route(&self, to: &mut Vec<u8>) {
-        for &at_m in &self.waypoints {
-            to.message(SPHERES, |to| sphere(to, at_m, 0.08, WAYPOINT));
-        }
-        if let Some(at_m) = self.target {
-            to.message(SPHERES, |to| sphere(to, at_m, 0.12, TARGET));
-        }
-        if self.waypoints.len() > 1 {
-            to.message(11, |to| line(to, &self.waypoints));
+        let robot = SceneEntity {
+            arrows: vec![nose()],
+            cylinders: vec![body()],
+            ..entity(BASE, "robot")
+        };
+        let points = self.waypoints.iter();
+        let spheres = points.map(|&at_m| sphere(at_m, 0.08, WAYPOINT));
+        let target = self.target.map(|at_m| sphere(at_m, 0.12, TARGET));
+        let line = (self.waypoints.len() > 1).then(|| line(&self.waypoints));
+        let route = SceneEntity {
+            spheres: spheres.chain(target).collect(),
+            lines: line.into_iter().collect(),
+            ..entity(ODOM, "waypoints")
+        };
+        let bumps = SceneEntity {
+            spheres: self.bumps.iter().cloned().collect(),
+            ..entity(ODOM, "bumps")
+        };
+        SceneUpdate {
+            deletions: Vec::new(),
+            entities: vec![robot, route, bumps],
         }
     }
 }
 
-/// A cylinder and an arrow that looks ahead.
-fn robot(to: &mut Vec<u8>) {
-    to.message(7, |to| {
-        to.message(1, |to| upright(to, [0.0, 0.0, HEIGHT_M]));
-        to.double(2, RADIUS_M);
-        to.double(3, SHAFT_DIAMETER_M);
-        to.double(4, HEAD_M);
-        to.double(5, HEAD_M);
-        to.message(6, |to| color(to, NOSE));
-    });
-    to.message(10, |to| {
-        to.message(1, |to| upright(to, [0.0, 0.0, HEIGHT_M / 2.0]));
-        to.message(2, |to| {
-            triple(to, [2.0 * RADIUS_M, 2.0 * RADIUS_M, HEIGHT_M]);
-        });
+/// An arrow that points ahead.
+fn nose() -> ArrowPrimitive {
+    ArrowPrimitive {
+        pose: Some(upright([0.0, 0.0, HEIGHT_M])),
+        shaft_length: RADIUS_M,
+        shaft_diameter: SHAFT_DIAMETER_M,
+        head_length: HEAD_M,
+        head_diameter: HEAD_M,
+        color: Some(NOSE),
+    }
+}
+
+/// The robot's shell.
+fn body() -> CylinderPrimitive {
+    CylinderPrimitive {
+        pose: Some(upright([0.0, 0.0, HEIGHT_M / 2.0])),
+        size: Some(vector([2.0 * RADIUS_M, 2.0 * RADIUS_M, HEIGHT_M])),
         // As wide at the bottom as at the top.
-        to.double(3, 1.0);
-        to.double(4, 1.0);
-        to.message(5, |to| color(to, BODY));
-    });
-}
-
-/// From waypoint to waypoint, of the same width on the screen however far away.
-fn line(to: &mut Vec<u8>, waypoints_m: &[(f64, f64)]) {
-    to.message(2, |to| upright(to, [0.0; 3]));
-    to.double(3, 2.0);
-    to.uint32(4, 1);
-    for &(x_m, y_m) in waypoints_m {
-        to.message(5, |to| triple(to, [x_m, y_m, 0.0]));
+        bottom_scale: 1.0,
+        top_scale: 1.0,
+        color: Some(BODY),
     }
-    to.message(6, |to| color(to, WAYPOINT));
 }
 
-fn sphere(to: &mut Vec<u8>, (x_m, y_m): (f64, f64), size_m: f64, of: Color) {
-    to.message(1, |to| upright(to, [x_m, y_m, size_m / 2.0]));
-    to.message(2, |to| triple(to, [size_m; 3]));
-    to.message(3, |to| color(to, of));
-}
-
-fn color(to: &mut Vec<u8>, color: Color) {
-    for (tag, part) in (1..).zip(color) {
-        to.nonzero(tag, part);
+/// A line from waypoint to waypoint, of the same width on the screen at any distance.
+fn line(waypoints_m: &[(f64, f64)]) -> LinePrimitive {
+    let points = waypoints_m.iter().map(|&(x, y)| Point3 { x, y, z: 0.0 });
+    LinePrimitive {
+        r#type: line_primitive::Type::LineStrip as i32,
+        pose: Some(upright([0.0; 3])),
+        thickness: 2.0,
+        scale_invariant: true,
+        points: points.collect(),
+        color: Some(WAYPOINT),
+        ..LinePrimitive::default()
     }
+}
+
+fn sphere((x_m, y_m): (f64, f64), size_m: f64, color: Color) -> SpherePrimitive {
+    SpherePrimitive {
+        pose: Some(upright([x_m, y_m, size_m / 2.0])),
+        size: Some(vector([size_m; 3])),
+        color: Some(color),
+    }
+}
+
+/// A colour of red, green, blue and opacity.
+const fn color([r, g, b, a]: [f64; 4]) -> Color {
+    Color { r, g, b, a }
 }
