@@ -1,4 +1,4 @@
-//! Raw captures as MCAP.
+//! Converts raw text to MCAP.
 
 use std::collections::BTreeMap;
 use std::io::{self, Read, Write};
@@ -8,7 +8,7 @@ use super::session::Session;
 use super::session_writer::SessionWriter;
 use super::text::TextReader;
 
-/// Why a capture was not converted.
+/// The reason why a capture was not converted.
 #[derive(Debug, thiserror::Error)]
 pub enum ConvertError {
     /// The capture cannot be read.
@@ -19,7 +19,7 @@ pub enum ConvertError {
     Write(io::Error),
 }
 
-/// What was converted.
+/// The result of a conversion.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Converted {
     /// Bytes of the radio.
@@ -61,7 +61,7 @@ pub fn convert_raw(
             .map_err(ConvertError::Write)?;
     }
     let bytes = writer.deriver().rx_bytes();
-    // Whatever is left over after the last line feed is no line.
+    // Bytes after the last line feed are no line.
     let counters = *writer.deriver().counters();
     writer.finish().map_err(ConvertError::Write)?;
     Ok(Converted {

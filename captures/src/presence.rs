@@ -1,6 +1,6 @@
-//! Whether a file under way is still where its name says.
+//! The unlink check: whether an open file still has its name.
 //!
-//! Writing to a file that somebody has removed fails on no system: the bytes go where nobody can reach them.
+//! Writing to a removed file succeeds on every system, and the bytes are lost when it is closed.
 
 use std::fs::{self, File, Metadata};
 use std::io;
@@ -9,8 +9,7 @@ use std::path::Path;
 use super::CaptureError;
 use super::error::Fate;
 
-/// Checks that the name still leads to the open file. Pipes and devices hold nothing that could go, and
-/// what cannot be looked at just now is not called gone.
+/// Checks that the name still leads to the open file. Pipes and devices pass, and so does a file that cannot be examined now.
 ///
 /// # Errors
 /// [`CaptureError::Gone`].
@@ -44,13 +43,13 @@ fn is_same(a: &Metadata, b: &Metadata) -> bool {
     (a.dev(), a.ino()) == (b.dev(), b.ino())
 }
 
-/// Elsewhere a file that is open keeps its name, as a rule; that there is one has to do.
+/// Other systems do not unlink open files: that the name exists is enough.
 #[cfg(not(unix))]
 fn is_same(_: &Metadata, _: &Metadata) -> bool {
     true
 }
 
-/// Whether the file has any name left.
+/// Whether the file has any name.
 #[cfg(unix)]
 fn has_name(open: &Metadata) -> bool {
     use std::os::unix::fs::MetadataExt;

@@ -1,4 +1,4 @@
-//! When a recording goes on in another file.
+//! Rotation: when a recording continues in another file.
 
 use std::path::{Path, PathBuf};
 use std::str::FromStr;
@@ -11,12 +11,11 @@ use std::time::Duration;
 pub struct Rotation {
     /// A part is no longer than this.
     pub period: Option<Duration>,
-    /// A part ends at the end of a line when the disk has this much of it: it is larger by what is written in the next 10 s
-    /// and by its index.
+    /// A part ends at the end of a line once its unfinished file has this many bytes; the finished one is smaller.
     pub bytes: Option<u64>,
 }
 
-/// A day: the index of a part takes about 2 MB of memory then.
+/// The default length of a part: a day.
 pub const PERIOD: Duration = Duration::from_hours(24);
 
 impl Default for Rotation {

@@ -1,4 +1,4 @@
-//! Keeps what the radio delivers, before anybody looks at it.
+//! Keeps received bytes before anything decodes them: the raw text and the recording of a session.
 
 mod history;
 mod options;
@@ -24,40 +24,40 @@ use crate::recorded;
 use history::History;
 pub use options::{KeepOptions, REMEMBERED};
 
-/// Nobody begins so many recordings in a second.
+/// Limits the numbered names of recordings begun in one second.
 const NAMES_MAX: u32 = 100;
 
-/// How soon somebody is told that the file of the tee was taken away.
+/// Period of the check that the raw text is still there.
 const LOOK_PERIOD: Duration = Duration::from_secs(8);
 
-/// The raw tee and the MCAP recorder behind one lock: the reader thread writes received bytes, the
-/// event loop what is sent and what happens.
+/// The raw text and the recorder behind one lock: the reader thread writes received bytes, the event loop sent bytes and
+/// events.
 #[derive(Clone)]
 pub struct Keeper(Arc<Mutex<Inner>>);
 
 struct Inner {
     tee: Option<RawWriter>,
     recorder: Option<Recorder>,
-    /// What came in and is in no finished recording.
+    /// Observations that are in no finished recording.
     history: History,
     options: KeepOptions,
     started: Instant,
     started_wall: SystemTime,
-    /// When the tee is looked for again.
+    /// When the raw text is checked again.
     look_at: Moment,
-    /// A recording is being begun on another thread.
+    /// Another thread is beginning a recording.
     is_beginning: bool,
-    /// What the recorder has said went wrong.
+    /// The recorder's problem that was reported last.
     told: Option<String>,
     /// Threads that begin, end or recover a recording.
     threads: Vec<JoinHandle<()>>,
-    /// What they have to say.
+    /// Their reports.
     notices: VecDeque<(Level, String)>,
 }
 
 impl Keeper {
-    /// Creates the files: all of them or none. Recordings in the same folder that were interrupted are
-    /// recovered meanwhile; [`Self::poll_notice`] tells.
+    /// Creates the files: all of them or none. Interrupted recordings in the same folder are recovered meanwhile;
+    /// [`Self::poll_notice`] reports them.
     ///
     /// # Errors
     /// When one of them exists and may not be touched, or cannot be written.
@@ -82,7 +82,7 @@ impl Keeper {
                 }
             })
             .transpose()?;
-        // Last, for this one cannot be taken back: it may write over what was there.
+        // Last, because it cannot be undone: it may write over a file.
         let tee = options
             .tee
             .as_ref()
@@ -120,21 +120,21 @@ impl Keeper {
         self.0.lock().unwrap_or_else(PoisonError::into_inner)
     }
 
-    /// For the link's reader thread.
+    /// The sink for received bytes, for the link's reader thread.
     #[must_use]
     pub fn sink(&self) -> Sink {
         let keeper = self.clone();
         Box::new(move |at, bytes| keeper.lock().handle_rx(at, bytes))
     }
 
-    /// For the driver, which sends.
+    /// The sink for sent bytes, for the driver.
     #[must_use]
     pub fn sent_sink(&self) -> SentSink {
         let keeper = self.clone();
         Box::new(move |at, bytes| keeper.lock().handle_tx(at, bytes))
     }
 
-    /// For the driver, which knows what happens.
+    /// The sink for events, for the driver.
     #[must_use]
     pub fn event_sink(&self) -> EventSink {
         let keeper = self.clone();
@@ -147,15 +147,14 @@ impl Keeper {
         })
     }
 
-    /// What has been kept so far, and what went wrong.
+    /// The files, their bytes and the first problem.
     #[must_use]
     pub fn status(&self) -> Recording {
         self.lock().status()
     }
 
-    /// Begins a recording with what is remembered, under a name of its own making, or ends the one under
-    /// way; in place of one that has failed another begins. Waits for no disk: [`Self::poll_notice`] tells
-    /// what became of it.
+    /// Ends the recording under way, or begins one with the remembered observations under an automatic name; a failed one is
+    /// replaced. Waits for no disk: [`Self::poll_notice`] reports the result.
     pub fn toggle(&self) {
         self.toggle_as(PathBuf::from(name::automatic(SystemTime::now())));
     }
@@ -177,7 +176,7 @@ impl Keeper {
         }) && begins;
     }
 
-    /// How far into the recording of this name a moment is; a raw one knows no times.
+    /// Time since the beginning of the recording of this name; `None` for any other file.
     #[must_use]
     pub fn moment_of(&self, capture: &Path, at: Instant) -> Option<Moment> {
         let inner = self.lock();
@@ -188,29 +187,29 @@ impl Keeper {
             .flatten()
     }
 
-    /// What has become of recordings begun, ended or recovered, once.
+    /// The next report of a recording begun, ended or recovered.
     #[must_use]
     pub fn poll_notice(&self) -> Option<(Level, String)> {
         self.lock().notices.pop_front()
     }
 
-    /// Whether a recording is being begun, ended or recovered, or there is something to tell of one.
+    /// Whether a recording is being begun, ended or recovered, or a report waits.
     #[must_use]
     pub fn is_busy(&self) -> bool {
         let inner = self.lock();
         !inner.notices.is_empty() || inner.threads.iter().any(|thread| !thread.is_finished())
     }
 
-    /// Ends the recording in good order; returns the bytes that are in the files.
+    /// Finishes the recording; returns the bytes in the files.
     ///
     /// # Errors
-    /// Whatever went wrong since the start.
+    /// The first problem since the start.
     pub fn finish(&self) -> Result<u64, CaptureError> {
         let (recorder, tee) = {
             let mut inner = self.lock();
             (inner.recorder.take(), inner.tee.take())
         };
-        // Each is finished whatever became of the other.
+        // Each is finished even when the other fails.
         let teed = tee.map_or(Ok(0), RawWriter::finish);
         let recorded = recorder.map_or(Ok(0), Recorder::finish);
         loop {
@@ -219,24 +218,24 @@ impl Keeper {
                 break;
             }
             for thread in threads {
-                // One that has panicked has nothing more to say.
+                // A thread that panicked has no report.
                 let _ = thread.join();
             }
         }
         if let Some(recorder) = self.lock().recorder.take() {
-            // It was being begun just now.
+            // A thread had just begun it.
             recorder.finish()?;
         }
         Ok(recorded? + teed?)
     }
 
-    /// Ends the recording when the guard goes, however its scope is left.
+    /// A guard that finishes the recording when it is dropped.
     #[must_use]
     pub fn finish_on_drop(&self) -> FinishOnDrop {
         FinishOnDrop(self.clone())
     }
 
-    /// Says whether there is a thread for it.
+    /// Runs work on a thread of its own; returns whether there is one.
     fn spawn(&self, inner: &mut Inner, work: impl FnOnce(&Self) + Send + 'static) -> bool {
         let keeper = self.clone();
         let thread = thread::Builder::new()
@@ -255,8 +254,7 @@ impl Keeper {
         }
     }
 
-    /// On a thread of its own. What the recording holds need not be remembered any more, unless it failed:
-    /// its path then.
+    /// Finishes a recording and forgets its history; when it failed, keeps the history and returns its path.
     fn end_now(&self, recorder: Recorder, history: History) -> Option<PathBuf> {
         let path = recorder.path().to_owned();
         let ended = recorder.finish();
@@ -279,8 +277,8 @@ impl Keeper {
         }
     }
 
-    /// On a thread of its own, in place of a recording that has failed if there was one. What comes in until
-    /// the files are there is remembered with the rest.
+    /// Begins a recording, in place of a failed one if there was one. Observations until the file is there come from the
+    /// history.
     fn begin_now(&self, path: &Path, failed: Option<&Path>) {
         let (options, first_ns) = {
             let inner = self.lock();
@@ -309,7 +307,7 @@ impl Keeper {
         }
     }
 
-    /// Recovers what was interrupted in the folder of a recording.
+    /// Recovers interrupted recordings in the folder of a recording.
     fn recover_beside(&self, path: &Path) {
         let folder = path.parent().unwrap_or(Path::new("")).to_owned();
         let mut inner = self.lock();
@@ -318,7 +316,7 @@ impl Keeper {
             for path in files::find_interrupted(&folder) {
                 let notice = match recover::recover(&path) {
                     Ok(recovery) => (recovery.level(), recovery.headline()),
-                    // Somebody else was faster.
+                    // Another program was faster.
                     Err(CaptureError::UnderWay(_)) => continue,
                     Err(error) => {
                         failed.push((path, error));
@@ -334,7 +332,7 @@ impl Keeper {
     }
 }
 
-/// Recordings that could not be saved, in one line: each start tells of them again, so with what ends that.
+/// One line about the recordings that could not be recovered. Each start reports them, so it says how to end that.
 fn hopeless(failed: &[(PathBuf, CaptureError)]) -> Option<String> {
     let (path, error) = failed.first()?;
     let name = path.display();
@@ -349,12 +347,12 @@ fn hopeless(failed: &[(PathBuf, CaptureError)]) -> Option<String> {
     })
 }
 
-/// Ends a recording in good order even when the program panics.
+/// Finishes a recording when it is dropped, also by a panic.
 pub struct FinishOnDrop(Keeper);
 
 impl Drop for FinishOnDrop {
     fn drop(&mut self) {
-        // Who can report a failure has called `finish` before.
+        // A caller that can report a failure has called `finish` before.
         let _ = self.0.finish();
     }
 }
@@ -377,7 +375,7 @@ fn begin(options: &KeepOptions, path: &Path, start: SystemTime) -> Result<Record
     Recorder::start_rotating(path, existing, &session, options.rotation)
 }
 
-/// Begins a recording that nobody named: somebody may have begun one in the same second.
+/// Begins a recording under an automatic name, numbered when another began in the same second.
 fn begin_unnamed(
     options: &KeepOptions,
     path: &Path,
@@ -438,7 +436,7 @@ impl Inner {
     }
 
     fn status(&mut self) -> Recording {
-        // On a silent link nothing else reminds the recorder of what waits to be flushed.
+        // On a silent link nothing else makes the recorder sync.
         let (now, _) = self.times(Instant::now());
         if let Some(recorder) = &mut self.recorder {
             recorder.handle_timeout(now);

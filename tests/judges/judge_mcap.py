@@ -2,11 +2,13 @@
 """Judges a Groundwave recording with the MCAP and protobuf libraries that others wrote.
 
     judge_mcap.py RECORDING.mcap [--raw TEE [--killed]] [--jsonl DECODED]
+    judge_mcap.py RECORDING.mcap --unfinished --raw TEE
 
 Every checksum must hold. Reading by the index, reading from the front and the statistics must agree.
 The bytes of /raw/rx must be those of the raw capture (of a killed one, its beginning but for the last
 read: the raw file is written first), every pose must be where the line before it says, and the fields of /telemetry those of
-`groundwave decode --to jsonl`. Says what it found, or fails with the first thing that is wrong.
+`groundwave decode --to jsonl`. Of a recording that was killed and not recovered, --unfinished reads what a plain reader
+finds. Says what it found, or fails with the first thing that is wrong.
 """
 
 import argparse
@@ -14,8 +16,9 @@ import collections
 import json
 import math
 
+from mcap.exceptions import EndOfFile
 from mcap.reader import make_reader
-from mcap.records import Message
+from mcap.records import Channel, Message, Schema
 from mcap.stream_reader import StreamReader
 from mcap_protobuf.decoder import DecoderFactory
 
@@ -61,13 +64,45 @@ def plain(message):
     return record
 
 
+def judge_unfinished(path, raw_path):
+    """Reads a recording under way from its front, as far as it goes."""
+    schemas, channels, received, count = {}, {}, bytearray(), 0
+    with open(path, "rb") as file:
+        try:
+            for record in StreamReader(file).records:
+                if isinstance(record, Schema):
+                    schemas[record.id] = record
+                elif isinstance(record, Channel):
+                    channels[record.id] = record
+                elif isinstance(record, Message):
+                    count += 1
+                    channel = channels[record.channel_id]
+                    schema = schemas[channel.schema_id]
+                    decode = DecoderFactory().decoder_for(channel.message_encoding, schema)
+                    content = decode(record.data)
+                    if channel.topic == "/raw/rx":
+                        check(content.stream_offset == len(received), "bytes are missing")
+                        received += content.data
+        except EndOfFile:
+            pass
+    with open(raw_path, "rb") as file:
+        raw = file.read()
+    check(len(received) > 0, "nothing was received")
+    check(len(raw) - len(received) <= READ_BYTES, f"{len(raw) - len(received)} bytes lost")
+    check(raw.startswith(received), "/raw/rx differs from the raw capture")
+    print(f"{count} messages, {len(received)} bytes received in a recording that nobody finished")
+
+
 def main():
     parser = argparse.ArgumentParser(description=__doc__.split("\n")[0])
     parser.add_argument("recording")
     parser.add_argument("--raw", help="the raw capture of the same session")
     parser.add_argument("--killed", action="store_true", help="the session was killed and recovered")
     parser.add_argument("--jsonl", help="the recording as JSON lines")
+    parser.add_argument("--unfinished", action="store_true", help="the session was killed")
     arguments = parser.parse_args()
+    if arguments.unfinished:
+        return judge_unfinished(arguments.recording, arguments.raw)
 
     with open(arguments.recording, "rb") as file:
         reader = make_reader(file, decoder_factories=[DecoderFactory()], validate_crcs=True)

@@ -50,6 +50,7 @@ victim=$!
 "$groundwave" convert live.mcap -o live.txt --quiet
 kill -9 $victim
 wait $victim 2>/dev/null || true
+"$root/$environment/bin/python" "$root/tests/judges/judge_mcap.py" killed.mcap --unfinished --raw killed.txt
 "$groundwave" recover killed.mcap
 
 "$groundwave" convert "$root/captures/house-noisy.txt" -o converted.mcap --quiet

@@ -55,7 +55,7 @@ impl Path {
         PosesInFrame {
             timestamp: Some(timestamp(now_ns)),
             frame_id: ODOM.to_owned(),
-            poses: self.poses.iter().cloned().collect(),
+            poses: self.poses.iter().copied().collect(),
         }
     }
 

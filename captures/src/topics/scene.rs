@@ -108,7 +108,7 @@ impl Scene {
             ..entity(ODOM, "waypoints")
         };
         let bumps = SceneEntity {
-            spheres: self.bumps.iter().cloned().collect(),
+            spheres: self.bumps.iter().copied().collect(),
             ..entity(ODOM, "bumps")
         };
         SceneUpdate {

@@ -1,4 +1,4 @@
-//! What a keeper is asked to keep.
+//! The options of a session's files.
 
 use std::collections::BTreeMap;
 use std::path::PathBuf;
@@ -6,29 +6,29 @@ use std::time::Duration;
 
 use crate::capture::{Existing, Rotation};
 
-/// How much of what came before is in a recording that is begun from the dashboard.
+/// Length of the history that a recording begun from the dashboard starts with.
 pub const REMEMBERED: Duration = Duration::from_mins(10);
 
-/// What to keep, and where.
+/// The files to write, and what a recording says about itself.
 #[derive(Clone, Debug)]
 pub struct KeepOptions {
     /// Raw bytes go here.
     pub tee: Option<PathBuf>,
     /// MCAP goes here.
     pub mcap: Option<PathBuf>,
-    /// Nobody named the MCAP: where another has its name it gets one like it.
+    /// The MCAP has an automatic name, which is numbered when it is taken.
     pub is_unnamed: bool,
     /// What to do with files that exist.
     pub existing: Existing,
     /// The link as the operator named it.
     pub link: String,
-    /// What else the recording shall say about itself.
+    /// Notes for the session's table in the recording.
     pub notes: BTreeMap<String, String>,
     /// The configuration in force, as text.
     pub configuration: String,
-    /// When a recording goes on in another file.
+    /// When a recording continues in another file.
     pub rotation: Rotation,
-    /// How much is remembered while nothing is recorded.
+    /// Length of the history.
     pub remembered: Duration,
 }
 
