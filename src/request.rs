@@ -11,7 +11,7 @@ mod words;
 use std::fmt;
 
 pub use amount::{Amount, in_whole_unit};
-pub use groundwave_captures::words::{layer_word, mode_word};
+pub use groundwave_captures::words::{layer_word, mode_word, outcome_words};
 pub use listing::LISTING;
 pub use parameters::known as known_parameters;
 pub use preset::names as preset_names;

@@ -3,8 +3,8 @@
 use groundwave_protocol::telemetry::{Outcome, ParameterLine, ParameterName, Printable};
 use serde::{Deserialize, Serialize};
 
-use crate::capture::words::outcome_words;
 use crate::event::{CommandStatus, Failure};
+use crate::request::outcome_words;
 
 /// A status as it is written: `{"status":"refused","code":"bad-value","text":"a value is out of range"}`.
 /// Codes are stable; the text is for people.

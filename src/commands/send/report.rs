@@ -10,8 +10,8 @@ use super::super::cli::Send;
 use super::super::{Exit, Fault, say, say_progress, show_line};
 use super::faults::{failed, refused};
 use super::script::Line;
-use crate::capture::words::outcome_words;
 use crate::event::{CommandId, CommandStatus, Event, LinkEvent};
+use crate::request::outcome_words;
 use crate::request::{Request, Standing, Tuning, in_whole_unit};
 use crate::share::StatusJson;
 
