@@ -149,7 +149,9 @@ fn interrupted_calibration_over_a_shared_link_ends_at_once() {
         .spawn()
         .unwrap();
     let mut child = Running(child);
-    station.wait_for("that it asks", |value| value["event"] == "asked");
+    station.wait_for("that it asks", |value| {
+        value["event"] == "command" && value["status"] == "queued"
+    });
     let pid = child.0.id().to_string();
     let interrupted = Command::new("kill").args(["-INT", &pid]).status();
     assert!(interrupted.unwrap().success());
