@@ -17,7 +17,7 @@ pub const TEXT_BYTES: usize = 64;
 pub struct TextLine(Printable<TEXT_BYTES>);
 
 impl TextLine {
-    /// Cuts `text` after [`TEXT_BYTES`] and puts `?` for each byte that is not printable ASCII.
+    /// Cuts `text` after `TEXT_BYTES` and puts `?` for each byte that is not printable ASCII.
     #[must_use]
     pub fn new(text: &str) -> Self {
         Self(Printable::new(text))
