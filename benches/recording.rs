@@ -57,9 +57,9 @@ fn main() -> Result<(), Box<dyn Error>> {
             Ok(cpu)
         })?;
         let [all, user, system] =
-            [cpu.all(), cpu.user, cpu.system].map(|cpu| cpu.as_secs_f64() * 1e6 / messages as f64);
+            [cpu.all(), cpu.user, cpu.system].map(|cpu| cpu.as_secs_f64() * 1e6 / way.reads(&day));
         println!(
-            "record {words}: {all:.2} us of CPU a message, {user:.2} of the program and {system:.2} of the system"
+            "record {words}: {all:.2} us of CPU a read, {user:.2} of the program and {system:.2} of the system"
         );
     }
 
@@ -117,6 +117,14 @@ enum Way {
     Live(usize),
     /// All at the same time: nothing is due to be flushed because of its age.
     AtOnce(usize),
+}
+
+impl Way {
+    /// How many reads a day takes; each is a message of its own in the recording.
+    fn reads(self, day: &[u8]) -> f64 {
+        let (Self::Live(bytes) | Self::AtOnce(bytes)) = self;
+        day.len() as f64 / bytes as f64
+    }
 }
 
 /// All threads are counted, waiting for the disk and reading back too.

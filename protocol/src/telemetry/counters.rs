@@ -9,11 +9,12 @@
 //! Ticks won: two 6-bit characters for each of [`HOLDERS`] holders.
 
 use super::columns::Columns;
-use super::fields::{Fields, Read, digits, each, letter, optional, robot_id, sixbits, spaces};
+use super::fields::{
+    Fields, Read, character, digits, each, letter, optional, robot_id, sixbits, spaces,
+};
 use crate::failsafe::{Failsafe, SILENCE_MAX_S, SILENCE_MIN_S};
 use crate::status_codes::Mode;
 use nom::Parser;
-use nom::character::complete::char;
 use nom::combinator::verify;
 use nom::sequence::separated_pair;
 
@@ -75,7 +76,7 @@ impl CountersLine {
     }
 
     pub(super) fn read(line: &mut Fields) -> Read<Self> {
-        let version = separated_pair(digits::<2, u8>, char('.'), digits::<2, u8>);
+        let version = separated_pair(digits::<2, u8>, character(b'.'), digits::<2, u8>);
         let counters = Self {
             robot_id: line.field(robot_id)?,
             uptime_s: line.field(digits::<6, u32>)?,
@@ -98,8 +99,8 @@ fn read_failsafe(line: &mut Fields) -> Read<Option<Failsafe>> {
     let silence_s = verify(digits::<4, u16>, |silence_s| {
         (SILENCE_MIN_S..=SILENCE_MAX_S).contains(silence_s)
     });
-    let Some(silence_s) = line.field(optional("----", silence_s))? else {
-        line.field(char('-'))?;
+    let Some(silence_s) = line.field(optional(b"----", silence_s))? else {
+        line.field(character(b'-'))?;
         return Ok(None);
     };
     let failsafe = letter(Mode::from_letter).map(|mode| Failsafe { silence_s, mode });

@@ -2,12 +2,9 @@
 
 use super::FieldError;
 use crate::sixbit;
-use nom::bytes::complete::tag;
-use nom::character::complete::char;
 use nom::combinator::{map_opt, verify};
 use nom::error::{ErrorKind, ParseError};
 use nom::multi::fill;
-use nom::number::complete::u8 as byte;
 use nom::{IResult, Parser, branch::alt};
 
 /// The result of a parser: the rest of the line, and the value read.
@@ -88,7 +85,7 @@ impl<'a> Fields<'a> {
         &mut self,
         parser: impl Parser<&'a [u8], Output = T, Error = BadField>,
     ) -> Read<T> {
-        self.next(char(' '))?;
+        self.next(character(b' '))?;
         self.next(parser)
     }
 }
@@ -112,9 +109,19 @@ pub(super) fn bytes<const N: usize>(input: &[u8]) -> Parsed<'_, [u8; N]> {
     }
 }
 
+/// Any byte.
+pub(super) fn byte(input: &[u8]) -> Parsed<'_, u8> {
+    bytes::<1>.map(|[byte]| byte).parse(input)
+}
+
+/// A given character.
+pub(super) fn character<'a>(expected: u8) -> impl Parser<&'a [u8], Output = (), Error = BadField> {
+    map_opt(byte, move |byte| (byte == expected).then_some(()))
+}
+
 /// `N` spaces, each a column of its own.
 pub(super) fn spaces<const N: usize>(input: &[u8]) -> Parsed<'_, ()> {
-    fill(char(' '), &mut [' '; N]).parse(input)
+    fill(character(b' '), &mut [(); N]).parse(input)
 }
 
 /// `N` decimal digits.
@@ -141,11 +148,12 @@ pub(super) fn signed<'a, T: Default + PartialEq + core::ops::Neg<Output = T>>(
 }
 
 /// A value, or hyphens across its field for none.
-pub(super) fn optional<'a, T>(
-    hyphens: &'static str,
+pub(super) fn optional<'a, const N: usize, T>(
+    hyphens: &'static [u8; N],
     value: impl Parser<&'a [u8], Output = T, Error = BadField>,
 ) -> impl Parser<&'a [u8], Output = Option<T>, Error = BadField> {
-    alt((tag(hyphens).map(|_| None), value.map(Some)))
+    let none = map_opt(bytes::<N>, move |bytes| (bytes == *hyphens).then_some(None));
+    alt((none, value.map(Some)))
 }
 
 /// A number of `N` 6-bit characters.

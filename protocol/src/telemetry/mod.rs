@@ -30,10 +30,9 @@ pub use text::TextLine;
 
 use crate::{LINE_BYTES, crc};
 use columns::Columns;
-use fields::{BadField, Fields, Read, digits, sixbits};
+use fields::{BadField, Fields, Read, byte, digits, sixbits};
 use nom::Parser;
 use nom::bytes::complete::{tag, take};
-use nom::number::complete::u8 as byte;
 
 /// Columns of a line before its acknowledgement.
 pub const HEAD_BYTES: usize = 69;

@@ -8,10 +8,9 @@
 
 use super::Printable;
 use super::columns::Columns;
-use super::fields::{Fields, Read, digits, signed};
+use super::fields::{Fields, Read, character, digits, signed};
 use crate::parameter::{self, NAME_BYTES, PARAMETERS_MAX, UNIT_BYTES};
 use nom::Parser;
-use nom::character::complete::char;
 use nom::combinator::verify;
 use nom::sequence::separated_pair;
 
@@ -80,7 +79,7 @@ impl ParameterLine {
     }
 
     pub(super) fn read(line: &mut Fields) -> Read<Self> {
-        let place = separated_pair(digits::<2, u8>, char('/'), digits::<2, u8>);
+        let place = separated_pair(digits::<2, u8>, character(b'/'), digits::<2, u8>);
         let (place, count) =
             line.field(verify(place, |&(place, count)| 0 < place && place <= count))?;
         let name = verify(Printable::parse, |name| parameter::is_name(name.as_str()));

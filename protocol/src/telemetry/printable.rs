@@ -1,10 +1,9 @@
 //! Printable text, padded with spaces.
 
 use super::columns::Columns;
-use super::fields::{Parsed, each};
+use super::fields::{Parsed, byte, each};
 use nom::Parser;
 use nom::combinator::verify;
-use nom::number::complete::u8 as byte;
 
 /// Up to `N` printable characters, padded with spaces.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]

@@ -8,13 +8,12 @@
 //! ```
 
 use super::columns::Columns;
-use super::fields::{Fields, Parsed, Read, digits, letter, optional, signed};
+use super::fields::{Fields, Parsed, Read, character, digits, letter, optional, signed};
 use crate::status_codes::{
     Arm, Bump, Cliff, Drive, Infrared, Layer, LayerState, Link, Mode, Power,
 };
 use nom::Parser;
 use nom::branch::alt;
-use nom::character::complete::char;
 use nom::combinator::verify;
 use nom::sequence::separated_pair;
 
@@ -181,10 +180,10 @@ impl StateLine {
             rotation_in_s: line.field(signed(digits::<2, i8>))?,
             wheel_left_in_s: line.field(signed(digits::<2, i8>))?,
             wheel_right_in_s: line.field(signed(digits::<2, i8>))?,
-            sonar_left_in: line.field(optional("---", digits::<3, u16>))?,
-            sonar_right_in: line.field(optional("---", digits::<3, u16>))?,
-            photo_left_pct: line.field(optional("--", digits::<2, u8>))?,
-            photo_right_pct: line.field(optional("--", digits::<2, u8>))?,
+            sonar_left_in: line.field(optional(b"---", digits::<3, u16>))?,
+            sonar_right_in: line.field(optional(b"---", digits::<3, u16>))?,
+            photo_left_pct: line.field(optional(b"--", digits::<2, u8>))?,
+            photo_right_pct: line.field(optional(b"--", digits::<2, u8>))?,
             bump: line.field(letter(Bump::from_letter))?,
             infrared: line.next(letter(Infrared::from_letter))?,
             cliff: line.next(letter(Cliff::from_letter))?,
@@ -200,7 +199,7 @@ impl StateLine {
 
 /// Tenths of an inch: `+123.4` below 1000 inches, `+12346` from there on.
 fn position(input: &[u8]) -> Parsed<'_, i32> {
-    let tenths = separated_pair(digits::<3, i32>, char('.'), digits::<1, i32>);
+    let tenths = separated_pair(digits::<3, i32>, character(b'.'), digits::<1, i32>);
     let tenths = tenths.map(|(whole_in, tenths)| whole_in * 10 + tenths);
     let whole = verify(digits::<5, i32>, |&whole_in| whole_in >= 1000);
     let whole = whole.map(|whole_in| whole_in * 10);

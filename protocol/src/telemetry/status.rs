@@ -8,11 +8,13 @@
 //! ```
 
 use super::columns::Columns;
-use super::fields::{Fields, Parsed, Read, digits, optional, robot_id, signed, sixbits, spaces};
+use super::fields::{
+    Fields, Parsed, Read, character, digits, optional, robot_id, signed, sixbits, spaces,
+};
 use crate::status_codes::{Layer, LayerMask};
 use nom::Parser;
 use nom::bytes::complete::tag;
-use nom::character::complete::{char, one_of};
+use nom::character::complete::one_of;
 use nom::combinator::{peek, verify};
 use nom::sequence::{preceded, separated_pair};
 
@@ -92,8 +94,8 @@ impl StatusLine {
     }
 
     pub(super) fn read(line: &mut Fields) -> Read<Self> {
-        let volts = separated_pair(digits::<2, u16>, char('.'), digits::<1, u16>);
-        let list = separated_pair(digits::<3, u16>, char('/'), digits::<3, u16>);
+        let volts = separated_pair(digits::<2, u16>, character(b'.'), digits::<1, u16>);
+        let list = separated_pair(digits::<3, u16>, character(b'/'), digits::<3, u16>);
         let list = list.map(|(driven, count)| ListPlace { driven, count });
         let at_most_32_bits = peek(one_of("`!\"#"));
 
@@ -103,8 +105,8 @@ impl StatusLine {
         let list = line.field(verify(list, |list| list.driven <= list.count))?;
         let digest = line.field(preceded(at_most_32_bits, sixbits::<6, u32>))?;
         let max_count = line.field(digits::<2, u8>)?;
-        let photo_left = line.field(optional("---", digits::<3, u8>))?;
-        let photo_right = line.field(optional("---", digits::<3, u8>))?;
+        let photo_left = line.field(optional(b"---", digits::<3, u8>))?;
+        let photo_right = line.field(optional(b"---", digits::<3, u8>))?;
         let (fitted, allowed) = line.fields(layers)?;
         let boots = line.field(digits::<3, u16>)?;
         let odometer_resets = line.field(digits::<2, u8>)?;
@@ -128,7 +130,7 @@ impl StatusLine {
 
 /// X and Y, both or neither of them hyphens.
 fn read_target(line: &mut Fields) -> Read<Option<(i16, i16)>> {
-    let Some(x_in) = line.field(optional("-----", signed(digits::<4, i16>)))? else {
+    let Some(x_in) = line.field(optional(b"-----", signed(digits::<4, i16>)))? else {
         line.field(tag("-----"))?;
         return Ok(None);
     };
