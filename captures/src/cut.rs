@@ -1,7 +1,7 @@
-//! A part of a capture, by time, as a capture of the same form.
+//! Cuts a time range out of a capture, as a capture of the same form.
 //!
-//! A line belongs to the part in which it ends, with all of its bytes; so parts that meet make up the
-//! whole, and each of them decodes and verifies by itself.
+//! A line belongs, with all its bytes, to the range in which it ends. Adjacent ranges therefore add up to the whole
+//! capture, and each part decodes and verifies by itself.
 
 use std::collections::{BTreeMap, VecDeque};
 use std::io::{self, Read, Write};
@@ -19,7 +19,7 @@ use super::text::TextReader;
 use super::topics::{RAW_RX, RAW_TX};
 use super::when::When;
 
-/// From when to when; the end is not part of it.
+/// A time range without its end.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct Window {
     /// `None`: from the beginning.
@@ -28,11 +28,11 @@ pub struct Window {
     pub to: Option<When>,
 }
 
-/// Why a part could not be cut out.
+/// Reason why a part could not be cut out.
 #[derive(Debug, thiserror::Error)]
 pub enum CutError {
-    /// A raw capture was to be cut by the clock.
-    #[error("no line of it says the day: say --from and --to since its beginning, as 1:30")]
+    /// A wall-clock time was given for a raw capture without dates.
+    #[error("its lines have no date; give --from and --to since the beginning, such as 1:30")]
     NoWallTime,
     /// The capture cannot be read.
     #[error("{0}")]
@@ -42,23 +42,23 @@ pub enum CutError {
     Write(io::Error),
 }
 
-/// What has been cut out.
+/// Result of a cut.
 #[derive(Clone, Debug, Default)]
 pub struct Part {
     /// Bytes received.
     pub bytes: u64,
     /// Observations; none in a raw capture.
     pub observations: u64,
-    /// From the beginning of the whole capture to its last bytes; of a raw one only as far as it had to be read.
+    /// Duration of the whole capture; of a raw capture only as far as it was read.
     pub whole: Duration,
-    /// Why the capture could not be read whole.
+    /// Reason why the capture could not be read completely.
     pub problem: Option<String>,
 }
 
-/// Cuts a raw capture: lines as they stand in it.
+/// Cuts a raw capture; lines are copied unchanged.
 ///
 /// # Errors
-/// Where the clock is asked for and no line says the day, and when reading or writing fails.
+/// When a wall-clock time is given and no line has a date, and when reading or writing fails.
 pub fn cut_raw(
     source: impl Read,
     window: Window,
@@ -79,7 +79,7 @@ pub fn cut_raw(
     while let Some(piece) = reader.next_piece().map_err(CutError::Read)? {
         part.whole = piece.at;
         let is_after = to.is_some_and(|to| piece.at >= to);
-        // Where nothing was found, what is there is worth knowing.
+        // If the range is empty, read to the end to learn the duration.
         if is_after && part.bytes > 0 {
             break;
         }
@@ -92,8 +92,8 @@ pub fn cut_raw(
     Ok(part)
 }
 
-/// Cuts a recording: what was received and sent and what the station did, with all that follows from it, every table and
-/// every attachment. `/raw/rx` and `/raw/tx` begin again at offset 0; the table `cut` says where they began.
+/// Cuts a recording: bytes, station events and the topics derived from them, with all tables and attachments. `/raw/rx`
+/// and `/raw/tx` start at offset 0; the table `cut` holds their original offsets.
 ///
 /// # Errors
 /// When reading or writing fails.
@@ -151,17 +151,17 @@ struct Cutter<W: Write> {
     window: Window,
     /// Time of the first observation.
     start_ns: Option<u64>,
-    /// Received and not followed by a line feed yet, with their times; never a whole line.
+    /// Received bytes of an unfinished line, with their times.
     pending: VecDeque<(u64, RawBytes)>,
     pending_bytes: usize,
-    /// Where each stream began in the capture.
+    /// Offset of each stream at the beginning of the part.
     rx_offset: Option<u64>,
     tx_offset: Option<u64>,
     part: Part,
 }
 
 impl Part {
-    /// Whether nothing of the capture lies in the window.
+    /// Whether the range contains nothing of the capture.
     #[must_use]
     pub const fn is_empty(&self) -> bool {
         self.bytes == 0 && self.observations == 0
@@ -182,7 +182,7 @@ impl<W: Write> Cutter<W> {
         }
     }
 
-    /// Bytes belong to the time at which their line ends.
+    /// Takes received bytes; each belongs to the time at which its line ends.
     fn handle_received(&mut self, at_ns: u64, mut raw: RawBytes) -> io::Result<()> {
         if let Some(line_feed) = raw.data.iter().rposition(|byte| *byte == b'\n') {
             let rest = raw.data.split_off(line_feed + 1);
@@ -196,7 +196,7 @@ impl<W: Write> Cutter<W> {
         }
         self.pending_bytes += raw.data.len();
         self.pending.push_back((at_ns, raw));
-        // Bytes before the last line's length of them cannot belong to a line any more.
+        // Bytes older than the length of a line cannot belong to a line.
         while let Some((at_ns, raw)) = self.pending.front()
             && self.pending_bytes - raw.data.len() >= LINE_BYTES - 1
         {
@@ -209,7 +209,7 @@ impl<W: Write> Cutter<W> {
         Ok(())
     }
 
-    /// Gives out the bytes that wait: their line ended at `end_ns`.
+    /// Writes the pending bytes, whose line ended at `end_ns`.
     fn give_pending(&mut self, end_ns: u64) -> io::Result<()> {
         self.pending_bytes = 0;
         for (at_ns, raw) in std::mem::take(&mut self.pending) {

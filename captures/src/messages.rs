@@ -1,10 +1,8 @@
-//! What a capture says: the protobuf messages of the MCAP form, and the same flat fields for JSON lines
-//! and CSV.
+//! Protobuf messages of a recording; their flat fields are also those of JSON lines and CSV.
 //!
-//! One message a line, whatever its type, with flat fields of which those that the line says are
-//! present: tools that plot reach every value by one short path, and a field has one name in MCAP,
-//! JSON and CSV. `proto/groundwave.proto` says the same for other languages; a test holds them
-//! together.
+//! There is one message per line, whatever its type. Its fields are flat, so plotting tools reach every value by one
+//! short path. A field is present when the line contains it. `proto/groundwave.proto` declares the same messages for
+//! other languages; a test keeps the two equal.
 
 mod fill;
 
@@ -16,7 +14,7 @@ pub use super::uplink_event::UplinkEvent;
 /// Bytes of a stream as they were read or sent.
 #[derive(Clone, PartialEq, Eq, prost::Message)]
 pub struct RawBytes {
-    /// Bytes of the stream before these; a step means that bytes are missing from the capture.
+    /// Number of bytes before these in the stream. A jump means that bytes are missing from the capture.
     #[prost(uint64, tag = 1)]
     pub stream_offset: u64,
     /// The bytes.
@@ -41,16 +39,16 @@ pub enum Value<'a> {
     Decimal(f64),
     /// A state, in lower case with underscores.
     Word(&'static str),
-    /// The robot's own words.
+    /// Text from the robot.
     Text(&'a str),
 }
 
 /// A field of [`Telemetry`] as `proto/groundwave.proto` must declare it.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Field {
-    /// The same in MCAP, JSON and CSV.
+    /// Name in MCAP, JSON and CSV.
     pub name: &'static str,
-    /// Fixed for ever.
+    /// Protobuf tag; never changes.
     pub tag: u32,
     /// The protobuf type; `int32` for states.
     pub kind: &'static str,
@@ -58,7 +56,7 @@ pub struct Field {
     pub words: &'static [&'static str],
 }
 
-/// Rust's names for the protobuf types in use.
+/// Rust types of the protobuf types in use.
 #[expect(non_camel_case_types, reason = "protobuf's own names")]
 mod kind {
     pub type double = f64;
@@ -101,14 +99,14 @@ impl ToValue for String {
 
 macro_rules! telemetry {
     ($($(#[$doc:meta])+ $tag:tt $name:ident: $kind:ident $(of $words:ident)?;)+) => {
-        /// Everything a line says.
+        /// The content of a line.
         #[derive(Clone, PartialEq, prost::Message)]
         pub struct Telemetry {
             $($(#[$doc])+ #[prost($kind, optional, tag = $tag)] pub $name: Option<kind::$kind>,)+
         }
 
         impl Telemetry {
-            /// Every field there is, in the order of [`Self::for_each`].
+            /// All fields, in the order of [`Self::for_each`].
             pub const FIELDS: &[Field] = &[$(Field {
                 name: stringify!($name),
                 tag: $tag,
@@ -116,7 +114,8 @@ macro_rules! telemetry {
                 words: telemetry!(@words $($words)?),
             }),+];
 
-            /// Calls `take` with every field's name and its value; `None` where the line does not say it.
+            /// Calls `take` with the name and the value of every field; the value is `None` where the line does not
+            /// contain the field.
             ///
             /// # Errors
             /// The first error of `take`.
@@ -212,13 +211,13 @@ telemetry! {
     3 ack_boot: uint32;
     /// Session, 1 to 7 in turn; 0 before the first.
     4 ack_session: uint32;
-    /// Sequence of the latest command taken, low 3 bits.
+    /// Sequence of the latest command that the robot took, low 3 bits.
     5 ack_sequence: uint32;
-    /// What became of that command.
+    /// Outcome of that command.
     6 ack_outcome: int32 of OUTCOMES;
-    /// Nonce of the session's owner, while no list is being staged.
+    /// Nonce of the session's owner; absent while a list is being staged.
     7 ack_owner: uint32;
-    /// Which robot acknowledges, while no list is being staged.
+    /// Number of the robot, 1 to 99; absent while a list is being staged.
     8 ack_robot_id: uint32;
     /// First block of the staged list that has not arrived.
     9 ack_first_missing_block: uint32;
@@ -227,9 +226,9 @@ telemetry! {
     /// Low 2 bits of the tag of the list being staged.
     11 ack_list_tag: uint32;
 
-    /// Position, inches.
+    /// X, inches; positive right of the start.
     12 x_in: double;
-    /// Position, inches.
+    /// Y, inches; positive ahead of the start.
     13 y_in: double;
     /// Heading, degrees clockwise from +Y.
     14 theta_deg: uint32;
@@ -279,16 +278,16 @@ telemetry! {
     36 layer_motion: int32 of LAYER_STATES;
     /// Layer 7.
     37 layer_dead_reckoning: int32 of LAYER_STATES;
-    /// The layer that holds the motors; absent when prowl or User does.
+    /// The layer that controls the motors; absent while prowl or User does.
     38 holder: int32 of LAYERS;
 
     /// Robot, 1 to 99.
     39 robot_id: uint32;
     /// Battery, volts.
     40 battery_v: double;
-    /// The point being driven to, inches.
+    /// X of the point that the robot drives to, inches.
     41 target_x_in: sint32;
-    /// The point being driven to, inches.
+    /// Y of the point that the robot drives to, inches.
     42 target_y_in: sint32;
     /// Waypoints of the active list reached.
     43 waypoints_driven: uint32;
@@ -296,7 +295,7 @@ telemetry! {
     44 waypoints_count: uint32;
     /// Digest of the active list.
     45 list_digest: uint32;
-    /// The infrared layer's present threshold.
+    /// Current threshold of the infrared layer.
     46 max_count: uint32;
     /// Left photocell, 0 very bright to 255 dark.
     47 photo_left_raw: uint32;
@@ -311,13 +310,13 @@ telemetry! {
     /// Odometer resets since boot, modulo 100.
     52 odometer_resets: uint32;
 
-    /// Seconds since boot by the robot's clock, modulo 1,000,000.
+    /// Time since boot by the robot's clock, seconds, modulo 1,000,000.
     53 uptime_s: uint32;
     /// Firmware version before the point.
     54 firmware_major: uint32;
     /// Firmware version after the point.
     55 firmware_minor: uint32;
-    /// 20 Hz ticks won by layer 0 since boot, modulo 4096.
+    /// Ticks (20 Hz) won by layer 0 since boot, modulo 4096.
     56 ticks_won_user: uint32;
     /// Ticks won by layer 1.
     57 ticks_won_bumpers: uint32;
@@ -347,28 +346,28 @@ telemetry! {
     /// A line of text from the robot's program.
     69 text: string;
 
-    /// Silence of the ground after which the robot acts, seconds. Absent: it carries on.
+    /// Silence of the ground station that triggers the failsafe, seconds; absent when the failsafe is off.
     70 failsafe_silence_s: uint32;
-    /// The mode it enters then.
+    /// Mode that the failsafe enters.
     71 failsafe_mode: int32 of MODES;
 
-    /// Place of a parameter in the robot's table, from 1.
+    /// Number of the parameter in the robot's table, from 1.
     72 parameter_place: uint32;
-    /// Parameters that the robot has.
+    /// Number of parameters of the robot.
     73 parameter_count: uint32;
-    /// Its name.
+    /// Name of the parameter.
     74 parameter_name: string;
-    /// What it is now.
+    /// Current value.
     75 parameter_value: sint32;
-    /// What a reset brings back.
+    /// Saved value, which a reset restores.
     76 parameter_kept: sint32;
-    /// Least value that the robot takes.
+    /// Minimum value.
     77 parameter_least: sint32;
-    /// Most.
+    /// Maximum value.
     78 parameter_most: sint32;
-    /// What it counts.
+    /// Unit of the value.
     79 parameter_unit: string;
-    /// The notes of a song that begins: Hz, a colon and seconds each, with spaces between; 0 Hz is a rest.
+    /// Notes of a song that begins: `Hz:seconds` each, separated by spaces; 0 Hz is a rest.
     80 song: string;
 }
 

@@ -1,4 +1,4 @@
-//! The part of a recording from which the rest follows, read from a finished, unfinished or damaged file.
+//! Reads the observations of a finished, unfinished or damaged recording; all other messages are derived from them.
 
 use std::borrow::Cow;
 use std::io::{self, Read};
@@ -12,7 +12,7 @@ use super::messages::RawBytes;
 use super::repair::Damage;
 use super::topics::{StationEvent, Topic};
 
-/// Something that was recorded and cannot be derived.
+/// A recorded item that cannot be derived.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Observation {
     /// Bytes from the radio.
@@ -24,8 +24,8 @@ pub enum Observation {
 }
 
 impl RawBytes {
-    /// The bytes that are new after the first `have` of the stream, and the count of bytes missing before them; `None` when
-    /// none is new.
+    /// The bytes after the first `have` of the stream, and the number of bytes missing before them; `None` when all are
+    /// known.
     pub(crate) fn after(&self, have: u64) -> Option<(u64, &[u8])> {
         let known = usize::try_from(have.saturating_sub(self.stream_offset)).ok()?;
         let bytes = self.data.get(known..).filter(|bytes| !bytes.is_empty())?;
@@ -33,16 +33,16 @@ impl RawBytes {
     }
 }
 
-/// The next thing that another recording of the same session needs.
+/// An item of a recording from which the recording can be rebuilt.
 #[derive(Debug)]
 pub(crate) enum Item {
-    /// The library that the header names.
+    /// Name of the library that wrote the file.
     Library(String),
     /// A metadata table.
     Table(Metadata),
     /// An attached file.
     Attachment(Attachment<'static>),
-    /// An observation with its time, nanoseconds since 1970.
+    /// An observation and its time, nanoseconds since 1970.
     Observation {
         at_ns: u64,
         observation: Observation,
@@ -51,7 +51,7 @@ pub(crate) enum Item {
     Damage(Damage),
 }
 
-/// Reads the items of a recording in the order of the file.
+/// Reads the items of a recording in file order.
 pub(crate) struct Observations<R> {
     entries: Entries<R>,
     has_ended: bool,
@@ -60,12 +60,12 @@ pub(crate) struct Observations<R> {
 }
 
 impl<R: Read> Observations<R> {
-    /// A reader from the beginning of an MCAP.
+    /// Reads an MCAP from its beginning.
     pub(crate) fn new(source: R) -> Self {
         Self::with_channels(source, Channels::new())
     }
 
-    /// The same, with the channels of an earlier pass.
+    /// As [`Self::new`], with the channels found in an earlier pass.
     pub(crate) fn with_channels(source: R, channels: Channels) -> Self {
         Self {
             entries: Entries::of_channels(source, channels),
@@ -75,7 +75,7 @@ impl<R: Read> Observations<R> {
         }
     }
 
-    /// Every channel, known at the end.
+    /// All channels; complete at the end.
     pub(crate) fn channels(&self) -> Channels {
         self.entries.channels().clone()
     }
@@ -121,12 +121,12 @@ impl<R: Read> Observations<R> {
         Ok(None)
     }
 
-    /// Whether something after the data section does not hold; known at the end.
+    /// Whether the summary is damaged; known at the end.
     pub(crate) const fn has_bad_end(&self) -> bool {
         self.has_bad_end
     }
 
-    /// Messages whose channel is not known; known at the end.
+    /// Number of messages of unknown channels; complete at the end.
     pub(crate) const fn nameless(&self) -> u64 {
         self.nameless
     }
@@ -136,7 +136,7 @@ impl<R: Read> Observations<R> {
         self.entries.is_torn()
     }
 
-    /// Whether the data section has its end; known at the end.
+    /// Whether the data section is complete; known at the end.
     pub(crate) const fn has_ended(&self) -> bool {
         self.has_ended
     }

@@ -1,21 +1,21 @@
-//! Rotation: when a recording continues in another file.
+//! Rotation: a long recording is split into several files.
 
 use std::path::{Path, PathBuf};
 use std::str::FromStr;
 use std::time::Duration;
 
-/// A recording of days is a row of files: each is of use by itself, is finished while the next is
-/// written, and what has to be remembered of it for its index is forgotten.
+/// Limits of one part of a recording. Each part is a complete recording and is finished while the next one is written,
+/// which bounds the memory for its index.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, serde::Deserialize)]
 #[serde(try_from = "String")]
 pub struct Rotation {
-    /// A part is no longer than this.
+    /// Maximum duration of a part.
     pub period: Option<Duration>,
-    /// A part ends at the end of a line once its unfinished file has this many bytes; the finished one is smaller.
+    /// Size of the unfinished file after which the part ends with the current line; the finished file is smaller.
     pub bytes: Option<u64>,
 }
 
-/// The default length of a part: a day.
+/// Default duration of a part: a day.
 pub const PERIOD: Duration = Duration::from_hours(24);
 
 impl Default for Rotation {
@@ -27,10 +27,10 @@ impl Default for Rotation {
     }
 }
 
-/// Why words are no rotation.
+/// Text that is no rotation.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 #[error(
-    "`{0}` is neither a time like 1h nor a size like 64MB; `--rotate 24h`, `--rotate 1h,64MB`, `--rotate never`"
+    "`{0}` is neither a time such as 1h nor a size such as 64MB; examples: `--rotate 24h`, `--rotate 1h,64MB`, `--rotate never`"
 )]
 pub struct RotationError(String);
 
@@ -45,7 +45,7 @@ impl TryFrom<String> for Rotation {
 impl FromStr for Rotation {
     type Err = RotationError;
 
-    /// `1h`, `64MB`, both with a comma, or `never`.
+    /// Parses `1h`, `64MB`, both separated by a comma, or `never`.
     fn from_str(words: &str) -> Result<Self, RotationError> {
         let mut rotation = Self {
             period: None,
@@ -82,7 +82,7 @@ impl FromStr for Rotation {
 }
 
 impl Rotation {
-    /// Whether a part that is so old and so large has come to its end.
+    /// Whether a part of this age and size ends.
     #[must_use]
     pub fn is_due(&self, age: Duration, bytes: u64) -> bool {
         self.period.is_some_and(|period| age >= period)
@@ -90,7 +90,7 @@ impl Rotation {
     }
 }
 
-/// `run.mcap` as `run-2.mcap`.
+/// File name of a part: `run.mcap` becomes `run-2.mcap` for part 2.
 #[must_use]
 pub fn part_name(path: &Path, part: u32) -> PathBuf {
     if part == 1 {

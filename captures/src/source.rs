@@ -1,4 +1,4 @@
-//! A capture to read from, whatever its form.
+//! Reads captures of either form.
 
 use std::collections::BTreeMap;
 use std::fs::File;
@@ -17,34 +17,34 @@ use super::topics::RAW_RX;
 use super::unfinished::is_unfinished;
 use crate::statistics::Uplink;
 
-/// Bytes that arrived together.
+/// Bytes that were received together.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Chunk<'a> {
-    /// When, since the capture began. A raw capture whose lines do not say it knows no time: it is that of a 2400-baud
-    /// radio that never paused.
+    /// Time since the capture began. Without timestamps in a raw capture, the time is that of a 2400-baud radio without
+    /// pauses.
     pub at: Duration,
-    /// What the radio delivered.
+    /// The bytes.
     pub bytes: &'a [u8],
-    /// Whether the link was interrupted before it, or bytes are missing: no line is read across that, and what was sent
-    /// meanwhile is not counted as lost.
+    /// Whether the link was interrupted or bytes are missing before these. No line spans the gap, and lines in it do
+    /// not count as lost.
     pub is_interrupted: bool,
 }
 
-/// What a capture is stored as.
+/// Form of a capture.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, serde::Serialize)]
 #[serde(rename_all = "lowercase")]
 pub enum Form {
-    /// The bytes and nothing else.
+    /// Raw text: the bytes alone.
     Raw,
-    /// With times, in MCAP.
+    /// MCAP: bytes with times, and station events.
     Mcap,
 }
 
-/// Bytes from the beginning of a capture that tell what it is.
+/// Number of bytes at the beginning of a capture that determine its form.
 pub const HEAD_BYTES: usize = ::mcap::MAGIC.len();
 
 impl Form {
-    /// The form of a capture that begins with these [`HEAD_BYTES`], or all there are.
+    /// The form of a capture, from its first [`HEAD_BYTES`] bytes or all of a shorter one.
     #[must_use]
     pub fn tell(head: &[u8]) -> Self {
         if head == ::mcap::MAGIC {
@@ -54,16 +54,16 @@ impl Form {
     }
 }
 
-/// Bytes from the beginning of a file that tell a route from what a radio delivered.
+/// Number of bytes at the beginning of a file that are examined for a route.
 pub(super) const ROUTE_HEAD_BYTES: usize = 1024;
 
-/// Whether the first [`ROUTE_HEAD_BYTES`] of a file, or all there are, are waypoints: what is no line of a robot's but
+/// Whether a file is a route, from its first [`ROUTE_HEAD_BYTES`] bytes or all of a shorter one. As a capture, a route
 /// would be shown as noise.
 pub(super) fn is_route(head: &[u8]) -> bool {
     let Ok(text) = str::from_utf8(head) else {
         return false;
     };
-    // The last line may go on after the head.
+    // The last line may continue after the head.
     let whole = match text.rfind('\n') {
         Some(end) if head.len() == ROUTE_HEAD_BYTES => &text[..end],
         _ => text,
@@ -93,7 +93,7 @@ pub fn open_file(path: &Path) -> Result<File, CaptureError> {
     })
 }
 
-/// The error for a recording that is under way or was interrupted; `None` for any other file.
+/// The error for a recording under way or interrupted; `None` for other files.
 #[must_use]
 pub fn unfinished(path: &Path) -> Option<CaptureError> {
     is_unfinished(path).then(|| CaptureError::Unfinished {
@@ -109,7 +109,7 @@ enum Reader {
     Mcap(Box<Pieces<Source>>),
 }
 
-/// A capture that has been opened, read from its beginning.
+/// An open capture, read from its beginning.
 pub struct Capture {
     path: PathBuf,
     reader: Reader,
@@ -118,7 +118,7 @@ pub struct Capture {
     uplink: Uplink,
     damages: Damages,
     has_verdict: bool,
-    /// The bytes given out last.
+    /// The chunk returned last.
     current: Vec<u8>,
 }
 
@@ -135,7 +135,7 @@ impl Capture {
         Self::read(path, Box::new(open_file(path)?))
     }
 
-    /// Reads a capture from any source; the name is for messages.
+    /// Reads a capture from any source; the name appears in error messages.
     ///
     /// # Errors
     /// When its beginning cannot be read.
@@ -179,7 +179,7 @@ impl Capture {
         }
     }
 
-    /// What of a raw capture differs from the radio's bytes; known when some of it has been read.
+    /// Differences of a raw capture from the radio's bytes, as text; known after its first lines.
     #[must_use]
     pub fn stored(&self) -> Option<String> {
         match &self.reader {
@@ -188,7 +188,7 @@ impl Capture {
         }
     }
 
-    /// Received bytes, up to those read last, that an MCAP does not hold.
+    /// Number of received bytes missing so far; 0 of a raw capture.
     #[must_use]
     pub const fn missing_bytes(&self) -> u64 {
         self.missing_bytes
@@ -212,7 +212,7 @@ impl Capture {
         }
     }
 
-    /// When the latest received bytes arrived, since the capture began.
+    /// Time of the latest received bytes, since the capture began.
     #[must_use]
     pub const fn end(&self) -> Duration {
         self.end
@@ -221,7 +221,7 @@ impl Capture {
     /// The next piece and its time since the capture began; `None` at the end.
     ///
     /// # Errors
-    /// When it cannot be read; and once, at the end, the damage met on the way.
+    /// When it cannot be read; once, at the end, when parts of it were damaged.
     pub fn next_piece(&mut self) -> Result<Option<(Duration, Piece<'_>)>, CaptureError> {
         let read_error = |error| CaptureError::Read {
             path: self.path.clone(),
@@ -259,7 +259,7 @@ impl Capture {
         Ok(Some((at, piece)))
     }
 
-    /// Why an MCAP could not be read whole; said once.
+    /// Reason why a recording could not be read completely; returned once.
     fn verdict(&mut self) -> Option<CaptureError> {
         let Reader::Mcap(reader) = &self.reader else {
             return None;
@@ -310,10 +310,10 @@ impl Capture {
         }))
     }
 
-    /// Runs everything through a decoder and calls `take` with each line and the time it was complete.
+    /// Decodes the whole capture; calls `take` with each line and the time of its end.
     ///
     /// # Errors
-    /// The capture's, and those of `take`.
+    /// Those of the capture and of `take`.
     pub fn for_each_line<E: From<CaptureError>>(
         &mut self,
         decoder: &mut Decoder,

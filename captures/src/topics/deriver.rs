@@ -1,4 +1,4 @@
-//! From bytes, times and events to the messages of every topic.
+//! Derives the messages of every topic from bytes, times and events.
 
 use std::collections::VecDeque;
 
@@ -20,27 +20,27 @@ use crate::robot_clock::RobotClock;
 use crate::text::line_feed;
 use crate::words::outcome_words;
 
-/// Commands that have begun and not ended, of which the words are kept: the newest.
+/// Maximum commands under way whose words are kept; the oldest are dropped.
 const COMMANDS_MAX: usize = 64;
 
-/// Derives every topic of a capture from what happened, in its order.
+/// Derives every topic of a recording from received bytes, sent bytes and events, in their order.
 ///
-/// Each `handle_*` calls `take` with the messages that follow, in the order in which they belong into
-/// a capture; what it borrows is good until it returns. An error of `take` is passed on at once and
-/// leaves the rest of that call undone. Times are nanoseconds since 1970; one that is before the
-/// latest counts as the latest, so that a clock that is set back leaves a capture in order.
+/// Each `handle_*` calls `take` with the derived messages in the order of the recording. An error of `take` is returned
+/// at once; the other messages of that call are then missing. Times are nanoseconds since 1970. A time before the
+/// latest one counts as the latest, so the messages stay in order when a clock is set back.
 ///
-/// The robot's own time goes with what the robot alone says. `/log` and `/uplink` are told by the station too,
-/// whose clock is another, and have but one time, so that either order of a topic's messages is the same.
+/// Messages that follow from the robot's lines alone carry the robot's time as publish time. `/log` and `/uplink` also
+/// hold events of the station, whose clock differs; there, publish time equals log time, so both orders of their
+/// messages agree.
 ///
-/// `/raw/rx` gets a message for each line feed, or for 80 bytes without one, however the bytes
-/// arrive; call [`Self::finish`] for what is left over.
+/// `/raw/rx` gets one message per line feed, or per 80 bytes without one, however the bytes arrive. [`Self::finish`]
+/// writes the rest.
 #[derive(Debug, Default)]
 pub struct Deriver {
     now_ns: u64,
     rx_offset: u64,
     tx_offset: u64,
-    /// Received, and not yet given out.
+    /// Received bytes of an unfinished line.
     pending: Vec<u8>,
     decoder: Decoder,
     lines: Lines,
@@ -48,7 +48,7 @@ pub struct Deriver {
     ack: Option<(u8, u8, u8, u8)>,
     list_digest: Option<u32>,
     was_bumped: bool,
-    /// Who sends, as it says in line C.
+    /// Number and firmware of the robot, from line C.
     robot: Option<(u8, FirmwareVersion)>,
     is_new_robot: bool,
     commands: VecDeque<Command>,
@@ -58,13 +58,13 @@ pub struct Deriver {
     encoder: Encoder,
 }
 
-/// Where the lines come from.
+/// Source of the decoded lines.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 enum Lines {
     /// The deriver decodes the bytes.
     #[default]
     OfBytes,
-    /// They come through [`Deriver::handle_received`].
+    /// The caller passes them to [`Deriver::handle_received`].
     Decoded,
 }
 
@@ -83,7 +83,7 @@ impl Deriver {
         Self::default()
     }
 
-    /// A deriver whose bytes are decoded elsewhere: each line comes through [`Self::handle_received`] after its bytes.
+    /// A deriver whose caller decodes the bytes: it passes each line to [`Self::handle_received`] after its bytes.
     #[must_use]
     pub fn of_decoded_lines() -> Self {
         Self {
@@ -92,8 +92,8 @@ impl Deriver {
         }
     }
 
-    /// Another part of a recording begins: both streams count from zero, and what is only told now and
-    /// then is told anew. What is known of the robot stays.
+    /// Begins the next part of a recording. Both streams count from zero, and periodic messages are due at once. State
+    /// of the robot is kept.
     pub fn begin_part(&mut self) {
         self.rx_offset = 0;
         self.tx_offset = 0;
@@ -102,32 +102,32 @@ impl Deriver {
         self.scene.tell_anew();
     }
 
-    /// What the decoder has seen.
+    /// The decoder's totals.
     #[must_use]
     pub const fn counters(&self) -> &Counters {
         self.decoder.counters()
     }
 
-    /// Bytes received or missing so far, those included that have not been given out yet.
+    /// Number of bytes received or missing so far, those of an unfinished line included.
     #[must_use]
     pub const fn rx_bytes(&self) -> u64 {
         self.rx_offset.saturating_add(self.pending.len() as u64)
     }
 
-    /// Bytes sent or missing so far.
+    /// Number of bytes sent or missing so far.
     #[must_use]
     pub const fn tx_bytes(&self) -> u64 {
         self.tx_offset
     }
 
-    /// Number and firmware of the robot, once when a line first says it and whenever that changes.
+    /// Number and firmware of the robot: once after the first line C, and again after each change.
     pub fn take_robot(&mut self) -> Option<(u8, FirmwareVersion)> {
         std::mem::take(&mut self.is_new_robot)
             .then_some(self.robot)
             .flatten()
     }
 
-    /// Bytes of the radio are missing here: they leave a step in `/raw/rx`, and no line is read across it.
+    /// Skips missing received bytes: the offset in `/raw/rx` jumps, and no line spans the gap.
     ///
     /// # Errors
     /// Those of `take`.
@@ -142,7 +142,7 @@ impl Deriver {
         Ok(())
     }
 
-    /// Sent bytes are missing here: they leave a step in `/raw/tx`.
+    /// Skips missing sent bytes: the offset in `/raw/tx` jumps.
     pub const fn skip_tx(&mut self, bytes: u64) {
         self.tx_offset = self.tx_offset.saturating_add(bytes);
     }
@@ -177,7 +177,7 @@ impl Deriver {
         Ok(())
     }
 
-    /// Takes a line that was decoded elsewhere, from bytes read at `at_ns`.
+    /// Takes a line that the caller decoded from bytes read at `at_ns`.
     ///
     /// # Errors
     /// Those of `take`.
@@ -210,7 +210,7 @@ impl Deriver {
         take(self.encoder.message(Topic::RawTx, self.now_ns, None))
     }
 
-    /// Takes an event of the station's.
+    /// Takes an event of the station.
     ///
     /// # Errors
     /// Those of `take`.
@@ -259,7 +259,7 @@ impl Deriver {
         take(self.encoder.message(Topic::Log, self.now_ns, None))
     }
 
-    /// Gives out bytes that belong to no whole line yet.
+    /// Writes the bytes of an unfinished line.
     ///
     /// # Errors
     /// Those of `take`.
@@ -332,7 +332,7 @@ impl Deriver {
         })
     }
 
-    /// The robot acknowledges something else than before.
+    /// Writes the robot's acknowledgement when it has changed.
     fn handle_ack<E>(
         &mut self,
         ack: Ack,

@@ -10,10 +10,10 @@ use super::geometry::{BASE, M_PER_IN, ODOM, Place, timestamp, upright};
 use super::{Topic, TopicMessage};
 use crate::messages::{RawBytes, Telemetry};
 
-/// Angle of the sonars to the right and to the left.
+/// Angle of each sonar from straight ahead, radians.
 const SONAR_RAD: f64 = 7.5 / 180.0 * std::f64::consts::PI;
 
-/// Encodes one message at a time into the same memory.
+/// Encodes messages one at a time into a reused buffer.
 #[derive(Debug, Default)]
 pub(super) struct Encoder {
     buffer: Vec<u8>,
@@ -22,7 +22,7 @@ pub(super) struct Encoder {
 impl Encoder {
     pub(super) fn encode(&mut self, message: &impl Message) {
         self.buffer.clear();
-        // A vector grows as it must: nothing can fail.
+        // Encoding into a vector cannot fail.
         let _ = message.encode(&mut self.buffer);
     }
 
@@ -57,7 +57,8 @@ impl Encoder {
         });
     }
 
-    /// The right sonar first: angles grow to the left. No echo is no obstacle within reach: infinity.
+    /// Encodes the sonars, the right one first because angles grow to the left. No echo is infinity: no obstacle in
+    /// range.
     pub(super) fn scan(&mut self, now_ns: u64, state: &StateLine) {
         let range_m = |inches: Option<u16>| {
             inches.map_or(f64::INFINITY, |inches| f64::from(inches) * M_PER_IN)

@@ -1,11 +1,11 @@
-//! The robot's inches and degrees as metres, radians and quaternions.
+//! Converts the robot's inches and degrees to metres, radians and quaternions.
 
 use foxglove::messages::{Pose, Quaternion, Timestamp, Vector3};
 
-/// The frame in which the robot reckons: its origin is where the odometer was last reset.
+/// Frame of the robot's odometry; its origin is the pose at the last odometer reset.
 pub const ODOM: &str = "odom";
 
-/// The frame of the robot itself.
+/// Frame that moves with the robot.
 pub const BASE: &str = "base_link";
 
 /// Metres per inch.
@@ -13,7 +13,7 @@ pub(super) const M_PER_IN: f64 = 0.0254;
 
 const S_NS: u64 = 1_000_000_000;
 
-/// The robot's place on the floor.
+/// The robot's pose on the floor.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct Place {
     pub(super) x_m: f64,
@@ -23,7 +23,7 @@ pub(super) struct Place {
 }
 
 impl Place {
-    /// The place in the robot's terms: +Y is ahead, +X to the right, degrees clockwise from +Y.
+    /// Converts the robot's coordinates: +Y ahead, +X right, degrees clockwise from +Y.
     pub(super) fn of_robot(x_tenths_in: i32, y_tenths_in: i32, theta_deg: u16) -> Self {
         let (x_m, y_m) = odom(f64::from(x_tenths_in) / 10.0, f64::from(y_tenths_in) / 10.0);
         Self {
@@ -54,14 +54,14 @@ impl Place {
         }
     }
 
-    /// A point ahead at a distance.
+    /// The point at a distance straight ahead.
     pub(super) fn ahead(self, distance_m: f64) -> (f64, f64) {
         let (sin, cos) = self.yaw_rad.sin_cos();
         (self.x_m + cos * distance_m, self.y_m + sin * distance_m)
     }
 }
 
-/// A point of the robot's floor plan, in metres of [`ODOM`].
+/// Converts a point in the robot's inches to metres in [`ODOM`].
 pub(super) fn odom(x_in: f64, y_in: f64) -> (f64, f64) {
     // Subtracted, because a negated zero would be written as -0.
     (y_in * M_PER_IN, 0.0 - x_in * M_PER_IN)

@@ -1,4 +1,4 @@
-//! What the robot's lines tell that is worth a line in the log.
+//! Log messages from the robot's lines.
 
 use foxglove::messages::log::Level;
 use groundwave_protocol::life::Life;
@@ -7,11 +7,11 @@ use groundwave_protocol::telemetry::{Body, Line, StateLine};
 
 use crate::words::{layer_word, mode_word};
 
-/// The layer that has the motors, if one has.
+/// The layer that controls the motors; `None` for prowl and User.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 struct Holder(Option<Layer>);
 
-/// Notices what changes from line to line.
+/// Detects changes from line to line.
 #[derive(Debug, Default)]
 pub(crate) struct LogMessages {
     mode: Option<Mode>,
@@ -24,7 +24,7 @@ pub(crate) struct LogMessages {
 }
 
 impl LogMessages {
-    /// Takes a line; calls `tell` with each thing that is new in it.
+    /// Takes a line; calls `tell` with the level and text of each change.
     pub(crate) fn handle_line<E>(
         &mut self,
         line: &Line,
@@ -84,7 +84,7 @@ impl LogMessages {
     }
 }
 
-/// Whether something is pressed.
+/// Whether a bumper touches something.
 pub(crate) const fn is_contact(bump: Bump) -> bool {
     !matches!(bump, Bump::None | Bump::NotFitted)
 }

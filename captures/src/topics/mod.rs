@@ -1,13 +1,12 @@
-//! Every topic of a capture, derived from what was received, sent and told.
+//! Topics of a recording, derived from received bytes, sent bytes and station events.
 //!
-//! The [`Deriver`] is the one place that knows what follows from the bytes of the radio: the recorder
-//! writes what it says to MCAP, `convert` does the same with raw text, recovery with a journal, and
-//! a live server hands it to other programs. It is a pure fold: same inputs in the same order with the
-//! same times, same messages.
+//! Only the [`Deriver`] derives messages. Recording, recovery and `convert` write them to MCAP; the Foxglove server
+//! sends them to other programs. It is a pure fold: the same inputs in the same order with the same times give the same
+//! messages.
 //!
-//! Metres, radians and REP 103 everywhere but in the topics that are ours (inches, degrees, as the
-//! robot says them): x ahead, y left, counter-clockwise is positive. Frame [`ODOM`] is where the robot
-//! was when it last reset its odometer, looking along x; frame [`BASE`] is the robot.
+//! Topics with a schema of our own have the robot's units: inches and degrees. All others follow REP 103: metres and
+//! radians, x ahead, y left, counter-clockwise positive. The origin of frame [`ODOM`] is the robot's pose when its
+//! odometer was last reset; frame [`BASE`] moves with the robot.
 
 mod deriver;
 mod encoder;
@@ -34,7 +33,7 @@ pub use super::messages::StationEvent;
 use super::messages::{RawBytes, Telemetry, UplinkEvent};
 use super::schema::{DESCRIPTORS, Schema};
 
-/// How schemas and messages are encoded.
+/// Encoding of schemas and messages.
 const ENCODING: &str = "protobuf";
 
 /// Every byte read from the radio.
@@ -42,7 +41,7 @@ pub const RAW_RX: &str = Topic::RawRx.name();
 /// Every byte sent to the radio.
 pub const RAW_TX: &str = Topic::RawTx.name();
 
-/// The topics of a capture. Their numbers are those of their channels and of their schemas, and stay.
+/// A topic of a recording. Its number determines those of its channel and its schema, and never changes.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
 #[repr(u8)]
 pub enum Topic {
@@ -52,23 +51,23 @@ pub enum Topic {
     RawTx,
     /// Every intact line, decoded.
     Telemetry,
-    /// Commands, repetitions, acknowledgements, digests of lists.
+    /// Statuses of commands, and changes of the robot's acknowledgement and route.
     Uplink,
-    /// Where the robot is, as a transform from [`ODOM`] to [`BASE`].
+    /// The robot's pose as a transform from [`ODOM`] to [`BASE`].
     Tf,
-    /// Where the robot is.
+    /// The robot's pose.
     Pose,
-    /// Where it was, lately.
+    /// The path that it drove lately.
     Path,
-    /// What its two sonars see.
+    /// Distances of its two sonars.
     Sonar,
-    /// The place of an occupancy grid; nothing writes one yet.
+    /// Reserved for an occupancy grid; not written yet.
     Map,
     /// The robot's body, waypoints, bumps.
     Markers,
-    /// What happened, in words.
+    /// Events as text.
     Log,
-    /// What no byte tells: commands, the link, marks and notices.
+    /// Events that are not in the bytes: commands, the link, marks and notices.
     Station,
 }
 
@@ -89,7 +88,7 @@ impl Topic {
         Self::Station,
     ];
 
-    /// Its name in a capture.
+    /// Its name in a recording.
     #[must_use]
     pub const fn name(self) -> &'static str {
         match self {
@@ -108,13 +107,13 @@ impl Topic {
         }
     }
 
-    /// The number of its channel.
+    /// Number of its channel.
     #[must_use]
     pub const fn channel_id(self) -> u16 {
         self as u16 + 1
     }
 
-    /// The number of its schema: that of the first topic that has it.
+    /// Number of its schema: that of the first topic with this schema.
     const fn schema_id(self) -> u16 {
         match self {
             Self::RawTx => Self::RawRx.channel_id(),
@@ -122,7 +121,7 @@ impl Topic {
         }
     }
 
-    /// The topic of that name.
+    /// The topic with this name.
     #[must_use]
     pub fn from_name(name: &str) -> Option<Self> {
         Self::ALL.into_iter().find(|topic| topic.name() == name)
@@ -151,7 +150,7 @@ impl Topic {
     }
 }
 
-/// Adds topics and their schemas to a file under their numbers.
+/// Adds topics and their schemas to a file, under fixed numbers.
 ///
 /// # Errors
 /// When writing fails.
@@ -175,12 +174,12 @@ pub(super) fn register<W: Write + Seek>(
     Ok(())
 }
 
-/// A protobuf type, as other programs need it to decode its messages.
+/// A protobuf type as other programs need it for decoding.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct TopicSchema {
-    /// With the package: `groundwave.Telemetry`.
+    /// Name with its package: `groundwave.Telemetry`.
     pub name: Cow<'static, str>,
-    /// A serialised `FileDescriptorSet` with everything that the type refers to.
+    /// Serialised `FileDescriptorSet` of the type and of all types that it refers to.
     pub descriptors: Cow<'static, [u8]>,
 }
 
@@ -198,15 +197,14 @@ fn well_known<T: Encode>() -> TopicSchema {
     )
 }
 
-/// A message as it goes into a capture or to another program.
+/// A message for a recording or for another program.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct TopicMessage<'a> {
-    /// What it is about.
+    /// Its topic.
     pub topic: Topic,
-    /// When the bytes it follows from were received or sent: nanoseconds since 1970, never less than
-    /// those of the message before.
+    /// When its bytes were received or sent: nanoseconds since 1970, never before the previous message.
     pub log_time_ns: u64,
-    /// The robot's own time where it is known, else `log_time_ns`.
+    /// Time by the robot's clock where known, else `log_time_ns`.
     pub publish_time_ns: u64,
     /// The protobuf message.
     pub data: &'a [u8],

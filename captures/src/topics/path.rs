@@ -1,4 +1,4 @@
-//! The path driven lately, in a message of bounded size.
+//! The latest part of the path, in a message of bounded size.
 
 use std::collections::VecDeque;
 
@@ -12,10 +12,10 @@ const POINTS_MAX: usize = 512;
 /// Distance between two points, metres (6 in).
 const SPACING_M: f64 = 0.1524;
 
-/// New points after which the path is due,
+/// Number of new points after which the path is due.
 const FRESH_MAX: usize = 32;
 
-/// or its age when it has any.
+/// Maximum age of the last message while there are new points, nanoseconds.
 const AGE_MAX_NS: u64 = 30_000_000_000;
 
 /// The newest part of the path.
@@ -29,7 +29,7 @@ pub(super) struct Path {
 }
 
 impl Path {
-    /// Takes where the robot is; returns whether the path is due.
+    /// Takes the robot's pose; returns whether the path is due.
     pub(super) fn handle_place(&mut self, now_ns: u64, place: Place) -> bool {
         let is_new = self
             .last
@@ -59,13 +59,13 @@ impl Path {
         }
     }
 
-    /// The next place is followed by the whole path.
+    /// Makes the path due after the next pose.
     pub(super) fn tell_anew(&mut self) {
         self.sent_ns = None;
         self.fresh = self.poses.len();
     }
 
-    /// The robot reckons from elsewhere now: the old points mean nothing there.
+    /// Forgets all points after an odometer reset, because their frame is gone.
     pub(super) fn forget(&mut self) {
         self.poses.clear();
         self.last = None;

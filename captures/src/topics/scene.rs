@@ -1,4 +1,4 @@
-//! What a three-dimensional view shows besides the robot's axes.
+//! Objects for a three-dimensional view.
 
 use std::collections::VecDeque;
 
@@ -9,18 +9,18 @@ use foxglove::messages::{
 
 use super::geometry::{BASE, M_PER_IN, ODOM, Place, odom, timestamp, upright, vector};
 
-/// The robot's shell, metres.
+/// Size of the robot's shell, metres.
 const RADIUS_M: f64 = 5.5 * M_PER_IN;
 const HEIGHT_M: f64 = 8.0 * M_PER_IN;
 
-/// The arrow on it: across its shaft; along its head and across it.
+/// Size of the arrow on the shell: diameter of its shaft; length and diameter of its head, metres.
 const SHAFT_DIAMETER_M: f64 = 0.02;
 const HEAD_M: f64 = 0.05;
 
-/// Bumps that are shown: the newest.
+/// Maximum bumps shown, the newest.
 const BUMPS_MAX: usize = 64;
 
-/// Everything goes out again after so long: a viewer that jumps somewhere looks for the latest message.
+/// Maximum age of the last message, nanoseconds. A viewer that jumps to a moment shows the latest message before it.
 const AGE_MAX_NS: u64 = 30_000_000_000;
 
 const BODY: Color = color([0.35, 0.55, 0.85, 0.6]);
@@ -29,7 +29,7 @@ const WAYPOINT: Color = color([0.3, 0.8, 0.4, 0.9]);
 const TARGET: Color = color([0.95, 0.75, 0.2, 0.9]);
 const BUMP: Color = color([0.9, 0.25, 0.2, 0.9]);
 
-/// The robot's body, the waypoints it holds, the one it drives to, and where it bumped.
+/// The robot's body, its route, the waypoint that it drives to, and its bumps.
 #[derive(Debug, Default)]
 pub(super) struct Scene {
     bumps: VecDeque<SpherePrimitive>,
@@ -49,7 +49,7 @@ impl Scene {
         self.has_changed = true;
     }
 
-    /// The waypoints of the list that the robot has verified, inches as it says them.
+    /// Sets the confirmed route, in the robot's inches.
     pub(super) fn set_waypoints(&mut self, points_in: impl Iterator<Item = (i32, i32)>) {
         self.waypoints.clear();
         self.waypoints
@@ -67,13 +67,13 @@ impl Scene {
         self.has_changed = true;
     }
 
-    /// The robot reckons from elsewhere now: what was marked is not where it was.
+    /// Forgets places after an odometer reset, because their frame is gone.
     pub(super) fn forget(&mut self) {
         self.bumps.clear();
         self.has_changed = true;
     }
 
-    /// Whether everything is due: it has changed, or was told long ago.
+    /// Whether the scene is due: it has changed, or the last message is too old.
     pub(super) fn poll(&mut self, now_ns: u64) -> bool {
         let is_old = |sent_ns| now_ns.saturating_sub(sent_ns) >= AGE_MAX_NS;
         let is_due = self.has_changed || self.sent_ns.is_none_or(is_old);
@@ -135,14 +135,14 @@ fn body() -> CylinderPrimitive {
     CylinderPrimitive {
         pose: Some(upright([0.0, 0.0, HEIGHT_M / 2.0])),
         size: Some(vector([2.0 * RADIUS_M, 2.0 * RADIUS_M, HEIGHT_M])),
-        // As wide at the bottom as at the top.
+        // A cylinder, not a cone.
         bottom_scale: 1.0,
         top_scale: 1.0,
         color: Some(BODY),
     }
 }
 
-/// A line from waypoint to waypoint, of the same width on the screen at any distance.
+/// A line through the waypoints; its width on the screen does not depend on the distance.
 fn line(waypoints_m: &[(f64, f64)]) -> LinePrimitive {
     let points = waypoints_m.iter().map(|&(x, y)| Point3 { x, y, z: 0.0 });
     LinePrimitive {
