@@ -40,7 +40,7 @@ fn a_full_disk_is_told_and_the_robot_is_watched_on() {
     let text = told["text"].as_str().unwrap();
     assert!(text.contains("run.mcap"), "{text}");
     assert!(
-        text.contains("what was written until then is kept"),
+        text.contains("everything before is kept"),
         "{text}"
     );
     let hint = format!("`groundwave recover {}`", path.display());
@@ -243,7 +243,7 @@ fn a_recording_whose_folder_was_removed_has_failed() {
         let (code, err) = recording_that_is_removed(name);
         assert_eq!(code, 1, "{name}: {err}");
         assert!(err.contains("the file is gone; it was removed"), "{err}");
-        assert!(err.contains("cannot be reached"), "{err}");
+        assert!(err.contains("its content is lost"), "{err}");
         assert!(!err.contains("recorded"), "{err}");
     }
 }
@@ -279,7 +279,7 @@ fn files_that_are_taken_away_are_told_within_seconds() {
     let mut removed = recorder(&path("removed.mcap"));
     fs::remove_file(path("removed.mcap")).unwrap();
     removed.handle_timeout(SOON);
-    assert!(problem(&removed).contains("cannot be reached"));
+    assert!(problem(&removed).contains("its content is lost"));
     assert!(removed.finish().is_err());
 
     let mut moved = recorder(&path("here.mcap"));

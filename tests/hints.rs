@@ -68,7 +68,7 @@ const CASES: &[(i32, &[&str], &str)] = &[
     (2, &["calibrate", "sim", "--side", "10"], "10 is not in 40..=400"),
     (2, &["record", "sim", "--duration", "0"], "is not a duration; write 30s"),
     (1, &["record", "sim", "-o", "gone/a.mcap", "--duration", "1s"], "create the folder first"),
-    (2, &["record", "sim", "-o", "a.txt", "--duration", "1s"], "say --force to lose what is in it"),
+    (2, &["record", "sim", "-o", "a.txt", "--duration", "1s"], "give --force to replace it"),
     (2, &["record", "sim", "-o", ".", "--duration", "1s"], "name a file in it"),
     (1, &["watch", "sim", "--headless", "--share", "gone/a.mcap"], "make the folder first"),
     (2, &["watch", "sim", "--headless", "--share", "99999"], "neither a port (4001)"),

@@ -1,4 +1,4 @@
-//! Detects lines after which a recording goes to the disk at once.
+//! Detects lines that must reach the disk at once.
 
 use std::convert::Infallible;
 
@@ -16,7 +16,7 @@ pub(super) struct AlarmDetector {
 }
 
 impl AlarmDetector {
-    /// Takes a line; returns whether it brings a bump or an alarm.
+    /// Takes a line; returns whether it reports a bump or an alarm.
     pub(super) fn take_line(&mut self, line: &Line) -> bool {
         let mut is_urgent =
             matches!(&line.body, Body::State(state) if self.bumps.take_state(state));

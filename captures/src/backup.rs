@@ -7,7 +7,7 @@ use std::path::{Path, PathBuf};
 use super::CaptureError;
 use super::files::{DAMAGED, with_suffix};
 
-/// How much of two files is compared at a time.
+/// Buffer size for comparing two files, bytes.
 const BUFFER_BYTES: u64 = 1024 * 1024;
 
 /// Keeps a damaged file under the first free name of `.damaged`, `.damaged-2` and so on; returns that name. A file that an

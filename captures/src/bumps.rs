@@ -1,4 +1,4 @@
-//! The number of bumps, counted in one place.
+//! Counts bumps.
 
 use groundwave_protocol::telemetry::{CountersLine, StateLine};
 
@@ -7,8 +7,8 @@ use super::topics::is_contact;
 /// Modulus of the count in line C.
 const COUNT_MODULUS: u16 = 10_000;
 
-/// Counts contacts of the bumper: by the robot's own count between the first line C and the last, else by lines A, which miss
-/// short contacts.
+/// Counts contacts of the bumper. Between the first and the last line C, the robot's own count is used; elsewhere,
+/// lines A, which miss short contacts.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub(super) struct Bumps {
     seen: u32,
@@ -26,7 +26,7 @@ impl Bumps {
         is_new
     }
 
-    /// Takes a line C; a boot starts the robot's count again.
+    /// Takes a line C; a boot resets the robot's count.
     pub(super) fn take_counters(&mut self, counters: &CountersLine) {
         let now = (counters.boots, counters.bumps);
         if let Some((boots, bumps)) = self.last.replace(now)

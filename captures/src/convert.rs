@@ -28,9 +28,9 @@ pub struct Converted {
     pub lines: u64,
 }
 
-/// Writes a raw capture as MCAP with every topic, as if it had been recorded from `start_ns` since 1970 on. Where nobody
-/// says when that was, lines that say the day do; else it is 1970. `/raw/rx` holds what the radio delivered, also where the
-/// file has times before the lines or other line ends.
+/// Writes a raw capture as MCAP with every topic. The recording starts at `start_ns` since 1970; without it, at the
+/// date in the lines, else in 1970. `/raw/rx` holds the radio's bytes, without the timestamps and with the line ends
+/// restored.
 ///
 /// # Errors
 /// When reading or writing fails.

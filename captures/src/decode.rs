@@ -31,10 +31,11 @@ pub enum DecodeError {
     Output(#[from] io::Error),
 }
 
-/// Writes each intact line of a capture; returns the decoder's totals. Pass a buffered `output`, except to a terminal.
+/// Writes each intact line of a capture; returns the decoder's totals. `output` should be buffered unless it is a
+/// terminal.
 ///
 /// # Errors
-/// When the capture cannot be read on or the output takes no more.
+/// When reading the capture or writing the output fails.
 pub fn decode(
     capture: &mut Capture,
     format: Format,

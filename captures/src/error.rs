@@ -1,4 +1,4 @@
-//! What can go wrong with a capture.
+//! Errors of reading and writing captures.
 
 use std::fmt;
 use std::fs::{File, OpenOptions};
@@ -11,19 +11,19 @@ use crate::hint::{self, shell_word};
 /// What to do when the file to be written exists.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Existing {
-    /// Leave it alone and say so.
+    /// Keep it and fail.
     #[default]
     Refuse,
-    /// Write on at its end. Only raw captures can.
+    /// Append to it; raw captures only.
     Append,
-    /// Write over it.
+    /// Replace it.
     Overwrite,
 }
 
-/// What became of a file that was taken away while it was written.
+/// Fate of a file that was removed or renamed while it was written.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub enum Fate {
-    /// It has no name any more.
+    /// No name leads to it.
     Removed,
     /// It has another name.
     Moved,
@@ -33,10 +33,10 @@ impl fmt::Display for Fate {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
             Self::Removed => f.write_str(
-                "it was removed, and what was written until then cannot be reached: start a new recording",
+                "it was removed, and its content is lost; start a new recording",
             ),
             Self::Moved => f.write_str(
-                "it was moved or renamed, and what was written until then is where it is now: start a new recording",
+                "it was moved or renamed, and its content is kept there; start a new recording",
             ),
         }
     }
@@ -45,25 +45,24 @@ impl fmt::Display for Fate {
 /// A capture could not be written or read.
 #[derive(Debug, thiserror::Error)]
 pub enum CaptureError {
-    /// The file is there and nobody allowed to touch it.
+    /// The file exists and may not be overwritten.
     #[error(
-        "will not record to {}: the file exists; choose another name, or say --force to lose what is in it{}",
+        "will not record to {}: the file exists; choose another name, or give --force to replace it{}",
         path.display(),
-        if *can_append { ", or --append to write on at its end" } else { "" }
+        if *can_append { ", or --append to append to it" } else { "" }
     )]
     Exists {
         /// The file.
         path: PathBuf,
-        /// Whether appending is a way out.
+        /// Whether `--append` is possible.
         can_append: bool,
     },
-    /// Two recordings in one file.
+    /// Two captures of one session have the same file.
     #[error("will not record to {} twice: give --tee and --record different names", .0.display())]
     SameFile(PathBuf),
-    /// A name that the recorder gives to files of its own.
+    /// The name is reserved for recovery.
     #[error(
-        "will not write {}: names that end in .finishing or .damaged are those of files that recovery makes; choose another \
-         name",
+        "will not write {}: names that end in .finishing or .damaged are reserved for recovery; choose another name",
         .0.display()
     )]
     OwnName(PathBuf),
@@ -81,41 +80,41 @@ pub enum CaptureError {
     Recovering {
         /// The recording.
         path: PathBuf,
-        /// What the operating system says.
+        /// The operating system's error.
         error: io::Error,
     },
-    /// Another program records under that name now.
+    /// Another program records to the file.
     #[error("will not record to {}: another groundwave is recording it; choose another name", .0.display())]
     InUse(PathBuf),
-    /// A recording that is being recorded or recovered is not recovered.
+    /// The recording to be recovered is in use.
     #[error("will not recover {}: another groundwave is recording or recovering it; end it there first", .0.display())]
     UnderWay(PathBuf),
-    /// Nothing in a file can be read as a recording.
+    /// No part of the file can be read as a recording.
     #[error("nothing of {} can be saved: no part of a Groundwave recording in it can be read", .0.display())]
     NothingLeft(PathBuf),
-    /// Chunks in a form that others write.
+    /// The chunks have an unsupported compression.
     #[error("will not recover {}: {}", .0.display(), Problem::Lz4)]
     Compression(PathBuf),
-    /// Waypoints, and no capture.
+    /// The file is a route.
     #[error(
         "{} is a route, not a capture: groundwave send LINK route {} sends it; in the dashboard l loads it as a draft",
         .0.display(), shell_word(.0)
     )]
     Route(PathBuf),
-    /// An MCAP cannot be written on.
-    #[error("cannot append to {}: only raw captures can be appended to; choose another name", .0.display())]
+    /// Recordings cannot be appended to.
+    #[error("cannot append to {}: only raw text can be appended to; choose another name", .0.display())]
     CannotAppend(PathBuf),
-    /// The file cannot be made.
+    /// The file cannot be created.
     #[error("cannot create {}: {error}{}", path.display(), hint(error))]
     Create {
         /// The file.
         path: PathBuf,
-        /// What the operating system says.
+        /// The operating system's error.
         error: io::Error,
     },
     /// Writing failed in the middle.
     #[error(
-        "recording to {} stopped: {error}; what was written until then is kept{}{}",
+        "recording to {} stopped: {error}; everything before is kept{}{}",
         path.display(),
         recovery(path),
         hint(error)
@@ -123,26 +122,26 @@ pub enum CaptureError {
     Write {
         /// The file.
         path: PathBuf,
-        /// What the operating system or the format says.
+        /// The operating system's error, or that of the format.
         error: io::Error,
     },
-    /// Somebody took the file away while it was written.
+    /// The file was removed or renamed while it was written.
     #[error("recording to {}: the file is gone; {fate}", path.display())]
     Gone {
         /// The file.
         path: PathBuf,
-        /// What that means for what was written.
+        /// Fate of its content.
         fate: Fate,
     },
-    /// The disk takes its time.
-    #[error("recording to {}: the disk has kept nothing for 30 s; a power cut would lose what came in since", .0.display())]
+    /// The disk does not write.
+    #[error("recording to {}: the disk has written nothing for 30 s; a power cut would lose everything since", .0.display())]
     Stalled(PathBuf),
     /// The file cannot be opened.
     #[error("cannot open {}: {}", path.display(), hint::of_reading(error))]
     Open {
         /// The file.
         path: PathBuf,
-        /// What the operating system says.
+        /// The operating system's error.
         error: io::Error,
     },
     /// Reading failed in the middle.
@@ -150,17 +149,17 @@ pub enum CaptureError {
     Read {
         /// The file.
         path: PathBuf,
-        /// What the operating system says.
+        /// The operating system's error.
         error: io::Error,
     },
-    /// A finished recording does not read back as it was written.
+    /// The finished copy of a recording differs from it.
     #[error(
-        "{} could not be finished: its copy did not read back as it was written; the recording is as it was, and \
+        "{} could not be finished: its copy did not read back correctly; the recording is unchanged; \
          `groundwave recover {}` tries again",
         .0.display(), shell_word(.0)
     )]
-    NotProven(PathBuf),
-    /// A recording that is under way or was interrupted.
+    NotConfirmed(PathBuf),
+    /// The recording is under way or was interrupted.
     #[error("{}", unfinished_words(path, *is_in_use))]
     Unfinished {
         /// The file.
@@ -168,27 +167,27 @@ pub enum CaptureError {
         /// Whether a program is recording it now.
         is_in_use: bool,
     },
-    /// An MCAP whose checksums or structure do not hold.
-    #[error("{} cannot be read whole: {problem}; everything else has been read", path.display())]
+    /// Checksums or structure of the recording are wrong.
+    #[error("{} is damaged: {problem}; everything else has been read", path.display())]
     Damaged {
         /// The file.
         path: PathBuf,
-        /// What does not hold.
+        /// The damaged parts.
         problem: String,
     },
-    /// An MCAP of something else.
+    /// The MCAP file is no recording of Groundwave.
     #[error("{} holds no {} channel of groundwave.RawBytes: not a Groundwave recording", .0.display(), super::topics::RAW_RX)]
     NoRawBytes(PathBuf),
 }
 
-/// What becomes of an MCAP that takes no more.
+/// The command that finishes a recording whose writing failed.
 fn recovery(path: &Path) -> String {
     if path
         .extension()
         .is_some_and(|extension| extension == "mcap")
     {
         return format!(
-            ", and `groundwave recover {}` finishes it when this has ended",
+            ", and `groundwave recover {}` finishes it after this session",
             shell_word(path)
         );
     }
@@ -198,10 +197,10 @@ fn recovery(path: &Path) -> String {
 fn unfinished_words(path: &Path, is_in_use: bool) -> String {
     let name = path.display();
     if is_in_use {
-        return format!("{name} is being recorded: its end is still to come");
+        return format!("{name} is being recorded: its end is not written yet");
     }
     format!(
-        "{name} was interrupted: it is read up to its end; `groundwave recover {}` finishes it",
+        "{name} was interrupted; it has been read to its end; `groundwave recover {}` finishes it",
         shell_word(path)
     )
 }
@@ -220,7 +219,7 @@ fn hint(error: &io::Error) -> &'static str {
     }
 }
 
-/// Opens a file for writing and leaves an existing one alone unless told otherwise.
+/// Opens a file for writing; `existing` decides what happens to an existing one.
 pub(super) fn create(
     path: &Path,
     existing: Existing,

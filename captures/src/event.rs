@@ -1,4 +1,4 @@
-//! What a recording knows besides bytes.
+//! Events and other facts of a recording that are not in the bytes.
 
 use std::fmt;
 use std::time::Duration;
@@ -6,7 +6,7 @@ use std::time::Duration;
 pub use groundwave_protocol::arq::{CommandStatus, Failure};
 use serde::{Deserialize, Serialize};
 
-/// The simulator's truth, in the robot's own frame.
+/// The true state of a simulated robot's world, in the robot's frame.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Truth {
     /// Walls and obstacles as segments, inches.
@@ -48,7 +48,7 @@ macro_rules! coded {
 coded! {
     /// How much a notice matters.
     Level {
-        /// For the record.
+        /// Information.
         Info = "info",
         /// Needs a look.
         Warning = "warning",
@@ -64,9 +64,9 @@ coded! {
         SessionOpened = "session-opened",
         /// The session with the robot ended.
         SessionEnded = "session-ended",
-        /// Hint about a radio from which no intact line comes, or that lines come again.
+        /// Hint about a radio that delivers no intact line, or the end of that state.
         Radio = "radio",
-        /// The device takes no bytes.
+        /// The device accepts no bytes.
         NotTaken = "not-taken",
         /// The link is shared.
         Shared = "shared",
@@ -80,7 +80,7 @@ coded! {
         Recording = "recording",
         /// The beginning of a recording is missing.
         BeginningMissing = "beginning-missing",
-        /// A label was kept beside a capture, or could not be.
+        /// A label was saved beside a capture, or saving failed.
         Label = "label",
         /// Answer to a key or a prompt.
         Operator = "operator",
@@ -129,7 +129,7 @@ pub struct CommandId(pub u32);
 /// The connection to the radio.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub enum LinkEvent {
-    /// Open; the name is what the operator called it.
+    /// Opened, with the name that the operator gave.
     Opened {
         /// Device, address or file.
         name: String,
@@ -141,22 +141,22 @@ pub enum LinkEvent {
         /// Reason, for people.
         reason: String,
     },
-    /// Over for good: end of a file or of standard input.
+    /// Ended: end of a file or of standard input.
     Ended,
 }
 
-/// Kind of the bytes from the radio, judged over seconds.
+/// Kind of the bytes from the radio over the last seconds.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Reception {
     /// Intact lines.
     Lines,
-    /// Not a byte.
+    /// No bytes.
     Nothing,
-    /// Bytes without any order.
+    /// Bytes without structure.
     Noise,
-    /// Text, and no line of it intact.
+    /// Text without an intact line.
     Damaged,
-    /// Bytes with an order that makes no text: the port's baud rate is not the radio's.
+    /// Bytes with structure that are no text: the port's baud rate is not the radio's.
     WrongRate(LineRate),
 }
 
@@ -194,9 +194,9 @@ impl Reception {
 /// How the radio's baud rate differs from the port's.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum LineRate {
-    /// It is lower.
+    /// The radio's is lower.
     Slower,
-    /// It is higher.
+    /// The radio's is higher.
     Faster,
 }
 
@@ -207,9 +207,9 @@ pub enum Remark {
     Name(String),
     /// A note.
     Note(String),
-    /// It does not count, for a reason.
+    /// The run does not count; with the reason.
     Void(String),
-    /// It counts after all.
+    /// The run counts again.
     Counts,
 }
 
@@ -230,7 +230,7 @@ impl fmt::Display for Remark {
 pub struct Mark {
     /// Time since the marked moment.
     pub ago: Moment,
-    /// Set; else cleared.
+    /// Whether the mark was set; else it was cleared.
     pub is_set: bool,
 }
 
@@ -250,9 +250,9 @@ pub enum Landmark {
     Alarm,
     /// The bumper touched something.
     Bump,
-    /// Another layer holds the motors, steering aside, or the mode changed.
+    /// Another layer controls the motors (hand steering aside), or the mode changed.
     Behaviour,
-    /// A command was asked for or ended; in a capture without events, the robot acknowledged another command.
+    /// A command was queued or ended; in a capture without events, the robot acknowledged another command.
     Command,
     /// A moment that the operator marked.
     Marker,

@@ -1,4 +1,4 @@
-//! The files of recordings: names, locks, and room for a new one.
+//! Files of recordings: names, locks and free names.
 
 use std::ffi::OsString;
 use std::fs::{self, File, TryLockError};
@@ -14,9 +14,9 @@ use super::unfinished::is_unfinished;
 /// Limits the numbered variants of a file name.
 const VARIANTS_MAX: u32 = 1_000_000;
 
-/// The ending of the file that takes the place of a recording when it is complete.
+/// Extension of the finished copy, which replaces the recording when it is complete.
 pub(crate) const FINISHING: &str = "finishing";
-/// The ending of a damaged file that is kept beside its replacement.
+/// Extension of a damaged file that is kept beside its replacement.
 pub(crate) const DAMAGED: &str = "damaged";
 
 /// A file that this program has locked.
@@ -32,14 +32,14 @@ impl Lock {
         if let Err(TryLockError::WouldBlock) = file.try_lock() {
             return Ok(None);
         }
-        // A file system without locks has no other program to keep away.
+        // On a file system without locks, the file counts as free.
         Ok(presence::check(&file, path).is_ok().then_some(Self(file)))
     }
 }
 
-/// Locks a file that is being written. Another program that checks it holds the lock for a moment only.
+/// Locks a file that is being written. It waits for another program that checks the lock, which takes a moment only.
 pub(crate) fn claim(file: &File) {
-    // A file system without locks keeps no other program away; the recording goes on all the same.
+    // On a file system without locks, recording continues unprotected.
     let _ = file.lock();
 }
 
@@ -72,14 +72,14 @@ pub fn find_interrupted(folder: &Path) -> Vec<PathBuf> {
     found
 }
 
-/// Whether this is the name of a file that recovery makes.
+/// Whether the name is reserved for recovery.
 #[must_use]
 pub fn is_own_name(path: &Path) -> bool {
     path.extension()
         .is_some_and(|extension| extension == FINISHING || extension == DAMAGED)
 }
 
-/// Refuses a name of the files that recovery makes.
+/// Refuses a name that is reserved for recovery.
 ///
 /// # Errors
 /// When it is one.
@@ -90,7 +90,7 @@ pub fn refuse_own_name(path: &Path) -> Result<(), CaptureError> {
     Ok(())
 }
 
-/// Renames an unfinished recording of this name, so that a new one can take it; returns its new name.
+/// Renames an unfinished recording with this name, to free the name; returns its new name.
 ///
 /// # Errors
 /// When it is being written now, or cannot be renamed.
@@ -116,7 +116,7 @@ pub fn set_aside(path: &Path) -> Result<Option<PathBuf>, CaptureError> {
     Ok(Some(aside))
 }
 
-/// The first part from number `from` on that has no file: its number and its name.
+/// The first unused part number from `from` on, and its file name.
 #[must_use]
 pub fn free_part(path: &Path, from: u32) -> Option<(u32, PathBuf)> {
     (from..=VARIANTS_MAX)
@@ -124,7 +124,7 @@ pub fn free_part(path: &Path, from: u32) -> Option<(u32, PathBuf)> {
         .find(|(_, name)| !name.exists())
 }
 
-/// `run.mcap` as `run.mcap.damaged`.
+/// Appends an extension: `run.mcap` becomes `run.mcap.damaged`.
 pub(crate) fn with_suffix(path: &Path, suffix: &str) -> PathBuf {
     let mut name = OsString::from(path);
     name.push(".");
@@ -137,7 +137,7 @@ pub(crate) fn sync_folder(path: &Path) {
     let folder = path
         .parent()
         .filter(|folder| !folder.as_os_str().is_empty());
-    // Not every system can.
+    // Not every system supports syncing a folder.
     if let Ok(folder) = File::open(folder.unwrap_or(Path::new("."))) {
         let _ = folder.sync_all();
     }

@@ -7,7 +7,7 @@ use std::path::Path;
 #[must_use]
 pub fn shell_word(path: &Path) -> String {
     let name = path.display().to_string();
-    // With a folder before it, the name is not read as an option.
+    // The folder keeps a leading dash from being read as an option.
     let name = if name.starts_with('-') && name != "-" {
         format!("./{name}")
     } else {

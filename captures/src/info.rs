@@ -32,16 +32,17 @@ pub struct Info {
     /// Name of the run.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub name: Option<String>,
-    /// Reason why the run does not count; `None` of one that counts.
+    /// Reason why the run does not count; `None` if it counts.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub void: Option<String>,
-    /// Time from the beginning to the last byte, seconds; of raw text without timestamps the transmission time at 2400 baud.
+    /// Time from the beginning to the last byte, seconds; for raw text without timestamps, the transmission time at
+    /// 2400 baud.
     pub duration_s: f64,
     /// Bytes received.
     pub bytes: u64,
     /// Bytes outside intact lines.
     pub noise_bytes: u64,
-    /// Bytes of them at the end that may begin a line.
+    /// Bytes at the end that may begin a line; part of `noise_bytes`.
     pub unfinished_bytes: u64,
     /// Received bytes that are missing from the capture.
     pub missing_bytes: u64,
@@ -55,26 +56,26 @@ pub struct Info {
     pub rejected: Rejected,
     /// Bytes between intact lines, where there are any.
     pub resync: Option<Resync>,
-    /// Downlink airtime, per cent; `None` of raw text and where the clock of the capture is not that of the radio: a pipe, or a
-    /// simulator that runs faster.
+    /// Downlink airtime, per cent; `None` of raw text, and where the capture was not made in real time: from a pipe or
+    /// a faster simulator.
     pub airtime_down_pct: Option<f64>,
     /// Totals sent; `None` of raw text.
     pub sent: Option<Sent>,
     /// Robot and firmware, as last reported.
     pub robot: Option<Robot>,
-    /// Restarts of the robot: another boot counter, or an uptime that runs backwards.
+    /// Restarts of the robot: changes of the boot counter or backward jumps of the uptime.
     pub restarts: u64,
     /// Distance between the reported positions, inches.
     pub distance_in: f64,
-    /// Behaviours that held the motors, in per cent of the ticks between the first line C and the last.
+    /// Behaviours that controlled the motors, in per cent of the ticks between the first and the last line C.
     pub holders: Vec<HolderShare>,
     /// First voltage reported.
     pub battery_first_v: Option<f64>,
     /// Last voltage reported.
     pub battery_last_v: Option<f64>,
-    /// Bumper contacts, by the robot's own count between the first line C and the last, else by lines A.
+    /// Bumper contacts: the robot's own count between the first and the last line C; elsewhere counted from lines A.
     pub bumps: u32,
-    /// Reason why the capture could not be read whole.
+    /// Reason why the capture could not be read completely.
     pub problem: Option<String>,
 }
 
@@ -117,16 +118,16 @@ const fn is_none(count: &u64) -> bool {
     *count == 0
 }
 
-/// Totals sent while it was recorded.
+/// Totals sent during the recording.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 pub struct Sent {
     /// Bytes handed to the device.
     pub bytes: u64,
     /// Frames: STOPs, session requests, commands and waypoints.
     pub frames: u64,
-    /// Frames of them that were repeated.
+    /// Repeated frames among them.
     pub frames_again: u64,
-    /// Uplink airtime, per cent; `None` where that of the downlink is.
+    /// Uplink airtime, per cent; `None` when `airtime_down_pct` is.
     pub airtime_up_pct: Option<f64>,
 }
 
@@ -139,7 +140,7 @@ pub struct Robot {
     pub firmware_version: String,
 }
 
-/// Share of the time in which a behaviour held the motors.
+/// Share of the time for which a behaviour controlled the motors.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct HolderShare {
     /// A layer or `prowl`.

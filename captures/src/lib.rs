@@ -1,11 +1,13 @@
-//! Captures: what the radio delivered, kept byte for byte.
+//! Captures: the radio's bytes, kept without change.
 //!
-//! Two forms. The raw text ([`raw`] writes it, [`text`] reads it, also as others store it) is the evidence: exactly the bytes that
-//! were read, noise included.
-//! MCAP (written by the [`recorder`]) holds the same bytes with the time each was read, and all
-//! that follows from them ([`topics`]), indexed and compressed, for other people's tools. A [`source`] reads
-//! either, for [`decode`] and [`info`]; the [`index`] reads it from anywhere, for replay. A recording under way is an MCAP
-//! without chunks that holds only the bytes and the station's events; [`recover`] makes the finished one of it.
+//! A capture has one of two forms. Raw text is exactly the bytes that were read, noise included: [`raw`] writes it;
+//! [`text`] reads it, also in the styles of other programs. A recording is an MCAP file with the same bytes, the time
+//! of each read, and all topics derived from them ([`topics`]), indexed and compressed, for other tools. The
+//! [`recorder`] writes it.
+//!
+//! [`source`] reads either form from the beginning, for [`decode`] and [`info`]; [`index`] reads it from any position,
+//! for replay. A recording under way is an MCAP file without chunks that holds only the bytes and the station's events;
+//! [`recover`] turns it into a finished recording.
 
 mod alarm_detector;
 mod backup;

@@ -1,4 +1,4 @@
-//! Reads the messages of an MCAP in the order of the file, past its damaged parts.
+//! Reads the messages of an MCAP file in file order, skipping damaged parts.
 
 use std::collections::BTreeMap;
 use std::fmt::{Display, Write as _};
@@ -47,7 +47,7 @@ pub enum Entry<'a> {
         /// Its content, encoded.
         data: &'a [u8],
     },
-    /// Any other record; those after [`op::DATA_END`] belong to the summary.
+    /// Any other record; records after [`op::DATA_END`] belong to the summary.
     Other {
         /// Its kind.
         opcode: u8,
@@ -58,7 +58,7 @@ pub enum Entry<'a> {
     Damage(Damage),
 }
 
-/// Reads the entries of a recording, in the order of the file.
+/// Reads the entries of a recording in file order.
 pub struct Entries<R> {
     reader: RepairingReader<R>,
     schemas: BTreeMap<u16, String>,
@@ -166,7 +166,7 @@ impl<R: Read> Entries<R> {
         self.reader.position()
     }
 
-    /// Byte of the file at which the record of the latest entry begins, or its chunk.
+    /// Offset in the file of the latest entry's record, or of its chunk.
     #[must_use]
     pub const fn part_offset(&self) -> u64 {
         self.reader.part_offset()
@@ -185,7 +185,7 @@ impl<R: Read> Entries<R> {
     }
 }
 
-/// The channel that has this number in each recording of ours.
+/// The channel with this number in recordings of Groundwave.
 fn usual_channel(id: u16) -> Option<Channel> {
     let topic = *Topic::ALL.get(usize::from(id.checked_sub(1)?))?;
     let schema = topic.schema().name.into_owned();
@@ -207,7 +207,7 @@ fn message(body: &[u8]) -> Option<(MessageHeader, &[u8])> {
     Some((header, data))
 }
 
-/// Damaged parts that are named one by one; of more there is the number.
+/// Maximum damaged parts that are listed; further ones are only counted.
 const PARTS_NAMED: usize = 3;
 
 /// The damaged parts of a recording.
@@ -218,7 +218,7 @@ pub struct Damages {
 }
 
 impl Damages {
-    /// Adds one.
+    /// Adds a damaged part.
     pub fn push(&mut self, damage: impl Display) {
         self.count += 1;
         if self.first.len() < PARTS_NAMED {
@@ -226,7 +226,7 @@ impl Damages {
         }
     }
 
-    /// Whether there are none.
+    /// Whether there are no damaged parts.
     #[must_use]
     pub const fn is_empty(&self) -> bool {
         self.count == 0

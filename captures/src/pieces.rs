@@ -1,4 +1,4 @@
-//! The radio's bytes and the station's events in an MCAP, one after the other.
+//! Reads the radio's bytes and the station's events of a recording in order.
 
 use std::collections::BTreeMap;
 use std::io::{self, Read};
@@ -13,7 +13,7 @@ use super::repair::Position;
 use super::session::Session;
 use super::topics::{RAW_RX, Topic};
 
-/// The largest believed gap in the received bytes: 50 days of a 2400-baud radio.
+/// Maximum plausible gap in the received bytes: 50 days of a 2400-baud radio.
 const GAP_BYTES_MAX: u64 = 1 << 30;
 
 /// A part of a capture.
@@ -23,17 +23,17 @@ pub enum Piece<'a> {
     Received(&'a [u8]),
     /// Bytes to the radio.
     Sent(&'a [u8]),
-    /// An event that no byte tells.
+    /// An event of the station.
     Event(Box<StationEvent>),
-    /// Number of received bytes that are not in the capture.
+    /// Number of received bytes that are missing from the capture.
     Missing(u64),
-    /// Received bytes that came before, left out: offset in the stream.
+    /// Offset in the stream of received bytes that are repeated; they are skipped.
     Repeated(u64),
-    /// A part that cannot be read: which, and why.
+    /// Description of a part that cannot be read.
     Damaged(String),
 }
 
-/// A piece before it is given out.
+/// A piece that was read ahead.
 enum Ahead {
     Received(RawBytes),
     Sent(RawBytes),
@@ -59,7 +59,7 @@ impl PiecePosition {
         stream: Some(0),
     };
 
-    /// The record outside of chunks, or the chunk, at a byte of the file.
+    /// Position of a chunk, or of a record outside of chunks, at an offset of the file.
     pub(crate) const fn of_record(offset: u64) -> Self {
         Self {
             position: Position { offset, record: 0 },
@@ -67,7 +67,7 @@ impl PiecePosition {
         }
     }
 
-    /// Byte of the file at which reading goes on.
+    /// Offset of the file at which reading continues.
     pub(crate) const fn offset(&self) -> u64 {
         self.position.offset
     }
@@ -86,7 +86,7 @@ pub(crate) struct Pieces<R> {
     /// The next piece and its log time, nanoseconds.
     ahead: Option<(u64, Ahead)>,
     place: PiecePosition,
-    /// Where the stream goes on if the offset of the bytes after the latest gap is damaged.
+    /// Offset of the stream if the latest gap turns out to be a damaged offset.
     without_gap: Option<u64>,
     current: RawBytes,
 }
@@ -200,7 +200,7 @@ impl<R: Read> Pieces<R> {
         Ok(Some((at_ns, piece)))
     }
 
-    /// Bytes missing before these; `None` where these came before or their offset is damaged.
+    /// Number of bytes missing before these; `None` if these are repeated or their offset is damaged.
     fn missing_before(&mut self, raw: &RawBytes) -> Option<u64> {
         let offset = raw.stream_offset;
         let Some(expected) = self.place.stream else {
@@ -243,7 +243,7 @@ impl<R: Read> Pieces<R> {
         self.entries.channels()
     }
 
-    /// Byte of the file at which the record of the next piece begins, or its chunk; known when its time is.
+    /// Offset in the file of the next piece's record, or of its chunk; valid after [`Self::next_ns`].
     pub(crate) const fn part_offset(&self) -> u64 {
         self.entries.part_offset()
     }
@@ -254,14 +254,14 @@ impl<R: Read> Pieces<R> {
     }
 }
 
-/// Whether received bytes are among the channels.
+/// Whether there is a channel of received bytes.
 pub(crate) fn has_received(channels: &Channels) -> bool {
     channels
         .values()
         .any(|channel| channel.ours == Some(Topic::RawRx))
 }
 
-/// The piece of a message; `None` on topics that follow from the bytes.
+/// The piece in a message; `None` on derived topics.
 fn decode(topic: Topic, data: &[u8]) -> Option<Ahead> {
     let decoded = match topic {
         Topic::RawRx => RawBytes::decode(data).map(Ahead::Received),

@@ -9,7 +9,7 @@ use std::path::Path;
 use super::CaptureError;
 use super::error::Fate;
 
-/// Checks that the name still leads to the open file. Pipes and devices pass, and so does a file that cannot be examined now.
+/// Checks that the path still leads to the open file. Pipes, devices and files that cannot be examined pass.
 ///
 /// # Errors
 /// [`CaptureError::Gone`].
@@ -43,7 +43,7 @@ fn is_same(a: &Metadata, b: &Metadata) -> bool {
     (a.dev(), a.ino()) == (b.dev(), b.ino())
 }
 
-/// Other systems do not unlink open files: that the name exists is enough.
+/// Other systems do not unlink open files; an existing name is enough.
 #[cfg(not(unix))]
 fn is_same(_: &Metadata, _: &Metadata) -> bool {
     true

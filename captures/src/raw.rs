@@ -1,4 +1,4 @@
-//! Writes raw text: the bytes of the radio and nothing else.
+//! Writes raw text: the radio's bytes alone.
 
 use std::fs::File;
 use std::io::{self, Write};
@@ -34,8 +34,8 @@ impl RawWriter {
         })
     }
 
-    /// Writes a read before anything parses it. After an error nothing more is written, so that the file stays the exact
-    /// beginning of the stream; [`Self::problem`] and [`Self::finish`] return the error.
+    /// Writes the bytes of one read; call it before parsing them. After an error nothing more is written, so that the
+    /// file stays an exact beginning of the stream; [`Self::problem`] and [`Self::finish`] return the error.
     pub fn write(&mut self, bytes: &[u8]) {
         if self.problem.is_some() {
             return;

@@ -28,7 +28,7 @@ enum Field {
 
 use Field::{Data, Fixed, Map, Sized};
 
-/// The opcode and the length of the body, if they can be those of a record.
+/// The opcode and the length of the body, if they are plausible for a record.
 pub(crate) fn head(bytes: &[u8]) -> Option<(u8, usize)> {
     let (head, _) = bytes.split_first_chunk::<HEAD_BYTES>()?;
     let [opcode, length @ ..] = *head;
@@ -95,8 +95,8 @@ pub(crate) fn parse(opcode: u8, body: &[u8]) -> Option<Record<'_>> {
     parse_record(opcode, body).ok()
 }
 
-/// Whether the body proves the length in its head: its fields fill it, and not by chance.
-pub(crate) fn proves_its_length(opcode: u8, body: &[u8]) -> bool {
+/// Whether the fields fill the body in a way that confirms the length in its head.
+pub(crate) fn confirms_length(opcode: u8, body: &[u8]) -> bool {
     if opcode == op::MESSAGE {
         return body.get(MESSAGE_HEADER_BYTES..).is_some_and(is_protobuf);
     }

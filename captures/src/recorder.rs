@@ -1,4 +1,4 @@
-//! Records a session: each message at once, the disk's work on a thread.
+//! Records a session: writes each message at once and syncs on a thread.
 
 use std::fs::{self, File, OpenOptions, TryLockError};
 use std::io;
@@ -24,7 +24,7 @@ use super::topics::StationEvent;
 use super::unfinished::UnfinishedWriter;
 use super::{CaptureError, Existing};
 
-/// Limits what a power cut takes to the last 10 s, with a disk that needs its time.
+/// Period of syncs. With a slow disk, a power cut costs the last 10 s at most.
 const SYNC_PERIOD: Duration = Duration::from_secs(8);
 
 /// Limits how long a disk may take before it is reported.
@@ -32,8 +32,8 @@ const STALL_PERIOD: Duration = Duration::from_secs(30);
 
 /// A recording under way.
 ///
-/// Each message is with the operating system when a call returns. Nothing here fails, and nothing but that one write can block:
-/// syncing and finishing happen on a thread, and [`Self::problem`] reports what went wrong. [`Self::finish`] makes the finished
+/// Each message is with the operating system when a call returns. Only that write can block: syncing and finishing
+/// happen on a thread. Calls do not fail; [`Self::problem`] reports errors. [`Self::finish`] makes the finished
 /// recording; so does dropping the recorder.
 pub struct Recorder {
     /// The name of the first part.
@@ -44,30 +44,30 @@ pub struct Recorder {
     part: u32,
     part_since: Option<Moment>,
     file: UnfinishedWriter,
-    /// Why the present part takes no more.
+    /// Error after which nothing is written to the present part.
     write_error: Option<CaptureError>,
     alarms: AlarmDetector,
     orders: Option<Sender<Order>>,
     thread: Option<JoinHandle<Result<(), CaptureError>>>,
     shared: Arc<Shared>,
     sync_at: Option<Moment>,
-    /// Since when the disk has not got to a sync.
+    /// When a sync was ordered that has not begun.
     stalled_since: Option<Moment>,
-    /// The disk has not got to a sync for [`STALL_PERIOD`].
+    /// A sync has not begun for [`STALL_PERIOD`].
     is_stalled: bool,
     /// Time of the newest message, nanoseconds since 1970.
     last_ns: u64,
-    /// Time of the first observation of the part, from which a reader counts.
+    /// Time of the part's first observation, nanoseconds since 1970; readers count from it.
     first_ns: Option<u64>,
 }
 
 impl Recorder {
-    /// Creates the file and waits until the disk has its beginning.
+    /// Creates the file and waits until its beginning is on the disk.
     ///
-    /// An interrupted recording of that name must have been moved away: [`files::set_aside`].
+    /// The caller must have renamed an interrupted recording with that name: [`files::set_aside`].
     ///
     /// # Errors
-    /// When the file exists and may not be touched, is in use, or cannot be written.
+    /// When the file exists and may not be overwritten, is in use, or cannot be written.
     pub fn start(
         path: impl Into<PathBuf>,
         existing: Existing,
@@ -76,7 +76,7 @@ impl Recorder {
         Self::start_rotating(path, existing, session, Rotation::default())
     }
 
-    /// As [`Self::start`], with parts of another length than a day.
+    /// As [`Self::start`], with the given rotation instead of daily parts.
     ///
     /// # Errors
     /// As [`Self::start`].
@@ -98,7 +98,7 @@ impl Recorder {
             .name("recorder".into())
             .spawn(move || worker.run(&queue))
             .map_err(|error| {
-                // It holds nothing yet.
+                // The file is empty.
                 let _ = fs::remove_file(&path);
                 create_error(&path, error, false)
             })?;
@@ -137,7 +137,7 @@ impl Recorder {
         }
     }
 
-    /// Takes a line decoded from recorded bytes. A bump and an alarm go to the disk at once.
+    /// Takes a line decoded from recorded bytes. A bump or an alarm is synced at once.
     pub fn handle_line(&mut self, now: Moment, line: &Line) {
         if self.alarms.take_line(line) {
             self.sync(now);
@@ -154,7 +154,7 @@ impl Recorder {
         self.handle_timeout(now);
     }
 
-    /// Records an event of the station. Beginnings and ends of commands and alarms go to the disk at once.
+    /// Records an event of the station. Beginnings and ends of commands and alarms are synced at once.
     pub fn handle_event(&mut self, now: Moment, wall: SystemTime, event: &StationEvent) {
         let at_ns = self.time_ns(since_1970_ns(wall));
         self.write(|file| file.event(at_ns, event));
@@ -178,7 +178,7 @@ impl Recorder {
         self.sync(now);
     }
 
-    /// Time of a message: never before the one before it.
+    /// Time of a message, never before that of the previous message.
     fn time_ns(&mut self, at_ns: u64) -> u64 {
         self.last_ns = self.last_ns.max(at_ns);
         self.first_ns.get_or_insert(self.last_ns);
@@ -196,8 +196,8 @@ impl Recorder {
         }
     }
 
-    /// Syncs when the last sync is long ago, and checks that the file is still there. To be called every second or so, also
-    /// while nothing comes in.
+    /// Syncs after [`SYNC_PERIOD`] and checks that the file still has its name. Call it about once a second, also while
+    /// nothing is received.
     pub fn handle_timeout(&mut self, now: Moment) {
         if now >= *self.sync_at.get_or_insert(now + SYNC_PERIOD) {
             self.sync(now);
@@ -218,12 +218,12 @@ impl Recorder {
 
     fn order(&self, order: Order) {
         if let Some(orders) = &self.orders {
-            // A thread that has ended has reported why.
+            // A thread that has ended has reported its error.
             let _ = orders.send(order);
         }
     }
 
-    /// How far into the present file a time of day is, as its reader counts; `None` while it holds nothing.
+    /// Time since the beginning of the present part at a wall-clock time; `None` while the part is empty.
     #[must_use]
     pub fn moment_of(&self, wall: SystemTime) -> Option<Moment> {
         let since_ns = since_1970_ns(wall).saturating_sub(self.first_ns?);
@@ -236,7 +236,7 @@ impl Recorder {
         self.file.path()
     }
 
-    /// Bytes in the files.
+    /// Number of bytes in all parts.
     #[must_use]
     pub fn bytes(&self) -> u64 {
         self.shared.finished_bytes.load(Ordering::Acquire) + self.file.bytes()
@@ -248,7 +248,7 @@ impl Recorder {
         self.shared.synced_bytes.load(Ordering::Acquire) == self.file.bytes()
     }
 
-    /// What went wrong first, if anything did.
+    /// The first error, if any.
     #[must_use]
     pub fn problem(&self) -> Option<String> {
         let problem = self.shared.problem().clone();
@@ -256,16 +256,16 @@ impl Recorder {
         problem.or_else(|| self.is_stalled.then(stalled))
     }
 
-    /// Whether the present part takes no more or is gone.
+    /// Whether the present part cannot be written or is gone.
     #[must_use]
     pub fn has_failed(&self) -> bool {
         self.write_error.is_some() || self.thread.as_ref().is_some_and(JoinHandle::is_finished)
     }
 
-    /// Makes the finished recording; returns the bytes in the files.
+    /// Makes the finished recording; returns the number of bytes in all parts.
     ///
     /// # Errors
-    /// The first thing that went wrong since the start.
+    /// The first error since the start.
     pub fn finish(mut self) -> Result<u64, CaptureError> {
         self.stop()?;
         Ok(self.shared.finished_bytes.load(Ordering::Acquire))
@@ -277,7 +277,7 @@ impl Recorder {
         let _ = self.stop();
     }
 
-    /// Removes the present part: for a session that does not begin after all.
+    /// Removes the present part, for a session that fails to start.
     pub fn discard(self) {
         let path = self.path().to_owned();
         self.abandon();
@@ -302,7 +302,7 @@ impl Recorder {
         write_error.map_or(ended, Err)
     }
 
-    /// Goes on in another part at the end of a line, so that no line is torn.
+    /// Starts the next part if it is due, at the end of a line so that no line is torn.
     fn rotate_if_due(&mut self, now: Moment, wall: SystemTime) {
         let age = now.saturating_sub(self.part_since.unwrap_or(now));
         if !self.rotation.is_due(age, self.file.bytes()) || self.shared.problem().is_some() {
@@ -329,28 +329,28 @@ impl Recorder {
 
 impl Drop for Recorder {
     fn drop(&mut self) {
-        // A problem has been there for all to see.
+        // `problem` has reported the error.
         let _ = self.stop();
     }
 }
 
 /// An order to the thread.
 enum Order {
-    /// Wait until the disk has everything, and check that the file is still there.
+    /// Sync, and check that the file still has its name.
     Sync,
-    /// Finish the present part and go on with this one.
+    /// Finish the present part and continue with this one.
     Next(Part),
     /// End, and leave the present part unfinished.
     Leave,
 }
 
-/// What the thread reports.
+/// State shared with the thread.
 #[derive(Default)]
 struct Shared {
     problem: Mutex<Option<String>>,
-    /// A sync has been ordered and has not begun.
+    /// A sync was ordered and has not begun.
     is_sync_due: AtomicBool,
-    /// Bytes of the present part that the disk has.
+    /// Bytes of the present part on the disk.
     synced_bytes: AtomicU64,
     /// Bytes in the finished parts.
     finished_bytes: AtomicU64,
@@ -367,7 +367,7 @@ impl Shared {
     }
 }
 
-/// A file of the recording, locked while this lives.
+/// A file of the recording, locked until this is dropped.
 struct Part {
     path: PathBuf,
     file: File,
@@ -376,7 +376,7 @@ struct Part {
 }
 
 impl Part {
-    /// Creates a part; when this returns, the disk has its beginning.
+    /// Creates a part; its beginning is on the disk when this returns.
     fn begin(
         path: &Path,
         existing: Existing,
@@ -388,7 +388,7 @@ impl Part {
             file.sync_data().map(|()| writer)
         });
         let writer = begun.map_err(|error| {
-            // It holds nothing yet.
+            // The file is empty.
             let _ = fs::remove_file(path);
             CaptureError::Write {
                 path: path.to_owned(),
@@ -411,7 +411,7 @@ fn create(path: &Path, existing: Existing) -> Result<File, CaptureError> {
     match existing {
         Existing::Append => return Err(CaptureError::CannotAppend(path.to_owned())),
         Existing::Refuse => options.write(true).create_new(true),
-        // Emptied when it turns out that no other program records it.
+        // Truncated after the check that no other program records it.
         Existing::Overwrite => options.write(true).create(true).truncate(false),
     };
     if files::is_in_use(path) {
@@ -466,7 +466,7 @@ impl Worker {
                     self.shared.synced_bytes.store(bytes, Ordering::Release);
                 }
                 Order::Next(part) => {
-                    // A part that cannot be finished is whole as it is.
+                    // A part that cannot be finished stays complete and unfinished.
                     let result = self.finish();
                     if let Err(error) = &result {
                         self.shared.set_problem(error);

@@ -1,4 +1,4 @@
-//! Finishes recordings: makes indexed files of unfinished and of damaged ones.
+//! Finishes recordings: turns unfinished and damaged files into indexed ones.
 //!
 //! Everything follows from the observations that can be read. The result is written beside the file, read back, synced and
 //! renamed over it, so an interrupted attempt changes nothing.
@@ -36,10 +36,10 @@ const CHUNK_BYTES_MIN: u64 = 8 * 1024;
 /// The metadata table that a recovery with losses adds.
 const TABLE: &str = "recovery";
 
-/// Finishes an unfinished recording, or rewrites a damaged one from what can be read; reports what was saved and what is lost.
+/// Finishes an unfinished recording, or rebuilds a damaged one from its readable parts; reports saved and lost parts.
 ///
 /// # Errors
-/// When the file is no recording, is being written now, or a disk fails. The file is as it was then.
+/// When the file is no recording, is in use, or a disk fails. The file is then unchanged.
 pub fn recover(path: &Path) -> Result<Recovery, CaptureError> {
     let lock = Lock::take(path).map_err(|error| CaptureError::Open {
         path: path.to_owned(),
@@ -93,11 +93,11 @@ fn rewrite(path: &Path, channels: Channels) -> Result<Recovery, CaptureError> {
     }
     writer.finish().map_err(failed)?;
     let Some(messages) = count_if_whole(&temporary.path) else {
-        return Err(CaptureError::NotProven(path.clone()));
+        return Err(CaptureError::NotConfirmed(path.clone()));
     };
-    let (proof, _) = read(&temporary.path, Channels::new(), |_| Ok(()))?;
-    if (proof.rx_end, proof.tx_end) != (survey.rx_end, survey.tx_end) {
-        return Err(CaptureError::NotProven(path.clone()));
+    let (copy, _) = read(&temporary.path, Channels::new(), |_| Ok(()))?;
+    if (copy.rx_end, copy.tx_end) != (survey.rx_end, survey.tx_end) {
+        return Err(CaptureError::NotConfirmed(path.clone()));
     }
     let is_damaged = has_loss || !survey.damage.is_empty() || !survey.is_unfinished;
     let outcome = if has_loss {
@@ -113,7 +113,7 @@ fn rewrite(path: &Path, channels: Channels) -> Result<Recovery, CaptureError> {
     Ok(recovery)
 }
 
-/// What there is in a recording.
+/// The content of a recording.
 #[derive(Default)]
 struct Survey {
     is_unfinished: bool,
@@ -123,15 +123,16 @@ struct Survey {
     rx_missing: Vec<Missing>,
     tx_missing: u64,
     damage: Vec<Damage>,
-    /// An unfinished file ends in the middle of a record, a finished one before its end.
+    /// The file is cut off: an unfinished one in a record, a finished one before its end mark.
     is_cut: bool,
-    /// Something after the data section does not hold.
+    /// The summary is damaged.
     has_bad_end: bool,
-    /// Messages whose topic is not known.
+    /// Number of messages with an unknown topic.
     nameless: u64,
 }
 
-/// Reads a recording, of which these channels are known, and hands on its items; returns what there is and every channel.
+/// Reads a recording, starting with known channels, and passes its items to `take`; returns its content and all
+/// channels.
 fn read(
     path: &Path,
     channels: Channels,
@@ -212,7 +213,7 @@ impl Survey {
         self.rx_missing.iter().map(|missing| missing.bytes).sum()
     }
 
-    /// Says in the recording itself what it lacks.
+    /// The metadata table that lists the losses.
     fn table(&self) -> Metadata {
         let metadata = [
             ("rx_bytes_missing", self.missing_bytes().to_string()),
@@ -241,7 +242,8 @@ impl Survey {
     }
 }
 
-/// The count of messages of a file in which every checksum holds, the index's included, by the `mcap` crate alone.
+/// Number of messages of a file whose checksums are all right, index included, as the `mcap` crate alone finds; `None`
+/// of a damaged one.
 fn count_if_whole(path: &Path) -> Option<u64> {
     let file = File::open(path).ok()?;
     let options = LinearReaderOptions::default()

@@ -20,7 +20,7 @@ pub enum Outcome {
     Partly,
 }
 
-/// What a recovery saved and what is lost.
+/// Report of saved and lost parts.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize)]
 pub struct Recovery {
     /// The recording.
@@ -39,9 +39,9 @@ pub struct Recovery {
     pub damage: Vec<Damage>,
     /// Whether the old file ended in the middle of a record, or was a finished one without its end.
     pub is_cut: bool,
-    /// Messages whose topic nothing in the old file told.
+    /// Messages whose topic is unknown.
     pub nameless: u64,
-    /// Where the old file is kept, when it was damaged.
+    /// Path of the old file, kept if it was damaged.
     pub original: Option<PathBuf>,
 }
 
@@ -55,7 +55,7 @@ pub struct Missing {
 }
 
 impl Recovery {
-    /// One line.
+    /// The report in one line.
     #[must_use]
     pub fn headline(&self) -> String {
         let path = self.path.display();
@@ -94,7 +94,7 @@ impl Recovery {
         }
     }
 
-    /// Writes every fact on a line of its own.
+    /// Writes the report as text, one fact per line.
     ///
     /// # Errors
     /// The output's.

@@ -1,8 +1,8 @@
 //! Reads the records of an MCAP and goes on after damage.
 //!
-//! The `mcap` crate reads the records and checks every checksum, but stops at the first damage. The repairing reader skips and
-//! names a damaged record; where the length of a record is damaged it goes on at the next whole chunk or, between messages
-//! outside of chunks, at the next row of messages. Nothing of a chunk is given out before its checksum holds.
+//! The `mcap` crate reads records and checks every checksum, but stops at the first damage. The repairing reader skips
+//! a damaged record and reports it. When the length of a record is damaged, it continues at the next whole chunk or,
+//! outside of chunks, at the next row of messages. A chunk is checked before its records are returned.
 
 mod chunk;
 mod damage;
@@ -20,11 +20,11 @@ pub use damage::{Damage, Problem};
 use window::Window;
 
 use crate::record::{
-    HEAD_BYTES, RECORD_BYTES_MAX, bytes_after_fields, head, parse, proves_its_length,
+    HEAD_BYTES, RECORD_BYTES_MAX, bytes_after_fields, confirms_length, head, parse,
 };
 use crate::unfinished::{CHECKSUM, CHECKSUM_BYTES};
 
-/// Records in a row from which a file without chunks is understood again.
+/// Consecutive intact records after which reading a file without chunks resumes.
 const ROW_RECORDS: usize = 3;
 
 /// Longest pause between two messages of such a row, nanoseconds.
@@ -33,7 +33,7 @@ const ROW_PAUSE_NS: u64 = 86_400_000_000_000;
 /// The next part of the file.
 #[derive(Debug)]
 pub enum Part<'a> {
-    /// A record; those of a chunk one by one, the chunk itself never.
+    /// A record; the records of a chunk are returned instead of the chunk.
     Record {
         /// Kind of the record: [`op`].
         opcode: u8,
@@ -49,7 +49,7 @@ pub enum Part<'a> {
 pub struct Position {
     /// Byte of a record outside of chunks, or of a chunk.
     pub offset: u64,
-    /// Records of the chunk before it.
+    /// Number of records of the chunk before the position.
     pub record: u32,
 }
 
@@ -69,20 +69,20 @@ enum Found {
 /// Reads a file or a stream.
 pub struct RepairingReader<R> {
     window: Window<R>,
-    /// Reads the file, chunks as they are.
+    /// Reads the file without unpacking chunks.
     outer: LinearReader,
-    /// Bytes from the beginning of the window on that `outer` has.
+    /// Number of bytes of the window that `outer` has.
     given: usize,
     chunk: Option<Chunk>,
-    /// The record given out last.
+    /// The record returned last.
     body: Vec<u8>,
     /// Log time of the latest message outside of chunks, nanoseconds.
     last_ns: Option<u64>,
-    /// CRC-32 of the message that comes next, from the private record before it.
+    /// CRC-32 of the next message, from the private record before it.
     checksum: Option<u32>,
     /// The file ends in the middle of a record.
     is_torn: bool,
-    /// Byte of the file at which the record or chunk given out last begins.
+    /// Offset in the file of the record or chunk returned last.
     part_offset: u64,
     has_footer: bool,
     is_damaged: bool,
@@ -90,7 +90,7 @@ pub struct RepairingReader<R> {
 }
 
 impl<R: Read> RepairingReader<R> {
-    /// Reads from the beginning of `source`, which needs no buffer of its own.
+    /// Reads from the beginning of `source`, which need not be buffered.
     pub fn new(source: R) -> Self {
         let options = outer_options()
             .with_skip_start_magic(false)
@@ -135,7 +135,7 @@ impl<R: Read> RepairingReader<R> {
         self.chunk.as_ref().map_or(outside, |chunk| chunk.position)
     }
 
-    /// Byte of the file at which the record given out last begins, or its chunk.
+    /// Offset in the file of the record returned last, or of its chunk.
     #[must_use]
     pub const fn part_offset(&self) -> u64 {
         self.part_offset
@@ -153,7 +153,7 @@ impl<R: Read> RepairingReader<R> {
         self.is_torn
     }
 
-    /// The next record or damaged part; `None` at the end. A record that the end of the file cuts off is left out.
+    /// The next record or damaged part; `None` at the end. A record that the end of the file cuts off is skipped.
     ///
     /// # Errors
     /// When the source cannot be read.
@@ -209,7 +209,7 @@ impl<R: Read> RepairingReader<R> {
         }
     }
 
-    /// Hands bytes on to the reader of the file, none at the end.
+    /// Passes bytes to `outer`; no bytes at the end.
     fn give(&mut self, wanted: usize) -> io::Result<()> {
         let bytes = self.window.fill(self.given + wanted)?;
         let bytes = bytes.get(self.given..).unwrap_or_default();
@@ -220,7 +220,7 @@ impl<R: Read> RepairingReader<R> {
         Ok(())
     }
 
-    /// Accepts the record in `body`, skips it, or searches on where its length is not to be believed.
+    /// Accepts the record in `body`, skips it, or searches for the next one if its length is not plausible.
     fn take_record(&mut self, opcode: u8) -> io::Result<Option<Found>> {
         let length = HEAD_BYTES + self.body.len();
         // The first record comes after the start mark.
@@ -250,10 +250,10 @@ impl<R: Read> RepairingReader<R> {
             let problem = "the checksum of a message does not hold".into();
             return Ok(Some(self.damage(at, (problem, None))));
         }
-        let is_proven =
-            chunk.is_some() || goes_on || is_checked || proves_its_length(opcode, &self.body);
+        let is_confirmed =
+            chunk.is_some() || goes_on || is_checked || confirms_length(opcode, &self.body);
         match flaw {
-            None if is_proven => {}
+            None if is_confirmed => {}
             Some(lost) if goes_on => {
                 self.accept(length);
                 return Ok(Some(self.damage(at, lost)));
@@ -300,7 +300,7 @@ impl<R: Read> RepairingReader<R> {
         Ok((!is_known).then(|| self.damage(at, (crc.into(), None))))
     }
 
-    /// Goes on where the first record should be.
+    /// Continues at the position of the first record after a damaged start mark.
     fn take_bad_magic(&mut self) -> io::Result<Option<Found>> {
         let bytes = self.window.fill(MAGIC.len() + HEAD_BYTES)?;
         if head(bytes.get(MAGIC.len()..).unwrap_or_default()).is_none() {
@@ -312,7 +312,7 @@ impl<R: Read> RepairingReader<R> {
         Ok(Some(self.damage(0, (problem, None))))
     }
 
-    /// Skips to where the file can be understood again.
+    /// Skips to the next part that can be read.
     fn search(&mut self, is_torn: bool) -> io::Result<Option<Found>> {
         let at = self.window.offset;
         self.window.advance(1);
@@ -331,7 +331,7 @@ impl<R: Read> RepairingReader<R> {
         Ok((!is_torn).then(|| self.damage(at, (problem, None))))
     }
 
-    /// Whether a whole chunk, the end of the data or a row of messages begins here.
+    /// Whether reading can continue here: with a whole chunk, the end of the data or a row of messages.
     fn can_go_on(&mut self) -> io::Result<bool> {
         let Some((opcode, length)) = head(self.window.fill(HEAD_BYTES)?) else {
             return Ok(false);
@@ -356,7 +356,7 @@ impl<R: Read> RepairingReader<R> {
         })
     }
 
-    /// Whether a checksum and the message that has it begin here.
+    /// Whether a checksum record and the message that it fits begin here.
     fn is_checked_message(&mut self) -> io::Result<bool> {
         const MESSAGE_AT: usize = HEAD_BYTES + CHECKSUM_BYTES;
         let message = self.window.fill(MESSAGE_AT + HEAD_BYTES)?.get(MESSAGE_AT..);
@@ -370,8 +370,8 @@ impl<R: Read> RepairingReader<R> {
         }))
     }
 
-    /// Whether a message begins here and whole records follow each other from it on, times in order. Messages outside
-    /// of chunks have no checksum.
+    /// Whether a message begins here and is followed by whole records with their times in order. Messages outside of
+    /// chunks have no checksum.
     fn is_row(&mut self) -> io::Result<bool> {
         let mut at = 0;
         let mut last_ns = self.last_ns;
@@ -401,19 +401,19 @@ impl<R: Read> RepairingReader<R> {
         Ok(true)
     }
 
-    /// Reads on at the beginning of the window.
+    /// Restarts `outer` at the beginning of the window.
     fn restart(&mut self) {
         self.outer = LinearReader::new_with_options(outer_options());
         self.given = 0;
     }
 
-    /// Leaves a record behind.
+    /// Moves past an accepted record.
     fn accept(&mut self, length: usize) {
         self.window.advance(length);
         self.given = 0;
     }
 
-    /// The damaged part that ends here.
+    /// The damaged part from `offset` to here.
     fn damage(&mut self, offset: u64, (problem, times_ns): Lost) -> Found {
         self.is_damaged = true;
         Found::Damage(Damage {
@@ -434,7 +434,7 @@ fn outer_options() -> LinearReaderOptions {
         .with_record_length_limit(RECORD_BYTES_MAX)
 }
 
-/// Defect of a record outside of chunks; chunks are opened instead.
+/// Defect of a record outside of chunks; chunks are checked when they are unpacked.
 fn flaw(opcode: u8, body: &[u8]) -> Option<&'static str> {
     let is_whole = match (opcode, bytes_after_fields(opcode, body)) {
         (_, None) => false,

@@ -14,11 +14,11 @@ const fn wire_ns(bytes: usize) -> u64 {
 /// Pause after which the sequence may have wrapped around, nanoseconds.
 const SEQUENCE_ROUND_NS: u64 = (SEQUENCE_MODULUS as u64 - 1) * wire_ns(LINE_BYTES);
 
-/// Difference from which line C belongs to another boot or its seconds wrapped around, nanoseconds.
+/// Difference from which a line C belongs to another boot, or its seconds have wrapped around, nanoseconds.
 const SAME_CLOCK_NS: u64 = 60 * S_NS;
 
-/// Timestamps lines by the uptime in line C, carried on by the sequence in between: evenly spaced, however the link
-/// bunched them. The first line C after a boot sets the zero of the robot's clock.
+/// Timestamps lines by the uptime in line C and, in between, by the sequence: evenly spaced, even if the link delivers
+/// them in bunches. The first line C after a boot sets the zero of the robot's clock.
 #[derive(Debug, Default)]
 pub(super) struct RobotClock(Option<State>);
 

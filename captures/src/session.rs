@@ -1,4 +1,4 @@
-//! The description of a session that every recording holds.
+//! The description of a session in its recording.
 
 use std::borrow::Cow;
 use std::collections::BTreeMap;
@@ -15,16 +15,16 @@ use super::topics::StationEvent;
 /// The name of the attached configuration.
 const CONFIGURATION: &str = "groundwave.toml";
 
-/// What a recording says about itself from the start.
+/// Metadata known when a recording begins.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Session {
     /// The link as the operator named it.
     pub link: String,
     /// When recording began.
     pub start: SystemTime,
-    /// Anything else worth keeping: world, seed, command line.
+    /// Further metadata: world, seed, command line.
     pub notes: BTreeMap<String, String>,
-    /// The configuration in force, as text; empty when there is none.
+    /// The active configuration as text; empty if there is none.
     #[serde(default)]
     pub configuration: String,
 }
@@ -33,7 +33,7 @@ impl Session {
     /// The name of the metadata table that describes the session.
     pub(super) const TABLE: &str = "session";
 
-    /// The note that has the simulator's truth, as JSON.
+    /// Key of the note with the simulator's true state, as JSON.
     pub const TRUTH: &str = "truth";
 
     /// The metadata table that describes the session.

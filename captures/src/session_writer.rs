@@ -14,7 +14,7 @@ use super::observations::{Item, Observation};
 use super::session::{Session, since_1970_ns};
 use super::topics::{Deriver, StationEvent, Topic, TopicMessage, register};
 
-/// Uncompressed bytes of a chunk, unless the caller says otherwise: about ten minutes.
+/// Default size of a chunk, uncompressed bytes: about ten minutes.
 pub const CHUNK_BYTES: u64 = 1024 * 1024;
 
 /// The library that the header of a finished recording names.
@@ -56,7 +56,7 @@ impl<W: Write> SessionWriter<W> {
         })
     }
 
-    /// Writes bytes received, read at `at_ns` since 1970, and all that follows from them.
+    /// Writes bytes received, read at `at_ns` since 1970, and the messages derived from them.
     ///
     /// # Errors
     /// When writing fails.
@@ -80,7 +80,7 @@ impl<W: Write> SessionWriter<W> {
             .handle_tx(at_ns, bytes, |message| mcap.write(&message))
     }
 
-    /// Writes a station event and all that follows from it.
+    /// Writes a station event and the messages derived from it.
     ///
     /// # Errors
     /// When writing fails.
@@ -90,7 +90,7 @@ impl<W: Write> SessionWriter<W> {
             .handle_event(at_ns, event, |message| mcap.write(&message))
     }
 
-    /// Writes an item of another recording. A step in its offsets becomes a step here.
+    /// Writes an item of another recording. A jump of its offsets is kept.
     ///
     /// # Errors
     /// When writing fails.
@@ -116,7 +116,7 @@ impl<W: Write> SessionWriter<W> {
                 }
                 Observation::Event(event) => self.handle_event(at_ns, &event),
             },
-            // Both are made anew.
+            // Both are written anew.
             Item::Table(table) if table.name == ROBOT => Ok(()),
             Item::Attachment(attachment) if attachment.name == layout::NAME => Ok(()),
             Item::Table(table) => self.write_metadata(&table),
@@ -151,7 +151,7 @@ impl<W: Write> SessionWriter<W> {
         &self.deriver
     }
 
-    /// Writes what is left, the layout, the index and the statistics; returns the output.
+    /// Writes the rest, the layout, the index and the statistics; returns the output.
     ///
     /// # Errors
     /// When writing fails.
@@ -204,7 +204,7 @@ impl<W: Write> TopicWriter<W> {
     /// # Errors
     /// When writing fails.
     pub fn write(&mut self, message: &TopicMessage<'_>) -> io::Result<()> {
-        // A chunk that the schemas alone fill would have no index.
+        // A chunk that held only the schemas would have no index.
         let is_first = self.start_ns.is_none();
         if is_first {
             register(&mut self.writer, &[message.topic]).map_err(io_error)?;
@@ -262,7 +262,7 @@ fn about((robot_id, version): (u8, FirmwareVersion)) -> Metadata {
     }
 }
 
-/// The operating system's error where it is one, so that its kind is known.
+/// The operating system's error inside an MCAP error, which keeps its kind; else the MCAP error.
 pub(super) fn io_error(error: McapError) -> io::Error {
     match error {
         McapError::Io(error) => error,

@@ -1,4 +1,4 @@
-//! Names of notes and meanings of the robot's songs.
+//! Note names, and the meanings of the robot's songs.
 
 use groundwave_protocol::telemetry::SongLine;
 

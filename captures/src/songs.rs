@@ -12,7 +12,7 @@ use crate::song::note_name;
 /// Calls `take` with each song and the time of its line since the capture began; returns the decoder's totals.
 ///
 /// # Errors
-/// The capture's, and those of `take`.
+/// Those of the capture and of `take`.
 pub fn for_each_song<E: From<CaptureError>>(
     capture: &mut Capture,
     mut take: impl FnMut(Duration, &SongLine) -> Result<(), E>,

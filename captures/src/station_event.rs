@@ -1,10 +1,10 @@
-//! Events that no byte of the radio tells, as a protobuf message.
+//! Events that are not in the radio's bytes, as a protobuf message.
 
 use crate::event::{CommandStatus, Level, LinkEvent, Mark, Moment, NoticeCode, Reception};
 use crate::uplink_event::UplinkEvent;
 
-/// An event of the station. A capture keeps it on `/station`; `/uplink` and `/log` are derived from it and the
-/// bytes. Codes and numbers decide; a text is only shown.
+/// An event of the station, recorded on `/station`; `/uplink` and `/log` are derived from it and the bytes. Programs
+/// read codes and numbers; texts are for people.
 #[derive(Clone, PartialEq, prost::Message)]
 pub struct StationEvent {
     /// The event; `None` for one of a newer version.
@@ -15,7 +15,7 @@ pub struct StationEvent {
 /// Kinds of [`StationEvent`].
 #[derive(Clone, PartialEq, prost::Oneof)]
 pub enum StationEventKind {
-    /// A command was asked for, or has a new status.
+    /// A command has a new status.
     #[prost(message, tag = 1)]
     Command(UplinkEvent),
     /// The connection to the radio changed.
@@ -52,7 +52,7 @@ pub struct MarkMessage {
     /// Time from the marked moment to this message, nanoseconds.
     #[prost(uint64, tag = 1)]
     pub ago_ns: u64,
-    /// Whether it is set; else cleared.
+    /// Whether the mark was set; else it was cleared.
     #[prost(bool, tag = 2)]
     pub is_set: bool,
 }
@@ -166,7 +166,7 @@ impl StationEvent {
         .into()
     }
 
-    /// Whether it is to be on the disk at once: a command begins or ends, or something is wrong.
+    /// Whether it must reach the disk at once: a command begins or ends, or there is a problem.
     #[must_use]
     pub fn is_urgent(&self) -> bool {
         match &self.kind {
@@ -182,7 +182,7 @@ impl StationEvent {
         }
     }
 
-    /// Whether the link was lost: no line goes on after it.
+    /// Whether the link was lost; no line spans a loss.
     #[must_use]
     pub fn is_loss_of_link(&self) -> bool {
         matches!(&self.kind, Some(StationEventKind::Link(link)) if link.state == LinkMessage::LOST)

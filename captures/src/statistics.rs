@@ -22,7 +22,7 @@ use airtime::Airtime;
 pub use airtime::share_pct;
 pub use uplink::Uplink;
 
-/// Maximum commands under way that are timed; the oldest beyond are not.
+/// Maximum commands under way that are timed; the oldest are dropped.
 const ASKED_MAX: usize = 64;
 
 /// Statistics at a moment.
@@ -36,13 +36,13 @@ pub struct Statistics {
     pub loss_pct: f64,
     /// Line feeds that ended no intact line.
     pub rejected: Rejected,
-    /// What errors cost; `None` before the first.
+    /// Cost of errors; `None` before the first.
     pub resync: Option<Resync>,
     /// STOPs, requests for a session, commands and waypoints sent.
     pub frames: u64,
-    /// Frames of them that were repeated.
+    /// Repeated frames among them.
     pub frames_again: u64,
-    /// How long proof takes; `None` before the first.
+    /// Time to confirmation; `None` before the first.
     pub proof: Option<Proof>,
     /// Downlink airtime over the latest 20 s, per cent.
     pub airtime_down_pct: f64,
@@ -57,9 +57,9 @@ pub struct Statistics {
 pub struct Rejected {
     /// Wrong checksum.
     pub crc: u64,
-    /// A line feed without the shape of a line before it.
+    /// Bytes before a line feed that do not have the shape of a line.
     pub shape: u64,
-    /// Right checksum and an invalid field: another version of the wire.
+    /// Right checksum but an invalid field: another version of the protocol.
     pub field: u64,
 }
 
@@ -88,10 +88,10 @@ pub struct Resync {
     pub worst_bytes: u64,
 }
 
-/// Seconds from a wish to its proof.
+/// Time from the queueing of a command to its confirmation, seconds.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 pub struct Proof {
-    /// Commands proven.
+    /// Commands confirmed.
     pub count: u64,
     /// The latest.
     pub last_s: f64,
@@ -146,7 +146,7 @@ impl Gaps {
         }
     }
 
-    /// The link was interrupted: bytes until the next line are no error.
+    /// Takes an interruption of the link: bytes until the next line are no error.
     pub const fn interrupt(&mut self) {
         self.noise_bytes = None;
     }
@@ -188,7 +188,7 @@ impl LinkMeter {
         self.gaps.take_line(counters);
     }
 
-    /// The link was lost, or is back.
+    /// Takes the loss or the return of the link.
     pub const fn interrupt(&mut self) {
         self.gaps.interrupt();
     }
@@ -199,7 +199,7 @@ impl LinkMeter {
         self.uplink.take(now, bytes);
     }
 
-    /// A command was asked for.
+    /// Takes a queued command.
     pub fn take_asked(&mut self, now: Moment, id: CommandId) {
         if self.asked.len() == ASKED_MAX {
             self.asked.remove(0);
@@ -207,7 +207,7 @@ impl LinkMeter {
         self.asked.push((id, now));
     }
 
-    /// A command has ended, with proof or without.
+    /// Takes the end of a command, confirmed or not.
     pub fn take_end(&mut self, now: Moment, id: CommandId, is_proven: bool) {
         let Some(at) = self.asked.iter().position(|(asked, _)| *asked == id) else {
             return;
@@ -221,7 +221,7 @@ impl LinkMeter {
         }
     }
 
-    /// The figures; what the device did not take is for its owner to say.
+    /// Statistics at a moment; the caller adds `not_taken_bytes`.
     #[must_use]
     pub fn statistics(&self, now: Moment, counters: &Counters) -> Statistics {
         let mut statistics = Statistics {

@@ -1,4 +1,4 @@
-//! A file that is written beside a recording and takes its place when it is complete.
+//! A file that is written beside a recording and replaces it when it is complete.
 
 use std::fs::{self, File};
 use std::io;
@@ -7,7 +7,7 @@ use std::path::{Path, PathBuf};
 use super::CaptureError;
 use super::files::{FINISHING, sync_folder, with_suffix};
 
-/// A file under a temporary name, removed unless it takes the place of its target.
+/// A file under a temporary name, removed unless it replaces its target.
 pub(super) struct Temporary {
     pub(super) path: PathBuf,
     pub(super) file: File,
@@ -15,7 +15,7 @@ pub(super) struct Temporary {
 }
 
 impl Temporary {
-    /// Creates the file; one that an interrupted attempt left is replaced.
+    /// Creates the file; a leftover of an interrupted attempt is replaced.
     ///
     /// # Errors
     /// When it cannot be created.
@@ -32,10 +32,10 @@ impl Temporary {
         })
     }
 
-    /// Renames the file over its target, once the disk has all of it.
+    /// Syncs the file and renames it over its target.
     ///
     /// # Errors
-    /// When the disk fails; the target is as it was then.
+    /// When the disk fails; the target is then unchanged.
     pub(super) fn put_in_place(self) -> Result<(), CaptureError> {
         self.file
             .sync_all()

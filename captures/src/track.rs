@@ -17,7 +17,7 @@ const POINTS_MAX: usize = 20_000;
 /// Maximum places kept of each kind of event, the first ones; all events are counted.
 const EVENTS_MAX: usize = 2_000;
 
-/// Shorter steps are joined, inches.
+/// Minimum distance of two points, inches; shorter steps are joined.
 const STEP_IN: f32 = 0.4;
 
 /// Behaviour that held the motors.
@@ -43,7 +43,7 @@ impl Holder {
 /// How a point follows the one before it.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Joint {
-    /// Reported by the robot.
+    /// The robot drove straight from one to the other, as it reported.
     Driven,
     /// Lines between them were lost: the track there is unknown.
     Guessed,
@@ -69,7 +69,7 @@ pub struct Point {
 pub enum Event {
     /// A bumper touched.
     Bump,
-    /// The floor ended.
+    /// A floor edge was detected.
     Edge,
     /// The wheels stalled.
     Stall,
@@ -96,7 +96,7 @@ impl Event {
 /// Events of one kind.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Events {
-    /// Number of events; bumps as the robot counts them, which lines A may not show.
+    /// Number of events; for bumps the robot's own count, which includes contacts that lines A miss.
     pub count: u32,
     /// Places of the first ones seen, inches.
     pub places_in: Vec<(f32, f32)>,
@@ -118,7 +118,7 @@ pub struct Track {
 }
 
 impl Track {
-    /// Reads a whole capture; returns the track and the reason why it is not complete.
+    /// Reads a whole capture; returns the track and the reason why it is incomplete, if it is.
     #[must_use]
     pub fn read(capture: &mut Capture) -> (Self, Option<CaptureError>) {
         let mut fold = Fold::default();

@@ -1,8 +1,8 @@
 //! A recording under way: an MCAP without chunks under its final name.
 //!
-//! It holds what cannot be derived: bytes received and sent, station events, the session and its configuration. A message is
-//! with the operating system when a call returns, so a killed program loses none. Only chunks have checksums in MCAP; here a
-//! private record before each message holds the message's CRC-32.
+//! It holds everything that cannot be derived: bytes received and sent, station events, the session and its
+//! configuration. A message is with the operating system when a call returns, so a killed program loses none. In MCAP,
+//! only chunks have checksums; here, a private record before each message holds its CRC-32.
 
 use std::fs::File;
 use std::io::{self, Read, Write};
@@ -20,13 +20,13 @@ use super::session::{Session, since_1970_ns};
 use super::session_writer::io_error;
 use super::topics::{StationEvent, Topic, register};
 
-/// The library that the header of an unfinished recording names.
+/// Library name in the header of an unfinished recording.
 pub(crate) const LIBRARY: &str = concat!("groundwave ", env!("CARGO_PKG_VERSION"), ", unfinished");
 
 /// Opcode of the private record that holds the CRC-32 of the message record after it.
 pub(crate) const CHECKSUM: u8 = 0xC3;
 
-/// Bytes of its body.
+/// Bytes of the body of that record.
 pub(crate) const CHECKSUM_BYTES: usize = 4;
 
 /// The topics that cannot be derived.
@@ -79,7 +79,7 @@ impl UnfinishedWriter {
             sequences: [0; Topic::ALL.len()],
             body: Vec::new(),
         };
-        // First, so that the first chunk of the finished recording holds a message.
+        // Written first, so that the first chunk of the finished recording holds a message.
         unfinished.event(since_1970_ns(session.start), &session.beginning())?;
         unfinished.write(|writer, _| {
             writer.write_metadata(&session.table())?;
@@ -96,7 +96,7 @@ impl UnfinishedWriter {
         &self.path
     }
 
-    /// The count of bytes written, for another thread.
+    /// The counter of bytes written, for another thread.
     pub(crate) fn counter(&self) -> Arc<AtomicU64> {
         Arc::clone(&self.bytes)
     }
@@ -169,7 +169,7 @@ impl UnfinishedWriter {
         })
     }
 
-    /// Hands what `fill` writes to the operating system in one call.
+    /// Passes everything that `fill` writes to the operating system in one call.
     fn write(
         &mut self,
         fill: impl FnOnce(&mut Writer<NoSeek<Output>>, &[u8]) -> McapResult<()>,
@@ -185,7 +185,7 @@ impl UnfinishedWriter {
             })
     }
 
-    /// Leaves the file as it is: a dropped writer would write an end.
+    /// Closes the file without an end mark, which a dropped writer would write.
     fn close(&mut self) {
         if let Some(writer) = self.writer.take() {
             drop(writer.into_inner());
@@ -199,7 +199,7 @@ impl Drop for UnfinishedWriter {
     }
 }
 
-/// Collects what is written until a flush hands it to the file in one call.
+/// Buffers bytes until a flush writes them in one call.
 struct Output {
     file: File,
     pending: Vec<u8>,
@@ -221,7 +221,7 @@ impl Write for Output {
     }
 }
 
-/// Whether a file begins as an unfinished recording does. Only its beginning is read.
+/// Whether a file is an unfinished recording, by its header.
 pub(crate) fn is_unfinished(path: &Path) -> bool {
     let mut begin = Vec::new();
     File::open(path)
@@ -234,7 +234,7 @@ pub(crate) fn is_library(library: &str) -> bool {
     library.starts_with("groundwave ") && library.ends_with(", unfinished")
 }
 
-/// The library that the header at the beginning of an MCAP names.
+/// Library name in the header at the beginning of an MCAP file.
 fn library(begin: &[u8]) -> Option<String> {
     let (head, rest) = begin.strip_prefix(MAGIC)?.split_first_chunk::<9>()?;
     let [op::HEADER, length @ ..] = *head else {

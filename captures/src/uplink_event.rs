@@ -26,13 +26,13 @@ pub struct UplinkEvent {
     /// Waypoints in the list.
     #[prost(uint32, optional, tag = 6)]
     pub total: Option<u32>,
-    /// Digest of a waypoint list that the robot verified.
+    /// Digest of a waypoint list that the robot confirmed.
     #[prost(uint32, optional, tag = 7)]
     pub list_digest: Option<u32>,
     /// Why the command was refused or failed, or the outcome that the robot acknowledges: a stable code.
     #[prost(string, optional, tag = 8)]
     pub code: Option<String>,
-    /// The client that asked, when the link is shared.
+    /// The client that gave the command, if the link is shared.
     #[prost(string, optional, tag = 9)]
     pub by: Option<String>,
     /// Low 3 bits of the robot's boot counter.

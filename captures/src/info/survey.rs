@@ -21,7 +21,7 @@ const TICKS_ROUND_S: u32 = 200;
 /// Largest plausible airtime, per cent: clocks of serial ports differ by a few per cent.
 const SHARE_MAX_PCT: f64 = 105.0;
 
-/// Airtime of a number of bytes in a time, per cent; `None` where the radio cannot carry them.
+/// Airtime of `bytes` within `time`, per cent; `None` if the radio cannot carry them.
 fn plausible_share_pct(bytes: u64, time: Duration) -> Option<f64> {
     if time.is_zero() && bytes > 0 {
         return None;

@@ -28,7 +28,7 @@ impl Info {
     /// Writes the summary as text, one fact per line.
     ///
     /// # Errors
-    /// When the output takes no more.
+    /// When writing the output fails.
     pub fn write_text(&self, output: &mut impl Write) -> io::Result<()> {
         let LineCounts {
             a,

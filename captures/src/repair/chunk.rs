@@ -1,4 +1,4 @@
-//! Chunks, believed when their checksum holds.
+//! Chunks, opened when their checksum is right.
 
 use ::mcap::McapError;
 use ::mcap::records::{Record, op};
@@ -10,7 +10,7 @@ use crate::record::{HEAD_BYTES, RECORD_BYTES_MAX, bytes_after_fields, parse};
 /// Reason why a chunk is lost, and first and last log time of its messages, nanoseconds.
 pub(super) type Lost = (Problem, Option<(u64, u64)>);
 
-/// A chunk whose checksum holds.
+/// A chunk with a right checksum.
 pub(super) struct Chunk {
     pub(super) reader: LinearReader,
     /// Its first record, which is read to check the chunk.
@@ -19,7 +19,7 @@ pub(super) struct Chunk {
 }
 
 impl Chunk {
-    /// Opens the chunk with this record body, which is at an offset of the file.
+    /// Opens the chunk in a record body at an offset of the file.
     pub(super) fn open(body: &[u8], offset: u64) -> Result<Self, Lost> {
         let header = match parse(op::CHUNK, body) {
             Some(Record::Chunk { header, .. })

@@ -7,7 +7,7 @@ use serde::{Serialize, Serializer};
 /// Reason why a part of a file cannot be read.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
 pub enum Problem {
-    /// A chunk in the other compression of the MCAP specification. It may be whole.
+    /// A chunk with LZ4, the other compression of the MCAP specification. It may be intact.
     #[error(
         "a chunk is compressed with LZ4, which is not read here; `mcap compress` rewrites the file with zstd"
     )]
@@ -34,11 +34,11 @@ impl Serialize for Problem {
 pub struct Damage {
     /// First byte in the file.
     pub offset: u64,
-    /// Bytes skipped; 0 where it is unknown which are wrong.
+    /// Number of bytes skipped; 0 if it is unknown which are wrong.
     pub bytes: u64,
     /// Reason.
     pub problem: Problem,
-    /// First and last log time of the messages lost, nanoseconds, where the chunk says it.
+    /// First and last log time of the lost messages, nanoseconds; known if the chunk's header is intact.
     #[serde(skip)]
     pub times_ns: Option<(u64, u64)>,
 }

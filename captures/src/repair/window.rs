@@ -38,7 +38,7 @@ impl<R: Read> Window<R> {
         Ok(&self.bytes[self.start..])
     }
 
-    /// Leaves bytes behind that have been filled.
+    /// Drops bytes at the beginning.
     pub(super) const fn advance(&mut self, bytes: usize) {
         self.start += bytes;
         self.offset += bytes as u64;

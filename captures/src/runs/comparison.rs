@@ -25,8 +25,8 @@ impl Figures {
 }
 
 impl Apart {
-    /// Distances from each place of either course to the other, both in the robot's frame as reported; `None` when one has no
-    /// place.
+    /// Distances from each place of either course to the other course, in the robot's frame; `None` if a course has no
+    /// places.
     #[must_use]
     pub fn between(a: &Course, b: &Course) -> Option<Self> {
         let (a, b) = (places(a), places(b));

@@ -153,7 +153,7 @@ impl Course {
         })
     }
 
-    /// Distance from its end to its beginning, inches: the error after a round.
+    /// Distance from its end to its beginning, inches: the error of a closed round.
     #[must_use]
     pub fn closing_error_in(&self) -> Option<f64> {
         self.ends.map(|(first, last)| way(first.place, last.place))

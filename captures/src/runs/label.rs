@@ -15,7 +15,7 @@ pub struct Label {
     /// Name of the run.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub name: Option<String>,
-    /// Reason why the run does not count; `None` of one that counts.
+    /// Reason why the run does not count; `None` if it counts.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub void: Option<String>,
     /// Remarks in the order they were made.
@@ -123,7 +123,7 @@ impl Label {
             .and_then(|()| file.sync_all())
             .and_then(|()| fs::rename(&new, path))
             .inspect_err(|_| {
-                // What could not be finished is of no use to anybody.
+                // An incomplete file is useless.
                 let _ = fs::remove_file(&new);
             })
     }

@@ -9,7 +9,7 @@ use crate::event::Moment;
 /// Window of the airtime.
 const WINDOW: Moment = Moment::from_secs(20);
 
-/// Bytes of the latest seconds.
+/// Bytes over the latest seconds.
 #[derive(Clone, Debug, Default)]
 pub(super) struct Airtime {
     /// Time at which the first bytes began.

@@ -1,4 +1,4 @@
-//! Frames sent, and which of them were repeated.
+//! Counts sent and repeated frames.
 
 use groundwave_protocol::command::{BLOCK_WAYPOINTS, FRAME_BYTES_MAX, Message, Open};
 use groundwave_protocol::crc;
@@ -11,7 +11,7 @@ const STOP_AGAIN: Moment = Moment::from_secs(1);
 /// Counts the frames in the bytes sent, however they are split.
 #[derive(Clone, Debug, Default)]
 pub struct Uplink {
-    /// Bytes since the latest line feed, at most one more than a frame has.
+    /// Bytes since the latest line feed, at most one more than the longest frame.
     run: Vec<u8>,
     bytes: u64,
     frames: u64,

@@ -1,8 +1,8 @@
-//! Raw text: the robot's lines, their times, and the style in which they are stored.
+//! Raw text: lines, their times, and the style in which they are stored.
 //!
-//! `tee` writes the radio's bytes without times: they count as coming from a 2400-baud radio without pauses. Other programs put a
-//! timestamp before each line, and copied text may have lost the CR of its line ends or gained a second one. The first intact
-//! lines show the style; readers get the radio's bytes and their times.
+//! `tee` writes the radio's bytes without times; their times are those of a 2400-baud radio without pauses. Other
+//! programs put a timestamp before each line, and copying text may remove the CR of line ends or add a second one. The
+//! first intact lines determine the style; readers get the radio's bytes and their times.
 
 mod reader;
 mod stamps;
@@ -17,7 +17,7 @@ use crate::event::Moment;
 pub use reader::TextReader;
 use stamps::{STAMP_BYTES_MAX, Stamps};
 
-/// Bytes at the beginning that are searched for intact lines: four minutes of noise.
+/// Number of bytes at the beginning that are searched for intact lines: four minutes of noise.
 pub(super) const HEAD_BYTES: usize = 64 * 1024;
 
 /// Intact lines that must have the same style.
@@ -46,8 +46,8 @@ pub struct Style {
 }
 
 impl Style {
-    /// Style of the first intact lines; `None` where there are too few. A line as the robot sent it decides at once; another may
-    /// be an accident, as a radio loses a CR and leaves the end of one line before the next.
+    /// Style of the first intact lines; `None` where there are too few. One unchanged line decides at once. A changed
+    /// line may be an accident: the radio may lose a CR, or the rest of a damaged line may precede an intact one.
     #[must_use]
     pub fn of(head: &[u8]) -> Option<Self> {
         let mut lines = head
@@ -65,7 +65,7 @@ impl Style {
                 style.ends = Ends::AsSent;
             }
         }
-        // Times count from the first timestamp, also of a damaged line.
+        // Times count from the first timestamp, even that of a damaged line.
         if let Some(like) = style.stamps {
             let mut lines = head.split_inclusive(|&byte| byte == b'\n');
             let is_like = |stamps: &Stamps| stamps.is_like(&like);
@@ -74,7 +74,7 @@ impl Style {
         Some(style)
     }
 
-    /// Style of an intact line; `None` of another.
+    /// Style of an intact line; `None` of any other line.
     fn of_line(line: &[u8]) -> Option<Self> {
         let ends = Ends::of(line);
         let length = match intact(&ends.restore(line))? {
@@ -136,7 +136,7 @@ impl Style {
         Some(self.stamps?.read(piece, last)?.at)
     }
 
-    /// Latest time of a piece by its timestamp, whose last digit may be a whole second.
+    /// Latest time that the timestamp of a piece may mean; its last digit may be a whole second.
     pub(super) fn said_until(&self, piece: &[u8], last: Moment) -> Option<Moment> {
         let stamped = self.stamps?.read(piece, last)?;
         Some(stamped.at + stamped.resolution)

@@ -6,7 +6,7 @@ use std::io::{self, Read};
 use super::{HEAD_BYTES, Style};
 use crate::event::Moment;
 
-/// A line, noise or not, or 80 bytes without an end.
+/// The bytes up to a line feed, noise or not, or 80 bytes without one.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Piece<'a> {
     /// Time since the capture began.
@@ -21,13 +21,13 @@ pub struct Piece<'a> {
 pub struct TextReader<R> {
     source: R,
     buffer: Box<[u8]>,
-    /// The bytes read and not yet given out.
+    /// The bytes read and not yet returned.
     unread: std::ops::Range<usize>,
     has_ended: bool,
     style: Option<Style>,
     offset: u64,
     last: Moment,
-    /// The radio's bytes of the latest piece, where the file has others.
+    /// The radio's bytes of the latest piece, if they differ from the file's.
     radio: Vec<u8>,
 }
 

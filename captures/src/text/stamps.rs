@@ -1,13 +1,13 @@
-//! The time at the beginning of a line of text, as `ts`, loggers and other stations write it.
+//! Timestamps before lines, as written by `ts`, loggers and other stations.
 
 use crate::event::Moment;
 
 const DAY: Moment = Moment::from_hours(24);
 
-/// A clock is set back by no more than this; what is farther back is another day.
+/// Maximum step by which a clock is set back; a larger step is a new day.
 const BACK_MAX: Moment = Moment::from_hours(1);
 
-/// Bytes of a line in which its stamp must end.
+/// Maximum length of a timestamp, bytes.
 pub(super) const STAMP_BYTES_MAX: usize = 48;
 
 /// Kind of timestamp.
@@ -40,7 +40,7 @@ struct Stamp {
     at: Moment,
     /// Unit of the last digit.
     resolution: Moment,
-    /// Bytes of the line that it takes.
+    /// Length in the line, bytes.
     length: usize,
 }
 
@@ -58,7 +58,7 @@ pub(super) struct Stamped {
     pub(super) at: Moment,
     /// Unit of its last digit.
     pub(super) resolution: Moment,
-    /// Bytes of the line that it takes.
+    /// Length in the line, bytes.
     pub(super) length: usize,
 }
 
@@ -196,7 +196,7 @@ const UNIX_DIGITS: usize = 9;
 
 fn number(word: &str) -> Option<Stamp> {
     let whole = word.split('.').next()?.len();
-    // A bare whole number may be anything; with so many digits it is a time.
+    // A bare whole number may be anything; with this many digits it is a time.
     let kind = match whole {
         UNIX_DIGITS..=11 => Kind::Unix,
         1..UNIX_DIGITS if word.contains('.') => Kind::Seconds,
@@ -359,7 +359,7 @@ mod tests {
             last = stamps.read(line.as_bytes(), last).unwrap().at;
             assert_eq!(last, Moment::from_hours(hour));
         }
-        // Set back by a second at the very beginning: no day has passed.
+        // The clock is set back by a second at the very beginning: not a new day.
         let back = stamps
             .read(b"22:59:59 A00\r\n", Moment::from_millis(333))
             .unwrap();

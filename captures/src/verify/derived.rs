@@ -1,6 +1,7 @@
-//! Comparison of a recording's derived topics with those that its bytes and events give today.
+//! Compares the derived messages of a recording with those that its bytes and events give today.
 //!
-//! Received bytes, sent bytes and events go through the [`Deriver`] again; its messages wait until the recording has the same.
+//! The [`Deriver`] gets the received bytes, sent bytes and events again; its messages wait for the equal ones of the
+//! recording.
 
 use std::collections::{BTreeMap, VecDeque};
 use std::convert::Infallible;
@@ -25,7 +26,7 @@ struct Expected {
 #[derive(Debug)]
 struct Queue {
     expected: VecDeque<Expected>,
-    /// The next message of the topic must be the first of `expected`; after a gap it may be another.
+    /// The next message of the topic must equal the first of `expected`; after a gap it may equal a later one.
     is_aligned: bool,
 }
 
@@ -59,7 +60,7 @@ impl Derived {
         }
     }
 
-    /// Bytes are missing: derived messages and those of the recording may differ for a while.
+    /// Takes a gap in the bytes, after which derived messages and those of the recording may differ for a while.
     pub(super) fn lose_track(&mut self) {
         self.is_exact = false;
         for queue in self.queues.values_mut() {
@@ -143,7 +144,7 @@ impl Derived {
         verdict.derived_unchecked += 1;
     }
 
-    /// Reports expected messages that did not come, on topics that the recording has.
+    /// Reports expected messages that are missing, on topics that the recording has.
     pub(super) fn finish(&self, has: impl Fn(Topic) -> bool, verdict: &mut Verdict) {
         for (topic, queue) in &self.queues {
             let count = queue.expected.len();
@@ -182,7 +183,7 @@ fn expect(queues: &mut BTreeMap<Topic, Queue>, is_exact: bool, message: &TopicMe
         data: message.data.to_vec(),
     });
     if queue.expected.len() > WAITING_MAX {
-        // The end reports the rest as missing.
+        // `finish` reports the rest as missing.
         queue.expected.pop_front();
     }
 }

@@ -1,8 +1,9 @@
 //! Verification of captures.
 //!
-//! Of an MCAP: every checksum, the numbers of the messages, the offsets of the bytes and the statistics; that each derived
-//! message is what the bytes give today (`derived`); and that a raw text beside it holds the same bytes (`raw_file`). Raw text
-//! has no checksums but those of its lines. Lines lost by the radio are counted and no fault.
+//! For a recording, it checks every checksum, the numbers of the messages, the offsets of the bytes and the statistics;
+//! that each derived message is the one that the bytes give today (`derived`); and that a raw text beside it holds the
+//! same bytes (`raw_file`). Raw text has only the checksums of its lines. Lines lost by the radio are counted; they are
+//! no fault.
 
 mod derived;
 mod raw_file;
@@ -20,7 +21,7 @@ use super::text::TextReader;
 use super::topics::RAW_RX;
 pub use recording::verify_mcap;
 
-/// Faults that are listed one by one.
+/// Maximum faults that are listed.
 const FAULTS_LISTED: usize = 10;
 
 /// The result.
@@ -44,7 +45,7 @@ pub struct Verdict {
     pub messages: BTreeMap<String, u64>,
     /// Derived messages equal to those that the bytes and events give today.
     pub derived_equal: u64,
-    /// Derived messages that cannot be checked: their bytes are missing or came before the beginning.
+    /// Derived messages that cannot be checked, because their bytes are missing or precede the capture.
     pub derived_unchecked: u64,
     /// Whether the raw text beside it holds the same bytes; `None` where there is none.
     pub is_as_raw_file: Option<bool>,
@@ -98,7 +99,7 @@ impl Verdict {
     /// Writes the result as text.
     ///
     /// # Errors
-    /// When the output takes no more.
+    /// When writing the output fails.
     pub fn write_text(&self, output: &mut impl Write) -> io::Result<()> {
         write!(output, "bytes      {}", self.bytes)?;
         match self.missing_bytes {
@@ -175,7 +176,7 @@ impl Lines {
         let mut before = self.decoder.counters().lines_lost;
         while self.decoder.next_line(&mut bytes).is_some() {
             let counted = self.decoder.counters().lines_lost;
-            // The count falls after a late line or a reboot.
+            // The number of lost lines may fall after a late line or a reboot.
             let lost = counted.saturating_sub(before);
             before = counted;
             if lost > 0 {

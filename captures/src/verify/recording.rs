@@ -65,9 +65,9 @@ struct Check {
     verdict: Verdict,
     lines: Lines,
     derived: Derived,
-    /// This version wrote it, so that derived messages must be equal.
+    /// This version wrote it; derived messages must be equal.
     is_ours: bool,
-    /// Topics that can be derived are not in it yet.
+    /// The recording has no derived topics yet.
     is_unfinished: bool,
     start_ns: Option<u64>,
     last_ns: u64,
@@ -163,7 +163,7 @@ impl Check {
                 self.is_ours = header.library == LIBRARY;
                 self.is_unfinished = is_library(&header.library);
             }
-            // Lines before this part are in another file.
+            // Earlier lines are in the previous part.
             Ok(Record::Metadata(table)) if table.metadata.get("part").is_some_and(|n| n != "1") => {
                 self.derived.forget_beginning();
             }
@@ -203,7 +203,7 @@ impl Check {
     }
 }
 
-/// Whether this is the first message of a recording; a part cut out of one begins otherwise.
+/// Whether this is the first message of a recording. A part that was cut out begins with another.
 fn begins(event: &[u8]) -> bool {
     StationEvent::decode(event).is_ok_and(|event| event.is_notice(NoticeCode::RecordingBegun))
 }
