@@ -1,7 +1,8 @@
-//! Seekable captures: opening one and seeking in it take the same time however long it is.
+//! Seekable captures: opening and seeking take constant time.
 //!
-//! Raw text needs no index: the offset of a byte is its time on a 2400-baud radio, and timestamps are in order. The summary of an
-//! MCAP lists the chunks with their times and numbers of messages. An unfinished MCAP has no summary and is read through once.
+//! Raw text needs no index: either timestamps are in order, or the offset of a byte gives its time on a 2400-baud
+//! radio. The summary of an MCAP file lists the chunks with their times and message counts. An unfinished recording has
+//! no summary and is read once from beginning to end.
 
 mod chunk_table;
 mod mcap;
@@ -27,19 +28,19 @@ pub use text::SeekableText;
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Place {
     position: PiecePosition,
-    /// Time of the piece before it, since the capture began.
+    /// Time of the previous piece, since the capture began.
     at: Moment,
 }
 
 impl Place {
-    /// Time of the piece before it, since the capture began.
+    /// Time of the previous piece, since the capture began.
     #[must_use]
     pub const fn at(&self) -> Moment {
         self.at
     }
 }
 
-/// A capture that can be read from any place.
+/// A capture that can be read from any position.
 pub trait SeekableReader {
     /// Time of the next piece, since the capture began; `None` at the end.
     fn next_at(&mut self) -> Option<Moment>;
@@ -50,27 +51,26 @@ pub trait SeekableReader {
     /// Where the next piece begins.
     fn place(&self) -> Place;
 
-    /// Reads on at a place of this capture.
+    /// Continues at a place of this capture.
     fn seek(&mut self, place: Place);
 
-    /// A place shortly before the first piece at a moment or later.
+    /// A place shortly before the first piece at or after a moment.
     fn find(&mut self, at: Moment) -> Place;
 
-    /// Estimated time of line `number`, from 1, and number of lines before that time, without reading the part before it.
-    /// `None` where the capture gives no hint.
+    /// Estimates the time of line `number`, from 1, without reading the lines before; also returns the number of lines
+    /// before that time. `None` if the capture allows no estimate.
     fn about_line(&mut self, number: u64) -> Option<(Moment, u64)>;
 
-    /// Whether there may be a landmark of a kind from one moment until another, both included. A prefilter: `true` may be wrong,
-    /// `false` is not.
+    /// Whether there may be a landmark of a kind between two moments, both included. Only `false` is certain.
     fn may_hold(&mut self, landmark: Landmark, from: Moment, until: Moment) -> bool;
 
-    /// Duration of the capture; of a damaged one it may be too long.
+    /// Duration of the capture; may be too long if the capture is damaged.
     fn length(&self) -> Moment;
 
     /// Time since 1970 of its beginning, if known.
     fn unix(&self) -> Option<Moment>;
 
-    /// The true state of a simulated robot, where the capture has it.
+    /// The true state of a simulated robot's world, if the capture has it.
     fn truth(&self) -> Option<Truth> {
         None
     }
@@ -81,7 +81,7 @@ pub trait SeekableReader {
 
 /// Bytes with random access, for several readers at a time.
 pub trait Source: Send + Sync {
-    /// Reads bytes at an offset; none at the end.
+    /// Reads bytes at an offset; returns their number, 0 at the end.
     ///
     /// # Errors
     /// The operating system's.
@@ -121,8 +121,8 @@ impl Source for Vec<u8> {
     }
 }
 
-/// Opens a capture of either form, told apart by content. `-` is standard input. A pipe is read to its end first and kept in
-/// an unlinked temporary file.
+/// Opens a capture; its content determines the form. `-` is standard input. A pipe is first copied to an unlinked
+/// temporary file.
 ///
 /// # Errors
 /// When it cannot be opened, or is no capture.
@@ -165,7 +165,7 @@ fn unlinked_file() -> io::Result<File> {
             .open(&path);
         match made {
             Ok(file) => {
-                // Where an open file cannot be unlinked it stays in the temporary folder.
+                // On systems that cannot unlink an open file, it stays in the temporary folder.
                 let _ = std::fs::remove_file(&path);
                 return Ok(file);
             }
@@ -175,7 +175,7 @@ fn unlinked_file() -> io::Result<File> {
     }
 }
 
-/// Opens a capture in a source with random access; the name is for messages.
+/// Opens a capture in a source with random access; the name appears in error messages.
 ///
 /// # Errors
 /// When it cannot be read, or is no capture.
@@ -199,7 +199,7 @@ pub fn read(
     })
 }
 
-/// Fills the buffer from an offset on, as far as there are bytes; returns how many.
+/// Fills the buffer with bytes from an offset on; returns their number, less than the buffer's only at the end.
 fn read_at(source: &dyn Source, offset: u64, buffer: &mut [u8]) -> io::Result<usize> {
     let mut filled = 0;
     while filled < buffer.len() {

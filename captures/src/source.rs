@@ -123,7 +123,7 @@ pub struct Capture {
 }
 
 impl Capture {
-    /// Opens a capture of either form, told apart by content. `-` is standard input.
+    /// Opens a capture; its content determines the form. `-` is standard input.
     ///
     /// # Errors
     /// When it cannot be opened or read.

@@ -1,7 +1,7 @@
-//! Clients of a shared link, their commands and the answers, without sockets and clocks.
+//! Clients of a shared link with their commands and answers; sans-IO.
 //!
-//! The station keeps the order of commands, and STOP overtakes there. Commands of a client that has left go on until
-//! the timeout that it set.
+//! The station queues the commands; there, STOP overtakes others. Commands of a disconnected client continue until
+//! their timeout.
 
 use std::collections::{BTreeMap, VecDeque};
 
@@ -13,25 +13,25 @@ use super::status::StatusJson;
 use crate::event::{CommandId, CommandStatus, Failure, Moment};
 use crate::request::{Request, Standing};
 
-/// Commands of one client that have not ended.
+/// Maximum commands under way per client.
 const ASKS_MAX: usize = 16;
 
-/// A connection, numbered from 1 and never again.
+/// Number of a connection, from 1; never reused.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub struct ClientId(pub u64);
 
 /// An output for the sockets or the station.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub enum Output {
-    /// No raw bytes for this client any more.
+    /// Stop sending raw bytes to this client.
     EndRaw(ClientId),
-    /// This line is for this client.
+    /// Send this line to this client.
     Line(ClientId, Vec<u8>),
-    /// Close this client when it has its lines.
+    /// Close this client after its lines.
     Close(ClientId),
-    /// Give this command up: its time is over.
+    /// Cancel this command: its timeout has passed.
     GiveUp(CommandId),
-    /// Something to log: a client did not behave.
+    /// Log a client's mistake.
     Warning(String),
 }
 
@@ -40,7 +40,7 @@ pub enum Output {
 pub struct Asked {
     /// The client.
     pub client: ClientId,
-    /// Name of the client for people.
+    /// Name of the client, for people.
     pub by: String,
     /// The command.
     pub ask: Ask,
@@ -49,7 +49,7 @@ pub struct Asked {
 #[derive(Debug)]
 struct Client {
     peer: String,
-    /// Has said hello.
+    /// The client has said hello and gets JSON lines.
     converses: bool,
     asks: usize,
 }
@@ -75,7 +75,7 @@ pub struct Broker {
 }
 
 impl Broker {
-    /// A broker for the link of this name.
+    /// A broker for the link with this name.
     #[must_use]
     pub fn new(link: String, can_send: bool) -> Self {
         Self {
@@ -97,7 +97,7 @@ impl Broker {
         );
     }
 
-    /// Removes a client. Its commands go on.
+    /// Removes a client; its commands continue.
     pub fn handle_gone(&mut self, client: ClientId) {
         self.clients.remove(&client);
     }
@@ -112,7 +112,7 @@ impl Broker {
         }
     }
 
-    /// Removes a reading client that was closed to make room for another.
+    /// Removes a receive-only client that was closed to admit another.
     pub fn handle_gave_way(&mut self, client: ClientId) {
         if let Some(gone) = self.clients.remove(&client) {
             self.outputs.push_back(Output::Warning(format!(
@@ -131,7 +131,7 @@ impl Broker {
         let problem = match parsed {
             Ok(ClientLine::Hello { pid }) if !known.converses => {
                 known.converses = true;
-                // The system's word for who it is counts more than its own.
+                // The process number from the system takes precedence over the client's own.
                 if let Some(pid) = pid.filter(|_| !known.peer.starts_with("pid ")) {
                     known.peer = format!("pid {pid} from {}", known.peer);
                 }
@@ -140,7 +140,7 @@ impl Broker {
                 self.reply(client, &StationLine::Welcome(welcome));
                 return None;
             }
-            // A STOP is never one too many.
+            // STOP is exempt from the limit.
             Ok(ClientLine::Ask(ask))
                 if known.converses && (known.asks < ASKS_MAX || ask.request == Request::Stop) =>
             {
@@ -151,9 +151,9 @@ impl Broker {
                     ask,
                 });
             }
-            Ok(ClientLine::Hello { .. }) => "hello was said already".to_owned(),
+            Ok(ClientLine::Hello { .. }) => "hello was sent already".to_owned(),
             Ok(ClientLine::Ask(_)) if known.converses => {
-                format!("{ASKS_MAX} commands wait already")
+                format!("{ASKS_MAX} commands are already waiting")
             }
             Ok(ClientLine::Ask(_)) => "begin with {\"groundwave\":1}".to_owned(),
             Err(problem) => problem,
@@ -213,7 +213,7 @@ impl Broker {
         }
     }
 
-    /// Takes the body of a line; its text goes to all clients.
+    /// Takes the body of a line; a text is sent to all clients.
     pub fn handle_body(&mut self, body: &Body) {
         self.robot.take(body);
         if let Body::Text(text) = body {
@@ -242,7 +242,7 @@ impl Broker {
         }
     }
 
-    /// Ends commands whose time is over.
+    /// Ends commands whose timeout has passed.
     pub fn handle_timeout(&mut self, now: Moment, heard: Heard) {
         let over: Vec<CommandId> = self
             .commands

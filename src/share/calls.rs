@@ -1,12 +1,12 @@
-//! Calls of services: one command in, one answer out.
+//! Service calls: one command and one answer each.
 //!
-//! A call is JSON: `{"do":"mode prowl"}`, in the words of `groundwave send`, or
-//! `{"route":[{"x_in":48,"y_in":0}]}`, with `"timeout_ms"` where 20 s are not right. It is answered when
-//! the robot has confirmed or refused it, or when its time is over. The commands of a `preset` are sent one after the other,
-//! up to the first that is not confirmed.
+//! A call is JSON: `{"do":"mode prowl"}`, in the words of `groundwave send`, or `{"route":[{"x_in":48,"y_in":0}]}`;
+//! `"timeout_ms"` replaces the default of 20 s. The answer comes when the robot has confirmed or refused the command,
+//! or when the timeout has passed. The commands of a `preset` are sent one by one, up to the first that is not
+//! confirmed.
 //!
-//! An answer is JSON too, and its `status` says how it ended: tools show such an answer, and not all of
-//! them show that a call failed.
+//! An answer is JSON; its `status` is the result. A failed command is also an answer, because not all tools show a
+//! failed call.
 
 use std::collections::{BTreeMap, VecDeque};
 use std::time::Duration;
@@ -19,23 +19,23 @@ use super::status::{ParameterJson, StatusJson};
 use crate::event::{CommandId, CommandStatus, Failure, Moment};
 use crate::request::Request;
 
-/// A call, numbered from 1 and never again.
+/// Number of a call, from 1; never reused.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub struct CallId(pub u64);
 
-/// Why a call is none.
+/// Reason why a call is invalid.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 pub enum CallError {
-    /// Not the JSON that is expected here.
+    /// The call is no JSON of the expected form.
     #[error(
         "not understood: {0}. A call is {{\"do\":\"mode prowl\"}} or {{\"route\":[{{\"x_in\":48,\"y_in\":0}}]}}, in whole \
          inches; \"timeout_ms\" may be added"
     )]
     Json(String),
-    /// It asks for nothing, or for two things at once.
-    #[error("a call holds one of \"do\" and \"route\"")]
+    /// The call has neither or both of `do` and `route`.
+    #[error("a call needs either \"do\" or \"route\"")]
     Shape,
-    /// The words are wrong, or there are too many waypoints.
+    /// The command is invalid, or there are too many waypoints.
     #[error("{0}")]
     Request(String),
 }
@@ -43,11 +43,11 @@ pub enum CallError {
 /// An output for the server or the station.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub enum CallOutput {
-    /// Queue this at the station, and pass its number to [`Calls::handle_started`].
+    /// Queue this at the station, and pass the command's number to [`Calls::handle_started`].
     Start(CallId, Request),
     /// Answer the call with this JSON.
     Answer(CallId, Vec<u8>),
-    /// Give this command up: its time is over.
+    /// Cancel this command: its timeout has passed.
     GiveUp(CommandId),
 }
 
@@ -152,7 +152,7 @@ impl Calls {
         self.answer(id, &answer);
     }
 
-    /// Ends calls whose time is over.
+    /// Ends calls whose timeout has passed.
     pub fn handle_timeout(&mut self, now: Moment) {
         let over: Vec<CallId> = self
             .calls
@@ -192,16 +192,16 @@ pub fn is_stop(payload: &[u8]) -> bool {
     matches!(parse(payload), Ok((Request::Stop, _, _)))
 }
 
-/// The answer to a call beyond the limit of waiting calls.
+/// The answer to a call above the limit of waiting calls.
 #[must_use]
 pub fn busy() -> Vec<u8> {
-    let text = "too many calls of yours wait for the robot; try again when some are answered";
+    let text = "too many of your calls are waiting for the robot; try again when some are answered";
     json!(StatusJson::failed("busy", text))
         .to_string()
         .into_bytes()
 }
 
-/// The answer to a further STOP while others of the same client wait: it goes out like them.
+/// The answer to a further STOP of a client whose other STOPs are waiting; it is sent too.
 #[must_use]
 pub fn stop_queued() -> Vec<u8> {
     let mut answer = json!(StatusJson::from(&CommandStatus::Queued));
@@ -209,7 +209,7 @@ pub fn stop_queued() -> Vec<u8> {
     answer.to_string().into_bytes()
 }
 
-/// The first request, those that follow it, and how long they may take together.
+/// Parses a call: the first request, the requests after it, and the timeout of all together.
 fn parse(payload: &[u8]) -> Result<(Request, VecDeque<Request>, Duration), CallError> {
     let json: CallJson =
         serde_json::from_slice(payload).map_err(|error| CallError::Json(error.to_string()))?;

@@ -1,8 +1,8 @@
-//! The lines of the shared socket: JSON, one object a line.
+//! Lines of the shared socket: one JSON object per line.
 //!
-//! A client begins with `{"groundwave":1,"pid":1234}`. It asks with
-//! `{"id":1,"do":"mode prowl","timeout_ms":20000}`, in the words of `groundwave send`, or with
-//! `{"id":2,"route":[[48,0],[48,48]],"timeout_ms":20000}`, and gets every status under that number.
+//! A client begins with `{"groundwave":1,"pid":1234}`. Its commands are `{"id":1,"do":"mode
+//! prowl","timeout_ms":20000}`, in the words of `groundwave send`, or
+//! `{"id":2,"route":[[48,0],[48,48]],"timeout_ms":20000}`. Each status carries the `id` of its command.
 
 use std::time::Duration;
 
@@ -13,35 +13,35 @@ use serde_json::json;
 use super::status::StatusJson;
 use crate::request::Request;
 
-/// The version of these lines.
+/// Version of these lines.
 const VERSION: u32 = 1;
 
-/// A command without a time of its own is given up after this.
+/// Timeout of a command that sets none.
 const TIMEOUT_DEFAULT: Duration = Duration::from_secs(20);
 
-/// No command is tried for longer.
+/// Maximum timeout of a command.
 const TIMEOUT_MAX: Duration = Duration::from_hours(24);
 
-/// Why a line is not understood.
+/// Reason why a line is invalid.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 pub enum CodecError {
-    /// Not the JSON that is expected here.
+    /// The line is no JSON of the expected form.
     #[error(
-        "not understood: {0}. This is a groundwave station: begin with {{\"groundwave\":{VERSION}}} or only read"
+        "not understood: {0}. This is a groundwave station: begin with {{\"groundwave\":{VERSION}}}, or only receive"
     )]
     Json(String),
-    /// Of another version.
+    /// The client has another version.
     #[error(
-        "version {0} is not spoken here, only {VERSION}: use the same groundwave on both sides"
+        "version {0} is not supported, only {VERSION}; use the same groundwave on both sides"
     )]
     Version(u32),
-    /// JSON, but no line of ours.
-    #[error("a line holds `groundwave`, or `id` and one of `do` and `route`")]
+    /// The line is JSON but has other fields.
+    #[error("a line needs `groundwave`, or `id` and either `do` or `route`")]
     Shape,
-    /// The words of a command are wrong.
+    /// The command is invalid.
     #[error("{0}")]
     Request(String),
-    /// Too short or too long to wait.
+    /// The timeout is too short or too long.
     #[error("timeout_ms must be from 1 to {}", TIMEOUT_MAX.as_millis())]
     Timeout,
 }
@@ -49,9 +49,9 @@ pub enum CodecError {
 /// A line from a client.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub enum ClientLine {
-    /// Speaks JSON from now on.
+    /// The client speaks JSON from here on.
     Hello {
-        /// Its process, as it says.
+        /// Its process number, as it reports.
         pid: Option<u32>,
     },
     /// A command.
@@ -65,7 +65,7 @@ pub struct Ask {
     pub tag: u32,
     /// The command.
     pub request: Request,
-    /// Timeout without confirmation.
+    /// Timeout for the confirmation.
     pub timeout: Duration,
 }
 
@@ -90,7 +90,7 @@ impl ClientLine {
     /// Reads a line, with or without its line feed. Any bytes may be given.
     ///
     /// # Errors
-    /// Says what is wrong with it.
+    /// When the line is invalid.
     pub fn parse(line: &[u8]) -> Result<Self, CodecError> {
         let json: ClientJson =
             serde_json::from_slice(line).map_err(|error| CodecError::Json(error.to_string()))?;
@@ -148,7 +148,7 @@ impl ClientLine {
                         None,
                         Some(waypoints.iter().map(|at| (at.x_in, at.y_in)).collect()),
                     ),
-                    // A request's own words are those that it is read from.
+                    // The text of a request can be parsed again.
                     request => (Some(request.to_string()), None),
                 };
                 ClientJson {
@@ -178,19 +178,19 @@ fn read_request(
     }
 }
 
-/// A waypoint list that fits the robot, from whole inches.
+/// Reads a route in whole inches that fits the robot.
 pub(super) fn read_route(points: Vec<(i16, i16)>) -> Result<Request, CodecError> {
     let waypoints: Result<Vec<Waypoint>, CodecError> = points
         .into_iter()
         .map(|(x_in, y_in)| {
             Waypoint::new(x_in, y_in)
-                .ok_or_else(|| CodecError::Request(format!("({x_in}, {y_in}) is too far")))
+                .ok_or_else(|| CodecError::Request(format!("({x_in}, {y_in}) is too far away")))
         })
         .collect();
     Request::route(waypoints?).map_err(|error| CodecError::Request(error.to_string()))
 }
 
-/// How long a command may take; 20 s unless it says so.
+/// Reads the timeout of a command; default 20 s.
 pub(super) fn read_timeout(ms: Option<u64>) -> Result<Duration, CodecError> {
     let timeout = ms.map_or(TIMEOUT_DEFAULT, Duration::from_millis);
     if timeout.is_zero() || timeout > TIMEOUT_MAX {
@@ -223,14 +223,14 @@ impl Heard {
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Welcome {
     groundwave: u32,
-    /// The link as the station's operator calls it.
+    /// The operator's name of the link.
     pub link: String,
-    /// Whether it sends commands at all.
+    /// Whether the station sends commands.
     pub can_send: bool,
 }
 
 impl Welcome {
-    /// To a link of that name.
+    /// The welcome to a link with this name.
     #[must_use]
     pub const fn new(link: String, can_send: bool) -> Self {
         Self {
@@ -254,28 +254,28 @@ pub enum StationLine {
         /// The status.
         #[serde(flatten)]
         status: StatusJson,
-        /// Received since the command was asked for.
+        /// Bytes and lines received since the command was queued.
         heard: Heard,
     },
-    /// The link to the robot is gone; the station keeps trying.
+    /// The link to the robot is lost; the station is reconnecting.
     Lost {
-        /// Why.
+        /// Reason.
         lost: String,
     },
     /// Text of a line T of the robot.
     Said {
-        /// What.
+        /// The text.
         said: String,
     },
-    /// The client did something wrong, and the connection is closed.
+    /// The client made a mistake; the station closes the connection.
     Error {
-        /// What, and what to do.
+        /// The mistake, and what to do.
         error: String,
     },
 }
 
 impl StationLine {
-    /// Reads a line, with or without its line feed. Raw bytes from the radio are none.
+    /// Reads a line, with or without its line feed; `None` for raw bytes from the radio.
     #[must_use]
     pub fn parse(line: &[u8]) -> Option<Self> {
         serde_json::from_slice(line).ok()

@@ -1,6 +1,6 @@
-//! Bytes to lines, in bounded memory.
+//! Splits bytes into lines, in bounded memory.
 
-/// Longest line either side accepts, bytes: a full waypoint list needs less than half.
+/// Maximum length of a line that either side accepts, bytes; the longest route needs less than half.
 pub const LINE_MAX: usize = 16 * 1024;
 
 /// A line is longer than [`LINE_MAX`].
@@ -8,15 +8,15 @@ pub const LINE_MAX: usize = 16 * 1024;
 #[error("a line is longer than {LINE_MAX} bytes")]
 pub struct TooLong;
 
-/// Cuts bytes into lines.
+/// Splits bytes into lines.
 #[derive(Clone, Debug, Default)]
 pub struct Lines {
     begun: Vec<u8>,
 }
 
 impl Lines {
-    /// Takes bytes up to the end of a line. Returns how many were taken, at least one unless `bytes` is
-    /// empty, and the line without its line feed. A line that is too long is forgotten up to here.
+    /// Takes bytes up to the end of a line. Returns the number taken, at least one unless `bytes` is empty, and the
+    /// line without its line feed. A line that is too long is dropped.
     ///
     /// # Errors
     /// When the line grows too long.

@@ -1,8 +1,8 @@
 //! One radio, several clients: the protocol of a shared link.
 //!
-//! A client gets the raw bytes from the radio, so that any tool can read them. After a [`ClientLine::Hello`] it speaks
-//! JSON lines: commands in, statuses out. Nothing here touches a socket or a clock; [`crate::io::share`] and the
-//! runtime do.
+//! A client first gets the raw bytes from the radio, for any tool. After a [`ClientLine::Hello`] it exchanges JSON
+//! lines: it sends commands and gets statuses. This module is sans-IO; [`crate::io::share`] and the runtime own sockets
+//! and clock.
 
 mod address;
 mod broker;

@@ -6,8 +6,8 @@ use serde::{Deserialize, Serialize};
 use crate::event::{CommandStatus, Failure};
 use crate::request::outcome_words;
 
-/// A status as it is written: `{"status":"refused","code":"bad-value","text":"a value is out of range"}`.
-/// Codes are stable; the text is for people.
+/// A status in JSON: `{"status":"refused","code":"bad-value","text":"a value is out of range"}`. Codes are stable; the
+/// text is for people.
 #[derive(Clone, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 pub struct StatusJson {
     /// Code of the status.
@@ -15,7 +15,7 @@ pub struct StatusJson {
     /// Why the command was refused or failed, as a code.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub code: Option<String>,
-    /// The same for a person.
+    /// The reason as text, for people.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub text: Option<String>,
     /// Frames sent so far.
@@ -39,13 +39,13 @@ pub struct StatusJson {
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub struct ParameterJson {
     name: String,
-    /// Present value.
+    /// Current value.
     value: i32,
     /// Value after a reset.
     kept: i32,
-    /// Least value that the robot takes.
+    /// Minimum value.
     least: i32,
-    /// Greatest value that the robot takes.
+    /// Maximum value.
     most: i32,
     unit: String,
     /// Its number in the robot's list, from 1.
@@ -55,7 +55,7 @@ pub struct ParameterJson {
 }
 
 impl StatusJson {
-    /// A failure that no robot and no station reports, with a code and text of its own.
+    /// A failure that is not a [`CommandStatus`], with its code and text.
     #[must_use]
     pub fn failed(code: &str, text: impl Into<String>) -> Self {
         Self {
@@ -66,7 +66,7 @@ impl StatusJson {
         }
     }
 
-    /// The status that was written; `None` for a code of a newer station.
+    /// The status; `None` for a code of a newer station.
     #[must_use]
     pub fn status(&self) -> Option<CommandStatus> {
         let code = self.code.as_deref();

@@ -1,4 +1,4 @@
-//! Delivery of commands: starts the next, and reports each status until the end.
+//! Delivery of commands: starts the next command and reports its statuses.
 
 use groundwave_protocol::arq::{FopEvent, Task};
 use groundwave_protocol::command::Order;
@@ -18,7 +18,7 @@ impl Station {
         }
     }
 
-    /// Starts the next command; `false` when there is none.
+    /// Starts the next command; returns `false` if there is none.
     pub(super) fn begin_next(&mut self, now: Moment) -> bool {
         let Some(Waiting { id, request }) = self.waiting.pop_front() else {
             return false;
@@ -38,7 +38,7 @@ impl Station {
         if started {
             self.current = Some(id);
         } else {
-            // Nothing is under way, so it is the list that no frame can carry.
+            // Nothing is under way, so the list fits no frame.
             self.report(now, id, CommandStatus::Refused(Outcome::BadValue));
         }
         true
@@ -93,16 +93,16 @@ impl Station {
         }
     }
 
-    /// Follows the verdict on a parameter command.
+    /// Acts on the verdict about a parameter command.
     pub(super) fn follow(&mut self, now: Moment, verdict: Verdict) {
         let end = match verdict {
             Verdict::Wait => return,
             Verdict::Ask(order) => {
-                // This command is the one under way.
+                // The verdict is about the command under way.
                 self.fop.start(micros(now), Task::Order(order));
                 return;
             }
-            Verdict::Proven => CommandStatus::Confirmed { digest: None },
+            Verdict::Confirmed => CommandStatus::Confirmed { digest: None },
             Verdict::Refused(outcome) => CommandStatus::Refused(outcome),
             Verdict::TimedOut => CommandStatus::Failed(Failure::TimedOut),
         };
@@ -113,7 +113,7 @@ impl Station {
         self.settle(now);
     }
 
-    /// Ends a parameter command, which may wait for a line while the sending end is idle.
+    /// Ends a parameter command, which may wait for a line P while the FOP is idle.
     pub(super) fn give_up_tuning(&mut self, now: Moment, failure: Failure) {
         if self.tuner.take().is_some()
             && let Some(id) = self.current.take()
@@ -137,7 +137,7 @@ impl Station {
     }
 }
 
-/// The order that a request stands for; `None` for what is no order.
+/// The order of a request; `None` for a request that is no order.
 pub(super) fn order(request: &Request) -> Option<Order> {
     Some(match request {
         Request::Stop | Request::Route(_) => return None,

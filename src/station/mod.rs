@@ -1,7 +1,6 @@
-//! The station without ports and clocks: bytes become events, commands become bytes.
+//! The ground station, sans-IO: turns bytes into events and commands into bytes.
 //!
-//! `handle_*` takes something in, `poll_*` gives something out; after each `handle_*`, poll until
-//! everything says `None`.
+//! `handle_*` takes input, `poll_*` returns output. After each `handle_*`, call all `poll_*` until they return `None`.
 
 mod delivery;
 pub mod plan;
@@ -24,10 +23,10 @@ use crate::statistics::{LinkMeter, Statistics};
 use reception::Listener;
 use tuner::Tuner;
 
-/// Least time between two reports of the statistics.
+/// Minimum time between two reports of the statistics.
 const STATISTICS_REST: Duration = Duration::from_secs(1);
 
-/// A press of a drive key counts for this long unless it is renewed.
+/// Validity of a drive key unless it is pressed again.
 const DRIVE_LEASE: Duration = Duration::from_millis(500);
 
 #[derive(Clone, Debug)]
@@ -45,11 +44,11 @@ pub struct Station {
     can_send: bool,
     waiting: VecDeque<Waiting>,
     current: Option<CommandId>,
-    /// The present command, when it is about parameters.
+    /// The command under way, if it is about parameters.
     tuner: Option<Tuner>,
     /// STOPs that the robot has not confirmed yet.
     stops: Vec<CommandId>,
-    /// Whether a STOP of ours went out in this session.
+    /// Whether this station has sent STOP in this session.
     stopped: bool,
     next_id: u32,
     reported_counters: Counters,
@@ -59,8 +58,8 @@ pub struct Station {
 }
 
 impl Station {
-    /// A station that has heard nothing. Whether it can send is known from the start: a STOP pressed before
-    /// the link's first word must go out.
+    /// A station that has received nothing. `can_send` is needed from the start, because a STOP pressed before the
+    /// link's first event must be sent.
     #[must_use]
     pub fn new(config: Config, can_send: bool) -> Self {
         Self {
@@ -97,13 +96,14 @@ impl Station {
         self.events.push_back(Event::Link(event));
     }
 
-    /// Whether the link is half duplex: the station sends only when the robot is silent, so bytes must arrive at once.
+    /// Whether the link is half duplex. The station then sends only while the robot is silent, so received bytes must
+    /// be passed on without delay.
     #[must_use]
     pub fn takes_turns(&self) -> bool {
         self.fop.duplex() == Duplex::Half
     }
 
-    /// Takes bytes from the radio. The events do not depend on how the bytes were cut into pieces.
+    /// Takes bytes from the radio. The events do not depend on how the bytes are split.
     pub fn handle_bytes(&mut self, now: Moment, bytes: &[u8]) {
         self.fop.handle_carrier(micros(now));
         for run in bytes.split_inclusive(|byte| *byte == b'\n') {
@@ -111,7 +111,7 @@ impl Station {
         }
     }
 
-    /// Takes bytes of which only the last may be a line feed; lines end there.
+    /// Takes bytes of which only the last may be a line feed.
     fn handle_run(&mut self, now: Moment, run: &[u8]) {
         self.meter.take_received(now, run.len());
         let mut bytes = run;
@@ -142,18 +142,18 @@ impl Station {
         self.report_statistics(now);
     }
 
-    /// Takes bytes sent at that time, from a recording.
+    /// Takes bytes sent, from a recording.
     pub fn handle_sent(&mut self, now: Moment, bytes: &[u8]) {
         self.meter.take_sent(now, bytes);
     }
 
-    /// Bytes are missing here: no line goes on across the gap.
+    /// Takes a gap in the bytes; no line spans it.
     pub const fn handle_interruption(&mut self) {
         self.decoder.interrupt();
         self.meter.interrupt();
     }
 
-    /// Reports the last statistics, whenever others were reported.
+    /// Reports the latest statistics, if statistics were reported before.
     fn report_last_statistics(&mut self) {
         if let Some((at, latest)) = self.reported_statistics {
             let statistics = self.statistics(at);
@@ -206,7 +206,7 @@ impl Station {
         }
     }
 
-    /// Queues a request, of a client of the shared link when `by` names one; returns the command's number.
+    /// Queues a request; returns the command's number. `by` names a client of the shared link.
     pub fn handle_request(
         &mut self,
         now: Moment,
@@ -236,7 +236,7 @@ impl Station {
         id
     }
 
-    /// Drives by hand for half a second, unless renewed.
+    /// Drives by hand for half a second; call it again to continue.
     pub fn handle_drive(&mut self, now: Moment, velocity_in_s: i8, rotation_in_s: i8) {
         if self.can_send {
             let until_us = micros(now + DRIVE_LEASE);
@@ -245,7 +245,7 @@ impl Station {
         }
     }
 
-    /// Ends hand drive with a standstill.
+    /// Ends hand drive; the robot stops.
     pub fn handle_drive_end(&mut self, now: Moment) {
         if self.can_send {
             self.fop.drive(micros(now), 0, 0, micros(now));
@@ -260,7 +260,7 @@ impl Station {
         self.settle(now);
     }
 
-    /// Ends a command whose time is over. A STOP goes on.
+    /// Ends a command whose timeout has passed; a STOP continues.
     pub fn handle_give_up(&mut self, now: Moment, id: CommandId) {
         if self.current == Some(id) {
             self.current = None;
@@ -328,13 +328,13 @@ impl Station {
             .min()
     }
 
-    /// Everything the decoder has seen.
+    /// The decoder's totals.
     #[must_use]
     pub const fn counters(&self) -> &Counters {
         self.decoder.counters()
     }
 
-    /// Statistics of the link, without the bytes that the device did not take.
+    /// Statistics of the link; the caller adds `not_taken_bytes`.
     #[must_use]
     pub fn statistics(&self, now: Moment) -> Statistics {
         self.meter.statistics(now, self.decoder.counters())

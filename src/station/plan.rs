@@ -1,7 +1,7 @@
-//! The frames of commands when nothing gets lost, without a robot.
+//! Plans the frames of commands without a robot, as if nothing were lost.
 //!
-//! Length and payload are those that go out; the checksum of a frame depends on robot, boot, session and
-//! owner, and so does the payload of the request for a session. They stand here as for an example.
+//! Lengths and payloads are those of real frames. Checksums, and the payload of a session request, depend on robot,
+//! boot, session and owner; here these are those of an example.
 
 use groundwave_protocol::command::{
     BLOCK_WAYPOINTS, Command, FRAME_WAYPOINTS_MAX, Frame, Key, Message, Open, Order, Slots,
@@ -22,10 +22,10 @@ pub const BOOT: u8 = 1;
 /// The station's nonce.
 pub const OWNER: u16 = 677;
 
-/// Plans one command after the other, as a station sends them to a robot that has just booted.
+/// Plans commands in order, for a robot that has just booted.
 #[derive(Clone, Debug, Default)]
 pub struct Planner {
-    /// The robot's session, and whether it is ours.
+    /// The robot's session.
     session: u8,
     is_open: bool,
     sequence: u8,
@@ -37,7 +37,7 @@ pub struct Planner {
 pub struct Plan {
     /// The request for a session, if the command needs one and none is open.
     pub opening: Option<Frame>,
-    /// The command; on a bad channel its frames are shorter, and some are repeated.
+    /// Frames of the command; on a bad channel they are shorter, and some are repeated.
     pub frames: Vec<Frame>,
 }
 
@@ -49,8 +49,8 @@ impl Plan {
         frames.map(|frame| frame.as_bytes().len()).sum()
     }
 
-    /// No radio of 240 bytes/s is faster: the frames one after the other, and the shortest line that can
-    /// acknowledge them; two of these where a session has to be acknowledged first. Seconds.
+    /// Minimum time on a radio of 240 bytes/s, seconds: all frames and the shortest acknowledgement line, twice that
+    /// line if a session must be opened first.
     #[must_use]
     pub fn at_least_s(&self) -> f64 {
         let acknowledgements = 1 + usize::from(self.opening.is_some());
@@ -59,7 +59,7 @@ impl Plan {
 }
 
 impl Planner {
-    /// The frames of a command that follows those planned before.
+    /// Plans the next command.
     pub fn plan(&mut self, request: &Request) -> Plan {
         if *request == Request::Stop {
             if self.is_open {
@@ -107,7 +107,7 @@ impl Planner {
         self.tag = 0;
     }
 
-    /// Waypoints in the longest frames, then the order that makes them the robot's list.
+    /// Splits waypoints into the longest frames; returns the order that activates them.
     fn stage(&mut self, waypoints: &[Waypoint], messages: &mut Vec<Message>) -> Order {
         if !waypoints.is_empty() {
             self.tag = self.tag % 31 + 1;
@@ -133,7 +133,7 @@ mod tests {
 
     use super::*;
 
-    /// The robot's own end of the uplink.
+    /// The robot's end of the uplink.
     struct Robot {
         receiver: Receiver,
         farm: Farm,

@@ -1,67 +1,66 @@
-//! What comes in when no intact line does: nothing, noise, damaged lines, or a robot at another baud
-//! rate. Judged from the newest bytes alone, in bounded memory.
+//! Classifies the received bytes when no intact line arrives: nothing, noise, damaged lines, or a robot at another baud
+//! rate. Only the newest bytes are examined, in bounded memory.
 //!
-//! Lines repeat: two that follow each other share most of their text, and sampled at a wrong rate they
-//! still share most of the garbage. Noise does not repeat. So the share of places where four bytes are
-//! followed by bytes that were seen before tells a wrong rate from noise, whichever rates are involved
-//! and whatever the receiver makes of broken stop bits. What is printable is the right rate and a bad
-//! channel. And when the line is slower than the port, no bit stands alone between two others.
+//! Consecutive lines share most of their text. Sampled at a wrong rate, they still share most of the garbage, while
+//! noise does not repeat. The share of four-byte runs that occurred before therefore tells a wrong rate from noise, for
+//! all rates and all receivers. Printable bytes mean the right rate and a bad channel. If the radio is slower than the
+//! port, no bit differs from both of its neighbours.
 
 use std::collections::VecDeque;
 use std::time::Duration;
 
 use crate::event::{LineRate, Moment, Reception};
 
-/// No intact line for this long is worth a judgement.
+/// Time without an intact line before bytes are judged.
 const PATIENCE: Duration = Duration::from_secs(5);
 
-/// Judged no more often than this.
+/// Minimum time between two judgements.
 const JUDGE_EVERY: Duration = Duration::from_secs(1);
 
-/// The newest bytes, four seconds of a full radio.
+/// Number of newest bytes examined: four seconds of a busy radio.
 const WINDOW: usize = 1024;
 
-/// Fewer bytes are not judged.
+/// Minimum number of bytes for a judgement.
 const BYTES_MIN: usize = 128;
 
-/// Four bytes in a row: noise repeats so many by chance in one place of a million.
+/// Length of a run, bytes. In noise, a run of four repeats by chance at one place in a million.
 const RUN: usize = 4;
 
-/// Share of runs seen before above which bytes have structure. Measured: structure 1.4 % and more
-/// between 300 and 19200 baud, noise up to 0.7 % unless it is slower than the rate itself. All these
-/// figures are from the ignored test `looks_of_everything`, which prints them.
+/// Minimum share of repeated runs for bytes with structure. Measured: structure has 1.4 % and more between 300 and
+/// 19200 baud; noise up to 0.7 %, unless it changes more slowly than the baud rate. The ignored test
+/// `looks_of_everything` prints all these figures.
 const REPEATS_MIN: f64 = 0.01;
 
-/// Share of printable bytes above which the rate is right. Measured: wrong rates up to 52 %, noise up to
-/// 41 %; damaged lines 100 % to 33 %, the least while a receiver that takes a broken stop bit for a
-/// start bit has lost its place.
+/// Minimum share of printable bytes for the right rate. Measured: wrong rates have up to 52 %, noise up to 41 %,
+/// damaged lines 33 % to 100 %. The least comes from a receiver that takes a broken stop bit for a start bit and loses
+/// synchronization.
 const PRINTABLE_MIN: f64 = 0.6;
 
-/// Share of bytes with a bit that stands alone, below which the line is slower than the port. Measured:
-/// none where it is, 53 % and more where it is faster.
+/// Maximum share of bytes with a lone bit for a radio that is slower than the port. Measured: 0 % if it is slower, 53 %
+/// and more if it is faster.
 const ALONE_MAX: f64 = 0.1;
 
-/// For so long after text was heard the rate is known to be right, whatever a window looks like.
+/// Time after received text for which the rate counts as right.
 const TRUST: Duration = Duration::from_mins(1);
 
-/// Listens to everything that comes.
+/// Observes all received bytes.
 #[derive(Clone, Debug, Default)]
 pub(super) struct Listener {
     is_open: bool,
     reported: Option<Reception>,
     window: VecDeque<u8>,
-    /// When the latest intact line came, or listening began.
+    /// Time of the latest intact line, or of the beginning.
     line_at: Option<Moment>,
-    /// When the latest byte came, or listening began.
+    /// Time of the latest byte, or of the beginning.
     byte_at: Option<Moment>,
     judged_at: Option<Moment>,
-    /// When text was heard, intact or not.
+    /// Time of the latest text, intact or not.
     text_at: Option<Moment>,
     is_new: bool,
 }
 
 impl Listener {
-    /// The link opened or closed: what was heard before says nothing about now.
+    /// Takes the opening or closing of the link; forgets everything received before.
     pub(super) fn open(&mut self, is_open: bool) {
         *self = Self {
             is_open,
@@ -69,8 +68,8 @@ impl Listener {
         };
     }
 
-    /// Takes bytes, and whether an intact line ended among them. Returns what is heard now if that is
-    /// news, and since when.
+    /// Takes bytes, and whether an intact line ended among them. Returns the kind of reception and when it began, if
+    /// the kind has changed.
     pub(super) fn take(
         &mut self,
         now: Moment,
@@ -96,7 +95,7 @@ impl Listener {
         None
     }
 
-    /// Lets time pass. Returns what is heard now if that is news, and since when.
+    /// Handles the passing of time. Returns the kind of reception and when it began, if the kind has changed.
     pub(super) fn handle_timeout(&mut self, now: Moment) -> Option<(Reception, Moment)> {
         if !self.is_open {
             return None;
@@ -154,13 +153,13 @@ impl Listener {
     }
 }
 
-/// What bytes look like, each as a share of their number.
+/// Features of bytes, each as a share of their number.
 #[derive(Clone, Copy, Debug, PartialEq)]
 struct Looks {
     printable: f64,
-    /// Begin a run that was seen before.
+    /// Bytes that begin a repeated run.
     repeats: f64,
-    /// Have a bit that stands alone.
+    /// Bytes with a lone bit.
     alone: f64,
 }
 
@@ -176,7 +175,7 @@ impl Looks {
     }
 }
 
-/// What these bytes are, none of which made a line; `None` when they are too few.
+/// Classifies bytes without an intact line; `None` if there are too few.
 fn judge(bytes: &[u8]) -> Option<Reception> {
     if bytes.len() < BYTES_MIN {
         return None;
@@ -193,7 +192,7 @@ fn judge(bytes: &[u8]) -> Option<Reception> {
     })
 }
 
-/// Runs of bytes that were seen before.
+/// Number of repeated runs.
 fn repeats(bytes: &[u8]) -> usize {
     let mut runs: Vec<&[u8]> = bytes.windows(RUN).collect();
     runs.sort_unstable();
@@ -202,7 +201,7 @@ fn repeats(bytes: &[u8]) -> usize {
     seen - runs.len()
 }
 
-/// Whether a bit differs from both its neighbours within the byte.
+/// Whether a bit of the byte differs from both of its neighbours.
 const fn has_bit_alone(byte: u8) -> bool {
     let changes = (byte ^ (byte >> 1)) & 0x7F;
     changes & (changes >> 1) != 0

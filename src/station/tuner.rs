@@ -1,4 +1,4 @@
-//! A parameter command under way: it ends with a line P, not with an acknowledgement.
+//! Parameter commands, which end with a line P, not with an acknowledgement.
 
 use std::collections::{BTreeSet, VecDeque};
 use std::time::Duration;
@@ -10,57 +10,57 @@ use groundwave_protocol::telemetry::{Outcome, ParameterLine};
 use crate::event::Moment;
 use crate::request::{Amount, Tuning};
 
-/// A line P that has not come by now is lost: the robot says it as its next or next but one, between two acknowledgements
-/// a second and a half after the order at most.
+/// Time after an order when a line P counts as lost. The robot sends it as its next line or the one after, at most 1.5
+/// s after the order.
 const PATIENCE: Duration = Duration::from_millis(2500);
 
-/// Maximum rounds without an answer: with every second line lost, one command in a thousand fails.
+/// Maximum consecutive rounds without an answer. If every second line is lost, one command in a thousand fails.
 const VAIN_ROUNDS_MAX: u8 = 12;
 
 /// State of a parameter command.
 #[derive(Clone, Debug)]
 pub(super) struct Tuner {
     tuning: Tuning,
-    /// What is to be set in the robot's own counts: a decimal waits for the robot to say its unit.
+    /// The value to set as an integer; `None` for a decimal until the robot has reported its unit.
     counts: Option<i32>,
-    /// Places of the lines that came.
+    /// Numbers of the parameters received.
     heard: BTreeSet<u8>,
-    /// Parameters that the robot has.
+    /// Number of parameters of the robot.
     count: Option<u8>,
     state: State,
-    /// Places still to be asked for in this round: one order after the other, without waiting for the lines.
+    /// Numbers of the parameters still to be requested in this round, without waiting for the answers.
     round: VecDeque<u8>,
-    /// Rounds in a row that brought nothing.
+    /// Consecutive rounds without an answer.
     vain_rounds: u8,
 }
 
 #[derive(Clone, Copy, Debug)]
 enum State {
-    /// An order is under way.
+    /// An order is being sent.
     Ordered,
-    /// The robot has taken it: a line is due.
+    /// The robot has executed the order; its line P is due.
     Listening { again_at: Moment },
-    /// The robot has refused it, and its limits are due.
+    /// The robot has refused the order; the line P with its limits is due.
     Refused { outcome: Outcome, until: Moment },
 }
 
-/// What follows.
+/// The next step.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Verdict {
     /// Nothing yet.
     Wait,
-    /// Another order.
+    /// Send another order.
     Ask(Order),
-    /// The robot has done it and said so.
-    Proven,
-    /// The robot has refused it.
+    /// The robot has executed and confirmed the command.
+    Confirmed,
+    /// The robot has refused the command.
     Refused(Outcome),
-    /// It never said so.
+    /// The robot has not answered.
     TimedOut,
 }
 
 impl Tuner {
-    /// A tuner for a command, and its first order.
+    /// Starts a command; returns its state and its first order.
     pub(super) fn begin(tuning: Tuning) -> (Self, Order) {
         let tuner = Self {
             tuning,
@@ -77,11 +77,11 @@ impl Tuner {
         (tuner, order(&tuning))
     }
 
-    /// What the robot made of an order.
+    /// Takes the outcome of an order.
     pub(super) fn take_outcome(&mut self, now: Moment, outcome: Outcome) -> Verdict {
         match (outcome, self.tuning) {
-            (Outcome::Done, Tuning::Save) => Verdict::Proven,
-            (Outcome::Done, _) if self.is_complete() => Verdict::Proven,
+            (Outcome::Done, Tuning::Save) => Verdict::Confirmed,
+            (Outcome::Done, _) if self.is_complete() => Verdict::Confirmed,
             (Outcome::Done, _) if !self.round.is_empty() => self.ask_next(),
             (Outcome::Done, _) => {
                 self.state = State::Listening {
@@ -89,7 +89,7 @@ impl Tuner {
                 };
                 Verdict::Wait
             }
-            // Which values it does take stands in the line that follows.
+            // The next line P has the limits.
             (Outcome::BadValue, Tuning::Set(..)) => {
                 self.state = State::Refused {
                     outcome,
@@ -101,7 +101,7 @@ impl Tuner {
         }
     }
 
-    /// Takes a line P; says whether the operator waits for it, and what follows.
+    /// Takes a line P; returns whether it belongs to the command, and the next step.
     pub(super) fn take_line(&mut self, now: Moment, line: &ParameterLine) -> (bool, Verdict) {
         if let State::Refused { outcome, .. } = self.state {
             return match self.tuning {
@@ -128,14 +128,14 @@ impl Tuner {
         };
         *again_at = now + PATIENCE;
         let verdict = if self.is_complete() {
-            Verdict::Proven
+            Verdict::Confirmed
         } else {
             Verdict::Wait
         };
         (true, verdict)
     }
 
-    /// The robot has said what it counts, as it was asked to where a decimal is to be set: what that comes to is set now.
+    /// Takes the unit of a parameter that is to be set to a decimal; sets the value as an integer.
     fn learn_unit(&mut self, line: &ParameterLine) -> Option<(bool, Verdict)> {
         let (Tuning::Set(name, amount), None, State::Listening { .. }) =
             (self.tuning, self.counts, self.state)
@@ -156,7 +156,7 @@ impl Tuner {
         Some((false, Verdict::Ask(Order::SetParameter { key, value })))
     }
 
-    /// Lets time pass.
+    /// Handles the passing of time.
     pub(super) fn handle_timeout(&mut self, now: Moment) -> Verdict {
         match self.state {
             State::Listening { again_at } if now >= again_at => {
@@ -175,7 +175,7 @@ impl Tuner {
         }
     }
 
-    /// When to let time pass at the latest.
+    /// When to call [`Self::handle_timeout`] at the latest.
     pub(super) const fn poll_timeout(&self) -> Option<Moment> {
         match self.state {
             State::Ordered => None,
@@ -184,7 +184,7 @@ impl Tuner {
         }
     }
 
-    /// Asks for what is missing, and never sets anything again.
+    /// Requests the missing parameters; never sets a value again.
     fn ask_next(&mut self) -> Verdict {
         self.state = State::Ordered;
         Verdict::Ask(match self.tuning {
@@ -206,7 +206,7 @@ impl Tuner {
     }
 }
 
-/// First order of a command: setting a decimal begins with asking for the robot's unit.
+/// The first order of a command. Setting a decimal begins with a request for the unit.
 pub(super) fn order(tuning: &Tuning) -> Order {
     match tuning {
         Tuning::List => Order::ReadParameters { place: 0 },

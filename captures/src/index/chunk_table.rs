@@ -1,4 +1,4 @@
-//! Where the chunks of a recording begin, and how much lies before each.
+//! Table of the chunks of a recording: where each begins, and the number of messages before it.
 
 use std::collections::BTreeMap;
 
@@ -15,14 +15,14 @@ const INDEX_HEAD_BYTES: u64 = 2 + 4;
 /// Bytes of the log time and offset of a message.
 const ENTRY_BYTES: u64 = 16;
 
-/// Messages of the topics that are counted without being read.
+/// Numbers of messages of some topics, counted without reading the messages.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) struct Counts {
     /// Intact lines, acknowledgement lines among them.
     pub(super) lines: u64,
-    /// `None` where the recording has no such topic: commands may still be in it.
+    /// Messages about commands; `None` if the recording has no such topic but may have commands.
     uplinks: Option<u64>,
-    /// Likewise for bumps.
+    /// Messages about bumps; `None` likewise.
     logs: Option<u64>,
 }
 
@@ -33,7 +33,7 @@ impl Counts {
         logs: Some(0),
     };
 
-    /// The sum; a damaged index may say anything.
+    /// Adds counts, saturating because a damaged index may contain any number.
     fn add(&mut self, other: Self) {
         let sum = |one: Option<u64>, other: Option<u64>| Some(one?.saturating_add(other?));
         self.lines = self.lines.saturating_add(other.lines);
@@ -47,20 +47,20 @@ impl Counts {
 pub(super) struct Entry {
     /// First log time, nanoseconds.
     pub(super) start_ns: u64,
-    /// Byte in the file.
+    /// Offset in the file.
     pub(super) offset: u64,
-    /// Messages of the chunks before it.
+    /// Numbers of messages before the entry.
     pub(super) before: Counts,
-    /// Byte in the file of the index of its lines; 0 where it has none.
+    /// Offset in the file of the message index of its lines; 0 if there is none.
     pub(super) lines_at: u64,
 }
 
-/// Chunks in the order of their times.
+/// Chunks in order of time.
 #[derive(Clone, Debug)]
 pub(super) struct ChunkTable {
     entries: Vec<Entry>,
     counts: Counts,
-    /// Each chunk says how many messages of each topic it holds.
+    /// Whether the numbers of messages of all chunks are known.
     are_counted: bool,
 }
 
@@ -77,7 +77,7 @@ impl Default for ChunkTable {
 impl ChunkTable {
     /// Adds the next chunk that a summary lists.
     pub(super) fn add(&mut self, index: &ChunkIndex, channels: &Channels) {
-        // A chunk without messages says no time.
+        // A chunk without messages has no time.
         if index.message_end_time == 0 {
             return;
         }
@@ -96,7 +96,7 @@ impl ChunkTable {
         self.counts.add(counts.unwrap_or(Counts::ZERO));
     }
 
-    /// Adds a record of which only the first log time, nanoseconds, and the byte in the file are known.
+    /// Adds a record with its first log time, nanoseconds, and its offset in the file; its messages are not counted.
     pub(super) fn add_uncounted(&mut self, start_ns: u64, offset: u64) {
         self.are_counted = false;
         self.entries.push(Entry {
@@ -112,13 +112,13 @@ impl ChunkTable {
         self.entries.last()
     }
 
-    /// The last entry that begins before a log time.
+    /// The last entry that begins before a log time, nanoseconds.
     pub(super) fn before(&self, at_ns: u64) -> Option<&Entry> {
         let after = self.entries.partition_point(|entry| entry.start_ns < at_ns);
         self.entries.get(after.checked_sub(1)?)
     }
 
-    /// The chunk that holds the line of a number, from 1; `None` where lines are not counted or there are fewer.
+    /// The chunk with line `number`, from 1; `None` if lines are not counted or there are fewer.
     pub(super) fn of_line(&self, number: u64) -> Option<&Entry> {
         let fewer = |entry: &Entry| entry.before.lines < number;
         let after = self.entries.partition_point(fewer);
@@ -126,19 +126,19 @@ impl ChunkTable {
         self.entries.get(after.checked_sub(1).filter(|_| is_there)?)
     }
 
-    /// Whether there may be a landmark of a kind from one log time to another, both included.
+    /// Whether there may be a landmark of a kind between two log times, both included.
     pub(super) fn may_hold(&self, landmark: Landmark, from_ns: u64, until_ns: u64) -> bool {
         let count = |counts: Counts| match landmark {
-            // A message tells of each.
+            // Each of these has a message.
             Landmark::Bump => counts.logs,
             Landmark::Command => counts.uplinks,
-            // No topic tells of all of these.
+            // These have no topic with a message for each.
             Landmark::Line | Landmark::Alarm | Landmark::Behaviour | Landmark::Marker => None,
         };
         let later = self
             .entries
             .partition_point(|entry| entry.start_ns <= until_ns);
-        // The end of a damaged recording may hold more than its last chunk says.
+        // The end of a damaged recording may contain more than its last chunk declares.
         let Some(after) = self.entries.get(later).filter(|_| self.are_counted) else {
             return true;
         };
@@ -151,7 +151,7 @@ impl ChunkTable {
     }
 }
 
-/// The channels that are counted.
+/// Channels whose messages are counted.
 #[derive(Clone, Copy)]
 struct Ids {
     lines: Option<u16>,
@@ -173,8 +173,8 @@ impl Ids {
     }
 }
 
-/// The messages of a chunk, by the lengths of the message indexes after it: each ends where the next begins. `None`
-/// where the summary does not say.
+/// Numbers of messages of a chunk, from the lengths of its message indexes, each of which ends where the next begins.
+/// `None` if the summary lacks them.
 fn counts(index: &ChunkIndex, ids: Ids) -> Option<Counts> {
     let mut indexes: BTreeMap<u64, u16> = BTreeMap::new();
     for (id, at) in &index.message_index_offsets {

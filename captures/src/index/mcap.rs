@@ -17,19 +17,19 @@ use crate::record::{HEAD_BYTES, parse};
 use crate::repair::Position;
 use crate::session::Session;
 
-/// Bytes of the footer and the end mark of a finished file.
+/// Length of the footer and the end mark of a finished file, bytes.
 const END_BYTES: usize = HEAD_BYTES + 20 + MAGIC.len();
 
-/// Bytes of the record before the summary, with which the summary's checksum is read.
+/// Length of the record before the summary, which is read for the summary's checksum, bytes.
 const DATA_END_BYTES: u64 = HEAD_BYTES as u64 + 4;
 
-/// The longest believed record that an index leads to, bytes.
+/// Maximum accepted length of a record that an index refers to, bytes.
 const INDEXED_BYTES_MAX: u64 = 1024 * 1024;
 
-/// Spacing of the places kept of a file without a summary, bytes.
+/// Distance between entries of the chunk table for a file without a summary, bytes.
 const SPACING_BYTES: u64 = 64 * 1024;
 
-/// A recording.
+/// A recording with random access.
 pub struct SeekableRecording {
     source: Arc<dyn Source>,
     table: Arc<ChunkTable>,
@@ -38,12 +38,12 @@ pub struct SeekableRecording {
     truth: Option<Truth>,
     pieces: Pieces<SourceReader>,
     at: Moment,
-    /// Nothing follows, not even the reason why.
+    /// The end has been reached, and its reason returned.
     is_over: bool,
 }
 
 impl SeekableRecording {
-    /// A recording from its beginning.
+    /// Opens a recording at its beginning.
     ///
     /// # Errors
     /// When it cannot be read or has no channel of received bytes.
@@ -59,7 +59,7 @@ impl SeekableRecording {
         };
         let mut pieces =
             pieces(&source, PiecePosition::BEGINNING, contents.channels).map_err(read_error)?;
-        // A damaged beginning may hold no message at all.
+        // A damaged beginning may contain no message.
         let first_ns = pieces.next_ns().map_err(read_error)?;
         if !has_received(pieces.channels()) {
             return Err(CaptureError::NoRawBytes(name.to_owned()));
@@ -77,8 +77,7 @@ impl SeekableRecording {
         })
     }
 
-    /// Log time of the next piece, nanoseconds; at the end the reason why there is none, if the end is not that of a
-    /// finished recording.
+    /// Log time of the next piece, nanoseconds; at the end an error, with a reason unless the recording is finished.
     fn next_ns(&mut self) -> Result<u64, Option<String>> {
         match self.pieces.next_ns() {
             _ if self.is_over => Err(None),
@@ -87,7 +86,7 @@ impl SeekableRecording {
             Ok(None) => Err(Some(
                 "the recording was interrupted: the file ends in the middle".to_owned(),
             )),
-            Err(error) => Err(Some(format!("the capture cannot be read on: {error}"))),
+            Err(error) => Err(Some(format!("reading the capture failed: {error}"))),
         }
     }
 
@@ -204,7 +203,7 @@ impl SeekableReader for SeekableRecording {
     }
 }
 
-/// What is known of a recording before it is played.
+/// Facts about a recording that are read before its messages.
 #[derive(Default)]
 struct Contents {
     table: ChunkTable,
@@ -224,7 +223,7 @@ impl Contents {
     }
 }
 
-/// Reads the summary of a finished file; `None` where there is none or it lists no chunks.
+/// Reads the summary of a finished file; `None` if there is none or it lists no chunks.
 fn read_summary(source: &Arc<dyn Source>) -> io::Result<Option<Contents>> {
     let size = source.size()?;
     let mut end = [0; END_BYTES];
@@ -293,7 +292,7 @@ fn read_through(source: &Arc<dyn Source>) -> io::Result<Contents> {
     Ok(contents)
 }
 
-/// The record at a byte of the file, with its head; `None` where it is too long or cut off.
+/// The record at an offset of the file, with its head; `None` if it is too long or cut off.
 fn indexed(source: &dyn Source, offset: u64) -> io::Result<Option<Vec<u8>>> {
     let mut head = [0; HEAD_BYTES];
     if read_at(source, offset, &mut head)? < HEAD_BYTES {
@@ -310,7 +309,7 @@ fn indexed(source: &dyn Source, offset: u64) -> io::Result<Option<Vec<u8>>> {
     Ok((read == record.len()).then_some(record))
 }
 
-/// Reads the pieces from a place on.
+/// Reads pieces from a position on.
 fn pieces(
     source: &Arc<dyn Source>,
     place: PiecePosition,
@@ -319,7 +318,7 @@ fn pieces(
     Pieces::resume(SourceReader::new(source, place.offset()), place, channels)
 }
 
-/// Reads a source from a byte on.
+/// Reads a source from an offset on.
 struct SourceReader {
     source: Arc<dyn Source>,
     offset: u64,

@@ -14,25 +14,25 @@ use crate::event::Moment;
 use crate::pieces::PiecePosition;
 use crate::text::{HEAD_BYTES, Style};
 
-/// Bytes at the end that are searched for the last timestamp.
+/// Number of bytes at the end that are searched for the last timestamp.
 const TAIL_BYTES: u64 = 4096;
 
-/// Bytes between the samples that count days where timestamps have no date: four minutes of lines.
+/// Distance between the samples that count days when timestamps have no date, bytes: four minutes of lines.
 const DAYS_STEP_BYTES: usize = 64 * 1024;
 
-/// Bytes of such a sample; a line begins in it.
+/// Length of such a sample, bytes; a line begins in it.
 const DAYS_SAMPLE_BYTES: usize = 512;
 
-/// Time before a search from which on lines are read, to know what is new in the first.
+/// Lead before a search: lines read to know the state at its beginning.
 const READ_BEFORE: Moment = Moment::from_mins(3);
 
-/// Samples that estimate the density of lines.
+/// Number of samples for estimating the density of lines.
 const SAMPLES: u64 = 64;
 
-/// Bytes of such a sample: fifty lines.
+/// Length of such a sample, bytes: fifty lines.
 const SAMPLE_BYTES: usize = 4096;
 
-/// A raw text.
+/// A raw text with random access.
 #[derive(Clone)]
 pub struct SeekableText {
     source: Arc<dyn Source>,
@@ -42,15 +42,15 @@ pub struct SeekableText {
     days: Vec<(u64, Moment)>,
     length: Moment,
     buffer: Box<[u8]>,
-    /// Byte of the file at which the buffer begins.
+    /// Offset in the file of the buffer's beginning.
     buffered_at: u64,
     filled: usize,
     place: Place,
     /// The next piece: its range in the buffer, and its time.
     ahead: Option<(Range<usize>, Moment)>,
-    /// The radio's bytes of the piece given out last.
+    /// The radio's bytes of the piece returned last.
     current: Vec<u8>,
-    /// Why reading failed, until it is given out.
+    /// Why reading failed; taken when it is returned.
     problem: Option<String>,
 }
 
@@ -94,7 +94,7 @@ impl SeekableText {
             let read = read_at(&*self.source, offset, &mut lines)?;
             let mut at = offset;
             for line in lines[..read].split_inclusive(|&byte| byte == b'\n') {
-                // The first may be the end of a line.
+                // The first bytes may be the end of a line.
                 let is_whole = at > offset || offset == 0;
                 if let Some(said) = self.style.said(line, last).filter(|_| is_whole) {
                     last = said;
@@ -124,7 +124,7 @@ impl SeekableText {
         Ok(last.next_back().unwrap_or(Moment::ZERO))
     }
 
-    /// At least `wanted` bytes from an offset on, or all there are.
+    /// At least `wanted` bytes from an offset on; fewer only at the end.
     fn fill(&mut self, offset: u64, wanted: usize) -> &[u8] {
         let end = self.buffered_at + self.filled as u64;
         let wanted_end = (offset + wanted as u64).min(self.size);
@@ -133,13 +133,13 @@ impl SeekableText {
             self.filled = match read_at(&*self.source, offset, &mut self.buffer) {
                 Ok(read) => read,
                 Err(error) => {
-                    let text = format!("the capture cannot be read on: {error}");
+                    let text = format!("reading the capture failed: {error}");
                     self.problem = Some(text);
                     self.size = offset;
                     0
                 }
             };
-            // The file was cut off while it is read.
+            // The file was truncated while it was read.
             if self.filled < wanted {
                 self.size = self.size.min(offset + self.filled as u64);
             }
@@ -162,7 +162,7 @@ impl SeekableText {
         self.ahead.as_ref()
     }
 
-    /// Offset at which the line around an offset begins; the offset itself, where there is no line.
+    /// Offset of the beginning of the line around an offset; the offset itself if there is no line.
     fn line_start(&mut self, offset: u64) -> u64 {
         let from = offset.saturating_sub(4 * self.style.reach() as u64);
         if from == 0 && offset == 0 {
@@ -178,7 +178,7 @@ impl SeekableText {
         }
     }
 
-    /// Time and offset of the first line with a timestamp at an offset or after it.
+    /// Time and offset of the first line with a timestamp at or after an offset.
     fn time_after(&mut self, mut offset: u64, until: u64) -> Option<(Moment, u64)> {
         let style = self.style;
         while offset < until {
@@ -242,10 +242,10 @@ impl SeekableText {
                 Some((said, offset)) if said < at => {
                     found = Place {
                         position: PiecePosition::of_record(offset),
-                        // Just before it, so that its own timestamp counts.
+                        // Just before the line, so that its own timestamp counts.
                         at: said.saturating_sub(Moment::from_nanos(1)),
                     };
-                    // Go on after it.
+                    // Continue after the line.
                     let style = self.style;
                     low = offset + style.piece_bytes(self.fill(offset, style.reach())) as u64;
                 }
@@ -344,7 +344,7 @@ impl SeekableReader for SeekableText {
                 return true;
             }
         }
-        // The end is found by reading on.
+        // Reading finds the end.
         true
     }
 

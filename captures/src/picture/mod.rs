@@ -10,7 +10,7 @@ use super::error::CaptureError;
 use super::track::{Event, Holder, Joint, Track};
 use groundwave_protocol::status_codes::Layer;
 
-/// Size of the picture, pixels.
+/// Width and height of the picture, pixels.
 const WIDTH: f32 = 1280.0;
 const HEIGHT: f32 = 960.0;
 
@@ -71,14 +71,14 @@ enum Shape {
 pub struct Picture(Vec<Shape>);
 
 impl Picture {
-    /// Draws a track with its title and the reason why it is not complete; `None` where there is no position.
+    /// Draws a track with its title and the reason why it is incomplete; `None` if there is no position.
     #[must_use]
     pub fn new(title: &str, track: &Track, problem: Option<&CaptureError>) -> Option<Self> {
         let [x, y] = track.bounds_in()?;
         let scale = Scale::fit(x, y);
         let mut shapes = Vec::new();
         grid(&mut shapes, &scale);
-        way(&mut shapes, &scale, track);
+        draw_path(&mut shapes, &scale, track);
         marks(&mut shapes, &scale, track);
         words(&mut shapes, title, track);
         if let Some(problem) = problem {
@@ -110,7 +110,7 @@ struct Scale {
     pixels_per_in: f32,
     left_in: f32,
     top_in: f32,
-    /// Length of the scale bar and distance of the grid lines, inches.
+    /// Length of the scale bar and spacing of the grid, inches.
     bar_in: f32,
 }
 
@@ -134,7 +134,7 @@ impl Scale {
         }
     }
 
-    /// Position of a place; +Y is up.
+    /// Converts inches to a place in the picture; +Y is up.
     fn place(&self, x_in: f32, y_in: f32) -> Place {
         let x = PLOT[0] + (x_in - self.left_in) * self.pixels_per_in;
         (x, PLOT[1] + (self.top_in - y_in) * self.pixels_per_in)
@@ -183,8 +183,8 @@ fn grid(shapes: &mut Vec<Shape>, scale: &Scale) {
     }
 }
 
-/// Draws one line for each stretch of the same behaviour; a dashed one where lines were lost.
-fn way(shapes: &mut Vec<Shape>, scale: &Scale, track: &Track) {
+/// Draws a line for each stretch with the same behaviour, dashed where lines were lost.
+fn draw_path(shapes: &mut Vec<Shape>, scale: &Scale, track: &Track) {
     let mut points = track.points.iter().peekable();
     while let Some(first) = points.next() {
         let mut last = *first;

@@ -1,4 +1,4 @@
-//! A picture as PNG.
+//! Pictures as PNG.
 
 use embedded_graphics::Pixel;
 use embedded_graphics::draw_target::DrawTarget;
@@ -19,7 +19,7 @@ const SMALL: &MonoFont<'_> = &iso_8859_1::FONT_9X15;
 
 pub(super) fn draw(shapes: &[Shape]) -> Result<Vec<u8>, String> {
     let mut pixmap = Pixmap::new(WIDTH as u32, HEIGHT as u32)
-        .ok_or_else(|| "there is no memory for the picture".to_owned())?;
+        .ok_or_else(|| "not enough memory for the picture".to_owned())?;
     pixmap.fill(Color::WHITE);
     for shape in shapes {
         draw_shape(&mut pixmap, shape);
@@ -73,7 +73,7 @@ fn draw_shape(pixmap: &mut Pixmap, shape: &Shape) {
         Shape::Words { at, words, large } => {
             let style = MonoTextStyle::new(if *large { LARGE } else { SMALL }, BinaryColor::On);
             let at = Point::new(at.0 as i32, at.1 as i32);
-            // Drawing outside of the picture is left out: nothing can fail.
+            // Pixels outside the picture are skipped; drawing cannot fail.
             let _ = Text::new(words, at, style).draw(&mut Ink(pixmap));
         }
     }
@@ -98,7 +98,7 @@ fn paint([red, green, blue]: super::Color) -> Paint<'static> {
     paint
 }
 
-/// Takes the black pixels of letters.
+/// Draws the black pixels of letters.
 struct Ink<'a>(&'a mut Pixmap);
 
 impl OriginDimensions for Ink<'_> {

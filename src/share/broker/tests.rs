@@ -1,4 +1,4 @@
-//! Clients come, ask, misbehave and vanish.
+//! Clients connect, send commands, make mistakes and disconnect.
 
 use super::*;
 use crate::request::Request;
@@ -142,7 +142,7 @@ fn a_flood_of_commands_is_refused() {
         table
             .outputs()
             .iter()
-            .any(|line| line.contains("wait already"))
+            .any(|line| line.contains("already waiting"))
     );
 }
 

@@ -5,14 +5,14 @@ use groundwave_protocol::telemetry::Outcome;
 
 const CALL: CallId = CallId(1);
 
-/// Calls after this payload came at 1 s.
+/// Calls that have received this payload at 1 s.
 fn called(payload: &str) -> Calls {
     let mut calls = Calls::default();
     calls.handle_call(Duration::from_secs(1), CALL, payload.as_bytes());
     calls
 }
 
-/// The request that is to be started now.
+/// The request to be started now.
 fn start(calls: &mut Calls, command: u32) -> Request {
     let Some(CallOutput::Start(CALL, request)) = calls.poll_output() else {
         panic!("nothing to start: {calls:?}");
@@ -50,18 +50,18 @@ fn a_list_is_answered_when_the_robot_has_proven_it() {
         total: 2,
     };
     calls.handle_status(id, &half);
-    // Somebody else's.
+    // A command of another client.
     calls.handle_status(CommandId(6), &CommandStatus::Confirmed { digest: None });
     assert_eq!(calls.poll_output(), None);
     let digest = Some(0x89ab_cdef);
     calls.handle_status(id, &CommandStatus::Confirmed { digest });
-    let proof = answer(&mut calls);
+    let confirmed = answer(&mut calls);
     let expected = json!({
         "status": "confirmed",
         "command": "route of 2 waypoints",
         "digest": "89abcdef",
     });
-    assert_eq!(proof, expected);
+    assert_eq!(confirmed, expected);
     calls.handle_status(id, &CommandStatus::Confirmed { digest });
     assert_eq!(calls.poll_output(), None, "answered once");
     assert_eq!(calls.poll_timeout(), None);
@@ -86,7 +86,7 @@ fn a_preset_goes_one_by_one_and_ends_with_the_first_that_is_refused() {
 }
 
 #[test]
-fn without_proof_it_ends_with_its_time_and_is_given_up() {
+fn an_unconfirmed_command_ends_at_its_timeout() {
     let mut calls = called(r#"{"do":"mode prowl","timeout_ms":1500}"#);
     assert_eq!(start(&mut calls, 3), Request::Mode(Mode::Prowl));
     let deadline = calls.poll_timeout().unwrap();
@@ -102,13 +102,13 @@ fn without_proof_it_ends_with_its_time_and_is_given_up() {
 }
 
 #[test]
-fn every_rubbish_is_answered_with_what_is_wrong() {
+fn invalid_calls_get_an_error() {
     for (rubbish, says) in [
         ("", "not understood: EOF"),
         ("mode prowl", "A call is {\"do\":\"mode prowl\"}"),
         (r#"{"mode":"prowl"}"#, "unknown field `mode`"),
-        ("{}", "one of \"do\" and \"route\""),
-        (r#"{"do":"stop","route":[]}"#, "one of \"do\" and \"route\""),
+        ("{}", "needs either \"do\" or \"route\""),
+        (r#"{"do":"stop","route":[]}"#, "needs either \"do\" or \"route\""),
         (r#"{"do":""}"#, "no command given"),
         (r#"{"do":"fly"}"#, "unknown command `fly`"),
         (r#"{"do":"mode flying"}"#, "unknown mode `flying`"),

@@ -1,4 +1,4 @@
-//! Lines survive being written and read, and wrong ones are named.
+//! Lines are equal after writing and reading; invalid ones get an error.
 
 use groundwave_protocol::failsafe::Failsafe;
 use groundwave_protocol::status_codes::{Layer, LayerMask, Mode};
@@ -38,7 +38,7 @@ fn requests() -> Vec<Request> {
         Request::Parameter(Tuning::List),
         Request::Parameter(Tuning::Save),
         Request::Parameter(Tuning::Get(ParameterName::new("track"))),
-        // Nearly one that is known here: on the wire it has to be said as what it is.
+        // Close to a known name; the line must carry it unchanged.
         Request::Parameter(Tuning::Get(ParameterName::new("trak"))),
         Request::Parameter(Tuning::Set(ParameterName::new("list"), Amount::Counts(-7))),
     ]
@@ -117,10 +117,10 @@ fn wrong_lines_are_named() {
         ("", "not understood"),
         ("GET / HTTP/1.1", "begin with {\"groundwave\":1}"),
         ("{\"groundwave\":2}", "version 2"),
-        ("{\"groundwave\":1,\"id\":1}", "a line holds"),
-        ("{\"id\":1}", "a line holds"),
+        ("{\"groundwave\":1,\"id\":1}", "a line needs"),
+        ("{\"id\":1}", "a line needs"),
         ("{\"id\":1,\"do\":\"fly\"}", "unknown command `fly`"),
-        ("{\"id\":1,\"do\":\"scan\",\"route\":[]}", "a line holds"),
+        ("{\"id\":1,\"do\":\"scan\",\"route\":[]}", "a line needs"),
         ("{\"id\":1,\"do\":\"scan\",\"timeout_ms\":0}", "timeout_ms"),
         ("{\"id\":1,\"do\":\"scan\",\"colour\":1}", "colour"),
         ("{\"id\":1,\"route\":[[30000,0]]}", "(30000, 0) is too far"),
@@ -155,7 +155,7 @@ proptest! {
     }
 }
 
-/// What commands take.
+/// Words that occur in commands.
 const WORDS: &[&str] = &[
     "prowl",
     "home",

@@ -1,4 +1,4 @@
-//! Streams as a UART would deliver them: a robot at one baud rate heard at another, and noise.
+//! Streams as a UART delivers them: noise, and a robot at another baud rate.
 
 use proptest::prelude::Rng;
 use proptest::test_runner::{RngAlgorithm, TestRng};
@@ -7,7 +7,7 @@ use super::*;
 
 const SECONDS: usize = 20;
 
-/// What the robot says: 80-byte lines, three a second.
+/// The robot's bytes: 80-byte lines, three per second.
 fn robot() -> Vec<u8> {
     let path = concat!(env!("CARGO_MANIFEST_DIR"), "/captures/house-clean.txt");
     let mut bytes = std::fs::read(path).expect("the capture");
@@ -15,15 +15,15 @@ fn robot() -> Vec<u8> {
     bytes
 }
 
-fn dice(seed: u8) -> TestRng {
+fn rng(seed: u8) -> TestRng {
     TestRng::from_seed(RngAlgorithm::ChaCha, &[seed; 32])
 }
 
-fn chance(dice: &mut TestRng) -> f64 {
-    f64::from(dice.next_u32()) / f64::from(u32::MAX)
+fn chance(rng: &mut TestRng) -> f64 {
+    f64::from(rng.next_u32()) / f64::from(u32::MAX)
 }
 
-/// The level of a line over time, one value a bit of the sender's.
+/// The level of a wire over time, one value per bit of the sender.
 struct Wire {
     levels: Vec<bool>,
     baud: f64,
@@ -31,7 +31,7 @@ struct Wire {
 
 impl Wire {
     /// Lines leave three times a second, however fast the port is.
-    fn robot(baud: u32, ber: f64, dice: &mut TestRng) -> Self {
+    fn robot(baud: u32, ber: f64, rng: &mut TestRng) -> Self {
         let mut levels = Vec::new();
         for (n, line) in robot().chunks(80).enumerate() {
             for byte in line {
@@ -43,7 +43,7 @@ impl Wire {
             levels.resize(levels.len().max(next), true);
         }
         for level in &mut levels {
-            *level ^= chance(dice) < ber;
+            *level ^= chance(rng) < ber;
         }
         Self {
             levels,
@@ -51,14 +51,14 @@ impl Wire {
         }
     }
 
-    /// An open squelch: the level changes at random, so often in a bit of 2400 baud.
-    fn noise(changes_a_bit: f64, dice: &mut TestRng) -> Self {
+    /// Noise of an open squelch: the level changes at random, `changes_a_bit` times per bit of 2400 baud.
+    fn noise(changes_a_bit: f64, rng: &mut TestRng) -> Self {
         const STEPS: usize = 8;
         let mut level = true;
         let levels = (0..2400 * SECONDS * STEPS)
             .map(|_| {
                 let change = (1.0 - (-2.0 * changes_a_bit / STEPS as f64).exp()) / 2.0;
-                level ^= chance(dice) < change;
+                level ^= chance(rng) < change;
                 level
             })
             .collect();
@@ -73,8 +73,8 @@ impl Wire {
         self.levels.get(bit).copied().unwrap_or(true)
     }
 
-    /// The bytes a UART makes of it. Receivers differ in what they do with a broken stop bit: keep the
-    /// byte or not, wait for the line to rest or take it for a start bit.
+    /// The bytes that a UART receives. Receivers treat a broken stop bit differently: they keep or drop the byte, and
+    /// wait for the idle level or take the bit for a start bit.
     fn heard_at(&self, baud: u32, keeps: bool, waits: bool) -> Vec<u8> {
         // No two clocks are alike.
         let bit_s = 1.003 / f64::from(baud);
@@ -114,8 +114,8 @@ fn verdicts(bytes: &[u8]) -> Vec<Reception> {
 
 #[test]
 fn a_robot_at_another_rate_is_recognised_from_either_side() {
-    let dice = &mut dice(1);
-    let wire = Wire::robot(2400, 0.0, dice);
+    let rng = &mut rng(1);
+    let wire = Wire::robot(2400, 0.0, rng);
     for (keeps, waits) in RECEIVERS {
         for (baud, rate) in [
             (600, LineRate::Faster),
@@ -137,9 +137,9 @@ fn a_robot_at_another_rate_is_recognised_from_either_side() {
 
 #[test]
 fn a_radio_that_is_faster_than_the_port_is_recognised() {
-    let dice = &mut dice(2);
+    let rng = &mut rng(2);
     for baud in [4800, 9600, 19200] {
-        let wire = Wire::robot(baud, 0.0, dice);
+        let wire = Wire::robot(baud, 0.0, rng);
         for (keeps, waits) in RECEIVERS {
             let found = verdicts(&wire.heard_at(2400, keeps, waits));
             let wanted = Reception::WrongRate(LineRate::Faster);
@@ -153,8 +153,8 @@ fn a_radio_that_is_faster_than_the_port_is_recognised() {
 
 #[test]
 fn a_wrong_rate_is_recognised_through_bit_errors() {
-    let dice = &mut dice(3);
-    let wire = Wire::robot(2400, 3e-3, dice);
+    let rng = &mut rng(3);
+    let wire = Wire::robot(2400, 3e-3, rng);
     for baud in [1200, 4800, 9600] {
         let found = verdicts(&wire.heard_at(baud, true, true));
         let wrong = |reception: &Reception| matches!(reception, Reception::WrongRate(_));
@@ -164,9 +164,9 @@ fn a_wrong_rate_is_recognised_through_bit_errors() {
 
 #[test]
 fn noise_is_called_noise() {
-    let dice = &mut dice(4);
+    let rng = &mut rng(4);
     for changes_a_bit in [10.0, 3.0, 1.0, 0.5, 0.25] {
-        let wire = Wire::noise(changes_a_bit, dice);
+        let wire = Wire::noise(changes_a_bit, rng);
         for (keeps, waits) in RECEIVERS {
             let found = verdicts(&wire.heard_at(2400, keeps, waits));
             assert!(
@@ -176,15 +176,15 @@ fn noise_is_called_noise() {
         }
     }
     let mut white = vec![0; 100 * WINDOW];
-    dice.fill_bytes(&mut white);
+    rng.fill_bytes(&mut white);
     assert!(verdicts(&white).iter().all(|r| *r == Reception::Noise));
 }
 
 #[test]
 fn damaged_lines_are_no_wrong_rate() {
-    let dice = &mut dice(5);
+    let rng = &mut rng(5);
     for ber in [0.0, 3e-3, 1e-2, 3e-2] {
-        let wire = Wire::robot(2400, ber, dice);
+        let wire = Wire::robot(2400, ber, rng);
         let found = verdicts(&wire.heard_at(2400, false, true));
         assert!(
             found
@@ -195,7 +195,7 @@ fn damaged_lines_are_no_wrong_rate() {
     }
 }
 
-/// Listens to bytes that come in clumps, and to the clock; returns what is told.
+/// Passes bytes in bunches, and the time; returns the reports.
 fn listen(
     listener: &mut Listener,
     from_s: u64,
@@ -244,10 +244,10 @@ fn hours_of_silence_are_told_once_and_since_when() {
 #[test]
 fn hours_of_noise_are_told_once_and_memory_stays() {
     let mut listener = open();
-    let mut dice = dice(6);
+    let mut rng = rng(6);
     let noise = || {
         let mut bytes = vec![0; 220];
-        dice.fill_bytes(&mut bytes);
+        rng.fill_bytes(&mut bytes);
         bytes
     };
     assert_eq!(
@@ -281,7 +281,7 @@ fn a_line_in_five_seconds_is_reception() {
     }
 }
 
-/// A window of a damaged stream may look like a wrong rate; a rate that was right stays so for a while.
+/// Damaged text may look like a wrong rate; a rate that was right counts as right for a while.
 #[test]
 fn a_rate_that_was_right_is_trusted_for_a_minute() {
     let mut listener = open();
@@ -320,27 +320,27 @@ fn looks_of_everything() {
             range(|l| l.alone)
         );
     };
-    let dice = &mut dice(9);
-    let wire = Wire::robot(2400, 0.0, dice);
+    let rng = &mut rng(9);
+    let wire = Wire::robot(2400, 0.0, rng);
     for baud in [300, 600, 1200, 4800, 9600, 19200, 57600, 115_200] {
         print(&format!("2400 heard at {baud}"), &|k, w| {
             wire.heard_at(baud, k, w)
         });
     }
     for baud in [4800, 9600, 19200, 57600, 115_200] {
-        let wire = Wire::robot(baud, 0.0, dice);
+        let wire = Wire::robot(baud, 0.0, rng);
         print(&format!("{baud} heard at 2400"), &|k, w| {
             wire.heard_at(2400, k, w)
         });
     }
     for ber in [0.0, 1e-2, 5e-2] {
-        let wire = Wire::robot(2400, ber, dice);
+        let wire = Wire::robot(2400, ber, rng);
         print(&format!("bit error rate {ber}"), &|k, w| {
             wire.heard_at(2400, k, w)
         });
     }
     for changes_a_bit in [10.0, 1.0, 0.5, 0.25, 0.1] {
-        let wire = Wire::noise(changes_a_bit, dice);
+        let wire = Wire::noise(changes_a_bit, rng);
         print(&format!("noise, {changes_a_bit} changes a bit"), &|k, w| {
             wire.heard_at(2400, k, w)
         });
